@@ -1,0 +1,91 @@
+"""Bond graphs: ports, power, and the reduction of a one-degree-of-freedom machine to its crank.
+
+Convention, stated once and printed with every graph: through a transformer f_out = T f_in and e_in = T e_out.
+The half arrow of a bond points where its power e f counts as positive.
+"""
+
+from __future__ import annotations
+
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from bondgraph.domains import DOMAINS, Domain
+    from bondgraph.elements import (
+        GY,
+        TF,
+        C,
+        Element,
+        GraphError,
+        I,
+        Law,
+        Modulus,
+        One,
+        R,
+        Se,
+        Sf,
+        Zero,
+    )
+    from bondgraph.graph import Bond, BondGraph, Builder
+    from bondgraph.reduction import Reduced, Reduction, reduce
+
+_HOMES = {
+    "DOMAINS": "domains",
+    "Domain": "domains",
+    "Element": "elements",
+    "GraphError": "elements",
+    "Law": "elements",
+    "Modulus": "elements",
+    "One": "elements",
+    "Zero": "elements",
+    "Se": "elements",
+    "Sf": "elements",
+    "I": "elements",
+    "C": "elements",
+    "R": "elements",
+    "TF": "elements",
+    "GY": "elements",
+    "Bond": "graph",
+    "BondGraph": "graph",
+    "Builder": "graph",
+    "Reduced": "reduction",
+    "Reduction": "reduction",
+    "reduce": "reduction",
+}
+
+__all__ = [
+    "DOMAINS",
+    "GY",
+    "TF",
+    "Bond",
+    "BondGraph",
+    "Builder",
+    "C",
+    "Domain",
+    "Element",
+    "GraphError",
+    "I",
+    "Law",
+    "Modulus",
+    "One",
+    "R",
+    "Reduced",
+    "Reduction",
+    "Se",
+    "Sf",
+    "Zero",
+    "reduce",
+]
+
+
+def __getattr__(name: str) -> Any:
+    """Import a public name from its module on first use (PEP 562), so that importing the package costs nothing."""
+    if name not in _HOMES:
+        raise AttributeError(f"module 'bondgraph' has no attribute {name!r}")
+    value = getattr(import_module(f"bondgraph.{_HOMES[name]}"), name)
+    globals()[name] = value
+    return value
+
+
+def __dir__() -> list[str]:
+    return sorted(__all__)

@@ -1,0 +1,202 @@
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose
+
+from bondgraph import GY, Builder, C, GraphError, I, Law, Modulus, One, R, Reduction, Se, Zero, reduce
+from bondgraph.elements import Motion
+
+PHI = np.linspace(0.1, 6.2, 23)
+R_CRANK, L_ROD = 0.2, 0.6
+
+
+def modulus(value, slope, of="crank"):
+    return Modulus(value, slope, Motion(of))
+
+
+SINE = modulus(lambda q: -0.5 * np.sin(q), lambda q: -0.5 * np.cos(q))
+
+
+def chain():
+    """crank -> rocker (modulated) -> ram (constant): inertia and force at the far end."""
+    b = Builder()
+    b.add(One("crank"))
+    b.sum("rocker", [("crank", SINE)], "rotation")
+    b.sum("ram", [("rocker", 2.0)], "translation")
+    b.port("ram", I("m", 3.0))
+    b.port("rocker", I("J", 4.0))
+    b.port("ram", Se("F", 7.0))
+    b.port("crank", R("damper", 1.5))
+    return b.build()
+
+
+def test_gains_multiply_along_the_chain():
+    reduction = Reduction(chain(), "crank")
+    flows = reduction.flows(PHI)
+    assert_allclose(flows.gain[reduction.variable["ram"]], -np.sin(PHI), rtol=1e-15)
+    assert_allclose(flows.slope[reduction.variable["ram"]], -np.cos(PHI), rtol=1e-15)
+
+
+def test_reduced_quantities_are_sums_over_gains():
+    reduced = reduce(chain(), PHI)
+    rocker = -0.5 * np.sin(PHI)
+    assert_allclose(reduced.inertia, 4 * rocker**2 + 3 * (2 * rocker) ** 2, rtol=1e-14)
+    assert_allclose(reduced.slope, 2 * (4 + 12) * 0.25 * np.sin(PHI) * np.cos(PHI), rtol=1e-13, atol=1e-15)
+    assert_allclose(reduced.moment, 7 * 2 * rocker, rtol=1e-14)
+    assert_allclose(reduced.exchanged, np.abs(7 * 2 * rocker), rtol=1e-14)
+    assert reduced.resistance == 1.5
+
+
+def test_a_modulus_changed_in_mid_chain_changes_everything_downstream_and_nothing_upstream():
+    graph = chain()
+    before = Reduction(graph, "crank")
+    doubled = modulus(lambda q: -1.0 * np.sin(q), lambda q: -1.0 * np.cos(q))
+    after = Reduction(graph.with_law("crank->rocker", doubled), "crank")
+    old, new = before.flows(PHI), after.flows(PHI)
+    for name in ("rocker", "ram"):
+        k = before.variable[name]
+        assert_allclose(new.gain[k], 2 * old.gain[k], rtol=1e-14)
+        assert_allclose(new.slope[k], 2 * old.slope[k], rtol=1e-14)
+    assert new.gain[before.variable["crank"]] == 1.0
+    assert_allclose(after(PHI).inertia, 4 * before(PHI).inertia, rtol=1e-14)
+    assert_allclose(after(PHI).moment, 2 * before(PHI).moment, rtol=1e-14)
+
+
+def test_a_modulus_on_a_geared_shaft_sees_that_shafts_angle():
+    b = Builder()
+    b.add(One("crank"))
+    b.sum("cam", [("crank", 3.0)], "rotation")
+    b.sum("valve", [("cam", modulus(np.sin, np.cos, "cam"))], "translation")
+    b.port("valve", I("m", 1.0))
+    reduced = reduce(b.build(), PHI)
+    assert_allclose(reduced.inertia, 9 * np.sin(3 * PHI) ** 2, rtol=1e-12)
+    assert_allclose(reduced.slope, 2 * 9 * 3 * np.sin(3 * PHI) * np.cos(3 * PHI), rtol=1e-11, atol=1e-12)
+
+
+def test_zero_junctions_add_flows():
+    b = Builder()
+    b.add(One("crank"))
+    b.sum("rod", [("crank", SINE)], "rotation")
+    b.sum("point", [("crank", 2.0), ("rod", -3.0)], "translation")
+    b.port("point", I("m", 1.0))
+    reduced = reduce(b.build(), PHI)
+    assert_allclose(reduced.inertia, (2 + 1.5 * np.sin(PHI)) ** 2, rtol=1e-14)
+
+
+def slider_crank_by_closure():
+    """The rod's speed is not given but follows from the closure: its far end has no velocity across the guide."""
+
+    def tilt(q):
+        return np.arcsin(R_CRANK / L_ROD * np.sin(q))
+
+    def rate(q):
+        return R_CRANK * np.cos(q) / (L_ROD * np.cos(tilt(q)))
+
+    b = Builder()
+    b.add(One("crank"))
+    b.add(One("rod"))
+    b.add(Zero("across"))
+    b.transform("crank", "across", modulus(lambda q: R_CRANK * np.cos(q), lambda q: -R_CRANK * np.sin(q)))
+    across = modulus(lambda q: -L_ROD * np.cos(tilt(q)), lambda q: L_ROD * np.sin(tilt(q)) * rate(q))
+    b.transform("rod", "across", across)
+    along = modulus(lambda q: -L_ROD * np.sin(tilt(q)), lambda q: -L_ROD * np.cos(tilt(q)) * rate(q))
+    crank = modulus(lambda q: -R_CRANK * np.sin(q), lambda q: -R_CRANK * np.cos(q))
+    b.sum("slider", [("crank", crank), ("rod", along)], "translation")
+    b.port("slider", I("m", 3.0))
+    b.port("rod", I("J", 0.5))
+    return b.build()
+
+
+def test_a_closed_loop_is_solved_and_equals_the_closed_form():
+    reduced = reduce(slider_crank_by_closure(), PHI)
+    root = np.sqrt(1 - (R_CRANK / L_ROD * np.sin(PHI)) ** 2)
+    rod = R_CRANK / L_ROD * np.cos(PHI) / root
+    slider = -R_CRANK * np.sin(PHI) - R_CRANK**2 / L_ROD * np.sin(PHI) * np.cos(PHI) / root
+    inertia = 3 * slider**2 + 0.5 * rod**2
+    assert_allclose(reduced.inertia, inertia, rtol=1e-13)
+    step = 1e-5
+    higher, lower = (reduce(slider_crank_by_closure(), PHI + d).inertia for d in (step, -step))
+    assert_allclose(reduced.slope, (higher - lower) / (2 * step), rtol=1e-7, atol=1e-9)
+
+
+def test_a_loop_that_locks_is_an_error():
+    b = Builder()
+    b.add(One("crank"))
+    b.add(One("rod"))
+    b.add(Zero("z"))
+    b.transform("crank", "z", 1.0)
+    b.transform("rod", "z", modulus(lambda q: 0.0 * q, lambda q: 0.0 * q))
+    b.port("rod", I("J", 1.0))
+    with pytest.raises(GraphError, match="lock or branch"):
+        reduce(b.build(), PHI)
+
+
+def test_two_degrees_of_freedom_are_refused_by_bond():
+    b = Builder()
+    b.add(One("crank"))
+    b.add(One("other"))
+    b.add(Zero("shaft"))
+    b.bond("crank", "shaft")
+    b.bond("shaft", "other")
+    b.port("shaft", C("twist", Law(lambda here, anchor: here.q, Motion("crank"))))
+    b.port("other", I("J", 1.0))
+    with pytest.raises(GraphError, match="more than one degree of freedom"):
+        reduce(b.build(), 0.0)
+
+
+def test_over_constrained_graphs_are_refused():
+    b = Builder()
+    b.add(One("crank"))
+    b.sum("a", [("crank", 2.0)], "rotation")
+    b.add(Zero("z"))
+    b.transform("crank", "z", 1.0)
+    b.transform("a", "z", 1.0)
+    b.port("a", I("J", 1.0))
+    with pytest.raises(GraphError, match="over-constrained"):
+        reduce(b.build(), 0.0)
+
+
+def test_gyrators_and_wrong_coordinates_are_refused():
+    b = Builder()
+    b.add(One("crank"))
+    b.add(One("coil"))
+    b.add(GY("motor", 2.0))
+    b.bond("coil", "motor")
+    b.bond("motor", "crank")
+    b.port("coil", I("L", 1.0))
+    b.port("crank", I("J", 1.0))
+    with pytest.raises(GraphError, match="adds a state of its own"):
+        reduce(b.build(), 0.0)
+    with pytest.raises(GraphError, match="no 1-junction"):
+        reduce(chain(), 0.0, coordinate="m")
+
+
+def test_compliances_take_power_and_unknown_sources_are_kept_apart():
+    b = Builder()
+    b.add(One("crank"))
+    motion = Motion("crank")
+    b.port("crank", C("spring", Law(lambda here, anchor: 5.0 * here.q, motion)))
+    b.port("crank", Se("drive", Law(lambda here, anchor: 0.0, motion, lambda here, anchor: 2.0)))
+    b.port("crank", I("J", 1.0))
+    reduced = reduce(b.build(), PHI)
+    assert_allclose(reduced.moment, -5.0 * PHI, rtol=1e-15)
+    assert_allclose(reduced.per_unknown + 0 * PHI, 2.0)
+    parts = Reduction(b.build(), "crank").moments(PHI, unknown=3.0)
+    assert_allclose(parts["drive"] + 0 * PHI, 6.0)
+
+
+def test_power_is_conserved_through_every_transformer():
+    """Sum of e f at the crank equals the sum over the ports: M* is exactly the effort that balances the loads."""
+    reduction = Reduction(chain(), "crank")
+    flows = reduction.flows(PHI)
+    load_power = 7.0 * flows.gain[reduction.variable["ram"]]
+    assert_allclose(reduction(PHI).moment * 1.0, load_power, rtol=1e-15)
+
+
+def test_laws_see_the_anchor_of_their_piece():
+    b = Builder()
+    b.add(One("crank"))
+    b.port("crank", Se("step", Law(lambda here, anchor: np.where(anchor.q < 1.0, 2.0, 3.0), Motion("crank"))))
+    b.port("crank", I("J", 1.0))
+    graph = b.build()
+    assert reduce(graph, np.array([1.0]), anchor=np.array([0.5])).moment == 2.0
+    assert reduce(graph, np.array([1.0]), anchor=np.array([1.5])).moment == 3.0
