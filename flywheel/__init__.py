@@ -1,0 +1,68 @@
+"""Flywheel and machine-regime design.
+
+From a mechanism to its reduced inertia and moment, to an exact flywheel, to a time simulation that confirms it.
+
+>>> import flywheel
+>>> scene = flywheel.load({"load": [{"on": "crank", "torque": "-100 N m", "from": 0, "to": "180 deg"}],
+...                        "drive": {"torque": "balance"}, "regime": {"speed": "300 rpm"},
+...                        "flywheel": {"irregularity": 0.01}})
+>>> result = flywheel.size(scene, simulate=False)
+>>> round(result.balance.value, 9), round(result.flywheel.exact, 9)
+(50.0, 15.915494309)
+"""
+
+from __future__ import annotations
+
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from flywheel.faults import Fault, SceneError
+    from flywheel.machine import Machine
+    from flywheel.reading import load
+    from flywheel.results import Sizing
+    from flywheel.scene import Scene
+    from flywheel.simulation import Motion, simulate
+    from flywheel.sizing import size
+    from flywheel.state import MachineState, reduce
+
+_HOMES = {
+    "Fault": "faults",
+    "SceneError": "faults",
+    "Machine": "machine",
+    "MachineState": "state",
+    "Motion": "simulation",
+    "Scene": "scene",
+    "Sizing": "results",
+    "load": "reading",
+    "reduce": "state",
+    "simulate": "simulation",
+    "size": "sizing",
+}
+
+__all__ = [
+    "Fault",
+    "Machine",
+    "MachineState",
+    "Motion",
+    "Scene",
+    "SceneError",
+    "Sizing",
+    "load",
+    "reduce",
+    "simulate",
+    "size",
+]
+
+
+def __getattr__(name: str) -> Any:
+    """Import a public name from its module on first use (PEP 562): `import flywheel` itself costs nothing."""
+    if name not in _HOMES:
+        raise AttributeError(f"module 'flywheel' has no attribute {name!r}")
+    value = getattr(import_module(f"flywheel.{_HOMES[name]}"), name)
+    globals()[name] = value
+    return value
+
+
+def __dir__() -> list[str]:
+    return sorted(__all__)

@@ -1,0 +1,72 @@
+"""How a fault shows what was found, and the valid name that lies nearest to a wrong one."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+
+import numpy as np
+
+LONGEST_SHOWN = 60
+LONGEST_NAME = 64
+
+
+def show(value: object) -> str:
+    r"""A found value in words short enough for one line.
+
+    >>> print(show("1,5 m"), show(True), show([1, 2]), show({}), show(2.5), show("a\nb"))
+    "1,5 m" true a list a table 2.5 "a\nb"
+    """
+    if isinstance(value, str):
+        return quote(value)
+    if value is None:
+        return "nothing"
+    if isinstance(value, bool):
+        return "true" if value else "false"
+    if isinstance(value, Mapping):
+        return "a table"
+    if isinstance(value, (list, tuple)):
+        return "a list"
+    return _other(value)
+
+
+def quote(text: str) -> str:
+    """A text between double quotes on one line, cut where it runs on."""
+    cut = text if len(text) <= LONGEST_SHOWN else text[: LONGEST_SHOWN - 1] + "…"
+    plain = "".join(c if c.isprintable() else c.encode("unicode_escape").decode() for c in cut)
+    return f'"{plain}"'
+
+
+def _other(value: object) -> str:
+    """A number as it is, anything else by its type: dates and times, arrays, objects of a library user."""
+    name = type(value).__name__
+    if name in ("datetime", "date", "time"):
+        return f"a {name}"
+    if isinstance(value, int):
+        return str(value) if abs(value) < 10**15 else "a whole number of more than 15 digits"
+    return repr(float(value)) if isinstance(value, (float, np.floating, np.integer)) else f"a value of type {name}"
+
+
+def nearest(name: str, valid: Iterable[str]) -> str:
+    """The valid name that a wrong one was most likely meant to be; empty if none is near.
+
+    >>> nearest("lenght", ["mass", "length"]), nearest("RPM", ["rpm", "rad"]), nearest("zzz", ["mass"])
+    ('length', 'rpm', '')
+    """
+    names = sorted(valid)
+    for other in names:
+        if other.casefold() == name.casefold():
+            return other
+    if not names or len(name) > LONGEST_NAME:
+        return ""
+    from difflib import get_close_matches  # 3 ms, and wanted only once something is wrong
+
+    return next(iter(get_close_matches(name, names, n=1, cutoff=0.55)), "")
+
+
+def mean(name: str, valid: Iterable[str]) -> str:
+    """The advice that goes with a wrong name: the nearest valid one, or all of them where they are few."""
+    names = sorted(valid)
+    near = nearest(name, names)
+    if near:
+        return f'did you mean "{near}"?'
+    return f"valid here: {', '.join(names)}" if 0 < len(names) <= 12 else ""

@@ -1,0 +1,306 @@
+"""Interval arithmetic on arrays: bounds that hold whatever lies between the ends of a cell.
+
+Every result is widened outward by at least what floating point can have lost, so an enclosure that leaves out zero
+proves that there is no zero. Two conventions: constants stand for their floats (pi is `np.pi`), and a result that
+underflows to zero counts as zero. Overflow warnings are the caller's to silence (`np.errstate`).
+
+Source: R. E. Moore, R. B. Kearfott, M. J. Cloud, Introduction to Interval Analysis, SIAM 2009, chapters 2 to 5.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+
+_EPS = float(np.finfo(float).eps)
+_GREATEST = float(np.finfo(float).max)
+_LOOSE = 8 * _EPS  # numpy's elementary functions stay within 4 units in the last place
+
+
+class Interval:
+    """All numbers from `lo` to `hi`, each a float or an array (shapes broadcast).
+
+    >>> 1.0 - Interval(0.25, 0.5)
+    Interval(0.5, 0.75)
+    """
+
+    __slots__ = ("hi", "lo")
+    __array_ufunc__ = None  # so that array * Interval comes here, and not element by element
+
+    def __init__(self, lo: Any, hi: Any) -> None:
+        self.lo = lo
+        self.hi = hi
+
+    def __repr__(self) -> str:
+        return f"Interval({_short(self.lo)}, {_short(self.hi)})"
+
+    @property
+    def width(self) -> Any:
+        """Distance between the ends."""
+        return self.hi - self.lo
+
+    @property
+    def magnitude(self) -> Any:
+        """Greatest absolute value in the interval."""
+        return np.maximum(np.abs(self.lo), np.abs(self.hi))
+
+    @property
+    def mignitude(self) -> Any:
+        """Least absolute value in the interval."""
+        return np.maximum(np.maximum(self.lo, -self.hi), 0.0)
+
+    def contains(self, number: Any) -> Any:
+        """Whether a number, or each of an array, lies in the interval, ends included."""
+        return (self.lo <= number) & (number <= self.hi)
+
+    def __neg__(self) -> Interval:
+        return Interval(-self.hi, -self.lo)
+
+    def __add__(self, other: Any) -> Interval:
+        if _foreign(other):
+            return NotImplemented
+        lo, hi = _ends(other)
+        return _outward(self.lo + lo, self.hi + hi)
+
+    __radd__ = __add__
+
+    def __sub__(self, other: Any) -> Interval:
+        if _foreign(other):
+            return NotImplemented
+        lo, hi = _ends(other)
+        return _outward(self.lo - hi, self.hi - lo)
+
+    def __rsub__(self, other: Any) -> Interval:
+        return (-self).__add__(other)
+
+    def __mul__(self, other: Any) -> Interval:
+        if _foreign(other):
+            return NotImplemented
+        if not isinstance(other, Interval):
+            return _hull(self.lo * other, self.hi * other)
+        return _hull(self.lo * other.lo, self.lo * other.hi, self.hi * other.lo, self.hi * other.hi)
+
+    __rmul__ = __mul__
+
+    def __truediv__(self, other: Any) -> Interval:
+        if _foreign(other):
+            return NotImplemented
+        return _divide(self, other)
+
+    def __rtruediv__(self, other: Any) -> Interval:
+        return _divide(other, self)
+
+    def __pow__(self, exponent: Any) -> Interval:
+        return _power(self, exponent)
+
+
+def _foreign(other: Any) -> bool:
+    """Whether the other operand is a number of a higher kind (a jet of intervals), which then does the operation."""
+    return not isinstance(other, Interval) and getattr(type(other), "__array_ufunc__", True) is None
+
+
+def _short(end: Any) -> str:
+    return np.array2string(np.asarray(end), precision=12)
+
+
+def _ends(u: Any) -> tuple[Any, Any]:
+    return (u.lo, u.hi) if isinstance(u, Interval) else (u, u)
+
+
+def interval(u: Any) -> Interval:
+    """The number as an interval without width; an interval as it is."""
+    return u if isinstance(u, Interval) else Interval(u, u)
+
+
+def _outward(lo: Any, hi: Any) -> Interval:
+    """One unit in the last place outward; zero stays zero, since sums and products reach it exactly or by underflow."""
+    return Interval(np.nextafter(lo, np.where(lo == 0, 0.0, -np.inf)), np.nextafter(hi, np.where(hi == 0, 0.0, np.inf)))
+
+
+def _loosely(lo: Any, hi: Any) -> Interval:
+    """Outward by the error of an elementary function."""
+    lo, hi = lo * (1 - np.copysign(_LOOSE, lo)), hi * (1 + np.copysign(_LOOSE, hi))
+    return Interval(np.minimum(lo, _GREATEST), np.maximum(hi, -_GREATEST))  # what overflows is only known to be large
+
+
+def _hull(*ends: Any) -> Interval:
+    """Hull of products of ends; 0 times infinity is 0, since the other factor only tends to infinity."""
+    lo, hi = ends[0], ends[0]
+    for end in ends[1:]:
+        lo, hi = np.fmin(lo, end), np.fmax(hi, end)
+    return _outward(np.where(np.isnan(lo), 0.0, lo), np.where(np.isnan(hi), 0.0, hi))
+
+
+def _divide(a: Any, b: Any) -> Interval:
+    """Quotient; by an interval that holds 0 it may be anything."""
+    (alo, ahi), (blo, bhi) = _ends(a), map(np.asarray, _ends(b))
+    with np.errstate(all="ignore"):
+        quotient = _hull(alo / blo, alo / bhi, ahi / blo, ahi / bhi)
+    free = (blo > 0) | (bhi < 0)
+    return Interval(np.where(free, quotient.lo, -np.inf), np.where(free, quotient.hi, np.inf))
+
+
+# --- elementary functions --------------------------------------------------------------------------------------------
+
+
+def _increasing(function: Callable[[Any], Any], least: float = -np.inf, most: float = np.inf) -> Callable[[Any], Interval]:
+    """A function that increases on [least, most]: arguments outside are clipped to where it is defined."""
+
+    def enclose(u: Any) -> Interval:
+        lo, hi = _ends(u)
+        with np.errstate(all="ignore"):
+            return _loosely(function(np.clip(lo, least, most)), function(np.clip(hi, least, most)))
+
+    return enclose
+
+
+def _holds(u: Interval, place: float, period: float) -> Any:
+    """Whether the interval may hold place + n period for an integer n."""
+    first, last = (u.lo - place) / period, (u.hi - place) / period
+    slack = 4 * _EPS * (1 + np.maximum(np.abs(first), np.abs(last)))
+    return np.floor(last + slack) >= np.ceil(first - slack)
+
+
+def _wave(function: Callable[[Any], Any], peak: float) -> Callable[[Any], Interval]:
+    """A sine or cosine, with its greatest value 1 at `peak` and its least half a turn later."""
+
+    def enclose(u: Any) -> Interval:
+        u = interval(u)
+        with np.errstate(invalid="ignore"):  # an infinite end
+            low, high = function(u.lo), function(u.hi)
+        ends = _loosely(np.minimum(low, high), np.maximum(low, high))
+        lo = np.where(_holds(u, peak + np.pi, 2 * np.pi), -1.0, np.maximum(ends.lo, -1.0))
+        return Interval(lo, np.where(_holds(u, peak, 2 * np.pi), 1.0, np.minimum(ends.hi, 1.0)))
+
+    return enclose
+
+
+def _tan(u: Any) -> Interval:
+    u = interval(u)
+    pole = _holds(u, np.pi / 2, np.pi)
+    with np.errstate(invalid="ignore"):  # an infinite end
+        ends = _loosely(np.tan(u.lo), np.tan(u.hi))
+    return Interval(np.where(pole, -np.inf, ends.lo), np.where(pole, np.inf, ends.hi))
+
+
+def _acos(u: Any) -> Interval:
+    lo, hi = _ends(u)
+    return _loosely(np.arccos(np.clip(hi, -1.0, 1.0)), np.arccos(np.clip(lo, -1.0, 1.0)))
+
+
+def _log(u: Any) -> Interval:
+    lo, hi = _ends(u)
+    with np.errstate(divide="ignore"):
+        return _loosely(np.log(np.maximum(lo, 0.0)), np.log(np.maximum(hi, 5e-324)))
+
+
+def _atan2(y: Any, x: Any) -> Interval:
+    """Angle of a box: from its corners, unless it holds the origin or part of the cut along the negative x axis."""
+    (ylo, yhi), (xlo, xhi) = _ends(y), _ends(x)
+    ylo, yhi = ylo + 0.0, yhi + 0.0  # no negative zeros, which lie below the cut
+    corners = [np.arctan2(end, side) for end in (ylo, yhi) for side in (xlo, xhi)]
+    angle = _loosely(np.minimum.reduce(corners), np.maximum.reduce(corners))
+    turning = (ylo <= 0) & (yhi >= 0) & (xlo <= 0) & ((ylo < 0) | (xhi >= 0))
+    turn = np.pi * (1 + _EPS)
+    return Interval(np.where(turning, -turn, angle.lo), np.where(turning, turn, angle.hi))
+
+
+def _power(u: Any, exponent: Any) -> Interval:
+    """Interval to a power: exact in shape for integers, over u >= 0 for real exponents, exp(n log u) for intervals."""
+    if isinstance(exponent, Interval) or np.ndim(exponent):
+        return _exponential(interval(exponent) * _log(u))
+    number = float(exponent)
+    if number < 0:
+        return _divide(1.0, _power(u, -number))
+    lo, hi = _ends(u)
+    if number % 2 == 0:
+        lo, hi = interval(u).mignitude, interval(u).magnitude
+    elif number % 1:
+        lo, hi = np.maximum(lo, 0.0), np.maximum(hi, 0.0)
+    with np.errstate(all="ignore"):
+        return _loosely(np.power(lo, number), np.power(hi, number))
+
+
+def _abs(u: Any) -> Interval:
+    u = interval(u)
+    return Interval(u.mignitude, u.magnitude)
+
+
+_exponential: Callable[[Any], Interval] = _increasing(np.exp)
+
+# --- decisions: truth values from 0 to 1 -----------------------------------------------------------------------------
+
+
+def _truth(surely: Any, possibly: Any) -> Interval:
+    return Interval(np.where(surely, 1.0, 0.0), np.where(possibly, 1.0, 0.0))
+
+
+def _less(a: Any, b: Any) -> Interval:
+    (alo, ahi), (blo, bhi) = _ends(a), _ends(b)
+    return _truth(np.less(ahi, blo), np.less(alo, bhi))
+
+
+def _less_equal(a: Any, b: Any) -> Interval:
+    (alo, ahi), (blo, bhi) = _ends(a), _ends(b)
+    return _truth(np.less_equal(ahi, blo), np.less_equal(alo, bhi))
+
+
+def _not(test: Any) -> Interval:
+    return Interval(1.0 - test.hi, 1.0 - test.lo)
+
+
+def _equal(a: Any, b: Any) -> Interval:
+    ordered, reverse = _less_equal(a, b), _less_equal(b, a)
+    return _minimum(ordered, reverse)
+
+
+def _minimum(a: Any, b: Any) -> Interval:
+    (alo, ahi), (blo, bhi) = _ends(a), _ends(b)
+    return Interval(np.minimum(alo, blo), np.minimum(ahi, bhi))
+
+
+def _maximum(a: Any, b: Any) -> Interval:
+    (alo, ahi), (blo, bhi) = _ends(a), _ends(b)
+    return Interval(np.maximum(alo, blo), np.maximum(ahi, bhi))
+
+
+def _where(test: Any, yes: Any, no: Any) -> Interval:
+    """The chosen branch, or the hull of both where the test is open."""
+    (surely, possibly), (ylo, yhi), (nlo, nhi) = _ends(test), _ends(yes), _ends(no)
+    never, always = np.equal(possibly, 0), np.not_equal(surely, 0)
+    lo = np.where(always, ylo, np.where(never, nlo, np.minimum(ylo, nlo)))
+    return Interval(lo, np.where(always, yhi, np.where(never, nhi, np.maximum(yhi, nhi))))
+
+
+NAMESPACE = SimpleNamespace(
+    pi=np.pi,
+    sin=_wave(np.sin, np.pi / 2),
+    cos=_wave(np.cos, 0.0),
+    tan=_tan,
+    asin=_increasing(np.arcsin, -1.0, 1.0),
+    acos=_acos,
+    atan=_increasing(np.arctan),
+    atan2=_atan2,
+    sqrt=_increasing(np.sqrt, 0.0),
+    exp=_exponential,
+    log=_log,
+    abs=_abs,
+    sign=lambda u: Interval(np.sign(interval(u).lo), np.sign(interval(u).hi)),
+    minimum=_minimum,
+    maximum=_maximum,
+    where=_where,
+    divide=_divide,
+    power=_power,
+    less=_less,
+    less_equal=_less_equal,
+    greater=lambda a, b: _less(b, a),
+    greater_equal=lambda a, b: _less_equal(b, a),
+    equal=_equal,
+    not_equal=lambda a, b: _not(_equal(a, b)),
+    logical_and=_minimum,
+    logical_or=_maximum,
+    logical_not=_not,
+)
