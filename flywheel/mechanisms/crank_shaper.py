@@ -1,0 +1,139 @@
+"""Crank-shaper: the crank's pin slides in a slotted rocker, whose end drives a ram straight along +y."""
+
+from __future__ import annotations
+
+from functools import cached_property, partial
+from math import log, pi
+from operator import attrgetter
+from typing import Any
+
+from flywheel.faults import Fault
+from flywheel.mechanisms.base import Family, Port, Position
+from flywheel.mechanisms.limits import exceeds, graded, lock_fault, within_turn
+from flywheel.mechanisms.parts import CRANK, Parts, carried, driven, joined, line, pivoted, point, sliding
+from flywheel.scene import Body, Mechanism
+
+
+class ShaperPosition(Position):
+    """Positions of a crank-shaper with crank r, frame d and rocker L (m).
+
+    The pin stands at (d + r cos psi, r sin psi) from the rocker's pivot, at the distance s. Sums are taken by the half
+    angle, so that they keep their digits where the pin passes close to that pivot (psi = 180 deg, r near d).
+    """
+
+    def __init__(self, crank: float, frame: float, rocker: float, psi: Any, ns: Any, anchor: Any = None) -> None:
+        super().__init__(psi, ns)
+        self.r, self.d, self.length = crank, frame, rocker
+
+    @cached_property
+    def _lift(self) -> Any:
+        """1 + cos psi."""
+        return 2 * self.half_cos**2
+
+    @cached_property
+    def _sine(self) -> Any:
+        """Sine of psi."""
+        return 2 * self.half_sin * self.half_cos
+
+    @cached_property
+    def _out(self) -> Any:
+        """Pin from the rocker's pivot along the frame, d + r cos psi (m)."""
+        return (self.d - self.r) + self.r * self._lift
+
+    @cached_property
+    def _over(self) -> Any:
+        """Rocker's pivot seen from the pin along the crank, r + d cos psi (m)."""
+        return (self.r - self.d) + self.d * self._lift
+
+    @cached_property
+    def square(self) -> Any:
+        """s² = (d - r)² + 4 r d cos²(psi/2), in m²."""
+        return (self.d - self.r) ** 2 + 2 * self.r * self.d * self._lift
+
+    @cached_property
+    def distance(self) -> Any:
+        """Distance s of the pin from the rocker's pivot (m)."""
+        return self.ns.sqrt(self.square)
+
+    @cached_property
+    def rocker(self) -> Any:
+        """Angle of the rocker from +x (rad), continuous: it swings when r < d and turns with the crank when r > d."""
+        if self.r < self.d:
+            return self.ns.atan2(self.r * self._sine, self._out)
+        return self.psi + self.ns.atan2(-self.d * self._sine, self._over)
+
+    @cached_property
+    def rocker_sin(self) -> Any:
+        """Sine of the rocker's angle, r sin psi / s."""
+        return self.r * self._sine / self.distance
+
+    @cached_property
+    def rocker_cos(self) -> Any:
+        """Cosine of the rocker's angle, (d + r cos psi)/s."""
+        return self._out / self.distance
+
+    @cached_property
+    def rocker_rate(self) -> Any:
+        """d(rocker)/dpsi = r (r + d cos psi)/s²."""
+        return self.r * self._over / self.square
+
+    @cached_property
+    def rocker_slope(self) -> Any:
+        """d²(rocker)/dpsi² = r d (r² - d²) sin psi / s⁴."""
+        factor = self.r * self.d * (self.r - self.d) * (self.r + self.d)
+        return factor * self._sine / self.square**2
+
+    @cached_property
+    def ram(self) -> Any:
+        """Displacement of the ram along +y, y = L sin(rocker), in m."""
+        return self.length * self.rocker_sin
+
+    @cached_property
+    def ram_rate(self) -> Any:
+        """dy/d(rocker) = L cos(rocker), in m: the ratio from the rocker."""
+        return self.length * self.rocker_cos
+
+    @cached_property
+    def ram_slope(self) -> Any:
+        """Slope of that ratio, -L sin(rocker) rocker', in m."""
+        return -self.ram * self.rocker_rate
+
+
+def _lengths(mechanism: Mechanism) -> tuple[float, float, float]:
+    geometry = mechanism.geometry
+    return geometry["crank.length"], geometry["frame.length"], geometry["rocker.length"]
+
+
+def family(mechanism: Mechanism) -> Family:
+    """Chain of a crank-shaper: crank -> rocker -> ram; the block rides on the crank's pin, turning as the rocker."""
+    lengths = crank, frame, length = _lengths(mechanism)
+    names = ("crank", "block", "rocker", "rocker_pin", "ram")
+    bodies = {name: mechanism.bodies.get(name, Body()) for name in names}
+    rocker = line("rocker")
+    parts = joined(
+        pivoted(CRANK, "crank", bodies["crank"]),
+        point(CRANK, "crank.pin", crank, bodies["block"].mass, "block"),
+        Parts((driven("rocker", True),), carried("rocker", bodies["block"].inertia, "block")),
+        pivoted(rocker, "rocker", bodies["rocker"]),
+        point(rocker, "rocker.pin", length, bodies["rocker_pin"].mass, "rocker_pin"),
+        sliding("ram", bodies["ram"].mass, pi / 2, "rocker"),
+    )
+    ports = {
+        "rocker": Port("rocker", attrgetter("rocker"), returns=bool(crank < frame)),
+        "ram": Port("ram", attrgetter("ram")),
+    }
+    return Family(*parts, ports, partial(ShaperPosition, *lengths), _breakpoints(crank, frame))
+
+
+def _breakpoints(r: float, d: float) -> tuple[float, ...]:
+    """Cells shorten where the pin passes close to the rocker's pivot: s = 0 at psi = pi ± i log(d/r)."""
+    return within_turn(graded(pi, abs(log(d / r))))
+
+
+def faults(mechanism: Mechanism) -> list[Fault]:
+    """A crank as long as the frame brings the pin onto the rocker's pivot, where the rocker may turn either way."""
+    r, d, _ = _lengths(mechanism)
+    if exceeds(r, d) or exceeds(d, r):
+        return []
+    expected = f"a length other than crank.length = {float(r):.9g} m"
+    return [lock_fault(f"{mechanism.path}.frame.length", d, expected, [pi])]

@@ -1,0 +1,229 @@
+"""Four-bar: crank, coupler and rocker on a ground line from the crank's pivot to the rocker's, along +x."""
+
+from __future__ import annotations
+
+from functools import cached_property, partial
+from math import pi
+from operator import attrgetter
+from typing import Any, NamedTuple
+
+from flywheel.faults import Fault
+from flywheel.mechanisms.base import Family, Port, Position
+from flywheel.mechanisms.limits import above_one, exceeds, graded, lock_fault, where_cosine, within_turn
+from flywheel.mechanisms.parts import CRANK, Parts, driven, floating, joined, line, pivoted, point
+from flywheel.scene import Body, Mechanism
+
+
+class Bars(NamedTuple):
+    """Lengths (m) of a four-bar, and `side`: +1 open (the joint lies left of crank pin -> rocker pivot), -1 crossed."""
+
+    ground: float
+    crank: float
+    coupler: float
+    rocker: float
+    side: int
+
+
+class FourBarPosition(Position):
+    """Positions of a four-bar with ground d, crank r, coupler c and rocker L (m).
+
+    The diagonal D from the rocker's pivot to the crank's pin cuts it into a triangle that never flattens: 4 x its area,
+    `area4`, is K. Angles are continuous in psi and lie in (-pi, pi] at psi = 0.
+    """
+
+    def __init__(self, bars: Bars, psi: Any, ns: Any, anchor: Any = None) -> None:
+        super().__init__(psi, ns)
+        self.d, self.r, self.c, self.L, self.side = bars
+
+    @cached_property
+    def _drop(self) -> Any:
+        """4 d r sin²(psi/2) = D² - (d - r)²."""
+        return 4 * self.d * self.r * self.half_sin**2
+
+    @cached_property
+    def square(self) -> Any:
+        """D² = (d - r)² + 4 d r sin²(psi/2), in m²."""
+        return (self.d - self.r) ** 2 + self._drop
+
+    @cached_property
+    def area4(self) -> Any:
+        """K = sqrt[((D + L)² - c²)(c² - (D - L)²)], Heron's form, in m².
+
+        Each factor is a gap that the lengths leave at psi = 0 or 180 deg plus what D has moved since, never a
+        difference, so that K keeps its digits close to a change point.
+        """
+        d, r, c, L = self.d, self.r, self.c, self.L
+        near, uneven = abs(d - r), c - L
+        spare = (max(c, L) - max(d, r)) + (min(c, L) - min(d, r))  # c + L - d - r: so ordered, it hardly rounds
+        diagonal = self.ns.sqrt(self.square)
+        grown = self._drop / (diagonal + near)
+        left = 4 * d * r * self.half_cos**2 / (diagonal + (d + r))
+        least = ((near - uneven) + grown) * ((near + uneven) + grown)
+        return self.ns.sqrt(least * (spare + left) * (diagonal + (L + c)))
+
+    @cached_property
+    def _across(self) -> Any:
+        """Diagonal across the crank, d sin psi (m)."""
+        return 2 * self.d * self.half_sin * self.half_cos
+
+    @cached_property
+    def _along(self) -> Any:
+        """Diagonal along the crank, r - d cos psi (m)."""
+        return (self.r - self.d) + 2 * self.d * self.half_sin**2
+
+    @cached_property
+    def _at_coupler(self) -> Any:
+        """D² + c² - L² = 2 D c cos(angle at the crank's pin), in m²."""
+        return self.square + (self.c - self.L) * (self.c + self.L)
+
+    @cached_property
+    def _at_rocker(self) -> Any:
+        """D² + L² - c² = 2 D L cos(angle at the rocker's pivot), in m²."""
+        return self.square + (self.L - self.c) * (self.L + self.c)
+
+    @cached_property
+    def _at_joint(self) -> Any:
+        """L² + c² - D² = 2 L c cos(transmission angle), in m²."""
+        return self.L**2 + self.c**2 - self.square
+
+    @cached_property
+    def _diagonal_angle(self) -> Any:
+        """Continuous angle (rad): of pin -> rocker's pivot if d > r, of rocker's pivot -> pin if r > d."""
+        if self.d > self.r:
+            across = 2 * self.r * self.half_sin * self.half_cos
+            return self.ns.atan2(-across, (self.d - self.r) + 2 * self.r * self.half_sin**2)
+        return self.psi + self.ns.atan2(self._across, self._along)
+
+    @cached_property
+    def coupler(self) -> Any:
+        """Angle of the coupler from +x (rad), from the crank's pin to the joint."""
+        if self.d > self.r:
+            return self._diagonal_angle + self.side * self.ns.atan2(self.area4, self._at_coupler)
+        return self._diagonal_angle - self.side * self.ns.atan2(self.area4, -self._at_coupler)
+
+    @cached_property
+    def rocker(self) -> Any:
+        """Angle of the rocker from +x (rad), from its pivot to the joint."""
+        if self.d > self.r:
+            return self._diagonal_angle + self.side * self.ns.atan2(self.area4, -self._at_rocker)
+        return self._diagonal_angle - self.side * self.ns.atan2(self.area4, self._at_rocker)
+
+    @cached_property
+    def coupler_sin(self) -> Any:
+        """Sine of the coupler's angle."""
+        return self.ns.sin(self.coupler)
+
+    @cached_property
+    def coupler_cos(self) -> Any:
+        """Cosine of the coupler's angle."""
+        return self.ns.cos(self.coupler)
+
+    @cached_property
+    def rocker_sin(self) -> Any:
+        """Sine of the rocker's angle."""
+        return self.ns.sin(self.rocker)
+
+    @cached_property
+    def rocker_cos(self) -> Any:
+        """Cosine of the rocker's angle."""
+        return self.ns.cos(self.rocker)
+
+    @cached_property
+    def _sway(self) -> Any:
+        """± d sin psi / K (1/m)."""
+        return self.side * self._across / self.area4
+
+    @cached_property
+    def _pull(self) -> Any:
+        """r/D² (1/m)."""
+        return self.r / self.square
+
+    @cached_property
+    def rocker_rate(self) -> Any:
+        """d(rocker)/dpsi = r [r - d cos psi ± d sin psi (D² + c² - L²)/K]/D²."""
+        return self._pull * (self._along + self._sway * self._at_coupler)
+
+    @cached_property
+    def coupler_rate(self) -> Any:
+        """d(coupler)/dpsi = r [r - d cos psi ∓ d sin psi (D² + L² - c²)/K]/D²."""
+        return self._pull * (self._along - self._sway * self._at_rocker)
+
+    @cached_property
+    def rocker_slope(self) -> Any:
+        """Second derivative of the rocker's angle, from the loop's acceleration along the coupler.
+
+        theta'' = [± (2 c² chi'² - (L² + c² - D²) theta'² - r (r - d cos psi)(D² + c² - L²)/D²)/K] + r d sin psi/D².
+        """
+        turning = 2 * self.c**2 * self.coupler_rate**2 - self._at_joint * self.rocker_rate**2
+        carried = self._pull * self._along * self._at_coupler
+        return self.side * (turning - carried) / self.area4 + self._pull * self._across
+
+    @cached_property
+    def coupler_slope(self) -> Any:
+        """Second derivative of the coupler's angle, from the loop's acceleration along the rocker.
+
+        chi'' = [± ((L² + c² - D²) chi'² - 2 L² theta'² + r (r - d cos psi)(D² + L² - c²)/D²)/K] + r d sin psi/D².
+        """
+        turning = self._at_joint * self.coupler_rate**2 - 2 * self.L**2 * self.rocker_rate**2
+        carried = self._pull * self._along * self._at_rocker
+        return self.side * (turning + carried) / self.area4 + self._pull * self._across
+
+
+def _bars(mechanism: Mechanism) -> Bars:
+    ground, crank, coupler, rocker = (
+        mechanism.geometry[f"{bar}.length"] for bar in ("ground", "crank", "coupler", "rocker")
+    )
+    return Bars(ground, crank, coupler, rocker, -1 if mechanism.assembly == "crossed" else 1)
+
+
+def family(mechanism: Mechanism) -> Family:
+    """Chain of a four-bar: coupler and rocker each straight from the crank, the coupler's mass at its centre."""
+    bars = _bars(mechanism)
+    bodies = {name: mechanism.bodies.get(name, Body()) for name in ("crank", "coupler", "rocker")}
+    parts = joined(
+        pivoted(CRANK, "crank", bodies["crank"]),
+        point(CRANK, "crank.pin", bars.crank, 0.0, "crank"),
+        Parts((driven("coupler", True), driven("rocker", True))),
+        floating(line("coupler"), "coupler", bodies["coupler"], bars.crank),
+        pivoted(line("rocker"), "rocker", bodies["rocker"]),
+        point(line("rocker"), "rocker.pin", bars.rocker, 0.0, "rocker"),
+    )
+    returns = bool(bars.ground > bars.crank)  # otherwise a drag-link: all bars turn with the crank
+    ports = {name: Port(name, attrgetter(name), returns) for name in ("coupler", "rocker")}
+    return Family(*parts, ports, partial(FourBarPosition, bars), _breakpoints(bars))
+
+
+def _cosine(bars: Bars, diagonal: float) -> float:
+    """Cosine of the crank angle at which the diagonal has this length (m)."""
+    return (bars.ground**2 + bars.crank**2 - diagonal**2) / (2 * bars.ground * bars.crank)
+
+
+def _breakpoints(bars: Bars) -> tuple[float, ...]:
+    """Cells shorten close to change points: K = 0 at D = |c - L|, above psi = 0, and at D = c + L, above psi = pi."""
+    near = above_one(_cosine(bars, bars.coupler - bars.rocker))
+    far = above_one(-_cosine(bars, bars.coupler + bars.rocker))
+    return within_turn(graded(0.0, near) + graded(pi, far))
+
+
+def faults(mechanism: Mechanism) -> list[Fault]:
+    """The crank turns fully only if |c - L| < |d - r| and d + r < c + L; it locks where D leaves that range."""
+    bars = _bars(mechanism)
+    ground, crank, coupler, rocker, _ = bars
+    slack = abs(ground - crank)
+    if exceeds(coupler + rocker, ground + crank) and exceeds(slack + min(coupler, rocker), max(coupler, rocker)):
+        return []
+    cosines = _cosine(bars, coupler - rocker), _cosine(bars, coupler + rocker)
+    angles = [angle for cosine in cosines for angle in where_cosine(cosine)]
+    return [lock_fault(*_culprit(mechanism.path, bars), angles)]
+
+
+def _culprit(path: str, bars: Bars) -> tuple[str, float, str]:
+    """The bar to change, its length, and the lengths with which the crank would turn."""
+    ground, crank, coupler, rocker, _ = bars
+    slack = abs(ground - crank)
+    if not exceeds(ground, crank) and not exceeds(crank, ground):
+        return f"{path}.crank.length", crank, f"a length other than ground.length = {float(ground):.9g} m"
+    if not exceeds(rocker, min(ground, crank)):
+        return f"{path}.rocker.length", rocker, f"more than {float(min(ground, crank)):.9g} m"
+    least = max(ground + crank - rocker, rocker - slack)
+    return f"{path}.coupler.length", coupler, f"between {float(least):.9g} and {float(rocker + slack):.9g} m"

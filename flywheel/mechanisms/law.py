@@ -1,0 +1,193 @@
+"""Law: outputs whose positions are written down, as expressions of phi or as tables."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from functools import partial
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from flywheel.expressions import Expression
+from flywheel.faults import Fault, SceneError
+from flywheel.intervals import Interval
+from flywheel.jets import Jet
+from flywheel.mechanisms.base import Family, Mass, Port, Ratio, Term, Velocity
+from flywheel.mechanisms.curves import Curve, FormulaCurve, spline_curve
+from flywheel.resolution import resolved
+from flywheel.scene import Mechanism, Output
+from flywheel.switching import SwitchingError, breakpoints
+
+Array = NDArray[np.float64]
+
+_CLOSE = 1e-9  # a jump below this share of a law's range is rounding
+_ROUNDING = 1e-14
+_OWN = frozenset({"x", "v", "omega", "t"})  # what a position may not depend on
+_NODES = 0.5 - 0.5 * np.cos(np.linspace(0.0, np.pi, 17))
+
+
+class LawPosition:
+    """Positions of every output, each computed when first read.
+
+    psi is reduced to [0, period) by the turn that the anchor is in, so that a piece is followed to its end by its own
+    formula, also where the period or a switch ends it. The anchor holds floats; psi may hold any numbers.
+    """
+
+    def __init__(self, curves: Mapping[str, Curve], period: float, psi: Any, ns: Any, anchor: Any = None) -> None:
+        middle = np.asarray(psi if anchor is None else anchor, dtype=float)
+        self.psi, self.ns = psi, ns
+        self.turns = np.floor(middle / period)
+        self._curves, self._period, self._middle = curves, period, middle
+        self._jets: dict[str, Jet] = {}
+
+    def jet(self, name: str) -> Jet:
+        """Position of an output within its period, with its two derivatives by psi."""
+        if name not in self._jets:
+            lag = self.turns * self._period
+            self._jets[name] = self._curves[name].jet(self.psi - lag, self._middle - lag, self.ns)
+        return self._jets[name]
+
+
+class Survey(NamedTuple):
+    """A curve at the ends of its pieces and between: arrays of shape (pieces, 17), each row by its piece's formula."""
+
+    phi: Array
+    value: Array
+    first: Array
+    second: Array
+
+
+def family(mechanism: Mechanism, parameters: Mapping[str, float]) -> Family:
+    """Outputs of a law, each straight from the crank: ratio dx/dpsi, slope d²x/dpsi².
+
+    Raises SceneError for a position that is not finite, that jumps, or that does not return; and for one whose slope
+    jumps while it carries mass, since the reduced inertia would jump with it.
+    """
+    faults: list[Fault] = []
+    curves: dict[str, Curve] = {}
+    ports: dict[str, Port] = {}
+    for output in mechanism.outputs:
+        path = f"{mechanism.path}.outputs.{output.name}"
+        try:
+            curve = _curve(output, mechanism.period, parameters, path)
+            curves[output.name], ports[output.name] = curve, _port(output, curve, mechanism.period, path)
+        except SceneError as error:
+            faults += error.faults
+    if faults:
+        raise SceneError(faults)
+    return Family(
+        velocities=tuple(_velocity(output) for output in mechanism.outputs),
+        masses=tuple(Mass(o.name, o.inertia, o.name) for o in mechanism.outputs if o.inertia != 0),
+        weights=(),
+        ports=ports,
+        position=partial(LawPosition, curves, mechanism.period),
+        breakpoints=tuple(sorted({angle for curve in curves.values() for angle in curve.breakpoints})),
+    )
+
+
+def _velocity(output: Output) -> Velocity:
+    name = output.name
+    ratio = Ratio(lambda position: position.jet(name).first, lambda position: position.jet(name).second)
+    return Velocity(name, output.rotating, (Term("crank", ratio),))
+
+
+def _curve(output: Output, period: float, parameters: Mapping[str, float], path: str) -> Curve:
+    if output.name == "crank":
+        raise SceneError([Fault(path, "'crank'", "another name", "that is the mechanism's own shaft")])
+    if not isinstance(output.law, Expression):
+        return spline_curve(output.law, period)
+    if foreign := sorted(output.law.names - {"phi", *parameters} | output.law.names & _OWN):
+        raise SceneError([Fault(_key(output, path), f"an expression of {', '.join(foreign)}", "phi and parameters")])
+    try:
+        return FormulaCurve(output.law, parameters, _edges(output.law, period, parameters)[:-1])
+    except SwitchingError as error:
+        raise SceneError([Fault(_key(output, path), str(error), "a smooth position")]) from None
+
+
+def _edges(law: Expression, period: float, parameters: Mapping[str, float]) -> tuple[float, ...]:
+    """Where the law switches, and where cells must end for it to be followed, from 0 to the period."""
+
+    def enclosed(lo: Array, hi: Array) -> Mapping[str, Any]:
+        return {**parameters, "phi": Jet(Interval(lo, hi), 1.0)}
+
+    def valued(phi: Array) -> Mapping[str, Any]:
+        return {**parameters, "phi": phi}
+
+    edges = np.array([0.0, *breakpoints(law, 0.0, period, enclosed, valued), period])
+    splits = resolved(law, edges[:-1], edges[1:], enclosed, valued)
+    return tuple(np.unique(np.concatenate((edges, splits))).tolist())
+
+
+def _key(output: Output, path: str) -> str:
+    return f"{path}.{'theta' if output.rotating else 'x'}"
+
+
+def _port(output: Output, curve: Curve, period: float, path: str) -> Port:
+    """The output's port, after checking that it can be one."""
+    path, unit = _key(output, path), "rad" if output.rotating else "m"
+    survey = _survey(curve, period)
+    _check_finite(output, survey, path)
+    close = _CLOSE * np.ptp(survey.value) + _ROUNDING * np.max(np.abs(survey.value))
+    jumps, gain = _steps(survey.value)
+    gain = gain if abs(gain) > close else 0.0
+    if np.any(np.abs(jumps) > close):
+        worst = int(np.argmax(np.abs(jumps)))
+        found = f"a jump of {jumps[worst]:.6g} {unit} at {_degrees(survey.phi[worst, -1])}"
+        raise SceneError([Fault(path, found, "a position that does not jump")])
+    if gain and not output.rotating:
+        first, last = survey.value[0, 0], survey.value[-1, -1]
+        found = f"{first:.9g} m at 0 deg and {last:.9g} m at {_degrees(period)}"
+        raise SceneError([Fault(path, found, "a position that comes back after the period")])
+    kinks = _kinks(output, survey, path)
+    return Port(output.name, _displacement(output.name, gain), gain == 0.0, kinks)
+
+
+def _displacement(name: str, gain: float) -> Any:
+    if gain == 0.0:
+        return lambda position: position.jet(name).value
+    return lambda position: position.jet(name).value + gain * position.turns
+
+
+def _survey(curve: Curve, period: float) -> Survey:
+    edges = np.unique([0.0, *curve.breakpoints, period])
+    phi = edges[:-1, None] + np.diff(edges)[:, None] * _NODES
+    phi[:, -1] = edges[1:]
+    jet = curve.jet(phi, phi[:, 8:9], np)
+    return Survey(phi, *(np.broadcast_to(part, phi.shape) for part in (jet.value, jet.first, jet.second)))
+
+
+def _steps(values: Array) -> tuple[Array, float]:
+    """How far a quantity jumps after each piece but the last, and from the start of the period to its end."""
+    return values[1:, 0] - values[:-1, -1], float(values[-1, -1] - values[0, 0])
+
+
+def _check_finite(output: Output, survey: Survey, path: str) -> None:
+    """Position and slope must be finite, and with mass the slope's slope too, which turns the reduced inertia."""
+    asked = {"position": survey.value, "slope": survey.first}
+    if output.inertia != 0:
+        asked["second derivative"] = survey.second
+    for what, values in asked.items():
+        wrong = ~np.isfinite(values)
+        if np.any(wrong):
+            found = f"a {what} that is not finite at {_degrees(survey.phi[wrong][0])}"
+            raise SceneError([Fault(path, found, "a smooth position")])
+
+
+def _kinks(output: Output, survey: Survey, path: str) -> tuple[float, ...]:
+    """Angles in [0, period) where the slope jumps; refused where the output carries mass."""
+    close = _CLOSE * np.max(np.abs(survey.first)) + _ROUNDING * np.max(np.abs(survey.value))
+    inner, seam = _steps(survey.first)
+    jumps = np.array([-seam, *inner])
+    kinks = survey.phi[np.abs(jumps) > close, 0]
+    if output.inertia != 0 and kinks.size:
+        worst = int(np.argmax(np.abs(jumps)))
+        before, after = survey.first[worst - 1, -1], survey.first[worst, 0]
+        found = f"a slope that jumps from {before:.6g} to {after:.6g} at {_degrees(survey.phi[worst, 0])}"
+        advice = "the reduced inertia would jump with it; round the corner"
+        raise SceneError([Fault(path, found, "a smooth position, as it carries mass", advice)])
+    return tuple(kinks.tolist())
+
+
+def _degrees(angle: float) -> str:
+    return f"{np.degrees(angle):.6g} deg"

@@ -1,0 +1,131 @@
+"""Slider-crank: a rod from the crank's pin drives a slider along the line y = offset."""
+
+from __future__ import annotations
+
+from functools import cached_property, partial
+from math import pi
+from operator import attrgetter
+from typing import Any
+
+from flywheel.faults import Fault
+from flywheel.mechanisms.base import Family, Port, Position
+from flywheel.mechanisms.limits import above_one, exceeds, graded, lock_fault, where_sine, within_turn
+from flywheel.mechanisms.parts import CRANK, Parts, driven, floating, joined, line, pivoted, point, sliding
+from flywheel.scene import Body, Mechanism
+
+
+class SliderPosition(Position):
+    """Positions of a slider-crank with crank r, rod l and offset e (m).
+
+    `height` is that of the crank's pin above the line of travel, h = r sin psi - e; `reach` is the rod's extent along
+    that line, q = sqrt(l² - h²) = l cos(rod). Every ratio is the crank's; none is taken through the rod, which stands
+    still at psi = 90 deg.
+    """
+
+    def __init__(self, crank: float, rod: float, offset: float, psi: Any, ns: Any, anchor: Any = None) -> None:
+        super().__init__(psi, ns)
+        self.r, self.l, self.e = crank, rod, offset
+
+    @cached_property
+    def height(self) -> Any:
+        """Height of the crank's pin above the line of travel, h = r sin psi - e (m)."""
+        return self.r * self.sin - self.e
+
+    @cached_property
+    def reach(self) -> Any:
+        """Extent of the rod along the line of travel, q = l cos(rod), in m.
+
+        With m = r + |e|: q² = (l - m)(l + m) + r² cos² psi + 2 r |e| (1 + sign(e) sin psi). No term is negative, so it
+        keeps its digits close to a lock.
+        """
+        most = self.r + abs(self.e)
+        slack = (self.l - self.r) - abs(self.e)  # so ordered, it is exact close to a lock
+        square = slack * (self.l + most) + (self.r * self.cos) ** 2
+        if self.e != 0:
+            half = self.half_cos + self.half_sin if self.e > 0 else self.half_cos - self.half_sin
+            square = square + 2 * self.r * abs(self.e) * half**2
+        return self.ns.sqrt(square)
+
+    @cached_property
+    def rod(self) -> Any:
+        """Angle of the rod from +x (rad), from the crank's pin to the slider."""
+        return self.ns.atan2(-self.height, self.reach)
+
+    @cached_property
+    def rod_sin(self) -> Any:
+        """Sine of the rod's angle."""
+        return -self.height / self.l
+
+    @cached_property
+    def rod_cos(self) -> Any:
+        """Cosine of the rod's angle."""
+        return self.reach / self.l
+
+    @cached_property
+    def rod_rate(self) -> Any:
+        """d(rod)/dpsi = -r cos psi / q."""
+        return -self.r * self.cos / self.reach
+
+    @cached_property
+    def rod_slope(self) -> Any:
+        """d²(rod)/dpsi² = (r sin psi - h rod'²)/q."""
+        return (self.r * self.sin - self.height * self.rod_rate**2) / self.reach
+
+    @cached_property
+    def slider(self) -> Any:
+        """Displacement of the slider from the crank's pivot along +x, x = r cos psi + q (m)."""
+        return self.r * self.cos + self.reach
+
+    @cached_property
+    def slider_rate(self) -> Any:
+        """dx/dpsi = r (e cos psi - x sin psi)/q, in m: it keeps its digits at the dead centres."""
+        swept = self.slider * self.sin
+        if self.e != 0:
+            swept = swept - self.e * self.cos
+        return -self.r * swept / self.reach
+
+    @cached_property
+    def slider_slope(self) -> Any:
+        """d²x/dpsi² = -[r (x cos psi + e sin psi) + x' (x' + 2 r sin psi)]/q, in m."""
+        along = self.slider * self.cos
+        if self.e != 0:
+            along = along + self.e * self.sin
+        speed = self.slider_rate
+        return -(self.r * along + speed * (speed + 2 * self.r * self.sin)) / self.reach
+
+
+def _lengths(mechanism: Mechanism) -> tuple[float, float, float]:
+    geometry = mechanism.geometry
+    return geometry["crank.length"], geometry["rod.length"], geometry.get("slider.offset", 0.0)
+
+
+def family(mechanism: Mechanism) -> Family:
+    """Chain of a slider-crank: rod and slider each straight from the crank, the rod's mass at its centre."""
+    lengths = crank, _, _ = _lengths(mechanism)
+    bodies = {name: mechanism.bodies.get(name, Body()) for name in ("crank", "rod", "slider")}
+    parts = joined(
+        pivoted(CRANK, "crank", bodies["crank"]),
+        point(CRANK, "crank.pin", crank, 0.0, "crank"),
+        Parts((driven("rod", True),)),
+        floating(line("rod"), "rod", bodies["rod"], crank),
+        sliding("slider", bodies["slider"].mass, 0.0),
+    )
+    ports = {"slider": Port("slider", attrgetter("slider")), "rod": Port("rod", attrgetter("rod"))}
+    return Family(*parts, ports, partial(SliderPosition, *lengths), _breakpoints(*lengths))
+
+
+def _breakpoints(r: float, rod: float, e: float) -> tuple[float, ...]:
+    """Cells shorten where the rod nearly stands across: q = 0 at sin psi = (e ± l)/r, above ±90 deg."""
+    up, down = above_one((rod + e) / r), above_one((rod - e) / r)
+    return within_turn(graded(pi / 2, up) + graded(-pi / 2, down))
+
+
+def faults(mechanism: Mechanism) -> list[Fault]:
+    """A rod that is not longer than crank + |offset| locks the crank where |r sin psi - e| = l."""
+    r, rod, e = _lengths(mechanism)
+    most = r + abs(e)
+    if exceeds(rod, most):
+        return []
+    angles = where_sine((e + rod) / r) + where_sine((e - rod) / r)
+    expected = f"a rod longer than crank + |offset| = {float(most):.9g} m"
+    return [lock_fault(f"{mechanism.path}.rod.length", rod, expected, angles)]

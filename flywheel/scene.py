@@ -1,0 +1,146 @@
+"""The scene: what a user asks, checked and in SI, as plain frozen data.
+
+Nothing here computes. `flywheel.reading` fills these from TOML; `flywheel.machine` turns them into a bond graph.
+Places are canonical names: a shaft (`crank`), or a mechanism's port (`press.slider`).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from flywheel.expressions import Expression
+
+TURN = 2 * np.pi
+
+
+class Body(NamedTuple):
+    """A rigid body: mass (kg), inertia about its centre of mass (kg m²), centre of mass from the first pin (m, rad)."""
+
+    mass: float = 0.0
+    inertia: float = 0.0
+    com: float = 0.0
+    com_angle: float = 0.0
+
+
+class Table(NamedTuple):
+    """Numbers against angle: `angle` ascends (rad; two equal ones are a jump), `value` is SI."""
+
+    angle: NDArray[np.float64]
+    value: NDArray[np.float64]
+    interpolation: str = "linear"  # linear, pchip, step; a law's table is always a periodic cubic spline
+
+
+Law = float | Expression | Table
+
+
+class Output(NamedTuple):
+    """One output of a `law` mechanism: its position (m or rad) as a function of the mechanism's angle."""
+
+    name: str
+    rotating: bool
+    law: Expression | Table
+    inertia: float  # mass (kg) of an `x`, inertia (kg m²) of a `theta`
+
+
+@dataclass(frozen=True)
+class Mechanism:
+    """One mechanism: its own crank angle is psi = ratio phi + phase, ratio being that of its shaft.
+
+    `geometry` holds lengths (m) and angles (rad) by their path in the scene (`crank.length`, `slider.offset`,
+    `yoke.direction`), and `assembly` (`open`, `crossed`) for a four-bar. `period` (rad of psi) is the span after which
+    the laws of a `law` mechanism repeat.
+    """
+
+    type: str
+    name: str
+    shaft: str = "crank"
+    phase: float = 0.0
+    geometry: Mapping[str, float] = field(default_factory=dict)
+    assembly: str = "open"
+    bodies: Mapping[str, Body] = field(default_factory=dict)
+    outputs: tuple[Output, ...] = ()
+    period: float = TURN
+    path: str = "mechanism"  # where it stands in the scene, for messages: `mechanism`, `mechanism[1]`
+
+
+class Load(NamedTuple):
+    """A force or torque on a place, positive along its positive sense.
+
+    Active for `start` <= angle < `end` (wrapping within `every`; None: always) and, with `sense` ±1, only while the
+    place moves that way at positive crank speed. `every` (rad) is the period of window, table and `phi`. The angle is the
+    mechanism's own on a port, the crank's on a shaft. `law` is None for the torque that is the scene's balance.
+    """
+
+    on: str
+    law: Law | None
+    every: float
+    start: float | None = None
+    end: float | None = None
+    sense: int = 0
+    path: str = "load"
+
+
+class Spring(NamedTuple):
+    """A spring from a place to the frame: effort -stiffness (x - rest)."""
+
+    on: str
+    stiffness: float
+    rest: float = 0.0
+    path: str = "spring"
+
+
+class Inertia(NamedTuple):
+    """A mass (kg) or inertia (kg m²) fixed on a place; it has no weight."""
+
+    on: str
+    value: float
+    path: str = "inertia"
+
+
+class Areas(NamedTuple):
+    """Areas between the crossings of a turning-moment diagram, with the work (J) that one unit stands for."""
+
+    values: tuple[float, ...]
+    scale: float
+
+
+@dataclass(frozen=True)
+class Scene:
+    """One machine and what is asked of it. Speeds in rad/s, angles in rad, everything SI.
+
+    `speed` is the mean of the greatest and least speed *of the crank* (converted if the scene names another shaft).
+    `unknown` is the name of the balance: "drive", a parameter's name, or None.
+    Exactly one of `irregularity` (size the flywheel) and `inertia` (analyse the given one, at its own shaft) is set.
+    """
+
+    speed: float
+    irregularity: float | None = None
+    inertia: float | None = None
+    flywheel_on: str = "crank"
+    title: str | None = None
+    source: str | None = None
+    cycle: float = TURN
+    shafts: Mapping[str, float] = field(default_factory=lambda: {"crank": 1.0})
+    parameters: Mapping[str, float] = field(default_factory=dict)
+    unknown: str | None = None
+    mechanisms: tuple[Mechanism, ...] = ()
+    inertias: tuple[Inertia, ...] = ()
+    loads: tuple[Load, ...] = ()
+    springs: tuple[Spring, ...] = ()
+    gravity: tuple[float, float] | None = None  # acceleration along x and y, m/s²
+    drive: Load | None = None  # law None when its torque is the balance
+    areas: Areas | None = None
+    rtol: float = 1e-9
+    closure: float = 1e-9
+    file: Path | None = None
+
+    @property
+    def flywheel_ratio(self) -> float:
+        """Speed of the flywheel's shaft over the crank's."""
+        return self.shafts[self.flywheel_on]
