@@ -1,0 +1,35 @@
+"""The scene format explained, topic by topic, as the command line prints it."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+_TOPICS = (
+    *("overview", "quantities", "expressions", "parameters", "shafts", "mechanism"),
+    *("scotch-yoke", "slider-crank", "four-bar", "crank-shaper", "law"),
+    *("inertia", "load", "tables", "spring", "gravity", "drive", "regime", "flywheel", "areas", "accuracy"),
+    *("faults", "results"),
+)
+
+
+def topics() -> list[str]:
+    """The names of all topics, in the order in which one would read them.
+
+    >>> topics()[:3]
+    ['overview', 'quantities', 'expressions']
+    """
+    return list(_TOPICS)
+
+
+def text(topic: str | None = None) -> str:
+    """What is to be said on a topic, in Markdown; the overview where none is named.
+
+    Raises KeyError for a topic that does not exist.
+
+    >>> text("gravity").splitlines()[0]
+    '# Gravity: `[gravity]`'
+    """
+    name = "overview" if topic is None else topic
+    if name not in _TOPICS:
+        raise KeyError(name)
+    return (Path(__file__).parent / f"{name}.md").read_text(encoding="utf-8")

@@ -1,0 +1,37 @@
+"""Commented scenes to start from: one per type of mechanism, and some whole machines."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+_KINDS = (
+    *("scotch-yoke", "slider-crank", "four-bar", "crank-shaper", "law", "rotor", "areas"),
+    *("press", "shaper", "pump", "engine"),
+)
+
+
+def kinds() -> list[str]:
+    """What there are starters for.
+
+    >>> kinds()[-4:]
+    ['press', 'shaper', 'pump', 'engine']
+    """
+    return list(_KINDS)
+
+
+def starter(kind: str) -> str:
+    """The text of a starter scene, which can be sized as it is. Raises KeyError for a kind that does not exist.
+
+    >>> starter("press").splitlines()[-1]
+    'irregularity = "15 %"                # presses live on their flywheel: 10 to 20 % is usual'
+    """
+    if kind not in _KINDS:
+        raise KeyError(kind)
+    return (Path(__file__).parent / f"{kind}.toml").read_text(encoding="utf-8")
+
+
+def write_starter(kind: str, path: str | Path) -> None:
+    """Write a starter scene into a new file. Raises FileExistsError rather than touch a file that is there."""
+    text = starter(kind)
+    with Path(path).open("x", encoding="utf-8") as file:
+        file.write(text)
