@@ -1,0 +1,153 @@
+"""The independent route: one steady cycle stepped in time confirms what a sizing promises.
+
+Integrates (J + I*) alpha + ½ dI*/dphi omega² = M* on I* and M* straight from the bond graph. It shares no cell,
+quadrature or closed form with the sizing; the two are compared at the end, and that is the error reported.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from flywheel import steady
+from flywheel.machine import Machine
+from flywheel.piecewise import ROUNDING
+from flywheel.regime import Cycle
+from flywheel.results import Confirmation, Sizing
+from flywheel.steady import NoMotionError, Run
+from flywheel.stepping import TIGHTEST, Step, Tolerance, reduced_at, through
+
+Array = NDArray[np.float64]
+
+
+class _Confirmed(NamedTuple):
+    irregularity: float
+    speed_max: float
+    speed_min: float
+    period: float
+    closure: float
+    error: float
+
+
+def confirmed(sizing: Sizing) -> Sizing:
+    """The sizing with one steady cycle stepped in time: with the exact (or given) flywheel, and with the approximate one."""
+    machine, cycle, run = sizing.machine, sizing.cycle, sizing.run
+    if machine is None or cycle is None:
+        return sizing
+    if run is None:
+        return replace(sizing, messages=(*sizing.messages, "nothing to simulate: the machine has no inertia"))
+    found = _cycle_in_time(machine, cycle, sizing.speed, run, sizing.rtol)
+    approximate, message = _with_approximate(sizing)
+    error = found.error if approximate is None else max(found.error, approximate.error)
+    confirmation = Confirmation(
+        irregularity=found.irregularity,
+        irregularity_approximate=approximate and approximate.irregularity,
+        speed_max=found.speed_max,
+        speed_min=found.speed_min,
+        speed_time_mean=sizing.scene.cycle / found.period,
+        period=found.period,
+        closure=found.closure,
+    )
+    errors = sizing.error._replace(simulation=error)
+    messages = (*sizing.messages, message) if message else sizing.messages
+    return replace(sizing, simulation=confirmation, error=errors, messages=messages)
+
+
+def _with_approximate(sizing: Sizing) -> tuple[_Confirmed | None, str]:
+    machine, cycle, figure = sizing.machine, sizing.cycle, sizing.flywheel.approximate
+    if machine is None or cycle is None or figure is None:
+        return None, ""
+    try:
+        run = steady.run(cycle, sizing.speed, figure * sizing.scene.flywheel_ratio**2)
+    except NoMotionError:
+        return None, "no steady motion with the approximate flywheel has the mean of extremes asked for"
+    return _cycle_in_time(machine, cycle, sizing.speed, run, sizing.rtol), ""
+
+
+def _cycle_in_time(machine: Machine, cycle: Cycle, speed: float, run: Run, rtol: float) -> _Confirmed:
+    """One cycle in scaled time tau = w t and scaled speed u, omega = w (1 + scale u).
+
+    The scale is of the size of the irregularity, so that u keeps its digits however small that is. The error is judged
+    against the energy route: the difference of the two irregularities plus the bound of the latter.
+    """
+    scale = run.irregularity if run.irregularity > 0.0 else 1.0
+    start = run.offset * 2 / (speed**2 * (run.inertia + cycle.inertia_at_start))
+    u = start / (scale * (1 + np.sqrt(1 + start)))
+    tight = max(3e-3 * rtol * min(run.speed_min / speed, 1.0), TIGHTEST)  # relative to the least speed
+    steps = _one_cycle(machine, cycle, speed, run.inertia, scale, u, tight)
+    (_, high), (_, low) = _extreme(steps, +1.0), _extreme(steps, -1.0)
+    last = steps[-1]
+    closing = scale * float(last.dense(last.end)[1] - u)
+    irregularity = scale * (high - low) / (1 + 0.5 * scale * (high + low))
+    found = _Confirmed(
+        irregularity=irregularity,
+        speed_max=speed * (1 + scale * high),
+        speed_min=speed * (1 + scale * low),
+        period=last.end / speed,
+        closure=closing / (1 + scale * u),
+        error=0.0,
+    )
+    return found._replace(error=_disagreement(machine, cycle, speed, run, found, rtol))
+
+
+def _disagreement(machine: Machine, cycle: Cycle, speed: float, run: Run, found: _Confirmed, rtol: float) -> float:
+    """Largest relative difference between the figures found in time and those of the energy route, and its own doubt."""
+    period, period_doubt = steady.period(machine, cycle, speed, run, rtol)
+    speed_doubt = run.error * run.irregularity * speed / run.speed_min
+    pairs = [
+        (found.irregularity, run.irregularity, run.error),
+        (found.speed_max, run.speed_max, speed_doubt),
+        (found.speed_min, run.speed_min, speed_doubt),
+        (found.period, period, period_doubt),
+    ]
+    return 8 * ROUNDING + max(abs(a / b - 1) + doubt for a, b, doubt in pairs if b > 0.0)
+
+
+def _one_cycle(
+    machine: Machine, cycle: Cycle, speed: float, inertia: float, scale: float, u: float, tight: float
+) -> list[Step]:
+    ends, square = machine.restarts, speed**2
+    state, tau, hint = np.array([0.0, u]), 0.0, None
+    tolerance = Tolerance(tight, np.array([tight, tight]))
+    steps: list[Step] = []
+    for low, high in zip(ends[:-1].tolist(), ends[1:].tolist(), strict=True):
+
+        def rates(t: float, state: Array, ends: tuple[float, float] = (low, high)) -> Array:
+            pace = 1.0 + scale * state[1]
+            middle = 0.5 * (ends[0] + ends[1])
+            total, slope, moment = reduced_at(machine, float(state[0]), middle, cycle.balance or 0.0, ends)
+            force = moment - 0.5 * slope * square * pace * pace
+            return np.array([pace, force / ((inertia + total) * square * scale)])
+
+        passed = list(through(rates, tau, state, (low, high), np.inf, tolerance, hint))
+        steps += passed
+        tau, hint = passed[-1].end, passed[-1].end - passed[-1].start
+        state = np.array([high, passed[-1].dense(tau)[1]])
+    return steps
+
+
+_SAMPLES = 0.5 - 0.5 * np.cos(np.pi * np.arange(9) / 8)
+
+
+def _extreme(steps: list[Step], sign: float) -> tuple[float, float]:
+    """Time and value of the greatest (sign +1) or least u: roots of its derivative within every step that can hold it."""
+    times = np.array([step.start + (step.end - step.start) * _SAMPLES for step in steps])
+    values = sign * np.array([step.dense(row)[1] for step, row in zip(steps, times, strict=True)])
+    best = values.max()
+    reach = np.ptp(values, axis=1) + 1e-12 * abs(best)
+    found = [(float(times.ravel()[values.argmax()]), float(best))]
+    for k in np.flatnonzero(values.max(axis=1) + 0.25 * reach >= best):
+        series = np.polynomial.Polynomial.fit(_SAMPLES, values[k], 8, domain=[0.0, 1.0])
+        roots = series.deriv().roots()
+        inside = (np.abs(roots.imag) < 1e-6) & (roots.real > 0.0) & (roots.real < 1.0)
+        found += [_summit(steps[k], float(share), sign) for share in roots.real[inside]]
+    time, value = max(found, key=lambda item: item[1])
+    return time, sign * value
+
+
+def _summit(step: Step, share: float, sign: float) -> tuple[float, float]:
+    t = step.start + (step.end - step.start) * share
+    return t, sign * float(step.dense(t)[1])

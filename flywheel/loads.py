@@ -1,0 +1,181 @@
+"""Loads, springs and tables as laws of position for the bond graph, and the angles where they break."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bondgraph.elements import Here
+from flywheel.expressions import Expression
+from flywheel.scene import Law, Load, Spring, Table
+
+Array = NDArray[np.float64]
+Position = Callable[[Here], Any]
+
+
+class Place(NamedTuple):
+    """Where an effort acts: its 1-junction, its displacement, and the angle that its windows and `phi` see.
+
+    angle = rate * phi + phase, phi being the crank's.
+    """
+
+    junction: str
+    displacement: Position
+    rate: float = 1.0
+    phase: float = 0.0
+
+
+class Senses(NamedTuple):
+    """The sign of a place's velocity at positive crank speed, constant between its dead centres (crank angles)."""
+
+    dead_centres: Array
+    signs: Array
+
+    def at(self, phi: Any) -> Any:
+        """The sign at crank angles phi."""
+        return self.signs[np.searchsorted(self.dead_centres, phi)]
+
+
+class Pieces:
+    """A table as polynomials between its knots: values see the piece that their anchor lies in."""
+
+    def __init__(self, table: Table) -> None:
+        jumps = np.flatnonzero(np.diff(table.angle) == 0.0) + 1
+        runs = zip(np.split(table.angle, jumps), np.split(table.value, jumps), strict=True)
+        pieces = [_polynomials(angle, value, table.interpolation) for angle, value in runs if angle.size > 1]
+        self.first = float(table.angle[0])
+        self.knots = table.angle[np.diff(table.angle, prepend=-np.inf) > 0.0]
+        self._start = np.concatenate([start for start, _ in pieces])
+        most = max(len(series) for _, series in pieces)
+        padded = [np.pad(series, ((most - len(series), 0), (0, 0))) for _, series in pieces]
+        self._series = np.concatenate(padded, axis=1)
+
+    def __call__(self, angle: Any, anchor: Any) -> Any:
+        """Value at angles, each in the piece of its anchor."""
+        piece = np.maximum(np.searchsorted(self._start, anchor, side="right") - 1, 0)
+        step = angle - self._start[piece]
+        total: Any = 0.0
+        for series in self._series:
+            total = total * step + series[piece]
+        return total
+
+
+def _polynomials(angle: Array, value: Array, interpolation: str) -> tuple[Array, Array]:
+    """Left ends and coefficients (highest power first) of one run without jumps."""
+    if interpolation == "pchip" and angle.size > 2:
+        from scipy.interpolate import PchipInterpolator  # only scenes with such a table pay for it
+
+        return angle[:-1], np.asarray(PchipInterpolator(angle, value).c)
+    flat = np.zeros(angle.size - 1)
+    if interpolation == "step":
+        return angle[:-1], np.stack((flat, value[:-1]))
+    return angle[:-1], np.stack((np.diff(value) / np.diff(angle), value[:-1]))
+
+
+class Effort:
+    """The law of one load: its value where it is active, 0 elsewhere; `unknown` names the scene's balance, if any."""
+
+    def __init__(
+        self,
+        load: Load,
+        place: Place,
+        parameters: Mapping[str, float],
+        unknown: str | None = None,
+        senses: Senses | None = None,
+    ) -> None:
+        self.load, self.place, self.senses = load, place, senses
+        self.every = load.every
+        self._parameters = parameters
+        self._law: Law | Pieces | None = Pieces(load.law) if isinstance(load.law, Table) else load.law
+        self._always = load.start is None and load.sense == 0
+        expression = isinstance(load.law, Expression) and unknown in load.law.names
+        self.depends_on_unknown = load.law is None or expression
+        self._unknown = unknown if expression else None
+
+    @property
+    def constants(self) -> Mapping[str, float]:
+        """The parameters, with 1 for the unknown."""
+        return {**self._parameters, self._unknown: 1.0} if self._unknown else self._parameters
+
+    def __call__(self, here: Here, anchor: Here) -> Any:
+        """Effort without the unknown's share."""
+        return self._gated(self._coefficients(here, anchor)[0], anchor)
+
+    def per_unknown(self, here: Here, anchor: Here) -> Any:
+        """Effort per unit of the unknown."""
+        return self._gated(self._coefficients(here, anchor)[1], anchor)
+
+    def _coefficients(self, here: Here, anchor: Here) -> tuple[Any, Any]:
+        law = self._law
+        if law is None:
+            return 0.0, 1.0
+        if isinstance(law, float | int):
+            return law, 0.0
+        if isinstance(law, Pieces):
+            return law(*self._angles(here, anchor, law.first)), 0.0
+        angle, middle = self._angles(here, anchor)
+        assert isinstance(law, Expression)
+        values = self._values(law, here, angle, anchor)
+        middles = self._values(law, anchor, middle, anchor)
+        if self._unknown is None:
+            return law.evaluate(values, here.ns, middles), 0.0
+        return law.coefficients(values, self._unknown, here.ns, middles)
+
+    def _values(self, law: Expression, here: Here, angle: Any, anchor: Here) -> dict[str, Any]:
+        values: dict[str, Any] = dict(self._parameters)
+        values["phi"] = angle
+        if "x" in law.names:
+            values["x"] = self.place.displacement(here)
+        if "v" in law.names and self.senses is not None:
+            values["v"] = self.senses.at(self._crank_angle(anchor))
+        return values
+
+    def _angles(self, here: Here, anchor: Here, first: float = 0.0) -> tuple[Any, Any]:
+        """The load's angle, reduced to [first, first + every) by the turn that the anchor is in, here and at it."""
+        middle = anchor.q + self.place.phase
+        turns = self.every * np.floor((middle - first) / self.every)
+        return here.q + self.place.phase - turns, middle - turns
+
+    def _crank_angle(self, anchor: Here) -> Any:
+        return anchor.q / self.place.rate
+
+    def _gated(self, effort: Any, anchor: Here) -> Any:
+        return effort if self._always else np.where(self.active(anchor), effort, 0.0)
+
+    def active(self, anchor: Here) -> Any:
+        """Whether the load acts in the pieces of these anchors."""
+        load, active = self.load, True
+        if load.start is not None and load.end is not None:
+            middle = self._angles(anchor, anchor)[1]
+            after, before = middle >= load.start, middle < load.end
+            active = after & before if load.start < load.end else after | before
+        if load.sense and self.senses is not None:
+            active = active & (self.senses.at(self._crank_angle(anchor)) == load.sense)
+        return active
+
+    def local_breakpoints(self) -> list[float]:
+        """Angles in [0, every) where the load breaks by itself: its period's ends, its window, its table's knots."""
+        found = [0.0] if isinstance(self._law, Pieces | Expression) else []
+        if self.load.start is not None and self.load.end is not None:
+            found += [self.load.start, self.load.end]
+        return found + (self._law.knots.tolist() if isinstance(self._law, Pieces) else [])
+
+
+def spring_effort(spring: Spring, place: Place) -> Callable[[Here, Here], Any]:
+    """Effort that a spring takes up, k (x - rest): the half arrow enters it, so it acts with the opposite sign."""
+
+    def effort(here: Here, anchor: Here) -> Any:
+        return spring.stiffness * (place.displacement(here) - spring.rest)
+
+    return effort
+
+
+def crank_angles(local: float, every: float, place: Place, cycle: float) -> Array:
+    """Every crank angle in [0, cycle) at which a place's angle, reduced modulo `every`, passes `local`."""
+    first = np.ceil((place.phase - local) / every - 1e-12)
+    count = int(place.rate * cycle / every + 2)
+    angles: Array = (local + (first + np.arange(count)) * every - place.phase) / place.rate
+    return angles[(angles >= 0.0) & (angles < cycle)]

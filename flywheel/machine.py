@@ -1,0 +1,294 @@
+"""Scene to machine: the bond graph of the physical chain, and the angles between which everything is smooth."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bondgraph.elements import C, Here, I, Law, Modulus, Motion, One, Se
+from bondgraph.graph import BondGraph, Builder
+from bondgraph.reduction import Reduced, Reduction
+from flywheel import mechanisms
+from flywheel.faults import Fault, SceneError
+from flywheel.loads import Effort, Place, Senses, crank_angles, spring_effort
+from flywheel.mechanisms.base import Family, Ratio
+from flywheel.scene import TURN, Inertia, Load, Mechanism, Scene
+
+Array = NDArray[np.float64]
+
+_WIDEST = TURN / 4  # of a cell, in the angle of the fastest mechanism: 17 nodes then resolve plain sines to rounding
+
+_CLOSEST = 1e-7  # of a cycle, between two restarts of the time stepping that are no breakpoints
+
+
+class Machine:
+    """A machine of one degree of freedom: its scene, its bond graph, and the crank angles that it breaks at.
+
+    `graph` is the physical chain of transformers from the crank; `reduction` walks it. `omitted` lists what the scene
+    names but the machine does not need (bodies without mass that nothing hangs on, shafts that carry nothing).
+    """
+
+    def __init__(self, scene: Scene) -> None:
+        self.scene = scene
+        self._families = {m.name: mechanisms.build(m, scene.parameters) for m in scene.mechanisms}
+        self._motions = {m.name: _motion(self._families[m.name], m) for m in scene.mechanisms}
+        self._crank_motion = Motion("crank")
+        self.places = dict(self._shaft_places()) | dict(self._port_places())
+        self.omitted: tuple[str, ...] = ()
+        self._senses: dict[str, Senses] = {}
+        self.graph = self._built(with_loads=False)
+        self.reduction = Reduction(self.graph, "crank")
+        self._senses = {place: self._senses_of(place) for place in self._places_with_senses()}
+        self.efforts = tuple(self._effort(load) for load in self._all_loads())
+        self.graph = self._built(with_loads=True)
+        self.reduction = Reduction(self.graph, "crank")
+
+    def reduce(self, phi: Any, anchor: Any = None) -> Reduced:
+        """I*, dI*/dphi, M* at crank angles phi (rad) in [0, cycle], straight from the bond graph.
+
+        `anchor` (same shape, or broadcastable) is an angle inside the smooth piece that each phi belongs to.
+        """
+        return self.reduction(phi, self.anchors(phi) if anchor is None else anchor)
+
+    def anchors(self, phi: Any) -> Any:
+        """The middle of the smooth piece that each angle lies in (at a breakpoint: the piece that begins there)."""
+        return self.middles(self.breakpoints, phi)
+
+    @staticmethod
+    def middles(edges: Array, phi: Any) -> Any:
+        """The middle of the interval between edges that each angle lies in."""
+        piece = np.searchsorted(edges, phi, side="right") - 1
+        piece = np.clip(piece, 0, edges.size - 2)
+        return 0.5 * (edges[piece] + edges[piece + 1])
+
+    def active(self, effort: Effort, phi: Any) -> Any:
+        """Whether a load acts at crank angles phi, none of them a breakpoint."""
+        q = effort.place.rate * phi
+        return effort.active(Here(q, None, np))
+
+    @cached_property
+    def breakpoints(self) -> Array:
+        """Crank angles (rad) from 0 to the cycle between which every load and ratio is smooth."""
+        known = merged([0.0, self.scene.cycle, *self._own_breakpoints()], self.scene.cycle)
+        return merged([*known, *self._switch_angles(known)], self.scene.cycle)
+
+    @cached_property
+    def landmarks(self) -> Array:
+        """The breakpoints, and the edges that close in on narrow features."""
+        from flywheel import features
+
+        return features.closed_in(self, self.breakpoints)
+
+    @cached_property
+    def restarts(self) -> Array:
+        """Where time stepping starts afresh: the landmarks, but for those so close that time could not tell them apart."""
+        gaps = np.diff(self.landmarks)
+        wide = gaps > _CLOSEST * self.scene.cycle
+        apart = np.concatenate(([True], wide)) & np.concatenate((wide, [True]))
+        return self.landmarks[apart | np.isin(self.landmarks, self.breakpoints)]
+
+    @cached_property
+    def mesh(self) -> Array:
+        """Edges of the first cells: the landmarks, with wide stretches cut evenly."""
+        fastest = max([self.scene.shafts[m.shaft] for m in self.scene.mechanisms], default=0.0)
+        counts = np.ceil(np.diff(self.landmarks) * fastest / _WIDEST * (1 - 1e-12)).astype(int).clip(1)
+        pairs = zip(self.landmarks[:-1], self.landmarks[1:], counts, strict=True)
+        pieces = [np.linspace(a, b, n, endpoint=False) for a, b, n in pairs]
+        return np.concatenate([*pieces, self.landmarks[-1:]])
+
+    # -- the graph ---------------------------------------------------------------------------------------------------
+
+    def _built(self, *, with_loads: bool) -> BondGraph:
+        builder = Builder()
+        builder.add(One("crank"))
+        needed = self._needed()
+        for name, ratio in self.scene.shafts.items():
+            if name != "crank" and name in needed:
+                builder.sum(name, [("crank", ratio)], "rotation")
+        for mechanism in self.scene.mechanisms:
+            self._hang(builder, mechanism, needed)
+        for item in self.scene.inertias:
+            self._check_inertia(item)
+            builder.port(self.places[item.on].junction, I(item.path, item.value, part=f"inertia on {item.on}"))
+        if with_loads:
+            self._load(builder)
+        if len(builder) == 1:
+            builder.port("crank", I("nothing", 0.0))
+        return builder.build()
+
+    def _hang(self, builder: Builder, mechanism: Mechanism, needed: set[str]) -> None:
+        family, name = self._families[mechanism.name], mechanism.name
+        for velocity in family.velocities:
+            target = f"{name}.{velocity.name}"
+            if target in needed:
+                terms = [(_junction(mechanism, term.source), self._modulus(name, term.ratio)) for term in velocity.terms]
+                builder.sum(target, terms, "rotation" if velocity.rotating else "translation")
+        for k, mass in enumerate(family.masses):
+            junction = _junction(mechanism, mass.velocity)
+            builder.port(junction, I(f"{name}.mass[{k}]", mass.value, part=f"{name}.{mass.body}"))
+        for k, (place, force, body) in enumerate(self._weights(family)):
+            junction = _junction(mechanism, place)
+            builder.port(junction, Se(f"{name}.weight[{k}]", force, part=f"weight of {name}.{body}"))
+
+    def _check_inertia(self, item: Inertia) -> None:
+        mechanism, _, port = item.on.partition(".")
+        kinks = self._families[mechanism].ports[port].kinks if port else ()
+        if kinks:
+            found = f"{item.on}, whose velocity jumps at {np.degrees(kinks[0]):.6g} deg of its mechanism"
+            raise SceneError([Fault(f"{item.path}.on", found, "a port with a continuous velocity", "smooth its law")])
+
+    def _weights(self, family: Family) -> Iterator[tuple[str, float, str]]:
+        if self.scene.gravity is None:
+            return
+        gx, gy = self.scene.gravity
+        for weight in family.weights:
+            force = weight.mass * (gx * np.cos(weight.direction) + gy * np.sin(weight.direction))
+            if abs(force) > 1e-16 * weight.mass * (abs(gx) + abs(gy)):
+                yield weight.velocity, float(force), weight.body
+
+    def _load(self, builder: Builder) -> None:
+        for effort in self.efforts:
+            motion = self.motion_of(effort.load.on)
+            law = Law(effort, motion, effort.per_unknown if effort.depends_on_unknown else None)
+            builder.port(effort.place.junction, Se(effort.load.path, law, part=_title(effort.load)))
+        for spring in self.scene.springs:
+            place = self.places[spring.on]
+            law = Law(spring_effort(spring, place), self.motion_of(spring.on))
+            builder.port(place.junction, C(spring.path, law, part=f"{spring.path} on {spring.on}"))
+
+    def _modulus(self, name: str, ratio: float | Ratio) -> float | Modulus:
+        return Modulus(ratio.value, ratio.slope, self._motions[name]) if isinstance(ratio, Ratio) else ratio
+
+    def _needed(self) -> set[str]:
+        """Junctions that carry something, and those that lead to them."""
+        carrying = {self.places[place].junction for place in self._loaded_places()}
+        parents: dict[str, tuple[str, ...]] = {}
+        for mechanism in self.scene.mechanisms:
+            family = self._families[mechanism.name]
+            parents |= {
+                f"{mechanism.name}.{v.name}": tuple(_junction(mechanism, t.source) for t in v.terms)
+                for v in family.velocities
+            }
+            carrying |= {_junction(mechanism, mass.velocity) for mass in family.masses}
+            carrying |= {_junction(mechanism, velocity) for velocity, _, _ in self._weights(family)}
+        todo = list(carrying)
+        while todo:
+            fresh = [p for p in parents.get(todo.pop(), ()) if p not in carrying]
+            carrying.update(fresh)
+            todo += fresh
+        everything = [*self.scene.shafts, *parents]
+        self.omitted = tuple(name for name in everything if name not in carrying and name != "crank")
+        return carrying
+
+    # -- places ------------------------------------------------------------------------------------------------------
+
+    def _shaft_places(self) -> Iterator[tuple[str, Place]]:
+        for name, ratio in self.scene.shafts.items():
+            yield name, Place(name, _turned(ratio))
+
+    def _port_places(self) -> Iterator[tuple[str, Place]]:
+        for mechanism in self.scene.mechanisms:
+            rate = self.scene.shafts[mechanism.shaft]
+            for name, port in self._families[mechanism.name].ports.items():
+                junction = f"{mechanism.name}.{port.velocity}"
+                place = Place(junction, _displaced(port.position), rate, mechanism.phase)
+                yield f"{mechanism.name}.{name}", place
+
+    def motion_of(self, place: str) -> Motion:
+        """Where the laws at a place take their positions from."""
+        return self._motions.get(place.partition(".")[0], self._crank_motion) if "." in place else self._crank_motion
+
+    def _loaded_places(self) -> Iterator[str]:
+        items: Iterable[Any] = (*self._all_loads(), *self.scene.springs, *self.scene.inertias)
+        yield from (item.on for item in items)
+
+    def _all_loads(self) -> tuple[Load, ...]:
+        drive = self.scene.drive
+        return self.scene.loads if drive is None else (*self.scene.loads, drive)
+
+    def _effort(self, load: Load) -> Effort:
+        place = self.places[load.on]
+        return Effort(load, place, self.scene.parameters, self.scene.unknown, self._senses.get(load.on))
+
+    # -- breakpoints -------------------------------------------------------------------------------------------------
+
+    def _mechanism_breakpoints(self) -> Iterator[float]:
+        for mechanism in self.scene.mechanisms:
+            place = Place("", _turned(1.0), self.scene.shafts[mechanism.shaft], mechanism.phase)
+            for angle in self._families[mechanism.name].breakpoints:
+                yield from crank_angles(angle, mechanism.period, place, self.scene.cycle)
+
+    def _own_breakpoints(self) -> Iterator[float]:
+        cycle = self.scene.cycle
+        yield from self._mechanism_breakpoints()
+        for effort in self.efforts:
+            for angle in effort.local_breakpoints():
+                yield from crank_angles(angle, effort.every, effort.place, cycle)
+            if effort.senses is not None:
+                yield from effort.senses.dead_centres
+
+    def _switch_angles(self, known: Array) -> Iterator[float]:
+        from flywheel import features
+
+        for effort in self.efforts:
+            yield from features.switch_angles(self, effort, known)
+
+    def _places_with_senses(self) -> set[str]:
+        def needs(load: Load) -> bool:
+            return bool(load.sense) or "v" in getattr(load.law, "names", ())
+
+        return {load.on for load in self._all_loads() if needs(load)}
+
+    def _senses_of(self, place: str) -> Senses:
+        from flywheel import features
+
+        smooth = merged([0.0, self.scene.cycle, *self._mechanism_breakpoints()], self.scene.cycle)
+        dead_centres = features.dead_centres(self, self.places[place].junction, smooth)
+        edges = np.concatenate(([0.0], dead_centres, [self.scene.cycle]))
+        middles = 0.5 * (edges[1:] + edges[:-1])
+        gain = self.reduction.flows(middles, middles).gain[self.reduction.variable[self.places[place].junction]]
+        return Senses(dead_centres, np.broadcast_to(np.sign(gain), middles.shape))
+
+
+def merged(angles: Iterable[float], cycle: float) -> Array:
+    """Ascending angles without those that only rounding tells apart; 0 and the cycle stay exact."""
+    ascending = np.sort(np.asarray(list(angles), dtype=float))  # np.unique would import numpy.ma
+    near = 8 * np.finfo(float).eps * cycle
+    inner = ascending[(ascending > near) & (ascending < cycle - near)]
+    apart = np.diff(inner, prepend=-1.0) > near
+    return np.concatenate(([0.0], inner[apart], [cycle]))
+
+
+def _motion(family: Family, mechanism: Mechanism) -> Motion:
+    phase = mechanism.phase
+
+    def position(q: Any, ns: Any, q_anchor: Any) -> Any:
+        return family.position(q + phase, ns, q_anchor + phase)
+
+    return Motion(mechanism.shaft, position)
+
+
+def _junction(mechanism: Mechanism, velocity: str) -> str:
+    return mechanism.shaft if velocity == "crank" else f"{mechanism.name}.{velocity}"
+
+
+def _turned(ratio: float) -> Any:
+    def displacement(here: Here) -> Any:
+        return ratio * here.q
+
+    return displacement
+
+
+def _displaced(position: Any) -> Any:
+    def displacement(here: Here) -> Any:
+        return position(here.position)
+
+    return displacement
+
+
+def _title(load: Load) -> str:
+    return "drive" if load.path == "drive" else f"{load.path} on {load.on}"

@@ -1,0 +1,243 @@
+"""Functions of phi that are smooth between breakpoints, as Chebyshev series on cells.
+
+All cells have the same order and live in one array, so that fitting, integrating, differentiating and root finding
+are a handful of matrix products, however many cells there are. Values are taken at interior nodes only: a cell never
+looks at its own ends, where a load may jump. The middle node is the cell's anchor, at which every switch is decided.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+Index = NDArray[np.intp]
+
+ORDER = 17  # nodes in a cell: odd, so that its middle is one of them
+MIDDLE = ORDER // 2
+ROUNDING = float(np.finfo(np.float64).eps)
+
+_ANGLES = np.pi * (np.arange(ORDER)[::-1] + 0.5) / ORDER
+NODES: Array = np.cos(_ANGLES)
+NODES[MIDDLE] = 0.0
+_DEGREES = np.arange(ORDER + 1)
+GRID: Array = np.cos(np.pi * np.arange(2 * ORDER, -1, -1) / (2 * ORDER))  # where signs are looked at: both ends included
+
+
+def _fitting() -> Array:
+    matrix = 2.0 / ORDER * np.cos(np.outer(np.arange(ORDER), _ANGLES))
+    matrix[0] /= 2
+    return np.ascontiguousarray(matrix.T)
+
+
+def _integrating() -> Array:
+    """Coefficients -> coefficients of the integral from the cell's left end."""
+    matrix = np.zeros((ORDER, ORDER + 1))
+    matrix[0, 1] = 1.0
+    matrix[1, 2] = 0.25
+    for k in range(2, ORDER):
+        matrix[k, k + 1] = 0.5 / (k + 1)
+        matrix[k, k - 1] = -0.5 / (k - 1)
+    matrix[:, 0] = -(matrix[:, 1:] * (-1.0) ** _DEGREES[1:]).sum(axis=1)
+    return matrix
+
+
+def _differentiating() -> Array:
+    matrix = np.zeros((ORDER, ORDER))
+    for k in range(ORDER):
+        matrix[k, k - 1 :: -2] = 2.0 * k if k else 0.0
+    matrix[:, 0] /= 2
+    return matrix
+
+
+_FIT = _fitting()
+_INTEGRATE = _integrating()
+_DIFFERENTIATE = _differentiating()
+_ON_GRID: Array = np.cos(np.outer(_DEGREES, np.arccos(GRID)))
+TAIL_OF_INTEGRAL = 0.125  # of the cut-off terms and their aliases, T_k with k >= 15: |integral| <= 1/(k - 1)
+MEAN: Array = _INTEGRATE.sum(axis=1)  # series -> its integral over [-1, 1]
+_WEIGHTS: Array = _FIT @ MEAN
+
+
+class Cells(NamedTuple):
+    """Cells between consecutive edges (rad): `middle` and `half` width as columns, `phi` (cells, ORDER) at the nodes."""
+
+    edges: Array
+    middle: Array
+    half: Array
+    phi: Array
+
+    @property
+    def anchor(self) -> Array:
+        """The middle of every cell, as a column."""
+        return self.phi[:, MIDDLE : MIDDLE + 1]
+
+
+def cells(edges: Array) -> Cells:
+    """Cells between ascending edges (rad)."""
+    half = 0.5 * (edges[1:, None] - edges[:-1, None])
+    middle = edges[:-1, None] + half
+    return Cells(edges, middle, half, middle + half * NODES)
+
+
+def bisected(edges: Array, which: NDArray[np.bool_]) -> Array:
+    """The edges with every chosen cell cut in two."""
+    middles = 0.5 * (edges[:-1] + edges[1:])[which]
+    return np.sort(np.concatenate((edges, middles)))
+
+
+def fit(values: Array) -> Array:
+    """Chebyshev coefficients of values at the nodes, along the last axis."""
+    return values @ _FIT
+
+
+def integral(values: Array, half: Array) -> Array:
+    """Integral over each cell of values at the nodes: the last axis is summed."""
+    return (values @ _WEIGHTS) * half[:, 0]
+
+
+def antiderivative(series: Array, half: Array) -> Array:
+    """Series of the integral from each cell's left end; one coefficient more."""
+    return (series @ _INTEGRATE) * half
+
+
+def accumulated(rising: Array) -> Array:
+    """Value at every edge, 0 at the first, of antiderivative series (..., cells, ORDER + 1)."""
+    total = rising.sum(axis=-1).cumsum(axis=-1)
+    return np.concatenate((np.zeros((*total.shape[:-1], 1)), total), axis=-1)
+
+
+def basis(t: Array, terms: int = ORDER + 1) -> Array:
+    """T_0..T_(terms-1) at local abscissas t in [-1, 1], along a new last axis."""
+    return np.asarray(np.cos(np.arccos(t)[..., None] * _DEGREES[:terms]))
+
+
+def value(series: Array, t: Array) -> Array:
+    """Each row of coefficients at its own local abscissa."""
+    return np.asarray((series * basis(t, series.shape[-1])).sum(axis=-1))
+
+
+def tails(series: Array) -> Array:
+    """Estimated error of each cell's interpolant: five times the sum of the coefficients that were cut off.
+
+    That sum is a geometric one, continued from the last six coefficients at the slower of their two decays. They are
+    taken in pairs, so that even and odd functions count alike. Two of the five are due to aliasing, the rest covers
+    coefficients that swing in sign and size. A series that does not decay gets at least 90 times its last pair.
+    """
+    pairs = np.abs(series[..., -6:]).reshape(*series.shape[:-1], 3, 2).max(axis=-1)
+    first, middle, last = pairs[..., 0], pairs[..., 1], pairs[..., 2]
+    decay = np.maximum(last / np.maximum(middle, 1e-300), middle / np.maximum(first, 1e-300))
+    decay = np.minimum(decay, 0.9)
+    return np.asarray(10.0 * decay * np.maximum(last, middle * decay) / (1.0 - decay))
+
+
+class Crossings(NamedTuple):
+    """Sign changes of several functions, ordered by function and angle: which one, in which cell, at which local t."""
+
+    function: Index
+    cell: Index
+    t: Array
+
+    def angles(self, mesh: Cells) -> Array:
+        """Angles (rad) of the crossings; exactly an edge where the function jumps there."""
+        inside = mesh.middle[self.cell, 0] + mesh.half[self.cell, 0] * self.t
+        return np.where(self.t == 1.0, mesh.edges[self.cell + 1], inside)
+
+
+def crossings(series: Array, noise: Array) -> Crossings:
+    """Every sign change of the functions with series (functions, cells, ORDER).
+
+    Values within `noise` (functions, cells) count as zero; a stretch of zeros takes the sign before it, so that a sign
+    change after it stands where the zeros end. Jumps between cells give t = 1 of the cell before.
+    """
+    count, _number, _ = series.shape
+    grid = series @ _ON_GRID[:ORDER]
+    signs = _filled_signs(np.where(np.abs(grid) > noise[..., None], np.sign(grid), 0.0).reshape(count, -1))
+    function, place = np.nonzero(signs[:, 1:] * signs[:, :-1] < 0.0)
+    cell, gap = np.divmod(place, GRID.size)
+    found = Crossings(function, cell, _polished(series, grid, function, cell, gap))
+    hidden = _hidden(grid, noise)
+    return found if hidden is None else _merged(found, _inside_gaps(series, *hidden))
+
+
+def _filled_signs(signs: Array) -> Array:
+    if signs.all():
+        return signs
+    last = np.maximum.accumulate(np.where(signs != 0.0, np.arange(signs.shape[1]), 0), axis=1)
+    return np.take_along_axis(signs, last, axis=1)
+
+
+def _polished(series: Array, grid: Array, function: Index, cell: Index, gap: Index) -> Array:
+    """Newton's method from the secant's root, kept inside the gap; jumps stay at t = 1."""
+    jump = gap == GRID.size - 1
+    after = np.where(jump, gap, gap + 1)
+    left, right = GRID[gap], GRID[after]
+    low, high = grid[function, cell, gap], grid[function, cell, after]
+    span = low - high
+    share = np.divide(low, span, out=np.full_like(low, 0.5), where=span != 0.0)
+    t = left + (right - left) * np.clip(share, 0.0, 1.0)
+    return np.where(jump, 1.0, newton(series[function, cell], t, left, right))
+
+
+def newton(rows: Array, t: Array, left: Array, right: Array) -> Array:
+    """Roots of series, one a row, from t within [left, right]: Newton's method, and bisection where that is lost."""
+    slopes = rows @ _DIFFERENTIATE
+    step = np.zeros_like(t)
+    for _ in range(3):
+        powers = basis(t, ORDER)
+        slope = (slopes * powers).sum(axis=-1)
+        step = np.divide((rows * powers).sum(axis=-1), slope, out=np.zeros_like(t), where=slope != 0.0)
+        t = np.minimum(np.maximum(t - step, left), right)
+    lost = np.abs(step) > 1e-5  # the next step would still be above 1e-10
+    if lost.any():
+        t[lost] = _bisected_roots(rows[lost], t[lost], left[lost], right[lost])
+    return t
+
+
+def _bisected_roots(rows: Array, t: Array, left: Array, right: Array) -> Array:
+    """The same by bisection, for rows that change sign between left and right; the others keep their t."""
+    rising = np.sign(value(rows, right))
+    bracketed = rising * value(rows, left) < 0.0
+    low, high = left, right
+    for _ in range(60):
+        middle = 0.5 * (low + high)
+        above = rising * value(rows, middle) > 0.0
+        low, high = np.where(above, low, middle), np.where(above, middle, high)
+    return np.where(bracketed, 0.5 * (low + high), t)
+
+
+def _hidden(grid: Array, noise: Array) -> tuple[Index, Index, Index] | None:
+    """Grid points where a function dips towards zero so fast that it may cross twice between two of them."""
+    size = np.abs(grid)
+    middle, before, after = size[..., 1:-1], size[..., :-2], size[..., 2:]
+    lowest = (middle <= before) & (middle <= after) & (middle > noise[..., None])
+    bend = np.maximum(before, after) - middle
+    same = (grid[..., :-2] * grid[..., 1:-1] > 0.0) & (grid[..., 1:-1] * grid[..., 2:] > 0.0)
+    suspect = lowest & same & (middle < 0.5 * bend)
+    if not suspect.any():
+        return None
+    function, cell, point = np.nonzero(suspect)
+    return function, cell, point + 1
+
+
+def _inside_gaps(series: Array, function: Index, cell: Index, point: Index) -> Crossings:
+    """Crossings around suspected grid points, looked for on a grid fifty times finer."""
+    found = []
+    for j, k, p in zip(function, cell, point, strict=True):
+        fine = np.linspace(GRID[p - 1], GRID[p + 1], 101)
+        values = basis(fine, ORDER) @ series[j, k]
+        at = np.nonzero(values[1:] * values[:-1] < 0.0)[0]
+        if at.size == 2:  # an odd one is already known from the signs of the grid
+            left, right = fine[at], fine[at + 1]
+            start = left + values[at] / (values[at] - values[at + 1]) * (right - left)
+            found += [(j, k, t) for t in newton(series[[j, j], [k, k]], start, left, right)]
+    columns = np.array(found, dtype=float).reshape(-1, 3)
+    return Crossings(columns[:, 0].astype(np.intp), columns[:, 1].astype(np.intp), columns[:, 2])
+
+
+def _merged(one: Crossings, two: Crossings) -> Crossings:
+    function, cell, t = (np.concatenate(pair) for pair in zip(one, two, strict=True))
+    order = np.lexsort((t, cell, function))
+    return Crossings(function[order], cell[order], t[order])

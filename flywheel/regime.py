@@ -1,0 +1,221 @@
+"""The balanced cycle on cells: M*, dI*/dphi and I* as series, what they accumulate, and how far all that can be trusted.
+
+Everything here is quadrature of loads that depend on phi alone; nothing is stepped in time.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from flywheel import piecewise
+from flywheel.faults import Fault, SceneError
+from flywheel.machine import Machine
+from flywheel.piecewise import ORDER, ROUNDING, Cells, Crossings
+
+Array = NDArray[np.float64]
+
+_EVALUATION = 24 * ROUNDING  # rounding of a reduced quantity relative to the sum of its parts' sizes
+MOST_CELLS = 40_000
+
+
+class CycleErrors(NamedTuple):
+    """Absolute error bounds of a resolved cycle: of W (J), of the variation of I* and of I* itself (kg m²).
+
+    `by_cell` has the share of each cell's interpolation in W and in the variation of I* (2, cells).
+    """
+
+    work: float
+    variation: float
+    inertia: float
+    by_cell: Array
+
+
+class Cycle(NamedTuple):
+    """One cycle of a balanced machine, as Chebyshev series on cells.
+
+    `series` (3, cells, ORDER) holds M*, dI*/dphi and I*; `rising` (2, cells, ORDER + 1) the integrals of the first two from
+    each cell's left end; `start` (2, cells + 1) what they have accumulated at the edges: W and I* - I*(0).
+    `net` is the work of M* over the cycle (J), `exchanged` the integral of the sum of |contributions| to M* (J). `noise`
+    (2, cells) is the size below which M* and dI*/dphi cannot be told from zero.
+    """
+
+    mesh: Cells
+    series: Array
+    rising: Array
+    start: Array
+    inertia_at_start: float
+    balance: float | None
+    net: float
+    exchanged: float
+    noise: Array
+    errors: CycleErrors
+
+    def at(self, cell: NDArray[np.intp], t: Array) -> tuple[Array, Array]:
+        """W (J) and I* - I*(0) (kg m²) at local abscissas of cells."""
+        local = (self.rising[:, cell] * piecewise.basis(t)).sum(axis=-1)
+        work, variation = self.start[:, cell] + local
+        return work, variation
+
+    def where(self, phi: Array) -> tuple[NDArray[np.intp], Array]:
+        """Cell and local abscissa of angles in [0, cycle]."""
+        edges = self.mesh.edges
+        cell = np.clip(np.searchsorted(edges, phi, side="right") - 1, 0, edges.size - 2)
+        t = (phi - self.mesh.middle[cell, 0]) / self.mesh.half[cell, 0]
+        return cell, np.clip(t, -1.0, 1.0)
+
+
+def resolve(machine: Machine, edges: Array) -> Cycle:
+    """The cycle on cells between given edges: one walk of the graph at all nodes, then the balance.
+
+    The unknown u of a balance follows from the cycle's net work, N0 + u N1 = 0.
+    """
+    mesh = piecewise.cells(edges)
+    reduced = machine.reduce(mesh.phi, mesh.anchor)
+    values = np.empty((5, *mesh.phi.shape))
+    values[0], values[1], values[2] = reduced.moment, reduced.slope, reduced.inertia
+    values[3], values[4] = reduced.per_unknown, reduced.exchanged
+    if not np.isfinite(values).all():
+        raise SceneError([_not_finite(machine, mesh, values)])
+    balance = _balance(machine, values, mesh)
+    if balance is not None:
+        values[0] += balance * values[3]
+        values[4] += abs(balance) * np.abs(values[3])
+    series = piecewise.fit(values[:3])
+    rising = piecewise.antiderivative(series[:2], mesh.half)
+    start = piecewise.accumulated(rising)
+    exchanged = float(piecewise.integral(values[4], mesh.half).sum())
+    tails = piecewise.tails(series)
+    sizes = np.abs(values[[4, 1]]).max(axis=-1)
+    return Cycle(
+        mesh=mesh,
+        series=series,
+        rising=rising,
+        start=start,
+        inertia_at_start=float(piecewise.value(series[2, :1], np.array([-1.0]))[0]),
+        balance=balance,
+        net=float(start[0, -1]),
+        exchanged=exchanged,
+        noise=tails[:2] + 32 * ROUNDING * sizes,
+        errors=_errors(mesh, values, tails, exchanged, 1.0 if balance is None else 2.0),
+    )
+
+
+def _balance(machine: Machine, values: Array, mesh: Cells) -> float | None:
+    unknown = machine.scene.unknown
+    if unknown is None:
+        return None
+    net, per_unknown, size = piecewise.integral(np.stack((values[0], values[3], np.abs(values[3]))), mesh.half).sum(-1)
+    if abs(per_unknown) <= 1e-9 * size or size == 0.0:
+        path = "drive.torque" if unknown == "drive" else f"parameters.{unknown}"
+        raise SceneError(
+            [
+                Fault(
+                    path,
+                    '"balance" that does no net work over the cycle',
+                    "an unknown whose net work is not zero",
+                    "let it act where the machine moves one way, or balance another quantity",
+                )
+            ]
+        )
+    return float(-net / per_unknown)
+
+
+def check_closed(cycle: Cycle, machine: Machine) -> None:
+    """Refuse a cycle whose work does not close: without a balance the net work must be zero within `closure`."""
+    allowed = machine.scene.closure * cycle.exchanged + cycle.errors.work
+    if machine.scene.unknown is None and abs(cycle.net) > allowed:
+        share = abs(cycle.net) / cycle.exchanged
+        raise SceneError(
+            [
+                Fault(
+                    "load",
+                    f"net work {cycle.net:.9g} J over the cycle ({share:.2g} of the work exchanged)",
+                    f"zero within accuracy.closure = {machine.scene.closure:g}",
+                    'name the unknown: drive.torque = "balance", or a parameter = "balance"',
+                )
+            ]
+        )
+
+
+def _errors(mesh: Cells, values: Array, tails: Array, exchanged: float, balanced: float) -> CycleErrors:
+    by_cell = piecewise.TAIL_OF_INTEGRAL * tails[:2] * mesh.half[:, 0]
+    by_cell[0] *= balanced
+    sizes = np.abs(values[:3]).reshape(3, -1)
+    travel = np.abs(np.diff(values[:2].reshape(2, -1), axis=1)).sum(axis=1) + np.abs(values[:2, 0, 0])
+    angle = 2 * ROUNDING * mesh.edges[-1]  # rounding of the angles themselves, breakpoints included
+    slope_exchanged = float(piecewise.integral(sizes[1].reshape(mesh.phi.shape), mesh.half).sum())
+    interpolation = by_cell.sum(axis=1)
+    return CycleErrors(
+        work=float(interpolation[0] + balanced * (_EVALUATION * exchanged + angle * travel[0])),
+        variation=float(interpolation[1] + _EVALUATION * slope_exchanged + angle * travel[1]),
+        inertia=float(tails[2].max() + _EVALUATION * sizes[2].max() + angle * sizes[1].max()),
+        by_cell=by_cell,
+    )
+
+
+def _not_finite(machine: Machine, mesh: Cells, values: Array) -> Fault:
+    bad = ~np.isfinite(values).all(axis=0)
+    cell, node = np.argwhere(bad)[0]
+    phi, anchor = float(mesh.phi[cell, node]), float(mesh.anchor[cell, 0])
+    parts = machine.reduction.moments(phi, anchor)
+    culprit = next((name for name, part in parts.items() if not np.isfinite(part)), "the mechanism")
+    return Fault(
+        culprit,
+        f"a value that is not finite at crank angle {np.degrees(phi):.6g} deg",
+        "finite forces and torques over the whole cycle",
+        "mend the expression or table, or give the load a window that leaves the angle out",
+    )
+
+
+def split(cycle: Cycle, shares: Array, allowed: float) -> Array | None:
+    """Edges with the cells halved whose share of the error is too large; None when halving cannot help.
+
+    A cell whose interpolation error is at the level of rounding is left alone.
+    """
+    mesh = cycle.mesh
+    ceiling = np.abs(cycle.series).sum(axis=-1)
+    floor = 8 * ROUNDING * ORDER * (ceiling[:2] * mesh.half[:, 0])
+    improvable = (cycle.errors.by_cell > floor).any(axis=0) & (mesh.half[:, 0] > 1e-12 * mesh.edges[-1])
+    chosen = (shares > allowed / (4 * shares.size)) & improvable
+    if not chosen.any() or mesh.edges.size + chosen.sum() > MOST_CELLS:
+        return None
+    return piecewise.bisected(mesh.edges, chosen)
+
+
+class Extremes(NamedTuple):
+    """Greatest and least value of each function over the cycle, and the angles (rad) where they stand."""
+
+    greatest: Array
+    least: Array
+    angle_greatest: Array
+    angle_least: Array
+
+
+def combined(cycle: Cycle, factors: Array) -> tuple[Extremes, Crossings]:
+    """Extremes of H = a W + b (I* - I*(0)) for each row (a, b) of factors, at roots of a M* + b dI*/dphi.
+
+    Every root in every cell counts, and both ends of every cell; nothing is sampled.
+    """
+    shape = cycle.series.shape[1:]
+    slopes = (factors @ cycle.series[:2].reshape(2, -1)).reshape(len(factors), *shape)
+    found = piecewise.crossings(slopes, np.abs(factors) @ cycle.noise)
+    work, variation = cycle.at(found.cell, found.t)
+    at_roots = factors[found.function, 0] * work + factors[found.function, 1] * variation
+    at_edges = factors @ cycle.start
+    return _extremes(at_roots, at_edges, found, cycle.mesh), found
+
+
+def _extremes(at_roots: Array, at_edges: Array, found: Crossings, mesh: Cells) -> Extremes:
+    angles = found.angles(mesh)
+    bounds = np.searchsorted(found.function, np.arange(len(at_edges) + 1))
+    columns = np.empty((4, len(at_edges)))
+    for j, edge_values in enumerate(at_edges):
+        mine = slice(bounds[j], bounds[j + 1])
+        values = np.concatenate((edge_values, at_roots[mine]))
+        places = np.concatenate((mesh.edges, angles[mine]))
+        top, bottom = values.argmax(), values.argmin()
+        columns[:, j] = values[top], values[bottom], places[top], places[bottom]
+    return Extremes(*columns)

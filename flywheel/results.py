@@ -1,0 +1,159 @@
+"""What a sizing returns: plain frozen records in SI, and the dictionary that `--json` prints."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+if TYPE_CHECKING:
+    from flywheel.machine import Machine
+    from flywheel.regime import Cycle
+    from flywheel.scene import Scene
+    from flywheel.steady import Run
+
+
+class Area(NamedTuple):
+    """An area of the turning-moment diagram: the work (J) of M* between two sign changes (rad), and W at its end.
+
+    The angles are None for areas read off a diagram.
+    """
+
+    start: float | None
+    end: float | None
+    work: float
+    accumulated: float
+
+
+class Balance(NamedTuple):
+    """The unknown that makes the cycle's net work zero: its name, its value (SI) and that value's relative error."""
+
+    name: str
+    value: float
+    error: float
+
+
+class ReducedInertia(NamedTuple):
+    """I* without the flywheel over a cycle, kg m²: least, greatest, mean over phi."""
+
+    least: float
+    greatest: float
+    mean: float
+
+
+class Flywheel(NamedTuple):
+    """Flywheel figures in kg m² at the flywheel's own shaft `on`.
+
+    `bracket` is the certificate: bounds between which the exact total inertia is proven to lie, given the approximate
+    one, less the least machine inertia; both at the flywheel's shaft, before the floor at 0.
+    """
+
+    on: str
+    inertia: float | None
+    exact: float | None
+    approximate: float | None
+    approximate_total: float | None
+    inertia_torque: float | None
+    needed: bool | None
+    bracket: tuple[float, float] | None = None
+
+
+class Confirmation(NamedTuple):
+    """Motion over one steady cycle: rad/s and s. `closure` is omega(T)/omega(0) - 1; `route` says how it was found."""
+
+    irregularity: float
+    irregularity_approximate: float | None
+    speed_max: float | None
+    speed_min: float | None
+    speed_time_mean: float | None
+    period: float | None
+    closure: float | None = None
+    route: str = "time"
+
+
+class Errors(NamedTuple):
+    """Estimated errors: relative ones as the figures' scale asks, `angles` in rad; None where there is no figure."""
+
+    exact: float | None = None
+    simulation: float | None = None
+    approximate: float | None = None
+    inertia_torque: float | None = None
+    work: float | None = None
+    angles: float | None = None
+    period: float | None = None
+
+
+@dataclass(frozen=True)
+class Sizing:
+    """Everything that sizing or analysing one scene gives. Field names are those of the JSON contract where it has them.
+
+    `messages` are sentences that a user must not miss (rtol not reached, no motion with the approximate flywheel...).
+    `machine`, `cycle` and `run` are what the figures came from: None for a scene of areas.
+    """
+
+    scene: Scene
+    speed: float
+    balance: Balance | None
+    power: float | None
+    drive_work: float | None
+    areas: tuple[Area, ...]
+    accumulated_max: float
+    accumulated_min: float
+    energy_fluctuation: float
+    coefficient_of_energy: float | None
+    angle_speed_max: float | None
+    angle_speed_min: float | None
+    reduced_inertia: ReducedInertia | None
+    flywheel: Flywheel
+    simulation: Confirmation | None
+    error: Errors
+    closure: float
+    rtol: float
+    messages: tuple[str, ...] = ()
+    machine: Machine | None = None
+    cycle: Cycle | None = None
+    run: Run | None = None
+
+    @property
+    def reached(self) -> bool:
+        """Whether every estimated relative error is within rtol."""
+        relative = (self.error.exact, self.error.simulation, self.error.approximate, self.error.work)
+        return all(error is None or error <= self.rtol for error in relative)
+
+    def as_dict(self) -> dict[str, Any]:
+        """The JSON contract of `flywheel size`, SI throughout, plus the keys that this version adds."""
+        scene = self.scene
+        return {
+            "title": scene.title,
+            "reduction": "crank",
+            "cycle": None if scene.areas else scene.cycle,
+            "speed": self.speed,
+            "speed_asked": scene.speed,
+            "irregularity": scene.irregularity,
+            "balance": self.balance and {"name": self.balance.name, "value": self.balance.value},
+            "power": self.power,
+            "areas": [{"from": a.start, "to": a.end, "work": a.work, "accumulated": a.accumulated} for a in self.areas],
+            "accumulated_max": self.accumulated_max,
+            "accumulated_min": self.accumulated_min,
+            "energy_fluctuation": self.energy_fluctuation,
+            "coefficient_of_energy": self.coefficient_of_energy,
+            "angle_speed_max": self.angle_speed_max,
+            "angle_speed_min": self.angle_speed_min,
+            "reduced_inertia": _inertia_dict(self.reduced_inertia),
+            "flywheel": {k: v for k, v in self.flywheel._asdict().items() if k != "bracket"},
+            "simulation": self.simulation and _confirmation_dict(self.simulation),
+            "error": self.error._asdict(),
+            "closure": self.closure,
+            "certificate": self.flywheel.bracket and list(self.flywheel.bracket),
+            "rtol": self.rtol,
+            "reached": self.reached,
+            "messages": list(self.messages),
+        }
+
+
+def _inertia_dict(inertia: ReducedInertia | None) -> dict[str, float | None]:
+    least, greatest, mean = inertia or (None, None, None)
+    return {"min": least, "max": greatest, "mean": mean}
+
+
+def _confirmation_dict(confirmation: Confirmation) -> dict[str, Any]:
+    return confirmation._asdict()

@@ -1,0 +1,165 @@
+"""Speed over a steady cycle for a given inertia: from the energy, in closed form, at the mean of extremes asked for."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from flywheel import piecewise, regime
+from flywheel.machine import Machine
+from flywheel.piecewise import ORDER, ROUNDING
+from flywheel.regime import Cycle
+
+Array = NDArray[np.float64]
+Index = NDArray[np.intp]
+
+
+class Run(NamedTuple):
+    """Periodic motion with a given inertia on the crank (kg m²): speeds in rad/s, angles in rad.
+
+    `offset` is the kinetic energy at phi = 0 less ½ (J + I*(0)) w_a² (J); `error` bounds the relative error of the
+    irregularity, 2 (w_max - w_min)/(w_max + w_min).
+    """
+
+    inertia: float
+    irregularity: float
+    speed_max: float
+    speed_min: float
+    angle_speed_max: float
+    angle_speed_min: float
+    offset: float
+    error: float
+
+
+class NoMotionError(ValueError):
+    """No periodic motion has the mean of extremes asked for: the machine would stop within the cycle."""
+
+
+def run(cycle: Cycle, speed: float, inertia: float) -> Run:
+    """The motion whose mean of greatest and least speed is `speed` (rad/s), by Newton's method on the energy level e.
+
+    omega² = speed² (1 + s), s = (2 e + 2 W - speed² (I* - I*(0)))/(speed² (J + I*)): s keeps its digits however small
+    the fluctuation is. Raises NoMotionError where every level that keeps turning is too fast.
+    """
+    least = regime.combined(cycle, np.array([[1.0, 0.0], [0.0, 1.0]]))[0].least
+    start = inertia + cycle.inertia_at_start
+    if start + least[1] <= 0.0:
+        raise NoMotionError
+    lowest = -0.5 * speed**2 * start - float(least[0])
+    level = _Level(cycle, speed, inertia)
+    if level.swing(lowest).mean() >= 1.0:
+        raise NoMotionError
+    offset = 0.0 if lowest < 0.0 else 2 * lowest + abs(float(least[0]))
+    for _ in range(60):
+        swing = level.swing(offset)
+        step = (1.0 - swing.mean()) / swing.slope(speed)
+        target = offset + step
+        offset = target if target > lowest else 0.5 * (offset + lowest)
+        if abs(step) <= 4 * ROUNDING * (abs(offset) + 0.25 * speed**2 * swing.least_total * np.ptp(swing.s)):
+            break
+    return level.run(offset)
+
+
+class _Swing(NamedTuple):
+    """Fastest and slowest point at one energy level: s, J + I*, cell and local abscissa there; the least J + I*."""
+
+    s: Array
+    total: Array
+    cell: Index
+    t: Array
+    least_total: float
+
+    def mean(self) -> float:
+        """Mean of extremes over the speed asked for."""
+        return float(np.sqrt(np.maximum(1.0 + self.s, 0.0)).mean())
+
+    def slope(self, speed: float) -> float:
+        """Slope of that mean with the energy level, 1/J."""
+        return float((1.0 / (speed**2 * self.total * np.sqrt(np.maximum(1.0 + self.s, 1e-30)))).mean())
+
+
+class _Level:
+    """A cycle run with one inertia: its speed at any energy level."""
+
+    def __init__(self, cycle: Cycle, speed: float, inertia: float) -> None:
+        self.cycle, self.speed, self.square, self.inertia = cycle, speed, speed**2, inertia
+        count = cycle.mesh.phi.shape[0]
+        nodes = cycle.at(np.repeat(np.arange(count), ORDER), np.tile(piecewise.NODES, count))
+        self._at_nodes = tuple(values.reshape(cycle.mesh.phi.shape) for values in nodes)
+        values = cycle.series[:2] @ piecewise.basis(piecewise.NODES, ORDER).T
+        self._moment, self._slope = values[0], values[1]
+
+    def fluctuation(self, offset: float, work: Array, variation: Array) -> tuple[Array, Array]:
+        """S and J + I* from W and I* - I*(0)."""
+        total = self.inertia + self.cycle.inertia_at_start + variation
+        return (2 * offset + 2 * work - self.square * variation) / (self.square * total), total
+
+    def swing(self, offset: float) -> _Swing:
+        """Fastest and slowest point: at roots of M* - ½ omega² dI*/dphi, or at an end of a cell."""
+        s, _ = self.fluctuation(offset, *self._at_nodes)
+        half_square = 0.5 * self.square * (1.0 + s)
+        force = piecewise.fit((self._moment - half_square * self._slope)[None])
+        noise = self.cycle.noise[0] + half_square.max(axis=-1) * self.cycle.noise[1]
+        found = piecewise.crossings(force, noise[None])
+        cells = np.arange(s.shape[0])
+        cell = np.concatenate((cells, cells, found.cell))
+        t = np.concatenate((np.full(cells.size, -1.0), np.ones(cells.size), found.t))
+        s, total = self.fluctuation(offset, *self.cycle.at(cell, t))
+        ends = [int(s.argmax()), int(s.argmin())]
+        return _Swing(s[ends], total[ends], cell[ends], t[ends], float(total.min()))
+
+    def run(self, offset: float) -> Run:
+        """The figures of the motion at an energy level."""
+        swing = self.swing(offset)
+        root = np.sqrt(np.maximum(1.0 + swing.s, 0.0))
+        spread = float(swing.s[0] - swing.s[1])
+        errors = self.cycle.errors
+        doubt = 2 * (2 * errors.work + self.square * errors.variation) / self.square / swing.least_total
+        doubt += 2 * spread * (errors.inertia / swing.least_total + 4 * ROUNDING)
+        angles = self._angles(swing)
+        return Run(
+            inertia=self.inertia,
+            irregularity=2 * spread / float(root.sum()) ** 2,
+            speed_max=self.speed * float(root[0]),
+            speed_min=self.speed * float(root[1]),
+            angle_speed_max=float(angles[0]),
+            angle_speed_min=float(angles[1]),
+            offset=offset,
+            error=doubt / spread if spread > 0.0 else 0.0,
+        )
+
+    def _angles(self, swing: _Swing) -> Array:
+        """Angles of the extremes, polished on M* - ½ omega² dI*/dphi itself; the ends of cells are exact."""
+        mesh, inside = self.cycle.mesh, np.abs(swing.t) < 1.0
+        rows = self.cycle.series[0, swing.cell] - 0.5 * self.square * (
+            (1.0 + swing.s)[:, None] * self.cycle.series[1, swing.cell]
+        )
+        ends = np.full_like(swing.t, -1.0), np.ones_like(swing.t)
+        t = np.where(inside, piecewise.newton(rows, swing.t, *ends), swing.t)
+        edge = mesh.edges[swing.cell + (swing.t > 0.0)]
+        return np.where(inside, mesh.middle[swing.cell, 0] + mesh.half[swing.cell, 0] * t, edge)
+
+
+def speed_over_cycle(cycle: Cycle, speed: float, motion: Run, phi: Array) -> Array:
+    """Crank speed (rad/s) of a run at angles phi (rad); `speed` is the mean of extremes that it was found for."""
+    cell, t = cycle.where(phi)
+    work, variation = cycle.at(cell, t)
+    total = motion.inertia + cycle.inertia_at_start + variation
+    s = (2 * motion.offset + 2 * work - speed**2 * variation) / (speed**2 * total)
+    return np.asarray(speed * np.sqrt(np.maximum(1.0 + s, 0.0)))
+
+
+def period(machine: Machine, cycle: Cycle, speed: float, motion: Run, rtol: float) -> tuple[float, float]:
+    """Time of one cycle (s), the integral of dphi/omega, and its estimated relative error; cells are halved as needed."""
+    for _ in range(40):
+        mesh = cycle.mesh
+        pace = 1.0 / speed_over_cycle(cycle, speed, motion, mesh.phi)
+        total = float(piecewise.integral(pace, mesh.half).sum())
+        shares = piecewise.TAIL_OF_INTEGRAL * piecewise.tails(piecewise.fit(pace)) * mesh.half[:, 0] / total
+        chosen = shares > 0.1 * rtol / shares.size
+        if shares.sum() <= rtol or not chosen.any() or mesh.edges.size > regime.MOST_CELLS:
+            break
+        cycle = regime.resolve(machine, piecewise.bisected(mesh.edges, chosen))
+    return total, float(shares.sum()) + motion.error * motion.irregularity + 24 * ROUNDING

@@ -1,0 +1,360 @@
+"""The command line: exit codes, streams, files, and how little it imports."""
+
+from __future__ import annotations
+
+import csv
+import json
+import math
+import os
+import subprocess
+import sys
+from pathlib import Path
+from typing import Any
+
+import pytest
+from click.testing import CliRunner, Result
+
+from flywheel.cli import main
+from tests.flywheel.scenes import yoke
+
+SCENES = Path(__file__).parents[1] / "references" / "scenes"
+ROOT = Path(__file__).parents[2]
+
+YOKE = """
+title = "Yoke"
+mechanism = {type = "scotch-yoke", crank = {length = "0.5 m"}, yoke = {mass = 20}}
+load = [{on = "yoke", force = "1000 N", from = 0, to = "180 deg"}]
+drive = {torque = "balance"}
+regime = {speed = "60 rpm"}
+flywheel = {irregularity = 0.04}
+"""
+
+
+def run(*arguments: object) -> Result:
+    return CliRunner().invoke(main, [str(argument) for argument in arguments])
+
+
+def process(*arguments: object, code: str | None = None, **options: Any) -> subprocess.CompletedProcess[str]:
+    """The program, or a line of Python, as a process of its own."""
+    command = [sys.executable, *(["-c", code] if code else ["-m", "flywheel"]), *map(str, arguments)]
+    environment = os.environ | {"PYTHONPATH": str(ROOT)}
+    return subprocess.run(command, capture_output=True, text=True, env=environment, timeout=60, **options)
+
+
+@pytest.fixture
+def scene(tmp_path: Path) -> Path:
+    path = tmp_path / "yoke.toml"
+    path.write_text(YOKE)
+    return path
+
+
+# -- size ------------------------------------------------------------------------------------------------------------
+
+
+def test_size_prints_the_report(scene: Path) -> None:
+    result = run("size", scene, "--no-simulate")
+    assert result.exit_code == 0
+    assert "353.5214273" in result.stdout
+    assert result.stderr == ""
+
+
+def test_json_is_the_library_s_dictionary_alone_on_standard_output(scene: Path) -> None:
+    import flywheel
+
+    result = run("size", scene, "--json", "--no-simulate")
+    assert result.exit_code == 0
+    assert json.loads(result.stdout) == json.loads(
+        json.dumps(flywheel.size(flywheel.load(yoke(title="Yoke")), simulate=False).as_dict())
+    )
+
+
+def test_json_has_every_key_of_the_contract(scene: Path) -> None:
+    data = json.loads(run("size", scene, "--json").stdout)
+    keys = (
+        "title reduction cycle speed speed_asked irregularity balance power areas accumulated_max accumulated_min "
+        "energy_fluctuation coefficient_of_energy angle_speed_max angle_speed_min reduced_inertia flywheel simulation "
+        "error"
+    )
+    assert set(keys.split()) <= set(data)
+    assert set(data["areas"][0]) == {"from", "to", "work", "accumulated"}
+    assert set(data["reduced_inertia"]) == {"min", "max", "mean"}
+    assert data["simulation"]["irregularity"] == pytest.approx(0.04, rel=1e-8)
+    wheel = data["flywheel"]
+    assert {"on", "inertia", "exact", "approximate", "approximate_total", "inertia_torque", "needed"} <= set(wheel)
+
+
+@pytest.mark.parametrize("path", sorted(SCENES.glob("*.toml")), ids=lambda path: path.stem)
+def test_json_of_every_scene_is_strict(path: Path) -> None:
+    def refuse(constant: str) -> None:
+        raise AssertionError(constant)
+
+    result = run("size", path, "--json", "--no-simulate")
+    assert result.exit_code == 0, result.stderr
+    json.loads(result.stdout, parse_constant=refuse)
+
+
+def test_messages_go_to_standard_error_beside_json(scene: Path) -> None:
+    result = run("size", scene, "--json", "--no-simulate", "--rtol", "1e-14")
+    data = json.loads(result.stdout)
+    assert data["rtol"] == 1e-14
+    assert data["messages"]
+    assert result.stderr.splitlines() == data["messages"]
+
+
+def test_faults_are_lines_with_file_and_path(tmp_path: Path) -> None:
+    path = tmp_path / "press.toml"
+    path.write_text(YOKE.replace('"0.5 m"', '"0.5 kg"').replace("0.04", "-1"))
+    result = run("size", path)
+    assert result.exit_code == 1
+    assert result.stdout == ""
+    lines = result.stderr.splitlines()
+    assert len(lines) == 2
+    assert all(line.startswith(f"{path}: ") for line in lines)
+    assert {line.split(": ")[1] for line in lines} == {"mechanism.crank.length", "flywheel.irregularity"}
+    assert all("found" in line and "expected" in line for line in lines)
+
+
+@pytest.mark.parametrize("content", [None, "", "not toml", "[regime]\nspeed = "])
+def test_a_file_that_is_no_scene_is_one_line(content: str | None, tmp_path: Path) -> None:
+    path = tmp_path / "odd.toml"
+    if content is not None:
+        path.write_text(content)
+    result = run("size", path)
+    assert result.exit_code == 1
+    (line,) = result.stderr.splitlines()
+    assert line.startswith(f"{path}: found")
+    assert line.count("odd.toml") == 1
+
+
+def test_a_machine_that_cannot_run_is_one_line(tmp_path: Path) -> None:
+    path = tmp_path / "open.toml"
+    path.write_text(YOKE.replace('torque = "balance"', 'torque = "1 N m"'))
+    result = run("size", path)
+    assert result.exit_code == 1
+    assert "net work" in result.stderr
+    assert len(result.stderr.splitlines()) == 1
+
+
+@pytest.mark.parametrize(
+    "arguments",
+    [
+        ["--rtol", "nan"],
+        ["--rtol", "0"],
+        ["--rtol", "-1e-9"],
+        ["--rtol", "1"],
+        ["--rtol", "much"],
+        ["--plot", "plot.jpg"],
+        ["--plot", "plot"],
+        ["--loud"],
+        ["another.toml"],
+    ],
+)
+def test_usage_errors_come_before_any_work(arguments: list[str]) -> None:
+    result = run("size", "missing.toml", *arguments)
+    assert result.exit_code == 2
+    assert result.stdout == ""
+    assert "missing.toml" not in result.stderr.replace("another.toml", "")
+
+
+def test_plot_writes_and_overwrites(scene: Path, tmp_path: Path) -> None:
+    picture = tmp_path / "plot.SVG"
+    picture.write_text("old")
+    assert run("size", scene, "--no-simulate", "--plot", picture).exit_code == 0
+    assert "<svg" in picture.read_text()
+
+
+def test_a_plot_that_cannot_be_written_is_one_line(scene: Path, tmp_path: Path) -> None:
+    result = run("size", scene, "--no-simulate", "--json", "--plot", tmp_path / "no" / "plot.png")
+    assert result.exit_code == 1
+    (line,) = result.stderr.splitlines()
+    assert line.startswith(f"{tmp_path / 'no' / 'plot.png'}: cannot be written")
+    assert json.loads(result.stdout)["title"] == "Yoke"
+
+
+# -- reduce ----------------------------------------------------------------------------------------------------------
+
+
+def test_reduce_is_csv_with_units_and_full_precision(scene: Path) -> None:
+    result = run("reduce", scene, "--points", 8)
+    assert result.exit_code == 0
+    rows = list(csv.DictReader(result.stdout.splitlines()))
+    assert len(rows) == 8
+    for k, row in enumerate(rows):
+        phi = k * math.pi / 4
+        assert float(row["phi [rad]"]) == phi
+        assert float(row["phi [deg]"]) == pytest.approx(45 * k)
+        assert float(row["g scotch-yoke.yoke [m]"]) == pytest.approx(-0.5 * math.sin(phi), abs=1e-15)
+        assert float(row["dg/dphi scotch-yoke.yoke [m]"]) == pytest.approx(-0.5 * math.cos(phi), abs=1e-15)
+        assert float(row["I* [kg m^2]"]) == pytest.approx(5 * math.sin(phi) ** 2, abs=1e-14)
+        assert float(row["dI*/dphi [kg m^2]"]) == pytest.approx(5 * math.sin(2 * phi), abs=1e-14)
+        push = -500 * math.sin(phi) if k < 4 else 0.0
+        assert float(row["M* [N m]"]) == pytest.approx(500 / math.pi + push, abs=1e-9)
+    assert "-0.0" not in result.stdout.replace("-0.0000", "").split(",")
+
+
+def test_reduce_gives_a_row_per_degree_unless_told(scene: Path) -> None:
+    assert len(run("reduce", scene).stdout.splitlines()) == 361
+    assert run("reduce", scene, "--csv").stdout == run("reduce", scene).stdout
+
+
+def test_reduce_at_given_angles_as_json(scene: Path) -> None:
+    data = json.loads(run("reduce", scene, "--json", "--at", "30 deg", "--at", "-1.5 rad").stdout)
+    assert data["phi"] == pytest.approx([math.pi / 6, -1.5])
+    assert data["inertia"] == pytest.approx([1.25, 5 * math.sin(1.5) ** 2])
+    assert data["balance"] == {"name": "drive", "value": pytest.approx(500 / math.pi)}
+    assert set(data["gains"]) == set(data["gain_slopes"]) == {"crank", "scotch-yoke.yoke"}
+
+
+def test_reduce_writes_a_file(scene: Path, tmp_path: Path) -> None:
+    target = tmp_path / "table.csv"
+    result = run("reduce", scene, "--points", 3, "--output", target)
+    assert (result.exit_code, result.stdout) == (0, "")
+    assert target.read_text() == run("reduce", scene, "--points", 3).stdout
+    assert run("reduce", scene, "--output", tmp_path / "no" / "table.csv").exit_code == 1
+
+
+@pytest.mark.parametrize(
+    "arguments",
+    [["--json", "--csv"], ["--points", "0"], ["--points", "4", "--at", "1 rad"], ["--at", "30"], ["--at", "3 kg"]],
+)
+def test_reduce_usage(scene: Path, arguments: list[str]) -> None:
+    result = run("reduce", scene, *arguments)
+    assert result.exit_code == 2
+    assert result.stdout == ""
+
+
+def test_areas_cannot_be_reduced() -> None:
+    result = run("reduce", SCENES / "areas-sizing.toml")
+    assert result.exit_code == 1
+    assert "areas: found a diagram of areas" in result.stderr
+
+
+# -- new, reference, the rest ----------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("kind", ["slider-crank", "rotor", "areas", "press"])
+def test_new_writes_a_scene_that_sizes(kind: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    assert run("new", kind).exit_code == 0
+    path = tmp_path / f"{kind}.toml"
+    assert "#" in path.read_text()
+    result = run("size", path, "--no-simulate")
+    assert result.exit_code == 0, result.stderr
+
+
+def test_new_never_overwrites(tmp_path: Path) -> None:
+    path = tmp_path / "mine.toml"
+    path.write_text("precious")
+    result = run("new", "press", path)
+    assert result.exit_code == 1
+    assert path.read_text() == "precious"
+    (line,) = result.stderr.splitlines()
+    assert line.startswith(str(path))
+
+
+def test_new_into_a_missing_folder_is_one_line(tmp_path: Path) -> None:
+    result = run("new", "press", tmp_path / "no" / "mine.toml")
+    assert result.exit_code == 1
+    assert len(result.stderr.splitlines()) == 1
+
+
+def test_new_prints_or_lists() -> None:
+    assert "[flywheel]" in run("new", "press", "-").stdout
+    assert {"press", "rotor", "scotch-yoke"} <= set(run("new").stdout.split())
+
+
+@pytest.mark.parametrize(("command", "wrong", "right"), [("new", "pres", "press"), ("reference", "gravty", "gravity")])
+def test_wrong_names_are_usage_errors_with_the_nearest(command: str, wrong: str, right: str) -> None:
+    result = run(command, wrong)
+    assert result.exit_code == 2
+    assert f"did you mean '{right}'?" in result.stderr
+
+
+def test_reference_has_every_topic() -> None:
+    from flywheel.reference import topics
+
+    overview = run("reference").stdout
+    for topic in topics():
+        result = run("reference", topic)
+        assert result.exit_code == 0
+        assert result.stdout.startswith("#")
+        assert topic in overview
+
+
+def test_version() -> None:
+    result = run("--version")
+    assert result.exit_code == 0
+    assert result.stdout.startswith("flywheel")
+
+
+def test_no_command_is_usage() -> None:
+    assert run().exit_code == 2
+    assert run("weigh").exit_code == 2
+
+
+# -- as processes ----------------------------------------------------------------------------------------------------
+
+_LOADED = """
+import sys
+from flywheel.cli import main
+main(sys.argv[1:], standalone_mode=False)
+print(*sys.modules, file=sys.stderr)
+"""
+
+
+def loaded(*arguments: object) -> set[str]:
+    """Top-level names of the modules that a command has imported when it ends."""
+    result = process(*arguments, code=_LOADED)
+    assert result.returncode == 0, result.stderr
+    return {name.partition(".")[0] for name in result.stderr.splitlines()[-1].split()}
+
+
+def test_help_imports_click_alone() -> None:
+    names = loaded("--help") | loaded("size", "--help")
+    assert "click" in names
+    assert not names & {"numpy", "scipy", "sympy", "matplotlib", "bondgraph", "json", "tomllib"}
+
+
+def test_sizing_imports_numpy_alone(scene: Path) -> None:
+    for names in (loaded("size", scene, "--no-simulate"), loaded("size", scene, "--no-simulate", "--json")):
+        assert "numpy" in names
+        assert not names & {"scipy", "sympy", "matplotlib", "mpmath", "difflib"}
+
+
+def test_only_a_plot_imports_matplotlib(scene: Path, tmp_path: Path) -> None:
+    names = loaded("size", scene, "--no-simulate", "--plot", tmp_path / "plot.png")
+    assert "matplotlib" in names
+    assert "sympy" not in names
+
+
+def test_a_closed_pipe_leaves_no_traceback(scene: Path) -> None:
+    reader, writer = os.pipe()
+    os.close(reader)
+    try:
+        for arguments in (["size", scene, "--no-simulate"], ["reduce", scene, "--points", "20000"], ["reference"]):
+            command = [sys.executable, "-m", "flywheel", *map(str, arguments)]
+            environment = os.environ | {"PYTHONPATH": str(ROOT)}
+            result = subprocess.run(command, stdout=writer, stderr=subprocess.PIPE, text=True, env=environment, timeout=60)
+            assert result.stderr == ""
+    finally:
+        os.close(writer)
+
+
+def test_an_interrupt_leaves_no_traceback(scene: Path) -> None:
+    code = (
+        "import flywheel.sizing\n"
+        "def interrupted(*_, **__): raise KeyboardInterrupt\n"
+        "flywheel.sizing.size = interrupted\n"
+        "from flywheel.cli import main; main()"
+    )
+    result = process("size", scene, code=code)
+    assert result.returncode == 1
+    assert "Traceback" not in result.stderr
+
+
+def test_an_encoding_without_the_signs_prints_all_the_same(scene: Path) -> None:
+    environment = os.environ | {"PYTHONPATH": str(ROOT), "PYTHONIOENCODING": "ascii"}
+    command = [sys.executable, "-m", "flywheel", "size", str(scene), "--no-simulate"]
+    result = subprocess.run(command, capture_output=True, env=environment, timeout=60)
+    assert result.returncode == 0
+    assert b"353.5214273" in result.stdout

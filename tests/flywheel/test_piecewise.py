@@ -1,0 +1,100 @@
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from numpy.testing import assert_allclose
+
+from flywheel import piecewise
+
+EDGES = np.array([0.0, 1.0, 2.5, 4.0])
+
+
+def fitted(function, edges=EDGES):
+    mesh = piecewise.cells(edges)
+    return mesh, piecewise.fit(function(mesh.phi))
+
+
+def test_nodes_are_interior_and_hold_the_middle_exactly():
+    mesh = piecewise.cells(EDGES)
+    assert np.all(mesh.phi > EDGES[:-1, None])
+    assert np.all(mesh.phi < EDGES[1:, None])
+    assert_allclose(mesh.anchor[:, 0], [0.5, 1.75, 3.25], rtol=1e-16)
+
+
+def test_fitted_series_interpolate_everywhere():
+    mesh, series = fitted(np.exp)
+    for t in (-1.0, -0.3, 0.7, 1.0):
+        at = np.full(3, t)
+        expected = np.exp(mesh.middle[:, 0] + mesh.half[:, 0] * t)
+        assert_allclose(piecewise.value(series, at), expected, rtol=1e-14)
+
+
+@given(st.lists(st.floats(-5, 5), min_size=1, max_size=16))
+@settings(derandomize=True, deadline=None, max_examples=50)
+def test_polynomials_up_to_the_order_are_integrated_exactly(coefficients):
+    polynomial = np.polynomial.Polynomial(coefficients, domain=[0, 4], window=[-1, 1])
+    mesh, series = fitted(polynomial)
+    rising = piecewise.antiderivative(series, mesh.half)
+    expected = polynomial.integ()(EDGES) - polynomial.integ()(0.0)
+    assert_allclose(piecewise.accumulated(rising), expected, atol=1e-12 * (1 + np.abs(coefficients).sum()))
+    assert_allclose(piecewise.integral(polynomial(mesh.phi), mesh.half).sum(), expected[-1], atol=1e-11)
+
+
+def test_the_antiderivative_starts_at_zero_in_every_cell():
+    mesh, series = fitted(np.cos)
+    assert_allclose(piecewise.value(piecewise.antiderivative(series, mesh.half), np.full(3, -1.0)), 0.0, atol=1e-16)
+
+
+@pytest.mark.parametrize("sharpness", [0.5, 1.0, 2.0, 5.0, 12.0])
+def test_tails_are_never_below_the_true_error(sharpness):
+    def runge(x):
+        return 1.0 / (1.0 + (sharpness * (x - 2.0)) ** 2)
+
+    mesh, series = fitted(runge, np.linspace(0.0, 4.0, 7))
+    t = np.linspace(-1, 1, 201)
+    truth = runge(mesh.middle + mesh.half * t)
+    error = np.abs(series @ piecewise.basis(t, piecewise.ORDER).T - truth).max(axis=1)
+    assert np.all(error <= piecewise.tails(series) + 8 * piecewise.ROUNDING)  # rounding is accounted for apart
+    integrals = np.abs(piecewise.accumulated(piecewise.antiderivative(series, mesh.half))[-1])
+    exact = (np.arctan(2 * sharpness) * 2) / sharpness
+    bound = (piecewise.TAIL_OF_INTEGRAL * piecewise.tails(series) * mesh.half[:, 0]).sum()
+    assert abs(integrals - exact) <= bound + 1e-14
+
+
+def test_crossings_find_roots_jumps_and_the_ends_of_zero_stretches():
+    mesh = piecewise.cells(np.array([0.0, 1.0, 2.0, 3.0, 4.0, 5.0]))
+    phi = mesh.phi
+    values = np.array([phi[0] - 0.3, 0 * phi[1], -1 + 0 * phi[2], 0 * phi[3], 2 + 0 * phi[4]])
+    found = piecewise.crossings(piecewise.fit(values)[None], np.full((1, 1), 1e-12))
+    assert_allclose(found.angles(mesh), [0.3, 2.0, 4.0], atol=1e-14)
+
+
+def test_crossings_keep_functions_apart_and_in_order():
+    mesh, series = fitted(np.sin, np.linspace(0.0, 10.0, 8))
+    other = piecewise.fit(np.cos(mesh.phi))
+    found = piecewise.crossings(np.stack((series, other)), np.full((2, 1), 1e-14))
+    assert_allclose(found.angles(mesh)[found.function == 0], np.pi * np.arange(1, 4), atol=1e-14)
+    assert_allclose(found.angles(mesh)[found.function == 1], np.pi * (np.arange(3) + 0.5), atol=1e-14)
+
+
+def test_two_crossings_between_two_grid_points_are_found():
+    centre = 0.5 * (piecewise.GRID[16] + piecewise.GRID[17]) + 0.5
+    close = 2e-3
+
+    def dip(x):
+        return (x - centre) ** 2 - close**2
+
+    mesh, series = fitted(dip, np.array([-0.5, 1.5]))
+    found = piecewise.crossings(series[None], np.full((1, 1), 1e-15))
+    assert_allclose(found.angles(mesh), [centre - close, centre + close], atol=1e-13)
+
+
+def test_crossings_on_both_sides_of_a_grid_point_are_found_once():
+    mesh, series = fitted(lambda x: (x - 0.5) ** 2 - 1e-6, np.array([-0.5, 1.5]))
+    found = piecewise.crossings(series[None], np.full((1, 1), 1e-15))
+    assert_allclose(found.angles(mesh), [0.499, 0.501], atol=1e-12)
+
+
+def test_bisecting_cuts_only_the_chosen_cells():
+    edges = piecewise.bisected(EDGES, np.array([False, True, False]))
+    assert_allclose(edges, [0.0, 1.0, 1.75, 2.5, 4.0])

@@ -1,0 +1,209 @@
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from numpy.testing import assert_allclose
+
+import flywheel
+from flywheel.results import ReducedInertia
+from flywheel.sizing import certificate
+from tests.flywheel import scenes
+
+
+def sized(scene, rtol=None):
+    return flywheel.size(flywheel.load(scene), rtol, simulate=False)
+
+
+@pytest.mark.parametrize("make", scenes.ALL.values(), ids=scenes.ALL)
+def test_work_over_the_cycle_sums_to_zero(make):
+    result = sized(make())
+    assert abs(sum(area.work for area in result.areas)) < 1e-12 * result.energy_fluctuation
+    assert abs(result.areas[-1].accumulated) < 1e-12 * result.energy_fluctuation
+
+
+@pytest.mark.parametrize("make", scenes.ALL.values(), ids=scenes.ALL)
+def test_accumulated_extremes_are_those_of_the_areas(make):
+    result = sized(make())
+    sums = [0.0, *(area.accumulated for area in result.areas)]
+    assert result.accumulated_max == pytest.approx(max(sums), rel=1e-12, abs=1e-12)
+    assert result.accumulated_min == pytest.approx(min(sums), rel=1e-12, abs=1e-12)
+    assert all(a.end == b.start for a, b in zip(result.areas[:-1], result.areas[1:], strict=True))
+
+
+@pytest.mark.parametrize("make", scenes.ALL.values(), ids=scenes.ALL)
+def test_the_certificate_brackets_the_exact_flywheel(make):
+    flywheel_ = sized(make()).flywheel
+    low, high = flywheel_.bracket
+    slack = 1e-12 * flywheel_.exact
+    assert low - slack <= flywheel_.exact <= high + slack
+
+
+@pytest.mark.parametrize("make", scenes.ALL.values(), ids=scenes.ALL)
+def test_analysing_the_sized_flywheel_gives_the_irregularity_back(make):
+    result = sized(make())
+    wheel = {"inertia": result.flywheel.exact}
+    again = sized(make(flywheel=wheel))
+    assert again.simulation.irregularity == pytest.approx(result.scene.irregularity, rel=1e-10)
+    mean = 0.5 * (again.simulation.speed_max + again.simulation.speed_min)
+    assert mean == pytest.approx(result.speed, rel=1e-13)
+    assert again.angle_speed_max == pytest.approx(result.angle_speed_max, abs=1e-6)
+    assert again.flywheel.exact is None
+    assert again.error.exact is None
+
+
+def test_exact_equals_approximate_where_the_inertia_is_constant():
+    result = sized(scenes.rotor(inertia=[{"on": "crank", "value": 0.25}]))
+    assert result.flywheel.exact == pytest.approx(result.flywheel.approximate, rel=1e-14)
+    assert result.flywheel.inertia_torque == pytest.approx(result.flywheel.approximate_total, rel=1e-14)
+    assert_allclose(result.reduced_inertia, 0.25, rtol=1e-14)
+
+
+def test_the_exam_of_p103():
+    slow = sized(scenes.yoke())
+    assert slow.balance.value == pytest.approx(500 / np.pi, rel=1e-14)
+    assert slow.flywheel.exact == pytest.approx(353.521427322012, rel=1e-13)
+    assert slow.flywheel.approximate == pytest.approx(348.98939678, rel=1e-11)
+    fast = sized(scenes.yoke(regime={"speed": 100}))
+    assert fast.flywheel.exact == pytest.approx(60.6536269904903, rel=1e-13)
+    assert fast.flywheel.approximate == pytest.approx(1.37775491456, rel=1e-11)
+
+
+@pytest.mark.parametrize("rtol", [1e-3, 1e-6, 1e-9, 1e-12])
+def test_rtol_is_kept_and_the_estimate_covers_the_error(rtol):
+    result = sized(scenes.yoke(regime={"speed": 100}), rtol)
+    error = abs(result.flywheel.exact / 60.653626990490335 - 1)
+    assert error <= result.error.exact <= rtol
+    assert result.reached
+
+
+def test_a_heavy_machine_needs_no_flywheel():
+    result = sized(scenes.press(inertia=[{"on": "crank", "value": 5000}]))
+    assert result.flywheel.needed is False
+    assert result.flywheel.exact == 0.0
+    assert result.run.irregularity < result.scene.irregularity
+
+
+def test_the_flywheel_on_a_faster_shaft_is_lighter_by_the_square_of_the_ratio():
+    shafts = {"motor": {"ratio": 10}}
+    plain = sized(scenes.press())
+    geared = sized(scenes.press(shafts=shafts, flywheel={"irregularity": 0.05, "on": "motor"}))
+    for figure in ("exact", "approximate", "approximate_total", "inertia_torque"):
+        assert getattr(geared.flywheel, figure) == pytest.approx(getattr(plain.flywheel, figure) / 100, rel=1e-13)
+
+
+def test_speed_may_be_given_on_another_shaft():
+    shafts = {"motor": {"ratio": 10}}
+    geared = sized(scenes.press(shafts=shafts, regime={"speed": "1200 rpm", "on": "motor"}))
+    assert geared.speed == pytest.approx(4 * np.pi, rel=1e-15)
+    assert geared.flywheel.exact == pytest.approx(sized(scenes.press()).flywheel.exact, rel=1e-13)
+
+
+def test_net_work_without_a_balance_is_an_error_that_says_so():
+    scene = scenes.yoke(drive={"torque": 100})
+    with pytest.raises(flywheel.SceneError, match="net work") as caught:
+        sized(scene)
+    message = str(caught.value)
+    assert "-371.68" in message  # 100 N m over a turn against 1000 J
+    assert '"balance"' in message
+
+
+def test_closure_allows_a_given_share_of_the_work_exchanged():
+    drive = {"torque": f"{500 / np.pi * 1.001} N m"}
+    result = sized(scenes.yoke(drive=drive, accuracy={"closure": 0.01}))
+    assert 0 < result.closure < 0.01
+
+
+def test_a_balance_that_does_no_work_is_refused():
+    scene = scenes.rotor(parameters={"p": "balance"}, drive={"torque": "p*sin(phi)"})
+    with pytest.raises(flywheel.SceneError, match="no net work"):
+        sized(scene)
+
+
+def test_a_balance_may_be_a_parameter():
+    force = [{"on": "scotch-yoke.yoke", "force": "F if phi < pi else 0"}]
+    result = sized(scenes.yoke(parameters={"F": "balance"}, load=force, drive={"torque": f"{500 / np.pi}"}))
+    assert result.balance.name == "F"
+    assert result.balance.value == pytest.approx(1000, rel=1e-13)
+    assert result.power == pytest.approx(500 / np.pi * 2 * np.pi, rel=1e-13)
+
+
+def test_values_that_are_not_finite_name_the_load_and_the_angle():
+    scene = scenes.rotor(load=[{"on": "crank", "torque": "-sqrt(phi - 1)"}])
+    with pytest.raises(flywheel.SceneError, match=r"load\[0\].*not finite.*deg"):
+        sized(scene)
+
+
+def test_no_moment_at_all_is_one_area_and_no_flywheel():
+    result = sized(scenes.rotor(load=[], inertia=[{"on": "crank", "value": 1}]))
+    assert len(result.areas) == 1
+    assert result.areas[0].work == 0.0
+    assert result.flywheel.exact == 0.0
+    assert result.flywheel.needed is False
+
+
+def test_varying_inertia_alone_needs_a_flywheel_that_areas_do_not_see():
+    result = sized(scenes.yoke(load=[]))
+    assert result.energy_fluctuation == pytest.approx(0, abs=1e-12)
+    assert result.flywheel.approximate == 0.0
+    eps, low, high = 0.04, 0.0, 5.0
+    fast, slow = (1 + eps / 2) ** 2, (1 - eps / 2) ** 2
+    assert result.flywheel.exact == pytest.approx((slow * high - fast * low) / (2 * eps), rel=1e-12)
+
+
+def test_areas_alone():
+    areas = {"areas": {"values": [295, -685, 40, -340, 960, -270], "scale": "0.5 J"}}
+    result = sized({**areas, "regime": {"speed": 10}, "flywheel": {"irregularity": 0.1}})
+    assert result.energy_fluctuation == pytest.approx(985 * 0.5)
+    assert result.flywheel.exact == result.flywheel.approximate == pytest.approx(985 * 0.5 / 10)
+    assert result.areas[0].start is None
+    given = sized({**areas, "regime": {"speed": 10}, "flywheel": {"inertia": 98.5}})
+    assert given.simulation.irregularity == pytest.approx(0.05)
+    assert given.simulation.speed_max == pytest.approx(10.25)
+    assert given.simulation.period is None
+
+
+def test_areas_with_too_light_a_flywheel_are_refused():
+    scene = {"areas": {"values": [10, -10], "scale": 1}, "regime": {"speed": 1}, "flywheel": {"inertia": 1}}
+    with pytest.raises(flywheel.SceneError, match=r"flywheel\.inertia"):
+        sized(scene)
+
+
+def test_a_given_flywheel_that_lets_the_machine_stop_is_refused():
+    with pytest.raises(flywheel.SceneError, match="stops within the cycle"):
+        sized(scenes.yoke(flywheel={"inertia": 0.001}))
+
+
+def test_certificate_is_exact_for_constant_inertia_and_small_irregularity():
+    low, high = certificate(10.0, ReducedInertia(2.0, 2.0, 2.0), 1e-6)
+    assert_allclose([low, high], 8.0, rtol=1e-12)
+
+
+@given(eps=st.floats(1e-8, 1.9), speed=st.floats(1e-3, 1e5), mass=st.floats(1e-3, 1e4))
+@settings(derandomize=True, deadline=None, max_examples=40)
+def test_exact_lies_in_the_bracket_and_rtol_is_met_over_the_whole_range(eps, speed, mass):
+    mechanism = scenes.yoke()["mechanism"] | {"yoke": {"mass": mass}}
+    result = sized(scenes.yoke(mechanism=mechanism, regime={"speed": speed}, flywheel={"irregularity": eps}))
+    assert result.error.exact <= 1e-9
+    low, high = result.flywheel.bracket
+    slack = 1e-9 * max(abs(low), abs(high))
+    assert low - slack <= result.flywheel.exact
+    assert result.flywheel.exact <= max(high, 0.0) + slack
+
+
+@given(scale=st.floats(1e-9, 1e9))
+@settings(derandomize=True, deadline=None, max_examples=25)
+def test_scaling_masses_and_loads_scales_the_flywheel(scale):
+    base = scenes.yoke()
+    mechanism = base["mechanism"] | {"yoke": {"mass": 20 * scale}}
+    load = [base["load"][0] | {"force": 1000 * scale}]
+    result = sized(scenes.yoke(mechanism=mechanism, load=load))
+    assert result.flywheel.exact == pytest.approx(353.521427322012 * scale, rel=1e-12)
+
+
+@given(phase=st.floats(0, 6.28))
+@settings(derandomize=True, deadline=None, max_examples=25)
+def test_shifting_the_origin_of_phi_changes_nothing(phase):
+    mechanism = scenes.yoke()["mechanism"] | {"phase": phase}
+    result = sized(scenes.yoke(mechanism=mechanism))
+    assert result.flywheel.exact == pytest.approx(353.521427322012, rel=1e-12)
+    assert result.energy_fluctuation == pytest.approx(551.1021, rel=1e-6)
