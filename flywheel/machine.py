@@ -13,6 +13,7 @@ from bondgraph.elements import C, Here, I, Law, Modulus, Motion, One, Se
 from bondgraph.graph import BondGraph, Builder
 from bondgraph.reduction import Reduced, Reduction
 from flywheel import mechanisms
+from flywheel.expressions import Expression
 from flywheel.faults import Fault, SceneError
 from flywheel.loads import Effort, Place, Senses, crank_angles, spring_effort
 from flywheel.mechanisms.base import Family, Ratio
@@ -78,7 +79,9 @@ class Machine:
 
     @cached_property
     def landmarks(self) -> Array:
-        """The breakpoints, and the edges that close in on narrow features."""
+        """The breakpoints, and the edges that close in on narrow features of expressions."""
+        if not any(isinstance(effort.load.law, Expression) for effort in self.efforts):
+            return self.breakpoints
         from flywheel import features
 
         return features.closed_in(self, self.breakpoints)
@@ -232,10 +235,11 @@ class Machine:
                 yield from effort.senses.dead_centres
 
     def _switch_angles(self, known: Array) -> Iterator[float]:
-        from flywheel import features
-
         for effort in self.efforts:
-            yield from features.switch_angles(self, effort, known)
+            if isinstance(effort.load.law, Expression):
+                from flywheel import features  # only scenes with expressions pay for intervals
+
+                yield from features.switch_angles(self, effort, known)
 
     def _places_with_senses(self) -> set[str]:
         def needs(load: Load) -> bool:

@@ -126,18 +126,13 @@ def _candidate_cells(candidate: outcome.Candidate) -> tuple[str, ...]:
 
 
 def _bracket(sizing: Sizing) -> list[str]:
-    """Proven bounds of the exact flywheel; the second pair follows from H = W - w²I*/2, of which both sides have 2 eps.
-
-    exact = [max(H - a I*) - min(H + b I*)]/(eps w²), with a, b > 0 and a + b = eps w², lies between inertia_torque less
-    max I* and inertia_torque less min I*.
-    """
-    wheel, inertia = sizing.flywheel, sizing.reduced_inertia
-    if wheel.bracket is None or wheel.inertia_torque is None or inertia is None or not wheel.needed:
+    """Proven bounds of the exact flywheel."""
+    wheel = sizing.flywheel
+    if wheel.bracket is None or wheel.torque_bracket is None or not wheel.needed:
         return []
-    errors, square = outcome.inertia_errors(sizing), sizing.scene.flywheel_ratio**2
-    torque = (wheel.inertia_torque - inertia.greatest / square, wheel.inertia_torque - inertia.least / square)
-    areas = _bounds(wheel.bracket, errors.approximate)
-    return _wrapped(f"Proven: exact between {areas} by the areas, {_bounds(torque, errors.inertia_torque)} by the torque.")
+    errors = outcome.inertia_errors(sizing)
+    areas, torque = _bounds(wheel.bracket, errors.approximate), _bounds(wheel.torque_bracket, errors.inertia_torque)
+    return _wrapped(f"Proven: exact between {areas} by the areas, {torque} by the torque.")
 
 
 def _bounds(pair: tuple[float, float], error: float) -> str:

@@ -43,8 +43,8 @@ class ReducedInertia(NamedTuple):
 class Flywheel(NamedTuple):
     """Flywheel figures in kg m² at the flywheel's own shaft `on`.
 
-    `bracket` is the certificate: bounds between which the exact total inertia is proven to lie, given the approximate
-    one, less the least machine inertia; both at the flywheel's shaft, before the floor at 0.
+    `bracket` and `torque_bracket` are certificates: bounds between which the exact figure (before its floor at 0) is
+    proven to lie, the first given the accumulated areas, the second given the inertia torque.
     """
 
     on: str
@@ -55,6 +55,7 @@ class Flywheel(NamedTuple):
     inertia_torque: float | None
     needed: bool | None
     bracket: tuple[float, float] | None = None
+    torque_bracket: tuple[float, float] | None = None
 
 
 class Confirmation(NamedTuple):
@@ -139,11 +140,12 @@ class Sizing:
             "angle_speed_max": self.angle_speed_max,
             "angle_speed_min": self.angle_speed_min,
             "reduced_inertia": _inertia_dict(self.reduced_inertia),
-            "flywheel": {k: v for k, v in self.flywheel._asdict().items() if k != "bracket"},
+            "flywheel": {k: v for k, v in self.flywheel._asdict().items() if "bracket" not in k},
             "simulation": self.simulation and _confirmation_dict(self.simulation),
             "error": self.error._asdict(),
             "closure": self.closure,
             "certificate": self.flywheel.bracket and list(self.flywheel.bracket),
+            "certificate_torque": self.flywheel.torque_bracket and list(self.flywheel.torque_bracket),
             "rtol": self.rtol,
             "reached": self.reached,
             "messages": list(self.messages),

@@ -147,8 +147,8 @@ def _as_motion(machine: Machine, steps: list[Step], turns: list[float], inertia:
     def at(times: Any) -> tuple[Array, Array]:
         wanted = np.atleast_1d(np.asarray(times, dtype=float))
         which = np.clip(np.searchsorted(ends, wanted), 0, ends.size - 1)
-        found = np.array([(*steps[k].dense(time)[:2], turns[k], 0.0) for k, time in zip(which, wanted, strict=True)])
-        return found[:, 0], found[:, 1]
+        found = np.array([steps[k].dense(time)[:2] for k, time in zip(which, wanted, strict=True)])
+        return found[:, 0] + np.array(turns)[which], found[:, 1]
 
     return Motion(t, states[:, 0] + shifts, states[:, 1], states[:, 2], float(residual), at)
 

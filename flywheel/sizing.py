@@ -305,16 +305,19 @@ def _flywheel(figures: _Figures, scene: Scene) -> Flywheel:
     swing = extremes.greatest - extremes.least
     total = float(swing[_WORK]) / unit
     exact = figures.total - figures.cycle.inertia_at_start
-    bracket = certificate(total, inertia, eps)
+    torque = max(float(swing[_TORQUE]) / unit, 0.0)
+    by_areas = certificate(total, inertia, eps)
+    by_torque = (torque - inertia.greatest, torque - inertia.least)  # both shifts of H = W - w²I*/2 add up to eps w²I*
     return Flywheel(
         on=scene.flywheel_on,
         inertia=None,
         exact=max(exact, 0.0) / ratio_square,
         approximate=max(total - inertia.least, 0.0) / ratio_square,
         approximate_total=total / ratio_square,
-        inertia_torque=max(float(swing[_TORQUE]) / unit, 0.0) / ratio_square,
+        inertia_torque=torque / ratio_square,
         needed=exact > 0.0,
-        bracket=(bracket[0] / ratio_square, bracket[1] / ratio_square),
+        bracket=(by_areas[0] / ratio_square, by_areas[1] / ratio_square),
+        torque_bracket=(by_torque[0] / ratio_square, by_torque[1] / ratio_square),
     )
 
 

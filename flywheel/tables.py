@@ -11,7 +11,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flywheel.advice import show
-from flywheel.csv_rows import read_columns
 from flywheel.fields import Faults, Fields, as_table, items, read_fields
 from flywheel.scene import Table
 from flywheel.schema import TABLE
@@ -69,6 +68,8 @@ def _columns(
     """Angles and values as numbers or decimal texts, from the file or from the scene itself."""
     inline = [key for key in ("angle", "value") if key in raw]
     if "file" in raw and not inline:
+        from flywheel.csv_rows import read_columns  # only scenes with a file pay for its reader
+
         return read_columns(raw["file"], raw.get("column"), folder, path, faults)
     if "file" in raw or len(inline) != 2 or "column" in raw:
         given = [key for key in ("file", "column", "angle", "value") if key in raw]

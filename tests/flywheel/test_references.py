@@ -29,7 +29,7 @@ def error(found: Any, true: Any, scale: float = 0.0) -> float:
     """The relative error of a figure; infinite where only one of the two is there."""
     if found is None or true is None:
         return 0.0 if found is true else float("inf")
-    return abs(found - float(true)) / max(abs(float(true)), scale, 1e-300)
+    return float(abs(found - float(true)) / max(abs(float(true)), scale, 1e-300))
 
 
 def works(result: dict[str, Any], true: dict[str, Any]) -> dict[str, float]:
