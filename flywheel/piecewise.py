@@ -119,6 +119,11 @@ def value(series: Array, t: Array) -> Array:
     return np.asarray((series * basis(t, series.shape[-1])).sum(axis=-1))
 
 
+def slope(series: Array, t: Array) -> Array:
+    """Derivative by t of each row of coefficients at its own local abscissa."""
+    return value(series @ _DIFFERENTIATE, t)
+
+
 def tails(series: Array) -> Array:
     """Estimated error of each cell's interpolant: five times the sum of the coefficients that were cut off.
 
@@ -183,14 +188,14 @@ def _polished(series: Array, grid: Array, function: Index, cell: Index, gap: Ind
 
 def newton(rows: Array, t: Array, left: Array, right: Array) -> Array:
     """Roots of series, one a row, from t within [left, right]: Newton's method, and bisection where that is lost."""
-    slopes = rows @ _DIFFERENTIATE
+    derivative = rows @ _DIFFERENTIATE
     step = np.zeros_like(t)
     for _ in range(3):
         powers = basis(t, ORDER)
-        slope = (slopes * powers).sum(axis=-1)
-        step = np.divide((rows * powers).sum(axis=-1), slope, out=np.zeros_like(t), where=slope != 0.0)
+        steepness = (derivative * powers).sum(axis=-1)
+        step = np.divide((rows * powers).sum(axis=-1), steepness, out=np.zeros_like(t), where=steepness != 0.0)
         t = np.minimum(np.maximum(t - step, left), right)
-    lost = np.abs(step) > 1e-5  # the next step would still be above 1e-10
+    lost = (np.abs(step) > 1e-5) & (right > left)  # then even the next step would still be above 1e-10
     if lost.any():
         t[lost] = _bisected_roots(rows[lost], t[lost], left[lost], right[lost])
     return t

@@ -219,8 +219,7 @@ def noted(sizing: Sizing) -> Sizing:
         for name, title in names.items()
         if (error := getattr(sizing.error, name)) is not None and error > sizing.rtol
     ]
-    others = tuple(m for m in sizing.messages if "not reached" not in m)
-    return replace(sizing, messages=(*missed, *others))
+    return replace(sizing, messages=(*missed, *sizing.messages)) if missed else sizing
 
 
 def _error_figures(figures: _Figures, scene: Scene, motion: Run | None) -> Errors:
@@ -241,32 +240,24 @@ def _error_figures(figures: _Figures, scene: Scene, motion: Run | None) -> Error
 
 
 def _angle_error(figures: _Figures, motion: Run | None) -> float:
-    """Error (rad) of the crossing angles and of the angles of extreme speed."""
+    """Error (rad) of the crossing angles and of the angles of extreme speed.
+
+    Each is a root of M* - factor dI*/dphi, off by that function's own error over its slope; where the root is the end of
+    a cell the moment jumps through zero, or the cycle ends, and only rounding is left.
+    """
     cycle, found = figures.cycle, figures.crossings
-    doubts = [_root_doubt(cycle, 0.0, found.cell, found.t)]
+    cell, t, factor = found.cell, found.t, np.zeros_like(found.t)
     if motion is not None:
-        for angle, speed in (
-            (motion.angle_speed_max, motion.speed_max),
-            (motion.angle_speed_min, motion.speed_min),
-        ):
-            if angle not in cycle.mesh.edges:  # an edge is exact: there the moment jumps through zero, or the cycle ends
-                doubts.append(_root_doubt(cycle, 0.5 * speed**2, *cycle.where(np.array([angle]))))
-    return 4 * ROUNDING * float(cycle.mesh.edges[-1]) + max(doubts)
-
-
-def _root_doubt(cycle: Cycle, factor: float, cell: NDArray[np.intp], t: Array) -> float:
-    """Error (rad) of roots of M* - factor dI*/dphi inside cells: that of the function over its slope there."""
-    cell, t = cell[np.abs(t) < 1.0], t[np.abs(t) < 1.0]
-    if not cell.size:
-        return 0.0
-    rows = cycle.series[0, cell] - factor * cycle.series[1, cell]
-    half, step = cycle.mesh.half[cell, 0], 1e-4
-    inside = np.clip(t, -1 + step, 1 - step)
-    slope = np.abs(piecewise.value(rows, inside + step) - piecewise.value(rows, inside - step)) / (2 * step * half)
-    sizes = np.abs(cycle.series[:2, cell]).sum(axis=-1)
-    doubt = piecewise.tails(cycle.series[0, cell]) + factor * piecewise.tails(cycle.series[1, cell])
-    doubt += 32 * ROUNDING * (sizes[0] + factor * sizes[1]) + cycle.errors.work / cycle.mesh.edges[-1]
-    return float(np.minimum(doubt / np.maximum(slope, 1e-300), 2 * half).max())
+        speeds = np.array([motion.speed_max, motion.speed_min])
+        extreme_cell, extreme_t = cycle.where(np.array([motion.angle_speed_max, motion.angle_speed_min]))
+        cell, t = np.concatenate((cell, extreme_cell)), np.concatenate((t, extreme_t))
+        factor = np.concatenate((factor, 0.5 * speeds**2))
+    half = cycle.mesh.half[cell, 0]
+    rows = cycle.series[0, cell] - factor[:, None] * cycle.series[1, cell]
+    slope = np.maximum(np.abs(piecewise.slope(rows, t)) / half, 1e-300)
+    noise = cycle.noise[0, cell] + factor * cycle.noise[1, cell] + cycle.errors.work / cycle.mesh.edges[-1]
+    doubt = np.where(np.abs(t) < 1.0, np.minimum(noise / slope, 2 * half), 0.0)
+    return 4 * ROUNDING * float(cycle.mesh.edges[-1]) + float(doubt.max(initial=0.0))
 
 
 def _balance(scene: Scene, cycle: Cycle) -> Balance | None:

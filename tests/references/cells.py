@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Callable
 from functools import cache
 from typing import Any
@@ -68,7 +69,7 @@ def valued(series: list[Any], x: Any) -> Any:
 def split(breaks: list[Any], widest: Any) -> list[tuple[Any, Any, Any]]:
     """(piece's middle, cell's start, cell's end) of the first cells between breakpoints."""
     cells = []
-    for a, b in zip(breaks, breaks[1:], strict=False):
+    for a, b in itertools.pairwise(breaks):
         n = int(mp.ceil((b - a) / widest))
         cells += [((a + b) / 2, a + (b - a) * i / n, a + (b - a) * (i + 1) / n) for i in range(n)]
     return cells

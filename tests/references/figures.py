@@ -27,6 +27,10 @@ class Cell(NamedTuple):
     series: list[Any]
     sample: Callable[[Any], tuple[Any, Any, Any]]  # phi -> I*, dI*/dphi, M*
 
+    def moment_at(self, phi: Any) -> Any:
+        """M* at an angle of the cell."""
+        return self.sample(phi)[2]
+
     def accumulated(self, phi: Any) -> Any:
         """W at an angle of the cell."""
         return cells.valued(self.series, 2 * (phi - self.start) / (self.end - self.start) - 1)
@@ -94,9 +98,7 @@ class Cycle:
         self.drive_work = mp.fsum(
             r.integral(lambda s: mp.fsum(t.constant + b * t.share for t in s.terms if t.drive)) for r in raw
         )
-        self.exchange = mp.fsum(
-            r.integral(lambda s: mp.fsum(abs(t.constant + b * t.share) for t in s.terms)) for r in raw
-        )
+        self.exchange = mp.fsum(r.integral(lambda s: mp.fsum(abs(t.constant + b * t.share) for t in s.terms)) for r in raw)
         self.mean_inertia = mp.fsum(r.integral(lambda s: s.inertia) for r in raw) / self.length
         self.cells: list[Cell] = []
         total = mp.zero
@@ -137,7 +139,7 @@ class Cycle:
                 new = int(mp.sign(moment)) if abs(moment) > tiny else 0
                 if new and sign and new != sign:
                     smooth = phi > last and abs(height) > tiny
-                    at = bracketed(lambda a, c=cell: c.sample(a)[2], last, phi, height, moment) if smooth else last
+                    at = bracketed(cell.moment_at, last, phi, height, moment) if smooth else last
                     found.append(at)
                 sign = new or sign
                 last, height = phi, moment
@@ -318,7 +320,7 @@ def references(machine: Machine) -> dict[str, Any]:
         "balance": cycle.unknown if cycle.balanced else None,
         "power": cycle.drive_work * speed / cycle.length if drive else None,
         "areas": cycle.areas(), "accumulated_max": max(works), "accumulated_min": min(works),
-        "energy_fluctuation": swing, "coefficient_of_energy": swing / cycle.drive_work if drive and cycle.drive_work else None,
+        "energy_fluctuation": swing, "coefficient_of_energy": swing / cycle.drive_work if cycle.drive_work else None,
         "reduced_inertia": {"min": least, "max": most, "mean": cycle.mean_inertia},
     }  # fmt: skip
     if "irregularity" in wheel:

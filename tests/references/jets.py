@@ -20,14 +20,14 @@ class Jet(NamedTuple):
     def __pos__(self) -> Jet:
         return self
 
-    def __add__(self, other: Any) -> Jet:  # type: ignore[override]
+    def __add__(self, other: Any) -> Jet:
         b = jet(other)
         return Jet(self.value + b.value, self.first + b.first, self.second + b.second)
 
     def __sub__(self, other: Any) -> Jet:
         return self + (-jet(other))
 
-    def __mul__(self, other: Any) -> Jet:  # type: ignore[override]
+    def __mul__(self, other: Any) -> Jet:
         b = jet(other)
         cross = 2 * self.first * b.first
         second = self.second * b.value + cross + self.value * b.second
@@ -49,19 +49,19 @@ class Jet(NamedTuple):
         )
 
     def __radd__(self, other: Any) -> Jet:
-        return self + other
+        return self.__add__(other)
 
     def __rsub__(self, other: Any) -> Jet:
-        return jet(other) - self
+        return jet(other).__sub__(self)
 
-    def __rmul__(self, other: Any) -> Jet:  # type: ignore[override]
-        return self * other
+    def __rmul__(self, other: Any) -> Jet:
+        return self.__mul__(other)
 
     def __rtruediv__(self, other: Any) -> Jet:
-        return jet(other) / self
+        return jet(other).__truediv__(self)
 
     def __rpow__(self, other: Any) -> Jet:
-        return jet(other) ** self
+        return jet(other).__pow__(self)
 
 
 def jet(number: Any) -> Jet:
@@ -87,7 +87,7 @@ def cos(a: Any) -> Jet:
 
 
 def tan(a: Any) -> Jet:
-    return sin(a) / cos(a)
+    return sin(a).__truediv__(cos(a))
 
 
 def sqrt(a: Any) -> Jet:
@@ -114,7 +114,7 @@ def asin(a: Any) -> Jet:
 
 
 def acos(a: Any) -> Jet:
-    return mp.pi / 2 - asin(a)
+    return Jet(mp.pi / 2) - asin(a)
 
 
 def atan(a: Any) -> Jet:

@@ -5,7 +5,9 @@ Velocities, kinetic energy and virtual work follow by differentiation; no influe
 
 from __future__ import annotations
 
+import ast
 from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -187,7 +189,11 @@ class Law:
     def switches(self) -> list[Callable[[Any], Any]]:
         """Functions of the angle whose zeros are where an output's expression may bend."""
         trees = [s for law in self.laws.values() if not isinstance(law, list) for s in switches(law)]
-        return [lambda angle, tree=tree: signed(tree, self.env(angle % self.cycle)) for tree in trees]
+        return [partial(self.switch, tree) for tree in trees]
+
+    def switch(self, tree: ast.expr, angle: Any) -> Any:
+        """The value of a switch at any angle."""
+        return signed(tree, self.env(angle % self.cycle))
 
 
 BUILDERS = {

@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+import itertools
+import ast
 from collections.abc import Callable, Iterator
+from functools import partial
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -28,6 +31,10 @@ class Part(NamedTuple):
     def angle(self, phi: Any) -> Any:
         """The mechanism's own crank angle."""
         return self.ratio * phi + self.phase
+
+    def seen(self, function: Function, phi: Any) -> Any:
+        """A function of the mechanism's own angle, at a crank angle."""
+        return function(self.angle(phi))
 
 
 class Place(NamedTuple):
@@ -246,22 +253,25 @@ class Machine:
         """Functions of phi whose sign changes are breakpoints."""
         for part in self.parts:
             if isinstance(part.motion, Law):
-                yield from (lambda phi, s=s, p=part: s(p.angle(phi)) for s in part.motion.switches())
+                yield from (partial(part.seen, switch) for switch in part.motion.switches())
         for load in self.loads:
             if load.sense:
-                yield lambda phi, load=load: self.at(load, phi).first
+                yield partial(self.flow, load)
             if not isinstance(load.law, (str, list, mp.mpf)):
-                for tree in switches(load.law):
-                    yield lambda phi, load=load, tree=tree: signed(tree, self.load_env(load, phi))
+                yield from (partial(self.switch, load, tree) for tree in switches(load.law))
 
     def at(self, load: Load, phi: Any) -> Jet:
         """The displacement of a load's place at any angle, decisions taken right there."""
         here = Jet(phi, mp.one)
         return self.displacement(load.place, here, [p.motion(p.angle(phi))(p.angle(here)) for p in self.parts])
 
-    def load_env(self, load: Load, phi: Any) -> dict[str, Any]:
-        """The names of a load's expression at any angle."""
-        return self.env(self.angle(load, phi) % load.every, self.at(load, phi), mp.one)
+    def flow(self, load: Load, phi: Any) -> Any:
+        """The velocity of a load's place over that of the crank, at any angle."""
+        return self.at(load, phi).first
+
+    def switch(self, load: Load, tree: ast.expr, phi: Any) -> Any:
+        """The value of a switch of a load's expression at any angle."""
+        return signed(tree, self.env(self.angle(load, phi) % load.every, self.at(load, phi), mp.one))
 
 
 def listed(tables: Any) -> list[Any]:
@@ -290,7 +300,7 @@ def sign_changes(function: Function, cycle: Any) -> list[Any]:
     """The angles of a cycle where a function changes its sign, from a grid that misses the round angles."""
     grid = [cycle * (i + mp.mpf("0.3141")) / GRID for i in range(-1, GRID + 1)]
     signs = [(phi, function(phi)) for phi in grid]
-    pairs = zip(signs, signs[1:], strict=False)
+    pairs = itertools.pairwise(signs)
     return [bracketed(function, a, b, fa, fb) for (a, fa), (b, fb) in pairs if fa * fb < 0]
 
 

@@ -8,6 +8,7 @@ inertia in the file are compared with mpmath's own quadrature (tanh-sinh, where 
 
 from __future__ import annotations
 
+import itertools
 import json
 import sys
 import time
@@ -49,7 +50,7 @@ def discrepancy(path: Path, known: dict[str, Any]) -> Any:
     edges = sorted({*machine.breaks, *(mp.mpf(area["to"]) for area in known["areas"])})
     done, turned, worst = mp.zero, mp.zero, mp.zero
     sums = {mp.mpf(area["to"]): mp.mpf(area["accumulated"]) for area in known["areas"]}
-    for a, b in zip(edges, edges[1:], strict=False):
+    for a, b in itertools.pairwise(edges):
         sample = machine.piece((a + b) / 2)
         done += mp.quad(lambda phi, s=sample: constant(s(phi)) + unknown * share(s(phi)), [a, b])
         turned += mp.quad(lambda phi, s=sample: s(phi).inertia, [a, b])

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ast
+import itertools
 import operator
 import re
 from collections.abc import Callable, Iterator, Mapping
@@ -97,8 +98,8 @@ def evaluate(node: ast.expr, env: Env) -> Any:
         case ast.Compare():
             sides = [evaluate(side, env).value for side in (node.left, *node.comparators)]
             return all(COMPARE[type(op)](sides[i], sides[i + 1]) for i, op in enumerate(node.ops))
-        case ast.Call(func=ast.Name()) if node.func.id in SMOOTH:
-            return SMOOTH[node.func.id](*(evaluate(a, env) for a in node.args))
+        case ast.Call(func=ast.Name(id=name)) if name in SMOOTH:
+            return SMOOTH[name](*(evaluate(a, env) for a in node.args))
     raise ValueError(ast.dump(node))
 
 
@@ -138,7 +139,7 @@ def switches(tree: ast.expr) -> Iterator[ast.expr]:
     for node in ast.walk(tree):
         if isinstance(node, ast.Compare):
             sides = [node.left, *node.comparators]
-            yield from (ast.BinOp(a, ast.Sub(), b) for a, b in zip(sides, sides[1:], strict=False))
+            yield from (ast.BinOp(a, ast.Sub(), b) for a, b in itertools.pairwise(sides))
         elif isinstance(node, ast.Call) and isinstance(node.func, ast.Name):
             if node.func.id in ("abs", "sign"):
                 yield node.args[0]
