@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
+from types import MappingProxyType
 
 import numpy as np
 
@@ -63,10 +64,14 @@ def nearest(name: str, valid: Iterable[str]) -> str:
     return next(iter(get_close_matches(name, names, n=1, cutoff=0.55)), "")
 
 
-def mean(name: str, valid: Iterable[str]) -> str:
-    """The advice that goes with a wrong name: the nearest valid one, or all of them where they are few."""
+def mean(name: str, valid: Iterable[str], short: Mapping[str, str] = MappingProxyType({})) -> str:
+    """The advice that goes with a wrong name: the nearest valid one, or all of them where they are few.
+
+    `short` holds other forms of valid names, each with the whole name.
+    """
     names = sorted(valid)
-    near = nearest(name, names)
+    near = nearest(name, [*names, *short])
     if near:
+        near = short.get(near, near)
         return f'did you mean "{near}"?'
     return f"valid here: {', '.join(names)}" if 0 < len(names) <= 12 else ""

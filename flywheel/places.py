@@ -60,7 +60,8 @@ class Places(NamedTuple):
             faults.add(path, f"{quote(name)}, which may be {names}", "a place that is unique", "write the full name")
         elif self.complete:
             known = [*self.shafts, *self.ports]
-            faults.add(path, quote(name), "a shaft or a port", mean(name, known))
+            short = {port.rpartition(".")[2]: port for port in self.ports}
+            faults.add(path, quote(name), "a shaft or a port", mean(name, known, short))
         return None
 
     def shaft(self, name: object, path: str, faults: Faults) -> str:

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-import itertools
 import ast
+import itertools
 from collections.abc import Callable, Iterator
 from functools import partial
 from pathlib import Path
