@@ -1,0 +1,55 @@
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose
+
+import flywheel
+from flywheel import features
+from tests.flywheel import scenes
+
+
+def machine(scene):
+    return flywheel.Machine(flywheel.load(scene))
+
+
+def test_dead_centres_are_the_roots_of_the_influence_coefficient():
+    built = machine(scenes.press())
+    found = features.dead_centres(built, "press.slider", np.array([0.0, 2 * np.pi]))
+    assert_allclose(found, [np.pi], atol=1e-14)
+    offset = scenes.press()["mechanism"] | {"slider": {"offset": 0.05}}
+    built = machine(scenes.press(mechanism=offset, gravity={}))
+    # stretched and folded: sin(phi) = e/(l ± r)
+    stretched, folded = np.arcsin(0.05 / 0.6), np.pi + np.arcsin(-0.05 / 0.4) + 2 * np.arcsin(0.05 / 0.4)
+    found = features.dead_centres(built, "press.slider", np.array([0.0, 2 * np.pi]))
+    assert_allclose(found, [stretched, np.pi + np.arcsin(0.05 / 0.4)], atol=1e-13)
+    assert folded == pytest.approx(found[1])
+
+
+def test_switches_of_an_expression_become_breakpoints():
+    load = [{"on": "crank", "torque": "-5*max(sin(phi), 0.5) - (3 if phi < 2 else 1)"}]
+    found = machine(scenes.rotor(load=load)).breakpoints
+    assert_allclose(found, [0, np.pi / 6, 2, 5 * np.pi / 6, 2 * np.pi], atol=1e-14)
+
+
+def test_switches_on_displacement_follow_the_mechanism():
+    load = [{"on": "yoke", "force": "-100 if x > 0.25 else 0"}]
+    found = machine(scenes.yoke(load=load)).breakpoints
+    assert_allclose(found, [0, np.pi / 3, 5 * np.pi / 3, 2 * np.pi], atol=1e-14)
+
+
+@pytest.mark.parametrize("width", [1e-1, 1e-2, 1e-4, 1e-5])
+def test_a_narrow_peak_is_never_missed(width):
+    load = [{"on": "crank", "torque": f"-(sin(phi) + 100*exp(-((phi - 2)/{width})**2))"}]
+    result = flywheel.size(flywheel.load(scenes.rotor(load=load)), simulate=False)
+    work = 100 * width * np.sqrt(np.pi)  # the peak's; the sine's is zero
+    assert result.balance.value == pytest.approx(work / (2 * np.pi), rel=1e-9)
+    assert result.reached
+
+
+def test_scenes_without_expressions_do_not_pay_for_bounds():
+    built = machine(scenes.yoke())
+    assert built.landmarks is built.breakpoints
+
+
+def test_an_expression_that_cannot_be_followed_is_a_fault_with_its_place():
+    with pytest.raises(flywheel.SceneError, match=r"load\[0\]"):
+        _ = machine(scenes.rotor(load=[{"on": "crank", "torque": "-1/sin(phi - 1)"}])).mesh
