@@ -156,6 +156,10 @@ class Effort:
             active = active & (self.senses.at(self._crank_angle(anchor)) == load.sense)
         return active
 
+    def active_at(self, phi: Any) -> Any:
+        """Whether the load acts at crank angles phi, none of them a breakpoint."""
+        return self.active(Here(self.place.rate * phi, None, np))
+
     def local_breakpoints(self) -> list[float]:
         """Angles in [0, every) where the load breaks by itself: its period's ends, its window, its table's knots."""
         found = [0.0] if isinstance(self._law, Pieces | Expression) else []

@@ -17,6 +17,7 @@ from flywheel.expressions import Expression
 from flywheel.faults import Fault, SceneError
 from flywheel.loads import Effort, Place, Senses, crank_angles, spring_effort
 from flywheel.mechanisms.base import Family, Ratio
+from flywheel.piecewise import middles
 from flywheel.scene import TURN, Inertia, Load, Mechanism, Scene
 
 Array = NDArray[np.float64]
@@ -57,19 +58,7 @@ class Machine:
 
     def anchors(self, phi: Any) -> Any:
         """The middle of the smooth piece that each angle lies in (at a breakpoint: the piece that begins there)."""
-        return self.middles(self.breakpoints, phi)
-
-    @staticmethod
-    def middles(edges: Array, phi: Any) -> Any:
-        """The middle of the interval between edges that each angle lies in."""
-        piece = np.searchsorted(edges, phi, side="right") - 1
-        piece = np.clip(piece, 0, edges.size - 2)
-        return 0.5 * (edges[piece] + edges[piece + 1])
-
-    def active(self, effort: Effort, phi: Any) -> Any:
-        """Whether a load acts at crank angles phi, none of them a breakpoint."""
-        q = effort.place.rate * phi
-        return effort.active(Here(q, None, np))
+        return middles(self.breakpoints, phi)
 
     @cached_property
     def breakpoints(self) -> Array:
@@ -84,7 +73,10 @@ class Machine:
             return self.breakpoints
         from flywheel import features
 
-        return features.closed_in(self, self.breakpoints)
+        edges = self.breakpoints
+        for effort in self.efforts:
+            edges = features.closed_in(self.reduction, effort, self.motion_of(effort.load.on), edges)
+        return edges
 
     @cached_property
     def restarts(self) -> Array:
@@ -239,7 +231,7 @@ class Machine:
             if isinstance(effort.load.law, Expression):
                 from flywheel import features  # only scenes with expressions pay for intervals
 
-                yield from features.switch_angles(self, effort, known)
+                yield from features.switch_angles(self.reduction, effort, self.motion_of(effort.load.on), known)
 
     def _places_with_senses(self) -> set[str]:
         def needs(load: Load) -> bool:
@@ -251,11 +243,11 @@ class Machine:
         from flywheel import features
 
         smooth = merged([0.0, self.scene.cycle, *self._mechanism_breakpoints()], self.scene.cycle)
-        dead_centres = features.dead_centres(self, self.places[place].junction, smooth)
+        dead_centres = features.dead_centres(self.reduction, self.places[place].junction, smooth)
         edges = np.concatenate(([0.0], dead_centres, [self.scene.cycle]))
-        middles = 0.5 * (edges[1:] + edges[:-1])
-        gain = self.reduction.flows(middles, middles).gain[self.reduction.variable[self.places[place].junction]]
-        return Senses(dead_centres, np.broadcast_to(np.sign(gain), middles.shape))
+        halfway = 0.5 * (edges[1:] + edges[:-1])
+        gain = self.reduction.flows(halfway, halfway).gain[self.reduction.variable[self.places[place].junction]]
+        return Senses(dead_centres, np.broadcast_to(np.sign(gain), halfway.shape))
 
 
 def merged(angles: Iterable[float], cycle: float) -> Array:

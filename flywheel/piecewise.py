@@ -7,7 +7,7 @@ looks at its own ends, where a load may jump. The middle node is the cell's anch
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -80,6 +80,12 @@ def cells(edges: Array) -> Cells:
     half = 0.5 * (edges[1:, None] - edges[:-1, None])
     middle = edges[:-1, None] + half
     return Cells(edges, middle, half, middle + half * NODES)
+
+
+def middles(edges: Array, phi: Any) -> Any:
+    """The middle of the interval between edges that each angle lies in (at an edge: of the one that begins there)."""
+    place = np.clip(np.searchsorted(edges, phi, side="right") - 1, 0, edges.size - 2)
+    return 0.5 * (edges[place] + edges[place + 1])
 
 
 def bisected(edges: Array, which: NDArray[np.bool_]) -> Array:

@@ -13,13 +13,13 @@ def machine(scene):
 
 def test_dead_centres_are_the_roots_of_the_influence_coefficient():
     built = machine(scenes.press())
-    found = features.dead_centres(built, "press.slider", np.array([0.0, 2 * np.pi]))
+    found = features.dead_centres(built.reduction, "press.slider", np.array([0.0, 2 * np.pi]))
     assert_allclose(found, [np.pi], atol=1e-14)
     offset = scenes.press()["mechanism"] | {"slider": {"offset": 0.05}}
     built = machine(scenes.press(mechanism=offset, gravity={}))
     # stretched and folded: sin(phi) = e/(l ± r)
     stretched, folded = np.arcsin(0.05 / 0.6), np.pi + np.arcsin(-0.05 / 0.4) + 2 * np.arcsin(0.05 / 0.4)
-    found = features.dead_centres(built, "press.slider", np.array([0.0, 2 * np.pi]))
+    found = features.dead_centres(built.reduction, "press.slider", np.array([0.0, 2 * np.pi]))
     assert_allclose(found, [stretched, np.pi + np.arcsin(0.05 / 0.4)], atol=1e-13)
     assert folded == pytest.approx(found[1])
 
