@@ -112,12 +112,12 @@ class Reduction:
         """What each inertia adds to I*, by the name of the part that it belongs to."""
         return _by_part((e, e.law * flows.gain[f] ** 2) for e, f in self._inertias)
 
-    def moments(self, phi: Any, anchor: Any = None, unknown: float = 0.0) -> dict[str, Any]:
-        """What each source adds to M*, by the name of the part that it belongs to."""
+    def moments(self, phi: Any, anchor: Any = None, unknown: float = 0.0, *, by_name: bool = False) -> dict[str, Any]:
+        """What each source adds to M*, by the name of the part that it belongs to, or by its own."""
         at = _Positions(self, phi, phi if anchor is None else anchor, np)
         flows = self._run(at)
-        efforts = ((e, sign * _effort(e.law, at, unknown) * flows.gain[f]) for e, f, sign in self._sources)
-        return _by_part(efforts)
+        efforts = [(e, sign * _effort(e.law, at, unknown) * flows.gain[f]) for e, f, sign in self._sources]
+        return {e.name: effort for e, effort in efforts} if by_name else _by_part(efforts)
 
     def _moments(self, at: _Positions, flows: Flows) -> tuple[Any, Any, Any]:
         moment: Any = 0.0

@@ -70,9 +70,7 @@ def closed_in(reduction: Reduction, effort: Effort, motion: Motion, edges: Array
 
 
 def _fault(effort: Effort, error: SwitchingError) -> SceneError:
-    key = "torque" if effort.load.path == "drive" or "." not in effort.load.on else "force or torque"
-    fault = Fault(f"{effort.load.path} ({key})", str(error), "an expression that can be followed over the cycle")
-    return SceneError([fault])
+    return SceneError([Fault(effort.path, str(error), "an expression that can be followed over the cycle")])
 
 
 Environment = Callable[[Array, Array], Mapping[str, Any]]

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from bondgraph.elements import Here
 from flywheel.expressions import Expression
+from flywheel.faults import Fault, SceneError
 from flywheel.scene import Law, Load, Spring, Table
 
 Array = NDArray[np.float64]
@@ -26,6 +27,7 @@ class Place(NamedTuple):
     displacement: Position
     rate: float = 1.0
     phase: float = 0.0
+    rotating: bool = True
 
 
 class Senses(NamedTuple):
@@ -87,13 +89,18 @@ class Effort:
         senses: Senses | None = None,
     ) -> None:
         self.load, self.place, self.senses = load, place, senses
+        key = "table" if isinstance(load.law, Table) else "torque" if place.rotating else "force"
+        self.path = f"{load.path}.{key}"
         self.every = load.every
         self._parameters = parameters
         self._law: Law | Pieces | None = Pieces(load.law) if isinstance(load.law, Table) else load.law
         self._always = load.start is None and load.sense == 0
-        expression = isinstance(load.law, Expression) and unknown in load.law.names
-        self.depends_on_unknown = load.law is None or expression
-        self._unknown = unknown if expression else None
+        self._unknown: str | None = None
+        if isinstance(load.law, Expression) and unknown is not None and unknown in load.law.names:
+            if load.law.degree(unknown) is None:
+                raise SceneError([_not_linear(self.path, load.law, unknown)])
+            self._unknown = unknown
+        self.depends_on_unknown = load.law is None or self._unknown is not None
 
     @property
     def constants(self) -> Mapping[str, float]:
@@ -166,6 +173,11 @@ class Effort:
         if self.load.start is not None and self.load.end is not None:
             found += [self.load.start, self.load.end]
         return found + (self._law.knots.tolist() if isinstance(self._law, Pieces) else [])
+
+
+def _not_linear(path: str, law: Expression, unknown: str) -> Fault:
+    found = f'"{law.text}", which is not linear in the balance {unknown}'
+    return Fault(path, found, f"{unknown} as a factor or a term", "give it a value, and balance another quantity")
 
 
 def spring_effort(spring: Spring, place: Place) -> Callable[[Here, Here], Any]:

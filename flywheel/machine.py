@@ -149,7 +149,7 @@ class Machine:
         for effort in self.efforts:
             motion = self.motion_of(effort.load.on)
             law = Law(effort, motion, effort.per_unknown if effort.depends_on_unknown else None)
-            builder.port(effort.place.junction, Se(effort.load.path, law, part=_title(effort.load)))
+            builder.port(effort.place.junction, Se(effort.path, law, part=_title(effort.load)))
         for spring in self.scene.springs:
             place = self.places[spring.on]
             law = Law(spring_effort(spring, place), self.motion_of(spring.on))
@@ -188,9 +188,11 @@ class Machine:
     def _port_places(self) -> Iterator[tuple[str, Place]]:
         for mechanism in self.scene.mechanisms:
             rate = self.scene.shafts[mechanism.shaft]
-            for name, port in self._families[mechanism.name].ports.items():
+            family = self._families[mechanism.name]
+            for name, port in family.ports.items():
                 junction = f"{mechanism.name}.{port.velocity}"
-                place = Place(junction, _displaced(port.position), rate, mechanism.phase)
+                rotating = next(v.rotating for v in family.velocities if v.name == port.velocity)
+                place = Place(junction, _displaced(port.position), rate, mechanism.phase, rotating)
                 yield f"{mechanism.name}.{name}", place
 
     def motion_of(self, place: str) -> Motion:

@@ -120,7 +120,7 @@ def _balance(machine: Machine, values: Array, mesh: Cells) -> float | None:
                 )
             ]
         )
-    return float(-net / per_unknown)
+    return float(-net / per_unknown) + 0.0  # never -0
 
 
 def check_closed(cycle: Cycle, machine: Machine) -> None:
@@ -160,8 +160,8 @@ def _not_finite(machine: Machine, mesh: Cells, values: Array) -> Fault:
     bad = ~np.isfinite(values).all(axis=0)
     cell, node = np.argwhere(bad)[0]
     phi, anchor = float(mesh.phi[cell, node]), float(mesh.anchor[cell, 0])
-    parts = machine.reduction.moments(phi, anchor)
-    culprit = next((name for name, part in parts.items() if not np.isfinite(part)), "the mechanism")
+    parts = machine.reduction.moments(phi, anchor, by_name=True)
+    culprit = next((name for name, part in parts.items() if not np.isfinite(part)), "mechanism")
     return Fault(
         culprit,
         f"a value that is not finite at crank angle {np.degrees(phi):.6g} deg",

@@ -343,7 +343,7 @@ _SECTIONS = (
                 "speed",
                 "speed",
                 "mean of the greatest and the least speed",
-                range=POSITIVE,
+                range=Range(1e-50),
                 required=True,
                 missing="finding the machine's own steady speed is not supported yet",
             ),

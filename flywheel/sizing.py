@@ -45,8 +45,12 @@ def size(machine: Machine | Scene, rtol: float | None = None, *, simulate: bool 
     asked = scene.rtol if rtol is None else rtol
     if scene.areas is not None:
         return _from_areas(scene, asked)
-    if not isinstance(machine, Machine):
-        machine = Machine(machine)
+    with np.errstate(all="ignore"):  # values that are not finite are found, and reported with their place
+        return _of_machine(machine if isinstance(machine, Machine) else Machine(machine), asked, simulate)
+
+
+def _of_machine(machine: Machine, asked: float, simulate: bool) -> Sizing:
+    scene = machine.scene
     sizing = wittenbauer.settled(machine, asked)
     if simulate:
         from flywheel import confirmation  # scipy arrives with time stepping, and not before
@@ -93,7 +97,7 @@ def _from_areas(scene: Scene, rtol: float) -> Sizing:
     sums = np.concatenate(([0.0], works.cumsum()))
     swing = float(np.ptp(sums))
     eps, square = scene.irregularity, scene.speed**2
-    figure = None if eps is None else swing / (eps * square) / scene.flywheel_ratio**2
+    figure = None if eps is None else swing / max(eps * square, 5e-324) / scene.flywheel_ratio**2
     needed = None if eps is None else swing > 0.0
     rounding = 4 * ROUNDING * (float(np.abs(works).sum()) / swing if swing else 0.0)
     return Sizing(

@@ -23,6 +23,7 @@ from flywheel.advice import mean, quote, show
 _PI = (3141592653589793238462643383279502884197169399375105820974944592307816, 10**69)
 _LONGEST = 100
 _LARGEST_POWER = 9
+LARGEST = 1e50  # a quantity beyond it would leave the floating-point range with its first few products
 _NUMBER = re.compile(r"\s*([+-]?)([0-9]*)(?:\.([0-9]*))?(?:[eE]([+-]?[0-9]{1,9}))?(?![0-9.])")
 _FACTOR = re.compile(r"([^\W\d_]+|%|°)(?:\^([+-]?[0-9]+))?")
 _SUPERSCRIPTS = str.maketrans("⁰¹²³⁴⁵⁶⁷⁸⁹⁻⁺", "0123456789-+")
@@ -155,13 +156,13 @@ def parse_quantity(value: object, dimension: str | None) -> float:
         ...
     flywheel.units.QuantityError: found "1,5 m", expected a length such as ... write 1.5, not 1,5
     """
-    if isinstance(value, str):
-        return _parse_text(value, dimension)
-    number = plain_number(value)
+    number = _parse_text(value, dimension) if isinstance(value, str) else plain_number(value)
     if number is None:
         raise QuantityError(show(value), _expected(dimension))
     if not math.isfinite(number):
         raise QuantityError(show(value), f"{_expected(dimension)}, finite")
+    if abs(number) > LARGEST:
+        raise QuantityError(show(value), f"at most {LARGEST:g} in SI")
     return number
 
 

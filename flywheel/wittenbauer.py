@@ -49,6 +49,8 @@ def _settled(machine: Machine, rtol: float) -> tuple[_Figures, Run | None]:
         cycle = regime.resolve(machine, edges)
         regime.check_closed(cycle, machine)
         figures = _figures(machine, cycle)
+        if not np.isfinite(figures.total) or not np.isfinite(figures.error):
+            raise SceneError([_out_of_range(figures)])
         motion = _motion(machine, figures)
         doubt = max(figures.error / figures.scale, _work_error(figures), motion.error if motion else 0.0)
         if doubt <= rtol:
@@ -59,6 +61,11 @@ def _settled(machine: Machine, rtol: float) -> tuple[_Figures, Run | None]:
         if finer is None:
             return figures, motion
         edges = finer
+
+
+def _out_of_range(figures: _Figures) -> Fault:
+    found = f"a flywheel of {figures.total:g} kg m²"
+    return Fault("flywheel.irregularity", found, "a figure within the floating-point range", "check the scene's units")
 
 
 def _figures(machine: Machine, cycle: Cycle) -> _Figures:
@@ -80,13 +87,15 @@ def _figures(machine: Machine, cycle: Cycle) -> _Figures:
     if not eps:
         return _Figures(cycle, extremes, crossings, 0.0, 0.0, 1.0)
     spread = float(extremes.greatest[_FAST] - extremes.least[_SLOW])
-    error = (2 * cycle.errors.work + (1 + eps / 2) ** 2 * square * cycle.errors.variation) / (eps * square)
-    total = spread / (eps * square)
+    unit = max(eps * square, 5e-324)
+    error = (2 * cycle.errors.work + (1 + eps / 2) ** 2 * square * cycle.errors.variation) / unit
+    total = spread / unit
     error += cycle.errors.inertia + 8 * ROUNDING * (abs(total) + cycle.inertia_at_start)
     exact = total - cycle.inertia_at_start
-    scale = max(exact, fluctuation / (eps * square))
-    if scale <= 4 * error:  # nothing but rounding: then the machine's own inertia is what a figure can be compared with
-        scale = max(scale, float(np.abs(cycle.series[2]).sum(axis=-1).max()), 1e-300)
+    scale = max(exact, fluctuation / unit)
+    if scale <= 4 * error:  # nothing but rounding: compare it with the inertia and the work at hand
+        inertia = float(np.abs(cycle.series[2]).sum(axis=-1).max())
+        scale = max(scale, inertia, cycle.exchanged / unit, 1e-300)
     return _Figures(cycle, extremes, crossings, total, error, scale)
 
 

@@ -79,7 +79,7 @@ def test_four_bar_assembly_and_yoke_direction():
         ("type = 'slider-crank'\ncrank.length = 0\nrod.length = 1", "mechanism.crank.length"),
         ("type = 'slider-crank'\ncrank = 1\nrod.length = 1", "mechanism.crank"),
         ("type = 'slider-crank'\ncrank.length = 0.5\nrod.length = 0.4", "mechanism.rod.length"),
-        ("type = 'four-bar'\n" + GOOD["four-bar"].replace("0.1", "1e300"), "mechanism"),
+        ("type = 'four-bar'\n" + GOOD["four-bar"].replace("0.1", "1e300"), "mechanism.crank.length"),
         (f"type = 'slider-crank'\nslider.inertia = 1\n{GOOD['slider-crank']}", "mechanism.slider.inertia"),
         (f"type = 'slider-crank'\nground.length = 1\n{GOOD['slider-crank']}", "mechanism.ground"),
         (f"type = 'slider-crank'\nassembly = 'open'\n{GOOD['slider-crank']}", "mechanism.assembly"),

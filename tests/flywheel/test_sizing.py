@@ -124,3 +124,25 @@ def test_areas_with_too_light_a_flywheel_are_refused():
 def test_a_given_flywheel_that_lets_the_machine_stop_is_refused():
     with pytest.raises(flywheel.SceneError, match="stops within the cycle"):
         sized(scenes.yoke(flywheel={"inertia": 0.001}))
+
+
+def test_a_balance_must_be_linear():
+    scene = scenes.rotor(parameters={"p": "balance"}, drive={"torque": "p**2"})
+    with pytest.raises(flywheel.SceneError, match=r"drive\.torque.*not linear in the balance p"):
+        sized(scene)
+
+
+def test_a_figure_beyond_the_floating_point_range_is_refused():
+    with pytest.raises(flywheel.SceneError, match="floating-point range"):
+        sized(scenes.rotor(regime={"speed": 1e-50}, flywheel={"irregularity": 1e-300}))
+
+
+def test_an_expression_that_varies_too_fast_is_refused_with_its_key():
+    with pytest.raises(flywheel.SceneError, match=r"load\[0\]\.torque: .*too fast"):
+        sized(scenes.rotor(load=[{"on": "crank", "torque": "-sin(1e6*phi)"}]))
+
+
+def test_net_work_below_its_own_error_gives_no_coefficient_of_energy():
+    drive = {"torque": "5*sin(phi)"}
+    result = sized(scenes.rotor(load=[{"on": "crank", "torque": "sin(phi)"}], drive=drive))
+    assert result.coefficient_of_energy is None

@@ -180,7 +180,7 @@ def test_slips_are_refused_with_advice(value, dimension, hint):
     assert len(str(caught.value)) < 300
 
 
-@pytest.mark.parametrize("number", [3, 2.5, np.float32(0.5), np.int64(7), np.float64(1e300)])
+@pytest.mark.parametrize("number", [3, 2.5, np.float32(0.5), np.int64(7), np.float64(1e40)])
 def test_a_bare_number_is_si(number):
     assert parse_quantity(number, "length") == float(number)
 
