@@ -124,7 +124,7 @@ def _one_cycle(
 
         passed = list(through(rates, tau, state, (low, high), np.inf, tolerance, hint))
         steps += passed
-        tau, hint = passed[-1].end, passed[-1].end - passed[-1].start
+        tau, hint = passed[-1].end, max(step.end - step.start for step in passed)
         state = np.array([high, passed[-1].dense(tau)[1]])
     return steps
 

@@ -96,7 +96,7 @@ def _followed(
         passed = list(through(rates, t, state, (low, high), until, tolerance, hint))
         steps += passed
         turns += [offset] * len(passed)
-        t, hint = passed[-1].end, passed[-1].end - passed[-1].start
+        t, hint = passed[-1].end, max(step.end - step.start for step in passed)
         state = np.array(passed[-1].dense(t))
         if t < until:
             state[0] = high if abs(state[0] - high) < abs(state[0] - low) else low

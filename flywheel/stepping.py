@@ -63,7 +63,7 @@ def through(
 ) -> Iterator[Step]:
     """Steps from a state until phi leaves (low, high) or t reaches `until`; the last one ends exactly there."""
     low, high = ends
-    first = min(hint, until - t) if hint else None
+    first = min(1.1 * hint, until - t) if hint else None  # a little more, so that an equal piece takes one step too
     absolute: Any = tolerance.absolute  # one for each variable, which the stubs do not know
     solver: Any = DOP853(rates, t, state, until, rtol=tolerance.relative, atol=absolute, first_step=first)
     while solver.status == "running":
