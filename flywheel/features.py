@@ -7,7 +7,7 @@ same bond graph; nothing is sampled. Only scenes with expressions, or loads that
 from __future__ import annotations
 
 import itertools
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
@@ -21,26 +21,30 @@ from flywheel.intervals import NAMESPACE as INTERVALS
 from flywheel.intervals import Interval
 from flywheel.jets import Jet
 from flywheel.loads import Effort
-from flywheel.piecewise import middles
 from flywheel.resolution import resolved
-from flywheel.switching import SwitchingError, breakpoints, roots
+from flywheel.switching import Enclosures, SwitchingError, Values, breakpoints, roots
 
 Array = NDArray[np.float64]
 
 
 def dead_centres(reduction: Reduction, junction: str, edges: Array) -> Array:
     """Crank angles at which the velocity of a 1-junction changes sign, between edges inside which it is smooth."""
-    variable = reduction.variable[junction]
+    found = [root for a, b in itertools.pairwise(edges.tolist()) for root in _stops(reduction, junction, a, b)]
+    return np.array(sorted({*edges[1:-1].tolist(), *found}))
+
+
+def _stops(reduction: Reduction, junction: str, a: float, b: float) -> list[float]:
+    """Roots of a junction's influence coefficient inside one smooth piece."""
+    variable, anchor = reduction.variable[junction], np.array(0.5 * (a + b))
 
     def enclose(lo: Array, hi: Array) -> tuple[Any, Any]:
-        flows = reduction.flows(Interval(lo, hi), 0.5 * (lo + hi), INTERVALS)
+        flows = reduction.flows(Interval(lo, hi), anchor + 0 * lo, INTERVALS)
         return flows.gain[variable], flows.slope[variable]
 
     def value(phi: Array) -> Any:
-        return reduction.flows(phi, middles(edges, phi)).gain[variable]
+        return reduction.flows(phi, anchor + 0 * phi).gain[variable]
 
-    found = [root for a, b in itertools.pairwise(edges) for root in roots(enclose, value, a, b)]
-    return np.array(sorted({*edges[1:-1].tolist(), *found}))
+    return roots(enclose, value, a, b)
 
 
 def switch_angles(reduction: Reduction, effort: Effort, motion: Motion, known: Array) -> list[float]:
@@ -73,38 +77,34 @@ def _fault(effort: Effort, error: SwitchingError) -> SceneError:
     return SceneError([Fault(effort.path, str(error), "an expression that can be followed over the cycle")])
 
 
-Environment = Callable[[Array, Array], Mapping[str, Any]]
+def _environment(reduction: Reduction, effort: Effort, motion: Motion) -> tuple[Enclosures, Values]:
+    """What the names of a load's expression stand for: jets of intervals over cells of phi, and plain values.
 
-
-def _environment(
-    reduction: Reduction, effort: Effort, motion: Motion
-) -> tuple[Environment, Callable[[Array], Mapping[str, Any]]]:
-    """What the names of a load's expression stand for: jets of intervals over cells of phi, and plain values."""
+    Which turn of the load's angle they lie in is the anchor's to say, as at the end of a turn rounding could not.
+    """
     place, names = effort.place, effort.load.law.names  # type: ignore[union-attr]
     variable = reduction.variable.get(place.junction)
     rate = float(reduction.flows(0.0, 0.0).gain[reduction.variable[motion.of]])
 
-    def turns(middle: Array) -> Array:
-        return effort.every * np.floor((place.rate * middle + place.phase) / effort.every)
+    def origin(anchor: Array) -> Array:
+        return place.phase - effort.every * np.floor((place.rate * anchor + place.phase) / effort.every)
 
-    def cells(lo: Array, hi: Array) -> Mapping[str, Any]:
-        middle, cell = 0.5 * (lo + hi), Interval(lo, hi)
-        found: dict[str, Any] = dict(effort.constants)
-        found["phi"] = Jet(place.rate * cell + (place.phase - turns(middle)), place.rate)
+    def cells(lo: Array, hi: Array, anchor: Array) -> Mapping[str, Any]:
+        cell = Interval(lo, hi)
+        found = shared(anchor) | {"phi": Jet(place.rate * cell + origin(anchor), place.rate)}
         if "x" in names and variable is not None:
-            here = Here(rate * cell, motion.position(rate * cell, INTERVALS, rate * middle), INTERVALS)
-            found["x"] = Jet(place.displacement(here), reduction.flows(cell, middle, INTERVALS).gain[variable])
-        if "v" in names and effort.senses is not None:
-            found["v"] = effort.senses.at(middle)
+            here = Here(rate * cell, motion.position(rate * cell, INTERVALS, rate * anchor), INTERVALS)
+            found["x"] = Jet(place.displacement(here), reduction.flows(cell, anchor, INTERVALS).gain[variable])
         return found
 
-    def values(phi: Array) -> Mapping[str, Any]:
-        found: dict[str, Any] = dict(effort.constants)
-        found["phi"] = place.rate * phi + place.phase - turns(phi)
+    def values(phi: Array, anchor: Array) -> Mapping[str, Any]:
+        found = shared(anchor) | {"phi": place.rate * phi + origin(anchor)}
         if "x" in names:
-            found["x"] = place.displacement(Here(rate * phi, motion.position(rate * phi, np, rate * phi), np))
-        if "v" in names and effort.senses is not None:
-            found["v"] = effort.senses.at(phi)
+            found["x"] = place.displacement(Here(rate * phi, motion.position(rate * phi, np, rate * anchor), np))
         return found
+
+    def shared(anchor: Array) -> dict[str, Any]:
+        sense = {"v": effort.senses.at(anchor)} if "v" in names and effort.senses is not None else {}
+        return {**effort.constants, **sense}
 
     return cells, values

@@ -67,8 +67,8 @@ def resolved(expression: Expression, lo: Array, hi: Array, env: Enclosures, env_
 
     >>> from flywheel.expressions import parse
     >>> peak = parse("sin(phi) + exp(-((phi - 2)/1e-3)**2)")
-    >>> cells = lambda lo, hi: {"phi": Jet(Interval(lo, hi), 1.0)}
-    >>> splits = resolved(peak, np.array([0.0]), np.array([6.0]), cells, lambda phi: {"phi": phi})
+    >>> cells = lambda lo, hi, anchor: {"phi": Jet(Interval(lo, hi), 1.0)}
+    >>> splits = resolved(peak, np.array([0.0]), np.array([6.0]), cells, lambda phi, _: {"phi": phi})
     >>> bool(np.min(np.diff(splits)) < 4e-3)
     True
     """
@@ -89,8 +89,9 @@ def resolved(expression: Expression, lo: Array, hi: Array, env: Enclosures, env_
 
 
 def _examined(lo: Array, hi: Array, span: float, env: Enclosures, env_value: Values, peaks: dict[int, float]) -> _Cells:
-    inside = {name: u.value if isinstance(u, Jet) else u for name, u in env(lo, hi).items()}
-    centre = env_value(0.5 * (lo + hi))
+    middle = 0.5 * (lo + hi)
+    inside = {name: u.value if isinstance(u, Jet) else u for name, u in env(lo, hi, middle).items()}
+    centre = env_value(middle, middle)
     anchor = At(centre, intervals.NAMESPACE)
     return _Cells(At(inside, intervals.NAMESPACE, anchor), At(centre, np), (hi - lo) / span, peaks)
 

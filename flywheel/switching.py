@@ -20,8 +20,8 @@ from flywheel.intervals import Interval, interval
 from flywheel.jets import Jet, jet_namespace
 
 Array = NDArray[np.float64]
-Enclosures = Callable[[Array, Array], Mapping[str, Any]]
-Values = Callable[[Array], Mapping[str, Any]]
+Enclosures = Callable[[Array, Array, Array], Mapping[str, Any]]
+Values = Callable[[Array, Array], Mapping[str, Any]]
 
 CELL_CAP = 200_000
 FINEST = 1e-9  # of the range: cells that are still open then are taken for one touching point
@@ -77,12 +77,13 @@ def breakpoints(
 ) -> list[float]:
     """Every angle in (a, b) where a switch of the expression changes, or a root, asin or acos has a branch point.
 
-    `env(lo, hi)` gives, for arrays of cells, the names as jets of intervals (constants as floats), `env_value(phi)`
-    their values. Between `known` angles the names must be smooth and `v`, given by its sign, constant.
+    `env(lo, hi, anchor)` gives, for arrays of cells, the names as jets of intervals (constants as floats),
+    `env_value(phi, anchor)` their values; the anchor is the middle of the piece, which tells an angle at its end from the
+    next piece's beginning. Between `known` angles the names must be smooth and `v`, given by its sign, constant.
 
-    >>> phi_cells = lambda lo, hi: {"phi": Jet(Interval(lo, hi), 1.0)}
+    >>> phi_cells = lambda lo, hi, anchor: {"phi": Jet(Interval(lo, hi), 1.0)}
     >>> from flywheel.expressions import parse
-    >>> found = breakpoints(parse("max(sin(phi), 0.5)*(phi < 2)"), 0, 6, phi_cells, lambda phi: {"phi": phi})
+    >>> found = breakpoints(parse("max(sin(phi), 0.5)*(phi < 2)"), 0, 6, phi_cells, lambda phi, _: {"phi": phi})
     >>> [round(angle, 14) for angle in found]
     [0.5235987755983, 2.0, 2.61799387799149]
     """
@@ -99,11 +100,11 @@ def breakpoints(
 
 def _search_of(part: Expression, env: Enclosures, env_value: Values) -> _Search:
     def enclose(lo: Array, hi: Array, anchor: Array) -> tuple[Any, Any]:
-        jet = part.evaluate(env(lo, hi), _JETS, env_value(anchor))
+        jet = part.evaluate(env(lo, hi, anchor), _JETS, env_value(anchor, anchor))
         return (jet.value, jet.first) if isinstance(jet, Jet) else (jet, 0.0)
 
     def value(phi: Array, anchor: Array) -> Any:
-        return part.evaluate(env_value(phi), np, env_value(anchor))
+        return part.evaluate(env_value(phi, anchor), np, env_value(anchor, anchor))
 
     return _Search(enclose, value)
 

@@ -108,10 +108,10 @@ def _curve(output: Output, period: float, parameters: Mapping[str, float], path:
 def _edges(law: Expression, period: float, parameters: Mapping[str, float]) -> tuple[float, ...]:
     """Where the law switches, and where cells must end for it to be followed, from 0 to the period."""
 
-    def enclosed(lo: Array, hi: Array) -> Mapping[str, Any]:
+    def enclosed(lo: Array, hi: Array, anchor: Array) -> Mapping[str, Any]:
         return {**parameters, "phi": Jet(Interval(lo, hi), 1.0)}
 
-    def valued(phi: Array) -> Mapping[str, Any]:
+    def valued(phi: Array, anchor: Array) -> Mapping[str, Any]:
         return {**parameters, "phi": phi}
 
     edges = np.array([0.0, *breakpoints(law, 0.0, period, enclosed, valued), period])

@@ -53,3 +53,11 @@ def test_scenes_without_expressions_do_not_pay_for_bounds():
 def test_an_expression_that_cannot_be_followed_is_a_fault_with_its_place():
     with pytest.raises(flywheel.SceneError, match=r"load\[0\]"):
         _ = machine(scenes.rotor(load=[{"on": "crank", "torque": "-1/sin(phi - 1)"}])).mesh
+
+
+@pytest.mark.parametrize("every", [360, 180, 120])
+def test_a_switch_just_before_phi_starts_again_is_found(every):
+    last = float(np.radians(every)) - 1e-3
+    load = [{"on": "crank", "torque": f"-100 if phi > {last!r} else 0", "every": f"{every} deg"}]
+    result = flywheel.size(flywheel.load(scenes.rotor(load=load)), simulate=False)
+    assert result.balance.value == pytest.approx(100 * 1e-3 / np.radians(every), rel=1e-9)

@@ -14,11 +14,11 @@ TURN = 2 * np.pi
 NODES, WEIGHTS = np.polynomial.legendre.leggauss(17)
 
 
-def env(lo, hi):
+def env(lo, hi, anchor=None):
     return {"phi": Jet(Interval(lo, hi), 1.0), "n": 9.5}
 
 
-def env_value(phi):
+def env_value(phi, anchor=None):
     return {"phi": phi, "n": 9.5}
 
 

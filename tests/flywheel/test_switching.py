@@ -16,11 +16,11 @@ TURN = 2 * np.pi
 JETS = jet_namespace(NAMESPACE)
 
 
-def env(lo, hi):
+def env(lo, hi, anchor=None):
     return {"phi": Jet(Interval(lo, hi), 1.0)}
 
 
-def env_value(phi):
+def env_value(phi, anchor=None):
     return {"phi": phi}
 
 
@@ -133,12 +133,12 @@ def test_hundreds_of_switches_are_found_and_far_too_many_refused():
 def test_a_displacement_with_wider_bounds_and_a_velocity_given_by_its_sign():
     """A port with x = cos phi: v changes sign at pi, which is known; x is bounded loosely on purpose."""
 
-    def cells(lo, hi):
+    def cells(lo, hi, anchor):
         u = Interval(lo, hi)
         wide = NAMESPACE.cos(u) + Interval(-1.0, 1.0) * (0.1 * u.width)
         return {"x": Jet(wide, -NAMESPACE.sin(u)), "v": np.where(0.5 * (lo + hi) < np.pi, -1.0, 1.0)}
 
-    def values(phi):
+    def values(phi, anchor):
         return {"x": np.cos(phi), "v": np.where(phi < np.pi, -1.0, 1.0)}
 
     angles = breakpoints(parse("max(x*sign(v), 0.5)*(v > 0)"), 0.0, TURN, cells, values, [np.pi])
