@@ -95,7 +95,7 @@ def _csv_columns(machine: Machine, phi: Array, state: MachineState) -> Iterator[
     yield "M* [N m]", state.moment
     for title, gains in (("g", state.gains), ("dg/dphi", state.gain_slopes)):
         for name, values in gains.items():
-            unit = "m" if machine.graph.elements[name].domain == "translation" else "1"
+            unit = "m" if machine.kinematics.graph.elements[name].domain == "translation" else "1"
             yield f"{title} {name} [{unit}]", values
 
 

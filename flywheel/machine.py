@@ -40,7 +40,6 @@ class Machine:
         self._motions = {m.name: _motion(self._families[m.name], m) for m in scene.mechanisms}
         self._crank_motion = Motion("crank")
         self.places = dict(self._shaft_places()) | dict(self._port_places())
-        self.omitted: tuple[str, ...] = ()
         self._senses: dict[str, Senses] = {}
         self.graph = self._built(with_loads=False)
         self.reduction = Reduction(self.graph, "crank")
@@ -59,6 +58,18 @@ class Machine:
     def anchors(self, phi: Any) -> Any:
         """The middle of the smooth piece that each angle lies in (at a breakpoint: the piece that begins there)."""
         return middles(self.breakpoints, phi)
+
+    @property
+    def omitted(self) -> tuple[str, ...]:
+        """Velocities that the model leaves out because nothing hangs on them and nothing is reached through them."""
+        chains = self._families.items()
+        inner = [f"{name}.{velocity.name}" for name, family in chains for velocity in family.velocities]
+        return tuple(name for name in (*self.scene.shafts, *inner) if name not in self.graph.elements)
+
+    @cached_property
+    def kinematics(self) -> Reduction:
+        """The chain without loads, with every shaft and port: also those that the model leaves out as not needed."""
+        return Reduction(self._built(with_loads=False, whole=True), "crank")
 
     @cached_property
     def breakpoints(self) -> Array:
@@ -97,10 +108,10 @@ class Machine:
 
     # -- the graph ---------------------------------------------------------------------------------------------------
 
-    def _built(self, *, with_loads: bool) -> BondGraph:
+    def _built(self, *, with_loads: bool, whole: bool = False) -> BondGraph:
         builder = Builder()
         builder.add(One("crank"))
-        needed = self._needed()
+        needed = self._needed(self.places if whole else set(self._loaded_places()))
         for name, ratio in self.scene.shafts.items():
             if name != "crank" and name in needed:
                 builder.sum(name, [("crank", ratio)], "rotation")
@@ -158,9 +169,9 @@ class Machine:
     def _modulus(self, name: str, ratio: float | Ratio) -> float | Modulus:
         return Modulus(ratio.value, ratio.slope, self._motions[name]) if isinstance(ratio, Ratio) else ratio
 
-    def _needed(self) -> set[str]:
-        """Junctions that carry something, and those that lead to them."""
-        carrying = {self.places[place].junction for place in self._loaded_places()}
+    def _needed(self, places: Iterable[str]) -> set[str]:
+        """Junctions at these places, those that carry something, and those that lead to them."""
+        carrying = {self.places[place].junction for place in places}
         parents: dict[str, tuple[str, ...]] = {}
         for mechanism in self.scene.mechanisms:
             family = self._families[mechanism.name]
@@ -175,8 +186,6 @@ class Machine:
             fresh = [p for p in parents.get(todo.pop(), ()) if p not in carrying]
             carrying.update(fresh)
             todo += fresh
-        everything = [*self.scene.shafts, *parents]
-        self.omitted = tuple(name for name in everything if name not in carrying and name != "crank")
         return carrying
 
     # -- places ------------------------------------------------------------------------------------------------------

@@ -58,9 +58,9 @@ def reduce(machine: Machine | Scene, phi: ArrayLike, *, balance: float | None = 
     if balance is None:
         balance = regime.resolve(machine, machine.mesh).balance
     reduced = machine.reduce(angles, anchor)
-    flows = machine.reduction.flows(angles, anchor)
-    variable = machine.reduction.variable
-    named = {name: variable[name] for name, element in machine.graph.elements.items() if element.kind == "1"}
+    chain = machine.kinematics
+    flows = chain.flows(angles, anchor)
+    named = {name: chain.variable[name] for name, element in chain.graph.elements.items() if element.kind == "1"}
 
     def whole(value: object) -> Array:
         return np.broadcast_to(np.asarray(value, dtype=float), angles.shape)
@@ -72,6 +72,6 @@ def reduce(machine: Machine | Scene, phi: ArrayLike, *, balance: float | None = 
         moment=whole(reduced.moment + (balance or 0.0) * reduced.per_unknown),
         gains={name: whole(flows.gain[v]) for name, v in named.items()},
         gain_slopes={name: whole(flows.slope[v]) for name, v in named.items()},
-        inertia_parts={k: whole(v) for k, v in machine.reduction.inertias(flows).items()},
+        inertia_parts={k: whole(v) for k, v in chain.inertias(flows).items()},
         moment_parts={k: whole(v) for k, v in machine.reduction.moments(angles, anchor, balance or 0.0).items()},
     )

@@ -40,3 +40,12 @@ def test_influence_coefficients_have_their_slopes():
 def test_at_a_breakpoint_the_piece_that_begins_there_counts():
     state = flywheel.reduce(flywheel.load(scenes.rotor()), [0.0, np.pi])
     assert_allclose(state.moment, [-50.0, 50.0])
+
+
+def test_ports_that_carry_nothing_have_their_coefficients_too():
+    bare = {"type": "slider-crank", "crank": {"length": 0.1}, "rod": {"length": 0.3}}
+    scene = flywheel.load({"mechanism": bare, "regime": {"speed": 1}, "flywheel": {"inertia": 1}})
+    state = flywheel.reduce(scene, [np.pi / 2])
+    assert_allclose(state.gains["slider-crank.slider"], -0.1)
+    assert_allclose(state.gains["slider-crank.rod"], 0.0, atol=1e-16)
+    assert_allclose(state.inertia, 0.0)
