@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
+from functools import cached_property
 from typing import NamedTuple
 
 from bondgraph.elements import JUNCTIONS, ONE_PORTS, TF, Element, GraphError, Modulus, One, Zero
@@ -33,7 +34,15 @@ class BondGraph:
 
     def at(self, name: str) -> tuple[Bond, ...]:
         """The bonds of one element."""
-        return tuple(bond for bond in self.bonds if name in (bond.tail, bond.head))
+        return self._incident[name]
+
+    @cached_property
+    def _incident(self) -> Mapping[str, tuple[Bond, ...]]:
+        found: dict[str, tuple[Bond, ...]] = dict.fromkeys(self.elements, ())
+        for bond in self.bonds:
+            found[bond.tail] += (bond,)
+            found[bond.head] += (bond,)
+        return found
 
     def with_law(self, name: str, law: float | Modulus) -> BondGraph:
         """The same graph with another law for one element, such as a changed transformer ratio."""

@@ -41,8 +41,6 @@ class Machine:
         self._crank_motion = Motion("crank")
         self.places = dict(self._shaft_places()) | dict(self._port_places())
         self._senses: dict[str, Senses] = {}
-        self.graph = self._built(with_loads=False)
-        self.reduction = Reduction(self.graph, "crank")
         self._senses = {place: self._senses_of(place) for place in self._places_with_senses()}
         self.efforts = tuple(self._effort(load) for load in self._all_loads())
         self.graph = self._built(with_loads=True)
@@ -254,10 +252,10 @@ class Machine:
         from flywheel import features
 
         smooth = merged([0.0, self.scene.cycle, *self._mechanism_breakpoints()], self.scene.cycle)
-        dead_centres = features.dead_centres(self.reduction, self.places[place].junction, smooth)
+        dead_centres = features.dead_centres(self.kinematics, self.places[place].junction, smooth)
         edges = np.concatenate(([0.0], dead_centres, [self.scene.cycle]))
         halfway = 0.5 * (edges[1:] + edges[:-1])
-        gain = self.reduction.flows(halfway, halfway).gain[self.reduction.variable[self.places[place].junction]]
+        gain = self.kinematics.flows(halfway, halfway).gain[self.kinematics.variable[self.places[place].junction]]
         return Senses(dead_centres, np.broadcast_to(np.sign(gain), halfway.shape))
 
 

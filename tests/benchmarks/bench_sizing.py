@@ -15,6 +15,7 @@ import statistics
 import subprocess
 import sys
 import time
+import tomllib
 from collections.abc import Callable
 from pathlib import Path
 from typing import NamedTuple
@@ -124,6 +125,20 @@ def compared(title: str, name: str, quick: bool) -> None:
         print(f"  {row.name:38}{1e3 * row.seconds:9.3f} ms{row.seconds / ours[0]:10.3g}{miss:12.1e}")
 
 
+def sweep(quick: bool) -> None:
+    """Print the time of one design of a sweep: scene read, machine built, flywheel sized at the default rtol."""
+    mapping = tomllib.loads((FOLDER / "scenes" / "press.toml").read_text())
+    count = 100 if quick else 1000
+    start = time.perf_counter()
+    for k in range(count):
+        mapping["mechanism"]["rod"]["length"] = 0.5 + 0.2 * k / count
+        flywheel.size(flywheel.load(mapping), simulate=False)
+    each = (time.perf_counter() - start) / count
+    print(
+        f"\none design of a sweep, from its scene to its flywheel: {1e3 * each:.2f} ms; 100 000: {each * 1e5 / 60:.1f} min"
+    )
+
+
 def command(quick: bool) -> None:
     """Print the time of the whole command against a bare import, alternating."""
     scene = FOLDER / "scenes" / "yoke-60rpm.toml"
@@ -146,4 +161,5 @@ if __name__ == "__main__":
     hurry = "--quick" in sys.argv
     for scene_title, scene_name in SCENES.items():
         compared(scene_title, scene_name, hurry)
+    sweep(hurry)
     command(hurry)
