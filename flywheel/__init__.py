@@ -57,6 +57,10 @@ __all__ = [
 
 def __getattr__(name: str) -> Any:
     """Import a public name from its module on first use (PEP 562): `import flywheel` itself costs nothing."""
+    if name == "__version__":
+        from importlib.metadata import version
+
+        return version("flywheel-design")
     if name not in _HOMES:
         raise AttributeError(f"module 'flywheel' has no attribute {name!r}")
     value = getattr(import_module(f"flywheel.{_HOMES[name]}"), name)

@@ -200,6 +200,8 @@ def reduce(scene: Path, as_json: bool, as_csv: bool, points: int | None, at: tup
     if output is None:
         _print(text)
         return
+    if output.exists() and output.samefile(scene):
+        raise click.UsageError("--output names the scene itself.")
     with _written(output):
         output.write_text(text, encoding="utf-8", newline="")
 

@@ -22,6 +22,8 @@ from flywheel.stepping import TIGHTEST, Step, Tolerance, reduced_at, through
 
 Array = NDArray[np.float64]
 
+_HOPELESS = 0.5  # relative error past which a figure says nothing
+
 
 class _Confirmed(NamedTuple):
     irregularity: float
@@ -64,7 +66,11 @@ def _with_approximate(sizing: Sizing) -> tuple[_Confirmed | None, str]:
         run = steady.run(cycle, sizing.speed, figure * sizing.scene.flywheel_ratio**2)
     except NoMotionError:
         return None, "no steady motion with the approximate flywheel has the mean of extremes asked for"
-    return _cycle_in_time(machine, cycle, sizing.speed, run, sizing.rtol), ""
+    found = _cycle_in_time(machine, cycle, sizing.speed, run, sizing.rtol)
+    doubt = run.error + (abs(found.irregularity / run.irregularity - 1) if run.irregularity else 0.0)
+    if doubt > _HOPELESS:
+        return None, "rounding leaves nothing to tell of the irregularity that the approximate flywheel gives"
+    return found._replace(error=8 * ROUNDING + doubt), ""  # of its figures only the irregularity is reported
 
 
 def _cycle_in_time(machine: Machine, cycle: Cycle, speed: float, run: Run, rtol: float) -> _Confirmed:

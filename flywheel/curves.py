@@ -19,6 +19,7 @@ Array = NDArray[np.float64]
 
 _POINTS = 3000
 _FEWEST, _MOST = 3, 65  # points in one cell, both ends included
+MOST_BODIES = 8  # in a stacked picture
 
 
 class Samples(NamedTuple):
@@ -57,9 +58,18 @@ def sampled(machine: Machine, cycle: Cycle) -> Samples:
 
 
 def bodies(machine: Machine, samples: Samples, balance: float | None) -> dict[str, Array]:
-    """What each body adds to I* (kg m²) at the samples; bodies that add nothing are left out."""
+    """What each body adds to I* (kg m²) at the samples; bodies that add nothing are left out.
+
+    Beyond `MOST_BODIES` the smallest ones are shown as one.
+    """
     parts = state.reduce(machine, samples.phi, balance=balance or 0.0).inertia_parts
-    return {name: np.asarray(part) for name, part in parts.items() if np.any(part)}
+    found = {name: np.asarray(part) for name, part in parts.items() if np.any(part)}
+    if len(found) <= MOST_BODIES:
+        return found
+    largest = sorted(found, key=lambda name: -float(found[name].max()))[: MOST_BODIES - 1]
+    rest = [part for name, part in found.items() if name not in largest]
+    shown = {name: part for name, part in found.items() if name in largest}
+    return shown | {f"{len(rest)} others": np.sum(rest, axis=0)}
 
 
 class Loop(NamedTuple):

@@ -66,11 +66,25 @@ def closed_in(reduction: Reduction, effort: Effort, motion: Motion, edges: Array
     if not isinstance(effort.load.law, Expression) or not active.any():
         return edges
     env, values = _environment(reduction, effort, motion)
+    middle = 0.5 * (lo + hi)
+    for ends in (lo, hi):
+        _check_bounded(effort, values, ends[active], middle[active])
     try:
         splits = resolved(effort.load.law, lo[active], hi[active], env, values)
     except SwitchingError as error:
         raise _fault(effort, error) from None
     return np.array(sorted({*edges.tolist(), *splits.tolist()}))
+
+
+def _check_bounded(effort: Effort, values: Values, phi: Array, anchor: Array) -> None:
+    """Refuse an expression that is infinite at the end of a cell; one that is only not defined there is another matter."""
+    law = effort.load.law
+    if isinstance(law, Expression):
+        with np.errstate(all="ignore"):
+            found = law.evaluate(values(phi, anchor), np, values(anchor, anchor)) + 0.0 * phi
+        if np.isinf(found).any():
+            where = np.degrees(phi[np.isinf(found)][0])
+            raise _fault(effort, SwitchingError(f'"{law.text}", infinite at crank angle {where:.6g} deg'))
 
 
 def _fault(effort: Effort, error: SwitchingError) -> SceneError:

@@ -35,6 +35,8 @@ class Machine:
     """
 
     def __init__(self, scene: Scene) -> None:
+        if not isinstance(scene, Scene):
+            raise TypeError(f"expected a Scene (flywheel.load makes one), found {type(scene).__name__}")
         self.scene = scene
         self._families = {m.name: mechanisms.build(m, scene.parameters) for m in scene.mechanisms}
         self._motions = {m.name: _motion(self._families[m.name], m) for m in scene.mechanisms}

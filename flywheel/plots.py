@@ -38,6 +38,7 @@ _LINES = {
 }
 _RPM = 30 / np.pi
 _SIZE, _DPI = (12.8, 9.6), 125
+_MOST_NUMBERED = 40  # areas that get their numbers written in
 _PANEL = 350.0  # points that a legend may be wide
 _STYLE: Any = {"font.size": 10.0, "axes.titlesize": 11.5, "svg.hashsalt": "flywheel", "pdf.fonttype": 42}
 _DATES: dict[str, dict[str, Any]] = {"svg": {"Date": None}, "pdf": {"CreationDate": None}, "png": {}}
@@ -177,6 +178,9 @@ def _moment(panel: Axes, sizing: Sizing, samples: Samples) -> None:
 
 def _number_areas(panel: Axes, sizing: Sizing, samples: Samples) -> None:
     """A1, A2... inside each area, or just beyond its curve where the area is too slim for the text."""
+    if len(sizing.areas) > _MOST_NUMBERED:
+        panel.plot([], [], " ", label=f"A1 to A{len(sizing.areas)} from left to right")
+        return
     low, high = panel.get_ylim()
     cycle, step = sizing.scene.cycle, 0.05 * (high - low)
     size = 10.0 if len(sizing.areas) <= 12 else 7.5

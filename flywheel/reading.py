@@ -320,6 +320,8 @@ def _areas(raw: Mapping[str, Any], faults: Faults) -> Areas | None:
         if name in raw:
             faults.add(name, f"{name} beside [areas]", "none", "the areas stand for mechanism, loads and drive")
     before = len(faults)
+    if isinstance(raw.get("regime"), Mapping) and "cycle" in raw["regime"]:
+        faults.add("regime.cycle", "a cycle beside [areas]", "none", "a diagram's areas have no angles")
     fields = _section(raw, "areas", faults)
     found = items(fields["values"])
     if found is None:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 
-from flywheel.advice import quote, show
+from flywheel.advice import nearest, quote, show
 from flywheel.expressions import Expression, ExpressionError, parse
 from flywheel.faults import Fault
 from flywheel.fields import Faults
@@ -57,7 +57,7 @@ def read_expression(text: str, path: str, setting: Setting) -> Expression | None
 
 def _advice(text: str) -> str:
     """What to do about the commonest slips."""
-    if text.strip() == "balance":
+    if nearest(text.strip().lower(), ["balance"]):
         return "only the drive's torque, or a parameter that an expression uses, can be the balance"
     if re.search(r"\d\s*[^\W\d_]", text):
         return "numbers in an expression are SI, without units"

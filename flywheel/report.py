@@ -38,7 +38,7 @@ def irregularity_in_words(eps: float, error: float = 0.0) -> str:
 
 def _percent_and_steadiness(eps: float, error: float, most: int) -> tuple[str, str]:
     if eps <= error:
-        return "±0", "without limit"
+        return ("±0", "without limit") if eps == 0.0 else ("?", "?")
     return f"±{figure(50 * eps, 50 * error, most)}", figure(1 / eps, error / eps**2, most)
 
 
@@ -115,14 +115,19 @@ def _sized(sizing: Sizing) -> list[str]:
 
 
 def _candidate_cells(candidate: outcome.Candidate) -> tuple[str, ...]:
-    inertia = figure(candidate.inertia, candidate.error)
+    inertia = _or_unknown(candidate.inertia, candidate.error)
     off = "" if candidate.off is None else f"{figure(100 * candidate.off, 100 * candidate.off_error, 4)} %"
     if candidate.off is not None and candidate.off > 0 and off != "0 %":
         off = "+" + off
     if candidate.gives is None:
         return candidate.name, inertia, off, "no steady motion", "", ""
     eps, error = candidate.gives
-    return candidate.name, inertia, off, figure(eps, error), *_percent_and_steadiness(eps, error, 6)
+    return candidate.name, inertia, off, _or_unknown(eps, error), *_percent_and_steadiness(eps, error, 6)
+
+
+def _or_unknown(value: float, error: float) -> str:
+    """A figure, or a question mark where its error leaves nothing of it."""
+    return "?" if 0.0 < value <= error else figure(value, error)
 
 
 def _bracket(sizing: Sizing) -> list[str]:
@@ -311,6 +316,7 @@ def _mark(sizing: Sizing, accumulated: float) -> str:
 # -- simulation, errors, messages -----------------------------------------------------------------------------------
 
 
+_CONCLUSIVE = 0.01  # relative error of a simulation that confirms something
 _ROUTES = {
     "time": "Confirmed by time simulation, on a route of its own",
     "quadrature": "Motion over a cycle, by quadrature (no time simulation)",
@@ -329,7 +335,8 @@ def _simulation(sizing: Sizing) -> list[str]:
         rows.append(Row("period of a cycle", figure(motion.period, doubt * motion.period), "s"))
     if motion.closure is not None:
         rows.append(Row("closure", short(motion.closure), "omega at the end / omega at the start - 1"))
-    return _block(_ROUTES.get(motion.route, "Motion over a cycle"), rows)
+    title = _ROUTES.get(motion.route, "Motion over a cycle")
+    return _block(title if relative < _CONCLUSIVE else "Motion over a cycle, too uncertain to confirm anything", rows)
 
 
 def _against(sizing: Sizing) -> str:

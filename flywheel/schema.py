@@ -21,6 +21,9 @@ MOST_TURNS = 1000
 """How many turns a mechanism, and how many repetitions a load, may make in a cycle."""
 
 
+_TINIEST = 1e-50  # what is above 0 is at least this: squares and products of less leave the floating-point range
+
+
 class Range(NamedTuple):
     """The values a key may take, from `low` to `high`; an end may be left out of the range."""
 
@@ -31,6 +34,8 @@ class Range(NamedTuple):
 
     def __contains__(self, value: object) -> bool:
         if not isinstance(value, (int, float)):
+            return False
+        if self.low_open and self.low == 0.0 and value < _TINIEST:
             return False
         above = value > self.low if self.low_open else value >= self.low
         return above and (value < self.high if self.high_open else value <= self.high)
@@ -236,7 +241,7 @@ MECHANISM = Section(
         Key("type", "text", "what it is", required=True, choices=tuple(KINDS)),
         Key("name", "name", "what places call it; needed when there are several of its type (default: the type)"),
         Key("shaft", "text", "the shaft that its crank sits on", "crank"),
-        Key("phase", "angle", "its crank stands at ratio phi + phase", 0.0),
+        Key("phase", "angle", "its crank stands at ratio phi + phase", 0.0, Range(-MOST_TURNS * TURN, MOST_TURNS * TURN)),
     ),
     array=True,
 )
@@ -255,7 +260,7 @@ _SECTIONS = (
         "shafts",
         "shafts geared to the crank, which always exists and has ratio 1",
         (
-            Key("ratio", "number", "speed of the shaft over that of the crank", required=True, range=POSITIVE),
+            Key("ratio", "number", "speed of the shaft over that of the crank", required=True, range=Range(_TINIEST)),
             Key("stiffness", "angular stiffness", "twist of the shaft", later=True),
             Key("damping", "angular damping", "damping of the twist", later=True),
         ),
@@ -343,7 +348,7 @@ _SECTIONS = (
                 "speed",
                 "speed",
                 "mean of the greatest and the least speed",
-                range=Range(1e-50),
+                range=Range(_TINIEST),
                 required=True,
                 missing="finding the machine's own steady speed is not supported yet",
             ),
@@ -352,7 +357,7 @@ _SECTIONS = (
                 "angle",
                 "crank angle after which everything repeats",
                 TURN,
-                Range(0.0, MOST_TURNS * TURN, True),
+                Range(0.0, MOST_TURNS * TURN * (1 + 1e-9), True),
             ),
         ),
     ),

@@ -66,8 +66,9 @@ def simulate(
     (6.0, 9.0)
 
     """
-    if isinstance(machine, Scene):
+    if not isinstance(machine, Machine):
         machine = Machine(machine)
+    _check_arguments(phi, omega, until, rtol)
     scene = machine.scene
     own = (scene.inertia or 0.0) if inertia is None else inertia
     total = own * scene.flywheel_ratio**2
@@ -75,6 +76,15 @@ def simulate(
         balance = regime.resolve(machine, machine.mesh).balance
     steps, turns = _followed(machine, phi, omega, until, total, balance or 0.0, max(rtol, TIGHTEST))
     return _as_motion(machine, steps, turns, total)
+
+
+def _check_arguments(phi: float, omega: float, until: float, rtol: float) -> None:
+    finite = {"phi": phi, "omega": omega, "until": until, "rtol": rtol}
+    faults = [Fault(name, f"{value}", "a finite number") for name, value in finite.items() if not np.isfinite(value)]
+    positive = {"until": until, "rtol": rtol}
+    faults += [Fault(name, f"{value}", "a number above 0") for name, value in positive.items() if value <= 0.0]
+    if faults:
+        raise SceneError(faults)
 
 
 def _followed(

@@ -42,11 +42,23 @@ def size(machine: Machine | Scene, rtol: float | None = None, *, simulate: bool 
 
     """
     scene = machine.scene if isinstance(machine, Machine) else machine
-    asked = scene.rtol if rtol is None else rtol
-    if scene.areas is not None:
-        return _from_areas(scene, asked)
-    with np.errstate(all="ignore"):  # values that are not finite are found, and reported with their place
-        return _of_machine(machine if isinstance(machine, Machine) else Machine(machine), asked, simulate)
+    if not isinstance(scene, Scene):
+        raise TypeError(f"expected a Machine or a Scene (flywheel.load makes one), found {type(machine).__name__}")
+    asked = _checked(scene.rtol if rtol is None else rtol)
+    try:
+        with np.errstate(all="ignore"):  # values that are not finite are found, and reported with their place
+            if scene.areas is not None:
+                return _from_areas(scene, asked)
+            return _of_machine(machine if isinstance(machine, Machine) else Machine(scene), asked, simulate)
+    except ArithmeticError:
+        found = "numbers whose products leave the floating-point range"
+        raise SceneError([Fault("scene", found, "masses, lengths and speeds in proportion", "check the units")]) from None
+
+
+def _checked(rtol: float) -> float:
+    if not 1e-14 <= rtol <= 0.1:
+        raise SceneError([Fault("rtol", f"{rtol}", "a number from 1e-14 to 0.1")])
+    return float(rtol)
 
 
 def _of_machine(machine: Machine, asked: float, simulate: bool) -> Sizing:
@@ -96,6 +108,8 @@ def _from_areas(scene: Scene, rtol: float) -> Sizing:
     works = np.array(scene.areas.values) * scene.areas.scale
     sums = np.concatenate(([0.0], works.cumsum()))
     swing = float(np.ptp(sums))
+    if not np.isfinite(sums).all():
+        raise SceneError([Fault("areas", "works that are not finite", "values and a scale in proportion")])
     eps, square = scene.irregularity, scene.speed**2
     figure = None if eps is None else swing / max(eps * square, 5e-324) / scene.flywheel_ratio**2
     needed = None if eps is None else swing > 0.0

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from flywheel import regime
+from flywheel.faults import Fault, SceneError
 from flywheel.machine import Machine
 from flywheel.scene import Scene
 
@@ -51,9 +52,11 @@ def reduce(machine: Machine | Scene, phi: ArrayLike, *, balance: float | None = 
     (-0.1, 0.02)
 
     """
-    if isinstance(machine, Scene):
+    if not isinstance(machine, Machine):
         machine = Machine(machine)
     angles = np.asarray(phi, dtype=float) % machine.scene.cycle
+    if not np.isfinite(angles).all():
+        raise SceneError([Fault("phi", "an angle that is not finite", "crank angles in rad")])
     anchor = machine.anchors(angles)
     if balance is None:
         balance = regime.resolve(machine, machine.mesh).balance

@@ -231,8 +231,9 @@ def _parse_text(text: str, dimension: str | None) -> float:
     if parts is None:
         raise QuantityError(quote(text), expected)
     number, rest = parts
-    if re.match(r",\s*[0-9]", rest):
-        raise QuantityError(quote(text), expected, "write 1.5, not 1,5")
+    if comma := re.match(r",\s*([0-9]+)", rest):
+        whole = number.replace(".", "")
+        raise QuantityError(quote(text), expected, f"write {whole}.{comma[1]}, not {whole},{comma[1]}")
     unit = _fitting_unit(text, rest, number, dimension)
     match = _NUMBER.fullmatch(number)
     assert match is not None  # split_quantity cut it by the same pattern

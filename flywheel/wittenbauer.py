@@ -170,10 +170,20 @@ def _assembled(machine: Machine, figures: _Figures, motion: Run | None, rtol: fl
         error=errors,
         closure=abs(cycle.net) / cycle.exchanged if cycle.exchanged else 0.0,
         rtol=rtol,
+        messages=_closure_message(cycle, rtol),
         machine=machine,
         cycle=cycle,
         run=motion,
     )
+
+
+def _closure_message(cycle: Cycle, rtol: float) -> tuple[str, ...]:
+    """What a user must know of a cycle that closes only as far as `accuracy.closure` allows."""
+    share = abs(cycle.net) / cycle.exchanged if cycle.exchanged else 0.0
+    if share <= max(rtol, cycle.errors.work / max(cycle.exchanged, 1e-300)):
+        return ()
+    left = f"{cycle.net:.3g} J of net work ({share:.2g} of the work exchanged) are left over in the cycle"
+    return (f"{left}: the figures are those of this cycle, and no truer than that share",)
 
 
 def _error_figures(figures: _Figures, scene: Scene, motion: Run | None) -> Errors:

@@ -69,3 +69,18 @@ def test_a_machine_without_inertia_cannot_be_simulated():
     scene = flywheel.load(scenes.rotor(flywheel={"inertia": 0}))
     with pytest.raises(flywheel.SceneError, match="positive inertia"):
         flywheel.simulate(scene, phi=0.0, omega=1.0, until=1.0)
+
+
+@pytest.mark.parametrize("argument", ["phi", "omega", "until", "rtol"])
+@pytest.mark.parametrize("value", [float("nan"), float("inf")])
+def test_senseless_arguments_are_refused(argument, value):
+    scene = flywheel.load(scenes.rotor(flywheel={"inertia": 1}))
+    arguments = {"phi": 0.0, "omega": 1.0, "until": 1.0, argument: value}
+    with pytest.raises(flywheel.SceneError, match=argument):
+        flywheel.simulate(scene, **arguments)
+
+
+def test_time_must_run_forwards():
+    scene = flywheel.load(scenes.rotor(flywheel={"inertia": 1}))
+    with pytest.raises(flywheel.SceneError, match="until"):
+        flywheel.simulate(scene, phi=0.0, omega=1.0, until=0.0)

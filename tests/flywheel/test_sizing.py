@@ -1,3 +1,5 @@
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -133,8 +135,36 @@ def test_a_balance_must_be_linear():
 
 
 def test_a_figure_beyond_the_floating_point_range_is_refused():
+    scene = replace(flywheel.load(scenes.rotor()), irregularity=1e-300, speed=1e-50)
     with pytest.raises(flywheel.SceneError, match="floating-point range"):
-        sized(scenes.rotor(regime={"speed": 1e-50}, flywheel={"irregularity": 1e-300}))
+        flywheel.size(scene, simulate=False)
+    scene = replace(flywheel.load(scenes.rotor()), speed=1e200)
+    with pytest.raises(flywheel.SceneError, match="floating-point range"):
+        flywheel.size(scene, simulate=False)
+
+
+@pytest.mark.parametrize("rtol", [float("nan"), 0.0, -1.0, 1.0])
+def test_senseless_tolerances_are_refused(rtol):
+    with pytest.raises(flywheel.SceneError, match="rtol"):
+        sized(scenes.rotor(), rtol)
+
+
+def test_what_is_no_scene_is_refused_with_advice():
+    for call in (flywheel.size, flywheel.Machine, lambda scene: flywheel.reduce(scene, 0.0)):
+        with pytest.raises(TypeError, match=r"flywheel\.load makes one.*dict"):
+            call(scenes.rotor())
+
+
+def test_areas_that_are_not_finite_are_refused():
+    areas = {"values": [1e308, -1e308], "scale": 1e10}
+    with pytest.raises(flywheel.SceneError, match="areas"):
+        sized({"areas": areas, "regime": {"speed": 1}, "flywheel": {"irregularity": 0.1}})
+
+
+def test_work_left_over_in_the_cycle_is_told():
+    drive = {"torque": "55 N m"}
+    result = sized(scenes.rotor(drive=drive, accuracy={"closure": "10 %"}))
+    assert "net work" in result.messages[0]
 
 
 def test_an_expression_that_varies_too_fast_is_refused_with_its_key():

@@ -126,7 +126,7 @@ def test_whole_turns_agree_with_the_float_pi():
     ("value", "dimension", "hint"),
     [
         ("1,5 m", "length", "write 1.5, not 1,5"),
-        ("1.000,5 m", "length", "write 1.5, not 1,5"),
+        ("1.000,5 m", "length", "write 1000.5, not 1000,5"),
         ("5 Hz", "speed", "rev/s or rad/s"),
         ("5 kHz", "speed", "rev/s or rad/s"),
         ("5 1/s", "speed", "name the angle"),
