@@ -40,7 +40,7 @@ class Candidate(NamedTuple):
 _NAMES = (
     ("exact", "exact (Wittenbauer)"),
     ("approximate", "accumulated areas"),
-    ("inertia_torque", "with inertia torque"),
+    ("inertia_torque", "inertia torque, total"),
 )
 
 

@@ -44,7 +44,7 @@ def test_order_and_figures_of_a_sizing() -> None:
         "Flywheel on the crank for irregularity 0.04 (±2 %, steadiness 25), crank at 60 rpm",
         "exact (Wittenbauer)",
         "accumulated areas",
-        "with inertia torque",
+        "inertia torque, total",
         "Proven: exact between",
         "Torque, power, energy",
         "Speed of the crank",
@@ -167,7 +167,7 @@ def test_machine_that_would_stop_is_said_so(monkeypatch: pytest.MonkeyPatch) -> 
 
     monkeypatch.setattr(outcome.steady, "run", stops)
     rows = [line for line in report.text(sizing).splitlines() if "no steady motion" in line]
-    assert [row.split()[0] for row in rows] == ["accumulated", "with"]
+    assert [row.split()[0] for row in rows] == ["accumulated", "inertia"]
 
 
 def test_messages_and_missed_accuracy_are_shown() -> None:
