@@ -43,8 +43,8 @@ class _Figures(NamedTuple):
 
 
 def _settled(machine: Machine, rtol: float) -> tuple[_Figures, Run | None]:
-    """Halve cells until every figure's estimated error is within rtol, or until halving cannot help."""
-    edges = machine.mesh
+    """Halve cells until every figure's estimated error is within rtol, or until halving no longer helps."""
+    edges, before, stalls = machine.mesh, np.inf, 0
     while True:
         cycle = regime.resolve(machine, edges)
         regime.check_closed(cycle, machine)
@@ -53,8 +53,10 @@ def _settled(machine: Machine, rtol: float) -> tuple[_Figures, Run | None]:
             raise SceneError([_out_of_range(figures)])
         motion = _motion(machine, figures)
         doubt = max(figures.error / figures.scale, _work_error(figures), motion.error if motion else 0.0)
-        if doubt <= rtol:
+        stalls = stalls + 1 if doubt > 0.9 * before else 0
+        if doubt <= rtol or stalls > 1:  # twice without gain: the rest is rounding
             return figures, motion
+        before = doubt
         weight = 0.5 * machine.scene.speed**2 * (1 + (machine.scene.irregularity or 0.0) / 2) ** 2
         shares = cycle.errors.by_cell[0] + weight * cycle.errors.by_cell[1]
         finer = regime.split(cycle, shares, 0.25 * float(shares.sum()) * rtol / doubt)
