@@ -63,7 +63,8 @@ def _with_approximate(sizing: Sizing) -> tuple[_Confirmed | None, str]:
     if machine is None or cycle is None or figure is None:
         return None, ""
     try:
-        run = steady.run(cycle, sizing.speed, figure * sizing.scene.flywheel_ratio**2)
+        inertia = figure * sizing.scene.flywheel_ratio**2
+        cycle, run = steady.resolved_run(machine, cycle, sizing.speed, inertia, 0.5 * sizing.rtol)
     except NoMotionError:
         return None, "no steady motion with the approximate flywheel has the mean of extremes asked for"
     found = _cycle_in_time(machine, cycle, sizing.speed, run, sizing.rtol)
@@ -82,7 +83,8 @@ def _cycle_in_time(machine: Machine, cycle: Cycle, speed: float, run: Run, rtol:
     scale = run.irregularity if run.irregularity > 0.0 else 1.0
     start = run.offset * 2 / (speed**2 * (run.inertia + cycle.inertia_at_start))
     u = start / (scale * (1 + np.sqrt(1 + start)))
-    tight = max(3e-3 * rtol * min(run.speed_min / speed, 1.0), TIGHTEST)  # relative to the least speed
+    # relative to the least speed; dense output, which finds the ends of pieces, is one order below the steps themselves
+    tight = max(3e-5 * rtol * min(run.speed_min / speed, 1.0), TIGHTEST)
     steps = _one_cycle(machine, cycle, speed, run.inertia, scale, u, tight)
     (_, high), (_, low) = _extreme(steps, +1.0), _extreme(steps, -1.0)
     last = steps[-1]

@@ -170,11 +170,13 @@ def _not_finite(machine: Machine, mesh: Cells, values: Array) -> Fault:
     )
 
 
-def split(cycle: Cycle, shares: Array, allowed: float) -> Array | None:
-    """Edges with the cells halved whose share of the error is too large; None when halving cannot help.
+def split(cycle: Cycle, speed: float, wanted: float) -> Array | None:
+    """Edges with the cells halved that keep the error of W - ½ speed² I* above `wanted` times what it is now.
 
-    A cell whose interpolation error is at the level of rounding is left alone.
+    None when halving cannot help: a cell whose interpolation error is at the level of rounding is left alone.
     """
+    shares = cycle.errors.by_cell[0] + 0.5 * speed**2 * cycle.errors.by_cell[1]
+    allowed = 0.25 * float(shares.sum()) * wanted
     mesh = cycle.mesh
     ceiling = np.abs(cycle.series).sum(axis=-1)
     floor = 8 * ROUNDING * ORDER * (ceiling[:2] * mesh.half[:, 0])

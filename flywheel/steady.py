@@ -62,6 +62,18 @@ def run(cycle: Cycle, speed: float, inertia: float) -> Run:
     return level.run(offset)
 
 
+def resolved_run(machine: Machine, cycle: Cycle, speed: float, inertia: float, rtol: float) -> tuple[Cycle, Run]:
+    """The same motion on cells fine enough for its own error to be within rtol, where halving them can reach that."""
+    found = run(cycle, speed, inertia)
+    for _ in range(10):
+        finer = None if found.error <= rtol else regime.split(cycle, found.speed_max, rtol / found.error)
+        if finer is None:
+            break
+        cycle = regime.resolve(machine, finer)
+        found = run(cycle, speed, inertia)
+    return cycle, found
+
+
 class _Swing(NamedTuple):
     """Fastest and slowest point at one energy level: s, J + I*, cell and local abscissa there; the least J + I*."""
 

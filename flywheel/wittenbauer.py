@@ -54,12 +54,11 @@ def _settled(machine: Machine, rtol: float) -> tuple[_Figures, Run | None]:
         motion = _motion(machine, figures)
         doubt = max(figures.error / figures.scale, _work_error(figures), motion.error if motion else 0.0)
         stalls = stalls + 1 if doubt > 0.9 * before else 0
-        if doubt <= rtol or stalls > 1:  # twice without gain: the rest is rounding
+        if doubt <= 0.5 * rtol or stalls > 1:  # half is left to the simulation; twice without gain: the rest is rounding
             return figures, motion
         before = doubt
-        weight = 0.5 * machine.scene.speed**2 * (1 + (machine.scene.irregularity or 0.0) / 2) ** 2
-        shares = cycle.errors.by_cell[0] + weight * cycle.errors.by_cell[1]
-        finer = regime.split(cycle, shares, 0.25 * float(shares.sum()) * rtol / doubt)
+        fastest = machine.scene.speed * (1 + (machine.scene.irregularity or 0.0) / 2)
+        finer = regime.split(cycle, fastest, rtol / doubt)
         if finer is None:
             return figures, motion
         edges = finer
