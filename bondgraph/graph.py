@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import NamedTuple
 
-from bondgraph.elements import JUNCTIONS, ONE_PORTS, TF, Element, GraphError, Modulus, One, Zero
+from bondgraph.elements import JUNCTIONS, ONE_PORTS, TF, TWO_PORTS, Element, GraphError, Modulus, One, Zero
 
 CONVENTION = "f_out = T f_in, e_in = T e_out"
 
@@ -79,7 +79,7 @@ def structural_faults(elements: Mapping[str, Element], bonds: tuple[Bond, ...]) 
             yield f"{element.symbol}:{name} has {count} bonds, a one-port has 1"
         elif element.kind in JUNCTIONS and count == 0:
             yield f"{element.kind}:{name} has no bond"
-        elif element.kind not in ONE_PORTS | JUNCTIONS and (incoming[name], outgoing[name]) != (1, 1):
+        elif element.kind in TWO_PORTS and (incoming[name], outgoing[name]) != (1, 1):
             yield f"{element.symbol}:{name} has {incoming[name]} bonds in and {outgoing[name]} out, expected 1 and 1"
     yield from _unreached(elements, bonds)
 

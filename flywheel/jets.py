@@ -168,26 +168,8 @@ def _elementary(ns: Any) -> dict[str, Callable[[Any], tuple[Any, Any, Callable[[
     }
 
 
-def jet_namespace(ns: Any) -> SimpleNamespace:
-    """The namespace of jets over the numbers of `ns`; plain numbers of `ns` pass through it as constants.
-
-    Comparisons look at values alone; abs, sign, minimum and maximum take the derivatives of the side they are on.
-
-    >>> import numpy as np
-    >>> jet_namespace(np).exp(Jet(0.0, 2.0, 0.0))
-    Jet(1.0, 2.0, 4.0)
-    """
-
-    def square(u: Any) -> Any:
-        return ns.power(u, 2.0)
-
-    def lifted(name: str, rule: Callable[[Any], tuple[Any, Any, Callable[[], Any]]]) -> Callable[[Any], Any]:
-        plain = getattr(ns, name)
-        return lambda u: _chain(u, *rule(u.value), square) if isinstance(u, Jet) else plain(u)
-
-    def compared(name: str) -> Callable[[Any, Any], Any]:
-        plain = getattr(ns, name)
-        return lambda a, b: plain(_value(a), _value(b))
+def _sided(ns: Any) -> dict[str, Callable[..., Any]]:
+    """The functions that pick a side by the values alone, and take its derivatives."""
 
     def where(test: Any, yes: Any, no: Any) -> Any:
         if not (isinstance(yes, Jet) or isinstance(no, Jet)):
@@ -213,6 +195,36 @@ def jet_namespace(ns: Any) -> SimpleNamespace:
 
         return choose
 
+    return {
+        "abs": absolute,
+        "sign": lambda u: ns.sign(_value(u)),
+        "minimum": extreme("minimum", "less_equal"),
+        "maximum": extreme("maximum", "greater_equal"),
+        "where": where,
+    }
+
+
+def jet_namespace(ns: Any) -> SimpleNamespace:
+    """The namespace of jets over the numbers of `ns`; plain numbers of `ns` pass through it as constants.
+
+    Comparisons look at values alone; abs, sign, minimum and maximum take the derivatives of the side they are on.
+
+    >>> import numpy as np
+    >>> jet_namespace(np).exp(Jet(0.0, 2.0, 0.0))
+    Jet(1.0, 2.0, 4.0)
+    """
+
+    def square(u: Any) -> Any:
+        return ns.power(u, 2.0)
+
+    def lifted(name: str, rule: Callable[[Any], tuple[Any, Any, Callable[[], Any]]]) -> Callable[[Any], Any]:
+        plain = getattr(ns, name)
+        return lambda u: _chain(u, *rule(u.value), square) if isinstance(u, Jet) else plain(u)
+
+    def compared(name: str) -> Callable[[Any, Any], Any]:
+        plain = getattr(ns, name)
+        return lambda a, b: plain(_value(a), _value(b))
+
     def power(u: Any, exponent: Any) -> Any:
         if isinstance(exponent, Jet):
             return functions["exp"](exponent * functions["log"](u))
@@ -236,11 +248,7 @@ def jet_namespace(ns: Any) -> SimpleNamespace:
         **functions,
         **{name: compared(name) for name in comparisons},
         **{name: getattr(ns, name) for name in ("logical_and", "logical_or", "logical_not", "pi")},
-        abs=absolute,
-        sign=lambda u: ns.sign(_value(u)),
-        minimum=extreme("minimum", "less_equal"),
-        maximum=extreme("maximum", "greater_equal"),
-        where=where,
+        **_sided(ns),
         divide=lambda u, v: _divide(u, v, ns.divide),
         power=power,
         atan2=atan2,

@@ -42,7 +42,6 @@ class Machine:
         self._motions = {m.name: _motion(self._families[m.name], m) for m in scene.mechanisms}
         self._crank_motion = Motion("crank")
         self.places = dict(self._shaft_places()) | dict(self._port_places())
-        self._senses: dict[str, Senses] = {}
         self._senses = {place: self._senses_of(place) for place in self._places_with_senses()}
         self.efforts = tuple(self._effort(load) for load in self._all_loads())
         self.graph = self._built(with_loads=True)
