@@ -10,44 +10,38 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
+    from bondgraph.builder import Builder, Part
     from bondgraph.domains import DOMAINS, Domain
-    from bondgraph.elements import (
-        GY,
-        TF,
-        C,
-        Element,
-        GraphError,
-        I,
-        Law,
-        Modulus,
-        One,
-        R,
-        Se,
-        Sf,
-        Zero,
-    )
-    from bondgraph.graph import Bond, BondGraph, Builder
+    from bondgraph.elements import GY, TF, C, Displacement, Element, I, Law, Modulus, Motion, One, R, Se, Sf, Zero
+    from bondgraph.faults import GraphError
+    from bondgraph.graph import Bond, BondGraph
+    from bondgraph.laws import Function, function
     from bondgraph.reduction import Reduced, Reduction, reduce
 
 _HOMES = {
     "DOMAINS": "domains",
     "Domain": "domains",
+    "GraphError": "faults",
+    "C": "elements",
+    "Displacement": "elements",
     "Element": "elements",
-    "GraphError": "elements",
+    "GY": "elements",
+    "I": "elements",
     "Law": "elements",
     "Modulus": "elements",
+    "Motion": "elements",
     "One": "elements",
-    "Zero": "elements",
+    "R": "elements",
     "Se": "elements",
     "Sf": "elements",
-    "I": "elements",
-    "C": "elements",
-    "R": "elements",
     "TF": "elements",
-    "GY": "elements",
+    "Zero": "elements",
+    "Function": "laws",
+    "function": "laws",
     "Bond": "graph",
     "BondGraph": "graph",
-    "Builder": "graph",
+    "Builder": "builder",
+    "Part": "builder",
     "Reduced": "reduction",
     "Reduction": "reduction",
     "reduce": "reduction",
@@ -61,19 +55,24 @@ __all__ = [
     "BondGraph",
     "Builder",
     "C",
+    "Displacement",
     "Domain",
     "Element",
+    "Function",
     "GraphError",
     "I",
     "Law",
     "Modulus",
+    "Motion",
     "One",
+    "Part",
     "R",
     "Reduced",
     "Reduction",
     "Se",
     "Sf",
     "Zero",
+    "function",
     "reduce",
 ]
 

@@ -1,8 +1,9 @@
 """The elements of a bond graph and their laws.
 
 One-ports: Se and Sf (sources), I, C, R. Two-ports: TF (f_out = T f_in, e_in = T e_out) and GY (e_out = G f_in,
-e_in = G f_out). Junctions: 1 (common flow) and 0 (common effort). A law or a modulus that is no plain number makes
-the element modulated (MSe, MTF...): it then depends on the displacement of a named 1-junction.
+e_in = G f_out). Junctions: 1 (common flow) and 0 (common effort). A law or a modulus that depends on displacements, time or
+signals makes the element modulated (MSe, MTF...). Laws are plain numbers, Python functions or SymPy expressions of named
+quantities (`bondgraph.laws.Function`), or, where a mechanism gives the positions, a `Modulus` or `Law` of its motion.
 """
 
 from __future__ import annotations
@@ -10,9 +11,11 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any, NamedTuple
 
+from bondgraph.faults import GraphError
+from bondgraph.laws import Function, law_of
 
-class GraphError(ValueError):
-    """A graph that is not well formed, or that cannot be reduced as asked; says which elements are concerned."""
+__all__ = ["GY", "TF", "C", "Displacement", "Element", "GraphError", "Here", "I", "Law", "Modulus", "Motion", "One"]
+__all__ += ["R", "Se", "Sf", "Zero"]
 
 
 class Motion(NamedTuple):
@@ -56,67 +59,85 @@ class Law(NamedTuple):
     per_unknown: Callable[[Here, Here], Any] | None = None
 
 
+class Displacement(NamedTuple):
+    """A declared displacement: the integral of the flow of the 1-junction `of`, with its value at the start."""
+
+    name: str
+    of: str
+    initial: float = 0.0
+
+
 ONE_PORTS = frozenset({"Se", "Sf", "I", "C", "R"})
 TWO_PORTS = frozenset({"TF", "GY"})
 JUNCTIONS = frozenset({"0", "1"})
+SOURCES = frozenset({"Se", "Sf"})
 
 
 class Element(NamedTuple):
-    """A named element: its kind, its law (number, Law or Modulus; None for junctions), and whose part it is."""
+    """A named element: its kind, its law (None for junctions), its energy domain, and whose part it is.
+
+    A one-port without a domain of its own takes that of its junction.
+    """
 
     kind: str
     name: str
-    law: float | Law | Modulus | None = None
-    domain: str = "rotation"
+    law: float | Function | Law | Modulus | None = None
+    domain: str = ""
     part: str = ""
 
     @property
     def symbol(self) -> str:
-        """The kind as it is drawn: MSe, MTF... where the law is no plain number."""
-        modulated = self.kind not in JUNCTIONS and not isinstance(self.law, int | float)
+        """The kind as it is drawn: MSe, MTF... where the law is no plain number (parameters count as modulation here)."""
+        modulated = self.kind in SOURCES | TWO_PORTS and not isinstance(self.law, int | float | None)
         return f"M{self.kind}" if modulated else self.kind
 
 
-def One(name: str, domain: str = "rotation") -> Element:
+def One(name: str, domain: str = "") -> Element:
     """A 1-junction: one flow, efforts sum to zero."""
     return Element("1", name, None, domain)
 
 
-def Zero(name: str, domain: str = "rotation") -> Element:
+def Zero(name: str, domain: str = "") -> Element:
     """A 0-junction: one effort, flows sum to zero."""
     return Element("0", name, None, domain)
 
 
-def Se(name: str, effort: float | Law, part: str = "") -> Element:
-    """A source of effort; with a `Law`, a modulated one (MSe)."""
-    return Element("Se", name, effort, part=part)
+def Se(name: str, effort: Any, domain: str = "", part: str = "") -> Element:
+    """A source of effort: a number, or a function of displacements, time and signals (MSe)."""
+    return Element("Se", name, law_of(effort), domain, part)
 
 
-def Sf(name: str, flow: float, part: str = "") -> Element:
-    """A source of flow."""
-    return Element("Sf", name, flow, part=part)
+def Sf(name: str, flow: Any, domain: str = "", part: str = "") -> Element:
+    """A source of flow: a number, or a function of displacements, time and signals (MSf)."""
+    return Element("Sf", name, law_of(flow), domain, part)
 
 
-def I(name: str, inertia: float, part: str = "") -> Element:  # noqa: E743
-    """An inertia: p = I f."""
-    return Element("I", name, inertia, part=part)
+def I(name: str, inertia: Any, domain: str = "", part: str = "") -> Element:  # noqa: E743
+    """An inertia: p = I f. Its value is a number, or an expression of parameters."""
+    return Element("I", name, law_of(inertia), domain, part)
 
 
-def C(name: str, law: Law, part: str = "") -> Element:
-    """A compliance, given by the effort that it takes at each displacement (e = q/C, or any law of position)."""
-    return Element("C", name, law, part=part)
+def C(name: str, law: Any = None, domain: str = "", part: str = "", *, stiffness: Any = None) -> Element:
+    """A compliance: e = q/C with `law` = C a number, any e(q) with a function of q, or linear by its stiffness 1/C."""
+    if stiffness is None:
+        return Element("C", name, law_of(law), domain, part)
+    if law is not None:
+        raise GraphError(f"C:{name}: found a compliance and a stiffness, expected one of them")
+    if not stiffness:
+        raise GraphError(f"C:{name}: found stiffness 0, expected another number; a spring that is not there is left out")
+    return Element("C", name, law_of(1.0 / stiffness), domain, part)
 
 
-def R(name: str, resistance: float, part: str = "") -> Element:
-    """A resistor: e = R f."""
-    return Element("R", name, resistance, part=part)
+def R(name: str, law: Any, domain: str = "", part: str = "") -> Element:
+    """A resistor: e = R f with a number, any e(f) with a function of its own flow f (and of displacements, time...)."""
+    return Element("R", name, law_of(law), domain, part)
 
 
-def TF(name: str, ratio: float | Modulus) -> Element:
-    """A transformer: f_out = T f_in, e_in = T e_out; with a `Modulus`, a modulated one (MTF)."""
-    return Element("TF", name, ratio)
+def TF(name: str, ratio: Any) -> Element:
+    """A transformer: f_out = T f_in, e_in = T e_out; with a function or a `Modulus`, a modulated one (MTF)."""
+    return Element("TF", name, law_of(ratio))
 
 
-def GY(name: str, ratio: float) -> Element:
-    """A gyrator: e_out = G f_in, e_in = G f_out."""
-    return Element("GY", name, ratio)
+def GY(name: str, ratio: Any) -> Element:
+    """A gyrator: e_out = G f_in, e_in = G f_out; with a function, a modulated one (MGY)."""
+    return Element("GY", name, law_of(ratio))

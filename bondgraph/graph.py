@@ -1,13 +1,17 @@
-"""The graph itself: named elements, numbered bonds, and the checks of its structure."""
+"""The graph itself: named elements, numbered bonds, declared displacements, signals and parameters."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
 from functools import cached_property
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
-from bondgraph.elements import JUNCTIONS, ONE_PORTS, TF, TWO_PORTS, Element, GraphError, Modulus, One, Zero
+from bondgraph.checks import structural_faults
+from bondgraph.domains import DOMAINS, Domain
+from bondgraph.elements import JUNCTIONS, Displacement, Element, Law, Modulus
+from bondgraph.faults import GraphError
+from bondgraph.laws import OWN_DISPLACEMENT, OWN_FLOW, Function, law_of
 
 CONVENTION = "f_out = T f_in, e_in = T e_out"
 
@@ -19,16 +23,36 @@ class Bond(NamedTuple):
     tail: str
     head: str
 
+    def other(self, name: str) -> str:
+        """The element at the other end."""
+        return self.head if name == self.tail else self.tail
+
+    def sign(self, name: str) -> float:
+        """+1 where power flows into an element along the half arrow, -1 where it flows out."""
+        return 1.0 if self.head == name else -1.0
+
 
 @dataclass(frozen=True, eq=False)
 class BondGraph:
-    """A checked bond graph. Build one with `Builder`; `str(graph)` lists it with its convention."""
+    """A checked bond graph. Write one with `bondgraph.Builder`; `str(graph)` lists it with its convention.
+
+    Args:
+        elements: by name.
+        bonds: numbered, each with its half arrow from tail to head.
+        displacements: declared integrals of the flows of 1-junctions, by name.
+        signals: names of functions of time that laws may use and a simulation is given.
+        parameters: named constants that laws may use; None where the value is still open.
+
+    """
 
     elements: Mapping[str, Element]
     bonds: tuple[Bond, ...]
+    displacements: Mapping[str, Displacement] = field(default_factory=dict)
+    signals: tuple[str, ...] = ()
+    parameters: Mapping[str, float | None] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
-        faults = list(structural_faults(self.elements, self.bonds))
+        faults = list(structural_faults(self))
         if faults:
             raise GraphError("\n".join(faults))
 
@@ -44,119 +68,79 @@ class BondGraph:
             found[bond.head] += (bond,)
         return found
 
-    def with_law(self, name: str, law: float | Modulus) -> BondGraph:
+    def ends(self, name: str) -> tuple[Bond, Bond]:
+        """The bonds that enter and leave a two-port."""
+        first, second = self.at(name)
+        return (first, second) if first.head == name else (second, first)
+
+    def bond_of(self, name: str) -> Bond:
+        """The one bond of a one-port."""
+        return self.at(name)[0]
+
+    def of_kind(self, *kinds: str) -> tuple[Element, ...]:
+        """The elements of these kinds, in the order in which they were named."""
+        return tuple(element for element in self.elements.values() if element.kind in kinds)
+
+    def depends_on(self, name: str) -> tuple[str, ...]:
+        """The displacements, signals and `t` that an element's law varies with, its own flow or displacement left out."""
+        law = self.elements[name].law
+        if isinstance(law, Modulus | Law):
+            return (law.motion.of,)
+        own = {"R": OWN_FLOW, "C": OWN_DISPLACEMENT}.get(self.elements[name].kind)
+        names = law.of if isinstance(law, Function) else ()
+        return tuple(n for n in names if n not in self.parameters and n != own)
+
+    def symbol(self, name: str) -> str:
+        """The kind as it is drawn: MSe, MTF, MR... where the law varies with displacements, time or signals."""
+        element = self.elements[name]
+        modulated = element.kind not in JUNCTIONS | {"C"} and self.depends_on(name)
+        return f"M{element.kind}" if modulated else element.kind
+
+    def label(self, name: str) -> str:
+        """Kind, name and, where it is a number, value: `I:J = 2`."""
+        law = self.elements[name].law
+        return f"{self.symbol(name)}:{name}" + (f" = {law:g}" if isinstance(law, float | int) else "")
+
+    def domain(self, bond: Bond) -> Domain | None:
+        """The energy domain of a bond; None where nobody named it."""
+        return DOMAINS.get(self._domains.get(bond.number, ""))
+
+    @cached_property
+    def _domains(self) -> Mapping[int, str]:
+        from bondgraph.checks import bond_domains
+
+        return bond_domains(self.elements, self.bonds)
+
+    def with_law(self, name: str, law: Any) -> BondGraph:
         """The same graph with another law for one element, such as a changed transformer ratio."""
-        element = self.elements[name]._replace(law=law)
-        return BondGraph({**self.elements, name: element}, self.bonds)
+        element = self.elements[name]._replace(law=law_of(law))
+        return replace(self, elements={**self.elements, name: element})
+
+    def with_parameters(self, **values: float) -> BondGraph:
+        """The same graph with values for some of its parameters."""
+        unknown = [name for name in values if name not in self.parameters]
+        if unknown:
+            raise GraphError(f"no parameter {unknown[0]!r}: the graph declares {', '.join(self.parameters) or 'none'}")
+        return replace(self, parameters={**self.parameters, **{k: float(v) for k, v in values.items()}})
+
+    def constant(self, name: str) -> float:
+        """The number that an element's constant law stands for, its parameters filled in."""
+        law = self.elements[name].law
+        if isinstance(law, float | int):
+            return float(law)
+        if not isinstance(law, Function) or self.depends_on(name):
+            raise GraphError(f"{self.symbol(name)}:{name} is no constant")
+        return float(law(*(self.parameter(n, name) for n in law.of)))
+
+    def parameter(self, parameter: str, element: str) -> float:
+        """A parameter's value for the law of an element; an error where it is still open."""
+        value = self.parameters[parameter]
+        if value is None:
+            where = f"{self.symbol(element)}:{element}, bond {self.at(element)[0].number}"
+            raise GraphError(f"parameter {parameter!r} ({where}) has no value: graph.with_parameters({parameter}=...)")
+        return value
 
     def __str__(self) -> str:
         lines = [f"bond graph: {len(self.elements)} elements, {len(self.bonds)} bonds ({CONVENTION})"]
-        lines += [f"{b.number:4d}  {self._label(b.tail)} -> {self._label(b.head)}" for b in self.bonds]
+        lines += [f"{b.number:4d}  {self.label(b.tail)} -> {self.label(b.head)}" for b in self.bonds]
         return "\n".join(lines)
-
-    def _label(self, name: str) -> str:
-        element = self.elements[name]
-        value = f" = {element.law:g}" if isinstance(element.law, int | float) else ""
-        return f"{element.symbol}:{name}{value}"
-
-
-def structural_faults(elements: Mapping[str, Element], bonds: tuple[Bond, ...]) -> Iterator[str]:
-    """Everything that keeps elements and bonds from being a bond graph, one line each."""
-    unknown = [f"bond {b.number}: no element {n!r}" for b in bonds for n in b[1:] if n not in elements]
-    if unknown:
-        yield from unknown
-        return
-    incoming = dict.fromkeys(elements, 0)
-    outgoing = dict(incoming)
-    for bond in bonds:
-        if bond.tail == bond.head:
-            yield f"bond {bond.number}: joins {bond.tail!r} to itself"
-        outgoing[bond.tail] += 1
-        incoming[bond.head] += 1
-    for name, element in elements.items():
-        count = incoming[name] + outgoing[name]
-        if element.kind in ONE_PORTS and count != 1:
-            yield f"{element.symbol}:{name} has {count} bonds, a one-port has 1"
-        elif element.kind in JUNCTIONS and count == 0:
-            yield f"{element.kind}:{name} has no bond"
-        elif element.kind in TWO_PORTS and (incoming[name], outgoing[name]) != (1, 1):
-            yield f"{element.symbol}:{name} has {incoming[name]} bonds in and {outgoing[name]} out, expected 1 and 1"
-    yield from _unreached(elements, bonds)
-
-
-def _unreached(elements: Mapping[str, Element], bonds: tuple[Bond, ...]) -> Iterator[str]:
-    neighbours: dict[str, list[str]] = {name: [] for name in elements}
-    for bond in bonds:
-        neighbours[bond.tail].append(bond.head)
-        neighbours[bond.head].append(bond.tail)
-    start = next(iter(elements), None)
-    if start is None:
-        yield "the graph is empty"
-        return
-    seen, todo = {start}, [start]
-    while todo:
-        fresh = [name for name in neighbours[todo.pop()] if name not in seen]
-        seen.update(fresh)
-        todo.extend(fresh)
-    if len(seen) < len(elements):
-        yield "not connected to the rest: " + ", ".join(name for name in elements if name not in seen)
-
-
-class Builder:
-    """Writes a graph step by step; `build()` checks it.
-
-    >>> from bondgraph import I, One, Se
-    >>> b = Builder()
-    >>> b.add(One("crank"))
-    'crank'
-    >>> b.port("crank", I("J", 2.0))
-    >>> b.port("crank", Se("M", 3.0))
-    >>> print(b.build())
-    bond graph: 3 elements, 2 bonds (f_out = T f_in, e_in = T e_out)
-       1  1:crank -> I:J = 2
-       2  Se:M = 3 -> 1:crank
-    """
-
-    def __init__(self) -> None:
-        self._elements: dict[str, Element] = {}
-        self._bonds: list[Bond] = []
-
-    def add(self, element: Element) -> str:
-        """Add an element; its name must be new."""
-        if element.name in self._elements:
-            raise GraphError(f"two elements are named {element.name!r}")
-        self._elements[element.name] = element
-        return element.name
-
-    def bond(self, tail: str, head: str) -> None:
-        """Join two elements by the next bond, half arrow at `head`."""
-        self._bonds.append(Bond(len(self._bonds) + 1, tail, head))
-
-    def port(self, junction: str, element: Element) -> None:
-        """Hang a one-port on a junction: power flows out of sources and into everything else."""
-        name = self.add(element)
-        self.bond(*((name, junction) if element.kind in ("Se", "Sf") else (junction, name)))
-
-    def transform(self, source: str, target: str, ratio: float | Modulus) -> None:
-        """Join two junctions by a transformer named after them: f_target = ratio f_source."""
-        name = self.add(TF(f"{source}->{target}", ratio))
-        self.bond(source, name)
-        self.bond(name, target)
-
-    def sum(self, target: str, terms: list[tuple[str, float | Modulus]], domain: str) -> None:
-        """A new 1-junction `target` whose flow is the sum of ratio times flow of others (through a 0-junction)."""
-        self.add(One(target, domain))
-        if len(terms) == 1:
-            self.transform(terms[0][0], target, terms[0][1])
-            return
-        node = self.add(Zero(f"{target}.sum", domain))
-        for source, ratio in terms:
-            self.transform(source, node, ratio)
-        self.bond(node, target)
-
-    def __len__(self) -> int:
-        return len(self._elements)
-
-    def build(self) -> BondGraph:
-        """The checked graph."""
-        return BondGraph(dict(self._elements), tuple(self._bonds))

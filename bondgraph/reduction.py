@@ -61,12 +61,11 @@ class Reduced(NamedTuple):
 class Reduction:
     """A graph compiled for one coordinate, the flow of a 1-junction.
 
-    >>> from bondgraph import I, One, Se
-    >>> from bondgraph.graph import Builder
+    >>> from bondgraph import I, Se
+    >>> from bondgraph.builder import Builder
     >>> b = Builder()
-    >>> _ = b.add(One("crank")), b.add(One("wheel"))
-    >>> b.transform("crank", "wheel", 3.0)
-    >>> b.port("wheel", I("J", 2.0)); b.port("wheel", Se("M", 5.0))
+    >>> b = b.one("crank", displacement="phi").one("wheel").transform("crank", "wheel", 3.0)
+    >>> b = b.on("wheel", I("J", 2.0), Se("M", 5.0))
     >>> r = Reduction(b.build(), "crank")(0.0)
     >>> r.inertia, r.moment
     (18.0, 15.0)

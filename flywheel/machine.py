@@ -9,8 +9,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from bondgraph.builder import Builder
 from bondgraph.elements import C, Here, I, Law, Modulus, Motion, One, Se
-from bondgraph.graph import BondGraph, Builder
+from bondgraph.graph import BondGraph
 from bondgraph.reduction import Reduced, Reduction
 from flywheel import mechanisms
 from flywheel.expressions import Expression
@@ -123,7 +124,7 @@ class Machine:
             self._load(builder)
         if len(builder) == 1:
             builder.port("crank", I("nothing", 0.0))
-        return builder.build()
+        return builder.build(loose=whole)
 
     def _hang(self, builder: Builder, mechanism: Mechanism, needed: set[str]) -> None:
         family, name = self._families[mechanism.name], mechanism.name

@@ -62,8 +62,7 @@ def test_a_modulus_changed_in_mid_chain_changes_everything_downstream_and_nothin
 
 
 def test_a_modulus_on_a_geared_shaft_sees_that_shafts_angle():
-    b = Builder()
-    b.add(One("crank"))
+    b = Builder().one("crank", displacement="phi")
     b.sum("cam", [("crank", 3.0)], "rotation")
     b.sum("valve", [("cam", modulus(np.sin, np.cos, "cam"))], "translation")
     b.port("valve", I("m", 1.0))

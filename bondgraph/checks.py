@@ -1,0 +1,197 @@
+"""What keeps elements and bonds from being a bond graph, found all at once, a line each."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Mapping, Sequence
+from typing import TYPE_CHECKING
+
+from bondgraph.domains import DOMAINS
+from bondgraph.elements import JUNCTIONS, ONE_PORTS, SOURCES, TWO_PORTS, Element, Law, Modulus
+from bondgraph.laws import OWN_DISPLACEMENT, OWN_FLOW, TIME, Function
+
+if TYPE_CHECKING:
+    from bondgraph.graph import Bond, BondGraph
+
+_OWN = {"R": OWN_FLOW, "C": OWN_DISPLACEMENT}
+_KINDS = ONE_PORTS | TWO_PORTS | JUNCTIONS
+
+
+def structural_faults(graph: BondGraph) -> Iterator[str]:
+    """Everything that is wrong with a graph's elements, bonds, names and domains."""
+    elements, bonds = graph.elements, graph.bonds
+    faults = [f"{e.kind}:{name}: no such kind of element" for name, e in elements.items() if e.kind not in _KINDS]
+    faults += [f"bond {b.number}: no element {n!r}" for b in bonds for n in b[1:] if n not in elements]
+    numbers = [b.number for b in bonds]
+    faults += [f"two bonds are numbered {n}" for n in sorted(set(numbers)) if numbers.count(n) > 1]
+    if faults:
+        yield from faults
+        return
+    yield from _wrong_counts(elements, bonds)
+    yield from _unreached(elements, bonds)
+    yield from _wrong_names(graph)
+    yield from _wrong_laws(graph)
+    yield from _mixed_domains(elements, bonds)
+    yield from _rival_sources(elements, bonds)
+
+
+def dead_ends(graph: BondGraph) -> Iterator[str]:
+    """Junctions that one bond leads to, nothing leads on from and no displacement is measured at: a line each."""
+    measured = {d.of for d in graph.displacements.values()}
+    measured |= {e.law.motion.of for e in graph.elements.values() if isinstance(e.law, Modulus | Law)}
+    for element in graph.of_kind(*JUNCTIONS):
+        name, at = element.name, graph.at(element.name)
+        beyond = graph.elements[at[0].other(name)]
+        if len(at) == 1 and beyond.kind not in ONE_PORTS and name not in measured:
+            yield (
+                f"{element.kind}:{name} dangles: bond {at[0].number} to {beyond.kind}:{beyond.name} is its only one; hang "
+                "something on it, leave it out, or build(loose=True) and simplify"
+            )
+
+
+def bond_domains(elements: Mapping[str, Element], bonds: Sequence[Bond]) -> dict[int, str]:
+    """Bond number -> name of its energy domain, for the bonds whose region names one."""
+    return {b.number: names[0][0] for region, names in _regions(elements, bonds) if names for b in region}
+
+
+def _wrong_counts(elements: Mapping[str, Element], bonds: Sequence[Bond]) -> Iterator[str]:
+    incoming = dict.fromkeys(elements, 0)
+    outgoing = dict(incoming)
+    for bond in bonds:
+        if bond.tail == bond.head:
+            yield f"bond {bond.number}: joins {bond.tail!r} to itself"
+        outgoing[bond.tail] += 1
+        incoming[bond.head] += 1
+    for name, element in elements.items():
+        count = incoming[name] + outgoing[name]
+        if element.kind in ONE_PORTS and count != 1:
+            yield f"{element.symbol}:{name} has {count} bonds, a one-port has 1"
+        elif element.kind in JUNCTIONS and count == 0:
+            yield f"{element.kind}:{name} has no bond"
+        elif element.kind in TWO_PORTS and (incoming[name], outgoing[name]) != (1, 1):
+            yield f"{element.symbol}:{name} has {incoming[name]} bonds in and {outgoing[name]} out, expected 1 and 1"
+    for bond in bonds:
+        if not {elements[bond.tail].kind, elements[bond.head].kind} & JUNCTIONS:
+            two = f"{elements[bond.tail].symbol}:{bond.tail} and {elements[bond.head].symbol}:{bond.head}"
+            yield f"bond {bond.number}: joins {two} directly; put a 1- or 0-junction between them"
+
+
+def _unreached(elements: Mapping[str, Element], bonds: Sequence[Bond]) -> Iterator[str]:
+    neighbours: dict[str, list[str]] = {name: [] for name in elements}
+    for bond in bonds:
+        neighbours[bond.tail].append(bond.head)
+        neighbours[bond.head].append(bond.tail)
+    start = next(iter(elements), None)
+    if start is None:
+        yield "the graph is empty"
+        return
+    seen = reached_from(start, neighbours)
+    if len(seen) < len(elements):
+        yield "not connected to the rest: " + ", ".join(name for name in elements if name not in seen)
+
+
+def reached_from(start: str, neighbours: Mapping[str, Sequence[str]]) -> set[str]:
+    """All names that a walk from `start` comes to."""
+    seen, todo = {start}, [start]
+    while todo:
+        fresh = [name for name in neighbours[todo.pop()] if name not in seen]
+        seen.update(fresh)
+        todo.extend(fresh)
+    return seen
+
+
+def _wrong_names(graph: BondGraph) -> Iterator[str]:
+    for name, displacement in graph.displacements.items():
+        owner = graph.elements.get(displacement.of)
+        if owner is None or owner.kind != "1":
+            yield f"displacement {name!r}: {displacement.of!r} is no 1-junction of the graph"
+        if not math.isfinite(displacement.initial):
+            yield f"displacement {name!r}: found initial value {displacement.initial}, expected a finite number"
+    declared = [*graph.displacements, *graph.signals, *graph.parameters]
+    for name in sorted(set(declared)):
+        if declared.count(name) > 1:
+            yield f"{name!r} is declared twice, as two of displacement, signal and parameter"
+        if name == TIME:
+            yield f"{name!r} is declared, but always means the time"
+
+
+def _wrong_laws(graph: BondGraph) -> Iterator[str]:
+    known = {TIME, *graph.displacements, *graph.signals, *graph.parameters}
+    for name, element in graph.elements.items():
+        where = f"{element.symbol}:{name}" + "".join(f", bond {b.number}" for b in graph.at(name))
+        law = element.law
+        if element.kind in JUNCTIONS:
+            continue
+        if law is None:
+            yield f"{where}: has no value; give it a number or a function"
+        elif isinstance(law, float | int):
+            if not math.isfinite(law):
+                yield f"{where}: found {law}, expected a finite number"
+            elif element.kind == "C" and law == 0.0:
+                yield f"{where}: found compliance 0, expected another number; a rigid joint is left out"
+        elif isinstance(law, Function):
+            own = {_OWN[element.kind]} if element.kind in _OWN else set()
+            for missing in [n for n in law.of if n not in known | own]:
+                expected = "no declared displacement, signal or parameter, nor t" + _hint(element)
+                yield f"{where}: depends on {missing!r}, which is {expected}"
+            varying = graph.depends_on(name)
+            if element.kind in ("I", "C") and varying and not set(law.of) - known - own:
+                expected = "a store's law may hold parameters only" + _hint(element)
+                yield f"{where}: varies with {', '.join(varying)}; {expected}"
+
+
+def _hint(element: Element) -> str:
+    return {"R": "; its own flow is f", "C": "; its own displacement is q"}.get(element.kind, "")
+
+
+def _mixed_domains(elements: Mapping[str, Element], bonds: Sequence[Bond]) -> Iterator[str]:
+    for region, names in _regions(elements, bonds):
+        for domain, name in names:
+            if domain not in DOMAINS:
+                yield f"{elements[name].symbol}:{name}: found domain {domain!r}, expected one of {', '.join(DOMAINS)}"
+        found = dict(reversed(names))  # domain -> the first element that names it
+        if len(found) > 1:
+            both = " and ".join(f"{elements[name].symbol}:{name} ({domain})" for domain, name in sorted(found.items()))
+            numbers = ", ".join(str(bond.number) for bond in _between(region, elements))
+            yield f"bond {numbers}: {both} are joined without a transducer; put a TF or GY between them"
+
+
+def _between(region: Sequence[Bond], elements: Mapping[str, Element]) -> list[Bond]:
+    """The bonds where two named domains meet; the whole region where they meet through elements that name none."""
+    meet = [b for b in region if len({elements[n].domain for n in b[1:]} - {""}) > 1]
+    return meet or list(region)
+
+
+def _regions(elements: Mapping[str, Element], bonds: Sequence[Bond]) -> list[tuple[list[Bond], list[tuple[str, str]]]]:
+    """Bonds that hang together without a two-port between, and the (domain, element) that are named there."""
+    root = {b.number: b.number for b in bonds}
+    for name, element in elements.items():
+        shared = {root[b.number] for b in bonds if name in b[1:]} if element.kind in JUNCTIONS else set()
+        root = {number: min(shared) if r in shared else r for number, r in root.items()}
+    regions: dict[int, list[Bond]] = {}
+    for bond in bonds:
+        regions.setdefault(root[bond.number], []).append(bond)
+    found = []
+    for region in regions.values():
+        inside = dict.fromkeys(n for b in region for n in b[1:] if elements[n].kind not in TWO_PORTS)
+        found.append((region, [(elements[n].domain, n) for n in inside if elements[n].domain]))
+    return found
+
+
+def _rival_sources(elements: Mapping[str, Element], bonds: Sequence[Bond]) -> Iterator[str]:
+    """Two sources that would both decide the one flow (effort) of a 1-(0-)junction, directly or through equal junctions."""
+    for kind, source, what in (("1", "Sf", "flow"), ("0", "Se", "effort")):
+        group = {name: name for name, element in elements.items() if element.kind == kind}
+        for bond in bonds:
+            if bond.tail in group and bond.head in group:
+                old, new = group[bond.head], group[bond.tail]
+                group = {name: new if g == old else g for name, g in group.items()}
+        deciding: dict[str, list[tuple[str, int]]] = {}
+        for bond in bonds:
+            name = bond.tail if elements[bond.tail].kind in SOURCES else bond.head
+            if elements[name].kind == source and bond.other(name) in group:
+                deciding.setdefault(group[bond.other(name)], []).append((name, bond.number))
+        for junction, rivals in deciding.items():
+            if len(rivals) > 1:
+                both = " and ".join(f"{source}:{name} (bond {number})" for name, number in rivals)
+                yield f"{both} both set the {what} of {kind}:{junction}; keep one of them"

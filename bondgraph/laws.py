@@ -1,0 +1,356 @@
+"""Laws and moduli as functions of named quantities, with exact slopes and a symbolic form.
+
+A `Function` holds either a Python function written with numpy's functions, or a SymPy expression. Its arguments are named:
+displacements, signals and parameters that the graph declares, the time `t`, and for a resistor its own flow `f`, for a
+compliance its own displacement `q`. Slopes come from dual numbers or from SymPy, never from differences.
+"""
+
+from __future__ import annotations
+
+import inspect
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+
+from bondgraph.faults import GraphError
+
+TIME = "t"
+OWN_FLOW = "f"
+OWN_DISPLACEMENT = "q"
+
+
+@dataclass(frozen=True, eq=False)
+class Function:
+    """A law given as a function: of what (`of`, names in the graph), and how.
+
+    Args:
+        given: a Python function written with numpy's functions, or a SymPy expression.
+        arguments: the names as `given` has them: its parameters, or the free symbols of the expression.
+        of: the names in the graph that they stand for, in the same order.
+
+    >>> import numpy as np
+    >>> square = function(lambda theta: np.sin(theta) ** 2)
+    >>> square.of
+    ('theta',)
+    >>> square.partials(0.5) == (np.sin(0.5) ** 2, (2 * np.sin(0.5) * np.cos(0.5),))
+    True
+    >>> square.symbolic()
+    sin(theta)**2
+
+    """
+
+    given: Any
+    arguments: tuple[str, ...]
+    of: tuple[str, ...]
+
+    def renamed(self, names: Mapping[str, str]) -> Function:
+        """The same function of quantities with other names in the graph."""
+        return replace(self, of=tuple(names.get(name, name) for name in self.of))
+
+    @property
+    def is_expression(self) -> bool:
+        """Whether it was given as a SymPy expression."""
+        return is_symbolic(self.given)
+
+    def __call__(self, *values: Any) -> Any:
+        """The value at the arguments' values: numbers, arrays, dual numbers."""
+        if not self.is_expression:
+            return _real(self.given(*values))
+        plain = all(isinstance(value, float | int) for value in values)
+        return self._compiled["value", plain](*values)
+
+    def partials(self, *values: Any) -> tuple[Any, tuple[Any, ...]]:
+        """The value and its derivative with respect to each argument."""
+        if self.is_expression:
+            plain = all(isinstance(value, float | int) for value in values)
+            value, *slopes = self._compiled["partials", plain](*values)
+            return value, tuple(slopes)
+        value, slopes = None, []
+        for k in range(len(values)):
+            seeded = [Dual(v, 1.0) if j == k else v for j, v in enumerate(values)]
+            found = self.given(*seeded)
+            slopes.append(_real(found.slope) if isinstance(found, Dual) else 0.0)
+            value = _real(found.value if isinstance(found, Dual) else found)
+        return (self.given() if value is None else value), tuple(slopes)
+
+    def rate(self, *values: Any) -> tuple[Any, Any]:
+        """The value and its derivative along dual arguments, such as dual numbers that carry their own time derivative."""
+        plain = [v.value if isinstance(v, Dual) else v for v in values]
+        value, slopes = self.partials(*plain)
+        total: Any = 0.0
+        for argument, slope in zip(values, slopes, strict=True):
+            if isinstance(argument, Dual):
+                total = total + slope * argument.slope
+        return value, total
+
+    def symbolic(self, symbols: Mapping[str, Any] | None = None) -> Any:
+        """The SymPy expression, in `symbols` by the graph's names (plain symbols of these names where none is given).
+
+        Raises GraphError if it cannot be followed symbolically (it branches, or calls other than numpy's functions).
+        """
+        import sympy  # type: ignore[import-untyped]
+
+        symbols = symbols or {}
+        values = [symbols.get(name, sympy.Symbol(name)) for name in self.of]
+        if self.is_expression:
+            by_name = dict(zip(self.arguments, values, strict=True))
+            return self.given.xreplace({s: by_name[s.name] for s in self.given.free_symbols})
+        try:
+            return sympy.sympify(_untraced(self.given(*(Traced(sympy.sympify(value)) for value in values))))
+        except (TypeError, AttributeError) as error:
+            raise GraphError(f"cannot be written as a formula ({error}): give it as a SymPy expression") from error
+
+    @cached_property
+    def _compiled(self) -> Mapping[tuple[str, bool], Callable[..., Any]]:
+        import sympy
+
+        symbols = {s.name: s for s in self.given.free_symbols}
+        order = [symbols[name] for name in self.arguments]
+        whole = [self.given, *(sympy.diff(self.given, symbol) for symbol in order)]
+        return {
+            (kind, plain): sympy.lambdify(order, what, modules="math" if plain else "numpy", cse=True)
+            for kind, what in (("value", self.given), ("partials", whole))
+            for plain in (True, False)
+        }
+
+
+def is_symbolic(given: Any) -> bool:
+    """Whether something is a SymPy expression, found out without importing SymPy."""
+    return hasattr(given, "free_symbols") and hasattr(given, "xreplace")
+
+
+def function(given: Any) -> Function:
+    """A `Function` of the names that a Python function's parameters, or an expression's symbols, have.
+
+    Parameters with a default value are constants of the function and stay out.
+    """
+    if isinstance(given, Function):
+        return given
+    if is_symbolic(given):
+        names = tuple(sorted(symbol.name for symbol in given.free_symbols))
+        return Function(given, names, names)
+    if not callable(given):
+        raise GraphError(f"found {given!r}, expected a number, a function of named quantities or a SymPy expression")
+    parameters = inspect.signature(given).parameters.values()
+    spread = [p.name for p in parameters if p.kind in (p.VAR_POSITIONAL, p.VAR_KEYWORD)]
+    if spread:
+        raise GraphError(
+            f"a law's parameters name what it depends on: found *{spread[0]}, expected names such as theta or t"
+        )
+    names = tuple(p.name for p in parameters if p.default is p.empty)
+    return Function(given, names, names)
+
+
+def law_of(given: Any) -> Any:
+    """A number as a float, anything else that is callable or symbolic as a `Function`; ready-made laws as they are."""
+    if given is None or isinstance(given, float):
+        return given
+    if isinstance(given, int | np.floating | np.integer):
+        return float(given)
+    if is_symbolic(given):
+        return float(given) if not given.free_symbols else function(given)
+    return function(given) if callable(given) else given
+
+
+def _real(value: Any) -> Any:
+    """A numpy scalar as a float: plain floats are several times faster."""
+    return float(value) if isinstance(value, np.floating | int) else value
+
+
+class _Operand:
+    """Arithmetic by one method, `_apply(ufunc name, operands)`, for numpy's functions and Python's operators alike."""
+
+    def _apply(self, name: str, operands: tuple[Any, ...]) -> Any:
+        raise NotImplementedError
+
+    def __array_ufunc__(self, ufunc: Any, method: str, *operands: Any, **kwargs: Any) -> Any:
+        if method != "__call__" or kwargs:
+            raise TypeError(f"numpy.{ufunc.__name__}.{method} is not known here")
+        return self._apply(ufunc.__name__, operands)
+
+    def __array_function__(self, function: Any, types: Any, operands: Any, kwargs: Any) -> Any:
+        return self._apply(function.__name__, operands)
+
+    def __float__(self) -> float:
+        raise TypeError("math's functions take plain floats only: write the law with numpy's, or as a SymPy expression")
+
+    def __add__(self, other: Any) -> Any:
+        return self._apply("add", (self, other))
+
+    def __radd__(self, other: Any) -> Any:
+        return self._apply("add", (other, self))
+
+    def __sub__(self, other: Any) -> Any:
+        return self._apply("subtract", (self, other))
+
+    def __rsub__(self, other: Any) -> Any:
+        return self._apply("subtract", (other, self))
+
+    def __mul__(self, other: Any) -> Any:
+        return self._apply("multiply", (self, other))
+
+    def __rmul__(self, other: Any) -> Any:
+        return self._apply("multiply", (other, self))
+
+    def __truediv__(self, other: Any) -> Any:
+        return self._apply("divide", (self, other))
+
+    def __rtruediv__(self, other: Any) -> Any:
+        return self._apply("divide", (other, self))
+
+    def __pow__(self, other: Any) -> Any:
+        return self._apply("power", (self, other))
+
+    def __rpow__(self, other: Any) -> Any:
+        return self._apply("power", (other, self))
+
+    def __neg__(self) -> Any:
+        return self._apply("negative", (self,))
+
+    def __pos__(self) -> Any:
+        return self
+
+    def __abs__(self) -> Any:
+        return self._apply("absolute", (self,))
+
+    def __lt__(self, other: Any) -> Any:
+        return self._apply("less", (self, other))
+
+    def __le__(self, other: Any) -> Any:
+        return self._apply("less_equal", (self, other))
+
+    def __gt__(self, other: Any) -> Any:
+        return self._apply("greater", (self, other))
+
+    def __ge__(self, other: Any) -> Any:
+        return self._apply("greater_equal", (self, other))
+
+
+class Dual(_Operand):
+    """A value and its derivative: what is computed with it carries the derivative along, exactly.
+
+    >>> x = Dual(2.0, 1.0)
+    >>> y = x**3 - 1 / x
+    >>> y.value, y.slope
+    (7.5, 12.25)
+    """
+
+    __slots__ = ("slope", "value")
+
+    def __init__(self, value: Any, slope: Any) -> None:
+        self.value, self.slope = value, slope
+
+    def _apply(self, name: str, operands: tuple[Any, ...]) -> Any:
+        values = [o.value if isinstance(o, Dual) else o for o in operands]
+        if name in _COMPARISONS:
+            return getattr(np, name)(*values)
+        if name == "where":
+            slopes = [o.slope if isinstance(o, Dual) else 0.0 for o in operands[1:]]
+            return Dual(np.where(*values), np.where(values[0], *slopes))
+        if name not in _PARTIALS:
+            raise TypeError(f"numpy.{name} has no derivative here")
+        result = _real(getattr(np, name)(*values)) if name not in _OPERATORS else _OPERATORS[name](*values)
+        slope: Any = 0.0
+        for k, operand in enumerate(operands):
+            if isinstance(operand, Dual):
+                slope = slope + _PARTIALS[name][k](result, *values) * operand.slope
+        return Dual(result, slope)
+
+
+_COMPARISONS = ("less", "less_equal", "greater", "greater_equal", "equal", "not_equal")
+
+_OPERATORS: dict[str, Callable[..., Any]] = {
+    "add": lambda a, b: a + b,
+    "subtract": lambda a, b: a - b,
+    "multiply": lambda a, b: a * b,
+    "divide": lambda a, b: a / b,
+    "power": lambda a, b: a**b,
+    "negative": lambda a: -a,
+}
+
+_PARTIALS: dict[str, tuple[Callable[..., Any], ...]] = {  # of each argument: (result, *values) -> partial derivative
+    "add": (lambda r, a, b: 1.0, lambda r, a, b: 1.0),
+    "subtract": (lambda r, a, b: 1.0, lambda r, a, b: -1.0),
+    "multiply": (lambda r, a, b: b, lambda r, a, b: a),
+    "divide": (lambda r, a, b: 1.0 / b, lambda r, a, b: -r / b),
+    "power": (lambda r, a, b: b * a ** (b - 1), lambda r, a, b: r * np.log(a)),
+    "negative": (lambda r, a: -1.0,),
+    "absolute": (lambda r, a: np.sign(a),),
+    "sign": (lambda r, a: 0.0,),
+    "square": (lambda r, a: 2.0 * a,),
+    "sqrt": (lambda r, a: 0.5 / r,),
+    "sin": (lambda r, a: np.cos(a),),
+    "cos": (lambda r, a: -np.sin(a),),
+    "tan": (lambda r, a: 1.0 + r * r,),
+    "arcsin": (lambda r, a: 1.0 / np.sqrt((1.0 - a) * (1.0 + a)),),
+    "arccos": (lambda r, a: -1.0 / np.sqrt((1.0 - a) * (1.0 + a)),),
+    "arctan": (lambda r, a: 1.0 / (1.0 + a * a),),
+    "arctan2": (lambda r, y, x: x / (x * x + y * y), lambda r, y, x: -y / (x * x + y * y)),
+    "hypot": (lambda r, a, b: a / r, lambda r, a, b: b / r),
+    "exp": (lambda r, a: r,),
+    "log": (lambda r, a: 1.0 / a,),
+    "sinh": (lambda r, a: np.cosh(a),),
+    "cosh": (lambda r, a: np.sinh(a),),
+    "tanh": (lambda r, a: 1.0 - r * r,),
+    "maximum": (lambda r, a, b: np.where(a >= b, 1.0, 0.0), lambda r, a, b: np.where(a >= b, 0.0, 1.0)),
+    "minimum": (lambda r, a, b: np.where(a <= b, 1.0, 0.0), lambda r, a, b: np.where(a <= b, 0.0, 1.0)),
+}
+
+
+class Traced(_Operand):
+    """A SymPy expression that numpy's functions can be called on, so that a numpy formula writes itself down."""
+
+    __slots__ = ("expression",)
+
+    def __init__(self, expression: Any) -> None:
+        self.expression = expression
+
+    def _apply(self, name: str, operands: tuple[Any, ...]) -> Any:
+        import sympy
+
+        values = [_untraced(operand) for operand in operands]
+        if name == "where":
+            return Traced(sympy.Piecewise((values[1], values[0]), (values[2], True)))
+        if name in _OPERATORS or name in _COMPOUND:
+            return Traced((_OPERATORS | _COMPOUND)[name](*values))
+        if name not in _SYMPY_NAMES:
+            raise TypeError(f"numpy.{name} has no symbolic form here")
+        return Traced(getattr(sympy, _SYMPY_NAMES[name])(*values))
+
+    def __bool__(self) -> bool:
+        raise TypeError("it branches on its argument; numpy.where can be followed")
+
+
+_COMPOUND: dict[str, Callable[..., Any]] = {
+    "square": lambda a: a**2,
+    "hypot": lambda a, b: (a**2 + b**2) ** 0.5,
+}
+
+_SYMPY_NAMES = {
+    **{name: name for name in ("sqrt", "sin", "cos", "tan", "exp", "log", "sinh", "cosh", "tanh", "sign")},
+    "arcsin": "asin",
+    "arccos": "acos",
+    "arctan": "atan",
+    "arctan2": "atan2",
+    "absolute": "Abs",
+    "less": "Lt",
+    "less_equal": "Le",
+    "greater": "Gt",
+    "greater_equal": "Ge",
+    "equal": "Eq",
+    "not_equal": "Ne",
+    "maximum": "Max",
+    "minimum": "Min",
+}
+
+
+def _untraced(value: Any) -> Any:
+    """A traced expression as SymPy's; a float that is a whole number as an integer, so that formulas stay readable."""
+    if isinstance(value, Traced):
+        return value.expression
+    if isinstance(value, float | np.floating) and float(value).is_integer():
+        return int(value)
+    return value
