@@ -90,6 +90,13 @@ class BondGraph:
         names = law.of if isinstance(law, Function) else ()
         return tuple(n for n in names if n not in self.parameters and n != own)
 
+    def is_linear(self, name: str) -> bool:
+        """Whether an element's law is one constant (e = R f, e = q/C, p = I f, a fixed ratio), parameters allowed."""
+        law = self.elements[name].law
+        if isinstance(law, Function):
+            return all(n in self.parameters for n in law.of)
+        return isinstance(law, float | int)
+
     def symbol(self, name: str) -> str:
         """The kind as it is drawn: MSe, MTF, MR... where the law varies with displacements, time or signals."""
         element = self.elements[name]
@@ -128,7 +135,7 @@ class BondGraph:
         law = self.elements[name].law
         if isinstance(law, float | int):
             return float(law)
-        if not isinstance(law, Function) or self.depends_on(name):
+        if not isinstance(law, Function) or not self.is_linear(name):
             raise GraphError(f"{self.symbol(name)}:{name} is no constant")
         return float(law(*(self.parameter(n, name) for n in law.of)))
 

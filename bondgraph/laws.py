@@ -160,7 +160,7 @@ def _real(value: Any) -> Any:
     return float(value) if isinstance(value, np.floating | int) else value
 
 
-class _Operand:
+class Operand:
     """Arithmetic by one method, `_apply(ufunc name, operands)`, for numpy's functions and Python's operators alike."""
 
     def _apply(self, name: str, operands: tuple[Any, ...]) -> Any:
@@ -229,7 +229,7 @@ class _Operand:
         return self._apply("greater_equal", (self, other))
 
 
-class Dual(_Operand):
+class Dual(Operand):
     """A value and its derivative: what is computed with it carries the derivative along, exactly.
 
     >>> x = Dual(2.0, 1.0)
@@ -300,7 +300,7 @@ _PARTIALS: dict[str, tuple[Callable[..., Any], ...]] = {  # of each argument: (r
 }
 
 
-class Traced(_Operand):
+class Traced(Operand):
     """A SymPy expression that numpy's functions can be called on, so that a numpy formula writes itself down."""
 
     __slots__ = ("expression",)

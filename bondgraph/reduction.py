@@ -1,9 +1,9 @@
 """Reduction to one coordinate: unit flow in, flow gain of every bond out, and from the gains I*, dI*/dphi and M*.
 
-The junction structure is compiled once into a plan of local steps (scale by a constant, scale by a modulus, sum
-at a 0-junction); where loops leave flows that no single step gives, one linear system A g = b per position solves them,
-and A g' = b' - A' g their slopes. Running the plan costs a few array operations per transformer, for any number of
-positions at once.
+The junction structure is compiled once into a plan of local steps (`bondgraph.structure`: scale by a constant, scale by a
+modulus, sum at a 0-junction); where loops leave flows that no single step gives, one linear system A g = b per position
+solves them, and A g' = b' - A' g their slopes. Running the plan costs a few array operations per transformer, for any
+number of positions at once.
 """
 
 from __future__ import annotations
@@ -13,27 +13,13 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from bondgraph.elements import Element, GraphError, Here, Law, Modulus, Motion
+from bondgraph.elements import Displacement, Element, Here, Law, Modulus, Motion
+from bondgraph.faults import GraphError
 from bondgraph.graph import BondGraph
+from bondgraph.laws import OWN_DISPLACEMENT, TIME, Function
+from bondgraph.structure import Ratio, Scale, Solve, Step, Sum, closed, flow_relations, flow_variables, plan
 
-
-class _Scale(NamedTuple):
-    source: int
-    target: int
-    ratio: float | Modulus
-
-
-class _Sum(NamedTuple):
-    target: int
-    terms: tuple[tuple[int, float], ...]
-
-
-class _Solve(NamedTuple):
-    unknown: tuple[int, ...]
-    equations: tuple[tuple[tuple[int, float | Modulus, float], ...], ...]
-
-
-_Step = _Scale | _Sum | _Solve
+Positions = Mapping[str, Callable[[Any], Any]]
 
 
 class Flows(NamedTuple):
@@ -61,6 +47,10 @@ class Reduced(NamedTuple):
 class Reduction:
     """A graph compiled for one coordinate, the flow of a 1-junction.
 
+    The velocity graph gives flows, not positions. Displacements that turn in a constant ratio to the coordinate follow
+    from it; for any other that a law depends on, `positions` holds a function of the coordinate's own displacement, by
+    the displacement's name (for a spring's own displacement, by the spring's).
+
     >>> from bondgraph import I, Se
     >>> from bondgraph.builder import Builder
     >>> b = Builder()
@@ -69,21 +59,26 @@ class Reduction:
     >>> r = Reduction(b.build(), "crank")(0.0)
     >>> r.inertia, r.moment
     (18.0, 15.0)
+
     """
 
-    def __init__(self, graph: BondGraph, coordinate: str) -> None:
+    def __init__(self, graph: BondGraph, coordinate: str, positions: Positions | None = None) -> None:
         self.graph = graph
         self.coordinate = coordinate
-        self._flow = _flow_variables(graph)
+        self.positions = positions or {}
+        self._flow = flow_variables(graph)
         self.variable = {name: self._flow[_entry(graph, name)] for name in graph.elements}
-        self._steps = _plan(graph, self._flow, coordinate)
+        self._steps = _planned(graph, self._flow, coordinate)
+        self.uniform = _uniform(self._steps, self.variable[coordinate])
         one_ports = [(e, self.variable[e.name]) for e in graph.elements.values()]
-        self._inertias = [(e, f) for e, f in one_ports if e.kind == "I" and e.law]
-        self._sources = [(e, f, _sign(graph, e)) for e, f in one_ports if e.kind in ("Se", "C") and e.law]
-        self._resistors = [(e, f) for e, f in one_ports if e.kind == "R" and e.law]
+        self._inertias = [(e, graph.constant(e.name), f) for e, f in one_ports if e.kind == "I" and e.law]
+        self._sources = [
+            (e, f, graph.bond_of(e.name).sign(e.name) * -1.0) for e, f in one_ports if e.kind in ("Se", "C") and e.law
+        ]
+        self._resistors = [(_resistance(graph, e), f) for e, f in one_ports if e.kind == "R" and e.law]
         self._lumped: dict[int, float] = {}
-        for element, flow in self._inertias:
-            self._lumped[flow] = self._lumped.get(flow, 0.0) + element.law  # type: ignore[operator]
+        for _, inertia, flow in self._inertias:
+            self._lumped[flow] = self._lumped.get(flow, 0.0) + inertia
 
     def __call__(self, phi: Any, anchor: Any = None, ns: Any = np) -> Reduced:
         """I*, dI*/dphi and M* at positions phi (rad, any shape); `anchor` is the middle of each one's smooth piece."""
@@ -99,8 +94,8 @@ class Reduction:
                 slope = slope + momentum * gain_slope
         moment, per_unknown, exchanged = self._moments(at, flows)
         resistance: Any = 0.0
-        for element, flow in self._resistors:
-            resistance = resistance + element.law * flows.gain[flow] ** 2
+        for value, flow in self._resistors:
+            resistance = resistance + value * flows.gain[flow] ** 2
         return Reduced(inertia, slope + slope, moment, per_unknown, exchanged, resistance)
 
     def flows(self, phi: Any, anchor: Any = None, ns: Any = np) -> Flows:
@@ -109,13 +104,13 @@ class Reduction:
 
     def inertias(self, flows: Flows) -> dict[str, Any]:
         """What each inertia adds to I*, by the name of the part that it belongs to."""
-        return _by_part((e, e.law * flows.gain[f] ** 2) for e, f in self._inertias)
+        return _by_part((e, value * flows.gain[f] ** 2) for e, value, f in self._inertias)
 
     def moments(self, phi: Any, anchor: Any = None, unknown: float = 0.0, *, by_name: bool = False) -> dict[str, Any]:
         """What each source adds to M*, by the name of the part that it belongs to, or by its own."""
         at = _Positions(self, phi, phi if anchor is None else anchor, np)
         flows = self._run(at)
-        efforts = [(e, sign * _effort(e.law, at, unknown) * flows.gain[f]) for e, f, sign in self._sources]
+        efforts = [(e, sign * at.effort(e, unknown) * flows.gain[f]) for e, f, sign in self._sources]
         return {e.name: effort for e, effort in efforts} if by_name else _by_part(efforts)
 
     def _moments(self, at: _Positions, flows: Flows) -> tuple[Any, Any, Any]:
@@ -124,7 +119,7 @@ class Reduction:
         exchanged: Any = 0.0
         for element, flow, sign in self._sources:
             gain = flows.gain[flow]
-            contribution = sign * _effort(element.law, at) * gain
+            contribution = sign * at.effort(element) * gain
             moment = moment + contribution
             exchanged = exchanged + abs(contribution)
             law = element.law
@@ -134,105 +129,183 @@ class Reduction:
         return moment, per_unknown, exchanged
 
     def _run(self, at: _Positions) -> Flows:
+        """Gains first, slopes after them: a modulus varies at the rate that its own displacement's gain gives."""
         count = max(self._flow.values()) + 1
         flows = at.flows = Flows([None] * count, [_ZERO] * count)
         flows.gain[self.variable[self.coordinate]] = 1.0
         for step in self._steps:
-            _RUN[type(step)](step, flows, at)
+            _GAIN[type(step)](step, flows, at)
+        for step in self._steps:
+            _SLOPE[type(step)](step, flows, at)
         return flows
 
 
-def reduce(graph: BondGraph, phi: Any, coordinate: str = "crank", anchor: Any = None) -> Reduced:
+def reduce(
+    graph: BondGraph, phi: Any, coordinate: str = "crank", anchor: Any = None, *, positions: Positions | None = None
+) -> Reduced:
     """I*, dI*/dphi and M* of a graph at positions phi of its coordinate; compile a `Reduction` to do it often."""
-    return Reduction(graph, coordinate)(phi, anchor)
+    return Reduction(graph, coordinate, positions)(phi, anchor)
 
 
 _ZERO = 0.0  # the one object that marks a slope as identically zero, so that constant chains cost no array work
 
 
 class _Positions:
-    """The motions evaluated at phi and at the anchors, each once per walk."""
+    """Displacements, motions and moduli at phi and at the anchors, each found once per walk."""
 
     def __init__(self, reduction: Reduction, phi: Any, anchor: Any, ns: Any) -> None:
         self.reduction, self.phi, self.anchor, self.ns = reduction, phi, anchor, ns
         self.flows = Flows([], [])
-        self._cache: dict[int, tuple[Here, Here]] = {}
+        self._motions: dict[int, tuple[Here, Here]] = {}
+        self._values: dict[int, Any] = {}
+        self._moduli: dict[int, tuple[Any, tuple[Any, ...]]] = {}
 
     def both(self, motion: Motion) -> tuple[Here, Here]:
         """The motion here and at the anchor."""
-        found = self._cache.get(id(motion))
+        found = self._motions.get(id(motion))
         if found is None:
-            rate = self.rate(motion)
+            rate = self.rate(motion.of)
             q, q_anchor = rate * self.phi, rate * self.anchor
             here = Here(q, motion.position(q, self.ns, q_anchor), self.ns)
             anchor = Here(q_anchor, motion.position(q_anchor, self.ns, q_anchor), self.ns)
-            found = self._cache[id(motion)] = here, anchor
+            found = self._motions[id(motion)] = here, anchor
         return found
 
-    def rate(self, motion: Motion) -> float:
-        """dq/dphi of the displacement that a motion depends on; it must be constant."""
-        variable = self.reduction.variable[motion.of]
-        if self.flows.slope[variable] is not _ZERO:
-            raise GraphError(f"1:{motion.of} does not turn in a constant ratio to the coordinate")
-        return float(self.flows.gain[variable])
+    def rate(self, junction: str) -> float:
+        """dq/dphi of the displacement of a 1-junction; it must be constant."""
+        variable = self.reduction.variable[junction]
+        if variable not in self.reduction.uniform:
+            raise GraphError(f"1:{junction} does not turn in a constant ratio to the coordinate")
+        return self.reduction.uniform[variable]
+
+    def displacement(self, name: str, element: Element) -> Any:
+        """The value of something that a law depends on, where the coordinate is at phi."""
+        graph = self.reduction.graph
+        if name in graph.parameters:
+            return graph.parameter(name, element.name)
+        if element.kind == "C" and name == OWN_DISPLACEMENT:
+            return self._along(Displacement(element.name, element.name))
+        if name in graph.displacements:
+            return self._along(graph.displacements[name])
+        what = "the time" if name == TIME else f"the signal {name!r}"
+        raise GraphError(f"{element.symbol}:{element.name} depends on {what}: a graph of one position only can be reduced")
+
+    def _along(self, displacement: Displacement) -> Any:
+        reduction = self.reduction
+        if displacement.name in reduction.positions:
+            return reduction.positions[displacement.name](self.phi)
+        variable = reduction.variable[displacement.of]
+        if variable not in reduction.uniform:
+            raise GraphError(
+                f"the displacement {displacement.name!r} of {displacement.of!r} is in no constant ratio to the coordinate: "
+                f"give positions={{{displacement.name!r}: function of its displacement}}"
+            )
+        own = reduction.graph.displacements.values()
+        start = next((d.initial for d in own if d.of == reduction.coordinate), 0.0)
+        return displacement.initial + reduction.uniform[variable] * (self.phi - start)
+
+    def ratio(self, ratio: Ratio) -> Any:
+        """The value of a transformer's ratio."""
+        if isinstance(ratio, float | int):
+            return ratio
+        if isinstance(ratio, Function):
+            return self._partials(ratio)[0]
+        if id(ratio) not in self._values:
+            self._values[id(ratio)] = ratio.value(self.both(ratio.motion)[0].position)
+        return self._values[id(ratio)]
+
+    def ratio_slope(self, ratio: Ratio) -> Any:
+        """How a ratio varies with phi: dT/dphi = sum of dT/dq times the gain of q's flow."""
+        if isinstance(ratio, float | int):
+            return _ZERO
+        if isinstance(ratio, Modulus):
+            slope, rate = ratio.slope(self.both(ratio.motion)[0].position), self.rate(ratio.motion.of)
+            return slope if rate == 1.0 else rate * slope
+        graph, total = self.reduction.graph, _ZERO
+        for name, partial in zip(ratio.of, self._partials(ratio)[1], strict=True):
+            if name in graph.displacements:
+                total = total + partial * self.flows.gain[self.reduction.variable[graph.displacements[name].of]]
+        return total
+
+    def _partials(self, ratio: Function) -> tuple[Any, tuple[Any, ...]]:
+        if id(ratio) not in self._moduli:
+            graph = self.reduction.graph
+            element = next(e for e in graph.elements.values() if e.law is ratio)
+            self._moduli[id(ratio)] = ratio.partials(*(self.displacement(name, element) for name in ratio.of))
+        return self._moduli[id(ratio)]
+
+    def effort(self, element: Element, unknown: float = 0.0) -> Any:
+        """The effort of a source, or of a spring (e = q/C where its law is a number)."""
+        law = element.law
+        if isinstance(law, Law):
+            here, anchor = self.both(law.motion)
+            effort = law.effort(here, anchor)
+            return effort + unknown * law.per_unknown(here, anchor) if unknown and law.per_unknown is not None else effort
+        if element.kind == "C" and self.reduction.graph.is_linear(element.name):
+            return self.displacement(OWN_DISPLACEMENT, element) / self.reduction.graph.constant(element.name)
+        if isinstance(law, Function):
+            return law(*(self.displacement(name, element) for name in law.of))
+        return law
 
 
-def _ratio(ratio: float | Modulus, at: _Positions) -> tuple[Any, Any]:
-    if not isinstance(ratio, Modulus):
-        return ratio, _ZERO
-    position = at.both(ratio.motion)[0].position
-    rate = at.rate(ratio.motion)
-    slope = ratio.slope(position)
-    return ratio.value(position), slope if rate == 1.0 else rate * slope
+def _scale_gain(step: Scale, flows: Flows, at: _Positions) -> None:
+    flows.gain[step.target] = at.ratio(step.ratio) * flows.gain[step.source]
 
 
-def _scale(step: _Scale, flows: Flows, at: _Positions) -> None:
-    ratio, ratio_slope = _ratio(step.ratio, at)
+def _scale_slope(step: Scale, flows: Flows, at: _Positions) -> None:
     gain, slope = flows.gain[step.source], flows.slope[step.source]
-    flows.gain[step.target] = ratio * gain
+    ratio_slope = at.ratio_slope(step.ratio)
     if slope is not _ZERO and ratio_slope is not _ZERO:
-        flows.slope[step.target] = ratio * slope + ratio_slope * gain
+        flows.slope[step.target] = at.ratio(step.ratio) * slope + ratio_slope * gain
     elif slope is not _ZERO:
-        flows.slope[step.target] = ratio * slope
+        flows.slope[step.target] = at.ratio(step.ratio) * slope
     elif ratio_slope is not _ZERO:
         flows.slope[step.target] = ratio_slope * gain
 
 
-def _sum(step: _Sum, flows: Flows, at: _Positions) -> None:
-    gain: Any = 0.0
-    slope: Any = 0.0
-    varies = False
+def _sum_gain(step: Sum, flows: Flows, at: _Positions) -> None:
+    total: Any = 0.0
     for source, sign in step.terms:
-        gain = gain + sign * flows.gain[source]
+        total = total + sign * flows.gain[source]
+    flows.gain[step.target] = total
+
+
+def _sum_slope(step: Sum, flows: Flows, at: _Positions) -> None:
+    total: Any = _ZERO
+    for source, sign in step.terms:
         if flows.slope[source] is not _ZERO:
-            varies = True
-            slope = slope + sign * flows.slope[source]
-    flows.gain[step.target] = gain
-    if varies:
-        flows.slope[step.target] = slope
+            total = total + sign * flows.slope[source]
+    flows.slope[step.target] = total
 
 
-def _solve(step: _Solve, flows: Flows, at: _Positions) -> None:
-    shape, size = np.shape(at.phi), len(step.unknown)
-    matrix = np.zeros((*shape, size, size))
-    matrix_slope = np.zeros_like(matrix)
-    right = np.zeros((*shape, size))
-    right_slope = np.zeros_like(right)
-    column = {variable: k for k, variable in enumerate(step.unknown)}
-    for row, equation in enumerate(step.equations):
-        for variable, ratio, sign in equation:
-            value, slope = _ratio(ratio, at)
-            if variable in column:
-                matrix[..., row, column[variable]] += sign * value
-                matrix_slope[..., row, column[variable]] += sign * slope
-            else:
-                gain, gain_slope = flows.gain[variable], flows.slope[variable]
-                right[..., row] -= sign * value * gain
-                right_slope[..., row] -= sign * (slope * gain + value * gain_slope)
+def _solve_gain(step: Solve, flows: Flows, at: _Positions) -> None:
+    matrix, right = _assembled(step, at, at.ratio, flows.gain)
     gains = _linear(matrix, right)
-    slopes = _linear(matrix, right_slope - (matrix_slope @ gains[..., None])[..., 0])
-    for variable, k in column.items():
-        flows.gain[variable], flows.slope[variable] = gains[..., k], slopes[..., k]
+    for k, variable in enumerate(step.unknown):
+        flows.gain[variable] = gains[..., k]
+
+
+def _solve_slope(step: Solve, flows: Flows, at: _Positions) -> None:
+    matrix, right = _assembled(step, at, at.ratio, flows.slope)
+    matrix_slope, right_slope = _assembled(step, at, at.ratio_slope, flows.gain)
+    gains = np.stack([np.broadcast_to(flows.gain[variable], np.shape(at.phi)) for variable in step.unknown], axis=-1)
+    slopes = _linear(matrix, right + right_slope - (matrix_slope @ gains[..., None])[..., 0])
+    for k, variable in enumerate(step.unknown):
+        flows.slope[variable] = slopes[..., k]
+
+
+def _assembled(step: Solve, at: _Positions, ratio_of: Callable[[Ratio], Any], known: list[Any]) -> tuple[Any, Any]:
+    """A of the unknown and b = - sum over the known, with every ratio as `ratio_of` gives it; 1 counts as constant."""
+    shape, size = np.shape(at.phi), len(step.unknown)
+    matrix, right = np.zeros((*shape, size, size)), np.zeros((*shape, size))
+    column = {variable: k for k, variable in enumerate(step.unknown)}
+    for row, relation in enumerate(step.relations):
+        for variable, ratio, sign in relation.terms:
+            if variable in column:
+                matrix[..., row, column[variable]] += sign * ratio_of(ratio)
+            else:
+                right[..., row] -= sign * ratio_of(ratio) * known[variable]
+    return matrix, right
 
 
 def _linear(matrix: Any, right: Any) -> Any:
@@ -242,17 +315,8 @@ def _linear(matrix: Any, right: Any) -> Any:
         raise GraphError("the constraints lock or branch at one of the positions: singular flow system") from error
 
 
-_RUN: Mapping[type, Callable[[Any, Flows, _Positions], None]] = {_Scale: _scale, _Sum: _sum, _Solve: _solve}
-
-
-def _effort(law: Any, at: _Positions, unknown: float = 0.0) -> Any:
-    if not isinstance(law, Law):
-        return law
-    here, anchor = at.both(law.motion)
-    effort = law.effort(here, anchor)
-    if unknown and law.per_unknown is not None:
-        effort = effort + unknown * law.per_unknown(here, anchor)
-    return effort
+_GAIN: Mapping[type, Callable[[Any, Flows, _Positions], None]] = {Scale: _scale_gain, Sum: _sum_gain, Solve: _solve_gain}
+_SLOPE: Mapping[type, Callable[[Any, Flows, _Positions], None]] = {Scale: _scale_slope, Sum: _sum_slope, Solve: _solve_slope}
 
 
 def _by_part(items: Any) -> dict[str, Any]:
@@ -263,96 +327,38 @@ def _by_part(items: Any) -> dict[str, Any]:
     return parts
 
 
-def _sign(graph: BondGraph, element: Element) -> float:
-    """+1 where the bond's half arrow leaves the element (it gives power), -1 where it enters."""
-    return 1.0 if graph.at(element.name)[0].tail == element.name else -1.0
-
-
 def _entry(graph: BondGraph, name: str) -> int:
     """The number of the bond that stands for an element's flow: for a two-port, of the one that enters it."""
     bonds = graph.at(name)
     return next((b.number for b in bonds if b.head == name), bonds[0].number)
 
 
-def _flow_variables(graph: BondGraph) -> dict[int, int]:
-    """Bond number -> flow variable: the bonds of a 1-junction share one."""
-    variable = {bond.number: bond.number for bond in graph.bonds}
-    for name, element in graph.elements.items():
-        if element.kind == "1":
-            shared = {variable[bond.number] for bond in graph.at(name)}
-            merged = min(shared)
-            variable = {number: merged if v in shared else v for number, v in variable.items()}
-    order = {v: k for k, v in enumerate(sorted(set(variable.values())))}
-    return {number: order[v] for number, v in variable.items()}
+def _resistance(graph: BondGraph, element: Element) -> float:
+    if not graph.is_linear(element.name):
+        raise GraphError(f"R:{element.name} follows a law of its own: simulate the graph whole")
+    return graph.constant(element.name)
 
 
-Relation = tuple[tuple[int, float | Modulus, float], ...]  # sum of sign * ratio * flow = 0
-
-
-def _relations(graph: BondGraph, flow: Mapping[int, int]) -> list[tuple[str, Relation]]:
-    relations: list[tuple[str, Relation]] = []
-    for name, element in graph.elements.items():
-        bonds = graph.at(name)
-        if element.kind == "TF":
-            into, out = sorted(bonds, key=lambda b: b.tail == name)
-            relations.append((name, ((flow[out.number], 1.0, 1.0), (flow[into.number], _modulus(element), -1.0))))
-        elif element.kind == "0":
-            terms = tuple((flow[b.number], 1.0, 1.0 if b.head == name else -1.0) for b in bonds)
-            relations.append((name, terms))
-        elif element.kind in ("GY", "Sf"):
-            raise GraphError(f"{element.symbol}:{name} adds a state of its own: simulate the graph whole")
-    return relations
-
-
-def _modulus(element: Element) -> float | Modulus:
-    if isinstance(element.law, Law) or element.law is None:
-        raise GraphError(f"TF:{element.name} has no ratio")
-    return element.law
-
-
-def _plan(graph: BondGraph, flow: Mapping[int, int], coordinate: str) -> list[_Step]:
+def _planned(graph: BondGraph, flow: Mapping[int, int], coordinate: str) -> list[Step]:
     if coordinate not in graph.elements or graph.elements[coordinate].kind != "1":
         raise GraphError(f"the coordinate {coordinate!r} is no 1-junction of the graph")
+    for element in graph.of_kind("GY", "Sf"):
+        raise GraphError(f"{element.symbol}:{element.name} adds a state of its own: simulate the graph whole")
     known = {flow[graph.at(coordinate)[0].number]}
-    waiting = _relations(graph, flow)
-    steps: list[_Step] = []
-    while True:
-        ready = next((item for item in waiting if _local(item[1], known) is not None), None)
-        if ready is None:
-            break
-        waiting.remove(ready)
-        step = _local(ready[1], known)
-        assert step is not None
-        steps.append(step)
-        known.add(step.target)
-    unknown = tuple(sorted(set(flow.values()) - known))
+    waiting = flow_relations(graph, flow)
+    steps = plan(waiting, known)
+    unknown = set(flow.values()) - known
     if unknown or waiting:
-        steps.append(_closed(graph, flow, waiting, unknown))
+        steps.append(closed(graph, flow, waiting, unknown))
     return steps
 
 
-def _local(relation: Relation, known: set[int]) -> _Scale | _Sum | None:
-    """The step that gives a relation's one unknown flow, if it needs no division by a modulus."""
-    unknown = [term for term in relation if term[0] not in known]
-    if len(unknown) != 1 or isinstance(unknown[0][1], Modulus) or unknown[0][1] == 0.0:
-        return None
-    target, factor, sign = unknown[0]
-    if len(relation) == 2 and not isinstance(factor, Modulus):
-        source, ratio, other = next(term for term in relation if term[0] != target)
-        scale = -other / (sign * factor)
-        if isinstance(ratio, Modulus):
-            return _Scale(source, target, ratio) if scale == 1.0 else None
-        return _Scale(source, target, ratio * scale)
-    return _Sum(target, tuple((v, -s / sign) for v, _, s in relation if v != target))
-
-
-def _closed(
-    graph: BondGraph, flow: Mapping[int, int], waiting: list[tuple[str, Relation]], unknown: tuple[int, ...]
-) -> _Solve:
-    names = {v: next(b for b in graph.bonds if flow[b.number] == v) for v in unknown}
-    if len(waiting) < len(unknown):
-        free = ", ".join(f"bond {b.number} ({b.tail} - {b.head})" for b in names.values())
-        raise GraphError(f"more than one degree of freedom: nothing ties {free} to the coordinate")
-    if len(waiting) > len(unknown):
-        raise GraphError("over-constrained: too many relations at " + ", ".join(name for name, _ in waiting))
-    return _Solve(unknown, tuple(relation for _, relation in waiting))
+def _uniform(steps: list[Step], coordinate: int) -> dict[int, float]:
+    """Flow variables in a constant ratio to the coordinate, with that ratio."""
+    ratios = {coordinate: 1.0}
+    for step in steps:
+        if isinstance(step, Scale) and step.source in ratios and isinstance(step.ratio, float | int):
+            ratios[step.target] = step.ratio * ratios[step.source]
+        elif isinstance(step, Sum) and all(source in ratios for source, _ in step.terms):
+            ratios[step.target] = sum(sign * ratios[source] for source, sign in step.terms)
+    return ratios

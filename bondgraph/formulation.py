@@ -1,0 +1,207 @@
+"""Which flows of a graph are independent, and every other flow as a sum of gains times these.
+
+A graph of inertias, springs, resistors, sources, transformers and gyrators is written in its independent flows u:
+
+    f = G(q, t) u,   sum over the ports of G^T e = 0,   e = d(I f)/dt for an inertia,
+
+so that an inertia whose flow depends on others (derivative causality, through a modulated transformer too) is folded in
+by its gain: M u' + ... = Q with M = G^T I G. No step divides by a modulus. Gyrators tie efforts to flows and stay out of G:
+they act as a pair of ports. Flows that no inertia weighs follow from an algebraic equation, flows that a source
+imposes are given.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import NamedTuple
+
+from bondgraph.elements import Displacement, Element, Law, Modulus
+from bondgraph.faults import GraphError
+from bondgraph.graph import BondGraph
+from bondgraph.structure import Ratio, Relation, Scale, Solve, Step, Sum, flow_relations, flow_variables, places, plan
+
+
+class Port(NamedTuple):
+    """A bond through which an element takes power from the junction structure (sign +1) or gives it (-1)."""
+
+    element: Element
+    bond: int
+    variable: int
+    sign: float
+
+
+class Coordinates(NamedTuple):
+    """Independent flow variables: weighed by inertia, without any, and imposed by the flow sources of the same order."""
+
+    moving: tuple[int, ...]
+    massless: tuple[int, ...]
+    imposed: tuple[int, ...]
+
+    @property
+    def all(self) -> tuple[int, ...]:
+        """All of them, in this order."""
+        return self.moving + self.massless + self.imposed
+
+
+class Formulation:
+    """A graph in its independent flows.
+
+    Attributes:
+        graph: the graph.
+        flow: bond number -> flow variable.
+        coordinates: the independent flow variables.
+        steps: how the other flow variables follow, in order.
+        support: flow variable -> positions in `coordinates.all` that it depends on.
+        ports: every one-port's bond, and both bonds of every gyrator.
+        displacements: the declared ones, and one for each further 1-junction that a motion refers to.
+
+    """
+
+    def __init__(self, graph: BondGraph) -> None:
+        self.graph = graph
+        self.flow = flow_variables(graph)
+        self.displacements = tuple(_displacements(graph))
+        chosen, self.steps = self._chosen()
+        self.support = self._supports(chosen)
+        self.coordinates = self._sorted(chosen)
+        self.support = self._supports(self.coordinates.all)
+        self.ports = tuple(_ports(graph, self.flow))
+
+    @property
+    def massless(self) -> range:
+        """The places in `coordinates.all` of the flows that no inertia weighs."""
+        first = len(self.coordinates.moving)
+        return range(first, first + len(self.coordinates.massless))
+
+    def variable(self, name: str) -> int:
+        """The flow variable of an element: of a two-port, that of the bond that enters it."""
+        bonds = self.graph.at(name)
+        return self.flow[next((b for b in bonds if b.head == name), bonds[0]).number]
+
+    def name_of(self, variable: int) -> str:
+        """How a flow variable is called: by its 1-junction, else by its bond."""
+        bond = next(b for b in self.graph.bonds if self.flow[b.number] == variable)
+        junctions = [n for n in (bond.tail, bond.head) if self.graph.elements[n].kind == "1"]
+        return junctions[0] if junctions else f"bond {bond.number}"
+
+    # -- which flows are independent -----------------------------------------------------------------------------------
+
+    def _chosen(self) -> tuple[tuple[int, ...], list[Step]]:
+        graph = self.graph
+        waiting = flow_relations(graph, self.flow)
+        chosen = [self.flow[graph.bond_of(source.name).number] for source in graph.of_kind("Sf")]
+        known = set(chosen)
+        steps = plan(waiting, known)
+        while unknown := set(self.flow.values()) - known:
+            step = self._square(unknown, waiting)
+            if step is not None:
+                steps.append(step)
+                known.update(step.unknown)
+                for relation in step.relations:
+                    waiting.remove(relation)
+            else:
+                chosen.append(min(unknown, key=lambda v: self._rank(v, unknown)))
+                known.add(chosen[-1])
+            steps += plan(waiting, known)
+        if waiting:
+            raise GraphError(_contradiction(graph, waiting))
+        return tuple(chosen), steps
+
+    def _square(self, unknown: set[int], waiting: list[Relation]) -> Solve | None:
+        """A group of unknown flows with as many relations between them; an error where there are more."""
+        for group, relations in _groups(unknown, waiting):
+            if len(relations) > len(group):
+                raise GraphError(_contradiction(self.graph, relations))
+            if len(relations) == len(group):
+                return Solve(tuple(sorted(group)), tuple(relations))
+        return None
+
+    def _rank(self, variable: int, unknown: set[int]) -> tuple[bool, int, bool, int]:
+        """Lowest is chosen: none behind a modulus (it may vanish), then those whose displacement is asked, then inertias."""
+        graph, behind, owner, weighed = self.graph, False, len(self.displacements), False
+        for element in graph.of_kind("TF"):
+            into, out = graph.ends(element.name)
+            varies = not graph.is_linear(element.name)
+            behind |= varies and self.flow[out.number] == variable and self.flow[into.number] in unknown
+        for k, displacement in enumerate(self.displacements):
+            if self.variable(displacement.of) == variable:
+                owner = min(owner, k)
+        for element in graph.of_kind("I"):
+            weighed |= self.flow[graph.bond_of(element.name).number] == variable and element.law != 0.0
+        return behind, owner, not weighed, variable
+
+    def _supports(self, chosen: tuple[int, ...]) -> dict[int, tuple[int, ...]]:
+        support: dict[int, tuple[int, ...]] = {variable: (k,) for k, variable in enumerate(chosen)}
+        for step in self.steps:
+            if isinstance(step, Scale):
+                support[step.target] = support[step.source]
+            elif isinstance(step, Sum):
+                support[step.target] = _joined(support[source] for source, _ in step.terms)
+            else:
+                sources = [v for relation in step.relations for v, _, _ in relation.terms if v in support]
+                support |= dict.fromkeys(step.unknown, _joined(support[v] for v in sources))
+        return support
+
+    def _sorted(self, chosen: tuple[int, ...]) -> Coordinates:
+        imposed = len(self.graph.of_kind("Sf"))
+        weighed: set[int] = set()
+        for element in self.graph.of_kind("I"):
+            if element.law != 0.0:
+                weighed.update(self.support[self.flow[self.graph.bond_of(element.name).number]])
+        moving = tuple(v for k, v in enumerate(chosen) if k >= imposed and k in weighed)
+        massless = tuple(v for k, v in enumerate(chosen) if k >= imposed and k not in weighed)
+        return Coordinates(moving, massless, chosen[:imposed])
+
+
+def ratios(step: Step) -> Iterator[Ratio]:
+    """The ratios that a step uses."""
+    if isinstance(step, Scale):
+        yield step.ratio
+    elif isinstance(step, Solve):
+        yield from (ratio for relation in step.relations for _, ratio, _ in relation.terms)
+
+
+def _displacements(graph: BondGraph) -> Iterator[Displacement]:
+    yield from graph.displacements.values()
+    declared = {d.of for d in graph.displacements.values()}
+    laws = [element.law for element in graph.elements.values()]
+    for junction in dict.fromkeys(law.motion.of for law in laws if isinstance(law, Modulus | Law)):
+        if junction not in declared:
+            yield Displacement(junction, junction)
+
+
+def _ports(graph: BondGraph, flow: dict[int, int]) -> Iterator[Port]:
+    for element in graph.of_kind("Se", "Sf", "I", "C", "R"):
+        bond = graph.bond_of(element.name)
+        yield Port(element, bond.number, flow[bond.number], bond.sign(element.name))
+    for element in graph.of_kind("GY"):
+        for bond in graph.ends(element.name):
+            yield Port(element, bond.number, flow[bond.number], bond.sign(element.name))
+
+
+def _joined(supports: Iterator[tuple[int, ...]]) -> tuple[int, ...]:
+    return tuple(sorted({k for support in supports for k in support}))
+
+
+def _groups(unknown: set[int], waiting: list[Relation]) -> Iterator[tuple[set[int], list[Relation]]]:
+    """Unknown variables that hang together through relations, with these relations."""
+    left = set(unknown)
+    while left:
+        group, relations = {left.pop()}, []
+        pending = [r for r in waiting if any(v in unknown for v, _, _ in r.terms)]
+        grown = True
+        while grown:
+            touching = [r for r in pending if any(v in group for v, _, _ in r.terms)]
+            pending = [r for r in pending if r not in touching]
+            relations += touching
+            grown = bool(touching)
+            group |= {v for r in touching for v, _, _ in r.terms if v in unknown}
+        left -= group
+        yield group, relations
+
+
+def _contradiction(graph: BondGraph, relations: list[Relation]) -> str:
+    return (
+        f"over-constrained: {', '.join(places(graph, relations))} ask of the same flows what other transformers, junctions "
+        "or flow sources already settle; they contradict or repeat each other: take one of them out"
+    )

@@ -1,0 +1,94 @@
+"""Small linear systems over whatever a graph is evaluated in: floats, arrays, SymPy expressions, recordings."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+
+from bondgraph.faults import GraphError
+from bondgraph.laws import is_symbolic
+from bondgraph.recording import Node, recorded
+
+Rows = Sequence[Sequence[Any]]
+
+
+def solve(matrix: Rows, right: Rows) -> list[list[Any]]:
+    """X of A X = B, both given by rows; GraphError where A is singular, which is where a mechanism locks or branches.
+
+    >>> solve([[2.0, 0.0], [1.0, 4.0]], [[2.0], [9.0]])
+    [[1.0], [2.0]]
+    """
+    entries = [entry for row in (*matrix, *right) for entry in row]
+    if any(isinstance(entry, Node) for entry in entries):
+        return recorded(solve, matrix, right)
+    if any(is_symbolic(entry) for entry in entries):
+        return _symbolic(matrix, right)
+    size, columns = len(matrix), len(right[0])
+    if size == 1 and not any(isinstance(entry, np.ndarray) for entry in entries):
+        return [[_quotient(entry, matrix[0][0]) for entry in right[0]]]
+    shape = np.broadcast_shapes(*(np.shape(entry) for entry in entries))
+    a, b = np.empty((*shape, size, size)), np.empty((*shape, size, columns))
+    for i in range(size):
+        for j in range(size):
+            a[..., i, j] = matrix[i][j]
+        for j in range(columns):
+            b[..., i, j] = right[i][j]
+    try:
+        solution = np.linalg.solve(a, b)
+    except np.linalg.LinAlgError as error:
+        raise GraphError(_LOCKS) from error
+    if not shape:
+        return [[float(value) for value in row] for row in solution]
+    return [[solution[..., i, j] for j in range(columns)] for i in range(size)]
+
+
+def solve_symmetric(lower: Rows, right: Sequence[Any]) -> list[Any]:
+    """X of A x = b for a symmetric, positive definite A given by its lower triangle (by L D L^T, no pivoting needed).
+
+    >>> solve_symmetric([[2.0], [1.0, 4.0]], [4.0, 9.0])
+    [1.0, 2.0]
+    """
+    size = len(right)
+    factor: list[list[Any]] = [[0.0] * size for _ in range(size)]
+    pivots: list[Any] = []
+    x: list[Any] = []
+    for i in range(size):
+        for j in range(i):
+            inner = _less(lower[i][j], ((factor[i][k] * pivots[k], factor[j][k]) for k in range(j)))
+            factor[i][j] = inner / pivots[j]
+        pivots.append(_less(lower[i][i], ((factor[i][k] * factor[i][k], pivots[k]) for k in range(i))))
+        if isinstance(pivots[i], float) and not pivots[i] > 0.0:
+            raise GraphError(_WEIGHTLESS)
+        x.append(_less(right[i], ((factor[i][k], x[k]) for k in range(i))))
+    x = [value / pivot for value, pivot in zip(x, pivots, strict=True)]
+    for i in reversed(range(size)):
+        x[i] = _less(x[i], ((factor[k][i], x[k]) for k in range(i + 1, size)))
+    return x
+
+
+_LOCKS = "the constraints lock or branch at one of the positions: singular flow system"
+_WEIGHTLESS = (
+    "the inertia that the motion sees vanishes at one of the positions (a dead centre without inertia on the other side?): "
+    "the acceleration is not determined"
+)
+
+
+def _less(value: Any, products: Any) -> Any:
+    for a, b in products:
+        value = value - a * b
+    return value
+
+
+def _quotient(value: Any, divisor: Any) -> Any:
+    if divisor == 0.0:
+        raise GraphError(_LOCKS)
+    return value / divisor
+
+
+def _symbolic(matrix: Rows, right: Rows) -> list[list[Any]]:
+    import sympy  # type: ignore[import-untyped]
+
+    solution = sympy.Matrix(matrix).LUsolve(sympy.Matrix(right))
+    return [[solution[i, j] for j in range(solution.cols)] for i in range(solution.rows)]
