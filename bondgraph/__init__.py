@@ -17,6 +17,7 @@ if TYPE_CHECKING:
     from bondgraph.graph import Bond, BondGraph
     from bondgraph.laws import Function, function
     from bondgraph.reduction import Reduced, Reduction, reduce
+    from bondgraph.simulation import Run, simulate
 
 _HOMES = {
     "DOMAINS": "domains",
@@ -45,6 +46,8 @@ _HOMES = {
     "Reduced": "reduction",
     "Reduction": "reduction",
     "reduce": "reduction",
+    "Run": "simulation",
+    "simulate": "simulation",
 }
 
 __all__ = [
@@ -69,11 +72,13 @@ __all__ = [
     "R",
     "Reduced",
     "Reduction",
+    "Run",
     "Se",
     "Sf",
     "Zero",
     "function",
     "reduce",
+    "simulate",
 ]
 
 
