@@ -138,7 +138,7 @@ def simulate(
     rtol: float = 1e-8,
     method: str = "DOP853",
     step: float | None = None,
-    breaks: Mapping[str, Sequence[float] | tuple[Sequence[float], float]] | None = None,
+    breaks: Mapping[str, Any] | None = None,
     tolerance: float | None = None,
 ) -> Run:
     """Motion of a graph from an initial state.

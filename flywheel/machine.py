@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from functools import cached_property
 from typing import Any
 
@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bondgraph.builder import Builder
-from bondgraph.elements import C, Here, I, Law, Modulus, Motion, One, Se
+from bondgraph.elements import C, Here, I, Law, Modulus, Motion, R, Se
 from bondgraph.graph import BondGraph
 from bondgraph.reduction import Reduced, Reduction
 from flywheel import mechanisms
@@ -19,7 +19,7 @@ from flywheel.faults import Fault, SceneError
 from flywheel.loads import Effort, Place, Senses, crank_angles, spring_effort
 from flywheel.mechanisms.base import Family, Ratio
 from flywheel.piecewise import middles
-from flywheel.scene import TURN, Inertia, Load, Mechanism, Scene
+from flywheel.scene import TURN, Compliance, Inertia, Load, Mechanism, Scene
 
 Array = NDArray[np.float64]
 
@@ -45,8 +45,7 @@ class Machine:
         self.places = dict(self._shaft_places()) | dict(self._port_places())
         self._senses = {place: self._senses_of(place) for place in self._places_with_senses()}
         self.efforts = tuple(self._effort(load) for load in self._all_loads())
-        self.graph = self._built(with_loads=True)
-        self.reduction = Reduction(self.graph, "crank")
+        self.graph = self._built()
 
     def reduce(self, phi: Any, anchor: Any = None) -> Reduced:
         """I*, dI*/dphi, M* at crank angles phi (rad) in [0, cycle], straight from the bond graph.
@@ -59,6 +58,22 @@ class Machine:
         """The middle of the smooth piece that each angle lies in (at a breakpoint: the piece that begins there)."""
         return middles(self.breakpoints, phi)
 
+    @cached_property
+    def reduction(self) -> Reduction:
+        """The graph compiled for the crank's angle; a SceneError where shafts twist, so that one angle is not enough."""
+        if self.scene.compliances:
+            raise SceneError([_not_rigid(name) for name in self.scene.compliances])
+        return self._rigid
+
+    @cached_property
+    def _rigid(self) -> Reduction:
+        """The machine with every shaft held rigid, from which the angles come where loads and ratios break."""
+        return Reduction(self._built(rigid=True) if self.scene.compliances else self.graph, "crank")
+
+    def with_values(self, balance: float, flywheel: float) -> BondGraph:
+        """The graph with a value (SI) for the scene's unknown, and a flywheel (kg m²) on its shaft."""
+        return self._built(balance=balance, flywheel=flywheel)
+
     @property
     def omitted(self) -> tuple[str, ...]:
         """Velocities that the model leaves out because nothing hangs on them and nothing is reached through them."""
@@ -69,7 +84,7 @@ class Machine:
     @cached_property
     def kinematics(self) -> Reduction:
         """The chain without loads, with every shaft and port: also those that the model leaves out as not needed."""
-        return Reduction(self._built(with_loads=False, whole=True), "crank")
+        return Reduction(self._built(whole=True, rigid=True), "crank")
 
     @cached_property
     def breakpoints(self) -> Array:
@@ -86,7 +101,7 @@ class Machine:
 
         edges = self.breakpoints
         for effort in self.efforts:
-            edges = features.closed_in(self.reduction, effort, self.motion_of(effort.load.on), edges)
+            edges = features.closed_in(self._rigid, effort, self.motion_of(effort.load.on), edges)
         return edges
 
     @cached_property
@@ -108,23 +123,38 @@ class Machine:
 
     # -- the graph ---------------------------------------------------------------------------------------------------
 
-    def _built(self, *, with_loads: bool, whole: bool = False) -> BondGraph:
-        builder = Builder()
-        builder.add(One("crank"))
-        needed = self._needed(self.places if whole else set(self._loaded_places()))
+    def _built(self, *, whole: bool = False, rigid: bool = False, balance: float = 0.0, flywheel: float = 0.0) -> BondGraph:
+        """The graph; `whole`: every shaft and port, without loads. `rigid`: no shaft twists."""
+        builder = Builder().one("crank", "rotation", displacement="phi")
+        needed = self._needed(
+            self.places if whole else {*self._loaded_places(), *([self.scene.flywheel_on] * bool(flywheel))}
+        )
         for name, ratio in self.scene.shafts.items():
             if name != "crank" and name in needed:
-                builder.sum(name, [("crank", ratio)], "rotation")
+                self._hang_shaft(builder, name, ratio, None if rigid else self.scene.compliances.get(name))
         for mechanism in self.scene.mechanisms:
             self._hang(builder, mechanism, needed)
         for item in self.scene.inertias:
             self._check_inertia(item)
             builder.port(self.places[item.on].junction, I(item.path, item.value, part=f"inertia on {item.on}"))
-        if with_loads:
-            self._load(builder)
+        if flywheel:
+            builder.port(self.scene.flywheel_on, I("flywheel", flywheel))
+        if not whole:
+            self._load(builder, balance)
         if len(builder) == 1:
             builder.port("crank", I("nothing", 0.0))
         return builder.build(loose=whole)
+
+    def _hang_shaft(self, builder: Builder, name: str, ratio: float, compliance: Compliance | None) -> None:
+        if compliance is None:
+            builder.sum(name, [("crank", ratio)], "rotation")
+            return
+        twisting = [C(f"{name}.stiffness", stiffness=compliance.stiffness, part=f"twist of {name}")]
+        if compliance.damping:
+            twisting.append(R(f"{name}.damping", compliance.damping, part=f"twist of {name}"))
+        builder.sum(f"{name}.gear", [("crank", ratio)], "rotation")
+        builder.one(name, "rotation", displacement=f"phi_{name}")
+        builder.between(f"{name}.gear", name, *twisting, name=f"{name}.twist")
 
     def _hang(self, builder: Builder, mechanism: Mechanism, needed: set[str]) -> None:
         family, name = self._families[mechanism.name], mechanism.name
@@ -156,10 +186,12 @@ class Machine:
             if abs(force) > 1e-16 * weight.mass * (abs(gx) + abs(gy)):
                 yield weight.velocity, float(force), weight.body
 
-    def _load(self, builder: Builder) -> None:
+    def _load(self, builder: Builder, balance: float) -> None:
         for effort in self.efforts:
             motion = self.motion_of(effort.load.on)
             law = Law(effort, motion, effort.per_unknown if effort.depends_on_unknown else None)
+            if balance and effort.depends_on_unknown:
+                law = Law(_with_unknown(effort, balance), motion)
             builder.port(effort.place.junction, Se(effort.path, law, part=_title(effort.load)))
         for spring in self.scene.springs:
             place = self.places[spring.on]
@@ -242,7 +274,7 @@ class Machine:
             if isinstance(effort.load.law, Expression):
                 from flywheel import features  # only scenes with expressions pay for intervals
 
-                yield from features.switch_angles(self.reduction, effort, self.motion_of(effort.load.on), known)
+                yield from features.switch_angles(self._rigid, effort, self.motion_of(effort.load.on), known)
 
     def _places_with_senses(self) -> set[str]:
         def needs(load: Load) -> bool:
@@ -268,6 +300,19 @@ def merged(angles: Iterable[float], cycle: float) -> Array:
     inner = ascending[(ascending > near) & (ascending < cycle - near)]
     apart = np.diff(inner, prepend=-1.0) > near
     return np.concatenate(([0.0], inner[apart], [cycle]))
+
+
+def _with_unknown(effort: Effort, value: float) -> Callable[[Here, Here], Any]:
+    def whole(here: Here, anchor: Here) -> Any:
+        return effort(here, anchor) + value * effort.per_unknown(here, anchor)
+
+    return whole
+
+
+def _not_rigid(name: str) -> Fault:
+    found = "a compliant shaft, which makes the motion one of several angles"
+    advice = "leave stiffness out to size with a rigid shaft, then follow the compliant machine with flywheel.simulate"
+    return Fault(f"shafts.{name}.stiffness", found, "rigid shafts, to reduce everything to the crank's angle", advice)
 
 
 def _motion(family: Family, mechanism: Mechanism) -> Motion:

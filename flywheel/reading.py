@@ -17,7 +17,7 @@ from flywheel.fields import Faults, Fields, as_table, child, exactly_one, is_nam
 from flywheel.places import Places, Setting, whole
 from flywheel.reading_loads import read_drive, read_inertias, read_loads, read_springs
 from flywheel.reading_mechanisms import read_mechanisms
-from flywheel.scene import Areas, Scene
+from flywheel.scene import Areas, Compliance, Scene
 from flywheel.schema import AREAS_EXCLUDE, SECTIONS, TOP, TURN
 from flywheel.tables import numbers
 from flywheel.units import QuantityError, parse_quantity
@@ -154,7 +154,7 @@ def _syntax_fault(name: str, message: str) -> Fault:
 def _scene(raw: Mapping[str, Any], folder: Path | None, faults: Faults) -> Scene | None:
     """Every part of the scene in turn; None where a fault stops it from being put together."""
     top = _top(raw, faults)
-    shafts = _shafts(raw.get("shafts"), faults)
+    shafts, compliances = _shafts(raw.get("shafts"), faults)
     parameters, unknowns = _parameters(raw.get("parameters"), faults)
     regime = _section(raw, "regime", faults)
     cycle = _cycle(regime)
@@ -166,7 +166,7 @@ def _scene(raw: Mapping[str, Any], folder: Path | None, faults: Faults) -> Scene
     if faults or speed is None or cycle is None:
         return None
     given: dict[str, Any] = {"shafts": shafts, "parameters": parameters, "gravity": gravity, "areas": areas}
-    return Scene(speed=speed, cycle=cycle, **top, **given, **machine, **asked)
+    return Scene(speed=speed, cycle=cycle, compliances=compliances, **top, **given, **machine, **asked)
 
 
 def _machine(raw: Mapping[str, Any], unknowns: list[str], setting: Setting) -> tuple[dict[str, Any], Places]:
@@ -204,19 +204,34 @@ def _section(raw: Mapping[str, Any], name: str, faults: Faults) -> Fields:
     return read_fields(table, SECTIONS[name].keys, name, faults)
 
 
-def _shafts(raw: object, faults: Faults) -> dict[str, float]:
-    """Ratios of the shafts by name, the crank first; a shaft whose ratio is at fault can still be named."""
+def _shafts(raw: object, faults: Faults) -> tuple[dict[str, float], dict[str, Compliance]]:
+    """Ratios of the shafts, the crank first, and which twist; a shaft whose ratio is at fault can still be named."""
     shafts = {"crank": 1.0}
+    compliances: dict[str, Compliance] = {}
     for name, item in ((None if raw is None else as_table(raw, "shafts", faults)) or {}).items():
         path = child("shafts", name)
         if not is_name(name):
             faults.add(path, quote(name), "a letter, then letters, digits, _ or -")
         table = as_table(item, path, faults)
-        ratio = None if table is None else read_fields(table, SECTIONS["shafts"].keys, path, faults)["ratio"]
+        fields = {} if table is None else read_fields(table, SECTIONS["shafts"].keys, path, faults)
+        ratio = fields.get("ratio")
         if name == "crank" and ratio not in (None, 1.0):
             faults.add(f"{path}.ratio", f"{ratio:g}", "1: all ratios are taken to the crank")
         shafts[name] = 1.0 if ratio is None or name == "crank" else ratio
-    return shafts
+        compliances |= _compliance(name, fields, path, faults)
+    return shafts, compliances
+
+
+def _compliance(name: str, fields: Fields, path: str, faults: Faults) -> dict[str, Compliance]:
+    stiffness, damping = fields.get("stiffness"), fields.get("damping")
+    if stiffness is None and damping is None:
+        return {}
+    if name == "crank":
+        faults.add(path, "a compliant crank", "a shaft that joins it through its compliance", "name the far side as a shaft")
+    if stiffness is None:
+        faults.add(f"{path}.damping", f"{damping:g}", "a stiffness beside it", "give stiffness, in N m/rad")
+        return {}
+    return {name: Compliance(stiffness, damping or 0.0)}
 
 
 def _parameters(raw: object, faults: Faults) -> tuple[dict[str, float], list[str]]:

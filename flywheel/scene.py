@@ -103,6 +103,13 @@ class Inertia(NamedTuple):
     path: str = "inertia"
 
 
+class Compliance(NamedTuple):
+    """What joins a compliant shaft to the crank's gear: stiffness (N m/rad) and damping (N m s/rad), at the shaft itself."""
+
+    stiffness: float
+    damping: float = 0.0
+
+
 class Areas(NamedTuple):
     """Areas between the crossings of a turning-moment diagram, with the work (J) that one unit stands for."""
 
@@ -127,6 +134,7 @@ class Scene:
     source: str | None = None
     cycle: float = TURN
     shafts: Mapping[str, float] = field(default_factory=lambda: {"crank": 1.0})
+    compliances: Mapping[str, Compliance] = field(default_factory=dict)  # of the shafts that twist
     parameters: Mapping[str, float] = field(default_factory=dict)
     unknown: str | None = None
     mechanisms: tuple[Mechanism, ...] = ()

@@ -261,8 +261,8 @@ _SECTIONS = (
         "shafts geared to the crank, which always exists and has ratio 1",
         (
             Key("ratio", "number", "speed of the shaft over that of the crank", required=True, range=Range(_TINIEST)),
-            Key("stiffness", "angular stiffness", "twist of the shaft", later=True),
-            Key("damping", "angular damping", "damping of the twist", later=True),
+            Key("stiffness", "angular stiffness", "of a compliant shaft: torque on it per twist", None, POSITIVE),
+            Key("damping", "angular damping", "of the twist of a compliant shaft", None, NOT_NEGATIVE),
         ),
         named=True,
     ),

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Any, NamedTuple
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,6 +15,9 @@ from flywheel.machine import Machine
 from flywheel.scene import Scene
 from flywheel.stepping import TIGHTEST, Rates, Step, Tolerance, reduced_at, through
 
+if TYPE_CHECKING:
+    from bondgraph.simulation import Run
+
 Array = NDArray[np.float64]
 
 _MOST_STEPS = 1_000_000
@@ -23,7 +27,8 @@ class Motion(NamedTuple):
     """A simulated motion at the integrator's own times: t (s), crank angle phi (rad, not reduced), omega (rad/s).
 
     `work` is that of M* since the start (J) and `energy_residual` the largest |kinetic energy gained - work| over the
-    largest kinetic energy. `at(t)` gives (phi, omega) at any times within, by dense output.
+    largest kinetic energy. `at(t)` gives (phi, omega) at any times within, by dense output. Where shafts twist, `work` is
+    that of loads and drive and `run` the motion of the whole bond graph, with every flow, effort and its power audit.
     """
 
     t: Array
@@ -32,6 +37,7 @@ class Motion(NamedTuple):
     work: Array
     energy_residual: float
     at: Callable[[Any], tuple[Array, Array]]
+    run: Run | None = None
 
 
 def simulate(
@@ -46,14 +52,16 @@ def simulate(
 ) -> Motion:
     """Motion of a machine from a given state for a given time, from (J + I*) alpha + ½ dI*/dphi omega² = M*.
 
+    A machine with compliant shafts has more than one angle: its whole bond graph is followed, from a state without twist.
+
     Args:
         machine: a `Machine`, or a `Scene`, of which one is then built.
         phi: crank angle at t = 0, rad.
         omega: crank speed at t = 0, rad/s; it may be zero, and the machine may stop and turn back.
         until: time to simulate, s.
         inertia: the flywheel's, kg m² at its own shaft; the scene's own (0 when it asks for a sizing) if None.
-        balance: value (SI) of the scene's unknown; the one that balances the cycle if None.
-        rtol: tolerance of the integrator, per step.
+        balance: value (SI) of the scene's unknown; if None the one that balances the cycle (with rigid shafts).
+        rtol: tolerance of the integrator, per step; where shafts twist, of the whole motion.
 
     Raises:
         SceneError: if I* + J vanishes somewhere, so that the motion is not determined.
@@ -73,7 +81,12 @@ def simulate(
     own = (scene.inertia or 0.0) if inertia is None else inertia
     total = own * scene.flywheel_ratio**2
     if balance is None and scene.unknown is not None:
-        balance = regime.resolve(machine, machine.mesh).balance
+        rigid = machine if not scene.compliances else Machine(replace(scene, compliances={}))
+        balance = regime.resolve(rigid, rigid.mesh).balance
+    if scene.compliances:
+        from flywheel.whole import followed
+
+        return followed(machine, phi, omega, until, own, balance or 0.0, rtol)
     steps, turns = _followed(machine, phi, omega, until, total, balance or 0.0, max(rtol, TIGHTEST))
     return _as_motion(machine, steps, turns, total)
 

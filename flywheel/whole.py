@@ -1,0 +1,74 @@
+"""A machine that one angle does not describe: its whole bond graph, followed in time."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bondgraph.elements import Element, Here, Law, Modulus, Motion
+from bondgraph.faults import GraphError
+from bondgraph.graph import BondGraph
+from bondgraph.simulation import simulate
+from flywheel.faults import Fault, SceneError
+from flywheel.machine import Machine
+from flywheel.simulation import Motion as Followed
+
+Array = NDArray[np.float64]
+
+
+def followed(
+    machine: Machine, phi: float, omega: float, until: float, inertia: float, balance: float, rtol: float
+) -> Followed:
+    """The motion of the whole graph from a state without twist: crank at `phi` (rad) and `omega` (rad/s)."""
+    scene = machine.scene
+    graph = repeating(machine.with_values(balance, inertia), scene.cycle, scene.shafts)
+    owners = [d for d in graph.displacements.values() if d.of in scene.shafts]
+    initial = {d.name: scene.shafts[d.of] * phi for d in owners} | {d.of: scene.shafts[d.of] * omega for d in owners}
+    breaks = {d.name: (scene.shafts[d.of] * machine.breakpoints[:-1], scene.shafts[d.of] * scene.cycle) for d in owners}
+    try:
+        run = simulate(graph, until, initial=initial, rtol=rtol, breaks=breaks)
+    except GraphError as error:
+        raise SceneError(
+            [Fault("simulation", str(error), "a motion that can be followed", "check inertias and stiffness")]
+        ) from error
+
+    def at(times: Any) -> tuple[Array, Array]:
+        wanted = np.atleast_1d(np.asarray(times, dtype=float))
+        return run.displacement("phi", wanted), run.flow("crank", wanted)
+
+    found = run.audit
+    return Followed(run.t, *at(run.t), found.supplied, found.energy, at, run)
+
+
+def repeating(graph: BondGraph, cycle: float, shafts: Any) -> BondGraph:
+    """The graph with laws that repeat with every cycle (rad, of the crank), where they were written for one cycle only."""
+
+    def again(element: Element) -> Element:
+        law = element.law
+        if isinstance(law, Modulus | Law):
+            period = cycle * shafts[law.motion.of]
+            law = law._replace(motion=_repeating_motion(law.motion, period))
+            if isinstance(law, Law):
+                law = Law(_repeating_effort(law, period), law.motion)
+        return element._replace(law=law)
+
+    return replace(graph, elements={name: again(element) for name, element in graph.elements.items()})
+
+
+def _repeating_motion(motion: Motion, period: float) -> Motion:
+    def position(q: Any, ns: Any, q_anchor: Any) -> Any:
+        shift = np.floor(q_anchor / period) * period
+        return motion.position(q - shift, ns, q_anchor - shift)
+
+    return Motion(motion.of, position)
+
+
+def _repeating_effort(law: Law, period: float) -> Any:
+    def effort(here: Here, anchor: Here) -> Any:
+        shift = np.floor(anchor.q / period) * period
+        return law.effort(here._replace(q=here.q - shift), anchor._replace(q=anchor.q - shift))
+
+    return effort

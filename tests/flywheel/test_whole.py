@@ -1,0 +1,105 @@
+"""Machines with compliant shafts, whose whole bond graph is followed."""
+
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose
+from scipy.integrate import solve_ivp
+
+import flywheel
+from flywheel.faults import SceneError
+
+R, LENGTH = 0.2, 0.6
+
+
+def scene(**shaft):
+    return {
+        "shafts": {"motor": {"ratio": 3.0, **shaft}},
+        "mechanism": {
+            "type": "slider-crank",
+            "crank": {"length": R},
+            "rod": {"length": LENGTH},
+            "slider": {"mass": 3.0},
+        },
+        "inertia": [{"on": "motor", "value": 0.2}, {"on": "crank", "value": 1.0}],
+        "load": [{"on": "slider", "force": -40.0, "from": "30 deg", "to": "150 deg"}],
+        "drive": {"on": "motor", "torque": 0.5},
+        "regime": {"speed": 10.0},
+        "flywheel": {"on": "motor", "inertia": 0.0},
+    }
+
+
+def gains(phi):
+    root = np.sqrt(LENGTH**2 - (R * np.sin(phi)) ** 2)
+    first = -R * np.sin(phi) - R**2 * np.sin(phi) * np.cos(phi) / root
+    second = -R * np.cos(phi) - R**2 * (np.cos(2 * phi) / root + (R * np.sin(phi) * np.cos(phi)) ** 2 / root**3)
+    return first, second
+
+
+def by_hand(stiffness, damping, until, flywheel_inertia=0.0):
+    """The two angles' equations, written out, and stepped from one end of the load's window to the next."""
+
+    def rates(t, y, loaded):
+        phi, omega, angle, speed = y
+        g, g_slope = gains(phi)
+        torque = stiffness * (3 * phi - angle) + damping * (3 * omega - speed)
+        force = -40.0 if loaded else 0.0
+        alpha = (force * g - 3 * torque - 3.0 * g * g_slope * omega**2) / (1.0 + 3.0 * g**2)
+        return [omega, alpha, speed, (0.5 + torque) / (0.2 + flywheel_inertia)]
+
+    t, y = 0.0, [0.0, 10.0, 0.0, 30.0]
+    edges = [2 * np.pi * turn + np.radians(a) for turn in range(100) for a in (30.0, 150.0)]
+    for k, edge in enumerate(edges):
+
+        def passing(t, y, loaded, edge=edge):
+            return y[0] - edge
+
+        passing.terminal, passing.direction = True, 1.0
+        found = solve_ivp(rates, (t, until), y, "DOP853", rtol=1e-13, atol=1e-13, events=passing, args=(k % 2 == 1,))
+        t, y = found.t[-1], found.y[:, -1]
+        if found.status == 0:
+            return y
+    raise AssertionError("more turns than expected")
+
+
+@pytest.mark.parametrize(("stiffness", "damping"), [(50.0, 0.0), (300.0, 0.4)])
+def test_a_compliant_shaft_moves_as_its_equations_written_by_hand(stiffness, damping):
+    machine = flywheel.Machine(flywheel.load(scene(stiffness=stiffness, damping=damping)))
+    motion = flywheel.simulate(machine, phi=0.0, omega=10.0, until=2.0, rtol=1e-10)
+    phi, omega, angle, speed = by_hand(stiffness, damping, 2.0)
+    assert_allclose(motion.at(2.0), [[phi], [omega]], rtol=1e-9)
+    assert_allclose(motion.run.displacement("phi_motor", 2.0), angle, rtol=1e-9)
+    assert_allclose(motion.run.flow("motor", 2.0), speed, rtol=1e-9)
+    assert motion.energy_residual < 1e-9
+    assert motion.run.audit.power < 1e-13
+
+
+def test_the_flywheel_turns_with_its_own_shaft():
+    motion = flywheel.simulate(flywheel.load(scene(stiffness=80.0)), phi=0.0, omega=10.0, until=1.0, inertia=0.7)
+    assert_allclose(motion.omega[-1], by_hand(80.0, 0.0, 1.0, 0.7)[1], rtol=1e-8)
+
+
+def test_a_very_stiff_shaft_moves_like_a_rigid_one():
+    rigid = flywheel.simulate(flywheel.load(scene()), phi=0.0, omega=10.0, until=0.5)
+    stiff = flywheel.simulate(flywheel.load(scene(stiffness=1e5, damping=20.0)), phi=0.0, omega=10.0, until=0.5, rtol=1e-7)
+    assert_allclose(stiff.omega[-1], rigid.omega[-1], rtol=1e-4)
+
+
+def test_the_unknown_is_balanced_with_rigid_shafts_unless_it_is_given():
+    balanced = scene(stiffness=200.0) | {"drive": {"on": "motor", "torque": "balance"}}
+    rigid = flywheel.size(flywheel.load(scene() | {"drive": {"on": "motor", "torque": "balance"}}), simulate=False)
+    load = flywheel.load(balanced)
+    given = flywheel.simulate(load, phi=0.0, omega=10.0, until=0.3, balance=rigid.balance.value)
+    found = flywheel.simulate(load, phi=0.0, omega=10.0, until=0.3)
+    assert_allclose(found.omega[-1], given.omega[-1], rtol=1e-12)
+
+
+@pytest.mark.parametrize("ask", [flywheel.size, lambda s: flywheel.reduce(s, [0.0])])
+def test_what_needs_one_angle_refuses_a_shaft_that_twists(ask):
+    with pytest.raises(SceneError, match=r"shafts\.motor\.stiffness: found a compliant shaft.*flywheel\.simulate"):
+        ask(flywheel.load(scene(stiffness=100.0)))
+
+
+def test_the_graph_holds_the_twist_as_a_spring_and_a_resistor_between_gear_and_shaft():
+    graph = flywheel.Machine(flywheel.load(scene(stiffness=100.0, damping=2.0))).graph
+    assert {"motor.gear", "motor.twist", "motor.stiffness", "motor.damping"} <= set(graph.elements)
+    assert graph.constant("motor.stiffness") == 0.01
