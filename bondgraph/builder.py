@@ -10,7 +10,7 @@ from bondgraph.checks import dead_ends
 from bondgraph.elements import GY, JUNCTIONS, SOURCES, TF, Displacement, Element, Law, Modulus, One, Zero
 from bondgraph.faults import GraphError
 from bondgraph.graph import Bond, BondGraph
-from bondgraph.laws import TIME, Function
+from bondgraph.laws import OWN, TIME, Function
 
 
 @dataclass(frozen=True, eq=False)
@@ -130,17 +130,29 @@ class Builder:
     def include(self, name: str, part: Part) -> Builder:
         """Put a part into this graph: its names get `name.` in front; bonds then join its ports `name.port`.
 
-        Parameters, signals and the time are shared by name, displacements are the part's own.
+        Parameters, signals and the time are shared by name, displacements are the part's own. A parameter that the part
+        leaves open takes the graph's value; two values that differ are a fault.
         """
-        own = {old: f"{name}.{old}" for old in (*part.elements, *part.displacements)}
+        own = {old: f"{name}.{old}" for old in part.elements}
         own |= {junction: f"{name}.{port}" for port, junction in part.ports.items()}
+        measured = {old: f"{name}.{old}" for old in part.displacements}
         for element in part.elements.values():
-            self.add(element._replace(name=own[element.name], law=_renamed(element.law, own)))
+            self.add(element._replace(name=own[element.name], law=_renamed(element, own, measured)))
         for displacement in part.displacements.values():
-            self.displacement(own[displacement.name], own[displacement.of], displacement.initial)
+            self.displacement(measured[displacement.name], own.get(displacement.of, displacement.of), displacement.initial)
         for bond in part.bonds:
-            self.bond(own[bond.tail], own[bond.head])
-        return self.signal(*part.signals).parameter(**part.parameters)
+            self.bond(own.get(bond.tail, bond.tail), own.get(bond.head, bond.head))
+        return self.signal(*part.signals)._share(name, part.parameters)
+
+    def _share(self, name: str, parameters: Mapping[str, float | None]) -> Builder:
+        for parameter, value in parameters.items():
+            known = self._parameters.get(parameter)
+            if known is not None and value is not None and known != value:
+                raise GraphError(
+                    f"parameter {parameter!r}: found {value} in part {name!r}, but {known} before; leave one open"
+                )
+            self._parameters[parameter] = value if known is None else known
+        return self
 
     def __len__(self) -> int:
         return len(self._elements)
@@ -151,6 +163,8 @@ class Builder:
         for port, junction in open_ports.items():
             if junction not in self._elements or self._elements[junction].kind not in JUNCTIONS:
                 raise GraphError(f"port {port!r}: {junction!r} is no junction of the part")
+            if list(open_ports.values()).count(junction) > 1:
+                raise GraphError(f"port {port!r}: {junction!r} is open under two names; give it one")
         return Part(
             dict(self._elements),
             tuple(self._bonds),
@@ -175,9 +189,11 @@ class Builder:
         return graph
 
 
-def _renamed(law: Any, names: Mapping[str, str]) -> Any:
+def _renamed(element: Element, elements: Mapping[str, str], displacements: Mapping[str, str]) -> Any:
+    law = element.law
     if isinstance(law, Function):
-        return law.renamed({old: new for old, new in names.items() if old != TIME})
+        fixed = (TIME, OWN.get(element.kind))
+        return law.renamed({old: new for old, new in displacements.items() if old not in fixed})
     if isinstance(law, Modulus | Law):
-        return law._replace(motion=law.motion._replace(of=names.get(law.motion.of, law.motion.of)))
+        return law._replace(motion=law.motion._replace(of=elements.get(law.motion.of, law.motion.of)))
     return law

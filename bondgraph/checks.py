@@ -4,16 +4,16 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Mapping, Sequence
+from numbers import Real
 from typing import TYPE_CHECKING
 
 from bondgraph.domains import DOMAINS
 from bondgraph.elements import JUNCTIONS, ONE_PORTS, SOURCES, TWO_PORTS, Element, Law, Modulus
-from bondgraph.laws import OWN_DISPLACEMENT, OWN_FLOW, TIME, Function
+from bondgraph.laws import OWN, TIME, Function
 
 if TYPE_CHECKING:
     from bondgraph.graph import Bond, BondGraph
 
-_OWN = {"R": OWN_FLOW, "C": OWN_DISPLACEMENT}
 _KINDS = ONE_PORTS | TWO_PORTS | JUNCTIONS
 
 
@@ -21,6 +21,7 @@ def structural_faults(graph: BondGraph) -> Iterator[str]:
     """Everything that is wrong with a graph's elements, bonds, names and domains."""
     elements, bonds = graph.elements, graph.bonds
     faults = [f"{e.kind}:{name}: no such kind of element" for name, e in elements.items() if e.kind not in _KINDS]
+    faults += [f"{e.kind}:{e.name} is listed as {n!r}; use its own name" for n, e in elements.items() if e.name != n]
     faults += [f"bond {b.number}: no element {n!r}" for b in bonds for n in b[1:] if n not in elements]
     numbers = [b.number for b in bonds]
     faults += [f"two bonds are numbered {n}" for n in sorted(set(numbers)) if numbers.count(n) > 1]
@@ -107,6 +108,9 @@ def _wrong_names(graph: BondGraph) -> Iterator[str]:
             yield f"displacement {name!r}: {displacement.of!r} is no 1-junction of the graph"
         if not math.isfinite(displacement.initial):
             yield f"displacement {name!r}: found initial value {displacement.initial}, expected a finite number"
+    for name, value in graph.parameters.items():
+        if value is not None and not (isinstance(value, Real) and math.isfinite(value)):
+            yield f"parameter {name!r}: found {value!r}, expected a finite number, or None where it is still open"
     declared = [*graph.displacements, *graph.signals, *graph.parameters]
     for name in sorted(set(declared)):
         if declared.count(name) > 1:
@@ -130,7 +134,7 @@ def _wrong_laws(graph: BondGraph) -> Iterator[str]:
             elif element.kind == "C" and law == 0.0:
                 yield f"{where}: found compliance 0, expected another number; a rigid joint is left out"
         elif isinstance(law, Function):
-            own = {_OWN[element.kind]} if element.kind in _OWN else set()
+            own = {OWN[element.kind]} if element.kind in OWN else set()
             for missing in [n for n in law.of if n not in known | own]:
                 expected = "no declared displacement, signal or parameter, nor t" + _hint(element)
                 yield f"{where}: depends on {missing!r}, which is {expected}"
@@ -138,6 +142,8 @@ def _wrong_laws(graph: BondGraph) -> Iterator[str]:
             if element.kind in ("I", "C") and varying and not set(law.of) - known - own:
                 expected = "a store's law may hold parameters only" + _hint(element)
                 yield f"{where}: varies with {', '.join(varying)}; {expected}"
+        elif not isinstance(law, Law | Modulus):
+            yield f"{where}: found {law!r}, expected a number, a function of named quantities or a SymPy expression"
 
 
 def _hint(element: Element) -> str:

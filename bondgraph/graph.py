@@ -85,7 +85,7 @@ class BondGraph:
         """The displacements, signals and `t` that an element's law varies with, its own flow or displacement left out."""
         law = self.elements[name].law
         if isinstance(law, Modulus | Law):
-            return (law.motion.of,)
+            return (next((d.name for d in self.displacements.values() if d.of == law.motion.of), law.motion.of),)
         own = {"R": OWN_FLOW, "C": OWN_DISPLACEMENT}.get(self.elements[name].kind)
         names = law.of if isinstance(law, Function) else ()
         return tuple(n for n in names if n not in self.parameters and n != own)

@@ -20,6 +20,7 @@ from bondgraph.faults import GraphError
 TIME = "t"
 OWN_FLOW = "f"
 OWN_DISPLACEMENT = "q"
+OWN = {"R": OWN_FLOW, "C": OWN_DISPLACEMENT}  # what a law of this kind calls its own, whatever the graph declares
 
 
 @dataclass(frozen=True, eq=False)
@@ -99,22 +100,32 @@ class Function:
             by_name = dict(zip(self.arguments, values, strict=True))
             return self.given.xreplace({s: by_name[s.name] for s in self.given.free_symbols})
         try:
-            return sympy.sympify(_untraced(self.given(*(Traced(sympy.sympify(value)) for value in values))))
-        except (TypeError, AttributeError) as error:
+            traced = self.given(*(Traced(sympy.sympify(value, strict=True)) for value in values))
+            return sympy.sympify(_untraced(traced), strict=True)  # strict: text is refused, never evaluated
+        except (TypeError, AttributeError, sympy.SympifyError) as error:
             raise GraphError(f"cannot be written as a formula ({error}): give it as a SymPy expression") from error
 
     @cached_property
     def _compiled(self) -> Mapping[tuple[str, bool], Callable[..., Any]]:
         import sympy
 
-        symbols = {s.name: s for s in self.given.free_symbols}
-        order = [symbols[name] for name in self.arguments]
-        whole = [self.given, *(sympy.diff(self.given, symbol) for symbol in order)]
+        order = [sympy.Dummy(real=True) for _ in self.arguments]  # as plain symbols, |x| and sign(x) have no real slope
+        by_name = dict(zip(self.arguments, order, strict=True))
+        given = self.given.xreplace({s: by_name[s.name] for s in self.given.free_symbols})
+        slopes = [sympy.diff(given, symbol).replace(sympy.DiracDelta, lambda *at: sympy.S.Zero) for symbol in order]
+        whole = [_at_full_digits(expression) for expression in (given, *slopes)]
         return {
             (kind, plain): sympy.lambdify(order, what, modules="math" if plain else "numpy", cse=True)
-            for kind, what in (("value", self.given), ("partials", whole))
+            for kind, what in (("value", whole[0]), ("partials", whole))
             for plain in (True, False)
         }
+
+
+def _at_full_digits(expression: Any) -> Any:
+    """The expression with floats that SymPy prints at 17 digits: at its own 15, what is compiled is another number."""
+    import sympy
+
+    return expression.xreplace({x: sympy.Float(repr(float(x)), 17) for x in expression.atoms(sympy.Float)})
 
 
 def is_symbolic(given: Any) -> bool:
@@ -131,6 +142,9 @@ def function(given: Any) -> Function:
         return given
     if is_symbolic(given):
         names = tuple(sorted(symbol.name for symbol in given.free_symbols))
+        twice = [name for name in set(names) if names.count(name) > 1]
+        if twice:
+            raise GraphError(f"two symbols of the expression are named {twice[0]!r}, with different assumptions")
         return Function(given, names, names)
     if not callable(given):
         raise GraphError(f"found {given!r}, expected a number, a function of named quantities or a SymPy expression")
@@ -151,12 +165,22 @@ def law_of(given: Any) -> Any:
     if isinstance(given, int | np.floating | np.integer):
         return float(given)
     if is_symbolic(given):
-        return float(given) if not given.free_symbols else function(given)
+        return function(given) if given.free_symbols else _number(given)
     return function(given) if callable(given) else given
+
+
+def _number(given: Any) -> float:
+    """A SymPy expression without symbols as a float."""
+    try:
+        return float(given)
+    except TypeError as error:
+        raise GraphError(f"found {given}, expected a real number") from error
 
 
 def _real(value: Any) -> Any:
     """A numpy scalar as a float: plain floats are several times faster."""
+    if isinstance(value, np.ndarray) and value.ndim == 0:  # what numpy.where makes of plain numbers
+        value = value.item()
     return float(value) if isinstance(value, np.floating | int) else value
 
 
@@ -216,6 +240,14 @@ class Operand:
     def __abs__(self) -> Any:
         return self._apply("absolute", (self,))
 
+    def __eq__(self, other: object) -> Any:
+        return self._apply("equal", (self, other))
+
+    def __ne__(self, other: object) -> Any:
+        return self._apply("not_equal", (self, other))
+
+    __hash__ = None  # type: ignore[assignment]  # equal means equal values, which change
+
     def __lt__(self, other: Any) -> Any:
         return self._apply("less", (self, other))
 
@@ -249,7 +281,7 @@ class Dual(Operand):
             return getattr(np, name)(*values)
         if name == "where":
             slopes = [o.slope if isinstance(o, Dual) else 0.0 for o in operands[1:]]
-            return Dual(np.where(*values), np.where(values[0], *slopes))
+            return Dual(_real(np.where(*values)), _real(np.where(values[0], *slopes)))
         if name not in _PARTIALS:
             raise TypeError(f"numpy.{name} has no derivative here")
         result = _real(getattr(np, name)(*values)) if name not in _OPERATORS else _OPERATORS[name](*values)
@@ -276,7 +308,7 @@ _PARTIALS: dict[str, tuple[Callable[..., Any], ...]] = {  # of each argument: (r
     "subtract": (lambda r, a, b: 1.0, lambda r, a, b: -1.0),
     "multiply": (lambda r, a, b: b, lambda r, a, b: a),
     "divide": (lambda r, a, b: 1.0 / b, lambda r, a, b: -r / b),
-    "power": (lambda r, a, b: b * a ** (b - 1), lambda r, a, b: r * np.log(a)),
+    "power": (lambda r, a, b: b * a ** (b - 1) if np.any(b) else 0.0, lambda r, a, b: r * np.log(a)),
     "negative": (lambda r, a: -1.0,),
     "absolute": (lambda r, a: np.sign(a),),
     "sign": (lambda r, a: 0.0,),
@@ -342,6 +374,9 @@ _SYMPY_NAMES = {
     "greater_equal": "Ge",
     "equal": "Eq",
     "not_equal": "Ne",
+    "logical_and": "And",
+    "logical_or": "Or",
+    "logical_not": "Not",
     "maximum": "Max",
     "minimum": "Min",
 }

@@ -342,11 +342,18 @@ def _resistance(graph: BondGraph, element: Element) -> float:
 def _planned(graph: BondGraph, flow: Mapping[int, int], coordinate: str) -> list[Step]:
     if coordinate not in graph.elements or graph.elements[coordinate].kind != "1":
         raise GraphError(f"the coordinate {coordinate!r} is no 1-junction of the graph")
+    grounded = [e.name for e in graph.of_kind("Sf") if e.law == 0.0]
     for element in graph.of_kind("GY", "Sf"):
-        raise GraphError(f"{element.symbol}:{element.name} adds a state of its own: simulate the graph whole")
+        if element.name not in grounded:
+            raise GraphError(f"{element.symbol}:{element.name} adds a state of its own: simulate the graph whole")
     known = {flow[graph.at(coordinate)[0].number]}
     waiting = flow_relations(graph, flow)
-    steps = plan(waiting, known)
+    still = {flow[graph.bond_of(name).number] for name in grounded}
+    steps: list[Step] = [Sum(variable, ()) for variable in sorted(still)]
+    if known & still:
+        raise GraphError(f"the coordinate 1:{coordinate} is held at zero flow")
+    known |= still
+    steps += plan(waiting, known)
     unknown = set(flow.values()) - known
     if unknown or waiting:
         steps.append(closed(graph, flow, waiting, unknown))

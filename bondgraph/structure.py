@@ -81,7 +81,7 @@ def flow_relations(graph: BondGraph, flow: Mapping[int, int]) -> list[Relation]:
             terms: tuple[Term, ...] = ((flow[out.number], 1.0, 1.0), (flow[into.number], _ratio(graph, element), -1.0))
             relations.append(Relation(name, terms))
         elif element.kind == "0":
-            relations.append(Relation(name, tuple((flow[b.number], 1.0, b.sign(name)) for b in graph.at(name))))
+            relations.append(Relation(name, _balance(graph, name, flow)))
     return relations
 
 
@@ -94,8 +94,16 @@ def effort_relations(graph: BondGraph, effort: Mapping[int, int]) -> list[Relati
             terms: tuple[Term, ...] = ((effort[into.number], 1.0, 1.0), (effort[out.number], _ratio(graph, element), -1.0))
             relations.append(Relation(name, terms))
         elif element.kind == "1":
-            relations.append(Relation(name, tuple((effort[b.number], 1.0, b.sign(name)) for b in graph.at(name))))
+            relations.append(Relation(name, _balance(graph, name, effort)))
     return relations
+
+
+def _balance(graph: BondGraph, name: str, variable: Mapping[int, int]) -> tuple[Term, ...]:
+    """The sum at a junction; what comes in and goes out again by parallel bonds is added up, or cancels."""
+    total: dict[int, float] = {}
+    for bond in graph.at(name):
+        total[variable[bond.number]] = total.get(variable[bond.number], 0.0) + bond.sign(name)
+    return tuple((v, 1.0, sign) for v, sign in total.items() if sign)
 
 
 def _ratio(graph: BondGraph, element: Element) -> Ratio:
@@ -108,8 +116,8 @@ def _ratio(graph: BondGraph, element: Element) -> Ratio:
 
 
 def constant(ratio: Ratio) -> bool:
-    """Whether a ratio is a plain number."""
-    return isinstance(ratio, float | int)
+    """Whether a ratio is a plain number, or a symbol that stands for one."""
+    return not isinstance(ratio, Function | Modulus)
 
 
 def plan(waiting: list[Relation], known: set[int]) -> list[Step]:
@@ -134,12 +142,12 @@ def _local(relation: Relation, known: set[int]) -> Scale | Sum | None:
     if len(unknown) != 1 or not constant(unknown[0][1]) or unknown[0][1] == 0.0:
         return None
     target, factor, sign = unknown[0]
-    assert isinstance(factor, float | int)
+    assert not isinstance(factor, Function | Modulus)
     others = [term for term in relation.terms if term[0] != target]
     if len(others) == 1:
         source, ratio, other = others[0]
         scale = -other / (sign * factor)
-        if not isinstance(ratio, float | int):
+        if isinstance(ratio, Function | Modulus):
             return Scale(source, target, ratio) if scale == 1.0 else None
         return Scale(source, target, ratio * scale)
     if not all(constant(ratio) for _, ratio, _ in others):

@@ -206,6 +206,39 @@ def reduce(scene: Path, as_json: bool, as_csv: bool, points: int | None, at: tup
         output.write_text(text, encoding="utf-8", newline="")
 
 
+# -- graph -----------------------------------------------------------------------------------------------------------
+
+
+@main.command(short_help="Print and draw the bond graph of a scene.")
+@_SCENE
+@click.option(
+    "--plot",
+    type=click.Path(path_type=Path),
+    callback=_plot_path,
+    metavar="FILE.(png|svg|pdf)",
+    help="Draw the graph with half arrows, causal strokes and bond numbers into a file.",
+)
+@click.option(
+    "--format",
+    "form",
+    type=click.Choice(["text", "markdown", "latex"]),
+    default="text",
+    show_default=True,
+    help="How the table of bonds is written.",
+)
+@click.option("--simplify", "simpler", is_flag=True, help="Apply the simplification rules first, and list what they did.")
+def graph(scene: Path, plot: Path | None, form: str, simpler: bool) -> None:
+    """Print the bond graph of the machine in SCENE: of every bond its half arrow, causal stroke, effort and flow."""
+    with _reported(scene):
+        from flywheel.diagram import draw, machine_graph, table
+
+        shown, log = machine_graph(scene, simplified=simpler)
+        _print("\n".join([*log, table(shown, form)]))
+        if plot is not None:
+            with _written(plot):
+                draw(shown, plot, scene)
+
+
 # -- new, reference --------------------------------------------------------------------------------------------------
 
 

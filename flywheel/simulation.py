@@ -16,7 +16,7 @@ from flywheel.scene import Scene
 from flywheel.stepping import TIGHTEST, Rates, Step, Tolerance, reduced_at, through
 
 if TYPE_CHECKING:
-    from bondgraph.simulation import Run
+    from bondgraph.motion.simulation import Run
 
 Array = NDArray[np.float64]
 
@@ -86,9 +86,19 @@ def simulate(
     if scene.compliances:
         from flywheel.whole import followed
 
-        return followed(machine, phi, omega, until, own, balance or 0.0, rtol)
+        return _of_run(followed(machine, phi, omega, until, own, balance or 0.0, rtol))
     steps, turns = _followed(machine, phi, omega, until, total, balance or 0.0, max(rtol, TIGHTEST))
     return _as_motion(machine, steps, turns, total)
+
+
+def _of_run(run: Run) -> Motion:
+    """What a run of the whole graph says of the crank."""
+
+    def at(times: Any) -> tuple[Array, Array]:
+        wanted = np.atleast_1d(np.asarray(times, dtype=float))
+        return run.displacement("phi", wanted), run.flow("crank", wanted)
+
+    return Motion(run.t, *at(run.t), run.audit.supplied, run.audit.energy, at, run)
 
 
 def _check_arguments(phi: float, omega: float, until: float, rtol: float) -> None:

@@ -11,17 +11,14 @@ from numpy.typing import NDArray
 from bondgraph.elements import Element, Here, Law, Modulus, Motion
 from bondgraph.faults import GraphError
 from bondgraph.graph import BondGraph
-from bondgraph.simulation import simulate
+from bondgraph.motion.simulation import Run, simulate
 from flywheel.faults import Fault, SceneError
 from flywheel.machine import Machine
-from flywheel.simulation import Motion as Followed
 
 Array = NDArray[np.float64]
 
 
-def followed(
-    machine: Machine, phi: float, omega: float, until: float, inertia: float, balance: float, rtol: float
-) -> Followed:
+def followed(machine: Machine, phi: float, omega: float, until: float, inertia: float, balance: float, rtol: float) -> Run:
     """The motion of the whole graph from a state without twist: crank at `phi` (rad) and `omega` (rad/s)."""
     scene = machine.scene
     graph = repeating(machine.with_values(balance, inertia), scene.cycle, scene.shafts)
@@ -29,18 +26,10 @@ def followed(
     initial = {d.name: scene.shafts[d.of] * phi for d in owners} | {d.of: scene.shafts[d.of] * omega for d in owners}
     breaks = {d.name: (scene.shafts[d.of] * machine.breakpoints[:-1], scene.shafts[d.of] * scene.cycle) for d in owners}
     try:
-        run = simulate(graph, until, initial=initial, rtol=rtol, breaks=breaks)
+        return simulate(graph, until, initial=initial, rtol=rtol, breaks=breaks)
     except GraphError as error:
-        raise SceneError(
-            [Fault("simulation", str(error), "a motion that can be followed", "check inertias and stiffness")]
-        ) from error
-
-    def at(times: Any) -> tuple[Array, Array]:
-        wanted = np.atleast_1d(np.asarray(times, dtype=float))
-        return run.displacement("phi", wanted), run.flow("crank", wanted)
-
-    found = run.audit
-    return Followed(run.t, *at(run.t), found.supplied, found.energy, at, run)
+        expected, advice = "a motion that can be followed", "check inertias and stiffness"
+        raise SceneError([Fault("simulation", str(error), expected, advice)]) from error
 
 
 def repeating(graph: BondGraph, cycle: float, shafts: Any) -> BondGraph:

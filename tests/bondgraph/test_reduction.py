@@ -1,9 +1,11 @@
 import numpy as np
 import pytest
+import sympy
 from numpy.testing import assert_allclose
 
 from bondgraph import GY, Builder, C, GraphError, I, Law, Modulus, One, R, Reduction, Se, Zero, reduce
 from bondgraph.elements import Motion
+from bondgraph.motion.dynamics import Dynamics
 
 PHI = np.linspace(0.1, 6.2, 23)
 R_CRANK, L_ROD = 0.2, 0.6
@@ -199,3 +201,64 @@ def test_laws_see_the_anchor_of_their_piece():
     graph = b.build()
     assert reduce(graph, np.array([1.0]), anchor=np.array([0.5])).moment == 2.0
     assert reduce(graph, np.array([1.0]), anchor=np.array([1.5])).moment == 3.0
+
+
+# -- against the equations of the whole graph --------------------------------------------------------------------------
+
+
+def machine():
+    """Functions as moduli, a gear, a spring with a law of its own, a force that varies with the crank's angle."""
+    b = Builder().one("crank", displacement="theta", initial=0.4).one("rod").one("ram", displacement="x").one("cam")
+    b.transform("crank", "rod", lambda theta: -0.3 * np.cos(theta) / np.sqrt(1 - (0.3 * np.sin(theta)) ** 2))
+    b.transform("crank", "ram", sympy.sympify("-sin(theta)/5")).transform("crank", "cam", -2.5)
+    b.on("crank", I("J", 0.2), Se("M", lambda theta: 3.0 + np.sin(theta))).on("rod", I("K", 0.5)).on("ram", I("m", 2.0))
+    return b.on("ram", C("spring", lambda q: 40.0 * q + q**3)).on("cam", I("L", 0.1), R("brake", 0.05)).build()
+
+
+def test_the_reduced_equation_of_motion_is_that_of_the_whole_graph():
+    """I* theta'' = M* - dI*/dtheta theta'^2 / 2 - R* theta', with the spring's displacement as a function of theta."""
+    graph, omega = machine(), 2.0
+    spring = {"spring": lambda theta: 0.2 * (np.cos(theta) - np.cos(0.4))}
+    reduced = reduce(graph, PHI, positions=spring)
+    expected = (reduced.moment - 0.5 * reduced.slope * omega**2 - reduced.resistance * omega) / reduced.inertia
+    dynamics = Dynamics(graph)
+    assert dynamics.state.names == ("f_crank", "theta", "x", "q_spring")
+    rates = dynamics.at(0.0, [omega, PHI, 0.0 * PHI, spring["spring"](PHI)]).rates
+    assert_allclose(rates[0], expected, rtol=1e-11, atol=1e-11)
+
+
+def test_slopes_of_functions_are_those_of_differences():
+    reduction, step = Reduction(machine(), "crank", {"spring": lambda theta: 0.0 * theta}), 1e-5
+    inertia = [reduction(PHI + d).inertia for d in (-step, step)]
+    assert_allclose(reduction(PHI).slope, (inertia[1] - inertia[0]) / (2 * step), rtol=1e-7, atol=1e-9)
+
+
+def test_one_position_is_as_many():
+    reduction = Reduction(machine(), "crank", {"spring": lambda theta: 0.1 * np.sin(theta)})
+    together = reduction(PHI)
+    for k, phi in enumerate(PHI.tolist()):
+        alone = reduction(phi)
+        for whole, one in zip(together, alone, strict=True):
+            assert_allclose(np.broadcast_to(whole, PHI.shape)[k], one, rtol=1e-14, atol=1e-15)
+
+
+def test_the_coordinate_only_scales():
+    """Seen from the cam, which turns -2.5 times as fast: I* / 6.25, M* / -2.5."""
+    b = Builder().one("crank", displacement="theta").one("cam").transform("crank", "cam", -2.5)
+    graph = b.on("crank", I("J", 0.2), Se("M", 5.0)).on("cam", I("L", 0.1), R("brake", 0.05)).build()
+    crank, cam = reduce(graph, 0.0), reduce(graph, 0.0, "cam")
+    assert_allclose([cam.inertia, cam.moment, cam.resistance], [crank.inertia / 6.25, -2.0, crank.resistance / 6.25])
+
+
+def test_what_is_no_function_of_position_is_refused():
+    def graph(law):
+        return Builder().signal("u").one("crank", displacement="theta").on("crank", I("J", 1.0), Se("M", law)).build()
+
+    with pytest.raises(GraphError, match="MSe:M depends on the time"):
+        reduce(graph(lambda t: t), 0.0)
+    with pytest.raises(GraphError, match="MSe:M depends on the signal 'u'"):
+        reduce(graph(lambda u: u), 0.0)
+    with pytest.raises(GraphError, match="R:brake follows a law of its own"):
+        reduce(machine().with_law("brake", lambda f: f**3), 0.0, positions={"spring": lambda q: q})
+    with pytest.raises(GraphError, match=r"give positions=.*'spring'"):
+        reduce(machine(), 0.0)

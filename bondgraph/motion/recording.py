@@ -11,7 +11,7 @@ import math
 from collections.abc import Callable, Sequence
 from typing import Any
 
-from bondgraph.laws import Operand
+from bondgraph.laws import Dual, Operand
 
 
 class Recorder:
@@ -102,6 +102,8 @@ class Node(Operand):
         self.recorder, self.name = recorder, name
 
     def _apply(self, name: str, operands: tuple[Any, ...]) -> Any:
+        if any(isinstance(operand, Dual) for operand in operands):
+            return NotImplemented  # a dual number of nodes takes nodes, not the other way round
         if name in _CALLS:
             return self.recorder.call(_CALLS[name], operands, 0)
         if name == "negative":
@@ -119,8 +121,15 @@ _SYMBOLS = {"add": "+", "subtract": "-", "multiply": "*", "divide": "/", "power"
 
 _CALLS: dict[str, Callable[..., Any]] = {
     **{name: getattr(math, name) for name in ("sqrt", "sin", "cos", "tan", "exp", "log", "sinh", "cosh", "tanh", "hypot")},
-    "arcsin": math.asin, "arccos": math.acos, "arctan": math.atan, "arctan2": math.atan2, "absolute": abs,
-    "maximum": max, "minimum": min, "square": lambda a: a * a, "sign": lambda a: float((a > 0.0) - (a < 0.0)),
+    "arcsin": math.asin,
+    "arccos": math.acos,
+    "arctan": math.atan,
+    "arctan2": math.atan2,
+    "absolute": abs,
+    "maximum": max,
+    "minimum": min,
+    "square": lambda a: a * a,
+    "sign": lambda a: math.copysign(1.0, a) if a else a,
 }
 
 

@@ -1,7 +1,7 @@
 """One evaluation of a graph: gains, the flows that no inertia weighs, accelerations, efforts.
 
 Written once against arithmetic and calls of laws, so that it runs on floats, on arrays, on SymPy expressions and on a
-recording. See `bondgraph.formulation` for the equations.
+recording. See `bondgraph.motion.formulation` for the equations.
 """
 
 from __future__ import annotations
@@ -11,16 +11,17 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from bondgraph.elements import Element, Here, Law, Modulus, Motion
+from bondgraph.elements import Here, Law, Modulus, Motion
 from bondgraph.faults import GraphError
-from bondgraph.formulation import Formulation, Port
 from bondgraph.laws import OWN_DISPLACEMENT, OWN_FLOW, TIME, Function, is_symbolic
-from bondgraph.linear import solve, solve_symmetric
-from bondgraph.recording import Node
+from bondgraph.motion.formulation import Port
+from bondgraph.motion.linear import solve, solve_symmetric, total
+from bondgraph.motion.newton import Balance, settle
+from bondgraph.motion.recording import Node
+from bondgraph.motion.tables import Tables
 from bondgraph.structure import Ratio, Scale, Solve, Sum
 
-_MOST_ITERATIONS = 50  # of Newton's, for flows that no inertia weighs
-_SETTLED = 1e-14
+Anchors = Mapping[str, Any]
 
 
 class Instant(NamedTuple):
@@ -36,29 +37,10 @@ class Instant(NamedTuple):
     moduli: dict[str, Any]
 
 
-class Tables(NamedTuple):
-    """What a walk looks up, found once for a graph."""
-
-    form: Formulation
-    signals: Mapping[str, Function]
-    moduli: tuple[tuple[Any, str], ...]  # varying ratios and the transformers' names
-    support: tuple[tuple[int, ...], ...]  # by flow variable, the coordinates that it depends on
-    owner_of: Mapping[str, int]  # displacement -> flow variable
-    displacement_of: Mapping[str, str]  # 1-junction -> displacement
-    inertias: tuple[tuple[float, int], ...]
-    springs: tuple[Port, ...]
-    imposed: tuple[Element, ...]
-    acting: tuple[int, ...]  # places in `form.ports` whose effort a law gives
-    partner: Mapping[int, int]  # gyrator's bond -> flow variable at its other side
-    static: frozenset[int]
-    iterated: bool
-    anchored: tuple[str, ...]
-
-
 class Walk:
     """The state, and what follows from it step by step."""
 
-    def __init__(self, tables: Tables, t: Any, state: Sequence[Any], anchors: Mapping[str, Any]) -> None:
+    def __init__(self, tables: Tables, t: Any, state: Sequence[Any], anchors: Anchors, massless: Any = None) -> None:
         self.tables, self.form, self.graph = tables, tables.form, tables.form.graph
         self.t, self.anchors = t, anchors
         moving, displacements = len(self.form.coordinates.moving), self.form.displacements
@@ -75,7 +57,7 @@ class Walk:
             self._places[name] = self._call(signal, [t] * len(signal.of))
         self._gain()
         imposed = [self._law(source.name) for source in tables.imposed]
-        self._settle(imposed)
+        self._settle(imposed, massless)
 
     def rates(self) -> list[Any]:
         """The rates of the state."""
@@ -117,7 +99,9 @@ class Walk:
         law = self.graph.elements[name].law
         if isinstance(law, Function):
             arguments = self._arguments(law, name, own)
-            return self._symbolic(law, arguments) if any(map(is_symbolic, arguments)) else self._call(law, arguments)
+            if any(map(is_symbolic, arguments)):
+                return self._symbolic(law, arguments)
+            return self._named(name, law, arguments)
         if isinstance(law, Law):
             return self._call(law.effort, self._both(law.motion))
         return law
@@ -125,18 +109,35 @@ class Walk:
     def _partials(self, law: Function, name: str, own: Any = None) -> tuple[Any, tuple[Any, ...]]:
         arguments = self._arguments(law, name, own)
         if any(map(is_symbolic, arguments)):
-            value = self._symbolic(law, arguments)
-            return value, tuple(value.diff(a) if getattr(a, "is_Symbol", False) else 0 for a in arguments)
+            return self._symbolic_partials(law, arguments)
 
         def flat(*values: Any) -> tuple[Any, ...]:
             value, partials = law.partials(*values)
             return (value, *partials)
 
-        value, *partials = self._call(flat, arguments, 1 + len(arguments))
+        value, *partials = self._named(name, flat, arguments, 1 + len(arguments))
         return value, tuple(partials)
+
+    def _named(self, name: str, called: Callable[..., Any], arguments: list[Any], results: int = 0) -> Any:
+        """Call an element's law; where it is not defined, say whose it is."""
+        try:
+            return self._call(called, arguments, results)
+        except (ValueError, ArithmeticError) as error:
+            of = getattr(self.graph.elements[name].law, "of", ())
+            where = ", ".join(f"{n} = {v}" for n, v in zip(of, arguments, strict=False))
+            raise GraphError(f"the law of {self.graph.symbol(name)}:{name} is not defined at {where}: {error}") from error
 
     def _symbolic(self, law: Function, arguments: list[Any]) -> Any:
         return law.symbolic(dict(zip(law.of, arguments, strict=True)))
+
+    def _symbolic_partials(self, law: Function, arguments: list[Any]) -> tuple[Any, tuple[Any, ...]]:
+        """A law's value and partial derivatives at arguments that may be whole expressions, such as a flow."""
+        import sympy  # type: ignore[import-untyped]
+
+        places = [sympy.Dummy(name, real=True) for name in law.of]
+        value = law.symbolic(dict(zip(law.of, places, strict=True)))
+        at = {place: sympy.sympify(argument) for place, argument in zip(places, arguments, strict=True)}
+        return value.xreplace(at), tuple(value.diff(place).xreplace(at) for place in places)
 
     def _both(self, motion: Motion) -> tuple[Any, Any]:
         found = self._motions.get(id(motion))
@@ -154,14 +155,15 @@ class Walk:
             return value, tuple((n, p) for n, p in zip(ratio.of, partials, strict=True) if n not in self.graph.parameters)
         here = self._both(ratio.motion)[0]
         of = self.tables.displacement_of[ratio.motion.of]
-        return self._call(_picked, (ratio.value, here)), ((of, self._call(_picked, (ratio.slope, here))),)
+        value, slope = (self._call(lambda at, pick=pick: pick(at.position), (here,)) for pick in (ratio.value, ratio.slope))
+        return value, ((of, slope),)
 
     def _ratio(self, ratio: Ratio) -> Any:
-        return ratio if isinstance(ratio, float | int) else self.moduli[id(ratio)][0]
+        return self.moduli[id(ratio)][0] if isinstance(ratio, Function | Modulus) else ratio
 
     def _ratio_rate(self, ratio: Ratio) -> Any:
         total: Any = 0.0
-        for name, partial in () if isinstance(ratio, float | int) else self.moduli[id(ratio)][1]:
+        for name, partial in self.moduli[id(ratio)][1] if isinstance(ratio, Function | Modulus) else ():
             total = total + partial * self._rate(name)
         return total
 
@@ -172,12 +174,14 @@ class Walk:
         if name in self.tables.owner_of:
             return self.flow[self.tables.owner_of[name]]
         signal = self.tables.signals[name]
-        return self._call(_slope, (signal, self.t)) if signal.of else 0.0
+        return self._call(lambda t: signal.partials(t)[1][0], (self.t,)) if signal.of else 0.0
 
     def _rate_of_source(self, name: str) -> Any:
         law = self.graph.elements[name].law
         if isinstance(law, Law):
-            raise GraphError(f"Se:{name}: the rate of its effort is needed, but its law gives efforts only")
+            raise GraphError(
+                f"{self.graph.symbol(name)}:{name}: the rate of its effort is needed, but its law gives efforts only"
+            )
         total: Any = 0.0
         if isinstance(law, Function):
             for argument, partial in zip(law.of, self._partials(law, name)[1], strict=True):
@@ -200,7 +204,7 @@ class Walk:
                 self.gain[step.target] = {k: ratio * g for k, g in self.gain[step.source].items()}
             elif isinstance(step, Sum):
                 self.gain[step.target] = {
-                    k: _total(sign * self.gain[v][k] for v, sign in step.terms if k in self.gain[v])
+                    k: total(sign * self.gain[v][k] for v, sign in step.terms if k in self.gain[v])
                     for k in self.tables.support[step.target]
                 }
             else:
@@ -210,7 +214,7 @@ class Walk:
         columns = self.tables.support[step.unknown[0]]
         right = [
             [
-                _total(
+                total(
                     -sign * self._ratio(ratio) * self.gain[v][k]
                     for v, ratio, sign in relation.terms
                     if v not in step.unknown and k in self.gain[v]
@@ -225,48 +229,46 @@ class Walk:
 
     def _matrix(self, step: Solve) -> list[list[Any]]:
         return [
-            [_total(s * self._ratio(ratio) for v, ratio, s in relation.terms if v == unknown) for unknown in step.unknown]
+            [total(s * self._ratio(ratio) for v, ratio, s in relation.terms if v == unknown) for unknown in step.unknown]
             for relation in step.relations
         ]
 
     def _flows(self) -> None:
         u = self.coordinates
-        self.flow = [_total(g * u[k] for k, g in gains.items()) for gains in self.gain]
+        self.flow = [total(g * u[k] for k, g in gains.items()) for gains in self.gain]
 
     # -- flows that no inertia weighs ----------------------------------------------------------------------------------
 
-    def _settle(self, imposed: list[Any]) -> None:
-        """All flows; the massless ones by Newton's iteration on their equations, in one pass where these are linear."""
-        order = list(self.form.massless)
-        self.coordinates = self._moving + [0.0] * len(order) + imposed
-        self._flows()
-        if not order:
-            return
-        for _ in range(_MOST_ITERATIONS):
-            residual, slopes = self._algebraic(order)
-            change = solve(slopes, [[0.0 - r] for r in residual])
-            for k, (step,) in zip(order, change, strict=True):
-                self.coordinates[k] = self.coordinates[k] + step
+    def _settle(self, imposed: list[Any], massless: list[Any] | None) -> None:
+        """All flows; the massless ones, if they are not given, from their equations."""
+        size = len(self.form.massless)
+
+        def equations(flows: list[Any]) -> Balance:
+            self.coordinates = self._moving + flows + imposed
             self._flows()
-            if not self.tables.iterated or self._settled(order, [step for (step,) in change]):
-                return
-        names = ", ".join(self.form.name_of(self.form.coordinates.all[k]) for k in order)
-        raise GraphError(f"no flow solves the resistors' laws at {names}: {_MOST_ITERATIONS} Newton steps did not settle")
+            return self.balance()
 
-    def _settled(self, order: list[int], steps: list[Any]) -> bool:
-        largest = max(float(np.max(np.abs(self.coordinates[k]))) for k in order)
-        return max(float(np.max(np.abs(step))) for step in steps) <= _SETTLED * largest
+        if massless is None and self.tables.iterated:
+            known = [self.t, *self._moving, *self._stretch.values(), *self._places.values()]
+            shape = np.broadcast_shapes(*(np.shape(value) for value in known))
+            massless = settle(equations, size, shape, self.tables.loose)
+        if massless is None and size:
+            residual, slopes = equations([0.0] * size)
+            massless = [row[0] for row in solve(slopes, [[0.0 - r] for r in residual])]
+        self.coordinates = self._moving + (massless or []) + imposed
+        self._flows()
 
-    def _algebraic(self, order: list[int]) -> tuple[list[Any], list[list[Any]]]:
+    def balance(self) -> Balance:
         """Residual of the massless equations (their rate, where springs alone hold the flow), and its slopes."""
+        order = self.form.massless
         residual: list[Any] = [0.0] * len(order)
         slopes: list[list[Any]] = [[0.0] * len(order) for _ in order]
         for port in (self.form.ports[number] for number in self.tables.acting):
             gains = self.gain[port.variable]
             for row, k in enumerate(order):
-                if k not in gains:
-                    continue
                 static = k in self.tables.static
+                if k not in gains or (static and port.element.kind in ("R", "GY")):
+                    continue
                 effort, answering, answer = self._static_reaction(port) if static else self._reaction(port)
                 weight = port.sign * gains[k]
                 residual[row] = residual[row] + weight * effort
@@ -274,6 +276,11 @@ class Walk:
                     if j in self.gain[answering]:
                         slopes[row][column] = slopes[row][column] + weight * answer * self.gain[answering][j]
         return residual, slopes
+
+    def held(self, k: int) -> dict[str, Any]:
+        """What springs and sources do to the equation of a flow that springs alone hold, by kind and name."""
+        ports = [p for p in self.form.ports if p.element.kind in ("Se", "C") and k in self.gain[p.variable]]
+        return {f"{p.element.symbol}:{p.element.name}": p.sign * self.gain[p.variable][k] * self._effort(p) for p in ports}
 
     def _reaction(self, port: Port) -> tuple[Any, int, Any]:
         """The effort of a port, the flow variable that it answers to, and its slope."""
@@ -315,7 +322,9 @@ class Walk:
         """The effort of a port that its law gives from flows and positions: all but inertias and flow sources."""
         kind, name = port.element.kind, port.element.name
         if kind == "R":
-            return self._resistor(port)[0]
+            own = port.sign * self.flow[port.variable]
+            bends = OWN_FLOW in getattr(port.element.law, "of", ())
+            return self._law(name, own) if bends else self._resistor(port)[0]
         if kind == "GY":
             return self._law(name) * self.flow[self.tables.partner[port.bond]]
         if kind == "C" and name in self._stretch:
@@ -359,7 +368,7 @@ class Walk:
                 rate = self._ratio_rate(step.ratio)
                 bias[step.target] = self._ratio(step.ratio) * bias[step.source] + rate * self.flow[step.source]
             elif isinstance(step, Sum):
-                bias[step.target] = _total(sign * bias[source] for source, sign in step.terms)
+                bias[step.target] = total(sign * bias[source] for source, sign in step.terms)
             else:
                 self._solve_bias(step, bias)
         return bias
@@ -367,9 +376,9 @@ class Walk:
     def _solve_bias(self, step: Solve, bias: list[Any]) -> None:
         right = []
         for relation in step.relations:
-            varying = _total(-sign * self._ratio_rate(ratio) * self.flow[v] for v, ratio, sign in relation.terms)
+            varying = total(-sign * self._ratio_rate(ratio) * self.flow[v] for v, ratio, sign in relation.terms)
             known = [term for term in relation.terms if term[0] not in step.unknown]
-            right.append([varying + _total(-sign * self._ratio(ratio) * bias[v] for v, ratio, sign in known)])
+            right.append([varying + total(-sign * self._ratio(ratio) * bias[v] for v, ratio, sign in known)])
         solution = solve(self._matrix(step), right)
         for row, variable in enumerate(step.unknown):
             bias[variable] = solution[row][0]
@@ -380,24 +389,9 @@ class Walk:
             return self._efforts.get(number)
         moving = len(accelerations)
         gains = self.gain[port.variable]
-        rate = bias[port.variable] + _total(g * accelerations[k] for k, g in gains.items() if k < moving)
+        rate = bias[port.variable] + total(g * accelerations[k] for k, g in gains.items() if k < moving)
         return self.graph.constant(port.element.name) * port.sign * rate
-
-
-def _total(terms: Any) -> Any:
-    total: Any = 0.0
-    for term in terms:
-        total = total + term
-    return total
 
 
 def _here(position: Callable[[Any, Any, Any], Any], q: Any, anchor: Any) -> Here:
     return Here(q, position(q, np, anchor), np)
-
-
-def _picked(pick: Callable[[Any], Any], here: Here) -> Any:
-    return pick(here.position)
-
-
-def _slope(signal: Function, t: Any) -> Any:
-    return signal.partials(t)[1][0]

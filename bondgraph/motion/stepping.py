@@ -52,6 +52,7 @@ class Breaks(NamedTuple):
     place: int
     values: Array
     period: float | None
+    name: str = ""
 
     def around(self, value: float, forwards: bool) -> tuple[float, float]:
         """The breaks below and above a value; on a break, the piece that is entered."""
@@ -67,17 +68,30 @@ class Breaks(NamedTuple):
 
 
 def adaptive(
-    method: str, field: Field, t: float, state: Array, until: float, rtol: float, scale: Array
+    method: str,
+    field: Field,
+    t: float,
+    state: Array,
+    until: float,
+    rtol: float,
+    scale: Array,
+    longest: float = np.inf,
 ) -> Iterator[Stretch]:
-    """Steps of one of scipy's methods."""
+    """Steps of one of scipy's methods; `scale` is the size of every state, `longest` (s) that of a step."""
     from scipy import integrate
 
     absolute: Any = rtol * scale  # one for each state, which the stubs do not know
-    solver: Any = getattr(integrate, method)(field, t, state, until, rtol=max(rtol, 3e-14), atol=absolute)
+    solver: Any = getattr(integrate, method)(field, t, state, until, max_step=longest, rtol=max(rtol, 3e-14), atol=absolute)
     while solver.status == "running":
-        message = solver.step()
-        if solver.status == "failed":
-            raise GraphError(f"the motion cannot be followed past t = {solver.t:.9g} s: {message}")
+        reached = float(solver.t)
+        try:
+            message = solver.step()
+        except (ValueError, np.linalg.LinAlgError):  # the implicit methods', of a matrix that is not finite
+            message = "the rates are not finite"
+        if message is None and not np.all(np.isfinite(solver.y)):
+            message = "it is not finite"
+        if message is not None:
+            raise GraphError(f"the motion cannot be followed past t = {reached:.9g} s: {message}")
         yield Stretch(float(solver.t_old), float(solver.t), solver.dense_output())
 
 
@@ -89,6 +103,8 @@ def fixed(method: str, field: Field, t: float, state: Array, until: float, step:
     for start, end in pairwise(times):
         after = runge_kutta_step(tableau, field, float(start), state, float(end - start), rate)
         rate_after = field(float(end), after)
+        if not np.all(np.isfinite(rate_after)):
+            raise GraphError(f"the motion cannot be followed past t = {start:.9g} s: it is not finite")
         yield Stretch(float(start), float(end), _hermite(float(start), float(end), state, after, rate, rate_after))
         state, rate = after, rate_after
 
@@ -109,7 +125,7 @@ def runge_kutta_step(tableau: Tableau, field: Field, t: float, state: Array, ste
 
 
 def through_breaks(
-    steps: Callable[[float, Array, Mapping[int, float]], Iterator[Stretch]],
+    steps: Callable[[float, Array, float, Mapping[int, float]], Iterator[Stretch]],
     rate: Callable[[float, Array], Array],
     breaks: Sequence[Breaks],
     times: Sequence[float],
@@ -118,30 +134,32 @@ def through_breaks(
 ) -> Iterator[Stretch]:
     """Steps from t = 0 to `until`, started afresh at every time and every break that a state passes.
 
-    `steps(t, state, anchors)` makes the steps of one piece up to a time beyond it; `anchors` are the middles of the pieces.
+    `steps(t, state, stop, anchors)` makes the steps of one piece up to a time; `anchors` are the middles of the pieces.
     """
     t, taken = 0.0, 0
     for stop in [*sorted(time for time in times if 0.0 < time < until), until]:
         while t < stop:
+            began = t
             pieces = {b.place: b.around(state[b.place], _forwards(rate, t, state, b.place)) for b in breaks}
-            for stretch in _until(steps(t, state, {k: _middle(*piece) for k, piece in pieces.items()}), stop):
+            for stretch in steps(t, state, stop, {k: _middle(*piece) for k, piece in pieces.items()}):
                 left = _first_passage(stretch, pieces)
                 end, state = (stretch.end, stretch.dense(stretch.end)) if left is None else left
+                if left is not None and end == began:
+                    names = ", ".join(
+                        f"{b.name} = {state[b.place]:.9g}" for b in breaks if state[b.place] in pieces[b.place]
+                    )
+                    raise GraphError(
+                        f"the motion sticks at {names}, t = {t:.9g} s: the laws on both sides drive it back there"
+                    )
                 yield stretch._replace(end=end)
                 t, taken = end, taken + 1
                 if taken > _MOST_STEPS:
                     raise GraphError(
-                        f"{_MOST_STEPS} steps reach t = {t:.6g} s only: ask for a shorter time or a larger rtol"
+                        f"{_MOST_STEPS} steps reach t = {t:.6g} s only: ask for a shorter time or a larger rtol, or use a "
+                        "method for stiff equations (Radau, LSODA)"
                     )
                 if left is not None:
                     break
-
-
-def _until(stretches: Iterator[Stretch], stop: float) -> Iterator[Stretch]:
-    for stretch in stretches:
-        yield stretch._replace(end=min(stretch.end, stop))
-        if stretch.end >= stop:
-            return
 
 
 def _forwards(rate: Callable[[float, Array], Array], t: float, state: Array, index: int) -> bool:
@@ -159,33 +177,62 @@ def _middle(low: float, high: float) -> float:
     return low + 1.0 if np.isinf(high) else 0.5 * (low + high)
 
 
+_NODES = 0.5 - 0.5 * np.cos(np.pi * (np.arange(14) + 0.5) / 14)  # a step's dense output is a polynomial: 14 values fix it
+_TO_COEFFICIENTS = np.linalg.inv(np.polynomial.chebyshev.chebvander(2.0 * _NODES - 1.0, 13))
+_JUST_STARTED = 1e-9  # of a step
+
+
 def _first_passage(stretch: Stretch, pieces: Mapping[int, tuple[float, float]]) -> tuple[float, Array] | None:
-    """When a state first leaves its piece within a step, and the state then, put exactly on the break."""
-    from scipy.optimize import brentq
+    """When a state first leaves its piece within a step, and the state then, put exactly on the break.
 
-    samples = np.linspace(stretch.start, stretch.end, 9)
-    values = np.array([stretch.dense(time) for time in samples[1:]])
+    That is the step's start where the state leaves at once, on the side that it does not belong to.
+    """
+    if not pieces:
+        return None
+    width = stretch.end - stretch.start
+    values = stretch.dense(stretch.start + width * _NODES)
     found: tuple[float, int, float] | None = None
-    for index, (low, high) in pieces.items():
-        outside = np.flatnonzero((values[:, index] >= high) | (values[:, index] <= low))
-        if not outside.size:
-            continue
-        first = int(outside[0])
-        edge = high if values[first, index] >= high else low
-
-        def beyond(time: float, index: int = index, edge: float = edge) -> float:
-            return float(stretch.dense(time)[index] - edge)
-
-        inside, out = float(samples[first]), float(samples[first + 1])
-        same = beyond(inside) * beyond(out) >= 0.0
-        when = out if same else float(brentq(beyond, inside, out, xtol=4e-16 * max(out, 1e-300), rtol=1e-15))
-        if found is None or when < found[0]:
-            found = when, index, edge
+    for index, piece in pieces.items():
+        coefficients = _TO_COEFFICIENTS @ values[index]
+        reach = np.abs(coefficients[1:]).sum()
+        for edge in piece:
+            if np.isfinite(edge) and abs(coefficients[0] - edge) <= reach * (1.0 + 1e-9) + 1e-15 * abs(edge):
+                outwards = 1.0 if edge == piece[1] else -1.0
+                part = _leaving(stretch, index, coefficients, edge, outwards)
+                if part is not None and (found is None or part < found[0]):
+                    found = part, index, edge
     if found is None:
         return None
-    state = np.array(stretch.dense(found[0]))
+    when = stretch.end if found[0] == 1.0 else stretch.start + found[0] * width
+    state = np.array(stretch.dense(when))
     state[found[1]] = found[2]
-    return found[0], state
+    return when, state
+
+
+def _leaving(stretch: Stretch, index: int, coefficients: Array, edge: float, outwards: float) -> float | None:
+    """The part of a step after which a state is first beyond an edge."""
+    from scipy.optimize import brentq
+
+    def beyond(part: float) -> float:
+        time = stretch.start + part * (stretch.end - stretch.start)
+        return outwards * float(stretch.dense(time)[index] - edge)
+
+    crossings = _crossings(coefficients, edge)
+    if beyond(0.5 * (crossings[0] if crossings.size else 1.0)) > 0.0:
+        return 0.0
+    for low, high in pairwise([_JUST_STARTED, *(0.5 * (crossings[1:] + crossings[:-1])), 1.0]):
+        if beyond(high) >= 0.0:
+            return float(brentq(beyond, low, high, xtol=1e-300, rtol=1e-15)) if beyond(low) < 0.0 < beyond(high) else high
+    return None
+
+
+def _crossings(coefficients: Array, edge: float) -> Array:
+    """Where, in parts of a step, its polynomial has a value, the start left out."""
+    chebyshev = np.polynomial.chebyshev
+    shifted = chebyshev.chebtrim(coefficients - edge * np.eye(coefficients.size)[0], 1e-15 * np.abs(coefficients).max())
+    roots = 0.5 + 0.5 * chebyshev.chebroots(shifted)
+    real = roots.real[np.abs(roots.imag) < 1e-6]
+    return np.unique(real[(real > _JUST_STARTED) & (real < 1.0)])
 
 
 def _hermite(a: float, b: float, ya: Array, yb: Array, fa: Array, fb: Array) -> Callable[[Any], Array]:

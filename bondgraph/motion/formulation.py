@@ -8,6 +8,10 @@ so that an inertia whose flow depends on others (derivative causality, through a
 by its gain: M u' + ... = Q with M = G^T I G. No step divides by a modulus. Gyrators tie efforts to flows and stay out of G:
 they act as a pair of ports. Flows that no inertia weighs follow from an algebraic equation, flows that a source
 imposes are given.
+
+Independent flows are taken in layers: first those that inertias alone see, then those that resistors and gyrators see,
+last those that only springs see. So a layer's flows leave the layers before it alone: the mass matrix is regular, and what
+springs alone hold is told apart from what a resistor holds too.
 """
 
 from __future__ import annotations
@@ -18,6 +22,7 @@ from typing import NamedTuple
 from bondgraph.elements import Displacement, Element, Law, Modulus
 from bondgraph.faults import GraphError
 from bondgraph.graph import BondGraph
+from bondgraph.motion.layers import INERTIAS, SPRINGS, Layers
 from bondgraph.structure import Ratio, Relation, Scale, Solve, Step, Sum, flow_relations, flow_variables, places, plan
 
 
@@ -60,10 +65,12 @@ class Formulation:
     def __init__(self, graph: BondGraph) -> None:
         self.graph = graph
         self.flow = flow_variables(graph)
-        self.displacements = tuple(_displacements(graph))
+        self.displacements = tuple(displacements(graph))
+        self._layers = Layers(graph, self.flow)
+        self._check_free()
         chosen, self.steps = self._chosen()
-        self.support = self._supports(chosen)
         self.coordinates = self._sorted(chosen)
+        self._check_held()
         self.support = self._supports(self.coordinates.all)
         self.ports = tuple(_ports(graph, self.flow))
 
@@ -72,6 +79,11 @@ class Formulation:
         """The places in `coordinates.all` of the flows that no inertia weighs."""
         first = len(self.coordinates.moving)
         return range(first, first + len(self.coordinates.massless))
+
+    @property
+    def static(self) -> frozenset[int]:
+        """The places in `coordinates.all` of the flows that springs alone hold."""
+        return frozenset(k for k in self.massless if self._layers.of[self.coordinates.all[k]] == SPRINGS)
 
     def variable(self, name: str) -> int:
         """The flow variable of an element: of a two-port, that of the bond that enters it."""
@@ -116,8 +128,8 @@ class Formulation:
                 return Solve(tuple(sorted(group)), tuple(relations))
         return None
 
-    def _rank(self, variable: int, unknown: set[int]) -> tuple[bool, int, bool, int]:
-        """Lowest is chosen: none behind a modulus (it may vanish), then those whose displacement is asked, then inertias."""
+    def _rank(self, variable: int, unknown: set[int]) -> tuple[int, bool, int, bool, int]:
+        """Lowest is chosen: by layer, none behind a modulus (it may vanish), then owners of displacements, then inertias."""
         graph, behind, owner, weighed = self.graph, False, len(self.displacements), False
         for element in graph.of_kind("TF"):
             into, out = graph.ends(element.name)
@@ -128,7 +140,7 @@ class Formulation:
                 owner = min(owner, k)
         for element in graph.of_kind("I"):
             weighed |= self.flow[graph.bond_of(element.name).number] == variable and element.law != 0.0
-        return behind, owner, not weighed, variable
+        return self._layers.of[variable], behind, owner, not weighed, variable
 
     def _supports(self, chosen: tuple[int, ...]) -> dict[int, tuple[int, ...]]:
         support: dict[int, tuple[int, ...]] = {variable: (k,) for k, variable in enumerate(chosen)}
@@ -143,14 +155,42 @@ class Formulation:
         return support
 
     def _sorted(self, chosen: tuple[int, ...]) -> Coordinates:
-        imposed = len(self.graph.of_kind("Sf"))
-        weighed: set[int] = set()
-        for element in self.graph.of_kind("I"):
-            if element.law != 0.0:
-                weighed.update(self.support[self.flow[self.graph.bond_of(element.name).number]])
-        moving = tuple(v for k, v in enumerate(chosen) if k >= imposed and k in weighed)
-        massless = tuple(v for k, v in enumerate(chosen) if k >= imposed and k not in weighed)
-        return Coordinates(moving, massless, chosen[:imposed])
+        count = len(self.graph.of_kind("Sf"))
+        imposed, free = chosen[:count], chosen[count:]
+        for variable in free:
+            if self._layers.of[variable] > SPRINGS:
+                where = self.name_of(variable)
+                raise GraphError(f"nothing holds the flow of {where}: it meets no inertia, resistor, spring or gyrator")
+        moving = tuple(v for v in free if self._layers.of[v] == INERTIAS)
+        massless = sorted((v for v in free if v not in moving), key=lambda v: self._layers.of[v])
+        return Coordinates(moving, tuple(massless), imposed)
+
+    def _check_free(self) -> None:
+        """Whether any flow can only be zero."""
+        locked = self._layers.locked()
+        if locked:
+            relations = [r for r in flow_relations(self.graph, self.flow) if all(v in locked for v, _, _ in r.terms)]
+            at = ", ".join(places(self.graph, relations))
+            raise GraphError(
+                f"over-constrained: {at} contradict each other and lock {', '.join(map(self.name_of, locked))}, whose flow "
+                "can only be zero: take one of them out, or change a ratio"
+            )
+
+    def _check_held(self) -> None:
+        """Whether resistors and gyrators settle the flows that no inertia weighs."""
+        resisted = [self.coordinates.all[k] for k in self.massless if k not in self.static]
+        loose = self._layers.unsettled(self.coordinates.all, resisted)
+        if loose is None:
+            raise GraphError(
+                _contradiction(self.graph, [r for s in self.steps if isinstance(s, Solve) for r in s.relations])
+            )
+        if loose:
+            where = ", ".join(self.name_of(v) for v in loose)
+            gyrators = ", ".join(f"{self.graph.symbol(e.name)}:{e.name}" for e in self.graph.of_kind("GY"))
+            raise GraphError(
+                f"{gyrators} settle no flow of {where}: what is beyond is tied to a store on this side, without an inertia "
+                "or resistor between; hang a small one on"
+            )
 
 
 def ratios(step: Step) -> Iterator[Ratio]:
@@ -161,7 +201,8 @@ def ratios(step: Step) -> Iterator[Ratio]:
         yield from (ratio for relation in step.relations for _, ratio, _ in relation.terms)
 
 
-def _displacements(graph: BondGraph) -> Iterator[Displacement]:
+def displacements(graph: BondGraph) -> Iterator[Displacement]:
+    """The declared displacements, and one for each further 1-junction that a motion refers to."""
     yield from graph.displacements.values()
     declared = {d.of for d in graph.displacements.values()}
     laws = [element.law for element in graph.elements.values()]

@@ -2,26 +2,30 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+import math
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from functools import cached_property
+from numbers import Real
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from bondgraph.audit import Audit, Bonds, audit
-from bondgraph.dynamics import Dynamics
 from bondgraph.faults import GraphError
 from bondgraph.graph import BondGraph
 from bondgraph.laws import TIME
-from bondgraph.stepping import ADAPTIVE, FIXED, Breaks, Stretch, adaptive, fixed, through_breaks
-from bondgraph.walk import Instant
+from bondgraph.motion.audit import Audit, Bonds, audit
+from bondgraph.motion.dynamics import Dynamics
+from bondgraph.motion.stepping import ADAPTIVE, FIXED, Breaks, Stretch, adaptive, fixed, through_breaks
+from bondgraph.motion.walk import Instant
 
 Array = NDArray[np.float64]
 
 _TIGHTEST = 1e-13  # tolerance of a step: below it rounding wins
-_COMPARED = 64  # times at which two runs are compared
+_ROUNDING = 1e-11  # an error that the tightest tolerance may leave
+_MOST_HALVINGS = 3  # of the longest step, after tolerances
+_COMPARED = 200  # times at which two runs are compared
 
 
 @dataclass(frozen=True, eq=False)
@@ -105,8 +109,9 @@ class Run:
 
     def _times(self, t: Any) -> Array:
         times = self.t if t is None else np.atleast_1d(np.asarray(t, dtype=float))
-        if times.size and (times.min() < self.t[0] or times.max() > self.t[-1]):
-            raise GraphError(f"found times to {times.max():g} s, expected within 0 and {self.t[-1]:g} s")
+        outside = times[~((times >= self.t[0]) & (times <= self.t[-1]))]
+        if outside.size:
+            raise GraphError(f"found the time {outside[0]:g} s, expected one within 0 and {self.t[-1]:g} s")
         return times
 
     def _owners(self, times: Array) -> NDArray[np.int_]:
@@ -169,7 +174,10 @@ def simulate(
     _check_arguments(until, rtol, method, step)
     dynamics = Dynamics(graph, signals)
     start = _start(dynamics, initial or {})
-    stepper = _Stepper(dynamics, method, until, start, _breaks(dynamics, breaks or {}))
+    faults = dynamics.unbalanced(start.tolist())
+    if faults:
+        raise GraphError("\n".join(faults))
+    stepper = _Stepper(dynamics, method, until, start, _breaks(dynamics, breaks or {}, until))
     run = stepper.fixed(step) if step is not None else stepper.adaptive(rtol)
     if tolerance is not None:
         _enforce(run.audit, tolerance)
@@ -187,60 +195,94 @@ class _Stepper:
         self.evaluations = 0
         self.junctions = {k: d.of for k, d in enumerate(dynamics.form.displacements, start=dynamics.state.flows)}
         self.anchors: list[Mapping[str, float]] = []
+        self.undefined: tuple[float, list[float], Mapping[int, float]] | None = None  # where laws were, last
+        self.scale = np.maximum(np.abs(start), 1e-3)
         self._field({})(0.0, start)  # a state without rates is an error before anything is stepped
+        if self.undefined is not None:
+            raise GraphError(f"there are no rates at the start: {self._why()}")
 
     def adaptive(self, rtol: float) -> Run:
-        """Runs at tighter and tighter tolerance until two of them agree within rtol, or rounding wins."""
-        inner = 0.1 * rtol
+        """Runs at tighter and tighter tolerance until two of them agree within rtol, or rounding wins.
+
+        Where tightening does not help, inside steps that are as long as stability lets them be, they are halved.
+        """
+        inner, longest, halvings, before = max(0.03 * rtol, 10.0 * _TIGHTEST), np.inf, 0, np.inf
         run = self._run(inner)
         while True:
             inner = max(0.03 * inner, _TIGHTEST)
-            looser, run = run, self._run(inner)
+            self._rescale(run)
+            looser, run = run, self._run(inner, longest=longest)
             error = _difference(looser, run)
-            if error <= rtol or inner <= _TIGHTEST:
+            helpless = inner <= _TIGHTEST or error > 0.3 * before
+            if error <= rtol or (inner <= _TIGHTEST and (halvings == _MOST_HALVINGS or error < _ROUNDING)):
                 return Run(run.dynamics, run.stretches, run.anchors, error, rtol, self.evaluations)
+            if helpless and halvings < _MOST_HALVINGS:
+                longest, halvings = 0.5 * float(np.diff(run.t).max()), halvings + 1
+            before = error
 
     def fixed(self, step: float) -> Run:
         """A run with equal steps, and its difference to one with steps twice as long."""
         longer, run = self._run(None, 2.0 * step), self._run(None, step)
         return Run(run.dynamics, run.stretches, run.anchors, _difference(longer, run), None, self.evaluations)
 
-    def _run(self, rtol: float | None, step: float = 0.0) -> Run:
+    def _run(self, rtol: float | None, step: float = 0.0, longest: float = np.inf) -> Run:
         self.anchors = []
-        scale = np.maximum(np.abs(self.start), 1e-3)
         plain = self._field({})
 
-        def steps(t: float, state: Array, anchors: Mapping[int, float]) -> Iterator[Stretch]:
-            field = self._field(anchors)
+        def steps(t: float, state: Array, stop: float, anchors: Mapping[int, float]) -> Iterator[Stretch]:
+            field = self._field(anchors, float(np.nextafter(stop, 0.0)))
             by_junction = {self.junctions[k]: value for k, value in anchors.items() if k in self.junctions}
             if rtol is None:
-                made = fixed(self.method, field, t, state, self.until, step)
+                made = fixed(self.method, field, t, state, stop, step)
             else:
-                made = adaptive(self.method, field, t, state, self.until, rtol, scale)
+                made = adaptive(self.method, field, t, state, stop, rtol, self.scale, longest)
             for stretch in made:
                 self.anchors.append(by_junction)
                 yield stretch
 
-        stretches = tuple(through_breaks(steps, plain, self.breaks, self.times, self.start, self.until))
+        try:
+            stretches = tuple(through_breaks(steps, plain, self.breaks, self.times, self.start, self.until))
+        except GraphError as error:
+            raise GraphError(str(error) if self.undefined is None else f"{error} ({self._why()})") from error
         return Run(self.dynamics, stretches, tuple(self.anchors), 0.0, rtol, 0)
 
-    def _field(self, anchors: Mapping[int, float]) -> Callable[[float, Array], Array]:
-        """The rates within one piece, as a field for the integrators; not a number where a law is not defined."""
+    def _rescale(self, run: Run) -> None:
+        """Absolute tolerances from the greatest values that a run reaches."""
+        for k, values in enumerate(run.states().values()):
+            self.scale[k] = float(np.abs(values).max()) or self.scale[k]
+
+    def _field(self, anchors: Mapping[int, float], last: float = np.inf) -> Callable[[float, Array], Array]:
+        """The rates within one piece, as a field for the integrators; not a number where a law is not defined.
+
+        At the piece's end the time is `last`, just before: a law that jumps then is still on its branch.
+        """
         rates, size = self.dynamics.rates, self.start.size
         places = {junction: k for k, junction in self.junctions.items()}
         anchored = [places[junction] for junction in self.dynamics.anchored]
 
         def field(t: float, state: Array) -> Array:
             self.evaluations += 1
-            values = state.tolist()
+            t, values = min(t, last), state.tolist()
             try:
-                return np.array(rates(t, *values, *(anchors.get(k, values[k]) for k in anchored)))
-            except (ValueError, ZeroDivisionError, OverflowError) as error:
-                if self.evaluations == 1:
-                    raise GraphError(f"the laws are not defined at the start: {error}") from error
-                return np.full(size, np.nan)
+                found = rates(t, *values, *(anchors.get(k, values[k]) for k in anchored))
+            except (ValueError, ArithmeticError):
+                found = (math.nan,) * size
+            if not math.isfinite(sum(found)) and math.isfinite(sum(values)):
+                self.undefined = t, values, anchors
+            return np.array(found)
 
         return field
+
+    def _why(self) -> str:
+        """Why there were no rates where they were last asked in vain."""
+        assert self.undefined is not None
+        t, values, anchors = self.undefined
+        try:
+            with np.errstate(divide="raise", invalid="raise", over="raise"):
+                self.dynamics.at(t, values, {self.junctions[k]: v for k, v in anchors.items() if k in self.junctions})
+        except (ValueError, ArithmeticError) as error:
+            return str(error)
+        return f"the rates are not finite at t = {t:.9g} s"
 
 
 def _difference(looser: Run, tighter: Run) -> float:
@@ -259,7 +301,9 @@ def _check_arguments(until: float, rtol: float, method: str, step: float | None)
     faults = []
     numbers = {"until": until, "rtol": rtol} | ({} if step is None else {"step": step})
     faults += [
-        f"{name}: found {v}, expected a number above 0" for name, v in numbers.items() if not (np.isfinite(v) and v > 0)
+        f"{name}: found {v!r}, expected a number above 0"
+        for name, v in numbers.items()
+        if not (isinstance(v, Real) and np.isfinite(v) and v > 0)
     ]
     if method not in (*ADAPTIVE, *FIXED):
         faults.append(f"method: found {method!r}, expected one of {', '.join((*ADAPTIVE, *FIXED))}")
@@ -282,8 +326,8 @@ def _start(dynamics: Dynamics, initial: Mapping[str, float]) -> Array:
         found = next((n for n in (name, f"f_{name}", f"q_{name}") if n in names), None)
         if found is None:
             faults.append(f"initial {name!r}: no such state; the independent ones are {', '.join(names)}")
-        elif not np.isfinite(value):
-            faults.append(f"initial {name!r}: found {value}, expected a finite number")
+        elif not isinstance(value, Real) or not np.isfinite(value):
+            faults.append(f"initial {name!r}: found {value!r}, expected a finite number")
         else:
             start[names.index(found)] = value
     if faults:
@@ -291,20 +335,33 @@ def _start(dynamics: Dynamics, initial: Mapping[str, float]) -> Array:
     return start
 
 
-def _breaks(dynamics: Dynamics, given: Mapping[str, Any]) -> tuple[list[Breaks], list[float]]:
-    breaks, times = [], []
+def _breaks(dynamics: Dynamics, given: Mapping[str, Any], until: float) -> tuple[list[Breaks], list[float]]:
+    breaks: list[Breaks] = []
+    times: list[float] = []
     for name, values in given.items():
-        period = None
-        if len(values) == 2 and not isinstance(values[0], float | int):
-            values, period = values[0], float(values[1])
-        ascending = np.unique(np.asarray(values, dtype=float) % period if period else np.asarray(values, dtype=float))
+        places, period = _places(name, values)
         if name == TIME:
-            times += ascending.tolist()
+            again = [0.0] if period is None else period * np.arange(np.ceil(until / period))
+            times += [float(place + later) for later in again for place in places]
         elif name in dynamics.state.names:
-            breaks.append(Breaks(dynamics.state.names.index(name), ascending, period))
+            breaks.append(Breaks(dynamics.state.names.index(name), places, period, name))
         else:
             raise GraphError(f"breaks {name!r}: no such state; they are t, {', '.join(dynamics.state.names)}")
     return breaks, times
+
+
+def _places(name: str, given: Any) -> tuple[Array, float | None]:
+    """Ascending places of breaks, within a period if there is one."""
+    try:
+        if len(given) == 2 and np.ndim(given[0]) == 1:
+            places, period = np.asarray(given[0], dtype=float), float(given[1])
+        else:
+            places, period = np.asarray(given, dtype=float), None
+    except (TypeError, ValueError) as error:
+        raise GraphError(f"breaks {name!r}: found {given!r}, expected a list of numbers, or (list, period)") from error
+    if places.ndim != 1 or not np.all(np.isfinite(places)) or (period is not None and not 0.0 < period < np.inf):
+        raise GraphError(f"breaks {name!r}: found {given!r}, expected finite numbers, and a period above 0")
+    return np.unique(places if period is None else places % period), period
 
 
 def _enforce(found: Audit, tolerance: float) -> None:

@@ -13,13 +13,14 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from bondgraph.dynamics import Dynamics
-from bondgraph.stepping import Stretch
+from bondgraph.motion.dynamics import Dynamics
+from bondgraph.motion.stepping import Stretch
+from bondgraph.motion.walk import Instant
 from bondgraph.structure import Ratio, Scale, Sum, effort_relations, effort_variables, plan
-from bondgraph.walk import Instant
 
 Array = NDArray[np.float64]
 
+_NO_POWER = 1e-60  # W: less than this is the remains of an iteration towards zero
 _POINTS, _WEIGHTS = np.polynomial.legendre.leggauss(5)
 
 
@@ -109,7 +110,6 @@ def audit(dynamics: Dynamics, bonds: Bonds, stretches: Sequence[Stretch], look: 
     times = (starts[:, None] + 0.5 * widths[:, None] * (1.0 + _POINTS)).ravel()
     inside = look(times, np.repeat(np.arange(len(stretches)), _POINTS.size))
     flows, efforts = bonds.flows(inside, times.shape), bonds.efforts(inside, times.shape)
-    worst, where = _worst(bonds.imbalances(flows, efforts), flows, efforts)
     power = {p.element.name: p.sign * efforts[p.bond] * flows[p.bond] for p in dynamics.form.ports if p.element.kind != "GY"}
 
     def since_start(*kinds: str) -> Array:
@@ -121,17 +121,25 @@ def audit(dynamics: Dynamics, bonds: Bonds, stretches: Sequence[Stretch], look: 
     owners = np.append(np.arange(len(stretches)), len(stretches) - 1)
     stored, bent = _stored(dynamics, look(edges, owners), edges.shape)
     stored = stored + (since_start("C") if bent else 0.0)
+    usual = float(np.abs(stored).max()) / stretches[-1].end
+    worst, where = _worst(bonds.imbalances(flows, efforts), flows, efforts, usual)
     dissipated, supplied = since_start("R"), -since_start("Se", "Sf")
     residual = np.abs(stored - stored[0] + dissipated - supplied).max()
-    scale = max(float(np.abs(energy).max()) for energy in (stored, dissipated, supplied, since_start("I", "C")))
-    return Audit(worst, where, float(residual / scale) if scale else 0.0, stored, dissipated, supplied)
+    scale = max(float(np.abs(energy).max()) for energy in (stored, dissipated, supplied, since_start("I"), since_start("C")))
+    return Audit(worst, where, float(residual / scale) if scale > _NO_POWER else 0.0, stored, dissipated, supplied)
 
 
-def _worst(imbalances: dict[str, Array], flows: dict[int, Array], efforts: dict[int, Array]) -> tuple[float, str]:
+def _worst(
+    imbalances: dict[str, Array], flows: dict[int, Array], efforts: dict[int, Array], usual: float
+) -> tuple[float, str]:
+    """The greatest imbalance over the greatest power, and where; 0 where no power flows but by rounding of the usual one."""
     scale = max(float(np.abs(efforts[n] * flows[n]).max()) for n in flows)
+    usual = max(
+        usual, max(float(np.abs(e).max()) for e in efforts.values()) * max(float(np.abs(f).max()) for f in flows.values())
+    )
     largest = {name: float(np.abs(value).max()) for name, value in imbalances.items()}
     where = max(largest, key=lambda name: largest[name])
-    return (largest[where] / scale if scale else 0.0), where
+    return (0.0 if scale <= max(_NO_POWER, 1e-13 * usual) else largest[where] / scale), where
 
 
 def _stored(dynamics: Dynamics, instant: Instant, shape: tuple[int, ...]) -> tuple[Array, bool]:

@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from typing import Any
 
 import numpy as np
 
 from bondgraph.faults import GraphError
 from bondgraph.laws import is_symbolic
-from bondgraph.recording import Node, recorded
+from bondgraph.motion.recording import Node, recorded
 
 Rows = Sequence[Sequence[Any]]
 
@@ -70,9 +70,17 @@ def solve_symmetric(lower: Rows, right: Sequence[Any]) -> list[Any]:
 
 _LOCKS = "the constraints lock or branch at one of the positions: singular flow system"
 _WEIGHTLESS = (
-    "the inertia that the motion sees vanishes at one of the positions (a dead centre without inertia on the other side?): "
-    "the acceleration is not determined"
+    "the inertia that the motion sees vanishes or is negative at one of the positions (a dead centre without inertia on "
+    "the other side?): the acceleration is not determined"
 )
+
+
+def total(terms: Iterable[Any]) -> Any:
+    """The sum of terms, left to right, of whatever kind they are."""
+    found: Any = 0.0
+    for term in terms:
+        found = found + term
+    return found
 
 
 def _less(value: Any, products: Any) -> Any:
@@ -90,5 +98,8 @@ def _quotient(value: Any, divisor: Any) -> Any:
 def _symbolic(matrix: Rows, right: Rows) -> list[list[Any]]:
     import sympy  # type: ignore[import-untyped]
 
-    solution = sympy.Matrix(matrix).LUsolve(sympy.Matrix(right))
+    try:
+        solution = sympy.Matrix(matrix).LUsolve(sympy.Matrix(right))
+    except ValueError as error:
+        raise GraphError(_LOCKS) from error
     return [[solution[i, j] for j in range(solution.cols)] for i in range(solution.rows)]

@@ -1,0 +1,1 @@
+"""Equations of motion in numbers: independent flows, evaluation, time stepping, power audit."""

@@ -1,0 +1,164 @@
+"""How fast graphs are derived, reduced and simulated: one run, ratios to a baseline of the same run.
+
+    python tests/benchmarks/bench_bondgraph.py
+
+The baseline of a simulation is what an engineer would write for this one machine: the reduced equation by hand, in
+scipy's solve_ivp at the same tolerance. Where the package BondGraphTools is installed, its equations are timed beside ours
+on a graph that it accepts (constant ratios: it refuses a modulated transformer). Times are medians.
+"""
+
+from __future__ import annotations
+
+import statistics
+import sys
+import time
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+import sympy
+from scipy.integrate import solve_ivp
+from sympy.core.cache import clear_cache
+
+from bondgraph import BondGraph, Builder, I, R, Reduction, Se, motion_equation, simulate, state_equations
+
+sys.path.insert(0, str(Path(__file__).parents[2] / "examples" / "bond_graphs"))
+
+import dc_motor
+import rosenberg
+
+RADIUS, ROD = 0.2, 0.6
+THETA = sympy.Symbol("theta")
+TRAVEL = (
+    -RADIUS * sympy.sin(THETA) * (1 + RADIUS * sympy.cos(THETA) / sympy.sqrt(ROD**2 - RADIUS**2 * sympy.sin(THETA) ** 2))
+)
+
+
+class Row(NamedTuple):
+    """What was done, its median time (s), and what it is measured against."""
+
+    name: str
+    seconds: float
+    baseline: float
+    against: str
+
+
+def median(call: Callable[[], Any], repeats: int = 7) -> float:
+    """Median time of a call, s; SymPy's cache is emptied before each."""
+    times = []
+    for _ in range(repeats):
+        clear_cache()
+        start = time.perf_counter()
+        call()
+        times.append(time.perf_counter() - start)
+    return statistics.median(times)
+
+
+def fan(branches: int, ratio: Any) -> BondGraph:
+    """A crank with inertia, source and resistor, and so many masses with resistors behind transformers."""
+    b = Builder().one("crank", "rotation", displacement="theta").on("crank", I("J", 1.0), Se("M", 10.0), R("b", 0.5))
+    for k in range(branches):
+        b.one(f"v{k}", "translation").on(f"v{k}", I(f"m{k}", 3.0), R(f"B{k}", 0.5), Se(f"F{k}", -3.0))
+        b.transform("crank", f"v{k}", ratio(k), name=f"T{k}")
+    return b.build()
+
+
+def modulated(k: int) -> Any:
+    """The slider's ratio, its crank turned on for every further branch."""
+    return TRAVEL.subs(THETA, THETA + k)
+
+
+def by_hand(until: float, rtol: float) -> Any:
+    """The reduced equation of the condensed slider-crank, as one would write it for this machine alone."""
+
+    def rates(t: float, y: Any) -> list[float]:
+        theta, omega = y
+        sine, cosine = np.sin(theta), np.cos(theta)
+        root = np.sqrt(ROD**2 - (RADIUS * sine) ** 2)
+        ratio = -RADIUS * sine * (1 + RADIUS * cosine / root)
+        slope = -RADIUS * cosine - RADIUS**2 * ((cosine**2 - sine**2) / root + (RADIUS * sine * cosine) ** 2 / root**3)
+        moment = 10.0 - 0.5 * omega + ratio * (-3.0 - 0.5 * ratio * omega)
+        return [omega, (moment - 3.0 * ratio * slope * omega**2) / (1.0 + 3.0 * ratio**2)]
+
+    return solve_ivp(rates, (0.0, until), [0.0, 10.0], "DOP853", rtol=rtol, atol=rtol * 1e-3)
+
+
+def audited(graph: BondGraph, until: float, **given: Any) -> float:
+    """A simulation with its audit."""
+    return simulate(graph, until, **given).audit.energy
+
+
+def rows() -> Iterator[Row]:
+    """Every measurement."""
+    condensed, eight = fan(1, modulated), fan(8, modulated)
+    aim = "aim"
+    yield Row("state equations, condensed slider-crank", median(lambda: state_equations(condensed)), 0.3, aim)
+    yield Row("state equations, eight MTF branches", median(lambda: state_equations(eight), 3), 2.0, aim)
+    yield Row("I* phi'' + ½ I*' phi'² = M*, condensed", median(lambda: motion_equation(condensed)), 0.3, aim)
+    yield Row("I* phi'' + ½ I*' phi'² = M*, eight branches", median(lambda: motion_equation(eight), 3), 2.0, aim)
+    hand = median(lambda: by_hand(5.0, 1e-9))
+    start = {"crank": 10.0}
+    yield Row(
+        "5 s of slider-crank, rtol 1e-8, estimate, audit", median(lambda: audited(condensed, 5.0, initial=start)), 0.05, aim
+    )
+    yield Row("the same", median(lambda: audited(condensed, 5.0, initial=start)), hand, "by hand in solve_ivp, 1e-9, once")
+    expanded = rosenberg.machine()
+    sweep = np.linspace(0.0, 2 * np.pi, 361)
+    plain = Reduction(condensed, "crank")
+    whole = expanded.reduction()
+    yield Row(
+        "I*, M* at 361 angles, expanded planar bodies",
+        median(lambda: whole(sweep)),
+        median(lambda: plain(sweep)),
+        "condensed",
+    )
+    yield Row(
+        "1 s of DC motor, shaft, gear, slider-crank",
+        median(lambda: audited(dc_motor.build(), 1.0), 3),
+        hand,
+        "by hand, one state pair",
+    )
+    yield from _beside()
+
+
+def _beside() -> Iterator[Row]:
+    """Another package's equations, where it is installed."""
+    try:
+        import BondGraphTools as other
+    except ImportError:
+        print("BondGraphTools is not installed: left out")
+        return
+    for count in (1, 2):
+        theirs = median(lambda count=count: _theirs(other, count).constitutive_relations, 3)
+        ours = median(lambda count=count: state_equations(fan(count, lambda k: 0.5)), 3)
+        yield Row(f"state equations, {count} constant ratios", ours, theirs, "BondGraphTools")
+
+
+def _theirs(other: Any, count: int) -> Any:
+    model, crank = other.new(name="fan"), other.new("1", name="crank")
+    ports = [other.new("I", value=1.0), other.new("Se", value=10.0), other.new("R", value=0.5)]
+    other.add(model, crank, *ports)
+    for port in ports:
+        other.connect(crank, port)
+    for k in range(count):
+        ratio, ram = other.new("TF", value=0.5, name=f"T{k}"), other.new("1", name=f"v{k}")
+        hung = [other.new("I", value=3.0), other.new("R", value=0.5), other.new("Se", value=-3.0)]
+        other.add(model, ratio, ram, *hung)
+        other.connect(crank, (ratio, 0))
+        other.connect((ratio, 1), ram)
+        for port in hung:
+            other.connect(ram, port)
+    return model
+
+
+def main() -> None:
+    """Print the table."""
+    print(f"{'':52s}{'time':>12s}{'ratio':>9s}  to")
+    for row in rows():
+        ratio, against = row.seconds / row.baseline, f"{row.against}: {1e3 * row.baseline:.3g} ms"
+        print(f"{row.name:52s}{1e3 * row.seconds:9.2f} ms{ratio:9.3g}  {against}")
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,163 @@
+from math import hypot
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from bondgraph import Bond, BondGraph, Builder, GraphError, I, One, Se
+from bondgraph.drawing.layout import Box, Line, Point, flaws, half_arrow, layout, stroke
+from tests.bondgraph.drawing.drawn_graphs import GRAPHS, motor
+
+DRAWN = {name: layout(make()) for name, make in GRAPHS.items()}
+
+
+def crossing(one: Line, two: Line) -> bool:
+    def side(line, point):
+        (x, y), (u, v) = line
+        return (u - x) * (point.y - y) - (v - y) * (point.x - x)
+
+    return side(one, two.start) * side(one, two.end) < 0 > side(two, one.start) * side(two, one.end)
+
+
+def middle(line: Line) -> Point:
+    return line.point(0.5)
+
+
+def away(point: Point, boxes: tuple[Box, ...]) -> float:
+    def gap(box):
+        across, up = abs(point.x - box.x) - box.width / 2, abs(point.y - box.y) - box.height / 2
+        return hypot(max(across, 0.0), max(up, 0.0))
+
+    return min(gap(box) for box in boxes)
+
+
+@pytest.mark.parametrize("name", DRAWN)
+def test_no_label_overlaps_another_and_no_bond_or_number_runs_into_one(name):
+    drawn = DRAWN[name]
+    assert list(flaws(drawn)) == []
+    boxes = [(owner, box) for owner, own in drawn.boxes.items() for box in own]
+    for k, (owner, box) in enumerate(boxes):  # the same once more, box by box
+        assert not any(box.overlaps(other) for name, other in boxes[:k] if name != owner)
+        assert not any(box.overlaps(number) for number in drawn.numbers.values())
+        assert not any(line.passes(box) for n, line in drawn.bonds.items() if owner not in drawn.ends[n])
+
+
+@pytest.mark.parametrize("name", DRAWN)
+def test_planar_graphs_are_drawn_without_crossings(name):
+    lines = list(DRAWN[name].bonds.values())
+    assert not any(crossing(one, two) for k, one in enumerate(lines) for two in lines[:k])
+
+
+@pytest.mark.parametrize("name", DRAWN)
+def test_bonds_run_from_their_tail_to_their_head_and_can_be_seen(name):
+    drawn = DRAWN[name]
+    for number, line in drawn.bonds.items():
+        tail, head = (drawn.boxes[end] for end in drawn.ends[number])
+        assert line.length > 15.0
+        assert away(line.start, tail) < away(line.start, head)
+        assert away(line.end, head) < away(line.end, tail)
+
+
+@pytest.mark.parametrize("name", DRAWN)
+def test_strokes_sit_at_the_end_they_are_asked_for(name):
+    drawn = DRAWN[name]
+    for number, line in drawn.bonds.items():
+        tail, head = (drawn.boxes[end] for end in drawn.ends[number])
+        at_head, at_tail = middle(stroke(line, at_end=True)), middle(stroke(line, at_end=False))
+        assert away(at_head, head) < away(at_head, tail)
+        assert away(at_tail, tail) < away(at_tail, head)
+
+
+@pytest.mark.parametrize("name", DRAWN)
+def test_no_stroke_touches_a_label(name):
+    drawn = DRAWN[name]
+    boxes = [box for own in drawn.boxes.values() for box in own]
+    strokes = [stroke(line, at_end) for line in drawn.bonds.values() for at_end in (True, False)]
+    assert not [s for s in strokes for box in boxes if s.passes(box)]
+
+
+def test_a_stroke_stands_across_its_bond():
+    line, bar = Line(Point(0.0, 0.0), Point(30.0, 40.0)), stroke(Line(Point(0.0, 0.0), Point(30.0, 40.0)), at_end=True)
+    along = (line.end.x * (bar.end.x - bar.start.x), line.end.y * (bar.end.y - bar.start.y))
+    assert sum(along) == pytest.approx(0.0, abs=1e-9)
+    assert middle(bar) == pytest.approx(line.end)
+
+
+@pytest.mark.parametrize("end", [(50.0, 0.0), (-50.0, 0.0), (0.0, 50.0), (0.0, -50.0), (40.0, 30.0), (-40.0, 30.0)])
+def test_half_arrows_lie_on_the_flow_side_whichever_way_the_bond_points(end):
+    line = Line(Point(0.0, 0.0), Point(*end))
+    barb, plain = half_arrow(line).end, line.point(0.7)
+    assert half_arrow(line).start == line.end
+    aside = line.point(0.7, 5.0)
+    assert (barb.x - line.end.x) * (aside.x - plain.x) + (barb.y - line.end.y) * (aside.y - plain.y) > 0
+    assert aside.y < plain.y or aside.x > plain.x  # below or to the right
+
+
+@pytest.mark.parametrize("name", DRAWN)
+def test_numbers_stand_on_the_side_away_from_the_half_arrow(name):
+    drawn = DRAWN[name]
+    for number, line in drawn.bonds.items():
+        barb, (x, y) = half_arrow(line), drawn.numbers[number][:2]
+        (ax, ay), (bx, by) = line
+        left = (bx - ax) * (y - ay) - (by - ay) * (x - ax)
+        assert left * ((bx - ax) * (barb.end.y - ay) - (by - ay) * (barb.end.x - ax)) < 0
+
+
+def test_the_condensed_slider_crank_is_one_straight_line_from_left_to_right():
+    boxes = DRAWN["condensed"].boxes
+    chain = [boxes[name][0] for name in ("M", "crank", "T", "slider", "F")]
+    assert len({box.y for box in chain}) == 1
+    assert [box.x for box in chain] == sorted(box.x for box in chain)
+    assert boxes["J"][0].y > chain[0].y > boxes["B"][0].y
+
+
+def test_the_same_graph_has_the_same_layout():
+    assert layout(motor()) == DRAWN["motor"]
+
+
+def test_parallel_bonds_are_drawn_apart():
+    elements = {e.name: e for e in (One("a"), One("b"), I("J", 1.0), Se("M", 1.0))}
+    bonds = (Bond(1, "a", "b"), Bond(2, "b", "a"), Bond(3, "a", "J"), Bond(4, "M", "b"))
+    drawn = layout(BondGraph(elements, bonds))
+    assert list(flaws(drawn)) == []
+    one, two = middle(drawn.bonds[1]), middle(drawn.bonds[2])
+    assert hypot(one.x - two.x, one.y - two.y) > 10.0
+
+
+@st.composite
+def graphs(draw):
+    b = Builder()
+    size = draw(st.integers(2, 6))
+    for k in range(size):
+        b.one(f"v{k}").on(f"v{k}", *(I(f"cylinder.mass[{k}].{n}", 1.0) for n in range(draw(st.integers(0, 4)))))
+        if k:
+            b.transform(f"v{draw(st.integers(0, k - 1))}", f"v{k}", 2.0, name=f"T{k}")
+    for _ in range(draw(st.integers(0, 4))):
+        tail, head = (f"v{draw(st.integers(0, size - 1))}" for _ in range(2))
+        if tail != head:
+            b.transform(tail, head, 2.0, name=f"extra{len(b)}")
+    return b.build(loose=True)
+
+
+@settings(max_examples=8, deadline=None, derandomize=True)
+@given(graphs())
+def test_any_graph_has_a_layout_without_flaws(graph):
+    assert list(flaws(layout(graph))) == []
+
+
+def test_flaws_are_named():
+    drawn = DRAWN["condensed"]
+    near = {**drawn.boxes, "J": (drawn.boxes["M"][0],)}
+    spoilt = type(drawn)(drawn.labels, near, {1: drawn.bonds[1]}, {1: near["M"][0]}, drawn.ends)
+    found = list(flaws(spoilt))
+    assert "labels of 'M' and 'J' overlap" in found
+    assert "the number of bond 1 lies on the label of 'M'" in found
+    through = Line(Point(near["M"][0].x - 50.0, near["M"][0].y), Point(near["M"][0].x + 50.0, near["M"][0].y))
+    spoilt = type(drawn)(drawn.labels, drawn.boxes, {6: through}, {6: Box(0.0, 900.0, 1.0, 1.0)}, drawn.ends)
+    assert "bond 6 passes through the label of 'M'" in list(flaws(spoilt))
+
+
+def test_a_graph_that_no_arrangement_makes_clear_is_refused(monkeypatch):
+    monkeypatch.setattr("bondgraph.drawing.layout.flaws", lambda drawn: iter(["labels of 'J' and 'M' overlap"]))
+    with pytest.raises(GraphError, match="too entangled to be drawn clearly; draw parts of it by themselves"):
+        layout(Builder().one("shaft").on("shaft", I("J", 2.0), Se("M", 3.0)).build())

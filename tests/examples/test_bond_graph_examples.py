@@ -1,0 +1,48 @@
+"""Every script on bond graphs runs: its `main` prints, and draws a picture into the file that it is given."""
+
+from __future__ import annotations
+
+import inspect
+import runpy
+from pathlib import Path
+
+import matplotlib as mpl
+import pytest
+
+mpl.use("Agg")
+
+FOLDER = Path(__file__).parents[2] / "examples" / "bond_graphs"
+SCRIPTS = sorted(FOLDER.glob("*.py"))
+DRAWS_LEAST = 10_000  # bytes of a picture with something in it
+
+
+def name(path: Path) -> str:
+    return path.stem
+
+
+def test_there_are_scripts():
+    assert FOLDER / "compare_methods.py" in SCRIPTS
+
+
+@pytest.mark.parametrize("script", SCRIPTS, ids=name)
+def test_main_prints_and_draws(script, tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr("sys.argv", [script.name])
+    main = runpy.run_path(str(script), run_name="example")["main"]
+    picture = tmp_path / "picture.png"
+    takes_a_file = "path" in inspect.signature(main).parameters
+    main(path=str(picture)) if takes_a_file else main()
+    assert capsys.readouterr().out.strip()
+    if takes_a_file:
+        assert picture.read_bytes().startswith(b"\x89PNG")
+        assert picture.stat().st_size > DRAWS_LEAST
+
+
+def test_comparison_tells_the_methods_apart(monkeypatch, capsys):
+    monkeypatch.setattr("sys.argv", ["compare_methods.py"])
+    runpy.run_path(str(FOLDER / "compare_methods.py"), run_name="__main__")
+    printed = capsys.readouterr().out
+    assert printed.count("Pearson r") == 5
+    assert "small lambda, m l²/3" in printed
+    assert printed.count("crank side") == 4
+    assert "drawn" not in printed
