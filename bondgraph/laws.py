@@ -231,6 +231,15 @@ class Operand:
     def __rpow__(self, other: Any) -> Any:
         return self._apply("power", (other, self))
 
+    def __and__(self, other: Any) -> Any:
+        return self._apply("logical_and", (self, other))
+
+    def __or__(self, other: Any) -> Any:
+        return self._apply("logical_or", (self, other))
+
+    def __invert__(self) -> Any:
+        return self._apply("logical_not", (self,))
+
     def __neg__(self) -> Any:
         return self._apply("negative", (self,))
 

@@ -132,9 +132,8 @@ def grown(inner):
 def test_any_expression_comes_back_from_its_tree(expression):
     if expression.has(sympy.nan, sympy.zoo, sympy.I):
         return
-    if any(
-        number and not float(number) for number in expression.atoms(sympy.Float)
-    ):  # SymPy multiplies past what a double holds
+    numbers = expression.atoms(sympy.Float)
+    if any(number and not float(number) for number in numbers):  # SymPy multiplies past what a double holds
         with pytest.raises(GraphError, match="that a double holds"):
             as_tree(expression)
         return
