@@ -22,6 +22,8 @@ from bondgraph.motion.walk import Instant
 
 Array = NDArray[np.float64]
 
+_PILOT = 1e-4  # tolerance of the run that only tells how large the states become
+_FIRST, _TIGHTER = 0.1, 0.2  # tolerance of the next run's steps to what is asked, of each further run's to the last's
 _TIGHTEST = 1e-13  # tolerance of a step: below it rounding wins
 _ROUNDING = 1e-11  # an error that the tightest tolerance may leave
 _MOST_HALVINGS = 3  # of the longest step, after tolerances
@@ -196,7 +198,7 @@ class _Stepper:
         self.junctions = {k: d.of for k, d in enumerate(dynamics.form.displacements, start=dynamics.state.flows)}
         self.anchors: list[Mapping[str, float]] = []
         self.undefined: tuple[float, list[float], Mapping[int, float]] | None = None  # where laws were, last
-        self.scale = np.maximum(np.abs(start), 1e-3)
+        self.scale, self.relative = np.maximum(np.abs(start), 1e-3), 1.0
         self._field({})(0.0, start)  # a state without rates is an error before anything is stepped
         if self.undefined is not None:
             raise GraphError(f"there are no rates at the start: {self._why()}")
@@ -206,11 +208,11 @@ class _Stepper:
 
         Where tightening does not help, inside steps that are as long as stability lets them be, they are halved.
         """
-        inner, longest, halvings, before = max(0.03 * rtol, 10.0 * _TIGHTEST), np.inf, 0, np.inf
+        inner, longest, halvings, before = max(_FIRST * rtol, 10.0 * _TIGHTEST), np.inf, 0, np.inf
+        self._rescale(self._run(max(_PILOT, rtol)))
         run = self._run(inner)
         while True:
-            inner = max(0.03 * inner, _TIGHTEST)
-            self._rescale(run)
+            inner = max(_TIGHTER * inner, _TIGHTEST)
             looser, run = run, self._run(inner, longest=longest)
             error = _difference(looser, run)
             helpless = inner <= _TIGHTEST or error > 0.3 * before
@@ -235,7 +237,7 @@ class _Stepper:
             if rtol is None:
                 made = fixed(self.method, field, t, state, stop, step)
             else:
-                made = adaptive(self.method, field, t, state, stop, rtol, self.scale, longest)
+                made = adaptive(self.method, field, t, state, stop, (rtol * self.relative, rtol * self.scale), longest)
             for stretch in made:
                 self.anchors.append(by_junction)
                 yield stretch
@@ -247,9 +249,15 @@ class _Stepper:
         return Run(self.dynamics, stretches, tuple(self.anchors), 0.0, rtol, 0)
 
     def _rescale(self, run: Run) -> None:
-        """Absolute tolerances from the greatest values that a run reaches."""
+        """Tolerances of a step from the greatest values that a run reaches, instead of from the value at the time.
+
+        A displacement that goes on growing, as a crank's angle does, would otherwise be followed less and less closely.
+        """
+        first, last = self.dynamics.state.flows, self.dynamics.state.flows + self.dynamics.state.displacements
         for k, values in enumerate(run.states().values()):
-            self.scale[k] = float(np.abs(values).max()) or self.scale[k]
+            greatest = float(np.abs(values).max()) or float(self.scale[k])
+            self.scale[k] = min(greatest, 1.0) if first <= k < last else greatest
+        self.relative = 0.0
 
     def _field(self, anchors: Mapping[int, float], last: float = np.inf) -> Callable[[float, Array], Array]:
         """The rates within one piece, as a field for the integrators; not a number where a law is not defined.

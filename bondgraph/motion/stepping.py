@@ -73,15 +73,15 @@ def adaptive(
     t: float,
     state: Array,
     until: float,
-    rtol: float,
-    scale: Array,
+    tolerance: tuple[float, Array],
     longest: float = np.inf,
 ) -> Iterator[Stretch]:
-    """Steps of one of scipy's methods; `scale` is the size of every state, `longest` (s) that of a step."""
+    """Steps of one of scipy's methods; `tolerance` is relative and, for every state, absolute; `longest` a step's, s."""
     from scipy import integrate
 
-    absolute: Any = rtol * scale  # one for each state, which the stubs do not know
-    solver: Any = getattr(integrate, method)(field, t, state, until, max_step=longest, rtol=max(rtol, 3e-14), atol=absolute)
+    relative, absolute = tolerance[0], tolerance[1]
+    given: Any = {"max_step": longest, "rtol": max(relative, 3e-14), "atol": absolute}
+    solver: Any = getattr(integrate, method)(field, t, state, until, **given)
     while solver.status == "running":
         reached = float(solver.t)
         try:

@@ -53,7 +53,7 @@ def test_equal_steps_end_exactly_and_are_joined_smoothly():
 
 @pytest.mark.parametrize("method", ADAPTIVE)
 def test_every_adaptive_method_keeps_its_tolerance(method):
-    steps = list(adaptive(method, oscillator, 0.0, np.array([1.0, 0.0]), 3.0, 1e-8, np.ones(2)))
+    steps = list(adaptive(method, oscillator, 0.0, np.array([1.0, 0.0]), 3.0, (1e-8, 1e-8 * np.ones(2))))
     assert steps[0].start == 0.0
     assert steps[-1].end == 3.0
     assert_allclose(steps[-1].dense(3.0), [np.cos(3.0), -np.sin(3.0)], atol=1e-6)
@@ -65,7 +65,7 @@ def test_a_field_that_ends_is_an_error_with_the_time(method):
         return np.array([1.0 if y[0] < 1.0 else np.nan])
 
     with pytest.raises(GraphError, match=r"the motion cannot be followed past t = (0|1)"):
-        list(adaptive(method, field, 0.0, np.zeros(1), 3.0, 1e-6, np.ones(1)))
+        list(adaptive(method, field, 0.0, np.zeros(1), 3.0, (1e-6, 1e-6 * np.ones(1))))
 
 
 def test_equal_steps_into_nowhere_are_an_error():
@@ -94,7 +94,7 @@ def pushed(accelerations, edges, start, until, times=()):
 
     def steps(t, y, stop, anchors):
         a = acceleration(anchors[0])
-        return adaptive("DOP853", lambda t, y: np.array([y[1], a]), t, y, stop, 1e-10, np.ones(2))
+        return adaptive("DOP853", lambda t, y: np.array([y[1], a]), t, y, stop, (1e-10, 1e-10 * np.ones(2)))
 
     def rate(t, y):
         return np.array([y[1], acceleration(y[0])])
