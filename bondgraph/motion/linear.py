@@ -22,7 +22,7 @@ def solve(matrix: Rows, right: Rows) -> list[list[Any]]:
     """
     entries = [entry for row in (*matrix, *right) for entry in row]
     if any(isinstance(entry, Node) for entry in entries):
-        return recorded(solve, matrix, right)
+        return recorded(_plain, matrix, right)
     if any(is_symbolic(entry) for entry in entries):
         return _symbolic(matrix, right)
     size, columns = len(matrix), len(right[0])
@@ -93,6 +93,17 @@ def _quotient(value: Any, divisor: Any) -> Any:
     if divisor == 0.0:
         raise GraphError(_LOCKS)
     return value / divisor
+
+
+def _plain(matrix: Rows, right: Rows) -> list[list[float]]:
+    """Of floats alone, as recordings call it."""
+    if len(matrix) == 1:
+        return [[_quotient(entry, matrix[0][0]) for entry in right[0]]]
+    try:
+        solution: list[list[float]] = np.linalg.solve(np.array(matrix), np.array(right)).tolist()
+    except np.linalg.LinAlgError as error:
+        raise GraphError(_LOCKS) from error
+    return solution
 
 
 def _symbolic(matrix: Rows, right: Rows) -> list[list[Any]]:
