@@ -8,7 +8,7 @@ from typing import Any
 
 from bondgraph.checks import dead_ends
 from bondgraph.elements import GY, JUNCTIONS, SOURCES, TF, Displacement, Element, Law, Modulus, One, Zero
-from bondgraph.faults import GraphError
+from bondgraph.faults import GraphError, refuse
 from bondgraph.graph import Bond, BondGraph
 from bondgraph.laws import OWN, TIME, Function
 
@@ -157,6 +157,9 @@ class Builder:
     def __len__(self) -> int:
         return len(self._elements)
 
+    def __contains__(self, name: str) -> bool:
+        return name in self._elements
+
     def part(self, *ports: str, **named: str) -> Part:
         """What was written so far as a part: its open ports are these junctions, under their own or other names."""
         open_ports = {port: port for port in ports} | named
@@ -165,28 +168,18 @@ class Builder:
                 raise GraphError(f"port {port!r}: {junction!r} is no junction of the part")
             if list(open_ports.values()).count(junction) > 1:
                 raise GraphError(f"port {port!r}: {junction!r} is open under two names; give it one")
-        return Part(
-            dict(self._elements),
-            tuple(self._bonds),
-            dict(self._displacements),
-            tuple(self._signals),
-            dict(self._parameters),
-            open_ports,
-        )
+        return Part(*self._written(), open_ports)
 
     def build(self, *, loose: bool = False) -> BondGraph:
         """The checked graph. Junctions that nothing hangs on are a fault unless `loose`, which is for simplifying."""
-        graph = BondGraph(
-            dict(self._elements),
-            tuple(self._bonds),
-            dict(self._displacements),
-            tuple(self._signals),
-            dict(self._parameters),
-        )
-        faults = [] if loose else list(dead_ends(graph))
-        if faults:
-            raise GraphError("\n".join(faults))
+        graph = BondGraph(*self._written())
+        refuse(() if loose else dead_ends(graph))
         return graph
+
+    def _written(self) -> tuple[Any, ...]:
+        """Copies of what was written so far, in the order of `BondGraph`'s and `Part`'s fields."""
+        tables = (self._elements, self._bonds, self._displacements, self._signals, self._parameters)
+        return tuple(dict(table) if isinstance(table, dict) else tuple(table) for table in tables)
 
 
 def _renamed(element: Element, elements: Mapping[str, str], displacements: Mapping[str, str]) -> Any:

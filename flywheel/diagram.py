@@ -2,36 +2,57 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import replace
 from pathlib import Path
 
 import bondgraph
-from bondgraph import BondGraph, GraphError
+from bondgraph import BondGraph, GraphError, I
 from flywheel.faults import Fault, SceneError
-from flywheel.machine import Machine
+from flywheel.machine import FLYWHEEL, Machine
 from flywheel.reading import load
 
 
 def machine_graph(scene: Path, *, simplified: bool = False) -> tuple[BondGraph, tuple[str, ...]]:
-    """The graph of the machine in a scene's file, and what simplifying did to it, a line each."""
+    """The graph of the machine in a scene's file with its flywheel, and what simplifying did to it, a line each."""
     loaded = load(scene)
     if loaded.areas is not None:
         raise SceneError([Fault("areas", "areas without a mechanism", "a machine, to draw its bond graph")])
-    graph = Machine(loaded).graph
+    graph = Machine(loaded).with_values(0.0, 1.0 if loaded.inertia is None else loaded.inertia)
+    if loaded.inertia is None:
+        graph = _with_open_flywheel(graph)
     if not simplified:
         return graph, ()
     found = bondgraph.simplify(graph, keep=("crank",))
     return found.graph, (*(str(action) for action in found.log), "")
 
 
+def _with_open_flywheel(graph: BondGraph) -> BondGraph:
+    """The flywheel's inertia as a parameter without a value: sizing finds it."""
+    name = next(element.name for element in graph.elements.values() if element.part == FLYWHEEL)
+    wheel = I(name, lambda J_flywheel: J_flywheel, part=FLYWHEEL)
+    return replace(graph, elements={**graph.elements, name: wheel}, parameters={"J_flywheel": None})
+
+
 def table(graph: BondGraph, form: str) -> str:
     """The table of bonds as text, markdown or latex."""
-    made = bondgraph.table(graph)
-    return {"text": made.text, "markdown": made.markdown, "latex": made.latex}[form]()
+    with _explained():
+        made = bondgraph.table(graph)
+    return made.markdown() if form == "markdown" else made.latex() if form == "latex" else made.text()
 
 
 def draw(graph: BondGraph, path: Path, scene: Path) -> None:
     """The picture of a graph, in the file format of the path."""
-    try:
+    with _explained():
         bondgraph.draw(graph, path, title=scene.stem)
+
+
+@contextmanager
+def _explained() -> Iterator[None]:
+    """A graph that cannot be told or drawn, as faults of the scene: of a machine without any inertia, say."""
+    try:
+        yield
     except GraphError as error:
-        raise SceneError([Fault("graph", "a graph that cannot be drawn", "fewer parts", str(error))]) from error
+        expected, advice = "a graph whose bonds decide each other", "give the machine inertia or a flywheel"
+        raise SceneError([Fault("graph", line, expected, advice) for line in str(error).splitlines()]) from error

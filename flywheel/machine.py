@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator
 from functools import cached_property
+from itertools import count
 from typing import Any
 
 import numpy as np
@@ -22,6 +23,8 @@ from flywheel.piecewise import middles
 from flywheel.scene import TURN, Compliance, Inertia, Load, Mechanism, Scene
 
 Array = NDArray[np.float64]
+
+FLYWHEEL = "the flywheel"  # whose part its inertia is
 
 _WIDEST = TURN / 4  # of a cell, in the angle of the fastest mechanism: 17 nodes then resolve plain sines to rounding
 
@@ -138,7 +141,7 @@ class Machine:
             self._check_inertia(item)
             builder.port(self.places[item.on].junction, I(item.path, item.value, part=f"inertia on {item.on}"))
         if flywheel:
-            builder.port(self.scene.flywheel_on, I("flywheel", flywheel))
+            builder.port(self.scene.flywheel_on, I(_free(builder, "flywheel"), flywheel, part=FLYWHEEL))
         if not whole:
             self._load(builder, balance)
         if len(builder) == 1:
@@ -163,12 +166,14 @@ class Machine:
             if target in needed:
                 terms = [(_junction(mechanism, term.source), self._modulus(name, term.ratio)) for term in velocity.terms]
                 builder.sum(target, terms, "rotation" if velocity.rotating else "translation")
-        for k, mass in enumerate(family.masses):
-            junction = _junction(mechanism, mass.velocity)
-            builder.port(junction, I(f"{name}.mass[{k}]", mass.value, part=f"{name}.{mass.body}"))
-        for k, (place, force, body) in enumerate(self._weights(family)):
-            junction = _junction(mechanism, place)
-            builder.port(junction, Se(f"{name}.weight[{k}]", force, part=f"weight of {name}.{body}"))
+        rotating = {"crank": True} | {velocity.name: velocity.rotating for velocity in family.velocities}
+        for mass in family.masses:
+            what = f"{name}.{mass.velocity}.{'J' if rotating[mass.velocity] else 'm'}_{mass.body}"
+            element = I(_free(builder, what), mass.value, part=f"{name}.{mass.body}")
+            builder.port(_junction(mechanism, mass.velocity), element)
+        for place, force, body in self._weights(family):
+            what = _free(builder, f"{name}.{place}.G_{body}")
+            builder.port(_junction(mechanism, place), Se(what, force, part=f"weight of {name}.{body}"))
 
     def _check_inertia(self, item: Inertia) -> None:
         mechanism, _, port = item.on.partition(".")
@@ -300,6 +305,12 @@ def merged(angles: Iterable[float], cycle: float) -> Array:
     inner = ascending[(ascending > near) & (ascending < cycle - near)]
     apart = np.diff(inner, prepend=-1.0) > near
     return np.concatenate(([0.0], inner[apart], [cycle]))
+
+
+def _free(builder: Builder, name: str) -> str:
+    """The name, or with a number behind it where a body has more of a kind at one place."""
+    numbered = (f"{name}_{k}" for k in count(2))
+    return name if name not in builder else next(other for other in numbered if other not in builder)
 
 
 def _with_unknown(effort: Effort, value: float) -> Callable[[Here, Here], Any]:
