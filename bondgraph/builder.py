@@ -168,18 +168,23 @@ class Builder:
                 raise GraphError(f"port {port!r}: {junction!r} is no junction of the part")
             if list(open_ports.values()).count(junction) > 1:
                 raise GraphError(f"port {port!r}: {junction!r} is open under two names; give it one")
-        return Part(*self._written(), open_ports)
+        return Part(**self._written(), ports=open_ports)
 
     def build(self, *, loose: bool = False) -> BondGraph:
         """The checked graph. Junctions that nothing hangs on are a fault unless `loose`, which is for simplifying."""
-        graph = BondGraph(*self._written())
+        graph = BondGraph(**self._written())
         refuse(() if loose else dead_ends(graph))
         return graph
 
-    def _written(self) -> tuple[Any, ...]:
-        """Copies of what was written so far, in the order of `BondGraph`'s and `Part`'s fields."""
-        tables = (self._elements, self._bonds, self._displacements, self._signals, self._parameters)
-        return tuple(dict(table) if isinstance(table, dict) else tuple(table) for table in tables)
+    def _written(self) -> dict[str, Any]:
+        """What was written so far, copied, by the fields that a graph and a part share."""
+        return {
+            "elements": dict(self._elements),
+            "bonds": tuple(self._bonds),
+            "displacements": dict(self._displacements),
+            "signals": tuple(self._signals),
+            "parameters": dict(self._parameters),
+        }
 
 
 def _renamed(element: Element, elements: Mapping[str, str], displacements: Mapping[str, str]) -> Any:

@@ -7,8 +7,9 @@ from collections.abc import Iterator, Mapping, Sequence
 from numbers import Real
 from typing import TYPE_CHECKING
 
+from bondgraph.connections import neighbours, reached_from, representatives
 from bondgraph.domains import DOMAINS
-from bondgraph.elements import JUNCTIONS, ONE_PORTS, SOURCES, TWO_PORTS, Element, Law, Modulus
+from bondgraph.elements import JUNCTIONS, ONE_PORTS, SOURCES, STORES, TWO_PORTS, Element, Law, Modulus
 from bondgraph.laws import OWN, TIME, Function
 
 if TYPE_CHECKING:
@@ -38,12 +39,10 @@ def structural_faults(graph: BondGraph) -> Iterator[str]:
 
 def dead_ends(graph: BondGraph) -> Iterator[str]:
     """Junctions that one bond leads to, nothing leads on from and no displacement is measured at: a line each."""
-    measured = {d.of for d in graph.displacements.values()}
-    measured |= {e.law.motion.of for e in graph.elements.values() if isinstance(e.law, Modulus | Law)}
     for element in graph.of_kind(*JUNCTIONS):
         name, at = element.name, graph.at(element.name)
         beyond = graph.elements[at[0].other(name)]
-        if len(at) == 1 and beyond.kind not in ONE_PORTS and name not in measured:
+        if len(at) == 1 and beyond.kind not in ONE_PORTS and name not in graph.measured:
             yield (
                 f"{element.kind}:{name} dangles: bond {at[0].number} to {beyond.kind}:{beyond.name} is its only one; hang "
                 "something on it, leave it out, or build(loose=True) and simplify"
@@ -78,27 +77,13 @@ def _wrong_counts(elements: Mapping[str, Element], bonds: Sequence[Bond]) -> Ite
 
 
 def _unreached(elements: Mapping[str, Element], bonds: Sequence[Bond]) -> Iterator[str]:
-    neighbours: dict[str, list[str]] = {name: [] for name in elements}
-    for bond in bonds:
-        neighbours[bond.tail].append(bond.head)
-        neighbours[bond.head].append(bond.tail)
     start = next(iter(elements), None)
     if start is None:
         yield "the graph is empty"
         return
-    seen = reached_from(start, neighbours)
+    seen = reached_from(start, neighbours(elements, bonds))
     if len(seen) < len(elements):
         yield "not connected to the rest: " + ", ".join(name for name in elements if name not in seen)
-
-
-def reached_from(start: str, neighbours: Mapping[str, Sequence[str]]) -> set[str]:
-    """All names that a walk from `start` comes to."""
-    seen, todo = {start}, [start]
-    while todo:
-        fresh = [name for name in neighbours[todo.pop()] if name not in seen]
-        seen.update(fresh)
-        todo.extend(fresh)
-    return seen
 
 
 def _wrong_names(graph: BondGraph) -> Iterator[str]:
@@ -139,7 +124,7 @@ def _wrong_laws(graph: BondGraph) -> Iterator[str]:
                 expected = "no declared displacement, signal or parameter, nor t" + _hint(element)
                 yield f"{where}: depends on {missing!r}, which is {expected}"
             varying = graph.depends_on(name)
-            if element.kind in ("I", "C") and varying and not set(law.of) - known - own:
+            if element.kind in STORES and varying and not set(law.of) - known - own:
                 expected = "a store's law may hold parameters only" + _hint(element)
                 yield f"{where}: varies with {', '.join(varying)}; {expected}"
         elif not isinstance(law, Law | Modulus):
@@ -170,13 +155,12 @@ def _between(region: Sequence[Bond], elements: Mapping[str, Element]) -> list[Bo
 
 def _regions(elements: Mapping[str, Element], bonds: Sequence[Bond]) -> list[tuple[list[Bond], list[tuple[str, str]]]]:
     """Bonds that hang together without a two-port between, and the (domain, element) that are named there."""
-    root = {b.number: b.number for b in bonds}
-    for name, element in elements.items():
-        shared = {root[b.number] for b in bonds if name in b[1:]} if element.kind in JUNCTIONS else set()
-        root = {number: min(shared) if r in shared else r for number, r in root.items()}
+    junctions = [name for name, element in elements.items() if element.kind in JUNCTIONS]
+    ties = [[b.number for b in bonds if name in b[1:]] for name in junctions]
+    region_of = representatives([b.number for b in bonds], filter(None, ties))
     regions: dict[int, list[Bond]] = {}
     for bond in bonds:
-        regions.setdefault(root[bond.number], []).append(bond)
+        regions.setdefault(region_of[bond.number], []).append(bond)
     found = []
     for region in regions.values():
         inside = dict.fromkeys(n for b in region for n in b[1:] if elements[n].kind not in TWO_PORTS)
@@ -187,16 +171,13 @@ def _regions(elements: Mapping[str, Element], bonds: Sequence[Bond]) -> list[tup
 def _rival_sources(elements: Mapping[str, Element], bonds: Sequence[Bond]) -> Iterator[str]:
     """Two sources that would both decide the one flow (effort) of a 1-(0-)junction, directly or through equal junctions."""
     for kind, source, what in (("1", "Sf", "flow"), ("0", "Se", "effort")):
-        group = {name: name for name, element in elements.items() if element.kind == kind}
-        for bond in bonds:
-            if bond.tail in group and bond.head in group:
-                old, new = group[bond.head], group[bond.tail]
-                group = {name: new if g == old else g for name, g in group.items()}
+        junctions = [name for name, element in elements.items() if element.kind == kind]
+        equal = representatives(junctions, [b[1:] for b in bonds if b.tail in junctions and b.head in junctions])
         deciding: dict[str, list[tuple[str, int]]] = {}
         for bond in bonds:
             name = bond.tail if elements[bond.tail].kind in SOURCES else bond.head
-            if elements[name].kind == source and bond.other(name) in group:
-                deciding.setdefault(group[bond.other(name)], []).append((name, bond.number))
+            if elements[name].kind == source and bond.other(name) in equal:
+                deciding.setdefault(equal[bond.other(name)], []).append((name, bond.number))
         for junction, rivals in deciding.items():
             if len(rivals) > 1:
                 both = " and ".join(f"{source}:{name} (bond {number})" for name, number in rivals)

@@ -13,7 +13,11 @@ class Quantity(NamedTuple):
 
 
 class Domain(NamedTuple):
-    """An energy domain: effort times flow is power; momentum and displacement are their integrals over time."""
+    """An energy domain: effort times flow is power; momentum and displacement are their integrals over time.
+
+    >>> DOMAINS["hydraulic"].effort, DOMAINS["hydraulic"].displacement.unit
+    (Quantity(name='pressure', unit='Pa'), 'm^3')
+    """
 
     name: str
     effort: Quantity

@@ -14,9 +14,6 @@ from typing import Any, NamedTuple
 from bondgraph.faults import GraphError
 from bondgraph.laws import Function, law_of
 
-__all__ = ["GY", "TF", "C", "Displacement", "Element", "GraphError", "Here", "I", "Law", "Modulus", "Motion", "One"]
-__all__ += ["R", "Se", "Sf", "Zero"]
-
 
 class Motion(NamedTuple):
     """Where a modulus or law takes its positions from: the velocity graph cannot give them.
@@ -71,6 +68,7 @@ ONE_PORTS = frozenset({"Se", "Sf", "I", "C", "R"})
 TWO_PORTS = frozenset({"TF", "GY"})
 JUNCTIONS = frozenset({"0", "1"})
 SOURCES = frozenset({"Se", "Sf"})
+STORES = frozenset({"I", "C"})
 
 
 class Element(NamedTuple):
@@ -118,7 +116,11 @@ def I(name: str, inertia: Any, domain: str = "", part: str = "") -> Element:  # 
 
 
 def C(name: str, law: Any = None, domain: str = "", part: str = "", *, stiffness: Any = None) -> Element:
-    """A compliance: e = q/C with `law` = C a number, any e(q) with a function of q, or linear by its stiffness 1/C."""
+    """A compliance: e = q/C with `law` = C a number, any e(q) with a function of q, or linear by its stiffness 1/C.
+
+    >>> C("spring", 0.125).law == C("spring", stiffness=8.0).law == 0.125
+    True
+    """
     if stiffness is None:
         return Element("C", name, law_of(law), domain, part)
     if law is not None:

@@ -7,11 +7,11 @@ from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Any, NamedTuple
 
-from bondgraph.checks import structural_faults
+from bondgraph.checks import bond_domains, structural_faults
 from bondgraph.domains import DOMAINS, Domain
 from bondgraph.elements import JUNCTIONS, Displacement, Element, Law, Modulus
-from bondgraph.faults import GraphError
-from bondgraph.laws import OWN_DISPLACEMENT, OWN_FLOW, Function, law_of
+from bondgraph.faults import GraphError, refuse
+from bondgraph.laws import OWN, Function, law_of
 
 CONVENTION = "f_out = T f_in, e_in = T e_out"
 
@@ -43,6 +43,16 @@ class BondGraph:
         signals: names of functions of time that laws may use and a simulation is given.
         parameters: named constants that laws may use; None where the value is still open.
 
+    >>> from bondgraph import Builder, I, Se
+    >>> b = Builder().parameter(M=None).one("shaft", "rotation").on("shaft", I("J", 2.0), Se("drive", lambda M: 3.0 * M))
+    >>> graph = b.build()
+    >>> graph.title("J"), graph.label("J"), graph.where("drive")
+    ('I:J', 'I:J = 2', 'Se:drive (bond 2)')
+    >>> graph.with_parameters(M=4.0).constant("drive"), graph.with_law("J", 5.0).constant("J")
+    (12.0, 5.0)
+    >>> graph.domain(graph.bond_of("J")).effort.unit
+    'N m'
+
     """
 
     elements: Mapping[str, Element]
@@ -52,9 +62,7 @@ class BondGraph:
     parameters: Mapping[str, float | None] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
-        faults = list(structural_faults(self))
-        if faults:
-            raise GraphError("\n".join(faults))
+        refuse(structural_faults(self))
 
     def at(self, name: str) -> tuple[Bond, ...]:
         """The bonds of one element."""
@@ -86,7 +94,7 @@ class BondGraph:
         law = self.elements[name].law
         if isinstance(law, Modulus | Law):
             return (next((d.name for d in self.displacements.values() if d.of == law.motion.of), law.motion.of),)
-        own = {"R": OWN_FLOW, "C": OWN_DISPLACEMENT}.get(self.elements[name].kind)
+        own = OWN.get(self.elements[name].kind)
         names = law.of if isinstance(law, Function) else ()
         return tuple(n for n in names if n not in self.parameters and n != own)
 
@@ -97,16 +105,40 @@ class BondGraph:
             return all(n in self.parameters for n in law.of)
         return isinstance(law, float | int)
 
+    def is_curve(self, name: str) -> bool:
+        """Whether an element's law is a function of its own flow (a resistor's) or its own displacement (a compliance's)."""
+        element = self.elements[name]
+        return isinstance(element.law, Function) and OWN.get(element.kind) in element.law.of
+
     def symbol(self, name: str) -> str:
         """The kind as it is drawn: MSe, MTF, MR... where the law varies with displacements, time or signals."""
         element = self.elements[name]
         modulated = element.kind not in JUNCTIONS | {"C"} and self.depends_on(name)
         return f"M{element.kind}" if modulated else element.kind
 
+    def title(self, name: str) -> str:
+        """Kind and name, as it is drawn: `MTF:T`."""
+        return f"{self.symbol(name)}:{name}"
+
+    def where(self, name: str) -> str:
+        """Kind, name and first bond, for messages: `MTF:T (bond 4)`."""
+        return f"{self.title(name)} (bond {self.at(name)[0].number})"
+
     def label(self, name: str) -> str:
         """Kind, name and, where it is a number, value: `I:J = 2`."""
         law = self.elements[name].law
-        return f"{self.symbol(name)}:{name}" + (f" = {law:g}" if isinstance(law, float | int) else "")
+        return self.title(name) + (f" = {law:g}" if isinstance(law, float | int) else "")
+
+    @property
+    def motions(self) -> tuple[str, ...]:
+        """The 1-junctions whose displacements the motions of laws and moduli refer to, in the order of the elements."""
+        laws = [element.law for element in self.elements.values()]
+        return tuple(dict.fromkeys(law.motion.of for law in laws if isinstance(law, Modulus | Law)))
+
+    @property
+    def measured(self) -> frozenset[str]:
+        """The 1-junctions whose flow is integrated: by declared displacements, and by the motions of laws and moduli."""
+        return frozenset({*self.motions, *(d.of for d in self.displacements.values())})
 
     def domain(self, bond: Bond) -> Domain | None:
         """The energy domain of a bond; None where nobody named it."""
@@ -114,8 +146,6 @@ class BondGraph:
 
     @cached_property
     def _domains(self) -> Mapping[int, str]:
-        from bondgraph.checks import bond_domains
-
         return bond_domains(self.elements, self.bonds)
 
     def with_law(self, name: str, law: Any) -> BondGraph:
@@ -136,14 +166,14 @@ class BondGraph:
         if isinstance(law, float | int):
             return float(law)
         if not isinstance(law, Function) or not self.is_linear(name):
-            raise GraphError(f"{self.symbol(name)}:{name} is no constant")
+            raise GraphError(f"{self.title(name)} is no constant")
         return float(law(*(self.parameter(n, name) for n in law.of)))
 
     def parameter(self, parameter: str, element: str) -> float:
         """A parameter's value for the law of an element; an error where it is still open."""
         value = self.parameters[parameter]
         if value is None:
-            where = f"{self.symbol(element)}:{element}, bond {self.at(element)[0].number}"
+            where = f"{self.title(element)}, bond {self.at(element)[0].number}"
             raise GraphError(f"parameter {parameter!r} ({where}) has no value: graph.with_parameters({parameter}=...)")
         return value
 

@@ -17,7 +17,7 @@ from bondgraph.elements import Displacement, Element, Here, Law, Modulus, Motion
 from bondgraph.faults import GraphError
 from bondgraph.graph import BondGraph
 from bondgraph.laws import OWN_DISPLACEMENT, TIME, Function
-from bondgraph.structure import Ratio, Scale, Solve, Step, Sum, closed, flow_relations, flow_variables, plan
+from bondgraph.structure import SINGULAR, Ratio, Scale, Solve, Step, Sum, closed, entry, flow_relations, flow_variables, plan
 
 Positions = Mapping[str, Callable[[Any], Any]]
 
@@ -67,7 +67,7 @@ class Reduction:
         self.coordinate = coordinate
         self.positions = positions or {}
         self._flow = flow_variables(graph)
-        self.variable = {name: self._flow[_entry(graph, name)] for name in graph.elements}
+        self.variable = {name: self._flow[entry(graph, name).number] for name in graph.elements}
         self._steps = _planned(graph, self._flow, coordinate)
         self.uniform = _uniform(self._steps, self.variable[coordinate])
         one_ports = [(e, self.variable[e.name]) for e in graph.elements.values()]
@@ -143,7 +143,15 @@ class Reduction:
 def reduce(
     graph: BondGraph, phi: Any, coordinate: str = "crank", anchor: Any = None, *, positions: Positions | None = None
 ) -> Reduced:
-    """I*, dI*/dphi and M* of a graph at positions phi of its coordinate; compile a `Reduction` to do it often."""
+    """I*, dI*/dphi and M* of a graph at positions phi of its coordinate; compile a `Reduction` to do it often.
+
+    >>> from bondgraph.builder import Builder
+    >>> from bondgraph.elements import I
+    >>> b = Builder().one("crank", displacement="phi").one("ram").on("ram", I("m", 4.0))
+    >>> found = reduce(b.transform("crank", "ram", lambda phi: 0.5 * np.sin(phi)).build(), np.pi / 4)
+    >>> round(found.inertia, 12), round(found.slope, 12)  # m (sin phi)²/4, and its slope
+    (0.5, 1.0)
+    """
     return Reduction(graph, coordinate, positions)(phi, anchor)
 
 
@@ -312,7 +320,7 @@ def _linear(matrix: Any, right: Any) -> Any:
     try:
         return np.linalg.solve(matrix, right[..., None])[..., 0]
     except np.linalg.LinAlgError as error:
-        raise GraphError("the constraints lock or branch at one of the positions: singular flow system") from error
+        raise GraphError(SINGULAR) from error
 
 
 _GAIN: Mapping[type, Callable[[Any, Flows, _Positions], None]] = {Scale: _scale_gain, Sum: _sum_gain, Solve: _solve_gain}
@@ -325,12 +333,6 @@ def _by_part(items: Any) -> dict[str, Any]:
         name = element.part or element.name
         parts[name] = parts[name] + value if name in parts else value
     return parts
-
-
-def _entry(graph: BondGraph, name: str) -> int:
-    """The number of the bond that stands for an element's flow: for a two-port, of the one that enters it."""
-    bonds = graph.at(name)
-    return next((b.number for b in bonds if b.head == name), bonds[0].number)
 
 
 def _resistance(graph: BondGraph, element: Element) -> float:

@@ -7,13 +7,16 @@ divides by a modulus (it vanishes at dead centres); what loops leave over is one
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import NamedTuple
 
+from bondgraph.connections import representatives
 from bondgraph.elements import Element, Modulus
 from bondgraph.faults import GraphError
-from bondgraph.graph import BondGraph
+from bondgraph.graph import Bond, BondGraph
 from bondgraph.laws import Function
+
+SINGULAR = "the constraints lock or branch at one of the positions: singular flow system"
 
 Ratio = float | Function | Modulus
 Term = tuple[int, Ratio, float]  # variable, ratio, sign
@@ -62,39 +65,39 @@ def effort_variables(graph: BondGraph) -> dict[int, int]:
 
 
 def _variables(graph: BondGraph, kind: str) -> dict[int, int]:
-    variable = {bond.number: bond.number for bond in graph.bonds}
-    for name, element in graph.elements.items():
-        if element.kind == kind:
-            shared = {variable[bond.number] for bond in graph.at(name)}
-            merged = min(shared)
-            variable = {number: merged if v in shared else v for number, v in variable.items()}
-    order = {v: k for k, v in enumerate(sorted(set(variable.values())))}
-    return {number: order[v] for number, v in variable.items()}
+    ties = [[bond.number for bond in graph.at(junction.name)] for junction in graph.of_kind(kind)]
+    shared = representatives([bond.number for bond in graph.bonds], ties)
+    variable = {one: k for k, one in enumerate(dict.fromkeys(shared[number] for number in sorted(shared)))}
+    return {number: variable[one] for number, one in shared.items()}
+
+
+def entry(graph: BondGraph, name: str) -> Bond:
+    """The bond whose flow counts as an element's: of a two-port, the one that enters it."""
+    bonds = graph.at(name)
+    return next((bond for bond in bonds if bond.head == name), bonds[0])
 
 
 def flow_relations(graph: BondGraph, flow: Mapping[int, int]) -> list[Relation]:
     """f_out - T f_in = 0 of every transformer, and the sum of flows of every 0-junction."""
-    relations = []
-    for name, element in graph.elements.items():
-        if element.kind == "TF":
-            into, out = graph.ends(name)
-            terms: tuple[Term, ...] = ((flow[out.number], 1.0, 1.0), (flow[into.number], _ratio(graph, element), -1.0))
-            relations.append(Relation(name, terms))
-        elif element.kind == "0":
-            relations.append(Relation(name, _balance(graph, name, flow)))
-    return relations
+    return _relations(graph, flow, "0", lambda into, out: (out, into))
 
 
 def effort_relations(graph: BondGraph, effort: Mapping[int, int]) -> list[Relation]:
     """e_in - T e_out = 0 of every transformer, and the sum of efforts of every 1-junction."""
+    return _relations(graph, effort, "1", lambda into, out: (into, out))
+
+
+def _relations(
+    graph: BondGraph, variable: Mapping[int, int], summing: str, by_ratio: Callable[[Bond, Bond], tuple[Bond, Bond]]
+) -> list[Relation]:
+    """One relation per transformer (the first bond's variable is the ratio times the second's) and summing junction."""
     relations = []
-    for name, element in graph.elements.items():
+    for element in graph.of_kind("TF", summing):
         if element.kind == "TF":
-            into, out = graph.ends(name)
-            terms: tuple[Term, ...] = ((effort[into.number], 1.0, 1.0), (effort[out.number], _ratio(graph, element), -1.0))
-            relations.append(Relation(name, terms))
-        elif element.kind == "1":
-            relations.append(Relation(name, _balance(graph, name, effort)))
+            scaled, source = (variable[bond.number] for bond in by_ratio(*graph.ends(element.name)))
+            relations.append(Relation(element.name, ((scaled, 1.0, 1.0), (source, _ratio(graph, element), -1.0))))
+        else:
+            relations.append(Relation(element.name, _balance(graph, element.name, variable)))
     return relations
 
 
@@ -121,7 +124,12 @@ def constant(ratio: Ratio) -> bool:
 
 
 def plan(waiting: list[Relation], known: set[int]) -> list[Step]:
-    """Local steps, as far as they go, from what is known; `waiting` and `known` are brought up to date."""
+    """Local steps, as far as they go, from what is known; `waiting` and `known` are brought up to date.
+
+    >>> gear = Relation("gear", ((1, 1.0, 1.0), (0, 2.0, -1.0)))  # f_1 - 2 f_0 = 0
+    >>> plan([gear], {0}), plan([gear], {1})
+    ([Scale(source=0, target=1, ratio=2.0)], [Scale(source=1, target=0, ratio=0.5)])
+    """
     steps: list[Step] = []
     progress = True
     while progress:
@@ -169,6 +177,4 @@ def closed(graph: BondGraph, variable: Mapping[int, int], waiting: Sequence[Rela
 
 def places(graph: BondGraph, relations: Sequence[Relation]) -> list[str]:
     """Where relations come from, by element and bonds."""
-    return [
-        f"{graph.symbol(r.name)}:{r.name} (bonds {', '.join(str(b.number) for b in graph.at(r.name))})" for r in relations
-    ]
+    return [f"{graph.title(r.name)} (bonds {', '.join(str(b.number) for b in graph.at(r.name))})" for r in relations]

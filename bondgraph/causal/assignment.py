@@ -8,17 +8,15 @@ transformer, f_in = f_out / T, wait for the others, for T may vanish (dead centr
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
 
-from bondgraph.causal.dependence import COMMON, DECIDES_AT, Loop, deciding, follows, inputs, loops, title
-from bondgraph.elements import ONE_PORTS, SOURCES, TWO_PORTS
-from bondgraph.faults import GraphError
+from bondgraph.causal.dependence import COMMON, DECIDES_AT, Loop, deciding, follows, inputs, is_integral, loops
+from bondgraph.elements import ONE_PORTS, SOURCES, STORES, TWO_PORTS
+from bondgraph.faults import GraphError, refuse
 from bondgraph.graph import Bond, BondGraph
-from bondgraph.laws import OWN_FLOW, Function
-
-__all__ = ["Causality", "Loop", "Reason", "causality"]
+from bondgraph.motion.formulation import Formulation
 
 _INTEGRAL, _DERIVATIVE = "integral", "derivative"
 _WORDS = {"e": "effort", "f": "flow"}
@@ -67,7 +65,7 @@ class Causality:
             reason = self.reasons[bond.number]
             stroke = self.strokes[bond.number]
             lines.append(f"{bond.number:4d}  {arrow:{wide}}  {stroke:{end}}  {reason.kind}: {reason.text}")
-        lines.append("integral: " + (", ".join(title(self.graph, n) for n in self.integral) or "none"))
+        lines.append("integral: " + (", ".join(self.graph.title(n) for n in self.integral) or "none"))
         lines += _listed("derivative", [self.follows[n] for n in self.derivative])
         lines += _listed("conflicts", self.conflicts)
         lines += _listed("algebraic loops", [loop.text for loop in self.loops])
@@ -104,7 +102,7 @@ def causality(graph: BondGraph, prefer: str | Mapping[str, str] = _INTEGRAL) -> 
     strokes = {b.number: draft.marks[b.number].end for b in graph.bonds}
     known = inputs(graph, strokes)
     found = () if draft.conflicts else loops(graph, strokes, known)
-    how = {e.name: _how(e.kind, strokes[graph.bond_of(e.name).number] == e.name) for e in graph.of_kind("I", "C")}
+    how = {e.name: _how(e.kind, strokes[graph.bond_of(e.name).number] == e.name) for e in graph.of_kind(*STORES)}
     derivative = tuple(name for name, is_ in how.items() if is_ == _DERIVATIVE)
     return Causality(
         graph,
@@ -119,23 +117,36 @@ def causality(graph: BondGraph, prefer: str | Mapping[str, str] = _INTEGRAL) -> 
 
 
 def _wanted(graph: BondGraph, prefer: str | Mapping[str, str]) -> dict[str, str]:
-    stores = graph.of_kind("I", "C")
+    stores = graph.of_kind(*STORES)
     asked = dict.fromkeys([e.name for e in stores if e.law != 0.0], prefer) if isinstance(prefer, str) else dict(prefer)
     faults = []
     if isinstance(prefer, str) and prefer not in (_INTEGRAL, _DERIVATIVE):
         raise GraphError(f"prefer: found {prefer!r}, expected 'integral', 'derivative' or one of them by element name")
     for name, how in asked.items():
-        if name not in graph.elements or graph.elements[name].kind not in ("I", "C"):
+        if name not in graph.elements or graph.elements[name].kind not in STORES:
             faults.append(f"prefer: {name!r} is no I or C of the graph")
         elif how not in (_INTEGRAL, _DERIVATIVE):
-            faults.append(f"prefer: found {how!r} for {title(graph, name)}, expected 'integral' or 'derivative'")
-    if faults:
-        raise GraphError("\n".join(faults))
-    return {e.name: _DERIVATIVE if e.law == 0.0 else _INTEGRAL for e in stores} | asked
+            faults.append(f"prefer: found {how!r} for {graph.title(name)}, expected 'integral' or 'derivative'")
+    refuse(faults)
+    wanted = {e.name: _DERIVATIVE if e.law == 0.0 else _INTEGRAL for e in stores} | asked
+    return {name: wanted[name] for name in sorted(wanted, key=_behind(graph))}
+
+
+def _behind(graph: BondGraph) -> Callable[[str], bool]:
+    """Whether a store is an inertia on a flow that others settle: it is asked after those that settle it.
+
+    To ask it first would turn transformers round, whose ratios may vanish.
+    """
+    try:
+        form = Formulation(graph)
+    except GraphError:  # of what has no motion, the strokes may still be wanted
+        return lambda name: False
+    moving = form.coordinates.moving
+    return lambda name: graph.elements[name].kind == "I" and form.flow[graph.bond_of(name).number] not in moving
 
 
 def _how(kind: str, gives_flow: bool) -> str:
-    return _INTEGRAL if gives_flow == (kind == "I") else _DERIVATIVE
+    return _INTEGRAL if is_integral(kind, gives_flow) else _DERIVATIVE
 
 
 # -- drafts: strokes so far, and what follows from one more ---------------------------------------------------------------
@@ -248,27 +259,45 @@ def _trials(draft: _Draft, wanted: Mapping[str, str]) -> list[_Draft]:
     graph = draft.graph
     if len(draft.marks) == len(graph.bonds):
         return []
-    stores = [e.name for e in graph.of_kind("I", "C") if graph.bond_of(e.name).number not in draft.marks]
+    stores = [name for name in wanted if graph.bond_of(name).number not in draft.marks]
+    if stores:
+        return _store_trials(draft, wanted, stores)
+    resistors = [e.name for e in graph.of_kind("R") if graph.bond_of(e.name).number not in draft.marks]
+    return _resistor_trials(draft, resistors) if resistors else _free_trials(draft)
+
+
+def _store_trials(draft: _Draft, wanted: Mapping[str, str], stores: Sequence[str]) -> list[_Draft]:
+    """The first store that gets what it prefers without a conflict or a division by a modulus; else the first of all."""
     waiting = []
     for name in stores:
         trial = _store(draft, name, wanted[name], "preferred")
         if trial.backwards == draft.backwards and len(trial.conflicts) == len(draft.conflicts):
             return [trial, _opposite(draft, name, wanted[name])]
         waiting.append(trial)
-    if stores:
-        return [waiting[0], _opposite(draft, stores[0], wanted[stores[0]])]
-    resistors = [e.name for e in graph.of_kind("R") if graph.bond_of(e.name).number not in draft.marks]
-    name = min(resistors, key=lambda n: _solvable(graph, n), default="")
-    bond = graph.bond_of(name) if name else next(b for b in graph.bonds if b.number not in draft.marks)
-    ends = (bond.other(name), name) if name else (bond.head, bond.tail)
-    both = [_extended(draft, [(bond, _Mark(end, "chosen", name))]) for end in ends]
-    keep = bool(name) and not _solvable(graph, name)
-    return both if keep else sorted(both, key=lambda trial: len(trial.backwards))
+    return [waiting[0], _opposite(draft, stores[0], wanted[stores[0]])]
+
+
+def _resistor_trials(draft: _Draft, resistors: Sequence[str]) -> list[_Draft]:
+    """The first resistor whose law cannot be solved for its flow, as a resistance; where there is none, the first of all."""
+    name = min(resistors, key=lambda n: _solvable(draft.graph, n))
+    bond = draft.graph.bond_of(name)
+    both = _either_way(draft, bond, (bond.other(name), name), name)
+    return sorted(both, key=lambda trial: len(trial.backwards)) if _solvable(draft.graph, name) else both
+
+
+def _free_trials(draft: _Draft) -> list[_Draft]:
+    """The first bond that nothing decides, rather the way that divides by no modulus."""
+    bond = next(b for b in draft.graph.bonds if b.number not in draft.marks)
+    return sorted(_either_way(draft, bond, (bond.head, bond.tail), ""), key=lambda trial: len(trial.backwards))
+
+
+def _either_way(draft: _Draft, bond: Bond, ends: tuple[str, str], by: str) -> list[_Draft]:
+    return [_extended(draft, [(bond, _Mark(end, "chosen", by))]) for end in ends]
 
 
 def _store(draft: _Draft, name: str, how: str, kind: str) -> _Draft:
     bond = draft.graph.bond_of(name)
-    gives_flow = (how == _INTEGRAL) == (draft.graph.elements[name].kind == "I")
+    gives_flow = is_integral(draft.graph.elements[name].kind, how == _INTEGRAL)
     return _extended(draft, [(bond, _Mark(name if gives_flow else bond.other(name), kind, name))])
 
 
@@ -278,8 +307,7 @@ def _opposite(draft: _Draft, name: str, how: str) -> _Draft:
 
 def _solvable(graph: BondGraph, name: str) -> bool:
     """Whether a resistor's flow can be computed from its effort, f = e / R; a function e(f) is not solved for f."""
-    law = graph.elements[name].law
-    return law != 0.0 and not (isinstance(law, Function) and OWN_FLOW in law.of)
+    return graph.elements[name].law != 0.0 and not graph.is_curve(name)
 
 
 # -- words ----------------------------------------------------------------------------------------------------------------
@@ -290,7 +318,7 @@ def _conflict(graph: BondGraph, marks: Mapping[int, _Mark], strokes: Mapping[int
     if kind in TWO_PORTS:
         given = [f"{_from(graph, marks, b)} gives it {'effort' if strokes[b.number] == name else 'flow'}" for b in bonds]
         rule = "one effort and one flow" if kind == "TF" else "two efforts or two flows"
-        return f"{title(graph, name)}: {' and '.join(given)}, expected {rule}; take out or turn round one of the two"
+        return f"{graph.title(name)}: {' and '.join(given)}, expected {rule}; take out or turn round one of the two"
     word = _WORDS[COMMON[kind]]
     decided = [_from(graph, marks, b) for b in deciding(graph, strokes, name)]
     if decided:
@@ -307,7 +335,7 @@ def _from(graph: BondGraph, marks: Mapping[int, _Mark], bond: Bond) -> str:
         seen.update(fresh)
         queue += fresh
     roots = [n for n in sorted(queue) if not marks[n].causes and marks[n].by in graph.elements]
-    places = {n: title(graph, marks[n].by) + (f" on bond {n}" if n != bond.number else "") for n in roots}
+    places = {n: graph.title(marks[n].by) + (f" on bond {n}" if n != bond.number else "") for n in roots}
     return f"bond {bond.number}" + (f" (from {', '.join(places.values())})" if places else "")
 
 
@@ -317,7 +345,7 @@ def _reason(draft: _Draft, bond: Bond, wanted: Mapping[str, str], how: Mapping[s
     kind, text = mark.kind, _text(graph, mark, bond, how)
     if how.get(port) == _DERIVATIVE != wanted.get(port):
         kind = "derivative"
-        text = f"{title(graph, port)} has to follow: {text}" if mark.kind == "propagated" else text
+        text = f"{graph.title(port)} has to follow: {text}" if mark.kind == "propagated" else text
     if kind == "chosen" and any(bond.number in loop.bonds for loop in found):
         text += "; its causal path leads back to it, an algebraic loop"
     return Reason(kind, text + _warning(graph, mark.end, bond, port, how))
@@ -327,24 +355,24 @@ def _text(graph: BondGraph, mark: _Mark, bond: Bond, how: Mapping[str, str]) -> 
     """What a mark says: who decided the stroke, or which element passed it on from which bonds."""
     gives = "flow" if mark.end == mark.by else "effort"
     if mark.kind == "source":
-        return f"{title(graph, mark.by)} imposes its {gives}"
+        return f"{graph.title(mark.by)} imposes its {gives}"
     if mark.kind == "propagated":
         return _passed_on(graph, mark, bond)
     if not mark.by:
-        return f"nothing decides it: {title(graph, mark.end)} taken to receive the effort"
+        return f"nothing decides it: {graph.title(mark.end)} taken to receive the effort"
     if mark.by in how:
         because = "" if mark.kind == "preferred" else ", for the other way would contradict the rest"
-        return f"{title(graph, mark.by)} {how[mark.by]}, gives its {gives}{because}"
+        return f"{graph.title(mark.by)} {how[mark.by]}, gives its {gives}{because}"
     if gives == "flow":
-        return f"{title(graph, mark.by)} taken as a conductance, f = e / {mark.by}"
+        return f"{graph.title(mark.by)} taken as a conductance, f = e / {mark.by}"
     law = f"{mark.by} f" if _solvable(graph, mark.by) else f"{mark.by}(f)"
-    return f"{title(graph, mark.by)} taken as a resistance, e = {law}"
+    return f"{graph.title(mark.by)} taken as a resistance, e = {law}"
 
 
 def _passed_on(graph: BondGraph, mark: _Mark, bond: Bond) -> str:
     element = graph.elements[mark.by]
     causes = ("bonds " if len(mark.causes) > 1 else "bond ") + ", ".join(map(str, mark.causes))
-    where = title(graph, mark.by)
+    where = graph.title(mark.by)
     if element.kind in TWO_PORTS:
         return f"{where} passes on {causes}"
     word = _WORDS[COMMON[element.kind]]
@@ -358,11 +386,11 @@ def _warning(graph: BondGraph, end: str, bond: Bond, port: str, how: Mapping[str
     """What this stroke asks of a law that it may not give: a division by a ratio that may vanish, a law's inverse."""
     kind = graph.elements[port].kind if port else ""
     if kind == "R" and end == port and not _solvable(graph, port):
-        return f"; the law e(f) of {title(graph, port)} has to be solved for f"
+        return f"; the law e(f) of {graph.title(port)} has to be solved for f"
     if kind == "C" and how[port] == _DERIVATIVE and not graph.is_linear(port):
-        return f"; the law e(q) of {title(graph, port)} has to be solved for q"
+        return f"; the law e(q) of {graph.title(port)} has to be solved for q"
     if graph.elements[end].kind in TWO_PORTS and bond.head == end and _divides(graph, {bond.number: end}, end):
         other = graph.ends(end)[1].number
         source = f"f_{other}" if graph.elements[end].kind == "TF" else f"e_{other}"
-        return f"; f_{bond.number} = {source} / {end} divides by {title(graph, end)}, singular where it is 0"
+        return f"; f_{bond.number} = {source} / {end} divides by {graph.title(end)}, singular where it is 0"
     return ""

@@ -39,15 +39,15 @@ class Loop(NamedTuple):
     text: str
 
 
-def title(graph: BondGraph, name: str) -> str:
-    """How a line of text calls an element: `MTF:T`."""
-    return f"{graph.symbol(name)}:{name}"
-
-
 def giver(bond: Bond, letter: str, strokes: Mapping[int, str]) -> str:
     """The element that gives a bond's effort or flow."""
     end = strokes[bond.number]
     return end if letter == "f" else bond.other(end)
+
+
+def is_integral(store: str, gives_flow: bool) -> bool:
+    """Whether an I or C that gives its flow, or else its effort, gives it from its state: an I a flow, a C an effort."""
+    return gives_flow == (store == "I")
 
 
 def deciding(graph: BondGraph, strokes: Mapping[int, str], name: str) -> list[Bond]:
@@ -92,10 +92,10 @@ def follows(graph: BondGraph, strokes: Mapping[int, str], known: Inputs, name: s
         if known[variable] or end == name or graph.elements[end].kind not in ONE_PORTS:
             continue
         path = [gives[v] for v in _path(variable, towards)]
-        passed = [title(graph, n) for n in path if graph.elements[n].kind in TWO_PORTS | {"R"}]
-        ends.append(title(graph, end) + (f" through {', '.join(dict.fromkeys(passed))}" if passed else ""))
+        passed = [graph.title(n) for n in path if graph.elements[n].kind in TWO_PORTS | {"R"}]
+        ends.append(graph.title(end) + (f" through {', '.join(dict.fromkeys(passed))}" if passed else ""))
     what = " and ".join(dict.fromkeys(ends)) or "no store and no source: the junctions alone decide it"
-    return f"{title(graph, name)} follows {what}"
+    return f"{graph.title(name)} follows {what}"
 
 
 def loops(graph: BondGraph, strokes: Mapping[int, str], known: Inputs) -> tuple[Loop, ...]:
@@ -145,13 +145,13 @@ def _groups(known: Inputs) -> Iterator[list[Variable]]:
 def _loop(graph: BondGraph, gives: Mapping[Variable, str], known: Inputs, group: list[Variable]) -> Loop:
     members = {gives[v] for v in group}
     elements = tuple(name for name in graph.elements if name in members)
-    resistors = [title(graph, name) for name in elements if graph.elements[name].kind == "R"]
+    resistors = [graph.title(name) for name in elements if graph.elements[name].kind == "R"]
     start = next((v for v in group if graph.elements[gives[v]].kind == "R"), group[0])
     needs = {v: tuple(n for n in known[v] if n in group) for v in group}
     back = [_towards(v, needs) for v in needs[start]]  # what each input of `start` is computed from, `start` itself if found
     circles = [[*_path(start, towards), start] for towards in back if start in towards]
     circle = min(circles, key=lambda steps: len(steps))
-    passed = ", ".join(title(graph, n) for n in dict.fromkeys(gives[v] for v in circle))
+    passed = ", ".join(graph.title(n) for n in dict.fromkeys(gives[v] for v in circle))
     through = " and ".join(resistors) or f"the junction structure at {passed}"
     more = f" ({len(group)} efforts and flows in all)" if len(group) > len(circle) - 1 else ""
     text = f"algebraic loop through {through}: {' -> '.join(map(str, circle))}{more}"

@@ -14,14 +14,12 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 from bondgraph.causal.assignment import Causality, causality
-from bondgraph.causal.dependence import COMMON, Inputs, Variable, giver, inputs, title
-from bondgraph.elements import JUNCTIONS, SOURCES, Law
-from bondgraph.faults import GraphError
+from bondgraph.causal.dependence import COMMON, Inputs, Variable, giver, inputs
+from bondgraph.elements import JUNCTIONS, SOURCES, STORES, Law
+from bondgraph.faults import GraphError, refuse
 from bondgraph.graph import CONVENTION, Bond, BondGraph
-from bondgraph.laws import OWN_DISPLACEMENT, OWN_FLOW, Function
 
 _HEADINGS = ("bond", "from", "to", "half arrow", "stroke at", "effort", "flow", "state")
-_OWN = {"R": OWN_FLOW, "C": OWN_DISPLACEMENT}
 
 
 class Quantity(NamedTuple):
@@ -148,8 +146,7 @@ def _found(graph: BondGraph, given: Causality | None) -> Causality:
     found = causality(graph) if given is None else given
     if found.graph is not graph:
         raise GraphError("the causality is that of another graph: give the one of this graph, or none")
-    if found.conflicts:
-        raise GraphError("\n".join(found.conflicts))
+    refuse(found.conflicts)
     return found
 
 
@@ -158,11 +155,11 @@ def _found(graph: BondGraph, given: Causality | None) -> Causality:
 
 def _row(graph: BondGraph, found: Causality, known: Inputs, bond: Bond) -> Row:
     effort, flow = (_equation(graph, found, known, bond, letter) for letter in "ef")
-    store = next((n for n in bond[1:] if graph.elements[n].kind in ("I", "C")), None)
+    store = next((n for n in bond[1:] if graph.elements[n].kind in STORES), None)
     return Row(
         bond.number,
-        title(graph, bond.tail),
-        title(graph, bond.head),
+        graph.title(bond.tail),
+        graph.title(bond.head),
         (bond.tail, bond.head),
         found.strokes[bond.number],
         effort,
@@ -178,7 +175,7 @@ def _equation(graph: BondGraph, found: Causality, known: Inputs, bond: Bond, let
     left = Quantity(letter, bond.number)
     if kind in SOURCES:
         return Equation(left, (Term(None, _symbol(graph, name)),))
-    if kind in ("I", "C"):
+    if kind in STORES:
         return Equation(left, (_stored(graph, bond, name, letter),))
     if kind == "R":
         return Equation(left, (_resisted(graph, bond, name, needs[0]),))
@@ -232,8 +229,8 @@ def _resisted(graph: BondGraph, bond: Bond, name: str, need: Quantity) -> Term:
 
 def _nonlinear(graph: BondGraph, name: str) -> bool:
     """Whether a resistor's or compliance's law is a function of its own flow or displacement, no factor."""
-    law, kind = graph.elements[name].law, graph.elements[name].kind
-    return (isinstance(law, Function) and _OWN.get(kind) in law.of) or (isinstance(law, Law) and kind == "C")
+    element = graph.elements[name]
+    return graph.is_curve(name) or (element.kind == "C" and isinstance(element.law, Law))
 
 
 def _symbol(graph: BondGraph, name: str, own: Term | None = None, inverse: bool = False) -> Symbol:

@@ -89,7 +89,11 @@ def _wrapped(text: str) -> tuple[str, ...]:
 
 
 def plain(text: str) -> str:
-    """A name with its Greek letters, for measuring: `T(theta)` is `T(θ)`."""
+    """A name with its Greek letters, for measuring.
+
+    >>> plain("T(theta)")
+    'T(θ)'
+    """
     return _TOKEN.sub(lambda m: _GREEK.get(m[1], m[1]) + m[2] if _is_symbol(m) else m[0], text)
 
 

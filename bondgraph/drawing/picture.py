@@ -12,10 +12,12 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
+from bondgraph.causal.dependence import is_integral
 from bondgraph.domains import DOMAINS
 from bondgraph.drawing.labels import JUNCTION_SIZE, LABEL_SIZE, LINE_SPACING, NAME_SIZE, NUMBER_SIZE, mathtext, width
 from bondgraph.drawing.layout import Box, Layout, Line, Point, half_arrow, layout, stroke
-from bondgraph.faults import GraphError
+from bondgraph.elements import STORES
+from bondgraph.faults import GraphError, refuse
 from bondgraph.graph import Bond, BondGraph
 
 if TYPE_CHECKING:
@@ -103,15 +105,13 @@ def _causes(graph: BondGraph, given: Causality | Mapping[int, str] | None) -> tu
         given = causality(graph)
     strokes = given if isinstance(given, Mapping) else given.strokes
     bonds = {bond.number: bond for bond in graph.bonds}
-    faults = [
+    refuse(
         f"the stroke of bond {n} is at {name!r}, found {_joins(bonds.get(n)) or f'no bond {n}'}"
         for n, name in strokes.items()
         if n not in bonds or name not in bonds[n][1:]
-    ]
-    if faults:
-        raise GraphError("\n".join(faults))
-    stroked = [(e, strokes.get(graph.bond_of(e.name).number)) for e in graph.of_kind("I", "C")]
-    return strokes, frozenset(e.name for e, at in stroked if at is not None and (at == e.name) != (e.kind == "I"))
+    )
+    stroked = [(e, strokes.get(graph.bond_of(e.name).number)) for e in graph.of_kind(*STORES)]
+    return strokes, frozenset(e.name for e, at in stroked if at is not None and not is_integral(e.kind, at == e.name))
 
 
 def _joins(bond: Bond | None) -> str:

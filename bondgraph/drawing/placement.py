@@ -13,7 +13,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from bondgraph.checks import reached_from
+from bondgraph.connections import reached_from
 from bondgraph.elements import ONE_PORTS, TWO_PORTS
 from bondgraph.graph import Bond, BondGraph
 
@@ -120,17 +120,17 @@ def _taste(graph: BondGraph, bond: Bond, layer: Mapping[str, int]) -> tuple[floa
 def _branches(near: Sequence[Sequence[int]]) -> Iterator[tuple[int, ...]]:
     """The smaller parts that a graph falls into without one of its elements."""
     for joint, others in enumerate(near):
-        apart = {str(k): [str(n) for n in around if n != joint] for k, around in enumerate(near)}
+        apart = {k: [n for n in around if n != joint] for k, around in enumerate(near)}
         seen: set[int] = {joint}
         for lead in others:
             if lead not in seen:
-                branch = {int(k) for k in reached_from(str(lead), apart)}
+                branch = reached_from(lead, apart)
                 seen |= branch
                 if 1 < len(branch) < len(near) / 2:
                     yield (lead, *sorted(branch - {lead}))
 
 
-# --- the start: layers from left to right ---
+# -- the start: layers from left to right -------------------------------------------------------------------------------
 
 
 def _start(layers: Sequence[Sequence[str]]) -> dict[str, tuple[float, float]]:
@@ -232,7 +232,7 @@ def _crossings(graph: BondGraph, layers: Sequence[Sequence[str]]) -> int:
     return count
 
 
-# --- the moves ---
+# -- the moves ----------------------------------------------------------------------------------------------------------
 
 
 def _sweep(problem: Problem, at: Array) -> bool:

@@ -25,7 +25,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bondgraph.elements import Sf
-from bondgraph.faults import GraphError
+from bondgraph.faults import GraphError, refuse, size_faults
 from bondgraph.mechanisms.slider_crank import (
     HARMONIC,
     Imposed,
@@ -225,10 +225,8 @@ def compare_free_motion(
 
 
 def _times(until: float, points: int) -> Array:
-    faults = [] if math.isfinite(until) and until > 0 else [f"until: found {until}, expected a number above 0"]
-    faults += [] if points > 1 else [f"points: found {points}, expected 2 or more"]
-    if faults:
-        raise GraphError("\n".join(faults))
+    few = [] if points > 1 else [f"points: found {points}, expected 2 or more"]
+    refuse(size_faults([("until", until)]) + few)
     return np.linspace(0.0, until, points)
 
 

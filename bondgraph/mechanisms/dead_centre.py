@@ -19,7 +19,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from bondgraph.elements import R, Se
-from bondgraph.faults import GraphError
+from bondgraph.faults import GraphError, refuse, size_faults
 from bondgraph.mechanisms.slider_crank import HARMONIC, Imposed, SliderCrank
 from bondgraph.motion.simulation import Run, simulate
 
@@ -162,10 +162,7 @@ def printed_programme(
 
 
 def _check(until: float, steps: Sequence[float], floor: float) -> None:
-    numbers = [("until", until), ("floor", floor), *(("steps", step) for step in steps)]
-    faults = [f"{name}: found {v}, expected a number above 0" for name, v in numbers if not (math.isfinite(v) and v > 0)]
-    if faults:
-        raise GraphError("\n".join(faults))
+    refuse(size_faults([("until", until), ("floor", floor), *(("steps", step) for step in steps)]))
 
 
 def _count(until: float, step: float) -> int:

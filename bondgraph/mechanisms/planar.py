@@ -19,7 +19,7 @@ import numpy as np
 
 from bondgraph.builder import Builder, Part
 from bondgraph.elements import Element, I, Se, Sf
-from bondgraph.faults import GraphError
+from bondgraph.faults import GraphError, refuse
 from bondgraph.graph import BondGraph
 from bondgraph.reduction import Positions, Reduction
 from bondgraph.simplifying.rules import (
@@ -58,7 +58,8 @@ def rigid_body(mass: Any, inertia: Any, pins: Mapping[str, Point], angle: float 
         inlets: the pins where power counts positive into the body; at the others it does out of it. A junction that
             only passes power on from an outlet to an inlet is one that simplification can drop.
 
-    Raises GraphError where a place is no pair of finite numbers, or an inlet no pin.
+    Raises:
+        GraphError: where a place is no pair of finite numbers, or an inlet no pin.
 
     >>> bar = Builder().include("bar", rigid_body(2.0, 0.5, {"end": (0.3, 0.0)}))
     >>> pendulum = fix(bar, "bar.end").build()
@@ -89,11 +90,8 @@ def _check(pins: Mapping[str, Point], inlets: Collection[str]) -> None:
         for name, place in pins.items()
         if len(place) != 2 or not all(isinstance(value, float | int) and isfinite(value) for value in place)
     ]
-    faults += [
-        f"inlet {name!r}: no such pin; the body has {', '.join(pins) or 'none'}" for name in inlets if name not in pins
-    ]
-    if faults:
-        raise GraphError("\n".join(faults))
+    there = ", ".join(pins) or "none"
+    refuse(faults + [f"inlet {name!r}: no such pin; the body has {there}" for name in inlets if name not in pins])
 
 
 def _arms(x: float, y: float, sign: float) -> tuple[Formula, Formula]:
@@ -202,7 +200,8 @@ def slider_crank(
         gravity: m/s² towards -y.
         start: crank angle at the start of a simulation, rad.
 
-    Raises GraphError where the rod does not reach the line, at the start or at a crank angle that is asked for.
+    Raises:
+        GraphError: where the rod does not reach the line, at the start or at a crank angle that is asked for.
 
     >>> linkage = slider_crank(Bar(0.2, inertia=0.1), Bar(0.6), slider=3.0)
     >>> round(float(linkage.reduction()(np.pi / 2).inertia), 12)  # 0.1 + 3 * 0.2²
@@ -246,7 +245,8 @@ def four_bar(
         gravity: m/s² towards -y.
         start: crank angle at the start of a simulation, rad.
 
-    Raises GraphError where coupler and rocker do not meet, at the start or at a crank angle that is asked for.
+    Raises:
+        GraphError: where coupler and rocker do not meet, at the start or at a crank angle that is asked for.
 
     >>> bars = Bar(1.0, inertia=0.5), Bar(3.0), Bar(3.0, inertia=2.0)
     >>> round(float(four_bar(4.0, *bars).reduction()(0.0).inertia), 12)  # the rocker turns at -1/3 of the crank's speed
@@ -273,9 +273,7 @@ def _bodies(bodies: Mapping[str, tuple[Bar, float]], gravity: float, last: str) 
 
 
 def _positive(**lengths: float) -> None:
-    faults = [f"{name}: found {length}, expected a positive length" for name, length in lengths.items() if not length > 0]
-    if faults:
-        raise GraphError("\n".join(faults))
+    refuse(f"{name}: found {length}, expected a positive length" for name, length in lengths.items() if not length > 0)
 
 
 def _loaded(b: Builder, on: Loads | None) -> BondGraph:

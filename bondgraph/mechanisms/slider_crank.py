@@ -6,7 +6,6 @@ The closed forms do not use the graph, so that each checks the other.
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any, NamedTuple
@@ -15,14 +14,14 @@ import numpy as np
 
 from bondgraph.builder import Builder
 from bondgraph.elements import I
-from bondgraph.faults import GraphError
+from bondgraph.faults import GraphError, refuse, size_faults
 
 
 @dataclass(frozen=True)
 class SliderCrank:
     """A crank (a thin bar about its end), a uniform rod and a slider on a line through the pivot.
 
-    Attributes:
+    Args:
         radius: of the crank, r, m.
         length: of the rod, l > r, m.
         crank: mass of the crank, kg; its inertia is m r²/3.
@@ -41,15 +40,10 @@ class SliderCrank:
     slider: float = 1.0
 
     def __post_init__(self) -> None:
-        faults = [
-            f"{name}: found {value}, expected a number above 0"
-            for name, value in vars(self).items()
-            if not (math.isfinite(value) and (value > 0 or (name == "rod" and value == 0)))
-        ]
+        faults = size_faults((name, value) for name, value in vars(self).items() if (name, value) != ("rod", 0))
         if not self.radius < self.length:
             faults.append(f"radius {self.radius} m, length {self.length} m: the rod must be longer than the crank to turn")
-        if faults:
-            raise GraphError("\n".join(faults))
+        refuse(faults)
 
     @property
     def ratio(self) -> float:

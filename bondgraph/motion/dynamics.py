@@ -11,12 +11,12 @@ from functools import cached_property
 from numbers import Real
 from typing import Any, NamedTuple
 
-from bondgraph.faults import GraphError
+from bondgraph.faults import refuse
 from bondgraph.graph import BondGraph
 from bondgraph.laws import Function, function, is_symbolic
 from bondgraph.motion.formulation import Formulation
 from bondgraph.motion.newton import Balance, settle
-from bondgraph.motion.recording import Node, Recorder
+from bondgraph.motion.recording import Recorder
 from bondgraph.motion.tables import tables
 from bondgraph.motion.walk import Instant, Walk
 
@@ -127,8 +127,8 @@ def _flat_balance(walk: Walk) -> list[Any]:
 
 
 def _checked_signals(graph: BondGraph, signals: Mapping[str, Any]) -> dict[str, Function]:
-    faults = [f"no signal {name!r}: the graph declares {', '.join(graph.signals) or 'none'}" for name in signals]
-    faults = [fault for name, fault in zip(signals, faults, strict=True) if name not in graph.signals]
+    declared = ", ".join(graph.signals) or "none"
+    faults = [f"no signal {name!r}: the graph declares {declared}" for name in signals if name not in graph.signals]
     faults += [
         f"signal {name!r} has no function of t: signals={{{name!r}: ...}}" for name in graph.signals if name not in signals
     ]
@@ -141,13 +141,9 @@ def _checked_signals(graph: BondGraph, signals: Mapping[str, Any]) -> dict[str, 
         found[name] = function(given if varies else _constantly(float(given)))
         if len(found[name].of) > 1:
             faults.append(f"signal {name!r}: found a function of {', '.join(found[name].of)}, expected one of t")
-    if faults:
-        raise GraphError("\n".join(faults))
+    refuse(faults)
     return found
 
 
 def _constantly(value: float) -> Callable[[Any], Any]:
     return lambda t: value + 0.0 * t
-
-
-__all__ = ["Dynamics", "Instant", "Node", "State"]

@@ -19,11 +19,11 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import NamedTuple
 
-from bondgraph.elements import Displacement, Element, Law, Modulus
+from bondgraph.elements import ONE_PORTS, Displacement, Element
 from bondgraph.faults import GraphError
 from bondgraph.graph import BondGraph
 from bondgraph.motion.layers import INERTIAS, SPRINGS, Layers
-from bondgraph.structure import Ratio, Relation, Scale, Solve, Step, Sum, flow_relations, flow_variables, places, plan
+from bondgraph.structure import Ratio, Relation, Scale, Solve, Step, Sum, entry, flow_relations, flow_variables, places, plan
 
 
 class Port(NamedTuple):
@@ -87,8 +87,7 @@ class Formulation:
 
     def variable(self, name: str) -> int:
         """The flow variable of an element: of a two-port, that of the bond that enters it."""
-        bonds = self.graph.at(name)
-        return self.flow[next((b for b in bonds if b.head == name), bonds[0]).number]
+        return self.flow[entry(self.graph, name).number]
 
     def name_of(self, variable: int) -> str:
         """How a flow variable is called: by its 1-junction, else by its bond."""
@@ -165,10 +164,16 @@ class Formulation:
         massless = sorted((v for v in free if v not in moving), key=lambda v: self._layers.of[v])
         return Coordinates(moving, tuple(massless), imposed)
 
+    def _moving_parts(self, locked: list[int]) -> bool:
+        """Whether something that ought to move is locked: no current in the lead of a ground node is no contradiction."""
+        meant = [self.variable(d.of) for d in self.displacements]
+        meant += [self.flow[self.graph.bond_of(e.name).number] for e in self.graph.of_kind("I") if e.law != 0.0]
+        return any(variable in locked for variable in meant)
+
     def _check_free(self) -> None:
         """Whether any flow can only be zero."""
         locked = self._layers.locked()
-        if locked:
+        if self._moving_parts(locked):
             relations = [r for r in flow_relations(self.graph, self.flow) if all(v in locked for v, _, _ in r.terms)]
             at = ", ".join(places(self.graph, relations))
             raise GraphError(
@@ -186,7 +191,7 @@ class Formulation:
             )
         if loose:
             where = ", ".join(self.name_of(v) for v in loose)
-            gyrators = ", ".join(f"{self.graph.symbol(e.name)}:{e.name}" for e in self.graph.of_kind("GY"))
+            gyrators = ", ".join(self.graph.title(e.name) for e in self.graph.of_kind("GY"))
             raise GraphError(
                 f"{gyrators} settle no flow of {where}: what is beyond is tied to a store on this side, without an inertia "
                 "or resistor between; hang a small one on"
@@ -205,14 +210,13 @@ def displacements(graph: BondGraph) -> Iterator[Displacement]:
     """The declared displacements, and one for each further 1-junction that a motion refers to."""
     yield from graph.displacements.values()
     declared = {d.of for d in graph.displacements.values()}
-    laws = [element.law for element in graph.elements.values()]
-    for junction in dict.fromkeys(law.motion.of for law in laws if isinstance(law, Modulus | Law)):
+    for junction in graph.motions:
         if junction not in declared:
             yield Displacement(junction, junction)
 
 
 def _ports(graph: BondGraph, flow: dict[int, int]) -> Iterator[Port]:
-    for element in graph.of_kind("Se", "Sf", "I", "C", "R"):
+    for element in graph.of_kind(*ONE_PORTS):
         bond = graph.bond_of(element.name)
         yield Port(element, bond.number, flow[bond.number], bond.sign(element.name))
     for element in graph.of_kind("GY"):

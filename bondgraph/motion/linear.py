@@ -10,6 +10,7 @@ import numpy as np
 from bondgraph.faults import GraphError
 from bondgraph.laws import is_symbolic
 from bondgraph.motion.recording import Node, recorded
+from bondgraph.structure import SINGULAR
 
 Rows = Sequence[Sequence[Any]]
 
@@ -38,7 +39,7 @@ def solve(matrix: Rows, right: Rows) -> list[list[Any]]:
     try:
         solution = np.linalg.solve(a, b)
     except np.linalg.LinAlgError as error:
-        raise GraphError(_LOCKS) from error
+        raise GraphError(SINGULAR) from error
     if not shape:
         return [[float(value) for value in row] for row in solution]
     return [[solution[..., i, j] for j in range(columns)] for i in range(size)]
@@ -68,7 +69,6 @@ def solve_symmetric(lower: Rows, right: Sequence[Any]) -> list[Any]:
     return x
 
 
-_LOCKS = "the constraints lock or branch at one of the positions: singular flow system"
 _WEIGHTLESS = (
     "the inertia that the motion sees vanishes or is negative at one of the positions (a dead centre without inertia on "
     "the other side?): the acceleration is not determined"
@@ -91,7 +91,7 @@ def _less(value: Any, products: Any) -> Any:
 
 def _quotient(value: Any, divisor: Any) -> Any:
     if divisor == 0.0:
-        raise GraphError(_LOCKS)
+        raise GraphError(SINGULAR)
     return value / divisor
 
 
@@ -102,15 +102,17 @@ def _plain(matrix: Rows, right: Rows) -> list[list[float]]:
     try:
         solution: list[list[float]] = np.linalg.solve(np.array(matrix), np.array(right)).tolist()
     except np.linalg.LinAlgError as error:
-        raise GraphError(_LOCKS) from error
+        raise GraphError(SINGULAR) from error
     return solution
 
 
 def _symbolic(matrix: Rows, right: Rows) -> list[list[Any]]:
     import sympy  # type: ignore[import-untyped]
 
-    try:
-        solution = sympy.Matrix(matrix).LUsolve(sympy.Matrix(right))
-    except ValueError as error:
-        raise GraphError(_LOCKS) from error
+    square, given = sympy.Matrix(matrix), sympy.Matrix(right)
+    determinant = square.det("berkowitz")
+    if determinant.is_zero:
+        raise GraphError(SINGULAR)
+    # by Cramer's rule: a pivot of an elimination may vanish where the system as a whole does not
+    solution = square.adjugate("berkowitz") * given / determinant
     return [[solution[i, j] for j in range(solution.cols)] for i in range(solution.rows)]

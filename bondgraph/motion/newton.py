@@ -27,10 +27,12 @@ def settle(
 ) -> list[Any]:
     """The flows at which all residuals vanish, sought from `near` on if it is given.
 
-    Raises GraphError where none are found, with `where` to say which flows these are.
+    Raises:
+        GraphError: where none are found, with `where` to say which flows these are.
 
     >>> settle(lambda u: ([u[0] * abs(u[0]) - 4.0], [[2.0 * abs(u[0])]]), 1, (), "pipe")
     [2.0]
+
     """
     starts = [[start * (1.0 + 0.1 * k) for k in range(size)] for start in _STARTS]
     for start in ([] if near is None else [list(near)]) + starts:

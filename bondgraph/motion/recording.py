@@ -11,7 +11,7 @@ import math
 from collections.abc import Callable, Sequence
 from typing import Any
 
-from bondgraph.laws import Dual, Operand
+from bondgraph.operands import Dual, Operand
 
 
 class Recorder:

@@ -35,8 +35,6 @@ def tables(form: Formulation, signals: Mapping[str, Function]) -> Tables:
     graph = form.graph
     elements = {id(e.law): e.name for e in graph.elements.values() if e.law is not None}
     moduli = {id(r): r for step in form.steps for r in ratios(step) if isinstance(r, Function | Modulus)}
-    laws = [e.law for e in graph.elements.values()]
-    motions = [law.motion.of for law in laws if isinstance(law, Modulus | Law)]
     return Tables(
         form=form,
         signals=signals,
@@ -54,7 +52,7 @@ def tables(form: Formulation, signals: Mapping[str, Function]) -> Tables:
         static=form.static,
         iterated=_iterated(form),
         loose=", ".join(form.name_of(form.coordinates.all[k]) for k in form.massless),
-        anchored=tuple(dict.fromkeys(motions)),
+        anchored=graph.motions,
     )
 
 
@@ -69,5 +67,5 @@ def _partners(form: Formulation) -> dict[int, int]:
 
 def _iterated(form: Formulation) -> bool:
     """Whether a massless flow meets a resistor whose law is no straight line, so that its equation takes iterations."""
-    bent = [p for p in form.ports if p.element.kind == "R" and "f" in getattr(p.element.law, "of", ())]
-    return any(k in form.support[p.variable] for p in bent for k in form.massless)
+    curved = [p for p in form.ports if p.element.kind == "R" and form.graph.is_curve(p.element.name)]
+    return any(k in form.support[p.variable] for p in curved for k in form.massless)

@@ -13,7 +13,7 @@ import numpy as np
 
 from bondgraph.elements import Here, Law, Modulus, Motion
 from bondgraph.faults import GraphError
-from bondgraph.laws import OWN_DISPLACEMENT, OWN_FLOW, TIME, Function, is_symbolic
+from bondgraph.laws import OWN, OWN_DISPLACEMENT, OWN_FLOW, TIME, Function, is_symbolic
 from bondgraph.motion.formulation import Port
 from bondgraph.motion.linear import solve, solve_symmetric, total
 from bondgraph.motion.newton import Balance, settle
@@ -84,7 +84,7 @@ class Walk:
 
     def _arguments(self, law: Function, name: str, own: Any = None) -> list[Any]:
         element = self.graph.elements[name]
-        own_name = {"R": OWN_FLOW, "C": OWN_DISPLACEMENT}.get(element.kind)
+        own_name = OWN.get(element.kind)
         values = []
         for argument in law.of:
             if argument == own_name:
@@ -125,7 +125,7 @@ class Walk:
         except (ValueError, ArithmeticError) as error:
             of = getattr(self.graph.elements[name].law, "of", ())
             where = ", ".join(f"{n} = {v}" for n, v in zip(of, arguments, strict=False))
-            raise GraphError(f"the law of {self.graph.symbol(name)}:{name} is not defined at {where}: {error}") from error
+            raise GraphError(f"the law of {self.graph.title(name)} is not defined at {where}: {error}") from error
 
     def _symbolic(self, law: Function, arguments: list[Any]) -> Any:
         return law.symbolic(dict(zip(law.of, arguments, strict=True)))
@@ -179,9 +179,7 @@ class Walk:
     def _rate_of_source(self, name: str) -> Any:
         law = self.graph.elements[name].law
         if isinstance(law, Law):
-            raise GraphError(
-                f"{self.graph.symbol(name)}:{name}: the rate of its effort is needed, but its law gives efforts only"
-            )
+            raise GraphError(f"{self.graph.title(name)}: the rate of its effort is needed, but its law gives efforts only")
         total: Any = 0.0
         if isinstance(law, Function):
             for argument, partial in zip(law.of, self._partials(law, name)[1], strict=True):
@@ -323,8 +321,7 @@ class Walk:
         kind, name = port.element.kind, port.element.name
         if kind == "R":
             own = port.sign * self.flow[port.variable]
-            bends = OWN_FLOW in getattr(port.element.law, "of", ())
-            return self._law(name, own) if bends else self._resistor(port)[0]
+            return self._law(name, own) if self.graph.is_curve(name) else self._resistor(port)[0]
         if kind == "GY":
             return self._law(name) * self.flow[self.tables.partner[port.bond]]
         if kind == "C" and name in self._stretch:

@@ -14,9 +14,9 @@ from dataclasses import replace
 from itertools import chain, count
 from typing import NamedTuple
 
-from bondgraph.checks import reached_from
-from bondgraph.elements import JUNCTIONS, ONE_PORTS, TWO_PORTS, Element, Law, Modulus
-from bondgraph.faults import GraphError
+from bondgraph.connections import neighbours, reached_from
+from bondgraph.elements import JUNCTIONS, ONE_PORTS, TWO_PORTS, Element
+from bondgraph.faults import GraphError, refuse
 from bondgraph.graph import Bond, BondGraph
 
 SHARING = {"Se": "0", "Sf": "1"}  # the junction where one bond without effort (flow) leaves none to the others
@@ -40,7 +40,7 @@ class _Cut(NamedTuple):
 
 
 def without(graph: BondGraph, start: str, pins: Iterable[Pin], kept: frozenset[str]) -> tuple[BondGraph, str] | None:
-    """The graph without an element and all that has no power then, and what went.
+    """The graph without an element and all that has no power then.
 
     Args:
         graph: the graph; it is left as it is.
@@ -48,18 +48,21 @@ def without(graph: BondGraph, start: str, pins: Iterable[Pin], kept: frozenset[s
         pins: its bonds, seen from their other ends.
         kept: elements that must stay; so must 1-junctions where something is measured.
 
-    Returns None if the graph would fall apart. Raises GraphError where a source contradicts the zeros, or where nothing
-    is left.
+    Returns:
+        The new graph, and the words for what went; None if the graph would fall apart.
+
+    Raises:
+        GraphError: where a source contradicts the zeros, or where nothing is left.
 
     """
-    staying = kept | measured(graph)
+    staying = kept | graph.measured
     cut = _spread(graph, start, pins, staying)
     sources, fresh = _holding(graph, cut)
     bonds = [b for b in graph.bonds if b.number not in cut.bonds] + fresh
     elements = {n: e for n, e in graph.elements.items() if n not in cut.names} | {s.name: s for s in sources}
     pieces = list(_pieces(elements, bonds, staying))
     if not pieces:
-        raise GraphError(f"nothing is left without {titles(graph, {start})}: no element has power")
+        raise GraphError(f"nothing is left without {graph.title(start)}: no element has power")
     if len(pieces) > 1:
         return None
     gone = graph.elements.keys() - pieces[0]
@@ -89,8 +92,7 @@ def _spread(graph: BondGraph, start: str, pins: Iterable[Pin], staying: Set[str]
             todo += [Pin(b, b.other(pin.at), zero) for b in graph.at(pin.at) if b.number not in cut.bonds]
         else:
             stuck.append(pin)
-    if faults:
-        raise GraphError("\n".join(dict.fromkeys(faults)))
+    refuse(dict.fromkeys(faults))
     cut.held.update({pin.bond.other(pin.at): pin.zero for pin in stuck if pin.bond.number not in cut.bonds})
     cut.names.difference_update(cut.held)
     return cut
@@ -145,24 +147,15 @@ def is_held(graph: BondGraph, junction: str, kind: str, bonds: Iterable[Bond]) -
 def _equal(graph: BondGraph, junction: str, bonds: Iterable[Bond]) -> set[str]:
     """The junction and those of its kind that these bonds join to it."""
     same = {name for name, e in graph.elements.items() if e.kind == graph.elements[junction].kind}
-    return reached_from(junction, joined(same, [b for b in bonds if same.issuperset(b[1:])]))
-
-
-def joined(elements: Iterable[str], bonds: Iterable[Bond]) -> dict[str, list[str]]:
-    """The names that each element has bonds with."""
-    found: dict[str, list[str]] = {name: [] for name in elements}
-    for bond in bonds:
-        found[bond.tail].append(bond.head)
-        found[bond.head].append(bond.tail)
-    return found
+    return reached_from(junction, neighbours(same, [b for b in bonds if same.issuperset(b[1:])]))
 
 
 def _pieces(elements: Mapping[str, Element], bonds: Iterable[Bond], staying: Set[str]) -> Iterator[set[str]]:
     """The connected pieces that a graph falls into; junctions and two-ports alone are none."""
-    neighbours, left = joined(elements, bonds), set(elements)
+    near, left = neighbours(elements, bonds), set(elements)
     for name in elements:
         if name in left:
-            piece = reached_from(name, neighbours)
+            piece = reached_from(name, near)
             left -= piece
             if any(n in staying or elements[n].kind in ONE_PORTS for n in piece):
                 yield piece
@@ -174,15 +167,9 @@ def edited(graph: BondGraph, bonds: Iterable[Bond], gone: Collection[str] = (), 
     return replace(graph, elements=elements | {e.name: e for e in added}, bonds=tuple(sorted(bonds)))
 
 
-def measured(graph: BondGraph) -> set[str]:
-    """The 1-junctions whose flow is integrated: declared displacements, and the motions of laws and moduli."""
-    motions = {e.law.motion.of for e in graph.elements.values() if isinstance(e.law, Modulus | Law)}
-    return motions | {d.of for d in graph.displacements.values()}
-
-
 def titles(graph: BondGraph, names: Collection[str]) -> str:
     """These elements as they are drawn: `1:crank, MTF:T`."""
-    return ", ".join(f"{graph.symbol(name)}:{name}" for name in graph.elements if name in names)
+    return ", ".join(graph.title(name) for name in graph.elements if name in names)
 
 
 def fresh_name(graph: BondGraph, name: str) -> str:

@@ -13,7 +13,7 @@ from typing import Any, NamedTuple
 
 from bondgraph.builder import Builder
 from bondgraph.elements import ONE_PORTS, SOURCES, TWO_PORTS, Element
-from bondgraph.faults import GraphError
+from bondgraph.faults import refuse
 from bondgraph.graph import BondGraph
 from bondgraph.simplifying.rules import Action, drop_dangling, drop_zero_velocity, simplify
 
@@ -75,7 +75,8 @@ def procedure(
         parameters: named constants that laws depend on.
         keep: elements that must not be simplified away, such as the velocity of a coordinate.
 
-    Raises GraphError with a line for everything that does not fit together.
+    Raises:
+        GraphError: with a line for everything that does not fit together.
 
     >>> from bondgraph import I, R, Se
     >>> drawn = procedure(
@@ -96,9 +97,7 @@ def procedure(
 
     """
     given = _Given(dict(velocities), tuple(elements), tuple(transducers), tuple(zero), dict(displacements or {}))
-    faults = list(_faults(given))
-    if faults:
-        raise GraphError("\n".join(faults))
+    refuse(_faults(given))
     drawn = _drawn(given).signal(*signals).parameter(**dict(parameters or {})).build(loose=True)
     return _carried_out(given, drawn, tuple(keep))
 

@@ -14,9 +14,9 @@ from functools import partial
 from itertools import combinations
 from typing import NamedTuple
 
-from bondgraph.checks import reached_from
+from bondgraph.connections import neighbours, reached_from
 from bondgraph.elements import JUNCTIONS, ONE_PORTS, SOURCES, TWO_PORTS, Element, Law, Modulus, One
-from bondgraph.faults import GraphError
+from bondgraph.faults import refuse
 from bondgraph.graph import Bond, BondGraph
 from bondgraph.simplifying.powerless import (
     SHARING,
@@ -24,10 +24,7 @@ from bondgraph.simplifying.powerless import (
     edited,
     fresh_name,
     is_held,
-    joined,
-    measured,
     new_bond,
-    titles,
     without,
 )
 
@@ -66,7 +63,8 @@ def simplify(graph: BondGraph, keep: Iterable[str] = ()) -> Simplified:
         graph: any graph, also one built with `build(loose=True)`.
         keep: names of elements that must stay, such as the 1-junction of a coordinate.
 
-    Raises GraphError where the graph contradicts itself, where nothing is left, or if `keep` holds an unknown name.
+    Raises:
+        GraphError: where the graph contradicts itself, where nothing is left, or if `keep` holds an unknown name.
 
     >>> from bondgraph import Builder, I, R, Se
     >>> b = Builder().one("crank", "rotation").one("shaft", "rotation").one("idle", "rotation")
@@ -94,17 +92,34 @@ def drop_dangling(graph: BondGraph, keep: Iterable[str] = ()) -> Simplified:
 
 
 def drop_two_bond_junctions(graph: BondGraph, keep: Iterable[str] = ()) -> Simplified:
-    """Rule 2: drop junctions with one bond in and one out; where both half arrows point in, or out, a sign would be lost."""
+    """Rule 2: drop junctions with one bond in and one out; where both half arrows point in, or out, a sign would be lost.
+
+    >>> from bondgraph import Builder, I, R, Se
+    >>> b = Builder().one("a").zero("between").one("b").on("a", Se("M", 3.0), I("J", 2.0)).on("b", I("m", 1.0), R("B", 0.5))
+    >>> print(drop_two_bond_junctions(b.bond("a", "between").bond("between", "b").build()).log[0])
+    two bonds: bond 5, 6: 0:between dropped; 1:a -> 1:b says the same
+    """
     return _run((_two_bonds,), graph, keep)
 
 
 def merge_equal_junctions(graph: BondGraph, keep: Iterable[str] = ()) -> Simplified:
-    """Rule 3: merge neighbouring junctions of one kind, also where several bonds join them."""
+    """Rule 3: merge neighbouring junctions of one kind, also where several bonds join them.
+
+    >>> from bondgraph import Builder, I, R, Se
+    >>> b = Builder().one("a").one("b").on("a", Se("M", 3.0), I("J", 2.0)).on("b", R("B", 0.5)).bond("a", "b")
+    >>> print(merge_equal_junctions(b.build()).log[0])
+    equal junctions: bond 4: 1:b becomes part of 1:a; both have one flow
+    """
     return _run((_equal,), graph, keep)
 
 
 def drop_zero_sources(graph: BondGraph, keep: Iterable[str] = ()) -> Simplified:
-    """Rule 4: drop sources of value 0, with all that has no power for their sake."""
+    """Rule 4: drop sources of value 0, with all that has no power for their sake.
+
+    >>> from bondgraph import Builder, I, Se
+    >>> print(drop_zero_sources(Builder().one("a").on("a", I("J", 2.0), Se("M", 3.0), Se("F", 0.0)).build()).log[0])
+    zero source: bond 3: Se:F dropped; F = 0 leaves no effort
+    """
     return _run((partial(_zero_source, kinds=("Se", "Sf")),), graph, keep)
 
 
@@ -138,9 +153,8 @@ def drop_zero_velocity(graph: BondGraph, names: Iterable[str] = (), keep: Iterab
        4  0:mass-ground -> C:k = 0.125
     """
     names, kept, log = tuple(dict.fromkeys(names)), _checked(graph, keep), []
-    faults = [n for n in names if n not in graph.elements or graph.elements[n].kind != "1"]
-    if faults:
-        raise GraphError("\n".join(f"zero velocity {name!r}: no 1-junction of the graph" for name in faults))
+    wrong = [n for n in names if n not in graph.elements or graph.elements[n].kind != "1"]
+    refuse(f"zero velocity {name!r}: no 1-junction of the graph" for name in wrong)
     graph = _with_domains(graph)
     for name in names:
         if name in graph.elements:
@@ -162,9 +176,7 @@ def _run(rules: Iterable[_Rule], graph: BondGraph, keep: Iterable[str]) -> Simpl
 
 def _checked(graph: BondGraph, keep: Iterable[str]) -> frozenset[str]:
     kept = tuple(keep)
-    unknown = [name for name in kept if name not in graph.elements]
-    if unknown:
-        raise GraphError("\n".join(f"keep {name!r}: no element of the graph has this name" for name in unknown))
+    refuse(f"keep {name!r}: no element of the graph has this name" for name in kept if name not in graph.elements)
     return frozenset(kept)
 
 
@@ -176,7 +188,7 @@ def _with_domains(graph: BondGraph) -> BondGraph:
 
 
 def _dangling(graph: BondGraph, kept: frozenset[str]) -> _Step:
-    staying = kept | measured(graph)
+    staying = kept | graph.measured
     for name, kind in ((e.name, e.kind) for e in graph.of_kind(*JUNCTIONS)):
         bond = graph.at(name)[0]
         beyond = bond.other(name)
@@ -198,17 +210,17 @@ def _lost(before: BondGraph, after: BondGraph) -> tuple[int, ...]:
 def _two_bonds(graph: BondGraph, kept: frozenset[str]) -> _Step:
     for element in graph.of_kind(*JUNCTIONS):
         name, at = element.name, graph.at(element.name)
-        if name in kept | measured(graph) or len(at) != 2 or at[0].sign(name) == at[1].sign(name):
+        if name in kept | graph.measured or len(at) != 2 or at[0].sign(name) == at[1].sign(name):
             continue
         into, out = graph.ends(name)
         rest = [b for b in graph.bonds if b not in at]
         ends = {graph.elements[into.tail].kind, graph.elements[out.head].kind}
         if into.tail != out.head and ends & JUNCTIONS and not _held_twice(graph, into.tail, out.head):
             found = edited(graph, [*rest, Bond(min(at).number, into.tail, out.head)], {name})
-            why = f"{titles(graph, {into.tail})} -> {titles(graph, {out.head})} says the same"
+            why = f"{graph.title(into.tail)} -> {graph.title(out.head)} says the same"
         elif into.tail == out.head and len(graph.at(into.tail)) > 2:
             found = edited(graph, rest, {name})
-            why = f"power that leaves {titles(graph, {into.tail})} comes straight back"
+            why = f"power that leaves {graph.title(into.tail)} comes straight back"
         else:
             continue
         return found, Action("two bonds", f"{element.kind}:{name} dropped", why, tuple(b.number for b in at))
@@ -227,7 +239,7 @@ def _held_twice(graph: BondGraph, first: str, second: str) -> bool:
 
 
 def _equal(graph: BondGraph, kept: frozenset[str]) -> _Step:
-    rank = {name: (name not in kept, name not in measured(graph), k) for k, name in enumerate(graph.elements)}
+    rank = {name: (name not in kept, name not in graph.measured, k) for k, name in enumerate(graph.elements)}
     for bond in graph.bonds:
         stays, goes = sorted(bond[1:], key=lambda name: rank[name])
         kind = graph.elements[stays].kind
@@ -278,7 +290,7 @@ def _zero_source(graph: BondGraph, kept: frozenset[str], kinds: Collection[str])
 
 def _grounded(graph: BondGraph, name: str, kept: frozenset[str]) -> tuple[BondGraph, Action]:
     pins = [Pin(bond, bond.other(name), "Sf") for bond in graph.at(name)]
-    found = None if name in kept | measured(graph) else without(graph, name, pins, kept)
+    found = None if name in kept | graph.measured else without(graph, name, pins, kept)
     if found:
         return found[0], Action("zero velocity", found[1], f"1:{name} does not move", _lost(graph, found[0]))
     if is_held(graph, name, "Sf", graph.bonds):
@@ -308,8 +320,8 @@ def _absorbed(graph: BondGraph, kept: frozenset[str]) -> _Step:
 
 
 def _holds_together(graph: BondGraph, bond: Bond) -> bool:
-    neighbours = joined(graph.elements, [b for b in graph.bonds if b != bond])
-    return len(reached_from(bond.tail, neighbours)) < len(graph.elements)
+    near = neighbours(graph.elements, [b for b in graph.bonds if b != bond])
+    return len(reached_from(bond.tail, near)) < len(graph.elements)
 
 
 class _Difference(NamedTuple):

@@ -25,7 +25,7 @@ from pathlib import Path
 from typing import Any
 
 from bondgraph.elements import Displacement, Element, Law, Modulus
-from bondgraph.faults import GraphError
+from bondgraph.faults import GraphError, refuse
 from bondgraph.graph import Bond, BondGraph
 from bondgraph.laws import Function
 from bondgraph.storing.trees import Check, as_tree, from_tree, names_in, number_faults, shown, tree_faults
@@ -83,9 +83,7 @@ def load(path: str | os.PathLike[str]) -> BondGraph:
         raise GraphError(f"{path}: cannot be read ({error.strerror})") from error
     except (ValueError, RecursionError) as error:
         raise GraphError(f"{path}: is no JSON that a graph could be read from ({error})") from error
-    faults = [*twice, *_faults(data)]
-    if faults:
-        raise GraphError("\n".join(f"{path}: {fault}" for fault in faults))
+    refuse(f"{path}: {fault}" for fault in [*twice, *_faults(data)])
     return _graph(data)
 
 
@@ -111,7 +109,7 @@ def as_data(graph: BondGraph) -> dict[str, Any]:
         try:
             elements.append(_element_data(element))
         except GraphError as error:
-            faults.append(f"{graph.symbol(element.name)}:{element.name}: {error}")
+            faults.append(f"{graph.title(element.name)}: {error}")
     data = {
         "format": FORMAT,
         "version": VERSION,
@@ -121,9 +119,7 @@ def as_data(graph: BondGraph) -> dict[str, Any]:
         "signals": list(graph.signals),
         "parameters": {name: None if value is None else float(value) for name, value in graph.parameters.items()},
     }
-    faults += _faults(data)  # what could not be loaded again
-    if faults:
-        raise GraphError("\n".join(faults))
+    refuse([*faults, *_faults(data)])  # these are what could not be loaded again
     return data
 
 
@@ -134,13 +130,11 @@ def from_data(data: Any) -> BondGraph:
         GraphError: the data are no graph; every fault with its place, a line each.
 
     """
-    faults = list(_faults(data))
-    if faults:
-        raise GraphError("\n".join(faults))
+    refuse(_faults(data))
     return _graph(data)
 
 
-# Writing
+# -- writing ------------------------------------------------------------------------------------------------------------
 
 
 def _text(data: Mapping[str, Any]) -> str:
@@ -168,7 +162,7 @@ def _law_data(law: Any) -> Any:
     return {"of": list(dict.fromkeys(law.of)), "expression": as_tree(law.symbolic())}
 
 
-# Building, from data without faults
+# -- building, from data without faults ---------------------------------------------------------------------------------
 
 
 def _graph(data: Mapping[str, Any]) -> BondGraph:
@@ -193,7 +187,7 @@ def _element(data: Mapping[str, Any]) -> Element:
     return Element(data["kind"], data["name"], law, data.get("domain", ""), data.get("part", ""))
 
 
-# Checking
+# -- checking -----------------------------------------------------------------------------------------------------------
 
 
 def _faults(data: Any) -> Iterator[str]:

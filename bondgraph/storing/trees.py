@@ -152,7 +152,12 @@ def names_in(tree: Any) -> set[str]:
 
 
 def tree_faults(tree: Any, place: str) -> Iterator[str]:
-    """Everything that is wrong with a tree, a line each with its place; a tree that is too large is not read to its end."""
+    r"""Everything that is wrong with a tree, a line each with its place; a tree that is too large is not read to its end.
+
+    >>> print(*tree_faults(["add", ["sin"], "theta"], "law"), sep="\n")
+    law[1]: found sin of 0 arguments, expected 1
+    law[2]: found 'theta', expected a finite number or [operation, argument, ...]
+    """
     todo: list[tuple[Any, str, str, int]] = [(tree, _VALUE, place, 1)]
     count, sound = 0, True
     while todo:

@@ -7,17 +7,17 @@ a modulus, so the equations hold at dead centres too. What is handed out is comp
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence, Set
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
 from bondgraph.elements import Displacement
-from bondgraph.faults import GraphError
+from bondgraph.faults import GraphError, refuse
 from bondgraph.graph import BondGraph
-from bondgraph.laws import TIME
+from bondgraph.laws import TIME, full_digits
 from bondgraph.motion.dynamics import Dynamics
-from bondgraph.symbolic.reading import Reading, SymbolicWalk, followers, inert, through, where
-from bondgraph.symbolic.twin import Twin, exact, full_digits
+from bondgraph.symbolic.reading import Reading, SymbolicWalk, followers, inert, through
+from bondgraph.symbolic.twin import Twin, exact
 
 if TYPE_CHECKING:
     from bondgraph.causal.assignment import Causality
@@ -65,12 +65,12 @@ class StateEquations:
     def check(self) -> StateEquations:
         """The equations themselves, if they are complete.
 
-        Raises GraphError with a line for each fault: a state without its equation, a symbol that is neither state,
-        input nor parameter, an equation that is no number anywhere, a source or resistor lost on the way.
+        Raises:
+            GraphError: with a line for each fault: a state without its equation, a symbol that is neither state, input nor
+                parameter, an equation that is no number anywhere, a source or resistor lost on the way.
+
         """
-        faults = list(_incomplete(self))
-        if faults:
-            raise GraphError("\n".join(faults))
+        refuse(_incomplete(self))
         return self
 
     def numeric(self, signals: Mapping[str, Any] | None = None) -> Callable[[float, Sequence[float]], list[float]]:
@@ -78,7 +78,9 @@ class StateEquations:
 
         `signals` gives a number or a function of t (s) for each signal that the graph declares.
 
-        Raises GraphError if a parameter is open or a signal has no function.
+        Raises:
+            GraphError: if a parameter is open or a signal has no function.
+
         """
         import sympy  # type: ignore[import-untyped]
 
@@ -188,8 +190,9 @@ def state_equations(
         opaque: leave moduli that vary as functions, T(theta) and its derivative.
         causality: whose integral inertias give their momenta as states (default: the first on each independent flow).
 
-    Raises GraphError if the graph has no such equations: sources that contradict each other, a flow that nothing holds,
-    a resistor's law that cannot be solved for its flow.
+    Raises:
+        GraphError: if the graph has no such equations: sources that contradict each other, a flow that nothing holds, a
+            resistor's law that cannot be solved for its flow.
 
     >>> import numpy as np
     >>> from bondgraph import Builder, I, Se
@@ -212,13 +215,23 @@ def state_equations(
         derivatives=derivatives,
         values=read.twin.values,
         inputs=_inputs(read.twin, used),
-        inert=tuple(inert(read)),
+        inert=(*inert(read), *_cancelling(read, used)),
         algebraic=algebraic,
         derivative_stores=tuple(followers(read)),
         opaque=read.twin.opaque,
         own=read.twin.own,
     ).check()
     return _filled(found) if values else found
+
+
+def _cancelling(read: Reading, used: Set[Any]) -> Iterator[str]:
+    """Sources of a constant value that the motion does not feel: a spring held at an effort, a point held at a speed."""
+    graph, acting = read.twin.graph, set(inert(read))
+    for element in graph.of_kind("Se", "Sf"):
+        symbol, at = read.twin.own.get(element.name), graph.where(element.name)
+        silent = symbol is not None and symbol not in used and not any(line.startswith(f"{at} ") for line in acting)
+        if silent and graph.is_linear(element.name):
+            yield f"{at} acts by being constant: its value is in no equation"
 
 
 def motion_equation(graph: BondGraph, coordinate: str | None = None, *, opaque: bool = False) -> MotionEquation:
@@ -232,8 +245,9 @@ def motion_equation(graph: BondGraph, coordinate: str | None = None, *, opaque: 
         coordinate: the displacement (or 1-junction) to write it in; default: the one of the independent flow.
         opaque: leave moduli that vary as functions, T(theta) and its derivative.
 
-    Raises GraphError if the graph has another number of degrees of freedom, if the inertia that the motion sees varies
-    with time or signals or is driven by a flow source, or if the coordinate does not determine the motion.
+    Raises:
+        GraphError: if the graph has another number of degrees of freedom, if the inertia that the motion sees varies with
+            time or signals or is driven by a flow source, or if the coordinate does not determine the motion.
 
     >>> import sympy
     >>> from bondgraph import Builder, I, Se
@@ -295,7 +309,7 @@ def _incomplete(found: StateEquations) -> Iterator[str]:
         if expression.has(sympy.zoo, sympy.nan, sympy.oo):
             yield f"the rate of {state} is not determined: the inertia that it sees vanishes"
     for element in found.graph.of_kind("Se", "Sf", "R"):
-        symbol, at = found.own.get(element.name), where(found.graph, element.name)
+        symbol, at = found.own.get(element.name), found.graph.where(element.name)
         if symbol is not None and symbol not in used and not any(line.startswith(f"{at} ") for line in found.inert):
             yield f"{at} is in no equation"
 
@@ -341,14 +355,14 @@ def _same_form(read: Reading) -> None:
     graph, form = read.twin.graph, read.form
     imposed = range(len(form.coordinates.all) - len(form.coordinates.imposed), len(form.coordinates.all))
     driven = [p for p in form.ports if p.element.kind == "I" and any(k in imposed for k in form.support[p.variable])]
-    for port in driven:
-        raise GraphError(f"{where(graph, port.element.name)} moves with a source of flow too: use state_equations")
+    for port in driven if any(source.law != 0.0 for source in graph.of_kind("Sf")) else ():
+        raise GraphError(f"{graph.where(port.element.name)} moves with a source of flow too: use state_equations")
     weighed = {name for p in form.ports if p.element.kind == "I" for name in through(form, p.variable)}
     for name in weighed:
         varying = [n for n in graph.depends_on(name) if n not in graph.displacements]
         if varying:
             what = " and ".join("the time" if n == TIME else f"signal {n!r}" for n in varying)
-            raise GraphError(f"{where(graph, name)} varies with {what}, so the inertia does too: use state_equations")
+            raise GraphError(f"{graph.where(name)} varies with {what}, so the inertia does too: use state_equations")
 
 
 def _slope(read: Reading, inertia: Any) -> Any:

@@ -32,7 +32,8 @@ def generic(ratio: Any, *, displacement: str | None = None, without: Collection[
         values: by element, its law (source: effort; I: inertia; B: resistance; C: compliance, 1/k); by any other quantity
             of the laws, the parameter's value. What is not given stays an open parameter of its own name.
 
-    Raises GraphError for a name that is none of these, or where the displacement cannot be told.
+    Raises:
+        GraphError: for a name that is none of these, or where the displacement cannot be told.
 
     >>> import numpy as np
     >>> graph = generic(lambda theta: 0.1 * np.sin(theta), without=("C1", "C2", "B1"), I1=2.0, Se1=10.0)

@@ -130,7 +130,7 @@ def _solvable(graph: BondGraph, form: Formulation) -> None:
         if massless and law.symbolic({OWN_FLOW: own}).diff(own).has(own):
             flow = form.name_of(form.coordinates.all[massless[0]])
             raise GraphError(
-                f"{where(graph, port.element.name)}: its law is no straight line, and the flow of {flow}, which no inertia "
+                f"{graph.where(port.element.name)}: its law is no straight line, and the flow of {flow}, which no inertia "
                 "weighs, follows from it by no formula; put an inertia there, or use Dynamics"
             )
 
@@ -184,7 +184,7 @@ def inert(read: Reading) -> Iterator[str]:
     """A line for each source, resistor or store that acts on nothing."""
     form = read.form
     for port in form.ports:
-        at = where(read.twin.graph, port.element.name)
+        at = read.twin.graph.where(port.element.name)
         if port.element.kind == "Sf":
             if not _drives(read, port):
                 yield f"{at} acts on nothing: no element feels the flow that it imposes"
@@ -213,10 +213,10 @@ def followers(read: Reading) -> Iterator[str]:
         on = form.support[port.variable]
         if kind == "I" and port.element.law != 0.0 and read.keepers.get(port.variable) is not port:
             leaders = " and ".join(f"1:{form.name_of(form.coordinates.all[k])}" for k in on)
-            between = ", ".join(f"{graph.symbol(t)}:{t}" for t in through(form, port.variable))
-            yield f"{where(graph, name)} follows {leaders}" + (f" through {between}" if between else "")
+            between = ", ".join(graph.title(t) for t in through(form, port.variable))
+            yield f"{graph.where(name)} follows {leaders}" + (f" through {between}" if between else "")
         elif kind == "C" and any(k in read.tables.static for k in on):
-            yield f"{where(graph, name)} shares its effort with other springs or sources: they move together"
+            yield f"{graph.where(name)} shares its effort with other springs or sources: they move together"
 
 
 def through(form: Formulation, variable: int) -> list[str]:
@@ -237,8 +237,3 @@ def through(form: Formulation, variable: int) -> list[str]:
                 found |= dict.fromkeys(r.name for r in step.relations if graph.elements[r.name].kind == "TF")
         seen.add(target)
     return list(found)
-
-
-def where(graph: BondGraph, name: str) -> str:
-    """An element as messages name it: kind, name and bond."""
-    return f"{graph.symbol(name)}:{name} (bond {graph.at(name)[0].number})"

@@ -18,10 +18,11 @@ import numpy as np
 from bondgraph.elements import Element, Here, Law, Modulus
 from bondgraph.faults import GraphError
 from bondgraph.graph import BondGraph
-from bondgraph.laws import TIME, Dual, Function
+from bondgraph.laws import TIME, Function
 from bondgraph.motion.formulation import displacements
+from bondgraph.operands import Dual
 
-_ZERO_STAYS = frozenset({"I", "R", "TF", "GY"})  # a zero there changes which flows are independent, and how they are held
+_ZERO_STAYS = frozenset({"I", "R", "TF", "GY", "Sf"})  # a zero there changes which flows are independent, and how held
 
 
 class SymbolicGraph(BondGraph):
@@ -154,13 +155,6 @@ def exact(expression: Any) -> Any:
     return expression.xreplace(halves) if halves else expression
 
 
-def full_digits(expression: Any) -> Any:
-    """The expression with floats that are printed at 17 digits: compiled at SymPy's own 15, they are other numbers."""
-    import sympy
-
-    return expression.xreplace({x: sympy.Float(repr(float(x)), 17) for x in expression.atoms(sympy.Float)})
-
-
 def twin(graph: BondGraph, *, opaque: bool = False, ratios: bool = True) -> Twin:
     """The symbolic twin of a graph.
 
@@ -169,7 +163,8 @@ def twin(graph: BondGraph, *, opaque: bool = False, ratios: bool = True) -> Twin
         opaque: moduli that vary stay functions such as T(theta).
         ratios: the numbers of transformers become symbols too.
 
-    Raises GraphError if a law cannot be written as a formula.
+    Raises:
+        GraphError: if a law cannot be written as a formula.
 
     """
     displaced = {d.name: d for d in displacements(graph)}
@@ -249,8 +244,7 @@ class _Writer:
         try:
             return exact(law.symbolic({name: sympy.Symbol(name, real=True) for name in law.of}))
         except GraphError as error:
-            where = f"{self.graph.symbol(element.name)}:{element.name} (bond {self.graph.at(element.name)[0].number})"
-            raise GraphError(f"{where}: {error}") from error
+            raise GraphError(f"{self.graph.where(element.name)}: {error}") from error
 
     def _hidden(self, element: Element, expression: Any, varying: tuple[str, ...]) -> Function:
         import sympy

@@ -3,7 +3,6 @@ import math
 import pytest
 
 from bondgraph import GY, TF, Bond, BondGraph, Builder, C, Displacement, Element, GraphError, I, Law, Motion, One, R, Se, Sf
-from bondgraph.checks import reached_from
 
 
 def shaft() -> Builder:
@@ -86,10 +85,6 @@ def test_islands():
 
 def test_nothing_at_all():
     assert faults(Builder()) == ["the graph is empty"]
-
-
-def test_walks_reach_all_that_hangs_together():
-    assert reached_from("a", {"a": ["b"], "b": ["a", "c"], "c": ["b"], "d": []}) == {"a", "b", "c"}
 
 
 # Names

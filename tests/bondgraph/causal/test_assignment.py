@@ -1,87 +1,22 @@
 import itertools
 
-import numpy as np
 import pytest
 from hypothesis import HealthCheck, assume, given, settings
-from hypothesis import strategies as st
 
-from bondgraph import GY, TF, Builder, C, GraphError, I, One, R, Se, Sf, Zero
+from bondgraph import Builder, C, GraphError, I, R, Se, Sf
 from bondgraph.causal.assignment import causality
-
-
-def ratio(theta):
-    return np.sin(theta)
-
-
-def slider_crank(crank=True, slider_first=False):
-    b = Builder().one("crank", "rotation", displacement="theta").one("slider", "translation")
-    on_crank, on_slider = [Se("M", 3.0), *([I("J", 2.0)] if crank else [])], [I("m", 4.0), R("B", 0.5), Se("F", -1.0)]
-    sides = [("crank", on_crank), ("slider", on_slider)]
-    for junction, elements in reversed(sides) if slider_first else sides:
-        b.on(junction, *elements)
-    return b.transform("crank", "slider", ratio, name="T").build()
-
-
-def generic():
-    b = Builder().one("A", displacement="theta").one("B")
-    b.on("A", Se("Se1", 1.0), I("I1", 1.0), R("B1", 1.0), C("C1", 1.0)).transform("A", "B", ratio, name="T")
-    return b.on("B", I("I2", 1.0), R("B2", 1.0), C("C2", 1.0), Se("Se2", 1.0)).build()
-
-
-def motor():
-    b = Builder().one("coil", "electric").one("rotor", "rotation").on("coil", Se("V", 12.0), I("L", 0.1), R("Ra", 2.0))
-    return b.gyrate("coil", "rotor", 0.5, name="G").on("rotor", I("J", 0.3), R("b", 0.01)).build()
-
-
-def shaft():
-    b = Builder().one("a").one("b").on("a", Se("M", 1.0), I("Ja", 1.0)).on("b", I("Jb", 1.0))
-    return b.between("a", "b", C("k", 0.01), R("d", 2.0)).build()
-
-
-def divider(second=1.0):
-    return Builder().one("x").on("x", Se("V", 1.0), R("a", 1.0), R("b", second)).build()
-
-
-def rivals():
-    b = Builder().zero("x").zero("y").on("x", Se("a", 1.0), R("r", 1.0)).transform("x", "y", 2.0, name="T")
-    return b.on("y", Se("b", 1.0), I("k", 1.0)).build()
-
-
-def hub(*elements, kind="1"):
-    b = Builder()
-    b.add(One("x") if kind == "1" else Zero("x"))
-    return b.on("x", *elements).build()
-
-
-def violations(graph, strokes):
-    """The rules of causality that strokes break, by element."""
-    found = []
-    for name, element in graph.elements.items():
-        at = [strokes[b.number] == name for b in graph.at(name)]
-        right = {
-            "1": at.count(False) == 1,
-            "0": at.count(True) == 1,
-            "TF": at.count(True) == 1,
-            "GY": len(set(at)) == 1,
-            "Se": at == [False],
-            "Sf": at == [True],
-        }
-        if not right.get(element.kind, True):
-            found.append(name)
-    return found
-
-
-GRAPHS = {
-    "slider-crank": slider_crank(),
-    "slider-crank without J": slider_crank(crank=False),
-    "generic": generic(),
-    "motor": motor(),
-    "shaft": shaft(),
-    "divider": divider(),
-    "Sf drives I": hub(Sf("v", 1.0), I("m", 1.0)),
-    "two I on a 1": hub(I("a", 1.0), I("b", 1.0), R("r", 1.0)),
-    "two C on a 0": hub(C("a", 1.0), C("b", 1.0), R("r", 1.0), kind="0"),
-}
+from tests.bondgraph.causal.causal_graphs import (
+    GRAPHS,
+    divider,
+    generic,
+    graphs,
+    hub,
+    motor,
+    rivals,
+    shaft,
+    slider_crank,
+    violations,
+)
 
 
 @pytest.mark.parametrize("prefer", ["integral", "derivative"])
@@ -141,47 +76,6 @@ def test_the_motor_has_two_states():
 def test_a_compliant_shaft_parts_its_inertias():
     found = causality(shaft())
     assert (found.integral, found.derivative) == (("Ja", "Jb", "k"), ())
-
-
-def test_stores_on_one_junction_follow_the_first():
-    assert causality(GRAPHS["two I on a 1"]).follows == {"b": "I:b follows I:a"}
-    assert causality(GRAPHS["two C on a 0"]).follows == {"b": "C:b follows C:a"}
-    assert causality(GRAPHS["Sf drives I"]).follows == {"m": "I:m follows Sf:v"}
-
-
-def test_two_resistors_form_a_named_loop():
-    (loop,) = causality(divider()).loops
-    assert loop.elements == ("x", "a", "b")
-    assert loop.bonds == (2, 3)
-    assert loop.text == "algebraic loop through R:a and R:b: e_2 -> e_3 -> f_3 -> f_2 -> e_2"
-    assert "an algebraic loop" in causality(divider()).reasons[2].text
-
-
-@pytest.mark.parametrize("join", ["transform", "gyrate"])
-def test_loops_go_through_transformers_and_gyrators(join):
-    b = Builder().one("x").one("y").on("x", Se("V", 1.0), R("a", 1.0))
-    far = "y"
-    if join == "gyrate":
-        b.zero("z").bond("y", "z")
-        far = "z"
-    getattr(b, join)("x", "y", 2.0, name="T").on(far, R("b", 1.0), R("c", 1.0))
-    found = causality(b.build())
-    (loop,) = found.loops
-    assert {"a", "b", "T"} <= set(loop.elements)
-    assert violations(found.graph, found.strokes) == []
-
-
-def test_a_ring_of_transformers_is_a_loop_of_the_junction_structure():
-    b = Builder().one("x").one("y").zero("p").zero("q").on("x", I("J", 1.0)).on("y", R("r", 1.0))
-    b.bond("x", "p").bond("p", "y").bond("x", "q").transform("q", "y", 2.0, name="T")
-    found = causality(b.build())
-    assert found.conflicts == ()
-    assert violations(found.graph, found.strokes) == []
-    assert found.follows == {"J": "I:J follows no store and no source: the junctions alone decide it"}
-    assert [loop.elements for loop in found.loops] == [("x", "y", "p", "q", "T")] * 2
-    assert found.loops[0].text.startswith("algebraic loop through the junction structure at 1:x, ")
-    assert found.loops[0].text.endswith(": e_3 -> e_4 -> e_7 -> e_6 -> e_5 -> e_3")
-    assert found.reasons[3].text.startswith("nothing decides it: 0:p taken to receive the effort")
 
 
 def test_a_resistor_given_as_a_function_of_its_flow_is_taken_as_resistance():
@@ -245,40 +139,6 @@ def test_describe_lists_every_bond_and_all_that_was_found():
     assert "conflicts: none" in text
     assert "algebraic loop through R:a and R:b" in causality(divider()).describe()
     assert "expected one effort and one flow" in causality(rivals()).describe()
-
-
-_MAKE = {"I": I, "C": C, "R": R, "Se": Se, "Sf": Sf}
-
-
-@st.composite
-def graphs(draw, ports=("I", "C", "R"), most=6, ring=False, needs_r=True):
-    """Random trees of junctions, joined directly or by two-ports; with `ring` one more bond that closes a loop."""
-    b, kinds = Builder(), []
-    for k in range(draw(st.integers(1, most))):
-        kinds.append(draw(st.sampled_from("01")))
-        b.add(One(f"j{k}") if kinds[k] == "1" else Zero(f"j{k}"))
-        if k:
-            _join(draw, b, draw(st.integers(0, k - 1)), k)
-    if ring and len(kinds) > 2:
-        _join(draw, b, 0, len(kinds) - 1)
-    for k in range(len(kinds)):
-        hung = (["R"] if needs_r else []) + draw(st.lists(st.sampled_from(ports), max_size=2))
-        for n, kind in enumerate(hung):
-            b.port(f"j{k}", _MAKE[kind](f"{kind}{k}{n}", 1.0))
-    try:
-        return b.build(loose=True)
-    except GraphError:
-        assume(False)
-
-
-def _join(draw, b, first, second):
-    way = draw(st.sampled_from(["bond", "TF", "GY"]))
-    tail, head = draw(st.permutations([f"j{first}", f"j{second}"]))
-    if way == "bond":
-        b.bond(tail, head)
-        return
-    name = b.add({"TF": TF, "GY": GY}[way](f"{way}{first}-{second}-{len(b)}", 2.0))
-    b.bond(tail, name).bond(name, head)
 
 
 @settings(max_examples=60, deadline=None, derandomize=True)

@@ -6,7 +6,7 @@ from bondgraph import Builder, C, GraphError, I, Modulus, Motion, R, Se
 from bondgraph.causal.assignment import causality
 from bondgraph.causal.table import Quantity, table
 from bondgraph.graph import CONVENTION
-from tests.bondgraph.causal.test_assignment import (
+from tests.bondgraph.causal.causal_graphs import (
     divider,
     generic,
     graphs,

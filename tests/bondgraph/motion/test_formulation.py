@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
-from bondgraph import GY, TF, Builder, C, GraphError, I, R, Se, Sf
+from bondgraph import Builder, C, GraphError, I, R, Se, Sf
 from bondgraph.motion.dynamics import Dynamics
 from bondgraph.motion.formulation import Formulation
 
@@ -152,14 +152,6 @@ def test_an_inertia_without_weight_is_none():
     assert [form.name_of(v) for v in form.coordinates.moving] == ["b"]
 
 
-def test_small_ratios_count_as_much_as_others():
-    b = Builder().one("piston").one("oil").on("piston", I("m", 1.0), Se("F", 1.0)).transform("piston", "oil", 1e-7)
-    b.on("oil", C("volume", 1e-12), R("leak", 1e9))
-    form = Formulation(b.build())
-    assert len(form.coordinates.all) == 1
-    assert form.coordinates.massless == ()
-
-
 def test_flow_sources_are_given():
     form = Formulation(Builder().one("a").on("a", Sf("w", 2.0), I("J", 1.0)).build())
     assert form.coordinates.moving == ()
@@ -206,11 +198,3 @@ def test_a_flow_that_nothing_holds_is_named():
 def test_stores_tied_through_a_gyrator_are_named():
     b = Builder().one("coil").one("shaft").on("coil", I("L", 1.0), Se("V", 1.0)).on("shaft", C("k", 1.0))
     refused(b.gyrate("coil", "shaft", 2.0), "GY:coil->shaft settle no flow of shaft: .* hang a small one on")
-
-
-def test_two_gyrators_of_equal_ratio_side_by_side_are_no_accident():
-    b = Builder().one("a").one("b").on("a", R("r", 1.0), Se("E", 1.0)).on("b", I("J", 1.0))
-    b.add(GY("g", 1.0))
-    b.add(TF("t", 0.5))
-    b.zero("z").bond("a", "g").bond("g", "z").bond("b", "t").bond("t", "z").on("z", R("s", 1.0))
-    assert len(Formulation(b.build()).coordinates.moving) == 1

@@ -9,7 +9,6 @@ from numpy.testing import assert_allclose
 
 from bondgraph import Builder, C, GraphError, I, R, Se, Sf
 from bondgraph.motion.dynamics import Dynamics
-from bondgraph.motion.newton import settle
 
 t, u, theta, f = sympy.symbols("t u theta f")
 
@@ -178,16 +177,6 @@ def test_where_no_flow_solves_a_law_is_an_error_that_names_it():
     graph = Builder().one("pipe", displacement="x").on("pipe", Se("E", 2.0), R("r", lambda f: np.tanh(f))).build()
     with pytest.raises(GraphError, match="no flow of pipe, which no inertia weighs, solves the resistors' laws"):
         Dynamics(graph).at(0.0, [0.0])
-
-
-def test_newton_settles_each_of_many_states():
-    efforts = np.array([4.0, -9.0, 1e-8, 0.0])
-    (found,) = settle(lambda u: ([u[0] * abs(u[0]) - efforts], [[2.0 * abs(u[0])]]), 1, (4,), "pipe")
-    assert_allclose(found, np.sign(efforts) * np.sqrt(np.abs(efforts)), rtol=1e-10, atol=1e-15)
-    pair = settle(
-        lambda u: ([u[0] + u[1] - 3.0, u[0] * u[1] ** 2 - 2.0], [[1.0, 1.0], [u[1] ** 2, 2 * u[0] * u[1]]]), 2, (), ""
-    )
-    assert_allclose([pair[0] + pair[1], pair[0] * pair[1] ** 2], [3.0, 2.0], rtol=1e-12)
 
 
 def test_a_mechanism_at_its_dead_centre_without_inertia_before_it_is_an_error():

@@ -6,15 +6,12 @@ from bondgraph import GraphError
 from bondgraph.motion.dynamics import Dynamics
 from bondgraph.symbolic.equations import state_equations
 from bondgraph.symbolic.generic import generic, generic_equation
+from tests.bondgraph.symbolic.written import equal
 
 NAMES = "Se1 I1 B1 C1 Se2 I2 B2 C2"
 Se1, I1, B1, C1, Se2, I2, B2, C2 = sympy.symbols(NAMES)
 theta, w, q1, q2 = sympy.symbols("theta thetadot q_C1 q_C2")
 T = sympy.sin(theta) * (1 + theta)
-
-
-def equal(a, b):
-    return sympy.simplify(a - b) == 0
 
 
 def test_all_values_open():

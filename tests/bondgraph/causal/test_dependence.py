@@ -1,0 +1,83 @@
+import pytest
+
+from bondgraph import Builder, I, R, Se
+from bondgraph.causal.assignment import causality
+from bondgraph.causal.dependence import Variable, deciding, giver, inputs
+from tests.bondgraph.causal.causal_graphs import GRAPHS, divider, motor, slider_crank, violations
+
+
+def strokes(graph):
+    return causality(graph).strokes
+
+
+@pytest.mark.parametrize("graph", GRAPHS.values(), ids=GRAPHS)
+def test_every_effort_and_flow_is_given_by_one_end_of_its_bond(graph):
+    for bond in graph.bonds:
+        ends = {giver(bond, letter, strokes(graph)) for letter in "ef"}
+        assert ends == {bond.tail, bond.head}
+
+
+@pytest.mark.parametrize("graph", GRAPHS.values(), ids=GRAPHS)
+def test_one_bond_decides_at_every_junction_and_transformer(graph):
+    for element in graph.of_kind("0", "1", "TF"):
+        assert len(deciding(graph, strokes(graph), element.name)) == 1
+
+
+def test_what_is_computed_from_what_follows_the_laws():
+    graph = slider_crank()
+    known = inputs(graph, strokes(graph))
+    assert known[Variable("f", 2)] == ()  # of the crank's inertia: its state
+    assert known[Variable("e", 3)] == ()  # of the slider's: a rate of change
+    assert known[Variable("e", 4)] == (Variable("f", 4),)  # of the resistor
+    assert known[Variable("f", 7)] == (Variable("f", 6),)  # by the transformer
+    assert {v.bond for v in known[Variable("e", 2)]} == {1, 6}  # the sum of efforts at the crank
+    assert known[Variable("e", 7)] == tuple(Variable("e", b) for b in (3, 4, 5))
+
+
+def test_a_gyrator_computes_efforts_from_flows():
+    graph = motor()
+    into, out = (bond.number for bond in graph.ends("G"))
+    known = inputs(graph, strokes(graph))
+    assert known[Variable("e", out)] == (Variable("f", into),)
+    assert known[Variable("e", into)] == (Variable("f", out),)
+
+
+def test_stores_on_one_junction_follow_the_first():
+    assert causality(GRAPHS["two I on a 1"]).follows == {"b": "I:b follows I:a"}
+    assert causality(GRAPHS["two C on a 0"]).follows == {"b": "C:b follows C:a"}
+    assert causality(GRAPHS["Sf drives I"]).follows == {"m": "I:m follows Sf:v"}
+
+
+def test_two_resistors_form_a_named_loop():
+    (loop,) = causality(divider()).loops
+    assert loop.elements == ("x", "a", "b")
+    assert loop.bonds == (2, 3)
+    assert loop.text == "algebraic loop through R:a and R:b: e_2 -> e_3 -> f_3 -> f_2 -> e_2"
+    assert "an algebraic loop" in causality(divider()).reasons[2].text
+
+
+@pytest.mark.parametrize("join", ["transform", "gyrate"])
+def test_loops_go_through_transformers_and_gyrators(join):
+    b = Builder().one("x").one("y").on("x", Se("V", 1.0), R("a", 1.0))
+    far = "y"
+    if join == "gyrate":
+        b.zero("z").bond("y", "z")
+        far = "z"
+    getattr(b, join)("x", "y", 2.0, name="T").on(far, R("b", 1.0), R("c", 1.0))
+    found = causality(b.build())
+    (loop,) = found.loops
+    assert {"a", "b", "T"} <= set(loop.elements)
+    assert violations(found.graph, found.strokes) == []
+
+
+def test_a_ring_of_transformers_is_a_loop_of_the_junction_structure():
+    b = Builder().one("x").one("y").zero("p").zero("q").on("x", I("J", 1.0)).on("y", R("r", 1.0))
+    b.bond("x", "p").bond("p", "y").bond("x", "q").transform("q", "y", 2.0, name="T")
+    found = causality(b.build())
+    assert found.conflicts == ()
+    assert violations(found.graph, found.strokes) == []
+    assert found.follows == {"J": "I:J follows no store and no source: the junctions alone decide it"}
+    assert [loop.elements for loop in found.loops] == [("x", "y", "p", "q", "T")] * 2
+    assert found.loops[0].text.startswith("algebraic loop through the junction structure at 1:x, ")
+    assert found.loops[0].text.endswith(": e_3 -> e_4 -> e_7 -> e_6 -> e_5 -> e_3")
+    assert found.reasons[3].text.startswith("nothing decides it: 0:p taken to receive the effort")
