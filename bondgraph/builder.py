@@ -51,8 +51,12 @@ class Builder:
 
     def add(self, element: Element) -> str:
         """Add an element, not yet bonded; its name must be new. Returns the name."""
+        if not isinstance(element, Element):
+            raise GraphError(f"found {element!r}, expected an element, such as I('J', 2.0)")
+        if not isinstance(element.name, str) or not element.name:
+            raise GraphError(f"found {element.name!r} as a name, expected a text that is not empty")
         if element.name in self._elements:
-            raise GraphError(f"two elements are named {element.name!r}")
+            raise GraphError(f"two elements are named {element.name!r}: give one of them another name (name=...)")
         self._elements[element.name] = element
         return element.name
 

@@ -23,7 +23,7 @@ def structural_faults(graph: BondGraph) -> Iterator[str]:
     elements, bonds = graph.elements, graph.bonds
     faults = [f"{e.kind}:{name}: no such kind of element" for name, e in elements.items() if e.kind not in _KINDS]
     faults += [f"{e.kind}:{e.name} is listed as {n!r}; use its own name" for n, e in elements.items() if e.name != n]
-    faults += [f"bond {b.number}: no element {n!r}" for b in bonds for n in b[1:] if n not in elements]
+    faults += [_unknown(b, n, elements) for b in bonds for n in b[1:] if n not in elements]
     numbers = [b.number for b in bonds]
     faults += [f"two bonds are numbered {n}" for n in sorted(set(numbers)) if numbers.count(n) > 1]
     if faults:
@@ -35,6 +35,21 @@ def structural_faults(graph: BondGraph) -> Iterator[str]:
     yield from _wrong_laws(graph)
     yield from _mixed_domains(elements, bonds)
     yield from _rival_sources(elements, bonds)
+
+
+def _unknown(bond: Bond, name: str, elements: Mapping[str, Element]) -> str:
+    """What a bond joins to a name that no element has, and the name that may have been meant."""
+    from difflib import get_close_matches
+
+    other = elements.get(bond.other(name))
+    joined = f" to join {other.kind}:{other.name} to" if other is not None else ""
+    near = get_close_matches(str(name), list(elements), 1)
+    meant = f"; did you mean {near[0]!r}?" if near else f"; the junctions are {', '.join(_junctions(elements)) or 'none'}"
+    return f"bond {bond.number}: no element {name!r}{joined}{meant}"
+
+
+def _junctions(elements: Mapping[str, Element]) -> list[str]:
+    return [name for name, element in elements.items() if element.kind in JUNCTIONS]
 
 
 def dead_ends(graph: BondGraph) -> Iterator[str]:

@@ -181,3 +181,11 @@ class BondGraph:
         lines = [f"bond graph: {len(self.elements)} elements, {len(self.bonds)} bonds ({CONVENTION})"]
         lines += [f"{b.number:4d}  {self.label(b.tail)} -> {self.label(b.head)}" for b in self.bonds]
         return "\n".join(lines)
+
+
+def as_graph(given: Any) -> BondGraph:
+    """What a function of graphs was given, if it is one; a GraphError that says what to do if not."""
+    if isinstance(given, BondGraph):
+        return given
+    advice = "; call its build() first" if hasattr(given, "build") else ""
+    raise GraphError(f"found a {type(given).__name__}, expected a BondGraph{advice}")

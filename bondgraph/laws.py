@@ -73,20 +73,15 @@ class Function:
         value, slopes = None, []
         for k in range(len(values)):
             seeded = [Dual(v, 1.0) if j == k else v for j, v in enumerate(values)]
-            found = self.given(*seeded)
+            try:
+                found = self.given(*seeded)
+            except TypeError as error:
+                raise GraphError(
+                    f"the slope of a law of {', '.join(self.of)} is needed, but cannot be had: {error}"
+                ) from error
             slopes.append(real(found.slope) if isinstance(found, Dual) else 0.0)
             value = real(found.value if isinstance(found, Dual) else found)
         return (self.given() if value is None else value), tuple(slopes)
-
-    def rate(self, *values: Any) -> tuple[Any, Any]:
-        """The value and its derivative along dual arguments, such as dual numbers that carry their own time derivative."""
-        plain = [v.value if isinstance(v, Dual) else v for v in values]
-        value, slopes = self.partials(*plain)
-        total: Any = 0.0
-        for argument, slope in zip(values, slopes, strict=True):
-            if isinstance(argument, Dual):
-                total = total + slope * argument.slope
-        return value, total
 
     def symbolic(self, symbols: Mapping[str, Any] | None = None) -> Any:
         """The SymPy expression, in `symbols` by the graph's names (plain symbols of these names where none is given).

@@ -15,7 +15,7 @@ import numpy as np
 
 from bondgraph.elements import Displacement, Element, Here, Law, Modulus, Motion
 from bondgraph.faults import GraphError
-from bondgraph.graph import BondGraph
+from bondgraph.graph import BondGraph, as_graph
 from bondgraph.laws import OWN_DISPLACEMENT, TIME, Function
 from bondgraph.structure import SINGULAR, Ratio, Scale, Solve, Step, Sum, closed, entry, flow_relations, flow_variables, plan
 
@@ -63,7 +63,7 @@ class Reduction:
     """
 
     def __init__(self, graph: BondGraph, coordinate: str, positions: Positions | None = None) -> None:
-        self.graph = graph
+        self.graph = graph = as_graph(graph)
         self.coordinate = coordinate
         self.positions = positions or {}
         self._flow = flow_variables(graph)
@@ -152,7 +152,7 @@ def reduce(
     >>> round(found.inertia, 12), round(found.slope, 12)  # m (sin phi)²/4, and its slope
     (0.5, 1.0)
     """
-    return Reduction(graph, coordinate, positions)(phi, anchor)
+    return Reduction(graph, coordinate, positions)(np.asarray(phi, float) if isinstance(phi, list | tuple) else phi, anchor)
 
 
 _ZERO = 0.0  # the one object that marks a slope as identically zero, so that constant chains cost no array work
@@ -343,7 +343,8 @@ def _resistance(graph: BondGraph, element: Element) -> float:
 
 def _planned(graph: BondGraph, flow: Mapping[int, int], coordinate: str) -> list[Step]:
     if coordinate not in graph.elements or graph.elements[coordinate].kind != "1":
-        raise GraphError(f"the coordinate {coordinate!r} is no 1-junction of the graph")
+        junctions = ", ".join(e.name for e in graph.of_kind("1"))
+        raise GraphError(f"the coordinate {coordinate!r} is no 1-junction of the graph; its 1-junctions are {junctions}")
     grounded = [e.name for e in graph.of_kind("Sf") if e.law == 0.0]
     for element in graph.of_kind("GY", "Sf"):
         if element.name not in grounded:

@@ -15,7 +15,7 @@ from typing import NamedTuple
 from bondgraph.causal.dependence import COMMON, DECIDES_AT, Loop, deciding, follows, inputs, is_integral, loops
 from bondgraph.elements import ONE_PORTS, SOURCES, STORES, TWO_PORTS
 from bondgraph.faults import GraphError, refuse
-from bondgraph.graph import Bond, BondGraph
+from bondgraph.graph import Bond, BondGraph, as_graph
 from bondgraph.motion.formulation import Formulation
 
 _INTEGRAL, _DERIVATIVE = "integral", "derivative"
@@ -97,7 +97,7 @@ def causality(graph: BondGraph, prefer: str | Mapping[str, str] = _INTEGRAL) -> 
     (('J',), ('m',), 'I:m follows I:J through MTF:T')
 
     """
-    wanted = _wanted(graph, prefer)
+    wanted = _wanted(as_graph(graph), prefer)
     draft = _completed(_started(graph), wanted)
     strokes = {b.number: draft.marks[b.number].end for b in graph.bonds}
     known = inputs(graph, strokes)

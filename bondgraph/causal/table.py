@@ -17,7 +17,7 @@ from bondgraph.causal.assignment import Causality, causality
 from bondgraph.causal.dependence import COMMON, Inputs, Variable, giver, inputs
 from bondgraph.elements import JUNCTIONS, SOURCES, STORES, Law
 from bondgraph.faults import GraphError, refuse
-from bondgraph.graph import CONVENTION, Bond, BondGraph
+from bondgraph.graph import CONVENTION, Bond, BondGraph, as_graph
 
 _HEADINGS = ("bond", "from", "to", "half arrow", "stroke at", "effort", "flow", "state")
 
@@ -135,6 +135,7 @@ def table(graph: BondGraph, causality: Causality | None = None) -> Table:
     convention: f_out = T f_in, e_in = T e_out
 
     """
+    graph = as_graph(graph)
     found = _found(graph, causality)
     known = inputs(graph, found.strokes)
     rows = tuple(_row(graph, found, known, bond) for bond in graph.bonds)

@@ -6,6 +6,7 @@ the colour-blind can tell apart.
 
 from __future__ import annotations
 
+import errno
 import os
 import warnings
 from collections.abc import Mapping
@@ -18,7 +19,7 @@ from bondgraph.drawing.labels import JUNCTION_SIZE, LABEL_SIZE, LINE_SPACING, NA
 from bondgraph.drawing.layout import Box, Layout, Line, Point, half_arrow, layout, stroke
 from bondgraph.elements import STORES
 from bondgraph.faults import GraphError, refuse
-from bondgraph.graph import Bond, BondGraph
+from bondgraph.graph import Bond, BondGraph, as_graph
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -75,6 +76,7 @@ def draw(
 
     """
     kind = _kind(file) if file is not None else ""
+    graph = as_graph(graph)
     strokes, derivative = _causes(graph, causality)
     drawn = layout(graph)
     notes = _notes(graph, derivative)
@@ -215,6 +217,8 @@ def _save(figure: Figure, file: Path, kind: str) -> None:
     """Save beside the file first, so that a failure leaves no half of it."""
     from matplotlib import rc_context
 
+    if not file.absolute().parent.is_dir():
+        raise FileNotFoundError(errno.ENOENT, os.strerror(errno.ENOENT), str(file))
     unfinished = file.with_name(f".{file.name}.{os.getpid()}")
     try:
         with rc_context({"svg.hashsalt": "bondgraph", "pdf.fonttype": 42}), warnings.catch_warnings():

@@ -278,7 +278,7 @@ def _positive(**lengths: float) -> None:
 
 def _loaded(b: Builder, on: Loads | None) -> BondGraph:
     for junction, elements in (on or {}).items():
-        b.on(junction, *elements)
+        b.on(junction, *((elements,) if isinstance(elements, Element) else elements))
     return b.build(loose=True)
 
 

@@ -12,7 +12,7 @@ from numbers import Real
 from typing import Any, NamedTuple
 
 from bondgraph.faults import refuse
-from bondgraph.graph import BondGraph
+from bondgraph.graph import BondGraph, as_graph
 from bondgraph.laws import Function, function, is_symbolic
 from bondgraph.motion.formulation import Formulation
 from bondgraph.motion.newton import Balance, settle
@@ -49,7 +49,7 @@ class Dynamics:
     """
 
     def __init__(self, graph: BondGraph, signals: Mapping[str, Any] | None = None) -> None:
-        self.graph = graph
+        self.graph = graph = as_graph(graph)
         self.signals = _checked_signals(graph, signals or {})
         self.form = Formulation(graph)
         self.tables = tables(self.form, self.signals)

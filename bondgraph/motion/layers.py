@@ -43,8 +43,8 @@ class Layers:
             left = np.linalg.norm(self._basis - self._basis @ rows.T @ rows, axis=1)
             for variable in np.flatnonzero(left <= _SAME):
                 self.of[variable] = layer
-        for variable in self.locked():
-            self.of[variable] = len(_SEEN_BY)
+        for still in self.locked():
+            self.of[still] = len(_SEEN_BY)
 
     def locked(self) -> list[int]:
         """The flow variables that the relations leave nothing but zero."""

@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from bondgraph.elements import ONE_PORTS
 from bondgraph.faults import GraphError
 from bondgraph.graph import BondGraph
 from bondgraph.laws import TIME
@@ -100,6 +101,8 @@ class Run:
     def power(self, name: str, t: Any = None) -> Array:
         """The power into a one-port (out of a source: negative)."""
         self._check_name(name)
+        if self.dynamics.graph.elements[name].kind not in ONE_PORTS:
+            raise GraphError(f"{self.dynamics.graph.title(name)} is no one-port: it passes on what it gets; name a one-port")
         bond = self.dynamics.graph.bond_of(name)
         times = self._times(t)
         flow = self._look(times, self._owners(times)).flows[self.dynamics.form.flow[bond.number]]
@@ -273,7 +276,7 @@ class _Stepper:
             t, values = min(t, last), state.tolist()
             try:
                 found = rates(t, *values, *(anchors.get(k, values[k]) for k in anchored))
-            except (ValueError, ArithmeticError):
+            except (ValueError, ArithmeticError, TypeError):
                 found = (math.nan,) * size
             if not math.isfinite(sum(found)) and math.isfinite(sum(values)):
                 self.undefined = t, values, anchors
@@ -288,7 +291,7 @@ class _Stepper:
         try:
             with np.errstate(divide="raise", invalid="raise", over="raise"):
                 self.dynamics.at(t, values, {self.junctions[k]: v for k, v in anchors.items() if k in self.junctions})
-        except (ValueError, ArithmeticError) as error:
+        except (ValueError, ArithmeticError, TypeError) as error:
             return str(error)
         return f"the rates are not finite at t = {t:.9g} s"
 

@@ -17,7 +17,7 @@ from typing import NamedTuple
 from bondgraph.connections import neighbours, reached_from
 from bondgraph.elements import JUNCTIONS, ONE_PORTS, SOURCES, TWO_PORTS, Element, Law, Modulus, One
 from bondgraph.faults import refuse
-from bondgraph.graph import Bond, BondGraph
+from bondgraph.graph import Bond, BondGraph, as_graph
 from bondgraph.simplifying.powerless import (
     SHARING,
     Pin,
@@ -175,7 +175,7 @@ def _run(rules: Iterable[_Rule], graph: BondGraph, keep: Iterable[str]) -> Simpl
 
 
 def _checked(graph: BondGraph, keep: Iterable[str]) -> frozenset[str]:
-    kept = tuple(keep)
+    graph, kept = as_graph(graph), (keep,) if isinstance(keep, str) else tuple(keep)
     refuse(f"keep {name!r}: no element of the graph has this name" for name in kept if name not in graph.elements)
     return frozenset(kept)
 

@@ -26,7 +26,7 @@ from typing import Any
 
 from bondgraph.elements import Displacement, Element, Law, Modulus
 from bondgraph.faults import GraphError, refuse
-from bondgraph.graph import Bond, BondGraph
+from bondgraph.graph import Bond, BondGraph, as_graph
 from bondgraph.laws import Function
 from bondgraph.storing.trees import Check, as_tree, from_tree, names_in, number_faults, shown, tree_faults
 
@@ -103,6 +103,7 @@ def as_data(graph: BondGraph) -> dict[str, Any]:
        2  1:shaft -> I:J = 2
 
     """
+    graph = as_graph(graph)
     elements: list[dict[str, Any]] = []
     faults: list[str] = []
     for element in graph.elements.values():

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 
 from bondgraph.elements import Displacement
 from bondgraph.faults import GraphError, refuse
-from bondgraph.graph import BondGraph
+from bondgraph.graph import BondGraph, as_graph
 from bondgraph.laws import TIME, full_digits
 from bondgraph.motion.dynamics import Dynamics
 from bondgraph.symbolic.reading import Reading, SymbolicWalk, followers, inert, through
@@ -204,7 +204,7 @@ def state_equations(
     I:m (bond 3) follows 1:crank through MTF:T
 
     """
-    read = Reading(graph, opaque, causality)
+    read = Reading(as_graph(graph), opaque, causality)
     finish = read.twin.finish
     derivatives = tuple(finish(rate) for rate in (*read.accelerations(), *read.displaced()))
     algebraic = tuple((finish(s), finish(read.walk.coordinates[k])) for k, s in read.massless.items())
@@ -258,7 +258,7 @@ def motion_equation(graph: BondGraph, coordinate: str | None = None, *, opaque: 
     (J + m*sin(theta)**2, 2*m*sin(theta)*cos(theta), M)
 
     """
-    graph, name = _measured(graph, coordinate)
+    graph, name = _measured(as_graph(graph), coordinate)
     read = Reading(graph, opaque, None, momenta=False)
     phi, rate = _coordinate(read, name), read.state[0]
     read.twin.rename(rate, f"{phi.name}dot")

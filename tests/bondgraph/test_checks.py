@@ -2,7 +2,32 @@ import math
 
 import pytest
 
-from bondgraph import GY, TF, Bond, BondGraph, Builder, C, Displacement, Element, GraphError, I, Law, Motion, One, R, Se, Sf
+from bondgraph import (
+    GY,
+    TF,
+    Bond,
+    BondGraph,
+    Builder,
+    C,
+    Displacement,
+    Dynamics,
+    Element,
+    GraphError,
+    I,
+    Law,
+    Motion,
+    One,
+    R,
+    Reduction,
+    Se,
+    Sf,
+    as_data,
+    causality,
+    draw,
+    simplify,
+    simulate,
+    table,
+)
 
 
 def shaft() -> Builder:
@@ -39,7 +64,7 @@ def test_elements_listed_under_another_name():
 
 
 def test_bonds_to_nobody():
-    assert faults(shaft().bond("a", "nowhere")) == ["bond 3: no element 'nowhere'"]
+    assert faults(shaft().bond("a", "nowhere")) == ["bond 3: no element 'nowhere' to join 1:a to; the junctions are a"]
 
 
 def test_bonds_of_one_number():
@@ -238,7 +263,11 @@ def test_faults_of_every_sort_come_at_once():
 
 def test_faults_that_hide_others_come_first():
     elements = [Element("X", "a"), Element("Y", "b"), I("J", math.nan)]
-    expected = ["X:a: no such kind of element", "Y:b: no such kind of element", "bond 1: no element 'c'"]
+    expected = [
+        "X:a: no such kind of element",
+        "Y:b: no such kind of element",
+        "bond 1: no element 'c' to join X:a to; the junctions are none",
+    ]
     assert raw_faults(elements, [Bond(1, "a", "c")]) == expected
 
 
@@ -246,3 +275,21 @@ def test_displacements_given_by_hand_are_checked_too():
     where = [Displacement("x", "J")]
     expected = ["displacement 'x': 'J' is no 1-junction of the graph"]
     assert raw_faults([One("a"), I("J", 1.0)], [Bond(1, "a", "J")], where) == expected
+
+
+def test_a_name_that_is_nearly_right_is_suggested():
+    with pytest.raises(GraphError, match="bond 1: no element 'shfat' to join I:J to; did you mean 'shaft'"):
+        Builder().one("shaft").on("shfat", I("J", 1.0)).build()
+
+
+@pytest.mark.parametrize("use", [simulate, table, causality, draw, simplify, as_data, Dynamics, Reduction])
+def test_a_builder_in_place_of_a_graph_is_told_to_build(use):
+    given = Builder().one("a").on("a", I("J", 1.0))
+    with pytest.raises(GraphError, match=r"found a Builder, expected a BondGraph; call its build\(\) first"):
+        use(given, 1.0) if use in (simulate, Reduction) else use(given)
+
+
+@pytest.mark.parametrize("wrong", ["I", None, [I("J", 1.0)], 3.0])
+def test_what_is_no_element_cannot_be_hung(wrong):
+    with pytest.raises(GraphError, match="expected an element, such as I"):
+        Builder().one("a").on("a", wrong)

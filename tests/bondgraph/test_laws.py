@@ -6,7 +6,6 @@ import sympy
 
 from bondgraph import Function, GraphError, function
 from bondgraph.laws import law_of
-from bondgraph.operands import Dual
 
 theta, x, y = sympy.Symbol("theta"), sympy.Symbol("x"), sympy.Symbol("y")
 
@@ -75,14 +74,12 @@ def test_a_function_of_nothing_is_a_constant():
     assert law.of == ()
     assert law() == 2.5
     assert law.partials() == (2.5, ())
-    assert law.rate() == (2.5, 0.0)
     assert law.symbolic() == 2.5
 
 
-def test_the_rate_is_the_chain_rule():
+def test_the_partials_of_functions_and_expressions_are_the_same():
     for given in (lambda x, y: x**2 * y, x**2 * y):
-        assert function(given).rate(Dual(3.0, 2.0), Dual(5.0, -1.0)) == (45.0, 51.0)  # 2 x y x' + x² y'
-        assert function(given).rate(Dual(3.0, 2.0), 5.0) == (45.0, 60.0)
+        assert function(given).partials(3.0, 5.0) == (45.0, (30.0, 9.0))
 
 
 def test_renaming_changes_what_it_is_of_and_nothing_else():
