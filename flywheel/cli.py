@@ -233,10 +233,11 @@ def graph(scene: Path, plot: Path | None, form: str, simpler: bool) -> None:
         from flywheel.diagram import draw, machine_graph, table
 
         shown, log = machine_graph(scene, simplified=simpler)
-        _print("\n".join([*log, table(shown, form)]))
+        text = "\n".join([*log, table(shown, form)])
         if plot is not None:
             with _written(plot):
                 draw(shown, plot, scene)
+        _print(text)
 
 
 # -- new, reference --------------------------------------------------------------------------------------------------

@@ -218,18 +218,20 @@ def _shafts(raw: object, faults: Faults) -> tuple[dict[str, float], dict[str, Co
         if name == "crank" and ratio not in (None, 1.0):
             faults.add(f"{path}.ratio", f"{ratio:g}", "1: all ratios are taken to the crank")
         shafts[name] = 1.0 if ratio is None or name == "crank" else ratio
-        compliances |= _compliance(name, fields, path, faults)
+        compliances |= _compliance(name, fields, "stiffness" in (table or {}), path, faults)
     return shafts, compliances
 
 
-def _compliance(name: str, fields: Fields, path: str, faults: Faults) -> dict[str, Compliance]:
+def _compliance(name: str, fields: Fields, tried: bool, path: str, faults: Faults) -> dict[str, Compliance]:
+    """What makes a shaft compliant; `tried`: a stiffness was given, if perhaps a faulty one."""
     stiffness, damping = fields.get("stiffness"), fields.get("damping")
     if stiffness is None and damping is None:
         return {}
     if name == "crank":
         faults.add(path, "a compliant crank", "a shaft that joins it through its compliance", "name the far side as a shaft")
     if stiffness is None:
-        faults.add(f"{path}.damping", f"{damping:g}", "a stiffness beside it", "give stiffness, in N m/rad")
+        if not tried:
+            faults.add(f"{path}.damping", f"{damping:g}", "a stiffness beside it", "give stiffness, in N m/rad")
         return {}
     return {name: Compliance(stiffness, damping or 0.0)}
 

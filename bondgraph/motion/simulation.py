@@ -267,18 +267,18 @@ class _Stepper:
 
         At the piece's end the time is `last`, just before: a law that jumps then is still on its branch.
         """
-        rates, size = self.dynamics.rates, self.start.size
+        rates, size, finite = self.dynamics.rates, self.start.size, math.isfinite
         places = {junction: k for k, junction in self.junctions.items()}
         anchored = [places[junction] for junction in self.dynamics.anchored]
 
         def field(t: float, state: Array) -> Array:
             self.evaluations += 1
-            t, values = min(t, last), state.tolist()
+            t, values = t if t < last else last, state.tolist()
             try:
-                found = rates(t, *values, *(anchors.get(k, values[k]) for k in anchored))
+                found = rates(t, *values, *[anchors.get(k, values[k]) for k in anchored]) if anchored else rates(t, *values)
             except (ValueError, ArithmeticError, TypeError):
                 found = (math.nan,) * size
-            if not math.isfinite(sum(found)) and math.isfinite(sum(values)):
+            if not finite(sum(found)) and finite(sum(values)):
                 self.undefined = t, values, anchors
             return np.array(found)
 

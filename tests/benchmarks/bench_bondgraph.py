@@ -55,9 +55,9 @@ def median(call: Callable[[], Any], repeats: int = 7) -> float:
     return statistics.median(times)
 
 
-def fan(branches: int, ratio: Any) -> BondGraph:
+def fan(branches: int, ratio: Any, friction: float = 0.5) -> BondGraph:
     """A crank with inertia, source and resistor, and so many masses with resistors behind transformers."""
-    b = Builder().one("crank", "rotation", displacement="theta").on("crank", I("J", 1.0), Se("M", 10.0), R("b", 0.5))
+    b = Builder().one("crank", "rotation", displacement="theta").on("crank", I("J", 1.0), Se("M", 10.0), R("b", friction))
     for k in range(branches):
         b.one(f"v{k}", "translation").on(f"v{k}", I(f"m{k}", 3.0), R(f"B{k}", 0.5), Se(f"F{k}", -3.0))
         b.transform("crank", f"v{k}", ratio(k), name=f"T{k}")

@@ -72,7 +72,7 @@ def test_a_compliant_shaft_is_drawn_as_spring_and_resistor(tmp_path):
     scene.write_text(text.replace(f"[shafts.{name}]", f"[shafts.{name}]\nstiffness = 900\ndamping = 2"))
     result = run(scene, "--plot", tmp_path / "twist.svg")
     assert result.exit_code == 0, result.output
-    assert f"C:{name}.stiffness" in result.output
+    assert f"C:{name}.compliance" in result.output
     assert f"R:{name}.damping" in result.output
 
 

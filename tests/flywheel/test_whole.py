@@ -101,5 +101,5 @@ def test_what_needs_one_angle_refuses_a_shaft_that_twists(ask):
 
 def test_the_graph_holds_the_twist_as_a_spring_and_a_resistor_between_gear_and_shaft():
     graph = flywheel.Machine(flywheel.load(scene(stiffness=100.0, damping=2.0))).graph
-    assert {"motor.gear", "motor.twist", "motor.stiffness", "motor.damping"} <= set(graph.elements)
-    assert graph.constant("motor.stiffness") == 0.01
+    assert {"motor.gear", "motor.twist", "motor.compliance", "motor.damping"} <= set(graph.elements)
+    assert graph.constant("motor.compliance") == 0.01
