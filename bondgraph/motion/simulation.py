@@ -28,7 +28,8 @@ _FIRST, _TIGHTER = 0.1, 0.2  # tolerance of the next run's steps to what is aske
 _TIGHTEST = 1e-13  # tolerance of a step: below it rounding wins
 _ROUNDING = 1e-11  # an error that the tightest tolerance may leave
 _MOST_HALVINGS = 3  # of the longest step, after tolerances
-_COMPARED = 200  # times at which two runs are compared
+_COMPARED = 200  # times at which two runs are compared, within their steps too
+_LOOKS = 400  # steps of a run whose loads vary, at least
 
 
 @dataclass(frozen=True, eq=False)
@@ -56,6 +57,11 @@ class Run:
     def t(self) -> Array:
         """Times of the steps, s."""
         return np.array([self.stretches[0].start, *(s.end for s in self.stretches)])
+
+    @property
+    def ends(self) -> Array:
+        """The states after every step, a row each."""
+        return np.array([s.after for s in self.stretches])
 
     @property
     def reached(self) -> bool:
@@ -127,7 +133,9 @@ class Run:
         values = np.empty((len(self.dynamics.state.names), times.size))
         for owner in np.unique(owners):
             mine = owners == owner
-            values[:, mine] = self.stretches[owner].dense(times[mine])
+            dense = self.stretches[owner].dense
+            assert dense is not None  # only runs that are compared, and thrown away, go without
+            values[:, mine] = dense(times[mine])
         return values
 
     def _look(self, times: Array, owners: NDArray[np.int_]) -> Instant:
@@ -163,7 +171,8 @@ def simulate(
         method: one of scipy's ("DOP853", "RK45", "RK23", "LSODA", "Radau", "BDF"), or "euler", "rk2" (trapezoidal), "rk4".
         step: length of a fixed step, s.
         breaks: where laws jump or kink, so that the stepping restarts there: displacement name (or "t") -> values, or
-            (values, period).
+            (values, period). Without them no step is longer than 1/400 of the time where a source or resistor varies with
+            displacements or time, and what such a law does in a shorter time may be passed over: give its ends as breaks.
         tolerance: greatest power and energy imbalance that the audit may find; more is an error. None: reported only.
 
     Raises:
@@ -211,9 +220,9 @@ class _Stepper:
 
         Where tightening does not help, inside steps that are as long as stability lets them be, they are halved.
         """
-        inner, longest, halvings, before = max(_FIRST * rtol, 10.0 * _TIGHTEST), np.inf, 0, np.inf
-        self._rescale(self._run(max(_PILOT, rtol)))
-        run = self._run(inner)
+        inner, longest, halvings, before = max(_FIRST * rtol, 10.0 * _TIGHTEST), self._longest(), 0, np.inf
+        self._rescale(self._run(max(_PILOT, rtol), longest=longest, dense=False))
+        run = self._run(inner, longest=longest)
         while True:
             inner = max(_TIGHTER * inner, _TIGHTEST)
             looser, run = run, self._run(inner, longest=longest)
@@ -222,17 +231,24 @@ class _Stepper:
             if error <= rtol or (inner <= _TIGHTEST and (halvings == _MOST_HALVINGS or error < _ROUNDING)):
                 return Run(run.dynamics, run.stretches, run.anchors, error, rtol, self.evaluations)
             if helpless and halvings < _MOST_HALVINGS:
-                longest, halvings = 0.5 * float(np.diff(run.t).max()), halvings + 1
+                longest, halvings = min(longest, 0.5 * float(np.diff(run.t).max())), halvings + 1
             before = error
+
+    def _longest(self) -> float:
+        """A step's longest time: loads that vary are looked at often, so that no step passes over one unseen."""
+        graph = self.dynamics.graph
+        varying = any(graph.depends_on(e.name) for e in graph.of_kind("Se", "Sf", "R"))
+        return self.until / _LOOKS if varying and not self.breaks and not self.times else np.inf
 
     def fixed(self, step: float) -> Run:
         """A run with equal steps, and its difference to one with steps twice as long."""
         longer, run = self._run(None, 2.0 * step), self._run(None, step)
         return Run(run.dynamics, run.stretches, run.anchors, _difference(longer, run), None, self.evaluations)
 
-    def _run(self, rtol: float | None, step: float = 0.0, longest: float = np.inf) -> Run:
+    def _run(self, rtol: float | None, step: float = 0.0, longest: float = np.inf, *, dense: bool = True) -> Run:
         self.anchors = []
         plain = self._field({})
+        within = dense or bool(self.breaks)
 
         def steps(t: float, state: Array, stop: float, anchors: Mapping[int, float]) -> Iterator[Stretch]:
             field = self._field(anchors, float(np.nextafter(stop, 0.0)))
@@ -240,7 +256,9 @@ class _Stepper:
             if rtol is None:
                 made = fixed(self.method, field, t, state, stop, step)
             else:
-                made = adaptive(self.method, field, t, state, stop, (rtol * self.relative, rtol * self.scale), longest)
+                made = adaptive(
+                    self.method, field, t, state, stop, (rtol * self.relative, rtol * self.scale), longest, dense=within
+                )
             for stretch in made:
                 self.anchors.append(by_junction)
                 yield stretch
@@ -257,7 +275,7 @@ class _Stepper:
         A displacement that goes on growing, as a crank's angle does, would otherwise be followed less and less closely.
         """
         first, last = self.dynamics.state.flows, self.dynamics.state.flows + self.dynamics.state.displacements
-        for k, values in enumerate(run.states().values()):
+        for k, values in enumerate(run.ends.T):
             greatest = float(np.abs(values).max()) or float(self.scale[k])
             self.scale[k] = min(greatest, 1.0) if first <= k < last else greatest
         self.relative = 0.0
@@ -299,13 +317,11 @@ class _Stepper:
 def _difference(looser: Run, tighter: Run) -> float:
     """The greatest difference of two runs, each state relative to its greatest value."""
     times = np.linspace(0.0, tighter.t[-1], _COMPARED)
-    a, b = looser.states(times), tighter.states(times)
-    worst = 0.0
-    for name, value in b.items():
-        scale = float(np.abs(value).max())
-        gap = float(np.abs(a[name] - value).max())
-        worst = max(worst, gap / scale if scale else gap)
-    return worst
+    a, b = (np.array(list(run.states(times).values())) for run in (looser, tighter))
+    if not b.size:
+        return 0.0
+    gap, scale = np.abs(a - b).max(axis=1), np.abs(b).max(axis=1)
+    return float(np.max(np.where(scale > 0.0, gap / np.where(scale > 0.0, scale, 1.0), gap)))
 
 
 def _check_arguments(until: float, rtol: float, method: str, step: float | None) -> None:

@@ -24,11 +24,12 @@ _MOST_STEPS = 1_000_000
 
 
 class Stretch(NamedTuple):
-    """One step: from when to when, and the state at any time within."""
+    """One step: from when to when, the state after it, and the state at any time within (None where nobody asks)."""
 
     start: float
     end: float
-    dense: Callable[[Any], Array]
+    after: Array
+    dense: Callable[[Any], Array] | None
 
 
 class Tableau(NamedTuple):
@@ -75,6 +76,8 @@ def adaptive(
     until: float,
     tolerance: tuple[float, Array],
     longest: float = np.inf,
+    *,
+    dense: bool = True,
 ) -> Iterator[Stretch]:
     """Steps of one of scipy's methods; `tolerance` is relative and, for every state, absolute; `longest` a step's, s."""
     from scipy import integrate
@@ -92,7 +95,7 @@ def adaptive(
             message = "it is not finite"
         if message is not None:
             raise GraphError(f"the motion cannot be followed past t = {reached:.9g} s: {message}")
-        yield Stretch(float(solver.t_old), float(solver.t), solver.dense_output())
+        yield Stretch(float(solver.t_old), float(solver.t), solver.y, solver.dense_output() if dense else None)
 
 
 def fixed(method: str, field: Field, t: float, state: Array, until: float, step: float) -> Iterator[Stretch]:
@@ -105,7 +108,7 @@ def fixed(method: str, field: Field, t: float, state: Array, until: float, step:
         rate_after = field(float(end), after)
         if not np.all(np.isfinite(rate_after)):
             raise GraphError(f"the motion cannot be followed past t = {start:.9g} s: it is not finite")
-        yield Stretch(float(start), float(end), _hermite(float(start), float(end), state, after, rate, rate_after))
+        yield Stretch(float(start), float(end), after, _hermite(float(start), float(end), state, after, rate, rate_after))
         state, rate = after, rate_after
 
 
@@ -143,7 +146,7 @@ def through_breaks(
             pieces = {b.place: b.around(state[b.place], _forwards(rate, t, state, b.place)) for b in breaks}
             for stretch in steps(t, state, stop, {k: _middle(*piece) for k, piece in pieces.items()}):
                 left = _first_passage(stretch, pieces)
-                end, state = (stretch.end, stretch.dense(stretch.end)) if left is None else left
+                end, state = (stretch.end, stretch.after) if left is None else left
                 if left is not None and end == began:
                     names = ", ".join(
                         f"{b.name} = {state[b.place]:.9g}" for b in breaks if state[b.place] in pieces[b.place]
@@ -151,7 +154,7 @@ def through_breaks(
                     raise GraphError(
                         f"the motion sticks at {names}, t = {t:.9g} s: the laws on both sides drive it back there"
                     )
-                yield stretch._replace(end=end)
+                yield stretch._replace(end=end, after=state)
                 t, taken = end, taken + 1
                 if taken > _MOST_STEPS:
                     raise GraphError(
@@ -187,7 +190,7 @@ def _first_passage(stretch: Stretch, pieces: Mapping[int, tuple[float, float]]) 
 
     That is the step's start where the state leaves at once, on the side that it does not belong to.
     """
-    if not pieces:
+    if not pieces or stretch.dense is None:
         return None
     width = stretch.end - stretch.start
     values = stretch.dense(stretch.start + width * _NODES)
@@ -213,9 +216,12 @@ def _leaving(stretch: Stretch, index: int, coefficients: Array, edge: float, out
     """The part of a step after which a state is first beyond an edge."""
     from scipy.optimize import brentq
 
+    dense = stretch.dense
+    assert dense is not None
+
     def beyond(part: float) -> float:
         time = stretch.start + part * (stretch.end - stretch.start)
-        return outwards * float(stretch.dense(time)[index] - edge)
+        return outwards * float(dense(time)[index] - edge)
 
     crossings = _crossings(coefficients, edge)
     if beyond(0.5 * (crossings[0] if crossings.size else 1.0)) > 0.0:

@@ -169,7 +169,7 @@ def test_far_too_many_steps_are_an_error(monkeypatch):
     monkeypatch.setattr("bondgraph.motion.stepping._MOST_STEPS", 10)
 
     def steps(t, y, stop, anchors):
-        return (Stretch(0.01 * k, 0.01 * (k + 1), lambda t: np.zeros(1)) for k in range(1000))
+        return (Stretch(0.01 * k, 0.01 * (k + 1), np.zeros(1), lambda t: np.zeros(1)) for k in range(1000))
 
     with pytest.raises(GraphError, match=r"10 steps reach t = 0.11 s only: .*Radau, LSODA"):
         list(through_breaks(steps, lambda t, y: y, [], (), np.zeros(1), 5.0))
