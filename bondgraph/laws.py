@@ -112,11 +112,14 @@ class Function:
         given = self.given.xreplace({s: by_name[s.name] for s in self.given.free_symbols})
         slopes = [sympy.diff(given, symbol).replace(sympy.DiracDelta, lambda *at: sympy.S.Zero) for symbol in order]
         whole = [full_digits(expression) for expression in (given, *slopes)]
-        return {
-            (kind, plain): sympy.lambdify(order, what, modules="math" if plain else "numpy", cse=True)
-            for kind, what in (("value", whole[0]), ("partials", whole))
-            for plain in (True, False)
-        }
+        try:
+            return {
+                (kind, plain): sympy.lambdify(order, what, modules="math" if plain else "numpy", cse=True)
+                for kind, what in (("value", whole[0]), ("partials", whole))
+                for plain in (True, False)
+            }
+        except KeyError as error:  # SymPy's way to say that it has no code for an infinity
+            raise GraphError(f"the law {str(self.given)[:80]} has no finite value: it holds {error.args[0]}") from error
 
 
 def full_digits(expression: Any) -> Any:

@@ -159,7 +159,10 @@ class Formulation:
         for variable in free:
             if self._layers.of[variable] > SPRINGS:
                 where = self.name_of(variable)
-                raise GraphError(f"nothing holds the flow of {where}: it meets no inertia, resistor, spring or gyrator")
+                sources = ", ".join(self.graph.where(e.name) for e in self.graph.of_kind("Se")) or "no source"
+                raise GraphError(
+                    f"nothing holds the flow of {where}: it meets no inertia, resistor, spring or gyrator, only {sources}"
+                )
         moving = tuple(v for v in free if self._layers.of[v] == INERTIAS)
         massless = sorted((v for v in free if v not in moving), key=lambda v: self._layers.of[v])
         return Coordinates(moving, tuple(massless), imposed)
@@ -191,10 +194,10 @@ class Formulation:
             )
         if loose:
             where = ", ".join(self.name_of(v) for v in loose)
-            gyrators = ", ".join(self.graph.title(e.name) for e in self.graph.of_kind("GY"))
+            gyrators = " and ".join(self.graph.where(e.name) for e in self.graph.of_kind("GY"))
             raise GraphError(
-                f"{gyrators} settle no flow of {where}: what is beyond is tied to a store on this side, without an inertia "
-                "or resistor between; hang a small one on"
+                f"the flow of {where} is tied through {gyrators} to a store or source on the other side, without an inertia "
+                f"or a resistor of its own: hang an I or R, a small one will do, where {where} is"
             )
 
 
@@ -246,7 +249,8 @@ def _groups(unknown: set[int], waiting: list[Relation]) -> Iterator[tuple[set[in
 
 
 def _contradiction(graph: BondGraph, relations: list[Relation]) -> str:
+    sources = "".join(f", {graph.where(e.name)}" for e in graph.of_kind("Sf"))
     return (
         f"over-constrained: {', '.join(places(graph, relations))} ask of the same flows what other transformers, junctions "
-        "or flow sources already settle; they contradict or repeat each other: take one of them out"
+        f"or flow sources{sources} already settle; they contradict or repeat each other: take one of them out"
     )

@@ -80,7 +80,14 @@ class Walk:
     def _call(self, called: Callable[..., Any], arguments: Sequence[Any], results: int = 0) -> Any:
         """Call a law, or take it down where the walk is being recorded; `results` is the length of the tuple it gives."""
         node = next((a for a in arguments if isinstance(a, Node)), None)
-        return called(*arguments) if node is None else node.recorder.through(called, arguments, results)
+        if node is not None:
+            return node.recorder.through(called, arguments, results)
+        try:
+            return called(*arguments)
+        except (TypeError, ValueError):  # a law that branches, or uses functions of plain numbers, takes one at a time
+            if not any(isinstance(a, np.ndarray) for a in arguments):
+                raise
+            return _one_by_one(called, arguments, results)
 
     def _arguments(self, law: Function, name: str, own: Any = None) -> list[Any]:
         element = self.graph.elements[name]
@@ -388,6 +395,16 @@ class Walk:
         gains = self.gain[port.variable]
         rate = bias[port.variable] + total(g * accelerations[k] for k, g in gains.items() if k < moving)
         return self.graph.constant(port.element.name) * port.sign * rate
+
+
+def _one_by_one(called: Callable[..., Any], arguments: Sequence[Any], results: int) -> Any:
+    """A law of arrays, element by element."""
+    shape = np.broadcast_shapes(*(np.shape(a) for a in arguments))
+    rows = zip(*(np.broadcast_to(a, shape).ravel().tolist() for a in arguments), strict=True)
+    found = np.array([called(*row) for row in rows], dtype=float)
+    if not results:
+        return found.reshape(shape)
+    return tuple(column.reshape(shape) for column in found.reshape(-1, results).T)
 
 
 def _here(position: Callable[[Any, Any, Any], Any], q: Any, anchor: Any) -> Here:

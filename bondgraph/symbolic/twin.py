@@ -151,8 +151,19 @@ def exact(expression: Any) -> Any:
     """
     import sympy
 
-    halves = {x: sympy.Rational(int(2 * x), 2) for x in expression.atoms(sympy.Float) if float(2 * x).is_integer()}
-    return expression.xreplace(halves) if halves else expression
+    done: dict[Any, Any] = {}  # what an expression shares with itself is visited once: it may be shared a million times
+
+    def made_exact(part: Any) -> Any:
+        if part not in done:
+            if isinstance(part, sympy.Float):
+                done[part] = sympy.Rational(int(2 * part), 2) if float(2 * part).is_integer() else part
+            else:
+                inner = [made_exact(argument) for argument in part.args]
+                same = all(new is old for new, old in zip(inner, part.args, strict=True))
+                done[part] = part if same else part.func(*inner)
+        return done[part]
+
+    return made_exact(expression)
 
 
 def twin(graph: BondGraph, *, opaque: bool = False, ratios: bool = True) -> Twin:

@@ -1,5 +1,7 @@
 """Motions of whole graphs, written by hand, against references found by other routes."""
 
+import math
+
 import numpy as np
 import pytest
 import sympy
@@ -419,3 +421,27 @@ def test_near_rounding_the_estimate_is_still_a_difference(rtol):
     run = simulate(slider_crank().build(), 1.0, initial={"crank": 10.0}, rtol=rtol)
     assert run.error > 0.0
     assert not run.reached or abs(run.displacement("theta", 1.0)[0] / 9.605127434380 - 1.0) < rtol + 1e-12
+
+
+@pytest.mark.parametrize(
+    "law", [lambda x: 1.0 if x < 0.2 else 0.5, lambda x: 1.0 + max(x, 0.1), lambda x: math.cos(x)], ids=["if", "max", "math"]
+)
+def test_a_law_of_plain_numbers_can_be_stepped_and_looked_at(law):
+    b = Builder().one("mass", "translation", displacement="x").on("mass", I("m", 1.0), Se("F", law))
+    run = simulate(b.build(), 1.0, initial={"mass": 0.5}, rtol=1e-6)
+    assert_allclose(run.power("F"), [-law(x) * v for x, v in zip(run.displacement("x"), run.flow("mass"), strict=True)])
+    assert run.audit.energy < 1e-4
+
+
+@pytest.mark.parametrize("width", [0.5, 5.0])
+def test_a_load_that_lasts_for_a_small_part_of_the_run_is_not_passed_over(width):
+    force = Se("F", lambda t: np.where((t > 50) & (t < 50 + width), 1.0, 0.0))
+    run = simulate(Builder().one("mass").on("mass", I("m", 1.0), force).build(), 100.0)
+    assert_allclose(run.flow("mass", 100.0), width, rtol=1e-7)
+    assert run.reached
+
+
+def test_the_power_of_a_junction_is_no_question():
+    run = simulate(Builder().one("mass").on("mass", I("m", 1.0), Se("F", 1.0)).build(), 1.0)
+    with pytest.raises(GraphError, match="1:mass is no one-port"):
+        run.power("mass")
