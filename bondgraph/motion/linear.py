@@ -107,12 +107,58 @@ def _plain(matrix: Rows, right: Rows) -> list[list[float]]:
 
 
 def _symbolic(matrix: Rows, right: Rows) -> list[list[Any]]:
+    """Of SymPy expressions: numbers serve as pivots, and what these leave follows by Cramer's rule.
+
+    A pivot that is no number may vanish at a position where the system as a whole does not.
+    """
+    size = len(matrix)
+    rows = [[*row, *given] for row, given in zip(matrix, right, strict=True)]
+    taken: list[tuple[int, int]] = []
+    while (pivot := _next_pivot(rows, size, taken)) is not None:
+        taken.append(pivot)
+        for k in range(size):
+            if k not in {row for row, _ in taken}:
+                rows[k] = _eliminated(rows[k], rows[pivot[0]], pivot[1])
+    left = [k for k in range(size) if k not in {row for row, _ in taken}]
+    open_ = [k for k in range(size) if k not in {column for _, column in taken}]
+    solution = dict(zip(open_, _cramer([rows[k] for k in left], open_, size), strict=True))
+    for row, column in reversed(taken):
+        known = [(rows[row][k], solution[k]) for k in solution if not _zero(rows[row][k])]
+        solution[column] = [
+            (value - sum(factor * found[n] for factor, found in known)) / rows[row][column]
+            for n, value in enumerate(rows[row][size:])
+        ]
+    return [solution[k] for k in range(size)]
+
+
+def _next_pivot(rows: Rows, size: int, taken: Sequence[tuple[int, int]]) -> tuple[int, int] | None:
+    """The place of a number, not zero, in a row and a column that are free, with the fewest entries beside it."""
+    free_rows = [k for k in range(size) if k not in {row for row, _ in taken}]
+    free_columns = [k for k in range(size) if k not in {column for _, column in taken}]
+    filled = {(i, j) for i in free_rows for j in free_columns if not _zero(rows[i][j])}
+    numbers = [(i, j) for i, j in sorted(filled) if not getattr(rows[i][j], "free_symbols", None)]
+    return min(numbers, key=lambda at: sum(at[0] == i or at[1] == j for i, j in filled), default=None)
+
+
+def _eliminated(row: Sequence[Any], pivot: Sequence[Any], column: int) -> list[Any]:
+    if _zero(row[column]):
+        return list(row)
+    factor = row[column] / pivot[column]
+    return [a if _zero(b) else a - factor * b for a, b in zip(row, pivot, strict=True)]
+
+
+def _cramer(rows: Rows, columns: Sequence[int], size: int) -> list[list[Any]]:
     import sympy  # type: ignore[import-untyped]
 
-    square, given = sympy.Matrix(matrix), sympy.Matrix(right)
+    if not rows:
+        return []
+    square = sympy.Matrix([[row[k] for k in columns] for row in rows])
     determinant = square.det("berkowitz")
     if determinant.is_zero:
         raise GraphError(SINGULAR)
-    # by Cramer's rule: a pivot of an elimination may vanish where the system as a whole does not
-    solution = square.adjugate("berkowitz") * given / determinant
-    return [[solution[i, j] for j in range(solution.cols)] for i in range(solution.rows)]
+    found = square.adjugate("berkowitz") * sympy.Matrix([row[size:] for row in rows]) / determinant
+    return [list(found.row(k)) for k in range(found.rows)]
+
+
+def _zero(entry: Any) -> bool:
+    return not getattr(entry, "free_symbols", None) and not entry

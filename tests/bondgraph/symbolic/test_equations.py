@@ -1,9 +1,11 @@
 import numpy as np
 import pytest
 import sympy
+from numpy.testing import assert_allclose
 
-from bondgraph import Builder, C, GraphError, I, Law, Modulus, Motion, R, Se, Sf
+from bondgraph import Builder, C, Dynamics, GraphError, I, Law, Modulus, Motion, R, Se, Sf, simplify
 from bondgraph.causal.assignment import causality
+from bondgraph.mechanisms.planar import Bar, four_bar
 from bondgraph.symbolic.equations import motion_equation, state_equations
 from tests.bondgraph.symbolic.written import T, agrees, equal, slider_crank
 
@@ -342,3 +344,13 @@ def test_a_spring_and_damper_behind_a_gyrator():
 def test_a_spring_alone_behind_a_gyrator_is_refused():
     with pytest.raises(GraphError, match=r"the flow of b is tied through GY:G .*: hang an I or R"):
         state_equations(gyrated(C("c", 0.5)))
+
+
+def test_a_planar_four_bar_has_the_same_rates_in_symbols_and_in_numbers():
+    linkage = four_bar(4.0, Bar(1.0, 1.0, 0.5, 0.5), Bar(3.0, 2.0, 0.6, 1.5), Bar(3.0, 3.0, 0.7, 1.5))
+    for graph in (linkage.graph, simplify(linkage.graph, keep=(linkage.coordinate,)).graph):
+        numeric, rates = state_equations(graph).numeric(), Dynamics(graph).rates
+        for phi in (0.0, 0.7, 3.0):
+            angles = [phi, *(float(linkage.positions[name](phi)) for name in ("coupler.theta", "rocker.theta"))]
+            found = numeric(0.0, [0.5 * 2.0, *angles])  # the crank's momentum, at 2 rad/s
+            assert_allclose([found[0] / 0.5, *found[1:]], rates(0.0, 2.0, *angles), rtol=1e-9, atol=1e-12)
