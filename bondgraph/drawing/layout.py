@@ -153,9 +153,22 @@ def flaws(drawn: Layout) -> Iterator[str]:
         for k in np.flatnonzero(enters(np.array(line.start), np.array(line.end), centre, half)):
             if owned[k][0] not in drawn.ends[number]:
                 yield f"bond {number} passes through the label of {owned[k][0]!r}"
+    yield from _marks_on_bonds(drawn)
     numbered, size = _arrays(drawn.numbers.values())
     for one, two in zip(*np.nonzero((np.abs(numbered[:, None] - centre) < size[:, None] + half).all(axis=-1)), strict=True):
         yield f"the number of bond {list(drawn.numbers)[one]} lies on the label of {owned[two][0]!r}"
+
+
+def _marks_on_bonds(drawn: Layout) -> Iterator[str]:
+    """Bonds that run through the end of another, where its stroke or half arrow would read as theirs."""
+    tips = [(number, name) for number in drawn.bonds for name in drawn.ends[number]]
+    boxes = [Box(*tip, _STROKE, _STROKE) for line in drawn.bonds.values() for tip in line]
+    centre, half = _arrays(boxes)
+    for number, line in drawn.bonds.items():
+        for k in np.flatnonzero(enters(np.array(line.start), np.array(line.end), centre, half)):
+            other, name = tips[k]
+            if other != number and name not in drawn.ends[number]:
+                yield f"bond {number} passes through the end of bond {other} at {name!r}"
 
 
 def half_arrow(line: Line) -> Line:
