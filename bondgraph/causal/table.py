@@ -83,20 +83,20 @@ class Table:
 
     def text(self) -> str:
         """The table in aligned columns."""
-        lines = [_HEADINGS, *(_cells(row, _plain, str, " -> ") for row in self.rows)]
+        lines = [_HEADINGS, *(_cells(row, _plain, str, "->") for row in self.rows)]
         wide = [max(len(line[k]) for line in lines) for k in range(len(_HEADINGS))]
         body = ["  ".join(cell.ljust(w) for cell, w in zip(line, wide, strict=True)).rstrip() for line in lines]
         return "\n".join([*body, *self._footer()])
 
     def markdown(self) -> str:
         """The table in Markdown, its equations as code."""
-        lines = [_cells(row, lambda e: f"`{_plain(e)}`", _markdown, " -> ") for row in self.rows]
+        lines = [_cells(row, lambda e: f"`{_plain(e)}`", _markdown, "->") for row in self.rows]
         body = ["| " + " | ".join(line) + " |" for line in (_HEADINGS, ("---",) * len(_HEADINGS), *lines)]
         return "\n".join([*body, "", *(f"- {_markdown(line)}" for line in self._footer())])
 
     def latex(self) -> str:
         r"""The table as a LaTeX tabular with its convention below it; no package is needed."""
-        lines = [_cells(row, lambda e: f"${_latex(e)}$", _escaped, r" $\rightarrow$ ") for row in self.rows]
+        lines = [_cells(row, lambda e: f"${_latex(e)}$", _escaped, r"$\rightarrow$") for row in self.rows]
         body = [" & ".join(line) + r" \\" for line in (_HEADINGS, *lines)]
         columns = "r" + "l" * (len(_HEADINGS) - 1)
         return "\n".join(
@@ -129,9 +129,9 @@ def table(graph: BondGraph, causality: Causality | None = None) -> Table:
     >>> from bondgraph import Builder, I, R, Se
     >>> print(table(Builder().one("shaft").on("shaft", Se("M", 1.0), I("J", 2.0), R("b", 0.1)).build()).text())
     bond  from     to       half arrow  stroke at  effort           flow         state
-    1     Se:M     1:shaft  -> shaft    shaft      e_1 = M          f_1 = f_2
-    2     1:shaft  I:J      -> J        J          e_2 = e_1 - e_3  f_2 = p_2/J  dp_2/dt = e_2
-    3     1:shaft  R:b      -> b        shaft      e_3 = b f_3      f_3 = f_2
+    1     Se:M     1:shaft  ->          shaft      e_1 = M          f_1 = f_2
+    2     1:shaft  I:J      ->          J          e_2 = e_1 - e_3  f_2 = p_2/J  dp_2/dt = e_2
+    3     1:shaft  R:b      ->          shaft      e_3 = b f_3      f_3 = f_2
     convention: f_out = T f_in, e_in = T e_out
 
     """
@@ -245,7 +245,7 @@ def _symbol(graph: BondGraph, name: str, own: Term | None = None, inverse: bool 
 
 
 def _cells(row: Row, equation: Callable[[Equation], str], word: Callable[[str], str], arrow: str) -> tuple[str, ...]:
-    words = (word(row.tail), word(row.head), f"{arrow.strip()} {word(row.half_arrow[1])}", word(row.stroke))
+    words = (word(row.tail), word(row.head), arrow, word(row.stroke))
     state = equation(row.state) if row.state is not None else ""
     return (str(row.bond), *words, equation(row.effort), equation(row.flow), state)
 
