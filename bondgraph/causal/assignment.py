@@ -98,7 +98,12 @@ def causality(graph: BondGraph, prefer: str | Mapping[str, str] = _INTEGRAL) -> 
 
     """
     wanted = _wanted(as_graph(graph), prefer)
-    draft = _completed(_started(graph), wanted)
+    draft = _started(graph)
+    for name in () if isinstance(prefer, str) else prefer:  # what is asked for by name comes first, if it can be had
+        trial = _store(draft, name, wanted[name], "preferred")
+        free = graph.bond_of(name).number not in draft.marks
+        draft = trial if free and len(trial.conflicts) == len(draft.conflicts) else draft
+    draft = _completed(draft, wanted)
     strokes = {b.number: draft.marks[b.number].end for b in graph.bonds}
     known = inputs(graph, strokes)
     found = () if draft.conflicts else loops(graph, strokes, known)
@@ -129,13 +134,14 @@ def _wanted(graph: BondGraph, prefer: str | Mapping[str, str]) -> dict[str, str]
             faults.append(f"prefer: found {how!r} for {graph.title(name)}, expected 'integral' or 'derivative'")
     refuse(faults)
     wanted = {e.name: _DERIVATIVE if e.law == 0.0 else _INTEGRAL for e in stores} | asked
-    return {name: wanted[name] for name in sorted(wanted, key=_behind(graph))}
+    behind = _behind(graph)
+    return {name: wanted[name] for name in sorted(wanted, key=lambda name: behind(name) == (wanted[name] == _INTEGRAL))}
 
 
 def _behind(graph: BondGraph) -> Callable[[str], bool]:
-    """Whether a store is an inertia on a flow that others settle: it is asked after those that settle it.
+    """Whether a store is an inertia on a flow that others settle: it is the last to be a state, and the first not to be one.
 
-    To ask it first would turn transformers round, whose ratios may vanish.
+    Otherwise transformers would be turned round, whose ratios may vanish.
     """
     try:
         form = Formulation(graph)

@@ -168,3 +168,24 @@ def test_sixty_bonds_and_more_are_assigned():
     found = causality(b.build())
     assert len(found.integral) == 79
     assert violations(found.graph, found.strokes) == []
+
+
+def test_what_is_asked_for_by_name_is_asked_first():
+    b = Builder().one("crank", displacement="theta").one("slider").on("crank", I("J", 1.0), Se("M", 1.0))
+    graph = b.on("slider", I("m", 2.0)).transform("crank", "slider", lambda theta: theta, name="T").build()
+    assert causality(graph).integral == ("J",)
+    asked = causality(graph, prefer={"m": "integral"})
+    assert (asked.integral, asked.derivative, asked.conflicts) == (("m",), ("J",), ())
+    assert any("divides by MTF:T" in reason.text for reason in asked.reasons.values())
+
+
+def test_the_order_of_writing_does_not_turn_transformers_round():
+    b = Builder().one("slider").on("slider", I("m", 2.0)).one("crank", displacement="theta")
+    graph = b.on("crank", I("J", 1.0), Se("M", 1.0)).transform("crank", "slider", lambda theta: theta, name="T").build()
+    assert causality(graph).integral == ("J",)
+    loop = Builder().one("crank", displacement="theta").one("rod")
+    loop.transform("crank", "rod", lambda theta: 0.3 * theta, name="T1")
+    loop.sum("x", [("crank", lambda theta: theta), ("rod", lambda theta: 1 + theta)], "translation")
+    loop.on("rod", I("J_rod", 1.0)).on("x", I("m", 1.0)).on("crank", I("J", 1.0), Se("M", 1.0))
+    found = causality(loop.build())
+    assert (found.integral, found.loops) == (("J",), ())
