@@ -150,7 +150,7 @@ class Machine:
 
     def _hang_shaft(self, builder: Builder, name: str, ratio: float, compliance: Compliance | None) -> None:
         if compliance is None:
-            builder.sum(name, [("crank", ratio)], "rotation")
+            builder.sum(name, [("crank", ratio)], "rotation").displacement(f"phi_{name}", name)
             return
         twisting = [C(f"{name}.compliance", stiffness=compliance.stiffness, part=f"twist of {name}")]
         if compliance.damping:

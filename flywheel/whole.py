@@ -22,9 +22,10 @@ def followed(machine: Machine, phi: float, omega: float, until: float, inertia: 
     """The motion of the whole graph from a state without twist: crank at `phi` (rad) and `omega` (rad/s)."""
     scene = machine.scene
     graph = repeating(machine.with_values(balance, inertia), scene.cycle, scene.shafts)
-    owners = [d for d in graph.displacements.values() if d.of in scene.shafts]
-    initial = {d.name: scene.shafts[d.of] * phi for d in owners} | {d.of: scene.shafts[d.of] * omega for d in owners}
-    breaks = {d.name: (scene.shafts[d.of] * machine.breakpoints[:-1], scene.shafts[d.of] * scene.cycle) for d in owners}
+    angles = [(d.name, scene.shafts[d.of]) for d in graph.displacements.values()]
+    turning = [name for name in ("crank", *scene.compliances) if name in graph.elements]  # the others follow the crank
+    initial = {name: ratio * phi for name, ratio in angles} | {name: scene.shafts[name] * omega for name in turning}
+    breaks = {name: (ratio * machine.breakpoints[:-1], ratio * scene.cycle) for name, ratio in angles}
     try:
         return simulate(graph, until, initial=initial, rtol=rtol, breaks=breaks)
     except GraphError as error:

@@ -84,6 +84,23 @@ def test_a_very_stiff_shaft_moves_like_a_rigid_one():
     assert_allclose(stiff.omega[-1], rigid.omega[-1], rtol=1e-4)
 
 
+def test_mechanisms_on_rigid_shafts_start_and_break_at_their_own_angles():
+    valve = {"type": "scotch-yoke", "name": "valve", "shaft": "cam", "phase": "40 deg", "crank": {"length": 0.1}}
+
+    def with_valve(**shaft):
+        given = scene(**shaft)
+        given["shafts"]["cam"] = {"ratio": 2.0}
+        given["mechanism"] = [given["mechanism"] | {"name": "main"}, valve | {"yoke": {"mass": 5.0}}]
+        given["load"][0]["on"] = "main.slider"
+        given["load"].append({"on": "valve.yoke", "force": 30.0, "from": "20 deg", "to": "100 deg"})
+        return flywheel.load(given)
+
+    rigid = flywheel.simulate(with_valve(), phi=1.0, omega=10.0, until=0.5)
+    stiff = flywheel.simulate(with_valve(stiffness=1e5, damping=20.0), phi=1.0, omega=10.0, until=0.5, rtol=1e-7)
+    assert_allclose(stiff.omega[-1], rigid.omega[-1], rtol=1e-4)
+    assert_allclose(stiff.run.displacement("phi_cam"), 2.0 * stiff.phi, rtol=1e-6)
+
+
 def test_the_unknown_is_balanced_with_rigid_shafts_unless_it_is_given():
     balanced = scene(stiffness=200.0) | {"drive": {"on": "motor", "torque": "balance"}}
     rigid = flywheel.size(flywheel.load(scene() | {"drive": {"on": "motor", "torque": "balance"}}), simulate=False)
