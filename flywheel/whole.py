@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import replace
 from typing import Any
 
@@ -11,6 +12,7 @@ from numpy.typing import NDArray
 from bondgraph.elements import Element, Here, Law, Modulus, Motion
 from bondgraph.faults import GraphError
 from bondgraph.graph import BondGraph
+from bondgraph.motion.dynamics import Dynamics
 from bondgraph.motion.simulation import Run, simulate
 from flywheel.faults import Fault, SceneError
 from flywheel.machine import Machine
@@ -24,6 +26,7 @@ def followed(machine: Machine, phi: float, omega: float, until: float, inertia: 
     graph = repeating(machine.with_values(balance, inertia), scene.cycle, scene.shafts)
     angles = [(d.name, scene.shafts[d.of]) for d in graph.displacements.values()]
     turning = [name for name in ("crank", *scene.compliances) if name in graph.elements]  # the others follow the crank
+    _check_weighed(graph, turning)
     initial = {name: ratio * phi for name, ratio in angles} | {name: scene.shafts[name] * omega for name in turning}
     breaks = {name: (ratio * machine.breakpoints[:-1], ratio * scene.cycle) for name, ratio in angles}
     try:
@@ -31,6 +34,17 @@ def followed(machine: Machine, phi: float, omega: float, until: float, inertia: 
     except GraphError as error:
         expected, advice = "a motion that can be followed", "check inertias and stiffness"
         raise SceneError([Fault("simulation", str(error), expected, advice)]) from error
+
+
+def _check_weighed(graph: BondGraph, shafts: Iterable[str]) -> None:
+    """Both sides of a compliant shaft need inertia: without it a side has no speed of its own to start with."""
+    states = Dynamics(graph).state.names
+    light = [name for name in shafts if f"f_{name}" not in states]
+    if light:
+        expected = "inertia on both sides of a compliant shaft"
+        raise SceneError(
+            [Fault("inertia", f"nothing that weighs on {n}", expected, f'add [[inertia]] on = "{n}"') for n in light]
+        )
 
 
 def repeating(graph: BondGraph, cycle: float, shafts: Any) -> BondGraph:
