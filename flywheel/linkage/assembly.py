@@ -1,0 +1,259 @@
+"""All ways to assemble a linkage with its driver at the start, and the choice among them.
+
+The loop equations have several solutions; which one is meant is for guesses and sides to say, never for the iteration that
+happens to converge. So all are looked for, from many starting points at once, and what cannot be told apart is refused.
+"""
+
+from __future__ import annotations
+
+from math import degrees, pi
+
+import numpy as np
+from numpy.typing import NDArray
+
+from flywheel.faults import Fault, SceneError
+from flywheel.linkage.description import SLIDE, SLOT, Linkage, Side
+from flywheel.linkage.equations import Equations
+from flywheel.linkage.loops import Loops
+from flywheel.linkage.mobility import faults, mobility
+from flywheel.linkage.newton import solved
+
+Array = NDArray[np.float64]
+
+_STARTS = 96  # for every unknown
+_MOST_STARTS = 3000
+_ITERATIONS = 40
+_STRIDE = 1.0  # rad, or units: the longest Newton step from a guess
+_SAME = 1e-6
+_CLOSED = 1e-11
+_SINGULAR = 1e-5  # of the greatest singular value: nearer to a lock, the start itself is found too badly
+_CLEARER = 0.7  # the nearest assembly must be nearer to the guess than this share of the next one's distance
+_LISTED = 8
+
+
+def assembled(equations: Equations) -> tuple[Equations, Array]:
+    """The equations with redundant ones left out, and the variables z of the assembly that the linkage asks for.
+
+    Raises:
+        SceneError: where it cannot be assembled, or guesses and sides leave more than one assembly.
+
+    """
+    loops = equations.loops
+    found = assemblies(equations)
+    if not len(found):
+        raise SceneError([_impossible(loops)])
+    wrong = [_wrong(equations, z) for z in found[:_LISTED]]
+    if all(wrong):
+        raise SceneError(wrong[0])
+    chosen = _chosen(loops, found)
+    if faults := _wrong(equations, chosen):
+        raise SceneError(faults)
+    rows = mobility(loops, equations.jacobian(chosen[None], equations.bases(chosen[None]))[0]).rows
+    return (equations if len(rows) == loops.equations else equations.with_rows(rows)), chosen
+
+
+def _wrong(equations: Equations, z: Array) -> list[Fault]:
+    """Faults of an assembly that the driver's coordinate does not settle, or that cannot move."""
+    loops = equations.loops
+    jacobian = equations.jacobian(z[None], equations.bases(z[None]))[0]
+    found = faults(loops, jacobian)
+    near = loops.unknowns and np.linalg.matrix_rank(jacobian[:, 1:], rtol=_SINGULAR) < loops.unknowns
+    if (found or near) and not _loose_everywhere(equations):
+        what = f"an assembly that locks or branches there ({described(loops, z)})"
+        advice = "choose another `start`, and a range of the driver that leaves this position out"
+        return [Fault(loops.linkage.path, f"{what} {_where(loops)}", "a position that the driver settles", advice)]
+    return found
+
+
+def _loose_everywhere(equations: Equations) -> bool:
+    """Whether the unknowns are not settled at positions at random either: that is no matter of a special position."""
+    loops = equations.loops
+    if loops.equations < loops.unknowns:
+        return True
+    z = _starts(loops)[1::7][:8]
+    z[:, 1:] += 0.1234 * np.arange(1, loops.unknowns + 1)
+    jacobian = equations.jacobian(z, equations.bases(z))[:, :, 1:]
+    return bool((np.linalg.matrix_rank(jacobian, rtol=1e-9) < loops.unknowns).all())
+
+
+def assemblies(equations: Equations) -> Array:
+    """Every assembly that was found with the driver at its start, shape (assemblies, variables); angles from 0 to 2 pi.
+
+    Newton-Raphson with bounded steps runs from evenly scattered points and from the guesses; a solution that all
+    of them miss would stay unknown, which is why there are many.
+    """
+    z, square = _starts(equations.loops), _is_square(equations)
+    done = []
+    for _ in range(_ITERATIONS):
+        move, gap = _step(equations, z, square)
+        z[:, 1:] += move
+        closed = (np.abs(move).max(axis=1, initial=0.0) < _CLOSED) & (gap < _CLOSED)
+        done.append(z[closed])
+        z = z[~closed & np.isfinite(z).all(axis=1)]
+        if not len(z):
+            break
+    closed_z = np.concatenate([*done, z[_step(equations, z, square)[1] < _CLOSED]] if len(z) else done)
+    return _distinct(equations.loops, closed_z[:_MOST_STARTS])
+
+
+def _is_square(equations: Equations) -> bool:
+    return equations.loops.equations == equations.loops.unknowns and not _loose_everywhere(equations)
+
+
+def _step(equations: Equations, z: Array, square: bool) -> tuple[Array, Array]:
+    """One bounded Gauss-Newton step from many points, and their largest residuals."""
+    bases = equations.bases(z)
+    gap = equations.residual(z, bases)
+    jacobian = equations.jacobian(z, bases)[:, :, 1:]
+    if square:
+        move = solved(jacobian, -gap)
+        lost = ~np.isfinite(move).all(axis=1)
+        move[lost] = 0.3
+    else:
+        move = np.einsum("nij,nj->ni", np.linalg.pinv(jacobian, rcond=1e-10), -gap)
+    longest = np.abs(move).max(axis=1, initial=0.0)
+    return move * np.minimum(1.0, _STRIDE / np.maximum(longest, 1e-300))[:, None], np.abs(gap).max(axis=1, initial=0.0)
+
+
+def _starts(loops: Loops) -> Array:
+    """Points scattered evenly over angles and displacements (a Kronecker sequence), the guesses first."""
+    count = min(_STARTS * max(loops.unknowns, 1), _MOST_STARTS) if loops.unknowns else 1
+    wide = float(np.abs(loops.closures).sum(axis=1).max(initial=1.0))
+    root = _generalised_golden(max(loops.unknowns, 1))
+    share = (0.5 + np.arange(count)[:, None] * root ** -np.arange(1.0, loops.unknowns + 1.0)) % 1.0
+    z = np.empty((count, loops.unknowns + 1))
+    z[:, 0] = start(loops)
+    for k, name in enumerate(loops.names[1:]):
+        z[:, k + 1] = 2 * pi * share[:, k] if name.startswith("angle") else wide * (2.0 * share[:, k] - 1.0)
+    for column, value in _guesses(loops).items():
+        z[: max(count // 4, 1), column] = value
+    return z
+
+
+def _generalised_golden(dimension: int) -> float:
+    """Root of x^(d+1) = x + 1: its powers scatter points evenly (M. Roberts, 2018)."""
+    x = 1.5
+    for _ in range(60):
+        x = (1.0 + x) ** (1.0 / (dimension + 1))
+    return x
+
+
+def start(loops: Loops) -> float:
+    """The driver's coordinate at which the linkage is assembled, scaled."""
+    linkage = loops.linkage
+    return linkage.start / loops.unit if linkage.sliding else linkage.start
+
+
+def _guesses(loops: Loops) -> dict[int, float]:
+    """Guessed values by the number of the variable; a body that is no variable of its own has its leader's angle guessed."""
+    found: dict[int, float] = {}
+    for body, form in zip(loops.linkage.names, loops.angles, strict=True):
+        guess = loops.linkage.link(body).guess
+        turning = np.flatnonzero(form.weights[1:])
+        if guess is not None and turning.size == 1:
+            rest = form.constant + form.weights[0] * start(loops)
+            found[int(turning[0]) + 1] = (guess - rest) % (2 * pi)
+    for joint in loops.linkage.joints:
+        name = f"slide of {joint.name}"
+        if joint.guess is not None and joint.kind in (SLIDE, SLOT) and name in loops.names:
+            found[loops.names.index(name)] = joint.guess / loops.unit
+    return found
+
+
+def _angular(loops: Loops) -> Array:
+    return np.array([name.startswith("angle") for name in loops.names[1:]])
+
+
+def _distinct(loops: Loops, z: Array) -> Array:
+    """Solutions that differ, in the order of their variables."""
+    if not len(z):
+        return z
+    z = z.copy()
+    turning = np.flatnonzero(_angular(loops)) + 1
+    z[:, turning] %= 2 * pi
+    z[:, turning] -= np.where(z[:, turning] > 2 * pi - _SAME, 2 * pi, 0.0)
+    kept: list[Array] = []
+    for candidate in z[np.lexsort(z.T[::-1])]:
+        if not any(np.abs(_apart(loops, candidate, other)).max(initial=0.0) < _SAME for other in kept):
+            kept.append(candidate)
+    return np.array(kept)
+
+
+def _apart(loops: Loops, a: Array, b: Array) -> Array:
+    """Differences of the unknowns of two positions, angles by the shorter way."""
+    gap = (a - b)[1:]
+    return np.where(_angular(loops), (gap + pi) % (2 * pi) - pi, gap)
+
+
+def _chosen(loops: Loops, found: Array) -> Array:
+    """The one assembly that sides and guesses leave."""
+    fitting = found[[all(_on_side(loops, z, side) for side in loops.linkage.sides) for z in found]]
+    if not len(fitting):
+        raise SceneError([_fault(loops, "assembly", "sides that no assembly fits", found, "one that does")])
+    if len(fitting) == 1:
+        return np.asarray(fitting[0])
+    guesses = _guesses(loops)
+    if not guesses:
+        raise SceneError([_fault(loops, "", f"{len(fitting)} assemblies that fit", fitting, "a guess or side for one")])
+    target = fitting[0].copy()
+    columns = sorted(guesses)
+    target[columns] = [guesses[k] for k in columns]
+    gaps = np.array([_apart(loops, z, target)[[k - 1 for k in columns]] for z in fitting])
+    distance = np.sqrt((gaps**2).sum(axis=1))
+    near, next_one = np.argsort(distance)[:2]
+    if distance[near] > _CLEARER * distance[next_one]:
+        what = "guesses that do not tell the assemblies apart"
+        raise SceneError([_fault(loops, "", what, fitting, "guesses nearer to one of them")])
+    return np.asarray(fitting[near])
+
+
+def _on_side(loops: Loops, z: Array, side: Side) -> bool:
+    """Whether a point lies on the asked side of a line."""
+    at = [_place(loops, z, *where) for where in (side.point, side.start, side.end)]
+    line, reach = at[2] - at[1], at[0] - at[1]
+    return bool((line.conjugate() * reach).imag * side.sense > 0.0)
+
+
+def _place(loops: Loops, z: Array, body: str, point: str) -> complex:
+    equations = Equations(loops)
+    nothing = np.zeros((1, z.size))
+    k = loops.linkage.names.index(body)
+    origin = complex(equations.origins(equations.bases(z[None]), nothing, nothing)[0][0, k])
+    at = loops.linkage.link(body).point(point)
+    angle = float(z @ loops.angles[k].weights + loops.angles[k].constant)
+    return origin + complex(at.x, at.y) / loops.unit * complex(np.exp(1j * angle))
+
+
+def described(loops: Loops, z: Array) -> str:
+    """An assembly in words: angles of the bodies in degrees, displacements in m.
+
+    Bodies that keep a common angle are named once, by the first of them.
+    """
+    parts = []
+    for value, name in zip(z[1:], loops.names[1:], strict=True):
+        kind, _, what = name.partition(" of ")
+        if kind == "angle":
+            k = loops.linkage.names.index(what)
+            angle = degrees(float(z @ loops.angles[k].weights + loops.angles[k].constant)) % 360
+            parts.append(f"{what} {angle:.4g} deg")
+        else:
+            parts.append(f"{what} {value * loops.unit:.4g} m")
+    return ", ".join(parts)
+
+
+def _where(loops: Loops) -> str:
+    linkage: Linkage = loops.linkage
+    value = f"{linkage.start:.6g} m" if linkage.sliding else f"{degrees(linkage.start):.6g} deg"
+    return f"with {linkage.driver} at {value}"
+
+
+def _fault(loops: Loops, key: str, what: str, found: Array, expected: str) -> Fault:
+    listed = "; ".join(f"({described(loops, z)})" for z in found[:_LISTED])
+    more = f" and {len(found) - _LISTED} more" if len(found) > _LISTED else ""
+    path = f"{loops.linkage.path}.{key}" if key else loops.linkage.path
+    return Fault(path, f"{what} {_where(loops)}", expected, f"there are {listed}{more}")
+
+
+def _impossible(loops: Loops) -> Fault:
+    found = f"bodies that cannot be assembled {_where(loops)}"
+    return Fault(loops.linkage.path, found, "loops that close", "change a length, or `start`, the position to assemble at")

@@ -1,0 +1,222 @@
+"""Following an assembly along the driver's coordinate by steps that are proven not to leave it.
+
+From a position z0 with Jacobian J0 (by the unknowns) and its inverse A, the tangent predicts u(t) = u0 + g t. Bounds H
+of the second derivatives say how far residual and Jacobian can go from there:
+
+    beta = max |A| (|F0| + t² H[d, d]/2),   kappa = max |A| H[t d + r, 1],   d = (1, |g|).
+
+Where kappa <= 1/2 and beta <= (1 - kappa) r, Newton's map contracts the ball of radius r about u(t) into itself for every
+t of the step: exactly one assembly lies there, and it is the one that was followed (Kantorovich). The step is the longest
+for which this holds. It shrinks where the linkage comes near to a lock or a branch, and there the true lock is looked for.
+
+Source: L. V. Kantorovich, G. P. Akilov, Functional Analysis, Pergamon 1982, chapter XVIII; for paths: C. Beltrán, A. Leykin,
+Certified numerical homotopy tracking, Experimental Mathematics 21 (2012) 69-83.
+"""
+
+from __future__ import annotations
+
+from math import degrees, sqrt
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from flywheel.faults import Fault, SceneError
+from flywheel.linkage.assembly import described
+from flywheel.linkage.equations import Equations
+from flywheel.linkage.newton import settle
+
+Array = NDArray[np.float64]
+
+_MOST_STEPS = 100_000
+_NEAR = 1e-5  # rad, or units: steps below it make us look for a lock
+_LEAST = 1e-12
+_SHARED = 0.3  # of a step: the room left in the ball at both ends
+_CONTRACTION = 0.25
+_RESIDUAL = 1e-9
+
+
+class Trace(NamedTuple):
+    """Positions followed, (nodes, variables), in ascending order of the driver z[:, 0], with two derivatives by it."""
+
+    z: Array
+    rate: Array
+    slope: Array
+
+
+class Tangent(NamedTuple):
+    """What is known at one position: inverse Jacobian, rates (1, g), slopes (0, g').
+
+    `step` is the longest certified step: over it, nothing but the followed assembly lies within `radius` of the tangent.
+    """
+
+    inverse: Array
+    rate: Array
+    slope: Array
+    step: float
+    radius: float
+
+
+def follow(equations: Equations, z: Array, low: float, high: float) -> Trace:
+    """The assembly at z followed to both ends of the driver's range (scaled).
+
+    Raises:
+        SceneError: where the linkage locks or branches on the way, naming the position and what meets there.
+
+    """
+    upward = _followed(equations, z, high, 1.0)
+    downward = _followed(equations, z, low, -1.0)[1:]
+    nodes = [*reversed(downward), *upward]
+    trace = Trace(*(np.array([node[k] for node in nodes]) for k in range(3)))
+    _check_redundant(equations, trace)
+    return trace
+
+
+def _followed(equations: Equations, z: Array, end: float, sense: float) -> list[tuple[Array, Array, Array]]:
+    """Nodes from z to the end of the driver's range."""
+    z = settle(equations, z[None]).z[0]
+    here = tangent(equations, z)
+    nodes = [(z, here.rate, here.slope)]
+    for _ in range(_MOST_STEPS):
+        left = (end - float(z[0])) * sense
+        if left <= 0.0:
+            return nodes
+        if here.step < min(_NEAR, left):
+            _check_lock(equations, z, here, sense, end)
+        step = min(here.step, left)
+        ahead = z + here.rate * (step * sense) + 0.5 * here.slope * step**2
+        ahead[0] = end if step == left else ahead[0]
+        found = settle(equations, ahead[None])
+        strayed = np.abs(found.z[0] - z - here.rate * (step * sense)).max()
+        if not (found.last[0] < _RESIDUAL and strayed <= here.radius + _RESIDUAL):
+            raise SceneError([_stuck(equations, z)])
+        z = found.z[0]
+        here = tangent(equations, z)
+        nodes.append((z, here.rate, here.slope))
+    raise SceneError([_stuck(equations, z)])
+
+
+def tangent(equations: Equations, z: Array) -> Tangent:
+    """Influence coefficients at one position, and how far along them the assembly is certified."""
+    rows, table = equations.rows, z[None]
+    bases = equations.bases(table)
+    jacobian = equations.jacobian(table, bases)[0][rows]
+    try:
+        inverse = np.linalg.inv(jacobian[:, 1:])
+    except np.linalg.LinAlgError:
+        raise SceneError([_stuck(equations, z)]) from None
+    rate = np.concatenate(([1.0], -inverse @ jacobian[:, 0]))
+    slope = np.concatenate(([0.0], -inverse @ equations.bending(table, bases, rate[None])[0][rows]))
+    return Tangent(inverse, rate, slope, *_certified(equations, bases.whole, inverse, rate))
+
+
+def _certified(equations: Equations, whole: NDArray[np.complex128], inverse: Array, rate: Array) -> tuple[float, float]:
+    """The longest step of the driver within which the followed assembly is the only one near the tangent, and how near."""
+    if not inverse.size:
+        return np.inf, np.inf
+    rows, size = equations.rows, np.abs(inverse)
+    reach = np.abs(whole) + _SHARED * equations.sliding  # of a displacement within the ball
+    d = np.abs(rate)[None]
+    ball = np.ones_like(d)
+    ball[0, 0] = 0.0
+    bent = size @ equations.bound(reach, d, d)[0][rows]
+    along = size @ equations.bound(reach, d, ball)[0][rows]
+    across = size @ equations.bound(reach, ball, ball)[0][rows]
+    first, second, wide = float(along.max()), float(bent.max()), max(float(across.max()), 2 * _CONTRACTION / _SHARED)
+    radius = _CONTRACTION / wide
+    steps = [_CONTRACTION / first if first > 0.0 else np.inf, sqrt(radius / second) if second > 0.0 else np.inf]
+    moved = float(np.abs(rate[1:]).max(initial=0.0))
+    return min(*steps, (_SHARED - radius) / moved if moved > 0.0 else np.inf), radius
+
+
+def _check_lock(equations: Equations, z: Array, here: Tangent, sense: float, end: float) -> None:
+    """Raise where the followed assembly meets another one just ahead: there the Jacobian is singular."""
+    found = _singular(equations, z, here)
+    if found is not None:
+        ahead = (float(found[0]) - float(z[0])) * sense
+        close = max(1e3 * here.step, 1e-9)
+        if -1e-9 <= ahead <= min(close, abs(end - float(z[0])) + 1e-12):
+            raise SceneError([_lock(equations, z, found)])
+    if here.step < _LEAST:
+        raise SceneError([_stuck(equations, z)])
+
+
+def _singular(equations: Equations, z: Array, here: Tangent) -> Array | None:
+    """The position near z where F = 0 and J v = 0 with |v| = 1, by Newton on all of z and v; None if there is none near."""
+    rows, size = equations.rows, equations.loops.unknowns
+    v = np.linalg.svd(here.inverse)[0][:, 0]
+    guess = z.copy()
+    for _ in range(40):
+        table = guess[None]
+        bases = equations.bases(table)
+        jacobian = equations.jacobian(table, bases)[0][rows]
+        turn = _bent_jacobian(equations, guess, v)
+        matrix = np.zeros((2 * size + 1, 2 * size + 1))
+        matrix[:size, : size + 1] = jacobian
+        matrix[size : 2 * size, : size + 1] = turn
+        matrix[size : 2 * size, size + 1 :] = jacobian[:, 1:]
+        matrix[-1, size + 1 :] = v
+        right = np.concatenate((equations.residual(table, bases)[0][rows], jacobian[:, 1:] @ v, [0.5 * (v @ v - 1.0)]))
+        move = -np.linalg.lstsq(matrix, right, rcond=1e-14)[0]
+        guess, v = guess + move[: size + 1], v + move[size + 1 :]
+        if not np.isfinite(guess).all() or np.abs(guess - z).max() > 0.3:
+            return None
+        if np.abs(move).max() < 1e-11:
+            return np.asarray(guess)
+    return None
+
+
+def _bent_jacobian(equations: Equations, z: Array, v: Array) -> Array:
+    """d(J v)/dz for unknowns moving along v, by polarising the second derivatives: exact but for rounding."""
+    size, rows = z.size, equations.rows
+    along = np.concatenate(([0.0], v))
+    units = np.eye(size)
+    directions = np.concatenate((units + along, units - along))
+    table = np.broadcast_to(z, directions.shape)
+    bent = equations.bending(table, equations.bases(table), directions)[:, rows]
+    return np.asarray((0.25 * (bent[:size] - bent[size:])).T)
+
+
+def _check_redundant(equations: Equations, trace: Trace) -> None:
+    """Equations that were left out as redundant must hold all along; else the linkage is held too often."""
+    loops = equations.loops
+    if equations.rows.size == loops.equations:
+        return
+    gaps = np.abs(equations.residual(trace.z, equations.bases(trace.z))).max(axis=0)
+    wrong = int(np.argmax(gaps))
+    if gaps[wrong] > _RESIDUAL:
+        names = loops.paths[wrong // 2] if wrong < 2 * len(loops.closures) else ()
+        found = f"joints that hold it too often: the loop {' - '.join(names)} opens by {gaps[wrong] * loops.unit:.3g} m"
+        raise SceneError([Fault(f"{loops.linkage.path}.joints", found, "1 degree of freedom", "take a joint of it away")])
+
+
+def place(equations: Equations, driver: float) -> str:
+    """Where the driver stands, in its own unit."""
+    linkage = equations.loops.linkage
+    if linkage.sliding:
+        return f"{driver * equations.loops.unit:.9g} m"
+    return f"{degrees(driver):.9g} deg"
+
+
+def _lock(equations: Equations, z: Array, found: Array) -> Fault:
+    """What meets at a singular position: a lock (a fold), or a branch (a change point)."""
+    loops, rows, table = equations.loops, equations.rows, found[None]
+    jacobian = equations.jacobian(table, equations.bases(table))[0][rows]
+    left, _, right = np.linalg.svd(jacobian[:, 1:])
+    pull = abs(left[:, -1] @ jacobian[:, 0])
+    free = right[-1]
+    moving = [loops.names[k + 1] for k in np.argsort(-np.abs(free)) if abs(free[k]) > 0.05 * np.abs(free).max()]
+    where = f"driver {loops.linkage.driver} at {place(equations, float(found[0]))}"
+    if pull > 1e-6 * np.abs(jacobian[:, 0]).max():
+        what = f"a linkage that locks with the {where}"
+    else:
+        what = f"a linkage that branches (a change point) with the {where}"
+    advice = f"two assemblies meet there ({described(loops, found)}): {', '.join(moving)} may go either way"
+    return Fault(loops.linkage.path, what, "one assembly over the whole range of the driver", advice)
+
+
+def _stuck(equations: Equations, z: Array) -> Fault:
+    """Where no step can be certified any more."""
+    where = f"driver {equations.loops.linkage.driver} at {place(equations, float(z[0]))}"
+    found = f"a linkage that locks or branches with the {where}, or comes too near to it to tell"
+    return Fault(equations.loops.linkage.path, found, "one assembly over the whole range of the driver", "change a length")

@@ -1,0 +1,194 @@
+"""The loop equations in numbers: residual, Jacobian, second derivatives along a motion, and bounds on how they vary.
+
+Everything is evaluated for n positions at once: z has shape (n, variables), residuals (n, equations).
+"""
+
+from __future__ import annotations
+
+from functools import cached_property
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from flywheel.linkage.loops import Form, Loops, Relation
+
+Array = NDArray[np.float64]
+Complex = NDArray[np.complex128]
+
+_SAMPLES = 2000  # of a cam's lift, to bound its derivatives
+
+
+class Bases(NamedTuple):
+    """The basis functions at n positions: `whole` with the displacement in front, `bare` without, shape (n, bases)."""
+
+    whole: Complex
+    bare: Complex
+
+
+class Equations:
+    """The equations of `Loops`: two for every closure (real and imaginary part), then one for every coupling.
+
+    `rows` are those that are solved; the others follow from them (redundant constraints) and are only checked.
+    """
+
+    def __init__(self, loops: Loops) -> None:
+        self.loops = loops
+        self.rows = np.arange(loops.equations)
+        self.sliding = loops.slides >= 0
+        self.slide = np.where(self.sliding, loops.slides, 0)
+        self._plan()
+
+    def _plan(self) -> None:
+        """Matrices that give the Jacobian of the closures straight from the basis functions."""
+        loops = self.loops
+        closures, bases = loops.closures.shape
+        variables = len(loops.names)
+        held = np.zeros((bases, variables))
+        held[self.sliding, loops.slides[self.sliding]] = 1.0
+        self._turned = (1j * loops.closures[:, :, None] * loops.turns[None]).transpose(1, 0, 2).reshape(bases, -1)
+        self._moved = (loops.closures[:, :, None] * held[None]).transpose(1, 0, 2).reshape(bases, -1)
+        self._any_moved = bool(np.any(self._moved))
+        self._shape = (closures, variables)
+
+    def with_rows(self, rows: Any) -> Equations:
+        """The same equations, of which only some are solved."""
+        other = Equations(self.loops)
+        other.rows = np.asarray(rows)
+        return other
+
+    def bases(self, z: Array) -> Bases:
+        """Basis functions at positions z."""
+        bare = np.exp(1j * (z @ self.loops.turns.T))
+        if not self.sliding.any():
+            return Bases(bare, bare)
+        return Bases(bare * np.where(self.sliding, z[:, self.slide], 1.0), bare)
+
+    def residual(self, z: Array, bases: Bases) -> Array:
+        """Left sides of all equations."""
+        gaps = bases.whole @ self.loops.closures.T
+        columns = [gaps.real, gaps.imag] if gaps.shape[1] else []
+        columns += [_relation(relation, z)[:, None] for relation in self.loops.relations]
+        return self._ordered(np.concatenate(columns, axis=1)) if columns else np.zeros((len(z), 0))
+
+    def _ordered(self, table: Array) -> Array:
+        """Real and imaginary parts of each closure side by side."""
+        return table[:, self._order]
+
+    @cached_property
+    def _order(self) -> NDArray[np.intp]:
+        closures = self._shape[0]
+        pairs = np.stack((np.arange(closures), closures + np.arange(closures)), axis=1).ravel()
+        return np.concatenate((pairs, np.arange(2 * closures, self.loops.equations)))
+
+    def jacobian(self, z: Array, bases: Bases) -> Array:
+        """Derivatives of all equations by all variables, shape (n, equations, variables)."""
+        flat = bases.whole @ self._turned
+        if self._any_moved:
+            flat = flat + bases.bare @ self._moved
+        closures, variables = self._shape
+        found = flat.reshape(len(z), closures, variables)
+        parts = np.stack((found.real, found.imag), axis=2).reshape(len(z), 2 * closures, variables)
+        if not self.loops.relations:
+            return parts
+        lines = [_relation_rates(relation, z)[:, None, :] for relation in self.loops.relations]
+        return np.concatenate([parts, *lines], axis=1)
+
+    def bending(self, z: Array, bases: Bases, rate: Array) -> Array:
+        """Second derivative of all equations along a motion with constant rates, d² F/dt² with z'' = 0."""
+        second = _second(bases, rate @ self.loops.turns.T, self._pace(rate))
+        gaps = second @ self.loops.closures.T
+        columns = [gaps.real, gaps.imag] if gaps.shape[1] else []
+        columns += [_relation_bending(relation, z, rate)[:, None] for relation in self.loops.relations]
+        return self._ordered(np.concatenate(columns, axis=1)) if columns else np.zeros((len(z), 0))
+
+    def _pace(self, rate: Array) -> Array | float:
+        return np.where(self.sliding, rate[:, self.slide], 0.0) if self.sliding.any() else 0.0
+
+    def origins(self, bases: Bases, rate: Array, slope: Array) -> tuple[Complex, Complex, Complex]:
+        """Bodies' origins (units) as complex numbers with first and second derivative, each of shape (n, bodies)."""
+        turning, pace = rate @ self.loops.turns.T, self._pace(rate)
+        first = 1j * turning * bases.whole + pace * bases.bare
+        second = _second(bases, turning, pace) + 1j * (slope @ self.loops.turns.T) * bases.whole
+        second = second + self._pace(slope) * bases.bare
+        places = self.loops.origins.T
+        return bases.whole @ places, first @ places, second @ places
+
+    # -- bounds ------------------------------------------------------------------------------------------------------
+
+    @cached_property
+    def _moduli(self) -> Array:
+        """Absolute coefficients of every equation's basis functions: a closure's two parts share one."""
+        return np.repeat(np.abs(self.loops.closures), 2, axis=0)
+
+    @cached_property
+    def _lifts(self) -> list[tuple[float, float]]:
+        """Bounds of second and third derivative of every coupling's law."""
+        return [_lift_bounds(relation) for relation in self.loops.relations]
+
+    def bound(self, reach: Array, *steps: Array) -> Array:
+        """Bound of the second (third) derivative of every equation contracted with two (three) steps of z.
+
+        reach: largest |displacement| of each basis function there, (n, bases); steps: absolute values, (n, variables).
+        """
+        turned = [step @ np.abs(self.loops.turns).T for step in steps]
+        held = [np.where(self.sliding, step[:, self.slide], 0.0) for step in steps]
+        total = reach * np.prod(turned, axis=0)
+        for k in range(len(steps)):
+            total = total + held[k] * np.prod([t for j, t in enumerate(turned) if j != k], axis=0)
+        found = total @ self._moduli.T
+        if not self.loops.relations:
+            return np.asarray(found)
+        extra = []
+        for relation, bounds in zip(self.loops.relations, self._lifts, strict=True):
+            along = [step @ np.abs(relation.first.weights) for step in steps]
+            extra.append(bounds[len(steps) - 2] * np.prod(along, axis=0))
+        return np.concatenate((found, np.stack(extra, axis=1)), axis=1)
+
+
+def _second(bases: Bases, turning: Array, pace: Array | float) -> Complex:
+    """Second derivative of the basis functions at constant rates."""
+    return -(turning**2) * bases.whole + 2j * turning * pace * bases.bare
+
+
+def _at(form: Form, z: Array) -> Array:
+    return np.asarray(z @ form.weights + form.constant)
+
+
+def _law(relation: Relation, angle: Array) -> tuple[Array, Array, Array]:
+    """A cam's lift with two derivatives, in scaled units."""
+    assert relation.lift is not None
+    period = relation.lift.period
+    jet = relation.lift.curve.jet(angle - period * np.floor(angle / period), angle % period, np)
+    value, first, second = (np.broadcast_to(part, angle.shape) for part in (jet.value, jet.first, jet.second))
+    return relation.scale * value, relation.scale * first, relation.scale * second
+
+
+def _relation(relation: Relation, z: Array) -> Array:
+    first, second = _at(relation.first, z), _at(relation.second, z)
+    target = relation.ratio * first if relation.lift is None else _law(relation, first)[0]
+    return np.asarray(second - target - relation.phase)
+
+
+def _relation_rates(relation: Relation, z: Array) -> Array:
+    if relation.lift is None:
+        line = relation.second.weights - relation.ratio * relation.first.weights
+        return np.broadcast_to(line, (len(z), line.size))
+    slope = _law(relation, _at(relation.first, z))[1]
+    return np.asarray(relation.second.weights - slope[:, None] * relation.first.weights)
+
+
+def _relation_bending(relation: Relation, z: Array, rate: Array) -> Array:
+    if relation.lift is None:
+        return np.zeros(len(z))
+    return np.asarray(-_law(relation, _at(relation.first, z))[2] * (rate @ relation.first.weights) ** 2)
+
+
+def _lift_bounds(relation: Relation) -> tuple[float, float]:
+    """Twice the largest second derivative of a lift at many angles, and the largest step of it between them."""
+    if relation.lift is None:
+        return 0.0, 0.0
+    angle = np.linspace(0.0, relation.lift.period, _SAMPLES)
+    second = _law(relation, angle)[2]
+    third = np.abs(np.diff(second)).max() * (_SAMPLES - 1) / relation.lift.period
+    return 2.0 * float(np.abs(second).max()), 2.0 * float(third)

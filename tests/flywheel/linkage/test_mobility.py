@@ -1,0 +1,88 @@
+"""Gruebler's count against the rank: too many joints, too few, and joints that repeat each other."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from math import tau
+
+import numpy as np
+import pytest
+
+from flywheel.faults import SceneError
+from flywheel.linkage.description import FRAME, SLIDE, Joint, Link, Linkage, Point
+from flywheel.linkage.mobility import gruebler
+from flywheel.linkage.solution import solve
+from tests.flywheel.linkage.linkages import CASES, O, bar, four_bar, geared_five_bar, ground, pin, slider_crank
+
+
+@pytest.mark.parametrize("case", CASES)
+def test_one_degree_of_freedom(case: str) -> None:
+    found = solve(CASES[case][0], 0.0, tau).mobility
+    assert (found.gruebler, found.freedom, found.redundant) == (1, 1, ())
+
+
+def parallelogram(third: float = 0.2) -> Linkage:
+    """Two equal cranks and a third one between them, which is one too many: at the share `third`/0.4 of the coupler."""
+    frame = ground(D=(0.4, 0.0), M=(third, 0.0))
+    links = (bar("crank", 0.1), bar("coupler", 0.4, guess=0.0, M=(0.2, 0.0)), bar("rocker", 0.1), bar("middle", 0.1))
+    joints = (
+        pin("O", FRAME, "crank"),
+        pin("A", "crank", "coupler", links[0].point("E")),
+        pin("B", "coupler", "rocker", links[1].point("E"), links[2].point("E")),
+        pin("D", FRAME, "rocker", frame.point("D")),
+        pin("M", FRAME, "middle", frame.point("M")),
+        pin("N", "middle", "coupler", links[3].point("E"), links[1].point("M")),
+    )
+    return Linkage(frame, links, joints, "O", start=1.0)
+
+
+def test_a_redundant_crank_is_named() -> None:
+    found = solve(parallelogram(), 0.5, 2.5).mobility
+    assert (found.gruebler, found.freedom) == (0, 1)
+    assert len(found.redundant) == 1
+    assert {"N", "M"} & set(found.redundant[0].split())
+
+
+def test_its_poses_are_those_of_the_parallelogram() -> None:
+    poses = solve(parallelogram(), 0.5, 2.5).poses(np.linspace(0.5, 2.5, 9))
+    np.testing.assert_allclose(np.exp(1j * poses.angle("coupler").value), 1.0, atol=1e-12)
+    np.testing.assert_allclose(poses.angle("middle").rate, 1.0, atol=1e-12)
+
+
+def test_a_third_crank_out_of_place_cannot_be_assembled() -> None:
+    with pytest.raises(SceneError, match="cannot be assembled"):
+        solve(parallelogram(0.25), 0.5, 2.5)
+
+
+def test_change_points_of_the_parallelogram_are_named() -> None:
+    base = parallelogram()
+    plain = replace(base, links=base.links[:3], joints=base.joints[:4])
+    with pytest.raises(SceneError, match=r"branches \(a change point\) with the driver O at 180"):
+        solve(plain, 0.5, 4.0)
+
+
+def test_two_guides_of_one_slider() -> None:
+    base = slider_crank()
+    twice = replace(base, joints=(*base.joints, Joint("rail", SLIDE, FRAME, "slider", Point("G", 0.0, 0.02), O)))
+    found = solve(twice, 0.0, tau).mobility
+    assert (found.gruebler, found.freedom) == (-1, 1)
+    assert any("rail" in text for text in found.redundant)
+    assert len(found.redundant) == 2
+
+
+def test_too_few_joints() -> None:
+    base = geared_five_bar()
+    with pytest.raises(SceneError, match=r"2 degrees of freedom \(Gruebler 2\): with the driver held, angle of"):
+        solve(replace(base, couplings=()), 0.0, tau)
+
+
+def test_too_many_joints() -> None:
+    base = four_bar()
+    extra = replace(
+        base,
+        links=(*base.links, Link("strut", (O, Point("E", 0.42)))),
+        joints=(*base.joints, pin("S", FRAME, "strut"), pin("T", "strut", "rocker", Point("E", 0.42), Point("E", 0.15))),
+    )
+    with pytest.raises(SceneError, match=r"joints: found|cannot be assembled"):
+        solve(extra, 0.0, tau)
+    assert gruebler(extra) == 0
