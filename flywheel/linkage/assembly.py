@@ -173,15 +173,16 @@ def _distinct(loops: Loops, z: Array) -> Array:
     z[:, turning] %= 2 * pi
     z[:, turning] -= np.where(z[:, turning] > 2 * pi - _SAME, 2 * pi, 0.0)
     kept: list[Array] = []
-    for candidate in z[np.lexsort(z.T[::-1])]:
-        if not any(np.abs(_apart(loops, candidate, other)).max(initial=0.0) < _SAME for other in kept):
-            kept.append(candidate)
-    return np.array(kept)
+    while len(z):
+        kept.append(z[0])
+        z = z[np.abs(_apart(loops, z, z[0])).max(axis=1, initial=0.0) >= _SAME]
+    found = np.array(kept)
+    return found[np.lexsort(found.T[::-1])]
 
 
 def _apart(loops: Loops, a: Array, b: Array) -> Array:
-    """Differences of the unknowns of two positions, angles by the shorter way."""
-    gap = (a - b)[1:]
+    """Differences of the unknowns of positions, angles by the shorter way."""
+    gap = (a - b)[..., 1:]
     return np.where(_angular(loops), (gap + pi) % (2 * pi) - pi, gap)
 
 

@@ -31,7 +31,9 @@ Array = NDArray[np.float64]
 _MOST_STEPS = 100_000
 _NEAR = 1e-5  # rad, or units: steps below it make us look for a lock
 _LEAST = 1e-12
-_SHARED = 0.3  # of a step: the room left in the ball at both ends
+_SHORT = 0.02
+_TOUCHES = 1e-11  # a singular position closes within this; one that is only nearly reached does not
+_SHARED = 0.3  # units (or shares of it): how far a displacement may move in a step
 _CONTRACTION = 0.25
 _RESIDUAL = 1e-9
 
@@ -47,14 +49,15 @@ class Trace(NamedTuple):
 class Tangent(NamedTuple):
     """What is known at one position: inverse Jacobian, rates (1, g), slopes (0, g').
 
-    `step` is the longest certified step: over it, nothing but the followed assembly lies within `radius` of the tangent.
+    `step` is the longest certified step: over it, nothing but the followed assembly lies within `radius` (of every
+    variable) of the tangent.
     """
 
     inverse: Array
     rate: Array
     slope: Array
     step: float
-    radius: float
+    radius: Array
 
 
 def follow(equations: Equations, z: Array, low: float, high: float) -> Trace:
@@ -75,20 +78,21 @@ def follow(equations: Equations, z: Array, low: float, high: float) -> Trace:
 def _followed(equations: Equations, z: Array, end: float, sense: float) -> list[tuple[Array, Array, Array]]:
     """Nodes from z to the end of the driver's range."""
     z = settle(equations, z[None]).z[0]
-    here = tangent(equations, z)
+    here, watched = tangent(equations, z), _NEAR
     nodes = [(z, here.rate, here.slope)]
     for _ in range(_MOST_STEPS):
         left = (end - float(z[0])) * sense
         if left <= 0.0:
             return nodes
-        if here.step < min(_NEAR, left):
+        if here.step < min(watched, left):
             _check_lock(equations, z, here, sense, end)
+            watched = 0.25 * here.step
         step = min(here.step, left)
         ahead = z + here.rate * (step * sense) + 0.5 * here.slope * step**2
         ahead[0] = end if step == left else ahead[0]
         found = settle(equations, ahead[None])
-        strayed = np.abs(found.z[0] - z - here.rate * (step * sense)).max()
-        if not (found.last[0] < _RESIDUAL and strayed <= here.radius + _RESIDUAL):
+        strayed = np.abs(found.z[0] - z - here.rate * (step * sense))[1:]
+        if not (found.last[0] < _RESIDUAL and (strayed <= here.radius[1:] + _RESIDUAL).all()):
             raise SceneError([_stuck(equations, z)])
         z = found.z[0]
         here = tangent(equations, z)
@@ -107,26 +111,43 @@ def tangent(equations: Equations, z: Array) -> Tangent:
         raise SceneError([_stuck(equations, z)]) from None
     rate = np.concatenate(([1.0], -inverse @ jacobian[:, 0]))
     slope = np.concatenate(([0.0], -inverse @ equations.bending(table, bases, rate[None])[0][rows]))
-    return Tangent(inverse, rate, slope, *_certified(equations, bases.whole, inverse, rate))
+    return Tangent(inverse, rate, slope, *_certified(equations, z, inverse, rate))
 
 
-def _certified(equations: Equations, whole: NDArray[np.complex128], inverse: Array, rate: Array) -> tuple[float, float]:
-    """The longest step of the driver within which the followed assembly is the only one near the tangent, and how near."""
+def _certified(equations: Equations, z: Array, inverse: Array, rate: Array) -> tuple[float, Array]:
+    """The longest step of the driver within which the followed assembly is the only one near the tangent, and how near.
+
+    Displacements count in units; where one is small, as that of a pin which passes close to its slot's pivot, counting
+    them in their own size may prove more.
+    """
     if not inverse.size:
-        return np.inf, np.inf
-    rows, size = equations.rows, np.abs(inverse)
-    reach = np.abs(whole) + _SHARED * equations.sliding  # of a displacement within the ball
+        return np.inf, np.full(z.size, np.inf)
+    sliding = np.isin(np.arange(z.size), equations.loops.slides)
+    best = _proven(equations, z, inverse, rate, np.ones(z.size))
+    if best[0] < _SHORT and sliding[1:].any():
+        own = np.where(sliding, np.minimum(np.abs(z), 1.0), 1.0)
+        if (own > 0.0).all():
+            best = max(best, _proven(equations, z, inverse, rate, own), key=lambda proof: proof[0])
+    return best
+
+
+def _proven(equations: Equations, z: Array, inverse: Array, rate: Array, sizes: Array) -> tuple[float, Array]:
+    """Step and radii with every variable's distance counted in its own size, shape (variables,)."""
+    rows, table = equations.rows, z[None]
+    size = np.abs(inverse) / sizes[1:, None]
+    room = np.where(equations.sliding, _SHARED * sizes[equations.slide], 0.0)
+    reach = np.abs(equations.bases(table).whole) + room  # of a displacement within the ball
     d = np.abs(rate)[None]
-    ball = np.ones_like(d)
+    ball = sizes[None].copy()
     ball[0, 0] = 0.0
-    bent = size @ equations.bound(reach, d, d)[0][rows]
-    along = size @ equations.bound(reach, d, ball)[0][rows]
-    across = size @ equations.bound(reach, ball, ball)[0][rows]
-    first, second, wide = float(along.max()), float(bent.max()), max(float(across.max()), 2 * _CONTRACTION / _SHARED)
-    radius = _CONTRACTION / wide
-    steps = [_CONTRACTION / first if first > 0.0 else np.inf, sqrt(radius / second) if second > 0.0 else np.inf]
-    moved = float(np.abs(rate[1:]).max(initial=0.0))
-    return min(*steps, (_SHARED - radius) / moved if moved > 0.0 else np.inf), radius
+    bent, along, across = (
+        float((size @ equations.bound(reach, *steps)[0][rows]).max()) for steps in ((d, d), (d, ball), (ball, ball))
+    )
+    radius = _CONTRACTION / max(across, 2 * _CONTRACTION / _SHARED)
+    moved = float((d[0, 1:] / sizes[1:]).max())
+    limits = ((_CONTRACTION, along), (sqrt(radius), sqrt(bent)), (_SHARED - radius, moved))
+    step = min(limit / rising if rising > 0.0 else np.inf for limit, rising in limits)
+    return step, radius * sizes
 
 
 def _check_lock(equations: Equations, z: Array, here: Tangent, sense: float, end: float) -> None:
@@ -162,7 +183,7 @@ def _singular(equations: Equations, z: Array, here: Tangent) -> Array | None:
         if not np.isfinite(guess).all() or np.abs(guess - z).max() > 0.3:
             return None
         if np.abs(move).max() < 1e-11:
-            return np.asarray(guess)
+            return np.asarray(guess) if np.abs(right[:-1]).max() < _TOUCHES else None
     return None
 
 

@@ -46,8 +46,9 @@ class Equations:
         variables = len(loops.names)
         held = np.zeros((bases, variables))
         held[self.sliding, loops.slides[self.sliding]] = 1.0
-        self._turned = (1j * loops.closures[:, :, None] * loops.turns[None]).transpose(1, 0, 2).reshape(bases, -1)
-        self._moved = (loops.closures[:, :, None] * held[None]).transpose(1, 0, 2).reshape(bases, -1)
+        shape = bases, closures * variables
+        self._turned = (1j * loops.closures[:, :, None] * loops.turns[None]).transpose(1, 0, 2).reshape(shape)
+        self._moved = (loops.closures[:, :, None] * held[None]).transpose(1, 0, 2).reshape(shape)
         self._any_moved = bool(np.any(self._moved))
         self._shape = (closures, variables)
 
@@ -83,9 +84,9 @@ class Equations:
 
     def jacobian(self, z: Array, bases: Bases) -> Array:
         """Derivatives of all equations by all variables, shape (n, equations, variables)."""
-        flat = bases.whole @ self._turned
+        flat = _product(bases.whole, self._turned)
         if self._any_moved:
-            flat = flat + bases.bare @ self._moved
+            flat = flat + _product(bases.bare, self._moved)
         closures, variables = self._shape
         found = flat.reshape(len(z), closures, variables)
         parts = np.stack((found.real, found.imag), axis=2).reshape(len(z), 2 * closures, variables)
@@ -112,7 +113,7 @@ class Equations:
         second = _second(bases, turning, pace) + 1j * (slope @ self.loops.turns.T) * bases.whole
         second = second + self._pace(slope) * bases.bare
         places = self.loops.origins.T
-        return bases.whole @ places, first @ places, second @ places
+        return _product(bases.whole, places), _product(first, places), _product(second, places)
 
     # -- bounds ------------------------------------------------------------------------------------------------------
 
@@ -144,6 +145,11 @@ class Equations:
             along = [step @ np.abs(relation.first.weights) for step in steps]
             extra.append(bounds[len(steps) - 2] * np.prod(along, axis=0))
         return np.concatenate((found, np.stack(extra, axis=1)), axis=1)
+
+
+def _product(table: Complex, matrix: Complex) -> Complex:
+    """The product of a long table and a small matrix: BLAS would spend its time on starting threads."""
+    return np.asarray(np.einsum("nk,km->nm", table, matrix))
 
 
 def _second(bases: Bases, turning: Array, pace: Array | float) -> Complex:
