@@ -47,6 +47,15 @@ def _other(value: object) -> str:
     return repr(float(value)) if isinstance(value, (float, np.floating, np.integer)) else f"a value of type {name}"
 
 
+def told(value: float, sliding: bool) -> str:
+    """A driver's coordinate as a designer reads it.
+
+    >>> told(0.19, True), told(3.141592653589793, False)
+    ('0.19 m', '180 deg')
+    """
+    return f"{value:.10g} m" if sliding else f"{np.degrees(value):.10g} deg"
+
+
 def nearest(name: str, valid: Iterable[str]) -> str:
     """The valid name that a wrong one was most likely meant to be; empty if none is near.
 

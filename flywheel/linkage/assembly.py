@@ -6,6 +6,7 @@ happens to converge. So all are looked for, from many starting points at once, a
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from math import degrees, pi
 
 import numpy as np
@@ -15,7 +16,7 @@ from flywheel.faults import Fault, SceneError
 from flywheel.linkage.description import SLIDE, SLOT, Linkage, Side
 from flywheel.linkage.equations import Equations
 from flywheel.linkage.loops import Loops
-from flywheel.linkage.mobility import faults, mobility
+from flywheel.linkage.mobility import faults, gruebler
 from flywheel.linkage.newton import solved
 
 Array = NDArray[np.float64]
@@ -29,10 +30,12 @@ _CLOSED = 1e-11
 _SINGULAR = 1e-5  # of the greatest singular value: nearer to a lock, the start itself is found too badly
 _CLEARER = 0.7  # the nearest assembly must be nearer to the guess than this share of the next one's distance
 _LISTED = 8
+_NAMED = 6
+_TRIED = 200
 
 
-def assembled(equations: Equations) -> tuple[Equations, Array]:
-    """The equations with redundant ones left out, and the variables z of the assembly that the linkage asks for.
+def assembled(equations: Equations) -> Array:
+    """The variables z of the assembly that the linkage asks for, shape (variables,).
 
     Raises:
         SceneError: where it cannot be assembled, or guesses and sides leave more than one assembly.
@@ -41,15 +44,14 @@ def assembled(equations: Equations) -> tuple[Equations, Array]:
     loops = equations.loops
     found = assemblies(equations)
     if not len(found):
-        raise SceneError([_impossible(loops)])
+        raise SceneError([_impossible(equations)])
     wrong = [_wrong(equations, z) for z in found[:_LISTED]]
     if all(wrong):
         raise SceneError(wrong[0])
     chosen = _chosen(loops, found)
     if faults := _wrong(equations, chosen):
         raise SceneError(faults)
-    rows = mobility(loops, equations.jacobian(chosen[None], equations.bases(chosen[None]))[0]).rows
-    return (equations if len(rows) == loops.equations else equations.with_rows(rows)), chosen
+    return chosen
 
 
 def _wrong(equations: Equations, z: Array) -> list[Fault]:
@@ -225,21 +227,22 @@ def _place(loops: Loops, z: Array, body: str, point: str) -> complex:
     return origin + complex(at.x, at.y) / loops.unit * complex(np.exp(1j * angle))
 
 
-def described(loops: Loops, z: Array) -> str:
-    """An assembly in words: angles of the bodies in degrees, displacements in m.
+def described(loops: Loops, z: Array, variables: Sequence[int] = ()) -> str:
+    """An assembly in words: angles of the bodies in degrees, displacements in m; only some of the variables if told.
 
     Bodies that keep a common angle are named once, by the first of them.
     """
     parts = []
-    for value, name in zip(z[1:], loops.names[1:], strict=True):
+    for k in variables or range(1, len(loops.names)):
+        value, name = z[k], loops.names[k]
         kind, _, what = name.partition(" of ")
         if kind == "angle":
-            k = loops.linkage.names.index(what)
-            angle = degrees(float(z @ loops.angles[k].weights + loops.angles[k].constant)) % 360
+            form = loops.angles[loops.linkage.names.index(what)]
+            angle = degrees(float(z @ form.weights + form.constant)) % 360
             parts.append(f"{what} {angle:.4g} deg")
         else:
             parts.append(f"{what} {value * loops.unit:.4g} m")
-    return ", ".join(parts)
+    return ", ".join(parts[:_NAMED]) + (f" and {len(parts) - _NAMED} more" if len(parts) > _NAMED else "")
 
 
 def _where(loops: Loops) -> str:
@@ -255,6 +258,28 @@ def _fault(loops: Loops, key: str, what: str, found: Array, expected: str) -> Fa
     return Fault(path, f"{what} {_where(loops)}", expected, f"there are {listed}{more}")
 
 
-def _impossible(loops: Loops) -> Fault:
+def _impossible(equations: Equations) -> Fault:
+    """What keeps the bodies apart: the loops that stay open where they are nearest to closing, and joints too many."""
+    loops = equations.loops
+    gaps = _nearest_gaps(equations)
+    open_loops = [
+        f"the loop {' - '.join(path)} stays open by {gap * loops.unit:.3g} m"
+        for path, gap in zip(loops.paths, gaps, strict=True)
+        if gap > _SAME
+    ]
+    count = gruebler(loops.linkage)
+    surplus = [f"Gruebler's count is {count} degrees of freedom, so that a joint may be too many"] if count < 1 else []
     found = f"bodies that cannot be assembled {_where(loops)}"
-    return Fault(loops.linkage.path, found, "loops that close", "change a length, or `start`, the position to assemble at")
+    told = "; ".join([*open_loops[:_NAMED], *surplus]) or "their couplings contradict each other"
+    return Fault(loops.linkage.path, found, "loops that close", f"{told}; change a length, or `start`")
+
+
+def _nearest_gaps(equations: Equations) -> Array:
+    """How far every loop stays open where all of them together are nearest to closing."""
+    z = _starts(equations.loops)[:_TRIED]
+    for _ in range(_ITERATIONS):
+        z[:, 1:] += _step(equations, z, square=False)[0]
+    bases = equations.bases(z)
+    total = (equations.residual(z, bases) ** 2).sum(axis=1)
+    best = int(np.nanargmin(total))
+    return np.asarray(np.abs(bases.whole[best] @ equations.loops.closures.T))

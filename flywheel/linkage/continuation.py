@@ -24,7 +24,7 @@ from numpy.typing import NDArray
 from flywheel.faults import Fault, SceneError
 from flywheel.linkage.assembly import described
 from flywheel.linkage.equations import Equations
-from flywheel.linkage.newton import settle
+from flywheel.linkage.newton import inverse, settle
 
 Array = NDArray[np.float64]
 
@@ -102,16 +102,16 @@ def _followed(equations: Equations, z: Array, end: float, sense: float) -> list[
 
 def tangent(equations: Equations, z: Array) -> Tangent:
     """Influence coefficients at one position, and how far along them the assembly is certified."""
-    rows, table = equations.rows, z[None]
+    table = z[None]
     bases = equations.bases(table)
-    jacobian = equations.jacobian(table, bases)[0][rows]
+    jacobian = equations.jacobian(table, bases)[0]
     try:
-        inverse = np.linalg.inv(jacobian[:, 1:])
+        inverted = inverse(jacobian[:, 1:])
     except np.linalg.LinAlgError:
         raise SceneError([_stuck(equations, z)]) from None
-    rate = np.concatenate(([1.0], -inverse @ jacobian[:, 0]))
-    slope = np.concatenate(([0.0], -inverse @ equations.bending(table, bases, rate[None])[0][rows]))
-    return Tangent(inverse, rate, slope, *_certified(equations, z, inverse, rate))
+    rate = np.concatenate(([1.0], -inverted @ jacobian[:, 0]))
+    slope = np.concatenate(([0.0], -inverted @ equations.bending(table, bases, rate[None])[0]))
+    return Tangent(inverted, rate, slope, *_certified(equations, z, inverted, rate))
 
 
 def _certified(equations: Equations, z: Array, inverse: Array, rate: Array) -> tuple[float, Array]:
@@ -133,7 +133,7 @@ def _certified(equations: Equations, z: Array, inverse: Array, rate: Array) -> t
 
 def _proven(equations: Equations, z: Array, inverse: Array, rate: Array, sizes: Array) -> tuple[float, Array]:
     """Step and radii with every variable's distance counted in its own size, shape (variables,)."""
-    rows, table = equations.rows, z[None]
+    table = z[None]
     size = np.abs(inverse) / sizes[1:, None]
     room = np.where(equations.sliding, _SHARED * sizes[equations.slide], 0.0)
     reach = np.abs(equations.bases(table).whole) + room  # of a displacement within the ball
@@ -141,7 +141,7 @@ def _proven(equations: Equations, z: Array, inverse: Array, rate: Array, sizes: 
     ball = sizes[None].copy()
     ball[0, 0] = 0.0
     bent, along, across = (
-        float((size @ equations.bound(reach, *steps)[0][rows]).max()) for steps in ((d, d), (d, ball), (ball, ball))
+        float((size @ equations.bound(reach, *steps)[0]).max()) for steps in ((d, d), (d, ball), (ball, ball))
     )
     radius = _CONTRACTION / max(across, 2 * _CONTRACTION / _SHARED)
     moved = float((d[0, 1:] / sizes[1:]).max())
@@ -164,20 +164,20 @@ def _check_lock(equations: Equations, z: Array, here: Tangent, sense: float, end
 
 def _singular(equations: Equations, z: Array, here: Tangent) -> Array | None:
     """The position near z where F = 0 and J v = 0 with |v| = 1, by Newton on all of z and v; None if there is none near."""
-    rows, size = equations.rows, equations.loops.unknowns
+    size, rows = equations.loops.unknowns, equations.loops.equations
     v = np.linalg.svd(here.inverse)[0][:, 0]
     guess = z.copy()
     for _ in range(40):
         table = guess[None]
         bases = equations.bases(table)
-        jacobian = equations.jacobian(table, bases)[0][rows]
+        jacobian = equations.jacobian(table, bases)[0]
         turn = _bent_jacobian(equations, guess, v)
-        matrix = np.zeros((2 * size + 1, 2 * size + 1))
-        matrix[:size, : size + 1] = jacobian
-        matrix[size : 2 * size, : size + 1] = turn
-        matrix[size : 2 * size, size + 1 :] = jacobian[:, 1:]
+        matrix = np.zeros((2 * rows + 1, 2 * size + 1))
+        matrix[:rows, : size + 1] = jacobian
+        matrix[rows : 2 * rows, : size + 1] = turn
+        matrix[rows : 2 * rows, size + 1 :] = jacobian[:, 1:]
         matrix[-1, size + 1 :] = v
-        right = np.concatenate((equations.residual(table, bases)[0][rows], jacobian[:, 1:] @ v, [0.5 * (v @ v - 1.0)]))
+        right = np.concatenate((equations.residual(table, bases)[0], jacobian[:, 1:] @ v, [0.5 * (v @ v - 1.0)]))
         move = -np.linalg.lstsq(matrix, right, rcond=1e-14)[0]
         guess, v = guess + move[: size + 1], v + move[size + 1 :]
         if not np.isfinite(guess).all() or np.abs(guess - z).max() > 0.3:
@@ -189,19 +189,19 @@ def _singular(equations: Equations, z: Array, here: Tangent) -> Array | None:
 
 def _bent_jacobian(equations: Equations, z: Array, v: Array) -> Array:
     """d(J v)/dz for unknowns moving along v, by polarising the second derivatives: exact but for rounding."""
-    size, rows = z.size, equations.rows
+    size = z.size
     along = np.concatenate(([0.0], v))
     units = np.eye(size)
     directions = np.concatenate((units + along, units - along))
     table = np.broadcast_to(z, directions.shape)
-    bent = equations.bending(table, equations.bases(table), directions)[:, rows]
+    bent = equations.bending(table, equations.bases(table), directions)
     return np.asarray((0.25 * (bent[:size] - bent[size:])).T)
 
 
 def _check_redundant(equations: Equations, trace: Trace) -> None:
-    """Equations that were left out as redundant must hold all along; else the linkage is held too often."""
+    """All equations must hold all along where there are more of them than unknowns; else the linkage is held too often."""
     loops = equations.loops
-    if equations.rows.size == loops.equations:
+    if loops.unknowns == loops.equations:
         return
     gaps = np.abs(equations.residual(trace.z, equations.bases(trace.z))).max(axis=0)
     wrong = int(np.argmax(gaps))
@@ -221,18 +221,18 @@ def place(equations: Equations, driver: float) -> str:
 
 def _lock(equations: Equations, z: Array, found: Array) -> Fault:
     """What meets at a singular position: a lock (a fold), or a branch (a change point)."""
-    loops, rows, table = equations.loops, equations.rows, found[None]
-    jacobian = equations.jacobian(table, equations.bases(table))[0][rows]
+    loops, table = equations.loops, found[None]
+    jacobian = equations.jacobian(table, equations.bases(table))[0]
     left, _, right = np.linalg.svd(jacobian[:, 1:])
-    pull = abs(left[:, -1] @ jacobian[:, 0])
+    pull = abs(left[:, loops.unknowns - 1] @ jacobian[:, 0])
     free = right[-1]
-    moving = [loops.names[k + 1] for k in np.argsort(-np.abs(free)) if abs(free[k]) > 0.05 * np.abs(free).max()]
+    moving = [int(k) + 1 for k in np.argsort(-np.abs(free)) if abs(free[k]) > 0.05 * np.abs(free).max()]
     where = f"driver {loops.linkage.driver} at {place(equations, float(found[0]))}"
     if pull > 1e-6 * np.abs(jacobian[:, 0]).max():
         what = f"a linkage that locks with the {where}"
     else:
         what = f"a linkage that branches (a change point) with the {where}"
-    advice = f"two assemblies meet there ({described(loops, found)}): {', '.join(moving)} may go either way"
+    advice = f"two assemblies meet there, {described(loops, found, moving)} may go either way"
     return Fault(loops.linkage.path, what, "one assembly over the whole range of the driver", advice)
 
 

@@ -12,6 +12,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from flywheel.linkage.newton import inverse
 from flywheel.linkage.solution import Solution
 
 Array = NDArray[np.float64]
@@ -36,19 +37,19 @@ def enclosed(solution: Solution, low: Array, high: Array) -> Enclosure:
     scale = solution.scale
     middle, half = 0.5 * (low + high), 0.5 * np.abs(high - low) / scale
     z, rate, slope = solution.movement(middle)
-    equations, rows = solution.equations, solution.equations.rows
+    equations = solution.equations
     if z.shape[1] == 1:
         nothing = np.zeros_like(z)
         return Enclosure(z, half[:, None] + nothing, rate, nothing, slope, nothing)
     bases = equations.bases(z)
-    size = np.abs(np.linalg.inv(equations.jacobian(z, bases)[:, rows, 1:]))
+    size = np.abs(inverse(equations.jacobian(z, bases)[:, :, 1:]))
     reach = np.abs(bases.whole) + _SHARED * equations.sliding
     ball = np.ones_like(z)
     ball[:, 0] = 0.0
 
     def bound(*steps: Array) -> Array:
         """Largest effect on an unknown of the equations' change along the steps, shape (n,)."""
-        return np.asarray(np.einsum("nij,nj->ni", size, equations.bound(reach, *steps)[:, rows]).max(axis=1))
+        return np.asarray(np.einsum("nij,nj->ni", size, equations.bound(reach, *steps)).max(axis=1))
 
     t, d = half[:, None], np.abs(rate)
     radius, shrink = _ball(half, bound(d, ball), bound(ball, ball), bound(d, d))
@@ -76,4 +77,3 @@ def _ball(t: Array, along: Array, across: Array, bent: Array) -> tuple[Array, Ar
     radius = np.where(good, 2.0 * beta / (room + np.sqrt(np.where(good, square, 1.0))), np.inf)
     shrink = np.where(good, room - np.where(good, radius, 0.0) * across, 1.0)
     return np.where(shrink > 0.0, radius, np.inf), np.where(shrink > 0.0, shrink, 1.0)
-

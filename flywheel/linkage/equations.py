@@ -6,7 +6,7 @@ Everything is evaluated for n positions at once: z has shape (n, variables), res
 from __future__ import annotations
 
 from functools import cached_property
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,6 +16,7 @@ from flywheel.linkage.loops import Form, Loops, Relation
 Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]
 
+_SMALL = 400  # numbers: a smaller matrix is multiplied faster without BLAS
 _SAMPLES = 2000  # of a cam's lift, to bound its derivatives
 
 
@@ -27,14 +28,10 @@ class Bases(NamedTuple):
 
 
 class Equations:
-    """The equations of `Loops`: two for every closure (real and imaginary part), then one for every coupling.
-
-    `rows` are those that are solved; the others follow from them (redundant constraints) and are only checked.
-    """
+    """The equations of `Loops`: two for every closure (real and imaginary part), then one for every coupling."""
 
     def __init__(self, loops: Loops) -> None:
         self.loops = loops
-        self.rows = np.arange(loops.equations)
         self.sliding = loops.slides >= 0
         self.slide = np.where(self.sliding, loops.slides, 0)
         self._plan()
@@ -51,12 +48,6 @@ class Equations:
         self._moved = (loops.closures[:, :, None] * held[None]).transpose(1, 0, 2).reshape(shape)
         self._any_moved = bool(np.any(self._moved))
         self._shape = (closures, variables)
-
-    def with_rows(self, rows: Any) -> Equations:
-        """The same equations, of which only some are solved."""
-        other = Equations(self.loops)
-        other.rows = np.asarray(rows)
-        return other
 
     def bases(self, z: Array) -> Bases:
         """Basis functions at positions z."""
@@ -149,6 +140,8 @@ class Equations:
 
 def _product(table: Complex, matrix: Complex) -> Complex:
     """The product of a long table and a small matrix: BLAS would spend its time on starting threads."""
+    if matrix.size > _SMALL:
+        return np.asarray(table @ matrix)
     return np.asarray(np.einsum("nk,km->nm", table, matrix))
 
 

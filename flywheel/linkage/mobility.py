@@ -23,13 +23,12 @@ class Mobility(NamedTuple):
     """Freedom of a linkage at a position.
 
     gruebler: 3 (bodies) - sum of what joints and couplings take away; freedom: variables less the rank of their Jacobian;
-    redundant: what holds the linkage more often than needed, as texts; rows: equations that are independent.
+    redundant: what holds the linkage more often than needed, as texts.
     """
 
     gruebler: int
     freedom: int
     redundant: tuple[str, ...]
-    rows: tuple[int, ...]
 
 
 def gruebler(linkage: Linkage) -> int:
@@ -57,7 +56,7 @@ def mobility(loops: Loops, jacobian: Array) -> Mobility:
     redundant = [f"the turning of {joint}, which other joints hold already" for joint in loops.doubled]
     if rank < equations:
         redundant += _repeated(loops, jacobian, rows)
-    return Mobility(gruebler(loops.linkage), variables - rank, tuple(redundant), rows)
+    return Mobility(gruebler(loops.linkage), variables - rank, tuple(redundant))
 
 
 def _independent(jacobian: Array) -> tuple[int, tuple[int, ...]]:
@@ -111,8 +110,9 @@ def faults(loops: Loops, jacobian: Array) -> list[Fault]:
 
 def _loose(loops: Loops, jacobian: Array, found: Mobility, path: str) -> Fault:
     """What can still move while the driver stands."""
-    free = np.linalg.svd(jacobian[:, 1:])[2][-1]
-    moving = [loops.names[k + 1] for k in np.argsort(-np.abs(free)) if abs(free[k]) > 0.1 * np.abs(free).max()]
+    held = len(_independent(jacobian[:, 1:])[1])
+    free = np.abs(np.linalg.svd(jacobian[:, 1:])[2][held:]).max(axis=0)
+    moving = [loops.names[k + 1] for k in np.argsort(-free) if free[k] > 0.1 * free.max()]
     what = f"{found.freedom} degrees of freedom (Gruebler {found.gruebler}): with the driver held, {_few(moving)} may move"
     return Fault(path, what, "1 degree of freedom", "add a joint or a coupling, or take a body away")
 

@@ -46,9 +46,20 @@ def settle(equations: Equations, z: Array) -> Settled:
 def correction(equations: Equations, z: Array) -> Array:
     """One Newton step of the unknowns, shape (n, unknowns)."""
     bases = equations.bases(z)
-    rows = equations.rows
-    gap = equations.residual(z, bases)[:, rows]
-    return solved(equations.jacobian(z, bases)[:, rows, 1:], -gap)
+    gap, jacobian = equations.residual(z, bases), equations.jacobian(z, bases)[:, :, 1:]
+    if jacobian.shape[1] == jacobian.shape[2]:
+        return solved(jacobian, -gap)
+    return np.asarray(-(inverse(jacobian) @ gap[..., None])[..., 0])
+
+
+def inverse(matrix: Array) -> Array:
+    """Inverses of n matrices (n, rows, columns): where redundant constraints add rows, those of least squares.
+
+    Raises LinAlgError for a square matrix that is singular.
+    """
+    if matrix.shape[-2] == matrix.shape[-1]:
+        return np.asarray(np.linalg.inv(matrix))
+    return np.asarray(np.linalg.pinv(matrix))
 
 
 def solved(matrix: Array, right: Array) -> Array:

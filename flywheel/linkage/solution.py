@@ -19,7 +19,7 @@ from flywheel.linkage.description import Linkage
 from flywheel.linkage.equations import Equations
 from flywheel.linkage.loops import loops
 from flywheel.linkage.mobility import Mobility, mobility
-from flywheel.linkage.newton import settle, solved
+from flywheel.linkage.newton import inverse, settle
 from flywheel.linkage.poses import Poses, Track
 
 Array = NDArray[np.float64]
@@ -64,13 +64,13 @@ class Solution:
             return Movement(z, np.ones_like(z), np.zeros_like(z))
         equations = self.equations
         settled = settle(equations, z).z
-        bases, rows = equations.bases(settled), equations.rows
-        jacobian = equations.jacobian(settled, bases)[:, rows]
-        inverse = np.linalg.inv(jacobian[:, :, 1:])
+        bases = equations.bases(settled)
+        jacobian = equations.jacobian(settled, bases)
+        inverted = inverse(jacobian[:, :, 1:])
         rate = np.ones_like(z)
-        rate[:, 1:] = -(inverse @ jacobian[:, :, :1])[..., 0]
+        rate[:, 1:] = -(inverted @ jacobian[:, :, :1])[..., 0]
         slope = np.zeros_like(z)
-        slope[:, 1:] = -(inverse @ equations.bending(settled, bases, rate)[:, rows, None])[..., 0]
+        slope[:, 1:] = -(inverted @ equations.bending(settled, bases, rate)[:, :, None])[..., 0]
         return Movement(settled, rate, slope)
 
     def poses_of(self, q: Array, movement: Movement) -> Poses:
@@ -180,7 +180,8 @@ def solve(linkage: Linkage, low: float, high: float) -> Solution:
     [0.4, 0.282842712475]
 
     """
-    equations, z = assembled(Equations(loops(linkage)))
+    equations = Equations(loops(linkage))
+    z = assembled(equations)
     scale = equations.loops.unit if linkage.sliding else 1.0
     ends = min(low / scale, start(equations.loops)), max(high / scale, start(equations.loops))
     return Solution(equations, follow(equations, z, *ends), low, high)
@@ -191,6 +192,3 @@ def newton_steps(solution: Solution, q: Any, away: float) -> tuple[float, ...]:
     z = solution.movement(np.atleast_1d(np.asarray(q, dtype=float))).z
     z[:, 1:] += away
     return settle(solution.equations, z).steps
-
-
-__all__ = ["Movement", "Solution", "newton_steps", "solve", "solved"]

@@ -58,12 +58,12 @@ def test_a_rough_guess_takes_the_nearest(off: float) -> None:
     crank, coupler, rocker = base.links
     for z in found:
         guessed = replace(base, links=(crank, coupler._replace(guess=float(z[1]) + off), rocker))
-        chosen = assembled(Equations(loops(guessed)))[1]
+        chosen = assembled(Equations(loops(guessed)))
         assert abs((chosen[1] - z[1] + pi) % (2 * pi) - pi) < 1e-9
 
 
 def test_sides_choose() -> None:
-    left, right = (assembled(Equations(loops(four_bar(side=side))))[1] for side in (1, -1))
+    left, right = (assembled(Equations(loops(four_bar(side=side)))) for side in (1, -1))
     assert left[2] > 0.0
     assert abs(left[2] + right[2] - 2 * pi) < 1e-9
 
@@ -76,7 +76,7 @@ def test_sides_that_contradict() -> None:
 
 
 def test_bars_that_do_not_reach() -> None:
-    with pytest.raises(SceneError, match="bodies that cannot be assembled with O at 0 deg"):
+    with pytest.raises(SceneError, match=r"cannot be assembled with O at 0 deg, .* the loop .* stays open by 1\.25 m"):
         assembled(Equations(loops(four_bar(d=2.0))))
 
 
@@ -84,8 +84,3 @@ def test_a_start_in_a_singular_position() -> None:
     flat = replace(slider_crank(0.1, 0.1, 0.0), start=pi / 2)
     with pytest.raises(SceneError, match="locks or branches there"):
         assembled(Equations(loops(flat)))
-
-
-def test_redundant_equations_are_left_out() -> None:
-    equations, _ = assembled(Equations(loops(four_bar())))
-    assert equations.rows.size == 2

@@ -51,9 +51,3 @@ def test_bounds_hold(case: str) -> None:
     third = np.abs(ends[0] - ends[1]) / (2 * h)
     limit = equations.bound(np.abs(bases.whole), np.abs(a), np.abs(a), np.abs(b))
     assert (third <= limit * (1 + 1e-6) + 1e-6).all()
-
-
-def test_only_some_rows_are_solved() -> None:
-    equations, _ = setting("six-bar")
-    assert equations.with_rows([0, 2]).rows.tolist() == [0, 2]
-    assert equations.rows.tolist() == [0, 1, 2, 3]

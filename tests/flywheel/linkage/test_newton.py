@@ -12,7 +12,8 @@ from tests.flywheel.linkage.linkages import six_bar
 
 
 def test_a_batch_settles_like_each_alone() -> None:
-    equations, z = assembled(Equations(loops(six_bar())))
+    equations = Equations(loops(six_bar()))
+    z = assembled(equations)
     off = np.tile(z, (5, 1))
     off[:, 1:] += np.random.default_rng(0).uniform(-0.05, 0.05, (5, z.size - 1))
     together = settle(equations, off)
@@ -21,7 +22,8 @@ def test_a_batch_settles_like_each_alone() -> None:
 
 
 def test_a_correction_vanishes_on_a_solution() -> None:
-    equations, z = assembled(Equations(loops(six_bar())))
+    equations = Equations(loops(six_bar()))
+    z = assembled(equations)
     assert np.abs(correction(equations, z[None])).max() < 1e-12
 
 

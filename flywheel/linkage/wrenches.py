@@ -1,0 +1,204 @@
+"""Forces on the bodies of a linkage: loads that a user names, weights, inertia forces, and pairs of action and reaction.
+
+A wrench is (force x, force y, moment about the body's centre of mass) in the frame's axes; wrenches of all bodies form an
+array of shape (bodies, 3, n), the frame first. Forces in N, moments in N m.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from flywheel.advice import mean, show
+from flywheel.faults import Fault, SceneError
+from flywheel.linkage.description import FIXED, PIN, Joint
+from flywheel.linkage.poses import Poses, Track
+
+Array = NDArray[np.float64]
+
+
+class Force(NamedTuple):
+    """A force (N) in the frame's axes at a point of a body: a point's name, or a place in the body's own frame (m).
+
+    x, y: a number, or one for every position, shape (n,).
+    """
+
+    body: str
+    at: str | tuple[float, float]
+    x: ArrayLike = 0.0
+    y: ArrayLike = 0.0
+
+
+class Torque(NamedTuple):
+    """A torque (N m) on a body, counter-clockwise; a number or shape (n,)."""
+
+    body: str
+    value: ArrayLike
+
+
+class Effort(NamedTuple):
+    """What a spring, a motor or a cylinder in a joint does, from its first body to its second, along its coordinate.
+
+    A torque (N m) in a pin, a force (N) in a slide or a pin in a slot; a number or shape (n,).
+    """
+
+    joint: str
+    value: ArrayLike
+
+
+Load = Force | Torque | Effort
+
+
+class Pair(NamedTuple):
+    """An action of one body on another, and its reaction: a force (2, n) at one place (2, n), and a couple (n,).
+
+    first, second: indices of bodies; the force and the couple are what first does to second.
+    """
+
+    first: int
+    second: int
+    force: Array
+    at: Array
+    couple: Array
+
+    def on_bodies(self, centres: Array) -> Array:
+        """Wrenches on all bodies, shape (bodies, 3, n), with centres of mass at `centres` (bodies, >= 2, n)."""
+        found = np.zeros((len(centres), 3, self.at.shape[1]))
+        for sign, body in ((-1.0, self.first), (1.0, self.second)):
+            found[body, :2] += sign * self.force
+            found[body, 2] += sign * (cross(self.at - centres[body, :2], self.force) + self.couple)
+        return found
+
+
+def cross(a: Array, b: Array) -> Array:
+    """Moment a_x b_y - a_y b_x of vectors of shape (2, n)."""
+    return np.asarray(a[0] * b[1] - a[1] * b[0])
+
+
+def perp(a: Array) -> Array:
+    """Vectors (2, n) turned by a right angle, counter-clockwise."""
+    return np.stack((-a[1], a[0]))
+
+
+def direction(angle: Array) -> Array:
+    """Unit vectors (2, n) at angles (rad) from +x."""
+    return np.stack((np.cos(angle), np.sin(angle)))
+
+
+def velocity(poses: Poses, body: int, place: Array) -> Array:
+    """Velocity (2, n) by the driver's coordinate of a body's matter at `place` (2, n): o' + theta' k × (p - o)."""
+    return np.asarray(poses.rate[body, :2] + poses.rate[body, 2] * perp(place - poses.value[body, :2]))
+
+
+def index(poses: Poses, body: str) -> int:
+    """Index of a body in the arrays of poses."""
+    return poses.linkage.names.index(body)
+
+
+def guide(poses: Poses, joint: Joint) -> Array:
+    """Unit vectors (2, n) along the guide of a slide or a slot."""
+    return direction(poses.angle(joint.first).value + joint.direction)
+
+
+def pace(poses: Poses, joint: Joint) -> Array:
+    """Rate (n,) of a joint's coordinate by the driver's: of the angle of a pin, the displacement of a slide or slot.
+
+    Along a guide it is what second's point does against the matter of first that is there, s' = d · (v2 - v1).
+    """
+    if joint.kind == PIN:
+        return np.asarray(poses.angle(joint.second).rate - poses.angle(joint.first).rate)
+    place = poses.point(joint.second, joint.second_at)
+    return along(guide(poses, joint), place.rate - velocity(poses, index(poses, joint.first), place.value))
+
+
+def along(unit: Array, vector: Array) -> Array:
+    """Component of vectors (2, n) along unit vectors."""
+    return np.asarray(np.einsum("in,in->n", unit, vector))
+
+
+def effort_pair(poses: Poses, joint: Joint) -> Pair:
+    """The pair that a unit effort along a joint's coordinate makes."""
+    place = poses.point(joint.second, joint.second_at).value
+    still = np.zeros_like(place)
+    first, second = index(poses, joint.first), index(poses, joint.second)
+    if joint.kind == PIN:
+        return Pair(first, second, still, place, np.ones(place.shape[1]))
+    return Pair(first, second, guide(poses, joint), place, still[0])
+
+
+def centres(poses: Poses) -> Track:
+    """Centres of mass and angles of all bodies with g and g', arrays of shape (bodies, 3, n)."""
+    tracks = [poses.centre(name) for name in poses.linkage.names]
+    parts = zip(*tracks, strict=True), (poses.value, poses.rate, poses.slope)
+    return Track(*(np.concatenate((np.stack(p), whole[:, 2:]), axis=1) for p, whole in zip(*parts, strict=True)))
+
+
+def weights(poses: Poses, gravity: tuple[float, float]) -> Array:
+    """Weights m (gx, gy) of all bodies; gravity in m/s²."""
+    found = np.zeros_like(poses.value)
+    for k, link in enumerate(poses.linkage.links, 1):
+        found[k, :2] = link.mass * np.asarray(gravity, dtype=float)[:, None]
+    return found
+
+
+def inertial(poses: Poses, speed: Array, acceleration: Array) -> Array:
+    """D'Alembert's forces of all bodies, -m a_G and -J alpha, with a = g qddot + g' qdot²."""
+    middle = centres(poses)
+    motion = middle.rate * acceleration + middle.slope * speed**2
+    links = (poses.linkage.ground, *poses.linkage.links)
+    amounts = np.array([(link.mass, link.mass, link.inertia) for link in links])
+    amounts[0] = 0.0
+    return np.asarray(-amounts[:, :, None] * motion)
+
+
+def applied(poses: Poses, loads: Iterable[Load]) -> Array:
+    """Wrenches of a user's loads on all bodies; SceneError names every load that does not fit the linkage."""
+    middle = centres(poses).value
+    found, faults = np.zeros_like(middle), list[Fault]()
+    for k, load in enumerate(loads):
+        try:
+            found += _applied(poses, middle, load, f"loads[{k}]")
+        except SceneError as error:
+            faults += error.faults
+    if faults:
+        raise SceneError(faults)
+    return found
+
+
+def _applied(poses: Poses, middle: Array, load: Load, path: str) -> Array:
+    linkage = poses.linkage
+    if isinstance(load, Effort):
+        joint = _known(load.joint, {j.name: j for j in linkage.joints if j.kind != FIXED}, f"{path}.joint")
+        return effort_pair(poses, joint).on_bodies(middle) * values(load.value, poses.q, f"{path}.value")
+    body = _known(load.body, {name: name for name in linkage.names}, f"{path}.body")
+    found, k = np.zeros_like(middle), linkage.names.index(body)
+    if isinstance(load, Torque):
+        found[k, 2] = values(load.value, poses.q, f"{path}.value")
+        return found
+    at = load.at
+    if isinstance(at, str):
+        at = _known(at, {point.name: point[1:] for point in linkage.link(body).points}, f"{path}.at")
+    force = np.stack([values(part, poses.q, f"{path}.{axis}") for axis, part in (("x", load.x), ("y", load.y))])
+    found[k, :2] = force
+    found[k, 2] = cross(poses.point(body, at).value - middle[k, :2], force)
+    return found
+
+
+def _known(name: str, valid: dict[str, Any], path: str) -> Any:
+    if name not in valid:
+        raise SceneError([Fault(path, show(name), f"one of {', '.join(valid) or 'none'}", mean(name, valid))])
+    return valid[name]
+
+
+def values(given: ArrayLike, q: Array, path: str) -> Array:
+    """A number, or one for every position, as an array (n,); SceneError for another shape or what is not finite."""
+    try:
+        found = np.broadcast_to(np.asarray(given, dtype=float), q.shape)
+    except (ValueError, TypeError):
+        raise SceneError([Fault(path, f"an array of shape {np.shape(given)}", f"a number or shape {q.shape}")]) from None
+    if not np.isfinite(found).all():
+        raise SceneError([Fault(path, "a value that is not finite", "finite numbers")])
+    return found

@@ -1,0 +1,70 @@
+"""Results as tables, extremes and resultants."""
+
+from __future__ import annotations
+
+import csv
+import io
+
+import numpy as np
+import pytest
+
+from flywheel.kinetostatics import Force, reactions
+from tests.flywheel import forced
+
+Q = np.linspace(0.1, 6.2, 40)
+
+
+@pytest.fixture(scope="module")
+def found():
+    loads = [Force("slider", "o", -400.0)]
+    return reactions(forced.slider_crank(0.1, 0.02, 0.08), Q, 15.0, gravity=(0.0, -9.81), loads=loads)
+
+
+def test_a_resultant_is_the_whole_force_friction_included(found):
+    parts = found.components["guide"]
+    np.testing.assert_allclose(found.resultant("guide"), np.hypot(parts["normal"], parts["friction"]), rtol=1e-12)
+    pin = found.components["crank_pin"]
+    np.testing.assert_allclose(found.forces["crank_pin"], np.stack((pin["x"], pin["y"])), rtol=1e-12)
+
+
+def test_the_shoes_two_normals_are_the_force_and_the_moment(found):
+    parts = found.components["guide"]
+    np.testing.assert_allclose(parts["front"] + parts["rear"], parts["normal"], rtol=1e-12)
+    np.testing.assert_allclose((parts["front"] - parts["rear"]) * 0.04, parts["moment"], rtol=1e-11)
+    rubbing = 0.1 * (np.abs(parts["front"]) + np.abs(parts["rear"]))
+    np.testing.assert_allclose(np.abs(parts["friction"]), rubbing, rtol=1e-11)
+
+
+def test_extremes_are_the_largest_of_each_joint(found):
+    extremes = {extreme.joint: extreme for extreme in found.extremes()}
+    assert list(extremes) == ["pivot", "crank_pin", "slider_pin", "guide"]
+    size = found.resultant("slider_pin")
+    assert extremes["slider_pin"].force == size.max()
+    assert extremes["slider_pin"].at == Q[size.argmax()]
+
+
+def test_csv_reads_back_to_the_last_digit(found):
+    rows = list(csv.DictReader(io.StringIO(found.csv())))
+    assert len(rows) == len(Q)
+    assert list(rows[0])[:2] == ["pivot (rad)", "pivot.drive (N m)"]
+    for name, values in (("pivot.drive (N m)", found.action), ("guide.moment (N m)", found.components["guide"]["moment"])):
+        assert [float(row[name]) for row in rows] == values.tolist()
+
+
+def test_the_table_has_a_block_for_every_joint(found):
+    blocks = found.table().split("\n\n")
+    assert [block.splitlines()[0] for block in blocks] == [
+        "driving action", "pivot", "crank_pin", "slider_pin", "guide", "largest forces",
+    ]  # fmt: skip
+    assert "normal (N)" in blocks[4]
+    assert len(blocks[4].splitlines()) == len(Q) + 2
+
+
+def test_what_is_left_open_is_said_and_never_given_a_number():
+    open_ = reactions(forced.slider_crank(guides=2), Q, 15.0)
+    text = open_.table()
+    assert "left open by redundant constraints: guide.normal, guide.moment, other_guide.normal" in text
+    guide = next(block for block in text.split("\n\n") if block.startswith("guide\n"))
+    assert all(line.split()[1:] == ["none"] * 3 for line in guide.splitlines()[2:])
+    assert ",,," in open_.csv()
+    assert [extreme.joint for extreme in open_.extremes()] == ["pivot", "crank_pin", "slider_pin"]
