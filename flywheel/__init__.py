@@ -18,38 +18,57 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from flywheel.faults import Fault, SceneError
+    from flywheel.joints import JointForces, joint_forces
     from flywheel.machine import Machine
+    from flywheel.pictures.animation import animate
+    from flywheel.pictures.mechanisms import draw
+    from flywheel.quinn import cycle_shares, shares
     from flywheel.reading import load
     from flywheel.results import Sizing
     from flywheel.scene import Scene
     from flywheel.simulation import Motion, simulate
     from flywheel.sizing import size
     from flywheel.state import MachineState, reduce
+    from flywheel.stroke import along
 
 _HOMES = {
     "Fault": "faults",
-    "SceneError": "faults",
+    "JointForces": "joints",
     "Machine": "machine",
     "MachineState": "state",
     "Motion": "simulation",
     "Scene": "scene",
+    "SceneError": "faults",
     "Sizing": "results",
+    "along": "stroke",
+    "animate": "pictures.animation",
+    "cycle_shares": "quinn",
+    "draw": "pictures.mechanisms",
+    "joint_forces": "joints",
     "load": "reading",
     "reduce": "state",
+    "shares": "quinn",
     "simulate": "simulation",
     "size": "sizing",
 }
 
 __all__ = [
     "Fault",
+    "JointForces",
     "Machine",
     "MachineState",
     "Motion",
     "Scene",
     "SceneError",
     "Sizing",
+    "along",
+    "animate",
+    "cycle_shares",
+    "draw",
+    "joint_forces",
     "load",
     "reduce",
+    "shares",
     "simulate",
     "size",
 ]

@@ -19,13 +19,17 @@ def machine_graph(scene: Path, *, simplified: bool = False) -> tuple[BondGraph, 
     loaded = load(scene)
     if loaded.areas is not None:
         raise SceneError([Fault("areas", "areas without a mechanism", "a machine, to draw its bond graph")])
-    graph = Machine(loaded).with_values(0.0, 1.0 if loaded.inertia is None else loaded.inertia)
-    if loaded.inertia is None:
-        graph = _with_open_flywheel(graph)
+    graph = _with_flywheel(Machine(loaded)) if loaded.stroke is None else Machine(loaded).graph
     if not simplified:
         return graph, ()
-    found = bondgraph.simplify(graph, keep=("crank",))
+    found = bondgraph.simplify(graph, keep=(loaded.reduction_element,))
     return found.graph, (*(str(action) for action in found.log), "")
+
+
+def _with_flywheel(machine: Machine) -> BondGraph:
+    inertia = machine.scene.inertia
+    graph = machine.with_values(0.0, 1.0 if inertia is None else inertia)
+    return _with_open_flywheel(graph) if inertia is None else graph
 
 
 def _with_open_flywheel(graph: BondGraph) -> BondGraph:

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from flywheel.faults import Fault, SceneError
 from flywheel.machine import Machine
 from flywheel.results import Balance
-from flywheel.scene import Scene
+from flywheel.scene import Scene, Stroke
 from flywheel.state import MachineState
 
 Array = NDArray[np.float64]
@@ -41,8 +41,9 @@ def _plain(value: Any) -> Any:
 def reduced(scene: Scene, angles: Sequence[float] = (), points: int = 360, *, as_json: bool = False) -> str:
     """The machine reduced to its crank, as CSV or JSON, at given crank angles (rad).
 
-    Without angles, so many points are spread evenly over the cycle, from 0 and without its end. Raises SceneError for a
-    scene of areas, which has no machine.
+    Without angles, so many points are spread evenly over the cycle, from 0 and without its end. On a stroke they are the
+    driver's coordinates (rad, or m where it slides), spread from one end of it to the other. Raises SceneError for a scene
+    of areas, which has no machine.
     """
     if scene.areas is not None:
         raise SceneError(
@@ -56,10 +57,22 @@ def reduced(scene: Scene, angles: Sequence[float] = (), points: int = 360, *, as
             ]
         )
     machine = Machine(scene)
+    if scene.stroke is not None:
+        return _along(machine, scene.stroke, angles, points, as_json)
     even = np.arange(points, dtype=np.float64) * (scene.cycle / points)
     phi = np.array(angles, dtype=np.float64) if angles else even
     state, balance = _reduced(machine, phi)
     return _reduced_json(machine, phi, state, balance) if as_json else _csv(_csv_columns(machine, phi, state))
+
+
+def _along(machine: Machine, stroke: Stroke, given: Sequence[float], points: int, as_json: bool) -> str:
+    from flywheel import export_stroke
+    from flywheel.stroke import along
+
+    passage = along(machine, np.array(given) if given else np.linspace(stroke.start, stroke.end, points))
+    if as_json:
+        return encoded(export_stroke.as_dict(machine.scene.title, stroke, passage))
+    return _csv(export_stroke.columns(machine, stroke, passage))
 
 
 def _reduced(machine: Machine, phi: Array) -> tuple[MachineState, Balance | None]:

@@ -83,12 +83,15 @@ def _check_bounded(effort: Effort, values: Values, phi: Array, anchor: Array) ->
         with np.errstate(all="ignore"):
             found = law.evaluate(values(phi, anchor), np, values(anchor, anchor)) + 0.0 * phi
         if np.isinf(found).any():
-            where = np.degrees(phi[np.isinf(found)][0])
-            raise _fault(effort, SwitchingError(f'"{law.text}", infinite at crank angle {where:.6g} deg'))
+            near = float(phi[np.isinf(found)][0])
+            where = "phi = {near}" if effort.load.once else f"crank angle {np.degrees(near):.6g} deg"
+            raise _fault(effort, SwitchingError(f'"{law.text}", infinite at {where}', near))
 
 
 def _fault(effort: Effort, error: SwitchingError) -> SceneError:
-    return SceneError([Fault(effort.path, str(error), "an expression that can be followed over the cycle")])
+    span, origin = ("stroke", effort.place.phase) if effort.load.once else ("cycle", 0.0)
+    found = str(SwitchingError(error.text, error.near + origin))
+    return SceneError([Fault(effort.path, found, f"an expression that can be followed over the {span}")])
 
 
 def _environment(reduction: Reduction, effort: Effort, motion: Motion) -> tuple[Enclosures, Values]:
@@ -100,8 +103,8 @@ def _environment(reduction: Reduction, effort: Effort, motion: Motion) -> tuple[
     variable = reduction.variable.get(place.junction)
     rate = float(reduction.flows(0.0, 0.0).gain[reduction.variable[motion.of]])
 
-    def origin(anchor: Array) -> Array:
-        return place.phase - effort.every * np.floor((place.rate * anchor + place.phase) / effort.every)
+    def origin(anchor: Array) -> Any:
+        return place.phase - effort.turns(place.rate * anchor + place.phase)
 
     def cells(lo: Array, hi: Array, anchor: Array) -> Mapping[str, Any]:
         cell = Interval(lo, hi)

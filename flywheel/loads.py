@@ -143,8 +143,12 @@ class Effort:
     def _angles(self, here: Here, anchor: Here, first: float = 0.0) -> tuple[Any, Any]:
         """The load's angle, reduced to [first, first + every) by the turn that the anchor is in, here and at it."""
         middle = anchor.q + self.place.phase
-        turns = self.every * np.floor((middle - first) / self.every)
+        turns = self.turns(middle, first)
         return here.q + self.place.phase - turns, middle - turns
+
+    def turns(self, angle: Any, first: float = 0.0) -> Any:
+        """What reduces an angle to [first, first + every); nothing on a stroke."""
+        return 0.0 if self.load.once else self.every * np.floor((angle - first) / self.every)
 
     def _crank_angle(self, anchor: Here) -> Any:
         return anchor.q / self.place.rate
@@ -169,7 +173,7 @@ class Effort:
 
     def local_breakpoints(self) -> list[float]:
         """Angles in [0, every) where the load breaks by itself: its period's ends, its window, its table's knots."""
-        found = [0.0] if isinstance(self._law, Pieces | Expression) else []
+        found = [0.0] if isinstance(self._law, Pieces | Expression) and not self.load.once else []
         if self.load.start is not None and self.load.end is not None:
             found += [self.load.start, self.load.end]
         return found + (self._law.knots.tolist() if isinstance(self._law, Pieces) else [])

@@ -9,6 +9,7 @@ from typing import NamedTuple
 
 from flywheel.advice import mean, quote
 from flywheel.fields import Faults
+from flywheel.scene import Stroke
 
 TOLERANCE = 1e-9
 
@@ -17,7 +18,8 @@ class Setting(NamedTuple):
     """What the parts of a scene are read against.
 
     `cycle` is None while its own reading failed. `names` are the parameters that expressions may use, the unknown
-    included; `parameters` holds those that have a value.
+    included; `parameters` holds those that have a value. `stroke` is set where the driver goes one way; its numbers are
+    NaN, and `cycle` is None, where they could not be read.
     """
 
     cycle: float | None
@@ -26,6 +28,17 @@ class Setting(NamedTuple):
     names: frozenset[str]
     folder: Path | None
     faults: Faults
+    stroke: Stroke | None = None
+
+    @property
+    def element(self) -> str:
+        """The reduction element."""
+        return "crank" if self.stroke is None else self.stroke.element
+
+    @property
+    def sliding(self) -> bool:
+        """Whether the reduction element slides."""
+        return self.element == "slide"
 
 
 class Place(NamedTuple):
@@ -65,10 +78,10 @@ class Places(NamedTuple):
         return None
 
     def shaft(self, name: object, path: str, faults: Faults) -> str:
-        """The shaft that a text names; the crank, after noting a fault, if it names none."""
+        """The shaft that a text names; the reduction element, after noting a fault, if it names none."""
         if isinstance(name, str) and name not in self.shafts:
             faults.add(path, quote(name), "a shaft", mean(name, self.shafts))
-        return name if isinstance(name, str) and name in self.shafts else "crank"
+        return name if isinstance(name, str) and name in self.shafts else next(iter(self.shafts))
 
 
 def whole(count: float) -> int | None:

@@ -17,7 +17,8 @@ from flywheel.fields import Faults, Fields, as_table, child, exactly_one, is_nam
 from flywheel.places import Places, Setting, whole
 from flywheel.reading_loads import read_drive, read_inertias, read_loads, read_springs
 from flywheel.reading_mechanisms import read_mechanisms
-from flywheel.scene import Areas, Compliance, Scene
+from flywheel.reading_stroke import check_known, check_shafts, read_stroke
+from flywheel.scene import Areas, Compliance, Scene, Stroke
 from flywheel.schema import AREAS_EXCLUDE, SECTIONS, TOP, TURN
 from flywheel.tables import numbers
 from flywheel.units import QuantityError, parse_quantity
@@ -154,19 +155,26 @@ def _syntax_fault(name: str, message: str) -> Fault:
 def _scene(raw: Mapping[str, Any], folder: Path | None, faults: Faults) -> Scene | None:
     """Every part of the scene in turn; None where a fault stops it from being put together."""
     top = _top(raw, faults)
-    shafts, compliances = _shafts(raw.get("shafts"), faults)
+    stroke = read_stroke(raw, faults)
+    shafts, compliances = _shafts(raw.get("shafts"), stroke, faults)
     parameters, unknowns = _parameters(raw.get("parameters"), faults)
-    regime = _section(raw, "regime", faults)
-    cycle = _cycle(regime)
-    setting = Setting(cycle, shafts, parameters, frozenset((*parameters, *unknowns)), folder, faults)
+    regime = _section(raw, "regime", faults) if stroke is None else _along(stroke)
+    cycle = _cycle(regime) if stroke is None else regime["cycle"]
+    setting = Setting(cycle, shafts, parameters, frozenset((*parameters, *unknowns)), folder, faults, stroke)
     machine, places = _machine(raw, unknowns, setting)
     speed = _crank_speed(regime, places, shafts, faults)
-    asked = _flywheel(raw, places, faults) | _accuracy(raw, faults)
+    asked = (_flywheel(raw, places, faults) if stroke is None else {"flywheel_on": stroke.element}) | _accuracy(raw, faults)
     gravity, areas = _gravity(raw, faults), _areas(raw, faults)
     if faults or speed is None or cycle is None:
         return None
     given: dict[str, Any] = {"shafts": shafts, "parameters": parameters, "gravity": gravity, "areas": areas}
-    return Scene(speed=speed, cycle=cycle, compliances=compliances, **top, **given, **machine, **asked)
+    return Scene(speed=speed, cycle=cycle, compliances=compliances, stroke=stroke, **top, **given, **machine, **asked)
+
+
+def _along(stroke: Stroke) -> Fields:
+    """A stroke in place of a regime: its span stands for the cycle."""
+    known = math.isfinite(stroke.span)
+    return {"on": stroke.element, "speed": stroke.speed if known else None, "cycle": stroke.span if known else None}
 
 
 def _machine(raw: Mapping[str, Any], unknowns: list[str], setting: Setting) -> tuple[dict[str, Any], Places]:
@@ -184,6 +192,8 @@ def _machine(raw: Mapping[str, Any], unknowns: list[str], setting: Setting) -> t
         "drive": drive,
         "unknown": _unknown(unknowns, driven, raw, faults),
     }
+    if setting.stroke is not None:
+        check_known([*["drive"] * driven, *unknowns], setting.stroke, faults)
     return machine, places
 
 
@@ -204,8 +214,17 @@ def _section(raw: Mapping[str, Any], name: str, faults: Faults) -> Fields:
     return read_fields(table, SECTIONS[name].keys, name, faults)
 
 
-def _shafts(raw: object, faults: Faults) -> tuple[dict[str, float], dict[str, Compliance]]:
-    """Ratios of the shafts, the crank first, and which twist; a shaft whose ratio is at fault can still be named."""
+def _shafts(raw: object, stroke: Stroke | None, faults: Faults) -> tuple[dict[str, float], dict[str, Compliance]]:
+    """Ratios of the shafts, the reduction element first, and which twist."""
+    shafts, compliances = _geared(raw, faults)
+    if stroke is None:
+        return shafts, compliances
+    check_shafts([name for name in shafts if name != "crank"], compliances, stroke.sliding, faults)
+    return ({"slide": 1.0} if stroke.sliding else shafts), {}
+
+
+def _geared(raw: object, faults: Faults) -> tuple[dict[str, float], dict[str, Compliance]]:
+    """Shafts geared to the crank, which comes first; a shaft whose ratio is at fault can still be named."""
     shafts = {"crank": 1.0}
     compliances: dict[str, Compliance] = {}
     for name, item in ((None if raw is None else as_table(raw, "shafts", faults)) or {}).items():

@@ -8,14 +8,14 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from flywheel.advice import show
+from flywheel.advice import show, told
 from flywheel.expressions import Expression
-from flywheel.fields import Faults, Fields, as_table, exactly_one, read_fields, read_quantity
+from flywheel.fields import Faults, Fields, as_table, exactly_one, expectation, read_fields, read_quantity
 from flywheel.places import Place, Places, Setting, default_period, whole
 from flywheel.reading_laws import read_effort
-from flywheel.scene import Inertia, Law, Load, Spring, Table
-from flywheel.schema import MOST_TABLES, MOST_TURNS, SECTIONS
-from flywheel.tables import TOLERANCE, fit_period, fit_window, read_table
+from flywheel.scene import Inertia, Law, Load, Spring, Stroke, Table
+from flywheel.schema import MOST_TABLES, MOST_TURNS, SECTIONS, Key
+from flywheel.tables import TOLERANCE, fit_period, fit_stroke, fit_window, read_table
 
 _SAME = 1e-12  # share of a period within which two angles are one
 _LAWS = ("force", "torque", "table")
@@ -92,25 +92,39 @@ def _load(raw: Mapping[str, Any], path: str, places: Places, setting: Setting) -
     """One load; None after noting a fault."""
     faults = setting.faults
     before = len(faults)
-    fields = read_fields(raw, SECTIONS["load"].keys, path, faults)
+    fields = read_fields(raw, _load_keys(setting), path, faults)
     place = places.find(fields["on"], f"{path}.on", faults)
-    every = _every(fields["every"], place, path, setting)
-    window = _window(raw, fields, every, path, faults)
+    every = _every(fields["every"], place, path, setting) if setting.stroke is None else _once(raw, path, setting)
+    window = _window(raw, fields, every, path, setting)
     sense = _sense(fields["while"], f"{path}.while", faults)
     one = exactly_one([key for key in _LAWS if key in raw], _LAWS, path, faults)
     law = _law(raw, place, path, setting) if one else None
     if isinstance(law, Table) and every is not None and window.good:
-        law = _fitted(law, every, window, f"{path}.table", faults)
+        law = _fitted(law, every, window, f"{path}.table", setting)
     if len(faults) > before or place is None or every is None or law is None:
         return None
-    return Load(place.name, law, every, window.start, window.end, sense, path)
+    return Load(place.name, law, every, window.start, window.end, sense, path, once=setting.stroke is not None)
+
+
+def _load_keys(setting: Setting) -> tuple[Key, ...]:
+    """The keys of a load, whose window is one of lengths where the reduction element slides."""
+    keys = SECTIONS["load"].keys
+    return tuple(key._replace(kind="length") if key.kind == "angle" and setting.sliding else key for key in keys)
+
+
+def _once(raw: Mapping[str, Any], path: str, setting: Setting) -> float | None:
+    """How far a load reaches on a stroke, after which it does not repeat."""
+    if "every" in raw:
+        setting.faults.add(f"{path}.every", "every beside [stroke]", "none", "nothing repeats along a stroke")
+    return setting.cycle
 
 
 def _law(raw: Mapping[str, Any], place: Place | None, path: str, setting: Setting) -> Law | None:
     """The law of a load: a force where its place translates, a torque where it rotates, or a table of either."""
     if "table" in raw:
         dimension = None if place is None else ("torque" if place.rotating else "force")
-        return read_table(raw["table"], dimension, f"{path}.table", setting.folder, setting.faults)
+        along = "length" if setting.sliding else "angle"
+        return read_table(raw["table"], dimension, f"{path}.table", setting.folder, setting.faults, along)
     key = "force" if "force" in raw else "torque"
     if place is not None and place.rotating != (key == "torque"):
         moves, other = ("rotates", "torque") if place.rotating else ("translates", "force")
@@ -138,8 +152,9 @@ def _every(given: float | None, place: Place | None, path: str, setting: Setting
     return place.travel / repeats
 
 
-def _window(raw: Mapping[str, Any], fields: Fields, every: float | None, path: str, faults: Faults) -> Window:
+def _window(raw: Mapping[str, Any], fields: Fields, every: float | None, path: str, setting: Setting) -> Window:
     """When the load acts, its ends brought into one period; `from` to `to` over a whole period is always."""
+    faults = setting.faults
     given = [key for key in ("from", "to") if key in raw]
     if not given:
         return Window()
@@ -150,6 +165,8 @@ def _window(raw: Mapping[str, Any], fields: Fields, every: float | None, path: s
     start, end = fields["from"], fields["to"]
     if start is None or end is None or every is None:
         return Window(good=False)
+    if setting.stroke is not None:
+        return _stretch(start, end, setting.stroke, path, faults)
     if abs(end - start - every) <= TOLERANCE * every:
         return Window()
     if _out_of_range(start, end, every, path, faults):
@@ -159,6 +176,21 @@ def _window(raw: Mapping[str, Any], fields: Fields, every: float | None, path: s
         faults.add(f"{path}.to", f"{show(raw['to'])}, where the load begins", "another angle")
         return Window(good=False)
     return Window(start, end or every)
+
+
+def _stretch(start: float, end: float, stroke: Stroke, path: str, faults: Faults) -> Window:
+    """The stretch of a stroke along which a load acts."""
+    slack = TOLERANCE * stroke.span
+    ends = f"{told(stroke.start, stroke.sliding)} to {told(stroke.end, stroke.sliding)}, as the stroke goes"
+    for key, value in (("from", start), ("to", end)):
+        if not stroke.start - slack <= value <= stroke.end + slack:
+            faults.add(f"{path}.{key}", told(value, stroke.sliding), f"a place from {ends}")
+            return Window(good=False)
+    if end - start <= slack:
+        faults.add(f"{path}.to", told(end, stroke.sliding), "a place behind that where the load begins")
+        return Window(good=False)
+    whole_stroke = start - stroke.start <= slack and stroke.end - end <= slack
+    return Window() if whole_stroke else Window(start, end)
 
 
 def _out_of_range(start: float, end: float, every: float, path: str, faults: Faults) -> bool:
@@ -193,26 +225,43 @@ def _sense(text: str | None, path: str, faults: Faults) -> int:
     return senses.get(plain, 0)
 
 
-def _fitted(law: Table, every: float, window: Window, path: str, faults: Faults) -> Table | None:
+def _fitted(law: Table, every: float, window: Window, path: str, setting: Setting) -> Table | None:
     """The table of a load, exactly as long as its period, or at least as its window."""
+    faults, stroke = setting.faults, setting.stroke
+    if stroke is not None:
+        start = stroke.start if window.start is None else window.start
+        return fit_stroke(law, (start, stroke.end if window.end is None else window.end), path, faults)
     if window.start is None or window.end is None:
         return fit_period(law, every, path, faults)
     return fit_window(law, (window.start, window.end), every, path, faults)
 
 
 def read_drive(raw: object, places: Places, setting: Setting) -> tuple[Load | None, bool]:
-    """The drive, and whether its torque is the scene's balance."""
+    """The drive, and whether its torque (its force, where the reduction element slides) is the scene's balance."""
     table = None if raw is None else as_table(raw, "drive", setting.faults)
     if table is None:
         return None, False
     fields = read_fields(table, SECTIONS["drive"].keys, "drive", setting.faults)
-    shaft = places.shaft(fields["on"], "drive.on", setting.faults)
-    if "torque" not in table:
+    shaft = places.shaft(fields["on"] if "on" in table else setting.element, "drive.on", setting.faults)
+    key = _driving(table, setting)
+    if key is None:
         return None, False
-    balance = isinstance(table["torque"], str) and table["torque"] == "balance"
+    balance = isinstance(table[key], str) and table[key] == "balance"
     law: float | Expression | None = None
     if not balance:
-        law = read_effort(table["torque"], "torque", "drive.torque", setting)
+        law = read_effort(table[key], key, f"drive.{key}", setting)
     if setting.cycle is None or (law is None and not balance):
         return None, balance
-    return Load(shaft, law, setting.cycle, path="drive"), balance
+    return Load(shaft, law, setting.cycle, path="drive", once=setting.stroke is not None), balance
+
+
+def _driving(table: Mapping[str, Any], setting: Setting) -> str | None:
+    """What drives: the torque, or the force where the reduction element slides; None after noting that it is not there."""
+    own, other, moves = ("force", "torque", "slides") if setting.sliding else ("torque", "force", "turns")
+    if other in table:
+        found = f'a {other} on "{setting.element}", which {moves}'
+        setting.faults.add(f"drive.{other}", found, f"a {own}")
+    elif own not in table:
+        key = next(key for key in SECTIONS["drive"].keys if key.name == own)
+        setting.faults.add(f"drive.{own}", "nothing", expectation(key))
+    return own if own in table else None

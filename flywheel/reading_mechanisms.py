@@ -9,26 +9,26 @@ import numpy as np
 
 from flywheel import mechanisms
 from flywheel.advice import mean, quote, show
-from flywheel.expressions import Expression
 from flywheel.faults import SceneError
-from flywheel.fields import Faults, as_table, child, exactly_one, is_name, read_fields
+from flywheel.fields import Faults, Fields, as_table, child, exactly_one, is_name, read_fields
 from flywheel.places import Place, Places, Setting, default_period, whole
-from flywheel.reading_laws import read_position
+from flywheel.reading_positions import fitted, read_law, repeats
+from flywheel.reading_stroke import on_stroke
 from flywheel.scene import Body, Mechanism, Output, Table
 from flywheel.schema import KINDS, MECHANISM, MOST_MECHANISMS, MOST_TURNS, OUTPUT, TURN, Key, Kind, Part
-from flywheel.tables import read_table
-
-_SMOOTH_ROWS = 4
-_CLOSES = 1e-9  # share of a law's range by which its ends may differ
 
 
 class Found(NamedTuple):
-    """One mechanism as far as it could be read: `mechanism` is None where it has faults."""
+    """One mechanism as far as it could be read: `mechanism` is None where it has faults.
+
+    `complete` is False where it may have more ports than could be read.
+    """
 
     name: str
     rotating: Mapping[str, bool]
     travel: float | None
     mechanism: Mechanism | None
+    complete: bool = True
 
 
 def read_mechanisms(raw: object, setting: Setting) -> tuple[tuple[Mechanism, ...], Places]:
@@ -38,7 +38,7 @@ def read_mechanisms(raw: object, setting: Setting) -> tuple[tuple[Mechanism, ...
     found = [_read_one(table, path, types.count(table.get("type")) == 1, setting) for path, table in tables]
     good = [item for item in found if item is not None]
     _check_names([(path, item.name) for (path, _), item in zip(tables, found, strict=True) if item], setting)
-    complete = len(good) == len(found)
+    complete = all(item is not None and item.complete for item in found)
     families = {id(item): _returns(item.mechanism, setting) for item in good if item.mechanism}
     ports = {
         f"{item.name}.{port}": Place(
@@ -47,7 +47,8 @@ def read_mechanisms(raw: object, setting: Setting) -> tuple[tuple[Mechanism, ...
         for item in good
         for port, rotating in item.rotating.items()
     }
-    shafts = {name: Place(name, True, setting.cycle, False) for name in setting.shafts}
+    once = setting.stroke is not None
+    shafts = {name: Place(name, not setting.sliding, setting.cycle, once) for name in setting.shafts}
     return tuple(item.mechanism for item in good if item.mechanism), Places(shafts, ports, complete)
 
 
@@ -90,23 +91,22 @@ def _read_one(raw: Mapping[str, Any], path: str, alone: bool, setting: Setting) 
     travel = _travel(fields["shaft"], f"{path}.shaft", setting)
     period = _period(travel, f"{path}.shaft", kind, setting)
     geometry, bodies = _parts(raw, kind, path, faults)
-    outputs, period = _outputs(raw, period, travel, path, setting) if kind.name == "law" else ((), TURN)
-    rotating = {port.name: port.rotating for port in kind.ports} | _law_ports(raw, kind)
+    own, ports, complete = _own(raw, kind, fields, (travel, period), path, setting)
+    rotating = {port.name: port.rotating for port in kind.ports} | ports
     mechanism = None
-    if len(faults) == before and period is not None:
+    if len(faults) == before and own.get("period", TURN) is not None:
         mechanism = Mechanism(
             type=kind.name,
             name=name,
             shaft=fields["shaft"],
             phase=fields["phase"],
             geometry=geometry,
-            assembly=fields.get("assembly", "open"),
             bodies=bodies,
-            outputs=outputs,
-            period=period,
+            travel=TURN if travel is None else travel,
             path=path,
+            **own,
         )
-    return Found(name, rotating, travel, mechanism)
+    return Found(name, rotating, travel, None if mechanism is None else on_stroke(mechanism, setting), complete)
 
 
 def _kind(raw: Mapping[str, Any], path: str, faults: Faults) -> Kind | None:
@@ -130,8 +130,8 @@ def _keys(kind: Kind) -> tuple[Key, ...]:
 
 def _travel(shaft: object, path: str, setting: Setting) -> float | None:
     """Angle (rad) through which the mechanism's own crank turns in a cycle: a whole number of turns, else a fault."""
-    if not isinstance(shaft, str) or setting.cycle is None:
-        return None
+    if not isinstance(shaft, str) or setting.cycle is None or setting.stroke is not None:
+        return setting.cycle if isinstance(shaft, str) else None
     if shaft not in setting.shafts:
         setting.faults.add(path, quote(shaft), "a shaft", mean(shaft, setting.shafts))
         return None
@@ -182,10 +182,26 @@ def _body(part: Part, fields: Mapping[str, Any]) -> Body:
     return Body(**{key.name: fields[key.name] for key in part.body})
 
 
-def _law_ports(raw: Mapping[str, Any], kind: Kind) -> dict[str, bool]:
+def _own(
+    raw: Mapping[str, Any], kind: Kind, fields: Fields, spans: tuple[float | None, float | None], path: str, setting: Setting
+) -> tuple[dict[str, Any], dict[str, bool], bool]:
+    """What a type has beside lengths and bodies, as fields of its `Mechanism`, the ports with it, and if these are all."""
+    travel, period = spans
+    if kind.name == "linkage":
+        from flywheel.reading_linkage import read_linkage  # only scenes with one pay for it
+
+        drawn = read_linkage(raw, fields, path, setting)
+        return {"linkage": drawn.linkage, "points": drawn.points}, drawn.ports, drawn.complete
+    if kind.name == "law":
+        outputs, period = _outputs(raw, period, travel, path, setting)
+        return {"outputs": outputs, "period": period}, _law_ports(raw), True
+    return {"assembly": fields.get("assembly", "open")}, {}, True
+
+
+def _law_ports(raw: Mapping[str, Any]) -> dict[str, bool]:
     """Ports of a law: its outputs, which rotate where they have a theta."""
     outputs = raw.get("outputs")
-    if kind.name != "law" or not isinstance(outputs, Mapping):
+    if not isinstance(outputs, Mapping):
         return {}
     return {str(name): isinstance(table, Mapping) and "theta" in _positioned(table) for name, table in outputs.items()}
 
@@ -206,9 +222,9 @@ def _outputs(
     good = [output for output in outputs if output is not None]
     if period is None or travel is None:
         return tuple(good), None
-    if all(isinstance(output.law, Table) for output in good) and any(_repeats(o, period) is None for o in good):
+    if all(isinstance(output.law, Table) for output in good) and any(repeats(o, period) is None for o in good):
         period = travel  # nothing here sees phi, so that the whole travel may be the period
-    return tuple(_fitted(output, period, path, faults) for output in good), period
+    return tuple(fitted(output, period, path, faults) for output in good), period
 
 
 def _output(name: str, raw: object, path: str, setting: Setting) -> Output | None:
@@ -227,7 +243,7 @@ def _output(name: str, raw: object, path: str, setting: Setting) -> Output | Non
     key, own, other = ("x", "mass", "inertia") if "x" in table else ("theta", "inertia", "mass")
     if other in table:
         faults.add(f"{path}.{other}", f"{other} of an output with {key}", own)
-    law = _position(table[key], key, f"{path}.{key}", setting)
+    law = read_law(table[key], key, f"{path}.{key}", setting)
     if law is None or len(faults) > before:
         return None
     return Output(name, key == "theta", law, fields[own])
@@ -243,71 +259,6 @@ def _positioned(output: Mapping[str, Any]) -> Mapping[str, Any]:
     return {key: table, **{name: value for name, value in output.items() if name != "table"}}
 
 
-def _position(raw: object, key: str, path: str, setting: Setting) -> Expression | Table | None:
-    """The law of an output: an expression, or a table that a periodic spline can follow."""
-    if isinstance(raw, Mapping) and set(raw) == {"table"}:
-        raw, path = raw["table"], f"{path}.table"
-    if not isinstance(raw, Mapping):
-        return read_position(raw, path, setting)
-    if raw.get("interpolation", "spline") != "spline":
-        found = show(raw["interpolation"])
-        setting.faults.add(f"{path}.interpolation", found, "none", "a law's table is a spline: else inertia would jump")
-        return None
-    raw = {name: value for name, value in raw.items() if name != "interpolation"}
-    table = read_table(raw, "length" if key == "x" else "angle", path, setting.folder, setting.faults)
-    if table is None:
-        return None
-    if np.any(np.diff(table.angle) == 0):
-        setting.faults.add(path, "a jump (two equal angles)", "none: a mechanism's position does not jump")
-        return None
-    return _closed(table._replace(interpolation="spline"), key, path, setting.faults)
-
-
-def _closed(table: Table, key: str, path: str, faults: Faults) -> Table | None:
-    """The table with both ends of a periodic position put exactly onto each other."""
-    value, rows = table.value.copy(), table.angle.size
-    if rows < _SMOOTH_ROWS:
-        faults.add(path, f"{rows} rows", f"at least {_SMOOTH_ROWS} for a spline")
-        return None
-    if key == "theta":
-        return table
-    gap = abs(value[-1] - value[0])
-    if gap > _CLOSES * np.ptp(value):
-        faults.add(path, f"{value[0]:.10g} m at the first row and {value[-1]:.10g} m at the last", "the same position")
-        return None
-    value[-1] = value[0]
-    return table._replace(value=value)
-
-
-def _repeats(output: Output, period: float) -> int | None:
-    """How often a table's span fits into the period."""
-    return whole(period / float(output.law.angle[-1] - output.law.angle[0])) if isinstance(output.law, Table) else 1
-
-
-def _fitted(output: Output, period: float, path: str, faults: Faults) -> Output:
-    """An output that repeats after the period: a shorter table is laid end to end until it fills it."""
-    law, repeats = output.law, _repeats(output, period)
-    if not isinstance(law, Table):
-        return output
-    if repeats is not None and repeats <= MOST_TURNS:
-        filled = _filled(law, period, repeats)
-        if np.all(np.diff(filled.angle) > 0):
-            return output._replace(law=filled)
-    found = f"a table of {np.degrees(law.angle[-1] - law.angle[0]):.10g} deg"
-    wanted = f"a span that fits a whole number of times into {np.degrees(period):.10g} deg"
-    faults.add(f"{path}.{output.name}", found, wanted)
-    return output
-
-
-def _filled(table: Table, period: float, repeats: int) -> Table:
-    """A table repeated until it spans the period exactly; what it gains, it gains each time."""
-    gain = table.value[-1] - table.value[0]
-    turns = np.arange(repeats)[:, None]
-    angle = np.append((table.angle[:-1] + turns * (period / repeats)).ravel(), table.angle[0] + period)
-    value = np.append((table.value[:-1] + turns * gain).ravel(), table.value[0] + repeats * gain)
-    return table._replace(angle=angle, value=value)
-
-
 def _returns(mechanism: Mechanism | None, setting: Setting) -> dict[str, bool]:
     """Whether each port comes back to where it was each cycle; a mechanism that locks is noted."""
     if mechanism is None or any(np.isnan(list(setting.parameters.values()))):
@@ -320,4 +271,4 @@ def _returns(mechanism: Mechanism | None, setting: Setting) -> dict[str, bool]:
     except ArithmeticError:
         setting.faults.add(mechanism.path, "lengths out of all proportion", "lengths whose squares can be computed")
         return {}
-    return {name: port.returns for name, port in family.ports.items()}
+    return {name: port.returns or setting.stroke is not None for name, port in family.ports.items()}

@@ -11,9 +11,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flywheel import piecewise
+from flywheel.chain import Chain
 from flywheel.faults import Fault, SceneError
-from flywheel.machine import Machine
 from flywheel.piecewise import ORDER, ROUNDING, Cells, Crossings
+from flywheel.scene import Scene
 
 Array = NDArray[np.float64]
 
@@ -67,11 +68,12 @@ class Cycle(NamedTuple):
         return cell, np.clip(t, -1.0, 1.0)
 
 
-def resolve(machine: Machine, edges: Array) -> Cycle:
+def resolve(machine: Chain, edges: Array) -> Cycle:
     """The cycle on cells between given edges: one walk of the graph at all nodes, then the balance.
 
     The unknown u of a balance follows from the cycle's net work, N0 + u N1 = 0.
     """
+    check_cycle(machine.scene)
     mesh = piecewise.cells(edges)
     reduced = machine.reduce(mesh.phi, mesh.anchor)
     values = np.empty((5, *mesh.phi.shape))
@@ -103,7 +105,15 @@ def resolve(machine: Machine, edges: Array) -> Cycle:
     )
 
 
-def _balance(machine: Machine, values: Array, mesh: Cells) -> float | None:
+def check_cycle(scene: Scene) -> None:
+    """Refuse a scene that goes one way: without a cycle nothing balances, and there is nothing for a flywheel to do."""
+    if scene.stroke is not None:
+        found = "a one-way stroke, which has no cycle and so no flywheel"
+        advice = "use flywheel reduce, flywheel.reduce or flywheel.simulate, or let a crank drive the mechanism"
+        raise SceneError([Fault("stroke", found, "a machine that turns in cycles", advice)])
+
+
+def _balance(machine: Chain, values: Array, mesh: Cells) -> float | None:
     unknown = machine.scene.unknown
     if unknown is None:
         return None
@@ -123,7 +133,7 @@ def _balance(machine: Machine, values: Array, mesh: Cells) -> float | None:
     return float(-net / per_unknown) + 0.0  # never -0
 
 
-def check_closed(cycle: Cycle, machine: Machine) -> None:
+def check_closed(cycle: Cycle, machine: Chain) -> None:
     """Refuse a cycle whose work does not close: without a balance the net work must be zero within `closure`."""
     allowed = machine.scene.closure * cycle.exchanged + cycle.errors.work
     if machine.scene.unknown is None and abs(cycle.net) > allowed:
@@ -156,16 +166,21 @@ def _errors(mesh: Cells, values: Array, tails: Array, exchanged: float, balanced
     )
 
 
-def _not_finite(machine: Machine, mesh: Cells, values: Array) -> Fault:
+def _not_finite(machine: Chain, mesh: Cells, values: Array) -> Fault:
     bad = ~np.isfinite(values).all(axis=0)
     cell, node = np.argwhere(bad)[0]
     phi, anchor = float(mesh.phi[cell, node]), float(mesh.anchor[cell, 0])
     parts = machine.reduction.moments(phi, anchor, by_name=True)
     culprit = next((name for name, part in parts.items() if not np.isfinite(part)), "mechanism")
+    return not_finite(machine, culprit, phi)
+
+
+def not_finite(machine: Chain, culprit: str, phi: float) -> Fault:
+    """The fault of a force or torque, or of the mechanism, that is not finite at a position."""
     return Fault(
         culprit,
-        f"a value that is not finite at crank angle {np.degrees(phi):.6g} deg",
-        "finite forces and torques over the whole cycle",
+        f"a value that is not finite at {machine.where(phi)}",
+        f"finite forces and torques over the whole {'cycle' if machine.scene.stroke is None else 'stroke'}",
         "mend the expression or table, or give the load a window that leaves the angle out",
     )
 
@@ -185,6 +200,22 @@ def split(cycle: Cycle, speed: float, wanted: float) -> Array | None:
     if not chosen.any() or mesh.edges.size + chosen.sum() > MOST_CELLS:
         return None
     return piecewise.bisected(mesh.edges, chosen)
+
+
+def settled_balance(machine: Chain, rtol: float = 1e-13) -> float:
+    """Value (SI) of the scene's unknown, on cells halved until the net work is known to rtol of the work exchanged.
+
+    0 where the scene has no unknown.
+    """
+    if machine.scene.unknown is None:
+        return 0.0
+    cycle = resolve(machine, machine.mesh)
+    while cycle.errors.work > rtol * cycle.exchanged:
+        finer = split(cycle, 0.0, rtol * cycle.exchanged / cycle.errors.work)
+        if finer is None:
+            break
+        cycle = resolve(machine, finer)
+    return cycle.balance or 0.0
 
 
 class Extremes(NamedTuple):

@@ -98,10 +98,10 @@ def _examined(lo: Array, hi: Array, span: float, env: Enclosures, env_value: Val
 
 def _check(expression: Expression, lo: Array, hi: Array, span: float, count: int) -> None:
     if count > CELL_CAP:
-        raise SwitchingError(f"{expression.text}: varies too fast to be followed (near phi = {lo[0]:.6g})")
+        raise SwitchingError(f"{expression.text}: varies too fast to be followed (near phi = {{near}})", float(lo[0]))
     if np.any(hi - lo <= FINEST * span):
-        place = lo[np.argmin(hi - lo)]
-        raise SwitchingError(f"{expression.text}: not finite near phi = {place:.6g} (a denominator or tangent)")
+        text = f"{expression.text}: not finite near phi = {{near}} (a denominator or tangent)"
+        raise SwitchingError(text, float(lo[np.argmin(hi - lo)]))
 
 
 def _too_wide(expression: Expression, cells: _Cells) -> Mask:

@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flywheel.expressions import Expression
+from flywheel.linkage.description import Linkage
 
 TURN = 2 * np.pi
 
@@ -48,13 +49,24 @@ class Output(NamedTuple):
     inertia: float  # mass (kg) of an `x`, inertia (kg m²) of a `theta`
 
 
+class PointPort(NamedTuple):
+    """A port of a `linkage` where a point of a body moves along a fixed direction (rad from +x)."""
+
+    name: str
+    body: str
+    point: str
+    direction: float = 0.0
+
+
 @dataclass(frozen=True)
 class Mechanism:
     """One mechanism: its own crank angle is psi = ratio phi + phase, ratio being that of its shaft.
 
     `geometry` holds lengths (m) and angles (rad) by their path in the scene (`crank.length`, `slider.offset`,
     `yoke.direction`), and `assembly` (`open`, `crossed`) for a four-bar. `period` (rad of psi) is the span after which
-    the laws of a `law` mechanism repeat.
+    the laws of a `law` mechanism repeat; `travel` (rad of psi) is how far the crank turns in a cycle. `linkage` is what a
+    mechanism of type `linkage` consists of, `points` its ports at points of bodies. `stroke` is set where the driver goes
+    one way from one end to another (rad or m of psi), instead of turning in cycles.
     """
 
     type: str
@@ -66,6 +78,10 @@ class Mechanism:
     bodies: Mapping[str, Body] = field(default_factory=dict)
     outputs: tuple[Output, ...] = ()
     period: float = TURN
+    travel: float = TURN
+    linkage: Linkage | None = None
+    points: tuple[PointPort, ...] = ()
+    stroke: tuple[float, float] | None = None
     path: str = "mechanism"  # where it stands in the scene, for messages: `mechanism`, `mechanism[1]`
 
 
@@ -74,7 +90,8 @@ class Load(NamedTuple):
 
     Active for `start` <= angle < `end` (wrapping within `every`; None: always) and, with `sense` ±1, only while the
     place moves that way at positive crank speed. `every` (rad) is the period of window, table and `phi`. The angle is the
-    mechanism's own on a port, the crank's on a shaft. `law` is None for the torque that is the scene's balance.
+    mechanism's own on a port, the crank's on a shaft. `law` is None for the torque that is the scene's balance. On a stroke
+    a load acts `once`: the angle is the driver's coordinate (m where it slides), and nothing repeats.
     """
 
     on: str
@@ -84,6 +101,7 @@ class Load(NamedTuple):
     end: float | None = None
     sense: int = 0
     path: str = "load"
+    once: bool = False
 
 
 class Spring(NamedTuple):
@@ -117,6 +135,29 @@ class Areas(NamedTuple):
     scale: float
 
 
+class Stroke(NamedTuple):
+    """A one-way motion of the driver from `start` to `end` (m, or rad where it turns), with its speed and acceleration.
+
+    `sliding` tells whether the reduction element slides (`slide`, in m) or turns (`crank`, in rad).
+    """
+
+    start: float
+    end: float
+    speed: float
+    acceleration: float = 0.0
+    sliding: bool = True
+
+    @property
+    def element(self) -> str:
+        """The reduction element: `slide` where the driver slides, `crank` where it turns."""
+        return "slide" if self.sliding else "crank"
+
+    @property
+    def span(self) -> float:
+        """How far the driver goes, m or rad."""
+        return self.end - self.start
+
+
 @dataclass(frozen=True)
 class Scene:
     """One machine and what is asked of it. Speeds in rad/s, angles in rad, everything SI.
@@ -144,9 +185,29 @@ class Scene:
     gravity: tuple[float, float] | None = None  # acceleration along x and y, m/s²
     drive: Load | None = None  # law None when its torque is the balance
     areas: Areas | None = None
+    stroke: Stroke | None = None  # in place of cycle, speed and flywheel
     rtol: float = 1e-9
     closure: float = 1e-9
     file: Path | None = None
+
+    @property
+    def reduction_element(self) -> str:
+        """What everything is reduced to: the shaft `crank`, or on a stroke the `slide` that drives."""
+        return "crank" if self.stroke is None else self.stroke.element
+
+    @property
+    def origin(self) -> float:
+        """The coordinate (rad or m) at which the machine's own, from 0 to the cycle, begins: not 0 on a stroke."""
+        return 0.0 if self.stroke is None else self.stroke.start
+
+    @property
+    def rubs(self) -> bool:
+        """Whether any joint of a linkage has friction."""
+        linkages = [mechanism.linkage for mechanism in self.mechanisms if mechanism.linkage is not None]
+        return any(
+            any(joint.friction for joint in linkage.joints) or any(pair.friction for pair in linkage.couplings)
+            for linkage in linkages
+        )
 
     @property
     def flywheel_ratio(self) -> float:

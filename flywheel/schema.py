@@ -56,7 +56,7 @@ class Key(NamedTuple):
 
     kind: a dimension of `flywheel.units.DIMENSIONS`; two of them for a place that translates and one that rotates
     ("mass | inertia"); or "text", "name", "choice", "law" (quantity or expression), "position" (expression or table),
-    "table", "numbers", "index", "unit", "tables" (a table of named tables).
+    "table", "numbers", "index", "unit", "tables" (a table of named tables), "list" (of tables, names or lengths), "flag".
     default: SI, or None where there is none. missing: advice where a required key is not there. later: known, but
     not supported yet.
     """
@@ -200,14 +200,64 @@ _CRANK_SHAPER = Kind(
         Port("ram", False, "y = L sin theta, positive along +y"),
     ),
 )
+_TOGGLE_CLAMP = Kind(
+    "toggle-clamp",
+    "a sliding block swings a bell crank through a coupler; a rod from the bell crank pushes a platen straight",
+    (
+        Part("frame", "the frame", (Key("height", "length", "block's line above the pivot", None, POSITIVE, True),)),
+        Part("block", "drives: it slides along the line y = frame.height, and has the coupler's pin", (), POINT),
+        Part(
+            "bell_crank",
+            "turns about a fixed pivot, its first pin; its line runs to the rod's pin",
+            (
+                Key("drive_length", "length", "pivot to coupler pin", None, POSITIVE, True),
+                Key("clamp_length", "length", "pivot to rod pin", None, POSITIVE, True),
+                Key("angle", "angle", "from the drive arm's extension beyond the pivot to the clamp arm", required=True),
+            ),
+            BODY,
+        ),
+        Part("coupler", "from the bell crank (its first pin) to the block", (_length("between its pins"),), BODY),
+        Part("rod", "from the bell crank (its first pin) to the platen", (_length("between its pins"),), BODY),
+        Part("platen", "moves along the line y = 0, which passes through the pivot", (), POINT),
+    ),
+    (
+        Key(
+            "assembly",
+            "choice",
+            "side of the line pivot - block where the coupler's other pin lies: open left, crossed right; behind: the "
+            "platen lies behind the rod's other pin",
+            "open",
+            choices=("open", "crossed", "open-behind", "crossed-behind"),
+        ),
+    ),
+    (
+        Port("block", False, "displacement of the block along -x, from above the pivot"),
+        Port("platen", False, "displacement of the platen along +x, from the pivot"),
+        Port("bell_crank", True, "angle from +x of the line from the pivot to the coupler pin"),
+        Port("coupler", True, "angle from +x of the line from the bell crank to the block"),
+        Port("rod", True, "angle from +x of the line from the bell crank to the platen"),
+    ),
+)
 _LAW = Kind(
     "law",
     "outputs whose position is given as a function of the crank's angle",
     keys=(Key("outputs", "tables", "one table per output, each of them a port", required=True),),
 )
-_LINKAGE = Kind("linkage", "bodies and joints of any linkage", later=True)
+_LINKAGE = Kind(
+    "linkage",
+    "bodies, joints and couplings of any plane linkage (`flywheel.schema_linkage` has their keys)",
+    keys=(
+        Key("driver", "text", "name of the pin or slide whose coordinate drives", required=True),
+        Key("start", "angle | length", "the driver's coordinate at which guesses and assembly hold", 0.0),
+        Key("assembly", "list", "an array of tables: sides on which points lie where the driver stands at start"),
+        Key("bodies", "tables", "one table per body; `frame` is the fixed one", required=True),
+        Key("joints", "list", "an array [[mechanism.joints]], one table per joint", required=True),
+        Key("couplings", "list", "an array [[mechanism.couplings]]: gear and rolling pairs, cams"),
+        Key("ports", "tables", "ports at points of bodies"),
+    ),
+)
 
-KINDS = {kind.name: kind for kind in (_SCOTCH_YOKE, _SLIDER_CRANK, _FOUR_BAR, _CRANK_SHAPER, _LAW, _LINKAGE)}
+KINDS = {kind.name: kind for kind in (_SCOTCH_YOKE, _SLIDER_CRANK, _FOUR_BAR, _CRANK_SHAPER, _TOGGLE_CLAMP, _LAW, _LINKAGE)}
 
 OUTPUT = Section(
     "mechanism.outputs.NAME",
@@ -336,8 +386,12 @@ _SECTIONS = (
     ),
     Section(
         "drive",
-        "the torque that drives the machine",
-        (_ON_SHAFT, Key("torque", "law", '"balance", a quantity or an expression in N m', required=True)),
+        "the torque that drives the machine, or the force where its reduction element slides",
+        (
+            _ON_SHAFT,
+            Key("torque", "law", '"balance", a quantity or an expression in N m'),
+            Key("force", "law", "a quantity or an expression in N, where the driver slides"),
+        ),
     ),
     Section(
         "regime",
@@ -368,6 +422,16 @@ _SECTIONS = (
             _ON_SHAFT,
             Key("irregularity", "number", "of the speed: size the flywheel for it", None, Range(0.0, 2.0, True, True)),
             Key("inertia", "inertia", "of the given flywheel: analyse it", None, NOT_NEGATIVE),
+        ),
+    ),
+    Section(
+        "stroke",
+        "a one-way motion of the driver, which slides or turns, instead of regime and flywheel",
+        (
+            Key("from", "length | angle", "driver's coordinate at the beginning", required=True),
+            Key("to", "length | angle", "driver's coordinate at the end, greater than from", required=True),
+            Key("speed", "velocity | speed", "of the driver, all along the stroke", required=True),
+            Key("acceleration", "acceleration | angular acceleration", "of the driver, all along the stroke", 0.0),
         ),
     ),
     Section(
@@ -404,3 +468,9 @@ TOP = (
 
 AREAS_EXCLUDE = ("mechanism", "inertia", "load", "spring", "damper", "gravity", "drive")
 """Tables that a scene with `[areas]` must do without."""
+
+STROKE_EXCLUDE = ("regime", "flywheel", "areas")
+"""Tables that a scene with `[stroke]` must do without."""
+
+STROKE_TYPES = ("toggle-clamp", "linkage")
+"""Types of mechanism that may go one way, along a stroke."""

@@ -10,9 +10,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flywheel import regime
+from flywheel.advice import told
 from flywheel.faults import Fault, SceneError
 from flywheel.machine import Machine
 from flywheel.scene import Scene
+from flywheel.state import own_coordinate
 from flywheel.stepping import TIGHTEST, Rates, Step, Tolerance, reduced_at, through
 
 if TYPE_CHECKING:
@@ -29,6 +31,9 @@ class Motion(NamedTuple):
     `work` is that of M* since the start (J) and `energy_residual` the largest |kinetic energy gained - work| over the
     largest kinetic energy. `at(t)` gives (phi, omega) at any times within, by dense output. Where shafts twist, `work` is
     that of loads and drive and `run` the motion of the whole bond graph, with every flow, effort and its power audit.
+
+    On a stroke phi is the driver's coordinate (x in m and omega in m/s where it slides). The motion ends where the stroke
+    does, and `ended` says so; it is None for a motion that lasts until the time asked. `at` refuses later times.
     """
 
     t: Array
@@ -38,6 +43,7 @@ class Motion(NamedTuple):
     energy_residual: float
     at: Callable[[Any], tuple[Array, Array]]
     run: Run | None = None
+    ended: str | None = None
 
 
 def simulate(
@@ -53,18 +59,22 @@ def simulate(
     """Motion of a machine from a given state for a given time, from (J + I*) alpha + ½ dI*/dphi omega² = M*.
 
     A machine with compliant shafts has more than one angle: its whole bond graph is followed, from a state without twist.
+    A machine with a stroke is followed until it reaches one of the stroke's ends.
 
     Args:
         machine: a `Machine`, or a `Scene`, of which one is then built.
-        phi: crank angle at t = 0, rad.
-        omega: crank speed at t = 0, rad/s; it may be zero, and the machine may stop and turn back.
+        phi: crank angle at t = 0, rad. On a stroke the driver's coordinate, rad, or m where it slides.
+        omega: crank speed at t = 0, rad/s; it may be zero, and the machine may stop and turn back. On a stroke the driver's
+            speed, m/s where it slides.
         until: time to simulate, s.
-        inertia: the flywheel's, kg m² at its own shaft; the scene's own (0 when it asks for a sizing) if None.
+        inertia: the flywheel's, kg m² at its own shaft; the scene's own (0 when it asks for a sizing) if None. On a stroke
+            what moves with the driver beside the machine: 0 if None, kg where it slides.
         balance: value (SI) of the scene's unknown; if None the one that balances the cycle (with rigid shafts).
         rtol: tolerance of the integrator, per step; where shafts twist, of the whole motion.
 
     Raises:
-        SceneError: if I* + J vanishes somewhere, so that the motion is not determined.
+        SceneError: if I* + J vanishes somewhere, so that the motion is not determined; if the machine starts outside its
+            stroke, or at an end of it that it is pushed out of.
 
     >>> import flywheel
     >>> rotor = {"inertia": [{"on": "crank", "value": 2}], "drive": {"torque": 6}, "regime": {"speed": 1},
@@ -87,8 +97,28 @@ def simulate(
         from flywheel.whole import followed
 
         return _of_run(followed(machine, phi, omega, until, own, balance or 0.0, rtol))
+    if scene.stroke is not None:
+        phi = float(own_coordinate(scene, np.asarray(phi, dtype=float)))
     steps, turns = _followed(machine, phi, omega, until, total, balance or 0.0, max(rtol, TIGHTEST))
-    return _as_motion(machine, steps, turns, total)
+    motion = _as_motion(machine, steps, turns, total)
+    return motion if scene.stroke is None else _on_stroke(motion, scene, until)
+
+
+def _on_stroke(motion: Motion, scene: Scene, until: float) -> Motion:
+    """The motion in the driver's own coordinate, with a word on its end if that came early."""
+    assert scene.stroke is not None
+    start, end, last = scene.stroke.start, scene.stroke.end, float(motion.t[-1])
+    phi = np.clip(motion.phi + start, start, end)  # rounding aside, it is there already
+    where = told(float(phi[-1]), scene.stroke.sliding)
+    ended = None if last >= until else f"the driver reached the stroke's end at {where} after {last:.6g} s"
+
+    def at(times: Any) -> tuple[Array, Array]:
+        if np.any(np.asarray(times) > last):
+            raise SceneError([Fault("t", f"{np.max(times):.6g} s", f"times up to {last:.6g} s", ended or "")])
+        found, speed = motion.at(times)
+        return np.clip(found + start, start, end), speed
+
+    return motion._replace(phi=phi, at=at, ended=ended)
 
 
 def _of_run(run: Run) -> Motion:
@@ -115,12 +145,15 @@ def _followed(
 ) -> tuple[list[Step], list[float]]:
     """Piece after piece in either direction; phi is reduced to one cycle, `turns` adds back what was taken off."""
     cycle, ends = machine.scene.cycle, machine.restarts
-    offset = float(np.floor(phi / cycle)) * cycle
+    offset = float(np.floor(phi / cycle)) * cycle if machine.scene.stroke is None else 0.0
     t, state = 0.0, np.array([phi - offset, omega, 0.0])
     steps: list[Step] = []
     turns: list[float] = []
     hint: float | None = None
     while t < until:
+        _check_friction(machine, t, float(state[1]))
+        if machine.scene.stroke is not None and _leaves(machine, state, inertia, balance):
+            break
         piece, state[0], shift = _piece(machine, state, inertia, balance)
         offset += shift
         low, high = float(ends[piece]), float(ends[piece + 1])
@@ -135,23 +168,39 @@ def _followed(
             state[0] = high if abs(state[0] - high) < abs(state[0] - low) else low
         if len(steps) > _MOST_STEPS:
             raise SceneError([Fault("until", f"{until:g} s", f"a shorter time: {_MOST_STEPS} steps reach {t:g} s")])
+    if not steps:
+        found = f"a machine at {machine.where(phi)}, the stroke's end, that moves on or is pushed out of it"
+        raise SceneError([Fault("simulation", found, "a start from which it moves along its stroke")])
     return steps, turns
+
+
+def _leaves(machine: Machine, state: Array, inertia: float, balance: float) -> bool:
+    """Whether a machine stands at an end of its stroke and is about to leave it."""
+    phi, omega = float(state[0]), float(state[1])
+    outwards = {0.0: -1.0, machine.scene.cycle: 1.0}.get(phi)
+    if outwards is None:
+        return False
+    if omega == 0.0:
+        middle = 0.5 * float(machine.restarts[:2].sum() if phi == 0.0 else machine.restarts[-2:].sum())
+        omega = float(_rates(machine, middle, inertia, balance, None)(0.0, state)[1])
+    return omega * outwards > 0.0
 
 
 def _piece(machine: Machine, state: Array, inertia: float, balance: float) -> tuple[int, float, float]:
     """The piece that the motion goes on in, the angle within the cycle there, and what was taken off it."""
     ends, cycle = machine.restarts, machine.scene.cycle
     phi, omega = float(state[0]), float(state[1])
+    turn = cycle if machine.scene.stroke is None else 0.0  # nothing comes round again on a stroke
     forwards = omega > 0.0
     if omega == 0.0:
         forward = min(max(int(np.searchsorted(ends, phi, side="right")) - 1, 0), ends.size - 2)
         middle = 0.5 * float(ends[forward] + ends[forward + 1])
         forwards = _rates(machine, middle, inertia, balance, None)(0.0, state)[1] >= 0.0
     if forwards:
-        shift = cycle if phi >= cycle else 0.0
-        return int(np.searchsorted(ends, phi - shift, side="right")) - 1, phi - shift, shift
-    shift = -cycle if phi <= 0.0 else 0.0
-    return int(np.searchsorted(ends, phi - shift, side="left")) - 1, phi - shift, shift
+        shift = turn if phi >= cycle else 0.0
+        return min(int(np.searchsorted(ends, phi - shift, side="right")) - 1, ends.size - 2), phi - shift, shift
+    shift = -turn if phi <= 0.0 else 0.0
+    return max(int(np.searchsorted(ends, phi - shift, side="left")) - 1, 0), phi - shift, shift
 
 
 def _rates(machine: Machine, middle: float, inertia: float, balance: float, ends: tuple[float, float] | None) -> Rates:
@@ -162,11 +211,32 @@ def _rates(machine: Machine, middle: float, inertia: float, balance: float, ends
         total, slope, moment = reduced_at(machine, phi, middle, balance, ends)
         total += inertia
         if not total > 0.0:
-            found = f"I* + J = {total:g} kg m² at crank angle {np.degrees(phi):.6g} deg"
-            raise SceneError([Fault("flywheel.inertia", found, "a positive inertia everywhere", "add inertia")])
+            raise SceneError([_weightless(machine, phi, total)])
         return np.array([omega, (moment - 0.5 * slope * omega * omega) / total, moment * omega])
 
     return rates
+
+
+def _weightless(machine: Machine, phi: float, total: float) -> Fault:
+    where = machine.where(phi)
+    if machine.scene.stroke is None:
+        return Fault(
+            "flywheel.inertia", f"I* + J = {total:g} kg m² at {where}", "a positive inertia everywhere", "add inertia"
+        )
+    name, unit = ("m*", "kg") if machine.scene.stroke.sliding else ("I*", "kg m²")
+    return Fault(
+        "inertia", f"{name} = {total:g} {unit} at {where}", "a positive one all along the stroke", "add [[inertia]]"
+    )
+
+
+def _check_friction(machine: Machine, t: float, omega: float) -> None:
+    """Refuse to follow a motion that turns back where joints rub: their friction is known for one sense alone."""
+    stroke = machine.scene.stroke
+    sense = 1.0 if stroke is None or stroke.speed > 0.0 else -1.0
+    if machine.friction is not None and omega * sense < 0.0:
+        found = f"a motion that turns back by {t:.6g} s, with friction in joints"
+        expected = "one that keeps the sense for which that friction was found"
+        raise SceneError([Fault("until", found, expected, "a shorter time, or leave friction out")])
 
 
 def _as_motion(machine: Machine, steps: list[Step], turns: list[float], inertia: float) -> Motion:

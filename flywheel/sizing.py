@@ -6,12 +6,14 @@ from dataclasses import replace
 
 import numpy as np
 
-from flywheel import steady, wittenbauer
+from flywheel import regime, steady, wittenbauer
 from flywheel.faults import Fault, SceneError
 from flywheel.machine import Machine
 from flywheel.piecewise import ROUNDING
 from flywheel.results import Area, Confirmation, Errors, Flywheel, Sizing
 from flywheel.scene import Scene
+
+_FRICTION = "friction in joints is taken at a constant crank speed of {:.6g} rad/s, and so is its share of the moment"
 
 
 def size(machine: Machine | Scene, rtol: float | None = None, *, simulate: bool = True) -> Sizing:
@@ -44,6 +46,7 @@ def size(machine: Machine | Scene, rtol: float | None = None, *, simulate: bool 
     scene = machine.scene if isinstance(machine, Machine) else machine
     if not isinstance(scene, Scene):
         raise TypeError(f"expected a Machine or a Scene (flywheel.load makes one), found {type(machine).__name__}")
+    regime.check_cycle(scene)
     asked = _checked(scene.rtol if rtol is None else rtol)
     try:
         with np.errstate(all="ignore"):  # values that are not finite are found, and reported with their place
@@ -64,6 +67,8 @@ def _checked(rtol: float) -> float:
 def _of_machine(machine: Machine, asked: float, simulate: bool) -> Sizing:
     scene = machine.scene
     sizing = wittenbauer.settled(machine, asked)
+    if machine.friction is not None:
+        sizing = replace(sizing, messages=(*sizing.messages, _FRICTION.format(scene.speed)))
     if simulate:
         from flywheel import confirmation  # scipy arrives with time stepping, and not before
 

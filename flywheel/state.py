@@ -1,4 +1,4 @@
-"""What `flywheel reduce` shows: I*, dI*/dphi, M* and every influence coefficient over crank angle."""
+"""What `flywheel reduce` shows: I*, dI*/dphi, M* and every influence coefficient over the driver's coordinate."""
 
 from __future__ import annotations
 
@@ -8,20 +8,27 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from bondgraph.reduction import Reduced
 from flywheel import regime
+from flywheel.advice import told
 from flywheel.faults import Fault, SceneError
 from flywheel.machine import Machine
 from flywheel.scene import Scene
 
 Array = NDArray[np.float64]
 
+_SLACK = 1e-12  # of a stroke, by which rounding may carry a coordinate past its ends
+
 
 class MachineState(NamedTuple):
-    """The machine seen from its crank at angles phi (rad), without the flywheel.
+    """The machine seen from its reduction element, the crank, at angles phi (rad), without the flywheel.
 
     `inertia` I* and `slope` dI*/dphi in kg m²; `moment` M* in N m, the balance included; `gains` the influence coefficient
     g = velocity/omega of every shaft, port and other velocity (m or 1, by name) and `gain_slopes` dg/dphi;
     `inertia_parts` and `moment_parts` what each body and each load adds.
+
+    Where the reduction element slides (a scene with `[stroke]` and a driver that slides), `phi` is the driver's position
+    x (m), `inertia` a mass m* (kg), `slope` dm*/dx (kg/m), `moment` a force F* (N); gains are per metre of the driver.
     """
 
     phi: Array
@@ -39,7 +46,8 @@ def reduce(machine: Machine | Scene, phi: ArrayLike, *, balance: float | None = 
 
     Args:
         machine: a `Machine`, or a `Scene`, of which one is then built.
-        phi: crank angles, rad, any shape; taken modulo the cycle.
+        phi: crank angles, rad, any shape; taken modulo the cycle. On a stroke: the driver's coordinates, rad, or m where
+            it slides, from one end of the stroke to the other; none outside.
         balance: value (SI) of the scene's unknown; solved for if None.
 
     At a breakpoint the value of the piece that begins there is given.
@@ -54,13 +62,15 @@ def reduce(machine: Machine | Scene, phi: ArrayLike, *, balance: float | None = 
     """
     if not isinstance(machine, Machine):
         machine = Machine(machine)
-    angles = np.asarray(phi, dtype=float) % machine.scene.cycle
-    if not np.isfinite(angles).all():
-        raise SceneError([Fault("phi", "an angle that is not finite", "crank angles in rad")])
+    given = np.asarray(phi, dtype=float)
+    angles = own_coordinate(machine.scene, given)
     anchor = machine.anchors(angles)
-    if balance is None:
-        balance = regime.resolve(machine, machine.mesh).balance
+    once = machine.scene.stroke is not None
+    if balance is None and not once:
+        balance = regime.settled_balance(machine)
     reduced = machine.reduce(angles, anchor)
+    if once:
+        _check_finite(machine, angles, anchor, reduced)
     chain = machine.kinematics
     flows = chain.flows(angles, anchor)
     named = {name: chain.variable[name] for name, element in chain.graph.elements.items() if element.kind == "1"}
@@ -69,7 +79,7 @@ def reduce(machine: Machine | Scene, phi: ArrayLike, *, balance: float | None = 
         return np.broadcast_to(np.asarray(value, dtype=float), angles.shape)
 
     return MachineState(
-        phi=angles,
+        phi=given if once else angles,
         inertia=whole(reduced.inertia),
         slope=whole(reduced.slope),
         moment=whole(reduced.moment + (balance or 0.0) * reduced.per_unknown),
@@ -78,3 +88,35 @@ def reduce(machine: Machine | Scene, phi: ArrayLike, *, balance: float | None = 
         inertia_parts={k: whole(v) for k, v in chain.inertias(flows).items()},
         moment_parts={k: whole(v) for k, v in machine.reduction.moments(angles, anchor, balance or 0.0).items()},
     )
+
+
+def own_coordinate(scene: Scene, given: Array) -> Array:
+    """The machine's coordinate from 0 to the cycle: angles modulo the cycle; on a stroke the way from its beginning.
+
+    Raises SceneError for what is not finite, or lies outside the stroke.
+    """
+    stroke = scene.stroke
+    sliding = stroke is not None and stroke.sliding
+    name, what = ("x", "a position") if sliding else ("phi", "an angle")
+    if not np.isfinite(given).all():
+        expected = "positions of the driver in m" if sliding else "crank angles in rad"
+        raise SceneError([Fault(name, f"{what} that is not finite", expected)])
+    if stroke is None:
+        return given % scene.cycle
+    slack = _SLACK * max(abs(stroke.start), abs(stroke.end), stroke.span)
+    outside = (given < stroke.start - slack) | (given > stroke.end + slack)
+    if outside.any():
+        ends = f"{told(stroke.start, sliding)} to {told(stroke.end, sliding)}"
+        raise SceneError([Fault(name, told(given[outside].flat[0], sliding), f"{what} within the stroke, {ends}")])
+    return np.asarray(np.clip(given - stroke.start, 0.0, stroke.span))
+
+
+def _check_finite(machine: Machine, angles: Array, anchor: Array, reduced: Reduced) -> None:
+    """Refuse what is not finite at the positions asked, with the load that it comes from."""
+    whole = np.asarray(reduced.inertia + reduced.slope + reduced.moment) + 0.0 * angles
+    bad = ~np.isfinite(whole)
+    if bad.any():
+        at, middle = float(angles[bad].flat[0]), float(anchor[bad].flat[0])
+        parts = machine.reduction.moments(at, middle, by_name=True)
+        culprit = next((name for name, part in parts.items() if not np.isfinite(part)), "mechanism")
+        raise SceneError([regime.not_finite(machine, culprit, at)])

@@ -36,7 +36,15 @@ class Step(NamedTuple):
 def reduced_at(
     machine: Machine, phi: float, middle: float, balance: float, ends: tuple[float, float] | None
 ) -> tuple[float, float, float]:
-    """I*, dI*/dphi, M*; where a law stops being defined at a piece's end or past it, its value just inside."""
+    """I*, dI*/dphi, M*; where a law stops being defined at a piece's end or past it, its value just inside.
+
+    Past the end of a stroke, where a step that finds the end may try, there is no mechanism: I* goes on along its tangent.
+    """
+    cycle = machine.scene.cycle
+    if machine.scene.stroke is not None and not 0.0 <= phi <= cycle:
+        end = 0.0 if phi < 0.0 else cycle
+        inertia, slope, moment = reduced_at(machine, end, middle, balance, ends)
+        return inertia + slope * (phi - end), slope, moment
     reduced = machine.reduction(phi, middle)
     moment = float(reduced.moment + balance * reduced.per_unknown)
     if ends is not None and not math.isfinite(moment):

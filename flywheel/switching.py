@@ -31,7 +31,11 @@ _JETS = jet_namespace(intervals.NAMESPACE)
 
 
 class SwitchingError(ValueError):
-    """A function that cannot be followed over a range of angles."""
+    """A function that cannot be followed over a range of angles; `{near}` in its text stands for the angle near which."""
+
+    def __init__(self, text: str, near: float = 0.0) -> None:
+        super().__init__(text.replace("{near}", f"{near:.6g}"))
+        self.text, self.near = text, near
 
 
 class _Search(NamedTuple):
@@ -93,7 +97,7 @@ def breakpoints(
         try:
             found = _roots_between(_search_of(part, env, env_value), edges)
         except SwitchingError as error:
-            raise SwitchingError(f"{part.text}: {error}") from None
+            raise SwitchingError(f"{part.text}: {error.text}", error.near) from None
         edges = _apart(edges, found)
     return [float(angle) for angle in edges[_distance(edges, start) > 0]]
 
@@ -140,8 +144,7 @@ def _isolated(search: _Search, edges: Array) -> tuple[_Cells, _Cells]:
     while cells.lo.size:
         seen += cells.lo.size
         if seen > CELL_CAP:
-            near = float(cells.lo[0])
-            raise SwitchingError(f"changes sign too often to be followed (first near phi = {near:.6g})")
+            raise SwitchingError("changes sign too often to be followed (first near phi = {near})", float(cells.lo[0]))
         bounds, slope, noise = _bounds(search, cells)
         is_open = ~((bounds.lo > 0) | (bounds.hi < 0) | ((bounds.lo == 0) & (bounds.hi == 0)))
         is_monotone = is_open & ((slope.lo > 0) | (slope.hi < 0))

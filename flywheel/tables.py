@@ -24,17 +24,21 @@ TOLERANCE = 1e-9
 _REPORTED = 5
 
 
-def read_table(raw: object, dimension: str | None, path: str, folder: Path | None, faults: Faults) -> Table | None:
-    """A table in SI (angles in rad) whose angles ascend; `dimension` is that of its values.
+def read_table(
+    raw: object, dimension: str | None, path: str, folder: Path | None, faults: Faults, along: str = "angle"
+) -> Table | None:
+    """A table in SI whose angles ascend; `dimension` is that of its values, `along` that of its angles.
 
-    None after noting what is wrong with it.
+    Along a stroke that slides the "angles" are lengths. None after noting what is wrong with it.
     """
     before = len(faults)
     mapping = as_table(raw, path, faults)
     if mapping is None:
         return None
     fields = read_fields(mapping, TABLE.keys, path, faults)
-    units = _units(fields, dimension, path, faults)
+    if along == "length":
+        fields["angle_unit"] = mapping.get("angle_unit", "m")
+    units = _units(fields, (along, dimension), path, faults)
     columns = _columns(mapping, fields, path, folder, faults)
     if columns is None or units is None or len(faults) > before:
         return None
@@ -45,10 +49,10 @@ def read_table(raw: object, dimension: str | None, path: str, folder: Path | Non
     return Table(angle, value, fields["interpolation"])
 
 
-def _units(fields: Fields, dimension: str | None, path: str, faults: Faults) -> tuple[Unit, Unit] | None:
+def _units(fields: Fields, dimensions: tuple[str, str | None], path: str, faults: Faults) -> tuple[Unit, Unit] | None:
     """Units of angles and values; values are SI unless the scene says otherwise."""
     found = []
-    for key, expected in (("angle_unit", "angle"), ("value_unit", dimension)):
+    for key, expected in zip(("angle_unit", "value_unit"), dimensions, strict=True):
         text = fields[key]
         if text is None:
             found.append(Unit())
@@ -159,6 +163,17 @@ def fit_window(table: Table, window: Window, every: float, path: str, faults: Fa
     near_first, near_last = abs(table.angle[0] - first) <= slack, abs(table.angle[-1] - last) <= slack
     table = _moved_ends(table, first if near_first else None, last if near_last else None)
     return _within_reach(table, every, path, faults)
+
+
+def fit_stroke(table: Table, window: Window, path: str, faults: Faults) -> Table | None:
+    """The table of a load that acts once, from one end of a window to the other: it must cover that."""
+    slack = TOLERANCE * (window[1] - window[0])
+    first, last = float(table.angle[0]), float(table.angle[-1])
+    if first > window[0] + slack or last < window[1] - slack:
+        found = f"values from {first:.10g} to {last:.10g}"
+        faults.add(path, found, f"values from {window[0]:.10g} to {window[1]:.10g}, all along its load")
+        return None
+    return table
 
 
 def _moved_ends(table: Table, first: float | None, last: float | None) -> Table:

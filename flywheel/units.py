@@ -98,6 +98,7 @@ DIMENSIONS = {
         Dimension("speed", (0, 0, -1), (1,), "rad/s", "210 rpm"),
         Dimension("velocity", (1, 0, -1), (0,), "m/s", "2 m/s"),
         Dimension("acceleration", (1, 0, -2), (0,), "m/s^2", "9.81 m/s^2"),
+        Dimension("angular acceleration", (0, 0, -2), (1,), "rad/s^2", "3 rad/s^2"),
         Dimension("energy", (2, 1, -2), (0,), "J", "4 kJ"),
         Dimension("power", (2, 1, -3), (0,), "W", "1.5 kW"),
         Dimension("pressure", (-1, 1, -2), (0,), "Pa", "6 bar"),

@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
 __all__ = ["TYPES", "build"]
 
-TYPES = ("scotch-yoke", "slider-crank", "four-bar", "crank-shaper", "law")
+TYPES = ("scotch-yoke", "slider-crank", "four-bar", "crank-shaper", "toggle-clamp", "law", "linkage")
 _NO_PARAMETERS: Mapping[str, float] = MappingProxyType({})
 
 
@@ -30,7 +30,6 @@ def build(mechanism: Mechanism, parameters: Mapping[str, float] = _NO_PARAMETERS
     module = import_module(f"flywheel.mechanisms.{mechanism.type.replace('-', '_')}")
     if mechanism.type == "law":
         return module.family(mechanism, parameters)  # type: ignore[no-any-return]
-    faults = module.faults(mechanism)
-    if faults:
+    if mechanism.type != "linkage" and (faults := module.faults(mechanism)):  # a linkage's own come of following it
         raise SceneError(faults)
     return module.family(mechanism)  # type: ignore[no-any-return]

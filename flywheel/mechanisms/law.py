@@ -86,6 +86,18 @@ def family(mechanism: Mechanism, parameters: Mapping[str, float]) -> Family:
     )
 
 
+def followed(output: Output, period: float, parameters: Mapping[str, float], path: str) -> Curve:
+    """The curve of one output that carries inertia and comes back after the period (rad).
+
+    Raises SceneError for a position that is not finite, that jumps or whose slope jumps, or that does not come back.
+    """
+    curve = _curve(output, period, parameters, path)
+    if not _port(output, curve, period, path).returns:
+        found = "a position that gains a constant each period"
+        raise SceneError([Fault(_key(output, path), found, "a position that comes back after the period")])
+    return curve
+
+
 def _velocity(output: Output) -> Velocity:
     name = output.name
     ratio = Ratio(lambda position: position.jet(name).first, lambda position: position.jet(name).second)

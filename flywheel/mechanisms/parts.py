@@ -98,12 +98,12 @@ def pivoted(line: Line, name: str, body: Body) -> Parts:
     return joined(inertia, point(line, f"{name}.com", body.com, body.mass, name, body.com_angle))
 
 
-def floating(line: Line, name: str, body: Body, crank: float) -> Parts:
-    """Body whose first pin is the crank pin, `crank` (m) from the crank's pivot.
+def floating(line: Line, name: str, body: Body, length: float, carrier: Line = CRANK) -> Parts:
+    """Body whose first pin is the end of a carrier's arm, `length` (m) from the carrier's fixed pivot.
 
-    Its centre of mass moves as the crank pin does, plus its own turning about that pin.
+    Its centre of mass moves as that pin does, plus its own turning about it.
     """
-    arms = [arm(CRANK, crank)]
+    arms = [arm(carrier, length)]
     if body.com != 0:
         arms.append(arm(line, body.com, body.com_angle))
     at = f"{name}.com"

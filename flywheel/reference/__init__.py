@@ -6,9 +6,9 @@ from pathlib import Path
 
 _TOPICS = (
     *("overview", "quantities", "expressions", "parameters", "shafts", "mechanism"),
-    *("scotch-yoke", "slider-crank", "four-bar", "crank-shaper", "law"),
-    *("inertia", "load", "tables", "spring", "gravity", "drive", "regime", "flywheel", "areas", "accuracy"),
-    *("faults", "results"),
+    *("scotch-yoke", "slider-crank", "four-bar", "crank-shaper", "toggle-clamp", "law", "linkage"),
+    *("inertia", "load", "tables", "spring", "gravity", "drive", "regime", "flywheel", "stroke", "areas", "accuracy"),
+    *("faults", "results", "reactions"),
 )
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 _KINDS = (
-    *("scotch-yoke", "slider-crank", "four-bar", "crank-shaper", "law", "rotor", "areas"),
+    *("scotch-yoke", "slider-crank", "four-bar", "crank-shaper", "toggle-clamp", "law", "linkage", "rotor", "areas"),
     *("press", "shaper", "pump", "engine"),
 )
 
@@ -20,7 +20,9 @@ def kinds() -> list[str]:
 
 
 def starter(kind: str) -> str:
-    """The text of a starter scene, which can be sized as it is. Raises KeyError for a kind that does not exist.
+    """The text of a starter scene, which can be sized (on a one-way stroke: reduced) as it is.
+
+    Raises KeyError for a kind that does not exist.
 
     >>> starter("press").splitlines()[-1]
     'irregularity = "15 %"                # presses live on their flywheel: 10 to 20 % is usual'

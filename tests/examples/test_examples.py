@@ -14,6 +14,7 @@ EXAMPLES = Path(__file__).parents[2] / "examples"
 EXAMS, MACHINES = EXAMPLES / "exams", EXAMPLES / "machines"
 SCRIPTS = sorted(path for path in EXAMS.glob("*.py") if path.name != "steps.py")
 SCENES = sorted(EXAMPLES.glob("*/*.toml"))
+ONE_WAY = [path for path in SCENES if "\n[stroke]" in path.read_text(encoding="utf-8")]
 
 
 def name(path: Path) -> str:
@@ -52,7 +53,16 @@ def test_every_exam_says_where_the_print_errs(script, steps, capsys):
     assert ("print errs" in capsys.readouterr().out) == (script.stem in wrong_in_print)
 
 
-@pytest.mark.parametrize("scene", SCENES, ids=name)
+@pytest.mark.parametrize("scene", ONE_WAY, ids=name)
+def test_scene_of_one_way_is_reduced_from_end_to_end(scene):
+    loaded = flywheel.load(scene)
+    ends = [loaded.stroke.start, loaded.stroke.end]
+    assert (flywheel.reduce(loaded, ends).inertia > 0).all()
+    with pytest.raises(flywheel.SceneError, match="one-way stroke"):
+        flywheel.size(loaded)
+
+
+@pytest.mark.parametrize("scene", [scene for scene in SCENES if scene not in ONE_WAY], ids=name)
 def test_scene_sizes_to_its_irregularity(scene):
     loaded = flywheel.load(scene)
     sizing = flywheel.size(loaded, simulate=False)

@@ -185,7 +185,7 @@ def test_an_empty_scene_is_a_fault(text):
         ("mechanism = [3]", "mechanism[0]"),
         ("[mechanism]", "mechanism.type"),
         ("mechanism.type = 'slidercrank'", "mechanism.type"),
-        ("mechanism.type = 'linkage'", "mechanism.type"),
+        ("mechanism.type = 'linkage'", "mechanism.driver"),
         ("load = 3", "load"),
         ("load = [3]", "load[0]"),
         ("[load]\non = 'crank'\ntorque = 3", "load"),

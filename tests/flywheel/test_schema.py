@@ -6,11 +6,12 @@ import pytest
 
 from flywheel import mechanisms
 from flywheel.schema import KINDS, MECHANISM, OUTPUT, SECTIONS, TABLE, TOP, Range
+from flywheel.schema_linkage import COUPLING, COUPLING_KEYS, JOINT, JOINT_KEYS, LINKAGE_SECTIONS
 from flywheel.units import DIMENSIONS
 
-OTHER_KINDS = {"text", "name", "choice", "law", "position", "table", "numbers", "index", "unit", "tables"}
+OTHER_KINDS = {"text", "name", "choice", "law", "position", "table", "numbers", "index", "unit", "tables", "list", "flag"}
 LISTS = [TOP, MECHANISM.keys, OUTPUT.keys, TABLE.keys]
-LISTS += [section.keys for section in SECTIONS.values()]
+LISTS += [section.keys for section in (*SECTIONS.values(), *LINKAGE_SECTIONS)]
 LISTS += [part.keys for kind in KINDS.values() for part in kind.parts] + [kind.keys for kind in KINDS.values()]
 KEYS = [key for keys in LISTS for key in keys]
 
@@ -49,3 +50,10 @@ def test_ranges(bounds, inside, outside, words):
     assert all(value in bounds for value in inside)
     assert not any(value in bounds for value in outside)
     assert str(bounds) == words
+
+
+@pytest.mark.parametrize(("section", "owned"), [(JOINT, JOINT_KEYS), (COUPLING, COUPLING_KEYS)])
+def test_every_key_of_joints_and_couplings_belongs_to_some_type(section, owned):
+    common = {"name", "type", "between"}
+    assert {key.name for key in section.keys} == common.union(*owned.values())
+    assert next(key for key in section.keys if key.name == "type").choices == tuple(owned)

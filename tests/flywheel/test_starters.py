@@ -1,5 +1,6 @@
-"""Starters load, size, say what they are, and never overwrite a file."""
+"""Starters load, size (on a one-way stroke: reduce), say what they are, and never overwrite a file."""
 
+import numpy as np
 import pytest
 
 import flywheel
@@ -7,12 +8,18 @@ from flywheel.reading import load
 from flywheel.schema import KINDS
 from flywheel.starters import kinds, starter, write_starter
 
+ONE_WAY = ["toggle-clamp"]
+
 
 def test_there_is_one_for_every_type():
     assert {kind.name for kind in KINDS.values() if not kind.later} | {"rotor", "areas"} < set(kinds())
 
 
-@pytest.mark.parametrize("kind", kinds())
+def test_all_but_the_one_way_ones_have_a_cycle():
+    assert [kind for kind in kinds() if load(starter(kind)).stroke is not None] == ONE_WAY
+
+
+@pytest.mark.parametrize("kind", [kind for kind in kinds() if kind not in ONE_WAY])
 def test_starters_can_be_sized_as_they_are(kind):
     scene = load(starter(kind))
     result = flywheel.size(scene, simulate=False)
@@ -20,6 +27,21 @@ def test_starters_can_be_sized_as_they_are(kind):
     assert result.flywheel.exact > 0
     assert result.reached
     assert scene.title
+
+
+@pytest.mark.parametrize("kind", ONE_WAY)
+def test_starters_on_a_stroke_can_be_driven_from_end_to_end(kind):
+    scene = load(starter(kind))
+    assert scene.stroke is not None
+    assert scene.title
+    x = np.linspace(scene.stroke.start, scene.stroke.end, 4001)
+    passage = flywheel.along(scene, x)
+    assert (passage.state.inertia > 0).all()
+    assert all(np.any(part) for part in passage.state.moment_parts.values())
+    # The driver's work is what the bodies gain in kinetic energy and the loads take.
+    mass, speed = passage.state.inertia, scene.stroke.speed
+    taken = -np.trapezoid(passage.state.moment, x)
+    assert np.trapezoid(passage.driving, x) == pytest.approx(0.5 * (mass[-1] - mass[0]) * speed**2 + taken, rel=1e-6)
 
 
 @pytest.mark.parametrize("kind", kinds())

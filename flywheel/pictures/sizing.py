@@ -17,9 +17,10 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import MultipleLocator
 from numpy.typing import NDArray
 
-from flywheel import curves, outcome, steady
-from flywheel.curves import Loop, Samples
+from flywheel import outcome, steady
 from flywheel.digits import figure as number
+from flywheel.pictures import curves
+from flywheel.pictures.curves import Loop, Samples
 from flywheel.report import headline
 from flywheel.results import Sizing
 from flywheel.steady import Run

@@ -11,7 +11,9 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 import flywheel
-from flywheel import curves, outcome, plots, steady
+from flywheel import outcome, steady
+from flywheel.pictures import curves
+from flywheel.pictures import sizing as plots
 from flywheel.results import Sizing
 from tests.flywheel.scenes import press, rotor, shaper, yoke
 

@@ -1,0 +1,109 @@
+"""What the commands share: arguments, faults as lines on standard error, files and text that are written."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import click
+
+if TYPE_CHECKING:
+    from flywheel.faults import Fault
+
+PLOT_FORMATS = (".png", ".svg", ".pdf")
+MOST_POINTS = 1_000_000
+SCENE = click.argument("scene", type=click.Path(path_type=Path))
+
+
+@contextmanager
+def reported(scene: Path) -> Iterator[None]:
+    """Turn the faults of a scene, or of the machine that it describes, into lines on standard error and exit code 1."""
+    import numpy as np
+
+    from flywheel.faults import SceneError
+
+    try:
+        with np.errstate(all="ignore"):  # a value that is not finite is reported as a fault, with its place
+            yield
+    except SceneError as error:
+        for fault in error.faults:
+            click.echo(_fault_line(scene, fault), err=True)
+        sys.exit(1)
+
+
+def _fault_line(scene: Path, fault: Fault) -> str:
+    """`press.toml: mechanism.rod.length: found ..., expected ...; advice`; a fault of the file itself names it once."""
+    whole_file = fault.path in (scene.name, "scene")
+    tail = str(fault)[len(fault.path) + 2 :] if whole_file else str(fault)
+    return f"{scene}: {tail}"
+
+
+@contextmanager
+def written(path: Path | str) -> Iterator[None]:
+    """Turn a file that cannot be written into one line on standard error and exit code 1."""
+    try:
+        yield
+    except BrokenPipeError:
+        raise
+    except OSError as error:
+        click.echo(f"{path}: cannot be written ({error.strerror or error})", err=True)
+        sys.exit(1)
+
+
+def show(text: str) -> None:
+    """Text to standard output; characters that its encoding lacks are replaced instead of ending the program."""
+    reconfigure = getattr(sys.stdout, "reconfigure", None)
+    if reconfigure is not None:
+        reconfigure(errors="replace")
+    with written("standard output"):
+        click.echo(text, nl=not text.endswith("\n"))
+
+
+def plot_path(context: click.Context, parameter: click.Parameter, path: Path | None) -> Path | None:
+    """The file of a picture, which its ending must tell to be one."""
+    if path is not None and path.suffix.lower() not in PLOT_FORMATS:
+        raise click.BadParameter(f"{str(path)!r} does not end in {', '.join(PLOT_FORMATS[:-1])} or {PLOT_FORMATS[-1]}.")
+    return path
+
+
+_PLACES = {
+    "angle": 'angle with its unit, such as "30 deg" or "0.5 rad"',
+    "length": 'position with its unit, such as "190 mm"',
+}
+
+
+def places(context: click.Context, parameter: click.Parameter, texts: tuple[str, ...]) -> tuple[str, ...]:
+    """Texts that are angles or positions; which of the two is wanted, the scene tells."""
+    for text in texts:
+        if all(quantity(text, dimension) is None for dimension in _PLACES):
+            raise click.BadParameter(f"{text!r} is no {_PLACES['angle']}, nor a {_PLACES['length']}.")
+    return texts
+
+
+def quantity(text: str, dimension: str) -> float | None:
+    """A quantity of some dimension in SI; None where the text is none."""
+    from flywheel.units import QuantityError, parse_quantity
+
+    try:
+        return parse_quantity(text, dimension)
+    except QuantityError:
+        return None
+
+
+def coordinates(texts: tuple[str, ...], sliding: bool) -> list[float]:
+    """Angles of the crank, or positions of a driver that slides (SI)."""
+    dimension = "length" if sliding else "angle"
+    found = [quantity(text, dimension) for text in texts]
+    for text, value in zip(texts, found, strict=True):
+        if value is None:
+            raise click.BadParameter(f"{text!r} is no {_PLACES[dimension]}.", param_hint="--at")
+    return [value for value in found if value is not None]
+
+
+def spare(scene: Path, output: Path) -> None:
+    """A usage error where the output would be written over the scene."""
+    if output.exists() and output.samefile(scene):
+        raise click.UsageError("--output names the scene itself.")

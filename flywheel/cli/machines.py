@@ -1,0 +1,239 @@
+"""Commands that compute: `size`, `reduce`, `graph`, `reactions`."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import click
+
+from flywheel.cli.common import MOST_POINTS, SCENE, coordinates, places, plot_path, quantity, reported, show, spare, written
+
+if TYPE_CHECKING:
+    from flywheel.joints import JointForces
+    from flywheel.results import Sizing
+
+RTOL = (1e-14, 0.1)
+
+
+def _accuracy(context: click.Context, parameter: click.Parameter, rtol: float | None) -> float | None:
+    if rtol is not None and not RTOL[0] <= rtol <= RTOL[1]:
+        raise click.BadParameter(f"{rtol} is not from {RTOL[0]} to {RTOL[1]}.")
+    return rtol
+
+
+@click.command(short_help="Size the flywheel of a scene, or analyse a given one.")
+@SCENE
+@click.option("--json", "as_json", is_flag=True, help="Print the result as JSON, SI throughout.")
+@click.option("--rtol", type=float, callback=_accuracy, help="Relative accuracy asked of every figure.")
+@click.option("--no-simulate", is_flag=True, help="Leave out the time simulation that confirms the result.")
+@click.option(
+    "--plot",
+    type=click.Path(path_type=Path),
+    callback=plot_path,
+    metavar="FILE.(png|svg|pdf)",
+    help="Draw moment, inertia, Wittenbauer's loop and speed into a file.",
+)
+def size(scene: Path, as_json: bool, rtol: float | None, no_simulate: bool, plot: Path | None) -> None:
+    """Size (or analyse) the flywheel of the machine in SCENE, a TOML file."""
+    with reported(scene):
+        from flywheel.reading import load
+        from flywheel.sizing import size as sized
+
+        sizing = sized(load(scene), rtol, simulate=not no_simulate)
+        _show(sizing, as_json)
+        if plot is not None:
+            _draw(sizing, plot)
+
+
+def _show(sizing: Sizing, as_json: bool) -> None:
+    if not as_json:
+        from flywheel.report import text
+
+        show(text(sizing))
+        return
+    from flywheel.export import encoded
+
+    show(encoded(sizing.as_dict(), indent=2))
+    for message in sizing.messages:
+        click.echo(message, err=True)
+
+
+def _draw(sizing: Sizing, path: Path) -> None:
+    from flywheel.pictures.sizing import plot
+
+    with written(path):
+        plot(sizing, path)
+
+
+@click.command(short_help="Print reduced inertia, moment and influence coefficients.")
+@SCENE
+@click.option("--json", "as_json", is_flag=True, help="Print JSON, SI throughout.")
+@click.option("--csv", "as_csv", is_flag=True, help="Print CSV, SI throughout (default).")
+@click.option(
+    "--points",
+    type=click.IntRange(1, MOST_POINTS),
+    help="Number of angles, evenly over the cycle, or of positions along the stroke (default 360).",
+)
+@click.option(
+    "--at",
+    multiple=True,
+    callback=places,
+    metavar="ANGLE",
+    help='A crank angle such as "30 deg", or a position of a driver that slides, such as "190 mm"; repeatable.',
+)
+@click.option("--output", type=click.Path(path_type=Path), metavar="FILE", help="Write to a file instead.")
+def reduce(scene: Path, as_json: bool, as_csv: bool, points: int | None, at: tuple[str, ...], output: Path | None) -> None:
+    """Print I*, dI*/dphi, M* and every influence coefficient of SCENE over the crank angle.
+
+    Where a driver slides these are m*, dm*/dx and F* over its position. Along a stroke there are also the driving action,
+    and the speeds and accelerations that go with the driver's.
+    """
+    if as_json and as_csv:
+        raise click.UsageError("--json and --csv exclude each other.")
+    if at and points is not None:
+        raise click.UsageError("--at and --points exclude each other.")
+    with reported(scene):
+        from flywheel.export import reduced
+        from flywheel.reading import load
+
+        loaded = load(scene)
+        wanted = coordinates(at, loaded.reduction_element == "slide")
+        text = reduced(loaded, wanted, points or 360, as_json=as_json)
+    if output is None:
+        show(text)
+        return
+    if output.exists() and output.samefile(scene):
+        raise click.UsageError("--output names the scene itself.")
+    with written(output):
+        output.write_text(text, encoding="utf-8", newline="")
+
+
+@click.command(short_help="Print and draw the bond graph of a scene.")
+@SCENE
+@click.option(
+    "--plot",
+    type=click.Path(path_type=Path),
+    callback=plot_path,
+    metavar="FILE.(png|svg|pdf)",
+    help="Draw the graph with half arrows, causal strokes and bond numbers into a file.",
+)
+@click.option(
+    "--format",
+    "form",
+    type=click.Choice(["text", "markdown", "latex"]),
+    default="text",
+    show_default=True,
+    help="How the table of bonds is written.",
+)
+@click.option("--simplify", "simpler", is_flag=True, help="Apply the simplification rules first, and list what they did.")
+def graph(scene: Path, plot: Path | None, form: str, simpler: bool) -> None:
+    """Print the bond graph of the machine in SCENE: of every bond its half arrow, causal stroke, effort and flow."""
+    with reported(scene):
+        from flywheel.diagram import draw, machine_graph, table
+
+        shown, log = machine_graph(scene, simplified=simpler)
+        text = "\n".join([*log, table(shown, form)])
+        if plot is not None:
+            with written(plot):
+                draw(shown, plot, scene)
+        show(text)
+
+
+# -- reactions -------------------------------------------------------------------------------------------------------
+
+
+def _speed(context: click.Context, parameter: click.Parameter, text: str | None) -> str | None:
+    if text is None or any(quantity(text, dimension) is not None for dimension in ("speed", "velocity")):
+        return text
+    raise click.BadParameter(f'{text!r} is no speed with its unit, such as "60 rpm", or "0.3 m/s" where the driver slides.')
+
+
+@click.command(short_help="Print the driving action and the forces in every joint.")
+@SCENE
+@click.option("--json", "as_json", is_flag=True, help="Print JSON, SI throughout.")
+@click.option("--csv", "as_csv", is_flag=True, help="Print CSV, SI throughout.")
+@click.option("--points", type=click.IntRange(1, MOST_POINTS), help="Number of positions (default 24; CSV and JSON 360).")
+@click.option(
+    "--at",
+    multiple=True,
+    callback=places,
+    metavar="ANGLE",
+    help='A crank angle such as "30 deg", or a position of a driver that slides, such as "190 mm"; repeatable.',
+)
+@click.option(
+    "--speed",
+    callback=_speed,
+    metavar="SPEED",
+    help='A constant speed such as "60 rpm", instead of that of the steady cycle with its flywheel, or of the stroke.',
+)
+@click.option("--quasi-static", is_flag=True, help="Leave inertia forces out.")
+@click.option("--no-friction", is_flag=True, help="Leave friction in the joints out.")
+@click.option(
+    "--plot",
+    type=click.Path(path_type=Path),
+    callback=plot_path,
+    metavar="FILE.(png|svg|pdf)",
+    help="Draw the reactions of every joint: polar for pins, over the motion for slides.",
+)
+@click.option("--output", type=click.Path(path_type=Path), metavar="FILE", help="Write to a file instead.")
+def reactions(
+    scene: Path,
+    as_json: bool,
+    as_csv: bool,
+    points: int | None,
+    at: tuple[str, ...],
+    speed: str | None,
+    quasi_static: bool,
+    no_friction: bool,
+    plot: Path | None,
+    output: Path | None,
+) -> None:
+    """Print the driving action of every mechanism in SCENE and the reactions in its joints, as the machine runs."""
+    if as_json and as_csv:
+        raise click.UsageError("--json and --csv exclude each other.")
+    if at and points is not None:
+        raise click.UsageError("--at and --points exclude each other.")
+    if output is not None:
+        spare(scene, output)
+    with reported(scene):
+        from flywheel import export_forces
+        from flywheel.joints import joint_forces, spread
+        from flywheel.reading import load
+
+        loaded = load(scene)
+        sliding = loaded.reduction_element == "slide"
+        count = points or (360 if as_json or as_csv or plot else 24)
+        phi = coordinates(at, sliding) if at else spread(loaded, count)
+        pace = None if speed is None else _pace(speed, sliding)
+        found = joint_forces(loaded, phi, speed=pace, inertia=not quasi_static, friction=not no_friction)
+        write = export_forces.json if as_json else export_forces.csv if as_csv else export_forces.text
+        if plot is not None:
+            _plot_forces(found, plot)
+    text = write(loaded, found)
+    if output is None:
+        show(text)
+        return
+    with written(output):
+        output.write_text(text, encoding="utf-8", newline="")
+
+
+def _pace(text: str, sliding: bool) -> float:
+    found = quantity(text, "velocity" if sliding else "speed")
+    if found is None:
+        kind = 'velocity, such as "0.3 m/s"' if sliding else 'speed, such as "60 rpm"'
+        raise click.BadParameter(f"{text!r} is no {kind}.", param_hint="--speed")
+    return found
+
+
+def _plot_forces(found: JointForces, path: Path) -> None:
+    """One picture for one mechanism; for several their names go into the files' names."""
+    from flywheel.pictures.reactions import polar
+
+    for name, forces in found.mechanisms.items():
+        file = path if len(found.mechanisms) == 1 else path.with_stem(f"{path.stem}-{name}")
+        with written(file):
+            polar(forces, file)
+
+
+COMMANDS = (size, reduce, graph, reactions)

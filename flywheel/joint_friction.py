@@ -1,0 +1,159 @@
+"""What friction in a linkage's joints asks of the crank, over the cycle or along the stroke.
+
+Friction follows the reactions, these the loads, weights and inertia forces: kinetostatics gives its share of the reduced
+moment at any position. It is taken at the scene's constant speed, so that it depends on position alone and is fitted once
+by series on cells, which close in on the angles where it is not smooth: where a joint turns back, or a force passes zero.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bondgraph.elements import Here
+from flywheel import piecewise, regime
+from flywheel.chain import Chain, merged
+from flywheel.faults import Fault, SceneError
+from flywheel.kinetostatics import Reactions
+from flywheel.linkage.wrenches import pace
+from flywheel.piecewise import Cells
+from flywheel.port_forces import MachineMotion, port_forces
+from flywheel.scene import Scene
+
+Array = NDArray[np.float64]
+
+_FINE = 1e-11  # of the largest moment: error of a cell that is left as it is
+_NARROW = 1e-9  # of the cycle: cells that are not cut any more
+_ROUNDS = 40
+_SCANNED = 1441  # positions at which signs are compared, over the cycle
+_HALVINGS = 52
+_BALANCED = 1e-12
+_MOST_BALANCES = 60
+
+
+class FrictionCurve:
+    """The moment (N m, or N) of friction in joints on the reduction element, on its coordinate from 0 to the cycle.
+
+    It is not smooth at `breakpoints`. `reached` is the error of its fit as a share of its largest value.
+    """
+
+    def __init__(self, mesh: Cells, values: Array, corners: Array) -> None:
+        self.mesh, self.series = mesh, piecewise.fit(values)
+        self.breakpoints = tuple(corners.tolist())
+        largest = float(np.abs(values).max())
+        share = mesh.half[:, 0] / mesh.half.sum()
+        self.reached = float((piecewise.tails(self.series) * share).sum() / largest) if largest > 0.0 else 0.0
+
+    def __call__(self, here: Here, anchor: Here) -> Any:
+        """The moment at positions `here.q`."""
+        q = np.asarray(here.q, dtype=float)
+        edges = self.mesh.edges
+        cell = np.clip(np.searchsorted(edges, q, side="right") - 1, 0, edges.size - 2)
+        t = np.clip((q - self.mesh.middle[cell, 0]) / self.mesh.half[cell, 0], -1.0, 1.0)
+        return piecewise.value(self.series[cell], t)
+
+
+def friction_curve(scene: Scene) -> FrictionCurve:
+    """The friction of all joints of a scene's linkages at its constant speed.
+
+    Where the scene's unknown acts on a port, friction and balance depend on each other, and both are found in turn.
+
+    Raises:
+        SceneError: where friction locks a mechanism, naming the position; where it cannot be balanced.
+
+    """
+    chain = Chain(scene)
+    balance = regime.settled_balance(chain)
+    for _ in range(_MOST_BALANCES):
+        curve = _fitted(chain, balance)
+        with_it = regime.settled_balance(Chain(scene, curve)) if _on_ports(chain) else balance
+        if abs(with_it - balance) <= _BALANCED * abs(with_it):
+            return curve
+        balance = with_it
+    raise SceneError([Fault("mechanism", "friction that grows with the balance without end", "less friction in the joints")])
+
+
+def _on_ports(chain: Chain) -> bool:
+    """Whether the scene's unknown acts within a mechanism."""
+    return any(effort.depends_on_unknown and effort.load.on not in chain.scene.shafts for effort in chain.efforts)
+
+
+def _fitted(chain: Chain, balance: float) -> FrictionCurve:
+    """The curve on cells between its corners, cut until they follow it."""
+    width = chain.scene.cycle
+    corners = _corners(chain, balance)
+    edges = merged([*chain.mesh, *corners], width)
+    for _ in range(_ROUNDS):
+        mesh = piecewise.cells(edges)
+        values = _moments(_forces(chain, mesh.phi.ravel(), balance)).reshape(mesh.phi.shape)
+        tails = piecewise.tails(piecewise.fit(values))
+        chosen = (tails > _FINE * np.abs(values).max()) & (2 * mesh.half[:, 0] > _NARROW * width)
+        if not chosen.any():
+            break
+        edges = piecewise.bisected(edges, chosen)
+    return FrictionCurve(mesh, values, corners)
+
+
+def _forces(chain: Chain, q: Array, balance: float) -> list[tuple[float, Reactions]]:
+    """Reactions in every linkage at coordinates q from 0 to the cycle, with the ratio of its shaft."""
+    scene = chain.scene
+    speed, acceleration = scene.speed, 0.0
+    if scene.stroke is not None:
+        speed, acceleration = scene.stroke.speed, scene.stroke.acceleration
+    motion = MachineMotion(q + scene.origin, np.full(q.size, speed), np.full(q.size, acceleration))
+    found = []
+    for mechanism in scene.mechanisms:
+        if mechanism.linkage is not None:
+            forces = port_forces(chain, motion, balance, mechanism)
+            if forces.locked.size:
+                raise SceneError([_locked(chain, mechanism.path, float(q[~forces.friction.converged][0]))])
+            found.append((scene.shafts[mechanism.shaft], forces))
+    return found
+
+
+def _moments(forces: list[tuple[float, Reactions]]) -> Array:
+    """Friction's share of the reduced moment."""
+    return np.asarray(sum(ratio * found.friction.moment for ratio, found in forces))
+
+
+def _signs(forces: list[tuple[float, Reactions]]) -> NDArray[np.bool_]:
+    """Which way every rough joint moves and its normal forces point, shape (signs, n)."""
+    rows = []
+    for _, found in forces:
+        linkage = found.poses.linkage
+        for joint in linkage.joints:
+            if joint.friction:
+                rows.append(pace(found.poses, joint) > 0.0)
+                rows += _pushing(found, joint.name)
+        for coupling in linkage.couplings:
+            if coupling.friction:
+                rows += _pushing(found, coupling.name)
+    return np.array(rows)
+
+
+def _pushing(found: Reactions, name: str) -> list[NDArray[np.bool_]]:
+    parts = found.components[name]
+    return [parts[part] > 0.0 for part in ("normal", "front", "rear") if part in parts]
+
+
+def _corners(chain: Chain, balance: float) -> Array:
+    """Coordinates where a rough joint turns back or a normal force changes sign: found among many, then halved down."""
+    q = np.linspace(0.0, chain.scene.cycle, _SCANNED)
+    inside = q[:-1] + 0.5 * (q[1] - q[0])
+    signs = _signs(_forces(chain, inside, balance))
+    row, place = np.nonzero(signs[:, 1:] != signs[:, :-1])
+    if not row.size:
+        return np.zeros(0)
+    low, high, first = inside[place], inside[place + 1], signs[row, place]
+    for _ in range(_HALVINGS):
+        middle = 0.5 * (low + high)
+        same = _signs(_forces(chain, middle, balance))[row, np.arange(row.size)] == first
+        low, high = np.where(same, middle, low), np.where(same, high, middle)
+    return merged(high, chain.scene.cycle)[1:-1]
+
+
+def _locked(chain: Chain, path: str, q: float) -> Fault:
+    found = f"friction that locks the mechanism at {chain.where(q)}"
+    return Fault(path, found, "joints that let it move", "less friction, smaller pins, or other angles")

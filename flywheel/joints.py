@@ -1,0 +1,117 @@
+"""Forces in the joints of a scene's mechanisms, as the machine runs: kinetostatics with the scene's own loads.
+
+Every mechanism is taken as a linkage, its shaft's motion is that of the steady regime (or of the stroke), and whatever
+acts on its ports acts on its bodies. What its crank asks of the shaft is the driving action.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from functools import partial
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from flywheel import regime, state, steady
+from flywheel.faults import Fault, SceneError
+from flywheel.kinetostatics import Reactions
+from flywheel.machine import Machine
+from flywheel.port_forces import MachineMotion, port_forces
+from flywheel.scene import Scene
+
+Array = NDArray[np.float64]
+
+
+class JointForces(NamedTuple):
+    """Forces in the joints of every mechanism of a machine, by the mechanism's name, over a motion."""
+
+    motion: MachineMotion
+    mechanisms: Mapping[str, Reactions]
+
+
+def joint_forces(
+    machine: Machine | Scene,
+    phi: ArrayLike | None = None,
+    *,
+    speed: float | None = None,
+    acceleration: float = 0.0,
+    inertia: bool = True,
+    friction: bool = True,
+) -> JointForces:
+    """Driving action and reactions of every joint of a machine, with the loads, weights and added masses of its scene.
+
+    Args:
+        machine: a `Machine`, or a `Scene`, of which one is then built.
+        phi: crank angles (rad), shape (n,), taken modulo the cycle; 360 over the cycle if None. On a stroke the driver's own
+            coordinates (rad or m), 181 from end to end if None.
+        speed: constant crank speed (rad/s, or m/s); if None that of the steady regime with the scene's flywheel, exact
+            where one is asked for, with the acceleration that belongs to it. On a stroke the scene's.
+        acceleration: beside a given `speed`, rad/s² or m/s².
+        inertia: False leaves inertia forces out: quasi-static analysis.
+        friction: False leaves Coulomb friction in the joints out.
+
+    Raises:
+        SceneError: for a scene without mechanisms, or with a law, which has no joints.
+
+    A joint's reaction is what its first body does to its second; see `flywheel.kinetostatics`.
+
+    >>> import flywheel
+    >>> press = {"type": "slider-crank", "crank": {"length": 3}, "rod": {"length": 5}, "slider": {}}
+    >>> scene = flywheel.load({"mechanism": press, "load": [{"on": "slider", "force": "-100 N"}],
+    ...                        "drive": {"torque": "balance"}, "regime": {"speed": 10}, "flywheel": {"inertia": 1}})
+    >>> found = joint_forces(scene, [np.pi / 2], speed=10.0).mechanisms["slider-crank"]
+    >>> found.action.round(9).tolist(), found.components["guide"]["normal"].round(9).tolist()
+    ([-300.0], [75.0])
+
+    """
+    machine = machine if isinstance(machine, Machine) else Machine(machine)
+    scene = machine.scene
+    if not scene.mechanisms:
+        raise SceneError([Fault("mechanism", "no mechanism", "one at least, as joints are asked for")])
+    balance = regime.settled_balance(machine)
+    motion = _motion(machine, _positions(machine, phi), speed, acceleration)
+    ask = partial(port_forces, machine, motion, balance, inertia=inertia, friction=friction)
+    return JointForces(motion, {mechanism.name: ask(mechanism) for mechanism in scene.mechanisms})
+
+
+def spread(scene: Scene, count: int) -> Array:
+    """So many positions evenly over the cycle, from 0 and without its end, or over the stroke from end to end."""
+    if scene.stroke is not None:
+        return np.linspace(scene.stroke.start, scene.stroke.end, count)
+    return scene.cycle * np.arange(count) / count
+
+
+def _positions(machine: Machine, phi: ArrayLike | None) -> Array:
+    """The crank angles or positions asked for, in the driver's own coordinate."""
+    scene = machine.scene
+    stroke = scene.stroke
+    if phi is None:
+        return spread(scene, 360 if stroke is None else 181)
+    wanted = np.atleast_1d(np.asarray(phi, dtype=float)).ravel()
+    if not np.isfinite(wanted).all():
+        raise SceneError([Fault("phi", "a position that is not finite", "crank angles in rad")])
+    return wanted if stroke is not None else wanted % scene.cycle
+
+
+def _motion(machine: Machine, phi: Array, speed: float | None, acceleration: float) -> MachineMotion:
+    """Speed and acceleration at the positions: given, of the stroke, or of the steady regime."""
+    stroke = machine.scene.stroke
+    if speed is None and stroke is not None:
+        speed, acceleration = stroke.speed, stroke.acceleration
+    if speed is not None:
+        return MachineMotion(phi, np.full(phi.size, float(speed)), np.full(phi.size, float(acceleration)))
+    return _steady(machine, phi)
+
+
+def _steady(machine: Machine, phi: Array) -> MachineMotion:
+    """The steady regime with the scene's flywheel: omega from the energy, alpha = (M* - ½ dI*/dphi omega²)/(I* + J)."""
+    from flywheel.sizing import size
+
+    sizing = size(machine, simulate=False)
+    if sizing.cycle is None or sizing.run is None:
+        return MachineMotion(phi, np.full(phi.size, machine.scene.speed), np.zeros(phi.size))
+    omega = steady.speed_over_cycle(sizing.cycle, sizing.speed, sizing.run, phi)
+    reduced = state.reduce(machine, phi, balance=sizing.cycle.balance or 0.0)
+    total = reduced.inertia + sizing.run.inertia
+    return MachineMotion(phi, omega, (reduced.moment - 0.5 * reduced.slope * omega**2) / total)

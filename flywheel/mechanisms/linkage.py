@@ -1,0 +1,416 @@
+"""Linkage of any make as a chain: crank -> every unknown angle and displacement -> the centres of mass, by arms."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from functools import cached_property, partial
+from math import tau
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from flywheel.faults import Fault, SceneError
+from flywheel.intervals import Interval
+from flywheel.linkage.description import SLIDE, SLOT, Linkage
+from flywheel.linkage.enclosure import enclosed
+from flywheel.linkage.loops import Form, Loops
+from flywheel.linkage.solution import Solution, solve
+from flywheel.mechanisms.base import Family, Mass, Port, Ratio, Term, Velocity, Weight
+from flywheel.scene import Mechanism
+
+Array = NDArray[np.float64]
+
+_CLOSES = 1e-9
+_TURNS_TRIED = 12
+_TINY = 1e-15
+_STEPS_A_CELL = 8.0
+_NOT_CRANK = "a body called crank that does not turn with the driver"
+
+
+class Kept(NamedTuple):
+    """A variable at psi: its value and its derivatives by psi, as arrays or intervals."""
+
+    value: Any
+    rate: Any
+    slope: Any
+
+
+class LinkagePosition:
+    """All variables of a linkage at the driver's coordinate psi, found together when the first is read.
+
+    psi is reduced to one period by the turn that the anchor lies in; `winding` is what each variable gains in a period.
+    With intervals every variable is a proven enclosure.
+    """
+
+    def __init__(
+        self, solution: Solution, period: float | None, winding: Array, psi: Any, ns: Any, anchor: Any = None
+    ) -> None:
+        self.solution, self.psi, self.ns = solution, psi, ns
+        self.winding = winding
+        middle = psi if anchor is None else anchor
+        self.turns = 0.0 if period is None else np.floor(np.asarray(middle, dtype=float) / period)
+        self.local = psi - self.turns * period if period is not None else psi
+
+    @cached_property
+    def _all(self) -> tuple[Kept, ...]:
+        if isinstance(self.local, Interval):
+            return self._enclosed(self.local)
+        q = np.asarray(self.local, dtype=float)
+        movement = self.solution.movement(np.atleast_1d(q).ravel())
+        return self._unscaled([_shaped(part, q.shape) for part in movement])
+
+    def _enclosed(self, cell: Interval) -> tuple[Kept, ...]:
+        low, high = np.broadcast_arrays(np.asarray(cell.lo, dtype=float), np.asarray(cell.hi, dtype=float))
+        found = enclosed(self.solution, np.atleast_1d(low).ravel(), np.atleast_1d(high).ravel())
+        parts = []
+        for middle, reach in zip(found[::2], found[1::2], strict=True):
+            with np.errstate(all="ignore"):
+                ends = [_shaped(middle + sign * reach, low.shape) for sign in (-1.0, 1.0)]
+            parts.append([Interval(a, b) for a, b in zip(*ends, strict=True)])
+        return self._unscaled(parts)
+
+    def _unscaled(self, parts: list[Any]) -> tuple[Kept, ...]:
+        """In rad and m, derivatives by psi."""
+        unit, by = self.solution.unit, self.solution.scale
+        sizes = [unit if sliding else 1.0 for sliding in _are_slides(self.solution)]
+        return tuple(
+            Kept(parts[0][k] * size, parts[1][k] * (size / by), parts[2][k] * (size / by**2)) for k, size in enumerate(sizes)
+        )
+
+    def kept(self, variable: int) -> Kept:
+        """A variable with its rate and slope; its value with what it gained in the turns before."""
+        found = self._all[variable]
+        gain = self.winding[variable]
+        return found if gain == 0.0 else found._replace(value=found.value + gain * self.turns)
+
+    def angle(self, form: Form) -> Any:
+        """An angle that is a form of the variables (rad)."""
+        return self._of(form, 0) + form.constant
+
+    def turning(self, form: Form) -> Any:
+        """The rate of such an angle."""
+        return self._of(form, 1)
+
+    def _of(self, form: Form, order: int) -> Any:
+        total: Any = 0.0
+        for variable in np.flatnonzero(form.weights):
+            total = total + float(form.weights[variable]) * self.kept(int(variable))[order]
+        return total
+
+
+def _shaped(table: Array, shape: tuple[int, ...]) -> Array:
+    """A row for every variable, each of the shape that was asked for."""
+    return table.T.reshape(table.shape[1], *shape)
+
+
+def _are_slides(solution: Solution) -> list[bool]:
+    names = solution.equations.loops.names
+    return [solution.linkage.sliding, *(name.startswith("slide") for name in names[1:])]
+
+
+class Arm(NamedTuple):
+    """One term of a place: `length` (m, or 1 in front of a displacement) along the angle `form`, times variable `slide`."""
+
+    length: float
+    form: Form
+    slide: int
+
+
+def family(mechanism: Mechanism) -> Family:
+    """Chain of a linkage: each unknown straight from the crank, centres of mass and ports by arms from these.
+
+    Raises:
+        SceneError: where the linkage cannot be assembled, locks or branches, or does not return after the cycle.
+
+    """
+    solution, period, winding = followed(mechanism)
+    chain = _Chain(mechanism, solution, winding)
+    return Family(
+        velocities=tuple(chain.velocities.values()),
+        masses=tuple(chain.masses),
+        weights=tuple(chain.weights),
+        ports=chain.ports,
+        position=partial(LinkagePosition, solution, period, winding),
+        breakpoints=_breakpoints(solution, period),
+    )
+
+
+class Cyclic(NamedTuple):
+    """A linkage followed over its period (rad; None on a stroke), and what each variable gains in it."""
+
+    solution: Solution
+    period: float | None
+    winding: Array
+
+
+def followed(mechanism: Mechanism) -> Cyclic:
+    """The linkage over its stroke, or over the least number of turns after which it returns."""
+    linkage = mechanism.linkage
+    if linkage is None:
+        raise ValueError("a mechanism of type linkage needs its linkage")
+    if mechanism.stroke is not None:
+        solution = solve(linkage, *mechanism.stroke)
+        return Cyclic(solution, None, np.zeros(len(solution.equations.loops.names)))
+    most = max(round(mechanism.travel / tau), 1)
+    for turns in sorted({1, most}):
+        solution = solve(linkage, 0.0, turns * tau)
+        winding = _winding(solution, turns * tau)
+        if winding is not None:
+            return Cyclic(solution, turns * tau, winding)
+    raise SceneError([_open_fault(mechanism, linkage, most)])
+
+
+def _winding(solution: Solution, period: float) -> Array | None:
+    """What each variable gains in the period: whole turns; None where the linkage does not return."""
+    ends = solution.movement(np.array([0.0, period])).z
+    gain = ends[1] - ends[0]
+    whole = np.where(_are_slides(solution), 0.0, tau * np.round(gain / tau))
+    return whole if np.abs(gain - whole).max() < _CLOSES else None
+
+
+def _open_fault(mechanism: Mechanism, linkage: Linkage, most: int) -> Fault:
+    found = f"a linkage that does not return after {most} turn{'s' if most > 1 else ''} of its driver"
+    for turns in range(most + 1, _TURNS_TRIED + 1):
+        if _winding(solve(linkage, 0.0, turns * tau), turns * tau) is not None:
+            return Fault(mechanism.path, found, "a cycle after which it does", f"it returns after {turns}: set regime.cycle")
+    return Fault(mechanism.path, found, "a cycle after which it does", f"nor does it within {_TURNS_TRIED} turns")
+
+
+class _Chain:
+    """Velocities, masses, weights and ports of a linkage."""
+
+    def __init__(self, mechanism: Mechanism, solution: Solution, winding: Array) -> None:
+        self.mechanism, self.linkage = mechanism, solution.linkage
+        self.loops: Loops = solution.equations.loops
+        self.winding = winding
+        self.velocities: dict[str, Velocity] = {}
+        self.masses: list[Mass] = []
+        self.weights: list[Weight] = []
+        self.ports: dict[str, Port] = {}
+        self.forms = dict(zip(self.linkage.names, self.loops.angles, strict=True))
+        self.sources = ["crank", *(self._unknown(k) for k in range(1, len(self.loops.names)))]
+        self._turn_bodies()
+        self._slide_joints()
+        for body in self.linkage.names[1:]:
+            self._weigh(body)
+        for port in mechanism.points:
+            self._point(port.name, port.body, port.point, port.direction)
+
+    def _unknown(self, variable: int) -> str:
+        """The velocity of an unknown: a body's rotation, or a slide, straight from the crank."""
+        kind, _, name = self.loops.names[variable].partition(" of ")
+        if name == "crank":
+            raise SceneError([Fault(f"{self.mechanism.path}.bodies.crank", _NOT_CRANK, "another name for it")])
+        ratio = Ratio(lambda p: p.kept(variable).rate, lambda p: p.kept(variable).slope)
+        self.velocities[name] = Velocity(name, kind == "angle", (Term("crank", ratio),))
+        return name
+
+    def _rotation(self, form: Form) -> tuple[Term, ...]:
+        """The angular velocity of an angle, from those of the variables."""
+        return tuple(Term(self.sources[k], float(form.weights[k])) for k in np.flatnonzero(form.weights))
+
+    def _turn_bodies(self) -> None:
+        for body in self.linkage.names[1:]:
+            form, link = self.forms[body], self.linkage.link(body)
+            terms = self._rotation(form)
+            if not terms:
+                continue
+            at = self._turn(body, terms)
+            if link.inertia:
+                self.masses.append(Mass(at, link.inertia, body))
+            if at != "crank":
+                self.ports[body] = Port(at, partial(_angle, form=form), not bool(form.weights @ self.winding))
+
+    def _turn(self, body: str, terms: tuple[Term, ...]) -> str:
+        """The junction of a body's rotation; that of the driver, where it is called `crank`, is the shaft itself."""
+        if body == "crank":
+            if terms != (Term("crank", 1.0),) or self.linkage.sliding:
+                raise SceneError([Fault(f"{self.mechanism.path}.bodies.crank", _NOT_CRANK, "another name for it")])
+            return "crank"
+        if body not in self.velocities:
+            self.velocities[body] = Velocity(body, True, terms)
+        return body
+
+    def _slide_joints(self) -> None:
+        for joint in self.linkage.joints:
+            if joint.kind not in (SLIDE, SLOT):
+                continue
+            if joint.name == self.linkage.driver:
+                self.velocities[joint.name] = Velocity(joint.name, False, (Term("crank", 1.0),))
+                self.ports[joint.name] = Port(joint.name, lambda p: p.psi)
+            else:
+                variable = self.loops.names.index(f"slide of {joint.name}")
+                self.ports[joint.name] = Port(joint.name, partial(_displacement, variable=variable))
+
+    def _arms(self, body: str, x: float, y: float) -> list[Arm]:
+        """Place of a point of a body as a sum of arms, those that turn together put into one."""
+        loops, k = self.loops, self.linkage.names.index(body)
+        form = self.forms[body]
+        own = complex(x, y) / loops.unit * complex(np.exp(1j * form.constant))
+        places: dict[tuple[tuple[float, ...], int], complex] = {}
+        chain = [*zip(loops.origins[k], loops.turns, loops.slides, strict=True), (own, form.weights, -1)]
+        for coefficient, turns, slide in chain:
+            key = tuple(turns.tolist()), int(slide)
+            places[key] = places.get(key, 0.0) + complex(coefficient)
+        return [self._arm(np.array(turns), slide, value) for (turns, slide), value in places.items() if abs(value) > _TINY]
+
+    def _arm(self, turns: Array, slide: int, coefficient: complex) -> Arm:
+        length = abs(coefficient) * (self.loops.unit if slide < 0 else 1.0)
+        return Arm(length, Form(turns, float(np.angle(coefficient))), slide)
+
+    def _speed(self, name: str, arms: list[Arm], direction: float) -> bool:
+        """Velocity of a place along a direction; False where it has none."""
+        terms: dict[str, float | Ratio] = {}
+        for arm in arms:
+            for source, ratio in self._terms(arm, direction):
+                terms[source] = _plus(terms[source], ratio) if source in terms else ratio
+        if terms:
+            self.velocities[name] = Velocity(name, False, tuple(Term(source, ratio) for source, ratio in terms.items()))
+        return bool(terms)
+
+    def _terms(self, arm: Arm, direction: float) -> Iterator[Term]:
+        """What an arm adds: -S L sin(a) times its turning, and cos(a) times the displacement's rate."""
+        form = Form(arm.form.weights, arm.form.constant - direction)
+        turns = bool(np.any(form.weights))
+        if turns:
+            ratio = Ratio(partial(_swing, arm=arm, form=form), partial(_swing_slope, arm=arm, form=form))
+            yield from (Term(self.sources[k], _times(ratio, float(form.weights[k]))) for k in np.flatnonzero(form.weights))
+        if arm.slide >= 0 and turns:
+            push = Ratio(partial(_push, arm=arm, form=form), partial(_push_slope, arm=arm, form=form))
+            yield Term(self.sources[arm.slide], push)
+        elif arm.slide >= 0 and abs(share := arm.length * _cosine(form.constant)) > _TINY:
+            yield Term(self.sources[arm.slide], share)
+
+    def _weigh(self, body: str) -> None:
+        """Mass and weight on the two velocities of a body's centre of mass."""
+        link = self.linkage.link(body)
+        if not link.mass:
+            return
+        arms = self._arms(body, *link.com)
+        for axis, direction in (("x", 0.0), ("y", np.pi / 2)):
+            name = f"{body}.com.{axis}"
+            if self._speed(name, arms, direction):
+                self.masses.append(Mass(name, link.mass, body))
+                self.weights.append(Weight(name, link.mass, direction, body))
+
+    def _point(self, name: str, body: str, point: str, direction: float) -> None:
+        at = self.linkage.link(body).point(point)
+        arms = self._arms(body, at.x, at.y)
+        if not self._speed(name, arms, direction):
+            found = f"{body}.{point}, which does not move along {np.degrees(direction):.6g} deg"
+            raise SceneError([Fault(f"{self.mechanism.path}.ports.{name}", found, "a point that moves along its direction")])
+        self.ports[name] = Port(name, partial(_place, arms=arms, direction=direction))
+
+
+def _times(ratio: Ratio, factor: float) -> Ratio:
+    if factor == 1.0:
+        return ratio
+    return Ratio(lambda p: factor * ratio.value(p), lambda p: factor * ratio.slope(p))
+
+
+def _plus(first: float | Ratio, second: float | Ratio) -> float | Ratio:
+    """Two ratios from one source in one."""
+    if not isinstance(first, Ratio) and not isinstance(second, Ratio):
+        return first + second
+    a, b = _as_ratio(first), _as_ratio(second)
+    return Ratio(lambda p: a.value(p) + b.value(p), lambda p: a.slope(p) + b.slope(p))
+
+
+def _as_ratio(ratio: float | Ratio) -> Ratio:
+    return ratio if isinstance(ratio, Ratio) else Ratio(lambda _: ratio, lambda _: 0.0)
+
+
+def _cosine(angle: float) -> float:
+    """Cosine, 0 where rounding alone keeps it from that."""
+    value = float(np.cos(angle))
+    return 0.0 if abs(value) < 1e-15 else value
+
+
+def _angle(p: LinkagePosition, form: Form) -> Any:
+    return p.angle(form)
+
+
+def _displacement(p: LinkagePosition, variable: int) -> Any:
+    return p.kept(variable).value
+
+
+def _stretch(p: LinkagePosition, arm: Arm) -> tuple[Any, Any]:
+    """Length of an arm, and its rate."""
+    if arm.slide < 0:
+        return arm.length, 0.0
+    kept = p.kept(arm.slide)
+    return arm.length * kept.value, arm.length * kept.rate
+
+
+def _swing(p: LinkagePosition, arm: Arm, form: Form) -> Any:
+    return -_stretch(p, arm)[0] * p.ns.sin(p.angle(form))
+
+
+def _swing_slope(p: LinkagePosition, arm: Arm, form: Form) -> Any:
+    length, rate = _stretch(p, arm)
+    angle = p.angle(form)
+    return -(rate * p.ns.sin(angle)) - length * p.ns.cos(angle) * p.turning(form)
+
+
+def _push(p: LinkagePosition, arm: Arm, form: Form) -> Any:
+    return arm.length * p.ns.cos(p.angle(form))
+
+
+def _push_slope(p: LinkagePosition, arm: Arm, form: Form) -> Any:
+    return -arm.length * p.ns.sin(p.angle(form)) * p.turning(form)
+
+
+def _place(p: LinkagePosition, arms: list[Arm], direction: float) -> Any:
+    total: Any = 0.0
+    for arm in arms:
+        form = Form(arm.form.weights, arm.form.constant - direction)
+        total = total + _stretch(p, arm)[0] * p.ns.cos(p.angle(form))
+    return total
+
+
+def _breakpoints(solution: Solution, period: float | None) -> tuple[float, ...]:
+    """Where cells must end: where a lock is near, and at the breakpoints of a cam's lift wherever the cam passes them."""
+    found = set(_graded(solution.trace.z[:, 0] * solution.scale))
+    if period is None:
+        return tuple(sorted(found))
+    for relation in solution.equations.loops.relations:
+        if relation.lift is not None:
+            for angle in relation.lift.curve.breakpoints:
+                found.update(_passages(solution, relation.first, angle, relation.lift.period, period))
+    return tuple(sorted(found))
+
+
+def _graded(nodes: Array) -> Iterator[float]:
+    """Edges of cells no wider than some steps of the continuation: its steps shrink as the distance from a lock does."""
+    steps = np.diff(nodes)
+    first = 0
+    for k in range(1, len(steps)):
+        if nodes[k + 1] - nodes[first] > _STEPS_A_CELL * steps[first : k + 1].min():
+            yield float(nodes[k])
+            first = k
+
+
+def _passages(solution: Solution, form: Form, angle: float, every: float, period: float) -> Iterator[float]:
+    """Coordinates of the driver in [0, period) at which a form passes an angle, whatever the turn."""
+    nodes = np.unique(np.concatenate((solution.trace.z[:, 0], np.linspace(0.0, period, 181))))
+    nodes = nodes[(nodes >= 0.0) & (nodes <= period)]
+
+    def phase(q: Array) -> Array:
+        return np.asarray((solution.movement(q).z @ form.weights + form.constant - angle) / every)
+
+    values = phase(nodes)
+    for k in np.flatnonzero(np.floor(values[1:]) != np.floor(values[:-1])):
+        whole = max(np.floor(values[k]), np.floor(values[k + 1]))
+        yield _root(phase, float(whole), float(nodes[k]), float(nodes[k + 1])) % period
+
+
+def _root(phase: Callable[[Array], Array], whole: float, a: float, b: float) -> float:
+    """Where the phase passes a whole number between a and b."""
+    from scipy.optimize import brentq  # only cams with pieces pay for it
+
+    def function(q: float) -> float:
+        return float(phase(np.array([q]))[0]) - whole
+
+    low, high = function(a), function(b)
+    return a if low == 0.0 or low * high > 0.0 else b if high == 0.0 else float(brentq(function, a, b, xtol=1e-15))

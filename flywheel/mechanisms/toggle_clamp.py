@@ -1,0 +1,238 @@
+"""Toggle clamp: a sliding block swings a bell crank through a coupler; the bell crank pushes a platen through a rod.
+
+The block drives: the mechanism's own coordinate psi is its displacement in m, and what others call the crank's angle.
+
+Source: E. Sacotto, Dynamic analysis of the clamping unit of an injection moulding machine, ESPE. Its Jacobian has +1
+for -1 at the platen, and its accelerations a term of the block (a4 v4²) that a straight guide does not have; neither
+is followed here.
+"""
+
+from __future__ import annotations
+
+from functools import cached_property, partial
+from math import pi
+from operator import attrgetter
+from typing import Any
+
+import numpy as np
+
+from flywheel.faults import Fault
+from flywheel.mechanisms.base import Family, Port, Position, Term, Velocity, Weight
+from flywheel.mechanisms.parts import Line, Parts, carried, driven, floating, joined, line, pivoted, sliding
+from flywheel.mechanisms.toggle_limits import Bars, bars, breakpoints, coupler_faults, rod_faults, rounded
+from flywheel.scene import Body, Mechanism
+
+
+class TogglePosition(Position):
+    """Positions of a toggle clamp at the block's displacement psi (m).
+
+    The block stands at (-psi, a1) from the bell crank's pivot, at the distance D. Coupler a3 and drive arm a2 close a
+    triangle over D; K is 4 x its area. The clamp arm a5 and the rod a6 make a slider-crank, whose crank angle is
+    theta5 = theta2 + alpha + pi; its local ratios are by that angle.
+    """
+
+    def __init__(self, bars: Bars, psi: Any, ns: Any, anchor: Any = None) -> None:
+        super().__init__(psi, ns)
+        self.a1, self.a2, self.a5, self.alpha, self.a3, self.a6, self.side, self.ahead = bars
+
+    @cached_property
+    def block(self) -> Any:
+        """Displacement of the block along -x from above the pivot, psi (m)."""
+        return self.psi
+
+    @cached_property
+    def square(self) -> Any:
+        """D² = a1² + psi², in m²."""
+        return self.a1**2 + self.psi**2
+
+    @cached_property
+    def area4(self) -> Any:
+        """K = sqrt[((a2 + a3)² - D²)(D² - (a2 - a3)²)], Heron's form, in m²."""
+        a1, longest, uneven = self.a1, self.a2 + self.a3, abs(self.a2 - self.a3)
+        spare = (longest - a1) * (longest + a1) - self.psi**2
+        return self.ns.sqrt(spare * ((a1 - uneven) * (a1 + uneven) + self.psi**2))
+
+    @cached_property
+    def _skew(self) -> Any:
+        """D² - a2² - a3² = 2 a2 a3 cos(angle between drive arm and coupler), in m²."""
+        return self.square - (self.a2**2 + self.a3**2)
+
+    @cached_property
+    def _sight(self) -> Any:
+        """Angle (rad) from +x at which the pivot sees the block, in (0, pi)."""
+        return self.ns.atan2(self.a1, -self.psi)
+
+    @cached_property
+    def bell_crank(self) -> Any:
+        """Angle theta2 of the drive arm from +x (rad), from the pivot to the coupler's pin."""
+        uneven = (self.a2 - self.a3) * (self.a2 + self.a3)
+        return self._sight + self.side * self.ns.atan2(self.area4, self.square + uneven)
+
+    @cached_property
+    def coupler(self) -> Any:
+        """Angle theta3 of the coupler from +x (rad), from the bell crank's pin to the block."""
+        uneven = (self.a3 - self.a2) * (self.a3 + self.a2)
+        return self._sight - self.side * self.ns.atan2(self.area4, self.square + uneven)
+
+    @cached_property
+    def bell_crank_sin(self) -> Any:
+        """Sine of the drive arm's angle."""
+        return self.ns.sin(self.bell_crank)
+
+    @cached_property
+    def bell_crank_cos(self) -> Any:
+        """Cosine of the drive arm's angle."""
+        return self.ns.cos(self.bell_crank)
+
+    @cached_property
+    def coupler_sin(self) -> Any:
+        """Sine of the coupler's angle."""
+        return self.ns.sin(self.coupler)
+
+    @cached_property
+    def coupler_cos(self) -> Any:
+        """Cosine of the coupler's angle."""
+        return self.ns.cos(self.coupler)
+
+    @cached_property
+    def bell_crank_rate(self) -> Any:
+        """d(theta2)/dpsi = ± 2 a3 cos theta3 / K, in rad/m."""
+        return self.side * 2 * self.a3 * self.coupler_cos / self.area4
+
+    @cached_property
+    def coupler_rate(self) -> Any:
+        """d(theta3)/dpsi = ∓ 2 a2 cos theta2 / K, in rad/m."""
+        return -self.side * 2 * self.a2 * self.bell_crank_cos / self.area4
+
+    @cached_property
+    def bell_crank_slope(self) -> Any:
+        """d²(theta2)/dpsi² = ∓ [(D² - a2² - a3²) theta2'² + 2 a3² theta3'²]/K, in rad/m²."""
+        turning = self._skew * self.bell_crank_rate**2 + 2 * self.a3**2 * self.coupler_rate**2
+        return -self.side * turning / self.area4
+
+    @cached_property
+    def coupler_slope(self) -> Any:
+        """d²(theta3)/dpsi² = ± [2 a2² theta2'² + (D² - a2² - a3²) theta3'²]/K, in rad/m²."""
+        turning = 2 * self.a2**2 * self.bell_crank_rate**2 + self._skew * self.coupler_rate**2
+        return self.side * turning / self.area4
+
+    @cached_property
+    def clamp(self) -> Any:
+        """Angle theta5 = theta2 + alpha + pi of the clamp arm from +x (rad), from the pivot to the rod's pin."""
+        return self._opened + self.ns.pi
+
+    @cached_property
+    def _opened(self) -> Any:
+        """Angle theta2 + alpha (rad): that of the clamp arm less half a turn."""
+        return self.bell_crank + self.alpha
+
+    @cached_property
+    def clamp_sin(self) -> Any:
+        """Sine of the clamp arm's angle."""
+        return -self.ns.sin(self._opened)
+
+    @cached_property
+    def clamp_cos(self) -> Any:
+        """Cosine of the clamp arm's angle."""
+        return -self.ns.cos(self._opened)
+
+    @cached_property
+    def height(self) -> Any:
+        """Height of the rod's pin above the platen's line, h = a5 sin theta5 (m)."""
+        return self.a5 * self.clamp_sin
+
+    @cached_property
+    def reach(self) -> Any:
+        """Extent of the rod along that line, q = a6 cos theta6 = ± sqrt(a6² - h²), in m.
+
+        Where a6 >= a5 it is taken as (a6 - a5)(a6 + a5) + a5² cos² theta5, so that it keeps its digits close to a lock.
+        """
+        if self.a6 >= self.a5:
+            square = (self.a6 - self.a5) * (self.a6 + self.a5) + (self.a5 * self.clamp_cos) ** 2
+        else:
+            square = (self.a6 - self.height) * (self.a6 + self.height)
+        return self.ahead * self.ns.sqrt(square)
+
+    @cached_property
+    def rod(self) -> Any:
+        """Angle theta6 of the rod from +x (rad), from the bell crank's pin to the platen; about pi where it is behind."""
+        if self.ahead > 0:
+            return self.ns.atan2(-self.height, self.reach)
+        return self.ns.atan2(self.height, -self.reach) + self.ns.pi
+
+    @cached_property
+    def rod_sin(self) -> Any:
+        """Sine of the rod's angle."""
+        return -self.height / self.a6
+
+    @cached_property
+    def rod_cos(self) -> Any:
+        """Cosine of the rod's angle."""
+        return self.reach / self.a6
+
+    @cached_property
+    def rod_rate(self) -> Any:
+        """d(theta6)/d(theta5) = -a5 cos theta5 / q: the ratio from the bell crank."""
+        return -self.a5 * self.clamp_cos / self.reach
+
+    @cached_property
+    def rod_slope(self) -> Any:
+        """Slope of that ratio by psi, h (1 - ratio²)/q theta2', in 1/m."""
+        return self.height * (1 - self.rod_rate) * (1 + self.rod_rate) / self.reach * self.bell_crank_rate
+
+    @cached_property
+    def rod_turn(self) -> Any:
+        """d(theta6)/dpsi, in rad/m."""
+        return self.rod_rate * self.bell_crank_rate
+
+    @cached_property
+    def platen(self) -> Any:
+        """Displacement of the platen along +x from the pivot, s = a5 cos theta5 + q (m)."""
+        return self.a5 * self.clamp_cos + self.reach
+
+    @cached_property
+    def platen_rate(self) -> Any:
+        """ds/d(theta5) = -h s / q, in m: the ratio from the bell crank; it is 0 at full stretch and keeps its digits."""
+        return -self.height * self.platen / self.reach
+
+    @cached_property
+    def platen_slope(self) -> Any:
+        """Slope of that ratio by psi, -[a5 s cos theta5 + s' (s' + 2 h)]/q theta2', with s' the ratio."""
+        along, speed = self.a5 * self.platen * self.clamp_cos, self.platen_rate
+        return -(along + speed * (speed + 2 * self.height)) / self.reach * self.bell_crank_rate
+
+
+DRIVE = line("bell_crank")
+CLAMP = Line("bell_crank", *map(attrgetter, ("clamp", "clamp_sin", "clamp_cos", "bell_crank_rate")))
+ROD = line("rod")._replace(rate=attrgetter("rod_turn"))
+
+
+def family(mechanism: Mechanism) -> Family:
+    """Chain of a toggle clamp: block -> bell crank -> rod and platen; the coupler straight from the block."""
+    lengths = bars(mechanism)
+    bodies = {name: mechanism.bodies.get(name, Body()) for name in ("block", "bell_crank", "coupler", "rod", "platen")}
+    parts = joined(
+        _block(bodies["block"].mass),
+        Parts((driven("bell_crank", True), driven("coupler", True), driven("rod", True, "bell_crank"))),
+        pivoted(CLAMP, "bell_crank", bodies["bell_crank"]),
+        floating(line("coupler"), "coupler", bodies["coupler"], lengths.drive, DRIVE),
+        floating(ROD, "rod", bodies["rod"], lengths.clamp, CLAMP),
+        sliding("platen", bodies["platen"].mass, 0.0, "bell_crank"),
+    )
+    ports = {name: Port(name, attrgetter(name)) for name in ("block", "platen", "bell_crank", "coupler", "rod")}
+    return Family(*parts, ports, partial(TogglePosition, lengths), breakpoints(rounded(mechanism), mechanism.stroke))
+
+
+def _block(mass: float) -> Parts:
+    weight = () if mass == 0 else (Weight("block", mass, pi, "block"),)
+    return Parts((Velocity("block", False, (Term("crank", 1.0),)),), carried("block", mass, "block"), weight)
+
+
+def faults(mechanism: Mechanism) -> list[Fault]:
+    """A clamp that cannot go through its stroke: it names the length to change and the displacements where it locks."""
+    if mechanism.stroke is None:
+        advice = "its block goes one way: add [stroke] with from, to and speed"
+        return [Fault(f"{mechanism.path}.type", "a toggle-clamp without a stroke", "the stroke of its block", advice)]
+    lengths, start = rounded(mechanism), min(mechanism.stroke)
+    found = coupler_faults(lengths, mechanism.stroke, mechanism.path)
+    return found or rod_faults(lengths, mechanism.stroke, mechanism.path, TogglePosition(lengths, start, np).height)

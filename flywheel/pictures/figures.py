@@ -1,0 +1,64 @@
+"""What the pictures of mechanisms share: colours, one way to make a figure and one to write it, the same every time.
+
+Figures are objects of their own: no global state is touched, nothing is shown. Colours are those of Okabe and Ito, which
+the colour-blind can tell apart.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+from matplotlib import rc_context
+from matplotlib.axes import Axes
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.figure import Figure
+
+BLACK, GREY, PALE = "#000000", "#6E6E6E", "#DDDDDD"
+BLUE, VERMILLION, GREEN, PURPLE, ORANGE, SKY = "#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9"
+BODIES = (BLUE, VERMILLION, GREEN, PURPLE, ORANGE, SKY, "#8C6D31", "#999999")
+FORMATS: dict[str, dict[str, Any]] = {"png": {}, "svg": {"Date": None}, "pdf": {"CreationDate": None}}
+_STYLE: Any = {"font.size": 10.0, "axes.titlesize": 11.5, "svg.hashsalt": "flywheel", "pdf.fonttype": 42}
+_DPI = 125
+
+
+def figure(width: float, height: float, title: str) -> Figure:
+    """An empty figure (inches), laid out so that nothing overlaps."""
+    made = Figure(figsize=(width, height), layout="constrained")
+    FigureCanvasAgg(made)
+    made.get_layout_engine().set(w_pad=0.08, h_pad=0.08)  # type: ignore[union-attr, call-arg]
+    if title:
+        made.suptitle(title, fontsize=13, parse_math=False)
+    return made
+
+
+def save(made: Figure, path: str | Path) -> None:
+    """Write a figure as PNG, SVG or PDF, as the path ends; ValueError for any other ending."""
+    import warnings
+
+    kind = Path(path).suffix.lower().lstrip(".")
+    if kind not in FORMATS:
+        raise ValueError(f"found {str(path)!r}, expected a file name ending in .png, .svg or .pdf")
+    with rc_context(_STYLE), warnings.catch_warnings():
+        warnings.filterwarnings("ignore", message="Glyph .* missing")  # of a title; the picture has a box there
+        made.savefig(path, format=kind, dpi=_DPI, metadata=FORMATS[kind])
+
+
+def name_axes(panel: Axes, title: str, xlabel: str, ylabel: str) -> None:
+    """Title, labels and a faint grid."""
+    panel.set_title(title, parse_math=False)
+    panel.set_xlabel(xlabel)
+    panel.set_ylabel(ylabel)
+    panel.grid(color=PALE, linewidth=0.6)
+    panel.set_axisbelow(True)
+
+
+def shade(colour: str, light: float) -> tuple[float, float, float]:
+    """A colour mixed with white (light > 0) or with black (light < 0), by that share.
+
+    >>> shade("#0000FF", 0.5), shade("#0000FF", -0.5)
+    ((0.5, 0.5, 1.0), (0.0, 0.0, 0.5))
+    """
+    red, green, blue = (int(colour[k : k + 2], 16) / 255 for k in (1, 3, 5))
+    end, share = (1.0, light) if light > 0 else (0.0, -light)
+    return tuple(part + share * (end - part) for part in (red, green, blue))  # type: ignore[return-value]

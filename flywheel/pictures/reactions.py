@@ -1,0 +1,184 @@
+"""Reactions of joints over the motion: the force vector's tip of every pin, the normal force of every slide.
+
+A hodograph is drawn in the frame's own directions, with equal scales; numbers along it tell where the driver stands.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from math import ceil, sqrt
+from pathlib import Path
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.patheffects import withStroke
+from matplotlib.ticker import MultipleLocator
+from numpy.typing import NDArray
+
+from flywheel.advice import nearest
+from flywheel.digits import figure as number
+from flywheel.faults import Fault, SceneError
+from flywheel.linkage.description import SLIDE
+from flywheel.linkage.reactions import Reactions
+from flywheel.pictures import figures
+from flywheel.pictures.figures import BLACK, BLUE, GREY, PURPLE, VERMILLION
+from flywheel.sketching import names
+
+Array = NDArray[np.float64]
+
+_PANEL = 4.4  # inches
+_KILO = 1e4  # N: larger forces are given in kN
+_STEP = 30.0  # deg between two marks
+_ALONG = 11  # marks along a stroke
+_NOTHING = 1e-9  # of the largest value: smaller ones are none
+
+
+def polar(found: Reactions, path: str | Path | None = None, joints: Sequence[str] | None = None) -> Figure:
+    """Draw the reactions of joints over the motion, and save the picture if a file is named.
+
+    Pins, slots, fixed joints and couplings are drawn as hodographs: the tip of the force that the first body exerts on the
+    second, marked every 30 deg of the crank. Slides are drawn as normal force (and moment) over the driver's coordinate.
+
+    Args:
+        found: what `flywheel.kinetostatics.reactions` gives, at positions in ascending order.
+        path: where to save the picture, ending in .png, .svg or .pdf; the same reactions give the same file every time.
+        joints: names of joints and couplings; all if None.
+
+    Raises:
+        SceneError: for a name that the mechanism does not have.
+        ValueError: for any other file ending.
+
+    """
+    wanted = list(found.forces) if joints is None else list(joints)
+    unknown = [name for name in wanted if name not in found.forces]
+    if unknown:
+        raise SceneError([_unknown(name, found.forces) for name in unknown])
+    linkage = found.poses.linkage
+    slides = {joint.name for joint in linkage.joints if joint.kind == SLIDE}
+    columns = ceil(sqrt(len(wanted)))
+    rows = -(-len(wanted) // max(columns, 1))
+    made = figures.figure(_PANEL * columns, _PANEL * rows, "Reactions: what the first body of each joint does to the second")
+    panels = made.subplots(rows, columns, squeeze=False).ravel().tolist()
+    for panel in panels[len(wanted) :]:
+        panel.set_axis_off()
+    x = _shown(found.poses.q, linkage.sliding)
+    for panel, name in zip(panels, wanted, strict=False):
+        if not np.isfinite(found.forces[name]).any():
+            _say_open(panel, name)
+        elif name in slides:
+            over_motion(panel, name, x, found.components[name], linkage.sliding)
+        else:
+            hodograph(panel, name, x, found.forces[name], linkage.sliding)
+    made.draw_without_rendering()
+    for panel, name in zip(panels, wanted, strict=False):
+        if panel.axison and name not in slides:
+            _mark(panel, x, found.forces[name], linkage.sliding)
+    if path is not None:
+        figures.save(made, path)
+    return made
+
+
+def _unknown(name: str, known: Mapping[str, Array]) -> Fault:
+    near = nearest(name, list(known))
+    return Fault("joints", repr(name), "one of " + ", ".join(known), f"did you mean {near!r}?" if near else "")
+
+
+def _shown(q: Array, sliding: bool) -> Array:
+    """The driver's coordinate as on an axis: mm, or degrees."""
+    return np.asarray(1000.0 * q if sliding else np.degrees(q))
+
+
+def _unit(force: Array) -> tuple[float, str]:
+    """What forces are multiplied by, and the unit that they then have."""
+    return (1e-3, "kN") if float(np.nanmax(np.abs(force))) >= _KILO else (1.0, "N")
+
+
+def _title(name: str, x: Array, size: Array, sliding: bool) -> str:
+    """The joint's name and its largest force, with its place."""
+    scale, unit = _unit(size)
+    worst = int(np.nanargmax(size))
+    place = f"{x[worst]:.4g}".replace("-", "−") + (" mm" if sliding else "°")
+    return f"{name}: at most {number(scale * float(size[worst]), 0.0, 4)} {unit}, at {place}"
+
+
+def _say_open(panel: Axes, name: str) -> None:
+    """A joint whose force nobody can tell says why."""
+    panel.set_title(name, parse_math=False)
+    panel.set_axis_off()
+    why = "Nothing is known of this force:\nredundant constraints leave it open,\nor friction locks everywhere."
+    panel.text(0.5, 0.5, why, ha="center", va="center", transform=panel.transAxes, color=GREY)
+
+
+# -- hodographs ------------------------------------------------------------------------------------------------------
+
+
+def hodograph(panel: Axes, name: str, x: Array, force: Array, sliding: bool = False) -> None:
+    """The tip of a force (2, n) in N over the motion; x is the driver's coordinate in deg (mm where it slides)."""
+    scale, unit = _unit(force)
+    figures.name_axes(panel, _title(name, x, np.hypot(*force), sliding), f"$F_x$, {unit}", f"$F_y$, {unit}")
+    panel.plot(*(scale * force), color=BLUE, lw=1.6, zorder=3)
+    worst = scale * force[:, int(np.nanargmax(np.hypot(*force)))]
+    panel.plot([0.0, worst[0]], [0.0, worst[1]], color=VERMILLION, lw=1.2, zorder=2.5)
+    panel.plot(0.0, 0.0, "+", color=BLACK, ms=9, zorder=4)
+    panel.set_aspect("equal", adjustable="datalim")
+    panel.margins(0.14)
+    panel.locator_params(nbins=5)
+
+
+def marks(x: Array, sliding: bool) -> Array:
+    """Where along the motion a hodograph is marked: every 30 deg (wider where that crowds), or evenly along a stroke."""
+    low, high = float(np.min(x)), float(np.max(x))
+    if sliding:
+        return np.linspace(low, high, _ALONG)
+    step = _STEP * max(ceil((high - low) / 360.0 - 1e-9), 1)
+    places = np.asarray(step * np.arange(ceil(low / step - 1e-9), int(high / step + 1e-9) + 1), dtype=float)
+    return places[:-1] if places.size > 1 and abs(places[-1] - places[0] - 360.0) < 1e-6 else places
+
+
+def _mark(panel: Axes, x: Array, force: Array, sliding: bool) -> None:
+    """Dots with the driver's coordinate beside them, clear of the curve."""
+    scale, _ = _unit(force)
+    places = marks(x, sliding)
+    spots = scale * np.stack([np.interp(places, x, part) for part in force], axis=1)
+    places, spots = places[np.isfinite(spots).all(axis=1)], spots[np.isfinite(spots).all(axis=1)]
+    panel.plot(*spots.T, "o", color=BLUE, ms=4, zorder=4)
+    texts = [panel.text(0.0, 0.0, f"{place:.4g}".replace("-", "−"), fontsize=8.0, zorder=5) for place in places]
+    for text in texts:
+        text.set(ha="center", va="center", in_layout=False)
+        text.set_path_effects([withStroke(linewidth=2.0, foreground="white", alpha=0.8)])
+    if not texts:
+        return
+    points, to_pixels = 72.0 / panel.figure.dpi, panel.transData.transform
+    sizes = points * np.array([text.get_window_extent().size for text in texts])
+    lines = names.along(points * to_pixels(scale * force.T).T, 3.0)
+    outwards = spots - scale * np.nanmean(force, axis=1)
+    bounds = points * np.array(panel.bbox.extents)
+    centres = names.settled(points * to_pixels(spots), sizes, lines, bounds, outwards)
+    for text, centre in zip(texts, panel.transData.inverted().transform(centres / points), strict=True):
+        text.set_position(centre)
+
+
+# -- slides ----------------------------------------------------------------------------------------------------------
+
+
+def over_motion(panel: Axes, name: str, x: Array, parts: Mapping[str, Array], sliding: bool = False) -> None:
+    """The normal forces (N) of a slide over the driver's coordinate, and its moment (N m) on a scale of its own."""
+    forces = {part: values for part, values in parts.items() if part in ("normal", "front", "rear")}
+    size = np.max([np.abs(values) for values in forces.values()], axis=0)
+    scale, unit = _unit(size)
+    xlabel = "position x of the driver, mm" if sliding else "crank angle φ, deg"
+    figures.name_axes(panel, _title(name, x, size, sliding), xlabel, f"normal force, {unit}")
+    for (part, values), colour, dashes in zip(forces.items(), (BLUE, VERMILLION), ("-", "--"), strict=False):
+        panel.plot(x, scale * values, color=colour, ls=dashes, lw=1.6, label=part)
+    panel.axhline(0.0, color=BLACK, lw=0.8)
+    panel.set_xlim(float(np.min(x)), float(np.max(x)))
+    if not sliding and np.ptp(x) > 180.0:
+        panel.xaxis.set_major_locator(MultipleLocator(90.0 * ceil(np.ptp(x) / 720.0)))
+    moment = parts.get("moment")
+    if moment is not None and float(np.nanmax(np.abs(moment))) > _NOTHING * float(np.nanmax(size)):
+        other = panel.twinx()
+        other.plot(x, moment, color=PURPLE, ls=":", lw=1.6)
+        other.set_ylabel("moment, N m (dotted)", color=PURPLE)
+    if len(forces) > 1:
+        panel.legend(loc="best", fontsize=8.5)

@@ -1,0 +1,180 @@
+"""How fast and how accurate linkages are: 3600 positions of a two-loop linkage with g and g', beside other ways.
+
+    python tests/benchmarks/bench_linkage.py [--quick]
+
+The linkage is a six-bar of Watt, its second dyad on the rocker's end. Ratios are to our closed-form slider-crank
+(positions, g and g') in the same run; errors are against 30-digit positions by intersecting circles. The planar-linkage
+packages `pylinkage` and `mechanism` join in where they are installed: both give the same 3600 positions, one by one
+(`mechanism` by fsolve; neither gives influence coefficients by default). Times are medians.
+"""
+
+from __future__ import annotations
+
+import statistics
+import sys
+import time
+from collections.abc import Callable
+from math import tau
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import mpmath as mp
+import numpy as np
+
+sys.path.insert(0, str(Path(__file__).parents[2]))
+
+from flywheel.linkage.description import FRAME, Linkage
+from flywheel.linkage.solution import solve
+from flywheel.mechanisms import build
+from flywheel.scene import Mechanism
+from tests.flywheel.linkage.linkages import bar, dyad, ground, pin
+
+COUNT = 3600
+D, G = (0.4, 0.0), (0.75, 0.05)
+LENGTHS = {"crank": 0.1, "coupler": 0.35, "rocker": 0.3, "link": 0.5, "output": 0.3}
+Q = np.linspace(0.0, tau, COUNT)
+
+
+class Row(NamedTuple):
+    """One way: its name, median time (s), and its greatest error of the output's angle (rad)."""
+
+    name: str
+    seconds: float
+    error: float
+
+
+def six_bar() -> Linkage:
+    """Watt's six-bar with the second dyad on the rocker's end."""
+    guesses = {"coupler": 0.9, "rocker": 1.9, "link": -0.3, "output": 1.5}
+    links = tuple(bar(name, length, guesses.get(name)) for name, length in LENGTHS.items())
+    crank, coupler, rocker, link, output = (item.point("E") for item in links)
+    frame = ground(D=D, G=G)
+    joints = (
+        pin("O", FRAME, "crank"),
+        pin("A", "crank", "coupler", crank),
+        pin("B", "coupler", "rocker", coupler, rocker),
+        pin("D", FRAME, "rocker", frame.point("D")),
+        pin("F", "rocker", "link", rocker),
+        pin("H", "link", "output", link, output),
+        pin("G", FRAME, "output", frame.point("G")),
+    )
+    return Linkage(frame, links, joints, "O")
+
+
+def reference(phi: float) -> float:
+    """The output's angle at 30 digits."""
+    with mp.workdps(30):
+        a = mp.mpf(LENGTHS["crank"]) * mp.expj(phi)
+        b = dyad(a, mp.mpc(*D), mp.mpf(LENGTHS["coupler"]), mp.mpf(LENGTHS["rocker"]), 1)
+        h = dyad(b, mp.mpc(*G), mp.mpf(LENGTHS["link"]), mp.mpf(LENGTHS["output"]), 1)
+        return float(mp.arg(h - mp.mpc(*G)))
+
+
+def timed(call: Callable[[], Any], repeats: int) -> tuple[float, Any]:
+    """Median time and result."""
+    times, result = [], None
+    for _ in range(repeats):
+        start = time.perf_counter()
+        result = call()
+        times.append(time.perf_counter() - start)
+    return statistics.median(times), result
+
+
+def ours(repeats: int) -> list[Row]:
+    """Following the linkage, and its 3600 positions with g and g'."""
+    linkage = six_bar()
+    following, solution = timed(lambda: solve.__wrapped__(linkage, 0.0, tau), max(repeats // 3, 1))
+    seconds, poses = timed(lambda: solution.poses(Q), repeats)
+    error = error_of(poses.angle("output").value)
+    return [
+        Row("ours: assemblies and certified continuation", following, np.nan),
+        Row("ours: 3600 positions, g and g'", seconds, error),
+        Row("ours: both", following + seconds, error),
+    ]
+
+
+def error_of(angles: Any) -> float:
+    """Greatest error of the output's angle at every hundredth position."""
+    found = np.asarray(angles)[::100]
+    true = np.array([reference(q) for q in Q[::100]])
+    return float(np.abs(np.angle(np.exp(1j * (found - true)))).max())
+
+
+def closed_form(repeats: int) -> Row:
+    """The slider-crank's formulas with their two derivatives."""
+    geometry = {"crank.length": 0.1, "rod.length": 0.3, "slider.offset": 0.0}
+    position = build(Mechanism("slider-crank", "press", geometry=geometry)).position
+
+    def run() -> None:
+        p = position(Q, np)
+        _ = p.slider, p.slider_rate, p.slider_slope, p.rod, p.rod_rate, p.rod_slope
+
+    return Row("closed-form slider-crank", timed(run, repeats)[0], np.nan)
+
+
+def pylinkage_row() -> Row:
+    """The same positions by the package pylinkage, which steps from circle to circle."""
+    from pylinkage import Crank, Ground, RRRDyad
+    from pylinkage.simulation import Linkage as Steps
+
+    o, d, g = Ground(0.0, 0.0), Ground(*D), Ground(*G)
+    crank = Crank(anchor=o, radius=LENGTHS["crank"], angular_velocity=tau / (COUNT - 1), initial_angle=0.0)
+    a = LENGTHS["crank"] + 0j
+    b = dyad(a, complex(*D), LENGTHS["coupler"], LENGTHS["rocker"], 1)
+    h = dyad(b, complex(*G), LENGTHS["link"], LENGTHS["output"], 1)
+    first = RRRDyad(crank.output, d, LENGTHS["coupler"], LENGTHS["rocker"], float(b.real), float(b.imag))
+    second = RRRDyad(first, g, LENGTHS["link"], LENGTHS["output"], float(h.real), float(h.imag))
+    steps = Steps([o, d, g, crank, first, second])
+    seconds, places = timed(lambda: list(steps.step(iterations=COUNT - 1)), 1)
+    ends = np.array([coords[-1] for coords in places], dtype=float) - G
+    angles = np.concatenate(([reference(0.0)], np.arctan2(ends[:, 1], ends[:, 0])))
+    return Row("pylinkage: positions", seconds, error_of(angles))
+
+
+def mechanism_row() -> Row:
+    """The same positions by the package mechanism: fsolve at every one."""
+    from mechanism import Mechanism as Solver
+    from mechanism import Vector, get_joints
+
+    o, a, b, d, h, g = get_joints("O A B D H G")
+    crank = Vector((o, a), r=LENGTHS["crank"])
+    coupler, rocker = Vector((a, b), r=LENGTHS["coupler"]), Vector((d, b), r=LENGTHS["rocker"])
+    link, output = Vector((b, h), r=LENGTHS["link"]), Vector((g, h), r=LENGTHS["output"])
+    base = Vector((o, d), r=D[0], theta=0.0, style="ground")
+    far = Vector((o, g), r=float(np.hypot(*G)), theta=float(np.arctan2(G[1], G[0])), style="ground")
+
+    def loops(x: Any, i: Any) -> Any:
+        gaps = np.zeros((2, 2))
+        gaps[0] = crank(i) + coupler(x[0]) - rocker(x[1]) - base()
+        gaps[1] = crank(i) + coupler(x[0]) + link(x[2]) - output(x[3]) - far()
+        return gaps.flatten()
+
+    z = solve(six_bar(), 0.0, tau).poses(0.0).value[2:, 2, 0]
+    vectors = (crank, coupler, rocker, link, output, base, far)
+    solver = Solver(vectors=vectors, origin=o, loops=loops, pos=Q, guess=(z,))
+    seconds, _ = timed(solver.iterate, 1)
+    return Row("mechanism: positions (fsolve)", seconds, error_of(output.pos.thetas))
+
+
+def others() -> list[Row]:
+    """Rows of the packages that are there."""
+    rows = []
+    for make in (pylinkage_row, mechanism_row):
+        try:
+            rows.append(make())
+        except ImportError as error:
+            print(f"left out: {error}")
+    return rows
+
+
+def main() -> None:
+    """Measure and print."""
+    repeats = 5 if "--quick" in sys.argv else 25
+    base = closed_form(repeats)
+    print(f"{'way':48s} {'ms':>9s} {'ratio':>8s} {'error, rad':>11s}")
+    for row in [base, *ours(repeats), *others()]:
+        print(f"{row.name:48s} {1e3 * row.seconds:9.2f} {row.seconds / base.seconds:8.1f} {row.error:11.1e}")
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,404 @@
+"""The toggle clamp against its source's read-out, and against its loop equations solved and differentiated at 40 digits."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+from itertools import pairwise
+from math import acosh, hypot, inf, pi, sqrt
+from typing import Any
+
+import numpy as np
+import pytest
+import sympy
+from hypothesis import assume, given, settings
+from hypothesis import strategies as st
+from mpmath import mp
+
+from flywheel.faults import Fault, SceneError
+from flywheel.intervals import NAMESPACE, Interval
+from flywheel.mechanisms import build
+from flywheel.scene import Body, Mechanism
+
+Walk = Callable[..., dict[str, tuple[Any, Any]]]
+
+NAMES = ("frame.height", "bell_crank.drive_length", "coupler.length", "bell_crank.clamp_length", "rod.length")
+BODIES = {
+    "block": Body(33.2930),
+    "bell_crank": Body(16.1475, 0.1195, 0.11, 0.2),
+    "coupler": Body(1.3051, 0.0022, 0.0475, -0.3),
+    "rod": Body(16.7364, 0.1699, 0.13),
+    "platen": Body(298.4963),
+}
+
+
+def clamp(
+    height: float = 0.14,
+    drive: float = 0.16763,
+    coupler: float = 0.095,
+    arm: float = 0.22,
+    rod: float = 0.26,
+    angle: float = 0.30199,
+    stroke: tuple[float, float] | None = (-0.06, 0.19),
+    assembly: str = "open",
+) -> Mechanism:
+    geometry = {**dict(zip(NAMES, (height, drive, coupler, arm, rod), strict=True)), "bell_crank.angle": angle}
+    return Mechanism("toggle-clamp", "m", geometry=geometry, stroke=stroke, assembly=assembly, bodies=BODIES)
+
+
+CLAMPS = {
+    "source": clamp(),
+    "crossed": clamp(assembly="crossed"),
+    "behind": clamp(assembly="open-behind"),
+    "crossed, behind": clamp(assembly="crossed-behind"),
+    "short rod": clamp(rod=0.1, angle=0.4, stroke=(0.05, 0.2)),
+    "long coupler, turned": clamp(0.1, 0.05, 0.2, 0.3, 0.31, -2.0, (-0.12, -0.2)),
+    "arms alike": clamp(0.14, 0.12, 0.12, 0.2, 0.2, 0.3, (-0.03, 0.18)),
+    "straight": clamp(angle=0.0),
+    "one way below": clamp(0.1, 0.3, 0.15, 0.22, 0.26, 0.5, (-0.4, -0.13)),
+}
+clamps = pytest.mark.parametrize("mechanism", CLAMPS.values(), ids=CLAMPS.keys())
+
+
+@pytest.fixture(autouse=True)
+def _forty_digits() -> Any:
+    with mp.workdps(40):
+        yield
+
+
+def exactly(mechanism: Mechanism) -> Mechanism:
+    geometry = {name: mp.mpf(value) for name, value in mechanism.geometry.items()}
+    return replace(mechanism, geometry=geometry, bodies={k: Body(*map(mp.mpf, b)) for k, b in mechanism.bodies.items()})
+
+
+class Loops:
+    """Both loop equations at one displacement: positions x = (theta2, theta3, theta6, s), x' and x'' by the Jacobian."""
+
+    def __init__(self, mechanism: Mechanism, psi: Any, near: list[float]) -> None:
+        geometry = exactly(mechanism).geometry
+        a1, a2, a3, a5, a6 = (geometry[name] for name in NAMES)
+        alpha = geometry["bell_crank.angle"]
+
+        def gaps(t2: Any, t3: Any, t6: Any, s: Any) -> list[Any]:
+            first = a2 * mp.expj(t2) + a3 * mp.expj(t3) - a1 * mp.mpc(0, 1) + psi
+            second = a5 * mp.expj(t2 + alpha + mp.pi) + a6 * mp.expj(t6) - s
+            return [first.real, first.imag, second.real, second.imag]
+
+        self.x = t2, t3, t6, _ = list(mp.findroot(gaps, near, tol=mp.mpf(10) ** -70))
+        self.lengths, self.clamp = (a1, a2, a3, a5, a6), t2 + alpha + mp.pi
+        u2, u3, u5, u6 = (mp.expj(angle) for angle in (t2, t3, self.clamp, t6))
+        columns = [(1j * a2 * u2, 1j * a5 * u5), (1j * a3 * u3, 0), (0, 1j * a6 * u6), (0, -1)]
+        jacobian = mp.matrix(4, 4)
+        for k, column in enumerate(columns):
+            for j, entry in enumerate(map(mp.mpc, column)):
+                jacobian[2 * j, k], jacobian[2 * j + 1, k] = entry.real, entry.imag
+        self.rate = r2, r3, r6, _ = list(mp.lu_solve(jacobian, mp.matrix([-1, 0, 0, 0])))
+        first, second = a2 * u2 * r2**2 + a3 * u3 * r3**2, a5 * u5 * r2**2 + a6 * u6 * r6**2
+        self.slope = list(mp.lu_solve(jacobian, mp.matrix([first.real, first.imag, second.real, second.imag])))
+
+    def centres(self, bodies: dict[str, Body]) -> dict[str, tuple[Any, Any]]:
+        """Velocity of each centre of mass over that of the block, and angular velocity."""
+        (_, a2, _, a5, _), (t2, t3, t6, _), (r2, r3, r6, rs) = self.lengths, self.x, self.rate
+
+        def along(angle: Any, body: Body) -> Any:
+            return 1j * body.com * mp.expj(angle + body.com_angle)
+
+        pin, far = 1j * a2 * mp.expj(t2) * r2, 1j * a5 * mp.expj(self.clamp) * r2
+        return {
+            "block": (mp.mpc(-1), 0),
+            "bell_crank": (along(self.clamp, bodies["bell_crank"]) * r2, r2),
+            "coupler": (pin + along(t3, bodies["coupler"]) * r3, r3),
+            "rod": (far + along(t6, bodies["rod"]) * r6, r6),
+            "platen": (mp.mpc(rs), 0),
+        }
+
+
+PORTS = ("bell_crank", "coupler", "rod", "platen")
+
+
+def solved(mechanism: Mechanism, psi: float) -> Loops:
+    family = build(mechanism)
+    position = family.position(psi, np)
+    return Loops(mechanism, mp.mpf(psi), [float(family.ports[name].position(position)) for name in PORTS])
+
+
+def along_stroke(mechanism: Mechanism, count: int = 5) -> np.ndarray:
+    return np.linspace(*mechanism.stroke, count)
+
+
+def standstill(mechanism: Mechanism, walk: Walk, low: float, high: float) -> float:
+    """Where the platen stands still though the block moves, by bisection."""
+    family = build(mechanism)
+    sense = walk(family, low)["platen"][0]
+    while (middle := 0.5 * (low + high)) not in (low, high):
+        low, high = (middle, high) if walk(family, middle)["platen"][0] * sense > 0 else (low, middle)
+    return low
+
+
+def test_the_read_out_of_the_source_at_full_stretch(walk: Walk) -> None:
+    family, speed = build(CLAMPS["source"]), 0.3289474
+    position, gains = family.position(0.19, np), walk(family, 0.19)
+    assert [family.ports[name].position(position) for name in PORTS] == pytest.approx([2.83967, 1.89156, 0, 0.48], abs=6e-5)
+    assert position.clamp == pytest.approx(6.2833, abs=5e-5)
+    speeds = [gains[name][0] * speed for name in PORTS]
+    assert speeds == pytest.approx([-0.7616, 4.0698, 0.6445, 0.02179e-3], rel=8e-5, abs=5e-9)
+    accelerations = [gains[name][1] * speed**2 for name in PORTS]
+    assert accelerations == pytest.approx([-11.972, 13.152, 10.130, -235.27e-3], rel=4e-5)
+
+
+def test_the_read_out_of_the_source_contradicts_itself_in_theta2_and_theta5() -> None:
+    """Printed theta2 = 2.836 and theta5 = 6.264; with the printed theta6 = 0 and s = 480 mm the arm stands at 2 pi."""
+    position = build(CLAMPS["source"]).position(0.19, np)
+    assert abs(position.bell_crank - 2.836) > 3e-3
+    assert abs(position.clamp - 6.264) > 0.019
+    off = build(clamp(angle=0.286)).position(0.19, np)
+    assert off.clamp == pytest.approx(6.264, abs=4e-3)
+    assert abs(off.rod) > 0.01
+
+
+@clamps
+def test_floats_agree_with_the_loop_equations(mechanism: Mechanism, walk: Walk) -> None:
+    family = build(mechanism)
+    for psi in along_stroke(mechanism):
+        true, position, gains = solved(mechanism, psi), family.position(psi, np), walk(family, psi)
+        for k, name in enumerate(PORTS):
+            value = family.ports[name].position(position)
+            assert abs(value - true.x[k]) <= 1e-12, name
+            for found, exact in zip(gains[name], (true.rate[k], true.slope[k]), strict=True):
+                assert abs(found - exact) <= 1e-12 * max(1, abs(exact)), name
+        assert gains["block"] == (1.0, 0.0)
+        assert family.ports["block"].position(position) == psi
+
+
+@pytest.mark.parametrize("between", [(0.12, 0.155), (0.185, 0.195)])
+def test_digits_stay_where_the_toggle_stretches(between: tuple[float, float], walk: Walk) -> None:
+    mechanism = clamp(stroke=(-0.06, 0.2))
+    centre, family = standstill(mechanism, walk, *between), build(mechanism)
+    assert family.position(centre, np).platen == pytest.approx(0.48, abs=1e-15)
+    assert abs(walk(family, centre)["platen"][0]) < 1e-15
+    for psi in (centre, centre - 1e-12, centre + 1e-9, centre - 1e-6, centre + 1e-5):
+        gain, slope = walk(family, psi)["platen"]
+        true = solved(mechanism, psi)
+        assert abs(gain - true.rate[3]) <= 1e-15
+        assert abs(slope - true.slope[3]) <= 1e-12 * abs(true.slope[3])
+
+
+def test_the_platen_stands_still_too_where_the_bell_crank_turns_back(walk: Walk) -> None:
+    mechanism = CLAMPS["source"]
+    centre = standstill(mechanism, walk, 0.157, 0.18)
+    assert build(mechanism).position(centre, np).coupler == pytest.approx(pi / 2, abs=1e-14)
+    assert centre == pytest.approx(sqrt(0.16763**2 - (0.14 - 0.095) ** 2), abs=1e-15)
+
+
+def test_digits_stay_at_full_stretch_of_a_straight_clamp_and_a_rod_alike(walk: Walk) -> None:
+    mechanism = clamp(0.14, 0.12, 0.12, 0.2, 0.2, 0.0, (0.0, 0.19))
+    family = build(mechanism)
+    for psi in (0.05, 0.13, 0.19):
+        true, gains = solved(mechanism, psi), walk(family, psi)
+        assert gains["platen"][0] == pytest.approx(float(true.rate[3]), rel=1e-13)
+
+
+@clamps
+def test_gains_are_those_of_exact_numbers(mechanism: Mechanism, walk: Walk) -> None:
+    true = build(exactly(mechanism))
+    for psi in along_stroke(mechanism, 3):
+        found, exact = walk(build(mechanism), psi), walk(true, mp.mpf(psi), mp)
+        for name, pair in exact.items():
+            for value, wanted in zip(found[name], pair, strict=True):
+                assert abs(value - wanted) <= 1e-12 * max(1, abs(wanted)), name
+
+
+@clamps
+def test_kinetic_energy_is_that_of_the_bodies(mechanism: Mechanism, walk: Walk) -> None:
+    family = build(mechanism)
+    for psi in along_stroke(mechanism, 3):
+        gains = walk(family, psi)
+        found = sum(mass.value * gains[mass.velocity][0] ** 2 for mass in family.masses)
+        centres = solved(mechanism, psi).centres(exactly(mechanism).bodies)
+        expected = sum(
+            body.mass * abs(centres[name][0]) ** 2 + body.inertia * centres[name][1] ** 2
+            for name, body in mechanism.bodies.items()
+        )
+        assert found == pytest.approx(float(expected), rel=1e-13)
+
+
+@clamps
+def test_weight_pulls_every_body_at_its_centre(mechanism: Mechanism, walk: Walk) -> None:
+    family, psi = build(mechanism), along_stroke(mechanism, 4)[1]
+    gains, centres = walk(family, psi), solved(mechanism, psi).centres(exactly(mechanism).bodies)
+    pull = 0.6 - 9.7j
+    for name, body in mechanism.bodies.items():
+        own = [weight for weight in family.weights if weight.body == name]
+        found = sum(w.mass * (pull.conjugate() * np.exp(1j * w.direction)).real * gains[w.velocity][0] for w in own)
+        expected = body.mass * (mp.conj(mp.mpc(pull)) * centres[name][0]).real
+        assert found == pytest.approx(float(expected), rel=1e-12, abs=1e-12)
+
+
+@clamps
+def test_each_assembly_keeps_its_sides(mechanism: Mechanism) -> None:
+    psi = np.linspace(*mechanism.stroke, 400)
+    position = build(mechanism).position(psi, np)
+    block = -psi + 1j * mechanism.geometry["frame.height"]
+    pin = mechanism.geometry["bell_crank.drive_length"] * np.exp(1j * position.bell_crank)
+    left = (block.conjugate() * pin).imag
+    assert np.all(left < 0 if mechanism.assembly.startswith("crossed") else left > 0)
+    ahead = np.cos(position.rod)
+    assert np.all(ahead < 0 if mechanism.assembly.endswith("behind") else ahead > 0)
+    for name in PORTS:
+        assert np.max(np.abs(np.diff(build(mechanism).ports[name].position(position)))) < 0.2
+
+
+@clamps
+def test_bounds_hold_over_whole_cells(mechanism: Mechanism) -> None:
+    family, (start, end) = build(mechanism), sorted(mechanism.stroke)
+    assert all(start < psi < end for psi in family.breakpoints)
+    edges = np.unique([*np.linspace(start, end, 81), *family.breakpoints])
+    lo, hi = edges[:-1], edges[1:]
+    bounded = family.position(Interval(lo, hi), NAMESPACE)
+    sampled = family.position(lo + np.linspace(0.0, 1.0, 9)[:, None] * (hi - lo), np)
+    for port in family.ports.values():
+        bounds, values = port.position(bounded), port.position(sampled)
+        assert np.all((bounds.lo <= values + 1e-12) & (values - 1e-12 <= bounds.hi))
+        assert np.all(bounds.hi - bounds.lo < 7.0)
+
+
+@pytest.mark.parametrize(
+    "mechanism",
+    [
+        *CLAMPS.values(),
+        clamp(stroke=(-0.222, 0.2222)),
+        clamp(0.1, 0.3, 0.2001, 0.22, 0.26, 0.5, (-0.2, 0.2)),
+        clamp(rod=0.2201, angle=-1.0),
+    ],
+)
+def test_cells_follow_the_motion(mechanism: Mechanism, walk: Walk) -> None:
+    """A polynomial of order 16 on the worst cell, by the ends of the stroke, the breakpoints, and a few more."""
+    family, (start, end) = build(mechanism), sorted(mechanism.stroke)
+    edges = np.unique([*np.linspace(start, end, 5), *family.breakpoints])
+    nodes, probes = np.cos(pi * (np.arange(17) + 0.5) / 17), np.linspace(-1.0, 1.0, 40)
+    for low, high in pairwise(edges):
+        sampled, asked = (walk(family, 0.5 * (low + high + (high - low) * at)) for at in (nodes, probes))
+        for name in PORTS:
+            fit = np.polynomial.chebyshev.chebfit(nodes, sampled[name][0], 16)
+            gap = np.polynomial.chebyshev.chebval(probes, fit) - asked[name][0]
+            assert np.max(np.abs(gap)) <= 1e-7 * np.max(np.abs(asked[name][0])), (name, low, high)
+
+
+def test_cells_shorten_where_the_rod_nearly_stands_across(walk: Walk) -> None:
+    family = build(clamp(rod=0.2201, angle=-1.0))
+    upright = [psi for psi in family.breakpoints if abs(abs(family.position(psi, np).clamp_sin) - 1) < 1e-12]
+    assert len(upright) == 1
+    shortest = acosh(0.2201 / 0.22) / abs(walk(family, upright[0])["bell_crank"][0])
+    gaps = sorted(abs(psi - upright[0]) for psi in family.breakpoints)
+    assert gaps[1:3] == pytest.approx([shortest, shortest], rel=1e-9)
+
+
+def test_symbols_pass_through() -> None:
+    family, psi = build(CLAMPS["source"]), sympy.Symbol("psi", real=True)
+    position = family.position(psi, sympy)
+    for name, rate in (("bell_crank", position.bell_crank_rate), ("rod", position.rod_turn)):
+        difference = sympy.diff(family.ports[name].position(position), psi) - rate
+        assert abs(difference.subs(psi, 0.07).evalf()) < 1e-12
+
+
+# --- locks ----------------------------------------------------------------------------------------------------------
+
+
+def fault(**lengths: Any) -> Fault:
+    with pytest.raises(SceneError) as refused:
+        build(clamp(**lengths))
+    (only,) = refused.value.faults
+    return only
+
+
+def test_a_block_out_of_reach_is_refused_with_its_displacement() -> None:
+    reach = sqrt((0.16763 + 0.095) ** 2 - 0.14**2)
+    found = fault(stroke=(-0.06, 0.23))
+    assert found.path == "mechanism.coupler.length"
+    assert found.found == "0.095 m"
+    assert found.advice == f"the clamp locks where its block is at {reach:.6g} m"
+    least, most = (float(word) for word in found.expected.split() if word[0].isdigit())
+    assert least == pytest.approx(hypot(0.14, 0.23) - 0.16763, abs=1e-9)
+    assert most == pytest.approx(0.16763 + 0.14, abs=1e-9)
+    build(clamp(coupler=least + 1e-6, stroke=(-0.06, 0.23)))
+    build(clamp(coupler=most - 1e-6, stroke=(-0.06, 0.23)))
+    assert f"{-reach:.6g} and {reach:.6g} m" in fault(stroke=(-0.3, 0.3)).advice
+
+
+def test_a_stroke_that_ends_where_the_clamp_stretches_is_refused() -> None:
+    lengths = {"height": 0.3, "drive": 0.3, "coupler": 0.2}
+    assert "locks where its block is at 0.4 m" in fault(stroke=(0.1, 0.4), **lengths).advice
+    build(clamp(stroke=(0.1, 0.4 - 1e-6), **lengths))
+
+
+def test_arms_that_fold_within_the_stroke_are_refused() -> None:
+    fold = sqrt(0.15**2 - 0.1**2)
+    found = fault(height=0.1, drive=0.3, coupler=0.15, stroke=(-0.2, 0.2))
+    assert found.path == "mechanism.coupler.length"
+    assert found.expected == "between 0.2 and 0.4 m"
+    build(clamp(height=0.1, drive=0.3, coupler=0.2 + 1e-6, stroke=(-0.2, 0.2)))
+    assert f"{-fold:.6g} and {fold:.6g} m" in found.advice
+    assert "at 0 m" in fault(height=0.1, drive=0.25, coupler=0.15, stroke=(-0.2, 0.2)).advice.replace("-0", "0")
+    assert "closes nowhere" in fault(height=0.1, drive=0.3, coupler=0.15, stroke=(-0.05, 0.05)).advice
+
+
+def test_a_drive_arm_too_short_for_the_stroke_is_refused() -> None:
+    found = fault(height=0.1, drive=0.03, coupler=0.12, stroke=(0.0, 0.2))
+    assert found.path == "mechanism.bell_crank.drive_length"
+    assert float(found.expected.split()[2]) == pytest.approx((hypot(0.1, 0.2) - 0.1) / 2)
+
+
+def test_a_rod_that_stands_across_is_refused_with_the_displacement() -> None:
+    found = fault(rod=0.1, angle=0.4, stroke=(-0.06, 0.19))
+    assert found.path == "mechanism.rod.length"
+    assert "longer than bell_crank.clamp_length = 0.22 m" in found.expected
+    (place,) = (float(word) for word in found.advice.split() if word[0] in "-0123456789")
+    family = build(clamp(angle=0.4))
+    assert abs(family.position(place, np).height) == pytest.approx(0.1, rel=1e-5)
+    build(clamp(rod=0.1, angle=0.4, stroke=(place + 1e-5, 0.19)))
+    assert "closes nowhere" in fault(rod=0.1, angle=0.4, stroke=(-0.06, place - 1e-5)).advice
+
+
+def test_without_a_stroke_it_is_refused() -> None:
+    assert fault(stroke=None) == (
+        "mechanism.type",
+        "a toggle-clamp without a stroke",
+        "the stroke of its block",
+        "its block goes one way: add [stroke] with from, to and speed",
+    )
+
+
+LENGTH = st.integers(1, 12).map(lambda n: n / 4)
+PLACE = st.integers(-12, 12).map(lambda n: n / 4)
+
+
+@given(st.tuples(LENGTH, LENGTH, LENGTH, LENGTH, LENGTH), st.integers(-6, 6), st.tuples(PLACE, PLACE), st.booleans())
+@settings(derandomize=True, max_examples=150, deadline=None)
+def test_a_clamp_is_refused_exactly_when_a_loop_flattens(
+    lengths: tuple[float, ...], eighths: int, stroke: tuple[float, float], crossed: bool
+) -> None:
+    assume(stroke[0] < stroke[1])
+    mechanism = clamp(*lengths, eighths * pi / 8 + 0.1, stroke, "crossed" if crossed else "open")
+    flat, upright = slack(mechanism, np.linspace(*stroke, 4001))
+    assume(abs(flat) > 1e-6 or flat in (0.0, -inf))
+    assume(abs(upright) > 1e-6)
+    if flat <= 0 or upright < 0:
+        with pytest.raises(SceneError):
+            build(mechanism)
+    else:
+        position = build(mechanism).position(np.linspace(*stroke, 50), np)
+        assert np.all(np.isfinite(position.platen))
+
+
+def slack(mechanism: Mechanism, psi: np.ndarray) -> tuple[float, float]:
+    """How far, at least, the arms are from one line, and the rod from standing across: by the cosine rule."""
+    a1, a2, a3, a5, a6 = (mechanism.geometry[name] for name in NAMES)
+    reach = np.hypot(a1, psi)
+    reach = np.append(reach, a1) if psi[0] < 0 < psi[-1] else reach
+    flat = float(min((a2 + a3 - reach).min(), (reach - abs(a2 - a3)).min()))
+    if flat <= 1e-9:
+        return min(flat, 0.0), inf
+    reach = np.hypot(a1, psi)
+    corner = np.arccos((reach**2 + a2**2 - a3**2) / (2 * reach * a2))
+    theta2 = np.arctan2(a1, -psi) + (-corner if mechanism.assembly == "crossed" else corner)
+    return flat, a6 - a5 * float(np.abs(np.sin(theta2 + mechanism.geometry["bell_crank.angle"])).max())

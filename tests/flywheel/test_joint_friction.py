@@ -1,0 +1,107 @@
+"""Friction in joints as a moment on the crank: against kinetostatics position by position, and in every figure."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+
+import flywheel
+from bondgraph.elements import Here
+from flywheel.faults import SceneError
+from flywheel.joint_friction import friction_curve
+from flywheel.joints import joint_forces
+
+W = 20.0
+
+
+def crank_press(mu: float, radius: float = 0.015, **changes: Any) -> dict[str, Any]:
+    """A slider-crank as a linkage that pushes one way; every joint rubs."""
+    pins = [
+        {"name": "O", "between": ["frame.origin", "crank.origin"]},
+        {"name": "A", "between": ["crank.A", "rod.origin"]},
+        {"name": "B", "between": ["rod.B", "ram.origin"]},
+    ]
+    rough = {"friction": mu} if mu else {}
+    joints = [pin | {"type": "pin"} | rough | ({"radius": radius} if mu else {}) for pin in pins]
+    joints.append({"name": "ram", "type": "slide", "between": ["frame.origin", "ram.origin"], **rough})
+    bodies = {
+        "crank": {"points": {"A": [0.1, 0]}, "mass": 3, "inertia": 0.02},
+        "rod": {"points": {"B": [0.4, 0]}, "mass": 2, "inertia": 0.03, "com": [0.15, 0], "guess": 0.0},
+        "ram": {"mass": 6},
+    }
+    scene = {
+        "mechanism": {"type": "linkage", "driver": "O", "bodies": bodies, "joints": joints},
+        "load": [{"on": "ram", "force": "-800 N", "while": "v > 0"}],
+        "drive": {"torque": "balance"},
+        "regime": {"speed": W},
+        "flywheel": {"irregularity": 0.03},
+    }
+    return scene | changes
+
+
+def test_without_friction_there_is_no_curve() -> None:
+    machine = flywheel.Machine(flywheel.load(crank_press(0.0)))
+    assert machine.friction is None
+    assert not machine.scene.rubs
+
+
+@pytest.mark.parametrize("mu", [0.01, 0.1, 0.25])
+def test_the_curve_is_kinetostatics(mu: float) -> None:
+    scene = flywheel.load(crank_press(mu))
+    curve = friction_curve(scene)
+    q = np.linspace(0.0, scene.cycle, 2004)[1:-1]
+    expected = joint_forces(scene, q, speed=W).mechanisms["linkage"].friction.moment
+    np.testing.assert_allclose(curve(Here(q, None, np), Here(q, None, np)), expected, atol=1e-10 * np.abs(expected).max())
+    assert (expected < 0.0).all()
+
+
+def test_friction_is_paid_by_the_drive() -> None:
+    smooth, rough = (flywheel.size(flywheel.load(crank_press(mu)), simulate=False) for mu in (0.0, 0.1))
+    scene = flywheel.load(crank_press(0.1))
+    q = (np.arange(20000) + 0.5) / 20000 * scene.cycle
+    share = joint_forces(scene, q, speed=W).mechanisms["linkage"].friction.moment.mean()
+    assert rough.balance.value == pytest.approx(smooth.balance.value - share, rel=1e-7)
+    assert any("friction in joints is taken at a constant crank speed" in message for message in rough.messages)
+
+
+def test_the_simulation_confirms_the_flywheel_with_friction() -> None:
+    sizing = flywheel.size(flywheel.load(crank_press(0.15)))
+    assert sizing.simulation.irregularity == pytest.approx(0.03, rel=1e-9)
+    assert sizing.error.exact < 1e-9
+
+
+def test_friction_shows_in_the_reduction() -> None:
+    scene = flywheel.load(crank_press(0.1))
+    state = flywheel.reduce(scene, np.linspace(0.0, 6.0, 9))
+    assert (state.moment_parts["friction in joints"] < 0.0).all()
+
+
+def test_balance_within_the_mechanism_is_found_with_its_friction() -> None:
+    scene = crank_press(0.1, parameters={"F": "balance"}, drive={"torque": "60 N m"})
+    scene["load"] = [{"on": "ram", "force": "-F", "while": "v > 0"}]
+    sizing = flywheel.size(flywheel.load(scene), simulate=False)
+    loaded = crank_press(0.1, load=[{"on": "ram", "force": -sizing.balance.value, "while": "v > 0"}])
+    back = flywheel.size(flywheel.load(loaded), simulate=False)
+    assert back.balance.value == pytest.approx(60.0, rel=1e-9)
+
+
+def test_friction_that_locks_names_the_position() -> None:
+    with pytest.raises(SceneError, match=r"friction that locks the mechanism at crank angle"):
+        flywheel.Machine(flywheel.load(crank_press(3.0, 0.09)))
+
+
+def test_a_motion_that_turns_back_is_refused() -> None:
+    machine = flywheel.Machine(flywheel.load(crank_press(0.1, drive={"torque": "-80 N m"}, flywheel={"inertia": 0.5})))
+    with pytest.raises(SceneError, match=r"turns back by .* with friction in joints"):
+        flywheel.simulate(machine, 0.3, 2.0, 5.0)
+
+
+def test_other_mechanisms_beside_a_rough_one() -> None:
+    linkage = crank_press(0.1)
+    yoke = {"type": "scotch-yoke", "name": "yoke", "crank": {"length": 0.1}, "yoke": {"mass": 5}}
+    both = linkage | {"mechanism": [linkage["mechanism"] | {"name": "press"}, yoke]}
+    both["load"] = [linkage["load"][0] | {"on": "press.ram"}]
+    alone = flywheel.size(flywheel.load(linkage), simulate=False).balance.value
+    assert flywheel.size(flywheel.load(both), simulate=False).balance.value == pytest.approx(alone, rel=1e-9)
