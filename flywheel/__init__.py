@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from flywheel.pictures.animation import animate
     from flywheel.pictures.mechanisms import draw
     from flywheel.quinn import cycle_shares, shares
-    from flywheel.reading import load
+    from flywheel.reading.scenes import load
     from flywheel.results import Sizing
     from flywheel.scene import Scene
     from flywheel.simulation import Motion, simulate
@@ -45,7 +45,7 @@ _HOMES = {
     "cycle_shares": "quinn",
     "draw": "pictures.mechanisms",
     "joint_forces": "joints",
-    "load": "reading",
+    "load": "reading.scenes",
     "reduce": "state",
     "shares": "quinn",
     "simulate": "simulation",

@@ -15,8 +15,8 @@ from bondgraph.elements import C, Here, I, Law, Modulus, Motion, R, Se
 from bondgraph.graph import BondGraph
 from bondgraph.reduction import Reduced, Reduction
 from flywheel import mechanisms
-from flywheel.expressions import Expression
 from flywheel.faults import Fault, SceneError
+from flywheel.formulas.expressions import Expression
 from flywheel.loads import Effort, Place, Senses, crank_angles, spring_effort
 from flywheel.mechanisms.base import Family, Ratio
 from flywheel.piecewise import middles

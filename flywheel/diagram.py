@@ -11,7 +11,7 @@ import bondgraph
 from bondgraph import BondGraph, GraphError, I
 from flywheel.faults import Fault, SceneError
 from flywheel.machine import FLYWHEEL, Machine
-from flywheel.reading import load
+from flywheel.reading.scenes import load
 
 
 def machine_graph(scene: Path, *, simplified: bool = False) -> tuple[BondGraph, tuple[str, ...]]:

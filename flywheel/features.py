@@ -15,14 +15,14 @@ from numpy.typing import NDArray
 
 from bondgraph.elements import Here, Motion
 from bondgraph.reduction import Reduction
-from flywheel.expressions import Expression
 from flywheel.faults import Fault, SceneError
-from flywheel.intervals import NAMESPACE as INTERVALS
-from flywheel.intervals import Interval
-from flywheel.jets import Jet
+from flywheel.formulas.expressions import Expression
+from flywheel.formulas.intervals import NAMESPACE as INTERVALS
+from flywheel.formulas.intervals import Interval
+from flywheel.formulas.jets import Jet
+from flywheel.formulas.resolution import resolved
+from flywheel.formulas.switching import Enclosures, SwitchingError, Values, breakpoints, roots
 from flywheel.loads import Effort
-from flywheel.resolution import resolved
-from flywheel.switching import Enclosures, SwitchingError, Values, breakpoints, roots
 
 Array = NDArray[np.float64]
 

@@ -9,8 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bondgraph.elements import Here
-from flywheel.expressions import Expression
 from flywheel.faults import Fault, SceneError
+from flywheel.formulas.expressions import Expression
 from flywheel.scene import Law, Load, Spring, Table
 
 Array = NDArray[np.float64]

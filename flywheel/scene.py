@@ -1,6 +1,6 @@
 """The scene: what a user asks, checked and in SI, as plain frozen data.
 
-Nothing here computes. `flywheel.reading` fills these from TOML; `flywheel.machine` turns them into a bond graph.
+Nothing here computes. `flywheel.reading.scenes` fills these from TOML; `flywheel.machine` turns them into a bond graph.
 Places are canonical names: a shaft (`crank`), or a mechanism's port (`press.slider`).
 """
 
@@ -14,7 +14,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from flywheel.expressions import Expression
+from flywheel.formulas.expressions import Expression
 from flywheel.linkage.description import Linkage
 
 TURN = 2 * np.pi

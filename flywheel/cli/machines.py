@@ -37,7 +37,7 @@ def _accuracy(context: click.Context, parameter: click.Parameter, rtol: float | 
 def size(scene: Path, as_json: bool, rtol: float | None, no_simulate: bool, plot: Path | None) -> None:
     """Size (or analyse) the flywheel of the machine in SCENE, a TOML file."""
     with reported(scene):
-        from flywheel.reading import load
+        from flywheel.reading.scenes import load
         from flywheel.sizing import size as sized
 
         sizing = sized(load(scene), rtol, simulate=not no_simulate)
@@ -48,11 +48,11 @@ def size(scene: Path, as_json: bool, rtol: float | None, no_simulate: bool, plot
 
 def _show(sizing: Sizing, as_json: bool) -> None:
     if not as_json:
-        from flywheel.report import text
+        from flywheel.writing.report import text
 
         show(text(sizing))
         return
-    from flywheel.export import encoded
+    from flywheel.writing.export import encoded
 
     show(encoded(sizing.as_dict(), indent=2))
     for message in sizing.messages:
@@ -94,8 +94,8 @@ def reduce(scene: Path, as_json: bool, as_csv: bool, points: int | None, at: tup
     if at and points is not None:
         raise click.UsageError("--at and --points exclude each other.")
     with reported(scene):
-        from flywheel.export import reduced
-        from flywheel.reading import load
+        from flywheel.reading.scenes import load
+        from flywheel.writing.export import reduced
 
         loaded = load(scene)
         wanted = coordinates(at, loaded.reduction_element == "slide")
@@ -197,9 +197,9 @@ def reactions(
     if output is not None:
         spare(scene, output)
     with reported(scene):
-        from flywheel import export_forces
         from flywheel.joints import joint_forces, spread
-        from flywheel.reading import load
+        from flywheel.reading.scenes import load
+        from flywheel.writing import forces as export_forces
 
         loaded = load(scene)
         sliding = loaded.reduction_element == "slide"

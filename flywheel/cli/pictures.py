@@ -62,7 +62,7 @@ def draw_mechanisms(scene: Path, at: tuple[str, ...], points: tuple[str, ...], o
     """Draw the mechanisms of SCENE at chosen positions, with the paths that their points describe."""
     with reported(scene):
         from flywheel.pictures.mechanisms import draw
-        from flywheel.reading import load
+        from flywheel.reading.scenes import load
 
         loaded = load(scene)
         wanted = coordinates(at, loaded.reduction_element == "slide")
@@ -92,7 +92,7 @@ def animate_mechanisms(scene: Path, output: Path | None, frames: int, fps: int) 
     """
     with reported(scene):
         from flywheel.pictures.animation import animate
-        from flywheel.reading import load
+        from flywheel.reading.scenes import load
 
         loaded = load(scene)
         target = _target(scene, output, ".gif")

@@ -8,12 +8,12 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from flywheel.digits import columns
 from flywheel.linkage.components import COUPLE, DRIVE, FORCE, FRICTION, Component, Passive, Unknowns, ends
 from flywheel.linkage.description import CAM, PIN
 from flywheel.linkage.poses import Poses
 from flywheel.linkage.statics import OPEN, Balance
 from flywheel.linkage.wrenches import centres, pace
+from flywheel.writing.digits import columns
 
 Array = NDArray[np.float64]
 Flags = NDArray[np.bool_]

@@ -8,8 +8,8 @@ from typing import Any, NamedTuple, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from flywheel.expressions import Expression
-from flywheel.jets import Jet, jet_namespace
+from flywheel.formulas.expressions import Expression
+from flywheel.formulas.jets import Jet, jet_namespace
 from flywheel.scene import Table
 
 Array = NDArray[np.float64]
@@ -39,7 +39,7 @@ class FormulaCurve(NamedTuple):
         """Position with its two derivatives at phi; every switch is decided at the anchor.
 
         >>> import numpy as np
-        >>> from flywheel.expressions import parse
+        >>> from flywheel.formulas.expressions import parse
         >>> FormulaCurve(parse("abs(phi**2 - 1)"), {}).jet(2.0, 2.0, np)
         Jet(3.0, 4.0, 2.0)
         """

@@ -9,15 +9,15 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from flywheel.expressions import Expression
 from flywheel.faults import Fault, SceneError
-from flywheel.intervals import Interval
-from flywheel.jets import Jet
+from flywheel.formulas.expressions import Expression
+from flywheel.formulas.intervals import Interval
+from flywheel.formulas.jets import Jet
+from flywheel.formulas.resolution import resolved
+from flywheel.formulas.switching import SwitchingError, breakpoints
 from flywheel.mechanisms.base import Family, Mass, Port, Ratio, Term, Velocity
 from flywheel.mechanisms.curves import Curve, FormulaCurve, spline_curve
-from flywheel.resolution import resolved
 from flywheel.scene import Mechanism, Output
-from flywheel.switching import SwitchingError, breakpoints
 
 Array = NDArray[np.float64]
 

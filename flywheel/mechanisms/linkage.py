@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flywheel.faults import Fault, SceneError
-from flywheel.intervals import Interval
+from flywheel.formulas.intervals import Interval
 from flywheel.linkage.description import SLIDE, SLOT, Linkage
 from flywheel.linkage.enclosure import enclosed
 from flywheel.linkage.loops import Form, Loops

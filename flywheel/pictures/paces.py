@@ -8,13 +8,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flywheel import steady
-from flywheel.digits import figure as number
 from flywheel.faults import Fault, SceneError
 from flywheel.linkage.description import FRAME, SLIDE
 from flywheel.results import Sizing
 from flywheel.scene import Scene
 from flywheel.sizing import size
 from flywheel.sketching.views import View
+from flywheel.writing.digits import figure as number
 
 Array = NDArray[np.float64]
 

@@ -17,13 +17,13 @@ from matplotlib.ticker import MultipleLocator
 from numpy.typing import NDArray
 
 from flywheel.advice import nearest
-from flywheel.digits import figure as number
 from flywheel.faults import Fault, SceneError
 from flywheel.linkage.description import SLIDE
 from flywheel.linkage.reactions import Reactions
 from flywheel.pictures import figures
 from flywheel.pictures.figures import BLACK, BLUE, GREY, PURPLE, VERMILLION
 from flywheel.sketching import names
+from flywheel.writing.digits import figure as number
 
 Array = NDArray[np.float64]
 

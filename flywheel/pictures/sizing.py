@@ -17,13 +17,14 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import MultipleLocator
 from numpy.typing import NDArray
 
-from flywheel import outcome, steady
-from flywheel.digits import figure as number
+from flywheel import steady
 from flywheel.pictures import curves
 from flywheel.pictures.curves import Loop, Samples
-from flywheel.report import headline
 from flywheel.results import Sizing
 from flywheel.steady import Run
+from flywheel.writing import outcome
+from flywheel.writing.digits import figure as number
+from flywheel.writing.report import headline
 
 Array = NDArray[np.float64]
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from math import pi
 
-from flywheel.expressions import parse
+from flywheel.formulas.expressions import parse
 from flywheel.linkage.description import Coupling, Joint, Lift, Link, Linkage, Point
 from flywheel.mechanisms.curves import FormulaCurve
 

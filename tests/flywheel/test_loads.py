@@ -3,7 +3,7 @@ import pytest
 from numpy.testing import assert_allclose
 
 from bondgraph.elements import Here
-from flywheel.expressions import parse
+from flywheel.formulas.expressions import parse
 from flywheel.loads import Effort, Pieces, Place, Senses, crank_angles, spring_effort
 from flywheel.scene import Load, Spring, Table
 

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from flywheel.faults import SceneError
-from flywheel.reading import build_scene, parse_scene
+from flywheel.reading.scenes import build_scene, parse_scene
 
 SECONDS = 2.0  # of computing, for any one scene
 

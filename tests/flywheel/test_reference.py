@@ -6,10 +6,10 @@ import pytest
 
 import flywheel
 from flywheel.linkage.named import linkage_of
-from flywheel.reading import load
+from flywheel.reading.scenes import load
+from flywheel.reading.schema import KINDS, MECHANISM, OUTPUT, SECTIONS, TABLE, TOP
+from flywheel.reading.schema_linkage import LINKAGE_SECTIONS
 from flywheel.reference import text, topics
-from flywheel.schema import KINDS, MECHANISM, OUTPUT, SECTIONS, TABLE, TOP
-from flywheel.schema_linkage import LINKAGE_SECTIONS
 from flywheel.units import UNITS
 
 SECTION_TOPICS = {name: name for name in SECTIONS} | {"damper": "spring"}

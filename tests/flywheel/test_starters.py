@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 import flywheel
-from flywheel.reading import load
-from flywheel.schema import KINDS
+from flywheel.reading.scenes import load
+from flywheel.reading.schema import KINDS
 from flywheel.starters import kinds, starter, write_starter
 
 ONE_WAY = ["toggle-clamp"]

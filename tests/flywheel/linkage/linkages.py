@@ -196,7 +196,7 @@ class Sine:
 
     def jet(self, angle: Any, anchor: Any, ns: Any) -> Any:
         """Lift with two derivatives."""
-        from flywheel.jets import Jet
+        from flywheel.formulas.jets import Jet
 
         value, slope = 0.02 * (1 - ns.cos(2 * angle)), 0.04 * ns.sin(2 * angle)
         return Jet(value, slope, 0.08 * ns.cos(2 * angle))

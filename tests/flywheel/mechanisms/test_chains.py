@@ -12,7 +12,7 @@ import pytest
 import sympy
 from mpmath import mp
 
-from flywheel.intervals import NAMESPACE, Interval
+from flywheel.formulas.intervals import NAMESPACE, Interval
 from flywheel.mechanisms import build
 from flywheel.scene import Body, Mechanism
 

@@ -11,9 +11,9 @@ import pytest
 from mpmath import mp
 from scipy.interpolate import CubicSpline
 
-from flywheel.expressions import parse
 from flywheel.faults import SceneError
-from flywheel.intervals import NAMESPACE, Interval
+from flywheel.formulas.expressions import parse
+from flywheel.formulas.intervals import NAMESPACE, Interval
 from flywheel.mechanisms import build
 from flywheel.mechanisms.base import Family
 from flywheel.scene import Expression, Mechanism, Output, Table

@@ -11,7 +11,7 @@ import pytest
 
 import flywheel
 from flywheel.faults import SceneError
-from flywheel.intervals import NAMESPACE, Interval
+from flywheel.formulas.intervals import NAMESPACE, Interval
 from flywheel.linkage.description import FRAME, SLIDE, Linkage
 from flywheel.linkage.named import linkage_of
 from flywheel.linkage.solution import solve

@@ -16,7 +16,7 @@ from hypothesis import strategies as st
 from mpmath import mp
 
 from flywheel.faults import Fault, SceneError
-from flywheel.intervals import NAMESPACE, Interval
+from flywheel.formulas.intervals import NAMESPACE, Interval
 from flywheel.mechanisms import build
 from flywheel.scene import Body, Mechanism
 

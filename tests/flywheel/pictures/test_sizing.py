@@ -11,10 +11,11 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 import flywheel
-from flywheel import outcome, steady
+from flywheel import steady
 from flywheel.pictures import curves
 from flywheel.pictures import sizing as plots
 from flywheel.results import Sizing
+from flywheel.writing import outcome
 from tests.flywheel.scenes import press, rotor, shaper, yoke
 
 AREAS = {"areas": {"values": [52, -124, 72], "scale": 10}, "regime": {"speed": 60}, "flywheel": {"irregularity": 0.02}}

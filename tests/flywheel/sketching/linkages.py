@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from flywheel.jets import Jet
+from flywheel.formulas.jets import Jet
 from flywheel.linkage.description import (
     CAM,
     FRAME,

@@ -1,0 +1,139 @@
+"""Reading of one table by its list of keys: values in SI, and a fault for everything that does not fit."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable, Mapping, Sequence
+from typing import Any
+
+import numpy as np
+
+from flywheel.advice import mean, quote, show
+from flywheel.faults import Fault
+from flywheel.reading.schema import MOST_TABLES, NAME_PATTERN, Key
+from flywheel.units import DIMENSIONS, QuantityError, parse_quantity
+
+Fields = dict[str, Any]
+"""Values by key: SI floats, checked texts, raw values of the kinds that need their place; None: absent or faulty."""
+
+_SUGGESTIONS = 50  # a text of a megabyte may hold ten thousand wrong names; the first ones get advice
+
+
+class Faults(list[Fault]):
+    """The faults found so far."""
+
+    def add(self, path: str, found: str, expected: str, advice: str = "") -> None:
+        """Note one more fault."""
+        self.append(Fault(path, found, expected, advice))
+
+    def unknown(self, path: str, name: str, valid: Iterable[str], what: str = "key") -> None:
+        """Note a name that does not exist here, with the nearest one that does."""
+        advice = mean(name, valid) if len(self) < _SUGGESTIONS else ""
+        self.add(path, f"{what} {quote(name)}", f"a known {what}", advice)
+
+    def later(self, path: str, what: str) -> None:
+        """Note something that the format knows but this version does not compute."""
+        self.add(path, what, "none of it: not supported yet")
+
+
+def as_table(raw: object, path: str, faults: Faults) -> Mapping[str, Any] | None:
+    """A TOML table as a mapping with text keys, not too many of them; anything else is a fault."""
+    if isinstance(raw, Mapping) and len(raw) > MOST_TABLES:
+        faults.add(path, f"a table of {len(raw)} keys", f"at most {MOST_TABLES}")
+        return None
+    if isinstance(raw, Mapping) and all(isinstance(key, str) for key in raw):
+        return raw
+    advice = f"write [{path}] once" if isinstance(raw, list) and raw and isinstance(raw[0], Mapping) else ""
+    found = "a table with keys that are no texts" if isinstance(raw, Mapping) else show(raw)
+    faults.add(path, found, "a table", advice)
+    return None
+
+
+def child(path: str, name: str) -> str:
+    """Path of a key; a key that is no plain word is quoted."""
+    plain = name if re.fullmatch(r"[\w-]+", name) and len(name) <= 64 else quote(name)
+    return f"{path}.{plain}" if path else plain
+
+
+def read_fields(raw: Mapping[str, Any], keys: Sequence[Key], path: str, faults: Faults) -> Fields:
+    """Every key of a table by its list; unknown, missing and wrong ones are noted."""
+    known = {key.name: key for key in keys}
+    for name in raw:
+        if name not in known:
+            faults.unknown(child(path, name), name, known)
+    return {key.name: _field(raw, key, child(path, key.name), faults) for key in keys}
+
+
+def _field(raw: Mapping[str, Any], key: Key, path: str, faults: Faults) -> Any:
+    """One key's value, its default, or None."""
+    if key.name not in raw:
+        if key.required:
+            faults.add(path, "nothing", expectation(key), key.missing)
+        return key.default
+    if key.later:
+        faults.later(path, show(raw[key.name]))
+        return None
+    if key.kind in DIMENSIONS:
+        return read_quantity(raw[key.name], key.kind, key, path, faults)
+    if key.kind in ("text", "name", "choice"):
+        return _text(raw[key.name], key, path, faults)
+    return raw[key.name]
+
+
+def read_quantity(value: object, dimension: str, key: Key, path: str, faults: Faults) -> float | None:
+    """A quantity within its key's range; None after noting a fault."""
+    try:
+        number = parse_quantity(value, dimension)
+    except QuantityError as error:
+        faults.add(path, error.found, error.expected, error.advice)
+        return None
+    if number not in key.range:
+        unit = DIMENSIONS[dimension].si
+        faults.add(path, show(value), f"a value {key.range}{' ' + unit if unit else ''}")
+        return None
+    return number
+
+
+def _text(value: object, key: Key, path: str, faults: Faults) -> str | None:
+    """A text, of the pattern or the choices that its key asks for."""
+    if not isinstance(value, str):
+        faults.add(path, show(value), expectation(key))
+        return None
+    if key.kind == "choice" and value not in key.choices:
+        faults.add(path, show(value), expectation(key), mean(value, key.choices))
+        return None
+    if key.kind == "name" and not is_name(value):
+        faults.add(path, show(value), "a letter, then letters, digits, _ or -")
+        return None
+    return str(value)
+
+
+def is_name(text: str) -> bool:
+    """Whether a text may name a shaft, a mechanism or an output."""
+    return len(text) <= 100 and re.fullmatch(NAME_PATTERN, text) is not None
+
+
+def expectation(key: Key) -> str:
+    """What a fault says was expected of a key."""
+    if key.choices:
+        return "one of " + ", ".join(f'"{choice}"' for choice in key.choices)
+    if key.kind in DIMENSIONS:
+        return DIMENSIONS[key.kind].expected
+    words = {"text": "a text", "name": "a text", "numbers": "a list of numbers", "tables": "a table of tables"}
+    return words.get(key.kind, key.about)
+
+
+def items(raw: object) -> list[Any] | None:
+    """The items of a TOML array, a tuple or a one-dimensional NumPy array; None for anything else."""
+    if isinstance(raw, np.ndarray):
+        return list(raw.tolist()) if raw.ndim == 1 else None
+    return list(raw) if isinstance(raw, (list, tuple)) else None
+
+
+def exactly_one(given: Sequence[str], names: Sequence[str], path: str, faults: Faults) -> bool:
+    """Whether one and only one of some keys was given; a fault otherwise."""
+    if len(given) == 1:
+        return True
+    found = " and ".join(given) if given else f"none of {', '.join(names)}"
+    faults.add(path, found, f"exactly one of {', '.join(names)}")
+    return False

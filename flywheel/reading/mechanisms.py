@@ -1,0 +1,274 @@
+"""Mechanisms of a scene: their tables, their turns in a cycle, the laws of `law`, and the ports that they offer."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from flywheel import mechanisms
+from flywheel.advice import mean, quote, show
+from flywheel.faults import SceneError
+from flywheel.reading.fields import Faults, Fields, as_table, child, exactly_one, is_name, read_fields
+from flywheel.reading.places import Place, Places, Setting, default_period, whole
+from flywheel.reading.positions import fitted, read_law, repeats
+from flywheel.reading.schema import KINDS, MECHANISM, MOST_MECHANISMS, MOST_TURNS, OUTPUT, TURN, Key, Kind, Part
+from flywheel.reading.stroke import on_stroke
+from flywheel.scene import Body, Mechanism, Output, Table
+
+
+class Found(NamedTuple):
+    """One mechanism as far as it could be read: `mechanism` is None where it has faults.
+
+    `complete` is False where it may have more ports than could be read.
+    """
+
+    name: str
+    rotating: Mapping[str, bool]
+    travel: float | None
+    mechanism: Mechanism | None
+    complete: bool = True
+
+
+def read_mechanisms(raw: object, setting: Setting) -> tuple[tuple[Mechanism, ...], Places]:
+    """Every mechanism of the scene, and every place of the machine, as far as they are free of faults."""
+    tables = _listed(raw, setting.faults)
+    types = [table.get("type") for _, table in tables]
+    found = [_read_one(table, path, types.count(table.get("type")) == 1, setting) for path, table in tables]
+    good = [item for item in found if item is not None]
+    _check_names([(path, item.name) for (path, _), item in zip(tables, found, strict=True) if item], setting)
+    complete = all(item is not None and item.complete for item in found)
+    families = {id(item): _returns(item.mechanism, setting) for item in good if item.mechanism}
+    ports = {
+        f"{item.name}.{port}": Place(
+            f"{item.name}.{port}", rotating, item.travel, families.get(id(item), {}).get(port, True)
+        )
+        for item in good
+        for port, rotating in item.rotating.items()
+    }
+    once = setting.stroke is not None
+    shafts = {name: Place(name, not setting.sliding, setting.cycle, once) for name in setting.shafts}
+    return tuple(item.mechanism for item in good if item.mechanism), Places(shafts, ports, complete)
+
+
+def _listed(raw: object, faults: Faults) -> list[tuple[str, Mapping[str, Any]]]:
+    """The mechanisms' tables with their paths: `mechanism` for one alone, `mechanism[0]`... for an array."""
+    if raw is None:
+        return []
+    if isinstance(raw, (list, tuple)) and len(raw) > MOST_MECHANISMS:
+        faults.add("mechanism", f"{len(raw)} mechanisms", f"at most {MOST_MECHANISMS}")
+        return []
+    if isinstance(raw, (list, tuple)):
+        paths = [(f"mechanism[{i}]", item) for i, item in enumerate(raw)]
+    else:
+        paths = [("mechanism", raw)]
+    tables = [(path, as_table(item, path, faults)) for path, item in paths]
+    return [(path, table) for path, table in tables if table is not None]
+
+
+def _check_names(names: list[tuple[str, str]], setting: Setting) -> None:
+    """Names of mechanisms are unique and differ from those of shafts."""
+    seen: set[str] = set()
+    for path, name in names:
+        if name in setting.shafts or (name in seen and f"{path}.name" not in {fault.path for fault in setting.faults}):
+            other = "a shaft" if name in setting.shafts else "another mechanism"
+            setting.faults.add(f"{path}.name", quote(name), "a name of its own", f"{other} bears this one")
+        seen.add(name)
+
+
+def _read_one(raw: Mapping[str, Any], path: str, alone: bool, setting: Setting) -> Found | None:
+    """One mechanism; None where not even its ports are known."""
+    faults = setting.faults
+    before = len(faults)
+    kind = _kind(raw, path, faults)
+    if kind is None:
+        return None
+    fields = read_fields(raw, _keys(kind), path, faults)
+    name = fields["name"] or kind.name
+    if not alone and "name" not in raw:
+        faults.add(f"{path}.name", "nothing", "a name, as there are several of this type")
+    travel = _travel(fields["shaft"], f"{path}.shaft", setting)
+    period = _period(travel, f"{path}.shaft", kind, setting)
+    geometry, bodies = _parts(raw, kind, path, faults)
+    own, ports, complete = _own(raw, kind, fields, (travel, period), path, setting)
+    rotating = {port.name: port.rotating for port in kind.ports} | ports
+    mechanism = None
+    if len(faults) == before and own.get("period", TURN) is not None:
+        mechanism = Mechanism(
+            type=kind.name,
+            name=name,
+            shaft=fields["shaft"],
+            phase=fields["phase"],
+            geometry=geometry,
+            bodies=bodies,
+            travel=TURN if travel is None else travel,
+            path=path,
+            **own,
+        )
+    return Found(name, rotating, travel, None if mechanism is None else on_stroke(mechanism, setting), complete)
+
+
+def _kind(raw: Mapping[str, Any], path: str, faults: Faults) -> Kind | None:
+    """The mechanism's type; its other keys make no sense without one."""
+    name = raw.get("type")
+    if isinstance(name, str) and name in KINDS and not KINDS[name].later:
+        return KINDS[name]
+    if isinstance(name, str) and name in KINDS:
+        faults.later(f"{path}.type", show(name))
+    elif isinstance(name, str):
+        faults.unknown(f"{path}.type", name, [kind.name for kind in KINDS.values() if not kind.later], "type")
+    else:
+        faults.add(f"{path}.type", show(name), "one of " + ", ".join(k.name for k in KINDS.values() if not k.later))
+    return None
+
+
+def _keys(kind: Kind) -> tuple[Key, ...]:
+    """Every key that a mechanism's own table may hold; those of its parts are read part by part."""
+    return (*MECHANISM.keys, *kind.keys, *(Key(part.name, "part", part.about) for part in kind.parts))
+
+
+def _travel(shaft: object, path: str, setting: Setting) -> float | None:
+    """Angle (rad) through which the mechanism's own crank turns in a cycle: a whole number of turns, else a fault."""
+    if not isinstance(shaft, str) or setting.cycle is None or setting.stroke is not None:
+        return setting.cycle if isinstance(shaft, str) else None
+    if shaft not in setting.shafts:
+        setting.faults.add(path, quote(shaft), "a shaft", mean(shaft, setting.shafts))
+        return None
+    turns = setting.shafts[shaft] * setting.cycle / TURN
+    count = whole(turns)
+    if count is None or count > MOST_TURNS:
+        found = f"{turns:.10g} turns of {quote(shaft)} in the cycle of {np.degrees(setting.cycle):.10g} deg"
+        wanted = f"a whole number of them, at most {MOST_TURNS}"
+        setting.faults.add(path, found, wanted, "change regime.cycle or the shaft's ratio")
+        return None
+    setting.shafts[shaft] = _exact_ratio(count, setting.cycle)
+    return count * TURN
+
+
+def _exact_ratio(turns: int, cycle: float) -> float:
+    """The ratio that makes exactly so many turns in a cycle: a shaft may have been given with fewer digits."""
+    crank = whole(cycle / TURN)
+    return turns / crank if crank else turns * TURN / cycle
+
+
+def _period(travel: float | None, path: str, kind: Kind, setting: Setting) -> float | None:
+    """The angle after which a law's expressions repeat."""
+    if travel is None or setting.cycle is None or kind.name != "law":
+        return None
+    period = default_period(travel, setting.cycle)
+    if period is None:
+        found = f"a law that turns {np.degrees(travel):.10g} deg in a cycle of {np.degrees(setting.cycle):.10g} deg"
+        setting.faults.add(path, found, "that one of the two divides the other", "change regime.cycle")
+    return period
+
+
+def _parts(raw: Mapping[str, Any], kind: Kind, path: str, faults: Faults) -> tuple[dict[str, float], dict[str, Body]]:
+    """Lengths and angles by their path, and the bodies by name."""
+    geometry: dict[str, float] = {}
+    bodies: dict[str, Body] = {}
+    for part in kind.parts:
+        table = as_table(raw.get(part.name, {}), child(path, part.name), faults)
+        if table is None:
+            continue
+        fields = read_fields(table, part.keys, child(path, part.name), faults)
+        geometry |= {f"{part.name}.{key.name}": fields[key.name] for key in part.geometry}
+        if part.body:
+            bodies[part.name] = _body(part, fields)
+    return geometry, bodies
+
+
+def _body(part: Part, fields: Mapping[str, Any]) -> Body:
+    return Body(**{key.name: fields[key.name] for key in part.body})
+
+
+def _own(
+    raw: Mapping[str, Any], kind: Kind, fields: Fields, spans: tuple[float | None, float | None], path: str, setting: Setting
+) -> tuple[dict[str, Any], dict[str, bool], bool]:
+    """What a type has beside lengths and bodies, as fields of its `Mechanism`, the ports with it, and if these are all."""
+    travel, period = spans
+    if kind.name == "linkage":
+        from flywheel.reading.linkages import read_linkage  # only scenes with one pay for it
+
+        drawn = read_linkage(raw, fields, path, setting)
+        return {"linkage": drawn.linkage, "points": drawn.points}, drawn.ports, drawn.complete
+    if kind.name == "law":
+        outputs, period = _outputs(raw, period, travel, path, setting)
+        return {"outputs": outputs, "period": period}, _law_ports(raw), True
+    return {"assembly": fields.get("assembly", "open")}, {}, True
+
+
+def _law_ports(raw: Mapping[str, Any]) -> dict[str, bool]:
+    """Ports of a law: its outputs, which rotate where they have a theta."""
+    outputs = raw.get("outputs")
+    if not isinstance(outputs, Mapping):
+        return {}
+    return {str(name): isinstance(table, Mapping) and "theta" in _positioned(table) for name, table in outputs.items()}
+
+
+def _outputs(
+    raw: Mapping[str, Any], period: float | None, travel: float | None, path: str, setting: Setting
+) -> tuple[tuple[Output, ...], float | None]:
+    """The outputs of a law and the angle after which all of them repeat."""
+    faults = setting.faults
+    path = child(path, "outputs")
+    tables = as_table(raw.get("outputs", {}), path, faults) or {}
+    if not tables and isinstance(raw.get("outputs"), Mapping):
+        faults.add(path, "no output", "one table at least, such as [mechanism.outputs.ram]")
+    if len(tables) > MOST_MECHANISMS:
+        faults.add(path, f"{len(tables)} outputs", f"at most {MOST_MECHANISMS}")
+        return (), None
+    outputs = [_output(name, table, child(path, name), setting) for name, table in tables.items()]
+    good = [output for output in outputs if output is not None]
+    if period is None or travel is None:
+        return tuple(good), None
+    if all(isinstance(output.law, Table) for output in good) and any(repeats(o, period) is None for o in good):
+        period = travel  # nothing here sees phi, so that the whole travel may be the period
+    return tuple(fitted(output, period, path, faults) for output in good), period
+
+
+def _output(name: str, raw: object, path: str, setting: Setting) -> Output | None:
+    """One output: a position, and what it weighs."""
+    faults = setting.faults
+    before = len(faults)
+    if not is_name(name):
+        faults.add(path, quote(name), "a letter, then letters, digits, _ or -")
+    table = as_table(raw, path, faults)
+    if table is None:
+        return None
+    table = _positioned(table)
+    fields = read_fields(table, OUTPUT.keys, path, faults)
+    if not exactly_one([key for key in ("x", "theta") if key in table], ("x", "theta"), path, faults):
+        return None
+    key, own, other = ("x", "mass", "inertia") if "x" in table else ("theta", "inertia", "mass")
+    if other in table:
+        faults.add(f"{path}.{other}", f"{other} of an output with {key}", own)
+    law = read_law(table[key], key, f"{path}.{key}", setting)
+    if law is None or len(faults) > before:
+        return None
+    return Output(name, key == "theta", law, fields[own])
+
+
+def _positioned(output: Mapping[str, Any]) -> Mapping[str, Any]:
+    """An output whose position stands under `table`, as one with a table for its `x`, or its `theta` if that rotates."""
+    if "table" not in output or "x" in output or "theta" in output:
+        return output
+    table = output["table"]
+    unit = table.get("value_unit") if isinstance(table, Mapping) else None
+    key = "theta" if "inertia" in output or unit in ("deg", "rad", "°", "rev") else "x"
+    return {key: table, **{name: value for name, value in output.items() if name != "table"}}
+
+
+def _returns(mechanism: Mechanism | None, setting: Setting) -> dict[str, bool]:
+    """Whether each port comes back to where it was each cycle; a mechanism that locks is noted."""
+    if mechanism is None or any(np.isnan(list(setting.parameters.values()))):
+        return {}
+    try:
+        family = mechanisms.build(mechanism, setting.parameters)
+    except SceneError as error:
+        setting.faults.extend(error.faults)
+        return {}
+    except ArithmeticError:
+        setting.faults.add(mechanism.path, "lengths out of all proportion", "lengths whose squares can be computed")
+        return {}
+    return {name: port.returns or setting.stroke is not None for name, port in family.ports.items()}

@@ -1,0 +1,391 @@
+"""From a scene's text to a checked `Scene`, or to every fault in it at once."""
+
+from __future__ import annotations
+
+import keyword
+import math
+import re
+from collections.abc import Mapping
+from itertools import accumulate
+from pathlib import Path
+from typing import Any
+
+from flywheel.advice import quote, show
+from flywheel.faults import Fault, SceneError
+from flywheel.formulas.expressions import RESERVED
+from flywheel.reading.fields import Faults, Fields, as_table, child, exactly_one, is_name, items, read_fields
+from flywheel.reading.loads import read_drive, read_inertias, read_loads, read_springs
+from flywheel.reading.mechanisms import read_mechanisms
+from flywheel.reading.places import Places, Setting, whole
+from flywheel.reading.schema import AREAS_EXCLUDE, SECTIONS, TOP, TURN
+from flywheel.reading.stroke import check_known, check_shafts, read_stroke
+from flywheel.reading.tables import numbers
+from flywheel.scene import Areas, Compliance, Scene, Stroke
+from flywheel.units import QuantityError, parse_quantity
+
+LARGEST = 2**20
+_DEEPEST_KEY = 32
+_QUOTED = re.compile(
+    r'''"""(?:[^\\]|\\.)*?(?:"""|\Z)|\'{3}.*?(?:\'{3}|\Z)|"(?:[^"\\\n]|\\.)*(?:"|$)|'[^'\n]*'?|\#[^\n]*''',
+    re.DOTALL | re.MULTILINE,
+)
+"""Strings and comments, also those that are left open."""
+_OPEN_AREAS = 0.05
+"""Share of the swing by which areas may fail to add up to zero: what a planimeter is good for."""
+_QUARTER = 1e-12
+
+
+def load(source: str | Path | Mapping[str, Any]) -> Scene:
+    r"""The scene in a TOML file (a path), in a TOML text, or in a mapping such as `tomllib` gives.
+
+    A text is a path if it ends in `.toml` or holds neither a line's end nor an equals sign. CSV files are looked for
+    beside the scene's file; a text or a mapping has none (see `parse_scene`, `build_scene`). Raises SceneError.
+
+    >>> load('regime.speed = 10\nflywheel.inertia = "2 kg m^2"').inertia
+    2.0
+    """
+    if isinstance(source, Mapping):
+        return build_scene(source)
+    if isinstance(source, str) and not source.endswith(".toml") and ("\n" in source or "=" in source):
+        return parse_scene(source)
+    return read_scene(source)
+
+
+def read_scene(path: str | Path) -> Scene:
+    """The scene in a TOML file; its CSV files lie beside it.
+
+    Raises SceneError with every fault, also where the file cannot be read.
+    """
+    file = Path(path)
+    return parse_scene(_content(file), folder=file.parent, file=file)
+
+
+def parse_scene(text: str, folder: str | Path | None = None, file: str | Path | None = None) -> Scene:
+    """The scene in a TOML text. `folder` is where its CSV files lie; `file` is kept with the scene.
+
+    >>> parse_scene('regime.speed = "210 rpm"')
+    Traceback (most recent call last):
+        ...
+    flywheel.faults.SceneError: flywheel: found nothing, expected a table with irregularity or inertia
+    """
+    import tomllib
+
+    name = Path(file).name if file is not None else "scene"
+    if len(text) > LARGEST:
+        raise SceneError([Fault(name, f"{len(text)} characters", f"at most {LARGEST}")])
+    if _deepest_key(text) > _DEEPEST_KEY:
+        raise SceneError([Fault(name, f"a key of more than {_DEEPEST_KEY} parts", "a scene in TOML")])
+    try:
+        mapping = tomllib.loads(text.replace("\r\n", "\n"))
+    except (RecursionError, MemoryError):
+        raise SceneError([Fault(name, "tables or lists nested too deeply", "a scene in TOML")]) from None
+    except ValueError as error:
+        raise SceneError([_syntax_fault(name, str(error))]) from None
+    return build_scene(mapping, folder, file)
+
+
+def _deepest_key(text: str) -> int:
+    """How many dots the longest dotted key has: the parser's time grows with their square."""
+    bare = _QUOTED.sub("s", text).translate({ord(" "): None, ord("\t"): None})
+    return max(token.count(".") for token in re.split(r"[\n,=\[\]{}]", bare))
+
+
+def build_scene(mapping: Mapping[str, Any], folder: str | Path | None = None, file: str | Path | None = None) -> Scene:
+    """The scene in a mapping such as `tomllib` gives; numbers, lists and arrays of NumPy will do as well.
+
+    >>> scene = build_scene({"regime": {"speed": "60 rpm"}, "flywheel": {"irregularity": "4 %"}})
+    >>> scene.speed == 2 * math.pi, scene.irregularity
+    (True, 0.04)
+    """
+    faults = Faults()
+    raw = as_table(mapping, "scene", faults)
+    if raw is not None and not raw:
+        faults.add("scene", "nothing", "at least [regime] and [flywheel]")
+    if not raw or faults:
+        raise SceneError(faults)
+    scene = _scene(raw, None if folder is None else Path(folder), faults)
+    if faults or scene is None:
+        raise SceneError(faults)
+    return scene if file is None else _with_file(scene, Path(file))
+
+
+def _with_file(scene: Scene, file: Path) -> Scene:
+    from dataclasses import replace
+
+    return replace(scene, file=file)
+
+
+def _content(file: Path) -> str:
+    """The text of a scene's file, which must be a plain one of bearable size."""
+    name = quote(file.name or str(file))[1:-1]
+    content, fault = _bytes(file)
+    if fault:
+        raise SceneError([Fault(name, fault, "a scene in a TOML file")])
+    if len(content) > LARGEST:
+        raise SceneError([Fault(name, "a file of more than 1 MiB", "a scene", "put long tables into a CSV file")])
+    try:
+        return content.decode("utf-8-sig")
+    except UnicodeDecodeError as error:
+        line = content[: error.start].count(b"\n") + 1
+        found = f"bytes in line {line} that are not UTF-8"
+        raise SceneError([Fault(name, found, "text in UTF-8", "save the file as UTF-8")]) from None
+
+
+def _bytes(file: Path) -> tuple[bytes, str]:
+    """The beginning of a plain file, or what was found instead of one."""
+    try:
+        if not file.is_file():
+            return b"", "a folder" if file.is_dir() else "a device" if file.exists() else "no such file"
+        with file.open("rb") as stream:
+            return stream.read(LARGEST + 1), ""
+    except OSError as error:
+        return b"", f"a file that cannot be read ({error.strerror})"
+    except ValueError:
+        return b"", "a name that no file can have"
+
+
+def _syntax_fault(name: str, message: str) -> Fault:
+    """What the TOML parser stumbled over, with line and column."""
+    match = re.search(r"\(at (?:line (\d+), column (\d+)|end of document)\)", message)
+    what = message[: match.start()].strip() if match else message[:100]
+    place = f"line {match[1]}, column {match[2]}" if match and match[1] else "the end of the file" if match else "a number"
+    return Fault(name, f"a syntax error at {place} ({what})", "TOML")
+
+
+def _scene(raw: Mapping[str, Any], folder: Path | None, faults: Faults) -> Scene | None:
+    """Every part of the scene in turn; None where a fault stops it from being put together."""
+    top = _top(raw, faults)
+    stroke = read_stroke(raw, faults)
+    shafts, compliances = _shafts(raw.get("shafts"), stroke, faults)
+    parameters, unknowns = _parameters(raw.get("parameters"), faults)
+    regime = _section(raw, "regime", faults) if stroke is None else _along(stroke)
+    cycle = _cycle(regime) if stroke is None else regime["cycle"]
+    setting = Setting(cycle, shafts, parameters, frozenset((*parameters, *unknowns)), folder, faults, stroke)
+    machine, places = _machine(raw, unknowns, setting)
+    speed = _crank_speed(regime, places, shafts, faults)
+    asked = (_flywheel(raw, places, faults) if stroke is None else {"flywheel_on": stroke.element}) | _accuracy(raw, faults)
+    gravity, areas = _gravity(raw, faults), _areas(raw, faults)
+    if faults or speed is None or cycle is None:
+        return None
+    given: dict[str, Any] = {"shafts": shafts, "parameters": parameters, "gravity": gravity, "areas": areas}
+    return Scene(speed=speed, cycle=cycle, compliances=compliances, stroke=stroke, **top, **given, **machine, **asked)
+
+
+def _along(stroke: Stroke) -> Fields:
+    """A stroke in place of a regime: its span stands for the cycle."""
+    known = math.isfinite(stroke.span)
+    return {"on": stroke.element, "speed": stroke.speed if known else None, "cycle": stroke.span if known else None}
+
+
+def _machine(raw: Mapping[str, Any], unknowns: list[str], setting: Setting) -> tuple[dict[str, Any], Places]:
+    """What moves and what acts on it, and every place of it."""
+    faults = setting.faults
+    mechanisms, places = read_mechanisms(raw.get("mechanism"), setting)
+    drive, driven = read_drive(raw.get("drive"), places, setting)
+    if "damper" in raw:
+        faults.later("damper", "a damper, whose force depends on speed")
+    machine = {
+        "mechanisms": mechanisms,
+        "inertias": read_inertias(raw.get("inertia"), places, setting),
+        "loads": read_loads(raw.get("load"), places, setting),
+        "springs": read_springs(raw.get("spring"), places, setting),
+        "drive": drive,
+        "unknown": _unknown(unknowns, driven, raw, faults),
+    }
+    if setting.stroke is not None:
+        check_known([*["drive"] * driven, *unknowns], setting.stroke, faults)
+    return machine, places
+
+
+def _top(raw: Mapping[str, Any], faults: Faults) -> Fields:
+    """Title and source; every other key must be one of the known tables."""
+    keys = {key.name for key in TOP}
+    for name in raw:
+        if name not in keys and name not in SECTIONS:
+            faults.unknown(child("", name), name, (*keys, *SECTIONS), "key or table")
+    return read_fields({name: raw[name] for name in keys if name in raw}, TOP, "", faults)
+
+
+def _section(raw: Mapping[str, Any], name: str, faults: Faults) -> Fields:
+    """The values of a table that stands alone; one that is missing has its defaults, or faults for what it requires."""
+    table = as_table(raw.get(name, {}), name, faults)
+    if table is None:
+        return {key.name: None for key in SECTIONS[name].keys}
+    return read_fields(table, SECTIONS[name].keys, name, faults)
+
+
+def _shafts(raw: object, stroke: Stroke | None, faults: Faults) -> tuple[dict[str, float], dict[str, Compliance]]:
+    """Ratios of the shafts, the reduction element first, and which twist."""
+    shafts, compliances = _geared(raw, faults)
+    if stroke is None:
+        return shafts, compliances
+    check_shafts([name for name in shafts if name != "crank"], compliances, stroke.sliding, faults)
+    return ({"slide": 1.0} if stroke.sliding else shafts), {}
+
+
+def _geared(raw: object, faults: Faults) -> tuple[dict[str, float], dict[str, Compliance]]:
+    """Shafts geared to the crank, which comes first; a shaft whose ratio is at fault can still be named."""
+    shafts = {"crank": 1.0}
+    compliances: dict[str, Compliance] = {}
+    for name, item in ((None if raw is None else as_table(raw, "shafts", faults)) or {}).items():
+        path = child("shafts", name)
+        if not is_name(name):
+            faults.add(path, quote(name), "a letter, then letters, digits, _ or -")
+        table = as_table(item, path, faults)
+        fields = {} if table is None else read_fields(table, SECTIONS["shafts"].keys, path, faults)
+        ratio = fields.get("ratio")
+        if name == "crank" and ratio not in (None, 1.0):
+            faults.add(f"{path}.ratio", f"{ratio:g}", "1: all ratios are taken to the crank")
+        shafts[name] = 1.0 if ratio is None or name == "crank" else ratio
+        compliances |= _compliance(name, fields, "stiffness" in (table or {}), path, faults)
+    return shafts, compliances
+
+
+def _compliance(name: str, fields: Fields, tried: bool, path: str, faults: Faults) -> dict[str, Compliance]:
+    """What makes a shaft compliant; `tried`: a stiffness was given, if perhaps a faulty one."""
+    stiffness, damping = fields.get("stiffness"), fields.get("damping")
+    if stiffness is None and damping is None:
+        return {}
+    if name == "crank":
+        faults.add(path, "a compliant crank", "a shaft that joins it through its compliance", "name the far side as a shaft")
+    if stiffness is None:
+        if not tried:
+            faults.add(f"{path}.damping", f"{damping:g}", "a stiffness beside it", "give stiffness, in N m/rad")
+        return {}
+    return {name: Compliance(stiffness, damping or 0.0)}
+
+
+def _parameters(raw: object, faults: Faults) -> tuple[dict[str, float], list[str]]:
+    """Parameters that have a value, and those that are the balance."""
+    values: dict[str, float] = {}
+    unknowns: list[str] = []
+    for name, value in ((None if raw is None else as_table(raw, "parameters", faults)) or {}).items():
+        path = child("parameters", name)
+        if not (name.isascii() and name.isidentifier()) or keyword.iskeyword(name):
+            faults.add(path, quote(name), "a name of letters, digits and _")
+        elif name in RESERVED:
+            faults.add(path, quote(name), "another name", "expressions have a meaning for this one")
+        elif isinstance(value, str) and value == "balance":
+            unknowns.append(name)
+        else:
+            values[name] = _parameter(value, path, faults)
+    return values, unknowns
+
+
+def _parameter(value: object, path: str, faults: Faults) -> float:
+    """A parameter's value in SI, whatever its dimension; NaN after noting a fault, so that it can still be named."""
+    try:
+        return parse_quantity(value, None)
+    except QuantityError as error:
+        faults.add(path, error.found, error.expected + ', or "balance"', error.advice)
+        return math.nan
+
+
+def _unknown(parameters: list[str], driven: bool, raw: Mapping[str, Any], faults: Faults) -> str | None:
+    """The name of the scene's one balance, if it has one; a parameter that is the balance must be used."""
+    unknowns = [*(["drive"] if driven else []), *parameters]
+    for name in unknowns[1:]:
+        path = child("parameters", name)
+        faults.add(path, '"balance"', "one balance at most", f"another one is {unknowns[0]}")
+    for name in parameters:
+        if name == "drive":
+            faults.add("parameters.drive", '"balance"', "another name", "drive is that of the drive's torque")
+        if not _mentioned(name, raw):
+            faults.add(child("parameters", name), '"balance" that nothing uses', "a load or drive that depends on it")
+    return unknowns[0] if unknowns else None
+
+
+def _mentioned(name: str, raw: Mapping[str, Any]) -> bool:
+    """Whether a load or the drive, faulty or not, mentions a parameter."""
+    lists = [raw.get("load"), [raw.get("drive")]]
+    tables = [table for found in lists for table in items(found) or [] if isinstance(table, Mapping)]
+    texts = [table.get(key) for table in tables for key in ("force", "torque")]
+    return any(isinstance(text, str) and re.search(rf"\b{re.escape(name)}\b", text) for text in texts)
+
+
+def _cycle(regime: Fields) -> float | None:
+    """The cycle, put exactly onto whole turns of the crank where it nearly is."""
+    cycle: float | None = regime["cycle"]
+    turns = None if cycle is None else whole(cycle / TURN)
+    return turns * TURN if turns else cycle
+
+
+def _crank_speed(regime: Fields, places: Places, shafts: Mapping[str, float], faults: Faults) -> float | None:
+    """The asked speed, at the crank."""
+    shaft = places.shaft(regime["on"], "regime.on", faults)
+    speed: float | None = regime["speed"]
+    return None if speed is None else speed / shafts[shaft]
+
+
+def _flywheel(raw: Mapping[str, Any], places: Places, faults: Faults) -> dict[str, Any]:
+    """Where the flywheel sits, and the one figure that is given."""
+    if "flywheel" not in raw:
+        faults.add("flywheel", "nothing", "a table with irregularity or inertia")
+        return {}
+    fields = _section(raw, "flywheel", faults)
+    table = raw["flywheel"]
+    if isinstance(table, Mapping):
+        figures = ("irregularity", "inertia")
+        exactly_one([key for key in figures if key in table], figures, "flywheel", faults)
+    on = places.shaft(fields["on"], "flywheel.on", faults)
+    return {"flywheel_on": on, "irregularity": fields["irregularity"], "inertia": fields["inertia"]}
+
+
+def _gravity(raw: Mapping[str, Any], faults: Faults) -> tuple[float, float] | None:
+    """The acceleration of free fall along x and y."""
+    if "gravity" not in raw:
+        return None
+    fields = _section(raw, "gravity", faults)
+    g, direction = fields["g"], fields["direction"]
+    return None if g is None or direction is None else (g * _cosine(direction), g * _cosine(direction - math.pi / 2))
+
+
+def _cosine(angle: float) -> float:
+    """Cosine, exact at multiples of a right angle."""
+    quarters = angle / (math.pi / 2)
+    if abs(quarters - round(quarters)) <= _QUARTER:
+        return (1.0, 0.0, -1.0, 0.0)[round(quarters) % 4]
+    return math.cos(angle)
+
+
+def _areas(raw: Mapping[str, Any], faults: Faults) -> Areas | None:
+    """Areas of a turning-moment diagram, in place of a machine."""
+    if "areas" not in raw:
+        return None
+    for name in AREAS_EXCLUDE:
+        if name in raw:
+            faults.add(name, f"{name} beside [areas]", "none", "the areas stand for mechanism, loads and drive")
+    before = len(faults)
+    if isinstance(raw.get("regime"), Mapping) and "cycle" in raw["regime"]:
+        faults.add("regime.cycle", "a cycle beside [areas]", "none", "a diagram's areas have no angles")
+    fields = _section(raw, "areas", faults)
+    found = items(fields["values"])
+    if found is None:
+        if len(faults) == before:
+            faults.add("areas.values", show(fields["values"]), "a list of numbers")
+        return None
+    values = numbers(found, "areas.values", faults)
+    if values is None or not _closes(values, faults) or fields["scale"] is None:
+        return None
+    return Areas(tuple(values), fields["scale"])
+
+
+def _closes(values: list[float], faults: Faults) -> bool:
+    """Whether there are areas enough, and they add up to zero as nearly as can be asked of a diagram."""
+    if len(values) < 2:
+        faults.add("areas.values", f"{len(values)} areas", "at least 2")
+        return False
+    sums = [0.0, *accumulate(values)]
+    swing = max(sums) - min(sums)
+    if abs(sums[-1]) <= _OPEN_AREAS * swing:
+        return True
+    found = f"a sum of {sums[-1]:.6g} with a swing of {swing:.6g}"
+    faults.add("areas.values", found, f"a sum of zero, within {_OPEN_AREAS:.0%} of the swing")
+    return False
+
+
+def _accuracy(raw: Mapping[str, Any], faults: Faults) -> dict[str, Any]:
+    """What is asked of the figures."""
+    fields = _section(raw, "accuracy", faults)
+    closure = fields["rtol"] if fields["closure"] is None else fields["closure"]
+    return {"rtol": fields["rtol"], "closure": closure}

@@ -1,0 +1,92 @@
+"""Cells that cannot overlook a feature, shown by integrals that a blind rule gets wrong."""
+
+import mpmath
+import numpy as np
+import pytest
+
+from flywheel.formulas.expressions import parse
+from flywheel.formulas.intervals import Interval
+from flywheel.formulas.jets import Jet
+from flywheel.formulas.resolution import resolved
+from flywheel.formulas.switching import SwitchingError, breakpoints
+
+TURN = 2 * np.pi
+NODES, WEIGHTS = np.polynomial.legendre.leggauss(17)
+
+
+def env(lo, hi, anchor=None):
+    return {"phi": Jet(Interval(lo, hi), 1.0), "n": 9.5}
+
+
+def env_value(phi, anchor=None):
+    return {"phi": phi, "n": 9.5}
+
+
+def cells_of(text, a=0.0, b=TURN):
+    expression = parse(text, frozenset({"n"}))
+    edges = np.array([a, *breakpoints(expression, a, b, env, env_value), b])
+    return expression, np.union1d(edges, resolved(expression, edges[:-1], edges[1:], env, env_value))
+
+
+def integral(text, a=0.0, b=TURN):
+    expression, edges = cells_of(text, a, b)
+    middle, half = 0.5 * (edges[1:] + edges[:-1])[:, None], 0.5 * np.diff(edges)[:, None]
+    values = expression.evaluate(env_value(middle + half * NODES), np, env_value(middle))
+    return float(((np.broadcast_to(values, (half.size, 17)) @ WEIGHTS) * half[:, 0]).sum())
+
+
+@pytest.mark.parametrize("width", [1e-1, 1e-2, 1e-3, 1e-4, 1e-5])
+@pytest.mark.parametrize("place", [2.0, 0.7123, 5.5])
+def test_no_peak_is_missed(width, place):
+    text = f"sin(phi) + 100*exp(-((phi - {place})/{width})**2)"
+    assert integral(text) == pytest.approx(100 * width * np.sqrt(np.pi), rel=1e-6, abs=1e-14)
+    assert cells_of(text)[1].size < 120
+
+
+@pytest.mark.parametrize(
+    ("text", "expected"),
+    [
+        ("1/(1 + ((phi - 2)/1e-4)**2)", 1e-4 * (np.arctan((TURN - 2) * 1e4) + np.arctan(2e4))),
+        ("(1 + ((phi - 2)/1e-4)**2)**-1", 1e-4 * (np.arctan((TURN - 2) * 1e4) + np.arctan(2e4))),
+        ("atan((phi - 3)/1e-5)", np.pi / 2 * (TURN - 6) - 1e-5 * np.log((TURN - 3) / 3)),
+        ("sin(100*phi)**2", np.pi),
+        ("cos(phi)**40", TURN * float(mpmath.binomial(40, 20)) / 2**40),
+        ("exp(40*cos(phi))", TURN * float(mpmath.besseli(0, 40))),
+        ("2**(40*cos(phi))", TURN * float(mpmath.besseli(0, 40 * mpmath.log(2)))),
+        ("sqrt(1 - sin(phi))", 4 * np.sqrt(2)),
+        ("abs(sin(phi))**0.3", 2 * float(mpmath.beta(0.65, 0.5))),
+        ("abs(sin(phi))**n", 2 * float(mpmath.beta(5.25, 0.5))),
+        ("log(2.0001 - 2*cos(phi))", TURN * np.log((2.0001 + np.sqrt(2.0001**2 - 4)) / 2)),
+        ("asin(sin(phi)) + 1", TURN),
+        ("acos(0.9999*cos(phi))", np.pi**2),
+        ("atan2(1e-4*sin(phi), cos(phi) - 0.3) + 1", TURN),
+        ("tan((phi - pi)/2.05)**2", 2 * 2.05 * (np.tan(np.pi / 2.05) - np.pi / 2.05)),
+        ("(phi + 1e-3)**0.5", 2 / 3 * ((TURN + 1e-3) ** 1.5 - 1e-3**1.5)),
+        ("(phi + 0.1)**(-n)", (0.1**-8.5 - (TURN + 0.1) ** -8.5) / 8.5),
+        ("(1 + phi)**(1 + 0*phi)", TURN + TURN**2 / 2),
+        ("1/(phi - 2) if phi > 3 else phi", np.log(TURN - 2) + 4.5),
+        ("min(phi, exp(99*(phi - 6)))*(phi < 5.95)", np.exp(-4.95) / 99),
+    ],
+)
+def test_integrals_on_resolved_cells(text, expected):
+    assert integral(text) == pytest.approx(expected, rel=1e-9, abs=1e-12)
+
+
+def test_a_smooth_expression_is_left_alone():
+    assert cells_of("3 + phi*sin(phi)", 0.0, 2.5)[1].tolist() == [0.0, 2.5]
+
+
+def test_branches_that_are_not_taken_ask_for_nothing():
+    assert cells_of("exp(1e3*phi) if phi < 0 else phi")[1].tolist() == [0.0, TURN]
+    assert cells_of("max(phi + 1, 0.1/(phi + 1e-3) - 1e6)")[1].tolist() == [0.0, TURN]
+
+
+@pytest.mark.parametrize("text", ["tan(phi)", "1/cos(phi)", "phi**-1.5", "(phi - 3)**-2"])
+def test_what_is_not_finite_is_refused(text):
+    with pytest.raises(SwitchingError, match="not finite near phi"):
+        cells_of(text)
+
+
+def test_what_varies_too_fast_is_refused():
+    with pytest.raises(SwitchingError, match="varies too fast"):
+        cells_of("sin(1e6*phi)")

@@ -1,0 +1,158 @@
+"""Roots and breakpoints: all of them, to the last digits, and none hidden between samples."""
+
+import time
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from flywheel.formulas.expressions import parse
+from flywheel.formulas.intervals import NAMESPACE, Interval
+from flywheel.formulas.jets import Jet, jet_namespace
+from flywheel.formulas.switching import SwitchingError, breakpoints, roots
+
+TURN = 2 * np.pi
+JETS = jet_namespace(NAMESPACE)
+
+
+def env(lo, hi, anchor=None):
+    return {"phi": Jet(Interval(lo, hi), 1.0)}
+
+
+def env_value(phi, anchor=None):
+    return {"phi": phi}
+
+
+def found(text, a=0.0, b=TURN, known=()):
+    return breakpoints(parse(text), a, b, env, env_value, known)
+
+
+def found_roots(text, a, b):
+    expression = parse(text)
+
+    def enclose(lo, hi):
+        jet = expression.evaluate(env(lo, hi), JETS)
+        return (jet.value, jet.first) if isinstance(jet, Jet) else (jet, 0.0)
+
+    return roots(enclose, lambda phi: expression.evaluate(env_value(phi), np), a, b)
+
+
+ARC = float(np.arcsin(0.3))
+
+
+@pytest.mark.parametrize(
+    ("text", "expected"),
+    [
+        ("3", []),
+        ("0*phi", []),
+        ("phi - 2", [2.0]),
+        ("phi + 2", []),
+        ("sin(phi)", [np.pi]),
+        ("sin(phi) - 0.3", [ARC, np.pi - ARC]),
+        ("(phi - 1)*(phi - 1.0001)*(phi - 5)", [1.0, 1.0001, 5.0]),
+        ("exp(-((phi - 2)/1e-3)**2) - 0.5", [2 - 1e-3 * np.log(2) ** 0.5, 2 + 1e-3 * np.log(2) ** 0.5]),
+        ("exp(-((phi - 2)/1e-6)**2) - 0.5", [2 - 1e-6 * np.log(2) ** 0.5, 2 + 1e-6 * np.log(2) ** 0.5]),
+        ("(phi - 1)**3", [1.0]),
+        ("tan(phi)", [np.pi / 2, np.pi, 3 * np.pi / 2]),
+        ("1/(phi - 2)", [2.0]),
+    ],
+)
+def test_roots_are_found_to_the_last_digits(text, expected):
+    assert found_roots(text, 0.0, TURN) == pytest.approx(expected, rel=1e-14)
+
+
+@pytest.mark.parametrize(
+    ("text", "expected"),
+    [
+        ("sin(phi)**2", [np.pi]),
+        ("1 - sin(phi)", [np.pi / 2]),
+        ("(phi - 1)**2", [1.0]),
+        ("(phi - 1)**2*(phi - 3)**4", [1.0, 3.0]),
+        ("1 - cos(phi)", []),
+    ],
+)
+def test_touching_zeros_are_found_once_and_not_at_the_ends(text, expected):
+    assert found_roots(text, 0.0, TURN) == pytest.approx(expected, abs=2e-9)
+
+
+def test_functions_above_zero_have_no_root_however_close():
+    assert found_roots("(phi - 1)**2 + 1e-12", 0.0, TURN) == []
+
+
+@settings(derandomize=True, deadline=None, max_examples=40)
+@given(st.lists(st.floats(0.05, 6.2), min_size=1, max_size=7, unique_by=lambda u: round(u, 2)))
+def test_every_root_of_a_polynomial_is_found(places):
+    text = "*".join(f"(phi - {place!r})" for place in places)
+    assert found_roots(text, 0.0, TURN) == pytest.approx(sorted(places), rel=1e-12)
+
+
+@settings(derandomize=True, deadline=None, max_examples=40)
+@given(st.integers(1, 40), st.floats(-0.99, 0.99), st.floats(-3, 3))
+def test_every_crossing_of_a_wave_is_found(count, level, phase):
+    angles = (np.array([np.arcsin(level), np.pi - np.arcsin(level)])[:, None] - phase + TURN * np.arange(-2, 43)) / count
+    expected = np.sort(angles[(angles > 1e-9) & (angles < TURN - 1e-9)])
+    roots_ = found_roots(f"sin({count}*phi + {phase!r}) - {level!r}", 0.0, TURN)
+    assert [root for root in roots_ if 1e-9 < root < TURN - 1e-9] == pytest.approx(expected, abs=1e-13)
+
+
+@pytest.mark.parametrize(
+    ("text", "expected"),
+    [
+        ("sin(phi) + phi**2", []),
+        ("5*(phi < pi)", [np.pi]),
+        ("1 < phi <= 2", [1.0, 2.0]),
+        ("3 if phi > 1 and not phi >= 4 else 2", [1.0, 4.0]),
+        ("max(sin(phi), 0)", [np.pi]),
+        ("abs(abs(phi - 3) - 1)", [2.0, 3.0, 4.0]),
+        ("sign(sin(phi)) > 0.5", [np.pi]),
+        ("max(0, min(3*sin(phi), 1))", [np.arcsin(1 / 3), np.pi - np.arcsin(1 / 3), np.pi]),
+        ("sqrt(1 - sin(phi))", [np.pi / 2]),
+        ("asin(sin(phi))", [np.pi / 2, 3 * np.pi / 2]),
+        ("abs(phi - 2)**0.5", [2.0]),
+        ("atan2(sin(phi), cos(phi))", [np.pi]),
+        ("(phi - 1)**3 > 0", [1.0]),
+    ],
+)
+def test_breakpoints_of_expressions(text, expected):
+    assert found(text) == pytest.approx(expected, abs=1e-14)
+
+
+def test_known_angles_are_not_repeated():
+    assert found("max(sin(phi), 0)*(phi > 1)", known=[np.pi]) == [1.0]
+
+
+def test_hundreds_of_switches_are_found_and_far_too_many_refused():
+    start = time.perf_counter()
+    assert found("sin(300*phi) > 0") == pytest.approx(np.pi / 300 * np.arange(1, 600), rel=1e-13)
+    assert time.perf_counter() - start < 1.0
+    with pytest.raises(SwitchingError, match=r"sin\(1000000 \* phi\): changes sign too often"):
+        found("sin(1e6*phi) > 0")
+
+
+def test_a_displacement_with_wider_bounds_and_a_velocity_given_by_its_sign():
+    """A port with x = cos phi: v changes sign at pi, which is known; x is bounded loosely on purpose."""
+
+    def cells(lo, hi, anchor):
+        u = Interval(lo, hi)
+        wide = NAMESPACE.cos(u) + Interval(-1.0, 1.0) * (0.1 * u.width)
+        return {"x": Jet(wide, -NAMESPACE.sin(u)), "v": np.where(0.5 * (lo + hi) < np.pi, -1.0, 1.0)}
+
+    def values(phi, anchor):
+        return {"x": np.cos(phi), "v": np.where(phi < np.pi, -1.0, 1.0)}
+
+    angles = breakpoints(parse("max(x*sign(v), 0.5)*(v > 0)"), 0.0, TURN, cells, values, [np.pi])
+    assert angles == pytest.approx([2 * np.pi / 3, 5 * np.pi / 3], rel=1e-14)
+
+
+@settings(derandomize=True, deadline=None, max_examples=30)
+@given(st.floats(0.2, 3), st.floats(0.5, 6), st.floats(-0.9, 0.9), st.floats(0.3, 5.9))
+def test_no_switch_lies_between_breakpoints(a, b, c, d):
+    text = f"max({a!r}*sin({b!r}*phi), abs(cos(phi) - {c!r})) if sin(phi*phi/2) < {c!r} else min(phi, {d!r})"
+    edges = np.array([0.0, *found(text), TURN])
+    middles = 0.5 * (edges[1:] + edges[:-1])
+    for switch in parse(text).switches():
+        for lo, hi, middle in zip(edges, edges[1:], middles, strict=False):
+            inside = np.linspace(lo, hi, 41)[1:-1]
+            values = switch.evaluate({"phi": inside}, np, {"phi": middle})
+            assert np.all(values >= -1e-13) or np.all(values <= 1e-13), switch.text

@@ -1,0 +1,354 @@
+"""Scenes as a whole: what a good one becomes, and every fault of a bad one at once, each in its place."""
+
+import math
+import tomllib
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from flywheel.faults import SceneError
+from flywheel.reading.scenes import build_scene, load, parse_scene, read_scene
+from flywheel.scene import Areas, Scene
+
+ROTOR = """
+[regime]
+speed = "300 rpm"
+[flywheel]
+irregularity = 0.02
+"""
+
+
+def faults(text: str, **kwargs) -> dict[str, str]:
+    """Every fault of a scene by its path."""
+    with pytest.raises(SceneError) as caught:
+        parse_scene(text, **kwargs)
+    return {fault.path: str(fault) for fault in caught.value.faults}
+
+
+def test_a_rotor_takes_every_default():
+    scene = parse_scene(ROTOR)
+    assert scene == Scene(speed=10 * math.pi, irregularity=0.02)
+    assert (scene.cycle, scene.rtol, scene.closure) == (2 * math.pi, 1e-9, 1e-9)
+
+
+def test_everything_that_stands_alone_is_read():
+    scene = parse_scene("""
+        title = "Drill"
+        source = "p. 12"
+        [shafts]
+        motor.ratio = 5
+        [gravity]
+        g = "9.81 m/s^2"
+        direction = "0 deg"
+        [drive]
+        on = "motor"
+        torque = "balance"
+        [regime]
+        on = "motor"
+        speed = "1500 rpm"
+        cycle = "720 deg"
+        [flywheel]
+        on = "motor"
+        inertia = "3 kg m^2"
+        [accuracy]
+        rtol = 1e-6
+        closure = "1 %"
+    """)
+    assert (scene.title, scene.source) == ("Drill", "p. 12")
+    assert scene.shafts == {"crank": 1.0, "motor": 5.0}
+    assert scene.gravity == (9.81, 0.0)
+    assert scene.speed == pytest.approx(10 * math.pi, rel=1e-15)
+    assert scene.cycle == 4 * math.pi
+    assert (scene.flywheel_on, scene.inertia, scene.irregularity, scene.flywheel_ratio) == ("motor", 3.0, None, 5.0)
+    assert (scene.rtol, scene.closure) == (1e-6, 0.01)
+    assert scene.drive is not None
+    assert (scene.drive.on, scene.drive.law, scene.drive.every) == ("motor", None, 4 * math.pi)
+    assert scene.unknown == "drive"
+
+
+@pytest.mark.parametrize(
+    ("direction", "expected"),
+    [("", (0.0, -9.80665)), ("direction = '180 deg'", (-9.80665, 0.0)), ("direction = '450 deg'", (0.0, 9.80665))],
+)
+def test_gravity_is_exact_along_the_axes(direction, expected):
+    assert parse_scene(f"[gravity]\n{direction}{ROTOR}").gravity == expected
+
+
+def test_gravity_at_an_angle():
+    gx, gy = parse_scene(f"gravity = {{g = 10, direction = '-60 deg'}}{ROTOR}").gravity
+    assert (gx, gy) == pytest.approx((5.0, -5 * math.sqrt(3)), rel=1e-15)
+
+
+def test_a_bare_cycle_of_ten_digits_is_put_onto_whole_turns():
+    assert parse_scene("regime = {speed = 1, cycle = 12.5663706144}\nflywheel.inertia = 1").cycle == 4 * math.pi
+
+
+def test_numpy_numbers_and_arrays_are_as_good_as_plain_ones():
+    scene = build_scene(
+        {
+            "regime": {"speed": np.float64(10.0)},
+            "flywheel": {"inertia": np.float32(0.5)},
+            "load": [{"on": "crank", "table": {"angle": np.linspace(0, 2 * np.pi, 5), "value": np.array([0, 1, 2, 1, 0])}}],
+        }
+    )
+    assert (scene.speed, scene.inertia) == (10.0, 0.5)
+    assert scene.loads[0].law.value.tolist() == [0.0, 1.0, 2.0, 1.0, 0.0]
+
+
+def test_every_fault_is_reported_at_once_with_its_path():
+    found = faults("""
+        titel = "x"
+        [shafts.motor]
+        ratio = -5
+        [mechanism]
+        type = "slider-crank"
+        shaft = "moter"
+        crank.lenght = 0.1
+        rod.length = "0,4 m"
+        slider.mass = -3
+        [[load]]
+        on = "slidr"
+        force = "1000 sin(phi)"
+        [[load]]
+        on = "crank"
+        torque = "-5 kN"
+        from = "10 deg"
+        [drive]
+        on = "mtor"
+        torque = true
+        [regime]
+        speed = "5 Hz"
+        [flywheel]
+        irregularity = 2
+        inertia = 3
+        [accuracy]
+        rtol = 0
+    """)
+    assert set(found) == {
+        "titel",
+        "shafts.motor.ratio",
+        "mechanism.shaft",
+        "mechanism.crank.lenght",
+        "mechanism.crank.length",
+        "mechanism.rod.length",
+        "mechanism.slider.mass",
+        "load[0].on",
+        "load[0].force",
+        "load[1].torque",
+        "load[1].to",
+        "drive.on",
+        "drive.torque",
+        "regime.speed",
+        "flywheel",
+        "flywheel.irregularity",
+        "accuracy.rtol",
+    }
+    assert 'did you mean "title"' in found["titel"]
+    assert 'did you mean "length"' in found["mechanism.crank.lenght"]
+    assert 'did you mean "motor"' in found["mechanism.shaft"]
+    assert "write 0.4, not 0,4" in found["mechanism.rod.length"]
+    assert "without units" in found["load[0].force"]
+    assert "rev/s or rad/s" in found["regime.speed"]
+
+
+@pytest.mark.parametrize("text", ["", "# nothing but a comment\n"])
+def test_an_empty_scene_is_a_fault(text):
+    assert list(faults(text)) == ["scene"]
+
+
+@pytest.mark.parametrize(
+    ("text", "path"),
+    [
+        ("regime = 3", "regime"),
+        ("regime = [1]", "regime"),
+        ("[[regime]]\nspeed = 1", "regime"),
+        ("flywheel = 'big'", "flywheel"),
+        ("shafts = 3", "shafts"),
+        ("shafts.a = 3", "shafts.a"),
+        ("shafts.'a b'.ratio = 3", 'shafts."a b"'),
+        ("shafts.crank.ratio = 2", "shafts.crank.ratio"),
+        ("shafts.a = {}", "shafts.a.ratio"),
+        ("shafts.a = {ratio = 2, stiffness = 0}", "shafts.a.stiffness"),
+        ("shafts.a = {ratio = 2, stiffness = '3 N/m'}", "shafts.a.stiffness"),
+        ("shafts.a = {ratio = 2, damping = 3}", "shafts.a.damping"),
+        ("shafts.a = {ratio = 2, stiffness = 3, damping = -1}", "shafts.a.damping"),
+        ("shafts.crank = {ratio = 1, stiffness = 3}", "shafts.crank"),
+        ("parameters = []", "parameters"),
+        ("parameters.phi = 3", "parameters.phi"),
+        ("parameters.sin = 3", "parameters.sin"),
+        ("parameters.lambda = 3", "parameters.lambda"),
+        ("parameters.'2a' = 3", "parameters.2a"),
+        ("parameters.F = 'balanced'", "parameters.F"),
+        ("parameters.F = 'balance'", "parameters.F"),
+        ("mechanism = 3", "mechanism"),
+        ("mechanism = [3]", "mechanism[0]"),
+        ("[mechanism]", "mechanism.type"),
+        ("mechanism.type = 'slidercrank'", "mechanism.type"),
+        ("mechanism.type = 'linkage'", "mechanism.driver"),
+        ("load = 3", "load"),
+        ("load = [3]", "load[0]"),
+        ("[load]\non = 'crank'\ntorque = 3", "load"),
+        ("[[damper]]\non = 'crank'\ncoefficient = 3", "damper"),
+        ("gravity = true", "gravity"),
+        ("gravity.g = -3", "gravity.g"),
+        ("title = 3", "title"),
+        ("drive = {}", "drive.torque"),
+        ("drive = {torque = 'omega'}", "drive.torque"),
+        ("drive = {torque = '3*t'}", "drive.torque"),
+        ("accuracy.rtol = 0.5", "accuracy.rtol"),
+        ("accuracy.closure = -1", "accuracy.closure"),
+        ("areas = {values = 3}", "areas.values"),
+        ("areas = {values = [1]}", "areas.values"),
+        ("areas = {values = [1, 'a', -1]}", "areas.values[1]"),
+        ("areas = {values = [1, nan]}", "areas.values[1]"),
+        ("areas = {values = [100, -94]}", "areas.values"),
+        ("areas = {scale = 1}", "areas.values"),
+        ("areas = {values = [1, -1], scale = 0}", "areas.scale"),
+    ],
+)
+def test_each_part_refuses_what_does_not_fit(text, path):
+    rest = "" if text.startswith(("regime", "[[regime", "flywheel")) else ROTOR
+    assert path in faults(text + "\n" + rest)
+
+
+def test_a_missing_speed_says_that_it_cannot_be_found_yet():
+    found = faults("flywheel.inertia = 3")
+    assert "not supported yet" in found["regime.speed"]
+
+
+@pytest.mark.parametrize("text", ["flywheel = {}", "flywheel = {on = 'crank'}", "title = 'x'"])
+def test_a_flywheel_is_required_with_one_figure(text):
+    assert "flywheel" in faults(text + "\n[regime]\nspeed = 1")
+
+
+@pytest.mark.parametrize("irregularity", [0, 2, -0.1, "250 %"])
+def test_irregularity_lies_between_0_and_2(irregularity):
+    with pytest.raises(SceneError, match=r"flywheel\.irregularity"):
+        build_scene({"regime": {"speed": 1}, "flywheel": {"irregularity": irregularity}})
+
+
+def test_areas_stand_alone():
+    scene = parse_scene(f"[areas]\nvalues = [10, -4.8, -5]\nscale = '2 kJ'{ROTOR}")
+    assert scene.areas == Areas((10.0, -4.8, -5.0), 2000.0)
+    extra = "mechanism.type = 'law'\ndrive.torque = 1\nload = []\nspring = []\ninertia = []\ngravity = {}\n"
+    found = faults(extra + f"[areas]\nvalues = [1, -1]{ROTOR}")
+    assert {"mechanism", "drive", "load", "spring", "inertia", "gravity"} <= set(found)
+
+
+def test_at_most_one_balance():
+    found = faults(
+        "parameters = {F = 'balance', G = 'balance'}\ndrive.torque = 'balance'\n"
+        f"[[load]]\non = 'crank'\ntorque = 'F + G'{ROTOR}"
+    )
+    assert set(found) == {"parameters.F", "parameters.G"}
+
+
+def test_a_balance_parameter_must_be_used_and_have_its_own_name():
+    assert "nothing uses" in faults(f"parameters.F = 'balance'{ROTOR}")["parameters.F"]
+    named = f"parameters.drive = 'balance'\n[[load]]\non = 'crank'\ntorque = 'drive'{ROTOR}"
+    assert "parameters.drive" in faults(named)
+
+
+def test_parameters_are_si_and_the_balance_is_not_among_them():
+    scene = parse_scene(
+        f"parameters = {{F = 'balance', k = '2 kN', n = 3}}\n[[load]]\non = 'crank'\ntorque = 'F*k - n'{ROTOR}"
+    )
+    assert scene.parameters == {"k": 2000.0, "n": 3.0}
+    assert scene.unknown == "F"
+    assert scene.loads[0].law.names == {"F", "k", "n"}
+
+
+def test_only_the_drive_and_parameters_can_be_the_balance():
+    assert "only the drive" in faults(f"[[load]]\non = 'crank'\ntorque = 'balance'{ROTOR}")["load[0].torque"]
+
+
+# -- files and texts ---------------------------------------------------------------------------------------------------
+
+
+def test_a_file_is_read_and_remembered(tmp_path):
+    file = tmp_path / "rotor.toml"
+    file.write_text(ROTOR, encoding="utf-8-sig")
+    assert read_scene(file).file == file
+    assert read_scene(str(file)).speed == 10 * math.pi
+
+
+def test_load_takes_a_path_a_text_or_a_mapping(tmp_path):
+    file = tmp_path / "rotor.toml"
+    file.write_text(ROTOR)
+    assert load(file).speed == load(str(file)).speed == load(ROTOR).speed == load(tomllib.loads(ROTOR)).speed
+
+
+def one_fault(call, argument) -> str:
+    with pytest.raises(SceneError) as caught:
+        call(argument)
+    assert len(caught.value.faults) == 1
+    assert "\n" not in str(caught.value)
+    return str(caught.value)
+
+
+def test_files_that_cannot_be_read_give_one_line(tmp_path):
+    assert "no such file" in one_fault(read_scene, tmp_path / "missing.toml")
+    assert "a folder" in one_fault(read_scene, tmp_path)
+    assert "a device" in one_fault(read_scene, "/dev/null")
+    assert one_fault(read_scene, "a\0b.toml")
+    assert one_fault(read_scene, "a\nb")
+    large = tmp_path / "large.toml"
+    large.write_bytes(b"#" * (2**20 + 1))
+    assert "1 MiB" in one_fault(read_scene, large)
+    foreign = tmp_path / "foreign.toml"
+    foreign.write_bytes("\n\ntitle = 'Presión'".encode("latin-1"))
+    assert "line 3" in one_fault(read_scene, foreign)
+    foreign.write_bytes(ROTOR.encode("utf-16"))
+    assert "UTF-8" in one_fault(read_scene, foreign)
+
+
+@pytest.mark.parametrize(
+    ("text", "hint"),
+    [
+        ("a = 1\nb = 2 3", "line 2, column 7"),
+        ("a = [", "end of the file"),
+        ("a = 1\na = 2", "overwrite"),
+        ("a = '\0'", "line 1"),
+        ("a = " + "9" * 5000, "number"),
+        ("a = " + "[" * 100_000, "nested"),
+        ("a = " + "{a = " * 100_000, "nested"),
+        ("a." * 100_000 + "a = 1", "parts"),
+        ("[" + "a . " * 100_000 + "a]", "parts"),
+        ("x = {" + '"a".' * 50_000 + "a = 1}", "parts"),
+        ("#" * (2**20 + 1), "characters"),
+    ],
+)
+def test_texts_that_are_no_toml_give_one_line(text, hint):
+    assert hint in one_fault(parse_scene, text)
+
+
+def test_dots_in_texts_comments_and_numbers_are_no_keys():
+    text = "title = '''\n" + "a." * 99 + "'''\nsource = \"" + "b." * 99 + '" # ' + "c." * 99 + ROTOR
+    assert parse_scene(text).source == "b." * 99
+
+
+@pytest.mark.parametrize("mapping", [None, 3, [], {1: 2}, "text", {"a" * 3: {}}])
+def test_mappings_that_are_no_scene(mapping):
+    with pytest.raises(SceneError):
+        build_scene(mapping)
+
+
+def test_floods_of_tables_are_refused():
+    many = [{"on": "crank", "torque": 1.0}] * 1001
+    with pytest.raises(SceneError, match="at most 1000"):
+        build_scene({"load": many, "regime": {"speed": 1}, "flywheel": {"inertia": 1}})
+    with pytest.raises(SceneError, match="at most 100"):
+        build_scene({"mechanism": [{}] * 101, "regime": {"speed": 1}, "flywheel": {"inertia": 1}})
+    with pytest.raises(SceneError, match="at most 1000"):
+        build_scene({"parameters": {f"p{i}": 1 for i in range(1001)}})
+
+
+def test_csv_files_are_looked_for_beside_the_scene(tmp_path):
+    (tmp_path / "moment.csv").write_text("0,1\n360,2\n")
+    text = f"[[load]]\non = 'crank'\ntable = {{file = 'moment.csv', angle_unit = 'deg'}}{ROTOR}"
+    (tmp_path / "scene.toml").write_text(text)
+    assert read_scene(tmp_path / "scene.toml").loads[0].law.value.tolist() == [1.0, 2.0]
+    assert parse_scene(text, folder=tmp_path).loads[0].law.angle.tolist() == [0.0, 2 * math.pi]
+    assert "load[0].table.file" in faults(text)
+    assert isinstance(read_scene(tmp_path / "scene.toml").file, Path)

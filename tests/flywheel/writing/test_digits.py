@@ -1,0 +1,60 @@
+"""Figures never show a digit beyond their error, and columns keep their points in line."""
+
+from __future__ import annotations
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from flywheel.writing.digits import aligned, columns, figure, short
+
+_VALUES = st.floats(1e-12, 1e12) | st.floats(-1e12, -1e-12)
+
+
+@settings(derandomize=True, deadline=None, max_examples=200)
+@given(_VALUES, st.floats(1e-14, 0.1))
+def test_no_digit_stands_beyond_the_error(value: float, relative: float) -> None:
+    error = relative * abs(value)
+    shown = figure(value, error)
+    digits = shown.lstrip("-").partition("e")[0].replace(".", "").lstrip("0")
+    assert len(digits) <= 10
+    assert abs(float(shown) - value) <= 5.5 * max(error, 1e-10 * abs(value))
+    exponent = float(shown.partition("e")[2] or 0)
+    decimals = len(shown.partition("e")[0].partition(".")[2])
+    if decimals:
+        assert 10.0 ** (exponent - decimals) >= 0.9 * error
+
+
+@pytest.mark.parametrize(
+    ("value", "error", "text"),
+    [
+        (0.0, 0.0, "0"),
+        (1e-17, 1e-16, "0"),
+        (float("nan"), 0.0, "none"),
+        (float("inf"), 0.0, "none"),
+        (2.0, 1e-3, "2"),
+        (12345.678, 0.5, "12346"),
+        (12345.678, 2000.0, "1e+04"),
+    ],
+)
+def test_figure(value: float, error: float, text: str) -> None:
+    assert figure(value, error) == text
+
+
+def test_short_keeps_two_digits() -> None:
+    assert short(1.2345e-13) == "1.2e-13"
+
+
+def test_points_stand_under_one_another() -> None:
+    cells = aligned(["1.5", "-200", "3e-07", "no steady motion", "0.25 %"])
+    assert len(set(map(len, cells))) == 1
+    assert [cell.index(mark) for cell, mark in zip(cells, (".", "00 ", "e", "n", "."), strict=True)] == [4, 2, 4, 0, 4]
+
+
+def test_columns_put_headers_over_the_right_column() -> None:
+    lines = columns([("a", "1.5", "J"), ("long", "22", "")], ("", "work", "unit"))
+    assert lines == ["        work  unit", "  a      1.5     J", "  long  22"]
+
+
+def test_no_rows_no_lines() -> None:
+    assert columns([]) == []
