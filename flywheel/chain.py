@@ -223,7 +223,7 @@ class Chain:
         gx, gy = self.scene.gravity
         for weight in family.weights:
             force = weight.mass * (gx * np.cos(weight.direction) + gy * np.sin(weight.direction))
-            if abs(force) > 1e-16 * weight.mass * (abs(gx) + abs(gy)):
+            if abs(force) > 1e-15 * weight.mass * (abs(gx) + abs(gy)):
                 yield weight.velocity, float(force), weight.body
 
     def _load(self, builder: Builder, balance: float) -> None:

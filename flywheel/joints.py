@@ -67,6 +67,8 @@ def joint_forces(
     """
     machine = machine if isinstance(machine, Machine) else Machine(machine)
     scene = machine.scene
+    if scene.areas is not None:
+        raise SceneError([Fault("areas", "a diagram of areas", "a machine with joints", "give mechanism and loads instead")])
     if not scene.mechanisms:
         raise SceneError([Fault("mechanism", "no mechanism", "one at least, as joints are asked for")])
     balance = regime.settled_balance(machine)

@@ -1,6 +1,6 @@
 """The functions that formulas are written against, by their numpy names, over mpmath's and SymPy's numbers.
 
-numpy itself is such a namespace; `flywheel.formulas.intervals.NAMESPACE` and `jet_namespace` of `flywheel.formulas.jets` are others.
+numpy itself is such a namespace; intervals and jets have theirs (`flywheel.formulas.intervals`, `flywheel.formulas.jets`).
 """
 
 from __future__ import annotations

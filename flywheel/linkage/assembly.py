@@ -29,6 +29,7 @@ _SAME = 1e-6
 _CLOSED = 1e-11
 _SINGULAR = 1e-5  # of the greatest singular value: nearer to a lock, the start itself is found too badly
 _CLEARER = 0.7  # the nearest assembly must be nearer to the guess than this share of the next one's distance
+_FITS = 0.3
 _LISTED = 8
 _NAMED = 6
 _TRIED = 200
@@ -60,10 +61,11 @@ def _wrong(equations: Equations, z: Array) -> list[Fault]:
     jacobian = equations.jacobian(z[None], equations.bases(z[None]))[0]
     found = faults(loops, jacobian)
     near = loops.unknowns and np.linalg.matrix_rank(jacobian[:, 1:], rtol=_SINGULAR) < loops.unknowns
-    if (found or near) and not _loose_everywhere(equations):
-        what = f"an assembly that locks or branches there ({described(loops, z)})"
+    held = found and gruebler(loops.linkage) < 1  # a joint too many is the likelier cause
+    if (found or near) and not held and not _loose_everywhere(equations):
+        what = f"an assembly that locks or branches {_where(loops)} ({described(loops, z)})"
         advice = "choose another `start`, and a range of the driver that leaves this position out"
-        return [Fault(loops.linkage.path, f"{what} {_where(loops)}", "a position that the driver settles", advice)]
+        return [Fault(loops.linkage.path, what, "a position that the driver settles", advice)]
     return found
 
 
@@ -204,10 +206,22 @@ def _chosen(loops: Loops, found: Array) -> Array:
     gaps = np.array([_apart(loops, z, target)[[k - 1 for k in columns]] for z in fitting])
     distance = np.sqrt((gaps**2).sum(axis=1))
     near, next_one = np.argsort(distance)[:2]
+    if contrary := _contradicted(loops, fitting, gaps, int(near)):
+        names = ", ".join(loops.names[columns[k]] for k in contrary)
+        what = f"guesses that contradict each other, as {names} fits another assembly than the rest,"
+        raise SceneError([_fault(loops, "", what, fitting, "guesses of one")])
     if distance[near] > _CLEARER * distance[next_one]:
         what = "guesses that do not tell the assemblies apart"
         raise SceneError([_fault(loops, "", what, fitting, "guesses nearer to one of them")])
     return np.asarray(fitting[near])
+
+
+def _contradicted(loops: Loops, fitting: Array, gaps: Array, near: int) -> list[int]:
+    """Guesses, by position, that the nearest assembly is as far from as assemblies lie apart, while another one fits."""
+    spread = np.max([np.abs(_apart(loops, fitting, z)).max(axis=0) for z in fitting], axis=0)
+    columns = [k - 1 for k in sorted(_guesses(loops))]
+    off, best = np.abs(gaps[near]), np.abs(gaps).min(axis=0)
+    return np.flatnonzero((off > _CLEARER * spread[columns]) & (best < _FITS * off)).tolist()
 
 
 def _on_side(loops: Loops, z: Array, side: Side) -> bool:
@@ -238,10 +252,10 @@ def described(loops: Loops, z: Array, variables: Sequence[int] = ()) -> str:
         kind, _, what = name.partition(" of ")
         if kind == "angle":
             form = loops.angles[loops.linkage.names.index(what)]
-            angle = degrees(float(z @ form.weights + form.constant)) % 360
+            angle = round(degrees(float(z @ form.weights + form.constant)), 9) % 360 % 360
             parts.append(f"{what} {angle:.4g} deg")
         else:
-            parts.append(f"{what} {value * loops.unit:.4g} m")
+            parts.append(f"{what} {round(value, 12) * loops.unit + 0.0:.4g} m")
     return ", ".join(parts[:_NAMED]) + (f" and {len(parts) - _NAMED} more" if len(parts) > _NAMED else "")
 
 

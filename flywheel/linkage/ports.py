@@ -40,4 +40,4 @@ def _turned(linkage: Linkage) -> set[str]:
 
 def shadowing(ports: Iterable[str], sliding: bool) -> list[str]:
     """Ports that bear a name by which loads reach the driver."""
-    return [name for name in ports if name == CRANK or (sliding and name == STROKE)]
+    return [name for name in ports if name == (STROKE if sliding else CRANK)]

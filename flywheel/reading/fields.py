@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from flywheel.advice import mean, quote, show
+from flywheel.advice import mean, nearest, quote, show
 from flywheel.faults import Fault
 from flywheel.reading.schema import MOST_TABLES, NAME_PATTERN, Key
 from flywheel.units import DIMENSIONS, QuantityError, parse_quantity
@@ -100,7 +100,8 @@ def _text(value: object, key: Key, path: str, faults: Faults) -> str | None:
         faults.add(path, show(value), expectation(key))
         return None
     if key.kind == "choice" and value not in key.choices:
-        faults.add(path, show(value), expectation(key), mean(value, key.choices))
+        near = nearest(value, key.choices)
+        faults.add(path, show(value), expectation(key), f'did you mean "{near}"?' if near else "")
         return None
     if key.kind == "name" and not is_name(value):
         faults.add(path, show(value), "a letter, then letters, digits, _ or -")

@@ -165,4 +165,4 @@ def _check_names(linkage: Linkage, points: Iterable[str], driver: Joint | None, 
         return  # the body that it turns is no port, but which one that is cannot be told
     for name in shadowing(offered(linkage, points), driver.kind == SLIDE):
         where = next(where for where, other, _ in named if other == name)
-        faults.add(where, quote(name), "another name", "a driver is called so where loads act")
+        faults.add(where, quote(name), "another name", "the driver is called so where loads act; rename the body or joint")

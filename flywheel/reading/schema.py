@@ -247,7 +247,13 @@ _LINKAGE = Kind(
     "linkage",
     "bodies, joints and couplings of any plane linkage (`flywheel.reading.schema_linkage` has their keys)",
     keys=(
-        Key("driver", "text", "name of the pin or slide whose coordinate drives", required=True),
+        Key(
+            "driver",
+            "text",
+            "name of the pin or slide that drives",
+            required=True,
+            missing='give a joint, such as "O"',
+        ),
         Key("start", "angle | length", "the driver's coordinate at which guesses and assembly hold", 0.0),
         Key("assembly", "list", "an array of tables: sides on which points lie where the driver stands at start"),
         Key("bodies", "tables", "one table per body; `frame` is the fixed one", required=True),

@@ -371,7 +371,8 @@ def _notes(sizing: Sizing) -> list[str]:
     notes = list(sizing.messages)
     machine = sizing.machine
     if machine is not None:
-        idle = [name for name, place in machine.places.items() if place.junction in machine.omitted]
+        loose = {*machine.omitted} - {sizing.scene.flywheel_on}
+        idle = [name for name, place in machine.places.items() if place.junction in loose]
         if idle:
             notes.append(f"left out, as nothing hangs on it: {', '.join(idle)}")
     return [line for note in notes for line in _wrapped(f"Note: {note}", "")]

@@ -82,5 +82,17 @@ def test_bars_that_do_not_reach() -> None:
 
 def test_a_start_in_a_singular_position() -> None:
     flat = replace(slider_crank(0.1, 0.1, 0.0), start=pi / 2)
-    with pytest.raises(SceneError, match="locks or branches there"):
+    with pytest.raises(SceneError, match=r"an assembly that locks or branches with O at 90 deg \(rod"):
         assembled(Equations(loops(flat)))
+
+
+def test_guesses_that_contradict_each_other() -> None:
+    base = unguessed(six_bar())
+    found = assemblies(Equations(loops(base)))
+    first = found[0]
+    other = next(z for z in found[1:] if np.allclose(z[1:3], first[1:3]))
+    wanted = {"coupler": first[1], "rocker": first[2], "link": first[3], "output": other[4]}
+    guesses = {name: float(value) for name, value in wanted.items()}
+    links = tuple(link._replace(guess=guesses.get(link.name)) for link in base.links)
+    with pytest.raises(SceneError, match="contradict each other, as angle of|do not tell the assemblies apart"):
+        assembled(Equations(loops(replace(base, links=links))))
