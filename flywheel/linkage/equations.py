@@ -5,6 +5,7 @@ Everything is evaluated for n positions at once: z has shape (n, variables), res
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from functools import cached_property
 from typing import NamedTuple
 
@@ -16,15 +17,21 @@ from flywheel.linkage.loops import Form, Loops, Relation
 Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]
 
+Lifted = tuple[Array, Array, Array] | None
+
 _SMALL = 400  # numbers: a smaller matrix is multiplied faster without BLAS
 _SAMPLES = 2000  # of a cam's lift, to bound its derivatives
 
 
 class Bases(NamedTuple):
-    """The basis functions at n positions: `whole` with the displacement in front, `bare` without, shape (n, bases)."""
+    """The basis functions at n positions: `whole` with the displacement in front, `bare` without, shape (n, bases).
+
+    `lifts` holds for every coupling what its law gives there: lift, slope, second derivative, (n,) each; None for a ratio.
+    """
 
     whole: Complex
     bare: Complex
+    lifts: tuple[tuple[Array, Array, Array] | None, ...] = ()
 
 
 class Equations:
@@ -52,16 +59,19 @@ class Equations:
     def bases(self, z: Array) -> Bases:
         """Basis functions at positions z."""
         bare = np.exp(1j * (z @ self.loops.turns.T))
-        if not self.sliding.any():
-            return Bases(bare, bare)
-        return Bases(bare * np.where(self.sliding, z[:, self.slide], 1.0), bare)
+        lifts = tuple(_law(r, _at(r.first, z)) if r.lift else None for r in self.loops.relations)
+        whole = bare * np.where(self.sliding, z[:, self.slide], 1.0) if self.sliding.any() else bare
+        return Bases(whole, bare, lifts)
 
     def residual(self, z: Array, bases: Bases) -> Array:
         """Left sides of all equations."""
         gaps = bases.whole @ self.loops.closures.T
         columns = [gaps.real, gaps.imag] if gaps.shape[1] else []
-        columns += [_relation(relation, z)[:, None] for relation in self.loops.relations]
+        columns += [_relation(*pair, z)[:, None] for pair in self._couplings(bases)]
         return self._ordered(np.concatenate(columns, axis=1)) if columns else np.zeros((len(z), 0))
+
+    def _couplings(self, bases: Bases) -> Iterator[tuple[Relation, Lifted]]:
+        return zip(self.loops.relations, bases.lifts, strict=True)
 
     def _ordered(self, table: Array) -> Array:
         """Real and imaginary parts of each closure side by side."""
@@ -83,7 +93,7 @@ class Equations:
         parts = np.stack((found.real, found.imag), axis=2).reshape(len(z), 2 * closures, variables)
         if not self.loops.relations:
             return parts
-        lines = [_relation_rates(relation, z)[:, None, :] for relation in self.loops.relations]
+        lines = [_relation_rates(*pair, z)[:, None, :] for pair in self._couplings(bases)]
         return np.concatenate([parts, *lines], axis=1)
 
     def bending(self, z: Array, bases: Bases, rate: Array) -> Array:
@@ -91,7 +101,7 @@ class Equations:
         second = _second(bases, rate @ self.loops.turns.T, self._pace(rate))
         gaps = second @ self.loops.closures.T
         columns = [gaps.real, gaps.imag] if gaps.shape[1] else []
-        columns += [_relation_bending(relation, z, rate)[:, None] for relation in self.loops.relations]
+        columns += [_relation_bending(*pair, rate)[:, None] for pair in self._couplings(bases)]
         return self._ordered(np.concatenate(columns, axis=1)) if columns else np.zeros((len(z), 0))
 
     def _pace(self, rate: Array) -> Array | float:
@@ -163,24 +173,22 @@ def _law(relation: Relation, angle: Array) -> tuple[Array, Array, Array]:
     return relation.scale * value, relation.scale * first, relation.scale * second
 
 
-def _relation(relation: Relation, z: Array) -> Array:
-    first, second = _at(relation.first, z), _at(relation.second, z)
-    target = relation.ratio * first if relation.lift is None else _law(relation, first)[0]
-    return np.asarray(second - target - relation.phase)
+def _relation(relation: Relation, lifted: Lifted, z: Array) -> Array:
+    target = relation.ratio * _at(relation.first, z) if lifted is None else lifted[0]
+    return np.asarray(_at(relation.second, z) - target - relation.phase)
 
 
-def _relation_rates(relation: Relation, z: Array) -> Array:
-    if relation.lift is None:
+def _relation_rates(relation: Relation, lifted: Lifted, z: Array) -> Array:
+    if lifted is None:
         line = relation.second.weights - relation.ratio * relation.first.weights
         return np.broadcast_to(line, (len(z), line.size))
-    slope = _law(relation, _at(relation.first, z))[1]
-    return np.asarray(relation.second.weights - slope[:, None] * relation.first.weights)
+    return np.asarray(relation.second.weights - lifted[1][:, None] * relation.first.weights)
 
 
-def _relation_bending(relation: Relation, z: Array, rate: Array) -> Array:
-    if relation.lift is None:
-        return np.zeros(len(z))
-    return np.asarray(-_law(relation, _at(relation.first, z))[2] * (rate @ relation.first.weights) ** 2)
+def _relation_bending(relation: Relation, lifted: Lifted, rate: Array) -> Array:
+    if lifted is None:
+        return np.zeros(len(rate))
+    return np.asarray(-lifted[2] * (rate @ relation.first.weights) ** 2)
 
 
 def _lift_bounds(relation: Relation) -> tuple[float, float]:

@@ -12,7 +12,7 @@ from flywheel.linkage.equations import Equations
 Array = NDArray[np.float64]
 
 _MOST = 12
-_SETTLED = 1e-9  # a step below this leaves an error of its square: nothing
+SETTLED = 1e-9  # a step below this leaves an error of its square: nothing
 _ROUNDING = 4e-16
 
 
@@ -38,7 +38,7 @@ def settle(equations: Equations, z: Array) -> Settled:
         z[:, 1:] += move
         last = np.abs(move).max(axis=1, initial=0.0)
         steps.append(float(last.max(initial=0.0)))
-        if not steps[-1] > _SETTLED:
+        if not steps[-1] > SETTLED:
             break
     return Settled(z, last, tuple(steps))
 

@@ -19,11 +19,12 @@ from flywheel.linkage.description import Linkage
 from flywheel.linkage.equations import Equations
 from flywheel.linkage.loops import loops
 from flywheel.linkage.mobility import Mobility, mobility
-from flywheel.linkage.newton import inverse, settle
+from flywheel.linkage.newton import SETTLED, correction, inverse, settle
 from flywheel.linkage.poses import Poses, Track
 
 Array = NDArray[np.float64]
 
+_REFINEMENTS = 3
 _BEYOND = 1e-9  # of the range: how far outside it a position may be asked for
 
 
@@ -41,10 +42,12 @@ class Solution:
     def __init__(self, equations: Equations, trace: Trace, low: float, high: float) -> None:
         self.equations = equations
         self.trace = trace
+        self._nodes = trace
         self.low, self.high = low, high
         self.linkage = equations.loops.linkage
         self.unit = equations.loops.unit
         self.scale = self.unit if self.linkage.sliding else 1.0
+        self._refine()
 
     def poses(self, q: ArrayLike) -> Poses:
         """Poses of all bodies at driver coordinates q (rad or m), any shape: taken as one row.
@@ -100,6 +103,20 @@ class Solution:
         z = self.trace.z[:1]
         return mobility(self.equations.loops, self.equations.jacobian(z, self.equations.bases(z))[0])
 
+    def _refine(self) -> None:
+        """Nodes between the followed ones, until the quintic predicts so well that one Newton step is the last."""
+        for _ in range(_REFINEMENTS):
+            nodes = self._nodes
+            if len(nodes.z) < 2 or nodes.z.shape[1] == 1:
+                return
+            middles = 0.5 * (nodes.z[1:, 0] + nodes.z[:-1, 0])
+            if np.abs(correction(self.equations, self._predicted(middles))).max() < SETTLED:
+                return
+            between = self.movement(middles * self.scale)
+            order = np.argsort(np.concatenate((nodes.z[:, 0], middles)), kind="stable")
+            parts = zip(nodes, between, strict=True)
+            self._nodes = Trace(*(np.concatenate(pair)[order] for pair in parts))
+
     def _check(self, q: Array) -> None:
         room = _BEYOND * (self.high - self.low) + 1e-15
         outside = ~((q >= self.low - room) & (q <= self.high + room))
@@ -110,7 +127,7 @@ class Solution:
 
     def _predicted(self, x: Array) -> Array:
         """Variables at scaled coordinates x by the quintic through value, rate and slope of the nodes on both sides."""
-        trace = self.trace
+        trace = self._nodes
         if len(trace.z) == 1:
             step = (x - trace.z[0, 0])[:, None]
             return np.asarray(trace.z[0] + trace.rate[0] * step)

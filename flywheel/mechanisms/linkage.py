@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from functools import cached_property, partial
+from functools import partial
 from math import tau
 from typing import Any, NamedTuple
 
@@ -11,12 +11,22 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flywheel.faults import Fault, SceneError
-from flywheel.formulas.intervals import Interval
 from flywheel.linkage.description import SLIDE, SLOT, Linkage
-from flywheel.linkage.enclosure import enclosed
 from flywheel.linkage.loops import Form, Loops
 from flywheel.linkage.solution import Solution, solve
 from flywheel.mechanisms.base import Family, Mass, Port, Ratio, Term, Velocity, Weight
+from flywheel.mechanisms.variables import (
+    Angle,
+    Arm,
+    LinkagePosition,
+    angle_of,
+    are_slides,
+    place,
+    push,
+    push_slope,
+    swing,
+    swing_slope,
+)
 from flywheel.scene import Mechanism
 
 Array = NDArray[np.float64]
@@ -26,95 +36,6 @@ _TURNS_TRIED = 12
 _TINY = 1e-15
 _STEPS_A_CELL = 8.0
 _NOT_CRANK = "a body called crank that does not turn with the driver"
-
-
-class Kept(NamedTuple):
-    """A variable at psi: its value and its derivatives by psi, as arrays or intervals."""
-
-    value: Any
-    rate: Any
-    slope: Any
-
-
-class LinkagePosition:
-    """All variables of a linkage at the driver's coordinate psi, found together when the first is read.
-
-    psi is reduced to one period by the turn that the anchor lies in; `winding` is what each variable gains in a period.
-    With intervals every variable is a proven enclosure.
-    """
-
-    def __init__(
-        self, solution: Solution, period: float | None, winding: Array, psi: Any, ns: Any, anchor: Any = None
-    ) -> None:
-        self.solution, self.psi, self.ns = solution, psi, ns
-        self.winding = winding
-        middle = psi if anchor is None else anchor
-        self.turns = 0.0 if period is None else np.floor(np.asarray(middle, dtype=float) / period)
-        self.local = psi - self.turns * period if period is not None else psi
-
-    @cached_property
-    def _all(self) -> tuple[Kept, ...]:
-        if isinstance(self.local, Interval):
-            return self._enclosed(self.local)
-        q = np.asarray(self.local, dtype=float)
-        movement = self.solution.movement(np.atleast_1d(q).ravel())
-        return self._unscaled([_shaped(part, q.shape) for part in movement])
-
-    def _enclosed(self, cell: Interval) -> tuple[Kept, ...]:
-        low, high = np.broadcast_arrays(np.asarray(cell.lo, dtype=float), np.asarray(cell.hi, dtype=float))
-        found = enclosed(self.solution, np.atleast_1d(low).ravel(), np.atleast_1d(high).ravel())
-        parts = []
-        for middle, reach in zip(found[::2], found[1::2], strict=True):
-            with np.errstate(all="ignore"):
-                ends = [_shaped(middle + sign * reach, low.shape) for sign in (-1.0, 1.0)]
-            parts.append([Interval(a, b) for a, b in zip(*ends, strict=True)])
-        return self._unscaled(parts)
-
-    def _unscaled(self, parts: list[Any]) -> tuple[Kept, ...]:
-        """In rad and m, derivatives by psi."""
-        unit, by = self.solution.unit, self.solution.scale
-        sizes = [unit if sliding else 1.0 for sliding in _are_slides(self.solution)]
-        return tuple(
-            Kept(parts[0][k] * size, parts[1][k] * (size / by), parts[2][k] * (size / by**2)) for k, size in enumerate(sizes)
-        )
-
-    def kept(self, variable: int) -> Kept:
-        """A variable with its rate and slope; its value with what it gained in the turns before."""
-        found = self._all[variable]
-        gain = self.winding[variable]
-        return found if gain == 0.0 else found._replace(value=found.value + gain * self.turns)
-
-    def angle(self, form: Form) -> Any:
-        """An angle that is a form of the variables (rad)."""
-        return self._of(form, 0) + form.constant
-
-    def turning(self, form: Form) -> Any:
-        """The rate of such an angle."""
-        return self._of(form, 1)
-
-    def _of(self, form: Form, order: int) -> Any:
-        total: Any = 0.0
-        for variable in np.flatnonzero(form.weights):
-            total = total + float(form.weights[variable]) * self.kept(int(variable))[order]
-        return total
-
-
-def _shaped(table: Array, shape: tuple[int, ...]) -> Array:
-    """A row for every variable, each of the shape that was asked for."""
-    return table.T.reshape(table.shape[1], *shape)
-
-
-def _are_slides(solution: Solution) -> list[bool]:
-    names = solution.equations.loops.names
-    return [solution.linkage.sliding, *(name.startswith("slide") for name in names[1:])]
-
-
-class Arm(NamedTuple):
-    """One term of a place: `length` (m, or 1 in front of a displacement) along the angle `form`, times variable `slide`."""
-
-    length: float
-    form: Form
-    slide: int
 
 
 def family(mechanism: Mechanism) -> Family:
@@ -165,7 +86,7 @@ def _winding(solution: Solution, period: float) -> Array | None:
     """What each variable gains in the period: whole turns; None where the linkage does not return."""
     ends = solution.movement(np.array([0.0, period])).z
     gain = ends[1] - ends[0]
-    whole = np.where(_are_slides(solution), 0.0, tau * np.round(gain / tau))
+    whole = np.where(are_slides(solution), 0.0, tau * np.round(gain / tau))
     return whole if np.abs(gain - whole).max() < _CLOSES else None
 
 
@@ -220,7 +141,7 @@ class _Chain:
             if link.inertia:
                 self.masses.append(Mass(at, link.inertia, body))
             if at != "crank":
-                self.ports[body] = Port(at, partial(_angle, form=form), not bool(form.weights @ self.winding))
+                self.ports[body] = Port(at, partial(_angle, angle=angle_of(*form)), not bool(form.weights @ self.winding))
 
     def _turn(self, body: str, terms: tuple[Term, ...]) -> str:
         """The junction of a body's rotation; that of the driver, where it is called `crank`, is the shaft itself."""
@@ -257,7 +178,7 @@ class _Chain:
 
     def _arm(self, turns: Array, slide: int, coefficient: complex) -> Arm:
         length = abs(coefficient) * (self.loops.unit if slide < 0 else 1.0)
-        return Arm(length, Form(turns, float(np.angle(coefficient))), slide)
+        return Arm(length, angle_of(turns, float(np.angle(coefficient))), slide)
 
     def _speed(self, name: str, arms: list[Arm], direction: float) -> bool:
         """Velocity of a place along a direction; False where it has none."""
@@ -271,15 +192,14 @@ class _Chain:
 
     def _terms(self, arm: Arm, direction: float) -> Iterator[Term]:
         """What an arm adds: -S L sin(a) times its turning, and cos(a) times the displacement's rate."""
-        form = Form(arm.form.weights, arm.form.constant - direction)
-        turns = bool(np.any(form.weights))
-        if turns:
-            ratio = Ratio(partial(_swing, arm=arm, form=form), partial(_swing_slope, arm=arm, form=form))
-            yield from (Term(self.sources[k], _times(ratio, float(form.weights[k]))) for k in np.flatnonzero(form.weights))
-        if arm.slide >= 0 and turns:
-            push = Ratio(partial(_push, arm=arm, form=form), partial(_push_slope, arm=arm, form=form))
-            yield Term(self.sources[arm.slide], push)
-        elif arm.slide >= 0 and abs(share := arm.length * _cosine(form.constant)) > _TINY:
+        angle = arm.angle._replace(constant=arm.angle.constant - direction)
+        if angle.terms:
+            ratio = Ratio(partial(swing, arm=arm, angle=angle), partial(swing_slope, arm=arm, angle=angle))
+            yield from (Term(self.sources[k], _times(ratio, weight)) for k, weight in angle.terms)
+        if arm.slide >= 0 and angle.terms:
+            pushed = Ratio(partial(push, arm=arm, angle=angle), partial(push_slope, arm=arm, angle=angle))
+            yield Term(self.sources[arm.slide], pushed)
+        elif arm.slide >= 0 and abs(share := arm.length * _cosine(angle.constant)) > _TINY:
             yield Term(self.sources[arm.slide], share)
 
     def _weigh(self, body: str) -> None:
@@ -300,7 +220,7 @@ class _Chain:
         if not self._speed(name, arms, direction):
             found = f"{body}.{point}, which does not move along {np.degrees(direction):.6g} deg"
             raise SceneError([Fault(f"{self.mechanism.path}.ports.{name}", found, "a point that moves along its direction")])
-        self.ports[name] = Port(name, partial(_place, arms=arms, direction=direction))
+        self.ports[name] = Port(name, partial(place, arms=arms, direction=direction))
 
 
 def _times(ratio: Ratio, factor: float) -> Ratio:
@@ -327,46 +247,12 @@ def _cosine(angle: float) -> float:
     return 0.0 if abs(value) < 1e-15 else value
 
 
-def _angle(p: LinkagePosition, form: Form) -> Any:
-    return p.angle(form)
+def _angle(p: LinkagePosition, angle: Angle) -> Any:
+    return p.angle(angle)
 
 
 def _displacement(p: LinkagePosition, variable: int) -> Any:
     return p.kept(variable).value
-
-
-def _stretch(p: LinkagePosition, arm: Arm) -> tuple[Any, Any]:
-    """Length of an arm, and its rate."""
-    if arm.slide < 0:
-        return arm.length, 0.0
-    kept = p.kept(arm.slide)
-    return arm.length * kept.value, arm.length * kept.rate
-
-
-def _swing(p: LinkagePosition, arm: Arm, form: Form) -> Any:
-    return -_stretch(p, arm)[0] * p.ns.sin(p.angle(form))
-
-
-def _swing_slope(p: LinkagePosition, arm: Arm, form: Form) -> Any:
-    length, rate = _stretch(p, arm)
-    angle = p.angle(form)
-    return -(rate * p.ns.sin(angle)) - length * p.ns.cos(angle) * p.turning(form)
-
-
-def _push(p: LinkagePosition, arm: Arm, form: Form) -> Any:
-    return arm.length * p.ns.cos(p.angle(form))
-
-
-def _push_slope(p: LinkagePosition, arm: Arm, form: Form) -> Any:
-    return -arm.length * p.ns.sin(p.angle(form)) * p.turning(form)
-
-
-def _place(p: LinkagePosition, arms: list[Arm], direction: float) -> Any:
-    total: Any = 0.0
-    for arm in arms:
-        form = Form(arm.form.weights, arm.form.constant - direction)
-        total = total + _stretch(p, arm)[0] * p.ns.cos(p.angle(form))
-    return total
 
 
 def _breakpoints(solution: Solution, period: float | None) -> tuple[float, ...]:

@@ -94,5 +94,5 @@ def test_guesses_that_contradict_each_other() -> None:
     wanted = {"coupler": first[1], "rocker": first[2], "link": first[3], "output": other[4]}
     guesses = {name: float(value) for name, value in wanted.items()}
     links = tuple(link._replace(guess=guesses.get(link.name)) for link in base.links)
-    with pytest.raises(SceneError, match="contradict each other, as angle of|do not tell the assemblies apart"):
+    with pytest.raises(SceneError, match=r"contradict each other, as angle of|do not tell the assemblies apart"):
         assembled(Equations(loops(replace(base, links=links))))
