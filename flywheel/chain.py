@@ -17,6 +17,7 @@ from bondgraph.reduction import Reduced, Reduction
 from flywheel import mechanisms
 from flywheel.faults import Fault, SceneError
 from flywheel.formulas.expressions import Expression
+from flywheel.formulas.switching import SwitchingError
 from flywheel.loads import Effort, Place, Senses, crank_angles, spring_effort
 from flywheel.mechanisms.base import Family, Ratio
 from flywheel.piecewise import middles
@@ -336,7 +337,12 @@ class Chain:
         from flywheel import features
 
         smooth = merged([0.0, self.scene.cycle, *self._mechanism_breakpoints()], self.scene.cycle)
-        dead_centres = features.dead_centres(self.kinematics, self.places[place].junction, smooth)
+        try:
+            dead_centres = features.dead_centres(self.kinematics, self.places[place].junction, smooth)
+        except SwitchingError:
+            path = next(load.path for load in self._all_loads() if load.on == place)
+            found = f"{place}, whose velocity changes sign too often to follow, as if it stood still"
+            raise SceneError([Fault(path, found, "a place that moves", "leave `while` and v out there")]) from None
         edges = np.concatenate(([0.0], dead_centres, [self.scene.cycle]))
         halfway = 0.5 * (edges[1:] + edges[:-1])
         gain = self.kinematics.flows(halfway, halfway).gain[self.kinematics.variable[self.places[place].junction]]

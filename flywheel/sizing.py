@@ -67,13 +67,33 @@ def _checked(rtol: float) -> float:
 def _of_machine(machine: Machine, asked: float, simulate: bool) -> Sizing:
     scene = machine.scene
     sizing = wittenbauer.settled(machine, asked)
-    if machine.friction is not None:
-        sizing = replace(sizing, messages=(*sizing.messages, _FRICTION.format(scene.speed)))
     if simulate:
         from flywheel import confirmation  # scipy arrives with time stepping, and not before
 
-        return _noted(confirmation.confirmed(sizing))
-    return _noted(sizing if scene.inertia is None else _by_quadrature(sizing))
+        return _noted(_with_friction(confirmation.confirmed(sizing), machine))
+    return _noted(_with_friction(sizing if scene.inertia is None else _by_quadrature(sizing), machine))
+
+
+def _with_friction(sizing: Sizing, machine: Machine) -> Sizing:
+    """What is to be said of friction in joints, and what the fit of its moment adds to every error."""
+    if machine.friction is None:
+        return sizing
+    doubt = machine.friction.error
+    swing = max(sizing.energy_fluctuation, 1e-300)
+    exchanged = swing if sizing.cycle is None else max(sizing.cycle.exchanged, 1e-300)
+
+    def grown(error: float | None, scale: float) -> float | None:
+        return None if error is None else error + 2 * doubt / scale
+
+    errors = sizing.error._replace(
+        work=grown(sizing.error.work, exchanged),
+        **{
+            name: grown(getattr(sizing.error, name), swing)
+            for name in ("exact", "approximate", "inertia_torque", "simulation")
+        },
+    )
+    message = _FRICTION.format(sizing.scene.speed)
+    return replace(sizing, error=errors, messages=(*sizing.messages, message))
 
 
 def _noted(sizing: Sizing) -> Sizing:

@@ -32,6 +32,7 @@ _CLEARER = 0.7  # the nearest assembly must be nearer to the guess than this sha
 _FITS = 0.3
 _LISTED = 8
 _NAMED = 6
+_TURNS = 4.0  # to each side, of angles that a coupling ties: each turn may be another assembly
 _TRIED = 200
 
 
@@ -81,7 +82,9 @@ def _loose_everywhere(equations: Equations) -> bool:
 
 
 def assemblies(equations: Equations) -> Array:
-    """Every assembly that was found with the driver at its start, shape (assemblies, variables); angles from 0 to 2 pi.
+    """Every assembly that was found with the driver at its start, shape (assemblies, variables).
+
+    Angles lie from -pi to pi, but for those that a coupling ties: its relation holds for the turns that they have made.
 
     Newton-Raphson with bounded steps runs from evenly scattered points and from the guesses; a solution that all
     of them miss would stay unknown, which is why there are many.
@@ -127,8 +130,10 @@ def _starts(loops: Loops) -> Array:
     share = (0.5 + np.arange(count)[:, None] * root ** -np.arange(1.0, loops.unknowns + 1.0)) % 1.0
     z = np.empty((count, loops.unknowns + 1))
     z[:, 0] = start(loops)
+    tied = _tied(loops)
     for k, name in enumerate(loops.names[1:]):
-        z[:, k + 1] = 2 * pi * share[:, k] if name.startswith("angle") else wide * (2.0 * share[:, k] - 1.0)
+        reach = _TURNS * pi if tied[k + 1] else pi
+        z[:, k + 1] = (reach if name.startswith("angle") else wide) * (2.0 * share[:, k] - 1.0)
     for column, value in _guesses(loops).items():
         z[: max(count // 4, 1), column] = value
     return z
@@ -156,7 +161,7 @@ def _guesses(loops: Loops) -> dict[int, float]:
         turning = np.flatnonzero(form.weights[1:])
         if guess is not None and turning.size == 1:
             rest = form.constant + form.weights[0] * start(loops)
-            found[int(turning[0]) + 1] = (guess - rest) % (2 * pi)
+            found[int(turning[0]) + 1] = guess - rest
     for joint in loops.linkage.joints:
         name = f"slide of {joint.name}"
         if joint.guess is not None and joint.kind in (SLIDE, SLOT) and name in loops.names:
@@ -165,23 +170,35 @@ def _guesses(loops: Loops) -> dict[int, float]:
 
 
 def _angular(loops: Loops) -> Array:
-    return np.array([name.startswith("angle") for name in loops.names[1:]])
+    return np.array([name.startswith("angle") for name in loops.names[1:]], dtype=bool)
+
+
+def _tied(loops: Loops) -> NDArray[np.bool_]:
+    """Which variables take part in a coupling: a turn more of one of them would break its relation."""
+    weights = [np.abs(form.weights) for r in loops.relations for form in (r.first, r.second)]
+    return np.asarray(np.sum([np.zeros(len(loops.names)), *weights], axis=0) > 0.0)
+
+
+def _turns(loops: Loops, z: Array) -> Array:
+    """The largest angle (rad) that a coupled joint other than the driver has turned through, of positions (n, variables)."""
+    firsts = [r.first for r in loops.relations if np.any(r.first.weights[1:])]
+    sizes = [np.abs(z @ form.weights + form.constant) for form in firsts]
+    return np.asarray(np.max(sizes, axis=0)) if sizes else np.zeros(len(z))
 
 
 def _distinct(loops: Loops, z: Array) -> Array:
-    """Solutions that differ, in the order of their variables."""
+    """Solutions that differ as positions, in the order of their variables; of equal ones that with the fewest turns."""
     if not len(z):
         return z
-    z = z.copy()
-    turning = np.flatnonzero(_angular(loops)) + 1
-    z[:, turning] %= 2 * pi
-    z[:, turning] -= np.where(z[:, turning] > 2 * pi - _SAME, 2 * pi, 0.0)
+    z = z[np.argsort(_turns(loops, z), kind="stable")]
+    free = np.flatnonzero(np.concatenate(([False], _angular(loops))) & ~_tied(loops))
+    z[:, free] = -((pi - z[:, free]) % (2 * pi) - pi)
     kept: list[Array] = []
     while len(z):
         kept.append(z[0])
         z = z[np.abs(_apart(loops, z, z[0])).max(axis=1, initial=0.0) >= _SAME]
     found = np.array(kept)
-    return found[np.lexsort(found.T[::-1])]
+    return found[np.lexsort(np.round(found, 6).T[::-1])]
 
 
 def _apart(loops: Loops, a: Array, b: Array) -> Array:
@@ -191,29 +208,49 @@ def _apart(loops: Loops, a: Array, b: Array) -> Array:
 
 
 def _chosen(loops: Loops, found: Array) -> Array:
-    """The one assembly that sides and guesses leave."""
+    """The one assembly that sides and guesses leave; its free angles within half a turn of their guesses."""
     fitting = found[[all(_on_side(loops, z, side) for side in loops.linkage.sides) for z in found]]
     if not len(fitting):
         raise SceneError([_fault(loops, "assembly", "sides that no assembly fits", found, "one that does")])
-    if len(fitting) == 1:
-        return np.asarray(fitting[0])
     guesses = _guesses(loops)
+    chosen = _only(loops, fitting, guesses)
+    for column, guess in guesses.items():
+        if loops.names[column].startswith("angle") and not _tied(loops)[column]:
+            chosen[column] += 2 * pi * round((guess - chosen[column]) / (2 * pi))
+    return chosen
+
+
+def _only(loops: Loops, fitting: Array, guesses: dict[int, float]) -> Array:
+    """The assembly nearest to the guesses, if one is clearly the nearest.
+
+    Where a coupling gives several by the turns of the joints that it ties, those within half a turn go first.
+    """
+    near = _nearest(loops, fitting, guesses)
+    if len(near) > 1:
+        few = near[_turns(loops, near) < pi + _SAME]
+        near = _nearest(loops, few, guesses) if len(few) else near
+    if len(near) == 1:
+        return np.array(near[0])
     if not guesses:
-        raise SceneError([_fault(loops, "", f"{len(fitting)} assemblies that fit", fitting, "a guess or side for one")])
-    target = fitting[0].copy()
-    columns = sorted(guesses)
+        raise SceneError([_fault(loops, "", f"{len(near)} assemblies that fit", near, "a guess or side for one")])
+    what = "guesses that do not tell the assemblies apart"
+    raise SceneError([_fault(loops, "", what, near, "guesses nearer to one of them")])
+
+
+def _nearest(loops: Loops, fitting: Array, guesses: dict[int, float]) -> Array:
+    """The assembly clearly nearest to the guesses, or all of those that are about as near."""
+    if len(fitting) == 1 or not guesses:
+        return fitting
+    target, columns = fitting[0].copy(), sorted(guesses)
     target[columns] = [guesses[k] for k in columns]
     gaps = np.array([_apart(loops, z, target)[[k - 1 for k in columns]] for z in fitting])
     distance = np.sqrt((gaps**2).sum(axis=1))
-    near, next_one = np.argsort(distance)[:2]
-    if contrary := _contradicted(loops, fitting, gaps, int(near)):
+    near = int(np.argmin(distance))
+    if contrary := _contradicted(loops, fitting, gaps, near):
         names = ", ".join(loops.names[columns[k]] for k in contrary)
         what = f"guesses that contradict each other, as {names} fits another assembly than the rest,"
         raise SceneError([_fault(loops, "", what, fitting, "guesses of one")])
-    if distance[near] > _CLEARER * distance[next_one]:
-        what = "guesses that do not tell the assemblies apart"
-        raise SceneError([_fault(loops, "", what, fitting, "guesses nearer to one of them")])
-    return np.asarray(fitting[near])
+    return np.asarray(fitting[distance <= distance[near] / _CLEARER])
 
 
 def _contradicted(loops: Loops, fitting: Array, gaps: Array, near: int) -> list[int]:

@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flywheel.faults import Fault, SceneError
+from flywheel.linkage import lifts
 from flywheel.linkage.description import CAM, GEAR, PIN, Coupling, Joint
 from flywheel.linkage.poses import Poses
 from flywheel.linkage.wrenches import along, guide, index, perp
@@ -61,11 +62,10 @@ def _path(poses: Poses, coupling: Coupling) -> str:
 def _seen(poses: Poses, coupling: Coupling) -> Seen:
     linkage = poses.linkage
     joints = linkage.joint(coupling.first), linkage.joint(coupling.second)
-    common = {joints[0].first, joints[0].second} & {joints[1].first, joints[1].second}
-    if len(common) != 1:
-        found = f"joints {coupling.first} and {coupling.second} with {len(common)} bodies in common"
+    carrier = linkage.carrier(coupling)
+    if not carrier:
+        found = f"joints {coupling.first} and {coupling.second} without a body in common"
         raise SceneError([Fault(_path(poses, coupling), found, "joints of one carrier, for forces to be found")])
-    carrier = common.pop()
     senses = tuple(1.0 if joint.first == carrier else -1.0 for joint in joints)
     ends = [(j.second, j.second_at) if j.first == carrier else (j.first, j.first_at) for j in joints]
     others = [index(poses, body) for body, _ in ends]
@@ -143,7 +143,4 @@ def _slope(poses: Poses, coupling: Coupling) -> Array:
     assert coupling.lift is not None
     joint: Joint = poses.linkage.joint(coupling.first)
     angle = poses.angle(joint.second).value - poses.angle(joint.first).value
-    period = coupling.lift.period
-    within = angle - period * np.floor(angle / period)
-    jet = coupling.lift.curve.jet(within, within, np)
-    return np.broadcast_to(np.asarray(jet.first, dtype=float), angle.shape)
+    return lifts.at(coupling.lift, angle)[1]

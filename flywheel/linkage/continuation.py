@@ -1,9 +1,9 @@
 """Following an assembly along the driver's coordinate by steps that are proven not to leave it.
 
 From a position z0 with Jacobian J0 (by the unknowns) and its inverse A, the tangent predicts u(t) = u0 + g t. Bounds H
-of the second derivatives say how far residual and Jacobian can go from there:
+of the second derivatives say how far residual and Jacobian can go from there, where F is zero to rounding:
 
-    beta = max |A| (|F0| + t² H[d, d]/2),   kappa = max |A| H[t d + r, 1],   d = (1, |g|).
+    beta = max |A| t² H[d, d]/2,   kappa = max |A| H[t d + r, 1],   d = (1, |g|).
 
 Where kappa <= 1/2 and beta <= (1 - kappa) r, Newton's map contracts the ball of radius r about u(t) into itself for every
 t of the step: exactly one assembly lies there, and it is the one that was followed (Kantorovich). The step is the longest
@@ -24,6 +24,7 @@ from numpy.typing import NDArray
 from flywheel.faults import Fault, SceneError
 from flywheel.linkage.assembly import described
 from flywheel.linkage.equations import Equations
+from flywheel.linkage.lifts import WINDOW
 from flywheel.linkage.newton import inverse, settle
 
 Array = NDArray[np.float64]
@@ -31,6 +32,7 @@ Array = NDArray[np.float64]
 _MOST_STEPS = 100_000
 _NEAR = 1e-5  # rad, or units: steps below it make us look for a lock
 _LEAST = 1e-12
+_NOTHING = 1e-13  # rad, or units: no step is worth while
 _SHORT = 0.02
 _TOUCHES = 1e-11  # a singular position closes within this; one that is only nearly reached does not
 _SHARED = 0.3  # units (or shares of it): how far a displacement may move in a step
@@ -71,18 +73,23 @@ def follow(equations: Equations, z: Array, low: float, high: float) -> Trace:
     downward = _followed(equations, z, low, -1.0)[1:]
     nodes = [*reversed(downward), *upward]
     trace = Trace(*(np.array([node[k] for node in nodes]) for k in range(3)))
+    for part in trace:
+        part.flags.writeable = False
     _check_redundant(equations, trace)
     return trace
 
 
 def _followed(equations: Equations, z: Array, end: float, sense: float) -> list[tuple[Array, Array, Array]]:
     """Nodes from z to the end of the driver's range."""
-    z = settle(equations, z[None]).z[0]
+    settled = settle(equations, z[None]).z[0]
+    if not np.abs(settled - z).max() < _NEAR:
+        raise SceneError([_stuck(equations, z)])
+    z = settled
     here, watched = tangent(equations, z), _NEAR
     nodes = [(z, here.rate, here.slope)]
     for _ in range(_MOST_STEPS):
         left = (end - float(z[0])) * sense
-        if left <= 0.0:
+        if left <= _NOTHING:
             return nodes
         if here.step < min(watched, left):
             _check_lock(equations, z, here, sense, end)
@@ -141,11 +148,13 @@ def _proven(equations: Equations, z: Array, inverse: Array, rate: Array, sizes: 
     ball = sizes[None].copy()
     ball[0, 0] = 0.0
     bent, along, across = (
-        float((size @ equations.bound(reach, *steps)[0]).max()) for steps in ((d, d), (d, ball), (ball, ball))
+        float((size @ equations.bound(table, reach, *steps)[0]).max()) for steps in ((d, d), (d, ball), (ball, ball))
     )
     radius = _CONTRACTION / max(across, 2 * _CONTRACTION / _SHARED)
     moved = float((d[0, 1:] / sizes[1:]).max())
-    limits = ((_CONTRACTION, along), (sqrt(radius), sqrt(bent)), (_SHARED - radius, moved))
+    radius = min(radius, 0.5 * WINDOW / max(float(equations.turned(ball)[0]), 1e-300))
+    turned = float(equations.turned(d)[0])
+    limits = ((_CONTRACTION, along), (sqrt(radius), sqrt(bent)), (_SHARED - radius, moved), (0.5 * WINDOW, turned))
     step = min(limit / rising if rising > 0.0 else np.inf for limit, rising in limits)
     return step, radius * sizes
 
@@ -215,8 +224,8 @@ def place(equations: Equations, driver: float) -> str:
     """Where the driver stands, in its own unit."""
     linkage = equations.loops.linkage
     if linkage.sliding:
-        return f"{driver * equations.loops.unit:.9g} m"
-    return f"{degrees(driver):.9g} deg"
+        return f"{round(driver, 12) * equations.loops.unit + 0.0:.9g} m"
+    return f"{round(degrees(driver), 9) + 0.0:.9g} deg"
 
 
 def _lock(equations: Equations, z: Array, found: Array) -> Fault:

@@ -8,6 +8,7 @@ was found for a linkage can be kept. Lengths in m, angles in rad, masses in kg.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any, NamedTuple
 
 FRAME = "frame"
@@ -76,20 +77,15 @@ class Joint(NamedTuple):
     length: float = 0.0
 
 
-class Lift(NamedTuple):
+@dataclass(frozen=True, eq=False)
+class Lift:
     """A cam's lift law: `curve.jet(angle, anchor, ns)` gives lift and its two derivatives by the cam's angle.
 
-    It repeats after `period` (rad). Two of them are equal when they share one curve.
+    It repeats after `period` (rad). A lift is equal to itself alone.
     """
 
     curve: Any
     period: float
-
-    def __hash__(self) -> int:
-        return id(self.curve)
-
-    def __eq__(self, other: object) -> bool:
-        return isinstance(other, Lift) and self.curve is other.curve
 
 
 class Coupling(NamedTuple):
@@ -144,10 +140,15 @@ class Linkage:
     start: float = 0.0
     path: str = "mechanism"
 
-    @property
+    @cached_property
     def names(self) -> tuple[str, ...]:
         """Names of all bodies, `frame` first: the order of every array of poses."""
         return (FRAME, *(link.name for link in self.links))
+
+    def carrier(self, coupling: Coupling) -> str:
+        """The body that carries both joints of a coupling: the frame, if they have it in common."""
+        first, second = self.joint(coupling.first), self.joint(coupling.second)
+        return common_body(first, second)
 
     def link(self, name: str) -> Link:
         """The body of that name."""
@@ -161,3 +162,9 @@ class Linkage:
     def sliding(self) -> bool:
         """Whether the driver slides: its coordinate is then in m, the reduced inertia a mass, the reduced moment a force."""
         return self.joint(self.driver).kind == SLIDE
+
+
+def common_body(first: Joint, second: Joint) -> str:
+    """The body that two joints have in common, the frame before any other; empty where there is none."""
+    common = [body for body in (first.first, first.second) if body in (second.first, second.second)]
+    return FRAME if FRAME in common else common[0] if common else ""

@@ -12,6 +12,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from flywheel.linkage import lifts
 from flywheel.linkage.loops import Form, Loops, Relation
 
 Array = NDArray[np.float64]
@@ -20,7 +21,6 @@ Complex = NDArray[np.complex128]
 Lifted = tuple[Array, Array, Array] | None
 
 _SMALL = 400  # numbers: a smaller matrix is multiplied faster without BLAS
-_SAMPLES = 2000  # of a cam's lift, to bound its derivatives
 
 
 class Bases(NamedTuple):
@@ -123,15 +123,16 @@ class Equations:
         """Absolute coefficients of every equation's basis functions: a closure's two parts share one."""
         return np.repeat(np.abs(self.loops.closures), 2, axis=0)
 
-    @cached_property
-    def _lifts(self) -> list[tuple[float, float]]:
-        """Bounds of second and third derivative of every coupling's law."""
-        return [_lift_bounds(relation) for relation in self.loops.relations]
+    def turned(self, step: Array) -> Array:
+        """How far (rad) the cams turn in a step of z (absolute values), the farthest of them, shape (n,)."""
+        turns = [step @ np.abs(r.first.weights) for r in self.loops.relations if r.lift is not None]
+        return np.max(turns, axis=0) if turns else np.zeros(len(step))
 
-    def bound(self, reach: Array, *steps: Array) -> Array:
-        """Bound of the second (third) derivative of every equation contracted with two (three) steps of z.
+    def bound(self, z: Array, reach: Array, *steps: Array) -> Array:
+        """Bound of the second (third) derivative of every equation near z, contracted with two (three) steps of z.
 
         reach: largest |displacement| of each basis function there, (n, bases); steps: absolute values, (n, variables).
+        It holds as far from z as cams do not turn farther than `lifts.WINDOW`.
         """
         turned = [step @ np.abs(self.loops.turns).T for step in steps]
         held = [np.where(self.sliding, step[:, self.slide], 0.0) for step in steps]
@@ -142,9 +143,9 @@ class Equations:
         if not self.loops.relations:
             return np.asarray(found)
         extra = []
-        for relation, bounds in zip(self.loops.relations, self._lifts, strict=True):
+        for relation in self.loops.relations:
             along = [step @ np.abs(relation.first.weights) for step in steps]
-            extra.append(bounds[len(steps) - 2] * np.prod(along, axis=0))
+            extra.append(_law_bound(relation, z, len(steps)) * np.prod(along, axis=0))
         return np.concatenate((found, np.stack(extra, axis=1)), axis=1)
 
 
@@ -167,10 +168,14 @@ def _at(form: Form, z: Array) -> Array:
 def _law(relation: Relation, angle: Array) -> tuple[Array, Array, Array]:
     """A cam's lift with two derivatives, in scaled units."""
     assert relation.lift is not None
-    period = relation.lift.period
-    jet = relation.lift.curve.jet(angle - period * np.floor(angle / period), angle % period, np)
-    value, first, second = (np.broadcast_to(part, angle.shape) for part in (jet.value, jet.first, jet.second))
+    value, first, second = lifts.at(relation.lift, angle)
     return relation.scale * value, relation.scale * first, relation.scale * second
+
+
+def _law_bound(relation: Relation, z: Array, order: int) -> Array | float:
+    if relation.lift is None:
+        return 0.0
+    return abs(relation.scale) * lifts.bounds(relation.lift).near(_at(relation.first, z), order)
 
 
 def _relation(relation: Relation, lifted: Lifted, z: Array) -> Array:
@@ -189,13 +194,3 @@ def _relation_bending(relation: Relation, lifted: Lifted, rate: Array) -> Array:
     if lifted is None:
         return np.zeros(len(rate))
     return np.asarray(-lifted[2] * (rate @ relation.first.weights) ** 2)
-
-
-def _lift_bounds(relation: Relation) -> tuple[float, float]:
-    """Twice the largest second derivative of a lift at many angles, and the largest step of it between them."""
-    if relation.lift is None:
-        return 0.0, 0.0
-    angle = np.linspace(0.0, relation.lift.period, _SAMPLES)
-    second = _law(relation, angle)[2]
-    third = np.abs(np.diff(second)).max() * (_SAMPLES - 1) / relation.lift.period
-    return 2.0 * float(np.abs(second).max()), 2.0 * float(third)

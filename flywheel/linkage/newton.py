@@ -37,8 +37,8 @@ def settle(equations: Equations, z: Array) -> Settled:
         move = correction(equations, z)
         z[:, 1:] += move
         last = np.abs(move).max(axis=1, initial=0.0)
-        steps.append(float(last.max(initial=0.0)))
-        if not steps[-1] > SETTLED:
+        steps.append(float(np.nanmax(last, initial=0.0)))
+        if not (last > SETTLED).any():
             break
     return Settled(z, last, tuple(steps))
 

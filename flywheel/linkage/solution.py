@@ -19,7 +19,7 @@ from flywheel.linkage.description import Linkage
 from flywheel.linkage.equations import Equations
 from flywheel.linkage.loops import loops
 from flywheel.linkage.mobility import Mobility, mobility
-from flywheel.linkage.newton import SETTLED, correction, inverse, settle
+from flywheel.linkage.newton import SETTLED, Settled, correction, inverse, settle
 from flywheel.linkage.poses import Poses, Track
 
 Array = NDArray[np.float64]
@@ -56,7 +56,7 @@ class Solution:
             SceneError: for positions outside the range that was followed.
 
         """
-        wanted = np.atleast_1d(np.asarray(q, dtype=float)).ravel()
+        wanted = np.array(q, dtype=float).reshape(-1)
         self._check(wanted)
         return self.poses_of(wanted, self.movement(wanted))
 
@@ -66,7 +66,9 @@ class Solution:
         if not z.shape[1] > 1:
             return Movement(z, np.ones_like(z), np.zeros_like(z))
         equations = self.equations
-        settled = settle(equations, z).z
+        found = settle(equations, z)
+        self._check_settled(found, q)
+        settled = found.z
         bases = equations.bases(settled)
         jacobian = equations.jacobian(settled, bases)
         inverted = inverse(jacobian[:, :, 1:])
@@ -117,6 +119,19 @@ class Solution:
             parts = zip(nodes, between, strict=True)
             self._nodes = Trace(*(np.concatenate(pair)[order] for pair in parts))
 
+    def _check_settled(self, found: Settled, q: Array) -> None:
+        """Every position asked for must have been reached, and close all loops."""
+        lost = ~(found.last < SETTLED)
+        loops = self.equations.loops
+        if loops.equations > loops.unknowns:
+            gaps = self.equations.residual(found.z, self.equations.bases(found.z))
+            lost |= ~(np.abs(gaps).max(axis=1) < SETTLED)
+        if lost.any():
+            what = (
+                f"a position that Newton's iteration does not reach, {place(self.equations, float(q[lost][0] / self.scale))}"
+            )
+            raise SceneError([Fault(self.linkage.path, what, "one within the range that was followed")])
+
     def _check(self, q: Array) -> None:
         room = _BEYOND * (self.high - self.low) + 1e-15
         outside = ~((q >= self.low - room) & (q <= self.high + room))
@@ -133,7 +148,7 @@ class Solution:
             return np.asarray(trace.z[0] + trace.rate[0] * step)
         k = np.clip(np.searchsorted(trace.z[:, 0], x, side="right") - 1, 0, len(trace.z) - 2)
         width = (trace.z[k + 1, 0] - trace.z[k, 0])[:, None]
-        s = (x - trace.z[k, 0])[:, None] / width
+        s = np.clip((x - trace.z[k, 0])[:, None] / width, 0.0, 1.0)
         z = _quintic(s, width, trace, k)
         z[:, 0] = x
         return z
@@ -200,8 +215,9 @@ def solve(linkage: Linkage, low: float, high: float) -> Solution:
     equations = Equations(loops(linkage))
     z = assembled(equations)
     scale = equations.loops.unit if linkage.sliding else 1.0
-    ends = min(low / scale, start(equations.loops)), max(high / scale, start(equations.loops))
-    return Solution(equations, follow(equations, z, *ends), low, high)
+    reach = low / scale, high / scale, start(equations.loops)
+    ends = min(reach), max(reach)
+    return Solution(equations, follow(equations, z, *ends), min(low, high), max(low, high))
 
 
 def newton_steps(solution: Solution, q: Any, away: float) -> tuple[float, ...]:

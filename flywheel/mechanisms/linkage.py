@@ -19,6 +19,7 @@ from flywheel.mechanisms.variables import (
     Angle,
     Arm,
     LinkagePosition,
+    Positions,
     angle_of,
     are_slides,
     place,
@@ -52,7 +53,7 @@ def family(mechanism: Mechanism) -> Family:
         masses=tuple(chain.masses),
         weights=tuple(chain.weights),
         ports=chain.ports,
-        position=partial(LinkagePosition, solution, period, winding),
+        position=Positions(solution, period, winding),
         breakpoints=_breakpoints(solution, period),
     )
 
@@ -258,12 +259,13 @@ def _displacement(p: LinkagePosition, variable: int) -> Any:
 def _breakpoints(solution: Solution, period: float | None) -> tuple[float, ...]:
     """Where cells must end: where a lock is near, and at the breakpoints of a cam's lift wherever the cam passes them."""
     found = set(_graded(solution.trace.z[:, 0] * solution.scale))
-    if period is None:
-        return tuple(sorted(found))
+    high = solution.high if period is None else period
+    low = solution.low if period is None else 0.0
     for relation in solution.equations.loops.relations:
         if relation.lift is not None:
             for angle in relation.lift.curve.breakpoints:
-                found.update(_passages(solution, relation.first, angle, relation.lift.period, period))
+                passed = _passages(solution, relation.first, angle, relation.lift.period, low, high)
+                found.update(passed if period is None else (q % period for q in passed))
     return tuple(sorted(found))
 
 
@@ -277,18 +279,19 @@ def _graded(nodes: Array) -> Iterator[float]:
             first = k
 
 
-def _passages(solution: Solution, form: Form, angle: float, every: float, period: float) -> Iterator[float]:
-    """Coordinates of the driver in [0, period) at which a form passes an angle, whatever the turn."""
-    nodes = np.unique(np.concatenate((solution.trace.z[:, 0], np.linspace(0.0, period, 181))))
-    nodes = nodes[(nodes >= 0.0) & (nodes <= period)]
+def _passages(solution: Solution, form: Form, angle: float, every: float, low: float, high: float) -> Iterator[float]:
+    """Coordinates of the driver from low to high at which a form passes an angle, whatever the turn."""
+    nodes = np.unique(np.concatenate((solution.trace.z[:, 0] * solution.scale, np.linspace(low, high, 181))))
+    nodes = nodes[(nodes >= low) & (nodes <= high)]
 
     def phase(q: Array) -> Array:
         return np.asarray((solution.movement(q).z @ form.weights + form.constant - angle) / every)
 
     values = phase(nodes)
-    for k in np.flatnonzero(np.floor(values[1:]) != np.floor(values[:-1])):
-        whole = max(np.floor(values[k]), np.floor(values[k + 1]))
-        yield _root(phase, float(whole), float(nodes[k]), float(nodes[k + 1])) % period
+    for k in range(nodes.size - 1):
+        first, last = sorted((values[k], values[k + 1]))
+        for whole in range(int(np.ceil(first)), int(np.floor(last)) + 1):
+            yield _root(phase, float(whole), float(nodes[k]), float(nodes[k + 1]))
 
 
 def _root(phase: Callable[[Array], Array], whole: float, a: float, b: float) -> float:

@@ -98,6 +98,23 @@ class LinkagePosition:
         return total
 
 
+class Positions:
+    """Positions of a linkage at any psi. The last one at a single angle is kept: every modulus of a graph asks for it."""
+
+    def __init__(self, solution: Solution, period: float | None, winding: Array) -> None:
+        self._of = solution, period, winding
+        self._last: tuple[tuple[float, float | None], LinkagePosition] | None = None
+
+    def __call__(self, psi: Any, ns: Any, anchor: Any = None) -> LinkagePosition:
+        """The position at psi; `anchor` lies in the turn that psi belongs to."""
+        if not (isinstance(psi, float) and isinstance(anchor, float | None)):
+            return LinkagePosition(*self._of, psi, ns, anchor)
+        last = self._last
+        if last is None or last[0] != (psi, anchor):
+            last = self._last = (psi, anchor), LinkagePosition(*self._of, psi, ns, anchor)
+        return last[1]
+
+
 def _shaped(table: Array, shape: tuple[int, ...]) -> Array:
     """A row for every variable, each of the shape that was asked for."""
     return table.T.reshape(table.shape[1], *shape)

@@ -8,7 +8,19 @@ from typing import Any, NamedTuple
 
 from flywheel.advice import quote, show
 from flywheel.faults import SceneError
-from flywheel.linkage.description import CAM, FIXED, FRAME, GEAR, PIN, ROLLING, SLIDE, SLOT, Coupling, Joint, Lift
+from flywheel.linkage.description import (
+    CAM,
+    FIXED,
+    GEAR,
+    PIN,
+    ROLLING,
+    SLIDE,
+    SLOT,
+    Coupling,
+    Joint,
+    Lift,
+    common_body,
+)
 from flywheel.reading.bodies import Bodies, find_point, listed
 from flywheel.reading.fields import Faults, Fields, exactly_one, read_fields, read_quantity
 from flywheel.reading.joints import Joints, read_two
@@ -96,12 +108,12 @@ def _pair(raw: object, kind: str, path: str, joints: Joints, faults: Faults) -> 
         return None
     if not _fit(kind, found, path, faults) or "" in (*first[2:4], *second[2:4]):
         return None
-    common = [body for body in first[2:4] if body in second[2:4]]
+    common = common_body(first, second)
     if not common:
         bodies = (f"{quote(joint.name)} of {joint.first} and {joint.second}" for joint in found)
         faults.add(path, " with ".join(bodies), "two joints of one body, which carries both")
         return None
-    return first, second, FRAME if FRAME in common else common[0]
+    return first, second, common
 
 
 def _fit(kind: str, pair: list[Joint], path: str, faults: Faults) -> bool:

@@ -111,7 +111,7 @@ def _check_beside(raw: Mapping[str, Any], faults: Faults) -> None:
     if "mechanism" not in raw or (len(tables) != 1 and isinstance(raw["mechanism"], (list, tuple))):
         found = f"{len(tables)} mechanisms" if tables else "nothing"
         faults.add("mechanism", found, "one mechanism, whose driver makes the stroke")
-    elif isinstance(tables[0], Mapping):
+    elif tables and isinstance(tables[0], Mapping):
         _check_mechanism(tables[0], "mechanism" if isinstance(raw["mechanism"], Mapping) else "mechanism[0]", faults)
 
 

@@ -7,7 +7,7 @@ from collections.abc import Iterator
 import numpy as np
 from numpy.typing import NDArray
 
-from flywheel.linkage.description import CAM, FRAME, GEAR, SLIDE, Coupling, Joint
+from flywheel.linkage.description import CAM, FRAME, GEAR, SLIDE, Coupling, Joint, common_body
 from flywheel.linkage.poses import Poses
 from flywheel.sketching import symbols
 from flywheel.sketching.shapes import Place, Shape
@@ -26,12 +26,6 @@ def coupling_shapes(cycle: Poses, coupling: Coupling, unit: float) -> Iterator[S
         yield _cam(cycle, coupling, first, second, unit)
     else:
         yield from _rolling(cycle, coupling, first, second, unit)
-
-
-def _shared(first: Joint, second: Joint) -> str:
-    """The body that two joints have in common: the carrier of gears, the body against which a cam turns."""
-    common = [body for body in first[2:4] if body in second[2:4]]
-    return FRAME if FRAME in common else str(common[0])
 
 
 def _wheel_on(joint: Joint, carrier: str) -> tuple[Place, int]:
@@ -61,7 +55,7 @@ def radii(ratio: float, centres: float) -> tuple[float, float]:
 
 def _gears(cycle: Poses, coupling: Coupling, first: Joint, second: Joint) -> Iterator[Shape]:
     """The two pitch circles, with a mark that shows how the wheels turn."""
-    carrier = _shared(first, second)
+    carrier = common_body(first, second)
     (one, sense1), (two, sense2) = _wheel_on(first, carrier), _wheel_on(second, carrier)
     between = cycle.point(*two).value[:, 0] - cycle.point(*one).value[:, 0]
     distance = float(np.hypot(*between))
@@ -80,7 +74,7 @@ def _wheel(at: Place, radius: float) -> Iterator[Shape]:
 
 def _rolling(cycle: Poses, coupling: Coupling, pin: Joint, slide: Joint, unit: float) -> Iterator[Shape]:
     """A wheel of radius |ratio| and the line that it rolls on, on the side where wheel and line have one velocity."""
-    carriage = _shared(pin, slide)
+    carriage = common_body(pin, slide)
     wheel, sense = _wheel_on(pin, carriage)
     carried = slide.second == carriage
     other, at = (slide.first, slide.first_at) if carried else (slide.second, slide.second_at)
@@ -109,7 +103,7 @@ def _rolling(cycle: Poses, coupling: Coupling, pin: Joint, slide: Joint, unit: f
 
 def _cam(cycle: Poses, coupling: Coupling, pin: Joint, follower: Joint, unit: float) -> Shape:
     """The profile that the motion gives, about the cam's pin; a plain disc where it cannot be known."""
-    at, _ = _wheel_on(pin, _shared(pin, follower))
+    at, _ = _wheel_on(pin, common_body(pin, follower))
     contact = _contact(cycle, coupling, at, follower)
     if contact is None:
         return Shape("cam", at[0], symbols.circle(6.0 * unit), at, at[0])

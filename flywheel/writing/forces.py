@@ -48,7 +48,7 @@ def _notes(found: Reactions) -> Iterator[str]:
         share = float(np.nanmean(friction.moment))
         unit = "N" if found.poses.linkage.sliding else "N m"
         yield (
-            f"friction: {friction.iterations} iterations at most, last relative change {worst:.1e}; "
+            f"friction: iterations {friction.iterations} at most, last relative change {worst:.1e}; "
             f"its share of the moment is {share:.6g} {unit} on the average"
         )
     if float(np.nanmax(found.residual, initial=0.0)) > _DIGITS:

@@ -45,9 +45,9 @@ def test_bounds_hold(case: str) -> None:
     a, b = rng.uniform(-1.0, 1.0, (2, *z.shape))
     bases = equations.bases(z)
     mixed = 0.25 * (equations.bending(z, bases, a + b) - equations.bending(z, bases, a - b))
-    assert (np.abs(mixed) <= equations.bound(np.abs(bases.whole), np.abs(a), np.abs(b)) + 1e-12).all()
+    assert (np.abs(mixed) <= equations.bound(z, np.abs(bases.whole), np.abs(a), np.abs(b)) + 1e-12).all()
     h = 1e-5
     ends = [equations.bending(z + s * h * b, equations.bases(z + s * h * b), a) for s in (1, -1)]
     third = np.abs(ends[0] - ends[1]) / (2 * h)
-    limit = equations.bound(np.abs(bases.whole), np.abs(a), np.abs(a), np.abs(b))
+    limit = equations.bound(z, np.abs(bases.whole), np.abs(a), np.abs(a), np.abs(b))
     assert (third <= limit * (1 + 1e-6) + 1e-6).all()

@@ -32,3 +32,14 @@ def test_singular_systems_are_nan_and_leave_the_others() -> None:
     found = solved(matrix, np.array([[2.0, 4.0], [1.0, 0.0]]))
     assert found[0].tolist() == [1.0, 1.0]
     assert np.isnan(found[1]).all()
+
+
+def test_a_position_that_is_lost_does_not_stop_the_others() -> None:
+    equations = Equations(loops(six_bar()))
+    z = assembled(equations)
+    off = np.tile(z, (2, 1))
+    off[0, 1:] += 0.05
+    off[1] = np.nan
+    found = settle(equations, off)
+    np.testing.assert_allclose(found.z[0], z, atol=1e-12)
+    assert not found.last[1] < 1e-9

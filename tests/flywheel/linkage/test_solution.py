@@ -123,3 +123,28 @@ def test_slider_crank_close_to_its_lock(ratio: float) -> None:
             closeness = float(length / run)
             assert abs(found[0] - float(value)) < 1e-16 * 20 * closeness
             assert abs(found[1] - float(rate)) < 1e-16 * 40 * closeness**2 * 0.1 + 1e-16
+
+
+def test_positions_that_are_not_reached_are_told() -> None:
+    base = slider_crank(0.1, 0.3, 0.0)
+    links = tuple(link._replace(guess=0.5 if link.name == "crank" else link.guess) for link in base.links)
+    pushed = base.__class__(base.ground, links, base.joints, "guide", start=0.35)
+    with pytest.raises(SceneError, match=r"a position that Newton's iteration does not reach, 0\.41 m"):
+        solve(pushed, 0.3, 0.3999999).movement(np.array([0.41]))
+
+
+def test_a_start_beside_the_range_s_end() -> None:
+    base = four_bar()
+    beside = base.__class__(base.ground, base.links, base.joints, "O", sides=base.sides, start=1e-15)
+    poses = solve(beside, 0.0, 1.0).poses([-5e-10, 0.0])
+    assert np.abs(poses.value).max() < 10.0
+
+
+def test_arrays_that_are_kept_cannot_be_changed() -> None:
+    solution = solve(four_bar(), 0.0, tau)
+    with pytest.raises(ValueError, match="read-only"):
+        solution.trace.z[0, 0] = 1.0
+    q = np.array([0.5])
+    poses = solution.poses(q)
+    q[0] = 9.0
+    assert poses.q[0] == 0.5

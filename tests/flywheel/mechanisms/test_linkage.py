@@ -12,7 +12,7 @@ import pytest
 import flywheel
 from flywheel.faults import SceneError
 from flywheel.formulas.intervals import NAMESPACE, Interval
-from flywheel.linkage.description import FRAME, SLIDE, Linkage
+from flywheel.linkage.description import FRAME, SLIDE, Lift, Linkage
 from flywheel.linkage.named import linkage_of
 from flywheel.linkage.solution import solve
 from flywheel.mechanisms import build
@@ -146,7 +146,7 @@ def test_cam_breaks_where_its_lift_does() -> None:
         jet = SINE.curve.jet
 
     base = cam_rocker()
-    lift = base.couplings[0]._replace(lift=SINE._replace(curve=Broken()))
+    lift = base.couplings[0]._replace(lift=Lift(Broken(), SINE.period))
     family = build(made(replace(base, couplings=(lift,))))
     assert min(abs(angle - 2.0) for angle in family.breakpoints) < 1e-12
 
