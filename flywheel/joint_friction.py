@@ -7,6 +7,7 @@ by series on cells, which close in on the angles where it is not smooth: where a
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
@@ -17,6 +18,7 @@ from flywheel import piecewise, regime
 from flywheel.chain import Chain, merged
 from flywheel.faults import Fault, SceneError
 from flywheel.kinetostatics import Reactions
+from flywheel.linkage.description import PIN
 from flywheel.linkage.wrenches import pace
 from flywheel.piecewise import Cells
 from flywheel.port_forces import MachineMotion, port_forces
@@ -25,8 +27,10 @@ from flywheel.scene import Scene
 Array = NDArray[np.float64]
 
 _FINE = 1e-11  # of the largest moment: error of a cell that is left as it is
+_ROUNDING = 1e-11  # of the largest force, or rate: what is smaller has no sign, and its friction no shape
 _NARROW = 1e-9  # of the cycle: cells that are not cut any more
 _ROUNDS = 40
+_MOST_CELLS = 2000  # from which on no cell is cut; what that leaves is told as error
 _SCANNED = 97  # positions in every cell at which signs are compared, closer to each other towards its ends
 _END = 1e-9  # of a cell: how near to its ends that goes
 _PROBES = (-0.93, -0.41, 0.37, 0.88)  # places in a cell, off its nodes, where the fit is checked
@@ -88,10 +92,12 @@ def _fitted(chain: Chain, balance: float) -> FrictionCurve:
     edges = merged([*chain.mesh, *corners], width)
     for _ in range(_ROUNDS):
         mesh = piecewise.cells(edges)
-        values = _moments(_forces(chain, mesh.phi.ravel(), balance)).reshape(mesh.phi.shape)
+        forces = _forces(chain, mesh.phi.ravel(), balance)
+        values = _moments(forces).reshape(mesh.phi.shape)
         tails = piecewise.tails(piecewise.fit(values))
-        chosen = (tails > _FINE * np.abs(values).max()) & (2 * mesh.half[:, 0] > _NARROW * width)
-        if not chosen.any():
+        enough = max(_FINE * np.abs(values).max(), _ROUNDING * _moment_scale(forces))
+        chosen = (tails > enough) & (2 * mesh.half[:, 0] > _NARROW * width)
+        if not chosen.any() or edges.size > _MOST_CELLS:
             break
         edges = piecewise.bisected(edges, chosen)
     curve = FrictionCurve(mesh, values, corners)
@@ -123,24 +129,39 @@ def _moments(forces: list[tuple[float, Reactions]]) -> Array:
     return np.asarray(sum(ratio * found.friction.moment for ratio, found in forces))
 
 
-def _signs(forces: list[tuple[float, Reactions]]) -> NDArray[np.bool_]:
-    """Which way every rough joint moves and its normal forces point, shape (signs, n)."""
-    rows = []
+def _moment_scale(forces: list[tuple[float, Reactions]]) -> float:
+    """What friction's moment would be if the largest force of a mechanism pressed all of its joints."""
+    return sum(abs(ratio) * found.scales()[0] * float(found.friction.lever.max(initial=0.0)) for ratio, found in forces)
+
+
+def _watched(forces: list[tuple[float, Reactions]]) -> Iterator[tuple[Array, float]]:
+    """The rate of every rough joint and its normal forces, (n,) each, with the largest of their kind in the mechanism."""
     for _, found in forces:
-        linkage = found.poses.linkage
-        for joint in linkage.joints:
+        poses, force = found.poses, found.scales()[0]
+        for joint in poses.linkage.joints:
             if joint.friction:
-                rows.append(pace(found.poses, joint) > 0.0)
-                rows += _pushing(found, joint.name)
-        for coupling in linkage.couplings:
+                rates = poses.rate[:, 2] if joint.kind == PIN else poses.rate[:, :2]
+                yield pace(poses, joint), float(np.abs(rates).max())
+                yield from ((values, force) for values in _pushing(found, joint.name))
+        for coupling in poses.linkage.couplings:
             if coupling.friction:
-                rows += _pushing(found, coupling.name)
-    return np.array(rows)
+                yield from ((values, force) for values in _pushing(found, coupling.name))
 
 
-def _pushing(found: Reactions, name: str) -> list[NDArray[np.bool_]]:
+def _pushing(found: Reactions, name: str) -> list[Array]:
     parts = found.components[name]
-    return [parts[part] > 0.0 for part in ("normal", "front", "rear") if part in parts]
+    return [parts[part] for part in ("normal", "front", "rear") if part in parts]
+
+
+def _signs(forces: list[tuple[float, Reactions]], least: Array | None = None) -> tuple[Array, Array]:
+    """Which way every rough joint moves and its normal forces point, shape (signs, n), 0 for rounding; what is rounding.
+
+    least: the latter, from other positions.
+    """
+    values, sizes = zip(*_watched(forces), strict=True)
+    rows = np.array(values)
+    least = _ROUNDING * np.array(sizes)[:, None] if least is None else least
+    return np.where(np.abs(rows) > least, np.sign(rows), 0.0), least
 
 
 def _corners(chain: Chain, balance: float) -> Array:
@@ -153,16 +174,18 @@ def _corners(chain: Chain, balance: float) -> Array:
     share[[0, -1]] = _END, 1.0 - _END
     edges = chain.mesh
     inside = edges[:-1, None] + np.diff(edges)[:, None] * share
-    signs = _signs(_forces(chain, inside.ravel(), balance)).reshape(-1, *inside.shape)
+    flat, least = _signs(_forces(chain, inside.ravel(), balance))
+    signs = flat.reshape(-1, *inside.shape)
     row, cell, place = np.nonzero(signs[:, :, 1:] != signs[:, :, :-1])
     if not row.size:
         return np.zeros(0)
     low, high, first = inside[cell, place], inside[cell, place + 1], signs[row, cell, place]
     for _ in range(_HALVINGS):
         middle = 0.5 * (low + high)
-        same = _signs(_forces(chain, middle, balance))[row, np.arange(row.size)] == first
+        same = _signs(_forces(chain, middle, balance), least)[0][row, np.arange(row.size)] == first
         low, high = np.where(same, middle, low), np.where(same, high, middle)
-    return merged(high, chain.scene.cycle)[1:-1]
+    found = merged(high, chain.scene.cycle)[1:-1]
+    return found[np.diff(found, prepend=-1.0) > _NARROW * chain.scene.cycle]
 
 
 def _locked(chain: Chain, path: str, q: float) -> Fault:

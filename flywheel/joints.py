@@ -91,9 +91,9 @@ def _positions(machine: Machine, phi: ArrayLike | None) -> Array:
     if phi is None:
         return spread(scene, 360 if stroke is None else 181)
     wanted = np.atleast_1d(np.asarray(phi, dtype=float)).ravel()
-    if not np.isfinite(wanted).all():
-        raise SceneError([Fault("phi", "a position that is not finite", "crank angles in rad")])
-    return wanted if stroke is not None else wanted % scene.cycle
+    if not wanted.size:
+        raise SceneError([Fault("phi", "no position", "one at least, or None for a whole cycle or stroke")])
+    return state.own_coordinate(scene, wanted) + scene.origin
 
 
 def _motion(machine: Machine, phi: Array, speed: float | None, acceleration: float) -> MachineMotion:

@@ -12,8 +12,10 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from flywheel.arguments import array, known, require, shown
 from flywheel.faults import Fault, SceneError
 from flywheel.linkage.chain import Motion, chain_poses
+from flywheel.linkage.checks import check
 from flywheel.linkage.components import unknowns
 from flywheel.linkage.description import Linkage
 from flywheel.linkage.poses import Poses
@@ -89,14 +91,11 @@ def reactions(
     ([-300.0], [75.0])
 
     """
-    from flywheel.linkage.solution import solve
+    from flywheel.linkage.solution import Solution, solve_over
 
-    wanted = np.atleast_1d(np.asarray(q, dtype=float)).ravel()
-    if not wanted.size or not np.isfinite(wanted).all():
-        raise SceneError(
-            [Fault("q", "no position" if not wanted.size else "a position that is not finite", "finite numbers")]
-        )
-    solution = solve(source, float(wanted.min()), float(wanted.max())) if isinstance(source, Linkage) else source
+    require("source", source, (Linkage, Solution), "a Linkage, or a Solution")
+    wanted = _row("q", q)
+    solution = solve_over(source, wanted) if isinstance(source, Linkage) else source
     poses = solution.poses(wanted)
     return reactions_at(poses, speed, acceleration, gravity=gravity, loads=loads, inertia=inertia, friction=friction)
 
@@ -116,6 +115,7 @@ def reactions_at(
 
     drivers: names of the driven joints, where they are not the linkage's one driver.
     """
+    require("poses", poses, Poses, "Poses")
     motion = values(speed, poses.q, "speed"), values(acceleration, poses.q, "acceleration")
     outer = applied(poses, loads)
     if gravity is not None:
@@ -123,6 +123,10 @@ def reactions_at(
     if inertia:
         outer = outer + inertial(poses, *motion)
     driven = tuple(drivers) or (poses.linkage.driver,)
+    if isinstance(drivers, str):
+        raise SceneError([Fault("drivers", shown(drivers), "a list of joints' names")])
+    for k, name in enumerate(driven):
+        known(f"drivers[{k}]", name, {joint.name: joint for joint in poses.linkage.joints})
     parts = unknowns(poses, driven, np.sign(motion[0]), friction)
     return collected(poses, motion, parts, balance(poses, parts, outer))
 
@@ -160,11 +164,24 @@ def chain_reactions(
     {'shoulder': 10.0, 'elbow': 2.5}
 
     """
-    poses = chain_poses(linkage, motions, time)
+    check(linkage)
+    require("motions", motions, Mapping, "a table of Motion by joint")
+    for name, motion in motions.items():
+        require(f"motions.{name}", motion, Motion, "a Motion")
+    poses = chain_poses(linkage, motions, _row("time", time))
     drivers = [joint.name for joint in linkage.joints if joint.name in motions]
     options = {"inertia": inertia, "friction": friction}
     found = reactions_at(poses, 1.0, drivers=drivers, gravity=gravity, loads=loads, **options)
     return found._replace(coordinate=("time", "s"))
+
+
+def _row(path: str, given: ArrayLike) -> Array:
+    """A number or a row of them, as an array (n,)."""
+    found = np.atleast_1d(array(path, given))
+    if found.ndim > 1 or not found.size:
+        what = f"an array of shape {found.shape}" if found.size else "no position"
+        raise SceneError([Fault(path, what, "a number or an array of shape (n,)")])
+    return found
 
 
 def driving_actions(coefficients: Iterable[Poses], others: Array) -> tuple[Array, ...]:

@@ -17,6 +17,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from flywheel.arguments import NOT_NEGATIVE, POSITIVE, array, number_faults, refuse, require
 from flywheel.faults import Fault, SceneError
 
 Array = NDArray[np.float64]
@@ -85,9 +86,9 @@ def two_masses(mass: float, inertia: float, r_a: float, r_b: float | None = None
     True
 
     """
-    _check_body(mass, inertia, 1)
     if r_b is None:
         r_b = conjugate(mass, inertia, r_a)
+    _check_line(mass, inertia, r_a, r_b)
     return equivalent_masses(mass, inertia, [[-r_a], [r_b]])
 
 
@@ -100,7 +101,7 @@ def conjugate(mass: float, inertia: float, r_a: float) -> float:
         r_a: from the centre to A, m.
 
     Raises:
-        SceneError: if A is the centre itself.
+        SceneError: if A is the centre itself, or mass or inertia is no body's.
 
     Source: the course's equivalent masses (5a), with m_G = 0.
 
@@ -108,7 +109,8 @@ def conjugate(mass: float, inertia: float, r_a: float) -> float:
     0.16666666666666666
 
     """
-    if not np.isfinite(r_a) or r_a == 0.0:
+    _check_line(mass, inertia, r_a, 0.0)
+    if r_a == 0.0:
         raise SceneError([Fault("r_a", f"{r_a:g} m", "a place away from the centre of mass")])
     return inertia / (mass * r_a)
 
@@ -134,6 +136,7 @@ def three_masses(mass: float, inertia: float, r_a: float, r_b: float) -> Equival
     [0.5, 0.5, 2.0]
 
     """
+    _check_line(mass, inertia, r_a, r_b)
     return equivalent_masses(mass, inertia, [[-r_a], [r_b], [0.0]])
 
 
@@ -156,7 +159,7 @@ def four_masses(mass: float, inertia: float, places: ArrayLike) -> Equivalent:
     [2.0, 2.0, 2.0, 1.0]
 
     """
-    given = np.asarray(places, dtype=float)
+    given = array("places", places)
     if given.shape == (3, 2):
         given = np.vstack((given, np.zeros(2)))
     if given.shape != (4, 2):
@@ -240,7 +243,10 @@ def compare(masses: ArrayLike, places: ArrayLike, mass: float, inertia: ArrayLik
     Residual(mass=0.0, centre=array([0.]), inertia=array(0.5))
 
     """
-    m, points = np.asarray(masses, dtype=float), np.asarray(places, dtype=float)
+    m, points = array("masses", masses), array("places", places)
+    if m.ndim != 1 or points.ndim != 2 or len(points) != len(m):
+        raise SceneError([Fault("places", f"an array of shape {points.shape}", f"one row a mass, {m.size} in all")])
+    _check_body(mass, inertia, points.shape[1])
     squares = m @ (points**2).sum(axis=1)
     if points.shape[1] == 3:
         squares = squares * np.eye(3) - (points.T * m) @ points
@@ -263,10 +269,11 @@ def correction_couple(residual: Residual, alpha: ArrayLike, omega: ArrayLike = 0
     2.0
 
     """
-    turning = np.asarray(alpha, dtype=float)
+    require("residual", residual, Residual, "a Residual")
+    turning = array("alpha", alpha)
     if residual.inertia.ndim == 0:
         return np.asarray(residual.inertia * turning)
-    spin = np.broadcast_to(np.asarray(omega, dtype=float), (3,))
+    spin = np.broadcast_to(array("omega", omega), (3,))
     return np.asarray(residual.inertia @ turning + np.cross(spin, residual.inertia @ spin))
 
 
@@ -318,33 +325,34 @@ def _judged(masses: Array, points: Array, mass: float, inertia: ArrayLike) -> Eq
 
 
 def _checked_places(places: ArrayLike) -> Array:
-    points = np.asarray(places, dtype=float)
+    points = array("places", places)
     shape = points.shape
     if len(shape) != 2 or shape[1] not in (_STATIC.get(shape[0]), _COMPLETE.get(shape[0])):
         expected = "2 or 3 points on a line, 3 or 4 in a plane, 4 or 10 in space, one a row"
         raise SceneError([Fault("places", f"an array of shape {shape}", expected)])
-    if not np.isfinite(points).all():
-        raise SceneError([Fault("places", "a coordinate that is not finite", "places in m")])
     return points
 
 
 def _check_body(mass: float, inertia: ArrayLike, dimensions: int) -> None:
-    faults = [] if 0.0 < mass < np.inf else [Fault("mass", f"{mass:g} kg", "a mass above 0")]
-    tensor = np.asarray(inertia, dtype=float)
-    shape = (3, 3) if dimensions == 3 else ()
-    if tensor.shape != shape or not np.isfinite(tensor).all():
-        expected = "a tensor of shape (3, 3), kg m²" if shape else "a moment of inertia, kg m²"
-        faults.append(Fault("inertia", f"values of shape {tensor.shape}, or not finite", expected))
-    elif not shape:
-        faults += [] if tensor >= 0.0 else [Fault("inertia", f"{float(tensor):g} kg m²", "0 or above")]
-    elif (fault := _tensor_fault(tensor)) is not None:
-        faults.append(fault)
-    if faults:
-        raise SceneError(faults)
+    faults = number_faults("mass", mass, POSITIVE, "kg")
+    if dimensions < 3:
+        number = inertia.item() if isinstance(inertia, np.ndarray) and inertia.ndim == 0 else inertia
+        faults += number_faults("inertia", number, NOT_NEGATIVE, "kg m²")
+    refuse(faults)
+    if dimensions == 3 and (fault := _tensor_fault(array("inertia", inertia))) is not None:
+        raise SceneError([fault])
+
+
+def _check_line(mass: float, inertia: float, r_a: float, r_b: float) -> None:
+    """A body and two places on a line."""
+    _check_body(mass, inertia, 1)
+    refuse([*number_faults("r_a", r_a, unit="m"), *number_faults("r_b", r_b, unit="m")])
 
 
 def _tensor_fault(tensor: Array) -> Fault | None:
     """A tensor is a body's if it is symmetric and no principal moment is above the sum of the other two."""
+    if tensor.shape != (3, 3):
+        return Fault("inertia", f"an array of shape {tensor.shape}", "a tensor of shape (3, 3), kg m²")
     scale = float(np.abs(tensor).max())
     if np.abs(tensor - tensor.T).max() > _EXACT * scale:
         return Fault("inertia", "a tensor that is not symmetric", "a symmetric one")

@@ -20,6 +20,8 @@ from flywheel.scene import TURN, Mechanism
 
 Array = NDArray[np.float64]
 
+_BESIDE = 1e-9  # of the cycle: how near to an edge its two sides are looked at
+
 _ALONG_GUIDE = {
     ("scotch-yoke", "yoke"): "guide",
     ("slider-crank", "slider"): "guide",
@@ -57,6 +59,19 @@ def port_forces(
         inertia=inertia,
         friction=friction,
     )
+
+
+def close_positions(chain: Chain, count: int) -> Array:
+    """Coordinates at which hardly a largest force is missed: `count` evenly, and both sides of every edge of a load.
+
+    Angles in rad or positions in m, ascending, from the first to the last of the cycle or the stroke.
+    """
+    cycle, ends = chain.scene.cycle, chain.scene.stroke is not None
+    beside = _BESIDE * cycle
+    edges = np.asarray(chain.breakpoints)
+    every = np.concatenate((np.linspace(0.0, cycle, count, endpoint=ends), edges, edges - beside, edges + beside))
+    inside = (every >= 0.0) & ((every <= cycle) if ends else (every < cycle))
+    return np.asarray(chain.scene.origin + np.unique(every[inside]))
 
 
 def poses_of(mechanism: Mechanism, psi: Array) -> Poses:

@@ -21,6 +21,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from flywheel import piecewise
 from flywheel.advice import told
+from flywheel.arguments import NOT_NEGATIVE, POSITIVE, array, number_faults, refuse, require
 from flywheel.faults import Fault, SceneError
 from flywheel.linkage.poses import Poses
 from flywheel.machine import FLYWHEEL, Machine
@@ -71,7 +72,7 @@ def shares(machine: Machine | Scene, phi: ArrayLike, *, flywheel: float = 0.0) -
     {'scotch-yoke.crank': [1.0, 0.5], 'scotch-yoke.yoke': [0.0, 0.5]}
 
     """
-    machine = machine if isinstance(machine, Machine) else Machine(machine)
+    machine = _machine(machine)
     state, whole, parts = _at(machine, phi, flywheel)
     _refuse_still(machine.scene, state.phi, whole, _scale(machine, flywheel))
     return {name: part / whole for name, part in parts.items()}
@@ -99,7 +100,7 @@ def cycle_shares(machine: Machine | Scene, *, flywheel: float = 0.0, rtol: float
     (0.292893219, 0.0, 0.5)
 
     """
-    machine = machine if isinstance(machine, Machine) else Machine(machine)
+    machine = _machine(machine)
     mesh, values, doubt = _resolved(machine, flywheel, rtol)
     slopes = _slopes(piecewise.fit(values))
     found = piecewise.crossings(slopes, np.full(slopes.shape[:-1], _LEVEL))
@@ -132,10 +133,13 @@ def speed_from_energy(machine: Machine | Scene, phi: ArrayLike, energy: ArrayLik
     5.0
 
     """
-    machine = machine if isinstance(machine, Machine) else Machine(machine)
+    machine = _machine(machine)
     state, whole, _ = _at(machine, phi, flywheel)
     _refuse_still(machine.scene, state.phi, whole, _scale(machine, flywheel))
-    held = np.broadcast_to(np.asarray(energy, dtype=float), whole.shape)
+    held = array("energy", energy)
+    if held.shape not in ((), whole.shape):
+        raise SceneError([Fault("energy", f"an array of shape {held.shape}", f"a number or shape {whole.shape}")])
+    held = np.broadcast_to(held, whole.shape)
     short = ~(held >= 0.0)
     if short.any():
         where = told(float(state.phi[short].flat[0]), _sliding(machine.scene))
@@ -154,6 +158,7 @@ def linkage_shares(poses: Poses) -> dict[str, Array]:
         SceneError: at a position where nothing that has mass moves, with the driver's coordinate there.
 
     """
+    require("poses", poses, Poses, "Poses")
     linkage = poses.linkage
     parts = {
         link.name: link.mass * (poses.centre(link.name).rate ** 2).sum(axis=0)
@@ -167,11 +172,15 @@ def linkage_shares(poses: Poses) -> dict[str, Array]:
     return {name: part / whole for name, part in parts.items()}
 
 
+def _machine(given: Machine | Scene) -> Machine:
+    require("machine", given, (Machine, Scene), "a Machine, or a Scene")
+    return given if isinstance(given, Machine) else Machine(given)
+
+
 def _at(machine: Machine, phi: ArrayLike, flywheel: float) -> tuple[MachineState, Array, dict[str, Array]]:
     """The reduced machine, I* with the flywheel, and what every body adds to it."""
-    if not 0.0 <= flywheel < np.inf:
-        raise SceneError([Fault("flywheel", f"{flywheel} kg m²", "a finite inertia, 0 or above")])
-    state = reduce(machine, phi, balance=0.0)
+    refuse(number_faults("flywheel", flywheel, NOT_NEGATIVE, "kg m²"))
+    state = reduce(machine, array("phi", phi), balance=0.0)
     wheel = flywheel * machine.scene.flywheel_ratio**2
     parts = dict(state.inertia_parts)
     if wheel:
@@ -207,7 +216,8 @@ def _refuse(path: str, phi: Array, inertia: Array, scale: float, sliding: bool) 
 
 def _resolved(machine: Machine, flywheel: float, rtol: float) -> tuple[piecewise.Cells, Array, float]:
     """Cells, at their nodes I* (over its scale) and then all shares, and the estimated error of the means."""
-    if not 0.0 < rtol < 1.0:
+    refuse(number_faults("rtol", rtol, POSITIVE))
+    if not rtol < 1.0:
         raise SceneError([Fault("rtol", f"{rtol}", "a number between 0 and 1")])
     edges, scale = machine.mesh, _scale(machine, flywheel)
     while True:

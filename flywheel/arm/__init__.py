@@ -15,4 +15,58 @@ the kinetic energy is T = ½ A q1'² + ½ C q2'² + B q1' q2' cos(q1 - q2), the 
 Angles, speeds, accelerations and torques are arrays of shape (2, ...): one row a bar or joint. Valid for rigid bars, whose
 centres of mass lie on the lines between their pins, and pins without play. Source: the course, p. 68, example 3, with
 bars of any make. (It prints the cross term of v_G2² as 2 l1 l2 in one line; l1 l2, as in the next, is right.)
+
+>>> from flywheel.arm import TwoLinkArm, driving_torques, slender
+>>> arm = TwoLinkArm(slender(1.0, 3.0), slender(0.5, 1.2), gravity=10.0)
+>>> driving_torques(arm, [0.0, 0.0], [0.0, 0.0], [1.0, 1.0]).round(12).tolist()
+[2.9, 0.4]
 """
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+from flywheel.arm.dynamics import (
+    Bar,
+    Reactions,
+    TwoLinkArm,
+    accelerations,
+    driving_torques,
+    energy,
+    mass_matrix,
+    reactions,
+    rest,
+    slender,
+)
+from flywheel.arm.motion import ArmMotion, simulate_arm
+
+if TYPE_CHECKING:
+    from flywheel.arm.equations import LagrangeEquations, lagrange_equations
+
+__all__ = [
+    "ArmMotion",
+    "Bar",
+    "LagrangeEquations",
+    "Reactions",
+    "TwoLinkArm",
+    "accelerations",
+    "driving_torques",
+    "energy",
+    "lagrange_equations",
+    "mass_matrix",
+    "reactions",
+    "rest",
+    "simulate_arm",
+    "slender",
+]
+
+_SYMBOLIC = ("LagrangeEquations", "lagrange_equations")
+
+
+def __getattr__(name: str) -> Any:
+    """The equations in symbols, imported when first asked for: sympy is slow to import."""
+    if name not in _SYMBOLIC:
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    from flywheel.arm import equations
+
+    return getattr(equations, name)

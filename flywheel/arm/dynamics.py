@@ -9,6 +9,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from flywheel.arguments import ANY, NOT_NEGATIVE, POSITIVE, array, number_faults, refuse, require, shown
 from flywheel.faults import Fault, SceneError
 
 Array = NDArray[np.float64]
@@ -27,11 +28,14 @@ class Bar(NamedTuple):
 
 
 def slender(length: float, mass: float) -> Bar:
-    """A thin uniform bar: centre in the middle, I = m l²/12.
+    """A thin uniform bar of a length (m) and a mass (kg): centre in the middle, I = m l²/12.
+
+    Raises SceneError unless both are above 0.
 
     >>> slender(2.0, 3.0)
     Bar(length=2.0, mass=3.0, inertia=1.0, com=1.0)
     """
+    refuse([*number_faults("length", length, POSITIVE, "m"), *number_faults("mass", mass, POSITIVE, "kg")])
     return Bar(length, mass, mass * length**2 / 12, length / 2)
 
 
@@ -69,13 +73,11 @@ class TwoLinkArm:
 
     def __post_init__(self) -> None:
         faults = [fault for name in ("first", "second") for fault in _bar_faults(name, getattr(self, name))]
-        if not np.isfinite(self.gravity):
-            faults.append(Fault("gravity", f"{self.gravity}", "a finite number, m/s²"))
+        faults += number_faults("gravity", self.gravity, unit="m/s²")
         if not faults and not self.constants.least > 0.0:
             found = "bars that can turn without moving any mass"
             faults.append(Fault("arm", found, "inertia about the pins", "give a bar an inertia, or its mass a distance"))
-        if faults:
-            raise SceneError(faults)
+        refuse(faults)
 
     @cached_property
     def constants(self) -> Constants:
@@ -98,7 +100,7 @@ def mass_matrix(arm: TwoLinkArm, q: ArrayLike) -> Array:
     [[2.2, 0.3], [0.3, 0.1]]
 
     """
-    angles = pair_of("q", q)
+    (angles,) = _pairs(arm, q=q)
     k = arm.constants
     across = k.B * np.cos(angles[0] - angles[1])
     return np.stack((np.stack((k.A + 0 * across, across)), np.stack((across, k.C + 0 * across))))
@@ -120,7 +122,7 @@ def rest(arm: TwoLinkArm, q: ArrayLike, qdot: ArrayLike) -> Array:
     [-27.0, -3.0]
 
     """
-    (q1, q2), (w1, w2) = pair_of("q", q), pair_of("qdot", qdot)
+    (q1, q2), (w1, w2) = _pairs(arm, q=q, qdot=qdot)
     k = arm.constants
     bend = k.B * np.sin(q1 - q2)
     return np.stack((bend * w2**2 - k.G1 * np.sin(q1), -bend * w1**2 - k.G2 * np.sin(q2)))
@@ -145,7 +147,7 @@ def driving_torques(arm: TwoLinkArm, q: ArrayLike, qdot: ArrayLike, qddot: Array
     [-30.0, -3.0]
 
     """
-    angles, turning = pair_of("q", q), pair_of("qddot", qddot)
+    angles, turning = _pairs(arm, q=q, qddot=qddot)
     first, second = np.einsum("ij...,j...->i...", mass_matrix(arm, angles), turning) + rest(arm, angles, qdot)
     return np.stack((first + second, second))
 
@@ -169,7 +171,7 @@ def accelerations(arm: TwoLinkArm, q: ArrayLike, qdot: ArrayLike, torques: Array
     [0.538461538, -2.384615385]
 
     """
-    (q1, q2), (t1, t2) = pair_of("q", q), pair_of("torques", torques)
+    (q1, q2), (t1, t2) = _pairs(arm, q=q, torques=torques)
     left = rest(arm, q, qdot)
     k = arm.constants
     across, bend = k.B * np.cos(q1 - q2), k.B * np.sin(q1 - q2)
@@ -192,7 +194,7 @@ def energy(arm: TwoLinkArm, q: ArrayLike, qdot: ArrayLike) -> tuple[Array, Array
     (1.45, 30.0)
 
     """
-    (q1, q2), (w1, w2) = pair_of("q", q), pair_of("qdot", qdot)
+    (q1, q2), (w1, w2) = _pairs(arm, q=q, qdot=qdot)
     k = arm.constants
     kinetic = 0.5 * k.A * w1**2 + 0.5 * k.C * w2**2 + k.B * w1 * w2 * np.cos(q1 - q2)
     return np.asarray(kinetic), np.asarray(k.G1 * np.cos(q1) + k.G2 * np.cos(q2))
@@ -214,7 +216,7 @@ def reactions(arm: TwoLinkArm, q: ArrayLike, qdot: ArrayLike, qddot: ArrayLike) 
     [0.0, 42.0]
 
     """
-    angles, speeds, turning = pair_of("q", q), pair_of("qdot", qdot), pair_of("qddot", qddot)
+    angles, speeds, turning = _pairs(arm, q=q, qdot=qdot, qddot=qddot)
     s, c = np.sin(angles), np.cos(angles)
     per_metre = np.stack((speeds**2 * s - turning * c, -(speeds**2) * c - turning * s))  # acceleration: x and y, of each bar
     lift = np.array([0.0, arm.gravity]).reshape(2, *[1] * (per_metre.ndim - 2))
@@ -222,25 +224,28 @@ def reactions(arm: TwoLinkArm, q: ArrayLike, qdot: ArrayLike, qddot: ArrayLike) 
     return Reactions(elbow + arm.first.mass * (arm.first.com * per_metre[:, 0] + lift), elbow)
 
 
+def _pairs(arm: TwoLinkArm, **given: ArrayLike) -> list[Array]:
+    """Arguments by name, each one value for each bar or arrays of one shape; the arm must be one."""
+    require("arm", arm, TwoLinkArm, "a TwoLinkArm")
+    pairs = {name: pair_of(name, values) for name, values in given.items()}
+    shapes = {pair.shape for pair in pairs.values() if pair.ndim > 1}
+    if len(shapes) > 1:
+        name, pair = list(pairs.items())[-1]
+        raise SceneError([Fault(name, f"an array of shape {pair.shape}", "arguments of one shape")])
+    return list(pairs.values())
+
+
 def pair_of(name: str, values: ArrayLike) -> Array:
     """One value for each bar, or arrays of them."""
-    pair = np.asarray(values, dtype=float)
+    pair = array(name, values)
     if pair.ndim == 0 or pair.shape[0] != 2:
         raise SceneError([Fault(name, f"an array of shape {pair.shape}", "two rows, one for each bar")])
-    if not np.isfinite(pair).all():
-        raise SceneError([Fault(name, "values that are not finite", "finite numbers")])
     return pair
 
 
 def _bar_faults(name: str, bar: Bar) -> list[Fault]:
-    above = {"length": (bar.length, "m"), "mass": (bar.mass, "kg")}
-    faults = [
-        Fault(f"{name}.{key}", f"{value:g} {unit}", "a finite number above 0")
-        for key, (value, unit) in above.items()
-        if not 0.0 < value < np.inf
-    ]
-    if not 0.0 <= bar.inertia < np.inf:
-        faults.append(Fault(f"{name}.inertia", f"{bar.inertia:g} kg m²", "a finite number, 0 or above"))
-    if not np.isfinite(bar.com):
-        faults.append(Fault(f"{name}.com", f"{bar.com:g} m", "a finite number"))
-    return faults
+    if not isinstance(bar, Bar):
+        return [Fault(name, shown(bar), "a Bar")]
+    limits = (POSITIVE, "m"), (POSITIVE, "kg"), (NOT_NEGATIVE, "kg m²"), (ANY, "m")
+    parts = zip(bar._asdict().items(), limits, strict=True)
+    return [fault for (key, value), limit in parts for fault in number_faults(f"{name}.{key}", value, *limit)]

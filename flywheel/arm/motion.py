@@ -8,6 +8,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from flywheel.arguments import POSITIVE, array, number_faults, refuse, require
 from flywheel.arm.dynamics import TwoLinkArm, accelerations, energy, pair_of
 from flywheel.faults import Fault, SceneError
 
@@ -67,6 +68,7 @@ def simulate_arm(
     """
     from scipy.integrate import solve_ivp
 
+    require("arm", arm, TwoLinkArm, "a TwoLinkArm")
     start = _state(q, qdot, until, rtol)
 
     def rates(t: float, state: Array) -> Array:
@@ -90,18 +92,14 @@ def _as_motion(arm: TwoLinkArm, found: Any) -> ArmMotion:
     residual = float(np.abs(total - total[0] - work).max()) / scale
 
     def at(times: ArrayLike) -> tuple[Array, Array]:
-        state = found.sol(np.asarray(times, dtype=float))
+        state = found.sol(array("times", times))
         return state[0:2], state[2:4]
 
     return ArmMotion(found.t, q, qdot, kinetic, potential, work, residual, at)
 
 
 def _state(q: ArrayLike, qdot: ArrayLike, until: float, rtol: float) -> Array:
-    faults = [
-        Fault(name, f"{value}", "a finite number above 0")
-        for name, value in (("until", until), ("rtol", rtol))
-        if not 0.0 < value < np.inf
-    ]
-    if faults:
-        raise SceneError(faults)
-    return np.concatenate((pair_of("q", q), pair_of("qdot", qdot), [0.0]))
+    refuse([*number_faults("until", until, POSITIVE), *number_faults("rtol", rtol, POSITIVE)])
+    state = {"q": pair_of("q", q), "qdot": pair_of("qdot", qdot)}
+    refuse([Fault(name, f"an array of shape {pair.shape}", "shape (2,)") for name, pair in state.items() if pair.ndim > 1])
+    return np.concatenate((*state.values(), [0.0]))

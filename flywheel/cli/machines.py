@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -14,6 +15,7 @@ if TYPE_CHECKING:
     from flywheel.results import Sizing
 
 RTOL = (1e-14, 0.1)
+_FEW, _MANY = 24, 360  # positions in tables for reading; in data, pictures and the search for the largest forces
 
 
 def _accuracy(context: click.Context, parameter: click.Parameter, rtol: float | None) -> float | None:
@@ -153,7 +155,11 @@ def _speed(context: click.Context, parameter: click.Parameter, text: str | None)
 @SCENE
 @click.option("--json", "as_json", is_flag=True, help="Print JSON, SI throughout.")
 @click.option("--csv", "as_csv", is_flag=True, help="Print CSV, SI throughout.")
-@click.option("--points", type=click.IntRange(1, MOST_POINTS), help="Number of positions (default 24; CSV and JSON 360).")
+@click.option(
+    "--points",
+    type=click.IntRange(1, MOST_POINTS),
+    help="Number of positions (default 24; 360 for CSV, JSON and the picture).",
+)
 @click.option(
     "--at",
     multiple=True,
@@ -174,7 +180,8 @@ def _speed(context: click.Context, parameter: click.Parameter, text: str | None)
     type=click.Path(path_type=Path),
     callback=plot_path,
     metavar="FILE.(png|svg|pdf)",
-    help="Draw the reactions of every joint: polar for pins, over the motion for slides.",
+    help="Draw the reactions of every joint: polar for pins, over the motion for slides. Several mechanisms are drawn into "
+    "a file each, named after them: FILE-NAME.png.",
 )
 @click.option("--output", type=click.Path(path_type=Path), metavar="FILE", help="Write to a file instead.")
 def reactions(
@@ -197,19 +204,27 @@ def reactions(
     if output is not None:
         spare(scene, output)
     with reported(scene):
+        import numpy as np
+
         from flywheel.joints import joint_forces, spread
+        from flywheel.machine import Machine
+        from flywheel.port_forces import close_positions
         from flywheel.reading.scenes import load
         from flywheel.writing import forces as export_forces
 
         loaded = load(scene)
         sliding = loaded.reduction_element == "slide"
-        count = points or (360 if as_json or as_csv or plot else 24)
-        phi = coordinates(at, sliding) if at else spread(loaded, count)
+        phi = coordinates(at, sliding) if at else spread(loaded, points or (_MANY if as_json or as_csv else _FEW))
         pace = None if speed is None else _pace(speed, sliding)
-        found = joint_forces(loaded, phi, speed=pace, inertia=not quasi_static, friction=not no_friction)
-        write = export_forces.json if as_json else export_forces.csv if as_csv else export_forces.text
+        machine = Machine(loaded)
+        ask = partial(joint_forces, machine, speed=pace, inertia=not quasi_static, friction=not no_friction)
+        found, dense = ask(phi), None
+        if not at and (plot is not None or not (as_json or as_csv)):
+            dense = ask(close_positions(machine, max(points or 0, _MANY)))
         if plot is not None:
-            _plot_forces(found, plot)
+            drawn = ask(np.unique(phi)) if at else found if points or not dense else dense
+            _plot_forces(export_forces.cleared(drawn), plot)
+    write = export_forces.json if as_json else export_forces.csv if as_csv else partial(export_forces.text, dense=dense)
     text = write(loaded, found)
     if output is None:
         show(text)
@@ -227,13 +242,15 @@ def _pace(text: str, sliding: bool) -> float:
 
 
 def _plot_forces(found: JointForces, path: Path) -> None:
-    """One picture for one mechanism; for several their names go into the files' names."""
+    """One picture for each mechanism, over the machine's position; with several their names go into the files' names."""
     from flywheel.pictures.reactions import polar
 
-    for name, forces in found.mechanisms.items():
+    for name, own in found.mechanisms.items():
+        forces = own._replace(poses=own.poses._replace(q=found.motion.phi))
         file = path if len(found.mechanisms) == 1 else path.with_stem(f"{path.stem}-{name}")
         with written(file):
             polar(forces, file)
+        click.echo(f"wrote {file}", err=True)
 
 
 COMMANDS = (size, reduce, graph, reactions)

@@ -45,7 +45,8 @@ def _tell(output: Path | None, target: Path) -> None:
     "one is drawn bold (default: a handful over the motion).",
 )
 @click.option(
-    "--points",
+    "--path",
+    "points",
     multiple=True,
     metavar="NAME",
     help="A joint or a point whose path is drawn, such as B or rod.P; repeatable (default: all that move).",

@@ -30,6 +30,7 @@ _CLOSED = 1e-11
 _SINGULAR = 1e-5  # of the greatest singular value: nearer to a lock, the start itself is found too badly
 _CLEARER = 0.7  # the nearest assembly must be nearer to the guess than this share of the next one's distance
 _FITS = 0.3
+_ROUGH = 0.1  # rad, or units: guesses are never better than this
 _LISTED = 8
 _NAMED = 6
 _TURNS = 4.0  # to each side, of angles that a coupling ties: each turn may be another assembly
@@ -258,7 +259,7 @@ def _contradicted(loops: Loops, fitting: Array, gaps: Array, near: int) -> list[
     spread = np.max([np.abs(_apart(loops, fitting, z)).max(axis=0) for z in fitting], axis=0)
     columns = [k - 1 for k in sorted(_guesses(loops))]
     off, best = np.abs(gaps[near]), np.abs(gaps).min(axis=0)
-    return np.flatnonzero((off > _CLEARER * spread[columns]) & (best < _FITS * off)).tolist()
+    return np.flatnonzero((off > np.maximum(_CLEARER * spread[columns], _ROUGH)) & (best < _FITS * off)).tolist()
 
 
 def _on_side(loops: Loops, z: Array, side: Side) -> bool:

@@ -7,6 +7,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from flywheel.arguments import known, shown
+from flywheel.faults import Fault, SceneError
 from flywheel.linkage.description import Linkage, Point
 
 Array = NDArray[np.float64]
@@ -34,8 +36,8 @@ class Poses(NamedTuple):
     slope: Array
 
     def angle(self, body: str) -> Track:
-        """A body's angle, g, g'."""
-        k = self.linkage.names.index(body)
+        """A body's angle, g, g'; SceneError for a body that there is not."""
+        k = self._index(body)
         return Track(self.value[k, 2], self.rate[k, 2], self.slope[k, 2])
 
     def point(self, body: str, at: Point | tuple[float, float]) -> Track:
@@ -43,8 +45,10 @@ class Poses(NamedTuple):
 
         p = o + R(theta) a;  p' = o' + theta' R a_perp;  p'' = o'' + theta'' R a_perp - theta'² R a.
         """
+        if isinstance(at, str) or np.size(at) < 2:
+            raise SceneError([Fault("at", shown(at), "a Point, or a place (x, y) in m")])
         a, b = at[-2:]
-        k = self.linkage.names.index(body)
+        k = self._index(body)
         x, y, theta = self.value[k]
         c, s = np.cos(theta), np.sin(theta)
         arm = np.stack((a * c - b * s, a * s + b * c))
@@ -58,4 +62,8 @@ class Poses(NamedTuple):
 
     def centre(self, body: str) -> Track:
         """A body's centre of mass."""
-        return self.point(body, self.linkage.link(body).com)
+        k = self._index(body)
+        return self.point(body, self.linkage.links[k - 1].com if k else self.linkage.ground.com)
+
+    def _index(self, body: str) -> int:
+        return known("body", body, {name: k for k, name in enumerate(self.linkage.names)})

@@ -18,6 +18,8 @@ from flywheel.writing.digits import columns
 Array = NDArray[np.float64]
 Flags = NDArray[np.bool_]
 
+_ROUNDING = 1e-12  # of the largest force: smaller ones are none
+
 
 class Friction(NamedTuple):
     """How friction was found, and what it costs.
@@ -25,16 +27,18 @@ class Friction(NamedTuple):
     moment: its share of the reduced moment M* (N m; N where the driver slides): the driving action grows by -moment.
     iterations: Newton steps of the slowest position, 0 where nothing had to be iterated; gap: relative change that the
     last one left, (n,); converged: False where friction locks the mechanism, (n,): nothing is reported there.
+    lever: what the moment comes to at most if every joint is pressed with 1 N, (n,), in m (1 where the driver slides).
     """
 
     moment: Array
     iterations: int
     gap: Array
     converged: Flags
+    lever: Array
 
 
 class Extreme(NamedTuple):
-    """The largest force in a joint (N) and where the driver stands there (rad or m)."""
+    """The largest force (N) in a joint, or at an end of its shoe (`joint.front`), and where the driver stands (rad or m)."""
 
     joint: str
     force: float
@@ -92,14 +96,47 @@ class Reactions(NamedTuple):
         return np.asarray(np.hypot(*self.forces[joint]))
 
     def extremes(self) -> tuple[Extreme, ...]:
-        """The largest force of every joint whose force is known somewhere."""
+        """The largest force of every joint whose force is known somewhere, and of both ends of a shoe, at the positions."""
         found = []
-        for name in self.forces:
-            size = self.resultant(name)
+        for name, size in self._sizes():
             if not np.isnan(size).all():
                 worst = int(np.nanargmax(size))
                 found.append(Extreme(name, float(size[worst]), float(self.poses.q[worst])))
         return tuple(found)
+
+    def _sizes(self) -> Iterator[tuple[str, Array]]:
+        for name in self.forces:
+            yield name, self.resultant(name)
+            parts = self.components[name]
+            yield from ((f"{name}.{end}", np.abs(parts[end])) for end in ("front", "rear") if end in parts)
+
+    def scales(self) -> tuple[float, float]:
+        """The largest force (N), be it in a joint, a load, a weight or of inertia, and its moment (N m) over the whole size.
+
+        Whatever is 1e-12 of these or less is rounding.
+        """
+        size = _extent(self.poses)
+        by_unit = {FORCE: _largest(self.others[:, :2]), COUPLE: _largest(self.others[:, 2])}
+        for _, unit, values in list(self.columns())[1:]:
+            by_unit[unit] = max(by_unit.get(unit, 0.0), _largest(values))
+        force = max(by_unit[FORCE], by_unit[COUPLE] / size if size else 0.0)
+        return force, force * size or by_unit[COUPLE]
+
+    def cleared(self, scales: tuple[float, float] | None = None) -> Reactions:
+        """The same for reading: with 0 for forces and moments that are rounding beside `scales` (its own if None)."""
+        force, moment = scales or self.scales()
+        least = {FORCE: _ROUNDING * force, COUPLE: _ROUNDING * moment}
+        units = {name: unit for name, unit, _ in self._drives()}
+        friction = FORCE if self.poses.linkage.sliding else COUPLE
+        return self._replace(
+            actions={name: _without(values, least[units[name]]) for name, values in self.actions.items()},
+            components={
+                name: {part: _without(values, least.get(self.units[name][part], 0.0)) for part, values in parts.items()}
+                for name, parts in self.components.items()
+            },
+            forces={name: _without(values, least[FORCE]) for name, values in self.forces.items()},
+            friction=self.friction._replace(moment=_without(self.friction.moment, least[friction])),
+        )
 
     def pulling(self) -> dict[str, Array]:
         """Positions (rad or m) of the driver at which a cam would have to pull its follower, by coupling."""
@@ -134,18 +171,21 @@ class Reactions(NamedTuple):
         rows = (",".join("" if np.isnan(v) else repr(float(v)) for v in row) for row in zip(*values, strict=True))
         return "\n".join((header, *rows)) + "\n"
 
-    def table(self) -> str:
-        """A block of lines for every joint: its components and resultant at every position, then its largest force."""
+    def table(self, dense: Reactions | None = None) -> str:
+        """A block of lines for every joint: its components and resultant at every position, then its largest force.
+
+        dense: the same at more positions, over which the largest forces are then taken.
+        """
         first = (*self.coordinate, self.poses.q)
         blocks = [_block("driving action", first, self._drives())]
         blocks += [_block(name, first, self._parts(name)) for name in self.components]
-        return "\n\n".join((*blocks, *self._remarks())) + "\n"
+        return "\n\n".join((*blocks, *self._remarks(dense))) + "\n"
 
-    def _remarks(self) -> Iterator[str]:
+    def _remarks(self, dense: Reactions | None) -> Iterator[str]:
         unit = self.coordinate[1]
-        worst = [f"  {e.joint}: {e.force:.6g} N at {e.at:.6g} {unit}" for e in self.extremes()]
+        worst = [f"  {e.joint}: {e.force:.6g} N at {e.at:.6g} {unit}" for e in (dense or self).extremes()]
         if worst:
-            yield "\n".join(("largest forces", *worst))
+            yield "\n".join(("largest forces" if dense else "largest forces of these positions", *worst))
         if self.undetermined:
             yield f"left open by redundant constraints: {', '.join(self.undetermined)}"
         for name, at in self.pulling().items():
@@ -169,6 +209,21 @@ def _block(title: str, first: _Column, others: Iterator[_Column]) -> str:
 
 def _cell(value: float) -> str:
     return "none" if np.isnan(value) else f"{float(value):.6g}"
+
+
+def _largest(values: Array) -> float:
+    return float(np.nanmax(np.abs(values), initial=0.0))
+
+
+def _extent(poses: Poses) -> float:
+    """How large the linkage is (m): the ways between its bodies, or its longest body."""
+    ways = np.ptp(poses.value[:, :2], axis=(0, 2)).max()
+    arms = [np.hypot(point.x, point.y) for link in (poses.linkage.ground, *poses.linkage.links) for point in link.points]
+    return float(max(ways, *arms, 0.0))
+
+
+def _without(values: Array, least: float) -> Array:
+    return np.where(np.abs(values) <= least, 0.0, values)
 
 
 def collected(poses: Poses, motion: tuple[Array, Array], unknowns: Unknowns, balance: Balance) -> Reactions:
@@ -237,9 +292,10 @@ def _sure(unknowns: Unknowns, balance: Balance) -> Iterator[tuple[str, str, str,
 def _friction(poses: Poses, unknowns: Unknowns, known: Array, balance: Balance) -> Friction:
     """Friction's power by unit speed of the driver, and how the iteration went."""
     middle = centres(poses)
-    moment = np.zeros(poses.q.shape)
+    moment, lever = np.zeros(poses.q.shape), np.zeros(poses.q.shape)
     for passive, amount in zip(unknowns.passives, known, strict=True):
         if passive.name == FRICTION:
-            moment = moment + amount * np.einsum("bin,bin->n", passive.pair.on_bodies(middle.value), middle.rate)
+            way = np.einsum("bin,bin->n", passive.pair.on_bodies(middle.value), middle.rate)
+            moment, lever = moment + amount * way, lever + np.abs(passive.factor * way)
     settled = balance.settled
-    return Friction(moment, settled.iterations, settled.gap, settled.converged)
+    return Friction(moment, settled.iterations, settled.gap, settled.converged, lever)

@@ -13,6 +13,7 @@ from collections.abc import Iterable
 import numpy as np
 from numpy.typing import NDArray
 
+from flywheel.arguments import require
 from flywheel.linkage.components import DRIVE
 from flywheel.linkage.contacts import contact
 from flywheel.linkage.description import CAM, FIXED, PIN, SLIDE, Coupling, Joint
@@ -34,6 +35,7 @@ def virtual_power(reactions: Reactions) -> dict[str, dict[str, Array]]:
     and F, M the loads, weights, inertia and friction forces in `reactions.others`. NaN where a release sets nothing free:
     the constraint is redundant there.
     """
+    require("reactions", reactions, Reactions, "Reactions, as `kinetostatics.reactions` finds them")
     poses = reactions.poses
     named = rows(poses, reactions.actions)
     jacobian = np.stack([row[1:].reshape(-1, poses.q.size) for _, row in named]).transpose(2, 0, 1)

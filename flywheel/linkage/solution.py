@@ -12,8 +12,10 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from flywheel.arguments import array, known, number_faults, refuse
 from flywheel.faults import Fault, SceneError
 from flywheel.linkage.assembly import assembled, start
+from flywheel.linkage.checks import check
 from flywheel.linkage.continuation import Trace, follow, place
 from flywheel.linkage.description import Linkage
 from flywheel.linkage.equations import Equations
@@ -53,10 +55,10 @@ class Solution:
         """Poses of all bodies at driver coordinates q (rad or m), any shape: taken as one row.
 
         Raises:
-            SceneError: for positions outside the range that was followed.
+            SceneError: for positions outside the range that was followed, or that are no numbers.
 
         """
-        wanted = np.array(q, dtype=float).reshape(-1)
+        wanted = array("q", q).flatten()
         self._check(wanted)
         return self.poses_of(wanted, self.movement(wanted))
 
@@ -93,7 +95,7 @@ class Solution:
 
     def coordinate(self, joint: str, poses: Poses) -> Track:
         """A joint's coordinate: a pin's angle of second less first (rad), a slide's displacement along its guide (m)."""
-        given = self.linkage.joint(joint)
+        given = known("joint", joint, {joint.name: joint for joint in self.linkage.joints})
         first, second = poses.angle(given.first), poses.angle(given.second)
         if given.kind == "pin":
             return Track(*(b - a for a, b in zip(first, second, strict=True)))
@@ -188,17 +190,17 @@ def _along(poses: Poses, joint: str) -> Track:
     return Track(value, rate, slope)
 
 
-@lru_cache(maxsize=32)
 def solve(linkage: Linkage, low: float, high: float) -> Solution:
     """Follow a linkage over the range [low, high] of its driver's coordinate, rad, or m where it slides.
 
     Args:
         linkage: bodies, joints, couplings and driver.
         low: where the range begins; the linkage is assembled at `linkage.start` and followed from there to both ends.
-        high: where it ends.
+        high: where it ends, above `low`.
 
     Raises:
-        SceneError: where degrees of freedom, assembly or the range are at fault: a lock or branch names its position.
+        SceneError: where the description, degrees of freedom, assembly or the range are at fault: a lock or branch names
+            its position.
 
     >>> import numpy as np
     >>> from flywheel.linkage.description import Joint, Link, Linkage, Point
@@ -212,12 +214,38 @@ def solve(linkage: Linkage, low: float, high: float) -> Solution:
     [0.4, 0.282842712475]
 
     """
+    refuse([*number_faults("low", low), *number_faults("high", high)])
+    if not high > low:
+        raise SceneError([Fault("high", f"{high:g}", f"a number above low, {low:g}")])
+    check(linkage)
+    return _followed(linkage, float(low), float(high))
+
+
+def solve_over(linkage: Linkage, q: ArrayLike) -> Solution:
+    """Follow a linkage over the least range that holds driver's coordinates q, which may be a single one.
+
+    Args:
+        linkage: bodies, joints, couplings and driver.
+        q: driver's coordinates, rad, or m where it slides, any shape.
+
+    Raises:
+        SceneError: as `solve`, and where there is no position.
+
+    """
+    wanted = array("q", q)
+    if not wanted.size:
+        raise SceneError([Fault("q", "no position", "finite numbers")])
+    check(linkage)
+    return _followed(linkage, float(wanted.min()), float(wanted.max()))
+
+
+@lru_cache(maxsize=32)
+def _followed(linkage: Linkage, low: float, high: float) -> Solution:
     equations = Equations(loops(linkage))
     z = assembled(equations)
     scale = equations.loops.unit if linkage.sliding else 1.0
     reach = low / scale, high / scale, start(equations.loops)
-    ends = min(reach), max(reach)
-    return Solution(equations, follow(equations, z, *ends), min(low, high), max(low, high))
+    return Solution(equations, follow(equations, z, min(reach), max(reach)), low, high)
 
 
 def newton_steps(solution: Solution, q: Any, away: float) -> tuple[float, ...]:

@@ -7,12 +7,12 @@ array of shape (bodies, 3, n), the frame first. Forces in N, moments in N m.
 from __future__ import annotations
 
 from collections.abc import Iterable
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from flywheel.advice import mean, show
+from flywheel.arguments import array, known, require, shown, vector
 from flywheel.faults import Fault, SceneError
 from flywheel.linkage.description import FIXED, PIN, Joint
 from flywheel.linkage.poses import Poses, Track
@@ -138,9 +138,9 @@ def centres(poses: Poses) -> Track:
 
 def weights(poses: Poses, gravity: tuple[float, float]) -> Array:
     """Weights m (gx, gy) of all bodies; gravity in m/s²."""
-    found = np.zeros_like(poses.value)
+    pull, found = np.array(vector("gravity", gravity, "m/s²")), np.zeros_like(poses.value)
     for k, link in enumerate(poses.linkage.links, 1):
-        found[k, :2] = link.mass * np.asarray(gravity, dtype=float)[:, None]
+        found[k, :2] = link.mass * pull[:, None]
     return found
 
 
@@ -156,6 +156,8 @@ def inertial(poses: Poses, speed: Array, acceleration: Array) -> Array:
 
 def applied(poses: Poses, loads: Iterable[Load]) -> Array:
     """Wrenches of a user's loads on all bodies; SceneError names every load that does not fit the linkage."""
+    if isinstance(loads, Load) or not isinstance(loads, Iterable):
+        raise SceneError([Fault("loads", shown(loads), "a list of Force, Torque and Effort")])
     middle = centres(poses).value
     found, faults = np.zeros_like(middle), list[Fault]()
     for k, load in enumerate(loads):
@@ -169,36 +171,29 @@ def applied(poses: Poses, loads: Iterable[Load]) -> Array:
 
 
 def _applied(poses: Poses, middle: Array, load: Load, path: str) -> Array:
+    require(path, load, (Force, Torque, Effort), "a Force, Torque or Effort")
     linkage = poses.linkage
     if isinstance(load, Effort):
-        joint = _known(load.joint, {j.name: j for j in linkage.joints if j.kind != FIXED}, f"{path}.joint")
+        joint = known(f"{path}.joint", load.joint, {j.name: j for j in linkage.joints if j.kind != FIXED})
         return effort_pair(poses, joint).on_bodies(middle) * values(load.value, poses.q, f"{path}.value")
-    body = _known(load.body, {name: name for name in linkage.names}, f"{path}.body")
-    found, k = np.zeros_like(middle), linkage.names.index(body)
+    body, found = load.body, np.zeros_like(middle)
+    k = known(f"{path}.body", body, {name: k for k, name in enumerate(linkage.names)})
     if isinstance(load, Torque):
         found[k, 2] = values(load.value, poses.q, f"{path}.value")
         return found
     at = load.at
     if isinstance(at, str):
-        at = _known(at, {point.name: point[1:] for point in linkage.link(body).points}, f"{path}.at")
+        at = known(f"{path}.at", at, {point.name: point[1:] for point in linkage.link(body).points})
+    at = vector(f"{path}.at", at, "m")
     force = np.stack([values(part, poses.q, f"{path}.{axis}") for axis, part in (("x", load.x), ("y", load.y))])
     found[k, :2] = force
     found[k, 2] = cross(poses.point(body, at).value - middle[k, :2], force)
     return found
 
 
-def _known(name: str, valid: dict[str, Any], path: str) -> Any:
-    if name not in valid:
-        raise SceneError([Fault(path, show(name), f"one of {', '.join(valid) or 'none'}", mean(name, valid))])
-    return valid[name]
-
-
 def values(given: ArrayLike, q: Array, path: str) -> Array:
     """A number, or one for every position, as an array (n,); SceneError for another shape or what is not finite."""
-    try:
-        found = np.broadcast_to(np.asarray(given, dtype=float), q.shape)
-    except (ValueError, TypeError):
-        raise SceneError([Fault(path, f"an array of shape {np.shape(given)}", f"a number or shape {q.shape}")]) from None
-    if not np.isfinite(found).all():
-        raise SceneError([Fault(path, "a value that is not finite", "finite numbers")])
-    return found
+    found = array(path, given)
+    if found.shape not in ((), (1,), q.shape):
+        raise SceneError([Fault(path, f"an array of shape {found.shape}", f"a number or shape {q.shape}")])
+    return np.broadcast_to(found, q.shape)

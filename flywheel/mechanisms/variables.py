@@ -14,6 +14,8 @@ from flywheel.linkage.solution import Solution
 
 Array = NDArray[np.float64]
 
+_KEPT = 4
+
 
 class Kept(NamedTuple):
     """A variable at psi: its value and its derivatives by psi, as arrays or intervals."""
@@ -99,20 +101,23 @@ class LinkagePosition:
 
 
 class Positions:
-    """Positions of a linkage at any psi. The last one at a single angle is kept: every modulus of a graph asks for it."""
+    """Positions of a linkage at any psi. The last few single ones are kept: every modulus of a graph asks for them again."""
 
     def __init__(self, solution: Solution, period: float | None, winding: Array) -> None:
         self._of = solution, period, winding
-        self._last: tuple[tuple[float, float | None], LinkagePosition] | None = None
+        self._last: dict[tuple[float, float | None], LinkagePosition] = {}
 
     def __call__(self, psi: Any, ns: Any, anchor: Any = None) -> LinkagePosition:
         """The position at psi; `anchor` lies in the turn that psi belongs to."""
         if not (isinstance(psi, float) and isinstance(anchor, float | None)):
             return LinkagePosition(*self._of, psi, ns, anchor)
-        last = self._last
-        if last is None or last[0] != (psi, anchor):
-            last = self._last = (psi, anchor), LinkagePosition(*self._of, psi, ns, anchor)
-        return last[1]
+        key = psi, anchor
+        found = self._last.get(key)
+        if found is None:
+            if len(self._last) >= _KEPT:
+                del self._last[next(iter(self._last))]
+            found = self._last[key] = LinkagePosition(*self._of, psi, ns, anchor)
+        return found
 
 
 def _shaped(table: Array, shape: tuple[int, ...]) -> Array:

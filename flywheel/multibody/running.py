@@ -9,7 +9,9 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from flywheel.arguments import POSITIVE, array, name_faults, number_faults, refuse, require, shown, vector
 from flywheel.faults import Fault, SceneError
+from flywheel.linkage.checks import check
 from flywheel.linkage.description import Linkage
 from flywheel.linkage.poses import Poses
 from flywheel.multibody.closure import UnreachableError
@@ -79,7 +81,8 @@ def simulate(
         start: poses whose first one is taken instead of the assembly that the linkage's guesses and sides choose.
 
     Raises:
-        SceneError: where the linkage locks or branches, has friction, or stops on the energy route.
+        SceneError: where an argument is no finite number or of another type, where the linkage is ill described, locks or
+            branches, has friction, or stops on the energy route.
 
     >>> from flywheel.linkage.description import Joint, Link, Linkage, Point
     >>> o = Point("o")
@@ -90,8 +93,12 @@ def simulate(
     (13.5, 9.0)
 
     """
-    _check(route, {"q": q, "qdot": qdot, "until": until, "rtol": rtol})
-    prepared = model(linkage, Actions(gravity or (0.0, 0.0), drive, tuple(wrenches)))
+    check(linkage)
+    faults = [*name_faults("route", route, FOLLOW), *number_faults("q", q), *number_faults("qdot", qdot)]
+    refuse([*faults, *number_faults("until", until, POSITIVE), *number_faults("rtol", rtol, POSITIVE)])
+    if start is not None:
+        require("start", start, Poses, "Poses")
+    prepared = model(linkage, _actions(gravity, drive, wrenches))
     x = coordinates(start if start is not None else _assembled(linkage, q))
     jacobian = prepared.state(x, np.zeros_like(x)).jacobian
     prepared = replace(prepared, redundant=bool(np.linalg.matrix_rank(jacobian, rtol=_RANK) < len(jacobian)))
@@ -101,19 +108,32 @@ def simulate(
         raise SceneError([error.fault]) from None
 
 
-def _check(route: str, numbers: Mapping[str, float]) -> None:
-    faults = [] if route in ROUTES else [Fault("route", repr(route), f"one of {', '.join(ROUTES)}")]
-    faults += [Fault(name, f"{value}", "a finite number") for name, value in numbers.items() if not np.isfinite(value)]
-    faults += [Fault(name, f"{numbers[name]}", "a number above 0") for name in ("until", "rtol") if numbers[name] <= 0.0]
-    if faults:
-        raise SceneError(faults)
+def _actions(gravity: tuple[float, float] | None, drive: Law, wrenches: Iterable[Wrench]) -> Actions:
+    """All actions, laws that are no finite numbers or functions refused."""
+    if isinstance(wrenches, Wrench) or not isinstance(wrenches, Iterable):
+        raise SceneError([Fault("wrenches", shown(wrenches), "a list of Wrench")])
+    given = tuple(wrenches)
+    laws = {"drive": drive}
+    for k, wrench in enumerate(given):
+        require(f"wrenches[{k}]", wrench, Wrench, "a Wrench")
+        laws |= _laws(f"wrenches[{k}]", wrench)
+    refuse([fault for path, law in laws.items() if not callable(law) for fault in number_faults(path, law)])
+    return Actions((0.0, 0.0) if gravity is None else vector("gravity", gravity, "m/s²"), drive, given)
+
+
+def _laws(path: str, wrench: Wrench) -> dict[str, Law]:
+    """The three laws of a wrench, its place checked."""
+    if wrench.at is not None and not isinstance(wrench.at, str):
+        vector(f"{path}.at", wrench.at, "m")
+    if not isinstance(wrench.force, (tuple, list)) or len(wrench.force) != 2:
+        raise SceneError([Fault(f"{path}.force", shown(wrench.force), "two laws, along x and y")])
+    return {f"{path}.force[0]": wrench.force[0], f"{path}.force[1]": wrench.force[1], f"{path}.torque": wrench.torque}
 
 
 def _assembled(linkage: Linkage, q: float) -> Poses:
-    from flywheel.linkage.solution import solve  # only motions without given poses need it
+    from flywheel.linkage.solution import solve_over  # only motions without given poses need it
 
-    low, high = sorted((linkage.start, q))
-    return solve(linkage, low, high).poses(q)
+    return solve_over(linkage, (linkage.start, q)).poses(q)
 
 
 def _run(prepared: Model, route: str, found: Followed) -> Run:
@@ -122,7 +142,7 @@ def _run(prepared: Model, route: str, found: Followed) -> Run:
     poses, paces = _over(states, 0), _over(states, 5)
 
     def at(times: ArrayLike) -> tuple[Array, Array]:
-        wanted = [found.state(float(t)) for t in np.atleast_1d(np.asarray(times, dtype=float))]
+        wanted = [found.state(float(t)) for t in np.atleast_1d(array("times", times))]
         return _driver(wanted)
 
     return Run(

@@ -19,9 +19,11 @@ from numpy.typing import NDArray
 from flywheel.advice import nearest
 from flywheel.faults import Fault, SceneError
 from flywheel.linkage.description import SLIDE
+from flywheel.linkage.poses import Poses
 from flywheel.linkage.reactions import Reactions
 from flywheel.pictures import figures
 from flywheel.pictures.figures import BLACK, BLUE, GREY, PURPLE, VERMILLION
+from flywheel.scene import TURN
 from flywheel.sketching import names
 from flywheel.writing.digits import figure as number
 
@@ -31,6 +33,8 @@ _PANEL = 4.4  # inches
 _KILO = 1e4  # N: larger forces are given in kN
 _STEP = 30.0  # deg between two marks
 _ALONG = 11  # marks along a stroke
+_FEWEST = 12  # positions of a curve that is closed
+_WIDER = 1.01  # times the widest step: what the step that closes it may be
 _NOTHING = 1e-9  # of the largest value: smaller ones are none
 
 
@@ -39,6 +43,7 @@ def polar(found: Reactions, path: str | Path | None = None, joints: Sequence[str
 
     Pins, slots, fixed joints and couplings are drawn as hodographs: the tip of the force that the first body exerts on the
     second, marked every 30 deg of the crank. Slides are drawn as normal force (and moment) over the driver's coordinate.
+    Where the positions go once round, up to the one before the first, the curves are closed; rounding is drawn as 0.
 
     Args:
         found: what `flywheel.kinetostatics.reactions` gives, at positions in ascending order.
@@ -46,7 +51,7 @@ def polar(found: Reactions, path: str | Path | None = None, joints: Sequence[str
         joints: names of joints and couplings; all if None.
 
     Raises:
-        SceneError: for a name that the mechanism does not have.
+        SceneError: for a name that the mechanism does not have, for fewer than two positions.
         ValueError: for any other file ending.
 
     """
@@ -54,7 +59,9 @@ def polar(found: Reactions, path: str | Path | None = None, joints: Sequence[str
     unknown = [name for name in wanted if name not in found.forces]
     if unknown:
         raise SceneError([_unknown(name, found.forces) for name in unknown])
-    linkage = found.poses.linkage
+    if np.unique(found.poses.q).size < 2:
+        raise SceneError([Fault("positions", "a single one", "two at least, for a curve between them")])
+    linkage, found = found.poses.linkage, found.cleared()
     slides = {joint.name for joint in linkage.joints if joint.kind == SLIDE}
     columns = ceil(sqrt(len(wanted)))
     rows = -(-len(wanted) // max(columns, 1))
@@ -62,21 +69,48 @@ def polar(found: Reactions, path: str | Path | None = None, joints: Sequence[str
     panels = made.subplots(rows, columns, squeeze=False).ravel().tolist()
     for panel in panels[len(wanted) :]:
         panel.set_axis_off()
+    round_ = _whole_round(found.poses)
     x = _shown(found.poses.q, linkage.sliding)
+    if round_:
+        x = np.append(x, x[0] + round_)
+    forces = {name: _ended(values, x.size) for name, values in found.forces.items()}
     for panel, name in zip(panels, wanted, strict=False):
-        if not np.isfinite(found.forces[name]).any():
+        if not np.isfinite(forces[name]).any():
             _say_open(panel, name)
         elif name in slides:
-            over_motion(panel, name, x, found.components[name], linkage.sliding)
+            parts = {part: _ended(values, x.size) for part, values in found.components[name].items()}
+            over_motion(panel, name, x, parts, linkage.sliding)
         else:
-            hodograph(panel, name, x, found.forces[name], linkage.sliding)
+            hodograph(panel, name, x, forces[name], linkage.sliding)
     made.draw_without_rendering()
     for panel, name in zip(panels, wanted, strict=False):
         if panel.axison and name not in slides:
-            _mark(panel, x, found.forces[name], linkage.sliding)
+            _mark(panel, x, forces[name], linkage.sliding)
     if path is not None:
         figures.save(made, path)
     return made
+
+
+def _whole_round(poses: Poses) -> float:
+    """Turns (deg) after which positions go on with the first one; 0 where they do not, or end there already.
+
+    They do where that lies no further from the last than others from one another, in the crank's angle and in the bodies'
+    places: some mechanisms need more than one turn to come round.
+    """
+    q = poses.q
+    if poses.linkage.sliding or q.size < _FEWEST or np.any(np.diff(q) <= 0.0):
+        return 0.0
+    turns = ceil((q[-1] - q[0]) / TURN - 1e-12)
+    places = np.concatenate((poses.value[:, :2], np.cos(poses.value[:, 2:]), np.sin(poses.value[:, 2:])), axis=1)
+    steps = np.abs(np.diff(places, axis=2)).max(axis=(0, 1))
+    left, gap = q[0] + turns * TURN - q[-1], np.abs(places[..., 0] - places[..., -1]).max()
+    near = left <= _WIDER * np.diff(q).max() and gap <= _WIDER * steps.max()
+    return float(360.0 * turns) if near and left > 1e-12 else 0.0
+
+
+def _ended(values: Array, size: int) -> Array:
+    """Values with the first one again at the end, where there is to be one more."""
+    return values if values.shape[-1] == size else np.concatenate((values, values[..., :1]), axis=-1)
 
 
 def _unknown(name: str, known: Mapping[str, Array]) -> Fault:
@@ -142,6 +176,8 @@ def _mark(panel: Axes, x: Array, force: Array, sliding: bool) -> None:
     places = marks(x, sliding)
     spots = scale * np.stack([np.interp(places, x, part) for part in force], axis=1)
     places, spots = places[np.isfinite(spots).all(axis=1)], spots[np.isfinite(spots).all(axis=1)]
+    if len(places) > 1 and (places[-1] - places[0]) % 360.0 == 0.0 and not sliding and np.allclose(spots[0], spots[-1]):
+        places, spots = places[:-1], spots[:-1]  # a curve that is closed ends where it begins
     panel.plot(*spots.T, "o", color=BLUE, ms=4, zorder=4)
     texts = [panel.text(0.0, 0.0, f"{place:.4g}".replace("-", "−"), fontsize=8.0, zorder=5) for place in places]
     for text in texts:

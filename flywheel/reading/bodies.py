@@ -30,6 +30,9 @@ def read_bodies(raw: object, path: str, faults: Faults) -> Bodies:
         faults.add(path, f"{len(tables)} bodies", f"at most {MOST_BODIES}")
         return {}
     bodies = {name: _body(name, table, child(path, name), faults) for name, table in tables.items()}
+    others = [name for name in ("ground", "base", "fixed") if name in bodies and FRAME not in bodies]
+    for name in others:
+        faults.add(child(path, FRAME), "nothing", "the fixed body's points", f"the fixed body is called frame, not {name}")
     if not bodies.keys() - {FRAME}:
         faults.add(path, "no moving body", f"one at least beside {FRAME}")
     return {FRAME: Link(FRAME, (Point(ORIGIN),))} | bodies

@@ -23,7 +23,7 @@ from flywheel.linkage.description import (
 )
 from flywheel.reading.bodies import Bodies, find_point, listed
 from flywheel.reading.fields import Faults, Fields, exactly_one, read_fields, read_quantity
-from flywheel.reading.joints import Joints, read_two
+from flywheel.reading.joints import Joints, read_two, without_misplaced
 from flywheel.reading.places import Setting
 from flywheel.reading.positions import fitted, read_law
 from flywheel.reading.schema import TURN
@@ -85,6 +85,7 @@ def _coupling(raw: Mapping[str, Any], path: str, bodies: Bodies, joints: Joints,
     before = len(faults)
     kind = raw.get("type")
     kind = kind if isinstance(kind, str) and kind in COUPLING_KEYS else ""
+    raw = without_misplaced(raw, kind, COUPLING_KEYS, path, faults)
     fields = read_fields(raw, keys_for(COUPLING, COUPLING_KEYS.get(kind)), path, faults)
     pair = _pair(raw["between"], kind, f"{path}.between", joints, faults) if "between" in raw else None
     if pair is None:
@@ -132,7 +133,7 @@ def _gear(item: _Item) -> dict[str, Any]:
     """Ratio, phase and pressure angle of a gear pair."""
     exactly_one([key for key in ("ratio", "teeth") if key in item.raw], ("ratio", "teeth"), item.path, item.faults)
     if "internal" in item.raw and "teeth" not in item.raw:
-        advice = "the sign of a ratio says which: above 0 is internal"
+        advice = "the sign of the ratio says which (see flywheel reference linkage)"
         item.faults.add(f"{item.path}.internal", "internal beside a ratio", "none", advice)
     ratio = _toothed(item) if "teeth" in item.raw else _ratio(item, "number")
     return {"ratio": ratio, "phase": item.quantity("phase", "angle"), "pressure_angle": _pressure_angle(item)}

@@ -8,8 +8,8 @@ from typing import Any, NamedTuple
 from flywheel.advice import quote, show
 from flywheel.linkage.description import PIN, Joint, Point
 from flywheel.reading.bodies import ORIGIN, Bodies, find_point, listed
-from flywheel.reading.fields import Faults, items, read_fields
-from flywheel.reading.schema_linkage import JOINT, JOINT_KEYS, MOST_JOINTS, keys_for
+from flywheel.reading.fields import Faults, child, items, read_fields
+from flywheel.reading.schema_linkage import JOINT, JOINT_KEYS, MOST_JOINTS, keys_for, misplaced
 
 _NOWHERE = ("", Point(ORIGIN))
 
@@ -56,6 +56,7 @@ def _joint(raw: Mapping[str, Any], path: str, bodies: Bodies, faults: Faults) ->
     """One joint; None where it has no name."""
     kind = raw.get("type")
     kind = kind if isinstance(kind, str) and kind in JOINT_KEYS else ""
+    raw = without_misplaced(raw, kind, JOINT_KEYS, path, faults)
     fields = read_fields(raw, keys_for(JOINT, JOINT_KEYS.get(kind)), path, faults)
     name = fields["name"]
     first, second = _ends(raw, f"{path}.between", bodies, faults)
@@ -65,6 +66,17 @@ def _joint(raw: Mapping[str, Any], path: str, bodies: Bodies, faults: Faults) ->
         return None
     values = {key: fields[key] for key in JOINT_KEYS.get(kind, ()) if fields[key] is not None}
     return Joint(name, kind, first[0], second[0], first[1], second[1], **values)
+
+
+def without_misplaced(
+    raw: Mapping[str, Any], kind: str, by_kind: Mapping[str, tuple[str, ...]], path: str, faults: Faults
+) -> Mapping[str, Any]:
+    """The table without keys that belong to joints (or couplings) of other types, after noting each of them."""
+    wrong = misplaced(raw, kind, by_kind)
+    for name, types in wrong.items():
+        keys = ", ".join(("name", "type", "between", *by_kind[kind]))
+        faults.add(child(path, name), f"{name}, which belongs to {types}", f"keys of a {kind}: {keys}")
+    return {name: value for name, value in raw.items() if name not in wrong}
 
 
 def _ends(raw: Mapping[str, Any], path: str, bodies: Bodies, faults: Faults) -> list[tuple[str, Point]]:

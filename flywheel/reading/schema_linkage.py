@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+from typing import Any
+
 from flywheel.reading.schema import MASS, NOT_NEGATIVE, OWN_INERTIA, Key, Section
 
 MOST_BODIES = 50
@@ -107,6 +110,18 @@ POINT_PORT = Section(
 )
 
 LINKAGE_SECTIONS = (FRAME_BODY, LINK, JOINT, COUPLING, SIDE, POINT_PORT)
+
+
+def misplaced(raw: Mapping[str, Any], kind: str, by_kind: Mapping[str, tuple[str, ...]]) -> dict[str, str]:
+    """Keys that one type does not take but others do, with the types that take them; none where the type is not known.
+
+    >>> misplaced({"name": "A", "direction": 0}, "pin", JOINT_KEYS)
+    {'direction': 'slide, pin-in-slot'}
+    """
+    if kind not in by_kind:
+        return {}
+    owners = {name: ", ".join(other for other, keys in by_kind.items() if name in keys) for name in raw}
+    return {name: types for name, types in owners.items() if types and name not in by_kind[kind]}
 
 
 def keys_for(section: Section, own: tuple[str, ...] | None) -> tuple[Key, ...]:

@@ -18,14 +18,26 @@ Array = NDArray[np.float64]
 _DIGITS = 1e-9  # relative residual of the equations above which it is told
 
 
-def text(scene: Scene, forces: JointForces) -> str:
-    """Tables for reading: every joint's components over the crank angle in deg, or the slide's position in m."""
+def text(scene: Scene, forces: JointForces, dense: JointForces | None = None) -> str:
+    """Tables for reading: every joint's components over the crank angle in deg, or the slide's position in m.
+
+    dense: the same at more positions, over which the largest forces are then taken.
+    """
     blocks = [_heading(scene)]
-    for name, found in forces.mechanisms.items():
+    closer = cleared(dense).mechanisms if dense else {}
+    for name, found in cleared(forces, dense).mechanisms.items():
         shown = _shown(scene, forces, found)
+        more = _shown(scene, dense, closer[name]) if dense else None
         title = f"{name}: what the first body of each joint does to its second"
-        blocks += [f"{title}\n{'=' * len(title)}", shown.table().rstrip("\n"), *_notes(found)]
+        blocks += [f"{title}\n{'=' * len(title)}", shown.table(more).rstrip("\n"), *_notes(found)]
     return "\n\n".join(blocks) + "\n"
+
+
+def cleared(forces: JointForces, dense: JointForces | None = None) -> JointForces:
+    """Forces for reading: with 0 for what is rounding beside the machine's largest force, be it among those of `dense`."""
+    scales = [found.scales() for found in (dense or forces).mechanisms.values()]
+    largest = max(force for force, _ in scales), max(moment for _, moment in scales)
+    return forces._replace(mechanisms={name: found.cleared(largest) for name, found in forces.mechanisms.items()})
 
 
 def _heading(scene: Scene) -> str:

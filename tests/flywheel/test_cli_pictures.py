@@ -25,7 +25,7 @@ def scene(tmp_path: Path) -> Path:
 def test_draw_writes_and_overwrites(scene: Path, tmp_path: Path, name: str) -> None:
     path = tmp_path / name
     path.write_text("old")
-    result = run("draw", scene, "--at", "30 deg", "--at", "1 rad", "--points", "crank_pin", "-o", path)
+    result = run("draw", scene, "--at", "30 deg", "--at", "1 rad", "--path", "crank_pin", "-o", path)
     assert (result.exit_code, result.stdout, result.stderr) == (0, "", "")
     assert path.stat().st_size > 4000
 
@@ -82,7 +82,7 @@ def test_usage_errors(scene: Path, arguments: list[str], tmp_path: Path, monkeyp
         (["draw", AREAS, "-o", "a.png"], "mechanism: found a diagram of areas, expected a mechanism to draw"),
         (["animate", AREAS, "-o", "a.gif"], "mechanism: found a diagram of areas, expected a mechanism to draw"),
         (["draw", CLAMP, "-o", "a.png", "--at", "300 mm"], "at: found 300 mm, expected a position from"),
-        (["draw", CLAMP, "-o", "a.png", "--points", "rodpin"], "did you mean 'rod_pin'?"),
+        (["draw", CLAMP, "-o", "a.png", "--path", "rodpin"], "did you mean 'rod_pin'?"),
         (["draw", CLAMP, "-o", "missing/a.png"], "missing/a.png: cannot be written (No such file or directory)"),
         (["animate", CLAMP, "--frames", "2", "-o", "missing/a.gif"], "missing/a.gif: cannot be written"),
         (["draw", "nowhere.toml", "-o", "a.png"], "nowhere.toml: found no such file"),

@@ -9,6 +9,7 @@ import pytest
 
 import flywheel
 from bondgraph.elements import Here
+from flywheel import joint_friction
 from flywheel.faults import SceneError
 from flywheel.joint_friction import friction_curve
 from flywheel.joints import joint_forces
@@ -105,3 +106,46 @@ def test_other_mechanisms_beside_a_rough_one() -> None:
     both["load"] = [linkage["load"][0] | {"on": "press.ram"}]
     alone = flywheel.size(flywheel.load(linkage), simulate=False).balance.value
     assert flywheel.size(flywheel.load(both), simulate=False).balance.value == pytest.approx(alone, rel=1e-9)
+
+
+def straight_drive() -> dict[str, Any]:
+    """A hypocycloid on a line: the piston's guide bears nothing, its normal force is rounding."""
+    bodies = {
+        "frame": {"points": {"O": [0, 0]}},
+        "carrier": {"points": {"C": [0.05, 0]}, "mass": 3, "inertia": 0.01},
+        "planet": {"points": {"tip": [0.05, 0]}, "mass": 1, "inertia": 0.001},
+        "rod": {"points": {"end": [0.2, 0]}, "mass": 1, "inertia": 0.004, "com": [0.1, 0], "guess": 0},
+        "piston": {"mass": 2},
+    }
+    pins = {"sun": "frame.O carrier.origin", "planet_pin": "carrier.C planet.origin"}
+    pins |= {"tip": "planet.tip rod.origin", "wrist": "rod.end piston.origin"}
+    joints: list[dict[str, Any]] = [{"name": n, "type": "pin", "between": ends.split()} for n, ends in pins.items()]
+    joints.append({"name": "bore", "type": "slide", "between": ["frame.O", "piston.origin"], "guess": 0.3, "friction": 0.1})
+    gear = {"type": "gear", "between": ["sun", "planet_pin"], "teeth": [60, 30], "internal": True, "pressure_angle": 0.35}
+    linkage = {"type": "linkage", "driver": "sun", "bodies": bodies, "joints": joints, "couplings": [gear]}
+    return crank_press(0.0, mechanism=linkage, load=[{"on": "bore", "force": "-2 kN", "while": "v > 0"}])
+
+
+def test_a_normal_force_of_rounding_has_no_corners() -> None:
+    curve = friction_curve(flywheel.load(straight_drive()))
+    assert curve.breakpoints == ()
+    assert curve.mesh.edges.size < 20
+    assert curve.error < 1e-9
+    assert np.abs(curve.series).max() < 1e-9
+
+
+def test_corners_are_where_a_normal_force_or_a_rate_is_zero() -> None:
+    scene = flywheel.load(crank_press(0.1))
+    corners = np.array(friction_curve(scene).breakpoints)
+    sides = [joint_forces(scene, corners + d, speed=W).mechanisms["linkage"] for d in (-1e-8, 1e-8)]
+    before, after = (np.sign([values for values, _ in joint_friction._watched([(1.0, found)])]) for found in sides)
+    assert corners.size >= 2
+    assert (before != after).any(axis=0).all()
+
+
+def test_cells_are_cut_no_more_at_their_largest_number(monkeypatch: pytest.MonkeyPatch) -> None:
+    fine = friction_curve(flywheel.load(crank_press(0.1)))
+    monkeypatch.setattr(joint_friction, "_MOST_CELLS", 4)
+    coarse = friction_curve(flywheel.load(crank_press(0.1)))
+    assert coarse.mesh.edges.size < fine.mesh.edges.size
+    assert coarse.error > fine.error

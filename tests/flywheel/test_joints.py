@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -132,5 +133,13 @@ def test_angles_are_those_asked_for_or_a_cycle() -> None:
     scene = flywheel.load(press())
     assert joint_forces(scene, speed=1.0).motion.phi.size == 360
     np.testing.assert_allclose(joint_forces(scene, [7.0], speed=1.0).motion.phi, 7.0 - 2 * np.pi)
-    with pytest.raises(SceneError, match="phi: found a position that is not finite"):
+    with pytest.raises(SceneError, match="phi: found an angle that is not finite"):
         joint_forces(scene, [np.nan], speed=1.0)
+    with pytest.raises(SceneError, match="phi: found no position"):
+        joint_forces(scene, [], speed=1.0)
+
+
+def test_positions_outside_a_stroke_are_refused() -> None:
+    clamp = Path(__file__).parents[2] / "examples" / "machines" / "injection_clamp.toml"
+    with pytest.raises(SceneError, match=r"x: found 0\.3 m, expected a position within the stroke, -0\.06 m to 0\.19 m"):
+        joint_forces(flywheel.load(clamp), [0.3])

@@ -102,9 +102,9 @@ def test_one_position_and_a_solution_will_do():
 def test_motion_that_does_not_fit_is_refused():
     with pytest.raises(SceneError, match=r"speed: found an array of shape \(2,\), expected a number or shape \(17,\)"):
         reactions(forced.four_bar(), Q, [1.0, 2.0])
-    with pytest.raises(SceneError, match="acceleration: found a value that is not finite"):
+    with pytest.raises(SceneError, match="acceleration: found inf, expected finite numbers"):
         reactions(forced.four_bar(), Q, 1.0, np.inf)
-    with pytest.raises(SceneError, match="q: found a position that is not finite"):
+    with pytest.raises(SceneError, match="q: found a value that is not finite"):
         reactions(forced.four_bar(), [0.0, np.nan], 1.0)
     with pytest.raises(SceneError, match="q: found no position"):
         reactions(forced.four_bar(), [], 1.0)
@@ -166,5 +166,5 @@ def test_a_slot_by_hand():
 def test_names_must_differ():
     linkage = forced.geared_five_bar()
     twin = (linkage.couplings[0]._replace(name="top"),)
-    with pytest.raises(SceneError, match="top: found two joints or couplings of that name"):
+    with pytest.raises(SceneError, match=r'couplings\[0\].name: found "top", expected a name of its own'):
         reactions(forced.Linkage(linkage.ground, linkage.links, linkage.joints, "pivot", twin), Q, 1.0)

@@ -186,7 +186,14 @@ def test_a_linkage_at_a_standstill_is_refused():
 @pytest.mark.parametrize(
     ("call", "text"),
     [
-        (lambda scene: shares(scene, [np.nan]), "phi: found an angle that is not finite"),
+        (lambda scene: shares(scene, [np.nan]), "phi: found a value that is not finite"),
+        (lambda scene: shares(scene, "abc"), 'phi: found "abc"'),
+        (lambda scene: shares(None, 1.0), "machine: found nothing, expected a Machine, or a Scene"),
+        (lambda scene: shares(scene, 1.0, flywheel="1"), 'flywheel: found "1"'),
+        (lambda scene: speed_from_energy(scene, 1.0, "5"), 'energy: found "5"'),
+        (lambda scene: speed_from_energy(scene, [1.0, 2.0, 3.0], [1.0, 2.0]), "energy: found an array of shape"),
+        (lambda scene: cycle_shares(scene, rtol="1"), 'rtol: found "1"'),
+        (lambda scene: linkage_shares(scene), "poses: found a value of type Scene, expected Poses"),
         (lambda scene: shares(scene, 1.0, flywheel=-1.0), "flywheel: found -1.0 kg m²"),
         (lambda scene: speed_from_energy(scene, np.pi / 2, -3.0), "energy: found -3 J at 90 deg"),
         (lambda scene: cycle_shares(scene, rtol=0.0), "rtol: found 0.0"),

@@ -136,10 +136,12 @@ def test_the_determinant_keeps_its_digits_where_the_arm_is_straight():
 @pytest.mark.parametrize(
     ("bars", "text"),
     [
-        ((Bar(0.0, 1.0, 0.1, 0.1), slender(1, 1)), "first.length: found 0 m"),
-        ((slender(1, 1), Bar(1.0, -1.0, 0.1, 0.1)), "second.mass: found -1 kg"),
+        ((Bar(0.0, 1.0, 0.1, 0.1), slender(1, 1)), "first.length: found 0.0 m"),
+        ((slender(1, 1), Bar(1.0, -1.0, 0.1, 0.1)), "second.mass: found -1.0 kg"),
         ((slender(1, 1), Bar(1.0, 1.0, np.nan, 0.1)), "second.inertia: found nan kg m²"),
         ((slender(1, 1), Bar(1.0, 1.0, 0.1, np.inf)), "second.com: found inf m"),
+        ((1, slender(1, 1)), "first: found 1, expected a Bar"),
+        ((slender(1, 1), Bar(1.0, "2", 0.1, 0.1)), 'second.mass: found "2", expected a finite number above 0'),
         ((slender(1, 1), Bar(1.0, 1.0, 0.0, 0.0)), "turn without moving any mass"),
         ((Bar(1.0, 1.0, 0.0, 0.0), Bar(1.0, 1.0, 0.0, 1.0)), "turn without moving any mass"),
     ],
@@ -151,10 +153,28 @@ def test_bars_that_are_none(bars, text):
     assert len(refused.value.faults) == 1
 
 
+def test_arguments_of_different_shapes_or_no_arm():
+    with pytest.raises(SceneError, match=r"qdot: found an array of shape \(2, 4\), expected arguments of one shape"):
+        rest(ARM, np.zeros((2, 3)), np.zeros((2, 4)))
+    with pytest.raises(SceneError, match="arm: found 1, expected a TwoLinkArm"):
+        mass_matrix(1, [0.0, 0.0])
+    level = accelerations(ARM, np.zeros((2, 3)), np.zeros((2, 3)), (1.0, 0.0))
+    assert_allclose(level[:, 1], accelerations(ARM, [0.0, 0.0], [0.0, 0.0], (1.0, 0.0)), rtol=1e-14)
+
+
+def test_a_slender_bar_has_a_length_and_a_mass():
+    with pytest.raises(SceneError) as refused:
+        slender("a", -2.0)
+    assert [str(fault) for fault in refused.value.faults] == [
+        'length: found "a", expected a finite number above 0',
+        "mass: found -2.0 kg, expected a finite number above 0",
+    ]
+
+
 def test_arguments_that_are_no_pair():
     with pytest.raises(SceneError, match="q: found an array of shape"):
         mass_matrix(ARM, [1.0, 2.0, 3.0])
-    with pytest.raises(SceneError, match="qdot: found values that are not finite"):
+    with pytest.raises(SceneError, match="qdot: found a value that is not finite"):
         rest(ARM, [1.0, 2.0], [np.nan, 0.0])
     with pytest.raises(SceneError, match="gravity: found nan"):
         TwoLinkArm(slender(1, 1), slender(1, 1), np.nan)

@@ -131,14 +131,18 @@ def test_at_rest_in_balance_nothing_moves():
     ("changes", "text"),
     [
         ({"until": 0.0}, "until: found 0.0"),
+        ({"until": "1"}, 'until: found "1"'),
+        ({"arm": 1.0}, "arm: found 1.0, expected a TwoLinkArm"),
+        ({"q": np.zeros((2, 3))}, r"q: found an array of shape \(2, 3\)"),
+        ({"q": "ab"}, 'q: found "ab", expected finite numbers'),
         ({"until": np.inf}, "until: found inf"),
         ({"rtol": -1.0}, "rtol: found -1.0"),
         ({"q": [0.0]}, r"q: found an array of shape \(1,\)"),
-        ({"qdot": [0.0, np.nan]}, "qdot: found values that are not finite"),
-        ({"torques": lambda t, q, qdot: (np.nan, 0.0)}, "torques: found values that are not finite"),
+        ({"qdot": [0.0, np.nan]}, "qdot: found a value that is not finite"),
+        ({"torques": lambda t, q, qdot: (np.nan, 0.0)}, "torques: found a value that is not finite"),
         ({"torques": lambda t, q, qdot: 1.0}, "torques: found an array of shape"),
     ],
 )
 def test_refusals(changes, text):
     with pytest.raises(SceneError, match=text):
-        simulate_arm(ARM, **({"q": START[0], "qdot": START[1], "until": 1.0} | changes))
+        simulate_arm(**({"arm": ARM, "q": START[0], "qdot": START[1], "until": 1.0} | changes))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
 from math import pi
 
@@ -144,3 +145,14 @@ def test_angles_without_a_guess_start_within_half_a_turn() -> None:
     for side in (1, -1):
         value = solve(four_bar(side=side), 0.0, 1.0).poses([0.0]).value[:, 2, 0]
         assert (np.abs(value) <= pi).all()
+
+
+@pytest.mark.parametrize("make", [six_bar, whitworth, geared_five_bar, cam_rocker, four_bar])
+def test_every_assembly_is_chosen_by_its_own_angles(make: Callable[[], Linkage]) -> None:
+    base = unguessed(make())
+    found = Equations(loops(base))
+    for z in assemblies(found):
+        angles = {name.removeprefix("angle of "): float(v) for name, v in zip(found.loops.names, z, strict=True)}
+        links = tuple(link._replace(guess=angles.get(link.name)) for link in base.links)
+        chosen = assembled(Equations(loops(replace(base, links=links))))
+        np.testing.assert_allclose(np.exp(1j * chosen), np.exp(1j * z), atol=1e-9)

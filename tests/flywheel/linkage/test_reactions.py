@@ -37,7 +37,9 @@ def test_the_shoes_two_normals_are_the_force_and_the_moment(found):
 
 def test_extremes_are_the_largest_of_each_joint(found):
     extremes = {extreme.joint: extreme for extreme in found.extremes()}
-    assert list(extremes) == ["pivot", "crank_pin", "slider_pin", "guide"]
+    assert list(extremes) == ["pivot", "crank_pin", "slider_pin", "guide", "guide.front", "guide.rear"]
+    for end in ("front", "rear"):
+        assert extremes[f"guide.{end}"].force == np.abs(found.components["guide"][end]).max()
     size = found.resultant("slider_pin")
     assert extremes["slider_pin"].force == size.max()
     assert extremes["slider_pin"].at == Q[size.argmax()]
@@ -54,10 +56,32 @@ def test_csv_reads_back_to_the_last_digit(found):
 def test_the_table_has_a_block_for_every_joint(found):
     blocks = found.table().split("\n\n")
     assert [block.splitlines()[0] for block in blocks] == [
-        "driving action", "pivot", "crank_pin", "slider_pin", "guide", "largest forces",
+        "driving action", "pivot", "crank_pin", "slider_pin", "guide", "largest forces of these positions",
     ]  # fmt: skip
     assert "normal (N)" in blocks[4]
     assert len(blocks[4].splitlines()) == len(Q) + 2
+
+
+def test_the_largest_forces_may_come_from_more_positions(found):
+    few = reactions(forced.slider_crank(guides=2), Q[:2], 15.0)
+    many = reactions(forced.slider_crank(guides=2), Q, 15.0)
+    block = few.table(many).split("\n\n")[-2].splitlines()
+    worst = next(extreme for extreme in many.extremes() if extreme.joint == "pivot")
+    assert worst.force > few.resultant("pivot").max()
+    assert block[:2] == ["largest forces", f"  pivot: {worst.force:.6g} N at {worst.at:.6g} rad"]
+
+
+def test_rounding_is_cleared_and_nothing_else(found):
+    force, moment = found.scales()
+    assert force >= max(extreme.force for extreme in found.extremes())
+    parts = dict(found.components["guide"])
+    parts["normal"] = np.where(np.arange(len(Q)) == 1, 0.9e-12 * force, parts["normal"])
+    parts["moment"] = np.where(np.arange(len(Q)) == 2, -0.9e-12 * moment, parts["moment"])
+    clear = found._replace(components=dict(found.components) | {"guide": parts}).cleared()
+    assert clear.components["guide"]["normal"][1] == 0.0
+    assert clear.components["guide"]["moment"][2] == 0.0
+    np.testing.assert_array_equal(clear.components["guide"]["normal"][2:], found.components["guide"]["normal"][2:])
+    np.testing.assert_array_equal(clear.action, found.action)
 
 
 def test_what_is_left_open_is_said_and_never_given_a_number():

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flywheel.linkage.description import FIXED, FRAME, SLIDE, Joint, Link, Linkage, Point
-from flywheel.linkage.solution import solve
+from flywheel.linkage.solution import solve_over
 from flywheel.multibody.model import Actions, Model, Wrench, coordinates, model
 from tests.flywheel.linkage.linkages import CASES, ground, pin, slider_crank
 
@@ -122,5 +122,4 @@ def prepared(name: str, actions: Actions | None = None) -> tuple[Model, Array]:
     loads = (Wrench(last, (3.0, lambda t, q, qdot: -2.0 * qdot + t), 1.5, (0.04, -0.03)), Wrench(last, (0.0, 1.0)))
     found = model(linkage, actions or Actions((0.3, -9.81), lambda t, q, qdot: 4.0 - 0.2 * qdot, loads))
     q = STARTS[name]
-    low, high = sorted((linkage.start, q))
-    return found, coordinates(solve(linkage, low, high).poses(q))
+    return found, coordinates(solve_over(linkage, (linkage.start, q)).poses(q))

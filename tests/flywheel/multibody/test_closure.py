@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
-from flywheel.linkage.solution import solve
+from flywheel.linkage.solution import solve, solve_over
 from flywheel.multibody.closure import Closure, UnreachableError
 from flywheel.multibody.model import Actions, coordinates, model
 from tests.flywheel.linkage.linkages import CASES, four_bar
@@ -41,7 +41,7 @@ def test_a_lock_is_named_with_its_angle():
     """A four-bar driven at a bar that swings: coupler and other bar in line, by the cosine rule."""
     linkage = replace(four_bar(d=0.4, r=0.3, c=0.35, length=0.1), start=0.9)
     found = model(linkage, Actions())
-    x = coordinates(solve(linkage, 0.9, 0.9).poses(0.9))
+    x = coordinates(solve_over(linkage, 0.9).poses(0.9))
     limit = np.degrees(np.arccos((0.4**2 + 0.3**2 - 0.45**2) / (2 * 0.4 * 0.3)))
     with pytest.raises(UnreachableError) as caught:
         Closure(found, x).at(3.0)

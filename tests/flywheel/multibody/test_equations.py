@@ -10,7 +10,7 @@ from numpy.testing import assert_allclose
 
 from flywheel.kinetostatics import reactions
 from flywheel.linkage.description import Link
-from flywheel.linkage.solution import solve
+from flywheel.linkage.solution import solve_over
 from flywheel.multibody.closure import Closure, UnreachableError
 from flywheel.multibody.equations import by_multipliers, by_newton, reaction_wrenches, reduced, system
 from flywheel.multibody.model import Actions, components, model
@@ -47,7 +47,7 @@ def test_the_four_bar_has_17_equations_for_17_unknowns():
 def prepared_pose(linkage, q):
     from flywheel.multibody.model import coordinates
 
-    return coordinates(solve(linkage, 0.0, q).poses(q))
+    return coordinates(solve_over(linkage, (0.0, q)).poses(q))
 
 
 @pytest.mark.parametrize("phi", [0.3, 1.1, 2.9, 4.4])
@@ -101,8 +101,7 @@ def test_all_laws_give_the_acceleration_of_the_reduced_equation(name):
 def from_poses(found, q, state):
     """I*, ½ dI*/dq and M* from `Poses`."""
     linkage = found.linkage
-    low, high = sorted((linkage.start, q))
-    poses = solve(linkage, low, high).poses(q)
+    poses = solve_over(linkage, (linkage.start, q)).poses(q)
     inertia, half, gains = 0.0, 0.0, []
     for link in linkage.links:
         centre, angle = poses.centre(link.name), poses.angle(link.name)

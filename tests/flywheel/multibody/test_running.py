@@ -12,7 +12,7 @@ from scipy.special import ellipk
 
 from flywheel.faults import SceneError
 from flywheel.linkage.description import Link, Linkage
-from flywheel.linkage.solution import solve
+from flywheel.linkage.solution import solve, solve_over
 from flywheel.multibody import ENERGY, MULTIPLIERS, NEWTON, REDUCED, ROUTES, Wrench, simulate
 from tests.flywheel.linkage.linkages import four_bar
 from tests.flywheel.multibody.machines import (
@@ -186,7 +186,7 @@ def test_a_sliding_driver_takes_a_force():
     """The slider-crank driven at its slider by 20 N does as the same driven at its crank with the force on the slider."""
     by_slider = heavy(engine())
     at_crank = replace(by_slider, driver="O", start=0.0, links=tuple(link._replace(guess=None) for link in by_slider.links))
-    poses = solve(by_slider, 0.325, 0.325).poses(0.325)
+    poses = solve_over(by_slider, 0.325).poses(0.325)
     phi, gain = float(poses.angle("crank").value[0]), float(poses.angle("crank").rate[0])
     one = simulate(by_slider, NEWTON, 0.325, -1.0, 0.05, drive=20.0, rtol=1e-11)
     push = Wrench("slider", (20.0, 0.0), at=(0.0, 0.0))
@@ -224,6 +224,29 @@ def test_arguments_at_fault_are_named_together():
         simulate(published(), "hamilton", 0.0, np.nan, -1.0, rtol=0.0)
     assert [fault.path for fault in caught.value.faults] == ["route", "qdot", "until", "rtol"]
     assert caught.value.faults[0].expected == "one of reduced, newton, multipliers, energy"
+
+
+@pytest.mark.parametrize(
+    ("changes", "text"),
+    [
+        ({"q": "1"}, 'q: found "1", expected a finite number'),
+        ({"until": "1"}, 'until: found "1", expected a finite number above 0'),
+        ({"gravity": 9.81}, "gravity: found 9.81, expected two numbers"),
+        ({"gravity": (0.0, np.nan)}, "gravity: found a value that is not finite"),
+        ({"drive": "5"}, 'drive: found "5", expected a finite number'),
+        ({"drive": np.nan}, "drive: found nan, expected a finite number"),
+        ({"wrenches": Wrench("crank")}, "wrenches: found a value of type Wrench, expected a list of Wrench"),
+        ({"wrenches": [("crank", 1.0)]}, r"wrenches\[0\]: found a value of type tuple, expected a Wrench"),
+        ({"wrenches": [Wrench("crank", 5.0)]}, r"wrenches\[0\].force: found 5.0, expected two laws"),
+        ({"wrenches": [Wrench("crank", torque=np.inf)]}, r"wrenches\[0\].torque: found inf, expected a finite number"),
+        ({"wrenches": [Wrench("crank", at=0.1)]}, r"wrenches\[0\].at: found 0.1, expected two numbers"),
+        ({"start": 0.5}, "start: found 0.5, expected Poses"),
+        ({"linkage": None}, "linkage: found nothing, expected a Linkage"),
+    ],
+)
+def test_arguments_of_another_type_are_refused(changes, text):
+    with pytest.raises(SceneError, match=f"^{text}"):
+        simulate(**({"linkage": published(), "route": NEWTON, "q": 0.0, "qdot": 1.0, "until": 1.0} | changes))
 
 
 def test_loads_that_are_not_finite_are_refused():

@@ -76,6 +76,46 @@ def test_a_slide_shows_normal_force_and_moment_over_the_angle() -> None:
     assert panel.get_xlabel() == "crank angle φ, deg"
 
 
+def part(*, upto: int, step: int = 1) -> Reactions:
+    """The same at some of its positions."""
+    few = slice(0, upto, step)
+    linkage = solve(found().poses.linkage, 0.0, TURN)
+    return kinetostatics.reactions(linkage, found().poses.q[few], 50.0, gravity=(0.0, -9.80665))
+
+
+def test_a_whole_turn_is_closed() -> None:
+    of = part(upto=360, step=10)
+    line = curve(drawn("A", of=of)[0])
+    np.testing.assert_array_equal(line[:, :-1], of.forces["A"])
+    np.testing.assert_array_equal(line[:, -1], of.forces["A"][:, 0])
+    panel, _ = drawn("guide", of=of)
+    assert panel.get_xlim() == pytest.approx((0.0, 360.0))
+    assert curve(panel)[0, -1] == pytest.approx(360.0)
+    assert curve(panel)[1, -1] == of.components["guide"]["normal"][0]
+
+
+def test_two_turns_are_marked_once_where_they_end() -> None:
+    q = np.linspace(0.0, 2 * TURN, 240, endpoint=False)
+    once = part(upto=360, step=3)
+    twice = once._replace(
+        poses=once.poses._replace(q=q, value=np.tile(once.poses.value, 2)),
+        forces={name: np.tile(values, 2) for name, values in once.forces.items()},
+    )
+    assert [text.get_text() for text in drawn("A", of=twice)[0].texts] == [str(k) for k in range(0, 720, 60)]
+
+
+def test_less_than_a_turn_stays_open() -> None:
+    of = part(upto=300)
+    np.testing.assert_array_equal(curve(drawn("A", of=of)[0]), of.forces["A"])
+    assert drawn("guide", of=of)[0].get_xlim() == pytest.approx((0.0, 299.0))
+
+
+def test_rounding_is_drawn_as_nought() -> None:
+    guide = dict(found().components["guide"]) | {"normal": np.full(361, 1e-12)}
+    panel = drawn("guide", of=found()._replace(components=dict(found().components) | {"guide": guide}))[0]
+    assert not curve(panel)[1].any()
+
+
 def test_large_forces_are_in_kilonewtons() -> None:
     (panel,) = drawn("A", of=found(1000.0))
     np.testing.assert_allclose(curve(panel), 1e-3 * found(1000.0).forces["A"])

@@ -428,7 +428,7 @@ def test_a_driver_that_slides_needs_a_stroke_of_its_own():
         ("joints/1/name", "O", "joints[1].name", "joints[0] bears this one"),
         ("joints/1/type", "pins", "joints[1].type", 'did you mean "pin"?'),
         ("joints/1/type", ..., "joints[1].type", "one of"),
-        ("joints/1/direction", 0, "joints[1].direction", "known key"),
+        ("joints/1/direction", 0, "joints[1].direction", "keys of a pin: name, type, between, friction, radius"),
         ("joints/1/friction", -0.1, "joints[1].friction", "at least 0"),
         ("joints/1/radius", ..., "joints[1].radius", "a radius above 0"),
         ("joints/1/between", ..., "joints[1].between", "two points"),
@@ -488,7 +488,7 @@ def test_faults(path, value, where, hint):
         ("couplings/0/internal", True, "couplings[0].internal", "beside a ratio"),
         ("couplings/0/pressure_angle", "90 deg", "couplings[0].pressure_angle", "0 to 89 deg"),
         ("couplings/0/pressure_angle", "-3 deg", "couplings[0].pressure_angle", "0 to 89 deg"),
-        ("couplings/0/lift", "phi", "couplings[0].lift", "known key"),
+        ("couplings/0/lift", "phi", "couplings[0].lift", "keys of a gear"),
         ("couplings/0/name", "O", "couplings[0].name", "a joint bears this one"),
         ("couplings/1/name", "O-P", "couplings[1].name", "another coupling bears this one"),
         ("couplings/1/contact", "wheel.E", "couplings[1].contact", "a point of the follower, rack"),
@@ -529,7 +529,7 @@ def test_faults_of_teeth(more, where, hint):
         ({"ratio": 0}, "ratio", "other than 0"),
         ({"ratio": "3 deg"}, "ratio", "length"),
         ({"ratio": 0.1, "phase": "3 deg"}, "phase", "length"),
-        ({"ratio": 0.1, "teeth": [3, 4]}, "teeth", "known key"),
+        ({"ratio": 0.1, "teeth": [3, 4]}, "teeth", "keys of a rolling"),
         ({"ratio": 0.1, "between": ["guide", "P"]}, "between[0]", "a pin"),
     ],
 )
@@ -675,3 +675,12 @@ def test_mutated_linkages_are_read_or_refused_with_faults(text):
         for _ in range(rng.choice((1, 1, 2, 4))):
             mutate(tree, rng)
         check(build_scene, tree, number)
+
+
+def test_a_fixed_body_of_another_name() -> None:
+    from flywheel.reading.bodies import read_bodies
+    from flywheel.reading.fields import Faults
+
+    faults = Faults()
+    read_bodies({"ground": {"points": {"O": [0, 0]}}, "crank": {}}, "mechanism.bodies", faults)
+    assert str(faults[0]).startswith("mechanism.bodies.frame: found nothing, expected the fixed body's points")

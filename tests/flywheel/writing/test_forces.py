@@ -12,12 +12,17 @@ import pytest
 
 import flywheel
 from flywheel.joints import joint_forces
+from flywheel.port_forces import close_positions
+from flywheel.writing.forces import csv as csv_text
+from flywheel.writing.forces import text
 from tests.flywheel.test_cli import YOKE, run
-from tests.flywheel.test_joint_friction import crank_press
+from tests.flywheel.test_joint_friction import crank_press, straight_drive
 
 EXAMPLES = Path(__file__).parents[3] / "examples"
 PUMP = EXAMPLES / "linkages" / "offset_slider_crank.toml"
 CLAMP = EXAMPLES / "machines" / "injection_clamp.toml"
+PRESS = EXAMPLES / "machines" / "press.toml"
+PUMPS = EXAMPLES / "machines" / "three_cylinder.toml"
 
 
 def test_text_names_angles_in_degrees() -> None:
@@ -26,7 +31,56 @@ def test_text_names_angles_in_degrees() -> None:
     rows = [line.split() for line in result.stdout.splitlines()]
     assert ["phi", "(deg)", "main", "(N", "m)"] in rows
     assert sum(row[:1] == ["270"] for row in rows) == 5
-    assert "largest forces" in result.stdout
+    assert "largest forces of these positions" in result.stdout
+
+
+def largest(text: str) -> dict[str, float]:
+    lines = text.split("\nlargest forces\n")[1].split("\n\n")[0].splitlines()
+    return {name.strip(): float(rest.split()[0]) for name, rest in (line.split(":") for line in lines)}
+
+
+def test_the_largest_forces_are_those_of_the_whole_cycle() -> None:
+    shown = largest(run("reactions", PRESS).stdout)
+    fine, coarse = (
+        joint_forces(flywheel.load(PRESS), np.arange(n) * 2 * np.pi / n).mechanisms["press"] for n in (20000, 24)
+    )
+    for extreme in fine.extremes():
+        assert shown[extreme.joint] == pytest.approx(extreme.force, rel=2e-3)
+    assert shown["guide"] > 1.3 * coarse.resultant("guide").max()
+
+
+def test_both_sides_of_a_load_s_edge_are_looked_at() -> None:
+    machine = flywheel.Machine(flywheel.load(PRESS))
+    at = close_positions(machine, 7)
+    for edge in machine.breakpoints:
+        for side in (edge - 1e-9 * 2 * np.pi, edge + 1e-9 * 2 * np.pi):
+            assert np.abs((at - side + np.pi) % (2 * np.pi) - np.pi).min() < 1e-14
+
+
+def test_a_stroke_is_looked_at_up_to_both_ends() -> None:
+    scene = flywheel.load(CLAMP)
+    at = close_positions(flywheel.Machine(scene), 360)
+    assert scene.stroke is not None
+    assert (at[0], at[-1]) == pytest.approx((scene.stroke.start, scene.stroke.end), rel=1e-15)
+
+
+def test_a_shoe_s_ends_are_among_the_largest() -> None:
+    scene = crank_press(0.1)
+    scene["mechanism"]["joints"][-1]["length"] = 0.08
+    loaded = flywheel.load(scene)
+    found = joint_forces(loaded, [0.3, 2.0])
+    front = np.abs(found.mechanisms["linkage"].components["ram"]["front"]).max()
+    assert f"ram.front: {front:.6g} N" in text(loaded, found)
+
+
+def test_rounding_is_nought_in_the_text_and_stays_in_the_data() -> None:
+    loaded = flywheel.load(straight_drive())
+    found = joint_forces(loaded)
+    normal = found.mechanisms["linkage"].components["bore"]["normal"]
+    assert 0.0 < np.abs(normal).max() < 1e-9
+    assert "bore: 0 N at" in text(loaded, found)
+    assert "share of the moment is 0 N m" in text(loaded, found)
+    assert repr(float(normal[7])) in csv_text(loaded, found)
 
 
 def test_csv_has_the_library_s_figures() -> None:
@@ -55,10 +109,8 @@ def test_a_stroke_has_positions_and_velocities() -> None:
     assert row.startswith("0.19,0.3289474,0.0,")
 
 
-def test_friction_is_reported(tmp_path: Path) -> None:
+def test_friction_is_reported() -> None:
     scene = flywheel.load(crank_press(0.1))
-    from flywheel.writing.forces import text
-
     shown = text(scene, joint_forces(scene, [0.3, 2.0]))
     assert "friction: " in shown
     assert "its share of the moment is -" in shown
@@ -74,8 +126,28 @@ def test_a_constant_speed_and_no_inertia() -> None:
 
 def test_plot(tmp_path: Path) -> None:
     path = tmp_path / "forces.svg"
-    assert run("reactions", PUMP, "--plot", path, "--at", "30 deg", "--at", "60 deg").exit_code == 0
+    result = run("reactions", PUMP, "--plot", path, "--at", "30 deg", "--at", "60 deg")
+    assert (result.exit_code, result.stderr) == (0, f"wrote {path}\n")
     assert path.stat().st_size > 4000
+
+
+def test_a_plot_leaves_the_table_as_it_is(tmp_path: Path) -> None:
+    path = tmp_path / "forces.svg"
+    assert run("reactions", PUMP, "--plot", path).stdout == run("reactions", PUMP).stdout
+
+
+def test_one_position_is_no_curve(tmp_path: Path) -> None:
+    result = run("reactions", PUMP, "--plot", tmp_path / "forces.svg", "--at", "30 deg")
+    assert result.exit_code == 1
+    assert "positions: found a single one, expected two at least" in result.stderr
+
+
+def test_several_mechanisms_have_a_file_each(tmp_path: Path) -> None:
+    result = run("reactions", PUMPS, "--plot", tmp_path / "f.svg", "--points", "15", "--csv")
+    names = joint_forces(flywheel.load(PUMPS), [0.5]).mechanisms
+    assert len(names) > 1
+    assert result.stderr.splitlines() == [f"wrote {tmp_path / f'f-{name}.svg'}" for name in names]
+    assert sorted(path.name for path in tmp_path.iterdir()) == sorted(f"f-{name}.svg" for name in names)
 
 
 def test_output_is_a_file_but_never_the_scene(tmp_path: Path) -> None:
