@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import replace
 
 import numpy as np
@@ -67,11 +68,25 @@ def _checked(rtol: float) -> float:
 def _of_machine(machine: Machine, asked: float, simulate: bool) -> Sizing:
     scene = machine.scene
     sizing = wittenbauer.settled(machine, asked)
+    if redundant := tuple(_redundant(scene)):
+        sizing = replace(sizing, messages=(*sizing.messages, *redundant))
     if simulate:
         from flywheel import confirmation  # scipy arrives with time stepping, and not before
 
         return _noted(_with_friction(confirmation.confirmed(sizing), machine))
     return _noted(_with_friction(sizing if scene.inertia is None else _by_quadrature(sizing), machine))
+
+
+def _redundant(scene: Scene) -> Iterator[str]:
+    """What is to be said of linkages that are held more often than needed."""
+    for mechanism in scene.mechanisms:
+        if mechanism.linkage is not None:
+            from flywheel.mechanisms.linkage import followed  # only scenes with linkages pay for it
+
+            found = followed(mechanism).solution.mobility
+            if found.redundant:
+                what = "; ".join(found.redundant)
+                yield f"{mechanism.name} has redundant constraints (Gruebler counts {found.gruebler}, not 1): {what}"
 
 
 def _with_friction(sizing: Sizing, machine: Machine) -> Sizing:

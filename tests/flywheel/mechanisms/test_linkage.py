@@ -215,3 +215,22 @@ def test_every_family_has_positions_at_single_angles() -> None:
     alone = family.ports["output"].position(family.position(1.0, np))
     assert np.shape(alone) == ()
     assert float(alone) == float(family.ports["output"].position(family.position(np.array([1.0]), np))[0])
+
+
+def test_redundant_constraints_are_told_with_the_sizing() -> None:
+    bodies = {
+        "crank": {"points": {"A": [0.1, 0]}, "inertia": 0.1},
+        "rod": {"points": {"B": [0.3, 0]}, "mass": 1.0, "guess": 0.0},
+        "ram": {"mass": 4.0},
+    }
+    joints = [
+        {"name": "O", "type": "pin", "between": ["frame.origin", "crank.origin"]},
+        {"name": "A", "type": "pin", "between": ["crank.A", "rod.origin"]},
+        {"name": "B", "type": "pin", "between": ["rod.B", "ram.origin"]},
+        {"name": "ram", "type": "slide", "between": ["frame.origin", "ram.origin"]},
+        {"name": "rail", "type": "slide", "between": ["frame.origin", "ram.origin"]},
+    ]
+    mechanism = {"type": "linkage", "driver": "O", "bodies": bodies, "joints": joints}
+    scene = flywheel.load({"mechanism": mechanism, "regime": {"speed": 20}, "flywheel": {"irregularity": 0.1}})
+    messages = flywheel.size(scene, simulate=False).messages
+    assert any("linkage has redundant constraints (Gruebler counts -1, not 1)" in m and "rail" in m for m in messages)
