@@ -48,7 +48,7 @@ class Loops(NamedTuple):
 
     Basis function k is exp(i turns[k] · z), times z[slides[k]] where slides[k] >= 0. `closures` (equations/2, bases) are
     the loops' complex coefficients, `origins` (bodies, bases) those of the bodies' origins; `angles` holds every body's
-    angle as a form. `joints` names for every closure the joint that closes it, `paths` the joints of its loop.
+    angle as a form. `paths` names for every closure the joints of its loop.
     `names` says what each variable is; `doubled` the joints whose angle is held by others already.
     """
 
@@ -61,7 +61,6 @@ class Loops(NamedTuple):
     origins: NDArray[np.complex128]
     angles: tuple[Form, ...]
     relations: tuple[Relation, ...]
-    joints: tuple[str, ...]
     paths: tuple[tuple[str, ...], ...]
     doubled: tuple[str, ...]
 
@@ -74,10 +73,6 @@ class Loops(NamedTuple):
     def equations(self) -> int:
         """How many real equations tie them."""
         return 2 * len(self.closures) + len(self.relations)
-
-    def coordinate(self, joint: str) -> Form:
-        """The coordinate of a pin (rad), slide or pin in slot (units of `unit`) as a form of the variables."""
-        return _coordinate(self.linkage.joint(joint), self.names, dict(zip(self.linkage.names, self.angles, strict=True)))
 
 
 def loops(linkage: Linkage) -> Loops:
@@ -179,7 +174,6 @@ class _Walk:
             origins=self._matrix(origins),
             angles=tuple(self.angles[body] for body in self.linkage.names),
             relations=tuple(self._relation(coupling) for coupling in self.linkage.couplings),
-            joints=tuple(joint.name for joint in closing),
             paths=tuple(_loop(tree, joint) for joint in closing),
             doubled=self.doubled,
         )
