@@ -203,11 +203,7 @@ class Scene:
     @property
     def rubs(self) -> bool:
         """Whether any joint of a linkage has friction."""
-        linkages = [mechanism.linkage for mechanism in self.mechanisms if mechanism.linkage is not None]
-        return any(
-            any(joint.friction for joint in linkage.joints) or any(pair.friction for pair in linkage.couplings)
-            for linkage in linkages
-        )
+        return any(mechanism.linkage is not None and mechanism.linkage.rubs for mechanism in self.mechanisms)
 
     @property
     def flywheel_ratio(self) -> float:

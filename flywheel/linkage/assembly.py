@@ -119,8 +119,16 @@ def _step(equations: Equations, z: Array, square: bool) -> tuple[Array, Array]:
         move[lost] = 0.3
     else:
         move = np.einsum("nij,nj->ni", np.linalg.pinv(jacobian, rcond=1e-10), -gap)
-    longest = np.abs(move).max(axis=1, initial=0.0)
+    longest = np.abs(move[:, _in_loops(equations.loops)]).max(axis=1, initial=0.0)
     return move * np.minimum(1.0, _STRIDE / np.maximum(longest, 1e-300))[:, None], np.abs(gap).max(axis=1, initial=0.0)
+
+
+def _in_loops(loops: Loops) -> NDArray[np.bool_]:
+    """Which unknowns the loops depend on; the others follow from couplings alone, however far."""
+    used = np.any(np.abs(loops.closures) > 0.0, axis=0)
+    turned = np.any(loops.turns[used] != 0.0, axis=0)
+    turned[loops.slides[used & (loops.slides >= 0)]] = True
+    return np.asarray(turned[1:])
 
 
 def _starts(loops: Loops) -> Array:
@@ -135,9 +143,31 @@ def _starts(loops: Loops) -> Array:
     for k, name in enumerate(loops.names[1:]):
         reach = _TURNS * pi if tied[k + 1] else pi
         z[:, k + 1] = (reach if name.startswith("angle") else wide) * (2.0 * share[:, k] - 1.0)
-    for column, value in _guesses(loops).items():
-        z[: max(count // 4, 1), column] = value
+    guesses, guessed = _guesses(loops), z[: max(count // 4, 1)]
+    for column, value in guesses.items():
+        guessed[:, column] = value
+    _relate(loops, z, ())
+    for column, value in guesses.items():
+        guessed[:, column] = value
+    _relate(loops, guessed, tuple(guesses))
     return z
+
+
+def _relate(loops: Loops, z: Array, given: tuple[int, ...]) -> None:
+    """Put starting points onto every gear and rolling pair, by the variable that has to turn most, and is not given.
+
+    A pinion may have to turn many times for its rack's travel, and no bounded step would take it there.
+    """
+    for relation in loops.relations:
+        if relation.lift is not None:
+            continue
+        line = relation.second.weights - relation.ratio * relation.first.weights
+        rest = relation.second.constant - relation.ratio * relation.first.constant - relation.phase
+        tied = [int(k) for k in np.flatnonzero(line[1:]) + 1]
+        moved = [k for k in tied if k not in given] or tied
+        if moved:
+            k = min(moved, key=lambda column: abs(float(line[column])))
+            z[:, k] -= (z @ line + rest) / line[k]
 
 
 def _generalised_golden(dimension: int) -> float:

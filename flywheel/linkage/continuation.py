@@ -151,7 +151,8 @@ def _proven(equations: Equations, z: Array, inverse: Array, rate: Array, sizes: 
         float((size @ equations.bound(table, reach, *steps)[0]).max()) for steps in ((d, d), (d, ball), (ball, ball))
     )
     radius = _CONTRACTION / max(across, 2 * _CONTRACTION / _SHARED)
-    moved = float((d[0, 1:] / sizes[1:]).max())
+    displaced = equations.loops.slides[equations.sliding]  # angles may move as far as they like
+    moved = float((d[0, displaced] / sizes[displaced]).max(initial=0.0))
     radius = min(radius, 0.5 * WINDOW / max(float(equations.turned(ball)[0]), 1e-300))
     turned = float(equations.turned(d)[0])
     limits = ((_CONTRACTION, along), (sqrt(radius), sqrt(bent)), (_SHARED - radius, moved), (0.5 * WINDOW, turned))

@@ -159,6 +159,11 @@ class Linkage:
         return next(joint for joint in self.joints if joint.name == name)
 
     @property
+    def rubs(self) -> bool:
+        """Whether any joint or coupling has friction."""
+        return any(joint.friction for joint in self.joints) or any(pair.friction for pair in self.couplings)
+
+    @property
     def sliding(self) -> bool:
         """Whether the driver slides: its coordinate is then in m, the reduced inertia a mass, the reduced moment a force."""
         return self.joint(self.driver).kind == SLIDE

@@ -93,7 +93,7 @@ def _winding(solution: Solution, period: float) -> Array | None:
 
 def _open_fault(mechanism: Mechanism, linkage: Linkage, most: int) -> Fault:
     found = f"a linkage that does not return after {most} turn{'s' if most > 1 else ''} of its driver"
-    for turns in range(most + 1, _TURNS_TRIED + 1):
+    for turns in range(1, _TURNS_TRIED + 1):
         if _winding(solve(linkage, 0.0, turns * tau), turns * tau) is not None:
             return Fault(mechanism.path, found, "a cycle after which it does", f"it returns after {turns}: set regime.cycle")
     return Fault(mechanism.path, found, "a cycle after which it does", f"nor does it within {_TURNS_TRIED} turns")

@@ -55,7 +55,7 @@ def _shown(scene: Scene, forces: JointForces, found: Reactions) -> Reactions:
 
 def _notes(found: Reactions) -> Iterator[str]:
     friction = found.friction
-    if friction.iterations:
+    if friction.iterations and found.poses.linkage.rubs:
         worst = float(np.nanmax(friction.gap)) if np.isfinite(friction.gap).any() else np.nan
         share = float(np.nanmean(friction.moment))
         unit = "N" if found.poses.linkage.sliding else "N m"

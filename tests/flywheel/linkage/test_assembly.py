@@ -15,7 +15,17 @@ from flywheel.linkage.description import FRAME, GEAR, Coupling, Link, Linkage, P
 from flywheel.linkage.equations import Equations
 from flywheel.linkage.loops import loops
 from flywheel.linkage.solution import solve
-from tests.flywheel.linkage.linkages import O, cam_rocker, four_bar, geared_five_bar, pin, six_bar, slider_crank, whitworth
+from tests.flywheel.linkage.linkages import (
+    O,
+    cam_rocker,
+    four_bar,
+    geared_five_bar,
+    pin,
+    rolling,
+    six_bar,
+    slider_crank,
+    whitworth,
+)
 
 
 def unguessed(linkage: Linkage) -> Linkage:
@@ -156,3 +166,16 @@ def test_every_assembly_is_chosen_by_its_own_angles(make: Callable[[], Linkage])
         links = tuple(link._replace(guess=angles.get(link.name)) for link in base.links)
         chosen = assembled(Equations(loops(replace(base, links=links))))
         np.testing.assert_allclose(np.exp(1j * chosen), np.exp(1j * z), atol=1e-9)
+
+
+@pytest.mark.parametrize("radius", [0.08, 0.0233, 0.004])
+def test_a_small_pinion_turns_as_often_as_its_rack_asks(radius: float) -> None:
+    base = rolling()
+    links = tuple(link._replace(guess=None) for link in base.links)
+    joints = tuple(j._replace(guess=0.39) if j.name == "guide" else j for j in base.joints)
+    pair = base.couplings[0]._replace(ratio=radius, phase=-0.967)
+    solution = solve(replace(base, links=links, joints=joints, couplings=(pair,)), 0.0, 1.0)
+    poses = solution.poses([0.0])
+    slide = float(solution.coordinate("guide", poses).value[0])
+    assert slide == pytest.approx(0.1 + np.sqrt(0.09 - 0.02**2), abs=1e-12)
+    assert poses.angle("pinion").value[0] == pytest.approx((slide + 0.967) / radius, rel=1e-12)
