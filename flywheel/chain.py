@@ -17,7 +17,6 @@ from bondgraph.reduction import Reduced, Reduction
 from flywheel import mechanisms
 from flywheel.faults import Fault, SceneError
 from flywheel.formulas.expressions import Expression
-from flywheel.formulas.switching import SwitchingError
 from flywheel.loads import Effort, Place, Senses, crank_angles, spring_effort
 from flywheel.mechanisms.base import Family, Ratio
 from flywheel.piecewise import middles
@@ -335,6 +334,7 @@ class Chain:
 
     def _senses_of(self, place: str) -> Senses:
         from flywheel import features
+        from flywheel.formulas.switching import SwitchingError
 
         smooth = merged([0.0, self.scene.cycle, *self._mechanism_breakpoints()], self.scene.cycle)
         try:

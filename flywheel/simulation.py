@@ -92,7 +92,7 @@ def simulate(
     total = own * scene.flywheel_ratio**2
     if balance is None and scene.unknown is not None:
         rigid = machine if not scene.compliances else Machine(replace(scene, compliances={}))
-        balance = regime.resolve(rigid, rigid.mesh).balance
+        balance = regime.settled_balance(rigid)
     if scene.compliances:
         from flywheel.whole import followed
 

@@ -103,6 +103,15 @@ def coordinates(texts: tuple[str, ...], sliding: bool) -> list[float]:
     return [value for value in found if value is not None]
 
 
+AT = click.option(
+    "--at",
+    multiple=True,
+    callback=places,
+    metavar="ANGLE",
+    help='A crank angle such as "30 deg", or a position of a driver that slides, such as "190 mm"; repeatable.',
+)
+
+
 def spare(scene: Path, output: Path) -> None:
     """A usage error where the output would be written over the scene."""
     if output.exists() and output.samefile(scene):

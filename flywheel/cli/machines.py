@@ -8,7 +8,18 @@ from typing import TYPE_CHECKING
 
 import click
 
-from flywheel.cli.common import MOST_POINTS, SCENE, coordinates, places, plot_path, quantity, reported, show, spare, written
+from flywheel.cli.common import (
+    AT,
+    MOST_POINTS,
+    SCENE,
+    coordinates,
+    plot_path,
+    quantity,
+    reported,
+    show,
+    spare,
+    written,
+)
 
 if TYPE_CHECKING:
     from flywheel.joints import JointForces
@@ -77,13 +88,7 @@ def _draw(sizing: Sizing, path: Path) -> None:
     type=click.IntRange(1, MOST_POINTS),
     help="Number of angles, evenly over the cycle, or of positions along the stroke (default 360).",
 )
-@click.option(
-    "--at",
-    multiple=True,
-    callback=places,
-    metavar="ANGLE",
-    help='A crank angle such as "30 deg", or a position of a driver that slides, such as "190 mm"; repeatable.',
-)
+@AT
 @click.option("--output", type=click.Path(path_type=Path), metavar="FILE", help="Write to a file instead.")
 def reduce(scene: Path, as_json: bool, as_csv: bool, points: int | None, at: tuple[str, ...], output: Path | None) -> None:
     """Print I*, dI*/dphi, M* and every influence coefficient of SCENE over the crank angle.
@@ -160,13 +165,7 @@ def _speed(context: click.Context, parameter: click.Parameter, text: str | None)
     type=click.IntRange(1, MOST_POINTS),
     help="Number of positions (default 24; 360 for CSV, JSON and the picture).",
 )
-@click.option(
-    "--at",
-    multiple=True,
-    callback=places,
-    metavar="ANGLE",
-    help='A crank angle such as "30 deg", or a position of a driver that slides, such as "190 mm"; repeatable.',
-)
+@AT
 @click.option(
     "--speed",
     callback=_speed,

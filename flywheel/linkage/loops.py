@@ -10,7 +10,6 @@ the linkage's largest one, so that everything is of order 1.
 from __future__ import annotations
 
 from collections import deque
-from collections.abc import Iterable
 from math import pi
 from typing import NamedTuple
 
@@ -307,12 +306,3 @@ def _sum(*chains: dict[int, complex]) -> dict[int, complex]:
 
 def _negative(chain: dict[int, complex]) -> dict[int, complex]:
     return {basis: -coefficient for basis, coefficient in chain.items()}
-
-
-def described(joints: Iterable[str]) -> str:
-    """Joints of a loop as one text.
-
-    >>> described(["A", "B", "C"])
-    'A - B - C'
-    """
-    return " - ".join(joints)

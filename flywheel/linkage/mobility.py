@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from flywheel.faults import Fault
 from flywheel.linkage.description import FREEDOMS, Linkage
-from flywheel.linkage.loops import Loops, described
+from flywheel.linkage.loops import Loops
 
 Array = NDArray[np.float64]
 
@@ -91,7 +91,7 @@ def _of(loops: Loops, row: int) -> str:
     closures = 2 * len(loops.closures)
     if row >= closures:
         return f"coupling {loops.linkage.couplings[row - closures].name}"
-    return f"loop {described(loops.paths[row // 2])}"
+    return f"loop {' - '.join(loops.paths[row // 2])}"
 
 
 def faults(loops: Loops, jacobian: Array) -> list[Fault]:

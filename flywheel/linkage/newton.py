@@ -13,7 +13,6 @@ Array = NDArray[np.float64]
 
 _MOST = 12
 SETTLED = 1e-9  # a step below this leaves an error of its square: nothing
-_ROUNDING = 4e-16
 
 
 class Settled(NamedTuple):
