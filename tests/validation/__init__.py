@@ -8,7 +8,6 @@ What these scenes cannot say yet, and why:
 
 - wheel geometry and stress: Jindal 19-1 (rim and arms), 19-5 (disc), the rim sections of Khurmi 16.15, 16.17 and 16.18, the
   disc of Uicker 18.2;
-- losses in a mesh: the second answers, with an efficiency of 0.9, of Khurmi 3.13 and Bevan 2.10;
 - a spring or damper between two moving points: the SUNDIALS slider-crank (idaSlCrank_dns);
 - torques that depend on speed: the motor's line of the Shigley press (its two speeds are taken as given), and the run-up
   of the slider-crank with T = 10 - 2.387 omega.

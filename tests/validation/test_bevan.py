@@ -5,6 +5,7 @@ from __future__ import annotations
 from math import pi, radians
 
 import flywheel
+from flywheel.gearing import Shaft, Stage, geared_acceleration, with_rope
 
 from .common import BOOK_GRAVITY, CASES, agree, inputs, of_areas
 
@@ -25,6 +26,15 @@ def test_2_10_geared_drum() -> None:
     }
     state = flywheel.reduce(flywheel.load(scene), [0.0])
     agree("bevan-2.10", a_ft_s2=float(state.moment[0] / state.inertia[0]) * radius / 12)
+
+
+def test_2_10_geared_drum_with_losses() -> None:
+    case = inputs("bevan-2.10")  # in lb and ft: forces then are poundals
+    drum = with_rope(Shaft(case["Ia_lbft2"]), case["m_lb"], case["r_in"] / 12, case["m_lb"] * 32.2)
+    for key, efficiency in (("a_ft_s2", 1.0), ("a_eta", case["eta"])):
+        stages = [Stage("drum", "rotor", case["G"], efficiency)]
+        running = geared_acceleration({"drum": drum, "rotor": Shaft(case["Ib_lbft2"])}, stages)
+        agree("bevan-2.10", **{key: running.accelerations["drum"] * case["r_in"] / 12})
 
 
 def test_12_3_crank_torque() -> None:

@@ -10,6 +10,8 @@ import pytest
 from scipy.optimize import brentq
 
 import flywheel
+from flywheel import presses, two_speeds
+from flywheel.gearing import Shaft, Stage, geared_acceleration, geared_torque, with_rope
 
 from .common import CASES, G, agree, four_stroke, inputs, mean_and_eps, of_areas, of_swing, press, sized
 
@@ -56,6 +58,15 @@ def test_3_13_geared_drum() -> None:
     agree("khurmi-3.13", a=float(state.moment[0] / state.inertia[0]) * case["r_m"])
 
 
+def test_3_13_geared_drum_with_losses() -> None:
+    case = inputs("khurmi-3.13")
+    drum = with_rope(Shaft(case["IA"]), case["M_kg"], case["r_m"], case["M_kg"] * G)
+    for key, efficiency in (("a", 1.0), ("a_eta", case["eta"])):
+        stages = [Stage("drum", "rotor", case["G"], efficiency)]
+        running = geared_acceleration({"drum": drum, "rotor": Shaft(case["IB"])}, stages)
+        agree("khurmi-3.13", **{key: running.accelerations["drum"] * case["r_m"]})
+
+
 def hoist() -> tuple[dict[str, Any], float, float]:
     """The mine hoist's scene, the inertia of its cages at the motor, and the motor's acceleration."""
     case = inputs("khurmi-3.18")
@@ -85,6 +96,22 @@ def test_3_18_mine_hoist() -> None:
     state = flywheel.reduce(flywheel.load(scene), [0.0])
     inertia = float(state.inertia[0])
     agree("khurmi-3.18", I_eq=inertia - cages, T_Nm=inertia * acceleration - float(state.moment[0]))
+
+
+def test_3_18_mine_hoist_by_shafts() -> None:
+    case = inputs("khurmi-3.18")
+    mass, friction, radius = case["m_kg"], case["friction_Nm"], case["d_drum_m"] / 2
+    k = dict(zip(("motor", "inter", "drum", "pulley"), case["k"], strict=True))
+    shafts = {name: Shaft(mass[name] * k[name] ** 2, 0.0, friction.get(name, 0.0)) for name in ("motor", "inter", "drum")}
+    shafts["pulley"] = Shaft(2 * mass["pulley"] * k["pulley"] ** 2, 0.0, 2 * friction["pulley_each"])
+    rpm = case["N_rpm"]
+    stages = [Stage("motor", "inter", rpm["inter"] / rpm["motor"]), Stage("inter", "drum", rpm["drum"] / rpm["inter"])]
+    stages.append(Stage("drum", "pulley", case["d_drum_m"] / case["d_pulley_m"]))
+    alpha = case["a"] / radius * rpm["motor"] / rpm["drum"]
+    without_cages = geared_torque(shafts, stages, "motor", alpha)
+    for cage, sense, drag in zip(case["cages_kg"], (-1, 1), case["friction_N"], strict=True):
+        shafts["drum"] = with_rope(shafts["drum"], cage, radius, sense * cage * G - drag)
+    agree("khurmi-3.18", I_eq=without_cages.inertia, T_Nm=geared_torque(shafts, stages, "motor", alpha).torque)
 
 
 # --- slider-cranks at one angle ----------------------------------------------------------------------------------
@@ -354,6 +381,34 @@ def test_16_21_riveting_machine() -> None:
     agree("khurmi-16.21", rivets_per_min=result["speed"] / RPM)
     assert result["simulation"]["speed_max"] * ratio / RPM == pytest.approx(case["N1_rpm"], rel=1e-9)
     assert result["power"] == pytest.approx(case["P_W"], rel=1e-9)
+
+
+def test_16_1_and_16_3_by_formula() -> None:
+    case = inputs("khurmi-16.1")
+    speeds = two_speeds.extreme_speeds(case["m_kg"] * case["k_m"] ** 2, case["N_rpm"] * RPM, case["dE_J"])
+    agree("khurmi-16.1", N1_rpm=speeds.high / RPM, N2_rpm=speeds.low / RPM)
+    case = inputs("khurmi-16.3")
+    swing = case["CE"] * case["P_W"] * 60 / case["N_rpm"]
+    agree("khurmi-16.3", m_kg=two_speeds.inertia_for(swing, case["N_rpm"] * RPM, case["Cs"]) / case["k_m"] ** 2)
+
+
+def test_16_19_and_16_22_by_formula() -> None:
+    case = inputs("khurmi-16.19")
+    press = presses.press_cycle(case["E_hole_J"], 3600 / case["holes_per_h"], case["t_punch_s"])
+    inertia = two_speeds.inertia_between(press.given, case["N1_rpm"] * RPM, case["N2_rpm"] * RPM)
+    agree("khurmi-16.19", P_kW=press.motor_power / 1000, m_kg=inertia / case["k_m"] ** 2)
+    case = inputs("khurmi-16.22")
+    energy = presses.cutting_energy(pi * case["d_mm"] / 1e3, case["t_mm"] / 1e3, case["e_J_per_mm2"] * 1e6)
+    press = presses.press_cycle(energy, 60 / case["rate_per_min"], case["t_punch_s"])
+    inertia = two_speeds.inertia_between(press.given, case["N1_rpm"] * RPM, case["N2_rpm"] * RPM)
+    agree("khurmi-16.22", m_kg=inertia / case["k_m"] ** 2)
+
+
+def test_16_21_by_formula() -> None:
+    case = inputs("khurmi-16.21")
+    press = presses.press_at(case["E_J"], case["P_W"], case["t_s"])
+    low = two_speeds.speed_after(case["m_kg"] * case["k_m"] ** 2, case["N1_rpm"] * RPM, press.given)
+    agree("khurmi-16.21", N2_rpm=low / RPM, rivets_per_min=60 * press.rate)
 
 
 def test_16_22_punch() -> None:

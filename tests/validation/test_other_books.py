@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import pytest
 
+from flywheel.two_speeds import inertia_for
+
 from .common import LBF_IN, agree, inputs, of_areas, of_swing
 
 
@@ -25,3 +27,8 @@ def test_quiz_160_both_ways() -> None:
     result = of_swing(case["dE_J"], case["omega"], irregularity=f"{100 * case['Cs']} %")
     agree("quiz-160", I=result["flywheel"]["exact"])
     assert result["irregularity"] == pytest.approx(2 * 0.0175)
+
+
+def test_quiz_160_by_formula() -> None:
+    case = inputs("quiz-160")
+    agree("quiz-160", I=inertia_for(case["dE_J"], case["omega"], case["Cs"]))

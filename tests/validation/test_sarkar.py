@@ -6,6 +6,8 @@ from math import pi, radians, sqrt
 
 import pytest
 
+from flywheel import presses, two_speeds
+
 from .common import agree, inputs, mean_and_eps, of_areas, press
 
 RPM = pi / 30
@@ -43,3 +45,14 @@ def test_6_9_strokes_per_hour_and_drop_of_speed() -> None:
     agree("sarkar-6.9", drop_rpm=(motion["speed_max"] - motion["speed_min"]) * ratio / RPM, rtol=1e-8)
     agree("sarkar-6.9", n_per_h=result["speed"] / (2 * pi) * 3600)
     assert motion["speed_max"] * ratio / RPM == pytest.approx(case["N1_rpm"], rel=1e-9)
+
+
+def test_6_7_and_6_9_by_formula() -> None:
+    case = inputs("sarkar-6.7")
+    given = two_speeds.energy_given(case["m_kg"] * case["k_m"] ** 2, case["N1_rpm"] * RPM, case["N2_rpm"] * RPM)
+    press = presses.press_of(given, case["cycle_s"], case["cycle_s"] - case["t_recharge_s"])
+    agree("sarkar-6.7", P_kW=press.power / 1000, E_J=press.energy)
+    case = inputs("sarkar-6.9")
+    press = presses.press_at(case["E_J"], case["P_W"], case["t_s"])
+    low = two_speeds.speed_after(case["I"], case["N1_rpm"] * RPM, press.given)
+    agree("sarkar-6.9", n_per_h=3600 * press.rate, drop_rpm=case["N1_rpm"] - low / RPM)

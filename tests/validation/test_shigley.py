@@ -6,6 +6,8 @@ from math import pi
 
 import pytest
 
+from flywheel.two_speeds import Speeds, energy_given, inertia_for
+
 from .common import CASES, LBF_IN, agree, inputs, of_swing, sized
 
 
@@ -37,3 +39,13 @@ def test_16_press_between_two_speeds() -> None:
     agree("shigley-16-press", Cs=motion["irregularity"], omega_mean=result["speed"])
     assert motion["speed_max"] == pytest.approx(case["omega_max"], rel=1e-9)
     assert motion["speed_min"] == pytest.approx(case["omega_min"], rel=1e-9)
+
+
+def test_16_press_by_formula() -> None:
+    case = inputs("shigley-16-press")
+    speeds, inertia = Speeds(case["omega_max"], case["omega_min"]), case["I_lbf_s2_in"]
+    agree("shigley-16-press", omega_mean=speeds.mean, Cs=speeds.irregularity)
+    agree("shigley-16-press", E1=energy_given(inertia, speeds.low, 0.0), E2=energy_given(inertia, speeds.high, 0.0))
+    given = energy_given(inertia, *speeds)
+    agree("shigley-16-press", dE_exact=given)
+    assert inertia_for(given, speeds.mean, speeds.irregularity) == pytest.approx(inertia, rel=1e-12)
