@@ -6,8 +6,9 @@ bit, and "0.1 deg" is the same float in a table and in a window.
 
 In a unit a space, `·` or `*` multiplies, everything after `/` divides, `^2`, `²` and `^-1` are powers. `rad` may be
 left out where the dimension says enough (`N m s` for `N m s/rad`), but an angle and a speed must name theirs: `1/s` and
-`Hz` could be turns or radians and are refused. `1/min` alone is the rev/min of name plates. A torque is written `N m`,
-`lbf ft`...; `J` and its kin are refused for it, although their dimension is the same. An energy may be either.
+`Hz` could be turns or radians and are refused, but for a frequency. `1/min` alone is the rev/min of name plates. A torque
+is written `N m`, `lbf ft`...; `J` and its kin are refused for it, although their dimension is the same. An energy may be
+either.
 """
 
 from __future__ import annotations
@@ -27,7 +28,7 @@ LARGEST = 1e50  # a quantity beyond it would leave the floating-point range with
 _NUMBER = re.compile(r"\s*([+-]?)([0-9]*)(?:\.([0-9]*))?(?:[eE]([+-]?[0-9]{1,9}))?(?![0-9.])")
 _FACTOR = re.compile(r"([^\W\d_]+|%|°)(?:\^([+-]?[0-9]+))?")
 _SUPERSCRIPTS = str.maketrans("⁰¹²³⁴⁵⁶⁷⁸⁹⁻⁺", "0123456789-+")
-_LOOKALIKES = str.maketrans({"−": "-", "º": "°", "μ": "µ", "⋅": "·", "•": "·", "\u00a0": " ", "\u202f": " "})
+_LOOKALIKES = str.maketrans({"−": "-", "º": "°", "\u2126": "Ω", "μ": "µ", "⋅": "·", "•": "·", "\u00a0": " ", "\u202f": " "})
 
 
 class QuantityError(ValueError):
@@ -39,7 +40,7 @@ class QuantityError(ValueError):
 
 
 class Unit(NamedTuple):
-    """A unit: SI value as a ratio of integers, and the powers of length, mass, time and angle."""
+    """A unit: SI value as a ratio of integers, and the powers of length, mass, time, angle and electric current."""
 
     numerator: int = 1
     denominator: int = 1
@@ -47,11 +48,12 @@ class Unit(NamedTuple):
     mass: int = 0
     time: int = 0
     angle: int = 0
+    current: int = 0
 
     @property
-    def powers(self) -> tuple[int, int, int]:
-        """Powers of metre, kilogram and second."""
-        return self.length, self.mass, self.time
+    def powers(self) -> tuple[int, int, int, int]:
+        """Powers of metre, kilogram, second and ampere."""
+        return self.length, self.mass, self.time, self.current
 
     def __mul__(self, other: object) -> Unit:
         """The product of two units: factors multiply, powers add."""
@@ -68,13 +70,19 @@ class Unit(NamedTuple):
 
 
 class Dimension(NamedTuple):
-    """What a key expects: powers of metre, kilogram, second; powers of angle allowed; the SI unit; an example."""
+    """What a key expects: powers of metre, kilogram, second; of angle, those allowed; SI unit; example; that of ampere."""
 
     name: str
-    powers: tuple[int, int, int]
+    mechanical: tuple[int, int, int]
     angles: tuple[int, ...]
     si: str
     example: str
+    current: int = 0
+
+    @property
+    def powers(self) -> tuple[int, int, int, int]:
+        """Powers of metre, kilogram, second and ampere."""
+        return *self.mechanical, self.current
 
     @property
     def expected(self) -> str:
@@ -93,6 +101,7 @@ DIMENSIONS = {
         Dimension("mass", (0, 1, 0), (0,), "kg", "12 kg"),
         Dimension("time", (0, 0, 1), (0,), "s", "2 s"),
         Dimension("inertia", (2, 1, 0), (0,), "kg m^2", "0.3 kg m^2"),
+        Dimension("moment of weight", (3, 1, -2), (0,), "N m^2", "48 kgf m^2"),
         Dimension("force", (1, 1, -2), (0,), "N", "1.5 kN"),
         Dimension("torque", (2, 1, -2), (0,), "N m", "40 N m"),
         Dimension("speed", (0, 0, -1), (1,), "rad/s", "210 rpm"),
@@ -108,6 +117,15 @@ DIMENSIONS = {
         Dimension("angular stiffness", (2, 1, -2), (0, -1), "N m/rad", "30 N m/rad"),
         Dimension("damping", (0, 1, -1), (0,), "N s/m", "5 N s/m"),
         Dimension("angular damping", (2, 1, -1), (0, -1), "N m s/rad", "0.2 N m s/rad"),
+        Dimension("frequency", (0, 0, -1), (0,), "Hz", "50 Hz"),
+        Dimension("voltage", (2, 1, -3), (0,), "V", "400 V", -1),
+        Dimension("current", (0, 0, 0), (0,), "A", "12 A", 1),
+        Dimension("resistance", (2, 1, -3), (0,), "ohm", "0.4 ohm", -2),
+        Dimension("inductance", (2, 1, -2), (0,), "H", "2 mH", -2),
+        Dimension("motor constant", (2, 1, -2), (0, -1), "V s/rad", "0.25 V s/rad", -1),
+        Dimension("drag", (-1, 1, 0), (0,), "N s^2/m^2", "8 N s^2/m^2"),
+        Dimension("angular drag", (2, 1, 0), (0, -2), "N m s^2/rad^2", "0.1 N m s^2/rad^2"),
+        Dimension("energy per area", (0, 1, -2), (0,), "J/m^2", "6 J/mm^2"),
     )
 }
 
@@ -122,6 +140,9 @@ def _named_units() -> dict[str, Unit]:
     multiples = {"m": metre, "g": Unit(1, 1000, mass=1), "s": second, "N": newton, "Nm": joule, "J": joule}
     multiples |= {"W": joule * second**-1, "Pa": newton * metre**-2, "bar": Unit(10**5, 1, -1, 1, -2)}
     multiples |= {"rad": radian, "cal": Unit(4184, 1000) * joule, "Wh": Unit(3600) * joule}
+    ampere, watt = Unit(current=1), joule * second**-1
+    multiples |= {"A": ampere, "V": watt * ampere**-1, "H": joule * ampere**-2}
+    multiples |= dict.fromkeys(("ohm", "Ω"), watt * ampere**-2)
     units = {prefix + name: scale * unit for name, unit in multiples.items() for prefix, scale in _PREFIXES.items()}
     units |= {"Nmm": Unit(1, 1000) * joule, "Ncm": Unit(1, 100) * joule}
     units |= {"%": Unit(1, 100), "t": Unit(1000, mass=1), "min": minute, "h": Unit(3600, time=1)}
@@ -138,6 +159,7 @@ _PREFIXES = {
     for prefix, power in {"": 0, "n": -9, "µ": -6, "u": -6, "m": -3, "c": -2, "d": -1, "da": 1, "h": 2}.items()
 } | {"k": Unit(10**3), "M": Unit(10**6), "G": Unit(10**9)}
 UNITS = _named_units()
+_FREQUENCIES = {prefix + "Hz": Unit(10**power, time=-1) for prefix, power in {"": 0, "k": 3}.items()}
 _ENERGIES = frozenset(prefix + name for name in ("J", "cal", "Wh") for prefix in _PREFIXES)
 
 
@@ -310,6 +332,8 @@ def _factor(text: str, dimension: str | None) -> Unit:
         advice = f"write {squared[1]}^{squared[2]}" if squared else f"{quote(text)} is no unit"
         raise QuantityError(quote(text), "a unit", advice)
     name, power = match[1], int(match[2] or 1) if len(match[2] or "") < 4 else _LARGEST_POWER + 1
+    if dimension == "frequency" and name in _FREQUENCIES:
+        return _FREQUENCIES[name] ** power
     if name.endswith("Hz"):
         raise QuantityError(quote(text), "a unit", "Hz could be turns or radians: write rev/s or rad/s")
     if name not in UNITS or not 0 < abs(power) <= _LARGEST_POWER:
@@ -338,9 +362,10 @@ def _mismatch(unit: Unit, text: str, dimension: str | None) -> str | None:
         return None
     if unit.powers == wanted.powers and dimension in ("angle", "speed"):
         return "name the angle: write rad, deg or rev" if unit.angle == 0 else "the angle's power does not fit"
-    if unit.powers == (wanted.powers[0] - 1, wanted.powers[1], wanted.powers[2] + 2) and wanted.powers[1]:
+    length, mass, time, current = wanted.powers
+    if unit.powers == (length - 1, mass, time + 2, current) and mass:
         return "kg and lb are masses: write N, kgf or lbf"
-    if unit.powers == (wanted.powers[0] + 1, wanted.powers[1], wanted.powers[2] - 2) and wanted.powers[1]:
+    if unit.powers == (length + 1, mass, time - 2, current) and mass:
         return "N, kgf and lbf are forces: write kg or lb"
     return _other_dimension(unit)
 

@@ -78,6 +78,22 @@ LBF = POUND * WEIGHT
         ("3 N m s/rad", "angular damping", 3),
         ("3 N m s", "angular damping", 3),
         ("7200 kg/m^3", "density", 7200),
+        ("400 V", "voltage", 400),
+        ("1.2 kV", "voltage", 1200),
+        ("3 W/A", "voltage", 3),
+        ("250 mA", "current", Fraction(1, 4)),
+        ("0.4 ohm", "resistance", Fraction(4, 10)),
+        ("25 mΩ", "resistance", Fraction(25, 1000)),
+        ("25 m\u2126", "resistance", Fraction(25, 1000)),
+        ("2 V/A", "resistance", 2),
+        ("2 mH", "inductance", Fraction(2, 1000)),
+        ("2 ohm s", "inductance", 2),
+        ("0.25 V s/rad", "motor constant", Fraction(1, 4)),
+        ("0.25 V s", "motor constant", Fraction(1, 4)),
+        ("0.25 N m/A", "motor constant", Fraction(1, 4)),
+        ("50 Hz", "frequency", 50),
+        ("2 kHz", "frequency", 2000),
+        ("50 1/s", "frequency", 50),
         ("3 %", "number", Fraction(3, 100)),
         ("0.6", "number", Fraction(6, 10)),
         ("-3e-2 m", "length", Fraction(-3, 100)),
@@ -130,6 +146,15 @@ def test_whole_turns_agree_with_the_float_pi():
         ("5 Hz", "speed", "rev/s or rad/s"),
         ("5 kHz", "speed", "rev/s or rad/s"),
         ("5 1/s", "speed", "name the angle"),
+        ("50 Hz", "number", "rev/s or rad/s"),
+        ("50 Hz", None, "rev/s or rad/s"),
+        ("50 rpm", "frequency", "unit of speed"),
+        ("50 MHz", "frequency", "rev/s or rad/s"),
+        ("5 V", "power", "unit of voltage"),
+        ("5 W", "voltage", "unit of power"),
+        ("5 N m", "motor constant", "unit of torque"),
+        ("5 A", "number", "unit of current"),
+        ("5 kg A", "force", "does not fit"),
         ("5 s^-1", "speed", "name the angle"),
         ("5", "length", "add a unit"),
         ("5 kg", "force", "write N, kgf or lbf"),
@@ -223,3 +248,9 @@ def test_no_unit_hides_another():
     assert UNITS["ft"].length == 1
     assert UNITS["h"].time == 1
     assert UNITS["Pa"].mass == 1
+
+
+def test_a_motor_constant_per_rpm_is_right_to_the_last_bit():
+    mpmath = pytest.importorskip("mpmath")
+    with mpmath.workdps(50):
+        assert parse_quantity("0.12 V/rpm", "motor constant") == float(mpmath.mpf("0.12") * 30 / mpmath.pi)

@@ -1,0 +1,143 @@
+"""The induction motor from the data of its name plate and catalogue, by Kloss's formula."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from functools import cached_property
+from typing import ClassVar
+
+from flywheel.arguments import number_faults, refuse
+from flywheel.faults import Fault
+from flywheel.formulas.expressions import Expression, parse
+from flywheel.motors.base import Motor, Point, Span, written, wrong_numbers
+
+MOST_SLIP = 0.3
+"""The greatest rated slip that is believed: a rotor's efficiency is at most 1 - slip, and wrong poles give more."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Induction(Motor):
+    """An induction motor on a stiff mains, by Kloss's formula: T = 2 T_b/(s/s_b + s_b/s).
+
+    The slip is s = (omega_s - omega)/omega_s, synchronous speed omega_s = 2 pi f/(pole pairs). The breakdown slip follows
+    from the rated point and lambda = T_b/T_n: s_b = s_n (lambda + sqrt(lambda² - 1)), so that the curve passes through the
+    rated point exactly. The law is written in u = omega_s - omega and u_b = s_b omega_s, T = 2 T_b u_b u/(u² + u_b²), which
+    is smooth through synchronous speed.
+
+    Args:
+        power: rated power at the shaft, W.
+        speed: rated speed omega_n, rad/s, below synchronous.
+        poles: number of poles, 2, 4, 6...
+        frequency: f of the mains, Hz.
+        breakdown_ratio: lambda, breakdown torque over rated torque, above 1.
+        inertia: of the rotor, kg m².
+
+    Raises:
+        SceneError: for values out of range, and for a rated speed that does not go with poles and frequency.
+
+    Valid for slow changes (electrical transients die away within some periods of the mains) and slips up to about the
+    breakdown slip: stator resistance is neglected. From rest to breakdown real motors give more torque than Kloss's formula,
+    by skin effect in their bars, or less in a saddle; take a `Curve` where run-up matters and the catalogue has one. Above
+    synchronous speed it generates. Source: M. Kloss, Drehmoment und Schlüpfung des Drehstrommotors, Archiv für
+    Elektrotechnik 5 (1916); Fischer, Elektrische Maschinen, 14th ed.; Fitzgerald et al., Electric Machinery, 6th ed.,
+    chapter 6, and Chapman, Electric Machinery Fundamentals, 5th ed., chapter 6 (the circuit that it simplifies).
+
+    >>> motor = Induction(power=7500.0, speed=1450 * math.pi / 30, poles=4, frequency=50.0, breakdown_ratio=2.5)
+    >>> round(motor.rated.torque, 4), round(motor.rated_slip, 6), round(motor.breakdown_slip, 6)
+    (49.3929, 0.033333, 0.15971)
+    >>> round(float(motor.torque(motor.speed)), 4), round(motor.breakdown.torque, 4)
+    (49.3929, 123.4823)
+
+    """
+
+    power: float
+    speed: float
+    poles: int
+    frequency: float
+    breakdown_ratio: float
+    title: ClassVar[str] = "induction motor"
+
+    def __post_init__(self) -> None:
+        """Refuse values out of range, and those that contradict each other."""
+        refuse(wrong_numbers(self, ("power", "speed", "frequency")) + self._wrong_poles() + self._wrong_ratio())
+        refuse(self._wrong_speed())
+
+    def _wrong_poles(self) -> list[Fault]:
+        poles = self.poles
+        if not number_faults("poles", poles) and poles >= 2 and poles % 2 == 0:
+            return []
+        return number_faults("poles", poles) or [Fault("poles", f"{poles:g}", "an even number, 2 or more")]
+
+    def _wrong_ratio(self) -> list[Fault]:
+        ratio = self.breakdown_ratio
+        if not number_faults("breakdown_ratio", ratio) and ratio > 1:
+            return []
+        return number_faults("breakdown_ratio", ratio) or [Fault("breakdown_ratio", f"{ratio:g}", "a number above 1")]
+
+    def _wrong_speed(self) -> list[Fault]:
+        """A rated speed lies a little below synchronous speed; if not, the poles that would go with it."""
+        slip = self.rated_slip
+        if 0.0 < slip <= MOST_SLIP:
+            return []
+        field = 2 * math.pi * self.frequency  # of two poles
+        pairs = math.floor(field / self.speed)
+        fitting = pairs < 100 and 0.0 < 1 - self.speed * pairs / field <= MOST_SLIP
+        found = f"{_rpm(self.speed)}, a slip of {slip:.3g}"
+        expected = f"a little less than the {_rpm(self.synchronous_speed)} of {self.poles:g} poles at {self.frequency:g} Hz"
+        return [Fault("speed", found, expected, f"a motor of this speed has {2 * pairs} poles" if fitting else "")]
+
+    @cached_property
+    def synchronous_speed(self) -> float:
+        """Speed 2 pi f/(pole pairs) of the field, rad/s."""
+        return 4 * math.pi * self.frequency / self.poles
+
+    @property
+    def rated_slip(self) -> float:
+        """Slip s_n at rated speed."""
+        return (self.synchronous_speed - self.speed) / self.synchronous_speed
+
+    @property
+    def breakdown_slip(self) -> float:
+        """Slip s_b at which torque is greatest: s_n (lambda + sqrt(lambda² - 1))."""
+        ratio = self.breakdown_ratio
+        return self.rated_slip * (ratio + math.sqrt((ratio - 1) * (ratio + 1)))
+
+    @property
+    def breakdown_torque(self) -> float:
+        """The greatest torque T_b, N m."""
+        return self.breakdown_ratio * self.rated.torque
+
+    @property
+    def rated(self) -> Point:
+        """The point of the name plate."""
+        return Point(self.speed, self.power / self.speed)
+
+    @property
+    def no_load_speed(self) -> float:
+        """Synchronous speed, rad/s: an ideal motor has no friction of its own."""
+        return self.synchronous_speed
+
+    @property
+    def stable(self) -> Span:
+        """From breakdown as a motor to breakdown as a generator, rad/s."""
+        reach = self.breakdown_slip * self.synchronous_speed
+        return self.synchronous_speed - reach, self.synchronous_speed + reach
+
+    def law(self) -> Expression:
+        """The torque on the shaft, N m."""
+        reach = self.breakdown_slip * self.synchronous_speed
+        u = f"({written(self.synchronous_speed)} - omega)"
+        return parse(f"{written(2 * self.breakdown_torque * reach)}*{u}/({u}**2 + {written(reach**2)})")
+
+    def speed_at(self, torque: float) -> float | None:
+        """Speed on the running branch at which the motor gives a torque: s = s_b q/(1 + sqrt(1 - q²)), q = T/T_b."""
+        share = torque / self.breakdown_torque
+        if abs(share) > 1:
+            return None
+        slip = self.breakdown_slip * share / (1 + math.sqrt((1 - share) * (1 + share)))
+        return self.synchronous_speed * (1 - slip)
+
+
+def _rpm(speed: float) -> str:
+    return f"{speed * 30 / math.pi:.6g} rpm"
