@@ -1,0 +1,140 @@
+"""Presses and punches: energy and force of a stroke, acting over the last of the way to the end of it."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from flywheel.formulas.expressions import Expression
+from flywheel.load_models.texts import compiled
+
+Array = NDArray[np.float64]
+
+CONSTANT, TRIANGULAR = "constant", "triangular"
+SHAPES = (CONSTANT, TRIANGULAR)
+"""How the force goes with penetration: it stays, or it falls in a straight line to nothing."""
+
+
+class Press(NamedTuple):
+    """A working stroke: greatest force (N; N m), way that it acts along (m; rad), shape, way that is left then (m; rad)."""
+
+    force: float
+    travel: float
+    shape: str = CONSTANT
+    overtravel: float = 0.0
+
+    @property
+    def energy(self) -> float:
+        """Work of a stroke (J): F s where the force is constant, F s/2 where it falls to nothing."""
+        return self.force * self.travel * _fullness(self.shape)
+
+
+def _fullness(shape: str) -> float:
+    return 0.5 if shape == TRIANGULAR else 1.0
+
+
+def sheared_area(thickness: float, perimeter: float) -> float:
+    """Area that a punch shears: A = p t, in m²; p = pi d for a round hole.
+
+    Args:
+        thickness: t of the sheet, m.
+        perimeter: p of the hole, m.
+
+    Source: Khurmi & Gupta, Theory of Machines, chapter 16 (flywheel in punching press).
+
+    >>> round(sheared_area(0.015, np.pi * 0.04) * 6e6, 2)  # example 16.22: 6 J/mm², 40 mm through 15 mm
+    11309.73
+
+    """
+    return perimeter * thickness
+
+
+def greatest_force(energy: float, travel: float, shape: str = CONSTANT) -> float:
+    """Force at the beginning of a stroke of given energy: F = E/s constant, F = 2 E/s falling to nothing.
+
+    Args:
+        energy: E of the stroke, J.
+        travel: s along which the force acts (the sheet's thickness), m; or an angle (rad), for a torque.
+        shape: "constant" or "triangular".
+
+    Valid where the force falls linearly with penetration: a shearing force, which is tau A where the punch meets the whole
+    sheet. Then E = tau A t/2.
+
+    Source: Khurmi & Gupta, Theory of Machines, chapter 16; R. G. Budynas and J. K. Nisbett, Shigley's Mechanical
+    Engineering Design, chapter 16.
+
+    >>> greatest_force(1500.0, 0.01), greatest_force(1500.0, 0.01, "triangular")
+    (150000.0, 300000.0)
+
+    """
+    return energy / (travel * _fullness(shape))
+
+
+def press_force(penetration: ArrayLike, press: Press) -> Array:
+    """Force against the punch at a penetration p: F, or F (1 - p/s) where it falls; 0 before and behind the sheet.
+
+    Args:
+        penetration: p, way into the sheet, m, any shape.
+        press: F, s, and the shape.
+
+    Source: as `greatest_force`.
+
+    >>> press_force([-1e-3, 0.0, 5e-3, 11e-3], Press(1e5, 0.01, "triangular")).tolist()
+    [0.0, 100000.0, 50000.0, 0.0]
+
+    """
+    p = np.asarray(penetration, dtype=float)
+    falling = 1.0 - p / press.travel if press.shape == TRIANGULAR else np.ones_like(p)
+    return np.where((p >= 0.0) & (p < press.travel), press.force * falling, 0.0)
+
+
+def press_law(press: Press, end: float, high: bool) -> Expression:
+    """Force on a port that presses on its way to one end of its stroke, as an expression of x and v.
+
+    With the sheet's far side `overtravel` before the end, penetration is p = s - o - |end - x|.
+
+    Args:
+        press: F, s, the shape, and o.
+        end: displacement of the port where its stroke ends, m (rad).
+        high: whether that is the greatest displacement, else the least.
+
+    >>> press_law(Press(1e5, 0.01), 0.5, True).text
+    '(-100000.0) if v > 0 and x > 0.49 else 0'
+
+    """
+    sign = 1 if high else -1
+    left = end - sign * press.overtravel
+    met = left - sign * press.travel
+    after, before = (">", "<") if high else ("<", ">")
+    test = f"v {after} 0 and x {after} {{met}}" + (f" and x {before} {{left}}" if press.overtravel else "")
+    falling = "{slope}*(x - {left})" if press.shape == TRIANGULAR else "{force}"
+    slope = press.force / press.travel
+    return compiled(f"{falling} if {test} else 0", force=-sign * press.force, slope=slope, met=met, left=left)
+
+
+def shaft_law(energy: float, window: tuple[float, float], every: float, ratio: float, shape: str = CONSTANT) -> Expression:
+    """Torque on a shaft that gives an energy over a window of the crank's angle, as an expression of phi.
+
+    T = -E/(i theta) constant, T = -2 E/(i theta) (1 - (phi - from)/theta) falling to nothing.
+
+    Args:
+        energy: E of one window, J.
+        window: from and to, rad in [0, every]; it wraps where to is less than from.
+        every: period of the angle, rad.
+        ratio: i, speed of the shaft over that of the crank.
+        shape: "constant" or "triangular".
+
+    >>> shaft_law(90.0, (5.0, 1.0), 6.0, 2.0).text
+    '(-22.5)'
+
+    """
+    start, end = window
+    width = end - start if end > start else end - start + every
+    torque = greatest_force(energy, ratio * width, shape)
+    if shape == CONSTANT:
+        return compiled("{torque}", torque=-torque)
+    turn = " + ({every} if phi < {middle} else 0)" if end < start else ""
+    text = "{torque}*(1 - (phi - {start}" + turn + ")/{width})"
+    return compiled(text, torque=-torque, start=start, every=every, middle=0.5 * (start + end), width=width)
