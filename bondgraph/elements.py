@@ -28,11 +28,18 @@ class Motion(NamedTuple):
 
 
 class Here(NamedTuple):
-    """What a source's law sees at a set of positions: the displacement q, the motion's position, the namespace."""
+    """What a source's law sees at a set of positions: the displacement q, the motion's position, the namespace.
+
+    A law that is `moving` also sees the flow dq/dt of the motion's 1-junction (`speed`), that of its own (`flow`), and the
+    time.
+    """
 
     q: Any
     position: Any
     ns: Any
+    speed: Any = None
+    flow: Any = None
+    time: Any = None
 
 
 class Modulus(NamedTuple):
@@ -48,12 +55,15 @@ class Law(NamedTuple):
 
     `anchor` is the same as `here` in the middle of the smooth piece: every switch (a window's end, a comparison) is
     decided there, so that a piece never sees its neighbour's branch. `per_unknown` is the factor of the one unknown
-    parameter that a balance solves for: the whole effort is effort + unknown * per_unknown.
+    parameter that a balance solves for: the whole effort is effort + unknown * per_unknown. `moving`: it depends on speed
+    or time too, on those of `Here` that `sees` names.
     """
 
     effort: Callable[[Here, Here], Any]
     motion: Motion
     per_unknown: Callable[[Here, Here], Any] | None = None
+    moving: bool = False
+    sees: tuple[str, ...] = ("speed", "flow", "time")
 
 
 class Displacement(NamedTuple):

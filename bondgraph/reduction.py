@@ -8,7 +8,8 @@ number of positions at once.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Container, Mapping
+from functools import cached_property
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -49,7 +50,10 @@ class Reduction:
 
     The velocity graph gives flows, not positions. Displacements that turn in a constant ratio to the coordinate follow
     from it; for any other that a law depends on, `positions` holds a function of the coordinate's own displacement, by
-    the displacement's name (for a spring's own displacement, by the spring's).
+    the displacement's name (for a spring's own displacement, by the spring's). `only` names the one-ports to take, where
+    not all of them are wanted.
+
+    What depends on speed or time is not part of M*: `at` gives it, for any speeds.
 
     >>> from bondgraph import I, Se
     >>> from bondgraph.builder import Builder
@@ -62,7 +66,13 @@ class Reduction:
 
     """
 
-    def __init__(self, graph: BondGraph, coordinate: str, positions: Positions | None = None) -> None:
+    def __init__(
+        self,
+        graph: BondGraph,
+        coordinate: str,
+        positions: Positions | None = None,
+        only: Container[str] | None = None,
+    ) -> None:
         self.graph = graph = as_graph(graph)
         self.coordinate = coordinate
         self.positions = positions or {}
@@ -70,12 +80,15 @@ class Reduction:
         self.variable = {name: self._flow[entry(graph, name).number] for name in graph.elements}
         self._steps = _planned(graph, self._flow, coordinate)
         self.uniform = _uniform(self._steps, self.variable[coordinate])
-        one_ports = [(e, self.variable[e.name]) for e in graph.elements.values()]
+        one_ports = [(e, self.variable[e.name]) for e in graph.elements.values() if only is None or e.name in only]
         self._inertias = [(e, graph.constant(e.name), f) for e, f in one_ports if e.kind == "I" and e.law]
-        self._sources = [
+        sources = [
             (e, f, graph.bond_of(e.name).sign(e.name) * -1.0) for e, f in one_ports if e.kind in ("Se", "C") and e.law
         ]
-        self._resistors = [(_resistance(graph, e), f) for e, f in one_ports if e.kind == "R" and e.law]
+        self._sources = [source for source in sources if not _moves(source[0])]
+        self._moving = [source for source in sources if _moves(source[0])]
+        self._resistors = [(e, _resistance(graph, e), f) for e, f in one_ports if e.kind == "R" and e.law]
+        self._held: tuple[float, Flows] | None = None
         self._lumped: dict[int, float] = {}
         for _, inertia, flow in self._inertias:
             self._lumped[flow] = self._lumped.get(flow, 0.0) + inertia
@@ -83,7 +96,11 @@ class Reduction:
     def __call__(self, phi: Any, anchor: Any = None, ns: Any = np) -> Reduced:
         """I*, dI*/dphi and M* at positions phi (rad, any shape); `anchor` is the middle of each one's smooth piece."""
         at = _Positions(self, phi, phi if anchor is None else anchor, ns)
-        flows = self._run(at)
+        self._run(at)
+        return self._reduced(at)
+
+    def _reduced(self, at: _Positions) -> Reduced:
+        flows = at.flows
         inertia: Any = 0.0
         slope: Any = 0.0
         for flow, value in self._lumped.items():
@@ -94,23 +111,58 @@ class Reduction:
                 slope = slope + momentum * gain_slope
         moment, per_unknown, exchanged = self._moments(at, flows)
         resistance: Any = 0.0
-        for value, flow in self._resistors:
+        for _, value, flow in self._resistors:
             resistance = resistance + value * flows.gain[flow] ** 2
         return Reduced(inertia, slope + slope, moment, per_unknown, exchanged, resistance)
+
+    @property
+    def moves(self) -> bool:
+        """Whether some source depends on speed or time."""
+        return bool(self._moving)
+
+    def at(self, phi: Any, anchor: Any = None) -> Station:
+        """The positions phi, from which the moment of what depends on speed or time follows for any speeds."""
+        at = _Positions(self, phi, phi if anchor is None else anchor, np)
+        self._run(at)
+        return Station(self, at)
 
     def flows(self, phi: Any, anchor: Any = None, ns: Any = np) -> Flows:
         """Flow gains and slopes alone."""
         return self._run(_Positions(self, phi, phi if anchor is None else anchor, ns))
 
+    def anchored(self, anchor: Any) -> Flows:
+        """Flows at an anchor; those of the last single one are kept, as time stepping asks for it again and again."""
+        if not isinstance(anchor, float):
+            return self.flows(anchor)
+        if self._held is None or self._held[0] != anchor:
+            self._held = anchor, self.flows(anchor)
+        return self._held[1]
+
     def inertias(self, flows: Flows) -> dict[str, Any]:
         """What each inertia adds to I*, by the name of the part that it belongs to."""
         return _by_part((e, value * flows.gain[f] ** 2) for e, value, f in self._inertias)
 
-    def moments(self, phi: Any, anchor: Any = None, unknown: float = 0.0, *, by_name: bool = False) -> dict[str, Any]:
-        """What each source adds to M*, by the name of the part that it belongs to, or by its own."""
+    def moments(
+        self,
+        phi: Any,
+        anchor: Any = None,
+        unknown: float = 0.0,
+        *,
+        by_name: bool = False,
+        speed: Any = None,
+        time: Any = 0.0,
+    ) -> dict[str, Any]:
+        """What each source adds to M*, by the name of the part that it belongs to, or by its own.
+
+        With a speed of the coordinate: also what depends on speed or time, and resistors, at that speed.
+        """
         at = _Positions(self, phi, phi if anchor is None else anchor, np)
         flows = self._run(at)
         efforts = [(e, sign * at.effort(e, unknown) * flows.gain[f]) for e, f, sign in self._sources]
+        if speed is not None:
+            moving = Station(self, at).contributions(speed, time)
+            efforts += [(e, effort + unknown * factor) for e, effort, factor in moving]
+            efforts += [(e, -value * flows.gain[f] ** 2 * speed) for e, value, f in self._resistors]
         return {e.name: effort for e, effort in efforts} if by_name else _by_part(efforts)
 
     def _moments(self, at: _Positions, flows: Flows) -> tuple[Any, Any, Any]:
@@ -138,6 +190,72 @@ class Reduction:
         for step in self._steps:
             _SLOPE[type(step)](step, flows, at)
         return flows
+
+
+class Station:
+    """Positions of a graph at which sources that depend on speed or time are evaluated, as often as wanted."""
+
+    def __init__(self, reduction: Reduction, at: _Positions) -> None:
+        self._reduction, self._at = reduction, at
+
+    @cached_property
+    def _anchor_flows(self) -> Flows:
+        return self._reduction.anchored(self._at.anchor)
+
+    @cached_property
+    def reduced(self) -> Reduced:
+        """What the machine comes to there, as the reduction itself gives it."""
+        return self._reduction._reduced(self._at)
+
+    def moments(self, unknown: float = 0.0, *, by_name: bool = False) -> dict[str, Any]:
+        """What each source that depends on neither speed nor time adds to M*, by its part, or by its own name."""
+        gain = self._at.flows.gain
+        efforts = [(e, sign * self._at.effort(e, unknown) * gain[f]) for e, f, sign in self._reduction._sources]
+        return {e.name: effort for e, effort in efforts} if by_name else _by_part(efforts)
+
+    def resistances(self) -> dict[str, Any]:
+        """What each resistor adds to R*, by the part that it belongs to."""
+        gain = self._at.flows.gain
+        return _by_part((e, value * gain[f] ** 2) for e, value, f in self._reduction._resistors)
+
+    def contributions(
+        self, speed: Any, time: Any = 0.0, anchor_speed: Any = None, anchor_time: Any = None, *, local: bool = False
+    ) -> list[tuple[Element, Any, Any]]:
+        """Every such source with what it adds to M* at speeds of the coordinate, and its factor of the unknown.
+
+        speed: arrays, or numbers of any kind that arrays multiply (jets, for slopes); `anchor_speed`, plain, and
+        `anchor_time` are speed and time at the anchors, where switches are decided. Without an anchor speed, or with one
+        for every position (`local`), switches that depend on speed are decided at the positions themselves.
+        """
+        found = []
+        for (element, flow, sign), (_, here, anchor) in zip(
+            self._reduction._moving, self.places(speed, time, anchor_speed, anchor_time, local=local), strict=True
+        ):
+            law, gain = element.law, sign * self._at.flows.gain[flow]
+            assert isinstance(law, Law)
+            per_unknown = 0.0 if law.per_unknown is None else law.per_unknown(here, anchor) * gain
+            found.append((element, law.effort(here, anchor) * gain, per_unknown))
+        return found
+
+    def places(
+        self, speed: Any, time: Any = 0.0, anchor_speed: Any = None, anchor_time: Any = None, *, local: bool = False
+    ) -> list[tuple[Element, Here, Here]]:
+        """What the law of every such source sees, and what it sees at the anchors."""
+        middle, found = speed if anchor_speed is None else anchor_speed, []
+        then = time if anchor_time is None else anchor_time
+        deciding = self._at.flows if local or anchor_speed is None else self._anchor_flows
+        for element, flow, _ in self._reduction._moving:
+            assert isinstance(element.law, Law)
+            rate = self._at.rate(element.law.motion.of)
+            here, anchor = self._at.both(element.law.motion)
+            here = here._replace(speed=rate * speed, flow=self._at.flows.gain[flow] * speed, time=time)
+            anchor = anchor._replace(speed=rate * middle, flow=deciding.gain[flow] * middle, time=then)
+            found.append((element, here, anchor))
+        return found
+
+
+def _moves(element: Element) -> bool:
+    return isinstance(element.law, Law) and element.law.moving
 
 
 def reduce(

@@ -18,6 +18,7 @@ from bondgraph.causal.dependence import COMMON, Inputs, Variable, giver, inputs
 from bondgraph.elements import JUNCTIONS, SOURCES, STORES, Law
 from bondgraph.faults import GraphError, refuse
 from bondgraph.graph import CONVENTION, Bond, BondGraph, as_graph
+from bondgraph.laws import TIME
 
 _HEADINGS = ("bond", "from", "to", "half arrow", "stroke at", "effort", "flow", "state")
 
@@ -175,7 +176,7 @@ def _equation(graph: BondGraph, found: Causality, known: Inputs, bond: Bond, let
     needs = [Quantity(*v) for v in known[Variable(letter, bond.number)]]
     left = Quantity(letter, bond.number)
     if kind in SOURCES:
-        return Equation(left, (Term(None, _symbol(graph, name)),))
+        return Equation(left, (Term(None, _source(graph, bond, name)),))
     if kind in STORES:
         return Equation(left, (_stored(graph, bond, name, letter),))
     if kind == "R":
@@ -232,6 +233,20 @@ def _nonlinear(graph: BondGraph, name: str) -> bool:
     """Whether a resistor's or compliance's law is a function of its own flow or displacement, no factor."""
     element = graph.elements[name]
     return graph.is_curve(name) or (element.kind == "C" and isinstance(element.law, Law))
+
+
+def _source(graph: BondGraph, bond: Bond, name: str) -> Symbol:
+    """A source's law, which may depend on flows and time besides."""
+    symbol, law = _symbol(graph, name), graph.elements[name].law
+    if not isinstance(law, Law) or not law.moving:
+        return symbol
+    driving = graph.at(law.motion.of)[0].number
+    also: dict[str, str | Term] = {
+        "speed": Term(Quantity("f", driving)),
+        "flow": Term(Quantity("f", bond.number)),
+        "time": TIME,
+    }
+    return symbol._replace(arguments=(*symbol.arguments, *(also[name] for name in law.sees)))
 
 
 def _symbol(graph: BondGraph, name: str, own: Term | None = None, inverse: bool = False) -> Symbol:

@@ -110,8 +110,18 @@ class Walk:
                 return self._symbolic(law, arguments)
             return self._named(name, law, arguments)
         if isinstance(law, Law):
-            return self._call(law.effort, self._both(law.motion))
+            return self._call(law.effort, self._both(law.motion)) if not law.moving else self._moving_effort(name, law)
         return law
+
+    def _moving_effort(self, name: str, law: Law) -> Any:
+        """The effort of a law that depends on speed or time."""
+        speed = self.flow[self.form.variable(law.motion.of)]
+        own = self.flow[self.form.variable(name)]
+
+        def effort(here: Here, anchor: Here, speed: Any, own: Any, t: Any) -> Any:
+            return law.effort(*(place._replace(speed=speed, flow=own, time=t) for place in (here, anchor)))
+
+        return self._call(effort, (*self._both(law.motion), speed, own, self.t))
 
     def _partials(self, law: Function, name: str, own: Any = None) -> tuple[Any, tuple[Any, ...]]:
         arguments = self._arguments(law, name, own)
@@ -295,6 +305,10 @@ class Walk:
         if port.element.kind == "GY":
             modulus = self._law(port.element.name)
             return modulus * self.flow[self.tables.partner[port.bond]], self.tables.partner[port.bond], modulus
+        law = port.element.law
+        if isinstance(law, Law) and law.moving:
+            where = self.graph.title(port.element.name)
+            raise GraphError(f"{where} depends on a flow that no inertia weighs: give it as a resistor, or add inertia")
         return self._effort(port), port.variable, 0.0
 
     def _static_reaction(self, port: Port) -> tuple[Any, int, Any]:

@@ -8,6 +8,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from typing import TYPE_CHECKING, Any
 
+from bondgraph.elements import Law
 from bondgraph.faults import GraphError
 from bondgraph.graph import BondGraph
 from bondgraph.laws import OWN_FLOW, TIME, Function
@@ -28,6 +29,9 @@ class SymbolicWalk(Walk):
     def __init__(self, twin: Twin, tables: Tables, state: Sequence[Any]) -> None:
         self.twin = twin
         super().__init__(tables, twin.places[TIME], state, {})
+
+    def _moving_effort(self, name: str, law: Law) -> Any:
+        return self.twin.hold(exact(super()._moving_effort(name, law)))
 
     def _symbolic(self, law: Function, arguments: list[Any]) -> Any:
         return self.twin.hold(super()._symbolic(law, arguments))

@@ -15,7 +15,7 @@ from typing import Any
 
 import numpy as np
 
-from bondgraph.elements import Element, Here, Law, Modulus
+from bondgraph.elements import Element, Here, Law, Modulus, Motion
 from bondgraph.faults import GraphError
 from bondgraph.graph import BondGraph
 from bondgraph.laws import TIME, Function
@@ -264,11 +264,13 @@ class _Writer:
         self.functions[called(*(self.places[name] for name in varying))] = self._meant(expression)
         return Function(called(*(sympy.Symbol(name, real=True) for name in varying)), varying, varying)
 
-    def _of_motion(self, element: Element, law: Modulus | Law) -> Function:
+    def _of_motion(self, element: Element, law: Modulus | Law) -> Function | Law:
         """A mechanism's own law: a function of the displacement that is known by its values."""
         import sympy
 
         motion, name = law.motion, self.names.free(element.name, element.kind)
+        if isinstance(law, Law) and law.moving:
+            return _moving(name, law)
         of = next(d.name for d in displacements(self.graph) if d.of == motion.of)
         if isinstance(law, Law):
             called = numeric_function(name, lambda q: law.effort(*(Here(q, motion.position(q, np, q), np),) * 2))
@@ -278,8 +280,23 @@ class _Writer:
         return Function(called(sympy.Symbol(of, real=True)), (of,), (of,))
 
 
-def numeric_function(name: str, value: Callable[[Any], Any], slope: Any = None) -> Any:
-    """A SymPy function of one variable that is known by its values only, and whose derivative is another."""
+def _moving(name: str, law: Law) -> Law:
+    """The same law on symbols: a function of the displacement, and of those flows and the time that it sees."""
+
+    def value(q: Any, *seen: Any) -> Any:
+        here = Here(q, law.motion.position(q, np, q), np)._replace(**dict(zip(law.sees, seen, strict=True)))
+        return law.effort(here, here)
+
+    called = numeric_function(name, value)
+
+    def effort(here: Here, anchor: Here) -> Any:
+        return called(here.q, *(getattr(here, what) for what in law.sees))
+
+    return Law(effort, Motion(law.motion.of), None, True, law.sees)
+
+
+def numeric_function(name: str, value: Callable[..., Any], slope: Any = None) -> Any:
+    """A SymPy function that is known by its values only; of one variable, its derivative may be another."""
     import sympy
 
     body: dict[str, Any] = {"_imp_": staticmethod(value)}

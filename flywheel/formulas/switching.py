@@ -81,6 +81,8 @@ def breakpoints(
 ) -> list[float]:
     """Every angle in (a, b) where a switch of the expression changes, or a root, asin or acos has a branch point.
 
+    What depends on speed or time is left out: position does not tell where that switches.
+
     `env(lo, hi, anchor)` gives, for arrays of cells, the names as jets of intervals (constants as floats),
     `env_value(phi, anchor)` their values; the anchor is the middle of the piece, which tells an angle at its end from the
     next piece's beginning. Between `known` angles the names must be smooth and `v`, given by its sign, constant.
@@ -94,6 +96,8 @@ def breakpoints(
     start = np.array(sorted({float(a), *map(float, known), float(b)}))
     edges = start
     for part in (*expression.switches(), *expression.branch_points()):
+        if part.uses_speed or part.uses_time:
+            continue
         try:
             found = _roots_between(_search_of(part, env, env_value), edges)
         except SwitchingError as error:

@@ -123,7 +123,10 @@ def _indicator(node: Node, at: At) -> Any:
 
 def _choice(node: Node, at: At) -> Any:
     test, yes, no = node.args
-    return at.ns.where(truth(test, at), value(yes, at), value(no, at))
+    chosen = truth(test, at)
+    if isinstance(chosen, bool) or getattr(chosen, "shape", None) == ():  # one place: the other branch is not needed
+        return value(yes if chosen else no, at)
+    return at.ns.where(chosen, value(yes, at), value(no, at))
 
 
 def _abs(node: Node, at: At) -> Any:

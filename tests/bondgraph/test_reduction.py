@@ -262,3 +262,95 @@ def test_what_is_no_function_of_position_is_refused():
         reduce(machine().with_law("brake", lambda f: f**3), 0.0, positions={"spring": lambda q: q})
     with pytest.raises(GraphError, match=r"give positions=.*'spring'"):
         reduce(machine(), 0.0)
+
+
+# -- what depends on speed or time ---------------------------------------------------------------------------------------
+
+
+def moving():
+    """Brakes on crank and ram that see their own flow, the crank's, and the time; an unknown factor on one of them."""
+    drag = Law(lambda here, anchor: -2.0 * here.flow * abs(here.flow), Motion("crank"), moving=True)
+    pulse = Law(lambda here, anchor: np.sin(here.q) * here.time, Motion("crank"), moving=True)
+    unknown = Law(lambda here, anchor: 0.5 * here.speed, Motion("crank"), lambda here, anchor: here.speed, moving=True)
+    b = Builder().one("crank", "rotation", displacement="phi").one("ram", "translation").transform("crank", "ram", SINE)
+    b.on("crank", I("J", 2.0), Se("pulse", pulse), Se("T", 9.0), R("film", 0.25)).on("ram", I("m", 3.0), Se("drag", drag))
+    return b.on("crank", Se("brake", unknown, part="brake of the crank")).build()
+
+
+def test_moving_sources_are_no_part_of_the_moment_of_positions():
+    reduction = Reduction(moving(), "crank")
+    assert reduction.moves
+    assert not Reduction(chain(), "crank").moves
+    reduced = reduction(PHI)
+    assert_allclose(reduced.moment, 9.0)
+    assert_allclose(reduced.per_unknown, 0.0)
+    assert_allclose(reduced.resistance, 0.25)
+
+
+def test_moving_sources_follow_for_any_speeds_and_times():
+    station = Reduction(moving(), "crank").at(PHI)
+    gain = -0.5 * np.sin(PHI)
+    for speed, time in ((3.0, 0.0), (np.linspace(-2, 5, PHI.size), 1.5)):
+        found = {element.name: (effort, factor) for element, effort, factor in station.contributions(speed, time)}
+        assert_allclose(found["drag"][0], -2.0 * gain * speed * np.abs(gain * speed) * gain, rtol=1e-14, atol=1e-16)
+        assert_allclose(found["pulse"][0], np.sin(PHI) * time, rtol=1e-14)
+        assert_allclose(found["brake"][0], 0.5 * speed + 0 * PHI, rtol=1e-14)
+        assert_allclose(found["brake"][1], speed + 0 * PHI, rtol=1e-14)
+        assert_allclose(found["drag"][1], 0.0)
+    assert_allclose(station.reduced.moment, 9.0)
+    assert_allclose(station.moments()["T"], 9.0)
+    assert set(station.moments()) == {"T"}
+    assert_allclose(station.resistances()["film"], 0.25)
+
+
+def test_moments_at_a_speed_add_up():
+    reduction = Reduction(moving(), "crank")
+    parts = reduction.moments(PHI, unknown=4.0, speed=3.0, time=2.0)
+    assert set(parts) == {"T", "pulse", "drag", "brake of the crank", "film"}
+    gain = -0.5 * np.sin(PHI)
+    true = 9.0 + 2 * np.sin(PHI) - 18.0 * gain * np.abs(gain) * gain + 4.5 * 3.0 - 0.25 * 3.0
+    assert_allclose(sum(parts.values()), true, rtol=1e-13)
+    assert set(reduction.moments(PHI, unknown=4.0)) == {"T"}  # without a speed: of positions alone
+    assert "brake" in reduction.moments(PHI, speed=3.0, by_name=True)
+
+
+def test_branches_are_decided_at_the_anchor_or_at_the_position_itself():
+    """A law that bends at |v| = 1: in the middle of a piece it is past that, near its end it is not."""
+    law = Law(
+        lambda here, anchor: np.where(np.abs(anchor.flow) > 1.0, 10.0 * (np.abs(here.flow) - 1.0), 0.0),
+        Motion("crank"),
+        moving=True,
+    )
+    b = Builder().one("crank", "rotation", displacement="phi").one("ram", "translation").transform("crank", "ram", SINE)
+    graph = b.on("crank", I("J", 2.0)).on("ram", I("m", 1.0), Se("F", law)).build()
+    phi, middle, speed = np.array([0.1, 1.0]), np.array([1.5, 1.5]), 4.0
+    gain = -0.5 * np.sin(phi)
+    station = Reduction(graph, "crank").at(phi, middle)
+    past = 10.0 * (np.abs(gain * speed) - 1.0)
+
+    def effort(*speeds, **local):
+        return station.contributions(*speeds, **local)[0][1]
+
+    assert_allclose(effort(speed), gain * np.maximum(past, 0.0), rtol=1e-14)
+    assert_allclose(effort(speed, 0.0, speed), gain * past, rtol=1e-14)
+    assert_allclose(effort(speed, 0.0, speed, local=True), gain * np.maximum(past, 0.0), rtol=1e-14)
+    assert_allclose(effort(speed, 0.0, 0.1 * speed), 0.0)  # there the anchor's own speed is too low
+    ((element, here, anchor),) = station.places(speed, 7.0, 0.5 * speed, 3.0)
+    assert (element.name, here.time, anchor.time) == ("F", 7.0, 3.0)
+    assert_allclose(here.flow, gain * speed)
+    assert_allclose(anchor.flow, -0.5 * np.sin(1.5) * 2.0)
+
+
+def test_some_elements_alone():
+    graph = moving()
+    only = Reduction(graph, "crank", only={"m", "drag", "film"})
+    whole = Reduction(graph, "crank")
+    assert_allclose(only(PHI).inertia, whole(PHI).inertia - 2.0, rtol=1e-13, atol=1e-15)
+    assert_allclose(only(PHI).moment, 0.0)
+    assert_allclose(only(PHI).resistance, 0.25)
+    assert [element.name for element, _, _ in only.at(PHI).contributions(3.0)] == ["drag"]
+    rest = Reduction(graph, "crank", only={"J", "T", "pulse", "brake"})
+    for name in ("inertia", "slope", "moment", "resistance"):
+        both = getattr(only(PHI), name) + getattr(rest(PHI), name)
+        assert_allclose(both, getattr(whole(PHI), name), rtol=1e-13, atol=1e-15)
+    assert not Reduction(graph, "crank", only={"m"}).moves

@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 
-from bondgraph import Builder, C, GraphError, I, Modulus, Motion, R, Se
+from bondgraph import Builder, C, GraphError, I, Law, Modulus, Motion, R, Se
 from bondgraph.causal.assignment import causality
 from bondgraph.causal.table import Quantity, table
 from bondgraph.graph import CONVENTION
@@ -126,6 +126,17 @@ def test_the_equations_hold_at_every_junction_and_two_port(graph):
 def test_random_graphs_have_complete_tables_that_keep_power(graph):
     assert_complete(graph)
     assert_power_is_kept(graph)
+
+
+def test_a_law_that_moves_shows_the_flows_and_the_time_that_it_sees():
+    def built(*sees):
+        law = Law(lambda here, anchor: -1.0 * here.flow, Motion("a"), moving=True, sees=sees)
+        b = Builder().one("a").one("b").on("a", I("J", 2.0)).transform("a", "b", 0.5)
+        return table(b.on("b", I("m", 1.0), Se("F", law)).build())
+
+    assert "e_5 = F(a, f_5)" in built("flow").text()
+    assert "e_5 = F(a, f_1, f_5, t)" in built("speed", "flow", "time").text()
+    assert "$e_{5} = F(a, f_{1}, t)$" in built("speed", "time").latex()
 
 
 def test_source_table_7_slider_crank():

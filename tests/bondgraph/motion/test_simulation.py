@@ -11,7 +11,7 @@ from numpy.testing import assert_allclose
 from scipy.integrate import solve_ivp
 from scipy.linalg import expm
 
-from bondgraph import Builder, C, GraphError, I, Law, Motion, R, Se, Sf, simulate
+from bondgraph import Builder, C, GraphError, I, Law, Modulus, Motion, R, Se, Sf, simulate
 from bondgraph.motion.dynamics import Dynamics
 
 TURN = 2 * np.pi
@@ -445,3 +445,37 @@ def test_the_power_of_a_junction_is_no_question():
     run = simulate(Builder().one("mass").on("mass", I("m", 1.0), Se("F", 1.0)).build(), 1.0)
     with pytest.raises(GraphError, match="1:mass is no one-port"):
         run.power("mass")
+
+
+# -- laws of a mechanism that depend on speed or time --------------------------------------------------------------------
+
+
+def test_a_law_of_its_own_flow_and_the_time():
+    """J w' = 3 sin 2t - c w: in closed form."""
+    law = Law(lambda here, anchor: 3.0 * np.sin(2.0 * here.time) - 0.8 * here.flow, Motion("rotor"), moving=True)
+    graph = Builder().one("rotor", "rotation", displacement="phi").on("rotor", I("J", 2.0), Se("M", law)).build()
+    run = simulate(graph, 4.0, initial={"rotor": 5.0})
+    t, rate, force = run.t, 0.8 / 2.0, 3.0 / 2.0
+    steady = force * (rate * np.sin(2 * t) - 2 * np.cos(2 * t)) / (rate**2 + 4)
+    assert_allclose(run.flow("rotor"), steady + (5.0 + 2 * force / (rate**2 + 4)) * np.exp(-rate * t), rtol=1e-8, atol=1e-9)
+    assert run.audit.energy < 1e-7
+
+
+def test_a_law_of_the_speed_that_drives_and_of_its_own():
+    """Quadratic drag on a yoke and a motor's line on its crank, against the reduced equation."""
+    stroke = Modulus(lambda q: -0.3 * np.sin(q), lambda q: -0.3 * np.cos(q), Motion("crank"))
+    drag = Law(lambda here, anchor: -30.0 * here.flow * abs(here.flow) - 2.0 * here.speed, Motion("crank"), moving=True)
+    line = Law(lambda here, anchor: 20.0 - 1.5 * here.flow, Motion("crank"), moving=True)
+    b = Builder().one("crank", "rotation", displacement="phi").one("yoke", "translation")
+    b.transform("crank", "yoke", stroke).on("crank", I("J", 0.5), Se("T", line)).on("yoke", I("m", 4.0), Se("F", drag))
+    run = simulate(b.build(), 3.0, initial={"crank": 2.0})
+
+    def rate(t, state):
+        phi, omega = state
+        gain, bend = -0.3 * np.sin(phi), -0.3 * np.cos(phi)
+        force = -30.0 * gain * omega * abs(gain * omega) - 2.0 * omega
+        moment = 20.0 - 1.5 * omega + force * gain - 4.0 * gain * bend * omega**2
+        return [omega, moment / (0.5 + 4.0 * gain**2)]
+
+    true = solve_ivp(rate, (0, 3), [0.0, 2.0], method="DOP853", rtol=1e-12, atol=1e-12).y[:, -1]
+    assert_allclose([run.displacement("phi", 3.0)[0], run.flow("crank", 3.0)[0]], true, rtol=1e-7)

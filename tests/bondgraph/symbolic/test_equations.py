@@ -236,6 +236,22 @@ def test_a_mechanisms_own_source_law_stays_a_function():
     assert "M(crank)" in agrees(b.build()).text()
 
 
+def test_a_source_law_that_moves_is_a_function_of_flows_and_time():
+    position = Motion("crank", lambda q, ns, anchor: ns.sin(q))
+
+    def effort(here, anchor):
+        return 3.0 * here.position - 0.5 * here.flow * here.speed + here.time
+
+    law = Law(effort, position, moving=True)
+    b = Builder().one("crank").on("crank", I("J", 2.0)).one("ram").transform("crank", "ram", 0.5)
+    found = agrees(b.on("ram", I("m", 4.0), Se("F", law)).build())
+    assert "F(crank, p_J/J, T*p_J/J, t)".replace("T", "crank_ram") in found.text()
+    seen = Law(lambda here, anchor: -0.5 * here.flow, position, moving=True, sees=("flow",))
+    b = Builder().one("crank").on("crank", I("J", 2.0), Se("M", seen))
+    assert "M(crank, p_J/J)" in agrees(b.build()).text()
+    assert str(motion_equation(b.build()).moment) == "M(crank, crankdot)"
+
+
 def test_a_modulated_gyrator_and_its_opaque_form():
     b = slider_crank().one("circuit").on("circuit", I("L", 0.1), Se("U", 1.0))
     graph = b.gyrate("circuit", "crank", lambda theta: 1.0 + 0.5 * np.cos(theta), name="K").build()
