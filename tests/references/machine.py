@@ -196,7 +196,7 @@ class Machine:
 
         return work
 
-    def env(self, angle: Any, x: Jet, unknown: Any) -> dict[str, Any]:
+    def env(self, load: Load, angle: Any, x: Jet, unknown: Any) -> dict[str, Any]:
         """The names a load's expression may use; of `v` only the sign may matter."""
         names = {"phi": angle, "x": x.value, "v": x.first, "pi": mp.pi, **self.parameters}
         return names | ({self.unknown: unknown} if self.unknown else {})
@@ -213,13 +213,13 @@ class Machine:
             return lambda a, x: (stretch(a + inside - angle), mp.zero)
         if isinstance(law, mp.mpf):
             return lambda angle, x: (law, mp.zero)
-        formula = frozen(law, self.env(angle, x, mp.one))
+        formula = frozen(law, self.env(load, angle, x, mp.one))
 
         def linear(at: Any, place: Jet) -> tuple[Any, Any]:
-            constant = formula(self.env(at, place, mp.zero)).value
+            constant = formula(self.env(load, at, place, mp.zero)).value
             if self.unknown is None:
                 return constant, mp.zero
-            return constant, formula(self.env(at, place, mp.one)).value - constant
+            return constant, formula(self.env(load, at, place, mp.one)).value - constant
 
         return linear
 
@@ -271,7 +271,8 @@ class Machine:
 
     def switch(self, load: Load, tree: ast.expr, phi: Any) -> Any:
         """The value of a switch of a load's expression at any angle."""
-        return signed(tree, self.env(self.angle(load, phi) % load.every, self.at(load, phi), mp.one))
+        angle = self.angle(load, phi) % load.every
+        return signed(tree, self.env(load, angle, self.at(load, phi), mp.one))
 
 
 def listed(tables: Any) -> list[Any]:
