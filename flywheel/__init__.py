@@ -30,6 +30,9 @@ if TYPE_CHECKING:
     from flywheel.sizing import size
     from flywheel.state import MachineState, reduce
     from flywheel.stroke import along
+    from flywheel.transients.record import Transient
+    from flywheel.transients.regime import time_along
+    from flywheel.transients.running import run_down, run_up, transient
 
 _HOMES = {
     "Fault": "faults",
@@ -40,6 +43,7 @@ _HOMES = {
     "Scene": "scene",
     "SceneError": "faults",
     "Sizing": "results",
+    "Transient": "transients.record",
     "along": "stroke",
     "animate": "pictures.animation",
     "cycle_shares": "quinn",
@@ -47,9 +51,13 @@ _HOMES = {
     "joint_forces": "joints",
     "load": "reading.scenes",
     "reduce": "state",
+    "run_down": "transients.running",
+    "run_up": "transients.running",
     "shares": "quinn",
     "simulate": "simulation",
     "size": "sizing",
+    "time_along": "transients.regime",
+    "transient": "transients.running",
 }
 
 __all__ = [
@@ -61,6 +69,7 @@ __all__ = [
     "Scene",
     "SceneError",
     "Sizing",
+    "Transient",
     "along",
     "animate",
     "cycle_shares",
@@ -68,9 +77,13 @@ __all__ = [
     "joint_forces",
     "load",
     "reduce",
+    "run_down",
+    "run_up",
     "shares",
     "simulate",
     "size",
+    "time_along",
+    "transient",
 ]
 
 

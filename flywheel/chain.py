@@ -3,14 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Sequence
+from dataclasses import replace
 from functools import cached_property
 from itertools import count
-from typing import Any, Protocol
+from typing import Any, NamedTuple, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
-from bondgraph.builder import Builder
+from bondgraph.builder import Builder, Part
 from bondgraph.elements import C, Here, I, Law, Modulus, Motion, R, Se
 from bondgraph.graph import BondGraph
 from bondgraph.reduction import Reduced, Reduction
@@ -25,6 +26,7 @@ from flywheel.scene import TURN, Compliance, Inertia, Load, Mechanism, Scene
 Array = NDArray[np.float64]
 
 FLYWHEEL = "the flywheel"  # whose part its inertia is
+_MOTOR = "drive.motor"  # the name of its graph as a part
 FRICTION = "friction in joints"  # whose part its moment is
 
 _WIDEST = TURN / 4  # of a cell, in the angle of the fastest mechanism: 17 nodes then resolve plain sines to rounding
@@ -43,6 +45,16 @@ class Extra(Protocol):
     def __call__(self, here: Here, anchor: Here) -> Any:
         """The moment (N m, or N)."""
         ...
+
+
+class Stage(NamedTuple):
+    """What hangs on the crank through one mesh of an efficiency (1: on the crank itself), reduced to the crank."""
+
+    shaft: str
+    efficiency: float
+    carries_flywheel: bool
+    drives: bool
+    reduction: Reduction
 
 
 class Chain:
@@ -95,14 +107,65 @@ class Chain:
         graph = self._built(rigid=True) if self.scene.compliances else self.graph
         return Reduction(graph, self.scene.reduction_element)
 
+    @cached_property
+    def stages(self) -> tuple[Stage, ...]:
+        """The crank with all that hangs on it without loss, then every shaft whose mesh with it has losses."""
+        scene, whole = self.scene, self.reduction
+        drive = None if scene.drive is None else scene.drive.on
+        lossy = [name for name, efficiency in scene.efficiencies.items() if efficiency < 1.0]
+        found = []
+        for shaft in ("crank", *lossy):
+            mine = {name for name in self.graph.elements if self._mesh_of(name, lossy) == shaft}
+            reduction = whole if not lossy else Reduction(self.graph, scene.reduction_element, only=mine)
+            meant = [name if name in lossy else "crank" for name in (scene.flywheel_on, drive or "")]
+            found.append(Stage(shaft, scene.efficiencies.get(shaft, 1.0), meant[0] == shaft, meant[1] == shaft, reduction))
+        return tuple(found)
+
+    def _mesh_of(self, element: str, lossy: Sequence[str]) -> str:
+        """The shaft with losses through whose mesh an element hangs on the crank; the crank where there is none."""
+        graph = self.graph
+        if graph.elements[element].kind in ("0", "1", "TF", "GY"):
+            return ""
+        bond = graph.bond_of(element)
+        junction = bond.tail if bond.head == element else bond.head
+        name = junction.partition(".")[0]
+        shafts = {mechanism.name: mechanism.shaft for mechanism in self.scene.mechanisms}
+        shaft = junction if junction in self.scene.shafts else shafts.get(name, name)
+        return shaft if shaft in lossy else "crank"
+
     def with_values(self, balance: float, flywheel: float) -> BondGraph:
-        """The graph with a value (SI) for the scene's unknown, and a flywheel (kg m²) on its shaft."""
-        return self._built(balance=balance, flywheel=flywheel)
+        """The graph with a value (SI) for the scene's unknown, a flywheel (kg m²) on its shaft, and its motor's circuit."""
+        return self._built(balance=balance, flywheel=flywheel, circuit=True)
 
     def where(self, phi: float) -> str:
         """A position of the machine in words: `crank angle 30 deg`, or `slide position 0.19 m`."""
         at = phi + self.scene.origin
         return f"slide position {at:.6g} m" if self._domain == "translation" else f"crank angle {np.degrees(at):.6g} deg"
+
+    @cached_property
+    def depends_on_speed(self) -> bool:
+        """Whether a load, the drive or a damper depends on speed."""
+        return bool(self.scene.dampers) or any(effort.uses_speed for effort in self.efforts)
+
+    @cached_property
+    def depends_on_time(self) -> bool:
+        """Whether a load or the drive depends on time."""
+        return any(effort.uses_time for effort in self.efforts)
+
+    @property
+    def pace(self) -> float:
+        """A speed of the crank (rad/s) that is typical of the machine: the one asked for, where it is."""
+        scene = self.scene
+        if scene.stroke is not None:
+            return abs(scene.stroke.speed) or 1.0
+        if scene.speed is None and scene.motor is not None and scene.drive is not None:
+            return (scene.motor.no_load_speed or 1.0) / scene.shafts[scene.drive.on]
+        return scene.speed or 1.0
+
+    @cached_property
+    def sets_its_speed(self) -> bool:
+        """Whether the moment depends on more than position, so that the motion itself must be found: speeds, losses."""
+        return self.depends_on_speed or len(self.stages) > 1
 
     @property
     def omitted(self) -> tuple[str, ...]:
@@ -131,7 +194,7 @@ class Chain:
 
         edges = self.breakpoints
         for effort in self.efforts:
-            edges = features.closed_in(self._rigid, effort, self.motion_of(effort.load.on), edges)
+            edges = features.closed_in(self._rigid, effort, self.motion_of(effort.load.on), self.pace, edges)
         return edges
 
     @cached_property
@@ -153,8 +216,16 @@ class Chain:
 
     # -- the graph ---------------------------------------------------------------------------------------------------
 
-    def _built(self, *, whole: bool = False, rigid: bool = False, balance: float = 0.0, flywheel: float = 0.0) -> BondGraph:
-        """The graph; `whole`: every shaft and port, without loads. `rigid`: no shaft twists."""
+    def _built(
+        self,
+        *,
+        whole: bool = False,
+        rigid: bool = False,
+        balance: float = 0.0,
+        flywheel: float = 0.0,
+        circuit: bool = False,
+    ) -> BondGraph:
+        """The graph; `whole`: every shaft and port, without loads. `rigid`: no shaft twists. `circuit`: of the motor too."""
         element = self.scene.reduction_element
         builder = Builder().one(element, self._domain, displacement="x" if element == "slide" else "phi")
         needed = self._needed(
@@ -171,7 +242,7 @@ class Chain:
         if flywheel:
             builder.port(self.scene.flywheel_on, I(_free(builder, "flywheel"), flywheel, part=FLYWHEEL))
         if not whole:
-            self._load(builder, balance)
+            self._load(builder, balance, circuit)
         if len(builder) == 1:
             builder.port(element, I("nothing", 0.0))
         return builder.build(loose=whole)
@@ -226,12 +297,17 @@ class Chain:
             if abs(force) > 1e-15 * weight.mass * (abs(gx) + abs(gy)):
                 yield weight.velocity, float(force), weight.body
 
-    def _load(self, builder: Builder, balance: float) -> None:
+    def _load(self, builder: Builder, balance: float, circuit: bool) -> None:
+        motor = self._motor_s_graph() if circuit else None
         for effort in self.efforts:
+            if motor is not None and effort.load is self.scene.drive:
+                builder.include(_MOTOR, motor).bond(f"{_MOTOR}.rotor", effort.place.junction)
+                continue
             motion = self.motion_of(effort.load.on)
-            law = Law(effort, motion, effort.per_unknown if effort.depends_on_unknown else None)
+            moving = effort.uses_speed or effort.uses_time
+            law = Law(effort, motion, effort.per_unknown if effort.depends_on_unknown else None, moving, effort.sees)
             if balance and effort.depends_on_unknown:
-                law = Law(_with_unknown(effort, balance), motion)
+                law = law._replace(effort=_with_unknown(effort, balance), per_unknown=None)
             builder.port(effort.place.junction, Se(effort.path, law, part=_title(effort.load)))
         if self.extra is not None:
             law = Law(self.extra, self._crank_motion)
@@ -240,6 +316,15 @@ class Chain:
             place = self.places[spring.on]
             law = Law(spring_effort(spring, place), self.motion_of(spring.on))
             builder.port(place.junction, C(spring.path, law, part=f"{spring.path} on {spring.on}"))
+        for damper in self.scene.dampers:
+            part = f"{damper.path} on {damper.on}"
+            builder.port(self.places[damper.on].junction, R(damper.path, damper.coefficient, part=part))
+
+    def _motor_s_graph(self) -> Part | None:
+        """The motor's own bond graph, where it has one, without its rotor: that is an inertia of the scene."""
+        motor = self.scene.motor
+        graph = getattr(motor, "graph", None)
+        return None if graph is None else replace(motor, inertia=0.0).graph()  # type: ignore[type-var, union-attr]
 
     def _modulus(self, name: str, ratio: float | Ratio) -> float | Modulus:
         return Modulus(ratio.value, ratio.slope, self._motions[name]) if isinstance(ratio, Ratio) else ratio
@@ -267,7 +352,8 @@ class Chain:
 
     def _shaft_places(self) -> Iterator[tuple[str, Place]]:
         for name, ratio in self.scene.shafts.items():
-            yield name, Place(name, _turned(ratio, self.scene.origin), 1.0, self.scene.origin, self._domain == "rotation")
+            turned = _turned(ratio, self.scene.origin)
+            yield name, Place(name, turned, 1.0, self.scene.origin, self._domain == "rotation", shaft=True)
 
     def _port_places(self) -> Iterator[tuple[str, Place]]:
         for mechanism in self.scene.mechanisms:
@@ -284,7 +370,8 @@ class Chain:
         return self._motions.get(place.partition(".")[0], self._crank_motion) if "." in place else self._crank_motion
 
     def _loaded_places(self) -> Iterator[str]:
-        items: Iterable[Any] = (*self._all_loads(), *self.scene.springs, *self.scene.inertias)
+        scene = self.scene
+        items: Iterable[Any] = (*self._all_loads(), *scene.springs, *scene.dampers, *scene.inertias)
         yield from (item.on for item in items)
 
     def _all_loads(self) -> tuple[Load, ...]:
@@ -324,7 +411,7 @@ class Chain:
             if isinstance(effort.load.law, Expression):
                 from flywheel import features  # only scenes with expressions pay for intervals
 
-                yield from features.switch_angles(self._rigid, effort, self.motion_of(effort.load.on), known)
+                yield from features.switch_angles(self._rigid, effort, self.motion_of(effort.load.on), self.pace, known)
 
     def _places_with_senses(self) -> set[str]:
         def needs(load: Load) -> bool:

@@ -1,7 +1,8 @@
 """The independent route: one steady cycle stepped in time confirms what a sizing promises.
 
-Integrates (J + I*) alpha + ½ dI*/dphi omega² = M* on I* and M* straight from the bond graph. It shares no cell,
-quadrature or closed form with the sizing; the two are compared at the end, and that is the error reported.
+Integrates (J + I*) alpha + ½ dI*/dphi omega² = M* on I* and M* straight from the bond graph, M* at the speed of the moment.
+It shares no cell, quadrature or closed form with the sizing; the two are compared at the end, and that is the error
+reported.
 """
 
 from __future__ import annotations
@@ -13,12 +14,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flywheel import steady
+from flywheel.instant import Dynamics
 from flywheel.machine import Machine
+from flywheel.one_cycle import one_cycle
 from flywheel.piecewise import ROUNDING
 from flywheel.regime import Cycle
 from flywheel.results import Confirmation, Sizing
 from flywheel.steady import NoMotionError, Run
-from flywheel.stepping import TIGHTEST, Step, Tolerance, reduced_at, through
+from flywheel.stepping import TIGHTEST, Step
 
 Array = NDArray[np.float64]
 
@@ -64,14 +67,24 @@ def _with_approximate(sizing: Sizing) -> tuple[_Confirmed | None, str]:
         return None, ""
     try:
         inertia = figure * sizing.scene.flywheel_ratio**2
-        cycle, run = steady.resolved_run(machine, cycle, sizing.speed, inertia, 0.5 * sizing.rtol)
+        cycle, run = _resolved_run(machine, cycle, sizing, inertia)
     except NoMotionError:
         return None, "no steady motion with the approximate flywheel has the mean of extremes asked for"
-    found = _cycle_in_time(machine, cycle, sizing.speed, run, sizing.rtol)
+    found = _cycle_in_time(machine, cycle, run.speed or sizing.speed, run, sizing.rtol)
     doubt = run.error + (abs(found.irregularity / run.irregularity - 1) if run.irregularity else 0.0)
     if doubt > _HOPELESS:
         return None, "rounding leaves nothing to tell of the irregularity that the approximate flywheel gives"
     return found._replace(error=8 * ROUNDING + doubt), ""  # of its figures only the irregularity is reported
+
+
+def _resolved_run(machine: Machine, cycle: Cycle, sizing: Sizing, inertia: float) -> tuple[Cycle, Run]:
+    """The steady motion with another flywheel (kg m², on the crank)."""
+    if sizing.cyclic is None:
+        return steady.resolved_run(machine, cycle, sizing.speed, inertia, 0.5 * sizing.rtol)
+    from flywheel.by_motion import with_flywheel
+
+    found = with_flywheel(sizing, inertia)
+    return found.cycle, found.run
 
 
 def _cycle_in_time(machine: Machine, cycle: Cycle, speed: float, run: Run, rtol: float) -> _Confirmed:
@@ -85,7 +98,9 @@ def _cycle_in_time(machine: Machine, cycle: Cycle, speed: float, run: Run, rtol:
     u = start / (scale * (1 + np.sqrt(1 + start)))
     # relative to the least speed; dense output, which finds the ends of pieces, is one order below the steps themselves
     tight = max(3e-5 * rtol * min(run.speed_min / speed, 1.0), TIGHTEST)
-    steps = _one_cycle(machine, cycle, speed, run.inertia, scale, u, tight)
+    dynamics = Dynamics(machine, run.inertia, cycle.balance or 0.0)
+    first = np.array([0.0, u] if run.current is None else [0.0, u, run.current])
+    steps = one_cycle(dynamics, speed, scale, first, tight)
     (_, high), (_, low) = _extreme(steps, +1.0), _extreme(steps, -1.0)
     last = steps[-1]
     closing = scale * float(last.dense(last.end)[1] - u)
@@ -103,7 +118,7 @@ def _cycle_in_time(machine: Machine, cycle: Cycle, speed: float, run: Run, rtol:
 
 def _disagreement(machine: Machine, cycle: Cycle, speed: float, run: Run, found: _Confirmed, rtol: float) -> float:
     """Largest relative difference between the figures found in time and those of the energy route, and its own doubt."""
-    period, period_doubt = steady.period(machine, cycle, speed, run, rtol)
+    period, period_doubt = steady.period(cycle, speed, run, rtol)
     speed_doubt = run.error * run.irregularity * speed / run.speed_min
     pairs = [
         (found.irregularity, run.irregularity, run.error),
@@ -112,29 +127,6 @@ def _disagreement(machine: Machine, cycle: Cycle, speed: float, run: Run, found:
         (found.period, period, period_doubt),
     ]
     return 8 * ROUNDING + max(abs(a / b - 1) + doubt for a, b, doubt in pairs if b > 0.0)
-
-
-def _one_cycle(
-    machine: Machine, cycle: Cycle, speed: float, inertia: float, scale: float, u: float, tight: float
-) -> list[Step]:
-    ends, square = machine.restarts, speed**2
-    state, tau, hint = np.array([0.0, u]), 0.0, None
-    tolerance = Tolerance(tight, np.array([tight, tight]))
-    steps: list[Step] = []
-    for low, high in zip(ends[:-1].tolist(), ends[1:].tolist(), strict=True):
-
-        def rates(t: float, state: Array, ends: tuple[float, float] = (low, high)) -> Array:
-            pace = 1.0 + scale * state[1]
-            middle = 0.5 * (ends[0] + ends[1])
-            total, slope, moment = reduced_at(machine, float(state[0]), middle, cycle.balance or 0.0, ends)
-            force = moment - 0.5 * slope * square * pace * pace
-            return np.array([pace, force / ((inertia + total) * square * scale)])
-
-        passed = list(through(rates, tau, state, (low, high), np.inf, tolerance, hint))
-        steps += passed
-        tau, hint = passed[-1].end, max(step.end - step.start for step in passed)
-        state = np.array([high, passed[-1].dense(tau)[1]])
-    return steps
 
 
 _SAMPLES = 0.5 - 0.5 * np.cos(np.pi * np.arange(9) / 8)

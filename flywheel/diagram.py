@@ -15,15 +15,20 @@ from flywheel.reading.scenes import load
 
 
 def machine_graph(scene: Path, *, simplified: bool = False) -> tuple[BondGraph, tuple[str, ...]]:
-    """The graph of the machine in a scene's file with its flywheel, and what simplifying did to it, a line each."""
+    """The graph of the machine in a scene's file with its flywheel; what it leaves out and what simplifying did."""
     loaded = load(scene)
     if loaded.areas is not None:
         raise SceneError([Fault("areas", "areas without a mechanism", "a machine, to draw its bond graph")])
     graph = _with_flywheel(Machine(loaded)) if loaded.stroke is None else Machine(loaded).graph
+    left_out = tuple(
+        f"shafts.{name}: losses in its mesh (efficiency {efficiency:g}) are no element of the graph"
+        for name, efficiency in loaded.efficiencies.items()
+        if efficiency < 1.0
+    )
     if not simplified:
-        return graph, ()
+        return graph, (*left_out, "") if left_out else ()
     found = bondgraph.simplify(graph, keep=(loaded.reduction_element,))
-    return found.graph, (*(str(action) for action in found.log), "")
+    return found.graph, (*left_out, *(str(action) for action in found.log), "")
 
 
 def _with_flywheel(machine: Machine) -> BondGraph:

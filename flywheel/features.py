@@ -47,25 +47,28 @@ def _stops(reduction: Reduction, junction: str, a: float, b: float) -> list[floa
     return roots(enclose, value, a, b)
 
 
-def switch_angles(reduction: Reduction, effort: Effort, motion: Motion, known: Array) -> list[float]:
+def switch_angles(reduction: Reduction, effort: Effort, motion: Motion, pace: float, known: Array) -> list[float]:
     """Crank angles at which a branch of a load's expression changes, beside those known already (from 0 to the cycle)."""
     law = effort.load.law
     if not isinstance(law, Expression) or not (law.switches() or law.branch_points()):
         return []
-    env, values = _environment(reduction, effort, motion)
+    env, values = _environment(reduction, effort, motion, pace)
     try:
         return breakpoints(law, 0.0, float(known[-1]), env, values, known)
     except SwitchingError as error:
         raise _fault(effort, error) from None
 
 
-def closed_in(reduction: Reduction, effort: Effort, motion: Motion, edges: Array) -> Array:
-    """The edges with cells added wherever a load's expression is too steep for the cell that it lies in."""
+def closed_in(reduction: Reduction, effort: Effort, motion: Motion, pace: float, edges: Array) -> Array:
+    """The edges with cells added wherever a load's expression is too steep for the cell that it lies in.
+
+    What depends on speed is looked at for the crank's speed `pace` (rad/s), held constant.
+    """
     lo, hi = edges[:-1], edges[1:]
     active = np.broadcast_to(effort.active_at(0.5 * (lo + hi)), lo.shape)
     if not isinstance(effort.load.law, Expression) or not active.any():
         return edges
-    env, values = _environment(reduction, effort, motion)
+    env, values = _environment(reduction, effort, motion, pace)
     middle = 0.5 * (lo + hi)
     for ends in (lo, hi):
         _check_bounded(effort, values, ends[active], middle[active])
@@ -94,14 +97,15 @@ def _fault(effort: Effort, error: SwitchingError) -> SceneError:
     return SceneError([Fault(effort.path, found, f"an expression that can be followed over the {span}")])
 
 
-def _environment(reduction: Reduction, effort: Effort, motion: Motion) -> tuple[Enclosures, Values]:
+def _environment(reduction: Reduction, effort: Effort, motion: Motion, pace: float) -> tuple[Enclosures, Values]:
     """What the names of a load's expression stand for: jets of intervals over cells of phi, and plain values.
 
     Which turn of the load's angle they lie in is the anchor's to say, as at the end of a turn rounding could not.
     """
     place, names = effort.place, effort.load.law.names  # type: ignore[union-attr]
-    variable = reduction.variable.get(place.junction)
+    variable = reduction.variable[place.junction]
     rate = float(reduction.flows(0.0, 0.0).gain[reduction.variable[motion.of]])
+    pace_there = pace * (float(reduction.flows(0.0, 0.0).gain[variable]) if place.shaft else rate)
 
     def origin(anchor: Array) -> Any:
         return place.phase - effort.turns(place.rate * anchor + place.phase)
@@ -109,19 +113,23 @@ def _environment(reduction: Reduction, effort: Effort, motion: Motion) -> tuple[
     def cells(lo: Array, hi: Array, anchor: Array) -> Mapping[str, Any]:
         cell = Interval(lo, hi)
         found = shared(anchor) | {"phi": Jet(place.rate * cell + origin(anchor), place.rate)}
-        if "x" in names and variable is not None:
+        if effort.uses_speed:
+            found["v"] = pace * reduction.flows(cell, anchor, INTERVALS).gain[variable]
+        if "x" in names:
             here = Here(rate * cell, motion.position(rate * cell, INTERVALS, rate * anchor), INTERVALS)
             found["x"] = Jet(place.displacement(here), reduction.flows(cell, anchor, INTERVALS).gain[variable])
         return found
 
     def values(phi: Array, anchor: Array) -> Mapping[str, Any]:
         found = shared(anchor) | {"phi": place.rate * phi + origin(anchor)}
+        if effort.uses_speed:
+            found["v"] = pace * reduction.flows(phi, anchor).gain[variable]
         if "x" in names:
             found["x"] = place.displacement(Here(rate * phi, motion.position(rate * phi, np, rate * anchor), np))
         return found
 
     def shared(anchor: Array) -> dict[str, Any]:
         sense = {"v": effort.senses.at(anchor)} if "v" in names and effort.senses is not None else {}
-        return {**effort.constants, **sense}
+        return {**effort.constants, **sense, "omega": pace_there, "t": 0.0}
 
     return cells, values

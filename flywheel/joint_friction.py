@@ -1,8 +1,9 @@
 """What friction in a linkage's joints asks of the crank, over the cycle or along the stroke.
 
 Friction follows the reactions, these the loads, weights and inertia forces: kinetostatics gives its share of the reduced
-moment at any position. It is taken at the scene's constant speed, so that it depends on position alone and is fitted once
-by series on cells, which close in on the angles where it is not smooth: where a joint turns back, or a force passes zero.
+moment at any position. It is taken at a constant speed, the scene's or where none is given the machine's own, so that it
+depends on position alone and is fitted once by series on cells, which close in on the angles where it is not smooth: where
+a joint turns back, or a force passes zero.
 """
 
 from __future__ import annotations
@@ -14,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bondgraph.elements import Here
-from flywheel import piecewise, regime
+from flywheel import constant_speed, piecewise
 from flywheel.chain import Chain, merged
 from flywheel.faults import Fault, SceneError
 from flywheel.kinetostatics import Reactions
@@ -63,6 +64,8 @@ class FrictionCurve:
 def friction_curve(scene: Scene) -> FrictionCurve:
     """The friction of all joints of a scene's linkages at its constant speed.
 
+    Where no speed is given, it is the constant one at which the net work is zero without that friction.
+
     Where the scene's unknown acts on a port, friction and balance depend on each other, and both are found in turn.
 
     Raises:
@@ -70,10 +73,11 @@ def friction_curve(scene: Scene) -> FrictionCurve:
 
     """
     chain = Chain(scene)
-    balance = regime.settled_balance(chain)
+    speed, balance = constant_speed.settled(chain)
+    pace = scene.speed if speed is None else speed
     for _ in range(_MOST_BALANCES):
-        curve = _fitted(chain, balance)
-        with_it = regime.settled_balance(Chain(scene, curve)) if _on_ports(chain) else balance
+        curve = _fitted(chain, pace or 0.0, balance)
+        with_it = constant_speed.settled(Chain(scene, curve))[1] if _on_ports(chain) else balance
         if abs(with_it - balance) <= _BALANCED * abs(with_it):
             return curve
         balance = with_it
@@ -85,14 +89,14 @@ def _on_ports(chain: Chain) -> bool:
     return any(effort.depends_on_unknown and effort.load.on not in chain.scene.shafts for effort in chain.efforts)
 
 
-def _fitted(chain: Chain, balance: float) -> FrictionCurve:
+def _fitted(chain: Chain, speed: float, balance: float) -> FrictionCurve:
     """The curve on cells between its corners, cut until they follow it."""
     width = chain.scene.cycle
-    corners = _corners(chain, balance)
+    corners = _corners(chain, speed, balance)
     edges = merged([*chain.mesh, *corners], width)
     for _ in range(_ROUNDS):
         mesh = piecewise.cells(edges)
-        forces = _forces(chain, mesh.phi.ravel(), balance)
+        forces = _forces(chain, mesh.phi.ravel(), speed, balance)
         values = _moments(forces).reshape(mesh.phi.shape)
         tails = piecewise.tails(piecewise.fit(values))
         enough = max(_FINE * np.abs(values).max(), _ROUNDING * _moment_scale(forces))
@@ -102,15 +106,15 @@ def _fitted(chain: Chain, balance: float) -> FrictionCurve:
         edges = piecewise.bisected(edges, chosen)
     curve = FrictionCurve(mesh, values, corners)
     probes = (mesh.middle + mesh.half * np.array(_PROBES)).ravel()
-    off = np.abs(curve(Here(probes, None, np), Here(probes, None, np)) - _moments(_forces(chain, probes, balance)))
+    off = np.abs(curve(Here(probes, None, np), Here(probes, None, np)) - _moments(_forces(chain, probes, speed, balance)))
     curve.error += float((off.reshape(-1, len(_PROBES)).max(axis=1) * 2 * mesh.half[:, 0]).sum())
     return curve
 
 
-def _forces(chain: Chain, q: Array, balance: float) -> list[tuple[float, Reactions]]:
+def _forces(chain: Chain, q: Array, speed: float, balance: float) -> list[tuple[float, Reactions]]:
     """Reactions in every linkage at coordinates q from 0 to the cycle, with the ratio of its shaft."""
     scene = chain.scene
-    speed, acceleration = scene.speed, 0.0
+    acceleration = 0.0
     if scene.stroke is not None:
         speed, acceleration = scene.stroke.speed, scene.stroke.acceleration
     motion = MachineMotion(q + scene.origin, np.full(q.size, speed), np.full(q.size, acceleration))
@@ -164,7 +168,7 @@ def _signs(forces: list[tuple[float, Reactions]], least: Array | None = None) ->
     return np.where(np.abs(rows) > least, np.sign(rows), 0.0), least
 
 
-def _corners(chain: Chain, balance: float) -> Array:
+def _corners(chain: Chain, speed: float, balance: float) -> Array:
     """Coordinates where a rough joint turns back or a normal force changes sign.
 
     They are looked for inside every cell of the machine's first mesh, densely towards its ends, where loads set in; then
@@ -174,7 +178,7 @@ def _corners(chain: Chain, balance: float) -> Array:
     share[[0, -1]] = _END, 1.0 - _END
     edges = chain.mesh
     inside = edges[:-1, None] + np.diff(edges)[:, None] * share
-    flat, least = _signs(_forces(chain, inside.ravel(), balance))
+    flat, least = _signs(_forces(chain, inside.ravel(), speed, balance))
     signs = flat.reshape(-1, *inside.shape)
     row, cell, place = np.nonzero(signs[:, :, 1:] != signs[:, :, :-1])
     if not row.size:
@@ -182,7 +186,7 @@ def _corners(chain: Chain, balance: float) -> Array:
     low, high, first = inside[cell, place], inside[cell, place + 1], signs[row, cell, place]
     for _ in range(_HALVINGS):
         middle = 0.5 * (low + high)
-        same = _signs(_forces(chain, middle, balance), least)[0][row, np.arange(row.size)] == first
+        same = _signs(_forces(chain, middle, speed, balance), least)[0][row, np.arange(row.size)] == first
         low, high = np.where(same, middle, low), np.where(same, high, middle)
     found = merged(high, chain.scene.cycle)[1:-1]
     return found[np.diff(found, prepend=-1.0) > _NARROW * chain.scene.cycle]

@@ -13,7 +13,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from flywheel import regime, state, steady
+from flywheel import constant_speed, piecewise, state, steady
 from flywheel.faults import Fault, SceneError
 from flywheel.kinetostatics import Reactions
 from flywheel.machine import Machine
@@ -71,7 +71,7 @@ def joint_forces(
         raise SceneError([Fault("areas", "a diagram of areas", "a machine with joints", "give mechanism and loads instead")])
     if not scene.mechanisms:
         raise SceneError([Fault("mechanism", "no mechanism", "one at least, as joints are asked for")])
-    balance = regime.settled_balance(machine)
+    balance = constant_speed.settled(machine)[1]
     motion = _motion(machine, _positions(machine, phi), speed, acceleration)
     ask = partial(port_forces, machine, motion, balance, inertia=inertia, friction=friction)
     return JointForces(motion, {mechanism.name: ask(mechanism) for mechanism in scene.mechanisms})
@@ -112,8 +112,12 @@ def _steady(machine: Machine, phi: Array) -> MachineMotion:
 
     sizing = size(machine, simulate=False)
     if sizing.cycle is None or sizing.run is None:
-        return MachineMotion(phi, np.full(phi.size, machine.scene.speed), np.zeros(phi.size))
+        return MachineMotion(phi, np.full(phi.size, sizing.speed), np.zeros(phi.size))
     omega = steady.speed_over_cycle(sizing.cycle, sizing.speed, sizing.run, phi)
     reduced = state.reduce(machine, phi, balance=sizing.cycle.balance or 0.0)
+    moment = reduced.moment
+    if sizing.run.cycle is not None:
+        cell, t = sizing.cycle.where(phi)
+        moment = piecewise.value(sizing.cycle.series[0, cell], t)
     total = reduced.inertia + sizing.run.inertia
-    return MachineMotion(phi, omega, (reduced.moment - 0.5 * reduced.slope * omega**2) / total)
+    return MachineMotion(phi, omega, (moment - 0.5 * reduced.slope * omega**2) / total)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
+from functools import cache
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -11,6 +12,7 @@ from numpy.typing import NDArray
 from bondgraph.elements import Here
 from flywheel.faults import Fault, SceneError
 from flywheel.formulas.expressions import Expression
+from flywheel.formulas.jets import Jet, jet_namespace
 from flywheel.scene import Law, Load, Spring, Table
 
 Array = NDArray[np.float64]
@@ -20,7 +22,7 @@ Position = Callable[[Here], Any]
 class Place(NamedTuple):
     """Where an effort acts: its 1-junction, its displacement, and the angle that its windows and `phi` see.
 
-    angle = rate * phi + phase, phi being the crank's.
+    angle = rate * phi + phase, phi being the crank's. `shaft`: it is a shaft, whose own speed loads on it see.
     """
 
     junction: str
@@ -28,6 +30,7 @@ class Place(NamedTuple):
     rate: float = 1.0
     phase: float = 0.0
     rotating: bool = True
+    shaft: bool = False
 
 
 class Senses(NamedTuple):
@@ -90,6 +93,8 @@ class Effort:
     ) -> None:
         self.load, self.place, self.senses = load, place, senses
         key = "table" if isinstance(load.law, Table) else "torque" if place.rotating else "force"
+        if load.model:
+            key = "motor" if load.path == "drive" else "model"
         self.path = f"{load.path}.{key}"
         self.every = load.every
         self._parameters = parameters
@@ -101,6 +106,16 @@ class Effort:
                 raise SceneError([_not_linear(self.path, load.law, unknown)])
             self._unknown = unknown
         self.depends_on_unknown = load.law is None or self._unknown is not None
+        self.uses_speed = isinstance(load.law, Expression) and load.law.uses_speed
+        self.uses_time = isinstance(load.law, Expression) and load.law.uses_time
+
+    @property
+    def sees(self) -> tuple[str, ...]:
+        """What of `Here` the law depends on beside position: speed (of the driving shaft), flow (its own), time."""
+        names = self._law.names if isinstance(self._law, Expression) else frozenset[str]()
+        own = ("v" in names and self.uses_speed) or ("omega" in names and self.place.shaft)
+        found = {"speed": "omega" in names and not self.place.shaft, "flow": own, "time": "t" in names}
+        return tuple(name for name, seen in found.items() if seen)
 
     @property
     def constants(self) -> Mapping[str, float]:
@@ -127,18 +142,33 @@ class Effort:
         assert isinstance(law, Expression)
         values = self._values(law, here, angle, anchor)
         middles = self._values(law, anchor, middle, anchor)
+        ns = _namespace(here)
         if self._unknown is None:
-            return law.evaluate(values, here.ns, middles), 0.0
-        return law.coefficients(values, self._unknown, here.ns, middles)
+            return law.evaluate(values, ns, middles), 0.0
+        return law.coefficients(values, self._unknown, ns, middles)
 
     def _values(self, law: Expression, here: Here, angle: Any, anchor: Here) -> dict[str, Any]:
         values: dict[str, Any] = dict(self._parameters)
         values["phi"] = angle
+        values["omega"], values["t"] = here.flow if self.place.shaft else here.speed, here.time
         if "x" in law.names:
             values["x"] = self.place.displacement(here)
-        if "v" in law.names and self.senses is not None:
+        if self.uses_speed:
+            values["v"] = here.flow
+        elif "v" in law.names and self.senses is not None:
             values["v"] = self.senses.at(self._crank_angle(anchor))
         return values
+
+    def speed_switches(self, here: Here, anchor: Here) -> list[Any]:
+        """What decides the branches of the law by its sign, as far as it depends on speed or time; `here` is moving."""
+        law = self._law
+        if not isinstance(law, Expression):
+            return []
+        angle, middle = self._angles(here, anchor)
+        values, middles = self._values(law, here, angle, anchor), self._values(law, anchor, middle, anchor)
+        # where v itself changes its sign is known beforehand, but for a machine that turns back
+        parts = moving_switches(law)
+        return [here.speed if _is_velocity(part) else part.evaluate(values, np, middles) for part in parts]
 
     def _angles(self, here: Here, anchor: Here, first: float = 0.0) -> tuple[Any, Any]:
         """The load's angle, reduced to [first, first + every) by the turn that the anchor is in, here and at it."""
@@ -154,7 +184,9 @@ class Effort:
         return anchor.q / self.place.rate
 
     def _gated(self, effort: Any, anchor: Here) -> Any:
-        return effort if self._always else np.where(self.active(anchor), effort, 0.0)
+        if self._always:
+            return effort
+        return (_jets() if isinstance(effort, Jet) else np).where(self.active(anchor), effort, 0.0)
 
     def active(self, anchor: Here) -> Any:
         """Whether the load acts in the pieces of these anchors."""
@@ -177,6 +209,25 @@ class Effort:
         if self.load.start is not None and self.load.end is not None:
             found += [self.load.start, self.load.end]
         return found + (self._law.knots.tolist() if isinstance(self._law, Pieces) else [])
+
+
+def moving_switches(law: Expression) -> tuple[Expression, ...]:
+    """The switches of a law that depend on speed or time, so that position alone does not tell where they lie."""
+    return tuple(part for part in law.switches() if part.uses_speed or part.uses_time)
+
+
+def _is_velocity(part: Expression) -> bool:
+    return part.names == {"v"} and part.tree.op in ("name", "neg")
+
+
+@cache
+def _jets() -> Any:
+    return jet_namespace(np)
+
+
+def _namespace(here: Here) -> Any:
+    """The namespace of a law's arguments: that of jets where it is asked for slopes by speed."""
+    return _jets() if isinstance(here.speed, Jet) else here.ns
 
 
 def _not_linear(path: str, law: Expression, unknown: str) -> Fault:

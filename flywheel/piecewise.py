@@ -130,6 +130,16 @@ def slope(series: Array, t: Array) -> Array:
     return value(series @ _DIFFERENTIATE, t)
 
 
+def greatest(series: Array) -> float:
+    """The greatest value of a function given by its series on cells, (cells, ORDER): at ends, or where its slope is zero."""
+    slopes = series @ _DIFFERENTIATE
+    noise = 64 * ROUNDING * np.abs(slopes).sum(axis=-1)
+    found = crossings(slopes[None], noise[None])
+    ends = np.ones(len(series))
+    values = [value(series, -ends), value(series, ends), value(series[found.cell], found.t)]
+    return float(np.concatenate(values).max())
+
+
 def tails(series: Array) -> Array:
     """Estimated error of each cell's interpolant: five times the sum of the coefficients that were cut off.
 

@@ -113,6 +113,12 @@ class _PortLoads:
             if spring.on.startswith(prefix):
                 law = spring_effort(spring, self.chain.places[spring.on])
                 yield spring.on.removeprefix(prefix), -law(*self._here(spring.on))
+        for damper in scene.dampers:
+            if damper.on.startswith(prefix):
+                yield (
+                    damper.on.removeprefix(prefix),
+                    -damper.coefficient * self._gain(damper.on, self.phi) * self.motion.omega,
+                )
         if self.inertia:
             yield from self._added(prefix)
 
@@ -133,9 +139,19 @@ class _PortLoads:
         ratio = self.chain.scene.shafts.get(motion.of, 1.0)
 
         def seen(phi: Array) -> Here:
-            return Here(ratio * phi, motion.position(ratio * phi, np, ratio * self.anchor), np)
+            here = Here(ratio * phi, motion.position(ratio * phi, np, ratio * self.anchor), np)
+            if not self.chain.depends_on_speed:
+                return here
+            omega = self.motion.omega
+            return here._replace(speed=ratio * omega, flow=self._gain(place, phi) * omega, time=0.0)
 
         return seen(self.phi), seen(self.anchor)
+
+    def _gain(self, place: str, phi: Array) -> Array:
+        """The influence coefficient of a place's velocity at coordinates phi, in the pieces of this motion."""
+        kinematics = self.chain.kinematics
+        k = kinematics.variable[self.chain.places[place].junction]
+        return np.asarray(kinematics.flows(phi, self.anchor).gain[k])
 
 
 def port_load(mechanism: Mechanism, port: str, value: ArrayLike) -> Load:

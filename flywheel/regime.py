@@ -85,12 +85,17 @@ def resolve(machine: Chain, edges: Array) -> Cycle:
     if balance is not None:
         values[0] += balance * values[3]
         values[4] += abs(balance) * np.abs(values[3])
+    return assembled(mesh, values[[0, 1, 2, 4]], balance)
+
+
+def assembled(mesh: Cells, values: Array, balance: float | None) -> Cycle:
+    """A cycle from M* (balance included), dI*/dphi, I*, sum of |contributions| to M*, at the nodes: (4, cells, nodes)."""
     series = piecewise.fit(values[:3])
     rising = piecewise.antiderivative(series[:2], mesh.half)
     start = piecewise.accumulated(rising)
-    exchanged = float(piecewise.integral(values[4], mesh.half).sum())
+    exchanged = float(piecewise.integral(values[3], mesh.half).sum())
     tails = piecewise.tails(series)
-    sizes = np.abs(values[[4, 1]]).max(axis=-1)
+    sizes = np.abs(values[[3, 1]]).max(axis=-1)
     return Cycle(
         mesh=mesh,
         series=series,
@@ -119,18 +124,16 @@ def _balance(machine: Chain, values: Array, mesh: Cells) -> float | None:
         return None
     net, per_unknown, size = piecewise.integral(np.stack((values[0], values[3], np.abs(values[3]))), mesh.half).sum(-1)
     if abs(per_unknown) <= 1e-9 * size or size == 0.0:
-        path = "drive.torque" if unknown == "drive" else f"parameters.{unknown}"
-        raise SceneError(
-            [
-                Fault(
-                    path,
-                    '"balance" that does no net work over the cycle',
-                    "an unknown whose net work is not zero",
-                    "let it act where the machine moves one way, or balance another quantity",
-                )
-            ]
-        )
+        raise SceneError([no_effect(machine)])
     return float(-net / per_unknown) + 0.0  # never -0
+
+
+def no_effect(machine: Chain) -> Fault:
+    """The fault of a balance that cannot balance anything."""
+    unknown = machine.scene.unknown
+    path = "drive.torque" if unknown == "drive" else f"parameters.{unknown}"
+    found, expected = '"balance" that does no net work over the cycle', "an unknown whose net work is not zero"
+    return Fault(path, found, expected, "let it act where the machine moves one way, or balance another quantity")
 
 
 def check_closed(cycle: Cycle, machine: Chain) -> None:

@@ -3,13 +3,17 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 if TYPE_CHECKING:
+    from flywheel.energy import Energy
+    from flywheel.every_shaft import OnShaft
     from flywheel.machine import Machine
     from flywheel.regime import Cycle
     from flywheel.scene import Scene
     from flywheel.steady import Run
+    from flywheel.wheel.result import Wheel
 
 
 class Area(NamedTuple):
@@ -71,6 +75,29 @@ class Confirmation(NamedTuple):
     route: str = "time"
 
 
+class Cyclic(NamedTuple):
+    """How a motion whose torques depend on speed holds itself.
+
+    `multiplier`: what a cycle leaves of a small change of the state at its start; `damping` is 1 less it. `steps`: Newton
+    steps that the motion took. `level_error`: relative error of its mean speed. `constant_speed` (rad/s): at which areas
+    and approximate figures take the torques.
+    """
+
+    multiplier: float
+    damping: float
+    steps: int
+    level_error: float
+    constant_speed: float
+
+
+class Built(NamedTuple):
+    """The wheel to be built, and the irregularity that the machine has with it, with its relative error."""
+
+    wheel: Wheel
+    irregularity: float | None
+    error: float
+
+
 class Errors(NamedTuple):
     """Estimated errors: relative ones as the figures' scale asks, `angles` in rad; None where there is no figure."""
 
@@ -88,7 +115,9 @@ class Sizing:
     """Everything that sizing or analysing one scene gives. Field names are those of the JSON contract where it has them.
 
     `messages` are sentences that a user must not miss (rtol not reached, no motion with the approximate flywheel...).
-    `machine`, `cycle` and `run` are what the figures came from: None for a scene of areas.
+    `machine`, `cycle` and `run` are what the figures came from: None for a scene of areas. Where torques depend on speed
+    `cycle` is the one along the motion, `constant` the one at a constant speed that areas and approximate figures are taken
+    from, and `cyclic` tells how the motion holds itself; both are None elsewhere. `built` is the wheel, if asked for.
     """
 
     scene: Scene
@@ -113,6 +142,23 @@ class Sizing:
     machine: Machine | None = None
     cycle: Cycle | None = None
     run: Run | None = None
+    constant: Cycle | None = None
+    cyclic: Cyclic | None = None
+    built: Built | None = None
+
+    @cached_property
+    def energy(self) -> Energy | None:
+        """Power and energy of the drive with the flywheel and without it; None without a drive or a motion."""
+        from flywheel.drive_energy import energy_of
+
+        return energy_of(self)
+
+    @cached_property
+    def shafts(self) -> tuple[OnShaft, ...]:
+        """The flywheel given or sized, and those that do the same on every other shaft."""
+        from flywheel.on_shafts import compared
+
+        return compared(self)
 
     @property
     def reached(self) -> bool:
@@ -144,6 +190,12 @@ class Sizing:
             "simulation": self.simulation and _confirmation_dict(self.simulation),
             "error": self.error._asdict(),
             "closure": self.closure,
+            "energy": self.energy and self.energy.as_dict(),
+            "multiplier": self.cyclic and self.cyclic.multiplier,
+            "constant_speed": self.cyclic and self.cyclic.constant_speed,
+            "gd2": 4.0 * ((self.flywheel.exact if self.scene.inertia is None else self.scene.inertia) or 0.0),
+            "shafts": [row.as_dict() for row in self.shafts],
+            "wheel": self.built and _built_dict(self.built),
             "certificate": self.flywheel.bracket and list(self.flywheel.bracket),
             "certificate_torque": self.flywheel.torque_bracket and list(self.flywheel.torque_bracket),
             "rtol": self.rtol,
@@ -155,6 +207,12 @@ class Sizing:
 def _inertia_dict(inertia: ReducedInertia | None) -> dict[str, float | None]:
     least, greatest, mean = inertia or (None, None, None)
     return {"min": least, "max": greatest, "mean": mean}
+
+
+def _built_dict(built: Built) -> dict[str, Any]:
+    from flywheel.writing.wheels import as_dict
+
+    return {**as_dict(built.wheel), "irregularity": built.irregularity, "irregularity_error": built.error}
 
 
 def _confirmation_dict(confirmation: Confirmation) -> dict[str, Any]:

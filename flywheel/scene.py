@@ -16,6 +16,8 @@ from numpy.typing import NDArray
 
 from flywheel.formulas.expressions import Expression
 from flywheel.linkage.description import Linkage
+from flywheel.motors.base import Motor
+from flywheel.wheel.asked import WheelAsked
 
 TURN = 2 * np.pi
 
@@ -102,6 +104,7 @@ class Load(NamedTuple):
     sense: int = 0
     path: str = "load"
     once: bool = False
+    model: str = ""  # what a load of a known kind is, for reports: "press: 24.7 kJ over 15 mm"
 
 
 class Spring(NamedTuple):
@@ -111,6 +114,14 @@ class Spring(NamedTuple):
     stiffness: float
     rest: float = 0.0
     path: str = "spring"
+
+
+class Damper(NamedTuple):
+    """A damper from a place to the frame: effort -coefficient v."""
+
+    on: str
+    coefficient: float
+    path: str = "damper"
 
 
 class Inertia(NamedTuple):
@@ -162,12 +173,13 @@ class Stroke(NamedTuple):
 class Scene:
     """One machine and what is asked of it. Speeds in rad/s, angles in rad, everything SI.
 
-    `speed` is the mean of the greatest and least speed *of the crank* (converted if the scene names another shaft).
+    `speed` is the mean of the greatest and least speed *of the crank* (converted if the scene names another shaft); None
+    where the machine's own steady speed is to be found.
     `unknown` is the name of the balance: "drive", a parameter's name, or None.
     Exactly one of `irregularity` (size the flywheel) and `inertia` (analyse the given one, at its own shaft) is set.
     """
 
-    speed: float
+    speed: float | None
     irregularity: float | None = None
     inertia: float | None = None
     flywheel_on: str = "crank"
@@ -176,16 +188,20 @@ class Scene:
     cycle: float = TURN
     shafts: Mapping[str, float] = field(default_factory=lambda: {"crank": 1.0})
     compliances: Mapping[str, Compliance] = field(default_factory=dict)  # of the shafts that twist
+    efficiencies: Mapping[str, float] = field(default_factory=dict)  # of the shafts whose mesh with the crank has losses
     parameters: Mapping[str, float] = field(default_factory=dict)
     unknown: str | None = None
     mechanisms: tuple[Mechanism, ...] = ()
     inertias: tuple[Inertia, ...] = ()
     loads: tuple[Load, ...] = ()
     springs: tuple[Spring, ...] = ()
+    dampers: tuple[Damper, ...] = ()
     gravity: tuple[float, float] | None = None  # acceleration along x and y, m/s²
     drive: Load | None = None  # law None when its torque is the balance
+    motor: Motor | None = None  # what the drive's law comes from, where it is a motor
     areas: Areas | None = None
     stroke: Stroke | None = None  # in place of cycle, speed and flywheel
+    wheel: WheelAsked | None = None  # what the flywheel is made of and how large, where that is to be found
     rtol: float = 1e-9
     closure: float = 1e-9
     file: Path | None = None

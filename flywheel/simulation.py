@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -10,19 +10,24 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flywheel import regime
-from flywheel.advice import told
+from flywheel.chain import Chain
 from flywheel.faults import Fault, SceneError
+from flywheel.following import Goal, Passing, Start, Trail, end_of_stroke, follow
+from flywheel.instant import Dynamics
 from flywheel.machine import Machine
+from flywheel.piecewise import ROUNDING
 from flywheel.scene import Scene
 from flywheel.state import own_coordinate
-from flywheel.stepping import TIGHTEST, Rates, Step, Tolerance, reduced_at, through
+from flywheel.stepping import TIGHTEST
 
 if TYPE_CHECKING:
     from bondgraph.motion.simulation import Run
 
 Array = NDArray[np.float64]
 
-_MOST_STEPS = 1_000_000
+_FIRST, _TIGHTER = 1 / 30, 0.1  # tolerance of a step to what is asked, and of each run's steps to those of the run before
+_COMPARED = 300  # times at which two runs are compared
+_SAFETY = 2.0  # between steps the error of a run does not fall in proportion to its tolerance
 
 
 class Motion(NamedTuple):
@@ -32,8 +37,13 @@ class Motion(NamedTuple):
     largest kinetic energy. `at(t)` gives (phi, omega) at any times within, by dense output. Where shafts twist, `work` is
     that of loads and drive and `run` the motion of the whole bond graph, with every flow, effort and its power audit.
 
-    On a stroke phi is the driver's coordinate (x in m and omega in m/s where it slides). The motion ends where the stroke
-    does, and `ended` says so; it is None for a motion that lasts until the time asked. `at` refuses later times.
+    On a stroke phi is the driver's coordinate (m and omega in m/s where it slides). The motion ends where the stroke does,
+    or where the machine stands still for good, and `ended` says so; it is None for a motion that lasts until the time asked.
+    `at` refuses later times.
+
+    `error` is the estimated error of phi (of the way gone, a radian at least) and of omega (of the greatest speed): the
+    difference to a second run with a ten times larger tolerance, doubled (in proportion where that was larger still).
+    `current` is that of a motor with inductance (A). `trail` is the motion as it was stepped.
     """
 
     t: Array
@@ -44,6 +54,9 @@ class Motion(NamedTuple):
     at: Callable[[Any], tuple[Array, Array]]
     run: Run | None = None
     ended: str | None = None
+    error: float = 0.0
+    current: Array | None = None
+    trail: Trail | None = None
 
 
 def simulate(
@@ -55,8 +68,12 @@ def simulate(
     inertia: float | None = None,
     balance: float | None = None,
     rtol: float = 1e-10,
+    current: float = 0.0,
 ) -> Motion:
-    """Motion of a machine from a given state for a given time, from (J + I*) alpha + ½ dI*/dphi omega² = M*.
+    """Motion of a machine from a given state for a given time, from (J + I*) alpha + ½ dI*/dphi omega² = M*(phi, omega, t).
+
+    M* holds loads, drive and dampers, less what meshes with an efficiency lose. Stepping starts afresh at every breakpoint:
+    of position, of time, and where a law switches at a speed. A motor with inductance adds its current as a state.
 
     A machine with compliant shafts has more than one angle: its whole bond graph is followed, from a state without twist.
     A machine with a stroke is followed until it reaches one of the stroke's ends.
@@ -70,7 +87,8 @@ def simulate(
         inertia: the flywheel's, kg m² at its own shaft; the scene's own (0 when it asks for a sizing) if None. On a stroke
             what moves with the driver beside the machine: 0 if None, kg where it slides.
         balance: value (SI) of the scene's unknown; if None the one that balances the cycle (with rigid shafts).
-        rtol: tolerance of the integrator, per step; where shafts twist, of the whole motion.
+        rtol: error allowed of the whole motion; the estimate of what was reached is its `error`.
+        current: of a motor with inductance at t = 0, A.
 
     Raises:
         SceneError: if I* + J vanishes somewhere, so that the motion is not determined; if the machine starts outside its
@@ -91,17 +109,84 @@ def simulate(
     own = (scene.inertia or 0.0) if inertia is None else inertia
     total = own * scene.flywheel_ratio**2
     if balance is None and scene.unknown is not None:
-        rigid = machine if not scene.compliances else Machine(replace(scene, compliances={}))
-        balance = regime.settled_balance(rigid)
+        balance = _balance(machine if not scene.compliances else Machine(replace(scene, compliances={})), own)
     if scene.compliances:
         from flywheel.whole import followed
 
         return _of_run(followed(machine, phi, omega, until, own, balance or 0.0, rtol))
     if scene.stroke is not None:
         phi = float(own_coordinate(scene, np.asarray(phi, dtype=float)))
-    steps, turns = _followed(machine, phi, omega, until, total, balance or 0.0, max(rtol, TIGHTEST))
-    motion = _as_motion(machine, steps, turns, total)
+    motion = moved(Dynamics(machine, total, balance or 0.0), Start(phi, omega, current), until, rtol)
     return motion if scene.stroke is None else _on_stroke(motion, scene, until)
+
+
+def _balance(machine: Machine, inertia: float) -> float:
+    """The value of the scene's unknown that balances the cycle with a flywheel (kg m²)."""
+    if not machine.depends_on_speed:
+        return regime.settled_balance(machine)
+    from flywheel.sizing import size  # only such scenes need a regime first
+
+    found = size(replace(machine.scene, inertia=inertia, irregularity=None), simulate=False).balance
+    return 0.0 if found is None else found.value
+
+
+def moved(
+    dynamics: Dynamics,
+    start: Start,
+    until: float,
+    rtol: float,
+    goals: Sequence[Goal] = (),
+    passing: Passing | None = None,
+) -> Motion:
+    """The motion from a start, run again with tighter steps until two runs agree within rtol, or rounding forbids it.
+
+    `passing` is asked at the end of every cycle of the first run (see `follow`); the others end with the same cycle.
+    """
+    tight = max(_FIRST * rtol, TIGHTEST)
+    share = 1.0
+    rough = follow(dynamics, start, until, tight / _TIGHTER, goals, passing)
+    again = None if rough.goal in (None, *(goal.name for goal in goals)) else _counted(rough)
+    while True:
+        fine = follow(dynamics, start, until, tight, goals, again)
+        _check_moved(fine)
+        error = share * _difference(rough, fine) + ROUNDING * (64 + len(fine.stretches))
+        if error <= rtol or tight <= TIGHTEST:
+            return _as_motion(fine, error)
+        rough, last = fine, tight
+        tight = max(min(0.3 * rtol / error, _TIGHTER) * tight, TIGHTEST)
+        share = min(1.0, tight / (_TIGHTER * last))  # of the difference, where the tolerances lie further apart
+
+
+def _counted(trail: Trail) -> Passing:
+    """What ends a motion with the cycle that another ended with."""
+    left = trail.cycles
+
+    def passing(t: float, omega: float) -> str | None:
+        nonlocal left
+        left = left - 1 or trail.cycles
+        return trail.goal if left == trail.cycles else None
+
+    return passing
+
+
+def _difference(rough: Trail, fine: Trail) -> float:
+    """The largest difference of two runs of a motion, relative to the way gone and to the greatest speed."""
+    if not rough.stretches:
+        return 1.0
+    last = min(rough.t[-1], fine.t[-1])
+    times = np.linspace(0.0, last, _COMPARED)
+    a, b = rough.states(times)[:2], fine.states(times)[:2]
+    way = max(float(np.ptp(b[0])), fine.dynamics.machine.scene.cycle / (2 * np.pi))
+    scales = np.array([way, max(float(np.abs(b[1]).max()), 1e-300)])
+    late = abs(rough.t[-1] - fine.t[-1]) / fine.t[-1]
+    return _SAFETY * float(max((np.abs(a - b).max(axis=1) / scales).max(), late))
+
+
+def _check_moved(trail: Trail) -> None:
+    if not trail.stretches:
+        where = trail.dynamics.machine.where(trail.start.phi)
+        found = trail.stuck or f"a machine at {where}, the stroke's end, that moves on or is pushed out of it"
+        raise SceneError([Fault("simulation", found, "a start from which it moves along its stroke")])
 
 
 def _on_stroke(motion: Motion, scene: Scene, until: float) -> Motion:
@@ -109,8 +194,9 @@ def _on_stroke(motion: Motion, scene: Scene, until: float) -> Motion:
     assert scene.stroke is not None
     start, end, last = scene.stroke.start, scene.stroke.end, float(motion.t[-1])
     phi = np.clip(motion.phi + start, start, end)  # rounding aside, it is there already
-    where = told(float(phi[-1]), scene.stroke.sliding)
-    ended = None if last >= until else f"the driver reached the stroke's end at {where} after {last:.6g} s"
+    ended = motion.ended
+    if last < until and ended is None:
+        ended = end_of_stroke(scene, float(phi[-1]), last)
 
     def at(times: Any) -> tuple[Array, Array]:
         if np.any(np.asarray(times) > last):
@@ -128,7 +214,7 @@ def _of_run(run: Run) -> Motion:
         wanted = np.atleast_1d(np.asarray(times, dtype=float))
         return run.displacement("phi", wanted), run.flow("crank", wanted)
 
-    return Motion(run.t, *at(run.t), run.audit.supplied, run.audit.energy, at, run)
+    return Motion(run.t, *at(run.t), run.audit.supplied, run.audit.energy, at, run, error=run.error)
 
 
 def _check_arguments(phi: float, omega: float, until: float, rtol: float) -> None:
@@ -140,122 +226,21 @@ def _check_arguments(phi: float, omega: float, until: float, rtol: float) -> Non
         raise SceneError(faults)
 
 
-def _followed(
-    machine: Machine, phi: float, omega: float, until: float, inertia: float, balance: float, rtol: float
-) -> tuple[list[Step], list[float]]:
-    """Piece after piece in either direction; phi is reduced to one cycle, `turns` adds back what was taken off."""
-    cycle, ends = machine.scene.cycle, machine.restarts
-    offset = float(np.floor(phi / cycle)) * cycle if machine.scene.stroke is None else 0.0
-    t, state = 0.0, np.array([phi - offset, omega, 0.0])
-    steps: list[Step] = []
-    turns: list[float] = []
-    hint: float | None = None
-    while t < until:
-        _check_friction(machine, t, float(state[1]))
-        if machine.scene.stroke is not None and _leaves(machine, state, inertia, balance):
-            break
-        piece, state[0], shift = _piece(machine, state, inertia, balance)
-        offset += shift
-        low, high = float(ends[piece]), float(ends[piece + 1])
-        rates = _rates(machine, 0.5 * (low + high), inertia, balance, (low, high))
-        tolerance = Tolerance(rtol, np.array([rtol * cycle, rtol * max(abs(omega), 1e-3), rtol]))
-        passed = list(through(rates, t, state, (low, high), until, tolerance, hint))
-        steps += passed
-        turns += [offset] * len(passed)
-        t, hint = passed[-1].end, max(step.end - step.start for step in passed)
-        state = np.array(passed[-1].dense(t))
-        if t < until:
-            state[0] = high if abs(state[0] - high) < abs(state[0] - low) else low
-        if len(steps) > _MOST_STEPS:
-            raise SceneError([Fault("until", f"{until:g} s", f"a shorter time: {_MOST_STEPS} steps reach {t:g} s")])
-    if not steps:
-        found = f"a machine at {machine.where(phi)}, the stroke's end, that moves on or is pushed out of it"
-        raise SceneError([Fault("simulation", found, "a start from which it moves along its stroke")])
-    return steps, turns
-
-
-def _leaves(machine: Machine, state: Array, inertia: float, balance: float) -> bool:
-    """Whether a machine stands at an end of its stroke and is about to leave it."""
-    phi, omega = float(state[0]), float(state[1])
-    outwards = {0.0: -1.0, machine.scene.cycle: 1.0}.get(phi)
-    if outwards is None:
-        return False
-    if omega == 0.0:
-        middle = 0.5 * float(machine.restarts[:2].sum() if phi == 0.0 else machine.restarts[-2:].sum())
-        omega = float(_rates(machine, middle, inertia, balance, None)(0.0, state)[1])
-    return omega * outwards > 0.0
-
-
-def _piece(machine: Machine, state: Array, inertia: float, balance: float) -> tuple[int, float, float]:
-    """The piece that the motion goes on in, the angle within the cycle there, and what was taken off it."""
-    ends, cycle = machine.restarts, machine.scene.cycle
-    phi, omega = float(state[0]), float(state[1])
-    turn = cycle if machine.scene.stroke is None else 0.0  # nothing comes round again on a stroke
-    forwards = omega > 0.0
-    if omega == 0.0:
-        forward = min(max(int(np.searchsorted(ends, phi, side="right")) - 1, 0), ends.size - 2)
-        middle = 0.5 * float(ends[forward] + ends[forward + 1])
-        forwards = _rates(machine, middle, inertia, balance, None)(0.0, state)[1] >= 0.0
-    if forwards:
-        shift = turn if phi >= cycle else 0.0
-        return min(int(np.searchsorted(ends, phi - shift, side="right")) - 1, ends.size - 2), phi - shift, shift
-    shift = -turn if phi <= 0.0 else 0.0
-    return max(int(np.searchsorted(ends, phi - shift, side="left")) - 1, 0), phi - shift, shift
-
-
-def _rates(machine: Machine, middle: float, inertia: float, balance: float, ends: tuple[float, float] | None) -> Rates:
-    """d(phi, omega, work)/dt within the piece around `middle`."""
-
-    def rates(t: float, state: Array) -> Array:
-        phi, omega = state[0], state[1]
-        total, slope, moment = reduced_at(machine, phi, middle, balance, ends)
-        total += inertia
-        if not total > 0.0:
-            raise SceneError([_weightless(machine, phi, total)])
-        return np.array([omega, (moment - 0.5 * slope * omega * omega) / total, moment * omega])
-
-    return rates
-
-
-def _weightless(machine: Machine, phi: float, total: float) -> Fault:
-    where = machine.where(phi)
-    if machine.scene.stroke is None:
-        return Fault(
-            "flywheel.inertia", f"I* + J = {total:g} kg m² at {where}", "a positive inertia everywhere", "add inertia"
-        )
-    name, unit = ("m*", "kg") if machine.scene.stroke.sliding else ("I*", "kg m²")
-    return Fault(
-        "inertia", f"{name} = {total:g} {unit} at {where}", "a positive one all along the stroke", "add [[inertia]]"
-    )
-
-
-def _check_friction(machine: Machine, t: float, omega: float) -> None:
-    """Refuse to follow a motion that turns back where joints rub: their friction is known for one sense alone."""
-    stroke = machine.scene.stroke
-    sense = 1.0 if stroke is None or stroke.speed > 0.0 else -1.0
-    if machine.friction is not None and omega * sense < 0.0:
-        found = f"a motion that turns back by {t:.6g} s, with friction in joints"
-        expected = "one that keeps the sense for which that friction was found"
-        raise SceneError([Fault("until", found, expected, "a shorter time, or leave friction out")])
-
-
-def _as_motion(machine: Machine, steps: list[Step], turns: list[float], inertia: float) -> Motion:
-    ends = np.array([step.end for step in steps])
-    states = np.array([steps[0].dense(steps[0].start), *(step.dense(step.end) for step in steps)])
-    shifts = np.array([turns[0], *turns])
-    t = np.concatenate(([steps[0].start], ends))
-    kinetic = 0.5 * (inertia + _inertia(machine, states[:, 0])) * states[:, 1] ** 2
-    residual = np.abs(kinetic - kinetic[0] - states[:, 2]).max() / max(float(kinetic.max()), 1e-300)
+def _as_motion(trail: Trail, error: float) -> Motion:
+    states, dynamics = trail.ends(), trail.dynamics
+    kinetic = 0.5 * (dynamics.inertia + _inertia(dynamics.machine, states[0])) * states[1] ** 2
+    residual = np.abs(kinetic - kinetic[0] - states[2]).max() / max(float(kinetic.max()), 1e-300)
 
     def at(times: Any) -> tuple[Array, Array]:
-        wanted = np.atleast_1d(np.asarray(times, dtype=float))
-        which = np.clip(np.searchsorted(ends, wanted), 0, ends.size - 1)
-        found = np.array([steps[k].dense(time)[:2] for k, time in zip(which, wanted, strict=True)])
-        return found[:, 0] + np.array(turns)[which], found[:, 1]
+        found = trail.states(np.atleast_1d(np.asarray(times, dtype=float)))
+        return found[0], found[1]
 
-    return Motion(t, states[:, 0] + shifts, states[:, 1], states[:, 2], float(residual), at)
+    current = states[3] if states.shape[0] > 3 else None
+    phi, omega, work = states[:3]
+    return Motion(trail.t, phi, omega, work, float(residual), at, None, trail.stuck, error, current, trail)
 
 
-def _inertia(machine: Machine, phi: Array) -> Array:
-    inside = np.clip(phi, 0.0, machine.scene.cycle)
+def _inertia(machine: Chain, phi: Array) -> Array:
+    cycle = machine.scene.cycle
+    inside = np.clip(phi, 0.0, cycle) if machine.scene.stroke is not None else phi % cycle
     return np.asarray(machine.reduce(inside).inertia + np.zeros_like(inside))

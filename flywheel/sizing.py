@@ -52,11 +52,22 @@ def size(machine: Machine | Scene, rtol: float | None = None, *, simulate: bool 
     try:
         with np.errstate(all="ignore"):  # values that are not finite are found, and reported with their place
             if scene.areas is not None:
-                return _from_areas(scene, asked)
-            return _of_machine(machine if isinstance(machine, Machine) else Machine(scene), asked, simulate)
+                sizing = _from_areas(scene, asked)
+            else:
+                sizing = _of_machine(machine if isinstance(machine, Machine) else Machine(scene), asked, simulate)
+            return _built(sizing)
     except ArithmeticError:
         found = "numbers whose products leave the floating-point range"
         raise SceneError([Fault("scene", found, "masses, lengths and speeds in proportion", "check the units")]) from None
+
+
+def _built(sizing: Sizing) -> Sizing:
+    """The sizing with the wheel that the scene asks for."""
+    if sizing.scene.wheel is None:
+        return sizing
+    from flywheel.built import with_wheel  # only scenes that ask for a wheel pay for it
+
+    return with_wheel(sizing)
 
 
 def _checked(rtol: float) -> float:
@@ -67,14 +78,33 @@ def _checked(rtol: float) -> float:
 
 def _of_machine(machine: Machine, asked: float, simulate: bool) -> Sizing:
     scene = machine.scene
-    sizing = wittenbauer.settled(machine, asked)
+    sizing = _settled(machine, asked)
     if redundant := tuple(_redundant(scene)):
         sizing = replace(sizing, messages=(*sizing.messages, *redundant))
     if simulate:
-        from flywheel import confirmation  # scipy arrives with time stepping, and not before
-
-        return _noted(_with_friction(confirmation.confirmed(sizing), machine))
+        return _noted(_with_friction(_confirmed(sizing), machine))
     return _noted(_with_friction(sizing if scene.inertia is None else _by_quadrature(sizing), machine))
+
+
+def _confirmed(sizing: Sizing) -> Sizing:
+    """The sizing confirmed in time; by quadrature, saying so, where the motion cannot be stepped."""
+    from flywheel.confirmation import confirmed  # scipy arrives with time stepping, and not before
+    from flywheel.one_cycle import SlidingError
+
+    try:
+        return confirmed(sizing)
+    except SlidingError:
+        message = "not confirmed in time: the motion slides along a law that jumps at a speed; make it steep instead"
+        return replace(_by_quadrature(sizing), messages=(*sizing.messages, message))
+
+
+def _settled(machine: Machine, asked: float) -> Sizing:
+    """The figures without simulation, by the cheapest formulation that the machine allows."""
+    if not (machine.sets_its_speed or machine.depends_on_time):
+        return wittenbauer.settled(machine, asked)
+    from flywheel import by_motion  # only machines that set their own speed pay for it
+
+    return by_motion.settled(machine, asked)
 
 
 def _redundant(scene: Scene) -> Iterator[str]:
@@ -107,7 +137,7 @@ def _with_friction(sizing: Sizing, machine: Machine) -> Sizing:
             for name in ("exact", "approximate", "inertia_torque", "simulation")
         },
     )
-    message = _FRICTION.format(sizing.scene.speed)
+    message = _FRICTION.format(sizing.speed)
     return replace(sizing, error=errors, messages=(*sizing.messages, message))
 
 
@@ -127,7 +157,7 @@ def _by_quadrature(sizing: Sizing) -> Sizing:
     machine, cycle, motion = sizing.machine, sizing.cycle, sizing.run
     if machine is None or cycle is None or motion is None:
         return sizing
-    period, doubt = steady.period(machine, cycle, sizing.speed, motion, sizing.rtol)
+    period, doubt = steady.period(cycle, sizing.speed, motion, sizing.rtol)
     errors = sizing.error._replace(simulation=max(motion.error, doubt), period=doubt)
     confirmation = Confirmation(
         irregularity=motion.irregularity,
@@ -145,6 +175,7 @@ def _by_quadrature(sizing: Sizing) -> Sizing:
 def _from_areas(scene: Scene, rtol: float) -> Sizing:
     """Sizing from the areas of a turning-moment diagram: the machine's own inertia is not known and left out."""
     assert scene.areas is not None
+    assert scene.speed is not None  # the reader sees to it
     works = np.array(scene.areas.values) * scene.areas.scale
     sums = np.concatenate(([0.0], works.cumsum()))
     swing = float(np.ptp(sums))
@@ -178,9 +209,9 @@ def _from_areas(scene: Scene, rtol: float) -> Sizing:
 
 def _swing_of(scene: Scene, swing: float) -> Confirmation:
     """Irregularity from the swing of energy alone: eps = swing/(J w²)."""
-    inertia = (scene.inertia or 0.0) * scene.flywheel_ratio**2
-    eps = swing / (inertia * scene.speed**2) if inertia else np.inf
+    inertia, speed = (scene.inertia or 0.0) * scene.flywheel_ratio**2, scene.speed or 0.0
+    eps = swing / (inertia * speed**2) if inertia else np.inf
     if eps >= 2.0:
         found = f"{scene.inertia} kg m², which the swing of {swing:.6g} J would stop"
         raise SceneError([Fault("flywheel.inertia", found, "enough inertia to keep turning", "give a larger one")])
-    return Confirmation(eps, None, scene.speed * (1 + eps / 2), scene.speed * (1 - eps / 2), None, None, None, "areas")
+    return Confirmation(eps, None, speed * (1 + eps / 2), speed * (1 - eps / 2), None, None, None, "areas")

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from bondgraph.reduction import Reduced
-from flywheel import regime
+from flywheel import constant_speed, regime
 from flywheel.advice import told
 from flywheel.faults import Fault, SceneError
 from flywheel.machine import Machine
@@ -41,7 +41,9 @@ class MachineState(NamedTuple):
     moment_parts: Mapping[str, Array]
 
 
-def reduce(machine: Machine | Scene, phi: ArrayLike, *, balance: float | None = None) -> MachineState:
+def reduce(
+    machine: Machine | Scene, phi: ArrayLike, *, balance: float | None = None, speed: float | None = None
+) -> MachineState:
     """Reduce a machine to its crank at any angles: I* = sum I g², dI*/dphi = 2 sum I g g', M* = sum e g.
 
     Args:
@@ -49,6 +51,9 @@ def reduce(machine: Machine | Scene, phi: ArrayLike, *, balance: float | None = 
         phi: crank angles, rad, any shape; taken modulo the cycle. On a stroke: the driver's coordinates, rad, or m where
             it slides, from one end of the stroke to the other; none outside.
         balance: value (SI) of the scene's unknown; solved for if None.
+        speed: of the driver (rad/s, or m/s), for torques that depend on it. If None the one asked for where there is a
+            balance, else the constant one at which the net work is zero; on a stroke its own. Losses in meshes, which
+            depend on what is accelerated, are no part of M*.
 
     At a breakpoint the value of the piece that begins there is given.
 
@@ -66,8 +71,9 @@ def reduce(machine: Machine | Scene, phi: ArrayLike, *, balance: float | None = 
     angles = own_coordinate(machine.scene, given)
     anchor = machine.anchors(angles)
     once = machine.scene.stroke is not None
-    if balance is None and not once:
-        balance = regime.settled_balance(machine)
+    if (balance is None and not once) or (speed is None and machine.depends_on_speed):
+        found, settled = constant_speed.settled(machine)
+        speed, balance = (found if speed is None else speed), (settled if balance is None else balance)
     reduced = machine.reduce(angles, anchor)
     if once:
         _check_finite(machine, angles, anchor, reduced)
@@ -78,15 +84,19 @@ def reduce(machine: Machine | Scene, phi: ArrayLike, *, balance: float | None = 
     def whole(value: object) -> Array:
         return np.broadcast_to(np.asarray(value, dtype=float), angles.shape)
 
+    moving = (speed or 0.0) if machine.depends_on_speed or machine.depends_on_time else None
+    parts = machine.reduction.moments(angles, anchor, balance or 0.0, speed=moving)
+    plain = reduced.moment + (balance or 0.0) * reduced.per_unknown
+
     return MachineState(
         phi=given if once else angles,
         inertia=whole(reduced.inertia),
         slope=whole(reduced.slope),
-        moment=whole(reduced.moment + (balance or 0.0) * reduced.per_unknown),
+        moment=whole(plain if moving is None else sum(parts.values())),
         gains={name: whole(flows.gain[v]) for name, v in named.items()},
         gain_slopes={name: whole(flows.slope[v]) for name, v in named.items()},
         inertia_parts={k: whole(v) for k, v in chain.inertias(flows).items()},
-        moment_parts={k: whole(v) for k, v in machine.reduction.moments(angles, anchor, balance or 0.0).items()},
+        moment_parts={k: whole(v) for k, v in parts.items()},
     )
 
 

@@ -20,7 +20,9 @@ class Run(NamedTuple):
     """Periodic motion with a given inertia on the crank (kg m²): speeds in rad/s, angles in rad.
 
     `offset` is the kinetic energy at phi = 0 less ½ (J + I*(0)) w_a² (J); `error` bounds the relative error of the
-    irregularity, 2 (w_max - w_min)/(w_max + w_min).
+    irregularity, 2 (w_max - w_min)/(w_max + w_min). Where torques depend on speed, `cycle` is the one along this motion and
+    `speed` its own mean of extremes w_a; else they are those of the whole sizing. `drive` is then the drive's moment on the
+    crank (N m) at the cycle's nodes, `current` that of a motor with inductance at phi = 0 (A).
     """
 
     inertia: float
@@ -31,6 +33,10 @@ class Run(NamedTuple):
     angle_speed_min: float
     offset: float
     error: float
+    cycle: Cycle | None = None
+    speed: float | None = None
+    drive: Array | None = None
+    current: float | None = None
 
 
 class NoMotionError(ValueError):
@@ -155,7 +161,11 @@ class _Level:
 
 
 def speed_over_cycle(cycle: Cycle, speed: float, motion: Run, phi: Array) -> Array:
-    """Crank speed (rad/s) of a run at angles phi (rad); `speed` is the mean of extremes that it was found for."""
+    """Crank speed (rad/s) of a run at angles phi (rad); `speed` is the mean of extremes that it was found for.
+
+    A run that brings its own cycle and speed is taken by these.
+    """
+    cycle, speed = motion.cycle or cycle, motion.speed or speed
     cell, t = cycle.where(phi)
     work, variation = cycle.at(cell, t)
     total = motion.inertia + cycle.inertia_at_start + variation
@@ -163,15 +173,15 @@ def speed_over_cycle(cycle: Cycle, speed: float, motion: Run, phi: Array) -> Arr
     return np.asarray(speed * np.sqrt(np.maximum(1.0 + s, 0.0)))
 
 
-def period(machine: Machine, cycle: Cycle, speed: float, motion: Run, rtol: float) -> tuple[float, float]:
+def period(cycle: Cycle, speed: float, motion: Run, rtol: float) -> tuple[float, float]:
     """Time of one cycle (s), the integral of dphi/omega, and its estimated relative error; cells are halved as needed."""
+    mesh = cycle.mesh
     for _ in range(40):
-        mesh = cycle.mesh
         pace = 1.0 / speed_over_cycle(cycle, speed, motion, mesh.phi)
         total = float(piecewise.integral(pace, mesh.half).sum())
         shares = piecewise.TAIL_OF_INTEGRAL * piecewise.tails(piecewise.fit(pace)) * mesh.half[:, 0] / total
         chosen = shares > 0.1 * rtol / shares.size
         if shares.sum() <= rtol or not chosen.any() or mesh.edges.size > regime.MOST_CELLS:
             break
-        cycle = regime.resolve(machine, piecewise.bisected(mesh.edges, chosen))
+        mesh = piecewise.cells(piecewise.bisected(mesh.edges, chosen))
     return total, float(shares.sum()) + motion.error * motion.irregularity + 24 * ROUNDING

@@ -1,12 +1,13 @@
 """Time stepping through the smooth pieces of a machine, restarted at the end of each.
 
-Within a piece the loads are continued smoothly past its end, so that the step which finds the end keeps its order.
+Within a piece the loads are continued smoothly past its end, so that the step which finds the end keeps its order. The same
+holds for what switches at a speed: it is watched over every step, and found where it changes its sign.
 """
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Iterator
+from functools import partial
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -15,42 +16,31 @@ from scipy.integrate import DOP853
 from scipy.optimize import brentq
 
 from flywheel.faults import Fault, SceneError
-from flywheel.machine import Machine
 from flywheel.piecewise import ROUNDING
 
 Array = NDArray[np.float64]
 Rates = Callable[[float, Array], Array]
 
 TIGHTEST = 3e-14  # tolerance of a step: below it the integrator's own rounding wins
-_INSET = 1e-10  # of a piece: how far from its ends a law is read that is not defined there
 
 
 class Step(NamedTuple):
-    """One accepted step: its dense output and the time it covers."""
+    """One accepted step: its dense output, the time it covers, and which watched value ended it, if one did."""
 
     dense: Callable[[Any], Array]
     start: float
     end: float
+    crossed: int | None = None
 
 
-def reduced_at(
-    machine: Machine, phi: float, middle: float, balance: float, ends: tuple[float, float] | None
-) -> tuple[float, float, float]:
-    """I*, dI*/dphi, M*; where a law stops being defined at a piece's end or past it, its value just inside.
+class Watch(NamedTuple):
+    """Values that end the stepping where one of them leaves its side: `values(t, states)` for times (n,) and states (k, n).
 
-    Past the end of a stroke, where a step that finds the end may try, there is no mechanism: I* goes on along its tangent.
+    It gives an array (values, n); `sides` are the signs (1.0 or -1.0) that they have within the stretch.
     """
-    cycle = machine.scene.cycle
-    if machine.scene.stroke is not None and not 0.0 <= phi <= cycle:
-        end = 0.0 if phi < 0.0 else cycle
-        inertia, slope, moment = reduced_at(machine, end, middle, balance, ends)
-        return inertia + slope * (phi - end), slope, moment
-    reduced = machine.reduction(phi, middle)
-    moment = float(reduced.moment + balance * reduced.per_unknown)
-    if ends is not None and not math.isfinite(moment):
-        inset = max(_INSET * (ends[1] - ends[0]), 64 * ROUNDING * ends[1])
-        return reduced_at(machine, min(max(phi, ends[0] + inset), ends[1] - inset), middle, balance, None)
-    return float(reduced.inertia), float(reduced.slope), moment
+
+    values: Callable[[Array, Array], Array]
+    sides: Array
 
 
 class Tolerance(NamedTuple):
@@ -68,8 +58,12 @@ def through(
     until: float,
     tolerance: Tolerance,
     hint: float | None,
+    watch: Watch | None = None,
 ) -> Iterator[Step]:
-    """Steps from a state until phi leaves (low, high) or t reaches `until`; the last one ends exactly there."""
+    """Steps from a state until phi leaves (low, high), t reaches `until`, or what is watched leaves its side.
+
+    The last one ends exactly there.
+    """
     low, high = ends
     first = min(1.1 * hint, until - t) if hint else None  # a little more, so that an equal piece takes one step too
     absolute: Any = tolerance.absolute  # one for each variable, which the stubs do not know
@@ -82,8 +76,10 @@ def through(
             raise SceneError([Fault("simulation", str(message), "a motion that can be followed")])
         step = Step(solver.dense_output(), float(solver.t_old), float(solver.t))
         left = _left(rates, step, pace, float(solver.f[0]), ends)
-        yield step if left is None else step._replace(end=left)
-        if left is not None:
+        step = step if left is None else step._replace(end=left)
+        step = step if watch is None else crossing(watch, step)
+        yield step
+        if left is not None or step.crossed is not None:
             return
 
 
@@ -121,3 +117,61 @@ def _passage(dense: Callable[[Any], Array], start: float, stop: float, end: floa
     if beyond(start) * beyond(stop) >= 0.0:
         return stop
     return float(brentq(beyond, start, stop, xtol=4 * ROUNDING * max(abs(stop), 1e-300), rtol=4 * ROUNDING))
+
+
+_SHARES = 0.5 - 0.5 * np.cos(np.pi * np.arange(10) / 9)  # of a step: where what is watched is looked at
+_TO_SERIES = np.linalg.inv(np.polynomial.chebyshev.chebvander(2.0 * _SHARES - 1.0, 9))
+_INSIDE = 1e-9  # of a step: what crosses sooner does so at its start
+
+
+def crossing(watch: Watch, step: Step) -> Step:
+    """The step, cut where the first of the watched values leaves its side; at its start where one does so at once."""
+    width = step.end - step.start
+    if not (watch.sides.size and width > 0.0):
+        return step
+
+    def look(shares: Array) -> Array:
+        times = step.start + width * shares
+        return watch.sides[:, None] * watch.values(times, step.dense(times))
+
+    values = look(_SHARES)
+    series = values @ _TO_SERIES.T
+    reach = np.abs(series[:, 1:]).sum(axis=1)
+    first: tuple[float, int] | None = None
+    for k in np.flatnonzero(~(series[:, 0] > reach)):
+        share = _first_below(partial(_row, look, int(k)), values[k], series[k])
+        if share is not None and (first is None or share < first[0]):
+            first = share, int(k)
+    return step if first is None else step._replace(end=step.start + width * first[0], crossed=first[1])
+
+
+def _row(look: Callable[[Array], Array], row: int, shares: Array) -> Array:
+    return np.asarray(look(shares)[row])
+
+
+def _first_below(look: Callable[[Array], Array], values: Array, series: Array) -> float | None:
+    """The share of a step after which a value is first below 0, told by its values and by the roots of its polynomial."""
+    roots = _roots(series)
+    between = np.concatenate(([_INSIDE], 0.5 * (roots[1:] + roots[:-1])))
+    shares = np.concatenate((_SHARES[1:], between))
+    order = np.argsort(shares)
+    shares, heights = shares[order], np.concatenate((values[1:], look(between)))[order]
+    below = np.flatnonzero(heights < 0.0)
+    if not below.size:
+        return None
+    if below[0] == 0:
+        return 0.0
+    low, high = float(shares[below[0] - 1]), float(shares[below[0]])
+    if heights[below[0] - 1] == 0.0:
+        return low
+    return float(brentq(lambda share: float(look(np.array([share]))[0]), low, high, xtol=4 * ROUNDING, rtol=4 * ROUNDING))
+
+
+def _roots(series: Array) -> Array:
+    """Real roots of a Chebyshev series in shares of the step."""
+    chebyshev = np.polynomial.chebyshev
+    if not np.isfinite(series).all():
+        return np.empty(0)
+    found = 0.5 + 0.5 * chebyshev.chebroots(chebyshev.chebtrim(series, 1e-14 * np.abs(series).max()))
+    real = found.real[np.abs(found.imag) < 1e-6]
+    return np.sort(real[(real > _INSIDE) & (real < 1.0)])

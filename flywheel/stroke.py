@@ -69,7 +69,7 @@ def along(
     a = stroke.acceleration if acceleration is None else acceleration
     if not (np.isfinite(v) and np.isfinite(a)):
         raise SceneError([Fault("stroke", f"speed {v} and acceleration {a}", "finite numbers")])
-    state = reduce(machine, q)
+    state = reduce(machine, q, speed=v)
     loads = state.moment - state.moment_parts.get(DRIVE, 0.0)
     return Passage(
         state=state,

@@ -12,10 +12,12 @@ from numpy.typing import NDArray
 from bondgraph.elements import Element, Here, Law, Modulus, Motion
 from bondgraph.faults import GraphError
 from bondgraph.graph import BondGraph
+from bondgraph.laws import TIME
 from bondgraph.motion.dynamics import Dynamics
 from bondgraph.motion.simulation import Run, simulate
 from flywheel.faults import Fault, SceneError
 from flywheel.machine import Machine
+from flywheel.switching_times import SwitchingTimes
 
 Array = NDArray[np.float64]
 
@@ -29,6 +31,8 @@ def followed(machine: Machine, phi: float, omega: float, until: float, inertia: 
     _check_weighed(graph, turning)
     initial = {name: ratio * phi for name, ratio in angles} | {name: scene.shafts[name] * omega for name in turning}
     breaks = {name: (ratio * machine.breakpoints[:-1], ratio * scene.cycle) for name, ratio in angles}
+    if machine.depends_on_time:
+        breaks[TIME] = (np.array(SwitchingTimes(machine, until).every()), until)
     try:
         return simulate(graph, until, initial=initial, rtol=rtol, breaks=breaks)
     except GraphError as error:
@@ -56,7 +60,7 @@ def repeating(graph: BondGraph, cycle: float, shafts: Any) -> BondGraph:
             period = cycle * shafts[law.motion.of]
             law = law._replace(motion=_repeating_motion(law.motion, period))
             if isinstance(law, Law):
-                law = Law(_repeating_effort(law, period), law.motion)
+                law = law._replace(effort=_repeating_effort(law, period), per_unknown=None)
         return element._replace(law=law)
 
     return replace(graph, elements={name: again(element) for name, element in graph.elements.items()})

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
@@ -20,21 +21,28 @@ Array = NDArray[np.float64]
 
 # Rows of the functions H = a W + b I* whose extremes a sizing needs, by name
 _WORK, _FAST, _SLOW, _TORQUE, _INERTIA = range(5)
+_INSIDE = 1.0 - 1e-12  # of a cell: roots beyond it lie at its end
 
 
 def settled(machine: Machine, rtol: float) -> Sizing:
     """All figures of a machine's sizing or analysis that need no simulation, at estimated errors within rtol.
 
-    Raises SceneError if the machine cannot run as its scene says.
+    For machines whose torques depend on position alone. Raises SceneError if the machine cannot run as its scene says.
     """
-    figures, motion = _settled(machine, rtol)
-    return _assembled(machine, figures, motion, rtol)
+    speed = machine.scene.speed
+    assert speed is not None, "torques that depend on position alone do not set a speed"
+    figures, motion = resolved_figures(machine, speed, rtol)
+    return assembled(machine, figures, motion, rtol)
 
 
-class _Figures(NamedTuple):
-    """A resolved cycle with the extremes of everything that a sizing compares, and the errors that follow."""
+class Figures(NamedTuple):
+    """A resolved cycle with the extremes of everything that a sizing compares, and the errors that follow.
+
+    `speed` (rad/s) is the mean of extremes that the figures hold for.
+    """
 
     cycle: Cycle
+    speed: float
     extremes: Extremes
     crossings: Crossings  # of M* alone
     total: float  # I_exact + I*(0) before any floor; crank side
@@ -42,35 +50,51 @@ class _Figures(NamedTuple):
     scale: float  # energy_fluctuation/(eps w²), or the figure's own where that is larger
 
 
-def _settled(machine: Machine, rtol: float) -> tuple[_Figures, Run | None]:
+def resolved_figures(machine: Machine, speed: float, rtol: float) -> tuple[Figures, Run | None]:
+    """The figures of loads that depend on position alone, and the motion that they give."""
+
+    def resolver(edges: Array) -> Cycle:
+        cycle = regime.resolve(machine, edges)
+        regime.check_closed(cycle, machine)
+        return cycle
+
+    return refined(machine, resolver, speed, rtol, lambda figures: _motion(machine, figures))
+
+
+def refined(
+    machine: Machine,
+    resolver: Callable[[Array], Cycle],
+    speed: float,
+    rtol: float,
+    motion_of: Callable[[Figures], Run | None],
+) -> tuple[Figures, Run | None]:
     """Halve cells until every figure's estimated error is within rtol, or until halving no longer helps."""
     edges, before, stalls = machine.mesh, np.inf, 0
     while True:
-        cycle = regime.resolve(machine, edges)
-        regime.check_closed(cycle, machine)
-        figures = _figures(machine, cycle)
+        cycle = resolver(edges)
+        figures = _figures(machine.scene, cycle, speed)
         if not np.isfinite(figures.total) or not np.isfinite(figures.error):
             raise SceneError([_out_of_range(figures)])
-        motion = _motion(machine, figures)
-        doubt = max(figures.error / figures.scale, _work_error(figures), motion.error if motion else 0.0)
+        motion = motion_of(figures)
+        doubt = max(figures.error / figures.scale, work_error(cycle), motion.error if motion else 0.0)
         stalls = stalls + 1 if doubt > 0.9 * before else 0
         if doubt <= 0.5 * rtol or stalls > 1:  # half is left to the simulation; twice without gain: the rest is rounding
             return figures, motion
         before = doubt
-        fastest = machine.scene.speed * (1 + (machine.scene.irregularity or 0.0) / 2)
+        fastest = speed * (1 + (machine.scene.irregularity or 0.0) / 2)
         finer = regime.split(cycle, fastest, rtol / doubt)
         if finer is None:
             return figures, motion
         edges = finer
 
 
-def _out_of_range(figures: _Figures) -> Fault:
+def _out_of_range(figures: Figures) -> Fault:
     found = f"a flywheel of {figures.total:g} kg m²"
     return Fault("flywheel.irregularity", found, "a figure within the floating-point range", "check the scene's units")
 
 
-def _figures(machine: Machine, cycle: Cycle) -> _Figures:
-    scene, square = machine.scene, machine.scene.speed**2
+def _figures(scene: Scene, cycle: Cycle, speed: float) -> Figures:
+    square = speed**2
     eps = scene.irregularity or 0.0
     rows = np.array(
         [
@@ -86,7 +110,7 @@ def _figures(machine: Machine, cycle: Cycle) -> _Figures:
     crossings = Crossings(found.function[of_moment], found.cell[of_moment], found.t[of_moment])
     fluctuation = float(extremes.greatest[_WORK] - extremes.least[_WORK])
     if not eps:
-        return _Figures(cycle, extremes, crossings, 0.0, 0.0, 1.0)
+        return Figures(cycle, speed, extremes, crossings, 0.0, 0.0, 1.0)
     spread = float(extremes.greatest[_FAST] - extremes.least[_SLOW])
     unit = max(eps * square, 5e-324)
     error = (2 * cycle.errors.work + (1 + eps / 2) ** 2 * square * cycle.errors.variation) / unit
@@ -97,32 +121,32 @@ def _figures(machine: Machine, cycle: Cycle) -> _Figures:
     if scale <= 4 * error:  # nothing but rounding: compare it with the inertia and the work at hand
         inertia = float(np.abs(cycle.series[2]).sum(axis=-1).max())
         scale = max(scale, inertia, cycle.exchanged / unit, 1e-300)
-    return _Figures(cycle, extremes, crossings, total, error, scale)
+    return Figures(cycle, speed, extremes, crossings, total, error, scale)
 
 
-def _work_error(figures: _Figures) -> float:
-    exchanged = figures.cycle.exchanged
-    return figures.cycle.errors.work / exchanged if exchanged > 0.0 else 0.0
+def work_error(cycle: Cycle) -> float:
+    """Error of a cycle's works as a share of the work exchanged."""
+    return cycle.errors.work / cycle.exchanged if cycle.exchanged > 0.0 else 0.0
 
 
-def _motion(machine: Machine, figures: _Figures) -> Run | None:
+def _motion(machine: Machine, figures: Figures) -> Run | None:
     """The periodic motion with the exact flywheel (known in closed form), or with the given or no flywheel."""
     scene, cycle = machine.scene, figures.cycle
     ratio_square = scene.flywheel_ratio**2
     if scene.inertia is not None:
-        return _run_or_fault(cycle, scene, scene.inertia * ratio_square)
+        return _run_or_fault(cycle, scene, figures.speed, scene.inertia * ratio_square)
     exact = figures.total - cycle.inertia_at_start
     if exact <= 0.0:
-        return _run_or_fault(cycle, scene, 0.0)
+        return _run_or_fault(cycle, scene, figures.speed, 0.0)
     eps = scene.irregularity or 0.0
     # at the fastest point the energy is z+ w² (J + I*)/2, and z+ - 1 = eps + eps²/4: from it the level at phi = 0
     excess = eps * (1 + eps / 4)
-    offset = 0.5 * scene.speed**2 * excess * figures.total - float(figures.extremes.greatest[_FAST])
+    offset = 0.5 * figures.speed**2 * excess * figures.total - float(figures.extremes.greatest[_FAST])
     return Run(
         inertia=exact,
         irregularity=eps,
-        speed_max=scene.speed * (1 + eps / 2),
-        speed_min=scene.speed * (1 - eps / 2),
+        speed_max=figures.speed * (1 + eps / 2),
+        speed_min=figures.speed * (1 - eps / 2),
         angle_speed_max=float(figures.extremes.angle_greatest[_FAST]),
         angle_speed_min=float(figures.extremes.angle_least[_SLOW]),
         offset=offset,
@@ -130,45 +154,51 @@ def _motion(machine: Machine, figures: _Figures) -> Run | None:
     )
 
 
-def _run_or_fault(cycle: Cycle, scene: Scene, inertia: float) -> Run | None:
+def _run_or_fault(cycle: Cycle, scene: Scene, speed: float, inertia: float) -> Run | None:
     least = inertia + cycle.inertia_at_start + float(regime.combined(cycle, np.array([[0.0, 1.0]]))[0].least[0])
     if least <= cycle.errors.inertia and inertia == 0.0 and scene.inertia is None:
         return None  # nothing moves that could store energy, and nothing acts
     try:
         if least <= cycle.errors.inertia:
             raise NoMotionError
-        return steady.run(cycle, scene.speed, inertia)
+        return steady.run(cycle, speed, inertia)
     except NoMotionError:
         path = "flywheel.inertia" if scene.inertia is not None else "regime.speed"
-        found = f"a machine that stops within the cycle at {scene.speed:.6g} rad/s (mean of extremes)"
+        found = f"a machine that stops within the cycle at {speed:.6g} rad/s (mean of extremes)"
         raise SceneError(
             [Fault(path, found, "enough inertia to turn through the whole cycle", "give a larger inertia or speed")]
         ) from None
 
 
-def _assembled(machine: Machine, figures: _Figures, motion: Run | None, rtol: float) -> Sizing:
-    scene, cycle, extremes = machine.scene, figures.cycle, figures.extremes
+def assembled(machine: Machine, figures: Figures, motion: Run | None, rtol: float) -> Sizing:
+    """The sizing that follows from the figures and the motion with the exact, given or no flywheel.
+
+    A motion that brings its own cycle and speed (torques depend on speed) tells the speed and the work of the drive.
+    """
+    scene, extremes = machine.scene, figures.extremes
+    cycle = (motion and motion.cycle) or figures.cycle
+    speed = (motion and motion.speed) or figures.speed
     fluctuation = float(extremes.greatest[_WORK] - extremes.least[_WORK])
-    drive_work = _drive_work(machine, cycle)
-    no_work = drive_work is None or abs(drive_work) <= cycle.errors.work
-    errors = _error_figures(figures, scene, motion)
+    drive_work = _drive_work(machine, cycle, motion)
+    if drive_work is not None and abs(drive_work) <= cycle.errors.work:
+        drive_work = 0.0
     return Sizing(
         scene=scene,
-        speed=scene.speed,
+        speed=speed,
         balance=_balance(scene, cycle),
-        power=None if drive_work is None else drive_work * scene.speed / scene.cycle,
+        power=None if drive_work is None else drive_work * speed / scene.cycle,
         drive_work=drive_work,
         areas=_areas(figures),
         accumulated_max=float(extremes.greatest[_WORK]),
         accumulated_min=float(extremes.least[_WORK]),
         energy_fluctuation=fluctuation,
-        coefficient_of_energy=None if no_work else fluctuation / (drive_work or 1.0),
+        coefficient_of_energy=fluctuation / drive_work if drive_work else None,
         angle_speed_max=motion and motion.angle_speed_max,
         angle_speed_min=motion and motion.angle_speed_min,
-        reduced_inertia=_reduced_inertia(figures),
+        reduced_inertia=reduced_inertia(figures),
         flywheel=_flywheel(figures, scene),
         simulation=None,
-        error=errors,
+        error=_error_figures(figures, scene, motion),
         closure=abs(cycle.net) / cycle.exchanged if cycle.exchanged else 0.0,
         rtol=rtol,
         messages=_closure_message(cycle, rtol),
@@ -187,42 +217,47 @@ def _closure_message(cycle: Cycle, rtol: float) -> tuple[str, ...]:
     return (f"{left}: the figures are those of this cycle, and no truer than that share",)
 
 
-def _error_figures(figures: _Figures, scene: Scene, motion: Run | None) -> Errors:
+def _error_figures(figures: Figures, scene: Scene, motion: Run | None) -> Errors:
     cycle = figures.cycle
     if scene.irregularity is None:
-        return Errors(simulation=motion and motion.error, work=_work_error(figures), angles=_angle_error(figures, motion))
-    unit = scene.irregularity * scene.speed**2
+        return Errors(simulation=motion and motion.error, work=work_error(cycle), angles=_angle_error(figures, motion))
+    speed = figures.speed
+    unit = scene.irregularity * speed**2
     approximate = 2 * cycle.errors.work / unit + cycle.errors.inertia
-    torque = (2 * cycle.errors.work + scene.speed**2 * cycle.errors.variation) / unit
+    torque = (2 * cycle.errors.work + speed**2 * cycle.errors.variation) / unit
     scale = figures.scale
     return Errors(
         exact=figures.error / scale,
         approximate=approximate / scale,
         inertia_torque=torque / scale,
-        work=_work_error(figures),
+        work=work_error(cycle),
         angles=_angle_error(figures, motion),
     )
 
 
-def _angle_error(figures: _Figures, motion: Run | None) -> float:
+def _angle_error(figures: Figures, motion: Run | None) -> float:
     """Error (rad) of the crossing angles and of the angles of extreme speed.
 
     Each is a root of M* - factor dI*/dphi, off by that function's own error over its slope; where the root is the end of
     a cell the moment jumps through zero, or the cycle ends, and only rounding is left.
     """
     cycle, found = figures.cycle, figures.crossings
-    cell, t, factor = found.cell, found.t, np.zeros_like(found.t)
+    doubt = _root_error(cycle, found.cell, found.t, np.zeros_like(found.t))
     if motion is not None:
+        along = motion.cycle or cycle
         speeds = np.array([motion.speed_max, motion.speed_min])
-        extreme_cell, extreme_t = cycle.where(np.array([motion.angle_speed_max, motion.angle_speed_min]))
-        cell, t = np.concatenate((cell, extreme_cell)), np.concatenate((t, extreme_t))
-        factor = np.concatenate((factor, 0.5 * speeds**2))
+        cell, t = along.where(np.array([motion.angle_speed_max, motion.angle_speed_min]))
+        doubt = max(doubt, _root_error(along, cell, t, 0.5 * speeds**2))
+    return 4 * ROUNDING * float(cycle.mesh.edges[-1]) + doubt
+
+
+def _root_error(cycle: Cycle, cell: NDArray[np.intp], t: Array, factor: Array) -> float:
     half = cycle.mesh.half[cell, 0]
     rows = cycle.series[0, cell] - factor[:, None] * cycle.series[1, cell]
     slope = np.maximum(np.abs(piecewise.slope(rows, t)) / half, 1e-300)
     noise = cycle.noise[0, cell] + factor * cycle.noise[1, cell] + cycle.errors.work / cycle.mesh.edges[-1]
-    doubt = np.where(np.abs(t) < 1.0, np.minimum(noise / slope, 2 * half), 0.0)
-    return 4 * ROUNDING * float(cycle.mesh.edges[-1]) + float(doubt.max(initial=0.0))
+    doubt = np.where(np.abs(t) < _INSIDE, np.minimum(noise / slope, 2 * half), 0.0)
+    return float(doubt.max(initial=0.0))
 
 
 def _balance(scene: Scene, cycle: Cycle) -> Balance | None:
@@ -232,7 +267,7 @@ def _balance(scene: Scene, cycle: Cycle) -> Balance | None:
     return Balance(scene.unknown, cycle.balance, error)
 
 
-def _areas(figures: _Figures) -> tuple[Area, ...]:
+def _areas(figures: Figures) -> tuple[Area, ...]:
     """Areas of M* between its sign changes, from phi = 0 to the cycle's end."""
     cycle = figures.cycle
     angles = figures.crossings.angles(cycle.mesh)
@@ -244,7 +279,8 @@ def _areas(figures: _Figures) -> tuple[Area, ...]:
     )
 
 
-def _reduced_inertia(figures: _Figures) -> ReducedInertia:
+def reduced_inertia(figures: Figures) -> ReducedInertia:
+    """I* without the flywheel over the cycle."""
     cycle, extremes = figures.cycle, figures.extremes
     start, mesh = cycle.inertia_at_start, cycle.mesh
     mean = float((cycle.series[2] @ piecewise.MEAN * mesh.half[:, 0]).sum() / mesh.edges[-1])
@@ -252,12 +288,12 @@ def _reduced_inertia(figures: _Figures) -> ReducedInertia:
     return ReducedInertia(least, start + float(extremes.greatest[_INERTIA]), mean)
 
 
-def _flywheel(figures: _Figures, scene: Scene) -> Flywheel:
+def _flywheel(figures: Figures, scene: Scene) -> Flywheel:
     eps, ratio_square = scene.irregularity, scene.flywheel_ratio**2
     if eps is None:
         return Flywheel(scene.flywheel_on, scene.inertia, None, None, None, None, None)
-    extremes, unit = figures.extremes, eps * scene.speed**2
-    inertia = _reduced_inertia(figures)
+    extremes, unit = figures.extremes, eps * figures.speed**2
+    inertia = reduced_inertia(figures)
     swing = extremes.greatest - extremes.least
     total = float(swing[_WORK]) / unit
     exact = figures.total - figures.cycle.inertia_at_start
@@ -300,7 +336,7 @@ def certificate(approximate_total: float, inertia: ReducedInertia, irregularity:
     return middle - spread, middle + spread
 
 
-def _drive_work(machine: Machine, cycle: Cycle) -> float | None:
+def _drive_work(machine: Machine, cycle: Cycle, motion: Run | None) -> float | None:
     """Work (J) of the drive over the cycle; None without a drive."""
     drive = machine.scene.drive
     if drive is None:
@@ -311,5 +347,7 @@ def _drive_work(machine: Machine, cycle: Cycle) -> float | None:
     if isinstance(drive.law, float | int):
         return drive.law * ratio * machine.scene.cycle
     mesh = cycle.mesh
+    if motion is not None and motion.drive is not None:
+        return float(piecewise.integral(motion.drive, mesh.half).sum())
     torque = machine.reduction.moments(mesh.phi, mesh.anchor, cycle.balance or 0.0)["drive"]
     return float(piecewise.integral(torque + np.zeros_like(mesh.phi), mesh.half).sum())

@@ -106,7 +106,9 @@ def reduce(scene: Path, as_json: bool, as_csv: bool, points: int | None, at: tup
 
         loaded = load(scene)
         wanted = coordinates(at, loaded.reduction_element == "slide")
-        text = reduced(loaded, wanted, points or 360, as_json=as_json)
+        text, conditions = reduced(loaded, wanted, points or 360, as_json=as_json)
+    if conditions:
+        click.echo(conditions, err=True)
     if output is None:
         show(text)
         return

@@ -10,7 +10,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from flywheel import piecewise, regime, state
+from flywheel import piecewise, regime
 from flywheel.machine import Machine
 from flywheel.regime import Cycle
 from flywheel.steady import Run
@@ -35,8 +35,11 @@ class Samples(NamedTuple):
     balance: Array | None
 
 
-def sampled(machine: Machine, cycle: Cycle) -> Samples:
-    """A resolved cycle on evenly spread points in every cell, ends included."""
+def sampled(machine: Machine, cycle: Cycle, speed: float | None = None) -> Samples:
+    """A resolved cycle on evenly spread points in every cell, ends included.
+
+    With a constant speed (rad/s) the share of a balance is told even where it depends on speed.
+    """
     mesh = cycle.mesh
     count = mesh.phi.shape[0]
     t = np.linspace(-1.0, 1.0, int(np.clip(_POINTS // count, _FEWEST, _MOST)))
@@ -44,26 +47,31 @@ def sampled(machine: Machine, cycle: Cycle) -> Samples:
     phi[:, 0], phi[:, -1] = mesh.edges[:-1], mesh.edges[1:]  # the same float on both sides of an edge
     cell, local = np.repeat(np.arange(count), t.size), np.tile(t, count)
     work, variation = cycle.at(cell, local)
-    share = None
-    if cycle.balance is not None:
-        per_unknown = machine.reduce(phi, mesh.anchor).per_unknown
-        share = np.broadcast_to(cycle.balance * per_unknown, phi.shape).ravel()
     return Samples(
         phi=phi.ravel(),
         moment=(cycle.series[0] @ piecewise.basis(t, piecewise.ORDER).T).ravel(),
         work=work,
         inertia=cycle.inertia_at_start + variation,
-        balance=share,
+        balance=None if cycle.balance is None else _share(machine, phi, mesh.anchor, cycle.balance, speed).ravel(),
     )
 
 
-def bodies(machine: Machine, samples: Samples, balance: float | None) -> dict[str, Array]:
+def _share(machine: Machine, phi: Array, anchor: Array, balance: float, speed: float | None) -> Array:
+    """What the balance adds to M* (N m)."""
+    station = machine.reduction.at(phi, anchor)
+    factor = station.reduced.per_unknown + np.zeros_like(phi)
+    moving = [] if speed is None else station.contributions(speed)
+    return np.asarray(balance * (factor + sum(part for _, _, part in moving)))
+
+
+def bodies(machine: Machine, samples: Samples) -> dict[str, Array]:
     """What each body adds to I* (kg m²) at the samples; bodies that add nothing are left out.
 
     Beyond `MOST_BODIES` the smallest ones are shown as one.
     """
-    parts = state.reduce(machine, samples.phi, balance=balance or 0.0).inertia_parts
-    found = {name: np.asarray(part) for name, part in parts.items() if np.any(part)}
+    phi = samples.phi % machine.scene.cycle
+    parts = machine.kinematics.inertias(machine.kinematics.flows(phi, machine.anchors(phi)))
+    found = {name: np.broadcast_to(part, phi.shape) for name, part in parts.items() if np.any(part)}
     if len(found) <= MOST_BODIES:
         return found
     largest = sorted(found, key=lambda name: -float(found[name].max()))[: MOST_BODIES - 1]

@@ -1,7 +1,7 @@
 """One figure of a sizing: turning moment, reduced inertia, Wittenbauer's loop, speed over the cycle.
 
-The only room that imports matplotlib; figures are objects of their own: no global state is touched, nothing is shown.
-Colours are those of Okabe and Ito, which the colour-blind can tell apart; lines differ in their dashes as well.
+Figures are objects of their own: no global state is touched, nothing is shown. Colours are those of Okabe and Ito, which
+the colour-blind can tell apart; lines differ in their dashes as well.
 """
 
 from __future__ import annotations
@@ -18,8 +18,10 @@ from matplotlib.ticker import MultipleLocator
 from numpy.typing import NDArray
 
 from flywheel import steady
-from flywheel.pictures import curves
+from flywheel.pictures import areas, curves
 from flywheel.pictures.curves import Loop, Samples
+from flywheel.pictures.figures import BLACK, BLUE, GREEN, ORANGE, PURPLE, SKY, VERMILLION, name_axes
+from flywheel.pictures.panels import RPM, band, legend, origin_of, say, speed_label, told
 from flywheel.results import Sizing
 from flywheel.steady import Run
 from flywheel.writing import outcome
@@ -28,20 +30,16 @@ from flywheel.writing.report import headline
 
 Array = NDArray[np.float64]
 
-_SKY, _ORANGE, _GREEN, _YELLOW = "#56B4E9", "#E69F00", "#009E73", "#F0E442"
-_BLUE, _VERMILLION, _PURPLE, _BLACK, _GREY = "#0072B2", "#D55E00", "#CC79A7", "#000000", "#6E6E6E"
-_BODIES = (_SKY, _ORANGE, _GREEN, _YELLOW, _PURPLE, _BLUE, _VERMILLION, "#BBBBBB")
+_BODIES = (SKY, ORANGE, GREEN, "#F0E442", PURPLE, BLUE, VERMILLION, "#BBBBBB")
 _HATCHES = ("", "//", "..", "xx")
 _LINES = {
-    "exact": (_BLUE, "-", 2.4),
-    "given": (_BLUE, "-", 2.4),
-    "approximate": (_VERMILLION, "--", 1.8),
-    "inertia_torque": (_GREEN, ":", 2.2),
+    "exact": (BLUE, "-", 2.4),
+    "given": (BLUE, "-", 2.4),
+    "approximate": (VERMILLION, "--", 1.8),
+    "inertia_torque": (GREEN, ":", 2.2),
 }
-_RPM = 30 / np.pi
 _SIZE, _DPI = (12.8, 9.6), 125
 _MOST_NUMBERED = 40  # areas that get their numbers written in
-_PANEL = 350.0  # points that a legend may be wide
 _STYLE: Any = {"font.size": 10.0, "axes.titlesize": 11.5, "svg.hashsalt": "flywheel", "pdf.fonttype": 42}
 _DATES: dict[str, dict[str, Any]] = {"svg": {"Date": None}, "pdf": {"CreationDate": None}, "png": {}}
 
@@ -69,15 +67,10 @@ def draw(sizing: Sizing) -> Figure:
     figure.suptitle(headline(sizing), fontsize=13, parse_math=False)
     axes = figure.subplots(2, 2).ravel()
     if sizing.machine is None or sizing.cycle is None:
-        _draw_areas(axes, sizing)
+        areas.draw(axes, sizing)
     else:
         _draw_machine(axes, sizing)
     return figure
-
-
-def _n(value: float, most: int = 5, error: float = 0.0) -> str:
-    """A number with a true minus sign."""
-    return number(value, error, most).replace("-", "−")
 
 
 def _draw_machine(axes: NDArray[Any], sizing: Sizing) -> None:
@@ -85,11 +78,14 @@ def _draw_machine(axes: NDArray[Any], sizing: Sizing) -> None:
     assert machine is not None
     assert cycle is not None
     samples = curves.sampled(machine, cycle)
-    _moment(axes[0], sizing, samples)
-    _inertia(axes[1], curves.bodies(machine, samples, cycle.balance), samples)
+    if sizing.cyclic is None or sizing.constant is None:
+        _moment(axes[0], sizing, samples)
+    else:
+        _moment(axes[0], sizing, curves.sampled(machine, sizing.constant, sizing.cyclic.constant_speed), samples)
+    _inertia(axes[1], curves.bodies(machine, samples), samples)
     if sizing.run is None:
         for panel, title in ((axes[2], "Wittenbauer's loop"), (axes[3], "Speed of the crank")):
-            _say(
+            say(
                 panel,
                 title,
                 "Nothing acts on the machine and nothing in it has inertia:\nits speed never changes.",
@@ -104,14 +100,6 @@ def _draw_machine(axes: NDArray[Any], sizing: Sizing) -> None:
 # -- what every panel shares -----------------------------------------------------------------------------------------
 
 
-def _name(panel: Axes, title: str, xlabel: str, ylabel: str) -> None:
-    panel.set_title(title)
-    panel.set_xlabel(xlabel)
-    panel.set_ylabel(ylabel)
-    panel.grid(color="#DDDDDD", linewidth=0.6)
-    panel.set_axisbelow(True)
-
-
 def _degrees(panel: Axes, cycle: float) -> None:
     """Ticks at whole parts of a turn, where the panel has an axis of angles."""
     if not panel.axison:
@@ -123,59 +111,46 @@ def _degrees(panel: Axes, cycle: float) -> None:
         panel.xaxis.set_major_locator(MultipleLocator(45 * round(turns)))
 
 
-def _legend(panel: Axes) -> None:
-    """The legend along the top, in as many columns as fit, with room made for it above the curves."""
-    handles, labels = panel.get_legend_handles_labels()
-    widest = next(n for n in range(len(labels), 0, -1) if n == 1 or _legend_width(labels, n) <= _PANEL)
-    rows = -(-len(labels) // widest)
-    ncols = -(-len(labels) // rows)  # as few columns as these rows need
-    low, high = panel.get_ylim()
-    panel.set_ylim(low, high + (high - low) * (0.04 + 0.065 * rows))
-    style: dict[str, Any] = {"fontsize": 8.5, "handlelength": 1.7, "columnspacing": 1.2, "framealpha": 1.0}
-    panel.legend(handles, labels, loc="upper center", ncols=ncols, borderaxespad=0.4, **style)
-
-
-def _legend_width(labels: list[str], ncols: int) -> float:
-    """About how wide (points) a legend becomes: filled column by column, the first ones with one more if need be."""
-    chunks = np.array_split(np.array([len(label) for label in labels]), ncols)
-    return sum(4.6 * float(chunk.max()) + 28.0 for chunk in chunks)
-
-
-def _say(panel: Axes, title: str, why: str) -> None:
-    """A panel that has nothing to draw says why."""
-    panel.set_title(title)
-    panel.set_axis_off()
-    panel.text(0.5, 0.5, why, ha="center", va="center", transform=panel.transAxes, fontsize=11, color=_GREY)
-
-
 # -- turning moment --------------------------------------------------------------------------------------------------
 
 
-def _moment(panel: Axes, sizing: Sizing, samples: Samples) -> None:
+def _moment(panel: Axes, sizing: Sizing, samples: Samples, along: Samples | None = None) -> None:
+    """The moment with its areas; where they hold for a constant speed, the moment along the motion as a thin line."""
     if not np.any(samples.moment):
-        _say(
-            panel,
-            "Turning moment",
-            "No torque or force acts on the machine:\nM* is zero over the whole cycle.",
-        )
+        say(panel, "Turning moment", "No torque or force acts on the machine:\nM* is zero over the whole cycle.")
         return
     phi, moment = np.degrees(samples.phi), samples.moment
-    _name(panel, "Turning moment at the crank, and its areas", "crank angle φ, deg", "M*, N m")
-    for side, colour, label in ((1, _SKY, "speeds up"), (-1, _ORANGE, "slows down")):
+    name_axes(panel, _moment_title(sizing), "crank angle φ, deg", "M*, N m")
+    for side, colour, label in ((1, SKY, "speeds up"), (-1, ORANGE, "slows down")):
         panel.fill_between(phi, np.where(side * moment > 0, moment, 0.0), color=colour, alpha=0.75, lw=0, label=label)
-    panel.plot(phi, moment, color=_BLACK, lw=1.4, label="M*")
-    if samples.balance is not None and sizing.balance is not None:
-        value = _n(sizing.balance.value, 5, outcome.balance_error(sizing))
-        drive = sizing.scene.drive if sizing.balance.name == "drive" else None
-        unit = "" if drive is None else " N m" if drive.on == "crank" else f" N m on {drive.on}"
-        label = f"balance: {sizing.balance.name} = {value}{unit}"
-        if np.abs(samples.balance).max() > 1.5 * np.abs(moment).max():
-            panel.plot([], [], " ", label=f"{label} (off the scale)")
-        else:
-            panel.plot(phi, samples.balance, color=_PURPLE, lw=1.6, ls="--", label=label)
-    panel.axhline(0.0, color=_BLACK, lw=0.8)
+    panel.plot(phi, moment, color=BLACK, lw=1.4, label="M*")
+    if along is not None:
+        panel.plot(np.degrees(along.phi), along.moment, color=GREEN, lw=1.0, label="M* along the motion")
+    _balance(panel, sizing, samples)
+    panel.axhline(0.0, color=BLACK, lw=0.8)
     _number_areas(panel, sizing, samples)
-    _legend(panel)
+    legend(panel)
+
+
+def _moment_title(sizing: Sizing) -> str:
+    if sizing.cyclic is None:
+        return "Turning moment at the crank, and its areas"
+    return f"Turning moment at a constant {told(RPM * sizing.cyclic.constant_speed, 6)} rpm, and its areas"
+
+
+def _balance(panel: Axes, sizing: Sizing, samples: Samples) -> None:
+    """What the balance gives, named with its value."""
+    cycle = sizing.constant or sizing.cycle
+    if samples.balance is None or sizing.balance is None or cycle is None or cycle.balance is None:
+        return
+    value = told(cycle.balance, 5, outcome.balance_error(sizing))
+    drive = sizing.scene.drive if sizing.balance.name == "drive" else None
+    unit = "" if drive is None else " N m" if drive.on == "crank" else f" N m on {drive.on}"
+    label = f"balance: {sizing.balance.name} = {value}{unit}"
+    if np.abs(samples.balance).max() > 1.5 * np.abs(samples.moment).max():
+        panel.plot([], [], " ", label=f"{label} (off the scale)")
+    else:
+        panel.plot(np.degrees(samples.phi), samples.balance, color=PURPLE, lw=1.6, ls="--", label=label)
 
 
 def _number_areas(panel: Axes, sizing: Sizing, samples: Samples) -> None:
@@ -212,14 +187,14 @@ def _number_areas(panel: Axes, sizing: Sizing, samples: Samples) -> None:
 
 def _inertia(panel: Axes, parts: dict[str, Array], samples: Samples) -> None:
     if not parts:
-        _say(
+        say(
             panel,
             "Reduced inertia",
             "No body of the machine has mass or inertia:\nI* = 0, the flywheel is alone.",
         )
         return
     phi = np.degrees(samples.phi)
-    _name(
+    name_axes(
         panel,
         "Reduced inertia at the crank, by body (without the flywheel)",
         "crank angle φ, deg",
@@ -230,20 +205,20 @@ def _inertia(panel: Axes, parts: dict[str, Array], samples: Samples) -> None:
         colour, hatch = _BODIES[k % len(_BODIES)], _HATCHES[k // len(_BODIES) % len(_HATCHES)]
         panel.fill_between(phi, floor, floor + part, facecolor=colour, hatch=hatch, edgecolor="white", lw=0.4, label=name)
         floor = floor + part
-    panel.plot(phi, samples.inertia, color=_BLACK, lw=1.8, label="I* total")
+    panel.plot(phi, samples.inertia, color=BLACK, lw=1.8, label="I* total")
     panel.set_ylim(0.0, 1.05 * float(samples.inertia.max()))
-    _legend(panel)
+    legend(panel)
 
 
 # -- Wittenbauer's loop ----------------------------------------------------------------------------------------------
 
 
 def _loop(panel: Axes, loop: Loop) -> None:
-    _name(panel, "Wittenbauer's loop and its tangents", "I*, kg m²", "F = 2 W / ω², kg m²")
+    name_axes(panel, "Wittenbauer's loop and its tangents", "I*, kg m²", "F = 2 W / ω², kg m²")
     height = float(np.ptp(loop.energy))
     right = float(loop.inertia.max()) or height or 1.0
     _tangents(panel, loop, 0.0, 1.04 * right)
-    panel.axvline(0.0, color=_BLACK, lw=0.9)
+    panel.axvline(0.0, color=BLACK, lw=0.9)
     low, high = panel.get_ylim()
     close = abs(loop.intercept_fast - loop.intercept_slow) < 0.05 * (high - low)
     marks = [("M", loop.intercept_fast, "bottom"), ("N", loop.intercept_slow, "top")]
@@ -251,22 +226,22 @@ def _loop(panel: Axes, loop: Loop) -> None:
         marks = [("M, N", 0.5 * (loop.intercept_fast + loop.intercept_slow), "center")]
     for name, y, anchor in marks:
         panel.text(-0.02 * right, y, name, ha="right", va=anchor, fontweight="bold")
-    panel.plot([0.0, 0.0], [loop.intercept_slow, loop.intercept_fast], color=_PURPLE, lw=3.0, solid_capstyle="butt")
+    panel.plot([0.0, 0.0], [loop.intercept_slow, loop.intercept_fast], color=PURPLE, lw=3.0, solid_capstyle="butt")
     panel.set_xlim(-0.17 * right, 1.04 * right / 0.56)
     panel.set_xticks([tick for tick in panel.get_xticks() if -1e-9 <= tick <= 1.05 * right])
-    _legend(panel)
+    legend(panel)
     _inset(panel, loop)
 
 
 def _tangents(panel: Axes, loop: Loop, left: float, right: float, shear: float = 0.0) -> None:
     """Loop, tangents and contact points; `shear` is taken off every slope."""
-    panel.plot(loop.inertia, loop.energy - shear * loop.inertia, color=_BLACK, lw=1.2, label="loop F(I*)")
+    panel.plot(loop.inertia, loop.energy - shear * loop.inertia, color=BLACK, lw=1.2, label="loop F(I*)")
     ends = np.array([left, right])
     for slope, intercept, contact, angle, colour, style in (
-        (loop.slope_fast, loop.intercept_fast, loop.contact_fast, loop.angle_fast, _BLUE, "-"),
-        (loop.slope_slow, loop.intercept_slow, loop.contact_slow, loop.angle_slow, _VERMILLION, "--"),
+        (loop.slope_fast, loop.intercept_fast, loop.contact_fast, loop.angle_fast, BLUE, "-"),
+        (loop.slope_slow, loop.intercept_slow, loop.contact_slow, loop.angle_slow, VERMILLION, "--"),
     ):
-        which = "fastest" if colour == _BLUE else "slowest"
+        which = "fastest" if colour == BLUE else "slowest"
         label = f"{which}, φ = {number(np.degrees(angle), 1e-9, 4)}°"
         panel.plot(ends, (slope - shear) * ends + intercept, color=colour, ls=style, lw=1.5, label=label)
         panel.plot(contact[0], contact[1] - shear * contact[0], "o", color=colour, ms=6, zorder=5)
@@ -279,11 +254,11 @@ def _inset(panel: Axes, loop: Loop) -> None:
     right = float(loop.inertia.max())
     span = right - x or float(np.ptp(loop.energy)) or 1.0
     _tangents(inset, loop, x, right + 0.05 * span, shear=1.0)
-    inset.plot([0.0, 0.0], [loop.intercept_slow, loop.intercept_fast], color=_PURPLE, lw=2.5, solid_capstyle="butt")
-    inset.plot(x, y - x, "s", color=_PURPLE, ms=6, zorder=6)
+    inset.plot([0.0, 0.0], [loop.intercept_slow, loop.intercept_fast], color=PURPLE, lw=2.5, solid_capstyle="butt")
+    inset.plot(x, y - x, "s", color=PURPLE, ms=6, zorder=6)
     inset.annotate("P", (x, y - x), xytext=(-2, 7), textcoords="offset points", ha="center", fontweight="bold")
     inset.margins(x=0.12, y=0.12)
-    inset.set_title(f"F − I* against I*:\nfar point P at I* = {_n(x, 4)}", fontsize=8.5)
+    inset.set_title(f"F − I* against I*:\nfar point P at I* = {told(x, 4)}", fontsize=8.5)
     inset.tick_params(labelsize=8)
     inset.locator_params(nbins=3)
 
@@ -296,38 +271,20 @@ def _speed(panel: Axes, sizing: Sizing, samples: Samples) -> None:
     phi = np.degrees(samples.phi)
     assert sizing.cycle is not None
     traces = [
-        (key, label, _RPM * steady.speed_over_cycle(sizing.cycle, sizing.speed, run, samples.phi))
+        (key, label, RPM * steady.speed_over_cycle(sizing.cycle, sizing.speed, run, samples.phi))
         for key, label, run in runs
         if run is not None
     ]
-    origin = _origin(sizing.speed * _RPM, traces)
-    _name(panel, "Speed of the crank over the cycle", "crank angle φ, deg", _speed_label(sizing, origin))
-    _band(panel, sizing, origin)
+    origin = origin_of(sizing.speed * RPM, traces)
+    name_axes(panel, "Speed of the crank over the cycle", "crank angle φ, deg", speed_label(sizing, origin))
+    band(panel, sizing, origin)
     for key, label, values in traces:
         colour, style, width = _LINES[key]
         panel.plot(phi, values - origin, color=colour, ls=style, lw=width, label=label)
     for _, label, run in runs:
         if run is None:
             panel.plot([], [], " ", label=label)
-    _legend(panel)
-
-
-def _origin(mean: float, traces: list[tuple[str, str, Array]]) -> float:
-    """The mean, taken off where the fluctuation is too small for tick labels that count from zero."""
-    swing = max((float(np.ptp(values)) for _, _, values in traces), default=0.0)
-    return mean if swing < 2e-3 * mean else 0.0
-
-
-def _speed_label(sizing: Sizing, origin: float) -> str:
-    return f"crank speed − {_n(sizing.speed * _RPM, 6)} rpm, rpm" if origin else "crank speed, rpm"
-
-
-def _band(panel: Axes, sizing: Sizing, origin: float) -> None:
-    eps, mean = sizing.scene.irregularity, sizing.speed * _RPM
-    if eps is not None:
-        low, high = mean * (1 - eps / 2) - origin, mean * (1 + eps / 2) - origin
-        panel.axhspan(low, high, color="#E4E4E4", zorder=0.5, label=f"band asked, ±{number(50 * eps, 0.0, 4)} %")
-    panel.axhline(mean - origin, color=_GREY, lw=0.9, ls="-.")
+    legend(panel)
 
 
 def _runs(sizing: Sizing) -> list[tuple[str, str, Run | None]]:
@@ -347,68 +304,3 @@ def _runs(sizing: Sizing) -> list[tuple[str, str, Run | None]]:
 
 def _eps(run: Run | None) -> str:
     return ": no steady motion" if run is None else f", ε = {number(run.irregularity, run.error * run.irregularity, 4)}"
-
-
-# -- a diagram of areas ----------------------------------------------------------------------------------------------
-
-
-def _draw_areas(axes: NDArray[Any], sizing: Sizing) -> None:
-    works = np.array([area.work for area in sizing.areas])
-    sums = np.array([0.0, *(area.accumulated for area in sizing.areas)])
-    _area_bars(axes[0], works)
-    _sums(axes[1], sizing, sums)
-    why = "The loop needs the reduced inertia of a machine.\nA diagram of areas gives none, and counts all as flywheel."
-    _say(axes[2], "Wittenbauer's loop", why)
-    _crossing_speeds(axes[3], sizing, sums)
-
-
-def _area_bars(panel: Axes, works: Array) -> None:
-    _name(panel, "Areas of the turning moment (angles not given)", "area", "work, J")
-    places = np.arange(1, works.size + 1)
-    for side, colour, label in ((1, _SKY, "speeds up"), (-1, _ORANGE, "slows down")):
-        mine = side * works > 0
-        if mine.any():
-            panel.bar(places[mine], works[mine], color=colour, edgecolor=_BLACK, lw=0.6, label=label)
-    panel.axhline(0.0, color=_BLACK, lw=0.8)
-    panel.set_xticks(_spread(places), [f"A{k}" for k in _spread(places)])
-    if works.any():
-        _legend(panel)
-
-
-def _spread(places: NDArray[np.intp]) -> list[int]:
-    """At most two dozen of the places, for ticks."""
-    return [int(k) for k in places[:: -(-places.size // 24)]]
-
-
-def _sums(panel: Axes, sizing: Sizing, sums: Array) -> None:
-    _name(panel, "Accumulated areas", "crossing", "sum, J")
-    places = np.arange(sums.size)
-    panel.plot(places, sums, "o-", color=_BLACK, lw=1.2, ms=4)
-    for colour, marker, value, name in (
-        (_BLUE, "^", sizing.accumulated_max, "greatest"),
-        (_VERMILLION, "v", sizing.accumulated_min, "least"),
-    ):
-        at = int(np.abs(sums - value).argmin())
-        label = f"{name}: S{at} = {_n(value, 5, outcome.work_error(sizing))} J"
-        panel.plot(at, value, marker, color=colour, ms=9, label=label)
-        panel.axhline(value, color=colour, lw=0.9, ls=":")
-    panel.set_xticks(_spread(places), [f"S{k}" for k in _spread(places)])
-    _legend(panel)
-
-
-def _crossing_speeds(panel: Axes, sizing: Sizing, sums: Array) -> None:
-    """Speed at the crossings: between them a diagram of areas tells nothing."""
-    inertia = sizing.scene.inertia or sizing.flywheel.exact or 0.0
-    if inertia == 0.0:
-        _say(panel, "Speed of the crank", "The areas are all zero:\nthe speed never changes.")
-        return
-    eps = sizing.simulation.irregularity if sizing.simulation is not None else sizing.scene.irregularity or 0.0
-    on_crank = inertia * sizing.scene.flywheel_ratio**2
-    speeds = _RPM * curves.crossing_speeds(sums, sizing.speed * (1 - eps / 2), on_crank)
-    origin = _origin(sizing.speed * _RPM, [("", "", speeds)])
-    _name(panel, "Speed of the crank at the crossings", "crossing", _speed_label(sizing, origin))
-    _band(panel, sizing, origin)
-    places = np.arange(sums.size)
-    panel.plot(places, speeds - origin, "o", color=_BLUE, ms=6, label=f"{_n(inertia)} kg m², ε = {_n(eps, 4)}")
-    panel.set_xticks(_spread(places), [f"S{k}" for k in _spread(places)])
-    _legend(panel)

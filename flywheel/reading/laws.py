@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 
-from flywheel.advice import nearest, quote, show
+from flywheel.advice import nearest, show
 from flywheel.faults import Fault
 from flywheel.formulas.expressions import Expression, ExpressionError, parse
 from flywheel.reading.fields import Faults
@@ -33,8 +33,7 @@ def _effort_text(text: str, dimension: str, path: str, setting: Setting) -> floa
         parts = parts[0], DIMENSIONS[dimension].si
     if parts is not None and re.match(r"[^\W\d_]|[%°,]|1\s*/", parts[1]) and not _WORDS.search(parts[1]):
         return _quantity(text, parts, dimension, path, setting.faults)
-    expression = read_expression(text, path, setting)
-    return expression if expression is not None and _supported(expression, path, setting.faults) else None
+    return read_expression(text, path, setting)
 
 
 def _quantity(text: str, parts: tuple[str, str], dimension: str, path: str, faults: Faults) -> float | None:
@@ -62,15 +61,6 @@ def _advice(text: str) -> str:
     if re.search(r"\d\s*[^\W\d_]", text):
         return "numbers in an expression are SI, without units"
     return ""
-
-
-def _supported(expression: Expression, path: str, faults: Faults) -> bool:
-    """Whether a load's expression depends on position alone."""
-    if expression.uses_speed:
-        faults.later(path, f"{quote(expression.text)}, which depends on speed")
-    if expression.uses_time:
-        faults.later(path, f"{quote(expression.text)}, which depends on time")
-    return not (expression.uses_speed or expression.uses_time)
 
 
 def read_position(value: object, path: str, setting: Setting) -> Expression | None:

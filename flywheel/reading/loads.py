@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import re
 from collections.abc import Mapping
 from typing import Any, NamedTuple
@@ -10,15 +11,17 @@ import numpy as np
 
 from flywheel.advice import show, told
 from flywheel.formulas.expressions import Expression
+from flywheel.motors.base import Motor
 from flywheel.reading.fields import Faults, Fields, as_table, exactly_one, expectation, read_fields, read_quantity
+from flywheel.reading.gd2 import read_gd2
 from flywheel.reading.laws import read_effort
 from flywheel.reading.places import Place, Places, Setting, default_period, whole
 from flywheel.reading.schema import MOST_TABLES, MOST_TURNS, SECTIONS, Key
 from flywheel.reading.tables import TOLERANCE, fit_period, fit_stroke, fit_window, read_table
-from flywheel.scene import Inertia, Law, Load, Spring, Stroke, Table
+from flywheel.scene import Damper, Inertia, Law, Load, Spring, Stroke, Table
 
 _SAME = 1e-12  # share of a period within which two angles are one
-_LAWS = ("force", "torque", "table")
+_LAWS = ("force", "torque", "table", "model")
 
 
 class Window(NamedTuple):
@@ -52,10 +55,23 @@ def read_inertias(raw: object, places: Places, setting: Setting) -> tuple[Inerti
     for path, table in listed(raw, "inertia", setting.faults):
         fields = read_fields(table, SECTIONS["inertia"].keys, path, setting.faults)
         place = places.find(fields["on"], f"{path}.on", setting.faults)
-        value = _by_place(fields, "value", "inertia", place, path, setting.faults)
+        value = _inertia(table, fields, place, path, setting.faults)
         if place is not None and value is not None:
             found.append(Inertia(place.name, value, path))
     return tuple(found)
+
+
+def _inertia(table: Mapping[str, Any], fields: Fields, place: Place | None, path: str, faults: Faults) -> float | None:
+    """The mass or inertia of a table, or the inertia of its GD²."""
+    if "gd2" not in table and "value" not in table:
+        faults.add(f"{path}.value", "nothing", "a mass or an inertia, or gd2")
+    elif "gd2" not in table:
+        return _by_place(fields, "value", "inertia", place, path, faults)
+    elif exactly_one([key for key in ("value", "gd2") if key in table], ("value", "gd2"), path, faults):
+        if place is None or place.rotating:
+            return read_gd2(table["gd2"], f"{path}.gd2", faults)
+        faults.add(f"{path}.gd2", f'a GD² on "{place.name}", which translates', "a mass, in value")
+    return None
 
 
 def read_springs(raw: object, places: Places, setting: Setting) -> tuple[Spring, ...]:
@@ -70,6 +86,18 @@ def read_springs(raw: object, places: Places, setting: Setting) -> tuple[Spring,
             setting.faults.add(f"{path}.on", show(fields["on"]), "a place that comes back to where it was each cycle")
         elif place is not None and stiffness is not None and rest is not None:
             found.append(Spring(place.name, stiffness, rest, path))
+    return tuple(found)
+
+
+def read_dampers(raw: object, places: Places, setting: Setting) -> tuple[Damper, ...]:
+    """Dampers to the frame."""
+    found = []
+    for path, table in listed(raw, "damper", setting.faults):
+        fields = read_fields(table, SECTIONS["damper"].keys, path, setting.faults)
+        place = places.find(fields["on"], f"{path}.on", setting.faults)
+        coefficient = _by_place(fields, "coefficient", "damper", place, path, setting.faults)
+        if place is not None and coefficient is not None:
+            found.append(Damper(place.name, coefficient, path))
     return tuple(found)
 
 
@@ -98,12 +126,34 @@ def _load(raw: Mapping[str, Any], path: str, places: Places, setting: Setting) -
     window = _window(raw, fields, every, path, setting)
     sense = _sense(fields["while"], f"{path}.while", faults)
     one = exactly_one([key for key in _LAWS if key in raw], _LAWS, path, faults)
-    law = _law(raw, place, path, setting) if one else None
+    law, model = _law_or_model(raw, place, places, (window, every), path, setting) if one else (None, "")
     if isinstance(law, Table) and every is not None and window.good:
-        law = _fitted(law, every, window, f"{path}.table", setting)
+        law = _fitted(law, every, window, f"{path}.model.table" if model else f"{path}.table", setting)
     if len(faults) > before or place is None or every is None or law is None:
         return None
-    return Load(place.name, law, every, window.start, window.end, sense, path, once=setting.stroke is not None)
+    return Load(place.name, law, every, window.start, window.end, sense, path, setting.stroke is not None, model)
+
+
+def _law_or_model(
+    raw: Mapping[str, Any],
+    place: Place | None,
+    places: Places,
+    acting: tuple[Window, float | None],
+    path: str,
+    setting: Setting,
+) -> tuple[Law | None, str]:
+    """The law of a load, and what it is in words where it comes from a model."""
+    if "model" not in raw:
+        return _law(raw, place, path, setting), ""
+    if place is None:
+        return None, ""
+    from flywheel.reading.load_models import Site, read_model  # only scenes with a model pay for it
+
+    window, every = acting
+    unread = (math.nan, math.nan) if not window.good else None
+    ends = unread if window.start is None or window.end is None else (window.start, window.end)
+    found = read_model(raw["model"], f"{path}.model", Site(place, places, ends, every, setting))
+    return (None, "") if found is None else found
 
 
 def _load_keys(setting: Setting) -> tuple[Key, ...]:
@@ -236,32 +286,63 @@ def _fitted(law: Table, every: float, window: Window, path: str, setting: Settin
     return fit_window(law, (window.start, window.end), every, path, faults)
 
 
-def read_drive(raw: object, places: Places, setting: Setting) -> tuple[Load | None, bool]:
-    """The drive, and whether its torque (its force, where the reduction element slides) is the scene's balance."""
+class Drive(NamedTuple):
+    """The drive's load, whether its torque (or force) is the scene's balance, and the motor that gives it, if any."""
+
+    load: Load | None = None
+    balance: bool = False
+    motor: Motor | None = None
+
+    @property
+    def rotor(self) -> tuple[Inertia, ...]:
+        """The inertia of the motor's rotor, on the shaft that it drives."""
+        if self.load is None or self.motor is None or not self.motor.inertia:
+            return ()
+        return (Inertia(self.load.on, self.motor.inertia, "drive.motor.inertia"),)
+
+
+def read_drive(raw: object, places: Places, setting: Setting) -> Drive:
+    """The drive: a torque (a force, where the reduction element slides), which may be the balance, or a motor."""
     table = None if raw is None else as_table(raw, "drive", setting.faults)
     if table is None:
-        return None, False
+        return Drive()
     fields = read_fields(table, SECTIONS["drive"].keys, "drive", setting.faults)
     shaft = places.shaft(fields["on"] if "on" in table else setting.element, "drive.on", setting.faults)
     key = _driving(table, setting)
     if key is None:
-        return None, False
+        return Drive()
+    if key == "motor":
+        return _motored(table["motor"], shaft, setting)
     balance = isinstance(table[key], str) and table[key] == "balance"
     law: float | Expression | None = None
     if not balance:
         law = read_effort(table[key], key, f"drive.{key}", setting)
     if setting.cycle is None or (law is None and not balance):
-        return None, balance
-    return Load(shaft, law, setting.cycle, path="drive", once=setting.stroke is not None), balance
+        return Drive(None, balance)
+    return Drive(Load(shaft, law, setting.cycle, path="drive", once=setting.stroke is not None), balance)
+
+
+def _motored(raw: object, shaft: str, setting: Setting) -> Drive:
+    """A drive by a motor, whose law depends on the speed of its shaft."""
+    from flywheel.reading.motors import read_motor  # only scenes with a motor pay for it
+
+    motor = read_motor(raw, "drive.motor", setting)
+    if motor is None or setting.cycle is None:
+        return Drive()
+    once = setting.stroke is not None
+    return Drive(Load(shaft, motor.law(), setting.cycle, path="drive", once=once, model=motor.title), motor=motor)
 
 
 def _driving(table: Mapping[str, Any], setting: Setting) -> str | None:
-    """What drives: the torque, or the force where the reduction element slides; None after noting that it is not there."""
-    own, other, moves = ("force", "torque", "slides") if setting.sliding else ("torque", "force", "turns")
-    if other in table:
-        found = f'a {other} on "{setting.element}", which {moves}'
-        setting.faults.add(f"drive.{other}", found, f"a {own}")
-    elif own not in table:
-        key = next(key for key in SECTIONS["drive"].keys if key.name == own)
-        setting.faults.add(f"drive.{own}", "nothing", expectation(key))
-    return own if own in table else None
+    """What drives: torque or motor, or the force where the reduction element slides; None after noting a fault."""
+    turning, pushing = ("torque", "motor"), ("force",)
+    valid, wrong, moves = (pushing, turning, "slides") if setting.sliding else (turning, pushing, "turns")
+    given, misplaced = ([name for name in names if name in table] for names in (valid, wrong))
+    for name in misplaced:
+        setting.faults.add(f"drive.{name}", f'a {name} on "{setting.element}", which {moves}', f"a {valid[0]}")
+    if len(given) > 1:
+        exactly_one(given, valid, "drive", setting.faults)
+    elif not given and not misplaced:
+        key = next(key for key in SECTIONS["drive"].keys if key.name == valid[0])
+        setting.faults.add(f"drive.{valid[0]}", "nothing", expectation(key), "or a motor" if "motor" in valid else "")
+    return given[0] if len(given) == 1 else None

@@ -49,7 +49,8 @@ def read_mechanisms(raw: object, setting: Setting) -> tuple[tuple[Mechanism, ...
     }
     once = setting.stroke is not None
     shafts = {name: Place(name, not setting.sliding, setting.cycle, once) for name in setting.shafts}
-    return tuple(item.mechanism for item in good if item.mechanism), Places(shafts, ports, complete)
+    read = tuple(item.mechanism for item in good if item.mechanism)
+    return read, Places(shafts, ports, complete, read)
 
 
 def _listed(raw: object, faults: Faults) -> list[tuple[str, Mapping[str, Any]]]:

@@ -9,7 +9,7 @@ from typing import NamedTuple
 
 from flywheel.advice import mean, quote
 from flywheel.reading.fields import Faults
-from flywheel.scene import Stroke
+from flywheel.scene import Mechanism, Stroke
 
 TOLERANCE = 1e-9
 
@@ -59,6 +59,7 @@ class Places(NamedTuple):
     shafts: dict[str, Place]
     ports: dict[str, Place]
     complete: bool = True
+    mechanisms: tuple[Mechanism, ...] = ()
 
     def find(self, name: object, path: str, faults: Faults) -> Place | None:
         """The place that a text names: a shaft, `mechanism.port`, or a port's bare name where it is unique."""

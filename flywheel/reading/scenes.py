@@ -8,18 +8,21 @@ import re
 from collections.abc import Mapping
 from itertools import accumulate
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 from flywheel.advice import quote, show
 from flywheel.faults import Fault, SceneError
 from flywheel.formulas.expressions import RESERVED
 from flywheel.reading.fields import Faults, Fields, as_table, child, exactly_one, is_name, items, read_fields
-from flywheel.reading.loads import read_drive, read_inertias, read_loads, read_springs
+from flywheel.reading.gd2 import read_gd2
+from flywheel.reading.loads import read_dampers, read_drive, read_inertias, read_loads, read_springs
 from flywheel.reading.mechanisms import read_mechanisms
 from flywheel.reading.places import Places, Setting, whole
-from flywheel.reading.schema import AREAS_EXCLUDE, SECTIONS, TOP, TURN
+from flywheel.reading.schema import AREAS_EXCLUDE, SECTIONS, TOP, TURN, Key
+from flywheel.reading.schema_wheel import WHEEL_KEYS
 from flywheel.reading.stroke import check_known, check_shafts, read_stroke
 from flywheel.reading.tables import numbers
+from flywheel.reading.wheels import read_wheel
 from flywheel.scene import Areas, Compliance, Scene, Stroke
 from flywheel.units import QuantityError, parse_quantity
 
@@ -156,7 +159,8 @@ def _scene(raw: Mapping[str, Any], folder: Path | None, faults: Faults) -> Scene
     """Every part of the scene in turn; None where a fault stops it from being put together."""
     top = _top(raw, faults)
     stroke = read_stroke(raw, faults)
-    shafts, compliances = _shafts(raw.get("shafts"), stroke, faults)
+    gears = _shafts(raw.get("shafts"), stroke, faults)
+    shafts = gears.ratios
     parameters, unknowns = _parameters(raw.get("parameters"), faults)
     regime = _section(raw, "regime", faults) if stroke is None else _along(stroke)
     cycle = _cycle(regime) if stroke is None else regime["cycle"]
@@ -165,10 +169,13 @@ def _scene(raw: Mapping[str, Any], folder: Path | None, faults: Faults) -> Scene
     speed = _crank_speed(regime, places, shafts, faults)
     asked = (_flywheel(raw, places, faults) if stroke is None else {"flywheel_on": stroke.element}) | _accuracy(raw, faults)
     gravity, areas = _gravity(raw, faults), _areas(raw, faults)
-    if faults or speed is None or cycle is None:
+    if speed is None and not faults:
+        _check_own_speed(machine, areas is not None, faults)
+    if faults or cycle is None:
         return None
     given: dict[str, Any] = {"shafts": shafts, "parameters": parameters, "gravity": gravity, "areas": areas}
-    return Scene(speed=speed, cycle=cycle, compliances=compliances, stroke=stroke, **top, **given, **machine, **asked)
+    given |= {"compliances": gears.compliances, "efficiencies": gears.efficiencies}
+    return Scene(speed=speed, cycle=cycle, stroke=stroke, **top, **given, **machine, **asked)
 
 
 def _along(stroke: Stroke) -> Fields:
@@ -181,19 +188,19 @@ def _machine(raw: Mapping[str, Any], unknowns: list[str], setting: Setting) -> t
     """What moves and what acts on it, and every place of it."""
     faults = setting.faults
     mechanisms, places = read_mechanisms(raw.get("mechanism"), setting)
-    drive, driven = read_drive(raw.get("drive"), places, setting)
-    if "damper" in raw:
-        faults.later("damper", "a damper, whose force depends on speed")
+    drive = read_drive(raw.get("drive"), places, setting)
     machine = {
         "mechanisms": mechanisms,
-        "inertias": read_inertias(raw.get("inertia"), places, setting),
+        "inertias": read_inertias(raw.get("inertia"), places, setting) + drive.rotor,
         "loads": read_loads(raw.get("load"), places, setting),
         "springs": read_springs(raw.get("spring"), places, setting),
-        "drive": drive,
-        "unknown": _unknown(unknowns, driven, raw, faults),
+        "dampers": read_dampers(raw.get("damper"), places, setting),
+        "drive": drive.load,
+        "motor": drive.motor,
+        "unknown": _unknown(unknowns, drive.balance, raw, faults),
     }
     if setting.stroke is not None:
-        check_known([*["drive"] * driven, *unknowns], setting.stroke, faults)
+        check_known([*["drive"] * drive.balance, *unknowns], setting.stroke, faults)
     return machine, places
 
 
@@ -206,27 +213,33 @@ def _top(raw: Mapping[str, Any], faults: Faults) -> Fields:
     return read_fields({name: raw[name] for name in keys if name in raw}, TOP, "", faults)
 
 
-def _section(raw: Mapping[str, Any], name: str, faults: Faults) -> Fields:
+def _section(raw: Mapping[str, Any], name: str, faults: Faults, more: tuple[Key, ...] = ()) -> Fields:
     """The values of a table that stands alone; one that is missing has its defaults, or faults for what it requires."""
     table = as_table(raw.get(name, {}), name, faults)
-    if table is None:
-        return {key.name: None for key in SECTIONS[name].keys}
-    return read_fields(table, SECTIONS[name].keys, name, faults)
+    keys = (*SECTIONS[name].keys, *more)
+    return {key.name: None for key in keys} if table is None else read_fields(table, keys, name, faults)
 
 
-def _shafts(raw: object, stroke: Stroke | None, faults: Faults) -> tuple[dict[str, float], dict[str, Compliance]]:
-    """Ratios of the shafts, the reduction element first, and which twist."""
-    shafts, compliances = _geared(raw, faults)
+class _Gears(NamedTuple):
+    """Shafts by name: speed over that of the reduction element, which comes first; which twist; whose meshes have losses."""
+
+    ratios: dict[str, float]
+    compliances: dict[str, Compliance]
+    efficiencies: dict[str, float]
+
+
+def _shafts(raw: object, stroke: Stroke | None, faults: Faults) -> _Gears:
+    """The shafts of a scene; along a stroke there is only the reduction element."""
+    gears = _geared(raw, faults)
     if stroke is None:
-        return shafts, compliances
-    check_shafts([name for name in shafts if name != "crank"], compliances, stroke.sliding, faults)
-    return ({"slide": 1.0} if stroke.sliding else shafts), {}
+        return gears
+    check_shafts([name for name in gears.ratios if name != "crank"], gears.compliances, stroke.sliding, faults)
+    return _Gears({"slide": 1.0} if stroke.sliding else gears.ratios, {}, {})
 
 
-def _geared(raw: object, faults: Faults) -> tuple[dict[str, float], dict[str, Compliance]]:
+def _geared(raw: object, faults: Faults) -> _Gears:
     """Shafts geared to the crank, which comes first; a shaft whose ratio is at fault can still be named."""
-    shafts = {"crank": 1.0}
-    compliances: dict[str, Compliance] = {}
+    gears = _Gears({"crank": 1.0}, {}, {})
     for name, item in ((None if raw is None else as_table(raw, "shafts", faults)) or {}).items():
         path = child("shafts", name)
         if not is_name(name):
@@ -236,9 +249,26 @@ def _geared(raw: object, faults: Faults) -> tuple[dict[str, float], dict[str, Co
         ratio = fields.get("ratio")
         if name == "crank" and ratio not in (None, 1.0):
             faults.add(f"{path}.ratio", f"{ratio:g}", "1: all ratios are taken to the crank")
-        shafts[name] = 1.0 if ratio is None or name == "crank" else ratio
-        compliances |= _compliance(name, fields, "stiffness" in (table or {}), path, faults)
-    return shafts, compliances
+        gears.ratios[name] = 1.0 if ratio is None or name == "crank" else ratio
+        gears.compliances.update(_compliance(name, fields, "stiffness" in (table or {}), path, faults))
+        gears.efficiencies.update(_efficiency(name, fields, path, faults))
+    return gears
+
+
+def _efficiency(name: str, fields: Fields, path: str, faults: Faults) -> dict[str, float]:
+    """The efficiency of a shaft's mesh with the crank, where it loses anything."""
+    efficiency = fields.get("efficiency")
+    if efficiency is None or efficiency == 1.0:
+        return {}
+    if name == "crank":
+        faults.add(
+            f"{path}.efficiency", f"{efficiency:g}", "none on the crank", "losses arise where another shaft meshes with it"
+        )
+    elif fields.get("stiffness") is not None:
+        faults.add(
+            f"{path}.efficiency", f"{efficiency:g} on a compliant shaft", "one of the two", "put the losses on another shaft"
+        )
+    return {name: efficiency}
 
 
 def _compliance(name: str, fields: Fields, tried: bool, path: str, faults: Faults) -> dict[str, Compliance]:
@@ -322,13 +352,26 @@ def _flywheel(raw: Mapping[str, Any], places: Places, faults: Faults) -> dict[st
     if "flywheel" not in raw:
         faults.add("flywheel", "nothing", "a table with irregularity or inertia")
         return {}
-    fields = _section(raw, "flywheel", faults)
-    table = raw["flywheel"]
+    fields = _section(raw, "flywheel", faults, WHEEL_KEYS)
+    table, wheel = raw["flywheel"], None
     if isinstance(table, Mapping):
-        figures = ("irregularity", "inertia")
+        figures = ("irregularity", "inertia", "gd2")
+        wheel = read_wheel(table, fields, faults)
         exactly_one([key for key in figures if key in table], figures, "flywheel", faults)
     on = places.shaft(fields["on"], "flywheel.on", faults)
-    return {"flywheel_on": on, "irregularity": fields["irregularity"], "inertia": fields["inertia"]}
+    inertia = fields["inertia"] if fields["gd2"] is None else read_gd2(fields["gd2"], "flywheel.gd2", faults)
+    return {"flywheel_on": on, "irregularity": fields["irregularity"], "inertia": inertia, "wheel": wheel}
+
+
+def _check_own_speed(machine: Mapping[str, Any], areas: bool, faults: Faults) -> None:
+    """A scene without a speed needs torques that depend on it, and nothing else that is unknown."""
+    loads = [*machine["loads"], *([machine["drive"]] if machine["drive"] is not None else [])]
+    depends = bool(machine["dampers"]) or any(getattr(load.law, "uses_speed", False) for load in loads)
+    expected = 'a speed such as "210 rpm" or a bare number in rad/s'
+    if areas or not depends:
+        faults.add("regime.speed", "nothing", expected, "" if areas else "or torques that depend on speed, which fix it")
+    elif machine["unknown"] is not None:
+        faults.add("regime.speed", 'nothing, with a "balance"', expected, "one of the two must be known")
 
 
 def _gravity(raw: Mapping[str, Any], faults: Faults) -> tuple[float, float] | None:

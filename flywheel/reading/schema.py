@@ -56,7 +56,8 @@ class Key(NamedTuple):
 
     kind: a dimension of `flywheel.units.DIMENSIONS`; two of them for a place that translates and one that rotates
     ("mass | inertia"); or "text", "name", "choice", "law" (quantity or expression), "position" (expression or table),
-    "table", "numbers", "index", "unit", "tables" (a table of named tables), "list" (of tables, names or lengths), "flag".
+    "table", "numbers", "index", "unit", "tables" (a table of named tables), "list" (of tables, names or lengths), "flag",
+    "model" (a table whose keys depend on its type).
     default: SI, or None where there is none. missing: advice where a required key is not there. later: known, but
     not supported yet.
     """
@@ -122,6 +123,7 @@ def _length(about: str) -> Key:
 
 
 MASS = Key("mass", "mass", "mass of the body", 0.0, NOT_NEGATIVE)
+GD2 = Key("gd2", "inertia | moment of weight", "GD² of what rotates, 4 inertias (kg m², or kgf m²)", None, NOT_NEGATIVE)
 OWN_INERTIA = Key("inertia", "inertia", "inertia about its own centre of mass", 0.0, NOT_NEGATIVE)
 POINT = (MASS,)
 BODY = (
@@ -319,6 +321,7 @@ _SECTIONS = (
             Key("ratio", "number", "speed of the shaft over that of the crank", required=True, range=Range(_TINIEST)),
             Key("stiffness", "angular stiffness", "of a compliant shaft: torque on it per twist", None, POSITIVE),
             Key("damping", "angular damping", "of the twist of a compliant shaft", None, NOT_NEGATIVE),
+            Key("efficiency", "number", "of its mesh or belt with the crank", 1.0, Range(0.0, 1.0, low_open=True)),
         ),
         named=True,
     ),
@@ -328,7 +331,8 @@ _SECTIONS = (
         "a mass or an inertia fixed on a place; it has no weight",
         (
             _ON,
-            Key("value", "mass | inertia", "mass of what translates, inertia of what rotates", None, NOT_NEGATIVE, True),
+            Key("value", "mass | inertia", "mass of what translates, inertia of what rotates", None, NOT_NEGATIVE),
+            GD2,
         ),
         array=True,
     ),
@@ -340,6 +344,7 @@ _SECTIONS = (
             Key("force", "law", "on a place that translates: a quantity or an expression in N"),
             Key("torque", "law", "on a place that rotates: a quantity or an expression in N m"),
             Key("table", "table", "force or torque against angle"),
+            Key("model", "model", "force or torque of a machine of a known kind, such as a press or a compressor"),
             Key("from", "angle", "where the load begins to act"),
             Key("to", "angle", "where it ceases; it wraps when to is less than from"),
             Key(
@@ -380,7 +385,6 @@ _SECTIONS = (
         "a damper from a place to the frame: -coefficient v",
         (_ON, Key("coefficient", "damping | angular damping", "force per speed", None, NOT_NEGATIVE, True)),
         array=True,
-        later=True,
     ),
     Section(
         "gravity",
@@ -397,6 +401,7 @@ _SECTIONS = (
             _ON_SHAFT,
             Key("torque", "law", '"balance", a quantity or an expression in N m'),
             Key("force", "law", "a quantity or an expression in N, where the driver slides"),
+            Key("motor", "model", 'a motor of a known kind, instead of a torque, such as {type = "induction", ...}'),
         ),
     ),
     Section(
@@ -407,10 +412,8 @@ _SECTIONS = (
             Key(
                 "speed",
                 "speed",
-                "mean of the greatest and the least speed",
+                "mean of the greatest and the least speed (without it: the machine's own, set by its torques)",
                 range=Range(_TINIEST),
-                required=True,
-                missing="finding the machine's own steady speed is not supported yet",
             ),
             Key(
                 "cycle",
@@ -428,6 +431,7 @@ _SECTIONS = (
             _ON_SHAFT,
             Key("irregularity", "number", "of the speed: size the flywheel for it", None, Range(0.0, 2.0, True, True)),
             Key("inertia", "inertia", "of the given flywheel: analyse it", None, NOT_NEGATIVE),
+            GD2,
         ),
     ),
     Section(

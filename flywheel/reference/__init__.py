@@ -7,8 +7,23 @@ from pathlib import Path
 _TOPICS = (
     *("overview", "quantities", "expressions", "parameters", "shafts", "mechanism"),
     *("scotch-yoke", "slider-crank", "four-bar", "crank-shaper", "toggle-clamp", "law", "linkage"),
-    *("inertia", "load", "tables", "spring", "gravity", "drive", "regime", "flywheel", "stroke", "areas", "accuracy"),
-    *("faults", "results", "reactions"),
+    *(
+        "inertia",
+        "load",
+        "load-models",
+        "tables",
+        "spring",
+        "gravity",
+        "drive",
+        "motor",
+        "regime",
+        "flywheel",
+        "wheel",
+        "stroke",
+        "areas",
+        "accuracy",
+    ),
+    *("faults", "results", "reactions", "simulate"),
 )
 
 

@@ -38,8 +38,10 @@ def _plain(value: Any) -> Any:
     return None if isinstance(value, float) and not math.isfinite(value) else value
 
 
-def reduced(scene: Scene, angles: Sequence[float] = (), points: int = 360, *, as_json: bool = False) -> str:
-    """The machine reduced to its crank, as CSV or JSON, at given crank angles (rad).
+def reduced(scene: Scene, angles: Sequence[float] = (), points: int = 360, *, as_json: bool = False) -> tuple[str, str]:
+    """The machine reduced to its crank, as CSV or JSON, at given crank angles (rad); and what it holds for, in a sentence.
+
+    That sentence is empty where everything depends on position alone.
 
     Without angles, so many points are spread evenly over the cycle, from 0 and without its end. On a stroke they are the
     driver's coordinates (rad, or m where it slides), spread from one end of it to the other. Raises SceneError for a scene
@@ -58,11 +60,12 @@ def reduced(scene: Scene, angles: Sequence[float] = (), points: int = 360, *, as
         )
     machine = Machine(scene)
     if scene.stroke is not None:
-        return _along(machine, scene.stroke, angles, points, as_json)
+        return _along(machine, scene.stroke, angles, points, as_json), _conditions(machine, scene.stroke.speed)
     even = np.arange(points, dtype=np.float64) * (scene.cycle / points)
     phi = np.array(angles, dtype=np.float64) if angles else even
-    state, balance = _reduced(machine, phi)
-    return _reduced_json(machine, phi, state, balance) if as_json else _csv(_csv_columns(machine, phi, state))
+    state, balance, speed = _reduced(machine, phi)
+    text = _reduced_json(machine, phi, state, balance, speed) if as_json else _csv(_csv_columns(machine, phi, state))
+    return text, _conditions(machine, speed)
 
 
 def _along(machine: Machine, stroke: Stroke, given: Sequence[float], points: int, as_json: bool) -> str:
@@ -75,17 +78,32 @@ def _along(machine: Machine, stroke: Stroke, given: Sequence[float], points: int
     return _csv(export_stroke.columns(machine, stroke, passage))
 
 
-def _reduced(machine: Machine, phi: Array) -> tuple[MachineState, Balance | None]:
-    from flywheel import regime
+def _reduced(machine: Machine, phi: Array) -> tuple[MachineState, Balance | None, float | None]:
+    """The state at angles, the balance, and the speed that torques were taken at where they depend on it."""
+    from flywheel import constant_speed
     from flywheel.state import reduce
 
+    speed, value = constant_speed.settled(machine)
     unknown = machine.scene.unknown
-    value = regime.resolve(machine, machine.mesh).balance if unknown is not None else 0.0
-    state = reduce(machine, phi, balance=value or 0.0)
-    return state, None if unknown is None or value is None else Balance(unknown, value, 0.0)
+    state = reduce(machine, phi, balance=value, speed=speed)
+    balance = None if unknown is None else Balance(unknown, value, 0.0)
+    return state, balance, speed if machine.depends_on_speed else None
 
 
-def _reduced_json(machine: Machine, phi: Array, state: MachineState, balance: Balance | None) -> str:
+def _conditions(machine: Machine, speed: float | None) -> str:
+    """What M* holds for: the speed and the time at which loads were taken, and the losses that it leaves out."""
+    sliding = machine.scene.reduction_element == "slide"
+    found = []
+    if machine.depends_on_speed and speed is not None:
+        found.append(f"what depends on speed is taken at a constant {speed:.9g} {'m/s' if sliding else 'rad/s'}")
+    if machine.depends_on_time:
+        found.append("what depends on time is taken at t = 0")
+    if any(efficiency < 1.0 for efficiency in machine.scene.efficiencies.values()):
+        found.append("losses in meshes are left out")
+    return f"of {'F*' if sliding else 'M*'}: {'; '.join(found)}" if found else ""
+
+
+def _reduced_json(machine: Machine, phi: Array, state: MachineState, balance: Balance | None, speed: float | None) -> str:
     scene = machine.scene
     return encoded(
         {
@@ -93,6 +111,7 @@ def _reduced_json(machine: Machine, phi: Array, state: MachineState, balance: Ba
             "reduction": "crank",
             "cycle": scene.cycle,
             "balance": balance and {"name": balance.name, "value": balance.value},
+            "speed": speed,
             **state._asdict(),
             "phi": phi,
         }

@@ -57,6 +57,12 @@ def work_error(sizing: Sizing) -> float:
     return (sizing.error.work or 0.0) * exchanged
 
 
+def area_error(sizing: Sizing) -> float:
+    """The same of the areas, which a constant speed found as a root closes with a residue of its own (J)."""
+    residue = 0.0 if sizing.constant is None else abs(sizing.constant.net)
+    return work_error(sizing) + 2 * residue
+
+
 def balance_error(sizing: Sizing) -> float:
     """Absolute error of the balance's value (SI): for a drive that of the work over the angle that its shaft turns."""
     balance, scene = sizing.balance, sizing.scene
@@ -92,7 +98,11 @@ def run_with(sizing: Sizing, inertia: float) -> Run | None:
     if sizing.run is not None and on_crank == sizing.run.inertia:
         return sizing.run
     try:
-        return steady.run(sizing.cycle, sizing.speed, on_crank)
+        if sizing.cyclic is None:
+            return steady.run(sizing.cycle, sizing.speed, on_crank)
+        from flywheel.by_motion import with_flywheel
+
+        return with_flywheel(sizing, on_crank).run
     except NoMotionError:
         return None
 

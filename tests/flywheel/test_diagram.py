@@ -88,3 +88,80 @@ def test_a_machine_without_any_inertia_is_refused_by_bond(tmp_path):
     assert result.exit_code == 1
     assert "graph: found MTF:crank->scotch-yoke.yoke: bond 1" in result.output
     assert "give the machine inertia or a flywheel" in result.output
+
+
+DRIVEN = """
+[mechanism]
+type = "scotch-yoke"
+crank = { length = 0.3, inertia = 0.5 }
+yoke.mass = 20
+
+[shafts.motor]
+ratio = 5
+efficiency = 0.9
+
+[[inertia]]
+on = "motor"
+value = 0.1
+
+[[load]]
+on = "yoke"
+force = "-200 - 30*v*abs(v) - 10*(t > 2)"
+
+[[load]]
+on = "yoke"
+force = "-0.1*omega"
+
+[[damper]]
+on = "yoke"
+coefficient = 20
+
+[drive]
+on = "motor"
+DRIVE
+
+[flywheel]
+inertia = 3
+"""
+
+
+def driven(tmp_path, drive):
+    scene = tmp_path / "driven.toml"
+    scene.write_text(DRIVEN.replace("DRIVE", drive))
+    return scene
+
+
+def test_efforts_show_the_flows_and_the_time_that_they_depend_on(tmp_path):
+    rows = run(driven(tmp_path, 'torque = "160 - 12*omega"')).output
+    number = {row.split()[1]: row.split()[0] for row in rows.splitlines()[2:] if row[:1].isdigit()}
+    own, drive = number["MSe:load[0].force"], number["MSe:drive.torque"]
+    assert f"Se[load[0].force](phi, f_{own}, t)" in rows
+    assert f"drive.torque(phi, f_{drive})" in rows
+    assert "Se[load[1].force](phi, f_1)" in rows  # omega of a port is the driving shaft's: bond 1 leaves the crank
+    assert "R:damper[0]" in rows
+
+
+def test_losses_in_meshes_are_said_to_be_left_out(tmp_path):
+    scene = driven(tmp_path, "torque = 5")
+    assert run(scene).output.startswith("shafts.motor: losses in its mesh (efficiency 0.9) are no element of the graph\n\n")
+    assert "shafts.motor: losses" in run(scene, "--simplify").output
+    assert "losses" not in run(MACHINES / "press.toml").output
+
+
+@pytest.mark.parametrize("inductance", ["", "inductance = 0.02, "])
+def test_a_dc_motor_is_drawn_as_its_own_graph(tmp_path, inductance):
+    motor = (
+        f'motor = {{type = "dc", voltage = 110, resistance = 0.8, constant = 0.6, {inductance}friction = 1, inertia = 0.02}}'
+    )
+    result = run(driven(tmp_path, motor), "--plot", tmp_path / "motor.svg")
+    assert result.exit_code == 0, result.output
+    for name in ("Se:drive.motor.voltage", "GY:drive.motor.constant", "R:drive.motor.resistance", "1:drive.motor.rotor"):
+        assert name in result.output
+    assert ("I:drive.motor.inductance" in result.output) is bool(inductance)
+    assert "MSe:drive.motor" not in result.output
+    assert sum("  I:drive.motor.inertia  " in line for line in result.output.splitlines()) == 1
+
+
+def test_other_motors_are_sources(tmp_path):
+    motor = 'motor = {type = "line", starting_torque = 90, no_load_speed = "900 rpm"}'
+    assert "drive.motor(phi, f_" in run(driven(tmp_path, motor)).output

@@ -61,3 +61,16 @@ def test_a_switch_just_before_phi_starts_again_is_found(every):
     load = [{"on": "crank", "torque": f"-100 if phi > {last!r} else 0", "every": f"{every} deg"}]
     result = flywheel.size(flywheel.load(scenes.rotor(load=load)), simulate=False)
     assert result.balance.value == pytest.approx(100 * 1e-3 / np.radians(every), rel=1e-9)
+
+
+@pytest.mark.parametrize("speed", [1.0, 30.0])
+def test_what_is_steep_at_the_speed_of_running_has_cells_of_its_own(speed):
+    """A narrow peak whose height depends on the speed: seen at the machine's pace."""
+    load = [{"on": "crank", "torque": "-omega*exp(-((phi - 2)/1e-3)**2)"}]
+    built = machine(scenes.rotor(load=load, regime={"speed": speed}))
+    near = built.landmarks[np.abs(built.landmarks - 2) < 0.02]
+    assert near.size > 4
+    result = flywheel.size(built, simulate=False)
+    work = speed * 1e-3 * np.sqrt(np.pi)
+    assert result.balance.value * 2 * np.pi == pytest.approx(work, rel=1e-4)
+    assert result.reached

@@ -12,6 +12,7 @@ import flywheel
 from flywheel.faults import SceneError
 from flywheel.joints import joint_forces
 from flywheel.machine import Machine
+from tests.flywheel import regimes
 from tests.flywheel.scenes import press, shaper, yoke
 
 PHI = np.linspace(0.1, 6.2, 23)
@@ -143,3 +144,24 @@ def test_positions_outside_a_stroke_are_refused() -> None:
     clamp = Path(__file__).parents[2] / "examples" / "machines" / "injection_clamp.toml"
     with pytest.raises(SceneError, match=r"x: found 0\.3 m, expected a position within the stroke, -0\.06 m to 0\.19 m"):
         joint_forces(flywheel.load(clamp), [0.3])
+
+
+@pytest.mark.parametrize(("name", "inertia"), [("section-c", 5), ("kloss-press", 0.1), ("four-bar", 1)])
+def test_driving_actions_follow_the_machine_s_own_motion(name: str, inertia: float) -> None:
+    """What the crank asks is what drive and loads on shafts leave after shafts and flywheel have been accelerated."""
+    machine = Machine(flywheel.load(regimes.scene(name, inertia=inertia)))
+    motion = joint_forces(machine, PHI)
+    scene, omega, alpha = machine.scene, motion.motion.omega, motion.motion.alpha
+    ratio, fan = scene.flywheel_ratio, scene.shafts.get("fan", 0.0)
+    turning = inertia * ratio**2 + sum(item.value * scene.shafts[item.on] ** 2 for item in scene.inertias)
+    drive = {
+        "section-c": lambda w: 10 - 2.387 * w,
+        "kloss-press": lambda w: 12 * _kloss(1 - 12 * w / (50 * np.pi)),
+        "four-bar": lambda w: 95 - 4.5 * w,
+    }[name](omega)
+    left = drive - 0.004 * fan**3 * omega**2 - turning * alpha
+    assert asked_of_shafts(machine, motion) == pytest.approx(left, rel=1e-8, abs=1e-7 * np.abs(drive).max())
+
+
+def _kloss(slip: Any) -> Any:
+    return 2 * 49.7 * 0.1916 * slip / (slip**2 + 0.1916**2)

@@ -4,6 +4,7 @@ from numpy.testing import assert_allclose
 
 from bondgraph.elements import Here
 from flywheel.formulas.expressions import parse
+from flywheel.formulas.jets import Jet
 from flywheel.loads import Effort, Pieces, Place, Senses, crank_angles, spring_effort
 from flywheel.scene import Load, Spring, Table
 
@@ -93,3 +94,84 @@ def test_crank_angles_of_a_local_angle():
     assert_allclose((2 * found + 1.0) % TURN, 0.5)
     assert found.size == 2
     assert crank_angles(0.0, TURN, SHAFT, 2 * TURN).tolist() == [0.0, TURN]
+
+
+# -- speed and time ------------------------------------------------------------------------------------------------------
+
+PORT = Place("m.slider", lambda here: here.q, rate=2.0, rotating=False)
+WHEEL = Place("motor", lambda here: here.q, shaft=True)
+
+
+def moving(q, speed, flow, time=0.0):
+    return at(q)._replace(speed=speed, flow=flow, time=time)
+
+
+def test_a_shaft_has_its_own_speed_and_a_port_that_of_the_shaft_that_drives_it():
+    here = moving(1.0, 5.0, 20.0)
+    for place, omega in ((WHEEL, 20.0), (PORT, 5.0)):
+        effort = Effort(Load(place.junction, parse("100*omega + v"), TURN), place, {})
+        assert effort(here, here) == pytest.approx(100 * omega + 20)
+        assert (effort.uses_speed, effort.uses_time) == (True, False)
+
+
+def test_time_and_parameters_in_one_law():
+    effort = Effort(Load("crank", parse("k*t*omega + phi", frozenset("k")), TURN), SHAFT, {"k": 3.0})
+    here = moving(1.0, 5.0, 5.0, 7.0)
+    assert effort.uses_time
+    assert effort(here, here) == pytest.approx(3 * 7 * 5 + 1)
+
+
+@pytest.mark.parametrize("law", ["sign(v)", "3 if v > 0 else 5", "x*(v < 0)"])
+def test_the_sign_of_a_velocity_is_no_speed(law):
+    effort = Effort(Load("crank", parse(law), TURN), SHAFT, {}, senses=Senses(np.array([np.pi]), np.array([1.0, -1.0])))
+    assert not effort.uses_speed
+    assert not effort.uses_time
+
+
+def test_branches_that_depend_on_speed_are_decided_at_the_anchor():
+    effort = Effort(Load("crank", parse("min(40, 4*(110 - omega))"), TURN), SHAFT, {})
+    slow, fast = moving(0.0, 90.0, 90.0), moving(0.0, 105.0, 105.0)
+    assert effort(fast, fast) == pytest.approx(20.0)
+    assert effort(slow, slow) == pytest.approx(40.0)
+    assert effort(fast, slow) == pytest.approx(40.0)
+    assert effort(slow, fast) == pytest.approx(80.0)
+
+
+def test_what_decides_branches_has_the_sign_of_their_sides():
+    """|v| - 7, on the anchor's side of v = 0; v itself turns with the position, or with the machine: its driving speed."""
+    effort = Effort(Load("m.slider", parse("-8*max(0, abs(v) - 7)*sign(v) - (phi > 2)"), TURN), PORT, {})
+    here, anchor = moving(np.ones(4), 5.0, np.array([-9.0, -3.0, 3.0, 9.0])), moving(1.0, 5.0, 9.0)
+    own, past = effort.speed_switches(here, anchor)
+    assert own == 5.0
+    assert_allclose(past, [-16, -10, -4, 2])
+    _, past = effort.speed_switches(here, moving(1.0, 5.0, -9.0))
+    assert_allclose(past, [2, -4, -10, -16])
+    assert not Effort(Load("crank", 3.0, TURN), SHAFT, {}).speed_switches(anchor, anchor)
+    assert not Effort(Load("crank", parse("-omega"), TURN), SHAFT, {}).speed_switches(anchor, anchor)
+
+
+def test_slopes_by_speed_come_from_jets():
+    effort = Effort(Load("m.slider", parse("-2*v*abs(v) + sin(phi)*omega"), TURN), PORT, {})
+    omega = np.array([1.0, 4.0])
+    jet = Jet(omega, 1.0)
+    here = moving(1.0, jet, 3.0 * jet)
+    found = effort(here, moving(1.0, omega, 3.0 * omega))
+    assert_allclose(found.value, -18 * omega**2 + np.sin(1.0) * omega)
+    assert_allclose(found.first, -36 * omega + np.sin(1.0))
+
+
+def test_a_balance_may_be_the_factor_of_a_speed():
+    effort = Effort(Load("crank", parse("3 - c*omega", frozenset("c")), TURN), SHAFT, {}, "c")
+    here = moving(1.0, 5.0, 5.0)
+    assert (effort(here, here), effort.per_unknown(here, here)) == (3.0, -5.0)
+
+
+def test_windows_hold_for_moving_laws_too():
+    effort = Effort(Load("crank", parse("-omega"), TURN, 1.0, 2.0), SHAFT, {})
+    inside, outside = moving(1.5, 5.0, 5.0), moving(2.5, 5.0, 5.0)
+    assert (effort(inside, inside), effort(outside, outside)) == (-5.0, 0.0)
+
+
+def test_models_and_motors_have_their_own_path():
+    assert Effort(Load("crank", parse("-omega"), TURN, path="load[1]", model="fan"), SHAFT, {}).path == "load[1].model"
+    assert Effort(Load("crank", parse("-omega"), TURN, path="drive", model="line"), SHAFT, {}).path == "drive.motor"

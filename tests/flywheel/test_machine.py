@@ -5,7 +5,7 @@ from numpy.testing import assert_allclose
 import flywheel
 from bondgraph import Modulus, Reduction
 from flywheel.machine import merged
-from tests.flywheel import scenes
+from tests.flywheel import regimes, scenes
 
 PHI = np.linspace(0.05, 6.2, 31)
 
@@ -107,3 +107,77 @@ def test_added_inertia_on_a_port_that_jumps_is_refused():
 
 def test_merged_angles_drop_what_only_rounding_tells_apart():
     assert_allclose(merged([1.0, 1.0 + 1e-15, 2.0, 6.0 - 1e-15, 1e-16], 6.0), [0.0, 1.0, 2.0, 6.0])
+
+
+# -- what depends on more than position ----------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("change", "speed", "time"),
+    [
+        ({}, False, False),
+        ({"damper": [{"on": "yoke", "coefficient": 3}]}, True, False),
+        ({"drive": {"torque": "30 - omega"}}, True, False),
+        ({"load": [{"on": "yoke", "force": "-3*v"}]}, True, False),
+        ({"load": [{"on": "yoke", "force": "-3*sign(v)"}]}, False, False),
+        ({"load": [{"on": "yoke", "force": "-3*t"}]}, False, True),
+    ],
+)
+def test_what_the_moment_depends_on(change, speed, time):
+    built = machine(scenes.yoke(**change))
+    assert (built.depends_on_speed, built.depends_on_time, built.sets_its_speed) == (speed, time, speed)
+
+
+def test_a_typical_speed_is_the_one_asked_for_or_the_motor_s():
+    assert machine(scenes.rotor()).pace == pytest.approx(10 * np.pi)
+    assert machine(regimes.scene("dc-inductance", inertia=1)).pace == pytest.approx(220 / 1.5 / 10)
+    assert machine(regimes.scene("section-c", inertia=1)).pace == 1.0
+
+
+def test_every_mesh_with_losses_is_a_stage_of_what_hangs_behind_it():
+    scene = {
+        "shafts": {"motor": {"ratio": 8, "efficiency": 0.9}, "fan": {"ratio": 3, "efficiency": 0.8}, "plain": {"ratio": 2}},
+        "mechanism": [scenes.yoke()["mechanism"] | {"shaft": "fan", "crank": {"length": 0.5, "inertia": 0.7}}],
+        "inertia": [{"on": "motor", "value": 0.01}, {"on": "plain", "value": 0.5}, {"on": "crank", "value": 4}],
+        "load": [
+            {"on": "yoke", "force": "-30*v"},
+            {"on": "crank", "torque": "-5"},
+            {"on": "fan", "torque": "-omega"},
+            {"on": "plain", "torque": "-2*omega"},
+        ],
+        "damper": [{"on": "motor", "coefficient": 0.2}],
+        "drive": {"on": "motor", "torque": "balance"},
+        "regime": {"speed": 10},
+        "flywheel": {"on": "motor", "inertia": 1},
+    }
+    built = machine(scene)
+    crank, motor, fan = built.stages
+    assert [(s.shaft, s.efficiency, s.carries_flywheel, s.drives) for s in built.stages] == [
+        ("crank", 1.0, False, False),
+        ("motor", 0.9, True, True),
+        ("fan", 0.8, False, False),
+    ]
+    gain = 0.5 * np.sin(3 * PHI) * 3
+    assert_allclose(crank.reduction(PHI).inertia, 4 + 4 * 0.5)
+    assert_allclose(motor.reduction(PHI).inertia, 64 * 0.01)
+    assert_allclose(fan.reduction(PHI).inertia, 9 * 0.7 + 20 * gain**2, rtol=1e-12)
+    assert_allclose(motor.reduction(PHI).resistance, 64 * 0.2)
+    assert_allclose(crank.reduction(PHI).moment, -5.0)
+    found = {e.name: v for s in built.stages for e, v, _ in s.reduction.at(PHI).contributions(10.0)}
+    assert_allclose(found["load[2].torque"], -9 * 10.0)
+    assert_allclose(found["load[3].torque"], -4 * 2 * 10.0)
+    assert_allclose(found["load[0].force"], -30 * gain**2 * 10.0, rtol=1e-12, atol=1e-14)
+    assert [len(s.reduction.at(PHI).contributions(10.0)) for s in built.stages] == [1, 0, 2]
+    whole = sum(s.reduction(PHI).inertia for s in built.stages)
+    assert_allclose(whole, built.reduction(PHI).inertia, rtol=1e-13)
+
+
+def test_without_losses_there_is_one_stage():
+    (stage,) = machine(regimes.scene("kloss-press", inertia=1)).stages
+    assert (stage.shaft, stage.efficiency, stage.carries_flywheel, stage.drives) == ("crank", 1.0, True, True)
+
+
+def test_breakpoints_of_position_hold_in_laws_of_speed():
+    """A branch on phi breaks the cycle; one on omega does not: the motion will tell."""
+    load = [{"on": "crank", "torque": "-omega*(2 if phi < 2 else 1) - min(3, omega)"}]
+    assert_allclose(machine(scenes.rotor(load=load)).breakpoints, [0, 2, 2 * np.pi], atol=1e-14)

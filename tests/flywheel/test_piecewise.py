@@ -98,3 +98,26 @@ def test_crossings_on_both_sides_of_a_grid_point_are_found_once():
 def test_bisecting_cuts_only_the_chosen_cells():
     edges = piecewise.bisected(EDGES, np.array([False, True, False]))
     assert_allclose(edges, [0.0, 1.0, 1.75, 2.5, 4.0])
+
+
+@pytest.mark.parametrize(
+    ("function", "value"),
+    [
+        (lambda phi: np.sin(3 * phi) + 0.1 * phi, None),
+        (lambda phi: -((phi - 1.234567) ** 2) * 1e-9 + 5.0, 5.0),
+        (lambda phi: phi, 2 * np.pi),  # at an end
+        (lambda phi: -phi, 0.0),
+        (lambda phi: 0.0 * phi - 7.0, -7.0),
+    ],
+)
+def test_greatest_values_lie_at_ends_or_where_the_slope_is_zero(function, value):
+    mesh = piecewise.cells(np.linspace(0, 2 * np.pi, 9))
+    found = piecewise.greatest(piecewise.fit(function(mesh.phi)))
+    fine = function(np.linspace(0, 2 * np.pi, 200_001)).max() if value is None else value
+    assert found == pytest.approx(fine, rel=1e-9, abs=1e-13)
+
+
+def test_the_greatest_value_may_stand_at_a_jump():
+    mesh = piecewise.cells(np.array([0.0, 1.0, 3.0]))
+    series = piecewise.fit(np.where(mesh.phi < 1.0, 3.0 * mesh.phi, 2.0 - mesh.phi))
+    assert piecewise.greatest(series) == pytest.approx(3.0, rel=1e-14)

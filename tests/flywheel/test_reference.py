@@ -11,6 +11,7 @@ from flywheel.reading.schema import KINDS, MECHANISM, OUTPUT, SECTIONS, TABLE, T
 from flywheel.reading.schema_linkage import LINKAGE_SECTIONS
 from flywheel.reference import text, topics
 from flywheel.units import UNITS
+from tests.flywheel import regimes
 
 SECTION_TOPICS = {name: name for name in SECTIONS} | {"damper": "spring"}
 EXAMPLES = [(topic, block) for topic in topics() for block in re.findall(r"```toml\n(.*?)```", text(topic), re.DOTALL)]
@@ -57,7 +58,7 @@ def test_every_joint_of_the_named_mechanisms():
 
 
 def test_every_unit_with_a_name_of_its_own():
-    prefixed = re.compile(r"(?:n|µ|u|m|c|d|da|h|k|M|G)(?:m|g|s|N|Nm|J|W|Pa|bar|rad|cal|Wh)|Ncm")
+    prefixed = re.compile(r"(?:n|µ|u|m|c|d|da|h|k|M|G)(?:m|g|s|N|Nm|J|W|Pa|bar|rad|cal|Wh|V|A|H|ohm|Ω)|Ncm")
     words = set(re.findall(r"[^\s,|()`]+", text("quantities")))
     assert {name for name in UNITS if not prefixed.fullmatch(name)} <= words
 
@@ -66,14 +67,22 @@ def test_every_key_of_the_results():
     scene = load(next(block for topic, block in EXAMPLES if topic == "slider-crank"))
     result = flywheel.size(scene, simulate=True).as_dict()
     nested = [key for name in ("flywheel", "simulation", "error", "balance") for key in result[name]]
-    wanted = {*result, *nested, *result["areas"][0], *result["reduced_inertia"]}
+    wanted = {*result, *nested, *result["areas"][0], *result["reduced_inertia"], *result["energy"], *result["shafts"][0]}
     assert wanted <= quoted("results")
+
+
+@pytest.mark.parametrize("name", regimes.BAD)
+def test_every_machine_without_a_regime_is_explained(name):
+    names = re.findall(r"^- \*\*(.*?)\*\*", text("regime"), re.MULTILINE)
+    with pytest.raises(flywheel.SceneError) as caught:
+        flywheel.size(load(regimes.BAD[name].scene), simulate=False)
+    assert any(each in str(caught.value) for each in names)
 
 
 @pytest.mark.parametrize(("topic", "block"), EXAMPLES, ids=[topic for topic, _ in EXAMPLES])
 def test_examples_can_be_sized(topic, block):
     scene = load(block)
-    assert topic in (*KINDS, *SECTIONS, "overview", "tables")
+    assert topic in (*KINDS, *SECTIONS, "overview", "tables", "load-models", "motor", "wheel")
     if scene.stroke is not None:  # one way: reduced, not sized
         ends = [scene.stroke.start, scene.stroke.end]
         assert (flywheel.reduce(scene, ends).inertia > 0).all()

@@ -40,10 +40,10 @@ def test_speed_over_the_cycle_obeys_the_energy_balance():
 
 
 def test_the_period_is_the_integral_of_one_over_speed():
-    machine, cycle = resolved(scenes.rotor())
+    _machine, cycle = resolved(scenes.rotor())
     speed, inertia = 10 * np.pi, 0.3
     run = steady.run(cycle, speed, inertia)
-    period, error = steady.period(machine, cycle, speed, run, 1e-12)
+    period, error = steady.period(cycle, speed, run, 1e-12)
     # constant torque on each half turn: the mean speed of each half is that of its ends
     expected = 2 * np.pi / (0.5 * (run.speed_max + run.speed_min))
     assert period == pytest.approx(expected, rel=1e-12)

@@ -127,3 +127,21 @@ def test_a_side_of_a_compliant_shaft_without_inertia_is_named():
     light["inertia"] = [{"on": "motor", "value": 0.2}]
     with pytest.raises(SceneError, match=r'inertia: found nothing that weighs on crank.*add \[\[inertia\]\] on = "crank"'):
         flywheel.simulate(flywheel.load(light), phi=0.0, omega=5.0, until=1.0)
+
+
+def test_loads_of_speed_and_time_on_a_stiff_shaft_move_it_like_a_rigid_one():
+    loads = [
+        {"on": "slider", "force": "-40 - 8*v*abs(v)", "from": "30 deg", "to": "150 deg"},
+        {"on": "crank", "torque": "-2*(t > 0.1)"},
+    ]
+    parts = {
+        "load": loads,
+        "damper": [{"on": "slider", "coefficient": 20}, {"on": "motor", "coefficient": 0.01}],
+        "drive": {"on": "motor", "torque": "min(3, 6 - 0.1*omega)"},
+    }
+    rigid = flywheel.simulate(flywheel.load(scene() | parts), 0.0, 10.0, 0.2)
+    stiff = flywheel.simulate(flywheel.load(scene(stiffness=2e4, damping=20.0) | parts), 0.0, 10.0, 0.2, rtol=1e-6)
+    assert stiff.omega[-1] == pytest.approx(rigid.omega[-1], rel=3e-5)
+    assert stiff.phi[-1] == pytest.approx(rigid.phi[-1], rel=3e-5)
+    assert np.abs(stiff.t - 0.1).min() < 1e-12
+    assert stiff.run.audit.energy < 1e-6

@@ -12,6 +12,7 @@ from flywheel import steady
 from flywheel.faults import SceneError
 from flywheel.pictures.paces import Pace, pace
 from flywheel.sketching.views import views
+from tests.flywheel.regimes import SECTION_C, figures
 from tests.flywheel.scenes import press, yoke
 from tests.flywheel.sketching.test_views import CLAMP
 
@@ -26,8 +27,15 @@ def test_the_cycle_takes_its_period() -> None:
     assert sizing.machine is not None
     assert sizing.cycle is not None
     assert sizing.run is not None
-    period, _ = steady.period(sizing.machine, sizing.cycle, sizing.speed, sizing.run, 1e-9)
+    period, _ = steady.period(sizing.cycle, sizing.speed, sizing.run, 1e-9)
     assert of(yoke()).time[-1] == pytest.approx(period, rel=1e-6)
+
+
+def test_a_machine_that_sets_its_own_speed_takes_its_own_time() -> None:
+    known = figures("section-c")["analysis"]["5"]
+    found = of(SECTION_C | {"flywheel": {"inertia": 5}})
+    assert found.time[-1] == pytest.approx(float(known["period"]), rel=1e-6)
+    assert found.curve.max() == pytest.approx(float(known["speed_max"]) * 30 / np.pi, rel=1e-5)
 
 
 def test_the_curve_is_the_speed_with_the_flywheel() -> None:

@@ -16,6 +16,7 @@ from flywheel.pictures import curves
 from flywheel.pictures import sizing as plots
 from flywheel.results import Sizing
 from flywheel.writing import outcome
+from tests.flywheel.regimes import GEARED, KLOSS, PUMP, SECTION_C
 from tests.flywheel.scenes import press, rotor, shaper, yoke
 
 AREAS = {"areas": {"values": [52, -124, 72], "scale": 10}, "regime": {"speed": 60}, "flywheel": {"irregularity": 0.02}}
@@ -32,6 +33,11 @@ KINDS: dict[str, dict[str, Any]] = {
     "areas analysed": AREAS | {"flywheel": {"inertia": 50}},
     "zero areas": AREAS | {"areas": {"values": [0, 0], "scale": 1}},
     "nothing": {"regime": {"speed": 10}, "flywheel": {"irregularity": 0.01}},
+    "section C": SECTION_C | {"flywheel": {"irregularity": 0.05}},
+    "section C without a wheel": SECTION_C | {"flywheel": {"inertia": 0}},
+    "press on an induction motor": KLOSS | {"flywheel": {"on": "motor", "irregularity": 0.04}},
+    "pump with dampers": PUMP | {"flywheel": {"irregularity": 0.05}},
+    "losses in a mesh": GEARED | {"flywheel": {"irregularity": 0.05}},
     "many areas": rotor(load=[{"on": "crank", "torque": "-100*sin(17*phi)"}]),
 }
 
@@ -137,13 +143,24 @@ def test_bodies_stack_to_the_total() -> None:
     assert sizing.machine is not None
     assert sizing.cycle is not None
     samples = curves.sampled(sizing.machine, sizing.cycle)
-    parts = curves.bodies(sizing.machine, samples, sizing.cycle.balance)
+    parts = curves.bodies(sizing.machine, samples)
     assert set(parts) == {"press.crank", "press.rod", "press.slider"}
     np.testing.assert_allclose(sum(parts.values()), samples.inertia, rtol=1e-9)
     assert labels(drawn(press()).axes[1]) == [*parts, "I* total"]
 
 
-@pytest.mark.parametrize("kind", ["slow yoke", "fast yoke", "press", "long cycle", "analysis", "rotor", "heavy rotor"])
+OF_MOTION = [
+    "section C",
+    "section C without a wheel",
+    "press on an induction motor",
+    "pump with dampers",
+    "losses in a mesh",
+]
+
+
+@pytest.mark.parametrize(
+    "kind", ["slow yoke", "fast yoke", "press", "long cycle", "analysis", "rotor", "heavy rotor", *OF_MOTION]
+)
 def test_tangents_touch_the_loop_and_meet_at_the_flywheel(kind: str) -> None:
     sizing = sized(KINDS[kind])
     assert sizing.machine is not None
@@ -211,6 +228,47 @@ def test_areas_scene_draws_bars_sums_and_speeds() -> None:
     speeds = np.asarray(figure.axes[3].lines[-1].get_ydata(), dtype=float) * np.pi / 30
     assert speeds.max() == pytest.approx(60.6)
     assert speeds.min() == pytest.approx(59.4)
+
+
+@pytest.mark.parametrize("kind", OF_MOTION)
+def test_torques_that_depend_on_speed_are_drawn_at_constant_speed_and_along_the_motion(kind: str) -> None:
+    sizing = sized(KINDS[kind])
+    panel = plots.draw(sizing).axes[0]
+    assert "at a constant" in panel.get_title()
+    lines = {str(line.get_label()): np.asarray(line.get_xydata(), dtype=float) for line in panel.lines}
+    for label in ("M*", "M* along the motion"):
+        phi, moment = lines[label].T
+        work = np.trapezoid(moment, np.radians(phi))  # both close: at that speed, and along the motion
+        assert abs(work) < 1e-3 * np.trapezoid(np.abs(moment), np.radians(phi))
+    along = np.interp(lines["M*"][:, 0], *lines["M* along the motion"].T)
+    assert np.abs(along - lines["M*"][:, 1]).max() > 1e-3 * np.ptp(along)
+    assert "at a constant" not in drawn(yoke()).axes[0].get_title()
+
+
+def test_the_share_of_a_balance_that_depends_on_speed_is_drawn() -> None:
+    scene = PUMP | {
+        "parameters": {"c": "balance"},
+        "drive": {"torque": "c*(30 - omega)"},
+        "flywheel": {"irregularity": 0.05},
+    }
+    sizing = sized(scene)
+    panel = plots.draw(sizing).axes[0]
+    (line,) = [line for line in panel.lines if str(line.get_label()).startswith("balance: c = ")]
+    assert sizing.constant is not None
+    assert sizing.constant.balance is not None
+    expected = sizing.constant.balance * (30 - sizing.speed)
+    np.testing.assert_allclose(np.asarray(line.get_ydata(), dtype=float), expected, rtol=1e-12)
+
+
+def test_speeds_of_candidates_are_those_of_their_own_motions() -> None:
+    sizing = sized(SECTION_C | {"flywheel": {"irregularity": 0.4}})
+    panel = plots.draw(sizing).axes[3]
+    lines = {str(line.get_label()).split()[0]: np.asarray(line.get_ydata(), dtype=float) for line in panel.lines}
+    for candidate, key in zip(outcome.candidates(sizing), ("exact", "areas", "inertia"), strict=True):
+        given = sized(SECTION_C | {"flywheel": {"inertia": candidate.inertia}})
+        assert given.run is not None
+        assert lines[key].max() == pytest.approx(given.run.speed_max * 30 / np.pi, rel=1e-5)
+        assert lines[key].min() == pytest.approx(given.run.speed_min * 30 / np.pi, rel=1e-5)
 
 
 def test_a_number_of_an_area_stands_where_there_is_room() -> None:

@@ -7,7 +7,7 @@ import pytest
 from flywheel.faults import SceneError
 from flywheel.formulas.expressions import Expression
 from flywheel.reading.scenes import parse_scene
-from flywheel.scene import Inertia, Load, Scene, Spring
+from flywheel.scene import Damper, Inertia, Load, Scene, Spring
 
 TURN = 2 * math.pi
 PRESS = """
@@ -68,9 +68,7 @@ def test_any_other_text_is_an_expression(text):
         ("on = 'slider'\nforce = '5 N m'", "load[0].force", "torque"),
         ("on = 'slider'\nforce = '1,5 kN'", "load[0].force", "write 1.5"),
         ("on = 'slider'\nforce = 'fi'", "load[0].force", "phi"),
-        ("on = 'slider'\nforce = 'v*3'", "load[0].force", "not supported yet"),
-        ("on = 'slider'\nforce = 'omega'", "load[0].force", "not supported yet"),
-        ("on = 'slider'\nforce = 't'", "load[0].force", "not supported yet"),
+        ("on = 'slider'\nforce = 'Omega'", "load[0].force", "omega"),
         ("on = 'slider'\nforce = '__import__(\"os\")'", "load[0].force", ""),
         ("on = 'slider'\nforce = true", "load[0].force", ""),
         ("on = 'slider'\nforce = nan", "load[0].force", "finite"),
@@ -100,6 +98,17 @@ def test_any_other_text_is_an_expression(text):
 )
 def test_faulty_loads(keys, path, hint):
     assert hint in load_fault(keys)[path]
+
+
+@pytest.mark.parametrize(
+    ("text", "speed", "time"),
+    [("v*3", True, False), ("-omega*abs(omega)", True, False), ("t", False, True), ("v*sin(t)", True, True)]
+    + [(text, False, False) for text in ("sign(v)", "3*(v > 0)", "2 if v < 0 else 1", "x*sin(phi)")],
+)
+def test_only_the_sign_of_a_velocity_follows_from_the_position(text, speed, time):
+    law = load_with(f"on = 'slider'\nforce = '{text}'").law
+    assert isinstance(law, Expression)
+    assert (law.uses_speed, law.uses_time) == (speed, time)
 
 
 def test_the_second_load_has_its_own_index():
@@ -212,6 +221,41 @@ def test_a_mechanism_of_unknown_type_hides_its_ports():
     found = load_fault("on = 'slider'\nforce = 3", base)
     assert list(found) == ["mechanism.type"]
     assert '"slider-crank"' in found["mechanism.type"]
+
+
+def test_dampers_take_the_dimension_of_their_place():
+    scene = scene_with("""
+[[damper]]
+on = "slider"
+coefficient = "3 kN s/m"
+[[damper]]
+on = "crank"
+coefficient = "2 N m s/rad"
+[[damper]]
+on = "rod"
+coefficient = 0
+""")
+    assert scene.dampers == (
+        Damper("press.slider", 3000.0, "damper[0]"),
+        Damper("crank", 2.0, "damper[1]"),
+        Damper("press.rod", 0.0, "damper[2]"),
+    )
+
+
+@pytest.mark.parametrize(
+    ("keys", "path", "hint"),
+    [
+        ("coefficient = 3", "damper[0].on", "nothing"),
+        ("on = 'slider'", "damper[0].coefficient", "nothing"),
+        ("on = 'slider'\ncoefficient = -3", "damper[0].coefficient", "at least 0"),
+        ("on = 'slider'\ncoefficient = '3 N m s'", "damper[0].coefficient", "N s/m"),
+        ("on = 'crank'\ncoefficient = '3 N s/m'", "damper[0].coefficient", "N m s"),
+        ("on = 'slider'\ncoefficient = 'v'", "damper[0].coefficient", ""),
+        ("on = 'slider'\ncoefficient = 3\nrest = 1", "damper[0].rest", "known key"),
+    ],
+)
+def test_faulty_dampers(keys, path, hint):
+    assert hint in fault_of(f"\n[[damper]]\n{keys}")[path]
 
 
 def test_inertias_and_springs_take_the_dimension_of_their_place():

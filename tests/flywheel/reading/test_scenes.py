@@ -174,6 +174,11 @@ def test_an_empty_scene_is_a_fault(text):
         ("shafts.a = {ratio = 2, damping = 3}", "shafts.a.damping"),
         ("shafts.a = {ratio = 2, stiffness = 3, damping = -1}", "shafts.a.damping"),
         ("shafts.crank = {ratio = 1, stiffness = 3}", "shafts.crank"),
+        ("shafts.a = {ratio = 2, efficiency = 0}", "shafts.a.efficiency"),
+        ("shafts.a = {ratio = 2, efficiency = 1.01}", "shafts.a.efficiency"),
+        ("shafts.a = {ratio = 2, efficiency = '98 N'}", "shafts.a.efficiency"),
+        ("shafts.a = {ratio = 2, efficiency = 0.9, stiffness = 3}", "shafts.a.efficiency"),
+        ("shafts.crank = {ratio = 1, efficiency = 0.9}", "shafts.crank.efficiency"),
         ("parameters = []", "parameters"),
         ("parameters.phi = 3", "parameters.phi"),
         ("parameters.sin = 3", "parameters.sin"),
@@ -189,13 +194,12 @@ def test_an_empty_scene_is_a_fault(text):
         ("load = 3", "load"),
         ("load = [3]", "load[0]"),
         ("[load]\non = 'crank'\ntorque = 3", "load"),
-        ("[[damper]]\non = 'crank'\ncoefficient = 3", "damper"),
+        ("[damper]\non = 'crank'\ncoefficient = 3", "damper"),
         ("gravity = true", "gravity"),
         ("gravity.g = -3", "gravity.g"),
         ("title = 3", "title"),
         ("drive = {}", "drive.torque"),
-        ("drive = {torque = 'omega'}", "drive.torque"),
-        ("drive = {torque = '3*t'}", "drive.torque"),
+        ("drive = {torque = 'omegas'}", "drive.torque"),
         ("accuracy.rtol = 0.5", "accuracy.rtol"),
         ("accuracy.closure = -1", "accuracy.closure"),
         ("areas = {values = 3}", "areas.values"),
@@ -212,9 +216,36 @@ def test_each_part_refuses_what_does_not_fit(text, path):
     assert path in faults(text + "\n" + rest)
 
 
-def test_a_missing_speed_says_that_it_cannot_be_found_yet():
-    found = faults("flywheel.inertia = 3")
-    assert "not supported yet" in found["regime.speed"]
+@pytest.mark.parametrize(
+    "text",
+    [
+        "drive.torque = '30 - omega'",
+        "damper = [{on = 'crank', coefficient = 3}]",
+        "load = [{on = 'crank', torque = '-omega*abs(omega)'}]",
+        "drive.motor = {type = 'line', starting_torque = 30, slope = 2}",
+    ],
+)
+def test_torques_that_depend_on_speed_make_do_without_one(text):
+    scene = parse_scene(f"{text}\nflywheel.inertia = 3")
+    assert (scene.speed, scene.cycle) == (None, 2 * math.pi)
+
+
+@pytest.mark.parametrize(
+    ("text", "hint"),
+    [
+        ("drive.torque = 30", "torques that depend on speed, which fix it"),
+        ("load = [{on = 'crank', torque = '3*t'}]", "torques that depend on speed, which fix it"),
+        ("load = [{on = 'crank', torque = '-omega'}]\ndrive.torque = 'balance'", 'with a "balance"'),
+        ("areas.values = [1, -1]", "a speed such as"),
+    ],
+)
+def test_nothing_else_does(text, hint):
+    assert hint in faults(f"{text}\nflywheel.inertia = 3")["regime.speed"]
+
+
+def test_efficiencies_are_of_meshes_that_lose_something():
+    scene = parse_scene("shafts.a = {ratio = 2, efficiency = '94 %'}\nshafts.b = {ratio = 3, efficiency = 1}\n" + ROTOR)
+    assert (scene.efficiencies, scene.compliances) == ({"a": 0.94}, {})
 
 
 @pytest.mark.parametrize("text", ["flywheel = {}", "flywheel = {on = 'crank'}", "title = 'x'"])

@@ -9,7 +9,21 @@ from flywheel.reading.schema import KINDS, MECHANISM, OUTPUT, SECTIONS, TABLE, T
 from flywheel.reading.schema_linkage import COUPLING, COUPLING_KEYS, JOINT, JOINT_KEYS, LINKAGE_SECTIONS
 from flywheel.units import DIMENSIONS
 
-OTHER_KINDS = {"text", "name", "choice", "law", "position", "table", "numbers", "index", "unit", "tables", "list", "flag"}
+OTHER_KINDS = {
+    "text",
+    "name",
+    "choice",
+    "law",
+    "position",
+    "table",
+    "numbers",
+    "index",
+    "unit",
+    "tables",
+    "list",
+    "flag",
+    "model",
+}
 LISTS = [TOP, MECHANISM.keys, OUTPUT.keys, TABLE.keys]
 LISTS += [section.keys for section in (*SECTIONS.values(), *LINKAGE_SECTIONS)]
 LISTS += [part.keys for kind in KINDS.values() for part in kind.parts] + [kind.keys for kind in KINDS.values()]

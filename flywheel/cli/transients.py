@@ -1,0 +1,170 @@
+"""The command that follows a machine in time: `simulate`."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import click
+
+from flywheel.cli.common import MOST_POINTS, SCENE, coordinates, plot_path, quantity, reported, show, spare, written
+
+if TYPE_CHECKING:
+    from flywheel.scene import Scene
+    from flywheel.transients.record import Transient
+
+_RTOL = (1e-13, 0.1)
+_POINTS = 500
+
+
+def _accuracy(context: click.Context, parameter: click.Parameter, rtol: float) -> float:
+    if not _RTOL[0] <= rtol <= _RTOL[1]:
+        raise click.BadParameter(f"{rtol} is not from {_RTOL[0]} to {_RTOL[1]}.")
+    return rtol
+
+
+def _start(context: click.Context, parameter: click.Parameter, text: str) -> str:
+    if text in ("rest", "regime") or any(quantity(text, dimension) is not None for dimension in ("speed", "velocity")):
+        return text
+    raise click.BadParameter(f'{text!r} is neither rest nor regime, nor a speed with its unit, such as "200 rpm".')
+
+
+def _end(context: click.Context, parameter: click.Parameter, text: str | None) -> str | None:
+    from flywheel.faults import SceneError
+    from flywheel.transients.conditions import until
+
+    try:
+        if text is not None:
+            until(text)
+    except SceneError as error:
+        raise click.BadParameter(f"found {error.faults[0].found}, expected {error.faults[0].expected}.") from None
+    return text
+
+
+def _place(context: click.Context, parameter: click.Parameter, text: str | None) -> str | None:
+    if text is None or any(quantity(text, dimension) is not None for dimension in ("angle", "length")):
+        return text
+    raise click.BadParameter(f'{text!r} is no angle such as "90 deg", nor a position such as "190 mm".')
+
+
+def _wheel(context: click.Context, parameter: click.Parameter, text: str | None) -> float | None:
+    if text is None:
+        return None
+    value = quantity(text, "inertia")
+    if value is None or value < 0.0:
+        raise click.BadParameter(f'{text!r} is no inertia with its unit, such as "2 kg m^2".')
+    return value
+
+
+@click.command(short_help="Follow a machine in time: run-up, run-down, load step, stall.")
+@SCENE
+@click.option("--from", "start", default="rest", show_default=True, callback=_start, help='rest, regime, or "200 rpm".')
+@click.option("--at", "place", callback=_place, metavar="ANGLE", help='Where it starts, such as "90 deg" (default 0).')
+@click.option(
+    "--until",
+    "end",
+    callback=_end,
+    metavar="END",
+    help='"5 s", "10 turns", "200 rpm", "95 %" of the regime\'s speed, regime, or stop (default: regime; with --no-drive '
+    "stop; on a stroke its end).",
+)
+@click.option("--no-drive", is_flag=True, help="Let the machine run down without its drive.")
+@click.option("--flywheel", "wheel", callback=_wheel, metavar="INERTIA", help='Such as "2 kg m^2" (default: the scene\'s).')
+@click.option("--csv", "csv_file", metavar="FILE", help="Write the motion as CSV, SI throughout; - prints it.")
+@click.option("--json", "as_json", is_flag=True, help="Print JSON, SI throughout, with the motion.")
+@click.option(
+    "--plot",
+    type=click.Path(path_type=Path),
+    callback=plot_path,
+    metavar="FILE.(png|svg|pdf)",
+    help="Draw speed, torques and energy over time into a file.",
+)
+@click.option(
+    "--points",
+    type=click.IntRange(2, MOST_POINTS),
+    default=_POINTS,
+    show_default=True,
+    help="Times in CSV and JSON, evenly from start to end.",
+)
+@click.option("--rtol", type=float, default=1e-9, show_default=True, callback=_accuracy, help="Error allowed of the motion.")
+@click.option("--output", type=click.Path(path_type=Path), metavar="FILE", help="Write the text or JSON to a file instead.")
+def simulate(
+    scene: Path,
+    start: str,
+    place: str | None,
+    end: str | None,
+    no_drive: bool,
+    wheel: float | None,
+    csv_file: str | None,
+    as_json: bool,
+    plot: Path | None,
+    points: int,
+    rtol: float,
+    output: Path | None,
+) -> None:
+    """Follow the machine in SCENE in time, from a start to an end, and tell what became of it.
+
+    A machine that stalls is told with its angle and time. The table of energies says where the work went.
+    """
+    targets = [path for path in (output, None if csv_file in (None, "-") else Path(str(csv_file)), plot) if path is not None]
+    for target in targets:
+        spare(scene, target)
+    if csv_file == "-" and as_json and output is None:
+        raise click.UsageError("--csv - and --json exclude each other.")
+    with reported(scene):
+        from flywheel.reading.scenes import load
+        from flywheel.transients.running import transient
+        from flywheel.writing import transients as writing
+
+        loaded = load(scene)
+        found = transient(
+            loaded,
+            start=_speed_of(loaded, start),
+            at=None if place is None else coordinates((place,), loaded.reduction_element == "slide")[0],
+            end=end or _usual_end(loaded, no_drive),
+            drive=not no_drive,
+            inertia=wheel,
+            rtol=rtol,
+        )
+        if plot is not None:
+            _draw(found, plot)
+        if csv_file not in (None, "-"):
+            with written(str(csv_file)):
+                Path(str(csv_file)).write_text(writing.csv(found, points), encoding="utf-8", newline="")
+        text = (
+            writing.csv(found, points)
+            if csv_file == "-"
+            else writing.json(found, points)
+            if as_json
+            else writing.text(found)
+        )
+    if output is None:
+        show(text)
+        return
+    with written(output):
+        output.write_text(text, encoding="utf-8", newline="")
+
+
+def _speed_of(scene: Scene, text: str) -> float | str:
+    if text in ("rest", "regime"):
+        return text
+    sliding = scene.reduction_element == "slide"
+    found = quantity(text, "velocity" if sliding else "speed")
+    if found is None:
+        kind = 'velocity, such as "0.3 m/s"' if sliding else 'speed, such as "60 rpm"'
+        raise click.BadParameter(f"{text!r} is no {kind}.", param_hint="--from")
+    return found
+
+
+def _usual_end(scene: Scene, no_drive: bool) -> str:
+    return "stop" if no_drive or scene.stroke is not None else "regime"
+
+
+def _draw(found: Transient, path: Path) -> None:
+    from flywheel.pictures.transients import plot
+
+    with written(path):
+        plot(found, path)
+
+
+COMMANDS = (simulate,)

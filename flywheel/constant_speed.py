@@ -1,0 +1,274 @@
+"""The machine as it would be at a constant speed: the net work of a cycle, the speeds at which it is zero, and the cycle.
+
+The approximate figures take torques that depend on speed so, and the iteration for the true motion starts from here. What
+keeps a machine from having a steady speed shows here first, and is named.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from itertools import pairwise
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from flywheel import piecewise, regime
+from flywheel.chain import Chain, merged
+from flywheel.faults import Fault, SceneError
+from flywheel.moments import Moments
+from flywheel.regime import Cycle
+
+Array = NDArray[np.float64]
+
+_DECADES = 6  # on either side of a typical speed, in which steady speeds are looked for
+_PER_DECADE = 24
+_AT_ONCE = 200_000  # values on the mesh that are worked on together
+_FLAT = 1e-12  # of the net work: a hump lower than this is none
+_SECTIONS = 60  # golden-section steps towards a hump of the net work
+_GOLDEN = 0.5 * (5**0.5 - 1)
+_FLAT = 1e-3  # of the net work: humps that fall less to the next speed looked at cannot reach zero
+_BALANCES = 60
+_MOST_ROUNDS = 12
+
+
+class SteadySpeed(NamedTuple):
+    """A constant speed (rad/s) at which the net work of a cycle is zero, and whether a faster machine would be slowed."""
+
+    speed: float
+    stable: bool
+
+
+def net_work(moments: Moments, speed: float, unknown: float = 0.0) -> float:
+    """Net work (J) of a cycle run at a constant crank speed (rad/s)."""
+    force = moments.constant(speed, unknown).moment
+    return float(piecewise.integral(force, moments.mesh.half).sum())
+
+
+def net_works(moments: Moments, speeds: Array) -> Array:
+    """The same at many speeds (n,), a handful at a time."""
+    half = moments.mesh.half
+    few = max(_AT_ONCE // moments.mesh.phi.size, 1)
+    pieces = [speeds[k : k + few] for k in range(0, speeds.size, few)]
+    return np.concatenate([piecewise.integral(moments.constant(piece, 0.0).moment, half).sum(axis=-1) for piece in pieces])
+
+
+def steady_speeds(moments: Moments) -> list[SteadySpeed]:
+    """Every constant speed at which the net work is zero, ascending.
+
+    They are looked for over twelve decades around a typical speed, and beside every hump and hollow between.
+    """
+    grid, works = _scanned(moments)
+    points = sorted([*zip(grid.tolist(), works.tolist(), strict=True), *_humps(moments, grid, works)])
+    found = []
+    for (a, before), (b, after) in pairwise(points):
+        if before == 0.0:
+            continue
+        if before * after < 0.0 or after == 0.0:
+            found.append(SteadySpeed(_root(lambda w: net_work(moments, w), a, b), before > 0.0))
+    return found
+
+
+def _scanned(moments: Moments) -> tuple[Array, Array]:
+    """Speeds that are looked at, and the net work at each; those at which a law has no finite value are left out."""
+    grid = _grid(moments.machine)
+    works = net_works(moments, grid)
+    finite = np.isfinite(works)
+    if not finite.any():
+        path = next(effort.path for effort in moments.machine.efforts if effort.uses_speed)
+        raise SceneError([Fault(path, "a law that is not finite at any speed", "finite forces and torques")])
+    return grid[finite], works[finite]
+
+
+def _grid(machine: Chain) -> Array:
+    """Speeds to look at: evenly in their logarithm, and around those that a motor is known by."""
+    typical = machine.pace
+    even = typical * np.logspace(-_DECADES, _DECADES, 2 * _DECADES * _PER_DECADE + 1)
+    motor, drive = machine.scene.motor, machine.scene.drive
+    if motor is None or drive is None:
+        return even
+    known = [motor.no_load_speed, *(motor.stable or ()), *([motor.rated.speed] if motor.rated else ())]
+    marks = np.array([w for w in known if w is not None and 0.0 < w < np.inf]) / machine.scene.shafts[drive.on]
+    near = (marks[:, None] * np.array([0.9, 0.97, 0.99, 0.999, 1.0, 1.001, 1.01, 1.1])).ravel()
+    return np.unique(np.concatenate((even, near)))
+
+
+def _humps(moments: Moments, grid: Array, works: Array) -> list[tuple[float, float]]:
+    """Peaks below zero and hollows above it, which may reach across: where they do, two speeds lie beside them.
+
+    One that is round rises above its highest sample by no more than it falls to the next, so that flat ones are left out.
+    """
+    sign = -np.sign(works)
+    here, side, flat = sign[1:-1] * works[1:-1], sign[1:-1], _FLAT * np.abs(works[1:-1])
+    alike = (side != 0.0) & (side == sign[:-2]) & (side == sign[2:])
+    rises, falls = here - side * works[:-2] > flat, here - side * works[2:] > flat
+    peaks = 1 + np.flatnonzero(alike & rises & falls)
+    return [_summit(moments, float(grid[k - 1]), float(grid[k + 1]), float(sign[k])) for k in peaks]
+
+
+def _summit(moments: Moments, a: float, b: float, sign: float) -> tuple[float, float]:
+    """Where sign times the net work is greatest between two speeds, or the first place found where it is above zero."""
+    low, high = np.log(a), np.log(b)
+    left, right = high - _GOLDEN * (high - low), low + _GOLDEN * (high - low)
+    values = [net_work(moments, float(np.exp(x))) for x in (left, right)]
+    for _ in range(_SECTIONS):
+        best = max((sign * values[0], left, values[0]), (sign * values[1], right, values[1]))
+        if best[0] > 0.0:
+            break
+        if sign * values[0] > sign * values[1]:
+            high, right, values[1] = right, left, values[0]
+            left = high - _GOLDEN * (high - low)
+            values[0] = net_work(moments, float(np.exp(left)))
+        else:
+            low, left, values[0] = left, right, values[1]
+            right = low + _GOLDEN * (high - low)
+            values[1] = net_work(moments, float(np.exp(right)))
+    return float(np.exp(best[1])), best[2]
+
+
+def _root(net: Callable[[float], float], a: float, b: float) -> float:
+    """The root between two speeds, by the Illinois form of regula falsi."""
+    low, high, at_low, at_high = a, b, net(a), net(b)
+    side = 0
+    for _ in range(200):
+        if at_high == 0.0 or abs(high - low) <= 4e-15 * high:
+            return high
+        middle = (low * at_high - high * at_low) / (at_high - at_low)
+        if not min(low, high) < middle < max(low, high):
+            middle = 0.5 * (low + high)
+        found = net(middle)
+        if found == 0.0:
+            return middle
+        if found * at_high < 0.0:
+            low, at_low, side = high, at_high, 0
+        else:
+            at_low *= 0.5 if side else 1.0
+            side = 1
+        high, at_high = middle, found
+    return high
+
+
+def chosen_speed(moments: Moments) -> tuple[float, tuple[str, ...]]:
+    """The speed (rad/s) at which a machine without a balance runs, and what is to be said of it.
+
+    Of several the greatest stable one is taken, that of a machine that runs already.
+
+    Raises:
+        SceneError: where there is none, saying which kind of none.
+
+    """
+    found = steady_speeds(moments)
+    if not any(item.stable for item in found):
+        raise SceneError([_no_speed(moments, found)])
+    found = [SteadySpeed(_sharpened(moments, item.speed), True) if item.stable else item for item in found]
+    stable = [item.speed for item in found if item.stable]
+    others = [f"{item.speed:.6g} rad/s ({'stable' if item.stable else 'unstable'})" for item in found]
+    if len(found) == 1:
+        return stable[-1], ()
+    message = f"net work at constant speed is zero at {', '.join(others)}: the motion is that near {stable[-1]:.6g} rad/s"
+    return stable[-1], (message,)
+
+
+def _sharpened(moments: Moments, speed: float) -> float:
+    """A stable speed once more, with cells that end where laws switch at that speed."""
+    machine, edges = moments.machine, moments.mesh.edges
+    if resolve(machine, edges, speed).mesh.edges.size == edges.size:
+        return speed
+
+    def net(w: float) -> float:
+        return resolve(machine, edges, w).net
+
+    for reach in (1e-3, 1e-2, 1e-1, 0.5):
+        low, high = speed * (1.0 - reach), speed * (1.0 + reach)
+        if net(low) > 0.0 > net(high):
+            return _root(net, low, high)
+    return speed
+
+
+def _no_speed(moments: Moments, found: list[SteadySpeed]) -> Fault:
+    """What is wrong with a machine that has no stable steady speed."""
+    path = "drive" if moments.machine.scene.drive is not None else "load"
+    expected = "torques that hold a steady speed"
+    if found:
+        at = found[-1].speed
+        what = f"an unstable regime: near {at:.6g} rad/s a faster machine is driven on, and a slower one stops"
+        return Fault(path, what, expected, "let the drive's torque fall with speed, or the load's grow with it")
+    grid, works = _scanned(moments)
+    best, speed = max([(float(works[k]), float(grid[k])) for k in (works.argmax(), 0)] + _peaks(moments, grid, works))
+    if best > 0.0:
+        what = f"no steady speed: at every speed a cycle has net work left over ({works.min():.6g} J at least)"
+        return Fault(path, what, expected, "the machine runs away: add what resists with speed, or limit the drive")
+    where = "at standstill" if speed <= grid[0] else f"at {speed:.6g} rad/s"
+    what = f"a drive that cannot carry the mean load: at best, {where}, a cycle lacks {-best:.6g} J"
+    return Fault(path, what, expected, "the machine stalls: a stronger drive, or a lighter load")
+
+
+def _peaks(moments: Moments, grid: Array, works: Array) -> list[tuple[float, float]]:
+    """The peaks of the net work between speeds of the grid, with their speeds."""
+    return [(work, speed) for speed, work in _humps(moments, grid, works)]
+
+
+def balance_at(moments: Moments, speed: float) -> float:
+    """The value (SI) of the scene's unknown that makes the net work at a constant speed zero."""
+    half = moments.mesh.half
+    unknown = 0.0
+    for _ in range(_BALANCES):
+        rate = moments.constant(speed, unknown)
+        net, slope, size = piecewise.integral(np.stack((rate.moment, rate.by_unknown, np.abs(rate.by_unknown))), half).sum(
+            -1
+        )
+        if abs(slope) <= 1e-9 * size or size == 0.0:
+            raise SceneError([regime.no_effect(moments.machine)])
+        step = float(net / slope)
+        unknown -= step
+        if abs(step) <= 4e-16 * abs(unknown) or not moments.lossy:
+            break
+    return unknown + 0.0
+
+
+def settled(machine: Chain) -> tuple[float | None, float]:
+    """The constant speed (rad/s) that torques are taken at, None where none depends on it, and the unknown's value there.
+
+    That speed is the one asked for where there is a balance, else the one at which the net work is zero; along a stroke it
+    is the stroke's.
+    """
+    scene = machine.scene
+    if scene.stroke is not None:
+        return (scene.stroke.speed if machine.depends_on_speed else None), 0.0
+    if not machine.sets_its_speed:
+        return None, regime.settled_balance(machine)
+    moments = Moments(machine, piecewise.cells(machine.mesh), local=True)
+    if scene.unknown is None:
+        return chosen_speed(moments)[0], 0.0
+    assert scene.speed is not None
+    return scene.speed, resolve(machine, machine.mesh, scene.speed).balance or 0.0
+
+
+def resolve(machine: Chain, edges: Array, speed: float) -> Cycle:
+    """The cycle at a constant speed, on cells between given edges and where laws switch at that speed."""
+    for _ in range(_MOST_ROUNDS):
+        moments = Moments(machine, piecewise.cells(edges))
+        omega = np.full(moments.mesh.phi.shape, speed)
+        unknown = balance_at(moments, speed) if machine.scene.unknown is not None else None
+        switching = moments.switches(omega) + moments.constant_losses(speed, unknown or 0.0)
+        finer = with_switches(moments, switching, edges)
+        if finer.size == edges.size:
+            break
+        edges = finer
+    rate = moments.constant(speed, unknown or 0.0)
+    values = np.stack((rate.moment, moments.slope, moments.inertia, rate.exchanged))
+    return regime.assembled(moments.mesh, values, unknown)
+
+
+def with_switches(moments: Moments, switching: list[Array], edges: Array) -> Array:
+    """The edges, with those angles put in at which one of several functions on the mesh changes its sign inside a cell."""
+    if not switching:
+        return edges
+    series = piecewise.fit(np.stack(switching))
+    sizes = np.abs(np.stack(switching)).max(axis=(1, 2))
+    noise = np.broadcast_to(1e-13 * sizes[:, None], series.shape[:2])
+    found = piecewise.crossings(series, np.ascontiguousarray(noise))
+    angles = found.angles(moments.mesh)[np.abs(found.t) < 1.0]
+    near = 1e-9 * edges[-1]
+    distance = np.abs(angles[:, None] - edges[None, :]).min(axis=1, initial=np.inf)
+    return merged([*edges.tolist(), *angles[distance > near].tolist()], float(edges[-1]))

@@ -1,0 +1,337 @@
+"""Following a machine in time: from one smooth stretch of its laws to the next, until it has gone far enough.
+
+A stretch ends where the crank leaves a piece, where a time comes at which a law switches, and where a law that depends on
+speed, or the direction of the power through a mesh, changes its side.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from flywheel.advice import told
+from flywheel.faults import Fault, SceneError
+from flywheel.instant import Anchor, Dynamics
+from flywheel.machine import Machine
+from flywheel.scene import Scene
+from flywheel.stepping import Rates, Step, Tolerance, Watch, through
+from flywheel.switching_times import SwitchingTimes
+
+Array = NDArray[np.float64]
+
+_MOST_STEPS = 1_000_000
+_SLOW = 1e-3  # of the machine's pace: below this, errors of speed count as if it were this
+_AHEAD = 1e-7  # of a piece: how far beyond a switch its side is looked up
+_WITHIN = 1e-9  # of a piece: how near to its ends
+_MOST_CROSSINGS = 500  # of switches, one after the other within a piece
+_TRIES = 8  # changes of side at one instant, before the motion counts as stuck
+_ONSET = 1e-12  # of the machine's pace: the speed by which branches are decided at rest
+_STILL = 1e-9  # of the machine's pace: slower than this it stands
+
+
+class Goal(NamedTuple):
+    """What ends a motion: a value of times, positions (not reduced) and speeds that is above 0 until then."""
+
+    name: str
+    value: Callable[[Array, Array, Array], Array]
+
+
+class Start(NamedTuple):
+    """The state at t = 0: position (rad; on a stroke from its beginning), speed (rad/s) and current (A)."""
+
+    phi: float
+    omega: float
+    current: float = 0.0
+
+
+class Stretch(NamedTuple):
+    """A step, what is to be added to its position, and where the branches of its laws are decided."""
+
+    step: Step
+    offset: float
+    anchor: Anchor
+
+
+class Trail(NamedTuple):
+    """A motion as it was stepped. States are rows: position, speed, the moment's work (J), and a motor's current (A).
+
+    `goal` names what it ended with, if that was not time; `stuck` says where it stands still for good; `cycles` is how often
+    it came to the end of a cycle.
+    """
+
+    dynamics: Dynamics
+    start: Start
+    stretches: tuple[Stretch, ...]
+    goal: str | None = None
+    stuck: str | None = None
+    cycles: int = 0
+
+    @property
+    def t(self) -> Array:
+        """Times of the steps, s."""
+        return np.array([0.0, *(stretch.step.end for stretch in self.stretches)])
+
+    def owners(self, times: Array) -> NDArray[np.intp]:
+        """The stretch that each time belongs to."""
+        return np.clip(np.searchsorted(self.t[1:], times), 0, len(self.stretches) - 1)
+
+    def states(self, times: Array, owners: NDArray[np.intp] | None = None) -> Array:
+        """The states at times, by dense output: (states, times)."""
+        which = self.owners(times) if owners is None else owners
+        found = np.empty((3 + (self.dynamics.circuit is not None), times.size))
+        for k in np.unique(which):
+            mine, stretch = which == k, self.stretches[k]
+            found[:, mine] = stretch.step.dense(times[mine])
+            found[0, mine] += stretch.offset
+        return found
+
+    def ends(self) -> Array:
+        """The states at the ends of all steps, the start included: (states, steps + 1)."""
+        which = np.arange(-1, len(self.stretches)).clip(0)
+        return self.states(self.t, which)
+
+
+Passing = Callable[[float, float], str | None]
+
+
+def follow(
+    dynamics: Dynamics,
+    start: Start,
+    until: float,
+    rtol: float,
+    goals: Sequence[Goal] = (),
+    passing: Passing | None = None,
+) -> Trail:
+    """The motion from a start until a time (s), or until a goal is reached.
+
+    `rtol` is the tolerance of a step. `passing(t, omega)` is asked at the end of every cycle;
+    what it answers ends the motion.
+
+    Raises SceneError where the motion is not determined, or sticks at a switch that both sides drive it back to.
+    """
+    return _Follower(dynamics, start, until, rtol, goals, passing).trail()
+
+
+class _Follower:
+    def __init__(
+        self,
+        dynamics: Dynamics,
+        start: Start,
+        until: float,
+        rtol: float,
+        goals: Sequence[Goal],
+        passing: Passing | None,
+    ) -> None:
+        self.dynamics, self.machine, self.start = dynamics, dynamics.machine, start
+        self.until, self.goals, self.passing = until, goals, passing
+        scene = self.machine.scene
+        self.once = scene.stroke is not None
+        self.cycle = scene.cycle
+        self.offset = 0.0 if self.once else float(np.floor(start.phi / self.cycle)) * self.cycle
+        self.pace = max(abs(start.omega), self.machine.pace)
+        self.tolerance = self._tolerance(rtol)
+        self.t, self.tries, self.crossings, self.cycles = 0.0, 0, 0, 0
+        self.state = np.array([start.phi - self.offset, start.omega, 0.0, start.current])[: self.tolerance.absolute.size]
+        self.stretches: list[Stretch] = []
+        self.branching = dynamics.branching
+        self.times = SwitchingTimes(self.machine, until)
+
+    def _tolerance(self, rtol: float) -> Tolerance:
+        """Of position, speed, work (which the steps do not have to follow) and current."""
+        absolute = [rtol * self.cycle, rtol * _SLOW * self.pace, np.inf]
+        if (circuit := self.dynamics.circuit) is not None:
+            absolute.append(rtol * _SLOW * abs(circuit.voltage / circuit.resistance))
+        return Tolerance(rtol, np.array(absolute))
+
+    def trail(self) -> Trail:
+        """Stretch after stretch in either direction; phi is reduced to one cycle, `offset` is what was taken off it."""
+        goal = stuck = None
+        hint: float | None = None
+        while self.t < self.until and goal is None:
+            check_friction(self.machine, self.t, float(self.state[1]))
+            if self.once and self._leaves():
+                break
+            piece = self._piece()
+            ends = float(self.machine.restarts[piece]), float(self.machine.restarts[piece + 1])
+            stop = self.times.after(self.t)
+            anchor = self._anchor(ends, stop)
+            passed = list(self._steps(ends, stop, anchor, hint))
+            self._keep(passed, anchor)
+            goal = self._goal(passed[-1], ends, stop)
+            if self.tries > _TRIES or self.crossings > _MOST_CROSSINGS:
+                stuck = self._stuck()
+                break
+            hint = max((step.end - step.start for step in passed if step.end > step.start), default=hint)
+        return Trail(self.dynamics, self.start, tuple(self.stretches), goal, stuck, self.cycles)
+
+    def _keep(self, passed: list[Step], anchor: Anchor) -> None:
+        self.stretches += [Stretch(step, self.offset, anchor) for step in passed if step.end > step.start]
+        self.t = passed[-1].end
+        self.state = np.array(passed[-1].dense(self.t))
+        if len(self.stretches) > _MOST_STEPS:
+            expected = f"a shorter time: {_MOST_STEPS} steps reach {self.t:g} s"
+            raise SceneError([Fault("until", f"{self.until:g} s", expected)])
+
+    def _goal(self, last: Step, ends: tuple[float, float], stop: float) -> str | None:
+        """The goal that a stretch ended with; where it ended at the end of a piece, the state is put there exactly."""
+        crossed = last.crossed
+        self.tries = self.tries + 1 if crossed is not None and last.end == last.start else 0
+        self.crossings = self.crossings + 1 if crossed is not None else 0
+        if crossed is not None and crossed < len(self.goals):
+            return self.goals[crossed].name
+        if crossed is not None and not self._at_end(ends):
+            return None
+        if self.t < stop:
+            self.state[0] = min(ends, key=lambda end: abs(float(self.state[0]) - end))
+            if not self.once and self.state[0] == self.cycle:
+                self.cycles += 1
+                return self.passing(self.t, float(self.state[1])) if self.passing is not None else None
+        return None
+
+    def _at_end(self, ends: tuple[float, float]) -> bool:
+        """Whether a switch lies where the piece ends, so near that the motion goes on in the next one."""
+        end = ends[1] if self.state[1] > 0.0 else ends[0]
+        return abs(float(self.state[0]) - end) <= 2 * _AHEAD * (ends[1] - ends[0])
+
+    def _stuck(self) -> str:
+        """Where the machine stands still for good; a SceneError where it sticks to a switch while running."""
+        where = self.machine.where(float(self.state[0]))
+        if abs(self.state[1]) <= _STILL * self.pace:
+            return f"stands still at {where} after {self.t:.6g} s"
+        found = f"a motion that sticks at {where}, {self.state[1]:.6g} rad/s, {self.t:.6g} s: two laws drive it back"
+        advice = "let the law pass over within a band, such as min(40, max(0, 4*(110 - omega)))"
+        raise SceneError([Fault("simulation", found, "laws that let the motion pass", advice)])
+
+    # -- one stretch -----------------------------------------------------------------------------------------------------
+
+    def _steps(self, ends: tuple[float, float], stop: float, anchor: Anchor, hint: float | None) -> Any:
+        rates = self._rates(ends, anchor)
+        watch = self._watch(anchor)
+        return through(rates, self.t, self.state, ends, stop, self.tolerance, hint, watch)
+
+    def _rates(self, ends: tuple[float, float] | None, anchor: Anchor) -> Rates:
+        """d(phi, omega, work, current)/dt within a stretch."""
+        dynamics, size = self.dynamics, self.state.size
+
+        def rates(t: float, state: Array) -> Array:
+            phi, omega, *rest = state.tolist()
+            current = rest[1] if size > 3 else 0.0
+            now = dynamics.at(phi, anchor.phi, omega, t, current=current, ends=ends, anchor=anchor)
+            if not now.inertia > 0.0 and self.once and ends is not None and not ends[0] <= phi <= ends[1]:
+                return np.full(size, np.nan)  # a step that tries beyond the stroke is too long
+            if not now.inertia > 0.0:
+                raise SceneError([weightless(self.machine, phi, now.inertia)])
+            return np.array([omega, now.acceleration, now.moment * omega, now.current_rate][:size])
+
+        return rates
+
+    def _here(self, middle: float) -> Anchor:
+        """The present state as the place where branches are decided, but for those of position."""
+        return Anchor(middle, float(self.state[1]), self.t)
+
+    def _anchor(self, ends: tuple[float, float], stop: float) -> Anchor:
+        """Where branches are decided in the coming stretch: a little ahead, where there are any but those of position."""
+        low, high = ends
+        middle, width = 0.5 * (low + high), high - low
+        if not self.branching:
+            return self._here(middle)
+        phi, omega = float(self.state[0]), float(self.state[1])
+        rate = self._rates(ends, self._here(middle))(self.t, self.state)
+        acceleration = float(rate[1])
+        ahead = _AHEAD * min(width / max(abs(omega), 1e-3 * self.pace), stop - self.t)
+        ahead = max(ahead, 64 * np.finfo(float).eps * self.t)
+        soon = phi + ahead * (omega + 0.5 * ahead * acceleration)
+        held = min(max(soon, low + _WITHIN * width), high - _WITHIN * width)
+        coming = omega + ahead * acceleration or _ONSET * self.pace  # from rest without a push yet: forwards
+        anchor = Anchor(held, coming, self.t + ahead)
+        current = float(self.state[3] + ahead * rate[3]) if self.state.size > 3 else 0.0
+        now = self.dynamics.at(held, held, anchor.omega, anchor.time, current=current, ends=ends, anchor=anchor)
+        return anchor._replace(factors=now.factors or None)
+
+    def _watch(self, anchor: Anchor) -> Watch | None:
+        goals, offset = self.goals, self.offset
+
+        def values(t: Array, states: Array) -> Array:
+            phi, omega = states[0], states[1]
+            current = states[3] if states.shape[0] > 3 else 0.0
+            rows = [goal.value(t, phi + offset, omega) for goal in goals]
+            return np.array(rows + (self._sides(phi, anchor, omega, t, current) if self.branching else []), dtype=float)
+
+        if not self.branching:
+            return Watch(values, np.ones(len(goals))) if goals else None
+        current = np.array([self.state[3] if self.state.size > 3 else 0.0])
+        at = np.array([anchor.phi]), anchor, np.array([anchor.omega]), np.array([anchor.time]), current
+        sides = [1.0 if side[0] >= 0.0 else -1.0 for side in self._sides(*at)]
+        return Watch(values, np.array([1.0] * len(goals) + sides))
+
+    def _sides(self, phi: Array, anchor: Anchor, omega: Array, t: Array, current: Any) -> list[Array]:
+        """What changes its sign where the stretch ends: switches, what meshes with losses pass, and with these the speed."""
+        switches = self.dynamics.switches(phi, anchor, omega, t)
+        rows = [np.broadcast_to(np.asarray(value, dtype=float), phi.shape) for value in switches]
+        if anchor.factors is not None:
+            now = self.dynamics.along(phi, anchor, omega, t, current)
+            rows += [*now.passed[1:], omega]
+        return rows
+
+    # -- from piece to piece ---------------------------------------------------------------------------------------------
+
+    def _pushed(self, middle: float) -> float:
+        """The acceleration at rest in the piece around `middle`."""
+        return float(self._rates(None, self._here(middle))(self.t, self.state)[1])
+
+    def _leaves(self) -> bool:
+        """Whether a machine stands at an end of its stroke and is about to leave it."""
+        phi, omega = float(self.state[0]), float(self.state[1])
+        outwards = {0.0: -1.0, self.cycle: 1.0}.get(phi)
+        if outwards is None:
+            return False
+        if omega == 0.0:
+            pair = self.machine.restarts[:2] if phi == 0.0 else self.machine.restarts[-2:]
+            omega = self._pushed(0.5 * float(pair.sum()))
+        return omega * outwards > 0.0
+
+    def _piece(self) -> int:
+        """The piece that the motion goes on in; the angle within the cycle changes over to it."""
+        ends, phi, omega = self.machine.restarts, float(self.state[0]), float(self.state[1])
+        turn = 0.0 if self.once else self.cycle  # nothing comes round again on a stroke
+        forwards = omega > 0.0
+        if omega == 0.0:
+            ahead = min(max(int(np.searchsorted(ends, phi, side="right")) - 1, 0), ends.size - 2)
+            forwards = self._pushed(0.5 * float(ends[ahead] + ends[ahead + 1])) >= 0.0
+        shift = turn * ((forwards and phi >= self.cycle) - (not forwards and phi <= 0.0))
+        self.state[0], self.offset = phi - shift, self.offset + shift
+        if forwards:
+            return min(int(np.searchsorted(ends, phi - shift, side="right")) - 1, ends.size - 2)
+        return max(int(np.searchsorted(ends, phi - shift, side="left")) - 1, 0)
+
+
+def weightless(machine: Machine | Any, phi: float, total: float) -> Fault:
+    """The fault of an inertia that is not above 0 at a position."""
+    where = machine.where(phi)
+    if machine.scene.stroke is None:
+        return Fault(
+            "flywheel.inertia", f"I* + J = {total:g} kg m² at {where}", "a positive inertia everywhere", "add inertia"
+        )
+    name, unit = ("m*", "kg") if machine.scene.stroke.sliding else ("I*", "kg m²")
+    return Fault(
+        "inertia", f"{name} = {total:g} {unit} at {where}", "a positive one all along the stroke", "add [[inertia]]"
+    )
+
+
+def check_friction(machine: Any, t: float, omega: float) -> None:
+    """Refuse to follow a motion that turns back where joints rub: their friction is known for one sense alone."""
+    stroke = machine.scene.stroke
+    sense = 1.0 if stroke is None or stroke.speed > 0.0 else -1.0
+    if machine.extra is not None and omega * sense < 0.0:
+        found = f"a motion that turns back by {t:.6g} s, with friction in joints"
+        expected = "one that keeps the sense for which that friction was found"
+        raise SceneError([Fault("until", found, expected, "a shorter time, or leave friction out")])
+
+
+def end_of_stroke(scene: Scene, phi: float, last: float) -> str:
+    """The word on a motion that ended with its stroke; phi is the driver's own coordinate."""
+    assert scene.stroke is not None
+    return f"the driver reached the stroke's end at {told(phi, scene.stroke.sliding)} after {last:.6g} s"

@@ -1,0 +1,319 @@
+"""The steady motion of a machine whose torques depend on speed, on cells fine enough, with its error.
+
+Cells are halved until the estimates allow it, and cut where laws switch at a speed or a mesh changes the side that drives:
+the motion itself tells where that is, so that cutting and solving go in turns. Along the motion found, the moment is a
+function of angle: what is known of machines with such moments then holds.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from flywheel import piecewise, regime, steady
+from flywheel.chain import Chain, merged
+from flywheel.moments import Moments
+from flywheel.periodic import Asked, NoRegimeError, Periodic, State, first_guess, periodic
+from flywheel.piecewise import ORDER, ROUNDING
+from flywheel.regime import Cycle
+from flywheel.steady import Run
+
+Array = NDArray[np.float64]
+
+_ROUNDS = 120
+_MOST_MOVES = 8  # of the switches, before the cells are halved although they have not settled
+_MOST_FAILURES = 3  # of the iteration on changed cells, before the best motion so far has to do
+_SAME = 1e-12  # of the cycle: switches that move less than this stand still
+_NEAR = 0.5  # of the irregularity asked for: from here on the flywheel for it is looked for directly
+_COARSE = 1e-4  # error of motions that are only passed on the way
+_MOST_LIGHTER = 60
+_MOST_HALVINGS = 8  # of a step to a lighter flywheel
+_HEAVIER = 2.0  # from one flywheel to the next on the way to a light one
+
+
+class OwnMotion(NamedTuple):
+    """A steady motion: as solved, its moment along the cycle (`cycle`), and as a `Run` at its own mean of extremes."""
+
+    solved: Periodic
+    cycle: Cycle
+    run: Run
+    level_error: float  # of the speed's mean, relative
+
+    @property
+    def speed(self) -> float:
+        """Mean of the greatest and least speed (rad/s)."""
+        return self.solved.speed
+
+    @property
+    def inertia(self) -> float:
+        """The flywheel's, on the crank (kg m²)."""
+        return self.solved.state.inertia
+
+    @property
+    def inertia_error(self) -> float:
+        """Error of a sized inertia, relative to the larger of itself and its scale, the swing of work over eps w²."""
+        eps, total = self.solved.irregularity, self.inertia + float(self.solved.moments.inertia.max())
+        swing = float(np.ptp(self.cycle.start[0])) / max(eps * self.speed**2, 1e-300)
+        return self.run.error * total / max(self.inertia, swing, 1e-300)
+
+
+def found(machine: Chain, reference: float, asked: Asked, guess: float, unknown: float, rtol: float) -> OwnMotion:
+    """The steady motion with a given flywheel, or with the one that an irregularity asks for, at an error within rtol.
+
+    Args:
+        machine: the machine.
+        reference: speed (rad/s) near that of the motion; the one asked for where there is one.
+        asked: what is asked of the motion.
+        guess: of the flywheel's inertia, kg m² on the crank, where it is sized.
+        unknown: a first guess of the scene's unknown.
+        rtol: relative error allowed in the irregularity, and in the inertia where it is sized.
+
+    Raises:
+        NoRegimeError: where there is no such motion.
+
+    """
+    inertia = asked.inertia if asked.inertia is not None else guess
+    try:
+        return _Search(machine, reference, asked, rtol).from_nothing(inertia, unknown)
+    except NoRegimeError:
+        return _by_continuation(machine, reference, asked, inertia, unknown, rtol)
+
+
+class _Search:
+    """Cells and switches that change in turns with the motion that is found on them."""
+
+    def __init__(self, machine: Chain, reference: float, asked: Asked, rtol: float) -> None:
+        self.machine, self.reference, self.asked, self.rtol = machine, reference, asked, rtol
+        self.base, self.cuts = machine.mesh, np.zeros(0)
+        self.best: tuple[float, OwnMotion] | None = None
+        self.stalls = self.moves = self.failures = 0
+
+    def from_nothing(self, inertia: float, unknown: float) -> OwnMotion:
+        """The motion found from what torques at a constant speed would give."""
+        moments = self._moments()
+        current = 0.0 if moments.circuit is None else float(moments.steady_current(np.array(self.reference)))
+        start = first_guess(moments, self.reference, inertia, unknown, current)
+        try:
+            return self._refined(periodic(moments, self.reference, self.asked, start))
+        except NoRegimeError:
+            if not moments.switches(np.full(moments.mesh.phi.shape, self.reference)) and not moments.lossy:
+                raise
+        rough = periodic(self._moments(local=True), self.reference, self.asked, start)
+        self.cuts = _switching(rough)
+        moments = self._moments()
+        return self._refined(periodic(moments, self.reference, self.asked, carried(rough, moments)))
+
+    def from_another(self, other: OwnMotion) -> OwnMotion:
+        """The motion found from that with another flywheel."""
+        self.cuts = _switching(other.solved)
+        moments = self._moments()
+        start = carried(other.solved, moments)
+        if self.asked.inertia is not None:
+            start = start._replace(inertia=self.asked.inertia)
+        return self._refined(periodic(moments, self.reference, self.asked, start))
+
+    def _refined(self, solved: Periodic) -> OwnMotion:
+        """The motion at an error within rtol, or the best that can be had."""
+        for _ in range(_ROUNDS):
+            if self._settled(solved) and self._enough(_described(solved)):
+                break
+            if self.moves in (0, _MOST_MOVES) and not self._split(_described(solved)):
+                break
+            solved = self._again(solved)
+            if self.failures > _MOST_FAILURES:
+                break
+        if self.best is None:
+            self._enough(_described(solved))
+        assert self.best is not None
+        return self.best[1]
+
+    def _moments(self, *, local: bool = False) -> Moments:
+        edges = merged([*self.base.tolist(), *self.cuts.tolist()], float(self.base[-1]))
+        return Moments(self.machine, piecewise.cells(edges), local=local)
+
+    def _settled(self, solved: Periodic) -> bool:
+        """Whether the motion switches where the cells are cut; they are cut anew where it does."""
+        moved, cuts = _switching(solved), self.cuts
+        settled = moved.size == cuts.size and bool((np.abs(moved - cuts) <= _SAME * self.base[-1]).all())
+        self.cuts, self.moves = moved, 0 if settled else self.moves % _MOST_MOVES + 1
+        return settled
+
+    def _enough(self, motion: OwnMotion) -> bool:
+        """Whether a motion is as good as asked, or no better than before; the best one is kept."""
+        doubt = _doubt(motion, self.asked)
+        gained = self.best is None or doubt <= 0.9 * self.best[0]
+        self.stalls = 0 if gained else self.stalls + 1
+        if self.best is None or doubt < self.best[0]:
+            self.best = doubt, motion
+        return doubt <= 0.5 * self.rtol or self.stalls > 1
+
+    def _split(self, motion: OwnMotion) -> bool:
+        """Halve the cells that need it; False where that cannot help.
+
+        What does not settle may be no more than what the cells leave open, so that they are halved then too.
+        """
+        doubt = _doubt(motion, self.asked)
+        finer = regime.split(motion.cycle, motion.run.speed_max, self.rtol / max(doubt, self.rtol))
+        if finer is None:
+            return False
+        self.base = finer[~np.isin(finer, motion.cycle.mesh.edges) | np.isin(finer, self.base)]
+        return True
+
+    def _again(self, solved: Periodic) -> Periodic:
+        """The motion on the cells as they are now, from the one before; on halved ones where the iteration fails."""
+        try:
+            moments = self._moments()
+            return periodic(moments, self.reference, self.asked, carried(solved, moments))
+        except NoRegimeError:
+            self.failures += 1
+            self.base, self.cuts = piecewise.bisected(self.base, np.ones(self.base.size - 1, dtype=bool)), np.zeros(0)
+            return solved
+
+
+def _by_continuation(
+    machine: Chain, reference: float, asked: Asked, inertia: float, unknown: float, rtol: float
+) -> OwnMotion:
+    """Given flywheels from one heavy enough to hold the speed nearly constant down to the one wanted.
+
+    A sized flywheel lies on the way: it is looked for from motions that vary half as much as asked and more.
+    """
+    moments = Moments(machine, piecewise.cells(machine.mesh))
+    work = piecewise.antiderivative(piecewise.fit(moments.constant(reference, unknown).moment), moments.mesh.half)
+    swing = float(np.ptp(piecewise.accumulated(work)))
+    own = float(np.abs(moments.inertia).max())
+    heavy = max(20.0 * max(swing / reference**2, own, 1e-300), 4.0 * inertia)
+    last = _Search(machine, reference, Asked(heavy, None, asked.speed), _COARSE).from_nothing(heavy, unknown)
+    for _ in range(_MOST_LIGHTER):
+        there = _there(machine, reference, asked, last, rtol)
+        if there is not None:
+            return there
+        last = _lighter(machine, reference, asked.speed, last, asked.inertia or 0.0)
+    raise NoRegimeError("the machine stops within the cycle", stops=True)
+
+
+def _there(machine: Chain, reference: float, asked: Asked, last: OwnMotion, rtol: float) -> OwnMotion | None:
+    """The motion asked for, once that with a heavier flywheel is near enough to find it from; None while it is not."""
+    search = _Search(machine, reference, asked, rtol)
+    if asked.irregularity is None:
+        return search.from_another(last) if last.inertia <= (asked.inertia or 0.0) else None
+    if last.run.irregularity >= _NEAR * asked.irregularity:
+        try:
+            return search.from_another(last)
+        except NoRegimeError:
+            if last.run.irregularity >= asked.irregularity:
+                raise
+    elif last.inertia <= 0.0:
+        raise NoRegimeError("no flywheel varies the speed as much as asked")
+    return None
+
+
+def _lighter(machine: Chain, reference: float, speed: float | None, last: OwnMotion, target: float) -> OwnMotion:
+    """The motion with a lighter flywheel, by as large a step towards the target as the iteration takes."""
+    weight = last.inertia - target
+    scale = last.inertia + float(last.solved.moments.inertia.max())
+    step = weight / _HEAVIER if weight > 0.1 * scale else weight
+    for _ in range(_MOST_HALVINGS):
+        try:
+            return _Search(machine, reference, Asked(last.inertia - step, None, speed), _COARSE).from_another(last)
+        except NoRegimeError:
+            step *= 0.5
+    raise NoRegimeError("the machine stops within the cycle", stops=True)
+
+
+def carried(solved: Periodic, moments: Moments) -> State:
+    """The states of a motion on another mesh."""
+    old, new = solved.moments.mesh, moments.mesh
+    series = piecewise.fit(solved.state.nodes)
+
+    def at(phi: Array) -> Array:
+        cell = np.clip(np.searchsorted(old.edges, phi, side="right") - 1, 0, old.edges.size - 2)
+        t = np.clip((phi - old.middle[cell, 0]) / old.half[cell, 0], -1.0, 1.0)
+        return np.asarray((series[cell] * piecewise.basis(t, ORDER)[:, None, :]).sum(axis=-1))
+
+    nodes = at(new.phi.ravel()).reshape(*new.phi.shape, -1)
+    return solved.state._replace(nodes=np.moveaxis(nodes, -1, 1), edges=at(new.edges))
+
+
+def _switching(solved: Periodic) -> Array:
+    """Angles where the motion makes a law switch, or a mesh change the side that drives, from the mesh's cells."""
+    return np.array(sorted(_switches(solved)))
+
+
+def _switches(solved: Periodic) -> Iterator[float]:
+    moments, state = solved.moments, solved.state
+    mesh, current = moments.mesh, (state.nodes[:, 1] if moments.circuit is not None else None)
+    watched = moments.switches(solved.omega)
+    if moments.lossy:
+        watched += moments.transmitted(solved.omega, state.unknown, state.inertia, current)
+    known = moments.machine.mesh
+    for values in watched:
+        series = piecewise.fit(values)[None]
+        noise = np.full(series.shape[:2], 1e-13 * float(np.abs(values).max(initial=0.0)))
+        crossing = piecewise.crossings(series, noise)
+        for angle in crossing.angles(mesh).tolist():
+            if np.abs(known - angle).min() > 1e-9 * mesh.edges[-1]:
+                yield angle
+
+
+def _described(solved: Periodic) -> OwnMotion:
+    """A solved motion as a cycle with its moment along it, and as a run with its error."""
+    moments, state = solved.moments, solved.state
+    values = np.stack((solved.rate.moment, moments.slope, moments.inertia, solved.rate.exchanged))
+    unknown = state.unknown if moments.machine.scene.unknown is not None else None
+    cycle = regime.assembled(moments.mesh, values, unknown)
+    start = state.inertia + cycle.inertia_at_start
+    offset = float(state.edges[0, 0]) + 0.5 * start * (solved.reference**2 - solved.speed**2)
+    level = cycle.errors.work / (max(abs(solved.damping), 1e-300) * solved.speed**2 * max(start, 1e-300))
+    free = unknown is None
+    run = _run(solved, cycle, offset, level if free else 0.0)
+    return OwnMotion(solved, cycle, run, level if free else 0.0)
+
+
+def _run(solved: Periodic, cycle: Cycle, offset: float, level: float) -> Run:
+    """The same figures as for moments that depend on angle alone."""
+    mesh, extremes = solved.moments.mesh, solved.extremes
+    inside = mesh.middle[extremes.cell, 0] + mesh.half[extremes.cell, 0] * extremes.t
+    edge = mesh.edges[extremes.cell + (extremes.t > 0.0)]
+    angles = np.where(np.abs(extremes.t) < 1.0, inside, edge)
+    speed, eps = solved.speed, solved.irregularity
+    currents = solved.state.nodes[:, 1] if solved.moments.circuit is not None else None
+    least = float(solved.state.inertia + solved.moments.inertia.min())
+    swing = 2 * (2 * cycle.errors.work + speed**2 * cycle.errors.variation) / speed**2 / least
+    swing += 2 * eps * (cycle.errors.inertia / least + 4 * ROUNDING)
+    return Run(
+        inertia=solved.state.inertia,
+        irregularity=eps,
+        speed_max=solved.reference * (1.0 + float(extremes.excess[0])),
+        speed_min=solved.reference * (1.0 + float(extremes.excess[1])),
+        angle_speed_max=float(angles[0]),
+        angle_speed_min=float(angles[1]),
+        offset=offset,
+        error=(swing / eps if eps > 0.0 else 0.0) + 4.0 * level,
+        cycle=cycle,
+        speed=speed,
+        drive=solved.moments.drive(solved.omega, solved.state.unknown, currents),
+        current=None if currents is None else float(solved.state.edges[0, 1]),
+    )
+
+
+def _doubt(motion: OwnMotion, asked: Asked) -> float:
+    """The largest relative error among the figures asked for."""
+    sized = motion.inertia_error if asked.inertia is None else 0.0
+    return max(motion.run.error, sized, motion.cycle.errors.work / max(motion.cycle.exchanged, 1e-300))
+
+
+def along(motion: OwnMotion, edges: Array) -> Cycle:
+    """The cycle of a motion on other cells, between which its own edges must be."""
+    solved = motion.solved
+    moments = Moments(solved.moments.machine, piecewise.cells(edges))
+    state = carried(solved, moments)
+    speed = steady.speed_over_cycle(motion.cycle, motion.speed, motion.run, moments.mesh.phi.ravel()).reshape(
+        moments.mesh.phi.shape
+    )
+    current = state.nodes[:, 1] if moments.circuit is not None else None
+    rate = moments.rate(speed, state.unknown, state.inertia, current)
+    values = np.stack((rate.moment, moments.slope, moments.inertia, rate.exchanged))
+    return regime.assembled(moments.mesh, values, motion.cycle.balance)

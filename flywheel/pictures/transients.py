@@ -1,0 +1,90 @@
+"""Pictures of a motion that was followed: speed, torques and energy over time."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from flywheel.pictures.figures import BLACK, BLUE, GREEN, GREY, ORANGE, PURPLE, VERMILLION, figure, save
+from flywheel.transients.looking import Samples
+from flywheel.transients.record import Transient
+from flywheel.writing.transients import evenly
+
+_POINTS = 2000
+_RPM = 30 / np.pi
+
+
+def _in_rpm(speed: Any) -> Any:
+    return speed * _RPM
+
+
+def _of_rpm(revolutions: Any) -> Any:
+    return revolutions / _RPM
+
+
+def plot(transient: Transient, path: str | Path) -> None:
+    """Draw a motion into a file: PNG, SVG or PDF, as its ending says; the same one every time.
+
+    Raises ValueError for any other ending, OSError where the file cannot be written.
+    """
+    save(draw(transient), path)
+
+
+def draw(transient: Transient) -> Figure:
+    """The figure with its panels, not yet written anywhere."""
+    samples = evenly(transient, _POINTS)
+    panels = [_draw_speed, _draw_torque, _draw_energy] + ([_draw_current] if samples.current is not None else [])
+    made = figure(10.0, 2.9 * len(panels), transient.scene.title or "")
+    axes = made.subplots(len(panels), 1, sharex=True)
+    for axis, panel in zip(axes, panels, strict=True):
+        panel(axis, transient, samples)
+        axis.grid(visible=True, color="#E5E5E5")
+        axis.margins(x=0.01)
+    words = transient.ended[0].upper() + transient.ended[1:]
+    axes[0].set_title(f"{words}", parse_math=False)
+    axes[-1].set_xlabel("time (s)")
+    return made
+
+
+def _draw_speed(axis: Axes, transient: Transient, samples: Samples) -> None:
+    sliding = transient.scene.reduction_element == "slide"
+    axis.plot(samples.t, samples.omega, color=BLUE, lw=1.6)
+    axis.set_ylabel("speed (m/s)" if sliding else "speed of the crank (rad/s)")
+    if not sliding:
+        axis.secondary_yaxis("right", functions=(_in_rpm, _of_rpm)).set_ylabel("(rev/min)")
+    steady, when = transient.regime_speed, transient.time_to_regime
+    if steady is None:
+        return
+    label = f"regime, mean over time: {steady:.5g} rad/s"
+    axis.axhline(steady, color=GREY, lw=1.0, ls="--", label=label)
+    if when is not None and when > 0.0:
+        axis.plot([when], [0.95 * steady], "o", color=VERMILLION, ms=6, label=f"95 % of it after {when:.4g} s")
+    axis.legend(loc="best", fontsize=9)
+
+
+def _draw_torque(axis: Axes, transient: Transient, samples: Samples) -> None:
+    sliding = transient.scene.reduction_element == "slide"
+    ratio = 1.0 if transient.scene.drive is None else transient.scene.shafts.get(transient.scene.drive.on, 1.0)
+    name = "F* on the driver" if sliding else "M* on the crank"
+    axis.plot(samples.t, samples.moment, color=BLACK, lw=1.0, label=name)
+    if transient.scene.drive is not None:
+        reduced = "" if ratio == 1.0 else ", on the crank"
+        axis.plot(samples.t, samples.drive * ratio, color=ORANGE, lw=1.6, label=f"drive{reduced}")
+    axis.axhline(0.0, color=GREY, lw=0.8)
+    axis.set_ylabel("force (N)" if sliding else "torque (N m)")
+    axis.legend(loc="best", fontsize=9)
+
+
+def _draw_energy(axis: Axes, transient: Transient, samples: Samples) -> None:
+    axis.plot(samples.t, samples.kinetic, color=GREEN, lw=1.6)
+    axis.set_ylabel("kinetic energy (J)")
+
+
+def _draw_current(axis: Axes, transient: Transient, samples: Samples) -> None:
+    assert samples.current is not None
+    axis.plot(samples.t, samples.current, color=PURPLE, lw=1.4)
+    axis.set_ylabel("current (A)")

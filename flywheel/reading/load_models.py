@@ -1,0 +1,41 @@
+"""Loads of machines of known kinds: `[[load]] model = {type = ..., ...}`, compiled to an expression or a table."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+from flywheel.reading import model_gas, model_presses, model_resistance
+from flywheel.reading.fields import as_table, read_fields
+from flywheel.reading.model_items import Item, Made, Modelled, Site
+from flywheel.reading.schema_load import LOAD_MODELS
+
+__all__ = ["Modelled", "Site", "read_model"]
+
+
+def read_model(raw: object, path: str, site: Site) -> Modelled | None:
+    """The law of a load's model; None after noting faults."""
+    faults = site.setting.faults
+    before = len(faults)
+    table = as_table(raw, path, faults)
+    if table is None:
+        return None
+    kind = table.get("type")
+    if not isinstance(kind, str) or kind not in LOAD_MODELS:
+        read_fields({"type": kind} if "type" in table else {}, LOAD_MODELS["press"].keys[:1], path, faults)
+        return None
+    item = Item(table, read_fields(table, LOAD_MODELS[kind].keys, path, faults), kind, path, site)
+    read = _READERS[kind](item)
+    return read() if len(faults) == before and read is not None else None
+
+
+_READERS: dict[str, Callable[[Item], Made | None]] = {
+    "constant": model_resistance.constant,
+    "fan": model_resistance.fan,
+    "pump": model_resistance.fan,
+    "losses": model_resistance.losses,
+    "belt": model_resistance.belt,
+    "press": model_presses.press,
+    "punch": model_presses.press,
+    "indicator": model_gas.indicator,
+    "compressor": model_gas.compressor,
+}

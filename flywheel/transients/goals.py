@@ -1,0 +1,100 @@
+"""The machine as it is followed, and what ends its motion."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from flywheel.faults import Fault, SceneError
+from flywheel.following import Goal, Passing, Start
+from flywheel.instant import Anchor, Dynamics
+from flywheel.machine import Machine
+from flywheel.transients.conditions import Until
+from flywheel.transients.regime import Regime
+
+MOST_CYCLES = 1000.0
+CREEPING = 1e-12  # of the speed at the start: slower than this it stands, or never will
+_MOST_TIME = 20.0  # times as long as those cycles take at the machine's pace
+_LOOKED_AT = np.array([0.1, 0.35, 0.6, 0.85])  # of a piece
+_SETTLED = 1e-6  # of the speed: what is still missing to the regime
+
+
+class Setting(NamedTuple):
+    """A machine as it is followed, and what is known of it before."""
+
+    machine: Machine
+    dynamics: Dynamics
+    inertia: float
+    balance: float
+    regime: Regime | None
+    no_regime: str
+
+
+def needed(setting: Setting) -> Regime:
+    """The regime, or a SceneError that says why there is none."""
+    if setting.regime is None:
+        raise SceneError([Fault("regime", setting.no_regime, "a machine that has a regime", "name a speed or a time")])
+    return setting.regime
+
+
+def at_rest(dynamics: Dynamics, begin: Start) -> tuple[float, float]:
+    """M* at rest, just ahead of the start, and how large the moments are that make it up, there and over the cycle."""
+    machine = dynamics.machine
+    cycle = machine.scene.cycle
+    phi = begin.phi if machine.scene.stroke is not None else begin.phi % cycle
+    middle = float(machine.anchors(phi))
+    place = Anchor(middle, 0.0, 0.0, tuple(1.0 for _ in machine.stages))
+    parts = dynamics.moments(np.array([phi]), place, np.zeros(1), np.zeros(1), begin.current)
+    around = (machine.restarts[:-1, None] + np.diff(machine.restarts)[:, None] * _LOOKED_AT).ravel()
+    still = np.zeros_like(around)
+    over = dynamics.moments(around, place._replace(phi=machine.anchors(around)), still, still, begin.current)
+    largest = sum(float(np.abs(part).max()) for part in over.values())
+    return float(sum(part[0] for part in parts.values())), largest + float(sum(abs(part[0]) for part in parts.values()))
+
+
+def goals_of(setting: Setting, begin: Start, goal: Until) -> list[Goal]:
+    """What ends the motion, beside time; stopping always does."""
+    slow = CREEPING * begin.omega
+    found = [Goal("stop", lambda t, phi, omega: omega - slow)]
+    way = goal.value if goal.kind == "way" else MOST_CYCLES * setting.machine.scene.cycle
+    if goal.kind != "time":
+        name = "way" if goal.kind == "way" else "limit"
+        found.append(Goal(name, lambda t, phi, omega: begin.phi + way - phi))
+    if goal.kind in ("speed", "share"):
+        target = goal.value * (needed(setting).speed if goal.kind == "share" else 1.0)
+        sense = 1.0 if target > begin.omega else -1.0
+        found.append(Goal(goal.kind, lambda t, phi, omega: sense * (target - omega)))
+    return found
+
+
+def settling(goal: Until, rtol: float) -> Passing | None:
+    """What tells, at the end of every cycle, whether the speed there has settled.
+
+    Three speeds in turn tell the rate at which they settle, and with it how much is still missing.
+    """
+    if goal.kind not in ("regime", "stop"):
+        return None
+    name = "regime" if goal.kind == "regime" else "steady"
+    speeds: list[float] = []
+
+    def passing(t: float, omega: float) -> str | None:
+        speeds.append(omega)
+        if len(speeds) < 3:
+            return None
+        before, last = speeds[-2] - speeds[-3], speeds[-1] - speeds[-2]
+        if max(abs(last), abs(before)) <= 10 * rtol * omega:  # the steps' own error tells no rate
+            return name
+        rate = min(abs(last / before), 1.0) if before else 0.0
+        return name if abs(last) <= _SETTLED * omega * (1.0 - rate) else None
+
+    return passing
+
+
+def limit_of(setting: Setting, begin: Start, goal: Until) -> float:
+    """The time (s) at which a motion is given up, or that was asked for."""
+    if goal.kind == "time":
+        return goal.value
+    machine = setting.machine
+    pace = max(machine.pace, begin.omega) if setting.regime is None else setting.regime.speed
+    return _MOST_TIME * MOST_CYCLES * machine.scene.cycle / pace

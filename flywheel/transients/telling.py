@@ -1,0 +1,126 @@
+"""How a motion ended, and the figures that are told of it."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from flywheel.advice import told
+from flywheel.following import Start, Trail, end_of_stroke
+from flywheel.machine import Machine
+from flywheel.scene import TURN
+from flywheel.simulation import Motion
+from flywheel.transients.conditions import Until
+from flywheel.transients.goals import Setting, at_rest, limit_of
+from flywheel.transients.looking import Works, nodes, peak, sampled, worked
+from flywheel.transients.record import Energy, Peaks, Transient
+
+Array = NDArray[np.float64]
+
+SHARE = 0.95
+_SUDDEN = 1e-6  # of the time gone: a machine that would stop within this has stopped
+
+
+def told_of(setting: Setting, motion: Motion, goal: Until, rtol: float) -> Transient:
+    """A motion with how it ended, its peaks, its energy, and the time that it took to its regime."""
+    trail, scene = motion.trail, setting.machine.scene
+    assert trail is not None
+    reason, ended = _ending(setting, trail, motion, goal)
+    times, _, _ = nodes(trail)
+    samples = sampled(trail, np.unique(np.concatenate((trail.t, times))))
+    drives = scene.drive is not None
+    peaks = Peaks(
+        peak(trail, "omega", samples),
+        peak(trail, "drive", samples) if drives else None,
+        peak(trail, "power", samples) if drives else None,
+        peak(trail, "current", samples) if samples.current is not None else None,
+    )
+    steady = None if setting.regime is None else setting.regime.speed
+    origin = scene.origin
+    messages = []
+    if motion.error > rtol:
+        messages.append(f"rtol {rtol:.1g} not reached: the motion is good to {motion.error:.2g} (estimated, relative)")
+    if trail.start.omega == 0.0 and trail.start.current > 0.0:
+        held = f"{trail.start.current:.6g} A, with which its motor carries the load at rest"
+        messages.append(f"held at rest until the current has risen to {held}; time counts from then on")
+    if setting.regime is None and scene.stroke is None and setting.no_regime:
+        messages.append(f"no regime: {setting.no_regime}")
+    return Transient(
+        scene=scene,
+        motion=motion._replace(phi=motion.phi + origin) if origin else motion,
+        ended=ended,
+        reason=reason,
+        inertia=setting.inertia,
+        balance=setting.balance,
+        regime_speed=steady,
+        time_to_regime=None if steady is None else _reached(trail, SHARE * steady, samples.t, samples.omega),
+        peaks=peaks,
+        energy=_energy(worked(trail), float(samples.kinetic[-1] - samples.kinetic[0])),
+        rtol=rtol,
+        messages=tuple(messages),
+    )
+
+
+def _ending(setting: Setting, trail: Trail, motion: Motion, goal: Until) -> tuple[str, str]:
+    """How a motion ended: in one word, and in a sentence."""
+    machine = setting.machine
+    last, omega = float(trail.t[-1]), float(motion.omega[-1])
+    phi = float(motion.phi[-1])
+    at = f"at {_place(machine, phi)} after {last:.6g} s"
+    if trail.stuck or trail.goal == "stop":
+        return _stopped(setting, trail, at, last, omega)
+    if machine.scene.stroke is not None and trail.goal is None and last < limit_of(setting, trail.start, goal):
+        return "stroke", end_of_stroke(machine.scene, phi + machine.scene.origin, last)
+    if trail.goal == "limit" or (trail.goal is None and goal.kind != "time"):
+        wanted = {"regime": "its regime", "stop": "a stop"}.get(goal.kind, "what was asked for")
+        return "limit", f"did not come to {wanted} within {(phi - trail.start.phi) / TURN:.6g} turns and {last:.6g} s"
+    if trail.goal == "steady":
+        return "limit", f"does not slow down to a stop: {omega:.6g} rad/s {at}, as a cycle before"
+    if trail.goal == "regime":
+        return "regime", f"settled to its regime after {last:.6g} s, {(phi - trail.start.phi) / TURN:.6g} turns"
+    if trail.goal in ("speed", "share"):
+        return trail.goal, f"reached {omega:.6g} rad/s ({omega * 60 / TURN:.6g} rpm) {at}"
+    return trail.goal or "time", f"ended {at}, at {omega:.6g} rad/s"
+
+
+def _stopped(setting: Setting, trail: Trail, at: str, last: float, omega: float) -> tuple[str, str]:
+    states = trail.states(np.array([last]))
+    own = setting.machine
+    dynamics = setting.dynamics
+    begin = Start(float(states[0, 0]), 0.0, float(states[3, 0]) if states.shape[0] > 3 else 0.0)
+    acceleration = abs(float(sampled(trail, np.array([last])).acceleration[0]))
+    if trail.start.omega > 0.0 and omega > 0.0 and omega > _SUDDEN * last * acceleration:
+        return "creep", f"slows down for ever, as only what grows with speed brakes it: {omega:.3g} rad/s {at}"
+    moment, _ = at_rest(dynamics, begin)
+    if own.scene.drive is None:
+        return "stop", f"stopped {at}"
+    return "stall", f"stalled {at}: M* at rest is {moment:.6g} N m"
+
+
+def _place(machine: Machine, phi: float) -> str:
+    """A position in words, within the cycle."""
+    scene = machine.scene
+    if scene.stroke is not None:
+        return told(phi + scene.origin, scene.stroke.sliding)
+    return machine.where(phi % scene.cycle)
+
+
+def _reached(trail: Trail, speed: float, times: Array, omega: Array) -> float | None:
+    """The first time at which a speed is reached."""
+    above = np.flatnonzero(omega >= speed)
+    if not above.size:
+        return None
+    if above[0] == 0:
+        return 0.0
+    from scipy.optimize import brentq
+
+    low, high = float(times[above[0] - 1]), float(times[above[0]])
+    return float(brentq(lambda t: float(trail.states(np.array([t]))[1, 0]) - speed, low, high, xtol=1e-300, rtol=1e-14))
+
+
+def _energy(works: Works, gained: float) -> Energy:
+    parts = dict(works.by_part)
+    drive = parts.pop("drive", 0.0)
+    total = drive + sum(parts.values()) - works.meshes
+    scale = max([abs(gained), abs(drive), *map(abs, parts.values()), 1e-300])
+    return Energy(drive, parts, works.meshes, gained, abs(total - gained) / scale, works.copper)

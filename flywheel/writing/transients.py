@@ -1,0 +1,132 @@
+"""A motion that was followed, for readers: a text with its energy balance, CSV and JSON of the motion itself."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+from numpy.typing import NDArray
+
+from flywheel.transients.looking import Samples, sampled
+from flywheel.transients.record import Transient
+from flywheel.writing.digits import columns, figure, short
+from flywheel.writing.export import encoded
+from flywheel.writing.rows import DEGREES, RPM, wrapped
+
+Array = NDArray[np.float64]
+
+
+def evenly(transient: Transient, points: int) -> Samples:
+    """The motion at so many times, evenly from its start to its end; on a stroke in the driver's own coordinate."""
+    trail = transient.motion.trail
+    assert trail is not None
+    found = sampled(trail, np.linspace(0.0, transient.time, points))
+    return found._replace(phi=found.phi + transient.scene.origin)
+
+
+def text(transient: Transient) -> str:
+    """What a designer asks of a motion, at most 100 columns wide."""
+    messages = [line for message in transient.messages for line in wrapped(message, "")]
+    blocks = [_headline(transient), _figures(transient), _energy(transient), messages]
+    return "\n\n".join("\n".join(lines) for lines in blocks if lines) + "\n"
+
+
+def _sliding(transient: Transient) -> bool:
+    return transient.scene.reduction_element == "slide"
+
+
+def _speed(transient: Transient, value: float) -> str:
+    if _sliding(transient):
+        return f"{figure(value, most=7)} m/s"
+    return f"{figure(value, most=7)} rad/s ({figure(value * RPM, most=7)} rpm)"
+
+
+def _place(transient: Transient, phi: float) -> str:
+    return f"{figure(phi, most=7)} m" if _sliding(transient) else f"{figure(phi * DEGREES, most=7)} deg"
+
+
+def _headline(transient: Transient) -> list[str]:
+    title = wrapped(transient.scene.title, "") if transient.scene.title else []
+    motion = transient.motion
+    start = f"From {_place(transient, float(motion.phi[0]))}, {_speed(transient, float(motion.omega[0]))}"
+    return [*title, *wrapped(f"{start}: {transient.ended}.", "")]
+
+
+def _figures(transient: Transient) -> list[str]:
+    way = f"{figure(transient.way, most=7)} m" if _sliding(transient) else f"{figure(transient.turns, most=7)} turns"
+    rows = [
+        ("time", f"{figure(transient.time, most=7)} s"),
+        ("way", way),
+        ("speed at the end", _speed(transient, transient.omega)),
+    ]
+    if transient.regime_speed is not None:
+        rows.append(("regime, mean speed over time", _speed(transient, transient.regime_speed)))
+        when = transient.time_to_regime
+        rows.append(("first at 95 % of it", "not reached" if when is None else f"after {figure(when, most=7)} s"))
+    rows += _peaks(transient)
+    rows.append(("flywheel", f"{figure(transient.inertia, most=7)} kg m^2 on {transient.scene.flywheel_on}"))
+    rows.append(("estimated error", f"{short(transient.error)} of speed and way (asked {short(transient.rtol)})"))
+    if transient.scene.stroke is not None:
+        rows = [row for row in rows if row[0] != "flywheel"]
+    width = max(len(name) for name, _ in rows)
+    return [f"  {name.ljust(width)}  {value}" for name, value in rows]
+
+
+def _peaks(transient: Transient) -> list[tuple[str, str]]:
+    peaks, torque = transient.peaks, "N" if _sliding(transient) else "N m"
+    rows = [("greatest speed", f"{_speed(transient, peaks.speed.value)} after {figure(peaks.speed.time, most=5)} s")]
+    for name, found, unit in (("force" if torque == "N" else "torque", peaks.torque, torque), ("power", peaks.power, "W")):
+        if found is not None:
+            value = f"{figure(found.value, most=7)} {unit} after {figure(found.time, most=5)} s"
+            rows.append((f"greatest {name} of the drive", value))
+    if peaks.current is not None:
+        rows.append(
+            ("greatest current", f"{figure(peaks.current.value, most=7)} A after {figure(peaks.current.time, most=5)} s")
+        )
+    return rows
+
+
+def _energy(transient: Transient) -> list[str]:
+    """Work of everything, and what it has become."""
+    energy = transient.energy
+    given = [("drive", energy.drive)] if transient.scene.drive is not None else []
+    rows = [*given, *energy.works.items()]
+    if energy.meshes:
+        rows.append(("losses in meshes", -energy.meshes))
+    scale = max((abs(value) for _, value in rows), default=0.0)
+    cells = [(name, figure(value, 1e-9 * scale, 7), "J") for name, value in rows]
+    cells.append(("= kinetic energy gained", figure(energy.kinetic_gained, 1e-9 * scale, 7), "J"))
+    lines = ["Energy: work of", *columns(cells), f"  closes to {short(energy.residual)} of the largest"]
+    if energy.copper is not None:
+        lines.append(f"  heat in the motor's armature, beside it: {figure(energy.copper, most=7)} J")
+    return lines
+
+
+def table(transient: Transient, points: int) -> Iterator[tuple[str, Array]]:
+    """Every column of the CSV with the name that heads it, its unit in brackets."""
+    found, sliding = evenly(transient, points), _sliding(transient)
+    names = (
+        ("x [m]", "v [m/s]", "a [m/s^2]", "F* [N]")
+        if sliding
+        else ("phi [rad]", "omega [rad/s]", "alpha [rad/s^2]", "M* [N m]")
+    )
+    yield "t [s]", found.t
+    yield from zip(names, (found.phi, found.omega, found.acceleration, found.moment), strict=True)
+    yield "drive [N]" if sliding else "drive torque [N m]", found.drive
+    yield "drive power [W]", found.power
+    yield "mesh losses [W]", found.loss
+    yield "kinetic energy [J]", found.kinetic
+    if found.current is not None:
+        yield "current [A]", found.current
+
+
+def csv(transient: Transient, points: int) -> str:
+    """The motion at so many times as CSV, SI throughout."""
+    names, arrays = zip(*table(transient, points), strict=True)
+    rows = zip(*((array + 0.0).tolist() for array in arrays), strict=True)
+    return "\n".join([",".join(names), *(",".join(map(repr, row)) for row in rows)]) + "\n"
+
+
+def json(transient: Transient, points: int) -> str:
+    """Everything of a motion, with the motion itself at so many times, as JSON, SI throughout."""
+    return encoded({**transient.as_dict(), "samples": evenly(transient, points)._asdict()}, indent=2)

@@ -1,0 +1,258 @@
+"""Motors as a scene writes them, and a clear line for every one that cannot be."""
+
+import math
+import re
+
+import numpy as np
+import pytest
+
+from flywheel.faults import SceneError
+from flywheel.motors import Curve, Point, line_through
+from flywheel.reading.scenes import load, parse_scene
+from flywheel.reading.schema_motor import MOTORS
+from flywheel.reference import text
+from flywheel.scene import Inertia, Scene
+from flywheel.units import DIMENSIONS
+
+RPM = math.pi / 30
+INDUCTION = "type = 'induction', power = '7.5 kW', speed = '1450 rpm', poles = 4, frequency = '50 Hz', breakdown_ratio = 2.5"
+PLATE = "type = 'dc', voltage = '220 V', power = '1.5 kW', speed = '1000 rpm'"
+
+
+def scene(motor: str, on: str = "motor", folder=None, more: str = "") -> Scene:
+    source = f"""
+shafts.motor.ratio = 5
+drive = {{on = "{on}", motor = {{{motor}}}{more}}}
+regime.speed = 10
+flywheel.irregularity = 0.05
+"""
+    return parse_scene(source, folder=folder)
+
+
+def faults(motor: str, folder=None, more: str = "") -> dict[str, str]:
+    with pytest.raises(SceneError) as caught:
+        scene(motor, folder=folder, more=more)
+    lines = [str(fault) for fault in caught.value.faults]
+    assert all("\n" not in line for line in lines)
+    return {fault.path: line for fault, line in zip(caught.value.faults, lines, strict=True)}
+
+
+@pytest.mark.parametrize(
+    ("motor", "speed", "torque"),
+    [
+        ("type = 'constant', torque = '40 N m'", 7.0, 40.0),
+        ("type = 'line', starting_torque = '10 N m', slope = '2.387 N m s'", 2.0, 10 - 2 * 2.387),
+        ("type = 'line', starting_torque = '1 kNm', no_load_speed = '300 rpm'", 5 * math.pi, 500.0),
+        ("type = 'line', no_load_speed = '1500 rpm', speed = '1450 rpm', torque = '50 N m'", 1475 * RPM, 25.0),
+        ("type = 'line', no_load_speed = '1500 rpm', speed = '1450 rpm', power = '8 kW'", 1450 * RPM, 8000 / (1450 * RPM)),
+        ("type = 'table', speed = [0, 100, 150], torque = [20, 30, 0]", 125.0, 15.0),
+        ("type = 'table', speed = [0, 60], torque = [2, 1], speed_unit = 'rpm', torque_unit = 'kNm'", math.pi, 1500.0),
+        ("type = 'dc', voltage = '48 V', resistance = '400 mohm', constant = '0.25 N m/A'", 96.0, 15.0),
+        ("type = 'dc', voltage = 48, resistance = 0.4, constant = 0.25, friction = '0.01 N m s'", 96.0, 14.04),
+        (PLATE + ", current = '8 A'", 1000 * RPM, 1500 / (1000 * RPM)),
+        (PLATE + ", efficiency = '82 %', armature_share = '60 %'", 1000 * RPM, 1500 / (1000 * RPM)),
+        (INDUCTION, 1450 * RPM, 7500 / (1450 * RPM)),
+        ("type = 'engine', speed = '1500 rpm', torque = '200 N m', droop = '8 %'", 1560 * RPM, 100.0),
+        ("type = 'engine', speed = '1500 rpm', power = '30 kW', droop = 0.08", 1000 * RPM, 30e3 / (1500 * RPM)),
+        ("type = 'engine', speed = 150, droop = 0.1, full_load = {speed = [80, 160], torque = [100, 180]}", 157.5, 85.0),
+        ("type = 'engine', speed = 150, torque = 90, droop = 0.1, braking_torque = '9 N m', idle = 50", 400.0, -9.0),
+    ],
+)
+def test_motors(motor, speed, torque):
+    found = scene(motor)
+    assert found.motor.torque(speed) == pytest.approx(torque, rel=1e-12)
+    assert found.drive.law == found.motor.law()
+    assert (found.drive.on, found.drive.path, found.drive.model) == ("motor", "drive", found.motor.title)
+    assert (found.unknown, found.inertias) == (None, ())
+
+
+def test_the_machine_of_the_course():
+    found = scene("type = 'line', starting_torque = '10 N m', slope = '2.387 N m s'")
+    assert found.drive.law.text == "10.0 - 2.387*omega"
+
+
+def test_a_rated_point_is_kept():
+    found = scene("type = 'line', no_load_speed = 157, speed = 150, torque = 35").motor
+    assert found == line_through(157.0, Point(150.0, 35.0))
+    plate = scene(PLATE + ", efficiency = 0.82, inductance = '3 mH'").motor
+    assert plate.rated.power == pytest.approx(1500.0)
+    assert plate.current(plate.rated.speed) == pytest.approx(1500 / (0.82 * 220))
+    assert plate.inductance == 0.003
+
+
+def test_a_rotor_is_an_inertia_on_the_shaft_it_drives():
+    found = scene(INDUCTION + ", inertia = '0.03 kg m^2'")
+    assert found.inertias == (Inertia("motor", 0.03, "drive.motor.inertia"),)
+    assert found.motor.inertia == 0.03
+
+
+def test_a_table_from_a_file(tmp_path):
+    (tmp_path / "curve.csv").write_text("rpm; amps; Nm\n0; 9; 20\n600; 7; 24.5\n900; 2; 0\n")
+    motor = "type = 'table', file = 'curve.csv', column = 'Nm', speed_unit = 'rpm', interpolation = 'pchip'"
+    found = scene(motor, folder=tmp_path).motor
+    np.testing.assert_allclose(found.speeds, [0.0, 600 * RPM, 900 * RPM], rtol=1e-15)
+    assert found.torques == (20.0, 24.5, 0.0)
+    assert found.interpolation == "pchip"
+    engine = (
+        "type = 'engine', speed = '800 rpm', droop = 0.1, full_load = {file = 'curve.csv', column = 3, speed_unit = 'rpm'}"
+    )
+    assert isinstance(scene(engine, folder=tmp_path).motor.full_load, Curve)
+
+
+def test_a_scene_with_a_motor_needs_no_speed():
+    found = parse_scene("""
+[[load]]
+on = "crank"
+torque = -5
+[drive]
+motor = {type = "line", starting_torque = 10, slope = 2}
+[flywheel]
+inertia = 1
+""")
+    assert found.speed is None
+
+
+@pytest.mark.parametrize(
+    ("motor", "path", "hint"),
+    [
+        ("", "drive.motor.type", "nothing"),
+        ("type = 'steam'", "drive.motor.type", "induction"),
+        ("type = 'enigne'", "drive.motor.type", 'did you mean "engine"?'),
+        ("type = 3", "drive.motor.type", "found 3"),
+        ("type = 'constant'", "drive.motor.torque", "nothing"),
+        ("type = 'constant', torque = -3", "drive.motor.torque", "above 0"),
+        ("type = 'constant', torque = '3 J'", "drive.motor.torque", "energy"),
+        ("type = 'constant', torque = 3, slope = 2", "drive.motor.slope", 'key "slope"'),
+        ("type = 'constant', torque = 3, inertia = '-1 kg m^2'", "drive.motor.inertia", "at least 0"),
+        ("type = 'line'", "drive.motor", "no values"),
+        ("type = 'line', starting_torque = 3", "drive.motor", "starting_torque and slope; or no_load_speed"),
+        ("type = 'line', starting_torque = 3, slope = 1, no_load_speed = 3", "drive.motor", "no_load_speed and slope and"),
+        ("type = 'line', no_load_speed = 100, speed = 100, torque = 3", "drive.motor.speed", "below the no-load speed"),
+        ("type = 'line', starting_torque = 3, slope = '2 Hz'", "drive.motor.slope", "N m s/rad"),
+        ("type = 'table'", "drive.motor", "no rows"),
+        ("type = 'table', speed = [0, 1]", "drive.motor", "either file"),
+        ("type = 'table', speed = [0, 1], torque = 3", "drive.motor.torque", "a list"),
+        ("type = 'table', speed = [0, 'x'], torque = [3, 2]", "drive.motor.speed[1]", "finite number"),
+        ("type = 'table', speed = [0, 1, 1], torque = [3, 2, 1]", "drive.motor.speed[2]", "ascend"),
+        ("type = 'table', speed = [0, 1], torque = [3, 2, 1]", "drive.motor.torque", "2 speeds and 3 torques"),
+        ("type = 'table', speed = [0, 1], torque = [3, 2], speed_unit = 'Hz'", "drive.motor.speed_unit", "rev/s"),
+        ("type = 'table', speed = [0, 1], torque = [3, 2], torque_unit = 5", "drive.motor.torque_unit", "found 5"),
+        ("type = 'table', speed = [0, 1], torque = [3, 2], column = 2", "drive.motor", "either file"),
+        ("type = 'table', speed = [0, 1], torque = [3, 2], interpolation = 'step'", "drive.motor.interpolation", "pchip"),
+        ("type = 'table', speed = [0, 1e300], torque = [3, 2]", "drive.motor.speed", "at most 1e+50"),
+        ("type = 'table', speed = [0, 1e308], torque = [3, 2], speed_unit = 'rev/s'", "drive.motor.speed", "floating-point"),
+        ("type = 'table', file = 'curve.csv'", "drive.motor.file", "folder"),
+        ("type = 'dc', voltage = '48 V'", "drive.motor", "a voltage alone"),
+        ("type = 'dc', voltage = '48 V', resistance = 1", "drive.motor.constant", "motor constant such as"),
+        ("type = 'dc', voltage = '48 V', resistance = 1, constant = 1, power = 3", "drive.motor", "either resistance"),
+        ("type = 'dc', voltage = '48 A', resistance = 1, constant = 1", "drive.motor.voltage", "unit of current"),
+        ("type = 'dc', voltage = '48 V', power = 3, current = 1", "drive.motor.speed", "nothing"),
+        (PLATE, "drive.motor", "exactly one of current, efficiency"),
+        (PLATE + ", current = 8, efficiency = 0.8", "drive.motor", "exactly one"),
+        (PLATE + ", efficiency = 1.2", "drive.motor.efficiency", "below 1"),
+        (PLATE + ", current = '5 A'", "drive.motor.power", "less than voltage times current"),
+        (INDUCTION.replace("poles = 4", "poles = 6"), "drive.motor.speed", "has 4 poles"),
+        (INDUCTION.replace("poles = 4", "poles = 3"), "drive.motor.poles", "even"),
+        (INDUCTION.replace("poles = 4", "poles = 2.5"), "drive.motor.poles", "even"),
+        (INDUCTION.replace("2.5", "0.9"), "drive.motor.breakdown_ratio", "above 1"),
+        (INDUCTION.replace("50 Hz", "50 rpm"), "drive.motor.frequency", "frequency such as"),
+        (INDUCTION.replace("poles = 4, ", ""), "drive.motor.poles", "nothing"),
+        ("type = 'engine', speed = 150, droop = 0.1", "drive.motor", "none of torque, power, full_load"),
+        ("type = 'engine', speed = 150, droop = 0, torque = 3", "drive.motor.droop", "above 0"),
+        ("type = 'engine', speed = 150, droop = 0.1, torque = 3, power = 3", "drive.motor", "torque and power"),
+        ("type = 'engine', speed = 150, droop = 0.1, torque = 3, idle = 150", "drive.motor.idle", "below the rated speed"),
+        ("type = 'engine', speed = 150, droop = 0.1, full_load = 3", "drive.motor.full_load", "a table"),
+        (
+            "type = 'engine', speed = 150, droop = 0.1, full_load = {speed = [1, 0], torque = [3, 2]}",
+            "drive.motor.full_load.speed[1]",
+            "ascend",
+        ),
+        (
+            "type = 'engine', speed = 150, droop = 0.1, full_load = {speed = [0, 100], torque = [3, 2]}",
+            "drive.motor.full_load",
+            "rated speed of 150",
+        ),
+        (
+            "type = 'engine', speed = 150, droop = 0.1, full_load = {speed = [0, 200], torque = [3, 2], inertia = 1}",
+            "drive.motor.full_load.inertia",
+            "key",
+        ),
+    ],
+)
+def test_faulty_motors(motor, path, hint):
+    found = faults(motor)
+    assert list(found) == [path]
+    assert hint in found[path]
+
+
+def test_all_faults_come_at_once():
+    found = faults("type = 'induction', power = -1, speed = '5 Hz', poles = 1, frequency = 'x', ratio = 2")
+    assert set(found) == {
+        f"drive.motor.{key}" for key in ("power", "speed", "poles", "frequency", "breakdown_ratio", "ratio")
+    }
+
+
+def test_a_motor_stands_alone():
+    found = faults("type = 'constant', torque = 3", more=", torque = 'balance'")
+    assert found == {"drive": "drive: found torque and motor, expected exactly one of torque, motor"}
+
+
+@pytest.mark.parametrize("motor", ["3", "'induction'", "[1]"])
+def test_what_is_no_motor_at_all(motor):
+    with pytest.raises(SceneError, match=r"drive\.motor: found .* expected a table"):
+        parse_scene(f"drive.motor = {motor}\nregime.speed = 1\nflywheel.inertia = 1")
+
+
+def test_a_drive_of_nothing_hears_of_motors():
+    with pytest.raises(SceneError, match="or a motor"):
+        parse_scene("drive.on = 'crank'\nregime.speed = 1\nflywheel.inertia = 1")
+
+
+def test_what_slides_has_no_motor():
+    with pytest.raises(SceneError, match=r'drive\.motor: found a motor on "slide", which slides, expected a force'):
+        parse_scene(
+            "mechanism = {type = 'toggle-clamp'}\nstroke = {from = 0, to = 0.1, speed = 0.3}\n"
+            "drive.motor = {type = 'constant', torque = 3}"
+        )
+
+
+@pytest.mark.parametrize("section", MOTORS.values(), ids=MOTORS)
+def test_keys_of_motors_are_consistent_and_explained(section):
+    names = [key.name for key in section.keys]
+    assert len(set(names)) == len(names)
+    assert set(names) <= set(re.findall(r"`([^`\n]+)`", text("motor")))
+    for key in section.keys:
+        assert key.kind in {*DIMENSIONS, "choice", "numbers", "text", "index", "unit", "table"}
+        assert key.about
+        assert not (key.required and key.default is not None)
+        assert not isinstance(key.default, float) or key.default in key.range
+        assert set(key.choices) <= set(re.findall(r"`([^`\n]+)`", text("motor")))
+
+
+_GOOD = {
+    "constant": {"torque": 3.0},
+    "line": {"no_load_speed": 100.0, "speed": 90.0, "power": 10.0},
+    "table": {"speed": [0, 1], "torque": [3, 2], "speed_unit": "rpm", "torque_unit": "N m", "interpolation": "pchip"},
+    "dc": {"voltage": 220.0, "power": 1500.0, "speed": 100.0, "efficiency": 0.8, "armature_share": 0.5, "inductance": 0.01},
+    "induction": {"power": 7500.0, "speed": 150.0, "poles": 4, "frequency": 50.0, "breakdown_ratio": 2.5},
+    "engine": {"speed": 150.0, "full_load": {"speed": [0, 160], "torque": [3, 2]}, "droop": 0.1, "braking_torque": 1.0},
+}
+_ODD = [True, None, "x", "", "5 m", -1, 0, 1e-300, 1e300, math.nan, math.inf, 10**400, [], [1], {}, {"a": 1}, [[1], [2]]]
+
+
+@pytest.mark.parametrize("kind", MOTORS)
+def test_whatever_a_key_holds_is_a_motor_or_a_clear_refusal(kind):
+    def read(motor: object) -> object:
+        return load({"drive": {"motor": motor}, "regime": {"speed": 1}, "flywheel": {"inertia": 1}})
+
+    good = {"type": kind, **_GOOD[kind], "inertia": 0.1}
+    assert isinstance(read(good), Scene)
+    refused = []
+    for key in good:
+        for odd in _ODD:
+            try:
+                read(good | {key: odd})
+            except SceneError as error:
+                refused.append(error.faults)
+    assert all(fault.path.startswith("drive.motor") for faults in refused for fault in faults)
+    assert len(refused) > 8 * len(good)

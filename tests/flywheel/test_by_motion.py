@@ -1,0 +1,164 @@
+"""Sizing and analysis along the machine's own motion: against 18-digit references, and by name where there is none."""
+
+import numpy as np
+import pytest
+
+import flywheel
+from flywheel.faults import SceneError
+from flywheel.piecewise import ROUNDING
+from tests.flywheel import regimes, scenes
+
+NONE = ("geared-free", "unstable", "two-speeds-slow")  # nothing to look for, or no motion that a machine keeps
+RUNS = {name: case for name, case in regimes.CASES.items() if name not in NONE}
+ANALYSES = [(name, j, 1e-9) for name, case in RUNS.items() for j in case.inertias]
+ANALYSES += [(name, case.inertias[0], rtol) for name, case in RUNS.items() for rtol in (1e-5, 1e-12)]
+SIZINGS = [(name, e, 1e-9) for name, case in RUNS.items() for e in case.irregularities]
+SIZINGS += [(name, case.irregularities[0], rtol) for name, case in RUNS.items() for rtol in (1e-5, 1e-12)]
+HEAVY = [("section-c", 500), ("kloss-press", 0.1), ("engine", 0.3), ("geared-loss", 0.05), ("dc-inductance", 0.1)]
+
+
+def sized(scene, rtol=1e-9, simulate=False):
+    return flywheel.size(flywheel.load(scene), rtol, simulate=simulate)
+
+
+def figures(name, kind, key):
+    found = regimes.figures(name)[kind][repr(key)]
+    return {k: float(v) for k, v in found.items() if v is not None and not isinstance(v, list)}
+
+
+def off(found, true):
+    return abs(found / true - 1)
+
+
+def check_motion(result, true, allowed):
+    """Speeds, their angles, multiplier, balance and power, each to what the estimates allow."""
+    run = result.run
+    close = {"rel": allowed + 16 * ROUNDING}
+    level = close["rel"] * max(true["irregularity"], 1e-6) + 4 * result.cyclic.level_error + 16 * ROUNDING
+    for found, key in ((result.speed, "speed"), (run.speed_max, "speed_max"), (run.speed_min, "speed_min")):
+        assert off(found, true[key]) <= level
+    assert off(run.irregularity, true["irregularity"]) <= close["rel"]
+    for found, key in ((result.angle_speed_max, "angle_speed_max"), (result.angle_speed_min, "angle_speed_min")):
+        assert abs(np.sin((found - true[key]) / 2)) <= result.error.angles + 1e-12
+    if "multiplier" in true:
+        assert result.cyclic.multiplier == pytest.approx(true["multiplier"], rel=max(100 * allowed, 1e-11))
+    if "balance" in true:
+        assert result.balance.value == pytest.approx(true["balance"], rel=max(allowed, 1e-13))
+    if true.get("power"):
+        assert result.power == pytest.approx(true["power"], rel=max(allowed, 1e-13))
+
+
+@pytest.mark.parametrize(("name", "inertia", "rtol"), ANALYSES)
+def test_analyses_are_true_within_what_they_claim(name, inertia, rtol):
+    true, result = figures(name, "analysis", inertia), sized(regimes.scene(name, inertia=inertia), rtol)
+    estimate = result.error.simulation
+    assert estimate <= max(rtol, 2e-12)
+    check_motion(result, true, estimate)
+    found = result.simulation
+    assert off(found.irregularity, true["irregularity"]) <= estimate
+    assert off(found.period, true["period"]) <= result.error.period
+    assert off(found.speed_time_mean, true["speed_time_mean"]) <= result.error.period + 4 * ROUNDING
+    assert result.reached == (estimate <= rtol)
+
+
+@pytest.mark.parametrize(("name", "eps", "rtol"), SIZINGS)
+def test_sizings_are_true_within_what_they_claim(name, eps, rtol):
+    true, result = figures(name, "sizing", eps), sized(regimes.scene(name, irregularity=eps), rtol)
+    estimate = result.error.exact
+    assert estimate <= max(rtol, 2e-12)
+    assert off(result.flywheel.exact, true["inertia"]) <= estimate
+    assert result.flywheel.needed
+    check_motion(result, true, max(estimate, result.run.error))
+    assert result.simulation is None
+    constant = regimes.figures(name).get("constant")
+    if constant:
+        swing = float(constant["accumulated_max"]) - float(constant["accumulated_min"])
+        assert off(result.energy_fluctuation, swing) <= max(10 * result.error.approximate, 1e-12)
+        total = swing / (eps * float(constant["speed"]) ** 2) / result.scene.flywheel_ratio**2
+        assert off(result.flywheel.approximate_total, total) <= max(10 * result.error.approximate, 1e-11)
+
+
+@pytest.mark.parametrize(("name", "inertia"), HEAVY)
+def test_the_simulation_confirms_the_motion(name, inertia):
+    true, result = figures(name, "analysis", inertia), sized(regimes.scene(name, inertia=inertia), simulate=True)
+    found = result.simulation
+    assert (found.route, result.reached) == ("time", True)
+    assert off(found.irregularity, true["irregularity"]) <= result.error.simulation
+    assert off(found.period, true["period"]) <= result.error.simulation
+    assert abs(found.closure) <= 1e-9
+
+
+def test_section_c_to_twelve_digits():
+    """The source's machine (sources.md C) without flywheel."""
+    result = sized(regimes.scene("section-c", inertia=0), rtol=1e-12)
+    assert result.run.irregularity == pytest.approx(0.483227, abs=5e-7)
+    assert result.speed == pytest.approx(4.12273, abs=5e-6)
+    assert result.simulation.period == pytest.approx(1.538536393184, abs=1e-12)
+    assert result.as_dict()["speed_asked"] is None
+
+
+@pytest.mark.parametrize("eps", [1e-10, 1e-7, 1e-4, 0.9, 1.2, 1.5])
+@pytest.mark.parametrize("name", ["kloss-press", "two-mechanisms", "geared-loss", "geared-loss-line", "dc-inductance"])
+def test_any_irregularity(name, eps):
+    """The flywheel found leaves the irregularity that was asked for, as an analysis finds it."""
+    found = sized(regimes.scene(name, irregularity=eps))
+    again = sized(regimes.scene(name, inertia=found.flywheel.exact))
+    assert found.reached
+    assert again.run.irregularity == pytest.approx(eps, rel=2e-9)
+    assert again.speed == pytest.approx(found.speed, rel=2e-9)
+
+
+@pytest.mark.parametrize("name", ["section-c", "four-bar", "brake"])
+def test_a_machine_that_turns_steadily_enough_needs_no_flywheel(name):
+    result, bare = sized(regimes.scene(name, irregularity=1.0)), sized(regimes.scene(name, inertia=0))
+    assert (result.flywheel.exact, result.flywheel.needed) == (0.0, False)
+    assert result.run.irregularity == pytest.approx(bare.run.irregularity, rel=1e-12)
+    assert result.run.irregularity < 1.0
+
+
+@pytest.mark.parametrize(
+    ("name", "path", "words"),
+    [
+        ("runaway", "drive", "no steady speed: at every speed a cycle has net work left over"),
+        ("stalled", "drive", "a drive that cannot carry the mean load"),
+        ("starved", "drive", "a drive that cannot carry the mean load"),
+        ("light", "flywheel.inertia", "a motor that stalls within the cycle near 7.5 rad/s with a flywheel of 0.2 kg m²"),
+    ],
+)
+def test_machines_without_a_regime_are_named(name, path, words):
+    with pytest.raises(SceneError) as caught:
+        sized(regimes.BAD[name].scene)
+    (fault,) = caught.value.faults
+    assert fault.path == path
+    assert words in str(fault)
+
+
+def test_an_unstable_regime_is_named_and_reported_at_a_balance():
+    with pytest.raises(SceneError, match=r"drive: found an unstable regime: near 18\.75"):
+        sized(regimes.scene("unstable", inertia=3))
+    scene = regimes.scene("unstable", inertia=3) | {"regime": {"speed": 18.75}, "parameters": {"T": "balance"}}
+    scene["drive"] = {"torque": "T + 3*omega"}
+    result = sized(scene)
+    assert result.balance.value == pytest.approx(10, abs=0.2)  # near what has its mean of extremes there
+    assert result.cyclic.multiplier > 1
+    assert any("unstable" in message and "governor" in message for message in result.messages)
+
+
+def test_a_law_of_time_has_no_cycle():
+    scene = scenes.rotor(load=[{"on": "crank", "torque": "-5*t"}, {"on": "crank", "torque": "-omega"}])
+    with pytest.raises(SceneError, match=r"load\[0\]\.torque: found a law that depends on time"):
+        sized(scene)
+
+
+def test_losses_want_something_that_makes_up_for_them():
+    scene = regimes.scene("geared-loss", inertia=0.05) | {"drive": {"on": "motor", "torque": 12}}
+    with pytest.raises(SceneError, match=r"shafts: found losses in meshes.*balance"):
+        sized(scene)
+
+
+def test_the_speed_asked_for_is_told_from_the_speed_taken():
+    result = sized(regimes.scene("shaper", inertia=0.2))
+    true = float(regimes.figures("shaper")["analysis"]["0.2"]["speed"])
+    assert result.as_dict()["speed_asked"] == pytest.approx(70 * np.pi / 30)
+    assert result.speed == pytest.approx(true, rel=1e-12)
+    assert any(f"takes {result.speed:.10g} rad/s (mean of extremes), -26.68 % off" in m for m in result.messages)

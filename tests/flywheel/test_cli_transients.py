@@ -1,0 +1,89 @@
+"""The command `simulate`: options, files, faults."""
+
+import json
+
+import pytest
+from click.testing import CliRunner
+
+from flywheel.cli import main
+
+FAN = """
+title = "Fan"
+inertia = [{on = "crank", value = 2}]
+drive = {torque = "20 - 4*omega"}
+load = [{on = "crank", torque = "-2*sign(omega)"}]
+flywheel = {inertia = 0}
+"""
+
+
+@pytest.fixture
+def scene(tmp_path):
+    path = tmp_path / "fan.toml"
+    path.write_text(FAN, encoding="utf-8")
+    return path
+
+
+def run(*arguments):
+    return CliRunner().invoke(main, ["simulate", *map(str, arguments)])
+
+
+def test_a_run_up_is_told_as_text(scene):
+    result = run(scene, "--from", "rest", "--until", "95 %")
+    assert (result.exit_code, result.stderr) == (0, "")
+    assert "first at 95 % of it           after 1.497866 s" in result.stdout
+
+
+def test_files_are_written(scene, tmp_path):
+    table, picture, data = tmp_path / "a.csv", tmp_path / "a.png", tmp_path / "a.json"
+    result = run(scene, "--until", "1 s", "--csv", table, "--plot", picture, "--json", "--output", data, "--points", 4)
+    assert (result.exit_code, result.output) == (0, "")
+    assert len(table.read_text().splitlines()) == 5
+    assert picture.read_bytes()[1:4] == b"PNG"
+    assert len(json.loads(data.read_text())["samples"]["t"]) == 4
+
+
+def test_csv_may_go_to_standard_output(scene):
+    result = run(scene, "--until", "1 s", "--csv", "-", "--points", 2)
+    assert result.stdout.startswith("t [s],phi [rad]")
+
+
+def test_a_run_down_ends_at_its_stop(scene):
+    result = run(scene, "--from", "regime", "--no-drive", "--json", "--points", 2)
+    data = json.loads(result.stdout)
+    assert data["reason"] == "stop"
+    assert data["end"]["t"] == pytest.approx(4.5 * 2 / 2, rel=1e-8)
+
+
+def test_position_speed_and_flywheel_are_taken(scene):
+    result = run(scene, "--from", "60 rpm", "--at", "90 deg", "--flywheel", "3 kg m^2", "--until", "1 turn", "--json")
+    data = json.loads(result.stdout)
+    assert data["start"] == {"phi": pytest.approx(1.5707963), "omega": pytest.approx(6.2831853)}
+    assert (data["flywheel"]["inertia"], data["turns"]) == (3.0, pytest.approx(1.0))
+
+
+def test_a_machine_that_does_not_start_is_a_fault(tmp_path):
+    path = tmp_path / "held.toml"
+    path.write_text(FAN.replace("-2*sign(omega)", "-30"), encoding="utf-8")
+    result = run(path, "--until", "1 s")
+    assert result.exit_code == 1
+    assert "held.toml: from: found a machine that does not start" in result.stderr
+
+
+@pytest.mark.parametrize(
+    "options",
+    [
+        ("--until", "soon"),
+        ("--from", "3 kg"),
+        ("--at", "3 s"),
+        ("--flywheel", "3 s"),
+        ("--rtol", "1"),
+        ("--plot", "a.txt"),
+        ("--csv", "-", "--json"),
+        ("--from", "0.3 m/s"),
+        ("--output", "SCENE"),
+    ],
+)
+def test_usage_is_checked(scene, options):
+    result = run(scene, *(scene if option == "SCENE" else option for option in options))
+    assert result.exit_code == 2
+    assert result.stdout == ""

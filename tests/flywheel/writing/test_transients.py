@@ -1,0 +1,85 @@
+import csv
+import io
+import json
+
+import numpy as np
+import pytest
+
+import flywheel
+from flywheel.transients.running import run_up, transient
+from flywheel.writing import transients as writing
+from tests.flywheel import regimes
+
+SCENE = {
+    "title": "Fan",
+    "inertia": [{"on": "crank", "value": 2}],
+    "drive": {"torque": "20 - 4*omega"},
+    "flywheel": {"inertia": 0},
+}
+STALL = SCENE | {"load": [{"on": "crank", "torque": -60, "from": "90 deg", "to": "180 deg"}]}
+
+
+@pytest.fixture(scope="module")
+def found():
+    return run_up(flywheel.load(SCENE), "2 s")
+
+
+def test_the_text_has_the_end_the_regime_and_the_energies(found):
+    text = writing.text(found)
+    assert text.startswith("Fan\nFrom 0 deg, 0 rad/s (0 rpm): ended at")
+    assert "first at 95 % of it           after 1.497866 s" in text
+    assert "= kinetic energy gained" in text
+    assert max(map(len, text.splitlines())) <= 100
+
+
+def test_a_stall_is_the_first_thing_that_is_said():
+    text = writing.text(run_up(flywheel.load(STALL), "20 s"))
+    assert "stalled at crank angle" in text.splitlines()[1]
+    assert "no regime:" in text
+    assert max(map(len, text.splitlines())) <= 100
+
+
+def test_csv_is_the_motion_evenly_in_time(found):
+    rows = list(csv.reader(io.StringIO(writing.csv(found, 5))))
+    assert rows[0][:4] == ["t [s]", "phi [rad]", "omega [rad/s]", "alpha [rad/s^2]"]
+    values = np.array(rows[1:], dtype=float)
+    np.testing.assert_allclose(values[:, 0], [0, 0.5, 1, 1.5, 2])
+    np.testing.assert_allclose(values[:, 2], 5 * (1 - np.exp(-2 * values[:, 0])), rtol=1e-8, atol=1e-12)
+
+
+def test_json_has_the_motion_and_everything_else(found):
+    data = json.loads(writing.json(found, 3))
+    assert data["samples"]["t"] == [0.0, 1.0, 2.0]
+    assert data["samples"]["current"] is None
+    assert data["energy"]["drive"] == pytest.approx(found.energy.drive)
+
+
+def test_a_dc_motor_adds_its_current():
+    motor = {"type": "dc", "voltage": 48, "resistance": 0.4, "constant": 0.25}
+    scene = flywheel.load(
+        {"inertia": [{"on": "crank", "value": 0.1}], "drive": {"motor": motor}, "flywheel": {"inertia": 0}}
+    )
+    found = transient(scene, end="0.1 s")
+    assert writing.csv(found, 2).splitlines()[0].endswith(",current [A]")
+    assert float(writing.csv(found, 2).splitlines()[1].rsplit(",", 1)[1]) == pytest.approx(120.0)
+    assert "heat in the motor's armature" in writing.text(found)
+
+
+def test_a_stroke_is_told_in_metres():
+    bodies = {"frame": {"points": {"O": [0, 0]}}, "ram": {"mass": 2.0}}
+    guide = {"name": "O", "type": "slide", "between": ["frame.O", "ram.origin"]}
+    linkage = {"type": "linkage", "driver": "O", "bodies": bodies, "joints": [guide]}
+    force = [{"on": "slide", "force": "100 - 40*v"}]
+    scene = flywheel.load({"mechanism": linkage, "load": force, "stroke": {"from": 0.1, "to": 0.5, "speed": 1}})
+    found = transient(scene, end="stop")
+    assert "the driver reached the stroke's end at 0.5 m" in writing.text(found)
+    assert "rpm" not in writing.text(found)
+    rows = writing.csv(found, 2).splitlines()
+    assert rows[0].startswith("t [s],x [m],v [m/s]")
+    assert [float(row.split(",")[1]) for row in rows[1:]] == pytest.approx([0.1, 0.5])
+
+
+def test_what_was_not_reached_is_said():
+    scene = flywheel.load(regimes.scene("section-c", inertia=0))
+    text = writing.text(transient(scene, end=0.2, rtol=1e-13))
+    assert "rtol 1e-13 not reached" in text
