@@ -113,10 +113,10 @@ def _cycle_in_time(machine: Machine, cycle: Cycle, speed: float, run: Run, rtol:
         closure=closing / (1 + scale * u),
         error=0.0,
     )
-    return found._replace(error=_disagreement(machine, cycle, speed, run, found, rtol))
+    return found._replace(error=_disagreement(cycle, speed, run, found, rtol))
 
 
-def _disagreement(machine: Machine, cycle: Cycle, speed: float, run: Run, found: _Confirmed, rtol: float) -> float:
+def _disagreement(cycle: Cycle, speed: float, run: Run, found: _Confirmed, rtol: float) -> float:
     """Largest relative difference between the figures found in time and those of the energy route, and its own doubt."""
     period, period_doubt = steady.period(cycle, speed, run, rtol)
     speed_doubt = run.error * run.irregularity * speed / run.speed_min

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from flywheel import piecewise, regime
 from flywheel.chain import Chain, merged
 from flywheel.faults import Fault, SceneError
-from flywheel.moments import Moments
+from flywheel.moments import Moments, Rate
 from flywheel.regime import Cycle
 
 Array = NDArray[np.float64]
@@ -24,7 +24,7 @@ Array = NDArray[np.float64]
 _DECADES = 6  # on either side of a typical speed, in which steady speeds are looked for
 _PER_DECADE = 24
 _AT_ONCE = 200_000  # values on the mesh that are worked on together
-_FLAT = 1e-12  # of the net work: a hump lower than this is none
+_LEVEL = 1e-12  # of the net work: differences that are none
 _SECTIONS = 60  # golden-section steps towards a hump of the net work
 _GOLDEN = 0.5 * (5**0.5 - 1)
 _FLAT = 1e-3  # of the net work: humps that fall less to the next speed looked at cannot reach zero
@@ -98,11 +98,12 @@ def _humps(moments: Moments, grid: Array, works: Array) -> list[tuple[float, flo
 
     One that is round rises above its highest sample by no more than it falls to the next, so that flat ones are left out.
     """
-    sign = -np.sign(works)
-    here, side, flat = sign[1:-1] * works[1:-1], sign[1:-1], _FLAT * np.abs(works[1:-1])
+    sign, size = -np.sign(works), np.abs(works[1:-1])
+    side, here = sign[1:-1], -size
     alike = (side != 0.0) & (side == sign[:-2]) & (side == sign[2:])
-    rises, falls = here - side * works[:-2] > flat, here - side * works[2:] > flat
-    peaks = 1 + np.flatnonzero(alike & rises & falls)
+    rise, fall = here - side * works[:-2], here - side * works[2:]
+    high = (np.minimum(rise, fall) > _LEVEL * size) & (np.maximum(rise, fall) > _FLAT * size)
+    peaks = 1 + np.flatnonzero(alike & high)
     return [_summit(moments, float(grid[k - 1]), float(grid[k + 1]), float(sign[k])) for k in peaks]
 
 
@@ -194,7 +195,8 @@ def _no_speed(moments: Moments, found: list[SteadySpeed]) -> Fault:
         what = f"an unstable regime: near {at:.6g} rad/s a faster machine is driven on, and a slower one stops"
         return Fault(path, what, expected, "let the drive's torque fall with speed, or the load's grow with it")
     grid, works = _scanned(moments)
-    best, speed = max([(float(works[k]), float(grid[k])) for k in (works.argmax(), 0)] + _peaks(moments, grid, works))
+    peaks = [(work, speed) for speed, work in _humps(moments, grid, works)]
+    best, speed = max([(float(works[k]), float(grid[k])) for k in (works.argmax(), 0)] + peaks)
     if best > 0.0:
         what = f"no steady speed: at every speed a cycle has net work left over ({works.min():.6g} J at least)"
         return Fault(path, what, expected, "the machine runs away: add what resists with speed, or limit the drive")
@@ -203,20 +205,14 @@ def _no_speed(moments: Moments, found: list[SteadySpeed]) -> Fault:
     return Fault(path, what, expected, "the machine stalls: a stronger drive, or a lighter load")
 
 
-def _peaks(moments: Moments, grid: Array, works: Array) -> list[tuple[float, float]]:
-    """The peaks of the net work between speeds of the grid, with their speeds."""
-    return [(work, speed) for speed, work in _humps(moments, grid, works)]
-
-
 def balance_at(moments: Moments, speed: float) -> float:
     """The value (SI) of the scene's unknown that makes the net work at a constant speed zero."""
     half = moments.mesh.half
     unknown = 0.0
     for _ in range(_BALANCES):
         rate = moments.constant(speed, unknown)
-        net, slope, size = piecewise.integral(np.stack((rate.moment, rate.by_unknown, np.abs(rate.by_unknown))), half).sum(
-            -1
-        )
+        rows = np.stack((rate.moment, rate.by_unknown, np.abs(rate.by_unknown)))
+        net, slope, size = piecewise.integral(rows, half).sum(axis=-1)
         if abs(slope) <= 1e-9 * size or size == 0.0:
             raise SceneError([regime.no_effect(moments.machine)])
         step = float(net / slope)
@@ -255,7 +251,11 @@ def resolve(machine: Chain, edges: Array, speed: float) -> Cycle:
         if finer.size == edges.size:
             break
         edges = finer
-    rate = moments.constant(speed, unknown or 0.0)
+    return cycle_of(moments, moments.constant(speed, unknown or 0.0), unknown)
+
+
+def cycle_of(moments: Moments, rate: Rate, unknown: float | None) -> Cycle:
+    """The cycle in which F is as given at the nodes; `unknown` is None where the scene has none."""
     values = np.stack((rate.moment, moments.slope, moments.inertia, rate.exchanged))
     return regime.assembled(moments.mesh, values, unknown)
 

@@ -268,13 +268,9 @@ class _Follower:
         return Watch(values, np.array([1.0] * len(goals) + sides))
 
     def _sides(self, phi: Array, anchor: Anchor, omega: Array, t: Array, current: Any) -> list[Array]:
-        """What changes its sign where the stretch ends: switches, what meshes with losses pass, and with these the speed."""
-        switches = self.dynamics.switches(phi, anchor, omega, t)
-        rows = [np.broadcast_to(np.asarray(value, dtype=float), phi.shape) for value in switches]
-        if anchor.factors is not None:
-            now = self.dynamics.along(phi, anchor, omega, t, current)
-            rows += [*now.passed[1:], omega]
-        return rows
+        """What changes its sign where the stretch ends: meshes with losses also watch the speed for turning back."""
+        rows = self.dynamics.sides(phi, anchor, omega, t, current)
+        return rows if anchor.factors is None else [*rows, omega]
 
     # -- from piece to piece ---------------------------------------------------------------------------------------------
 

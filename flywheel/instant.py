@@ -15,13 +15,12 @@ from numpy.typing import NDArray
 from bondgraph.reduction import Station
 from flywheel.chain import Chain, Stage
 from flywheel.loads import Effort
-from flywheel.moments import circuit_of
-from flywheel.piecewise import ROUNDING
+from flywheel.moments import DRIVE, circuit_of
+from flywheel.piecewise import ROUNDING, wide
 
 Array = NDArray[np.float64]
 
 _INSET = 1e-10  # of a piece: how far from its ends a law is read that is not defined there
-_DRIVE = "drive."
 
 
 class Anchor(NamedTuple):
@@ -109,11 +108,11 @@ class Dynamics:
         factors = anchor.factors or tuple(1.0 for _ in parts)
         found = self._instant(parts, omega, current, factors)
         return found._replace(
-            acceleration=_wide(found.acceleration, phi),
-            moment=_wide(found.moment, phi),
-            inertia=_wide(found.inertia, phi),
-            loss=_wide(found.loss, phi),
-            passed=tuple(_wide(value, phi) for value in found.passed),
+            acceleration=wide(found.acceleration, phi.shape),
+            moment=wide(found.moment, phi.shape),
+            inertia=wide(found.inertia, phi.shape),
+            loss=wide(found.loss, phi.shape),
+            passed=tuple(wide(value, phi.shape) for value in found.passed),
         )
 
     def moments(self, phi: Array, anchor: Anchor, omega: Array, time: Array, current: Any = 0.0) -> dict[str, Array]:
@@ -127,7 +126,7 @@ class Dynamics:
             rows += self._moving(station, stage, anchor, omega, time, current)
             for part, value in rows:
                 found[part] = found.get(part, 0.0) + value
-        return {part: _wide(value, phi) for part, value in found.items()}
+        return {part: wide(value, phi.shape) for part, value in found.items()}
 
     def switches(self, phi: Any, anchor: Anchor, omega: Any, time: Any) -> list[Any]:
         """What decides branches by its sign and depends on speed or time, in the order of the loads."""
@@ -138,6 +137,13 @@ class Dynamics:
                 if not self._of_circuit(element.name):
                     found += self._efforts[element.name].speed_switches(here, there)
         return found
+
+    def sides(self, phi: Array, anchor: Anchor, omega: Array, time: Array, current: Any = 0.0) -> list[Array]:
+        """What changes its sign where a stretch of motion ends: switches, and what meshes with losses pass."""
+        rows = [wide(value, phi.shape) for value in self.switches(phi, anchor, omega, time)]
+        if anchor.factors is not None:
+            rows += self.along(phi, anchor, omega, time, current).passed[1:]
+        return rows
 
     @property
     def branching(self) -> bool:
@@ -175,7 +181,7 @@ class Dynamics:
 
     def _of_circuit(self, name: str) -> bool:
         """Whether a source is the quasi-static law of a motor whose current is followed instead."""
-        return self.circuit is not None and name.startswith(_DRIVE)
+        return self.circuit is not None and name.startswith(DRIVE)
 
     def _instant(self, parts: Sequence[_Part], omega: Any, current: Any, factors: tuple[Any, ...] | None) -> Instant:
         acceleration, loss, passed, used = _accelerated(parts, omega, factors)
@@ -188,10 +194,6 @@ class Dynamics:
             passed=passed,
             factors=used,
         )
-
-
-def _wide(value: Any, phi: Array) -> Array:
-    return np.broadcast_to(np.asarray(value, dtype=float), phi.shape)
 
 
 def _branches(effort: Effort) -> bool:

@@ -54,10 +54,7 @@ class FrictionCurve:
 
     def __call__(self, here: Here, anchor: Here) -> Any:
         """The moment at positions `here.q`."""
-        q = np.asarray(here.q, dtype=float)
-        edges = self.mesh.edges
-        cell = np.clip(np.searchsorted(edges, q, side="right") - 1, 0, edges.size - 2)
-        t = np.clip((q - self.mesh.middle[cell, 0]) / self.mesh.half[cell, 0], -1.0, 1.0)
+        cell, t = piecewise.located(self.mesh, np.asarray(here.q, dtype=float))
         return piecewise.value(self.series[cell], t)
 
 

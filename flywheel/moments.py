@@ -7,6 +7,7 @@ with an efficiency below 1 takes from it, or gives it, less than its own share o
 
 from __future__ import annotations
 
+from functools import partial
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -16,10 +17,12 @@ from bondgraph.reduction import Reduced, Reduction, Station
 from flywheel.chain import Chain
 from flywheel.formulas.jets import Jet
 from flywheel.motors.dc import DC
-from flywheel.piecewise import MIDDLE, Cells
+from flywheel.piecewise import MIDDLE, Cells, wide
 from flywheel.scene import Scene
 
 Array = NDArray[np.float64]
+
+DRIVE = "drive."  # how the names of the drive's elements begin
 
 
 class Rate(NamedTuple):
@@ -82,10 +85,7 @@ class Moments:
     def _part(self, reduction: Reduction, stage: Any) -> _Part:
         phi, anchor = self.mesh.phi, self.mesh.anchor
         reduced = reduction(phi, anchor)
-
-        def whole(value: Any) -> Array:
-            return np.broadcast_to(np.asarray(value, dtype=float), phi.shape)
-
+        whole = partial(wide, shape=phi.shape)
         return _Part(
             efficiency=stage.efficiency,
             carries_flywheel=stage.carries_flywheel,
@@ -102,8 +102,8 @@ class Moments:
 
     def rate(self, omega: Array, unknown: float, inertia: float, current: Array | None = None) -> Rate:
         """F at crank speeds omega (rad/s) on the mesh, for a value of the unknown and a flywheel (kg m², on the crank)."""
-        acting = [self._acting(part, omega, unknown, current) for part in self.parts]
-        plain = _Acting(*(np.sum(columns, axis=0) for columns in zip(*acting, strict=True)))
+        acting = self._all_acting(omega, unknown, current)
+        plain = _summed(acting)
         if not self.lossy:
             zero = np.zeros_like(omega)
             return Rate(plain.moment, plain.by_speed, plain.by_unknown, zero, plain.by_current, plain.exchanged)
@@ -115,13 +115,11 @@ class Moments:
         Inertias that vary are driven, but nothing is accelerated.
         """
         omega = np.asarray(speed, dtype=float)[..., None, None] + np.zeros_like(self.mesh.phi)
-        current = None if self.circuit is None else self.steady_current(omega)
-        acting = [self._acting(part, omega, unknown, current) for part in self.parts]
-        plain = _Acting(*(np.sum(columns, axis=0) for columns in zip(*acting, strict=True)))
+        acting, transmitted = self._unaccelerated(omega, unknown)
+        plain = _summed(acting)
         lost, by_unknown = np.zeros_like(omega), np.zeros_like(omega)
-        for part, act in zip(self.parts, acting, strict=True):
-            tau = 0.5 * part.slope * omega**2 - act.moment
-            factor = np.where(tau > 0.0, 1.0 / part.efficiency, part.efficiency) - 1.0
+        for part, act, tau in zip(self.parts, acting, transmitted, strict=True):
+            factor = _given_for(part, tau) - 1.0
             lost, by_unknown = lost + factor * tau, by_unknown - factor * act.by_unknown
         zero = np.zeros_like(omega)
         moment, exchanged = plain.moment - lost, plain.exchanged + np.abs(lost)
@@ -129,13 +127,16 @@ class Moments:
 
     def constant_losses(self, speed: float, unknown: float) -> list[Array]:
         """What each lossy mesh transmits from the crank at a constant speed: its losses have a kink where that is zero."""
-        omega = np.full(self.mesh.phi.shape, speed)
+        if not self.lossy:
+            return []
+        _, transmitted = self._unaccelerated(np.full(self.mesh.phi.shape, speed), unknown)
+        return self._of_lossy(transmitted)
+
+    def _unaccelerated(self, omega: Array, unknown: float) -> tuple[list[_Acting], list[Array]]:
+        """What acts on every part at a constant speed, and what the crank transmits to each."""
         current = None if self.circuit is None else self.steady_current(omega)
-        return [
-            0.5 * part.slope * omega**2 - self._acting(part, omega, unknown, current).moment
-            for part in self.parts
-            if part.efficiency < 1.0
-        ]
+        acting = self._all_acting(omega, unknown, current)
+        return acting, [0.5 * p.slope * omega**2 - act.moment for p, act in zip(self.parts, acting, strict=True)]
 
     def steady_current(self, omega: Array) -> Array:
         """The currents (A) that do not change at constant crank speeds (rad/s)."""
@@ -144,9 +145,14 @@ class Moments:
 
     def transmitted(self, omega: Array, unknown: float, inertia: float, current: Array | None = None) -> list[Array]:
         """What each lossy mesh transmits from the crank (N m, on the crank)."""
-        acting = [self._acting(part, omega, unknown, current) for part in self.parts]
-        _, transmitted, _ = self._solved(acting, omega, inertia)
+        _, transmitted, _ = self._solved(self._all_acting(omega, unknown, current), omega, inertia)
+        return self._of_lossy(transmitted)
+
+    def _of_lossy(self, transmitted: list[Array]) -> list[Array]:
         return [tau for part, tau in zip(self.parts, transmitted, strict=True) if part.efficiency < 1.0]
+
+    def _all_acting(self, omega: Array, unknown: float, current: Array | None) -> list[_Acting]:
+        return [self._acting(part, omega, unknown, current) for part in self.parts]
 
     def _acting(self, part: _Part, omega: Array, unknown: float, current: Array | None) -> _Acting:
         moment = part.moment + unknown * part.per_unknown - part.resistance * omega
@@ -162,7 +168,7 @@ class Moments:
         for element, effort, factor in part.station.contributions(
             Jet(omega, 1.0), 0.0, self._deciding(omega), local=self.local
         ):
-            if self.circuit is not None and element.name.startswith("drive."):
+            if self.circuit is not None and element.name.startswith(DRIVE):
                 continue
             value, slope = _with_slope(effort, omega)
             factor_value, factor_slope = _with_slope(factor, omega)
@@ -188,10 +194,7 @@ class Moments:
             total = np.sum([k * i for k, i in zip(factors, inertias, strict=True)], axis=0)
             bend = -np.sum([k * b for k, b in zip(factors, bare, strict=True)], axis=0) / total
             transmitted = [i * bend + b for i, b in zip(inertias, bare, strict=True)]
-            found = [
-                np.where(self._deciding(tau) > 0.0, 1.0 / part.efficiency, part.efficiency)
-                for part, tau in zip(self.parts, transmitted, strict=True)
-            ]
+            found = [_given_for(part, self._deciding(tau)) for part, tau in zip(self.parts, transmitted, strict=True)]
             if all(np.array_equal(a, b) for a, b in zip(found, factors, strict=True)):
                 break
             factors = found
@@ -232,7 +235,7 @@ class Moments:
         moving = machine.reduction.at(mesh.phi, mesh.anchor).contributions(
             omega, 0.0, self._deciding(omega), local=self.local
         )
-        found = [effort + unknown * factor for element, effort, factor in moving if element.name.startswith("drive.")]
+        found = [effort + unknown * factor for element, effort, factor in moving if element.name.startswith(DRIVE)]
         return np.asarray(sum(found, zero + still))
 
     def switches(self, omega: Array) -> list[Array]:
@@ -240,9 +243,7 @@ class Moments:
         found: list[Array] = []
         for part in self.parts:
             for here, anchor, effort in self._moving_laws(part, omega):
-                found += [
-                    np.broadcast_to(np.asarray(s, dtype=float), omega.shape) for s in effort.speed_switches(here, anchor)
-                ]
+                found += [wide(switch, omega.shape) for switch in effort.speed_switches(here, anchor)]
         return found
 
     def _moving_laws(self, part: _Part, omega: Array) -> list[tuple[Any, Any, Any]]:
@@ -259,6 +260,16 @@ def circuit_of(scene: Scene) -> DC | None:
     """The drive's motor where its current is a state of its own."""
     motor = scene.motor
     return motor if isinstance(motor, DC) and motor.inductance > 0.0 else None
+
+
+def _summed(acting: list[_Acting]) -> _Acting:
+    """What acts on all parts together."""
+    return _Acting(*(np.sum(columns, axis=0) for columns in zip(*acting, strict=True)))
+
+
+def _given_for(part: _Part, tau: Array) -> Array:
+    """What the crank gives for each N m that it transmits: 1/efficiency where it drives, efficiency where it is driven."""
+    return np.where(tau > 0.0, 1.0 / part.efficiency, part.efficiency)
 
 
 def _with_slope(value: Any, omega: Array) -> tuple[Array, Array]:

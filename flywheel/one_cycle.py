@@ -61,7 +61,7 @@ class _Cycle:
             tries = 0
             while True:
                 anchor = self._anchor(state, (low, high)) if tries <= _TRIES else None
-                watch = None if anchor is None else self._watch(anchor)
+                watch = None if anchor is None else self._watch(anchor, state)
                 stepping = through(self._rates((low, high), anchor), tau, state, (low, high), np.inf, tolerance, hint, watch)
                 most = _MOST_STEPS if watch is not None or tries == 0 else _FEW_STEPS
                 passed = [*islice(stepping, most)]
@@ -108,20 +108,15 @@ class _Cycle:
         now = self.dynamics.at(held, held, omega, current=current, ends=ends, anchor=anchor)
         return anchor._replace(factors=now.factors or None)
 
-    def _watch(self, anchor: Anchor) -> Watch:
+    def _watch(self, anchor: Anchor, state: Array) -> Watch:
+        """What ends the coming stretch, with the sides that it is on at the anchor."""
+
         def values(tau: Array, states: Array) -> Array:
             current = states[2] if states.shape[0] > 2 else 0.0
-            return self._sides(states[0], np.asarray(self._omega(states[1])), current, anchor)
+            omega = np.asarray(self._omega(states[1]))
+            return np.array(self.dynamics.sides(states[0], anchor, omega, np.zeros_like(tau), current), dtype=float)
 
-        at = self._sides(np.array([anchor.phi]), np.array([anchor.omega]), 0.0, anchor)
+        current = state[2:3] if state.size > 2 else 0.0
+        here = np.array([anchor.phi]), anchor, np.array([anchor.omega]), np.zeros(1), current
+        at = np.array(self.dynamics.sides(*here), dtype=float)
         return Watch(values, np.where(at[:, 0] >= 0.0, 1.0, -1.0))
-
-    def _sides(self, phi: Array, omega: Array, current: Array | float, anchor: Anchor) -> Array:
-        """What changes its sign where a stretch ends: switches, and what meshes with losses pass."""
-        time = np.zeros_like(phi)
-        rows = [
-            np.broadcast_to(np.asarray(v, dtype=float), phi.shape) for v in self.dynamics.switches(phi, anchor, omega, time)
-        ]
-        if anchor.factors is not None:
-            rows += [*self.dynamics.along(phi, anchor, omega, time, current).passed[1:]]
-        return np.array(rows, dtype=float).reshape(-1, phi.size)

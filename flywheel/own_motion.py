@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from flywheel import piecewise, regime, steady
 from flywheel.chain import Chain, merged
+from flywheel.constant_speed import cycle_of
 from flywheel.moments import Moments
 from flywheel.periodic import Asked, NoRegimeError, Periodic, State, first_guess, periodic
 from flywheel.piecewise import ORDER, ROUNDING
@@ -229,8 +230,7 @@ def carried(solved: Periodic, moments: Moments) -> State:
     series = piecewise.fit(solved.state.nodes)
 
     def at(phi: Array) -> Array:
-        cell = np.clip(np.searchsorted(old.edges, phi, side="right") - 1, 0, old.edges.size - 2)
-        t = np.clip((phi - old.middle[cell, 0]) / old.half[cell, 0], -1.0, 1.0)
+        cell, t = piecewise.located(old, phi)
         return np.asarray((series[cell] * piecewise.basis(t, ORDER)[:, None, :]).sum(axis=-1))
 
     nodes = at(new.phi.ravel()).reshape(*new.phi.shape, -1)
@@ -261,9 +261,8 @@ def _switches(solved: Periodic) -> Iterator[float]:
 def _described(solved: Periodic) -> OwnMotion:
     """A solved motion as a cycle with its moment along it, and as a run with its error."""
     moments, state = solved.moments, solved.state
-    values = np.stack((solved.rate.moment, moments.slope, moments.inertia, solved.rate.exchanged))
     unknown = state.unknown if moments.machine.scene.unknown is not None else None
-    cycle = regime.assembled(moments.mesh, values, unknown)
+    cycle = cycle_of(moments, solved.rate, unknown)
     start = state.inertia + cycle.inertia_at_start
     offset = float(state.edges[0, 0]) + 0.5 * start * (solved.reference**2 - solved.speed**2)
     level = cycle.errors.work / (max(abs(solved.damping), 1e-300) * solved.speed**2 * max(start, 1e-300))
@@ -315,5 +314,4 @@ def along(motion: OwnMotion, edges: Array) -> Cycle:
     )
     current = state.nodes[:, 1] if moments.circuit is not None else None
     rate = moments.rate(speed, state.unknown, state.inertia, current)
-    values = np.stack((rate.moment, moments.slope, moments.inertia, rate.exchanged))
-    return regime.assembled(moments.mesh, values, motion.cycle.balance)
+    return cycle_of(moments, rate, motion.cycle.balance)

@@ -88,6 +88,13 @@ def middles(edges: Array, phi: Any) -> Any:
     return 0.5 * (edges[place] + edges[place + 1])
 
 
+def located(mesh: Cells, phi: Array) -> tuple[Index, Array]:
+    """Cell and local abscissa of angles; those beyond the mesh are taken to its ends."""
+    cell = np.clip(np.searchsorted(mesh.edges, phi, side="right") - 1, 0, mesh.edges.size - 2)
+    t = (phi - mesh.middle[cell, 0]) / mesh.half[cell, 0]
+    return cell, np.clip(t, -1.0, 1.0)
+
+
 def bisected(edges: Array, which: NDArray[np.bool_]) -> Array:
     """The edges with every chosen cell cut in two."""
     middles = 0.5 * (edges[:-1] + edges[1:])[which]
@@ -152,6 +159,11 @@ def tails(series: Array) -> Array:
     decay = np.maximum(last / np.maximum(middle, 1e-300), middle / np.maximum(first, 1e-300))
     decay = np.minimum(decay, 0.9)
     return np.asarray(10.0 * decay * np.maximum(last, middle * decay) / (1.0 - decay))
+
+
+def wide(values: Any, shape: tuple[int, ...]) -> Array:
+    """A number, or an array that fits, as floats of a shape."""
+    return np.broadcast_to(np.asarray(values, dtype=float), shape)
 
 
 class Crossings(NamedTuple):

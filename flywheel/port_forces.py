@@ -16,6 +16,7 @@ from flywheel.linkage.poses import Poses
 from flywheel.linkage.solution import solve
 from flywheel.loads import spring_effort
 from flywheel.mechanisms.linkage import followed
+from flywheel.piecewise import wide
 from flywheel.scene import TURN, Mechanism
 
 Array = NDArray[np.float64]
@@ -98,7 +99,7 @@ class _PortLoads:
     def on(self, mechanism: Mechanism) -> Iterator[Load]:
         """Loads on one mechanism's ports."""
         for port, value in self._efforts(f"{mechanism.name}."):
-            yield port_load(mechanism, port, np.broadcast_to(np.asarray(value, dtype=float), self.phi.shape))
+            yield port_load(mechanism, port, wide(value, self.phi.shape))
 
     def _efforts(self, prefix: str) -> Iterator[tuple[str, Array]]:
         scene = self.chain.scene

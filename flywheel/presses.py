@@ -10,9 +10,8 @@ from typing import NamedTuple
 
 from flywheel.arguments import NOT_NEGATIVE, POSITIVE, known, number_faults, refuse
 from flywheel.faults import Fault, SceneError
+from flywheel.load_models.presses import FULLNESS
 from flywheel.two_speeds import speed_after
-
-_SHAPES = {"constant": 1.0, "triangular": 0.5}  # mean force over the greatest one
 
 
 def shearing_force(perimeter: float, thickness: float, strength: float) -> float:
@@ -55,7 +54,7 @@ def stroke_energy(force: float, travel: float, shape: str = "triangular") -> flo
     3000.0
 
     """
-    share = known("shape", shape, _SHAPES)
+    share = known("shape", shape, FULLNESS)
     _check(force=(force, NOT_NEGATIVE, "N"), travel=(travel, NOT_NEGATIVE, "m"))
     return share * force * travel
 

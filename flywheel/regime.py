@@ -62,10 +62,7 @@ class Cycle(NamedTuple):
 
     def where(self, phi: Array) -> tuple[NDArray[np.intp], Array]:
         """Cell and local abscissa of angles in [0, cycle]."""
-        edges = self.mesh.edges
-        cell = np.clip(np.searchsorted(edges, phi, side="right") - 1, 0, edges.size - 2)
-        t = (phi - self.mesh.middle[cell, 0]) / self.mesh.half[cell, 0]
-        return cell, np.clip(t, -1.0, 1.0)
+        return piecewise.located(self.mesh, phi)
 
 
 def resolve(machine: Chain, edges: Array) -> Cycle:

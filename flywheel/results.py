@@ -210,9 +210,7 @@ def _inertia_dict(inertia: ReducedInertia | None) -> dict[str, float | None]:
 
 
 def _built_dict(built: Built) -> dict[str, Any]:
-    from flywheel.writing.wheels import as_dict
-
-    return {**as_dict(built.wheel), "irregularity": built.irregularity, "irregularity_error": built.error}
+    return {**built.wheel.as_dict(), "irregularity": built.irregularity, "irregularity_error": built.error}
 
 
 def _confirmation_dict(confirmation: Confirmation) -> dict[str, Any]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from functools import partial
 from typing import NamedTuple
 
 import numpy as np
@@ -13,6 +14,7 @@ from flywheel import constant_speed, regime
 from flywheel.advice import told
 from flywheel.faults import Fault, SceneError
 from flywheel.machine import Machine
+from flywheel.piecewise import wide
 from flywheel.scene import Scene
 
 Array = NDArray[np.float64]
@@ -81,13 +83,10 @@ def reduce(
     flows = chain.flows(angles, anchor)
     named = {name: chain.variable[name] for name, element in chain.graph.elements.items() if element.kind == "1"}
 
-    def whole(value: object) -> Array:
-        return np.broadcast_to(np.asarray(value, dtype=float), angles.shape)
-
     moving = (speed or 0.0) if machine.depends_on_speed or machine.depends_on_time else None
     parts = machine.reduction.moments(angles, anchor, balance or 0.0, speed=moving)
     plain = reduced.moment + (balance or 0.0) * reduced.per_unknown
-
+    whole = partial(wide, shape=angles.shape)
     return MachineState(
         phi=given if once else angles,
         inertia=whole(reduced.inertia),

@@ -62,6 +62,15 @@ def show(text: str) -> None:
         click.echo(text, nl=not text.endswith("\n"))
 
 
+def hand_over(text: str, output: Path | None) -> None:
+    """Text to a file, or to standard output where none is named."""
+    if output is None:
+        show(text)
+        return
+    with written(output):
+        output.write_text(text, encoding="utf-8", newline="")
+
+
 def plot_path(context: click.Context, parameter: click.Parameter, path: Path | None) -> Path | None:
     """The file of a picture, which its ending must tell to be one."""
     if path is not None and path.suffix.lower() not in PLOT_FORMATS:
@@ -91,6 +100,15 @@ def quantity(text: str, dimension: str) -> float | None:
         return parse_quantity(text, dimension)
     except QuantityError:
         return None
+
+
+def pace(text: str, sliding: bool, option: str) -> float:
+    """A speed of the crank, or of a driver that slides (SI), given to an option."""
+    found = quantity(text, "velocity" if sliding else "speed")
+    if found is None:
+        kind = 'velocity, such as "0.3 m/s"' if sliding else 'speed, such as "60 rpm"'
+        raise click.BadParameter(f"{text!r} is no {kind}.", param_hint=option)
+    return found
 
 
 def coordinates(texts: tuple[str, ...], sliding: bool) -> list[float]:

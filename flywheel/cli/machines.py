@@ -13,6 +13,8 @@ from flywheel.cli.common import (
     MOST_POINTS,
     SCENE,
     coordinates,
+    hand_over,
+    pace,
     plot_path,
     quantity,
     reported,
@@ -109,13 +111,9 @@ def reduce(scene: Path, as_json: bool, as_csv: bool, points: int | None, at: tup
         text, conditions = reduced(loaded, wanted, points or 360, as_json=as_json)
     if conditions:
         click.echo(conditions, err=True)
-    if output is None:
-        show(text)
-        return
-    if output.exists() and output.samefile(scene):
-        raise click.UsageError("--output names the scene itself.")
-    with written(output):
-        output.write_text(text, encoding="utf-8", newline="")
+    if output is not None:
+        spare(scene, output)
+    hand_over(text, output)
 
 
 @click.command(short_help="Print and draw the bond graph of a scene.")
@@ -216,9 +214,9 @@ def reactions(
         loaded = load(scene)
         sliding = loaded.reduction_element == "slide"
         phi = coordinates(at, sliding) if at else spread(loaded, points or (_MANY if as_json or as_csv else _FEW))
-        pace = None if speed is None else _pace(speed, sliding)
+        own = None if speed is None else pace(speed, sliding, "--speed")
         machine = Machine(loaded)
-        ask = partial(joint_forces, machine, speed=pace, inertia=not quasi_static, friction=not no_friction)
+        ask = partial(joint_forces, machine, speed=own, inertia=not quasi_static, friction=not no_friction)
         found, dense = ask(phi), None
         if not at and (plot is not None or not (as_json or as_csv)):
             dense = ask(close_positions(machine, max(points or 0, _MANY)))
@@ -227,19 +225,7 @@ def reactions(
             _plot_forces(export_forces.cleared(drawn), plot)
     write = export_forces.json if as_json else export_forces.csv if as_csv else partial(export_forces.text, dense=dense)
     text = write(loaded, found)
-    if output is None:
-        show(text)
-        return
-    with written(output):
-        output.write_text(text, encoding="utf-8", newline="")
-
-
-def _pace(text: str, sliding: bool) -> float:
-    found = quantity(text, "velocity" if sliding else "speed")
-    if found is None:
-        kind = 'velocity, such as "0.3 m/s"' if sliding else 'speed, such as "60 rpm"'
-        raise click.BadParameter(f"{text!r} is no {kind}.", param_hint="--speed")
-    return found
+    hand_over(text, output)
 
 
 def _plot_forces(found: JointForces, path: Path) -> None:

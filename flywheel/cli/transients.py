@@ -7,7 +7,18 @@ from typing import TYPE_CHECKING
 
 import click
 
-from flywheel.cli.common import MOST_POINTS, SCENE, coordinates, plot_path, quantity, reported, show, spare, written
+from flywheel.cli.common import (
+    MOST_POINTS,
+    SCENE,
+    coordinates,
+    hand_over,
+    pace,
+    plot_path,
+    quantity,
+    reported,
+    spare,
+    written,
+)
 
 if TYPE_CHECKING:
     from flywheel.scene import Scene
@@ -106,9 +117,10 @@ def simulate(
 
     A machine that stalls is told with its angle and time. The table of energies says where the work went.
     """
-    targets = [path for path in (output, None if csv_file in (None, "-") else Path(str(csv_file)), plot) if path is not None]
-    for target in targets:
-        spare(scene, target)
+    table = None if csv_file in (None, "-") else Path(str(csv_file))
+    for target in (output, table, plot):
+        if target is not None:
+            spare(scene, target)
     if csv_file == "-" and as_json and output is None:
         raise click.UsageError("--csv - and --json exclude each other.")
     with reported(scene):
@@ -128,32 +140,17 @@ def simulate(
         )
         if plot is not None:
             _draw(found, plot)
-        if csv_file not in (None, "-"):
-            with written(str(csv_file)):
-                Path(str(csv_file)).write_text(writing.csv(found, points), encoding="utf-8", newline="")
-        text = (
-            writing.csv(found, points)
-            if csv_file == "-"
-            else writing.json(found, points)
-            if as_json
-            else writing.text(found)
-        )
-    if output is None:
-        show(text)
-        return
-    with written(output):
-        output.write_text(text, encoding="utf-8", newline="")
+        if table is not None:
+            hand_over(writing.csv(found, points), table)
+        write = writing.csv if csv_file == "-" else writing.json if as_json else None
+        text = writing.text(found) if write is None else write(found, points)
+    hand_over(text, output)
 
 
 def _speed_of(scene: Scene, text: str) -> float | str:
     if text in ("rest", "regime"):
         return text
-    sliding = scene.reduction_element == "slide"
-    found = quantity(text, "velocity" if sliding else "speed")
-    if found is None:
-        kind = 'velocity, such as "0.3 m/s"' if sliding else 'speed, such as "60 rpm"'
-        raise click.BadParameter(f"{text!r} is no {kind}.", param_hint="--from")
-    return found
+    return pace(text, scene.reduction_element == "slide", "--from")
 
 
 def _usual_end(scene: Scene, no_drive: bool) -> str:

@@ -8,9 +8,9 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from flywheel.formulas.building import between, compiled, numeral, variable
 from flywheel.formulas.expressions import Expression
 from flywheel.formulas.trees import Node
-from flywheel.load_models.texts import compiled
 
 Array = NDArray[np.float64]
 
@@ -140,27 +140,15 @@ def indicator_law(diagram: Indicator, space: Space, atmosphere: float = ATMOSPHE
 
 
 def _rows(x: Array, force: Array) -> Node:
-    """Straight lines between rows, found by halves."""
+    """Straight lines between rows."""
     wide = np.flatnonzero(np.diff(x) > 0)
     lines = [_line(x[k], force[k], (force[k + 1] - force[k]) / (x[k + 1] - x[k])) for k in wide]
-    return _by_halves(x[wide], lines)
-
-
-def _by_halves(start: Array, lines: list[Node]) -> Node:
-    if len(lines) == 1:
-        return lines[0]
-    middle = len(lines) // 2
-    before = Node("compare", (Node("name", name="x"), _number(start[middle])), signs=("<",))
-    return Node("if", (before, _by_halves(start[:middle], lines[:middle]), _by_halves(start[middle:], lines[middle:])))
+    return between(variable("x"), x[wide[1:]].tolist(), lines)
 
 
 def _line(x: float, force: float, slope: float) -> Node:
     """A straight line through (x, force), of the name x."""
     if slope == 0.0:
-        return _number(force)
-    way = Node("sum", (Node("name", name="x"), _number(x)), signs=("+", "-"))
-    return Node("sum", (_number(force), Node("product", (_number(slope), way), signs=("*", "*"))), signs=("+", "+"))
-
-
-def _number(value: float) -> Node:
-    return Node("number", number=float(value))
+        return numeral(force)
+    way = Node("sum", (variable("x"), numeral(x)), signs=("+", "-"))
+    return Node("sum", (numeral(force), Node("product", (numeral(slope), way), signs=("*", "*"))), signs=("+", "+"))

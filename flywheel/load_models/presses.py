@@ -7,14 +7,15 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from flywheel.formulas.building import compiled
 from flywheel.formulas.expressions import Expression
-from flywheel.load_models.texts import compiled
 
 Array = NDArray[np.float64]
 
 CONSTANT, TRIANGULAR = "constant", "triangular"
-SHAPES = (CONSTANT, TRIANGULAR)
-"""How the force goes with penetration: it stays, or it falls in a straight line to nothing."""
+FULLNESS = {CONSTANT: 1.0, TRIANGULAR: 0.5}
+"""Mean force over the greatest one, by how it goes with penetration: it stays, or falls in a straight line to nothing."""
+SHAPES = tuple(FULLNESS)
 
 
 class Press(NamedTuple):
@@ -28,11 +29,7 @@ class Press(NamedTuple):
     @property
     def energy(self) -> float:
         """Work of a stroke (J): F s where the force is constant, F s/2 where it falls to nothing."""
-        return self.force * self.travel * _fullness(self.shape)
-
-
-def _fullness(shape: str) -> float:
-    return 0.5 if shape == TRIANGULAR else 1.0
+        return self.force * self.travel * FULLNESS[self.shape]
 
 
 def sheared_area(thickness: float, perimeter: float) -> float:
@@ -69,7 +66,7 @@ def greatest_force(energy: float, travel: float, shape: str = CONSTANT) -> float
     (150000.0, 300000.0)
 
     """
-    return energy / (travel * _fullness(shape))
+    return energy / (travel * FULLNESS[shape])
 
 
 def press_force(penetration: ArrayLike, press: Press) -> Array:

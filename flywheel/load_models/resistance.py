@@ -10,8 +10,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from flywheel.formulas.building import compiled
 from flywheel.formulas.expressions import Expression
-from flywheel.load_models.texts import compiled
 
 Array = NDArray[np.float64]
 

@@ -133,16 +133,6 @@ class Motor(ABC):
         return self.law()
 
 
-def written(value: float) -> str:
-    """A number as an expression holds it, to the last digit; a negative one in brackets.
-
-    >>> written(np.float64(0.1)), written(-2)
-    ('0.1', '(-2.0)')
-    """
-    text = repr(float(value))
-    return f"({text})" if value < 0 else text
-
-
 def wrong_numbers(motor: Motor, positive: tuple[str, ...] = (), not_negative: tuple[str, ...] = ()) -> list[Fault]:
     """The faults of a motor's own numbers, by their names."""
     asked = [(name, POSITIVE) for name in positive] + [(name, NOT_NEGATIVE) for name in (*not_negative, "inertia")]

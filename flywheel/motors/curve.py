@@ -13,6 +13,7 @@ import numpy as np
 from flywheel.advice import mean
 from flywheel.arguments import number_faults, refuse
 from flywheel.faults import Fault
+from flywheel.formulas.building import between, numeral, variable
 from flywheel.formulas.expressions import Expression
 from flywheel.formulas.trees import Node
 from flywheel.motors.base import Motor, Span, wrong_numbers
@@ -20,7 +21,7 @@ from flywheel.motors.base import Motor, Span, wrong_numbers
 MOST_ROWS = 200
 """How many rows a curve may have: each evaluation goes through all of them."""
 INTERPOLATIONS = ("linear", "pchip")
-OMEGA = Node("name", name="omega")
+OMEGA = variable("omega")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -162,27 +163,13 @@ class Curve(Motor):
     def tree(self) -> Node:
         """The law as a tree: its pieces at the leaves of a balanced tree of comparisons of omega."""
         knots = self.speeds if self._padded else self.speeds[1:-1]
-        return _chosen(knots, [_polynomial(start, series) for start, *series in self._pieces])
-
-
-def _chosen(knots: tuple[float, ...], leaves: list[Node]) -> Node:
-    """The leaf that lies between the right knots; there is one leaf more than knots."""
-    if not knots:
-        return leaves[0]
-    middle = len(knots) // 2
-    test = Node("compare", (OMEGA, _number(knots[middle])), signs=("<",))
-    below = _chosen(knots[:middle], leaves[: middle + 1])
-    return Node("if", (test, below, _chosen(knots[middle + 1 :], leaves[middle + 1 :])))
+        return between(OMEGA, knots, [_polynomial(start, series) for start, *series in self._pieces])
 
 
 def _polynomial(start: float, series: list[float]) -> Node:
     """A polynomial of omega - start, highest power first, by Horner's rule."""
-    step = Node("sum", (OMEGA, _number(start)), signs=("+", "-"))
-    total = _number(series[0])
+    step = Node("sum", (OMEGA, numeral(start)), signs=("+", "-"))
+    total = numeral(series[0])
     for coefficient in series[1:]:
-        total = Node("sum", (Node("product", (total, step), signs=("*", "*")), _number(coefficient)), signs=("+", "+"))
+        total = Node("sum", (Node("product", (total, step), signs=("*", "*")), numeral(coefficient)), signs=("+", "+"))
     return total
-
-
-def _number(value: float) -> Node:
-    return Node("number", number=float(value))

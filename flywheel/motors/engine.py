@@ -7,9 +7,10 @@ from typing import ClassVar
 
 from flywheel.arguments import POSITIVE, number_faults, refuse
 from flywheel.faults import Fault
+from flywheel.formulas.building import numeral, written
 from flywheel.formulas.expressions import Expression, parse
 from flywheel.formulas.trees import Node
-from flywheel.motors.base import Motor, Point, Span, written, wrong_numbers
+from flywheel.motors.base import Motor, Point, Span, wrong_numbers
 from flywheel.motors.curve import OMEGA, Curve
 
 
@@ -103,6 +104,6 @@ class Engine(Motor):
         governed = parse(f"max({line}, {written(-self.braking_torque)})")
         if not isinstance(self.full_load, Curve):
             return parse(f"{written(self.full_load)} if omega <= {written(self.speed)} else {governed.text}")
-        below = Node("compare", (OMEGA, Node("number", number=float(self.speed))), signs=("<=",))
+        below = Node("compare", (OMEGA, numeral(self.speed)), signs=("<=",))
         text = f"{self.full_load.law().text}, governed from {self.speed:.6g} rad/s"
         return Expression(text, Node("if", (below, self.full_load.tree(), governed.tree)))

@@ -9,8 +9,9 @@ from typing import ClassVar
 
 from flywheel.arguments import number_faults, refuse
 from flywheel.faults import Fault
+from flywheel.formulas.building import written
 from flywheel.formulas.expressions import Expression, parse
-from flywheel.motors.base import Motor, Point, Span, written, wrong_numbers
+from flywheel.motors.base import Motor, Point, Span, wrong_numbers
 
 MOST_SLIP = 0.3
 """The greatest rated slip that is believed: a rotor's efficiency is at most 1 - slip, and wrong poles give more."""

@@ -7,8 +7,9 @@ from typing import ClassVar
 
 from flywheel.arguments import refuse
 from flywheel.faults import Fault, SceneError
+from flywheel.formulas.building import written
 from flywheel.formulas.expressions import Expression, parse
-from flywheel.motors.base import EVERYWHERE, Motor, Point, Span, written, wrong_numbers, wrong_point
+from flywheel.motors.base import EVERYWHERE, Motor, Point, Span, wrong_numbers, wrong_point
 
 
 @dataclass(frozen=True, kw_only=True)

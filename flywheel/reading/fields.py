@@ -10,7 +10,7 @@ import numpy as np
 
 from flywheel.advice import mean, nearest, quote, show
 from flywheel.faults import Fault
-from flywheel.reading.schema import MOST_TABLES, NAME_PATTERN, Key
+from flywheel.reading.schema import MOST_TABLES, NAME_PATTERN, Key, Section
 from flywheel.units import DIMENSIONS, QuantityError, parse_quantity
 
 Fields = dict[str, Any]
@@ -62,6 +62,20 @@ def read_fields(raw: Mapping[str, Any], keys: Sequence[Key], path: str, faults: 
         if name not in known:
             faults.unknown(child(path, name), name, known)
     return {key.name: _field(raw, key, child(path, key.name), faults) for key in keys}
+
+
+def read_typed(
+    raw: object, key: Key, kinds: Mapping[str, Section], path: str, faults: Faults
+) -> tuple[str, Mapping[str, Any], Fields] | None:
+    """A table whose keys follow from its type, the value of `key`: type, table and values; None for an unknown type."""
+    table = as_table(raw, path, faults)
+    if table is None:
+        return None
+    kind = table.get(key.name)
+    if not isinstance(kind, str) or kind not in kinds:
+        read_fields({key.name: kind} if key.name in table else {}, (key,), path, faults)
+        return None
+    return kind, table, read_fields(table, kinds[kind].keys, path, faults)
 
 
 def _field(raw: Mapping[str, Any], key: Key, path: str, faults: Faults) -> Any:

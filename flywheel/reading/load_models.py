@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Callable
 
 from flywheel.reading import model_gas, model_presses, model_resistance
-from flywheel.reading.fields import as_table, read_fields
+from flywheel.reading.fields import read_typed
 from flywheel.reading.model_items import Item, Made, Modelled, Site
-from flywheel.reading.schema_load import LOAD_MODELS
+from flywheel.reading.schema_load import LOAD_MODELS, TYPE
 
 __all__ = ["Modelled", "Site", "read_model"]
 
@@ -16,15 +16,11 @@ def read_model(raw: object, path: str, site: Site) -> Modelled | None:
     """The law of a load's model; None after noting faults."""
     faults = site.setting.faults
     before = len(faults)
-    table = as_table(raw, path, faults)
-    if table is None:
+    typed = read_typed(raw, TYPE, LOAD_MODELS, path, faults)
+    if typed is None:
         return None
-    kind = table.get("type")
-    if not isinstance(kind, str) or kind not in LOAD_MODELS:
-        read_fields({"type": kind} if "type" in table else {}, LOAD_MODELS["press"].keys[:1], path, faults)
-        return None
-    item = Item(table, read_fields(table, LOAD_MODELS[kind].keys, path, faults), kind, path, site)
-    read = _READERS[kind](item)
+    kind, table, fields = typed
+    read = _READERS[kind](Item(table, fields, kind, path, site))
     return read() if len(faults) == before and read is not None else None
 
 

@@ -7,10 +7,9 @@ import numpy as np
 from flywheel.advice import show
 from flywheel.load_models import compressors, gas
 from flywheel.mechanisms.ends import Ends
-from flywheel.reading.fields import items
 from flywheel.reading.model_items import Item, Made, Modelled, ends_of_port
 from flywheel.reading.schema_load import MOST_ROWS
-from flywheel.reading.tables import numbers, read_table
+from flywheel.reading.tables import listed_numbers, read_table
 from flywheel.units import LARGEST, QuantityError, convert, parse_unit
 
 
@@ -93,11 +92,7 @@ def _column(item: Item, name: str) -> list[float] | None:
     """Numbers under a key; None after noting what is wrong with them."""
     if name not in item.raw:
         return None
-    found = items(item.raw[name])
-    if found is None:
-        item.add(name, show(item.raw[name]), "a list of numbers")
-        return None
-    column = numbers(found, f"{item.path}.{name}", item.faults)
+    column = listed_numbers(item.raw[name], f"{item.path}.{name}", item.faults)
     if column and max(map(abs, column)) > LARGEST:
         item.add(name, f"{max(map(abs, column)):.6g}", f"at most {LARGEST:g}")
         return None

@@ -9,10 +9,10 @@ from typing import TYPE_CHECKING, Any, NamedTuple, TypeVar
 from flywheel.advice import show
 from flywheel.faults import SceneError
 from flywheel.motors.base import Motor, Point
-from flywheel.reading.fields import Faults, Fields, as_table, exactly_one, expectation, items, read_fields
+from flywheel.reading.fields import Faults, Fields, as_table, exactly_one, expectation, read_fields, read_typed
 from flywheel.reading.places import Setting
 from flywheel.reading.schema_motor import CURVE_KEYS, MOTORS, TYPE
-from flywheel.reading.tables import numbers
+from flywheel.reading.tables import listed_numbers
 from flywheel.units import LARGEST, QuantityError, Unit, convert, parse_unit
 
 if TYPE_CHECKING:
@@ -42,16 +42,11 @@ def read_motor(raw: object, path: str, setting: Setting) -> Motor | None:
     """
     faults = setting.faults
     before = len(faults)
-    table = as_table(raw, path, faults)
-    if table is None:
+    typed = read_typed(raw, TYPE, MOTORS, path, faults)
+    if typed is None or len(faults) > before:
         return None
-    kind = table.get("type")
-    if not isinstance(kind, str) or kind not in MOTORS:
-        read_fields({"type": kind} if "type" in table else {}, (TYPE,), path, faults)
-        return None
-    fields = read_fields(table, MOTORS[kind].keys, path, faults)
-    item = Item(table, fields, path, setting.folder, faults)
-    return None if len(faults) > before else _built(_READERS[kind], item)
+    kind, table, fields = typed
+    return _built(_READERS[kind], Item(table, fields, path, setting.folder, faults))
 
 
 def _built(build: Callable[[Item], Made | None], item: Item) -> Made | None:
@@ -128,17 +123,8 @@ def _columns(item: Item) -> Sequence[Sequence[float | str]] | None:
         found = " and ".join(item.given("file", "column", "speed", "torque")) or "no rows"
         item.faults.add(item.path, found, "either file (and column), or speed and torque")
         return None
-    columns = [_listed(item, name) for name in inline]
+    columns = [listed_numbers(item.raw[name], f"{item.path}.{name}", item.faults) for name in inline]
     return None if None in columns else [column for column in columns if column is not None]
-
-
-def _listed(item: Item, name: str) -> list[float] | None:
-    """A list of finite numbers."""
-    found = items(item.raw[name])
-    if found is None:
-        item.faults.add(f"{item.path}.{name}", show(item.raw[name]), "a list of numbers")
-        return None
-    return numbers(found, f"{item.path}.{name}", item.faults)
 
 
 def _unit(item: Item, key: str, dimension: str) -> Unit:

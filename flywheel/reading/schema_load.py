@@ -97,7 +97,7 @@ _ABOUTS = {
     "indicator": ("gas on a piston, from an indicator diagram", _INDICATOR),
     "compressor": ("gas of a reciprocating compressor", _COMPRESSOR),
 }
-_TYPE = Key("type", "choice", "of the machine", required=True, choices=tuple(_ABOUTS))
+TYPE = Key("type", "choice", "of the machine", required=True, choices=tuple(_ABOUTS))
 
-LOAD_MODELS = {name: Section("load.model", about, (_TYPE, *keys)) for name, (about, keys) in _ABOUTS.items()}
+LOAD_MODELS = {name: Section("load.model", about, (TYPE, *keys)) for name, (about, keys) in _ABOUTS.items()}
 """What a load's model may be, each with its keys."""

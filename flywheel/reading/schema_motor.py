@@ -70,5 +70,3 @@ _KINDS: dict[str, tuple[str, tuple[Key, ...]]] = {
 TYPE = _TYPE._replace(choices=tuple(_KINDS))
 MOTORS = {kind: Section("drive.motor", about, (TYPE, *keys, _INERTIA)) for kind, (about, keys) in _KINDS.items()}
 """The keys of each type of motor."""
-
-CURVE = Section("drive.motor.full_load", "torque against speed", CURVE_KEYS)

@@ -79,7 +79,7 @@ def _columns(
         given = [key for key in ("file", "column", "angle", "value") if key in raw]
         faults.add(path, " and ".join(given) or "neither", "either file (and column), or angle and value")
         return None
-    angle, value = (_listed(fields[key], f"{path}.{key}", faults) for key in ("angle", "value"))
+    angle, value = (listed_numbers(fields[key], f"{path}.{key}", faults) for key in ("angle", "value"))
     if angle is None or value is None:
         return None
     if len(angle) != len(value):
@@ -88,8 +88,8 @@ def _columns(
     return angle, value
 
 
-def _listed(raw: object, path: str, faults: Faults) -> list[float] | None:
-    """A list of finite numbers."""
+def listed_numbers(raw: object, path: str, faults: Faults) -> list[float] | None:
+    """A list of finite numbers; None after noting what is wrong with it."""
     found = items(raw)
     if found is None:
         faults.add(path, show(raw), "a list of numbers")

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from flywheel.following import Trail
 from flywheel.instant import Anchor
+from flywheel.motors.dc import DC
 
 Array = NDArray[np.float64]
 
@@ -73,8 +74,8 @@ def drive_current(trail: Trail, states: Array) -> Array | None:
     """The current (A) of a DC motor: a state of its own, or what its speed makes it."""
     if states.shape[0] > 3:
         return np.asarray(states[3])
-    motor: Any = trail.dynamics.machine.scene.motor
-    if motor is None or not hasattr(motor, "resistance"):
+    motor = trail.dynamics.machine.scene.motor
+    if not isinstance(motor, DC):
         return None
     return np.asarray(motor.current(trail.dynamics.ratio * states[1]))
 

@@ -72,14 +72,12 @@ def time_along(sizing: Sizing, phi: ArrayLike) -> Array:
     speed_at(sizing, 0.0)
     assert sizing.cycle is not None
     turns = np.floor(angles / sizing.scene.cycle)
-    edges = _fine_edges(sizing)
-    mesh = piecewise.cells(edges)
+    mesh = piecewise.cells(_fine_edges(sizing))
     series = piecewise.fit(1.0 / speed_at(sizing, mesh.phi))
     rising = piecewise.antiderivative(series, mesh.half)
     start = piecewise.accumulated(rising)
     within = angles - turns * sizing.scene.cycle
-    cell = np.clip(np.searchsorted(edges, within, side="right") - 1, 0, edges.size - 2)
-    t = np.clip((within - mesh.middle[cell, 0]) / mesh.half[cell, 0], -1.0, 1.0)
+    cell, t = piecewise.located(mesh, within)
     local = (rising[cell] * piecewise.basis(t)).sum(axis=-1)
     return np.asarray(turns * start[-1] + start[cell] + local)
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -12,7 +14,7 @@ from flywheel.scene import TURN
 from flywheel.simulation import Motion
 from flywheel.transients.conditions import Until
 from flywheel.transients.goals import Setting, at_rest, limit_of
-from flywheel.transients.looking import Works, nodes, peak, sampled, worked
+from flywheel.transients.looking import Samples, Works, nodes, peak, sampled, worked
 from flywheel.transients.record import Energy, Peaks, Transient
 
 Array = NDArray[np.float64]
@@ -28,23 +30,8 @@ def told_of(setting: Setting, motion: Motion, goal: Until, rtol: float) -> Trans
     reason, ended = _ending(setting, trail, motion, goal)
     times, _, _ = nodes(trail)
     samples = sampled(trail, np.unique(np.concatenate((trail.t, times))))
-    drives = scene.drive is not None
-    peaks = Peaks(
-        peak(trail, "omega", samples),
-        peak(trail, "drive", samples) if drives else None,
-        peak(trail, "power", samples) if drives else None,
-        peak(trail, "current", samples) if samples.current is not None else None,
-    )
     steady = None if setting.regime is None else setting.regime.speed
     origin = scene.origin
-    messages = []
-    if motion.error > rtol:
-        messages.append(f"rtol {rtol:.1g} not reached: the motion is good to {motion.error:.2g} (estimated, relative)")
-    if trail.start.omega == 0.0 and trail.start.current > 0.0:
-        held = f"{trail.start.current:.6g} A, with which its motor carries the load at rest"
-        messages.append(f"held at rest until the current has risen to {held}; time counts from then on")
-    if setting.regime is None and scene.stroke is None and setting.no_regime:
-        messages.append(f"no regime: {setting.no_regime}")
     return Transient(
         scene=scene,
         motion=motion._replace(phi=motion.phi + origin) if origin else motion,
@@ -54,11 +41,32 @@ def told_of(setting: Setting, motion: Motion, goal: Until, rtol: float) -> Trans
         balance=setting.balance,
         regime_speed=steady,
         time_to_regime=None if steady is None else _reached(trail, SHARE * steady, samples.t, samples.omega),
-        peaks=peaks,
+        peaks=_peaks(trail, samples),
         energy=_energy(worked(trail), float(samples.kinetic[-1] - samples.kinetic[0])),
         rtol=rtol,
-        messages=tuple(messages),
+        messages=tuple(_messages(setting, motion, trail.start, rtol)),
     )
+
+
+def _peaks(trail: Trail, samples: Samples) -> Peaks:
+    drives = trail.dynamics.machine.scene.drive is not None
+    return Peaks(
+        peak(trail, "omega", samples),
+        peak(trail, "drive", samples) if drives else None,
+        peak(trail, "power", samples) if drives else None,
+        peak(trail, "current", samples) if samples.current is not None else None,
+    )
+
+
+def _messages(setting: Setting, motion: Motion, start: Start, rtol: float) -> Iterator[str]:
+    """What is to be said beside the figures."""
+    if motion.error > rtol:
+        yield f"rtol {rtol:.1g} not reached: the motion is good to {motion.error:.2g} (estimated, relative)"
+    if start.omega == 0.0 and start.current > 0.0:
+        held = f"{start.current:.6g} A, with which its motor carries the load at rest"
+        yield f"held at rest until the current has risen to {held}; time counts from then on"
+    if setting.regime is None and setting.machine.scene.stroke is None and setting.no_regime:
+        yield f"no regime: {setting.no_regime}"
 
 
 def _ending(setting: Setting, trail: Trail, motion: Motion, goal: Until) -> tuple[str, str]:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
+from typing import Any
 
 from flywheel.wheel.asked import WheelAsked
 from flywheel.wheel.bodies import Body, Part, parts, stress
@@ -70,6 +71,33 @@ class Wheel:
     def utilisation(self) -> float | None:
         """The greatest stress over the allowable one."""
         return None if self.material.allowable is None else self.greatest_stress / self.material.allowable
+
+    def as_dict(self) -> dict[str, Any]:
+        """Everything for JSON, SI throughout; what a shape does not have is null."""
+        body, hub, arms = self.body, self.body.hub, self.body.arms
+        return {
+            "shape": self.shape,
+            "method": "thin" if body.thin else "exact",
+            "material": {key: value for key, value in self.material._asdict().items() if key != "about"},
+            "needed": self.needed,
+            "inertia": self.inertia,
+            "mass": self.mass,
+            "outer_radius": body.outer,
+            "inner_radius": body.inner,
+            "mean_radius": body.mean,
+            "width": body.width,
+            "thickness": body.thickness,
+            "arms": None if arms is None else arms._asdict(),
+            "hub": None if hub is None else hub._asdict(),
+            "parts": [part._asdict() for part in self.parts],
+            "speed": self.speed,
+            "rim_speed": self.rim_speed,
+            "stresses": dict(self.stresses),
+            "greatest_stress": self.greatest_stress,
+            "safety": self.safety,
+            "compared": dict(self.compared) or None,
+            "warnings": list(self.warnings),
+        }
 
 
 def wheel_of(asked: WheelAsked, body: Body, speed: float, needed: float | None = None) -> Wheel:

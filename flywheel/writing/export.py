@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -64,7 +64,7 @@ def reduced(scene: Scene, angles: Sequence[float] = (), points: int = 360, *, as
     even = np.arange(points, dtype=np.float64) * (scene.cycle / points)
     phi = np.array(angles, dtype=np.float64) if angles else even
     state, balance, speed = _reduced(machine, phi)
-    text = _reduced_json(machine, phi, state, balance, speed) if as_json else _csv(_csv_columns(machine, phi, state))
+    text = _reduced_json(machine, phi, state, balance, speed) if as_json else csv(_csv_columns(machine, phi, state))
     return text, _conditions(machine, speed)
 
 
@@ -75,7 +75,7 @@ def _along(machine: Machine, stroke: Stroke, given: Sequence[float], points: int
     passage = along(machine, np.array(given) if given else np.linspace(stroke.start, stroke.end, points))
     if as_json:
         return encoded(export_stroke.as_dict(machine.scene.title, stroke, passage))
-    return _csv(export_stroke.columns(machine, stroke, passage))
+    return csv(export_stroke.columns(machine, stroke, passage))
 
 
 def _reduced(machine: Machine, phi: Array) -> tuple[MachineState, Balance | None, float | None]:
@@ -131,7 +131,8 @@ def _csv_columns(machine: Machine, phi: Array, state: MachineState) -> Iterator[
             yield f"{title} {name} [{unit}]", values
 
 
-def _csv(columns: Iterator[tuple[str, Array]]) -> str:
+def csv(columns: Iterable[tuple[str, Array]]) -> str:
+    """Columns under the names that head them, floats at full precision."""
     names, arrays = zip(*columns, strict=True)
     rows = zip(*((array + 0.0).tolist() for array in arrays), strict=True)  # + 0.0: no "-0.0"
     lines = [",".join(names), *(",".join(map(repr, row)) for row in rows)]

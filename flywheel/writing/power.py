@@ -66,10 +66,7 @@ def with_and_without(sizing: Sizing) -> list[str]:
         ("mean, W", _number(energy.mean_power), _number(energy.mean_power_alone)),
         ("greatest, W", _number(energy.peak_power), _number(energy.peak_power_alone)),
         ("greatest over mean", _ratio(energy.peak_to_mean), _ratio(energy.peak_to_mean_alone)),
-        (
-            "energy in an hour, kWh",
-            *(_number(kilowatt_hours(p, HOUR)) for p in (energy.mean_power, energy.mean_power_alone)),
-        ),
+        ("energy in an hour, kWh", _per_hour(energy.mean_power), _per_hour(energy.mean_power_alone)),
     ]
     header = ("", "with the flywheel", "without one, at constant speed")
     return ["Power of the drive over the time of a cycle", *columns(rows, header), *sentences(_of_motor(sizing, energy))]

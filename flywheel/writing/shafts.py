@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from math import pi
-from typing import Any
 
 from flywheel.every_shaft import OnShaft
 from flywheel.writing.digits import columns, figure
@@ -28,11 +27,6 @@ def table(rows: Sequence[OnShaft], digits: int = 6) -> list[str]:
     rims = any(row.radius is not None for row in rows)
     lines = [_cells(row, rims, digits) for row in rows]
     return columns(lines, _HEAD + _RIM if rims else _HEAD)
-
-
-def as_dict(rows: Sequence[OnShaft]) -> list[dict[str, Any]]:
-    """The same for JSON, SI throughout, with the kinetic energy that all of them share."""
-    return [row.as_dict() for row in rows]
 
 
 def _cells(row: OnShaft, rims: bool, digits: int) -> list[str]:

@@ -9,8 +9,8 @@ from numpy.typing import NDArray
 
 from flywheel.transients.looking import Samples, sampled
 from flywheel.transients.record import Transient
+from flywheel.writing import export
 from flywheel.writing.digits import columns, figure, short
-from flywheel.writing.export import encoded
 from flywheel.writing.rows import DEGREES, RPM, wrapped
 
 Array = NDArray[np.float64]
@@ -122,11 +122,9 @@ def table(transient: Transient, points: int) -> Iterator[tuple[str, Array]]:
 
 def csv(transient: Transient, points: int) -> str:
     """The motion at so many times as CSV, SI throughout."""
-    names, arrays = zip(*table(transient, points), strict=True)
-    rows = zip(*((array + 0.0).tolist() for array in arrays), strict=True)
-    return "\n".join([",".join(names), *(",".join(map(repr, row)) for row in rows)]) + "\n"
+    return export.csv(table(transient, points))
 
 
 def json(transient: Transient, points: int) -> str:
     """Everything of a motion, with the motion itself at so many times, as JSON, SI throughout."""
-    return encoded({**transient.as_dict(), "samples": evenly(transient, points)._asdict()}, indent=2)
+    return export.encoded({**transient.as_dict(), "samples": evenly(transient, points)._asdict()}, indent=2)

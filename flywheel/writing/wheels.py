@@ -1,8 +1,6 @@
-"""A wheel as rows of a report, and as keys of JSON."""
+"""A wheel as rows of a report."""
 
 from __future__ import annotations
-
-from typing import Any
 
 from flywheel.wheel.result import Wheel
 from flywheel.writing.digits import figure
@@ -30,34 +28,6 @@ def rows(wheel: Wheel) -> list[Row]:
         *((f"stress, {place}", _number(value / _MEGA), "MPa") for place, value in wheel.stresses.items()),
         *_judgement(wheel),
     ]
-
-
-def as_dict(wheel: Wheel) -> dict[str, Any]:
-    """A wheel for JSON, SI throughout; what a shape does not have is null."""
-    body, hub, arms = wheel.body, wheel.body.hub, wheel.body.arms
-    return {
-        "shape": wheel.shape,
-        "method": "thin" if body.thin else "exact",
-        "material": {key: value for key, value in wheel.material._asdict().items() if key != "about"},
-        "needed": wheel.needed,
-        "inertia": wheel.inertia,
-        "mass": wheel.mass,
-        "outer_radius": body.outer,
-        "inner_radius": body.inner,
-        "mean_radius": body.mean,
-        "width": body.width,
-        "thickness": body.thickness,
-        "arms": None if arms is None else arms._asdict(),
-        "hub": None if hub is None else hub._asdict(),
-        "parts": [part._asdict() for part in wheel.parts],
-        "speed": wheel.speed,
-        "rim_speed": wheel.rim_speed,
-        "stresses": dict(wheel.stresses),
-        "greatest_stress": wheel.greatest_stress,
-        "safety": wheel.safety,
-        "compared": dict(wheel.compared) or None,
-        "warnings": list(wheel.warnings),
-    }
 
 
 def _shape(wheel: Wheel) -> str:

@@ -9,7 +9,7 @@ import pytest
 from flywheel.every_shaft import gd2, on_every_shaft
 from flywheel.faults import SceneError
 from flywheel.gearing import Shaft, Stage, geared_acceleration, geared_torque, with_rope
-from flywheel.writing.shafts import as_dict, table
+from flywheel.writing.shafts import table
 
 
 def drawn(seed):
@@ -190,4 +190,4 @@ def test_the_table_has_a_line_a_shaft_and_sizes_where_they_are_known():
     assert "rim speed, m/s" in table(sized)[0]
     assert [line.split()[0] for line in table(sized)] == ["shaft", *RATIOS]
     assert float(table(sized)[2].split()[-1]) == 54.0
-    assert as_dict(sized)[0]["energy"] == sized[0].energy
+    assert sized[0].as_dict()["energy"] == sized[0].energy

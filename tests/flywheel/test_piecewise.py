@@ -121,3 +121,10 @@ def test_the_greatest_value_may_stand_at_a_jump():
     mesh = piecewise.cells(np.array([0.0, 1.0, 3.0]))
     series = piecewise.fit(np.where(mesh.phi < 1.0, 3.0 * mesh.phi, 2.0 - mesh.phi))
     assert piecewise.greatest(series) == pytest.approx(3.0, rel=1e-14)
+
+
+def test_angles_are_located_in_their_cells():
+    mesh = piecewise.cells(np.array([0.0, 1.0, 3.0]))
+    cell, t = piecewise.located(mesh, np.array([-1.0, 0.0, 0.25, 1.0, 2.5, 3.0, 4.0]))
+    assert cell.tolist() == [0, 0, 0, 1, 1, 1, 1]
+    assert t.tolist() == [-1.0, -1.0, -0.5, -1.0, 0.5, 1.0, 1.0]

@@ -7,7 +7,7 @@ import json
 import pytest
 
 from flywheel.wheel import WheelAsked, choose, material
-from flywheel.writing.wheels import as_dict, rows
+from flywheel.writing.wheels import rows
 
 IRON = material("grey cast iron")
 ARMED = WheelAsked("arms", IRON, outer_radius=1.0, bore=0.1, torque=100.0)
@@ -44,7 +44,7 @@ def test_rows_of_other_wheels():
 @pytest.mark.parametrize("asked", [ARMED, WheelAsked("disc", IRON, width=0.1), WheelAsked("lightest", IRON, max_radius=0.5)])
 def test_json(asked):
     wheel = choose(20.0, 20.0, asked)
-    found = json.loads(json.dumps(as_dict(wheel), allow_nan=False))
+    found = json.loads(json.dumps(wheel.as_dict(), allow_nan=False))
     assert found["inertia"] == wheel.inertia
     assert found["stresses"] == dict(wheel.stresses)
     assert found["material"]["density"] == 7200.0
