@@ -17,6 +17,22 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
+    from flywheel import (
+        arm,
+        energy,
+        every_shaft,
+        gearing,
+        kinetostatics,
+        load_models,
+        masses,
+        motors,
+        multibody,
+        presses,
+        recovery,
+        transients,
+        two_speeds,
+        wheel,
+    )
     from flywheel.faults import Fault, SceneError
     from flywheel.joints import JointForces, joint_forces
     from flywheel.machine import Machine
@@ -60,6 +76,12 @@ _HOMES = {
     "transient": "transients.running",
 }
 
+_MODULES = (
+    *("arm", "energy", "every_shaft", "gearing", "kinetostatics", "load_models", "masses", "motors"),
+    *("multibody", "presses", "recovery", "transients", "two_speeds", "wheel"),
+)
+"""Parts of the library whose names are used with theirs: `flywheel.wheel.choose`."""
+
 __all__ = [
     "Fault",
     "JointForces",
@@ -72,10 +94,21 @@ __all__ = [
     "Transient",
     "along",
     "animate",
+    "arm",
     "cycle_shares",
     "draw",
+    "energy",
+    "every_shaft",
+    "gearing",
     "joint_forces",
+    "kinetostatics",
     "load",
+    "load_models",
+    "masses",
+    "motors",
+    "multibody",
+    "presses",
+    "recovery",
     "reduce",
     "run_down",
     "run_up",
@@ -84,15 +117,20 @@ __all__ = [
     "size",
     "time_along",
     "transient",
+    "transients",
+    "two_speeds",
+    "wheel",
 ]
 
 
 def __getattr__(name: str) -> Any:
-    """Import a public name from its module on first use (PEP 562): `import flywheel` itself costs nothing."""
+    """Import a public name, or a part of the library, on first use (PEP 562): `import flywheel` itself costs nothing."""
     if name == "__version__":
         from importlib.metadata import version
 
         return version("flywheel-design")
+    if name in _MODULES:
+        return import_module(f"flywheel.{name}")
     if name not in _HOMES:
         raise AttributeError(f"module 'flywheel' has no attribute {name!r}")
     value = getattr(import_module(f"flywheel.{_HOMES[name]}"), name)

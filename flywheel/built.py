@@ -29,9 +29,11 @@ def with_wheel(sizing: Sizing) -> Sizing:
     if not needed:
         return replace(sizing, messages=(*sizing.messages, "no wheel is chosen, as no flywheel is needed"))
     ratio, (mean, greatest) = scene.flywheel_ratio, _speeds(sizing)
-    wheel = choose(needed, ratio * (mean if asked.at == MEAN else greatest), _with_torque(asked, sizing, needed))
+    asked = _with_torque(asked, sizing, needed)
+    wheel = choose(needed, ratio * (mean if asked.at == MEAN else greatest), asked)
     irregularity, error = _as_built(sizing, wheel.inertia)
-    return replace(sizing, built=Built(wheel, irregularity, error), messages=(*sizing.messages, *wheel.warnings))
+    built = Built(wheel, irregularity, error, None if wheel.body.arms is None else asked.torque)
+    return replace(sizing, built=built, messages=(*sizing.messages, *wheel.warnings))
 
 
 def _speeds(sizing: Sizing) -> tuple[float, float]:

@@ -8,6 +8,8 @@ from __future__ import annotations
 
 from dataclasses import replace
 
+import numpy as np
+
 from flywheel import constant_speed, own_motion, piecewise, wittenbauer
 from flywheel.faults import Fault, SceneError
 from flywheel.machine import Machine
@@ -37,9 +39,25 @@ def settled(machine: Machine, rtol: float) -> Sizing:
     )
     start = figures.cycle.balance if figures.cycle.balance is not None else unknown
     motion = _motion(machine, figures, start, rtol)
+    if motion is None:
+        return _still(wittenbauer.assembled(machine, figures, None, rtol), messages)
     _check_stable(machine, motion)
     sizing = wittenbauer.assembled(machine, figures, motion.run, rtol)
     return _completed(sizing, figures, motion, messages)
+
+
+def _still(sizing: Sizing, messages: tuple[str, ...]) -> Sizing:
+    """The sizing of a machine in which nothing varies: what the figures hold is rounding."""
+    wheel = sizing.flywheel._replace(
+        exact=0.0,
+        approximate=0.0,
+        approximate_total=0.0,
+        inertia_torque=0.0,
+        needed=False,
+        bracket=None,
+        torque_bracket=None,
+    )
+    return replace(sizing, flywheel=wheel, messages=(*sizing.messages, *messages))
 
 
 def _check(machine: Machine) -> None:
@@ -69,12 +87,17 @@ def _at_constant_speed(machine: Machine, moments: Moments) -> tuple[float, float
     return scene.speed, constant_speed.balance_at(moments, scene.speed), ()
 
 
-def _motion(machine: Machine, figures: Figures, unknown: float, rtol: float) -> OwnMotion:
-    """The motion with the given flywheel, with the one that is needed, or with none where none is."""
+def _motion(machine: Machine, figures: Figures, unknown: float, rtol: float) -> OwnMotion | None:
+    """The motion with the given flywheel, with the one that is needed, or with none where none is.
+
+    None where nothing varies and nothing moves that could store energy.
+    """
     scene, speed = machine.scene, figures.speed
     held = speed if scene.unknown is not None else None
     if scene.inertia is not None:
         return _found(machine, speed, Asked(scene.inertia * scene.flywheel_ratio**2, None, held), 0.0, unknown, rtol)
+    if _weightless(machine, figures):
+        return None
     least = _LIGHT * max(wittenbauer.reduced_inertia(figures).greatest, figures.scale)
     guess = max(figures.total - figures.cycle.inertia_at_start, least)
     asked = Asked(None, scene.irregularity, held)
@@ -90,6 +113,12 @@ def _motion(machine: Machine, figures: Figures, unknown: float, rtol: float) -> 
     return _found(machine, speed, Asked(0.0, None, held), 0.0, unknown, rtol)
 
 
+def _weightless(machine: Machine, figures: Figures) -> bool:
+    """Whether the machine has no inertia of its own, and the loads do not vary."""
+    cycle, swing = figures.cycle, figures.extremes.greatest[0] - figures.extremes.least[0]
+    return float(np.abs(cycle.series[2]).max()) <= cycle.errors.inertia and swing <= 4 * cycle.errors.work
+
+
 def _bare(machine: Machine, speed: float, held: float | None, unknown: float, rtol: float) -> OwnMotion | None:
     """The motion without any flywheel, where there is one."""
     try:
@@ -101,22 +130,30 @@ def _bare(machine: Machine, speed: float, held: float | None, unknown: float, rt
 def _found(machine: Machine, speed: float, asked: Asked, guess: float, unknown: float, rtol: float) -> OwnMotion:
     try:
         return own_motion.found(machine, speed, asked, guess, unknown, rtol)
-    except NoRegimeError as error:
-        raise SceneError([_no_motion(machine, speed, asked, error)]) from None
+    except NoRegimeError:
+        raise SceneError([_no_motion(machine, speed, asked, guess, unknown)]) from None
 
 
-def _no_motion(machine: Machine, speed: float, asked: Asked, error: NoRegimeError) -> Fault:
-    """Why there is no motion: the machine, or its motor, stops; or the iteration did not settle."""
+def _no_motion(machine: Machine, speed: float, asked: Asked, guess: float, unknown: float) -> Fault:
+    """Why there is no motion: followed in time, the machine stalls or runs away; or the iteration did not settle."""
+    from flywheel.fate import Fate, fate_of  # scipy arrives with time stepping, and only where it is needed
+
     scene = machine.scene
-    path = "flywheel.inertia" if scene.inertia is not None else "flywheel.irregularity"
-    wheel = "" if asked.inertia is None else f" with a flywheel of {asked.inertia:.6g} kg m² on the crank"
+    sized = asked.inertia is None
+    path = "flywheel.irregularity" if sized else "flywheel.inertia"
+    inertia = guess if asked.inertia is None else asked.inertia
+    wheel = f" with {'about ' if sized else ''}{inertia:.6g} kg m² on the crank"
     expected = "a motion that comes back to its speed each cycle"
-    if not error.stops:
-        advice = "a torque that jumps at a speed cannot be followed there: make it steep instead"
-        return Fault(path, f"{error} near {speed:.6g} rad/s{wheel}", expected, advice)
-    stalls = scene.drive is not None and machine.depends_on_speed and scene.unknown is None
-    what = f"a motor that stalls within the cycle near {speed:.6g} rad/s" if stalls else str(error)
-    return Fault(path, what + wheel, expected, "a heavier flywheel, a stronger drive, or a higher speed")
+    ending = fate_of(machine, speed, inertia, unknown)
+    what = "motor" if scene.drive is not None and scene.unknown is None else "machine"
+    if ending.fate is Fate.STALLS:
+        found = f"a {what} that stalls {ending.where}, let go at {speed:.6g} rad/s{wheel}"
+        return Fault(path, found, expected, "a heavier flywheel, a stronger drive, or a higher speed")
+    if ending.fate is Fate.RUNS_AWAY:
+        found = f"a machine that runs away, let go at {speed:.6g} rad/s{wheel}"
+        return Fault(path, found, expected, "a heavier flywheel, or a drive whose torque falls with speed")
+    advice = "a heavier flywheel; a torque that jumps at a speed, or falls very steeply with it, made less steep"
+    return Fault(path, f"no periodic motion near {speed:.6g} rad/s{wheel}", expected, advice)
 
 
 def _check_stable(machine: Machine, motion: OwnMotion) -> None:

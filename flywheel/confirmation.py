@@ -110,7 +110,7 @@ def _cycle_in_time(machine: Machine, cycle: Cycle, speed: float, run: Run, rtol:
         speed_max=speed * (1 + scale * high),
         speed_min=speed * (1 + scale * low),
         period=last.end / speed,
-        closure=closing / (1 + scale * u),
+        closure=float(closing / (1 + scale * u)),
         error=0.0,
     )
     return found._replace(error=_disagreement(cycle, speed, run, found, rtol))

@@ -23,7 +23,8 @@ class Energy(NamedTuple):
 
     `period` (s); `work` of the motor in it (J); `mean_power` and `peak_power` of the motor with the flywheel (W), the peak
     with its sign; `mean_power_alone` and `peak_power_alone` of a motor that follows the loads without a flywheel at constant
-    speed (W). Powers of a motor that brakes are below 0.
+    speed (W). Powers of a motor that brakes are below 0. `rms_torque` is the root of the mean square of the motor's torque
+    over time, which heats it (N m): on the drive's own shaft in a sizing, on the reduction element in `of_cycle`.
     """
 
     period: float
@@ -32,6 +33,7 @@ class Energy(NamedTuple):
     peak_power: float
     mean_power_alone: float
     peak_power_alone: float
+    rms_torque: float
 
     @property
     def peak_to_mean(self) -> float | None:
@@ -59,7 +61,7 @@ def of_cycle(omega: ArrayLike, drive: ArrayLike, load: ArrayLike, weights: Array
     """Power and energy over one cycle: work = sum w M_d, T = sum w/omega, mean = work/T, peak = max of M_d omega.
 
     Without a flywheel the motor follows the loads at a constant speed: its power is -M_l times that speed, the mean
-    (-sum w M_l/sum w) times it.
+    (-sum w M_l/sum w) times it. The torque that heats the motor is sqrt(sum (w M_d²/omega)/T).
 
     Args:
         omega: speed of the reduction element with the flywheel, rad/s, shape (n,).
@@ -88,7 +90,8 @@ def of_cycle(omega: ArrayLike, drive: ArrayLike, load: ArrayLike, weights: Array
     refuse(number_faults("speed", steady, POSITIVE, "rad/s"))
     period, work = float(weighed @ (1.0 / speeds)), float(weighed @ driving)
     alone = -float(weighed @ loading) / float(weighed.sum()) * steady
-    return Energy(period, work, work / period, _peak(driving * speeds), float(alone), _peak(-loading * steady))
+    rms = float(np.sqrt(weighed @ (driving**2 / speeds) / period))
+    return Energy(period, work, work / period, _peak(driving * speeds), float(alone), _peak(-loading * steady), rms)
 
 
 def kilowatt_hours(power: float, time: float) -> float:

@@ -28,7 +28,8 @@ _AHEAD = 1e-7  # of a piece: how far beyond a switch its side is looked up
 _WITHIN = 1e-9  # of a piece: how near to its ends
 _MOST_CROSSINGS = 500  # of switches, one after the other within a piece
 _TRIES = 8  # changes of side at one instant, before the motion counts as stuck
-_ONSET = 1e-12  # of the machine's pace: the speed by which branches are decided at rest
+ONSET = 1e-12  # of the machine's pace: the speed by which branches are decided at rest
+_LIGHT, _NOTHING = 1e-7, 1e-11  # of the greatest inertia: where a zero is looked for, and what counts as one
 _STILL = 1e-9  # of the machine's pace: slower than this it stands
 
 
@@ -88,6 +89,10 @@ class Trail(NamedTuple):
             found[0, mine] += stretch.offset
         return found
 
+    def __repr__(self) -> str:
+        """How many steps there are, and how they end, instead of all of them."""
+        return f"Trail({len(self.stretches)} steps to t = {self.t[-1]:.6g} s, goal={self.goal!r}, cycles={self.cycles})"
+
     def ends(self) -> Array:
         """The states at the ends of all steps, the start included: (states, steps + 1)."""
         which = np.arange(-1, len(self.stretches)).clip(0)
@@ -95,6 +100,7 @@ class Trail(NamedTuple):
 
 
 Passing = Callable[[float, float], str | None]
+Watching = Callable[[float, float], None]
 
 
 def follow(
@@ -104,15 +110,16 @@ def follow(
     rtol: float,
     goals: Sequence[Goal] = (),
     passing: Passing | None = None,
+    watching: Watching | None = None,
 ) -> Trail:
     """The motion from a start until a time (s), or until a goal is reached.
 
     `rtol` is the tolerance of a step. `passing(t, omega)` is asked at the end of every cycle;
-    what it answers ends the motion.
+    what it answers ends the motion. `watching(t, phi)` is told of the start, and of the end of every stretch.
 
     Raises SceneError where the motion is not determined, or sticks at a switch that both sides drive it back to.
     """
-    return _Follower(dynamics, start, until, rtol, goals, passing).trail()
+    return _Follower(dynamics, start, until, rtol, goals, passing, watching).trail()
 
 
 class _Follower:
@@ -124,9 +131,10 @@ class _Follower:
         rtol: float,
         goals: Sequence[Goal],
         passing: Passing | None,
+        watching: Watching | None,
     ) -> None:
         self.dynamics, self.machine, self.start = dynamics, dynamics.machine, start
-        self.until, self.goals, self.passing = until, goals, passing
+        self.until, self.goals, self.passing, self.watching = until, goals, passing, watching
         scene = self.machine.scene
         self.once = scene.stroke is not None
         self.cycle = scene.cycle
@@ -137,6 +145,7 @@ class _Follower:
         self.state = np.array([start.phi - self.offset, start.omega, 0.0, start.current])[: self.tolerance.absolute.size]
         self.stretches: list[Stretch] = []
         self.branching = dynamics.branching
+        self.light = _LIGHT * self._greatest_inertia()
         self.times = SwitchingTimes(self.machine, until)
 
     def _tolerance(self, rtol: float) -> Tolerance:
@@ -150,6 +159,7 @@ class _Follower:
         """Stretch after stretch in either direction; phi is reduced to one cycle, `offset` is what was taken off it."""
         goal = stuck = None
         hint: float | None = None
+        self._tell()
         while self.t < self.until and goal is None:
             check_friction(self.machine, self.t, float(self.state[1]))
             if self.once and self._leaves():
@@ -171,9 +181,14 @@ class _Follower:
         self.stretches += [Stretch(step, self.offset, anchor) for step in passed if step.end > step.start]
         self.t = passed[-1].end
         self.state = np.array(passed[-1].dense(self.t))
+        self._tell()
         if len(self.stretches) > _MOST_STEPS:
             expected = f"a shorter time: {_MOST_STEPS} steps reach {self.t:g} s"
             raise SceneError([Fault("until", f"{self.until:g} s", expected)])
+
+    def _tell(self) -> None:
+        if self.watching is not None:
+            self.watching(self.t, float(self.state[0]) + self.offset)
 
     def _goal(self, last: Step, ends: tuple[float, float], stop: float) -> str | None:
         """The goal that a stretch ended with; where it ended at the end of a piece, the state is put there exactly."""
@@ -224,9 +239,27 @@ class _Follower:
                 return np.full(size, np.nan)  # a step that tries beyond the stroke is too long
             if not now.inertia > 0.0:
                 raise SceneError([weightless(self.machine, phi, now.inertia)])
+            if now.inertia < self.light and ends is not None:
+                self._check_weighs(ends, anchor)
             return np.array([omega, now.acceleration, now.moment * omega, now.current_rate][:size])
 
         return rates
+
+    def _greatest_inertia(self) -> float:
+        ends = self.machine.restarts
+        return float(np.max(self.machine.reduce(0.5 * (ends[1:] + ends[:-1])).inertia)) + self.dynamics.inertia
+
+    def _check_weighs(self, ends: tuple[float, float], anchor: Anchor) -> None:
+        """Refuse to run into a place where nothing weighs: the driver moves there while all masses stand."""
+        from scipy.optimize import minimize_scalar
+
+        def inertia(phi: float) -> float:
+            return float(self.dynamics.at(phi, anchor.phi, 0.0, self.t, anchor=anchor).inertia)
+
+        least = minimize_scalar(inertia, bounds=ends, method="bounded", options={"xatol": 1e-9 * (ends[1] - ends[0])})
+        if least.fun < _NOTHING / _LIGHT * self.light:
+            raise SceneError([weightless(self.machine, float(least.x), 0.0)])
+        self.light = 0.0
 
     def _here(self, middle: float) -> Anchor:
         """The present state as the place where branches are decided, but for those of position."""
@@ -245,7 +278,7 @@ class _Follower:
         ahead = max(ahead, 64 * np.finfo(float).eps * self.t)
         soon = phi + ahead * (omega + 0.5 * ahead * acceleration)
         held = min(max(soon, low + _WITHIN * width), high - _WITHIN * width)
-        coming = omega + ahead * acceleration or _ONSET * self.pace  # from rest without a push yet: forwards
+        coming = omega + ahead * acceleration or ONSET * self.pace  # from rest without a push yet: forwards
         anchor = Anchor(held, coming, self.t + ahead)
         current = float(self.state[3] + ahead * rate[3]) if self.state.size > 3 else 0.0
         now = self.dynamics.at(held, held, anchor.omega, anchor.time, current=current, ends=ends, anchor=anchor)

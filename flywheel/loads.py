@@ -167,8 +167,13 @@ class Effort:
         angle, middle = self._angles(here, anchor)
         values, middles = self._values(law, here, angle, anchor), self._values(law, anchor, middle, anchor)
         # where v itself changes its sign is known beforehand, but for a machine that turns back
-        parts = moving_switches(law)
+        # where time alone decides is known beforehand too: stepping starts afresh there
+        parts = [part for part in moving_switches(law) if not self.is_timed(part)]
         return [here.speed if _is_velocity(part) else part.evaluate(values, np, middles) for part in parts]
+
+    def is_timed(self, part: Expression) -> bool:
+        """Whether a part of the law depends on time and on nothing else."""
+        return "t" in part.names and part.names <= {"t", *self.constants}
 
     def _angles(self, here: Here, anchor: Here, first: float = 0.0) -> tuple[Any, Any]:
         """The load's angle, reduced to [first, first + every) by the turn that the anchor is in, here and at it."""

@@ -14,11 +14,13 @@ if TYPE_CHECKING:
 def compared(sizing: Sizing) -> tuple[OnShaft, ...]:
     """The flywheel given or sized on every shaft, at the mean of extremes of its speed.
 
-    Where a wheel is built, the others are that wheel made as wide as they need to be: at its radii mass and inertia grow
-    with the width alike. Their rims run at the speed that the built wheel was chosen for, as the shafts are geared.
+    Where a wheel is built, it counts as built, rounded up or not. The others are that wheel made as wide as they need to be:
+    at its radii mass and inertia grow with the width alike. Their rims run at the speed that the built wheel was chosen for,
+    as the shafts are geared.
     """
     scene = sizing.scene
     inertia = sizing.flywheel.exact if scene.inertia is None else scene.inertia
+    inertia = inertia if sizing.built is None else sizing.built.wheel.inertia
     rows = on_every_shaft(inertia or 0.0, scene.shafts, sizing.speed, on=scene.flywheel_on)
     if sizing.built is None:
         return rows

@@ -28,6 +28,9 @@ _ROUNDS = 120
 _MOST_MOVES = 8  # of the switches, before the cells are halved although they have not settled
 _MOST_FAILURES = 3  # of the iteration on changed cells, before the best motion so far has to do
 _SAME = 1e-12  # of the cycle: switches that move less than this stand still
+_ROUGH, _MOST_ROUGH = 1e-3, 16  # error of a motion that is hardly resolved yet; rounds granted to it
+_EVEN = 1e-9  # irregularity of a motion in which only rounding varies
+_HOPELESS = 0.5  # relative error past which a motion says nothing
 _NEAR = 0.5  # of the irregularity asked for: from here on the flywheel for it is looked for directly
 _COARSE = 1e-4  # error of motions that are only passed on the way
 _MOST_LIGHTER = 60
@@ -88,9 +91,13 @@ class _Search:
 
     def __init__(self, machine: Chain, reference: float, asked: Asked, rtol: float) -> None:
         self.machine, self.reference, self.asked, self.rtol = machine, reference, asked, rtol
-        self.base, self.cuts = machine.mesh, np.zeros(0)
+        self._begin()
+
+    def _begin(self) -> None:
+        """Nothing cut, nothing found yet."""
+        self.base, self.cuts = self.machine.mesh, np.zeros(0)
         self.best: tuple[float, OwnMotion] | None = None
-        self.stalls = self.moves = self.failures = 0
+        self.stalls = self.moves = self.failures = self.rough = 0
 
     def from_nothing(self, inertia: float, unknown: float) -> OwnMotion:
         """The motion found from what torques at a constant speed would give."""
@@ -102,6 +109,7 @@ class _Search:
         except NoRegimeError:
             if not moments.switches(np.full(moments.mesh.phi.shape, self.reference)) and not moments.lossy:
                 raise
+        self._begin()
         rough = periodic(self._moments(local=True), self.reference, self.asked, start)
         self.cuts = _switching(rough)
         moments = self._moments()
@@ -121,14 +129,20 @@ class _Search:
         for _ in range(_ROUNDS):
             if self._settled(solved) and self._enough(_described(solved)):
                 break
-            if self.moves in (0, _MOST_MOVES) and not self._split(_described(solved)):
+            if self.moves == 0 and not self._split(_described(solved)):
                 break
-            solved = self._again(solved)
+            if self.moves == _MOST_MOVES:
+                self._split(_described(solved))
+            before, solved = solved, self._again(solved)
             if self.failures > _MOST_FAILURES:
                 break
+        else:
+            self._enough(_doubtful(_described(solved), before))
         if self.best is None:
             self._enough(_described(solved))
         assert self.best is not None
+        if not self.best[0] <= _HOPELESS and self.best[1].run.irregularity > _EVEN:
+            raise NoRegimeError("no motion that its own error leaves standing")
         return self.best[1]
 
     def _moments(self, *, local: bool = False) -> Moments:
@@ -146,7 +160,9 @@ class _Search:
         """Whether a motion is as good as asked, or no better than before; the best one is kept."""
         doubt = _doubt(motion, self.asked)
         gained = self.best is None or doubt <= 0.9 * self.best[0]
-        self.stalls = 0 if gained else self.stalls + 1
+        self.rough += doubt > _ROUGH
+        patient = doubt > _ROUGH and self.rough < _MOST_ROUGH  # until cells are as narrow as what they have to follow
+        self.stalls = 0 if gained or patient else self.stalls + 1
         if self.best is None or doubt < self.best[0]:
             self.best = doubt, motion
         return doubt <= 0.5 * self.rtol or self.stalls > 1
@@ -157,7 +173,9 @@ class _Search:
         What does not settle may be no more than what the cells leave open, so that they are halved then too.
         """
         doubt = _doubt(motion, self.asked)
-        finer = regime.split(motion.cycle, motion.run.speed_max, self.rtol / max(doubt, self.rtol))
+        finer = None
+        if doubt > 0.5 * self.rtol:
+            finer = regime.split(motion.cycle, motion.run.speed_max, self.rtol / doubt)
         if finer is None:
             return False
         self.base = finer[~np.isin(finer, motion.cycle.mesh.edges) | np.isin(finer, self.base)]
@@ -192,7 +210,7 @@ def _by_continuation(
         if there is not None:
             return there
         last = _lighter(machine, reference, asked.speed, last, asked.inertia or 0.0)
-    raise NoRegimeError("the machine stops within the cycle", stops=True)
+    raise NoRegimeError("the machine stops within the cycle")
 
 
 def _there(machine: Chain, reference: float, asked: Asked, last: OwnMotion, rtol: float) -> OwnMotion | None:
@@ -221,7 +239,7 @@ def _lighter(machine: Chain, reference: float, speed: float | None, last: OwnMot
             return _Search(machine, reference, Asked(last.inertia - step, None, speed), _COARSE).from_another(last)
         except NoRegimeError:
             step *= 0.5
-    raise NoRegimeError("the machine stops within the cycle", stops=True)
+    raise NoRegimeError("the machine stops within the cycle")
 
 
 def carried(solved: Periodic, moments: Moments) -> State:
@@ -296,6 +314,16 @@ def _run(solved: Periodic, cycle: Cycle, offset: float, level: float) -> Run:
         drive=solved.moments.drive(solved.omega, solved.state.unknown, currents),
         current=None if currents is None else float(solved.state.edges[0, 1]),
     )
+
+
+def _doubtful(motion: OwnMotion, before: Periodic) -> OwnMotion:
+    """A motion whose switches have not come to rest, with ten times what their last move changed added to its error."""
+    solved = motion.solved
+    moved = abs(solved.irregularity - before.irregularity) / max(solved.irregularity, 1e-300)
+    moved += abs(solved.speed - before.speed) / solved.speed
+    total = solved.state.inertia + float(solved.moments.inertia.max())
+    moved += abs(solved.state.inertia - before.state.inertia) / max(total, 1e-300)
+    return motion._replace(run=motion.run._replace(error=motion.run.error + 10 * moved))
 
 
 def _doubt(motion: OwnMotion, asked: Asked) -> float:

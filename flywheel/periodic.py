@@ -24,6 +24,8 @@ _MOST_STEPS = 40
 _HALVINGS = 30
 _SETTLED = 1e-13  # of the swing: a step smaller than this is the last
 _LOST = 1e-9  # of the swing: steps that stay above it have not converged
+_OPEN = 1e-6  # of the work exchanged: net work of a cycle that does not close
+_LEAST_GUESS = 1.0  # of omega²: as much as a first guess varies at most
 _OFF = 1e-3  # of the swing: steps that stay below it lack digits, not direction
 
 
@@ -90,11 +92,7 @@ class Periodic(NamedTuple):
 
 
 class NoRegimeError(NoMotionError):
-    """No periodic motion was found: the message says what became of the iteration, `stops` that the machine would stop."""
-
-    def __init__(self, message: str, *, stops: bool = False) -> None:
-        super().__init__(message)
-        self.stops = stops
+    """No periodic motion was found; the message says what became of the iteration."""
 
 
 def periodic(moments: Moments, reference: float, asked: Asked, start: State) -> Periodic:
@@ -148,9 +146,13 @@ def first_guess(moments: Moments, reference: float, inertia: float, unknown: flo
     left = edges[-1] / mesh.edges[-1]
     nodes, edges = nodes - left * mesh.phi, edges - left * mesh.edges
     variation = _Inertia(moments)
-    s = (2 * nodes - reference**2 * variation.nodes) / (reference**2 * (inertia + moments.inertia))
-    level = -0.5 * float(s.max() + s.min()) * 0.5 * reference**2 * (inertia + variation.start)
-    nodes, edges = nodes + level, edges + level
+    square, total = reference**2, inertia + moments.inertia
+    still_nodes, still_edges = 0.5 * square * variation.nodes, 0.5 * square * variation.edges  # at that very speed
+    s = 2 * (nodes - still_nodes) / (square * total)
+    level = -0.25 * float(s.max() + s.min()) * square * (inertia + variation.start)
+    share = min(1.0, _LEAST_GUESS / max(float(np.ptp(s)), 1e-300))  # what is strongly damped varies far less
+    nodes = still_nodes + share * (nodes + level - still_nodes)
+    edges = still_edges + share * (edges + level - still_edges)
     if moments.circuit is None:
         return State(nodes[:, None, :], edges[:, None], inertia, unknown)
     return State(
@@ -200,7 +202,7 @@ class _Solver:
         total = state.inertia + self.moments.inertia
         s = (2 * energy - self.w**2 * self.inertia.nodes) / (self.w**2 * total)
         if not (s.min() > -1.0 and total.min() > 0.0):
-            raise NoRegimeError("the machine stops within the cycle", stops=True)
+            raise NoRegimeError("the machine stops within the cycle")
         omega = self.w * np.sqrt(1.0 + s)
         current = state.nodes[:, 1, :] if self.moments.circuit is not None else None
         rate = self.moments.rate(omega, state.unknown, state.inertia, current)
@@ -329,7 +331,7 @@ class _Solver:
                     size = max(size, abs(own["inertia"]) / max(abs(new.inertia), float(along.total.max())))
                 return new, change, size if share == 1.0 else 1.0
             share *= 0.5
-        raise NoRegimeError("the machine stops within the cycle", stops=True)
+        raise NoRegimeError("the machine stops within the cycle")
 
     def _turns(self, state: State, along: _Along) -> bool:
         """Whether the machine keeps turning, and has lost no more than three quarters of omega² anywhere."""
@@ -368,7 +370,7 @@ class _Solver:
         total = state.inertia + self.inertia.start + variation
         s = (2 * energy - self.w**2 * variation) / (self.w**2 * total)
         if not s.min() > -1.0:
-            raise NoRegimeError("the machine stops within the cycle", stops=True)
+            raise NoRegimeError("the machine stops within the cycle")
         ends = [int(s.argmax()), int(s.argmin())]
         excess = s[ends] / (1.0 + np.sqrt(1.0 + s[ends]))
         return Extremes(excess, cell[ends], t[ends], total[ends], s[ends])
@@ -376,6 +378,9 @@ class _Solver:
     def result(self, state: State, change: Changes, steps: int) -> Periodic:
         """The motion at a state that the iteration has settled on."""
         along = self.along(state)
+        net, exchanged = piecewise.integral(np.stack((along.rate.moment, along.rate.exchanged)), self.mesh.half).sum(axis=-1)
+        if not abs(net) <= _OPEN * exchanged:
+            raise NoRegimeError("no motion whose work closes")
         grown, damping = collocation.multiplier(change)
         return Periodic(
             self.moments, self.w, state, self.extremes(state, along), along.rate, along.omega, grown, damping, steps

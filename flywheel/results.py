@@ -91,11 +91,15 @@ class Cyclic(NamedTuple):
 
 
 class Built(NamedTuple):
-    """The wheel to be built, and the irregularity that the machine has with it, with its relative error."""
+    """The wheel to be built, and the irregularity that the machine has with it, with its relative error.
+
+    `torque` is the greatest between hub and rim (N m, on the wheel's shaft) that its arms were checked for, None without.
+    """
 
     wheel: Wheel
     irregularity: float | None
     error: float
+    torque: float | None = None
 
 
 class Errors(NamedTuple):
@@ -110,7 +114,7 @@ class Errors(NamedTuple):
     period: float | None = None
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Sizing:
     """Everything that sizing or analysing one scene gives. Field names are those of the JSON contract where it has them.
 
@@ -145,6 +149,12 @@ class Sizing:
     constant: Cycle | None = None
     cyclic: Cyclic | None = None
     built: Built | None = None
+
+    def __repr__(self) -> str:
+        wheel = self.flywheel
+        what = f"inertia={wheel.inertia}" if self.scene.inertia is not None else f"exact={wheel.exact}"
+        motion = "" if self.simulation is None else f", irregularity={self.simulation.irregularity}"
+        return f"Sizing(title={self.scene.title!r}, on={wheel.on!r}, {what}, speed={self.speed}{motion})"
 
     @cached_property
     def energy(self) -> Energy | None:
@@ -210,7 +220,8 @@ def _inertia_dict(inertia: ReducedInertia | None) -> dict[str, float | None]:
 
 
 def _built_dict(built: Built) -> dict[str, Any]:
-    return {**built.wheel.as_dict(), "irregularity": built.irregularity, "irregularity_error": built.error}
+    found = {"torque": built.torque, "irregularity": built.irregularity, "irregularity_error": built.error}
+    return {**built.wheel.as_dict(), **found}
 
 
 def _confirmation_dict(confirmation: Confirmation) -> dict[str, Any]:

@@ -12,9 +12,10 @@ from numpy.typing import NDArray
 from flywheel import regime
 from flywheel.chain import Chain
 from flywheel.faults import Fault, SceneError
-from flywheel.following import Goal, Passing, Start, Trail, end_of_stroke, follow
+from flywheel.following import Goal, Passing, Start, Trail, Watching, end_of_stroke, follow
 from flywheel.instant import Dynamics
 from flywheel.machine import Machine
+from flywheel.moments import circuit_of
 from flywheel.piecewise import ROUNDING
 from flywheel.scene import Scene
 from flywheel.state import own_coordinate
@@ -57,6 +58,11 @@ class Motion(NamedTuple):
     error: float = 0.0
     current: Array | None = None
     trail: Trail | None = None
+
+    def __repr__(self) -> str:
+        """Its extent, instead of every point."""
+        last = f"t = {self.t[-1]:.6g} s, phi = {self.phi[-1]:.6g}, omega = {self.omega[-1]:.6g}"
+        return f"Motion({self.t.size} points to {last}, ended={self.ended!r}, error={self.error:.2g})"
 
 
 def simulate(
@@ -104,8 +110,10 @@ def simulate(
     """
     if not isinstance(machine, Machine):
         machine = Machine(machine)
-    _check_arguments(phi, omega, until, rtol)
+    _check_arguments(phi, omega, until, rtol, current)
     scene = machine.scene
+    if current and circuit_of(scene) is None:
+        raise SceneError([Fault("current", f"{current:g} A", "none: no motor with inductance drives the machine")])
     own = (scene.inertia or 0.0) if inertia is None else inertia
     total = own * scene.flywheel_ratio**2
     if balance is None and scene.unknown is not None:
@@ -113,7 +121,8 @@ def simulate(
     if scene.compliances:
         from flywheel.whole import followed
 
-        return _of_run(followed(machine, phi, omega, until, own, balance or 0.0, rtol))
+        run = followed(machine, Start(phi, omega, current), until, own, balance or 0.0, rtol)
+        return _of_run(run, circuit_of(scene) is not None)
     if scene.stroke is not None:
         phi = float(own_coordinate(scene, np.asarray(phi, dtype=float)))
     motion = moved(Dynamics(machine, total, balance or 0.0), Start(phi, omega, current), until, rtol)
@@ -137,17 +146,19 @@ def moved(
     rtol: float,
     goals: Sequence[Goal] = (),
     passing: Passing | None = None,
+    watching: Watching | None = None,
 ) -> Motion:
     """The motion from a start, run again with tighter steps until two runs agree within rtol, or rounding forbids it.
 
     `passing` is asked at the end of every cycle of the first run (see `follow`); the others end with the same cycle.
+    `watching` is told of the stretches of every run.
     """
     tight = max(_FIRST * rtol, TIGHTEST)
     share = 1.0
-    rough = follow(dynamics, start, until, tight / _TIGHTER, goals, passing)
+    rough = follow(dynamics, start, until, tight / _TIGHTER, goals, passing, watching)
     again = None if rough.goal in (None, *(goal.name for goal in goals)) else _counted(rough)
     while True:
-        fine = follow(dynamics, start, until, tight, goals, again)
+        fine = follow(dynamics, start, until, tight, goals, again, watching)
         _check_moved(fine)
         error = share * _difference(rough, fine) + ROUNDING * (64 + len(fine.stretches))
         if error <= rtol or tight <= TIGHTEST:
@@ -183,10 +194,16 @@ def _difference(rough: Trail, fine: Trail) -> float:
 
 
 def _check_moved(trail: Trail) -> None:
-    if not trail.stretches:
-        where = trail.dynamics.machine.where(trail.start.phi)
-        found = trail.stuck or f"a machine at {where}, the stroke's end, that moves on or is pushed out of it"
-        raise SceneError([Fault("simulation", found, "a start from which it moves along its stroke")])
+    if trail.stretches:
+        return
+    dynamics = trail.dynamics
+    where = dynamics.machine.where(trail.start.phi)
+    if dynamics.machine.scene.stroke is None:
+        found, expected = trail.stuck or f"a machine that stays at rest at {where}", "a start from which it moves"
+        carries = "give the current that carries its load, or use flywheel.transient, which starts with that"
+        raise SceneError([Fault("simulation", found, expected, "" if dynamics.circuit is None else carries)])
+    found = trail.stuck or f"a machine at {where}, the stroke's end, that moves on or is pushed out of it"
+    raise SceneError([Fault("simulation", found, "a start from which it moves along its stroke")])
 
 
 def _on_stroke(motion: Motion, scene: Scene, until: float) -> Motion:
@@ -207,18 +224,19 @@ def _on_stroke(motion: Motion, scene: Scene, until: float) -> Motion:
     return motion._replace(phi=phi, at=at, ended=ended)
 
 
-def _of_run(run: Run) -> Motion:
+def _of_run(run: Run, with_current: bool) -> Motion:
     """What a run of the whole graph says of the crank."""
 
     def at(times: Any) -> tuple[Array, Array]:
         wanted = np.atleast_1d(np.asarray(times, dtype=float))
         return run.displacement("phi", wanted), run.flow("crank", wanted)
 
-    return Motion(run.t, *at(run.t), run.audit.supplied, run.audit.energy, at, run, error=run.error)
+    current = run.flow("drive.motor.armature", run.t) if with_current else None
+    return Motion(run.t, *at(run.t), run.audit.supplied, run.audit.energy, at, run, error=run.error, current=current)
 
 
-def _check_arguments(phi: float, omega: float, until: float, rtol: float) -> None:
-    finite = {"phi": phi, "omega": omega, "until": until, "rtol": rtol}
+def _check_arguments(phi: float, omega: float, until: float, rtol: float, current: float) -> None:
+    finite = {"phi": phi, "omega": omega, "until": until, "rtol": rtol, "current": current}
     faults = [Fault(name, f"{value}", "a finite number") for name, value in finite.items() if not np.isfinite(value)]
     positive = {"until": until, "rtol": rtol}
     faults += [Fault(name, f"{value}", "a number above 0") for name, value in positive.items() if value <= 0.0]

@@ -78,9 +78,9 @@ def _checked(rtol: float) -> float:
 
 def _of_machine(machine: Machine, asked: float, simulate: bool) -> Sizing:
     scene = machine.scene
-    sizing = _settled(machine, asked)
-    if redundant := tuple(_redundant(scene)):
-        sizing = replace(sizing, messages=(*sizing.messages, *redundant))
+    sizing = _evened(_settled(machine, asked))
+    if told := (*_redundant(scene), *(() if scene.motor is None else scene.motor.doubts)):
+        sizing = replace(sizing, messages=(*sizing.messages, *told))
     if simulate:
         return _noted(_with_friction(_confirmed(sizing), machine))
     return _noted(_with_friction(sizing if scene.inertia is None else _by_quadrature(sizing), machine))
@@ -105,6 +105,23 @@ def _settled(machine: Machine, asked: float) -> Sizing:
     from flywheel import by_motion  # only machines that set their own speed pay for it
 
     return by_motion.settled(machine, asked)
+
+
+def _evened(sizing: Sizing) -> Sizing:
+    """The sizing, where nothing but rounding varies the speed, of the even motion: no flywheel, irregularity 0."""
+    cycle, inertia, run = sizing.constant or sizing.cycle, sizing.reduced_inertia, sizing.run
+    if cycle is None or inertia is None:
+        return sizing
+    errors, speed = cycle.errors, sizing.speed
+    if sizing.energy_fluctuation > 4 * errors.work or inertia.greatest - inertia.least > 4 * errors.variation:
+        return sizing
+    even = run and run._replace(irregularity=0.0, speed_max=speed, speed_min=speed, offset=0.0, error=0.0)
+    if sizing.scene.irregularity is None:
+        return replace(sizing, run=even)
+    bare = None if even is None or inertia.greatest <= errors.inertia else even._replace(inertia=0.0)
+    wheel = Flywheel(sizing.flywheel.on, None, 0.0, 0.0, 0.0, 0.0, needed=False)
+    error = sizing.error._replace(**dict.fromkeys(("exact", "approximate", "inertia_torque"), sizing.error.work))
+    return replace(sizing, flywheel=wheel, run=bare, error=error)
 
 
 def _redundant(scene: Scene) -> Iterator[str]:

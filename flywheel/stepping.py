@@ -73,7 +73,8 @@ def through(
         _hold_back(solver, high if pace >= 0.0 else low)
         message = solver.step()
         if solver.status == "failed":
-            raise SceneError([Fault("simulation", str(message), "a motion that can be followed")])
+            found = f"a motion that no step is short enough for, after {solver.t:.6g} s ({message})"
+            raise SceneError([Fault("simulation", found, "a motion that can be followed", "look for what vanishes there")])
         step = Step(solver.dense_output(), float(solver.t_old), float(solver.t))
         left = _left(rates, step, pace, float(solver.f[0]), ends)
         step = step if left is None else step._replace(end=left)

@@ -17,19 +17,24 @@ from bondgraph.motion.dynamics import Dynamics
 from bondgraph.motion.simulation import Run, simulate
 from flywheel.faults import Fault, SceneError
 from flywheel.machine import Machine
+from flywheel.moments import circuit_of
 from flywheel.switching_times import SwitchingTimes
 
 Array = NDArray[np.float64]
 
 
-def followed(machine: Machine, phi: float, omega: float, until: float, inertia: float, balance: float, rtol: float) -> Run:
-    """The motion of the whole graph from a state without twist: crank at `phi` (rad) and `omega` (rad/s)."""
-    scene = machine.scene
+def followed(
+    machine: Machine, start: tuple[float, float, float], until: float, inertia: float, balance: float, rtol: float
+) -> Run:
+    """The motion of the whole graph without twist at first, from crank angle (rad), speed (rad/s) and current (A)."""
+    scene, (phi, omega, current) = machine.scene, start
     graph = repeating(machine.with_values(balance, inertia), scene.cycle, scene.shafts)
     angles = [(d.name, scene.shafts[d.of]) for d in graph.displacements.values()]
     turning = [name for name in ("crank", *scene.compliances) if name in graph.elements]  # the others follow the crank
     _check_weighed(graph, turning)
     initial = {name: ratio * phi for name, ratio in angles} | {name: scene.shafts[name] * omega for name in turning}
+    if circuit_of(scene) is not None:
+        initial["drive.motor.armature"] = current
     breaks = {name: (ratio * machine.breakpoints[:-1], ratio * scene.cycle) for name, ratio in angles}
     if machine.depends_on_time:
         breaks[TIME] = (np.array(SwitchingTimes(machine, until).every()), until)

@@ -179,7 +179,7 @@ def assembled(machine: Machine, figures: Figures, motion: Run | None, rtol: floa
     cycle = (motion and motion.cycle) or figures.cycle
     speed = (motion and motion.speed) or figures.speed
     fluctuation = float(extremes.greatest[_WORK] - extremes.least[_WORK])
-    drive_work = _drive_work(machine, cycle, motion)
+    drive_work = _drive_work(machine, cycle, motion, speed)
     if drive_work is not None and abs(drive_work) <= cycle.errors.work:
         drive_work = 0.0
     return Sizing(
@@ -336,7 +336,7 @@ def certificate(approximate_total: float, inertia: ReducedInertia, irregularity:
     return middle - spread, middle + spread
 
 
-def _drive_work(machine: Machine, cycle: Cycle, motion: Run | None) -> float | None:
+def _drive_work(machine: Machine, cycle: Cycle, motion: Run | None, speed: float) -> float | None:
     """Work (J) of the drive over the cycle; None without a drive."""
     drive = machine.scene.drive
     if drive is None:
@@ -349,5 +349,6 @@ def _drive_work(machine: Machine, cycle: Cycle, motion: Run | None) -> float | N
     mesh = cycle.mesh
     if motion is not None and motion.drive is not None:
         return float(piecewise.integral(motion.drive, mesh.half).sum())
-    torque = machine.reduction.moments(mesh.phi, mesh.anchor, cycle.balance or 0.0)["drive"]
+    pace = speed if machine.depends_on_speed else None
+    torque = machine.reduction.moments(mesh.phi, mesh.anchor, cycle.balance or 0.0, speed=pace)["drive"]
     return float(piecewise.integral(torque + np.zeros_like(mesh.phi), mesh.half).sum())

@@ -2,7 +2,12 @@
 
 from __future__ import annotations
 
+import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
+from math import pi
 from pathlib import Path
+from time import monotonic
 from typing import TYPE_CHECKING
 
 import click
@@ -26,6 +31,7 @@ if TYPE_CHECKING:
 
 _RTOL = (1e-13, 0.1)
 _POINTS = 500
+_EVERY = 5.0  # seconds between two words on a long motion
 
 
 def _accuracy(context: click.Context, parameter: click.Parameter, rtol: float) -> float:
@@ -35,9 +41,14 @@ def _accuracy(context: click.Context, parameter: click.Parameter, rtol: float) -
 
 
 def _start(context: click.Context, parameter: click.Parameter, text: str) -> str:
-    if text in ("rest", "regime") or any(quantity(text, dimension) is not None for dimension in ("speed", "velocity")):
+    if text in ("rest", "regime"):
         return text
-    raise click.BadParameter(f'{text!r} is neither rest nor regime, nor a speed with its unit, such as "200 rpm".')
+    speeds = [quantity(text, dimension) for dimension in ("speed", "velocity")]
+    if all(speed is None for speed in speeds):
+        raise click.BadParameter(f'{text!r} is neither rest nor regime, nor a speed with its unit, such as "200 rpm".')
+    if any(speed is not None and speed < 0.0 for speed in speeds):
+        raise click.BadParameter(f"{text!r} is below 0: the machine is followed forwards.")
+    return text
 
 
 def _end(context: click.Context, parameter: click.Parameter, text: str | None) -> str | None:
@@ -97,6 +108,7 @@ def _wheel(context: click.Context, parameter: click.Parameter, text: str | None)
     show_default=True,
     help="Times in CSV and JSON, evenly from start to end.",
 )
+@click.option("--breaks", is_flag=True, help="Add to CSV and JSON the times at which laws switch, once for each side.")
 @click.option("--rtol", type=float, default=1e-9, show_default=True, callback=_accuracy, help="Error allowed of the motion.")
 @click.option("--output", type=click.Path(path_type=Path), metavar="FILE", help="Write the text or JSON to a file instead.")
 def simulate(
@@ -110,6 +122,7 @@ def simulate(
     as_json: bool,
     plot: Path | None,
     points: int,
+    breaks: bool,
     rtol: float,
     output: Path | None,
 ) -> None:
@@ -123,12 +136,13 @@ def simulate(
             spare(scene, target)
     if csv_file == "-" and as_json and output is None:
         raise click.UsageError("--csv - and --json exclude each other.")
-    with reported(scene):
+    with reported(scene), _followed(end) as watching:
         from flywheel.reading.scenes import load
         from flywheel.transients.running import transient
         from flywheel.writing import transients as writing
 
         loaded = load(scene)
+        watching.sliding = loaded.reduction_element == "slide"
         found = transient(
             loaded,
             start=_speed_of(loaded, start),
@@ -137,14 +151,49 @@ def simulate(
             drive=not no_drive,
             inertia=wheel,
             rtol=rtol,
+            watching=watching,
         )
         if plot is not None:
             _draw(found, plot)
         if table is not None:
-            hand_over(writing.csv(found, points), table)
+            hand_over(writing.csv(found, points, breaks), table)
         write = writing.csv if csv_file == "-" else writing.json if as_json else None
-        text = writing.text(found) if write is None else write(found, points)
+        text = writing.text(found) if write is None else write(found, points, breaks)
     hand_over(text, output)
+
+
+@contextmanager
+def _followed(end: str | None) -> Iterator[_Watching]:
+    """What tells of a long motion on standard error, every few seconds; Ctrl-C ends it with a line and exit code 130."""
+    watching = _Watching(end)
+    try:
+        yield watching
+    except KeyboardInterrupt:
+        click.echo(f"interrupted{watching.place}", err=True)
+        sys.exit(130)
+
+
+class _Watching:
+    """How far a motion has come, told on standard error when it takes long."""
+
+    def __init__(self, end: str | None) -> None:
+        self.end = "" if end is None else f" until {end}"
+        self.sliding = False
+        self.t, self.phi, self.run = 0.0, 0.0, 0
+        self.next = monotonic() + _EVERY
+
+    def __call__(self, t: float, phi: float) -> None:
+        self.run += t < self.t or not self.run
+        self.t, self.phi = t, phi
+        if monotonic() >= self.next:
+            self.next = monotonic() + _EVERY
+            click.echo(f"following the motion{self.end}{self.place}", err=True)
+
+    @property
+    def place(self) -> str:
+        """Time, position and run: a motion is followed again, closer, until two runs agree."""
+        place = f"{self.phi:.4g} m" if self.sliding else f"{self.phi / (2 * pi):.4g} turns"
+        return f" at {self.t:.4g} s, {place}, run {self.run}" if self.run else ""
 
 
 def _speed_of(scene: Scene, text: str) -> float | str:

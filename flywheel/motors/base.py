@@ -74,6 +74,11 @@ class Motor(ABC):
         return None
 
     @property
+    def doubts(self) -> tuple[str, ...]:
+        """What seems odd about its data, one sentence each."""
+        return ()
+
+    @property
     def covers(self) -> Span:
         """Lowest and highest speed (rad/s) that the motor's data speak of."""
         return EVERYWHERE

@@ -13,6 +13,9 @@ from flywheel.formulas.building import written
 from flywheel.formulas.expressions import Expression, parse
 from flywheel.motors.base import Motor, Point, Span, wrong_numbers
 
+USUAL_SLIP = 0.13
+"""The greatest rated slip that is usual: that of motors wound for presses (NEMA design D has 5 to 13 %)."""
+
 MOST_SLIP = 0.3
 """The greatest rated slip that is believed: a rotor's efficiency is at most 1 - slip, and wrong poles give more."""
 
@@ -113,6 +116,14 @@ class Induction(Motor):
     def rated(self) -> Point:
         """The point of the name plate."""
         return Point(self.speed, self.power / self.speed)
+
+    @property
+    def doubts(self) -> tuple[str, ...]:
+        """A rated slip beyond the usual, which another frequency or number of poles may explain."""
+        if self.rated_slip <= USUAL_SLIP:
+            return ()
+        told = f"the motor's rated slip is {self.rated_slip:.3g}, as {self.poles:g} poles at {self.frequency:g} Hz turn at"
+        return (f"{told} {_rpm(self.synchronous_speed)} without load: check its speed, frequency and poles",)
 
     @property
     def no_load_speed(self) -> float:

@@ -10,11 +10,10 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from flywheel.pictures.figures import BLACK, BLUE, GREEN, GREY, ORANGE, PURPLE, VERMILLION, figure, save
-from flywheel.transients.looking import Samples
+from flywheel.transients.looking import Samples, sampled, within
 from flywheel.transients.record import Transient
-from flywheel.writing.transients import evenly
 
-_POINTS = 2000
+_POINTS, _FEWEST, _MOST = 4000, 3, 200  # in all, and within a step of the motion
 _RPM = 30 / np.pi
 
 
@@ -36,7 +35,7 @@ def plot(transient: Transient, path: str | Path) -> None:
 
 def draw(transient: Transient) -> Figure:
     """The figure with its panels, not yet written anywhere."""
-    samples = evenly(transient, _POINTS)
+    samples = drawn(transient)
     panels = [_draw_speed, _draw_torque, _draw_energy] + ([_draw_current] if samples.current is not None else [])
     made = figure(10.0, 2.9 * len(panels), transient.scene.title or "")
     axes = made.subplots(len(panels), 1, sharex=True)
@@ -46,16 +45,24 @@ def draw(transient: Transient) -> Figure:
         axis.margins(x=0.01)
     words = transient.ended[0].upper() + transient.ended[1:]
     axes[0].set_title(f"{words}", parse_math=False)
-    axes[-1].set_xlabel("time (s)")
+    axes[-1].set_xlabel("time, s")
     return made
+
+
+def drawn(transient: Transient) -> Samples:
+    """The motion in every step, at both its ends and between, so that a jump stays a vertical line."""
+    trail = transient.motion.trail
+    assert trail is not None
+    count = int(np.clip(_POINTS // len(trail.stretches), _FEWEST, _MOST))
+    return sampled(trail, *within(trail, np.arange(1, count + 1) / (count + 1)))
 
 
 def _draw_speed(axis: Axes, transient: Transient, samples: Samples) -> None:
     sliding = transient.scene.reduction_element == "slide"
     axis.plot(samples.t, samples.omega, color=BLUE, lw=1.6)
-    axis.set_ylabel("speed (m/s)" if sliding else "speed of the crank (rad/s)")
+    axis.set_ylabel("speed, m/s" if sliding else "crank speed, rad/s")
     if not sliding:
-        axis.secondary_yaxis("right", functions=(_in_rpm, _of_rpm)).set_ylabel("(rev/min)")
+        axis.secondary_yaxis("right", functions=(_in_rpm, _of_rpm)).set_ylabel("crank speed, rpm")
     steady, when = transient.regime_speed, transient.time_to_regime
     if steady is None:
         return
@@ -69,22 +76,22 @@ def _draw_speed(axis: Axes, transient: Transient, samples: Samples) -> None:
 def _draw_torque(axis: Axes, transient: Transient, samples: Samples) -> None:
     sliding = transient.scene.reduction_element == "slide"
     ratio = 1.0 if transient.scene.drive is None else transient.scene.shafts.get(transient.scene.drive.on, 1.0)
-    name = "F* on the driver" if sliding else "M* on the crank"
+    name = ("F* on the driver" if sliding else "M* on the crank") + (", after losses" if np.any(samples.loss) else "")
     axis.plot(samples.t, samples.moment, color=BLACK, lw=1.0, label=name)
     if transient.scene.drive is not None:
         reduced = "" if ratio == 1.0 else ", on the crank"
         axis.plot(samples.t, samples.drive * ratio, color=ORANGE, lw=1.6, label=f"drive{reduced}")
     axis.axhline(0.0, color=GREY, lw=0.8)
-    axis.set_ylabel("force (N)" if sliding else "torque (N m)")
+    axis.set_ylabel("force, N" if sliding else "torque, N m")
     axis.legend(loc="best", fontsize=9)
 
 
 def _draw_energy(axis: Axes, transient: Transient, samples: Samples) -> None:
     axis.plot(samples.t, samples.kinetic, color=GREEN, lw=1.6)
-    axis.set_ylabel("kinetic energy (J)")
+    axis.set_ylabel("kinetic energy, J")
 
 
 def _draw_current(axis: Axes, transient: Transient, samples: Samples) -> None:
     assert samples.current is not None
     axis.plot(samples.t, samples.current, color=PURPLE, lw=1.4)
-    axis.set_ylabel("current (A)")
+    axis.set_ylabel("current, A")

@@ -16,7 +16,13 @@ from flywheel.units import DIMENSIONS, QuantityError, parse_quantity
 Fields = dict[str, Any]
 """Values by key: SI floats, checked texts, raw values of the kinds that need their place; None: absent or faulty."""
 
+_LARGEST_SHARE = 2.0  # of a number that may be written in per cent
+_LEAST_PERCENT = 2.0  # below it a number is as likely a share that is too large
 _SUGGESTIONS = 50  # a text of a megabyte may hold ten thousand wrong names; the first ones get advice
+
+
+_TOPICS = {"motor": "motor", "model": "load-models"}
+"""Where to read on tables whose keys follow from their type."""
 
 
 class Faults(list[Fault]):
@@ -68,6 +74,9 @@ def read_typed(
     raw: object, key: Key, kinds: Mapping[str, Section], path: str, faults: Faults
 ) -> tuple[str, Mapping[str, Any], Fields] | None:
     """A table whose keys follow from its type, the value of `key`: type, table and values; None for an unknown type."""
+    if isinstance(raw, str):
+        faults.add(path, show(raw), "a table", _typed_advice(raw, key, kinds, path))
+        return None
     table = as_table(raw, path, faults)
     if table is None:
         return None
@@ -76,6 +85,13 @@ def read_typed(
         read_fields({key.name: kind} if key.name in table else {}, (key,), path, faults)
         return None
     return kind, table, read_fields(table, kinds[kind].keys, path, faults)
+
+
+def _typed_advice(text: str, key: Key, kinds: Mapping[str, Section], path: str) -> str:
+    """How to write a table of a type, where there is a text that may name the type."""
+    name, kind = path.rpartition(".")[2], nearest(text, kinds) or next(iter(kinds))
+    topic = _TOPICS.get(name, "")
+    return f'write {name} = {{{key.name} = "{kind}", ...}}' + (f"; see flywheel reference {topic}" if topic else "")
 
 
 def _field(raw: Mapping[str, Any], key: Key, path: str, faults: Faults) -> Any:
@@ -99,13 +115,28 @@ def read_quantity(value: object, dimension: str, key: Key, path: str, faults: Fa
     try:
         number = parse_quantity(value, dimension)
     except QuantityError as error:
-        faults.add(path, error.found, error.expected, error.advice)
+        expected = error.expected.replace(DIMENSIONS[dimension].expected, _quantity(dimension, key))
+        faults.add(path, error.found, expected, error.advice)
         return None
     if number not in key.range:
         unit = DIMENSIONS[dimension].si
-        faults.add(path, show(value), f"a value {key.range}{' ' + unit if unit else ''}")
+        faults.add(path, show(value), f"a value {key.range}{' ' + unit if unit else ''}", _percent(value, number, key))
         return None
     return number
+
+
+def _percent(value: object, number: float, key: Key) -> str:
+    """The advice for a number that was meant as a percentage: 92, where a share of 1 at most is asked for."""
+    shares = key.kind == "number" and key.range.high <= _LARGEST_SHARE
+    if not shares or number < _LEAST_PERCENT or (isinstance(value, str) and "%" in value) or number / 100 not in key.range:
+        return ""
+    return f'write "{number:g} %"'
+
+
+def _quantity(dimension: str, key: Key) -> str:
+    """What a quantity is expected to be, with the example that suits its key."""
+    expected = DIMENSIONS[dimension]
+    return expected._replace(example=key.example or expected.example).expected
 
 
 def _text(value: object, key: Key, path: str, faults: Faults) -> str | None:
@@ -133,7 +164,9 @@ def expectation(key: Key) -> str:
     if key.choices:
         return "one of " + ", ".join(f'"{choice}"' for choice in key.choices)
     if key.kind in DIMENSIONS:
-        return DIMENSIONS[key.kind].expected
+        return _quantity(key.kind, key)
+    if " | " in key.kind:
+        return ", or ".join(_quantity(dimension, key) for dimension in key.kind.split(" | "))
     words = {"text": "a text", "name": "a text", "numbers": "a list of numbers", "tables": "a table of tables"}
     return words.get(key.kind, key.about)
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 
 from flywheel.reading import model_gas, model_presses, model_resistance
-from flywheel.reading.fields import read_typed
+from flywheel.reading.fields import Faults, read_typed
 from flywheel.reading.model_items import Item, Made, Modelled, Site
 from flywheel.reading.schema_load import LOAD_MODELS, TYPE
 
@@ -22,6 +22,11 @@ def read_model(raw: object, path: str, site: Site) -> Modelled | None:
     kind, table, fields = typed
     read = _READERS[kind](Item(table, fields, kind, path, site))
     return read() if len(faults) == before and read is not None else None
+
+
+def check_keys(raw: object, path: str, faults: Faults) -> None:
+    """Note what is wrong with a model's own keys, where its place is not known."""
+    read_typed(raw, TYPE, LOAD_MODELS, path, faults)
 
 
 _READERS: dict[str, Callable[[Item], Made | None]] = {

@@ -145,10 +145,11 @@ def _law_or_model(
     """The law of a load, and what it is in words where it comes from a model."""
     if "model" not in raw:
         return _law(raw, place, path, setting), ""
-    if place is None:
-        return None, ""
-    from flywheel.reading.load_models import Site, read_model  # only scenes with a model pay for it
+    from flywheel.reading.load_models import Site, check_keys, read_model  # only scenes with a model pay for it
 
+    if place is None:
+        check_keys(raw["model"], f"{path}.model", setting.faults)
+        return None, ""
     window, every = acting
     unread = (math.nan, math.nan) if not window.good else None
     ends = unread if window.start is None or window.end is None else (window.start, window.end)

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple, TypeVar
 
 from flywheel.advice import show
-from flywheel.faults import SceneError
+from flywheel.faults import Fault, SceneError
 from flywheel.motors.base import Motor, Point
 from flywheel.reading.fields import Faults, Fields, as_table, exactly_one, expectation, read_fields, read_typed
 from flywheel.reading.places import Setting
@@ -190,7 +190,17 @@ def _induction(item: Item) -> Motor:
 
     names = ("power", "speed", "frequency", "breakdown_ratio", "inertia")
     poles: float = item.fields["poles"]
-    return Induction(poles=int(poles) if poles.is_integer() else poles, **{name: item.fields[name] for name in names})  # type: ignore[arg-type]
+    try:
+        return Induction(poles=int(poles), **{name: item.fields[name] for name in names})
+    except SceneError as error:
+        raise SceneError([_with_unit(fault, item.raw["speed"]) for fault in error.faults]) from None
+
+
+def _with_unit(fault: Fault, speed: object) -> Fault:
+    """A fault of a bare speed, which is in rad/s although name plates have rpm."""
+    if fault.path != "speed" or isinstance(speed, str):
+        return fault
+    return fault._replace(advice=f'a bare number is in rad/s: write "{speed:g} rpm"')
 
 
 _FULL_LOADS = ("torque", "power", "full_load")

@@ -59,7 +59,7 @@ class Key(NamedTuple):
     "table", "numbers", "index", "unit", "tables" (a table of named tables), "list" (of tables, names or lengths), "flag",
     "model" (a table whose keys depend on its type).
     default: SI, or None where there is none. missing: advice where a required key is not there. later: known, but
-    not supported yet.
+    not supported yet. example: of a value, where that of its dimension does not suit it.
     """
 
     name: str
@@ -71,6 +71,7 @@ class Key(NamedTuple):
     choices: tuple[str, ...] = ()
     missing: str = ""
     later: bool = False
+    example: str = ""
 
 
 class Section(NamedTuple):
@@ -318,10 +319,10 @@ _SECTIONS = (
         "shafts",
         "shafts geared to the crank, which always exists and has ratio 1",
         (
-            Key("ratio", "number", "speed of the shaft over that of the crank", required=True, range=Range(_TINIEST)),
+            Key("ratio", "number", "speed of the shaft over that of the crank", required=True, range=POSITIVE, example="5"),
             Key("stiffness", "angular stiffness", "of a compliant shaft: torque on it per twist", None, POSITIVE),
             Key("damping", "angular damping", "of the twist of a compliant shaft", None, NOT_NEGATIVE),
-            Key("efficiency", "number", "of its mesh or belt with the crank", 1.0, Range(0.0, 1.0, low_open=True)),
+            Key("efficiency", "number", "of its mesh or belt", 1.0, Range(0.0, 1.0, low_open=True), example="95 %"),
         ),
         named=True,
     ),
@@ -383,7 +384,18 @@ _SECTIONS = (
     Section(
         "damper",
         "a damper from a place to the frame: -coefficient v",
-        (_ON, Key("coefficient", "damping | angular damping", "force per speed", None, NOT_NEGATIVE, True)),
+        (
+            _ON,
+            Key(
+                "coefficient",
+                "damping | angular damping",
+                "force per speed",
+                None,
+                NOT_NEGATIVE,
+                True,
+                missing="the second on what rotates",
+            ),
+        ),
         array=True,
     ),
     Section(
@@ -413,7 +425,7 @@ _SECTIONS = (
                 "speed",
                 "speed",
                 "mean of the greatest and the least speed (without it: the machine's own, set by its torques)",
-                range=Range(_TINIEST),
+                range=POSITIVE,
             ),
             Key(
                 "cycle",

@@ -4,6 +4,17 @@ from __future__ import annotations
 
 from flywheel.reading.schema import NOT_NEGATIVE, POSITIVE, Key, Range, Section
 
+
+class _Even(Range):
+    """Whole numbers that two divides."""
+
+    def __contains__(self, value: object) -> bool:
+        return super().__contains__(value) and isinstance(value, (int, float)) and value % 2 == 0
+
+    def __str__(self) -> str:
+        return f"that is an even number, {self.low:g} or more"
+
+
 _TYPE = Key("type", "choice", "what it is", required=True)
 _INERTIA = Key("inertia", "inertia", "of the rotor, on the shaft that it drives", 0.0, NOT_NEGATIVE)
 _START = Key("starting_torque", "torque", "at rest", None, POSITIVE)
@@ -38,16 +49,25 @@ _DC = (
     _POWER,
     _RATED,
     Key("current", "current", "of the armature at rated load", None, POSITIVE),
-    Key("efficiency", "number", "at rated load", None, Range(0.0, 1.0, True, True)),
-    Key("armature_share", "number", "of the rated losses that arises in the armature", 0.5, Range(0.0, 1.0, True)),
+    Key("efficiency", "number", "at rated load", None, Range(0.0, 1.0, True, True), example="82 %"),
+    Key(
+        "armature_share",
+        "number",
+        "of the rated losses that arises in the armature",
+        0.5,
+        Range(0.0, 1.0, True),
+        example="0.5",
+    ),
     Key("inductance", "inductance", "of the armature", 0.0, NOT_NEGATIVE),
 )
 _INDUCTION = (
     _POWER._replace(required=True),
     _RATED._replace(required=True),
-    Key("poles", "number", "number of poles, twice that of pole pairs", None, Range(2.0, 1000.0), True),
+    Key("poles", "number", "number of poles, twice that of pole pairs", None, _Even(2.0, 1000.0), True, example="4"),
     Key("frequency", "frequency", "of the mains", None, POSITIVE, True),
-    Key("breakdown_ratio", "number", "breakdown torque over rated torque", None, Range(1.0, 100.0, True), True),
+    Key(
+        "breakdown_ratio", "number", "breakdown torque over rated torque", None, Range(1.0, 100.0, True), True, example="2.5"
+    ),
 )
 _ENGINE = (
     Key("speed", "speed", "at which the governor sets in", None, POSITIVE, True),

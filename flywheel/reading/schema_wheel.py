@@ -12,8 +12,8 @@ def _size(name: str, about: str) -> Key:
     return Key(name, "length", about, None, POSITIVE)
 
 
-def _number(name: str, about: str, values: Range = POSITIVE) -> Key:
-    return Key(name, "number", about, None, values)
+def _number(name: str, about: str, example: str, values: Range = POSITIVE) -> Key:
+    return Key(name, "number", about, None, values, example=example)
 
 
 _SHARE = Range(0.0, 1.0, low_open=True)
@@ -22,8 +22,8 @@ MATERIAL_KEYS = (
     Key("density", "density", "in place of the table's", None, POSITIVE),
     Key("allowable_stress", "pressure", "in place of the table's", None, POSITIVE),
     Key("strength", "pressure", "tensile or yield strength, in place of the table's", None, POSITIVE),
-    _number("safety", "strength over allowable stress, in place of the table's"),
-    _number("poisson", "Poisson's ratio, in place of the table's", Range(0.0, 0.5)),
+    _number("safety", "strength over allowable stress, in place of the table's", "4"),
+    _number("poisson", "Poisson's ratio, in place of the table's", "0.3", Range(0.0, 0.5)),
 )
 WHEEL_KEYS = (
     Key("shape", "choice", "of the wheel", choices=SHAPES),
@@ -36,10 +36,10 @@ WHEEL_KEYS = (
     Key("rim_speed", "velocity", "of the outer radius (of the mean one with method thin)", None, POSITIVE),
     _size("width", "of rim or disc, along the axis"),
     _size("thickness", "of the rim, along the radius"),
-    _number("width_to_thickness", "of the rim"),
-    _number("rim_share", "of the inertia, where hub and arms have the rest", _SHARE),
-    _number("arms", "how many", Range(FEWEST, MOST)),
-    _number("arm_share", "section of one arm, as a share of the rim's"),
+    _number("width_to_thickness", "of the rim", "2"),
+    _number("rim_share", "of the inertia, where hub and arms have the rest", "0.9", _SHARE),
+    _number("arms", "how many", "6", Range(FEWEST, MOST)),
+    _number("arm_share", "section of one arm, as a share of the rim's", "0.25"),
     _size("arm_width", "of an arm's elliptical section, in the plane of rotation"),
     _size("arm_thickness", "of an arm's elliptical section, along the axis"),
     Key("bore", "length", "diameter of the hole for the shaft", None, NOT_NEGATIVE),

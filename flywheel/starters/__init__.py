@@ -6,7 +6,7 @@ from pathlib import Path
 
 _KINDS = (
     *("scotch-yoke", "slider-crank", "four-bar", "crank-shaper", "toggle-clamp", "law", "linkage", "rotor", "areas"),
-    *("press", "shaper", "pump", "engine"),
+    *("press", "motor-press", "shaper", "pump", "compressor", "engine"),
 )
 
 
@@ -14,7 +14,7 @@ def kinds() -> list[str]:
     """What there are starters for.
 
     >>> kinds()[-4:]
-    ['press', 'shaper', 'pump', 'engine']
+    ['shaper', 'pump', 'compressor', 'engine']
     """
     return list(_KINDS)
 

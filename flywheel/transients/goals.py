@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 
 from flywheel.faults import Fault, SceneError
-from flywheel.following import Goal, Passing, Start
+from flywheel.following import ONSET, Goal, Passing, Start
 from flywheel.instant import Anchor, Dynamics
 from flywheel.machine import Machine
 from flywheel.transients.conditions import Until
@@ -18,6 +18,8 @@ CREEPING = 1e-12  # of the speed at the start: slower than this it stands, or ne
 _MOST_TIME = 20.0  # times as long as those cycles take at the machine's pace
 _LOOKED_AT = np.array([0.1, 0.35, 0.6, 0.85])  # of a piece
 _SETTLED = 1e-6  # of the speed: what is still missing to the regime
+_SHORT = 1e-9  # the same, before a speed counts as out of reach
+_NAMES = {"regime": "regime", "stop": "steady", "speed": "settled", "share": "settled"}
 
 
 class Setting(NamedTuple):
@@ -38,17 +40,25 @@ def needed(setting: Setting) -> Regime:
     return setting.regime
 
 
-def at_rest(dynamics: Dynamics, begin: Start) -> tuple[float, float]:
-    """M* at rest, just ahead of the start, and how large the moments are that make it up, there and over the cycle."""
+def target_of(setting: Setting, goal: Until) -> float:
+    """The speed (rad/s) that is to be reached."""
+    return goal.value * (needed(setting).speed if goal.kind == "share" else 1.0)
+
+
+def at_rest(dynamics: Dynamics, begin: Start, t: float = 0.0) -> tuple[float, float]:
+    """M* as the machine sets out from rest at t (s), and how large the moments in it are, there and over the cycle.
+
+    It is M* just ahead of the start, before losses in meshes; friction is that of a motion forwards.
+    """
     machine = dynamics.machine
     cycle = machine.scene.cycle
     phi = begin.phi if machine.scene.stroke is not None else begin.phi % cycle
     middle = float(machine.anchors(phi))
-    place = Anchor(middle, 0.0, 0.0, tuple(1.0 for _ in machine.stages))
-    parts = dynamics.moments(np.array([phi]), place, np.zeros(1), np.zeros(1), begin.current)
+    place = Anchor(middle, ONSET * machine.pace, t, tuple(1.0 for _ in machine.stages))
+    parts = dynamics.moments(np.array([phi]), place, np.zeros(1), np.full(1, t), begin.current)
     around = (machine.restarts[:-1, None] + np.diff(machine.restarts)[:, None] * _LOOKED_AT).ravel()
     still = np.zeros_like(around)
-    over = dynamics.moments(around, place._replace(phi=machine.anchors(around)), still, still, begin.current)
+    over = dynamics.moments(around, place._replace(phi=machine.anchors(around)), still, still + t, begin.current)
     largest = sum(float(np.abs(part).max()) for part in over.values())
     return float(sum(part[0] for part in parts.values())), largest + float(sum(abs(part[0]) for part in parts.values()))
 
@@ -62,20 +72,22 @@ def goals_of(setting: Setting, begin: Start, goal: Until) -> list[Goal]:
         name = "way" if goal.kind == "way" else "limit"
         found.append(Goal(name, lambda t, phi, omega: begin.phi + way - phi))
     if goal.kind in ("speed", "share"):
-        target = goal.value * (needed(setting).speed if goal.kind == "share" else 1.0)
+        target = target_of(setting, goal)
         sense = 1.0 if target > begin.omega else -1.0
         found.append(Goal(goal.kind, lambda t, phi, omega: sense * (target - omega)))
     return found
 
 
-def settling(goal: Until, rtol: float) -> Passing | None:
+def settling(setting: Setting, goal: Until, rtol: float) -> Passing | None:
     """What tells, at the end of every cycle, whether the speed there has settled.
 
-    Three speeds in turn tell the rate at which they settle, and with it how much is still missing.
+    Three speeds in turn tell the rate at which they settle, and with it how much is still missing. Where laws depend on
+    time, a speed or a stop may still come.
     """
-    if goal.kind not in ("regime", "stop"):
+    if goal.kind not in _NAMES or (goal.kind != "regime" and setting.machine.depends_on_time):
         return None
-    name = "regime" if goal.kind == "regime" else "steady"
+    name = _NAMES[goal.kind]
+    missing = _SHORT if name == "settled" else _SETTLED
     speeds: list[float] = []
 
     def passing(t: float, omega: float) -> str | None:
@@ -86,7 +98,7 @@ def settling(goal: Until, rtol: float) -> Passing | None:
         if max(abs(last), abs(before)) <= 10 * rtol * omega:  # the steps' own error tells no rate
             return name
         rate = min(abs(last / before), 1.0) if before else 0.0
-        return name if abs(last) <= _SETTLED * omega * (1.0 - rate) else None
+        return name if abs(last) <= missing * omega * (1.0 - rate) else None
 
     return passing
 

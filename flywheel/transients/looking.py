@@ -15,7 +15,8 @@ Array = NDArray[np.float64]
 
 _TOGETHER = 20_000  # times that are looked at in one go
 _GAUSS = 10  # nodes in a step
-_TOPS = 4  # how many of the highest samples are looked at more closely
+_TOPS = 64  # how many of the highest samples are looked at more closely
+_FINER, _ROUNDS = 33, 4  # times between the neighbours of a top, and how often they are laid closer
 
 DRIVE = "drive"
 
@@ -49,9 +50,9 @@ class _Here(NamedTuple):
     current: Any
 
 
-def sampled(trail: Trail, times: Array) -> Samples:
-    """The motion at times within it."""
-    owners = trail.owners(times)
+def sampled(trail: Trail, times: Array, owners: NDArray[np.intp] | None = None) -> Samples:
+    """The motion at times within it; at an end of a stretch `owners` tell the side (the one before, where they are None)."""
+    owners = trail.owners(times) if owners is None else owners
     parts = [_sampled(trail, times[k : k + _TOGETHER], owners[k : k + _TOGETHER]) for k in range(0, times.size, _TOGETHER)]
     joined: list[Any] = [None if column[0] is None else np.concatenate(column) for column in zip(*parts, strict=True)]
     return Samples._make(joined)
@@ -92,6 +93,24 @@ def _here(trail: Trail, times: Array, owners: NDArray[np.intp], states: Array) -
     anchor = Anchor(anchors[:, 0], anchors[:, 1], anchors[:, 2], factors)
     current = states[3] if states.shape[0] > 3 else 0.0
     return _Here(states[0] - offset, anchor, states[1], times, current)
+
+
+def switching(trail: Trail) -> tuple[Array, NDArray[np.intp]]:
+    """Times at which a law switches or a piece ends, each twice, and the stretches on either side."""
+    stretches = trail.stretches
+    last = np.array(
+        [k for k in range(len(stretches) - 1) if stretches[k].anchor is not stretches[k + 1].anchor], dtype=np.intp
+    )
+    return np.repeat(trail.t[last + 1], 2), np.column_stack((last, last + 1)).ravel()
+
+
+def within(trail: Trail, inside: Array) -> tuple[Array, NDArray[np.intp]]:
+    """Times in every stretch, at its ends and at shares (0 to 1) of it, and the stretches that they belong to."""
+    shares = np.concatenate(([0.0], inside, [1.0]))
+    start, end = trail.t[:-1, None], trail.t[1:, None]
+    times = start + (end - start) * shares
+    times[:, -1] = trail.t[1:]
+    return times.ravel(), np.repeat(np.arange(len(trail.stretches)), shares.size)
 
 
 class Works(NamedTuple):
@@ -143,22 +162,43 @@ class Peak(NamedTuple):
     time: float
 
 
-def peak(trail: Trail, name: str, samples: Samples) -> Peak:
-    """The greatest value of a column of the samples, looked for again, finer each time, about the highest of its tops."""
+def close(trail: Trail) -> tuple[Samples, NDArray[np.intp]]:
+    """The motion in every stretch, at both its ends and at ten times between, and the stretches that these belong to."""
+    points, _ = np.polynomial.legendre.leggauss(_GAUSS)
+    times, owners = within(trail, 0.5 * (1.0 + points))
+    return sampled(trail, times, owners), owners
+
+
+def peak(trail: Trail, name: str, samples: Samples, owners: NDArray[np.intp]) -> Peak:
+    """The greatest value of a column of `close` samples: on either side of every jump, or between two samples of a stretch.
+
+    About the highest samples it is looked for again, closer each time.
+    """
     times, values = samples.t, getattr(samples, name)
-    padded = np.concatenate(([-np.inf], values, [-np.inf]))
-    tops = np.flatnonzero((padded[1:-1] >= padded[:-2]) & (padded[1:-1] >= padded[2:]))
-    highest = tops[np.argsort(values[tops])[-_TOPS:]]
-    return max((_top(trail, name, times, values, int(top)) for top in highest), key=lambda found: found.value)
-
-
-def _top(trail: Trail, name: str, times: Array, values: Array, best: int) -> Peak:
-    """The greatest value between the neighbours of a sample."""
+    best = int(values.argmax())
     found = Peak(float(values[best]), float(times[best]))
-    for _ in range(4):
-        times = np.linspace(times[max(best - 1, 0)], times[min(best + 1, times.size - 1)], 33)
-        values = getattr(sampled(trail, times), name)
-        best = int(values.argmax())
-        if values[best] > found.value:
-            found = Peak(float(values[best]), float(times[best]))
+    tops = _tops(values, owners)
+    own = owners[tops]
+    low, high = (times[_beside(tops, owners, side)] for side in (-1, 1))
+    for _ in range(_ROUNDS):
+        grid = np.linspace(low, high, _FINER, axis=1)
+        finer = getattr(sampled(trail, grid.ravel(), np.repeat(own, _FINER)), name).reshape(grid.shape)
+        rows, column = np.arange(tops.size), finer.argmax(axis=1)
+        top = int(finer[rows, column].argmax())
+        found = max(found, Peak(float(finer[top, column[top]]), float(grid[top, column[top]])), key=lambda one: one.value)
+        low, high = grid[rows, np.maximum(column - 1, 0)], grid[rows, np.minimum(column + 1, _FINER - 1)]
     return found
+
+
+def _tops(values: Array, owners: NDArray[np.intp]) -> NDArray[np.intp]:
+    """The highest samples that no neighbour in their stretch exceeds."""
+    every = np.arange(values.size)
+    top = np.logical_and.reduce([values >= values[_beside(every, owners, side)] for side in (-1, 1)])
+    found = np.flatnonzero(top)
+    return np.asarray(found[np.argsort(values[found], kind="stable")[-_TOPS:]])
+
+
+def _beside(which: NDArray[np.intp], owners: NDArray[np.intp], side: int) -> NDArray[np.intp]:
+    """The neighbours of samples, or they themselves where their stretch ends."""
+    other = np.clip(which + side, 0, owners.size - 1)
+    return np.where(owners[other] == owners[which], other, which)

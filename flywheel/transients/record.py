@@ -14,8 +14,9 @@ class Energy(NamedTuple):
     """Where the energy of a motion came from and went (J): works of drive and loads, heat, and kinetic energy gained.
 
     `works` are by part, those of dampers and friction below 0; `meshes` is what meshes lost. What drive, loads and meshes
-    leave is the kinetic energy gained, but for `residual`, a share of the largest of them. `copper` is the heat in a DC
-    motor's armature, which is not part of that balance: the drive's work is what its shaft gives.
+    leave is the kinetic energy gained, but for `residual`, a share of the largest of them or of the greatest kinetic energy.
+    `copper` is the heat in a DC motor's armature, which is not part of that balance: the drive's work is what its shaft
+    gives.
     """
 
     drive: float
@@ -35,12 +36,12 @@ class Peaks(NamedTuple):
     current: Peak | None
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Transient:
     """A machine followed from a start to an end.
 
     `ended` says in words how, `reason` in one: `time`, `way`, `speed`, `share`, `regime`, `stop`, `stall`, `creep` (it
-    slows down for ever), `limit` (what was asked for did not come), `stroke`. `time` (s), `phi` (rad) and `omega` (rad/s)
+    slows down for ever), `limit` (what was asked for does not come), `stroke`. `time` (s), `phi` (rad) and `omega` (rad/s)
     are those of the end; `way` (rad) is how far it went, `turns` the same in turns. On a stroke whose driver slides, m.
 
     `regime_speed` is the mean over time of the steady cycle that the machine has with its drive (rad/s), None where there is
@@ -61,6 +62,11 @@ class Transient:
     rtol: float
     messages: tuple[str, ...] = ()
 
+    def __repr__(self) -> str:
+        """How it ended, instead of the motion."""
+        figures = f"time={self.time:.6g}, turns={self.turns:.6g}, omega={self.omega:.6g}"
+        return f"Transient({self.reason}: {self.ended}; {figures})"
+
     @property
     def time(self) -> float:
         """When it ended, s."""
@@ -73,8 +79,8 @@ class Transient:
 
     @property
     def omega(self) -> float:
-        """The speed at the end, rad/s."""
-        return float(self.motion.omega[-1])
+        """The speed at the end, rad/s: 0 of a machine that stopped, whose motion ends there to rounding."""
+        return 0.0 if self.reason in ("stop", "stall") else float(self.motion.omega[-1])
 
     @property
     def way(self) -> float:

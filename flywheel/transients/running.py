@@ -9,7 +9,7 @@ import numpy as np
 
 from flywheel import regime as cycles
 from flywheel.faults import Fault, SceneError
-from flywheel.following import Start
+from flywheel.following import Start, Watching
 from flywheel.instant import Dynamics
 from flywheel.machine import Machine
 from flywheel.piecewise import ROUNDING
@@ -37,6 +37,7 @@ def transient(
     inertia: float | None = None,
     balance: float | None = None,
     rtol: float = 1e-9,
+    watching: Watching | None = None,
 ) -> Transient:
     """Follow a machine from a start to an end: (J + I*) alpha + ½ dI*/dphi omega² = M*(phi, omega, t).
 
@@ -45,11 +46,14 @@ def transient(
         start: "rest", "regime" (its steady speed at the position), or a speed of the crank, rad/s (m/s of a slide).
         at: the position at the start, rad (m where a driver slides); 0, or where a stroke begins, if None.
         end: a time (s), or what `until` reads: "5 s", "10 turns", "200 rpm", "95 %" (of the regime's mean speed),
-            "regime" (its speed at phi = 0 repeats to 1e-6), "stop".
+            "regime" (its speed at phi = 0 repeats to 1e-6), "stop". A machine that settles before it comes to a speed ends
+            with that: `reason` is "limit".
         drive: whether the drive drives; without it the machine runs down.
         inertia: the flywheel's, kg m² at its own shaft; if None the scene's own, or the one that it is sized to.
         balance: value (SI) of the scene's unknown; if None the one that balances the regime.
         rtol: error allowed of position and speed.
+        watching: is told time (s) and position (rad) as the motion goes on; a motion is followed twice at least, so that
+            both begin again.
 
     Raises:
         SceneError: where the machine does not start, has no regime where one is asked for, or cannot be followed.
@@ -66,29 +70,75 @@ def transient(
     """
     machine = machine if isinstance(machine, Machine) else Machine(machine)
     goal = end if isinstance(end, Until) else until(end) if isinstance(end, str) else Until("time", float(end))
-    _check(machine.scene, goal, start, rtol)
+    _check(machine, goal, start, rtol)
     setting = _setting(machine, drive, inertia, balance)
     begin = _started(setting, _start(setting, start, at))
     goals = list(goals_of(setting, begin, goal))
-    motion = moved(setting.dynamics, begin, limit_of(setting, begin, goal), rtol, goals, settling(goal, rtol))
+    settled = settling(setting, goal, rtol)
+    motion = moved(setting.dynamics, begin, limit_of(setting, begin, goal), rtol, goals, settled, watching)
     return told_of(setting, motion, goal, rtol)
 
 
-def run_up(machine: Machine | Scene, end: Until | str | float = "regime", **given: Any) -> Transient:
-    """A machine from rest to its regime, or to another end; all else as in `transient`."""
-    return transient(machine, start="rest", end=end, **given)
+def run_up(
+    machine: Machine | Scene,
+    end: Until | str | float = "regime",
+    *,
+    at: float | None = None,
+    inertia: float | None = None,
+    balance: float | None = None,
+    rtol: float = 1e-9,
+) -> Transient:
+    """A machine from rest to its regime, or to another end.
+
+    Args:
+        machine: a `Machine`, or a `Scene`, of which one is then built.
+        end: a time (s), or "5 s", "10 turns", "200 rpm", "95 %" (of the regime's mean speed), "regime".
+        at: the position at the start, rad (m where a driver slides); 0, or where a stroke begins, if None.
+        inertia: the flywheel's, kg m² at its own shaft; if None the scene's own, or the one that it is sized to.
+        balance: value (SI) of the scene's unknown; if None the one that balances the regime.
+        rtol: error allowed of position and speed.
+
+    Raises:
+        SceneError: where the machine does not start, or cannot be followed; see `transient`.
+
+    """
+    return transient(machine, start="rest", end=end, at=at, inertia=inertia, balance=balance, rtol=rtol)
 
 
-def run_down(machine: Machine | Scene, end: Until | str | float = "stop", **given: Any) -> Transient:
-    """A machine from its regime, with the drive off, to its stop, or to another end; all else as in `transient`."""
-    return transient(machine, start="regime", end=end, drive=False, **given)
+def run_down(
+    machine: Machine | Scene,
+    end: Until | str | float = "stop",
+    *,
+    start: float | str = "regime",
+    at: float | None = None,
+    inertia: float | None = None,
+    balance: float | None = None,
+    rtol: float = 1e-9,
+) -> Transient:
+    """A machine with its drive off, from its regime to its stop, or to another end.
+
+    Args:
+        machine: a `Machine`, or a `Scene`, of which one is then built.
+        end: "stop", or a time (s), or "5 s", "10 turns", "200 rpm", "50 %" (of the regime's mean speed).
+        start: "regime" (its steady speed at the position), or a speed of the crank, rad/s.
+        at: the position at the start, rad; 0 if None.
+        inertia: the flywheel's, kg m² at its own shaft; if None the scene's own, or the one that it is sized to.
+        balance: value (SI) of the scene's unknown, where that is a load; if None the one that balances the regime.
+        rtol: error allowed of position and speed.
+
+    Raises:
+        SceneError: where the machine has no regime to start from, or cannot be followed; see `transient`.
+
+    """
+    given: Any = {"at": at, "inertia": inertia, "balance": balance, "rtol": rtol}
+    return transient(machine, start=start, end=end, drive=False, **given)
 
 
 # -- before ----------------------------------------------------------------------------------------------------------
 
 
-def _check(scene: Scene, goal: Until, start: float | str, rtol: float) -> None:
-    faults = []
+def _check(machine: Machine, goal: Until, start: float | str, rtol: float) -> None:
+    faults, scene = [], machine.scene
     if scene.areas is not None:
         faults.append(Fault("areas", "a diagram of areas", "a machine to follow", "give mechanism, inertia or load instead"))
     if not 1e-13 <= rtol <= 0.1:
@@ -98,6 +148,9 @@ def _check(scene: Scene, goal: Until, start: float | str, rtol: float) -> None:
     wanted = [goal.kind in ("regime", "share"), start == "regime"]
     if scene.stroke is not None and any(wanted):
         faults.append(Fault("until" if wanted[0] else "from", "a regime", "a time, a speed or the end of the stroke"))
+    if goal.kind == "regime" and machine.depends_on_time:
+        found = "a regime of a machine whose loads or drive depend on time"
+        faults.append(Fault("until", found, "a time, a way or a speed", 'such as --until "5 s"'))
     if isinstance(start, str) and start not in ("rest", "regime"):
         faults.append(Fault("from", f'"{start}"', '"rest", "regime", or a speed'))
     elif not isinstance(start, str) and not 0.0 <= start < np.inf:
@@ -122,7 +175,12 @@ def _flywheel(scene: Scene) -> float:
     """The flywheel that the scene gives, or is sized to."""
     if scene.irregularity is None:
         return scene.inertia or 0.0
-    return size(scene, simulate=False).flywheel.exact or 0.0
+    try:
+        return size(scene, simulate=False).flywheel.exact or 0.0
+    except SceneError as error:
+        found = f"an irregularity, to which no flywheel can be sized: {'; '.join(fault.found for fault in error.faults)}"
+        advice = 'give its inertia: --flywheel "0.3 kg m^2" (in Python inertia=0.3)'
+        raise SceneError([Fault("flywheel", found, "a flywheel to follow the machine with", advice)]) from error
 
 
 def _regime(machine: Machine, inertia: float) -> tuple[Regime | None, str]:
@@ -180,7 +238,16 @@ def _started(setting: Setting, begin: Start) -> Start:
     balanced = abs(moment) <= _BALANCED * size_of
     share = "M* = 0, so that nothing moves it" if balanced else f"M* = {moment:.6g} N m, which holds it or turns it back"
     found = f"a machine that does not start: at rest at {machine.where(begin.phi)} it has {share}"
-    advice = (
-        "start at another angle" if balanced else "the drive stalls there: start at another angle, or with a larger drive"
-    )
-    raise SceneError([Fault("from", found, "a moment that sets it going", advice)])
+    raise SceneError([Fault("from", found, "a moment that sets it going", _to_start(machine.scene, balanced))])
+
+
+def _to_start(scene: Scene, balanced: bool) -> str:
+    """What makes a machine start that does not."""
+    if scene.drive is None:
+        sliding = scene.reduction_element == "slide"
+        speed = "0.1 m/s" if sliding else "200 rpm"
+        regime = "" if scene.stroke is not None else "--from regime, or "
+        return f'nothing drives it: start at a speed, {regime}--from "{speed}"'
+    if balanced:
+        return "start at another angle"
+    return "the drive stalls there: start at another angle, or with a larger drive"

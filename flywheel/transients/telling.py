@@ -13,8 +13,8 @@ from flywheel.machine import Machine
 from flywheel.scene import TURN
 from flywheel.simulation import Motion
 from flywheel.transients.conditions import Until
-from flywheel.transients.goals import Setting, at_rest, limit_of
-from flywheel.transients.looking import Samples, Works, nodes, peak, sampled, worked
+from flywheel.transients.goals import Setting, at_rest, limit_of, target_of
+from flywheel.transients.looking import Samples, Works, close, peak, sampled, worked
 from flywheel.transients.record import Energy, Peaks, Transient
 
 Array = NDArray[np.float64]
@@ -28,8 +28,7 @@ def told_of(setting: Setting, motion: Motion, goal: Until, rtol: float) -> Trans
     trail, scene = motion.trail, setting.machine.scene
     assert trail is not None
     reason, ended = _ending(setting, trail, motion, goal)
-    times, _, _ = nodes(trail)
-    samples = sampled(trail, np.unique(np.concatenate((trail.t, times))))
+    samples, owners = close(trail)
     steady = None if setting.regime is None else setting.regime.speed
     origin = scene.origin
     return Transient(
@@ -41,21 +40,19 @@ def told_of(setting: Setting, motion: Motion, goal: Until, rtol: float) -> Trans
         balance=setting.balance,
         regime_speed=steady,
         time_to_regime=None if steady is None else _reached(trail, SHARE * steady, samples.t, samples.omega),
-        peaks=_peaks(trail, samples),
-        energy=_energy(worked(trail), float(samples.kinetic[-1] - samples.kinetic[0])),
+        peaks=_peaks(trail, samples, owners),
+        energy=_energy(worked(trail), samples.kinetic),
         rtol=rtol,
         messages=tuple(_messages(setting, motion, trail.start, rtol)),
     )
 
 
-def _peaks(trail: Trail, samples: Samples) -> Peaks:
+def _peaks(trail: Trail, samples: Samples, owners: NDArray[np.intp]) -> Peaks:
     drives = trail.dynamics.machine.scene.drive is not None
-    return Peaks(
-        peak(trail, "omega", samples),
-        peak(trail, "drive", samples) if drives else None,
-        peak(trail, "power", samples) if drives else None,
-        peak(trail, "current", samples) if samples.current is not None else None,
-    )
+    wanted = {"omega": True, "drive": drives, "power": drives, "current": samples.current is not None}
+    speed, *others = (peak(trail, name, samples, owners) if told else None for name, told in wanted.items())
+    assert speed is not None
+    return Peaks(speed, *others)
 
 
 def _messages(setting: Setting, motion: Motion, start: Start, rtol: float) -> Iterator[str]:
@@ -79,6 +76,8 @@ def _ending(setting: Setting, trail: Trail, motion: Motion, goal: Until) -> tupl
         return _stopped(setting, trail, at, last, omega)
     if machine.scene.stroke is not None and trail.goal is None and last < limit_of(setting, trail.start, goal):
         return "stroke", end_of_stroke(machine.scene, phi + machine.scene.origin, last)
+    if trail.goal == "settled":
+        return "limit", f"settled to its regime without reaching {_speed(target_of(setting, goal))}: {_speed(omega)} {at}"
     if trail.goal == "limit" or (trail.goal is None and goal.kind != "time"):
         wanted = {"regime": "its regime", "stop": "a stop"}.get(goal.kind, "what was asked for")
         return "limit", f"did not come to {wanted} within {(phi - trail.start.phi) / TURN:.6g} turns and {last:.6g} s"
@@ -87,7 +86,7 @@ def _ending(setting: Setting, trail: Trail, motion: Motion, goal: Until) -> tupl
     if trail.goal == "regime":
         return "regime", f"settled to its regime after {last:.6g} s, {(phi - trail.start.phi) / TURN:.6g} turns"
     if trail.goal in ("speed", "share"):
-        return trail.goal, f"reached {omega:.6g} rad/s ({omega * 60 / TURN:.6g} rpm) {at}"
+        return trail.goal, f"reached {_speed(omega)} {at}"
     return trail.goal or "time", f"ended {at}, at {omega:.6g} rad/s"
 
 
@@ -99,10 +98,15 @@ def _stopped(setting: Setting, trail: Trail, at: str, last: float, omega: float)
     acceleration = abs(float(sampled(trail, np.array([last])).acceleration[0]))
     if trail.start.omega > 0.0 and omega > 0.0 and omega > _SUDDEN * last * acceleration:
         return "creep", f"slows down for ever, as only what grows with speed brakes it: {omega:.3g} rad/s {at}"
-    moment, _ = at_rest(dynamics, begin)
+    moment, _ = at_rest(dynamics, begin, last)
     if own.scene.drive is None:
         return "stop", f"stopped {at}"
-    return "stall", f"stalled {at}: M* at rest is {moment:.6g} N m"
+    lossy = any(stage.efficiency < 1.0 for stage in own.stages)
+    return "stall", f"stalled {at}: M* at rest is {moment:.6g} N m{', before losses in meshes' if lossy else ''}"
+
+
+def _speed(omega: float) -> str:
+    return f"{omega:.6g} rad/s ({omega * 60 / TURN:.6g} rpm)"
 
 
 def _place(machine: Machine, phi: float) -> str:
@@ -123,12 +127,15 @@ def _reached(trail: Trail, speed: float, times: Array, omega: Array) -> float | 
     from scipy.optimize import brentq
 
     low, high = float(times[above[0] - 1]), float(times[above[0]])
+    if low == high:  # both sides of a switch
+        return low
     return float(brentq(lambda t: float(trail.states(np.array([t]))[1, 0]) - speed, low, high, xtol=1e-300, rtol=1e-14))
 
 
-def _energy(works: Works, gained: float) -> Energy:
+def _energy(works: Works, kinetic: Array) -> Energy:
+    gained = float(kinetic[-1] - kinetic[0])
     parts = dict(works.by_part)
     drive = parts.pop("drive", 0.0)
     total = drive + sum(parts.values()) - works.meshes
-    scale = max([abs(gained), abs(drive), *map(abs, parts.values()), 1e-300])
+    scale = max([float(kinetic.max()), abs(drive), *map(abs, parts.values()), 1e-300])
     return Energy(drive, parts, works.meshes, gained, abs(total - gained) / scale, works.copper)

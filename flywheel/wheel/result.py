@@ -11,7 +11,7 @@ from flywheel.wheel.bodies import Body, Part, parts, stress
 from flywheel.wheel.materials import Material
 
 _THICK = 0.2  # thickness over mean radius from which a thin rim is off by 1 % of its inertia, 20 % of its bore stress
-_ROUNDING = 1e-9
+ROUNDING = 1e-9  # of an allowable value: what passes it by no more is within it
 
 
 @dataclass(frozen=True)
@@ -126,11 +126,11 @@ def _warnings(asked: WheelAsked, wheel: Wheel) -> list[str]:
     """What a designer should know of the wheel, one sentence each."""
     body, usual, allowable = wheel.body, wheel.material.rim_speed, wheel.material.allowable
     found = []
-    if usual is not None and wheel.rim_speed > usual * (1 + _ROUNDING):
+    if usual is not None and wheel.rim_speed > usual * (1 + ROUNDING):
         found.append(f"the rim runs at {wheel.rim_speed:.4g} m/s; {wheel.material.name} usually stays below {usual:g} m/s")
-    if allowable is not None and wheel.greatest_stress > allowable * (1 + _ROUNDING):
+    if allowable is not None and wheel.greatest_stress > allowable * (1 + ROUNDING):
         stressed = f"the stress of {wheel.greatest_stress / 1e6:.4g} MPa ({wheel.place})"
-        found.append(f"{stressed} is above the allowable {allowable / 1e6:.4g} MPa")
+        found.append(f"{stressed} is above the allowable {allowable / 1e6:.4g} MPa: {_remedy(wheel)}")
     if body.width > 2 * body.outer:
         found.append(f"the {body.width:.4g} m of its width are more than its diameter: the formulas are those of thin discs")
     if body.thin and body.thickness > _THICK * body.mean:
@@ -143,3 +143,10 @@ def _warnings(asked: WheelAsked, wheel: Wheel) -> list[str]:
     if body.arms is not None and asked.torque is None:
         found.append("no torque between hub and rim is given: the arms' bending by it is left out")
     return found
+
+
+def _remedy(wheel: Wheel) -> str:
+    """What to change in a wheel that is stressed too much."""
+    if wheel.place.startswith("arms"):
+        return "enlarge arm_share or hub_diameter, or take another material"
+    return "take a smaller radius, another material, or shape lightest with a max_radius"

@@ -9,8 +9,10 @@ from flywheel.results import Sizing
 from flywheel.writing import outcome, shafts
 from flywheel.writing.digits import columns, figure
 from flywheel.writing.rows import (
+    NOTHING,
     WIDTH,
     Row,
+    irregularity,
     irregularity_in_words,
     or_unknown,
     percent_and_steadiness,
@@ -31,7 +33,7 @@ def flywheel(sizing: Sizing) -> list[str]:
 
 def every_shaft(sizing: Sizing) -> list[str]:
     """The same flywheel on every shaft, where there are several."""
-    if len(sizing.shafts) < 2:
+    if len(sizing.shafts) < 2 or sizing.flywheel.needed is False:
         return []
     lines = ["The same flywheel on every shaft", *shafts.table(sizing.shafts, _DIGITS)]
     return lines + sentences(_on_conditions(sizing))
@@ -40,7 +42,7 @@ def every_shaft(sizing: Sizing) -> list[str]:
 def _on_conditions(sizing: Sizing) -> Iterable[str]:
     """What the table of shafts holds for."""
     if sizing.built is not None:
-        yield "Masses are those of the wheel above, made wider or narrower at its radii."
+        yield "Inertias and masses are those of the wheel above as built, made wider or narrower at its radii."
     if sizing.scene.efficiencies:
         yield "Each stores the same energy; losses in meshes may make the speed vary a little more or less."
 
@@ -65,7 +67,8 @@ def _cells(candidate: outcome.Candidate) -> tuple[str, ...]:
     if candidate.gives is None:
         return candidate.name, inertia, off, "no steady motion", "", ""
     eps, error = candidate.gives
-    return candidate.name, inertia, off, or_unknown(eps, error), *percent_and_steadiness(eps, error, 6)
+    gives = or_unknown(eps, error) if eps > NOTHING else "0"
+    return candidate.name, inertia, off, gives, *percent_and_steadiness(eps, error, 6)
 
 
 _SHORT = {"exact": "exact", "approximate": "by the areas", "inertia_torque": "by the torque"}
@@ -76,6 +79,8 @@ def _in_gd2(candidates: list[outcome.Candidate]) -> Iterable[str]:
     if any(candidate.inertia > 0.0 for candidate in candidates):
         found = [f"{or_unknown(gd2(c.inertia), 4 * c.error, _DIGITS)} {_SHORT[c.key]}" for c in candidates]
         yield f"GD² = 4 J: {', '.join(found)}, kg m²."
+    if any(candidate.key == "inertia_torque" and candidate.inertia > 0.0 for candidate in candidates):
+        yield "By the inertia torque it is a total: of the flywheel and of the machine's own inertia."
 
 
 def _bracket(sizing: Sizing) -> list[str]:
@@ -140,7 +145,7 @@ def _analysed(sizing: Sizing) -> list[str]:
     error = (sizing.error.simulation or 0.0) * motion.irregularity
     swing, steadiness = percent_and_steadiness(motion.irregularity, error, 10)
     rows = [
-        Row("irregularity", figure(motion.irregularity, error)),
+        Row("irregularity", irregularity(motion.irregularity, error)),
         Row("as ± %", swing),
         Row("steadiness", steadiness),
         Row("GD² of the flywheel", figure(gd2(inertia)), "kg m²"),

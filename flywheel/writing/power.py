@@ -15,6 +15,7 @@ from flywheel.writing.rows import RPM, Row, block, sentences
 _HORSEPOWER = 745.6998715822702  # W: 550 ft lbf/s
 _METRIC_HORSEPOWER = 735.49875  # W: 75 kgf m/s
 _DIGITS = 6
+_TIE = 1e-9  # share within which two sizes are one
 _NEAR = 0.9  # of the breakdown torque: a torque past it is told of
 
 
@@ -28,7 +29,8 @@ def torque_and_work(sizing: Sizing) -> list[str]:
         rows.append(Row("coefficient of energy", figure(sizing.coefficient_of_energy, error), "of the drive's work"))
     elif sizing.scene.drive is None and sizing.scene.areas is None:
         rows.append(Row("power", "none", "(no drive in the scene)"))
-    return block("Torque, power, energy", rows)
+    by = "" if sizing.power is None else " (power: work of a cycle over its angle, times the mean of extremes)"
+    return block(f"Torque, power, energy{by}", rows)
 
 
 def _balance(sizing: Sizing) -> Iterable[Row]:
@@ -62,14 +64,21 @@ def with_and_without(sizing: Sizing) -> list[str]:
     energy = sizing.energy
     if energy is None:
         return []
+    ratios = energy.peak_to_mean, energy.peak_to_mean_alone
     rows = [
-        ("mean, W", _number(energy.mean_power), _number(energy.mean_power_alone)),
-        ("greatest, W", _number(energy.peak_power), _number(energy.peak_power_alone)),
-        ("greatest over mean", _ratio(energy.peak_to_mean), _ratio(energy.peak_to_mean_alone)),
+        ("mean, W", _signed(energy.mean_power), _signed(energy.mean_power_alone)),
+        ("greatest, W", _signed(energy.peak_power), _signed(energy.peak_power_alone)),
+        *([] if ratios == (None, None) else [("greatest over mean", *map(_ratio, ratios))]),
         ("energy in an hour, kWh", _per_hour(energy.mean_power), _per_hour(energy.mean_power_alone)),
     ]
     header = ("", "with the flywheel", "without one, at constant speed")
-    return ["Power of the drive over the time of a cycle", *columns(rows, header), *sentences(_of_motor(sizing, energy))]
+    title = "Power of the drive over the time of a cycle (mean: its work over the period)"
+    return [title, *columns(rows, header), *sentences(_of_motor(sizing, energy))]
+
+
+def _signed(value: float) -> str:
+    """A power or torque, the one that is largest in size, with a word where it brakes."""
+    return _number(value) + (" (it brakes)" if value < 0.0 else "")
 
 
 def _number(value: float) -> str:
@@ -81,7 +90,7 @@ def _per_hour(power: float) -> str:
 
 
 def _ratio(value: float | None) -> str:
-    return "" if value is None else _number(value)
+    return "none" if value is None else _number(value)
 
 
 # -- the motor -------------------------------------------------------------------------------------------------------
@@ -93,16 +102,21 @@ def _of_motor(sizing: Sizing, energy: Energy) -> Iterator[str]:
     if motor is None:
         return
     rated, torque = motor.rated, _greatest_torque(sizing)
-    greatest = f"greatest torque {_number(torque)} N m on its shaft"
+    greatest = f"greatest torque {_signed(torque)} N m on its shaft"
+    rms = f"root of its mean square over time {_number(energy.rms_torque)} N m"
+    limit = "" if motor.breakdown is None else f", {_share(abs(torque), motor.breakdown.torque)} of the breakdown torque"
     if rated is None:
-        yield f"{motor.title} without a rated point; {greatest}."
+        yield f"{motor.title} without a rated point; {greatest}{limit}; {rms}."
         return
     point = f"{_number(rated.torque)} N m at {_number(rated.speed * RPM)} rpm"
     shares = f"mean {_share(energy.mean_power, rated.power)}, greatest {_share(energy.peak_power, rated.power)} of it"
     yield f"{motor.title}, rated power {_number(rated.power / 1e3)} kW ({point}): {shares};"
-    yield f"{greatest}, {_share(torque, rated.torque)} of the rated one."
-    if energy.mean_power > rated.power:
-        yield "The mean power is more than the motor is rated for: it would grow too hot. Choose a larger one."
+    yield f"{greatest}, {_share(abs(torque), rated.torque)} of the rated one{limit};"
+    yield f"{rms}, {_share(energy.rms_torque, rated.torque)} of the rated one: it is what heats the motor."
+    if energy.rms_torque > rated.torque:
+        yield "That is more than the motor is rated for: it would grow too hot. Choose a larger one, or more flywheel."
+    elif energy.mean_power > rated.power:
+        yield "The mean power is more than the motor is rated for. Choose a larger one."
     yield from _near_breakdown(motor, torque)
 
 
@@ -115,14 +129,16 @@ def _near_breakdown(motor: Motor, torque: float) -> Iterator[str]:
 
 
 def _greatest_torque(sizing: Sizing) -> float:
-    """The greatest torque (N m) of the motor along the cycle, at its own shaft."""
+    """The torque (N m) of the motor that is largest in size along the cycle, at its own shaft, with its sign."""
     scene, run = sizing.scene, sizing.run
     assert scene.drive is not None
     assert scene.motor is not None
     ratio = scene.shafts[scene.drive.on]
     if run is None or run.drive is None:
         return float(scene.motor.torque(ratio * sizing.speed))
-    return piecewise.greatest(piecewise.fit(run.drive)) / ratio
+    series = piecewise.fit(run.drive)
+    high, low = piecewise.greatest(series), -piecewise.greatest(-series)
+    return (high if high >= -low * (1 - _TIE) else low) / ratio
 
 
 def _share(part: float, whole: float) -> str:

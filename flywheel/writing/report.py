@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 
-from flywheel.results import Sizing
+from flywheel.results import Built, Sizing
 from flywheel.writing import flywheels, outcome, power, regimes
 from flywheel.writing.digits import columns, figure, short
-from flywheel.writing.rows import DEGREES, RPM, WIDTH, Row, block, printable, wrapped
+from flywheel.writing.rows import DEGREES, RPM, WIDTH, Row, block, irregularity, printable, sentences, wrapped
 
 
 def text(sizing: Sizing) -> str:
@@ -55,11 +55,30 @@ def _wheel(sizing: Sizing) -> list[str]:
     from flywheel.writing.wheels import rows  # only wheels that are built pay for it
 
     with_it = [] if built.irregularity is None else [_irregularity_with(built.irregularity, built.error)]
-    return block("The wheel", [*(Row(*row) for row in rows(built.wheel)), *with_it])
+    if built.torque is not None:
+        with_it.append(Row("torque that bends the arms", figure(built.torque, most=6), f"N m{_whence(sizing)}"))
+    return block("The wheel", [*(Row(*row) for row in rows(built.wheel)), *with_it]) + sentences(_as_built(sizing, built))
+
+
+def _whence(sizing: Sizing) -> str:
+    """Where that torque comes from, if not from the scene."""
+    asked = sizing.scene.wheel
+    return "" if asked is None or asked.torque is not None else ", inertia times the greatest acceleration"
+
+
+def _as_built(sizing: Sizing, built: Built) -> Iterable[str]:
+    """Which figures are those of the wheel, and which those of the inertia that it was made for."""
+    given = sizing.scene.inertia
+    made_for, which = (sizing.flywheel.exact, "exact") if given is None else (given, "given")
+    if made_for and built.wheel.inertia > made_for * (1 + _SAME):
+        yield (
+            f"Rounded up: it has {figure(built.wheel.inertia, most=7)} kg m² for {figure(made_for, most=7)}. This block and "
+            f"the flywheels on every shaft are as built; all other figures are those of the {which} inertia."
+        )
 
 
 def _irregularity_with(eps: float, error: float) -> Row:
-    return Row("irregularity with it", figure(eps, error * eps))
+    return Row("irregularity with it", irregularity(eps, error * eps))
 
 
 def _inertia(sizing: Sizing) -> list[str]:
@@ -120,6 +139,7 @@ def _mark(sizing: Sizing, accumulated: float) -> str:
 # -- simulation, errors, messages -----------------------------------------------------------------------------------
 
 
+_SAME = 1e-9  # share by which a wheel's inertia may pass the one it is made for, and still be that one
 _CONCLUSIVE = 0.01  # relative error of a simulation that confirms something
 _ROUTES = {
     "time": "Confirmed by time simulation, on a route of its own",
@@ -133,7 +153,7 @@ def _simulation(sizing: Sizing) -> list[str]:
     if motion is None or motion.route == "areas":
         return []
     error = relative * motion.irregularity
-    rows = [Row("irregularity", figure(motion.irregularity, error), _against(sizing))]
+    rows = [Row("irregularity", irregularity(motion.irregularity, error), _against(sizing))]
     if motion.period is not None:
         doubt = sizing.error.period if sizing.error.period is not None else error
         rows.append(Row("period of a cycle", figure(motion.period, doubt * motion.period), "s"))

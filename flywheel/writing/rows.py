@@ -10,6 +10,7 @@ from flywheel.writing.digits import MOST, columns, figure
 
 WIDTH = 100
 RPM = 9.549296585513721  # rad/s -> rev/min
+NOTHING = 1e-12  # an irregularity that rounding makes
 DEGREES = 57.29577951308232
 
 
@@ -55,9 +56,14 @@ def rpm(speed: float) -> str:
 
 def percent_and_steadiness(eps: float, error: float, most: int) -> tuple[str, str]:
     """An irregularity as a deviation to either side in per cent, and as its reciprocal."""
-    if eps <= error:
-        return ("±0", "without limit") if eps == 0.0 else ("?", "?")
+    if eps <= max(error, NOTHING):
+        return ("±0", "without limit") if max(eps, error) <= NOTHING else ("?", "?")
     return f"±{figure(50 * eps, 50 * error, most)}", figure(1 / eps, error / eps**2, most)
+
+
+def irregularity(eps: float, error: float) -> str:
+    """An irregularity as a figure: 0 where rounding alone makes it."""
+    return figure(eps, max(error, NOTHING if eps <= NOTHING else 0.0))
 
 
 def irregularity_in_words(eps: float, error: float = 0.0) -> str:
@@ -67,7 +73,7 @@ def irregularity_in_words(eps: float, error: float = 0.0) -> str:
     '0.04 (±2 %, steadiness 25)'
     """
     swing, steadiness = percent_and_steadiness(eps, error, 6)
-    return f"{figure(eps, error)} ({swing} %, steadiness {steadiness})"
+    return f"{irregularity(eps, error)} ({swing} %, steadiness {steadiness})"
 
 
 def or_unknown(value: float, error: float, most: int = MOST) -> str:

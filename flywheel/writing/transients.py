@@ -7,7 +7,7 @@ from collections.abc import Iterator
 import numpy as np
 from numpy.typing import NDArray
 
-from flywheel.transients.looking import Samples, sampled
+from flywheel.transients.looking import Peak, Samples, sampled, switching
 from flywheel.transients.record import Transient
 from flywheel.writing import export
 from flywheel.writing.digits import columns, figure, short
@@ -16,11 +16,20 @@ from flywheel.writing.rows import DEGREES, RPM, wrapped
 Array = NDArray[np.float64]
 
 
-def evenly(transient: Transient, points: int) -> Samples:
-    """The motion at so many times, evenly from its start to its end; on a stroke in the driver's own coordinate."""
+def evenly(transient: Transient, points: int, breaks: bool = False) -> Samples:
+    """The motion at so many times, evenly from its start to its end; on a stroke in the driver's own coordinate.
+
+    With `breaks` also where laws switch, at the same time once for each side.
+    """
     trail = transient.motion.trail
     assert trail is not None
-    found = sampled(trail, np.linspace(0.0, transient.time, points))
+    times = np.linspace(0.0, transient.time, points)
+    owners = trail.owners(times)
+    if breaks:
+        more, sides = switching(trail)
+        rows = np.unique(np.column_stack((np.append(owners, sides), np.append(times, more))), axis=0)
+        owners, times = rows[:, 0].astype(np.intp), np.asarray(rows[:, 1], dtype=float)
+    found = sampled(trail, times, owners)
     return found._replace(phi=found.phi + transient.scene.origin)
 
 
@@ -62,7 +71,8 @@ def _figures(transient: Transient) -> list[str]:
     if transient.regime_speed is not None:
         rows.append(("regime, mean speed over time", _speed(transient, transient.regime_speed)))
         when = transient.time_to_regime
-        rows.append(("first at 95 % of it", "not reached" if when is None else f"after {figure(when, most=7)} s"))
+        if when != 0.0 and not _slows(transient):
+            rows.append(("first at 95 % of it", "not reached" if when is None else f"after {figure(when, most=7)} s"))
     rows += _peaks(transient)
     rows.append(("flywheel", f"{figure(transient.inertia, most=7)} kg m^2 on {transient.scene.flywheel_on}"))
     rows.append(("estimated error", f"{short(transient.error)} of speed and way (asked {short(transient.rtol)})"))
@@ -74,16 +84,24 @@ def _figures(transient: Transient) -> list[str]:
 
 def _peaks(transient: Transient) -> list[tuple[str, str]]:
     peaks, torque = transient.peaks, "N" if _sliding(transient) else "N m"
-    rows = [("greatest speed", f"{_speed(transient, peaks.speed.value)} after {figure(peaks.speed.time, most=5)} s")]
-    for name, found, unit in (("force" if torque == "N" else "torque", peaks.torque, torque), ("power", peaks.power, "W")):
-        if found is not None:
-            value = f"{figure(found.value, most=7)} {unit} after {figure(found.time, most=5)} s"
-            rows.append((f"greatest {name} of the drive", value))
-    if peaks.current is not None:
-        rows.append(
-            ("greatest current", f"{figure(peaks.current.value, most=7)} A after {figure(peaks.current.time, most=5)} s")
-        )
+    rows = [("greatest speed", f"{_speed(transient, peaks.speed.value)}{_when(peaks.speed)}")]
+    force = "force" if torque == "N" else "torque"
+    others = (
+        (f"greatest {force} of the drive", peaks.torque, torque),
+        ("greatest power of the drive", peaks.power, "W"),
+        ("greatest current", peaks.current, "A"),
+    )
+    rows += [(name, f"{figure(top.value, most=7)} {unit}{_when(top)}") for name, top, unit in others if top is not None]
     return rows
+
+
+def _when(top: Peak) -> str:
+    return f" after {figure(top.time, most=5)} s" if top.time > 0.0 else ""
+
+
+def _slows(transient: Transient) -> bool:
+    """Whether a machine that runs is never faster than at its start."""
+    return float(transient.motion.omega[0]) > 0.0 and transient.peaks.speed.time == 0.0
 
 
 def _energy(transient: Transient) -> list[str]:
@@ -96,19 +114,19 @@ def _energy(transient: Transient) -> list[str]:
     scale = max((abs(value) for _, value in rows), default=0.0)
     cells = [(name, figure(value, 1e-9 * scale, 7), "J") for name, value in rows]
     cells.append(("= kinetic energy gained", figure(energy.kinetic_gained, 1e-9 * scale, 7), "J"))
-    lines = ["Energy: work of", *columns(cells), f"  closes to {short(energy.residual)} of the largest"]
+    lines = ["Energy: work of", *columns(cells), f"  closes to {short(energy.residual)} of the largest energy"]
     if energy.copper is not None:
         lines.append(f"  heat in the motor's armature, beside it: {figure(energy.copper, most=7)} J")
     return lines
 
 
-def table(transient: Transient, points: int) -> Iterator[tuple[str, Array]]:
+def table(transient: Transient, points: int, breaks: bool = False) -> Iterator[tuple[str, Array]]:
     """Every column of the CSV with the name that heads it, its unit in brackets."""
-    found, sliding = evenly(transient, points), _sliding(transient)
+    found, sliding = evenly(transient, points, breaks), _sliding(transient)
     names = (
-        ("x [m]", "v [m/s]", "a [m/s^2]", "F* [N]")
+        ("x [m]", "v [m/s]", "a [m/s^2]", "F* after losses [N]")
         if sliding
-        else ("phi [rad]", "omega [rad/s]", "alpha [rad/s^2]", "M* [N m]")
+        else ("phi [rad]", "omega [rad/s]", "alpha [rad/s^2]", "M* after losses [N m]")
     )
     yield "t [s]", found.t
     yield from zip(names, (found.phi, found.omega, found.acceleration, found.moment), strict=True)
@@ -120,11 +138,11 @@ def table(transient: Transient, points: int) -> Iterator[tuple[str, Array]]:
         yield "current [A]", found.current
 
 
-def csv(transient: Transient, points: int) -> str:
-    """The motion at so many times as CSV, SI throughout."""
-    return export.csv(table(transient, points))
+def csv(transient: Transient, points: int, breaks: bool = False) -> str:
+    """The motion at so many times (see `evenly`) as CSV, SI throughout."""
+    return export.csv(table(transient, points, breaks))
 
 
-def json(transient: Transient, points: int) -> str:
-    """Everything of a motion, with the motion itself at so many times, as JSON, SI throughout."""
-    return export.encoded({**transient.as_dict(), "samples": evenly(transient, points)._asdict()}, indent=2)
+def json(transient: Transient, points: int, breaks: bool = False) -> str:
+    """Everything of a motion, with the motion itself at so many times (see `evenly`), as JSON, SI throughout."""
+    return export.encoded({**transient.as_dict(), "samples": evenly(transient, points, breaks)._asdict()}, indent=2)

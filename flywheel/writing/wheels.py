@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from flywheel.wheel.result import Wheel
+from flywheel.every_shaft import gd2
+from flywheel.wheel.result import ROUNDING, Wheel
 from flywheel.writing.digits import figure
 
 Row = tuple[str, str, str]
@@ -25,13 +26,26 @@ def rows(wheel: Wheel) -> list[Row]:
         *_dimensions(wheel),
         *_masses(wheel),
         ("rim speed", _number(wheel.rim_speed), "m/s"),
-        *((f"stress, {place}", _number(value / _MEGA), "MPa") for place, value in wheel.stresses.items()),
+        *((f"stress, {place}", _number(value / _MEGA), _mega(wheel, value)) for place, value in wheel.stresses.items()),
         *_judgement(wheel),
     ]
 
 
 def _shape(wheel: Wheel) -> str:
     return f"{wheel.shape}, taken as thin" if wheel.body.thin else wheel.shape
+
+
+_COMPARED = {
+    "disc": "the lightest disc instead",
+    "rim": "the lightest rim instead",
+    "arms": "the lightest rim on arms instead",
+}
+
+
+def _mega(wheel: Wheel, stress: float) -> str:
+    """The unit of a stress, with a mark where it is too much."""
+    allowable = wheel.material.allowable
+    return "MPa" if allowable is None or stress <= allowable * (1 + ROUNDING) else "MPa, above the allowable"
 
 
 def _number(value: float) -> str:
@@ -65,6 +79,7 @@ def _dimensions(wheel: Wheel) -> list[Row]:
 def _masses(wheel: Wheel) -> list[Row]:
     """Mass and inertia, of the parts too where there are several."""
     found: list[Row] = [("mass", _number(wheel.mass), "kg"), ("inertia", figure(wheel.inertia), "kg m²")]
+    found.append(("GD²", figure(gd2(wheel.inertia)), "kg m²"))
     if len(wheel.parts) > 1:
         found += [(f"mass, {part.name}", _number(part.mass), "kg") for part in wheel.parts if part.mass is not None]
         found += [(f"inertia, {part.name}", _number(part.inertia), "kg m²") for part in wheel.parts]
@@ -80,4 +95,4 @@ def _judgement(wheel: Wheel) -> list[Row]:
         against = "strength" if wheel.material.strength is not None else "allowable stress"
         found.append((f"safety factor, by {against}", _number(wheel.safety), ""))
     others = {shape: mass for shape, mass in wheel.compared.items() if shape != wheel.shape}
-    return [*found, *((f"mass as {shape}", _number(mass), "kg") for shape, mass in others.items())]
+    return [*found, *((_COMPARED[shape], _number(mass), "kg") for shape, mass in others.items())]

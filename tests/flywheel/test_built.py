@@ -4,6 +4,7 @@ import pytest
 import flywheel
 from flywheel import steady
 from flywheel.results import Sizing
+from flywheel.writing import report
 from tests.flywheel import regimes
 
 PRESS = {
@@ -30,6 +31,7 @@ def test_a_wheel_carries_the_exact_inertia_and_keeps_the_irregularity():
     assert found.built.wheel.inertia == pytest.approx(found.flywheel.exact, rel=1e-12)
     assert found.built.irregularity == pytest.approx(0.15, rel=1e-10)
     assert found.built.wheel.speed == pytest.approx(2 * np.pi * 1.075, rel=1e-12)
+    assert found.built.torque is None
 
 
 def test_a_wheel_rounded_up_gives_the_irregularity_of_its_own_inertia():
@@ -67,6 +69,10 @@ def test_arms_pass_on_what_accelerates_the_wheel():
     torque = found.flywheel.exact * float(np.abs(alpha).max())
     given = sized(**asked, torque=torque)
     assert given.built is not None
+    assert found.built.torque == pytest.approx(torque, rel=1e-5)
+    assert given.built.torque == torque
+    assert "N m, inertia times the greatest acceleration" in report.text(found)
+    assert "greatest acceleration" not in report.text(given)
     place = "arms at the hub"
     assert found.built.wheel.stresses[place] == pytest.approx(given.built.wheel.stresses[place], rel=1e-5)
 

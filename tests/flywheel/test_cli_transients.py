@@ -6,6 +6,7 @@ import pytest
 from click.testing import CliRunner
 
 from flywheel.cli import main
+from flywheel.cli import transients as commands
 
 FAN = """
 title = "Fan"
@@ -67,6 +68,37 @@ def test_a_machine_that_does_not_start_is_a_fault(tmp_path):
     result = run(path, "--until", "1 s")
     assert result.exit_code == 1
     assert "held.toml: from: found a machine that does not start" in result.stderr
+
+
+def test_breaks_are_added_where_asked(scene, tmp_path):
+    table = tmp_path / "a.csv"
+    assert run(scene, "--until", "2 turns", "--csv", table, "--points", 3, "--breaks").exit_code == 0
+    assert len(table.read_text().splitlines()) > 1 + 3
+
+
+def test_a_speed_below_zero_is_shown_as_it_was_typed(scene):
+    result = run(scene, "--from", "-20 rpm")
+    assert result.exit_code == 2
+    assert "'--from': '-20 rpm' is below 0" in result.stderr
+
+
+def test_a_long_motion_tells_how_far_it_is(scene, monkeypatch):
+    monkeypatch.setattr(commands, "_EVERY", 0.0)
+    result = run(scene, "--until", "1 s", "--json", "--points", 2)
+    assert result.stderr.startswith("following the motion until 1 s at ")
+    assert "run 2" in result.stderr
+    assert json.loads(result.stdout)["reason"] == "time"
+
+
+def test_an_interrupted_motion_leaves_one_line(scene, monkeypatch):
+    def interrupt(watching, t, phi):
+        watching.run = 1
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(commands._Watching, "__call__", interrupt)
+    result = run(scene, "--until", "1 s")
+    assert (result.exit_code, result.stdout) == (130, "")
+    assert result.stderr == "interrupted at 0 s, 0 turns, run 1\n"
 
 
 @pytest.mark.parametrize(

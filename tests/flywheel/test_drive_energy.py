@@ -92,4 +92,26 @@ def test_the_figures_agree_with_quadrature():
     speed = lambda phi: float(steady.speed_over_cycle(result.cycle, result.speed, result.run, np.array([phi]))[0])  # noqa: E731
     period = quad(lambda phi: 1 / speed(phi), 0, 2 * np.pi, epsabs=1e-10)[0]
     work = quad(lambda phi: 10 - 2.387 * speed(phi), 0, 2 * np.pi, epsabs=1e-10)[0]
+    square = quad(lambda phi: (10 - 2.387 * speed(phi)) ** 2 / speed(phi), 0, 2 * np.pi, epsabs=1e-10)[0]
     assert (result.energy.period, result.energy.work) == pytest.approx((period, work), rel=1e-8, abs=1e-8)
+    assert result.energy.rms_torque == pytest.approx(np.sqrt(square / period), rel=1e-8)
+
+
+def test_the_rms_torque_of_a_constant_drive_is_that_torque_on_its_own_shaft():
+    scene = scenes.rotor(shafts={"motor": {"ratio": 5}})
+    scene["drive"] = {"on": "motor", "torque": "balance"}
+    result = sized(scene)
+    assert result.energy.rms_torque == pytest.approx(result.balance.value, rel=1e-13)
+
+
+def test_the_rms_torque_of_a_sine_counts_by_time():
+    """T = 50 + 50 sin(phi) at an even speed: 50 sqrt(1 + 1/2)."""
+    scene = scenes.rotor(load=[{"on": "crank", "torque": "-50 - 50*sin(phi)"}], drive={"torque": "50 + 50*sin(phi)"})
+    scene["flywheel"] = {"inertia": 1}
+    assert sized(scene).energy.rms_torque == pytest.approx(50 * np.sqrt(1.5), rel=1e-12)
+
+
+def test_rounding_is_no_power():
+    energy = sized(scenes.rotor(load=[{"on": "crank", "torque": "-100*sin(17*phi)"}])).energy
+    assert (energy.mean_power, energy.peak_power, energy.rms_torque) == (0.0, 0.0, 0.0)
+    assert energy.peak_power_alone == pytest.approx(1000 * np.pi)

@@ -1,14 +1,20 @@
 """Following a machine: what ends a stretch, and how good a motion is."""
 
 import math
+import tomllib
+from pathlib import Path
 
 import numpy as np
 import pytest
+from scipy.integrate import solve_ivp
 
 import flywheel
 from flywheel.following import Goal, Start, follow
 from flywheel.instant import Dynamics
+from flywheel.transients.running import transient
 from tests.flywheel import regimes
+
+EXAMPLES = Path(__file__).parents[2] / "examples" / "regimes"
 
 
 def rotor(inertia=2.0, **parts):
@@ -113,3 +119,40 @@ def by_hand(until):
 
     found = solve_ivp(rates, (0, until), [math.pi / 2, 0.0], "DOP853", rtol=1e-13, atol=1e-14)
     return found.y[:, -1]
+
+
+def test_quadratic_drag_counts_when_a_motor_with_inductance_starts():
+    """omega' = 1.3 i - 3 omega², i' = (220 - 2 i - 1.3 omega)/0.025, by another integrator."""
+
+    def rates(t, y):
+        return [1.3 * y[1] - 3 * y[0] ** 2, (220 - 2 * y[1] - 1.3 * y[0]) / 0.025]
+
+    motor = {"type": "dc", "voltage": 220, "resistance": 2, "constant": 1.3, "inductance": 0.025}
+    drag = {"on": "crank", "torque": "-3*omega*abs(omega)"}
+    own = solve_ivp(rates, (0, 0.3), [0, 0], "DOP853", rtol=1e-11, atol=1e-12)
+    run = transient(rotor(1.0, load=[drag], drive={"motor": motor}), end=0.3)
+    assert run.omega == pytest.approx(own.y[0, -1], rel=1e-8)
+
+
+def test_a_step_that_tries_beyond_the_stroke_is_not_a_fault():
+    raw = tomllib.loads((EXAMPLES / "hydraulic_clamp.toml").read_text(encoding="utf-8"))
+    raw["parameters"]["throttle"] = 4 * 18.6e3
+    assert flywheel.simulate(flywheel.load(raw), phi=-0.06, omega=0.0, until=5.0, rtol=1e-6).ended
+
+
+def test_a_place_where_nothing_weighs_is_named_when_the_motion_comes_to_it():
+    """The driver of a toggle passes 161.477 mm while every mass stands."""
+    toggle = {
+        "type": "toggle-clamp",
+        "frame": {"height": "140 mm"},
+        "bell_crank": {"drive_length": "167.63 mm", "clamp_length": "220 mm", "angle": "17.303 deg", "mass": "16 kg"},
+        "coupler": {"length": "95 mm"},
+        "rod": {"length": "260 mm", "mass": "17 kg", "com": "130 mm"},
+        "platen": {"mass": "298 kg"},
+    }
+    stroke = {"from": "-60 mm", "to": "190 mm", "speed": "330 mm/s"}
+    for force in (3000, "3000 - 2000*v"):
+        scene = flywheel.load({"mechanism": toggle, "drive": {"force": force}, "stroke": stroke})
+        with pytest.raises(flywheel.SceneError, match=r"m\* = 0 kg at slide position 0.161477 m"):
+            transient(scene, end=0.5, rtol=1e-6)
+    assert transient(scene, end=0.2, rtol=1e-6).reason == "time"

@@ -81,3 +81,11 @@ def test_state_equations_of_machines_whose_loads_depend_on_speed_are_those_of_ti
         rate = equations.numeric()(t, states)[0] / inertia
         expected = Dynamics(own, 2.0, 1.3).at(phi, float(own.anchors(phi)), omega, t).acceleration
         assert rate == pytest.approx(expected, rel=1e-12)
+
+
+def test_the_current_at_the_start_is_taken_on_a_compliant_shaft_too():
+    motion = flywheel.simulate(scene(SHAFT, inertia=0.05), 0.0, 5.0, 1e-3, rtol=1e-9, current=70.0)
+    assert motion.current is not None
+    assert motion.current[0] == pytest.approx(70.0, rel=1e-12)
+    with pytest.raises(flywheel.SceneError, match="current"):
+        flywheel.simulate(scene(SHAFT, inductance=0.0), 0.0, 5.0, 1e-3, current=70.0)

@@ -50,6 +50,20 @@ def test_the_report_says_what_the_table_holds_for():
     assert "every shaft" not in report.text(alone)
 
 
+def test_a_wheel_that_is_rounded_up_is_compared_as_it_is_built():
+    sizing = sized(shape="disc", material="carbon steel", outer_radius="0.5 m", step="5 kg m^2")
+    wheel = sizing.built.wheel
+    rows = {row.shaft: row for row in sizing.shafts}
+    assert wheel.inertia == pytest.approx(25.0)
+    assert wheel.inertia > 1.1 * sizing.flywheel.exact
+    assert (rows["fast"].inertia, rows["fast"].mass) == (wheel.inertia, pytest.approx(wheel.mass, rel=1e-14))
+    assert rows["crank"].gd2 == pytest.approx(4 * 16 * 25.0)
+    text = " ".join(report.text(sizing).split())
+    assert "Rounded up: it has 25 kg m² for 22." in text
+    assert "all other figures are those of the exact inertia" in text
+    assert "Rounded up" not in report.text(sized(shape="disc", material="carbon steel", outer_radius="0.5 m"))
+
+
 def test_gd2_stands_beside_the_inertias():
     text = report.text(flywheel.size(flywheel.load(scenes.yoke()), simulate=False))
     assert "GD² = 4 J: 1414.09 exact, 1395.96 by the areas, 1416.91 by the torque, kg m²." in text

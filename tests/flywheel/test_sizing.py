@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 import flywheel
+from flywheel.writing import report
 from tests.flywheel import scenes
 
 
@@ -176,3 +177,61 @@ def test_net_work_below_its_own_error_gives_no_coefficient_of_energy():
     drive = {"torque": "5*sin(phi)"}
     result = sized(scenes.rotor(load=[{"on": "crank", "torque": "sin(phi)"}], drive=drive))
     assert result.coefficient_of_energy is None
+
+
+EVEN = {"load": [{"on": "crank", "torque": "-100 N m"}], "drive": {"on": "motor", "torque": "balance"}}
+
+
+@pytest.mark.parametrize("own", [[], [{"on": "crank", "value": 2}]], ids=["without inertia", "with some"])
+@pytest.mark.parametrize("simulate", [False, True])
+def test_a_motion_without_any_variation_needs_no_flywheel(own, simulate):
+    scene = scenes.rotor(**EVEN, shafts={"motor": {"ratio": 5}}, inertia=own)
+    result = flywheel.size(flywheel.load(scene), simulate=simulate)
+    wheel = result.flywheel
+    assert (wheel.exact, wheel.approximate, wheel.inertia_torque, wheel.needed) == (0.0, 0.0, 0.0, False)
+    assert result.reached
+    text = report.text(result)
+    assert "?" not in text
+    assert "±0  without limit" in text
+    assert not any("e-1" in line for line in text.split("Estimated")[0].splitlines() if "closure" not in line)
+
+
+@pytest.mark.parametrize("simulate", [False, True])
+def test_an_even_motion_with_a_given_flywheel_has_no_irregularity(simulate):
+    scene = scenes.rotor(**EVEN, shafts={"motor": {"ratio": 5}}) | {"flywheel": {"inertia": 1}}
+    result = flywheel.size(flywheel.load(scene), simulate=simulate)
+    assert result.run.irregularity == 0.0
+    text = report.text(result)
+    assert "?" not in text
+    assert "without limit" in text
+    assert not any("e-1" in line for line in text.split("Estimated")[0].splitlines() if "closure" not in line)
+
+
+def test_losses_leave_an_even_motion_even():
+    result = sized(scenes.rotor(**EVEN, shafts={"motor": {"ratio": 5, "efficiency": 0.9}}))
+    assert (result.flywheel.exact, result.flywheel.needed) == (0.0, False)
+    assert result.balance.value == pytest.approx(100 / 5 / 0.9, rel=1e-12)
+    assert "?" not in report.text(result)
+
+
+def test_what_little_varies_is_not_taken_for_rounding():
+    load = [{"on": "crank", "torque": "-100 - 1e-6*sin(phi)"}]
+    result = sized(scenes.rotor(load=load))
+    assert result.flywheel.exact == pytest.approx(2e-6 / (0.01 * result.speed**2), rel=1e-6)
+    assert result.flywheel.needed
+
+
+def test_a_sizing_is_told_in_a_line():
+    assert repr(sized(scenes.yoke(title="Yoke"))).startswith("Sizing(title='Yoke', on='crank', exact=353.52142732")
+    given = flywheel.size(flywheel.load(scenes.yoke(flywheel={"inertia": 300})), simulate=False)
+    assert len(repr(given)) < 200
+    assert "inertia=300.0, speed=" in repr(given)
+
+
+def test_a_motor_of_an_unusual_slip_is_told_of():
+    motor = {"type": "induction", "power": "4 kW", "speed": "1430 rpm", "poles": 4, "breakdown_ratio": 2.5}
+    load = [{"on": "crank", "torque": "-20 N m", "from": 0, "to": "180 deg"}]
+    scene = {"load": load, "flywheel": {"inertia": 1}}
+    odd, usual = (sized(scene | {"drive": {"motor": motor | {"frequency": mains}}}) for mains in ("60 Hz", "50 Hz"))
+    assert any("slip is 0.206" in message and "frequency" in message for message in odd.messages)
+    assert not any("slip" in message for message in usual.messages)

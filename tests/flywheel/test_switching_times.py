@@ -43,3 +43,10 @@ def test_without_an_end_stretch_after_stretch_is_looked_through():
 def test_too_many_switches_are_a_fault():
     with pytest.raises(flywheel.SceneError, match="too often"):
         times("-(sin(1e7*t) > 0.5)", 100.0).every()
+
+
+def test_a_steep_pulse_is_closed_in_and_a_gentle_law_is_left_alone():
+    found = np.array(times("-50*exp(-((t - 2)/0.002)**2)", 10.0).every())
+    assert np.min(np.abs(found - 2.0)) < 0.01
+    assert np.min(np.diff(found)) < 0.01
+    assert times("-5 - 0.1*t", 10.0).every() == []

@@ -16,8 +16,8 @@ def found():
 def test_every_panel_has_its_unit_and_its_curve(found):
     axes = draw(found).axes
     labels = [axis.get_ylabel() for axis in axes]
-    assert labels == ["speed of the crank (rad/s)", "torque (N m)", "kinetic energy (J)", "current (A)"]
-    assert axes[3].get_xlabel() == "time (s)"
+    assert labels == ["crank speed, rad/s", "torque, N m", "kinetic energy, J", "current, A"]
+    assert axes[3].get_xlabel() == "time, s"
     line = axes[3].lines[0]
     assert line.get_ydata()[0] == pytest.approx(120.0)
     assert line.get_xdata()[-1] == pytest.approx(4.0)

@@ -381,6 +381,16 @@ def test_a_model_stands_alone_and_its_window_may_be_faulty():
     assert set(faults_of({"type": "press", "energy": 10}, "crank", **{"from": "x", "to": 1})) == {"load[0].from"}
 
 
+def test_keys_are_told_of_although_the_place_is_wrong():
+    found = faults_of({"type": "punch", "diametre": "30 mm"}, "slidr")
+    assert set(found) == {"load[0].on", "load[0].model.diametre"}
+
+
+def test_a_model_named_by_a_text_is_a_table_to_be():
+    advice = 'write model = {type = "punch", ...}; see flywheel reference load-models'
+    assert faults_of("punch")["load[0].model"].endswith(advice)
+
+
 def test_a_mechanism_that_locks_is_told_once():
     base = {"mechanism": {"type": "slider-crank", "crank": {"length": 0.3}, "rod": {"length": 0.2}}}
     assert set(faults_of(PRESS, base=base)) == {"mechanism.rod.length"}

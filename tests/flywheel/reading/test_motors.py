@@ -229,6 +229,29 @@ def test_keys_of_motors_are_consistent_and_explained(section):
         assert set(key.choices) <= set(re.findall(r"`([^`\n]+)`", text("motor")))
 
 
+def test_odd_poles_are_told_beside_another_fault():
+    found = faults("type = 'induction', power = '7.5 kg', speed = '1450 rpm', poles = 5, frequency = '50 Hz'")
+    assert set(found) == {"drive.motor.power", "drive.motor.poles", "drive.motor.breakdown_ratio"}
+    assert "an even number, 2 or more" in found["drive.motor.poles"]
+    assert found["drive.motor.breakdown_ratio"].endswith('expected a number such as "2.5"')
+
+
+def test_a_motor_named_by_a_text_is_a_table_to_be():
+    for text_ in ("induction", "inducton"):
+        with pytest.raises(SceneError, match=r'write motor = \{type = "induction", ...\}; see flywheel reference motor'):
+            load({"drive": {"motor": text_}, "flywheel": {"inertia": 1}})
+
+
+def test_a_bare_rated_speed_is_in_radians_a_second():
+    plate = "type = 'induction', power = '7.5 kW', speed = 1450, poles = 4, frequency = '50 Hz', breakdown_ratio = 2.5"
+    assert faults(plate)["drive.motor.speed"].endswith('write "1450 rpm"')
+    assert "write" not in faults(INDUCTION.replace("1450 rpm", "1400 rad/s"))["drive.motor.speed"]
+
+
+def test_an_efficiency_in_per_cent_without_its_sign():
+    assert faults(PLATE + ", efficiency = 82")["drive.motor.efficiency"].endswith('write "82 %"')
+
+
 _GOOD = {
     "constant": {"torque": 3.0},
     "line": {"no_load_speed": 100.0, "speed": 90.0, "power": 10.0},

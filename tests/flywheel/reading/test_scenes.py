@@ -9,7 +9,9 @@ import pytest
 
 from flywheel.faults import SceneError
 from flywheel.reading.scenes import build_scene, load, parse_scene, read_scene
+from flywheel.reading.schema import SECTIONS
 from flywheel.scene import Areas, Scene
+from flywheel.units import DIMENSIONS, parse_quantity
 
 ROTOR = """
 [regime]
@@ -383,3 +385,35 @@ def test_csv_files_are_looked_for_beside_the_scene(tmp_path):
     assert parse_scene(text, folder=tmp_path).loads[0].law.angle.tolist() == [0.0, 2 * math.pi]
     assert "load[0].table.file" in faults(text)
     assert isinstance(read_scene(tmp_path / "scene.toml").file, Path)
+
+
+@pytest.mark.parametrize(
+    ("written", "advice"), [("15", '; write "15 %"'), ("'15'", '; write "15 %"'), ("'250 %'", ""), ("-5", "")]
+)
+def test_a_percentage_without_its_sign(written, advice):
+    found = faults(f"regime.speed = 3\nflywheel.irregularity = {written}")["flywheel.irregularity"]
+    assert found.endswith(f"expected a value above 0 and below 2{advice}")
+
+
+def test_ratios_and_dampers_say_what_they_expect():
+    scene = "shafts.a.ratio = {}\ndamper = [{{on = 'crank'}}]\nregime.speed = 3\nflywheel.inertia = 1"
+    found = faults(scene.format(-35))
+    assert found["shafts.a.ratio"].endswith("expected a value above 0")
+    assert '"5 N s/m"' in found["damper[0].coefficient"]
+    assert '"0.2 N m s/rad"' in found["damper[0].coefficient"]
+    assert faults(scene.format("'x'"))["shafts.a.ratio"].endswith('expected a number such as "5"')
+
+
+def test_the_example_of_a_key_is_a_value_it_takes():
+    from flywheel.reading.schema_load import LOAD_MODELS
+    from flywheel.reading.schema_motor import MOTORS
+    from flywheel.reading.schema_wheel import WHEEL_KEYS
+
+    tables = [*SECTIONS.values(), *LOAD_MODELS.values(), *MOTORS.values()]
+    keys = [key for table in tables for key in table.keys] + list(WHEEL_KEYS)
+    given = [key for key in keys if key.example]
+    assert all(parse_quantity(key.example, key.kind) in key.range for key in given)
+    assert {"ratio", "poles", "breakdown_ratio", "efficiency"} <= {key.name for key in given}
+    for key in keys:
+        if key.kind == "number" and not key.example:  # then that of all numbers must suit it
+            assert parse_quantity(DIMENSIONS["number"].example, "number") in key.range, key

@@ -115,7 +115,10 @@ def test_whether_the_driver_slides(mechanism, slides):
 @pytest.mark.parametrize(
     ("changes", "start"),
     [
-        ({"from": None}, "stroke.from: found nothing, expected driver's coordinate at the beginning"),
+        (
+            {"from": None},
+            'stroke.from: found nothing, expected a length such as "250 mm" or a bare number in m, or an angle such as',
+        ),
         ({"to": "30 deg"}, 'stroke.to: found "30 deg", expected a length'),
         ({"to": "-60 mm"}, "stroke.to: found -0.06 m, expected more than from, which is -0.06 m; a return stroke"),
         ({"to": "-90 mm"}, "stroke.to: found -0.09 m, expected more than from"),

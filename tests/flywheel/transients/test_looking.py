@@ -3,7 +3,7 @@ import pytest
 from numpy.testing import assert_allclose
 
 import flywheel
-from flywheel.transients.looking import peak, sampled, worked
+from flywheel.transients.looking import close, peak, sampled, switching, worked
 from tests.flywheel import regimes
 
 
@@ -32,7 +32,36 @@ def test_works_of_all_parts_make_the_kinetic_energy(trail):
 
 
 def test_a_peak_lies_between_the_samples(trail):
-    found = peak(trail, "omega", sampled(trail, np.union1d(trail.t, np.linspace(0.0, 1.2, 40))))
+    found = peak(trail, "omega", *close(trail))
     dense = sampled(trail, np.union1d(trail.t, np.linspace(0.0, 1.2, 5001))).omega.max()
     assert found.value == pytest.approx(dense, rel=1e-7)
     assert found.value >= dense * (1 - 1e-12)
+
+
+@pytest.fixture(scope="module")
+def saw():
+    """From 1 rad on the torque is 12 - 4 phi, 0 before: its greatest value stands on the right side of the jump alone."""
+    scene = {"inertia": [{"on": "crank", "value": 2}], "regime": {"speed": 1}, "flywheel": {"inertia": 0}}
+    torque = "12 - 4*phi if phi > 1 and phi < 1.2 else 0"
+    return flywheel.simulate(flywheel.load(scene | {"drive": {"torque": torque}}), 0.0, 1.0, 5.0, rtol=1e-9).trail
+
+
+def test_a_peak_may_stand_on_one_side_of_a_jump_alone(saw):
+    found = peak(saw, "drive", *close(saw))
+    assert found.value == pytest.approx(8.0, rel=1e-12)
+    assert found.time == pytest.approx(1.0, rel=1e-12)
+
+
+def test_both_sides_of_a_switch_are_there(saw):
+    times, owners = switching(saw)
+    assert_allclose(times[:2], 1.0, rtol=1e-12)
+    drive = sampled(saw, times, owners).drive
+    assert_allclose(drive[:4], [0.0, 8.0, 7.2, 0.0], atol=1e-9)
+    assert np.all(np.diff(times) >= 0.0)
+
+
+def test_the_highest_of_many_like_tops_is_found():
+    """Torque 10 + sin(9 phi) over a cycle whose speed grows: every top is 11, whatever steps stand around it."""
+    scene = {"inertia": [{"on": "crank", "value": 2}], "regime": {"speed": 1}, "flywheel": {"inertia": 0}}
+    trail = flywheel.simulate(flywheel.load(scene | {"drive": {"torque": "10 + sin(9*phi)"}}), 0.0, 1.0, 3.0).trail
+    assert peak(trail, "drive", *close(trail)).value == pytest.approx(11.0, rel=1e-10)

@@ -1,6 +1,7 @@
 """Run-up, run-down, load step and stall, against closed forms."""
 
 import math
+from itertools import pairwise
 
 import numpy as np
 import pytest
@@ -244,11 +245,117 @@ def test_a_load_that_ends_later_sets_a_machine_going_then():
 
 def test_what_does_not_come_is_given_up(monkeypatch):
     monkeypatch.setattr(goals, "MOST_CYCLES", 50.0)
-    scene = rotor(2, drive={"torque": "20 - 4*omega"})
+    scene = rotor(2, drive={"torque": "20 + 0*t - 4*omega"})  # what depends on time may change its mind
     found = transient(scene, end=Until("speed", 6.0))
     assert found.reason == "limit"
     assert "did not come" in found.ended
     assert found.omega == pytest.approx(5.0, rel=1e-9)
+
+
+@pytest.mark.parametrize(("end", "told"), [("110 %", "5.5 rad/s"), ("200 rpm", "20.944 rad/s (200 rpm)")])
+def test_a_speed_out_of_reach_is_given_up_when_the_machine_has_settled(end, told):
+    found = transient(rotor(2, drive={"torque": "20 - 4*omega"}), end=end)
+    assert found.reason == "limit"
+    assert f"settled to its regime without reaching {told}" in found.ended
+    assert found.turns < 20
+
+
+def test_a_speed_close_below_the_regime_s_is_reached():
+    found = transient(rotor(2, drive={"torque": "20 - 4*omega"}), end="99.9999 %", rtol=1e-11)
+    assert (found.reason, found.time) == ("share", pytest.approx(0.5 * math.log(1e6), rel=1e-4))
+
+
+def test_a_speed_that_only_a_later_law_gives_is_waited_for():
+    found = transient(rotor(2, drive={"torque": "20 + 20*(t > 60) - 4*omega"}), end="9 rad/s")
+    assert (found.reason, found.time) == ("speed", pytest.approx(60 + 0.5 * math.log(5), rel=1e-8))
+
+
+def test_friction_holds_a_machine_until_its_motors_current_is_strong_enough():
+    """k i > 10 N m from 40 A on: J omega' = k i - 10, L i' = U - R i - k omega, two exponentials."""
+    motor = {"type": "dc", "voltage": 48, "resistance": 0.4, "constant": 0.25, "inductance": 0.02}
+    found = run_up(rotor(0.1, drive={"motor": motor}, load=[load("-10*sign(omega)")]), 0.3)
+    matrix = np.array([[0.0, 2.5], [-12.5, -20.0]])
+    steady = np.linalg.solve(matrix, [100.0, -2400.0])
+    values, vectors = np.linalg.eig(matrix)
+    start = np.linalg.solve(vectors, np.array([0.0, 40.0]) - steady)
+    omega, current = (steady + (vectors * np.exp(values * 0.3)) @ start).real
+    assert found.omega == pytest.approx(omega, rel=1e-7)
+    assert found.motion.current[-1] == pytest.approx(current, rel=1e-7)
+    assert found.energy.works["load[0] on crank"] == pytest.approx(-10 * found.way, rel=1e-9)
+    with pytest.raises(flywheel.SceneError, match="does not start"):
+        run_up(rotor(0.1, drive={"motor": motor}, load=[load("-31*sign(omega)")]), 0.3)
+    with pytest.raises(flywheel.SceneError, match="give the current"):
+        flywheel.simulate(rotor(0.1, drive={"motor": motor}, load=[load("-10*sign(omega)")]), 0.0, 0.0, 0.3)
+
+
+def test_the_moment_of_a_stall_counts_friction():
+    spring = {"on": "crank", "torque": "-3*phi"}
+    found = run_up(rotor(2, drive={"torque": 10}, load=[load("-4*sign(omega)"), spring]), 20.0)
+    assert (found.reason, found.omega) == ("stall", 0.0)
+    assert found.phi == pytest.approx(4.0, rel=1e-9)
+    assert "-6 N m" in found.ended
+
+
+def test_representations_are_short():
+    found = run_up(rotor(2, drive={"torque": "20 - 4*omega"}), "1 s")
+    for thing in (found, found.motion, found.motion.trail):
+        assert len(repr(thing)) < 250
+    assert repr(found).startswith("Transient(time: ended at crank angle")
+
+
+def test_a_motion_is_watched():
+    seen = []
+    transient(rotor(2, drive={"torque": 6}, **FREE), end=3.0, watching=lambda t, phi: seen.append((t, phi)))
+    assert (3.0, pytest.approx(13.5)) in seen
+    assert sum(t == 3.0 for t, _ in seen) >= 2
+
+
+def test_a_machine_too_weak_for_its_irregularity_may_be_followed_with_a_flywheel_given():
+    scene = {"regime": {"speed": 10}, "flywheel": {"irregularity": 0.02}, "inertia": [{"on": "crank", "value": 2}]}
+    weak = flywheel.load(scene | {"drive": {"torque": "40 - 4*omega"}, "load": [load(-100, **{"from": 0, "to": "180 deg"})]})
+    with pytest.raises(flywheel.SceneError, match=r'no flywheel can be sized.*--flywheel "0\.3 kg m\^2"'):
+        run_up(weak)
+    assert transient(weak, start=5.0, end=0.1, inertia=0.3).time == 0.1
+
+
+def test_without_a_drive_a_start_is_advised():
+    with pytest.raises(flywheel.SceneError, match=r"nothing drives it: start at a speed, --from regime"):
+        transient(rotor(2, drive={"torque": "20 - 4*omega"}, load=[load("-2*sign(omega)")]), drive=False, end="stop")
+
+
+@pytest.mark.parametrize("rate", [7, 20, 60])
+def test_a_law_with_kinks_in_time_is_followed(rate):
+    """2 omega' = 50 - 9 omega - 10 |sin(rate t)|: the integral of exp(4.5 (t - T)) |sin|, hump by hump."""
+    found = run_up(rotor(2, drive={"torque": "50 - 9*omega"}, load=[load(f"-10*abs(sin({rate}*t))")]), 2.0)
+
+    def integral(t):
+        return math.exp(4.5 * (t - 2)) * (4.5 * math.sin(rate * t) - rate * math.cos(rate * t)) / (4.5**2 + rate**2)
+
+    ends = [*(k * math.pi / rate for k in range(int(2 * rate / math.pi) + 1)), 2.0]
+    humps = sum((-1) ** k * (integral(b) - integral(a)) for k, (a, b) in enumerate(pairwise(ends)))
+    assert found.omega == pytest.approx(50 / 9 * (1 - math.exp(-9)) - 5 * humps, rel=1e-8)
+
+
+def test_a_short_pulse_in_time_is_not_stepped_over():
+    """1000 N m within 2 ms take 1000*0.002*sqrt(pi) N m s; J omega' = 50 - 9 omega else."""
+    found = run_up(rotor(2, drive={"torque": "50 - 9*omega"}, load=[load("-1000*exp(-((t - 2)/0.002)**2)")]), 3.0)
+    lost = 500 * 0.002 * math.sqrt(math.pi) * math.exp(-4.5 + (4.5 * 0.002) ** 2 / 4)
+    assert found.omega == pytest.approx(50 / 9 * (1 - math.exp(-13.5)) - lost, rel=1e-9)
+
+
+def test_a_stall_under_a_load_of_time_tells_the_moment_of_that_time():
+    found = run_up(rotor(2, drive={"torque": "50 - 9*omega"}, load=[load("-5 - 80*(t > 3)")]), 30.0)
+    assert "M* at rest is -35 N m" in found.ended
+
+
+def test_what_depends_on_time_has_no_regime_to_end_with():
+    with pytest.raises(flywheel.SceneError, match="until: found a regime of a machine whose loads or drive depend on time"):
+        run_up(rotor(2, drive={"torque": "50 - 9*omega"}, load=[load("-5 - 30*(t > 20)")]))
+
+
+def test_energy_closes_where_nothing_does_net_work():
+    found = transient(flywheel.load(regimes.scene("section-c", inertia=0)), start=4.0, end="1 turn", drive=False)
+    assert found.energy.residual < 1e-9
 
 
 def test_a_speed_is_met_from_above_too():

@@ -227,7 +227,7 @@ def test_warnings():
     rim = Body("rim", 1.0, 0.7, 0.3, 0.4, thin=True, share=0.9)
     sentences = wheel_of(WheelAsked("rim", IRON, method="thin"), rim, 100.0).warnings
     assert sentences[0] == "the rim runs at 85 m/s; grey cast iron usually stays below 30 m/s"
-    assert sentences[1] == "the stress of 52.02 MPa (rim) is above the allowable 11.5 MPa"
+    assert sentences[1].startswith("the stress of 52.02 MPa (rim) is above the allowable 11.5 MPa: take a smaller radius")
     assert "35% of its mean radius" in sentences[2]
     assert "0.1 of the inertia" in sentences[3]
     calm = WheelAsked("arms", IRON, outer_radius=1.0, bore=0.1)
@@ -235,6 +235,24 @@ def test_warnings():
     assert "left out" in choose(60.0, 10.0, calm).warnings[0]
     jindal = choose(2000.0, 52.36, calm._replace(outer_radius=1.275, thickness=0.15))
     assert any("usually stays below 30 m/s" in sentence for sentence in jindal.warnings)
+    bent = choose(60.0, 10.0, calm._replace(torque=3000.0))
+    assert bent.place == "arms at the hub"
+    assert bent.warnings[0].endswith(
+        "above the allowable 11.5 MPa: enlarge arm_share or hub_diameter, or take another material"
+    )
+
+
+def test_what_a_warning_advises_takes_the_stress_down():
+    asked = WheelAsked("arms", IRON, outer_radius=1.0, bore=0.1, torque=3000.0)
+    stress_of = lambda **given: choose(60.0, 10.0, asked._replace(**given)).greatest_stress  # noqa: E731
+    assert stress_of(arm_share=0.5) < stress_of()
+    assert stress_of(hub_diameter=0.5) < stress_of()
+
+
+def test_the_lightest_wheel_warns_of_its_rim_speed_too():
+    wheel = choose(1.0, 100.0, WheelAsked("lightest", material("carbon steel"), max_radius=0.5))
+    assert wheel.rim_speed > 40.0
+    assert any("usually stays below 40 m/s" in sentence for sentence in wheel.warnings)
 
 
 def test_wheel_of_own_dimensions():

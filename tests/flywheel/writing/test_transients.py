@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import flywheel
-from flywheel.transients.running import run_up, transient
+from flywheel.transients.running import run_down, run_up, transient
 from flywheel.writing import transients as writing
 from tests.flywheel import regimes
 
@@ -77,6 +77,40 @@ def test_a_stroke_is_told_in_metres():
     rows = writing.csv(found, 2).splitlines()
     assert rows[0].startswith("t [s],x [m],v [m/s]")
     assert [float(row.split(",")[1]) for row in rows[1:]] == pytest.approx([0.1, 0.5])
+
+
+@pytest.fixture(scope="module")
+def pulsed():
+    pulse = {"on": "crank", "torque": -30, "from": "90 deg", "to": "91 deg"}
+    return transient(flywheel.load(SCENE | {"load": [pulse]}), start=4.0, end="1 turn")
+
+
+def test_csv_and_json_may_have_both_sides_of_every_switch(pulsed):
+    rows = np.array([row.split(",") for row in writing.csv(pulsed, 3, breaks=True).splitlines()[1:]], dtype=float)
+    t, phi, moment = rows[:, 0], rows[:, 1], rows[:, 4]
+    assert rows.shape[0] == 3 + 4
+    assert np.all(np.diff(t) >= 0.0)
+    k = int(np.argmax(np.isclose(phi, np.pi / 2)))
+    assert moment[k] - moment[k + 1] == pytest.approx(30.0, rel=1e-9)
+    assert moment[k + 3] - moment[k + 2] == pytest.approx(30.0, rel=1e-9)
+    assert len(json.loads(writing.json(pulsed, 3, breaks=True))["samples"]["t"]) == 7
+    assert len(writing.csv(pulsed, 3).splitlines()) == 1 + 3
+
+
+def test_a_run_down_is_told_without_what_it_cannot_have():
+    scene = SCENE | {"load": [{"on": "crank", "torque": "-2*sign(omega)"}]}
+    text = writing.text(run_down(flywheel.load(scene)))
+    assert "speed at the end              0 rad/s (0 rpm)" in text
+    assert "95 %" not in text
+    assert "after 0 s" not in text
+
+
+def test_moments_before_and_after_losses_are_told_apart(found):
+    stalled = STALL | {"shafts": {"motor": {"ratio": 2, "efficiency": 0.8}}, "drive": {"on": "motor", "torque": 10}}
+    text = " ".join(writing.text(run_up(flywheel.load(stalled | {"regime": {"speed": 5}}), "20 s")).split())
+    assert "M* at rest is -40 N m, before losses in meshes" in text
+    assert ",M* after losses [N m]," in writing.csv(found, 2)
+    assert "losses" not in writing.text(run_up(flywheel.load(STALL), "20 s"))
 
 
 def test_what_was_not_reached_is_said():

@@ -38,7 +38,15 @@ def test_rows_of_other_wheels():
     assert "bore" in bored
     assert not any("safety" in name or "allowable" in name or name == "thickness" for name in bored)
     lightest = [name for name, _, _ in rows(choose(9.0, 20.0, WheelAsked("lightest", own, max_radius=0.4)))]
-    assert "mass as disc" in lightest
+    assert "the lightest disc instead" in lightest
+
+
+def test_what_is_stressed_too_much_is_marked():
+    bent = choose(200.0, 20.0, ARMED._replace(torque=20000.0))
+    marked = {name for name, _, unit in rows(bent) if unit == "MPa, above the allowable"}
+    assert marked == {f"stress, {place}" for place, value in bent.stresses.items() if value > 11.5e6}
+    assert "stress, arms at the hub" in marked
+    assert not any("above" in unit for _, _, unit in rows(choose(200.0, 5.0, ARMED)))
 
 
 @pytest.mark.parametrize("asked", [ARMED, WheelAsked("disc", IRON, width=0.1), WheelAsked("lightest", IRON, max_radius=0.5)])
