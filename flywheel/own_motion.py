@@ -7,7 +7,7 @@ function of angle: what is known of machines with such moments then holds.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from typing import NamedTuple
 
 import numpy as np
@@ -31,6 +31,9 @@ _SAME = 1e-12  # of the cycle: switches that move less than this stand still
 _ROUGH, _MOST_ROUGH = 1e-3, 16  # error of a motion that is hardly resolved yet; rounds granted to it
 _EVEN = 1e-9  # irregularity of a motion in which only rounding varies
 _HOPELESS = 0.5  # relative error past which a motion says nothing
+_TINY = 1e-6  # irregularity up to which a sized motion is not solved for again
+_WIDER = 1.5  # from one given flywheel to the next, to find a light and a heavy one
+_MOST_TRIALS = 80
 _NEAR = 0.5  # of the irregularity asked for: from here on the flywheel for it is looked for directly
 _COARSE = 1e-4  # error of motions that are only passed on the way
 _MOST_LIGHTER = 60
@@ -79,11 +82,111 @@ def found(machine: Chain, reference: float, asked: Asked, guess: float, unknown:
         NoRegimeError: where there is no such motion.
 
     """
-    inertia = asked.inertia if asked.inertia is not None else guess
+    if asked.inertia is not None:
+        return _sane(_found(machine, reference, asked, asked.inertia, unknown, rtol))
+    try:
+        motion = _sane(_found(machine, reference, asked, guess, unknown, rtol))
+    except NoRegimeError:
+        if not _switches_at_all(machine):
+            raise
+        return _by_search(machine, reference, asked, guess, unknown, rtol)
+    if motion.inertia <= 0.0 or not _switches_at_all(machine) or _confirmed(machine, reference, asked, motion, rtol):
+        return motion
+    return _by_search(machine, reference, asked, motion.inertia, unknown, rtol)
+
+
+def _found(machine: Chain, reference: float, asked: Asked, inertia: float, unknown: float, rtol: float) -> OwnMotion:
+    """The motion found directly, or where that fails, from heavier flywheels down."""
     try:
         return _Search(machine, reference, asked, rtol).from_nothing(inertia, unknown)
     except NoRegimeError:
         return _by_continuation(machine, reference, asked, inertia, unknown, rtol)
+
+
+def _sane(motion: OwnMotion) -> OwnMotion:
+    """The motion, unless its figures cannot be: refused then, however they came about."""
+    run = motion.run
+    # what may as well have an irregularity of 2 may as well stop
+    possible = run.speed_min > 0.0 and run.irregularity * (1.0 + run.error) < 2.0
+    if not possible or (not run.error <= _HOPELESS and run.irregularity > _EVEN):
+        raise NoRegimeError("no motion that its own error leaves standing")
+    return motion
+
+
+def _switches_at_all(machine: Chain) -> bool:
+    """Whether a law switches at a speed, or a mesh has losses, so that cells are cut by the motion itself."""
+    moments = Moments(machine, piecewise.cells(machine.mesh), local=True)
+    return moments.lossy or bool(moments.switches(np.full(moments.mesh.phi.shape, machine.pace)))
+
+
+def _confirmed(machine: Chain, reference: float, asked: Asked, motion: OwnMotion, rtol: float) -> bool:
+    """Whether the motion with the flywheel that was found, solved for itself, has the irregularity asked for."""
+    given = Asked(motion.inertia, None, asked.speed)
+    if motion.run.irregularity <= _TINY:
+        return True  # so even a motion depends on its switches no more than on rounding
+    if motion.run.error > _ROUGH:
+        return False
+    try:
+        again = _sane(_Search(machine, reference, given, rtol).from_another(motion))
+    except NoRegimeError:
+        return False
+    off = abs(again.run.irregularity / (asked.irregularity or 1.0) - 1.0)
+    return off <= 10 * (again.run.error + motion.run.error) + _SAME
+
+
+def _by_search(machine: Chain, reference: float, asked: Asked, guess: float, unknown: float, rtol: float) -> OwnMotion:
+    """The flywheel for an irregularity between two given ones, one too light and one too heavy, closer and closer.
+
+    For machines whose switches keep the iteration for the flywheel itself from settling.
+    """
+    wanted = asked.irregularity or 0.0
+
+    def tried(inertia: float) -> OwnMotion | None:
+        try:
+            return _sane(_found(machine, reference, Asked(inertia, None, asked.speed), inertia, unknown, rtol))
+        except NoRegimeError:
+            return None
+
+    def excess(motion: OwnMotion | None) -> float:
+        return np.inf if motion is None else motion.run.irregularity / wanted - 1.0
+
+    if not excess(tried(0.0)) > 0.0:
+        raise NoRegimeError("no flywheel varies the speed as much as asked")
+    light, heavy, motion = guess, guess, tried(guess)
+    for _ in range(_MOST_LIGHTER):
+        if excess(motion) > 0.0:
+            light, heavy = heavy, heavy * _WIDER
+        else:
+            heavy, light = light, light / _WIDER
+        motion = tried(heavy if excess(motion) > 0.0 else light)
+        if (excess(tried(light)) > 0.0) != (excess(tried(heavy)) > 0.0):
+            break
+    return _between(tried, excess, light, heavy)
+
+
+def _between(
+    tried: Callable[[float], OwnMotion | None], excess: Callable[[OwnMotion | None], float], light: float, heavy: float
+) -> OwnMotion:
+    """The motion with the flywheel between a light and a heavy one at which nothing is in excess, by false position."""
+    low, high = tried(light), tried(heavy)
+    at_low, at_high = excess(low), excess(high)
+    best, side = high, 0
+    for _ in range(_MOST_TRIALS):
+        share = at_low / (at_low - at_high) if np.isfinite(at_low) and at_low > at_high else 0.5
+        inertia = light + (heavy - light) * min(max(share, 0.01), 0.99)
+        best = tried(inertia)
+        value = excess(best)
+        if abs(value) <= _SAME or heavy - light <= 1e-15 * heavy:
+            break
+        if value > 0.0:
+            light, at_low, at_high = inertia, value, at_high * (0.5 if side > 0 else 1.0)
+            side = 1
+        else:
+            heavy, at_high, at_low = inertia, value, at_low * (0.5 if side < 0 else 1.0)
+            side = -1
+    if best is None or not abs(excess(best)) <= _ROUGH:
+        raise NoRegimeError("no flywheel that gives the irregularity asked for")
+    return best._replace(run=best.run._replace(error=best.run.error + abs(excess(best))))
 
 
 class _Search:
@@ -138,11 +241,11 @@ class _Search:
                 break
         else:
             self._enough(_doubtful(_described(solved), before))
+        if self.best is None and self.failures:
+            raise NoRegimeError("no motion whose switches come to rest")
         if self.best is None:
             self._enough(_described(solved))
         assert self.best is not None
-        if not self.best[0] <= _HOPELESS and self.best[1].run.irregularity > _EVEN:
-            raise NoRegimeError("no motion that its own error leaves standing")
         return self.best[1]
 
     def _moments(self, *, local: bool = False) -> Moments:

@@ -221,3 +221,25 @@ def test_an_even_motion_is_no_uncertain_one(wheel):
     found = flywheel.size(flywheel.load(scene), simulate=False)
     assert found.speed == pytest.approx((30 - 50 / 5 / 0.9) / 0.2 / 5, rel=1e-12)
     assert found.run is None or found.run.irregularity <= 1e-12
+
+
+GOVERNOR_CASES = [(300, 0.26, 0.0577193), (350, 0.42, 0.0505731), (300, 0.46, 0.0377594), (300, 0.30, 0.0514608)]
+
+
+@pytest.mark.parametrize(("load", "eps", "inertia"), GOVERNOR_CASES)
+def test_a_flywheel_whose_own_motion_does_not_settle_is_searched_between_given_ones(load, eps, inertia):
+    """An engine with a steep governor: inertias by exact integration of J omega d omega/(T - L), piece by piece."""
+    motor = {"type": "engine", "speed": "1500 rpm", "torque": 100, "droop": "8 %", "braking_torque": 20}
+    scene = {"load": [{"on": "crank", "torque": -load, "from": 0, "to": "90 deg"}], "drive": {"motor": motor}}
+    found = flywheel.size(flywheel.load({**scene, "flywheel": {"irregularity": eps}}), simulate=False)
+    assert found.flywheel.exact == pytest.approx(inertia, rel=1e-5)
+    given = flywheel.size(flywheel.load({**scene, "flywheel": {"inertia": found.flywheel.exact}}), simulate=False)
+    assert given.simulation is not None
+    assert given.simulation.irregularity == pytest.approx(eps, rel=1e-10)
+
+
+def test_a_motion_that_may_as_well_stop_is_refused():
+    """The limit of stalling is J = 1.06303670: below it there is no motion, whatever the iteration makes of it."""
+    scene = {"load": [{"on": "crank", "torque": -120, "from": 0, "to": "60 deg"}], "drive": {"torque": "40-2*omega"}}
+    with pytest.raises(flywheel.SceneError, match="stalls at crank angle"):
+        flywheel.size(flywheel.load({**scene, "flywheel": {"inertia": 1.063026}}), simulate=False)
