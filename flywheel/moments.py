@@ -13,7 +13,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from bondgraph.reduction import Reduced, Reduction, Station
+from bondgraph.reduction import Reduction, Station
 from flywheel.chain import Chain
 from flywheel.formulas.jets import Jet
 from flywheel.motors.dc import DC
@@ -46,7 +46,6 @@ class _Part(NamedTuple):
     efficiency: float
     carries_flywheel: bool
     drives: bool
-    reduced: Reduced
     station: Station
     resistance: Array
     inertia: Array
@@ -90,7 +89,6 @@ class Moments:
             efficiency=stage.efficiency,
             carries_flywheel=stage.carries_flywheel,
             drives=stage.drives,
-            reduced=reduced,
             station=reduction.at(phi, anchor),
             resistance=whole(reduced.resistance),
             inertia=whole(reduced.inertia),

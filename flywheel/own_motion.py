@@ -152,25 +152,20 @@ def _by_search(machine: Chain, reference: float, asked: Asked, guess: float, unk
 
     if not excess(tried(0.0)) > 0.0:
         raise NoRegimeError("no flywheel varies the speed as much as asked")
-    light, heavy, motion = guess, guess, tried(guess)
+    too_light, last = excess(tried(guess)) > 0.0, guess
     for _ in range(_MOST_LIGHTER):
-        if excess(motion) > 0.0:
-            light, heavy = heavy, heavy * _WIDER
-        else:
-            heavy, light = light, light / _WIDER
-        motion = tried(heavy if excess(motion) > 0.0 else light)
-        if (excess(tried(light)) > 0.0) != (excess(tried(heavy)) > 0.0):
-            break
-    return _between(tried, excess, light, heavy)
+        before, last = last, last * _WIDER if too_light else last / _WIDER
+        if (excess(tried(last)) > 0.0) != too_light:
+            return _between(tried, excess, min(before, last), max(before, last))
+    raise NoRegimeError("no flywheel that gives the irregularity asked for")
 
 
 def _between(
     tried: Callable[[float], OwnMotion | None], excess: Callable[[OwnMotion | None], float], light: float, heavy: float
 ) -> OwnMotion:
     """The motion with the flywheel between a light and a heavy one at which nothing is in excess, by false position."""
-    low, high = tried(light), tried(heavy)
-    at_low, at_high = excess(low), excess(high)
-    best, side = high, 0
+    best, side = tried(heavy), 0
+    at_low, at_high = excess(tried(light)), excess(best)
     for _ in range(_MOST_TRIALS):
         share = at_low / (at_low - at_high) if np.isfinite(at_low) and at_low > at_high else 0.5
         inertia = light + (heavy - light) * min(max(share, 0.01), 0.99)
