@@ -14,6 +14,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from bondgraph import counting
 from bondgraph.elements import Displacement, Element, Here, Law, Modulus, Motion
 from bondgraph.faults import GraphError
 from bondgraph.graph import BondGraph, as_graph
@@ -34,7 +35,8 @@ class Reduced(NamedTuple):
     """The machine seen from its coordinate, at an array of positions (numbers where nothing varies).
 
     inertia I* = sum I g²; slope dI*/dphi = 2 sum I g g'; moment M* = sum e g without the unknown; per_unknown is the
-    factor of the unknown in M*; exchanged is sum |e g|, the scale that a balance is judged by; resistance R* = sum R g².
+    factor of the unknown in M*; exchanged is sum |e g|, the scale that a balance is judged by; resistance R* = sum R g²;
+    steepness 2 sum |I g g'|, the scale that dI*/dphi is rounded at.
     """
 
     inertia: Any
@@ -43,6 +45,7 @@ class Reduced(NamedTuple):
     per_unknown: Any
     exchanged: Any
     resistance: Any
+    steepness: Any = 0.0
 
 
 class Reduction:
@@ -103,17 +106,19 @@ class Reduction:
         flows = at.flows
         inertia: Any = 0.0
         slope: Any = 0.0
+        steepness: Any = 0.0
         for flow, value in self._lumped.items():
             gain, gain_slope = flows.gain[flow], flows.slope[flow]
             momentum = value * gain
             inertia = inertia + momentum * gain
             if gain_slope is not _ZERO:
-                slope = slope + momentum * gain_slope
+                steep = momentum * gain_slope
+                slope, steepness = slope + steep, steepness + abs(steep)
         moment, per_unknown, exchanged = self._moments(at, flows)
         resistance: Any = 0.0
         for _, value, flow in self._resistors:
             resistance = resistance + value * flows.gain[flow] ** 2
-        return Reduced(inertia, slope + slope, moment, per_unknown, exchanged, resistance)
+        return Reduced(inertia, slope + slope, moment, per_unknown, exchanged, resistance, steepness + steepness)
 
     @property
     def moves(self) -> bool:
@@ -182,6 +187,7 @@ class Reduction:
 
     def _run(self, at: _Positions) -> Flows:
         """Gains first, slopes after them: a modulus varies at the rate that its own displacement's gain gives."""
+        counting.count(at.phi)
         count = max(self._flow.values()) + 1
         flows = at.flows = Flows([None] * count, [_ZERO] * count)
         flows.gain[self.variable[self.coordinate]] = 1.0
@@ -241,6 +247,8 @@ class Station:
         self, speed: Any, time: Any = 0.0, anchor_speed: Any = None, anchor_time: Any = None, *, local: bool = False
     ) -> list[tuple[Element, Here, Here]]:
         """What the law of every such source sees, and what it sees at the anchors."""
+        if not self._reduction.moves:
+            return []
         middle, found = speed if anchor_speed is None else anchor_speed, []
         then = time if anchor_time is None else anchor_time
         deciding = self._at.flows if local or anchor_speed is None else self._anchor_flows

@@ -33,6 +33,7 @@ if TYPE_CHECKING:
         two_speeds,
         wheel,
     )
+    from flywheel.explaining import Explanation, explain
     from flywheel.faults import Fault, SceneError
     from flywheel.joints import JointForces, joint_forces
     from flywheel.machine import Machine
@@ -46,11 +47,14 @@ if TYPE_CHECKING:
     from flywheel.sizing import size
     from flywheel.state import MachineState, reduce
     from flywheel.stroke import along
+    from flywheel.tradeoffs.comparison import tradeoff
+    from flywheel.tradeoffs.result import Tradeoff
     from flywheel.transients.record import Transient
     from flywheel.transients.regime import time_along
     from flywheel.transients.running import run_down, run_up, transient
 
 _HOMES = {
+    "Explanation": "explaining",
     "Fault": "faults",
     "JointForces": "joints",
     "Machine": "machine",
@@ -59,11 +63,13 @@ _HOMES = {
     "Scene": "scene",
     "SceneError": "faults",
     "Sizing": "results",
+    "Tradeoff": "tradeoffs.result",
     "Transient": "transients.record",
     "along": "stroke",
     "animate": "pictures.animation",
     "cycle_shares": "quinn",
     "draw": "pictures.mechanisms",
+    "explain": "explaining",
     "joint_forces": "joints",
     "load": "reading.scenes",
     "reduce": "state",
@@ -73,6 +79,7 @@ _HOMES = {
     "simulate": "simulation",
     "size": "sizing",
     "time_along": "transients.regime",
+    "tradeoff": "tradeoffs.comparison",
     "transient": "transients.running",
 }
 
@@ -83,6 +90,7 @@ _MODULES = (
 """Parts of the library whose names are used with theirs: `flywheel.wheel.choose`."""
 
 __all__ = [
+    "Explanation",
     "Fault",
     "JointForces",
     "Machine",
@@ -91,6 +99,7 @@ __all__ = [
     "Scene",
     "SceneError",
     "Sizing",
+    "Tradeoff",
     "Transient",
     "along",
     "animate",
@@ -99,6 +108,7 @@ __all__ = [
     "draw",
     "energy",
     "every_shaft",
+    "explain",
     "gearing",
     "joint_forces",
     "kinetostatics",
@@ -116,6 +126,7 @@ __all__ = [
     "simulate",
     "size",
     "time_along",
+    "tradeoff",
     "transient",
     "transients",
     "two_speeds",

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
+from itertools import accumulate
 from types import MappingProxyType
 
 import numpy as np
@@ -32,9 +33,11 @@ def show(value: object) -> str:
 
 def quote(text: str) -> str:
     """A text between double quotes on one line, cut where it runs on."""
-    cut = text if len(text) <= LONGEST_SHOWN else text[: LONGEST_SHOWN - 1] + "…"
-    plain = "".join(c if c.isprintable() else c.encode("unicode_escape").decode() for c in cut)
-    return f'"{plain}"'
+    pieces = [c if c.isprintable() else c.encode("unicode_escape").decode() for c in text[: LONGEST_SHOWN + 1]]
+    if len(text) <= LONGEST_SHOWN and sum(map(len, pieces)) <= LONGEST_SHOWN:
+        return f'"{"".join(pieces)}"'
+    lengths = accumulate(map(len, pieces))
+    return f'"{"".join(c for c, length in zip(pieces, lengths, strict=True) if length < LONGEST_SHOWN)}…"'
 
 
 def _other(value: object) -> str:
@@ -82,5 +85,5 @@ def mean(name: str, valid: Iterable[str], short: Mapping[str, str] = MappingProx
     near = nearest(name, [*names, *short])
     if near:
         near = short.get(near, near)
-        return f'did you mean "{near}"?'
-    return f"valid here: {', '.join(names)}" if 0 < len(names) <= 12 else ""
+        return f"did you mean {quote(near)}?"
+    return f"valid here: {', '.join(quote(name)[1:-1] for name in names)}" if 0 < len(names) <= 12 else ""

@@ -11,15 +11,21 @@ from dataclasses import replace
 import numpy as np
 
 from flywheel import constant_speed, own_motion, piecewise, wittenbauer
+from flywheel.cost import Cost, metered
 from flywheel.faults import Fault, SceneError
 from flywheel.machine import Machine
 from flywheel.moments import Moments
-from flywheel.own_motion import OwnMotion
+from flywheel.own_motion import LostError, OwnMotion
+from flywheel.patience import ImpatientError, patience
 from flywheel.periodic import Asked, NoRegimeError
 from flywheel.results import Cyclic, Sizing
 from flywheel.wittenbauer import Figures
 
 _LEAST_DAMPING = 1e-12  # 1 less the multiplier: below it nothing is left of what holds the speed but rounding
+_UNHELD = 0.01  # relative doubt of a speed that is hardly held
+_PATIENCE = 300_000.0  # nodes of Newton steps, about a second: fifty times what a machine of a textbook takes
+_LESS_PATIENCE = 40_000.0
+_STEEP = 1e4  # times over that a change of speed fades within a cycle: such torques cost too many cells
 _LIGHT = 1e-3  # of the machine's own inertia: where the iteration for a flywheel starts at the least
 
 
@@ -31,19 +37,45 @@ def settled(machine: Machine, rtol: float) -> Sizing:
             mean load, it stops within the cycle, it is unstable.
 
     """
-    _check(machine)
-    moments = Moments(machine, piecewise.cells(machine.mesh), local=True)
-    speed, unknown, messages = _at_constant_speed(machine, moments)
-    figures, _ = wittenbauer.refined(
-        machine, lambda edges: constant_speed.resolve(machine, edges, speed), speed, rtol, lambda figures: None
-    )
+    constant_speed.check_steady(machine)
+    with patience(_PATIENCE):
+        speed, unknown, messages = constant_speed.taken_at(machine)
+    figures, loose = _at_constant_speed(machine, speed, rtol)
     start = figures.cycle.balance if figures.cycle.balance is not None else unknown
-    motion = _motion(machine, figures, start, rtol)
+    with metered() as meter:
+        motion = _motion(machine, figures, start, rtol)
     if motion is None:
         return _still(wittenbauer.assembled(machine, figures, None, rtol), messages)
     _check_stable(machine, motion)
     sizing = wittenbauer.assembled(machine, figures, motion.run, rtol)
-    return _completed(sizing, figures, motion, messages)
+    sizing = _loosened(_completed(sizing, figures, motion, messages), loose)
+    extremes = (sizing.error.extremes or 0.0) + own_motion.doubt_of_cuts(motion)
+    sizing = replace(sizing, error=sizing.error._replace(extremes=extremes))
+    return replace(sizing, cost=Cost(0, 0.0, {"motion": meter.cost}))
+
+
+def _at_constant_speed(machine: Machine, speed: float, rtol: float) -> tuple[Figures, float]:
+    """The figures at a constant speed, and the relative error of that speed where the machine takes it by itself."""
+
+    def figures_at(speed: float) -> Figures:
+        return wittenbauer.refined(
+            machine, lambda edges: constant_speed.resolve(machine, edges, speed), speed, rtol, lambda figures: None
+        )[0]
+
+    figures = figures_at(speed)
+    if machine.scene.unknown is not None:
+        return figures, 0.0
+    closer, loose = constant_speed.closed(machine, figures.cycle.mesh.edges, speed)
+    return (figures if closer == speed else figures_at(closer)), loose
+
+
+def _loosened(sizing: Sizing, loose: float) -> Sizing:
+    """The sizing with what an error of the constant speed does to figures that go as its inverse square."""
+    errors = sizing.error
+    if errors.approximate is None or errors.inertia_torque is None:
+        return sizing
+    wider = {"approximate": errors.approximate + 2 * loose, "inertia_torque": errors.inertia_torque + 2 * loose}
+    return replace(sizing, error=errors._replace(**wider))
 
 
 def _still(sizing: Sizing, messages: tuple[str, ...]) -> Sizing:
@@ -58,33 +90,6 @@ def _still(sizing: Sizing, messages: tuple[str, ...]) -> Sizing:
         torque_bracket=None,
     )
     return replace(sizing, flywheel=wheel, messages=(*sizing.messages, *messages))
-
-
-def _check(machine: Machine) -> None:
-    scene = machine.scene
-    if machine.depends_on_time:
-        paths = [effort.path for effort in machine.efforts if effort.uses_time]
-        advice = "follow it in time: flywheel simulate, or flywheel.simulate"
-        raise SceneError(
-            [
-                Fault(path, "a law that depends on time, so that no cycle repeats", "a steady regime", advice)
-                for path in paths
-            ]
-        )
-    if not machine.depends_on_speed and scene.unknown is None:
-        found = "losses in meshes, and nothing that makes up for them"
-        advice = 'name the unknown: drive.torque = "balance", or give a motor'
-        raise SceneError([Fault("shafts", found, "a balance, or torques that depend on speed", advice)])
-
-
-def _at_constant_speed(machine: Machine, moments: Moments) -> tuple[float, float, tuple[str, ...]]:
-    """The speed that the approximate figures hold for, the unknown there, and what is to be said of it."""
-    scene = machine.scene
-    if scene.unknown is None:
-        speed, messages = constant_speed.chosen_speed(moments)
-        return speed, 0.0, messages
-    assert scene.speed is not None
-    return scene.speed, constant_speed.balance_at(moments, scene.speed), ()
 
 
 def _motion(machine: Machine, figures: Figures, unknown: float, rtol: float) -> OwnMotion | None:
@@ -102,11 +107,12 @@ def _motion(machine: Machine, figures: Figures, unknown: float, rtol: float) -> 
     guess = max(figures.total - figures.cycle.inertia_at_start, least)
     asked = Asked(None, scene.irregularity, held)
     try:
-        motion = _found(machine, speed, asked, guess, unknown, rtol)
-    except SceneError:
+        with patience(_PATIENCE):
+            motion = own_motion.found(machine, speed, asked, guess, unknown, rtol)
+    except (NoRegimeError, ImpatientError) as error:
         bare = _bare(machine, speed, held, unknown, rtol)
         if bare is None or bare.run.irregularity > (scene.irregularity or 0.0):
-            raise
+            raise SceneError([_fault(machine, speed, asked, guess, unknown, error)]) from None
         return bare
     if motion.inertia > 0.0:
         return motion
@@ -122,19 +128,48 @@ def _weightless(machine: Machine, figures: Figures) -> bool:
 def _bare(machine: Machine, speed: float, held: float | None, unknown: float, rtol: float) -> OwnMotion | None:
     """The motion without any flywheel, where there is one."""
     try:
-        return own_motion.found(machine, speed, Asked(0.0, None, held), 0.0, unknown, rtol)
-    except NoRegimeError:
+        with patience(_LESS_PATIENCE):
+            return own_motion.found(machine, speed, Asked(0.0, None, held), 0.0, unknown, rtol)
+    except (NoRegimeError, ImpatientError):
         return None
 
 
 def _found(machine: Machine, speed: float, asked: Asked, guess: float, unknown: float, rtol: float) -> OwnMotion:
     try:
-        return own_motion.found(machine, speed, asked, guess, unknown, rtol)
-    except NoRegimeError:
-        raise SceneError([_no_motion(machine, speed, asked, guess, unknown)]) from None
+        with patience(_PATIENCE):
+            return own_motion.found(machine, speed, asked, guess, unknown, rtol)
+    except (NoRegimeError, ImpatientError) as error:
+        raise SceneError([_fault(machine, speed, asked, guess, unknown, error)]) from None
 
 
-def _no_motion(machine: Machine, speed: float, asked: Asked, guess: float, unknown: float) -> Fault:
+def _fault(
+    machine: Machine, speed: float, asked: Asked, guess: float, unknown: float, error: NoRegimeError | ImpatientError
+) -> Fault:
+    """What to say of a machine for which no motion was found, or none whose figures mean anything."""
+    if fault := _not_held(machine, speed):
+        return fault
+    if isinstance(error, LostError):
+        path = "flywheel.irregularity" if asked.inertia is None else "flywheel.inertia"
+        advice = "less of what resists and drives alike, or a larger irregularity"
+        return Fault(path, str(error), "a motion that varies by more than rounding", advice)
+    return _no_motion(machine, speed, asked, guess, unknown, error)
+
+
+def _not_held(machine: Machine, speed: float) -> Fault | None:
+    """The fault of torques that depend on speed so little that rounding outweighs it, where nothing else sets the speed."""
+    if machine.scene.unknown is not None:
+        return None
+    doubt = constant_speed.doubt_of_speed(machine, speed)
+    if not doubt > _UNHELD:
+        return None
+    found = f"torques that hardly depend on speed: what holds it near {speed:.6g} rad/s is less than their rounding"
+    advice = 'name the unknown and give the speed: drive.torque = "balance", regime.speed'
+    return Fault("drive" if machine.scene.drive is not None else "load", found, "torques that hold a steady speed", advice)
+
+
+def _no_motion(
+    machine: Machine, speed: float, asked: Asked, guess: float, unknown: float, error: NoRegimeError | ImpatientError
+) -> Fault:
     """Why there is no motion: followed in time, the machine stalls or runs away; or the iteration did not settle."""
     from flywheel.fate import Fate, fate_of  # scipy arrives with time stepping, and only where it is needed
 
@@ -144,7 +179,7 @@ def _no_motion(machine: Machine, speed: float, asked: Asked, guess: float, unkno
     inertia = guess if asked.inertia is None else asked.inertia
     wheel = f" with {'about ' if sized else ''}{inertia:.6g} kg m² on the crank"
     expected = "a motion that comes back to its speed each cycle"
-    ending = fate_of(machine, speed, inertia, unknown)
+    ending = fate_of(machine, speed, inertia, unknown, hurried=isinstance(error, ImpatientError))
     what = "motor" if scene.drive is not None and scene.unknown is None else "machine"
     if ending.fate is Fate.STALLS:
         found = f"a {what} that stalls {ending.where}, let go at {speed:.6g} rad/s{wheel}"
@@ -152,8 +187,24 @@ def _no_motion(machine: Machine, speed: float, asked: Asked, guess: float, unkno
     if ending.fate is Fate.RUNS_AWAY:
         found = f"a machine that runs away, let go at {speed:.6g} rad/s{wheel}"
         return Fault(path, found, expected, "a heavier flywheel, or a drive whose torque falls with speed")
+    if isinstance(error, ImpatientError):
+        return _too_much(error.faults[0], machine, speed, asked.inertia or 0.0, unknown)
     advice = "a heavier flywheel; a torque that jumps at a speed, or falls very steeply with it, made less steep"
     return Fault(path, f"no periodic motion near {speed:.6g} rad/s{wheel}", expected, advice)
+
+
+def _too_much(fault: Fault, machine: Machine, speed: float, inertia: float, unknown: float) -> Fault:
+    """Why the search was given up: said too where a change of speed dies out very many times over within a cycle.
+
+    With the given flywheel; where one is sought, light ones are tried as well, and so with none.
+    """
+    moments = Moments(machine, piecewise.cells(machine.mesh), local=True)
+    if moments.circuit is not None:
+        return fault
+    slope = moments.rate(np.full(moments.mesh.phi.shape, speed), unknown, inertia).by_speed
+    fading = np.maximum(-slope, 0.0) / np.maximum((inertia + moments.inertia) * speed, 1e-300)
+    steep = float(piecewise.integral(fading, moments.mesh.half).sum()) > _STEEP
+    return fault._replace(found=f"{fault.found}, or fall too steeply with the speed") if steep else fault
 
 
 def _check_stable(machine: Machine, motion: OwnMotion) -> None:
@@ -194,6 +245,7 @@ def _completed(sizing: Sizing, figures: Figures, motion: OwnMotion, messages: tu
     )
 
 
+@np.errstate(all="ignore")  # a report asks for it after the sizing is over
 def with_flywheel(sizing: Sizing, inertia: float) -> OwnMotion:
     """The motion of a sized machine with another flywheel (kg m² on the crank).
 
@@ -207,4 +259,8 @@ def with_flywheel(sizing: Sizing, inertia: float) -> OwnMotion:
     held = sizing.scene.speed if sizing.scene.unknown is not None else None
     reference = held or sizing.speed
     unknown = sizing.constant.balance or 0.0
-    return own_motion.found(machine, reference, Asked(inertia, None, held), 0.0, unknown, 0.5 * sizing.rtol)
+    try:
+        with patience(_LESS_PATIENCE):
+            return own_motion.found(machine, reference, Asked(inertia, None, held), 0.0, unknown, 0.5 * sizing.rtol)
+    except ImpatientError as error:
+        raise NoRegimeError(str(error)) from None

@@ -6,6 +6,7 @@ from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import replace
 from functools import cached_property
 from itertools import count
+from types import ModuleType
 from typing import Any, NamedTuple, Protocol
 
 import numpy as np
@@ -16,6 +17,7 @@ from bondgraph.elements import C, Here, I, Law, Modulus, Motion, R, Se
 from bondgraph.graph import BondGraph
 from bondgraph.reduction import Reduced, Reduction
 from flywheel import mechanisms
+from flywheel.cost import unmeasured
 from flywheel.faults import Fault, SceneError
 from flywheel.formulas.expressions import Expression
 from flywheel.loads import Effort, Place, Senses, crank_angles, spring_effort
@@ -182,16 +184,15 @@ class Chain:
     @cached_property
     def breakpoints(self) -> Array:
         """Crank angles (rad) from 0 to the cycle between which every load and ratio is smooth."""
-        known = merged([0.0, self.scene.cycle, *self._own_breakpoints()], self.scene.cycle)
-        return merged([*known, *self._switch_angles(known)], self.scene.cycle)
+        known = self._unswitched
+        return merged([*known, *(angle for _, angle in self._switch_angles(known))], self.scene.cycle)
 
     @cached_property
     def landmarks(self) -> Array:
         """The breakpoints, and the edges that close in on narrow features of expressions."""
         if not any(isinstance(effort.load.law, Expression) for effort in self.efforts):
             return self.breakpoints
-        from flywheel import features
-
+        features = _features()
         edges = self.breakpoints
         for effort in self.efforts:
             edges = features.closed_in(self._rigid, effort, self.motion_of(effort.load.on), self.pace, edges)
@@ -384,34 +385,55 @@ class Chain:
 
     # -- breakpoints -------------------------------------------------------------------------------------------------
 
-    def _mechanism_breakpoints(self) -> Iterator[float]:
+    @property
+    def broken_by(self) -> dict[str, int]:
+        """How many breakpoints inside the cycle each mechanism, load or other thing makes, by its name or path."""
+        known = self.breakpoints[1:-1]
+        near = 1e-9 * self.scene.cycle
+        found: dict[str, set[int]] = {}
+        for name, angle in (*self._own_breakpoints(), *self._switch_angles(self._unswitched)):
+            hit = np.flatnonzero(np.abs(known - angle) <= near)
+            found.setdefault(name, set()).update(hit.tolist())
+        return {name: len(places) for name, places in found.items() if places}
+
+    def _mechanism_breakpoints(self) -> Iterator[tuple[str, float]]:
         for mechanism in self.scene.mechanisms:
             place = Place("", _turned(1.0), self.scene.shafts[mechanism.shaft], mechanism.phase)
             for angle in self._families[mechanism.name].breakpoints:
                 if mechanism.stroke is not None:
-                    yield angle - mechanism.phase
+                    yield mechanism.name, angle - mechanism.phase
                 else:
-                    yield from crank_angles(angle, mechanism.period, place, self.scene.cycle)
+                    for found in crank_angles(angle, mechanism.period, place, self.scene.cycle):
+                        yield mechanism.name, found
 
-    def _own_breakpoints(self) -> Iterator[float]:
-        cycle = self.scene.cycle
+    def _own_breakpoints(self) -> Iterator[tuple[str, float]]:
         yield from self._mechanism_breakpoints()
-        yield from self.extra.breakpoints if self.extra is not None else ()
+        yield from ((FRICTION, angle) for angle in (() if self.extra is None else self.extra.breakpoints))
         for effort in self.efforts:
-            for angle in effort.local_breakpoints():
-                if effort.load.once:
-                    yield angle - effort.place.phase
-                else:
-                    yield from crank_angles(angle, effort.every, effort.place, cycle)
-            if effort.senses is not None:
-                yield from effort.senses.dead_centres
+            yield from ((effort.path, angle) for angle in self._breakpoints_of(effort))
 
-    def _switch_angles(self, known: Array) -> Iterator[float]:
+    def _breakpoints_of(self, effort: Effort) -> Iterator[float]:
+        for angle in effort.local_breakpoints():
+            if effort.load.once:
+                yield angle - effort.place.phase
+            else:
+                yield from crank_angles(angle, effort.every, effort.place, self.scene.cycle)
+        if effort.senses is not None:
+            yield from effort.senses.dead_centres
+
+    @cached_property
+    def _unswitched(self) -> Array:
+        """The breakpoints but for the angles at which expressions switch."""
+        return merged([0.0, self.scene.cycle, *(angle for _, angle in self._own_breakpoints())], self.scene.cycle)
+
+    def _switch_angles(self, known: Array) -> Iterator[tuple[str, float]]:
         for effort in self.efforts:
             if isinstance(effort.load.law, Expression):
-                from flywheel import features  # only scenes with expressions pay for intervals
+                features = _features()
 
-                yield from features.switch_angles(self._rigid, effort, self.motion_of(effort.load.on), self.pace, known)
+                motion = self.motion_of(effort.load.on)
+                for angle in features.switch_angles(self._rigid, effort, motion, self.pace, known):
+                    yield effort.path, angle
 
     def _places_with_senses(self) -> set[str]:
         def needs(load: Load) -> bool:
@@ -420,12 +442,14 @@ class Chain:
         return {load.on for load in self._all_loads() if needs(load)}
 
     def _senses_of(self, place: str) -> Senses:
-        from flywheel import features
+        features = _features()
         from flywheel.formulas.switching import SwitchingError
 
-        smooth = merged([0.0, self.scene.cycle, *self._mechanism_breakpoints()], self.scene.cycle)
+        own = (angle for _, angle in self._mechanism_breakpoints())
+        smooth = merged([0.0, self.scene.cycle, *own], self.scene.cycle)
         try:
-            dead_centres = features.dead_centres(self.kinematics, self.places[place].junction, smooth)
+            solved = any(mechanism.linkage is not None for mechanism in self.scene.mechanisms)
+            dead_centres = features.dead_centres(self.kinematics, self.places[place].junction, smooth, solved=solved)
         except SwitchingError:
             path = next(load.path for load in self._all_loads() if load.on == place)
             found = f"{place}, whose velocity changes sign too often to follow, as if it stood still"
@@ -434,6 +458,13 @@ class Chain:
         halfway = 0.5 * (edges[1:] + edges[:-1])
         gain = self.kinematics.flows(halfway, halfway).gain[self.kinematics.variable[self.places[place].junction]]
         return Senses(dead_centres, np.broadcast_to(np.sign(gain), halfway.shape))
+
+
+def _features() -> ModuleType:
+    """What finds the features of expressions: only scenes with expressions pay for intervals."""
+    with unmeasured():
+        from flywheel import features
+    return features
 
 
 def merged(angles: Iterable[float], cycle: float) -> Array:

@@ -7,6 +7,8 @@ reported.
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import replace
 from typing import NamedTuple
 
@@ -14,51 +16,58 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flywheel import steady
+from flywheel.agreement import Found, confirmation, disagreement
+from flywheel.cost import counted
+from flywheel.faults import SceneError
 from flywheel.instant import Dynamics
 from flywheel.machine import Machine
-from flywheel.one_cycle import one_cycle
+from flywheel.one_cycle import SlidingError, one_cycle
 from flywheel.piecewise import ROUNDING
 from flywheel.regime import Cycle
-from flywheel.results import Confirmation, Sizing
+from flywheel.results import Sizing
 from flywheel.steady import NoMotionError, Run
 from flywheel.stepping import TIGHTEST, Step
 
 Array = NDArray[np.float64]
 
 _HOPELESS = 0.5  # relative error past which a figure says nothing
+_MOST = 60_000  # evaluations of a cycle, a few seconds: a textbook machine takes 2 000
+_LEAST = 40  # of a piece
+
+
+class UnconfirmedError(ValueError):
+    """A cycle that stepping does not come through in bounds, or brings nothing home from; the message says why."""
 
 
 class _Confirmed(NamedTuple):
-    irregularity: float
-    speed_max: float
-    speed_min: float
-    period: float
-    closure: float
+    found: Found
     error: float
+    period_error: float
 
 
 def confirmed(sizing: Sizing) -> Sizing:
-    """The sizing with one steady cycle stepped in time: with the exact (or given) flywheel, and with the approximate one."""
+    """The sizing with one steady cycle stepped in time: with the exact (or given) flywheel, and with the approximate one.
+
+    Raises:
+        UnconfirmedError: where stepping takes too long, or loses the motion.
+        SlidingError: where the motion slides along a law that jumps at a speed.
+        SceneError: where no step is short enough.
+
+    """
     machine, cycle, run = sizing.machine, sizing.cycle, sizing.run
     if machine is None or cycle is None:
         return sizing
     if run is None:
         return replace(sizing, messages=(*sizing.messages, "nothing to simulate: the machine has no inertia"))
-    found = _cycle_in_time(machine, cycle, sizing.speed, run, sizing.rtol)
+    found, error, of_period = _cycle_in_time(machine, cycle, sizing.speed, run, sizing.rtol)
+    if not (error <= _HOPELESS and found.speed_min > 0.0):
+        raise UnconfirmedError("what stepping finds is lost in its own error")
     approximate, message = _with_approximate(sizing)
-    error = found.error if approximate is None else max(found.error, approximate.error)
-    confirmation = Confirmation(
-        irregularity=found.irregularity,
-        irregularity_approximate=approximate and approximate.irregularity,
-        speed_max=found.speed_max,
-        speed_min=found.speed_min,
-        speed_time_mean=sizing.scene.cycle / found.period,
-        period=found.period,
-        closure=found.closure,
-    )
-    errors = sizing.error._replace(simulation=error)
+    error = error if approximate is None else max(error, approximate.error)
+    motion = confirmation(sizing, found, approximate and approximate.found.irregularity, "time")
+    errors = sizing.error._replace(simulation=error, period=of_period)
     messages = (*sizing.messages, message) if message else sizing.messages
-    return replace(sizing, simulation=confirmation, error=errors, messages=messages)
+    return replace(sizing, simulation=motion, error=errors, messages=messages)
 
 
 def _with_approximate(sizing: Sizing) -> tuple[_Confirmed | None, str]:
@@ -70,11 +79,15 @@ def _with_approximate(sizing: Sizing) -> tuple[_Confirmed | None, str]:
         cycle, run = _resolved_run(machine, cycle, sizing, inertia)
     except NoMotionError:
         return None, "no steady motion with the approximate flywheel has the mean of extremes asked for"
-    found = _cycle_in_time(machine, cycle, run.speed or sizing.speed, run, sizing.rtol)
+    try:
+        again = _cycle_in_time(machine, cycle, run.speed or sizing.speed, run, sizing.rtol)
+    except (UnconfirmedError, SlidingError, SceneError):
+        return None, "the motion with the approximate flywheel cannot be followed in time"
+    found = again.found
     doubt = run.error + (abs(found.irregularity / run.irregularity - 1) if run.irregularity else 0.0)
-    if doubt > _HOPELESS:
+    if not doubt <= _HOPELESS:
         return None, "rounding leaves nothing to tell of the irregularity that the approximate flywheel gives"
-    return found._replace(error=8 * ROUNDING + doubt), ""  # of its figures only the irregularity is reported
+    return again._replace(error=8 * ROUNDING + doubt), ""  # of its figures only the irregularity is reported
 
 
 def _resolved_run(machine: Machine, cycle: Cycle, sizing: Sizing, inertia: float) -> tuple[Cycle, Run]:
@@ -100,39 +113,40 @@ def _cycle_in_time(machine: Machine, cycle: Cycle, speed: float, run: Run, rtol:
     tight = max(3e-5 * rtol * min(run.speed_min / speed, 1.0), TIGHTEST)
     dynamics = Dynamics(machine, run.inertia, cycle.balance or 0.0)
     first = np.array([0.0, u] if run.current is None else [0.0, u, run.current])
-    steps = one_cycle(dynamics, speed, scale, first, tight)
-    (_, high), (_, low) = _extreme(steps, +1.0), _extreme(steps, -1.0)
+    with _bounded(machine.restarts.size - 1):
+        steps = one_cycle(dynamics, speed, scale, first, tight)
+    (_, high), (_, low) = extreme(steps, +1.0), extreme(steps, -1.0)
     last = steps[-1]
     closing = scale * float(last.dense(last.end)[1] - u)
     irregularity = scale * (high - low) / (1 + 0.5 * scale * (high + low))
-    found = _Confirmed(
+    found = Found(
         irregularity=irregularity,
         speed_max=speed * (1 + scale * high),
         speed_min=speed * (1 + scale * low),
         period=last.end / speed,
         closure=float(closing / (1 + scale * u)),
-        error=0.0,
     )
-    return found._replace(error=_disagreement(cycle, speed, run, found, rtol))
+    return _Confirmed(found, *disagreement(found, cycle, speed, run, rtol))
 
 
-def _disagreement(cycle: Cycle, speed: float, run: Run, found: _Confirmed, rtol: float) -> float:
-    """Largest relative difference between the figures found in time and those of the energy route, and its own doubt."""
-    period, period_doubt = steady.period(cycle, speed, run, rtol)
-    speed_doubt = run.error * run.irregularity * speed / run.speed_min
-    pairs = [
-        (found.irregularity, run.irregularity, run.error),
-        (found.speed_max, run.speed_max, speed_doubt),
-        (found.speed_min, run.speed_min, speed_doubt),
-        (found.period, period, period_doubt),
-    ]
-    return 8 * ROUNDING + max(abs(a / b - 1) + doubt for a, b, doubt in pairs if b > 0.0)
+@contextmanager
+def _bounded(pieces: int) -> Iterator[None]:
+    """Stop what takes more evaluations than a confirmation is worth; where there are too many pieces, before it begins."""
+    if _LEAST * pieces > _MOST:
+        raise UnconfirmedError(f"its {pieces} smooth pieces would take too many steps")
+
+    def stop() -> None:
+        if tally.evaluations > _MOST:
+            raise UnconfirmedError("the motion takes too many steps")
+
+    with counted(stop) as tally:
+        yield
 
 
 _SAMPLES = 0.5 - 0.5 * np.cos(np.pi * np.arange(9) / 8)
 
 
-def _extreme(steps: list[Step], sign: float) -> tuple[float, float]:
+def extreme(steps: list[Step], sign: float) -> tuple[float, float]:
     """Time and value of the greatest (sign +1) or least u: roots of its derivative within every step that can hold it."""
     times = np.array([step.start + (step.end - step.start) * _SAMPLES for step in steps])
     values = sign * np.array([step.dense(row)[1] for step, row in zip(steps, times, strict=True)])

@@ -17,6 +17,7 @@ from flywheel import piecewise, regime
 from flywheel.chain import Chain, merged
 from flywheel.faults import Fault, SceneError
 from flywheel.moments import Moments, Rate
+from flywheel.patience import spend
 from flywheel.regime import Cycle
 
 Array = NDArray[np.float64]
@@ -24,12 +25,18 @@ Array = NDArray[np.float64]
 _DECADES = 6  # on either side of a typical speed, in which steady speeds are looked for
 _PER_DECADE = 24
 _AT_ONCE = 200_000  # values on the mesh that are worked on together
+_APART = 1e-3  # of a speed: between those whose net works are compared
 _LEVEL = 1e-12  # of the net work: differences that are none
 _SECTIONS = 60  # golden-section steps towards a hump of the net work
 _GOLDEN = 0.5 * (5**0.5 - 1)
 _FLAT = 1e-3  # of the net work: humps that fall less to the next speed looked at cannot reach zero
 _BALANCES = 60
 _MOST_ROUNDS = 12
+_BESIDE = 1e-6  # of a speed: how far off a slope is taken
+_CLOSINGS = 5  # Newton steps towards a cycle without net work
+_NEAR = 1e-3  # of a speed: what such a step changes at most
+_MOST_SWITCHES = 4_000
+_PER_SPEED = 0.05  # of what a node takes in a Newton step
 
 
 class SteadySpeed(NamedTuple):
@@ -37,6 +44,35 @@ class SteadySpeed(NamedTuple):
 
     speed: float
     stable: bool
+
+
+def check_steady(machine: Chain) -> None:
+    """Refuse a machine that can have no steady regime: a law depends on time, or nothing makes up for losses in meshes."""
+    scene = machine.scene
+    if machine.depends_on_time:
+        paths = [effort.path for effort in machine.efforts if effort.uses_time]
+        advice = "follow it in time: flywheel simulate, or flywheel.simulate"
+        raise SceneError(
+            [
+                Fault(path, "a law that depends on time, so that no cycle repeats", "a steady regime", advice)
+                for path in paths
+            ]
+        )
+    if not machine.depends_on_speed and scene.unknown is None:
+        found = "losses in meshes, and nothing that makes up for them"
+        advice = 'name the unknown: drive.torque = "balance", or give a motor'
+        raise SceneError([Fault("shafts", found, "a balance, or torques that depend on speed", advice)])
+
+
+def taken_at(machine: Chain) -> tuple[float, float, tuple[str, ...]]:
+    """The speed (rad/s) that approximate figures hold for, the unknown (SI) there, and what is to be said of it."""
+    scene = machine.scene
+    moments = Moments(machine, piecewise.cells(machine.mesh), local=True)
+    if scene.unknown is None:
+        speed, messages = chosen_speed(moments)
+        return speed, 0.0, messages
+    assert scene.speed is not None
+    return scene.speed, balance_at(moments, scene.speed), ()
 
 
 def net_work(moments: Moments, speed: float, unknown: float = 0.0) -> float:
@@ -48,17 +84,36 @@ def net_work(moments: Moments, speed: float, unknown: float = 0.0) -> float:
 def net_works(moments: Moments, speeds: Array) -> Array:
     """The same at many speeds (n,), a handful at a time."""
     half = moments.mesh.half
+    spend(_PER_SPEED * moments.mesh.phi.size * speeds.size)
     few = max(_AT_ONCE // moments.mesh.phi.size, 1)
     pieces = [speeds[k : k + few] for k in range(0, speeds.size, few)]
     return np.concatenate([piecewise.integral(moments.constant(piece, 0.0).moment, half).sum(axis=-1) for piece in pieces])
 
 
+def exchanged_work(moments: Moments, speed: float) -> float:
+    """Work (J) that a cycle at a constant crank speed (rad/s) exchanges, whatever its sign."""
+    return float(piecewise.integral(moments.constant(speed, 0.0).exchanged, moments.mesh.half).sum())
+
+
+def doubt_of_speed(machine: Chain, speed: float) -> float:
+    """Relative error of a steady speed (rad/s) that rounding of the torques makes: the less they hold it, the greater."""
+    moments = Moments(machine, piecewise.cells(machine.mesh), local=True)
+    slower, faster = speed * (1.0 - _APART), speed * (1.0 + _APART)  # a steady current follows the speed: no slope at one
+    gained = abs(net_work(moments, faster) - net_work(moments, slower)) / (2 * _APART)
+    return 24 * piecewise.ROUNDING * exchanged_work(moments, speed) / max(gained, 1e-300)
+
+
 def steady_speeds(moments: Moments) -> list[SteadySpeed]:
     """Every constant speed at which the net work is zero, ascending.
 
-    They are looked for over twelve decades around a typical speed, and beside every hump and hollow between.
+    They are looked for over twelve decades around a typical speed, and beside every hump and hollow between; where there
+    are none, over as many more on either side.
     """
-    grid, works = _scanned(moments)
+    return _found(moments, _DECADES) or _found(moments, 3 * _DECADES)
+
+
+def _found(moments: Moments, decades: int) -> list[SteadySpeed]:
+    grid, works = _scanned(moments, decades)
     points = sorted([*zip(grid.tolist(), works.tolist(), strict=True), *_humps(moments, grid, works)])
     found = []
     for (a, before), (b, after) in pairwise(points):
@@ -69,9 +124,9 @@ def steady_speeds(moments: Moments) -> list[SteadySpeed]:
     return found
 
 
-def _scanned(moments: Moments) -> tuple[Array, Array]:
+def _scanned(moments: Moments, decades: int) -> tuple[Array, Array]:
     """Speeds that are looked at, and the net work at each; those at which a law has no finite value are left out."""
-    grid = _grid(moments.machine)
+    grid = _grid(moments.machine, decades)
     works = net_works(moments, grid)
     finite = np.isfinite(works)
     if not finite.any():
@@ -80,10 +135,10 @@ def _scanned(moments: Moments) -> tuple[Array, Array]:
     return grid[finite], works[finite]
 
 
-def _grid(machine: Chain) -> Array:
+def _grid(machine: Chain, decades: int) -> Array:
     """Speeds to look at: evenly in their logarithm, and around those that a motor is known by."""
     typical = machine.pace
-    even = typical * np.logspace(-_DECADES, _DECADES, 2 * _DECADES * _PER_DECADE + 1)
+    even = typical * np.logspace(-decades, decades, 2 * decades * _PER_DECADE + 1)
     motor, drive = machine.scene.motor, machine.scene.drive
     if motor is None or drive is None:
         return even
@@ -194,13 +249,20 @@ def _no_speed(moments: Moments, found: list[SteadySpeed]) -> Fault:
         at = found[-1].speed
         what = f"an unstable regime: near {at:.6g} rad/s a faster machine is driven on, and a slower one stops"
         return Fault(path, what, expected, "let the drive's torque fall with speed, or the load's grow with it")
-    grid, works = _scanned(moments)
+    grid, works = _scanned(moments, _DECADES)
     peaks = [(work, speed) for speed, work in _humps(moments, grid, works)]
     best, speed = max([(float(works[k]), float(grid[k])) for k in (works.argmax(), 0)] + peaks)
     if best > 0.0:
         what = f"no steady speed: at every speed a cycle has net work left over ({works.min():.6g} J at least)"
         return Fault(path, what, expected, "the machine runs away: add what resists with speed, or limit the drive")
     where = "at standstill" if speed <= grid[0] else f"at {speed:.6g} rad/s"
+    rounding = 64 * piecewise.ROUNDING * exchanged_work(moments, speed)
+    if np.abs(works).max() <= rounding:
+        what = "torques that leave the speed open: the net work of a cycle is zero at every speed"
+        return Fault(path, what, expected, 'name the unknown and give the speed: drive.torque = "balance", regime.speed')
+    if abs(best) <= rounding:
+        what = f"a drive that carries the mean load {where}, and at no other speed"
+        return Fault(path, what, expected, "the machine stalls: a stronger drive, or a lighter load")
     what = f"a drive that cannot carry the mean load: at best, {where}, a cycle lacks {-best:.6g} J"
     return Fault(path, what, expected, "the machine stalls: a stronger drive, or a lighter load")
 
@@ -254,10 +316,29 @@ def resolve(machine: Chain, edges: Array, speed: float) -> Cycle:
     return cycle_of(moments, moments.constant(speed, unknown or 0.0), unknown)
 
 
+def closed(machine: Chain, edges: Array, speed: float) -> tuple[float, float]:
+    """The speed (rad/s) near another at which cells between these edges leave no net work, and its relative error."""
+    cycle = resolve(machine, edges, speed)
+    for _ in range(_CLOSINGS):
+        beside = net_work(Moments(machine, cycle.mesh), speed * (1.0 + _BESIDE))  # a motor's current follows the speed
+        slope = (beside - cycle.net) / (_BESIDE * speed)
+        step = cycle.net / slope if slope else 0.0
+        if not 4 * piecewise.ROUNDING < abs(step) / speed < _NEAR:
+            break
+        closer = resolve(machine, edges, speed - step)
+        if not abs(closer.net) < abs(cycle.net):
+            break
+        cycle, speed = closer, speed - step
+    return speed, cycle.errors.work / max(abs(slope) * speed, 1e-300)
+
+
 def cycle_of(moments: Moments, rate: Rate, unknown: float | None) -> Cycle:
     """The cycle in which F is as given at the nodes; `unknown` is None where the scene has none."""
-    values = np.stack((rate.moment, moments.slope, moments.inertia, rate.exchanged))
-    return regime.assembled(moments.mesh, values, unknown)
+    values = np.stack((rate.moment, moments.slope, moments.inertia, rate.exchanged, moments.steepness))
+    cycle = regime.assembled(moments.mesh, values, unknown, closed=True)
+    if unknown is None:
+        return cycle
+    return regime.with_balance(cycle, unknown * float(piecewise.integral(rate.by_unknown, moments.mesh.half).sum()))
 
 
 def with_switches(moments: Moments, switching: list[Array], edges: Array) -> Array:
@@ -269,6 +350,9 @@ def with_switches(moments: Moments, switching: list[Array], edges: Array) -> Arr
     noise = np.broadcast_to(1e-13 * sizes[:, None], series.shape[:2])
     found = piecewise.crossings(series, np.ascontiguousarray(noise))
     angles = found.angles(moments.mesh)[np.abs(found.t) < 1.0]
-    near = 1e-9 * edges[-1]
-    distance = np.abs(angles[:, None] - edges[None, :]).min(axis=1, initial=np.inf)
-    return merged([*edges.tolist(), *angles[distance > near].tolist()], float(edges[-1]))
+    if angles.size > _MOST_SWITCHES:
+        fault = f"laws that switch {angles.size} times and more within a cycle at a constant speed"
+        raise SceneError([Fault("load", fault, "laws that can be followed over the cycle", "make them less steep")])
+    above = np.searchsorted(edges, angles).clip(1, edges.size - 1)
+    distance = np.minimum(np.abs(angles - edges[above - 1]), np.abs(edges[above] - angles))
+    return merged([*edges.tolist(), *angles[distance > 1e-9 * edges[-1]].tolist()], float(edges[-1]))

@@ -15,17 +15,20 @@ if TYPE_CHECKING:
 _TIE = 1e-9  # share within which two sizes are one
 
 
+@np.errstate(all="ignore")  # a result asks for it after its sizing is over
 def energy_of(sizing: Sizing) -> Energy | None:
     """Mean and peak power and rms torque with the flywheel; powers of a motor that follows the loads without one.
 
-    None for a machine without a drive, a motion or a cycle (a diagram of areas). Peaks are found where the slope of power is
-    zero, and at the ends of smooth pieces.
+    None for a machine without a drive, a motion that runs on or a cycle (a diagram of areas). Peaks are found where the
+    slope of power is zero, and at the ends of smooth pieces.
     """
     cycle, run, machine = sizing.cycle, sizing.run, sizing.machine
     if cycle is None or run is None or machine is None or machine.scene.drive is None:
         return None
     mesh, speed = cycle.mesh, sizing.speed
     omega = steady.speed_over_cycle(cycle, speed, run, mesh.phi.ravel()).reshape(mesh.phi.shape)
+    if not omega.min() > 0.0:  # rounding of enormous torques has stopped it
+        return None
     drive = run.drive
     if drive is None:
         moments = machine.reduction.moments(mesh.phi, mesh.anchor, cycle.balance or 0.0)
@@ -49,8 +52,10 @@ def energy_of(sizing: Sizing) -> Energy | None:
 
 def _rms(moment: piecewise.Array, omega: piecewise.Array, half: piecewise.Array) -> float:
     """Root of the mean square of a moment (N m) over time: sqrt(integral of M²/omega dphi / integral of 1/omega dphi)."""
-    square, time = (float(piecewise.integral(values, half).sum()) for values in (moment**2 / omega, 1.0 / omega))
-    return float(np.sqrt(square / time))
+    greatest = float(np.abs(moment).max()) or 1.0  # squares of enormous moments leave the floating-point range
+    share = moment / greatest
+    square, time = (float(piecewise.integral(values, half).sum()) for values in (share**2 / omega, 1.0 / omega))
+    return greatest * float(np.sqrt(square / time))
 
 
 def _told(value: float, error: float) -> float:

@@ -5,23 +5,30 @@ It is let go at the speed where a steady motion was looked for, and followed in 
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from contextlib import contextmanager
 from enum import Enum
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
+from flywheel.cost import counted
 from flywheel.faults import SceneError
 from flywheel.following import Goal, Start, follow
 from flywheel.instant import Dynamics
 from flywheel.machine import Machine
+from flywheel.patience import patience, spend
 
 Array = NDArray[np.float64]
 
 _CYCLES = 20
 _FASTER = 10.0  # times the speed at the start: a machine that gets there runs away
 _RTOL = 1e-6
-_MOST_LOOKS = 2000  # at steps: a machine that takes more is too stiff to be followed for a message
+_WORK, _HURRIED = 12_000.0, 4_000.0  # walks of a rotor's graph, about half a second: a message is worth no more
+_AT_ONCE = 16  # positions within a walk that take as long as the walk itself
+_LOOK = 4.0  # walks that a step takes as long as, beside those that are counted
+_ELEMENTS = 8  # of a graph that take as long to walk as a rotor's
 
 
 class Fate(Enum):
@@ -32,10 +39,6 @@ class Fate(Enum):
     UNKNOWN = "goes on"
 
 
-class _TooLongError(Exception):
-    """Following the machine takes too long."""
-
-
 class Ending(NamedTuple):
     """How it ends, and where: `machine stalls at crank angle 83.2 deg after 1.2 s`."""
 
@@ -43,7 +46,7 @@ class Ending(NamedTuple):
     where: str = ""
 
 
-def fate_of(machine: Machine, speed: float, inertia: float, balance: float) -> Ending:
+def fate_of(machine: Machine, speed: float, inertia: float, balance: float, *, hurried: bool = False) -> Ending:
     """What becomes of a machine let go at phi = 0.
 
     Args:
@@ -51,17 +54,13 @@ def fate_of(machine: Machine, speed: float, inertia: float, balance: float) -> E
         speed: of the crank at the start, rad/s.
         inertia: of the flywheel, kg m² on the crank.
         balance: value (SI) of the scene's unknown.
+        hurried: whether enough work went into the machine already.
 
     """
     cycle = machine.scene.cycle
 
-    looks = 0
-
     def stops(t: Array, phi: Array, omega: Array) -> Array:
-        nonlocal looks
-        looks += 1
-        if looks > _MOST_LOOKS:
-            raise _TooLongError
+        spend(_LOOK)
         return omega
 
     def races(t: Array, phi: Array, omega: Array) -> Array:
@@ -78,9 +77,24 @@ def fate_of(machine: Machine, speed: float, inertia: float, balance: float) -> E
     dynamics, until = Dynamics(machine, inertia, balance), 100 * _CYCLES * cycle / speed
     current = 0.0 if dynamics.circuit is None else float(dynamics.circuit.current(dynamics.ratio * speed))
     try:
-        trail = follow(dynamics, Start(0.0, speed, current), until, _RTOL, goals, passing)
-    except (SceneError, _TooLongError):
+        with _bearable(machine, _HURRIED if hurried else _WORK):
+            trail = follow(dynamics, Start(0.0, speed, current), until, _RTOL, goals, passing)
+    except SceneError:
         return Ending(Fate.UNKNOWN)
     fate = Fate(trail.goal) if trail.goal is not None else Fate.STALLS if trail.stuck else Fate.UNKNOWN
     phi = float(trail.ends()[0, -1])
     return Ending(fate, f"at {machine.where(phi % cycle)} after {float(trail.t[-1]):.4g} s")
+
+
+@contextmanager
+def _bearable(machine: Machine, work: float) -> Iterator[None]:
+    """Give up what takes more work inside: walks of the graph are counted, and the more the longer they take."""
+    each, known = 1 + len(machine.kinematics.graph.elements) // _ELEMENTS, 0
+
+    def walked() -> None:
+        nonlocal known
+        spend(each * (1.0 + (tally.evaluations - known) / _AT_ONCE))
+        known = tally.evaluations
+
+    with patience(work), counted(walked) as tally:
+        yield

@@ -21,19 +21,25 @@ from flywheel.formulas.intervals import NAMESPACE as INTERVALS
 from flywheel.formulas.intervals import Interval
 from flywheel.formulas.jets import Jet
 from flywheel.formulas.resolution import resolved
-from flywheel.formulas.switching import Enclosures, SwitchingError, Values, breakpoints, roots
+from flywheel.formulas.switching import CELL_CAP, Enclosures, SwitchingError, Values, breakpoints, roots
 from flywheel.loads import Effort
 
 Array = NDArray[np.float64]
 
+_MOST_SOLVED = 4_000  # cells; a stroke without a dwell takes 32
 
-def dead_centres(reduction: Reduction, junction: str, edges: Array) -> Array:
-    """Crank angles at which the velocity of a 1-junction changes sign, between edges inside which it is smooth."""
-    found = [root for a, b in itertools.pairwise(edges.tolist()) for root in _stops(reduction, junction, a, b)]
+
+def dead_centres(reduction: Reduction, junction: str, edges: Array, *, solved: bool = False) -> Array:
+    """Crank angles at which the velocity of a 1-junction changes sign, between edges inside which it is smooth.
+
+    `solved`: the positions are those of a linkage, whose bounds take a thousand times as long as a formula's.
+    """
+    most = _MOST_SOLVED if solved else CELL_CAP
+    found = [root for a, b in itertools.pairwise(edges.tolist()) for root in _stops(reduction, junction, a, b, most)]
     return np.array(sorted({*edges[1:-1].tolist(), *found}))
 
 
-def _stops(reduction: Reduction, junction: str, a: float, b: float) -> list[float]:
+def _stops(reduction: Reduction, junction: str, a: float, b: float, most: int) -> list[float]:
     """Roots of a junction's influence coefficient inside one smooth piece."""
     variable, anchor = reduction.variable[junction], np.array(0.5 * (a + b))
 
@@ -44,7 +50,7 @@ def _stops(reduction: Reduction, junction: str, a: float, b: float) -> list[floa
     def value(phi: Array) -> Any:
         return reduction.flows(phi, anchor + 0 * phi).gain[variable]
 
-    return roots(enclose, value, a, b)
+    return roots(enclose, value, a, b, most)
 
 
 def switch_angles(reduction: Reduction, effort: Effort, motion: Motion, pace: float, known: Array) -> list[float]:
@@ -88,7 +94,7 @@ def _check_bounded(effort: Effort, values: Values, phi: Array, anchor: Array) ->
         if np.isinf(found).any():
             near = float(phi[np.isinf(found)][0])
             where = "phi = {near}" if effort.load.once else f"crank angle {np.degrees(near):.6g} deg"
-            raise _fault(effort, SwitchingError(f'"{law.text}", infinite at {where}', near))
+            raise _fault(effort, SwitchingError(f'"{law.shown}", infinite at {where}', near))
 
 
 def _fault(effort: Effort, error: SwitchingError) -> SceneError:

@@ -14,8 +14,10 @@ from numpy.typing import NDArray
 
 from flywheel.advice import told
 from flywheel.faults import Fault, SceneError
+from flywheel.implicit import Along, stiffness
 from flywheel.instant import Anchor, Dynamics
 from flywheel.machine import Machine
+from flywheel.repeating import FEWEST, Passed, later, returns, source
 from flywheel.scene import Scene
 from flywheel.stepping import Rates, Step, Tolerance, Watch, through
 from flywheel.switching_times import SwitchingTimes
@@ -30,6 +32,7 @@ _MOST_CROSSINGS = 500  # of switches, one after the other within a piece
 _TRIES = 8  # changes of side at one instant, before the motion counts as stuck
 ONSET = 1e-12  # of the machine's pace: the speed by which branches are decided at rest
 _LIGHT, _NOTHING = 1e-7, 1e-11  # of the greatest inertia: where a zero is looked for, and what counts as one
+_RETURNED = 1e4  # tolerances of a step: how far off a cycle may be that comes back to its speed
 _STILL = 1e-9  # of the machine's pace: slower than this it stands
 
 
@@ -60,7 +63,8 @@ class Trail(NamedTuple):
     """A motion as it was stepped. States are rows: position, speed, the moment's work (J), and a motor's current (A).
 
     `goal` names what it ended with, if that was not time; `stuck` says where it stands still for good; `cycles` is how often
-    it came to the end of a cycle.
+    it came to the end of a cycle, `repeated` how many of these were taken as the one before; `drift` is the share by which
+    the kinetic energy at phi = 0, which returns there, was off after the cycle that they were taken from.
     """
 
     dynamics: Dynamics
@@ -69,6 +73,8 @@ class Trail(NamedTuple):
     goal: str | None = None
     stuck: str | None = None
     cycles: int = 0
+    repeated: int = 0
+    drift: float = 0.0
 
     @property
     def t(self) -> Array:
@@ -83,8 +89,10 @@ class Trail(NamedTuple):
         """The states at times, by dense output: (states, times)."""
         which = self.owners(times) if owners is None else owners
         found = np.empty((3 + (self.dynamics.circuit is not None), times.size))
-        for k in np.unique(which):
-            mine, stretch = which == k, self.stretches[k]
+        order = np.argsort(which, kind="stable")
+        firsts = np.flatnonzero(np.diff(which[order], prepend=-1))
+        for mine in np.split(order, firsts[1:]) if times.size else ():
+            stretch = self.stretches[which[mine[0]]]
             found[:, mine] = stretch.step.dense(times[mine])
             found[0, mine] += stretch.offset
         return found
@@ -95,8 +103,13 @@ class Trail(NamedTuple):
 
     def ends(self) -> Array:
         """The states at the ends of all steps, the start included: (states, steps + 1)."""
-        which = np.arange(-1, len(self.stretches)).clip(0)
-        return self.states(self.t, which)
+        first = self.stretches[0]
+        found = {id(source(step)): step for step, _, _ in self.stretches}
+        last = {key: step.dense(step.end) for key, step in found.items()}
+        rows = [first.step.dense(first.step.start), *(last[id(source(step))] for step, _, _ in self.stretches)]
+        ends = np.array(rows).T
+        ends[0] += [first.offset, *(offset for _, offset, _ in self.stretches)]
+        return ends
 
 
 Passing = Callable[[float, float], str | None]
@@ -147,6 +160,9 @@ class _Follower:
         self.branching = dynamics.branching
         self.light = _LIGHT * self._greatest_inertia()
         self.times = SwitchingTimes(self.machine, until)
+        self.passed: Passed | None = None
+        self.repeated, self.drift = 0, 0.0
+        self.returns: bool | None = None  # not looked into yet
 
     def _tolerance(self, rtol: float) -> Tolerance:
         """Of position, speed, work (which the steps do not have to follow) and current."""
@@ -170,18 +186,22 @@ class _Follower:
             anchor = self._anchor(ends, stop)
             passed = list(self._steps(ends, stop, anchor, hint))
             self._keep(passed, anchor)
-            goal = self._goal(passed[-1], ends, stop)
+            goal = self._goal(passed[-1], ends, stop) or self._again()
             if self.tries > _TRIES or self.crossings > _MOST_CROSSINGS:
                 stuck = self._stuck()
                 break
             hint = max((step.end - step.start for step in passed if step.end > step.start), default=hint)
-        return Trail(self.dynamics, self.start, tuple(self.stretches), goal, stuck, self.cycles)
+        stretches = tuple(self.stretches)
+        return Trail(self.dynamics, self.start, stretches, goal, stuck, self.cycles, self.repeated, self.drift)
 
     def _keep(self, passed: list[Step], anchor: Anchor) -> None:
         self.stretches += [Stretch(step, self.offset, anchor) for step in passed if step.end > step.start]
         self.t = passed[-1].end
         self.state = np.array(passed[-1].dense(self.t))
         self._tell()
+        self._check_count()
+
+    def _check_count(self) -> None:
         if len(self.stretches) > _MOST_STEPS:
             expected = f"a shorter time: {_MOST_STEPS} steps reach {self.t:g} s"
             raise SceneError([Fault("until", f"{self.until:g} s", expected)])
@@ -206,6 +226,58 @@ class _Follower:
                 return self.passing(self.t, float(self.state[1])) if self.passing is not None else None
         return None
 
+    # -- cycles that are like the one before -----------------------------------------------------------------------------
+
+    def _again(self) -> str | None:
+        """Where a cycle has come back to the speed it began with, as it must: the ones to come, and the goal in them."""
+        if self.once or self.state[0] != self.cycle or self.state[1] <= 0.0 or self.state.size > 3:
+            return None
+        last, self.passed = self.passed, Passed(len(self.stretches), self.t, self.state.copy())
+        if last is None or self.returns is False:
+            return None
+        period = self.t - last.start
+        count = int((self.until - self.t) / period)
+        off = abs(self.state[1] / last.state[1] - 1.0)
+        if count < FEWEST or not off <= _RETURNED * self.tolerance.relative:
+            return None
+        if self.returns is None:
+            self.returns = returns(self.machine, self.dynamics.balance)
+        return self._taken(last, period, count) if self.returns else None
+
+    def _taken(self, last: Passed, period: float, count: int) -> str | None:
+        """As many cycles like the last one as there is time for, and no goal in sight."""
+        cycle = self.stretches[last.first :]
+        sight = self._sight(cycle)
+        self.drift = max(self.drift, abs((self.state[1] / last.state[1]) ** 2 - 1.0))
+        self.state[1:] = last.state[1:]
+        for k in range(1, count + 1):
+            time, way = k * period, k * self.cycle
+            if self._in_sight(sight, time, way):
+                break
+            self.stretches += [Stretch(later(step, time), offset + way, anchor) for step, offset, anchor in cycle]
+            self._check_count()
+            self.repeated, self.cycles, self.t = self.repeated + 1, self.cycles + 1, self.stretches[-1].step.end
+            self.offset += self.cycle
+            self._tell()
+            goal = self.passing(self.t, float(self.state[1])) if self.passing is not None else None
+            if goal is not None:
+                return goal
+        self.passed, self.returns = None, self.returns and not self.goals
+        return None
+
+    def _sight(self, cycle: list[Stretch]) -> tuple[Array, Array, Array]:
+        """Times, positions and speeds within a cycle at which goals are looked for in those like it."""
+        shares = np.array([0.25, 0.5, 0.75, 1.0])
+        times = np.array([step.start + shares * (step.end - step.start) for step, _, _ in cycle])
+        states = np.array([step.dense(row)[:2] for row, (step, _, _) in zip(times, cycle, strict=True)])
+        offsets = np.array([offset for _, offset, _ in cycle])[:, None]
+        return times.ravel(), (states[:, 0] + offsets).ravel(), states[:, 1].ravel()
+
+    def _in_sight(self, sight: tuple[Array, Array, Array], time: float, way: float) -> bool:
+        """Whether a goal is reached in a cycle that is a time (s) and a way (rad) later."""
+        t, phi, omega = sight
+        return any(bool((goal.value(t + time, phi + way, omega) <= 0.0).any()) for goal in self.goals)
+
     def _at_end(self, ends: tuple[float, float]) -> bool:
         """Whether a switch lies where the piece ends, so near that the motion goes on in the next one."""
         end = ends[1] if self.state[1] > 0.0 else ends[0]
@@ -225,7 +297,24 @@ class _Follower:
     def _steps(self, ends: tuple[float, float], stop: float, anchor: Anchor, hint: float | None) -> Any:
         rates = self._rates(ends, anchor)
         watch = self._watch(anchor)
-        return through(rates, self.t, self.state, ends, stop, self.tolerance, hint, watch)
+        return through(rates, self.t, self.state, ends, stop, self.tolerance, hint, watch, self._along(ends, anchor))
+
+    def _along(self, ends: tuple[float, float], anchor: Anchor) -> Along:
+        """The same rates at many instants at once."""
+        dynamics, size, circuit = self.dynamics, self.state.size, self.dynamics.circuit
+        sizes = [self.cycle, self.pace, 1.0]
+        if circuit is not None:
+            sizes.append(abs(circuit.voltage / circuit.resistance))
+
+        def rates(t: Array, states: Array) -> Array:
+            omega, current = states[1], states[3] if circuit is not None else 0.0
+            now = dynamics.along(states[0], anchor, omega, t, current, ends)
+            if (now.inertia < self.light).any():
+                self._check_weighs(ends, anchor)
+            acceleration = np.where(now.inertia > 0.0, now.acceleration, np.nan)
+            return np.array([omega, acceleration, now.moment * omega, now.current_rate][:size])
+
+        return Along(rates, np.array(sizes), stiffness(self.machine))
 
     def _rates(self, ends: tuple[float, float] | None, anchor: Anchor) -> Rates:
         """d(phi, omega, work, current)/dt within a stretch."""

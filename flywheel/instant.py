@@ -94,17 +94,30 @@ class Dynamics:
         phi, beyond = self._inside(phi)
         parts = [self._part(stage, phi, place, omega, time, current) for stage in self.machine.stages]
         if ends is not None and not all(math.isfinite(part.moment) for part in parts):
-            inset = max(_INSET * (ends[1] - ends[0]), 64 * ROUNDING * ends[1])
-            held = min(max(phi, ends[0] + inset), ends[1] - inset)
+            low, high = _inside(ends)
+            held = min(max(phi, low), high)
             return self.at(held, middle, omega, time, current=current, anchor=anchor)
         if beyond:
             parts[0] = parts[0]._replace(inertia=parts[0].inertia + beyond * sum(part.slope for part in parts))
         return self._instant(parts, omega, current, place.factors)
 
-    def along(self, phi: Array, anchor: Anchor, omega: Array, time: Array, current: Any = 0.0) -> Instant:
-        """The instants at arrays of positions, speeds and times; all of `anchor` is given, as arrays or numbers."""
+    def along(
+        self,
+        phi: Array,
+        anchor: Anchor,
+        omega: Array,
+        time: Array,
+        current: Any = 0.0,
+        ends: tuple[float, float] | None = None,
+    ) -> Instant:
+        """The instants at arrays of positions, speeds and times; all of `anchor` is given, as arrays or numbers.
+
+        With the `ends` of a piece, a law that stops being defined there is read just inside, as by `at`.
+        """
         phi = np.asarray(self._inside(phi)[0])
         parts = [self._part(stage, phi, anchor, omega, time, current) for stage in self.machine.stages]
+        if ends is not None and not all(np.isfinite(part.moment).all() for part in parts):
+            return self.along(np.clip(phi, *_inside(ends)), anchor, omega, time, current)
         factors = anchor.factors or tuple(1.0 for _ in parts)
         found = self._instant(parts, omega, current, factors)
         return found._replace(
@@ -194,6 +207,12 @@ class Dynamics:
             passed=passed,
             factors=used,
         )
+
+
+def _inside(ends: tuple[float, float]) -> tuple[float, float]:
+    """The ends of a piece, drawn in to where its laws are defined."""
+    inset = max(_INSET * (ends[1] - ends[0]), 64 * ROUNDING * ends[1])
+    return ends[0] + inset, ends[1] - inset
 
 
 def _branches(effort: Effort) -> bool:

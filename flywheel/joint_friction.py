@@ -169,7 +169,7 @@ def _corners(chain: Chain, speed: float, balance: float) -> Array:
     """Coordinates where a rough joint turns back or a normal force changes sign.
 
     They are looked for inside every cell of the machine's first mesh, densely towards its ends, where loads set in; then
-    they are halved down, all at once.
+    they are halved down, all at once. What changes sign across an edge of that mesh does so at the edge.
     """
     share = 0.5 - 0.5 * np.cos(np.linspace(0.0, np.pi, _SCANNED))
     share[[0, -1]] = _END, 1.0 - _END
@@ -177,15 +177,17 @@ def _corners(chain: Chain, speed: float, balance: float) -> Array:
     inside = edges[:-1, None] + np.diff(edges)[:, None] * share
     flat, least = _signs(_forces(chain, inside.ravel(), speed, balance))
     signs = flat.reshape(-1, *inside.shape)
+    turned = (signs[:, :-1, -1] * signs[:, 1:, 0] < 0.0).any(axis=0)
+    at_edges = edges[1:-1][turned & ~np.isin(edges[1:-1], chain.breakpoints)]  # the latter cut every cycle anyway
     row, cell, place = np.nonzero(signs[:, :, 1:] != signs[:, :, :-1])
     if not row.size:
-        return np.zeros(0)
+        return at_edges
     low, high, first = inside[cell, place], inside[cell, place + 1], signs[row, cell, place]
     for _ in range(_HALVINGS):
         middle = 0.5 * (low + high)
         same = _signs(_forces(chain, middle, speed, balance), least)[0][row, np.arange(row.size)] == first
         low, high = np.where(same, middle, low), np.where(same, high, middle)
-    found = merged(high, chain.scene.cycle)[1:-1]
+    found = merged([*high, *at_edges], chain.scene.cycle)[1:-1]
     return found[np.diff(found, prepend=-1.0) > _NARROW * chain.scene.cycle]
 
 

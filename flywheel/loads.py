@@ -236,7 +236,7 @@ def _namespace(here: Here) -> Any:
 
 
 def _not_linear(path: str, law: Expression, unknown: str) -> Fault:
-    found = f'"{law.text}", which is not linear in the balance {unknown}'
+    found = f'"{law.shown}", which is not linear in the balance {unknown}'
     return Fault(path, found, f"{unknown} as a factor or a term", "give it a value, and balance another quantity")
 
 

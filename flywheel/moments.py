@@ -13,6 +13,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from bondgraph import counting
 from bondgraph.reduction import Reduction, Station
 from flywheel.chain import Chain
 from flywheel.formulas.jets import Jet
@@ -53,6 +54,7 @@ class _Part(NamedTuple):
     moment: Array
     per_unknown: Array
     exchanged: Array
+    steepness: Array
 
 
 class _Acting(NamedTuple):
@@ -65,10 +67,19 @@ class _Acting(NamedTuple):
     exchanged: Array
 
 
+class _Felt(NamedTuple):
+    """What the crank feels of all parts through their meshes."""
+
+    moment: Array
+    by_unknown: Array
+    exchanged: Array
+
+
 class Moments:
     """A machine on a mesh, ready to tell F at any speeds, flywheels and values of its unknown.
 
-    `inertia` and `slope` (cells, nodes) are I* and dI*/dphi without the flywheel. What a law or a mesh does at a speed is
+    `inertia` and `slope` (cells, nodes) are I* and dI*/dphi without the flywheel, `steepness` the sum of the sizes of what
+    makes up the latter. What a law or a mesh does at a speed is
     decided in the middle of every cell, or, where cells do not end at switches yet, at every node (`local`).
     """
 
@@ -77,25 +88,27 @@ class Moments:
         self.parts = [self._part(stage.reduction, stage) for stage in machine.stages]
         self.inertia: Array = np.sum([part.inertia for part in self.parts], axis=0)
         self.slope: Array = np.sum([part.slope for part in self.parts], axis=0)
+        self.steepness: Array = np.sum([part.steepness for part in self.parts], axis=0)
         self.lossy = any(part.efficiency < 1.0 for part in self.parts)
         self.circuit = circuit_of(machine.scene)
         self.drive_ratio = 1.0 if machine.scene.drive is None else machine.scene.shafts[machine.scene.drive.on]
 
     def _part(self, reduction: Reduction, stage: Any) -> _Part:
-        phi, anchor = self.mesh.phi, self.mesh.anchor
-        reduced = reduction(phi, anchor)
+        phi, station = self.mesh.phi, reduction.at(self.mesh.phi, self.mesh.anchor)
+        reduced = station.reduced
         whole = partial(wide, shape=phi.shape)
         return _Part(
             efficiency=stage.efficiency,
             carries_flywheel=stage.carries_flywheel,
             drives=stage.drives,
-            station=reduction.at(phi, anchor),
+            station=station,
             resistance=whole(reduced.resistance),
             inertia=whole(reduced.inertia),
             slope=whole(reduced.slope),
             moment=whole(reduced.moment),
             per_unknown=whole(reduced.per_unknown),
             exchanged=whole(reduced.exchanged),
+            steepness=whole(reduced.steepness),
         )
 
     def rate(self, omega: Array, unknown: float, inertia: float, current: Array | None = None) -> Rate:
@@ -115,13 +128,10 @@ class Moments:
         omega = np.asarray(speed, dtype=float)[..., None, None] + np.zeros_like(self.mesh.phi)
         acting, transmitted = self._unaccelerated(omega, unknown)
         plain = _summed(acting)
-        lost, by_unknown = np.zeros_like(omega), np.zeros_like(omega)
-        for part, act, tau in zip(self.parts, acting, transmitted, strict=True):
-            factor = _given_for(part, tau) - 1.0
-            lost, by_unknown = lost + factor * tau, by_unknown - factor * act.by_unknown
-        zero = np.zeros_like(omega)
-        moment, exchanged = plain.moment - lost, plain.exchanged + np.abs(lost)
-        return Rate(moment, plain.by_speed, plain.by_unknown - by_unknown, zero, plain.by_current, exchanged)
+        factors = [_given_for(part, tau) for part, tau in zip(self.parts, transmitted, strict=True)]
+        lifted = [0.5 * part.slope * omega**2 for part in self.parts]
+        felt = _felt(factors, acting, lifted)
+        return Rate(felt.moment, plain.by_speed, felt.by_unknown, np.zeros_like(omega), plain.by_current, felt.exchanged)
 
     def constant_losses(self, speed: float, unknown: float) -> list[Array]:
         """What each lossy mesh transmits from the crank at a constant speed: its losses have a kink where that is zero."""
@@ -163,9 +173,10 @@ class Moments:
             by_current = np.full_like(omega, ratio * circuit.constant)
             moment, exchanged = moment + driving, exchanged + np.abs(driving)
             by_speed = by_speed - ratio * ratio * circuit.friction
-        for element, effort, factor in part.station.contributions(
-            Jet(omega, 1.0), 0.0, self._deciding(omega), local=self.local
-        ):
+        moving = part.station.contributions(Jet(omega, 1.0), 0.0, self._deciding(omega), local=self.local)
+        if moving:
+            counting.count(omega)
+        for element, effort, factor in moving:
             if self.circuit is not None and element.name.startswith(DRIVE):
                 continue
             value, slope = _with_slope(effort, omega)
@@ -199,7 +210,7 @@ class Moments:
         return bend, transmitted, factors
 
     def _with_losses(self, acting: list[_Acting], plain: _Acting, omega: Array, inertia: float) -> Rate:
-        bend, transmitted, factors = self._solved(acting, omega, inertia)
+        bend, _, factors = self._solved(acting, omega, inertia)
         inertias = [part.inertia + inertia * part.carries_flywheel for part in self.parts]
         total = np.sum([k * i for k, i in zip(factors, inertias, strict=True)], axis=0)
 
@@ -213,26 +224,25 @@ class Moments:
         by_speed = [part.slope * omega - act.by_speed for part, act in zip(self.parts, acting, strict=True)]
         zeros = [np.zeros_like(omega) for _ in self.parts]
         heavier = [bend * part.carries_flywheel for part in self.parts]
-        lost = np.sum([(k - 1.0) * tau for k, tau in zip(factors, transmitted, strict=True)], axis=0)
+        moved = [i * bend + 0.5 * part.slope * omega * omega for part, i in zip(self.parts, inertias, strict=True)]
+        felt = _felt(factors, acting, moved)
         return Rate(
-            moment=plain.moment - lost,
+            moment=felt.moment,
             by_speed=plain.by_speed - loss(by_speed),
             by_unknown=plain.by_unknown - loss([-act.by_unknown for act in acting]),
             by_inertia=-loss(zeros, heavier),
             by_current=plain.by_current - loss([-act.by_current for act in acting]),
-            exchanged=plain.exchanged + np.abs(lost),
+            exchanged=felt.exchanged,
         )
 
     def drive(self, omega: Array, unknown: float, current: Array | None = None) -> Array:
         """The drive's share of F (N m, on the crank), before losses."""
-        machine, mesh = self.machine, self.mesh
         zero = np.zeros_like(omega)
         if self.circuit is not None and current is not None:
             return np.asarray(zero + self.drive_ratio * self.circuit.torque_of_current(self.drive_ratio * omega, current))
-        still = machine.reduction.moments(mesh.phi, mesh.anchor, unknown).get("drive", 0.0)
-        moving = machine.reduction.at(mesh.phi, mesh.anchor).contributions(
-            omega, 0.0, self._deciding(omega), local=self.local
-        )
+        station = next(part.station for part in self.parts if part.drives)
+        still = station.moments(unknown).get("drive", 0.0)
+        moving = station.contributions(omega, 0.0, self._deciding(omega), local=self.local)
         found = [effort + unknown * factor for element, effort, factor in moving if element.name.startswith(DRIVE)]
         return np.asarray(sum(found, zero + still))
 
@@ -263,6 +273,19 @@ def circuit_of(scene: Scene) -> DC | None:
 def _summed(acting: list[_Acting]) -> _Acting:
     """What acts on all parts together."""
     return _Acting(*(np.sum(columns, axis=0) for columns in zip(*acting, strict=True)))
+
+
+def _felt(factors: list[Array], acting: list[_Acting], moved: list[Array]) -> _Felt:
+    """M - sum (k - 1) tau with tau = `moved` - M of each part, as sum k M - (k - 1) `moved`.
+
+    So a small k, an efficiency of next to nothing, keeps its digits.
+    """
+    rows = list(zip(factors, acting, moved, strict=True))
+    return _Felt(
+        np.asarray(sum(k * act.moment - (k - 1.0) * inert for k, act, inert in rows)),
+        np.asarray(sum(k * act.by_unknown for k, act, _ in rows)),
+        np.asarray(sum(k * act.exchanged + np.abs((k - 1.0) * inert) for k, act, inert in rows)),
+    )
 
 
 def _given_for(part: _Part, tau: Array) -> Array:

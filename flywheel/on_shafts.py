@@ -19,9 +19,10 @@ def compared(sizing: Sizing) -> tuple[OnShaft, ...]:
     as the shafts are geared.
     """
     scene = sizing.scene
-    inertia = sizing.flywheel.exact if scene.inertia is None else scene.inertia
-    inertia = inertia if sizing.built is None else sizing.built.wheel.inertia
-    rows = on_every_shaft(inertia or 0.0, scene.shafts, sizing.speed, on=scene.flywheel_on)
+    inertia = sizing.inertia if sizing.built is None else sizing.built.wheel.inertia
+    if inertia is None:
+        return ()
+    rows = on_every_shaft(inertia, scene.shafts, sizing.speed, on=scene.flywheel_on)
     if sizing.built is None:
         return rows
     return tuple(_as_wheel(row, sizing.built.wheel, row.ratio / scene.flywheel_ratio) for row in rows)

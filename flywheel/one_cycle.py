@@ -11,6 +11,7 @@ from itertools import islice
 import numpy as np
 from numpy.typing import NDArray
 
+from flywheel.implicit import Along, stiffness
 from flywheel.instant import Anchor, Dynamics
 from flywheel.stepping import Rates, Step, Tolerance, Watch, through
 
@@ -18,7 +19,7 @@ Array = NDArray[np.float64]
 Ends = tuple[float, float]
 
 _AHEAD = 1e-7  # of a piece: how far beyond a switch its side is looked up
-_MOST_STEPS, _MOST_CROSSINGS = 20_000, 500  # in a stretch, and in a cycle
+_MOST_STEPS, _MOST_CROSSINGS = 4_000, 500  # in a stretch, and in a cycle
 _FEW_STEPS = 1000  # in a stretch where switches are no longer looked for
 _TRIES = 8  # changes of side at one place, before they are no longer looked for
 
@@ -62,7 +63,8 @@ class _Cycle:
             while True:
                 anchor = self._anchor(state, (low, high)) if tries <= _TRIES else None
                 watch = None if anchor is None else self._watch(anchor, state)
-                stepping = through(self._rates((low, high), anchor), tau, state, (low, high), np.inf, tolerance, hint, watch)
+                rates, along = self._rates((low, high), anchor), self._along((low, high), anchor, state)
+                stepping = through(rates, tau, state, (low, high), np.inf, tolerance, hint, watch, along)
                 most = _MOST_STEPS if watch is not None or tries == 0 else _FEW_STEPS
                 passed = [*islice(stepping, most)]
                 last, crossings = passed[-1], crossings + (passed[-1].crossed is not None)
@@ -93,6 +95,25 @@ class _Cycle:
             return np.array(found if state.size == 2 else [*found, at.current_rate / speed])
 
         return rates
+
+    def _along(self, ends: Ends, anchor: Anchor | None, state: Array) -> Along | None:
+        """The same rates at many instants at once; None where branches are decided at every instant."""
+        dynamics, speed, scale, circuit = self.dynamics, self.speed, self.scale, self.dynamics.circuit
+        if anchor is None and dynamics.branching:
+            return None
+        place = anchor or Anchor(0.5 * (ends[0] + ends[1]), None, None)
+        sizes = [1.0, 1.0 / scale]
+        if circuit is not None:
+            sizes.append(max(abs(float(state[2])), abs(circuit.voltage / circuit.resistance)))
+
+        def rates(tau: Array, states: Array) -> Array:
+            pace = 1.0 + scale * states[1]
+            current = states[2] if circuit is not None else 0.0
+            at = dynamics.along(states[0], place, speed * pace, np.zeros_like(tau), current, ends)
+            found = [pace, at.acceleration / (speed * speed * scale)]
+            return np.array(found if circuit is None else [*found, at.current_rate / speed])
+
+        return Along(rates, np.array(sizes), stiffness(dynamics.machine))
 
     def _anchor(self, state: Array, ends: Ends) -> Anchor | None:
         """Where branches are decided in the coming stretch, a little ahead; None where position alone decides them."""

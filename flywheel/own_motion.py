@@ -17,7 +17,7 @@ from flywheel import piecewise, regime, steady
 from flywheel.chain import Chain, merged
 from flywheel.constant_speed import cycle_of
 from flywheel.moments import Moments
-from flywheel.periodic import Asked, NoRegimeError, Periodic, State, first_guess, periodic
+from flywheel.periodic import Asked, NoRegimeError, Periodic, State, first_guess, periodic, with_inertia
 from flywheel.piecewise import ORDER, ROUNDING
 from flywheel.regime import Cycle
 from flywheel.steady import Run
@@ -29,6 +29,8 @@ _MOST_MOVES = 8  # of the switches, before the cells are halved although they ha
 _MOST_FAILURES = 3  # of the iteration on changed cells, before the best motion so far has to do
 _SAME = 1e-12  # of the cycle: switches that move less than this stand still
 _ROUGH, _MOST_ROUGH = 1e-3, 16  # error of a motion that is hardly resolved yet; rounds granted to it
+_MANY = 1000  # cells from which on a rough motion is given no more rounds
+_UNEVEN = 0.5  # irregularity of a motion whose speed varies as sharply as its loads, or more
 _EVEN = 1e-9  # irregularity of a motion in which only rounding varies
 _HOPELESS = 0.5  # relative error past which a motion says nothing
 _TINY = 1e-6  # irregularity up to which a sized motion is not solved for again
@@ -37,8 +39,16 @@ _MOST_TRIALS = 80
 _NEAR = 0.5  # of the irregularity asked for: from here on the flywheel for it is looked for directly
 _COARSE = 1e-4  # error of motions that are only passed on the way
 _MOST_LIGHTER = 60
+_LAYER = 8.0  # exponent: how much of what a jump makes has faded in the first cell behind it
 _MOST_HALVINGS = 8  # of a step to a lighter flywheel
+_BOLDER = 3.0  # than the step before, on the way to a light flywheel
+_STALLING, _LITTLE = 1.9, 3e-3  # irregularity from which on a step is not halved below that share of the inertia
+_NEARER = 0.3  # of what an irregularity lacks of 2: from one motion to the next
 _HEAVIER = 2.0  # from one flywheel to the next on the way to a light one
+
+
+class LostError(NoRegimeError):
+    """A motion was found whose figures rounding leaves nothing of; the message says which."""
 
 
 class OwnMotion(NamedTuple):
@@ -108,7 +118,10 @@ def _sane(motion: OwnMotion) -> OwnMotion:
     run = motion.run
     # what may as well have an irregularity of 2 may as well stop
     possible = run.speed_min > 0.0 and run.irregularity * (1.0 + run.error) < 2.0
-    if not possible or (not run.error <= _HOPELESS and run.irregularity > _EVEN):
+    if possible and not run.error <= _HOPELESS and run.irregularity > _EVEN:
+        work = f"work of {motion.cycle.exchanged:.3g} J in a cycle"
+        raise LostError(f"an irregularity of about {run.irregularity:.2g}, lost in the rounding of {work}")
+    if not possible:
         raise NoRegimeError("no motion that its own error leaves standing")
     return motion
 
@@ -199,7 +212,7 @@ class _Search:
 
     def from_nothing(self, inertia: float, unknown: float) -> OwnMotion:
         """The motion found from what torques at a constant speed would give."""
-        moments = self._moments()
+        moments = self._layered(self.reference, inertia, unknown)
         current = 0.0 if moments.circuit is None else float(moments.steady_current(np.array(self.reference)))
         start = first_guess(moments, self.reference, inertia, unknown, current)
         try:
@@ -208,7 +221,9 @@ class _Search:
             if not moments.switches(np.full(moments.mesh.phi.shape, self.reference)) and not moments.lossy:
                 raise
         self._begin()
-        rough = periodic(self._moments(local=True), self.reference, self.asked, start)
+        moments = self._moments(local=True)
+        start = first_guess(moments, self.reference, inertia, unknown, current)
+        rough = periodic(moments, self.reference, self.asked, start)
         self.cuts = _switching(rough)
         moments = self._moments()
         return self._refined(periodic(moments, self.reference, self.asked, carried(rough, moments)))
@@ -216,10 +231,12 @@ class _Search:
     def from_another(self, other: OwnMotion) -> OwnMotion:
         """The motion found from that with another flywheel."""
         self.cuts = _switching(other.solved)
-        moments = self._moments()
+        if other.run.irregularity > _UNEVEN:  # what resolved it is needed again; else its switches have moved on
+            self.base = other.solved.moments.mesh.edges
+        moments = self._layered(other.speed, other.inertia, other.solved.state.unknown)
         start = carried(other.solved, moments)
         if self.asked.inertia is not None:
-            start = start._replace(inertia=self.asked.inertia)
+            start = with_inertia(start, moments, other.solved.reference, self.asked.inertia)
         return self._refined(periodic(moments, self.reference, self.asked, start))
 
     def _refined(self, solved: Periodic) -> OwnMotion:
@@ -247,6 +264,15 @@ class _Search:
         edges = merged([*self.base.tolist(), *self.cuts.tolist()], float(self.base[-1]))
         return Moments(self.machine, piecewise.cells(edges), local=local)
 
+    def _layered(self, speed: float, inertia: float, unknown: float) -> Moments:
+        """The machine on cells that are narrow where a motion at about that speed settles steeply."""
+        moments = self._moments()
+        finer = layered(moments, speed, inertia, unknown)
+        if finer.size == moments.mesh.edges.size:
+            return moments
+        self.base = finer[~np.isin(finer, moments.mesh.edges) | np.isin(finer, self.base)]
+        return self._moments()
+
     def _settled(self, solved: Periodic) -> bool:
         """Whether the motion switches where the cells are cut; they are cut anew where it does."""
         moved, cuts = _switching(solved), self.cuts
@@ -259,7 +285,9 @@ class _Search:
         doubt = _doubt(motion, self.asked)
         gained = self.best is None or doubt <= 0.9 * self.best[0]
         self.rough += doubt > _ROUGH
-        patient = doubt > _ROUGH and self.rough < _MOST_ROUGH  # until cells are as narrow as what they have to follow
+        few = motion.cycle.mesh.edges.size < _MANY
+        # cells may first have to become as narrow as what they follow
+        patient = doubt > _ROUGH and self.rough < _MOST_ROUGH and few
         self.stalls = 0 if gained or patient else self.stalls + 1
         if self.best is None or doubt < self.best[0]:
             self.best = doubt, motion
@@ -303,11 +331,13 @@ def _by_continuation(
     own = float(np.abs(moments.inertia).max())
     heavy = max(20.0 * max(swing / reference**2, own, 1e-300), 4.0 * inertia)
     last = _Search(machine, reference, Asked(heavy, None, asked.speed), _COARSE).from_nothing(heavy, unknown)
+    step = heavy
     for _ in range(_MOST_LIGHTER):
         there = _there(machine, reference, asked, last, rtol)
         if there is not None:
             return there
-        last = _lighter(machine, reference, asked.speed, last, asked.inertia or 0.0)
+        before, last = last, _lighter(machine, reference, asked.speed, last, asked.inertia or 0.0, _BOLDER * step)
+        step = before.inertia - last.inertia
     raise NoRegimeError("the machine stops within the cycle")
 
 
@@ -318,7 +348,7 @@ def _there(machine: Chain, reference: float, asked: Asked, last: OwnMotion, rtol
         return search.from_another(last) if last.inertia <= (asked.inertia or 0.0) else None
     if last.run.irregularity >= _NEAR * asked.irregularity:
         try:
-            return search.from_another(last)
+            return search.from_another(_slower(machine, reference, asked, last))
         except NoRegimeError:
             if last.run.irregularity >= asked.irregularity:
                 raise
@@ -327,17 +357,52 @@ def _there(machine: Chain, reference: float, asked: Asked, last: OwnMotion, rtol
     return None
 
 
-def _lighter(machine: Chain, reference: float, speed: float | None, last: OwnMotion, target: float) -> OwnMotion:
-    """The motion with a lighter flywheel, by as large a step towards the target as the iteration takes."""
+def _slower(machine: Chain, reference: float, asked: Asked, last: OwnMotion) -> OwnMotion:
+    """The motion that is nearer to standing still somewhere, by steps each on the cells of the one before."""
+    left = 2.0 - (asked.irregularity or 0.0)
+    while left < _NEARER * (2.0 - last.run.irregularity):
+        wanted = Asked(None, 2.0 - _NEARER * (2.0 - last.run.irregularity), asked.speed)
+        last = _Search(machine, reference, wanted, _COARSE).from_another(last)
+    return last
+
+
+def _lighter(
+    machine: Chain, reference: float, speed: float | None, last: OwnMotion, target: float, most: float
+) -> OwnMotion:
+    """The motion with a lighter flywheel, by as large a step towards the target as can be taken, at most `most`."""
     weight = last.inertia - target
     scale = last.inertia + float(last.solved.moments.inertia.max())
-    step = weight / _HEAVIER if weight > 0.1 * scale else weight
+    step = min(weight / _HEAVIER if weight > 0.1 * scale else weight, most)
     for _ in range(_MOST_HALVINGS):
         try:
             return _Search(machine, reference, Asked(last.inertia - step, None, speed), _COARSE).from_another(last)
         except NoRegimeError:
             step *= 0.5
+        if last.run.irregularity > _STALLING and step < _LITTLE * scale:
+            break
     raise NoRegimeError("the machine stops within the cycle")
+
+
+def layered(moments: Moments, speed: float, inertia: float, unknown: float) -> Array:
+    """Edges of cells, and cuts, ever closer, towards that end of each at which the speed settles steeply.
+
+    What a jump of torque does to a strongly damped machine is over within 1/|dF/dE| rad after it; where changes grow with
+    phi, before it.
+    """
+    edges = moments.mesh.edges
+    if moments.circuit is not None:
+        return edges
+    rate = moments.rate(np.full(moments.mesh.phi.shape, speed), unknown, inertia)
+    pull = rate.by_speed / ((inertia + moments.inertia) * speed)
+    cuts = edges.tolist()
+    for k, row in enumerate(pull):
+        low, high = moments.mesh.edges[k : k + 2].tolist()
+        steepest = float(row[np.abs(row).argmax()])
+        width = _LAYER / max(abs(steepest), 1e-300)
+        while width < 0.5 * (high - low) and np.isfinite(steepest):
+            cuts.append(low + width if steepest < 0.0 else high - width)
+            width *= 2.0
+    return merged(cuts, float(edges[-1])) if len(cuts) > edges.size else edges
 
 
 def carried(solved: Periodic, moments: Moments) -> State:
@@ -381,13 +446,23 @@ def _described(solved: Periodic) -> OwnMotion:
     cycle = cycle_of(moments, solved.rate, unknown)
     start = state.inertia + cycle.inertia_at_start
     offset = float(state.edges[0, 0]) + 0.5 * start * (solved.reference**2 - solved.speed**2)
-    level = cycle.errors.work / (max(abs(solved.damping), 1e-300) * solved.speed**2 * max(start, 1e-300))
-    free = unknown is None
-    run = _run(solved, cycle, offset, level if free else 0.0)
-    return OwnMotion(solved, cycle, run, level if free else 0.0)
+    # energies are closed round the cycle, to their digits
+    closing = cycle.errors.work + 2 * ROUNDING * float(np.abs(state.edges[:, 0]).max())
+    level = closing / (max(abs(solved.damping), 1e-300) * solved.speed**2 * max(start, 1e-300))
+    free = unknown is None and moments.machine.sets_its_speed
+    run = _run(solved, cycle, offset)
+    varying = 0.5 * run.irregularity * run.error  # what speeds may be off the level
+    if free:
+        run = run._replace(level=level)
+        run = run._replace(error=run.error + 4.0 * run.level_error)
+    if unknown is not None and cycle.balance_error:
+        pulled = piecewise.integral(np.abs(solved.rate.by_speed) * solved.omega, moments.mesh.half).sum()
+        of_speeds = 1.0 + varying * float(pulled) / cycle.errors.work
+        run = run._replace(cycle=cycle._replace(balance_error=cycle.balance_error * of_speeds))
+    return OwnMotion(solved, run.cycle or cycle, run, run.level_error + varying if free else 0.0)
 
 
-def _run(solved: Periodic, cycle: Cycle, offset: float, level: float) -> Run:
+def _run(solved: Periodic, cycle: Cycle, offset: float) -> Run:
     """The same figures as for moments that depend on angle alone."""
     mesh, extremes = solved.moments.mesh, solved.extremes
     inside = mesh.middle[extremes.cell, 0] + mesh.half[extremes.cell, 0] * extremes.t
@@ -406,12 +481,20 @@ def _run(solved: Periodic, cycle: Cycle, offset: float, level: float) -> Run:
         angle_speed_max=float(angles[0]),
         angle_speed_min=float(angles[1]),
         offset=offset,
-        error=(swing / eps if eps > 0.0 else 0.0) + 4.0 * level,
+        error=swing / eps if eps > 0.0 else 0.0,
         cycle=cycle,
         speed=speed,
         drive=solved.moments.drive(solved.omega, solved.state.unknown, currents),
         current=None if currents is None else float(solved.state.edges[0, 1]),
     )
+
+
+def doubt_of_cuts(motion: OwnMotion) -> float:
+    """Error (rad) of the angles of extreme speed that stand where cells are cut by the motion itself."""
+    moments, run = motion.solved.moments, motion.run
+    found, known = np.array([run.angle_speed_max, run.angle_speed_min]), moments.machine.mesh
+    cut = np.isin(found, moments.mesh.edges) & (np.abs(found[:, None] - known).min(axis=1) > 1e-9 * known[-1])
+    return _SAME * float(known[-1]) if cut.any() else 0.0
 
 
 def _doubtful(motion: OwnMotion, before: Periodic) -> OwnMotion:

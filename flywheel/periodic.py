@@ -15,24 +15,31 @@ from numpy.typing import NDArray
 from flywheel import collocation, piecewise
 from flywheel.collocation import Changes
 from flywheel.moments import Moments, Rate
+from flywheel.patience import spend
 from flywheel.piecewise import NODES, ORDER, ROUNDING, Cells
 from flywheel.steady import NoMotionError
 
 Array = NDArray[np.float64]
 
 _MOST_STEPS = 40
+_PER_SEARCH = 1000  # nodes that would take as long as to reduce the machine on its cells
+_PER_STEP = 50  # nodes that would take as long as what a Newton step takes whatever their number
 _HALVINGS = 30
 _SETTLED = 1e-13  # of the swing: a step smaller than this is the last
 _LOST = 1e-9  # of the swing: steps that stay above it have not converged
 _OPEN = 1e-6  # of the work exchanged: net work of a cycle that does not close
 _LEAST_GUESS = 1.0  # of omega²: as much as a first guess varies at most
+_FAR = 20.0  # swings: a reference speed that is twice as far off costs a digit
+_KEPT = 0.25  # of omega²: a step takes no more than the rest
+_NO_EFFECT = 1e-9  # net work of a balance that does none, as a share of all that it does
 _OFF = 1e-3  # of the swing: steps that stay below it lack digits, not direction
 
 
 class Asked(NamedTuple):
     """What is asked of a regime, at the crank: one of a flywheel's `inertia` and an `irregularity` to size it for.
 
-    With a balance also the mean of extremes `speed` (rad/s).
+    With a balance also the mean of extremes `speed` (rad/s). Moments that depend on position alone, and have no balance,
+    leave the level of the motion open: a speed then sets it, and what work they leave over in the cycle stays.
     """
 
     inertia: float | None
@@ -108,14 +115,16 @@ def periodic(moments: Moments, reference: float, asked: Asked, start: State) -> 
         NoRegimeError: where the iteration finds none: the machine would stop within the cycle, or nothing closes.
 
     """
+    spend(_PER_SEARCH)
     solver = _Solver(moments, reference, asked)
     state, last, lost = start, np.inf, asked.speed is not None
     for step in range(1, _MOST_STEPS + 1):
         state, change, size = solver.improved(state)
         stays = size <= _OFF and size >= 0.3 * last
-        if size <= _SETTLED or (stays and lost and size <= max(_LOST, solver.unsure(state, change))):
+        still = size <= _SETTLED or (stays and lost and size <= max(_LOST, solver.unsure(state, change)))
+        if still and (lost or solver.centred(state)):
             return solver.result(state, change, step)
-        if stays and not lost:  # energies relative to a speed that is far from the motion's own have no digits to spare
+        if (still or stays) and not lost:  # energies relative to a speed far from the motion's own have no digits to spare
             solver, state = _recentred(solver, state)
             lost = True
         last = size
@@ -160,6 +169,30 @@ def first_guess(moments: Moments, reference: float, inertia: float, unknown: flo
     )
 
 
+def with_inertia(state: State, moments: Moments, reference: float, inertia: float) -> State:
+    """A state with another flywheel (kg m² on the crank) at the same energies, or at the same speeds if those would stop it.
+
+    The first is right for loads that know no speed, the second for those that know little else.
+    """
+    variation, square = _Inertia(moments), reference**2
+
+    def excess(energy: Array, varies: Array, total: Array) -> Array:
+        return np.asarray((2 * energy - square * varies) / (square * total))
+
+    def total(of: float, varies: Array) -> Array:
+        return of + variation.start + varies
+
+    energy, varies = state.nodes[:, 0], variation.nodes
+    now, then = (1.0 + excess(energy, varies, total(of, varies)) for of in (state.inertia, inertia))
+    if (then > _KEPT * now).all():
+        return state._replace(inertia=inertia)
+    nodes, edges = state.nodes.copy(), state.edges.copy()
+    for values, varies in ((nodes, variation.nodes), (edges, variation.edges)):
+        s = excess(values[:, 0], varies, total(state.inertia, varies))
+        values[:, 0] = 0.5 * square * (varies + s * total(inertia, varies))
+    return State(nodes, edges, inertia, state.unknown)
+
+
 class _Inertia:
     """I* over the cycle as its value at phi = 0 and what it differs from that, at nodes and edges."""
 
@@ -193,6 +226,7 @@ class _Solver:
         self.sized = asked.inertia is None
         self.balanced = moments.machine.scene.unknown is not None
         self.parameters = ("inertia",) * self.sized + ("unknown",) * self.balanced
+        self.levelled = not (self.sized or self.balanced or asked.speed is None)
 
     # -- one state -----------------------------------------------------------------------------------------------------
 
@@ -248,20 +282,22 @@ class _Solver:
 
     def improved(self, state: State) -> tuple[State, Changes, float]:
         """A Newton step, its linearisation, and its size as a share of the swing."""
+        spend(_PER_STEP + self.mesh.phi.size)
         along = self.along(state)
         by_state, by_parameter = self.jacobians(along, state)
         rising = piecewise.antiderivative(piecewise.fit(along.rates), self.mesh.half[:, None])
         at_nodes = state.edges[:-1, :, None] + rising @ piecewise.basis(NODES).T - state.nodes
         at_edges = state.edges[:-1] + rising.sum(axis=-1) - state.edges[1:]
-        change = collocation.changes(self.mesh.half[:, 0], by_state, by_parameter, at_nodes, at_edges)
+        gap = state.edges[-1] - state.edges[0]
+        through = self.mesh.half[:, 0], by_state, by_parameter, at_nodes, at_edges
+        change = collocation.changes(*through) if self.levelled else collocation.round_cycle(*through, gap)
         return self._taken(state, along, change, self._step(state, along, change))
 
     def _step(self, state: State, along: _Along, change: Changes) -> Array:
-        """Changes of the states at phi = 0 and of the parameters: the cycle closes, and the speeds are those asked for."""
-        gap = state.edges[-1] - state.edges[0]
-        rows = [np.hstack((change.edge_start[-1], change.edge_by[-1]))]
-        right = [-gap - change.edge_rest[-1]]
-        if self.parameters:
+        """Changes of the states where they start and of the parameters: the cycle closes at the speeds asked for."""
+        rows = [] if change.around is None else [change.around[:, :-1]]
+        right = [] if change.around is None else [-change.around[:, -1]]
+        if self.parameters or self.levelled:
             extremes = self.extremes(state, along)
             slopes, offsets = self._of_extremes(state, along, change, extremes)
             speed_rows, targets = self._speed_rows(slopes, offsets, extremes)
@@ -293,20 +329,21 @@ class _Solver:
         return slopes[:, :-1], slopes[:, -1]
 
     def _speed_rows(self, slopes: Array, offsets: Array, extremes: Extremes) -> tuple[Array, Array]:
-        """The linearised conditions on the extremes of speed, for excess e: omega = w (1 + e)."""
-        found = extremes.excess + offsets
-        eps = self.asked.irregularity
-        if self.sized and self.balanced:
-            mean = (self.asked.speed or self.w) / self.w
-            target = mean * np.array([1 + 0.5 * (eps or 0.0), 1 - 0.5 * (eps or 0.0)]) - 1.0
-            if mean == 1.0:
-                target = 0.5 * (eps or 0.0) * np.array([1.0, -1.0])
-            return slopes, target - found
-        if self.sized:
-            row = slopes[0] - slopes[1] - 0.5 * (eps or 0.0) * (slopes[0] + slopes[1])
-            return row[None], np.array([(eps or 0.0) * (1 + 0.5 * found.sum()) - (found[0] - found[1])])
-        mean = (self.asked.speed or self.w) / self.w - 1.0
-        return 0.5 * slopes.sum(axis=0)[None], np.array([mean - 0.5 * found.sum()])
+        """The linearised conditions on the extremes of speed, for excess e: omega = w (1 + e).
+
+        An irregularity is asked of omega², which is linear in the energy, so that one near 2 needs no more steps.
+        """
+        mean = (self.asked.speed or self.w) / self.w
+        if not self.sized:
+            found = extremes.excess + offsets
+            return 0.5 * slopes.sum(axis=0)[None], np.array([mean - 1.0 - 0.5 * found.sum()])
+        eps, to_square = self.asked.irregularity or 0.0, 2.0 * (1.0 + extremes.excess)
+        rows, found = to_square[:, None] * slopes, extremes.s + to_square * offsets
+        ends = np.array([eps, -eps]) + 0.25 * eps * eps  # z+ - 1 and z- - 1
+        if self.balanced:
+            return rows, (mean - 1.0) * (mean + 1.0) + mean * mean * ends - found
+        slow, fast = 1.0 + ends[1], 1.0 + ends[0]
+        return (slow * rows[0] - fast * rows[1])[None], np.array([2.0 * eps - slow * found[0] + fast * found[1]])
 
     def _taken(self, state: State, along: _Along, change: Changes, step: Array) -> tuple[State, Changes, float]:
         """The step, or as much of it as leaves the machine turning."""
@@ -339,7 +376,12 @@ class _Solver:
         if not total.min() > 0.0:
             return False
         s = (2 * state.nodes[:, 0] - self.w**2 * self.inertia.nodes) / (self.w**2 * total)
-        return bool(np.isfinite(s).all() and ((1.0 + s) > 0.25 * (1.0 + along.s)).all())
+        return bool(np.isfinite(s).all() and ((1.0 + s) > _KEPT * (1.0 + along.s)).all())
+
+    def centred(self, state: State) -> bool:
+        """Whether the motion's mean of extremes is near the reference speed, by the measure of its swing."""
+        excess = self.extremes(state, self.along(state)).excess
+        return bool(abs(float(excess.sum())) <= _FAR * float(np.ptp(excess)) + ROUNDING)
 
     def unsure(self, state: State, change: Changes) -> float:
         """The step that rounding of the torques makes where little holds the speed, a share of the swing: `_OFF` at most."""
@@ -354,8 +396,11 @@ class _Solver:
 
     # -- extremes and the result ---------------------------------------------------------------------------------------
 
-    def extremes(self, state: State, along: _Along) -> Extremes:
-        """Fastest and slowest point: at roots of F - ½ omega² dI*/dphi, or at an end of a cell."""
+    def extremes(self, state: State, along: _Along, *, settled: bool = False) -> Extremes:
+        """Fastest and slowest point: at roots of F - ½ omega² dI*/dphi, or at an end of a cell.
+
+        The energy is the integral of F once the state has settled; before, that integral may be anything.
+        """
         half_square = 0.5 * along.omega**2
         force = piecewise.fit(along.rate.moment - half_square * self.moments.slope)
         noise = 32 * ROUNDING * (along.rate.exchanged + half_square * np.abs(self.moments.slope)).max(axis=-1)
@@ -363,25 +408,64 @@ class _Solver:
         cells = np.arange(force.shape[0])
         cell = np.concatenate((cells, cells, found.cell))
         t = np.concatenate((np.full(cells.size, -1.0), np.ones(cells.size), found.t))
-        rising = piecewise.antiderivative(piecewise.fit(along.rate.moment), self.mesh.half)
-        basis = piecewise.basis(t)
-        energy = state.edges[cell, 0] + (rising[cell] * basis).sum(axis=-1)
-        variation = self.inertia.edges[cell] + (self.inertia.rising[cell] * basis).sum(axis=-1)
-        total = state.inertia + self.inertia.start + variation
-        s = (2 * energy - self.w**2 * variation) / (self.w**2 * total)
+        s, _ = self._fluctuation(state, along, cell, t, settled)
         if not s.min() > -1.0:
             raise NoRegimeError("the machine stops within the cycle")
         ends = [int(s.argmax()), int(s.argmin())]
-        excess = s[ends] / (1.0 + np.sqrt(1.0 + s[ends]))
-        return Extremes(excess, cell[ends], t[ends], total[ends], s[ends])
+        cell, t = cell[ends], t[ends]
+        if settled:
+            t = self._polished(along, cell, t, s[ends])
+        s, total = self._fluctuation(state, along, cell, t, settled)
+        return Extremes(s / (1.0 + np.sqrt(1.0 + s)), cell, t, total, s)
+
+    def _polished(self, along: _Along, cell: NDArray[np.intp], t: Array, s: Array) -> Array:
+        """Local abscissas of extremes as roots of F - ½ omega² dI*/dphi itself, not of its interpolant; ends stay."""
+        steep = 0.5 * self.w**2 * (1.0 + s)[:, None] * piecewise.fit(self.moments.slope[cell])
+        rows = piecewise.fit(along.rate.moment[cell]) - steep
+        ends = np.full_like(t, -1.0), np.ones_like(t)
+        return np.where(np.abs(t) < 1.0, piecewise.newton(rows, t, *ends), t)
+
+    def _fluctuation(
+        self, state: State, along: _Along, cell: NDArray[np.intp], t: Array, settled: bool
+    ) -> tuple[Array, Array]:
+        """The excess s in omega² = w² (1 + s), and J + I*, at local abscissas of cells."""
+        basis = piecewise.basis(t)
+        if settled:
+            rising = piecewise.antiderivative(piecewise.fit(along.rate.moment), self.mesh.half)
+            energy = state.edges[cell, 0] + (rising[cell] * basis).sum(axis=-1)
+        else:
+            within = (piecewise.fit(state.nodes[:, 0])[cell] * basis[:, :ORDER]).sum(axis=-1)
+            energy = np.where(np.abs(t) < 1.0, within, state.edges[cell + (t > 0.0), 0])
+        variation = self.inertia.edges[cell] + (self.inertia.rising[cell] * basis).sum(axis=-1)
+        total = state.inertia + self.inertia.start + variation
+        return (2 * energy - self.w**2 * variation) / (self.w**2 * total), total
+
+    def _rebalanced(self, state: State) -> State:
+        """The state with the balance that leaves no net work: large energies hide its last digits from the iteration."""
+        if not self.balanced:
+            return state
+        rate = self.along(state).rate
+        net, slope, size = piecewise.integral(
+            np.stack((rate.moment, rate.by_unknown, np.abs(rate.by_unknown))), self.mesh.half
+        ).sum(-1)
+        return state if abs(slope) <= _NO_EFFECT * size else state._replace(unknown=state.unknown - float(net / slope))
 
     def result(self, state: State, change: Changes, steps: int) -> Periodic:
         """The motion at a state that the iteration has settled on."""
+        state = self._rebalanced(state)
         along = self.along(state)
         net, exchanged = piecewise.integral(np.stack((along.rate.moment, along.rate.exchanged)), self.mesh.half).sum(axis=-1)
-        if not abs(net) <= _OPEN * exchanged:
+        if not (self.levelled or abs(net) <= _OPEN * exchanged):
             raise NoRegimeError("no motion whose work closes")
         grown, damping = collocation.multiplier(change)
         return Periodic(
-            self.moments, self.w, state, self.extremes(state, along), along.rate, along.omega, grown, damping, steps
+            self.moments,
+            self.w,
+            state,
+            self.extremes(state, along, settled=True),
+            along.rate,
+            along.omega,
+            grown,
+            damping,
+            steps,
         )

@@ -22,7 +22,10 @@ ROUNDING = float(np.finfo(np.float64).eps)
 _ANGLES = np.pi * (np.arange(ORDER)[::-1] + 0.5) / ORDER
 NODES: Array = np.cos(_ANGLES)
 NODES[MIDDLE] = 0.0
+_MOST_STEPS, _SETTLED = 5, 1e-9  # of Newton's method towards a root; a step after which none is needed: its square counts
 _DEGREES = np.arange(ORDER + 1)
+_OF_ROUNDING = 24  # units of rounding: what the fit of a constant has beside it, at most
+_MANY = 200  # abscissas, at which doubling is faster than so many cosines
 GRID: Array = np.cos(np.pi * np.arange(2 * ORDER, -1, -1) / (2 * ORDER))  # where signs are looked at: both ends included
 
 
@@ -124,7 +127,21 @@ def accumulated(rising: Array) -> Array:
 
 def basis(t: Array, terms: int = ORDER + 1) -> Array:
     """T_0..T_(terms-1) at local abscissas t in [-1, 1], along a new last axis."""
-    return np.asarray(np.cos(np.arccos(t)[..., None] * _DEGREES[:terms]))
+    if t.size < _MANY:
+        return np.asarray(np.cos(np.arccos(t)[..., None] * _DEGREES[:terms]))
+    return np.moveaxis(_doubled(t, terms), 0, -1)
+
+
+def _doubled(t: Array, terms: int) -> Array:
+    """The same along the first axis, by T_(m+n) = 2 T_m T_n - T_(m-n) from twice as many to twice as many."""
+    found = np.empty((terms, *t.shape))
+    found[0], found[1] = 1.0, t
+    m = 1
+    while m + 1 < terms:
+        n = min(m, terms - 1 - m)
+        found[m + 1 : m + n + 1] = 2.0 * found[m] * found[1 : n + 1] - found[m - n : m][::-1]
+        m *= 2
+    return found
 
 
 def value(series: Array, t: Array) -> Array:
@@ -138,13 +155,35 @@ def slope(series: Array, t: Array) -> Array:
 
 
 def greatest(series: Array) -> float:
-    """The greatest value of a function given by its series on cells, (cells, ORDER): at ends, or where its slope is zero."""
+    """The greatest value of a function given by its series on cells, (cells, ORDER)."""
+    return float(extents(series)[1].max())
+
+
+def extents(series: Array) -> tuple[Array, Array]:
+    """The least and the greatest value on each cell of a function by its series: at ends, or where its slope is zero."""
+    left, right = (series * (-1.0) ** _DEGREES[: series.shape[-1]]).sum(axis=-1), series.sum(axis=-1)
+    least, most = np.minimum(left, right), np.maximum(left, right)
     slopes = series @ _DIFFERENTIATE
-    noise = 64 * ROUNDING * np.abs(slopes).sum(axis=-1)
-    found = crossings(slopes[None], noise[None])
-    ends = np.ones(len(series))
-    values = [value(series, -ends), value(series, ends), value(series[found.cell], found.t)]
-    return float(np.concatenate(values).max())
+    turning = np.flatnonzero(~(_ruled_by_the_first(slopes) | _constant(series)))
+    noise = 64 * ROUNDING * np.abs(slopes[turning]).sum(axis=-1)
+    found = crossings(slopes[None, turning], noise[None])
+    cell = turning[found.cell]
+    inside = value(series[cell], found.t)
+    np.minimum.at(least, cell, inside)
+    np.maximum.at(most, cell, inside)
+    return least, most
+
+
+def _ruled_by_the_first(series: Array) -> NDArray[np.bool_]:
+    """Where a function keeps its sign all over its cell, as its first coefficient outweighs all others."""
+    size = np.abs(series)
+    return np.asarray(size[:, 0] > size[:, 1:].sum(axis=-1))
+
+
+def _constant(series: Array) -> NDArray[np.bool_]:
+    """Where a function is constant but for rounding, which has roots of its own in every cell."""
+    size = np.abs(series)
+    return np.asarray(size[:, 1:].sum(axis=-1) <= _OF_ROUNDING * ROUNDING * size[:, 0])
 
 
 def tails(series: Array) -> Array:
@@ -159,6 +198,12 @@ def tails(series: Array) -> Array:
     decay = np.maximum(last / np.maximum(middle, 1e-300), middle / np.maximum(first, 1e-300))
     decay = np.minimum(decay, 0.9)
     return np.asarray(10.0 * decay * np.maximum(last, middle * decay) / (1.0 - decay))
+
+
+def by_rounded_angles(series: Array, mesh: Cells) -> Array:
+    """What rounding of the angles makes of series (..., cells, ORDER), at most, in each cell: a steep one feels it."""
+    steepness = np.abs(series @ _DIFFERENTIATE).sum(axis=-1) / mesh.half[:, 0]
+    return np.asarray(ROUNDING * mesh.edges[1:] * steepness)
 
 
 def wide(values: Any, shape: tuple[int, ...]) -> Array:
@@ -218,11 +263,13 @@ def newton(rows: Array, t: Array, left: Array, right: Array) -> Array:
     """Roots of series, one a row, from t within [left, right]: Newton's method, and bisection where that is lost."""
     derivative = rows @ _DIFFERENTIATE
     step = np.zeros_like(t)
-    for _ in range(3):
+    for k in range(_MOST_STEPS):
         powers = basis(t, ORDER)
         steepness = (derivative * powers).sum(axis=-1)
         step = np.divide((rows * powers).sum(axis=-1), steepness, out=np.zeros_like(t), where=steepness != 0.0)
         t = np.minimum(np.maximum(t - step, left), right)
+        if k > 1 and not (np.abs(step) > _SETTLED).any():
+            break
     lost = (np.abs(step) > 1e-5) & (right > left)  # then even the next step would still be above 1e-10
     if lost.any():
         t[lost] = _bisected_roots(rows[lost], t[lost], left[lost], right[lost])
@@ -247,7 +294,8 @@ def _hidden(grid: Array, noise: Array) -> tuple[Index, Index, Index] | None:
     middle, before, after = size[..., 1:-1], size[..., :-2], size[..., 2:]
     lowest = (middle <= before) & (middle <= after) & (middle > noise[..., None])
     bend = np.maximum(before, after) - middle
-    same = (grid[..., :-2] * grid[..., 1:-1] > 0.0) & (grid[..., 1:-1] * grid[..., 2:] > 0.0)
+    signs = np.sign(grid)  # products of the values might leave the floating-point range
+    same = (signs[..., :-2] * signs[..., 1:-1] > 0.0) & (signs[..., 1:-1] * signs[..., 2:] > 0.0)
     suspect = lowest & same & (middle < 0.5 * bend)
     if not suspect.any():
         return None

@@ -20,18 +20,26 @@ Array = NDArray[np.float64]
 
 _EVALUATION = 24 * ROUNDING  # rounding of a reduced quantity relative to the sum of its parts' sizes
 MOST_CELLS = 40_000
+_ENORMOUS = 1e150  # of forces and inertias in SI: their squares and products would leave the floating-point range
+_MOST_FOR_BALANCE = 2_000  # that the last digit of a balance alone is worth, beside those of the machine's own mesh
 
 
 class CycleErrors(NamedTuple):
-    """Absolute error bounds of a resolved cycle: of W (J), of the variation of I* and of I* itself (kg m²).
+    """Absolute errors estimated of a resolved cycle: of W (J), of the variation of I* and of I* itself (kg m²).
 
-    `by_cell` has the share of each cell's interpolation in W and in the variation of I* (2, cells).
+    Interpolation adds up over the cells, each with more than its series leaves out. So does the rounding of values, at 24
+    units of the sizes that they are summed from. What the rounding of angles shifts adds up as independent shares do: twice
+    the root of the sum of their squares, which is what to expect and no bound.
+
+    `by_cell` has the share of each cell's interpolation in W and in the variation of I* (2, cells); `inertias` the error of
+    I* itself in each cell.
     """
 
     work: float
     variation: float
     inertia: float
     by_cell: Array
+    inertias: Array
 
 
 class Cycle(NamedTuple):
@@ -40,7 +48,8 @@ class Cycle(NamedTuple):
     `series` (3, cells, ORDER) holds M*, dI*/dphi and I*; `rising` (2, cells, ORDER + 1) the integrals of the first two from
     each cell's left end; `start` (2, cells + 1) what they have accumulated at the edges: W and I* - I*(0).
     `net` is the work of M* over the cycle (J), `exchanged` the integral of the sum of |contributions| to M* (J). `noise`
-    (2, cells) is the size below which M* and dI*/dphi cannot be told from zero.
+    (2, cells) is the size below which M* and dI*/dphi cannot be told from zero. `balance_error` is
+    the relative error of the balance itself.
     """
 
     mesh: Cells
@@ -53,6 +62,7 @@ class Cycle(NamedTuple):
     exchanged: float
     noise: Array
     errors: CycleErrors
+    balance_error: float = 0.0
 
     def at(self, cell: NDArray[np.intp], t: Array) -> tuple[Array, Array]:
         """W (J) and I* - I*(0) (kg m²) at local abscissas of cells."""
@@ -73,26 +83,38 @@ def resolve(machine: Chain, edges: Array) -> Cycle:
     check_cycle(machine.scene)
     mesh = piecewise.cells(edges)
     reduced = machine.reduce(mesh.phi, mesh.anchor)
-    values = np.empty((5, *mesh.phi.shape))
+    values = np.empty((6, *mesh.phi.shape))
     values[0], values[1], values[2] = reduced.moment, reduced.slope, reduced.inertia
-    values[3], values[4] = reduced.per_unknown, reduced.exchanged
-    if not np.isfinite(values).all():
+    values[3], values[4], values[5] = reduced.per_unknown, reduced.exchanged, reduced.steepness
+    if not (np.abs(values) <= _ENORMOUS).all():
         raise SceneError([_not_finite(machine, mesh, values)])
     balance = _balance(machine, values, mesh)
     if balance is not None:
         values[0] += balance * values[3]
         values[4] += abs(balance) * np.abs(values[3])
-    return assembled(mesh, values[[0, 1, 2, 4]], balance)
+    cycle = assembled(mesh, values[[0, 1, 2, 4, 5]], balance)
+    if balance is None:
+        return cycle
+    return with_balance(cycle, balance * float(piecewise.integral(values[3], mesh.half).sum()))
 
 
-def assembled(mesh: Cells, values: Array, balance: float | None) -> Cycle:
-    """A cycle from M* (balance included), dI*/dphi, I*, sum of |contributions| to M*, at the nodes: (4, cells, nodes)."""
+def with_balance(cycle: Cycle, work: float) -> Cycle:
+    """The cycle with the relative error of a balance that does that work (J) in it: u dN/du."""
+    return cycle._replace(balance_error=cycle.errors.work / abs(work) if work else 0.0)
+
+
+def assembled(mesh: Cells, values: Array, balance: float | None, *, closed: bool = False) -> Cycle:
+    """A cycle from its values at the nodes, (5, cells, nodes).
+
+    They are M* (balance included), dI*/dphi, I*, and the sums of |contributions| to M* and to dI*/dphi.
+    `closed` where the speed was chosen so that no work is left over: like a balance it shifts M* by what net work errs.
+    """
     series = piecewise.fit(values[:3])
     rising = piecewise.antiderivative(series[:2], mesh.half)
     start = piecewise.accumulated(rising)
     exchanged = float(piecewise.integral(values[3], mesh.half).sum())
     tails = piecewise.tails(series)
-    sizes = np.abs(values[[3, 1]]).max(axis=-1)
+    sizes = values[3:].max(axis=-1)
     return Cycle(
         mesh=mesh,
         series=series,
@@ -102,8 +124,8 @@ def assembled(mesh: Cells, values: Array, balance: float | None) -> Cycle:
         balance=balance,
         net=float(start[0, -1]),
         exchanged=exchanged,
-        noise=tails[:2] + 32 * ROUNDING * sizes,
-        errors=_errors(mesh, values, tails, exchanged, 1.0 if balance is None else 2.0),
+        noise=tails[:2] + 32 * ROUNDING * sizes + piecewise.by_rounded_angles(series[:2], mesh),
+        errors=_errors(mesh, values, tails, exchanged, 2.0 if closed or balance is not None else 1.0),
     )
 
 
@@ -153,25 +175,52 @@ def check_closed(cycle: Cycle, machine: Chain) -> None:
 def _errors(mesh: Cells, values: Array, tails: Array, exchanged: float, balanced: float) -> CycleErrors:
     by_cell = piecewise.TAIL_OF_INTEGRAL * tails[:2] * mesh.half[:, 0]
     by_cell[0] *= balanced
-    sizes = np.abs(values[:3]).reshape(3, -1)
-    travel = np.abs(np.diff(values[:2].reshape(2, -1), axis=1)).sum(axis=1) + np.abs(values[:2, 0, 0])
-    angle = 2 * ROUNDING * mesh.edges[-1]  # rounding of the angles themselves, breakpoints included
-    slope_exchanged = float(piecewise.integral(sizes[1].reshape(mesh.phi.shape), mesh.half).sum())
+    # every angle is rounded by itself, nodes and breakpoints alike: what that shifts adds up as independent shares do
+    shifted = np.diff(values[:2].reshape(2, -1), axis=1) * mesh.phi.reshape(-1)[1:]
+    most = np.maximum(np.abs(shifted).max(axis=1, keepdims=True), 1e-300)  # squares must not leave the floating-point range
+    angle = 2 * ROUNDING * most[:, 0] * np.sqrt(((shifted / most) ** 2).sum(axis=1))
+    inertias = _inertia_errors(mesh, values, tails)
+    slope_exchanged = float(piecewise.integral(values[4], mesh.half).sum())
     interpolation = by_cell.sum(axis=1)
     return CycleErrors(
-        work=float(interpolation[0] + balanced * (_EVALUATION * exchanged + angle * travel[0])),
-        variation=float(interpolation[1] + _EVALUATION * slope_exchanged + angle * travel[1]),
-        inertia=float(tails[2].max() + _EVALUATION * sizes[2].max() + angle * sizes[1].max()),
+        work=float(interpolation[0] + balanced * (_EVALUATION * exchanged + angle[0])),
+        variation=float(interpolation[1] + _EVALUATION * slope_exchanged + angle[1]),
+        inertia=float(inertias.max()),
         by_cell=by_cell,
+        inertias=inertias,
     )
 
 
+def _inertia_errors(mesh: Cells, values: Array, tails: Array) -> Array:
+    """Error of I* in every cell, kg m²."""
+    sizes = np.abs(values[1:3]).max(axis=-1)
+    return np.asarray(tails[2] + _EVALUATION * sizes[1] + 2 * ROUNDING * mesh.edges[-1] * sizes[0])
+
+
+class Extent(NamedTuple):
+    """Least and greatest I* without the flywheel, and the error of the least, kg m²."""
+
+    least: float
+    greatest: float
+    error: float
+
+
+def inertia_extent(cycle: Cycle) -> Extent:
+    """The extremes of I* by its own series: what its slope adds up to would lose a small I* beside a large one.
+
+    The least is as doubtful as its own cell is, or as another cell may be below it.
+    """
+    least, greatest = piecewise.extents(cycle.series[2])
+    own, errors = int(least.argmin()), cycle.errors.inertias
+    return Extent(float(least[own]), float(greatest.max()), float(max(errors[own], (least[own] - least + errors).max())))
+
+
 def _not_finite(machine: Chain, mesh: Cells, values: Array) -> Fault:
-    bad = ~np.isfinite(values).all(axis=0)
+    bad = ~(np.abs(values) <= _ENORMOUS).all(axis=0)
     cell, node = np.argwhere(bad)[0]
     phi, anchor = float(mesh.phi[cell, node]), float(mesh.anchor[cell, 0])
     parts = machine.reduction.moments(phi, anchor, by_name=True)
-    culprit = next((name for name, part in parts.items() if not np.isfinite(part)), "mechanism")
+    culprit = next((name for name, part in parts.items() if not abs(part) <= _ENORMOUS), "mechanism")
     return not_finite(machine, culprit, phi)
 
 
@@ -179,7 +228,7 @@ def not_finite(machine: Chain, culprit: str, phi: float) -> Fault:
     """The fault of a force or torque, or of the mechanism, that is not finite at a position."""
     return Fault(
         culprit,
-        f"a value that is not finite at {machine.where(phi)}",
+        f"a value that is not finite, or beyond {_ENORMOUS:g}, at {machine.where(phi)}",
         f"finite forces and torques over the whole {'cycle' if machine.scene.stroke is None else 'stroke'}",
         "mend the expression or table, or give the load a window that leaves the angle out",
     )
@@ -210,9 +259,10 @@ def settled_balance(machine: Chain, rtol: float = 1e-13) -> float:
     if machine.scene.unknown is None:
         return 0.0
     cycle = resolve(machine, machine.mesh)
+    most = _MOST_FOR_BALANCE + 2 * cycle.mesh.edges.size
     while cycle.errors.work > rtol * cycle.exchanged:
         finer = split(cycle, 0.0, rtol * cycle.exchanged / cycle.errors.work)
-        if finer is None:
+        if finer is None or finer.size > most:
             break
         cycle = resolve(machine, finer)
     return cycle.balance or 0.0

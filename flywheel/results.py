@@ -6,6 +6,9 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import TYPE_CHECKING, Any, NamedTuple
 
+from flywheel.accuracy import AUDIT
+from flywheel.cost import FREE, Cost
+
 if TYPE_CHECKING:
     from flywheel.energy import Energy
     from flywheel.every_shaft import OnShaft
@@ -62,8 +65,37 @@ class Flywheel(NamedTuple):
     torque_bracket: tuple[float, float] | None = None
 
 
+class Bounds(NamedTuple):
+    """Bounds between which a figure that was not worked out is proven to lie, the errors of what they rest on included.
+
+    `of` is "exact" (the exact flywheel, kg m² at its own shaft) or "irregularity" (that of a given flywheel; 2 is the
+    greatest one of a machine that keeps turning).
+
+    >>> Bounds("exact", 9.0, 11.0).width
+    0.2
+    """
+
+    of: str
+    least: float
+    greatest: float
+
+    @property
+    def width(self) -> float:
+        """The distance of the bounds as a share of their mean; 0 where both are 0."""
+        total = self.least + self.greatest
+        return 2.0 * (self.greatest - self.least) / total if total > 0.0 else 0.0
+
+    def as_dict(self) -> dict[str, Any]:
+        """For JSON, the width included."""
+        return {**self._asdict(), "width": self.width}
+
+
 class Confirmation(NamedTuple):
-    """Motion over one steady cycle: rad/s and s. `closure` is omega(T)/omega(0) - 1; `route` says how it was found."""
+    """Motion over one steady cycle: rad/s and s. `closure` is omega(T)/omega(0) - 1; `route` says how it was found.
+
+    That is "time" (stepping), "collocation", "quadrature", or "areas", which leave the machine's own inertia out or tell
+    the irregularity alone.
+    """
 
     irregularity: float
     irregularity_approximate: float | None
@@ -103,7 +135,10 @@ class Built(NamedTuple):
 
 
 class Errors(NamedTuple):
-    """Estimated errors: relative ones as the figures' scale asks, `angles` in rad; None where there is no figure."""
+    """Estimated errors: relative ones as the figures' scale asks; None where there is no figure.
+
+    In rad those of angles: `angles` of the ends of areas, `extremes` of the angles of greatest and least speed.
+    """
 
     exact: float | None = None
     simulation: float | None = None
@@ -112,6 +147,7 @@ class Errors(NamedTuple):
     work: float | None = None
     angles: float | None = None
     period: float | None = None
+    extremes: float | None = None
 
 
 @dataclass(frozen=True, repr=False)
@@ -122,6 +158,9 @@ class Sizing:
     `machine`, `cycle` and `run` are what the figures came from: None for a scene of areas. Where torques depend on speed
     `cycle` is the one along the motion, `constant` the one at a constant speed that areas and approximate figures are taken
     from, and `cyclic` tells how the motion holds itself; both are None elsewhere. `built` is the wheel, if asked for.
+
+    `accuracy` is the level of the dial, `left_out` what the sizing did not do there, `bounds` what the level "fast" proves
+    of a figure that it leaves out, `cost` what all this took.
     """
 
     scene: Scene
@@ -149,6 +188,10 @@ class Sizing:
     constant: Cycle | None = None
     cyclic: Cyclic | None = None
     built: Built | None = None
+    accuracy: str = AUDIT
+    left_out: tuple[str, ...] = ()
+    bounds: Bounds | None = None
+    cost: Cost = FREE
 
     def __repr__(self) -> str:
         wheel = self.flywheel
@@ -171,9 +214,22 @@ class Sizing:
         return compared(self)
 
     @property
+    def inertia(self) -> float | None:
+        """The flywheel given, or the exact one, kg m² at its own shaft; None where the latter was not worked out."""
+        return self.flywheel.exact if self.scene.inertia is None else self.scene.inertia
+
+    @property
+    def constant_speed(self) -> float | None:
+        """The speed (rad/s) that areas and approximate figures take torques at that depend on it; None where none does."""
+        if self.cyclic is not None:
+            return self.cyclic.constant_speed
+        return None if self.constant is None else self.speed
+
+    @property
     def reached(self) -> bool:
         """Whether every estimated relative error is within rtol."""
-        relative = (self.error.exact, self.error.simulation, self.error.approximate, self.error.work)
+        error = self.error
+        relative = (error.exact, error.simulation, error.approximate, error.inertia_torque, error.work)
         return all(error is None or error <= self.rtol for error in relative)
 
     def as_dict(self) -> dict[str, Any]:
@@ -202,8 +258,8 @@ class Sizing:
             "closure": self.closure,
             "energy": self.energy and self.energy.as_dict(),
             "multiplier": self.cyclic and self.cyclic.multiplier,
-            "constant_speed": self.cyclic and self.cyclic.constant_speed,
-            "gd2": 4.0 * ((self.flywheel.exact if self.scene.inertia is None else self.scene.inertia) or 0.0),
+            "constant_speed": self.constant_speed,
+            "gd2": None if self.inertia is None else 4.0 * self.inertia,
             "shafts": [row.as_dict() for row in self.shafts],
             "wheel": self.built and _built_dict(self.built),
             "certificate": self.flywheel.bracket and list(self.flywheel.bracket),
@@ -211,6 +267,10 @@ class Sizing:
             "rtol": self.rtol,
             "reached": self.reached,
             "messages": list(self.messages),
+            "accuracy": self.accuracy,
+            "left_out": list(self.left_out),
+            "bounds": self.bounds and self.bounds.as_dict(),
+            "cost": self.cost.as_dict(),
         }
 
 

@@ -28,6 +28,7 @@ Array = NDArray[np.float64]
 
 _FIRST, _TIGHTER = 1 / 30, 0.1  # tolerance of a step to what is asked, and of each run's steps to those of the run before
 _COMPARED = 300  # times at which two runs are compared
+_UNSURE = 500.0  # roundings: what the net work of a cycle is known to be zero by
 _SAFETY = 2.0  # between steps the error of a run does not fall in proportion to its tolerance
 
 
@@ -44,6 +45,8 @@ class Motion(NamedTuple):
 
     `error` is the estimated error of phi (of the way gone, a radian at least) and of omega (of the greatest speed): the
     difference to a second run with a ten times larger tolerance, doubled (in proportion where that was larger still).
+    Where the speed at phi = 0 must return, each cycle starts from it anew: `drift` is the share of the kinetic energy by
+    which stepping one cycle is off, which is so kept from adding up.
     `current` is that of a motor with inductance (A). `trail` is the motion as it was stepped.
     """
 
@@ -58,6 +61,7 @@ class Motion(NamedTuple):
     error: float = 0.0
     current: Array | None = None
     trail: Trail | None = None
+    drift: float = 0.0
 
     def __repr__(self) -> str:
         """Its extent, instead of every point."""
@@ -65,6 +69,7 @@ class Motion(NamedTuple):
         return f"Motion({self.t.size} points to {last}, ended={self.ended!r}, error={self.error:.2g})"
 
 
+@np.errstate(all="ignore")  # a step that tries too much leaves the floating-point range, and is tried again shorter
 def simulate(
     machine: Machine | Scene,
     phi: float,
@@ -160,7 +165,7 @@ def moved(
     while True:
         fine = follow(dynamics, start, until, tight, goals, again, watching)
         _check_moved(fine)
-        error = share * _difference(rough, fine) + ROUNDING * (64 + len(fine.stretches))
+        error = share * _difference(rough, fine) + ROUNDING * (64 + len(fine.stretches) + _UNSURE * fine.repeated)
         if error <= rtol or tight <= TIGHTEST:
             return _as_motion(fine, error)
         rough, last = fine, tight
@@ -255,7 +260,7 @@ def _as_motion(trail: Trail, error: float) -> Motion:
 
     current = states[3] if states.shape[0] > 3 else None
     phi, omega, work = states[:3]
-    return Motion(trail.t, phi, omega, work, float(residual), at, None, trail.stuck, error, current, trail)
+    return Motion(trail.t, phi, omega, work, float(residual), at, None, trail.stuck, error, current, trail, trail.drift)
 
 
 def _inertia(machine: Chain, phi: Array) -> Array:

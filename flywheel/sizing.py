@@ -7,7 +7,9 @@ from dataclasses import replace
 
 import numpy as np
 
+from flywheel import accuracy as dial
 from flywheel import regime, steady, wittenbauer
+from flywheel.cost import Cost, metered, unmeasured
 from flywheel.faults import Fault, SceneError
 from flywheel.machine import Machine
 from flywheel.piecewise import ROUNDING
@@ -17,7 +19,13 @@ from flywheel.scene import Scene
 _FRICTION = "friction in joints is taken at a constant crank speed of {:.6g} rad/s, and so is its share of the moment"
 
 
-def size(machine: Machine | Scene, rtol: float | None = None, *, simulate: bool = True) -> Sizing:
+def size(
+    machine: Machine | Scene,
+    rtol: float | None = None,
+    *,
+    simulate: bool | None = None,
+    accuracy: str | None = None,
+) -> Sizing:
     """Size (or analyse) the flywheel of a machine, and confirm it by a time simulation unless told not to.
 
     Exact:        I = [max(W - z+ w²I*/2) - min(W - z- w²I*/2)]/(eps w²), z± = (1 ± eps/2)²
@@ -27,10 +35,14 @@ def size(machine: Machine | Scene, rtol: float | None = None, *, simulate: bool 
     Args:
         machine: a `Machine`, or a `Scene`, of which one is then built.
         rtol: relative accuracy asked of every figure; the scene's own if None.
-        simulate: whether to confirm by time stepping; an analysis without it uses quadrature.
+        simulate: whether to confirm by time stepping (accuracy "audit", or else "normal").
+        accuracy: "fast": the areas, and proven bounds of the exact figure; "normal": the exact figures; "confirm": these
+            and the motion by periodic collocation on other cells; "audit", which is taken if None: the exact figures and
+            the motion stepped in time. An analysis at "normal" has its motion by quadrature.
 
     Raises:
         SceneError: if the machine cannot run as the scene says (net work, balance without effect, values not finite).
+        ValueError: for another `accuracy`, or one that `simulate` contradicts.
 
     Source: F. Wittenbauer, Graphische Dynamik (1923); the energy balance over a cycle.
 
@@ -42,67 +54,121 @@ def size(machine: Machine | Scene, rtol: float | None = None, *, simulate: bool 
     >>> result = flywheel.size(flywheel.load(yoke), simulate=False)
     >>> f"{result.flywheel.exact:.9f} {result.flywheel.approximate:.9f}"
     '353.521427322 348.989396780'
+    >>> [f"{bound:.1f}" for bound in flywheel.size(flywheel.load(yoke), accuracy="fast").bounds[1:]]
+    ['349.2', '354.2']
 
     """
+    level = dial.level(accuracy, simulate)
     scene = machine.scene if isinstance(machine, Machine) else machine
     if not isinstance(scene, Scene):
         raise TypeError(f"expected a Machine or a Scene (flywheel.load makes one), found {type(machine).__name__}")
     regime.check_cycle(scene)
     asked = _checked(scene.rtol if rtol is None else rtol)
     try:
-        with np.errstate(all="ignore"):  # values that are not finite are found, and reported with their place
+        with np.errstate(all="ignore"), metered() as whole:  # values that are not finite are reported with their place
             if scene.areas is not None:
-                sizing = _from_areas(scene, asked)
+                sizing = replace(_from_areas(scene, asked), accuracy=level)
             else:
-                sizing = _of_machine(machine if isinstance(machine, Machine) else Machine(scene), asked, simulate)
-            return _built(sizing)
+                sizing = _of_machine(machine, asked, level)
+            sizing = _built(sizing)
     except ArithmeticError:
         found = "numbers whose products leave the floating-point range"
         raise SceneError([Fault("scene", found, "masses, lengths and speeds in proportion", "check the units")]) from None
+    cost = Cost(*whole.cost[:2], sizing.cost.stages)
+    return replace(sizing, left_out=dial.left_out(sizing), cost=cost)
 
 
 def _built(sizing: Sizing) -> Sizing:
-    """The sizing with the wheel that the scene asks for."""
-    if sizing.scene.wheel is None:
+    """The sizing with the wheel that the scene asks for, where its inertia is known."""
+    bounded = sizing.accuracy == dial.FAST and sizing.scene.areas is None
+    if sizing.scene.wheel is None or bounded:
         return sizing
-    from flywheel.built import with_wheel  # only scenes that ask for a wheel pay for it
+    with unmeasured():
+        from flywheel.built import with_wheel  # only scenes that ask for a wheel pay for it
 
     return with_wheel(sizing)
 
 
 def _checked(rtol: float) -> float:
-    if not 1e-14 <= rtol <= 0.1:
-        raise SceneError([Fault("rtol", f"{rtol}", "a number from 1e-14 to 0.1")])
+    if faults := dial.rtol_faults(rtol):
+        raise SceneError(faults)
     return float(rtol)
 
 
-def _of_machine(machine: Machine, asked: float, simulate: bool) -> Sizing:
-    scene = machine.scene
-    sizing = _evened(_settled(machine, asked))
+def _of_machine(given: Machine | Scene, asked: float, level: str) -> Sizing:
+    with metered() as first:
+        machine = given if isinstance(given, Machine) else Machine(given)
+        scene = machine.scene
+        sizing = _evened(replace(_settled(machine, asked, level), accuracy=level))
     if told := (*_redundant(scene), *(() if scene.motor is None else scene.motor.doubts)):
         sizing = replace(sizing, messages=(*sizing.messages, *told))
-    if simulate:
-        return _noted(_with_friction(_confirmed(sizing), machine))
-    return _noted(_with_friction(sizing if scene.inertia is None else _by_quadrature(sizing), machine))
+    inner = sizing.cost.stages
+    with metered() as second:
+        sizing = _followed(sizing)
+    sizing = _noted(_with_friction(sizing, machine))
+    stages = {"figures": first.cost._replace(stages=inner), "simulation": second.cost}
+    return replace(sizing, cost=Cost(0, 0.0, stages))
+
+
+def _followed(sizing: Sizing) -> Sizing:
+    """The sizing with its motion as the level of accuracy asks."""
+    if sizing.accuracy == dial.AUDIT:
+        return _confirmed(sizing)
+    if sizing.accuracy == dial.CONFIRM:
+        return _collocated(sizing)
+    return sizing if sizing.scene.inertia is None or sizing.accuracy == dial.FAST else _by_quadrature(sizing)
+
+
+def _collocated(sizing: Sizing) -> Sizing:
+    """The sizing confirmed by collocation; by quadrature, saying so, where the iteration finds no motion."""
+    with unmeasured():
+        from flywheel.collocated import collocated  # only this level pays for Newton's method
+        from flywheel.patience import ImpatientError
+    from flywheel.steady import NoMotionError
+
+    try:
+        return collocated(sizing)
+    except ImpatientError:
+        return _unconfirmed(sizing, "not confirmed by collocation: the motion takes too long to find on cells of its own")
+    except NoMotionError:
+        return _unconfirmed(sizing, "not confirmed by collocation: on cells of its own the iteration finds no motion")
 
 
 def _confirmed(sizing: Sizing) -> Sizing:
     """The sizing confirmed in time; by quadrature, saying so, where the motion cannot be stepped."""
-    from flywheel.confirmation import confirmed  # scipy arrives with time stepping, and not before
-    from flywheel.one_cycle import SlidingError
+    with unmeasured():
+        from flywheel.confirmation import UnconfirmedError, confirmed  # scipy arrives with time stepping, and not before
+        from flywheel.one_cycle import SlidingError
 
     try:
         return confirmed(sizing)
+    except UnconfirmedError as error:
+        why = str(error)
+    except SceneError as error:  # the figures stand without it
+        why = f"stepping finds {error.faults[0].found}"
     except SlidingError:
-        message = "not confirmed in time: the motion slides along a law that jumps at a speed; make it steep instead"
-        return replace(_by_quadrature(sizing), messages=(*sizing.messages, message))
+        jumps = sizing.machine is not None and sizing.machine.sets_its_speed
+        slides = "the motion slides along a law that jumps at a speed; make it steep instead"
+        why = slides if jumps else "the motion takes too many steps"
+    return _unconfirmed(sizing, f"not confirmed in time: {why}")
 
 
-def _settled(machine: Machine, asked: float) -> Sizing:
+def _unconfirmed(sizing: Sizing, message: str) -> Sizing:
+    """The sizing with its motion by quadrature in place of a confirmation, and why."""
+    return replace(_by_quadrature(sizing), messages=(*sizing.messages, message))
+
+
+def _settled(machine: Machine, asked: float, level: str) -> Sizing:
     """The figures without simulation, by the cheapest formulation that the machine allows."""
+    if level == dial.FAST:
+        with unmeasured():
+            from flywheel import by_areas  # only this level pays for bounds
+
+        return by_areas.settled(machine, asked)
     if not (machine.sets_its_speed or machine.depends_on_time):
         return wittenbauer.settled(machine, asked)
-    from flywheel import by_motion  # only machines that set their own speed pay for it
+    with unmeasured():
+        from flywheel import by_motion  # only machines that set their own speed pay for it
 
     return by_motion.settled(machine, asked)
 
@@ -113,8 +179,14 @@ def _evened(sizing: Sizing) -> Sizing:
     if cycle is None or inertia is None:
         return sizing
     errors, speed = cycle.errors, sizing.speed
-    if sizing.energy_fluctuation > 4 * errors.work or inertia.greatest - inertia.least > 4 * errors.variation:
+    if sizing.energy_fluctuation > 4 * errors.work or inertia.greatest - inertia.least > max(
+        4 * errors.variation, errors.inertia
+    ):
         return sizing
+    if sizing.accuracy == dial.FAST:
+        from flywheel import by_areas
+
+        return by_areas.evened(sizing)
     even = run and run._replace(irregularity=0.0, speed_max=speed, speed_min=speed, offset=0.0, error=0.0)
     if sizing.scene.irregularity is None:
         return replace(sizing, run=even)
@@ -160,11 +232,13 @@ def _with_friction(sizing: Sizing, machine: Machine) -> Sizing:
 
 def _noted(sizing: Sizing) -> Sizing:
     """The sizing with a message for every figure whose estimated error is above rtol."""
-    names = {"exact": "exact inertia", "approximate": "approximate inertia", "work": "work", "simulation": "simulation"}
+    names = {"exact": "exact inertia", "approximate": "approximate inertia", "inertia_torque": "inertia-torque figure"}
+    names |= {"work": "work", "simulation": "simulation"}
     missed = [
         f"rtol {sizing.rtol:.1g} not reached: the {title} is good to {error:.2g} (estimated, relative)"
         for name, title in names.items()
         if (error := getattr(sizing.error, name)) is not None and error > sizing.rtol
+        if name != "simulation" or sizing.accuracy != dial.FAST  # which tells bounds instead
     ]
     return replace(sizing, messages=(*missed, *sizing.messages)) if missed else sizing
 

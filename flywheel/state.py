@@ -43,6 +43,7 @@ class MachineState(NamedTuple):
     moment_parts: Mapping[str, Array]
 
 
+@np.errstate(all="ignore")  # a value that is not finite is shown as such, or refused, and is no warning
 def reduce(
     machine: Machine | Scene, phi: ArrayLike, *, balance: float | None = None, speed: float | None = None
 ) -> MachineState:
@@ -77,14 +78,14 @@ def reduce(
         found, settled = constant_speed.settled(machine)
         speed, balance = (found if speed is None else speed), (settled if balance is None else balance)
     reduced = machine.reduce(angles, anchor)
-    if once:
-        _check_finite(machine, angles, anchor, reduced)
     chain = machine.kinematics
     flows = chain.flows(angles, anchor)
     named = {name: chain.variable[name] for name, element in chain.graph.elements.items() if element.kind == "1"}
 
     moving = (speed or 0.0) if machine.depends_on_speed or machine.depends_on_time else None
     parts = machine.reduction.moments(angles, anchor, balance or 0.0, speed=moving)
+    if once:
+        _check_finite(machine, angles, anchor, reduced, moving)
     plain = reduced.moment + (balance or 0.0) * reduced.per_unknown
     whole = partial(wide, shape=angles.shape)
     return MachineState(
@@ -120,12 +121,12 @@ def own_coordinate(scene: Scene, given: Array) -> Array:
     return np.asarray(np.clip(given - stroke.start, 0.0, stroke.span))
 
 
-def _check_finite(machine: Machine, angles: Array, anchor: Array, reduced: Reduced) -> None:
+def _check_finite(machine: Machine, angles: Array, anchor: Array, reduced: Reduced, speed: float | None) -> None:
     """Refuse what is not finite at the positions asked, with the load that it comes from."""
-    whole = np.asarray(reduced.inertia + reduced.slope + reduced.moment) + 0.0 * angles
+    parts = machine.reduction.moments(angles, anchor, by_name=True, speed=speed)
+    whole = np.asarray(reduced.inertia + reduced.slope + sum(parts.values())) + 0.0 * angles
     bad = ~np.isfinite(whole)
     if bad.any():
-        at, middle = float(angles[bad].flat[0]), float(anchor[bad].flat[0])
-        parts = machine.reduction.moments(at, middle, by_name=True)
-        culprit = next((name for name, part in parts.items() if not np.isfinite(part)), "mechanism")
-        raise SceneError([regime.not_finite(machine, culprit, at)])
+        first = np.argmax(bad)
+        faulty = (name for name, part in parts.items() if not np.isfinite(part + 0.0 * angles).flat[first])
+        raise SceneError([regime.not_finite(machine, next(faulty, "mechanism"), float(angles.flat[first]))])

@@ -14,13 +14,16 @@ from flywheel.regime import Cycle
 
 Array = NDArray[np.float64]
 Index = NDArray[np.intp]
+_LEVEL_ROUNDING = 4 * ROUNDING  # of the energy's level
+_MOST_CELLS = 4_000  # that the time of a cycle is worth, beside those of the cycle itself
 
 
 class Run(NamedTuple):
     """Periodic motion with a given inertia on the crank (kg m²): speeds in rad/s, angles in rad.
 
     `offset` is the kinetic energy at phi = 0 less ½ (J + I*(0)) w_a² (J); `error` bounds the relative error of the
-    irregularity, 2 (w_max - w_min)/(w_max + w_min). Where torques depend on speed, `cycle` is the one along this motion and
+    irregularity, 2 (w_max - w_min)/(w_max + w_min); `level` that of the energy as a whole, as a share of (J + I*(0)) w_a²,
+    where the machine sets its own. Where torques depend on speed, `cycle` is the one along this motion and
     `speed` its own mean of extremes w_a; else they are those of the whole sizing. `drive` is then the drive's moment on the
     crank (N m) at the cycle's nodes, `current` that of a motor with inductance at phi = 0 (A).
     """
@@ -37,6 +40,16 @@ class Run(NamedTuple):
     speed: float | None = None
     drive: Array | None = None
     current: float | None = None
+    level: float = 0.0
+
+    @property
+    def level_error(self) -> float:
+        """What the doubt of the energy's level leaves of the mean of extremes, relative.
+
+        The slower the machine, the more speed the same energy is.
+        """
+        mean = 0.5 * (self.speed_max + self.speed_min)
+        return self.level * mean**2 / max(self.speed_max * self.speed_min, ROUNDING * mean**2) if self.level else 0.0
 
 
 class NoMotionError(ValueError):
@@ -51,7 +64,7 @@ def run(cycle: Cycle, speed: float, inertia: float) -> Run:
     """
     least = regime.combined(cycle, np.array([[1.0, 0.0], [0.0, 1.0]]))[0].least
     start = inertia + cycle.inertia_at_start
-    if start + least[1] <= 0.0:
+    if start + least[1] <= cycle.errors.variation:  # rounding may leave something where there is nothing
         raise NoMotionError
     lowest = -0.5 * speed**2 * start - float(least[0])
     level = _Level(cycle, speed, inertia)
@@ -126,7 +139,9 @@ class _Level:
         t = np.concatenate((np.full(cells.size, -1.0), np.ones(cells.size), found.t))
         s, total = self.fluctuation(offset, *self.cycle.at(cell, t))
         ends = [int(s.argmax()), int(s.argmin())]
-        return _Swing(s[ends], total[ends], cell[ends], t[ends], float(total.min()))
+        cell, t = cell[ends], self._polished(cell[ends], t[ends], s[ends])
+        extreme, heavy = self.fluctuation(offset, *self.cycle.at(cell, t))
+        return _Swing(extreme, heavy, cell, t, float(total.min()))
 
     def run(self, offset: float) -> Run:
         """The figures of the motion at an energy level."""
@@ -148,16 +163,17 @@ class _Level:
             error=doubt / spread if spread > 0.0 else 0.0,
         )
 
+    def _polished(self, cell: Index, t: Array, s: Array) -> Array:
+        """Local abscissas of extremes as roots of M* - ½ omega² dI*/dphi itself, not of its interpolant; ends stay."""
+        rows = self.cycle.series[0, cell] - 0.5 * self.square * (1.0 + s)[:, None] * self.cycle.series[1, cell]
+        ends = np.full_like(t, -1.0), np.ones_like(t)
+        return np.where(np.abs(t) < 1.0, piecewise.newton(rows, t, *ends), t)
+
     def _angles(self, swing: _Swing) -> Array:
-        """Angles of the extremes, polished on M* - ½ omega² dI*/dphi itself; the ends of cells are exact."""
-        mesh, inside = self.cycle.mesh, np.abs(swing.t) < 1.0
-        rows = self.cycle.series[0, swing.cell] - 0.5 * self.square * (
-            (1.0 + swing.s)[:, None] * self.cycle.series[1, swing.cell]
-        )
-        ends = np.full_like(swing.t, -1.0), np.ones_like(swing.t)
-        t = np.where(inside, piecewise.newton(rows, swing.t, *ends), swing.t)
+        """Angles of the extremes; the ends of cells are exact."""
+        mesh, t = self.cycle.mesh, self._polished(swing.cell, swing.t, swing.s)
         edge = mesh.edges[swing.cell + (swing.t > 0.0)]
-        return np.where(inside, mesh.middle[swing.cell, 0] + mesh.half[swing.cell, 0] * t, edge)
+        return np.where(np.abs(swing.t) < 1.0, mesh.middle[swing.cell, 0] + mesh.half[swing.cell, 0] * t, edge)
 
 
 def speed_over_cycle(cycle: Cycle, speed: float, motion: Run, phi: Array) -> Array:
@@ -174,14 +190,23 @@ def speed_over_cycle(cycle: Cycle, speed: float, motion: Run, phi: Array) -> Arr
 
 
 def period(cycle: Cycle, speed: float, motion: Run, rtol: float) -> tuple[float, float]:
-    """Time of one cycle (s), the integral of dphi/omega, and its estimated relative error; cells are halved as needed."""
+    """Time of one cycle (s), the integral of dphi/omega, and its estimated relative error; cells are halved as needed.
+
+    What the energy may be off tells the more, the slower the machine: the level, and its rounding, by (w_a/omega)²; what
+    the mean of extremes pins down by w_a/omega; both on the mean over time.
+    """
     mesh = cycle.mesh
+    most = max(_MOST_CELLS, mesh.edges.size)
     for _ in range(40):
         pace = 1.0 / speed_over_cycle(cycle, speed, motion, mesh.phi)
         total = float(piecewise.integral(pace, mesh.half).sum())
         shares = piecewise.TAIL_OF_INTEGRAL * piecewise.tails(piecewise.fit(pace)) * mesh.half[:, 0] / total
         chosen = shares > 0.1 * rtol / shares.size
-        if shares.sum() <= rtol or not chosen.any() or mesh.edges.size > regime.MOST_CELLS:
+        if shares.sum() <= rtol or not chosen.any() or mesh.edges.size > most:
             break
         mesh = piecewise.cells(piecewise.bisected(mesh.edges, chosen))
-    return total, float(shares.sum()) + motion.error * motion.irregularity + 24 * ROUNDING
+    slower = (motion.speed or speed) * pace
+    once, twice = (float(piecewise.integral(pace * slower**n, mesh.half).sum()) / total for n in (1, 2))
+    pinned = max(motion.error - 4.0 * motion.level_error, 0.0) * motion.irregularity
+    doubt = pinned * once + (motion.level + _LEVEL_ROUNDING) * twice
+    return total, float(shares.sum()) + doubt + 24 * ROUNDING

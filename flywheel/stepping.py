@@ -1,13 +1,15 @@
 """Time stepping through the smooth pieces of a machine, restarted at the end of each.
 
 Within a piece the loads are continued smoothly past its end, so that the step which finds the end keeps its order. The same
-holds for what switches at a speed: it is watched over every step, and found where it changes its sign.
+holds for what switches at a speed: it is watched over every step, and found where it changes its sign. Steps are explicit,
+and implicit where small changes die out many times over within a piece.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Generator, Iterator
 from functools import partial
+from itertools import pairwise
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -16,12 +18,16 @@ from scipy.integrate import DOP853
 from scipy.optimize import brentq
 
 from flywheel.faults import Fault, SceneError
+from flywheel.implicit import Along, Implicit, decay
 from flywheel.piecewise import ROUNDING
 
 Array = NDArray[np.float64]
 Rates = Callable[[float, Array], Array]
 
 TIGHTEST = 3e-14  # tolerance of a step: below it the integrator's own rounding wins
+_BEYOND = 1.05  # of the way to a piece's end: how far a step may try
+_MANY = 128  # explicit steps in a stretch, after which implicit ones are tried
+_PARTS = 3  # in which an implicit step is told, each as smooth as an explicit step
 
 
 class Step(NamedTuple):
@@ -59,29 +65,93 @@ def through(
     tolerance: Tolerance,
     hint: float | None,
     watch: Watch | None = None,
+    along: Along | None = None,
 ) -> Iterator[Step]:
     """Steps from a state until phi leaves (low, high), t reaches `until`, or what is watched leaves its side.
 
-    The last one ends exactly there.
+    The last one ends exactly there. With `along`, the same rates at many instants at once, stretches in which small changes
+    die out many times over are stepped implicitly, and what is left of one that takes many steps.
     """
-    low, high = ends
+    if along is not None and _stiff(along, t, state, float(rates(t, state)[0]), ends, until):
+        done, t, state = yield from _implicitly(rates, along, t, state, ends, until, tolerance, watch)
+        if done:
+            return
+        along = None
     first = min(1.1 * hint, until - t) if hint else None  # a little more, so that an equal piece takes one step too
     absolute: Any = tolerance.absolute  # one for each variable, which the stubs do not know
     solver: Any = DOP853(rates, t, state, until, rtol=tolerance.relative, atol=absolute, first_step=first)
+    taken = 0
     while solver.status == "running":
         pace = float(solver.f[0])
-        _hold_back(solver, high if pace >= 0.0 else low)
+        _hold_back(solver, _ahead(ends, pace))
         message = solver.step()
         if solver.status == "failed":
             found = f"a motion that no step is short enough for, after {solver.t:.6g} s ({message})"
             raise SceneError([Fault("simulation", found, "a motion that can be followed", "look for what vanishes there")])
         step = Step(solver.dense_output(), float(solver.t_old), float(solver.t))
-        left = _left(rates, step, pace, float(solver.f[0]), ends)
-        step = step if left is None else step._replace(end=left)
-        step = step if watch is None else crossing(watch, step)
+        step, over = _ended(rates, step, pace, float(solver.f[0]), ends, watch)
         yield step
-        if left is not None or step.crossed is not None:
+        if over:
             return
+        taken += 1
+        if along is not None and taken == _MANY:
+            rest = along._replace(stiff=0.0)
+            yield from through(rates, solver.t, solver.y, ends, until, tolerance, None, watch, rest)
+            return
+
+
+def _ended(
+    rates: Rates, step: Step, before: float, after: float, ends: tuple[float, float], watch: Watch | None
+) -> tuple[Step, bool]:
+    """A step cut where phi leaves the piece or something watched leaves its side, and whether it was."""
+    left = _left(rates, step, before, after, ends)
+    step = step if left is None else step._replace(end=left)
+    step = step if watch is None else crossing(watch, step)
+    return step, left is not None or step.crossed is not None
+
+
+def _ahead(ends: tuple[float, float], pace: float) -> float:
+    return ends[1] if pace >= 0.0 else ends[0]
+
+
+def _rest(pace: float, t: float, state: Array, ends: tuple[float, float], until: float) -> float:
+    """About how long it takes to the piece's end, or to the last time."""
+    return min(abs(_ahead(ends, pace) - float(state[0])) / abs(pace) if pace else np.inf, until - t)
+
+
+def _stiff(along: Along, t: float, state: Array, pace: float, ends: tuple[float, float], until: float) -> bool:
+    """Whether so many time constants lie ahead that explicit steps would be held up by them."""
+    if along.stiff in (0.0, np.inf):
+        return along.stiff == 0.0
+    return decay(along, t, state) * _rest(pace, t, state, ends, until) > along.stiff
+
+
+def _implicitly(
+    rates: Rates,
+    along: Along,
+    t: float,
+    state: Array,
+    ends: tuple[float, float],
+    until: float,
+    tolerance: Tolerance,
+    watch: Watch | None,
+) -> Generator[Step, None, tuple[bool, float, Array]]:
+    """Implicit steps, each told in parts; whether the stretch came to its end, or where no step was accepted."""
+    solver = Implicit(along, t, state, tolerance.relative, tolerance.absolute)
+    pace = float(rates(t, state)[0])
+    while solver.t < until:
+        start, rest = solver.t, _rest(pace, solver.t, solver.state, ends, until)
+        dense = solver.step(min(_BEYOND * rest, until - start), pace)
+        if dense is None:
+            return False, solver.t, solver.state
+        edges = np.linspace(start, solver.t, _PARTS + 1)
+        paces = along.rates(edges, dense(edges))[0].tolist()
+        for (low, before), (high, pace) in pairwise(zip(edges.tolist(), paces, strict=True)):
+            step, over = _ended(rates, Step(dense, low, high), before, pace, ends, watch)
+            yield step
+            if over:
+                return True, solver.t, solver.state
+    return True, solver.t, solver.state
 
 
 def _left(rates: Rates, step: Step, before: float, after: float, ends: tuple[float, float]) -> float | None:
@@ -106,7 +176,7 @@ def _hold_back(solver: Any, end: float) -> None:
     """Keep the next step from running far past the piece's end, where the laws are only continued."""
     pace = abs(solver.f[0])
     if pace > 0.0:
-        solver.h_abs = min(solver.h_abs, max(1.05 * abs(end - solver.y[0]) / pace, 1e-9 * abs(solver.t - solver.t_bound)))
+        solver.h_abs = min(solver.h_abs, max(_BEYOND * abs(end - solver.y[0]) / pace, 1e-9 * abs(solver.t - solver.t_bound)))
 
 
 def _passage(dense: Callable[[Any], Array], start: float, stop: float, end: float) -> float:

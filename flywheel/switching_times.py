@@ -123,5 +123,5 @@ def _environment(effort: Effort) -> tuple[Any, Any]:
 
 
 def _too_fast(effort: Effort, law: Expression, does: str, end: float) -> SceneError:
-    found = f"{law.text}, which {does} to be followed to {end:.6g} s"
+    found = f"{law.shown}, which {does} to be followed to {end:.6g} s"
     return SceneError([Fault(effort.path, found, "an expression that can be followed", "a shorter time")])

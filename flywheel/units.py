@@ -24,6 +24,7 @@ from flywheel.advice import mean, quote, show
 _PI = (3141592653589793238462643383279502884197169399375105820974944592307816, 10**69)
 _LONGEST = 100
 _LARGEST_POWER = 9
+_MOST_DIGITS = 1000
 LARGEST = 1e50  # a quantity beyond it would leave the floating-point range with its first few products
 _NUMBER = re.compile(r"\s*([+-]?)([0-9]*)(?:\.([0-9]*))?(?:[eE]([+-]?[0-9]{1,9}))?(?![0-9.])")
 _FACTOR = re.compile(r"([^\W\d_]+|%|°)(?:\^([+-]?[0-9]+))?")
@@ -289,6 +290,8 @@ def _scaled(match: re.Match[str], unit: Unit) -> float:
     if not _has_digits(match) or abs(int(match[4] or 0)) > 400:
         raise QuantityError(quote(match.group()), "a number within the floating-point range")
     fraction = match[3] or ""
+    if len(match[2]) + len(fraction) > _MOST_DIGITS:
+        raise QuantityError(quote(match.group()), f"a number of at most {_MOST_DIGITS} digits")
     digits = int((match[2] + fraction) or "0")
     power = int(match[4] or 0) - len(fraction)
     top = digits * unit.numerator * 10 ** max(power, 0)

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flywheel import piecewise, regime, steady
+from flywheel.doubtful_angles import error_of_crossings, error_of_extremes
 from flywheel.faults import Fault, SceneError
 from flywheel.machine import Machine
 from flywheel.piecewise import ROUNDING, Crossings
@@ -21,7 +22,6 @@ Array = NDArray[np.float64]
 
 # Rows of the functions H = a W + b I* whose extremes a sizing needs, by name
 _WORK, _FAST, _SLOW, _TORQUE, _INERTIA = range(5)
-_INSIDE = 1.0 - 1e-12  # of a cell: roots beyond it lie at its end
 
 
 def settled(machine: Machine, rtol: float) -> Sizing:
@@ -77,6 +77,8 @@ def refined(
             raise SceneError([_out_of_range(figures)])
         motion = motion_of(figures)
         doubt = max(figures.error / figures.scale, work_error(cycle), motion.error if motion else 0.0)
+        doubt = max(doubt, _approximate_error(figures, machine.scene), _torque_error(figures, machine.scene))
+        doubt = max(doubt, _inertia_error(cycle))
         stalls = stalls + 1 if doubt > 0.9 * before else 0
         if doubt <= 0.5 * rtol or stalls > 1:  # half is left to the simulation; twice without gain: the rest is rounding
             return figures, motion
@@ -121,6 +123,8 @@ def _figures(scene: Scene, cycle: Cycle, speed: float) -> Figures:
     if scale <= 4 * error:  # nothing but rounding: compare it with the inertia and the work at hand
         inertia = float(np.abs(cycle.series[2]).sum(axis=-1).max())
         scale = max(scale, inertia, cycle.exchanged / unit, 1e-300)
+    if exact < -error:  # the machine's own inertia suffices, whatever rounding did: the figure is 0
+        error = 0.0
     return Figures(cycle, speed, extremes, crossings, total, error, scale)
 
 
@@ -155,11 +159,12 @@ def _motion(machine: Machine, figures: Figures) -> Run | None:
 
 
 def _run_or_fault(cycle: Cycle, scene: Scene, speed: float, inertia: float) -> Run | None:
-    least = inertia + cycle.inertia_at_start + float(regime.combined(cycle, np.array([[0.0, 1.0]]))[0].least[0])
-    if least <= cycle.errors.inertia and inertia == 0.0 and scene.inertia is None:
+    extent = regime.inertia_extent(cycle)
+    least = inertia + extent.least
+    if least <= extent.error and inertia == 0.0 and scene.inertia is None:
         return None  # nothing moves that could store energy, and nothing acts
     try:
-        if least <= cycle.errors.inertia:
+        if least <= extent.error:
             raise NoMotionError
         return steady.run(cycle, speed, inertia)
     except NoMotionError:
@@ -218,53 +223,61 @@ def _closure_message(cycle: Cycle, rtol: float) -> tuple[str, ...]:
 
 
 def _error_figures(figures: Figures, scene: Scene, motion: Run | None) -> Errors:
-    cycle = figures.cycle
-    if scene.irregularity is None:
-        return Errors(simulation=motion and motion.error, work=work_error(cycle), angles=_angle_error(figures, motion))
-    speed = figures.speed
-    unit = scene.irregularity * speed**2
-    approximate = 2 * cycle.errors.work / unit + cycle.errors.inertia
-    torque = (2 * cycle.errors.work + speed**2 * cycle.errors.variation) / unit
-    scale = figures.scale
+    cycle, sized = figures.cycle, scene.irregularity is not None
+    angles = error_of_crossings(cycle, figures.crossings)
+    extremes = None if motion is None else error_of_extremes(cycle, motion, sized=sized)
+    if not sized:
+        return Errors(simulation=motion and motion.error, work=work_error(cycle), angles=angles, extremes=extremes)
+    by_torque = _torque_error(figures, scene)
     return Errors(
-        exact=figures.error / scale,
-        approximate=approximate / scale,
-        inertia_torque=torque / scale,
+        exact=figures.error / figures.scale or by_torque,  # an exact 0 leaves the doubt of the figure nearest to it
+        approximate=_approximate_error(figures, scene),
+        inertia_torque=by_torque,
         work=work_error(cycle),
-        angles=_angle_error(figures, motion),
+        angles=angles,
+        extremes=extremes,
     )
 
 
-def _angle_error(figures: Figures, motion: Run | None) -> float:
-    """Error (rad) of the crossing angles and of the angles of extreme speed.
-
-    Each is a root of M* - factor dI*/dphi, off by that function's own error over its slope; where the root is the end of
-    a cell the moment jumps through zero, or the cycle ends, and only rounding is left.
-    """
-    cycle, found = figures.cycle, figures.crossings
-    doubt = _root_error(cycle, found.cell, found.t, np.zeros_like(found.t))
-    if motion is not None:
-        along = motion.cycle or cycle
-        speeds = np.array([motion.speed_max, motion.speed_min])
-        cell, t = along.where(np.array([motion.angle_speed_max, motion.angle_speed_min]))
-        doubt = max(doubt, _root_error(along, cell, t, 0.5 * speeds**2))
-    return 4 * ROUNDING * float(cycle.mesh.edges[-1]) + doubt
+def _inertia_error(cycle: Cycle) -> float:
+    """Error of the extremes of I*, relative to the greatest."""
+    greatest = float(np.abs(cycle.series[2]).sum(axis=-1).max())
+    return min(cycle.errors.inertia, cycle.errors.variation) / greatest if greatest > 0.0 else 0.0
 
 
-def _root_error(cycle: Cycle, cell: NDArray[np.intp], t: Array, factor: Array) -> float:
-    half = cycle.mesh.half[cell, 0]
-    rows = cycle.series[0, cell] - factor[:, None] * cycle.series[1, cell]
-    slope = np.maximum(np.abs(piecewise.slope(rows, t)) / half, 1e-300)
-    noise = cycle.noise[0, cell] + factor * cycle.noise[1, cell] + cycle.errors.work / cycle.mesh.edges[-1]
-    doubt = np.where(np.abs(t) < _INSIDE, np.minimum(noise / slope, 2 * half), 0.0)
-    return float(doubt.max(initial=0.0))
+def _approximate_error(figures: Figures, scene: Scene) -> float:
+    """Error of the approximate flywheels, relative to that of the areas."""
+    if scene.irregularity is None:
+        return 0.0
+    errors, unit = figures.cycle.errors, scene.irregularity * figures.speed**2
+    total = float(figures.extremes.greatest[_WORK] - figures.extremes.least[_WORK]) / unit
+    of_total = 2 * errors.work / unit
+    least, _, doubt = regime.inertia_extent(figures.cycle)
+    error = of_total + doubt + min(doubt, errors.variation)  # as `reduced_inertia` has it, by the one way or the other
+    if total - least < -error:  # then the approximate one is 0, and only the total is in doubt
+        error = of_total
+    return _relative(error, 0.0, figures, unit)
+
+
+def _torque_error(figures: Figures, scene: Scene) -> float:
+    """Error of the flywheel by the inertia torque, relative to the larger of itself and that of the areas."""
+    if scene.irregularity is None:
+        return 0.0
+    errors, unit = figures.cycle.errors, scene.irregularity * figures.speed**2
+    torque = float(figures.extremes.greatest[_TORQUE] - figures.extremes.least[_TORQUE]) / unit
+    return _relative((2 * errors.work + figures.speed**2 * errors.variation) / unit, torque, figures, unit)
+
+
+def _relative(error: float, figure: float, figures: Figures, unit: float) -> float:
+    """An error relative to the larger of a figure and energy_fluctuation/unit; if these are rounding, to what is at hand."""
+    scale = max(figure, float(figures.extremes.greatest[_WORK] - figures.extremes.least[_WORK]) / unit)
+    return error / (scale if scale > 4 * error else max(scale, figures.scale))
 
 
 def _balance(scene: Scene, cycle: Cycle) -> Balance | None:
     if scene.unknown is None or cycle.balance is None:
         return None
-    error = cycle.errors.work / cycle.exchanged if cycle.exchanged else 0.0
-    return Balance(scene.unknown, cycle.balance, error)
+    return Balance(scene.unknown, cycle.balance, cycle.balance_error)
 
 
 def _areas(figures: Figures) -> tuple[Area, ...]:
@@ -280,12 +293,16 @@ def _areas(figures: Figures) -> tuple[Area, ...]:
 
 
 def reduced_inertia(figures: Figures) -> ReducedInertia:
-    """I* without the flywheel over the cycle."""
+    """I* without the flywheel over the cycle: extremes by its slope, summed up, or by its own series, as is known better.
+
+    A sum keeps the small variation of a large I*, and loses the least I* beside a peak.
+    """
     cycle, extremes = figures.cycle, figures.extremes
-    start, mesh = cycle.inertia_at_start, cycle.mesh
-    mean = float((cycle.series[2] @ piecewise.MEAN * mesh.half[:, 0]).sum() / mesh.edges[-1])
-    least = max(start + float(extremes.least[_INERTIA]), 0.0)
-    return ReducedInertia(least, start + float(extremes.greatest[_INERTIA]), mean)
+    mean = float((cycle.series[2] @ piecewise.MEAN * cycle.mesh.half[:, 0]).sum() / cycle.mesh.edges[-1])
+    least, greatest, error = regime.inertia_extent(cycle)
+    if cycle.errors.variation <= error:
+        least, greatest = (cycle.inertia_at_start + float(part[_INERTIA]) for part in (extremes.least, extremes.greatest))
+    return ReducedInertia(max(least, 0.0), greatest, mean)
 
 
 def _flywheel(figures: Figures, scene: Scene) -> Flywheel:

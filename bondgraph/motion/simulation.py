@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from bondgraph.counting import count
 from bondgraph.elements import ONE_PORTS
 from bondgraph.faults import GraphError
 from bondgraph.graph import BondGraph
@@ -291,6 +292,7 @@ class _Stepper:
 
         def field(t: float, state: Array) -> Array:
             self.evaluations += 1
+            count(1)
             t, values = t if t < last else last, state.tolist()
             try:
                 found = rates(t, *values, *[anchors.get(k, values[k]) for k in anchored]) if anchored else rates(t, *values)

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import click
 
-from flywheel.cli import machines, pictures, texts, transients
+from flywheel.cli import machines, pictures, texts, tradeoffs, transients
 
 __all__ = ["main"]
 
@@ -41,5 +41,5 @@ def main() -> None:
     """
 
 
-for _command in (*machines.COMMANDS, *transients.COMMANDS, *pictures.COMMANDS, *texts.COMMANDS):
+for _command in (*machines.COMMANDS, *transients.COMMANDS, *tradeoffs.COMMANDS, *pictures.COMMANDS, *texts.COMMANDS):
     main.add_command(_command)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -76,6 +76,17 @@ def plot_path(context: click.Context, parameter: click.Parameter, path: Path | N
     if path is not None and path.suffix.lower() not in PLOT_FORMATS:
         raise click.BadParameter(f"{str(path)!r} does not end in {', '.join(PLOT_FORMATS[:-1])} or {PLOT_FORMATS[-1]}.")
     return path
+
+
+def within(low: float, high: float) -> Callable[[click.Context, click.Parameter, float | None], float | None]:
+    """A callback that refuses numbers outside [low, high]; an option that is not given is let pass."""
+
+    def checked(context: click.Context, parameter: click.Parameter, value: float | None) -> float | None:
+        if value is not None and not low <= value <= high:
+            raise click.BadParameter(f"{value} is not from {low} to {high}.")
+        return value
+
+    return checked
 
 
 _PLACES = {

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 import click
 
+from flywheel.accuracy import FAST, LEVELS, NORMAL, RTOL
 from flywheel.cli.common import (
     AT,
     MOST_POINTS,
@@ -20,28 +21,32 @@ from flywheel.cli.common import (
     reported,
     show,
     spare,
+    within,
     written,
 )
 
 if TYPE_CHECKING:
+    from flywheel.explaining import Explanation
     from flywheel.joints import JointForces
     from flywheel.results import Sizing
 
-RTOL = (1e-14, 0.1)
 _FEW, _MANY = 24, 360  # positions in tables for reading; in data, pictures and the search for the largest forces
-
-
-def _accuracy(context: click.Context, parameter: click.Parameter, rtol: float | None) -> float | None:
-    if rtol is not None and not RTOL[0] <= rtol <= RTOL[1]:
-        raise click.BadParameter(f"{rtol} is not from {RTOL[0]} to {RTOL[1]}.")
-    return rtol
 
 
 @click.command(short_help="Size the flywheel of a scene, or analyse a given one.")
 @SCENE
 @click.option("--json", "as_json", is_flag=True, help="Print the result as JSON, SI throughout.")
-@click.option("--rtol", type=float, callback=_accuracy, help="Relative accuracy asked of every figure.")
-@click.option("--no-simulate", is_flag=True, help="Leave out the time simulation that confirms the result.")
+@click.option("--rtol", type=float, callback=within(*RTOL), help="Relative accuracy asked of every figure.")
+@click.option("--no-simulate", is_flag=True, help="Leave out the time simulation that confirms the result (normal).")
+@click.option(
+    "--accuracy",
+    type=click.Choice(LEVELS),
+    help="fast: the areas, and proven bounds of the exact figure. normal: exact. confirm: exact, and the motion by "
+    "collocation. audit (default): exact, and the motion stepped in time.",
+)
+@click.option(
+    "--explain", is_flag=True, help="Tell how it was worked out and why so, what was left out, and what more would cost."
+)
 @click.option(
     "--plot",
     type=click.Path(path_type=Path),
@@ -49,27 +54,39 @@ def _accuracy(context: click.Context, parameter: click.Parameter, rtol: float | 
     metavar="FILE.(png|svg|pdf)",
     help="Draw moment, inertia, Wittenbauer's loop and speed into a file.",
 )
-def size(scene: Path, as_json: bool, rtol: float | None, no_simulate: bool, plot: Path | None) -> None:
+def size(
+    scene: Path, as_json: bool, rtol: float | None, no_simulate: bool, accuracy: str | None, explain: bool, plot: Path | None
+) -> None:
     """Size (or analyse) the flywheel of the machine in SCENE, a TOML file."""
+    if no_simulate and accuracy not in (None, NORMAL):
+        raise click.UsageError(f"--no-simulate means --accuracy normal, and contradicts --accuracy {accuracy}.")
+    if plot is not None and accuracy == FAST:
+        raise click.UsageError("--plot draws the motion, which --accuracy fast leaves out.")
     with reported(scene):
         from flywheel.reading.scenes import load
         from flywheel.sizing import size as sized
 
-        sizing = sized(load(scene), rtol, simulate=not no_simulate)
-        _show(sizing, as_json)
+        sizing = sized(load(scene), rtol, accuracy=NORMAL if no_simulate else accuracy)
+        explanation = None
+        if explain:
+            from flywheel.explaining import explained
+
+            explanation = explained(sizing)
+        _show(sizing, as_json, explanation)
         if plot is not None:
             _draw(sizing, plot)
 
 
-def _show(sizing: Sizing, as_json: bool) -> None:
+def _show(sizing: Sizing, as_json: bool, explanation: Explanation | None) -> None:
     if not as_json:
         from flywheel.writing.report import text
 
-        show(text(sizing))
+        show(text(sizing) if explanation is None else f"{text(sizing)}\n{explanation.text()}")
         return
     from flywheel.writing.export import encoded
 
-    show(encoded(sizing.as_dict(), indent=2))
+    told = {} if explanation is None else {"explanation": explanation.as_dict()}
+    show(encoded({**sizing.as_dict(), **told}, indent=2))
     for message in sizing.messages:
         click.echo(message, err=True)
 

@@ -22,6 +22,7 @@ from flywheel.cli.common import (
     quantity,
     reported,
     spare,
+    within,
     written,
 )
 
@@ -32,12 +33,6 @@ if TYPE_CHECKING:
 _RTOL = (1e-13, 0.1)
 _POINTS = 500
 _EVERY = 5.0  # seconds between two words on a long motion
-
-
-def _accuracy(context: click.Context, parameter: click.Parameter, rtol: float) -> float:
-    if not _RTOL[0] <= rtol <= _RTOL[1]:
-        raise click.BadParameter(f"{rtol} is not from {_RTOL[0]} to {_RTOL[1]}.")
-    return rtol
 
 
 def _start(context: click.Context, parameter: click.Parameter, text: str) -> str:
@@ -109,7 +104,9 @@ def _wheel(context: click.Context, parameter: click.Parameter, text: str | None)
     help="Times in CSV and JSON, evenly from start to end.",
 )
 @click.option("--breaks", is_flag=True, help="Add to CSV and JSON the times at which laws switch, once for each side.")
-@click.option("--rtol", type=float, default=1e-9, show_default=True, callback=_accuracy, help="Error allowed of the motion.")
+@click.option(
+    "--rtol", type=float, default=1e-9, show_default=True, callback=within(*_RTOL), help="Error allowed of the motion."
+)
 @click.option("--output", type=click.Path(path_type=Path), metavar="FILE", help="Write the text or JSON to a file instead.")
 def simulate(
     scene: Path,

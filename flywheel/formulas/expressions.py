@@ -17,6 +17,7 @@ from typing import Any
 
 import numpy as np
 
+from flywheel.advice import LONGEST_SHOWN
 from flywheel.formulas import trees
 from flywheel.formulas.trees import At, Node
 
@@ -55,6 +56,11 @@ class Expression:
 
     text: str
     tree: Node
+
+    @property
+    def shown(self) -> str:
+        """The text, cut where it runs on: for faults, which are single lines."""
+        return self.text if len(self.text) <= LONGEST_SHOWN else f"{self.text[: LONGEST_SHOWN - 1]}…"
 
     @cached_property
     def names(self) -> frozenset[str]:

@@ -103,13 +103,14 @@ def _chain(u: Jet, value: Any, slope: Any, bend: Callable[[], Any], square: Call
     return Jet(value, first, None if u.second is None else bend() * square(u.first) + slope * u.second)
 
 
-def _constant_power(u: Jet, n: float, power: Callable[[Any, Any], Any]) -> Jet:
+def _constant_power(u: Jet, n: Any, power: Callable[[Any, Any], Any]) -> Jet:
     """Power with a constant exponent n: n u^(n-1), n (n-1) u^(n-2), without the powers that a factor 0 removes."""
+    steady = isinstance(n, (int, float))  # else it is an array: an exponent that jumps
 
-    def term(factor: float, exponent: float) -> Any:
-        if factor == 0 or exponent == 0:
+    def term(factor: Any, exponent: Any) -> Any:
+        if steady and (factor == 0 or exponent == 0):
             return factor
-        return factor * (u.value if exponent == 1 else power(u.value, exponent))
+        return factor * (u.value if steady and exponent == 1 else power(u.value, exponent))
 
     return _chain(u, power(u.value, n), term(n, n - 1), lambda: term(n * (n - 1), n - 2), lambda first: power(first, 2.0))
 

@@ -23,7 +23,7 @@ from flywheel.formulas.trees import At, Node
 
 Mask = NDArray[np.bool_]
 
-CELL_CAP = 20_000
+CELL_CAP = 10_000  # more would take seconds
 FINEST = 1e-14  # of the range: narrower cells are no longer split
 
 _EXPONENT = 8.0  # widest range of an exponential's argument
@@ -63,7 +63,7 @@ def resolved(expression: Expression, lo: Array, hi: Array, env: Enclosures, env_
     """Angles at which the cells from `lo` to `hi` (rad) must be split further for 17 nodes to follow an expression.
 
     The cells must lie between the expression's breakpoints; `env` and `env_value` are those of `breakpoints`.
-    Raises SwitchingError where a denominator comes to zero, a tangent is infinite, or 20 000 cells do not do.
+    Raises SwitchingError where a denominator comes to zero, a tangent is infinite, or 10 000 cells do not do.
 
     >>> from flywheel.formulas.expressions import parse
     >>> peak = parse("sin(phi) + exp(-((phi - 2)/1e-3)**2)")
@@ -98,9 +98,9 @@ def _examined(lo: Array, hi: Array, span: float, env: Enclosures, env_value: Val
 
 def _check(expression: Expression, lo: Array, hi: Array, span: float, count: int) -> None:
     if count > CELL_CAP:
-        raise SwitchingError(f"{expression.text}: varies too fast to be followed (near phi = {{near}})", float(lo[0]))
+        raise SwitchingError(f"{expression.shown}: varies too fast to be followed (near phi = {{near}})", float(lo[0]))
     if np.any(hi - lo <= FINEST * span):
-        text = f"{expression.text}: not finite near phi = {{near}} (a denominator or tangent)"
+        text = f"{expression.shown}: not finite near phi = {{near}} (a denominator or tangent)"
         raise SwitchingError(text, float(lo[np.argmin(hi - lo)]))
 
 

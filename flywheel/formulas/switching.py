@@ -58,13 +58,17 @@ class _Cells(NamedTuple):
 
 
 def roots(
-    enclose: Callable[[Array, Array], tuple[Any, Any]], value: Callable[[Array], Any], a: float, b: float
+    enclose: Callable[[Array, Array], tuple[Any, Any]],
+    value: Callable[[Array], Any],
+    a: float,
+    b: float,
+    most: int = CELL_CAP,
 ) -> list[float]:
     """Every angle in (a, b) where a function changes sign or touches zero, ascending.
 
     `enclose(lo, hi)` gives enclosures of the function and of its derivative over arrays of cells, `value(phi)` its
     values. A stretch where the enclosure is exactly 0 has no roots; one where the function cannot be told from zero
-    has a single, harmless one. Raises SwitchingError where there are too many to be found.
+    has a single, harmless one. Raises SwitchingError where there are too many to be found, in `most` cells.
 
     >>> from flywheel.formulas.intervals import NAMESPACE as ns
     >>> found = roots(lambda lo, hi: (ns.sin(Interval(lo, hi)), ns.cos(Interval(lo, hi))), np.sin, 1.0, 7.0)
@@ -73,7 +77,7 @@ def roots(
     """
     search = _Search(lambda lo, hi, _: enclose(lo, hi), lambda phi, _: value(phi))
     edges = np.array([a, b], dtype=float)
-    return [float(root) for root in _apart(edges, _roots_between(search, edges))[1:-1]]
+    return [float(root) for root in _apart(edges, _roots_between(search, edges, most))[1:-1]]
 
 
 def breakpoints(
@@ -101,7 +105,7 @@ def breakpoints(
         try:
             found = _roots_between(_search_of(part, env, env_value), edges)
         except SwitchingError as error:
-            raise SwitchingError(f"{part.text}: {error.text}", error.near) from None
+            raise SwitchingError(f"{part.shown}: {error.text}", error.near) from None
         edges = _apart(edges, found)
     return [float(angle) for angle in edges[_distance(edges, start) > 0]]
 
@@ -132,22 +136,22 @@ def _distance(angles: Array, edges: Array) -> Array:
     return np.minimum(np.abs(after - angles), np.abs(angles - before))
 
 
-def _roots_between(search: _Search, edges: Array) -> Array:
+def _roots_between(search: _Search, edges: Array, most: int = CELL_CAP) -> Array:
     """Roots of all pieces between edges at once, unordered; some may repeat an edge or each other."""
     with np.errstate(all="ignore"):
-        monotone, flat = _isolated(search, edges)
+        monotone, flat = _isolated(search, edges, most)
         crossings, doubtful = _crossings(search, monotone)
         return np.concatenate((crossings, _touching_points(search, _joined([flat, doubtful]), edges)))
 
 
-def _isolated(search: _Search, edges: Array) -> tuple[_Cells, _Cells]:
+def _isolated(search: _Search, edges: Array, most: int) -> tuple[_Cells, _Cells]:
     """Cells that hold at most one root, and cells that cannot be split with profit."""
     cells, seen = _first_cells(edges), 0
     finest = FINEST * (edges[-1] - edges[0])
     monotone, touching = [], []
     while cells.lo.size:
         seen += cells.lo.size
-        if seen > CELL_CAP:
+        if seen > most:
             raise SwitchingError("changes sign too often to be followed (first near phi = {near})", float(cells.lo[0]))
         bounds, slope, noise = _bounds(search, cells)
         is_open = ~((bounds.lo > 0) | (bounds.hi < 0) | ((bounds.lo == 0) & (bounds.hi == 0)))

@@ -32,6 +32,7 @@ _CLEARER = 0.7  # the nearest assembly must be nearer to the guess than this sha
 _FITS = 0.3
 _ROUGH = 0.1  # rad, or units: guesses are never better than this
 _LISTED = 8
+_LONGEST = 240  # characters of all that are listed: a fault is a single line
 _NAMED = 6
 _TURNS = 4.0  # to each side, of angles that a coupling ties: each turn may be another assembly
 _TRIED = 200
@@ -334,8 +335,11 @@ def _where(loops: Loops) -> str:
 
 
 def _fault(loops: Loops, key: str, what: str, found: Array, expected: str) -> Fault:
-    listed = "; ".join(f"({described(loops, z)})" for z in found[:_LISTED])
-    more = f" and {len(found) - _LISTED} more" if len(found) > _LISTED else ""
+    texts = [f"({described(loops, z)})" for z in found[:_LISTED]]
+    lengths = np.cumsum([len(text) for text in texts])
+    few = max(int(np.searchsorted(lengths, _LONGEST)), 1)
+    listed = "; ".join(texts[:few])
+    more = f" and {len(found) - few} more" if len(found) > few else ""
     path = f"{loops.linkage.path}.{key}" if key else loops.linkage.path
     return Fault(path, f"{what} {_where(loops)}", expected, f"there are {listed}{more}")
 

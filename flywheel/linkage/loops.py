@@ -17,11 +17,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flywheel.faults import Fault, SceneError
+from flywheel.linkage import lifts
 from flywheel.linkage.description import CAM, FIXED, FRAME, PIN, SLIDE, SLOT, Coupling, Joint, Lift, Linkage
 
 Array = NDArray[np.float64]
 
 _PARALLEL = 1e-9  # rad: angles that differ by less are one
+_LOOKS = 64  # angles of a period at which a lift is looked at, for its size
 
 
 class Form(NamedTuple):
@@ -233,11 +235,20 @@ def _coordinate(joint: Joint, names: tuple[str, ...], angles: dict[str, Form]) -
 
 
 def _unit(linkage: Linkage) -> float:
-    """The largest length that the joints stand on, m."""
+    """The largest length that the joints stand on, or that couplings move a slide by, m."""
     ends = [point for joint in linkage.joints for point in (joint.first_at, joint.second_at)]
     found = max((max(abs(point.x), abs(point.y)) for point in ends), default=0.0)
     guesses = [abs(joint.guess) for joint in linkage.joints if joint.guess and joint.kind in (SLIDE, SLOT)]
-    return max([found, *guesses]) or 1.0
+    driven = [_travel(pair) for pair in linkage.couplings if linkage.joint(pair.second).kind == SLIDE]
+    return max([found, *guesses, *driven, abs(linkage.start) if linkage.sliding else 0.0]) or 1.0
+
+
+def _travel(coupling: Coupling) -> float:
+    """About how far a coupling moves its slide, m: a cam's greatest lift, or what a radian rolls off."""
+    if coupling.lift is None:
+        return max(abs(coupling.ratio), abs(coupling.phase))
+    lift = lifts.at(coupling.lift, np.linspace(0.0, coupling.lift.period, _LOOKS))[0]
+    return float(np.abs(lift).max()) if np.isfinite(lift).all() else 0.0
 
 
 def _rigid_angles(linkage: Linkage) -> tuple[dict[str, float], dict[str, str], tuple[str, ...]]:

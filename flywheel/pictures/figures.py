@@ -19,7 +19,7 @@ BLUE, VERMILLION, GREEN, PURPLE, ORANGE, SKY = "#0072B2", "#D55E00", "#009E73", 
 BODIES = (BLUE, VERMILLION, GREEN, PURPLE, ORANGE, SKY, "#8C6D31", "#999999")
 FORMATS: dict[str, dict[str, Any]] = {"png": {}, "svg": {"Date": None}, "pdf": {"CreationDate": None}}
 _STYLE: Any = {"font.size": 10.0, "axes.titlesize": 11.5, "svg.hashsalt": "flywheel", "pdf.fonttype": 42}
-_DPI = 125
+DPI = 125
 
 
 def figure(width: float, height: float, title: str) -> Figure:
@@ -41,7 +41,7 @@ def save(made: Figure, path: str | Path) -> None:
         raise ValueError(f"found {str(path)!r}, expected a file name ending in .png, .svg or .pdf")
     with rc_context(_STYLE), warnings.catch_warnings():
         warnings.filterwarnings("ignore", message="Glyph .* missing")  # of a title; the picture has a box there
-        made.savefig(path, format=kind, dpi=_DPI, metadata=FORMATS[kind])
+        made.savefig(path, format=kind, dpi=DPI, metadata=FORMATS[kind])
 
 
 def name_axes(panel: Axes, title: str, xlabel: str, ylabel: str) -> None:

@@ -13,6 +13,7 @@ from flywheel.advice import mean, quote, show
 from flywheel.reading.fields import Faults
 
 LARGEST = 32 * 2**20
+MOST_ROWS = 40_000
 _NUMBER = re.compile(r"[+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]+)?")
 _REPORTED = 5  # faulty rows that are spelt out; a wrong separator would otherwise fill the screen
 
@@ -34,6 +35,9 @@ def read_columns(
     file = _find(name, folder, f"{path}.file", faults)
     text = None if file is None else _read(file, f"{path}.file", faults)
     if text is None:
+        return None
+    if (rows := len(text.splitlines())) > MOST_ROWS:
+        faults.add(f"{path}.file", f"{rows} lines in {show(name)}", f"at most {MOST_ROWS}", "leave out what lies on a line")
         return None
     lines = _split(text)
     header = lines.pop(0) if lines and _is_header(lines[0]) else None

@@ -21,6 +21,7 @@ from flywheel.reading.tables import TOLERANCE, fit_period, fit_stroke, fit_windo
 from flywheel.scene import Damper, Inertia, Law, Load, Spring, Stroke, Table
 
 _SAME = 1e-12  # share of a period within which two angles are one
+_ROUNDED = 1e-15  # share of a period by which rounding alone may miss its seam
 _LAWS = ("force", "torque", "table", "model")
 
 
@@ -262,7 +263,7 @@ def _out_of_range(start: float, end: float, every: float, path: str, faults: Fau
 def _reduced(angle: float, every: float) -> float:
     """An angle brought into [0, every), the period's end being its beginning."""
     angle = angle + every if angle < 0 else angle
-    return 0.0 if abs(angle - every) <= _SAME * every or angle <= _SAME * every else angle
+    return 0.0 if abs(angle - every) <= _ROUNDED * every or angle <= _ROUNDED * every else angle
 
 
 def _sense(text: str | None, path: str, faults: Faults) -> int:

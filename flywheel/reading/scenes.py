@@ -10,6 +10,8 @@ from itertools import accumulate
 from pathlib import Path
 from typing import Any, NamedTuple
 
+import numpy as np
+
 from flywheel.advice import quote, show
 from flywheel.faults import Fault, SceneError
 from flywheel.formulas.expressions import RESERVED
@@ -93,6 +95,7 @@ def _deepest_key(text: str) -> int:
     return max(token.count(".") for token in re.split(r"[\n,=\[\]{}]", bare))
 
 
+@np.errstate(all="ignore")  # what is not finite is reported as a fault, with its place
 def build_scene(mapping: Mapping[str, Any], folder: str | Path | None = None, file: str | Path | None = None) -> Scene:
     """The scene in a mapping such as `tomllib` gives; numbers, lists and arrays of NumPy will do as well.
 

@@ -9,6 +9,8 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
+from flywheel.accuracy import RTOL
+
 TURN = 2 * math.pi
 NAME_PATTERN = r"[^\W\d][\w-]*"
 """Names of shafts, mechanisms and outputs: a letter, then letters, digits, `_` or `-`."""
@@ -468,7 +470,7 @@ _SECTIONS = (
         "accuracy",
         "what is asked of the numbers",
         (
-            Key("rtol", "number", "relative error asked of every figure", 1e-9, Range(1e-14, 0.1)),
+            Key("rtol", "number", "relative error asked of every figure", 1e-9, Range(*RTOL)),
             Key(
                 "closure",
                 "number",

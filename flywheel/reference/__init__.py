@@ -23,7 +23,7 @@ _TOPICS = (
         "areas",
         "accuracy",
     ),
-    *("faults", "results", "reactions", "simulate"),
+    *("faults", "results", "reactions", "simulate", "tradeoff"),
 )
 
 

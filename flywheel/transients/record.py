@@ -116,6 +116,7 @@ class Transient:
             "energy": self.energy._asdict(),
             "error": self.error,
             "energy_residual": self.motion.energy_residual,
+            "drift": self.motion.drift,
             "rtol": self.rtol,
             "messages": list(self.messages),
         }

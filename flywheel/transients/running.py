@@ -27,6 +27,7 @@ _BALANCED = 64 * ROUNDING
 _MORE = 1e-9  # current than balances the load: so that the machine moves on, and not back
 
 
+@np.errstate(all="ignore")  # as in `flywheel.simulate`
 def transient(
     machine: Machine | Scene,
     *,

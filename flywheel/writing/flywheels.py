@@ -4,9 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
+from flywheel.accuracy import FAST
 from flywheel.every_shaft import gd2
 from flywheel.results import Sizing
 from flywheel.writing import outcome, shafts
+from flywheel.writing.bounds import by_areas
 from flywheel.writing.digits import columns, figure
 from flywheel.writing.rows import (
     NOTHING,
@@ -28,6 +30,8 @@ _DIGITS = 6
 
 def flywheel(sizing: Sizing) -> list[str]:
     """The candidates of a sizing with bounds and verdicts; the figures of a given flywheel."""
+    if sizing.accuracy == FAST and sizing.scene.areas is None:
+        return by_areas(sizing)
     return _sized(sizing) if sizing.scene.inertia is None else _analysed(sizing)
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable
 
+from flywheel.accuracy import AUDIT, CONFIRM, FAST, NORMAL
 from flywheel.results import Built, Sizing
 from flywheel.writing import flywheels, outcome, power, regimes
 from flywheel.writing.digits import columns, figure, short
@@ -31,10 +32,14 @@ def headline(sizing: Sizing) -> str:
     if scene.inertia is not None:
         eps = sizing.simulation and figure(sizing.simulation.irregularity, 0.0, 5)
         what = f"given flywheel {figure(scene.inertia, 0.0, 6)} kg m² on {wheel.on}, {speed}: irregularity {eps}"
+        what += " by the areas" if sizing.accuracy == FAST else ""
     elif wheel.needed is False:
         what = f"no flywheel needed for {asked}, {speed}"
+    elif wheel.exact is None:
+        inertia = figure(wheel.approximate or 0.0, outcome.inertia_errors(sizing).approximate, 6)
+        what = f"flywheel by the areas {inertia} kg m² on {wheel.on} for {asked}, {speed}"
     else:
-        inertia = figure(wheel.exact or 0.0, outcome.inertia_errors(sizing).exact, 6)
+        inertia = figure(wheel.exact, outcome.inertia_errors(sizing).exact, 6)
         what = f"flywheel {inertia} kg m² on {wheel.on} for {asked}, {speed}"
     title = " ".join(printable(scene.title or "").split())
     title = title if len(title) <= WIDTH else title[: WIDTH - 1] + "…"
@@ -143,6 +148,7 @@ _SAME = 1e-9  # share by which a wheel's inertia may pass the one it is made for
 _CONCLUSIVE = 0.01  # relative error of a simulation that confirms something
 _ROUTES = {
     "time": "Confirmed by time simulation, on a route of its own",
+    "collocation": "Confirmed by periodic collocation, on cells of its own",
     "quadrature": "Motion over a cycle, by quadrature (no time simulation)",
     "areas": "",
 }
@@ -179,7 +185,10 @@ _ERRORS = (
 
 
 def _errors(sizing: Sizing) -> list[str]:
-    found = [f"{title} {short(error)}" for name, title in _ERRORS if (error := getattr(sizing.error, name)) is not None]
+    titles = dict(_ERRORS) | ({"simulation": "irregularity by the areas"} if sizing.accuracy == FAST else {})
+    found = [
+        f"{title} {short(error)}" for name, title in titles.items() if (error := getattr(sizing.error, name)) is not None
+    ]
     if not found:
         return []
     state = "reached" if sizing.reached else "NOT reached"
@@ -202,6 +211,24 @@ def _notes(sizing: Sizing) -> list[str]:
     return [line for note in notes for line in wrapped(f"Note: {note}", "")]
 
 
+_FURTHER = {
+    FAST: "--accuracy normal works out the exact figures.",
+    NORMAL: "--accuracy confirm or audit confirms them.",
+    CONFIRM: "--accuracy audit steps the motion in time.",
+    AUDIT: "",
+}
+
+
+def _left_out(sizing: Sizing) -> list[str]:
+    """What the level of accuracy leaves out, and which one has it."""
+    level = sizing.accuracy
+    if sizing.scene.areas is not None:
+        return wrapped("A diagram of areas is worked out whole at every level of accuracy.", "")
+    if not sizing.left_out:
+        return wrapped(f"Nothing was left out at this level of accuracy ({level}).", "")
+    return wrapped(f"Left out at this level of accuracy ({level}): {'; '.join(sizing.left_out)}. {_FURTHER[level]}", "")
+
+
 _BLOCKS: tuple[Callable[[Sizing], list[str]], ...] = (
     _title,
     flywheels.flywheel,
@@ -216,4 +243,5 @@ _BLOCKS: tuple[Callable[[Sizing], list[str]], ...] = (
     _simulation,
     _errors,
     _notes,
+    _left_out,
 )

@@ -77,3 +77,41 @@ def test_the_slowest_of_several_changes_is_the_multiplier():
     edge = np.stack([np.zeros((2, 2)), np.diag([-0.9, -0.2])])
     change = Changes(none, none, none, edge, none, none)
     assert collocation.multiplier(change) == pytest.approx((0.8, 0.2))
+
+
+def round_cycle(rate, gap=0.3):
+    """One state, z' = rate(phi) z + 1 missed by the iterate, round a cycle that must lose a gap."""
+    rates = np.array([[rate(phi) for phi in cell] for cell in MESH.phi])
+    missed = MESH.phi - MESH.edges[:-1, None]
+    return collocation.round_cycle(
+        HALF,
+        rates[:, None, None, :],
+        np.zeros((CELLS, 1, 0, NODES)),
+        missed[:, None, :],
+        np.diff(MESH.edges)[:, None],
+        np.array([gap]),
+    )
+
+
+@pytest.mark.parametrize("rate", [0.4, -0.4, 4.0, -4.0, 7.0])
+def test_a_cycle_closes_whichever_way_it_is_followed(rate):
+    found = round_cycle(lambda phi: rate)
+    base = -found.around[0, -1] / found.around[0, 0]
+    edges = base * (1.0 + found.edge_start[:, 0, 0]) + found.edge_rest[:, 0]
+    nodes = base * found.start[:, 0, :, 0] + found.rest[:, 0]
+
+    def true(phi):  # z' = rate z + 1, z(4) = z(0) - 0.3
+        from_end = np.exp(rate * (phi - 4.0)) / -np.expm1(-4.0 * rate)
+        return -1.0 / rate - 0.3 * from_end
+
+    assert_allclose(edges, true(MESH.edges), rtol=1e-9)
+    assert_allclose(nodes, true(MESH.phi), rtol=1e-9)
+    assert edges[-1] == pytest.approx(edges[0] - 0.3, abs=1e-12)
+
+
+@pytest.mark.parametrize("slope", [-7.0, -3.0, 2.0, 40.0])
+def test_the_multiplier_is_that_of_the_cycle_whichever_way_it_is_followed(slope):
+    grown, damping = collocation.multiplier(round_cycle(lambda phi: slope + np.cos(phi)))
+    exponent = 4.0 * slope + np.sin(4.0)
+    assert grown == pytest.approx(np.exp(exponent), rel=1e-11, abs=1e-12)
+    assert damping == pytest.approx(-np.expm1(exponent), rel=1e-11)

@@ -31,6 +31,60 @@ def test_an_irregularity_near_two_is_confirmed():
     assert result.simulation.irregularity == pytest.approx(1.9, rel=1e-9)
 
 
+def test_thousands_of_pieces_are_not_stepped_and_that_is_said():
+    sawtooth = scenes.rotor(load=[{"on": "crank", "torque": "abs(sin(400*phi))"}])
+    sizing = flywheel.size(flywheel.load(sawtooth))
+    assert sizing.machine.restarts.size > 1500
+    assert sizing.simulation.route == "quadrature"
+    assert any("not confirmed in time: its 1600 smooth pieces" in message for message in sizing.messages)
+    assert sizing.left_out
+
+
+def test_a_motion_that_takes_too_many_steps_is_told_by_quadrature(monkeypatch):
+    monkeypatch.setattr("flywheel.confirmation._MOST", 500)
+    sizing = flywheel.size(flywheel.load(scenes.press()))
+    assert sizing.simulation.route == "quadrature"
+    assert sizing.simulation.irregularity == pytest.approx(0.05, rel=1e-12)
+    assert any("the motion takes too many steps" in message for message in sizing.messages)
+    assert sizing.cost.stages["simulation"].evaluations < 600
+
+
+def test_an_unstable_motion_held_by_a_balance_is_sized_though_stepping_leaves_it():
+    falling = {"load": [{"on": "crank", "torque": "-400*(1 + cos(phi))/omega"}], "drive": {"torque": "balance"}}
+    scene = falling | {"inertia": [{"on": "crank", "value": 2}], "regime": {"speed": 5}, "flywheel": {"irregularity": 1.8}}
+    sizing = flywheel.size(flywheel.load(scene))
+    assert sizing.flywheel.exact == pytest.approx(0.139349049222, rel=1e-9)
+    assert sizing.simulation.route == "quadrature"
+    assert any("not confirmed in time" in message for message in sizing.messages)
+
+
+def test_what_stepping_loses_is_not_reported():
+    """Next to standstill only rounding is left of the least speed."""
+    bare = {"type": "slider-crank", "crank": {"length": 0.1}, "rod": {"length": 0.3}, "slider": {"mass": 2}}
+    scene = {"mechanism": bare, "regime": {"speed": 10}, "flywheel": {"irregularity": 1.999999}}
+    sizing = flywheel.size(flywheel.load(scene))
+    assert sizing.simulation.route == "quadrature"
+    assert 0.0 < sizing.simulation.speed_min < sizing.simulation.speed_max < 20.0
+
+
+def test_an_approximate_flywheel_that_cannot_be_stepped_with_costs_no_more_than_its_figure(monkeypatch):
+    from flywheel import confirmation, one_cycle
+
+    calls = iter([confirmation._cycle_in_time])
+
+    def once(*arguments):
+        step = next(calls, None)
+        if step is None:
+            raise one_cycle.SlidingError
+        return step(*arguments)
+
+    monkeypatch.setattr(confirmation, "_cycle_in_time", once)
+    sizing = flywheel.size(flywheel.load(scenes.press()))
+    assert sizing.simulation.route == "time"
+    assert sizing.simulation.irregularity_approximate is None
+    assert any("approximate flywheel cannot be followed" in message for message in sizing.messages)
+
+
 def test_no_motion_with_the_approximate_flywheel_is_null_with_a_message():
     result = flywheel.size(
         flywheel.load(scenes.yoke(load=[]))

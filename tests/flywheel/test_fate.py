@@ -2,9 +2,18 @@ import numpy as np
 import pytest
 
 import flywheel
+from flywheel.cost import metered
 from flywheel.fate import Fate, fate_of
 from flywheel.machine import Machine
 from tests.flywheel import regimes
+
+SINE = {
+    "inertia": [{"on": "crank", "value": 2}],
+    "load": [{"on": "crank", "torque": "sin(omega*1e9) - 60*sin(phi)"}],
+    "drive": {"torque": "balance"},
+    "regime": {"speed": 13.6},
+    "flywheel": {"inertia": 10},
+}
 
 
 def rotor(drive: str, load: float) -> Machine:
@@ -38,3 +47,17 @@ def test_the_light_flywheel_of_the_references():
     case = regimes.BAD["light"]
     machine = Machine(flywheel.load(case.scene))
     assert fate_of(machine, 7.5, 0.2, 0.0).fate is Fate.STALLS
+
+
+def test_how_far_a_machine_is_followed_does_not_depend_on_the_clock(monkeypatch):
+    """A sine that fast is given up: each time at the same work, and in a hurry after a third of it."""
+    monkeypatch.setattr("flywheel.fate._WORK", 3_000.0)
+    monkeypatch.setattr("flywheel.fate._HURRIED", 1_000.0)
+    scene, taken = flywheel.load(SINE), []
+    for hurried in (True, True, False):
+        machine = Machine(scene)
+        with metered() as meter, np.errstate(all="ignore"):  # as within a sizing
+            assert fate_of(machine, 13.6, 10.0, 0.0, hurried=hurried).fate is Fate.UNKNOWN
+        taken.append(meter.cost.evaluations)
+    assert taken[0] == taken[1]
+    assert 2 * taken[0] < taken[2] < 4 * taken[0]

@@ -86,3 +86,11 @@ def test_a_current_that_is_a_state_of_its_own_drives_in_place_of_the_steady_law(
     same = DC(voltage=48, resistance=0.4, constant=0.25, inductance=0.002, friction=0.002)
     assert now.moment == pytest.approx(5 * same.torque_of_current(20.0, 10.0))
     assert now.current_rate == pytest.approx(same.current_rate(20.0, 10.0))
+
+
+def test_many_instants_are_those_one_at_a_time_also_past_where_a_law_ends():
+    scene = scenes.rotor(load=[{"on": "crank", "torque": "-sqrt(2 - phi)", "from": 0, "to": 2}], drive={"torque": 0})
+    machine, phi = dynamics(scene), np.array([0.5, 1.9, 2.5])
+    one = [machine.at(angle, 1.0, 1.0, ends=(0.0, 2.0)).acceleration for angle in phi]
+    many = machine.along(phi, Anchor(1.0, None, None), np.ones(3), np.zeros(3), ends=(0.0, 2.0))
+    assert_allclose(many.acceleration, one, rtol=1e-14)

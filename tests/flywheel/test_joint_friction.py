@@ -58,6 +58,15 @@ def test_the_curve_is_kinetostatics(mu: float) -> None:
     assert (expected < 0.0).all()
 
 
+def test_a_joint_that_turns_back_at_an_edge_of_the_first_cells_is_found() -> None:
+    """Pin B turns back at 90 degrees, where a cell happens to end; by Gauss's rule on pieces between all corners."""
+    machine = flywheel.Machine(flywheel.load(crank_press(0.1)))
+    assert np.abs(machine.breakpoints - np.pi / 2).min() < 1e-12
+    sizing = flywheel.size(machine, 1e-12, simulate=False)
+    assert sizing.flywheel.exact == pytest.approx(7.80294591212, rel=2e-12)
+    assert sizing.balance.value == pytest.approx(27.714399558469, rel=2e-12)
+
+
 def test_friction_is_paid_by_the_drive() -> None:
     smooth, rough = (flywheel.size(flywheel.load(crank_press(mu)), simulate=False) for mu in (0.0, 0.1))
     scene = flywheel.load(crank_press(0.1))

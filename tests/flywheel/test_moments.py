@@ -157,3 +157,18 @@ def test_switches_are_what_decides_branches_at_a_speed():
     inner = 4 * (110 - 8 * omega)  # max(0, inner) and min(40, that)
     assert any(np.allclose(np.abs(switch), np.abs(inner)) for switch in found)
     assert any(np.allclose(np.abs(switch), np.abs(40 - np.maximum(inner, 0))) for switch in found)
+
+
+def test_an_efficiency_of_next_to_nothing_keeps_its_digits():
+    """The drive pays the work of the load through ratio and efficiency: 80 J = 2 pi 2 eta u."""
+    scene = {
+        "shafts": {"s": {"ratio": 2, "efficiency": 1e-6}},
+        "inertia": [{"on": "crank", "value": 0.3}],
+        "load": [{"on": "crank", "torque": -80, "from": 1, "to": 2}],
+        "drive": {"on": "s", "torque": "balance"},
+        "regime": {"speed": 10},
+        "flywheel": {"irregularity": 0.01},
+    }
+    found = flywheel.size(flywheel.load(scene), simulate=False)
+    assert found.balance.value == pytest.approx(80 / (4 * np.pi * 1e-6), rel=4e-15)
+    assert found.error.exact < 1e-12

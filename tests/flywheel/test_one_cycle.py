@@ -66,3 +66,47 @@ def test_a_motion_along_a_jump_is_told_apart():
     dynamics = Dynamics(Machine(flywheel.load(rotor)), 2.0)
     with pytest.raises(SlidingError):
         one_cycle(dynamics, 10.0, 1.0, np.array([0.0, 0.0]), 1e-10)
+
+
+def governed(gain: float, inertia: float) -> tuple[Machine, np.ndarray]:
+    """A rotor held at 10 rad/s by a drive of a gain (N m s), and its speed less 10 at 128 angles.
+
+    v = omega - 10 obeys gain v = -80 sin phi - 20 cos 3 phi - inertia (10 + v) v', by iteration on its Fourier series.
+    """
+    scene = {
+        "load": [{"on": "crank", "torque": "-100 - 80*sin(phi) - 20*cos(3*phi)"}],
+        "inertia": [{"on": "crank", "value": inertia}],
+        "drive": {"torque": f"{100 + 10 * gain} - {gain}*omega"},
+        "flywheel": {"inertia": 0},
+        "regime": {},
+    }
+    phi, order = 2 * np.pi * np.arange(128) / 128, np.fft.fftfreq(128, 1 / 128)
+    load = 80 * np.sin(phi) + 20 * np.cos(3 * phi)
+    v = -load / gain
+    for _ in range(60):
+        slope = np.fft.ifft(np.where(np.abs(order) < 40, 1j * order * np.fft.fft(v), 0)).real
+        v = -(load + inertia * (10 + v) * slope) / gain
+    return Machine(flywheel.load(scene)), v
+
+
+@pytest.mark.parametrize("gain", [1e3, 1e4, 1e5, 1e6])
+def test_a_steep_drive_is_stepped_in_few_steps_and_keeps_its_digits(gain):
+    """Up to 6e7 time constants a cycle, and a drive whose torque of 1e7 N m leaves but 100 N m."""
+    machine, v = governed(gain, 0.01)
+    scale = 0.1 * float(np.ptp(v))
+    steps = one_cycle(Dynamics(machine, 0.0), 10.0, scale, np.array([0.0, v[0] / (10 * scale)]), 3e-14)
+    found = np.concatenate([step.dense(np.linspace(step.start, step.end, 9)) for step in steps], axis=1)
+    series = np.fft.fft(v) / 128
+    exact = (series * np.exp(1j * np.outer(found[0], np.fft.fftfreq(128, 1 / 128)))).sum(axis=1).real
+    assert len(steps) < 250
+    assert np.abs(10 * scale * found[1] - exact).max() < 1e-11 * np.ptp(v) + 20 * np.finfo(float).eps * 10
+
+
+@pytest.mark.parametrize("inductance", [1e-3, 1e-6])
+def test_a_fast_current_is_confirmed_by_the_steady_motion(inductance):
+    scene = regimes.scene("dc-inductance", inertia=0.1)
+    motor = {**scene["drive"]["motor"], "inductance": inductance}
+    result = flywheel.size(flywheel.load({**scene, "drive": {**scene["drive"], "motor": motor}}))
+    assert result.simulation.route == "time"
+    assert abs(result.simulation.irregularity / result.run.irregularity - 1) <= 1e-12
+    assert result.error.simulation <= 1e-9

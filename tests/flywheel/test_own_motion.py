@@ -128,3 +128,33 @@ def test_no_motion_is_named():
     machine = Machine(flywheel.load(regimes.BAD["light"].scene))
     with pytest.raises(NoRegimeError, match="stops within the cycle"):
         own_motion.found(machine, 7.5, Asked(0.2, None, None), 0.0, 0.0, 1e-9)
+
+
+def made_to_measure(inertia, damping, speed, share):
+    """A machine whose motion is omega = speed (1 + share sin phi): its load is what that takes."""
+    rise = f"({speed}*(1 + {share}*sin(phi)))*({speed}*{share}*cos(phi))"
+    return {
+        "load": [{"on": "crank", "torque": f"{inertia}*{rise} + {damping}*{speed}*{share}*sin(phi)"}],
+        "drive": {"torque": f"{damping * speed} - {damping}*omega"},
+        "flywheel": {"inertia": inertia},
+    }
+
+
+@pytest.mark.parametrize(
+    ("inertia", "damping", "speed", "share"),
+    [
+        (2, 1e-4, 20.0, 0.99995),
+        (2, 1e-4, 20.0, 0.999),
+        (2, 1e-5, 20.0, 0.9995),
+        (2, 1.0, 20.0, 0.9995),
+        (2, 10.0, 20.0, 0.475),
+        (1e6, 1.0, 1e6, 1e-7),
+    ],
+)
+def test_what_hardly_holds_the_speed_is_told_the_more_the_slower_the_machine(inertia, damping, speed, share):
+    found = flywheel.size(flywheel.load(made_to_measure(inertia, damping, speed, share)), simulate=False)
+    period = 2 * np.pi / speed / np.sqrt((1 - share) * (1 + share))
+    assert abs(found.simulation.irregularity / (2 * share) - 1) <= found.run.error
+    assert abs(found.speed / speed - 1) <= found.cyclic.level_error
+    assert abs(found.simulation.period / period - 1) <= found.error.period <= found.error.simulation + 1e-9
+    assert abs(found.simulation.speed_min / (speed * (1 - share)) - 1) <= found.error.simulation

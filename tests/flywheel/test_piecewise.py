@@ -1,3 +1,5 @@
+from itertools import pairwise
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -128,3 +130,38 @@ def test_angles_are_located_in_their_cells():
     cell, t = piecewise.located(mesh, np.array([-1.0, 0.0, 0.25, 1.0, 2.5, 3.0, 4.0]))
     assert cell.tolist() == [0, 0, 0, 1, 1, 1, 1]
     assert t.tolist() == [-1.0, -1.0, -0.5, -1.0, 0.5, 1.0, 1.0]
+
+
+@pytest.mark.parametrize("count", [1, piecewise._MANY - 1, piecewise._MANY, 1000])
+@pytest.mark.parametrize("terms", [piecewise.ORDER, piecewise.ORDER + 1])
+def test_polynomials_at_few_abscissas_and_at_many_are_those_of_chebyshev(count, terms):
+    t = np.cos(np.linspace(0.0, np.pi, count))
+    found = piecewise.basis(t, terms)
+    assert_allclose(found, np.polynomial.chebyshev.chebvander(t, terms - 1), rtol=0, atol=2e-14)
+    assert found[0].tolist() == [1.0] * terms
+    twice = piecewise.basis(np.stack((t, t)), terms)
+    assert twice.shape == (2, count, terms)
+    assert_allclose(twice[1], found, rtol=0, atol=4e-14)
+
+
+def test_extents_are_those_of_a_fine_grid():
+    _, series = fitted(lambda phi: np.sin(3 * phi) + 0.2 * phi)
+    least, most = piecewise.extents(series)
+    for k, (a, b) in enumerate(pairwise(EDGES)):
+        phi = np.linspace(a, b, 20_001)
+        values = np.sin(3 * phi) + 0.2 * phi
+        assert_allclose((least[k], most[k]), (values.min(), values.max()), atol=3e-7)
+
+
+def test_the_rounding_of_a_constant_has_no_roots_to_look_for(monkeypatch):
+    """A fitted constant swings by its rounding in every cell; a swing a little larger is found."""
+    values = np.full((500, piecewise.ORDER), 0.1)
+    looked = []
+    kept = piecewise.crossings
+    monkeypatch.setattr(piecewise, "crossings", lambda series, noise: looked.append(series.shape[1]) or kept(series, noise))
+    least, most = piecewise.extents(piecewise.fit(values))
+    assert_allclose((least, most), 0.1, rtol=1e-14)
+    swinging = piecewise.fit(values + 1e-14 * piecewise.NODES**2)
+    least, most = piecewise.extents(swinging)
+    assert_allclose(most - least, 1e-14, rtol=0.1)
+    assert looked == [0, 500]

@@ -99,3 +99,25 @@ def test_time_must_run_forwards():
     scene = flywheel.load(scenes.rotor(flywheel={"inertia": 1}))
     with pytest.raises(flywheel.SceneError, match="until"):
         flywheel.simulate(scene, phi=0.0, omega=1.0, until=0.0)
+
+
+def test_steps_that_try_too_much_are_taken_again_without_a_warning():
+    """A heavy slider on a crank of next to no inertia of its own: it turns by jerks, from dead centre to dead centre.
+
+    The angle is from the quadrature of time along the energy.
+    """
+    scene = {
+        "mechanism": {
+            "type": "slider-crank",
+            "crank": {"length": 0.1, "inertia": 1e-6},
+            "rod": {"length": 0.4},
+            "slider": {"mass": 3},
+        },
+        "regime": {"speed": 10},
+        "flywheel": {"inertia": 0},
+    }
+    machine = flywheel.Machine(flywheel.load(scene))
+    motion = flywheel.simulate(machine, 0.0, 10.0, 100.0)
+    assert motion.phi[-1] == pytest.approx(8.644212088531583, rel=1e-10)
+    energy = 0.5 * np.asarray(machine.reduce(motion.phi % (2 * np.pi)).inertia) * motion.omega**2
+    np.testing.assert_allclose(energy, 0.5e-4, rtol=1e-9)

@@ -1,3 +1,4 @@
+import mpmath
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose
@@ -62,3 +63,32 @@ def test_the_least_inertia_that_keeps_turning_has_irregularity_two():
     assert steady.run(cycle, 10 * np.pi, 1.0001 * least).irregularity == pytest.approx(2 / 1.0001, rel=1e-9)
     with pytest.raises(steady.NoMotionError):
         steady.run(cycle, 10 * np.pi, 0.9999 * least)
+
+
+def near_a_stall(amplitude, **level):
+    """A rotor of 1 kg m² under a sine at 10 rad/s: all is known in closed form, omega² = c - 2 A cos(phi)."""
+    scene = {
+        "load": [{"on": "crank", "torque": f"{amplitude}*sin(phi)"}],
+        "drive": {"torque": "balance"},
+        "regime": {"speed": 10},
+        "flywheel": {"inertia": 1},
+    }
+    return flywheel.size(flywheel.load(scene), **level)
+
+
+@pytest.mark.parametrize("amplitude", [50.0, 99.0, 99.9, 99.999])
+def test_the_error_of_the_period_grows_towards_a_stall(amplitude):
+    with mpmath.workdps(30):
+        slow, fast = 10 - mpmath.mpf(amplitude) / 10, 10 + mpmath.mpf(amplitude) / 10
+        true = 4 / fast * mpmath.ellipk(4 * mpmath.mpf(amplitude) / fast**2)
+        found = near_a_stall(amplitude, simulate=False)
+        assert abs(found.simulation.period / true - 1) <= found.error.period
+        assert abs(found.simulation.speed_min / slow - 1) <= found.error.simulation
+    assert found.error.period < (1e-8 if amplitude < 99.95 else 1e-5)
+
+
+@pytest.mark.parametrize("accuracy", ["confirm", "audit"])
+def test_a_confirmed_period_has_an_error_of_its_own(accuracy):
+    found = near_a_stall(50.0, accuracy=accuracy)
+    true = 4 / 15 * float(mpmath.ellipk(200 / 225))
+    assert abs(found.simulation.period / true - 1) <= found.error.period <= found.error.simulation

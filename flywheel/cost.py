@@ -1,0 +1,93 @@
+"""What a result costs: positions of the crank at which the machine is evaluated, and seconds."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from contextvars import ContextVar
+from time import perf_counter
+from typing import Any, NamedTuple
+
+from bondgraph.counting import Tally, count, counted
+
+__all__ = ["FREE", "Cost", "Meter", "Tally", "count", "counted", "metered", "unmeasured"]
+
+
+class Cost(NamedTuple):
+    """Positions of the crank at which the machine was evaluated, and seconds of wall clock without loading of libraries.
+
+    An evaluation is one position at which the machine's bond graph is walked, or at which torques that depend on speed
+    are found anew for another speed; where meshes have losses, one for each of them. `stages` says how much of the whole
+    went into which part of the work.
+
+    >>> Cost(34, 0.001, {"figures": Cost(34, 0.001)}).as_dict()
+    {'evaluations': 34, 'seconds': 0.001, 'figures': {'evaluations': 34, 'seconds': 0.001}}
+    """
+
+    evaluations: int
+    seconds: float
+    stages: dict[str, Cost] = {}  # noqa: RUF012
+
+    def as_dict(self) -> dict[str, Any]:
+        """For JSON: the whole, and each stage under its own name."""
+        parts = {name: stage.as_dict() for name, stage in self.stages.items()}
+        return {"evaluations": self.evaluations, "seconds": self.seconds, **parts}
+
+
+FREE = Cost(0, 0.0)
+_UNMEASURED: ContextVar[float] = ContextVar("unmeasured", default=0.0)  # seconds so far that no meter counts
+
+
+class Meter:
+    """A running measurement: `cost` is what it has come to so far."""
+
+    def __init__(self, tally: Tally) -> None:
+        self._tally, self._start = tally, _clock()
+        self._end: float | None = None
+
+    def stop(self) -> None:
+        """Let the time stand still."""
+        self._end = _clock()
+
+    @property
+    def cost(self) -> Cost:
+        """Evaluations and seconds since the beginning, or until it was stopped."""
+        return Cost(self._tally.evaluations, (_clock() if self._end is None else self._end) - self._start)
+
+
+def _clock() -> float:
+    return perf_counter() - _UNMEASURED.get()
+
+
+@contextmanager
+def unmeasured() -> Iterator[None]:
+    """Keep what is done inside out of every running measurement of time: what only the first run has to do, as loading.
+
+    >>> from time import sleep
+    >>> with metered() as meter, unmeasured():
+    ...     sleep(0.05)
+    >>> meter.cost.seconds < 0.05
+    True
+    """
+    begin, before = perf_counter(), _UNMEASURED.get()
+    try:
+        yield
+    finally:
+        _UNMEASURED.set(before + perf_counter() - begin)
+
+
+@contextmanager
+def metered() -> Iterator[Meter]:
+    """Measure what is done inside.
+
+    >>> with metered() as meter:
+    ...     count(5)
+    >>> meter.cost.evaluations
+    5
+    """
+    with counted() as tally:
+        meter = Meter(tally)
+        try:
+            yield meter
+        finally:
+            meter.stop()

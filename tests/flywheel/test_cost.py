@@ -1,0 +1,82 @@
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+
+import flywheel
+from flywheel import piecewise
+from flywheel.cost import Cost, count, counted, metered
+from flywheel.moments import Moments
+from tests.flywheel import regimes, scenes
+
+
+def test_a_meter_stands_still_when_its_block_ends():
+    with metered() as meter:
+        count(4)
+    count(4)
+    first = meter.cost
+    assert first == meter.cost
+    assert first.evaluations == 4
+    assert 0.0 < first.seconds < 1.0
+
+
+def test_loading_of_what_a_level_needs_is_not_measured():
+    code = (
+        "import flywheel, sys, time; from tests.flywheel import scenes;"
+        "scene = flywheel.load(scenes.rotor()); import flywheel.sizing;"
+        "find = lambda self, name, *_: time.sleep(0.8) if name == 'flywheel.confirmation' else None;"
+        "sys.meta_path.insert(0, type('Slow', (), {'find_spec': find})());"
+        "cost = flywheel.size(scene, 1e-4).cost; print(cost.seconds, cost.stages['simulation'].seconds)"
+    )
+    run = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    whole, simulation = map(float, run.stdout.split())
+    assert 0.0 < simulation < whole < 0.8
+
+
+def test_stages_are_told_by_name():
+    cost = Cost(3, 0.5, {"figures": Cost(1, 0.25)})
+    assert cost.as_dict() == {"evaluations": 3, "seconds": 0.5, "figures": {"evaluations": 1, "seconds": 0.25}}
+
+
+@pytest.mark.parametrize("level", ["fast", "normal", "confirm", "audit"])
+def test_a_sizing_tells_what_it_cost(level):
+    scene = flywheel.load(scenes.press())
+    with counted() as tally:
+        cost = flywheel.size(scene, accuracy=level).cost
+    figures, simulation = cost.stages["figures"], cost.stages["simulation"]
+    assert cost.evaluations == tally.evaluations == figures.evaluations + simulation.evaluations
+    assert figures.seconds + simulation.seconds <= cost.seconds
+    assert (simulation.evaluations > 0) == (level in ("confirm", "audit"))
+    assert flywheel.size(scene, accuracy=level).cost.evaluations == cost.evaluations
+
+
+def test_cells_are_counted_once_where_loads_depend_on_position_alone():
+    sizing = flywheel.size(flywheel.load(scenes.press()), accuracy="normal")
+    assert sizing.cycle.mesh.edges.size == sizing.machine.mesh.size  # nothing was halved
+    assert sizing.cost.evaluations == sizing.cycle.mesh.phi.size
+
+
+def test_torques_at_other_speeds_count_again():
+    machine = flywheel.Machine(flywheel.load(regimes.scene("section-c", inertia=2)))
+    mesh = piecewise.cells(machine.mesh)
+    with counted() as tally:
+        moments = Moments(machine, mesh, local=True)
+    walked = tally.evaluations
+    assert walked == moments.mesh.phi.size
+    with counted() as tally:
+        moments.rate(np.full(moments.mesh.phi.shape, 4.0), 0.0, 0.0)
+    assert tally.evaluations == walked
+
+
+def test_a_diagram_of_areas_costs_no_evaluation():
+    areas = {"areas": {"values": [100, -100], "scale": "1 J"}, "regime": {"speed": "60 rpm"}}
+    sizing = flywheel.size(flywheel.load(areas | {"flywheel": {"irregularity": 0.02}}))
+    assert sizing.cost.evaluations == 0
+    assert sizing.cost.seconds > 0.0
+
+
+def test_the_motion_is_a_stage_of_its_own_where_torques_depend_on_speed():
+    cost = flywheel.size(flywheel.load(regimes.scene("pump", inertia=5)), accuracy="normal").cost
+    motion = cost.as_dict()["figures"]["motion"]
+    assert 0 < motion["evaluations"] < cost.evaluations
