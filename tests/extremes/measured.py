@@ -1,0 +1,98 @@
+"""What the toolkit answers to a case against its 30-digit reference: every flywheel figure with the error it states."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterable, Iterator
+from functools import cache
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import flywheel
+
+from .cases import Case, cases
+from .machines import Scene
+from .rows import Row
+
+ROUNDING = 4e-16  # a figure is a double
+RTOLS = (1e-5, 1e-9, 1e-12)
+REFERENCES: dict[str, Any] = json.loads((Path(__file__).parent / "references.json").read_text())
+
+
+class Measured(NamedTuple):
+    """One figure: true error and estimate, both relative to the larger of the figure and its scale, at an rtol."""
+
+    name: str
+    figure: str
+    rtol: float
+    error: float
+    estimate: float
+
+    @property
+    def honest(self) -> bool:
+        """Whether the true error is within the estimate."""
+        return self.error <= self.estimate + ROUNDING
+
+    @property
+    def kept(self) -> bool:
+        """Whether the figure is within rtol, or said not to be."""
+        return self.error <= max(self.rtol, ROUNDING) or self.estimate > self.rtol
+
+
+@cache
+def every() -> dict[str, Case]:
+    """All cases, by name."""
+    return cases()
+
+
+def names(*groups: str) -> list[str]:
+    """The names of the cases in groups."""
+    return [name for name, case in every().items() if case.group in groups]
+
+
+def refusal(scene: Scene) -> str:
+    """The words with which a scene is refused, path first; nothing where it is not."""
+    try:
+        flywheel.size(flywheel.load(scene), simulate=False)
+    except flywheel.SceneError as error:
+        return str(error)
+    return ""
+
+
+@cache
+def measured(name: str) -> tuple[Measured, ...]:
+    """Every figure of a case at every rtol."""
+    rtols = RTOLS if name != "sweep law" else RTOLS[1:2]  # its expressions take their time
+    return tuple(item for rtol in rtols for item in _at(name, rtol))
+
+
+def _at(name: str, rtol: float) -> Iterator[Measured]:
+    case, true = every()[name], REFERENCES[name]
+    for known in true["flywheels"]:
+        regime = {**case.scene["regime"], "speed": known["speed"]}
+        scene = {**case.scene, "regime": regime, "flywheel": {"irregularity": known["irregularity"]}}
+        found = flywheel.size(flywheel.load(scene), rtol=rtol, simulate=False)
+        label = f"{name} at {known['speed']:g} rad/s, {known['irregularity']:g}"
+        assert case.slivers or len(found.areas) == true["areas"], label
+        yield from _figures(label, rtol, found, known, float(true["least"]))
+        share = abs(found.balance.value - float(true["balance"])) / (float(true["exchanged"]) / found.scene.cycle)
+        yield Measured(label, "balance", rtol, share, found.error.work)  # as a share of the mean moment exchanged
+
+
+def _figures(label: str, rtol: float, found: Any, known: dict[str, Any], least: float) -> Iterator[Measured]:
+    total, exact, torque = (float(known[key]) for key in ("approximate_total", "exact", "inertia_torque"))
+    wheel, error = found.flywheel, found.error
+    for figure, true, estimate in (
+        ("exact", exact, error.exact),
+        ("approximate", total - least, error.approximate),
+        ("approximate_total", total, error.approximate),
+        ("inertia_torque", torque, error.inertia_torque),
+    ):
+        gap = abs(getattr(wheel, figure) - max(true, 0.0))
+        yield Measured(label, figure, rtol, gap / max(true, total), estimate)
+
+
+def row(extreme: str, range_: str, found: Iterable[Measured], remark: str = "") -> Row:
+    """The worst true error of the exact figure at an rtol of 1e-9, with the estimate there."""
+    worst = max((item for item in found if item.figure == "exact" and item.rtol == 1e-9), key=lambda item: item.error)
+    return Row(extreme, range_, worst.error, worst.estimate, remark or f"worst: {worst.name}")
