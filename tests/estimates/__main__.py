@@ -1,0 +1,86 @@
+"""Run random scenes and tell what their estimates are worth."""
+
+from __future__ import annotations
+
+import argparse
+import sys
+import time
+from collections.abc import Iterator
+from itertools import count
+
+import numpy as np
+
+from .checking import FLOOR, Outcome, outcome
+
+SPAN = 1_000_000  # seeds of scenes belong to a seed of runs by this
+
+
+def run(wanted: int, seed: int) -> Iterator[Outcome]:
+    """Outcomes until so many scenes were compared."""
+    done = 0
+    for k in count():
+        found = outcome(SPAN * seed + k)
+        done += found.counts
+        yield found
+        if done >= wanted:
+            return
+
+
+def ratios(found: list[Outcome]) -> dict[str, np.ndarray]:
+    """Estimate over true error, figure by figure."""
+    pairs: dict[str, list[float]] = {}
+    for row in (row for item in found for row in item.rows):
+        name = row.name.split()[-1] if row.name.startswith("area ") else row.name
+        pairs.setdefault(name, []).append(row.estimate / max(row.true, FLOOR))
+    return {name: np.array(values) for name, values in sorted(pairs.items())}
+
+
+def summary(found: list[Outcome]) -> str:
+    """What came of a run, in a few lines."""
+    sized = [item for item in found if item.counts]
+    lost = [item.seed for item in found if item.lost]
+    lines = [f"{len(sized)} scenes ({sum(i.moving for i in sized)} with torques that depend on speed), "]
+    lines[0] += (
+        f"{sum(len(i.rows) for i in sized)} figures; beside them {sum(i.refused is not None for i in found)} refused, "
+    )
+    lines[0] += f"{len(lost)} without a reference {lost or ''}"
+    shares = ratios(found)
+    if shares:
+        shares["all"] = np.concatenate(list(shares.values()))
+    for name, values in shares.items():
+        least, middle, most = np.quantile(values, [0.0, 0.5, 1.0])
+        lines.append(f"  {name:20s} {values.size:6d}  estimate/true: median {middle:8.3g}, {least:.3g} to {most:.3g}")
+    bad = [item for item in found if item.faults]
+    lines += [f"seed {item.seed}: {'; '.join(item.faults)}" for item in bad]
+    return "\n".join([*lines, f"{len(bad)} scenes at fault"])
+
+
+def shown(item: Outcome) -> str:
+    """One scene, figure by figure."""
+    rows = [f"{r.name:24s} true {r.true:9.3g}  estimate {r.estimate:9.3g}{'' if r.kept else '  <--'}" for r in item.rows]
+    return "\n".join([f"seed {item.seed}" + (f", refused: {item.refused}" if item.refused else ""), *rows, *item.faults])
+
+
+def main() -> int:
+    """Exit status 1 where an estimate is below the true error."""
+    parser = argparse.ArgumentParser(prog="python -m tests.estimates", description=__doc__)
+    parser.add_argument("--count", type=int, default=1000, help="scenes that are compared")
+    parser.add_argument("--seed", type=int, default=1)
+    parser.add_argument("--only", type=int, help="the seed of one scene, as a run names it")
+    chosen = parser.parse_args()
+    if chosen.only is not None:
+        found = [outcome(chosen.only)]
+        print(shown(found[0]))
+        return int(bool(found[0].faults))
+    found, start = [], time.monotonic()
+    for item in run(chosen.count, chosen.seed):
+        found.append(item)
+        if item.faults or len(found) % 50 == 0:
+            told = f"{len(found)} scenes, {time.monotonic() - start:.0f} s"
+            print(told, f"seed {item.seed}: {'; '.join(item.faults)}" if item.faults else "", file=sys.stderr, flush=True)
+    print(summary(found))
+    return int(any(item.faults for item in found))
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,92 @@
+"""A sample of the random scenes of `python -m tests.estimates`: no true error above its estimate."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Any
+
+import pytest
+
+import flywheel
+
+from . import checking
+from .__main__ import SPAN, summary
+from .checking import Outcome, Row, outcome
+from .scenes import scene_of
+
+SAMPLE = range(28)
+FOUND = {  # what these once had wrong
+    1000030: "the mean of extremes of a machine that sets its own speed",
+    1000082: "a balance that is nothing but rounding",
+    1000101: "extremes where cells do not resolve the speed; their angles",
+    1000117: "an approximate flywheel far below the exact one",
+    1000127: "the constant speed that areas are taken at",
+    1000165: "an extreme where a mesh changes the side that drives",
+    1000182: "a balance beside inertial energies a million times its work",
+    1000193: "an extreme of speed close to the end of a cell",
+    1000722: "a speed that has settled, and is least nowhere",
+    1000784: "a machine in which nothing varies",
+}
+
+
+@pytest.fixture(scope="module")
+def outcomes() -> list[Outcome]:
+    return [outcome(SPAN + k) for k in SAMPLE]
+
+
+def test_no_true_error_exceeds_its_estimate(outcomes: list[Outcome]) -> None:
+    assert {item.seed: item.faults for item in outcomes if item.faults} == {}
+
+
+@pytest.mark.parametrize("seed", FOUND)
+def test_what_was_found_stays_mended(seed: int) -> None:
+    found = outcome(seed)
+    assert found.counts
+    assert found.faults == ()
+
+
+def test_the_sample_has_every_kind_of_scene(outcomes: list[Outcome]) -> None:
+    scenes = [scene_of(item.seed) for item in outcomes if item.counts]
+    written = [scene["mechanism"] for scene in scenes if "mechanism" in scene]
+    tables = [table for found in written for table in (found if isinstance(found, list) else [found])]
+    kinds = {"scotch-yoke", "slider-crank", "four-bar", "crank-shaper", "law", "linkage"}
+    assert {table["type"] for table in tables} == kinds
+    assert any("mechanism" not in s for s in scenes)
+    assert {"irregularity", "inertia"} <= {key for s in scenes for key in s["flywheel"]}
+    assert 4 <= sum(item.moving for item in outcomes) <= 14
+    assert len(scenes) >= 25
+
+
+def test_estimates_are_not_far_above_the_true_errors(outcomes: list[Outcome]) -> None:
+    told = summary(outcomes).splitlines()
+    (whole,) = [line for line in told if line.strip().startswith("all ")]
+    assert float(whole.split("median")[1].split(",")[0]) < 1000
+
+
+def test_a_seed_gives_the_same_scene_again() -> None:
+    assert scene_of(7) == scene_of(7)
+    assert scene_of(7) != scene_of(8)
+
+
+def test_a_figure_further_off_than_its_estimate_is_a_fault() -> None:
+    assert Row("exact", 1e-9, 1e-8).kept
+    assert not Row("exact", 1e-8, 1e-9).kept
+    assert Row("exact", 1e-16, 0.0).kept  # half a unit of the last place is the double's own
+    assert not Row("exact", float("nan"), 1.0).kept
+
+
+def test_a_scene_whose_estimates_are_too_small_is_found_out(monkeypatch: pytest.MonkeyPatch) -> None:
+    sized = flywheel.size
+
+    def boastful(*args: Any, **options: Any) -> Any:
+        found = sized(*args, **options)
+        return replace(found, error=found.error._replace(work=0.0, extremes=0.0))
+
+    monkeypatch.setattr(flywheel, "size", boastful)
+    assert any("estimate 0" in fault for fault in outcome(SPAN + 1).faults)
+
+
+def test_areas_that_are_rounding_are_put_together() -> None:
+    areas = [(1.0, 5.0, 5.0), (1.1, -1e-17, 5.0), (2.0, 3.0, 8.0), (6.28, -8.0, 0.0)]
+    assert checking.thinned(areas, 1e-16, 2) == [(2.0, 8.0, 8.0), (6.28, -8.0, 0.0)]
+    assert checking.thinned(areas, 1e-18, 2) == areas
