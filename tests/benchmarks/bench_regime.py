@@ -24,7 +24,7 @@ import time
 from collections.abc import Callable
 from functools import partial
 from itertools import pairwise
-from math import ceil, cos, log, nan, pi, radians, sin, sqrt
+from math import ceil, log, nan, pi, radians, sin
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -41,6 +41,7 @@ from flywheel.following import Goal, Start, follow
 from flywheel.instant import Dynamics
 from flywheel.periodic import Asked, first_guess, periodic
 from flywheel.simulation import moved
+from tests.benchmarks.by_hand import SECTION_C, Sizes, reduced
 from tests.flywheel import regimes
 
 RTOL, REPEATS = 1e-9, 1e-9  # of the steps; of the speed at phi = 0
@@ -55,39 +56,7 @@ Rates = Callable[[float, Any], list[float]]
 # -- the machines by hand --------------------------------------------------------------------------------------------------
 
 
-class Sizes(NamedTuple):
-    """A slider-crank with its rod's centre of mass on the rod, and what turns with the crank (SI)."""
-
-    r: float
-    length: float
-    com: float
-    rod: float
-    spin: float
-    slider: float
-    crank: float
-    crank_moment: float
-    g: float
-
-
-SECTION_C = Sizes(0.2, 0.6, 0.3, 6.0, 3.0, 6.0, 1.0, 0.0, 9.81)
 PRESS = Sizes(0.1, 0.5, 0.2, 10.0, 0.3, 50.0, 0.1 + 5 * 0.02**2 + 144 * 0.02, 5 * 0.02, 9.80665)
-
-
-def reduced(phi: float, m: Sizes) -> tuple[float, float, float, float]:
-    """I*, dI*/dphi, moment of the weights (across the slider's line), x' of the slider."""
-    s, c, r = sin(phi), cos(phi), m.r
-    run = sqrt(m.length**2 - (r * s) ** 2)
-    bend = r * r * s * c / run
-    x1 = -r * s - bend
-    x2 = -r * c - r * r * (c * c - s * s) / run - bend * bend / run
-    turn = -r * c / run
-    turn1 = r * s / run - r * c * bend / run**2
-    share = m.com / m.length
-    gx1, gx2 = (1 - share) * -r * s + share * x1, (1 - share) * -r * c + share * x2
-    gy1, gy2 = (1 - share) * r * c, -(1 - share) * r * s
-    inertia = m.crank + m.rod * (gx1**2 + gy1**2) + m.spin * turn**2 + m.slider * x1**2
-    slope = 2 * (m.rod * (gx1 * gx2 + gy1 * gy2) + m.spin * turn * turn1 + m.slider * x1 * x2)
-    return inertia, slope, -m.g * (m.rod * gy1 + m.crank_moment * c), x1
 
 
 def section_c(inertia: float) -> Rates:
