@@ -242,23 +242,26 @@ class _Search:
     def _refined(self, solved: Periodic) -> OwnMotion:
         """The motion at an error within rtol, or the best that can be had."""
         for _ in range(_ROUNDS):
-            if self._settled(solved) and self._enough(_described(solved)):
+            if self._settled(solved) and self._enough(self._described(solved)):
                 break
-            if self.moves == 0 and not self._split(_described(solved)):
+            if self.moves == 0 and not self._split(self._described(solved)):
                 break
             if self.moves == _MOST_MOVES:
-                self._split(_described(solved))
+                self._split(self._described(solved))
             before, solved = solved, self._again(solved)
             if self.failures > _MOST_FAILURES:
                 break
         else:
-            self._enough(_doubtful(_described(solved), before))
+            self._enough(_doubtful(self._described(solved), before))
         if self.best is None and self.failures:
             raise NoRegimeError("no motion whose switches come to rest")
         if self.best is None:
-            self._enough(_described(solved))
+            self._enough(self._described(solved))
         assert self.best is not None
         return self.best[1]
+
+    def _described(self, solved: Periodic) -> OwnMotion:
+        return _described(solved, given=self.asked.inertia is not None)
 
     def _moments(self, *, local: bool = False) -> Moments:
         edges = merged([*self.base.tolist(), *self.cuts.tolist()], float(self.base[-1]))
@@ -439,8 +442,12 @@ def _switches(solved: Periodic) -> Iterator[float]:
                 yield angle
 
 
-def _described(solved: Periodic) -> OwnMotion:
-    """A solved motion as a cycle with its moment along it, and as a run with its error."""
+def _described(solved: Periodic, *, given: bool) -> OwnMotion:
+    """A solved motion as a cycle with its moment along it, and as a run with its error.
+
+    With a given flywheel what the level is off weighs on the irregularity, the more the nearer the machine comes to a stop;
+    a flywheel sought has the irregularity asked for, and hardly changes with the level there.
+    """
     moments, state = solved.moments, solved.state
     unknown = state.unknown if moments.machine.scene.unknown is not None else None
     cycle = cycle_of(moments, solved.rate, unknown)
@@ -454,7 +461,7 @@ def _described(solved: Periodic) -> OwnMotion:
     varying = 0.5 * run.irregularity * run.error  # what speeds may be off the level
     if free:
         run = run._replace(level=level)
-        run = run._replace(error=run.error + 4.0 * run.level_error)
+        run = run._replace(error=run.error + 4.0 * (run.level_error if given else level))
     if unknown is not None and cycle.balance_error:
         pulled = piecewise.integral(np.abs(solved.rate.by_speed) * solved.omega, moments.mesh.half).sum()
         of_speeds = 1.0 + varying * float(pulled) / cycle.errors.work

@@ -373,7 +373,7 @@ def test_an_explanation_is_true_of_the_command_s_own_imports(scene: Path) -> Non
     assert {name for name, state in told.items() if state != "not loaded"} <= names
     missing = {name for name, state in told.items() if state == "not loaded"} & names
     # what other levels would cost is reckoned with their own parts, once the sizing is done and told
-    assert missing <= {"flywheel.collocated", "flywheel.collocation", "flywheel.constant_speed"}
+    assert missing <= {"flywheel.collocated", "flywheel.collocation", "flywheel.constant_speed", "flywheel.implicit"}
 
 
 def test_only_a_plot_imports_matplotlib(scene: Path, tmp_path: Path) -> None:
