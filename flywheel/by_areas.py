@@ -89,13 +89,13 @@ def _figures(machine: Machine, cycle: Cycle, speed: float) -> Figures:
     of_moment = slice(0, int(np.searchsorted(crossings.function, 1)))
     own = Crossings(crossings.function[of_moment], crossings.cell[of_moment], crossings.t[of_moment])
     if machine.scene.irregularity is None:
-        return Figures(cycle, speed, extremes, own, 0.0, 0.0, 1.0)
+        return Figures(cycle, speed, extremes, own, 0.0, 0.0, 1.0, regime.inertia_extent(cycle))
     unit = max(machine.scene.irregularity * speed**2, 5e-324)
     scale = _scale(cycle, float(found.greatest[0] - found.least[0]), unit) / unit
     if not np.isfinite(scale):
         what = f"a flywheel of {scale:g} kg m²"
         raise SceneError([Fault("flywheel.irregularity", what, "a figure within the floating-point range", "check units")])
-    return Figures(cycle, speed, extremes, own, 0.0, 0.0, scale)
+    return Figures(cycle, speed, extremes, own, 0.0, 0.0, scale, regime.inertia_extent(cycle))
 
 
 def _scale(cycle: Cycle, swing: float, unit: float) -> float:

@@ -13,7 +13,7 @@ from flywheel.doubtful_angles import error_of_crossings, error_of_extremes
 from flywheel.faults import Fault, SceneError
 from flywheel.machine import Machine
 from flywheel.piecewise import ROUNDING, Crossings
-from flywheel.regime import Cycle, Extremes
+from flywheel.regime import Cycle, Extent, Extremes
 from flywheel.results import Area, Balance, Errors, Flywheel, ReducedInertia, Sizing
 from flywheel.scene import Scene
 from flywheel.steady import NoMotionError, Run
@@ -48,6 +48,7 @@ class Figures(NamedTuple):
     total: float  # I_exact + I*(0) before any floor; crank side
     error: float  # absolute, of `total` (kg m²)
     scale: float  # energy_fluctuation/(eps w²), or the figure's own where that is larger
+    extent: Extent  # of I* without the flywheel
 
 
 def resolved_figures(machine: Machine, speed: float, rtol: float) -> tuple[Figures, Run | None]:
@@ -111,8 +112,9 @@ def _figures(scene: Scene, cycle: Cycle, speed: float) -> Figures:
     of_moment = slice(0, int(np.searchsorted(found.function, 1)))
     crossings = Crossings(found.function[of_moment], found.cell[of_moment], found.t[of_moment])
     fluctuation = float(extremes.greatest[_WORK] - extremes.least[_WORK])
+    extent = regime.inertia_extent(cycle)
     if not eps:
-        return Figures(cycle, speed, extremes, crossings, 0.0, 0.0, 1.0)
+        return Figures(cycle, speed, extremes, crossings, 0.0, 0.0, 1.0, extent)
     spread = float(extremes.greatest[_FAST] - extremes.least[_SLOW])
     unit = max(eps * square, 5e-324)
     error = (2 * cycle.errors.work + (1 + eps / 2) ** 2 * square * cycle.errors.variation) / unit
@@ -125,7 +127,7 @@ def _figures(scene: Scene, cycle: Cycle, speed: float) -> Figures:
         scale = max(scale, inertia, cycle.exchanged / unit, 1e-300)
     if exact < -error:  # the machine's own inertia suffices, whatever rounding did: the figure is 0
         error = 0.0
-    return Figures(cycle, speed, extremes, crossings, total, error, scale)
+    return Figures(cycle, speed, extremes, crossings, total, error, scale, extent)
 
 
 def work_error(cycle: Cycle) -> float:
@@ -252,7 +254,7 @@ def _approximate_error(figures: Figures, scene: Scene) -> float:
     errors, unit = figures.cycle.errors, scene.irregularity * figures.speed**2
     total = float(figures.extremes.greatest[_WORK] - figures.extremes.least[_WORK]) / unit
     of_total = 2 * errors.work / unit
-    least, _, doubt = regime.inertia_extent(figures.cycle)
+    least, _, doubt = figures.extent
     error = of_total + doubt + min(doubt, errors.variation)  # as `reduced_inertia` has it, by the one way or the other
     if total - least < -error:  # then the approximate one is 0, and only the total is in doubt
         error = of_total
@@ -299,7 +301,7 @@ def reduced_inertia(figures: Figures) -> ReducedInertia:
     """
     cycle, extremes = figures.cycle, figures.extremes
     mean = float((cycle.series[2] @ piecewise.MEAN * cycle.mesh.half[:, 0]).sum() / cycle.mesh.edges[-1])
-    least, greatest, error = regime.inertia_extent(cycle)
+    least, greatest, error = figures.extent
     if cycle.errors.variation <= error:
         least, greatest = (cycle.inertia_at_start + float(part[_INERTIA]) for part in (extremes.least, extremes.greatest))
     return ReducedInertia(max(least, 0.0), greatest, mean)
