@@ -247,8 +247,10 @@ def _irregularity(curve: _Curve, inertia: Any, speed: Any) -> Any:
         slope = (1 / (square * (inertia + total) * pace)).mean()
         step = (1 - pace.mean()) / slope
         level = level + step if level + step > lowest else (level + lowest) / 2
-        if abs(step) <= 1e-18 * (abs(level) + square * (inertia + total.min()) * abs(s[0] - s[1])):
+        if abs(step) <= 64 * _LONG * (abs(level) + square * (inertia + total.min()) * abs(s[0] - s[1])):
             break
+    else:
+        return np.longdouble("nan")  # a level that is not found is no reference
     s, _ = swing(level)
     pace = np.sqrt(np.maximum(1 + s, np.longdouble(0)))
     return 2 * (s[0] - s[1]) / pace.sum() ** 2
