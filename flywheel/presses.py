@@ -8,7 +8,7 @@ from __future__ import annotations
 from math import sqrt
 from typing import NamedTuple
 
-from flywheel.arguments import NOT_NEGATIVE, POSITIVE, known, number_faults, refuse
+from flywheel.arguments import NOT_NEGATIVE, POSITIVE, fits, known, number_faults, refuse
 from flywheel.faults import Fault, SceneError
 from flywheel.load_models.presses import FULLNESS
 from flywheel.two_speeds import speed_after
@@ -109,8 +109,8 @@ def busy_time(travel: float, stroke: float, cycle: float) -> float:
 class PressCycle(NamedTuple):
     """One stroke after another at a steady rate.
 
-    `energy` of a stroke (J), time from stroke to stroke `cycle` and of the work in it `busy` (s), mean `power` that the
-    machine takes and `motor_power` before its losses (W), energy that the flywheel gives in each stroke, `given` (J).
+    `energy` of a stroke at the tool (J), time from stroke to stroke `cycle` and of the work in it `busy` (s), mean `power`
+    at the tool and `motor_power` before all losses (W), energy that the flywheel gives in each stroke, `given` (J).
     """
 
     energy: float
@@ -126,40 +126,51 @@ class PressCycle(NamedTuple):
         return 1.0 / self.cycle
 
 
-def press_cycle(energy: float, cycle: float, busy: float, efficiency: float = 1.0) -> PressCycle:
-    """A press at a given rate: P = E/t_c, P_motor = P/eta, and the flywheel gives E (1 - t_b/t_c).
+def press_cycle(
+    energy: float, cycle: float, busy: float, efficiency: float = 1.0, drive_efficiency: float = 1.0
+) -> PressCycle:
+    """A press at a given rate: P = E/t_c, P_motor = P/(eta eta_d), and the flywheel gives (E/eta) (1 - t_b/t_c).
+
+    The flywheel gives what is lost between it and the tool, and not what is lost between the motor and it. Where only the
+    efficiency of the whole way from motor to tool is known it counts as the former, which asks for the larger flywheel.
 
     Args:
-        energy: E of a stroke, J.
+        energy: E of a stroke at the tool, J.
         cycle: t_c from stroke to stroke, s.
         busy: t_b, during which the tool works, s; 0 for a blow.
-        efficiency: eta from motor to tool, above 0, at most 1.
+        efficiency: eta from flywheel to tool, above 0, at most 1.
+        drive_efficiency: eta_d from motor to flywheel, above 0, at most 1.
 
     Raises:
         SceneError: if `busy` is not below `cycle`, or a number is out of range.
 
-    Valid for a motor of constant power. Source: Khurmi and Gupta, examples 16.19 and 16.22.
+    Valid for a motor of constant power. Source: Khurmi and Gupta, examples 16.19 and 16.22; with losses Jindal, Machine
+    Design, example 19.4.
 
     >>> press = press_cycle(15e3, 3600 / 720, 2.0)
     >>> press.power, press.given
     (3000.0, 9000.0)
+    >>> [round(press_cycle(2035.752, 1.0, 1 / 6, *losses).given, 2) for losses in ((0.95,), (1.0, 0.95))]
+    [1785.75, 1696.46]
 
     """
     quantities = {"cycle": (cycle, POSITIVE, "s"), "busy": (busy, NOT_NEGATIVE, "s")}
-    _check(energy=(energy, NOT_NEGATIVE, "J"), efficiency=(efficiency, POSITIVE, ""), **quantities)
-    _check_shares(busy, cycle, efficiency)
-    power = energy / cycle
-    return PressCycle(energy, cycle, busy, power, power / efficiency, energy * (1.0 - busy / cycle))
+    _check(energy=(energy, NOT_NEGATIVE, "J"), **quantities)
+    _check_shares(busy, cycle, efficiency, drive_efficiency)
+    power, flywheel_side = energy / cycle, energy / efficiency
+    motor_power = flywheel_side / drive_efficiency / cycle
+    return PressCycle(energy, cycle, busy, power, motor_power, flywheel_side * (1.0 - busy / cycle))
 
 
-def press_at(energy: float, power: float, busy: float, efficiency: float = 1.0) -> PressCycle:
-    """A press as fast as its motor allows: t_c = E/(eta P).
+def press_at(energy: float, power: float, busy: float, efficiency: float = 1.0, drive_efficiency: float = 1.0) -> PressCycle:
+    """A press as fast as its motor allows: t_c = E/(eta eta_d P).
 
     Args:
-        energy: E of a stroke, J.
-        power: P of the motor, W.
+        energy: E of a stroke at the tool, J.
+        power: P of the motor, before all losses, W.
         busy: t_b, during which the tool works, s.
-        efficiency: eta from motor to tool, above 0, at most 1.
+        efficiency: eta from flywheel to tool, above 0, at most 1.
+        drive_efficiency: eta_d from motor to flywheel, above 0, at most 1.
 
     Raises:
         SceneError: if a stroke takes longer than the motor needs for its energy, or a number is out of range.
@@ -170,19 +181,21 @@ def press_at(energy: float, power: float, busy: float, efficiency: float = 1.0) 
     2400.0
 
     """
-    quantities = {"power": (power, POSITIVE, "W"), "efficiency": (efficiency, POSITIVE, "")}
-    _check(energy=(energy, POSITIVE, "J"), **quantities)
-    return press_cycle(energy, energy / (efficiency * power), busy, efficiency)
+    _check(energy=(energy, POSITIVE, "J"), power=(power, POSITIVE, "W"))
+    refuse(_efficiency_faults(efficiency, drive_efficiency))
+    cycle = energy / (efficiency * drive_efficiency * power)
+    return press_cycle(energy, cycle, busy, efficiency, drive_efficiency)
 
 
-def press_of(given: float, cycle: float, busy: float, efficiency: float = 1.0) -> PressCycle:
-    """A press whose flywheel is known to give an energy in each stroke: E = E_given/(1 - t_b/t_c).
+def press_of(given: float, cycle: float, busy: float, efficiency: float = 1.0, drive_efficiency: float = 1.0) -> PressCycle:
+    """A press whose flywheel is known to give an energy in each stroke: E = eta E_given/(1 - t_b/t_c).
 
     Args:
         given: energy that the flywheel gives between its two speeds, J (`two_speeds.energy_given`).
         cycle: t_c from stroke to stroke, s.
         busy: t_b, during which the tool works, s; the flywheel recovers in the rest.
-        efficiency: eta from motor to tool, above 0, at most 1.
+        efficiency: eta from flywheel to tool, above 0, at most 1.
+        drive_efficiency: eta_d from motor to flywheel, above 0, at most 1.
 
     Raises:
         SceneError: if `busy` is not below `cycle`, or a number is out of range.
@@ -197,9 +210,9 @@ def press_of(given: float, cycle: float, busy: float, efficiency: float = 1.0) -
 
     """
     quantities = {"cycle": (cycle, POSITIVE, "s"), "busy": (busy, NOT_NEGATIVE, "s")}
-    _check(given=(given, NOT_NEGATIVE, "J"), efficiency=(efficiency, POSITIVE, ""), **quantities)
-    _check_shares(busy, cycle, efficiency)
-    return press_cycle(given / (1.0 - busy / cycle), cycle, busy, efficiency)
+    _check(given=(given, NOT_NEGATIVE, "J"), **quantities)
+    _check_shares(busy, cycle, efficiency, drive_efficiency)
+    return press_cycle(efficiency * given / (1.0 - busy / cycle), cycle, busy, efficiency, drive_efficiency)
 
 
 class Engagement(NamedTuple):
@@ -268,19 +281,28 @@ class SingleStroke(NamedTuple):
 
 
 def single_stroke(
-    inertia: float, speed: float, energy: float, driven_inertia: float = 0.0, power: float = 0.0, busy: float = 0.0
+    inertia: float,
+    speed: float,
+    energy: float,
+    driven_inertia: float = 0.0,
+    power: float = 0.0,
+    busy: float = 0.0,
+    efficiency: float = 1.0,
+    drive_efficiency: float = 1.0,
 ) -> SingleStroke:
     """A single stroke: the clutch brings the driven side up to w_c, then both give what the motor does not.
 
-    w = sqrt(w_c² - 2 (E - P t_b)/(J1 + J2)), w_c = J1 w1/(J1 + J2).
+    w = sqrt(w_c² - 2 (E/eta - eta_d P t_b)/(J1 + J2)), w_c = J1 w1/(J1 + J2).
 
     Args:
         inertia: J1 of the flywheel and all before the clutch, kg m².
         speed: of the flywheel before, rad/s.
-        energy: E of the stroke, J.
+        energy: E of the stroke at the tool, J.
         driven_inertia: J2 behind the clutch, at the flywheel's shaft, at rest before, kg m².
-        power: P that the motor gives during the stroke, W.
+        power: P that the motor gives during the stroke, before all losses, W.
         busy: t_b that the stroke lasts, s.
+        efficiency: eta from flywheel to tool, above 0, at most 1.
+        drive_efficiency: eta_d from motor to flywheel, above 0, at most 1.
 
     Raises:
         SceneError: if the machine stops within the stroke, or a number is out of range.
@@ -299,8 +321,9 @@ def single_stroke(
         "speed": (speed, POSITIVE, "rad/s"),
     }
     _check(energy=(energy, NOT_NEGATIVE, "J"), **quantities)
+    refuse(_efficiency_faults(efficiency, drive_efficiency))
     joined = engage(inertia, speed, driven_inertia)
-    given = energy - power * busy
+    given = energy / efficiency - drive_efficiency * power * busy
     after = speed_after(inertia + driven_inertia, joined.speed, given)
     return SingleStroke(joined, given, after, (speed - after) / speed)
 
@@ -313,7 +336,8 @@ def inertia_for_single_stroke(high: float, low: float, energy: float, driven_ine
     Args:
         high: w1 before the clutch engages, rad/s.
         low: w2 after the stroke, rad/s.
-        energy: E that flywheel and driven side give in the stroke, J.
+        energy: E that flywheel and driven side give in the stroke, J: what is lost on the way to the tool included, what the
+            motor gives left out.
         driven_inertia: J2 behind the clutch, at rest before, kg m².
 
     Raises:
@@ -341,11 +365,18 @@ def _check(**quantities: tuple[float, str, str]) -> None:
     )
 
 
-def _check_shares(busy: float, cycle: float, efficiency: float) -> None:
+def _check_shares(busy: float, cycle: float, efficiency: float, drive_efficiency: float) -> None:
     faults = []
     if busy >= cycle:
         advice = "the motor alone carries a stroke that long"
         faults.append(Fault("busy", f"{busy:g} s", f"less than the {cycle:.6g} s from stroke to stroke", advice))
-    if efficiency > 1:
-        faults.append(Fault("efficiency", f"{efficiency:g}", "at most 1"))
-    refuse(faults)
+    refuse(faults + _efficiency_faults(efficiency, drive_efficiency))
+
+
+def _efficiency_faults(efficiency: float, drive_efficiency: float) -> list[Fault]:
+    """The faults of efficiencies that are none."""
+    faults = []
+    for name, value in (("efficiency", efficiency), ("drive_efficiency", drive_efficiency)):
+        over = [] if not fits(value, POSITIVE) or value <= 1 else [Fault(name, f"{value:g}", "at most 1")]
+        faults += number_faults(name, value, POSITIVE) + over
+    return faults

@@ -1,6 +1,7 @@
 """How a motor brings a flywheel back to speed after each stroke, and between which speeds the two then run.
 
-Speeds are in rad/s; inertia is that of all that turns with the flywheel, and torques are at its shaft.
+Speeds are in rad/s; inertia is that of all that turns with the flywheel, and torques and powers are at its shaft: losses
+between it and the tool are part of a load, those between the motor and it are taken off what the motor gives.
 """
 
 from __future__ import annotations
@@ -19,7 +20,7 @@ def recovery_time(inertia: float, low: float, high: float, power: float) -> floa
         inertia: I, kg m².
         low: w2 at the start, rad/s.
         high: w1 at the end, rad/s.
-        power: P, W, nothing else taking any.
+        power: P that reaches the flywheel (the motor's, less what is lost on the way), W, nothing else taking any.
 
     Raises:
         SceneError: if the speeds are in the wrong order, or a number is out of range.
@@ -108,7 +109,8 @@ def steady_on_line(
         inertia: I, kg m².
         starting_torque: T0, N m.
         no_load_speed: w0, rad/s.
-        load: torque against the motion at the motor's shaft while the machine works, N m.
+        load: torque against the motion at the motor's shaft while the machine works, what is lost on the way to the tool
+            included, N m.
         busy: for how long it works, s.
         cycle: time from stroke to stroke, s.
 
@@ -140,7 +142,8 @@ def inertia_on_line(
         irregularity: eps.
         starting_torque: T0, N m.
         no_load_speed: w0, rad/s.
-        load: torque against the motion at the motor's shaft while the machine works, N m.
+        load: torque against the motion at the motor's shaft while the machine works, what is lost on the way to the tool
+            included, N m.
         busy: for how long it works, s.
         cycle: time from stroke to stroke, s.
 

@@ -1,6 +1,7 @@
 """A flywheel between two speeds: what it gives, and how large it must be.
 
-Speeds are in rad/s and the greater one comes first; inertia is that of all that turns with the flywheel, at its shaft.
+Speeds are in rad/s and the greater one comes first; inertia is that of all that turns with the flywheel, at its shaft, and
+so are energies: a tool takes less than the flywheel gives, by what is lost between them (`presses.press_cycle`).
 """
 
 from __future__ import annotations
