@@ -270,7 +270,8 @@ def _fitting_unit(text: str, rest: str, number: str, dimension: str | None) -> U
         if dimension in (None, "number"):
             return Unit()
         si = DIMENSIONS[dimension].si
-        raise QuantityError(quote(text), _expected(dimension), f"add a unit, or write {number} bare for {si}")
+        missing = f'write "{number} deg"' if dimension == "angle" else f"add a unit, or write {number} bare for {si}"
+        raise QuantityError(quote(text), _expected(dimension), missing)
     try:
         unit = _unit(rest, dimension)
     except QuantityError as error:

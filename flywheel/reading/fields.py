@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import re
 from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
@@ -10,7 +11,7 @@ import numpy as np
 
 from flywheel.advice import mean, nearest, quote, show
 from flywheel.faults import Fault
-from flywheel.reading.schema import MOST_TABLES, NAME_PATTERN, Key, Section
+from flywheel.reading.schema import MOST_TABLES, NAME_PATTERN, TURN, Key, Section
 from flywheel.units import DIMENSIONS, QuantityError, parse_quantity
 
 Fields = dict[str, Any]
@@ -18,6 +19,8 @@ Fields = dict[str, Any]
 
 _LARGEST_SHARE = 2.0  # of a number that may be written in per cent
 _LEAST_PERCENT = 2.0  # below it a number is as likely a share that is too large
+_ROUNDING = 1.0 + 1e-12
+_ROUNDED = 1e-4  # share by which whole turns written with few digits miss them
 _SUGGESTIONS = 50  # a text of a megabyte may hold ten thousand wrong names; the first ones get advice
 
 
@@ -26,7 +29,11 @@ _TOPICS = {"motor": "motor", "model": "load-models"}
 
 
 class Faults(list[Fault]):
-    """The faults found so far."""
+    """The faults found so far. `longest`: the greatest angle (rad) that may stand without a unit, a turn or the cycle."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.longest = TURN
 
     def add(self, path: str, found: str, expected: str, advice: str = "") -> None:
         """Note one more fault."""
@@ -118,11 +125,32 @@ def read_quantity(value: object, dimension: str, key: Key, path: str, faults: Fa
         expected = error.expected.replace(DIMENSIONS[dimension].expected, _quantity(dimension, key))
         faults.add(path, error.found, expected, error.advice)
         return None
+    if (
+        dimension == "angle"
+        and not key.many_turns
+        and not isinstance(value, str)
+        and abs(number) > faults.longest * _ROUNDING
+    ):
+        faults.add(path, show(value), *_bare_angle(number, faults.longest))
+        return None
     if number not in key.range:
         unit = DIMENSIONS[dimension].si
         faults.add(path, show(value), f"a value {key.range}{' ' + unit if unit else ''}", _percent(value, number, key))
         return None
     return number
+
+
+def _bare_angle(number: float, longest: float) -> tuple[str, str]:
+    """What is expected of a bare number of more than a turn, or the cycle, and the advice: it was hardly meant in radians.
+
+    One that passes a turn by its last digits alone, such as 6.2832, was.
+    """
+    name = "one turn" if longest == TURN else "the cycle"
+    expected = f'an angle with its unit such as "90 deg", or a bare number in rad of at most {longest:.6g}, {name}'
+    turns = abs(number) / TURN
+    if abs(turns - round(turns)) < _ROUNDED * turns:
+        return expected, f'write "{math.copysign(360 * round(turns), number):g} deg"'
+    return expected, f'write "{number:.10g} deg", or "{number:.10g} rad" if it is radians'
 
 
 def _percent(value: object, number: float, key: Key) -> str:

@@ -141,7 +141,9 @@ def _travel(shaft: object, path: str, setting: Setting) -> float | None:
     if count is None or count > MOST_TURNS:
         found = f"{turns:.10g} turns of {quote(shaft)} in the cycle of {np.degrees(setting.cycle):.10g} deg"
         wanted = f"a whole number of them, at most {MOST_TURNS}"
-        setting.faults.add(path, found, wanted, "change regime.cycle or the shaft's ratio")
+        degrees = whole(setting.cycle / 90) if setting.cycle > TURN else None
+        advice = f'write regime.cycle = "{90 * degrees} deg"' if degrees else "change regime.cycle or the shaft's ratio"
+        setting.faults.add(path, found, wanted, advice)
         return None
     setting.shafts[shaft] = _exact_ratio(count, setting.cycle)
     return count * TURN

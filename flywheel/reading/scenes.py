@@ -167,6 +167,7 @@ def _scene(raw: Mapping[str, Any], folder: Path | None, faults: Faults) -> Scene
     parameters, unknowns = _parameters(raw.get("parameters"), faults)
     regime = _section(raw, "regime", faults) if stroke is None else _along(stroke)
     cycle = _cycle(regime) if stroke is None else regime["cycle"]
+    faults.longest = _longest_angle(cycle, stroke)
     setting = Setting(cycle, shafts, parameters, frozenset((*parameters, *unknowns)), folder, faults, stroke)
     machine, places = _machine(raw, unknowns, setting)
     speed = _crank_speed(regime, places, shafts, faults)
@@ -179,6 +180,14 @@ def _scene(raw: Mapping[str, Any], folder: Path | None, faults: Faults) -> Scene
     given: dict[str, Any] = {"shafts": shafts, "parameters": parameters, "gravity": gravity, "areas": areas}
     given |= {"compliances": gears.compliances, "efficiencies": gears.efficiencies}
     return Scene(speed=speed, cycle=cycle, stroke=stroke, **top, **given, **machine, **asked)
+
+
+def _longest_angle(cycle: float | None, stroke: Stroke | None) -> float:
+    """The greatest angle that may stand without a unit: a turn, the cycle, or the ends of a stroke that turns."""
+    if cycle is None:
+        return math.inf
+    reach = cycle if stroke is None else 0.0 if stroke.sliding else max(abs(stroke.start), abs(stroke.end))
+    return max(TURN, reach)
 
 
 def _along(stroke: Stroke) -> Fields:

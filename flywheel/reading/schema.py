@@ -61,7 +61,8 @@ class Key(NamedTuple):
     "table", "numbers", "index", "unit", "tables" (a table of named tables), "list" (of tables, names or lengths), "flag",
     "model" (a table whose keys depend on its type).
     default: SI, or None where there is none. missing: advice where a required key is not there. later: known, but
-    not supported yet. example: of a value, where that of its dimension does not suit it.
+    not supported yet. example: of a value, where that of its dimension does not suit it. many_turns: an angle that may
+    be any number of turns also where it is written without a unit.
     """
 
     name: str
@@ -74,6 +75,7 @@ class Key(NamedTuple):
     missing: str = ""
     later: bool = False
     example: str = ""
+    many_turns: bool = False
 
 
 class Section(NamedTuple):
@@ -435,6 +437,7 @@ _SECTIONS = (
                 "crank angle after which everything repeats",
                 TURN,
                 Range(0.0, MOST_TURNS * TURN * (1 + 1e-9), True),
+                many_turns=True,
             ),
         ),
     ),

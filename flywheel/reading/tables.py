@@ -143,7 +143,7 @@ def fit_period(table: Table, every: float, path: str, faults: Faults) -> Table |
     """The table put exactly onto its period, or a fault if it does not span it."""
     span = float(table.angle[-1] - table.angle[0])
     if abs(span - every) > TOLERANCE * every:
-        faults.add(path, _spans(table), f"a span of {_angle(every)}, after which the load repeats")
+        faults.add(path, _spans(table), f"a span of {_angle(every)}, after which the load repeats", _in_degrees(span, every))
         return None
     return _within_reach(_moved_ends(table, None, float(table.angle[0]) + every), every, path, faults)
 
@@ -158,7 +158,8 @@ def fit_window(table: Table, window: Window, every: float, path: str, faults: Fa
     shift = every * math.floor((float(table.angle[-1]) + slack - end) / every)
     first, last = start + shift, end + shift
     if span > every or float(table.angle[0]) > first + slack:
-        faults.add(path, _spans(table), f"{_angle(start)} to {_angle(end)} (its load's window), or {_angle(every)} in all")
+        wanted = f"{_angle(start)} to {_angle(end)} (its load's window), or {_angle(every)} in all"
+        faults.add(path, _spans(table), wanted, _in_degrees(span, every))
         return None
     near_first, near_last = abs(table.angle[0] - first) <= slack, abs(table.angle[-1] - last) <= slack
     table = _moved_ends(table, first if near_first else None, last if near_last else None)
@@ -196,6 +197,11 @@ def _within_reach(table: Table, every: float, path: str, faults: Faults) -> Tabl
 
 def _spans(table: Table) -> str:
     return f"angles from {_angle(float(table.angle[0]))} to {_angle(float(table.angle[-1]))}"
+
+
+def _in_degrees(span: float, every: float) -> str:
+    """The advice for angles in radians that would fit if they were degrees."""
+    return 'write angle_unit = "deg"' if every < span <= math.degrees(every) * (1 + TOLERANCE) else ""
 
 
 def _angle(angle: float) -> str:

@@ -84,7 +84,7 @@ def test_any_other_text_is_an_expression(text):
         ("on = 'slider'\nforce = 3\nto = 1", "load[0].from", "nothing"),
         ("on = 'slider'\nforce = 3\nfrom = 1\nto = 1", "load[0].to", "begins"),
         ("on = 'slider'\nforce = 3\nfrom = '-90 deg'\nto = '270 deg'\nevery = '180 deg'", "load[0].to", "180"),
-        ("on = 'slider'\nforce = 3\nfrom = 0\nto = 7", "load[0].to", "360"),
+        ("on = 'slider'\nforce = 3\nfrom = 0\nto = 7", "load[0].to", 'write "7 deg"'),
         ("on = 'slider'\nforce = 3\nfrom = '-180 deg'\nto = '270 deg'", "load[0].to", "450 deg"),
         ("on = 'slider'\nforce = 3\nfrom = '30 deg'\nto = '-330 deg'", "load[0].to", "begins"),
         ("on = 'slider'\nforce = 3\nwhile = 'v >= 0'", "load[0].while", '"v > 0"'),

@@ -8,10 +8,12 @@ import numpy as np
 import pytest
 
 from flywheel.faults import SceneError
+from flywheel.reading.fields import Faults, read_quantity
 from flywheel.reading.scenes import build_scene, load, parse_scene, read_scene
 from flywheel.reading.schema import SECTIONS
 from flywheel.scene import Areas, Scene
 from flywheel.units import DIMENSIONS, parse_quantity
+from tests.flywheel.reading.test_schema import KEYS
 
 ROTOR = """
 [regime]
@@ -84,6 +86,62 @@ def test_gravity_at_an_angle():
 
 def test_a_bare_cycle_of_ten_digits_is_put_onto_whole_turns():
     assert parse_scene("regime = {speed = 1, cycle = 12.5663706144}\nflywheel.inertia = 1").cycle == 4 * math.pi
+
+
+BARE_ANGLES = """
+mechanism = {{type = "{type}", phase = {phase}, {geometry}}}
+gravity.direction = {direction}
+regime = {{speed = 1, cycle = {cycle}}}
+flywheel.inertia = 1
+[[load]]
+on = "crank"
+torque = 1
+from = {start}
+to = 1
+every = {every}
+"""
+WITHIN = {"type": "scotch-yoke", "geometry": "crank.length = 1", "cycle": '"360 deg"', "every": '"360 deg"'}
+WITHIN |= {"phase": 3, "direction": -1, "start": 0}
+
+
+@pytest.mark.parametrize(
+    ("given", "path", "advice"),
+    [
+        ({"phase": 80}, "mechanism.phase", 'write "80 deg"'),
+        ({"phase": -6.3}, "mechanism.phase", 'write "-6.3 deg"'),
+        ({"phase": '"80"'}, "mechanism.phase", 'write "80 deg"'),
+        ({"direction": -90}, "gravity.direction", 'write "-90 deg"'),
+        ({"start": 340.5}, "load[0].from", 'write "340.5 deg"'),
+        ({"every": 180}, "load[0].every", 'write "180 deg"'),
+        ({"every": 6.2832}, "load[0].every", 'write "360 deg"'),
+        ({"phase": 13, "cycle": '"720 deg"', "every": '"720 deg"'}, "mechanism.phase", 'write "13 deg"'),
+        ({"geometry": "crank.length = 1, yoke.direction = 180"}, "mechanism.yoke.direction", 'write "180 deg"'),
+        ({"geometry": "crank.length = 1, crank.com_angle = 45"}, "mechanism.crank.com_angle", 'write "45 deg"'),
+        ({"cycle": 720}, "mechanism.shaft", 'write regime.cycle = "720 deg"'),
+    ],
+)
+def test_an_angle_without_a_unit_beyond_a_turn_is_refused(given, path, advice):
+    assert advice in faults(BARE_ANGLES.format(**WITHIN | given))[path]
+
+
+@pytest.mark.parametrize(
+    "given",
+    [{}, {"phase": '"80 rad"'}, {"phase": math.tau}, {"cycle": 4 * math.pi, "phase": 12.5, "every": 4 * math.pi}],
+)
+def test_an_angle_within_a_turn_or_the_cycle_needs_no_unit(given):
+    parse_scene(BARE_ANGLES.format(**WITHIN | given))
+
+
+@pytest.mark.parametrize("key", [key for key in KEYS if "angle" in key.kind.split(" | ")], ids=lambda key: key.name)
+def test_every_angle_of_the_format_is_refused_alike(key):
+    found = Faults()
+    read_quantity(80, "angle", key, "place", found)
+    assert [fault.path for fault in found] == ([] if key.many_turns else ["place"])
+
+
+def test_a_table_in_degrees_without_its_unit_is_told():
+    text = f"{ROTOR}[[load]]\non = 'crank'\ntable = {{angle = [0, 90, 360], value = [0, 1, 0]}}"
+    assert 'write angle_unit = "deg"' in faults(text)["load[0].table"]
 
 
 def test_numpy_numbers_and_arrays_are_as_good_as_plain_ones():
