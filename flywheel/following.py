@@ -236,7 +236,7 @@ class _Follower:
         if last is None or self.returns is False:
             return None
         period = self.t - last.start
-        count = int((self.until - self.t) / period)
+        count = int(min((self.until - self.t) / period, _MOST_STEPS))  # a motion may be followed without a last time
         off = abs(self.state[1] / last.state[1] - 1.0)
         if count < FEWEST or not off <= _RETURNED * self.tolerance.relative:
             return None

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from itertools import pairwise
 from math import cos, exp, pi, sin, sqrt
 from typing import Any
@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 from mpmath import mp  # type: ignore[import-untyped]
 from scipy.integrate import quad, solve_ivp
+from scipy.optimize import brentq
 
 from tests.references.regimes import Regime
 
@@ -206,32 +207,46 @@ def test_a_start_by_dop853_in_time(name: str) -> None:
     assert found == pytest.approx(truth, rel=5e-11)
 
 
-def geared(flywheel: float, moment: float, force: float) -> Rate:
-    """The crank with a lossy mesh: of the two accelerations, the less is the true one where the wheel drives."""
+def geared(flywheel: float, moment: float, force: float) -> tuple[Rate, Rate]:
+    """The crank with a lossy mesh: its acceleration, and what the mesh gives the wheel, which drives where that is below 0.
+
+    Of the accelerations with either sense the less is then the true one.
+    """
     sizes = {"r": 0.1, "l": 0.45, "com": 0.15, "m": 8.0, "j": 0.2, "slider": 40.0, "crank": 0.4}
+    behind = 64 * (flywheel + 0.01)
 
     def rate(phi: float, omega: float) -> float:
         inertia, slope, _, x1 = machine(phi, sizes)
         loaded = 290 <= np.degrees(phi) % 360 < 350
         front = -slope * omega**2 / 2 - (force * x1 if loaded else 0.0)
-        behind = 64 * (flywheel + 0.01)
         ways = [(front + loss * 8 * moment) / (inertia + loss * behind) for loss in (0.9, 1 / 0.9)]
-        driven = behind * ways[0] - 8 * moment <= 0
-        return ways[0] if driven else ways[1]
+        return ways[0] if behind * ways[0] - 8 * moment <= 0 else ways[1]
 
-    return rate
+    return rate, lambda phi, omega: behind * rate(phi, omega) - 8 * moment
+
+
+def changes_of_side(rate: Rate, given: Rate, omega: float, breaks: tuple[float, ...]) -> Iterator[float]:
+    """About where the mesh changes the side that drives, along the motion from phi = 0: a kink of the acceleration."""
+    for low, high in pairwise((0.0, *breaks, 2 * pi)):
+        field = lambda phi, s: [rate(phi, s[0]) / s[0]]  # noqa: E731
+        motion = solve_ivp(field, (low, high), [omega], method="DOP853", rtol=1e-9, atol=1e-9, dense_output=True)
+        along = lambda phi, sol=motion.sol: given(phi, float(sol(phi)[0]))  # noqa: E731
+        inside = np.linspace(low, high, 200)[1:-1].tolist()
+        yield from (brentq(along, a, b) for a, b in pairwise(inside) if along(a) * along(b) < 0.0)
+        omega = float(motion.y[0, -1])
 
 
 @pytest.mark.parametrize("kind", ["analysis", "sizing"])
 def test_a_lossy_mesh_by_the_acceleration_of_either_sense(kind: str) -> None:
     true = {k: float(v) for k, v in regimes.figures("geared-loss")[kind]["0.05"].items() if v}
-    rate = geared(true["inertia"], true["balance"], 8e3)
-    edges = tuple(np.radians([290, 350]))
-    end = run(rate, 0.0, true["speed_at_zero"], 2 * pi, edges)
-    assert end == pytest.approx([true["speed_at_zero"], true["period"]], rel=1e-9)
-    low = run(rate, 0.0, true["speed_at_zero"], true["angle_speed_min"], edges)
-    high = run(rate, 0.0, true["speed_at_zero"], true["angle_speed_max"], edges)
-    assert [low[0], high[0]] == pytest.approx([true["speed_min"], true["speed_max"]], rel=1e-9)
+    rate, given = geared(true["inertia"], true["balance"], 8e3)
+    windows, first = tuple(np.radians([290, 350])), true["speed_at_zero"]
+    breaks = (*windows, *changes_of_side(rate, given, first, windows))
+    assert len(breaks) > len(windows)
+    assert run(rate, 0.0, first, 2 * pi, breaks) == pytest.approx([first, true["period"]], rel=1e-11)
+    low = run(rate, 0.0, first, true["angle_speed_min"], breaks)
+    high = run(rate, 0.0, first, true["angle_speed_max"], breaks)
+    assert [low[0], high[0]] == pytest.approx([true["speed_min"], true["speed_max"]], rel=1e-11)
 
 
 @pytest.mark.parametrize(("kind", "key"), [("analysis", "0.1"), ("sizing", "0.05")])

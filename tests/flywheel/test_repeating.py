@@ -86,3 +86,17 @@ def test_what_is_asked_at_the_end_of_a_cycle_ends_the_motion():
     assert trail.goal == "enough"
     assert trail.cycles == 50
     assert told == pytest.approx([10.0] * 50, rel=1e-7)
+
+
+@pytest.mark.parametrize("more", [{}, {"load": PUSH, "drive": {"torque": "8 - 0.2*omega"}}], ids=["repeats", "settles"])
+def test_a_motion_without_a_last_time_goes_on_until_it_is_ended(more):
+    seen = []
+
+    def passing(t, omega):
+        seen.append(t)
+        return "enough" if len(seen) == 40 else None
+
+    trail = followed(np.inf, passing=passing, **more)
+    assert (trail.goal, trail.cycles) == ("enough", 40)
+    assert (trail.repeated > 0) is not bool(more)
+    assert trail.t[-1] == seen[-1]

@@ -102,6 +102,9 @@ def pushed(accelerations, edges, start, until, times=()):
     return list(through_breaks(steps, rate, [Breaks(0, edges, None, "q")], times, np.array(start, dtype=float), until))
 
 
+PUSHES, EDGES = (2.0, -3.0, 2.0, -1.0), (1.0, 4.0, 4.01)
+
+
 def by_hand(accelerations, edges, start, until):
     """The same motion, from the roots of its parabolas."""
     (q, v), t = start, 0.0
@@ -120,25 +123,42 @@ def by_hand(accelerations, edges, start, until):
 
 
 @pytest.mark.parametrize(
-    "start",
-    [(0.0, 3.0), (5.0, -3.0), (0.2, 0.0), (4.0, 0.0), (1.0, 0.4), (4.0 + 1e-7, -1e-3), (6.0, -20.0)],
+    ("start", "until"),
+    [
+        ((0.0, 3.0), 5.0),
+        ((5.0, -3.0), 5.0),
+        ((0.2, 0.0), 5.0),
+        ((4.0, 0.0), 0.59),
+        ((1.0, 0.4), 5.0),
+        ((4.0 + 1e-7, -1e-3), 5.0),
+        ((6.0, -20.0), 5.0),
+    ],
     ids=["forwards", "backwards", "from rest", "from rest on a break", "from a break", "just before a break", "fast"],
 )
-def test_motions_through_breaks_are_those_of_the_pieces_by_hand(start):
-    accelerations, edges = (2.0, -3.0, 2.0, -1.0), (1.0, 4.0, 4.01)
-    steps = pushed(accelerations, edges, start, 5.0)
-    assert_allclose(steps[-1].dense(5.0), by_hand(accelerations, edges, start, 5.0), rtol=1e-10, atol=1e-10)
+def test_motions_through_breaks_are_those_of_the_pieces_by_hand(start, until):
+    steps = pushed(PUSHES, EDGES, start, until)
+    assert_allclose(steps[-1].dense(until), by_hand(PUSHES, EDGES, start, until), rtol=1e-10, atol=1e-10)
     for before, after in pairwise(steps):
         assert before.end == after.start
         assert_allclose(before.dense(before.end), after.dense(after.start), rtol=1e-12, atol=1e-12)
 
 
+def test_a_motion_that_comes_to_rest_where_either_side_leads_away_keeps_its_energy():
+    """From rest at 4 it is back there after 0.6 s, pushed away on both sides: the last digit says which way it goes."""
+    work = np.concatenate(([0.0], np.cumsum(np.multiply(PUSHES[1:3], np.diff(EDGES)))))  # up to each edge, from q = 1
+    for step in pushed(PUSHES, EDGES, (4.0, 0.0), 5.0):
+        q, v = step.after
+        place = int(np.searchsorted(EDGES, q))
+        level = (work[place - 1] + PUSHES[place] * (q - EDGES[place - 1])) if place else PUSHES[0] * (q - 1.0)
+        assert_allclose(0.5 * v * v - level, -work[1], rtol=1e-9)
+
+
 @settings(max_examples=25, deadline=None)
 @given(st.floats(-2.0, 7.0), st.floats(0.1, 8.0), st.booleans())
 def test_starts_anywhere(q, speed, forwards):
-    accelerations, edges, start = (2.0, -3.0, 2.0, -1.0), (1.0, 4.0, 4.01), (q, speed if forwards else -speed)
-    steps = pushed(accelerations, edges, start, 3.0)
-    assert_allclose(steps[-1].dense(3.0), by_hand(accelerations, edges, start, 3.0), rtol=1e-8, atol=1e-8)
+    start = q, speed if forwards else -speed
+    steps = pushed(PUSHES, EDGES, start, 3.0)
+    assert_allclose(steps[-1].dense(3.0), by_hand(PUSHES, EDGES, start, 3.0), rtol=1e-8, atol=1e-8)
 
 
 def test_a_step_does_not_jump_over_a_narrow_window():
