@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+from types import MappingProxyType
 from typing import NamedTuple
 
 import numpy as np
@@ -24,7 +26,12 @@ class Energy(NamedTuple):
     `period` (s); `work` of the motor in it (J); `mean_power` and `peak_power` of the motor with the flywheel (W), the peak
     with its sign; `mean_power_alone` and `peak_power_alone` of a motor that follows the loads without a flywheel at constant
     speed (W). Powers of a motor that brakes are below 0. `rms_torque` is the root of the mean square of the motor's torque
-    over time, which heats it (N m): on the drive's own shaft in a sizing, on the reduction element in `of_cycle`.
+    over time (N m): on the drive's own shaft in a sizing, on the reduction element in `of_cycle`.
+
+    What heats a motor, on the mean over time, in a sizing: of a DC motor the current in its armature (A), by its root mean
+    square and by the value that is greatest in size, and the copper heat R i² (W); of an induction motor the heat of its
+    rotor (W), torque times slip speed; each as a share of that at the rated point, too. None where they do not apply.
+    `errors` are estimated relative errors of these.
     """
 
     period: float
@@ -34,6 +41,13 @@ class Energy(NamedTuple):
     mean_power_alone: float
     peak_power_alone: float
     rms_torque: float
+    current_rms: float | None = None
+    current_peak: float | None = None
+    copper_heat: float | None = None
+    copper_heat_share: float | None = None
+    rotor_heat: float | None = None
+    rotor_heat_share: float | None = None
+    errors: Mapping[str, float] = MappingProxyType({})
 
     @property
     def peak_to_mean(self) -> float | None:
@@ -54,14 +68,16 @@ class Energy(NamedTuple):
         """Everything for JSON: SI, and the hour's energy in kWh and kcal beside it."""
         hour = {"energy_per_hour": self.per_hour, "kilowatt_hours": kilowatt_hours(self.mean_power, HOUR)}
         ratios = {"peak_to_mean": self.peak_to_mean, "peak_to_mean_alone": self.peak_to_mean_alone}
-        return {**self._asdict(), **ratios, **hour, "kilocalories": kilocalories(self.mean_power, HOUR)}
+        figures = self._asdict()
+        del figures["errors"]
+        return {**figures, **ratios, **hour, "kilocalories": kilocalories(self.mean_power, HOUR)}
 
 
 def of_cycle(omega: ArrayLike, drive: ArrayLike, load: ArrayLike, weights: ArrayLike, speed: float | None = None) -> Energy:
     """Power and energy over one cycle: work = sum w M_d, T = sum w/omega, mean = work/T, peak = max of M_d omega.
 
     Without a flywheel the motor follows the loads at a constant speed: its power is -M_l times that speed, the mean
-    (-sum w M_l/sum w) times it. The torque that heats the motor is sqrt(sum (w M_d²/omega)/T).
+    (-sum w M_l/sum w) times it. The root of the mean square of the torque over time is sqrt(sum (w M_d²/omega)/T).
 
     Args:
         omega: speed of the reduction element with the flywheel, rad/s, shape (n,).

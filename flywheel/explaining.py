@@ -280,7 +280,7 @@ def _absent(machine: Machine) -> Iterator[str]:
     if lacking:
         yield f"elements that the machine has none of: {', '.join(lacking)}"
     if scene.motor is not None and not _circuit(machine):
-        yield "the motor's current as a state of its own: its torque follows the speed at once"
+        yield "what delays the motor's torque, such as its current: it follows the speed at once"
 
 
 def _massless(machine: Machine) -> Iterator[str]:

@@ -254,7 +254,7 @@ class Sizing:
             "reduced_inertia": _inertia_dict(self.reduced_inertia),
             "flywheel": {k: v for k, v in self.flywheel._asdict().items() if "bracket" not in k},
             "simulation": self.simulation and _confirmation_dict(self.simulation),
-            "error": self.error._asdict(),
+            "error": {**self.error._asdict(), **_heat_errors(self.energy)},
             "closure": self.closure,
             "energy": self.energy and self.energy.as_dict(),
             "multiplier": self.cyclic and self.cyclic.multiplier,
@@ -272,6 +272,14 @@ class Sizing:
             "bounds": self.bounds and self.bounds.as_dict(),
             "cost": self.cost.as_dict(),
         }
+
+
+_HEATING = ("current_rms", "current_peak", "copper_heat", "copper_heat_share", "rotor_heat", "rotor_heat_share")
+
+
+def _heat_errors(energy: Energy | None) -> dict[str, float | None]:
+    """Errors of what heats a motor; None where there is no such figure."""
+    return {name: None if energy is None else energy.errors.get(name) for name in _HEATING}
 
 
 def _inertia_dict(inertia: ReducedInertia | None) -> dict[str, float | None]:

@@ -99,6 +99,19 @@ class DC(Motor):
         """Steady armature current (U - k omega)/R, A, at speeds omega (rad/s)."""
         return (self.voltage - self.constant * omega) / self.resistance
 
+    def current_of_torque(self, omega: Any, torque: Any) -> Any:
+        """Current (T + b omega)/k, A, at speeds (rad/s) and torques on the shaft (N m), whether it is steady or not."""
+        return (torque + self.friction * omega) / self.constant
+
+    def copper_heat(self, current: Any) -> Any:
+        """Heat R i² in the armature, W, at currents (A)."""
+        return self.resistance * current * current
+
+    @property
+    def rated_current(self) -> float | None:
+        """Current at the rated point, A; None where the constants were not derived from one."""
+        return None if self.nameplate is None else float(self.current(self.nameplate.speed))
+
     def current_rate(self, omega: Any, current: Any) -> Any:
         """Rate of change of the current di/dt = (U - R i - k omega)/L, A/s, at speeds (rad/s) and currents (A).
 

@@ -7,11 +7,14 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import ClassVar
 
+import numpy as np
+from numpy.typing import ArrayLike
+
 from flywheel.arguments import number_faults, refuse
 from flywheel.faults import Fault
 from flywheel.formulas.building import written
 from flywheel.formulas.expressions import Expression, parse
-from flywheel.motors.base import Motor, Point, Span, wrong_numbers
+from flywheel.motors.base import Array, Motor, Point, Span, wrong_numbers
 
 USUAL_SLIP = 0.13
 """The greatest rated slip that is usual: that of motors wound for presses (NEMA design D has 5 to 13 %)."""
@@ -141,6 +144,20 @@ class Induction(Motor):
         reach = self.breakdown_slip * self.synchronous_speed
         u = f"({written(self.synchronous_speed)} - omega)"
         return parse(f"{written(2 * self.breakdown_torque * reach)}*{u}/({u}**2 + {written(reach**2)})")
+
+    def rotor_heat(self, omega: ArrayLike) -> Array:
+        """Heat in the rotor, W, at speeds omega (rad/s), of their shape: torque times slip speed, T (omega_s - omega).
+
+        The field gives the rotor T omega_s, the shaft takes T omega. A generator's heat is above 0, too, as both factors
+        change their sign. Kloss's formula leaves out the stator's resistance; what the load's current heats there goes along
+        with the rotor's heat, by the square of the same current. Source: Fitzgerald et al. and Chapman, as above.
+
+        >>> motor = Induction(power=7500.0, speed=1450 * math.pi / 30, poles=4, frequency=50.0, breakdown_ratio=2.5)
+        >>> round(float(motor.rotor_heat(motor.speed)), 6), round(7500.0 * motor.rated_slip / (1 - motor.rated_slip), 6)
+        (258.62069, 258.62069)
+        """
+        speeds = np.asarray(omega, dtype=float)
+        return np.asarray(self.torque(speeds) * (self.synchronous_speed - speeds))
 
     def speed_at(self, torque: float) -> float | None:
         """Speed on the running branch at which the motor gives a torque: s = s_b q/(1 + sqrt(1 - q²)), q = T/T_b."""

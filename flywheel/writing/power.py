@@ -2,11 +2,15 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable, Iterator
 
 from flywheel import piecewise
 from flywheel.energy import HOUR, Energy, kilowatt_hours
 from flywheel.motors.base import Motor
+from flywheel.motors.dc import DC
+from flywheel.motors.engine import Engine
+from flywheel.motors.induction import Induction
 from flywheel.results import Sizing
 from flywheel.writing import outcome
 from flywheel.writing.digits import columns, figure
@@ -17,6 +21,7 @@ _METRIC_HORSEPOWER = 735.49875  # W: 75 kgf m/s
 _DIGITS = 6
 _TIE = 1e-9  # share within which two sizes are one
 _NEAR = 0.9  # of the breakdown torque: a torque past it is told of
+_LONG = 30.0  # s: in a longer cycle windings warm up and cool down
 
 
 def torque_and_work(sizing: Sizing) -> list[str]:
@@ -97,43 +102,127 @@ def _ratio(value: float | None) -> str:
 
 
 def _of_motor(sizing: Sizing, energy: Energy) -> Iterator[str]:
-    """What the machine asks of its motor, beside what the motor is rated for."""
+    """What the machine asks of its motor, beside what the motor is rated for: what heats it by its own kind."""
     motor = sizing.scene.motor
     if motor is None:
         return
     rated, torque = motor.rated, _greatest_torque(sizing)
     greatest = f"greatest torque {_signed(torque)} N m on its shaft"
-    rms = f"root of its mean square over time {_number(energy.rms_torque)} N m"
-    limit = "" if motor.breakdown is None else f", {_share(abs(torque), motor.breakdown.torque)} of the breakdown torque"
     if rated is None:
-        yield f"{motor.title} without a rated point; {greatest}{limit}; {rms}."
+        yield f"{motor.title} without a rated point; {greatest}; {_rms(energy)}."
+    else:
+        point = f"{_number(rated.power / 1e3)} kW ({_number(rated.torque)} N m at {_number(rated.speed * RPM)} rpm)"
+        shares = f"mean {_share(energy.mean_power, rated.power)}, greatest {_share(energy.peak_power, rated.power)} of it"
+        if isinstance(motor, Engine):
+            yield f"{motor.title}, full load {point}: {shares};"
+            yield f"{greatest}, {_share(abs(torque), rated.torque)} of the full-load one there."
+        else:
+            yield f"{motor.title}, rated power {point}: {shares};"
+            yield f"{greatest}, {_share(abs(torque), rated.torque)} of the rated one{_of_breakdown(motor, torque)};"
+            yield f"{_rms(energy)}, {_share(energy.rms_torque, rated.torque)} of the rated one."
+    yield from _heat(sizing, motor, energy)
+    yield from _slowest(sizing, motor)
+    yield from _beyond_data(sizing, motor)
+
+
+def _rms(energy: Energy) -> str:
+    return f"root of its mean square over time {_number(energy.rms_torque)} N m"
+
+
+def _of_breakdown(motor: Motor, torque: float) -> str:
+    """A torque beside an induction motor's greatest one, which is the same while it generates."""
+    return f", {_share(abs(torque), motor.breakdown_torque)} of the breakdown torque" if isinstance(motor, Induction) else ""
+
+
+def _heat(sizing: Sizing, motor: Motor, energy: Energy) -> Iterator[str]:
+    """What heats the motor, where its kind tells; of others, that it is not known."""
+    even = _ratio_of(sizing) * (sizing.constant_speed or sizing.speed)
+    if isinstance(motor, Induction) and energy.rotor_heat is not None:
+        rated = float(motor.rotor_heat(motor.speed))
+        heat = f"Heat of its rotor, torque times slip speed on the mean over time: {_number(energy.rotor_heat)} W"
+        yield f"{heat}, {_verdict(energy, 'rotor_heat', rated, float(motor.rotor_heat(even)))}"
+    elif isinstance(motor, DC) and energy.copper_heat is not None:
+        yield _current(motor, energy)
+        heat = f"Copper heat of its armature, R i² on the mean over time: {_number(energy.copper_heat)} W"
+        if motor.rated_current is None:
+            yield f"{heat}; what it may be is not known without a rated point."
+        else:
+            rated, at_even = (motor.copper_heat(current) for current in (motor.rated_current, motor.current(even)))
+            yield f"{heat}, {_verdict(energy, 'copper_heat', rated, at_even)}"
+    elif not isinstance(motor, Engine):
+        yield "Torque against speed alone does not tell what heats it: give the motor as induction or dc for that."
+        if motor.rated is not None and energy.mean_power > motor.rated.power * (1 + _TIE):
+            yield "The mean power is more than the rated one."
+
+
+def _current(motor: DC, energy: Energy) -> str:
+    """A DC motor's current, beside the rated one where that is known."""
+    rms, greatest, rated = energy.current_rms or 0.0, energy.current_peak or 0.0, motor.rated_current
+    beside = ["" if rated is None else f", {_share(abs(current), rated)} of the rated one" for current in (rms, greatest)]
+    means = f"root of its mean square over time {_number(rms)} A{beside[0]}"
+    return f"Current of its armature: {means}; greatest {_signed(greatest)} A{beside[1]}."
+
+
+def _verdict(energy: Energy, name: str, rated: float, even: float) -> str:
+    """What a heat means beside that at the rated point; `even` is the heat at a speed that does not vary (both W)."""
+    share, error = getattr(energy, f"{name}_share"), energy.errors[f"{name}_share"]
+    beside = f"{figure(100 * share, 0.0, 5)} % of the {_number(rated)} W at the rated point"
+    if share > 1.0 + max(share * error, _TIE):
+        hot, steadily = f"{beside}, too hot for continuous running", f"at a constant speed it would be {_share(even, rated)}"
+        return f"{hot}. Choose a larger motor{f': even {steadily}' if even > rated else f', or more flywheel: {steadily}'}."
+    long = f"; but in a cycle of {_number(energy.period)} s it grows hotter for a while than on the mean"
+    return f"{beside}, within what it is rated for{long if energy.period > _LONG else ''}."
+
+
+def _slowest(sizing: Sizing, motor: Motor) -> Iterator[str]:
+    """A warning where the motor comes near the end of its running branch, or beyond it."""
+    least, breakdown = _speeds(sizing)[0], motor.breakdown
+    falls = f"Its speed falls to {_number(least * RPM)} rpm"
+    if isinstance(motor, Engine):
+        if least < motor.speed * (1 - _TIE):
+            governed = f"below the {_number(motor.speed * RPM)} rpm up to which it is at full load"
+            yield f"{falls}, {governed}: what the load takes beyond that comes from the flywheel."
         return
-    point = f"{_number(rated.torque)} N m at {_number(rated.speed * RPM)} rpm"
-    shares = f"mean {_share(energy.mean_power, rated.power)}, greatest {_share(energy.peak_power, rated.power)} of it"
-    yield f"{motor.title}, rated power {_number(rated.power / 1e3)} kW ({point}): {shares};"
-    yield f"{greatest}, {_share(abs(torque), rated.torque)} of the rated one{limit};"
-    yield f"{rms}, {_share(energy.rms_torque, rated.torque)} of the rated one: it is what heats the motor."
-    if energy.rms_torque > rated.torque:
-        yield "That is more than the motor is rated for: it would grow too hot. Choose a larger one, or more flywheel."
-    elif energy.mean_power > rated.power:
-        yield "The mean power is more than the motor is rated for. Choose a larger one."
-    yield from _near_breakdown(motor, torque)
+    if breakdown is None:
+        return
+    name = "the breakdown torque" if isinstance(motor, Induction) else "the greatest torque of its running branch"
+    there = f"{_number(breakdown.torque)} N m at {_number(breakdown.speed * RPM)} rpm"
+    torque = float(motor.torque(least))
+    if least < breakdown.speed * (1 - _TIE):
+        yield f"{falls}, past {name}, {there}: slower than that it gives less, and stalls if the load goes on."
+        if isinstance(motor, Induction):
+            yield "Kloss's formula, and the heat by it, is rough there."
+    elif torque > _NEAR * breakdown.torque:
+        share = f"At its least speed it gives {_share(torque, breakdown.torque)} of {name}, {there}"
+        yield f"{share}: slower than that it gives less."
 
 
-def _near_breakdown(motor: Motor, torque: float) -> Iterator[str]:
-    """A warning where the torque comes near the greatest one that the running branch has."""
-    breakdown = motor.breakdown
-    if breakdown is not None and torque > _NEAR * breakdown.torque:
-        share = f"{_share(torque, breakdown.torque)} of the breakdown torque, {_number(breakdown.torque)} N m"
-        yield f"The greatest torque is {share}: beyond it the motor stalls."
+def _beyond_data(sizing: Sizing, motor: Motor) -> Iterator[str]:
+    """A warning where the motor runs at speeds that its data do not speak of."""
+    (least, greatest), (low, high) = _speeds(sizing), motor.covers
+    if least < low * (1 - _TIE) or greatest > high * (1 + _TIE):
+        runs = f"It runs from {_number(least * RPM)} to {_number(greatest * RPM)} rpm"
+        known = f"to {_number(high * RPM)} rpm" if math.isfinite(high) else "upwards"
+        yield f"{runs}, but its data hold from {_number(low * RPM)} {known}: its torque beyond is a guess."
+
+
+def _ratio_of(sizing: Sizing) -> float:
+    """Speed of the drive's shaft over that of the crank."""
+    assert sizing.scene.drive is not None
+    return sizing.scene.shafts[sizing.scene.drive.on]
+
+
+def _speeds(sizing: Sizing) -> tuple[float, float]:
+    """Least and greatest speed of the motor, rad/s."""
+    run, ratio = sizing.run, _ratio_of(sizing)
+    return (sizing.speed * ratio,) * 2 if run is None else (ratio * run.speed_min, ratio * run.speed_max)
 
 
 def _greatest_torque(sizing: Sizing) -> float:
     """The torque (N m) of the motor that is largest in size along the cycle, at its own shaft, with its sign."""
     scene, run = sizing.scene, sizing.run
-    assert scene.drive is not None
     assert scene.motor is not None
-    ratio = scene.shafts[scene.drive.on]
+    ratio = _ratio_of(sizing)
     if run is None or run.drive is None:
         return float(scene.motor.torque(ratio * sizing.speed))
     series = piecewise.fit(run.drive)

@@ -53,7 +53,7 @@ def test_losses_and_currents_are_named_by_their_paths():
     plain = dict(regimes.DC["drive"]["motor"])
     del plain["inductance"]
     quick = regimes.scene("dc-inductance", inertia=0.1) | {"drive": {"on": "motor", "motor": plain}}
-    assert said(explain(quick), "current as a state of its own: its torque follows the speed at once")
+    assert said(explain(quick), "what delays the motor's torque, such as its current: it follows the speed at once")
 
 
 def test_laws_that_switch_at_a_speed_are_named():
