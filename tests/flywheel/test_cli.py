@@ -39,7 +39,7 @@ def process(*arguments: object, code: str | None = None, **options: Any) -> subp
     """The program, or a line of Python, as a process of its own."""
     command = [sys.executable, *(["-c", code] if code else ["-m", "flywheel"]), *map(str, arguments)]
     environment = os.environ | {"PYTHONPATH": str(ROOT)}
-    return subprocess.run(command, capture_output=True, text=True, env=environment, timeout=60, **options)
+    return subprocess.run(command, capture_output=True, text=True, env=environment, timeout=600, **options)
 
 
 @pytest.fixture
@@ -389,7 +389,7 @@ def test_a_closed_pipe_leaves_no_traceback(scene: Path) -> None:
         for arguments in (["size", scene, "--no-simulate"], ["reduce", scene, "--points", "20000"], ["reference"]):
             command = [sys.executable, "-m", "flywheel", *map(str, arguments)]
             environment = os.environ | {"PYTHONPATH": str(ROOT)}
-            result = subprocess.run(command, stdout=writer, stderr=subprocess.PIPE, text=True, env=environment, timeout=60)
+            result = subprocess.run(command, stdout=writer, stderr=subprocess.PIPE, text=True, env=environment, timeout=600)
             assert result.stderr == ""
     finally:
         os.close(writer)
@@ -410,6 +410,6 @@ def test_an_interrupt_leaves_no_traceback(scene: Path) -> None:
 def test_an_encoding_without_the_signs_prints_all_the_same(scene: Path) -> None:
     environment = os.environ | {"PYTHONPATH": str(ROOT), "PYTHONIOENCODING": "ascii"}
     command = [sys.executable, "-m", "flywheel", "size", str(scene), "--no-simulate"]
-    result = subprocess.run(command, capture_output=True, env=environment, timeout=60)
+    result = subprocess.run(command, capture_output=True, env=environment, timeout=600)
     assert result.returncode == 0
     assert b"353.5214273" in result.stdout

@@ -21,7 +21,9 @@ def _table(found: list[Tried]) -> str:
     lines.append(f"{'all':16s}" + "".join(f"{totals[outcome]:9d}" for outcome in OUTCOMES))
     ways = Counter("command" if each.way not in ("time", "library") else each.way for each in found)
     lines.append("tried by " + ", ".join(f"{way} {count}" for way, count in sorted(ways.items())))
-    lines.append(f"largest memory {max(each.verdict.memory for each in found):.0f} MB above the beginning; slowest:")
+    lines.append(f"largest memory {max(each.verdict.memory for each in found):.0f} MB above the beginning")
+    late = sum(each.verdict.seconds > (2.0 if each.way == "library" else 5.0) for each in found)
+    lines.append(f"{late} took longer than 2 s, or 5 s with time stepping or by a command; slowest:")
     slow = sorted(found, key=lambda each: -each.verdict.seconds)[:12]
     lines += [f"  {e.verdict.seconds:5.2f} s  {e.seed} {e.kind}, {e.way}: {e.verdict.outcome} {e.base}" for e in slow]
     bad = [each for each in found if each.verdict.outcome == "failed"]

@@ -14,7 +14,7 @@ from types import FrameType
 from typing import Any, NamedTuple
 
 MEMORY = 500  # MB above what the process had
-_STALLED = 10  # seconds on the clock for every second of computing: a call that waits for something
+_STALLED = 30  # seconds on the clock for every second of computing: a call that waits for something
 _LIBRARIES = tuple({*sysconfig.get_paths().values(), str(Path(__file__).parents[2]), sys.base_prefix})
 _GENERATORS = ("dataclasses.py", "collections/__init__.py", "typing.py", "enum.py", "functools.py")
 _FORBIDDEN = (
@@ -93,7 +93,7 @@ def _of_library(name: str) -> bool:
 
 @contextmanager
 def watched(folder: Path, seconds: float, results: list[Watched]) -> Iterator[None]:
-    """Watch what is done with a folder; TooSlow is raised after so many seconds of computing, or ten times that in all."""
+    """Watch what is done with a folder; TooSlow is raised after so many seconds of computing, or thirty times that in all."""
 
     def stop(number: int, frame: FrameType | None) -> None:
         raise TooSlow(f"{seconds} s")

@@ -83,7 +83,7 @@ def test_a_verdict_tells_a_hang(monkeypatch):
             pass
 
     monkeypatch.setattr("flywheel.load", never)
-    monkeypatch.setattr("tests.fuzzing.judge.SECONDS", 0.05)
+    monkeypatch.setattr("tests.fuzzing.judge.WORK", 5)
     assert judged(mutant(1)).detail.startswith("too slow")
 
 

@@ -1,7 +1,6 @@
 """Expressions: what is let through and what is not, values, decisions at an anchor, linearity, switches."""
 
 import math
-import time
 import warnings
 
 import numpy as np
@@ -10,6 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from flywheel.formulas.expressions import FUNCTIONS, ExpressionError, parse
+from tests.pace import at_most
 
 PARAMETERS = frozenset({"F", "k", "η"})
 
@@ -96,10 +96,8 @@ HOSTILE = [
 
 @pytest.mark.parametrize("text", HOSTILE, ids=lambda text: ascii(text[:24]))
 def test_hostile_texts_are_refused_at_once_in_one_line(text):
-    start = time.perf_counter()
-    with pytest.raises(ExpressionError) as caught:
+    with pytest.raises(ExpressionError) as caught, at_most(50):
         parse(text)
-    assert time.perf_counter() - start < 0.05
     message = str(caught.value)
     assert message.isprintable()
     assert len(message) < 400
@@ -335,10 +333,16 @@ def test_a_long_series_is_not_a_deep_tree():
 
 
 def test_a_chain_nested_in_chains_is_evaluated_once_per_member():
-    text = "1 < (" * 50 + "phi" + ") < 1" * 50
-    start = time.perf_counter()
-    assert float(parse(text).evaluate({"phi": 3.0}, np, {"phi": 3.0})) == 0.0
-    assert time.perf_counter() - start < 0.1
+    class Counted(dict):
+        looks = 0
+
+        def __getitem__(self, name):
+            self.looks += 1
+            return super().__getitem__(name)
+
+    text, values, anchor = "1 < (" * 50 + "phi" + ") < 1" * 50, Counted(phi=3.0), Counted(phi=3.0)
+    assert float(parse(text).evaluate(values, np, anchor)) == 0.0
+    assert values.looks + anchor.looks <= 50  # evaluated anew for every member: 2**50
 
 
 def test_every_function_has_a_value():
