@@ -56,7 +56,8 @@ class Law(NamedTuple):
     `anchor` is the same as `here` in the middle of the smooth piece: every switch (a window's end, a comparison) is
     decided there, so that a piece never sees its neighbour's branch. `per_unknown` is the factor of the one unknown
     parameter that a balance solves for: the whole effort is effort + unknown * per_unknown. `moving`: it depends on speed
-    or time too, on those of `Here` that `sees` names.
+    or time too, on those of `Here` that `sees` names. `acts(anchor)` is false in pieces where the effort is 0 throughout;
+    it is None where the effort acts everywhere.
     """
 
     effort: Callable[[Here, Here], Any]
@@ -64,6 +65,7 @@ class Law(NamedTuple):
     per_unknown: Callable[[Here, Here], Any] | None = None
     moving: bool = False
     sees: tuple[str, ...] = ("speed", "flow", "time")
+    acts: Callable[[Here], Any] | None = None
 
 
 class Displacement(NamedTuple):

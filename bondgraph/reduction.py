@@ -22,6 +22,7 @@ from bondgraph.laws import OWN_DISPLACEMENT, TIME, Function
 from bondgraph.structure import SINGULAR, Ratio, Scale, Solve, Step, Sum, closed, entry, flow_relations, flow_variables, plan
 
 Positions = Mapping[str, Callable[[Any], Any]]
+_Source = tuple[Element, int, float]  # with its flow variable, and the sign of its effort on the coordinate
 
 
 class Flows(NamedTuple):
@@ -92,6 +93,7 @@ class Reduction:
         self._moving = [source for source in sources if _moves(source[0])]
         self._resistors = [(e, _resistance(graph, e), f) for e, f in one_ports if e.kind == "R" and e.law]
         self._held: tuple[float, Flows] | None = None
+        self._in_piece: tuple[float, list[_Source], list[_Source]] | None = None
         self._lumped: dict[int, float] = {}
         for _, inertia, flow in self._inertias:
             self._lumped[flow] = self._lumped.get(flow, 0.0) + inertia
@@ -174,7 +176,7 @@ class Reduction:
         moment: Any = 0.0
         per_unknown: Any = 0.0
         exchanged: Any = 0.0
-        for element, flow, sign in self._sources:
+        for element, flow, sign in self._acting(at)[0]:
             gain = flows.gain[flow]
             contribution = sign * at.effort(element) * gain
             moment = moment + contribution
@@ -184,6 +186,18 @@ class Reduction:
                 here, anchor = at.both(law.motion)
                 per_unknown = per_unknown + sign * law.per_unknown(here, anchor) * gain
         return moment, per_unknown, exchanged
+
+    def _acting(self, at: _Positions) -> tuple[list[_Source], list[_Source]]:
+        """The sources to be summed, and those that depend on speed or time: in one piece alone only those that act there.
+
+        Those of the last piece are kept, as time stepping asks for them again and again.
+        """
+        if not isinstance(at.anchor, float):
+            return self._sources, self._moving
+        if self._in_piece is None or self._in_piece[0] != at.anchor:
+            found = [[source for source in sources if _acts(source[0], at)] for sources in (self._sources, self._moving)]
+            self._in_piece = at.anchor, found[0], found[1]
+        return self._in_piece[1:]
 
     def _run(self, at: _Positions) -> Flows:
         """Gains first, slopes after them: a modulus varies at the rate that its own displacement's gain gives."""
@@ -235,7 +249,9 @@ class Station:
         """
         found = []
         for (element, flow, sign), (_, here, anchor) in zip(
-            self._reduction._moving, self.places(speed, time, anchor_speed, anchor_time, local=local), strict=True
+            self._reduction._acting(self._at)[1],
+            self.places(speed, time, anchor_speed, anchor_time, local=local),
+            strict=True,
         ):
             law, gain = element.law, sign * self._at.flows.gain[flow]
             assert isinstance(law, Law)
@@ -252,7 +268,7 @@ class Station:
         middle, found = speed if anchor_speed is None else anchor_speed, []
         then = time if anchor_time is None else anchor_time
         deciding = self._at.flows if local or anchor_speed is None else self._anchor_flows
-        for element, flow, _ in self._reduction._moving:
+        for element, flow, _ in self._reduction._acting(self._at)[1]:
             assert isinstance(element.law, Law)
             rate = self._at.rate(element.law.motion.of)
             here, anchor = self._at.both(element.law.motion)
@@ -264,6 +280,12 @@ class Station:
 
 def _moves(element: Element) -> bool:
     return isinstance(element.law, Law) and element.law.moving
+
+
+def _acts(element: Element, at: _Positions) -> bool:
+    """Whether a source acts in the piece of a single anchor."""
+    law = element.law
+    return not isinstance(law, Law) or law.acts is None or bool(law.acts(at.both(law.motion)[1]))
 
 
 def reduce(

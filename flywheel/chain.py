@@ -21,7 +21,7 @@ from flywheel.cost import unmeasured
 from flywheel.faults import Fault, SceneError
 from flywheel.formulas.expressions import Expression
 from flywheel.loads import Effort, Place, Senses, crank_angles, spring_effort
-from flywheel.mechanisms.base import Family, Ratio
+from flywheel.mechanisms.base import Family, Port, Ratio
 from flywheel.piecewise import middles
 from flywheel.scene import TURN, Compliance, Inertia, Load, Mechanism, Scene
 
@@ -211,9 +211,9 @@ class Chain:
         """Edges of the first cells: the landmarks, with wide stretches cut evenly."""
         fastest = max([self.scene.shafts[m.shaft] for m in self.scene.mechanisms], default=0.0)
         counts = np.ceil(np.diff(self.landmarks) * fastest / _WIDEST * (1 - 1e-12)).astype(int).clip(1)
-        pairs = zip(self.landmarks[:-1], self.landmarks[1:], counts, strict=True)
-        pieces = [np.linspace(a, b, n, endpoint=False) for a, b, n in pairs]
-        return np.concatenate([*pieces, self.landmarks[-1:]])
+        start, steps = np.repeat(self.landmarks[:-1], counts), np.repeat(np.diff(self.landmarks) / counts, counts)
+        first = np.repeat(np.cumsum(counts) - counts, counts)
+        return np.append(start + (np.arange(start.size) - first) * steps, self.landmarks[-1])
 
     # -- the graph ---------------------------------------------------------------------------------------------------
 
@@ -306,7 +306,8 @@ class Chain:
                 continue
             motion = self.motion_of(effort.load.on)
             moving = effort.uses_speed or effort.uses_time
-            law = Law(effort, motion, effort.per_unknown if effort.depends_on_unknown else None, moving, effort.sees)
+            per_unknown = effort.per_unknown if effort.depends_on_unknown else None
+            law = Law(effort, motion, per_unknown, moving, effort.sees, effort.acts)
             if balance and effort.depends_on_unknown:
                 law = law._replace(effort=_with_unknown(effort, balance), per_unknown=None)
             builder.port(effort.place.junction, Se(effort.path, law, part=_title(effort.load)))
@@ -413,11 +414,11 @@ class Chain:
             yield from ((effort.path, angle) for angle in self._breakpoints_of(effort))
 
     def _breakpoints_of(self, effort: Effort) -> Iterator[float]:
-        for angle in effort.local_breakpoints():
-            if effort.load.once:
-                yield angle - effort.place.phase
-            else:
-                yield from crank_angles(angle, effort.every, effort.place, self.scene.cycle)
+        local = effort.local_breakpoints()
+        if effort.load.once:
+            yield from local - effort.place.phase
+        else:
+            yield from crank_angles(local, effort.every, effort.place, self.scene.cycle)
         if effort.senses is not None:
             yield from effort.senses.dead_centres
 
@@ -442,6 +443,11 @@ class Chain:
         return {load.on for load in self._all_loads() if needs(load)}
 
     def _senses_of(self, place: str) -> Senses:
+        """When a place moves forwards and when backwards, by a closed form, or by the roots of its influence coefficient."""
+        name, _, port = place.partition(".")
+        known = self._families[name].ports[port] if port else None
+        if self.scene.stroke is None and known is not None and known.dead_centres:
+            return _alternating(self._families[name], known, self.places[place], self.scene.cycle)
         features = _features()
         from flywheel.formulas.switching import SwitchingError
 
@@ -458,6 +464,17 @@ class Chain:
         halfway = 0.5 * (edges[1:] + edges[:-1])
         gain = self.kinematics.flows(halfway, halfway).gain[self.kinematics.variable[self.places[place].junction]]
         return Senses(dead_centres, np.broadcast_to(np.sign(gain), halfway.shape))
+
+
+def _alternating(family: Family, port: Port, place: Place, cycle: float) -> Senses:
+    """The senses of a port of known dead centres: between two of them it goes from its place at one to the next."""
+    known = np.array(port.dead_centres)
+    at = port.position(family.position(known, np))
+    signs = np.sign(np.roll(at, -1) - at)  # from every dead centre to the next
+    dead_centres = np.sort(crank_angles(known, TURN, place, cycle))
+    edges = np.concatenate(([0.0], dead_centres, [cycle]))
+    psi = (place.rate * 0.5 * (edges[1:] + edges[:-1]) + place.phase) % TURN
+    return Senses(dead_centres, signs[np.searchsorted(known, psi) - 1])
 
 
 def _features() -> ModuleType:

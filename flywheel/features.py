@@ -6,7 +6,6 @@ same bond graph; nothing is sampled. Only scenes with expressions, or loads that
 
 from __future__ import annotations
 
-import itertools
 from collections.abc import Mapping
 from typing import Any
 
@@ -21,7 +20,7 @@ from flywheel.formulas.intervals import NAMESPACE as INTERVALS
 from flywheel.formulas.intervals import Interval
 from flywheel.formulas.jets import Jet
 from flywheel.formulas.resolution import resolved
-from flywheel.formulas.switching import CELL_CAP, Enclosures, SwitchingError, Values, breakpoints, roots
+from flywheel.formulas.switching import CELL_CAP, Enclosures, SwitchingError, Values, breakpoints, roots_in_pieces
 from flywheel.loads import Effort
 
 Array = NDArray[np.float64]
@@ -32,25 +31,19 @@ _MOST_SOLVED = 4_000  # cells; a stroke without a dwell takes 32
 def dead_centres(reduction: Reduction, junction: str, edges: Array, *, solved: bool = False) -> Array:
     """Crank angles at which the velocity of a 1-junction changes sign, between edges inside which it is smooth.
 
-    `solved`: the positions are those of a linkage, whose bounds take a thousand times as long as a formula's.
+    They are the roots of its influence coefficient. `solved`: the positions are those of a linkage, whose bounds take a
+    thousand times as long as a formula's.
     """
-    most = _MOST_SOLVED if solved else CELL_CAP
-    found = [root for a, b in itertools.pairwise(edges.tolist()) for root in _stops(reduction, junction, a, b, most)]
-    return np.array(sorted({*edges[1:-1].tolist(), *found}))
+    variable = reduction.variable[junction]
 
-
-def _stops(reduction: Reduction, junction: str, a: float, b: float, most: int) -> list[float]:
-    """Roots of a junction's influence coefficient inside one smooth piece."""
-    variable, anchor = reduction.variable[junction], np.array(0.5 * (a + b))
-
-    def enclose(lo: Array, hi: Array) -> tuple[Any, Any]:
-        flows = reduction.flows(Interval(lo, hi), anchor + 0 * lo, INTERVALS)
+    def enclose(lo: Array, hi: Array, anchor: Array) -> tuple[Any, Any]:
+        flows = reduction.flows(Interval(lo, hi), anchor, INTERVALS)
         return flows.gain[variable], flows.slope[variable]
 
-    def value(phi: Array) -> Any:
-        return reduction.flows(phi, anchor + 0 * phi).gain[variable]
+    def value(phi: Array, anchor: Array) -> Any:
+        return reduction.flows(phi, anchor).gain[variable]
 
-    return roots(enclose, value, a, b, most)
+    return roots_in_pieces(enclose, value, edges, _MOST_SOLVED if solved else CELL_CAP)[1:-1]
 
 
 def switch_angles(reduction: Reduction, effort: Effort, motion: Motion, pace: float, known: Array) -> list[float]:

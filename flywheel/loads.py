@@ -193,6 +193,11 @@ class Effort:
             return effort
         return (_jets() if isinstance(effort, Jet) else np).where(self.active(anchor), effort, 0.0)
 
+    @property
+    def acts(self) -> Callable[[Here], Any] | None:
+        """What tells whether the load acts in the piece of an anchor; None where it acts always."""
+        return None if self._always else self.active
+
     def active(self, anchor: Here) -> Any:
         """Whether the load acts in the pieces of these anchors."""
         load, active = self.load, True
@@ -208,12 +213,12 @@ class Effort:
         """Whether the load acts at crank angles phi, none of them a breakpoint."""
         return self.active(Here(self.place.rate * phi, None, np))
 
-    def local_breakpoints(self) -> list[float]:
+    def local_breakpoints(self) -> Array:
         """Angles in [0, every) where the load breaks by itself: its period's ends, its window, its table's knots."""
         found = [0.0] if isinstance(self._law, Pieces | Expression) and not self.load.once else []
         if self.load.start is not None and self.load.end is not None:
             found += [self.load.start, self.load.end]
-        return found + (self._law.knots.tolist() if isinstance(self._law, Pieces) else [])
+        return np.concatenate((found, self._law.knots if isinstance(self._law, Pieces) else ()))
 
 
 def moving_switches(law: Expression) -> tuple[Expression, ...]:
@@ -249,9 +254,11 @@ def spring_effort(spring: Spring, place: Place) -> Callable[[Here, Here], Any]:
     return effort
 
 
-def crank_angles(local: float, every: float, place: Place, cycle: float) -> Array:
-    """Every crank angle in [0, cycle) at which a place's angle, reduced modulo `every`, passes `local`."""
-    first = np.ceil((place.phase - local) / every - 1e-12)
+def crank_angles(local: float | Array, every: float, place: Place, cycle: float) -> Array:
+    """Every crank angle in [0, cycle) at which a place's angle, reduced modulo `every`, passes one of `local`."""
+    column = np.reshape(local, (-1, 1))
+    first = np.ceil((place.phase - column) / every - 1e-12)
     count = int(place.rate * cycle / every + 2)
-    angles: Array = (local + (first + np.arange(count)) * every - place.phase) / place.rate
-    return angles[(angles >= 0.0) & (angles < cycle)]
+    angles = (column + (first + np.arange(count)) * every - place.phase) / place.rate
+    found: Array = angles[(angles >= 0.0) & (angles < cycle)]
+    return found

@@ -228,35 +228,46 @@ def crossings(series: Array, noise: Array) -> Crossings:
     """Every sign change of the functions with series (functions, cells, ORDER).
 
     Values within `noise` (functions, cells) count as zero; a stretch of zeros takes the sign before it, so that a sign
-    change after it stands where the zeros end. Jumps between cells give t = 1 of the cell before.
+    change after it stands where the zeros end. Jumps between cells give t = 1 of the cell before. Where the first
+    coefficient outweighs all others and the noise, its sign is the cell's, and no grid is laid.
     """
-    count, _number, _ = series.shape
-    grid = series @ _ON_GRID[:ORDER]
-    signs = _filled_signs(np.where(np.abs(grid) > noise[..., None], np.sign(grid), 0.0).reshape(count, -1))
-    function, place = np.nonzero(signs[:, 1:] * signs[:, :-1] < 0.0)
-    cell, gap = np.divmod(place, GRID.size)
-    found = Crossings(function, cell, _polished(series, grid, function, cell, gap))
-    hidden = _hidden(grid, noise)
-    return found if hidden is None else _merged(found, _inside_gaps(series, *hidden))
+    count, number, order = series.shape
+    rows, level = series.reshape(count * number, order), np.broadcast_to(noise, (count, number)).ravel()
+    size = np.abs(rows)
+    looked = np.flatnonzero(~(size[:, 0] > size[:, 1:].sum(axis=-1) + level))
+    grid = rows[looked] @ _ON_GRID[:ORDER]
+    lengths = np.ones(len(rows), dtype=np.intp)
+    lengths[looked] = GRID.size
+    row, laid = np.repeat(np.arange(len(rows)), lengths), np.repeat(lengths > 1, lengths)
+    gap = np.full(row.size, GRID.size - 1)  # the place on its cell's grid of every value that is looked at
+    gap[laid] = np.tile(np.arange(GRID.size), looked.size)
+    values = rows[row, 0]
+    values[laid] = grid.ravel()
+    function = row // number
+    at = _sign_changes(np.where(np.abs(values) > level[row], np.sign(values), 0.0), function)
+    t = _polished(rows[row[at]], values[at], values[at + 1], gap[at])
+    found = Crossings(function[at], row[at] % number, t)
+    hidden = _hidden(grid, level[looked])
+    return found if hidden is None else _merged(found, _inside_gaps(rows, looked[hidden[0]], hidden[1], number))
 
 
-def _filled_signs(signs: Array) -> Array:
-    if signs.all():
-        return signs
-    last = np.maximum.accumulate(np.where(signs != 0.0, np.arange(signs.shape[1]), 0), axis=1)
-    return np.take_along_axis(signs, last, axis=1)
+def _sign_changes(signs: Array, function: Index) -> Index:
+    """Places after which the sign of a function changes; zeros take the sign before them."""
+    if not signs.all():
+        last = np.maximum.accumulate(np.where(signs != 0.0, np.arange(signs.size), 0))
+        signs = np.where(function[last] == function, signs[last], 0.0)
+    return np.flatnonzero((signs[1:] * signs[:-1] < 0.0) & (function[1:] == function[:-1]))
 
 
-def _polished(series: Array, grid: Array, function: Index, cell: Index, gap: Index) -> Array:
+def _polished(rows: Array, low: Array, high: Array, gap: Index) -> Array:
     """Newton's method from the secant's root, kept inside the gap; jumps stay at t = 1."""
     jump = gap == GRID.size - 1
     after = np.where(jump, gap, gap + 1)
     left, right = GRID[gap], GRID[after]
-    low, high = grid[function, cell, gap], grid[function, cell, after]
     span = low - high
     share = np.divide(low, span, out=np.full_like(low, 0.5), where=span != 0.0)
     t = left + (right - left) * np.clip(share, 0.0, 1.0)
-    return np.where(jump, 1.0, newton(series[function, cell], t, left, right))
+    return np.where(jump, 1.0, newton(rows, t, left, right))
 
 
 def newton(rows: Array, t: Array, left: Array, right: Array) -> Array:
@@ -288,8 +299,8 @@ def _bisected_roots(rows: Array, t: Array, left: Array, right: Array) -> Array:
     return np.where(bracketed, 0.5 * (low + high), t)
 
 
-def _hidden(grid: Array, noise: Array) -> tuple[Index, Index, Index] | None:
-    """Grid points where a function dips towards zero so fast that it may cross twice between two of them."""
+def _hidden(grid: Array, noise: Array) -> tuple[Index, Index] | None:
+    """Rows and points of the grid where a function dips towards zero so fast that it may cross twice between two of them."""
     size = np.abs(grid)
     middle, before, after = size[..., 1:-1], size[..., :-2], size[..., 2:]
     lowest = (middle <= before) & (middle <= after) & (middle > noise[..., None])
@@ -299,21 +310,21 @@ def _hidden(grid: Array, noise: Array) -> tuple[Index, Index, Index] | None:
     suspect = lowest & same & (middle < 0.5 * bend)
     if not suspect.any():
         return None
-    function, cell, point = np.nonzero(suspect)
-    return function, cell, point + 1
+    row, point = np.nonzero(suspect)
+    return row, point + 1
 
 
-def _inside_gaps(series: Array, function: Index, cell: Index, point: Index) -> Crossings:
-    """Crossings around suspected grid points, looked for on a grid fifty times finer."""
+def _inside_gaps(rows: Array, row: Index, point: Index, number: int) -> Crossings:
+    """Crossings around suspected grid points of rows, `number` to a function, looked for on a grid fifty times finer."""
     found = []
-    for j, k, p in zip(function, cell, point, strict=True):
+    for k, p in zip(row, point, strict=True):
         fine = np.linspace(GRID[p - 1], GRID[p + 1], 101)
-        values = basis(fine, ORDER) @ series[j, k]
+        values = basis(fine, ORDER) @ rows[k]
         at = np.nonzero(values[1:] * values[:-1] < 0.0)[0]
         if at.size == 2:  # an odd one is already known from the signs of the grid
             left, right = fine[at], fine[at + 1]
             start = left + values[at] / (values[at] - values[at + 1]) * (right - left)
-            found += [(j, k, t) for t in newton(series[[j, j], [k, k]], start, left, right)]
+            found += [(k // number, k % number, t) for t in newton(rows[[k, k]], start, left, right)]
     columns = np.array(found, dtype=float).reshape(-1, 3)
     return Crossings(columns[:, 0].astype(np.intp), columns[:, 1].astype(np.intp), columns[:, 2])
 

@@ -20,6 +20,7 @@ Array = NDArray[np.float64]
 
 _EVALUATION = 24 * ROUNDING  # rounding of a reduced quantity relative to the sum of its parts' sizes
 MOST_CELLS = 40_000
+_BLOCK = 2_048  # cells that the graph is walked at together: it needs some forty arrays of their size
 _ENORMOUS = 1e150  # of forces and inertias in SI: their squares and products would leave the floating-point range
 _MOST_FOR_BALANCE = 2_000  # that the last digit of a balance alone is worth, beside those of the machine's own mesh
 
@@ -76,16 +77,18 @@ class Cycle(NamedTuple):
 
 
 def resolve(machine: Chain, edges: Array) -> Cycle:
-    """The cycle on cells between given edges: one walk of the graph at all nodes, then the balance.
+    """The cycle on cells between given edges: one walk of the graph at all nodes (block by block), then the balance.
 
     The unknown u of a balance follows from the cycle's net work, N0 + u N1 = 0.
     """
     check_cycle(machine.scene)
     mesh = piecewise.cells(edges)
-    reduced = machine.reduce(mesh.phi, mesh.anchor)
     values = np.empty((6, *mesh.phi.shape))
-    values[0], values[1], values[2] = reduced.moment, reduced.slope, reduced.inertia
-    values[3], values[4], values[5] = reduced.per_unknown, reduced.exchanged, reduced.steepness
+    for first in range(0, len(mesh.phi), _BLOCK):
+        block = slice(first, first + _BLOCK)
+        reduced, part = machine.reduce(mesh.phi[block], mesh.anchor[block]), values[:, block]
+        part[0], part[1], part[2] = reduced.moment, reduced.slope, reduced.inertia
+        part[3], part[4], part[5] = reduced.per_unknown, reduced.exchanged, reduced.steepness
     if not (np.abs(values) <= _ENORMOUS).all():
         raise SceneError([_not_finite(machine, mesh, values)])
     balance = _balance(machine, values, mesh)

@@ -75,9 +75,22 @@ def roots(
     >>> [round(angle, 14) for angle in found]
     [3.14159265358979, 6.28318530717959]
     """
-    search = _Search(lambda lo, hi, _: enclose(lo, hi), lambda phi, _: value(phi))
     edges = np.array([a, b], dtype=float)
-    return [float(root) for root in _apart(edges, _roots_between(search, edges, most))[1:-1]]
+    found = roots_in_pieces(lambda lo, hi, _: enclose(lo, hi), lambda phi, _: value(phi), edges, most)
+    return [float(root) for root in found[1:-1]]
+
+
+def roots_in_pieces(
+    enclose: Callable[[Array, Array, Array], tuple[Any, Any]],
+    value: Callable[[Array, Array], Any],
+    edges: Array,
+    most: int = CELL_CAP,
+) -> Array:
+    """The ascending edges, and between them every root of a function that is smooth in each piece, all at once.
+
+    As `roots`, but for a third argument of `enclose` and a second of `value`: the middle of the piece that a cell lies in.
+    """
+    return _apart(edges, _roots_between(_Search(enclose, value), edges, most))
 
 
 def breakpoints(
@@ -242,6 +255,8 @@ def _split_by_sign(search: _Search, cells: _Cells) -> tuple[Array, _Cells]:
         return cells.lo, cells
     low, high = _values(search, cells.lo, cells.anchor), _values(search, cells.hi, cells.anchor)
     change = np.sign(low) * np.sign(high) < 0
+    if not change.any():
+        return low[change], cells
     return _polished(search, cells.where(change), low[change], high[change]), cells.where(~change)
 
 

@@ -54,13 +54,15 @@ class Port(NamedTuple):
     """A place for loads, springs and added inertia: a velocity, and the displacement that is its integral.
 
     `returns` is False where the displacement gains a constant each turn, so that no spring can hang on it. At `kinks`
-    (rad of psi in [0, period)) the velocity jumps, so that no inertia can sit on it.
+    (rad of psi in [0, period)) the velocity jumps, so that no inertia can sit on it. `dead_centres` are all the angles
+    (rad of psi in [0, 2 pi), ascending) at which the velocity changes its sign, where a closed form gives them.
     """
 
     velocity: str
     position: Callable[[Any], Any]
     returns: bool = True
     kinks: tuple[float, ...] = ()
+    dead_centres: tuple[float, ...] = ()
 
 
 class Family(NamedTuple):

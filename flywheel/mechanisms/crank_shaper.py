@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from functools import cached_property, partial
-from math import log, pi
+from math import atan2, log, pi, sqrt
 from operator import attrgetter
 from typing import Any
 
@@ -118,11 +118,19 @@ def family(mechanism: Mechanism) -> Family:
         point(rocker, "rocker.pin", length, bodies["rocker_pin"].mass, "rocker_pin"),
         sliding("ram", bodies["ram"].mass, pi / 2, "rocker"),
     )
+    ends, rocks = _dead_centres(crank, frame), bool(crank < frame)
     ports = {
-        "rocker": Port("rocker", attrgetter("rocker"), returns=bool(crank < frame)),
-        "ram": Port("ram", attrgetter("ram")),
+        "rocker": Port("rocker", attrgetter("rocker"), rocks, dead_centres=ends if rocks else ()),
+        "ram": Port("ram", attrgetter("ram"), dead_centres=ends),
     }
     return Family(*parts, ports, partial(ShaperPosition, *lengths), _breakpoints(crank, frame))
+
+
+def _dead_centres(r: float, d: float) -> tuple[float, ...]:
+    """The ram's: cos psi = -r/d, the rocker standing still, or with r > d cos psi = -d/r, the rocker across the stroke."""
+    less, more = min(r, d), max(r, d)
+    beyond = atan2(sqrt((more - less) * (more + less)), -less)
+    return within_turn((beyond, -beyond))
 
 
 def _breakpoints(r: float, d: float) -> tuple[float, ...]:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from functools import cached_property, partial
-from math import pi
+from math import atan2, pi, sqrt
 from operator import attrgetter
 from typing import Any, NamedTuple
 
@@ -189,13 +189,29 @@ def family(mechanism: Mechanism) -> Family:
         point(line("rocker"), "rocker.pin", bars.rocker, 0.0, "rocker"),
     )
     returns = bool(bars.ground > bars.crank)  # otherwise a drag-link: all bars turn with the crank
-    ports = {name: Port(name, attrgetter(name), returns) for name in ("coupler", "rocker")}
+    ports = {
+        "coupler": Port("coupler", attrgetter("coupler"), returns),
+        "rocker": Port("rocker", attrgetter("rocker"), returns, dead_centres=_dead_centres(bars) if returns else ()),
+    }
     return Family(*parts, ports, partial(FourBarPosition, bars), _breakpoints(bars))
 
 
 def _cosine(bars: Bars, diagonal: float) -> float:
     """Cosine of the crank angle at which the diagonal has this length (m)."""
     return (bars.ground**2 + bars.crank**2 - diagonal**2) / (2 * bars.ground * bars.crank)
+
+
+def _dead_centres(bars: Bars) -> tuple[float, ...]:
+    """The rocker's where it rocks, with crank and coupler in one line from the crank's pivot to the joint, c ± r apart.
+
+    That line stands at beta from the ground: tan²(beta/2) = (L² - (d - m)²)/((d + m)² - L²), m = c ± r.
+    """
+    d, r, c, L, side = bars
+
+    def angle(m: float) -> float:
+        return 2 * side * atan2(sqrt((L - d + m) * (L + d - m)), sqrt((d + m - L) * (d + m + L)))
+
+    return within_turn((angle(c + r), pi + angle(c - r)))
 
 
 def _breakpoints(bars: Bars) -> tuple[float, ...]:

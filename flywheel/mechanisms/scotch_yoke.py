@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 from functools import cached_property, partial
+from math import pi
 from operator import attrgetter
 from typing import Any
 
 from flywheel.faults import Fault
 from flywheel.mechanisms.base import Family, Port, Position
+from flywheel.mechanisms.limits import within_turn
 from flywheel.mechanisms.parts import CRANK, joined, pivoted, point, sliding
 from flywheel.scene import Body, Mechanism
 
@@ -46,7 +48,7 @@ def family(mechanism: Mechanism) -> Family:
         point(CRANK, "crank.pin", crank, bodies["block"].mass, "block"),
         sliding("yoke", bodies["yoke"].mass, direction),
     )
-    ports = {"yoke": Port("yoke", attrgetter("yoke"))}
+    ports = {"yoke": Port("yoke", attrgetter("yoke"), dead_centres=within_turn((direction, direction + pi)))}
     return Family(*parts, ports, partial(YokePosition, crank, direction))
 
 

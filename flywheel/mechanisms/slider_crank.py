@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from functools import cached_property, partial
-from math import pi
+from math import atan2, pi, sqrt
 from operator import attrgetter
 from typing import Any
 
@@ -110,8 +110,18 @@ def family(mechanism: Mechanism) -> Family:
         floating(line("rod"), "rod", bodies["rod"], crank),
         sliding("slider", bodies["slider"].mass, 0.0),
     )
-    ports = {"slider": Port("slider", attrgetter("slider")), "rod": Port("rod", attrgetter("rod"))}
+    ports = {
+        "slider": Port("slider", attrgetter("slider"), dead_centres=_dead_centres(*lengths)),
+        "rod": Port("rod", attrgetter("rod"), dead_centres=(pi / 2, 3 * pi / 2)),
+    }
     return Family(*parts, ports, partial(SliderPosition, *lengths), _breakpoints(*lengths))
+
+
+def _dead_centres(r: float, rod: float, e: float) -> tuple[float, ...]:
+    """The slider's, with crank and rod in one line: sin psi = e/(l + r) stretched, and -e/(l - r) folded, cos psi < 0."""
+    stretched = atan2(e, sqrt((rod + r - e) * (rod + r + e)))
+    folded = atan2(e, sqrt((rod - r - e) * (rod - r + e)))
+    return within_turn((stretched, pi + folded))
 
 
 def _breakpoints(r: float, rod: float, e: float) -> tuple[float, ...]:

@@ -1,6 +1,7 @@
 import subprocess
 import sys
 import time
+import tracemalloc
 
 import numpy as np
 import pytest
@@ -8,6 +9,7 @@ import pytest
 import flywheel
 from flywheel import piecewise
 from flywheel.cost import Cost, count, counted, metered
+from flywheel.loads import Effort
 from flywheel.moments import Moments
 from tests.flywheel import regimes, scenes
 
@@ -84,3 +86,39 @@ def test_the_motion_is_a_stage_of_its_own_where_torques_depend_on_speed():
     cost = flywheel.size(flywheel.load(regimes.scene("pump", inertia=5)), accuracy="normal").cost
     motion = cost.as_dict()["figures"]["motion"]
     assert 0 < motion["evaluations"] < cost.evaluations
+
+
+def windows(count, **load):
+    """A press whose slider is pushed in so many windows, three fifths of the turn."""
+    width = 360 / count
+    places = [{"from": f"{k * width} deg", "to": f"{(k + 0.6) * width} deg"} for k in range(count)]
+    return scenes.press(load=[{"on": "slider"} | place | load for place in places])
+
+
+@pytest.mark.parametrize("load", [{"force": "-1 kN"}, {"force": "-1000 - 9*v"}, {"force": "-1 kN", "while": "v > 0"}])
+def test_stepping_asks_only_the_loads_that_act(load, monkeypatch):
+    asked = []
+    law = Effort.__call__
+    monkeypatch.setattr(Effort, "__call__", lambda self, here, anchor: asked.append(here.q) or law(self, here, anchor))
+    cost = flywheel.size(flywheel.load(windows(12, **load)), 1e-6).cost
+    assert sum(isinstance(q, float) for q in asked) < 3 * cost.evaluations  # a load, the drive, and what searches look at
+
+
+def test_a_long_table_takes_memory_for_its_rows_and_no_grids():
+    rows = 8_000
+    angle = np.linspace(0.0, 2 * np.pi, rows)
+    table = {"angle": angle.tolist(), "value": (-9 - np.sin(angle)).tolist()}
+    scene = flywheel.load(scenes.press(load=[{"on": "crank", "table": table}]))
+    tracemalloc.start()
+    flywheel.size(scene, accuracy="normal")
+    most = tracemalloc.get_traced_memory()[1]
+    tracemalloc.stop()
+    assert most < 6_000 * rows
+
+
+def test_designs_whose_dead_centres_are_known_are_searched_for_none():
+    load = [{"on": "slider", "force": "-800*sign(v)"}]
+    with counted() as tally:
+        machine = flywheel.Machine(flywheel.load(scenes.press(load=load)))
+    assert tally.evaluations == 0
+    assert machine.breakpoints.tolist() == [0.0, np.pi, 2 * np.pi]

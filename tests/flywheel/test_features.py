@@ -24,6 +24,55 @@ def test_dead_centres_are_the_roots_of_the_influence_coefficient():
     assert folded == pytest.approx(found[1])
 
 
+SLIDER = {"type": "slider-crank", "crank.length": 0.1, "slider.mass": 1, "rod.inertia": 1}
+BARS = {"type": "four-bar", "ground.length": 0.4, "crank.length": 0.1, "coupler.length": 0.35, "rocker.length": 0.3}
+SHAPER = {"type": "crank-shaper", "rocker.length": 0.5, "ram.mass": 1}
+DEAD_CENTRES = [
+    (SLIDER | {"rod.length": 0.3}, "slider"),
+    (SLIDER | {"rod.length": 0.25, "slider.offset": 0.1, "phase": 2.0}, "slider"),
+    (SLIDER | {"rod.length": 0.1600001, "slider.offset": -0.06, "phase": -1.0}, "slider"),
+    (SLIDER | {"rod.length": 0.3, "slider.offset": 0.1, "phase": 1.0}, "rod"),
+    ({"type": "scotch-yoke", "crank.length": 0.1, "yoke.mass": 1, "yoke.direction": -2.0, "phase": 0.3}, "yoke"),
+    (BARS, "rocker"),
+    (BARS | {"assembly": "crossed", "phase": 1.0}, "rocker"),
+    (BARS | {"coupler.length": 0.2, "rocker.length": 0.32}, "rocker"),
+    (SHAPER | {"crank.length": 0.1, "frame.length": 0.3, "phase": 0.5}, "rocker"),
+    (SHAPER | {"crank.length": 0.1, "frame.length": 0.3, "phase": 0.5}, "ram"),
+    (SHAPER | {"crank.length": 0.3, "frame.length": 0.1}, "ram"),
+]
+
+
+def nested(flat):
+    found = {}
+    for path, value in flat.items():
+        *tables, key = path.split(".")
+        place = found
+        for table in tables:
+            place = place.setdefault(table, {})
+        place[key] = value
+    return found
+
+
+@pytest.mark.parametrize(("flat", "port"), DEAD_CENTRES)
+@pytest.mark.parametrize("ratio", [1, 2])
+def test_dead_centres_of_closed_form_are_those_that_bounds_find(flat, port, ratio):
+    key = "torque" if port in ("rod", "rocker") else "force"
+    load = [{"on": f"m.{port}", key: "-5*sign(v)"}]
+    mechanism = nested(flat) | {"name": "m", "shaft": "fast"}
+    built = machine(scenes.rotor(mechanism=mechanism, shafts={"fast": {"ratio": ratio}}, load=load))
+    junction = built.places[f"m.{port}"].junction
+    smooth = np.unique([0.0, 2 * np.pi, *(angle for _, angle in built._mechanism_breakpoints())])
+    expected = features.dead_centres(built.kinematics, junction, smooth)
+    senses = built._senses[f"m.{port}"]
+    inner = senses.dead_centres[(senses.dead_centres > 1e-9) & (senses.dead_centres < 2 * np.pi - 1e-9)]
+    assert_allclose([np.abs(expected - angle).min() for angle in inner], 0.0, atol=1e-11)
+    assert 2 * ratio - 2 < inner.size <= 2 * ratio
+    phi = np.linspace(0.01, 6.28, 333)
+    apart = np.abs(phi[:, None] - senses.dead_centres).min(axis=1) > 1e-9
+    gain = built.kinematics.flows(phi, phi).gain[built.kinematics.variable[junction]]
+    assert (np.sign(gain) == senses.at(phi))[apart].all()
+
+
 def test_switches_of_an_expression_become_breakpoints():
     load = [{"on": "crank", "torque": "-5*max(sin(phi), 0.5) - (3 if phi < 2 else 1)"}]
     found = machine(scenes.rotor(load=load)).breakpoints
