@@ -93,7 +93,7 @@ def _of_library(name: str) -> bool:
 
 @contextmanager
 def watched(folder: Path, seconds: float, results: list[Watched]) -> Iterator[None]:
-    """Watch what is done with a folder; TooSlow is raised after so many seconds of computing, or thirty times that in all."""
+    """Watch what is done with a folder; TooSlow is raised after so many seconds of computing, or 30 times that in all."""
 
     def stop(number: int, frame: FrameType | None) -> None:
         raise TooSlow(f"{seconds} s")
