@@ -6,18 +6,18 @@ happens to converge. So all are looked for, from many starting points at once, a
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from math import degrees, pi
 
 import numpy as np
 from numpy.typing import NDArray
 
 from flywheel.faults import Fault, SceneError
-from flywheel.linkage.description import SLIDE, SLOT, Linkage, Side
+from flywheel.linkage.description import SLIDE, SLOT, Linkage
 from flywheel.linkage.equations import Equations
 from flywheel.linkage.loops import Loops
 from flywheel.linkage.mobility import faults, gruebler
 from flywheel.linkage.newton import solved
+from flywheel.linkage.singular import SINGULAR, described, family, in_families, met, places, singular_values
 
 Array = NDArray[np.float64]
 
@@ -27,9 +27,9 @@ _ITERATIONS = 40
 _STRIDE = 1.0  # rad, or units: the longest Newton step from a guess
 _SAME = 1e-6
 _CLOSED = 1e-11
-_SINGULAR = 1e-5  # of the greatest singular value: nearer to a lock, the start itself is found too badly
 _CLEARER = 0.7  # the nearest assembly must be nearer to the guess than this share of the next one's distance
 _FITS = 0.3
+_BLURRED = 1e-3  # rad, or units: double roots nearer than this are one
 _ROUGH = 0.1  # rad, or units: guesses are never better than this
 _LISTED = 8
 _LONGEST = 240  # characters of all that are listed: a fault is a single line
@@ -41,21 +41,69 @@ _TRIED = 200
 def assembled(equations: Equations) -> Array:
     """The variables z of the assembly that the linkage asks for, shape (variables,).
 
+    Sides and guesses choose first, among the assemblies that stand alone; what they choose is judged then. Links that
+    collapse onto each other have a continuous family of assemblies besides, in which some bodies turn freely: none of
+    those can be meant, unless the guesses say so.
+
     Raises:
-        SceneError: where it cannot be assembled, or guesses and sides leave more than one assembly.
+        SceneError: where it cannot be assembled, guesses and sides leave more than one assembly, or the one that they
+            choose locks, branches or is one of a continuous family.
 
     """
     loops = equations.loops
     found = assemblies(equations)
     if not len(found):
         raise SceneError([_impossible(equations)])
-    wrong = [_wrong(equations, z) for z in found[:_LISTED]]
-    if all(wrong):
-        raise SceneError(wrong[0])
-    chosen = _chosen(loops, found)
+    if loops.unknowns and _loose_everywhere(equations):
+        raise SceneError(_wrong(equations, found[0]))
+    alone, members = _parted(equations, found)
+    fitting, members = (part[_on_sides(equations, part)] for part in (alone, members))
+    if not len(fitting) and not len(members):
+        raise SceneError([_fault(loops, "assembly", "sides that no assembly fits", found, "one that does")])
+    guesses = _guesses(loops)
+    member = members[0] if not len(fitting) else _guessed_member(loops, fitting, members, guesses)
+    if member is not None:
+        raise SceneError([_family_fault(equations, member, fitting if len(fitting) else alone)])
+    nearest = fitting[np.argmin(_distances(loops, fitting, guesses))]
+    if not _runs(equations, fitting).any():
+        raise SceneError(_wrong(equations, nearest))
+    chosen = _chosen(loops, fitting, guesses)
     if faults := _wrong(equations, chosen):
         raise SceneError(faults)
     return chosen
+
+
+def _runs(equations: Equations, z: Array) -> NDArray[np.bool_]:
+    """Which positions the driver settles, and can leave."""
+    if not equations.loops.unknowns:
+        return np.ones(len(z), dtype=bool)
+    jacobian = equations.jacobian(z, equations.bases(z))
+    settled = np.linalg.matrix_rank(jacobian[:, :, 1:], rtol=SINGULAR) == equations.loops.unknowns
+    return np.asarray(settled & (np.linalg.matrix_rank(jacobian, rtol=1e-9) == equations.loops.unknowns))
+
+
+def _parted(equations: Equations, found: Array) -> tuple[Array, Array]:
+    """Assemblies that stand alone, a double root once, and members of continuous families."""
+    if not equations.loops.unknowns:
+        return found, found[:0]
+    values, _ = singular_values(equations, found)
+    singular = values[:, -1] <= SINGULAR * values[:, 0]
+    member = np.zeros(len(found), dtype=bool)
+    member[singular] = in_families(equations, found[singular])
+    alone = list(found[~singular])
+    for z in found[singular & ~member]:  # found to the root of rounding, and so more than once
+        if all(np.abs(_apart(equations.loops, z, other)).max() > _BLURRED for other in alone):
+            alone.append(z)
+    return np.array(alone).reshape(-1, found.shape[1]), found[member]
+
+
+def _guessed_member(loops: Loops, alone: Array, family: Array, guesses: dict[int, float]) -> Array | None:
+    """The member of a family that guesses mean: they are many, and fit it far better than any assembly that stands alone."""
+    if not len(family) or len(guesses) < 2:
+        return None
+    gaps = _distances(loops, family, guesses)
+    near = int(np.argmin(gaps))
+    return family[near] if gaps[near] < _FITS * max(_distances(loops, alone, guesses).min() - _ROUGH, 0.0) else None
 
 
 def _wrong(equations: Equations, z: Array) -> list[Fault]:
@@ -63,9 +111,13 @@ def _wrong(equations: Equations, z: Array) -> list[Fault]:
     loops = equations.loops
     jacobian = equations.jacobian(z[None], equations.bases(z[None]))[0]
     found = faults(loops, jacobian)
-    near = loops.unknowns and np.linalg.matrix_rank(jacobian[:, 1:], rtol=_SINGULAR) < loops.unknowns
+    near = loops.unknowns and np.linalg.matrix_rank(jacobian[:, 1:], rtol=SINGULAR) < loops.unknowns
     held = found and gruebler(loops.linkage) < 1  # a joint too many is the likelier cause
-    if (found or near) and not held and not _loose_everywhere(equations):
+    if not (found or near) or _loose_everywhere(equations):
+        return found
+    if fault := met(equations, z, float(z[0]) - _BLURRED, float(z[0]) + _BLURRED) if near else None:
+        return [fault]
+    if not held:
         what = f"an assembly that locks or branches {_where(loops)} ({described(loops, z)})"
         advice = "choose another `start`, and a range of the driver that leaves this position out"
         return [Fault(loops.linkage.path, what, "a position that the driver settles", advice)]
@@ -239,12 +291,8 @@ def _apart(loops: Loops, a: Array, b: Array) -> Array:
     return np.where(_angular(loops), (gap + pi) % (2 * pi) - pi, gap)
 
 
-def _chosen(loops: Loops, found: Array) -> Array:
-    """The one assembly that sides and guesses leave; its free angles within half a turn of their guesses."""
-    fitting = found[[all(_on_side(loops, z, side) for side in loops.linkage.sides) for z in found]]
-    if not len(fitting):
-        raise SceneError([_fault(loops, "assembly", "sides that no assembly fits", found, "one that does")])
-    guesses = _guesses(loops)
+def _chosen(loops: Loops, fitting: Array, guesses: dict[int, float]) -> Array:
+    """The one assembly that guesses leave; its free angles within half a turn of them."""
     chosen = _only(loops, fitting, guesses)
     for column, guess in guesses.items():
         if loops.names[column].startswith("angle") and not _tied(loops)[column]:
@@ -269,14 +317,24 @@ def _only(loops: Loops, fitting: Array, guesses: dict[int, float]) -> Array:
     raise SceneError([_fault(loops, "", what, near, "guesses nearer to one of them")])
 
 
+def _gaps(loops: Loops, z: Array, guesses: dict[int, float]) -> Array:
+    """How far assemblies are from each guess, shape (assemblies, guesses)."""
+    columns = sorted(guesses)
+    target = np.zeros(len(loops.names))
+    target[columns] = [guesses[k] for k in columns]
+    return np.asarray(_apart(loops, z, target)[:, [k - 1 for k in columns]])
+
+
+def _distances(loops: Loops, z: Array, guesses: dict[int, float]) -> Array:
+    return np.asarray(np.sqrt((_gaps(loops, z, guesses) ** 2).sum(axis=1)))
+
+
 def _nearest(loops: Loops, fitting: Array, guesses: dict[int, float]) -> Array:
     """The assembly clearly nearest to the guesses, or all of those that are about as near."""
     if len(fitting) == 1 or not guesses:
         return fitting
-    target, columns = fitting[0].copy(), sorted(guesses)
-    target[columns] = [guesses[k] for k in columns]
-    gaps = np.array([_apart(loops, z, target)[[k - 1 for k in columns]] for z in fitting])
-    distance = np.sqrt((gaps**2).sum(axis=1))
+    columns, gaps = sorted(guesses), _gaps(loops, fitting, guesses)
+    distance = _distances(loops, fitting, guesses)
     near = int(np.argmin(distance))
     if contrary := _contradicted(loops, fitting, gaps, near):
         names = ", ".join(loops.names[columns[k]] for k in contrary)
@@ -293,39 +351,14 @@ def _contradicted(loops: Loops, fitting: Array, gaps: Array, near: int) -> list[
     return np.flatnonzero((off > np.maximum(_CLEARER * spread[columns], _ROUGH)) & (best < _FITS * off)).tolist()
 
 
-def _on_side(loops: Loops, z: Array, side: Side) -> bool:
-    """Whether a point lies on the asked side of a line."""
-    at = [_place(loops, z, *where) for where in (side.point, side.start, side.end)]
-    line, reach = at[2] - at[1], at[0] - at[1]
-    return bool((line.conjugate() * reach).imag * side.sense > 0.0)
-
-
-def _place(loops: Loops, z: Array, body: str, point: str) -> complex:
-    equations = Equations(loops)
-    nothing = np.zeros((1, z.size))
-    k = loops.linkage.names.index(body)
-    origin = complex(equations.origins(equations.bases(z[None]), nothing, nothing)[0][0, k])
-    at = loops.linkage.link(body).point(point)
-    angle = float(z @ loops.angles[k].weights + loops.angles[k].constant)
-    return origin + complex(at.x, at.y) / loops.unit * complex(np.exp(1j * angle))
-
-
-def described(loops: Loops, z: Array, variables: Sequence[int] = ()) -> str:
-    """An assembly in words: angles of the bodies in degrees, displacements in m; only some of the variables if told.
-
-    Bodies that keep a common angle are named once, by the first of them.
-    """
-    parts = []
-    for k in variables or range(1, len(loops.names)):
-        value, name = z[k], loops.names[k]
-        kind, _, what = name.partition(" of ")
-        if kind == "angle":
-            form = loops.angles[loops.linkage.names.index(what)]
-            angle = round(degrees(float(z @ form.weights + form.constant)), 9) % 360 % 360
-            parts.append(f"{what} {angle:.4g} deg")
-        else:
-            parts.append(f"{what} {round(value, 12) * loops.unit + 0.0:.4g} m")
-    return ", ".join(parts[:_NAMED]) + (f" and {len(parts) - _NAMED} more" if len(parts) > _NAMED else "")
+def _on_sides(equations: Equations, z: Array) -> NDArray[np.bool_]:
+    """Which positions have every point on the side of its line that is asked for."""
+    linkage, fits = equations.loops.linkage, np.ones(len(z), dtype=bool)
+    for side in linkage.sides:
+        ends = [(body, linkage.link(body).point(name)) for body, name in (side.point, side.start, side.end)]
+        point, start, end = (places(equations, z, *where) for where in ends)
+        fits &= ((end - start).conjugate() * (point - start)).imag * side.sense > 0.0
+    return fits
 
 
 def _where(loops: Loops) -> str:
@@ -342,6 +375,16 @@ def _fault(loops: Loops, key: str, what: str, found: Array, expected: str) -> Fa
     more = f" and {len(found) - few} more" if len(found) > few else ""
     path = f"{loops.linkage.path}.{key}" if key else loops.linkage.path
     return Fault(path, f"{what} {_where(loops)}", expected, f"there are {listed}{more}")
+
+
+def _family_fault(equations: Equations, z: Array, alone: Array) -> Fault:
+    """What a member of a continuous family is, and which assemblies there are beside it."""
+    loops, expected = equations.loops, "one assembly that the driver settles"
+    what = f"a continuous family of assemblies, as {family(equations, z)},"
+    if len(alone):
+        return _fault(loops, "", what, alone, f"{expected}, by guesses and sides")
+    advice = "choose another `start`, or change a length"
+    return Fault(loops.linkage.path, f"{what} {_where(loops)}", expected, advice)
 
 
 def _impossible(equations: Equations) -> Fault:

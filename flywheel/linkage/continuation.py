@@ -15,17 +15,17 @@ Certified numerical homotopy tracking, Experimental Mathematics 21 (2012) 69-83.
 
 from __future__ import annotations
 
-from math import degrees, sqrt
+from math import sqrt
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from flywheel.faults import Fault, SceneError
-from flywheel.linkage.assembly import described
 from flywheel.linkage.equations import Equations
 from flywheel.linkage.lifts import WINDOW
 from flywheel.linkage.newton import inverse, settle
+from flywheel.linkage.singular import met, place
 
 Array = NDArray[np.float64]
 
@@ -34,7 +34,6 @@ _NEAR = 1e-5  # rad, or units: steps below it make us look for a lock
 _LEAST = 1e-12
 _NOTHING = 1e-13  # rad, or units: no step is worth while
 _SHORT = 0.02
-_TOUCHES = 1e-11  # a singular position closes within this; one that is only nearly reached does not
 _SHARED = 0.3  # units (or shares of it): how far a displacement may move in a step
 _CONTRACTION = 0.25
 _RESIDUAL = 1e-9
@@ -162,50 +161,12 @@ def _proven(equations: Equations, z: Array, inverse: Array, rate: Array, sizes: 
 
 def _check_lock(equations: Equations, z: Array, here: Tangent, sense: float, end: float) -> None:
     """Raise where the followed assembly meets another one just ahead: there the Jacobian is singular."""
-    found = _singular(equations, z, here)
-    if found is not None:
-        ahead = (float(found[0]) - float(z[0])) * sense
-        close = max(1e3 * here.step, 1e-9)
-        if -1e-9 <= ahead <= min(close, abs(end - float(z[0])) + 1e-12):
-            raise SceneError([_lock(equations, z, found)])
+    close = min(max(1e3 * here.step, 1e-9), abs(end - float(z[0])) + 1e-12)
+    low, high = sorted((float(z[0]) - 1e-9 * sense, float(z[0]) + close * sense))
+    if fault := met(equations, z, low, high, here.rate):
+        raise SceneError([fault])
     if here.step < _LEAST:
         raise SceneError([_stuck(equations, z)])
-
-
-def _singular(equations: Equations, z: Array, here: Tangent) -> Array | None:
-    """The position near z where F = 0 and J v = 0 with |v| = 1, by Newton on all of z and v; None if there is none near."""
-    size, rows = equations.loops.unknowns, equations.loops.equations
-    v = np.linalg.svd(here.inverse)[0][:, 0]
-    guess = z.copy()
-    for _ in range(40):
-        table = guess[None]
-        bases = equations.bases(table)
-        jacobian = equations.jacobian(table, bases)[0]
-        turn = _bent_jacobian(equations, guess, v)
-        matrix = np.zeros((2 * rows + 1, 2 * size + 1))
-        matrix[:rows, : size + 1] = jacobian
-        matrix[rows : 2 * rows, : size + 1] = turn
-        matrix[rows : 2 * rows, size + 1 :] = jacobian[:, 1:]
-        matrix[-1, size + 1 :] = v
-        right = np.concatenate((equations.residual(table, bases)[0], jacobian[:, 1:] @ v, [0.5 * (v @ v - 1.0)]))
-        move = -np.linalg.lstsq(matrix, right, rcond=1e-14)[0]
-        guess, v = guess + move[: size + 1], v + move[size + 1 :]
-        if not np.isfinite(guess).all() or np.abs(guess - z).max() > 0.3:
-            return None
-        if np.abs(move).max() < 1e-11:
-            return np.asarray(guess) if np.abs(right[:-1]).max() < _TOUCHES else None
-    return None
-
-
-def _bent_jacobian(equations: Equations, z: Array, v: Array) -> Array:
-    """d(J v)/dz for unknowns moving along v, by polarising the second derivatives: exact but for rounding."""
-    size = z.size
-    along = np.concatenate(([0.0], v))
-    units = np.eye(size)
-    directions = np.concatenate((units + along, units - along))
-    table = np.broadcast_to(z, directions.shape)
-    bent = equations.bending(table, equations.bases(table), directions)
-    return np.asarray((0.25 * (bent[:size] - bent[size:])).T)
 
 
 def _check_redundant(equations: Equations, trace: Trace) -> None:
@@ -219,31 +180,6 @@ def _check_redundant(equations: Equations, trace: Trace) -> None:
         names = loops.paths[wrong // 2] if wrong < 2 * len(loops.closures) else ()
         found = f"joints that hold it too often: the loop {' - '.join(names)} opens by {gaps[wrong] * loops.unit:.3g} m"
         raise SceneError([Fault(f"{loops.linkage.path}.joints", found, "1 degree of freedom", "take a joint of it away")])
-
-
-def place(equations: Equations, driver: float) -> str:
-    """Where the driver stands, in its own unit."""
-    linkage = equations.loops.linkage
-    if linkage.sliding:
-        return f"{round(driver, 12) * equations.loops.unit + 0.0:.9g} m"
-    return f"{round(degrees(driver), 9) + 0.0:.9g} deg"
-
-
-def _lock(equations: Equations, z: Array, found: Array) -> Fault:
-    """What meets at a singular position: a lock (a fold), or a branch (a change point)."""
-    loops, table = equations.loops, found[None]
-    jacobian = equations.jacobian(table, equations.bases(table))[0]
-    left, _, right = np.linalg.svd(jacobian[:, 1:])
-    pull = abs(left[:, loops.unknowns - 1] @ jacobian[:, 0])
-    free = right[-1]
-    moving = [int(k) + 1 for k in np.argsort(-np.abs(free)) if abs(free[k]) > 0.05 * np.abs(free).max()]
-    where = f"driver {loops.linkage.driver} at {place(equations, float(found[0]))}"
-    if pull > 1e-6 * np.abs(jacobian[:, 0]).max():
-        what = f"a linkage that locks with the {where}"
-    else:
-        what = f"a linkage that branches (a change point) with the {where}"
-    advice = f"two assemblies meet there, {described(loops, found, moving)} may go either way"
-    return Fault(loops.linkage.path, what, "one assembly over the whole range of the driver", advice)
 
 
 def _stuck(equations: Equations, z: Array) -> Fault:

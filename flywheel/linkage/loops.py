@@ -9,7 +9,10 @@ the linkage's largest one, so that everything is of order 1.
 
 from __future__ import annotations
 
+from cmath import phase
 from collections import deque
+from collections.abc import Iterator
+from itertools import combinations
 from math import pi
 from typing import NamedTuple
 
@@ -23,6 +26,7 @@ from flywheel.linkage.description import CAM, FIXED, FRAME, PIN, SLIDE, SLOT, Co
 Array = NDArray[np.float64]
 
 _PARALLEL = 1e-9  # rad: angles that differ by less are one
+_ALIKE = 1e-12  # of a length: cranks that differ by less are alike
 _LOOKS = 64  # angles of a period at which a lift is looked at, for its size
 
 
@@ -256,20 +260,53 @@ def _rigid_angles(linkage: Linkage) -> tuple[dict[str, float], dict[str, str], t
     offset = dict.fromkeys(linkage.names, 0.0)
     leader = {body: body for body in linkage.names}
     doubled = []
-    for joint in linkage.joints:
-        if joint.kind not in (SLIDE, FIXED):
-            continue
-        first, second = leader[joint.first], leader[joint.second]
-        turn = offset[joint.first] + joint.angle - offset[joint.second]
+    held = [(joint, joint.first, joint.second, joint.angle) for joint in linkage.joints if joint.kind in (SLIDE, FIXED)]
+    for joint, one, other, angle in [*held, *((None, *pair) for pair in _translating(linkage))]:
+        first, second = leader[one], leader[other]
+        turn = offset[one] + angle - offset[other]
         if first == second:
-            _check_angle(linkage, joint, turn)
-            doubled.append(joint.name)
+            if joint is not None:
+                _check_angle(linkage, joint, turn)
+                doubled.append(joint.name)
             continue
         for body in linkage.names:
             if leader[body] == second:
                 leader[body] = first
                 offset[body] += turn
     return offset, leader, tuple(doubled)
+
+
+def _translating(linkage: Linkage) -> Iterator[tuple[str, str, float]]:
+    """Pairs of bodies that three cranks of one length keep from turning against each other, and by how much they are turned.
+
+    The cranks' pins must form the same figure on both bodies. If the second could turn by R against that, all of its pins
+    p + (R - 1) c, c those of the first, would lie on a circle about 0 of the cranks' length: there is none through three
+    places in line, and one of a fixed R otherwise, with which nothing moves. Where the cranks are in line with their pivots,
+    only this tells them apart from two cranks, which branch there.
+    """
+    pins = [joint for joint in linkage.joints if joint.kind == PIN]
+    ends: dict[str, list[tuple[str, complex, complex]]] = {body: [] for body in linkage.names}
+    for joint in pins:
+        own, its = complex(*joint.first_at[1:]), complex(*joint.second_at[1:])
+        ends[joint.first].append((joint.second, own, its))
+        ends[joint.second].append((joint.first, its, own))
+    for one, other in combinations(linkage.names, 2):
+        cranks = [
+            (here, there, abs(to - at))
+            for body, here, at in ends[one]
+            for far, to, there in ends[body]
+            if far == other and body != other
+        ]
+        for (a, p, r), (b, q, s), (c, o, t) in combinations(cranks, 3):
+            size = _ALIKE * max(abs(a - b), abs(a - c), r)
+            if min(abs(a - b), abs(a - c), abs(b - c), r) > size and max(abs(r - s), abs(r - t)) < size:
+                turn = (a - b) / (p - q) if p != q else 0j
+                if (
+                    max(abs(turn * (p - q) - (a - b)), abs(turn * (p - o) - (a - c)), abs(abs(turn) - 1.0) * abs(a - b))
+                    < size
+                ):
+                    yield one, other, phase(turn)
+                    break
 
 
 def _check_angle(linkage: Linkage, joint: Joint, gap: float) -> None:

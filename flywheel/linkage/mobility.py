@@ -5,18 +5,29 @@ Source: K. J. Waldron, G. L. Kinzel, S. K. Agrawal, Kinematics, Dynamics and Des
 
 from __future__ import annotations
 
+from collections.abc import Iterator, Mapping
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from flywheel.faults import Fault
-from flywheel.linkage.description import FREEDOMS, Linkage
+from flywheel.linkage.description import FREEDOMS, PIN, Linkage
 from flywheel.linkage.loops import Loops
 
 Array = NDArray[np.float64]
 
 _RANK = 1e-9  # of the greatest singular value
+_FLAT = 1e-7  # of the longest bar: how nearly bars must be in line, or alike
+PARALLELOGRAM, KITE = "a parallelogram", "a kite"
+CHANGE_POINT = "a four-bar whose shortest and longest bars are together as long as the others"
+
+
+class FourBar(NamedTuple):
+    """Four bars in a ring: what they are called, and their bodies in order."""
+
+    kind: str
+    bodies: tuple[str, ...]
 
 
 class Mobility(NamedTuple):
@@ -47,6 +58,52 @@ def gruebler(linkage: Linkage) -> int:
     """
     taken = sum(3 - FREEDOMS[joint.kind] for joint in linkage.joints)
     return 3 * len(linkage.links) - taken - len(linkage.couplings)
+
+
+def change_point_four_bar(linkage: Linkage, pins: Mapping[str, complex]) -> FourBar | None:
+    """Four bars pinned in a ring that lie in line, where Grashof's lengths s + l = p + q let them; None if there are none.
+
+    Args:
+        linkage: whose pins are looked at.
+        pins: where each pin stands, by its name, m.
+
+    """
+    at = {joint.name: pins[joint.name] for joint in linkage.joints if joint.kind == PIN}
+    ends: dict[str, list[tuple[str, str]]] = {}
+    for joint in linkage.joints:
+        if joint.name in at:
+            ends.setdefault(joint.first, []).append((joint.second, joint.name))
+            ends.setdefault(joint.second, []).append((joint.first, joint.name))
+    for start in ends:
+        for bodies, names in _rings(ends, start):
+            corners = np.array([at[name] for name in names])
+            bars = np.roll(corners, 1) - corners  # of the bodies in their order
+            sides, line = np.abs(bars), bars[np.argmax(np.abs(bars))]
+            longest, ordered = float(sides.max()), np.sort(sides)
+            flat = np.abs((bars * np.conj(line)).imag).max() <= _FLAT * longest**2
+            if flat and ordered[0] > _FLAT * longest and abs(ordered @ [1.0, -1.0, -1.0, 1.0]) <= _FLAT * longest:
+                return FourBar(_kind(sides), bodies)
+    return None
+
+
+def _rings(ends: Mapping[str, list[tuple[str, str]]], first: str) -> Iterator[tuple[tuple[str, ...], tuple[str, ...]]]:
+    """Rings of four bodies that begin with one, and their pins: pin k joins body k to the next."""
+    for second, a in ends[first]:
+        for third, b in ends[second]:
+            for fourth, c in ends[third]:
+                closing = [d for body, d in ends[fourth] if body == first]
+                if len({first, second, third, fourth}) == 4 and closing:
+                    yield (first, second, third, fourth), (a, b, c, closing[0])
+
+
+def _kind(sides: Array) -> str:
+    """What a four-bar whose bars are that long, in order, is called."""
+    gaps = np.abs(sides[:, None] - sides) <= _FLAT * sides.max()
+    if gaps[0, 2] and gaps[1, 3]:
+        return PARALLELOGRAM
+    if (gaps[0, 1] and gaps[2, 3]) or (gaps[0, 3] and gaps[1, 2]):
+        return KITE
+    return CHANGE_POINT
 
 
 def mobility(loops: Loops, jacobian: Array) -> Mobility:
@@ -82,7 +139,9 @@ def _repeated(loops: Loops, jacobian: Array, rows: tuple[int, ...]) -> list[str]
         shares = np.linalg.lstsq(basis.T, jacobian[row], rcond=None)[0]
         others = [rows[k] for k in np.flatnonzero(np.abs(shares) > 1e-6)]
         names = dict.fromkeys([_of(loops, row), *(_of(loops, k) for k in others)])
-        found.append(" repeats ".join([next(iter(names)), " and ".join(list(names)[1:]) or "itself"]))
+        found.append(
+            " repeats ".join([next(iter(names)), " and ".join(list(names)[1:]) or "what keeps its bodies parallel"])
+        )
     return list(dict.fromkeys(found))
 
 

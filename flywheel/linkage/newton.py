@@ -68,10 +68,7 @@ def solved(matrix: Array, right: Array) -> Array:
     try:
         found = np.linalg.solve(matrix, columns)
     except np.linalg.LinAlgError:
+        regular = np.linalg.slogdet(matrix)[0] != 0.0
         found = np.full(columns.shape, np.nan)
-        for k in range(len(matrix)):
-            try:
-                found[k] = np.linalg.solve(matrix[k], columns[k])
-            except np.linalg.LinAlgError:
-                continue
+        found[regular] = np.linalg.solve(matrix[regular], columns[regular])
     return np.asarray(found[..., 0] if vector else found)

@@ -16,13 +16,14 @@ from flywheel.arguments import array, known, number_faults, refuse
 from flywheel.faults import Fault, SceneError
 from flywheel.linkage.assembly import assembled, start
 from flywheel.linkage.checks import check
-from flywheel.linkage.continuation import Trace, follow, place
+from flywheel.linkage.continuation import Trace, follow
 from flywheel.linkage.description import Linkage
 from flywheel.linkage.equations import Equations
 from flywheel.linkage.loops import loops
 from flywheel.linkage.mobility import Mobility, mobility
 from flywheel.linkage.newton import SETTLED, Settled, correction, inverse, settle
 from flywheel.linkage.poses import Poses, Track
+from flywheel.linkage.singular import place
 
 Array = NDArray[np.float64]
 

@@ -94,7 +94,7 @@ def test_bars_that_do_not_reach() -> None:
 
 def test_a_start_in_a_singular_position() -> None:
     flat = replace(slider_crank(0.1, 0.1, 0.0), start=pi / 2)
-    with pytest.raises(SceneError, match=r"an assembly that locks or branches with O at 90 deg \(rod"):
+    with pytest.raises(SceneError, match=r"branches \(a change point\) with the driver O at 90 deg"):
         assembled(Equations(loops(flat)))
 
 

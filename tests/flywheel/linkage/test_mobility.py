@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from math import tau
+from math import pi, tau
 
 import numpy as np
 import pytest
 
 from flywheel.faults import SceneError
-from flywheel.linkage.description import FRAME, SLIDE, Joint, Link, Linkage, Point
+from flywheel.linkage.description import FRAME, GEAR, SLIDE, Coupling, Joint, Link, Linkage, Point, Side
 from flywheel.linkage.mobility import gruebler
 from flywheel.linkage.solution import solve
 from tests.flywheel.linkage.linkages import CASES, O, bar, four_bar, geared_five_bar, ground, pin, slider_crank
@@ -39,14 +39,39 @@ def parallelogram(third: float = 0.2) -> Linkage:
 def test_a_redundant_crank_is_named() -> None:
     found = solve(parallelogram(), 0.5, 2.5).mobility
     assert (found.gruebler, found.freedom) == (0, 1)
-    assert len(found.redundant) == 1
-    assert {"N", "M"} & set(found.redundant[0].split())
+    assert all("keeps its bodies parallel" in text for text in found.redundant)
+    assert {"N", "M"} & set(" ".join(found.redundant).split())
 
 
 def test_its_poses_are_those_of_the_parallelogram() -> None:
     poses = solve(parallelogram(), 0.5, 2.5).poses(np.linspace(0.5, 2.5, 9))
     np.testing.assert_allclose(np.exp(1j * poses.angle("coupler").value), 1.0, atol=1e-12)
     np.testing.assert_allclose(poses.angle("middle").rate, 1.0, atol=1e-12)
+
+
+@pytest.mark.parametrize("start", [0.0, 1.0, pi, 5.0])
+def test_three_cranks_in_line_turn_fully_though_two_of_them_branch(start: float) -> None:
+    poses = solve(replace(parallelogram(), start=start), 0.0, tau).poses(np.linspace(0.0, tau, 61))
+    np.testing.assert_allclose(np.exp(1j * poses.angle("coupler").value), 1.0, atol=1e-12)
+    np.testing.assert_allclose(poses.angle("rocker").rate, 1.0, atol=1e-12)
+    np.testing.assert_allclose(poses.angle("middle").slope, 0.0, atol=1e-11)
+
+
+@pytest.mark.parametrize("start", [0.0, 1.0, pi])
+@pytest.mark.parametrize("idler", [False, True])
+def test_a_gear_pair_carries_a_parallelogram_through_its_change_points(start: float, idler: bool) -> None:
+    base = parallelogram()
+    frame = ground(D=(0.4, 0.0), I=(0.2, 0.0))
+    plain = replace(base, ground=frame, links=base.links[:3], joints=base.joints[:4], start=start)
+    geared = replace(plain, couplings=(Coupling("belt", GEAR, "O", "D", 1.0),))
+    if idler:
+        wheels = Coupling("first", GEAR, "O", "I", -1.0), Coupling("second", GEAR, "I", "D", -1.0)
+        wheel = Link("idler", (O,), guess=-start)
+        pivot = pin("I", FRAME, "idler", frame.point("I"))
+        geared = replace(plain, links=(*plain.links, wheel), joints=(*plain.joints, pivot), couplings=wheels)
+    poses = solve(geared, 0.0, tau).poses(np.linspace(0.0, tau, 61))
+    np.testing.assert_allclose(np.exp(1j * poses.angle("coupler").value), 1.0, atol=1e-12)
+    np.testing.assert_allclose(poses.angle("rocker").rate, 1.0, atol=1e-12)
 
 
 def test_three_cranks_out_of_line_turn_fully() -> None:
@@ -72,11 +97,24 @@ def test_a_third_crank_out_of_place_cannot_be_assembled() -> None:
         solve(parallelogram(0.25), 0.5, 2.5)
 
 
-def test_change_points_of_the_parallelogram_are_named() -> None:
+@pytest.mark.parametrize("crossed", [False, True])
+@pytest.mark.parametrize("start", [0.0, 1.0, pi])
+def test_change_points_of_the_parallelogram_are_named(start: float, crossed: bool) -> None:
     base = parallelogram()
-    plain = replace(base, links=base.links[:3], joints=base.joints[:4])
-    with pytest.raises(SceneError, match=r"branches \(a change point\) with the driver O at 180"):
-        solve(plain, 0.5, 4.0)
+    crank, _, rocker, _ = base.links
+    sides = (Side(("rocker", "E"), ("crank", "E"), (FRAME, "D"), -1 if crossed else 1),) if start == 1.0 else ()
+    links = (crank, bar("coupler", 0.4), rocker)
+    with pytest.raises(SceneError) as caught:
+        solve(replace(base, links=links, joints=base.joints[:4], sides=sides, start=start), 0.5, 4.0)
+    kind = "an antiparallelogram" if crossed and sides else "a parallelogram"
+    angle = f"{180 if start else 0} deg"
+    expected = f"found {kind} (coupler, crank, frame, rocker) that branches (a change point) with the driver O at {angle}"
+    assert expected in str(caught.value)
+    rate = -(0.4 - 0.1) / (0.4 + 0.1) if start else -(0.4 + 0.1) / (0.4 - 0.1)  # distances of the relative pole on the line
+    text = str(caught.value)
+    assert "a parallelogram: coupler 0 rad, rocker 1 rad per rad of the driver; or an antiparallelogram: coupler" in text
+    assert f"rocker {rate:.4g} rad per rad" in text
+    assert "a gear pair, or a third crank" in text
 
 
 def test_two_guides_of_one_slider() -> None:
