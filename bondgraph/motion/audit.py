@@ -7,15 +7,17 @@ stored - stored at the start + dissipated - supplied.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+import math
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
+from bondgraph.faults import GraphError
 from bondgraph.motion.dynamics import Dynamics
 from bondgraph.motion.stepping import Stretch
-from bondgraph.motion.walk import Instant
+from bondgraph.motion.walk import Instant, Walk
 from bondgraph.structure import Ratio, Scale, Sum, effort_relations, effort_variables, plan
 
 Array = NDArray[np.float64]
@@ -140,6 +142,54 @@ def _worst(
     largest = {name: float(np.abs(value).max()) for name, value in imbalances.items()}
     where = max(largest, key=lambda name: largest[name])
     return (0.0 if scale <= max(_NO_POWER, 1e-13 * usual) else largest[where] / scale), where
+
+
+def energy_scales(dynamics: Dynamics, times: Array, states: Array, anchors: Mapping[str, Any]) -> Array:
+    """What each state would be if it held all the energy of a run, from states (a column for every time).
+
+    E = greatest energy of all stores + integral of |e f| over all other ports. A flow has sqrt(2 E/M), M its own term of the
+    mass matrix; a spring's displacement the least power of two with |e(q) q|/2 >= E, which a law of any shape has (linear:
+    about sqrt(2 E C)); a declared displacement what these flows make of it in the time of the run.
+    """
+    walk, shape = Walk(dynamics.tables, times, list(states), anchors), times.shape
+    with np.errstate(all="ignore"):
+        matrix, _, _ = walk.mass_and_force()
+        instant, passed, stored = walk.instant(), np.zeros(shape), np.zeros(shape)
+        held = {p.element.name: p for p in dynamics.tables.springs}
+        for port, effort in zip(dynamics.form.ports, instant.efforts, strict=True):
+            flow = _filled(instant.flows[port.variable], shape)
+            if port.element.kind == "I":
+                stored = stored + 0.5 * dynamics.graph.constant(port.element.name) * flow**2
+            elif port.element.name in held:
+                stretch = states[dynamics.state.names.index(f"q_{port.element.name}")]
+                stored = stored + 0.5 * np.abs(_filled(effort, shape) * stretch)
+            elif effort is not None and port.element.kind != "GY":
+                passed = passed + np.abs(_filled(effort, shape) * flow)
+        energy = float(np.nanmax(stored) + np.nansum(0.5 * (passed[1:] + passed[:-1]) * np.diff(times)))
+        flows = [math.sqrt(2.0 * energy / max(float(np.max(matrix[k][k])), 1e-300)) for k in range(len(matrix))]
+    return np.array(
+        [*flows, *_displaced(dynamics, walk, flows, float(times[-1])), *_stretched(dynamics, states[:, 0], energy)]
+    )
+
+
+def _displaced(dynamics: Dynamics, walk: Walk, flows: list[float], until: float) -> Iterator[float]:
+    greatest = [*flows, *(float(np.max(np.abs(u))) for u in walk.coordinates[len(flows) :])]
+    for displacement in dynamics.form.displacements:
+        gains = walk.gain[dynamics.tables.owner_of[displacement.name]]
+        yield until * sum(float(np.max(np.abs(gain))) * greatest[k] for k, gain in gains.items())
+
+
+def _stretched(dynamics: Dynamics, start: Array, energy: float) -> Iterator[float]:
+    walk = Walk(dynamics.tables, 0.0, start.tolist(), {})
+    for port in dynamics.tables.springs:
+        stretch, taken = 2.0**-100, 0.0
+        while taken < energy and stretch < 2.0**100:
+            stretch *= 2.0
+            try:
+                taken = 0.5 * stretch * max(abs(walk.spring(port.element.name, side * stretch)) for side in (-1.0, 1.0))
+            except GraphError:  # the law ends here
+                break
+        yield stretch
 
 
 def _stored(dynamics: Dynamics, instant: Instant, shape: tuple[int, ...]) -> tuple[Array, bool]:

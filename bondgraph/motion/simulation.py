@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from numbers import Real
 from typing import Any
@@ -17,7 +17,7 @@ from bondgraph.elements import ONE_PORTS
 from bondgraph.faults import GraphError
 from bondgraph.graph import BondGraph
 from bondgraph.laws import TIME
-from bondgraph.motion.audit import Audit, Bonds, audit
+from bondgraph.motion.audit import Audit, Bonds, audit, energy_scales
 from bondgraph.motion.dynamics import Dynamics
 from bondgraph.motion.stepping import ADAPTIVE, FIXED, Breaks, Stretch, adaptive, fixed, through_breaks
 from bondgraph.motion.walk import Instant
@@ -25,12 +25,22 @@ from bondgraph.motion.walk import Instant
 Array = NDArray[np.float64]
 
 _PILOT = 1e-4  # tolerance of the run that only tells how large the states become
-_FIRST, _TIGHTER = 0.1, 0.2  # tolerance of the next run's steps to what is asked, of each further run's to the last's
+_FIRST = 0.1  # tolerance of the next run's steps to what is asked
 _TIGHTEST = 1e-13  # tolerance of a step: below it rounding wins
-_ROUNDING = 1e-11  # an error that the tightest tolerance may leave
-_MOST_HALVINGS = 3  # of the longest step, after tolerances
-_COMPARED = 200  # times at which two runs are compared, within their steps too
+_SHORTER = 0.7  # each further run's steps to those of the run before, at least
+_MOST_RUNS = 12  # at tolerances that get tighter
+_WITHIN = (0.27, 0.61, 1.0)  # parts of a step at which two runs are compared
+_MOST_COMPARED = 20_000  # steps at which they are
+_FIXED_RATIO = 0.382  # of the shorter step that a fixed one is compared with: no simple part of it, so that no load hides
 _LOOKS = 400  # steps of a run whose loads vary, at least
+_SAMPLES = 400  # times at which a run's powers are summed up
+_EVALUATIONS = 2_000_000  # of the rates, all runs together
+_NO_ENERGY = math.sqrt(np.finfo(float).eps)  # of the state that would hold all of it: the energy of less is rounding of it
+
+_STABLE = {"RK23": 2.5, "RK45": 3.3, "DOP853": 6.1, "LSODA": 0.5}  # step times decay rate
+_OBSERVED = 500  # steps after which a method's steps are held against that: any mode at that limit has decayed by then
+_MANY = 2000  # steps: fewer are as well taken by the explicit method
+_STIFF = "Radau"
 
 
 @dataclass(frozen=True, eq=False)
@@ -39,11 +49,16 @@ class Run:
 
     Attributes:
         t: times of the steps, s.
-        error: estimated error of the states, each relative to its greatest absolute value in the run: the difference to a
-            second run with a looser tolerance (fixed steps: with steps twice as long).
+        error: error bound of the states, each relative to its greatest absolute value in the run (to what it would be with
+            all the energy of the run, where it stays at rounding: its energy below 2e-16 of the run's): twice the difference
+            to a run with longer steps and a looser tolerance, never less than the tolerance (fixed steps: to a run with
+            steps of 0.382 of the length).
         rtol: what was asked; None for fixed steps.
+        method: by which the motion was found; another than the one asked for where that one's steps were held short by
+            modes that had long decayed.
+        messages: what the user should know of how the motion was found.
         audit: the power audit.
-        evaluations: how often the rates were evaluated, second run included.
+        evaluations: how often the rates were evaluated, all runs together.
 
     """
 
@@ -53,6 +68,8 @@ class Run:
     error: float
     rtol: float | None
     evaluations: int
+    method: str = ""
+    messages: tuple[str, ...] = ()
 
     @property
     def t(self) -> Array:
@@ -159,6 +176,7 @@ def simulate(
     step: float | None = None,
     breaks: Mapping[str, Any] | None = None,
     tolerance: float | None = None,
+    evaluations: int = _EVALUATIONS,
 ) -> Run:
     """Motion of a graph from an initial state.
 
@@ -168,16 +186,20 @@ def simulate(
         initial: displacements by name, springs' own displacements and independent flows by the name of the spring or of the
             1-junction; 0 (a declared displacement: its own initial value) where nothing is given.
         signals: a number or function of t for every declared signal.
-        rtol: error asked of every state, relative to its greatest absolute value in the run.
+        rtol: error asked of every state, relative to its greatest absolute value in the run; `Run.reached` says whether it
+            was kept.
         method: one of scipy's ("DOP853", "RK45", "RK23", "LSODA", "Radau", "BDF"), or "euler", "rk2" (trapezoidal), "rk4".
+            On a stiff graph, where an explicit one would take more steps for its stability than Radau for its accuracy, the
+            motion is found by Radau: `Run.method` and `Run.messages` say so.
         step: length of a fixed step, s.
         breaks: where laws jump or kink, so that the stepping restarts there: displacement name (or "t") -> values, or
             (values, period). Without them no step is longer than 1/400 of the time where a source or resistor varies with
             displacements or time, and what such a law does in a shorter time may be passed over: give its ends as breaks.
         tolerance: greatest power and energy imbalance that the audit may find; more is an error. None: reported only.
+        evaluations: of the rates, at most, all runs together: a motion that takes more is refused, with the time it reached.
 
     Raises:
-        GraphError: if the motion is not determined, cannot be followed, or fails the audit.
+        GraphError: if the motion is not determined, cannot be followed, takes too long, or fails the audit.
 
     >>> from bondgraph import Builder, C, I
     >>> b = Builder().one("mass", "translation", displacement="x").on("mass", I("m", 1.0), C("spring", stiffness=1.0))
@@ -186,13 +208,13 @@ def simulate(
     (True, True, True)
 
     """
-    _check_arguments(until, rtol, method, step)
+    _check_arguments(until, rtol, method, step, evaluations)
     dynamics = Dynamics(graph, signals)
     start = _start(dynamics, initial or {})
     faults = dynamics.unbalanced(start.tolist())
     if faults:
         raise GraphError("\n".join(faults))
-    stepper = _Stepper(dynamics, method, until, start, _breaks(dynamics, breaks or {}, until))
+    stepper = _Stepper(dynamics, method, until, start, _breaks(dynamics, breaks or {}, until), int(evaluations))
     run = stepper.fixed(step) if step is not None else stepper.adaptive(rtol)
     if tolerance is not None:
         _enforce(run.audit, tolerance)
@@ -203,11 +225,19 @@ class _Stepper:
     """One motion, by one method, at whatever tolerance or step."""
 
     def __init__(
-        self, dynamics: Dynamics, method: str, until: float, start: Array, breaks: tuple[list[Breaks], list[float]]
+        self,
+        dynamics: Dynamics,
+        method: str,
+        until: float,
+        start: Array,
+        breaks: tuple[list[Breaks], list[float]],
+        budget: int,
     ) -> None:
         self.dynamics, self.method, self.until, self.start = dynamics, method, until, start
         self.breaks, self.times = breaks
-        self.evaluations = 0
+        self.evaluations, self.budget = 0, budget
+        self.watched = False
+        self.messages: tuple[str, ...] = ()
         self.junctions = {k: d.of for k, d in enumerate(dynamics.form.displacements, start=dynamics.state.flows)}
         self.anchors: list[Mapping[str, float]] = []
         self.undefined: tuple[float, list[float], Mapping[int, float]] | None = None  # where laws were, last
@@ -217,23 +247,58 @@ class _Stepper:
             raise GraphError(f"there are no rates at the start: {self._why()}")
 
     def adaptive(self, rtol: float) -> Run:
-        """Runs at tighter and tighter tolerance until two of them agree within rtol, or rounding wins.
+        """The motion within rtol; by a method for stiff graphs, where the one asked for takes its steps for stability alone.
 
-        Where tightening does not help, inside steps that are as long as stability lets them be, they are halved.
+        Which of the two is cheaper is told by a loose run of the other: Radau's steps grow as the fifth root of the
+        tolerance, those of a method at its limit of stability do not.
         """
-        inner, longest, halvings, before = max(_FIRST * rtol, 10.0 * _TIGHTEST), self._longest(), 0, np.inf
+        tolerance = max(_FIRST * rtol, 10.0 * _TIGHTEST)
+        self.watched = self.method in _STABLE
+        try:
+            return self._tightened(rtol, tolerance)
+        except _StiffnessError as found:
+            given, slow = self.method, found
+        before, budget, loose = self.evaluations, self.budget, max(_PILOT, rtol)
+        self.method, self.watched, self.budget = _STIFF, False, min(budget, before + int(slow.evaluations))
+        try:
+            self._run(loose, longest=self._longest(), dense=False)
+            cheaper = (self.evaluations - before) * (loose / tolerance) ** 0.2 < slow.evaluations
+        except GraphError:
+            cheaper = False
+        self.budget = budget
+        if cheaper:
+            self.messages += (
+                f"a mode that decays within {1.0 / slow.rate:.3g} s holds the steps of {given} at {slow.step:.3g} s, for "
+                f"stability alone: the motion was found by {_STIFF}",
+            )
+        else:
+            self.method = given
+        return self._tightened(rtol, tolerance)
+
+    def _tightened(self, rtol: float, tolerance: float) -> Run:
+        """Runs at tighter tolerance and with shorter steps until two of them agree within rtol, or rounding wins."""
+        longest, before, expected = self._longest(), np.inf, 0.0
         self._rescale(self._run(max(_PILOT, rtol), longest=longest, dense=False))
-        run = self._run(inner, longest=longest)
-        while True:
-            inner = max(_TIGHTER * inner, _TIGHTEST)
-            looser, run = run, self._run(inner, longest=longest)
-            error = _difference(looser, run)
-            helpless = inner <= _TIGHTEST or error > 0.3 * before
-            if error <= rtol or (inner <= _TIGHTEST and (halvings == _MOST_HALVINGS or error < _ROUNDING)):
-                return Run(run.dynamics, run.stretches, run.anchors, error, rtol, self.evaluations)
-            if helpless and halvings < _MOST_HALVINGS:
-                longest, halvings = min(longest, 0.5 * float(np.diff(run.t).max())), halvings + 1
-            before = error
+        run = self._run(tolerance, longest=longest)
+        for _ in range(_MOST_RUNS):
+            self._rescale(run)
+            part = 0.2 if expected <= rtol else max(1e-3, 0.2 * rtol / expected)
+            tolerance = max(part * tolerance, _TIGHTEST)
+            looser, longest = run, min(longest, _SHORTER * float(np.diff(run.t).max()))
+            run = self._run(tolerance, longest=longest, beside=None if self.method in ("BDF", "LSODA") else looser)
+            error = max(2.0 * _difference(looser, run, self._scales(run)), tolerance, _rounding(run))
+            if error <= rtol or (tolerance <= _TIGHTEST and error > 0.5 * before):
+                break
+            before, expected = error, part * error
+        return self._finished(run, error, rtol)
+
+    def fixed(self, step: float) -> Run:
+        """A run with equal steps, and its difference to one with shorter steps."""
+        shorter, run = self._run(None, _FIXED_RATIO * step), self._run(None, step)
+        return self._finished(run, max(2.0 * _difference(shorter, run, self._scales(shorter)), _rounding(run)), None)
+
+    def _finished(self, run: Run, error: float, rtol: float | None) -> Run:
+        return replace(run, error=error, rtol=rtol, evaluations=self.evaluations, method=self.method, messages=self.messages)
 
     def _longest(self) -> float:
         """A step's longest time: loads that vary are looked at often, so that no step passes over one unseen."""
@@ -241,28 +306,39 @@ class _Stepper:
         varying = any(graph.depends_on(e.name) for e in graph.of_kind("Se", "Sf", "R"))
         return self.until / _LOOKS if varying and not self.breaks and not self.times else np.inf
 
-    def fixed(self, step: float) -> Run:
-        """A run with equal steps, and its difference to one with steps twice as long."""
-        longer, run = self._run(None, 2.0 * step), self._run(None, step)
-        return Run(run.dynamics, run.stretches, run.anchors, _difference(longer, run), None, self.evaluations)
-
-    def _run(self, rtol: float | None, step: float = 0.0, longest: float = np.inf, *, dense: bool = True) -> Run:
+    def _run(
+        self,
+        rtol: float | None,
+        step: float = 0.0,
+        longest: float = np.inf,
+        *,
+        dense: bool = True,
+        beside: Run | None = None,
+    ) -> Run:
+        """One run; `beside` another, with shorter steps than that one everywhere."""
         self.anchors = []
-        plain = self._field({})
-        within = dense or bool(self.breaks)
+        plain, taken, began = self._field({}), 0, self.evaluations
+        within, lasts = dense or bool(self.breaks), [0.0]
+        length = None if beside is None else _lengths(beside, _SHORTER)
 
         def steps(t: float, state: Array, stop: float, anchors: Mapping[int, float]) -> Iterator[Stretch]:
+            nonlocal taken
             field = self._field(anchors, float(np.nextafter(stop, 0.0)))
             by_junction = {self.junctions[k]: value for k, value in anchors.items() if k in self.junctions}
             if rtol is None:
                 made = fixed(self.method, field, t, state, stop, step)
             else:
-                made = adaptive(
-                    self.method, field, t, state, stop, (rtol * self.relative, rtol * self.scale), longest, dense=within
-                )
+                tolerances = rtol * self.relative, rtol * self.scale
+                made = adaptive(self.method, field, t, state, stop, tolerances, longest, dense=within, length=length)
             for stretch in made:
                 self.anchors.append(by_junction)
+                taken += 1
+                if self.watched and taken % _OBSERVED == 0:
+                    self._watch(field, stretch, (stretch.end - lasts[-1]) / _OBSERVED, (self.evaluations - began) / taken)
+                    lasts.append(stretch.end)
                 yield stretch
+                if self.evaluations > self.budget:
+                    raise GraphError(self._exhausted(stretch.end))
 
         try:
             stretches = tuple(through_breaks(steps, plain, self.breaks, self.times, self.start, self.until))
@@ -270,16 +346,53 @@ class _Stepper:
             raise GraphError(str(error) if self.undefined is None else f"{error} ({self._why()})") from error
         return Run(self.dynamics, stretches, tuple(self.anchors), 0.0, rtol, 0)
 
+    def _exhausted(self, reached: float) -> str:
+        advice = (
+            "ask for a shorter time or longer steps"
+            if self.method in FIXED
+            else (
+                "ask for a shorter time or a larger rtol, give a jump's or kink's places as breaks, or use another method "
+                f"({'DOP853' if self.method in ('RK23', 'RK45') else 'LSODA'})"
+            )
+        )
+        return (
+            f"{self.budget} evaluations of the rates by {self.method} are spent at t = {reached:.6g} s of {self.until:g} s: "
+            f"{advice}; evaluations= allows more"
+        )
+
+    def _watch(self, field: Callable[[float, Array], Array], stretch: Stretch, step: float, cost: float) -> None:
+        """Whether steps are as long as stability lets them be, by a mode that has decayed long ago."""
+        at, here = stretch.end, field(stretch.end, stretch.after)
+        nudge = 1e-7 * np.maximum(np.abs(stretch.after), self.scale)
+        slopes = [(field(at, stretch.after + h * unit) - here) / h for h, unit in zip(nudge, np.eye(here.size), strict=True)]
+        if not slopes or not np.all(np.isfinite(slopes)):
+            return
+        rate = float(max(-np.linalg.eigvals(np.transpose(slopes)).real.min(), 0.0))
+        steps = (self.until - at) / step
+        if step * rate > 0.5 * _STABLE[self.method] and steps > _MANY:
+            raise _StiffnessError(rate, step, steps * cost)
+
     def _rescale(self, run: Run) -> None:
         """Tolerances of a step from the greatest values that a run reaches, instead of from the value at the time.
 
         A displacement that goes on growing, as a crank's angle does, would otherwise be followed less and less closely.
         """
         first, last = self.dynamics.state.flows, self.dynamics.state.flows + self.dynamics.state.displacements
-        for k, values in enumerate(run.ends.T):
-            greatest = float(np.abs(values).max()) or float(self.scale[k])
-            self.scale[k] = min(greatest, 1.0) if first <= k < last else greatest
+        self.scale = self._scales(run)
+        self.scale[first:last] = np.minimum(self.scale[first:last], 1.0)
         self.relative = 0.0
+
+    def _scales(self, run: Run) -> Array:
+        """What a run's states are measured by: each one's greatest value, or its share of the energy if it has none."""
+        some = np.unique(np.linspace(0, len(run.stretches) - 1, _SAMPLES).astype(int))
+        anchors = {name: np.array([0.0, *(run.anchors[k][name] for k in some)]) for name in run.anchors[0]}
+        for name, values in anchors.items():
+            values[0] = run.anchors[0][name]
+        states = np.column_stack([self.start, *(run.stretches[k].after for k in some)])
+        greatest = np.abs(np.column_stack([self.start, run.ends.T])).max(axis=1, initial=0.0)
+        most = energy_scales(self.dynamics, np.array([0.0, *(run.stretches[k].end for k in some)]), states, anchors)
+        scale = np.where(greatest > _NO_ENERGY * most, greatest, most)
+        return np.where(scale > 0.0, scale, self.scale)
 
     def _field(self, anchors: Mapping[int, float], last: float = np.inf) -> Callable[[float, Array], Array]:
         """The rates within one piece, as a field for the integrators; not a number where a law is not defined.
@@ -316,19 +429,37 @@ class _Stepper:
         return f"the rates are not finite at t = {t:.9g} s"
 
 
-def _difference(looser: Run, tighter: Run) -> float:
-    """The greatest difference of two runs, each state relative to its greatest value."""
-    times = np.linspace(0.0, tighter.t[-1], _COMPARED)
-    a, b = (np.array(list(run.states(times).values())) for run in (looser, tighter))
-    if not b.size:
-        return 0.0
-    gap, scale = np.abs(a - b).max(axis=1), np.abs(b).max(axis=1)
-    return float(np.max(np.where(scale > 0.0, gap / np.where(scale > 0.0, scale, 1.0), gap)))
+class _StiffnessError(Exception):
+    """Steps of an explicit method at the limit of its stability: decay rate, 1/s, step, s, and evaluations to the end."""
+
+    def __init__(self, rate: float, step: float, evaluations: float) -> None:
+        super().__init__()
+        self.rate, self.step, self.evaluations = rate, step, evaluations
 
 
-def _check_arguments(until: float, rtol: float, method: str, step: float | None) -> None:
+def _lengths(run: Run, part: float) -> Callable[[float], float]:
+    """A part of the length of a run's step at a time."""
+    ends, widths = run.t[1:], part * np.diff(run.t)
+    return lambda t: float(widths[min(int(np.searchsorted(ends, t, side="right")), widths.size - 1)])
+
+
+def _rounding(run: Run) -> float:
+    """What rounding makes of the states, at least: each step leaves some."""
+    return float(4.0 * np.finfo(float).eps * math.sqrt(len(run.stretches)))
+
+
+def _difference(other: Run, run: Run, scale: Array) -> float:
+    """The greatest difference of two runs, at the ends of steps and within them, each state relative to its scale."""
+    starts, widths = run.t[:-1], np.diff(run.t)
+    some = slice(None, None, 1 + widths.size // _MOST_COMPARED)
+    times = np.minimum((starts[some, None] + widths[some, None] * np.array(_WITHIN)).ravel(), run.t[-1])
+    a, b = (np.array(list(each.states(times).values())) for each in (other, run))
+    return float(np.max(np.abs(a - b) / scale[:, None], initial=0.0))
+
+
+def _check_arguments(until: float, rtol: float, method: str, step: float | None, evaluations: int) -> None:
     faults = []
-    numbers = {"until": until, "rtol": rtol} | ({} if step is None else {"step": step})
+    numbers = {"until": until, "rtol": rtol, "evaluations": evaluations} | ({} if step is None else {"step": step})
     faults += [
         f"{name}: found {v!r}, expected a number above 0"
         for name, v in numbers.items()

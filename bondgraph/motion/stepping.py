@@ -78,8 +78,12 @@ def adaptive(
     longest: float = np.inf,
     *,
     dense: bool = True,
+    length: Callable[[float], float] | None = None,
 ) -> Iterator[Stretch]:
-    """Steps of one of scipy's methods; `tolerance` is relative and, for every state, absolute; `longest` a step's, s."""
+    """Steps of one of scipy's methods; `tolerance` is relative and, for every state, absolute; `longest` a step's, s.
+
+    `length` gives a step's longest by the time that it starts at, for methods of one step.
+    """
     from scipy import integrate
 
     relative, absolute = tolerance[0], tolerance[1]
@@ -87,6 +91,8 @@ def adaptive(
     solver: Any = getattr(integrate, method)(field, t, state, until, **given)
     while solver.status == "running":
         reached = float(solver.t)
+        if length is not None:
+            solver.max_step = min(longest, length(reached))
         try:
             message = solver.step()
         except (ValueError, np.linalg.LinAlgError):  # the implicit methods', of a matrix that is not finite
@@ -102,8 +108,9 @@ def fixed(method: str, field: Field, t: float, state: Array, until: float, step:
     """Equal steps of a fixed-step method, the last one cut to end at `until`; between them, Hermite's cubic."""
     tableau, rate = FIXED[method], field(t, state)
     count = max(1, int(np.ceil((until - t) / step * (1.0 - 1e-12))))
-    times = np.append(t + step * np.arange(count), until)
-    for start, end in pairwise(times):
+    origin = t
+    for k in range(count):
+        start, end = origin + k * step, until if k + 1 == count else origin + (k + 1) * step
         after = runge_kutta_step(tableau, field, float(start), state, float(end - start), rate)
         rate_after = field(float(end), after)
         if not np.all(np.isfinite(rate_after)):

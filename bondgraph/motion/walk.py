@@ -346,9 +346,12 @@ class Walk:
         if kind == "GY":
             return self._law(name) * self.flow[self.tables.partner[port.bond]]
         if kind == "C" and name in self._stretch:
-            q = self._stretch[name]
-            return q / self.graph.constant(name) if self.graph.is_linear(name) else self._law(name, q)
+            return self.spring(name, self._stretch[name])
         return self._law(name)
+
+    def spring(self, name: str, q: Any) -> Any:
+        """The effort of a spring at a displacement of its own."""
+        return q / self.graph.constant(name) if self.graph.is_linear(name) else self._law(name, q)
 
     def _accelerations(self) -> tuple[list[Any], list[Any]]:
         """The rates of the moving coordinates, and of every flow variable the part that these do not make."""

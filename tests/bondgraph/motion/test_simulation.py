@@ -479,3 +479,116 @@ def test_a_law_of_the_speed_that_drives_and_of_its_own():
 
     true = solve_ivp(rate, (0, 3), [0.0, 2.0], method="DOP853", rtol=1e-12, atol=1e-12).y[:, -1]
     assert_allclose([run.displacement("phi", 3.0)[0], run.flow("crank", 3.0)[0]], true, rtol=1e-7)
+
+
+# -- states at rounding, stiff graphs, estimates ---------------------------------------------------------------------------
+
+
+def balanced_bridge():
+    """Wheatstone's, with an inductance in the middle that no current flows through."""
+    b = Builder().zero("top").zero("left").zero("right").one("src").bond("src", "top")
+    b.on("src", Se("V", 10.0), R("Rs", 1.0), I("Ls", 0.01))
+    for arm, tail, head, resistance in (("a", "top", "left", 100.0), ("b", "top", "right", 100.0)):
+        b.one(arm).bond(tail, arm).bond(arm, head).on(arm, R(f"R{arm}", resistance))
+    b.one("c").bond("left", "c").on("c", R("Rc", 50.0)).one("d").bond("right", "d").on("d", R("Rd", 50.0))
+    return b.one("mid").bond("left", "mid").bond("mid", "right").on("mid", I("L", 0.1), R("Rm", 3.0)).build()
+
+
+def twins(spring):
+    """Two masses that move alike, and a spring between them that is never stretched."""
+    b = Builder()
+    for name in ("a", "b"):
+        b.one(name).on(name, I(f"m{name}", 1.0), C(f"k{name}", stiffness=9.0), Se(f"F{name}", 1.3), R(f"r{name}", 0.1))
+    return b.between("a", "b", spring).build()
+
+
+@pytest.mark.parametrize("method", ["DOP853", "LSODA", "Radau", "BDF"])
+@pytest.mark.parametrize(
+    ("graph", "until"),
+    [
+        (balanced_bridge(), 0.1),
+        (twins(C("k", stiffness=50.0)), 2.0),
+        (twins(C("k", lambda q: 50.0 * q + 900.0 * q**3)), 2.0),
+    ],
+    ids=["bridge", "twins", "twins with a spring of its own law"],
+)
+def test_a_state_that_stays_at_rounding_asks_for_nothing(graph, until, method):
+    run = simulate(graph, until, method=method, rtol=1e-7)
+    assert run.reached
+    assert run.evaluations < 20_000  # 491,194, or without end, when rounding was asked for digits of its own
+    assert np.abs(run.ends[:, -1]).max() < 1e-9
+
+
+def test_a_small_state_that_is_no_rounding_keeps_its_own_scale():
+    """A thousandth of a millionth of the mass follows the great one: its energy is small, its motion is not rounding."""
+    b = Builder().one("a").one("b").on("a", I("M", 1.0), C("k", stiffness=1.0)).on("b", I("m", 1.0))
+    b.between("a", "b", C("soft", stiffness=1e-6))
+    run = simulate(b.build(), 3.0, initial={"a": 1.0}, rtol=1e-8)
+    linear = np.array([[0, 0, -1, -1e-6], [0, 0, 0, 1e-6], [1, 0, 0, 0], [1, -1, 0, 0]], dtype=float)
+    truth = expm(3.0 * linear) @ [1.0, 0.0, 0.0, 0.0]
+    assert_allclose(run.flow("b", 3.0), truth[1], rtol=1e-8)
+    assert run.reached
+
+
+@pytest.mark.parametrize("method", ["DOP853", "RK45", "LSODA"])
+def test_a_stiff_graph_is_handed_to_a_method_for_it(method):
+    b = Builder().one("m", displacement="x")
+    graph = b.on("m", I("M", 1e-3), C("k", stiffness=1e6), R("c", 1e3), Se("F", 5.0)).build()
+    run = simulate(graph, 1.0, rtol=1e-6, method=method)
+    assert run.evaluations < 60_000  # about 6 million for an explicit method
+    slow, fast = (-0.5 * (1e6 - sign * np.sqrt(1e12 - 4e9)) for sign in (1.0, -1.0))
+    for time in (1e-4, 1e-3, 0.01):
+        truth = 5e-6 * (1.0 + (fast * np.exp(slow * time) - slow * np.exp(fast * time)) / (slow - fast))
+        assert abs(run.displacement("x", time)[0] - truth) <= run.error * 5e-6 <= 5e-12
+    assert run.method in ("Radau", "LSODA")
+    assert bool(run.messages) == (run.method != method)
+    assert all(f"{method} at" in message and "found by Radau" in message for message in run.messages)
+
+
+def test_what_needs_its_steps_is_not_handed_over():
+    """A light mass on a hard spring, hardly damped: its oscillation is the motion."""
+    b = Builder().one("m").on("m", I("M", 1e-3), C("k", stiffness=1e3), R("c", 1e-3))
+    run = simulate(b.build(), 0.02, initial={"m": 1.0}, rtol=1e-8)
+    assert (run.method, run.messages, run.reached) == ("DOP853", (), True)
+
+
+def test_a_motion_that_takes_too_long_is_refused_with_the_time_it_reached():
+    graph = Builder().one("m").on("m", I("M", 1e-3), C("k", stiffness=1e9)).build()
+    with pytest.raises(
+        GraphError, match=r"20000 evaluations of the rates by DOP853 are spent at t = .* s of 1000 s: ask for"
+    ):
+        simulate(graph, 1000.0, initial={"m": 1.0}, evaluations=20_000)
+    with pytest.raises(GraphError, match=r"evaluations of the rates by euler are spent"):
+        simulate(graph, 1000.0, method="euler", step=1e-9, evaluations=1_000)
+
+
+@pytest.mark.parametrize(
+    ("method", "rtol"),
+    [
+        *(("DOP853", 1e-3), ("DOP853", 1e-6), ("DOP853", 1e-11), ("RK45", 1e-3), ("RK45", 1e-6)),
+        *(("RK23", 1e-3), ("LSODA", 1e-3), ("LSODA", 1e-7), ("Radau", 1e-2), ("BDF", 1e-2)),
+    ],
+)
+def test_the_estimate_holds_where_steps_are_capped_by_a_load_that_varies(method, rtol):
+    """m v' + c v = F sin(w t): with every step at T/400 two runs told no difference at all."""
+    rate, w = 20.0, 300.0
+    graph = Builder().one("m").on("m", I("M", 1.0), R("c", rate), Se("F", lambda t: np.sin(w * t))).build()
+    run = simulate(graph, 0.2, method=method, rtol=rtol)
+    times = np.linspace(0.0, 0.2, 977)
+    truth = (rate * np.sin(w * times) - w * np.cos(w * times) + w * np.exp(-rate * times)) / (rate**2 + w**2)
+    error = np.abs(run.flow("m", times) - truth).max() / np.abs(truth).max()
+    assert error <= run.error
+    assert run.error <= rtol or not run.reached
+
+
+@pytest.mark.parametrize("method", ["euler", "rk2", "rk4"])
+@pytest.mark.parametrize("steps", [40, 317])
+def test_the_estimate_holds_for_fixed_steps_between_their_ends_too(method, steps):
+    """A load whose period is a step's half looks constant to steps of this length, and to steps of twice it."""
+    w = np.pi * steps
+    graph = Builder().one("m").on("m", I("M", 1.0), R("c", 2.0), Se("F", lambda t: 1.0 + np.sin(w * t))).build()
+    run = simulate(graph, 2.0, method=method, step=2.0 / steps)
+    times = np.linspace(0.0, 2.0, 977)
+    truth = 0.5 * (1.0 - np.exp(-2.0 * times))
+    truth += (2.0 * np.sin(w * times) - w * np.cos(w * times) + w * np.exp(-2.0 * times)) / (4.0 + w**2)
+    assert np.abs(run.flow("m", times) - truth).max() / np.abs(truth).max() <= run.error
