@@ -293,14 +293,41 @@ def reduce(
 ) -> Reduced:
     """I*, dI*/dphi and M* of a graph at positions phi of its coordinate; compile a `Reduction` to do it often.
 
+    Raises:
+        GraphError: where a ratio or an effort has no finite value, with the element and the position.
+
     >>> from bondgraph.builder import Builder
     >>> from bondgraph.elements import I
     >>> b = Builder().one("crank", displacement="phi").one("ram").on("ram", I("m", 4.0))
     >>> found = reduce(b.transform("crank", "ram", lambda phi: 0.5 * np.sin(phi)).build(), np.pi / 4)
     >>> round(found.inertia, 12), round(found.slope, 12)  # m (sin phi)²/4, and its slope
     (0.5, 1.0)
+
     """
-    return Reduction(graph, coordinate, positions)(np.asarray(phi, float) if isinstance(phi, list | tuple) else phi, anchor)
+    reduction, at = Reduction(graph, coordinate, positions), np.asarray(phi, float)[()]
+    with np.errstate(all="ignore"):
+        try:
+            found = reduction(at, anchor)
+        except ZeroDivisionError as error:  # of one position, in plain numbers
+            raise GraphError(_endless(reduction, float(at))) from error
+        endless = ~np.isfinite(sum(np.abs(np.broadcast_to(value, np.shape(at))) for value in found))
+        if np.any(endless):
+            raise GraphError(_endless(reduction, float(np.atleast_1d(at)[np.atleast_1d(endless)][0])))
+    return found
+
+
+def _endless(reduction: Reduction, phi: float) -> str:
+    """Which elements have no finite value at a position."""
+    at, graph = _Positions(reduction, np.array([phi]), np.array([phi]), np), reduction.graph
+    reduction._run(at)
+    values = [(e, "ratio", at.ratio(e.law)) for e in graph.of_kind("TF")]  # type: ignore[arg-type]
+    values += [(e, "ratio's slope", at.ratio_slope(e.law)) for e in graph.of_kind("TF")]  # type: ignore[arg-type]
+    values += [(e, "effort", at.effort(e)) for e, _, _ in reduction._sources]
+    faults = [
+        f"the {what} of {graph.title(e.name)} is {np.ravel(v)[0]:g}" for e, what, v in values if not np.all(np.isfinite(v))
+    ]
+    found = "; ".join(faults) or "its inertia or moment is beyond the largest number"
+    return f"no reduction at {reduction.coordinate} = {phi:.9g}: {found}"
 
 
 _ZERO = 0.0  # the one object that marks a slope as identically zero, so that constant chains cost no array work

@@ -288,11 +288,34 @@ def _filled(found: StateEquations) -> StateEquations:
     import sympy
 
     at = {symbol: exact(sympy.Float(value)) for symbol, value in found.values.items()}
+    equations = [
+        *((f"the rate of {state}", d) for state, d in zip(found.states, found.derivatives, strict=True)),
+        *((f"the flow {flow}", e) for flow, e in found.algebraic),
+    ]
+    refuse(f"{what} has no finite value: {_infinite(found, e, at)}" for what, e in equations if _endless(e.xreplace(at)))
     return replace(
         found,
         derivatives=tuple(d.xreplace(at) for d in found.derivatives),
         algebraic=tuple((s, e.xreplace(at)) for s, e in found.algebraic),
     )
+
+
+def _endless(expression: Any) -> bool:
+    import sympy
+
+    return bool(expression.has(sympy.zoo, sympy.nan, sympy.oo, -sympy.oo))
+
+
+def _infinite(found: StateEquations, expression: Any, at: Mapping[Any, Any]) -> str:
+    """Whose number makes an expression infinite: the elements that do so alone, or else all that do so together."""
+    import sympy
+
+    names = {symbol: found.graph.where(name) for name, symbol in found.own.items()}
+    used = sorted(sympy.fraction(sympy.together(expression))[1].free_symbols & set(at), key=str)
+    alone = [symbol for symbol in used if _endless(expression.xreplace({symbol: at[symbol]}))]
+    at_fault = ", ".join(f"{names.get(symbol, symbol)} = {found.values[symbol]:g}" for symbol in alone or used)
+    together = "" if alone else ", together,"
+    return f"{at_fault}{together} leaves nothing to divide by; give another value, or leave the element out"
 
 
 def _incomplete(found: StateEquations) -> Iterator[str]:
@@ -306,7 +329,7 @@ def _incomplete(found: StateEquations) -> Iterator[str]:
     for symbol in sorted(used - parameters - {*found.states, *found.inputs}, key=str):
         yield f"{symbol} is neither a state, an input nor a parameter, but is in the equations"
     for state, expression in zip(found.states, found.derivatives, strict=False):
-        if expression.has(sympy.zoo, sympy.nan, sympy.oo):
+        if _endless(expression):
             yield f"the rate of {state} is not determined: the inertia that it sees vanishes"
     for element in found.graph.of_kind("Se", "Sf", "R"):
         symbol, at = found.own.get(element.name), found.graph.where(element.name)

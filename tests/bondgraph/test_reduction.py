@@ -354,3 +354,20 @@ def test_some_elements_alone():
         both = getattr(only(PHI), name) + getattr(rest(PHI), name)
         assert_allclose(both, getattr(whole(PHI), name), rtol=1e-13, atol=1e-15)
     assert not Reduction(graph, "crank", only={"m"}).moves
+
+
+@pytest.mark.parametrize(
+    ("ratio", "force", "said"),
+    [
+        (lambda phi: 1 / phi, 0.0, "no reduction at crank = 0: the ratio of MTF:T is inf"),
+        (lambda phi: np.sqrt(phi), 0.0, "no reduction at crank = 0: the ratio's slope of MTF:T is inf"),
+        (lambda phi: np.cos(phi), lambda phi: np.log(phi), "no reduction at crank = 0: the effort of MSe:F is -inf"),
+    ],
+)
+def test_what_has_no_finite_value_is_refused_with_element_and_angle(ratio, force, said):
+    b = Builder().one("crank", displacement="phi").one("ram").on("ram", I("m", 4.0)).on("crank", Se("F", force))
+    graph = b.transform("crank", "ram", ratio, name="T").build()
+    for at in (0.0, np.array([1.0, 0.0, 2.0])):
+        with pytest.raises(GraphError, match=said):
+            reduce(graph, at)
+    assert np.all(np.isfinite(reduce(graph, np.array([1.0, 2.0])).inertia))

@@ -370,3 +370,10 @@ def test_a_planar_four_bar_has_the_same_rates_in_symbols_and_in_numbers():
             angles = [phi, *(float(linkage.positions[name](phi)) for name in ("coupler.theta", "rocker.theta"))]
             found = numeric(0.0, [0.5 * 2.0, *angles])  # the crank's momentum, at 2 rad/s
             assert_allclose([found[0] / 0.5, *found[1:]], rates(0.0, 2.0, *angles), rtol=1e-9, atol=1e-12)
+
+
+def test_numbers_that_leave_nothing_to_divide_by_are_refused_with_the_element():
+    """Filled in, they gave zoo."""
+    b = Builder().one("a").one("b").on("a", I("m", 1.0), Se("F", 1.0)).on("b", I("J", -4.0)).transform("a", "b", 0.5)
+    with pytest.raises(GraphError, match=r"the rate of .*: I:J.* = -4, .*I:m.* = 1, together, leaves nothing to divide by"):
+        state_equations(b.build(), values=True)
