@@ -68,7 +68,8 @@ def _refined(machine: Machine, resolver: Callable[[Array], Cycle], speed: float,
     """Halve cells until the areas and the approximate flywheel are within rtol, or until that no longer helps."""
     edges, before, stalls = machine.mesh, np.inf, 0
     while True:
-        cycle = resolver(edges)
+        whole = resolver(edges)
+        cycle = whole._replace(errors=whole.errors._replace(residual=0.0))  # no cell can mend what is left over
         errors, unit = cycle.errors, (machine.scene.irregularity or 0.0) * speed**2
         own = (2 * errors.work + unit * errors.inertia) / _scale(cycle, float(np.ptp(cycle.start[0])), unit)
         doubt = max(wittenbauer.work_error(cycle), own)
@@ -79,7 +80,7 @@ def _refined(machine: Machine, resolver: Callable[[Array], Cycle], speed: float,
         if finer is None:
             break
         before, edges = doubt, finer
-    return _figures(machine, cycle, speed)
+    return _figures(machine, whole, speed)
 
 
 def _figures(machine: Machine, cycle: Cycle, speed: float) -> Figures:
@@ -127,7 +128,7 @@ def _terms(machine: Machine, figures: Figures) -> Terms:
     errors, square = figures.cycle.errors, max(figures.speed**2, 5e-324)
     swing = figures.extremes.greatest - figures.extremes.least
     inertia = wittenbauer.reduced_inertia(figures)
-    work = 2 * errors.work + (0.0 if machine.friction is None else 2 * machine.friction.error)
+    work = errors.swing + (0.0 if machine.friction is None else 2 * machine.friction.error)
     own = errors.inertia + errors.variation
 
     def around(value: float, error: float) -> tuple[float, float]:
@@ -232,8 +233,9 @@ def evened(sizing: Sizing) -> Sizing:
     if sizing.scene.irregularity is None:
         motion = sizing.simulation and sizing.simulation._replace(irregularity=0.0)
         return replace(sizing, simulation=motion, error=sizing.error._replace(simulation=None))
-    wheel = sizing.flywheel._replace(approximate=0.0, approximate_total=0.0, inertia_torque=0.0, needed=False)
-    error = sizing.error._replace(approximate=sizing.error.work, inertia_torque=sizing.error.work)
+    wheel, work = sizing.flywheel._replace(approximate=0.0, approximate_total=0.0, needed=False), sizing.error.work
+    wheel = wheel._replace(inertia_torque=0.0, inertia_torque_flywheel=0.0)
+    error = sizing.error._replace(approximate=work, inertia_torque=work, inertia_torque_flywheel=work)
     return replace(sizing, flywheel=wheel, error=error, bounds=sizing.bounds and Bounds("exact", 0.0, 0.0))
 
 

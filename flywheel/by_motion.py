@@ -72,10 +72,11 @@ def _at_constant_speed(machine: Machine, speed: float, rtol: float) -> tuple[Fig
 def _loosened(sizing: Sizing, loose: float) -> Sizing:
     """The sizing with what an error of the constant speed does to figures that go as its inverse square."""
     errors = sizing.error
-    if errors.approximate is None or errors.inertia_torque is None:
-        return sizing
-    wider = {"approximate": errors.approximate + 2 * loose, "inertia_torque": errors.inertia_torque + 2 * loose}
-    return replace(sizing, error=errors._replace(**wider))
+    names = ("approximate", "inertia_torque", "inertia_torque_flywheel")
+    found = {name: error for name in names if (error := getattr(errors, name)) is not None}
+    cyclic = sizing.cyclic and sizing.cyclic._replace(constant_speed_error=loose)
+    wider = {name: error + 2 * loose for name, error in found.items()}
+    return replace(sizing, error=errors._replace(**wider), cyclic=cyclic)
 
 
 def _still(sizing: Sizing, messages: tuple[str, ...]) -> Sizing:
@@ -85,6 +86,7 @@ def _still(sizing: Sizing, messages: tuple[str, ...]) -> Sizing:
         approximate=0.0,
         approximate_total=0.0,
         inertia_torque=0.0,
+        inertia_torque_flywheel=0.0,
         needed=False,
         bracket=None,
         torque_bracket=None,

@@ -19,9 +19,20 @@ def error_of_crossings(cycle: Cycle, found: Crossings) -> float:
     """Error (rad) of the angles where M* crosses zero.
 
     Each is off by the error of M* over its slope; where it is the end of a cell the moment jumps through zero, or its zeros
-    end, or the cycle does, and only rounding is left.
+    end, or the cycle does, and only rounding is left. What the cycle leaves over may move it as far as that is the work of
+    the moment on the way.
     """
-    return _rounding(cycle) + _root_error(cycle, found.cell, found.t, np.zeros_like(found.t), 0.0)
+    error = _rounding(cycle) + _root_error(cycle, found.cell, found.t, np.zeros_like(found.t), 0.0)
+    if not cycle.errors.residual or not found.t.size:
+        return error
+    phi, work = _at_nodes(cycle)[:2]
+    beyond = 0.0
+    for angle, accumulated in zip(found.angles(cycle.mesh), cycle.at(found.cell, found.t)[0], strict=True):
+        far = phi[np.abs(work - accumulated) > cycle.errors.residual]
+        before, after = far[far < angle], far[far > angle]
+        ends = before.max(initial=0.0), after.min(initial=cycle.mesh.edges[-1])
+        beyond = max(beyond, angle - ends[0], ends[1] - angle)
+    return error + float(beyond)
 
 
 def error_of_extremes(cycle: Cycle, motion: Run, *, sized: bool) -> float:
@@ -38,7 +49,37 @@ def error_of_extremes(cycle: Cycle, motion: Run, *, sized: bool) -> float:
     at_end = np.abs(t) >= _INSIDE
     for edge, speed in zip((cell + (t > 0.0))[at_end].tolist(), speeds[at_end].tolist(), strict=True):
         doubts.append(_end_error(along, edge, 0.5 * speed**2))
-    return _rounding(cycle) + max(doubts)
+    return _rounding(cycle) + max(doubts) + _left_open(cycle, motion)
+
+
+def _at_nodes(cycle: Cycle) -> tuple[Array, Array, Array]:
+    """Angles (rad) that ascend over the cycle, W (J) and I* - I*(0) (kg m²) there."""
+    count = cycle.mesh.half.size
+    t = np.concatenate(([-1.0], np.sort(piecewise.NODES)))
+    cell, t = np.repeat(np.arange(count), t.size), np.tile(t, count)
+    return cycle.mesh.middle[cell, 0] + cycle.mesh.half[cell, 0] * t, *cycle.at(cell, t)
+
+
+def _left_open(cycle: Cycle, motion: Run) -> float:
+    """How far (rad) the angles of extreme speed may lie from those found, where the cycle leaves work over.
+
+    What is left over, N, shifts kinetic energies by no more than itself, so that the greatest speed w is reached where
+    (J + I*) (w² - omega²)/2 <= (1 + r) N, r the ratio of the greatest J + I* to the least; and the least speed likewise.
+    """
+    if not cycle.errors.residual:
+        return 0.0
+    phi, work, variation = _at_nodes(cycle)
+    total = motion.inertia + cycle.inertia_at_start + variation
+    mean = 0.5 * (motion.speed_max + motion.speed_min)
+    energy = motion.offset + work + 0.5 * mean**2 * (total - variation)
+    reach = (1.0 + float(total.max() / max(total.min(), 1e-300))) * cycle.errors.residual
+    found = 0.0
+    for speed, angle in ((motion.speed_max, motion.angle_speed_max), (motion.speed_min, motion.angle_speed_min)):
+        near = np.abs(energy - 0.5 * speed**2 * total) <= reach
+        near |= np.roll(near, 1) | np.roll(near, -1)  # between two angles
+        apart = np.abs(phi[near] - angle)
+        found = max(found, float(np.minimum(apart, cycle.mesh.edges[-1] - apart).max(initial=0.0)))
+    return found
 
 
 def _rounding(cycle: Cycle) -> float:

@@ -38,10 +38,7 @@ def energy_of(sizing: Sizing) -> Energy | None:
     omega = steady.speed_over_cycle(cycle, speed, run, mesh.phi.ravel()).reshape(mesh.phi.shape)
     if not omega.min() > 0.0:  # rounding of enormous torques has stopped it
         return None
-    drive = run.drive
-    if drive is None:
-        moments = machine.reduction.moments(mesh.phi, mesh.anchor, cycle.balance or 0.0)
-        drive = moments["drive"] + np.zeros_like(mesh.phi)
+    drive = moment_of_drive(sizing)
     period, _ = steady.period(cycle, speed, run, sizing.rtol)
     work = _told(float(piecewise.integral(drive, mesh.half).sum()), cycle.errors.work)
     moment = cycle.series[0] @ piecewise.basis(piecewise.NODES, piecewise.ORDER).T
@@ -58,6 +55,18 @@ def energy_of(sizing: Sizing) -> Energy | None:
         rms_torque=_told(_rms(drive, omega, mesh.half), noise) / machine.scene.shafts[machine.scene.drive.on],
     )
     return _heated(figures, _Course(sizing, cycle, run))
+
+
+def moment_of_drive(sizing: Sizing) -> Array:
+    """The drive's moment on the crank (N m) along the motion, at the cycle's nodes."""
+    cycle, run, machine = sizing.cycle, sizing.run, sizing.machine
+    assert cycle is not None
+    assert machine is not None
+    if run is not None and run.drive is not None:
+        return run.drive
+    pace = sizing.speed if machine.depends_on_speed else None
+    moments = machine.reduction.moments(cycle.mesh.phi, cycle.mesh.anchor, cycle.balance or 0.0, speed=pace)
+    return np.asarray(moments["drive"] + np.zeros_like(cycle.mesh.phi))
 
 
 def _rms(moment: Array, omega: Array, half: Array) -> float:

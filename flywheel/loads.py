@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from functools import cache
 from typing import Any, NamedTuple
 
@@ -11,9 +11,11 @@ from numpy.typing import NDArray
 
 from bondgraph.elements import Here
 from flywheel.faults import Fault, SceneError
+from flywheel.formulas.dimensions import shown, units_of_name
 from flywheel.formulas.expressions import Expression
 from flywheel.formulas.jets import Jet, jet_namespace
-from flywheel.scene import Law, Load, Spring, Table
+from flywheel.scene import Law, Load, Scene, Spring, Table
+from flywheel.units import DIMENSIONS, Unit, parse_unit
 
 Array = NDArray[np.float64]
 Position = Callable[[Here], Any]
@@ -219,6 +221,27 @@ class Effort:
         if self.load.start is not None and self.load.end is not None:
             found += [self.load.start, self.load.end]
         return np.concatenate((found, self._law.knots if isinstance(self._law, Pieces) else ()))
+
+
+def balance_unit(efforts: Iterable[Effort], scene: Scene) -> str | None:
+    """The unit of the scene's unknown; None without one, or where the expressions that hold it leave it open."""
+    name = scene.unknown
+    if name is None or name == "drive":
+        return name and DIMENSIONS["force" if scene.reduction_element == "slide" else "torque"].si
+    found: set[Unit | None] = set()
+    for effort in efforts:
+        law, rotating = effort.load.law, effort.place.rotating
+        if isinstance(law, Expression) and name in law.names:
+            known = {**_units(rotating), **scene.units}
+            found.update(units_of_name(law.tree, name, parse_unit("N m" if rotating else "N", None), known))
+    return shown(found.pop()) if len(found) == 1 else None
+
+
+def _units(rotating: bool) -> dict[str, Unit]:
+    """The units of the variables of a law on a place."""
+    texts = {"phi": "rad", "omega": "rad/s", "t": "s", "x": "m", "v": "m/s"}
+    texts |= {"x": "rad", "v": "rad/s"} if rotating else {}
+    return {name: parse_unit(text, None) for name, text in texts.items()}
 
 
 def moving_switches(law: Expression) -> tuple[Expression, ...]:

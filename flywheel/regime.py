@@ -34,6 +34,9 @@ class CycleErrors(NamedTuple):
 
     `by_cell` has the share of each cell's interpolation in W and in the variation of I* (2, cells); `inertias` the error of
     I* itself in each cell.
+
+    `residual` is the net work (J) that a cycle without a balance leaves over. It may belong anywhere in the cycle, and W is
+    off by as much from there on: so is every difference of two of its values.
     """
 
     work: float
@@ -41,6 +44,12 @@ class CycleErrors(NamedTuple):
     inertia: float
     by_cell: Array
     inertias: Array
+    residual: float = 0.0
+
+    @property
+    def swing(self) -> float:
+        """Error (J) of the difference of two values of W."""
+        return 2 * self.work + self.residual
 
 
 class Cycle(NamedTuple):
@@ -97,7 +106,8 @@ def resolve(machine: Chain, edges: Array) -> Cycle:
         values[4] += abs(balance) * np.abs(values[3])
     cycle = assembled(mesh, values[[0, 1, 2, 4, 5]], balance)
     if balance is None:
-        return cycle
+        residual = abs(cycle.net) if abs(cycle.net) > cycle.errors.work else 0.0
+        return cycle._replace(errors=cycle.errors._replace(residual=residual))
     return with_balance(cycle, balance * float(piecewise.integral(values[3], mesh.half).sum()))
 
 
@@ -201,21 +211,27 @@ def _inertia_errors(mesh: Cells, values: Array, tails: Array) -> Array:
 
 
 class Extent(NamedTuple):
-    """Least and greatest I* without the flywheel, and the error of the least, kg m²."""
+    """Least and greatest I* without the flywheel, and the errors of the two, kg m²."""
 
     least: float
     greatest: float
     error: float
+    greatest_error: float
 
 
 def inertia_extent(cycle: Cycle) -> Extent:
     """The extremes of I* by its own series: what its slope adds up to would lose a small I* beside a large one.
 
-    The least is as doubtful as its own cell is, or as another cell may be below it.
+    Each is as doubtful as its own cell is, or as another cell may be beyond it.
     """
     least, greatest = piecewise.extents(cycle.series[2])
-    own, errors = int(least.argmin()), cycle.errors.inertias
-    return Extent(float(least[own]), float(greatest.max()), float(max(errors[own], (least[own] - least + errors).max())))
+    low, high, errors = int(least.argmin()), int(greatest.argmax()), cycle.errors.inertias
+    return Extent(
+        float(least[low]),
+        float(greatest[high]),
+        float(max(errors[low], (least[low] - least + errors).max())),
+        float(max(errors[high], (greatest - greatest[high] + errors).max())),
+    )
 
 
 def _not_finite(machine: Chain, mesh: Cells, values: Array) -> Fault:

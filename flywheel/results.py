@@ -11,6 +11,7 @@ from flywheel.cost import FREE, Cost
 
 if TYPE_CHECKING:
     from flywheel.energy import Energy
+    from flywheel.engines import Engine
     from flywheel.every_shaft import OnShaft
     from flywheel.machine import Machine
     from flywheel.regime import Cycle
@@ -51,7 +52,8 @@ class Flywheel(NamedTuple):
     """Flywheel figures in kg m² at the flywheel's own shaft `on`.
 
     `bracket` and `torque_bracket` are certificates: bounds between which the exact figure (before its floor at 0) is
-    proven to lie, the first given the accumulated areas, the second given the inertia torque.
+    proven to lie, the first given the accumulated areas, the second given the inertia torque. `inertia_torque` is a total,
+    `inertia_torque_flywheel` what of it is the flywheel's: without the machine's least inertia, as in `approximate`.
     """
 
     on: str
@@ -60,6 +62,7 @@ class Flywheel(NamedTuple):
     approximate: float | None
     approximate_total: float | None
     inertia_torque: float | None
+    inertia_torque_flywheel: float | None
     needed: bool | None
     bracket: tuple[float, float] | None = None
     torque_bracket: tuple[float, float] | None = None
@@ -112,7 +115,7 @@ class Cyclic(NamedTuple):
 
     `multiplier`: what a cycle leaves of a small change of the state at its start; `damping` is 1 less it. `steps`: Newton
     steps that the motion took. `level_error`: relative error of its mean speed. `constant_speed` (rad/s): at which areas
-    and approximate figures take the torques.
+    and approximate figures take the torques, with its own relative error where the machine takes it by itself.
     """
 
     multiplier: float
@@ -120,6 +123,7 @@ class Cyclic(NamedTuple):
     steps: int
     level_error: float
     constant_speed: float
+    constant_speed_error: float = 0.0
 
 
 class Built(NamedTuple):
@@ -144,6 +148,7 @@ class Errors(NamedTuple):
     simulation: float | None = None
     approximate: float | None = None
     inertia_torque: float | None = None
+    inertia_torque_flywheel: float | None = None
     work: float | None = None
     angles: float | None = None
     period: float | None = None
@@ -207,11 +212,25 @@ class Sizing:
         return energy_of(self)
 
     @cached_property
+    def engine(self) -> Engine | None:
+        """What the gas of an engine's cylinders does, and what the machine's loads take of it; None without an engine."""
+        from flywheel.engines import engine_of
+
+        return engine_of(self)
+
+    @cached_property
     def shafts(self) -> tuple[OnShaft, ...]:
         """The flywheel given or sized, and those that do the same on every other shaft."""
         from flywheel.on_shafts import compared
 
         return compared(self)
+
+    @property
+    def balance_unit(self) -> str | None:
+        """The unit (SI) of the balance; None without one, or where the expressions that it stands in leave it open."""
+        from flywheel.loads import balance_unit
+
+        return None if self.machine is None else balance_unit(self.machine.efforts, self.scene)
 
     @property
     def inertia(self) -> float | None:
@@ -229,11 +248,13 @@ class Sizing:
     def reached(self) -> bool:
         """Whether every estimated relative error is within rtol."""
         error = self.error
-        relative = (error.exact, error.simulation, error.approximate, error.inertia_torque, error.work)
-        return all(error is None or error <= self.rtol for error in relative)
+        flywheels = (error.exact, error.approximate, error.inertia_torque, error.inertia_torque_flywheel)
+        return all(error is None or error <= self.rtol for error in (*flywheels, error.simulation, error.work))
 
     def as_dict(self) -> dict[str, Any]:
         """The JSON contract of `flywheel size`, SI throughout, plus the keys that this version adds."""
+        from flywheel.estimates import estimates
+
         scene = self.scene
         return {
             "title": scene.title,
@@ -243,6 +264,7 @@ class Sizing:
             "speed_asked": scene.speed,
             "irregularity": scene.irregularity,
             "balance": self.balance and {"name": self.balance.name, "value": self.balance.value},
+            "balance_unit": self.balance_unit,
             "power": self.power,
             "areas": [{"from": a.start, "to": a.end, "work": a.work, "accumulated": a.accumulated} for a in self.areas],
             "accumulated_max": self.accumulated_max,
@@ -254,9 +276,10 @@ class Sizing:
             "reduced_inertia": _inertia_dict(self.reduced_inertia),
             "flywheel": {k: v for k, v in self.flywheel._asdict().items() if "bracket" not in k},
             "simulation": self.simulation and _confirmation_dict(self.simulation),
-            "error": {**self.error._asdict(), **_heat_errors(self.energy)},
+            "error": {**estimates(self), **_heat_errors(self.energy)},
             "closure": self.closure,
             "energy": self.energy and self.energy.as_dict(),
+            "engine": self.engine and self.engine.as_dict(),
             "multiplier": self.cyclic and self.cyclic.multiplier,
             "constant_speed": self.constant_speed,
             "gd2": None if self.inertia is None else 4.0 * self.inertia,

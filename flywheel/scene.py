@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 from flywheel.formulas.expressions import Expression
 from flywheel.linkage.description import Linkage
 from flywheel.motors.base import Motor
+from flywheel.units import Unit
 from flywheel.wheel.asked import WheelAsked
 
 TURN = 2 * np.pi
@@ -105,6 +106,7 @@ class Load(NamedTuple):
     path: str = "load"
     once: bool = False
     model: str = ""  # what a load of a known kind is, for reports: "press: 24.7 kJ over 15 mm"
+    piston: float | None = None  # area (m²) on which a gas presses, where the force is that of one
 
 
 class Spring(NamedTuple):
@@ -190,6 +192,7 @@ class Scene:
     compliances: Mapping[str, Compliance] = field(default_factory=dict)  # of the shafts that twist
     efficiencies: Mapping[str, float] = field(default_factory=dict)  # of the shafts whose mesh with the crank has losses
     parameters: Mapping[str, float] = field(default_factory=dict)
+    units: Mapping[str, Unit] = field(default_factory=dict)  # of the parameters that are given with one
     unknown: str | None = None
     mechanisms: tuple[Mechanism, ...] = ()
     inertias: tuple[Inertia, ...] = ()

@@ -18,6 +18,8 @@ from flywheel.scene import Scene
 
 _FRICTION = "friction in joints is taken at a constant crank speed of {:.6g} rad/s, and so is its share of the moment"
 
+_OF_FLYWHEELS = ("exact", "approximate", "inertia_torque", "inertia_torque_flywheel")  # errors by name
+
 
 def size(
     machine: Machine | Scene,
@@ -67,7 +69,7 @@ def size(
     try:
         with np.errstate(all="ignore"), metered() as whole:  # values that are not finite are reported with their place
             if scene.areas is not None:
-                sizing = replace(_from_areas(scene, asked), accuracy=level)
+                sizing = _noted(replace(_from_areas(scene, asked), accuracy=level))
             else:
                 sizing = _of_machine(machine, asked, level)
             sizing = _built(sizing)
@@ -191,8 +193,8 @@ def _evened(sizing: Sizing) -> Sizing:
     if sizing.scene.irregularity is None:
         return replace(sizing, run=even)
     bare = None if even is None or inertia.greatest <= errors.inertia else even._replace(inertia=0.0)
-    wheel = Flywheel(sizing.flywheel.on, None, 0.0, 0.0, 0.0, 0.0, needed=False)
-    error = sizing.error._replace(**dict.fromkeys(("exact", "approximate", "inertia_torque"), sizing.error.work))
+    wheel = Flywheel(sizing.flywheel.on, None, 0.0, 0.0, 0.0, 0.0, 0.0, needed=False)
+    error = sizing.error._replace(**dict.fromkeys(_OF_FLYWHEELS, sizing.error.work))
     return replace(sizing, flywheel=wheel, run=bare, error=error)
 
 
@@ -221,26 +223,40 @@ def _with_friction(sizing: Sizing, machine: Machine) -> Sizing:
 
     errors = sizing.error._replace(
         work=grown(sizing.error.work, exchanged),
-        **{
-            name: grown(getattr(sizing.error, name), swing)
-            for name in ("exact", "approximate", "inertia_torque", "simulation")
-        },
+        **{name: grown(getattr(sizing.error, name), swing) for name in (*_OF_FLYWHEELS, "simulation")},
     )
     message = _FRICTION.format(sizing.speed)
     return replace(sizing, error=errors, messages=(*sizing.messages, message))
 
 
 def _noted(sizing: Sizing) -> Sizing:
-    """The sizing with a message for every figure whose estimated error is above rtol."""
+    """The sizing with a message for every figure whose estimated error is above rtol; one where that is left-over work."""
     names = {"exact": "exact inertia", "approximate": "approximate inertia", "inertia_torque": "inertia-torque figure"}
-    names |= {"work": "work", "simulation": "simulation"}
-    missed = [
-        f"rtol {sizing.rtol:.1g} not reached: the {title} is good to {error:.2g} (estimated, relative)"
+    names |= {"inertia_torque_flywheel": "flywheel by the inertia torque", "work": "work", "simulation": "simulation"}
+    good = [
+        f"the {title} is good to {error:.2g}"
         for name, title in names.items()
         if (error := getattr(sizing.error, name)) is not None and error > sizing.rtol
         if name != "simulation" or sizing.accuracy != dial.FAST  # which tells bounds instead
     ]
-    return replace(sizing, messages=(*missed, *sizing.messages)) if missed else sizing
+    if not good:
+        return sizing
+    left = _left_over(sizing)
+    missed = [f"rtol {sizing.rtol:.1g} not reached: {what} (estimated, relative)" for what in good]
+    if left:
+        missed = [f"rtol {sizing.rtol:.1g} not reached: {left}, and may belong anywhere in it: {', '.join(good)}"]
+    return replace(sizing, messages=(*missed, *sizing.messages))
+
+
+def _left_over(sizing: Sizing) -> str:
+    """The work that a cycle does not close by, in words; nothing where no more than rounding is left over."""
+    if sizing.scene.areas is not None:
+        left, share = sum(area.work for area in sizing.areas), "swing"
+        found = sizing.closure > 0.5 * (sizing.error.work or 0.0)
+    else:
+        left, share = (0.0, "") if sizing.cycle is None else (sizing.cycle.net, "work exchanged")
+        found = sizing.cycle is not None and sizing.cycle.errors.residual > 0.0
+    return f"{left:.3g} J of work ({sizing.closure:.2g} of the {share}) are left over in the cycle" if found else ""
 
 
 def _by_quadrature(sizing: Sizing) -> Sizing:
@@ -275,7 +291,9 @@ def _from_areas(scene: Scene, rtol: float) -> Sizing:
     eps, square = scene.irregularity, scene.speed**2
     figure = None if eps is None else swing / max(eps * square, 5e-324) / scene.flywheel_ratio**2
     needed = None if eps is None else swing > 0.0
-    rounding = 4 * ROUNDING * (float(np.abs(works).sum()) / swing if swing else 0.0)
+    closure = abs(float(works.sum())) / swing if swing else 0.0
+    error = 4 * ROUNDING * (float(np.abs(works).sum()) / swing if swing else 0.0)
+    error += closure if closure > error else 0.0  # what is left over may belong to any of the areas
     return Sizing(
         scene=scene,
         speed=scene.speed,
@@ -290,10 +308,14 @@ def _from_areas(scene: Scene, rtol: float) -> Sizing:
         angle_speed_max=None,
         angle_speed_min=None,
         reduced_inertia=None,
-        flywheel=Flywheel(scene.flywheel_on, scene.inertia, figure, figure, figure, figure, needed),
+        flywheel=Flywheel(scene.flywheel_on, scene.inertia, figure, figure, figure, figure, figure, needed),
         simulation=None if scene.inertia is None else _swing_of(scene, swing),
-        error=Errors(exact=figure and rounding, simulation=None if scene.inertia is None else rounding, work=rounding),
-        closure=abs(float(works.sum())) / swing if swing else 0.0,
+        error=Errors(
+            **dict.fromkeys(_OF_FLYWHEELS, None if figure is None else error),
+            simulation=None if scene.inertia is None else error,
+            work=error,
+        ),
+        closure=closure,
         rtol=rtol,
     )
 

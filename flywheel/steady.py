@@ -149,7 +149,7 @@ class _Level:
         root = np.sqrt(np.maximum(1.0 + swing.s, 0.0))
         spread = float(swing.s[0] - swing.s[1])
         errors = self.cycle.errors
-        doubt = 2 * (2 * errors.work + self.square * errors.variation) / self.square / swing.least_total
+        doubt = 2 * (errors.swing + self.square * errors.variation) / self.square / swing.least_total
         doubt += 2 * spread * (errors.inertia / swing.least_total + 4 * ROUNDING)
         angles = self._angles(swing)
         return Run(

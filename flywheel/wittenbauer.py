@@ -72,23 +72,28 @@ def refined(
     """Halve cells until every figure's estimated error is within rtol, or until halving no longer helps."""
     edges, before, stalls = machine.mesh, np.inf, 0
     while True:
-        cycle = resolver(edges)
+        whole = resolver(edges)
+        cycle = whole._replace(errors=whole.errors._replace(residual=0.0))  # no cell can mend what is left over
         figures = _figures(machine.scene, cycle, speed)
         if not np.isfinite(figures.total) or not np.isfinite(figures.error):
             raise SceneError([_out_of_range(figures)])
         motion = motion_of(figures)
         doubt = max(figures.error / figures.scale, work_error(cycle), motion.error if motion else 0.0)
-        doubt = max(doubt, _approximate_error(figures, machine.scene), _torque_error(figures, machine.scene))
+        doubt = max(doubt, _approximate_error(figures, machine.scene), _torque_flywheel_error(figures, machine.scene))
         doubt = max(doubt, _inertia_error(cycle))
         stalls = stalls + 1 if doubt > 0.9 * before else 0
         if doubt <= 0.5 * rtol or stalls > 1:  # half is left to the simulation; twice without gain: the rest is rounding
-            return figures, motion
+            break
         before = doubt
         fastest = speed * (1 + (machine.scene.irregularity or 0.0) / 2)
         finer = regime.split(cycle, fastest, rtol / doubt)
         if finer is None:
-            return figures, motion
+            break
         edges = finer
+    if not whole.errors.residual:
+        return figures, motion
+    figures = _figures(machine.scene, whole, speed)
+    return figures, motion_of(figures)
 
 
 def _out_of_range(figures: Figures) -> Fault:
@@ -125,6 +130,7 @@ def _figures(scene: Scene, cycle: Cycle, speed: float) -> Figures:
     if scale <= 4 * error:  # nothing but rounding: compare it with the inertia and the work at hand
         inertia = float(np.abs(cycle.series[2]).sum(axis=-1).max())
         scale = max(scale, inertia, cycle.exchanged / unit, 1e-300)
+    error += cycle.errors.residual / unit
     if exact < -error:  # the machine's own inertia suffices, whatever rounding did: the figure is 0
         error = 0.0
     return Figures(cycle, speed, extremes, crossings, total, error, scale, extent)
@@ -132,7 +138,7 @@ def _figures(scene: Scene, cycle: Cycle, speed: float) -> Figures:
 
 def work_error(cycle: Cycle) -> float:
     """Error of a cycle's works as a share of the work exchanged."""
-    return cycle.errors.work / cycle.exchanged if cycle.exchanged > 0.0 else 0.0
+    return (cycle.errors.work + cycle.errors.residual) / cycle.exchanged if cycle.exchanged > 0.0 else 0.0
 
 
 def _motion(machine: Machine, figures: Figures) -> Run | None:
@@ -208,20 +214,10 @@ def assembled(machine: Machine, figures: Figures, motion: Run | None, rtol: floa
         error=_error_figures(figures, scene, motion),
         closure=abs(cycle.net) / cycle.exchanged if cycle.exchanged else 0.0,
         rtol=rtol,
-        messages=_closure_message(cycle, rtol),
         machine=machine,
         cycle=cycle,
         run=motion,
     )
-
-
-def _closure_message(cycle: Cycle, rtol: float) -> tuple[str, ...]:
-    """What a user must know of a cycle that closes only as far as `accuracy.closure` allows."""
-    share = abs(cycle.net) / cycle.exchanged if cycle.exchanged else 0.0
-    if share <= max(rtol, cycle.errors.work / max(cycle.exchanged, 1e-300)):
-        return ()
-    left = f"{cycle.net:.3g} J of net work ({share:.2g} of the work exchanged) are left over in the cycle"
-    return (f"{left}: the figures are those of this cycle, and no truer than that share",)
 
 
 def _error_figures(figures: Figures, scene: Scene, motion: Run | None) -> Errors:
@@ -235,6 +231,7 @@ def _error_figures(figures: Figures, scene: Scene, motion: Run | None) -> Errors
         exact=figures.error / figures.scale or by_torque,  # an exact 0 leaves the doubt of the figure nearest to it
         approximate=_approximate_error(figures, scene),
         inertia_torque=by_torque,
+        inertia_torque_flywheel=_torque_flywheel_error(figures, scene),
         work=work_error(cycle),
         angles=angles,
         extremes=extremes,
@@ -254,7 +251,7 @@ def _approximate_error(figures: Figures, scene: Scene) -> float:
     errors, unit = figures.cycle.errors, scene.irregularity * figures.speed**2
     total = float(figures.extremes.greatest[_WORK] - figures.extremes.least[_WORK]) / unit
     of_total = 2 * errors.work / unit
-    least, _, doubt = figures.extent
+    least, _, doubt, _ = figures.extent
     error = of_total + doubt + min(doubt, errors.variation)  # as `reduced_inertia` has it, by the one way or the other
     if total - least < -error:  # then the approximate one is 0, and only the total is in doubt
         error = of_total
@@ -270,10 +267,27 @@ def _torque_error(figures: Figures, scene: Scene) -> float:
     return _relative((2 * errors.work + figures.speed**2 * errors.variation) / unit, torque, figures, unit)
 
 
+def _torque_flywheel_error(figures: Figures, scene: Scene) -> float:
+    """The same without the machine's least inertia: where that leaves nothing, the error of the total."""
+    if scene.irregularity is None:
+        return 0.0
+    errors, unit = figures.cycle.errors, scene.irregularity * figures.speed**2
+    total = float(figures.extremes.greatest[_TORQUE] - figures.extremes.least[_TORQUE]) / unit
+    of_total = (2 * errors.work + figures.speed**2 * errors.variation) / unit
+    least, _, doubt, _ = figures.extent
+    error = of_total + doubt + min(doubt, errors.variation)
+    figure = max(total - least, 0.0)
+    return _relative(of_total if total - least < -error else error, figure, figures, unit)
+
+
 def _relative(error: float, figure: float, figures: Figures, unit: float) -> float:
-    """An error relative to the larger of a figure and energy_fluctuation/unit; if these are rounding, to what is at hand."""
+    """An error relative to the larger of a figure and energy_fluctuation/unit; if these are rounding, to what is at hand.
+
+    What the cycle leaves over is added to it.
+    """
     scale = max(figure, float(figures.extremes.greatest[_WORK] - figures.extremes.least[_WORK]) / unit)
-    return error / (scale if scale > 4 * error else max(scale, figures.scale))
+    scale = scale if scale > 4 * error else max(scale, figures.scale)
+    return (error + figures.cycle.errors.residual / unit) / scale
 
 
 def _balance(scene: Scene, cycle: Cycle) -> Balance | None:
@@ -301,16 +315,18 @@ def reduced_inertia(figures: Figures) -> ReducedInertia:
     """
     cycle, extremes = figures.cycle, figures.extremes
     mean = float((cycle.series[2] @ piecewise.MEAN * cycle.mesh.half[:, 0]).sum() / cycle.mesh.edges[-1])
-    least, greatest, error = figures.extent
+    least, greatest, error, greatest_error = figures.extent
     if cycle.errors.variation <= error:
-        least, greatest = (cycle.inertia_at_start + float(part[_INERTIA]) for part in (extremes.least, extremes.greatest))
+        least = cycle.inertia_at_start + float(extremes.least[_INERTIA])
+    if cycle.errors.variation <= greatest_error:
+        greatest = cycle.inertia_at_start + float(extremes.greatest[_INERTIA])
     return ReducedInertia(max(least, 0.0), greatest, mean)
 
 
 def _flywheel(figures: Figures, scene: Scene) -> Flywheel:
     eps, ratio_square = scene.irregularity, scene.flywheel_ratio**2
     if eps is None:
-        return Flywheel(scene.flywheel_on, scene.inertia, None, None, None, None, None)
+        return Flywheel(scene.flywheel_on, scene.inertia, None, None, None, None, None, None)
     extremes, unit = figures.extremes, eps * figures.speed**2
     inertia = reduced_inertia(figures)
     swing = extremes.greatest - extremes.least
@@ -326,6 +342,7 @@ def _flywheel(figures: Figures, scene: Scene) -> Flywheel:
         approximate=max(total - inertia.least, 0.0) / ratio_square,
         approximate_total=total / ratio_square,
         inertia_torque=torque / ratio_square,
+        inertia_torque_flywheel=max(torque - inertia.least, 0.0) / ratio_square,
         needed=exact > 0.0,
         bracket=(by_areas[0] / ratio_square, by_areas[1] / ratio_square),
         torque_bracket=(by_torque[0] / ratio_square, by_torque[1] / ratio_square),

@@ -36,7 +36,7 @@ _LINES = {
     "exact": (BLUE, "-", 2.4),
     "given": (BLUE, "-", 2.4),
     "approximate": (VERMILLION, "--", 1.8),
-    "inertia_torque": (GREEN, ":", 2.2),
+    "inertia_torque_flywheel": (GREEN, ":", 2.2),
 }
 _SIZE, _DPI = (12.8, 9.6), 125
 _MOST_NUMBERED = 40  # areas that get their numbers written in
@@ -145,7 +145,8 @@ def _balance(panel: Axes, sizing: Sizing, samples: Samples) -> None:
         return
     value = told(cycle.balance, 5, outcome.balance_error(sizing))
     drive = sizing.scene.drive if sizing.balance.name == "drive" else None
-    unit = "" if drive is None else " N m" if drive.on == "crank" else f" N m on {drive.on}"
+    unit = "" if sizing.balance_unit is None else f" {sizing.balance_unit}"
+    unit += "" if drive is None or drive.on == "crank" else f" on {drive.on}"
     label = f"balance: {sizing.balance.name} = {value}{unit}"
     if np.abs(samples.balance).max() > 1.5 * np.abs(samples.moment).max():
         panel.plot([], [], " ", label=f"{label} (off the scale)")
@@ -291,7 +292,7 @@ def _runs(sizing: Sizing) -> list[tuple[str, str, Run | None]]:
     """Every flywheel's key, label and motion; those of no inertia are the bare machine, which is drawn once."""
     if sizing.scene.inertia is not None:
         return [("given", f"given {number(sizing.scene.inertia, 0.0, 5)} kg m²{_eps(sizing.run)}", sizing.run)]
-    names = {"exact": "exact", "approximate": "areas", "inertia_torque": "inertia torque"}
+    names = {"exact": "exact", "approximate": "areas", "inertia_torque_flywheel": "inertia torque"}
     found: list[tuple[str, str, Run | None]] = []
     for candidate in outcome.candidates(sizing):
         bare = candidate.inertia == 0.0

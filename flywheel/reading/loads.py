@@ -127,12 +127,25 @@ def _load(raw: Mapping[str, Any], path: str, places: Places, setting: Setting) -
     window = _window(raw, fields, every, path, setting)
     sense = _sense(fields["while"], f"{path}.while", faults)
     one = exactly_one([key for key in _LAWS if key in raw], _LAWS, path, faults)
-    law, model = _law_or_model(raw, place, places, (window, every), path, setting) if one else (None, "")
+    law, model, piston = _law_or_model(raw, place, places, (window, every), path, setting) if one else (None, "", None)
+    if fields["bore"] is not None:
+        piston = _piston(fields["bore"], raw, place, places, path, faults)
     if isinstance(law, Table) and every is not None and window.good:
         law = _fitted(law, every, window, f"{path}.model.table" if model else f"{path}.table", setting)
     if len(faults) > before or place is None or every is None or law is None:
         return None
-    return Load(place.name, law, every, window.start, window.end, sense, path, setting.stroke is not None, model)
+    return Load(place.name, law, every, window.start, window.end, sense, path, setting.stroke is not None, model, piston)
+
+
+def _piston(bore: float, raw: Mapping[str, Any], place: Place | None, places: Places, path: str, faults: Faults) -> float:
+    """The area (m²) of a piston that a load's gas presses on."""
+    from flywheel.load_models.gas import piston_area  # only scenes with a cylinder pay for it
+
+    if "model" in raw:
+        faults.add(f"{path}.bore", "a bore beside a model", "none", "an indicator diagram has a bore of its own")
+    elif place is not None and (place.rotating or place.name in places.shafts):
+        faults.add(f"{path}.bore", f'a bore on "{place.name}"', "a port that translates, as a piston does")
+    return piston_area(bore)
 
 
 def _law_or_model(
@@ -142,20 +155,20 @@ def _law_or_model(
     acting: tuple[Window, float | None],
     path: str,
     setting: Setting,
-) -> tuple[Law | None, str]:
-    """The law of a load, and what it is in words where it comes from a model."""
+) -> tuple[Law | None, str, float | None]:
+    """The law of a load; where it comes from a model, what it is in words, and the area of its piston."""
     if "model" not in raw:
-        return _law(raw, place, path, setting), ""
+        return _law(raw, place, path, setting), "", None
     from flywheel.reading.load_models import Site, check_keys, read_model  # only scenes with a model pay for it
 
     if place is None:
         check_keys(raw["model"], f"{path}.model", setting.faults)
-        return None, ""
+        return None, "", None
     window, every = acting
     unread = (math.nan, math.nan) if not window.good else None
     ends = unread if window.start is None or window.end is None else (window.start, window.end)
     found = read_model(raw["model"], f"{path}.model", Site(place, places, ends, every, setting))
-    return (None, "") if found is None else found
+    return (None, "", None) if found is None else found
 
 
 def _load_keys(setting: Setting) -> tuple[Key, ...]:

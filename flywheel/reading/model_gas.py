@@ -60,7 +60,7 @@ def _against_angle(item: Item, area: float, atmosphere: float) -> Made:
             return None
         sense = 1.0 if item.fields["side"] == "max" else 0.0
         force = gas.gas_force(table.value, gas.Space(area, sense, 1.0 - sense), atmosphere)
-        return Modelled(table._replace(value=force), f"indicator: {table.angle.size} rows against angle")
+        return Modelled(table._replace(value=force), f"indicator: {table.angle.size} rows against angle", area)
 
     return made
 
@@ -83,7 +83,7 @@ def _against_way(item: Item, area: float, atmosphere: float) -> Made | None:
             return None
         diagram = gas.Indicator(share, *pressures)
         law = gas.indicator_law(diagram, _space(area, ends, item.fields["side"]), atmosphere)
-        return Modelled(law, f"indicator: {share.size} rows against the piston's way")
+        return Modelled(law, f"indicator: {share.size} rows against the piston's way", area)
 
     return made
 

@@ -38,10 +38,11 @@ class Site(NamedTuple):
 
 
 class Modelled(NamedTuple):
-    """The law that a model comes to, and what it is in words."""
+    """The law that a model comes to, and what it is in words; the area (m²) on which a gas presses, if it is one."""
 
     law: Expression | Table
     text: str
+    piston: float | None = None
 
 
 class Item(NamedTuple):

@@ -6,6 +6,7 @@ import keyword
 import math
 import re
 from collections.abc import Mapping
+from contextlib import suppress
 from itertools import accumulate
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -26,7 +27,7 @@ from flywheel.reading.stroke import check_known, check_shafts, read_stroke
 from flywheel.reading.tables import numbers
 from flywheel.reading.wheels import read_wheel
 from flywheel.scene import Areas, Compliance, Scene, Stroke
-from flywheel.units import QuantityError, parse_quantity
+from flywheel.units import QuantityError, Unit, parse_quantity, parse_unit, split_quantity
 
 LARGEST = 2**20
 _DEEPEST_KEY = 32
@@ -177,7 +178,13 @@ def _scene(raw: Mapping[str, Any], folder: Path | None, faults: Faults) -> Scene
         _check_own_speed(machine, areas is not None, faults)
     if faults or cycle is None:
         return None
-    given: dict[str, Any] = {"shafts": shafts, "parameters": parameters, "gravity": gravity, "areas": areas}
+    given: dict[str, Any] = {
+        "shafts": shafts,
+        "parameters": parameters,
+        "units": _units(raw.get("parameters")),
+        "gravity": gravity,
+        "areas": areas,
+    }
     given |= {"compliances": gears.compliances, "efficiencies": gears.efficiencies}
     return Scene(speed=speed, cycle=cycle, stroke=stroke, **top, **given, **machine, **asked)
 
@@ -321,6 +328,18 @@ def _parameter(value: object, path: str, faults: Faults) -> float:
     except QuantityError as error:
         faults.add(path, error.found, error.expected + ', or "balance"', error.advice)
         return math.nan
+
+
+def _units(raw: object) -> dict[str, Unit]:
+    """The units in which parameters are given; a number alone has none, or one that the scene keeps to itself."""
+    texts = {name: value for name, value in (raw.items() if isinstance(raw, Mapping) else ()) if isinstance(value, str)}
+    found = {}
+    for name, text in texts.items():
+        parts = split_quantity(text)
+        if parts is not None and parts[1]:
+            with suppress(QuantityError):
+                found[name] = Unit(1, 1, *parse_unit(parts[1], None)[2:])  # the value is in SI by now
+    return found
 
 
 def _unknown(parameters: list[str], driven: bool, raw: Mapping[str, Any], faults: Faults) -> str | None:

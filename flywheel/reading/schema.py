@@ -350,6 +350,7 @@ _SECTIONS = (
             Key("torque", "law", "on a place that rotates: a quantity or an expression in N m"),
             Key("table", "table", "force or torque against angle"),
             Key("model", "model", "force or torque of a machine of a known kind, such as a press or a compressor"),
+            Key("bore", "length", "of the cylinder whose gas the force or table is that of", None, POSITIVE),
             Key("from", "angle", "where the load begins to act"),
             Key("to", "angle", "where it ceases; it wraps when to is less than from"),
             Key(

@@ -83,10 +83,10 @@ def _by_swing(asked: Question, sizing: Machine, torque: bool) -> float:
     """From the swing of W, or of W - ½w²I*: swing/(eps w²) is the flywheel with the least I*."""
     found = size(sizing, accuracy="fast")
     wheel, inertia = found.flywheel, found.reduced_inertia
+    if asked.sized:
+        return (wheel.inertia_torque_flywheel if torque else wheel.approximate) or 0.0
     total = (wheel.inertia_torque if torque else wheel.approximate_total) or 0.0
     least = inertia.least if inertia else 0.0
-    if asked.sized:
-        return max(total - least / asked.crank, 0.0)
     given = asked.machine.scene.inertia or 0.0
     return (sizing.scene.irregularity or 0.0) * total / (given + least / asked.crank)
 

@@ -33,7 +33,7 @@ def _sized(sizing: Sizing) -> list[str]:
     wheel, errors = sizing.flywheel, outcome.inertia_errors(sizing)
     rows = [
         Row("accumulated areas", or_unknown(wheel.approximate or 0.0, errors.approximate), "kg m²"),
-        Row("inertia torque, total", or_unknown(wheel.inertia_torque or 0.0, errors.inertia_torque), "kg m²"),
+        Row("inertia torque", or_unknown(wheel.inertia_torque_flywheel or 0.0, errors.inertia_torque_flywheel), "kg m²"),
     ]
     return head + columns(rows) + sentences(_proven(sizing))
 

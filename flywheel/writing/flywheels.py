@@ -60,7 +60,7 @@ def _sized(sizing: Sizing) -> list[str]:
     table = columns(cells, header)
     if max(map(len, table)) > WIDTH:
         table = columns(cells, header, gap=" ", indent=" ")
-    return head + table + _bracket(sizing) + sentences(_in_gd2(candidates)) + sentences(_verdicts(sizing))
+    return head + table + _bracket(sizing) + sentences(_in_gd2(sizing, candidates)) + sentences(_verdicts(sizing))
 
 
 def _cells(candidate: outcome.Candidate) -> tuple[str, ...]:
@@ -75,16 +75,19 @@ def _cells(candidate: outcome.Candidate) -> tuple[str, ...]:
     return candidate.name, inertia, off, gives, *percent_and_steadiness(eps, error, 6)
 
 
-_SHORT = {"exact": "exact", "approximate": "by the areas", "inertia_torque": "by the torque"}
+_SHORT = {"exact": "exact", "approximate": "by the areas", "inertia_torque_flywheel": "by the torque"}
 
 
-def _in_gd2(candidates: list[outcome.Candidate]) -> Iterable[str]:
-    """The inertias as GD²."""
+def _in_gd2(sizing: Sizing, candidates: list[outcome.Candidate]) -> Iterable[str]:
+    """The inertias as GD², and the totals of the approximate ones."""
     if any(candidate.inertia > 0.0 for candidate in candidates):
         found = [f"{or_unknown(gd2(c.inertia), 4 * c.error, _DIGITS)} {_SHORT[c.key]}" for c in candidates]
         yield f"GD² = 4 J: {', '.join(found)}, kg m²."
-    if any(candidate.key == "inertia_torque" and candidate.inertia > 0.0 for candidate in candidates):
-        yield "By the inertia torque it is a total: of the flywheel and of the machine's own inertia."
+    wheel, errors = sizing.flywheel, outcome.inertia_errors(sizing)
+    if len(candidates) > 1 and wheel.approximate_total and wheel.inertia_torque:
+        areas = or_unknown(wheel.approximate_total, errors.approximate, _DIGITS)
+        torque = or_unknown(wheel.inertia_torque, errors.inertia_torque, _DIGITS)
+        yield f"With the machine's own least inertia, as totals: {areas} by the areas, {torque} by the torque."
 
 
 def _bracket(sizing: Sizing) -> list[str]:

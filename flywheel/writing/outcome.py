@@ -18,6 +18,7 @@ class InertiaErrors(NamedTuple):
     exact: float
     approximate: float
     inertia_torque: float
+    inertia_torque_flywheel: float
 
 
 class Candidate(NamedTuple):
@@ -40,7 +41,7 @@ class Candidate(NamedTuple):
 _NAMES = (
     ("exact", "exact (Wittenbauer)"),
     ("approximate", "accumulated areas"),
-    ("inertia_torque", "inertia torque, total"),
+    ("inertia_torque_flywheel", "inertia torque"),
 )
 
 
@@ -48,7 +49,8 @@ def inertia_errors(sizing: Sizing) -> InertiaErrors:
     """Absolute errors of the flywheel figures: the estimates are relative to the larger of the figure and its scale."""
     wheel, error = sizing.flywheel, sizing.error
     scale = max(wheel.exact or 0.0, wheel.approximate_total or 0.0)
-    return InertiaErrors(*((part or 0.0) * scale for part in (error.exact, error.approximate, error.inertia_torque)))
+    own = [(getattr(error, name) or 0.0, getattr(wheel, name) or 0.0) for name in InertiaErrors._fields]
+    return InertiaErrors(*(part * max(scale, figure) for part, figure in own))
 
 
 def work_error(sizing: Sizing) -> float:

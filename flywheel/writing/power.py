@@ -7,6 +7,7 @@ from collections.abc import Iterable, Iterator
 
 from flywheel import piecewise
 from flywheel.energy import HOUR, Energy, kilowatt_hours
+from flywheel.engines import Engine
 from flywheel.motors.base import Motor
 from flywheel.motors.dc import DC
 from flywheel.motors.engine import Engine
@@ -32,9 +33,15 @@ def torque_and_work(sizing: Sizing) -> list[str]:
     if sizing.coefficient_of_energy is not None:
         error = 2 * work / abs(sizing.drive_work or 1.0)
         rows.append(Row("coefficient of energy", figure(sizing.coefficient_of_energy, error), "of the drive's work"))
+    if sizing.engine is not None:
+        rows += _engine(sizing.engine)
     elif sizing.scene.drive is None and sizing.scene.areas is None:
         rows.append(Row("power", "none", "(no drive in the scene)"))
-    by = "" if sizing.power is None else " (power: work of a cycle over its angle, times the mean of extremes)"
+    by = (
+        ""
+        if sizing.power is None and sizing.engine is None
+        else " (power: work of a cycle over its angle, times the mean of extremes)"
+    )
     return block(f"Torque, power, energy{by}", rows)
 
 
@@ -46,7 +53,7 @@ def _balance(sizing: Sizing) -> Iterable[Row]:
     if balance.name == "drive" and scene.drive is not None:
         yield Row("torque of the drive (balance)", value, f"N m on {scene.drive.on}")
     else:
-        yield Row(f"{balance.name} (balance)", value, "SI")
+        yield Row(f"{balance.name} (balance)", value, sizing.balance_unit or "in the units of its expression")
 
 
 def _power(sizing: Sizing) -> Iterable[Row]:
@@ -54,14 +61,36 @@ def _power(sizing: Sizing) -> Iterable[Row]:
     if power is None or work is None:
         return
     error = outcome.work_error(sizing) * sizing.speed / sizing.scene.cycle
+    yield _power_row("power of the drive" if power >= -error else "power of the drive (it brakes)", power, error)
+    yield Row("work of the drive in a cycle", figure(work, outcome.work_error(sizing)), "J")
+
+
+def _power_row(name: str, power: float, error: float, note: str = "") -> Row:
+    """A power in W or kW, and in both horsepowers."""
     scale, unit = (1e3, "kW") if abs(power) >= 1e3 else (1.0, "W")
     horses = " = ".join(
         f"{figure(power / size, error / size, 5)} {name}"
         for size, name in ((_HORSEPOWER, "hp"), (_METRIC_HORSEPOWER, "metric hp"))
     )
-    name = "power of the drive" if power >= -error else "power of the drive (it brakes)"
-    yield Row(name, figure(power / scale, error / scale), f"{unit} = {horses}")
-    yield Row("work of the drive in a cycle", figure(work, outcome.work_error(sizing)), "J")
+    return Row(name, figure(power / scale, error / scale), f"{unit} = {horses}{note}")
+
+
+def _engine(engine: Engine) -> Iterable[Row]:
+    """What the gas gives, and what is left of it for the loads."""
+    per_work = engine.indicated_power / engine.indicated_work
+    yield Row("indicated work in a cycle", figure(engine.indicated_work, engine.error), "J")
+    yield _power_row("indicated power", engine.indicated_power, engine.error * per_work)
+    if engine.mean_effective_pressure is not None and engine.swept_volume is not None:
+        pressure, litres = engine.mean_effective_pressure / 1e5, figure(1e3 * engine.swept_volume, most=6)
+        doubt = engine.error * pressure / engine.indicated_work
+        yield Row("mean effective pressure", figure(pressure, doubt), f"bar (indicated, {litres} l swept in a cycle)")
+    else:
+        yield Row("mean effective pressure", "not known", "(no bore in the scene: give the load's)")
+    if engine.brake_power is None or engine.mechanical_efficiency is None:
+        return
+    yield _power_row("brake power", engine.brake_power, engine.error * per_work, ", what the loads take")
+    efficiency = figure(100 * engine.mechanical_efficiency, 100 * engine.error / engine.indicated_work, 6)
+    yield Row("mechanical efficiency", efficiency, "%")
 
 
 def with_and_without(sizing: Sizing) -> list[str]:

@@ -154,7 +154,8 @@ def common(sizing: Sizing, true: dict[str, Any]) -> list[Row]:
             rows.append(Row("work of the balance", done, sizing.error.work or 0.0))
     scale = scale_of(sizing, true)
     keys = {"exact": "exact", "approximate": "approximate", "approximate_total": "approximate"}
-    for name, estimate in (keys | {"inertia_torque": "inertia_torque"}).items():
+    keys |= {name: name for name in ("inertia_torque", "inertia_torque_flywheel")}
+    for name, estimate in keys.items():
         value = getattr(sizing.error, estimate)
         if name in true["flywheel"] and value is not None:
             rows.append(Row(name, error(getattr(sizing.flywheel, name), true["flywheel"][name], scale), value))

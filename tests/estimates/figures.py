@@ -265,6 +265,7 @@ def inertias(cycle: Cycle, speed: Any, eps: Any) -> dict[str, Any]:
         "approximate_total": total,
         "approximate": np.maximum(total - least, Real(0)),
         "inertia_torque": np.maximum((torque.max() - torque.min()) / unit, Real(0)),
+        "inertia_torque_flywheel": np.maximum((torque.max() - torque.min()) / unit - least, Real(0)),
     }
 
 

@@ -11,7 +11,8 @@ KEYS = {
     "accumulated_max", "accumulated_min", "energy_fluctuation", "coefficient_of_energy", "angle_speed_max",
     "angle_speed_min", "reduced_inertia", "flywheel", "simulation", "error",
 }  # fmt: skip
-FLYWHEEL = {"on", "inertia", "exact", "approximate", "approximate_total", "inertia_torque", "needed"}
+FLYWHEEL = {"on", "inertia", "exact", "approximate", "approximate_total", "inertia_torque",
+    "inertia_torque_flywheel", "needed"}  # fmt: skip
 SIMULATION = {"irregularity", "irregularity_approximate", "speed_max", "speed_min", "speed_time_mean", "period"}
 
 

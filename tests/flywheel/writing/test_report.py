@@ -45,7 +45,7 @@ def test_order_and_figures_of_a_sizing() -> None:
         "Flywheel on the crank for irregularity 0.04 (±2 %, steadiness 25), crank at 60 rpm",
         "exact (Wittenbauer)",
         "accumulated areas",
-        "inertia torque, total",
+        "inertia torque",
         "Proven: exact between",
         "Torque, power, energy",
         "Speed of the crank",
