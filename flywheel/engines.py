@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 _LOST = "losses"  # how the model of a load begins that nothing is gained by
 
 
-class Engine(NamedTuple):
+class EngineCycle(NamedTuple):
     """What an engine does in a steady cycle; powers are works over its angle, times the mean of extremes.
 
     `indicated_work` (J) and `indicated_power` (W) of the gas on its pistons; `swept_volume` (m³) of all cylinders, as often
@@ -81,7 +81,7 @@ def mechanical_efficiency(brake: float, indicated: float) -> float:
     return brake / indicated
 
 
-def engine_of(sizing: Sizing) -> Engine | None:
+def engine_of(sizing: Sizing) -> EngineCycle | None:
     """The engine of a sized machine: None where no gas drives it.
 
     The gas is that of the loads with a bore; without any, in a machine without a drive or with one that brakes, the forces
@@ -105,7 +105,7 @@ def engine_of(sizing: Sizing) -> Engine | None:
     brake = taken if taken > error else None
     volume = _swept(machine, pistons)
     pace = sizing.speed / machine.scene.cycle
-    return Engine(
+    return EngineCycle(
         indicated_work=indicated,
         indicated_power=indicated * pace,
         swept_volume=volume,

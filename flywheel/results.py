@@ -11,7 +11,7 @@ from flywheel.cost import FREE, Cost
 
 if TYPE_CHECKING:
     from flywheel.energy import Energy
-    from flywheel.engines import Engine
+    from flywheel.engines import EngineCycle
     from flywheel.every_shaft import OnShaft
     from flywheel.machine import Machine
     from flywheel.regime import Cycle
@@ -212,7 +212,7 @@ class Sizing:
         return energy_of(self)
 
     @cached_property
-    def engine(self) -> Engine | None:
+    def engine(self) -> EngineCycle | None:
         """What the gas of an engine's cylinders does, and what the machine's loads take of it; None without an engine."""
         from flywheel.engines import engine_of
 

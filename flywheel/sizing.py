@@ -256,7 +256,7 @@ def _left_over(sizing: Sizing) -> str:
     else:
         left, share = (0.0, "") if sizing.cycle is None else (sizing.cycle.net, "work exchanged")
         found = sizing.cycle is not None and sizing.cycle.errors.residual > 0.0
-    return f"{left:.3g} J of work ({sizing.closure:.2g} of the {share}) are left over in the cycle" if found else ""
+    return f"{left:.3g} J of net work ({sizing.closure:.2g} of the {share}) are left over in the cycle" if found else ""
 
 
 def _by_quadrature(sizing: Sizing) -> Sizing:

@@ -7,7 +7,7 @@ from collections.abc import Iterable, Iterator
 
 from flywheel import piecewise
 from flywheel.energy import HOUR, Energy, kilowatt_hours
-from flywheel.engines import Engine
+from flywheel.engines import EngineCycle
 from flywheel.motors.base import Motor
 from flywheel.motors.dc import DC
 from flywheel.motors.engine import Engine
@@ -75,7 +75,7 @@ def _power_row(name: str, power: float, error: float, note: str = "") -> Row:
     return Row(name, figure(power / scale, error / scale), f"{unit} = {horses}{note}")
 
 
-def _engine(engine: Engine) -> Iterable[Row]:
+def _engine(engine: EngineCycle) -> Iterable[Row]:
     """What the gas gives, and what is left of it for the loads."""
     per_work = engine.indicated_power / engine.indicated_work
     yield Row("indicated work in a cycle", figure(engine.indicated_work, engine.error), "J")

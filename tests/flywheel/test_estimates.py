@@ -34,9 +34,12 @@ def numbers(value: Any, path: tuple[str, ...] = ()) -> Iterator[tuple[str, ...]]
 
 
 def error_of(errors: dict[str, Any], path: tuple[str, ...]) -> float | None:
-    """The error of a figure: under its own key, or under that of its block; flywheels have theirs side by side."""
+    """The error of a figure: under its own key, or under that of its block; flywheels and heats have theirs side by side."""
     found: Any = errors
-    for key in path[1:] if path[0] == "flywheel" else path:
+    beside = path[0] == "flywheel" or (
+        path[0] == "energy" and len(path) > 1 and path[1] in errors and path[1] not in ("period", "work")
+    )
+    for key in path[1:] if beside else path:
         if isinstance(found, dict):
             found = found.get(key)
     return found if isinstance(found, int | float) else None
