@@ -8,6 +8,7 @@ import numpy as np
 
 from flywheel import piecewise, steady
 from flywheel.arguments import NOT_NEGATIVE, POSITIVE, number_faults, refuse
+from flywheel.faults import SceneError
 from flywheel.piecewise import ROUNDING, Array
 from flywheel.scene import Load
 
@@ -172,7 +173,10 @@ def _swept(machine: Machine, pistons: list[Load]) -> float | None:
             return None
         name, _, port = load.on.rpartition(".")
         mechanism = next(m for m in machine.scene.mechanisms if m.name == name)
-        ends = ends_of(mechanism, port, machine.scene.parameters)
+        try:
+            ends = ends_of(mechanism, port, machine.scene.parameters)
+        except SceneError:  # a port whose turning points cannot be told
+            return None
         times = machine.scene.shafts[mechanism.shaft] * machine.scene.cycle / load.every
         space = load.path if load.model else ""  # the model's own; loads with a bore on one port share the cylinder
         found[load.on, space] = load.piston * (ends.high - ends.low) * round(times)

@@ -65,14 +65,14 @@ def _power(sizing: Sizing) -> Iterable[Row]:
     yield Row("work of the drive in a cycle", figure(work, outcome.work_error(sizing)), "J")
 
 
-def _power_row(name: str, power: float, error: float, note: str = "") -> Row:
+def _power_row(name: str, power: float, error: float) -> Row:
     """A power in W or kW, and in both horsepowers."""
     scale, unit = (1e3, "kW") if abs(power) >= 1e3 else (1.0, "W")
     horses = " = ".join(
         f"{figure(power / size, error / size, 5)} {name}"
         for size, name in ((_HORSEPOWER, "hp"), (_METRIC_HORSEPOWER, "metric hp"))
     )
-    return Row(name, figure(power / scale, error / scale), f"{unit} = {horses}{note}")
+    return Row(name, figure(power / scale, error / scale), f"{unit} = {horses}")
 
 
 def _engine(engine: EngineCycle) -> Iterable[Row]:
@@ -83,12 +83,12 @@ def _engine(engine: EngineCycle) -> Iterable[Row]:
     if engine.mean_effective_pressure is not None and engine.swept_volume is not None:
         pressure, litres = engine.mean_effective_pressure / 1e5, figure(1e3 * engine.swept_volume, most=6)
         doubt = engine.error * pressure / engine.indicated_work
-        yield Row("mean effective pressure", figure(pressure, doubt), f"bar (indicated, {litres} l swept in a cycle)")
+        yield Row("mean effective pressure", figure(pressure, doubt), f"bar over {litres} l swept in a cycle")
     else:
-        yield Row("mean effective pressure", "not known", "(no bore in the scene: give the load's)")
+        yield Row("mean effective pressure", "not known", "(give the load's bore)")
     if engine.brake_power is None or engine.mechanical_efficiency is None:
         return
-    yield _power_row("brake power", engine.brake_power, engine.error * per_work, ", what the loads take")
+    yield _power_row("brake power", engine.brake_power, engine.error * per_work)
     efficiency = figure(100 * engine.mechanical_efficiency, 100 * engine.error / engine.indicated_work, 6)
     yield Row("mechanical efficiency", efficiency, "%")
 
