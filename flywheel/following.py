@@ -33,6 +33,7 @@ _TRIES = 8  # changes of side at one instant, before the motion counts as stuck
 ONSET = 1e-12  # of the machine's pace: the speed by which branches are decided at rest
 _LIGHT, _NOTHING = 1e-7, 1e-11  # of the greatest inertia: where a zero is looked for, and what counts as one
 _RETURNED = 1e4  # tolerances of a step: how far off a cycle may be that comes back to its speed
+_LOOKED_AT = np.array([0.1, 0.35, 0.6, 0.85])  # of a piece: where it is seen how large its inertia is
 _STILL = 1e-9  # of the machine's pace: slower than this it stands
 
 
@@ -335,8 +336,9 @@ class _Follower:
         return rates
 
     def _greatest_inertia(self) -> float:
-        ends = self.machine.restarts
-        return float(np.max(self.machine.reduce(0.5 * (ends[1:] + ends[:-1])).inertia)) + self.dynamics.inertia
+        ends = self.machine.restarts  # a piece may be the whole cycle, with a dead centre in its middle
+        places = (ends[:-1, None] + np.diff(ends)[:, None] * _LOOKED_AT).ravel()
+        return float(np.max(self.machine.reduce(places).inertia)) + self.dynamics.inertia
 
     def _check_weighs(self, ends: tuple[float, float], anchor: Anchor) -> None:
         """Refuse to run into a place where nothing weighs: the driver moves there while all masses stand."""

@@ -5,18 +5,24 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
+from flywheel.chain import Chain
 from flywheel.faults import Fault, SceneError
-from flywheel.following import ONSET, Goal, Passing, Start
+from flywheel.following import ONSET, Goal, Passing, Start, Trail
 from flywheel.instant import Anchor, Dynamics
 from flywheel.machine import Machine
 from flywheel.transients.conditions import Until
 from flywheel.transients.regime import Regime
 
+Array = NDArray[np.float64]
+
 MOST_CYCLES = 1000.0
 CREEPING = 1e-12  # of the speed at the start: slower than this it stands, or never will
 _MOST_TIME = 20.0  # times as long as those cycles take at the machine's pace
 _LOOKED_AT = np.array([0.1, 0.35, 0.6, 0.85])  # of a piece
+_SEEN = 9  # speeds, and times, at which it is seen whether a drive pushes
+_OFF = 0.01  # of the greatest push of a drive: with less it is off
 _SETTLED = 1e-6  # of the speed: what is still missing to the regime
 _SHORT = 1e-9  # the same, before a speed counts as out of reach
 _NAMES = {"regime": "regime", "stop": "steady", "speed": "settled", "share": "settled"}
@@ -56,11 +62,33 @@ def at_rest(dynamics: Dynamics, begin: Start, t: float = 0.0) -> tuple[float, fl
     middle = float(machine.anchors(phi))
     place = Anchor(middle, ONSET * machine.pace, t, tuple(1.0 for _ in machine.stages))
     parts = dynamics.moments(np.array([phi]), place, np.zeros(1), np.full(1, t), begin.current)
-    around = (machine.restarts[:-1, None] + np.diff(machine.restarts)[:, None] * _LOOKED_AT).ravel()
+    around = _around(machine)
     still = np.zeros_like(around)
     over = dynamics.moments(around, place._replace(phi=machine.anchors(around)), still, still + t, begin.current)
     largest = sum(float(np.abs(part).max()) for part in over.values())
     return float(sum(part[0] for part in parts.values())), largest + float(sum(abs(part[0]) for part in parts.values()))
+
+
+def pushes(dynamics: Dynamics, trail: Trail, last: float) -> bool:
+    """Whether at the end (s) the drive pushes forwards anywhere in the cycle, at rest or at a speed that the motion had.
+
+    One that does not, as time has switched it off (to a hundredth of its greatest push) or it brakes, lets the machine
+    stop; any other was too weak.
+    """
+    machine = dynamics.machine
+    speeds = np.unique(np.append(np.abs(trail.ends()[1]), 0.0))
+    speeds = speeds[np.linspace(0, speeds.size - 1, min(speeds.size, _SEEN)).astype(int)]
+    axes = _around(machine), speeds, np.linspace(last, 0.0, _SEEN)
+    phi, omega, time = (grid.ravel() for grid in np.meshgrid(*axes, indexing="ij"))
+    place = Anchor(machine.anchors(phi), np.maximum(omega, ONSET * machine.pace), time, tuple(1.0 for _ in machine.stages))
+    current = 0.0 if dynamics.circuit is None else dynamics.circuit.current(dynamics.ratio * omega)
+    drive = dynamics.moments(phi, place, omega, time, current).get("drive", np.zeros(phi.size))
+    return bool(drive[time == last].max() > _OFF * max(float(drive.max()), 0.0))
+
+
+def _around(machine: Chain) -> Array:
+    """Positions all over the cycle, or the stroke, in every piece of it."""
+    return np.asarray((machine.restarts[:-1, None] + np.diff(machine.restarts)[:, None] * _LOOKED_AT).ravel())
 
 
 def goals_of(setting: Setting, begin: Start, goal: Until) -> list[Goal]:

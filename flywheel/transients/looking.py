@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from flywheel.following import Trail
 from flywheel.instant import Anchor
 from flywheel.motors.dc import DC
+from flywheel.motors.induction import Induction
 
 Array = NDArray[np.float64]
 
@@ -114,11 +115,15 @@ def within(trail: Trail, inside: Array) -> tuple[Array, NDArray[np.intp]]:
 
 
 class Works(NamedTuple):
-    """Work (J) of all that pushes or drags, by its part; what meshes took (J), and the copper loss of a DC motor (J)."""
+    """Work (J) of all that pushes or drags, by its part; what meshes took (J); heat of a DC motor's armature (J).
+
+    `rotor` is the heat of an induction motor's rotor (J).
+    """
 
     by_part: dict[str, float]
     meshes: float
     copper: float | None
+    rotor: float | None
 
 
 def nodes(trail: Trail) -> tuple[Array, Array, NDArray[np.intp]]:
@@ -137,8 +142,10 @@ def worked(trail: Trail) -> Works:
     """
     times, weights, owners = nodes(trail)
     parts: dict[str, float] = {}
-    meshes = copper = 0.0
-    has_current = False
+    motor, ratio = trail.dynamics.machine.scene.motor, trail.dynamics.ratio
+    copper = 0.0 if isinstance(motor, DC) else None
+    rotor = 0.0 if isinstance(motor, Induction) else None
+    meshes = 0.0
     for k in range(0, times.size, _TOGETHER):
         some = slice(k, k + _TOGETHER)
         states = trail.states(times[some], owners[some])
@@ -148,11 +155,11 @@ def worked(trail: Trail) -> Works:
             parts[part] = parts.get(part, 0.0) + float(pace @ moment)
         meshes += float(pace @ trail.dynamics.along(*here).loss)
         current = drive_current(trail, states)
-        if current is not None:
-            has_current = True
-            motor: Any = trail.dynamics.machine.scene.motor
-            copper += float(motor.resistance * (weights[some] @ current**2))
-    return Works(parts, meshes, copper if has_current else None)
+        if isinstance(motor, DC) and copper is not None and current is not None:
+            copper += float(weights[some] @ motor.copper_heat(current))
+        if isinstance(motor, Induction) and rotor is not None:
+            rotor += float(weights[some] @ motor.rotor_heat(ratio * states[1]))
+    return Works(parts, meshes, copper, rotor)
 
 
 class Peak(NamedTuple):

@@ -15,8 +15,8 @@ class Energy(NamedTuple):
 
     `works` are by part, those of dampers and friction below 0; `meshes` is what meshes lost. What drive, loads and meshes
     leave is the kinetic energy gained, but for `residual`, a share of the largest of them or of the greatest kinetic energy.
-    `copper` is the heat in a DC motor's armature, which is not part of that balance: the drive's work is what its shaft
-    gives.
+    `copper` is the heat in a DC motor's armature, `rotor_heat` that in an induction motor's rotor, torque times slip speed.
+    Neither is part of that balance: the drive's work is what its shaft gives.
     """
 
     drive: float
@@ -25,6 +25,7 @@ class Energy(NamedTuple):
     kinetic_gained: float
     residual: float
     copper: float | None
+    rotor_heat: float | None = None
 
 
 class Peaks(NamedTuple):
@@ -40,9 +41,10 @@ class Peaks(NamedTuple):
 class Transient:
     """A machine followed from a start to an end.
 
-    `ended` says in words how, `reason` in one: `time`, `way`, `speed`, `share`, `regime`, `stop`, `stall`, `creep` (it
-    slows down for ever), `limit` (what was asked for does not come), `stroke`. `time` (s), `phi` (rad) and `omega` (rad/s)
-    are those of the end; `way` (rad) is how far it went, `turns` the same in turns. On a stroke whose driver slides, m.
+    `ended` says in words how, `reason` in one: `time`, `way`, `speed`, `share`, `regime`, `stop`, `stall` (its drive pushes,
+    and is too weak), `creep` (it slows down for ever), `limit` (what was asked for does not come), `stroke`.
+    `time` (s), `phi` (rad) and `omega` (rad/s) are those of the end; `way` (rad) is how far it went, `turns` the same in
+    turns. On a stroke whose driver slides, m.
 
     `regime_speed` is the mean over time of the steady cycle that the machine has with its drive (rad/s), None where there is
     none; `time_to_regime` the first time (s) at which the crank is as fast as 95 % of that. `inertia` is the flywheel's, at

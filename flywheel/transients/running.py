@@ -59,8 +59,9 @@ def transient(
     Raises:
         SceneError: where the machine does not start, has no regime where one is asked for, or cannot be followed.
 
-    A motion ends early where the machine stops, with its angle: `stall` where the drive was to go on, `stop` without one. At
-    a step of load or drive (an expression of `t`) stepping starts afresh.
+    A motion ends early where the machine stops, with its angle: `stall` where the drive pushes but is too weak, `stop`
+    without one, or where it is off by then or brakes. At a step of load or drive (an expression of `t`) stepping starts
+    afresh.
 
     >>> import math, flywheel
     >>> fan = {"inertia": [{"on": "crank", "value": 2}], "drive": {"torque": "10 - omega"}, "flywheel": {"inertia": 0}}

@@ -13,7 +13,7 @@ from flywheel.machine import Machine
 from flywheel.scene import TURN
 from flywheel.simulation import Motion
 from flywheel.transients.conditions import Until
-from flywheel.transients.goals import Setting, at_rest, limit_of, target_of
+from flywheel.transients.goals import Setting, at_rest, limit_of, pushes, target_of
 from flywheel.transients.looking import Samples, Works, close, peak, sampled, worked
 from flywheel.transients.record import Energy, Peaks, Transient
 
@@ -98,9 +98,11 @@ def _stopped(setting: Setting, trail: Trail, at: str, last: float, omega: float)
     acceleration = abs(float(sampled(trail, np.array([last])).acceleration[0]))
     if trail.start.omega > 0.0 and omega > 0.0 and omega > _SUDDEN * last * acceleration:
         return "creep", f"slows down for ever, as only what grows with speed brakes it: {omega:.3g} rad/s {at}"
-    moment, _ = at_rest(dynamics, begin, last)
     if own.scene.drive is None:
         return "stop", f"stopped {at}"
+    if not pushes(dynamics, trail, last):
+        return "stop", f"stopped {at}, where its drive no longer pushes it on"
+    moment, _ = at_rest(dynamics, begin, last)
     lossy = any(stage.efficiency < 1.0 for stage in own.stages)
     return "stall", f"stalled {at}: M* at rest is {moment:.6g} N m{', before losses in meshes' if lossy else ''}"
 
@@ -138,4 +140,4 @@ def _energy(works: Works, kinetic: Array) -> Energy:
     drive = parts.pop("drive", 0.0)
     total = drive + sum(parts.values()) - works.meshes
     scale = max([float(kinetic.max()), abs(drive), *map(abs, parts.values()), 1e-300])
-    return Energy(drive, parts, works.meshes, gained, abs(total - gained) / scale, works.copper)
+    return Energy(drive, parts, works.meshes, gained, abs(total - gained) / scale, works.copper, works.rotor)

@@ -115,8 +115,9 @@ def _energy(transient: Transient) -> list[str]:
     cells = [(name, figure(value, 1e-9 * scale, 7), "J") for name, value in rows]
     cells.append(("= kinetic energy gained", figure(energy.kinetic_gained, 1e-9 * scale, 7), "J"))
     lines = ["Energy: work of", *columns(cells), f"  closes to {short(energy.residual)} of the largest energy"]
-    if energy.copper is not None:
-        lines.append(f"  heat in the motor's armature, beside it: {figure(energy.copper, most=7)} J")
+    for where, heat in (("armature", energy.copper), ("rotor", energy.rotor_heat)):
+        if heat is not None:
+            lines.append(f"  heat in the motor's {where}, beside it: {figure(heat, most=7)} J")
     return lines
 
 

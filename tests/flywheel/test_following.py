@@ -156,3 +156,12 @@ def test_a_place_where_nothing_weighs_is_named_when_the_motion_comes_to_it():
         with pytest.raises(flywheel.SceneError, match=r"m\* = 0 kg at slide position 0.161477 m"):
             transient(scene, end=0.5, rtol=1e-6)
     assert transient(scene, end=0.2, rtol=1e-6).reason == "time"
+
+
+def test_a_crank_without_mass_is_named_at_its_dead_centres_however_it_is_started():
+    """The one piece of its cycle has a dead centre in its middle, where nothing weighs."""
+    crank = {"type": "slider-crank", "crank": {"length": 0.1}, "rod": {"length": 0.4}, "slider": {"mass": 1}}
+    for torque, phi, omega in ((5, 1.0, 0.0), (0, math.pi, 3.0), (0, 1.0, 3.0), ("5 - omega", math.pi, 0.0)):
+        scene = {"mechanism": crank, "drive": {"torque": torque}, "regime": {"speed": 10}, "flywheel": {"inertia": 0}}
+        with pytest.raises(flywheel.SceneError, match=r"I\* \+ J = 0 kg m² at crank angle 180 deg"):
+            flywheel.simulate(flywheel.load(scene), phi, omega, 5.0)

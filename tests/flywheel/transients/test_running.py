@@ -5,11 +5,13 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
+from scipy.integrate import solve_ivp
 
 import flywheel
 from flywheel.transients import goals
 from flywheel.transients.conditions import Until
 from flywheel.transients.running import run_down, run_up, transient
+from flywheel.writing import transients as writing
 from tests.flywheel import regimes
 
 DEG = math.pi / 180
@@ -400,3 +402,68 @@ def test_everything_is_there_for_programs():
     assert found["reason"] == "share"
     assert found["time_to_95_percent"] == pytest.approx(found["end"]["t"], rel=1e-9)
     assert found["energy"]["works"].keys() == {"load[0] on crank"}
+
+
+# -- an intended stop, and what heats a motor -------------------------------------------------------------------------------
+
+WHEEL = {"inertia": [{"on": "crank", "value": 2}], "flywheel": {"inertia": 0}}
+DRAG = {"on": "crank", "torque": "-3*sign(omega)"}
+
+
+@pytest.mark.parametrize(
+    ("drive", "brake", "reason"),
+    [
+        ("20*(t < 2)", "0", "stop"),
+        ("20*(t < 2)", "-8*sign(omega)*(t > 3)", "stop"),
+        ("20 if t < 2 else -20", "0", "stop"),
+        ("20*max(0, 1 - t/2)", "0", "stop"),
+        ("20*exp(-5*t)", "0", "stop"),
+        ("(20 - omega)*(t < 2)", "0", "stop"),
+        ("20", "-30*sign(omega)*(t > 2)", "stall"),
+        ("20*(phi > 1)*(phi < 2)", "0", "stall"),
+        ("0 if omega < 5 else 20", "-30*sign(omega)*(t > 2)", "stall"),
+        ("20*(1 + (t > 2))", "-60*sign(omega)*(t > 3)", "stall"),
+    ],
+)
+def test_a_machine_whose_drive_is_off_stops_and_one_whose_drive_is_too_weak_stalls(drive, brake, reason):
+    scene = WHEEL | {"drive": {"torque": drive}, "load": [DRAG, {"on": "crank", "torque": brake}]}
+    for end in ("stop", "100 s"):
+        found = transient(flywheel.load(scene), start=6.0, end=end)
+        assert found.reason == reason
+        assert ("no longer pushes it on" in found.ended) == (reason == "stop")
+        assert ("stalled" in found.ended) == (reason == "stall")
+
+
+INDUCTION = {
+    "type": "induction",
+    "power": 1100,
+    "speed": "1320 rpm",
+    "poles": 4,
+    "frequency": "50 Hz",
+    "breakdown_ratio": 2.2,
+}
+
+
+def test_a_run_up_of_inertia_alone_heats_the_rotor_by_its_energy_at_synchronous_speed():
+    """J omega_s²/2, less what slip is left at the end: the field gives T omega_s, the shaft takes T omega."""
+    scene = {"shafts": {"motor": {"ratio": 4}}, **WHEEL, "drive": {"on": "motor", "motor": INDUCTION}}
+    found = run_up(flywheel.load(scene), "99 %")
+    synchronous, inertia = 50 * math.pi, 2 / 16
+    left = synchronous - 4 * found.omega
+    assert found.energy.rotor_heat == pytest.approx(0.5 * inertia * (synchronous**2 - left**2), rel=1e-9)
+    assert found.energy.copper is None
+    assert found.as_dict()["energy"]["rotor_heat"] == found.energy.rotor_heat
+    assert "heat in the motor's rotor, beside it:" in writing.text(found)
+    assert transient(flywheel.load(scene), start=30.0, drive=False, end=1.0).energy.rotor_heat is None
+
+
+def test_the_rotor_s_heat_of_a_run_up_against_a_load_is_that_of_its_equation():
+    motor = flywheel.load({**WHEEL, "drive": {"motor": INDUCTION}}).motor
+    scene = {**WHEEL, "drive": {"motor": INDUCTION}, "load": [{"on": "crank", "torque": "-0.03*omega"}]}
+
+    def rates(t, state):
+        torque = float(motor.torque(state[0]))
+        return [(torque - 0.03 * state[0]) / 2, torque * (motor.synchronous_speed - state[0])]
+
+    true = solve_ivp(rates, (0, 12), [0, 0], "DOP853", rtol=1e-12, atol=1e-12).y[1, -1]
+    assert transient(flywheel.load(scene), end=12.0).energy.rotor_heat == pytest.approx(true, rel=1e-9)
