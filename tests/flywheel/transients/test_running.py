@@ -420,7 +420,7 @@ DRAG = {"on": "crank", "torque": "-3*sign(omega)"}
         ("20*exp(-5*t)", "0", "stop"),
         ("(20 - omega)*(t < 2)", "0", "stop"),
         ("20", "-30*sign(omega)*(t > 2)", "stall"),
-        ("20*(phi > 1)*(phi < 2)", "0", "stall"),
+        ("20*(phi > 1)*(phi < 1.5)", "0", "stall"),
         ("0 if omega < 5 else 20", "-30*sign(omega)*(t > 2)", "stall"),
         ("20*(1 + (t > 2))", "-60*sign(omega)*(t > 3)", "stall"),
     ],
