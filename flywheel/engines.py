@@ -82,6 +82,7 @@ def mechanical_efficiency(brake: float, indicated: float) -> float:
     return brake / indicated
 
 
+@np.errstate(all="ignore")  # a result asks for it after its sizing is over
 def engine_of(sizing: Sizing) -> EngineCycle | None:
     """The engine of a sized machine: None where no gas drives it.
 

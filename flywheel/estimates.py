@@ -31,6 +31,7 @@ class Drive(NamedTuple):
     moment: float
 
 
+@np.errstate(all="ignore")  # a result asks for it after its sizing is over
 def estimates(sizing: Sizing) -> dict[str, Estimate]:
     """Estimated errors by the key of the figure, or of the block of figures, that they hold for; None where there is none.
 
@@ -46,7 +47,7 @@ def estimates(sizing: Sizing) -> dict[str, Estimate]:
     areas = None if work is None else work + 2 * residue
     twice = None if areas is None else areas + (work or 0.0)
     of_shafts = None if exact is None or speed is None else exact + 2 * speed + _READ
-    return {
+    found: dict[str, Estimate] = {
         **error._asdict(),
         "approximate_total": error.approximate,
         "speed": speed,
@@ -70,6 +71,8 @@ def estimates(sizing: Sizing) -> dict[str, Estimate]:
         "wheel": None if sizing.built is None or of_shafts is None else _wheel_error(sizing, of_shafts),
         **_certificate_errors(sizing, cycle),
     }
+    # beyond the floating-point range nothing is known of an error
+    return {key: None if isinstance(value, float) and not np.isfinite(value) else value for key, value in found.items()}
 
 
 def speed_error(sizing: Sizing) -> float | None:

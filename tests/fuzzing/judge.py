@@ -118,9 +118,10 @@ def _check_sizing(sizing: Sizing) -> None:
     found = sizing.as_dict()
     wrong = [f"{path} = {value}" for path, value in _numbers(found) if not math.isfinite(value)]
     assert not wrong, f"not finite: {', '.join(wrong[:5])}"
-    errors = [(name, value) for name, value in found["error"].items() if value is not None and value < 0]
+    errors = [(name, value) for name, value in _numbers(found["error"]) if value < 0]
     assert not errors, f"negative errors: {errors}"
-    relative = [found["error"][name] for name in ("exact", "simulation", "approximate", "inertia_torque", "work")]
+    names = ("exact", "simulation", "approximate", "inertia_torque", "inertia_torque_flywheel", "work")
+    relative = [found["error"][name] for name in names]
     assert sizing.reached == all(error is None or error <= sizing.rtol for error in relative)
     assert sizing.reached or sizing.messages, "not reached, and nothing said"
     assert all(message.isprintable() and len(message) < LONGEST_FAULT for message in sizing.messages), sizing.messages

@@ -14,6 +14,7 @@ from flywheel.results import Sizing
 from flywheel.writing import outcome, report
 from tests.flywheel.scenes import press, rotor, yoke
 
+MACHINES = Path(__file__).parents[3] / "examples" / "machines"
 SCENES = sorted((Path(__file__).parents[2] / "references" / "scenes").glob("*.toml"))
 
 
@@ -213,6 +214,24 @@ def test_inertia_torque_brackets_the_exact_flywheel(path: Path) -> None:
     slack = 1e-9 * wheel.inertia_torque
     assert wheel.inertia_torque - inertia.greatest / square - slack <= wheel.exact
     assert wheel.exact <= wheel.inertia_torque - inertia.least / square + slack
+
+
+@pytest.mark.parametrize(("name", "most"), [("press", 1e-3), ("pump", 1e-3), ("press_pinion", 1e-3), ("engine", 1e-4)])
+def test_the_flywheel_by_the_inertia_torque_is_compared_and_not_its_total(name: str, most: float) -> None:
+    """The total holds the machine's own inertia: of the pump it is 1.4 times the exact flywheel more."""
+    sizing = sized(MACHINES / f"{name}.toml")
+    wheel, inertia = sizing.flywheel, sizing.reduced_inertia
+    assert inertia is not None
+    assert wheel.exact is not None
+    assert wheel.inertia_torque is not None
+    alone = wheel.inertia_torque - inertia.least / sizing.scene.flywheel_ratio**2
+    assert wheel.inertia_torque_flywheel == pytest.approx(alone, rel=1e-12)
+    found = outcome.candidates(sizing)[2]
+    assert (found.key, found.inertia) == ("inertia_torque_flywheel", wheel.inertia_torque_flywheel)
+    assert found.off == pytest.approx(alone / wheel.exact - 1, rel=1e-9)
+    assert abs(found.off) < most
+    assert found.gives is not None
+    assert found.gives[0] == pytest.approx(sizing.scene.irregularity, rel=2 * most)
 
 
 def test_headline_is_short_and_printable() -> None:
