@@ -15,17 +15,23 @@ from flywheel.cost import Cost, metered
 from flywheel.faults import Fault, SceneError
 from flywheel.machine import Machine
 from flywheel.moments import Moments
-from flywheel.own_motion import LostError, OwnMotion
+from flywheel.own_motion import LostError, OwnMotion, UntoldError
 from flywheel.patience import ImpatientError, patience
 from flywheel.periodic import Asked, NoRegimeError
-from flywheel.results import Cyclic, Sizing
+from flywheel.piecewise import ROUNDING, Array, Cells
+from flywheel.results import Confirmation, Cyclic, Sizing
+from flywheel.steady import Run
 from flywheel.wittenbauer import Figures
 
 _LEAST_DAMPING = 1e-12  # 1 less the multiplier: below it nothing is left of what holds the speed but rounding
 _UNHELD = 0.01  # relative doubt of a speed that is hardly held
 _PATIENCE = 300_000.0  # nodes of Newton steps, about a second: fifty times what a machine of a textbook takes
 _LESS_PATIENCE = 40_000.0
+_HALVINGS, _MOST_CELLS = 40, 4_000  # of cells on which speeds follow torques at once
+_WIDENINGS = 60  # of a bracket, and steps within it
 _STEEP = 1e4  # times over that a change of speed fades within a cycle: such torques cost too many cells
+_NOTHING = 1e-4  # of the greatest inertia: less of it is next to nothing
+_MANY = 200  # cells that the laws ask for
 _LIGHT = 1e-3  # of the machine's own inertia: where the iteration for a flywheel starts at the least
 
 
@@ -38,10 +44,15 @@ def settled(machine: Machine, rtol: float) -> Sizing:
 
     """
     constant_speed.check_steady(machine)
-    with patience(_PATIENCE):
-        speed, unknown, messages = constant_speed.taken_at(machine)
+    try:
+        with patience(_PATIENCE):
+            speed, unknown, messages = constant_speed.taken_at(machine)
+    except ImpatientError as error:
+        raise SceneError([_too_much(error.faults[0], machine, machine.pace, machine.scene.inertia or 0.0, 0.0)]) from None
     figures, loose = _at_constant_speed(machine, speed, rtol)
     start = figures.cycle.balance if figures.cycle.balance is not None else unknown
+    if _inertialess(figures) and (balanced := _balanced(machine, speed, start, rtol)) is not None:
+        return _unweighted(wittenbauer.assembled(machine, figures, balanced[0], rtol), *balanced, messages)
     with metered() as meter:
         motion = _motion(machine, figures, start, rtol)
     if motion is None:
@@ -94,6 +105,148 @@ def _still(sizing: Sizing, messages: tuple[str, ...]) -> Sizing:
     return replace(sizing, flywheel=wheel, messages=(*sizing.messages, *messages))
 
 
+def _inertialess(figures: Figures) -> bool:
+    """Whether the machine has no inertia of its own: without a flywheel its speed follows its torques at once."""
+    cycle = figures.cycle
+    return float(np.abs(cycle.series[2]).max()) <= cycle.errors.inertia
+
+
+def _balanced(machine: Machine, speed: float, unknown: float, rtol: float) -> tuple[Run, Array] | None:
+    """The run of a machine without inertia, M*(phi, omega) = 0: at every angle the speed (rad/s) at which torques balance.
+
+    None where that is not what is asked for (a flywheel is given, or needed), and where there is no such speed: torques that
+    do not fall with speed, that jump at one, or a motor's current with a state of its own.
+    """
+    scene, asked = machine.scene, machine.scene.irregularity or 2.0
+    edges, held = machine.mesh, scene.speed if scene.unknown is not None else None
+    for _ in range(_HALVINGS):
+        moments = Moments(machine, piecewise.cells(edges))
+        if scene.inertia or moments.lossy or moments.circuit or moments.switches(np.full(moments.mesh.phi.shape, speed)):
+            return None
+        found = _followed(moments, speed, unknown) if held is None else _level(moments, held, unknown)
+        if found is None:
+            return None
+        omega, unknown = found
+        errors = piecewise.tails(piecewise.fit(omega))
+        coarse = errors > 0.05 * rtol * max(float(np.ptp(omega)), 64 * ROUNDING * float(omega.max()))
+        if not coarse.any() or edges.size > _MOST_CELLS:
+            break
+        edges = piecewise.bisected(edges, coarse)
+    run = _run_at(moments, omega, unknown, float(errors.max()))
+    return (run, omega) if run.irregularity * (1.0 + run.error) <= asked else None
+
+
+def _followed(moments: Moments, speed: float, unknown: float) -> tuple[Array, float] | None:
+    """The speeds (rad/s) at the nodes where the moment is zero and falls, by Newton's method in a bracket; the unknown."""
+
+    def moment(omega: Array) -> Array:
+        return moments.rate(omega, unknown, 0.0).moment
+
+    low = high = np.full(moments.mesh.phi.shape, speed)
+    for _ in range(_WIDENINGS):
+        driven, braked = moment(high) > 0.0, moment(low) < 0.0
+        high, low = np.where(driven, 2.0 * high, high), np.where(braked, 0.5 * low, low)
+        if not (driven.any() or braked.any()):
+            break
+    else:
+        return None
+    omega = 0.5 * (low + high)
+    for _ in range(_WIDENINGS):
+        rate = moments.rate(omega, unknown, 0.0)
+        low, high = np.where(rate.moment >= 0.0, omega, low), np.where(rate.moment <= 0.0, omega, high)
+        closer = omega - rate.moment / np.minimum(rate.by_speed, -1e-300)
+        closer = np.where((closer > low) & (closer < high), closer, 0.5 * (low + high))
+        omega, moved = closer, np.abs(closer - omega)
+        if (moved <= 4 * ROUNDING * omega).all():
+            break
+    return omega, unknown
+
+
+def _level(moments: Moments, speed: float, unknown: float) -> tuple[Array, float] | None:
+    """The same, with the unknown that makes the mean of the greatest and the least speed the one asked for."""
+    for _ in range(_WIDENINGS):
+        found = _followed(moments, speed, unknown)
+        if found is None:
+            return None
+        rate = moments.rate(found[0], unknown, 0.0)
+        slopes = -rate.by_unknown / np.minimum(rate.by_speed, -1e-300)
+        series = piecewise.fit(found[0])
+        least, most = piecewise.extents(series)
+        mean = 0.5 * float(least.min() + most.max())
+        ends = slopes.ravel()[[found[0].argmin(), found[0].argmax()]]
+        if abs(mean - speed) <= 8 * ROUNDING * speed or not ends.sum():
+            break
+        unknown += 2.0 * (speed - mean) / float(ends.sum())
+    return found if abs(mean - speed) <= 64 * ROUNDING * speed else None
+
+
+def _run_at(moments: Moments, omega: Array, unknown: float, error: float) -> Run:
+    """The run at given speeds (rad/s) on the nodes, where they are interpolated to an error (rad/s)."""
+    rate, scene, mesh = moments.rate(omega, unknown, 0.0), moments.machine.scene, moments.mesh
+    error += 32 * ROUNDING * float((rate.exchanged / np.maximum(-rate.by_speed, 1e-300)).max())
+    series = piecewise.fit(omega)
+    (low, slow), (high, fast) = (_extreme(sign * series, mesh) for sign in (-1.0, 1.0))
+    return Run(
+        inertia=0.0,
+        irregularity=2.0 * (high + low) / (high - low),
+        speed_max=high,
+        speed_min=-low,
+        angle_speed_max=fast,
+        angle_speed_min=slow,
+        offset=0.0,
+        error=2.0 * error / (high + low) if high + low > 0.0 else 0.0,
+        cycle=constant_speed.cycle_of(moments, rate, None if scene.unknown is None else unknown),
+        speed=0.5 * (high - low),
+        drive=None if scene.drive is None else moments.drive(omega, unknown),
+    )
+
+
+def _extreme(series: Array, mesh: Cells) -> tuple[float, float]:
+    """The greatest value of a function by its series on cells, and the angle (rad) where it is."""
+    most = piecewise.extents(series)[1]
+    same = float(most.max()) - 64 * ROUNDING * abs(float(most.max()))  # on a level stretch, its beginning
+    cell = int((most >= same).argmax())
+    row = series[cell]
+    roots = np.polynomial.chebyshev.chebroots(np.polynomial.chebyshev.chebder(row))
+    inside = roots.real[(np.abs(roots.imag) < 1e-6) & (np.abs(roots.real) < 1.0)]
+    t = np.concatenate(([-1.0], np.sort(inside), [1.0]))
+    values = np.polynomial.chebyshev.chebval(t, row)
+    best = int((values >= same).argmax())
+    return float(values[best]), float(mesh.middle[cell, 0] + mesh.half[cell, 0] * t[best])
+
+
+def _unweighted(sizing: Sizing, run: Run, omega: Array, messages: tuple[str, ...]) -> Sizing:
+    """The sizing of a machine without inertia that runs as evenly as asked: its speed by the balance of torques alone."""
+    scene, cycle, steady_at = sizing.scene, run.cycle, run.speed
+    assert cycle is not None
+    assert steady_at is not None
+    half, pace = cycle.mesh.half, 1.0 / omega
+    period = float(piecewise.integral(pace, half).sum())
+    cut = float((piecewise.TAIL_OF_INTEGRAL * piecewise.tails(piecewise.fit(pace)) * half[:, 0]).sum()) / period
+    of_period = cut + run.error * run.irregularity * run.speed_max / run.speed_min + 24 * ROUNDING
+    found = Confirmation(
+        irregularity=run.irregularity,
+        irregularity_approximate=None,
+        speed_max=run.speed_max,
+        speed_min=run.speed_min,
+        speed_time_mean=scene.cycle / period,
+        period=period,
+        closure=0.0,
+        route="quadrature",
+    )
+    errors = sizing.error._replace(simulation=max(run.error, of_period), period=of_period)
+    if scene.irregularity is not None:
+        errors = errors._replace(exact=run.error)
+    wheel = sizing.flywheel
+    if scene.irregularity is not None:
+        wheel = wheel._replace(exact=0.0, needed=False, bracket=None, torque_bracket=None)
+    held = f"between {run.speed_min:.6g} and {run.speed_max:.6g} rad/s (irregularity {run.irregularity:.4g})"
+    told = f"the machine has no inertia, so that its speed follows its torques at once: they hold it {held}"
+    return replace(
+        sizing, flywheel=wheel, simulation=found, error=errors, run=None, messages=(*sizing.messages, *messages, told)
+    )
+
+
 def _motion(machine: Machine, figures: Figures, unknown: float, rtol: float) -> OwnMotion | None:
     """The motion with the given flywheel, with the one that is needed, or with none where none is.
 
@@ -113,7 +266,7 @@ def _motion(machine: Machine, figures: Figures, unknown: float, rtol: float) -> 
             motion = own_motion.found(machine, speed, asked, guess, unknown, rtol)
     except (NoRegimeError, ImpatientError) as error:
         bare = _bare(machine, speed, held, unknown, rtol)
-        if bare is None or bare.run.irregularity > (scene.irregularity or 0.0):
+        if bare is None or bare.run.irregularity * (1.0 + bare.run.error) > (scene.irregularity or 0.0):
             raise SceneError([_fault(machine, speed, asked, guess, unknown, error)]) from None
         return bare
     if motion.inertia > 0.0:
@@ -150,6 +303,10 @@ def _fault(
     """What to say of a machine for which no motion was found, or none whose figures mean anything."""
     if fault := _not_held(machine, speed):
         return fault
+    if isinstance(error, UntoldError):
+        expected = "an irregularity that the flywheel changes by more than rounding"
+        advice = "the torques hold the speed whatever it weighs: ask for less, or give flywheel.inertia"
+        return Fault("flywheel.irregularity", str(error), expected, advice)
     if isinstance(error, LostError):
         path = "flywheel.irregularity" if asked.inertia is None else "flywheel.inertia"
         advice = "less of what resists and drives alike, or a larger irregularity"
@@ -196,17 +353,26 @@ def _no_motion(
 
 
 def _too_much(fault: Fault, machine: Machine, speed: float, inertia: float, unknown: float) -> Fault:
-    """Why the search was given up: said too where a change of speed dies out very many times over within a cycle.
+    """The fault of a search that was given up, with what the machine shows to be the reason, and nothing else.
 
     With the given flywheel; where one is sought, light ones are tried as well, and so with none.
     """
     moments = Moments(machine, piecewise.cells(machine.mesh), local=True)
-    if moments.circuit is not None:
-        return fault
-    slope = moments.rate(np.full(moments.mesh.phi.shape, speed), unknown, inertia).by_speed
-    fading = np.maximum(-slope, 0.0) / np.maximum((inertia + moments.inertia) * speed, 1e-300)
-    steep = float(piecewise.integral(fading, moments.mesh.half).sum()) > _STEEP
-    return fault._replace(found=f"{fault.found}, or fall too steeply with the speed") if steep else fault
+    total = inertia + moments.inertia
+    if float(total.min()) <= _NOTHING * float(total.max()):
+        where = machine.where(float(moments.mesh.phi.ravel()[total.argmin()]))
+        found = f"{fault.found}: next to nothing weighs near {where}, and there the speed follows the torques at once"
+        return fault._replace(found=found, advice="add inertia to the crank")
+    if moments.circuit is None:
+        slope = moments.rate(np.full(moments.mesh.phi.shape, speed), unknown, inertia).by_speed
+        fading = float(piecewise.integral(np.maximum(-slope, 0.0) / (total * speed), moments.mesh.half).sum())
+        if fading > _STEEP:
+            steep = f"torques fall so steeply with the speed that a change of it fades by exp(-{fading:.2g}) in a cycle"
+            return fault._replace(found=f"{fault.found}: {steep}", advice="add inertia, or make them less steep")
+    pieces = machine.mesh.size - 1
+    if pieces > _MANY:
+        return fault._replace(found=f"{fault.found}: torques jump or bend, or vary fast, in {pieces} cells of a cycle")
+    return fault
 
 
 def _check_stable(machine: Machine, motion: OwnMotion) -> None:

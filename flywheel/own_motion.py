@@ -17,7 +17,7 @@ from flywheel import piecewise, regime, steady
 from flywheel.chain import Chain, merged
 from flywheel.constant_speed import cycle_of
 from flywheel.moments import Moments
-from flywheel.periodic import Asked, NoRegimeError, Periodic, State, first_guess, periodic, with_inertia
+from flywheel.periodic import Asked, NoRegimeError, Periodic, State, first_guess, periodic, sensitivity, with_inertia
 from flywheel.piecewise import ORDER, ROUNDING
 from flywheel.regime import Cycle
 from flywheel.steady import Run
@@ -32,6 +32,8 @@ _ROUGH, _MOST_ROUGH = 1e-3, 16  # error of a motion that is hardly resolved yet;
 _MANY = 1000  # cells from which on a rough motion is given no more rounds
 _UNEVEN = 0.5  # irregularity of a motion whose speed varies as sharply as its loads, or more
 _EVEN = 1e-9  # irregularity of a motion in which only rounding varies
+_HARDLY = 0.1  # of J + I*: a sized flywheel in greater doubt is none
+_STIFF, _UNLIKE = 3e3, 8.0  # times over that a change fades in a cycle; how far a slope may be off a difference
 _HOPELESS = 0.5  # relative error past which a motion says nothing
 _TINY = 1e-6  # irregularity up to which a sized motion is not solved for again
 _WIDER = 1.5  # from one given flywheel to the next, to find a light and a heavy one
@@ -51,6 +53,10 @@ class LostError(NoRegimeError):
     """A motion was found whose figures rounding leaves nothing of; the message says which."""
 
 
+class UntoldError(NoRegimeError):
+    """A flywheel was found that rounding leaves open: its irregularity hardly depends on it."""
+
+
 class OwnMotion(NamedTuple):
     """A steady motion: as solved, its moment along the cycle (`cycle`), and as a `Run` at its own mean of extremes."""
 
@@ -58,6 +64,7 @@ class OwnMotion(NamedTuple):
     cycle: Cycle
     run: Run
     level_error: float  # of the speed's mean, relative
+    inertia_doubt: float = 0.0  # kg m² that a sized flywheel may be off
 
     @property
     def speed(self) -> float:
@@ -72,9 +79,8 @@ class OwnMotion(NamedTuple):
     @property
     def inertia_error(self) -> float:
         """Error of a sized inertia, relative to the larger of itself and its scale, the swing of work over eps w²."""
-        eps, total = self.solved.irregularity, self.inertia + float(self.solved.moments.inertia.max())
-        swing = float(np.ptp(self.cycle.start[0])) / max(eps * self.speed**2, 1e-300)
-        return self.run.error * total / max(self.inertia, swing, 1e-300)
+        swing = float(np.ptp(self.cycle.start[0])) / max(self.solved.irregularity * self.speed**2, 1e-300)
+        return self.inertia_doubt / max(self.inertia, swing, 1e-300)
 
 
 def found(machine: Chain, reference: float, asked: Asked, guess: float, unknown: float, rtol: float) -> OwnMotion:
@@ -100,6 +106,7 @@ def found(machine: Chain, reference: float, asked: Asked, guess: float, unknown:
         if not _switches_at_all(machine):
             raise
         return _by_search(machine, reference, asked, guess, unknown, rtol)
+    _check_told(machine, reference, asked, motion, rtol)
     if motion.inertia <= 0.0 or not _switches_at_all(machine) or _confirmed(machine, reference, asked, motion, rtol):
         return motion
     return _by_search(machine, reference, asked, motion.inertia, unknown, rtol)
@@ -118,12 +125,42 @@ def _sane(motion: OwnMotion) -> OwnMotion:
     run = motion.run
     # what may as well have an irregularity of 2 may as well stop
     possible = run.speed_min > 0.0 and run.irregularity * (1.0 + run.error) < 2.0
+    if possible and _untold(motion):
+        raise _open_flywheel(motion)
     if possible and not run.error <= _HOPELESS and run.irregularity > _EVEN:
         work = f"work of {motion.cycle.exchanged:.3g} J in a cycle"
         raise LostError(f"an irregularity of about {run.irregularity:.2g}, lost in the rounding of {work}")
     if not possible:
         raise NoRegimeError("no motion that its own error leaves standing")
     return motion
+
+
+def _check_told(machine: Chain, reference: float, asked: Asked, motion: OwnMotion, rtol: float) -> None:
+    """Refuse a flywheel under torques that fade a change of speed so fast that rounding may have made its sensitivity.
+
+    Half as much again must change the irregularity about as that says.
+    """
+    solved, inertia = motion.solved, motion.inertia
+    fading = solved.rate.by_speed / ((inertia + solved.moments.inertia) * solved.omega)
+    stiff = float(np.abs(piecewise.integral(fading, solved.moments.mesh.half)).sum()) > _STIFF
+    if not stiff or inertia <= 0.0 or solved.sensitivity is None:
+        return
+    given = Asked(1.5 * inertia, None, asked.speed)
+    heavier = _found(machine, reference, given, given.inertia or 0.0, solved.state.unknown, rtol)
+    expected = inertia / max(solved.sensitivity.by_square, 1e-300)  # 0.5 J of it, and the slope of eps is twice that of s
+    if not _UNLIKE * expected > abs(heavier.run.irregularity - solved.irregularity) > expected / _UNLIKE:
+        raise _open_flywheel(motion)
+
+
+def _open_flywheel(motion: OwnMotion) -> UntoldError:
+    """Of a flywheel that its irregularity leaves open."""
+    what = f"what about {motion.inertia:.2g} kg m² on the crank change of it is lost in rounding"
+    return UntoldError(f"an irregularity that hardly tells the flywheel: {what}")
+
+
+def _untold(motion: OwnMotion) -> bool:
+    """Whether the irregularity leaves the flywheel open that was sized for it."""
+    return motion.inertia_doubt > _HARDLY * (motion.inertia + float(motion.solved.moments.inertia.max()))
 
 
 def _switches_at_all(machine: Chain) -> bool:
@@ -169,12 +206,16 @@ def _by_search(machine: Chain, reference: float, asked: Asked, guess: float, unk
     for _ in range(_MOST_LIGHTER):
         before, last = last, last * _WIDER if too_light else last / _WIDER
         if (excess(tried(last)) > 0.0) != too_light:
-            return _between(tried, excess, min(before, last), max(before, last))
+            return _between(tried, excess, min(before, last), max(before, last), asked.speed)
     raise NoRegimeError("no flywheel that gives the irregularity asked for")
 
 
 def _between(
-    tried: Callable[[float], OwnMotion | None], excess: Callable[[OwnMotion | None], float], light: float, heavy: float
+    tried: Callable[[float], OwnMotion | None],
+    excess: Callable[[OwnMotion | None], float],
+    light: float,
+    heavy: float,
+    speed: float | None,
 ) -> OwnMotion:
     """The motion with the flywheel between a light and a heavy one at which nothing is in excess, by false position."""
     best, side = tried(heavy), 0
@@ -194,7 +235,10 @@ def _between(
             side = -1
     if best is None or not abs(excess(best)) <= _ROUGH:
         raise NoRegimeError("no flywheel that gives the irregularity asked for")
-    return best._replace(run=best.run._replace(error=best.run.error + abs(excess(best))))
+    answer, off = sensitivity(best.solved, speed), best.run.error + abs(excess(best))
+    return best._replace(
+        run=best.run._replace(error=off), inertia_doubt=answer.by_square * 0.5 * best.run.irregularity * off
+    )
 
 
 class _Search:
@@ -253,15 +297,15 @@ class _Search:
                 break
         else:
             self._enough(_doubtful(self._described(solved), before))
-        if self.best is None and self.failures:
-            raise NoRegimeError("no motion whose switches come to rest")
+        if self.failures and (self.best is None or self.best[0] > _ROUGH):
+            raise NoRegimeError("no motion that cells resolve")
         if self.best is None:
             self._enough(self._described(solved))
         assert self.best is not None
         return self.best[1]
 
     def _described(self, solved: Periodic) -> OwnMotion:
-        return _described(solved, given=self.asked.inertia is not None)
+        return _described(solved, self.asked)
 
     def _moments(self, *, local: bool = False) -> Moments:
         edges = merged([*self.base.tolist(), *self.cuts.tolist()], float(self.base[-1]))
@@ -294,7 +338,8 @@ class _Search:
         self.stalls = 0 if gained or patient else self.stalls + 1
         if self.best is None or doubt < self.best[0]:
             self.best = doubt, motion
-        return doubt <= 0.5 * self.rtol or self.stalls > 1
+        rounding = _untold(motion) and motion.run.error <= 0.5 * self.rtol  # which finer cells do not mend
+        return doubt <= 0.5 * self.rtol or self.stalls > 1 or rounding
 
     def _split(self, motion: OwnMotion) -> bool:
         """Halve the cells that need it; False where that cannot help.
@@ -442,7 +487,7 @@ def _switches(solved: Periodic) -> Iterator[float]:
                 yield angle
 
 
-def _described(solved: Periodic, *, given: bool) -> OwnMotion:
+def _described(solved: Periodic, asked: Asked) -> OwnMotion:
     """A solved motion as a cycle with its moment along it, and as a run with its error.
 
     With a given flywheel what the level is off weighs on the irregularity, the more the nearer the machine comes to a stop;
@@ -453,24 +498,49 @@ def _described(solved: Periodic, *, given: bool) -> OwnMotion:
     cycle = cycle_of(moments, solved.rate, unknown)
     start = state.inertia + cycle.inertia_at_start
     offset = float(state.edges[0, 0]) + 0.5 * start * (solved.reference**2 - solved.speed**2)
+    kept = _kept_work(solved, cycle)
     # energies are closed round the cycle, to their digits
-    closing = cycle.errors.work + 2 * ROUNDING * float(np.abs(state.edges[:, 0]).max())
+    closing = kept + 2 * ROUNDING * float(np.abs(state.edges[:, 0]).max())
     level = closing / (max(abs(solved.damping), 1e-300) * solved.speed**2 * max(start, 1e-300))
     free = unknown is None and moments.machine.sets_its_speed
-    run = _run(solved, cycle, offset)
+    run = _run(solved, cycle, offset, kept)
     varying = 0.5 * run.irregularity * run.error  # what speeds may be off the level
     if free:
         run = run._replace(level=level)
-        run = run._replace(error=run.error + 4.0 * (run.level_error if given else level))
+        run = run._replace(error=run.error + 4.0 * (level if asked.inertia is None else run.level_error))
     if unknown is not None and cycle.balance_error:
         pulled = piecewise.integral(np.abs(solved.rate.by_speed) * solved.omega, moments.mesh.half).sum()
         of_speeds = 1.0 + varying * float(pulled) / cycle.errors.work
         run = run._replace(cycle=cycle._replace(balance_error=cycle.balance_error * of_speeds))
-    return OwnMotion(solved, run.cycle or cycle, run, run.level_error + varying if free else 0.0)
+    answer = solved.sensitivity
+    missed = abs(run.irregularity - (asked.irregularity or run.irregularity))
+    doubt = 0.0 if answer is None else answer.by_square * (varying + missed) + answer.by_work * closing
+    return OwnMotion(solved, run.cycle or cycle, run, run.level_error + varying if free else 0.0, doubt)
 
 
-def _run(solved: Periodic, cycle: Cycle, offset: float) -> Run:
-    """The same figures as for moments that depend on angle alone."""
+def _kept_work(solved: Periodic, cycle: Cycle) -> float:
+    """What the energy keeps (J) of the errors of the cycle's work: where torques fall with the speed, they fade on the way.
+
+    dE' = (dF/dE) dE + r is one-signed, so that errors r of one sign in all cells are the worst that can be.
+    """
+    moments, errors = solved.moments, cycle.errors
+    if moments.circuit is not None or not errors.work > 0.0:
+        return errors.work
+    half = moments.mesh.half
+    growth = piecewise.integral(solved.rate.by_speed / ((solved.state.inertia + moments.inertia) * solved.omega), half)
+    rounding = errors.work - float(errors.by_cell[0].sum())
+    made = errors.by_cell[0] + rounding * piecewise.integral(solved.rate.exchanged, half) / max(cycle.exchanged, 1e-300)
+    fades = np.minimum(growth, -1e-9)
+    made = made * np.where(growth > fades, 1.0, np.expm1(fades) / fades)  # spread evenly over its cell
+    kept = most = 0.0
+    for left, added in [*zip(np.exp(np.minimum(growth, 1.0)).tolist(), made.tolist(), strict=True)] * 2:
+        kept = min(kept * left + added, errors.work)
+        most = max(most, kept)
+    return most
+
+
+def _run(solved: Periodic, cycle: Cycle, offset: float, kept: float) -> Run:
+    """The same figures as for moments that depend on angle alone; `kept` is the error of the energy (J)."""
     mesh, extremes = solved.moments.mesh, solved.extremes
     inside = mesh.middle[extremes.cell, 0] + mesh.half[extremes.cell, 0] * extremes.t
     edge = mesh.edges[extremes.cell + (extremes.t > 0.0)]
@@ -478,7 +548,7 @@ def _run(solved: Periodic, cycle: Cycle, offset: float) -> Run:
     speed, eps = solved.speed, solved.irregularity
     currents = solved.state.nodes[:, 1] if solved.moments.circuit is not None else None
     least = float(solved.state.inertia + solved.moments.inertia.min())
-    swing = 2 * (2 * cycle.errors.work + speed**2 * cycle.errors.variation) / speed**2 / least
+    swing = 2 * (2 * kept + speed**2 * cycle.errors.variation) / speed**2 / least
     swing += 2 * eps * (cycle.errors.inertia / least + 4 * ROUNDING)
     return Run(
         inertia=solved.state.inertia,
@@ -510,8 +580,11 @@ def _doubtful(motion: OwnMotion, before: Periodic) -> OwnMotion:
     moved = abs(solved.irregularity - before.irregularity) / max(solved.irregularity, 1e-300)
     moved += abs(solved.speed - before.speed) / solved.speed
     total = solved.state.inertia + float(solved.moments.inertia.max())
-    moved += abs(solved.state.inertia - before.state.inertia) / max(total, 1e-300)
-    return motion._replace(run=motion.run._replace(error=motion.run.error + 10 * moved))
+    heavier = abs(solved.state.inertia - before.state.inertia)
+    moved += heavier / max(total, 1e-300)
+    return motion._replace(
+        run=motion.run._replace(error=motion.run.error + 10 * moved), inertia_doubt=motion.inertia_doubt + 10 * heavier
+    )
 
 
 def _doubt(motion: OwnMotion, asked: Asked) -> float:

@@ -36,7 +36,7 @@ def spend(work: float) -> None:
         return
     left[0] -= work
     if left[0] < 0.0:
-        found = "torques that vary too fast, or jump too often, with the angle or the speed"
-        expected = "a motion that can be found in bearable time"
-        advice = "make them less steep, or follow the machine in time: flywheel simulate"
+        found = "a steady motion that is not found in bearable time"
+        expected = "one that the search comes to"
+        advice = "let torques jump less often and fall less steeply, or follow the machine in time: flywheel simulate"
         raise ImpatientError([Fault("regime", found, expected, advice)])

@@ -32,6 +32,7 @@ _LEAST_GUESS = 1.0  # of omega²: as much as a first guess varies at most
 _FAR = 20.0  # swings: a reference speed that is twice as far off costs a digit
 _KEPT = 0.25  # of omega²: a step takes no more than the rest
 _NO_EFFECT = 1e-9  # net work of a balance that does none, as a share of all that it does
+_BLUR = 64 * ROUNDING  # of the terms that a slope is summed from
 _OFF = 1e-3  # of the swing: steps that stay below it lack digits, not direction
 
 
@@ -70,10 +71,22 @@ class Extremes(NamedTuple):
     s: Array
 
 
+class Sensitivity(NamedTuple):
+    """How a flywheel that is sized answers to what its motion is off.
+
+    `by_square` (kg m²) by the excess s of either extreme, omega² = w² (1 + s); `by_work` (kg m²/J) by the work of a cycle.
+    Infinite where rounding leaves nothing of what a flywheel changes.
+    """
+
+    by_square: float
+    by_work: float
+
+
 class Periodic(NamedTuple):
     """A periodic motion on a mesh, with the reference speed w (rad/s), and how it was found.
 
-    `multiplier` is that of the cycle, `damping` 1 less it, `steps` the Newton steps taken.
+    `multiplier` is that of the cycle, `damping` 1 less it, `steps` the Newton steps taken; `sensitivity` is that of a
+    flywheel that was sized.
     """
 
     moments: Moments
@@ -85,6 +98,7 @@ class Periodic(NamedTuple):
     multiplier: float
     damping: float
     steps: int
+    sensitivity: Sensitivity | None = None
 
     @property
     def speed(self) -> float:
@@ -129,6 +143,12 @@ def periodic(moments: Moments, reference: float, asked: Asked, start: State) -> 
             lost = True
         last = size
     raise NoRegimeError("no periodic motion was found")
+
+
+def sensitivity(solved: Periodic, speed: float | None) -> Sensitivity:
+    """How a flywheel sized for a motion's own irregularity, and mean of extremes (rad/s) if held, would answer."""
+    solver = _Solver(solved.moments, solved.reference, Asked(None, solved.irregularity, speed))
+    return solver.sensitivity(solved.state, solver.linearised(solved.state, solver.along(solved.state)))
 
 
 def _recentred(solver: _Solver, state: State) -> tuple[_Solver, State]:
@@ -282,19 +302,32 @@ class _Solver:
 
     def improved(self, state: State) -> tuple[State, Changes, float]:
         """A Newton step, its linearisation, and its size as a share of the swing."""
-        spend(_PER_STEP + self.mesh.phi.size)
         along = self.along(state)
+        change = self.linearised(state, along)
+        return self._taken(state, along, change, self._step(state, along, change))
+
+    def linearised(self, state: State, along: _Along) -> Changes:
+        """How small changes run through the cycle."""
+        spend(_PER_STEP + self.mesh.phi.size)
         by_state, by_parameter = self.jacobians(along, state)
         rising = piecewise.antiderivative(piecewise.fit(along.rates), self.mesh.half[:, None])
         at_nodes = state.edges[:-1, :, None] + rising @ piecewise.basis(NODES).T - state.nodes
         at_edges = state.edges[:-1] + rising.sum(axis=-1) - state.edges[1:]
         gap = state.edges[-1] - state.edges[0]
         through = self.mesh.half[:, 0], by_state, by_parameter, at_nodes, at_edges
-        change = collocation.changes(*through) if self.levelled else collocation.round_cycle(*through, gap)
-        return self._taken(state, along, change, self._step(state, along, change))
+        return collocation.changes(*through) if self.levelled else collocation.round_cycle(*through, gap)
 
     def _step(self, state: State, along: _Along, change: Changes) -> Array:
         """Changes of the states where they start and of the parameters: the cycle closes at the speeds asked for."""
+        matrix, column = self._conditions(state, along, change)
+        scale = np.maximum(np.abs(matrix).max(axis=1), 1e-300)
+        try:
+            return np.asarray(np.linalg.solve(matrix / scale[:, None], column / scale))
+        except np.linalg.LinAlgError:
+            raise NoRegimeError("no motion whose speed is determined") from None
+
+    def _conditions(self, state: State, along: _Along, change: Changes) -> tuple[Array, Array]:
+        """The equations of a step: the work that closes the cycle, and the speeds asked for."""
         rows = [] if change.around is None else [change.around[:, :-1]]
         right = [] if change.around is None else [-change.around[:, -1]]
         if self.parameters or self.levelled:
@@ -303,12 +336,23 @@ class _Solver:
             speed_rows, targets = self._speed_rows(slopes, offsets, extremes)
             rows.append(speed_rows)
             right.append(targets)
-        matrix, column = np.vstack(rows), np.concatenate(right)
+        return np.vstack(rows), np.concatenate(right)
+
+    def sensitivity(self, state: State, change: Changes) -> Sensitivity:
+        """How the flywheel sized answers to an excess of the extremes' omega², and to work left over in the cycle."""
+        along = self.along(state)
+        matrix, _ = self._conditions(state, along, change)
         scale = np.maximum(np.abs(matrix).max(axis=1), 1e-300)
-        try:
-            return np.asarray(np.linalg.solve(matrix / scale[:, None], column / scale))
-        except np.linalg.LinAlgError:
-            raise NoRegimeError("no motion whose speed is determined") from None
+        states, eps = state.nodes.shape[1], self.asked.irregularity or 0.0
+        unit = np.zeros(matrix.shape[0])
+        unit[states] = 1.0
+        answer = np.abs(np.linalg.solve((matrix / scale[:, None]).T, unit)) / scale
+        weights = np.ones(2) if self.balanced else np.array([2.0 + 0.5 * eps * eps])  # as in `_speed_rows`
+        by_square = float(answer[-weights.size :] @ weights)
+        # the slope is what is left of changes that cancel, the more so the more torques that fall with speed take back
+        fading = float(np.abs(piecewise.integral(along.rate.by_speed * along.by_energy, self.mesh.half)).max())
+        left = 1.0 - by_square * _BLUR * (1.0 + fading) * float(np.abs(along.s).max() / along.total.min())
+        return Sensitivity(by_square / left, float(answer[0]) / left) if left > 0.0 else Sensitivity(np.inf, np.inf)
 
     def _of_extremes(self, state: State, along: _Along, change: Changes, extremes: Extremes) -> tuple[Array, Array]:
         """How omega/w - 1 at the fastest and slowest point changes: by the unknowns (2, unknowns), and by itself (2,)."""
@@ -468,4 +512,5 @@ class _Solver:
             grown,
             damping,
             steps,
+            self.sensitivity(state, change) if self.sized else None,
         )

@@ -113,7 +113,11 @@ def _of_machine(given: Machine | Scene, asked: float, level: str) -> Sizing:
 
 
 def _followed(sizing: Sizing) -> Sizing:
-    """The sizing with its motion as the level of accuracy asks."""
+    """The sizing with its motion as the level of accuracy asks; a machine without inertia brings its own."""
+    if sizing.simulation is not None:
+        wanted = sizing.scene.inertia is not None or sizing.accuracy in (dial.AUDIT, dial.CONFIRM)
+        error = sizing.error._replace(simulation=None, period=None)
+        return sizing if wanted else replace(sizing, simulation=None, error=error)
     if sizing.accuracy == dial.AUDIT:
         return _confirmed(sizing)
     if sizing.accuracy == dial.CONFIRM:

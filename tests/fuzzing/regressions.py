@@ -61,7 +61,7 @@ FILES = {
 REFUSED = {
     "a sine of speed": "flywheel.irregularity: found no periodic motion near",
     "a load that varies little": "flywheel.irregularity: found no periodic motion near",
-    "a thousand jumps and a motor": "regime: found torques that vary too fast",
+    "a thousand jumps and a motor": "regime: found a steady motion that is not found in bearable time",
     "enormous beside ordinary": "load[0].torque: found a value that is not finite, or beyond 1e+150",
     "squares out of range": "load[0].torque: found a value that is not finite, or beyond 1e+150",
     "a long text, infinite": 'load[0].torque: found "phi+phi+phi',
@@ -71,7 +71,7 @@ REFUSED = {
     "names of columns in UTF-16": 'load[0].table.column: found "torque", expected the name of a column',
     "end_of_the_range": "load[0].force: found a value that is not finite, or beyond 1e+150",
     "law_out_of_range": "mechanism.outputs.table.theta: found a second derivative that is not finite",
-    "layered_mesh": "regime: found torques that vary too fast",
+    "layered_mesh": "regime: found a steady motion that is not found in bearable time",
     "many_assemblies": "mechanism: found guesses that do not tell the assemblies apart",
     "nearly_standing_still": "flywheel.inertia: found a machine that runs away",
     "next_to_no_load": "flywheel.irregularity: found no periodic motion near",
