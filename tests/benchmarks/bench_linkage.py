@@ -4,8 +4,8 @@
 
 The linkage is a six-bar of Watt, its second dyad on the rocker's end. Ratios are to our closed-form slider-crank
 (positions, g and g') in the same run; errors are against 30-digit positions by intersecting circles. The planar-linkage
-packages `pylinkage` and `mechanism` join in where they are installed: both give the same 3600 positions, one by one
-(`mechanism` by fsolve; neither gives influence coefficients by default). Times are medians.
+packages `pylinkage` and `mechanism` join in where they are installed: both give the same 3600 positions, `mechanism` by
+fsolve, `pylinkage` one by one or compiled by numba, then with velocities and accelerations too. Times are medians.
 """
 
 from __future__ import annotations
@@ -63,13 +63,18 @@ def six_bar() -> Linkage:
     return Linkage(frame, links, joints, "O")
 
 
+def unrounded(phi: Any) -> Any:
+    """The output's angle with mpmath's numbers."""
+    a = mp.mpf(LENGTHS["crank"]) * mp.expj(phi)
+    b = dyad(a, mp.mpc(*D), mp.mpf(LENGTHS["coupler"]), mp.mpf(LENGTHS["rocker"]), 1)
+    h = dyad(b, mp.mpc(*G), mp.mpf(LENGTHS["link"]), mp.mpf(LENGTHS["output"]), 1)
+    return mp.arg(h - mp.mpc(*G))
+
+
 def reference(phi: float) -> float:
     """The output's angle at 30 digits."""
     with mp.workdps(30):
-        a = mp.mpf(LENGTHS["crank"]) * mp.expj(phi)
-        b = dyad(a, mp.mpc(*D), mp.mpf(LENGTHS["coupler"]), mp.mpf(LENGTHS["rocker"]), 1)
-        h = dyad(b, mp.mpc(*G), mp.mpf(LENGTHS["link"]), mp.mpf(LENGTHS["output"]), 1)
-        return float(mp.arg(h - mp.mpc(*G)))
+        return float(unrounded(phi))
 
 
 def timed(call: Callable[[], Any], repeats: int) -> tuple[float, Any]:
@@ -89,10 +94,13 @@ def ours(repeats: int) -> list[Row]:
     following, solution = timed(lambda: solve(next(fresh), 0.0, tau), max(repeats // 3, 1))
     seconds, poses = timed(lambda: solution.poses(Q), repeats)
     error = error_of(poses.angle("output").value)
+    track, square = poses.angle("output"), LENGTHS["output"] ** 2
     return [
         Row("ours: assemblies and certified continuation", following, np.nan),
         Row("ours: 3600 positions, g and g'", seconds, error),
         Row("ours: both", following + seconds, error),
+        Row("  our g, relative error", np.nan, rate_error(1, track.rate[1:] * square)),
+        Row("  our g', relative error", np.nan, rate_error(2, track.slope[1:] * square)),
     ]
 
 
@@ -115,26 +123,67 @@ def closed_form(repeats: int) -> Row:
     return Row("closed-form slider-crank", timed(run, repeats)[0], np.nan)
 
 
-def pylinkage_row() -> Row:
-    """The same positions by the package pylinkage, which steps from circle to circle."""
+def pylinkage_rows(repeats: int) -> list[Row]:
+    """The package pylinkage: positions from circle to circle, its compiled calls, and their first call, which compiles.
+
+    It gives velocities and accelerations of the pins at a crank's speed of 1 rad/s: the output's g and g' follow from them.
+    """
     from pylinkage import Crank, Ground, RRRDyad
     from pylinkage.simulation import Linkage as Steps
 
     o, d, g = Ground(0.0, 0.0), Ground(*D), Ground(*G)
-    crank = Crank(anchor=o, radius=LENGTHS["crank"], angular_velocity=tau / (COUNT - 1), initial_angle=0.0)
-    a = LENGTHS["crank"] + 0j
-    b = dyad(a, complex(*D), LENGTHS["coupler"], LENGTHS["rocker"], 1)
-    h = dyad(b, complex(*G), LENGTHS["link"], LENGTHS["output"], 1)
-    first = RRRDyad(crank.output, d, LENGTHS["coupler"], LENGTHS["rocker"], float(b.real), float(b.imag))
-    second = RRRDyad(first, g, LENGTHS["link"], LENGTHS["output"], float(h.real), float(h.imag))
-    steps = Steps([o, d, g, crank, first, second])
-    seconds, places = timed(lambda: list(steps.step(iterations=COUNT - 1)), 1)
-    ends = np.array([coords[-1] for coords in places], dtype=float) - G
-    angles = np.concatenate(([reference(0.0)], np.arctan2(ends[:, 1], ends[:, 0])))
-    return Row("pylinkage: positions", seconds, error_of(angles))
+
+    def six_bar_of_theirs() -> Any:
+        crank = Crank(anchor=o, radius=LENGTHS["crank"], angular_velocity=tau / (COUNT - 1), initial_angle=0.0)
+        a = LENGTHS["crank"] + 0j
+        b = dyad(a, complex(*D), LENGTHS["coupler"], LENGTHS["rocker"], 1)
+        h = dyad(b, complex(*G), LENGTHS["link"], LENGTHS["output"], 1)
+        first = RRRDyad(crank.output, d, LENGTHS["coupler"], LENGTHS["rocker"], float(b.real), float(b.imag))
+        second = RRRDyad(first, g, LENGTHS["link"], LENGTHS["output"], float(h.real), float(h.imag))
+        steps = Steps([o, d, g, crank, first, second])
+        steps.set_input_velocity(crank, 1.0)
+        return steps
+
+    def fresh(call: str) -> Any:
+        return getattr(six_bar_of_theirs(), call)(iterations=COUNT - 1)
+
+    def angles(places: Any) -> Any:
+        ends = np.asarray(places, dtype=float) - G
+        return np.concatenate(([reference(0.0)], np.arctan2(ends[:, 1], ends[:, 0])))
+
+    seconds, places = timed(lambda: list(six_bar_of_theirs().step(iterations=COUNT - 1)), 3)
+    rows = [Row("pylinkage: positions", seconds, error_of(angles([coords[-1] for coords in places])))]
+    for call, what in (("step_fast", "positions"), ("step_fast_with_kinematics", "positions, velocities, accelerations")):
+        compiled, _ = timed(lambda call=call: fresh(call), 1)
+        seconds, found = timed(lambda call=call: fresh(call), repeats)
+        track = found[0] if isinstance(found, tuple) else found
+        rows.append(Row(f"pylinkage {call}, first call", compiled, np.nan))
+        rows.append(Row(f"pylinkage {call}: {what}", seconds, error_of(angles(track[:, -1]))))
+        if isinstance(found, tuple):
+            arm = (np.asarray(found[0])[:, -1] - G) @ [1.0, 1j]
+            rows += [
+                Row(
+                    f"  its {name}, relative error",
+                    np.nan,
+                    rate_error(order, (arm.conjugate() * (part[:, -1] @ [1.0, 1j])).imag),
+                )
+                for order, name, part in ((1, "g", found[1]), (2, "g'", found[2]))
+            ]
+    return rows
 
 
-def mechanism_row() -> Row:
+def rate_error(order: int, turned: Any) -> float:
+    """Greatest error of the output's g or g' at every hundredth position but the first, against its largest value.
+
+    turned: arm x velocity or arm x acceleration of the output's end, m²: the arm's length squared times g or g'.
+    """
+    with mp.workdps(30):
+        true = np.array([float(mp.diff(unrounded, mp.mpf(q), order)) for q in Q[100::100]])
+    found = np.asarray(turned)[99::100] / LENGTHS["output"] ** 2
+    return float(np.abs(found[: true.size] - true).max() / np.abs(true).max())
+
+
+def mechanism_rows(_: int) -> list[Row]:
     """The same positions by the package mechanism: fsolve at every one."""
     from mechanism import Mechanism as Solver
     from mechanism import Vector, get_joints
@@ -156,15 +205,15 @@ def mechanism_row() -> Row:
     vectors = (crank, coupler, rocker, link, output, base, far)
     solver = Solver(vectors=vectors, origin=o, loops=loops, pos=Q, guess=(z,))
     seconds, _ = timed(solver.iterate, 1)
-    return Row("mechanism: positions (fsolve)", seconds, error_of(output.pos.thetas))
+    return [Row("mechanism: positions (fsolve)", seconds, error_of(output.pos.thetas))]
 
 
-def others() -> list[Row]:
+def others(repeats: int) -> list[Row]:
     """Rows of the packages that are there."""
-    rows = []
-    for make in (pylinkage_row, mechanism_row):
+    rows: list[Row] = []
+    for make in (pylinkage_rows, mechanism_rows):
         try:
-            rows.append(make())
+            rows += make(repeats)
         except ImportError as error:
             print(f"left out: {error}")
     return rows
@@ -174,9 +223,9 @@ def main() -> None:
     """Measure and print."""
     repeats = 5 if "--quick" in sys.argv else 25
     base = closed_form(repeats)
-    print(f"{'way':48s} {'ms':>9s} {'ratio':>8s} {'error, rad':>11s}")
-    for row in [base, *ours(repeats), *others()]:
-        print(f"{row.name:48s} {1e3 * row.seconds:9.2f} {row.seconds / base.seconds:8.1f} {row.error:11.1e}")
+    print(f"{'way':66s} {'ms':>9s} {'ratio':>8s} {'error, rad':>11s}")
+    for row in [base, *ours(repeats), *others(repeats)]:
+        print(f"{row.name:66s} {1e3 * row.seconds:9.2f} {row.seconds / base.seconds:8.1f} {row.error:11.1e}")
         if row.name.startswith("ours") and row.error > 1e-13:
             sys.exit("these positions are not those at 30 digits")
 
