@@ -6,8 +6,6 @@ the colour-blind can tell apart.
 
 from __future__ import annotations
 
-import errno
-import os
 import warnings
 from collections.abc import Mapping
 from pathlib import Path
@@ -19,6 +17,7 @@ from bondgraph.drawing.labels import JUNCTION_SIZE, LABEL_SIZE, LINE_SPACING, NA
 from bondgraph.drawing.layout import Box, Layout, Line, Point, half_arrow, layout, stroke
 from bondgraph.elements import STORES
 from bondgraph.faults import GraphError, refuse
+from bondgraph.files import replacement
 from bondgraph.graph import Bond, BondGraph, as_graph
 
 if TYPE_CHECKING:
@@ -214,16 +213,9 @@ def _draw_notes(axes: Axes, notes: list[Note]) -> None:
 
 
 def _save(figure: Figure, file: Path, kind: str) -> None:
-    """Save beside the file first, so that a failure leaves no half of it."""
     from matplotlib import rc_context
 
-    if not file.absolute().parent.is_dir():
-        raise FileNotFoundError(errno.ENOENT, os.strerror(errno.ENOENT), str(file))
-    unfinished = file.with_name(f".{file.name}.{os.getpid()}")
-    try:
-        with rc_context({"svg.hashsalt": "bondgraph", "pdf.fonttype": 42}), warnings.catch_warnings():
-            warnings.filterwarnings("ignore", message="Glyph .* missing")  # of a name; the picture has a box there
-            figure.savefig(unfinished, format=kind, dpi=_DPI, metadata=_DATES[kind])
-        unfinished.replace(file)
-    finally:
-        unfinished.unlink(missing_ok=True)
+    style = rc_context({"svg.hashsalt": "bondgraph", "pdf.fonttype": 42})
+    with replacement(file, kind) as fresh, style, warnings.catch_warnings():
+        warnings.filterwarnings("ignore", message="Glyph .* missing")  # of a name; the picture has a box there
+        figure.savefig(fresh, format=kind, dpi=_DPI, metadata=_DATES[kind])

@@ -6,9 +6,14 @@ click is imported by the command that needs it.
 
 from __future__ import annotations
 
+import os
+import sys
+from typing import Any
+
 import click
 
 from flywheel.cli import machines, pictures, texts, tradeoffs, transients
+from flywheel.cli.common import STANDARD_OUTPUT, written
 
 __all__ = ["main"]
 
@@ -25,7 +30,24 @@ def _version(context: click.Context, parameter: click.Parameter, wanted: bool) -
     context.exit()
 
 
-@click.group(context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 100})
+class _Program(click.Group):
+    """A group of commands; standard output that is closed or full ends any of them with a line and exit code 1."""
+
+    def main(self, *args: Any, **kwargs: Any) -> Any:
+        if sys.stdout is None:  # closed; a file that refuses what is written says so
+            sys.stdout = open(os.open(os.devnull, os.O_RDONLY), "w", encoding="utf-8")  # noqa: SIM115
+        return super().main(*args, **kwargs)
+
+    def make_context(self, *args: Any, **kwargs: Any) -> click.Context:
+        with written(STANDARD_OUTPUT):
+            return super().make_context(*args, **kwargs)
+
+    def invoke(self, context: click.Context) -> Any:
+        with written(STANDARD_OUTPUT):
+            return super().invoke(context)
+
+
+@click.group(cls=_Program, context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 100})
 @click.option(
     "--version",
     is_flag=True,

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import errno
+import os
 import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
@@ -15,6 +17,7 @@ if TYPE_CHECKING:
 
 PLOT_FORMATS = (".png", ".svg", ".pdf")
 MOST_POINTS = 1_000_000
+STANDARD_OUTPUT = "standard output"
 SCENE = click.argument("scene", type=click.Path(path_type=Path))
 
 
@@ -49,7 +52,13 @@ def written(path: Path | str) -> Iterator[None]:
     except BrokenPipeError:
         raise
     except OSError as error:
-        click.echo(f"{path}: cannot be written ({error.strerror or error})", err=True)
+        if path == STANDARD_OUTPUT:  # what is left in its buffer goes nowhere when the program ends
+            sys.stdout = open(os.devnull, "w", encoding="utf-8")  # noqa: SIM115
+        reason = "it is closed" if error.errno == errno.EBADF else error.strerror or str(error)
+        folder = Path(path).parent
+        lost = error.errno == errno.ENOENT and not folder.is_dir()
+        tail = f": {str(folder)!r} is no folder" if lost and folder.exists() else f": there is no folder {str(folder)!r}"
+        click.echo(f"{path}: cannot be written ({reason}){tail if lost else ''}", err=True)
         sys.exit(1)
 
 
@@ -58,17 +67,20 @@ def show(text: str) -> None:
     reconfigure = getattr(sys.stdout, "reconfigure", None)
     if reconfigure is not None:
         reconfigure(errors="replace")
-    with written("standard output"):
+    with written(STANDARD_OUTPUT):
         click.echo(text, nl=not text.endswith("\n"))
 
 
-def hand_over(text: str, output: Path | None) -> None:
+def hand_over(text: str, output: Path | None, scene: Path) -> None:
     """Text to a file, or to standard output where none is named."""
     if output is None:
         show(text)
         return
+    from bondgraph.files import write_text
+    from flywheel.reading.scenes import input_files
+
     with written(output):
-        output.write_text(text, encoding="utf-8", newline="")
+        write_text(output, text, input_files(scene))
 
 
 def plot_path(context: click.Context, parameter: click.Parameter, path: Path | None) -> Path | None:
@@ -141,7 +153,24 @@ AT = click.option(
 )
 
 
-def spare(scene: Path, output: Path) -> None:
-    """A usage error where the output would be written over the scene."""
-    if output.exists() and output.samefile(scene):
-        raise click.UsageError("--output names the scene itself.")
+def spare(scene: Path, *outputs: Path | None) -> None:
+    """Before anything is computed: a usage error where an output is a file that is read; a line where it cannot be written.
+
+    A picture is told by its ending; a text is compared with what is there when it is written.
+    """
+    from bondgraph.files import InputError, check
+    from flywheel.reading.scenes import input_files
+
+    named = [output for output in outputs if output is not None]
+    for output in named:
+        ending = output.suffix.lower()
+        with written(output):
+            try:
+                check(output, ending[1:] if ending in (*PLOT_FORMATS, ".gif") else "text", input_files(scene))
+            except InputError as error:
+                said = "names the scene itself" if output.samefile(scene) else error.strerror
+                raise click.UsageError(f"{output}: {said}.") from error
+    places = [output.resolve() for output in named]
+    for k, place in enumerate(places):
+        if place in places[:k] and (place.is_file() or not place.exists()):
+            raise click.UsageError(f"{named[k]} is named for two outputs.")

@@ -62,6 +62,7 @@ def size(
         raise click.UsageError(f"--no-simulate means --accuracy normal, and contradicts --accuracy {accuracy}.")
     if plot is not None and accuracy == FAST:
         raise click.UsageError("--plot draws the motion, which --accuracy fast leaves out.")
+    spare(scene, plot)
     with reported(scene):
         from flywheel.reading.scenes import load
         from flywheel.sizing import size as sized
@@ -119,6 +120,7 @@ def reduce(scene: Path, as_json: bool, as_csv: bool, points: int | None, at: tup
         raise click.UsageError("--json and --csv exclude each other.")
     if at and points is not None:
         raise click.UsageError("--at and --points exclude each other.")
+    spare(scene, output)
     with reported(scene):
         from flywheel.reading.scenes import load
         from flywheel.writing.export import reduced
@@ -128,9 +130,7 @@ def reduce(scene: Path, as_json: bool, as_csv: bool, points: int | None, at: tup
         text, conditions = reduced(loaded, wanted, points or 360, as_json=as_json)
     if conditions:
         click.echo(conditions, err=True)
-    if output is not None:
-        spare(scene, output)
-    hand_over(text, output)
+    hand_over(text, output, scene)
 
 
 @click.command(short_help="Print and draw the bond graph of a scene.")
@@ -153,6 +153,7 @@ def reduce(scene: Path, as_json: bool, as_csv: bool, points: int | None, at: tup
 @click.option("--simplify", "simpler", is_flag=True, help="Apply the simplification rules first, and list what they did.")
 def graph(scene: Path, plot: Path | None, form: str, simpler: bool) -> None:
     """Print the bond graph of the machine in SCENE: of every bond its half arrow, causal stroke, effort and flow."""
+    spare(scene, plot)
     with reported(scene):
         from flywheel.diagram import draw, machine_graph, table
 
@@ -217,8 +218,7 @@ def reactions(
         raise click.UsageError("--json and --csv exclude each other.")
     if at and points is not None:
         raise click.UsageError("--at and --points exclude each other.")
-    if output is not None:
-        spare(scene, output)
+    spare(scene, output, plot)
     with reported(scene):
         import numpy as np
 
@@ -242,7 +242,7 @@ def reactions(
             _plot_forces(export_forces.cleared(drawn), plot)
     write = export_forces.json if as_json else export_forces.csv if as_csv else partial(export_forces.text, dense=dense)
     text = write(loaded, found)
-    hand_over(text, output)
+    hand_over(text, output, scene)
 
 
 def _plot_forces(found: JointForces, path: Path) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import sys
 from pathlib import Path
 
@@ -19,10 +20,9 @@ def _gif_path(context: click.Context, parameter: click.Parameter, path: Path | N
 def _target(scene: Path, output: Path | None, ending: str) -> Path:
     """The file to write: the one that was named, else one of the scene's name that does not exist yet."""
     if output is not None:
-        spare(scene, output)
         return output
     path = Path(scene.with_suffix(ending).name)
-    if path.exists():
+    if os.path.lexists(path):
         click.echo(f"{path}: exists already and is left as it is; name a file with -o", err=True)
         sys.exit(1)
     return path
@@ -61,6 +61,7 @@ def _tell(output: Path | None, target: Path) -> None:
 )
 def draw_mechanisms(scene: Path, at: tuple[str, ...], points: tuple[str, ...], output: Path | None) -> None:
     """Draw the mechanisms of SCENE at chosen positions, with the paths that their points describe."""
+    spare(scene, output)
     with reported(scene):
         from flywheel.pictures.mechanisms import draw
         from flywheel.reading.scenes import load
@@ -91,6 +92,7 @@ def animate_mechanisms(scene: Path, output: Path | None, frames: int, fps: int) 
     The speed is that of the steady cycle with the flywheel given or sized; along a stroke the curve is the velocity of what
     the mechanism drives, at the stroke's own speed.
     """
+    spare(scene, output)
     with reported(scene):
         from flywheel.pictures.animation import animate
         from flywheel.reading.scenes import load

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING
 import click
 
 from flywheel.accuracy import RTOL
-from flywheel.cli.common import SCENE, plot_path, reported, show, within, written
+from flywheel.cli.common import SCENE, plot_path, reported, show, spare, within, written
 
 if TYPE_CHECKING:
     from flywheel.tradeoffs.result import Tradeoff
@@ -55,6 +55,7 @@ def tradeoff(scene: Path, rtol: float | None, budget: float, plot: Path | None, 
 
     Ctrl-C ends the comparison: what was finished is told.
     """
+    spare(scene, plot)
     with _interruptible(), reported(scene):
         with _told(budget) as progress:
             from flywheel.reading.scenes import load

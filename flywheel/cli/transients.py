@@ -128,9 +128,7 @@ def simulate(
     A machine that stalls is told with its angle and time. The table of energies says where the work went.
     """
     table = None if csv_file in (None, "-") else Path(str(csv_file))
-    for target in (output, table, plot):
-        if target is not None:
-            spare(scene, target)
+    spare(scene, output, table, plot)
     if csv_file == "-" and as_json and output is None:
         raise click.UsageError("--csv - and --json exclude each other.")
     with reported(scene), _followed(end) as watching:
@@ -153,10 +151,10 @@ def simulate(
         if plot is not None:
             _draw(found, plot)
         if table is not None:
-            hand_over(writing.csv(found, points, breaks), table)
+            hand_over(writing.csv(found, points, breaks), table, scene)
         write = writing.csv if csv_file == "-" else writing.json if as_json else None
         text = writing.text(found) if write is None else write(found, points, breaks)
-    hand_over(text, output)
+    hand_over(text, output, scene)
 
 
 @contextmanager

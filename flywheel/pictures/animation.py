@@ -19,6 +19,7 @@ from matplotlib.patches import Patch
 from numpy.typing import NDArray
 from PIL import Image
 
+from bondgraph.files import replacement
 from flywheel.pictures import figures
 from flywheel.pictures.mechanisms import Artist, canvas, colours, columns_for, extent, factor, figure, moved, trace
 from flywheel.pictures.paces import Pace, pace
@@ -81,7 +82,8 @@ def animate(scene: Scene, path: str | Path, *, frames: int = 60, fps: int = 20) 
     images = list(_images(stage(scene, frames), scene))
     palette = _palette(images)
     first, *rest = (image.quantize(palette=palette, dither=Image.Dither.NONE) for image in images)
-    first.save(path, format="GIF", save_all=True, append_images=rest, duration=round(1000 / fps), loop=0)
+    with replacement(path, "gif") as fresh:
+        first.save(fresh, format="GIF", save_all=True, append_images=rest, duration=round(1000 / fps), loop=0)
 
 
 def stage(scene: Scene, frames: int) -> Stage:

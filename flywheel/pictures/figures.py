@@ -14,6 +14,8 @@ from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
+from bondgraph.files import replacement
+
 BLACK, GREY, PALE = "#000000", "#6E6E6E", "#DDDDDD"
 BLUE, VERMILLION, GREEN, PURPLE, ORANGE, SKY = "#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9"
 BODIES = (BLUE, VERMILLION, GREEN, PURPLE, ORANGE, SKY, "#8C6D31", "#999999")
@@ -39,9 +41,9 @@ def save(made: Figure, path: str | Path) -> None:
     kind = Path(path).suffix.lower().lstrip(".")
     if kind not in FORMATS:
         raise ValueError(f"found {str(path)!r}, expected a file name ending in .png, .svg or .pdf")
-    with rc_context(_STYLE), warnings.catch_warnings():
+    with replacement(path, kind) as fresh, rc_context(_STYLE), warnings.catch_warnings():
         warnings.filterwarnings("ignore", message="Glyph .* missing")  # of a title; the picture has a box there
-        made.savefig(path, format=kind, dpi=DPI, metadata=FORMATS[kind])
+        made.savefig(fresh, format=kind, dpi=DPI, metadata=FORMATS[kind])
 
 
 def name_axes(panel: Axes, title: str, xlabel: str, ylabel: str) -> None:

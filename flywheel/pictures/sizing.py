@@ -17,6 +17,7 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import MultipleLocator
 from numpy.typing import NDArray
 
+from bondgraph.files import replacement
 from flywheel import steady
 from flywheel.pictures import areas, curves
 from flywheel.pictures.curves import Loop, Samples
@@ -54,9 +55,9 @@ def plot(sizing: Sizing, path: str | Path) -> None:
     kind = Path(path).suffix.lower().lstrip(".")
     if kind not in _DATES:
         raise ValueError(f"found {str(path)!r}, expected a file name ending in .png, .svg or .pdf")
-    with rc_context(_STYLE), warnings.catch_warnings():
+    with replacement(path, kind) as fresh, rc_context(_STYLE), warnings.catch_warnings():
         warnings.filterwarnings("ignore", message="Glyph .* missing")  # of a title; the picture has a box there
-        draw(sizing).savefig(path, format=kind, dpi=_DPI, metadata=_DATES[kind])
+        draw(sizing).savefig(fresh, format=kind, dpi=_DPI, metadata=_DATES[kind])
 
 
 def draw(sizing: Sizing) -> Figure:

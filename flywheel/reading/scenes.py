@@ -138,11 +138,22 @@ def _content(file: Path) -> str:
         raise SceneError([Fault(name, found, "text in UTF-8", "save the file as UTF-8")]) from None
 
 
+def _no_file(file: Path) -> str:
+    """What is there where a plain file was expected."""
+    if file.is_dir():
+        return "a folder"
+    if file.exists():
+        return "a pipe" if file.is_fifo() else "a socket" if file.is_socket() else "a device"
+    if file.is_symlink():
+        return "a link that leads nowhere"
+    return "no such file" if file.parent.is_dir() else f"no such file, for there is no folder {quote(str(file.parent))}"
+
+
 def _bytes(file: Path) -> tuple[bytes, str]:
     """The beginning of a plain file, or what was found instead of one."""
     try:
         if not file.is_file():
-            return b"", "a folder" if file.is_dir() else "a device" if file.exists() else "no such file"
+            return b"", _no_file(file)
         with file.open("rb") as stream:
             return stream.read(LARGEST + 1), ""
     except OSError as error:
@@ -463,3 +474,21 @@ def _accuracy(raw: Mapping[str, Any], faults: Faults) -> dict[str, Any]:
     fields = _section(raw, "accuracy", faults)
     closure = fields["rtol"] if fields["closure"] is None else fields["closure"]
     return {"rtol": fields["rtol"], "closure": closure}
+
+
+def input_files(file: Path) -> list[Path]:
+    """A scene's file, and every file that it names."""
+    import tomllib
+
+    found = [file]
+
+    def collect(value: Any) -> None:
+        for key, inner in value.items() if isinstance(value, dict) else enumerate(value):
+            if key == "file" and isinstance(inner, str):
+                found.append(file.parent / inner)
+            elif isinstance(inner, dict | list):
+                collect(inner)
+
+    with suppress(SceneError, ValueError, RecursionError):  # such a scene is refused when it is read
+        collect(tomllib.loads(_content(file).replace("\r\n", "\n")))
+    return found

@@ -35,5 +35,11 @@ def starter(kind: str) -> str:
 def write_starter(kind: str, path: str | Path) -> None:
     """Write a starter scene into a new file. Raises FileExistsError rather than touch a file that is there."""
     text = starter(kind)
-    with Path(path).open("x", encoding="utf-8") as file:
-        file.write(text)
+    path = Path(path)
+    with path.open("x", encoding="utf-8") as file:
+        try:
+            file.write(text)
+            file.flush()
+        except OSError:  # a full disk: no half of a scene is left
+            path.unlink()
+            raise

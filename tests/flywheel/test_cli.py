@@ -16,6 +16,7 @@ from click.testing import CliRunner, Result
 
 from flywheel.accuracy import LEVELS
 from flywheel.cli import main
+from flywheel.starters import starter
 from tests.flywheel.scenes import yoke
 
 SCENES = Path(__file__).parents[1] / "references" / "scenes"
@@ -342,6 +343,7 @@ def test_no_command_is_usage() -> None:
 _LOADED = """
 import sys
 from flywheel.cli import main
+from flywheel.starters import starter
 main(sys.argv[1:], standalone_mode=False)
 print(*sys.modules, file=sys.stderr)
 """
@@ -413,3 +415,98 @@ def test_an_encoding_without_the_signs_prints_all_the_same(scene: Path) -> None:
     result = subprocess.run(command, capture_output=True, env=environment, timeout=600)
     assert result.returncode == 0
     assert b"353.5214273" in result.stdout
+
+
+# -- files that are written ------------------------------------------------------------------------------------------------
+
+TABLE = (
+    'regime.speed = 10\nflywheel.irregularity = "2 %"\ndrive.torque = "balance"\n'
+    '[[load]]\non = "crank"\ntable = { file = "load.csv" }\n'
+)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "target"),
+    [
+        (["size", "--no-simulate", "--plot"], "s.svg"),
+        (["draw", "-o"], "hard.svg"),
+        (["graph", "--plot"], "folder/../soft.svg"),
+        (["tradeoff", "--plot"], "s.svg"),
+        (["reactions", "--csv", "--output"], "soft.svg"),
+        (["reduce", "--output"], "load.csv"),
+        (["simulate", "--csv"], "hard.csv"),
+    ],
+)
+def test_no_output_replaces_an_input(
+    arguments: list[str], target: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    table = "phi [rad],omega [rad/s],alpha [rad/s^2]\n0,-3,0\n6.283185307179586,-3,0\n"
+    Path("s.svg").write_text(TABLE)
+    Path("load.csv").write_text(table)
+    Path("folder").mkdir()
+    os.link("s.svg", "hard.svg")
+    os.symlink("s.svg", "soft.svg")
+    os.link("load.csv", "hard.csv")
+    result = CliRunner().invoke(main, [arguments[0], "s.svg", *arguments[1:], target])
+    assert result.exit_code == 2
+    assert target in result.stderr
+    assert Path("s.svg").read_text() == TABLE
+    assert Path("load.csv").read_text() == table
+    assert len(list(tmp_path.iterdir())) == 6
+
+
+@pytest.mark.parametrize(
+    ("arguments", "name", "content"),
+    [
+        (["size", "--no-simulate", "--plot"], "a.png", "GIF89a..."),
+        (["graph", "--plot"], "a.svg", "<html></html>"),
+        (["draw", "-o"], "a.pdf", "%PS"),
+        (["reduce", "--output"], "a.csv", "phi,M\n1,2\n"),
+        (["reduce", "--json", "--output"], "a.json", '{"title": 1, "mine": 2}'),
+        (["reactions", "--output"], "a.txt", "a letter\n"),
+    ],
+)
+def test_what_is_there_is_replaced_only_by_its_like(
+    arguments: list[str], name: str, content: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    Path("s.toml").write_text(starter("slider-crank"))
+    command = [arguments[0], "s.toml", *arguments[1:], name]
+    Path(name).write_text(content)
+    refused = CliRunner().invoke(main, command)
+    assert refused.exit_code == 1
+    assert refused.stderr.splitlines()[-1].startswith(f"{name}: cannot be written (it exists already and ")
+    assert Path(name).read_text() == content
+    Path(name).unlink()
+    for _ in range(2):  # the second time over the first
+        assert CliRunner().invoke(main, command).exit_code == 0
+    assert sorted(path.name for path in tmp_path.iterdir()) == sorted([name, "s.toml"])
+
+
+@pytest.mark.skipif(not Path("/dev/full").exists(), reason="no device that is always full")
+@pytest.mark.parametrize("closed", [True, False], ids=["closed", "full"])
+@pytest.mark.parametrize("arguments", [["--help"], ["reference"], ["new"]])
+def test_output_that_goes_nowhere_is_no_success(arguments: list[str], closed: bool) -> None:
+    command = f"{sys.executable} -m flywheel {' '.join(arguments)} {'>&-' if closed else '>/dev/full'}"
+    environment = os.environ | {"PYTHONPATH": str(ROOT)}
+    result = subprocess.run(command, shell=True, stderr=subprocess.PIPE, text=True, env=environment, timeout=120)
+    reason = "it is closed" if closed else "No space left on device"
+    assert (result.returncode, result.stderr) == (1, f"standard output: cannot be written ({reason})\n")
+
+
+def test_a_scene_that_is_no_file_is_named_as_what_it_is(tmp_path: Path) -> None:
+    os.mkfifo(tmp_path / "pipe.toml")
+    (tmp_path / "link.toml").symlink_to("nowhere")
+    for name, found in (
+        ("pipe.toml", "a pipe"),
+        ("link.toml", "a link that leads nowhere"),
+        ("", "a folder"),
+        ("no/s.toml", f'no such file, for there is no folder "{tmp_path / "no"}"'),
+    ):
+        result = CliRunner().invoke(main, ["size", str(tmp_path / name)])
+        assert result.exit_code == 1
+        assert result.stderr == f"{tmp_path / name}: found {found}, expected a scene in a TOML file\n"
+    (tmp_path / "s.toml").write_text(starter("slider-crank"))
+    result = CliRunner().invoke(main, ["reduce", str(tmp_path / "s.toml"), "--output", str(tmp_path / "pipe.toml")])
+    assert (result.exit_code, "it is a pipe that nobody reads" in result.stderr) == (1, True)
