@@ -9,6 +9,7 @@ from __future__ import annotations
 import ast
 import math
 import re
+import sys
 import warnings
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
@@ -92,8 +93,29 @@ class Expression:
         >>> ramp.evaluate({"phi": np.array([0.0, 0.75, 1.5])}, np, {"phi": 0.5}).tolist()
         [1.0, 0.25, -0.5]
         """
+        return self._in_range(lambda at: trees.value(self.tree, at), values, ns, anchor)
+
+    def _in_range(self, found: Callable[[At], Any], values: Mapping[str, Any], ns: Any, anchor: Any) -> Any:
+        """What is found at a place; with exponentials kept apart where plain floats overflow, and in intervals always."""
+        base = getattr(ns, "over", ns)
+        bounds = sys.modules.get("flywheel.formulas.intervals")
         with np.errstate(all="ignore"):
-            return trees.value(self.tree, _at(values, ns, anchor))
+            if not self._grows or not (base is np or (bounds and base is bounds.NAMESPACE)):
+                return found(_at(values, ns, anchor))
+            if base is np:
+                try:
+                    with np.errstate(over="raise"):
+                        return found(_at(values, ns, anchor))
+                except FloatingPointError:
+                    pass
+            from flywheel.formulas.scaled import plain, scaled_namespace  # only what overflows pays for it
+
+            kept = found(_at(values, scaled_namespace(ns), anchor))
+            return tuple(map(plain, kept)) if isinstance(kept, tuple) else plain(kept)
+
+    @cached_property
+    def _grows(self) -> bool:
+        return any(trees.grows(node) for node in trees.walk(self.tree))
 
     def degree(self, name: str) -> int | None:
         """Degree in a parameter as far as the structure shows it: 0, 1, or None where it is not evidently linear."""
@@ -112,8 +134,8 @@ class Expression:
         """
         if self.degree(name) is None:
             raise ValueError(f"{self.text!r} is not linear in {name}")
-        with np.errstate(all="ignore"):
-            return trees.linear(self.tree, name, _at(values, ns, anchor))
+        pair: tuple[Any, Any] = self._in_range(lambda at: trees.linear(self.tree, name, at), values, ns, anchor)
+        return pair
 
     def switches(self) -> tuple[Expression, ...]:
         """The sub-expressions whose change of sign decides a branch, inner ones first; those on `v` are left out."""

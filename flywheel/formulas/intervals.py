@@ -135,11 +135,12 @@ def _hull(*ends: Any) -> Interval:
 
 
 def _divide(a: Any, b: Any) -> Interval:
-    """Quotient; by an interval that holds 0 it may be anything."""
+    """Quotient; by an interval that holds 0 inside it may be anything, by one that begins or ends there it has one sign."""
     (alo, ahi), (blo, bhi) = _ends(a), map(np.asarray, _ends(b))
+    blo, bhi = blo + 0.0, np.where((bhi == 0) & (blo < 0), -0.0, bhi)  # zeros of the side that the interval lies on
     with np.errstate(all="ignore"):
         quotient = _hull(alo / blo, alo / bhi, ahi / blo, ahi / bhi)
-    free = (blo > 0) | (bhi < 0)
+    free = ((blo >= 0) & (bhi > 0)) | ((bhi <= 0) & (blo < 0))
     return Interval(np.where(free, quotient.lo, -np.inf), np.where(free, quotient.hi, np.inf))
 
 

@@ -9,9 +9,12 @@ Source: A. Griewank, A. Walther, Evaluating Derivatives, 2nd ed., SIAM 2008, cha
 from __future__ import annotations
 
 import operator
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from types import SimpleNamespace
 from typing import Any
+
+from flywheel.formulas import trees
+from flywheel.formulas.trees import At, Node
 
 
 class Jet:
@@ -78,6 +81,10 @@ def _flat(*jets: Jet) -> bool:
 
 def _value(u: Any) -> Any:
     return u.value if isinstance(u, Jet) else u
+
+
+def _values(names: Mapping[str, Any]) -> dict[str, Any]:
+    return {name: _value(u) for name, u in names.items()}
 
 
 def _parts(u: Any) -> tuple[Any, Any, Any]:
@@ -243,10 +250,21 @@ def jet_namespace(ns: Any) -> SimpleNamespace:
         growth = 2.0 * (x0 * x1 + y0 * y1)
         return Jet(value, slope, ns.divide(x0 * y2 - y0 * x2 - slope * growth, square_radius))
 
+    def exponential(node: Node, at: At) -> Any:
+        """As `exp`, for numbers that are told the exponent's tree; see `flywheel.formulas.scaled`."""
+        below = at if at.anchor is None else at.anchor
+        anchor = At(_values(below.values), ns)
+        value = ns.exponential(node, At(_values(at.values), ns, None if at.anchor is None else anchor))
+        u = trees.value(node, at)
+        return _chain(u, value, value, lambda: value, square) if isinstance(u, Jet) else value
+
     functions = {name: lifted(name, rule) for name, rule in _elementary(ns).items()}
     comparisons = ("less", "less_equal", "greater", "greater_equal", "equal", "not_equal")
+    of_trees = {"exponential": exponential} if hasattr(ns, "exponential") else {}
     return SimpleNamespace(
         **functions,
+        **of_trees,
+        over=ns,
         **{name: compared(name) for name in comparisons},
         **{name: getattr(ns, name) for name in ("logical_and", "logical_or", "logical_not", "pi")},
         **_sided(ns),

@@ -4,6 +4,10 @@ Samples cannot show this. sin(phi) + 100 exp(-((phi - 2)/0.01)²) on one cell of
 coefficient. Enclosures can: whatever a function of the tree may do in a cell is known from the bounds of its argument,
 and from the distance to its nearest singularity. Rates of convergence after L. N. Trefethen, Approximation Theory and
 Approximation Practice, SIAM 2013, chapter 8.
+
+What hardly moves the whole need not be followed: down the tree goes, for every node, how far it may be off without moving
+the expression by more than a trifle of its greatest value. An exponential factor that a quotient or a logarithm takes out
+again is left out with it, so that exp(a)/(1 + exp(a)) asks for cells where it rises, and not where it is 1.
 """
 
 from __future__ import annotations
@@ -18,52 +22,71 @@ from flywheel.formulas import intervals, trees
 from flywheel.formulas.expressions import Expression
 from flywheel.formulas.intervals import Interval, interval
 from flywheel.formulas.jets import Jet
+from flywheel.formulas.scaled import Powers, Scaled, plain, scaled_namespace
 from flywheel.formulas.switching import Array, Enclosures, SwitchingError, Values
 from flywheel.formulas.trees import At, Node
 
 Mask = NDArray[np.bool_]
 
-CELL_CAP = 10_000  # more would take seconds
+CELL_CAP = 10_000  # that are added by halving: more would take seconds
 FINEST = 1e-14  # of the range: narrower cells are no longer split
 
 _EXPONENT = 8.0  # widest range of an exponential's argument
-_NEGLIGIBLE = 1e-20  # of the greatest value that an exponential or power takes
+_NEGLIGIBLE = 1e-20  # of the greatest value of the whole expression
 _PHASE = 3.0  # widest range of a sine's argument
 _POLE = 3.0  # greatest ratio of the distances from a pole
 _BRANCH = 6.0  # greatest ratio of the distances from a branch point
 _TAME_POWER = 8  # up to here a power of what 17 nodes resolve is resolved by them
+_SCALED = scaled_namespace(intervals.NAMESPACE)
 
 
 class _Cells(NamedTuple):
-    """Cells under examination: their bounds in interval arithmetic, values in their middles, share of the range."""
+    """Cells under examination: their bounds in interval arithmetic, values in their middles, share of the range.
+
+    `blame` collects which nodes found which cells too wide.
+    """
 
     bounds: At
     middle: At
     share: Array
-    peaks: dict[int, float]
+    blame: list[tuple[Node, Mask]]
+
+    def scaled(self, node: Node) -> Scaled:
+        """Bounds of a node, with its exponential factor kept apart."""
+        u = trees.value(node, self.bounds)
+        return u if isinstance(u, Scaled) else Scaled(u, {}, intervals.NAMESPACE)
+
+    def wide(self, u: Any) -> Interval:
+        u = interval(u)
+        return Interval(*(np.broadcast_to(np.asarray(end, dtype=float), self.share.shape) for end in (u.lo, u.hi)))
+
+    def factor(self, node: Node) -> Interval:
+        """Bounds of a node but for its exponential factor."""
+        return self.wide(self.scaled(node).factor)
 
     def enclosure(self, node: Node) -> Interval:
-        u = interval(trees.value(node, self.bounds))
-        return Interval(*(np.broadcast_to(np.asarray(end, dtype=float), self.share.shape) for end in (u.lo, u.hi)))
+        """Bounds of a node."""
+        return self.wide(self.scaled(node).plain)
 
     def rounding(self, node: Node) -> Array:
         """Width of a node's bounds in the middles: what rounding alone gives it."""
         assert self.bounds.anchor is not None
-        return np.asarray(interval(trees.value(node, self.bounds.anchor)).width)
+        u = trees.value(node, self.bounds.anchor)
+        return np.asarray(interval(u.factor if isinstance(u, Scaled) else u).width)
 
-    def peak(self, key: Node, values: Any, active: Mask) -> float:
-        """Greatest value found so far for a node, at places where it counts."""
-        here = np.broadcast_to(np.asarray(values, dtype=float), active.shape)[active]
-        greatest = float(np.max(here[np.isfinite(here)], initial=-np.inf))
-        self.peaks[id(key)] = max(self.peaks.get(id(key), -np.inf), greatest)
-        return self.peaks[id(key)]
+
+class _Wanted(NamedTuple):
+    """How far a node, divided by an exponential factor, may be off in every cell; infinite where it does not count."""
+
+    tolerance: Array
+    powers: Powers
 
 
 def resolved(expression: Expression, lo: Array, hi: Array, env: Enclosures, env_value: Values) -> Array:
     """Angles at which the cells from `lo` to `hi` (rad) must be split further for 17 nodes to follow an expression.
 
     The cells must lie between the expression's breakpoints; `env` and `env_value` are those of `breakpoints`.
-    Raises SwitchingError where a denominator comes to zero, a tangent is infinite, or 10 000 cells do not do.
+    Raises SwitchingError where a denominator comes to zero, a tangent is infinite, or 10 000 cells more do not do.
 
     >>> from flywheel.formulas.expressions import parse
     >>> peak = parse("sin(phi) + exp(-((phi - 2)/1e-3)**2)")
@@ -75,52 +98,136 @@ def resolved(expression: Expression, lo: Array, hi: Array, env: Enclosures, env_
     lo, hi = np.asarray(lo, dtype=float), np.asarray(hi, dtype=float)
     span = float(hi.max() - lo.min())
     splits: list[Array] = [np.array([])]
-    peaks: dict[int, float] = {}
-    count = lo.size
-    while lo.size:
-        middle = 0.5 * (lo + hi)
-        wide = _too_wide(expression, _examined(lo, hi, span, env, env_value, peaks))
-        lo, hi, middle = lo[wide], hi[wide], middle[wide]
-        count += lo.size
-        _check(expression, lo, hi, span, count)
-        splits.append(middle)
-        lo, hi = np.concatenate((lo, middle)), np.concatenate((middle, hi))
+    peak, count = 0.0, 0
+    with np.errstate(all="ignore"):
+        while lo.size:
+            middle = 0.5 * (lo + hi)
+            found = np.abs(
+                np.broadcast_to(expression.evaluate(env_value(middle, middle), np, env_value(middle, middle)), lo.shape)
+            )
+            peak = float(np.max(found[np.isfinite(found)], initial=peak))
+            cells = _examined(lo, hi, span, env, env_value)
+            wide = _strained(expression.tree, cells, _Wanted(np.full(lo.shape, _NEGLIGIBLE * peak), {}))
+            count += int(np.count_nonzero(wide))
+            _check(expression, cells, wide, lo, span, count)
+            lo, hi, middle = lo[wide], hi[wide], middle[wide]
+            splits.append(middle)
+            lo, hi = np.concatenate((lo, middle)), np.concatenate((middle, hi))
     return np.sort(np.concatenate(splits))
 
 
-def _examined(lo: Array, hi: Array, span: float, env: Enclosures, env_value: Values, peaks: dict[int, float]) -> _Cells:
+def _examined(lo: Array, hi: Array, span: float, env: Enclosures, env_value: Values) -> _Cells:
     middle = 0.5 * (lo + hi)
     inside = {name: u.value if isinstance(u, Jet) else u for name, u in env(lo, hi, middle).items()}
     centre = env_value(middle, middle)
-    anchor = At(centre, intervals.NAMESPACE)
-    return _Cells(At(inside, intervals.NAMESPACE, anchor), At(centre, np), (hi - lo) / span, peaks)
+    return _Cells(At(inside, _SCALED, At(centre, _SCALED)), At(centre, scaled_namespace(np)), (hi - lo) / span, [])
 
 
-def _check(expression: Expression, lo: Array, hi: Array, span: float, count: int) -> None:
-    if count > CELL_CAP:
-        raise SwitchingError(f"{expression.shown}: varies too fast to be followed (near phi = {{near}})", float(lo[0]))
-    if np.any(hi - lo <= FINEST * span):
-        text = f"{expression.shown}: not finite near phi = {{near}} (a denominator or tangent)"
-        raise SwitchingError(text, float(lo[np.argmin(hi - lo)]))
+def _check(expression: Expression, cells: _Cells, wide: Mask, lo: Array, span: float, count: int) -> None:
+    """Refuse what no cells of bearable width and number follow, naming the part of the expression that asks for them."""
+    finest = wide & (cells.share <= FINEST)
+    if not (finest.any() or count > CELL_CAP):
+        return
+    at = int(np.flatnonzero(finest if finest.any() else wide)[0])
+    node = next(node for node, mask in cells.blame if mask[at])
+    near = float(lo[at])
+    part = Expression(trees.written(node), node).shown
+    if finest.any() and (infinite := _infinite(node, cells, at)):
+        raise SwitchingError(f"{expression.shown}: not finite near phi = {{near}} ({infinite})", near)
+    if finest.any():
+        text = f"{expression.shown}: steeper near phi = {{near}} than rounding of the angle lets follow ({part})"
+        raise SwitchingError(text, near)
+    which = "" if node == expression.tree else f" {part}"
+    text = f"{expression.shown}:{which} varies too fast for {CELL_CAP} cells to follow it (first near phi = {{near}})"
+    raise SwitchingError(text, near)
 
 
-def _too_wide(expression: Expression, cells: _Cells) -> Mask:
-    with np.errstate(all="ignore"):
-        return _strained(expression.tree, cells, np.full(cells.share.shape, True))
+def _infinite(node: Node, cells: _Cells, at: int) -> str:
+    """What is infinite at a node in a cell, in words; nothing where the node is only steep there."""
+    if node.op == "tan":
+        return f"{Expression(trees.written(node), node).shown} is infinite"
+    below = [arg for sign, arg in zip(node.signs, node.args, strict=True) if sign == "/"] if node.op == "product" else []
+    if node.op == "**":
+        below = [node.args[0]]
+    for arg in below:
+        if cells.factor(arg).mignitude[at] <= cells.factor(arg).width[at]:
+            return f"{Expression(trees.written(arg), arg).shown} comes to zero below the line"
+    return ""
 
 
-def _strained(node: Node, cells: _Cells, active: Mask) -> Mask:
+def _strained(node: Node, cells: _Cells, wanted: _Wanted) -> Mask:
     """Cells that are too wide for a node or anything inside it; only branches that are taken count."""
-    if not active.any() or not node.args or node.op in trees.BOOLEAN or node.op == "sign":
-        return np.zeros_like(active)
+    tolerance = wanted.tolerance
+    if node.op in trees.BOOLEAN or node.op == "sign" or not (tolerance < np.inf).any():
+        return np.zeros(tolerance.shape, dtype=bool)
     if node.op in ("if", "min", "max"):
         first, second, chosen = _branches(node, cells)
-        return _strained(first, cells, active & chosen) | _strained(second, cells, active & ~chosen)
-    strained = np.zeros_like(active)
-    for arg in node.args:
-        strained |= _strained(arg, cells, active)
+        yes, no = (wanted._replace(tolerance=np.where(side, tolerance, np.inf)) for side in (chosen, ~chosen))
+        return _strained(first, cells, yes) | _strained(second, cells, no)
+    if node.op in ("neg", "abs"):
+        return _strained(node.args[0], cells, wanted)
+    u = cells.scaled(node)
+    rest = u / Scaled(1.0, wanted.powers, intervals.NAMESPACE)
+    exponent, whole = cells.wide(rest.exponent), cells.wide(rest.plain)
+    live = np.asarray((tolerance < np.inf) & ~(whole.width <= tolerance))
+    if not live.any():
+        return live
+    strained = np.asarray(live & (exponent.width > _EXPONENT))
+    tolerance = np.where(live, tolerance, np.inf)
     rule = _RULES.get(node.op)
-    return strained if rule is None else strained | (active & rule(node, cells, active))
+    if rule is not None:
+        strained |= live & rule(node, cells)
+    if strained.any():
+        cells.blame.append((node, strained))
+    if node.op == "exp":
+        return strained | _strained(node.args[0], cells, _Wanted(_share(tolerance, whole.magnitude), {}))
+    growth = cells.wide(intervals.NAMESPACE.exp(interval(rest.exponent))).magnitude if rest.powers else 1.0
+    for arg, inner in _inner(node, cells, u, _share(tolerance, growth)):
+        strained = strained | _strained(arg, cells, inner)
+    return strained
+
+
+def _share(tolerance: Array, steepness: Any) -> Array:
+    """What an argument may be off where its function rises by so much at most; nothing where that is not known."""
+    shared = tolerance / steepness
+    return np.asarray(np.where(np.isnan(shared), np.where(tolerance == np.inf, np.inf, 0.0), shared))
+
+
+def _inner(node: Node, cells: _Cells, u: Scaled, tolerance: Array) -> list[tuple[Node, _Wanted]]:
+    """What a node wants of each of its arguments."""
+    if node.op == "sum":
+        return [(arg, _Wanted(tolerance, u.powers)) for arg in node.args]
+    if node.op == "product":
+        return _of_factors(node, cells, tolerance)
+    if not node.args:
+        return []
+    arg, scaled = node.args[0], cells.scaled(node.args[0])
+    v = cells.wide(scaled.factor)
+    if node.op == "log":
+        exponents = [(tree, _Wanted(_share(tolerance, np.abs(c)), {})) for tree, (_, c) in scaled.powers.items()]
+        return [(arg, _Wanted(_share(tolerance, 1.0 / v.mignitude), scaled.powers)), *exponents]
+    order = 0.5 if node.op == "sqrt" else node.args[1].number if node.op == "**" and node.args[1].op == "number" else None
+    if order is not None:
+        steepness = abs(order) * np.maximum(v.magnitude ** (order - 1), v.mignitude ** (order - 1))
+        return [(arg, _Wanted(_share(tolerance, steepness), scaled.powers))]
+    if node.op in ("sin", "cos", "atan"):
+        return [(arg, _Wanted(tolerance, {}))]
+    unknown = np.where(tolerance == np.inf, np.inf, 0.0)
+    return [(arg, _Wanted(unknown, {})) for arg in node.args]
+
+
+def _of_factors(node: Node, cells: _Cells, tolerance: Array) -> list[tuple[Node, _Wanted]]:
+    scaled = [cells.scaled(arg) for arg in node.args]
+    sizes = [cells.wide(u.factor) for u in scaled]
+    sizes = [v if sign == "*" else intervals.NAMESPACE.divide(1.0, v) for sign, v in zip(node.signs, sizes, strict=True)]
+    found = []
+    for k, (sign, arg) in enumerate(zip(node.signs, node.args, strict=True)):
+        others: Any = np.ones(tolerance.shape)
+        for j, size in enumerate(sizes):
+            others = others * (size.magnitude if j != k else 1.0)
+        steepness = others if sign == "*" else others * sizes[k].magnitude ** 2
+        found.append((arg, _Wanted(_share(tolerance, steepness), scaled[k].powers)))
+    return found
 
 
 def _branches(node: Node, cells: _Cells) -> tuple[Node, Node, Mask]:
@@ -129,7 +236,7 @@ def _branches(node: Node, cells: _Cells) -> tuple[Node, Node, Mask]:
         chosen = trees.truth(test, cells.middle)
     else:
         first, second = node.args
-        left, right = (trees.value(arg, cells.middle) for arg in node.args)
+        left, right = (plain(trees.value(arg, cells.middle)) for arg in node.args)
         chosen = left <= right if node.op == "min" else left >= right
     return first, second, np.broadcast_to(np.asarray(chosen, dtype=bool), cells.share.shape)
 
@@ -142,31 +249,20 @@ def _ratio(u: Interval) -> Array:
     return np.asarray(np.where(u.mignitude > 0, u.magnitude / u.mignitude, np.inf))
 
 
-def _steep(node: Node, exponent: Interval, middle: Any, cells: _Cells, active: Mask) -> Mask:
-    """An exponential's argument is too wide, unless all of it is negligible beside the peak."""
-    peak = cells.peak(node, middle, active)
-    return np.asarray((exponent.width > _EXPONENT) & (exponent.hi > peak + np.log(_NEGLIGIBLE)))
-
-
-def _exponential(node: Node, cells: _Cells, active: Mask) -> Mask:
-    arg = node.args[0]
-    return _steep(node, cells.enclosure(arg), trees.value(arg, cells.middle), cells, active)
-
-
-def _oscillating(node: Node, cells: _Cells, active: Mask) -> Mask:
+def _oscillating(node: Node, cells: _Cells) -> Mask:
     return np.asarray(cells.enclosure(node.args[0]).width > _PHASE)
 
 
-def _tangent(node: Node, cells: _Cells, active: Mask) -> Mask:
+def _tangent(node: Node, cells: _Cells) -> Mask:
     """Its poles are the zeros of the cosine."""
     u = cells.enclosure(node.args[0])
     return np.asarray((u.width > 1.0) | (_ratio(intervals.NAMESPACE.cos(u)) > _POLE))
 
 
-def _denominators(node: Node, cells: _Cells, active: Mask) -> Mask:
+def _denominators(node: Node, cells: _Cells) -> Mask:
     factors = [arg for sign, arg in zip(node.signs, node.args, strict=True) if sign == "/"]
-    ratios = [_ratio(cells.enclosure(factor)) for factor in factors]
-    return np.asarray(np.any([ratio > _POLE for ratio in ratios], axis=0)) if ratios else np.zeros_like(active)
+    ratios = [_ratio(cells.factor(factor)) for factor in factors]
+    return np.asarray(np.any([ratio > _POLE for ratio in ratios], axis=0)) if ratios else np.zeros(cells.share.shape, bool)
 
 
 def _graded(arg: Node, u: Interval, order: float, cells: _Cells) -> Mask:
@@ -178,57 +274,49 @@ def _graded(arg: Node, u: Interval, order: float, cells: _Cells) -> Mask:
     return np.asarray(near & (u.width > 4 * cells.rounding(arg))) if near.any() else np.asarray(near)
 
 
-def _root(node: Node, cells: _Cells, active: Mask) -> Mask:
-    return _graded(node.args[0], cells.enclosure(node.args[0]), 0.5, cells)
+def _root(node: Node, cells: _Cells) -> Mask:
+    return _graded(node.args[0], cells.factor(node.args[0]), 0.5, cells)
 
 
-def _logarithm(node: Node, cells: _Cells, active: Mask) -> Mask:
-    return _graded(node.args[0], cells.enclosure(node.args[0]), 0.0, cells)
+def _logarithm(node: Node, cells: _Cells) -> Mask:
+    return _graded(node.args[0], cells.factor(node.args[0]), 0.0, cells)
 
 
-def _arcsine(node: Node, cells: _Cells, active: Mask) -> Mask:
+def _arcsine(node: Node, cells: _Cells) -> Mask:
     arg = node.args[0]
     u = cells.enclosure(arg)
     return _graded(arg, 1.0 - u, 0.5, cells) | _graded(arg, 1.0 + u, 0.5, cells)
 
 
-def _arctangent(node: Node, cells: _Cells, active: Mask) -> Mask:
+def _arctangent(node: Node, cells: _Cells) -> Mask:
     u = cells.enclosure(node.args[0])
     return np.asarray(u.width > 1.5 * np.hypot(1.0, u.mignitude))
 
 
-def _direction(node: Node, cells: _Cells, active: Mask) -> Mask:
+def _direction(node: Node, cells: _Cells) -> Mask:
     y, x = (cells.enclosure(arg) for arg in node.args)
     near = np.maximum(y.width, x.width) > 1.5 * np.hypot(y.mignitude, x.mignitude)
     return np.asarray(near & (cells.share > 2 * FINEST))
 
 
-def _power(node: Node, cells: _Cells, active: Mask) -> Mask:
+def _power(node: Node, cells: _Cells) -> Mask:
     base, exponent = node.args
-    number = trees.value(exponent, cells.middle)
-    u = cells.enclosure(base)
-    if np.ndim(number):
-        log = intervals.NAMESPACE.log(u)
-        middle = number * np.log(trees.value(base, cells.middle))
-        steep = _steep(node, cells.enclosure(exponent) * log, middle, cells, active)
-        return steep | _graded(base, u, 0.0, cells)
+    if trees.grows(node):
+        return np.zeros(cells.share.shape, bool)
+    u = cells.factor(base)
+    if exponent.op != "number":
+        steep = (cells.enclosure(exponent) * intervals.NAMESPACE.log(u)).width > _EXPONENT
+        return np.asarray(steep | _graded(base, u, 0.0, cells))
+    number = exponent.number
     if number < 0:
         return np.asarray(_ratio(u) > min(_POLE, np.exp(12.0 / -number)))
     if number % 1:
-        return _graded(base, u, float(number), cells)
-    return _high_power(node, u, float(number), cells, active)
+        return _graded(base, u, number, cells)
+    high = number > _TAME_POWER  # as steep as an exponential of n log u
+    return np.asarray(_ratio(u) > np.exp(12.0 / number)) if high else np.zeros(cells.share.shape, bool)
 
 
-def _high_power(node: Node, u: Interval, number: float, cells: _Cells, active: Mask) -> Mask:
-    """A high integer power is as steep as an exponential of n log u."""
-    if number <= _TAME_POWER:
-        return np.zeros_like(active)
-    peak = cells.peak(node, np.abs(trees.value(node.args[0], cells.middle)), active)
-    return np.asarray((_ratio(u) > np.exp(12.0 / number)) & (u.magnitude > peak * _NEGLIGIBLE ** (1 / number)))
-
-
-_RULES: dict[str, Callable[[Node, _Cells, Mask], Mask]] = {
-    "exp": _exponential,
+_RULES: dict[str, Callable[[Node, _Cells], Mask]] = {
     "sin": _oscillating,
     "cos": _oscillating,
     "tan": _tangent,

@@ -110,11 +110,28 @@ def _product(node: Node, at: At) -> Any:
 
 
 def _power(node: Node, at: At) -> Any:
-    return at.ns.power(value(node.args[0], at), value(node.args[1], at))
+    base, exponent = node.args
+    if grows(node) and hasattr(at.ns, "exponential"):
+        return at.ns.exponential(Node("product", (exponent, Node("log", (base,))), signs=("*", "*")), at)
+    return at.ns.power(value(base, at), value(exponent, at))
+
+
+def grows(node: Node) -> bool:
+    """Whether a node is an exponential: exp, or a positive number to a power that varies."""
+    if node.op != "**":
+        return node.op == "exp"
+    base, exponent = node.args
+    return exponent.op != "number" and base.op == "number" and base.number > 0.0
 
 
 def _smooth(node: Node, at: At) -> Any:
     return getattr(at.ns, node.op)(value(node.args[0], at))
+
+
+def _exponential(node: Node, at: At) -> Any:
+    """Of a namespace that keeps exponents apart, by its own rule, which is told the exponent's tree."""
+    own = getattr(at.ns, "exponential", None)
+    return at.ns.exp(value(node.args[0], at)) if own is None else own(node.args[0], at)
 
 
 def _indicator(node: Node, at: At) -> Any:
@@ -173,6 +190,7 @@ _RULES: dict[str, Callable[[Node, At], Any]] = {
     "max": _extreme,
     "atan2": _atan2,
     **dict.fromkeys(SMOOTH, _smooth),
+    "exp": _exponential,
     **dict.fromkeys(BOOLEAN, _indicator),
 }
 

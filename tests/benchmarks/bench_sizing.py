@@ -5,6 +5,7 @@
 For the scotch yoke of p.103 and a slider-crank press: our sizing from a built machine at rtol 1e-12 (error estimate
 included), sizing on plain grids of 360 and 100 000 angles, and sizing by a root search on the inertia over time
 simulations (solve_ivp, 1e-9). Then the whole command without simulation against a bare import of click and numpy.
+Then one design of a sweep, of that press and of examples/machines/press.toml, and what windows and rows of tables add.
 Errors are against 30-digit references; times are medians.
 """
 
@@ -131,16 +132,48 @@ def compared(title: str, name: str, quick: bool) -> None:
 
 def sweep(quick: bool) -> None:
     """Print the time of one design of a sweep: scene read, machine built, flywheel sized at the default rtol."""
-    mapping = tomllib.loads((FOLDER / "scenes" / "press.toml").read_text())
-    count = 100 if quick else 1000
-    start = time.perf_counter()
-    for k in range(count):
-        mapping["mechanism"]["rod"]["length"] = 0.5 + 0.2 * k / count
+    scenes = FOLDER / "scenes" / "press.toml", FOLDER.parent.parent / "examples" / "machines" / "press.toml"
+    print("\none design of a sweep, from its scene to its flywheel (CPU time):")
+    first = 0.0
+    for path in scenes:
+        mapping, count = tomllib.loads(path.read_text()), 20 if quick else 500
         flywheel.size(flywheel.load(mapping), simulate=False)
-    each = (time.perf_counter() - start) / count
-    print(
-        f"\none design of a sweep, from its scene to its flywheel: {1e3 * each:.2f} ms; 100 000: {each * 1e5 / 60:.1f} min"
-    )
+        times = []
+        for k in range(count):
+            mapping["mechanism"]["rod"]["length"] = 0.5 + 0.2 * k / count
+            start = time.process_time()
+            flywheel.size(flywheel.load(mapping), simulate=False)
+            times.append(time.process_time() - start)
+        each = statistics.median(times)
+        first = first or each
+        name, ratio = f"{path.parent.name}/{path.name}", each / first
+        print(f"  {name}: {1e3 * each:.2f} ms, ratio {ratio:.2f}; 100 000: {each * 1e5 / 60:.1f} min")
+
+
+def proportion(quick: bool) -> None:
+    """Print what many windows of a force on a press's slider cost at the default level, and long tables, against few."""
+    press = tomllib.loads((FOLDER / "scenes" / "press.toml").read_text())
+
+    def windows(count: int) -> list[dict[str, object]]:
+        width = 360 / count
+        place = [{"from": f"{k * width} deg", "to": f"{(k + 0.6) * width} deg"} for k in range(count)]
+        return [{"on": "slider", "force": f"{-1 - k % 3} kN"} | where for k, where in enumerate(place)]
+
+    def rows(count: int) -> list[dict[str, object]]:
+        angle = np.linspace(0.0, 2 * np.pi, count)
+        return [{"on": "crank", "table": {"angle": angle.tolist(), "value": (-900 - 90 * np.sin(angle)).tolist()}}]
+
+    counts = ((10, 30), (400, 4_000)) if quick else ((10, 30, 100, 300), (400, 4_000, 40_000))
+    for what, loads, numbers, level in (("windows", windows, counts[0], "audit"), ("rows", rows, counts[1], "normal")):
+        print(f"\n{what} (accuracy {level}, CPU time):")
+        few = 0.0
+        for number in numbers:
+            scene = flywheel.load(press | {"load": loads(number)})
+            start = time.process_time()
+            flywheel.size(scene, accuracy=level)
+            spent = time.process_time() - start
+            few = few or spent
+            print(f"  {number:6}: {1e3 * spent:6.0f} ms, ratio {spent / few:5.1f} for {number // numbers[0]} times as many")
 
 
 def command(quick: bool) -> None:
@@ -167,4 +200,5 @@ if __name__ == "__main__":
     for scene_title, scene_name in SCENES.items():
         compared(scene_title, scene_name, hurry)
     sweep(hurry)
+    proportion(hurry)
     command(hurry)

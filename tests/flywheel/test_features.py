@@ -1,3 +1,4 @@
+import mpmath
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose
@@ -92,6 +93,26 @@ def test_a_narrow_peak_is_never_missed(width):
     work = 100 * width * np.sqrt(np.pi)  # the peak's; the sine's is zero
     assert result.balance.value == pytest.approx(work / (2 * np.pi), rel=1e-9)
     assert result.reached
+
+
+@pytest.mark.parametrize("steepness", [10, 300, 1e5, 1e8])
+@pytest.mark.parametrize("text", ["-100/(1 + exp(-{k}*(phi - 3)))", "-100*exp({k}*(phi - 3))/(1 + exp({k}*(phi - 3)))"])
+def test_a_steep_step_is_sized_within_its_estimate(text, steepness):
+    result = flywheel.size(
+        flywheel.load(scenes.rotor(load=[{"on": "crank", "torque": text.format(k=steepness)}])), simulate=False
+    )
+    with mpmath.workdps(30):
+        k, turn = mpmath.mpf(steepness), 2 * mpmath.pi
+
+        def step(phi):
+            return mpmath.log1p(mpmath.exp(k * (phi - 3))) / k
+
+        mean = (step(turn) - step(0)) / turn
+        top = 3 + mpmath.log(mean / (1 - mean)) / k
+        swing = 100 * (mean * top - step(top) + step(0))
+        true = float(swing / (mpmath.mpf("0.01") * (10 * mpmath.pi) ** 2))
+        assert result.balance.value == pytest.approx(float(100 * mean), rel=1e-9)
+    assert abs(result.flywheel.exact / true - 1) <= result.error.exact <= 1e-9
 
 
 def test_scenes_without_expressions_do_not_pay_for_bounds():

@@ -79,8 +79,8 @@ REFUSED = {
     "sine_of_speed_on_a_linkage": "flywheel.irregularity: found no periodic motion near",
     "steep_torque_of_speed": "flywheel.irregularity: found a machine that stalls at crank angle",
     "switch_that_chases_its_cells": "load: found laws that switch",
-    "ten_thousand_waves_and_a_motor": "load[2].torque: found sin(1e4*phi): varies too fast to be followed",
-    "wave_too_fast_to_follow": "load[0].torque: found sin(exp(phi*3)): varies too fast to be followed",
+    "ten_thousand_waves_and_a_motor": "load[2].torque: found sin(1e4*phi): varies too fast for 10000 cells",
+    "wave_too_fast_to_follow": "load[0].torque: found sin(exp(phi*3)): varies too fast for 10000 cells",
 }
 """How the first fault of those that are refused begins; all others are sized."""
 NOT_REACHED = ("balance_to_the_last_digit",)

@@ -141,12 +141,16 @@ def test_extremes_inside_a_cell_are_exact_and_others_tight():
 def test_what_may_be_anything():
     for bounds in (
         1.0 / Interval(-1.0, 2.0),
-        1.0 / Interval(0.0, 2.0),
         ns.tan(Interval(1.5, 1.6)),
         ns.power(Interval(-1.0, 1.0), -1.0),
         ns.sin(Interval(-np.inf, np.inf)) * Interval(-np.inf, np.inf),
     ):
         assert (bounds.lo, bounds.hi) == (-np.inf, np.inf)
+    half = [1.0 / Interval(0.0, 2.0), -1.0 / Interval(-2.0, 0.0), 1.0 / Interval(-0.0, 2.0), 1.0 / -Interval(0.0, 2.0)]
+    assert [(bounds.lo <= 0.5 <= bounds.hi, bounds.hi == np.inf) for bounds in half[:3]] == [(True, True)] * 3
+    assert all(bounds.lo > 0.49 for bounds in half[:3])
+    assert half[3].lo == -np.inf
+    assert half[3].hi > -0.51
     cut = ns.atan2(Interval(-1.0, 1.0), Interval(-2.0, -1.0))
     assert cut.lo < -np.pi < np.pi < cut.hi
 

@@ -72,6 +72,42 @@ def test_integrals_on_resolved_cells(text, expected):
     assert integral(text) == pytest.approx(expected, rel=1e-9, abs=1e-12)
 
 
+STEPS = [
+    "1/(1 + exp(-{k}*(phi - 3)))",
+    "1 - 1/(1 + exp({k}*(phi - 3)))",
+    "exp({k}*(phi - 3))/(1 + exp({k}*(phi - 3)))",
+    "0.5 + 0.5*(exp({k}/2*(phi - 3)) - exp(-{k}/2*(phi - 3)))/(exp({k}/2*(phi - 3)) + exp(-{k}/2*(phi - 3)))",
+    "1/(1 + 2**({k}/log(2)*(3 - phi)))",
+]
+
+
+@pytest.mark.parametrize("steepness", ["10", "300", "1e4", "1e6", "1e8"])
+@pytest.mark.parametrize("text", STEPS)
+def test_smooth_steps_of_any_steepness_are_followed(text, steepness):
+    k = float(steepness)
+    true = float((mpmath.log1p(mpmath.exp(k * (TURN - 3))) - mpmath.log1p(mpmath.exp(-3 * k))) / k)
+    assert integral(text.format(k=steepness)) == pytest.approx(true, rel=1e-8)
+    assert cells_of(text.format(k=steepness))[1].size < 120
+
+
+@pytest.mark.parametrize(
+    ("text", "expected"),
+    [
+        ("exp(60*phi)*exp(-10*phi**2)*1e-39", 1e-39 * np.exp(90) * np.sqrt(np.pi / 10)),  # where either factor is a trifle
+        ("exp(300*phi)*exp(-5000*(phi - 2)**2)*exp(-609)", np.exp(-4.5) * np.sqrt(np.pi / 5000)),
+        ("log(1 + exp(1e5*(phi - 3)))", 1e5 * (TURN - 3) ** 2 / 2 + np.pi**2 / 6e5),
+        ("phi*exp(1e5*(phi - 3))/(1 + exp(1e5*(phi - 3)))", (TURN**2 - 9) / 2 - np.pi**2 / 6e10),
+        ("2e3/(exp(1e3*(phi - 2)) + exp(-1e3*(phi - 2)))", np.pi),
+        (
+            "exp(-1e-3/(phi - 3)**2)*(phi < 4)*(phi > 2)",
+            2 * (np.exp(-1e-3) - np.sqrt(1e-3 * np.pi) * float(mpmath.erfc(1e-3**0.5))),
+        ),
+    ],
+)
+def test_exponentials_count_by_what_they_do_to_the_whole(text, expected):
+    assert integral(text) == pytest.approx(expected, rel=1e-8)
+
+
 def test_a_smooth_expression_is_left_alone():
     assert cells_of("3 + phi*sin(phi)", 0.0, 2.5)[1].tolist() == [0.0, 2.5]
 
@@ -88,5 +124,14 @@ def test_what_is_not_finite_is_refused(text):
 
 
 def test_what_varies_too_fast_is_refused():
-    with pytest.raises(SwitchingError, match="varies too fast"):
-        cells_of("sin(1e6*phi)")
+    with pytest.raises(SwitchingError, match=r"sin\(1000000 \* phi\) varies too fast for 10000 cells"):
+        cells_of("2 + sin(1e6*phi)")
+
+
+def test_what_is_infinite_is_named():
+    with pytest.raises(SwitchingError, match=r"near phi = 3 \(phi - 3 comes to zero below the line\)"):
+        cells_of("2 - 4/(phi - 3)")
+
+
+def test_more_cells_than_may_be_added_may_stand_there_already():
+    assert cells_of("sign(sin(5100*phi))")[1].size == 10_201
