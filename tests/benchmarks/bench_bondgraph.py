@@ -137,6 +137,21 @@ def _beside() -> Iterator[Row]:
         theirs = median(lambda count=count: _theirs(other, count).constitutive_relations, 3)
         ours = median(lambda count=count: state_equations(fan(count, lambda k: 0.5)), 3)
         yield Row(f"state equations, {count} constant ratios", ours, theirs, "BondGraphTools")
+    equations = _modulated(other)
+    kept = any("cos" in equation for equation in equations)
+    print(f"BondGraphTools, ratio 0.2*sin(x): dT/dt is {'in' if kept else 'left out of'} its equations {equations}")
+
+
+def _modulated(other: Any) -> list[str]:
+    """Its equations of two inertias through T = 0.2 sin x, x of a spring beside the first; dT/dt = 0.2 cos(x) x'."""
+    model, shaft = other.new(name="modulated"), other.new("1", name="shaft")
+    near, far, spring = other.new("I", value=2.0), other.new("I", value=4.0), other.new("C", value=1.0)
+    ratio = other.new("TF", name="T", value={"r": "0.2*sin(x_2)"})
+    other.add(model, near, far, ratio, shaft, spring)
+    for port in (near, spring, (ratio, 0)):
+        other.connect(shaft, port)
+    other.connect((ratio, 1), far)
+    return [str(equation) for equation in model.constitutive_relations]
 
 
 def _theirs(other: Any, count: int) -> Any:
