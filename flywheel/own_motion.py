@@ -524,7 +524,8 @@ def _kept_work(solved: Periodic, cycle: Cycle) -> float:
     dE' = (dF/dE) dE + r is one-signed, so that errors r of one sign in all cells are the worst that can be.
     """
     moments, errors = solved.moments, cycle.errors
-    if moments.circuit is not None or not errors.work > 0.0:
+    held = moments.machine.scene.unknown is not None  # then the balance's own error does not fade
+    if held or moments.circuit is not None or not errors.work > 0.0:
         return errors.work
     half = moments.mesh.half
     growth = piecewise.integral(solved.rate.by_speed / ((solved.state.inertia + moments.inertia) * solved.omega), half)
