@@ -14,6 +14,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from flywheel.faults import Remark
 from flywheel.formulas.expressions import Expression
 from flywheel.linkage.description import Linkage
 from flywheel.motors.base import Motor
@@ -208,6 +209,7 @@ class Scene:
     rtol: float = 1e-9
     closure: float = 1e-9
     file: Path | None = None
+    remarks: tuple[Remark, ...] = field(default=(), compare=False)  # on numbers that are hardly those that were meant
 
     @property
     def reduction_element(self) -> str:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import errno
 import os
 import sys
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING
 import click
 
 if TYPE_CHECKING:
-    from flywheel.faults import Fault
+    from flywheel.faults import Fault, Remark
 
 PLOT_FORMATS = (".png", ".svg", ".pdf")
 MOST_POINTS = 1_000_000
@@ -32,16 +32,22 @@ def reported(scene: Path) -> Iterator[None]:
         with np.errstate(all="ignore"):  # a value that is not finite is reported as a fault, with its place
             yield
     except SceneError as error:
-        for fault in error.faults:
+        from flywheel.reading.scenes import placed
+
+        for fault in placed(error.faults, scene):
             click.echo(_fault_line(scene, fault), err=True)
         sys.exit(1)
 
 
 def _fault_line(scene: Path, fault: Fault) -> str:
     """`press.toml: mechanism.rod.length: found ..., expected ...; advice`; a fault of the file itself names it once."""
-    whole_file = fault.path in (scene.name, "scene")
-    tail = str(fault)[len(fault.path) + 2 :] if whole_file else str(fault)
-    return f"{scene}: {tail}"
+    return f"{scene}{fault.told}" if fault.path in (scene.name, "scene") else f"{scene}: {fault}"
+
+
+def remarked(scene: Path, remarks: Iterable[Remark]) -> None:
+    """Remarks on a scene as lines on standard error."""
+    for remark in remarks:
+        click.echo(f"{scene}: remark: {remark}", err=True)
 
 
 @contextmanager

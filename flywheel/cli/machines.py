@@ -18,6 +18,7 @@ from flywheel.cli.common import (
     pace,
     plot_path,
     quantity,
+    remarked,
     reported,
     show,
     spare,
@@ -73,12 +74,12 @@ def size(
             from flywheel.explaining import explained
 
             explanation = explained(sizing)
-        _show(sizing, as_json, explanation)
+        _show(sizing, as_json, explanation, scene)
         if plot is not None:
             _draw(sizing, plot)
 
 
-def _show(sizing: Sizing, as_json: bool, explanation: Explanation | None) -> None:
+def _show(sizing: Sizing, as_json: bool, explanation: Explanation | None, scene: Path) -> None:
     if not as_json:
         from flywheel.writing.report import text
 
@@ -88,6 +89,9 @@ def _show(sizing: Sizing, as_json: bool, explanation: Explanation | None) -> Non
 
     told = {} if explanation is None else {"explanation": explanation.as_dict()}
     show(encoded({**sizing.as_dict(), **told}, indent=2))
+    from flywheel.writing.as_read import remarks
+
+    remarked(scene, remarks(sizing))
     for message in sizing.messages:
         click.echo(message, err=True)
 
@@ -126,6 +130,7 @@ def reduce(scene: Path, as_json: bool, as_csv: bool, points: int | None, at: tup
         from flywheel.writing.export import reduced
 
         loaded = load(scene)
+        remarked(scene, loaded.remarks)
         wanted = coordinates(at, loaded.reduction_element == "slide")
         text, conditions = reduced(loaded, wanted, points or 360, as_json=as_json)
     if conditions:
@@ -229,6 +234,7 @@ def reactions(
         from flywheel.writing import forces as export_forces
 
         loaded = load(scene)
+        remarked(scene, loaded.remarks)
         sliding = loaded.reduction_element == "slide"
         phi = coordinates(at, sliding) if at else spread(loaded, points or (_MANY if as_json or as_csv else _FEW))
         own = None if speed is None else pace(speed, sliding, "--speed")

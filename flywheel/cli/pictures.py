@@ -8,7 +8,7 @@ from pathlib import Path
 
 import click
 
-from flywheel.cli.common import SCENE, coordinates, places, plot_path, reported, spare, written
+from flywheel.cli.common import SCENE, coordinates, places, plot_path, remarked, reported, spare, written
 
 
 def _gif_path(context: click.Context, parameter: click.Parameter, path: Path | None) -> Path | None:
@@ -67,6 +67,7 @@ def draw_mechanisms(scene: Path, at: tuple[str, ...], points: tuple[str, ...], o
         from flywheel.reading.scenes import load
 
         loaded = load(scene)
+        remarked(scene, loaded.remarks)
         wanted = coordinates(at, loaded.reduction_element == "slide")
         target = _target(scene, output, ".png")
         with written(target):
@@ -98,6 +99,7 @@ def animate_mechanisms(scene: Path, output: Path | None, frames: int, fps: int) 
         from flywheel.reading.scenes import load
 
         loaded = load(scene)
+        remarked(scene, loaded.remarks)
         target = _target(scene, output, ".gif")
         with written(target):
             animate(loaded, target, frames=frames, fps=fps)

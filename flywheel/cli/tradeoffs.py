@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING
 import click
 
 from flywheel.accuracy import RTOL
-from flywheel.cli.common import SCENE, plot_path, reported, show, spare, within, written
+from flywheel.cli.common import SCENE, plot_path, remarked, reported, show, spare, within, written
 
 if TYPE_CHECKING:
     from flywheel.tradeoffs.result import Tradeoff
@@ -61,7 +61,9 @@ def tradeoff(scene: Path, rtol: float | None, budget: float, plot: Path | None, 
             from flywheel.reading.scenes import load
             from flywheel.tradeoffs.comparison import tradeoff as compared
 
-            found = compared(load(scene), rtol, budget=budget, progress=progress)
+            loaded = load(scene)
+            remarked(scene, loaded.remarks)
+            found = compared(loaded, rtol, budget=budget, progress=progress)
         _show(found, as_json)
         if plot is not None:
             _draw(found, plot)

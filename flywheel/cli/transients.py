@@ -20,6 +20,7 @@ from flywheel.cli.common import (
     pace,
     plot_path,
     quantity,
+    remarked,
     reported,
     spare,
     within,
@@ -137,6 +138,7 @@ def simulate(
         from flywheel.writing import transients as writing
 
         loaded = load(scene)
+        remarked(scene, loaded.remarks)
         watching.sliding = loaded.reduction_element == "slide"
         found = transient(
             loaded,

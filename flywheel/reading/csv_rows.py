@@ -63,10 +63,23 @@ def _find(name: object, folder: Path | None, path: str, faults: Faults) -> Path 
     except (OSError, ValueError, RuntimeError):
         inside = there = False
     if not inside:
-        faults.add(path, show(name), "a file in the scene's own folder")
+        faults.add(path, show(name), "a file in the scene's own folder", _elsewhere(name))
     elif not there:
-        faults.add(path, f"no file {show(name)} beside the scene", "a CSV file", _other_files(file))
+        faults.add(path, f"no file {show(name)} beside the scene", "a CSV file", _elsewhere(name) or _other_files(file))
     return file if there else None
+
+
+def _elsewhere(name: str) -> str:
+    r"""The advice for a name that is a place on a disk, or that escapes have spoilt: "C:\new" holds a line's end."""
+    spelt = name
+    for sign, letter in zip("\n\t\r\b\f", "ntrbf", strict=True):
+        spelt = spelt.replace(sign, f"\\{letter}")
+    plain = spelt.replace("\\", "/")
+    why = "between double quotes \\ begins an escape" if spelt != name else ""
+    if re.match(r"[A-Za-z]:|[/~]", plain) and plain[-1] != "/":
+        moved = f"put the file beside the scene and write {quote(plain.rpartition('/')[2])}"
+        return f"{why}; {moved}" if why else moved
+    return f"{why or 'write / for every backslash'}: {quote(plain)}" if plain != name else ""
 
 
 def _other_files(file: Path) -> str:

@@ -5,13 +5,13 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Iterable, Mapping, Sequence
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from flywheel.advice import mean, nearest, quote, show
 from flywheel.faults import Fault
-from flywheel.reading.schema import MOST_TABLES, NAME_PATTERN, TURN, Key, Section
+from flywheel.reading.schema import KINDS, MOST_TABLES, NAME_PATTERN, SECTIONS, TOP, TURN, Key, Section
 from flywheel.units import DIMENSIONS, QuantityError, parse_quantity
 
 Fields = dict[str, Any]
@@ -28,25 +28,72 @@ _TOPICS = {"motor": "motor", "model": "load-models"}
 """Where to read on tables whose keys follow from their type."""
 
 
+class Quantity(NamedTuple):
+    """A quantity as a scene writes it, its SI value, and what its key says of it."""
+
+    value: object
+    number: float
+    dimension: str
+    many_turns: bool
+
+
 class Faults(list[Fault]):
-    """The faults found so far. `longest`: the greatest angle (rad) that may stand without a unit, a turn or the cycle."""
+    """The faults found so far, and quantities as they were read, by their paths, for remarks.
+
+    `longest` is the greatest angle (rad) that may stand without a unit: a turn, or the cycle.
+    """
 
     def __init__(self) -> None:
         super().__init__()
         self.longest = TURN
+        self.quantities: dict[str, Quantity] = {}
 
     def add(self, path: str, found: str, expected: str, advice: str = "") -> None:
         """Note one more fault."""
         self.append(Fault(path, found, expected, advice))
 
     def unknown(self, path: str, name: str, valid: Iterable[str], what: str = "key") -> None:
-        """Note a name that does not exist here, with the nearest one that does."""
+        """Note a name that does not exist here, with the nearest one that does, or the tables where it does."""
         advice = mean(name, valid) if len(self) < _SUGGESTIONS else ""
+        if what.startswith("key") and (home := _home(name, valid)):
+            advice = f"{home}; {advice}" if advice.startswith("valid") and "?" not in home else home
         self.add(path, f"{what} {quote(name)}", f"a known {what}", advice)
 
     def later(self, path: str, what: str) -> None:
         """Note something that the format knows but this version does not compute."""
         self.add(path, what, "none of it: not supported yet")
+
+
+def _home(name: str, valid: Iterable[str]) -> str:
+    """Where a key belongs that stands in a table which does not know it; empty where that is nowhere.
+
+    >>> _home("speed", ["on"]), _home("title", ["on"]), _home("rod_length", ["rod", "crank"])
+    ('speed is a key of [regime] or [stroke]', 'title stands at the top, above every heading', 'did you mean rod.length?')
+    """
+    parts = {part.name: part for kind in KINDS.values() for part in kind.parts}
+    here = [part for part in parts if part in valid]
+    owner, _, key = name.replace("-", "_").partition("_")
+    if owner in here and key in (known.name for known in parts[owner].keys):
+        return f"did you mean {owner}.{key}?"
+    if owners := [f"{part}.{name}" for part in here if name in (known.name for known in parts[part].keys)]:
+        return f"{name} belongs to a part: {', '.join(owners)}"
+    if any(name == key.name for key in TOP):
+        return f"{name} stands at the top, above every heading"
+    if name in SECTIONS:
+        return f"{name} is a table of its own: write {heading(name)}"
+    found = [heading(section.name) for section in SECTIONS.values() if any(name == key.name for key in section.keys)]
+    if name in parts or any(name == key.name for kind in KINDS.values() for key in kind.keys):
+        found = [heading("mechanism")]
+    return f"{name} is a key of {' or '.join(found)}" if found else ""
+
+
+def heading(name: str) -> str:
+    """How the heading of a table is written.
+
+    >>> heading("regime"), heading("load"), heading("mechanism")
+    ('[regime]', '[[load]]', '[mechanism]')
+    """
+    return f"[[{name}]]" if SECTIONS[name].array and name != "mechanism" else f"[{name}]"
 
 
 def as_table(raw: object, path: str, faults: Faults) -> Mapping[str, Any] | None:
@@ -123,7 +170,9 @@ def read_quantity(value: object, dimension: str, key: Key, path: str, faults: Fa
         number = parse_quantity(value, dimension)
     except QuantityError as error:
         expected = error.expected.replace(DIMENSIONS[dimension].expected, _quantity(dimension, key))
-        faults.add(path, error.found, expected, error.advice)
+        is_balance = isinstance(value, str) and value.strip().lower() == "balance"
+        advice = "the balance is that of [drive] torque, or of a parameter" if is_balance else error.advice
+        faults.add(path, error.found, expected, advice)
         return None
     if (
         dimension == "angle"
@@ -137,6 +186,7 @@ def read_quantity(value: object, dimension: str, key: Key, path: str, faults: Fa
         unit = DIMENSIONS[dimension].si
         faults.add(path, show(value), f"a value {key.range}{' ' + unit if unit else ''}", _percent(value, number, key))
         return None
+    faults.quantities[path] = Quantity(value, number, dimension, key.many_turns)
     return number
 
 

@@ -5,17 +5,19 @@ from __future__ import annotations
 import keyword
 import math
 import re
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from contextlib import suppress
-from itertools import accumulate
+from dataclasses import replace
+from itertools import accumulate, chain
 from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from flywheel.advice import quote, show
-from flywheel.faults import Fault, SceneError
+from flywheel.faults import Fault, Remark, SceneError
 from flywheel.formulas.expressions import RESERVED
+from flywheel.reading import remarks
 from flywheel.reading.fields import Faults, Fields, as_table, child, exactly_one, is_name, items, read_fields
 from flywheel.reading.gd2 import read_gd2
 from flywheel.reading.loads import read_dampers, read_drive, read_inertias, read_loads, read_springs
@@ -81,13 +83,44 @@ def parse_scene(text: str, folder: str | Path | None = None, file: str | Path | 
         raise SceneError([Fault(name, f"{len(text)} characters", f"at most {LARGEST}")])
     if _deepest_key(text) > _DEEPEST_KEY:
         raise SceneError([Fault(name, f"a key of more than {_DEEPEST_KEY} parts", "a scene in TOML")])
+    text = _lines(text)
     try:
-        mapping = tomllib.loads(text.replace("\r\n", "\n"))
+        mapping = tomllib.loads(text)
     except (RecursionError, MemoryError):
         raise SceneError([Fault(name, "tables or lists nested too deeply", "a scene in TOML")]) from None
     except ValueError as error:
-        raise SceneError([_syntax_fault(name, str(error))]) from None
-    return build_scene(mapping, folder, file)
+        from flywheel.reading import toml_text  # only faulty scenes pay for it
+
+        raise SceneError(toml_text.troubles(text, name, str(error))) from None
+    try:
+        scene = build_scene(mapping, folder, file)
+        return scene if not scene.remarks else _with_lines(scene, text, mapping)
+    except SceneError as error:
+        from flywheel.reading import toml_text
+
+        raise SceneError(toml_text.placed(error.faults, text, mapping)) from None
+
+
+def placed(faults: Iterable[Fault], file: Path) -> list[Fault]:
+    """Faults of the machine in a file, each with the line that it comes from; as they are where that is not known."""
+    import tomllib
+
+    from flywheel.reading import toml_text
+
+    found = list(faults)
+    if all(fault.line is not None for fault in found):
+        return found
+    try:
+        text = _lines(_content(file))
+        return toml_text.placed(found, text, tomllib.loads(text))
+    except (ValueError, RecursionError, MemoryError):
+        return found
+
+
+def _lines(text: str) -> str:
+    """The text with line ends as TOML has them, without the mark that some editors put at its beginning."""
+    text = text.removeprefix("\ufeff").replace("\r\n", "\n")
+    return text if "\n" in text else text.replace("\r", "\n")
 
 
 def _deepest_key(text: str) -> int:
@@ -113,13 +146,14 @@ def build_scene(mapping: Mapping[str, Any], folder: str | Path | None = None, fi
     scene = _scene(raw, None if folder is None else Path(folder), faults)
     if faults or scene is None:
         raise SceneError(faults)
-    return scene if file is None else _with_file(scene, Path(file))
+    return scene if file is None else replace(scene, file=Path(file))
 
 
-def _with_file(scene: Scene, file: Path) -> Scene:
-    from dataclasses import replace
+def _with_lines(scene: Scene, text: str, mapping: Mapping[str, Any]) -> Scene:
+    """The scene whose remarks tell the lines on which they are due."""
+    from flywheel.reading import toml_text
 
-    return replace(scene, file=file)
+    return replace(scene, remarks=tuple(toml_text.placed(scene.remarks, text, mapping)))
 
 
 def _content(file: Path) -> str:
@@ -162,14 +196,6 @@ def _bytes(file: Path) -> tuple[bytes, str]:
         return b"", "a name that no file can have"
 
 
-def _syntax_fault(name: str, message: str) -> Fault:
-    """What the TOML parser stumbled over, with line and column."""
-    match = re.search(r"\(at (?:line (\d+), column (\d+)|end of document)\)", message)
-    what = message[: match.start()].strip() if match else message[:100]
-    place = f"line {match[1]}, column {match[2]}" if match and match[1] else "the end of the file" if match else "a number"
-    return Fault(name, f"a syntax error at {place} ({what})", "TOML")
-
-
 def _scene(raw: Mapping[str, Any], folder: Path | None, faults: Faults) -> Scene | None:
     """Every part of the scene in turn; None where a fault stops it from being put together."""
     top = _top(raw, faults)
@@ -197,7 +223,14 @@ def _scene(raw: Mapping[str, Any], folder: Path | None, faults: Faults) -> Scene
         "areas": areas,
     }
     given |= {"compliances": gears.compliances, "efficiencies": gears.efficiencies}
-    return Scene(speed=speed, cycle=cycle, stroke=stroke, **top, **given, **machine, **asked)
+    scene = Scene(speed=speed, cycle=cycle, stroke=stroke, **top, **given, **machine, **asked)
+    return replace(scene, remarks=_remarks(raw, scene, faults))
+
+
+def _remarks(raw: Mapping[str, Any], scene: Scene, faults: Faults) -> tuple[Remark, ...]:
+    """What a colleague would ask about the scene: of its texts, its quantities, and how they go together."""
+    quantities = (remarks.of_quantity(found, path) for path, found in faults.quantities.items())
+    return (*remarks.of_texts(raw), *chain.from_iterable(quantities), *remarks.of_scene(scene))
 
 
 def _longest_angle(cycle: float | None, stroke: Stroke | None) -> float:

@@ -6,18 +6,22 @@ from collections.abc import Callable, Iterable
 
 from flywheel.accuracy import AUDIT, CONFIRM, FAST, NORMAL
 from flywheel.results import Built, Sizing
-from flywheel.writing import flywheels, outcome, power, regimes
+from flywheel.writing import as_read, flywheels, outcome, power, regimes
 from flywheel.writing.digits import columns, figure, short
 from flywheel.writing.rows import DEGREES, RPM, WIDTH, Row, block, irregularity, printable, sentences, wrapped
 
 
 def text(sizing: Sizing) -> str:
-    """The whole report, at most 100 columns wide, without colours; every figure to the digits that its error leaves.
+    r"""The whole report, at most 100 columns wide, without colours; every figure to the digits that its error leaves.
 
     >>> import flywheel
     >>> scene = flywheel.load({"areas": {"values": [100, -100], "scale": "1 J"}, "regime": {"speed": "60 rpm"},
     ...                        "flywheel": {"irregularity": 0.02}})
-    >>> print(text(flywheel.size(scene)).splitlines()[0])
+    >>> print(*text(flywheel.size(scene)).splitlines()[:5], sep="\n")
+    The machine as it was read
+      areas  100, -100, times 1 J
+      runs   crank at 60 rpm, flywheel on crank for irregularity 0.02
+    <BLANKLINE>
     Flywheel on the crank for irregularity 0.02 (±1 %, steadiness 50), crank at 60 rpm
     """
     blocks = [made(sizing) for made in _BLOCKS]
@@ -229,8 +233,14 @@ def _left_out(sizing: Sizing) -> list[str]:
     return wrapped(f"Left out at this level of accuracy ({level}): {'; '.join(sizing.left_out)}. {_FURTHER[level]}", "")
 
 
+def _as_read(sizing: Sizing) -> list[str]:
+    """The machine as it was read, and what is out of proportion in it."""
+    return [*as_read.page(sizing.scene), *as_read.told(as_read.remarks(sizing))]
+
+
 _BLOCKS: tuple[Callable[[Sizing], list[str]], ...] = (
     _title,
+    _as_read,
     flywheels.flywheel,
     _wheel,
     flywheels.every_shaft,

@@ -6,6 +6,7 @@ import csv
 import json
 import math
 import os
+import re
 import subprocess
 import sys
 from pathlib import Path
@@ -113,7 +114,8 @@ def test_faults_are_lines_with_file_and_path(tmp_path: Path) -> None:
     lines = result.stderr.splitlines()
     assert len(lines) == 2
     assert all(line.startswith(f"{path}: ") for line in lines)
-    assert {line.split(": ")[1] for line in lines} == {"mechanism.crank.length", "flywheel.irregularity"}
+    places = {"mechanism.crank.length (line 3)", "flywheel.irregularity (line 7)"}
+    assert {line.split(": ")[1] for line in lines} == places
     assert all("found" in line and "expected" in line for line in lines)
 
 
@@ -125,7 +127,7 @@ def test_a_file_that_is_no_scene_is_one_line(content: str | None, tmp_path: Path
     result = run("size", path)
     assert result.exit_code == 1
     (line,) = result.stderr.splitlines()
-    assert line.startswith(f"{path}: found")
+    assert re.match(rf"{re.escape(str(path))}( \(line \d+, column \d+\))?: found", line)
     assert line.count("odd.toml") == 1
 
 
@@ -272,7 +274,7 @@ def test_reduce_usage(scene: Path, arguments: list[str]) -> None:
 def test_areas_cannot_be_reduced() -> None:
     result = run("reduce", SCENES / "areas-sizing.toml")
     assert result.exit_code == 1
-    assert "areas: found a diagram of areas" in result.stderr
+    assert "areas (line 2): found a diagram of areas" in result.stderr
 
 
 # -- new, reference, the rest ----------------------------------------------------------------------------------------

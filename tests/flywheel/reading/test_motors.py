@@ -194,12 +194,12 @@ def test_all_faults_come_at_once():
 
 def test_a_motor_stands_alone():
     found = faults("type = 'constant', torque = 3", more=", torque = 'balance'")
-    assert found == {"drive": "drive: found torque and motor, expected exactly one of torque, motor"}
+    assert found == {"drive": "drive (line 3): found torque and motor, expected exactly one of torque, motor"}
 
 
 @pytest.mark.parametrize("motor", ["3", "'induction'", "[1]"])
 def test_what_is_no_motor_at_all(motor):
-    with pytest.raises(SceneError, match=r"drive\.motor: found .* expected a table"):
+    with pytest.raises(SceneError, match=r"drive\.motor .*: found .* expected a table"):
         parse_scene(f"drive.motor = {motor}\nregime.speed = 1\nflywheel.inertia = 1")
 
 
@@ -209,7 +209,7 @@ def test_a_drive_of_nothing_hears_of_motors():
 
 
 def test_what_slides_has_no_motor():
-    with pytest.raises(SceneError, match=r'drive\.motor: found a motor on "slide", which slides, expected a force'):
+    with pytest.raises(SceneError, match=r'drive\.motor .*: found a motor on "slide", which slides, expected a force'):
         parse_scene(
             "mechanism = {type = 'toggle-clamp'}\nstroke = {from = 0, to = 0.1, speed = 0.3}\n"
             "drive.motor = {type = 'constant', torque = 3}"

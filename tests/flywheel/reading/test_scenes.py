@@ -397,9 +397,9 @@ def test_files_that_cannot_be_read_give_one_line(tmp_path):
 @pytest.mark.parametrize(
     ("text", "hint"),
     [
-        ("a = 1\nb = 2 3", "line 2, column 7"),
-        ("a = [", "end of the file"),
-        ("a = 1\na = 2", "overwrite"),
+        ("a = 1\nb = 2 3", "line 2, column 5"),
+        ("a = [", "line 1, column 5"),
+        ("a = 1\na = 2", "line 1 already"),
         ("a = '\0'", "line 1"),
         ("a = " + "9" * 5000, "number"),
         ("a = " + "[" * 100_000, "nested"),

@@ -89,7 +89,7 @@ def test_faulty_tables(table, path, hint):
 @pytest.mark.parametrize("raw", ["3", "[]", "'gas.csv'"])
 def test_a_table_is_a_table(raw):
     text = SCENE.replace("{{{table}}}", raw).format(keys="", regime="")
-    with pytest.raises(SceneError, match=r"load\[0\]\.table: .* expected a table"):
+    with pytest.raises(SceneError, match=r"load\[0\]\.table .* expected a table"):
         parse_scene(text)
 
 

@@ -1,0 +1,657 @@
+"""A scene's text: the line on which every key stands, and what was meant where the text is no TOML.
+
+`tomllib` says which texts are TOML and what they hold; this says where. One scanner walks the text by TOML's lexical rules:
+on a good text it notes the line of every key, table and item, on a bad one it tells what stands in the way, in the words
+of somebody who has never read TOML's page.
+"""
+
+from __future__ import annotations
+
+import re
+import tomllib
+from bisect import bisect_right
+from collections import Counter
+from collections.abc import Iterable, Iterator, Mapping
+from functools import reduce
+from typing import Any, NamedTuple, TypeVar
+
+from flywheel.advice import quote
+from flywheel.faults import Fault, Remark
+from flywheel.reading.fields import child, heading
+from flywheel.reading.schema import SECTIONS
+
+Told = TypeVar("Told", Fault, Remark)
+Path = tuple[str | int, ...]
+"""Keys, and numbers of items from 0."""
+
+_MOST_TROUBLES = 20
+_LARGEST = 2**17  # characters of a text whose lines are told: those of more would take longer than reading it
+_LONGEST = 80  # of a line that an advice writes out
+_PART = r"""(?:[A-Za-z0-9_-]+|"(?:[^"\\\n]|\\[^\n])*"|'[^'\n]*')"""
+_KEY = re.compile(rf"{_PART}(?:[ \t]*\.[ \t]*{_PART})*")
+_BLANK = re.compile(r"[ \t]*(?:#[^\n]*)?")
+_BLANKS = re.compile(r"(?:[ \t\n]|#[^\n]*)*")
+_HEADING = re.compile(rf"(\[\[?)[ \t]*({_KEY.pattern})[ \t]*(\]\]?)(?=[ \t]*(?:#|$))", re.MULTILINE)
+_LONG_TEXT = re.compile(r'"""(?:[^\\]|\\.)*?"""(?:""|"(?!"))?|\'\'\'.*?\'\'\'(?:\'\'|\'(?!\'))?', re.DOTALL)
+_TEXT = re.compile(r""""(?:[^"\\\n]|\\[^\n])*"|'[^'\n]*'""")
+_PLAIN = re.compile(r"""[+-]?(?:0|[1-9][0-9]*)(?:\.[0-9]+)?(?:[eE][+-]?[0-9]+)?|"[\w .,;:^/()*+-]*"|'[\w .,;:^/()*+-]*'""")
+_DATE = r"\d{4}-\d\d-\d\d[ ]\d\d:[^\s,\]}#]*"
+_SCALAR = re.compile(rf"{_DATE}|[^\s,\[\]{{}}#\"']+")
+_WORD = r"(?!(?:true|false|nan|inf)\b)[A-Za-z][\w. -]*"
+_STATEMENT = re.compile(rf"[ \t]*(?:{_KEY.pattern}[ \t]*=|\[\[?[ \t]*{_WORD}\]\]?[ \t]*(?:#|$))", re.MULTILINE)
+_CURLY = str.maketrans(dict.fromkeys("“”„‟«»″〝〞", '"') | dict.fromkeys("‘’‚‛′`´", "'"))
+_INVISIBLE = re.compile("[\u00a0\u00ad\u2000-\u200f\u2028-\u202f\u2060\u3000\ufeff]")
+_TRUTHS = {"true": "true", "yes": "true", "on": "true", "false": "false", "no": "false", "off": "false"}
+_NO_COMMENT = ("//", "/*", ";", "%", "--", "<!--")
+_NUMBER = r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?"
+
+
+class _Trouble(Exception):
+    """Why a text is no TOML, and where."""
+
+    def __init__(self, at: int, found: str, expected: str, advice: str = "", *, resume: int | None = None) -> None:
+        self.at, self.found, self.expected, self.advice = at, found, expected, advice
+        self.resume = resume  # where scanning goes on: None behind this line
+        super().__init__(found)
+
+
+# -- where things stand ----------------------------------------------------------------------------------------------
+
+
+class Index(NamedTuple):
+    """The line of every key, table and item of a text, by its path as faults write it; the tables written [[so]]."""
+
+    lines: Mapping[str, int]
+    paths: Mapping[str, Path]
+    headings: frozenset[Path]
+
+    def placed(self, fault: Told) -> Told:
+        """The fault with its line: of its key, or of the table that lacks it; as it is where neither is known."""
+        where = fault.path
+        while where and where not in self.lines:
+            where = where[: max(where.rfind("."), where.rfind("["), 0)]
+        if not where or fault.line is not None:
+            return fault
+        return fault._replace(line=self.lines[where], item=self._item(self.paths[where]))
+
+    def _item(self, path: Path) -> str:
+        """The tables of arrays on the way to a key, counted from 1: "the 2nd [[load]]"."""
+        words: list[str] = []
+        for k in range(len(path), 0, -1):
+            if path[:k] in self.headings:
+                name = ".".join(part for part in path[:k] if isinstance(part, str))
+                words.append(f"the {_ordinal(path[k - 1])} [[{name}]]")
+        return " of ".join(words)
+
+
+def index(text: str, mapping: Mapping[str, Any]) -> Index | None:
+    r"""The lines of a text that holds a mapping; None where the scanner and `tomllib` do not see the same keys in it.
+
+    >>> text = "[regime]\nspeed = 1\n[[load]]\non = 'crank'\n"
+    >>> index(text, tomllib.loads(text)).lines
+    {'regime': 1, 'load': 3, 'regime.speed': 2, 'load[0]': 3, 'load[0].on': 4}
+    """
+    if len(text) > _LARGEST:
+        return None
+    scanner = _Scanner(text)
+    try:
+        troubles = list(scanner.troubles())
+    except RecursionError:
+        return None
+    if troubles or set(scanner.lines) != set(_paths(mapping, ())):
+        return None
+    shown: dict[Path, str] = {(): ""}
+    for path in sorted(scanner.lines, key=len):
+        shown[path] = _joined_path(shown[path[:-1]], path[-1])
+    many = Counter(shown.values())
+    paths = {text: path for path, text in shown.items() if path and many[text] == 1}
+    lines = {text: scanner.lines[path] for text, path in paths.items()}
+    return Index(lines, paths, frozenset(scanner.headings))
+
+
+def placed(faults: Iterable[Told], text: str, mapping: Mapping[str, Any]) -> list[Told]:
+    """Faults of a scene, or remarks, with the lines on which they stand."""
+    found = index(text, mapping)
+    return [fault if found is None else found.placed(fault) for fault in faults]
+
+
+def _paths(value: object, path: Path) -> Iterator[Path]:
+    """The paths of everything in a mapping but itself."""
+    items: Iterable[tuple[str | int, object]] = ()
+    if isinstance(value, Mapping):
+        items = value.items()
+    elif isinstance(value, list):
+        items = enumerate(value)
+    for key, item in items:
+        yield (*path, key)
+        yield from _paths(item, (*path, key))
+
+
+def _shown(path: Path) -> str:
+    """A path as faults write it."""
+    return reduce(_joined_path, path, "")
+
+
+def _joined_path(path: str, part: str | int) -> str:
+    return child(path, part) if isinstance(part, str) else f"{path}[{part}]"
+
+
+def _ordinal(number: str | int) -> str:
+    """The ordinal of an item that is counted from 0.
+
+    >>> [_ordinal(k) for k in (0, 1, 2, 3, 10, 20)]
+    ['1st', '2nd', '3rd', '4th', '11th', '21st']
+    """
+    count = int(number) + 1
+    ending = "th" if count % 100 in (11, 12, 13) else {1: "st", 2: "nd", 3: "rd"}.get(count % 10, "th")
+    return f"{count}{ending}"
+
+
+# -- the scanner -----------------------------------------------------------------------------------------------------
+
+
+class _Scanner:
+    """A walk over a text, statement by statement: what it notes are the lines of paths, and the tables written [[so]]."""
+
+    def __init__(self, text: str) -> None:
+        self.text = text
+        self.starts = [0, *(match.end() for match in re.finditer("\n", text))]
+        self.lines: dict[Path, int] = {}
+        self.headings: dict[Path, int] = {}
+        self.counts: dict[Path, int] = {}
+        self.values: dict[Path, int] = {}  # lines of keys that were given a value, which nothing may be added to
+        self.tables: dict[Path, int] = {}  # lines of the headings of tables
+        self.dotted: dict[Path, int] = {}  # lines of tables that came to be by a dotted key
+        self.prefix: Path = ()
+        self.braces = 0  # inline tables that are open
+
+    def line(self, at: int) -> int:
+        return bisect_right(self.starts, at)
+
+    def column(self, at: int) -> int:
+        return at - self.starts[self.line(at) - 1] + 1
+
+    def end(self, at: int) -> int:
+        """Where the line ends."""
+        found = self.text.find("\n", at)
+        return len(self.text) if found < 0 else found
+
+    def troubles(self) -> Iterator[_Trouble]:
+        """What stands in the way, one at most for each statement; scanning goes on behind it as far as that makes sense."""
+        at = 0
+        while (at := self._skip(at)) < len(self.text):
+            self.braces = 0
+            try:
+                at = self._heading(at) if self.text[at] == "[" else self._statement(at)
+            except _Trouble as trouble:
+                yield trouble
+                at = self.end(trouble.at) if trouble.resume is None else trouble.resume
+
+    def _skip(self, at: int) -> int:
+        match = _BLANKS.match(self.text, at)
+        return at if match is None else match.end()
+
+    def _blank(self, at: int) -> int:
+        """Behind blanks of one line and a comment."""
+        match = _BLANK.match(self.text, at)
+        return at if match is None else match.end()
+
+    def _gap(self, at: int) -> int:
+        """Behind blanks of one line."""
+        while at < len(self.text) and self.text[at] in " \t":
+            at += 1
+        return at
+
+    def _keys(self, text: str) -> tuple[str, ...]:
+        """The parts of a dotted key."""
+        if '"' not in text and "'" not in text:
+            return tuple(part.strip() for part in text.split("."))
+        keys: list[str] = []
+        table: Any = tomllib.loads(f"{text} = 0")
+        while isinstance(table, dict):
+            key, table = next(iter(table.items()))
+            keys.append(key)
+        return tuple(keys)
+
+    # -- tables
+
+    def _heading(self, at: int) -> int:
+        match = _HEADING.match(self.text, at)
+        if match is None or len(match[1]) != len(match[3]):
+            raise _heading_trouble(at, self.text[at : self.end(at)])
+        *above, last = self._keys(match[2])
+        path = (*self._last_items(above), last)
+        if match[1] == "[[":
+            self._array(path, at, match.group())
+        else:
+            self._table(path, at, match.group())
+        return match.end()
+
+    def _last_items(self, keys: Iterable[str]) -> Path:
+        """The path that a heading's keys mean: of an array of tables its last one."""
+        path: Path = ()
+        for key in keys:
+            path = (*path, key)
+            if path in self.counts:
+                path = (*path, self.counts[path] - 1)
+        return path
+
+    def _array(self, path: Path, at: int, heading: str) -> None:
+        taken = self.values.get(path) or self.tables.get(path) or self.dotted.get(path)
+        if taken and path not in self.counts:
+            advice = f"write {heading} there as well" if path in self.tables else "write it in one way only"
+            raise _Trouble(at, heading, "one way of writing it", f"line {taken} has it as one table; {advice}")
+        self._implied(path, at)
+        number = self.counts.get(path, 0)
+        self.counts[path] = number + 1
+        self.prefix = (*path, number)
+        self.lines.setdefault(path, self.line(at))
+        self.lines[self.prefix] = self.headings[self.prefix] = self.line(at)
+
+    def _table(self, path: Path, at: int, heading: str) -> None:
+        name = heading.strip("[] \t")
+        if path in self.counts:
+            advice = f"write [[{name}]], as in line {self.lines[path]}"
+            raise _Trouble(at, heading, f"[[{name}]]", advice)
+        if path in self.tables and name in SECTIONS and SECTIONS[name].array:
+            advice = f"write [[{name}]] for each; the first is in line {self.tables[path]}"
+            raise _Trouble(at, f"{heading} a second time", f"[[{name}]]", advice)
+        if path in self.tables:
+            advice = f"put its keys below {heading} in line {self.tables[path]}"
+            raise _Trouble(at, f"{heading} a second time", "each table once", advice)
+        if line := self.values.get(path) or self.dotted.get(path):
+            advice = f"write all of it below {heading}, or all of it with keys such as in line {line}"
+            raise _Trouble(at, f"{heading}, which line {line} has begun", "one way of writing it", advice)
+        self._implied(path, at)
+        self.prefix = path
+        self.tables[path] = self.lines[path] = self.line(at)
+
+    def _implied(self, path: Path, at: int) -> None:
+        """The tables above a heading, which may have none of their own."""
+        for k in range(1, len(path)):
+            self.lines.setdefault(path[:k], self.line(at))
+            if path[:k] in self.values:
+                line, name = self.values[path[:k]], _shown(path[:k])
+                raise _Trouble(at, f"a part of {name}", f"nothing more, as {name} has its value in line {line}", "keep one")
+
+    # -- keys and values
+
+    def _statement(self, at: int) -> int:
+        """A key and its value, up to the end of the line."""
+        end = self.end(at)
+        match = _KEY.match(self.text, at)
+        if match is None or self.text[self._gap(match.end()) : self._gap(match.end()) + 1] != "=":
+            raise _key_trouble(at, self.text[at:end])
+        return self._pair(match, self.prefix, ending=True)
+
+    def _pair(self, match: re.Match[str], prefix: Path, *, ending: bool) -> int:
+        """A value behind its key; `ending`: the line must end behind it, as it does but within an inline table."""
+        path = (*prefix, *self._keys(match.group()))
+        at = match.start()
+        self._note(prefix, path, at, match.group())
+        start = self._gap(self._gap(match.end()) + 1)
+        stop = self._value(start, path, match.group() if ending else "")
+        if ending and self._blank(stop) < self.end(stop):
+            raise _value_trouble(start, match.group(), self.text[start : self.end(stop)], stop - start)
+        return stop
+
+    def _note(self, prefix: Path, path: Path, at: int, key: str) -> None:
+        """The lines of a key, and of the tables that its dots make."""
+        line = self.line(at)
+        for k in range(len(prefix) + 1, len(path)):
+            if path[:k] in self.values:
+                found = f"{key}, which is a part of {_shown(path[:k])}"
+                raise _Trouble(
+                    at, found, "one of the two", f"{_shown(path[:k])} has a value in line {self.values[path[:k]]}"
+                )
+            if path[:k] not in self.tables:
+                self.dotted.setdefault(path[:k], line)
+            self.lines.setdefault(path[:k], line)
+        for known in (self.values, self.tables, self.dotted):
+            if path in known:
+                found = f"{key} a second time" if known is self.values else f"{key} as a value"
+                advice = f"it stands in line {known[path]} already: keep one of the two"
+                raise _Trouble(at, found, f"one {key}", advice)
+        if path in self.counts:
+            raise _Trouble(at, f"{key} as a value", f"one {key}", f"line {self.lines[path]} has it as a table")
+        self.lines[path] = self.values[path] = line
+
+    def _value(self, at: int, path: Path, key: str) -> int:
+        """Behind a value; `key`: what it belongs to where that has the line to itself."""
+        mark = self.text[at : at + 1]
+        if mark == "[":
+            return self._list(at, path)
+        if mark == "{":
+            self.braces += 1
+            at = self._inline(at, path)
+            self.braces -= 1
+            return at
+        if self.text[at : at + 3] in ('"""', "'''"):
+            match = _LONG_TEXT.match(self.text, at)
+            if match is None:
+                advice = f"write {self.text[at : at + 3]} where the text ends, or one quote on either side"
+                raise _Trouble(
+                    at, f"{self.text[at : at + 3]} that is never closed", "a text that ends", advice, resume=len(self.text)
+                )
+            return match.end()
+        if mark and mark in "\"'":
+            match = _TEXT.match(self.text, at)
+            if match is not None and _is_value(match.group()):
+                return match.end()
+            trouble = _text_trouble(at, key, self.text[at : self.end(at)] if match is None else match.group(), match is None)
+            follows = self.text[self.end(at) + 1 : self.end(self.end(at) + 1)]
+            if match is None and follows.count(mark) == 1 and not re.match(rf"\s*({_KEY.pattern})\s*[=:]", follows):
+                trouble.advice = f"write all of it on one line, or between {3 * mark} and {3 * mark}"
+                trouble.resume = self.end(self.end(at) + 1)
+            raise trouble
+        match = _SCALAR.match(self.text, at)
+        if match is None or not _is_value(match.group()):
+            rest = self.text[at : self.end(at)]
+            raise _value_trouble(at, key, rest, 0) if key else _item_trouble(at, rest)
+        return match.end()
+
+    def _list(self, at: int, path: Path) -> int:
+        """Behind a list, whose items may stand on many lines."""
+        opening, number = at, 0
+        at = self._within(at + 1, opening)
+        while self.text[at] != "]":
+            self.lines[(*path, number)] = self.line(at)
+            at = self._within(self._value(at, (*path, number), ""), opening)
+            if self.text[at] not in ",]":
+                raise self._two_items(at)
+            at = self._within(at + 1, opening) if self.text[at] == "," else at
+            number += 1
+        return at + 1
+
+    def _two_items(self, at: int) -> _Trouble:
+        """Something behind an item of a list that is neither a comma nor its end."""
+        start = max(self.text.rfind(mark, 0, at) for mark in ",[\n") + 1
+        item = re.split(r"[,\]\n#]", self.text[start:], maxsplit=1)[0].strip()
+        if re.fullmatch(rf"{_NUMBER}\s*[^\W\d_].*|{_NUMBER}\s*[%°]", item):
+            return _bare_trouble(start, "", item)
+        return _Trouble(at, f"{_glimpse(self.text[at:])} behind an item", "a comma between items, or ]", "put a comma")
+
+    def _within(self, at: int, opening: int) -> int:
+        """The next item of a list, or what closes it; a list that another statement interrupts was never closed."""
+        at = self._skip(at)
+        start = self.starts[self.line(at) - 1]
+        fresh = self.line(at) > self.line(opening) and not self.text[start:at].strip()
+        if at < len(self.text) and not (fresh and _STATEMENT.match(self.text, start)):
+            return at
+        found = f"{_glimpse(self.text[opening:])}, a list that does not end"
+        resume = start if at < len(self.text) and not self.braces else len(self.text)
+        raise _Trouble(opening, found, "a list between [ and ]", "put ] behind its last item", resume=resume)
+
+    def _inline(self, at: int, path: Path) -> int:
+        """Behind a table between braces, which stands on one line."""
+        opening = at
+        at = self._gap(at + 1)
+        if self.text[at : at + 1] == "}":
+            return at + 1
+        while True:
+            match = _KEY.match(self.text, at)
+            if self._gap(at) == self.end(at) or self.text[at] == "#":
+                raise self._open_inline(opening)
+            if match is None or self.text[self._gap(match.end()) : self._gap(match.end()) + 1] != "=":
+                raise _inline_trouble(at, self.text[at : self.end(at)])
+            at = self._gap(self._pair(match, path, ending=False))
+            mark = self.text[at : at + 1]
+            if mark == "}":
+                return at + 1
+            if mark != ",":
+                if not mark or mark in "\n#":
+                    raise self._open_inline(opening)
+                raise _Trouble(at, f"{_glimpse(self.text[at:])} behind a value", "a comma between keys, or }", "put a comma")
+            at = self._gap(at + 1)
+
+    def _open_inline(self, opening: int) -> _Trouble:
+        """An inline table without its end on its line."""
+        advice = "write all of it on one line and } at its end, or give it a heading of its own"
+        return _Trouble(
+            opening, f"{_glimpse(self.text[opening:])} without its }}", "a table between braces on one line", advice
+        )
+
+
+# -- what was meant --------------------------------------------------------------------------------------------------
+
+
+def troubles(text: str, name: str, message: str) -> list[Fault]:
+    r"""Why a text that `tomllib` refuses is no TOML: `message` is its own, `name` that of the file.
+
+    >>> fault = troubles("[regime]\nspeed = 60 rpm", "press.toml", "")[0]
+    >>> fault.place, fault.found, fault.advice
+    ('line 2, column 9', '60 rpm without quotes', 'write speed = "60 rpm"')
+    """
+    scanner = _Scanner(text)
+    found: list[Fault] = []
+    try:
+        for trouble in scanner.troubles():
+            place = scanner.line(trouble.at), scanner.column(trouble.at)
+            found.append(Fault(name, trouble.found, trouble.expected, trouble.advice, *place))
+            if len(found) == _MOST_TROUBLES:
+                break
+    except RecursionError:
+        pass
+    match = re.search(r"\(at (?:line (\d+), column (\d+)|end of document)\)", message)
+    stop = int(match[1]) if match and match[1] else None
+    if found and (stop is None or (found[0].line or 0) <= stop):
+        return found
+    what = message[: match.start()].strip() if match else message[:100]
+    column = int(match[2]) if match and match[2] else None
+    what = f"a text that is no TOML ({what})" if match else "a number of too many digits"
+    return [Fault(name, what, "a scene in TOML", "", stop, column)]
+
+
+def _is_value(text: str) -> bool:
+    """Whether a text is one value of TOML."""
+    if _PLAIN.fullmatch(text):
+        return True
+    if "\n" in text:
+        return False
+    try:
+        return set(tomllib.loads(f"a = {text}")) == {"a"}
+    except (ValueError, RecursionError):
+        return False
+
+
+def _glimpse(text: str) -> str:
+    """The beginning of what was found, on one line."""
+    line = text.split("\n", 1)[0].strip()
+    return quote(line)[1:-1] if line else "the end of the line"
+
+
+def _written(key: str, values: Iterable[str]) -> str:
+    """The advice to write the first of some values that is one; none where none of them is, or the line is long."""
+    good = next((value for value in values if _is_value(value)), "")
+    line = f"{key} = {good}" if key else good
+    return f"write {line}" if good and len(line) <= _LONGEST and line.isprintable() else ""
+
+
+def _quoted(text: str) -> Iterator[str]:
+    """A text in quotes of either kind."""
+    if "\\" not in text:
+        yield f'"{text}"'
+    yield f"'{text}'"
+
+
+def _without_comment(text: str) -> str:
+    return text.split("#", 1)[0].strip()
+
+
+_STRAIGHT = "straight quotes, \" or '"
+_A_VALUE = "a number, or a text in quotes"
+
+
+def _value_trouble(at: int, key: str, rest: str, behind: int) -> _Trouble:
+    """A value that is none, or that something stands `behind`."""
+    told = _without_comment(rest)
+    head, tail = rest[:behind].strip(), rest[behind:].strip()
+    if head and head[0] not in "\"'[{":
+        head = ""
+    if not told:
+        return _Trouble(at, f"nothing behind {key} =", _A_VALUE, f"write a value behind {key} =, or leave the line out")
+    if _INVISIBLE.search(told) and not head:
+        plain = _INVISIBLE.sub(" ", told).strip()
+        return _Trouble(at, "a blank that is no plain one", "plain blanks", _written(key, (plain, *_quoted(plain))))
+    if re.search("[“”„‟«»″‘’‚‛′`´]", told):
+        plain = told.translate(_CURLY)
+        inner = plain.strip("\"' ")
+        return _Trouble(at, f"{_glimpse(told)}, with typographic quotes", _STRAIGHT, _written(key, _quoted(inner)))
+    ended = told.rstrip(",; ")
+    if ended != told and (_is_value(ended) or _is_value(ended.replace(",", "."))):
+        advice = _written(key, (ended, ended.replace(",", ".")))
+        return _Trouble(at + len(ended), f"{told[-1]} at the end of the line", "the line's end", advice)
+    for mark in _NO_COMMENT:
+        value, sign, _ = rest.partition(mark)
+        if sign and _is_value(value.strip()) and rest.strip() != f"{value}{sign}":
+            return _Trouble(at + len(value), f"{mark} behind a value", "# before a comment", "write # before the comment")
+    if match := re.search(rf"(?<=[ \t])({_KEY.pattern})[ \t]*=", told):
+        found = f"{match[1]} = on the same line"
+        return _Trouble(at + match.start(), found, "one key on a line", f"begin a new line with {match[1]}")
+    if head:
+        return _Trouble(at, f"{_glimpse(tail)} behind {_glimpse(head)}", "nothing behind a value", _joined(key, head, told))
+    return _bare_trouble(at, key, told)
+
+
+def _joined(key: str, head: str, told: str) -> str:
+    """The advice for a text that ends before it should: "60" rpm, or quotes within quotes of the same kind."""
+    whole = told[0] + head[1:-1] + " " + told[len(head) :].strip().strip("\"'") + told[0]
+    if told[-1] == told[0] and len(told) > len(head):
+        return _written(key, _quoted(told[1:-1]))
+    return _written(key, (whole,)) if head[0] in "\"'" else _written(key, _quoted(told))
+
+
+def _bare_trouble(at: int, key: str, told: str) -> _Trouble:
+    """A value without quotes that is no number."""
+    if _is_value(plain := told.lstrip("=: ")):
+        return _Trouble(at, f"{told[: len(told) - len(plain)].strip()} behind =", "one =", _written(key, (plain,)))
+    if told.lower() in _TRUTHS:
+        return _Trouble(at, told, "true or false, in small letters", _written(key, (_TRUTHS[told.lower()],)))
+    if "\\" in told and told[:1] not in "\"'":
+        return _Trouble(at, f"{_glimpse(told)} without quotes", "a text in quotes", _written(key, (f"'{told}'",)))
+    point = re.sub(r"^([+-]?\d{1,3}(?:\.\d{3})*),(\d+)(?!\d|,)", lambda m: f"{m[1].replace('.', '')}.{m[2]}", told)
+    point = re.sub(r"^([+-]?\d+),(\d+)(?!\d|,)", r"\1.\2", point)
+    if point != told:
+        return _Trouble(
+            at, f"{_glimpse(told)}, with a decimal comma", "a decimal point", _written(key, (point, *_quoted(point)))
+        )
+    if re.fullmatch(_NUMBER, told):
+        plain = re.sub(r"^([+-]?)0*(?=\d)", r"\1", re.sub(r"^([+-]?)\.", r"\g<1>0.", told))
+        plain = re.sub(r"\.(?!\d)", ".0", plain)
+        return _Trouble(at, told, "a digit on either side of the point, and no zeros in front", _written(key, (plain,)))
+    if match := re.match(r"[+-]?\d{1,3}(?:[ '’]\d{3})+(?!\d)", told):
+        plain = re.sub(r"[ '’]", "", match[0]) + told[match.end() :]
+        return _Trouble(at, told, "a number without blanks", _written(key, (plain, *_quoted(plain))))
+    if (match := re.fullmatch(rf"({_NUMBER})\s*/\s*({_NUMBER})", told)) and float(match[2]):
+        value = f"{float(match[1]) / float(match[2]):.10g}"
+        return _Trouble(at, f"{told}, a division", "a number", _written(key, (value,)))
+    plain = told.strip("\"'") if told.count('"') + told.count("'") == 1 else told
+    found = f"{_glimpse(told)} without {'quotes' if plain == told else 'one of its quotes'}"
+    return _Trouble(at, found, _A_VALUE, _written(key, _quoted(plain)) or "put it in quotes")
+
+
+def _text_trouble(at: int, key: str, text: str, is_open: bool) -> _Trouble:
+    """A text that is not closed, or that holds a backslash which means something else between double quotes."""
+    if text[0] == '"' and "\\" in text:
+        inner = _without_comment(text).strip('"')
+        ways = (f"'{inner}'", f'"{inner.replace(chr(92), "/")}"')
+        short = [way for way in ways if _is_value(way) and len(way) <= _LONGEST]
+        advice = f"write {' or '.join(short)}" if short else "write it in single quotes, or / for every backslash"
+        expected = "no backslash between double quotes, where it begins an escape"
+        return _Trouble(at, f"a backslash in {_glimpse(_without_comment(text))}", expected, advice)
+    if not is_open:
+        return _Trouble(at, _glimpse(text), "a text of printable characters on one line")
+    inner = _without_comment(text)[1:].rstrip().rstrip("".join(map(chr, _CURLY))).rstrip("\"'")
+    found = f"{_glimpse(text)} without its closing quote"
+    advice = _written(key, (f"{text[0]}{inner}{text[0]}",)) if key else ""
+    return _Trouble(at, found, f"a text between two {text[0]} on one line", advice or f"put {text[0]} at its end")
+
+
+def _item_trouble(at: int, rest: str) -> _Trouble:
+    """An item of a list, or a value of an inline table, that is none."""
+    item = re.split(r"[,\]}#]", rest, maxsplit=1)[0].strip()
+    if not item:
+        return _Trouble(at, _glimpse(rest), "a value", "a comma or a bracket stands where a value should")
+    trouble = _bare_trouble(at, "", item.translate(_CURLY).strip("\"'") if item.translate(_CURLY) != item else item)
+    if item.translate(_CURLY) != item:
+        trouble.found, trouble.expected = f"{_glimpse(item)}, with typographic quotes", _STRAIGHT
+    return trouble
+
+
+def _inline_trouble(at: int, rest: str) -> _Trouble:
+    """Something in an inline table that is no key with its value."""
+    match = re.match(rf"({_KEY.pattern})[ \t]*:", rest)
+    if match:
+        return _Trouble(at, f"{match[1]}: with a colon", "= between key and value", f"write {match[1]} = ...")
+    if rest.startswith("}"):
+        return _Trouble(at, "a comma before }", "no comma behind the last value", "leave the comma out")
+    return _Trouble(at, _glimpse(rest), 'a key and its value, such as on = "crank"')
+
+
+def _key_trouble(at: int, line: str) -> _Trouble:
+    """A line that is no key with its value."""
+    told = _without_comment(line)
+    if line.startswith("```"):
+        return _Trouble(at, _glimpse(line), "the scene alone", "leave the lines with ``` out")
+    if line.startswith(_NO_COMMENT):
+        return _Trouble(at, _glimpse(line), "# before a comment", "write # at the beginning of the line")
+    if _INVISIBLE.search(line):
+        return _Trouble(at, f"an invisible character in {_glimpse(line)}", "plain blanks", "type this line anew")
+    plain = told.translate(_CURLY)
+    if match := re.match(rf"({_KEY.pattern})\s*:=?\s*(.*)", plain):
+        if not match[2]:
+            return _Trouble(at, told, "a table's heading in brackets, or key = value", _as_heading(match[1]))
+        advice = _written(match[1], _ways(match[2])) or "write = for :"
+        return _Trouble(at, f"{_glimpse(told)}, with a colon", "= between key and value", advice)
+    key, equals, value = (piece.strip() for piece in plain.partition("="))
+    if equals and not key:
+        return _Trouble(at, f"{_glimpse(told)} without a key", "key = value")
+    if equals and re.fullmatch(r"[\w-]+(?:[ \t]+[\w-]+)+", key):
+        dotted = re.sub(r"[ \t]+", ".", key)
+        return _Trouble(at, f"{_glimpse(key)}, a key with blanks", "a key without blanks", _written(dotted, _ways(value)))
+    if equals:
+        bare = re.sub("[\"']", "", key)
+        advice = _written(bare, _ways(value)) if _KEY.fullmatch(bare) else "flywheel reference has the keys"
+        expected = "a key of letters a to z, digits, _ and -"
+        return _Trouble(at, f"the key {_glimpse(told.partition('=')[0])}", expected, advice)
+    if match := re.match(rf"({_KEY.pattern})\s+(\S.*)", plain):
+        advice = _written(match[1], _ways(match[2]))
+        return _Trouble(at, f"{_glimpse(told)} without =", "= between key and value", advice)
+    return _Trouble(at, _glimpse(line), "key = value, or a table's heading such as [regime]", _as_heading(told))
+
+
+def _ways(value: str) -> Iterator[str]:
+    """How a value may have been meant, the likeliest first."""
+    yield value
+    yield value.rstrip(",; ")
+    trouble = _bare_trouble(0, "k", value)
+    if trouble.advice.startswith("write k = "):
+        yield trouble.advice.removeprefix("write k = ")
+
+
+def _as_heading(name: str) -> str:
+    """The advice for a name that stands alone."""
+    name = name.strip(" :<>(){}[]")
+    if name not in SECTIONS:
+        return f"write {name} = and its value" if _KEY.fullmatch(name) else ""
+    return f"write {heading(name)}"
+
+
+def _heading_trouble(at: int, line: str) -> _Trouble:
+    """A line that begins with a bracket and is no heading."""
+    told = _without_comment(line)
+    match = re.match(r"(\[+)([^\[\]=]*)(\]*)[ \t]*(.*)", told)
+    if match is None:
+        return _Trouble(at, _glimpse(told), "a heading such as [regime] or [[load]]")
+    name = re.sub(r"[ \t]+", ".", match[2].translate(_CURLY).strip(" \t\"':.;,"))
+    many = len(match[1]) > 1 or len(match[3]) > 1
+    many = many and not (name in SECTIONS and not SECTIONS[name].array)
+    proper = f"[[{name}]]" if many else f"[{name}]"
+    known = bool(_KEY.fullmatch(name))
+    if match[4] and match[3] and known:
+        advice = f"write {proper} alone, and what follows on the next line"
+        return _Trouble(
+            at, f"{_glimpse(match[4])} behind {_glimpse(told[: match.start(4)])}", "a heading alone on its line", advice
+        )
+    expected = "a heading such as [regime] or [[load]]"
+    return _Trouble(at, _glimpse(told), expected, f"write {proper}" if known else "")
