@@ -257,7 +257,10 @@ def _parse_text(text: str, dimension: str | None) -> float:
     number, rest = parts
     if comma := re.match(r",\s*([0-9]+)", rest):
         whole = number.replace(".", "")
-        raise QuantityError(quote(text), expected, f"write {whole}.{comma[1]}, not {whole},{comma[1]}")
+        advice = f"write {whole}.{comma[1]}, not {whole},{comma[1]}"
+        if len(comma[1]) == 3 and re.fullmatch(r"[+-]?[1-9][0-9]{0,2}", number):
+            advice = f"write {whole}{comma[1]}, or {whole}.{comma[1].rstrip('0') or '0'} if the comma is a decimal one"
+        raise QuantityError(quote(text), expected, advice)
     unit = _fitting_unit(text, rest, number, dimension)
     match = _NUMBER.fullmatch(number)
     assert match is not None  # split_quantity cut it by the same pattern

@@ -401,7 +401,9 @@ class _Scanner:
             if mark != ",":
                 if not mark or mark in "\n#":
                     raise self._open_inline(opening)
-                raise _Trouble(at, f"{_glimpse(self.text[at:])} behind a value", "a comma between keys, or }", "put a comma")
+                found = f"{_glimpse(self.text[at:])} behind a value"
+                advice = 'put a comma, and texts such as "480 mm" in quotes'
+                raise _Trouble(at, found, "a comma between keys, or }", advice)
             at = self._gap(at + 1)
 
     def _open_inline(self, opening: int) -> _Trouble:
@@ -508,6 +510,12 @@ def _value_trouble(at: int, key: str, rest: str, behind: int) -> _Trouble:
     if match := re.search(rf"(?<=[ \t])({_KEY.pattern})[ \t]*=", told):
         found = f"{match[1]} = on the same line"
         return _Trouble(at + match.start(), found, "one key on a line", f"begin a new line with {match[1]}")
+    if head[:1] == "[" and set(tail) <= {"]"}:
+        return _Trouble(at + behind, f"{tail} behind {_glimpse(head)}", "as many ] as [", _written(key, (head,)))
+    if head in ("''", '""') and (inner := told.strip("\"'")):
+        return _Trouble(
+            at, f"{_glimpse(told)}, with quotes twice", "one quote on either side", _written(key, _quoted(inner))
+        )
     if head:
         return _Trouble(at, f"{_glimpse(tail)} behind {_glimpse(head)}", "nothing behind a value", _joined(key, head, told))
     return _bare_trouble(at, key, told)
@@ -529,6 +537,12 @@ def _bare_trouble(at: int, key: str, told: str) -> _Trouble:
         return _Trouble(at, told, "true or false, in small letters", _written(key, (_TRUTHS[told.lower()],)))
     if "\\" in told and told[:1] not in "\"'":
         return _Trouble(at, f"{_glimpse(told)} without quotes", "a text in quotes", _written(key, (f"'{told}'",)))
+    if match := re.match(r"([+-]?[1-9]\d{0,2}(?:,\d{3})+)(?![\d,])", told):
+        rest, whole = told[match.end() :], match[1].replace(",", "")
+        advice = _written(key, (whole + rest, *_quoted(whole + rest))) if rest[:1] != "." else ""
+        comma = f"{match[1].replace(',', '.', 1).rstrip('0')}0" if match[1].count(",") == 1 else ""
+        advice += f", or {comma} if the comma is a decimal one" if advice and comma else ""
+        return _Trouble(at, f"{_glimpse(told)}, with a comma", "a number without commas", advice)
     point = re.sub(r"^([+-]?\d{1,3}(?:\.\d{3})*),(\d+)(?!\d|,)", lambda m: f"{m[1].replace('.', '')}.{m[2]}", told)
     point = re.sub(r"^([+-]?\d+),(\d+)(?!\d|,)", r"\1.\2", point)
     if point != told:
@@ -545,6 +559,21 @@ def _bare_trouble(at: int, key: str, told: str) -> _Trouble:
     if (match := re.fullmatch(rf"({_NUMBER})\s*/\s*({_NUMBER})", told)) and float(match[2]):
         value = f"{float(match[1]) / float(match[2]):.10g}"
         return _Trouble(at, f"{told}, a division", "a number", _written(key, (value,)))
+    if re.fullmatch(rf"[\[(]?\s*{_NUMBER}(?:\s*[,;]\s*{_NUMBER})+\s*[\])]?", told):
+        numbers = ", ".join(re.findall(_NUMBER, told))
+        found = f"{_glimpse(told)}, a list without [ and ]" if key else f"{_glimpse(told)}, with other marks than commas"
+        return _Trouble(
+            at,
+            found,
+            "a list such as [0, 90]",
+            _written(key, (f"[{numbers}]" if key else numbers,)) if key else f"write {numbers}",
+        )
+    if re.match(rf"[(\[]\s*{_KEY.pattern}\s*=", told):
+        return _Trouble(
+            at, _glimpse(told), "a table between braces", _written(key, (f"{{{told.strip('()[]')}}}",)) or "write { and }"
+        )
+    if told.lower() in ("none", "null", "nil", "nada", "-", "?"):
+        return _Trouble(at, told, _A_VALUE, "leave the line out where there is no value")
     plain = told.strip("\"'") if told.count('"') + told.count("'") == 1 else told
     found = f"{_glimpse(told)} without {'quotes' if plain == told else 'one of its quotes'}"
     return _Trouble(at, found, _A_VALUE, _written(key, _quoted(plain)) or "put it in quotes")
@@ -631,7 +660,7 @@ def _ways(value: str) -> Iterator[str]:
 
 def _as_heading(name: str) -> str:
     """The advice for a name that stands alone."""
-    name = name.strip(" :<>(){}[]")
+    name = name.strip(" :<>(){}[]\"'")
     if name not in SECTIONS:
         return f"write {name} = and its value" if _KEY.fullmatch(name) else ""
     return f"write {heading(name)}"

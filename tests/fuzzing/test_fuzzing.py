@@ -102,7 +102,7 @@ def test_a_table_of_too_many_lines_is_refused_before_it_is_taken_apart(tmp_path)
     (tmp_path / "scene.toml").write_text(
         'load = [{on = "crank", table = {file = "t.csv"}}]\nregime.speed = 1\nflywheel.inertia = 1'
     )
-    with pytest.raises(SceneError, match=r'table\.file: found 40001 lines in "t\.csv", expected at most 40000'):
+    with pytest.raises(SceneError, match=r'table\.file .*: found 40001 lines in "t\.csv", expected at most 40000'):
         flywheel.load(tmp_path / "scene.toml")
 
 
