@@ -78,8 +78,9 @@ def _radau() -> tuple[Array, Array, Array, Array]:
 _POINTS, _GAINS, _SERIES, _QUOTIENT = _radau()
 
 
+@np.errstate(all="ignore")  # an iterate that runs away is given up where it is found not to be finite
 def slopes(along: Along, t: Array, states: Array) -> tuple[Array, Array]:
-    """Rates (k, n) at instants, and what they change with each state: (k, k, n), by differences."""
+    """Rates (k, n) at instants, and what they change with each state: (k, k, n), by differences; not finite far off."""
     count, many = states.shape
     moved = np.repeat(states[:, None, :], count + 1, axis=1)
     for k in range(count):
