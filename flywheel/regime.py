@@ -106,9 +106,14 @@ def resolve(machine: Chain, edges: Array) -> Cycle:
         values[4] += abs(balance) * np.abs(values[3])
     cycle = assembled(mesh, values[[0, 1, 2, 4, 5]], balance)
     if balance is None:
-        residual = abs(cycle.net) if abs(cycle.net) > cycle.errors.work else 0.0
-        return cycle._replace(errors=cycle.errors._replace(residual=residual))
+        return with_residual(cycle)
     return with_balance(cycle, balance * float(piecewise.integral(values[3], mesh.half).sum()))
+
+
+def with_residual(cycle: Cycle) -> Cycle:
+    """The cycle with the net work that it leaves over (J) among its errors, where that is more than they are."""
+    residual = abs(cycle.net) if abs(cycle.net) > cycle.errors.work else 0.0
+    return cycle._replace(errors=cycle.errors._replace(residual=residual))
 
 
 def with_balance(cycle: Cycle, work: float) -> Cycle:

@@ -180,7 +180,7 @@ def _no_file(file: Path) -> str:
         return "a pipe" if file.is_fifo() else "a socket" if file.is_socket() else "a device"
     if file.is_symlink():
         return "a link that leads nowhere"
-    return "no such file" if file.parent.is_dir() else f"no such file, for there is no folder {quote(str(file.parent))}"
+    return "no such file" if file.parent.is_dir() else f"no such file, for there is no folder {quote(file.parent.name)}"
 
 
 def _bytes(file: Path) -> tuple[bytes, str]:

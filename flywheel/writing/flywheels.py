@@ -135,6 +135,9 @@ def _times(factor: float) -> str:
 
 
 def _without_wheel(sizing: Sizing) -> Iterable[str]:
+    if sizing.run is None and sizing.energy_fluctuation > 0.0:
+        yield "No flywheel is needed: the machine has no inertia, and its torques alone hold its speed as evenly as asked."
+        return
     if sizing.run is None:
         yield "No flywheel is needed: nothing acts on the machine that could change its speed."
         return

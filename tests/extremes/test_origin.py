@@ -26,7 +26,7 @@ def turned(name: str, shift: float, turns: int = 0) -> Scene:
     scene = MACHINES[name]()
     window = {key: (angle - shift) % tau for key, angle in (("from", 0.5), ("to", 1.5))}
     load: dict[str, Any] = {"on": "crank", "torque": -40.0, **window}
-    mechanism = {**scene["mechanism"], "phase": shift + turns * tau}
+    mechanism = {**scene["mechanism"], "phase": f"{shift + turns * tau!r} rad"}
     return {**scene, "mechanism": mechanism, "load": [*scene["load"], load]}
 
 

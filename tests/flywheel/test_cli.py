@@ -206,9 +206,9 @@ def test_explain_is_a_key_of_the_json(scene: Path) -> None:
 
 def test_plot_writes_and_overwrites(scene: Path, tmp_path: Path) -> None:
     picture = tmp_path / "plot.SVG"
-    picture.write_text("old")
+    picture.write_text("<svg>old</svg>")
     assert run("size", scene, "--no-simulate", "--plot", picture).exit_code == 0
-    assert "<svg" in picture.read_text()
+    assert picture.read_text().startswith("<?xml")
 
 
 def test_a_plot_that_cannot_be_written_is_one_line(scene: Path, tmp_path: Path) -> None:
@@ -216,7 +216,7 @@ def test_a_plot_that_cannot_be_written_is_one_line(scene: Path, tmp_path: Path) 
     assert result.exit_code == 1
     (line,) = result.stderr.splitlines()
     assert line.startswith(f"{tmp_path / 'no' / 'plot.png'}: cannot be written")
-    assert json.loads(result.stdout)["title"] == "Yoke"
+    assert result.stdout == ""  # known before anything is computed
 
 
 # -- reduce ----------------------------------------------------------------------------------------------------------
@@ -504,7 +504,7 @@ def test_a_scene_that_is_no_file_is_named_as_what_it_is(tmp_path: Path) -> None:
         ("pipe.toml", "a pipe"),
         ("link.toml", "a link that leads nowhere"),
         ("", "a folder"),
-        ("no/s.toml", f'no such file, for there is no folder "{tmp_path / "no"}"'),
+        ("no/s.toml", 'no such file, for there is no folder "no"'),
     ):
         result = CliRunner().invoke(main, ["size", str(tmp_path / name)])
         assert result.exit_code == 1

@@ -62,7 +62,6 @@ FILES = {
 REFUSED = {
     "a sine of speed": "flywheel.irregularity: found no periodic motion near",
     "a load that varies little": "flywheel.irregularity: found no periodic motion near",
-    "a thousand jumps and a motor": "regime: found a steady motion that is not found in bearable time",
     "enormous beside ordinary": "load[0].torque: found a value that is not finite, or beyond 1e+150",
     "squares out of range": "load[0].torque: found a value that is not finite, or beyond 1e+150",
     "a long text, infinite": 'load[0].torque: found "phi+phi+phi',
@@ -75,7 +74,6 @@ REFUSED = {
     "layered_mesh": "regime: found a steady motion that is not found in bearable time",
     "many_assemblies": "mechanism: found guesses that do not tell the assemblies apart",
     "nearly_standing_still": "flywheel.inertia: found a machine that runs away",
-    "next_to_no_load": "flywheel.irregularity: found no periodic motion near",
     "sense_of_a_dwell": "load[0]: found linkage.ram, whose velocity changes sign too often",
     "sine_of_speed_on_a_linkage": "flywheel.irregularity: found no periodic motion near",
     "steep_torque_of_speed": "flywheel.irregularity: found a machine that stalls at crank angle",
@@ -85,6 +83,8 @@ REFUSED = {
 }
 """How the first fault of those that are refused begins; all others are sized."""
 NOT_REACHED = ("balance_to_the_last_digit",)
+BY_CHANCE = ("next_to_no_load",)
+"""Sized: whether as well as asked, the last digit of a speed decides."""
 BY_HAND = ("a sine of speed", "a load that varies little")
 """The dearest, each like another one: `python -m tests.fuzzing --kept` tries them with all others."""
 
@@ -93,4 +93,6 @@ def as_expected(name: str, outcome: str, detail: str) -> bool:
     """Whether a scene came to what it has come to since it was mended."""
     if name in REFUSED:
         return outcome == "refused" and re.sub(r" \([^()]*line \d+\)", "", detail, count=1).startswith(REFUSED[name])
+    if name in BY_CHANCE:
+        return outcome == "sized" and detail in ("", "not reached")
     return (outcome, detail) == ("sized", "not reached" if name in NOT_REACHED else "")

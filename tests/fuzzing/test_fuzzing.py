@@ -11,7 +11,7 @@ from flywheel.patience import ImpatientError, patience, spend
 from tests.fuzzing.guards import Watched, watched
 from tests.fuzzing.judge import judged
 from tests.fuzzing.mutants import KINDS, mutant
-from tests.fuzzing.regressions import BY_HAND, NOT_REACHED, REFUSED, SCENES, as_expected
+from tests.fuzzing.regressions import BY_CHANCE, BY_HAND, NOT_REACHED, REFUSED, SCENES, as_expected
 from tests.fuzzing.running import again, tried, way_of
 
 SAMPLE = range(7_000_000, 7_000_150)
@@ -41,7 +41,7 @@ def test_what_once_failed(name):
 
 
 def test_an_outcome_is_expected_by_name():
-    assert {*REFUSED, *NOT_REACHED, *BY_HAND} <= set(SCENES)
+    assert {*REFUSED, *NOT_REACHED, *BY_CHANCE, *BY_HAND} <= set(SCENES)
     assert as_expected("layered_mesh", "refused", REFUSED["layered_mesh"])
     assert not as_expected("layered_mesh", "refused", "another fault")
     assert not as_expected("layered_mesh", "sized", "")
