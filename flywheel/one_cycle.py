@@ -135,9 +135,9 @@ class _Cycle:
         def values(tau: Array, states: Array) -> Array:
             current = states[2] if states.shape[0] > 2 else 0.0
             omega = np.asarray(self._omega(states[1]))
-            return np.array(self.dynamics.sides(states[0], anchor, omega, np.zeros_like(tau), current), dtype=float)
+            found = self.dynamics.sides(states[0], anchor, omega, np.zeros_like(tau), current)
+            return np.array(found, dtype=float).reshape(len(found), tau.size)  # none where no load switches in this piece
 
         current = state[2:3] if state.size > 2 else 0.0
         here = np.array([anchor.phi]), anchor, np.array([anchor.omega]), np.zeros(1), current
-        at = np.array(self.dynamics.sides(*here), dtype=float)
-        return Watch(values, np.where(at[:, 0] >= 0.0, 1.0, -1.0))
+        return Watch(values, np.array([1.0 if side[0] >= 0.0 else -1.0 for side in self.dynamics.sides(*here)]))

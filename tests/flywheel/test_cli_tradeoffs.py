@@ -124,6 +124,7 @@ def test_a_process_that_is_interrupted_tells_what_it_has(tmp_path):
 import os, signal, sys, time
 from flywheel.cli import main
 from flywheel.tradeoffs import methods
+signal.signal(signal.SIGINT, signal.default_int_handler)  # a process in the background may have been started to ignore it
 def stop():
     os.kill(os.getpid(), signal.SIGINT)
     time.sleep(60)
