@@ -151,6 +151,7 @@ def _named_units() -> dict[str, Unit]:
     units |= {"kgf": Unit(mass=1) * weight, "slug": pound * weight * second**2 * (Unit(12) * inch) ** -1}
     units |= {"psi": pound * weight * inch**-2, "hp": Unit(6600) * inch * pound * weight * second**-1}
     units |= {name: Unit(75) * metre * Unit(mass=1) * weight * second**-1 for name in ("CV", "PS")}
+    del units["Grad"]  # a degree in German, and no thousand million radians
     units |= {"rev": turn, "rpm": turn * minute**-1, "deg": Unit(1, 360) * turn, "°": Unit(1, 360) * turn}
     return units
 
@@ -160,6 +161,33 @@ _PREFIXES = {
     for prefix, power in {"": 0, "n": -9, "µ": -6, "u": -6, "m": -3, "c": -2, "d": -1, "da": 1, "h": 2}.items()
 } | {"k": Unit(10**3), "M": Unit(10**6), "G": Unit(10**9)}
 UNITS = _named_units()
+_ABROAD = {
+    name: unit
+    for unit, names in {
+        "rev": "U Umdr Umdrehung vuelta turn tr tour r giri revolution",
+        "rpm": "upm vpm",
+        "rev/s": "rps",
+        "deg": "grado degree Grad",
+        "rad": "radian radiane",
+        "m": "metre meter metro mètre mt",
+        "mm": "millimetre millimeter milímetro milimetro",
+        "in": "pulg pulgada inch Zoll pouce",
+        "ft": "foot feet pie",
+        "s": "sec seg second segundo Sekunde seconde",
+        "min": "minute minuto",
+        "h": "hr hour hora Stunde heure",
+        "kg": "kilo kilogram kilogramme kilogramo",
+        "g": "gr gram gramo Gramm",
+        "t": "tonne tonelada",
+        "kgf": "kp kilopond",
+        "N": "newton",
+        "W": "watt vatio",
+        "J": "joule julio",
+        "%": "percent pct Prozent",
+    }.items()
+    for name in names.casefold().split()
+}
+"""Units by their names in full, or in other tongues; plurals end in s, es, n or en."""
 _FREQUENCIES = {prefix + "Hz": Unit(10**power, time=-1) for prefix, power in {"": 0, "k": 3}.items()}
 _ENERGIES = frozenset(prefix + name for name in ("J", "cal", "Wh") for prefix in _PREFIXES)
 
@@ -336,7 +364,10 @@ def _factor(text: str, dimension: str | None) -> Unit:
     match = _FACTOR.fullmatch(text)
     if match is None:
         squared = re.fullmatch(r"([^\W\d_]+)([0-9])", text)
+        factors = re.split(r"[.-](?=[^\W\d])", text)
         advice = f"write {squared[1]}^{squared[2]}" if squared else f"{quote(text)} is no unit"
+        if len(factors) > 1 and all(factor.rstrip("^0123456789") in UNITS for factor in factors):
+            advice = f"a blank multiplies: write {' '.join(factors)}"
         raise QuantityError(quote(text), "a unit", advice)
     name, power = match[1], int(match[2] or 1) if len(match[2] or "") < 4 else _LARGEST_POWER + 1
     if dimension == "frequency" and name in _FREQUENCIES:
@@ -352,6 +383,10 @@ def _unknown(name: str, power: int, dimension: str | None) -> str:
     """The advice for a name that is no unit, or for a senseless power of one that is."""
     if name in UNITS:
         return f"a power of {name} lies between -{_LARGEST_POWER} and {_LARGEST_POWER}, and is not 0"
+    folded = name.casefold()
+    for ending in ("", "s", "es", "n", "en"):
+        if folded.endswith(ending) and (meant := _ABROAD.get(folded.removesuffix(ending))):
+            return f"{quote(name)} is no unit, did you mean {quote(meant)}?"
     fitting = [key for key in UNITS if dimension is None or UNITS[key].powers == DIMENSIONS[dimension].powers]
     near = mean(name, fitting) if fitting else ""
     near = near if near.startswith("did") else mean(name, UNITS)

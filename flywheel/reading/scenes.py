@@ -164,6 +164,11 @@ def _content(file: Path) -> str:
         raise SceneError([Fault(name, fault, "a scene in a TOML file")])
     if len(content) > LARGEST:
         raise SceneError([Fault(name, "a file of more than 1 MiB", "a scene", "put long tables into a CSV file")])
+    if content.startswith((b"\xff\xfe", b"\xfe\xff")) or re.match(rb"\0[^\0]\0[^\0]|[^\0]\0[^\0]\0", content):
+        advice = 'save the file as UTF-8: most editors ask for the encoding at "Save as"'
+        raise SceneError([Fault(name, "a text in UTF-16", "text in UTF-8", advice)])
+    if b"\0" in content:
+        raise SceneError([Fault(name, "a file that is no text", "a scene in a TOML file")])
     try:
         return content.decode("utf-8-sig")
     except UnicodeDecodeError as error:

@@ -38,6 +38,7 @@ _PLAIN = re.compile(r"""[+-]?(?:0|[1-9][0-9]*)(?:\.[0-9]+)?(?:[eE][+-]?[0-9]+)?|
 _DATE = r"\d{4}-\d\d-\d\d[ ]\d\d:[^\s,\]}#]*"
 _SCALAR = re.compile(rf"{_DATE}|[^\s,\[\]{{}}#\"']+")
 _WORD = r"(?!(?:true|false|nan|inf)\b)[A-Za-z][\w. -]*"
+_BRACKETS = re.compile(rf"{_TEXT.pattern}|#[^\n]*|[\[\](){{}}]|\n[ \t]*\[\[?[ \t]*{_WORD}\]", re.MULTILINE)
 _STATEMENT = re.compile(rf"[ \t]*(?:{_KEY.pattern}[ \t]*=|\[\[?[ \t]*{_WORD}\]\]?[ \t]*(?:#|$))", re.MULTILINE)
 _CURLY = str.maketrans(dict.fromkeys("“”„‟«»″〝〞", '"') | dict.fromkeys("‘’‚‛′`´", "'"))
 _INVISIBLE = re.compile("[\u00a0\u00ad\u2000-\u200f\u2028-\u202f\u2060\u3000\ufeff]")
@@ -353,6 +354,8 @@ class _Scanner:
     def _list(self, at: int, path: Path) -> int:
         """Behind a list, whose items may stand on many lines."""
         opening, number = at, 0
+        if re.match(rf"\[\s*{_KEY.pattern}[ \t]*=", self.text[at : at + _LONGEST]):
+            raise self._mended(_Trouble(at, _glimpse(self.text[at:]), "a table between braces", "write { and }"), at)
         at = self._within(at + 1, opening)
         while self.text[at] != "]":
             self.lines[(*path, number)] = self.line(at)
@@ -383,7 +386,28 @@ class _Scanner:
         raise _Trouble(opening, found, "a list between [ and ]", "put ] behind its last item", resume=resume)
 
     def _inline(self, at: int, path: Path) -> int:
-        """Behind a table between braces, which stands on one line."""
+        """Behind a table between braces, which stands on one line; a fault inside writes out all of the outermost."""
+        try:
+            return self._members(at, path)
+        except _Trouble as trouble:
+            raise (self._mended(trouble, at) if self.braces == 1 else trouble) from None
+
+    def _mended(self, trouble: _Trouble, opening: int) -> _Trouble:
+        """A fault in a table between brackets of any kind with its line written out; scanning goes on behind the table."""
+        closing = _closing(self.text, opening)
+        if closing is None:
+            return trouble
+        start = self.starts[self.line(opening) - 1]
+        key, equals, _ = self.text[start:opening].partition("=")
+        table = _braced(self.text[opening + 1 : closing])
+        behind = _without_comment(self.text[closing + 1 : self.end(closing)]).strip(",; ")
+        if equals and table and not behind and _KEY.fullmatch(key.strip()):
+            trouble.advice = _written(key.strip(), (table,)) or trouble.advice
+        trouble.resume = self.end(closing)
+        return trouble
+
+    def _members(self, at: int, path: Path) -> int:
+        """The keys of a table between braces, up to its end."""
         opening = at
         at = self._gap(at + 1)
         if self.text[at : at + 1] == "}":
@@ -412,6 +436,37 @@ class _Scanner:
         return _Trouble(
             opening, f"{_glimpse(self.text[opening:])} without its }}", "a table between braces on one line", advice
         )
+
+
+def _closing(text: str, opening: int) -> int | None:
+    """Where the bracket that opens at a place is closed, of whatever kind it is; None where a heading comes first."""
+    depth = 0
+    for match in _BRACKETS.finditer(text, opening):
+        mark = match.group()
+        if mark[0] == "\n":
+            return None
+        depth += (mark in "[{(") - (mark in "]})")
+        if depth == 0 and mark in "]})":
+            return match.start()
+    return None
+
+
+def _braced(inner: str) -> str:
+    """A table between braces on one line, from keys and values as a beginner writes them; empty where they are none.
+
+    >>> _braced("length: 480 mm; mass = 2,5")
+    '{length = "480 mm", mass = 2.5}'
+    """
+    lines = " \n".join(line if '"' in line or "'" in line else _without_comment(line) for line in inner.split("\n"))
+    plain = re.sub(r"(?<=\d),(?=\d)", ".", lines.translate(_CURLY))
+    pairs = []
+    for piece in filter(str.strip, re.findall(r"""(?:"[^"\n]*"|'[^'\n]*'|[^,;\n"'])+""", plain)):
+        match = re.fullmatch(rf"\s*({_KEY.pattern})\s*[=:]\s*(.*?)\s*", piece)
+        value = next(filter(_is_value, (match[2], *_ways(match[2]), *_quoted(match[2]))), "") if match else ""
+        if match is None or not value:
+            return ""
+        pairs.append(f"{match[1]} = {value}")
+    return f"{{{', '.join(pairs)}}}"
 
 
 # -- what was meant --------------------------------------------------------------------------------------------------
@@ -503,6 +558,9 @@ def _value_trouble(at: int, key: str, rest: str, behind: int) -> _Trouble:
     if ended != told and (_is_value(ended) or _is_value(ended.replace(",", "."))):
         advice = _written(key, (ended, ended.replace(",", ".")))
         return _Trouble(at + len(ended), f"{told[-1]} at the end of the line", "the line's end", advice)
+    if re.match(rf"\(\s*{_KEY.pattern}\s*=", told):
+        ways = (_braced(told[1:].removesuffix(")")),)
+        return _Trouble(at, _glimpse(told), "a table between braces", _written(key, ways) or "write { and }")
     for mark in _NO_COMMENT:
         value, sign, _ = rest.partition(mark)
         if sign and _is_value(value.strip()) and rest.strip() != f"{value}{sign}":
@@ -567,10 +625,6 @@ def _bare_trouble(at: int, key: str, told: str) -> _Trouble:
             found,
             "a list such as [0, 90]",
             _written(key, (f"[{numbers}]" if key else numbers,)) if key else f"write {numbers}",
-        )
-    if re.match(rf"[(\[]\s*{_KEY.pattern}\s*=", told):
-        return _Trouble(
-            at, _glimpse(told), "a table between braces", _written(key, (f"{{{told.strip('()[]')}}}",)) or "write { and }"
         )
     if told.lower() in ("none", "null", "nil", "nada", "-", "?"):
         return _Trouble(at, told, _A_VALUE, "leave the line out where there is no value")

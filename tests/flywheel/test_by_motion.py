@@ -343,7 +343,7 @@ def test_the_last_digit_of_a_speed_counts_where_loads_are_small(torque):
     result = sized({"drive": {"motor": motor}, "load": [load], "flywheel": {"irregularity": 0.02}}, simulate=False)
     true = torque * 4 * np.pi / 9
     assert result.flywheel.needed is False
-    assert result.energy_fluctuation == pytest.approx(true, rel=estimates(result)["energy_fluctuation"])
+    assert result.energy_fluctuation == pytest.approx(true, rel=estimates(result)["energy_fluctuation"], abs=0)
     assert "its torques alone hold its speed as evenly as asked" in " ".join(text(result).split())
 
 

@@ -89,7 +89,7 @@ def test_a_picture_that_cannot_be_written_is_one_line(scene, monkeypatch, tmp_pa
     result = run(scene, "--plot", tmp_path / "nowhere" / "errors.svg")
     assert result.exit_code == 1
     assert "cannot be written" in result.stderr
-    assert "plain grid" in result.stdout
+    assert result.stdout == ""  # known before anything is compared
 
 
 def test_an_interrupted_comparison_is_told_and_drawn(scene, monkeypatch, tmp_path):

@@ -254,3 +254,32 @@ def test_a_motor_constant_per_rpm_is_right_to_the_last_bit():
     mpmath = pytest.importorskip("mpmath")
     with mpmath.workdps(50):
         assert parse_quantity("0.12 V/rpm", "motor constant") == float(mpmath.mpf("0.12") * 30 / mpmath.pi)
+
+
+@pytest.mark.parametrize(
+    ("text", "dimension", "advice"),
+    [
+        ("300 U/min", "speed", 'did you mean "rev"?'),
+        ("300 vueltas/min", "speed", 'did you mean "rev"?'),
+        ("180 grados", "angle", 'did you mean "deg"?'),
+        ("180 Grad", "angle", 'did you mean "deg"?'),
+        ("180 radianes", "angle", 'did you mean "rad"?'),
+        ("3 kp", "force", 'did you mean "kgf"?'),
+        ("10 pulg", "length", 'did you mean "in"?'),
+        ("10 inches", "length", 'did you mean "in"?'),
+        ("2 seg", "time", 'did you mean "s"?'),
+        ("3 N-m", "torque", "write N m"),
+        ("3 kg.m^2", "inertia", "write kg m^2"),
+    ],
+)
+def test_a_unit_of_another_tongue_is_told_in_ours(text, dimension, advice):
+    with pytest.raises(QuantityError) as caught:
+        parse_quantity(text, dimension)
+    assert advice in caught.value.advice
+
+
+def test_every_unit_of_another_tongue_leads_to_one_that_there_is():
+    from flywheel.units import _ABROAD
+
+    for unit in set(_ABROAD.values()):
+        assert parse_quantity(f"1 {unit}", None) > 0

@@ -392,6 +392,11 @@ def test_files_that_cannot_be_read_give_one_line(tmp_path):
     assert "line 3" in one_fault(read_scene, foreign)
     foreign.write_bytes(ROTOR.encode("utf-16"))
     assert "UTF-8" in one_fault(read_scene, foreign)
+    for encoding in ("utf-16", "utf-16-le", "utf-16-be"):
+        foreign.write_bytes('title = "Press"'.encode(encoding))
+        assert "found a text in UTF-16, expected text in UTF-8; save" in one_fault(read_scene, foreign)
+    foreign.write_bytes(b"\x7fELF\x02\0\0\0")
+    assert "found a file that is no text" in one_fault(read_scene, foreign)
 
 
 @pytest.mark.parametrize(

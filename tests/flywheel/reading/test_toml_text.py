@@ -284,7 +284,7 @@ def syntax_faults(text: str):
         ("rod.mass", "rod", "line 7, column 1", "in line 6 already"),
         ('"-40 kN"', '"C:\\Users\\t.csv"', "line 11, column 9", "write 'C:\\Users\\t.csv' or \"C:/Users/t.csv\""),
         ('"-40 kN"', '"C:\\data\\"', "line 11, column 9", "write 'C:\\data\\'"),
-        ("force", "table = {file: 3}\nforce", "line 11, column 10", "write file = ..."),
+        ("force", "table = {file: 3}\nforce", "line 11, column 10", "write table = {file = 3}"),
         ("force", "table = {file = 3\nforce", "line 11, column 9", "} at its end"),
         ("force", "table = {angle = [0, 1\n value = [1, 2]}\nforce", "line 11, column 18", "put ]"),
         ("force", "table.angle = [0, 90\nforce", "line 11, column 15", "put ]"),
@@ -297,6 +297,27 @@ def test_what_was_meant(good, bad, place, hint):
     (fault,) = syntax_faults(PRESS.replace(good, bad, 1))
     assert (fault.path, fault.place) == ("scene", place)
     assert hint in fault.advice
+
+
+@pytest.mark.parametrize(
+    "written",
+    [
+        '{\n  length = "480 mm",\n  mass = "12 kg"\n}',
+        "{length = 480 mm,\n  mass = 12 kg,  # of steel\n}",
+        "{length = 480 mm, mass = 12 kg}  # of steel",
+        '{mass = "12 kg", length: 480 mm}',
+        "{length = “480 mm”; mass = “12 kg”}",
+        '[length = "480 mm", mass = "12 kg"]',
+        "[\n  length = 480 mm\n  mass = 12 kg\n]",
+        '(length = "480 mm", mass = "12 kg")',
+    ],
+)
+def test_a_table_between_braces_is_written_out(written):
+    text = PRESS.replace('rod.length = "480 mm"\nrod.mass = "12 kg"', f"rod = {written}")
+    (fault,) = syntax_faults(text)
+    assert fault.line == 6
+    mended = text.replace(f"rod = {written}", fault.advice.removeprefix("write "))
+    assert tomllib.loads(mended) == tomllib.loads(PRESS)
 
 
 def test_every_line_that_is_no_toml_is_told_at_once():
