@@ -302,6 +302,20 @@ def settled(machine: Chain) -> tuple[float | None, float]:
     return scene.speed, resolve(machine, machine.mesh, scene.speed).balance or 0.0
 
 
+def doubts(machine: Chain, speed: float | None) -> tuple[float, float]:
+    """Relative errors of the speed and of the unknown's value that `settled` finds; 0 for what it does not look for."""
+    scene = machine.scene
+    if scene.stroke is not None or (scene.unknown is None and not machine.sets_its_speed):
+        return 0.0, 0.0
+    if scene.unknown is not None:
+        sets = machine.sets_its_speed and speed is not None
+        cycle = resolve(machine, machine.mesh, speed or 0.0) if sets else regime.balanced(machine)
+        return 0.0, cycle.balance_error + 4 * piecewise.ROUNDING
+    assert speed is not None
+    closer, loose = closed(machine, machine.mesh, speed)
+    return loose + abs(closer / speed - 1.0) + 4 * piecewise.ROUNDING, 0.0
+
+
 def resolve(machine: Chain, edges: Array, speed: float) -> Cycle:
     """The cycle at a constant speed, on cells between given edges and where laws switch at that speed."""
     for _ in range(_MOST_ROUNDS):

@@ -83,9 +83,9 @@ def speed_error(sizing: Sizing) -> float | None:
     return None if sizing.cyclic is None else sizing.cyclic.level_error + _READ
 
 
-def _swaying(sizing: Sizing, speed: float | None) -> float:
-    """Relative error of the speed anywhere in the cycle."""
-    run = sizing.run
+def swaying(sizing: Sizing, speed: float | None = None) -> float:
+    """Relative error of the speed anywhere in the cycle, with that of the mean of extremes (`speed_error` if None)."""
+    run, speed = sizing.run, speed_error(sizing) if speed is None else speed
     return (speed or 0.0) + (0.0 if run is None else 0.5 * run.irregularity * run.error)
 
 
@@ -127,7 +127,7 @@ def _moment(sizing: Sizing, cycle: Cycle) -> tuple[Any, Any]:
         moments.drive(w, cycle.balance or 0.0, None if moments.circuit is None else moments.steady_current(w))
         for w in (omega, omega * (1.0 + _APART))
     )
-    return moment, np.abs(beside - here) / _APART * _swaying(sizing, speed_error(sizing))
+    return moment, np.abs(beside - here) / _APART * swaying(sizing)
 
 
 def _omega(sizing: Sizing, cycle: Cycle) -> Any:
@@ -187,7 +187,7 @@ def _energy_error(sizing: Sizing, drive: Drive | None, speed: float | None) -> f
     ratios = [abs(ratio) for ratio in (energy.peak_to_mean, energy.peak_to_mean_alone) if ratio]
     ratio = max(1.0, min(max(ratios), exchanged / abs(energy.work))) if ratios else 1.0
     works = (drive.work + cycle.errors.work) / exchanged
-    return ratio * works + (drive.moment + between) / torque + period + 2 * _swaying(sizing, speed) + _READ
+    return ratio * works + (drive.moment + between) / torque + period + 2 * swaying(sizing, speed) + _READ
 
 
 def _engine_error(sizing: Sizing, speed: float | None) -> float | None:
@@ -216,7 +216,7 @@ def _multiplier_error(sizing: Sizing, speed: float | None) -> float | None:
         return found / ((run.inertia + moments.inertia) * w)
 
     here = pull(omega)
-    moved = np.abs(pull(omega * (1.0 + _APART)) - here) / _APART * _swaying(sizing, speed)
+    moved = np.abs(pull(omega * (1.0 + _APART)) - here) / _APART * swaying(sizing, speed)
     exponent = float(piecewise.integral(np.abs(here) * 24 * ROUNDING + moved, cycle.mesh.half).sum())
     exponent += float((piecewise.TAIL_OF_INTEGRAL * piecewise.tails(piecewise.fit(here)) * cycle.mesh.half[:, 0]).sum())
     cells = 8 * ROUNDING * cycle.mesh.half.size
@@ -240,7 +240,7 @@ def _constant_speed_error(sizing: Sizing) -> float | None:
 def _wheel_error(sizing: Sizing, of_shafts: float) -> float:
     """What the inertia, the speed and the torque that a wheel is made for leave open of its dimensions and stresses."""
     run, cycle = sizing.run, sizing.cycle
-    greatest = _swaying(sizing, speed_error(sizing))
+    greatest = swaying(sizing)
     if sizing.built is None or sizing.built.torque is None or run is None or cycle is None:
         return of_shafts + 4 * greatest
     torque = float(cycle.noise[0].max()) + 0.5 * sizing.speed**2 * float(cycle.noise[1].max())

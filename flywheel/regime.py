@@ -275,13 +275,13 @@ def split(cycle: Cycle, speed: float, wanted: float) -> Array | None:
     return piecewise.bisected(mesh.edges, chosen)
 
 
-def settled_balance(machine: Chain, rtol: float = 1e-13) -> float:
-    """Value (SI) of the scene's unknown, on cells halved until the net work is known to rtol of the work exchanged.
+def settled_balance(machine: Chain) -> float:
+    """Value (SI) of the scene's unknown, 0 where it has none; see `balanced`."""
+    return 0.0 if machine.scene.unknown is None else balanced(machine).balance or 0.0
 
-    0 where the scene has no unknown.
-    """
-    if machine.scene.unknown is None:
-        return 0.0
+
+def balanced(machine: Chain, rtol: float = 1e-13) -> Cycle:
+    """The cycle of a machine with an unknown, on cells halved until its net work is known to rtol of the work exchanged."""
     cycle = resolve(machine, machine.mesh)
     most = _MOST_FOR_BALANCE + 2 * cycle.mesh.edges.size
     while cycle.errors.work > rtol * cycle.exchanged:
@@ -289,7 +289,7 @@ def settled_balance(machine: Chain, rtol: float = 1e-13) -> float:
         if finer is None or finer.size > most:
             break
         cycle = resolve(machine, finer)
-    return cycle.balance or 0.0
+    return cycle
 
 
 class Extremes(NamedTuple):

@@ -29,7 +29,7 @@ Array = NDArray[np.float64]
 _FIRST, _TIGHTER = 1 / 30, 0.1  # tolerance of a step to what is asked, and of each run's steps to those of the run before
 _COMPARED = 300  # times at which two runs are compared
 _UNSURE = 500.0  # roundings: what the net work of a cycle is known to be zero by
-_SAFETY = 2.0  # between steps the error of a run does not fall in proportion to its tolerance
+SAFETY = 2.0  # between steps the error of a run does not fall in proportion to its tolerance
 
 
 class Motion(NamedTuple):
@@ -47,7 +47,8 @@ class Motion(NamedTuple):
     difference to a second run with a ten times larger tolerance, doubled (in proportion where that was larger still).
     Where the speed at phi = 0 must return, each cycle starts from it anew: `drift` is the share of the kinetic energy by
     which stepping one cycle is off, which is so kept from adding up.
-    `current` is that of a motor with inductance (A). `trail` is the motion as it was stepped.
+    `current` is that of a motor with inductance (A). `trail` is the motion as it was stepped, `rough` the run before it and
+    `share` how much of the difference to that run may be left.
     """
 
     t: Array
@@ -62,6 +63,8 @@ class Motion(NamedTuple):
     current: Array | None = None
     trail: Trail | None = None
     drift: float = 0.0
+    rough: Trail | None = None
+    share: float = 1.0
 
     def __repr__(self) -> str:
         """Its extent, instead of every point."""
@@ -167,7 +170,7 @@ def moved(
         _check_moved(fine)
         error = share * _difference(rough, fine) + ROUNDING * (64 + len(fine.stretches) + _UNSURE * fine.repeated)
         if error <= rtol or tight <= TIGHTEST:
-            return _as_motion(fine, error)
+            return _as_motion(fine, error)._replace(rough=rough, share=SAFETY * share)
         rough, last = fine, tight
         tight = max(min(0.3 * rtol / error, _TIGHTER) * tight, TIGHTEST)
         share = min(1.0, tight / (_TIGHTER * last))  # of the difference, where the tolerances lie further apart
@@ -195,7 +198,7 @@ def _difference(rough: Trail, fine: Trail) -> float:
     way = max(float(np.ptp(b[0])), fine.dynamics.machine.scene.cycle / (2 * np.pi))
     scales = np.array([way, max(float(np.abs(b[1]).max()), 1e-300)])
     late = abs(rough.t[-1] - fine.t[-1]) / fine.t[-1]
-    return _SAFETY * float(max((np.abs(a - b).max(axis=1) / scales).max(), late))
+    return SAFETY * float(max((np.abs(a - b).max(axis=1) / scales).max(), late))
 
 
 def _check_moved(trail: Trail) -> None:

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from functools import partial
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -13,13 +14,17 @@ from bondgraph.reduction import Reduced
 from flywheel import constant_speed, regime
 from flywheel.advice import told
 from flywheel.faults import Fault, SceneError
+from flywheel.linkage.description import Point
 from flywheel.machine import Machine
-from flywheel.piecewise import wide
-from flywheel.scene import Scene
+from flywheel.piecewise import ROUNDING, tails, wide
+from flywheel.scene import Mechanism, Scene
 
 Array = NDArray[np.float64]
 
 _SLACK = 1e-12  # of a stroke, by which rounding may carry a coordinate past its ends
+_ASIDE = 16  # roundings of the cycle, by which a coordinate is changed to see what rounding does
+EVALUATED = 24
+"""Roundings of a figure, or of the sum of the sizes that it is made of, from its evaluation."""
 
 
 class MachineState(NamedTuple):
@@ -77,19 +82,24 @@ def reduce(
     if (balance is None and not once) or (speed is None and machine.depends_on_speed):
         found, settled = constant_speed.settled(machine)
         speed, balance = (found if speed is None else speed), (settled if balance is None else balance)
+    return _at(machine, angles, anchor, balance or 0.0, speed)._replace(phi=given if once else angles)
+
+
+def _at(machine: Machine, angles: Array, anchor: Array, balance: float, speed: float | None) -> MachineState:
+    """The machine at its own coordinates, in the pieces that the anchors lie in."""
     reduced = machine.reduce(angles, anchor)
     chain = machine.kinematics
     flows = chain.flows(angles, anchor)
     named = {name: chain.variable[name] for name, element in chain.graph.elements.items() if element.kind == "1"}
 
     moving = (speed or 0.0) if machine.depends_on_speed or machine.depends_on_time else None
-    parts = machine.reduction.moments(angles, anchor, balance or 0.0, speed=moving)
-    if once:
+    parts = machine.reduction.moments(angles, anchor, balance, speed=moving)
+    if machine.scene.stroke is not None:
         _check_finite(machine, angles, anchor, reduced, moving)
-    plain = reduced.moment + (balance or 0.0) * reduced.per_unknown
+    plain = reduced.moment + balance * reduced.per_unknown
     whole = partial(wide, shape=angles.shape)
     return MachineState(
-        phi=given if once else angles,
+        phi=angles,
         inertia=whole(reduced.inertia),
         slope=whole(reduced.slope),
         moment=whole(plain if moving is None else sum(parts.values())),
@@ -98,6 +108,85 @@ def reduce(
         inertia_parts={k: whole(v) for k, v in chain.inertias(flows).items()},
         moment_parts={k: whole(v) for k, v in parts.items()},
     )
+
+
+@np.errstate(all="ignore")
+def state_errors(
+    machine: Machine, state: MachineState, *, balance: float = 0.0, speed: float | None = None
+) -> dict[str, Any]:
+    """Estimated absolute errors of a state by the names of its fields, of the shapes that these have.
+
+    The machine is reduced again a few roundings of the cycle aside, with lengths a few roundings off: what that changes is
+    what rounding comes to, near a dead centre or not. Balance and speed are as far off as they may be.
+
+    Args:
+        machine: the machine.
+        state: as `reduce` found it.
+        balance: value (SI) of the scene's unknown that it was found with.
+        speed: the one that its torques were taken at.
+
+    """
+    angles = own_coordinate(machine.scene, np.asarray(state.phi, dtype=float))
+    anchor = machine.anchors(angles)
+    off_speed, off_balance = constant_speed.doubts(machine, speed)
+    faster = None if speed is None else speed * (1.0 + off_speed)
+    again = [
+        _at(other, beside(angles, anchor, machine.scene.cycle, share), anchor, balance * (1.0 + share * off_balance), pace)
+        for other, share, pace in zip(rounded_otherwise(machine), (1.0, 0.4), (faster, speed), strict=True)
+    ]
+    found: dict[str, Any] = {
+        name: spread(value, [getattr(other, name) for other in again]) for name, value in state._asdict().items()
+    }
+    del found["phi"]
+    steepness = wide(machine.reduce(angles, anchor).steepness, angles.shape)
+    friction = 0.0 if machine.friction is None else float(tails(machine.friction.series).max())
+    found["slope"] = found["slope"] + EVALUATED * ROUNDING * steepness
+    found["moment"] = found["moment"] + EVALUATED * ROUNDING * sum(map(np.abs, state.moment_parts.values())) + friction
+    return found
+
+
+def rounded_otherwise(machine: Machine) -> list[Machine]:
+    """Two machines with the lengths of all mechanisms a few roundings off, each its own way, but equal ones alike."""
+    return [_with_lengths(machine, phase) for phase in (0.0, 1.5)]
+
+
+def _with_lengths(machine: Machine, phase: float) -> Machine:
+    def moved(length: float) -> float:
+        return length * (1.0 + _ASIDE * ROUNDING * float(np.sin(1e6 * length + phase)))
+
+    def at(point: Point) -> Point:
+        return point._replace(x=moved(point.x), y=moved(point.y))
+
+    def of(mechanism: Mechanism) -> Mechanism:
+        linkage = mechanism.linkage
+        if linkage is not None:
+            everything = (linkage.ground, *linkage.links)
+            ground, *links = (link._replace(points=tuple(map(at, link.points))) for link in everything)
+            joints = tuple(
+                joint._replace(first_at=at(joint.first_at), second_at=at(joint.second_at)) for joint in linkage.joints
+            )
+            linkage = replace(linkage, ground=ground, links=tuple(links), joints=joints)
+        geometry = {name: moved(value) for name, value in mechanism.geometry.items()}
+        return replace(mechanism, geometry=geometry, linkage=linkage)
+
+    scene = machine.scene
+    try:
+        return Machine(replace(scene, mechanisms=tuple(map(of, scene.mechanisms))))
+    except SceneError:  # at the very limit of what can be built
+        return machine
+
+
+def beside(angles: Array, anchor: Array, cycle: float, share: float = 1.0) -> Array:
+    """Coordinates a few roundings of the cycle aside, towards the middles of their pieces."""
+    return np.asarray(angles + share * _ASIDE * ROUNDING * cycle * np.where(anchor < angles, -1.0, 1.0))
+
+
+def spread(figures: Any, others: Sequence[Any]) -> Any:
+    """How far figures (arrays, or tables of them) are from the same found anew, doubled, and the rounding of a sum."""
+    if isinstance(figures, Mapping):
+        return {name: spread(value, [other[name] for other in others]) for name, value in figures.items()}
+    apart = np.max([np.abs(other - figures) for other in others], axis=0)
+    return 2 * apart + EVALUATED * ROUNDING * np.abs(figures)
 
 
 def own_coordinate(scene: Scene, given: Array) -> Array:

@@ -7,15 +7,16 @@ there is no steady speed and no flywheel. What there is: reduction, the driving 
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from flywheel.faults import Fault, SceneError
 from flywheel.machine import Machine
+from flywheel.piecewise import ROUNDING
 from flywheel.scene import Scene, Stroke
-from flywheel.state import MachineState, reduce
+from flywheel.state import EVALUATED, MachineState, reduce, state_errors
 
 Array = NDArray[np.float64]
 
@@ -77,6 +78,27 @@ def along(
         velocities={name: gain * v for name, gain in state.gains.items()},
         accelerations={name: gain * a + state.gain_slopes[name] * v**2 for name, gain in state.gains.items()},
     )
+
+
+def passage_errors(machine: Machine, passage: Passage) -> dict[str, Any]:
+    """Estimated absolute errors of a passage at the stroke's own speed and acceleration.
+
+    They are those of its state, and what F = m* a + ½ dm*/dx v² - F*, v_i = g_i v and a_i = g_i a + g_i' v² have of them.
+    """
+    stroke = _stroke_of(machine.scene)
+    v, a = stroke.speed, abs(stroke.acceleration)
+    of_state = state_errors(machine, passage.state, speed=v)
+    gains, slopes = of_state["gains"], of_state["gain_slopes"]
+    rounded = EVALUATED * ROUNDING
+    return {
+        **of_state,
+        "driving": of_state["inertia"] * a
+        + 0.5 * of_state["slope"] * v**2
+        + of_state["moment"]
+        + rounded * np.abs(passage.driving),
+        "velocities": {name: gain * abs(v) for name, gain in gains.items()},
+        "accelerations": {name: gain * a + slopes[name] * v**2 for name, gain in gains.items()},
+    }
 
 
 def _stroke_of(scene: Scene) -> Stroke:

@@ -227,7 +227,7 @@ def reactions(
     with reported(scene):
         import numpy as np
 
-        from flywheel.joints import joint_forces, spread
+        from flywheel.joints import joint_errors, joint_forces, spread
         from flywheel.machine import Machine
         from flywheel.port_forces import close_positions
         from flywheel.reading.scenes import load
@@ -246,8 +246,12 @@ def reactions(
         if plot is not None:
             drawn = ask(np.unique(phi)) if at else found if points or not dense else dense
             _plot_forces(export_forces.cleared(drawn), plot)
-    write = export_forces.json if as_json else export_forces.csv if as_csv else partial(export_forces.text, dense=dense)
-    text = write(loaded, found)
+        if as_json:
+            text = export_forces.json(
+                loaded, found, joint_errors(machine, found, inertia=not quasi_static, friction=not no_friction)
+            )
+        else:
+            text = export_forces.csv(loaded, found) if as_csv else export_forces.text(loaded, found, dense)
     hand_over(text, output, scene)
 
 

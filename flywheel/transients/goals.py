@@ -29,7 +29,7 @@ _NAMES = {"regime": "regime", "stop": "steady", "speed": "settled", "share": "se
 
 
 class Setting(NamedTuple):
-    """A machine as it is followed, and what is known of it before."""
+    """A machine as it is followed, and what is known of it before, with relative errors of flywheel and balance."""
 
     machine: Machine
     dynamics: Dynamics
@@ -37,6 +37,8 @@ class Setting(NamedTuple):
     balance: float
     regime: Regime | None
     no_regime: str
+    inertia_error: float = 0.0
+    balance_error: float = 0.0
 
 
 def needed(setting: Setting) -> Regime:

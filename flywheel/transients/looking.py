@@ -181,20 +181,25 @@ def peak(trail: Trail, name: str, samples: Samples, owners: NDArray[np.intp]) ->
 
     About the highest samples it is looked for again, closer each time.
     """
+    return max(summits(trail, name, samples, owners), key=lambda one: one.value)
+
+
+def summits(trail: Trail, name: str, samples: Samples, owners: NDArray[np.intp]) -> list[Peak]:
+    """The greatest values about each of the highest samples; the very greatest sample first."""
     times, values = samples.t, getattr(samples, name)
     best = int(values.argmax())
-    found = Peak(float(values[best]), float(times[best]))
     tops = _tops(values, owners)
     own = owners[tops]
+    summit = [Peak(float(values[best]), float(times[best])), *(Peak(float(values[k]), float(times[k])) for k in tops)]
     low, high = (times[_beside(tops, owners, side)] for side in (-1, 1))
     for _ in range(_ROUNDS):
         grid = np.linspace(low, high, _FINER, axis=1)
         finer = getattr(sampled(trail, grid.ravel(), np.repeat(own, _FINER)), name).reshape(grid.shape)
         rows, column = np.arange(tops.size), finer.argmax(axis=1)
-        top = int(finer[rows, column].argmax())
-        found = max(found, Peak(float(finer[top, column[top]]), float(grid[top, column[top]])), key=lambda one: one.value)
+        here = map(Peak, finer[rows, column].tolist(), grid[rows, column].tolist())
+        summit[1:] = [max(pair, key=lambda one: one.value) for pair in zip(summit[1:], here, strict=True)]
         low, high = grid[rows, np.maximum(column - 1, 0)], grid[rows, np.minimum(column + 1, _FINER - 1)]
-    return found
+    return summit
 
 
 def _tops(values: Array, owners: NDArray[np.intp]) -> NDArray[np.intp]:

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 from typing import Any, NamedTuple
 
 from flywheel.scene import TURN, Scene
@@ -48,7 +49,7 @@ class Transient:
 
     `regime_speed` is the mean over time of the steady cycle that the machine has with its drive (rad/s), None where there is
     none; `time_to_regime` the first time (s) at which the crank is as fast as 95 % of that. `inertia` is the flywheel's, at
-    its own shaft (kg m²).
+    its own shaft (kg m²). `given_errors` are those of inertia, balance and regime speed, in their units.
     """
 
     scene: Scene
@@ -63,6 +64,7 @@ class Transient:
     energy: Energy
     rtol: float
     messages: tuple[str, ...] = ()
+    given_errors: Mapping[str, float | None] = field(default_factory=dict)
 
     def __repr__(self) -> str:
         """How it ended, instead of the motion."""

@@ -163,22 +163,22 @@ def _check(machine: Machine, goal: Until, start: float | str, rtol: float) -> No
 
 def _setting(machine: Machine, drive: bool, inertia: float | None, balance: float | None) -> Setting:
     scene = machine.scene
-    own = _flywheel(scene) if inertia is None else inertia
+    own, doubt = _flywheel(scene) if inertia is None else (inertia, 0.0)
     steady, why = _regime(machine, own)
-    if balance is None:
-        balance = _balance(machine, steady)
+    balance, off = _balance(machine, steady) if balance is None else (balance, 0.0)
     if not drive:
         unknown = None if scene.unknown == "drive" else scene.unknown
         machine = Machine(replace(scene, drive=None, motor=None, unknown=unknown))
-    return Setting(machine, Dynamics(machine, own * scene.flywheel_ratio**2, balance), own, balance, steady, why)
+    return Setting(machine, Dynamics(machine, own * scene.flywheel_ratio**2, balance), own, balance, steady, why, doubt, off)
 
 
-def _flywheel(scene: Scene) -> float:
-    """The flywheel that the scene gives, or is sized to."""
+def _flywheel(scene: Scene) -> tuple[float, float]:
+    """The flywheel that the scene gives, or is sized to, and its relative error."""
     if scene.irregularity is None:
-        return scene.inertia or 0.0
+        return scene.inertia or 0.0, 0.0
     try:
-        return size(scene, simulate=False).flywheel.exact or 0.0
+        sizing = size(scene, simulate=False)
+        return sizing.flywheel.exact or 0.0, sizing.error.exact or 0.0
     except SceneError as error:
         found = f"an irregularity, to which no flywheel can be sized: {'; '.join(fault.found for fault in error.faults)}"
         advice = 'give its inertia: --flywheel "0.3 kg m^2" (in Python inertia=0.3)'
@@ -196,15 +196,17 @@ def _regime(machine: Machine, inertia: float) -> tuple[Regime | None, str]:
         return None, "; ".join(str(fault) for fault in error.faults)
 
 
-def _balance(machine: Machine, steady: Regime | None) -> float:
+def _balance(machine: Machine, steady: Regime | None) -> tuple[float, float]:
+    """The unknown's value, and its relative error."""
     if machine.scene.unknown is None:
-        return 0.0
+        return 0.0, 0.0
     if steady is not None and steady.sizing.balance is not None:
-        return steady.sizing.balance.value
+        return steady.sizing.balance.value, steady.sizing.balance.error
     if machine.depends_on_speed or machine.depends_on_time:
         found = '"balance" with torques that depend on speed or time, and without a regime to balance'
         raise SceneError([Fault("balance", found, "a value", "give the unknown its value")])
-    return cycles.settled_balance(machine)
+    cycle = cycles.balanced(machine)
+    return cycle.balance or 0.0, cycle.balance_error
 
 
 def _start(setting: Setting, start: float | str, at: float | None) -> Start:

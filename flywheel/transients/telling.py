@@ -39,15 +39,27 @@ def told_of(setting: Setting, motion: Motion, goal: Until, rtol: float) -> Trans
         inertia=setting.inertia,
         balance=setting.balance,
         regime_speed=steady,
-        time_to_regime=None if steady is None else _reached(trail, SHARE * steady, samples.t, samples.omega),
-        peaks=_peaks(trail, samples, owners),
-        energy=_energy(worked(trail), samples.kinetic),
+        time_to_regime=None if steady is None else reached(trail, SHARE * steady, samples.t, samples.omega),
+        peaks=peaks_of(trail, samples, owners),
+        energy=energy_of(worked(trail), samples.kinetic),
         rtol=rtol,
         messages=tuple(_messages(setting, motion, trail.start, rtol)),
+        given_errors=_given_errors(setting),
     )
 
 
-def _peaks(trail: Trail, samples: Samples, owners: NDArray[np.intp]) -> Peaks:
+def _given_errors(setting: Setting) -> dict[str, float | None]:
+    """Errors, in their own units, of what a motion is followed with: its flywheel, its balance, the speed of its regime."""
+    steady = setting.regime
+    return {
+        "flywheel": setting.inertia * setting.inertia_error,
+        "balance": None if setting.machine.scene.unknown is None else abs(setting.balance) * setting.balance_error,
+        "regime_speed": None if steady is None else steady.speed * (steady.sizing.error.simulation or 0.0),
+    }
+
+
+def peaks_of(trail: Trail, samples: Samples, owners: NDArray[np.intp]) -> Peaks:
+    """Greatest speed, and of a driven machine torque, power and current."""
     drives = trail.dynamics.machine.scene.drive is not None
     wanted = {"omega": True, "drive": drives, "power": drives, "current": samples.current is not None}
     speed, *others = (peak(trail, name, samples, owners) if told else None for name, told in wanted.items())
@@ -119,7 +131,7 @@ def _place(machine: Machine, phi: float) -> str:
     return machine.where(phi % scene.cycle)
 
 
-def _reached(trail: Trail, speed: float, times: Array, omega: Array) -> float | None:
+def reached(trail: Trail, speed: float, times: Array, omega: Array) -> float | None:
     """The first time at which a speed is reached."""
     above = np.flatnonzero(omega >= speed)
     if not above.size:
@@ -134,7 +146,8 @@ def _reached(trail: Trail, speed: float, times: Array, omega: Array) -> float | 
     return float(brentq(lambda t: float(trail.states(np.array([t]))[1, 0]) - speed, low, high, xtol=1e-300, rtol=1e-14))
 
 
-def _energy(works: Works, kinetic: Array) -> Energy:
+def energy_of(works: Works, kinetic: Array) -> Energy:
+    """Works and heats with the kinetic energy gained, and how far they close."""
     gained = float(kinetic[-1] - kinetic[0])
     parts = dict(works.by_part)
     drive = parts.pop("drive", 0.0)

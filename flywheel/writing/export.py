@@ -74,7 +74,7 @@ def _along(machine: Machine, stroke: Stroke, given: Sequence[float], points: int
 
     passage = along(machine, np.array(given) if given else np.linspace(stroke.start, stroke.end, points))
     if as_json:
-        return encoded(export_stroke.as_dict(machine.scene.title, stroke, passage))
+        return encoded(export_stroke.as_dict(machine, stroke, passage))
     return csv(export_stroke.columns(machine, stroke, passage))
 
 
@@ -114,8 +114,21 @@ def _reduced_json(machine: Machine, phi: Array, state: MachineState, balance: Ba
             "speed": speed,
             **state._asdict(),
             "phi": phi,
+            "errors": _errors(machine, state, balance, speed),
         }
     )
+
+
+def _errors(machine: Machine, state: MachineState, balance: Balance | None, speed: float | None) -> dict[str, Any]:
+    from flywheel.constant_speed import doubts
+    from flywheel.state import state_errors
+
+    off_speed, off_balance = doubts(machine, speed)
+    return {
+        "balance": None if balance is None else abs(balance.value) * off_balance,
+        "speed": None if speed is None else speed * off_speed,
+        **state_errors(machine, state, balance=0.0 if balance is None else balance.value, speed=speed),
+    }
 
 
 def _csv_columns(machine: Machine, phi: Array, state: MachineState) -> Iterator[tuple[str, Array]]:

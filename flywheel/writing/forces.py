@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from flywheel.joints import JointForces
+from flywheel.joints import JointForces, figures_of
 from flywheel.kinetostatics import Reactions
 from flywheel.scene import Scene
 from flywheel.writing.export import encoded
@@ -80,8 +80,11 @@ def csv(scene: Scene, forces: JointForces) -> str:
     return "\n".join((",".join(heads), *rows)) + "\n"
 
 
-def json(scene: Scene, forces: JointForces) -> str:
-    """All figures as JSON, SI; null where redundant constraints leave one open, or friction locks."""
+def json(scene: Scene, forces: JointForces, errors: Mapping[str, Any]) -> str:
+    """All figures as JSON, SI; null where redundant constraints leave one open, or friction locks.
+
+    errors: those of the forces, by mechanism (`flywheel.joints.joint_errors`).
+    """
     motion = forces.motion
     data: dict[str, Any] = {
         "title": scene.title,
@@ -90,19 +93,21 @@ def json(scene: Scene, forces: JointForces) -> str:
         "omega": motion.omega,
         "alpha": motion.alpha,
         "mechanisms": {name: _as_dict(found) for name, found in forces.mechanisms.items()},
+        "errors": {
+            "omega": np.broadcast_to(forces.motion_errors[0], motion.phi.shape),
+            "alpha": np.broadcast_to(forces.motion_errors[1], motion.phi.shape),
+            "mechanisms": errors,
+        },
     }
     return encoded(data, indent=2)
 
 
 def _as_dict(found: Reactions) -> dict[str, Any]:
-    joints = {
-        name: {**parts, "resultant": found.resultant(name), "units": dict(found.units[name])}
-        for name, parts in found.components.items()
-    }
+    figures = figures_of(found)
     friction = found.friction
     return {
-        "driving": dict(found.actions),
-        "joints": joints,
+        "driving": figures["driving"],
+        "joints": {name: {**parts, "units": dict(found.units[name])} for name, parts in figures["joints"].items()},
         "largest": {e.joint: {"force": e.force, "at": e.at} for e in found.extremes()},
         "undetermined": found.undetermined,
         "friction": {"moment": friction.moment, "iterations": friction.iterations, "converged": friction.converged},

@@ -90,7 +90,8 @@ def _engine(engine: EngineCycle) -> Iterable[Row]:
         return
     yield _power_row("brake power", engine.brake_power, engine.error * per_work)
     efficiency = figure(100 * engine.mechanical_efficiency, 100 * engine.error / engine.indicated_work, 6)
-    yield Row("mechanical efficiency", efficiency, "%")
+    lossless = engine.indicated_work - (engine.brake_work or 0.0) <= 2 * engine.error
+    yield Row("mechanical efficiency", efficiency, "% (the scene has no losses)" if lossless else "%")
 
 
 def with_and_without(sizing: Sizing) -> list[str]:

@@ -190,6 +190,8 @@ _ERRORS = (
 
 def _errors(sizing: Sizing) -> list[str]:
     titles = dict(_ERRORS) | ({"simulation": "irregularity by the areas"} if sizing.accuracy == FAST else {})
+    if sizing.scene.areas is not None:  # which know of no other inertia than the areas'
+        del titles["exact"]
     found = [
         f"{title} {short(error)}" for name, title in titles.items() if (error := getattr(sizing.error, name)) is not None
     ]

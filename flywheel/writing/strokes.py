@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from flywheel.machine import Machine
 from flywheel.scene import Stroke
-from flywheel.stroke import Passage
+from flywheel.stroke import Passage, passage_errors
 
 Array = NDArray[np.float64]
 
@@ -53,12 +53,12 @@ def names_of(stroke: Stroke) -> Names:
     return SLIDING if stroke.sliding else TURNING
 
 
-def as_dict(title: str | None, stroke: Stroke, passage: Passage) -> dict[str, Any]:
+def as_dict(machine: Machine, stroke: Stroke, passage: Passage) -> dict[str, Any]:
     """What `flywheel reduce --json` prints for a scene with a stroke, SI throughout."""
     names = names_of(stroke)
-    state = passage.state._asdict()
+    state, errors = passage.state._asdict(), passage_errors(machine, passage)
     return {
-        "title": title,
+        "title": machine.scene.title,
         "reduction": stroke.element,
         "cycle": None,
         "balance": None,
@@ -72,6 +72,7 @@ def as_dict(title: str | None, stroke: Stroke, passage: Passage) -> dict[str, An
         names.driving: passage.driving,
         "velocities": passage.velocities,
         "accelerations": passage.accelerations,
+        "errors": {(names.keys | {"driving": names.driving}).get(name, name): error for name, error in errors.items()},
     }
 
 

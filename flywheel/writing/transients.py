@@ -7,6 +7,7 @@ from collections.abc import Iterator
 import numpy as np
 from numpy.typing import NDArray
 
+from flywheel.transients.errors import estimates, of_samples
 from flywheel.transients.looking import Peak, Samples, sampled, switching
 from flywheel.transients.record import Transient
 from flywheel.writing import export
@@ -146,4 +147,6 @@ def csv(transient: Transient, points: int, breaks: bool = False) -> str:
 
 def json(transient: Transient, points: int, breaks: bool = False) -> str:
     """Everything of a motion, with the motion itself at so many times (see `evenly`), as JSON, SI throughout."""
-    return export.encoded({**transient.as_dict(), "samples": evenly(transient, points, breaks)._asdict()}, indent=2)
+    errors = {**estimates(transient), "samples": of_samples(transient, points)}
+    data = {**transient.as_dict(), "errors": errors, "samples": evenly(transient, points, breaks)._asdict()}
+    return export.encoded(data, indent=2)
