@@ -61,7 +61,7 @@ def solve_symmetric(lower: Rows, right: Sequence[Any]) -> list[Any]:
             factor[i][j] = inner / pivots[j]
         pivots.append(_less(lower[i][i], ((factor[i][k] * factor[i][k], pivots[k]) for k in range(i))))
         if isinstance(pivots[i], float) and not pivots[i] > 0.0:
-            raise GraphError(_WEIGHTLESS)
+            raise GraphError(WEIGHTLESS)
         x.append(_less(right[i], ((factor[i][k], x[k]) for k in range(i))))
     x = [value / pivot for value, pivot in zip(x, pivots, strict=True)]
     for i in reversed(range(size)):
@@ -69,7 +69,7 @@ def solve_symmetric(lower: Rows, right: Sequence[Any]) -> list[Any]:
     return x
 
 
-_WEIGHTLESS = (
+WEIGHTLESS = (
     "the inertia that the motion sees vanishes or is negative at one of the positions (a dead centre without inertia on "
     "the other side?): the acceleration is not determined"
 )

@@ -19,8 +19,9 @@ from bondgraph.graph import BondGraph
 from bondgraph.laws import TIME
 from bondgraph.motion.audit import Audit, Bonds, audit, energy_scales
 from bondgraph.motion.dynamics import Dynamics
-from bondgraph.motion.stepping import ADAPTIVE, FIXED, Breaks, Stretch, adaptive, fixed, through_breaks
-from bondgraph.motion.walk import Instant
+from bondgraph.motion.linear import WEIGHTLESS
+from bondgraph.motion.stepping import ADAPTIVE, FIXED, Breaks, StepError, Stretch, adaptive, fixed, through_breaks
+from bondgraph.motion.walk import Instant, Walk
 
 Array = NDArray[np.float64]
 
@@ -41,6 +42,14 @@ _STABLE = {"RK23": 2.5, "RK45": 3.3, "DOP853": 6.1, "LSODA": 0.5}  # step times 
 _OBSERVED = 500  # steps after which a method's steps are held against that: any mode at that limit has decayed by then
 _MANY = 2000  # steps: fewer are as well taken by the explicit method
 _STIFF = "Radau"
+_EXPLICIT = ("RK23", "RK45", "DOP853")
+_THROUGH_DEAD_CENTRES = (
+    "LSODA"  # its Jacobian is that of a step's end, where Radau's, of its start, knows of no inertia ahead
+)
+_NOT_FINITE = "the rates are not finite"
+_NO_INERTIA = 1e-6  # of the greatest in the run
+_PILOT_EVALUATIONS = 50_000
+_BESIDE = 0.01  # of a displacement and of 1: how far beside a position the inertia is looked at
 
 
 @dataclass(frozen=True, eq=False)
@@ -149,8 +158,9 @@ class Run:
 
     def _dense(self, times: Array, owners: NDArray[np.int_]) -> Array:
         values = np.empty((len(self.dynamics.state.names), times.size))
-        for owner in np.unique(owners):
-            mine = owners == owner
+        order = np.argsort(owners, kind="stable")
+        found, firsts = np.unique(owners[order], return_index=True)
+        for owner, mine in zip(found, np.split(order, firsts[1:]), strict=True):
             dense = self.stretches[owner].dense
             assert dense is not None  # only runs that are compared, and thrown away, go without
             values[:, mine] = dense(times[mine])
@@ -190,7 +200,8 @@ def simulate(
             was kept.
         method: one of scipy's ("DOP853", "RK45", "RK23", "LSODA", "Radau", "BDF"), or "euler", "rk2" (trapezoidal), "rk4".
             On a stiff graph, where an explicit one would take more steps for its stability than Radau for its accuracy, the
-            motion is found by Radau: `Run.method` and `Run.messages` say so.
+            motion is found by Radau, and by LSODA where the inertia that the motion sees all but vanishes at a dead centre
+            and a resistor carries it through: `Run.method` and `Run.messages` say so.
         step: length of a fixed step, s.
         breaks: where laws jump or kink, so that the stepping restarts there: displacement name (or "t") -> values, or
             (values, period). Without them no step is longer than 1/400 of the time where a source or resistor varies with
@@ -244,15 +255,38 @@ class _Stepper:
         self.scale, self.relative = np.maximum(np.abs(start), 1e-3), 1.0
         self._field({})(0.0, start)  # a state without rates is an error before anything is stepped
         if self.undefined is not None:
-            raise GraphError(f"there are no rates at the start: {self._why()}")
+            why = self._why()
+            dead = self._dead_centre([], start, 0.0) if WEIGHTLESS in why else None
+            raise GraphError(f"there are no rates at the start: {why}") if dead is None else _DeadCentreError(*dead, None)
 
     def adaptive(self, rtol: float) -> Run:
+        """The motion within rtol, through dead centres by the method that can."""
+        given, tolerance = self.method, max(_FIRST * rtol, 10.0 * _TIGHTEST)
+        if self._rounded_away():
+            self._check_way_on()
+        try:
+            return self._stiffly(rtol, tolerance)
+        except _DeadCentreError as found:
+            if self.method == _THROUGH_DEAD_CENTRES:
+                raise
+            dead = found
+        self.method, self.watched = _THROUGH_DEAD_CENTRES, False
+        if given != self.method:
+            self.messages = (
+                f"the inertia that the motion sees all but vanishes at {dead.place}, where {given} makes no headway: the "
+                f"motion was found by {self.method}",
+            )
+        try:
+            return self._tightened(rtol, tolerance)
+        except StepError:
+            raise dead from None
+
+    def _stiffly(self, rtol: float, tolerance: float) -> Run:
         """The motion within rtol; by a method for stiff graphs, where the one asked for takes its steps for stability alone.
 
         Which of the two is cheaper is told by a loose run of the other: Radau's steps grow as the fifth root of the
         tolerance, those of a method at its limit of stability do not.
         """
-        tolerance = max(_FIRST * rtol, 10.0 * _TIGHTEST)
         self.watched = self.method in _STABLE
         try:
             return self._tightened(rtol, tolerance)
@@ -263,9 +297,12 @@ class _Stepper:
         try:
             self._run(loose, longest=self._longest(), dense=False)
             cheaper = (self.evaluations - before) * (loose / tolerance) ** 0.2 < slow.evaluations
+        except _DeadCentreError:
+            raise
         except GraphError:
             cheaper = False
-        self.budget = budget
+        finally:
+            self.budget = budget
         if cheaper:
             self.messages += (
                 f"a mode that decays within {1.0 / slow.rate:.3g} s holds the steps of {given} at {slow.step:.3g} s, for "
@@ -277,7 +314,7 @@ class _Stepper:
 
     def _tightened(self, rtol: float, tolerance: float) -> Run:
         """Runs at tighter tolerance and with shorter steps until two of them agree within rtol, or rounding wins."""
-        longest, before, expected = self._longest(), np.inf, 0.0
+        longest, before, expected, idle = self._longest(), np.inf, 0.0, 0
         self._rescale(self._run(max(_PILOT, rtol), longest=longest, dense=False))
         run = self._run(tolerance, longest=longest)
         for _ in range(_MOST_RUNS):
@@ -287,15 +324,61 @@ class _Stepper:
             looser, longest = run, min(longest, _SHORTER * float(np.diff(run.t).max()))
             run = self._run(tolerance, longest=longest, beside=None if self.method in ("BDF", "LSODA") else looser)
             error = max(2.0 * _difference(looser, run, self._scales(run)), tolerance, _rounding(run))
-            if error <= rtol or (tolerance <= _TIGHTEST and error > 0.5 * before):
+            idle = idle + 1 if error > 0.5 * before else 0
+            if error <= rtol or (idle and tolerance <= _TIGHTEST) or (idle > 2 and self.method == _THROUGH_DEAD_CENTRES):
                 break
             before, expected = error, part * error
         return self._finished(run, error, rtol)
 
     def fixed(self, step: float) -> Run:
         """A run with equal steps, and its difference to one with shorter steps."""
+        self._check_way_on()
+        self._check_steps(step)
         shorter, run = self._run(None, _FIXED_RATIO * step), self._run(None, step)
         return self._finished(run, max(2.0 * _difference(shorter, run, self._scales(shorter)), _rounding(run)), None)
+
+    def _check_way_on(self) -> None:
+        """Whether a motion whose inertia varies ends at a dead centre, by a loose run; at the start, from either side.
+
+        Equal steps would pass over such a place, or come to it after a million of them.
+        """
+        if not self.dynamics.tables.moduli:
+            return
+        given, start, budget = self.method, self.start, self.budget
+        self.method, self.watched, self.budget = (
+            _THROUGH_DEAD_CENTRES,
+            False,
+            min(budget, self.evaluations + _PILOT_EVALUATIONS),
+        )
+        try:
+            eps = 4.0 * np.finfo(float).eps
+            for begin in self._beside(start, eps * np.abs(start)) if self._rounded_away() else [start]:
+                self.start = begin
+                self._run(_PILOT, longest=self._longest(), dense=False)
+        except _DeadCentreError:
+            raise
+        except GraphError:  # the run that was asked for will tell
+            pass
+        finally:
+            self.method, self.start, self.budget, self.undefined = given, start, budget, None
+
+    def _check_steps(self, step: float) -> None:
+        """Whether the steps of both runs can be afforded: known before the first."""
+        most = sum(math.ceil(self.until / length * (1.0 - 1e-12)) for length in (step, _FIXED_RATIO * step))
+        needed = most * len(FIXED[self.method].nodes)
+        if needed > self.budget:
+            raise GraphError(
+                f"steps of {step:g} s for {self.until:g} s, and the shorter ones that they are compared with, take {needed} "
+                f"evaluations of the rates by {self.method}, {self.budget} are allowed: ask for a shorter time or longer "
+                "steps; evaluations= allows more"
+            )
+
+    def _beside(self, state: Array, distances: Array) -> list[Array]:
+        """A state moved by its displacements' distances, to either side."""
+        first, last = self.dynamics.state.flows, self.dynamics.state.flows + self.dynamics.state.displacements
+        moved = np.zeros(state.size)
+        moved[first:last] = distances[first:last]
+        return [state - moved, state + moved]
 
     def _finished(self, run: Run, error: float, rtol: float | None) -> Run:
         return replace(run, error=error, rtol=rtol, evaluations=self.evaluations, method=self.method, messages=self.messages)
@@ -318,6 +401,7 @@ class _Stepper:
         """One run; `beside` another, with shorter steps than that one everywhere."""
         self.anchors = []
         plain, taken, began = self._field({}), 0, self.evaluations
+        stretches: list[Stretch] = []
         within, lasts = dense or bool(self.breaks), [0.0]
         length = None if beside is None else _lengths(beside, _SHORTER)
 
@@ -333,18 +417,34 @@ class _Stepper:
             for stretch in made:
                 self.anchors.append(by_junction)
                 taken += 1
-                if self.watched and taken % _OBSERVED == 0:
-                    self._watch(field, stretch, (stretch.end - lasts[-1]) / _OBSERVED, (self.evaluations - began) / taken)
+                if self.method in _STABLE and taken % _OBSERVED == 0:
+                    pace, cost = (stretch.end - lasts[-1]) / _OBSERVED, (self.evaluations - began) / taken
                     lasts.append(stretch.end)
+                    if self.method in _EXPLICIT and (self.until - stretch.end) * cost > pace * (
+                        self.budget - self.evaluations
+                    ):
+                        dead = self._dead_centre(stretches, stretch.after, stretch.end)
+                        if dead is not None:
+                            raise _DeadCentreError(*dead, stretch.end)
+                    if self.watched:
+                        self._watch(field, stretch, pace, cost)
                 yield stretch
                 if self.evaluations > self.budget:
                     raise GraphError(self._exhausted(stretch.end))
 
         try:
-            stretches = tuple(through_breaks(steps, plain, self.breaks, self.times, self.start, self.until))
+            stretches.extend(through_breaks(steps, plain, self.breaks, self.times, self.start, self.until))
+        except _DeadCentreError:
+            raise
         except GraphError as error:
-            raise GraphError(str(error) if self.undefined is None else f"{error} ({self._why()})") from error
-        return Run(self.dynamics, stretches, tuple(self.anchors), 0.0, rtol, 0)
+            why = "" if self.undefined is None else self._why()
+            if isinstance(error, StepError) and (not why or WEIGHTLESS in why or _NOT_FINITE in why):
+                last = stretches[-1] if stretches else Stretch(0.0, 0.0, self.start, None)
+                dead = self._dead_centre(stretches, last.after, last.end)
+                if dead is not None:
+                    raise _DeadCentreError(*dead, last.end) from error
+            raise type(error)(f"{error} ({why})" if why else str(error)) from error
+        return Run(self.dynamics, tuple(stretches), tuple(self.anchors), 0.0, rtol, 0)
 
     def _exhausted(self, reached: float) -> str:
         advice = (
@@ -426,7 +526,56 @@ class _Stepper:
                 self.dynamics.at(t, values, {self.junctions[k]: v for k, v in anchors.items() if k in self.junctions})
         except (ValueError, ArithmeticError, TypeError) as error:
             return str(error)
-        return f"the rates are not finite at t = {t:.9g} s"
+        return f"{_NOT_FINITE} at t = {t:.9g} s"
+
+    def _dead_centre(self, stretches: list[Stretch], state: Array, t: float) -> tuple[str, str] | None:
+        """A flow and a position, where the inertia at a state is next to none beside its greatest around and before."""
+        some = np.unique(np.linspace(0, len(stretches) - 1, _SAMPLES).astype(int)) if stretches else np.zeros(0, dtype=int)
+        around = [(t, beside) for beside in self._beside(state, _BESIDE * (1.0 + np.abs(state)))]
+        past = [(0.0, self.start), *((stretches[k].end, stretches[k].after) for k in some), *around]
+        matrices = np.array([self._inertia(*at) for at in [*past, (t, state)]])
+        greatest = np.nanmax(np.diagonal(matrices, axis1=1, axis2=2), axis=0)
+        scale = np.sqrt(np.where(greatest > 0.0, greatest, 1.0))
+        known = np.isfinite(matrices).all(axis=(1, 2))
+        if not known[-1] or known.sum() < 2:
+            return None
+        least, modes = np.linalg.eigh(matrices[known] / np.outer(scale, scale))
+        if not least[-1, 0] < _NO_INERTIA * least[:-1, 0].max():
+            return None
+        form = self.dynamics.form
+        weakest = form.coordinates.moving[int(np.argmax(np.abs(modes[-1, :, 0])))]
+        places = zip(form.displacements, state[self.dynamics.state.flows :], strict=False)
+        return form.name_of(weakest), ", ".join(f"{d.name} = {value:.9g}" for d, value in places) or f"t = {t:.9g} s"
+
+    def _inertia(self, t: float, state: Array) -> Array:
+        """The mass matrix at a state; not a number where a law is not defined."""
+        try:
+            with np.errstate(all="ignore"):
+                lower, _, _ = Walk(self.dynamics.tables, t, state.tolist(), {}).mass_and_force()
+        except (ValueError, ArithmeticError, TypeError):
+            return np.full((self.dynamics.state.flows,) * 2, np.nan)
+        below = np.tril(np.array(lower, dtype=float))
+        return np.asarray(below + np.tril(below, -1).T)
+
+    def _rounded_away(self) -> bool:
+        """Whether the least inertia at the start is what rounding makes of the displacements."""
+        if not (self.dynamics.tables.moduli and self.dynamics.state.flows):
+            return False
+        nearby = [self.start, *self._beside(self.start, 4.0 * np.finfo(float).eps * np.abs(self.start))]
+        least = [float(np.linalg.det(self._inertia(0.0, state))) for state in nearby]
+        return not min(least) > 0.5 * max(least)
+
+
+class _DeadCentreError(GraphError):
+    """A place where the inertia that a flow meets vanishes; t, s, is None at the start."""
+
+    def __init__(self, flow: str, place: str, t: float | None) -> None:
+        found = "there are no rates at the start" if t is None else f"the motion cannot be followed past t = {t:.6g} s"
+        super().__init__(
+            f"{found}: the inertia that the motion sees vanishes at {place}, where nothing weighs the flow of {flow} (a "
+            f"dead centre without inertia before it): give {flow} an inertia (I), or more resistance (R) to carry it through"
+        )
+        self.place = place
 
 
 class _StiffnessError(Exception):

@@ -21,6 +21,11 @@ Field = Callable[[float, Array], Array]
 ADAPTIVE = ("DOP853", "RK45", "RK23", "LSODA", "Radau", "BDF")
 _NEAR = 1e-12  # of a period (or of 1): closer to a break than this is on it
 _MOST_STEPS = 1_000_000
+_MOST_STALLED = 200  # steps of LSODA after which the time is the same: it gets out of 60 of them
+
+
+class StepError(GraphError):
+    """A step that no method can take: the motion ends there, or the laws do."""
 
 
 class Stretch(NamedTuple):
@@ -89,19 +94,25 @@ def adaptive(
     relative, absolute = tolerance[0], tolerance[1]
     given: Any = {"max_step": longest, "rtol": max(relative, 3e-14), "atol": absolute}
     solver: Any = getattr(integrate, method)(field, t, state, until, **given)
+    stalled = 0
     while solver.status == "running":
         reached = float(solver.t)
         if length is not None:
             solver.max_step = min(longest, length(reached))
         try:
-            message = solver.step()
+            with np.errstate(all="ignore"):
+                message = solver.step()
         except (ValueError, np.linalg.LinAlgError):  # the implicit methods', of a matrix that is not finite
             message = "the rates are not finite"
         if message is None and not np.all(np.isfinite(solver.y)):
             message = "it is not finite"
+        stalled = stalled + 1 if solver.t == reached else 0
+        if message is None and stalled > _MOST_STALLED:
+            message = "its steps are shorter than the spacing of times"
         if message is not None:
-            raise GraphError(f"the motion cannot be followed past t = {reached:.9g} s: {message}")
-        yield Stretch(float(solver.t_old), float(solver.t), solver.y, solver.dense_output() if dense else None)
+            raise StepError(f"the motion cannot be followed past t = {reached:.9g} s: {message}")
+        if not stalled:
+            yield Stretch(float(solver.t_old), float(solver.t), solver.y, solver.dense_output() if dense else None)
 
 
 def fixed(method: str, field: Field, t: float, state: Array, until: float, step: float) -> Iterator[Stretch]:
@@ -111,10 +122,14 @@ def fixed(method: str, field: Field, t: float, state: Array, until: float, step:
     origin = t
     for k in range(count):
         start, end = origin + k * step, until if k + 1 == count else origin + (k + 1) * step
-        after = runge_kutta_step(tableau, field, float(start), state, float(end - start), rate)
-        rate_after = field(float(end), after)
+        with np.errstate(all="ignore"):
+            after = runge_kutta_step(tableau, field, float(start), state, float(end - start), rate)
+            rate_after = field(float(end), after)
         if not np.all(np.isfinite(rate_after)):
-            raise GraphError(f"the motion cannot be followed past t = {start:.9g} s: it is not finite")
+            raise StepError(
+                f"the motion cannot be followed past t = {start:.9g} s: it is not finite; take shorter steps, or a "
+                "method for stiff equations that chooses its own (LSODA, Radau)"
+            )
         yield Stretch(float(start), float(end), after, _hermite(float(start), float(end), state, after, rate, rate_after))
         state, rate = after, rate_after
 
