@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 PLOT_FORMATS = (".png", ".svg", ".pdf")
 MOST_POINTS = 1_000_000
 STANDARD_OUTPUT = "standard output"
-SCENE = click.argument("scene", type=click.Path(path_type=Path))
+SCENE = click.argument("scene", type=click.Path(path_type=Path, readable=False))
 
 
 @contextmanager
@@ -41,7 +41,7 @@ def reported(scene: Path) -> Iterator[None]:
 
 def _fault_line(scene: Path, fault: Fault) -> str:
     """`press.toml: mechanism.rod.length: found ..., expected ...; advice`; a fault of the file itself names it once."""
-    return f"{scene}{fault.told}" if fault.path in (scene.name, "scene") else f"{scene}: {fault}"
+    return f"{scene}{fault.told}" if fault.path in (scene.name, str(scene), "scene") else f"{scene}: {fault}"
 
 
 def remarked(scene: Path, remarks: Iterable[Remark]) -> None:

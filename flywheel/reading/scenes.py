@@ -185,7 +185,10 @@ def _no_file(file: Path) -> str:
         return "a pipe" if file.is_fifo() else "a socket" if file.is_socket() else "a device"
     if file.is_symlink():
         return "a link that leads nowhere"
-    return "no such file" if file.parent.is_dir() else f"no such file, for there is no folder {quote(file.parent.name)}"
+    if file.parent.is_dir():
+        return "no such file"
+    folder = quote(file.parent.name)
+    return f"no such file, for {f'{folder} is no folder' if file.parent.exists() else f'there is no folder {folder}'}"
 
 
 def _bytes(file: Path) -> tuple[bytes, str]:

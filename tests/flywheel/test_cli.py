@@ -500,15 +500,19 @@ def test_output_that_goes_nowhere_is_no_success(arguments: list[str], closed: bo
 def test_a_scene_that_is_no_file_is_named_as_what_it_is(tmp_path: Path) -> None:
     os.mkfifo(tmp_path / "pipe.toml")
     (tmp_path / "link.toml").symlink_to("nowhere")
+    (tmp_path / "file").write_text("")
     for name, found in (
         ("pipe.toml", "a pipe"),
         ("link.toml", "a link that leads nowhere"),
         ("", "a folder"),
         ("no/s.toml", 'no such file, for there is no folder "no"'),
+        ("file/s.toml", 'no such file, for "file" is no folder'),
     ):
         result = CliRunner().invoke(main, ["size", str(tmp_path / name)])
         assert result.exit_code == 1
         assert result.stderr == f"{tmp_path / name}: found {found}, expected a scene in a TOML file\n"
+    result = CliRunner().invoke(main, ["size", "."])
+    assert (result.exit_code, result.stderr) == (1, ".: found a folder, expected a scene in a TOML file\n")
     (tmp_path / "s.toml").write_text(starter("slider-crank"))
     result = CliRunner().invoke(main, ["reduce", str(tmp_path / "s.toml"), "--output", str(tmp_path / "pipe.toml")])
     assert (result.exit_code, "it is a pipe that nobody reads" in result.stderr) == (1, True)
