@@ -101,11 +101,19 @@ def _read(file: Path, path: str, faults: Faults) -> str | None:
     if len(content) > LARGEST:
         faults.add(path, f"{quote(file.name)} of more than {LARGEST >> 20} MiB", "a smaller file")
         return None
+    if is_utf16(content):
+        faults.add(path, f"{quote(file.name)}, a text in UTF-16", "a CSV file in UTF-8", 'save it as "CSV UTF-8"')
+        return None
     try:
         return content.decode("utf-8-sig")
     except UnicodeDecodeError:
         faults.add(path, f"{quote(file.name)}, which is not UTF-8 text", "a CSV file in UTF-8")
         return None
+
+
+def is_utf16(content: bytes) -> bool:
+    """Whether a text of Latin letters is in UTF-16, by its mark or by every second byte of its beginning."""
+    return re.match(rb"\xff\xfe|\xfe\xff|\0[^\0]\0[^\0]|[^\0]\0[^\0]\0", content) is not None
 
 
 def _split(text: str) -> list[Line]:

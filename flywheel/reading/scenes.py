@@ -18,6 +18,7 @@ from flywheel.advice import quote, show
 from flywheel.faults import Fault, Remark, SceneError
 from flywheel.formulas.expressions import RESERVED
 from flywheel.reading import remarks
+from flywheel.reading.csv_rows import is_utf16
 from flywheel.reading.fields import Faults, Fields, as_table, child, exactly_one, is_name, items, read_fields
 from flywheel.reading.gd2 import read_gd2
 from flywheel.reading.loads import read_dampers, read_drive, read_inertias, read_loads, read_springs
@@ -164,7 +165,7 @@ def _content(file: Path) -> str:
         raise SceneError([Fault(name, fault, "a scene in a TOML file")])
     if len(content) > LARGEST:
         raise SceneError([Fault(name, "a file of more than 1 MiB", "a scene", "put long tables into a CSV file")])
-    if content.startswith((b"\xff\xfe", b"\xfe\xff")) or re.match(rb"\0[^\0]\0[^\0]|[^\0]\0[^\0]\0", content):
+    if is_utf16(content):
         advice = 'save the file as UTF-8: most editors ask for the encoding at "Save as"'
         raise SceneError([Fault(name, "a text in UTF-16", "text in UTF-8", advice)])
     if b"\0" in content:

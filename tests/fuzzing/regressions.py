@@ -68,7 +68,7 @@ REFUSED = {
     "a driving force out of range": "load[0].force: found a value that is not finite, or beyond 1e+150",
     "line separators": 'regime.speed: found "130 \\u2028',
     "a number of a million digits": 'load[0].table.value: found "1111',
-    "names of columns in UTF-16": 'load[0].table.column: found "torque", expected the name of a column',
+    "names of columns in UTF-16": 'load[0].table.file: found "wide.csv", a text in UTF-16',
     "end_of_the_range": "load[0].force: found a value that is not finite, or beyond 1e+150",
     "law_out_of_range": "mechanism.outputs.table.theta: found a second derivative that is not finite",
     "layered_mesh": "regime: found a steady motion that is not found in bearable time",

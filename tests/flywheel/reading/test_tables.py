@@ -212,6 +212,8 @@ def test_a_csv_and_the_scene_agree_to_the_last_bit(tmp_path):
         ("angle,m,m\n0,1,2\n360,2,3\n", ", column = 'm'", "column", "one column"),
         ("angle,m\n0,1\n360,2\n", ", column = 'angle'", "column", "one column"),
         (b"0,1\n360,\xff\n", "", "file", "UTF-8"),
+        ("0,1\n360,1\n".encode("utf-16"), "", "file", "UTF-16"),
+        ("0,1\n360,1\n".encode("utf-16-le"), "", "file", "UTF-16"),
         ("0,1\n360,1e999\n", "", "value", "floating-point range"),
     ],
 )
