@@ -10,7 +10,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from flywheel import constant_speed, own_motion, piecewise, wittenbauer
+from flywheel import constant_speed, own_motion, piecewise, regime, wittenbauer
 from flywheel.cost import Cost, metered
 from flywheel.faults import Fault, SceneError
 from flywheel.machine import Machine
@@ -255,6 +255,7 @@ def _motion(machine: Machine, figures: Figures, unknown: float, rtol: float) -> 
     scene, speed = machine.scene, figures.speed
     held = speed if scene.unknown is not None else None
     if scene.inertia is not None:
+        regime.check_weighs(machine, figures.cycle, scene.inertia * scene.flywheel_ratio**2)
         return _found(machine, speed, Asked(scene.inertia * scene.flywheel_ratio**2, None, held), 0.0, unknown, rtol)
     if _weightless(machine, figures):
         return None
@@ -283,7 +284,7 @@ def _weightless(machine: Machine, figures: Figures) -> bool:
 def _bare(machine: Machine, speed: float, held: float | None, unknown: float, rtol: float) -> OwnMotion | None:
     """The motion without any flywheel, where there is one."""
     try:
-        with patience(_LESS_PATIENCE):
+        with patience(_PATIENCE):
             return own_motion.found(machine, speed, Asked(0.0, None, held), 0.0, unknown, rtol)
     except (NoRegimeError, ImpatientError):
         return None
@@ -346,10 +347,14 @@ def _no_motion(
     if ending.fate is Fate.RUNS_AWAY:
         found = f"a machine that runs away, let go at {speed:.6g} rad/s{wheel}"
         return Fault(path, found, expected, "a heavier flywheel, or a drive whose torque falls with speed")
+    if ending.fault is not None:
+        what = "it" if ending.fault.path == "simulation" else ending.fault.path
+        found = f"no periodic motion near {speed:.6g} rad/s{wheel}: followed in time, {what} comes to {ending.fault.found}"
+        return Fault(path, found, expected, ending.fault.advice)
     if isinstance(error, ImpatientError):
         return _too_much(error.faults[0], machine, speed, asked.inertia or 0.0, unknown)
-    advice = "a heavier flywheel; a torque that jumps at a speed, or falls very steeply with it, made less steep"
-    return Fault(path, f"no periodic motion near {speed:.6g} rad/s{wheel}", expected, advice)
+    advice = "follow the machine in time and see what it does: flywheel simulate"
+    return Fault(path, f"no periodic motion near {speed:.6g} rad/s{wheel}: {error}", expected, advice)
 
 
 def _too_much(fault: Fault, machine: Machine, speed: float, inertia: float, unknown: float) -> Fault:

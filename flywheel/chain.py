@@ -144,6 +144,14 @@ class Chain:
         at = phi + self.scene.origin
         return f"slide position {at:.6g} m" if self._domain == "translation" else f"crank angle {np.degrees(at):.6g} deg"
 
+    def undefined(self, path: str, phi: float, anchor: float, speed: float | None = None, time: float = 0.0) -> str:
+        """What leaves the expression of a load, by its path, without a finite value at a position, in words; or nothing."""
+        effort = next((effort for effort in self.efforts if effort.path == path), None)
+        if effort is None:
+            return ""
+        pace = self.pace if speed is None else speed
+        return str(_features().undefined(self._rigid, effort, self.motion_of(effort.load.on), pace, phi, anchor, time))
+
     @cached_property
     def depends_on_speed(self) -> bool:
         """Whether a load, the drive or a damper depends on speed."""

@@ -130,9 +130,24 @@ def _scanned(moments: Moments, decades: int) -> tuple[Array, Array]:
     works = net_works(moments, grid)
     finite = np.isfinite(works)
     if not finite.any():
-        path = next(effort.path for effort in moments.machine.efforts if effort.uses_speed)
-        raise SceneError([Fault(path, "a law that is not finite at any speed", "finite forces and torques")])
-    return grid[finite], works[finite]
+        pace = moments.machine.pace
+        omega = np.full(moments.mesh.phi.shape, pace)
+        raise SceneError([regime.undefined(moments.machine, moments.mesh, moments.constant(pace, 0.0).moment, omega)])
+    edges = np.flatnonzero(np.diff(finite))
+    ends = np.array([_last_finite(moments, *(grid[[k, k + 1]] if finite[k] else grid[[k + 1, k]])) for k in edges])
+    if not ends.size:
+        return grid, works
+    speeds, whole = np.append(grid[finite], ends), np.append(works[finite], net_works(moments, ends))
+    order = np.unique(speeds, return_index=True)[1]
+    return speeds[order], whole[order]
+
+
+def _last_finite(moments: Moments, good: float, bad: float) -> float:
+    """The speed (rad/s) nearest to a bad one at which the laws still have finite values, by bisection from a good one."""
+    for _ in range(_SECTIONS):
+        middle = 0.5 * (good + bad)
+        good, bad = (middle, bad) if np.isfinite(net_work(moments, middle)) else (good, middle)
+    return good
 
 
 def _grid(machine: Chain, decades: int) -> Array:
@@ -255,7 +270,7 @@ def _no_speed(moments: Moments, found: list[SteadySpeed]) -> Fault:
     if best > 0.0:
         what = f"no steady speed: at every speed a cycle has net work left over ({works.min():.6g} J at least)"
         return Fault(path, what, expected, "the machine runs away: add what resists with speed, or limit the drive")
-    where = "at standstill" if speed <= grid[0] else f"at {speed:.6g} rad/s"
+    where = "at standstill" if speed <= _grid(moments.machine, _DECADES)[0] else f"at {speed:.6g} rad/s"
     rounding = 64 * piecewise.ROUNDING * exchanged_work(moments, speed)
     if np.abs(works).max() <= rounding:
         what = "torques that leave the speed open: the net work of a cycle is zero at every speed"
@@ -272,7 +287,7 @@ def balance_at(moments: Moments, speed: float) -> float:
     half = moments.mesh.half
     unknown = 0.0
     for _ in range(_BALANCES):
-        rate = moments.constant(speed, unknown)
+        rate = _finite_rate(moments, speed, unknown)
         rows = np.stack((rate.moment, rate.by_unknown, np.abs(rate.by_unknown)))
         net, slope, size = piecewise.integral(rows, half).sum(axis=-1)
         if abs(slope) <= 1e-9 * size or size == 0.0:
@@ -327,7 +342,17 @@ def resolve(machine: Chain, edges: Array, speed: float) -> Cycle:
         if finer.size == edges.size:
             break
         edges = finer
-    return cycle_of(moments, moments.constant(speed, unknown or 0.0), unknown)
+    return cycle_of(moments, _finite_rate(moments, speed, unknown or 0.0), unknown)
+
+
+def _finite_rate(moments: Moments, speed: float, unknown: float) -> Rate:
+    """F at a constant speed (rad/s), refused where a load has no finite value."""
+    rate = moments.constant(speed, unknown)
+    if not np.isfinite(rate.moment).all():
+        raise SceneError(
+            [regime.undefined(moments.machine, moments.mesh, rate.moment, np.full(moments.mesh.phi.shape, speed))]
+        )
+    return rate
 
 
 def closed(machine: Chain, edges: Array, speed: float) -> tuple[float, float]:

@@ -14,11 +14,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flywheel.cost import counted
-from flywheel.faults import SceneError
+from flywheel.faults import Fault, SceneError
 from flywheel.following import Goal, Start, follow
 from flywheel.instant import Dynamics
 from flywheel.machine import Machine
-from flywheel.patience import patience, spend
+from flywheel.patience import ImpatientError, patience, spend
 
 Array = NDArray[np.float64]
 
@@ -40,10 +40,14 @@ class Fate(Enum):
 
 
 class Ending(NamedTuple):
-    """How it ends, and where: `machine stalls at crank angle 83.2 deg after 1.2 s`."""
+    """How it ends, and where: `machine stalls at crank angle 83.2 deg after 1.2 s`.
+
+    `fault` is why it could not be followed, where that is known.
+    """
 
     fate: Fate
     where: str = ""
+    fault: Fault | None = None
 
 
 def fate_of(machine: Machine, speed: float, inertia: float, balance: float, *, hurried: bool = False) -> Ending:
@@ -79,8 +83,10 @@ def fate_of(machine: Machine, speed: float, inertia: float, balance: float, *, h
     try:
         with _bearable(machine, _HURRIED if hurried else _WORK):
             trail = follow(dynamics, Start(0.0, speed, current), until, _RTOL, goals, passing)
-    except SceneError:
+    except ImpatientError:
         return Ending(Fate.UNKNOWN)
+    except SceneError as error:
+        return Ending(Fate.UNKNOWN, fault=error.faults[0])
     fate = Fate(trail.goal) if trail.goal is not None else Fate.STALLS if trail.stuck else Fate.UNKNOWN
     phi = float(trail.ends()[0, -1])
     return Ending(fate, f"at {machine.where(phi % cycle)} after {float(trail.t[-1]):.4g} s")

@@ -85,9 +85,24 @@ def _check_bounded(effort: Effort, values: Values, phi: Array, anchor: Array) ->
         with np.errstate(all="ignore"):
             found = law.evaluate(values(phi, anchor), np, values(anchor, anchor)) + 0.0 * phi
         if np.isinf(found).any():
-            near = float(phi[np.isinf(found)][0])
-            where = "phi = {near}" if effort.load.once else f"crank angle {np.degrees(near):.6g} deg"
-            raise _fault(effort, SwitchingError(f'"{law.shown}", infinite at {where}', near))
+            at = int(np.isinf(found).argmax())
+            here, middle = phi[at], anchor[at]
+            reason = law.undefined(values(here, middle), values(middle, middle))
+            where = "phi = {near}" if effort.load.once else f"crank angle {np.degrees(here):.6g} deg"
+            raise _fault(effort, SwitchingError(f"a value that is not finite at {where} ({reason})", float(here)))
+
+
+def undefined(
+    reduction: Reduction, effort: Effort, motion: Motion, pace: float, phi: float, anchor: float, time: float = 0.0
+) -> str:
+    """What leaves an expression without a finite value at a crank angle (rad), speed (rad/s) and time (s), in words."""
+    law = effort.load.law
+    if not isinstance(law, Expression):
+        return ""
+    with np.errstate(all="ignore"):
+        values = _environment(reduction, effort, motion, pace)[1]
+        here, middle = np.asarray(phi), np.asarray(anchor)
+        return law.undefined({**values(here, middle), "t": time}, {**values(middle, middle), "t": time})
 
 
 def _fault(effort: Effort, error: SwitchingError) -> SceneError:

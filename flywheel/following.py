@@ -6,20 +6,21 @@ speed, or the direction of the power through a mesh, changes its side.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
+from flywheel import regime
 from flywheel.advice import told
 from flywheel.faults import Fault, SceneError
 from flywheel.implicit import Along, stiffness
 from flywheel.instant import Anchor, Dynamics
-from flywheel.machine import Machine
 from flywheel.repeating import FEWEST, Passed, later, returns, source
 from flywheel.scene import Scene
-from flywheel.stepping import Rates, Step, Tolerance, Watch, through
+from flywheel.stepping import Rates, Step, StepError, Tolerance, Watch, through
 from flywheel.switching_times import SwitchingTimes
 
 Array = NDArray[np.float64]
@@ -160,6 +161,7 @@ class _Follower:
         self.stretches: list[Stretch] = []
         self.branching = dynamics.branching
         self.light = _LIGHT * self._greatest_inertia()
+        self.undefined: tuple[float, float, float] | None = None
         self.times = SwitchingTimes(self.machine, until)
         self.passed: Passed | None = None
         self.repeated, self.drift = 0, 0.0
@@ -185,7 +187,10 @@ class _Follower:
             ends = float(self.machine.restarts[piece]), float(self.machine.restarts[piece + 1])
             stop = self.times.after(self.t)
             anchor = self._anchor(ends, stop)
-            passed = list(self._steps(ends, stop, anchor, hint))
+            try:
+                passed = list(self._steps(ends, stop, anchor, hint))
+            except StepError as error:
+                raise SceneError([self._undefined(anchor) or error.faults[0]]) from None
             self._keep(passed, anchor)
             goal = self._goal(passed[-1], ends, stop) or self._again()
             if self.tries > _TRIES or self.crossings > _MOST_CROSSINGS:
@@ -300,6 +305,14 @@ class _Follower:
         watch = self._watch(anchor)
         return through(rates, self.t, self.state, ends, stop, self.tolerance, hint, watch, self._along(ends, anchor))
 
+    def _undefined(self, anchor: Anchor) -> Fault | None:
+        """The fault of a law without a finite value in the last state that a step tried, if it is one."""
+        if self.undefined is None:
+            return None
+        phi, omega, t = self.undefined
+        fault = regime.not_finite(self.machine, phi, anchor.phi, omega, t)
+        return None if fault.path == "mechanism" else fault._replace(found=f"{fault.found} after {t:.6g} s")
+
     def _along(self, ends: tuple[float, float], anchor: Anchor) -> Along:
         """The same rates at many instants at once."""
         dynamics, size, circuit = self.dynamics, self.state.size, self.dynamics.circuit
@@ -328,9 +341,11 @@ class _Follower:
             if not now.inertia > 0.0 and self.once and ends is not None and not ends[0] <= phi <= ends[1]:
                 return np.full(size, np.nan)  # a step that tries beyond the stroke is too long
             if not now.inertia > 0.0:
-                raise SceneError([weightless(self.machine, phi, now.inertia)])
+                raise SceneError([regime.weightless(self.machine, phi, now.inertia)])
             if now.inertia < self.light and ends is not None:
                 self._check_weighs(ends, anchor)
+            if math.isfinite(phi * omega) and not math.isfinite(now.moment):
+                self.undefined = phi, omega, t
             return np.array([omega, now.acceleration, now.moment * omega, now.current_rate][:size])
 
         return rates
@@ -349,7 +364,7 @@ class _Follower:
 
         least = minimize_scalar(inertia, bounds=ends, method="bounded", options={"xatol": 1e-9 * (ends[1] - ends[0])})
         if least.fun < _NOTHING / _LIGHT * self.light:
-            raise SceneError([weightless(self.machine, float(least.x), 0.0)])
+            raise SceneError([regime.weightless(self.machine, float(least.x), 0.0)])
         self.light = 0.0
 
     def _here(self, middle: float) -> Anchor:
@@ -426,19 +441,6 @@ class _Follower:
         if forwards:
             return min(int(np.searchsorted(ends, phi - shift, side="right")) - 1, ends.size - 2)
         return max(int(np.searchsorted(ends, phi - shift, side="left")) - 1, 0)
-
-
-def weightless(machine: Machine | Any, phi: float, total: float) -> Fault:
-    """The fault of an inertia that is not above 0 at a position."""
-    where = machine.where(phi)
-    if machine.scene.stroke is None:
-        return Fault(
-            "flywheel.inertia", f"I* + J = {total:g} kg m² at {where}", "a positive inertia everywhere", "add inertia"
-        )
-    name, unit = ("m*", "kg") if machine.scene.stroke.sliding else ("I*", "kg m²")
-    return Fault(
-        "inertia", f"{name} = {total:g} {unit} at {where}", "a positive one all along the stroke", "add [[inertia]]"
-    )
 
 
 def check_friction(machine: Any, t: float, omega: float) -> None:

@@ -39,6 +39,7 @@ _TINY = 1e-6  # irregularity up to which a sized motion is not solved for again
 _WIDER = 1.5  # from one given flywheel to the next, to find a light and a heavy one
 _MOST_TRIALS = 80
 _NEAR = 0.5  # of the irregularity asked for: from here on the flywheel for it is looked for directly
+_EVER_HEAVIER = (1.0, 30.0, 1e3, 3e4)  # flywheels from which lighter ones are found, where the one before fails
 _COARSE = 1e-4  # error of motions that are only passed on the way
 _MOST_LIGHTER = 60
 _LAYER = 8.0  # exponent: how much of what a jump makes has faded in the first cell behind it
@@ -131,7 +132,7 @@ def _sane(motion: OwnMotion) -> OwnMotion:
         work = f"work of {motion.cycle.exchanged:.3g} J in a cycle"
         raise LostError(f"an irregularity of about {run.irregularity:.2g}, lost in the rounding of {work}")
     if not possible:
-        raise NoRegimeError("no motion that its own error leaves standing")
+        raise NoRegimeError("rounding leaves open whether the motion stops within the cycle")
     return motion
 
 
@@ -201,13 +202,13 @@ def _by_search(machine: Chain, reference: float, asked: Asked, guess: float, unk
         return np.inf if motion is None else motion.run.irregularity / wanted - 1.0
 
     if not excess(tried(0.0)) > 0.0:
-        raise NoRegimeError("no flywheel varies the speed as much as asked")
+        raise NoRegimeError("even without a flywheel the speed varies less than asked")
     too_light, last = excess(tried(guess)) > 0.0, guess
     for _ in range(_MOST_LIGHTER):
         before, last = last, last * _WIDER if too_light else last / _WIDER
         if (excess(tried(last)) > 0.0) != too_light:
             return _between(tried, excess, min(before, last), max(before, last), asked.speed)
-    raise NoRegimeError("no flywheel that gives the irregularity asked for")
+    raise NoRegimeError("the search between light and heavy flywheels settles on none with that irregularity")
 
 
 def _between(
@@ -234,7 +235,7 @@ def _between(
             heavy, at_high, at_low = inertia, value, at_low * (0.5 if side < 0 else 1.0)
             side = -1
     if best is None or not abs(excess(best)) <= _ROUGH:
-        raise NoRegimeError("no flywheel that gives the irregularity asked for")
+        raise NoRegimeError("the search between light and heavy flywheels settles on none with that irregularity")
     answer, off = sensitivity(best.solved, speed), best.run.error + abs(excess(best))
     return best._replace(
         run=best.run._replace(error=off), inertia_doubt=answer.by_square * 0.5 * best.run.irregularity * off
@@ -298,7 +299,7 @@ class _Search:
         else:
             self._enough(_doubtful(self._described(solved), before))
         if self.failures and (self.best is None or self.best[0] > _ROUGH):
-            raise NoRegimeError("no motion that cells resolve")
+            raise NoRegimeError("on finer cells the iteration settles on no motion")
         if self.best is None:
             self._enough(self._described(solved))
         assert self.best is not None
@@ -378,15 +379,27 @@ def _by_continuation(
     swing = float(np.ptp(piecewise.accumulated(work)))
     own = float(np.abs(moments.inertia).max())
     heavy = max(20.0 * max(swing / reference**2, own, 1e-300), 4.0 * inertia)
-    last = _Search(machine, reference, Asked(heavy, None, asked.speed), _COARSE).from_nothing(heavy, unknown)
-    step = heavy
+    last = _heavy(machine, reference, asked.speed, heavy, unknown)
+    step = last.inertia
     for _ in range(_MOST_LIGHTER):
         there = _there(machine, reference, asked, last, rtol)
         if there is not None:
             return there
         before, last = last, _lighter(machine, reference, asked.speed, last, asked.inertia or 0.0, _BOLDER * step)
         step = before.inertia - last.inertia
-    raise NoRegimeError("the machine stops within the cycle")
+    raise NoRegimeError("the motions tried with lighter and lighter flywheels stop within the cycle")
+
+
+def _heavy(machine: Chain, reference: float, speed: float | None, inertia: float, unknown: float) -> OwnMotion:
+    """The motion with a flywheel heavy enough to keep the speed where a steep torque neither ends nor saturates."""
+    for heavier in _EVER_HEAVIER:
+        try:
+            asked = Asked(heavier * inertia, None, speed)
+            return _Search(machine, reference, asked, _COARSE).from_nothing(heavier * inertia, unknown)
+        except NoRegimeError:
+            if heavier == _EVER_HEAVIER[-1] or not _switches_at_all(machine):
+                raise
+    raise AssertionError
 
 
 def _there(machine: Chain, reference: float, asked: Asked, last: OwnMotion, rtol: float) -> OwnMotion | None:
@@ -401,7 +414,7 @@ def _there(machine: Chain, reference: float, asked: Asked, last: OwnMotion, rtol
             if last.run.irregularity >= asked.irregularity:
                 raise
     elif last.inertia <= 0.0:
-        raise NoRegimeError("no flywheel varies the speed as much as asked")
+        raise NoRegimeError("even without a flywheel the speed varies less than asked")
     return None
 
 
@@ -428,7 +441,7 @@ def _lighter(
             step *= 0.5
         if last.run.irregularity > _STALLING and step < _LITTLE * scale:
             break
-    raise NoRegimeError("the machine stops within the cycle")
+    raise NoRegimeError("the motions tried with lighter and lighter flywheels stop within the cycle")
 
 
 def layered(moments: Moments, speed: float, inertia: float, unknown: float) -> Array:

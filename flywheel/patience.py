@@ -38,5 +38,5 @@ def spend(work: float) -> None:
     if left[0] < 0.0:
         found = "a steady motion that is not found in bearable time"
         expected = "one that the search comes to"
-        advice = "let torques jump less often and fall less steeply, or follow the machine in time: flywheel simulate"
+        advice = "follow the machine in time: flywheel simulate"
         raise ImpatientError([Fault("regime", found, expected, advice)])

@@ -12,8 +12,9 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from flywheel import collocation, piecewise
+from flywheel import collocation, piecewise, regime
 from flywheel.collocation import Changes
+from flywheel.faults import Fault
 from flywheel.moments import Moments, Rate
 from flywheel.patience import spend
 from flywheel.piecewise import NODES, ORDER, ROUNDING, Cells
@@ -33,6 +34,7 @@ _FAR = 20.0  # swings: a reference speed that is twice as far off costs a digit
 _KEPT = 0.25  # of omega²: a step takes no more than the rest
 _NO_EFFECT = 1e-9  # net work of a balance that does none, as a share of all that it does
 _BLUR = 64 * ROUNDING  # of the terms that a slope is summed from
+_STOPS = "the motions tried stop within the cycle"
 _OFF = 1e-3  # of the swing: steps that stay below it lack digits, not direction
 
 
@@ -116,6 +118,13 @@ class NoRegimeError(NoMotionError):
     """No periodic motion was found; the message says what became of the iteration."""
 
 
+class UndefinedError(NoRegimeError):
+    """A law has no finite value at speeds that the iteration comes to; `fault` says which and why."""
+
+    def __init__(self, fault: Fault) -> None:
+        super().__init__(f"{fault.path} comes to {fault.found}")
+
+
 def periodic(moments: Moments, reference: float, asked: Asked, start: State) -> Periodic:
     """The periodic motion nearest to a start, and with it what is unknown, by Newton's method.
 
@@ -142,7 +151,7 @@ def periodic(moments: Moments, reference: float, asked: Asked, start: State) -> 
             solver, state = _recentred(solver, state)
             lost = True
         last = size
-    raise NoRegimeError("no periodic motion was found")
+    raise NoRegimeError(f"Newton's method has not settled in {_MOST_STEPS} steps")
 
 
 def sensitivity(solved: Periodic, speed: float | None) -> Sensitivity:
@@ -256,10 +265,12 @@ class _Solver:
         total = state.inertia + self.moments.inertia
         s = (2 * energy - self.w**2 * self.inertia.nodes) / (self.w**2 * total)
         if not (s.min() > -1.0 and total.min() > 0.0):
-            raise NoRegimeError("the machine stops within the cycle")
+            raise NoRegimeError(_STOPS)
         omega = self.w * np.sqrt(1.0 + s)
         current = state.nodes[:, 1, :] if self.moments.circuit is not None else None
         rate = self.moments.rate(omega, state.unknown, state.inertia, current)
+        if not np.isfinite(rate.moment).all():
+            raise UndefinedError(regime.undefined(self.moments.machine, self.mesh, rate.moment, omega))
         rates = [rate.moment]
         if self.moments.circuit is not None and current is not None:
             rates.append(self.moments.circuit.current_rate(self.moments.drive_ratio * omega, current) / omega)
@@ -324,7 +335,7 @@ class _Solver:
         try:
             return np.asarray(np.linalg.solve(matrix / scale[:, None], column / scale))
         except np.linalg.LinAlgError:
-            raise NoRegimeError("no motion whose speed is determined") from None
+            raise NoRegimeError("nothing determines its speed") from None
 
     def _conditions(self, state: State, along: _Along, change: Changes) -> tuple[Array, Array]:
         """The equations of a step: the work that closes the cycle, and the speeds asked for."""
@@ -412,7 +423,7 @@ class _Solver:
                     size = max(size, abs(own["inertia"]) / max(abs(new.inertia), float(along.total.max())))
                 return new, change, size if share == 1.0 else 1.0
             share *= 0.5
-        raise NoRegimeError("the machine stops within the cycle")
+        raise NoRegimeError(_STOPS)
 
     def _turns(self, state: State, along: _Along) -> bool:
         """Whether the machine keeps turning, and has lost no more than three quarters of omega² anywhere."""
@@ -454,7 +465,7 @@ class _Solver:
         t = np.concatenate((np.full(cells.size, -1.0), np.ones(cells.size), found.t))
         s, _ = self._fluctuation(state, along, cell, t, settled)
         if not s.min() > -1.0:
-            raise NoRegimeError("the machine stops within the cycle")
+            raise NoRegimeError(_STOPS)
         ends = [int(s.argmax()), int(s.argmin())]
         cell, t = cell[ends], t[ends]
         if settled:
@@ -500,7 +511,7 @@ class _Solver:
         along = self.along(state)
         net, exchanged = piecewise.integral(np.stack((along.rate.moment, along.rate.exchanged)), self.mesh.half).sum(axis=-1)
         if not (self.levelled or abs(net) <= _OPEN * exchanged):
-            raise NoRegimeError("no motion whose work closes")
+            raise NoRegimeError("the net work of a cycle does not come to zero")
         grown, damping = collocation.multiplier(change)
         return Periodic(
             self.moments,

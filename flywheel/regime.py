@@ -5,6 +5,7 @@ Everything here is quadrature of loads that depend on phi alone; nothing is step
 
 from __future__ import annotations
 
+import math
 from typing import NamedTuple
 
 import numpy as np
@@ -99,7 +100,7 @@ def resolve(machine: Chain, edges: Array) -> Cycle:
         part[0], part[1], part[2] = reduced.moment, reduced.slope, reduced.inertia
         part[3], part[4], part[5] = reduced.per_unknown, reduced.exchanged, reduced.steepness
     if not (np.abs(values) <= _ENORMOUS).all():
-        raise SceneError([_not_finite(machine, mesh, values)])
+        raise SceneError([undefined(machine, mesh, np.abs(values).max(axis=0))])
     balance = _balance(machine, values, mesh)
     if balance is not None:
         values[0] += balance * values[3]
@@ -239,23 +240,63 @@ def inertia_extent(cycle: Cycle) -> Extent:
     )
 
 
-def _not_finite(machine: Chain, mesh: Cells, values: Array) -> Fault:
-    bad = ~(np.abs(values) <= _ENORMOUS).all(axis=0)
-    cell, node = np.argwhere(bad)[0]
-    phi, anchor = float(mesh.phi[cell, node]), float(mesh.anchor[cell, 0])
-    parts = machine.reduction.moments(phi, anchor, by_name=True)
-    culprit = next((name for name, part in parts.items() if not abs(part) <= _ENORMOUS), "mechanism")
-    return not_finite(machine, culprit, phi)
+def undefined(machine: Chain, mesh: Cells, values: Array, omega: Array | None = None) -> Fault:
+    """The fault of the load without a finite value where values on a mesh have none, at crank speeds (rad/s) there."""
+    cell, node = np.argwhere(~(np.abs(values) <= _ENORMOUS))[0]
+    speed = None if omega is None else float(omega[cell, node])
+    return not_finite(machine, float(mesh.phi[cell, node]), float(mesh.anchor[cell, 0]), speed)
 
 
-def not_finite(machine: Chain, culprit: str, phi: float) -> Fault:
-    """The fault of a force or torque, or of the mechanism, that is not finite at a position."""
+def not_finite(machine: Chain, phi: float, anchor: float, speed: float | None = None, time: float = 0.0) -> Fault:
+    """The fault of a load, or else the mechanism, that has no finite value at a position, or one out of all proportion.
+
+    Args:
+        machine: the machine.
+        phi: the position, rad.
+        anchor: a position in the middle of the smooth piece that it lies in, rad.
+        speed: of the crank, rad/s, where loads that depend on it count.
+        time: s, for those that depend on it.
+
+    """
+    parts = machine.reduction.moments(phi, anchor, by_name=True, speed=speed, time=time)
+    culprit, moment = next(((name, part) for name, part in parts.items() if not abs(part) <= _ENORMOUS), ("mechanism", None))
+    at = machine.where(phi)
+    if speed is not None and any(effort.path == culprit and effort.uses_speed for effort in machine.efforts):
+        at += f" and {speed:.6g} rad/s"
+    if moment is not None and math.isfinite(moment):
+        found = f"a value that comes to {moment:.4g} N m on the crank at {at}, beyond {_ENORMOUS:g}"
+    else:
+        reason = machine.undefined(culprit, phi, anchor, speed, time)
+        found = f"a value that is not finite at {at}" + (f" ({reason})" if reason else "")
     return Fault(
         culprit,
-        f"a value that is not finite, or beyond {_ENORMOUS:g}, at {machine.where(phi)}",
+        found,
         f"finite forces and torques over the whole {'cycle' if machine.scene.stroke is None else 'stroke'}",
         "mend the expression or table, or give the load a window that leaves the angle out",
     )
+
+
+def weightless(machine: Chain, phi: float, total: float) -> Fault:
+    """The fault of an inertia that is not above 0 at a position."""
+    where = machine.where(phi)
+    if machine.scene.stroke is None:
+        return Fault(
+            "flywheel.inertia", f"I* + J = {total:g} kg m² at {where}", "a positive inertia everywhere", "add inertia"
+        )
+    name, unit = ("m*", "kg") if machine.scene.stroke.sliding else ("I*", "kg m²")
+    return Fault(
+        "inertia", f"{name} = {total:g} {unit} at {where}", "a positive one all along the stroke", "add [[inertia]]"
+    )
+
+
+def check_weighs(machine: Chain, cycle: Cycle, inertia: float) -> None:
+    """Refuse to run a machine that with its flywheel (kg m² on the crank) has no inertia at some angle.
+
+    All its masses stand there, at a dead centre, and no finite torque tells how fast the crank goes on.
+    """
+    extent = inertia_extent(cycle)
+    if inertia + extent.least <= extent.error:
+        raise SceneError([weightless(machine, float(combined(cycle, np.array([[0.0, 1.0]]))[0].angle_least[0]), 0.0)])
 
 
 def split(cycle: Cycle, speed: float, wanted: float) -> Array | None:

@@ -216,6 +216,5 @@ def _check_finite(machine: Machine, angles: Array, anchor: Array, reduced: Reduc
     whole = np.asarray(reduced.inertia + reduced.slope + sum(parts.values())) + 0.0 * angles
     bad = ~np.isfinite(whole)
     if bad.any():
-        first = np.argmax(bad)
-        faulty = (name for name, part in parts.items() if not np.isfinite(part + 0.0 * angles).flat[first])
-        raise SceneError([regime.not_finite(machine, next(faulty, "mechanism"), float(angles.flat[first]))])
+        first = int(np.argmax(bad))
+        raise SceneError([regime.not_finite(machine, float(angles.flat[first]), float(np.ravel(anchor)[first]), speed)])

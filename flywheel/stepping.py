@@ -30,6 +30,10 @@ _MANY = 128  # explicit steps in a stretch, after which implicit ones are tried
 _PARTS = 3  # in which an implicit step is told, each as smooth as an explicit step
 
 
+class StepError(SceneError):
+    """No step is short enough."""
+
+
 class Step(NamedTuple):
     """One accepted step: its dense output, the time it covers, and which watched value ended it, if one did."""
 
@@ -87,7 +91,7 @@ def through(
         message = solver.step()
         if solver.status == "failed":
             found = f"a motion that no step is short enough for, after {solver.t:.6g} s ({message})"
-            raise SceneError([Fault("simulation", found, "a motion that can be followed", "look for what vanishes there")])
+            raise StepError([Fault("simulation", found, "a motion that can be followed", "look for what vanishes there")])
         step = Step(solver.dense_output(), float(solver.t_old), float(solver.t))
         step, over = _ended(rates, step, pace, float(solver.f[0]), ends, watch)
         yield step

@@ -146,10 +146,10 @@ def _motion(machine: Machine, figures: Figures) -> Run | None:
     scene, cycle = machine.scene, figures.cycle
     ratio_square = scene.flywheel_ratio**2
     if scene.inertia is not None:
-        return _run_or_fault(cycle, scene, figures.speed, scene.inertia * ratio_square)
+        return _run_or_fault(machine, cycle, figures.speed, scene.inertia * ratio_square)
     exact = figures.total - cycle.inertia_at_start
     if exact <= 0.0:
-        return _run_or_fault(cycle, scene, figures.speed, 0.0)
+        return _run_or_fault(machine, cycle, figures.speed, 0.0)
     eps = scene.irregularity or 0.0
     # at the fastest point the energy is z+ w² (J + I*)/2, and z+ - 1 = eps + eps²/4: from it the level at phi = 0
     excess = eps * (1 + eps / 4)
@@ -166,14 +166,12 @@ def _motion(machine: Machine, figures: Figures) -> Run | None:
     )
 
 
-def _run_or_fault(cycle: Cycle, scene: Scene, speed: float, inertia: float) -> Run | None:
-    extent = regime.inertia_extent(cycle)
-    least = inertia + extent.least
-    if least <= extent.error and inertia == 0.0 and scene.inertia is None:
+def _run_or_fault(machine: Machine, cycle: Cycle, speed: float, inertia: float) -> Run | None:
+    scene, extent = machine.scene, regime.inertia_extent(cycle)
+    if extent.least <= extent.error and inertia == 0.0 and scene.inertia is None:
         return None  # nothing moves that could store energy, and nothing acts
+    regime.check_weighs(machine, cycle, inertia)
     try:
-        if least <= extent.error:
-            raise NoMotionError
         return steady.run(cycle, speed, inertia)
     except NoMotionError:
         path = "flywheel.inertia" if scene.inertia is not None else "regime.speed"

@@ -137,6 +137,35 @@ class Expression:
         pair: tuple[Any, Any] = self._in_range(lambda at: trees.linear(self.tree, name, at), values, ns, anchor)
         return pair
 
+    def undefined(self, values: Mapping[str, Any], anchor: Mapping[str, Any] | None = None) -> str:
+        """What leaves it without a finite value at a place, in words and as it was written; nothing where it has one.
+
+        It is the first part whose operands are finite and whose value is not. What leaves the floating-point range is told
+        only where nothing else is wrong: exponentials may overflow and cancel.
+
+        >>> parse("3*log(phi-3)").undefined({"phi": 1.0})
+        'log(phi-3): the logarithm of -2, which is negative'
+        >>> parse("1/(phi-1) + exp(900)").undefined({"phi": 1.0})
+        '1/(phi-1): a division by phi-1, which is 0'
+        >>> parse("exp(300*phi)").undefined({"phi": 3.0})
+        'exp(300*phi): beyond the floating-point range of 1.8e308, as 300*phi = 900'
+        """
+
+        def at(node: Node) -> float:
+            return float(Expression("", node).evaluate(values, np, anchor))
+
+        nodes = trees.undefined(self.tree, at)
+        reasons = [(node, trees.reason(node, [at(arg) for arg in node.args], self.part)) for node in nodes]
+        reasons.sort(key=lambda one: one[1].startswith(trees.BEYOND))
+        return f"{self.part(reasons[0][0])}: {reasons[0][1]}" if reasons else ""
+
+    def part(self, node: Node) -> str:
+        """A part of the tree as it was written, where it stands in the text as one."""
+        reader = _Reader(self.text.strip(" \t"), self.names, 0)
+        reader.read(_python_tree(reader.source.decode(), 0).body, 1)
+        text = reader.texts.get(node) or trees.written(node)
+        return text if len(text) <= LONGEST_SHOWN else f"{text[: LONGEST_SHOWN - 1]}…"
+
     def switches(self) -> tuple[Expression, ...]:
         """The sub-expressions whose change of sign decides a branch, inner ones first; those on `v` are left out."""
         return _distinct(tree for node in trees.walk(self.tree) for tree in trees.deciders(node))
@@ -206,6 +235,7 @@ class _Reader:
         self.names = names
         self.indent = indent
         self.count = 0
+        self.texts: dict[Node, str] = {}
 
     def read(self, node: ast.expr, depth: int) -> Node:
         self.count += 1
@@ -216,7 +246,9 @@ class _Reader:
         rule = _READERS.get(type(node))
         if rule is None:
             raise ExpressionError(f"{self.quoted(node)}{self.place(node)}")
-        return rule(self, node, depth + 1)
+        found = rule(self, node, depth + 1)
+        self.texts.setdefault(found, self.written(node))
+        return found
 
     def written(self, node: ast.expr) -> str:
         return self.source[node.col_offset : node.end_col_offset].decode()

@@ -31,6 +31,8 @@ Mask = NDArray[np.bool_]
 CELL_CAP = 10_000  # that are added by halving: more would take seconds
 FINEST = 1e-14  # of the range: narrower cells are no longer split
 
+_ROOTED = 1e-12  # of the range: in narrower cells rounding of the angle would take nodes across a root's branch point
+
 _EXPONENT = 8.0  # widest range of an exponential's argument
 _NEGLIGIBLE = 1e-20  # of the greatest value of the whole expression
 _PHASE = 3.0  # widest range of a sine's argument
@@ -109,7 +111,7 @@ def resolved(expression: Expression, lo: Array, hi: Array, env: Enclosures, env_
             cells = _examined(lo, hi, span, env, env_value)
             wide = _strained(expression.tree, cells, _Wanted(np.full(lo.shape, _NEGLIGIBLE * peak), {}))
             count += int(np.count_nonzero(wide))
-            _check(expression, cells, wide, lo, span, count)
+            _check(expression, cells, wide, lo, span, count, env_value)
             lo, hi, middle = lo[wide], hi[wide], middle[wide]
             splits.append(middle)
             lo, hi = np.concatenate((lo, middle)), np.concatenate((middle, hi))
@@ -123,7 +125,7 @@ def _examined(lo: Array, hi: Array, span: float, env: Enclosures, env_value: Val
     return _Cells(At(inside, _SCALED, At(centre, _SCALED)), At(centre, scaled_namespace(np)), (hi - lo) / span, [])
 
 
-def _check(expression: Expression, cells: _Cells, wide: Mask, lo: Array, span: float, count: int) -> None:
+def _check(expression: Expression, cells: _Cells, wide: Mask, lo: Array, span: float, count: int, env_value: Values) -> None:
     """Refuse what no cells of bearable width and number follow, naming the part of the expression that asks for them."""
     finest = wide & (cells.share <= FINEST)
     if not (finest.any() or count > CELL_CAP):
@@ -131,9 +133,12 @@ def _check(expression: Expression, cells: _Cells, wide: Mask, lo: Array, span: f
     at = int(np.flatnonzero(finest if finest.any() else wide)[0])
     node = next(node for node, mask in cells.blame if mask[at])
     near = float(lo[at])
-    part = Expression(trees.written(node), node).shown
-    if finest.any() and (infinite := _infinite(node, cells, at)):
-        raise SwitchingError(f"{expression.shown}: not finite near phi = {{near}} ({infinite})", near)
+    part = expression.part(node)
+    middle = lo[at] + 0.5 * span * cells.share[at]
+    if infinite := expression.undefined(env_value(middle, middle), env_value(middle, middle)):
+        raise SwitchingError(f"a value that is not finite near phi = {{near}} ({infinite})", near)
+    if finest.any() and (infinite := _infinite(expression, node, cells, at)):
+        raise SwitchingError(f"a value that is not finite near phi = {{near}} ({infinite})", near)
     if finest.any():
         text = f"{expression.shown}: steeper near phi = {{near}} than rounding of the angle lets follow ({part})"
         raise SwitchingError(text, near)
@@ -142,16 +147,17 @@ def _check(expression: Expression, cells: _Cells, wide: Mask, lo: Array, span: f
     raise SwitchingError(text, near)
 
 
-def _infinite(node: Node, cells: _Cells, at: int) -> str:
+def _infinite(expression: Expression, node: Node, cells: _Cells, at: int) -> str:
     """What is infinite at a node in a cell, in words; nothing where the node is only steep there."""
+    part = expression.part(node)
     if node.op == "tan":
-        return f"{Expression(trees.written(node), node).shown} is infinite"
+        return f"{part}: infinite, the tangent of a right angle"
     below = [arg for sign, arg in zip(node.signs, node.args, strict=True) if sign == "/"] if node.op == "product" else []
     if node.op == "**":
         below = [node.args[0]]
     for arg in below:
         if cells.factor(arg).mignitude[at] <= cells.factor(arg).width[at]:
-            return f"{Expression(trees.written(arg), arg).shown} comes to zero below the line"
+            return f"{part}: a division by {expression.part(arg)}, which comes to 0"
     return ""
 
 
@@ -270,7 +276,8 @@ def _graded(arg: Node, u: Interval, order: float, cells: _Cells) -> Mask:
 
     Nor do they shrink where the bounds of u are as wide as rounding alone makes them.
     """
-    near = (_ratio(u) > _BRANCH) & (cells.share > max(1e-16 ** (1 / (1 + order)), 2 * FINEST))
+    least = 2 * FINEST if order <= 0.0 else _ROOTED
+    near = (_ratio(u) > _BRANCH) & (cells.share > max(1e-16 ** (1 / (1 + order)), least))
     return np.asarray(near & (u.width > 4 * cells.rounding(arg))) if near.any() else np.asarray(near)
 
 

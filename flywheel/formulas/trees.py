@@ -7,7 +7,8 @@ maximum where divide power less less_equal greater greater_equal equal not_equal
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping
+import math
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from functools import reduce
 from typing import Any, NamedTuple
 
@@ -193,6 +194,52 @@ _RULES: dict[str, Callable[[Node, At], Any]] = {
     "exp": _exponential,
     **dict.fromkeys(BOOLEAN, _indicator),
 }
+
+
+# --- values that are not finite --------------------------------------------------------------------------------------
+
+BEYOND = "beyond the floating-point range of 1.8e308"
+_VALID = {
+    "log": ("the logarithm", "negative"),
+    "sqrt": ("the square root", "negative"),
+    "asin": ("the arcsine", "outside -1 to 1"),
+    "acos": ("the arccosine", "outside -1 to 1"),
+}
+
+
+def undefined(node: Node, at: Callable[[Node], float]) -> Iterator[Node]:
+    """The parts of a tree that have finite operands and no finite value, where the whole has none; `at` gives values."""
+    if math.isfinite(at(node)):
+        return
+    args = node.args
+    if node.op == "if":
+        args = (args[2 if at(Node("not", args[:1])) else 1],)
+    inner = [part for arg in args for part in undefined(arg, at)]
+    yield from inner or [node]
+
+
+def reason(node: Node, operands: Sequence[float], text: Callable[[Node], str]) -> str:
+    """Why a node has no finite value for finite operands, in words; `text` writes its parts."""
+    if node.op in _VALID:
+        what, outside = _VALID[node.op]
+        return f"{what} of {_told(operands[0])}" + (f", which is {outside}" if operands[0] else "")
+    for sign, arg, operand in zip(node.signs, node.args, operands, strict=False):
+        if node.op == "product" and sign == "/" and operand == 0.0:
+            return "a division by 0" if is_zero(arg) else f"a division by {text(arg)}, which is 0"
+    if node.op == "**" and operands[0] <= 0.0:
+        power = f"to the power of {operands[1]:.6g}"
+        return (
+            f"{operands[0]:.6g}, which is negative, {power}" if operands[0] else f"{text(node.args[0])}, which is 0, {power}"
+        )
+    if node.op in ("exp", "**"):
+        return f"{BEYOND}, as {text(node.args[-1])} = {operands[-1]:.6g}"
+    return BEYOND if node.args else "a value that is not finite"
+
+
+def _told(number: float) -> str:
+    """A number with six digits, or all where those are just 1."""
+    short = f"{number:.6g}"
+    return short if short.lstrip("-") != "1" or float(short) == number else repr(number)
 
 
 # --- linearity -------------------------------------------------------------------------------------------------------

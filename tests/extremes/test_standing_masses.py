@@ -129,8 +129,8 @@ def test_a_crank_that_weighs_takes_its_share_of_the_flywheel(eps: float, crank: 
 @pytest.mark.parametrize("name", BARE)
 def test_a_machine_that_weighs_nothing_somewhere_is_refused_without_a_flywheel(name: str) -> None:
     said = refusal(BARE[name])
-    assert said.startswith("flywheel.inertia: found a machine that stops within the cycle at 10 rad/s")
-    assert "expected enough inertia to turn through the whole cycle" in said
+    assert said.startswith("flywheel.inertia: found I* + J = 0 kg m² at crank angle")
+    assert "expected a positive inertia everywhere" in said
 
 
 def test_a_dwell_is_confirmed_in_time_with_its_flywheel() -> None:

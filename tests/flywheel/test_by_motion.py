@@ -354,3 +354,47 @@ def test_a_search_that_is_given_up_says_what_makes_it_long():
     with pytest.raises(SceneError, match="bearable time: next to nothing weighs near crank angle") as caught:
         sized(scene)
     assert "vary too fast" not in str(caught.value)
+
+
+def governed(torque, wheel, load="-50 - 10*sin(phi)"):
+    inertia, load = [{"on": "crank", "value": 0.1}], [{"on": "crank", "torque": load}]
+    return {"inertia": inertia, "load": load, "drive": {"torque": torque}, "flywheel": wheel}
+
+
+@pytest.mark.parametrize("steep", [2e3, 2e5])
+@pytest.mark.parametrize("inertia", [0.0, 1.0])
+def test_a_steep_band_within_which_the_speed_stays_is_the_line_that_it_cuts(steep, inertia):
+    line, band = f"{steep}*(19 - omega)", f"min(200, max(0, {steep}*(19 - omega)))"
+    found, true = (sized(governed(torque, {"inertia": inertia})).simulation for torque in (band, line))
+    assert found.irregularity == pytest.approx(true.irregularity, rel=1e-8)
+    assert found.speed_min == pytest.approx(true.speed_min, rel=1e-12)
+
+
+def test_a_steep_band_needs_no_flywheel_where_it_holds_the_speed_by_itself():
+    found = sized(governed("min(200, max(0, 2000*(19 - omega)))", {"irregularity": 0.03}))
+    assert found.flywheel.exact == 0.0
+    assert found.flywheel.needed is False
+
+
+@pytest.mark.parametrize(
+    ("torque", "load", "told"),
+    [
+        (
+            "200 if omega < 19 else 20",
+            "-50 - 10*sin(phi)",
+            "it comes to a motion that sticks at crank angle 0 deg, 19 rad/s",
+        ),
+        ("200 - 8*omega", "-50 - 20*sin(phi) - 5*sqrt(omega - 18)", "(sqrt(omega - 18): the square root of -"),
+    ],
+)
+def test_why_there_is_no_motion_is_told_as_it_is_found_in_time(torque, load, told):
+    with pytest.raises(SceneError) as caught:
+        sized(governed(torque, {"irregularity": 0.3}, load))
+    assert told in str(caught.value)
+
+
+def test_a_law_that_ends_at_a_speed_is_looked_at_up_to_there():
+    """200 - 8 w - 50 - 5 sqrt(w - 18) = 0 at w = 18.369...: all between 18 rad/s and the next speed looked at."""
+    found = sized(governed("200 - 8*omega", {"inertia": 10.0}, "-50 - 2*sin(phi) - 5*sqrt(omega - 18)"))
+    root = np.roots([8.0, 5.0, -6.0]).max()
+    assert found.speed == pytest.approx(18 + root**2, rel=1e-5)

@@ -144,3 +144,13 @@ def test_what_is_steep_at_the_speed_of_running_has_cells_of_its_own(speed):
     work = speed * 1e-3 * np.sqrt(np.pi)
     assert result.balance.value * 2 * np.pi == pytest.approx(work, rel=1e-4)
     assert result.reached
+
+
+@pytest.mark.parametrize("power", [0.01, 0.1, 0.5])
+def test_a_root_of_any_order_is_followed_to_its_branch_point(power):
+    """Mean of |cos|**p over a turn: Gamma((p + 1)/2)/(sqrt(pi) Gamma(p/2 + 1))."""
+    load = [{"on": "crank", "torque": f"-50*abs(cos(phi))**{power}"}]
+    scene = {"load": load, "drive": {"torque": "balance"}, "regime": {"speed": 20}, "flywheel": {"irregularity": 0.03}}
+    found = flywheel.size(flywheel.load(scene), simulate=False)
+    mean = mpmath.gamma((power + 1) / 2) / (mpmath.sqrt(mpmath.pi) * mpmath.gamma(power / 2 + 1))
+    assert found.balance.value == pytest.approx(50 * float(mean), rel=1e-11)

@@ -126,7 +126,7 @@ def test_a_heavy_wheel_leads_down_to_a_light_one():
 
 def test_no_motion_is_named():
     machine = Machine(flywheel.load(regimes.BAD["light"].scene))
-    with pytest.raises(NoRegimeError, match="stops within the cycle"):
+    with pytest.raises(NoRegimeError, match="stop within the cycle"):
         own_motion.found(machine, 7.5, Asked(0.2, None, None), 0.0, 0.0, 1e-9)
 
 

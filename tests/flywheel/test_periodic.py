@@ -127,7 +127,7 @@ def test_inertia_level_and_balance_are_one_problem(name, eps):
 
 def test_a_wheel_too_light_stops_the_machine():
     moments, speed, _ = fine("peaks")
-    with pytest.raises(NoRegimeError, match="stops within the cycle"):
+    with pytest.raises(NoRegimeError, match="stop within the cycle"):
         periodic(moments, speed, Asked(0.2, None, None), first_guess(moments, speed, 0.2, 0.0))
 
 

@@ -94,8 +94,37 @@ def test_a_balance_may_be_a_parameter():
 
 def test_values_that_are_not_finite_name_the_load_and_the_angle():
     scene = scenes.rotor(load=[{"on": "crank", "torque": "-sqrt(phi - 1)"}])
-    with pytest.raises(flywheel.SceneError, match=r"load\[0\].*not finite.*deg"):
+    with pytest.raises(flywheel.SceneError, match=r"load\[0\].*not finite.*deg \(sqrt\(phi - 1\): the square root of -0.99"):
         sized(scene)
+
+
+@pytest.mark.parametrize(
+    ("law", "reason"),
+    [
+        ("log(phi-3)", "(log(phi-3): the logarithm of -2.99"),
+        ("asin(phi)", "(asin(phi): the arcsine of 1.0"),
+        ("1/(phi-1)", "(1/(phi-1): a division by phi-1, which comes to 0)"),
+        ("1/phi", "(1/phi: a division by phi, which is 0)"),
+        ("0/(phi*0)", "(0/(phi*0): a division by phi*0, which is 0)"),
+        ("exp(300*phi)", "(exp(300*phi): beyond the floating-point range of 1.8e308, as 300*phi = 1884.96)"),
+        ("sqrt(omega-2000)", " rad/s (sqrt(omega-2000): the square root of -19"),
+        ("1e200*(1+sin(phi))", "found a value that comes to 1."),
+    ],
+)
+def test_values_that_are_not_finite_are_told_with_their_reason(law, reason):
+    with pytest.raises(flywheel.SceneError) as caught:
+        sized(scenes.rotor(load=[{"on": "crank", "torque": law}]))
+    assert reason in str(caught.value)
+
+
+def test_an_inertia_that_vanishes_is_told_as_that():
+    """A slider alone stands still at its dead centres: nothing there tells how fast a crank without inertia goes on."""
+    crank = {"type": "slider-crank", "crank": {"length": 0.1}, "rod": {"length": 0.4}, "slider": {"mass": 2}}
+    load = [{"on": "slider-crank.slider", "force": -1000, "while": "v > 0"}]
+    for drive in ({"torque": "200 - 10*omega"}, {"torque": "balance"}):
+        scene = {"mechanism": crank, "load": load, "drive": drive, "regime": {"speed": 20}, "flywheel": {"inertia": 0}}
+        with pytest.raises(flywheel.SceneError, match=r"^flywheel.inertia: found I\* \+ J = 0 kg m² at crank angle 0 deg"):
+            sized(scene)
 
 
 def test_no_moment_at_all_is_one_area_and_no_flywheel():

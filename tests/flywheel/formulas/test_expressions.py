@@ -172,6 +172,28 @@ def test_values_are_those_of_arithmetic(text, expected):
     assert float(parse(text).evaluate({"phi": 0.75}, np)) == pytest.approx(expected, rel=1e-15)
 
 
+@pytest.mark.parametrize(
+    ("text", "phi", "reason"),
+    [
+        ("2*log(phi-3)", 1.0, "log(phi-3): the logarithm of -2, which is negative"),
+        ("log( sin(phi) )", 0.0, "log( sin(phi) ): the logarithm of 0"),
+        ("1 + asin(phi)", 1.5, "asin(phi): the arcsine of 1.5, which is outside -1 to 1"),
+        ("acos(-phi)", 1 + 2**-50, f"acos(-phi): the arccosine of {-1 - 2**-50}, which is outside -1 to 1"),
+        ("3/(phi-1) + sqrt(phi)", 1.0, "3/(phi-1): a division by phi-1, which is 0"),
+        ("sqrt(phi-2)/0.5", 0.0, "sqrt(phi-2): the square root of -2, which is negative"),
+        ("exp(300*phi)", 3.0, "exp(300*phi): beyond the floating-point range of 1.8e308, as 300*phi = 900"),
+        ("exp(300*phi)*0 + 1/(phi - 3)", 3.0, "1/(phi - 3): a division by phi - 3, which is 0"),
+        ("(phi - 2)**0.5", 1.0, "(phi - 2)**0.5: -1, which is negative, to the power of 0.5"),
+        ("(phi - 1)**-2", 1.0, "(phi - 1)**-2: phi - 1, which is 0, to the power of -2"),
+        ("1e300*phi*1e9", 1.0, "1e300*phi*1e9: beyond the floating-point range of 1.8e308"),
+        ("log(-1) if phi > 2 else sqrt(-phi)", 1.0, "sqrt(-phi): the square root of -1, which is negative"),
+        ("exp(900*phi)*exp(-900*phi)", 1.0, ""),
+    ],
+)
+def test_what_is_undefined_is_told_with_its_reason(text, phi, reason):
+    assert parse(text).undefined({"phi": phi}) == reason
+
+
 @pytest.mark.parametrize("text", ["1/phi", "phi**-1", "log(phi)", "exp(1e3 + phi)", "sqrt(phi - 1)", "asin(2)", "0**-1"])
 @pytest.mark.parametrize("phi", [0.0, np.zeros(3)], ids=["number", "array"])
 def test_undefined_values_are_not_finite_and_warn_of_nothing(text, phi):
