@@ -260,11 +260,12 @@ def not_finite(machine: Chain, phi: float, anchor: float, speed: float | None = 
     """
     parts = machine.reduction.moments(phi, anchor, by_name=True, speed=speed, time=time)
     culprit, moment = next(((name, part) for name, part in parts.items() if not abs(part) <= _ENORMOUS), ("mechanism", None))
-    at = machine.where(phi)
+    at, sliding = machine.where(phi), machine.scene.stroke is not None and machine.scene.stroke.sliding
     if speed is not None and any(effort.path == culprit and effort.uses_speed for effort in machine.efforts):
-        at += f" and {speed:.6g} rad/s"
+        at += f" and {speed:.6g} {'m/s' if sliding else 'rad/s'}"
     if moment is not None and math.isfinite(moment):
-        found = f"a value that comes to {moment:.4g} N m on the crank at {at}, beyond {_ENORMOUS:g}"
+        unit = "N on the slide" if sliding else "N m on the crank"
+        found = f"a value that comes to {moment:.4g} {unit} at {at}, beyond {_ENORMOUS:g}"
     else:
         reason = machine.undefined(culprit, phi, anchor, speed, time)
         found = f"a value that is not finite at {at}" + (f" ({reason})" if reason else "")
@@ -296,7 +297,8 @@ def check_weighs(machine: Chain, cycle: Cycle, inertia: float) -> None:
     """
     extent = inertia_extent(cycle)
     if inertia + extent.least <= extent.error:
-        raise SceneError([weightless(machine, float(combined(cycle, np.array([[0.0, 1.0]]))[0].angle_least[0]), 0.0)])
+        fault = weightless(machine, float(combined(cycle, np.array([[0.0, 1.0]]))[0].angle_least[0]), 0.0)
+        raise SceneError([fault._replace(found=f"{fault.found} (to within {extent.error:.1g} kg m²)")])
 
 
 def split(cycle: Cycle, speed: float, wanted: float) -> Array | None:

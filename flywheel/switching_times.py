@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator, Mapping
 from typing import Any
 
@@ -94,7 +95,7 @@ def _roots(effort: Effort, law: Expression, start: float, end: float) -> list[fl
     try:
         return breakpoints(law, start, end, *_environment(effort))
     except SwitchingError as error:
-        raise _too_fast(effort, law, "switches too often", end) from error
+        raise _unfollowed(effort, error, end) from error
 
 
 def _steep(effort: Effort, law: Expression, edges: Array) -> list[float]:
@@ -105,7 +106,7 @@ def _steep(effort: Effort, law: Expression, edges: Array) -> list[float]:
     try:
         return [float(time) for time in resolved(law, edges[:-1], edges[1:], *_environment(effort))]
     except SwitchingError as error:
-        raise _too_fast(effort, law, "varies too fast", float(edges[-1])) from error
+        raise _unfollowed(effort, error, float(edges[-1])) from error
 
 
 def _environment(effort: Effort) -> tuple[Any, Any]:
@@ -122,6 +123,7 @@ def _environment(effort: Effort) -> tuple[Any, Any]:
     return cells, values
 
 
-def _too_fast(effort: Effort, law: Expression, does: str, end: float) -> SceneError:
-    found = f"{law.shown}, which {does} to be followed to {end:.6g} s"
-    return SceneError([Fault(effort.path, found, "an expression that can be followed", "a shorter time")])
+def _unfollowed(effort: Effort, error: Exception, end: float) -> SceneError:
+    """What keeps a law from being followed, with its variable named as in the scene."""
+    found = re.sub(r"\bphi\b", "t", str(error))
+    return SceneError([Fault(effort.path, found, f"an expression that can be followed to {end:.6g} s", "a shorter time")])

@@ -165,7 +165,8 @@ def _isolated(search: _Search, edges: Array, most: int) -> tuple[_Cells, _Cells]
     while cells.lo.size:
         seen += cells.lo.size
         if seen > most:
-            raise SwitchingError("changes sign too often to be followed (first near phi = {near})", float(cells.lo[0]))
+            text = f"changes sign too often: its zeros are not told apart in {most} cells (first near phi = {{near}})"
+            raise SwitchingError(text, float(cells.lo[0]))
         bounds, slope, noise = _bounds(search, cells)
         is_open = ~((bounds.lo > 0) | (bounds.hi < 0) | ((bounds.lo == 0) & (bounds.hi == 0)))
         is_monotone = is_open & ((slope.lo > 0) | (slope.hi < 0))
