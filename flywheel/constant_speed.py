@@ -372,14 +372,11 @@ def closed(machine: Chain, edges: Array, speed: float) -> tuple[float, float]:
 
 
 def cycle_of(moments: Moments, rate: Rate, unknown: float | None) -> Cycle:
-    """The cycle in which F is as given at the nodes; `unknown` is None where the scene has none.
-
-    A speed is told to its last digit, and that moves a stiff drive's torque: where loads are small, it leaves net work over.
-    """
+    """The cycle in which F is as given at the nodes; `unknown` is None where the scene has none."""
     values = np.stack((rate.moment, moments.slope, moments.inertia, rate.exchanged, moments.steepness))
     cycle = regime.assembled(moments.mesh, values, unknown, closed=True)
     if unknown is None:
-        return regime.with_residual(cycle)
+        return cycle
     return regime.with_balance(cycle, unknown * float(piecewise.integral(rate.by_unknown, moments.mesh.half).sum()))
 
 
