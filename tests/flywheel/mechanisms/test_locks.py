@@ -52,7 +52,7 @@ def test_lengths_equal_but_for_rounding_lock() -> None:
 
 def test_a_shaper_with_crank_as_long_as_its_frame_locks_at_180() -> None:
     found = fault("crank-shaper", crank=0.3, frame=0.3, rocker=1.0)
-    assert found == (
+    assert found[:4] == (
         "mechanism.frame.length",
         "0.3 m",
         "a length other than crank.length = 0.3 m",
