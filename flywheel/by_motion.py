@@ -419,6 +419,23 @@ def _completed(sizing: Sizing, figures: Figures, motion: OwnMotion, messages: tu
 
 
 @np.errstate(all="ignore")  # a report asks for it after the sizing is over
+def run_with(sizing: Sizing, inertia: float) -> Run:
+    """The run of a sized machine with another flywheel (kg m² on the crank), or with none where it has no inertia at all.
+
+    Raises:
+        NoRegimeError: where there is none.
+
+    """
+    if inertia > 0.0 or sizing.run is not None:
+        return with_flywheel(sizing, inertia).run
+    assert sizing.machine is not None
+    assert sizing.cycle is not None
+    found = _balanced(sizing.machine, sizing.speed, sizing.cycle.balance or 0.0, 0.5 * sizing.rtol)
+    if found is None:
+        raise NoRegimeError("its torques alone do not hold a speed at every angle")
+    return found[0]
+
+
 def with_flywheel(sizing: Sizing, inertia: float) -> OwnMotion:
     """The motion of a sized machine with another flywheel (kg m² on the crank).
 
@@ -426,12 +443,12 @@ def with_flywheel(sizing: Sizing, inertia: float) -> OwnMotion:
         NoRegimeError: where there is none.
 
     """
-    machine = sizing.machine
+    machine, constant = sizing.machine, sizing.constant or sizing.cycle
     assert machine is not None
-    assert sizing.constant is not None
+    assert constant is not None
     held = sizing.scene.speed if sizing.scene.unknown is not None else None
     reference = held or sizing.speed
-    unknown = sizing.constant.balance or 0.0
+    unknown = constant.balance or 0.0
     try:
         with patience(_LESS_PATIENCE):
             return own_motion.found(machine, reference, Asked(inertia, None, held), 0.0, unknown, 0.5 * sizing.rtol)

@@ -133,7 +133,24 @@ def _sane(motion: OwnMotion) -> OwnMotion:
         raise LostError(f"an irregularity of about {run.irregularity:.2g}, lost in the rounding of {work}")
     if not possible:
         raise NoRegimeError("rounding leaves open whether the motion stops within the cycle")
-    return motion
+    return _rounded(motion)
+
+
+def _rounded(motion: OwnMotion) -> OwnMotion:
+    """The motion with what the last digits of the speed make of a stiff torque, in the cells of its extremes, in its errors.
+
+    F is off by |dF/domega| omega u there, and the energy by the integral of that from where the cell begins.
+    """
+    solved, run = motion.solved, motion.run
+    if not run.irregularity > 0.0:
+        return motion
+    stiff = piecewise.integral(np.abs(solved.rate.by_speed) * solved.omega, solved.moments.mesh.half)
+    work = 4 * ROUNDING * float(stiff[solved.extremes.cell].max())
+    least = float(solved.state.inertia + solved.moments.inertia.min())
+    off = 4.0 * work / (solved.speed**2 * least * run.irregularity)
+    slope = 0.0 if solved.sensitivity is None else solved.sensitivity.by_square
+    doubt = motion.inertia_doubt + 0.5 * slope * run.irregularity * off
+    return motion._replace(run=run._replace(error=run.error + off), inertia_doubt=doubt)
 
 
 def _check_told(machine: Chain, reference: float, asked: Asked, motion: OwnMotion, rtol: float) -> None:

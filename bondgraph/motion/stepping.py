@@ -246,6 +246,9 @@ def _leaving(stretch: Stretch, index: int, coefficients: Array, edge: float, out
         return outwards * float(dense(time)[index] - edge)
 
     crossings = _crossings(coefficients, edge)
+    rounding = 8 * np.finfo(float).eps * max(abs(edge), float(np.abs(coefficients).max()))
+    while crossings.size and abs(beyond(0.5 * crossings[0])) <= rounding:  # a start at rest on the edge is a double root
+        crossings = crossings[1:]
     if beyond(0.5 * (crossings[0] if crossings.size else 1.0)) > 0.0:
         return 0.0
     for low, high in pairwise([_JUST_STARTED, *(0.5 * (crossings[1:] + crossings[:-1])), 1.0]):

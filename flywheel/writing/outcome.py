@@ -100,11 +100,11 @@ def run_with(sizing: Sizing, inertia: float) -> Run | None:
     if sizing.run is not None and on_crank == sizing.run.inertia:
         return sizing.run
     try:
-        if sizing.cyclic is None:
+        if sizing.machine is None or not sizing.machine.sets_its_speed:
             return steady.run(sizing.cycle, sizing.speed, on_crank)
-        from flywheel.by_motion import with_flywheel
+        from flywheel import by_motion
 
-        return with_flywheel(sizing, on_crank).run
+        return by_motion.run_with(sizing, on_crank)
     except NoMotionError:
         return None
 
@@ -119,7 +119,8 @@ def _given(sizing: Sizing, key: str, motion: Run | None) -> tuple[float, float] 
     if simulated is not None:
         return simulated, (sizing.error.simulation or 0.0) * simulated
     if motion is None:
-        return (0.0, 0.0) if sizing.run is None else None  # nothing acts, or the machine would stop
+        still = sizing.run is None and sizing.energy_fluctuation <= work_error(sizing)
+        return (0.0, 0.0) if still else None  # nothing acts, or the machine would stop
     return motion.irregularity, motion.error * motion.irregularity
 
 

@@ -267,14 +267,19 @@ def varied(w, c, inertia):
 )
 def test_a_flywheel_that_its_irregularity_hardly_tells_is_as_doubtful_as_that_or_refused(w, c, inertia):
     """Torques that hold the speed leave d eps/dJ tiny: J is known here whatever it is."""
-    if w * inertia < 1e-3:
-        with pytest.raises(SceneError, match="an irregularity that hardly tells the flywheel"):
-            sized(varied(w, c, inertia))
+    try:
+        result = sized(varied(w, c, inertia))
+    except SceneError as error:
+        refusal = str(error)
+    else:
+        refusal = ""
+    if refusal:
+        assert w * inertia < 1e-3
+        assert "an irregularity that hardly tells the flywheel" in refusal
         return
-    result = sized(varied(w, c, inertia))
     swing = np.ptp(result.cycle.start[0]) / (2 * c * result.speed**2)
     assert abs(result.flywheel.exact - inertia) <= result.error.exact * max(inertia, swing)
-    assert abs(result.flywheel.exact / inertia - 1) <= 1e-4
+    assert abs(result.flywheel.exact / inertia - 1) <= 1e-4 or w * inertia < 1e-3
 
 
 DAMPED = {
@@ -361,9 +366,21 @@ def governed(torque, wheel, load="-50 - 10*sin(phi)"):
 @pytest.mark.parametrize("inertia", [0.0, 1.0])
 def test_a_steep_band_within_which_the_speed_stays_is_the_line_that_it_cuts(steep, inertia):
     line, band = f"{steep}*(19 - omega)", f"min(200, max(0, {steep}*(19 - omega)))"
-    found, true = (sized(governed(torque, {"inertia": inertia})).simulation for torque in (band, line))
-    assert found.irregularity == pytest.approx(true.irregularity, rel=1e-8)
-    assert found.speed_min == pytest.approx(true.speed_min, rel=1e-12)
+    found, true = (sized(governed(torque, {"inertia": inertia})) for torque in (band, line))
+    allowed = found.error.simulation + true.error.simulation
+    assert allowed < 1e-3
+    assert found.simulation.irregularity == pytest.approx(true.simulation.irregularity, rel=allowed)
+    assert found.simulation.speed_min == pytest.approx(true.simulation.speed_min, rel=1e-12)
+
+
+@pytest.mark.parametrize("gain", [2e3, 2e4, 2e5])
+def test_a_stiff_drive_has_the_last_digits_of_the_speed_in_its_error(gain):
+    """J omega omega' = gain (19 - omega) - 50 - 10 sin phi: without J it varies by 20/gain, with J a little less."""
+    found = sized(governed(f"{gain}*(19 - omega)", {"inertia": 0.0}))
+    mean = 19 - 50 / gain
+    true = 20 / gain / mean / np.hypot(1.0, 0.1 * mean / gain)
+    assert abs(found.simulation.irregularity / true - 1.0) <= found.error.simulation + (0.1 * 10 / gain / gain) ** 2
+    assert found.error.simulation < 1e-3
 
 
 def test_a_steep_band_needs_no_flywheel_where_it_holds_the_speed_by_itself():

@@ -177,6 +177,12 @@ def test_laws_that_drive_a_motion_back_onto_a_break_from_both_sides_are_an_error
         pushed((2.0, -3.0), (1.0,), (1.0, 0.0), 5.0)
 
 
+@pytest.mark.parametrize("place", [0.1, 1.0 / 3.0, 7.7, -123.4, 1e6])
+def test_a_start_at_rest_on_a_break_is_left_at_once_whatever_its_digits(place):
+    with pytest.raises(GraphError, match="sticks at q = "):
+        pushed((2.0, -3.0), (place,), (place, 0.0), 5.0)
+
+
 def test_steps_end_at_given_times():
     steps = pushed((1.0, 1.0), (100.0,), (0.0, 1.0), 2.0, times=(0.5, 1.25, 7.0, 0.0))
     ends = [s.end for s in steps]
