@@ -2,7 +2,6 @@
 
     python .ci/roundings.py          # all legs
     python .ci/roundings.py --list   # the settings and their digests, no tests
-    python .ci/roundings.py --tests  # which tests are the numerical ones
 
 What numpy, the C library and OpenBLAS compute with depends on the processor; the variables of `settings` take parts of it
 away. Which of them change anything is different on every machine, and is measured: a setting whose digest of many values is
@@ -141,7 +140,5 @@ def main() -> int:
 if __name__ == "__main__":
     if "--digest" in sys.argv:
         print(digest())
-    elif "--tests" in sys.argv:
-        print(*NUMERICAL)
     else:
         sys.exit(main())
