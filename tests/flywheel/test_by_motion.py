@@ -370,7 +370,8 @@ def test_a_steep_band_within_which_the_speed_stays_is_the_line_that_it_cuts(stee
     allowed = found.error.simulation + true.error.simulation
     assert allowed < 1e-3
     assert found.simulation.irregularity == pytest.approx(true.simulation.irregularity, rel=allowed)
-    assert found.simulation.speed_min == pytest.approx(true.simulation.speed_min, rel=1e-12)
+    hair = allowed * true.simulation.irregularity  # of the mean speed: what the told errors leave a speed
+    assert found.simulation.speed_min == pytest.approx(true.simulation.speed_min, rel=hair)
 
 
 @pytest.mark.parametrize("gain", [2e3, 2e4, 2e5])
