@@ -13,81 +13,105 @@ From a mechanism to its reduced inertia and moment, to an exact flywheel, to a t
 
 from __future__ import annotations
 
+import sys
 from importlib import import_module
+from importlib.abc import Loader, MetaPathFinder
+from importlib.machinery import ModuleSpec
+from types import ModuleType
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from flywheel import (
-        arm,
-        energy,
-        every_shaft,
-        gearing,
-        kinetostatics,
-        load_models,
-        masses,
-        motors,
-        multibody,
-        presses,
-        recovery,
-        transients,
-        two_speeds,
-        wheel,
-    )
-    from flywheel.explaining import Explanation, explain
-    from flywheel.faults import Fault, SceneError
-    from flywheel.joints import JointForces, joint_forces
-    from flywheel.machine import Machine
-    from flywheel.pictures.animation import animate
-    from flywheel.pictures.mechanisms import draw
-    from flywheel.quinn import cycle_shares, shares
+    from flywheel.components import energy, load_models, motors
+    from flywheel.components import equivalent_masses as masses
+    from flywheel.components import gear_trains as every_shaft
+    from flywheel.components import gear_trains as gearing
+    from flywheel.components import press_work as presses
+    from flywheel.components import press_work as recovery
+    from flywheel.components import press_work as two_speeds
+    from flywheel.components import robot_arm as arm
+    from flywheel.components import wheels as wheel
+    from flywheel.machine.machine import Machine
+    from flywheel.mechanisms.linkages import multibody
+    from flywheel.mechanisms.linkages import reactions as kinetostatics
+    from flywheel.motion import transients
+    from flywheel.motion.joint_forces import JointForces, joint_forces
+    from flywheel.motion.kinetic_energy import cycle_shares, shares
+    from flywheel.motion.simulation import Motion, simulate
+    from flywheel.motion.transients import Transient, run_down, run_up, time_along, transient
+    from flywheel.numerics.faults import Fault, SceneError
+    from flywheel.pictures.mechanisms import animate, draw
     from flywheel.reading.scenes import load
-    from flywheel.results import Sizing
-    from flywheel.scene import Scene
-    from flywheel.simulation import Motion, simulate
-    from flywheel.sizing import size
-    from flywheel.state import MachineState, reduce
-    from flywheel.stroke import along
-    from flywheel.tradeoffs.comparison import tradeoff
-    from flywheel.tradeoffs.result import Tradeoff
-    from flywheel.transients.record import Transient
-    from flywheel.transients.regime import time_along
-    from flywheel.transients.running import run_down, run_up, transient
+    from flywheel.regime.results import Sizing
+    from flywheel.regime.state import MachineState, along, reduce
+    from flywheel.scene.scene import Scene
+    from flywheel.sizing.sizing import size
+    from flywheel.study.explanation import Explanation, explain
+    from flywheel.study.tradeoff import Tradeoff, tradeoff
 
 _HOMES = {
-    "Explanation": "explaining",
-    "Fault": "faults",
-    "JointForces": "joints",
-    "Machine": "machine",
-    "MachineState": "state",
-    "Motion": "simulation",
-    "Scene": "scene",
-    "SceneError": "faults",
-    "Sizing": "results",
-    "Tradeoff": "tradeoffs.result",
-    "Transient": "transients.record",
-    "along": "stroke",
-    "animate": "pictures.animation",
-    "cycle_shares": "quinn",
+    "Explanation": "study.explanation",
+    "Fault": "numerics.faults",
+    "JointForces": "motion.joint_forces",
+    "Machine": "machine.machine",
+    "MachineState": "regime.state",
+    "Motion": "motion.simulation",
+    "Scene": "scene.scene",
+    "SceneError": "numerics.faults",
+    "Sizing": "regime.results",
+    "Tradeoff": "study.tradeoff",
+    "Transient": "motion.transients",
+    "along": "regime.state",
+    "animate": "pictures.mechanisms",
+    "cycle_shares": "motion.kinetic_energy",
     "draw": "pictures.mechanisms",
-    "explain": "explaining",
-    "joint_forces": "joints",
+    "explain": "study.explanation",
+    "joint_forces": "motion.joint_forces",
     "load": "reading.scenes",
-    "reduce": "state",
-    "run_down": "transients.running",
-    "run_up": "transients.running",
-    "shares": "quinn",
-    "simulate": "simulation",
-    "size": "sizing",
-    "time_along": "transients.regime",
-    "tradeoff": "tradeoffs.comparison",
-    "transient": "transients.running",
+    "reduce": "regime.state",
+    "run_down": "motion.transients",
+    "run_up": "motion.transients",
+    "shares": "motion.kinetic_energy",
+    "simulate": "motion.simulation",
+    "size": "sizing.sizing",
+    "time_along": "motion.transients",
+    "tradeoff": "study.tradeoff",
+    "transient": "motion.transients",
 }
 
-_MODULES = (
-    *("arm", "energy", "every_shaft", "gearing", "kinetostatics", "load_models", "masses", "motors"),
-    *("multibody", "presses", "recovery", "transients", "two_speeds", "wheel"),
-)
-"""Parts of the library whose names are used with theirs: `flywheel.wheel.choose`."""
+_MODULES = {
+    "arm": "components.robot_arm",
+    "arm.dynamics": "components.robot_arm",
+    "arm.equations": "components.arm_equations",
+    "arm.motion": "components.robot_arm",
+    "energy": "components.energy",
+    "every_shaft": "components.gear_trains",
+    "gearing": "components.gear_trains",
+    "kinetostatics": "mechanisms.linkages.reactions",
+    "linkage": "mechanisms.linkages",
+    "linkage.description": "scene.linkage",
+    "linkage.poses": "mechanisms.linkages.poses",
+    "linkage.solution": "mechanisms.linkages.positions",
+    "load_models": "components.load_models",
+    "load_models.belts": "components.load_models",
+    "load_models.compressors": "components.gas_forces",
+    "load_models.gas": "components.gas_forces",
+    "load_models.presses": "components.load_models",
+    "load_models.resistance": "components.load_models",
+    "masses": "components.equivalent_masses",
+    "motors": "components.motors",
+    "multibody": "mechanisms.linkages.multibody",
+    "presses": "components.press_work",
+    "recovery": "components.press_work",
+    "results": "regime.results",
+    "simulation": "motion.simulation",
+    "stroke": "regime.state",
+    "transients": "motion.transients",
+    "two_speeds": "components.press_work",
+    "wheel": "components.wheels",
+    "writing": "report",
+    "writing.digits": "numerics.units",
+}
+"""Parts of the library by the names under which users import them: `flywheel.wheel.choose`."""
 
 __all__ = [
     "Explanation",
@@ -141,12 +165,32 @@ def __getattr__(name: str) -> Any:
 
         return version("flywheel-design")
     if name in _MODULES:
-        return import_module(f"flywheel.{name}")
+        return import_module(f"flywheel.{_MODULES[name]}")
     if name not in _HOMES:
         raise AttributeError(f"module 'flywheel' has no attribute {name!r}")
     value = getattr(import_module(f"flywheel.{_HOMES[name]}"), name)
     globals()[name] = value
     return value
+
+
+class _Names(MetaPathFinder, Loader):
+    """Imports a part of the library by its public name: `from flywheel.wheel import choose`."""
+
+    def find_spec(self, fullname: str, path: object = None, target: object = None) -> ModuleSpec | None:
+        """Where a public name leads; None for every other module."""
+        return ModuleSpec(fullname, self) if fullname.removeprefix("flywheel.") in _MODULES else None
+
+    def create_module(self, spec: ModuleSpec) -> None:
+        """An empty module, whose place its home takes."""
+
+    def exec_module(self, module: ModuleType) -> None:
+        """The home of the name in its place, which names of its parts are found under too."""
+        home = import_module(f"flywheel.{_MODULES[module.__name__.removeprefix('flywheel.')]}")
+        home.__dict__.setdefault("__path__", [])
+        sys.modules[module.__name__] = home
+
+
+sys.meta_path.insert(0, _Names())  # ahead of the folders, which would import a part of `flywheel.linkage` a second time
 
 
 def __dir__() -> list[str]:

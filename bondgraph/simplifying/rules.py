@@ -18,15 +18,7 @@ from bondgraph.connections import neighbours, reached_from
 from bondgraph.elements import JUNCTIONS, ONE_PORTS, SOURCES, TWO_PORTS, Element, Law, Modulus, One
 from bondgraph.faults import refuse
 from bondgraph.graph import Bond, BondGraph, as_graph
-from bondgraph.simplifying.powerless import (
-    SHARING,
-    Pin,
-    edited,
-    fresh_name,
-    is_held,
-    new_bond,
-    without,
-)
+from bondgraph.simplifying.powerless import SHARING, Pin, edited, fresh_name, is_held, new_bond, without
 
 
 class Action(NamedTuple):

@@ -17,8 +17,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.integrate import solve_ivp
 
-from flywheel.linkage.description import Joint, Link, Linkage, Point
-from flywheel.multibody import ROUTES, Run, simulate
+from flywheel.mechanisms.linkages.multibody import ROUTES, Run, simulate
+from flywheel.scene.linkage import Joint, Link, Linkage, Point
 
 Array = NDArray[np.float64]
 

@@ -20,11 +20,12 @@ from typing import NamedTuple
 
 import numpy as np
 
-from flywheel.kinetostatics import Reactions, Torque, reactions_at
-from flywheel.linkage.description import Joint, Link, Linkage, Point
-from flywheel.linkage.poses import Poses
-from flywheel.linkage.solution import solve
-from flywheel.writing.digits import columns
+from flywheel.mechanisms.linkages.poses import Poses
+from flywheel.mechanisms.linkages.positions import solve
+from flywheel.mechanisms.linkages.reactions import Reactions, reactions_at
+from flywheel.mechanisms.linkages.wrenches import Torque
+from flywheel.numerics.units import columns
+from flywheel.scene.linkage import Joint, Link, Linkage, Point
 
 DENSITY, ALLOWABLE = 7850.0, 60e6  # kg/m³, Pa: steel, with the safety that fatigue asks for
 MODULUS, SAFETY = 210e9, 3.0  # Pa; of Euler's load over the greatest thrust

@@ -18,10 +18,10 @@ from typing import Any
 import numpy as np
 
 import flywheel
-from flywheel.scene import Scene
-from flywheel.simulation import Motion
-from flywheel.stroke import along
-from flywheel.writing.digits import columns
+from flywheel.motion.simulation import Motion
+from flywheel.numerics.units import columns
+from flywheel.regime.state import along
+from flywheel.scene.scene import Scene
 
 SCENE = Path(__file__).with_suffix(".toml")
 PRESSURE, AREA, THROTTLE = 30e5, 1256.64e-6, 18.6e3  # Pa, m², N s²/m²: as in the scene

@@ -15,7 +15,7 @@ from math import pi
 from pathlib import Path
 
 import flywheel
-from flywheel.scene import Scene
+from flywheel.scene.scene import Scene
 
 AGREEMENT = 1e-8
 

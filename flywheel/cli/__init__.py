@@ -12,7 +12,8 @@ from typing import Any
 
 import click
 
-from flywheel.cli import machines, pictures, texts, tradeoffs, transients
+from flywheel.cli import machines, motions, texts
+from flywheel.cli import machines as tradeoffs
 from flywheel.cli.common import STANDARD_OUTPUT, written
 
 __all__ = ["main"]
@@ -63,5 +64,11 @@ def main() -> None:
     """
 
 
-for _command in (*machines.COMMANDS, *transients.COMMANDS, *tradeoffs.COMMANDS, *pictures.COMMANDS, *texts.COMMANDS):
+for _command in (
+    *machines.COMMANDS,
+    *motions.COMMANDS,
+    *tradeoffs.TRADEOFF_COMMANDS,
+    *motions.PICTURE_COMMANDS,
+    *texts.COMMANDS,
+):
     main.add_command(_command)

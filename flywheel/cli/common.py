@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING
 import click
 
 if TYPE_CHECKING:
-    from flywheel.faults import Fault, Remark
+    from flywheel.numerics.faults import Fault, Remark
 
 PLOT_FORMATS = (".png", ".svg", ".pdf")
 MOST_POINTS = 1_000_000
@@ -26,7 +26,7 @@ def reported(scene: Path) -> Iterator[None]:
     """Turn the faults of a scene, or of the machine that it describes, into lines on standard error and exit code 1."""
     import numpy as np
 
-    from flywheel.faults import SceneError
+    from flywheel.numerics.faults import SceneError
 
     try:
         with np.errstate(all="ignore"):  # a value that is not finite is reported as a fault, with its place
@@ -123,7 +123,7 @@ def places(context: click.Context, parameter: click.Parameter, texts: tuple[str,
 
 def quantity(text: str, dimension: str) -> float | None:
     """A quantity of some dimension in SI; None where the text is none."""
-    from flywheel.units import QuantityError, parse_quantity
+    from flywheel.numerics.units import QuantityError, parse_quantity
 
     try:
         return parse_quantity(text, dimension)

@@ -2,13 +2,18 @@
 
 from __future__ import annotations
 
+import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
 from functools import partial
+from math import isfinite
 from pathlib import Path
+from threading import Event, Thread
+from time import monotonic
 from typing import TYPE_CHECKING
 
 import click
 
-from flywheel.accuracy import FAST, LEVELS, NORMAL, RTOL
 from flywheel.cli.common import (
     AT,
     MOST_POINTS,
@@ -25,11 +30,14 @@ from flywheel.cli.common import (
     within,
     written,
 )
+from flywheel.scene.accuracy import FAST, LEVELS, NORMAL, RTOL
 
 if TYPE_CHECKING:
-    from flywheel.explaining import Explanation
-    from flywheel.joints import JointForces
-    from flywheel.results import Sizing
+    from flywheel.motion.joint_forces import JointForces
+    from flywheel.regime.results import Sizing
+    from flywheel.study.explanation import Explanation
+    from flywheel.study.tradeoff import Tradeoff
+
 
 _FEW, _MANY = 24, 360  # positions in tables for reading; in data, pictures and the search for the largest forces
 
@@ -66,12 +74,12 @@ def size(
     spare(scene, plot)
     with reported(scene):
         from flywheel.reading.scenes import load
-        from flywheel.sizing import size as sized
+        from flywheel.sizing.sizing import size as sized
 
         sizing = sized(load(scene), rtol, accuracy=NORMAL if no_simulate else accuracy)
         explanation = None
         if explain:
-            from flywheel.explaining import explained
+            from flywheel.study.explanation import explained
 
             explanation = explained(sizing)
         _show(sizing, as_json, explanation, scene)
@@ -81,15 +89,15 @@ def size(
 
 def _show(sizing: Sizing, as_json: bool, explanation: Explanation | None, scene: Path) -> None:
     if not as_json:
-        from flywheel.writing.report import text
+        from flywheel.report.report import text
 
         show(text(sizing) if explanation is None else f"{text(sizing)}\n{explanation.text()}")
         return
-    from flywheel.writing.export import encoded
+    from flywheel.report.export import encoded
 
     told = {} if explanation is None else {"explanation": explanation.as_dict()}
     show(encoded({**sizing.as_dict(), **told}, indent=2))
-    from flywheel.writing.as_read import remarks
+    from flywheel.report.as_read import remarks
 
     remarked(scene, remarks(sizing))
     for message in sizing.messages:
@@ -127,7 +135,7 @@ def reduce(scene: Path, as_json: bool, as_csv: bool, points: int | None, at: tup
     spare(scene, output)
     with reported(scene):
         from flywheel.reading.scenes import load
-        from flywheel.writing.export import reduced
+        from flywheel.report.export import reduced
 
         loaded = load(scene)
         remarked(scene, loaded.remarks)
@@ -160,7 +168,7 @@ def graph(scene: Path, plot: Path | None, form: str, simpler: bool) -> None:
     """Print the bond graph of the machine in SCENE: of every bond its half arrow, causal stroke, effort and flow."""
     spare(scene, plot)
     with reported(scene):
-        from flywheel.diagram import draw, machine_graph, table
+        from flywheel.study.graph import draw, machine_graph, table
 
         shown, log = machine_graph(scene, simplified=simpler)
         text = "\n".join([*log, table(shown, form)])
@@ -227,11 +235,11 @@ def reactions(
     with reported(scene):
         import numpy as np
 
-        from flywheel.joints import joint_errors, joint_forces, spread
-        from flywheel.machine import Machine
-        from flywheel.port_forces import close_positions
+        from flywheel.machine.friction import close_positions
+        from flywheel.machine.machine import Machine
+        from flywheel.motion.joint_forces import joint_errors, joint_forces, spread
         from flywheel.reading.scenes import load
-        from flywheel.writing import forces as export_forces
+        from flywheel.report import forces as export_forces
 
         loaded = load(scene)
         remarked(scene, loaded.remarks)
@@ -268,3 +276,148 @@ def _plot_forces(found: JointForces, path: Path) -> None:
 
 
 COMMANDS = (size, reduce, graph, reactions)
+
+
+# -- tradeoffs ---------------------------------------------------------------------------------------------------------
+
+# The command that measures what accuracy costs: `tradeoff`.
+
+
+_QUIET = 2.0  # seconds before anything is told
+_EVERY, _EVERY_ON_TERMINALS = 5.0, 0.25  # seconds between two words
+_INTERRUPTED = 130  # exit code
+
+
+def _seconds(context: click.Context, parameter: click.Parameter, budget: float) -> float:
+    if not (isfinite(budget) and budget > 0.0):
+        raise click.BadParameter(f"{budget:g} is no number of seconds above 0.")
+    return budget
+
+
+@click.command(short_help="Measure what accuracy costs: every method on a scene.")
+@SCENE
+@click.option("--rtol", type=float, callback=within(*RTOL), help="Relative error to be kept (default: the scene's).")
+@click.option(
+    "--budget",
+    type=float,
+    default=60.0,
+    show_default=True,
+    callback=_seconds,
+    metavar="SECONDS",
+    help="Time after which no further method is begun.",
+)
+@click.option(
+    "--plot",
+    type=click.Path(path_type=Path),
+    callback=plot_path,
+    metavar="FILE.(png|svg|pdf)",
+    help="Draw errors over times into a file.",
+)
+@click.option("--json", "as_json", is_flag=True, help="Print JSON, SI throughout.")
+def tradeoff(scene: Path, rtol: float | None, budget: float, plot: Path | None, as_json: bool) -> None:
+    """Run every method that can answer SCENE, and tell the true error and the time of each, and which is the cheapest.
+
+    Ctrl-C ends the comparison: what was finished is told.
+    """
+    spare(scene, plot)
+    with _interruptible(), reported(scene):
+        with _told(budget) as progress:
+            from flywheel.reading.scenes import load
+            from flywheel.study.tradeoff import tradeoff as compared
+
+            loaded = load(scene)
+            remarked(scene, loaded.remarks)
+            found = compared(loaded, rtol, budget=budget, progress=progress)
+        _show_tradeoff(found, as_json)
+        if plot is not None:
+            _draw_tradeoff(found, plot)
+    if found.interrupted:
+        sys.exit(_INTERRUPTED)
+
+
+@contextmanager
+def _interruptible() -> Iterator[None]:
+    """Ctrl-C, wherever it comes and nothing is left to tell, is one line and an exit code."""
+    try:
+        yield
+    except KeyboardInterrupt:
+        click.echo("interrupted", err=True)
+        sys.exit(_INTERRUPTED)
+
+
+def _show_tradeoff(found: Tradeoff, as_json: bool) -> None:
+    from flywheel.report.tradeoffs import text, unfinished
+
+    if not as_json:
+        show(text(found))
+        return
+    from flywheel.report.export import encoded
+
+    show(encoded(found.as_dict(), indent=2))
+    for told in unfinished(found):
+        click.echo(told, err=True)
+
+
+def _draw_tradeoff(found: Tradeoff, path: Path) -> None:
+    from flywheel.pictures.tradeoffs import plot
+
+    with written(path):
+        plot(found, path)
+
+
+# -- progress --------------------------------------------------------------------------------------------------------
+
+
+@contextmanager
+def _told(budget: float) -> Iterator[_Progress]:
+    """What tells of a long comparison on standard error, in one line that is written anew where that is a terminal."""
+    progress = _Progress(budget)
+    over = Event()
+    ticker = Thread(target=_tick, args=(progress, over), daemon=True)
+    ticker.start()
+    try:
+        yield progress
+    finally:
+        over.set()
+        ticker.join()
+        progress.erase()
+
+
+def _tick(progress: _Progress, over: Event) -> None:
+    pause = _QUIET
+    while not over.wait(pause):
+        progress.tell()
+        pause = _EVERY_ON_TERMINALS if progress.rewriting else _EVERY
+
+
+class _Progress:
+    """Which method is being run."""
+
+    def __init__(self, budget: float) -> None:
+        self.budget = budget
+        self.begun = monotonic()
+        self.line = "finding the reference"
+        self.rewriting = sys.stderr.isatty()
+        self.shown = False
+
+    def __call__(self, k: int, count: int, name: str) -> None:
+        self.line = f"{k + 1} of {count}: {name}"
+
+    def tell(self) -> None:
+        """Write where the comparison is."""
+        line = f"{self.line} ({monotonic() - self.begun:.0f} s of about {self.budget:g} s)"
+        if not self.rewriting:
+            click.echo(line, err=True)
+            return
+        from shutil import get_terminal_size
+
+        self.shown = True
+        click.echo(f"\r\x1b[2K{line[: get_terminal_size().columns - 1]}", err=True, nl=False, color=True)
+
+    def erase(self) -> None:
+        """Leave a terminal's line as it was."""
+        if self.shown:
+            click.echo("\r\x1b[2K", err=True, nl=False, color=True)
+
+
+TRADEOFF_COMMANDS = (tradeoff,)

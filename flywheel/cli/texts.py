@@ -15,7 +15,7 @@ def _known(context: click.Context, parameter: click.Parameter, value: str | None
     names = _names(str(parameter.name))
     if value is None or value in names:
         return value
-    from flywheel.advice import nearest
+    from flywheel.numerics.faults import nearest
 
     near = nearest(value, names)
     advice = f"did you mean {near!r}?" if near else f"known: {', '.join(names)}."

@@ -7,11 +7,26 @@ from math import atan2, log, pi, sqrt
 from operator import attrgetter
 from typing import Any
 
-from flywheel.faults import Fault
-from flywheel.mechanisms.base import Family, Port, Position
-from flywheel.mechanisms.limits import exceeds, graded, lock_fault, within_turn
-from flywheel.mechanisms.parts import CRANK, Parts, carried, driven, joined, line, pivoted, point, sliding
-from flywheel.scene import Body, Mechanism
+from flywheel.mechanisms.families import (
+    CRANK,
+    Family,
+    Parts,
+    Port,
+    Position,
+    carried,
+    driven,
+    exceeds,
+    graded,
+    joined,
+    line,
+    lock_fault,
+    pivoted,
+    point,
+    sliding,
+    within_turn,
+)
+from flywheel.numerics.faults import Fault
+from flywheel.scene.scene import Body, Mechanism
 
 
 class ShaperPosition(Position):

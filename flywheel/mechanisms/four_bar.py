@@ -7,11 +7,27 @@ from math import atan2, pi, sqrt
 from operator import attrgetter
 from typing import Any, NamedTuple
 
-from flywheel.faults import Fault
-from flywheel.mechanisms.base import Family, Port, Position
-from flywheel.mechanisms.limits import above_one, exceeds, graded, lock_fault, where_cosine, within_turn
-from flywheel.mechanisms.parts import CRANK, Parts, driven, floating, joined, line, pivoted, point
-from flywheel.scene import Body, Mechanism
+from flywheel.mechanisms.families import (
+    CRANK,
+    Family,
+    Parts,
+    Port,
+    Position,
+    above_one,
+    driven,
+    exceeds,
+    floating,
+    graded,
+    joined,
+    line,
+    lock_fault,
+    pivoted,
+    point,
+    where_cosine,
+    within_turn,
+)
+from flywheel.numerics.faults import Fault
+from flywheel.scene.scene import Body, Mechanism
 
 
 class Bars(NamedTuple):

@@ -7,11 +7,9 @@ from math import pi
 from operator import attrgetter
 from typing import Any
 
-from flywheel.faults import Fault
-from flywheel.mechanisms.base import Family, Port, Position
-from flywheel.mechanisms.limits import within_turn
-from flywheel.mechanisms.parts import CRANK, joined, pivoted, point, sliding
-from flywheel.scene import Body, Mechanism
+from flywheel.mechanisms.families import CRANK, Family, Port, Position, joined, pivoted, point, sliding, within_turn
+from flywheel.numerics.faults import Fault
+from flywheel.scene.scene import Body, Mechanism
 
 
 class YokePosition(Position):

@@ -1,1 +1,4 @@
-"""Pictures: of a sizing, of mechanisms still and moving, of the forces in joints; only these modules import matplotlib."""
+"""Pictures: of a sizing, of mechanisms still and moving, of the forces in joints.
+
+Only these modules import matplotlib.
+"""

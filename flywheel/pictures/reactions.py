@@ -16,16 +16,14 @@ from matplotlib.patheffects import withStroke
 from matplotlib.ticker import MultipleLocator
 from numpy.typing import NDArray
 
-from flywheel.advice import nearest
-from flywheel.faults import Fault, SceneError
-from flywheel.linkage.description import SLIDE
-from flywheel.linkage.poses import Poses
-from flywheel.linkage.reactions import Reactions
-from flywheel.pictures import figures
+from flywheel.mechanisms.linkages.poses import Poses
+from flywheel.mechanisms.linkages.reactions import Reactions
+from flywheel.numerics.faults import Fault, SceneError, nearest
+from flywheel.numerics.units import figure as number
+from flywheel.pictures import figures, sketch
 from flywheel.pictures.figures import BLACK, BLUE, GREY, PURPLE, VERMILLION
-from flywheel.scene import TURN
-from flywheel.sketching import names
-from flywheel.writing.digits import figure as number
+from flywheel.scene.linkage import SLIDE
+from flywheel.scene.scene import TURN
 
 Array = NDArray[np.float64]
 
@@ -187,10 +185,10 @@ def _mark(panel: Axes, x: Array, force: Array, sliding: bool) -> None:
         return
     points, to_pixels = 72.0 / panel.figure.dpi, panel.transData.transform
     sizes = points * np.array([text.get_window_extent().size for text in texts])
-    lines = names.along(points * to_pixels(scale * force.T).T, 3.0)
+    lines = sketch.along(points * to_pixels(scale * force.T).T, 3.0)
     outwards = spots - scale * np.nanmean(force, axis=1)
     bounds = points * np.array(panel.bbox.extents)
-    centres = names.settled(points * to_pixels(spots), sizes, lines, bounds, outwards)
+    centres = sketch.settled(points * to_pixels(spots), sizes, lines, bounds, outwards)
     for text, centre in zip(texts, panel.transData.inverted().transform(centres / points), strict=True):
         text.set_position(centre)
 

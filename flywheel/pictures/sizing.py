@@ -18,16 +18,32 @@ from matplotlib.ticker import MultipleLocator
 from numpy.typing import NDArray
 
 from bondgraph.files import replacement
-from flywheel import steady
-from flywheel.pictures import areas, curves
-from flywheel.pictures.curves import Loop, Samples
-from flywheel.pictures.figures import BLACK, BLUE, GREEN, ORANGE, PURPLE, SKY, VERMILLION, name_axes
-from flywheel.pictures.panels import RPM, band, legend, origin_of, say, speed_label, told
-from flywheel.results import Sizing
-from flywheel.steady import Run
-from flywheel.writing import outcome
-from flywheel.writing.digits import figure as number
-from flywheel.writing.report import headline
+from flywheel.numerics.units import figure as number
+from flywheel.pictures import figures
+from flywheel.pictures.figures import (
+    BLACK,
+    BLUE,
+    GREEN,
+    ORANGE,
+    PURPLE,
+    RPM,
+    SKY,
+    VERMILLION,
+    Loop,
+    Samples,
+    band,
+    legend,
+    name_axes,
+    origin_of,
+    say,
+    speed_label,
+    told,
+)
+from flywheel.regime import steady_motion
+from flywheel.regime.results import Sizing
+from flywheel.regime.steady_motion import Run
+from flywheel.report import rows
+from flywheel.report.report import headline
 
 Array = NDArray[np.float64]
 
@@ -68,7 +84,7 @@ def draw(sizing: Sizing) -> Figure:
     figure.suptitle(headline(sizing), fontsize=13, parse_math=False)
     axes = figure.subplots(2, 2).ravel()
     if sizing.machine is None or sizing.cycle is None:
-        areas.draw(axes, sizing)
+        figures.draw(axes, sizing)
     else:
         _draw_machine(axes, sizing)
     return figure
@@ -78,12 +94,12 @@ def _draw_machine(axes: NDArray[Any], sizing: Sizing) -> None:
     machine, cycle = sizing.machine, sizing.cycle
     assert machine is not None
     assert cycle is not None
-    samples = curves.sampled(machine, cycle)
+    samples = figures.sampled(machine, cycle)
     if sizing.cyclic is None or sizing.constant is None:
         _moment(axes[0], sizing, samples)
     else:
-        _moment(axes[0], sizing, curves.sampled(machine, sizing.constant, sizing.cyclic.constant_speed), samples)
-    _inertia(axes[1], curves.bodies(machine, samples), samples)
+        _moment(axes[0], sizing, figures.sampled(machine, sizing.constant, sizing.cyclic.constant_speed), samples)
+    _inertia(axes[1], figures.bodies(machine, samples), samples)
     if sizing.run is None:
         for panel, title in ((axes[2], "Wittenbauer's loop"), (axes[3], "Speed of the crank")):
             say(
@@ -92,7 +108,7 @@ def _draw_machine(axes: NDArray[Any], sizing: Sizing) -> None:
                 "Nothing acts on the machine and nothing in it has inertia:\nits speed never changes.",
             )
     else:
-        _loop(axes[2], curves.loop(cycle, samples, sizing.speed, sizing.run))
+        _loop(axes[2], figures.loop(cycle, samples, sizing.speed, sizing.run))
         _speed(axes[3], sizing, samples)
     for panel in (axes[0], axes[1], axes[3]):
         _degrees(panel, sizing.scene.cycle)
@@ -144,7 +160,7 @@ def _balance(panel: Axes, sizing: Sizing, samples: Samples) -> None:
     cycle = sizing.constant or sizing.cycle
     if samples.balance is None or sizing.balance is None or cycle is None or cycle.balance is None:
         return
-    value = told(cycle.balance, 5, outcome.balance_error(sizing))
+    value = told(cycle.balance, 5, rows.balance_error(sizing))
     drive = sizing.scene.drive if sizing.balance.name == "drive" else None
     unit = "" if sizing.balance_unit is None else f" {sizing.balance_unit}"
     unit += "" if drive is None or drive.on == "crank" else f" on {drive.on}"
@@ -168,7 +184,7 @@ def _number_areas(panel: Axes, sizing: Sizing, samples: Samples) -> None:
         if area.start is None or area.end is None or not area.work:
             continue
         side = 1.0 if area.work > 0 else -1.0
-        centre, room = curves.roomiest(samples, area.start, area.end, side, 0.06 * cycle)
+        centre, room = figures.roomiest(samples, area.start, area.end, side, 0.06 * cycle)
         y = room / 2
         if room < 1.2 * step:
             centre = float(np.clip(centre, 0.025 * cycle, 0.975 * cycle))
@@ -273,7 +289,7 @@ def _speed(panel: Axes, sizing: Sizing, samples: Samples) -> None:
     phi = np.degrees(samples.phi)
     assert sizing.cycle is not None
     traces = [
-        (key, label, RPM * steady.speed_over_cycle(sizing.cycle, sizing.speed, run, samples.phi))
+        (key, label, RPM * steady_motion.speed_over_cycle(sizing.cycle, sizing.speed, run, samples.phi))
         for key, label, run in runs
         if run is not None
     ]
@@ -295,7 +311,7 @@ def _runs(sizing: Sizing) -> list[tuple[str, str, Run | None]]:
         return [("given", f"given {number(sizing.scene.inertia, 0.0, 5)} kg m²{_eps(sizing.run)}", sizing.run)]
     names = {"exact": "exact", "approximate": "areas", "inertia_torque_flywheel": "inertia torque"}
     found: list[tuple[str, str, Run | None]] = []
-    for candidate in outcome.candidates(sizing):
+    for candidate in rows.candidates(sizing):
         bare = candidate.inertia == 0.0
         if bare and any(run is sizing.run for _, _, run in found):
             continue

@@ -12,13 +12,13 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import FuncFormatter, LogLocator
 from numpy.typing import NDArray
 
-from flywheel.pictures import labels
+from flywheel.numerics.units import figure as number
+from flywheel.pictures import figures
 from flywheel.pictures.figures import BLACK, BLUE, DPI, GREEN, GREY, ORANGE, PURPLE, SKY, VERMILLION, figure, name_axes, save
-from flywheel.tradeoffs.families import FAMILIES, RESTARTED
-from flywheel.tradeoffs.result import Row, Tradeoff
-from flywheel.writing.digits import figure as number
-from flywheel.writing.rows import printable
-from flywheel.writing.tradeoffs import ordered, plain
+from flywheel.report.rows import printable
+from flywheel.report.tradeoffs import ordered, plain
+from flywheel.study.question import FAMILIES, RESTARTED
+from flywheel.study.tradeoff import Row, Tradeoff
 
 Array = NDArray[np.float64]
 
@@ -180,7 +180,7 @@ def _arrange(made: Figure, panel: Axes, points: Array, marks: Array, texts: list
     segments = np.array([[_place(panel, line.start), _place(panel, line.end)] for line in lines]).reshape(-1, 4)
     anchors = dots * np.array([_place(panel, point) for point in points])
     blocks = np.concatenate([anchors - marks[:, None], anchors + marks[:, None]], axis=1)
-    found = labels.placed(anchors, sizes, dots * np.array(panel.get_window_extent().extents), blocks, dots * segments)
+    found = figures.placed(anchors, sizes, dots * np.array(panel.get_window_extent().extents), blocks, dots * segments)
     whole = np.array(_SIZE) * 72.0
     for text, corner, end, point in zip(texts, found.corners, found.ends, anchors, strict=True):
         text.set_position(corner / whole)

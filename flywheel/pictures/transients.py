@@ -9,9 +9,8 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from flywheel.motion.transients import Samples, Transient, sampled, within
 from flywheel.pictures.figures import BLACK, BLUE, GREEN, GREY, ORANGE, PURPLE, VERMILLION, figure, save
-from flywheel.transients.looking import Samples, sampled, within
-from flywheel.transients.record import Transient
 
 _POINTS, _FEWEST, _MOST = 4000, 3, 200  # in all, and within a step of the motion
 _RPM = 30 / np.pi

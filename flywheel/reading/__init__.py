@@ -1,1 +1,4 @@
-"""Reading of scenes: every table checked against the format, every fault with its place."""
+"""From TOML to the scene's records, every fault at once.
+
+Uses `mechanisms`, for what a load needs to know of a stroke, and what is below it.
+"""

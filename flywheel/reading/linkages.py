@@ -1,21 +1,477 @@
-"""A `linkage` of a scene: bodies, joints, couplings, driver, assembly and ports, or every fault in them."""
+"""Bodies of a linkage with their points, and the points that joints, sides and ports name."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping
+import math
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import Any, NamedTuple
 
-from flywheel.advice import quote
-from flywheel.linkage.description import FIXED, FRAME, PIN, SLIDE, SLOT, Joint, Link, Linkage, Side
-from flywheel.linkage.ports import offered, shadowing, straight
-from flywheel.reading.bodies import Bodies, find_point, listed, read_bodies
-from flywheel.reading.couplings import read_couplings
-from flywheel.reading.fields import Faults, Fields, as_table, child, is_name, items, read_fields, read_quantity
-from flywheel.reading.joints import Joints, read_joints
-from flywheel.reading.places import Setting
-from flywheel.reading.schema import Key
-from flywheel.reading.schema_linkage import MOST_BODIES, POINT_PORT, SIDE
-from flywheel.scene import PointPort
+from flywheel.numerics.faults import SceneError, mean, quote, show
+from flywheel.numerics.units import plain_number
+from flywheel.reading.fields import (
+    Faults,
+    Fields,
+    Setting,
+    as_table,
+    child,
+    exactly_one,
+    is_name,
+    items,
+    read_fields,
+    read_quantity,
+)
+from flywheel.reading.schema import (
+    COUPLING,
+    COUPLING_KEYS,
+    FRAME_BODY,
+    JOINT,
+    JOINT_KEYS,
+    LINK,
+    MOST_BODIES,
+    MOST_JOINTS,
+    MOST_POINTS,
+    POINT_PORT,
+    SIDE,
+    TURN,
+    Key,
+    keys_for,
+    misplaced,
+)
+from flywheel.reading.tables import fitted, read_law
+from flywheel.scene.linkage import (
+    CAM,
+    FIXED,
+    FRAME,
+    GEAR,
+    PIN,
+    ROLLING,
+    SLIDE,
+    SLOT,
+    Coupling,
+    Joint,
+    Lift,
+    Link,
+    Linkage,
+    Point,
+    Side,
+    common_body,
+    offered,
+    shadowing,
+    straight,
+)
+from flywheel.scene.scene import Output, PointPort
+
+ORIGIN = "origin"
+"""The point of every body where its own frame begins."""
+
+_COORDINATE = Key("coordinate", "length", "of a point")
+_SAMPLE = 'a point such as "crank.B"'
+
+Bodies = Mapping[str, Link]
+"""Bodies by name, the frame among them; empty while their own reading failed."""
+
+
+def read_bodies(raw: object, path: str, faults: Faults) -> Bodies:
+    """Every body, the frame first; one with faults is there as well, so that it can be named."""
+    tables = as_table(raw, path, faults)
+    if tables is None:
+        return {}
+    if len(tables) > MOST_BODIES:
+        faults.add(path, f"{len(tables)} bodies", f"at most {MOST_BODIES}")
+        return {}
+    bodies = {name: _body(name, table, child(path, name), faults) for name, table in tables.items()}
+    others = [name for name in ("ground", "base", "fixed") if name in bodies and FRAME not in bodies]
+    for name in others:
+        faults.add(child(path, FRAME), "nothing", "the fixed body's points", f"the fixed body is called frame, not {name}")
+    if not bodies.keys() - {FRAME}:
+        faults.add(path, "no moving body", f"one at least beside {FRAME}")
+    return {FRAME: Link(FRAME, (Point(ORIGIN),))} | bodies
+
+
+def _body(name: str, raw: object, path: str, faults: Faults) -> Link:
+    """One body: what it weighs, and its points."""
+    if not is_name(name):
+        faults.add(path, quote(name), "a letter, then letters, digits, _ or -")
+    table = as_table(raw, path, faults)
+    if table is None:
+        return Link(name, (Point(ORIGIN),))
+    fields = read_fields(table, (FRAME_BODY if name == FRAME else LINK).keys, path, faults)
+    points = _points(table.get("points", {}), f"{path}.points", faults)
+    if name == FRAME:
+        return Link(name, points)
+    com = read_pair(table["com"], f"{path}.com", faults) if "com" in table else (0.0, 0.0)
+    return Link(name, points, fields["mass"] or 0.0, fields["inertia"] or 0.0, com or (0.0, 0.0), fields["guess"])
+
+
+def _points(raw: object, path: str, faults: Faults) -> tuple[Point, ...]:
+    """The points of a body, its origin first; one whose place is at fault can still be named."""
+    table = as_table(raw, path, faults)
+    if table is not None and len(table) > MOST_POINTS:
+        faults.add(path, f"{len(table)} points", f"at most {MOST_POINTS}")
+        table = None
+    places = {name: _point(name, place, child(path, name), faults) for name, place in (table or {}).items()}
+    return tuple(Point(name, *place) for name, place in ({ORIGIN: (0.0, 0.0)} | places).items())
+
+
+def _point(name: str, raw: object, path: str, faults: Faults) -> tuple[float, float]:
+    """The place of one point."""
+    if not is_name(name):
+        faults.add(path, quote(name), "a letter, then letters, digits, _ or -")
+    place = read_pair(raw, path, faults)
+    if name == ORIGIN and place not in (None, (0.0, 0.0)):
+        faults.add(path, "a point called origin elsewhere", "another name", "origin is where the body's own frame begins")
+    return place or (0.0, 0.0)
+
+
+def read_pair(raw: object, path: str, faults: Faults) -> tuple[float, float] | None:
+    """[x, y] in m; None after noting a fault."""
+    found = items(raw)
+    if found is None or len(found) != 2:
+        faults.add(path, show(raw) if found is None else f"a list of {len(found)}", "a list [x, y] of two lengths")
+        return None
+    x, y = (read_quantity(value, "length", _COORDINATE, f"{path}[{i}]", faults) for i, value in enumerate(found))
+    return None if x is None or y is None else (x, y)
+
+
+def find_point(text: object, path: str, bodies: Bodies, faults: Faults) -> tuple[str, Point] | None:
+    """The body and the point that `body.point` names; None after noting a fault, or where no body is known."""
+    if not bodies:
+        return None
+    if not isinstance(text, str):
+        faults.add(path, show(text), _SAMPLE)
+        return None
+    body, dot, name = text.partition(".")
+    if body not in bodies:
+        faults.unknown(path, body, bodies, "body")
+    elif not dot:
+        faults.add(path, f"{quote(text)}, a body", _SAMPLE, f"write {quote(f'{body}.{ORIGIN}')}, or another of its points")
+    elif not any(point.name == name for point in bodies[body].points):
+        names = [f"{body}.{point.name}" for point in bodies[body].points]
+        faults.add(path, f"point {quote(text)}", f"a point of {body}", mean(text, names))
+    else:
+        return body, bodies[body].point(name)
+    return None
+
+
+def listed(raw: object, path: str, most: int, faults: Faults) -> list[tuple[str, Mapping[str, Any]]]:
+    """The tables of an array of tables, each with its path."""
+    found = items(raw)
+    if found is None:
+        faults.add(path, show(raw), "an array of tables", f"write [[mechanism.{path.rpartition('.')[2]}]] for each")
+        return []
+    if len(found) > most:
+        faults.add(path, f"{len(found)} tables", f"at most {most}")
+        return []
+    tables = [(f"{path}[{i}]", as_table(item, f"{path}[{i}]", faults)) for i, item in enumerate(found)]
+    return [(where, table) for where, table in tables if table is not None]
+
+
+# -- joints ------------------------------------------------------------------------------------------------------------
+
+# Joints of a linkage: between which points, of what kind, and what they are called.
+
+
+_NOWHERE = ("", Point(ORIGIN))
+
+
+class Joints(NamedTuple):
+    """Joints by name, those with faults among them: a body that is not known is called "", and so is a kind.
+
+    `paths` tells where each stands; `complete` is False where a joint without a name hides.
+    """
+
+    named: Mapping[str, Joint]
+    paths: Mapping[str, str]
+    complete: bool
+
+    def find(self, name: object, path: str, faults: Faults) -> Joint | None:
+        """The joint that a text names; None after noting a fault."""
+        if not isinstance(name, str):
+            faults.add(path, show(name), 'the name of a joint, such as "O"')
+        elif name in self.named:
+            return self.named[name]
+        elif self.complete:
+            faults.unknown(path, name, self.named, "joint")
+        return None
+
+
+def read_joints(raw: object, path: str, bodies: Bodies, faults: Faults) -> Joints:
+    """Every joint; two of one name are a fault."""
+    named: dict[str, Joint] = {}
+    paths: dict[str, str] = {}
+    given = items(raw)
+    if given == []:
+        faults.add(path, "no joint", "one at least")
+    found = [(where, _joint(table, where, bodies, faults)) for where, table in listed(raw, path, MOST_JOINTS, faults)]
+    for where, joint in found:
+        if joint is not None and joint.name in named:
+            faults.add(f"{where}.name", quote(joint.name), "a name of its own", f"{paths[joint.name]} bears this one")
+        elif joint is not None:
+            named[joint.name], paths[joint.name] = joint, where
+    read = sum(joint is not None for _, joint in found)
+    return Joints(named, paths, 0 < read == len(given or ()))
+
+
+def _joint(raw: Mapping[str, Any], path: str, bodies: Bodies, faults: Faults) -> Joint | None:
+    """One joint; None where it has no name."""
+    kind = raw.get("type")
+    kind = kind if isinstance(kind, str) and kind in JOINT_KEYS else ""
+    raw = without_misplaced(raw, kind, JOINT_KEYS, path, faults)
+    fields = read_fields(raw, keys_for(JOINT, JOINT_KEYS.get(kind)), path, faults)
+    name = fields["name"]
+    first, second = _ends(raw, f"{path}.between", bodies, faults)
+    if kind == PIN and fields["friction"] and fields["radius"] == 0.0:
+        faults.add(f"{path}.radius", "nothing", "a radius above 0", "friction turns a pin by its radius")
+    if name is None:
+        return None
+    values = {key: fields[key] for key in JOINT_KEYS.get(kind, ()) if fields[key] is not None}
+    return Joint(name, kind, first[0], second[0], first[1], second[1], **values)
+
+
+def without_misplaced(
+    raw: Mapping[str, Any], kind: str, by_kind: Mapping[str, tuple[str, ...]], path: str, faults: Faults
+) -> Mapping[str, Any]:
+    """The table without keys that belong to joints (or couplings) of other types, after noting each of them."""
+    wrong = misplaced(raw, kind, by_kind)
+    for name, types in wrong.items():
+        keys = ", ".join(("name", "type", "between", *by_kind[kind]))
+        faults.add(child(path, name), f"{name}, which belongs to {types}", f"keys of a {kind}: {keys}")
+    return {name: value for name, value in raw.items() if name not in wrong}
+
+
+def _ends(raw: Mapping[str, Any], path: str, bodies: Bodies, faults: Faults) -> list[tuple[str, Point]]:
+    """Body and point of both ends of a joint."""
+    wanted = 'a list of two points, such as ["frame.O", "crank.O"]'
+    pair = read_two(raw["between"], path, wanted, faults) if "between" in raw else ()
+    ends = [find_point(text, f"{path}[{i}]", bodies, faults) or _NOWHERE for i, text in enumerate(pair)]
+    if ends and ends[0][0] and ends[0][0] == ends[1][0]:
+        faults.add(path, f"{quote(ends[0][0])} twice", "two different bodies")
+    return ends or [_NOWHERE, _NOWHERE]
+
+
+def read_two(raw: object, path: str, wanted: str, faults: Faults) -> Sequence[object]:
+    """The two items of a list; none after noting a fault."""
+    found = items(raw)
+    if found is not None and len(found) == 2:
+        return found
+    faults.add(path, show(raw) if found is None else f"a list of {len(found)}", wanted)
+    return ()
+
+
+# -- couplings ---------------------------------------------------------------------------------------------------------
+
+# Couplings of a linkage: gear pairs, rolling pairs and cams, each between the coordinates of two joints.
+
+
+_MOST_TEETH = 10**6
+_STEEPEST = math.radians(89.0)  # pressure angle: beyond it hardly any of a tooth's force would drive
+_KEYS = {key.name: key for key in COUPLING.keys}
+
+_TAKES = {GEAR: ((PIN,), (PIN,)), ROLLING: ((PIN,), (SLIDE,)), CAM: ((PIN,), (SLIDE, PIN))}
+"""Kinds of the first and of the second joint that a coupling takes."""
+_NOT_TAKEN = {FIXED: "a fixed joint has no coordinate", SLOT: "a pin in a slot has two motions, not one"}
+
+
+class _Item(NamedTuple):
+    """One coupling's table on its way: its keys as read, its two joints, and the body that carries both."""
+
+    raw: Mapping[str, Any]
+    fields: Fields
+    first: Joint
+    second: Joint
+    carrier: str
+    path: str
+    bodies: Bodies
+    setting: Setting
+
+    @property
+    def faults(self) -> Faults:
+        return self.setting.faults
+
+    def quantity(self, key: str, dimension: str) -> float | None:
+        """A quantity whose dimension hangs on the type of the coupling; None where there is none, or a faulty one."""
+        if key not in self.raw:
+            return 0.0 if key == "phase" else None
+        return read_quantity(self.raw[key], dimension, _KEYS[key], f"{self.path}.{key}", self.faults)
+
+
+def read_couplings(raw: object, path: str, bodies: Bodies, joints: Joints, setting: Setting) -> tuple[Coupling, ...]:
+    """Every coupling that is free of faults; each has a name of its own, which no joint bears."""
+    taken = dict.fromkeys(joints.named, "a joint")
+    good = []
+    for where, table in listed(raw, path, MOST_JOINTS, setting.faults):
+        coupling = _coupling(table, where, bodies, joints, setting)
+        if coupling is None:
+            continue
+        if coupling.name in taken:
+            advice = f"{taken[coupling.name]} bears this one"
+            setting.faults.add(f"{where}.name", quote(coupling.name), "a name of its own", advice)
+        taken[coupling.name] = "another coupling"
+        good.append(coupling)
+    return tuple(good)
+
+
+def _coupling(raw: Mapping[str, Any], path: str, bodies: Bodies, joints: Joints, setting: Setting) -> Coupling | None:
+    """One coupling; None after noting faults."""
+    faults = setting.faults
+    before = len(faults)
+    kind = raw.get("type")
+    kind = kind if isinstance(kind, str) and kind in COUPLING_KEYS else ""
+    raw = without_misplaced(raw, kind, COUPLING_KEYS, path, faults)
+    fields = read_fields(raw, keys_for(COUPLING, COUPLING_KEYS.get(kind)), path, faults)
+    pair = _pair(raw["between"], kind, f"{path}.between", joints, faults) if "between" in raw else None
+    if pair is None:
+        return None
+    first, second, carrier = pair
+    values = _READERS[kind](_Item(raw, fields, first, second, carrier, path, bodies, setting))
+    if len(faults) > before:
+        return None
+    return Coupling(fields["name"] or f"{first.name}-{second.name}", kind, first.name, second.name, **values)
+
+
+def _pair(raw: object, kind: str, path: str, joints: Joints, faults: Faults) -> tuple[Joint, Joint, str] | None:
+    """The two joints that a coupling joins, of kinds that fit, and the body that carries both."""
+    names = read_two(raw, path, 'a list of two joints, such as ["O", "P"]', faults)
+    found = [joint for i, name in enumerate(names) if (joint := joints.find(name, f"{path}[{i}]", faults)) is not None]
+    if len(found) != 2 or not kind or not all(joint.kind for joint in found):
+        return None
+    first, second = found
+    if first.name == second.name:
+        faults.add(path, f"{quote(first.name)} twice", "two different joints")
+        return None
+    if not _fit(kind, found, path, faults) or "" in (*first[2:4], *second[2:4]):
+        return None
+    common = common_body(first, second)
+    if not common:
+        bodies = (f"{quote(joint.name)} of {joint.first} and {joint.second}" for joint in found)
+        faults.add(path, " with ".join(bodies), "two joints of one body, which carries both")
+        return None
+    return first, second, common
+
+
+def _fit(kind: str, pair: list[Joint], path: str, faults: Faults) -> bool:
+    """Whether both joints are of kinds that the coupling takes."""
+    wrong = [i for i, joint in enumerate(pair) if joint.kind not in _TAKES[kind][i]]
+    for i in wrong:
+        found = f"{quote(pair[i].name)}, a {pair[i].kind} joint"
+        faults.add(f"{path}[{i}]", found, f"a {' or a '.join(_TAKES[kind][i])}", _NOT_TAKEN.get(pair[i].kind, ""))
+    return not wrong
+
+
+# -- gears and what rolls ------------------------------------------------------------------------------------------------
+
+
+def _gear(item: _Item) -> dict[str, Any]:
+    """Ratio, phase and pressure angle of a gear pair."""
+    exactly_one([key for key in ("ratio", "teeth") if key in item.raw], ("ratio", "teeth"), item.path, item.faults)
+    if "internal" in item.raw and "teeth" not in item.raw:
+        advice = "the sign of the ratio says which (see flywheel reference linkage)"
+        item.faults.add(f"{item.path}.internal", "internal beside a ratio", "none", advice)
+    ratio = _toothed(item) if "teeth" in item.raw else _ratio(item, "number")
+    return {"ratio": ratio, "phase": item.quantity("phase", "angle"), "pressure_angle": _pressure_angle(item)}
+
+
+def _rolling(item: _Item) -> dict[str, Any]:
+    """Radius with its sign, phase and pressure angle of what rolls along a slide."""
+    if "ratio" not in item.raw:
+        item.faults.add(f"{item.path}.ratio", "nothing", 'a length such as "100 mm": the slide per rad of the pin')
+    ratio = _ratio(item, "length")
+    return {"ratio": ratio, "phase": item.quantity("phase", "length"), "pressure_angle": _pressure_angle(item)}
+
+
+def _ratio(item: _Item, dimension: str) -> float | None:
+    """A ratio other than 0."""
+    ratio = item.quantity("ratio", dimension)
+    if ratio == 0.0:
+        item.faults.add(f"{item.path}.ratio", show(item.raw["ratio"]), "a ratio other than 0")
+    return ratio
+
+
+def _toothed(item: _Item) -> float | None:
+    """The ratio of two wheels: -z1/z2, or z1/z2 where one has its teeth inside.
+
+    A pin counts the angle of its second body against its first. Where one pin has the carrier as its first body and the
+    other as its second, their angles count opposite ways, and the ratio changes its sign.
+    """
+    path, faults = item.path, item.faults
+    internal = item.raw.get("internal", False)
+    if not isinstance(internal, bool):
+        faults.add(f"{path}.internal", show(internal), "true or false")
+    pair = read_two(item.raw["teeth"], f"{path}.teeth", "a list of two numbers of teeth, such as [20, 40]", faults)
+    one, two = [_count(count, f"{path}.teeth[{i}]", faults) for i, count in enumerate(pair)] or (None, None)
+    if one is None or two is None:
+        return None
+    if internal is True and one == two:
+        faults.add(f"{path}.teeth", "as many on both wheels of an internal pair", "more on the outer one")
+    alike = (item.first.first == item.carrier) == (item.second.first == item.carrier)
+    return (1 if internal == alike else -1) * one / two
+
+
+def _count(raw: object, path: str, faults: Faults) -> float | None:
+    """A number of teeth; None after noting a fault."""
+    count = plain_number(raw)
+    if count is not None and count.is_integer() and 1 <= count <= _MOST_TEETH:
+        return count
+    faults.add(path, show(raw), f"a whole number from 1 to {_MOST_TEETH}")
+    return None
+
+
+def _pressure_angle(item: _Item) -> float:
+    """Pressure angle of the teeth, well short of a right angle."""
+    angle: float = item.fields["pressure_angle"] or 0.0
+    if not 0.0 <= angle <= _STEEPEST:
+        item.faults.add(f"{item.path}.pressure_angle", show(item.raw["pressure_angle"]), "an angle from 0 to 89 deg")
+    return angle
+
+
+# -- cams ----------------------------------------------------------------------------------------------------------------
+
+
+def _cam(item: _Item) -> dict[str, Any]:
+    """Lift law, point of contact and friction of a cam."""
+    return {"lift": _lift(item), "contact": _contact(item), "friction": item.fields["friction"]}
+
+
+def _contact(item: _Item) -> tuple[str, str] | None:
+    """Body and point through which the cam pushes: a point of the follower."""
+    text = item.fields["contact"]
+    found = None if text is None else find_point(text, f"{item.path}.contact", item.bodies, item.faults)
+    if found is None:
+        return None
+    follower = item.second.second if item.second.first == item.carrier else item.second.first
+    if found[0] != follower:
+        item.faults.add(f"{item.path}.contact", quote(text), f"a point of the follower, {follower}")
+    return found[0], found[1].name
+
+
+def _lift(item: _Item) -> Lift | None:
+    """The lift law over a turn of the cam: smooth, and back where it was."""
+    path, setting, rotating = item.path, item.setting, item.second.kind == PIN
+    given = [key for key in ("lift", "table") if key in item.raw]
+    if not exactly_one(given, ("lift", "table"), path, item.faults):
+        return None
+    before = len(item.faults)
+    law = read_law(item.raw[given[0]], "theta" if rotating else "x", f"{path}.{given[0]}", setting)
+    if law is None or any(map(math.isnan, setting.parameters.values())):
+        return None
+    output = fitted(Output(given[0], rotating, law, 1.0), TURN, path, item.faults)
+    if len(item.faults) > before:
+        return None
+    from flywheel.mechanisms.law import followed  # only scenes with a cam pay for it
+
+    try:
+        return Lift(followed(output, TURN, setting.parameters, path), TURN)
+    except SceneError as error:
+        item.faults.extend(fault._replace(path=f"{path}.{given[0]}") for fault in error.faults)
+        return None
+
+
+_READERS = {GEAR: _gear, ROLLING: _rolling, CAM: _cam}
+
+
+# -- linkages ----------------------------------------------------------------------------------------------------------
+
+# A `linkage` of a scene: bodies, joints, couplings, driver, assembly and ports, or every fault in them.
 
 
 class Drawn(NamedTuple):
@@ -46,7 +502,7 @@ def read_linkage(raw: Mapping[str, Any], fields: Fields, path: str, setting: Set
         start=_start(fields["start"], driver, f"{path}.start", faults),
         path=path,
     )
-    points = _points(raw.get("ports", {}), f"{path}.ports", bodies, faults)
+    points = _port_points(raw.get("ports", {}), f"{path}.ports", bodies, faults)
     _check_joined(bodies, joints, path, faults)
     _check_names(linkage, points, driver, joints, faults)
     good = tuple(port for port in points.values() if port is not None)
@@ -109,16 +565,16 @@ def _sides(raw: object, path: str, bodies: Bodies, faults: Faults) -> Iterator[S
             yield Side(ends[0], ends[1], ends[2], -1 if fields["side"] == "right" else 1)
 
 
-def _points(raw: object, path: str, bodies: Bodies, faults: Faults) -> dict[str, PointPort | None]:
+def _port_points(raw: object, path: str, bodies: Bodies, faults: Faults) -> dict[str, PointPort | None]:
     """The ports at points of bodies, by name; None for one with faults."""
     tables = as_table(raw, path, faults)
     if tables is not None and len(tables) > MOST_BODIES:
         faults.add(path, f"{len(tables)} ports", f"at most {MOST_BODIES}")
         return {}
-    return {name: _point(name, table, child(path, name), bodies, faults) for name, table in (tables or {}).items()}
+    return {name: _port_point(name, table, child(path, name), bodies, faults) for name, table in (tables or {}).items()}
 
 
-def _point(name: str, raw: object, path: str, bodies: Bodies, faults: Faults) -> PointPort | None:
+def _port_point(name: str, raw: object, path: str, bodies: Bodies, faults: Faults) -> PointPort | None:
     """One port: a point of a moving body, and the direction that counts as positive."""
     if not is_name(name):
         faults.add(path, quote(name), "a letter, then letters, digits, _ or -")

@@ -9,16 +9,27 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from flywheel.advice import show, told
-from flywheel.formulas.expressions import Expression
-from flywheel.motors.base import Motor
-from flywheel.reading.fields import Faults, Fields, as_table, exactly_one, expectation, read_fields, read_quantity
-from flywheel.reading.gd2 import read_gd2
-from flywheel.reading.laws import read_effort
-from flywheel.reading.places import Place, Places, Setting, default_period, whole
+from flywheel.components.motors import Motor
+from flywheel.numerics.expressions import Expression
+from flywheel.numerics.faults import show, told
+from flywheel.reading.fields import (
+    Faults,
+    Fields,
+    Place,
+    Places,
+    Setting,
+    as_table,
+    default_period,
+    exactly_one,
+    expectation,
+    read_fields,
+    read_gd2,
+    read_quantity,
+    whole,
+)
 from flywheel.reading.schema import MOST_TABLES, MOST_TURNS, SECTIONS, Key
-from flywheel.reading.tables import TOLERANCE, fit_period, fit_stroke, fit_window, read_table
-from flywheel.scene import Damper, Inertia, Law, Load, Spring, Stroke, Table
+from flywheel.reading.tables import TOLERANCE, fit_period, fit_stroke, fit_window, read_effort, read_table
+from flywheel.scene.scene import Damper, Inertia, Law, Load, Spring, Stroke, Table
 
 _SAME = 1e-12  # share of a period within which two angles are one
 _ROUNDED = 1e-15  # share of a period by which rounding alone may miss its seam
@@ -139,7 +150,7 @@ def _load(raw: Mapping[str, Any], path: str, places: Places, setting: Setting) -
 
 def _piston(bore: float, raw: Mapping[str, Any], place: Place | None, places: Places, path: str, faults: Faults) -> float:
     """The area (m²) of a piston that a load's gas presses on."""
-    from flywheel.load_models.gas import piston_area  # only scenes with a cylinder pay for it
+    from flywheel.components.gas_forces import piston_area  # only scenes with a cylinder pay for it
 
     if "model" in raw:
         faults.add(f"{path}.bore", "a bore beside a model", "none", "an indicator diagram has a bore of its own")

@@ -6,17 +6,15 @@ from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple, TypeVar
 
-from flywheel.advice import show
-from flywheel.faults import Fault, SceneError
-from flywheel.motors.base import Motor, Point
-from flywheel.reading.fields import Faults, Fields, as_table, exactly_one, expectation, read_fields, read_typed
-from flywheel.reading.places import Setting
-from flywheel.reading.schema_motor import CURVE_KEYS, MOTORS, TYPE
+from flywheel.components.motors import Motor, Point
+from flywheel.numerics.faults import Fault, SceneError, show
+from flywheel.numerics.units import LARGEST, QuantityError, Unit, convert, parse_unit
+from flywheel.reading.fields import Faults, Fields, Setting, as_table, exactly_one, expectation, read_fields, read_typed
+from flywheel.reading.schema import CURVE_KEYS, MOTOR_TYPE, MOTORS
 from flywheel.reading.tables import listed_numbers
-from flywheel.units import LARGEST, QuantityError, Unit, convert, parse_unit
 
 if TYPE_CHECKING:
-    from flywheel.motors.curve import Curve
+    from flywheel.components.motors import Curve
 
 Made = TypeVar("Made", bound=Motor)
 
@@ -42,7 +40,7 @@ def read_motor(raw: object, path: str, setting: Setting) -> Motor | None:
     """
     faults = setting.faults
     before = len(faults)
-    typed = read_typed(raw, TYPE, MOTORS, path, faults)
+    typed = read_typed(raw, MOTOR_TYPE, MOTORS, path, faults)
     if typed is None or len(faults) > before:
         return None
     kind, table, fields = typed
@@ -59,7 +57,7 @@ def _built(build: Callable[[Item], Made | None], item: Item) -> Made | None:
 
 
 def _constant(item: Item) -> Motor:
-    from flywheel.motors.lines import Constant
+    from flywheel.components.motors import Constant
 
     return Constant(value=item.fields["torque"], inertia=item.fields["inertia"])
 
@@ -69,7 +67,7 @@ _LINES = (("starting_torque", "slope"), ("no_load_speed", "starting_torque"), ("
 
 def _line(item: Item) -> Motor | None:
     """A line by its start and slope, by both of its ends, or by no-load speed and a rated point."""
-    from flywheel.motors.lines import Line, line_from_no_load, line_through
+    from flywheel.components.motors import Line, line_from_no_load, line_through
 
     fields, inertia = item.fields, item.fields["inertia"]
     given = set(item.given("starting_torque", "slope", "no_load_speed", "speed", "torque", "power"))
@@ -91,7 +89,7 @@ def _rated(fields: Fields) -> Point:
 
 
 def _table(item: Item) -> Curve | None:
-    from flywheel.motors.curve import Curve
+    from flywheel.components.motors import Curve
 
     rows = _rows(item)
     if rows is None:
@@ -116,7 +114,7 @@ def _columns(item: Item) -> Sequence[Sequence[float | str]] | None:
     """Speeds and torques as numbers or decimal texts, from the scene itself or from a file."""
     inline = item.given("speed", "torque")
     if "file" in item.raw and not inline:
-        from flywheel.reading.csv_rows import read_columns  # only scenes with a file pay for its reader
+        from flywheel.reading.tables import read_columns  # only scenes with a file pay for its reader
 
         return read_columns(item.raw["file"], item.raw.get("column"), item.folder, item.path, item.faults)
     if "file" in item.raw or "column" in item.raw or len(inline) != 2:
@@ -159,7 +157,7 @@ _CONSTANTS = ("resistance", "constant", "friction")
 
 def _dc(item: Item) -> Motor | None:
     """A DC motor by its constants, or by its name plate."""
-    from flywheel.motors.dc import DC, dc_from_plate
+    from flywheel.components.motors import DC, dc_from_plate
 
     fields, faults, plate, own = item.fields, item.faults, item.given(*_PLATE), item.given(*_CONSTANTS)
     shared = {"inductance": fields["inductance"], "inertia": fields["inertia"]}
@@ -186,7 +184,7 @@ def _missing(item: Item, names: Sequence[str]) -> list[str]:
 
 
 def _induction(item: Item) -> Motor:
-    from flywheel.motors.induction import Induction
+    from flywheel.components.motors import Induction
 
     names = ("power", "speed", "frequency", "breakdown_ratio", "inertia")
     poles: float = item.fields["poles"]
@@ -208,7 +206,7 @@ _FULL_LOADS = ("torque", "power", "full_load")
 
 def _engine(item: Item) -> Motor | None:
     """An engine by its rated point, or by its curve of full load."""
-    from flywheel.motors.engine import Engine
+    from flywheel.components.motors import Engine
 
     if not exactly_one(item.given(*_FULL_LOADS), _FULL_LOADS, item.path, item.faults):
         return None

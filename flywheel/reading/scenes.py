@@ -1,11 +1,11 @@
-"""From a scene's text to a checked `Scene`, or to every fault in it at once."""
+"""The wheel in `[flywheel]`: its shape, material and known dimensions."""
 
 from __future__ import annotations
 
 import keyword
 import math
 import re
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from contextlib import suppress
 from dataclasses import replace
 from itertools import accumulate, chain
@@ -14,23 +14,194 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from flywheel.advice import quote, show
-from flywheel.faults import Fault, Remark, SceneError
-from flywheel.formulas.expressions import RESERVED
-from flywheel.reading import remarks
-from flywheel.reading.csv_rows import is_utf16
-from flywheel.reading.fields import Faults, Fields, as_table, child, exactly_one, is_name, items, read_fields
-from flywheel.reading.gd2 import read_gd2
+from flywheel.components.wheel_stresses import Material, material
+from flywheel.components.wheels import EXACT, GREATEST, WHEEL_SHAPES, WheelAsked, asked_faults
+from flywheel.numerics.expressions import RESERVED
+from flywheel.numerics.faults import Fault, Remark, SceneError, quote, show
+from flywheel.numerics.units import QuantityError, Unit, parse_quantity, parse_unit, plain_number, split_quantity
+from flywheel.reading.fields import (
+    Faults,
+    Fields,
+    Places,
+    Quantity,
+    Setting,
+    as_table,
+    child,
+    exactly_one,
+    is_name,
+    items,
+    read_fields,
+    read_gd2,
+    whole,
+)
 from flywheel.reading.loads import read_dampers, read_drive, read_inertias, read_loads, read_springs
-from flywheel.reading.mechanisms import read_mechanisms
-from flywheel.reading.places import Places, Setting, whole
-from flywheel.reading.schema import AREAS_EXCLUDE, SECTIONS, TOP, TURN, Key
-from flywheel.reading.schema_wheel import WHEEL_KEYS
-from flywheel.reading.stroke import check_known, check_shafts, read_stroke
-from flywheel.reading.tables import numbers
-from flywheel.reading.wheels import read_wheel
-from flywheel.scene import Areas, Compliance, Scene, Stroke
-from flywheel.units import QuantityError, Unit, parse_quantity, parse_unit, split_quantity
+from flywheel.reading.mechanisms import check_known, check_shafts, read_mechanisms, read_stroke
+from flywheel.reading.schema import AREAS_EXCLUDE, MATERIAL_KEYS, SECTIONS, TOP, TURN, WHEEL_KEYS, Key
+from flywheel.reading.tables import is_utf16, numbers
+from flywheel.scene.scene import Areas, Compliance, Mechanism, Scene, Stroke
+
+PATH = "flywheel"
+_ARGUMENTS = {"material": "name", "allowable_stress": "allowable"}
+_OTHERS = tuple(key for key in WHEEL_KEYS if key not in MATERIAL_KEYS)
+
+
+def read_wheel(table: Mapping[str, Any], fields: Fields, faults: Faults) -> WheelAsked | None:
+    """The wheel that is asked for; None where none is, or after noting faults.
+
+    Args:
+        table: `[flywheel]` as written.
+        fields: its values, those of `WHEEL_KEYS` among them.
+        faults: where to note what is wrong.
+
+    """
+    written = [key for key in WHEEL_KEYS if key.name in table]
+    if not written:
+        return None
+    if any(fields[key.name] is None for key in written) or table.keys() - fields.keys():  # noted already
+        return None
+    if fields["shape"] is None:
+        expected = f"a shape ({', '.join(WHEEL_SHAPES)}) beside {written[0].name}"
+        faults.add(f"{PATH}.shape", "nothing", expected)
+        return None
+    found = _material(fields, faults)
+    return None if found is None else _asked(fields, found, faults)
+
+
+def _material(fields: Fields, faults: Faults) -> Material | None:
+    """The material, from the table or of own values."""
+    try:
+        return material(**_values(MATERIAL_KEYS, fields))
+    except SceneError as error:
+        faults.extend(_at_home(fault) for fault in error.faults)
+        return None
+
+
+def _asked(fields: Fields, found: Material, faults: Faults) -> WheelAsked | None:
+    """The wheel, if its dimensions go together."""
+    given = {"method": EXACT, "at": GREATEST} | _values(_OTHERS, fields)
+    asked = WheelAsked(material=found, path=PATH, **given)
+    wrong = asked_faults(asked)
+    faults.extend(wrong)
+    return None if wrong else asked
+
+
+def _values(keys: tuple[Key, ...], fields: Fields) -> dict[str, Any]:
+    """What is given of some keys, by the names of the arguments that take it."""
+    return {_ARGUMENTS.get(key.name, key.name): fields[key.name] for key in keys if fields[key.name] is not None}
+
+
+def _at_home(fault: Fault) -> Fault:
+    """A fault of the material's, at the path of its key."""
+    return fault._replace(path=f"{PATH}.{fault.path}")
+
+
+# -- remarks -----------------------------------------------------------------------------------------------------------
+
+# What a colleague would ask about a scene that can be read: good numbers that are hardly those that were meant.
+#
+# Each rule holds a number against one limit of the trade; nothing is refused for it.
+
+
+_THOUSANDS = re.compile(r"[+-]?[1-9][0-9]{0,2}\.000")
+_NO_QUANTITIES = ("title", "source", "name", "file")
+_LONGEST = 20.0  # m
+_FASTEST = 400.0  # m/s: steel discs burst about there
+_FASTEST_SHAFT = 1e5 * math.pi / 30
+_MOST_UNEVEN = 0.5
+_STEEL = 7850.0  # kg/m³
+_LINK, _ANY = 10.0, 1e4  # cubes of steel, as long as the body, or as the longest part of its mechanism
+_GYRATION = 3.0  # lengths of a body
+_RPM = 30 / math.pi
+_ROUNDING = 1e-9
+
+
+def of_texts(raw: object, path: str = "") -> Iterator[Remark]:
+    """Quantities whose three decimals are all zero: 40.000 is forty here, and forty thousand in Spain or Germany."""
+    if isinstance(raw, str) and (parts := split_quantity(raw)) and _THOUSANDS.fullmatch(parts[0]):
+        number, unit = parts[0].partition(".")[0], f" {parts[1]}" if parts[1] else ""
+        yield Remark(path, f"{quote(raw)} is {number}{unit}", f'write "{number}000{unit}" if thousands are meant')
+    elif isinstance(raw, Mapping):
+        for key, value in raw.items():
+            if key not in _NO_QUANTITIES:
+                yield from of_texts(value, child(path, str(key)))
+    elif isinstance(raw, (list, tuple)):
+        for i, value in enumerate(items(raw) or ()):
+            yield from of_texts(value, f"{path}[{i}]")
+
+
+def of_quantity(quantity: Quantity, path: str) -> Iterator[Remark]:
+    """A quantity that is out of proportion as it stands, for its unit was left out or is another."""
+    value, number, dimension, many_turns = quantity
+    bare = plain_number(value)
+    if dimension == "speed" and bare is not None and bare >= 30 and bare.is_integer():
+        found = f"{bare:.10g} without a unit is in rad/s, {number * _RPM:.4g} rpm"
+        yield Remark(path, found, f'write "{bare:.10g} rpm" if turns a minute are meant')
+    if dimension == "length" and abs(number) > _LONGEST:
+        advice = "check its unit" if bare is None else f'write "{bare:.10g} mm" if millimetres are meant'
+        yield Remark(path, f"{number:.6g} m", advice)
+    if many_turns and bare and bare % 90 == 0:
+        found = f"{bare:.10g} without a unit is in rad, {number / math.tau:.4g} turns"
+        yield Remark(path, found, f'write "{bare:.10g} deg" if degrees are meant')
+
+
+def of_scene(scene: Scene) -> Iterator[Remark]:
+    """What is out of proportion between the numbers of a scene."""
+    if scene.irregularity is not None and scene.irregularity > _MOST_UNEVEN:
+        eps = scene.irregularity
+        found = f"{eps:.4g} lets the speed swing by ±{50 * eps:.4g} %"
+        yield Remark("flywheel.irregularity", found, f'write "{eps:.4g} %" if per cent are meant')
+    if scene.speed is not None and scene.stroke is None:
+        fastest = max(scene.shafts, key=lambda name: scene.shafts[name])
+        speed = scene.speed * scene.shafts[fastest]
+        if speed > _FASTEST_SHAFT:
+            yield Remark("regime.speed", f"{fastest} turns at {speed * _RPM:.4g} rpm", "check its unit")
+    for mechanism in scene.mechanisms:
+        yield from _of_mechanism(mechanism, scene)
+
+
+def _of_mechanism(mechanism: Mechanism, scene: Scene) -> Iterator[Remark]:
+    """Lengths, masses and speeds of a mechanism that do not go together."""
+    lengths = {path.removesuffix(".length"): abs(m) for path, m in mechanism.geometry.items() if path.endswith("length")}
+    crank = lengths.get("crank")
+    if crank and scene.speed is not None and scene.stroke is None:
+        pin = crank * scene.speed * scene.shafts[mechanism.shaft]
+        if crank <= _LONGEST and pin > _FASTEST:
+            yield Remark(f"{mechanism.path}.crank.length", f"the crank pin runs at {pin:.4g} m/s", "check length and speed")
+    longest = max(lengths.values(), default=math.inf)
+    for name, body in mechanism.bodies.items():
+        path, length = f"{mechanism.path}.{name}", lengths.get(name)
+        link = length is not None and name != "crank"
+        heaviest = _STEEL * (_LINK * (length or 0.0) ** 3 if link else _ANY * longest**3)
+        if body.mass > heaviest:
+            long = f"{length or longest:.4g} m"
+            found = f"{body.mass:.6g} kg " + (
+                f"on {long} between its pins" if link else f"where the longest part has {long}"
+            )
+            yield Remark(f"{path}.mass", found, "check the units of both")
+        if link and length and body.inertia > body.mass * (_GYRATION * length) ** 2 > 0.0:
+            radius = math.sqrt(body.inertia / body.mass)
+            found = f"{body.inertia:.6g} kg m^2 puts {body.mass:.6g} kg at {radius:.4g} m from the centre of {length:.4g} m"
+            yield Remark(f"{path}.inertia", found, "check its unit")
+
+
+def of_rim(speed: float) -> Iterator[Remark]:
+    """A flywheel whose rim (m/s) would burst."""
+    if speed > _FASTEST:
+        found = f"its rim runs at {speed:.4g} m/s, where steel bursts"
+        yield Remark("flywheel", found, "make it smaller, or put it on a slower shaft")
+
+
+def of_drive(work: float, fluctuation: float, balanced: bool) -> Iterator[Remark]:
+    """A drive that brakes, as its `work` in a cycle (J) beside the energy fluctuation shows."""
+    if work < -_ROUNDING * fluctuation:
+        found = "it brakes, as the loads drive the machine" + (": its balance is against the rotation" if balanced else "")
+        yield Remark("drive", found, "right for an engine under its load, else check the signs of the loads")
+
+
+# -- scenes ------------------------------------------------------------------------------------------------------------
+
+# From a scene's text to a checked `Scene`, or to every fault in it at once.
+
 
 LARGEST = 2**20
 _DEEPEST_KEY = 32
@@ -75,7 +246,7 @@ def parse_scene(text: str, folder: str | Path | None = None, file: str | Path | 
     >>> parse_scene('regime.speed = "210 rpm"')
     Traceback (most recent call last):
         ...
-    flywheel.faults.SceneError: flywheel: found nothing, expected a table with irregularity or inertia
+    flywheel.numerics.faults.SceneError: flywheel: found nothing, expected a table with irregularity or inertia
     """
     import tomllib
 
@@ -238,8 +409,8 @@ def _scene(raw: Mapping[str, Any], folder: Path | None, faults: Faults) -> Scene
 
 def _remarks(raw: Mapping[str, Any], scene: Scene, faults: Faults) -> tuple[Remark, ...]:
     """What a colleague would ask about the scene: of its texts, its quantities, and how they go together."""
-    quantities = (remarks.of_quantity(found, path) for path, found in faults.quantities.items())
-    return (*remarks.of_texts(raw), *chain.from_iterable(quantities), *remarks.of_scene(scene))
+    quantities = (of_quantity(found, path) for path, found in faults.quantities.items())
+    return (*of_texts(raw), *chain.from_iterable(quantities), *of_scene(scene))
 
 
 def _longest_angle(cycle: float | None, stroke: Stroke | None) -> float:

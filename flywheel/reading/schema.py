@@ -7,9 +7,14 @@ toolkit spells out a key.
 from __future__ import annotations
 
 import math
-from typing import NamedTuple
+from collections.abc import Mapping
+from typing import Any, NamedTuple
 
-from flywheel.accuracy import RTOL
+from flywheel.components.gas_forces import ATMOSPHERE
+from flywheel.components.load_models import CONSTANT, FORCE_SHAPES
+from flywheel.components.wheel_stresses import FEWEST, MATERIALS, MOST
+from flywheel.components.wheels import METHODS, SPEEDS, WHEEL_SHAPES
+from flywheel.scene.accuracy import RTOL
 
 TURN = 2 * math.pi
 NAME_PATTERN = r"[^\W\d][\w-]*"
@@ -502,3 +507,388 @@ STROKE_EXCLUDE = ("regime", "flywheel", "areas")
 
 STROKE_TYPES = ("toggle-clamp", "linkage")
 """Types of mechanism that may go one way, along a stroke."""
+
+
+# -- schema linkage ----------------------------------------------------------------------------------------------------
+
+# The tables of a `linkage`: bodies, joints, couplings, assembly, ports; which joint and coupling takes which keys.
+
+
+MOST_BODIES = 50
+"""How many bodies, sides and ports a linkage may have."""
+MOST_JOINTS = 2 * MOST_BODIES
+"""How many joints, and how many couplings."""
+MOST_POINTS = 100
+"""How many points a body may have."""
+
+_POINTS = Key("points", "tables", "names of points, each with its [x, y] in the body's own frame")
+
+FRAME_BODY = Section("mechanism.bodies.frame", "the fixed body", (_POINTS,))
+
+LINK = Section(
+    "mechanism.bodies.NAME",
+    "a moving body",
+    (
+        _POINTS,
+        MASS,
+        OWN_INERTIA,
+        Key("com", "list", "[x, y] of the centre of mass in the body's own frame"),
+        Key("guess", "angle", "about its angle from +x where the driver stands at start"),
+    ),
+)
+
+JOINT = Section(
+    "mechanism.joints",
+    "a joint between a point of one body and a point of another",
+    (
+        Key("name", "name", "what the driver, couplings and results call it", required=True),
+        Key(
+            "type",
+            "choice",
+            "what it leaves free",
+            required=True,
+            choices=("pin", "slide", "pin-in-slot", "fixed"),
+        ),
+        Key("between", "list", 'two points, such as ["frame.O", "crank.O"]', required=True),
+        Key("direction", "angle", "of the guide, in the first body's own frame", 0.0),
+        Key("angle", "angle", "of the second body against the first", 0.0),
+        Key("guess", "length", "about its coordinate where the driver stands at start"),
+        Key("friction", "number", "Coulomb's coefficient", 0.0, NOT_NEGATIVE),
+        Key("radius", "length", "of the pin", 0.0, NOT_NEGATIVE),
+        Key("length", "length", "of the shoe along the guide", 0.0, NOT_NEGATIVE),
+    ),
+    array=True,
+)
+
+JOINT_KEYS = {
+    "pin": ("friction", "radius"),
+    "slide": ("direction", "angle", "guess", "friction", "length"),
+    "pin-in-slot": ("direction", "guess", "friction"),
+    "fixed": ("angle",),
+}
+"""Beside `name`, `type` and `between`."""
+
+COUPLING = Section(
+    "mechanism.couplings",
+    "a relation between the coordinates of two joints",
+    (
+        Key("type", "choice", "what couples them", required=True, choices=("gear", "rolling", "cam")),
+        Key("between", "list", 'two joints, such as ["O", "P"]', required=True),
+        Key("name", "name", 'what results call it (default: its joints, such as "O-P")'),
+        Key("ratio", "number | length", "coordinate of the second joint per coordinate of the first"),
+        Key("teeth", "list", "numbers of teeth of the two wheels, instead of a ratio"),
+        Key("internal", "flag", "true where one wheel has its teeth inside; with teeth"),
+        Key("phase", "angle | length", "coordinate of the second joint where that of the first is 0", 0.0),
+        Key("pressure_angle", "angle", "of the teeth", 0.0),
+        Key("lift", "position", "coordinate of the follower: an expression of phi, the cam's angle"),
+        Key("table", "table", "coordinate of the follower against the cam's angle"),
+        Key("contact", "text", "point of the follower through which the cam pushes, such as its roller's centre"),
+        Key("friction", "number", "Coulomb's coefficient between cam and follower", 0.0, NOT_NEGATIVE),
+    ),
+    array=True,
+)
+
+COUPLING_KEYS = {
+    "gear": ("ratio", "teeth", "internal", "phase", "pressure_angle"),
+    "rolling": ("ratio", "phase", "pressure_angle"),
+    "cam": ("lift", "table", "contact", "friction"),
+}
+"""Beside `type`, `between` and `name`."""
+
+SIDE = Section(
+    "mechanism.assembly",
+    "a choice of assembly: where the driver stands at start, a point lies on one side of a line",
+    (
+        Key("point", "text", "the point", required=True),
+        Key("side", "choice", "of the line, looking along it", required=True, choices=("left", "right")),
+        Key("from", "text", "the point at which the line begins", required=True),
+        Key("to", "text", "the point at which it ends", required=True),
+    ),
+    array=True,
+)
+
+POINT_PORT = Section(
+    "mechanism.ports.NAME",
+    "a port where a point of a body moves along a fixed direction",
+    (
+        Key("point", "text", "the point", required=True),
+        Key("direction", "angle", "positive sense of the port, from +x", 0.0),
+    ),
+)
+
+LINKAGE_SECTIONS = (FRAME_BODY, LINK, JOINT, COUPLING, SIDE, POINT_PORT)
+
+
+def misplaced(raw: Mapping[str, Any], kind: str, by_kind: Mapping[str, tuple[str, ...]]) -> dict[str, str]:
+    """Keys that one type does not take but others do, with the types that take them; none where the type is not known.
+
+    >>> misplaced({"name": "A", "direction": 0}, "pin", JOINT_KEYS)
+    {'direction': 'slide, pin-in-slot'}
+    """
+    if kind not in by_kind:
+        return {}
+    owners = {name: ", ".join(other for other, keys in by_kind.items() if name in keys) for name in raw}
+    return {name: types for name, types in owners.items() if types and name not in by_kind[kind]}
+
+
+def keys_for(section: Section, own: tuple[str, ...] | None) -> tuple[Key, ...]:
+    """The keys that one type of joint or coupling takes; those of all types where it is not known.
+
+    >>> [key.name for key in keys_for(JOINT, JOINT_KEYS["fixed"])]
+    ['name', 'type', 'between', 'angle']
+    """
+    return tuple(key for key in section.keys if own is None or key.name in ("name", "type", "between", *own))
+
+
+# -- schema load -------------------------------------------------------------------------------------------------------
+
+# The keys of a load's `model`, type by type.
+
+
+MOST_ROWS = 100
+"""How many rows an indicator diagram against the piston's position may have."""
+
+_EXPONENT = Range(0.5, 10.0)
+_SPEED = Key("speed", "speed", "of the shaft, at which it takes that much", None, POSITIVE)
+_POWER = Key("power", "power", "that it takes at its speed", None, POSITIVE)
+_FORCE = Key("force", "force", "against the motion, on a place that translates", None, POSITIVE)
+_TORQUE = Key("torque", "torque", "against the motion, on a place that rotates", None, POSITIVE)
+_ATMOSPHERE = Key("atmosphere", "pressure", "absolute pressure behind the piston", ATMOSPHERE, NOT_NEGATIVE)
+_BORE = Key("bore", "length", "diameter of the cylinder", None, POSITIVE, True)
+
+
+def _end(name: str, about: str) -> Key:
+    return Key(name, "choice", about, "max", choices=("max", "min"))
+
+
+_FAN = (
+    _TORQUE,
+    _FORCE,
+    _POWER,
+    _SPEED,
+    Key("velocity", "velocity", "of a place that translates, at which it takes that much", None, POSITIVE),
+    Key("constant", "force | torque", "share that does not depend on speed", 0.0, NOT_NEGATIVE),
+)
+_LOSSES = (
+    Key("constant", "force | torque", "share that does not depend on speed", 0.0, NOT_NEGATIVE),
+    Key("proportional", "damping | angular damping", "share per speed", 0.0, NOT_NEGATIVE),
+    Key("quadratic", "drag | angular drag", "share per square of the speed", 0.0, NOT_NEGATIVE),
+)
+_BELT = (
+    Key("tight", "force", "tension of the tight side", None, POSITIVE),
+    Key("slack", "force", "tension of the slack side", None, NOT_NEGATIVE),
+    Key("radius", "length", "of the pulley, to the middle of the belt", None, POSITIVE),
+    _POWER,
+    _SPEED,
+    Key(
+        "friction",
+        "number",
+        "coefficient between belt and pulley, to check that it does not slip",
+        None,
+        POSITIVE,
+        example="0.3",
+    ),
+    Key("wrap", "angle", "over which the belt lies on the pulley", None, POSITIVE),
+    Key("groove", "angle", "of a V-belt's groove", math.pi, Range(0.0, math.pi, low_open=True)),
+)
+_PRESS = (
+    Key("energy", "energy", "of a stroke", None, POSITIVE),
+    Key("shear_strength", "pressure", "of the sheet", None, POSITIVE),
+    Key("energy_per_area", "energy per area", "of what is sheared", None, POSITIVE),
+    Key("thickness", "length", "of the sheet", None, POSITIVE),
+    Key("diameter", "length", "of a round hole", None, POSITIVE),
+    Key("perimeter", "length", "of a hole", None, POSITIVE),
+    Key("area", "area", "that is sheared", None, POSITIVE),
+    Key("angle", "angle", "of the mechanism's crank before the end, at which the force begins", None, POSITIVE),
+    Key("shape", "choice", "of the force: it stays, or it falls to nothing", CONSTANT, choices=FORCE_SHAPES),
+    _end("end", "of the stroke towards which it presses: greatest or least displacement"),
+    Key("overtravel", "length", "of the punch beyond the sheet", 0.0, NOT_NEGATIVE),
+)
+_INDICATOR = (
+    _BORE,
+    Key("rod", "length", "diameter of a rod that passes through this gas space", 0.0, NOT_NEGATIVE),
+    _end("side", "where the cover of this gas space is: at the greatest or at the least displacement"),
+    Key("table", "table", "pressure against angle"),
+    Key("position", "numbers", "shares of the stroke from the cover, 0 to 1"),
+    Key("volume", "numbers", "volumes instead, in any unit; the first and the last are those at the dead centres"),
+    Key("out", "numbers", "pressures while the piston moves away from the cover"),
+    Key("back", "numbers", "pressures while it returns"),
+    Key("pressure_unit", "unit", "of out and back", "Pa"),
+    Key("gauge", "flag", "true where pressures are those above the atmosphere"),
+    _ATMOSPHERE,
+)
+_COMPRESSOR = (
+    _BORE,
+    Key("clearance", "number", "volume left at the cover, as a share of the swept volume", None, NOT_NEGATIVE, True),
+    Key("suction", "pressure", "absolute", None, POSITIVE, True),
+    Key("discharge", "pressure", "absolute", None, POSITIVE, True),
+    Key("exponent", "number", "n of compression", None, _EXPONENT, True, example="1.3"),
+    Key(
+        "expansion_exponent",
+        "number",
+        "of the gas left in the clearance (default: exponent)",
+        None,
+        _EXPONENT,
+        example="1.3",
+    ),
+    Key("double_acting", "flag", "true where both sides of the piston compress"),
+    Key("rod", "length", "diameter of the rod, on the side away from the cover", 0.0, NOT_NEGATIVE),
+    _end("side", "where the cover is: at the greatest or at the least displacement"),
+    _ATMOSPHERE,
+)
+
+_ABOUTS = {
+    "constant": ("a force or torque against the motion", (_FORCE, _TORQUE)),
+    "fan": ("a fan: it grows with the square of the speed", _FAN),
+    "pump": ("a centrifugal pump: as a fan", _FAN),
+    "losses": ("bearings, rolling, windage: constant, proportional and quadratic shares", _LOSSES),
+    "belt": ("the drag of a belt on its pulley", _BELT),
+    "press": ("a press: the energy of a stroke, over the last of its way", _PRESS),
+    "punch": ("a punch: as a press", _PRESS),
+    "indicator": ("gas on a piston, from an indicator diagram", _INDICATOR),
+    "compressor": ("gas of a reciprocating compressor", _COMPRESSOR),
+}
+TYPE = Key("type", "choice", "of the machine", required=True, choices=tuple(_ABOUTS))
+
+LOAD_MODELS = {name: Section("load.model", about, (TYPE, *keys)) for name, (about, keys) in _ABOUTS.items()}
+"""What a load's model may be, each with its keys."""
+
+
+# -- schema motor ------------------------------------------------------------------------------------------------------
+
+# The keys of the drive's `motor`, type by type.
+
+
+class _Even(Range):
+    """Whole numbers that two divides."""
+
+    def __contains__(self, value: object) -> bool:
+        return super().__contains__(value) and isinstance(value, (int, float)) and value % 2 == 0
+
+    def __str__(self) -> str:
+        return f"that is an even number, {self.low:g} or more"
+
+
+_TYPE = Key("type", "choice", "what it is", required=True)
+_INERTIA = Key("inertia", "inertia", "of the rotor, on the shaft that it drives", 0.0, NOT_NEGATIVE)
+_START = Key("starting_torque", "torque", "at rest", None, POSITIVE)
+_MOTOR_POWER = Key("power", "power", "at the shaft, at rated speed", None, POSITIVE)
+_RATED = Key("speed", "speed", "at rated load", None, POSITIVE)
+_MOTOR_TORQUE = Key("torque", "torque", "at rated speed", None, POSITIVE)
+_CONSTANT = (Key("torque", "torque", "at any speed", None, POSITIVE, True),)
+_LINE = (
+    _START,
+    Key("slope", "angular damping", "by which torque falls per speed", None, POSITIVE),
+    Key("no_load_speed", "speed", "at which torque has fallen to zero", None, POSITIVE),
+    _RATED,
+    _MOTOR_TORQUE,
+    _MOTOR_POWER,
+)
+CURVE_KEYS = (
+    Key("speed", "numbers", "speeds, ascending"),
+    Key("torque", "numbers", "one torque per speed"),
+    Key("file", "text", "CSV file beside the scene; the speed comes first"),
+    Key("column", "index", "column of the torques: its name in the header, or its number from 1", "2"),
+    Key("speed_unit", "unit", "unit of the speeds", "rad/s"),
+    Key("torque_unit", "unit", "unit of the torques", "N m"),
+    Key("interpolation", "choice", "between the rows", "linear", choices=("linear", "pchip")),
+)
+"""Of a table of torque against speed."""
+
+_DC = (
+    Key("voltage", "voltage", "at the armature", None, POSITIVE, True),
+    Key("resistance", "resistance", "of the armature", None, POSITIVE),
+    Key("constant", "motor constant", "voltage per speed, which is torque per current", None, POSITIVE),
+    Key("friction", "angular damping", "of the rotor", 0.0, NOT_NEGATIVE),
+    _MOTOR_POWER,
+    _RATED,
+    Key("current", "current", "of the armature at rated load", None, POSITIVE),
+    Key("efficiency", "number", "at rated load", None, Range(0.0, 1.0, True, True), example="82 %"),
+    Key(
+        "armature_share",
+        "number",
+        "of the rated losses that arises in the armature",
+        0.5,
+        Range(0.0, 1.0, True),
+        example="0.5",
+    ),
+    Key("inductance", "inductance", "of the armature", 0.0, NOT_NEGATIVE),
+)
+_INDUCTION = (
+    _MOTOR_POWER._replace(required=True),
+    _RATED._replace(required=True),
+    Key("poles", "number", "number of poles, twice that of pole pairs", None, _Even(2.0, 1000.0), True, example="4"),
+    Key("frequency", "frequency", "of the mains", None, POSITIVE, True),
+    Key(
+        "breakdown_ratio", "number", "breakdown torque over rated torque", None, Range(1.0, 100.0, True), True, example="2.5"
+    ),
+)
+_ENGINE = (
+    Key("speed", "speed", "at which the governor sets in", None, POSITIVE, True),
+    _MOTOR_TORQUE,
+    _MOTOR_POWER,
+    Key("full_load", "table", "torque against speed at full load"),
+    Key("droop", "number", "(no-load speed - rated speed) / rated speed", None, Range(0.0, 1.0, True), True),
+    Key("idle", "speed", "the lowest at which it runs by itself", 0.0, NOT_NEGATIVE),
+    Key("braking_torque", "torque", "of the unfired engine", 0.0, NOT_NEGATIVE),
+)
+
+_KINDS: dict[str, tuple[str, tuple[Key, ...]]] = {
+    "constant": ("a torque that no speed changes", _CONSTANT),
+    "line": ("a torque that falls in a straight line", _LINE),
+    "table": ("torque against speed as rows of numbers", CURVE_KEYS),
+    "dc": ("a DC motor with constant excitation", _DC),
+    "induction": ("an induction motor, by Kloss's formula", _INDUCTION),
+    "engine": ("an engine under a governor", _ENGINE),
+}
+MOTOR_TYPE = _TYPE._replace(choices=tuple(_KINDS))
+MOTORS = {kind: Section("drive.motor", about, (MOTOR_TYPE, *keys, _INERTIA)) for kind, (about, keys) in _KINDS.items()}
+"""The keys of each type of motor."""
+
+
+# -- schema wheel ------------------------------------------------------------------------------------------------------
+
+# The keys of `[flywheel]` that say what the wheel is made of, and which of its dimensions are known.
+
+
+def _size(name: str, about: str) -> Key:
+    return Key(name, "length", about, None, POSITIVE)
+
+
+def _number(name: str, about: str, example: str, values: Range = POSITIVE) -> Key:
+    return Key(name, "number", about, None, values, example=example)
+
+
+_SHARE = Range(0.0, 1.0, low_open=True)
+MATERIAL_KEYS = (
+    Key("material", "choice", "of the table", choices=tuple(MATERIALS)),
+    Key("density", "density", "in place of the table's", None, POSITIVE),
+    Key("allowable_stress", "pressure", "in place of the table's", None, POSITIVE),
+    Key("strength", "pressure", "tensile or yield strength, in place of the table's", None, POSITIVE),
+    _number("safety", "strength over allowable stress, in place of the table's", "4"),
+    _number("poisson", "Poisson's ratio, in place of the table's", "0.3", Range(0.0, 0.5)),
+)
+WHEEL_KEYS = (
+    Key("shape", "choice", "of the wheel", choices=WHEEL_SHAPES),
+    *MATERIAL_KEYS,
+    Key("method", "choice", "of inertia and stress: an annulus, or a rim at its mean radius", choices=METHODS),
+    Key("at", "choice", "which speed of the shaft stresses and rim speeds are taken at", choices=SPEEDS),
+    _size("outer_radius", "of the wheel"),
+    _size("mean_radius", "of the rim"),
+    _size("max_radius", "outer radius not to exceed"),
+    Key("rim_speed", "velocity", "of the outer radius (of the mean one with method thin)", None, POSITIVE),
+    _size("width", "of rim or disc, along the axis"),
+    _size("thickness", "of the rim, along the radius"),
+    _number("width_to_thickness", "of the rim", "2"),
+    _number("rim_share", "of the inertia, where hub and arms have the rest", "0.9", _SHARE),
+    _number("arms", "how many", "6", Range(FEWEST, MOST)),
+    _number("arm_share", "section of one arm, as a share of the rim's", "0.25"),
+    _size("arm_width", "of an arm's elliptical section, in the plane of rotation"),
+    _size("arm_thickness", "of an arm's elliptical section, along the axis"),
+    Key("bore", "length", "diameter of the hole for the shaft", None, NOT_NEGATIVE),
+    _size("hub_diameter", "where the arms stand on it"),
+    _size("hub_length", "along the axis"),
+    Key("torque", "torque", "the greatest between hub and rim, which bends the arms", None, NOT_NEGATIVE),
+    Key("step", "inertia", "to a multiple of which the inertia is rounded up", None, POSITIVE),
+    _size("size_step", "to a multiple of which dimensions are rounded"),
+)

@@ -3,18 +3,29 @@
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from flywheel.advice import show
-from flywheel.reading.fields import Faults, Fields, as_table, items, read_fields
-from flywheel.reading.schema import TABLE
-from flywheel.scene import Table
-from flywheel.units import QuantityError, Unit, convert, parse_unit, plain_number
+from flywheel.numerics.expressions import Expression, ExpressionError, parse
+from flywheel.numerics.faults import Fault, mean, nearest, quote, show
+from flywheel.numerics.units import (
+    DIMENSIONS,
+    QuantityError,
+    Unit,
+    convert,
+    parse_quantity,
+    parse_unit,
+    plain_number,
+    split_quantity,
+)
+from flywheel.reading.fields import Faults, Fields, Setting, as_table, items, read_fields, whole
+from flywheel.reading.schema import MOST_TURNS, TABLE
+from flywheel.scene.scene import Output, Table
 
 Array = NDArray[np.float64]
 Window = tuple[float, float]
@@ -72,8 +83,6 @@ def _columns(
     """Angles and values as numbers or decimal texts, from the file or from the scene itself."""
     inline = [key for key in ("angle", "value") if key in raw]
     if "file" in raw and not inline:
-        from flywheel.reading.csv_rows import read_columns  # only scenes with a file pay for its reader
-
         return read_columns(raw["file"], raw.get("column"), folder, path, faults)
     if "file" in raw or len(inline) != 2 or "column" in raw:
         given = [key for key in ("file", "column", "angle", "value") if key in raw]
@@ -207,3 +216,356 @@ def _in_degrees(span: float, every: float) -> str:
 def _angle(angle: float) -> str:
     """An angle as a designer reads it."""
     return f"{math.degrees(angle):.10g} deg"
+
+
+# -- csv rows ----------------------------------------------------------------------------------------------------------
+
+# Columns of a CSV file that lies beside its scene: found safely, read strictly.
+
+
+LARGEST = 32 * 2**20
+MOST_ROWS = 40_000
+_NUMBER = re.compile(r"[+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]+)?")
+
+
+class Line(NamedTuple):
+    """A line of the file that holds data: its number, from 1, and its fields."""
+
+    number: int
+    fields: Sequence[str]
+
+
+def read_columns(
+    name: object, column: object, folder: Path | None, path: str, faults: Faults
+) -> tuple[list[str], list[str]] | None:
+    """The angle's column and the chosen one, as checked decimal texts; None after noting a fault.
+
+    name: the file's name as the scene has it; column: a name in the header, or a number from 1 (None: the second).
+    """
+    file = _find(name, folder, f"{path}.file", faults)
+    text = None if file is None else _read(file, f"{path}.file", faults)
+    if text is None:
+        return None
+    if (rows := len(text.splitlines())) > MOST_ROWS:
+        faults.add(f"{path}.file", f"{rows} lines in {show(name)}", f"at most {MOST_ROWS}", "leave out what lies on a line")
+        return None
+    lines = _split(text)
+    header = lines.pop(0) if lines and _is_header(lines[0]) else None
+    if not lines:
+        faults.add(f"{path}.file", f"no rows of numbers in {show(name)}", "an angle and a value in every row")
+        return None
+    index = _column(column, header, len(lines[0].fields), f"{path}.column", faults)
+    return None if index is None else _numbers(lines, header, index, f"{path}.file", faults)
+
+
+def _find(name: object, folder: Path | None, path: str, faults: Faults) -> Path | None:
+    """The file beside the scene that a name stands for; nothing outside the scene's folder is ever opened."""
+    if not isinstance(name, str) or not name:
+        faults.add(path, show(name), "the name of a CSV file beside the scene")
+        return None
+    if folder is None:
+        faults.add(path, show(name), "a scene that lies in a folder", "give the folder, or read the scene from its file")
+        return None
+    try:
+        file = (folder / name).resolve()
+        inside = not Path(name).is_absolute() and file.is_relative_to(folder.resolve())
+        there = inside and file.is_file()
+    except (OSError, ValueError, RuntimeError):
+        inside = there = False
+    if not inside:
+        faults.add(path, show(name), "a file in the scene's own folder", _elsewhere(name))
+    elif not there:
+        faults.add(path, f"no file {show(name)} beside the scene", "a CSV file", _elsewhere(name) or _other_files(file))
+    return file if there else None
+
+
+def _elsewhere(name: str) -> str:
+    r"""The advice for a name that is a place on a disk, or that escapes have spoilt: "C:\new" holds a line's end."""
+    spelt = name
+    for sign, letter in zip("\n\t\r\b\f", "ntrbf", strict=True):
+        spelt = spelt.replace(sign, f"\\{letter}")
+    plain = spelt.replace("\\", "/")
+    why = "between double quotes \\ begins an escape" if spelt != name else ""
+    if re.match(r"[A-Za-z]:|[/~]", plain) and plain[-1] != "/":
+        moved = f"put the file beside the scene and write {quote(plain.rpartition('/')[2])}"
+        return f"{why}; {moved}" if why else moved
+    return f"{why or 'write / for every backslash'}: {quote(plain)}" if plain != name else ""
+
+
+def _other_files(file: Path) -> str:
+    """The nearest name among the CSV files that are there."""
+    try:
+        return mean(file.name, [other.name for other in file.parent.glob("*.csv")][:1000])
+    except OSError:
+        return ""
+
+
+def _read(file: Path, path: str, faults: Faults) -> str | None:
+    """The file's text; too large, unreadable or not UTF-8 is a fault."""
+    try:
+        with file.open("rb") as stream:
+            content = stream.read(LARGEST + 1)
+    except OSError as error:
+        faults.add(path, f"{quote(file.name)}, which cannot be read ({error.strerror})", "a readable file")
+        return None
+    if len(content) > LARGEST:
+        faults.add(path, f"{quote(file.name)} of more than {LARGEST >> 20} MiB", "a smaller file")
+        return None
+    if is_utf16(content):
+        faults.add(path, f"{quote(file.name)}, a text in UTF-16", "a CSV file in UTF-8", 'save it as "CSV UTF-8"')
+        return None
+    try:
+        return content.decode("utf-8-sig")
+    except UnicodeDecodeError:
+        faults.add(path, f"{quote(file.name)}, which is not UTF-8 text", "a CSV file in UTF-8")
+        return None
+
+
+def is_utf16(content: bytes) -> bool:
+    """Whether a text of Latin letters is in UTF-16, by its mark or by every second byte of its beginning."""
+    return re.match(rb"\xff\xfe|\xfe\xff|\0[^\0]\0[^\0]|[^\0]\0[^\0]\0", content) is not None
+
+
+def _split(text: str) -> list[Line]:
+    """The lines that hold something besides a comment, split by the separator that the first of them shows."""
+    kept = [(i, line.strip()) for i, line in enumerate(text.splitlines(), 1)]
+    kept = [(i, line) for i, line in kept if line and not line.startswith("#")]
+    if not kept:
+        return []
+    separator = next((mark for mark in (";", "\t", ",") if mark in kept[-1][1]), None)
+    return [Line(i, _fields(line, separator)) for i, line in kept]
+
+
+def _fields(line: str, separator: str | None) -> list[str]:
+    """The fields of a line; separators between double quotes do not count."""
+    if '"' not in line:
+        return [field.strip() for field in line.split(separator)]
+    import csv  # a quoted header is the only thing that needs it
+
+    try:
+        found = next(csv.reader([line], delimiter=separator or " ", skipinitialspace=True))
+    except csv.Error:
+        found = [line]
+    return [field.strip() for field in found]
+
+
+def _is_header(line: Line) -> bool:
+    """Whether a line names columns: none of its fields is a number, however misspelt."""
+    return not any(_NUMBER.fullmatch(field) for field in line.fields) and not _comma(line)
+
+
+def _comma(line: Line) -> bool:
+    """Whether a field is a number with a decimal comma, or two numbers that a decimal comma tore apart."""
+    return any(re.fullmatch(r"[+-]?[0-9]+,[0-9]+|[0-9]+\s+[+-]?[0-9]+", field) for field in line.fields)
+
+
+def _column(column: object, header: Line | None, width: int, path: str, faults: Faults) -> int | None:
+    """Index of the chosen column, from 0."""
+    if isinstance(column, str):
+        return _named_column(column, header, path, faults)
+    number = 2 if column is None else column
+    if isinstance(number, bool) or not isinstance(number, (int, np.integer)):
+        faults.add(path, show(column), "the name of a column or its number")
+    elif not 2 <= number <= width:
+        found = f"column {number}" if column is not None else "a single column"
+        faults.add(path, found, f"a number from 2 to {width}" if width > 1 else "a column of values after the angles")
+    else:
+        return int(number) - 1
+    return None
+
+
+def _named_column(column: str, header: Line | None, path: str, faults: Faults) -> int | None:
+    """Index of the column with a name."""
+    names = list(header.fields) if header else []
+    if header is None:
+        faults.add(path, show(column), "a number", "the file has no header that would name its columns")
+    elif column not in names:
+        faults.add(path, show(column), "the name of a column", mean(column, names[1:]))
+    elif names.count(column) > 1 or names.index(column) == 0:
+        faults.add(path, show(column), "a name that one column of values bears, the angle's being the first")
+    else:
+        return names.index(column)
+    return None
+
+
+def _numbers(
+    lines: list[Line], header: Line | None, index: int, path: str, faults: Faults
+) -> tuple[list[str], list[str]] | None:
+    """Both columns, once every row has proved to have the right width and numbers in them."""
+    width = len(header.fields if header else lines[0].fields)
+    wrong = [line for line in lines if len(line.fields) != width or not _good(line, index)]
+    for line in wrong[:_REPORTED]:
+        faults.add(path, *_row_fault(line, width, index))
+    if len(wrong) > _REPORTED:
+        faults.add(path, f"{len(wrong) - _REPORTED} more rows like these", "rows of numbers")
+    if wrong:
+        return None
+    return [line.fields[0] for line in lines], [line.fields[index] for line in lines]
+
+
+def _good(line: Line, index: int) -> bool:
+    return bool(_NUMBER.fullmatch(line.fields[0]) and _NUMBER.fullmatch(line.fields[index]))
+
+
+def _row_fault(line: Line, width: int, index: int) -> tuple[str, str, str]:
+    """What is wrong with a row: found, expected, advice."""
+    if _comma(line):
+        torn = next(field for field in line.fields if _comma(Line(0, [field])))
+        return f"{quote(torn)} in line {line.number}", "a number", "write 1.5, not 1,5"
+    if len(line.fields) != width:
+        return f"{len(line.fields)} columns in line {line.number}", f"{width}, as in the line before the first row", ""
+    wrong = next(line.fields[i] for i in (0, index) if not _NUMBER.fullmatch(line.fields[i]))
+    return f"{quote(wrong)} in line {line.number}", "a number", ""
+
+
+# -- laws --------------------------------------------------------------------------------------------------------------
+
+# Efforts and positions as a scene writes them: a quantity, a number, an expression or a table.
+
+
+_WORDS = re.compile(r"\b(?:if|else|and|or|not)\b|[+(<>=]")
+
+
+def read_effort(value: object, dimension: str, path: str, setting: Setting) -> float | Expression | None:
+    """A force or torque: a bare number, a quantity, or an expression of SI numbers; None after noting a fault."""
+    faults = setting.faults
+    if isinstance(value, str):
+        return _effort_text(value, dimension, path, setting)
+    try:
+        return parse_quantity(value, dimension)
+    except QuantityError as error:
+        faults.add(path, error.found, f"{error.expected}, or an expression", error.advice)
+        return None
+
+
+def _effort_text(text: str, dimension: str, path: str, setting: Setting) -> float | Expression | None:
+    """A text that is a quantity is one; any other text is an expression."""
+    parts = split_quantity(text)
+    if parts is not None and not parts[1]:
+        parts = parts[0], DIMENSIONS[dimension].si
+    if parts is not None and re.match(r"[^\W\d_]|[%°,]|1\s*/", parts[1]) and not _WORDS.search(parts[1]):
+        return _quantity(text, parts, dimension, path, setting.faults)
+    return read_expression(text, path, setting)
+
+
+def _quantity(text: str, parts: tuple[str, str], dimension: str, path: str, faults: Faults) -> float | None:
+    """A number with a unit; a number alone is SI, as it would be in an expression."""
+    try:
+        return convert(parts[0], Unit()) if text.strip() == parts[0] else parse_quantity(text, dimension)
+    except QuantityError as error:
+        faults.add(path, error.found, f"{error.expected}, or an expression", error.advice)
+        return None
+
+
+def read_expression(text: str, path: str, setting: Setting) -> Expression | None:
+    """An expression whose names are the variables and the scene's parameters."""
+    try:
+        return parse(text, setting.names)
+    except ExpressionError as error:
+        setting.faults.append(Fault(path, error.found, error.expected, error.advice or _advice(text)))
+        return None
+
+
+def _advice(text: str) -> str:
+    """What to do about the commonest slips."""
+    if nearest(text.strip().lower(), ["balance"]):
+        return "only the drive's torque, or a parameter that an expression uses, can be the balance"
+    if re.search(r"\d\s*[^\W\d_]", text):
+        return "numbers in an expression are SI, without units"
+    return ""
+
+
+def read_position(value: object, path: str, setting: Setting) -> Expression | None:
+    """The position of a law's output: an expression of phi and of parameters that have a value."""
+    if not isinstance(value, str):
+        setting.faults.add(path, show(value), "an expression of phi, or a table")
+        return None
+    parts = split_quantity(value)
+    if parts is not None and re.match(r"[^\W\d_]|[%°]", parts[1]) and not _WORDS.search(parts[1]):
+        setting.faults.add(path, show(value), "an expression of phi, or a table", "its numbers are SI, without units")
+        return None
+    expression = read_expression(value, path, setting)
+    if expression is None:
+        return None
+    if foreign := sorted(expression.names & {"x", "v", "omega", "t"}):
+        setting.faults.add(path, f"an expression of {', '.join(foreign)}", "one of phi and parameters")
+        return None
+    if unknown := sorted(expression.names - {"phi", *setting.parameters}):
+        advice = "a balance makes up for loads; it cannot change the geometry"
+        setting.faults.add(path, f"an expression of {', '.join(unknown)}", "parameters that have a value", advice)
+        return None
+    return expression
+
+
+# -- positions ---------------------------------------------------------------------------------------------------------
+
+# Laws of position as a scene writes them: an expression, or a table that a periodic spline can follow.
+
+
+_SMOOTH_ROWS = 4
+_CLOSES = 1e-9  # share of a law's range by which its ends may differ
+
+
+def read_law(raw: object, key: str, path: str, setting: Setting) -> Expression | Table | None:
+    """The law of an output: an expression, or a table that a periodic spline can follow."""
+    if isinstance(raw, Mapping) and set(raw) == {"table"}:
+        raw, path = raw["table"], f"{path}.table"
+    if not isinstance(raw, Mapping):
+        return read_position(raw, path, setting)
+    if raw.get("interpolation", "spline") != "spline":
+        found = show(raw["interpolation"])
+        setting.faults.add(f"{path}.interpolation", found, "none", "a law's table is a spline: else inertia would jump")
+        return None
+    raw = {name: value for name, value in raw.items() if name != "interpolation"}
+    table = read_table(raw, "length" if key == "x" else "angle", path, setting.folder, setting.faults)
+    if table is None:
+        return None
+    if np.any(np.diff(table.angle) == 0):
+        setting.faults.add(path, "a jump (two equal angles)", "none: a mechanism's position does not jump")
+        return None
+    return _closed(table._replace(interpolation="spline"), key, path, setting.faults)
+
+
+def _closed(table: Table, key: str, path: str, faults: Faults) -> Table | None:
+    """The table with both ends of a periodic position put exactly onto each other."""
+    value, rows = table.value.copy(), table.angle.size
+    if rows < _SMOOTH_ROWS:
+        faults.add(path, f"{rows} rows", f"at least {_SMOOTH_ROWS} for a spline")
+        return None
+    if key == "theta":
+        return table
+    gap = abs(value[-1] - value[0])
+    if gap > _CLOSES * np.ptp(value):
+        faults.add(path, f"{value[0]:.10g} m at the first row and {value[-1]:.10g} m at the last", "the same position")
+        return None
+    value[-1] = value[0]
+    return table._replace(value=value)
+
+
+def repeats(output: Output, period: float) -> int | None:
+    """How often a table's span fits into the period."""
+    return whole(period / float(output.law.angle[-1] - output.law.angle[0])) if isinstance(output.law, Table) else 1
+
+
+def fitted(output: Output, period: float, path: str, faults: Faults) -> Output:
+    """An output that repeats after the period: a shorter table is laid end to end until it fills it."""
+    law, times = output.law, repeats(output, period)
+    if not isinstance(law, Table):
+        return output
+    if times is not None and times <= MOST_TURNS:
+        filled = _filled(law, period, times)
+        if np.all(np.diff(filled.angle) > 0):
+            return output._replace(law=filled)
+    found = f"a table of {np.degrees(law.angle[-1] - law.angle[0]):.10g} deg"
+    wanted = f"a span that fits a whole number of times into {np.degrees(period):.10g} deg"
+    faults.add(f"{path}.{output.name}", found, wanted)
+    return output
+
+
+def _filled(table: Table, period: float, times: int) -> Table:
+    """A table repeated until it spans the period exactly; what it gains, it gains each time."""
+    gain = table.value[-1] - table.value[0]
+    turns = np.arange(times)[:, None]
+    angle = np.append((table.angle[:-1] + turns * (period / times)).ravel(), table.angle[0] + period)
+    value = np.append((table.value[:-1] + turns * gain).ravel(), table.value[0] + times * gain)
+    return table._replace(angle=angle, value=value)

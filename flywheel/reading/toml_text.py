@@ -15,8 +15,7 @@ from collections.abc import Iterable, Iterator, Mapping
 from functools import reduce
 from typing import Any, NamedTuple, TypeVar
 
-from flywheel.advice import quote
-from flywheel.faults import Fault, Remark
+from flywheel.numerics.faults import Fault, Remark, quote
 from flywheel.reading.fields import child, heading
 from flywheel.reading.schema import SECTIONS
 

@@ -25,10 +25,10 @@ import numpy as np
 
 sys.path.insert(0, str(Path(__file__).parents[2]))
 
-from flywheel.linkage.description import FRAME, Linkage
-from flywheel.linkage.solution import solve
-from flywheel.mechanisms import build
-from flywheel.scene import Mechanism
+from flywheel.mechanisms.families import build
+from flywheel.mechanisms.linkages.positions import solve
+from flywheel.scene.linkage import FRAME, Linkage
+from flywheel.scene.scene import Mechanism
 from tests.flywheel.linkage.linkages import bar, dyad, ground, pin
 
 COUNT = 3600

@@ -30,8 +30,7 @@ from typing import Any, NamedTuple
 sys.path.insert(0, str(Path(__file__).parents[2]))
 
 import flywheel
-from flywheel.tradeoffs.comparison import tradeoff
-from flywheel.tradeoffs.result import Tradeoff
+from flywheel.study.tradeoff import Tradeoff, tradeoff
 from tests.benchmarks import by_hand
 from tests.flywheel import regimes
 

@@ -36,11 +36,11 @@ import flywheel
 
 sys.path.insert(0, str(Path(__file__).parents[2]))
 
-from flywheel import own_motion
-from flywheel.following import Goal, Start, follow
-from flywheel.instant import Dynamics
-from flywheel.periodic import Asked, first_guess, periodic
-from flywheel.simulation import moved
+from flywheel.machine.dynamics import Dynamics
+from flywheel.motion.simulation import moved
+from flywheel.regime import periodic_motion
+from flywheel.regime.free_motion import Goal, Start, follow
+from flywheel.regime.periodic_motion import Asked, first_guess, periodic
 from tests.benchmarks.by_hand import SECTION_C, Sizes, reduced
 from tests.flywheel import regimes
 
@@ -319,7 +319,7 @@ def solved(machine: flywheel.Machine, inertia: float) -> tuple[Any, float, Calla
     sizing = flywheel.size(machine, simulate=False)
     start = sizing.cyclic.constant_speed
     asked = Asked(inertia * machine.scene.flywheel_ratio**2, None, None)
-    mesh = own_motion.found(machine, start, asked, 0.0, 0.0, sizing.rtol).solved.moments
+    mesh = periodic_motion.found(machine, start, asked, 0.0, 0.0, sizing.rtol).solved.moments
     return sizing, start, lambda: periodic(mesh, start, asked, first_guess(mesh, start, asked.inertia, 0.0))
 
 

@@ -6,7 +6,7 @@ from bondgraph.builder import Builder
 from bondgraph.counting import count, counted
 from bondgraph.elements import I
 from bondgraph.reduction import Reduction
-from flywheel.formulas.intervals import Interval
+from flywheel.numerics.intervals import Interval
 
 
 def test_positions_are_counted_whatever_they_come_as():

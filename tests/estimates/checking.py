@@ -8,8 +8,8 @@ from typing import Any, NamedTuple
 import numpy as np
 
 import flywheel
-from flywheel.results import Sizing
-from flywheel.steady import speed_over_cycle
+from flywheel.regime.results import Sizing
+from flywheel.regime.steady_motion import speed_over_cycle
 
 from . import constant, figures, panels, regimes
 from .figures import Cycle

@@ -11,9 +11,9 @@ import pytest
 from numpy.typing import NDArray
 
 import flywheel
-from flywheel.linkage.poses import Poses
-from flywheel.linkage.solution import solve
-from flywheel.scene import Scene
+from flywheel.mechanisms.linkages.poses import Poses
+from flywheel.mechanisms.linkages.positions import solve
+from flywheel.scene.scene import Scene
 
 FOLDER = Path(__file__).parents[2] / "examples" / "linkages"
 TURN = 2 * math.pi

@@ -14,11 +14,9 @@ from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 
 import flywheel
-from flywheel.load_models.compressors import Compression, compressor_work
-from flywheel.results import Sizing
-from flywheel.transients.looking import sampled
-from flywheel.transients.record import Transient
-from flywheel.transients.running import transient
+from flywheel.components.gas_forces import Compression, compressor_work
+from flywheel.motion.transients import Transient, sampled, transient
+from flywheel.regime.results import Sizing
 
 FOLDER = Path(__file__).parents[2] / "examples" / "regimes"
 

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from math import pi
 
-from flywheel.formulas.expressions import parse
-from flywheel.linkage.description import Coupling, Joint, Lift, Link, Linkage, Point
-from flywheel.mechanisms.curves import FormulaCurve
+from flywheel.mechanisms.law import FormulaCurve
+from flywheel.numerics.expressions import parse
+from flywheel.scene.linkage import Coupling, Joint, Lift, Link, Linkage, Point
 
 ORIGIN = Point("o")
 

@@ -1,7 +1,7 @@
 import pytest
 
 import flywheel
-from flywheel import accuracy
+from flywheel.scene import accuracy
 from tests.flywheel import regimes, scenes
 
 AREAS = {
@@ -75,13 +75,15 @@ def test_a_wheel_is_left_out_with_the_exact_figure():
 
 
 def test_what_could_not_be_confirmed_counts_as_left_out(monkeypatch):
-    from flywheel import collocated, confirmation, one_cycle, steady
+    from flywheel.regime import one_cycle, steady_motion
+    from flywheel.sizing import confirmation
+    from flywheel.sizing import confirmation as collocated
 
     def sliding(*_):
         raise one_cycle.SlidingError
 
     def lost(*_):
-        raise steady.NoMotionError
+        raise steady_motion.NoMotionError
 
     monkeypatch.setattr(confirmation, "confirmed", sliding)
     monkeypatch.setattr(collocated, "collocated", lost)

@@ -6,8 +6,8 @@ import mpmath as mp
 import numpy as np
 import pytest
 
-from flywheel.arguments import ANY, NOT_NEGATIVE, POSITIVE, array, fits, known, number_faults, vector
-from flywheel.faults import SceneError
+from flywheel.numerics.arguments import ANY, NOT_NEGATIVE, POSITIVE, array, fits, known, number_faults, vector
+from flywheel.numerics.faults import SceneError
 
 
 @pytest.mark.parametrize("value", [0, 1, 0.0, 2.5, np.float64(1.0), np.float32(1.0), np.int64(3)])

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import flywheel
-from flywheel.by_areas import Terms, bounds_of_inertia, bounds_of_irregularity
+from flywheel.regime.accumulated_areas import Terms, bounds_of_inertia, bounds_of_irregularity
 from tests.flywheel import regimes, scenes
 from tests.flywheel.test_references import FOLDER, REFERENCES, error
 

@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 
 import flywheel
-from flywheel.faults import SceneError
-from flywheel.piecewise import ROUNDING
-from flywheel.writing.report import text
+from flywheel.numerics.cells import ROUNDING
+from flywheel.numerics.faults import SceneError
+from flywheel.report.report import text
 from tests.flywheel import regimes, scenes
 
 NONE = ("geared-free", "unstable", "two-speeds-slow")  # nothing to look for, or no motion that a machine keeps

@@ -15,8 +15,8 @@ from typing import Any
 import pytest
 from click.testing import CliRunner, Result
 
-from flywheel.accuracy import LEVELS
 from flywheel.cli import main
+from flywheel.scene.accuracy import LEVELS
 from flywheel.starters import starter
 from tests.flywheel.scenes import yoke
 
@@ -401,9 +401,9 @@ def test_a_closed_pipe_leaves_no_traceback(scene: Path) -> None:
 
 def test_an_interrupt_leaves_no_traceback(scene: Path) -> None:
     code = (
-        "import flywheel.sizing\n"
+        "import flywheel.sizing.sizing\n"
         "def interrupted(*_, **__): raise KeyboardInterrupt\n"
-        "flywheel.sizing.size = interrupted\n"
+        "flywheel.sizing.sizing.size = interrupted\n"
         "from flywheel.cli import main; main()"
     )
     result = process("size", scene, code=code)

@@ -9,9 +9,8 @@ import time
 import pytest
 from click.testing import CliRunner
 
-from flywheel.cli import main
-from flywheel.cli import tradeoffs as commands
-from flywheel.tradeoffs import comparison
+from flywheel.cli import machines, main
+from flywheel.study import tradeoff as comparison
 from tests.flywheel.tradeoffs.made import compared, row, whole
 
 ROTOR = """
@@ -95,7 +94,7 @@ def test_a_picture_that_cannot_be_written_is_one_line(scene, monkeypatch, tmp_pa
 def test_an_interrupted_comparison_is_told_and_drawn(scene, monkeypatch, tmp_path):
     gives(monkeypatch, compared(row("plain grid"), row("collocation", "", None), interrupted=True))
     drawn = []
-    monkeypatch.setattr(commands, "_draw", lambda found, path: drawn.append(path))
+    monkeypatch.setattr(machines, "_draw", lambda found, path: drawn.append(path))
     picture = tmp_path / "errors.svg"
     result = run(scene, "--plot", picture)
     assert (result.exit_code, drawn) == (130, [picture])
@@ -112,7 +111,7 @@ def test_an_interruption_of_the_picture_leaves_the_table(scene, asked, monkeypat
     def interrupt(found, path):
         raise KeyboardInterrupt
 
-    monkeypatch.setattr(commands, "_draw", interrupt)
+    monkeypatch.setattr(machines, "_draw", interrupt)
     result = run(scene, "--plot", tmp_path / "errors.svg")
     assert (result.exit_code, result.stderr) == (130, "interrupted\n")
     assert "Without an answer" in result.stdout
@@ -141,7 +140,7 @@ main(["tradeoff", sys.argv[1]])
 
 
 def test_a_long_comparison_tells_what_is_run(scene, monkeypatch):
-    monkeypatch.setattr(commands, "_QUIET", 0.0)
+    monkeypatch.setattr(machines, "_QUIET", 0.0)
     told = []
 
     def tradeoff(scene, rtol, *, budget, progress):
@@ -150,7 +149,7 @@ def test_a_long_comparison_tells_what_is_run(scene, monkeypatch):
             time.sleep(0.001)
         return whole()
 
-    monkeypatch.setattr(commands.click, "echo", lambda text, err=False, nl=True: told.append(text) if err else None)
+    monkeypatch.setattr(machines.click, "echo", lambda text, err=False, nl=True: told.append(text) if err else None)
     monkeypatch.setattr(comparison, "tradeoff", tradeoff)
     assert run(scene).exit_code == 0
     assert told[0].startswith(("finding the reference", "5 of 9: plain grid, 36 angles"))
@@ -162,7 +161,7 @@ def test_a_short_one_tells_nothing(scene, asked):
 
 
 def test_on_a_terminal_one_line_is_written_anew(capsys):
-    progress = commands._Progress(60.0)
+    progress = machines._Progress(60.0)
     progress.rewriting = True
     progress(0, 9, "plain grid " + 200 * "x")
     progress.tell()

@@ -5,8 +5,7 @@ import json
 import pytest
 from click.testing import CliRunner
 
-from flywheel.cli import main
-from flywheel.cli import transients as commands
+from flywheel.cli import main, motions
 
 FAN = """
 title = "Fan"
@@ -83,7 +82,7 @@ def test_a_speed_below_zero_is_shown_as_it_was_typed(scene):
 
 
 def test_a_long_motion_tells_how_far_it_is(scene, monkeypatch):
-    monkeypatch.setattr(commands, "_EVERY", 0.0)
+    monkeypatch.setattr(motions, "_EVERY", 0.0)
     result = run(scene, "--until", "1 s", "--json", "--points", 2)
     assert result.stderr.startswith("following the motion until 1 s at ")
     assert "run 2" in result.stderr
@@ -95,7 +94,7 @@ def test_an_interrupted_motion_leaves_one_line(scene, monkeypatch):
         watching.run = 1
         raise KeyboardInterrupt
 
-    monkeypatch.setattr(commands._Watching, "__call__", interrupt)
+    monkeypatch.setattr(motions._Watching, "__call__", interrupt)
     result = run(scene, "--until", "1 s")
     assert (result.exit_code, result.stdout) == (130, "")
     assert result.stderr == "interrupted at 0 s, 0 turns, run 1\n"

@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 
 import flywheel
-from flywheel.collocated import collocated, on_thirds
-from flywheel.machine import Machine
+from flywheel.machine.machine import Machine
+from flywheel.sizing.confirmation import collocated, on_thirds
 from tests.flywheel import regimes, scenes
 from tests.flywheel.test_references import FOLDER, REFERENCES, error
 

@@ -5,10 +5,10 @@ import pytest
 from numpy.testing import assert_allclose
 from scipy.linalg import expm
 
-from flywheel import collocation, piecewise
-from flywheel.collocation import Changes
+from flywheel.numerics import cells, collocation
+from flywheel.numerics.collocation import Changes
 
-MESH = piecewise.cells(np.array([0.0, 0.7, 1.1, 2.5, 4.0]))
+MESH = cells.cells(np.array([0.0, 0.7, 1.1, 2.5, 4.0]))
 HALF = MESH.half[:, 0]
 CELLS, NODES = MESH.phi.shape
 

@@ -41,7 +41,7 @@ def test_thousands_of_pieces_are_not_stepped_and_that_is_said():
 
 
 def test_a_motion_that_takes_too_many_steps_is_told_by_quadrature(monkeypatch):
-    monkeypatch.setattr("flywheel.confirmation._MOST", 500)
+    monkeypatch.setattr("flywheel.sizing.confirmation._MOST", 500)
     sizing = flywheel.size(flywheel.load(scenes.press()))
     assert sizing.simulation.route == "quadrature"
     assert sizing.simulation.irregularity == pytest.approx(0.05, rel=1e-12)
@@ -68,7 +68,8 @@ def test_what_stepping_loses_is_not_reported():
 
 
 def test_an_approximate_flywheel_that_cannot_be_stepped_with_costs_no_more_than_its_figure(monkeypatch):
-    from flywheel import confirmation, one_cycle
+    from flywheel.regime import one_cycle
+    from flywheel.sizing import confirmation
 
     calls = iter([confirmation._cycle_in_time])
 

@@ -9,10 +9,11 @@ from scipy.integrate import quad
 from scipy.optimize import brentq
 
 import flywheel
-from flywheel import constant_speed, piecewise
-from flywheel.faults import SceneError
-from flywheel.machine import Machine
-from flywheel.moments import Moments
+from flywheel.machine.dynamics import Moments
+from flywheel.machine.machine import Machine
+from flywheel.numerics import cells as piecewise
+from flywheel.numerics.faults import SceneError
+from flywheel.regime import constant_speed
 from tests.flywheel import regimes, scenes
 
 WHEEL = {"flywheel": {"inertia": 2}}

@@ -7,10 +7,10 @@ import numpy as np
 import pytest
 
 import flywheel
-from flywheel import piecewise
-from flywheel.cost import Cost, count, counted, metered
-from flywheel.loads import Effort
-from flywheel.moments import Moments
+from flywheel.machine.dynamics import Moments
+from flywheel.machine.loads import Effort
+from flywheel.numerics import cells
+from flywheel.numerics.budget import Cost, count, counted, metered
 from tests.flywheel import regimes, scenes
 
 
@@ -65,7 +65,7 @@ def test_cells_are_counted_once_where_loads_depend_on_position_alone():
 
 def test_torques_at_other_speeds_count_again():
     machine = flywheel.Machine(flywheel.load(regimes.scene("section-c", inertia=2)))
-    mesh = piecewise.cells(machine.mesh)
+    mesh = cells.cells(machine.mesh)
     with counted() as tally:
         moments = Moments(machine, mesh, local=True)
     walked = tally.evaluations

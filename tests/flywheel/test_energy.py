@@ -5,8 +5,8 @@ from math import pi
 import numpy as np
 import pytest
 
-from flywheel import energy
-from flywheel.faults import SceneError
+from flywheel.components import energy
+from flywheel.numerics.faults import SceneError
 
 
 def gauss(n=200):

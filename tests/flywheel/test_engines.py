@@ -10,9 +10,9 @@ import pytest
 from scipy.integrate import quad
 
 import flywheel
-from flywheel.engines import mean_effective_pressure, mechanical_efficiency
-from flywheel.faults import SceneError
-from flywheel.writing import report
+from flywheel.numerics.faults import SceneError
+from flywheel.report import report
+from flywheel.sizing.drive import mean_effective_pressure, mechanical_efficiency
 
 BORE, CRANK, ROD = 0.084, 0.045, 0.145
 AREA = pi * BORE**2 / 4

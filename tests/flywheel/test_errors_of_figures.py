@@ -15,13 +15,12 @@ from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 
 import flywheel
-from flywheel.joints import joint_errors, joint_forces
-from flywheel.machine import Machine
-from flywheel.state import state_errors
-from flywheel.transients.errors import estimates, of_samples
-from flywheel.transients.running import transient
-from flywheel.writing import export, forces, transients
-from flywheel.writing.transients import evenly
+from flywheel.machine.machine import Machine
+from flywheel.motion.joint_forces import joint_errors, joint_forces
+from flywheel.motion.transients import estimates, of_samples, transient
+from flywheel.regime.state import state_errors
+from flywheel.report import export, forces, transients
+from flywheel.report.transients import evenly
 from tests.flywheel import scenes
 
 ROOT = Path(__file__).parents[2]

@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 
 import flywheel
-from flywheel.explaining import explained
+from flywheel.study.explanation import explained
 from tests.flywheel import regimes, scenes
 from tests.flywheel.test_references import FOLDER
 

@@ -2,9 +2,9 @@ import numpy as np
 import pytest
 
 import flywheel
-from flywheel.cost import metered
-from flywheel.fate import Fate, fate_of
-from flywheel.machine import Machine
+from flywheel.machine.machine import Machine
+from flywheel.numerics.budget import metered
+from flywheel.regime.free_motion import Fate, fate_of
 from tests.flywheel import regimes
 
 SINE = {

@@ -4,7 +4,7 @@ import pytest
 from numpy.testing import assert_allclose
 
 import flywheel
-from flywheel import features
+from flywheel.machine import features
 from tests.flywheel import scenes
 
 

@@ -9,9 +9,9 @@ import pytest
 from scipy.integrate import solve_ivp
 
 import flywheel
-from flywheel.following import Goal, Start, follow
-from flywheel.instant import Dynamics
-from flywheel.transients.running import transient
+from flywheel.machine.dynamics import Dynamics
+from flywheel.motion.transients import transient
+from flywheel.regime.free_motion import Goal, Start, follow
 from tests.flywheel import regimes
 
 EXAMPLES = Path(__file__).parents[2] / "examples" / "regimes"

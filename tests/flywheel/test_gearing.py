@@ -6,10 +6,9 @@ import math
 import numpy as np
 import pytest
 
-from flywheel.every_shaft import gd2, on_every_shaft
-from flywheel.faults import SceneError
-from flywheel.gearing import Shaft, Stage, geared_acceleration, geared_torque, with_rope
-from flywheel.writing.shafts import table
+from flywheel.components.gear_trains import Shaft, Stage, gd2, geared_acceleration, geared_torque, on_every_shaft, with_rope
+from flywheel.numerics.faults import SceneError
+from flywheel.report.figures import table
 
 
 def drawn(seed):

@@ -1,8 +1,7 @@
 import numpy as np
 import pytest
 
-from flywheel.implicit import Along, Implicit, decay
-from flywheel.stepping import Tolerance, Watch, through
+from flywheel.regime.stepping import Along, Implicit, Tolerance, Watch, decay, through
 
 ENDS = (0.0, 1e9)
 

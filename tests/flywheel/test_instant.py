@@ -3,8 +3,8 @@ import pytest
 from numpy.testing import assert_allclose
 
 import flywheel
-from flywheel.instant import Anchor, Dynamics
-from flywheel.motors import DC
+from flywheel.components.motors import DC
+from flywheel.machine.dynamics import Anchor, Dynamics
 from tests.flywheel import scenes
 
 

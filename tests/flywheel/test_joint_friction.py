@@ -9,10 +9,10 @@ import pytest
 
 import flywheel
 from bondgraph.elements import Here
-from flywheel import joint_friction
-from flywheel.faults import SceneError
-from flywheel.joint_friction import friction_curve
-from flywheel.joints import joint_forces
+from flywheel.machine import friction
+from flywheel.machine.friction import friction_curve
+from flywheel.motion.joint_forces import joint_forces
+from flywheel.numerics.faults import SceneError
 
 W = 20.0
 
@@ -147,14 +147,14 @@ def test_corners_are_where_a_normal_force_or_a_rate_is_zero() -> None:
     scene = flywheel.load(crank_press(0.1))
     corners = np.array(friction_curve(scene).breakpoints)
     sides = [joint_forces(scene, corners + d, speed=W).mechanisms["linkage"] for d in (-1e-8, 1e-8)]
-    before, after = (np.sign([values for values, _ in joint_friction._watched([(1.0, found)])]) for found in sides)
+    before, after = (np.sign([values for values, _ in friction._watched([(1.0, found)])]) for found in sides)
     assert corners.size >= 2
     assert (before != after).any(axis=0).all()
 
 
 def test_cells_are_cut_no_more_at_their_largest_number(monkeypatch: pytest.MonkeyPatch) -> None:
     fine = friction_curve(flywheel.load(crank_press(0.1)))
-    monkeypatch.setattr(joint_friction, "_MOST_CELLS", 4)
+    monkeypatch.setattr(friction, "_MOST_CELLS", 4)
     coarse = friction_curve(flywheel.load(crank_press(0.1)))
     assert coarse.mesh.edges.size < fine.mesh.edges.size
     assert coarse.error > fine.error

@@ -9,9 +9,9 @@ import numpy as np
 import pytest
 
 import flywheel
-from flywheel.faults import SceneError
-from flywheel.joints import joint_forces
-from flywheel.machine import Machine
+from flywheel.machine.machine import Machine
+from flywheel.motion.joint_forces import joint_forces
+from flywheel.numerics.faults import SceneError
 from tests.flywheel import regimes
 from tests.flywheel.scenes import press, shaper, yoke
 

@@ -5,10 +5,10 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from flywheel.faults import SceneError
-from flywheel.kinetostatics import Effort, Force, Reactions, Torque, reactions
-from flywheel.linkage.solution import solve
-from flywheel.linkage.wrenches import centres
+from flywheel.mechanisms.linkages.positions import solve
+from flywheel.mechanisms.linkages.reactions import Reactions, reactions
+from flywheel.mechanisms.linkages.wrenches import Effort, Force, Torque, centres
+from flywheel.numerics.faults import SceneError
 from tests.flywheel import forced
 from tests.flywheel.forced import EVERY
 

@@ -3,10 +3,10 @@ import pytest
 from numpy.testing import assert_allclose
 
 from bondgraph.elements import Here
-from flywheel.formulas.expressions import parse
-from flywheel.formulas.jets import Jet
-from flywheel.loads import Effort, Pieces, Place, Senses, crank_angles, spring_effort
-from flywheel.scene import Load, Spring, Table
+from flywheel.machine.loads import Effort, Pieces, Place, Senses, crank_angles, spring_effort
+from flywheel.numerics.expressions import parse
+from flywheel.numerics.jets import Jet
+from flywheel.scene.scene import Load, Spring, Table
 
 TURN = 2 * np.pi
 SHAFT = Place("crank", lambda here: here.q)

@@ -4,7 +4,7 @@ from numpy.testing import assert_allclose
 
 import flywheel
 from bondgraph import Modulus, Reduction
-from flywheel.machine import merged
+from flywheel.machine.machine import merged
 from tests.flywheel import regimes, scenes
 
 PHI = np.linspace(0.05, 6.2, 31)

@@ -8,8 +8,7 @@ from mpmath import mp
 from numpy.testing import assert_allclose
 
 import flywheel
-from flywheel.faults import SceneError
-from flywheel.masses import (
+from flywheel.components.equivalent_masses import (
     compare,
     conjugate,
     correction_couple,
@@ -19,6 +18,7 @@ from flywheel.masses import (
     three_masses,
     two_masses,
 )
+from flywheel.numerics.faults import SceneError
 
 PHI = np.linspace(0, 2 * np.pi, 37)
 CIRCLE = np.column_stack((np.cos([0.1, 1.0, 2.5, 4.0]), np.sin([0.1, 1.0, 2.5, 4.0])))

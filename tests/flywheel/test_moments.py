@@ -5,10 +5,9 @@ import pytest
 from numpy.testing import assert_allclose
 
 import flywheel
-from flywheel import piecewise
-from flywheel.instant import Dynamics
-from flywheel.machine import Machine
-from flywheel.moments import Moments
+from flywheel.machine.dynamics import Dynamics, Moments
+from flywheel.machine.machine import Machine
+from flywheel.numerics import cells
 from tests.flywheel import regimes
 
 STEP = 1e-6
@@ -29,7 +28,7 @@ KINDS = {
 
 def moments_of(scene):
     machine = Machine(flywheel.load(scene))
-    return Moments(machine, piecewise.cells(machine.mesh))
+    return Moments(machine, cells.cells(machine.mesh))
 
 
 def case(name):
@@ -71,7 +70,7 @@ def test_the_moment_is_that_of_time_stepping(name):
     moments, omega, unknown, inertia, current = case(name)
     found = moments.rate(omega, unknown, inertia, current)
     dynamics = Dynamics(moments.machine, inertia, unknown)
-    middle = piecewise.MIDDLE  # where the directions of meshes are decided
+    middle = cells.MIDDLE  # where the directions of meshes are decided
     for k in range(0, len(omega), 2):
         phi, anchor = float(moments.mesh.phi[k, middle]), float(moments.mesh.anchor[k, 0])
         now = 0.0 if current is None else float(current[k, middle])
@@ -88,7 +87,7 @@ def test_what_a_mesh_loses_is_its_share_of_what_it_transmits(efficiency):
     moments, plain = moments_of(scene), moments_of(scene | {"shafts": {"motor": {"ratio": 8}}})
     omega = 13.6 * (1 + 0.05 * np.sin(moments.mesh.phi))
     (tau,) = moments.transmitted(omega, 15.0, 3.2)
-    middle = slice(piecewise.MIDDLE, piecewise.MIDDLE + 1)
+    middle = slice(cells.MIDDLE, cells.MIDDLE + 1)
     lost = np.where(tau[:, middle] > 0, (1 / efficiency - 1) * tau, (efficiency - 1) * tau)
     assert (lost[:, middle] >= 0).all()
     assert {True, False} == set((tau[:, middle] > 0).ravel().tolist())  # it changes sides within the cycle

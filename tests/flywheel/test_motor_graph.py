@@ -6,8 +6,8 @@ from scipy.integrate import solve_ivp
 
 import flywheel
 from bondgraph import state_equations
-from flywheel.instant import Dynamics
-from flywheel.machine import Machine
+from flywheel.machine.dynamics import Dynamics
+from flywheel.machine.machine import Machine
 from tests.flywheel.regimes import FOUR_BAR, PUMP, SECTION_C
 
 MOTOR = {"type": "dc", "voltage": 48, "resistance": 0.4, "constant": 0.3, "inductance": 0.02, "friction": 0.01}

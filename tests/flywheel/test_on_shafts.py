@@ -3,8 +3,8 @@
 import pytest
 
 import flywheel
-from flywheel.wheel.bodies import parts
-from flywheel.writing import report
+from flywheel.components.wheels import parts
+from flywheel.report import report
 from tests.flywheel import scenes
 
 SHAFTS = {"slow": {"ratio": 0.5}, "fast": {"ratio": 4, "efficiency": 0.9}}

@@ -2,9 +2,9 @@ import numpy as np
 import pytest
 
 import flywheel
-from flywheel.instant import Dynamics
-from flywheel.machine import Machine
-from flywheel.one_cycle import SlidingError, one_cycle
+from flywheel.machine.dynamics import Dynamics
+from flywheel.machine.machine import Machine
+from flywheel.regime.one_cycle import SlidingError, one_cycle
 from tests.flywheel import regimes
 
 TIGHT = 1e-12

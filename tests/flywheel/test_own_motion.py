@@ -5,11 +5,11 @@ import pytest
 from numpy.testing import assert_allclose
 
 import flywheel
-from flywheel import own_motion, piecewise, regime, steady
-from flywheel.machine import Machine
-from flywheel.moments import Moments
-from flywheel.own_motion import carried
-from flywheel.periodic import Asked, NoRegimeError
+from flywheel.machine.dynamics import Moments
+from flywheel.machine.machine import Machine
+from flywheel.numerics import cells
+from flywheel.regime import periodic_motion, steady_motion, turning_moment
+from flywheel.regime.periodic_motion import Asked, NoRegimeError, carried
 from tests.flywheel import regimes
 
 SIZED = [
@@ -33,7 +33,7 @@ def motion_of(name, rtol=1e-9, **wheel):
     )
     reference = held or sizing.speed
     guess = 0.0 if sizing.flywheel.exact is None else sizing.flywheel.exact * ratio**2
-    return own_motion.found(machine, reference, given, guess, sizing.constant.balance or 0.0, rtol)
+    return periodic_motion.found(machine, reference, given, guess, sizing.constant.balance or 0.0, rtol)
 
 
 @pytest.mark.parametrize(("name", "eps"), SIZED)
@@ -41,7 +41,7 @@ def test_wittenbauers_formula_holds_with_the_moment_along_the_motion(name, eps):
     """I = [max(W - z+ w² I*/2) - min(W - z- w² I*/2)]/(eps w²), W the integral of the moment that the motion meets."""
     motion = motion_of(name, irregularity=eps)
     square, z = motion.speed**2, (1 + 0.5 * eps * np.array([1.0, -1.0])) ** 2
-    extremes, _ = regime.combined(motion.cycle, np.stack((np.ones(2), -0.5 * z * square), axis=1))
+    extremes, _ = turning_moment.combined(motion.cycle, np.stack((np.ones(2), -0.5 * z * square), axis=1))
     total = (extremes.greatest[0] - extremes.least[1]) / (eps * square)
     # with I* counted from its value at phi = 0, as 2 eps stands for z+ - z-
     assert motion.inertia + motion.cycle.inertia_at_start == pytest.approx(total, rel=1e-9)
@@ -57,15 +57,15 @@ def _angles(motion):
 def test_the_motion_is_that_of_its_own_moment(name):
     """The closed form for moments of the angle, given the moment along the motion, finds the motion again."""
     motion = motion_of(name, inertia=regimes.CASES[name].inertias[-1])
-    again = steady.run(motion.cycle, motion.speed, motion.inertia)
+    again = steady_motion.run(motion.cycle, motion.speed, motion.inertia)
     assert again.irregularity == pytest.approx(motion.run.irregularity, rel=1e-11)
     assert (again.speed_max, again.speed_min) == pytest.approx((motion.run.speed_max, motion.run.speed_min), rel=1e-12)
     assert again.offset == pytest.approx(motion.run.offset, rel=1e-9, abs=1e-9 * motion.inertia * motion.speed**2)
     phi = np.linspace(0, 2 * np.pi, 41)[:-1]
-    speeds = steady.speed_over_cycle(motion.cycle, motion.speed, motion.run, phi)
+    speeds = steady_motion.speed_over_cycle(motion.cycle, motion.speed, motion.run, phi)
     nodes = motion.solved.moments.mesh.phi.ravel()
     assert_allclose(
-        steady.speed_over_cycle(motion.cycle, motion.speed, motion.run, nodes), motion.solved.omega.ravel(), rtol=1e-9
+        steady_motion.speed_over_cycle(motion.cycle, motion.speed, motion.run, nodes), motion.solved.omega.ravel(), rtol=1e-9
     )
     assert (speeds <= motion.run.speed_max * (1 + 1e-12)).all()
     assert (speeds >= motion.run.speed_min * (1 - 1e-12)).all()
@@ -87,7 +87,7 @@ def test_meshes_that_change_sides_cut_the_cycle_there():
     cuts = [edge for edge in edges if np.abs(known - edge).min() > 1e-9]
     assert len(cuts) >= 2
     (tau,) = solved.moments.transmitted(solved.omega, 0.0, motion.inertia)
-    left, right = (piecewise.value(piecewise.fit(tau), np.full(len(tau), t)) for t in (-1.0, 1.0))
+    left, right = (cells.value(cells.fit(tau), np.full(len(tau), t)) for t in (-1.0, 1.0))
     at_cuts = [min(abs(right[k - 1]), abs(left[k])) for k in np.searchsorted(edges, cuts)]
     assert sum(value < 1e-9 * np.abs(tau).max() for value in at_cuts) >= 2
     assert not solved.moments.local
@@ -97,19 +97,19 @@ def test_states_are_carried_to_other_cells():
     solved = motion_of("yoke", inertia=3).solved
     machine = solved.moments.machine
     edges = np.linspace(0, 2 * np.pi, 40)
-    finer = Moments(machine, piecewise.cells(np.unique(np.concatenate((edges, machine.breakpoints)))))
+    finer = Moments(machine, cells.cells(np.unique(np.concatenate((edges, machine.breakpoints)))))
     state = carried(solved, finer)
     speeds = np.sqrt(
         solved.reference**2
         + (2 * state.nodes[:, 0] - solved.reference**2 * (finer.inertia - _start(finer))) / (3 + finer.inertia)
     )
-    motion = steady.speed_over_cycle(*_run_of("yoke"), finer.mesh.phi.ravel())
+    motion = steady_motion.speed_over_cycle(*_run_of("yoke"), finer.mesh.phi.ravel())
     assert_allclose(speeds.ravel(), motion, rtol=1e-8)
     assert state.inertia == solved.state.inertia
 
 
 def _start(moments):
-    return float(piecewise.value(piecewise.fit(moments.inertia[:1]), np.array([-1.0]))[0])
+    return float(cells.value(cells.fit(moments.inertia[:1]), np.array([-1.0]))[0])
 
 
 def _run_of(name):
@@ -127,7 +127,7 @@ def test_a_heavy_wheel_leads_down_to_a_light_one():
 def test_no_motion_is_named():
     machine = Machine(flywheel.load(regimes.BAD["light"].scene))
     with pytest.raises(NoRegimeError, match="stop within the cycle"):
-        own_motion.found(machine, 7.5, Asked(0.2, None, None), 0.0, 0.0, 1e-9)
+        periodic_motion.found(machine, 7.5, Asked(0.2, None, None), 0.0, 0.0, 1e-9)
 
 
 def made_to_measure(inertia, damping, speed, share):

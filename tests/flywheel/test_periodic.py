@@ -8,11 +8,11 @@ from numpy.testing import assert_allclose
 from scipy.integrate import solve_ivp
 
 import flywheel
-from flywheel import constant_speed, piecewise
-from flywheel.instant import Dynamics
-from flywheel.machine import Machine
-from flywheel.moments import Moments
-from flywheel.periodic import Asked, NoRegimeError, first_guess, periodic
+from flywheel.machine.dynamics import Dynamics, Moments
+from flywheel.machine.machine import Machine
+from flywheel.numerics import cells
+from flywheel.regime import constant_speed
+from flywheel.regime.periodic_motion import Asked, NoRegimeError, first_guess, periodic
 from tests.flywheel import regimes
 
 SMOOTH = ["section-c", "kloss-press", "yoke", "four-bar", "engine", "law", "constant-drive", "shaper", "two-speeds-fast"]
@@ -25,7 +25,7 @@ def fine(name, parts=3, **flywheel_):
     speed, unknown = constant_speed.settled(machine)
     edges = machine.mesh
     pieces = [np.linspace(a, b, parts, endpoint=False) for a, b in pairwise(edges)]
-    return Moments(machine, piecewise.cells(np.concatenate([*pieces, edges[-1:]]))), speed or machine.scene.speed, unknown
+    return Moments(machine, cells.cells(np.concatenate([*pieces, edges[-1:]]))), speed or machine.scene.speed, unknown
 
 
 def solved(name, inertia, parts=3):
@@ -42,9 +42,9 @@ def test_the_cycle_closes_and_its_multiplier_is_the_integral_of_the_slope(name):
     state, half = found.state, found.moments.mesh.half
     swing = np.ptp(state.edges)
     assert abs(state.edges[-1, 0] - state.edges[0, 0]) < 1e-11 * swing
-    assert abs(piecewise.integral(found.rate.moment, half).sum()) < 1e-11 * swing
+    assert abs(cells.integral(found.rate.moment, half).sum()) < 1e-11 * swing
     total = 40.0 + found.moments.inertia
-    growth = piecewise.integral(found.rate.by_speed / (total * found.omega), half).sum()
+    growth = cells.integral(found.rate.by_speed / (total * found.omega), half).sum()
     assert found.multiplier == pytest.approx(np.exp(growth), rel=1e-10)
     assert found.damping == pytest.approx(-np.expm1(growth), rel=1e-9)
     energy = state.nodes[:, 0] + 0.5 * found.reference**2 * (40.0 + found.moments.inertia[:, :1] * 0 + _start(found))
@@ -52,7 +52,7 @@ def test_the_cycle_closes_and_its_multiplier_is_the_integral_of_the_slope(name):
 
 
 def _start(found):
-    return piecewise.value(piecewise.fit(found.moments.inertia[:1]), np.array([-1.0]))[0]
+    return cells.value(cells.fit(found.moments.inertia[:1]), np.array([-1.0]))[0]
 
 
 def after_a_cycle(dynamics, speed, edges):

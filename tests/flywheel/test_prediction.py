@@ -9,9 +9,9 @@ from pathlib import Path
 import pytest
 
 import flywheel
-from flywheel import prediction
-from flywheel.accuracy import LEVELS
-from flywheel.prediction import predicted
+from flywheel.scene.accuracy import LEVELS
+from flywheel.study import explanation
+from flywheel.study.explanation import predicted
 from tests.flywheel import regimes
 from tests.flywheel.test_references import FOLDER
 
@@ -52,8 +52,8 @@ def test_its_own_level_is_the_one_measured() -> None:
 
 
 def test_seconds_of_a_confirmation_grow_with_cells_and_not_with_their_square(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(prediction, "_walk", lambda _, phi: 7e-6 * len(phi))  # as measured
-    monkeypatch.setattr(prediction, "_system", lambda: 8e-6)
+    monkeypatch.setattr(explanation, "_walk", lambda _, phi: 7e-6 * len(phi))  # as measured
+    monkeypatch.setattr(explanation, "_system", lambda: 8e-6)
     foretold = {}
     for name in ("press", "three_cylinder"):
         sizing = flywheel.size(flywheel.load(EXAMPLES / "machines" / f"{name}.toml"), accuracy="normal")

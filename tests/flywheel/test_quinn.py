@@ -9,10 +9,10 @@ import pytest
 from numpy.testing import assert_allclose
 
 import flywheel
-from flywheel.faults import SceneError
-from flywheel.linkage.description import Joint, Link, Linkage, Point
-from flywheel.linkage.poses import Poses
-from flywheel.quinn import cycle_shares, linkage_shares, shares, speed_from_energy
+from flywheel.mechanisms.linkages.poses import Poses
+from flywheel.motion.kinetic_energy import cycle_shares, linkage_shares, shares, speed_from_energy
+from flywheel.numerics.faults import SceneError
+from flywheel.scene.linkage import Joint, Link, Linkage, Point
 from tests.flywheel import scenes
 
 PHI = np.linspace(0.05, 6, 23)

@@ -8,7 +8,7 @@ import tomllib
 import numpy as np
 import pytest
 
-from flywheel.faults import SceneError
+from flywheel.numerics.faults import SceneError
 from flywheel.reading.scenes import build_scene, parse_scene
 from tests.pace import at_most
 

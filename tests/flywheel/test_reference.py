@@ -5,12 +5,11 @@ import re
 import pytest
 
 import flywheel
-from flywheel.linkage.named import linkage_of
+from flywheel.mechanisms.linkages.families import linkage_of
+from flywheel.numerics.units import UNITS
 from flywheel.reading.scenes import load
-from flywheel.reading.schema import KINDS, MECHANISM, OUTPUT, SECTIONS, TABLE, TOP
-from flywheel.reading.schema_linkage import LINKAGE_SECTIONS
+from flywheel.reading.schema import KINDS, LINKAGE_SECTIONS, MECHANISM, OUTPUT, SECTIONS, TABLE, TOP
 from flywheel.reference import text, topics
-from flywheel.units import UNITS
 from tests.flywheel import regimes
 
 SECTION_TOPICS = {name: name for name in SECTIONS} | {"damper": "spring"}

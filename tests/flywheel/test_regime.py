@@ -2,13 +2,13 @@ import numpy as np
 from numpy.testing import assert_allclose
 
 import flywheel
-from flywheel import regime
+from flywheel.regime import turning_moment
 from tests.flywheel import scenes
 
 
 def resolved(scene):
     machine = flywheel.Machine(flywheel.load(scene))
-    return machine, regime.resolve(machine, machine.mesh)
+    return machine, turning_moment.resolve(machine, machine.mesh)
 
 
 def test_the_work_of_the_yoke_is_the_closed_form():

@@ -4,11 +4,10 @@ import numpy as np
 import pytest
 
 import flywheel
-from flywheel.following import Goal, Start, follow
-from flywheel.instant import Dynamics
-from flywheel.machine import Machine
-from flywheel.repeating import later, returns, source
-from flywheel.stepping import Step
+from flywheel.machine.dynamics import Dynamics
+from flywheel.machine.machine import Machine
+from flywheel.regime.free_motion import Goal, Start, follow, later, returns, source
+from flywheel.regime.stepping import Step
 
 YOKE = {
     "mechanism": {"type": "scotch-yoke", "crank": {"length": 0.1, "inertia": 0.05}, "yoke": {"mass": 2}},

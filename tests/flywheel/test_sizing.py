@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import flywheel
-from flywheel.writing import report
+from flywheel.report import report
 from tests.flywheel import scenes
 
 

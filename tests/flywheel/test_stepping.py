@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from flywheel.stepping import Tolerance, Watch, through
+from flywheel.regime.stepping import Tolerance, Watch, through
 
 TIGHT = Tolerance(1e-12, np.array([1e-12, 1e-12]))
 

@@ -7,9 +7,9 @@ from numpy.testing import assert_allclose
 from scipy.integrate import quad
 
 import flywheel
-from flywheel import mechanisms
-from flywheel.machine import Machine
-from flywheel.stroke import along
+from flywheel.machine.machine import Machine
+from flywheel.mechanisms import families
+from flywheel.regime.state import along
 
 CLAMP = {
     "type": "toggle-clamp",
@@ -57,7 +57,7 @@ def closed_clamp(x):
             mp.mpf("0.22") * mp.sin(five) + mp.mpf("0.26") * mp.sin(six),
         ]
 
-    near = mechanisms.build(clamp().mechanisms[0]).position(float(x), np)  # to begin with: the same assembly
+    near = families.build(clamp().mechanisms[0]).position(float(x), np)  # to begin with: the same assembly
     return mp.findroot(loops, (near.bell_crank, near.coupler, near.rod, near.platen))
 
 

@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 
 import flywheel
-from flywheel.switching_times import SwitchingTimes
+from flywheel.regime.free_motion import SwitchingTimes
 from tests.flywheel import scenes
 
 

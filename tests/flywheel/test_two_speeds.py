@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 from scipy.integrate import quad, solve_ivp
 
-from flywheel import recovery
-from flywheel.faults import SceneError
-from flywheel.two_speeds import Speeds, energy_given, extreme_speeds, inertia_between, inertia_for, speed_after
+from flywheel.components import press_work
+from flywheel.components.press_work import Speeds, energy_given, extreme_speeds, inertia_between, inertia_for, speed_after
+from flywheel.numerics.faults import SceneError
 
 LINE = (500.0, 100.0)  # starting torque, no-load speed
 
@@ -38,13 +38,13 @@ def test_a_swing_far_below_the_energy_held_keeps_its_digits():
         (lambda: inertia_for(1.0, 0.0, 0.1), "mean"),
         (lambda: extreme_speeds(1.0, 2.0, 8.0), "energy"),
         (lambda: speed_after(1.0, 2.0, 2.1), "energy"),
-        (lambda: recovery.recovery_time(1.0, 2.0, 3.0, 0.0), "power"),
-        (lambda: recovery.recovery_time_on_line(1.0, 2.0, 100.0, *LINE), "high"),
-        (lambda: recovery.recovery_time_of_induction(1.0, 2.0, 101.0, 100.0, 60.0, 0.2), "high"),
-        (lambda: recovery.steady_on_line(1e-6, *LINE, 600.0, 0.2, 1.0), "load"),
-        (lambda: recovery.steady_on_line(1.0, *LINE, 100.0, 1.0, 1.0), "busy"),
-        (lambda: recovery.inertia_on_line(0.05, *LINE, 600.0, 0.9, 1.0), "load"),
-        (lambda: recovery.inertia_on_line(0.5, *LINE, 100.0, 0.2, 1.0), "irregularity"),
+        (lambda: press_work.recovery_time(1.0, 2.0, 3.0, 0.0), "power"),
+        (lambda: press_work.recovery_time_on_line(1.0, 2.0, 100.0, *LINE), "high"),
+        (lambda: press_work.recovery_time_of_induction(1.0, 2.0, 101.0, 100.0, 60.0, 0.2), "high"),
+        (lambda: press_work.steady_on_line(1e-6, *LINE, 600.0, 0.2, 1.0), "load"),
+        (lambda: press_work.steady_on_line(1.0, *LINE, 100.0, 1.0, 1.0), "busy"),
+        (lambda: press_work.inertia_on_line(0.05, *LINE, 600.0, 0.9, 1.0), "load"),
+        (lambda: press_work.inertia_on_line(0.5, *LINE, 100.0, 0.2, 1.0), "irregularity"),
     ],
 )
 def test_what_cannot_be_is_refused(call, path):
@@ -71,9 +71,9 @@ def kloss(speed):
 
 @pytest.mark.parametrize(("low", "high"), [(0.0, 99.0), (60.0, 95.0), (90.0, 90.5), (40.0, 40.0)])
 def test_recovery_times(low, high):
-    constant = recovery.recovery_time(2.0, low, high, 5e3)
-    line = recovery.recovery_time_on_line(2.0, low, high, *LINE)
-    induction = recovery.recovery_time_of_induction(2.0, low, high, 100.0, 60.0, 0.2)
+    constant = press_work.recovery_time(2.0, low, high, 5e3)
+    line = press_work.recovery_time_on_line(2.0, low, high, *LINE)
+    induction = press_work.recovery_time_of_induction(2.0, low, high, 100.0, 60.0, 0.2)
     assert constant == pytest.approx(slower(2.0, low, high, lambda w: 5e3 / w if w else math.inf), rel=1e-11)
     assert line == pytest.approx(slower(2.0, low, high, lambda w: 500.0 * (1 - w / 100.0)), rel=1e-11)
     assert induction == pytest.approx(slower(2.0, low, high, kloss), rel=1e-11)
@@ -81,7 +81,7 @@ def test_recovery_times(low, high):
 
 @pytest.mark.parametrize(("inertia", "load", "busy"), [(2.0, 120.0, 0.2), (40.0, 450.0, 0.5), (0.5, 300.0, 0.7)])
 def test_steady_running_on_a_line_repeats_itself(inertia, load, busy):
-    speeds = recovery.steady_on_line(inertia, *LINE, load, busy, 1.0)
+    speeds = press_work.steady_on_line(inertia, *LINE, load, busy, 1.0)
 
     def leg(speed, torque, time):
         def rate(_, w):
@@ -94,14 +94,14 @@ def test_steady_running_on_a_line_repeats_itself(inertia, load, busy):
 
 
 def test_a_heavy_flywheel_on_a_line_settles_where_the_motor_gives_the_mean_load():
-    speeds = recovery.steady_on_line(1e9, *LINE, 120.0, 0.2, 1.0)
+    speeds = press_work.steady_on_line(1e9, *LINE, 120.0, 0.2, 1.0)
     assert speeds == pytest.approx((100.0 * (1 - 24.0 / 500.0),) * 2, rel=1e-7)
 
 
 @pytest.mark.parametrize("irregularity", [1e-6, 0.01, 0.1])
 @pytest.mark.parametrize("busy", [0.05, 0.6])
 def test_inertia_on_a_line_gives_its_irregularity(irregularity, busy):
-    inertia = recovery.inertia_on_line(irregularity, *LINE, 300.0, busy, 1.0)
-    speeds = recovery.steady_on_line(inertia, *LINE, 300.0, busy, 1.0)
+    inertia = press_work.inertia_on_line(irregularity, *LINE, 300.0, busy, 1.0)
+    speeds = press_work.steady_on_line(inertia, *LINE, 300.0, busy, 1.0)
     assert speeds.irregularity == pytest.approx(irregularity, rel=1e-8)
     assert np.isfinite(inertia)

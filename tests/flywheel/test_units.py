@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from flywheel.units import DIMENSIONS, UNITS, QuantityError, convert, parse_quantity, parse_unit, split_quantity
+from flywheel.numerics.units import DIMENSIONS, UNITS, QuantityError, convert, parse_quantity, parse_unit, split_quantity
 
 INCH, POUND, WEIGHT = Fraction(254, 10000), Fraction(45359237, 10**8), Fraction(980665, 10**5)
 LBF = POUND * WEIGHT
@@ -279,7 +279,7 @@ def test_a_unit_of_another_tongue_is_told_in_ours(text, dimension, advice):
 
 
 def test_every_unit_of_another_tongue_leads_to_one_that_there_is():
-    from flywheel.units import _ABROAD
+    from flywheel.numerics.units import _ABROAD
 
     for unit in set(_ABROAD.values()):
         assert parse_quantity(f"1 {unit}", None) > 0

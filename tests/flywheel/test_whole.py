@@ -6,7 +6,7 @@ from numpy.testing import assert_allclose
 from scipy.integrate import solve_ivp
 
 import flywheel
-from flywheel.faults import SceneError
+from flywheel.numerics.faults import SceneError
 
 R, LENGTH = 0.2, 0.6
 

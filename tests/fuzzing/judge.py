@@ -12,9 +12,9 @@ from typing import Any, NamedTuple
 import numpy as np
 
 import flywheel
-from flywheel.faults import SceneError
-from flywheel.results import Sizing
-from flywheel.writing.report import text as report
+from flywheel.numerics.faults import SceneError
+from flywheel.regime.results import Sizing
+from flywheel.report.report import text as report
 from tests.fuzzing.guards import MEMORY, TooSlow, Watched, watched
 from tests.fuzzing.mutants import Mutant
 from tests.fuzzing.tables import lay_traps

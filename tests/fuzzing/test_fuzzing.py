@@ -6,8 +6,8 @@ from pathlib import Path
 import pytest
 
 import flywheel
-from flywheel.faults import SceneError
-from flywheel.patience import ImpatientError, patience, spend
+from flywheel.numerics.budget import ImpatientError, patience, spend
+from flywheel.numerics.faults import SceneError
 from tests.fuzzing.guards import Watched, watched
 from tests.fuzzing.judge import judged
 from tests.fuzzing.mutants import KINDS, mutant

@@ -9,8 +9,8 @@ import pytest
 from hypothesis import HealthCheck, assume, given, settings
 from hypothesis import strategies as st
 
-from flywheel.formulas.expressions import parse
-from flywheel.formulas.jets import Jet, jet_namespace
+from flywheel.numerics.expressions import parse
+from flywheel.numerics.jets import Jet, jet_namespace
 
 NAMES = ("phi", "x", "F")
 FUNCTIONS = ("sin", "cos", "tan", "asin", "acos", "atan", "sqrt", "exp", "log")

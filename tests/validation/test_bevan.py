@@ -5,7 +5,7 @@ from __future__ import annotations
 from math import pi, radians
 
 import flywheel
-from flywheel.gearing import Shaft, Stage, geared_acceleration, with_rope
+from flywheel.components.gear_trains import Shaft, Stage, geared_acceleration, with_rope
 
 from .common import BOOK_GRAVITY, CASES, agree, inputs, of_areas
 

@@ -10,8 +10,8 @@ import pytest
 from scipy.optimize import brentq
 
 import flywheel
-from flywheel import presses, two_speeds
-from flywheel.gearing import Shaft, Stage, geared_acceleration, geared_torque, with_rope
+from flywheel.components import press_work
+from flywheel.components.gear_trains import Shaft, Stage, geared_acceleration, geared_torque, with_rope
 
 from .common import CASES, G, agree, four_stroke, inputs, mean_and_eps, of_areas, of_swing, press, sized
 
@@ -385,29 +385,29 @@ def test_16_21_riveting_machine() -> None:
 
 def test_16_1_and_16_3_by_formula() -> None:
     case = inputs("khurmi-16.1")
-    speeds = two_speeds.extreme_speeds(case["m_kg"] * case["k_m"] ** 2, case["N_rpm"] * RPM, case["dE_J"])
+    speeds = press_work.extreme_speeds(case["m_kg"] * case["k_m"] ** 2, case["N_rpm"] * RPM, case["dE_J"])
     agree("khurmi-16.1", N1_rpm=speeds.high / RPM, N2_rpm=speeds.low / RPM)
     case = inputs("khurmi-16.3")
     swing = case["CE"] * case["P_W"] * 60 / case["N_rpm"]
-    agree("khurmi-16.3", m_kg=two_speeds.inertia_for(swing, case["N_rpm"] * RPM, case["Cs"]) / case["k_m"] ** 2)
+    agree("khurmi-16.3", m_kg=press_work.inertia_for(swing, case["N_rpm"] * RPM, case["Cs"]) / case["k_m"] ** 2)
 
 
 def test_16_19_and_16_22_by_formula() -> None:
     case = inputs("khurmi-16.19")
-    press = presses.press_cycle(case["E_hole_J"], 3600 / case["holes_per_h"], case["t_punch_s"])
-    inertia = two_speeds.inertia_between(press.given, case["N1_rpm"] * RPM, case["N2_rpm"] * RPM)
+    press = press_work.press_cycle(case["E_hole_J"], 3600 / case["holes_per_h"], case["t_punch_s"])
+    inertia = press_work.inertia_between(press.given, case["N1_rpm"] * RPM, case["N2_rpm"] * RPM)
     agree("khurmi-16.19", P_kW=press.motor_power / 1000, m_kg=inertia / case["k_m"] ** 2)
     case = inputs("khurmi-16.22")
-    energy = presses.cutting_energy(pi * case["d_mm"] / 1e3, case["t_mm"] / 1e3, case["e_J_per_mm2"] * 1e6)
-    press = presses.press_cycle(energy, 60 / case["rate_per_min"], case["t_punch_s"])
-    inertia = two_speeds.inertia_between(press.given, case["N1_rpm"] * RPM, case["N2_rpm"] * RPM)
+    energy = press_work.cutting_energy(pi * case["d_mm"] / 1e3, case["t_mm"] / 1e3, case["e_J_per_mm2"] * 1e6)
+    press = press_work.press_cycle(energy, 60 / case["rate_per_min"], case["t_punch_s"])
+    inertia = press_work.inertia_between(press.given, case["N1_rpm"] * RPM, case["N2_rpm"] * RPM)
     agree("khurmi-16.22", m_kg=inertia / case["k_m"] ** 2)
 
 
 def test_16_21_by_formula() -> None:
     case = inputs("khurmi-16.21")
-    press = presses.press_at(case["E_J"], case["P_W"], case["t_s"])
-    low = two_speeds.speed_after(case["m_kg"] * case["k_m"] ** 2, case["N1_rpm"] * RPM, press.given)
+    press = press_work.press_at(case["E_J"], case["P_W"], case["t_s"])
+    low = press_work.speed_after(case["m_kg"] * case["k_m"] ** 2, case["N1_rpm"] * RPM, press.given)
     agree("khurmi-16.21", N2_rpm=low / RPM, rivets_per_min=60 * press.rate)
 
 

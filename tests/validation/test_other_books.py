@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from flywheel.two_speeds import inertia_for
+from flywheel.components.press_work import inertia_for
 
 from .common import LBF_IN, agree, inputs, of_areas, of_swing
 

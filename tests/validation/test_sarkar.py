@@ -6,7 +6,7 @@ from math import pi, radians, sqrt
 
 import pytest
 
-from flywheel import presses, two_speeds
+from flywheel.components import press_work
 
 from .common import agree, inputs, mean_and_eps, of_areas, press
 
@@ -49,10 +49,10 @@ def test_6_9_strokes_per_hour_and_drop_of_speed() -> None:
 
 def test_6_7_and_6_9_by_formula() -> None:
     case = inputs("sarkar-6.7")
-    given = two_speeds.energy_given(case["m_kg"] * case["k_m"] ** 2, case["N1_rpm"] * RPM, case["N2_rpm"] * RPM)
-    press = presses.press_of(given, case["cycle_s"], case["cycle_s"] - case["t_recharge_s"])
+    given = press_work.energy_given(case["m_kg"] * case["k_m"] ** 2, case["N1_rpm"] * RPM, case["N2_rpm"] * RPM)
+    press = press_work.press_of(given, case["cycle_s"], case["cycle_s"] - case["t_recharge_s"])
     agree("sarkar-6.7", P_kW=press.power / 1000, E_J=press.energy)
     case = inputs("sarkar-6.9")
-    press = presses.press_at(case["E_J"], case["P_W"], case["t_s"])
-    low = two_speeds.speed_after(case["I"], case["N1_rpm"] * RPM, press.given)
+    press = press_work.press_at(case["E_J"], case["P_W"], case["t_s"])
+    low = press_work.speed_after(case["I"], case["N1_rpm"] * RPM, press.given)
     agree("sarkar-6.9", n_per_h=3600 * press.rate, drop_rpm=case["N1_rpm"] - low / RPM)

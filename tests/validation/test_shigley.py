@@ -6,7 +6,7 @@ from math import pi
 
 import pytest
 
-from flywheel.two_speeds import Speeds, energy_given, inertia_for
+from flywheel.components.press_work import Speeds, energy_given, inertia_for
 
 from .common import CASES, LBF_IN, agree, inputs, of_swing, sized
 

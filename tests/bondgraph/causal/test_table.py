@@ -6,15 +6,7 @@ from bondgraph import Builder, C, GraphError, I, Law, Modulus, Motion, R, Se
 from bondgraph.causal.assignment import causality
 from bondgraph.causal.table import Quantity, table
 from bondgraph.graph import CONVENTION
-from tests.bondgraph.causal.causal_graphs import (
-    divider,
-    generic,
-    graphs,
-    motor,
-    rivals,
-    shaft,
-    slider_crank,
-)
+from tests.bondgraph.causal.causal_graphs import divider, generic, graphs, motor, rivals, shaft, slider_crank
 
 GRAPHS = {"crank": slider_crank(), "generic": generic(), "motor": motor(), "shaft": shaft(), "divider": divider()}
 

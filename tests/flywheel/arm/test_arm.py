@@ -7,13 +7,13 @@ import sys
 
 import pytest
 
-from flywheel import arm
+from flywheel.components import robot_arm
 
 
 def test_every_name_is_there():
-    assert all(hasattr(arm, name) for name in arm.__all__)
+    assert all(hasattr(robot_arm, name) for name in robot_arm.__all__)
     with pytest.raises(AttributeError, match="no attribute 'three_links'"):
-        arm.three_links  # noqa: B018
+        robot_arm.three_links  # noqa: B018
 
 
 def test_only_the_symbols_import_sympy():

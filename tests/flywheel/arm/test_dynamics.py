@@ -7,7 +7,7 @@ import pytest
 from mpmath import mp
 from numpy.testing import assert_allclose
 
-from flywheel.arm.dynamics import (
+from flywheel.components.robot_arm import (
     Bar,
     TwoLinkArm,
     accelerations,
@@ -18,7 +18,7 @@ from flywheel.arm.dynamics import (
     rest,
     slender,
 )
-from flywheel.faults import SceneError
+from flywheel.numerics.faults import SceneError
 
 ARM = TwoLinkArm(Bar(0.7, 4.0, 0.25, 0.4), Bar(0.5, 2.5, 0.09, 0.3))
 SWUNG = TwoLinkArm(slender(1.0, 3.0), slender(0.5, 1.2), gravity=-3.7)

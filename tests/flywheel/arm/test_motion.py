@@ -7,9 +7,8 @@ import pytest
 from mpmath import mp
 from numpy.testing import assert_allclose
 
-from flywheel.arm.dynamics import Bar, TwoLinkArm, driving_torques, slender
-from flywheel.arm.motion import simulate_arm
-from flywheel.faults import SceneError
+from flywheel.components.robot_arm import Bar, TwoLinkArm, driving_torques, simulate_arm, slender
+from flywheel.numerics.faults import SceneError
 
 ARM = TwoLinkArm(Bar(0.7, 4.0, 0.25, 0.4), Bar(0.5, 2.5, 0.09, 0.3))
 START = [2.4, 0.5], [1.0, -3.0]

@@ -3,13 +3,12 @@ import math
 import numpy as np
 import pytest
 
-from flywheel.formulas.building import between, compiled, numeral, variable, written
-from flywheel.formulas.expressions import Expression, parse
+from flywheel.numerics.expressions import Expression, between, compiled, expression_of, numeral, parse, variable
 
 
 @pytest.mark.parametrize("value", [0.1, -0.1, 1e-300, -2.5e17, -0.0, math.pi])
 def test_a_number_is_read_back_to_the_last_bit(value):
-    found = float(parse(f"1*{written(value)}").evaluate({}, np))
+    found = float(parse(f"1*{expression_of(value)}").evaluate({}, np))
     assert (found, math.copysign(1, found)) == (value, math.copysign(1, value))
     assert float(compiled("3 - {k}", k=value).evaluate({}, np)) == 3.0 - value
 

@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from flywheel.formulas.expressions import FUNCTIONS, ExpressionError, parse
+from flywheel.numerics.expressions import FUNCTIONS, ExpressionError, parse
 from tests.pace import at_most
 
 PARAMETERS = frozenset({"F", "k", "η"})

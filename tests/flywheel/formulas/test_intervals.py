@@ -6,9 +6,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from flywheel.formulas.intervals import NAMESPACE as ns
-from flywheel.formulas.intervals import Interval
-from flywheel.formulas.namespaces import mpmath_namespace
+from flywheel.numerics.expressions import mpmath_namespace
+from flywheel.numerics.intervals import NAMESPACE as ns
+from flywheel.numerics.intervals import Interval
 
 EXACT = mpmath_namespace()
 ENDS = st.floats(-30, 30).map(lambda u: u if abs(u) > 1e-12 else 0.0)  # nothing that could underflow

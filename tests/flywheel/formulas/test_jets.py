@@ -6,11 +6,10 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from flywheel.formulas import intervals
-from flywheel.formulas.expressions import parse
-from flywheel.formulas.intervals import Interval
-from flywheel.formulas.jets import Jet, jet_namespace
-from flywheel.formulas.namespaces import mpmath_namespace
+from flywheel.numerics import intervals
+from flywheel.numerics.expressions import mpmath_namespace, parse
+from flywheel.numerics.intervals import Interval
+from flywheel.numerics.jets import Jet, jet_namespace
 
 JETS = jet_namespace(np)
 BOUNDS = jet_namespace(intervals.NAMESPACE)

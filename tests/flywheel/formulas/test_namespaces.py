@@ -7,8 +7,7 @@ import numpy as np
 import pytest
 import sympy
 
-from flywheel.formulas.expressions import parse
-from flywheel.formulas.namespaces import mpmath_namespace, sympy_namespace
+from flywheel.numerics.expressions import mpmath_namespace, parse, sympy_namespace
 
 TEXTS = [
     "sin(phi) + cos(phi)*tan(phi/3) - pi",

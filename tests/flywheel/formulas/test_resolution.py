@@ -4,11 +4,9 @@ import mpmath
 import numpy as np
 import pytest
 
-from flywheel.formulas.expressions import parse
-from flywheel.formulas.intervals import Interval
-from flywheel.formulas.jets import Jet
-from flywheel.formulas.resolution import resolved
-from flywheel.formulas.switching import SwitchingError, breakpoints
+from flywheel.numerics.expressions import parse
+from flywheel.numerics.intervals import Interval, SwitchingError, breakpoints, resolved
+from flywheel.numerics.jets import Jet
 
 TURN = 2 * np.pi
 NODES, WEIGHTS = np.polynomial.legendre.leggauss(17)

@@ -4,12 +4,10 @@ import mpmath
 import numpy as np
 import pytest
 
-from flywheel.formulas import intervals
-from flywheel.formulas.expressions import parse
-from flywheel.formulas.intervals import Interval
-from flywheel.formulas.jets import Jet, jet_namespace
-from flywheel.formulas.namespaces import mpmath_namespace
-from flywheel.formulas.scaled import terms
+from flywheel.numerics import intervals
+from flywheel.numerics.expressions import mpmath_namespace, parse
+from flywheel.numerics.intervals import Interval, terms
+from flywheel.numerics.jets import Jet, jet_namespace
 
 PLACES = np.array([0.0, 1.0, 2.99, 2.999, 3.0000001, 3.01, 4.0, 6.0])
 TEXTS = [

@@ -5,10 +5,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from flywheel.formulas.expressions import parse
-from flywheel.formulas.intervals import NAMESPACE, Interval
-from flywheel.formulas.jets import Jet, jet_namespace
-from flywheel.formulas.switching import SwitchingError, breakpoints, roots
+from flywheel.numerics.expressions import parse
+from flywheel.numerics.intervals import NAMESPACE, Interval, SwitchingError, breakpoints, roots
+from flywheel.numerics.jets import Jet, jet_namespace
 
 TURN = 2 * np.pi
 JETS = jet_namespace(NAMESPACE)

@@ -12,7 +12,7 @@ from dataclasses import replace
 from math import pi
 from typing import NamedTuple
 
-from flywheel.linkage.description import FRAME, PIN, SLIDE, SLOT, Coupling, Joint, Link, Linkage, Point
+from flywheel.scene.linkage import FRAME, PIN, SLIDE, SLOT, Coupling, Joint, Link, Linkage, Point
 
 
 class Rail(NamedTuple):

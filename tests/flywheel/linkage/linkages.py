@@ -7,7 +7,7 @@ from typing import Any
 
 import mpmath as mp
 
-from flywheel.linkage.description import (
+from flywheel.scene.linkage import (
     CAM,
     FRAME,
     GEAR,
@@ -196,7 +196,7 @@ class Sine:
 
     def jet(self, angle: Any, anchor: Any, ns: Any) -> Any:
         """Lift with two derivatives."""
-        from flywheel.formulas.jets import Jet
+        from flywheel.numerics.jets import Jet
 
         value, slope = 0.02 * (1 - ns.cos(2 * angle)), 0.04 * ns.sin(2 * angle)
         return Jet(value, slope, 0.08 * ns.cos(2 * angle))

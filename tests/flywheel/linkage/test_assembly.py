@@ -9,12 +9,11 @@ from math import pi
 import numpy as np
 import pytest
 
-from flywheel.faults import SceneError
-from flywheel.linkage.assembly import assembled, assemblies
-from flywheel.linkage.description import FRAME, GEAR, Coupling, Link, Linkage, Point, Side
-from flywheel.linkage.equations import Equations
-from flywheel.linkage.loops import loops
-from flywheel.linkage.solution import solve
+from flywheel.mechanisms.linkages.assembly import assembled, assemblies
+from flywheel.mechanisms.linkages.equations import Equations, loops
+from flywheel.mechanisms.linkages.positions import solve
+from flywheel.numerics.faults import SceneError
+from flywheel.scene.linkage import FRAME, GEAR, Coupling, Link, Linkage, Point, Side
 from tests.flywheel.linkage.linkages import (
     O,
     cam_rocker,

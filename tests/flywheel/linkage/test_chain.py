@@ -5,12 +5,10 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from flywheel.faults import SceneError
-from flywheel.kinetostatics import Force, Motion, chain_reactions, driving_actions, virtual_power
-from flywheel.linkage.chain import chain_poses
-from flywheel.linkage.components import DRIVE
-from flywheel.linkage.description import Linkage
-from flywheel.linkage.wrenches import centres
+from flywheel.mechanisms.linkages.reactions import Motion, chain_poses, chain_reactions, driving_actions, virtual_power
+from flywheel.mechanisms.linkages.wrenches import DRIVE, Force, centres
+from flywheel.numerics.faults import SceneError
+from flywheel.scene.linkage import Linkage
 from tests.flywheel import forced
 
 TIME = np.linspace(0.0, 2.0, 11)

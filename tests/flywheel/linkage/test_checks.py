@@ -7,11 +7,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from flywheel.faults import SceneError
-from flywheel.kinetostatics import Force, Motion, chain_reactions, reactions, reactions_at, virtual_power
-from flywheel.linkage.checks import check
-from flywheel.linkage.description import Coupling, Joint, Lift, Link, Linkage, Point
-from flywheel.linkage.solution import solve, solve_over
+from flywheel.mechanisms.linkages.poses import check
+from flywheel.mechanisms.linkages.positions import solve, solve_over
+from flywheel.mechanisms.linkages.reactions import Motion, chain_reactions, reactions, reactions_at, virtual_power
+from flywheel.mechanisms.linkages.wrenches import Force
+from flywheel.numerics.faults import SceneError
+from flywheel.scene.linkage import Coupling, Joint, Lift, Link, Linkage, Point
 from tests.flywheel.linkage.linkages import CASES, O, four_bar, pin
 
 BASE = four_bar()

@@ -5,10 +5,10 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from flywheel.faults import SceneError
-from flywheel.kinetostatics import reactions, reactions_at
-from flywheel.linkage.contacts import contact
-from flywheel.linkage.solution import solve
+from flywheel.mechanisms.linkages.positions import solve
+from flywheel.mechanisms.linkages.reactions import reactions, reactions_at
+from flywheel.mechanisms.linkages.wrenches import contact
+from flywheel.numerics.faults import SceneError
 from tests.flywheel import forced
 
 Q = np.linspace(0.1, 6.0, 7)

@@ -8,12 +8,10 @@ from math import degrees, pi, tau
 import numpy as np
 import pytest
 
-from flywheel.faults import SceneError
-from flywheel.linkage.assembly import assembled
-from flywheel.linkage.continuation import follow, tangent
-from flywheel.linkage.equations import Equations
-from flywheel.linkage.loops import loops
-from flywheel.linkage.solution import solve
+from flywheel.mechanisms.linkages.assembly import assembled
+from flywheel.mechanisms.linkages.equations import Equations, loops
+from flywheel.mechanisms.linkages.positions import follow, solve, tangent
+from flywheel.numerics.faults import SceneError
 from tests.flywheel.linkage.linkages import CASES, four_bar, slider_crank
 
 
@@ -42,7 +40,7 @@ def test_nothing_else_lies_in_the_certified_ball() -> None:
     z = assembled(equations)
     here = tangent(equations, z)
     rng = np.random.default_rng(1)
-    from flywheel.linkage.newton import settle
+    from flywheel.mechanisms.linkages.equations import settle
 
     around = z + here.rate * here.step + here.radius * rng.uniform(-1.0, 1.0, (50, z.size))
     around[:, 0] = z[0] + here.step

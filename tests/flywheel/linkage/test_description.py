@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import pytest
 
-from flywheel.linkage.description import FRAME, Lift, Link, Point, common_body
+from flywheel.scene.linkage import FRAME, Lift, Link, Point, common_body
 from tests.flywheel.linkage.linkages import SINE, cam_rocker, four_bar, geared_five_bar, pin, slider_crank
 
 

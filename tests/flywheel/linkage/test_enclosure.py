@@ -7,8 +7,8 @@ from math import tau
 import numpy as np
 import pytest
 
-from flywheel.linkage.enclosure import enclosed
-from flywheel.linkage.solution import solve
+from flywheel.mechanisms.linkage import enclosed
+from flywheel.mechanisms.linkages.positions import solve
 from tests.flywheel.linkage.linkages import CASES, slider_crank
 
 

@@ -5,8 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from flywheel.linkage.equations import Equations
-from flywheel.linkage.loops import loops
+from flywheel.mechanisms.linkages.equations import Equations, loops
 from tests.flywheel.linkage.linkages import CASES
 
 STEP = 1e-6

@@ -5,11 +5,11 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from flywheel.faults import SceneError
-from flywheel.kinetostatics import Effort, Force, Torque, reactions, reactions_at
-from flywheel.linkage.description import Joint, Link, Linkage, Point
-from flywheel.linkage.friction import settle
-from flywheel.linkage.poses import Poses
+from flywheel.mechanisms.linkages.poses import Poses
+from flywheel.mechanisms.linkages.reactions import reactions, reactions_at
+from flywheel.mechanisms.linkages.wrenches import Effort, Force, Torque, settle
+from flywheel.numerics.faults import SceneError
+from flywheel.scene.linkage import Joint, Link, Linkage, Point
 from tests.flywheel import forced
 
 ORIGIN = Point("o")

@@ -12,12 +12,11 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from flywheel.faults import SceneError
-from flywheel.linkage.assembly import assemblies
-from flywheel.linkage.description import Linkage, Side
-from flywheel.linkage.equations import Equations
-from flywheel.linkage.loops import loops
-from flywheel.linkage.solution import Solution, solve
+from flywheel.mechanisms.linkages.assembly import assemblies
+from flywheel.mechanisms.linkages.equations import Equations, loops
+from flywheel.mechanisms.linkages.positions import Solution, solve
+from flywheel.numerics.faults import SceneError
+from flywheel.scene.linkage import Linkage, Side
 from tests.flywheel.linkage.gallery import (
     KLANN,
     hart,

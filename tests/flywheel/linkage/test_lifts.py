@@ -8,14 +8,14 @@ from math import pi, tau
 import numpy as np
 import pytest
 
-from flywheel.faults import SceneError
-from flywheel.formulas.expressions import parse
-from flywheel.linkage.description import Lift, Linkage
-from flywheel.linkage.enclosure import enclosed
-from flywheel.linkage.lifts import WINDOW, at, bounds
-from flywheel.linkage.solution import solve
 from flywheel.mechanisms.law import followed
-from flywheel.scene import Output
+from flywheel.mechanisms.linkage import enclosed
+from flywheel.mechanisms.linkages.poses import WINDOW, at, bounds
+from flywheel.mechanisms.linkages.positions import solve
+from flywheel.numerics.expressions import parse
+from flywheel.numerics.faults import SceneError
+from flywheel.scene.linkage import Lift, Linkage
+from flywheel.scene.scene import Output
 from tests.flywheel.linkage.linkages import cam_rocker
 
 

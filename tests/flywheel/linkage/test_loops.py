@@ -6,9 +6,9 @@ from dataclasses import replace
 
 import pytest
 
-from flywheel.faults import SceneError
-from flywheel.linkage.description import FRAME, SLIDE, Joint, Link
-from flywheel.linkage.loops import loops
+from flywheel.mechanisms.linkages.equations import loops
+from flywheel.numerics.faults import SceneError
+from flywheel.scene.linkage import FRAME, SLIDE, Joint, Link
 from tests.flywheel.linkage.linkages import O, four_bar, six_bar, slider_crank, whitworth
 
 

@@ -8,10 +8,10 @@ from math import pi, tau
 import numpy as np
 import pytest
 
-from flywheel.faults import SceneError
-from flywheel.linkage.description import FRAME, GEAR, SLIDE, Coupling, Joint, Link, Linkage, Point, Side
-from flywheel.linkage.mobility import gruebler
-from flywheel.linkage.solution import solve
+from flywheel.mechanisms.linkages.equations import gruebler
+from flywheel.mechanisms.linkages.positions import solve
+from flywheel.numerics.faults import SceneError
+from flywheel.scene.linkage import FRAME, GEAR, SLIDE, Coupling, Joint, Link, Linkage, Point, Side
 from tests.flywheel.linkage.linkages import CASES, O, bar, four_bar, geared_five_bar, ground, pin, slider_crank
 
 

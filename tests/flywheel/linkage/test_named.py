@@ -9,14 +9,13 @@ from typing import Any
 import numpy as np
 import pytest
 
-from flywheel.faults import SceneError
-from flywheel.linkage.description import Link, Linkage
-from flywheel.linkage.named import linkage_of
-from flywheel.linkage.poses import Poses, Track
-from flywheel.linkage.solution import Solution, solve
-from flywheel.mechanisms import build
-from flywheel.mechanisms.base import Family, Ratio
-from flywheel.scene import Body, Mechanism
+from flywheel.mechanisms.families import Family, Ratio, build
+from flywheel.mechanisms.linkages.families import linkage_of
+from flywheel.mechanisms.linkages.poses import Poses, Track
+from flywheel.mechanisms.linkages.positions import Solution, solve
+from flywheel.numerics.faults import SceneError
+from flywheel.scene.linkage import Link, Linkage
+from flywheel.scene.scene import Body, Mechanism
 
 CRANK = Body(5.0, 0.7, 0.06, -0.8)
 ROD = Body(3.0, 0.2, 0.4, 0.3)
@@ -178,10 +177,10 @@ def test_both_have_the_same_reduced_inertia(mechanism: Mechanism) -> None:
 
 @pytest.mark.parametrize("mechanism", PLAIN.values(), ids=PLAIN.keys())
 def test_joints_and_bodies_are_named_as_documented(mechanism: Mechanism) -> None:
-    import flywheel.linkage.named as module
+    from flywheel.mechanisms.linkages import families
 
     linkage = linkage_of(mechanism)
-    row = next(line for line in (module.__doc__ or "").splitlines() if line.startswith(f"| {mechanism.type} |"))
+    row = next(line for line in (families.__doc__ or "").splitlines() if line.startswith(f"| {mechanism.type} |"))
     _, _, bodies, joints, _ = (cell.strip() for cell in row.split("|"))
     assert bodies.split(", ") == list(linkage.names[1:])
     assert joints.replace(" (slide)", "").split(", ") == [joint.name for joint in linkage.joints]

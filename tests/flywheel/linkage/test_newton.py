@@ -4,10 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from flywheel.linkage.assembly import assembled
-from flywheel.linkage.equations import Equations
-from flywheel.linkage.loops import loops
-from flywheel.linkage.newton import correction, settle, solved
+from flywheel.mechanisms.linkages.assembly import assembled
+from flywheel.mechanisms.linkages.equations import Equations, correction, loops, settle, solved
 from tests.flywheel.linkage.linkages import six_bar
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from flywheel.linkage.ports import offered, shadowing, straight
+from flywheel.scene.linkage import offered, shadowing, straight
 from tests.flywheel.linkage.linkages import six_bar, slider_crank, whitworth
 
 

@@ -7,7 +7,7 @@ from math import tau
 
 import numpy as np
 
-from flywheel.linkage.solution import solve
+from flywheel.mechanisms.linkages.positions import solve
 from tests.flywheel.linkage.linkages import four_bar, six_bar
 
 Q = np.linspace(0.2, 6.0, 7)

@@ -8,7 +8,8 @@ import io
 import numpy as np
 import pytest
 
-from flywheel.kinetostatics import Force, reactions
+from flywheel.mechanisms.linkages.reactions import reactions
+from flywheel.mechanisms.linkages.wrenches import Force
 from tests.flywheel import forced
 
 Q = np.linspace(0.1, 6.2, 40)

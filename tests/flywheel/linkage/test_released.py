@@ -5,9 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from flywheel.kinetostatics import Effort, Force, Torque, reactions, virtual_power
-from flywheel.linkage.components import DRIVE
-from flywheel.linkage.released import rows
+from flywheel.mechanisms.linkages.reactions import reactions, rows, virtual_power
+from flywheel.mechanisms.linkages.wrenches import DRIVE, Effort, Force, Torque
 from tests.flywheel.forced import EVERY
 
 GRAVITY = (0.5, -9.81)

@@ -9,9 +9,9 @@ from math import pi, sqrt, tau
 import numpy as np
 import pytest
 
-from flywheel.faults import SceneError
-from flywheel.linkage.description import FRAME, SLOT, Joint, Linkage
-from flywheel.linkage.solution import solve
+from flywheel.mechanisms.linkages.positions import solve
+from flywheel.numerics.faults import SceneError
+from flywheel.scene.linkage import FRAME, SLOT, Joint, Linkage
 from tests.flywheel.linkage.gallery import Rail, drawn, meeting, roughly, scissor_jack, shuffled
 
 BARS = {FRAME: "O D", "crank": "O A", "coupler": "A B", "rocker": "D B"}

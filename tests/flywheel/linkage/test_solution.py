@@ -9,8 +9,8 @@ import mpmath as mp
 import numpy as np
 import pytest
 
-from flywheel.faults import SceneError
-from flywheel.linkage.solution import Solution, newton_steps, solve
+from flywheel.mechanisms.linkages.positions import Solution, newton_steps, solve
+from flywheel.numerics.faults import SceneError
 from tests.flywheel.linkage.linkages import CASES, Reference, four_bar, six_bar, slider_crank
 
 ANGLES = (0.0, 0.4, 1.1, 2.0, 3.0, 3.9, 4.6, 5.8, tau)

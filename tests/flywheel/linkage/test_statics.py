@@ -5,9 +5,10 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from flywheel.faults import SceneError
-from flywheel.kinetostatics import Force, Torque, reactions, reactions_at
-from flywheel.linkage.solution import solve
+from flywheel.mechanisms.linkages.positions import solve
+from flywheel.mechanisms.linkages.reactions import reactions, reactions_at
+from flywheel.mechanisms.linkages.wrenches import Force, Torque
+from flywheel.numerics.faults import SceneError
 from tests.flywheel import forced
 
 OMEGA, ALPHA, G = 20.0, -35.0, 9.81

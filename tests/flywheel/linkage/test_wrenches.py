@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from flywheel.faults import SceneError
-from flywheel.linkage.solution import solve
-from flywheel.linkage.wrenches import Effort, Force, Torque, applied, centres, inertial, pace, weights
+from flywheel.mechanisms.linkages.positions import solve
+from flywheel.mechanisms.linkages.wrenches import Effort, Force, Torque, applied, centres, inertial, pace, weights
+from flywheel.numerics.faults import SceneError
 from tests.flywheel import forced
 
 Q = np.linspace(0.2, 6.0, 9)

@@ -7,14 +7,15 @@ import pytest
 from mpmath import mp, mpf
 from scipy.integrate import quad
 
-from flywheel.load_models.compressors import (
+from flywheel.components.gas_forces import (
     Compression,
+    Space,
     compressor_law,
     compressor_work,
     cylinder_pressure,
+    gas_force,
     volumetric_efficiency,
 )
-from flywheel.load_models.gas import Space, gas_force
 
 CYCLES = [
     Compression(1e5, 7e5, 0.05, 1.3, 1.3),

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from flywheel.load_models.gas import (
+from flywheel.components.gas_forces import (
     Indicator,
     Space,
     gas_force,

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy.integrate import quad
 
-from flywheel.load_models.presses import Press, greatest_force, press_force, press_law, shaft_law, sheared_area
+from flywheel.components.load_models import Press, greatest_force, press_force, press_law, shaft_law, sheared_area
 
 SHAPES = ["constant", "triangular"]
 

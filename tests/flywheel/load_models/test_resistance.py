@@ -5,8 +5,14 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from flywheel.load_models.belts import belt_torque, tension_ratio
-from flywheel.load_models.resistance import Resistance, quadratic_coefficient, resistance, resistance_law
+from flywheel.components.load_models import (
+    Resistance,
+    belt_torque,
+    quadratic_coefficient,
+    resistance,
+    resistance_law,
+    tension_ratio,
+)
 
 SPEEDS = np.array([-30.0, -1.5, -1e-6, 1e-6, 0.3, 2.0, 80.0])
 

@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 from mpmath import mp
 
-from flywheel.mechanisms.base import Family, Ratio
-from flywheel.scene import Body, Mechanism
+from flywheel.mechanisms.families import Family, Ratio
+from flywheel.scene.scene import Body, Mechanism
 
 
 def walked(family: Family, psi: Any, ns: Any = np) -> dict[str, tuple[Any, Any]]:

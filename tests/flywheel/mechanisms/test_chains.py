@@ -12,9 +12,9 @@ import pytest
 import sympy
 from mpmath import mp
 
-from flywheel.formulas.intervals import NAMESPACE, Interval
-from flywheel.mechanisms import build
-from flywheel.scene import Body, Mechanism
+from flywheel.mechanisms.families import build
+from flywheel.numerics.intervals import NAMESPACE, Interval
+from flywheel.scene.scene import Body, Mechanism
 
 ROD = Body(3.0, 0.2, 0.4, 0.3)
 STRAIGHT = Body(2.0, 0.1, 0.25)

@@ -11,11 +11,10 @@ import pytest
 from scipy.optimize import minimize_scalar
 
 import flywheel
-from flywheel.faults import SceneError
-from flywheel.mechanisms import build
-from flywheel.mechanisms.ends import ends_of, stroke_of
+from flywheel.mechanisms.families import build, ends_of, stroke_of
+from flywheel.numerics.faults import SceneError
 from flywheel.reading.scenes import build_scene
-from flywheel.scene import Mechanism
+from flywheel.scene.scene import Mechanism
 
 STARTERS = Path(flywheel.__file__).parent / "starters"
 

@@ -11,12 +11,11 @@ import pytest
 from mpmath import mp
 from scipy.interpolate import CubicSpline
 
-from flywheel.faults import SceneError
-from flywheel.formulas.expressions import parse
-from flywheel.formulas.intervals import NAMESPACE, Interval
-from flywheel.mechanisms import build
-from flywheel.mechanisms.base import Family
-from flywheel.scene import Expression, Mechanism, Output, Table
+from flywheel.mechanisms.families import Family, build
+from flywheel.numerics.expressions import Expression, parse
+from flywheel.numerics.faults import SceneError
+from flywheel.numerics.intervals import NAMESPACE, Interval
+from flywheel.scene.scene import Mechanism, Output, Table
 
 Walk = Callable[..., dict[str, tuple[Any, Any]]]
 

@@ -8,9 +8,8 @@ from math import pi, tau
 import numpy as np
 import pytest
 
-from flywheel.mechanisms import build
-from flywheel.mechanisms.limits import graded, within_turn
-from flywheel.scene import Mechanism
+from flywheel.mechanisms.families import build, graded, within_turn
+from flywheel.scene.scene import Mechanism
 
 
 @pytest.mark.parametrize("distance", [0.4, 0.1, 1e-3, 1e-6])

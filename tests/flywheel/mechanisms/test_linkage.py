@@ -10,14 +10,13 @@ import numpy as np
 import pytest
 
 import flywheel
-from flywheel.faults import SceneError
-from flywheel.formulas.intervals import NAMESPACE, Interval
-from flywheel.linkage.description import FRAME, SLIDE, Lift, Linkage
-from flywheel.linkage.named import linkage_of
-from flywheel.linkage.solution import solve
-from flywheel.mechanisms import build
-from flywheel.mechanisms.base import Family
-from flywheel.scene import Mechanism, PointPort, Scene
+from flywheel.mechanisms.families import Family, build
+from flywheel.mechanisms.linkages.families import linkage_of
+from flywheel.mechanisms.linkages.positions import solve
+from flywheel.numerics.faults import SceneError
+from flywheel.numerics.intervals import NAMESPACE, Interval
+from flywheel.scene.linkage import FRAME, SLIDE, Lift, Linkage
+from flywheel.scene.scene import Mechanism, PointPort, Scene
 from tests.flywheel.linkage.linkages import CASES, SINE, cam_rocker, geared_five_bar, six_bar, slider_crank
 
 Walk = Any

@@ -9,9 +9,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from flywheel.faults import Fault, SceneError
-from flywheel.mechanisms import build
-from flywheel.scene import Mechanism
+from flywheel.mechanisms.families import build
+from flywheel.numerics.faults import Fault, SceneError
+from flywheel.scene.scene import Mechanism
 
 
 def fault(kind: str, **lengths: float) -> Fault:

@@ -15,10 +15,10 @@ from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 from mpmath import mp
 
-from flywheel.faults import Fault, SceneError
-from flywheel.formulas.intervals import NAMESPACE, Interval
-from flywheel.mechanisms import build
-from flywheel.scene import Body, Mechanism
+from flywheel.mechanisms.families import build
+from flywheel.numerics.faults import Fault, SceneError
+from flywheel.numerics.intervals import NAMESPACE, Interval
+from flywheel.scene.scene import Body, Mechanism
 
 Walk = Callable[..., dict[str, tuple[Any, Any]]]
 

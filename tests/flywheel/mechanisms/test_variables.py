@@ -6,8 +6,8 @@ from math import tau
 
 import numpy as np
 
-from flywheel.linkage.solution import solve
-from flywheel.mechanisms.variables import Angle, LinkagePosition, Positions, angle_of, are_slides
+from flywheel.mechanisms.linkage import Angle, LinkagePosition, Positions, angle_of, are_slides
+from flywheel.mechanisms.linkages.positions import solve
 from tests.flywheel.linkage.linkages import geared_five_bar, slider_crank
 
 

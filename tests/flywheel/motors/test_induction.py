@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from mpmath import mp, mpf
 
-from flywheel.faults import SceneError
-from flywheel.motors import Induction
+from flywheel.components.motors import Induction
+from flywheel.numerics.faults import SceneError
 
 RPM = math.pi / 30
 PLATE = {"power": 7500.0, "speed": 1450 * RPM, "poles": 4, "frequency": 50.0, "breakdown_ratio": 2.5}

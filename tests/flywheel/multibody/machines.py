@@ -8,9 +8,9 @@ from math import asin, cos, pi, sin, sqrt
 import numpy as np
 from numpy.typing import NDArray
 
-from flywheel.linkage.description import FIXED, FRAME, SLIDE, Joint, Link, Linkage, Point
-from flywheel.linkage.solution import solve_over
-from flywheel.multibody.model import Actions, Model, Wrench, coordinates, model
+from flywheel.mechanisms.linkages.multibody import Actions, Model, Wrench, coordinates, model
+from flywheel.mechanisms.linkages.positions import solve_over
+from flywheel.scene.linkage import FIXED, FRAME, SLIDE, Joint, Link, Linkage, Point
 from tests.flywheel.linkage.linkages import CASES, ground, pin, slider_crank
 
 Array = NDArray[np.float64]

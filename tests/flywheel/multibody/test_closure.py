@@ -8,9 +8,8 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
-from flywheel.linkage.solution import solve, solve_over
-from flywheel.multibody.closure import Closure, UnreachableError
-from flywheel.multibody.model import Actions, coordinates, model
+from flywheel.mechanisms.linkages.multibody import Actions, Closure, UnreachableError, coordinates, model
+from flywheel.mechanisms.linkages.positions import solve, solve_over
 from tests.flywheel.linkage.linkages import CASES, four_bar
 from tests.flywheel.multibody.machines import MACHINES, prepared
 

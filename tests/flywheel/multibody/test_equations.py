@@ -8,12 +8,21 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
-from flywheel.kinetostatics import reactions
-from flywheel.linkage.description import Link
-from flywheel.linkage.solution import solve_over
-from flywheel.multibody.closure import Closure, UnreachableError
-from flywheel.multibody.equations import by_multipliers, by_newton, reaction_wrenches, reduced, system
-from flywheel.multibody.model import Actions, components, model
+from flywheel.mechanisms.linkages.multibody import (
+    Actions,
+    Closure,
+    UnreachableError,
+    by_multipliers,
+    by_newton,
+    components,
+    model,
+    reaction_wrenches,
+    reduced,
+    system,
+)
+from flywheel.mechanisms.linkages.positions import solve_over
+from flywheel.mechanisms.linkages.reactions import reactions
+from flywheel.scene.linkage import Link
 from tests.flywheel.linkage.linkages import four_bar
 from tests.flywheel.multibody.machines import MACHINES, STARTS, prepared
 
@@ -45,7 +54,7 @@ def test_the_four_bar_has_17_equations_for_17_unknowns():
 
 
 def prepared_pose(linkage, q):
-    from flywheel.multibody.model import coordinates
+    from flywheel.mechanisms.linkages.multibody import coordinates
 
     return coordinates(solve_over(linkage, (0.0, q)).poses(q))
 

@@ -10,9 +10,9 @@ import pytest
 from numpy.testing import assert_allclose
 from numpy.typing import NDArray
 
-from flywheel.faults import SceneError
-from flywheel.linkage.description import Linkage
-from flywheel.multibody.model import Actions, Wrench, components, model
+from flywheel.mechanisms.linkages.multibody import Actions, Wrench, components, model
+from flywheel.numerics.faults import SceneError
+from flywheel.scene.linkage import Linkage
 from tests.flywheel.multibody.machines import MACHINES, prepared
 
 Array = NDArray[np.float64]

@@ -9,8 +9,8 @@ from typing import Any
 import mpmath as mp
 import pytest
 
-from flywheel.linkage.description import FIXED, PIN, SLIDE, SLOT
-from flywheel.multibody.relations import COMPONENTS, Pair, Place, Row, closures, coordinate, placed
+from flywheel.mechanisms.linkages.multibody import COMPONENTS, Pair, Place, Row, closures, coordinate, placed
+from flywheel.scene.linkage import FIXED, PIN, SLIDE, SLOT
 
 X = (0.31, -0.22, 0.7), (0.55, 0.41, -1.3)
 V = (0.4, 1.1, -2.3), (-0.9, 0.6, 1.7)

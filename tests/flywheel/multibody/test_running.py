@@ -10,10 +10,10 @@ from numpy.testing import assert_allclose
 from scipy.integrate import solve_ivp
 from scipy.special import ellipk
 
-from flywheel.faults import SceneError
-from flywheel.linkage.description import Link, Linkage
-from flywheel.linkage.solution import solve, solve_over
-from flywheel.multibody import ENERGY, MULTIPLIERS, NEWTON, REDUCED, ROUTES, Wrench, simulate
+from flywheel.mechanisms.linkages.multibody import ENERGY, MULTIPLIERS, NEWTON, REDUCED, ROUTES, Wrench, simulate
+from flywheel.mechanisms.linkages.positions import solve, solve_over
+from flywheel.numerics.faults import SceneError
+from flywheel.scene.linkage import Link, Linkage
 from tests.flywheel.linkage.linkages import four_bar
 from tests.flywheel.multibody.machines import (
     EXACT,

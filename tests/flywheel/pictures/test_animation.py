@@ -11,9 +11,9 @@ from matplotlib.patches import Polygon
 from PIL import Image
 
 import flywheel
-from flywheel.faults import SceneError
-from flywheel.pictures import animation
-from flywheel.sketching.views import views
+from flywheel.numerics.faults import SceneError
+from flywheel.pictures import mechanisms
+from flywheel.pictures.sketch import views
 from tests.flywheel.scenes import press, rotor, shaper, yoke
 from tests.flywheel.sketching.test_views import CLAMP
 
@@ -23,7 +23,7 @@ from tests.flywheel.sketching.test_views import CLAMP
 )
 def test_a_gif_with_the_frames_asked_for(scene: dict[str, object], tmp_path: Path) -> None:
     path = tmp_path / "made.gif"
-    animation.animate(flywheel.load(scene), path, frames=6, fps=10)
+    mechanisms.animate(flywheel.load(scene), path, frames=6, fps=10)
     with Image.open(path) as image:
         assert image.format == "GIF"
         assert image.n_frames == 6  # type: ignore[attr-defined]
@@ -41,17 +41,17 @@ def test_a_gif_with_the_frames_asked_for(scene: dict[str, object], tmp_path: Pat
 def test_the_same_scene_gives_the_same_file(tmp_path: Path) -> None:
     paths = [tmp_path / f"{name}.gif" for name in ("one", "two")]
     for path in paths:
-        animation.animate(flywheel.load(yoke()), path, frames=3)
+        mechanisms.animate(flywheel.load(yoke()), path, frames=3)
     assert paths[0].read_bytes() == paths[1].read_bytes()
 
 
 @pytest.mark.parametrize("kind", ["shaper", "clamp"])
 def test_mechanism_and_marker_stand_where_the_machine_is(kind: str) -> None:
     scene = flywheel.load({"shaper": shaper(), "clamp": CLAMP}[kind])
-    stage = animation.stage(scene, 8)
+    stage = mechanisms.stage(scene, 8)
     (view,) = views(scene)
     for k in (0, 3, 7):
-        animation.show(stage, k, scene)
+        mechanisms.show(stage, k, scene)
         poses = view.poses([stage.q[k]])
         for shape, artist in stage.mechanisms[0].parts:
             if shape.kind == "pin" and isinstance(artist, Polygon):
@@ -66,7 +66,7 @@ def test_mechanism_and_marker_stand_where_the_machine_is(kind: str) -> None:
 
 def test_a_law_beside_a_mechanism_is_named_as_left_out() -> None:
     feed = {"type": "law", "name": "feed", "outputs": {"out": {"x": "0.01*sin(phi)", "mass": 1}}}
-    stage = animation.stage(flywheel.load(press(mechanism=[press()["mechanism"], feed])), 2)
+    stage = mechanisms.stage(flywheel.load(press(mechanism=[press()["mechanism"], feed])), 2)
     assert stage.figure.get_suptitle() == "(not drawn: feed, a law without bodies)"
     assert len(stage.mechanisms) == 1
 
@@ -76,9 +76,9 @@ def test_a_law_beside_a_mechanism_is_named_as_left_out() -> None:
 )
 def test_what_no_gif_can_be_is_refused(frames: int, fps: int, name: str, tmp_path: Path) -> None:
     with pytest.raises(ValueError, match=r"found .*, expected"):
-        animation.animate(flywheel.load(yoke()), tmp_path / name, frames=frames, fps=fps)
+        mechanisms.animate(flywheel.load(yoke()), tmp_path / name, frames=frames, fps=fps)
 
 
 def test_a_rotor_alone_has_no_picture(tmp_path: Path) -> None:
     with pytest.raises(SceneError, match="expected a mechanism to draw"):
-        animation.animate(flywheel.load(rotor()), tmp_path / "a.gif")
+        mechanisms.animate(flywheel.load(rotor()), tmp_path / "a.gif")

@@ -14,10 +14,10 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Polygon
 
 import flywheel
-from flywheel.linkage.description import Linkage
 from flywheel.pictures import figures, mechanisms
-from flywheel.scene import Mechanism, Scene
-from flywheel.sketching.views import views
+from flywheel.pictures.sketch import views
+from flywheel.scene.linkage import Linkage
+from flywheel.scene.scene import Mechanism, Scene
 from tests.flywheel.linkage.linkages import CASES
 from tests.flywheel.scenes import press, shaper, yoke
 from tests.flywheel.sketching.linkages import eccentric

@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 
 import flywheel
-from flywheel import steady
-from flywheel.faults import SceneError
-from flywheel.pictures.paces import Pace, pace
-from flywheel.sketching.views import views
+from flywheel.numerics.faults import SceneError
+from flywheel.pictures.mechanisms import Pace, pace
+from flywheel.pictures.sketch import views
+from flywheel.regime import steady_motion
 from tests.flywheel.regimes import SECTION_C, figures
 from tests.flywheel.scenes import press, yoke
 from tests.flywheel.sketching.test_views import CLAMP
@@ -27,7 +27,7 @@ def test_the_cycle_takes_its_period() -> None:
     assert sizing.machine is not None
     assert sizing.cycle is not None
     assert sizing.run is not None
-    period, _ = steady.period(sizing.cycle, sizing.speed, sizing.run, 1e-9)
+    period, _ = steady_motion.period(sizing.cycle, sizing.speed, sizing.run, 1e-9)
     assert of(yoke()).time[-1] == pytest.approx(period, rel=1e-6)
 
 

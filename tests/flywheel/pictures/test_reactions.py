@@ -10,12 +10,12 @@ import numpy as np
 import pytest
 from matplotlib.axes import Axes
 
-from flywheel import kinetostatics
-from flywheel.faults import SceneError
-from flywheel.linkage.description import Linkage
-from flywheel.linkage.reactions import Reactions
-from flywheel.linkage.solution import solve
-from flywheel.pictures import reactions as reaction_plots
+from flywheel.mechanisms.linkages.positions import solve
+from flywheel.mechanisms.linkages.reactions import Reactions
+from flywheel.mechanisms.linkages.reactions import reactions as reactions_along
+from flywheel.numerics.faults import SceneError
+from flywheel.pictures import reactions
+from flywheel.scene.linkage import Linkage
 from tests.flywheel.linkage.linkages import slider_crank
 
 TURN = 2 * np.pi
@@ -29,11 +29,11 @@ def found(scale: float = 1.0) -> Reactions:
     links = tuple(link._replace(mass=scale * mass, inertia=0.01 * scale, com=(0.05, 0.01)) for link, mass in masses)
     linkage = Linkage(base.ground, links, base.joints, base.driver)
     q = np.linspace(0.0, TURN, 361)
-    return kinetostatics.reactions(solve(linkage, 0.0, TURN), q, 50.0, gravity=(0.0, -9.80665))
+    return reactions_along(solve(linkage, 0.0, TURN), q, 50.0, gravity=(0.0, -9.80665))
 
 
 def drawn(*joints: str, of: Reactions | None = None) -> list[Axes]:
-    return reaction_plots.polar(of or found(), joints=joints or None).axes
+    return reactions.polar(of or found(), joints=joints or None).axes
 
 
 def curve(panel: Axes, k: int = 0) -> Any:
@@ -62,9 +62,9 @@ def test_marks_stand_every_30_degrees() -> None:
 
 
 def test_longer_motions_are_marked_more_widely_and_strokes_evenly() -> None:
-    assert reaction_plots.marks(np.array([0.0, 720.0]), False).tolist() == [60.0 * k for k in range(13)]
-    assert reaction_plots.marks(np.array([10.0, 100.0]), False).tolist() == [30.0, 60.0, 90.0]
-    assert reaction_plots.marks(np.array([-60.0, 190.0]), True).tolist() == np.linspace(-60, 190, 11).tolist()
+    assert reactions.marks(np.array([0.0, 720.0]), False).tolist() == [60.0 * k for k in range(13)]
+    assert reactions.marks(np.array([10.0, 100.0]), False).tolist() == [30.0, 60.0, 90.0]
+    assert reactions.marks(np.array([-60.0, 190.0]), True).tolist() == np.linspace(-60, 190, 11).tolist()
 
 
 def test_a_slide_shows_normal_force_and_moment_over_the_angle() -> None:
@@ -80,7 +80,7 @@ def part(*, upto: int, step: int = 1) -> Reactions:
     """The same at some of its positions."""
     few = slice(0, upto, step)
     linkage = solve(found().poses.linkage, 0.0, TURN)
-    return kinetostatics.reactions(linkage, found().poses.q[few], 50.0, gravity=(0.0, -9.80665))
+    return reactions_along(linkage, found().poses.q[few], 50.0, gravity=(0.0, -9.80665))
 
 
 def test_a_whole_turn_is_closed() -> None:
@@ -146,5 +146,5 @@ def test_unknown_joints_are_refused_with_the_nearest() -> None:
 def test_the_same_reactions_give_the_same_file(ending: str, tmp_path: Path) -> None:
     paths = [tmp_path / f"{name}.{ending}" for name in ("one", "two")]
     for path in paths:
-        reaction_plots.polar(found(), path, ["A", "guide"])
+        reactions.polar(found(), path, ["A", "guide"])
     assert paths[0].read_bytes() == paths[1].read_bytes()

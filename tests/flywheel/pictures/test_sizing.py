@@ -11,11 +11,11 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 import flywheel
-from flywheel import steady
-from flywheel.pictures import curves
+from flywheel.pictures import figures
 from flywheel.pictures import sizing as plots
-from flywheel.results import Sizing
-from flywheel.writing import outcome
+from flywheel.regime import steady_motion
+from flywheel.regime.results import Sizing
+from flywheel.report import rows
 from tests.flywheel.regimes import GEARED, KLOSS, PUMP, SECTION_C
 from tests.flywheel.scenes import press, rotor, shaper, yoke
 
@@ -119,7 +119,7 @@ def test_shaded_areas_add_up() -> None:
     sizing = sized(press())
     assert sizing.machine is not None
     assert sizing.cycle is not None
-    samples = curves.sampled(sizing.machine, sizing.cycle)
+    samples = figures.sampled(sizing.machine, sizing.cycle)
     for area in sizing.areas:
         inside = (samples.phi >= area.start) & (samples.phi <= area.end)
         positive = np.maximum(np.sign(area.work) * samples.moment[inside], 0.0)
@@ -131,7 +131,7 @@ def test_a_jump_is_a_vertical_line() -> None:
     sizing = sized(press())
     assert sizing.machine is not None
     assert sizing.cycle is not None
-    samples = curves.sampled(sizing.machine, sizing.cycle)
+    samples = figures.sampled(sizing.machine, sizing.cycle)
     at = samples.phi == sizing.cycle.mesh.edges[np.abs(sizing.cycle.mesh.edges - np.radians(300)).argmin()]
     values = samples.moment[at]
     assert values.size == 2
@@ -142,8 +142,8 @@ def test_bodies_stack_to_the_total() -> None:
     sizing = sized(press())
     assert sizing.machine is not None
     assert sizing.cycle is not None
-    samples = curves.sampled(sizing.machine, sizing.cycle)
-    parts = curves.bodies(sizing.machine, samples)
+    samples = figures.sampled(sizing.machine, sizing.cycle)
+    parts = figures.bodies(sizing.machine, samples)
     assert set(parts) == {"press.crank", "press.rod", "press.slider"}
     np.testing.assert_allclose(sum(parts.values()), samples.inertia, rtol=1e-9)
     assert labels(drawn(press()).axes[1]) == [*parts, "I* total"]
@@ -166,8 +166,8 @@ def test_tangents_touch_the_loop_and_meet_at_the_flywheel(kind: str) -> None:
     assert sizing.machine is not None
     assert sizing.cycle is not None
     assert sizing.run is not None
-    samples = curves.sampled(sizing.machine, sizing.cycle)
-    loop = curves.loop(sizing.cycle, samples, sizing.speed, sizing.run)
+    samples = figures.sampled(sizing.machine, sizing.cycle)
+    loop = figures.loop(sizing.cycle, samples, sizing.speed, sizing.run)
     scale = np.ptp(loop.energy) + loop.inertia.max()
     above = loop.intercept_fast + loop.slope_fast * loop.inertia - loop.energy
     below = loop.energy - loop.intercept_slow - loop.slope_slow * loop.inertia
@@ -214,9 +214,9 @@ def test_no_steady_motion_is_said_in_the_legend(monkeypatch: pytest.MonkeyPatch)
     sizing = sized(yoke())
 
     def stops(*_: object) -> None:
-        raise steady.NoMotionError
+        raise steady_motion.NoMotionError
 
-    monkeypatch.setattr(outcome.steady, "run", stops)
+    monkeypatch.setattr(steady_motion, "run", stops)
     assert sum("no steady motion" in label for label in labels(plots.draw(sizing).axes[3])) == 2
 
 
@@ -264,7 +264,7 @@ def test_speeds_of_candidates_are_those_of_their_own_motions() -> None:
     sizing = sized(SECTION_C | {"flywheel": {"irregularity": 0.4}})
     panel = plots.draw(sizing).axes[3]
     lines = {str(line.get_label()).split()[0]: np.asarray(line.get_ydata(), dtype=float) for line in panel.lines}
-    for candidate, key in zip(outcome.candidates(sizing), ("exact", "areas", "inertia"), strict=True):
+    for candidate, key in zip(rows.candidates(sizing), ("exact", "areas", "inertia"), strict=True):
         given = sized(SECTION_C | {"flywheel": {"inertia": candidate.inertia}})
         assert given.run is not None
         assert lines[key].max() == pytest.approx(given.run.speed_max * 30 / np.pi, rel=1e-5)
@@ -275,8 +275,8 @@ def test_a_number_of_an_area_stands_where_there_is_room() -> None:
     sizing = sized(rotor(load=[{"on": "crank", "torque": "-100 N m", "from": 0, "to": "180 deg"}]))
     assert sizing.machine is not None
     assert sizing.cycle is not None
-    samples = curves.sampled(sizing.machine, sizing.cycle)
-    centre, room = curves.roomiest(samples, 0.0, np.pi, -1.0, 0.3)
+    samples = figures.sampled(sizing.machine, sizing.cycle)
+    centre, room = figures.roomiest(samples, 0.0, np.pi, -1.0, 0.3)
     assert centre == pytest.approx(np.pi / 2, abs=0.05)
     assert room == pytest.approx(50.0)
-    assert curves.roomiest(samples, 0.0, 0.1, -1.0, 0.3)[1] == 0.0
+    assert figures.roomiest(samples, 0.0, 0.1, -1.0, 0.3)[1] == 0.0

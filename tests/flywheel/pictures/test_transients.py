@@ -1,8 +1,8 @@
 import pytest
 
 import flywheel
+from flywheel.motion.transients import transient
 from flywheel.pictures.transients import draw, plot
-from flywheel.transients.running import transient
 
 MOTOR = {"type": "dc", "voltage": 48, "resistance": 0.4, "constant": 0.25}
 SCENE = {"title": "Fan", "inertia": [{"on": "crank", "value": 0.1}], "drive": {"motor": MOTOR}, "flywheel": {"inertia": 0}}

@@ -3,9 +3,9 @@
 import pytest
 
 import flywheel
-from flywheel.faults import SceneError
+from flywheel.numerics.faults import SceneError
 from flywheel.reading.scenes import load
-from flywheel.scene import Inertia
+from flywheel.scene.scene import Inertia
 
 REST = "regime.speed = 10\n"
 

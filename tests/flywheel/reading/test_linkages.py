@@ -12,16 +12,13 @@ from typing import Any
 import numpy as np
 import pytest
 
-from flywheel.faults import SceneError
-from flywheel.linkage.description import Coupling, Joint, Link, Linkage, Point, Side
-from flywheel.reading.bodies import read_bodies
-from flywheel.reading.couplings import read_couplings
-from flywheel.reading.fields import Faults
-from flywheel.reading.joints import Joints, read_joints
-from flywheel.reading.places import Setting
+from flywheel.numerics.faults import SceneError
+from flywheel.reading.fields import Faults, Setting
+from flywheel.reading.linkages import Joints, read_bodies, read_couplings, read_joints
 from flywheel.reading.scenes import build_scene
 from flywheel.reference import text as topic
-from flywheel.scene import PointPort, Scene
+from flywheel.scene.linkage import Coupling, Joint, Link, Linkage, Point, Side
+from flywheel.scene.scene import PointPort, Scene
 from tests.flywheel.test_reading_fuzz import check, mutate
 
 FOUR_BAR = """
@@ -678,8 +675,8 @@ def test_mutated_linkages_are_read_or_refused_with_faults(text):
 
 
 def test_a_fixed_body_of_another_name() -> None:
-    from flywheel.reading.bodies import read_bodies
     from flywheel.reading.fields import Faults
+    from flywheel.reading.linkages import read_bodies
 
     faults = Faults()
     read_bodies({"ground": {"points": {"O": [0, 0]}}, "crank": {}}, "mechanism.bodies", faults)

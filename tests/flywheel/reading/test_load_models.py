@@ -12,16 +12,15 @@ from scipy.integrate import quad
 from scipy.optimize import brentq
 
 import flywheel
-from flywheel.faults import SceneError
-from flywheel.formulas.expressions import Expression
-from flywheel.load_models.compressors import Compression, compressor_work, cylinder_pressure
-from flywheel.load_models.gas import Space, gas_force
-from flywheel.machine import Machine
+from flywheel.components.gas_forces import Compression, Space, compressor_work, cylinder_pressure, gas_force
+from flywheel.machine.machine import Machine
+from flywheel.numerics.expressions import Expression
+from flywheel.numerics.faults import SceneError
+from flywheel.numerics.units import DIMENSIONS
 from flywheel.reading.scenes import build_scene
-from flywheel.reading.schema_load import LOAD_MODELS
+from flywheel.reading.schema import LOAD_MODELS
 from flywheel.reference import text
-from flywheel.scene import Load, Scene, Table
-from flywheel.units import DIMENSIONS
+from flywheel.scene.scene import Load, Scene, Table
 
 R, ROD = 0.05, 0.2
 STROKE = 2 * R

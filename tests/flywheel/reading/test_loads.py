@@ -4,10 +4,10 @@ import math
 
 import pytest
 
-from flywheel.faults import SceneError
-from flywheel.formulas.expressions import Expression
+from flywheel.numerics.expressions import Expression
+from flywheel.numerics.faults import SceneError
 from flywheel.reading.scenes import parse_scene
-from flywheel.scene import Damper, Inertia, Load, Scene, Spring
+from flywheel.scene.scene import Damper, Inertia, Load, Scene, Spring
 
 TURN = 2 * math.pi
 PRESS = """

@@ -5,11 +5,11 @@ import math
 import numpy as np
 import pytest
 
-from flywheel.faults import SceneError
-from flywheel.formulas.expressions import Expression
+from flywheel.numerics.expressions import Expression
+from flywheel.numerics.faults import SceneError
 from flywheel.reading.scenes import parse_scene
 from flywheel.reading.schema import KINDS
-from flywheel.scene import Body, Mechanism, Table
+from flywheel.scene.scene import Body, Mechanism, Table
 
 TURN = 2 * math.pi
 REST = "\n[regime]\nspeed = 1\n{regime}\n[flywheel]\ninertia = 1\n"

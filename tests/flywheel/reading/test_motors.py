@@ -6,13 +6,13 @@ import re
 import numpy as np
 import pytest
 
-from flywheel.faults import SceneError
-from flywheel.motors import Curve, Point, line_through
+from flywheel.components.motors import Curve, Point, line_through
+from flywheel.numerics.faults import SceneError
+from flywheel.numerics.units import DIMENSIONS
 from flywheel.reading.scenes import load, parse_scene
-from flywheel.reading.schema_motor import MOTORS
+from flywheel.reading.schema import MOTORS
 from flywheel.reference import text
-from flywheel.scene import Inertia, Scene
-from flywheel.units import DIMENSIONS
+from flywheel.scene.scene import Inertia, Scene
 
 RPM = math.pi / 30
 INDUCTION = "type = 'induction', power = '7.5 kW', speed = '1450 rpm', poles = 4, frequency = '50 Hz', breakdown_ratio = 2.5"

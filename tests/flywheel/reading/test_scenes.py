@@ -7,12 +7,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from flywheel.faults import SceneError
+from flywheel.numerics.faults import SceneError
+from flywheel.numerics.units import DIMENSIONS, parse_quantity
 from flywheel.reading.fields import Faults, read_quantity
 from flywheel.reading.scenes import build_scene, load, parse_scene, read_scene
 from flywheel.reading.schema import SECTIONS
-from flywheel.scene import Areas, Scene
-from flywheel.units import DIMENSIONS, parse_quantity
+from flywheel.scene.scene import Areas, Scene
 from tests.flywheel.reading.test_schema import KEYS
 
 ROTOR = """
@@ -468,9 +468,7 @@ def test_ratios_and_dampers_say_what_they_expect():
 
 
 def test_the_example_of_a_key_is_a_value_it_takes():
-    from flywheel.reading.schema_load import LOAD_MODELS
-    from flywheel.reading.schema_motor import MOTORS
-    from flywheel.reading.schema_wheel import WHEEL_KEYS
+    from flywheel.reading.schema import LOAD_MODELS, MOTORS, WHEEL_KEYS
 
     tables = [*SECTIONS.values(), *LOAD_MODELS.values(), *MOTORS.values()]
     keys = [key for table in tables for key in table.keys] + list(WHEEL_KEYS)

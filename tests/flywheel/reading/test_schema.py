@@ -4,10 +4,22 @@ import math
 
 import pytest
 
-from flywheel import mechanisms
-from flywheel.reading.schema import KINDS, MECHANISM, OUTPUT, SECTIONS, TABLE, TOP, Range
-from flywheel.reading.schema_linkage import COUPLING, COUPLING_KEYS, JOINT, JOINT_KEYS, LINKAGE_SECTIONS
-from flywheel.units import DIMENSIONS
+from flywheel.mechanisms import families
+from flywheel.numerics.units import DIMENSIONS
+from flywheel.reading.schema import (
+    COUPLING,
+    COUPLING_KEYS,
+    JOINT,
+    JOINT_KEYS,
+    KINDS,
+    LINKAGE_SECTIONS,
+    MECHANISM,
+    OUTPUT,
+    SECTIONS,
+    TABLE,
+    TOP,
+    Range,
+)
 
 OTHER_KINDS = {
     "text",
@@ -47,7 +59,7 @@ def test_every_key_is_of_a_known_kind_with_a_fitting_default(key):
 
 
 def test_the_types_are_those_that_can_be_built():
-    assert {kind.name for kind in KINDS.values() if not kind.later} == set(mechanisms.TYPES)
+    assert {kind.name for kind in KINDS.values() if not kind.later} == set(families.TYPES)
 
 
 @pytest.mark.parametrize(

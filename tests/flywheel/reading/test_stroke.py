@@ -5,8 +5,8 @@ import pytest
 from numpy.testing import assert_allclose
 
 import flywheel
+from flywheel.reading.mechanisms import driver_slides
 from flywheel.reading.scenes import load
-from flywheel.reading.stroke import driver_slides
 from tests.flywheel import scenes
 
 CLAMP = {

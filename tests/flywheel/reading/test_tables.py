@@ -6,9 +6,9 @@ import os
 import numpy as np
 import pytest
 
-from flywheel.faults import SceneError
+from flywheel.numerics.faults import SceneError
 from flywheel.reading.scenes import parse_scene
-from flywheel.scene import Load
+from flywheel.scene.scene import Load
 
 TURN = 2 * math.pi
 SCENE = """

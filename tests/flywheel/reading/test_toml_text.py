@@ -5,7 +5,7 @@ import tomllib
 
 import pytest
 
-from flywheel.faults import SceneError
+from flywheel.numerics.faults import SceneError
 from flywheel.reading import toml_text
 from flywheel.reading.scenes import build_scene, parse_scene, read_scene
 

@@ -7,12 +7,12 @@ import re
 import pytest
 
 import flywheel
+from flywheel.components.wheel_stresses import MATERIALS, material
+from flywheel.components.wheels import WheelAsked
+from flywheel.numerics.units import DIMENSIONS
 from flywheel.reading.scenes import load
-from flywheel.reading.schema import SECTIONS
-from flywheel.reading.schema_wheel import WHEEL_KEYS
+from flywheel.reading.schema import SECTIONS, WHEEL_KEYS
 from flywheel.reference import text
-from flywheel.units import DIMENSIONS
-from flywheel.wheel import MATERIALS, WheelAsked, material
 from tests.flywheel.reading.test_schema import OTHER_KINDS
 
 

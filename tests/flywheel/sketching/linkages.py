@@ -6,23 +6,10 @@ from typing import Any
 
 import numpy as np
 
-from flywheel.formulas.jets import Jet
-from flywheel.linkage.description import (
-    CAM,
-    FRAME,
-    GEAR,
-    PIN,
-    ROLLING,
-    SLIDE,
-    Coupling,
-    Joint,
-    Lift,
-    Link,
-    Linkage,
-    Point,
-)
-from flywheel.linkage.poses import Poses
-from flywheel.linkage.solution import solve
+from flywheel.mechanisms.linkages.poses import Poses
+from flywheel.mechanisms.linkages.positions import solve
+from flywheel.numerics.jets import Jet
+from flywheel.scene.linkage import CAM, FRAME, GEAR, PIN, ROLLING, SLIDE, Coupling, Joint, Lift, Link, Linkage, Point
 
 O = Point("O")  # noqa: E741
 TURN = 2 * np.pi

@@ -5,11 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from flywheel.linkage.description import FRAME, Linkage
-from flywheel.linkage.poses import Poses
-from flywheel.sketching.couplings import radii
-from flywheel.sketching.shapes import Shape, placed
-from flywheel.sketching.sketch import sketch
+from flywheel.mechanisms.linkages.poses import Poses
+from flywheel.pictures.sketch import Shape, placed, radii, sketch
+from flywheel.scene.linkage import FRAME, Linkage
 from tests.flywheel.linkage.linkages import cam_rocker, geared_five_bar, rolling
 from tests.flywheel.sketching.linkages import cycle, eccentric, planetary, roller
 

@@ -5,11 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from flywheel.linkage.description import FRAME, PIN, SLIDE, SLOT, Joint, Link, Linkage, Point
-from flywheel.linkage.poses import Poses
-from flywheel.sketching.names import along
-from flywheel.sketching.shapes import Shape, placed
-from flywheel.sketching.sketch import Sketch, places, sketch, sliding
+from flywheel.mechanisms.linkages.poses import Poses
+from flywheel.pictures.sketch import Shape, Sketch, along, placed, places, sketch, sliding
+from flywheel.scene.linkage import FRAME, PIN, SLIDE, SLOT, Joint, Link, Linkage, Point
 from tests.flywheel.linkage.linkages import CASES, four_bar, slider_crank, whitworth
 from tests.flywheel.sketching.linkages import O, cycle, pin
 
@@ -161,7 +159,7 @@ def test_the_arrow_follows_the_driver_s_positive_sense() -> None:
 
 
 def _slid(linkage: Linkage) -> Poses:
-    from flywheel.linkage.solution import solve
+    from flywheel.mechanisms.linkages.positions import solve
 
     return solve(linkage, 0.0, 0.2).poses(np.linspace(0.0, 0.2, 21))
 

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 import flywheel
-from flywheel.faults import SceneError
-from flywheel.sketching import views
+from flywheel.numerics.faults import SceneError
+from flywheel.pictures import sketch
 from tests.flywheel.scenes import press, rotor, shaper
 
 CLAMP: dict[str, Any] = {
@@ -25,8 +25,8 @@ CLAMP: dict[str, Any] = {
 FEED = {"type": "law", "name": "feed", "outputs": {"out": {"x": "0.01*sin(phi)", "mass": 1}}}
 
 
-def of(scene: dict[str, Any], *points: str) -> tuple[views.View, ...]:
-    return views.views(flywheel.load(scene), points)
+def of(scene: dict[str, Any], *points: str) -> tuple[sketch.View, ...]:
+    return sketch.views(flywheel.load(scene), points)
 
 
 def test_a_mechanism_follows_its_shaft_and_phase() -> None:
@@ -46,10 +46,10 @@ def test_a_stroke_is_followed_from_end_to_end() -> None:
 
 
 def test_default_positions_are_a_handful_within_a_turn_or_stroke() -> None:
-    turning = views.positions(flywheel.load(shaper()))
+    turning = sketch.positions(flywheel.load(shaper()))
     assert len(turning) == 6
     assert np.degrees(max(turning)) == pytest.approx(600.0)
-    sliding = views.positions(flywheel.load(CLAMP))
+    sliding = sketch.positions(flywheel.load(CLAMP))
     assert min(sliding) == -0.06
     assert max(sliding) == pytest.approx(0.19)
 
@@ -80,11 +80,11 @@ def test_unknown_points_are_all_reported_with_the_nearest() -> None:
 @pytest.mark.parametrize("at", [-0.07, 0.2, float("nan")])
 def test_positions_beyond_a_stroke_are_refused(at: float) -> None:
     with pytest.raises(SceneError, match="at: found"):
-        views.checked(flywheel.load(CLAMP), [at])
+        sketch.checked(flywheel.load(CLAMP), [at])
 
 
 def test_positions_on_a_cycle_may_be_anywhere() -> None:
-    assert views.checked(flywheel.load(press()), [-1.0, 100.0]) == (-1.0, 100.0)
+    assert sketch.checked(flywheel.load(press()), [-1.0, 100.0]) == (-1.0, 100.0)
 
 
 def test_what_has_no_bodies_is_refused_in_a_line() -> None:
@@ -99,10 +99,10 @@ def test_what_has_no_bodies_is_refused_in_a_line() -> None:
 
 def test_a_law_beside_a_mechanism_is_left_out_and_named() -> None:
     scene = flywheel.load(press(title="Press", mechanism=[press()["mechanism"], FEED]))
-    assert [view.mechanism.name for view in views.views(scene)] == ["press"]
-    assert views.headline(scene) == "Press (not drawn: feed, a law without bodies)"
+    assert [view.mechanism.name for view in sketch.views(scene)] == ["press"]
+    assert sketch.headline(scene) == "Press (not drawn: feed, a law without bodies)"
 
 
 def test_coordinates_are_told_as_designers_read_them() -> None:
-    assert views.told(flywheel.load(press()), -np.pi / 6) == "−30°"
-    assert views.told(flywheel.load(CLAMP), 0.19) == "190 mm"
+    assert sketch.told(flywheel.load(press()), -np.pi / 6) == "−30°"
+    assert sketch.told(flywheel.load(CLAMP), 0.19) == "190 mm"

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from typing import Any
 
-from flywheel.tradeoffs.reference import Reference
-from flywheel.tradeoffs.result import Row, Tradeoff
+from flywheel.study.reference import Reference
+from flywheel.study.tradeoff import Row, Tradeoff
 
 REFERENCE = Reference(2.0, 1e-14, "Gauss' rule", "the closed form is 1e-15 apart, within its estimate")
 

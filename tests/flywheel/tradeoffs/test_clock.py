@@ -4,8 +4,8 @@ import time
 
 import pytest
 
-from flywheel.cost import count
-from flywheel.tradeoffs.clock import OutOfTimeError, limited
+from flywheel.numerics.budget import count
+from flywheel.study.question import OutOfTimeError, limited
 
 
 def test_evaluations_are_counted_while_there_is_time():

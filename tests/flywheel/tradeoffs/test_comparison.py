@@ -7,10 +7,10 @@ from pathlib import Path
 import pytest
 
 import flywheel
-from flywheel.tradeoffs import measuring, methods
-from flywheel.tradeoffs.families import FAMILIES
-from flywheel.tradeoffs.measuring import Measured, Run
-from flywheel.tradeoffs.question import question
+from flywheel.study import methods, tradeoff
+from flywheel.study import question as question_module
+from flywheel.study.question import FAMILIES, question
+from flywheel.study.tradeoff import Measured, Run
 from tests.flywheel.scenes import press, rotor, yoke
 
 FOLDER = Path(__file__).parents[2] / "references"
@@ -26,8 +26,8 @@ def few(monkeypatch):
     """Let the quickest methods be all there are, each run twice: no test hangs on how fast the machine is."""
     every = methods.methods
     monkeypatch.setattr(methods, "methods", lambda asked: [own for own in every(asked) if own.name.startswith(FEW)])
-    monkeypatch.setattr(measuring, "_REPEATS", 1)
-    monkeypatch.setattr(measuring, "_ROUNDS", 2)
+    monkeypatch.setattr(tradeoff, "_REPEATS", 1)
+    monkeypatch.setattr(tradeoff, "_ROUNDS", 2)
 
 
 @pytest.fixture(scope="module", params=["rotor-window", "yoke-analysis"])
@@ -82,8 +82,8 @@ def choice(monkeypatch, **times):
         runs = [Run(by_name[names[key]], "done", TRUE * (1 + 1e-8), (seconds,)) for key, seconds in times.items()]
         return Measured(runs, False, 0.0)
 
-    monkeypatch.setattr(measuring, "measured", measured)
-    monkeypatch.setattr(measuring, "decided", lambda runs: (list(runs), False))
+    monkeypatch.setattr(tradeoff, "measured", measured)
+    monkeypatch.setattr(tradeoff, "decided", lambda runs: (list(runs), False))
     return flywheel.tradeoff(flywheel.load(yoke()), RTOL)
 
 
@@ -132,7 +132,13 @@ def test_every_method_has_a_name_of_its_own(scene):
     assert len({own.label for own in found}) == len(names)
     families = {own.family for own in found} | set(methods.obstacles(asked))
     assert {f"time stepping, {kind}" for kind in ("Euler", "RK4", "RK45", "DOP853", "LSODA")} <= families
-    assert {"accumulated areas", "plain grid", "exact, closed form", "whole bond graph", methods.MULTIPLIERS} <= families
+    assert {
+        "accumulated areas",
+        "plain grid",
+        "exact, closed form",
+        "whole bond graph",
+        question_module.MULTIPLIERS,
+    } <= families
 
 
 def test_torques_that_depend_on_speed_have_a_reference_in_time(monkeypatch):

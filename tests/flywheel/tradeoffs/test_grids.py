@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 import flywheel
-from flywheel.machine import Machine
-from flywheel.tradeoffs import grids
-from flywheel.tradeoffs.question import question
+from flywheel.machine.machine import Machine
+from flywheel.study import steppers
+from flywheel.study.question import question
 from tests.flywheel.scenes import press, yoke
 
 COUNT = 91  # no angle on a jump
@@ -38,7 +38,7 @@ def test_a_sizing_is_that_of_a_script():
     work, inertia = script(own.machine)
     high = max(w - (1 + eps / 2) ** 2 * speed**2 * i / 2 for w, i in zip(work, inertia, strict=True))
     low = min(w - (1 - eps / 2) ** 2 * speed**2 * i / 2 for w, i in zip(work, inertia, strict=True))
-    assert grids.by_grid(own, COUNT) == pytest.approx((high - low) / (eps * speed**2), rel=1e-11)
+    assert steppers.by_grid(own, COUNT) == pytest.approx((high - low) / (eps * speed**2), rel=1e-11)
 
 
 def test_an_analysis_is_that_of_a_script():
@@ -54,13 +54,13 @@ def test_an_analysis_is_that_of_a_script():
         omega = speeds(middle)
         low, high = (middle, high) if max(omega) + min(omega) < 4 * pi else (low, middle)
     wanted = 2 * (max(omega) - min(omega)) / (max(omega) + min(omega))
-    assert grids.by_grid(own, COUNT) == pytest.approx(wanted, rel=1e-9)
+    assert steppers.by_grid(own, COUNT) == pytest.approx(wanted, rel=1e-9)
 
 
 def test_the_error_goes_down_with_the_angles():
     own = asked(press())
     true = flywheel.size(own.machine, simulate=False).flywheel.exact
-    errors = [abs(grids.by_grid(own, count) / true - 1) for count in (36, 360, 3600)]
+    errors = [abs(steppers.by_grid(own, count) / true - 1) for count in (36, 360, 3600)]
     assert errors[2] < errors[1] / 5 < errors[0] / 25
 
 
@@ -72,7 +72,7 @@ def test_torques_that_depend_on_speed_are_taken_at_a_constant_one():
         "flywheel": {"irregularity": 0.01},
     }
     machine = Machine(flywheel.load(scene))
-    samples = grids.sampled(machine, 3600)
+    samples = steppers.sampled(machine, 3600)
     assert samples.speed == pytest.approx((100 - 30) / 4, rel=1e-3)  # no net work in a cycle
     assert samples.work[-1] == pytest.approx(0.0, abs=0.1)
     assert samples.work.min() == pytest.approx(-30 * pi, rel=2e-3)

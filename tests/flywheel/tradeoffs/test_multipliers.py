@@ -3,9 +3,9 @@
 import pytest
 
 import flywheel
-from flywheel.machine import Machine
-from flywheel.tradeoffs import multipliers, steppers
-from flywheel.tradeoffs.shooting import Trial
+from flywheel.machine.machine import Machine
+from flywheel.study import steppers, whole_models
+from flywheel.study.steppers import Trial
 from tests.flywheel.scenes import press, rotor, shaper, yoke
 
 
@@ -18,7 +18,7 @@ def test_they_agree_to_their_tolerance(restart):
     built = machine(press(load=[{"on": "press.slider", "force": "-900*sin(phi)"}]))
     trial = Trial(inertia=40.0, balance=10.0, speed=12.0, current=0.0, period=0.52)
     true = steppers.adaptive(built, "DOP853", 1e-12, True)(trial)
-    assert multipliers.by_multipliers(built, 1e-5, restart)(trial) == pytest.approx(true, rel=1e-5)
+    assert whole_models.by_multipliers(built, 1e-5, restart)(trial) == pytest.approx(true, rel=1e-5)
 
 
 @pytest.mark.parametrize(
@@ -31,8 +31,8 @@ def test_they_agree_to_their_tolerance(restart):
     ],
 )
 def test_what_they_cannot(scene, reason):
-    assert reason in multipliers.obstacle(machine(scene))
+    assert reason in whole_models.obstacle(machine(scene))
 
 
 def test_a_constant_inertia_on_the_crank_is_no_obstacle():
-    assert multipliers.obstacle(machine(yoke(inertia=[{"on": "crank", "value": 5}]))) is None
+    assert whole_models.obstacle(machine(yoke(inertia=[{"on": "crank", "value": 5}]))) is None

@@ -3,8 +3,8 @@
 import pytest
 
 import flywheel
-from flywheel.machine import Machine
-from flywheel.tradeoffs.question import answer, question
+from flywheel.machine.machine import Machine
+from flywheel.study.question import answer, question
 from tests.flywheel.scenes import shaper, yoke
 
 

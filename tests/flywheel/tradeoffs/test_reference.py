@@ -5,9 +5,10 @@ import math
 import pytest
 
 import flywheel
-from flywheel.machine import Machine
-from flywheel.tradeoffs import extended, reference
-from flywheel.tradeoffs.extended import Extended
+from flywheel.machine.machine import Machine
+from flywheel.study import reference
+from flywheel.study import reference as extended
+from flywheel.study.reference import Extended
 from tests.flywheel import regimes
 from tests.flywheel.scenes import shaper, yoke
 

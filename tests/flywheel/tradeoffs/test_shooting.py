@@ -5,9 +5,9 @@ from math import pi, sqrt
 import pytest
 
 import flywheel
-from flywheel.machine import Machine
-from flywheel.tradeoffs.question import question
-from flywheel.tradeoffs.shooting import NoAnswerError, Revolution, by_shooting, stretches_of
+from flywheel.machine.machine import Machine
+from flywheel.study.question import question
+from flywheel.study.steppers import NoAnswerError, Revolution, by_shooting, stretches_of
 from tests.flywheel.scenes import rotor
 
 OWN, SPEED = 2.0, 10 * pi

@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 
 import flywheel
-from flywheel.machine import Machine
-from flywheel.tradeoffs import steppers
-from flywheel.tradeoffs.question import question
-from flywheel.tradeoffs.shooting import NoAnswerError, Trial, by_shooting
+from flywheel.machine.machine import Machine
+from flywheel.study import steppers
+from flywheel.study.question import question
+from flywheel.study.steppers import NoAnswerError, Trial, by_shooting
 from tests.flywheel.scenes import yoke
 
 SMOOTH = yoke(load=[{"on": "yoke", "force": "400*sin(phi)"}])

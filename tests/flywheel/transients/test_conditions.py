@@ -1,8 +1,8 @@
 import pytest
 
 from flywheel import SceneError
-from flywheel.scene import TURN
-from flywheel.transients.conditions import Until, until
+from flywheel.motion.transients import Until, until
+from flywheel.scene.scene import TURN
 
 
 @pytest.mark.parametrize(

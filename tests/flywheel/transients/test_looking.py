@@ -3,7 +3,7 @@ import pytest
 from numpy.testing import assert_allclose
 
 import flywheel
-from flywheel.transients.looking import close, peak, sampled, switching, worked
+from flywheel.motion.transients import close, peak, sampled, switching, worked
 from tests.flywheel import regimes
 
 

@@ -3,8 +3,8 @@ import pytest
 from scipy.integrate import quad
 
 import flywheel
-from flywheel.machine import Machine
-from flywheel.transients.regime import regime_of, speed_at, time_along
+from flywheel.machine.machine import Machine
+from flywheel.motion.transients import regime_of, speed_at, time_along
 from tests.flywheel import regimes, scenes
 
 

@@ -8,10 +8,9 @@ import pytest
 from scipy.integrate import solve_ivp
 
 import flywheel
-from flywheel.transients import goals
-from flywheel.transients.conditions import Until
-from flywheel.transients.running import run_down, run_up, transient
-from flywheel.writing import transients as writing
+from flywheel.motion import transients
+from flywheel.motion.transients import Until, run_down, run_up, transient
+from flywheel.report.transients import text
 from tests.flywheel import regimes
 
 DEG = math.pi / 180
@@ -246,7 +245,7 @@ def test_a_load_that_ends_later_sets_a_machine_going_then():
 
 
 def test_what_does_not_come_is_given_up(monkeypatch):
-    monkeypatch.setattr(goals, "MOST_CYCLES", 50.0)
+    monkeypatch.setattr(transients, "MOST_CYCLES", 50.0)
     scene = rotor(2, drive={"torque": "20 + 0*t - 4*omega"})  # what depends on time may change its mind
     found = transient(scene, end=Until("speed", 6.0))
     assert found.reason == "limit"
@@ -453,7 +452,7 @@ def test_a_run_up_of_inertia_alone_heats_the_rotor_by_its_energy_at_synchronous_
     assert found.energy.rotor_heat == pytest.approx(0.5 * inertia * (synchronous**2 - left**2), rel=1e-9)
     assert found.energy.copper is None
     assert found.as_dict()["energy"]["rotor_heat"] == found.energy.rotor_heat
-    assert "heat in the motor's rotor, beside it:" in writing.text(found)
+    assert "heat in the motor's rotor, beside it:" in text(found)
     assert transient(flywheel.load(scene), start=30.0, drive=False, end=1.0).energy.rotor_heat is None
 
 

@@ -8,10 +8,21 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
-from flywheel.faults import SceneError
-from flywheel.wheel import MATERIALS, Body, WheelAsked, choose, inertia, least_mass, material, stress, wheel_of
-from flywheel.wheel.roots import doubled_until, first_true
-from flywheel.wheel.rounding import rounded_down, rounded_up
+from flywheel.components.wheel_stresses import MATERIALS, material
+from flywheel.components.wheels import (
+    Body,
+    WheelAsked,
+    choose,
+    doubled_until,
+    first_true,
+    inertia,
+    least_mass,
+    rounded_down,
+    rounded_up,
+    stress,
+    wheel_of,
+)
+from flywheel.numerics.faults import SceneError
 
 IRON, STEEL = material("grey cast iron"), material("carbon steel")
 SIZES = {

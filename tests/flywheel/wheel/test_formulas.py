@@ -9,21 +9,24 @@ import pytest
 from mpmath import mp
 from numpy.testing import assert_allclose
 
-from flywheel.faults import SceneError
-from flywheel.wheel import Body, Hub, parts, stress
-from flywheel.wheel.arms import (
+from flywheel.components.wheel_stresses import (
     Arms,
+    annulus_inertia,
+    annulus_mass,
     arm_bending,
     arm_width,
+    disc_stresses,
+    greatest_disc_stress,
+    hoop_stress,
     lanza_stress,
+    material,
     printed_constant,
     rim_on_arms,
     ring_factors,
     shaft_diameter,
 )
-from flywheel.wheel.discs import annulus_inertia, annulus_mass, disc_stresses, greatest_disc_stress
-from flywheel.wheel.materials import material
-from flywheel.wheel.rims import hoop_stress
+from flywheel.components.wheels import Body, Hub, parts, stress
+from flywheel.numerics.faults import SceneError
 
 RHO, OMEGA, NU = 7800.0, 120.0, 0.29
 

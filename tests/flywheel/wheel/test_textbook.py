@@ -7,11 +7,21 @@ from math import pi
 import pytest
 from numpy.testing import assert_allclose
 
-from flywheel.two_speeds import inertia_between
-from flywheel.wheel import WheelAsked, choose, material
-from flywheel.wheel.arms import printed_constant, rim_on_arms, ring_constant
-from flywheel.wheel.discs import disc_radius, disc_radius_for_stress, greatest_disc_stress
-from flywheel.wheel.rims import rim_mass, rim_section, rim_velocity, section_sides
+from flywheel.components.press_work import inertia_between
+from flywheel.components.wheel_stresses import (
+    disc_radius,
+    disc_radius_for_stress,
+    greatest_disc_stress,
+    material,
+    printed_constant,
+    rim_mass,
+    rim_on_arms,
+    rim_section,
+    rim_velocity,
+    ring_constant,
+    section_sides,
+)
+from flywheel.components.wheels import WheelAsked, choose
 
 RPM = pi / 30
 

@@ -8,8 +8,8 @@ from click.testing import CliRunner
 import flywheel
 from flywheel.cli import main
 from flywheel.reading.scenes import build_scene, parse_scene, read_scene
+from flywheel.report import as_read
 from flywheel.starters import kinds, starter
-from flywheel.writing import as_read
 
 ROOT = Path(__file__).parents[3]
 PRESS = """

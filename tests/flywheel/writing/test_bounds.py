@@ -3,7 +3,7 @@ import re
 import pytest
 
 import flywheel
-from flywheel.writing.report import headline, text
+from flywheel.report.report import headline, text
 from tests.flywheel import regimes, scenes
 from tests.flywheel.test_references import FOLDER
 

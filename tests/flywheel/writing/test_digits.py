@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from flywheel.writing.digits import aligned, columns, figure, short
+from flywheel.numerics.units import aligned, columns, figure, short
 
 _VALUES = st.floats(1e-12, 1e12) | st.floats(-1e12, -1e-12)
 

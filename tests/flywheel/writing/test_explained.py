@@ -1,5 +1,5 @@
 import flywheel
-from flywheel.writing.explained import text
+from flywheel.report.explanation import text
 from tests.flywheel import scenes
 
 

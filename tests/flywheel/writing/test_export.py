@@ -9,7 +9,7 @@ from click.testing import CliRunner
 
 import flywheel
 from flywheel.cli import main
-from flywheel.writing.export import reduced
+from flywheel.report.export import reduced
 from tests.flywheel.regimes import GEARED, PUMP, SECTION_C
 from tests.flywheel.scenes import yoke
 

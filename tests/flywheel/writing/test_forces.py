@@ -11,10 +11,10 @@ import numpy as np
 import pytest
 
 import flywheel
-from flywheel.joints import joint_forces
-from flywheel.port_forces import close_positions
-from flywheel.writing.forces import csv as csv_text
-from flywheel.writing.forces import text
+from flywheel.machine.friction import close_positions
+from flywheel.motion.joint_forces import joint_forces
+from flywheel.report.forces import csv as csv_text
+from flywheel.report.forces import text
 from tests.flywheel.test_cli import YOKE, run
 from tests.flywheel.test_joint_friction import crank_press, straight_drive
 

@@ -7,8 +7,8 @@ import re
 import pytest
 
 import flywheel
-from flywheel.results import Sizing
-from flywheel.writing import power
+from flywheel.regime.results import Sizing
+from flywheel.report import figures
 from tests.flywheel.regimes import SECTION_C
 from tests.flywheel.scenes import rotor, yoke
 from tests.flywheel.writing.test_regimes import PRESS, sized
@@ -17,7 +17,7 @@ RPM = 0.10471975511965977  # rad/s
 
 
 def lines(sizing: Sizing) -> str:
-    return "\n".join(power.with_and_without(sizing))
+    return "\n".join(figures.with_and_without(sizing))
 
 
 def row(text: str, name: str) -> list[float]:
@@ -90,14 +90,14 @@ def test_a_motor_that_brakes_is_said_to() -> None:
 
 def test_the_two_mean_powers_are_labelled() -> None:
     sizing = sized(PRESS)
-    assert power.torque_and_work(sizing)[0].endswith("(power: work of a cycle over its angle, times the mean of extremes)")
-    assert power.with_and_without(sizing)[0].endswith("(mean: its work over the period)")
+    assert figures.torque_and_work(sizing)[0].endswith("(power: work of a cycle over its angle, times the mean of extremes)")
+    assert figures.with_and_without(sizing)[0].endswith("(mean: its work over the period)")
 
 
 def test_nothing_is_said_without_a_drive() -> None:
-    assert power.with_and_without(sized(rotor(drive={"torque": 0}, load=[]))) == []
+    assert figures.with_and_without(sized(rotor(drive={"torque": 0}, load=[]))) == []
     areas = {"areas": {"values": [5, -5]}, "regime": {"speed": 3}, "flywheel": {"irregularity": 0.1}}
-    assert power.with_and_without(flywheel.size(flywheel.load(areas))) == []
+    assert figures.with_and_without(flywheel.size(flywheel.load(areas))) == []
 
 
 def press(power_: str, rpm: str, wheel: dict[str, object], ratio: float = 2.5) -> dict[str, object]:

@@ -10,8 +10,9 @@ from typing import Any
 import pytest
 
 import flywheel
-from flywheel.results import Cyclic, Sizing
-from flywheel.writing import outcome, regimes, report
+from flywheel.regime.results import Cyclic, Sizing
+from flywheel.report import figures as regimes
+from flywheel.report import report, rows
 from tests.flywheel.regimes import GEARED, KLOSS, PUMP, SECTION_C, figures
 from tests.flywheel.scenes import rotor, yoke
 
@@ -55,7 +56,7 @@ def number(text: str, pattern: str) -> float:
 @pytest.mark.parametrize("name", SCENES)
 def test_reports_fit_and_hide_no_nan(name: str) -> None:
     text = report.text(_sized(name))
-    assert max(map(len, text.splitlines())) <= report.WIDTH
+    assert max(map(len, text.splitlines())) <= rows.WIDTH
     assert not {"nan", "None", "inf"} & set(text.split())
     assert "Proven" not in text
 
@@ -77,7 +78,7 @@ def test_near_one_its_difference_to_one_is_told() -> None:
     assert sizing.cyclic is not None
     assert number(text, "1 - multiplier") == pytest.approx(sizing.cyclic.damping, rel=0.05)
     assert number(text, "settles to 1 % in") == pytest.approx(-log(0.01) / sizing.cyclic.damping, rel=2e-3)
-    assert max(map(len, text.splitlines())) <= report.WIDTH
+    assert max(map(len, text.splitlines())) <= rows.WIDTH
 
 
 @pytest.mark.parametrize(
@@ -134,12 +135,12 @@ def test_the_last_sum_of_the_areas_is_nought() -> None:
     lines = report.text(_sized("press")).splitlines()
     last = next(line.split() for line in lines if line.startswith("  A3"))
     assert last[-2:] == ["S3", "0"]
-    assert outcome.area_error(_sized("press")) < 1e-9 * _sized("press").energy_fluctuation
+    assert rows.area_error(_sized("press")) < 1e-9 * _sized("press").energy_fluctuation
 
 
 def test_a_candidate_s_irregularity_is_that_of_its_own_motion() -> None:
     sizing = _sized("section C sized")
-    for candidate in outcome.candidates(sizing)[1:]:
+    for candidate in rows.candidates(sizing)[1:]:
         given = sized(SECTION_C | {"flywheel": {"inertia": candidate.inertia}}).simulation
         assert candidate.gives is not None
         assert given is not None

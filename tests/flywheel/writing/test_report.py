@@ -9,9 +9,10 @@ from typing import Any
 import pytest
 
 import flywheel
-from flywheel import steady
-from flywheel.results import Sizing
-from flywheel.writing import outcome, report
+from flywheel.regime import steady_motion
+from flywheel.regime.results import Sizing
+from flywheel.report import report
+from flywheel.report import rows as outcome
 from tests.flywheel.scenes import press, rotor, yoke
 
 MACHINES = Path(__file__).parents[3] / "examples" / "machines"
@@ -31,7 +32,7 @@ def number(text: str, pattern: str) -> float:
 @pytest.mark.parametrize("path", SCENES, ids=lambda path: path.stem)
 def test_every_scene_fits_and_hides_no_nan(path: Path) -> None:
     text = report.text(sized(path))
-    assert max(map(len, text.splitlines())) <= report.WIDTH
+    assert max(map(len, text.splitlines())) <= outcome.WIDTH
     assert "nan" not in text.split()
     assert "None" not in text
     assert "\x1b" not in text
@@ -165,9 +166,9 @@ def test_machine_that_would_stop_is_said_so(monkeypatch: pytest.MonkeyPatch) -> 
     sizing = sized(yoke())
 
     def stops(*_: object) -> None:
-        raise steady.NoMotionError
+        raise steady_motion.NoMotionError
 
-    monkeypatch.setattr(outcome.steady, "run", stops)
+    monkeypatch.setattr(steady_motion, "run", stops)
     rows = [line for line in report.text(sizing).splitlines() if "no steady motion" in line]
     assert [row.split()[0] for row in rows] == ["accumulated", "inertia"]
 
@@ -179,7 +180,7 @@ def test_messages_and_missed_accuracy_are_shown() -> None:
     text = report.text(sizing)
     assert "Note: a sentence" in text
     assert "NOT reached" in text
-    assert max(map(len, text.splitlines())) <= report.WIDTH
+    assert max(map(len, text.splitlines())) <= outcome.WIDTH
 
 
 def test_digits_follow_the_error() -> None:
@@ -236,5 +237,5 @@ def test_the_flywheel_by_the_inertia_torque_is_compared_and_not_its_total(name: 
 
 def test_headline_is_short_and_printable() -> None:
     lines = report.headline(sized(yoke(title="x" * 300 + "\x1b"))).splitlines()
-    assert len(lines[0]) == report.WIDTH
+    assert len(lines[0]) == outcome.WIDTH
     assert lines[1] == "flywheel 353.521 kg m² on crank for irregularity 0.04, crank at 60 rpm"

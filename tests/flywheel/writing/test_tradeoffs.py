@@ -2,7 +2,7 @@
 
 import pytest
 
-from flywheel.writing.tradeoffs import error, ordered, plain, setting, text, unfinished
+from flywheel.report.tradeoffs import error, ordered, plain, setting, text, unfinished
 from tests.flywheel.tradeoffs.made import compared, row, whole
 
 

@@ -6,8 +6,9 @@ import json
 
 import pytest
 
-from flywheel.wheel import WheelAsked, choose, material
-from flywheel.writing.wheels import rows
+from flywheel.components.wheel_stresses import material
+from flywheel.components.wheels import WheelAsked, choose
+from flywheel.report.figures import rows
 
 IRON = material("grey cast iron")
 ARMED = WheelAsked("arms", IRON, outer_radius=1.0, bore=0.1, torque=100.0)

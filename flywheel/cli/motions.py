@@ -1,0 +1,319 @@
+"""The command that follows a machine in time: `simulate`."""
+
+from __future__ import annotations
+
+import os
+import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
+from math import pi
+from pathlib import Path
+from time import monotonic
+from typing import TYPE_CHECKING
+
+import click
+
+from flywheel.cli.common import (
+    MOST_POINTS,
+    SCENE,
+    coordinates,
+    hand_over,
+    pace,
+    places,
+    plot_path,
+    quantity,
+    remarked,
+    reported,
+    spare,
+    within,
+    written,
+)
+
+if TYPE_CHECKING:
+    from flywheel.motion.transients import Transient
+    from flywheel.scene.scene import Scene
+
+
+_RTOL = (1e-13, 0.1)
+_POINTS = 500
+_EVERY = 5.0  # seconds between two words on a long motion
+
+
+def _start(context: click.Context, parameter: click.Parameter, text: str) -> str:
+    if text in ("rest", "regime"):
+        return text
+    speeds = [quantity(text, dimension) for dimension in ("speed", "velocity")]
+    if all(speed is None for speed in speeds):
+        raise click.BadParameter(f'{text!r} is neither rest nor regime, nor a speed with its unit, such as "200 rpm".')
+    if any(speed is not None and speed < 0.0 for speed in speeds):
+        raise click.BadParameter(f"{text!r} is below 0: the machine is followed forwards.")
+    return text
+
+
+def _end(context: click.Context, parameter: click.Parameter, text: str | None) -> str | None:
+    from flywheel.motion.transients import until
+    from flywheel.numerics.faults import SceneError
+
+    try:
+        if text is not None:
+            until(text)
+    except SceneError as error:
+        raise click.BadParameter(f"found {error.faults[0].found}, expected {error.faults[0].expected}.") from None
+    return text
+
+
+def _place(context: click.Context, parameter: click.Parameter, text: str | None) -> str | None:
+    if text is None or any(quantity(text, dimension) is not None for dimension in ("angle", "length")):
+        return text
+    raise click.BadParameter(f'{text!r} is no angle such as "90 deg", nor a position such as "190 mm".')
+
+
+def _wheel(context: click.Context, parameter: click.Parameter, text: str | None) -> float | None:
+    if text is None:
+        return None
+    value = quantity(text, "inertia")
+    if value is None or value < 0.0:
+        raise click.BadParameter(f'{text!r} is no inertia with its unit, such as "2 kg m^2".')
+    return value
+
+
+@click.command(short_help="Follow a machine in time: run-up, run-down, load step, stall.")
+@SCENE
+@click.option("--from", "start", default="rest", show_default=True, callback=_start, help='rest, regime, or "200 rpm".')
+@click.option("--at", "place", callback=_place, metavar="ANGLE", help='Where it starts, such as "90 deg" (default 0).')
+@click.option(
+    "--until",
+    "end",
+    callback=_end,
+    metavar="END",
+    help='"5 s", "10 turns", "200 rpm", "95 %" of the regime\'s speed, regime, or stop (default: regime; with --no-drive '
+    "stop; on a stroke its end).",
+)
+@click.option("--no-drive", is_flag=True, help="Let the machine run down without its drive.")
+@click.option("--flywheel", "wheel", callback=_wheel, metavar="INERTIA", help='Such as "2 kg m^2" (default: the scene\'s).')
+@click.option("--csv", "csv_file", metavar="FILE", help="Write the motion as CSV, SI throughout; - prints it.")
+@click.option("--json", "as_json", is_flag=True, help="Print JSON, SI throughout, with the motion.")
+@click.option(
+    "--plot",
+    type=click.Path(path_type=Path),
+    callback=plot_path,
+    metavar="FILE.(png|svg|pdf)",
+    help="Draw speed, torques and energy over time into a file.",
+)
+@click.option(
+    "--points",
+    type=click.IntRange(2, MOST_POINTS),
+    default=_POINTS,
+    show_default=True,
+    help="Times in CSV and JSON, evenly from start to end.",
+)
+@click.option("--breaks", is_flag=True, help="Add to CSV and JSON the times at which laws switch, once for each side.")
+@click.option(
+    "--rtol", type=float, default=1e-9, show_default=True, callback=within(*_RTOL), help="Error allowed of the motion."
+)
+@click.option("--output", type=click.Path(path_type=Path), metavar="FILE", help="Write the text or JSON to a file instead.")
+def simulate(
+    scene: Path,
+    start: str,
+    place: str | None,
+    end: str | None,
+    no_drive: bool,
+    wheel: float | None,
+    csv_file: str | None,
+    as_json: bool,
+    plot: Path | None,
+    points: int,
+    breaks: bool,
+    rtol: float,
+    output: Path | None,
+) -> None:
+    """Follow the machine in SCENE in time, from a start to an end, and tell what became of it.
+
+    A machine that stalls is told with its angle and time. The table of energies says where the work went.
+    """
+    table = None if csv_file in (None, "-") else Path(str(csv_file))
+    spare(scene, output, table, plot)
+    if csv_file == "-" and as_json and output is None:
+        raise click.UsageError("--csv - and --json exclude each other.")
+    with reported(scene), _followed(end) as watching:
+        from flywheel.motion.transients import transient
+        from flywheel.reading.scenes import load
+        from flywheel.report import transients
+
+        loaded = load(scene)
+        remarked(scene, loaded.remarks)
+        watching.sliding = loaded.reduction_element == "slide"
+        found = transient(
+            loaded,
+            start=_speed_of(loaded, start),
+            at=None if place is None else coordinates((place,), loaded.reduction_element == "slide")[0],
+            end=end or _usual_end(loaded, no_drive),
+            drive=not no_drive,
+            inertia=wheel,
+            rtol=rtol,
+            watching=watching,
+        )
+        if plot is not None:
+            _draw(found, plot)
+        if table is not None:
+            hand_over(transients.csv(found, points, breaks), table, scene)
+        write = transients.csv if csv_file == "-" else transients.json if as_json else None
+        text = transients.text(found) if write is None else write(found, points, breaks)
+    hand_over(text, output, scene)
+
+
+@contextmanager
+def _followed(end: str | None) -> Iterator[_Watching]:
+    """What tells of a long motion on standard error, every few seconds; Ctrl-C ends it with a line and exit code 130."""
+    watching = _Watching(end)
+    try:
+        yield watching
+    except KeyboardInterrupt:
+        click.echo(f"interrupted{watching.place}", err=True)
+        sys.exit(130)
+
+
+class _Watching:
+    """How far a motion has come, told on standard error when it takes long."""
+
+    def __init__(self, end: str | None) -> None:
+        self.end = "" if end is None else f" until {end}"
+        self.sliding = False
+        self.t, self.phi, self.run = 0.0, 0.0, 0
+        self.next = monotonic() + _EVERY
+
+    def __call__(self, t: float, phi: float) -> None:
+        self.run += t < self.t or not self.run
+        self.t, self.phi = t, phi
+        if monotonic() >= self.next:
+            self.next = monotonic() + _EVERY
+            click.echo(f"following the motion{self.end}{self.place}", err=True)
+
+    @property
+    def place(self) -> str:
+        """Time, position and run: a motion is followed again, closer, until two runs agree."""
+        place = f"{self.phi:.4g} m" if self.sliding else f"{self.phi / (2 * pi):.4g} turns"
+        return f" at {self.t:.4g} s, {place}, run {self.run}" if self.run else ""
+
+
+def _speed_of(scene: Scene, text: str) -> float | str:
+    if text in ("rest", "regime"):
+        return text
+    return pace(text, scene.reduction_element == "slide", "--from")
+
+
+def _usual_end(scene: Scene, no_drive: bool) -> str:
+    return "stop" if no_drive or scene.stroke is not None else "regime"
+
+
+def _draw(found: Transient, path: Path) -> None:
+    from flywheel.pictures.transients import plot
+
+    with written(path):
+        plot(found, path)
+
+
+COMMANDS = (simulate,)
+
+
+# -- pictures ----------------------------------------------------------------------------------------------------------
+
+# Commands that draw mechanisms: `draw`, `animate`.
+
+
+def _gif_path(context: click.Context, parameter: click.Parameter, path: Path | None) -> Path | None:
+    if path is not None and path.suffix.lower() != ".gif":
+        raise click.BadParameter(f"{str(path)!r} does not end in .gif.")
+    return path
+
+
+def _target(scene: Path, output: Path | None, ending: str) -> Path:
+    """The file to write: the one that was named, else one of the scene's name that does not exist yet."""
+    if output is not None:
+        return output
+    path = Path(scene.with_suffix(ending).name)
+    if os.path.lexists(path):
+        click.echo(f"{path}: exists already and is left as it is; name a file with -o", err=True)
+        sys.exit(1)
+    return path
+
+
+def _tell(output: Path | None, target: Path) -> None:
+    """Where the file went, if its name was not the user's."""
+    if output is None:
+        click.echo(f"wrote {target}", err=True)
+
+
+@click.command("draw", short_help="Draw the mechanisms of a scene and the paths of their points.")
+@SCENE
+@click.option(
+    "--at",
+    multiple=True,
+    callback=places,
+    metavar="ANGLE",
+    help='A crank angle such as "30 deg", or a position of a driver that slides, such as "190 mm"; repeatable, the first '
+    "one is drawn bold (default: a handful over the motion).",
+)
+@click.option(
+    "--path",
+    "points",
+    multiple=True,
+    metavar="NAME",
+    help="A joint or a point whose path is drawn, such as B or rod.P; repeatable (default: all that move).",
+)
+@click.option(
+    "-o",
+    "--output",
+    type=click.Path(path_type=Path),
+    callback=plot_path,
+    metavar="FILE.(png|svg|pdf)",
+    help="Where the picture goes (default: the scene's name with .png, here, if there is no such file yet).",
+)
+def draw_mechanisms(scene: Path, at: tuple[str, ...], points: tuple[str, ...], output: Path | None) -> None:
+    """Draw the mechanisms of SCENE at chosen positions, with the paths that their points describe."""
+    spare(scene, output)
+    with reported(scene):
+        from flywheel.pictures.mechanisms import draw
+        from flywheel.reading.scenes import load
+
+        loaded = load(scene)
+        remarked(scene, loaded.remarks)
+        wanted = coordinates(at, loaded.reduction_element == "slide")
+        target = _target(scene, output, ".png")
+        with written(target):
+            draw(loaded, target, at=wanted, points=points)
+    _tell(output, target)
+
+
+@click.command("animate", short_help="Animate the mechanisms of a scene beside the curve of speed.")
+@SCENE
+@click.option(
+    "-o",
+    "--output",
+    type=click.Path(path_type=Path),
+    callback=_gif_path,
+    metavar="FILE.gif",
+    help="Where the animation goes (default: the scene's name with .gif, here, if there is no such file yet).",
+)
+@click.option("--frames", type=click.IntRange(2, 600), default=60, show_default=True, help="Frames, evenly in time.")
+@click.option("--fps", type=click.IntRange(1, 50), default=20, show_default=True, help="Frames shown in a second.")
+def animate_mechanisms(scene: Path, output: Path | None, frames: int, fps: int) -> None:
+    """Animate the mechanisms of SCENE over a cycle or stroke, with a marker that runs along the speed curve.
+
+    The speed is that of the steady cycle with the flywheel given or sized; along a stroke the curve is the velocity of what
+    the mechanism drives, at the stroke's own speed.
+    """
+    spare(scene, output)
+    with reported(scene):
+        from flywheel.pictures.mechanisms import animate
+        from flywheel.reading.scenes import load
+
+        loaded = load(scene)
+        remarked(scene, loaded.remarks)
+        target = _target(scene, output, ".gif")
+        with written(target):
+            animate(loaded, target, frames=frames, fps=fps)
+    _tell(output, target)
+
+
+PICTURE_COMMANDS = (draw_mechanisms, animate_mechanisms)

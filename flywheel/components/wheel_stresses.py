@@ -1,0 +1,606 @@
+"""Materials of wheels: what a wheel's mass and stress need, and a small table."""
+
+from __future__ import annotations
+
+from math import cos, pi, sin, sqrt
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from flywheel.numerics.arguments import POSITIVE, fits, known, number_faults, refuse
+from flywheel.numerics.faults import Fault, SceneError
+
+POISSON = 0.3
+"""Poisson's ratio where a material names none: that of steel."""
+
+
+class Material(NamedTuple):
+    """What a wheel is made of.
+
+    `density` in kg/m³; `allowable` stress in Pa, None where it is not to be judged; `strength` in Pa (tensile strength of a
+    brittle material, yield strength of a ductile one), which the safety factor refers to where it is known; `poisson` of
+    the lateral strain; `rim_speed` in m/s up to which rims of it usually run, None where there is no such custom.
+    """
+
+    name: str
+    density: float
+    allowable: float | None = None
+    strength: float | None = None
+    poisson: float = POISSON
+    rim_speed: float | None = None
+    about: str = ""
+
+    @property
+    def reference(self) -> float | None:
+        """What a safety factor refers to, Pa: the strength, or the allowable stress where that alone is known."""
+        return self.strength if self.strength is not None else self.allowable
+
+
+def _metal(
+    name: str, density: float, strength: float, factor: float, poisson: float, rim: float | None, about: str
+) -> Material:
+    return Material(name, density, strength / factor, strength, poisson, rim, about)
+
+
+_IRON, _DUCTILE = 10.0, 4.0
+
+MATERIALS = {
+    material.name: material
+    for material in (
+        _metal("grey cast iron", 7200.0, 115e6, _IRON, 0.26, 30.0, "EN-GJL-200, as expected in a wall of 80 mm (EN 1561)"),
+        _metal("ductile iron", 7100.0, 250e6, _DUCTILE, 0.275, None, "EN-GJS-400-15, proof stress (EN 1563)"),
+        _metal("cast steel", 7800.0, 240e6, _DUCTILE, 0.3, 40.0, "GE240, proof stress (EN 10293)"),
+        _metal(
+            "carbon steel", 7850.0, 305e6, _DUCTILE, 0.3, 40.0, "C45 normalised, 16 to 100 mm, yield strength (EN 10083-2)"
+        ),
+        _metal(
+            "alloy steel", 7850.0, 650e6, _DUCTILE, 0.3, None, "42CrMo4 tempered, 40 to 100 mm, yield strength (EN 10083-3)"
+        ),
+        _metal(
+            "aluminium", 2700.0, 240e6, _DUCTILE, 0.33, None, "EN AW-6082-T6 plate, 12.5 to 100 mm, proof stress (EN 485-2)"
+        ),
+    )
+}
+"""Usual metals by name.
+
+Strengths are least values of the standards. The allowable stress is a tenth of the tensile strength of grey iron (the
+factor that Machinery's Handbook asks of cast wheels) and a quarter of the yield strength of ductile metals, which is this
+table's own choice for a stress that comes and goes at every start. Rim speeds: Machinery's Handbook has 6000 ft/min for
+cast iron; 40 m/s for steel is old custom, which stress outdates. Give values of your own where you have better ones.
+"""
+
+
+def material(
+    name: str = "",
+    density: float | None = None,
+    allowable: float | None = None,
+    strength: float | None = None,
+    safety: float | None = None,
+    poisson: float | None = None,
+) -> Material:
+    """A material of the table, of own values, or of the table with own values in place of some.
+
+    Args:
+        name: of the table; empty for a material of own values, which needs a density.
+        density: kg/m³.
+        allowable: allowable stress, Pa.
+        strength: Pa, which the safety factor refers to.
+        safety: factor asked for: the allowable stress is strength over it.
+        poisson: Poisson's ratio, 0 to 0.5.
+
+    Raises:
+        SceneError: if the name is unknown, a number is out of range, the density is missing, or the allowable stress is
+            given twice (as such, and as a safety factor).
+
+    >>> material("carbon steel").allowable, material("carbon steel", safety=5.0).allowable
+    (76250000.0, 61000000.0)
+    >>> material(density=7200.0, allowable=7.5e6).poisson
+    0.3
+
+    """
+    given = {"density": density, "allowable_stress": allowable, "strength": strength, "safety": safety}
+    faults = [fault for key, value in given.items() if value is not None for fault in number_faults(key, value, POSITIVE)]
+    if poisson is not None and (number_faults("poisson", poisson) or not 0.0 <= poisson <= 0.5):
+        faults.append(Fault("poisson", f"{poisson}", "a number from 0 to 0.5"))
+    refuse(faults)
+    base = known("material", name, MATERIALS) if name else Material("own material", density or 0.0)
+    if density is None and not name:
+        faults.append(Fault("material", "neither material nor density", "one of them", f"known: {', '.join(MATERIALS)}"))
+    if safety is not None:
+        faults += _safety_faults(allowable, strength or base.strength)
+    refuse(faults)
+    strength = strength if strength is not None else base.strength
+    return base._replace(
+        density=base.density if density is None else density,
+        allowable=_allowable(base, allowable, strength, safety),
+        strength=strength,
+        poisson=base.poisson if poisson is None else poisson,
+    )
+
+
+def _safety_faults(allowable: float | None, strength: float | None) -> list[Fault]:
+    """A safety factor needs a strength, and leaves no allowable stress to be given."""
+    if allowable is not None:
+        return [
+            Fault("safety", "safety and allowable_stress", "one of them", "the allowable stress is strength over safety")
+        ]
+    if strength is None:
+        return [Fault("safety", "a safety factor without a strength", "a strength beside it")]
+    return []
+
+
+def _allowable(base: Material, allowable: float | None, strength: float | None, safety: float | None) -> float | None:
+    """The allowable stress: as given, or from the strength by the factor asked for or usual for that material."""
+    if allowable is not None:
+        return allowable
+    if strength is None:
+        return None
+    if safety is not None:
+        return strength / safety
+    if base.allowable is not None and base.strength is not None:
+        return strength * base.allowable / base.strength
+    return None
+
+
+# -- arms --------------------------------------------------------------------------------------------------------------
+
+# A rim on arms: what the arms take off the rim's hoop stress, how the rim bends between them, the arms themselves.
+#
+# The rim is a ring of mean radius R that wants to grow by rho v² R/E. Each of n arms of section A1, which under its own
+# pull grows by a third of that, holds it back by a force X. With a = pi/n, half the angle between two arms, and phi from the
+# middle between them,
+#
+#     N = rho A v² - X cos(phi)/(2 sin a),  M = X R/2 (cos(phi)/sin a - 1/a),
+#
+# and X makes their elastic energy least: X = (2/3) rho A v²/C, C = f2 A R²/J + f1 + A/A1, J the second moment of the rim's
+# section. For a rectangle of radial thickness t, A R²/J = 12 R²/t².
+#
+# Valid for a thin rim of one material with its arms, which are taken as reaching to the axis; hub and joints are not
+# weakened. Source: S. Timoshenko, Strength of Materials, part II, rotating ring on spokes. Handbooks print f1 and 12 f2
+# rounded for 4, 6 and 8 arms (0.643 and 0.07296, 0.957 and 0.02028, 1.274 and 0.00912; the last one should be 0.00832),
+# often without the R² beside t², which then holds for R = 1 m alone: so in Jindal, Machine Design, example 19-1, where R
+# is 1.2 m and the stress of the arms comes out 7 % too high.
+
+
+FEWEST, MOST = 3, 100
+"""How many arms a wheel may have."""
+
+_PRINTED = {4: (0.643, 0.00608), 6: (0.957, 0.00169), 8: (1.274, 0.00076)}
+
+
+class Arms(NamedTuple):
+    """Straight arms of elliptical section: how many, the ellipse's axis in the plane of rotation, its axis across (m)."""
+
+    number: int
+    width: float
+    thickness: float
+
+    @property
+    def area(self) -> float:
+        """Area of one arm's section, pi/4 w t, m²."""
+        return pi / 4 * self.width * self.thickness
+
+    @property
+    def modulus(self) -> float:
+        """Section modulus in the plane of rotation, pi/32 w² t, m³."""
+        return pi / 32 * self.width**2 * self.thickness
+
+
+class RimOnArms(NamedTuple):
+    """Stresses (Pa) of a rim on arms: in an arm by the rim's pull, in the rim at an arm and midway between two."""
+
+    arm: float
+    rim_at_arm: float
+    rim_between: float
+
+    @property
+    def greatest(self) -> float:
+        """The greatest of them, Pa."""
+        return max(self)
+
+
+def ring_factors(count: int) -> tuple[float, float]:
+    """f1 and f2 of a ring on arms: f1 = (sin(2a)/4 + a/2)/(2 sin² a), f2 = f1 - 1/(2a), a = pi/n.
+
+    Args:
+        count: n, number of arms.
+
+    Raises:
+        SceneError: if it is no whole number from 3 to 100.
+
+    >>> [round(f, 5) for f in ring_factors(6)]
+    [0.95661, 0.00168]
+
+    """
+    _check_count(count)
+    a = pi / count
+    if count > 20:  # f2 by its series: the difference loses its digits
+        return _f2_series(a) + 1 / (2 * a), _f2_series(a)
+    f1 = (sin(2 * a) / 4 + a / 2) / (2 * sin(a) ** 2)
+    return f1, f1 - 1 / (2 * a)
+
+
+def _f2_series(a: float) -> float:
+    return sum(c * a ** (2 * k + 3) for k, c in enumerate((1 / 90, 2 / 945, 1 / 3150, 4 / 93555, 691 / 127702575)))
+
+
+def ring_constant(count: int, radius: float, thickness: float, area_ratio: float) -> float:
+    """C = 12 f2 R²/t² + f1 + A/A1 of a rim of rectangular section on arms.
+
+    Args:
+        count: n, number of arms.
+        radius: R, mean radius of the rim, m.
+        thickness: t, radial thickness of the rim, m.
+        area_ratio: A/A1, the rim's section over an arm's.
+
+    >>> round(ring_constant(6, 1.2, 0.15, 4.0), 6)
+    6.248248
+
+    """
+    f1, f2 = ring_factors(count)
+    return 12 * f2 * (radius / thickness) ** 2 + f1 + area_ratio
+
+
+def printed_constant(count: int, thickness: float, area_ratio: float, radius: float = 1.0) -> float:
+    """C as handbooks print it, with rounded factors: for 6 arms 20280 R²/t² + 0.957 + A/A1, t in mm, R in m.
+
+    Args:
+        count: 4, 6 or 8 arms.
+        thickness: t, radial thickness of the rim, m.
+        area_ratio: A/A1.
+        radius: R, m; 1 where a book leaves R² out.
+
+    Raises:
+        SceneError: for another number of arms.
+
+    Source: Jindal, Machine Design, example 19-1 (without R²). `ring_constant` is the exact one.
+
+    >>> round(printed_constant(6, 0.15, 4.0), 6)
+    5.858333
+
+    """
+    if count not in _PRINTED:
+        raise SceneError([Fault("count", f"{count}", "4, 6 or 8 arms")])
+    f1, f2 = _PRINTED[count]
+    return 12 * f2 * (radius / thickness) ** 2 + f1 + area_ratio
+
+
+def rim_on_arms(
+    density: float,
+    velocity: float,
+    count: int,
+    radius: float,
+    thickness: float,
+    area_ratio: float,
+    constant: float | None = None,
+) -> RimOnArms:
+    """Stresses (Pa) of a rim on arms: in an arm (2/3) rho v² (A/A1)/C, in the rim N/A + |M| t/(2 J).
+
+    sigma(phi) = rho v² (1 - cos(phi)/(3 C sin a) + 2 R/(C t) |1/a - cos(phi)/sin a|).
+
+    Args:
+        density: rho, kg/m³.
+        velocity: v of the rim's mean radius, m/s.
+        count: n, number of arms.
+        radius: R, mean radius of the rim, m.
+        thickness: t, radial thickness of the rim, m.
+        area_ratio: A/A1, the rim's section over an arm's.
+        constant: C, `ring_constant` if None.
+
+    Raises:
+        SceneError: if the number of arms is out of range.
+
+    Validity and source: see the module.
+
+    >>> book = rim_on_arms(7100.0, 20 * pi, 6, 1.2, 0.15, 4.0, printed_constant(6, 0.15, 4.0))  # Jindal, example 19-1
+    >>> [round(stress / 1e6, 2) for stress in book]
+    [12.76, 38.88, 31.74]
+    >>> [round(stress / 1e6, 2) for stress in rim_on_arms(7100.0, 20 * pi, 6, 1.2, 0.15, 4.0)]
+    [11.96, 38.2, 31.51]
+
+    """
+    c = ring_constant(count, radius, thickness, area_ratio) if constant is None else constant
+    _check_count(count)
+    a, hoop = pi / count, density * velocity**2
+
+    def rim(phi: float) -> float:
+        bending = 2 * radius / (c * thickness) * abs(1 / a - cos(phi) / sin(a))
+        return hoop * (1 - cos(phi) / (3 * c * sin(a)) + bending)
+
+    return RimOnArms(2 / 3 * hoop * area_ratio / c, rim(a), rim(0.0))
+
+
+def lanza_stress(density: float, velocity: float, count: int, radius: float, thickness: float) -> float:
+    """Stress (Pa) in a rim on arms by Lanza's rule: rho v² (0.75 + pi² R/(2 n² t)).
+
+    Three quarters of the free rim's hoop stress, and a quarter of the bending stress, 2 pi² rho v² R/(n² t), of a beam that
+    is fixed at two arms. A rule, not a theory; `rim_on_arms` is one.
+
+    Args:
+        density: rho, kg/m³.
+        velocity: v of the rim's mean radius, m/s.
+        count: n, number of arms.
+        radius: R, mean radius of the rim, m.
+        thickness: t, radial thickness of the rim, m.
+
+    Source: Khurmi and Gupta, Machine Design, chapter 22, after G. Lanza.
+
+    >>> round(lanza_stress(7100.0, 20 * pi, 6, 1.2, 0.15) / 1e6, 3)
+    51.76
+
+    """
+    return density * velocity**2 * (0.75 + pi**2 / 2 * radius / (count**2 * thickness))
+
+
+def arm_bending(torque: float, count: int, radius: float, hub_radius: float, modulus: float) -> float:
+    """Bending stress (Pa) in the arms at the hub, as a torque goes from hub to rim: T (R - r)/(R n Z).
+
+    Args:
+        torque: T between hub and rim, N m: the rim's inertia times its angular acceleration.
+        count: n, number of arms, which share it evenly.
+        radius: R, mean radius of the rim, m.
+        hub_radius: r, m.
+        modulus: Z of one arm's section in the plane of rotation, m³ (`Arms.modulus`).
+
+    Valid for arms that are fixed at the hub and free to turn at the rim.
+    Source: Khurmi and Gupta, Machine Design, chapter 22.
+
+    >>> round(arm_bending(1000.0, 6, 1.0, 0.1, Arms(6, 0.1, 0.05).modulus))
+    3055775
+
+    """
+    return torque * (radius - hub_radius) / (radius * count * modulus)
+
+
+def arm_width(moment: float, stress: float, aspect: float = 0.5) -> float:
+    """The greater axis (m) of an elliptical arm: w = (32 M/(pi q sigma))^(1/3), M its bending moment.
+
+    Args:
+        moment: M at the hub, N m: T (R - r)/(R n).
+        stress: sigma that bending may cause, Pa.
+        aspect: q, the smaller axis over the greater one.
+
+    Source: Khurmi and Gupta, Machine Design, chapter 22 (q = 1/2).
+
+    >>> round(arm_width(150.0, 3055774.907), 9)
+    0.1
+
+    """
+    return float((32 * moment / (pi * aspect * stress)) ** (1 / 3))
+
+
+def shaft_diameter(torque: float, shear: float) -> float:
+    """Diameter (m) of a shaft that carries a torque: d = (16 T/(pi tau))^(1/3). A hub usually has twice that.
+
+    Args:
+        torque: T, the greatest, N m.
+        shear: tau, allowable shear stress, Pa.
+
+    Source: Khurmi and Gupta, Machine Design, chapters 14 and 22.
+
+    >>> round(shaft_diameter(3183.0, 40e6), 5)
+    0.074
+
+    """
+    return float((16 * torque / (pi * shear)) ** (1 / 3))
+
+
+def _check_count(count: int) -> None:
+    if not fits(count) or count != int(count) or not FEWEST <= count <= MOST:
+        raise SceneError([Fault("arms", f"{count}", f"a whole number from {FEWEST} to {MOST}")])
+
+
+# -- discs -------------------------------------------------------------------------------------------------------------
+
+# Discs and annuli of constant width, rotating: mass, inertia, stress, and the radius that a stress allows.
+
+
+Array = NDArray[np.float64]
+
+
+def annulus_mass(outer: float, inner: float, width: float, density: float) -> float:
+    """Mass (kg) of a disc with a hole: m = pi rho b (R² - r²).
+
+    Args:
+        outer: R, m.
+        inner: r of the hole, m; 0 for a solid disc.
+        width: b along the axis, m.
+        density: rho, kg/m³.
+
+    >>> round(annulus_mass(0.2, 0.0, 0.00693612824906, 7800.0), 6)
+    6.798633
+
+    """
+    return pi * density * width * (outer - inner) * (outer + inner)
+
+
+def annulus_inertia(outer: float, inner: float, width: float, density: float) -> float:
+    """Inertia (kg m²) about its axis: I = pi rho b (R⁴ - r⁴)/2 = m (R² + r²)/2.
+
+    Args:
+        outer: R, m.
+        inner: r of the hole, m; 0 for a solid disc.
+        width: b along the axis, m.
+        density: rho, kg/m³.
+
+    >>> round(annulus_inertia(0.2, 0.0, 0.00693612824906, 7800.0), 9)
+    0.135972655
+
+    """
+    return annulus_mass(outer, inner, width, density) * (outer * outer + inner * inner) / 2
+
+
+def disc_radius(inertia: float, width: float, density: float) -> float:
+    """Radius (m) of a solid disc of given inertia and width: R = (2 I/(pi rho b))^(1/4).
+
+    Args:
+        inertia: I, kg m².
+        width: b along the axis, m.
+        density: rho, kg/m³.
+
+    Source: Jindal, Machine Design, example 19-5.
+
+    >>> round(disc_radius(441.7864669110647 / (0.1 * (250 * pi / 30) ** 2), 0.03, 7800.0), 9)
+    0.363902346
+
+    """
+    return float((2 * inertia / (pi * density * width)) ** 0.25)
+
+
+def disc_stresses(
+    radius: ArrayLike, outer: float, inner: float, density: float, omega: float, nu: float
+) -> tuple[Array, Array]:
+    """Radial and hoop stress (Pa) in a rotating disc, with a hole of radius r = inner or without one.
+
+    sigma_r = (3 + nu)/8 rho w² (R² + r² - R² r²/x² - x²),
+    sigma_t = rho w²/8 ((3 + nu) (R² + r² + R² r²/x²) - (1 + 3 nu) x²).
+
+    Args:
+        radius: x, m, any shape, from r to R.
+        outer: R, m.
+        inner: r, m; 0 for a solid disc.
+        density: rho, kg/m³.
+        omega: w, rad/s.
+        nu: Poisson's ratio.
+
+    Valid for a disc of constant width that is thin along its axis (plane stress), elastic, and free at its edges.
+    Source: S. Timoshenko, Strength of Materials, part II, rotating disc of uniform thickness.
+
+    >>> radial, hoop = disc_stresses([0.0, 0.3], 0.3, 0.0, 7800.0, 100.0, 0.3)
+    >>> radial.tolist(), hoop.round(0).tolist()
+    ([2895750.0, 0.0], [2895750.0, 1228500.0])
+
+    """
+    x = np.asarray(radius, dtype=float)
+    hole = (inner * outer / x) ** 2 if inner > 0.0 else np.zeros_like(x)
+    both = outer * outer + inner * inner
+    pull = density * omega * omega / 8
+    radial = pull * (3 + nu) * (both - hole - x * x)
+    hoop = pull * ((3 + nu) * (both + hole) - (1 + 3 * nu) * x * x)
+    return radial, hoop
+
+
+def greatest_disc_stress(outer: float, inner: float, density: float, omega: float, nu: float) -> float:
+    """The greatest stress (Pa) in a rotating disc: the hoop stress in its centre, or at the edge of its hole.
+
+    Solid: (3 + nu)/8 rho (w R)². With a hole, however small: rho w²/4 ((3 + nu) R² + (1 - nu) r²), twice as much at least.
+
+    Args:
+        outer: R, m.
+        inner: r, m; 0 for a solid disc.
+        density: rho, kg/m³.
+        omega: w, rad/s.
+        nu: Poisson's ratio.
+
+    Validity and source as `disc_stresses`.
+
+    >>> round(greatest_disc_stress(0.3639023457535473, 0.0, 7800.0, 250 * pi / 30, 0.3), 6)  # Jindal, example 19-5
+    292028.689197
+
+    """
+    if inner <= 0.0:
+        return (3 + nu) / 8 * density * (omega * outer) ** 2
+    return density * omega * omega / 4 * ((3 + nu) * outer * outer + (1 - nu) * inner * inner)
+
+
+def disc_radius_for_stress(stress: float, density: float, omega: float, nu: float) -> float:
+    """The greatest radius (m) of a solid disc under a stress: R = sqrt(8 sigma/((3 + nu) rho))/w.
+
+    Args:
+        stress: sigma that it may have in its centre, Pa.
+        density: rho, kg/m³.
+        omega: w, rad/s.
+        nu: Poisson's ratio.
+
+    Validity and source as `disc_stresses`.
+
+    >>> round(disc_radius_for_stress(292028.689197, 7800.0, 250 * pi / 30, 0.3), 9)
+    0.363902346
+
+    """
+    return sqrt(8 * stress / ((3 + nu) * density)) / omega
+
+
+# -- rims --------------------------------------------------------------------------------------------------------------
+
+# Thin rims: a ring whose mass all runs at its mean radius, as textbooks take it.
+
+
+def hoop_stress(velocity: float, density: float) -> float:
+    """Hoop stress (Pa) in a thin ring that runs at a speed: sigma = rho v².
+
+    Args:
+        velocity: v of its mean radius, m/s.
+        density: rho, kg/m³.
+
+    Valid for a thin ring that nothing holds from inside. Source: Khurmi and Gupta, Theory of Machines, section 16.13.
+
+    >>> hoop_stress(25.0, 7200.0)
+    4500000.0
+
+    """
+    return density * velocity * velocity
+
+
+def rim_velocity(stress: float, density: float) -> float:
+    """The speed (m/s) at which a thin ring has a hoop stress: v = sqrt(sigma/rho). Its mean diameter is then 2 v/w.
+
+    Args:
+        stress: sigma, Pa.
+        density: rho, kg/m³.
+
+    Validity and source as `hoop_stress`.
+
+    >>> round(2 * rim_velocity(7.5e6, 8150.0) / (100 * pi / 30), 9)  # Khurmi, example 16.17
+    5.793662667
+
+    """
+    return sqrt(stress / density)
+
+
+def rim_mass(inertia: float, radius: float, share: float = 1.0) -> float:
+    """Mass (kg) of a thin rim that has a share of a wheel's inertia: m = a I/R².
+
+    Args:
+        inertia: I of the whole wheel, kg m².
+        radius: R, mean radius of the rim, m.
+        share: a, what of the inertia the rim has; hub and arms have the rest.
+
+    Valid for a thin rim: one of thickness t has (t/2R)² more inertia. Source: Khurmi and Gupta, Theory of Machines, ch. 16.
+
+    >>> rim_mass(4000.0, 1.0, 0.95)
+    3800.0
+
+    """
+    return share * inertia / radius**2
+
+
+def rim_section(mass: float, radius: float, density: float) -> float:
+    """Area (m²) of a rim's section: A = m/(2 pi R rho). Exact, by Pappus, with R the mean radius.
+
+    Args:
+        mass: m of the rim, kg.
+        radius: R, its mean radius, m.
+        density: rho, kg/m³.
+
+    >>> round(rim_section(3806.965371717721, 1.0, 7200.0), 12)  # Khurmi, example 16.15
+    0.084152410707
+
+    """
+    return mass / (2 * pi * radius * density)
+
+
+def section_sides(area: float, ratio: float) -> tuple[float, float]:
+    """Thickness t and width b (m) of a rectangle: t = sqrt(A/k), b = k t.
+
+    Args:
+        area: A, m².
+        ratio: k = b/t.
+
+    >>> section_sides(0.01, 4.0)
+    (0.05, 0.2)
+
+    """
+    thickness = sqrt(area / ratio)
+    return thickness, ratio * thickness

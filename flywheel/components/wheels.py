@@ -1,0 +1,879 @@
+"""What is asked of a wheel: its shape, material and dimensions as far as they are given, and whether they go together."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field, replace
+from math import ceil, floor, inf, nextafter, pi
+from typing import Any, NamedTuple
+
+from flywheel.components.wheel_stresses import (
+    FEWEST,
+    MOST,
+    Arms,
+    Material,
+    annulus_inertia,
+    annulus_mass,
+    arm_bending,
+    greatest_disc_stress,
+    hoop_stress,
+    rim_on_arms,
+)
+from flywheel.numerics.arguments import POSITIVE, fits, number_faults, refuse, require
+from flywheel.numerics.faults import Fault, SceneError
+
+DISC, RIM, ARMS, LIGHTEST = "disc", "rim", "arms", "lightest"
+WHEEL_SHAPES = (DISC, RIM, ARMS, LIGHTEST)
+EXACT, THIN = "exact", "thin"
+METHODS = (EXACT, THIN)
+GREATEST, MEAN = "greatest", "mean"
+SPEEDS = (GREATEST, MEAN)
+
+RATIO, COUNT, ARM_SHARE, ASPECT, HUB_RATIO = 2.0, 6, 0.25, 0.5, 2.0
+"""Usual proportions, for what is not given: width to thickness of a rim; number of arms; section of an arm over that of
+the rim; axes of an arm's section; diameter of a hub over its bore.
+
+Source: Khurmi and Gupta, Machine Design, chapter 22 (rim twice as wide as thick, hub twice the shaft, arms half as thick as
+wide); Jindal, Machine Design, example 19-1 (6 arms of a quarter of the rim's section).
+"""
+
+
+class WheelAsked(NamedTuple):
+    """A wheel as far as it is decided, SI. What is None is to be found, or has a usual proportion (see the module).
+
+    `method` is `exact` (an annulus), or `thin` (a rim at its mean radius). `at` tells which speed of the shaft whoever sizes
+    the wheel is to take: the greatest or the mean. `rim_speed` is that of the outer radius, for a thin rim of the mean one.
+    `rim_share` is the share of the inertia that the rim has, where hub and arms are not modelled. `torque` is the greatest
+    one between hub and rim. `step` and `size_step` are what inertia and dimensions are rounded up to. `path` is where all
+    this stands in a scene, for messages.
+    """
+
+    shape: str
+    material: Material
+    method: str = EXACT
+    at: str = GREATEST
+    outer_radius: float | None = None
+    mean_radius: float | None = None
+    max_radius: float | None = None
+    rim_speed: float | None = None
+    width: float | None = None
+    thickness: float | None = None
+    width_to_thickness: float | None = None
+    rim_share: float | None = None
+    arms: int | None = None
+    arm_share: float | None = None
+    arm_width: float | None = None
+    arm_thickness: float | None = None
+    bore: float | None = None
+    hub_diameter: float | None = None
+    hub_length: float | None = None
+    torque: float | None = None
+    step: float | None = None
+    size_step: float | None = None
+    path: str = ""
+
+    @property
+    def thin(self) -> bool:
+        """Whether the rim is taken to run at its mean radius."""
+        return self.method == THIN
+
+    @property
+    def hub_radius(self) -> float:
+        """Radius of the hub, m; of the bore in a disc; 0 without either."""
+        bore = self.bore or 0.0
+        if self.shape == DISC:
+            return bore / 2
+        return (HUB_RATIO * bore if self.hub_diameter is None else self.hub_diameter) / 2
+
+    def given(self, names: tuple[str, ...]) -> list[str]:
+        """Those of some quantities that are given."""
+        return [name for name in names if getattr(self, name) is not None]
+
+    def at_key(self, name: str) -> str:
+        """Path of one quantity, for a fault."""
+        return f"{self.path}.{name}" if self.path else name
+
+
+RADII = ("outer_radius", "mean_radius", "rim_speed", "max_radius")
+SECTION = ("width_to_thickness", "width", "thickness")
+_HUB = ("bore", "hub_diameter")
+_ARMED = ("arms", "arm_share", "arm_width", "arm_thickness", "hub_length", "torque")
+_RIM = (*RADII, *SECTION)
+_USED = {
+    DISC: ("outer_radius", "rim_speed", "max_radius", "width", "bore"),
+    RIM: (*_RIM, "rim_share"),
+    ARMS: (*_RIM, *_HUB, *_ARMED),
+    LIGHTEST: ("max_radius", *SECTION, *_HUB, "arms", "arm_share", "hub_length", "torque"),
+}
+_STEPS = ("step", "size_step")
+_NUMBERS = tuple(dict.fromkeys((*_RIM, "rim_share", *_HUB, *_ARMED, *_STEPS)))
+_INSTEAD = {
+    (DISC, "thickness"): "along its axis, a disc has a width",
+    (DISC, "mean_radius"): "give outer_radius",
+    (LIGHTEST, "outer_radius"): "give max_radius",
+}
+_WORDS = {DISC: "a disc", RIM: "a rim without arms", ARMS: "a rim with arms", LIGHTEST: "the lightest wheel"}
+
+
+def asked_faults(asked: WheelAsked) -> list[Fault]:
+    """Everything that is wrong with what is asked: names, numbers, too few dimensions or too many."""
+    faults = _name_faults(asked) or _number_faults(asked)
+    if faults:
+        return faults
+    used = (*_USED[asked.shape], *_STEPS)
+    unused = [_unused(asked, name) for name in asked.given(_NUMBERS) if name not in used]
+    return unused or [*(_shape_faults(asked) or _radius_faults(asked)), *_hub_faults(asked)]
+
+
+def _name_faults(asked: WheelAsked) -> list[Fault]:
+    faults = []
+    for name, known in (("shape", WHEEL_SHAPES), ("method", METHODS), ("at", SPEEDS)):
+        if getattr(asked, name) not in known:
+            faults.append(Fault(asked.at_key(name), f'"{getattr(asked, name)}"', f"one of {', '.join(known)}"))
+    if not isinstance(asked.material, Material):
+        faults.append(Fault(asked.at_key("material"), f"{asked.material}", "a Material, such as material('carbon steel')"))
+    return faults
+
+
+def _number_faults(asked: WheelAsked) -> list[Fault]:
+    """Numbers out of their range: all above 0, a bore may be 0, a share is at most 1, arms are whole."""
+    faults = []
+    for name in asked.given(_NUMBERS):
+        value = getattr(asked, name)
+        zero = name in ("bore", "torque")
+        if not fits(value) or value < 0.0 or (value == 0.0 and not zero):
+            faults.append(Fault(asked.at_key(name), f"{value}", f"a number {'at least' if zero else 'above'} 0"))
+        elif name == "rim_share" and value > 1.0:
+            faults.append(Fault(asked.at_key(name), f"{value:g}", "a share above 0 and at most 1"))
+        elif name == "arms" and (value != int(value) or not FEWEST <= value <= MOST):
+            faults.append(Fault(asked.at_key(name), f"{value:g}", f"a whole number from {FEWEST} to {MOST}"))
+    return faults
+
+
+def _unused(asked: WheelAsked, name: str) -> Fault:
+    found, valid = f"{name} of {_WORDS[asked.shape]}", f"one of {', '.join(_USED[asked.shape])}"
+    return Fault(asked.at_key(name), found, valid, _INSTEAD.get((asked.shape, name), ""))
+
+
+def _shape_faults(asked: WheelAsked) -> list[Fault]:
+    """Too few dimensions, or too many."""
+    if asked.shape == DISC:
+        return _exactly_one(asked, ("outer_radius", "rim_speed", "max_radius", "width"))
+    if asked.shape == LIGHTEST and asked.max_radius is None:
+        return [Fault(asked.at_key("max_radius"), "nothing", "a radius that the wheel must not exceed")]
+    radii, section = asked.given(RADII), asked.given(SECTION)
+    most = 1 if radii else 2
+    if not radii and not section:
+        return [
+            Fault(asked.path or "wheel", f"none of {', '.join(_RIM)}", "one of them, or one radius and one of the section")
+        ]
+    if len(radii) > 1 or len(section) > most:
+        found = " and ".join(radii + section)
+        return [Fault(asked.path or "wheel", found, "one radius and one of the section, or two of the section")]
+    return []
+
+
+def _exactly_one(asked: WheelAsked, names: tuple[str, ...]) -> list[Fault]:
+    given = asked.given(names)
+    if len(given) == 1:
+        return []
+    found = " and ".join(given) if given else f"none of {', '.join(names)}"
+    return [Fault(asked.path or "wheel", found, f"exactly one of {', '.join(names)}", "the inertia decides the other")]
+
+
+def _radius_faults(asked: WheelAsked) -> list[Fault]:
+    """Where stress decides the radius, the material must say how much is allowed; a disc is no thin rim."""
+    faults = []
+    fixed = asked.given(("outer_radius", "mean_radius", "rim_speed"))
+    free = asked.width is None if asked.shape == DISC else len(asked.given(SECTION)) < 2
+    if (asked.shape == LIGHTEST or (not fixed and free)) and asked.material.allowable is None:
+        expected = "a material, or a stress, that tells how large the wheel may be"
+        faults.append(Fault(asked.at_key("allowable_stress"), "nothing", expected))
+    if asked.thin and asked.shape == DISC:
+        faults.append(Fault(asked.at_key("method"), '"thin" for a disc', '"exact"', "a thin rim is not a disc"))
+    return faults
+
+
+def _hub_faults(asked: WheelAsked) -> list[Fault]:
+    """Arms need a hub; one that holds its bore; arms have a share of the rim's section, or axes of their own."""
+    faults = []
+    armed = asked.shape == ARMS or (asked.shape == LIGHTEST and asked.given(_ARMED))
+    if armed and not asked.given(_HUB):
+        faults.append(Fault(asked.at_key("bore"), "nothing", "bore or hub_diameter", "the arms stand on the hub"))
+    if asked.bore is not None and asked.hub_diameter is not None and asked.hub_diameter <= asked.bore:
+        found = f"{asked.hub_diameter:g} m with a bore of {asked.bore:g} m"
+        faults.append(Fault(asked.at_key("hub_diameter"), found, "a diameter above the bore"))
+    if asked.arm_share is not None and asked.given(("arm_width", "arm_thickness")):
+        faults.append(Fault(asked.at_key("arm_share"), "arm_share beside the arms' axes", "one or the other"))
+    if asked.arm_thickness is not None and asked.arm_width is None:
+        faults.append(Fault(asked.at_key("arm_thickness"), "arm_thickness alone", "arm_width beside it"))
+    return faults
+
+
+# -- bodies ------------------------------------------------------------------------------------------------------------
+
+# A wheel's body: its dimensions, the mass and inertia of its parts, the stresses in them.
+
+
+class Hub(NamedTuple):
+    """A hub: its bore, its diameter, its length along the axis (m)."""
+
+    bore: float
+    diameter: float
+    length: float
+
+
+class Part(NamedTuple):
+    """A part of a wheel: mass (kg; None where only its inertia is known) and inertia about the axis (kg m²)."""
+
+    name: str
+    mass: float | None
+    inertia: float
+
+
+class Body(NamedTuple):
+    """Dimensions of a wheel (m): outer and inner radius, radial thickness and axial width of its rim or disc; arms, hub.
+
+    `thin`: the rim's inertia and stress are those of a ring at its mean radius. `share`: the rim's share of the inertia.
+    """
+
+    shape: str
+    outer: float
+    inner: float
+    thickness: float
+    width: float
+    thin: bool = False
+    share: float = 1.0
+    arms: Arms | None = None
+    hub: Hub | None = None
+
+    @property
+    def mean(self) -> float:
+        """The mean radius of the rim, m."""
+        return self.outer - self.thickness / 2
+
+    @property
+    def running(self) -> float:
+        """The radius (m) whose speed is the wheel's rim speed: the outer one, the mean one of a thin rim."""
+        return self.mean if self.thin else self.outer
+
+    @property
+    def section(self) -> float:
+        """Area of the rim's section, m²."""
+        return self.thickness * self.width
+
+
+def ring(asked: WheelAsked, outer: float, thickness: float, width: float) -> Body:
+    """The body of a wheel as asked, of a given outer radius, radial thickness and width (m)."""
+    inner = asked.hub_radius if asked.shape == DISC else outer - thickness
+    body = Body(asked.shape, outer, inner, thickness, width, asked.thin, asked.rim_share or 1.0)
+    if asked.shape != ARMS:
+        return body
+    bore, diameter = asked.bore or 0.0, 2 * asked.hub_radius
+    hub = Hub(bore, diameter, width if asked.hub_length is None else asked.hub_length)
+    return body._replace(arms=_arms(asked, body.section), hub=hub)
+
+
+def _arms(asked: WheelAsked, section: float) -> Arms:
+    """The arms as asked: of axes of their own, or of a share of the rim's section."""
+    count = int(asked.arms or COUNT)
+    if asked.arm_width is not None:
+        across = ASPECT * asked.arm_width if asked.arm_thickness is None else asked.arm_thickness
+        return Arms(count, asked.arm_width, across)
+    area = (asked.arm_share or ARM_SHARE) * section
+    width = (4 * area / (pi * ASPECT)) ** 0.5
+    return Arms(count, width, ASPECT * width)
+
+
+def parts(body: Body, density: float) -> tuple[Part, ...]:
+    """Mass and inertia, part by part, of a body of a density (kg/m³).
+
+    The rim is an annulus, I = m (R² + r²)/2, a thin one m R² at its mean radius; the hub is an annulus; an arm is a straight
+    bar of constant section from hub to rim, I = rho A1 (r³ - r_h³)/3 + m w²/16. Their ends are taken as flat.
+    """
+    mass = 2 * pi * density * body.section * body.mean if body.shape != DISC else _annulus(body, density)
+    inertia = mass * body.mean**2 if body.thin else mass * (body.outer**2 + body.inner**2) / 2
+    main = Part("disc" if body.shape == DISC else "rim", mass, inertia)
+    if body.share < 1.0:
+        return main, Part("hub and arms", None, inertia * (1 / body.share - 1))
+    if body.arms is None or body.hub is None:
+        return (main,)
+    return main, _arms_part(body.arms, body.hub, body.inner, density), _hub_part(body.hub, density)
+
+
+def _annulus(body: Body, density: float) -> float:
+    return annulus_mass(body.outer, body.inner, body.width, density)
+
+
+def _arms_part(arms: Arms, hub: Hub, inner: float, density: float) -> Part:
+    root = hub.diameter / 2
+    mass = density * arms.area * (inner - root)
+    inertia = density * arms.area * (inner**3 - root**3) / 3 + mass * arms.width**2 / 16
+    return Part("arms", arms.number * mass, arms.number * inertia)
+
+
+def _hub_part(hub: Hub, density: float) -> Part:
+    sizes = hub.diameter / 2, hub.bore / 2, hub.length, density
+    return Part("hub", annulus_mass(*sizes), annulus_inertia(*sizes))
+
+
+def inertia(body: Body, density: float) -> float:
+    """Inertia of the whole wheel, kg m²."""
+    return sum(part.inertia for part in parts(body, density))
+
+
+def stress(body: Body, material: Material, speed: float, torque: float | None = None) -> dict[str, float]:
+    """The greatest stresses (Pa) by place, of a body that runs at a speed (rad/s), with a torque (N m) from hub to rim.
+
+    A disc by `greatest_disc_stress`; a rim alone as an annulus, or as a thin ring by `hoop_stress`; a rim on arms by
+    `rim_on_arms`. At the hub the arms bear the rim's pull, their own, rho w² (r² - r_h²)/2, and bending by the torque. Keys,
+    shrink fits, castings' own stresses, and the hub are left out.
+
+    >>> from flywheel.components.wheel_stresses import material
+    >>> stress(Body("rim", 1.05, 0.95, 0.1, 0.2, thin=True), material(density=7200.0), 25.0)
+    {'rim': 4500000.0}
+    """
+    if body.arms is not None and body.hub is not None:
+        return _armed_stress(body, body.arms, body.hub, material.density, speed, torque or 0.0)
+    if body.thin:
+        return {"rim": hoop_stress(speed * body.mean, material.density)}
+    greatest = greatest_disc_stress(body.outer, body.inner, material.density, speed, material.poisson)
+    place = "inside of the rim" if body.shape != DISC else "centre" if body.inner <= 0.0 else "edge of the bore"
+    return {place: greatest}
+
+
+def _armed_stress(body: Body, arms: Arms, hub: Hub, density: float, speed: float, torque: float) -> dict[str, float]:
+    root = hub.diameter / 2
+    rim = rim_on_arms(density, speed * body.mean, arms.number, body.mean, body.thickness, body.section / arms.area)
+    own = density * speed**2 * (body.inner**2 - root**2) / 2
+    bending = arm_bending(torque, arms.number, body.mean, root, arms.modulus)
+    return {
+        "rim at the arms": rim.rim_at_arm,
+        "rim between the arms": rim.rim_between,
+        "arms at the rim": rim.arm,
+        "arms at the hub": rim.arm + own + bending,
+    }
+
+
+# -- roots -------------------------------------------------------------------------------------------------------------
+
+# Where a rising function becomes 0, to the last bit: for the few unknowns of a wheel, each cheap to try.
+
+
+_DOUBLINGS = 400
+
+
+def first_true(holds: Callable[[float], bool], low: float, high: float) -> float:
+    """The least float from low to high at which something holds that holds from somewhere on; high if not before.
+
+    >>> first_true(lambda x: x * x >= 2.0, 0.0, 2.0)
+    1.4142135623730951
+    """
+    while low < (middle := 0.5 * (low + high)) < high:
+        low, high = (low, middle) if holds(middle) else (middle, high)
+    return high
+
+
+def doubled_until(holds: Callable[[float], bool], start: float) -> float | None:
+    """The first of start, 2 start, 4 start... at which something holds; None if that is beyond all bounds.
+
+    >>> doubled_until(lambda x: x > 5, 1.0), doubled_until(lambda x: False, 1.0)
+    (8.0, None)
+    """
+    for k in range(_DOUBLINGS):
+        if holds(start * 2.0**k):
+            return start * 2.0**k
+    return None
+
+
+# -- sizing ------------------------------------------------------------------------------------------------------------
+
+# A wheel for an inertia: its free dimensions found.
+#
+# Of a rim two dimensions must be known, the inertia gives the third: a radius and one of width, thickness and their
+# ratio, or two of these. Of a disc one must be known. Where no radius is given, it is the greatest that the stress
+# allows.
+
+
+class Radius(NamedTuple):
+    """A known radius, m: the outer one, or the mean one of a rim."""
+
+    value: float
+    mean: bool = False
+
+    def outer(self, thickness: float) -> float:
+        """The outer radius of a rim of a thickness, m."""
+        return self.value + thickness / 2 if self.mean else self.value
+
+
+class Need(NamedTuple):
+    """A wheel to be made: what is asked, the inertia it must have (kg m²), its speed (rad/s)."""
+
+    asked: WheelAsked
+    inertia: float
+    speed: float
+
+    def of(self, asked: WheelAsked) -> Need:
+        """The same need, other things being asked."""
+        return self._replace(asked=asked)
+
+    def enough(self, body: Body) -> bool:
+        """Whether a body has the inertia."""
+        return inertia(body, self.asked.material.density) >= self.inertia
+
+    def allowed(self, body: Body) -> bool:
+        """Whether a body bears the speed."""
+        allowable = self.asked.material.allowable
+        found = stress(body, self.asked.material, self.speed, self.asked.torque)
+        return allowable is None or max(found.values()) <= allowable
+
+
+def solved(need: Need) -> Body:
+    """The body whose inertia is just enough."""
+    asked = need.asked
+    section = section_asked(asked)
+    if section is not None:
+        return _by_radius(need, section)
+    radius = known_radius(need)
+    body = _largest(need) if radius is None else _by_section(need, radius)
+    if body is None:
+        raise SceneError([_too_small(need, radius)])
+    return body
+
+
+def section_asked(asked: WheelAsked) -> tuple[float, float] | None:
+    """Thickness and width of a rim, (0, width) of a disc, where both are known; the inertia then gives the radius."""
+    ratio, width, thickness = asked.width_to_thickness, asked.width, asked.thickness
+    if asked.shape == DISC:
+        return None if width is None else (0.0, width)
+    if thickness is not None and width is None and ratio is not None:
+        width = ratio * thickness
+    elif width is not None and thickness is None and ratio is not None:
+        thickness = width / ratio
+    return None if width is None or thickness is None else (thickness, width)
+
+
+def _by_radius(need: Need, section: tuple[float, float]) -> Body:
+    """The body of a known section; its radius is found."""
+    asked, (thickness, width) = need.asked, section
+
+    def body(outer: float) -> Body:
+        return ring(asked, outer, outer - asked.hub_radius if asked.shape == DISC else thickness, width)
+
+    least = asked.hub_radius + thickness
+    outer = _reached(lambda radius: need.enough(body(radius)), least)
+    return body(outer)
+
+
+def known_radius(need: Need) -> Radius | None:
+    """The radius, where it is given or follows from the rim's speed."""
+    asked = need.asked
+    if asked.rim_speed is not None:
+        return Radius(asked.rim_speed / need.speed, mean=asked.thin)
+    if asked.mean_radius is not None:
+        return Radius(asked.mean_radius, mean=True)
+    return None if asked.outer_radius is None else Radius(asked.outer_radius)
+
+
+def _by_section(need: Need, radius: Radius) -> Body | None:
+    """The body of a known radius; its section is found. None where even the stoutest has too little inertia."""
+    asked = need.asked
+    room = (radius.value - asked.hub_radius) * (2.0 if radius.mean else 1.0)
+
+    def body(unknown: float) -> Body:
+        thickness, width = _sides(asked, unknown, room)
+        return ring(asked, radius.outer(thickness), thickness, width)
+
+    def enough(unknown: float) -> bool:
+        return need.enough(body(unknown))
+
+    if room <= 0.0 or (asked.thickness is not None and asked.thickness > room):
+        return None
+    if asked.shape == DISC or asked.thickness is not None:
+        return body(_reached(enough, 0.0))
+    return body(first_true(enough, 0.0, room)) if enough(room) else None
+
+
+def _sides(asked: WheelAsked, unknown: float, room: float) -> tuple[float, float]:
+    """Thickness and width, one of them (the thickness, unless that is known) the unknown."""
+    if asked.shape == DISC:
+        return room, unknown
+    if asked.thickness is not None:
+        return asked.thickness, unknown
+    if asked.width is not None:
+        return unknown, asked.width
+    return unknown, (asked.width_to_thickness or RATIO) * unknown
+
+
+def _reached(enough: Callable[[float], bool], least: float) -> float:
+    """The least value above `least` that is enough: it is sought by doubling, then by halving."""
+    high = doubled_until(lambda excess: enough(least + excess), 1e-3)
+    if high is None:
+        raise SceneError([Fault("needed", "an inertia beyond all bounds", "one that a wheel can have")])
+    return first_true(enough, least, least + high)
+
+
+def _largest(need: Need) -> Body | None:
+    """The body of the greatest radius within the limit that the stress allows; None where no radius will do."""
+    limit = inf if need.asked.max_radius is None else need.asked.max_radius
+
+    def too_large(outer: float) -> bool:
+        made = _by_section(need, Radius(outer))
+        return made is not None and not need.allowed(made)
+
+    if limit < inf and not too_large(limit):
+        return _by_section(need, Radius(limit))
+    high = doubled_until(too_large, 1e-3) if limit == inf else limit
+    if high is None:
+        raise SceneError([Fault("speed", f"{need.speed:g} rad/s", "a speed that stresses the wheel, or a radius given")])
+    return _by_section(need, Radius(nextafter(first_true(too_large, 0.0, high), 0.0)))
+
+
+def _too_small(need: Need, radius: Radius | None) -> Fault:
+    """Why no wheel of that shape will do."""
+    asked, name = need.asked, {DISC: "a disc", RIM: "a rim", ARMS: "a wheel with arms"}[need.asked.shape]
+    expected = f"one that can have {need.inertia:.6g} kg m^2"
+    if radius is not None:
+        key = next(key for key in ("rim_speed", "mean_radius", "outer_radius") if getattr(asked, key) is not None)
+        found = f"{name} of {'mean ' * radius.mean}radius {radius.value:.6g} m"
+        return Fault(asked.at_key(key), found, expected, "enlarge the radius, or make it wider")
+    if asked.material.allowable is not None and asked.max_radius is None:
+        found = f"{name} under {asked.material.allowable / 1e6:.6g} MPa at {need.speed:.6g} rad/s"
+        return Fault(asked.at_key("shape"), found, expected, "take a stronger material, or make it wider")
+    found = f"{name} of at most {asked.max_radius:.6g} m under the allowable stress"
+    return Fault(
+        asked.at_key("max_radius"), found, expected, "enlarge the radius, make it wider, or take a stronger material"
+    )
+
+
+# -- result ------------------------------------------------------------------------------------------------------------
+
+# A wheel that has been chosen: dimensions, masses, stresses, and what must be said about them.
+
+
+_THICK = 0.2  # thickness over mean radius from which a thin rim is off by 1 % of its inertia, 20 % of its bore stress
+ROUNDING = 1e-9  # of an allowable value: what passes it by no more is within it
+
+
+@dataclass(frozen=True)
+class Wheel:
+    """A wheel with all its dimensions (see `Body`), at a speed (rad/s).
+
+    `needed` is the inertia that it was made for (kg m²), rounded up where that was asked; `stresses` are the greatest by
+    place (Pa); `compared` holds the masses (kg) of the lightest wheel of each shape, where the lightest was asked for.
+    """
+
+    body: Body
+    material: Material
+    speed: float
+    needed: float
+    parts: tuple[Part, ...]
+    stresses: Mapping[str, float]
+    warnings: tuple[str, ...] = ()
+    compared: Mapping[str, float] = field(default_factory=dict)
+
+    @property
+    def shape(self) -> str:
+        """`disc`, `rim` or `arms`."""
+        return self.body.shape
+
+    @property
+    def inertia(self) -> float:
+        """Inertia of the whole wheel, kg m²: at least what is needed, more where dimensions were rounded up."""
+        return sum(part.inertia for part in self.parts)
+
+    @property
+    def mass(self) -> float:
+        """Mass of the parts whose mass is known, kg."""
+        return sum(part.mass for part in self.parts if part.mass is not None)
+
+    @property
+    def rim_speed(self) -> float:
+        """Speed of the outer radius, of the mean radius of a thin rim, m/s."""
+        return self.speed * self.body.running
+
+    @property
+    def place(self) -> str:
+        """Where the stress is greatest."""
+        return max(self.stresses, key=lambda name: self.stresses[name])
+
+    @property
+    def greatest_stress(self) -> float:
+        """The greatest stress anywhere in the wheel, Pa."""
+        return max(self.stresses.values())
+
+    @property
+    def safety(self) -> float | None:
+        """Safety factor: strength (the allowable stress where that alone is known) over the greatest stress."""
+        reference = self.material.reference
+        return None if reference is None else reference / self.greatest_stress
+
+    @property
+    def utilisation(self) -> float | None:
+        """The greatest stress over the allowable one."""
+        return None if self.material.allowable is None else self.greatest_stress / self.material.allowable
+
+    def as_dict(self) -> dict[str, Any]:
+        """Everything for JSON, SI throughout; what a shape does not have is null."""
+        body, hub, arms = self.body, self.body.hub, self.body.arms
+        return {
+            "shape": self.shape,
+            "method": "thin" if body.thin else "exact",
+            "material": {key: value for key, value in self.material._asdict().items() if key != "about"},
+            "needed": self.needed,
+            "inertia": self.inertia,
+            "mass": self.mass,
+            "outer_radius": body.outer,
+            "inner_radius": body.inner,
+            "mean_radius": body.mean,
+            "width": body.width,
+            "thickness": body.thickness,
+            "arms": None if arms is None else arms._asdict(),
+            "hub": None if hub is None else hub._asdict(),
+            "parts": [part._asdict() for part in self.parts],
+            "speed": self.speed,
+            "rim_speed": self.rim_speed,
+            "stresses": dict(self.stresses),
+            "greatest_stress": self.greatest_stress,
+            "safety": self.safety,
+            "compared": dict(self.compared) or None,
+            "warnings": list(self.warnings),
+        }
+
+
+def wheel_of(asked: WheelAsked, body: Body, speed: float, needed: float | None = None) -> Wheel:
+    """A wheel of known dimensions at a speed (rad/s): masses, stresses and warnings.
+
+    Args:
+        asked: material and torque; whatever else it holds, `body` goes.
+        body: all dimensions.
+        speed: of the wheel, at which stresses are wanted, rad/s.
+        needed: inertia that it must have (kg m²); its own if None.
+
+    >>> from flywheel.components.wheel_stresses import material
+    >>> found = wheel_of(WheelAsked("disc", material("carbon steel")), Body("disc", 0.3, 0.0, 0.3, 0.05), 100.0)
+    >>> round(found.mass, 3), round(found.inertia, 4), round(found.safety, 1)
+    (110.977, 4.994, 104.7)
+
+    """
+    made = parts(body, asked.material.density)
+    inertia = sum(part.inertia for part in made)
+    found = stress(body, asked.material, speed, asked.torque)
+    wheel = Wheel(body, asked.material, speed, inertia if needed is None else needed, made, found)
+    return replace(wheel, warnings=tuple(_warnings(asked, wheel)))
+
+
+def _warnings(asked: WheelAsked, wheel: Wheel) -> list[str]:
+    """What a designer should know of the wheel, one sentence each."""
+    body, usual, allowable = wheel.body, wheel.material.rim_speed, wheel.material.allowable
+    found = []
+    if usual is not None and wheel.rim_speed > usual * (1 + ROUNDING):
+        found.append(f"the rim runs at {wheel.rim_speed:.4g} m/s; {wheel.material.name} usually stays below {usual:g} m/s")
+    if allowable is not None and wheel.greatest_stress > allowable * (1 + ROUNDING):
+        stressed = f"the stress of {wheel.greatest_stress / 1e6:.4g} MPa ({wheel.place})"
+        found.append(f"{stressed} is above the allowable {allowable / 1e6:.4g} MPa: {_remedy(wheel)}")
+    if body.width > 2 * body.outer:
+        found.append(f"the {body.width:.4g} m of its width are more than its diameter: the formulas are those of thin discs")
+    if body.thin and body.thickness > _THICK * body.mean:
+        share = body.thickness / body.mean
+        found.append(f"the rim is taken as thin, but it is {share:.0%} of its mean radius thick: take the exact method")
+    if body.share < 1.0:
+        found.append(
+            f"hub and arms are taken to have {1 - body.share:.4g} of the inertia; the mass is that of the rim alone"
+        )
+    if body.arms is not None and asked.torque is None:
+        found.append("no torque between hub and rim is given: the arms' bending by it is left out")
+    return found
+
+
+def _remedy(wheel: Wheel) -> str:
+    """What to change in a wheel that is stressed too much."""
+    if wheel.place.startswith("arms"):
+        return "enlarge arm_share or hub_diameter, or take another material"
+    return "take a smaller radius, another material, or shape lightest with a max_radius"
+
+
+# -- rounding ----------------------------------------------------------------------------------------------------------
+
+# Dimensions put on multiples of a step, so that a wheel's inertia is not below what is needed.
+
+
+_EXACT = 1e-9  # of a step: what lies that near a multiple of it is that multiple
+
+
+def rounded(need: Need, body: Body) -> Body:
+    """The body on multiples of the step asked for, if any, with at least the inertia needed.
+
+    What is given stays. A radius that speed or stress limits goes down, until the stress is allowed again; thickness, arms
+    and at last width go up.
+    """
+    asked, step = need.asked, need.asked.size_step
+    if step is None:
+        return body
+    if section_asked(asked) is not None:
+        return _stepped_radius(asked, body, step)
+    found = _stepped_section(need.of(_with_radius(asked, body, step)), step)
+    while known_radius(need) is None and not need.allowed(found):
+        body = body._replace(outer=body.outer - step)
+        found = _stepped_section(need.of(_with_radius(asked, body, step)), step)
+    return found
+
+
+def rounded_up(value: float, step: float) -> float:
+    """The least multiple of a step that is not below a value.
+
+    >>> rounded_up(2321.2, 10.0), rounded_up(0.35, 0.05), rounded_up(0.3500001, 0.05)
+    (2330.0, 0.35, 0.4)
+    """
+    return _multiple(ceil(value / step - _EXACT), step)
+
+
+def rounded_down(value: float, step: float) -> float:
+    """The greatest multiple of a step that is not above a value.
+
+    >>> rounded_down(0.3539, 0.005)
+    0.35
+    """
+    return _multiple(floor(value / step + _EXACT), step)
+
+
+def _multiple(count: int, step: float) -> float:
+    """A multiple of a step, without the last digits that binary fractions leave: 7 times 0.05 is 0.35."""
+    return float(f"{count * step:.15g}")
+
+
+def _stepped_radius(asked: WheelAsked, body: Body, step: float) -> Body:
+    """Radius up, the section being given."""
+    outer = rounded_up(body.outer, step)
+    return ring(asked, outer, outer - body.inner if asked.shape == DISC else body.thickness, body.width)
+
+
+def _stepped_section(need: Need, step: float) -> Body:
+    """Thickness, arms and width up, the radius being given."""
+    asked, body = need.asked, solved(need)
+    if asked.shape != DISC:
+        asked = _with_section(asked, body, step)
+        if asked.width is not None:  # it was given: thickness went up instead
+            return _of_section(need.of(asked), asked.width)
+        body = solved(need.of(asked))
+    return ring(asked, body.outer, body.thickness, rounded_up(body.width, step))
+
+
+def _with_radius(asked: WheelAsked, body: Body, step: float) -> WheelAsked:
+    """What is asked with a radius that is on a step, or as it was given."""
+    if asked.outer_radius is not None or asked.mean_radius is not None:
+        return asked
+    free = asked._replace(rim_speed=None, max_radius=None)
+    if asked.thin:
+        return free._replace(mean_radius=rounded_down(body.mean, step))
+    return free._replace(outer_radius=rounded_down(body.outer, step))
+
+
+def _with_section(asked: WheelAsked, body: Body, step: float) -> WheelAsked:
+    """What is asked with a thickness and arms that are on a step, or as they were given."""
+    if body.arms is not None:
+        arms = rounded_up(body.arms.width, step), rounded_up(body.arms.thickness, step)
+        asked = asked._replace(arm_share=None, arm_width=arms[0], arm_thickness=arms[1])
+    if asked.thickness is not None:
+        return asked
+    return asked._replace(thickness=rounded_up(body.thickness, step), width_to_thickness=None)
+
+
+def _of_section(need: Need, width: float) -> Body:
+    """The body of a radius, thickness and width that are all decided."""
+    radius, thickness = known_radius(need), need.asked.thickness
+    assert radius is not None
+    assert thickness is not None
+    return ring(need.asked, radius.outer(thickness), thickness, width)
+
+
+# -- choosing ----------------------------------------------------------------------------------------------------------
+
+# A wheel for an inertia: the one that is asked for, or the lightest one.
+
+
+def choose(needed: float, speed: float, asked: WheelAsked) -> Wheel:
+    """The wheel of a given inertia, its free dimension found, rounded up where that is asked.
+
+    Args:
+        needed: inertia of the wheel, kg m².
+        speed: for stresses and rim speeds, rad/s: the greatest of its shaft (or the mean, as `asked.at` has it).
+        asked: shape, material, and the dimensions that are known.
+
+    Raises:
+        SceneError: if the dimensions are too few or too many, or no such wheel has that inertia or bears that speed.
+
+    Source: inertia and stress as in `flywheel.wheel.bodies`; the solution is exact to rounding.
+
+    >>> from math import pi
+    >>> from flywheel.components.wheel_stresses import material
+    >>> iron = material(density=8150.0, allowable=7.5e6)  # Khurmi, example 16.17: width 4 times the thickness
+    >>> rim = WheelAsked("rim", iron, method="thin", width_to_thickness=4.0)
+    >>> wheel = choose(2321.2034083626872, 100 * pi / 30, rim)
+    >>> round(2 * wheel.body.mean, 9), round(wheel.body.thickness, 9), round(wheel.body.width, 9)
+    (5.793662667, 0.021591015, 0.086364058)
+
+    """
+    need = _checked(needed, speed, asked)
+    if asked.shape == LIGHTEST:
+        return least_mass(needed, speed, asked)
+    return _made(need)
+
+
+def least_mass(needed: float, speed: float, asked: WheelAsked) -> Wheel:
+    """The lightest wheel within a radius, under the allowable stress: the best disc against the best rim.
+
+    At a given inertia a wheel of one shape is the lighter the larger it is, m = 2 I/(R² + r²): the best one of each shape
+    has the greatest radius, or the greatest that its stress allows. A thin rim wins where the radius limits it, m = I/R²
+    against 2 I/R² of a solid disc. A solid disc bears sqrt(8/(3 + nu)) times the speed, so that it wins where stress limits
+    both, m = (3 + nu)/4 rho w² I/sigma against rho w² I/sigma: from (w R)² = 2 sigma/rho on. With a hub given, the disc has
+    its bore, and the rim its arms.
+
+    Args:
+        needed: inertia of the wheel, kg m².
+        speed: for the stresses, rad/s.
+        asked: material and `max_radius`; of the rim's section width, thickness or their ratio, 2 without; bore or hub for a
+            disc with a hole and a rim with arms. Its shape is not looked at.
+
+    Raises:
+        SceneError: as `choose`, where neither shape can be made.
+
+    Source: the limits of each shape, by its own formulas.
+
+    >>> from flywheel.components.wheel_stresses import material
+    >>> wheel = least_mass(20.0, 50.0, WheelAsked("lightest", material("grey cast iron"), max_radius=0.5))
+    >>> wheel.shape, round(wheel.mass, 2), round(wheel.compared["disc"], 2)
+    ('rim', 87.52, 160.0)
+
+    """
+    need = _checked(needed, speed, asked._replace(shape=LIGHTEST) if isinstance(asked, WheelAsked) else asked)
+    wheels: list[Wheel] = []
+    faults: list[Fault] = []
+    for one in map(need.of, _candidates(need.asked)):
+        try:
+            wheels.append(_made(one))
+        except SceneError as error:
+            faults += error.faults
+    if not wheels:
+        raise SceneError(faults)
+    best = min(wheels, key=lambda wheel: wheel.mass)
+    return replace(best, compared={wheel.shape: wheel.mass for wheel in wheels})
+
+
+def _checked(needed: float, speed: float, asked: WheelAsked) -> Need:
+    """What is asked, once nothing is wrong with it; the inertia rounded up to its step."""
+    require("asked", asked, WheelAsked, "a WheelAsked")
+    faults = [*number_faults("needed", needed, POSITIVE, "kg m²"), *number_faults("speed", speed, POSITIVE, "rad/s")]
+    refuse([*faults, *asked_faults(asked)])
+    return Need(asked, needed if asked.step is None else rounded_up(needed, asked.step), speed)
+
+
+def _made(need: Need) -> Wheel:
+    return wheel_of(need.asked, rounded(need, solved(need)), need.speed, need.inertia)
+
+
+def _candidates(asked: WheelAsked) -> tuple[WheelAsked, WheelAsked]:
+    """The disc and the rim that stand against one another."""
+    disc = WheelAsked(DISC, asked.material, max_radius=asked.max_radius, bore=asked.bore, path=asked.path)
+    armed = asked.bore is not None or asked.hub_diameter is not None
+    return disc._replace(size_step=asked.size_step), asked._replace(shape=ARMS if armed else RIM)

@@ -1,0 +1,541 @@
+"""The moment that changes a machine's energy, on a mesh of crank angles, at any speed.
+
+Everything that depends on position alone is walked once: inertias, moments, influence coefficients. What depends on speed
+is evaluated there as often as wanted, with its slope. Meshes with losses add what these take: a shaft geared to the crank
+with an efficiency below 1 takes from it, or gives it, less than its own share of the moment.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Sequence
+from functools import partial
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bondgraph import counting
+from bondgraph.reduction import Reduction, Station
+from flywheel.components.motors import DC
+from flywheel.machine.loads import Effort
+from flywheel.machine.machine import Chain, Stage
+from flywheel.numerics.cells import MIDDLE, ROUNDING, Cells, wide
+from flywheel.numerics.jets import Jet
+from flywheel.scene.scene import Scene
+
+Array = NDArray[np.float64]
+
+DRIVE = "drive."  # how the names of the drive's elements begin
+
+
+class Rate(NamedTuple):
+    """dE/dphi = F of the whole machine's kinetic energy (J/rad), at given speeds, on (cells, nodes).
+
+    `by_speed` is dF/domega, `by_unknown` dF/du of the scene's balance, `by_inertia` dF/dJ of the flywheel's inertia (0 but
+    for losses), `by_current` dF/di of a motor's current. `exchanged` is the sum of |contributions|.
+    """
+
+    moment: Array
+    by_speed: Array
+    by_unknown: Array
+    by_inertia: Array
+    by_current: Array
+    exchanged: Array
+
+
+class _Part(NamedTuple):
+    """What hangs on the crank through one mesh, or on the crank itself (efficiency 1), reduced to the crank."""
+
+    efficiency: float
+    carries_flywheel: bool
+    drives: bool
+    station: Station
+    resistance: Array
+    inertia: Array
+    slope: Array
+    moment: Array
+    per_unknown: Array
+    exchanged: Array
+    steepness: Array
+
+
+class _Acting(NamedTuple):
+    """The moment on one part at given speeds, with its slopes."""
+
+    moment: Array
+    by_speed: Array
+    by_unknown: Array
+    by_current: Array
+    exchanged: Array
+
+
+class _Felt(NamedTuple):
+    """What the crank feels of all parts through their meshes."""
+
+    moment: Array
+    by_unknown: Array
+    exchanged: Array
+
+
+class Moments:
+    """A machine on a mesh, ready to tell F at any speeds, flywheels and values of its unknown.
+
+    `inertia` and `slope` (cells, nodes) are I* and dI*/dphi without the flywheel, `steepness` the sum of the sizes of what
+    makes up the latter. What a law or a mesh does at a speed is
+    decided in the middle of every cell, or, where cells do not end at switches yet, at every node (`local`).
+    """
+
+    def __init__(self, machine: Chain, mesh: Cells, *, local: bool = False) -> None:
+        self.machine, self.mesh, self.local = machine, mesh, local
+        self.parts = [self._part(stage.reduction, stage) for stage in machine.stages]
+        self.inertia: Array = np.sum([part.inertia for part in self.parts], axis=0)
+        self.slope: Array = np.sum([part.slope for part in self.parts], axis=0)
+        self.steepness: Array = np.sum([part.steepness for part in self.parts], axis=0)
+        self.lossy = any(part.efficiency < 1.0 for part in self.parts)
+        self.circuit = circuit_of(machine.scene)
+        self.drive_ratio = 1.0 if machine.scene.drive is None else machine.scene.shafts[machine.scene.drive.on]
+
+    def _part(self, reduction: Reduction, stage: Any) -> _Part:
+        phi, station = self.mesh.phi, reduction.at(self.mesh.phi, self.mesh.anchor)
+        reduced = station.reduced
+        whole = partial(wide, shape=phi.shape)
+        return _Part(
+            efficiency=stage.efficiency,
+            carries_flywheel=stage.carries_flywheel,
+            drives=stage.drives,
+            station=station,
+            resistance=whole(reduced.resistance),
+            inertia=whole(reduced.inertia),
+            slope=whole(reduced.slope),
+            moment=whole(reduced.moment),
+            per_unknown=whole(reduced.per_unknown),
+            exchanged=whole(reduced.exchanged),
+            steepness=whole(reduced.steepness),
+        )
+
+    def rate(self, omega: Array, unknown: float, inertia: float, current: Array | None = None) -> Rate:
+        """F at crank speeds omega (rad/s) on the mesh, for a value of the unknown and a flywheel (kg m², on the crank)."""
+        acting = self._all_acting(omega, unknown, current)
+        plain = _summed(acting)
+        if not self.lossy:
+            zero = np.zeros_like(omega)
+            return Rate(plain.moment, plain.by_speed, plain.by_unknown, zero, plain.by_current, plain.exchanged)
+        return self._with_losses(acting, plain, omega, inertia)
+
+    def constant(self, speed: float | Array, unknown: float) -> Rate:
+        """F at a constant crank speed (rad/s), or at several, shape (speeds, cells, nodes).
+
+        Inertias that vary are driven, but nothing is accelerated.
+        """
+        omega = np.asarray(speed, dtype=float)[..., None, None] + np.zeros_like(self.mesh.phi)
+        acting, transmitted = self._unaccelerated(omega, unknown)
+        plain = _summed(acting)
+        factors = [_given_for(part, tau) for part, tau in zip(self.parts, transmitted, strict=True)]
+        lifted = [0.5 * part.slope * omega**2 for part in self.parts]
+        felt = _felt(factors, acting, lifted)
+        return Rate(felt.moment, plain.by_speed, felt.by_unknown, np.zeros_like(omega), plain.by_current, felt.exchanged)
+
+    def constant_losses(self, speed: float, unknown: float) -> list[Array]:
+        """What each lossy mesh transmits from the crank at a constant speed: its losses have a kink where that is zero."""
+        if not self.lossy:
+            return []
+        _, transmitted = self._unaccelerated(np.full(self.mesh.phi.shape, speed), unknown)
+        return self._of_lossy(transmitted)
+
+    def _unaccelerated(self, omega: Array, unknown: float) -> tuple[list[_Acting], list[Array]]:
+        """What acts on every part at a constant speed, and what the crank transmits to each."""
+        current = None if self.circuit is None else self.steady_current(omega)
+        acting = self._all_acting(omega, unknown, current)
+        return acting, [0.5 * p.slope * omega**2 - act.moment for p, act in zip(self.parts, acting, strict=True)]
+
+    def steady_current(self, omega: Array) -> Array:
+        """The currents (A) that do not change at constant crank speeds (rad/s)."""
+        assert self.circuit is not None
+        return np.asarray(self.circuit.current(self.drive_ratio * omega))
+
+    def transmitted(self, omega: Array, unknown: float, inertia: float, current: Array | None = None) -> list[Array]:
+        """What each lossy mesh transmits from the crank (N m, on the crank)."""
+        _, transmitted, _ = self._solved(self._all_acting(omega, unknown, current), omega, inertia)
+        return self._of_lossy(transmitted)
+
+    def _of_lossy(self, transmitted: list[Array]) -> list[Array]:
+        return [tau for part, tau in zip(self.parts, transmitted, strict=True) if part.efficiency < 1.0]
+
+    def _all_acting(self, omega: Array, unknown: float, current: Array | None) -> list[_Acting]:
+        return [self._acting(part, omega, unknown, current) for part in self.parts]
+
+    def _acting(self, part: _Part, omega: Array, unknown: float, current: Array | None) -> _Acting:
+        moment = part.moment + unknown * part.per_unknown - part.resistance * omega
+        by_speed, by_unknown = np.zeros_like(omega) - part.resistance, np.zeros_like(omega) + part.per_unknown
+        exchanged = part.exchanged + np.abs(unknown * part.per_unknown) + part.resistance * omega
+        by_current: Array = np.zeros_like(omega)
+        if self.circuit is not None and part.drives and current is not None:
+            ratio, circuit = self.drive_ratio, self.circuit
+            driving = ratio * circuit.torque_of_current(ratio * omega, current)
+            by_current = np.full_like(omega, ratio * circuit.constant)
+            moment, exchanged = moment + driving, exchanged + np.abs(driving)
+            by_speed = by_speed - ratio * ratio * circuit.friction
+        moving = part.station.contributions(Jet(omega, 1.0), 0.0, self._deciding(omega), local=self.local)
+        if moving:
+            counting.count(omega)
+        for element, effort, factor in moving:
+            if self.circuit is not None and element.name.startswith(DRIVE):
+                continue
+            value, slope = _with_slope(effort, omega)
+            factor_value, factor_slope = _with_slope(factor, omega)
+            moment = moment + value + unknown * factor_value
+            by_speed = by_speed + slope + unknown * factor_slope
+            by_unknown = by_unknown + factor_value
+            exchanged = exchanged + np.abs(value + unknown * factor_value)
+        return _Acting(moment, by_speed, by_unknown, by_current, exchanged)
+
+    # -- losses in meshes ----------------------------------------------------------------------------------------------
+
+    def _solved(self, acting: list[_Acting], omega: Array, inertia: float) -> tuple[Array, list[Array], list[Array]]:
+        """d(omega²/2)/dphi, the transmitted moments, and the factor k of each: 1/eta where the crank drives, else eta.
+
+        sum k (I y' + I' y - M) = 0 over the parts, y = omega²/2: monotone in y', so that one set of directions fits. They
+        are decided in the middle of every cell.
+        """
+        y = 0.5 * omega * omega
+        inertias = [part.inertia + inertia * part.carries_flywheel for part in self.parts]
+        bare = [part.slope * y - act.moment for part, act in zip(self.parts, acting, strict=True)]
+        factors: list[Array] = [np.ones((*omega.shape[:-1], 1)) for _ in self.parts]
+        for _ in range(2 + 2 ** len(self.parts)):
+            total = np.sum([k * i for k, i in zip(factors, inertias, strict=True)], axis=0)
+            bend = -np.sum([k * b for k, b in zip(factors, bare, strict=True)], axis=0) / total
+            transmitted = [i * bend + b for i, b in zip(inertias, bare, strict=True)]
+            found = [_given_for(part, self._deciding(tau)) for part, tau in zip(self.parts, transmitted, strict=True)]
+            if all(np.array_equal(a, b) for a, b in zip(found, factors, strict=True)):
+                break
+            factors = found
+        return bend, transmitted, factors
+
+    def _with_losses(self, acting: list[_Acting], plain: _Acting, omega: Array, inertia: float) -> Rate:
+        bend, _, factors = self._solved(acting, omega, inertia)
+        inertias = [part.inertia + inertia * part.carries_flywheel for part in self.parts]
+        total = np.sum([k * i for k, i in zip(factors, inertias, strict=True)], axis=0)
+
+        def loss(changes: list[Array], extra: list[Array] | None = None) -> Array:
+            """What losses take of a change of every part's I' y - M, and of its inertia times y'."""
+            bare = changes if extra is None else [c + e for c, e in zip(changes, extra, strict=True)]
+            bend_change = -np.sum([k * b for k, b in zip(factors, bare, strict=True)], axis=0) / total
+            shares = zip(factors, inertias, bare, strict=True)
+            return np.asarray(np.sum([(k - 1.0) * (i * bend_change + b) for k, i, b in shares], axis=0))
+
+        by_speed = [part.slope * omega - act.by_speed for part, act in zip(self.parts, acting, strict=True)]
+        zeros = [np.zeros_like(omega) for _ in self.parts]
+        heavier = [bend * part.carries_flywheel for part in self.parts]
+        moved = [i * bend + 0.5 * part.slope * omega * omega for part, i in zip(self.parts, inertias, strict=True)]
+        felt = _felt(factors, acting, moved)
+        return Rate(
+            moment=felt.moment,
+            by_speed=plain.by_speed - loss(by_speed),
+            by_unknown=plain.by_unknown - loss([-act.by_unknown for act in acting]),
+            by_inertia=-loss(zeros, heavier),
+            by_current=plain.by_current - loss([-act.by_current for act in acting]),
+            exchanged=felt.exchanged,
+        )
+
+    def drive(self, omega: Array, unknown: float, current: Array | None = None) -> Array:
+        """The drive's share of F (N m, on the crank), before losses."""
+        zero = np.zeros_like(omega)
+        if self.circuit is not None and current is not None:
+            return np.asarray(zero + self.drive_ratio * self.circuit.torque_of_current(self.drive_ratio * omega, current))
+        station = next(part.station for part in self.parts if part.drives)
+        still = station.moments(unknown).get("drive", 0.0)
+        moving = station.contributions(omega, 0.0, self._deciding(omega), local=self.local)
+        found = [effort + unknown * factor for element, effort, factor in moving if element.name.startswith(DRIVE)]
+        return np.asarray(sum(found, zero + still))
+
+    def switches(self, omega: Array) -> list[Array]:
+        """What decides branches of laws by its sign and depends on speed, on (cells, nodes)."""
+        found: list[Array] = []
+        for part in self.parts:
+            for here, anchor, effort in self._moving_laws(part, omega):
+                found += [wide(switch, omega.shape) for switch in effort.speed_switches(here, anchor)]
+        return found
+
+    def _moving_laws(self, part: _Part, omega: Array) -> list[tuple[Any, Any, Any]]:
+        by_path = {effort.path: effort for effort in self.machine.efforts}
+        places = part.station.places(omega, 0.0, self._deciding(omega), local=self.local)
+        return [(here, anchor, by_path[element.name]) for element, here, anchor in places if element.name in by_path]
+
+    def _deciding(self, values: Array) -> Array:
+        """Values where branches are decided."""
+        return values if self.local else values[..., MIDDLE : MIDDLE + 1]
+
+
+def circuit_of(scene: Scene) -> DC | None:
+    """The drive's motor where its current is a state of its own."""
+    motor = scene.motor
+    return motor if isinstance(motor, DC) and motor.inductance > 0.0 else None
+
+
+def _summed(acting: list[_Acting]) -> _Acting:
+    """What acts on all parts together."""
+    return _Acting(*(np.sum(columns, axis=0) for columns in zip(*acting, strict=True)))
+
+
+def _felt(factors: list[Array], acting: list[_Acting], moved: list[Array]) -> _Felt:
+    """M - sum (k - 1) tau with tau = `moved` - M of each part, as sum k M - (k - 1) `moved`.
+
+    So a small k, an efficiency of next to nothing, keeps its digits.
+    """
+    rows = list(zip(factors, acting, moved, strict=True))
+    return _Felt(
+        np.asarray(sum(k * act.moment - (k - 1.0) * inert for k, act, inert in rows)),
+        np.asarray(sum(k * act.by_unknown for k, act, _ in rows)),
+        np.asarray(sum(k * act.exchanged + np.abs((k - 1.0) * inert) for k, act, inert in rows)),
+    )
+
+
+def _given_for(part: _Part, tau: Array) -> Array:
+    """What the crank gives for each N m that it transmits: 1/efficiency where it drives, efficiency where it is driven."""
+    return np.where(tau > 0.0, 1.0 / part.efficiency, part.efficiency)
+
+
+def _with_slope(value: Any, omega: Array) -> tuple[Array, Array]:
+    """Value and slope of a jet, or of a number that does not depend on speed."""
+    if isinstance(value, Jet):
+        return value.value + np.zeros_like(omega), value.first + np.zeros_like(omega)
+    return value + np.zeros_like(omega), np.zeros_like(omega)
+
+
+# -- instant -----------------------------------------------------------------------------------------------------------
+
+# The motion's equation at one instant: acceleration, power and a motor's current, from the bond graph, for time stepping.
+#
+# It is apart from the series and cells of the steady regime: it shares with them I*, M* and the laws alone.
+
+
+_INSET = 1e-10  # of a piece: how far from its ends a law is read that is not defined there
+
+
+class Anchor(NamedTuple):
+    """Where branches are decided: a position (rad), a crank speed (rad/s) and a time (s) inside a smooth stretch of motion.
+
+    Without a speed and a time those that depend on them are decided at every instant itself.
+    `factors` are those of the meshes there (see `Instant`); None where they are to be found at every instant.
+    """
+
+    phi: Any
+    omega: Any
+    time: Any
+    factors: tuple[Any, ...] | None = None
+
+
+class Instant(NamedTuple):
+    """What a machine does at one instant, at its crank: acceleration (rad/s²), moment M* less losses (N m), I* + J (kg m²).
+
+    `loss` is what the meshes take of the moment (N m), `current_rate` the rate of a motor's current (A/s). The energy of the
+    machine changes by moment * omega. `passed` is what the crank passes to every stage (N m), and `factors` what it gives
+    for that: 1/efficiency where it drives, efficiency where it is driven.
+    """
+
+    acceleration: Any
+    moment: Any
+    inertia: Any
+    loss: Any
+    current_rate: Any = 0.0
+    passed: tuple[Any, ...] = ()
+    factors: tuple[Any, ...] = ()
+
+
+class _Contribution(NamedTuple):
+    efficiency: float
+    inertia: Any
+    slope: Any
+    moment: Any
+
+
+class Dynamics:
+    """A machine with a flywheel (kg m² at the crank) and a value of its unknown, at any position, speed and time.
+
+    `circuit` is the motor where its current is a state of its own, else None.
+    """
+
+    def __init__(self, machine: Chain, inertia: float, balance: float = 0.0) -> None:
+        self.machine, self.inertia, self.balance = machine, inertia, balance
+        self.circuit = circuit_of(machine.scene)
+        drive = machine.scene.drive
+        self.ratio = 1.0 if drive is None else machine.scene.shafts[drive.on]
+        self._efforts = {effort.path: effort for effort in machine.efforts}
+
+    def at(
+        self,
+        phi: float,
+        middle: float,
+        omega: float,
+        time: float = 0.0,
+        *,
+        current: float = 0.0,
+        ends: tuple[float, float] | None = None,
+        anchor: Anchor | None = None,
+    ) -> Instant:
+        """The instant at a position within the smooth piece around `middle`; `ends` are that piece's.
+
+        Branches that depend on speed or time are decided at `anchor` where there is one, else here. Where a law stops being
+        defined at a piece's end, it is read just inside. Past the end of a stroke, where a step that finds the end may try,
+        there is no mechanism: I* goes on along its tangent.
+        """
+        place = anchor or Anchor(middle, None, None)
+        phi, beyond = self._inside(phi)
+        parts = [self._part(stage, phi, place, omega, time, current) for stage in self.machine.stages]
+        if ends is not None and not all(math.isfinite(part.moment) for part in parts):
+            low, high = _inside(ends)
+            held = min(max(phi, low), high)
+            return self.at(held, middle, omega, time, current=current, anchor=anchor)
+        if beyond:
+            parts[0] = parts[0]._replace(inertia=parts[0].inertia + beyond * sum(part.slope for part in parts))
+        return self._instant(parts, omega, current, place.factors)
+
+    def along(
+        self,
+        phi: Array,
+        anchor: Anchor,
+        omega: Array,
+        time: Array,
+        current: Any = 0.0,
+        ends: tuple[float, float] | None = None,
+    ) -> Instant:
+        """The instants at arrays of positions, speeds and times; all of `anchor` is given, as arrays or numbers.
+
+        With the `ends` of a piece, a law that stops being defined there is read just inside, as by `at`.
+        """
+        phi = np.asarray(self._inside(phi)[0])
+        parts = [self._part(stage, phi, anchor, omega, time, current) for stage in self.machine.stages]
+        if ends is not None and not all(np.isfinite(part.moment).all() for part in parts):
+            return self.along(np.clip(phi, *_inside(ends)), anchor, omega, time, current)
+        factors = anchor.factors or tuple(1.0 for _ in parts)
+        found = self._instant(parts, omega, current, factors)
+        return found._replace(
+            acceleration=wide(found.acceleration, phi.shape),
+            moment=wide(found.moment, phi.shape),
+            inertia=wide(found.inertia, phi.shape),
+            loss=wide(found.loss, phi.shape),
+            passed=tuple(wide(value, phi.shape) for value in found.passed),
+        )
+
+    def moments(self, phi: Array, anchor: Anchor, omega: Array, time: Array, current: Any = 0.0) -> dict[str, Array]:
+        """The moment (N m, on the crank) of all that pushes or drags, by its part: loads, weights, springs, dampers."""
+        phi = np.asarray(self._inside(phi)[0])
+        found: dict[str, Any] = {}
+        for stage in self.machine.stages:
+            station = stage.reduction.at(phi, anchor.phi)
+            rows = [*station.moments(self.balance).items()]
+            rows += [(part, -value * omega) for part, value in station.resistances().items()]
+            rows += self._moving(station, stage, anchor, omega, time, current)
+            for part, value in rows:
+                found[part] = found.get(part, 0.0) + value
+        return {part: wide(value, phi.shape) for part, value in found.items()}
+
+    def switches(self, phi: Any, anchor: Anchor, omega: Any, time: Any) -> list[Any]:
+        """What decides branches by its sign and depends on speed or time, in the order of the loads."""
+        phi, found = self._inside(phi)[0], []
+        for stage in self.machine.stages:
+            places = stage.reduction.at(phi, anchor.phi).places(omega, time, anchor.omega, anchor.time)
+            for element, here, there in places:
+                if not self._of_circuit(element.name):
+                    found += self._efforts[element.name].speed_switches(here, there)
+        return found
+
+    def sides(self, phi: Array, anchor: Anchor, omega: Array, time: Array, current: Any = 0.0) -> list[Array]:
+        """What changes its sign where a stretch of motion ends: switches, and what meshes with losses pass."""
+        rows = [wide(value, phi.shape) for value in self.switches(phi, anchor, omega, time)]
+        if anchor.factors is not None:
+            rows += self.along(phi, anchor, omega, time, current).passed[1:]
+        return rows
+
+    @property
+    def branching(self) -> bool:
+        """Whether some branch depends on speed or time, or on which side of a mesh drives."""
+        moving = [effort for effort in self.machine.efforts if effort.uses_speed or effort.uses_time]
+        return len(self.machine.stages) > 1 or any(_branches(effort) for effort in moving)
+
+    def _inside(self, phi: Any) -> tuple[Any, Any]:
+        """The position, or the end of the stroke that it lies past, and by how much it does."""
+        if self.machine.scene.stroke is None:
+            return phi, 0.0
+        held = np.clip(phi, 0.0, self.machine.scene.cycle)
+        return held, phi - held
+
+    def _part(self, stage: Stage, phi: Any, anchor: Anchor, omega: Any, time: Any, current: Any) -> _Contribution:
+        station = stage.reduction.at(phi, anchor.phi)
+        reduced = station.reduced
+        moment = reduced.moment + self.balance * reduced.per_unknown - reduced.resistance * omega
+        for _, value in self._moving(station, stage, anchor, omega, time, current):
+            moment = moment + value
+        inertia = reduced.inertia + (self.inertia if stage.carries_flywheel else 0.0)
+        return _Contribution(stage.efficiency, inertia, reduced.slope, moment)
+
+    def _moving(
+        self, station: Station, stage: Stage, anchor: Anchor, omega: Any, time: Any, current: Any
+    ) -> Iterator[tuple[str, Any]]:
+        """Part and moment of what depends on speed, time or current."""
+        if self.circuit is not None and stage.drives:
+            torque = self.circuit.torque_of_current(self.ratio * omega, current)
+            yield "drive", self.ratio * torque
+        if stage.reduction.moves:
+            for element, effort, factor in station.contributions(omega, time, anchor.omega, anchor.time):
+                if not self._of_circuit(element.name):
+                    yield element.part or element.name, effort + self.balance * factor
+
+    def _of_circuit(self, name: str) -> bool:
+        """Whether a source is the quasi-static law of a motor whose current is followed instead."""
+        return self.circuit is not None and name.startswith(DRIVE)
+
+    def _instant(self, parts: Sequence[_Contribution], omega: Any, current: Any, factors: tuple[Any, ...] | None) -> Instant:
+        acceleration, loss, passed, used = _accelerated(parts, omega, factors)
+        return Instant(
+            acceleration=acceleration,
+            moment=sum(part.moment for part in parts) - loss,
+            inertia=sum(part.inertia for part in parts),
+            loss=loss,
+            current_rate=0.0 if self.circuit is None else self.circuit.current_rate(self.ratio * omega, current),
+            passed=passed,
+            factors=used,
+        )
+
+
+def _inside(ends: tuple[float, float]) -> tuple[float, float]:
+    """The ends of a piece, drawn in to where its laws are defined."""
+    inset = max(_INSET * (ends[1] - ends[0]), 64 * ROUNDING * ends[1])
+    return ends[0] + inset, ends[1] - inset
+
+
+def _branches(effort: Effort) -> bool:
+    from flywheel.machine.loads import moving_switches
+
+    return bool(moving_switches(effort.load.law))  # type: ignore[arg-type]
+
+
+def _accelerated(
+    parts: Sequence[_Contribution], omega: Any, factors: tuple[Any, ...] | None
+) -> tuple[Any, Any, tuple[Any, ...], tuple[Any, ...]]:
+    """Acceleration, what the meshes lose, what is passed to each stage, the factors: sum k (I alpha + ½ I' omega² - M) = 0.
+
+    k = 1/efficiency where the crank drives. The sum grows with alpha whatever the directions, so that one set of them fits.
+    """
+    square = 0.5 * omega * omega
+    bare = [part.slope * square - part.moment for part in parts]
+    if len(parts) == 1:
+        total = parts[0].inertia
+        return (-bare[0] / total if np.all(total) else math.inf), 0.0, (), ()
+    found, given = factors or (1.0,) * len(parts), factors is not None
+    for _ in range(2 + 2 ** len(parts)):
+        weight = sum(k * part.inertia for k, part in zip(found, parts, strict=True))
+        acceleration = -sum(k * b for k, b in zip(found, bare, strict=True)) / weight
+        passed = tuple(part.inertia * acceleration + b for part, b in zip(parts, bare, strict=True))
+        fitting = found if given else tuple(_factor(p, tau, omega) for p, tau in zip(parts, passed, strict=True))
+        if fitting == found:
+            break
+        found = fitting
+    loss = sum((k - 1.0) * tau for k, tau in zip(found, passed, strict=True))
+    return acceleration, loss, passed, found
+
+
+def _factor(part: _Contribution, passed: float, omega: float) -> float:
+    """What the crank gives for what it passes: 1/efficiency where it drives, efficiency where it is driven."""
+    return 1.0 / part.efficiency if passed * (-1.0 if omega < 0.0 else 1.0) > 0.0 else part.efficiency

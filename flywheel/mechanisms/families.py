@@ -1,0 +1,470 @@
+"""What a family of mechanisms tells the machine: positions, and the chain of local ratios with their slopes.
+
+A family is written once against a namespace `ns` (numpy, mpmath, sympy, or the project's intervals), so no formula
+exists twice. `Family.position(psi, ns)` does the geometry for one angle or an array; everything else picks from it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Mapping
+from functools import cached_property, partial
+from importlib import import_module
+from itertools import chain, pairwise
+from math import acos, acosh, asin, degrees, inf, pi, tau
+from operator import attrgetter
+from types import MappingProxyType
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from flywheel.numerics.faults import Fault, SceneError
+from flywheel.numerics.intervals import NAMESPACE as INTERVALS
+from flywheel.numerics.intervals import Interval, SwitchingError, roots
+from flywheel.scene.scene import Body, Mechanism
+
+if TYPE_CHECKING:
+    from flywheel.scene.scene import Mechanism
+
+
+class Ratio(NamedTuple):
+    """A local transmission ratio T(psi) and its slope dT/dpsi, both read from a position."""
+
+    value: Callable[[Any], Any]
+    slope: Callable[[Any], Any]
+
+
+class Term(NamedTuple):
+    """One transformer: the velocity it starts from (`crank` is the mechanism's own shaft) and its ratio."""
+
+    source: str
+    ratio: float | Ratio
+
+
+class Velocity(NamedTuple):
+    """A velocity of the mechanism, one 1-junction: the sum of its terms (one term: a plain transformer)."""
+
+    name: str
+    rotating: bool
+    terms: tuple[Term, ...]
+
+
+class Mass(NamedTuple):
+    """A mass (kg) on a translating velocity or an inertia (kg m²) on a rotating one; `body` names whose it is."""
+
+    velocity: str
+    value: float
+    body: str
+
+
+class Weight(NamedTuple):
+    """A body's mass (kg) that gravity pulls along a velocity of fixed `direction` (rad from +x)."""
+
+    velocity: str
+    mass: float
+    direction: float
+    body: str
+
+
+class Port(NamedTuple):
+    """A place for loads, springs and added inertia: a velocity, and the displacement that is its integral.
+
+    `returns` is False where the displacement gains a constant each turn, so that no spring can hang on it. At `kinks`
+    (rad of psi in [0, period)) the velocity jumps, so that no inertia can sit on it. `dead_centres` are all the angles
+    (rad of psi in [0, 2 pi), ascending) at which the velocity changes its sign, where a closed form gives them.
+    """
+
+    velocity: str
+    position: Callable[[Any], Any]
+    returns: bool = True
+    kinks: tuple[float, ...] = ()
+    dead_centres: tuple[float, ...] = ()
+
+
+class Family(NamedTuple):
+    """One mechanism of a family, ready to be hung on a shaft.
+
+    `position(psi, ns, anchor=None)` gives the positions at the mechanism's own crank angle psi (rad). `anchor` is
+    the angle in the middle of the smooth piece that psi lies in, where a law decides its branches (the other
+    families ignore it). `breakpoints` are the angles in [0, period) where a cell must end, for smoothness or
+    resolution; the period is a turn, or that of the mechanism's laws.
+    """
+
+    velocities: tuple[Velocity, ...]
+    masses: tuple[Mass, ...]
+    weights: tuple[Weight, ...]
+    ports: Mapping[str, Port]
+    position: Callable[..., Any]
+    breakpoints: tuple[float, ...] = ()
+
+
+class Position:
+    """Positions at crank angle psi, lazily: an attribute is computed when first read, then kept."""
+
+    def __init__(self, psi: Any, ns: Any) -> None:
+        self.psi = psi
+        self.ns = ns
+
+    @cached_property
+    def sin(self) -> Any:
+        """Sine of the crank angle."""
+        return self.ns.sin(self.psi)
+
+    @cached_property
+    def cos(self) -> Any:
+        """Cosine of the crank angle."""
+        return self.ns.cos(self.psi)
+
+    @cached_property
+    def half_sin(self) -> Any:
+        """Sine of half the crank angle: 1 - cos psi = 2 half_sin² keeps its digits near psi = 0."""
+        return self.ns.sin(self.psi * 0.5)
+
+    @cached_property
+    def half_cos(self) -> Any:
+        """Cosine of half the crank angle: 1 + cos psi = 2 half_cos² keeps its digits near psi = pi."""
+        return self.ns.cos(self.psi * 0.5)
+
+
+# -- parts -------------------------------------------------------------------------------------------------------------
+
+# Parts that the chains of several families share: bodies on a fixed pivot, bodies that float, points on them.
+
+
+class Line(NamedTuple):
+    """A line fixed in a turning body: its angle, that angle's sine, cosine and rate d(angle)/dpsi."""
+
+    velocity: str
+    angle: Callable[[Any], Any]
+    sine: Callable[[Any], Any]
+    cosine: Callable[[Any], Any]
+    rate: Callable[[Any], Any]
+
+
+class Parts(NamedTuple):
+    """A stretch of a mechanism's chain."""
+
+    velocities: tuple[Velocity, ...] = ()
+    masses: tuple[Mass, ...] = ()
+    weights: tuple[Weight, ...] = ()
+
+
+CRANK = Line("crank", attrgetter("psi"), attrgetter("sin"), attrgetter("cos"), lambda _: 1.0)
+
+
+def line(name: str) -> Line:
+    """Line of a body whose position has the attributes NAME, NAME_sin, NAME_cos and NAME_rate."""
+    return Line(name, *map(attrgetter, (name, f"{name}_sin", f"{name}_cos", f"{name}_rate")))
+
+
+def joined(*parts: Parts) -> Parts:
+    """One chain from several stretches, in their order."""
+    velocities, masses, weights = zip(*parts, strict=True)
+    return Parts(*(tuple(chain(*column)) for column in (velocities, masses, weights)))
+
+
+def driven(name: str, rotating: bool, source: str = "crank") -> Velocity:
+    """Velocity by one transformer from `source`, its ratio the position's NAME_rate and the slope NAME_slope."""
+    ratio = Ratio(attrgetter(f"{name}_rate"), attrgetter(f"{name}_slope"))
+    return Velocity(name, rotating, (Term(source, ratio),))
+
+
+def carried(velocity: str, value: float, body: str) -> tuple[Mass, ...]:
+    """Mass or inertia on a velocity; nothing where it is zero."""
+    return () if value == 0 else (Mass(velocity, value, body),)
+
+
+def sliding(name: str, mass: float, direction: float, source: str = "crank") -> Parts:
+    """Body that slides along a fixed direction (rad), and has mass (kg) and weight there."""
+    weight = () if mass == 0 else (Weight(name, mass, direction, name),)
+    return Parts((driven(name, False, source),), carried(name, mass, name), weight)
+
+
+def arm(line: Line, length: float, tilt: float = 0.0) -> tuple[Term, Term]:
+    """Velocity along x and along y of the end of an arm, relative to its start, from the arm's angular velocity.
+
+    The arm has `length` (m) and lies `tilt` (rad) counter-clockwise from the line: end = length (cos a, sin a) with
+    a = angle + tilt, so T_x = -length sin a and T_y = length cos a; slopes follow by da/dpsi = rate.
+    """
+    sine, cosine = line.sine, line.cosine
+    if tilt != 0:
+        sine, cosine = _tilted(line, tilt)
+    along_x = Ratio(lambda p: -length * sine(p), lambda p: -length * cosine(p) * line.rate(p))
+    along_y = Ratio(lambda p: length * cosine(p), lambda p: -length * sine(p) * line.rate(p))
+    return Term(line.velocity, along_x), Term(line.velocity, along_y)
+
+
+def _tilted(line: Line, tilt: float) -> tuple[Callable[[Any], Any], Callable[[Any], Any]]:
+    return (lambda p: p.ns.sin(line.angle(p) + tilt)), (lambda p: p.ns.cos(line.angle(p) + tilt))
+
+
+def point(line: Line, name: str, radius: float, mass: float, body: str, tilt: float = 0.0) -> Parts:
+    """Point of a body on a fixed pivot: NAME is its tangential speed; NAME.x and NAME.y are its components."""
+    if radius == 0:
+        return Parts()
+    along_x, along_y = arm(line, radius, tilt)
+    velocities = (
+        Velocity(name, False, (Term(line.velocity, radius),)),
+        Velocity(f"{name}.x", False, (along_x,)),
+        Velocity(f"{name}.y", False, (along_y,)),
+    )
+    return Parts(velocities, carried(name, mass, body), _weights(name, mass, body))
+
+
+def pivoted(line: Line, name: str, body: Body) -> Parts:
+    """Body on a fixed pivot: inertia on its rotation, mass on the tangential speed of its centre of mass."""
+    inertia = Parts(masses=carried(line.velocity, body.inertia, name))
+    return joined(inertia, point(line, f"{name}.com", body.com, body.mass, name, body.com_angle))
+
+
+def floating(line: Line, name: str, body: Body, length: float, carrier: Line = CRANK) -> Parts:
+    """Body whose first pin is the end of a carrier's arm, `length` (m) from the carrier's fixed pivot.
+
+    Its centre of mass moves as that pin does, plus its own turning about it.
+    """
+    arms = [arm(carrier, length)]
+    if body.com != 0:
+        arms.append(arm(line, body.com, body.com_angle))
+    at = f"{name}.com"
+    along_x, along_y = zip(*arms, strict=True)
+    velocities = Velocity(f"{at}.x", False, along_x), Velocity(f"{at}.y", False, along_y)
+    masses = tuple(chain(*(carried(v.name, body.mass, name) for v in velocities)))
+    return Parts(velocities, carried(line.velocity, body.inertia, name) + masses, _weights(at, body.mass, name))
+
+
+def _weights(name: str, mass: float, body: str) -> tuple[Weight, ...]:
+    if mass == 0:
+        return ()
+    return Weight(f"{name}.x", mass, 0.0, body), Weight(f"{name}.y", mass, pi / 2, body)
+
+
+# -- limits ------------------------------------------------------------------------------------------------------------
+
+# Where a crank locks, and where it comes so near to it that cells must be short.
+
+
+TOUCH = 1e-12  # lengths that differ by less than this share are equal: "0.1 m" and "100 mm" must be
+GROWTH = 2.5  # each cell then reaches 1.5 times its distance from the singularity
+
+
+def exceeds(a: float, b: float) -> bool:
+    """Whether length a is truly above length b, by more than rounding."""
+    return bool(a - b > TOUCH * max(abs(a), abs(b)))
+
+
+def graded(centre: float, distance: float, reach: float = 1.0) -> list[float]:
+    """Breakpoints about a complex singularity that hovers `distance` (rad) above the real angle `centre` (rad).
+
+    They stand at the centre and at distance, 2.5 distance, 6.25 distance... to both sides within `reach` (rad), so that
+    a polynomial of order 16 follows 1/z on every cell to about 1e-10. None where the singularity is beyond reach/2.
+
+    >>> graded(3.0, 0.25)
+    [2.375, 2.75, 3.0, 3.25, 3.625]
+    >>> graded(3.0, 0.6)
+    []
+    """
+    if distance > reach / 2:
+        return []
+    steps = []
+    while 0 < distance < reach:
+        steps.append(distance)
+        distance *= GROWTH
+    return [*(centre - s for s in reversed(steps)), centre, *(centre + s for s in steps)]
+
+
+def within_turn(angles: Iterable[float]) -> tuple[float, ...]:
+    """The angles (rad) brought into [0, 2 pi), ascending, each once."""
+    return tuple(sorted({angle % tau % tau for angle in angles}))
+
+
+def above_one(value: float) -> float:
+    """Distance (rad) from the real axis to where the sine or cosine of an angle takes `value` >= 1."""
+    return acosh(max(float(value), 1.0)) if value < inf else inf
+
+
+def where_sine(value: float) -> list[float]:
+    """Angles (rad) in a turn whose sine is `value`: two, one or none; an extreme missed by rounding counts."""
+    if abs(value) > 1 + 4 * TOUCH:
+        return []
+    half = asin(min(1.0, max(-1.0, value)))
+    return [half] if abs(value) >= 1 - TOUCH else [half, pi - half]
+
+
+def where_cosine(value: float) -> list[float]:
+    """Angles (rad) in a turn whose cosine is `value`: two, one or none; an extreme missed by rounding counts."""
+    if abs(value) > 1 + 4 * TOUCH:
+        return []
+    half = acos(min(1.0, max(-1.0, value)))
+    return [half] if abs(value) >= 1 - TOUCH else [half, tau - half]
+
+
+def lock_fault(path: str, length: float, expected: str, angles: Iterable[float]) -> Fault:
+    """The fault of a length (m) for which the crank cannot turn, naming the angles (rad) where it locks."""
+    listed = [f"{degrees(angle):.6g}" for angle in within_turn(angles)]
+    where = f"the crank locks at {_enumerated(listed)} deg" if listed else "it closes at no crank angle"
+    return Fault(path, f"{float(length):.9g} m", expected, where)
+
+
+def _enumerated(items: list[str]) -> str:
+    return " and ".join([", ".join(items[:-1]), items[-1]] if len(items) > 1 else items)
+
+
+# -- mechanisms --------------------------------------------------------------------------------------------------------
+
+# The families of mechanisms, one file each; a family's file is imported when a mechanism of its type is built.
+
+
+__all__ = ["TYPES", "build"]
+
+TYPES = ("scotch-yoke", "slider-crank", "four-bar", "crank-shaper", "toggle-clamp", "law", "linkage")
+_NO_PARAMETERS: Mapping[str, float] = MappingProxyType({})
+
+
+def build(mechanism: Mechanism, parameters: Mapping[str, float] = _NO_PARAMETERS) -> Family:
+    """The mechanism as a chain of velocities with positions; `parameters` (SI) are in scope of a law's expressions.
+
+    Raises `SceneError` for a mechanism that cannot turn: each fault names the length's path and the angles of the crank
+    where it locks.
+    """
+    if mechanism.type not in TYPES:
+        raise SceneError([Fault(f"{mechanism.path}.type", repr(mechanism.type), "one of " + ", ".join(TYPES))])
+    module = import_module(f"flywheel.mechanisms.{mechanism.type.replace('-', '_')}")
+    if mechanism.type == "law":
+        return module.family(mechanism, parameters)  # type: ignore[no-any-return]
+    if mechanism.type != "linkage" and (faults := module.faults(mechanism)):  # a linkage's own come of following it
+        raise SceneError(faults)
+    return module.family(mechanism)  # type: ignore[no-any-return]
+
+
+# -- ends --------------------------------------------------------------------------------------------------------------
+
+# The ends of a port's stroke: how far it goes, and at which angles of its mechanism it turns back.
+
+
+Array = NDArray[np.float64]
+
+_FLAT = 1e-12  # of a stroke: what rounding may take back
+
+
+class Ends(NamedTuple):
+    """A port's stroke: every place where it may turn back, as coordinate psi of its mechanism and displacement x.
+
+    Between neighbours it moves one way. psi is the mechanism's own crank angle (rad; m where the driver slides), x is in m
+    or rad. `period` (rad) is that after which the rows repeat, None on a one-way stroke; `displacement` gives x at any psi.
+    """
+
+    psi: Array
+    x: Array
+    period: float | None
+    displacement: Callable[[Array], Array]
+
+    @property
+    def low(self) -> float:
+        """The least displacement."""
+        return float(self.x.min())
+
+    @property
+    def high(self) -> float:
+        """The greatest displacement."""
+        return float(self.x.max())
+
+    def before(self, high: bool, angle: float) -> float | None:
+        """Distance (m or rad) that the port covers on the last `angle` (rad of psi) before its high or its low end.
+
+        None where it does not move towards that end all along. An end that is reached several times counts where it is
+        reached first.
+
+        >>> yoke = Mechanism("scotch-yoke", "yoke", geometry={"crank.length": 0.1})
+        >>> round(ends_of(yoke, "yoke").before(True, np.pi / 3), 12)
+        0.05
+        """
+        psi, x = self.psi, self.x
+        last = float(psi[np.argmax(x) if high else np.argmin(x)])
+        first = last - angle
+        if self.period is not None:
+            psi, x = np.concatenate((psi[:-1] - self.period, psi)), np.concatenate((x[:-1], x))
+        if first < psi[0]:
+            return None
+        passed = x[(psi > first) & (psi <= last)]
+        way = np.diff([*self.displacement(np.array([first])), *passed]) * (1.0 if high else -1.0)
+        return float(way.sum()) if (way >= -_FLAT * (self.high - self.low)).all() else None
+
+
+def stroke_of(mechanism: Mechanism, port: str, parameters: Mapping[str, float] | None = None) -> tuple[float, float]:
+    """Least and greatest displacement of a port over the mechanism's travel, to rounding.
+
+    Args:
+        mechanism: with the lengths that let it turn.
+        port: name of one of its ports.
+        parameters: SI values of names in a law's expressions.
+
+    Raises:
+        SceneError: for a mechanism that locks, or a port that stands still too long to be followed.
+
+    >>> crank = Mechanism("slider-crank", "press", geometry={"crank.length": 0.1, "rod.length": 0.4})
+    >>> [round(x, 12) for x in stroke_of(crank, "slider")]
+    [0.3, 0.5]
+
+    """
+    ends = ends_of(mechanism, port, parameters)
+    return ends.low, ends.high
+
+
+def ends_of(mechanism: Mechanism, port: str, parameters: Mapping[str, float] | None = None) -> Ends:
+    """Every place where a port may turn back: roots of dx/dpsi = 0 by interval bounds, and kinks.
+
+    Arguments and errors are those of `stroke_of`.
+    """
+    family = build(mechanism, parameters or {})
+    edges, period = _span(mechanism, family)
+    try:
+        inner = [root for a, b in pairwise(edges) for root in _stops(family, port, a, b)]
+    except SwitchingError:
+        found = f"{mechanism.name}.{port}, whose velocity changes sign too often to follow, as if it stood still"
+        raise SceneError([Fault(mechanism.path, found, "a port that moves")]) from None
+    psi, displacement = np.array(sorted({*edges, *inner})), partial(_displacement, family, port)
+    return Ends(psi, displacement(psi), period, displacement)
+
+
+def _displacement(family: Family, port: str, psi: Array) -> Array:
+    """Displacement of a port (m or rad) at coordinates psi, shape (n,)."""
+    x = np.asarray(family.ports[port].position(family.position(psi, np)), dtype=float)
+    return np.broadcast_to(x, psi.shape)
+
+
+def _span(mechanism: Mechanism, family: Family) -> tuple[list[float], float | None]:
+    """Edges between which a mechanism's positions are smooth, over its stroke or until it repeats."""
+    if mechanism.stroke is not None:
+        first, last = mechanism.stroke
+        return sorted({first, last, *(edge for edge in family.breakpoints if first < edge < last)}), None
+    span = mechanism.travel if mechanism.type == "linkage" else mechanism.period
+    turns = range(max(round(span / mechanism.period), 1))
+    edges = {edge + turn * mechanism.period for edge in family.breakpoints for turn in turns}
+    return sorted({0.0, span, *(edge for edge in edges if 0.0 < edge < span)}), span
+
+
+def _stops(family: Family, port: str, a: float, b: float) -> list[float]:
+    """Roots of a port's velocity ratio inside one smooth piece."""
+    velocity, anchor = family.ports[port].velocity, 0.5 * (a + b)
+
+    def enclose(lo: Array, hi: Array) -> tuple[Any, Any]:
+        return _flow(family, velocity, family.position(Interval(lo, hi), INTERVALS, anchor + 0 * lo))
+
+    def value(psi: Array) -> Any:
+        return _flow(family, velocity, family.position(psi, np, anchor + 0 * psi))[0] + 0 * psi
+
+    return roots(enclose, value, a, b)
+
+
+def _flow(family: Family, velocity: str, position: Any) -> tuple[Any, Any]:
+    """Ratio of a velocity to the crank's, and its slope by psi: the chain of transformers walked back to the crank."""
+    if velocity == "crank":
+        return 1.0, 0.0
+    gain: Any = 0.0
+    slope: Any = 0.0
+    for term in next(item for item in family.velocities if item.name == velocity).terms:
+        of, bend = _flow(family, term.source, position)
+        ratio = term.ratio
+        value, change = (ratio.value(position), ratio.slope(position)) if isinstance(ratio, Ratio) else (ratio, 0.0)
+        gain, slope = gain + of * value, slope + bend * value + of * change
+    return gain, slope

@@ -1,0 +1,200 @@
+"""Forces in the joints of a scene's mechanisms, as the machine runs: kinetostatics with the scene's own loads.
+
+Every mechanism is taken as a linkage, its shaft's motion is that of the steady regime (or of the stroke), and whatever
+acts on its ports acts on its bodies. What its crank asks of the shaft is the driving action.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from functools import partial
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from flywheel.machine.friction import MachineMotion, port_forces
+from flywheel.machine.machine import Machine
+from flywheel.mechanisms.linkages.reactions import Reactions
+from flywheel.numerics import cells
+from flywheel.numerics.cells import ROUNDING
+from flywheel.numerics.faults import Fault, SceneError
+from flywheel.regime import constant_speed, state, steady_motion
+from flywheel.scene.linkage import PIN
+from flywheel.scene.scene import Scene
+
+Array = NDArray[np.float64]
+
+
+class JointForces(NamedTuple):
+    """Forces in the joints of every mechanism of a machine, by the mechanism's name, over a motion.
+
+    `motion_errors` are the estimated errors of that motion's speed and acceleration, 0 of a motion that is given.
+    """
+
+    motion: MachineMotion
+    mechanisms: Mapping[str, Reactions]
+    motion_errors: tuple[Array | float, Array | float] = (0.0, 0.0)
+
+
+def joint_forces(
+    machine: Machine | Scene,
+    phi: ArrayLike | None = None,
+    *,
+    speed: float | None = None,
+    acceleration: float = 0.0,
+    inertia: bool = True,
+    friction: bool = True,
+) -> JointForces:
+    """Driving action and reactions of every joint of a machine, with the loads, weights and added masses of its scene.
+
+    Args:
+        machine: a `Machine`, or a `Scene`, of which one is then built.
+        phi: crank angles (rad), shape (n,), taken modulo the cycle; 360 over the cycle if None. On a stroke the driver's own
+            coordinates (rad or m), 181 from end to end if None.
+        speed: constant crank speed (rad/s, or m/s); if None that of the steady regime with the scene's flywheel, exact
+            where one is asked for, with the acceleration that belongs to it. On a stroke the scene's.
+        acceleration: beside a given `speed`, rad/s² or m/s².
+        inertia: False leaves inertia forces out: quasi-static analysis.
+        friction: False leaves Coulomb friction in the joints out.
+
+    Raises:
+        SceneError: for a scene without mechanisms, or with a law, which has no joints.
+
+    A joint's reaction is what its first body does to its second; see `flywheel.kinetostatics`.
+
+    >>> import flywheel
+    >>> press = {"type": "slider-crank", "crank": {"length": 3}, "rod": {"length": 5}, "slider": {}}
+    >>> scene = flywheel.load({"mechanism": press, "load": [{"on": "slider", "force": "-100 N"}],
+    ...                        "drive": {"torque": "balance"}, "regime": {"speed": 10}, "flywheel": {"inertia": 1}})
+    >>> found = joint_forces(scene, [np.pi / 2], speed=10.0).mechanisms["slider-crank"]
+    >>> found.action.round(9).tolist(), found.components["guide"]["normal"].round(9).tolist()
+    ([-300.0], [75.0])
+
+    """
+    machine = machine if isinstance(machine, Machine) else Machine(machine)
+    scene = machine.scene
+    if scene.areas is not None:
+        raise SceneError([Fault("areas", "a diagram of areas", "a machine with joints", "give mechanism and loads instead")])
+    if not scene.mechanisms:
+        raise SceneError([Fault("mechanism", "no mechanism", "one at least, as joints are asked for")])
+    balance = constant_speed.settled(machine)[1]
+    motion, errors = _motion(machine, _positions(machine, phi), speed, acceleration)
+    ask = partial(port_forces, machine, motion, balance, inertia=inertia, friction=friction)
+    return JointForces(motion, {mechanism.name: ask(mechanism) for mechanism in scene.mechanisms}, errors)
+
+
+@np.errstate(all="ignore")
+def joint_errors(
+    machine: Machine, forces: JointForces, *, inertia: bool = True, friction: bool = True
+) -> dict[str, dict[str, Any]]:
+    """Estimated absolute errors of forces in joints, by mechanism, in the arrangement of `figures_of`.
+
+    As with `flywheel.state.state_errors` they are found again a few roundings aside, with lengths a few roundings off, in a
+    motion as far off as it may be: linkages' positions and the equations of equilibrium then answer by other roundings.
+    What equilibrium and the iteration of friction leave is added.
+
+    Args:
+        machine: the machine.
+        forces: as `joint_forces` found them.
+        inertia: as they were asked for.
+        friction: as they were asked for.
+
+    """
+    speed, balance = constant_speed.settled(machine)
+    off = balance * constant_speed.doubts(machine, speed)[1]
+    motion, origin = forces.motion, machine.scene.origin
+    own = motion.phi - origin
+    anchor = machine.anchors(own)
+    others, found = state.rounded_otherwise(machine), {}
+    for k, mechanism in enumerate(machine.scene.mechanisms):
+        here, again = forces.mechanisms[mechanism.name], []
+        for other, share, sense in zip(others, (1.0, 0.4), (1.0, -1.0), strict=True):
+            phi = origin + state.beside(own, anchor, machine.scene.cycle, share)
+            omega, alpha = (
+                rate + sense * np.asarray(error) for rate, error in zip(motion[1:], forces.motion_errors, strict=True)
+            )
+            moved = MachineMotion(phi, omega, alpha)
+            ask = partial(port_forces, other, moved, balance + share * off, inertia=inertia, friction=friction)
+            again.append(ask(other.scene.mechanisms[k]))
+        apart = state.spread(figures_of(here), [figures_of(other) for other in again])
+        found[mechanism.name] = _with_rest(here, apart)
+    return found
+
+
+def figures_of(found: Reactions) -> dict[str, Any]:
+    """Driving actions, and components and resultant of every joint, by their names."""
+    joints = {name: {**parts, "resultant": found.resultant(name)} for name, parts in found.components.items()}
+    return {"driving": dict(found.actions), "joints": joints, "friction": {"moment": found.friction.moment}}
+
+
+def _with_rest(found: Reactions, errors: dict[str, Any]) -> dict[str, Any]:
+    """Errors with what equilibrium and the iteration of friction leave over, as shares of the largest force or moment."""
+    force, moment = found.scales()
+    left = found.residual + np.where(np.isfinite(found.friction.gap), found.friction.gap, 0.0) + state.EVALUATED * ROUNDING
+    sizes = {"N": force, "N m": moment}
+    sliding = "N" if found.poses.linkage.sliding else "N m"
+    driven = {name: "N m" if found.poses.linkage.joint(name).kind == PIN else "N" for name in found.actions}
+    return {
+        "driving": {name: error + left * sizes[driven[name]] for name, error in errors["driving"].items()},
+        "joints": {
+            joint: {part: error + left * sizes[found.units[joint].get(part, "N")] for part, error in parts.items()}
+            for joint, parts in errors["joints"].items()
+        },
+        "friction": {"moment": errors["friction"]["moment"] + left * sizes[sliding] * bool(found.friction.iterations)},
+    }
+
+
+def spread(scene: Scene, count: int) -> Array:
+    """So many positions evenly over the cycle, from 0 and without its end, or over the stroke from end to end."""
+    if scene.stroke is not None:
+        return np.linspace(scene.stroke.start, scene.stroke.end, count)
+    return scene.cycle * np.arange(count) / count
+
+
+def _positions(machine: Machine, phi: ArrayLike | None) -> Array:
+    """The crank angles or positions asked for, in the driver's own coordinate."""
+    scene = machine.scene
+    stroke = scene.stroke
+    if phi is None:
+        return spread(scene, 360 if stroke is None else 181)
+    wanted = np.atleast_1d(np.asarray(phi, dtype=float)).ravel()
+    if not wanted.size:
+        raise SceneError([Fault("phi", "no position", "one at least, or None for a whole cycle or stroke")])
+    return state.own_coordinate(scene, wanted) + scene.origin
+
+
+_Moved = tuple[MachineMotion, tuple[Array | float, Array | float]]
+
+
+def _motion(machine: Machine, phi: Array, speed: float | None, acceleration: float) -> _Moved:
+    """Speed and acceleration at the positions: given, of the stroke, or of the steady regime; and their errors."""
+    stroke = machine.scene.stroke
+    if speed is None and stroke is not None:
+        speed, acceleration = stroke.speed, stroke.acceleration
+    if speed is not None:
+        return MachineMotion(phi, np.full(phi.size, float(speed)), np.full(phi.size, float(acceleration))), (0.0, 0.0)
+    return _steady(machine, phi)
+
+
+def _steady(machine: Machine, phi: Array) -> _Moved:
+    """The steady regime with the scene's flywheel: omega from the energy, alpha = (M* - ½ dI*/dphi omega²)/(I* + J)."""
+    from flywheel.sizing.errors import swaying
+    from flywheel.sizing.sizing import size
+
+    sizing = size(machine, simulate=False)
+    if sizing.cycle is None or sizing.run is None:
+        return MachineMotion(phi, np.full(phi.size, sizing.speed), np.zeros(phi.size)), (0.0, 0.0)
+    omega = steady_motion.speed_over_cycle(sizing.cycle, sizing.speed, sizing.run, phi)
+    reduced = state.reduce(machine, phi, balance=sizing.cycle.balance or 0.0)
+    moment = reduced.moment
+    noise = sizing.cycle.noise[:, sizing.cycle.where(phi - machine.scene.origin)[0]]
+    if sizing.run.cycle is not None:
+        cell, t = sizing.cycle.where(phi)
+        moment = cells.value(sizing.cycle.series[0, cell], t)
+    total = reduced.inertia + sizing.run.inertia
+    alpha = (moment - 0.5 * reduced.slope * omega**2) / total
+    off = omega * swaying(sizing)
+    heavy = (sizing.error.exact or 0.0) * sizing.run.inertia / total
+    slower = (noise[0] + 0.5 * omega**2 * noise[1] + np.abs(reduced.slope) * omega * off) / total + np.abs(alpha) * heavy
+    return MachineMotion(phi, omega, alpha), (off, slower)

@@ -1,0 +1,271 @@
+"""Motion of a machine from any state, by time stepping."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from flywheel.machine.dynamics import Dynamics, circuit_of
+from flywheel.machine.machine import Chain, Machine
+from flywheel.numerics.cells import ROUNDING
+from flywheel.numerics.faults import Fault, SceneError
+from flywheel.regime import turning_moment
+from flywheel.regime.free_motion import Goal, Passing, Start, Trail, Watching, end_of_stroke, follow
+from flywheel.regime.state import own_coordinate
+from flywheel.regime.stepping import TIGHTEST
+from flywheel.scene.scene import Scene
+
+if TYPE_CHECKING:
+    from bondgraph.motion.simulation import Run
+
+
+Array = NDArray[np.float64]
+
+_FIRST, _TIGHTER = 1 / 30, 0.1  # tolerance of a step to what is asked, and of each run's steps to those of the run before
+_COMPARED = 300  # times at which two runs are compared
+_UNSURE = 500.0  # roundings: what the net work of a cycle is known to be zero by
+SAFETY = 2.0  # between steps the error of a run does not fall in proportion to its tolerance
+
+
+class Motion(NamedTuple):
+    """A simulated motion at the integrator's own times: t (s), crank angle phi (rad, not reduced), omega (rad/s).
+
+    `work` is that of M* since the start (J) and `energy_residual` the largest |kinetic energy gained - work| over the
+    largest kinetic energy. `at(t)` gives (phi, omega) at any times within, by dense output. Where shafts twist, `work` is
+    that of loads and drive and `run` the motion of the whole bond graph, with every flow, effort and its power audit.
+
+    On a stroke phi is the driver's coordinate (m and omega in m/s where it slides). The motion ends where the stroke does,
+    or where the machine stands still for good, and `ended` says so; it is None for a motion that lasts until the time asked.
+    `at` refuses later times.
+
+    `error` is the estimated error of phi (of the way gone, a radian at least) and of omega (of the greatest speed): the
+    difference to a second run with a ten times larger tolerance, doubled (in proportion where that was larger still).
+    Where the speed at phi = 0 must return, each cycle starts from it anew: `drift` is the share of the kinetic energy by
+    which stepping one cycle is off, which is so kept from adding up.
+    `current` is that of a motor with inductance (A). `trail` is the motion as it was stepped, `rough` the run before it and
+    `share` how much of the difference to that run may be left.
+    """
+
+    t: Array
+    phi: Array
+    omega: Array
+    work: Array
+    energy_residual: float
+    at: Callable[[Any], tuple[Array, Array]]
+    run: Run | None = None
+    ended: str | None = None
+    error: float = 0.0
+    current: Array | None = None
+    trail: Trail | None = None
+    drift: float = 0.0
+    rough: Trail | None = None
+    share: float = 1.0
+
+    def __repr__(self) -> str:
+        """Its extent, instead of every point."""
+        last = f"t = {self.t[-1]:.6g} s, phi = {self.phi[-1]:.6g}, omega = {self.omega[-1]:.6g}"
+        return f"Motion({self.t.size} points to {last}, ended={self.ended!r}, error={self.error:.2g})"
+
+
+@np.errstate(all="ignore")  # a step that tries too much leaves the floating-point range, and is tried again shorter
+def simulate(
+    machine: Machine | Scene,
+    phi: float,
+    omega: float,
+    until: float,
+    *,
+    inertia: float | None = None,
+    balance: float | None = None,
+    rtol: float = 1e-10,
+    current: float = 0.0,
+) -> Motion:
+    """Motion of a machine from a given state for a given time, from (J + I*) alpha + ½ dI*/dphi omega² = M*(phi, omega, t).
+
+    M* holds loads, drive and dampers, less what meshes with an efficiency lose. Stepping starts afresh at every breakpoint:
+    of position, of time, and where a law switches at a speed. A motor with inductance adds its current as a state.
+
+    A machine with compliant shafts has more than one angle: its whole bond graph is followed, from a state without twist.
+    A machine with a stroke is followed until it reaches one of the stroke's ends.
+
+    Args:
+        machine: a `Machine`, or a `Scene`, of which one is then built.
+        phi: crank angle at t = 0, rad. On a stroke the driver's coordinate, rad, or m where it slides.
+        omega: crank speed at t = 0, rad/s; it may be zero, and the machine may stop and turn back. On a stroke the driver's
+            speed, m/s where it slides.
+        until: time to simulate, s.
+        inertia: the flywheel's, kg m² at its own shaft; the scene's own (0 when it asks for a sizing) if None. On a stroke
+            what moves with the driver beside the machine: 0 if None, kg where it slides.
+        balance: value (SI) of the scene's unknown; if None the one that balances the cycle (with rigid shafts).
+        rtol: error allowed of the whole motion; the estimate of what was reached is its `error`.
+        current: of a motor with inductance at t = 0, A.
+
+    Raises:
+        SceneError: if I* + J vanishes somewhere, so that the motion is not determined; if the machine starts outside its
+            stroke, or at an end of it that it is pushed out of.
+
+    >>> import flywheel
+    >>> rotor = {"inertia": [{"on": "crank", "value": 2}], "drive": {"torque": 6}, "regime": {"speed": 1},
+    ...          "flywheel": {"inertia": 1}}
+    >>> motion = flywheel.simulate(flywheel.load(rotor), phi=0, omega=0, until=3)
+    >>> round(float(motion.omega[-1]), 9), round(float(motion.phi[-1]), 9)
+    (6.0, 9.0)
+
+    """
+    if not isinstance(machine, Machine):
+        machine = Machine(machine)
+    _check_arguments(phi, omega, until, rtol, current)
+    scene = machine.scene
+    if current and circuit_of(scene) is None:
+        raise SceneError([Fault("current", f"{current:g} A", "none: no motor with inductance drives the machine")])
+    own = (scene.inertia or 0.0) if inertia is None else inertia
+    total = own * scene.flywheel_ratio**2
+    if balance is None and scene.unknown is not None:
+        balance = _balance(machine if not scene.compliances else Machine(replace(scene, compliances={})), own)
+    if scene.compliances:
+        from flywheel.motion.compliance import followed
+
+        run = followed(machine, Start(phi, omega, current), until, own, balance or 0.0, rtol)
+        return _of_run(run, circuit_of(scene) is not None)
+    if scene.stroke is not None:
+        phi = float(own_coordinate(scene, np.asarray(phi, dtype=float)))
+    motion = moved(Dynamics(machine, total, balance or 0.0), Start(phi, omega, current), until, rtol)
+    return motion if scene.stroke is None else _on_stroke(motion, scene, until)
+
+
+def _balance(machine: Machine, inertia: float) -> float:
+    """The value of the scene's unknown that balances the cycle with a flywheel (kg m²)."""
+    if not machine.depends_on_speed:
+        return turning_moment.settled_balance(machine)
+    from flywheel.sizing.sizing import size  # only such scenes need a regime first
+
+    found = size(replace(machine.scene, inertia=inertia, irregularity=None), simulate=False).balance
+    return 0.0 if found is None else found.value
+
+
+def moved(
+    dynamics: Dynamics,
+    start: Start,
+    until: float,
+    rtol: float,
+    goals: Sequence[Goal] = (),
+    passing: Passing | None = None,
+    watching: Watching | None = None,
+) -> Motion:
+    """The motion from a start, run again with tighter steps until two runs agree within rtol, or rounding forbids it.
+
+    `passing` is asked at the end of every cycle of the first run (see `follow`); the others end with the same cycle.
+    `watching` is told of the stretches of every run.
+    """
+    tight = max(_FIRST * rtol, TIGHTEST)
+    share = 1.0
+    rough = follow(dynamics, start, until, tight / _TIGHTER, goals, passing, watching)
+    again = None if rough.goal in (None, *(goal.name for goal in goals)) else _counted(rough)
+    while True:
+        fine = follow(dynamics, start, until, tight, goals, again, watching)
+        _check_moved(fine)
+        error = share * _difference(rough, fine) + ROUNDING * (64 + len(fine.stretches) + _UNSURE * fine.repeated)
+        if error <= rtol or tight <= TIGHTEST:
+            return _as_motion(fine, error)._replace(rough=rough, share=SAFETY * share)
+        rough, last = fine, tight
+        tight = max(min(0.3 * rtol / error, _TIGHTER) * tight, TIGHTEST)
+        share = min(1.0, tight / (_TIGHTER * last))  # of the difference, where the tolerances lie further apart
+
+
+def _counted(trail: Trail) -> Passing:
+    """What ends a motion with the cycle that another ended with."""
+    left = trail.cycles
+
+    def passing(t: float, omega: float) -> str | None:
+        nonlocal left
+        left = left - 1 or trail.cycles
+        return trail.goal if left == trail.cycles else None
+
+    return passing
+
+
+def _difference(rough: Trail, fine: Trail) -> float:
+    """The largest difference of two runs of a motion, relative to the way gone and to the greatest speed."""
+    if not rough.stretches:
+        return 1.0
+    last = min(rough.t[-1], fine.t[-1])
+    times = np.linspace(0.0, last, _COMPARED)
+    a, b = rough.states(times)[:2], fine.states(times)[:2]
+    way = max(float(np.ptp(b[0])), fine.dynamics.machine.scene.cycle / (2 * np.pi))
+    scales = np.array([way, max(float(np.abs(b[1]).max()), 1e-300)])
+    late = abs(rough.t[-1] - fine.t[-1]) / fine.t[-1]
+    return SAFETY * float(max((np.abs(a - b).max(axis=1) / scales).max(), late))
+
+
+def _check_moved(trail: Trail) -> None:
+    if trail.stretches:
+        return
+    dynamics = trail.dynamics
+    where = dynamics.machine.where(trail.start.phi)
+    if dynamics.machine.scene.stroke is None:
+        found, expected = trail.stuck or f"a machine that stays at rest at {where}", "a start from which it moves"
+        carries = "give the current that carries its load, or use flywheel.transient, which starts with that"
+        raise SceneError([Fault("simulation", found, expected, "" if dynamics.circuit is None else carries)])
+    found = trail.stuck or f"a machine at {where}, the stroke's end, that moves on or is pushed out of it"
+    raise SceneError([Fault("simulation", found, "a start from which it moves along its stroke")])
+
+
+def _on_stroke(motion: Motion, scene: Scene, until: float) -> Motion:
+    """The motion in the driver's own coordinate, with a word on its end if that came early."""
+    assert scene.stroke is not None
+    start, end, last = scene.stroke.start, scene.stroke.end, float(motion.t[-1])
+    phi = np.clip(motion.phi + start, start, end)  # rounding aside, it is there already
+    ended = motion.ended
+    if last < until and ended is None:
+        ended = end_of_stroke(scene, float(phi[-1]), last)
+
+    def at(times: Any) -> tuple[Array, Array]:
+        if np.any(np.asarray(times) > last):
+            raise SceneError([Fault("t", f"{np.max(times):.6g} s", f"times up to {last:.6g} s", ended or "")])
+        found, speed = motion.at(times)
+        return np.clip(found + start, start, end), speed
+
+    return motion._replace(phi=phi, at=at, ended=ended)
+
+
+def _of_run(run: Run, with_current: bool) -> Motion:
+    """What a run of the whole graph says of the crank."""
+
+    def at(times: Any) -> tuple[Array, Array]:
+        wanted = np.atleast_1d(np.asarray(times, dtype=float))
+        return run.displacement("phi", wanted), run.flow("crank", wanted)
+
+    current = run.flow("drive.motor.armature", run.t) if with_current else None
+    return Motion(run.t, *at(run.t), run.audit.supplied, run.audit.energy, at, run, error=run.error, current=current)
+
+
+def _check_arguments(phi: float, omega: float, until: float, rtol: float, current: float) -> None:
+    finite = {"phi": phi, "omega": omega, "until": until, "rtol": rtol, "current": current}
+    faults = [Fault(name, f"{value}", "a finite number") for name, value in finite.items() if not np.isfinite(value)]
+    positive = {"until": until, "rtol": rtol}
+    faults += [Fault(name, f"{value}", "a number above 0") for name, value in positive.items() if value <= 0.0]
+    if faults:
+        raise SceneError(faults)
+
+
+def _as_motion(trail: Trail, error: float) -> Motion:
+    states, dynamics = trail.ends(), trail.dynamics
+    kinetic = 0.5 * (dynamics.inertia + _inertia(dynamics.machine, states[0])) * states[1] ** 2
+    residual = np.abs(kinetic - kinetic[0] - states[2]).max() / max(float(kinetic.max()), 1e-300)
+
+    def at(times: Any) -> tuple[Array, Array]:
+        found = trail.states(np.atleast_1d(np.asarray(times, dtype=float)))
+        return found[0], found[1]
+
+    current = states[3] if states.shape[0] > 3 else None
+    phi, omega, work = states[:3]
+    return Motion(trail.t, phi, omega, work, float(residual), at, None, trail.stuck, error, current, trail, trail.drift)
+
+
+def _inertia(machine: Chain, phi: Array) -> Array:
+    cycle = machine.scene.cycle
+    inside = np.clip(phi, 0.0, cycle) if machine.scene.stroke is not None else phi % cycle
+    return np.asarray(machine.reduce(inside).inertia + np.zeros_like(inside))

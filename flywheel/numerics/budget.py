@@ -1,0 +1,183 @@
+"""What a result costs: positions of the crank at which the machine is evaluated, and seconds."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Container, Iterator, Mapping
+from contextlib import contextmanager
+from contextvars import ContextVar
+from time import perf_counter
+from typing import Any, NamedTuple
+
+from bondgraph.counting import Tally, count, counted
+from flywheel.numerics.faults import Fault, SceneError
+
+__all__ = ["FREE", "Cost", "Meter", "Tally", "count", "counted", "metered", "unmeasured"]
+
+
+class Cost(NamedTuple):
+    """Positions of the crank at which the machine was evaluated, and seconds of wall clock without loading of libraries.
+
+    An evaluation is one position at which the machine's bond graph is walked, or at which torques that depend on speed
+    are found anew for another speed; where meshes have losses, one for each of them. `stages` says how much of the whole
+    went into which part of the work.
+
+    >>> Cost(34, 0.001, {"figures": Cost(34, 0.001)}).as_dict()
+    {'evaluations': 34, 'seconds': 0.001, 'figures': {'evaluations': 34, 'seconds': 0.001}}
+    """
+
+    evaluations: int
+    seconds: float
+    stages: dict[str, Cost] = {}  # noqa: RUF012
+
+    def as_dict(self) -> dict[str, Any]:
+        """For JSON: the whole, and each stage under its own name."""
+        parts = {name: stage.as_dict() for name, stage in self.stages.items()}
+        return {"evaluations": self.evaluations, "seconds": self.seconds, **parts}
+
+
+FREE = Cost(0, 0.0)
+_UNMEASURED: ContextVar[float] = ContextVar("unmeasured", default=0.0)  # seconds so far that no meter counts
+
+
+class Meter:
+    """A running measurement: `cost` is what it has come to so far."""
+
+    def __init__(self, tally: Tally) -> None:
+        self._tally, self._start = tally, _clock()
+        self._end: float | None = None
+
+    def stop(self) -> None:
+        """Let the time stand still."""
+        self._end = _clock()
+
+    @property
+    def cost(self) -> Cost:
+        """Evaluations and seconds since the beginning, or until it was stopped."""
+        return Cost(self._tally.evaluations, (_clock() if self._end is None else self._end) - self._start)
+
+
+def _clock() -> float:
+    return perf_counter() - _UNMEASURED.get()
+
+
+@contextmanager
+def unmeasured() -> Iterator[None]:
+    """Keep what is done inside out of every running measurement of time: what only the first run has to do, as loading.
+
+    >>> from time import sleep
+    >>> begin = perf_counter()
+    >>> with metered() as meter, unmeasured():
+    ...     sleep(0.05)
+    >>> meter.cost.seconds < perf_counter() - begin - 0.04
+    True
+    """
+    begin, before = perf_counter(), _UNMEASURED.get()
+    try:
+        yield
+    finally:
+        _UNMEASURED.set(before + perf_counter() - begin)
+
+
+@contextmanager
+def metered() -> Iterator[Meter]:
+    """Measure what is done inside.
+
+    >>> with metered() as meter:
+    ...     count(5)
+    >>> meter.cost.evaluations
+    5
+    """
+    with counted() as tally:
+        meter = Meter(tally)
+        try:
+            yield meter
+        finally:
+            meter.stop()
+
+
+# -- patience ----------------------------------------------------------------------------------------------------------
+
+# How long a search may go on before it is given up, counted in work and not in seconds: the same on every machine.
+
+
+_LEFT: ContextVar[list[float] | None] = ContextVar("left", default=None)
+
+
+class ImpatientError(SceneError):
+    """A search that was given up."""
+
+
+@contextmanager
+def patience(work: float) -> Iterator[None]:
+    """Let what is searched for inside take so much work at most; unbounded outside.
+
+    >>> with patience(10):
+    ...     spend(8)
+    """
+    token = _LEFT.set([work])
+    try:
+        yield
+    finally:
+        _LEFT.reset(token)
+
+
+def spend(work: float) -> None:
+    """Count work done. Raises ImpatientError once there was too much of it."""
+    left = _LEFT.get()
+    if left is None:
+        return
+    left[0] -= work
+    if left[0] < 0.0:
+        found = "a steady motion that is not found in bearable time"
+        expected = "one that the search comes to"
+        advice = "follow the machine in time: flywheel simulate"
+        raise ImpatientError([Fault("regime", found, expected, advice)])
+
+
+# -- loaded ------------------------------------------------------------------------------------------------------------
+
+# Which libraries, and which parts of the package, have been imported: not every scene needs every one.
+
+
+NOW, BEFORE, NOT = "loaded by this run", "loaded before it", "not loaded"
+PARTS: Mapping[str, str] = {
+    "numpy": "arrays",
+    "scipy": "the integrator of time stepping, pchip tables",
+    "sympy": "symbolic mathematics",
+    "matplotlib": "pictures",
+    "flywheel.machine.features": "intervals, for breakpoints of expressions",
+    "flywheel.regime.constant_speed": "torques taken at a constant speed",
+    "flywheel.regime.accumulated_areas": "bounds of the exact figure",
+    "flywheel.numerics.collocation": "periodic collocation with Newton's method",
+    "flywheel.sizing.confirmation": "confirmation by collocation",
+    "flywheel.regime.stepping": "time stepping",
+    "flywheel.regime.one_cycle": "one cycle in time",
+    "flywheel.regime.free_motion": "following a machine that has no steady motion",
+    "flywheel.machine.friction": "friction in joints",
+    "flywheel.mechanisms.linkages.reactions": "driving forces and reactions in joints",
+    "flywheel.motion.joint_forces": "reactions along the machine's motion",
+    "flywheel.mechanisms.linkages.multibody": "equations of motion with multipliers",
+    "flywheel.mechanisms.linkages.positions": "positions of linkages by Newton-Raphson",
+    "flywheel.sizing.wheel": "the wheel to be built",
+    "bondgraph.symbolic": "symbolic equations of the bond graph",
+}
+"""Libraries and parts of the package that not every scene needs, with what they are for."""
+
+LIBRARIES = ("numpy", "scipy", "sympy", "matplotlib")
+
+
+def states(before: Container[str]) -> dict[str, str]:
+    """Of every library and part whether it is loaded now; `before` are the modules that were loaded earlier.
+
+    >>> import numpy
+    >>> states(()).get("numpy"), states({"numpy"}).get("numpy")
+    ('loaded by this run', 'loaded before it')
+    """
+    return {name: _state(name, before) for name in PARTS}
+
+
+def _state(name: str, before: Container[str]) -> str:
+    if name not in sys.modules:
+        return NOT
+    return BEFORE if name in before else NOW

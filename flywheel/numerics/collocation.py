@@ -1,0 +1,166 @@
+"""Linear algebra of periodic collocation: how small changes run through the cells of a cycle, and round it.
+
+On every cell the states z obey z' = F(phi, z, p). Written as an integral, z(phi) = z_left + integral of F, and taken at the
+cell's nodes, its linearisation is one small system per cell, all solved at once. What a cell adds to its left end is kept
+apart from that end itself, so that a cycle that hardly changes what it starts with loses no digits.
+
+Source: L. N. Trefethen, Approximation Theory and Approximation Practice, SIAM 2013, chapter 21 (integral collocation);
+U. M. Ascher, R. M. M. Mattheij, R. D. Russell, Numerical Solution of Boundary Value Problems, SIAM 1995, section 5.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from flywheel.numerics import cells as piecewise
+from flywheel.numerics.cells import NODES, ORDER
+
+Array = NDArray[np.float64]
+
+# columns of values at the nodes -> their integral from the left end up to each node, and over the whole cell (half = 1)
+_UP_TO_NODES: Array = np.ascontiguousarray(
+    piecewise.basis(NODES) @ piecewise.antiderivative(piecewise.fit(np.eye(ORDER)), np.ones((1, 1))).T
+)
+_WHOLE: Array = piecewise.integral(np.eye(ORDER), np.ones((ORDER, 1)))
+
+_STEEP = 5.0  # exponent: changes that grow or fade by more than exp of it are followed from where they only fade
+_MOST_GROWTH = 700.0  # exponent that a float still holds
+
+
+class Changes(NamedTuple):
+    """Changes of the states as functions of those of z at phi = 0 and of the parameters: dz = start dz0 + by dp + rest.
+
+    At the nodes: `start` (cells, states, nodes, states), `by` (cells, states, nodes, parameters), `rest` (cells, states,
+    nodes); at the edges: the same with edges (cells + 1) in place of cells, and no nodes; `start` less the identity there.
+
+    `around` (states, states + parameters + 1) is what is gained round the cycle, beside dz0: it closes where that is 0.
+    Where changes grow by orders of magnitude, dz0 is that at the edge from which none does: backwards, where the whole cycle
+    makes them grow, by exp(`growth`).
+    """
+
+    start: Array
+    by: Array
+    rest: Array
+    edge_start: Array
+    edge_by: Array
+    edge_rest: Array
+    around: Array | None = None
+    growth: float = 0.0
+
+    @property
+    def gained(self) -> Array:
+        """What a change at the start of the cycle has gained at its end, (states, states)."""
+        edge: Array = self.edge_start[-1] if self.around is None else self.around[:, : self.around.shape[0]]
+        return edge
+
+
+def round_cycle(half: Array, jacobian: Array, by_parameter: Array, at_nodes: Array, at_edges: Array, gap: Array) -> Changes:
+    """The linearised motion round a cycle whose end exceeds its start by a gap (states,), which the changes are to close.
+
+    One state is followed from the edge, and in the sense, in which changes only die away: what grew by G on the way would
+    lose as many digits as G has. The other arguments are those of `changes`.
+    """
+    growth = np.concatenate(([0.0], np.cumsum(half * (jacobian[:, 0, 0] @ _WHOLE))))
+    ended = at_edges.copy()
+    ended[-1] += gap
+    first = int(growth.argmax()) % half.size
+    backwards = bool(growth[-1] > 0.0)
+    if jacobian.shape[1] > 1 or not np.ptp(growth) > _STEEP:
+        first, backwards = 0, False
+    rolled = [np.roll(rows, -first, axis=0) for rows in (half, jacobian, by_parameter, at_nodes, ended)]
+    found = _backwards(*rolled) if backwards else changes(*rolled)
+    base = 0 if backwards else -1
+    around = np.concatenate((found.edge_start[base], found.edge_by[base], found.edge_rest[base][:, None]), axis=-1)
+    return _unrolled(found, first, gap)._replace(around=around, growth=float(growth[-1]) if backwards else 0.0)
+
+
+def _backwards(half: Array, jacobian: Array, by_parameter: Array, at_nodes: Array, at_edges: Array) -> Changes:
+    """The same as `changes`, as functions of dz where the last cell ends."""
+    from_right = at_nodes - at_edges[:, :, None]
+    found = changes(
+        half[::-1], -jacobian[::-1, ..., ::-1], -by_parameter[::-1, ..., ::-1], from_right[::-1, ..., ::-1], -at_edges[::-1]
+    )
+    nodes = found.start[::-1, :, ::-1], found.by[::-1, :, ::-1], found.rest[::-1, :, ::-1]
+    return Changes(*nodes, found.edge_start[::-1], found.edge_by[::-1], found.edge_rest[::-1])
+
+
+def _unrolled(found: Changes, first: int, gap: Array) -> Changes:
+    """Changes found from the cell `first` round to itself, from phi = 0 on; the end keeps the gap that it is to lose."""
+    start, by, rest = (np.roll(rows, first, axis=0) for rows in found[:3])
+    edge_start, edge_by, edge_rest = (_end_for_end(rows, first) for rows in found[3:6])
+    edge_rest[-1] -= gap
+    return Changes(start, by, rest, edge_start, edge_by, edge_rest)
+
+
+def _end_for_end(rows: Array, first: int) -> Array:
+    """Rows at edges from the edge `first` round to itself, in the order of the edges: the cycle's end is its start."""
+    return np.concatenate((np.roll(rows[:-1], first, axis=0), rows[[-1 - first]]))
+
+
+def changes(half: Array, jacobian: Array, by_parameter: Array, at_nodes: Array, at_edges: Array) -> Changes:
+    """The linearised motion through all cells.
+
+    Args:
+        half: half widths of the cells (cells,).
+        jacobian: dF/dz, (cells, states, states, nodes).
+        by_parameter: dF/dp, (cells, states, parameters, nodes).
+        at_nodes: what z_left + integral of F exceeds z by, (cells, states, nodes).
+        at_edges: the same at the right ends, (cells, states).
+
+    """
+    cells, states, _, nodes = jacobian.shape
+    parameters = by_parameter.shape[2]
+    reach = half[:, None, None] * _UP_TO_NODES
+    # (I - h S D) dz = 1 dz_left + h S (dF/dp) dp + r, for all states of a cell side by side
+    matrix = -np.einsum("cij,cabj->caibj", reach, jacobian).reshape(cells, states * nodes, states * nodes)
+    matrix[:, np.arange(states * nodes), np.arange(states * nodes)] += 1.0
+    right = np.zeros((cells, states, nodes, states + parameters + 1))
+    for k in range(states):
+        right[:, k, :, k] = 1.0
+    right[..., states:-1] = np.einsum("cij,capj->caip", reach, by_parameter)
+    right[..., -1] = at_nodes
+    solved = np.linalg.solve(matrix, right.reshape(cells, states * nodes, -1)).reshape(right.shape)
+    rates = np.einsum("cabj,cbjk->cajk", jacobian, solved)
+    rates[..., states:-1] += np.swapaxes(by_parameter, 2, 3)
+    gained = np.einsum("c,j,cajk->cak", half, _WHOLE, rates)  # over a cell, beside what it starts with
+    gained[..., -1] += at_edges
+    return _chained(solved, gained, states)
+
+
+def _chained(solved: Array, gained: Array, states: int) -> Changes:
+    """Cell after cell: what each starts with is what the one before ends with."""
+    cells, parameters = gained.shape[0], gained.shape[2] - states - 1
+    edge = np.zeros((cells + 1, states, states + parameters + 1))
+    for k, gain in enumerate(gained):
+        own = gain[:, :states]
+        edge[k + 1] = edge[k] + own @ edge[k]
+        edge[k + 1, :, :states] += own
+        edge[k + 1, :, states:] += gain[:, states:]
+    left = edge[:-1].copy()
+    left[:, :, :states] += np.eye(states)
+    at_nodes = np.einsum("cajb,cbk->cajk", solved[..., :states], left)
+    at_nodes[..., states:] += solved[..., states:]
+    return Changes(
+        at_nodes[..., :states],
+        at_nodes[..., states:-1],
+        at_nodes[..., -1],
+        edge[..., :states],
+        edge[..., states:-1],
+        edge[..., -1],
+    )
+
+
+def multiplier(change: Changes) -> tuple[float, float]:
+    """What a cycle leaves of a small change (the largest in size), and 1 less that, without cancellation."""
+    if change.growth:
+        return float(np.exp(min(change.growth, _MOST_GROWTH))), -float(np.expm1(min(change.growth, _MOST_GROWTH)))
+    grown = change.gained
+    if grown.shape == (1, 1):
+        return 1.0 + float(grown[0, 0]), -float(grown[0, 0])
+    eigenvalues = np.linalg.eigvals(grown)
+    largest = eigenvalues[np.argmax(np.abs(1.0 + eigenvalues))]
+    size = float(np.abs(1.0 + largest))
+    return size, float(-largest.real) if largest.imag == 0.0 and largest.real > -1.0 else 1.0 - size

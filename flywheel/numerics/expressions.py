@@ -1,0 +1,1005 @@
+"""The checked tree of an expression, and what can be asked of it: values, linearity, the places where it switches.
+
+A tree is evaluated against a namespace that gives the functions by their numpy names, so numpy itself serves, and so do
+intervals, jets, mpmath and SymPy through small adapters: sin cos tan asin acos atan atan2 sqrt exp log abs sign minimum
+maximum where divide power less less_equal greater greater_equal equal not_equal logical_and logical_or logical_not, pi.
+"""
+
+from __future__ import annotations
+
+import ast
+import math
+import operator
+import re
+import sys
+import warnings
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property, reduce
+from operator import mul
+from types import SimpleNamespace
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from flywheel.numerics.faults import LONGEST_SHOWN
+from flywheel.numerics.units import DIMENSIONS, Unit
+
+SMOOTH = ("sin", "cos", "tan", "asin", "acos", "atan", "sqrt", "exp", "log")
+COMPARISONS = {
+    "<": "less",
+    "<=": "less_equal",
+    ">": "greater",
+    ">=": "greater_equal",
+    "==": "equal",
+    "!=": "not_equal",
+}
+BOOLEAN = frozenset({"compare", "and", "or", "not"})
+
+
+class Node(NamedTuple):
+    """One node of a tree.
+
+    `op` is `number`, `name`, `pi`, `sum`, `product`, `**`, `neg`, `compare`, `and`, `or`, `not`, `if` (test, yes, no)
+    or a function's name. Sums, products and comparison chains keep all their members side by side, so that a long
+    series is not a deep tree; `signs` then holds one operator per member (`+ -`, `* /`) or between neighbours (`< <=`).
+    """
+
+    op: str
+    args: tuple[Node, ...] = ()
+    number: float = 0.0
+    name: str = ""
+    signs: tuple[str, ...] = ()
+
+
+class At(NamedTuple):
+    """Where a tree is evaluated: values by name, the namespace, and where switches are decided, if elsewhere."""
+
+    values: Mapping[str, Any]
+    ns: Any
+    anchor: At | None = None
+
+
+def walk(node: Node) -> Iterator[Node]:
+    """Every node of a tree, the inner ones before those that hold them."""
+    for arg in node.args:
+        yield from walk(arg)
+    yield node
+
+
+def depends(node: Node, name: str) -> bool:
+    """Whether a name occurs in a tree."""
+    return node.name == name or any(depends(arg, name) for arg in node.args)
+
+
+# --- values ----------------------------------------------------------------------------------------------------------
+
+
+def value(node: Node, at: At) -> Any:
+    """Value of a tree as a number; a truth value counts 1 or 0."""
+    return _RULES[node.op](node, at)
+
+
+def truth(node: Node, at: At) -> Any:
+    """Truth value of a tree where its switches are decided; a number is true when it is not zero."""
+    place = at if at.anchor is None else at.anchor
+    return _truth(node, place)
+
+
+def _truth(node: Node, at: At) -> Any:
+    ns = at.ns
+    if node.op == "compare":
+        return _chain(node, at)
+    if node.op in ("and", "or"):
+        combine = ns.logical_and if node.op == "and" else ns.logical_or
+        return reduce(combine, [_truth(arg, at) for arg in node.args])
+    if node.op == "not":
+        return ns.logical_not(_truth(node.args[0], at))
+    return ns.not_equal(value(node, at), 0.0)
+
+
+def _chain(node: Node, at: At) -> Any:
+    members = [value(arg, at) for arg in node.args]
+    links = [
+        getattr(at.ns, COMPARISONS[sign])(left, right)
+        for sign, left, right in zip(node.signs, members, members[1:], strict=False)
+    ]
+    return reduce(at.ns.logical_and, links)
+
+
+def _sum(node: Node, at: At) -> Any:
+    total = value(node.args[0], at)
+    for sign, arg in zip(node.signs[1:], node.args[1:], strict=True):
+        term = value(arg, at)
+        total = total + term if sign == "+" else total - term
+    return total
+
+
+def _product(node: Node, at: At) -> Any:
+    total = value(node.args[0], at)
+    for sign, arg in zip(node.signs[1:], node.args[1:], strict=True):
+        factor = value(arg, at)
+        total = total * factor if sign == "*" else at.ns.divide(total, factor)
+    return total
+
+
+def _power(node: Node, at: At) -> Any:
+    base, exponent = node.args
+    if grows(node) and hasattr(at.ns, "exponential"):
+        return at.ns.exponential(Node("product", (exponent, Node("log", (base,))), signs=("*", "*")), at)
+    return at.ns.power(value(base, at), value(exponent, at))
+
+
+def grows(node: Node) -> bool:
+    """Whether a node is an exponential: exp, or a positive number to a power that varies."""
+    if node.op != "**":
+        return node.op == "exp"
+    base, exponent = node.args
+    return exponent.op != "number" and base.op == "number" and base.number > 0.0
+
+
+def _smooth(node: Node, at: At) -> Any:
+    return getattr(at.ns, node.op)(value(node.args[0], at))
+
+
+def _exponential(node: Node, at: At) -> Any:
+    """Of a namespace that keeps exponents apart, by its own rule, which is told the exponent's tree."""
+    own = getattr(at.ns, "exponential", None)
+    return at.ns.exp(value(node.args[0], at)) if own is None else own(node.args[0], at)
+
+
+def _indicator(node: Node, at: At) -> Any:
+    return at.ns.where(truth(node, at), 1.0, 0.0)
+
+
+def _choice(node: Node, at: At) -> Any:
+    test, yes, no = node.args
+    chosen = truth(test, at)
+    if isinstance(chosen, bool) or getattr(chosen, "shape", None) == ():  # one place: the other branch is not needed
+        return value(yes if chosen else no, at)
+    return at.ns.where(chosen, value(yes, at), value(no, at))
+
+
+def _abs(node: Node, at: At) -> Any:
+    inner = value(node.args[0], at)
+    return at.ns.abs(inner) if at.anchor is None else _sign(node, at) * inner
+
+
+def _sign(node: Node, at: At) -> Any:
+    return at.ns.sign(value(node.args[0], at if at.anchor is None else at.anchor))
+
+
+def _extreme(node: Node, at: At) -> Any:
+    left, right = (value(arg, at) for arg in node.args)
+    lower = node.op == "min"
+    if at.anchor is None:
+        return at.ns.minimum(left, right) if lower else at.ns.maximum(left, right)
+    at_left, at_right = (value(arg, at.anchor) for arg in node.args)
+    chosen = at.ns.less_equal(at_left, at_right) if lower else at.ns.greater_equal(at_left, at_right)
+    return at.ns.where(chosen, left, right)
+
+
+def _atan2(node: Node, at: At) -> Any:
+    y, x = (value(arg, at) for arg in node.args)
+    ns, angle = at.ns, at.ns.atan2(y, x)
+    if at.anchor is None:
+        return angle
+    # Left of the origin the cut is replaced by the continuation from the anchor's side: s (pi/2 - atan2(x, s y)).
+    side = ns.where(ns.less(value(node.args[0], at.anchor), 0.0), -1.0, 1.0)
+    return ns.where(ns.less(x, 0.0), side * (ns.pi / 2 - ns.atan2(x, side * y)), angle)
+
+
+_RULES: dict[str, Callable[[Node, At], Any]] = {
+    "number": lambda node, at: node.number,
+    "name": lambda node, at: at.values[node.name],
+    "pi": lambda node, at: at.ns.pi,
+    "neg": lambda node, at: -value(node.args[0], at),
+    "sum": _sum,
+    "product": _product,
+    "**": _power,
+    "if": _choice,
+    "abs": _abs,
+    "sign": _sign,
+    "min": _extreme,
+    "max": _extreme,
+    "atan2": _atan2,
+    **dict.fromkeys(SMOOTH, _smooth),
+    "exp": _exponential,
+    **dict.fromkeys(BOOLEAN, _indicator),
+}
+
+
+# --- values that are not finite --------------------------------------------------------------------------------------
+
+BEYOND = "beyond the floating-point range of 1.8e308"
+_VALID = {
+    "log": ("the logarithm", "negative"),
+    "sqrt": ("the square root", "negative"),
+    "asin": ("the arcsine", "outside -1 to 1"),
+    "acos": ("the arccosine", "outside -1 to 1"),
+}
+
+
+def undefined(node: Node, at: Callable[[Node], float]) -> Iterator[Node]:
+    """The parts of a tree that have finite operands and no finite value, where the whole has none; `at` gives values."""
+    if math.isfinite(at(node)):
+        return
+    args = node.args
+    if node.op == "if":
+        args = (args[2 if at(Node("not", args[:1])) else 1],)
+    inner = [part for arg in args for part in undefined(arg, at)]
+    yield from inner or [node]
+
+
+def reason(node: Node, operands: Sequence[float], text: Callable[[Node], str]) -> str:
+    """Why a node has no finite value for finite operands, in words; `text` writes its parts."""
+    if node.op in _VALID:
+        what, outside = _VALID[node.op]
+        return f"{what} of {_told(operands[0])}" + (f", which is {outside}" if operands[0] else "")
+    for sign, arg, operand in zip(node.signs, node.args, operands, strict=False):
+        if node.op == "product" and sign == "/" and operand == 0.0:
+            return "a division by 0" if is_zero(arg) else f"a division by {text(arg)}, which is 0"
+    if node.op == "**" and operands[0] <= 0.0:
+        power = f"to the power of {operands[1]:.6g}"
+        return (
+            f"{operands[0]:.6g}, which is negative, {power}" if operands[0] else f"{text(node.args[0])}, which is 0, {power}"
+        )
+    if node.op in ("exp", "**"):
+        return f"{BEYOND}, as {text(node.args[-1])} = {operands[-1]:.6g}"
+    return BEYOND if node.args else "a value that is not finite"
+
+
+def _told(number: float) -> str:
+    """A number with six digits, or all where those are just 1."""
+    short = f"{number:.6g}"
+    return short if short.lstrip("-") != "1" or float(short) == number else repr(number)
+
+
+# --- linearity -------------------------------------------------------------------------------------------------------
+
+
+def degree(node: Node, name: str) -> int | None:
+    """Structural degree of a tree in a name: 0 (absent), 1 (linear), or None where linearity is not evident.
+
+    Not evident: a product of two factors that hold it, a denominator, an exponent, a function's argument, a test.
+    """
+    if not depends(node, name):
+        return 0
+    if node.op == "name":
+        return 1
+    if node.op == "if" and depends(node.args[0], name):
+        return None
+    if node.op == "product":
+        return _product_degree(node, name)
+    if node.op in ("sum", "neg", "if"):
+        found = [degree(arg, name) for arg in node.args]
+        return None if None in found else 1
+    return None
+
+
+def _product_degree(node: Node, name: str) -> int | None:
+    holders = [i for i, arg in enumerate(node.args) if depends(arg, name)]
+    if len(holders) > 1 or node.signs[holders[0]] == "/":
+        return None
+    return degree(node.args[holders[0]], name)
+
+
+def linear(node: Node, name: str, at: At) -> tuple[Any, Any]:
+    """The two coefficients of a tree of degree 0 or 1: value = c0 + c1 name, without differencing."""
+    if not depends(node, name):
+        return value(node, at), 0.0
+    if node.op == "name":
+        return 0.0, 1.0
+    if node.op == "product":
+        return _linear_product(node, name, at)
+    pairs = [linear(arg, name, at) for arg in node.args if node.op != "if" or arg is not node.args[0]]
+    if node.op == "neg":
+        return -pairs[0][0], -pairs[0][1]
+    if node.op == "if":
+        test = truth(node.args[0], at)
+        return at.ns.where(test, pairs[0][0], pairs[1][0]), at.ns.where(test, pairs[0][1], pairs[1][1])
+    parts = zip(node.signs, pairs, strict=True)
+    return reduce(lambda sofar, part: _add_pair(sofar, *part), parts, (0.0, 0.0))
+
+
+def _add_pair(sofar: tuple[Any, Any], sign: str, pair: tuple[Any, Any]) -> tuple[Any, Any]:
+    if sign == "+":
+        return sofar[0] + pair[0], sofar[1] + pair[1]
+    return sofar[0] - pair[0], sofar[1] - pair[1]
+
+
+def _linear_product(node: Node, name: str, at: At) -> tuple[Any, Any]:
+    constant, slope = 1.0, 1.0
+    for sign, arg in zip(node.signs, node.args, strict=True):
+        if depends(arg, name):
+            pair = linear(arg, name, at)
+            constant, slope = constant * pair[0], slope * pair[1]
+        else:
+            factor = value(arg, at)
+            change = at.ns.divide if sign == "/" else lambda a, b: a * b
+            constant, slope = change(constant, factor), change(slope, factor)
+    return constant, slope
+
+
+# --- switches --------------------------------------------------------------------------------------------------------
+
+
+def difference(left: Node, right: Node) -> Node:
+    """The tree left - right, or the one that is not the number zero (its sign changes in the same places)."""
+    if is_zero(right):
+        return left
+    return right if is_zero(left) else Node("sum", (left, right), signs=("+", "-"))
+
+
+def is_zero(node: Node) -> bool:
+    """Whether a tree is the constant 0."""
+    return node.op == "number" and node.number == 0.0
+
+
+def _is_velocity(node: Node) -> bool:
+    return node.name == "v" or (node.op == "neg" and node.args[0].name == "v")
+
+
+def sign_only(node: Node) -> frozenset[int]:
+    """The members of a node that are v or -v and matter through their sign alone."""
+    if node.op == "sign":
+        return frozenset(i for i, arg in enumerate(node.args) if _is_velocity(arg))
+    if node.op != "compare":
+        return frozenset()
+    last = len(node.args) - 1
+    beside = {i: [node.args[j] for j in (i - 1, i + 1) if 0 <= j <= last] for i in range(last + 1)}
+    return frozenset(i for i, arg in enumerate(node.args) if _is_velocity(arg) and all(map(is_zero, beside[i])))
+
+
+def uses_speed(node: Node) -> bool:
+    """Whether a tree depends on omega, or on v other than through its sign."""
+    if node.name in ("omega", "v"):
+        return True
+    hidden = sign_only(node)
+    return any(uses_speed(arg) for i, arg in enumerate(node.args) if i not in hidden)
+
+
+def deciders(node: Node) -> list[Node]:
+    """The trees whose sign decides this node itself: differences of compared sides, arguments of abs and sign."""
+    if node.op == "compare":
+        velocity = sign_only(node)
+        pairs = [(i, i + 1) for i in range(len(node.signs)) if not velocity & {i, i + 1}]
+        return [difference(node.args[i], node.args[j]) for i, j in pairs]
+    if node.op in ("min", "max"):
+        return [difference(*node.args)]
+    if node.op in ("abs", "atan2"):
+        return [node.args[0]]
+    return [node.args[0]] if node.op == "sign" and not sign_only(node) else []
+
+
+def branch_arguments(node: Node) -> list[Node]:
+    """The trees at whose zeros this node has a branch point: a root's radicand, 1 - u and 1 + u of asin and acos."""
+    if node.op == "sqrt":
+        return [node.args[0]]
+    if node.op in ("asin", "acos"):
+        one = Node("number", number=1.0)
+        return [Node("sum", (one, node.args[0]), signs=("+", sign)) for sign in "-+"]
+    if node.op == "**" and not (node.args[1].op == "number" and node.args[1].number.is_integer()):
+        return [node.args[0]]
+    return []
+
+
+def written(node: Node) -> str:
+    """A tree as text, bracketed wherever that could matter."""
+    if node.op in ("number", "name", "pi"):
+        return node.name or (f"{node.number:.15g}" if node.op == "number" else "pi")
+    parts = [_bracketed(arg) for arg in node.args]
+    if node.op in ("sum", "product", "compare"):
+        signs = node.signs if node.op == "compare" else node.signs[1:]
+        return parts[0] + "".join(f" {sign} {part}" for sign, part in zip(signs, parts[1:], strict=True))
+    if node.op == "if":
+        return f"{parts[1]} if {parts[0]} else {parts[2]}"
+    if node.op in ("and", "or", "**"):
+        return f" {node.op} ".join(parts)
+    if node.op in ("neg", "not"):
+        return ("-" if node.op == "neg" else "not ") + parts[0]
+    return f"{node.op}({', '.join(map(written, node.args))})"
+
+
+def _bracketed(node: Node) -> str:
+    text = written(node)
+    plain = node.op in ("name", "pi", *SMOOTH, "abs", "sign", "min", "max", "atan2")
+    return text if plain or (node.op == "number" and node.number >= 0) else f"({text})"
+
+
+# -- namespaces --------------------------------------------------------------------------------------------------------
+
+# The functions that formulas are written against, by their numpy names, over mpmath's and SymPy's numbers.
+#
+# numpy itself is such a namespace; intervals and jets have theirs (`flywheel.formulas.intervals`, `flywheel.formulas.jets`).
+
+
+_SHARED = ("sin", "cos", "tan", "asin", "acos", "atan", "atan2", "sqrt", "exp", "log", "sign")
+
+
+def mpmath_namespace() -> SimpleNamespace:
+    """Functions over mpmath's numbers, at the precision that is set when they are called.
+
+    >>> print(mpmath_namespace().atan2(1, -1))
+    2.35619449019234
+    """
+    from mpmath import mp  # type: ignore[import-untyped]
+
+    return SimpleNamespace(
+        **{name: getattr(mp, name) for name in _SHARED},
+        pi=mp.pi,
+        abs=abs,
+        minimum=min,
+        maximum=max,
+        where=lambda test, yes, no: yes if test else no,
+        divide=lambda a, b: mp.mpf(a) / b,
+        power=lambda base, exponent: mp.mpf(base) ** exponent,
+        less=operator.lt,
+        less_equal=operator.le,
+        greater=operator.gt,
+        greater_equal=operator.ge,
+        equal=operator.eq,
+        not_equal=operator.ne,
+        logical_and=lambda a, b: a and b,
+        logical_or=lambda a, b: a or b,
+        logical_not=operator.not_,
+    )
+
+
+def sympy_namespace() -> SimpleNamespace:
+    """Functions over SymPy's expressions; a choice becomes a Piecewise, an integral exponent an integer.
+
+    >>> import sympy
+    >>> sympy_namespace().power(sympy.Symbol("phi"), 2.0)
+    phi**2
+    """
+    import sympy  # type: ignore[import-untyped]
+
+    def power(base: Any, exponent: Any) -> Any:
+        whole = isinstance(exponent, float) and exponent.is_integer()
+        return sympy.Pow(base, int(exponent) if whole else exponent)
+
+    return SimpleNamespace(
+        **{name: getattr(sympy, name) for name in _SHARED},
+        pi=sympy.pi,
+        abs=sympy.Abs,
+        minimum=sympy.Min,
+        maximum=sympy.Max,
+        where=lambda test, yes, no: sympy.Piecewise((yes, test), (no, True)),
+        divide=lambda a, b: sympy.sympify(a) / b,
+        power=power,
+        less=sympy.Lt,
+        less_equal=sympy.Le,
+        greater=sympy.Gt,
+        greater_equal=sympy.Ge,
+        equal=sympy.Eq,
+        not_equal=sympy.Ne,
+        logical_and=sympy.And,
+        logical_or=sympy.Or,
+        logical_not=sympy.Not,
+    )
+
+
+# -- expressions -------------------------------------------------------------------------------------------------------
+
+# Expressions: a text becomes a checked tree that can be evaluated, taken apart and asked where it switches.
+#
+# The text is read through Python's own `ast`, of which only arithmetic, comparisons, logic, conditional expressions and a
+# list of functions are let through. Nothing of it is ever executed; size, depth and exponents are capped.
+
+
+VARIABLES = ("phi", "omega", "t", "x", "v")
+FUNCTIONS = (*SMOOTH, "atan2", "abs", "min", "max", "sign")
+RESERVED = frozenset((*VARIABLES, "pi", *FUNCTIONS))
+
+LENGTH_CAP = 2000
+NODE_CAP = 500
+DEPTH_CAP = 60
+EXPONENT_CAP = 64
+
+_FOREIGN = re.compile(r"[^\w \t+\-*/()<>=!,.]")
+_SYNTAX = "numbers, names, + - * / **, comparisons, and or not, a if c else b, and functions such as sin(phi)"
+
+
+class ExpressionError(ValueError):
+    """Why a text is not an expression: what was `found` (and at which column), what was `expected`, some `advice`."""
+
+    def __init__(self, found: str, expected: str = _SYNTAX, advice: str = "") -> None:
+        self.found, self.expected, self.advice = found, expected, advice
+        tail = f"; {advice}" if advice else ""
+        super().__init__(f"found {found}, expected {expected}{tail}")
+
+
+@dataclass(frozen=True)
+class Expression:
+    """A checked expression; its value is SI.
+
+    >>> press = parse("1e3*max(sin(phi), 0) + preload", frozenset({"preload"}))
+    >>> round(float(press.evaluate({"phi": np.pi / 6, "preload": 20.0}, np)), 9)
+    520.0
+    >>> sorted(press.names), press.uses_speed, press.degree("preload"), [s.text for s in press.switches()]
+    (['phi', 'preload'], False, 1, ['sin(phi)'])
+    """
+
+    text: str
+    tree: Node
+
+    @property
+    def shown(self) -> str:
+        """The text, cut where it runs on: for faults, which are single lines."""
+        return self.text if len(self.text) <= LONGEST_SHOWN else f"{self.text[: LONGEST_SHOWN - 1]}…"
+
+    @cached_property
+    def names(self) -> frozenset[str]:
+        """The variables and parameters that occur (pi is a number)."""
+        return frozenset(node.name for node in walk(self.tree) if node.op == "name")
+
+    @cached_property
+    def uses_speed(self) -> bool:
+        """Whether it depends on `omega`, or on `v` other than through its sign."""
+        return uses_speed(self.tree)
+
+    @property
+    def uses_time(self) -> bool:
+        """Whether it depends on `t`."""
+        return "t" in self.names
+
+    @cached_property
+    def switches_on_velocity(self) -> bool:
+        """Whether it holds `sign(v)` or a comparison of `v` with 0; `v` may then be given as its sign."""
+        return any(sign_only(node) for node in walk(self.tree))
+
+    def evaluate(self, values: Mapping[str, Any], ns: Any, anchor: Mapping[str, Any] | None = None) -> Any:
+        """Value in a namespace (numpy itself, or one of its likes); infinite or NaN where undefined.
+
+        Comparisons, abs, sign, min, max, conditions and the cut of atan2 are decided at `anchor` where one is given:
+        the middle of a smooth piece, broadcastable with `values`. A piece then never sees its neighbour's branch.
+
+        >>> ramp = parse("abs(phi - 1)")
+        >>> ramp.evaluate({"phi": np.array([0.0, 0.75, 1.5])}, np, {"phi": 0.5}).tolist()
+        [1.0, 0.25, -0.5]
+        """
+        return self._in_range(lambda at: value(self.tree, at), values, ns, anchor)
+
+    def _in_range(self, found: Callable[[At], Any], values: Mapping[str, Any], ns: Any, anchor: Any) -> Any:
+        """What is found at a place; with exponentials kept apart where plain floats overflow, and in intervals always."""
+        base = getattr(ns, "over", ns)
+        bounds = sys.modules.get("flywheel.numerics.intervals")
+        with np.errstate(all="ignore"):
+            if not self._grows or not (base is np or (bounds and base is bounds.NAMESPACE)):
+                return found(_at(values, ns, anchor))
+            if base is np:
+                try:
+                    with np.errstate(over="raise"):
+                        return found(_at(values, ns, anchor))
+                except FloatingPointError:
+                    pass
+            from flywheel.numerics.intervals import plain, scaled_namespace  # only what overflows pays for it
+
+            kept = found(_at(values, scaled_namespace(ns), anchor))
+            return tuple(map(plain, kept)) if isinstance(kept, tuple) else plain(kept)
+
+    @cached_property
+    def _grows(self) -> bool:
+        return any(grows(node) for node in walk(self.tree))
+
+    def degree(self, name: str) -> int | None:
+        """Degree in a parameter as far as the structure shows it: 0, 1, or None where it is not evidently linear."""
+        return degree(self.tree, name)
+
+    def coefficients(
+        self, values: Mapping[str, Any], name: str, ns: Any, anchor: Mapping[str, Any] | None = None
+    ) -> tuple[Any, Any]:
+        """The pair (c0, c1) with value = c0 + c1 name; `values` need not hold the name.
+
+        Raises ValueError where the expression is not evidently linear in it.
+
+        >>> c0, c1 = parse("4*(T - 3*phi)/2", frozenset({"T"})).coefficients({"phi": 1.0}, "T", np)
+        >>> float(c0), float(c1)
+        (-6.0, 2.0)
+        """
+        if self.degree(name) is None:
+            raise ValueError(f"{self.text!r} is not linear in {name}")
+        pair: tuple[Any, Any] = self._in_range(lambda at: linear(self.tree, name, at), values, ns, anchor)
+        return pair
+
+    def undefined(self, values: Mapping[str, Any], anchor: Mapping[str, Any] | None = None) -> str:
+        """What leaves it without a finite value at a place, in words and as it was written; nothing where it has one.
+
+        It is the first part whose operands are finite and whose value is not. What leaves the floating-point range is told
+        only where nothing else is wrong: exponentials may overflow and cancel.
+
+        >>> parse("3*log(phi-3)").undefined({"phi": 1.0})
+        'log(phi-3): the logarithm of -2, which is negative'
+        >>> parse("1/(phi-1) + exp(900)").undefined({"phi": 1.0})
+        '1/(phi-1): a division by phi-1, which is 0'
+        >>> parse("exp(300*phi)").undefined({"phi": 3.0})
+        'exp(300*phi): beyond the floating-point range of 1.8e308, as 300*phi = 900'
+        """
+
+        def at(node: Node) -> float:
+            return float(Expression("", node).evaluate(values, np, anchor))
+
+        nodes = undefined(self.tree, at)
+        reasons = [(node, reason(node, [at(arg) for arg in node.args], self.part)) for node in nodes]
+        reasons.sort(key=lambda one: one[1].startswith(BEYOND))
+        return f"{self.part(reasons[0][0])}: {reasons[0][1]}" if reasons else ""
+
+    def part(self, node: Node) -> str:
+        """A part of the tree as it was written, where it stands in the text as one."""
+        reader = _Reader(self.text.strip(" \t"), self.names, 0)
+        reader.read(_python_tree(reader.source.decode(), 0).body, 1)
+        text = reader.texts.get(node) or written(node)
+        return text if len(text) <= LONGEST_SHOWN else f"{text[: LONGEST_SHOWN - 1]}…"
+
+    def switches(self) -> tuple[Expression, ...]:
+        """The sub-expressions whose change of sign decides a branch, inner ones first; those on `v` are left out."""
+        return _distinct(tree for node in walk(self.tree) for tree in deciders(node))
+
+    def branch_points(self) -> tuple[Expression, ...]:
+        """The sub-expressions at whose zeros a root, asin or acos has a branch point, inner ones first."""
+        return _distinct(tree for node in walk(self.tree) for tree in branch_arguments(node))
+
+
+def _at(values: Mapping[str, Any], ns: Any, anchor: Mapping[str, Any] | None) -> At:
+    return At(values, ns, None if anchor is None else At(anchor, ns))
+
+
+def _distinct(nodes: Any) -> tuple[Expression, ...]:
+    varying = (node for node in dict.fromkeys(nodes) if any(inner.op == "name" for inner in walk(node)))
+    return tuple(Expression(written(node), node) for node in varying)
+
+
+def parse(text: str, names: frozenset[str] = frozenset()) -> Expression:
+    """Read an expression that may use phi, omega, t, x, v, pi and the given parameter names.
+
+    Raises ExpressionError, whose message is one line.
+
+    >>> parse("300 * sin(phi")  # doctest: +ELLIPSIS
+    Traceback (most recent call last):
+    flywheel.numerics.expressions.ExpressionError: found a text ...
+    """
+    _check_text(text)
+    body = text.strip(" \t")
+    indent = len(text) - len(text.lstrip(" \t"))
+    return Expression(text, _Reader(body, names, indent).read(_python_tree(body, indent).body, 1))
+
+
+def _check_text(text: str) -> None:
+    """Refuse what Python's parser should not even see."""
+    if not text.strip(" \t"):
+        raise ExpressionError("an empty text")
+    if len(text) > LENGTH_CAP:
+        raise ExpressionError(f"a text of {len(text)} characters", f"at most {LENGTH_CAP}")
+    if foreign := _FOREIGN.search(text):
+        advice = "a power is written **" if foreign[0] == "^" else ""
+        raise ExpressionError(f"the character {foreign[0]!a} at column {foreign.start() + 1}", advice=advice)
+    depth = 0
+    for column, character in enumerate(text, 1):
+        depth += (character == "(") - (character == ")")
+        if depth > DEPTH_CAP:
+            raise ExpressionError(f"brackets nested deeper than {DEPTH_CAP} at column {column}", "a flatter text")
+
+
+def _python_tree(body: str, indent: int) -> ast.Expression:
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")
+            return ast.parse(body, mode="eval")
+    except SyntaxError as error:
+        place = f" (column {error.offset + indent})" if error.offset else ""
+        raise ExpressionError(f"a text that cannot be read{place}: {str(error.msg)[:100]}") from None
+    except (ValueError, RecursionError, MemoryError, OverflowError):
+        raise ExpressionError("a text too large or too deeply nested", "a shorter one") from None
+
+
+class _Reader:
+    """Turns Python's tree of one text into ours, and refuses every node that is not on the list."""
+
+    def __init__(self, text: str, names: frozenset[str], indent: int) -> None:
+        self.source = text.encode()  # ast counts columns in UTF-8 bytes
+        self.names = names
+        self.indent = indent
+        self.count = 0
+        self.texts: dict[Node, str] = {}
+
+    def read(self, node: ast.expr, depth: int) -> Node:
+        self.count += 1
+        if self.count > NODE_CAP:
+            raise ExpressionError(f"more than {NODE_CAP} numbers, names and operations", "a shorter text")
+        if depth > DEPTH_CAP:
+            raise ExpressionError(f"operations nested deeper than {DEPTH_CAP}{self.place(node)}", "a flatter text")
+        rule = _READERS.get(type(node))
+        if rule is None:
+            raise ExpressionError(f"{self.quoted(node)}{self.place(node)}")
+        found = rule(self, node, depth + 1)
+        self.texts.setdefault(found, self.written(node))
+        return found
+
+    def written(self, node: ast.expr) -> str:
+        return self.source[node.col_offset : node.end_col_offset].decode()
+
+    def quoted(self, node: ast.expr) -> str:
+        text = self.written(node)
+        return repr(text if len(text) <= 40 else text[:37] + "...")
+
+    def place(self, node: ast.expr) -> str:
+        return f" at column {len(self.source[: node.col_offset].decode()) + 1 + self.indent}"
+
+    def number(self, node: ast.Constant, depth: int) -> Node:
+        if type(node.value) not in (int, float):
+            advice = "write 1 or 0" if isinstance(node.value, bool) else ""
+            raise ExpressionError(f"{self.quoted(node)}{self.place(node)}", "a real number", advice)
+        try:
+            number = float(node.value)  # type: ignore[arg-type]
+        except OverflowError:
+            number = math.inf
+        if not math.isfinite(number):
+            raise ExpressionError(f"the number {self.quoted(node)}{self.place(node)}", "a number below 1.8e308")
+        return Node("number", number=number)
+
+    def name(self, node: ast.Name, depth: int) -> Node:
+        # The name as written: Python would take a full-width 'phi' for the plain one.
+        name = self.written(node)
+        if name == "pi":
+            return Node("pi")
+        if name in VARIABLES or name in self.names - RESERVED:
+            return Node("name", name=name)
+        if name in FUNCTIONS:
+            raise ExpressionError(f"the function {name!r}{self.place(node)} without brackets", f"{name}(...)")
+        known = (*VARIABLES, "pi", *sorted(self.names - RESERVED))
+        found = f"the unknown name {self.quoted(node)}{self.place(node)}"
+        raise ExpressionError(found, "one of " + ", ".join(known), _nearest(name, known))
+
+    def binary(self, node: ast.BinOp, depth: int) -> Node:
+        if isinstance(node.op, ast.Pow):
+            return self.power(node, depth)
+        for kind, signs in _SPINES.items():
+            if type(node.op) in signs:
+                return self.spine(node, kind, signs, depth)
+        advice = "a power is written **" if isinstance(node.op, ast.BitXor) else ""
+        raise ExpressionError(f"the operation {self.quoted(node)}{self.place(node)}", "+ - * / **", advice)
+
+    def spine(self, node: ast.expr, kind: str, signs: Mapping[type, str], depth: int) -> Node:
+        """A sum or product with all its members side by side, however long."""
+        members: list[tuple[str, Node]] = []
+        while isinstance(node, ast.BinOp) and type(node.op) in signs:
+            members.append((signs[type(node.op)], self.read(node.right, depth)))
+            node = node.left
+        members.append(("+" if kind == "sum" else "*", self.read(node, depth)))
+        members.reverse()
+        return Node(kind, tuple(arg for _, arg in members), signs=tuple(sign for sign, _ in members))
+
+    def power(self, node: ast.BinOp, depth: int) -> Node:
+        base, exponent = self.read(node.left, depth), self.read(node.right, depth)
+        if not any(inner.op == "name" for inner in walk(exponent)):
+            with np.errstate(all="ignore"):
+                number = float(value(exponent, At({}, np)))
+            if not abs(number) <= EXPONENT_CAP:
+                found = f"the exponent {self.quoted(node.right)}{self.place(node.right)}"
+                raise ExpressionError(found, f"one between -{EXPONENT_CAP} and {EXPONENT_CAP}")
+            exponent = Node("number", number=number)
+        return Node("**", (base, exponent))
+
+    def unary(self, node: ast.UnaryOp, depth: int) -> Node:
+        if isinstance(node.op, ast.Invert):
+            raise ExpressionError(f"the operation {self.quoted(node)}{self.place(node)}")
+        operand = self.read(node.operand, depth)
+        if isinstance(node.op, ast.Not):
+            return Node("not", (operand,))
+        if isinstance(node.op, ast.UAdd):
+            return operand
+        return Node("number", number=-operand.number) if operand.op == "number" else Node("neg", (operand,))
+
+    def compare(self, node: ast.Compare, depth: int) -> Node:
+        signs = tuple(_COMPARE.get(type(op), "") for op in node.ops)
+        if "" in signs:
+            found = f"the comparison {self.quoted(node)}{self.place(node)}"
+            raise ExpressionError(found, "one of < <= > >= == !=")
+        members = tuple(self.read(arg, depth) for arg in (node.left, *node.comparators))
+        return Node("compare", members, signs=signs)
+
+    def logic(self, node: ast.BoolOp, depth: int) -> Node:
+        op = "and" if isinstance(node.op, ast.And) else "or"
+        return Node(op, tuple(self.read(arg, depth) for arg in node.values))
+
+    def choice(self, node: ast.IfExp, depth: int) -> Node:
+        return Node("if", tuple(self.read(arg, depth) for arg in (node.test, node.body, node.orelse)))
+
+    def call(self, node: ast.Call, depth: int) -> Node:
+        name = self.written(node.func)
+        if not isinstance(node.func, ast.Name) or name not in FUNCTIONS:
+            raise ExpressionError(
+                f"a call of {self.quoted(node.func)}{self.place(node)}",
+                "one of " + ", ".join(FUNCTIONS),
+                _nearest(name, FUNCTIONS),
+            )
+        self.check_arguments(node, name)
+        args = tuple(self.read(arg, depth) for arg in node.args)
+        return _paired(name, args) if name in ("min", "max") else Node(name, args)
+
+    def check_arguments(self, node: ast.Call, name: str) -> None:
+        if node.keywords:
+            raise ExpressionError(f"a keyword in {self.quoted(node)}{self.place(node)}", "plain arguments")
+        wanted = {"atan2": 2, "min": None, "max": None}.get(name, 1)
+        count = len(node.args)
+        if count != wanted and (wanted is not None or count < 2):
+            allowed = {1: "one", 2: "two (y, x)", None: "two or more"}[wanted]
+            plural = "" if count == 1 else "s"
+            raise ExpressionError(f"{count} argument{plural} of {name}{self.place(node)}", allowed)
+
+
+def _paired(name: str, args: tuple[Node, ...]) -> Node:
+    """Minimum or maximum of many as a balanced tree of pairs, each of which is one switch."""
+    if len(args) == 1:
+        return args[0]
+    middle = len(args) // 2
+    return Node(name, (_paired(name, args[:middle]), _paired(name, args[middle:])))
+
+
+def _nearest(name: str, known: tuple[str, ...]) -> str:
+    from difflib import get_close_matches
+
+    close = get_close_matches(name[:40], known, 1)
+    return f"did you mean {close[0]!r}?" if close else ""
+
+
+_SPINES: dict[str, dict[type, str]] = {"sum": {ast.Add: "+", ast.Sub: "-"}, "product": {ast.Mult: "*", ast.Div: "/"}}
+_COMPARE: dict[type, str] = {
+    ast.Lt: "<",
+    ast.LtE: "<=",
+    ast.Gt: ">",
+    ast.GtE: ">=",
+    ast.Eq: "==",
+    ast.NotEq: "!=",
+}
+_READERS: dict[type, Callable[[_Reader, Any, int], Node]] = {
+    ast.Constant: _Reader.number,
+    ast.Name: _Reader.name,
+    ast.BinOp: _Reader.binary,
+    ast.UnaryOp: _Reader.unary,
+    ast.Compare: _Reader.compare,
+    ast.BoolOp: _Reader.logic,
+    ast.IfExp: _Reader.choice,
+    ast.Call: _Reader.call,
+}
+
+
+# -- building ----------------------------------------------------------------------------------------------------------
+
+# Expressions built from numbers: numbers as texts, templates, and trees that would be too long to write out.
+
+
+def expression_of(value: float) -> str:
+    """A number as an expression holds it, to the last digit; a negative one in brackets.
+
+    >>> expression_of(0.1), expression_of(-2)
+    ('0.1', '(-2.0)')
+    """
+    text = repr(float(value))
+    return f"({text})" if text.startswith("-") else text
+
+
+def compiled(template: str, **numbers: float) -> Expression:
+    """The expression that a template becomes when its names in braces are replaced by numbers, to the last bit.
+
+    >>> compiled("-{k}*omega*abs(omega)", k=0.1).text
+    '-0.1*omega*abs(omega)'
+    """
+    return parse(template.format(**{name: expression_of(number) for name, number in numbers.items()}))
+
+
+def numeral(value: float) -> Node:
+    """A number as a tree."""
+    return Node("number", number=float(value))
+
+
+def variable(name: str) -> Node:
+    """A variable as a tree."""
+    return Node("name", name=name)
+
+
+def between(of: Node, knots: Sequence[float], leaves: Sequence[Node]) -> Node:
+    """The leaf between whose knots a variable lies, found by halves; there is one leaf more than knots.
+
+    >>> import numpy as np
+    >>> law = Expression("steps", between(variable("x"), [1.0, 2.0], [numeral(10), numeral(20), numeral(30)]))
+    >>> [law.evaluate({"x": x}, np) for x in (0.0, 1.0, 5.0)]
+    [10.0, 20.0, 30.0]
+    """
+    if not knots:
+        return leaves[0]
+    middle = len(knots) // 2
+    test = Node("compare", (of, numeral(knots[middle])), signs=("<",))
+    below = between(of, knots[:middle], leaves[: middle + 1])
+    return Node("if", (test, below, between(of, knots[middle + 1 :], leaves[middle + 1 :])))
+
+
+# -- dimensions --------------------------------------------------------------------------------------------------------
+
+# The units of what an expression holds: of the expression from those of its names, of one name from the expression's.
+#
+# Numbers are taken as numbers, without units of their own.
+
+
+_ONE = Unit()
+_KEEPING = frozenset({"neg", "abs", "sum", "min", "max"})  # have the unit of what they are made of
+
+
+def unit_of(node: Node, units: Mapping[str, Unit]) -> Unit | None:
+    """The unit of an expression; None where names of unknown units, or sums of different ones, leave it open.
+
+    >>> from flywheel.numerics.expressions import parse
+    >>> from flywheel.numerics.units import parse_unit
+    >>> shown(unit_of(parse("2*v**2/x").tree, {"v": parse_unit("m/s", None), "x": parse_unit("m", None)}))
+    'm/s^2'
+    """
+    if node.op == "name":
+        return units.get(node.name)
+    if node.op in _KEEPING or node.op == "if":
+        found = {unit_of(arg, units) for arg in (node.args[1:] if node.op == "if" else node.args)}
+        return found.pop() if len(found) == 1 else None
+    if node.op == "product":
+        return _dimensions_product([_powered(unit_of(arg, units), s) for arg, s in zip(node.args, node.signs, strict=True)])
+    if node.op == "**":
+        base, exponent = unit_of(node.args[0], units), node.args[1]
+        if base == _ONE:
+            return _ONE
+        whole = exponent.op == "number" and exponent.number == int(exponent.number)
+        return base ** int(exponent.number) if base is not None and whole else None
+    return _ONE if node.op != "sqrt" or unit_of(node.args[0], units) == _ONE else None
+
+
+def units_of_name(node: Node, name: str, unit: Unit, units: Mapping[str, Unit]) -> Iterator[Unit | None]:
+    """The unit of a name everywhere in an expression that has a unit itself; None where that is left open.
+
+    >>> from flywheel.numerics.expressions import parse
+    >>> from flywheel.numerics.units import parse_unit
+    >>> law, speed = parse("-k*omega", frozenset({"k"})).tree, {"omega": parse_unit("rad/s", None)}
+    >>> [shown(found) for found in units_of_name(law, "k", parse_unit("N m", None), speed)]
+    ['N m s/rad']
+    """
+    if node.op == "name" and node.name == name:
+        yield unit
+    elif node.op in _KEEPING or node.op == "if":
+        for arg in node.args[1:] if node.op == "if" else node.args:
+            yield from units_of_name(arg, name, unit, units)
+    elif node.op == "product":
+        for k, arg in enumerate(node.args):
+            if depends(arg, name):
+                rest = zip((*node.args[:k], *node.args[k + 1 :]), (*node.signs[:k], *node.signs[k + 1 :]), strict=True)
+                others = _dimensions_product([_powered(unit_of(other, units), sign) for other, sign in rest])
+                if others is None or node.signs[k] == "/":
+                    yield None
+                else:
+                    yield from units_of_name(arg, name, unit * others**-1, units)
+    elif depends(node, name):
+        yield None
+
+
+def shown(unit: Unit | None) -> str | None:
+    """A unit in SI as text: by its usual name, else by powers of N (or kg), m, s, A and rad."""
+    if unit is None:
+        return None
+    for dimension in DIMENSIONS.values():
+        if unit.powers == dimension.powers and unit.angle == dimension.angles[-1]:
+            return dimension.si or "1"
+    length, mass, time, angle, current = unit[2:]
+    force = max(mass, 0)
+    powers = {"N": force, "kg": mass - force, "m": length - force, "s": time + 2 * force, "A": current, "rad": angle}
+    over = " ".join(_dimensions_power(name, power) for name, power in powers.items() if power > 0)
+    under = " ".join(_dimensions_power(name, -power) for name, power in powers.items() if power < 0)
+    return f"{over or '1'}/{under}" if under else over
+
+
+def _dimensions_power(name: str, power: int) -> str:
+    return name if power == 1 else f"{name}^{power}"
+
+
+def _powered(unit: Unit | None, sign: str) -> Unit | None:
+    return unit**-1 if unit is not None and sign == "/" else unit
+
+
+def _dimensions_product(found: list[Unit | None]) -> Unit | None:
+    known = [unit for unit in found if unit is not None]
+    return reduce(mul, known, _ONE) if len(known) == len(found) else None

@@ -1,0 +1,165 @@
+"""What a user gets instead of a traceback: one line per fault, each with its place and its mend."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from itertools import accumulate
+from types import MappingProxyType
+from typing import NamedTuple
+
+import numpy as np
+
+
+class Fault(NamedTuple):
+    """One thing that is wrong: where, what was found, what was expected, and what to do about it.
+
+    In a scene that was read from a text it stands in a `line` (and a `column`, where the text is no TOML), and perhaps in an
+    `item` of an array of tables, counted from 1. The path counts from 0.
+
+    >>> print(Fault("load[0].on", "3", "a text", line=12, item="the 1st [[load]]"))
+    load[0].on (the 1st [[load]], line 12): found 3, expected a text
+    """
+
+    path: str
+    found: str
+    expected: str
+    advice: str = ""
+    line: int | None = None
+    column: int | None = None
+    item: str = ""
+
+    def __str__(self) -> str:
+        return f"{self.path}{self.told}"
+
+    @property
+    def place(self) -> str:
+        """Item, line and column in words; empty where none is known."""
+        return _place(self.item, self.line, self.column)
+
+    @property
+    def told(self) -> str:
+        """What follows the path."""
+        place = f" ({self.place})" if self.place else ""
+        tail = f"; {self.advice}" if self.advice else ""
+        return f"{place}: found {self.found}, expected {self.expected}{tail}"
+
+
+class Remark(NamedTuple):
+    """A number of a scene that is a good one, but hardly the one that was meant: where, what it comes to, the mend.
+
+    >>> print(Remark("mechanism.crank.length", "80 m", 'write "80 mm" if millimetres are meant', line=5))
+    mechanism.crank.length (line 5): 80 m; write "80 mm" if millimetres are meant
+    """
+
+    path: str
+    found: str
+    advice: str
+    line: int | None = None
+    item: str = ""
+
+    def __str__(self) -> str:
+        place = _place(self.item, self.line, None)
+        return f"{self.path}{f' ({place})' if place else ''}: {self.found}; {self.advice}"
+
+
+def _place(item: str, line: int | None, column: int | None) -> str:
+    words = (item, "" if line is None else f"line {line}", "" if column is None else f"column {column}")
+    return ", ".join(filter(None, words))
+
+
+class SceneError(ValueError):
+    """All the faults of a scene, or of the machine that it describes, at once.
+
+    >>> print(SceneError([Fault("regime.speed", "-3 rad/s", "a speed above 0", "drop the sign")]))
+    regime.speed: found -3 rad/s, expected a speed above 0; drop the sign
+    """
+
+    def __init__(self, faults: Iterable[Fault]) -> None:
+        self.faults = tuple(faults)
+        super().__init__("\n".join(map(str, self.faults)))
+
+
+# -- advice ------------------------------------------------------------------------------------------------------------
+
+# How a fault shows what was found, and the valid name that lies nearest to a wrong one.
+
+
+LONGEST_SHOWN = 60
+LONGEST_NAME = 64
+
+
+def show(value: object) -> str:
+    r"""A found value in words short enough for one line.
+
+    >>> print(show("1,5 m"), show(True), show([1, 2]), show({}), show(2.5), show("a\nb"))
+    "1,5 m" true a list a table 2.5 "a\nb"
+    """
+    if isinstance(value, str):
+        return quote(value)
+    if value is None:
+        return "nothing"
+    if isinstance(value, bool):
+        return "true" if value else "false"
+    if isinstance(value, Mapping):
+        return "a table"
+    if isinstance(value, (list, tuple)):
+        return "a list"
+    return _other(value)
+
+
+def quote(text: str) -> str:
+    """A text between double quotes on one line, cut where it runs on."""
+    pieces = [c if c.isprintable() else c.encode("unicode_escape").decode() for c in text[: LONGEST_SHOWN + 1]]
+    if len(text) <= LONGEST_SHOWN and sum(map(len, pieces)) <= LONGEST_SHOWN:
+        return f'"{"".join(pieces)}"'
+    lengths = accumulate(map(len, pieces))
+    return f'"{"".join(c for c, length in zip(pieces, lengths, strict=True) if length < LONGEST_SHOWN)}…"'
+
+
+def _other(value: object) -> str:
+    """A number as it is, anything else by its type: dates and times, arrays, objects of a library user."""
+    name = type(value).__name__
+    if name in ("datetime", "date", "time"):
+        return f"a {name}"
+    if isinstance(value, int):
+        return str(value) if abs(value) < 10**15 else "a whole number of more than 15 digits"
+    return repr(float(value)) if isinstance(value, (float, np.floating, np.integer)) else f"a value of type {name}"
+
+
+def told(value: float, sliding: bool) -> str:
+    """A driver's coordinate as a designer reads it.
+
+    >>> told(0.19, True), told(3.141592653589793, False)
+    ('0.19 m', '180 deg')
+    """
+    return f"{value:.10g} m" if sliding else f"{np.degrees(value):.10g} deg"
+
+
+def nearest(name: str, valid: Iterable[str]) -> str:
+    """The valid name that a wrong one was most likely meant to be; empty if none is near.
+
+    >>> nearest("lenght", ["mass", "length"]), nearest("RPM", ["rpm", "rad"]), nearest("zzz", ["mass"])
+    ('length', 'rpm', '')
+    """
+    names = sorted(valid)
+    for other in names:
+        if other.casefold() == name.casefold():
+            return other
+    if not names or len(name) > LONGEST_NAME:
+        return ""
+    from difflib import get_close_matches  # 3 ms, and wanted only once something is wrong
+
+    return next(iter(get_close_matches(name, names, n=1, cutoff=0.55)), "")
+
+
+def mean(name: str, valid: Iterable[str], short: Mapping[str, str] = MappingProxyType({})) -> str:
+    """The advice that goes with a wrong name: the nearest valid one, or all of them where they are few.
+
+    `short` holds other forms of valid names, each with the whole name.
+    """
+    names = sorted(valid)
+    near = nearest(name, [*names, *short])
+    if near:
+        near = short.get(near, near)
+        return f"did you mean {quote(near)}?"
+    return f"valid here: {', '.join(quote(name)[1:-1] for name in names)}" if 0 < len(names) <= 12 else ""

@@ -1,0 +1,274 @@
+"""Derivatives to second order carried along with the value (forward differentiation), over any kind of number.
+
+With floats or arrays inside they give x, dx/dphi and d²x/dphi² of a law; with intervals inside, proven bounds of them.
+A jet whose `second` is None is of first order: everything it touches skips the second derivative.
+
+Source: A. Griewank, A. Walther, Evaluating Derivatives, 2nd ed., SIAM 2008, chapter 13 (Taylor arithmetic).
+"""
+
+from __future__ import annotations
+
+import operator
+from collections.abc import Callable, Mapping
+from types import SimpleNamespace
+from typing import Any
+
+from flywheel.numerics import expressions
+from flywheel.numerics.expressions import At, Node
+
+
+class Jet:
+    """A value u with its derivatives u' and u'' by one variable.
+
+    >>> phi = Jet(3.0, 1.0, 0.0)
+    >>> phi * phi / 2
+    Jet(4.5, 3.0, 1.0)
+    """
+
+    __slots__ = ("first", "second", "value")
+    __array_ufunc__ = None  # so that array * Jet comes here, and not element by element
+
+    def __init__(self, value: Any, first: Any, second: Any = None) -> None:
+        self.value = value
+        self.first = first
+        self.second = second
+
+    def __repr__(self) -> str:
+        return f"Jet({self.value}, {self.first}, {self.second})"
+
+    def __neg__(self) -> Jet:
+        return Jet(-self.value, -self.first, None if self.second is None else -self.second)
+
+    def __add__(self, other: Any) -> Jet:
+        if not isinstance(other, Jet):
+            return Jet(self.value + other, self.first, self.second)
+        second = None if _flat(self, other) else self.second + other.second
+        return Jet(self.value + other.value, self.first + other.first, second)
+
+    __radd__ = __add__
+
+    def __sub__(self, other: Any) -> Jet:
+        return self.__add__(-other)
+
+    def __rsub__(self, other: Any) -> Jet:
+        return (-self).__add__(other)
+
+    def __mul__(self, other: Any) -> Jet:
+        if not isinstance(other, Jet):
+            second = None if self.second is None else self.second * other
+            return Jet(self.value * other, self.first * other, second)
+        u, v = self, other
+        second = None if _flat(u, v) else u.second * v.value + 2.0 * (u.first * v.first) + u.value * v.second
+        return Jet(u.value * v.value, u.first * v.value + u.value * v.first, second)
+
+    __rmul__ = __mul__
+
+    def __truediv__(self, other: Any) -> Jet:
+        quotient: Jet = _divide(self, other, operator.truediv)
+        return quotient
+
+    def __rtruediv__(self, other: Any) -> Jet:
+        quotient: Jet = _divide(other, self, operator.truediv)
+        return quotient
+
+    def __pow__(self, exponent: float) -> Jet:
+        return _constant_power(self, exponent, operator.pow)
+
+
+def _flat(*jets: Jet) -> bool:
+    return any(jet.second is None for jet in jets)
+
+
+def _value(u: Any) -> Any:
+    return u.value if isinstance(u, Jet) else u
+
+
+def _values(names: Mapping[str, Any]) -> dict[str, Any]:
+    return {name: _value(u) for name, u in names.items()}
+
+
+def _parts(u: Any) -> tuple[Any, Any, Any]:
+    return (u.value, u.first, u.second) if isinstance(u, Jet) else (u, 0.0, 0.0)
+
+
+def _divide(u: Any, v: Any, divide: Callable[[Any, Any], Any]) -> Any:
+    """Quotient q = u/v: q' = (u' - q v')/v, q'' = (u'' - 2 q' v' - q v'')/v."""
+    if not isinstance(v, Jet):
+        parts = [None if part is None else divide(part, v) for part in _parts(u)]
+        return Jet(*parts) if isinstance(u, Jet) else parts[0]
+    top, first, second = _parts(u)
+    quotient = divide(top, v.value)
+    slope = divide(first - quotient * v.first, v.value)
+    if second is None or v.second is None:
+        return Jet(quotient, slope)
+    return Jet(quotient, slope, divide(second - 2.0 * (slope * v.first) - quotient * v.second, v.value))
+
+
+def _chain(u: Jet, value: Any, slope: Any, bend: Callable[[], Any], square: Callable[[Any], Any]) -> Jet:
+    """Chain rule f(u): f' u', and f'' u'² + f' u''; `bend` gives f'' and is called only when it is needed."""
+    first = slope * u.first
+    return Jet(value, first, None if u.second is None else bend() * square(u.first) + slope * u.second)
+
+
+def _constant_power(u: Jet, n: Any, power: Callable[[Any, Any], Any]) -> Jet:
+    """Power with a constant exponent n: n u^(n-1), n (n-1) u^(n-2), without the powers that a factor 0 removes."""
+    steady = isinstance(n, (int, float))  # else it is an array: an exponent that jumps
+
+    def term(factor: Any, exponent: Any) -> Any:
+        if steady and (factor == 0 or exponent == 0):
+            return factor
+        return factor * (u.value if steady and exponent == 1 else power(u.value, exponent))
+
+    return _chain(u, power(u.value, n), term(n, n - 1), lambda: term(n * (n - 1), n - 2), lambda first: power(first, 2.0))
+
+
+def _elementary(ns: Any) -> dict[str, Callable[[Any], tuple[Any, Any, Callable[[], Any]]]]:
+    """Value, slope and (on demand) second derivative of each function of one variable, at u."""
+
+    def sine(u: Any) -> tuple[Any, Any, Callable[[], Any]]:
+        value = ns.sin(u)
+        return value, ns.cos(u), lambda: -value
+
+    def cosine(u: Any) -> tuple[Any, Any, Callable[[], Any]]:
+        value = ns.cos(u)
+        return value, -ns.sin(u), lambda: -value
+
+    def tangent(u: Any) -> tuple[Any, Any, Callable[[], Any]]:
+        value = ns.tan(u)
+        slope = 1.0 + ns.power(value, 2.0)
+        return value, slope, lambda: 2.0 * value * slope
+
+    def arcsine(u: Any) -> tuple[Any, Any, Callable[[], Any]]:
+        slope = ns.divide(1.0, ns.sqrt((1.0 - u) * (1.0 + u)))
+        return ns.asin(u), slope, lambda: u * ns.power(slope, 3.0)
+
+    def arccosine(u: Any) -> tuple[Any, Any, Callable[[], Any]]:
+        _, slope, bend = arcsine(u)
+        return ns.acos(u), -slope, lambda: -bend()
+
+    def arctangent(u: Any) -> tuple[Any, Any, Callable[[], Any]]:
+        slope = ns.divide(1.0, 1.0 + ns.power(u, 2.0))
+        return ns.atan(u), slope, lambda: -2.0 * u * ns.power(slope, 2.0)
+
+    def root(u: Any) -> tuple[Any, Any, Callable[[], Any]]:
+        value = ns.sqrt(u)
+        slope = ns.divide(0.5, value)
+        return value, slope, lambda: ns.divide(-0.5 * slope, u)
+
+    def exponential(u: Any) -> tuple[Any, Any, Callable[[], Any]]:
+        value = ns.exp(u)
+        return value, value, lambda: value
+
+    def logarithm(u: Any) -> tuple[Any, Any, Callable[[], Any]]:
+        slope = ns.divide(1.0, u)
+        return ns.log(u), slope, lambda: -ns.power(slope, 2.0)
+
+    return {
+        "sin": sine,
+        "cos": cosine,
+        "tan": tangent,
+        "asin": arcsine,
+        "acos": arccosine,
+        "atan": arctangent,
+        "sqrt": root,
+        "exp": exponential,
+        "log": logarithm,
+    }
+
+
+def _sided(ns: Any) -> dict[str, Callable[..., Any]]:
+    """The functions that pick a side by the values alone, and take its derivatives."""
+
+    def where(test: Any, yes: Any, no: Any) -> Any:
+        if not (isinstance(yes, Jet) or isinstance(no, Jet)):
+            return ns.where(test, yes, no)
+        pairs = zip(_parts(yes), _parts(no), strict=True)
+        return Jet(*(None if a is None or b is None else ns.where(test, a, b) for a, b in pairs))
+
+    def absolute(u: Any) -> Any:
+        if not isinstance(u, Jet):
+            return ns.abs(u)
+        side = ns.sign(u.value)
+        return Jet(ns.abs(u.value), side * u.first, None if u.second is None else side * u.second)
+
+    def extreme(name: str, order: str) -> Callable[[Any, Any], Any]:
+        plain, before = getattr(ns, name), getattr(ns, order)
+
+        def choose(a: Any, b: Any) -> Any:
+            value = plain(_value(a), _value(b))
+            if not (isinstance(a, Jet) or isinstance(b, Jet)):
+                return value
+            jet = where(before(_value(a), _value(b)), a, b)
+            return Jet(value, jet.first, jet.second)
+
+        return choose
+
+    return {
+        "abs": absolute,
+        "sign": lambda u: ns.sign(_value(u)),
+        "minimum": extreme("minimum", "less_equal"),
+        "maximum": extreme("maximum", "greater_equal"),
+        "where": where,
+    }
+
+
+def jet_namespace(ns: Any) -> SimpleNamespace:
+    """The namespace of jets over the numbers of `ns`; plain numbers of `ns` pass through it as constants.
+
+    Comparisons look at values alone; abs, sign, minimum and maximum take the derivatives of the side they are on.
+
+    >>> import numpy as np
+    >>> jet_namespace(np).exp(Jet(0.0, 2.0, 0.0))
+    Jet(1.0, 2.0, 4.0)
+    """
+
+    def square(u: Any) -> Any:
+        return ns.power(u, 2.0)
+
+    def lifted(name: str, rule: Callable[[Any], tuple[Any, Any, Callable[[], Any]]]) -> Callable[[Any], Any]:
+        plain = getattr(ns, name)
+        return lambda u: _chain(u, *rule(u.value), square) if isinstance(u, Jet) else plain(u)
+
+    def compared(name: str) -> Callable[[Any, Any], Any]:
+        plain = getattr(ns, name)
+        return lambda a, b: plain(_value(a), _value(b))
+
+    def power(u: Any, exponent: Any) -> Any:
+        if isinstance(exponent, Jet):
+            return functions["exp"](exponent * functions["log"](u))
+        return _constant_power(u, exponent, ns.power) if isinstance(u, Jet) else ns.power(u, exponent)
+
+    def atan2(y: Any, x: Any) -> Any:
+        value = ns.atan2(_value(y), _value(x))
+        if not (isinstance(y, Jet) or isinstance(x, Jet)):
+            return value
+        (y0, y1, y2), (x0, x1, x2) = _parts(y), _parts(x)
+        square_radius = square(y0) + square(x0)
+        slope = ns.divide(x0 * y1 - y0 * x1, square_radius)
+        if y2 is None or x2 is None:
+            return Jet(value, slope)
+        growth = 2.0 * (x0 * x1 + y0 * y1)
+        return Jet(value, slope, ns.divide(x0 * y2 - y0 * x2 - slope * growth, square_radius))
+
+    def exponential(node: Node, at: At) -> Any:
+        """As `exp`, for numbers that are told the exponent's tree; see `flywheel.formulas.scaled`."""
+        below = at if at.anchor is None else at.anchor
+        anchor = At(_values(below.values), ns)
+        value = ns.exponential(node, At(_values(at.values), ns, None if at.anchor is None else anchor))
+        u = expressions.value(node, at)
+        return _chain(u, value, value, lambda: value, square) if isinstance(u, Jet) else value
+
+    functions = {name: lifted(name, rule) for name, rule in _elementary(ns).items()}
+    comparisons = ("less", "less_equal", "greater", "greater_equal", "equal", "not_equal")
+    of_trees = {"exponential": exponential} if hasattr(ns, "exponential") else {}
+    return SimpleNamespace(
+        **functions,
+        **of_trees,
+        over=ns,
+        **{name: compared(name) for name in comparisons},
+        **{name: getattr(ns, name) for name in ("logical_and", "logical_or", "logical_not", "pi")},
+        **_sided(ns),
+        divide=lambda u, v: _divide(u, v, ns.divide),
+        power=power,
+        atan2=atan2,
+    )

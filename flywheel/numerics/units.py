@@ -1,0 +1,508 @@
+"""Quantities: one number and a unit, read into an SI float of the dimension that its key expects.
+
+A unit is kept as a ratio of integers (with 60 digits of pi where angles come in), and a number as the decimal that
+was written, so that one division of integers gives the float nearest to the true value: "720 deg" is 4 pi to the last
+bit, and "0.1 deg" is the same float in a table and in a window.
+
+In a unit a space, `·` or `*` multiplies, everything after `/` divides, `^2`, `²` and `^-1` are powers. `rad` may be
+left out where the dimension says enough (`N m s` for `N m s/rad`), but an angle and a speed must name theirs: `1/s` and
+`Hz` could be turns or radians and are refused, but for a frequency. `1/min` alone is the rev/min of name plates. A torque
+is written `N m`, `lbf ft`...; `J` and its kin are refused for it, although their dimension is the same. An energy may be
+either.
+"""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Iterable, Sequence
+from math import ceil, floor, isfinite, log10
+from typing import NamedTuple
+
+import numpy as np
+
+from flywheel.numerics.faults import mean, quote, show
+
+_PI = (3141592653589793238462643383279502884197169399375105820974944592307816, 10**69)
+_LONGEST = 100
+_LARGEST_POWER = 9
+_MOST_DIGITS = 1000
+LARGEST = 1e50  # a quantity beyond it would leave the floating-point range with its first few products
+_NUMBER = re.compile(r"\s*([+-]?)([0-9]*)(?:\.([0-9]*))?(?:[eE]([+-]?[0-9]{1,9}))?(?![0-9.])")
+_FACTOR = re.compile(r"([^\W\d_]+|%|°)(?:\^([+-]?[0-9]+))?")
+_SUPERSCRIPTS = str.maketrans("⁰¹²³⁴⁵⁶⁷⁸⁹⁻⁺", "0123456789-+")
+_LOOKALIKES = str.maketrans({"−": "-", "º": "°", "\u2126": "Ω", "μ": "µ", "⋅": "·", "•": "·", "\u00a0": " ", "\u202f": " "})
+
+
+class QuantityError(ValueError):
+    """What is wrong with a quantity, in the three parts of a fault."""
+
+    def __init__(self, found: str, expected: str, advice: str = "") -> None:
+        self.found, self.expected, self.advice = found, expected, advice
+        super().__init__(f"found {found}, expected {expected}" + (f"; {advice}" if advice else ""))
+
+
+class Unit(NamedTuple):
+    """A unit: SI value as a ratio of integers, and the powers of length, mass, time, angle and electric current."""
+
+    numerator: int = 1
+    denominator: int = 1
+    length: int = 0
+    mass: int = 0
+    time: int = 0
+    angle: int = 0
+    current: int = 0
+
+    @property
+    def powers(self) -> tuple[int, int, int, int]:
+        """Powers of metre, kilogram, second and ampere."""
+        return self.length, self.mass, self.time, self.current
+
+    def __mul__(self, other: object) -> Unit:
+        """The product of two units: factors multiply, powers add."""
+        if not isinstance(other, Unit):
+            return NotImplemented
+        powers = (a + b for a, b in zip(self[2:], other[2:], strict=True))
+        return Unit(self.numerator * other.numerator, self.denominator * other.denominator, *powers)
+
+    def __pow__(self, exponent: int) -> Unit:
+        """The unit to a whole power."""
+        top, bottom = self[:2] if exponent >= 0 else (self.denominator, self.numerator)
+        size = abs(exponent)
+        return Unit(top**size, bottom**size, *(exponent * power for power in self[2:]))
+
+
+class Dimension(NamedTuple):
+    """What a key expects: powers of metre, kilogram, second; of angle, those allowed; SI unit; example; that of ampere."""
+
+    name: str
+    mechanical: tuple[int, int, int]
+    angles: tuple[int, ...]
+    si: str
+    example: str
+    current: int = 0
+
+    @property
+    def powers(self) -> tuple[int, int, int, int]:
+        """Powers of metre, kilogram, second and ampere."""
+        return *self.mechanical, self.current
+
+    @property
+    def expected(self) -> str:
+        """What a fault says was expected."""
+        article = "an" if self.name[0] in "aeiou" else "a"
+        bare = f" or a bare number in {self.si}" if self.si else ""
+        return f'{article} {self.name} such as "{self.example}"{bare}'
+
+
+DIMENSIONS = {
+    dimension.name: dimension
+    for dimension in (
+        Dimension("number", (0, 0, 0), (0,), "", "0.04"),
+        Dimension("length", (1, 0, 0), (0,), "m", "250 mm"),
+        Dimension("angle", (0, 0, 0), (1,), "rad", "90 deg"),
+        Dimension("mass", (0, 1, 0), (0,), "kg", "12 kg"),
+        Dimension("time", (0, 0, 1), (0,), "s", "2 s"),
+        Dimension("inertia", (2, 1, 0), (0,), "kg m^2", "0.3 kg m^2"),
+        Dimension("moment of weight", (3, 1, -2), (0,), "N m^2", "48 kgf m^2"),
+        Dimension("force", (1, 1, -2), (0,), "N", "1.5 kN"),
+        Dimension("torque", (2, 1, -2), (0,), "N m", "40 N m"),
+        Dimension("speed", (0, 0, -1), (1,), "rad/s", "210 rpm"),
+        Dimension("velocity", (1, 0, -1), (0,), "m/s", "2 m/s"),
+        Dimension("acceleration", (1, 0, -2), (0,), "m/s^2", "9.81 m/s^2"),
+        Dimension("angular acceleration", (0, 0, -2), (1,), "rad/s^2", "3 rad/s^2"),
+        Dimension("energy", (2, 1, -2), (0,), "J", "4 kJ"),
+        Dimension("power", (2, 1, -3), (0,), "W", "1.5 kW"),
+        Dimension("pressure", (-1, 1, -2), (0,), "Pa", "6 bar"),
+        Dimension("density", (-3, 1, 0), (0,), "kg/m^3", "7200 kg/m^3"),
+        Dimension("area", (2, 0, 0), (0,), "m^2", "50 mm^2"),
+        Dimension("stiffness", (0, 1, -2), (0,), "N/m", "2 kN/m"),
+        Dimension("angular stiffness", (2, 1, -2), (0, -1), "N m/rad", "30 N m/rad"),
+        Dimension("damping", (0, 1, -1), (0,), "N s/m", "5 N s/m"),
+        Dimension("angular damping", (2, 1, -1), (0, -1), "N m s/rad", "0.2 N m s/rad"),
+        Dimension("frequency", (0, 0, -1), (0,), "Hz", "50 Hz"),
+        Dimension("voltage", (2, 1, -3), (0,), "V", "400 V", -1),
+        Dimension("current", (0, 0, 0), (0,), "A", "12 A", 1),
+        Dimension("resistance", (2, 1, -3), (0,), "ohm", "0.4 ohm", -2),
+        Dimension("inductance", (2, 1, -2), (0,), "H", "2 mH", -2),
+        Dimension("motor constant", (2, 1, -2), (0, -1), "V s/rad", "0.25 V s/rad", -1),
+        Dimension("drag", (-1, 1, 0), (0,), "N s^2/m^2", "8 N s^2/m^2"),
+        Dimension("angular drag", (2, 1, 0), (0, -2), "N m s^2/rad^2", "0.1 N m s^2/rad^2"),
+        Dimension("energy per area", (0, 1, -2), (0,), "J/m^2", "6 J/mm^2"),
+    )
+}
+
+
+def _named_units() -> dict[str, Unit]:
+    """Every unit that has a name of its own, multiples included."""
+    newton, metre, second = Unit(1, 1, 1, 1, -2), Unit(1, 1, 1), Unit(time=1)
+    joule, radian, pound = newton * metre, Unit(angle=1), Unit(45359237, 10**8, mass=1)
+    weight = Unit(980665, 10**5, 1, 0, -2)
+    inch = Unit(254, 10**4, 1)
+    turn, minute = Unit(2 * _PI[0], _PI[1], angle=1), Unit(60, time=1)
+    multiples = {"m": metre, "g": Unit(1, 1000, mass=1), "s": second, "N": newton, "Nm": joule, "J": joule}
+    multiples |= {"W": joule * second**-1, "Pa": newton * metre**-2, "bar": Unit(10**5, 1, -1, 1, -2)}
+    multiples |= {"rad": radian, "cal": Unit(4184, 1000) * joule, "Wh": Unit(3600) * joule}
+    ampere, watt = Unit(current=1), joule * second**-1
+    multiples |= {"A": ampere, "V": watt * ampere**-1, "H": joule * ampere**-2}
+    multiples |= dict.fromkeys(("ohm", "Ω"), watt * ampere**-2)
+    units = {prefix + name: scale * unit for name, unit in multiples.items() for prefix, scale in _PREFIXES.items()}
+    units |= {"Nmm": Unit(1, 1000) * joule, "Ncm": Unit(1, 100) * joule}
+    units |= {"%": Unit(1, 100), "t": Unit(1000, mass=1), "min": minute, "h": Unit(3600, time=1)}
+    units |= {"in": inch, "ft": Unit(12) * inch, "lb": pound, "lbm": pound, "lbf": pound * weight}
+    units |= {"kgf": Unit(mass=1) * weight, "slug": pound * weight * second**2 * (Unit(12) * inch) ** -1}
+    units |= {"psi": pound * weight * inch**-2, "hp": Unit(6600) * inch * pound * weight * second**-1}
+    units |= {name: Unit(75) * metre * Unit(mass=1) * weight * second**-1 for name in ("CV", "PS")}
+    del units["Grad"]  # a degree in German, and no thousand million radians
+    units |= {"rev": turn, "rpm": turn * minute**-1, "deg": Unit(1, 360) * turn, "°": Unit(1, 360) * turn}
+    return units
+
+
+_PREFIXES = {
+    prefix: Unit(10 ** max(power, 0), 10 ** max(-power, 0))
+    for prefix, power in {"": 0, "n": -9, "µ": -6, "u": -6, "m": -3, "c": -2, "d": -1, "da": 1, "h": 2}.items()
+} | {"k": Unit(10**3), "M": Unit(10**6), "G": Unit(10**9)}
+UNITS = _named_units()
+_ABROAD = {
+    name: unit
+    for unit, names in {
+        "rev": "U Umdr Umdrehung vuelta turn tr tour r giri revolution",
+        "rpm": "upm vpm",
+        "rev/s": "rps",
+        "deg": "grado degree Grad",
+        "rad": "radian radiane",
+        "m": "metre meter metro mètre mt",
+        "mm": "millimetre millimeter milímetro milimetro",
+        "in": "pulg pulgada inch Zoll pouce",
+        "ft": "foot feet pie",
+        "s": "sec seg second segundo Sekunde seconde",
+        "min": "minute minuto",
+        "h": "hr hour hora Stunde heure",
+        "kg": "kilo kilogram kilogramme kilogramo",
+        "g": "gr gram gramo Gramm",
+        "t": "tonne tonelada",
+        "kgf": "kp kilopond",
+        "N": "newton",
+        "W": "watt vatio",
+        "J": "joule julio",
+        "%": "percent pct Prozent",
+    }.items()
+    for name in names.casefold().split()
+}
+"""Units by their names in full, or in other tongues; plurals end in s, es, n or en."""
+_FREQUENCIES = {prefix + "Hz": Unit(10**power, time=-1) for prefix, power in {"": 0, "k": 3}.items()}
+_ENERGIES = frozenset(prefix + name for name in ("J", "cal", "Wh") for prefix in _PREFIXES)
+
+
+def parse_quantity(value: object, dimension: str | None) -> float:
+    """The SI value of a quantity: a number with a unit in a text, or a bare number, which is SI already.
+
+    dimension: a key of `DIMENSIONS`, or None where any will do (a parameter).
+    Raises QuantityError for anything else; a truth value is no number, and a decimal comma is no decimal point.
+
+    >>> import math
+    >>> parse_quantity("60 rpm", "speed") == 2 * math.pi, parse_quantity("720 deg", "angle") == 4 * math.pi
+    (True, True)
+    >>> parse_quantity("12 lb ft^2", "inertia")
+    0.5056813211256576
+    >>> parse_quantity("1,5 m", "length")  # doctest: +ELLIPSIS
+    Traceback (most recent call last):
+        ...
+    flywheel.numerics.units.QuantityError: found "1,5 m", expected a length such as ... write 1.5, not 1,5
+    """
+    number = _parse_text(value, dimension) if isinstance(value, str) else plain_number(value)
+    if number is None:
+        raise QuantityError(show(value), _expected(dimension))
+    if not math.isfinite(number):
+        raise QuantityError(show(value), f"{_expected(dimension)}, finite")
+    if abs(number) > LARGEST:
+        raise QuantityError(show(value), f"at most {LARGEST:g} in SI")
+    return number
+
+
+def plain_number(value: object) -> float | None:
+    """The float of a Python or NumPy number; None for anything else, truth values included.
+
+    >>> plain_number(3), plain_number(np.float32(0.5)), plain_number(True), plain_number("3")
+    (3.0, 0.5, None, None)
+    """
+    if isinstance(value, (bool, np.bool_)) or not isinstance(value, (int, float, np.integer, np.floating)):
+        return None
+    try:
+        return float(value)
+    except OverflowError:
+        return math.inf
+
+
+def parse_unit(text: str, dimension: str | None) -> Unit:
+    """The unit that a text names, of the expected dimension.
+
+    >>> parse_unit("kN", "force").numerator
+    1000
+    """
+    try:
+        unit = _unit(text.translate(_LOOKALIKES), dimension)
+    except QuantityError as error:
+        raise QuantityError(quote(text), _expected_unit(dimension), error.advice) from None
+    advice = _mismatch(unit, text, dimension)
+    if advice is not None:
+        raise QuantityError(quote(text), _expected_unit(dimension), advice)
+    return unit
+
+
+def convert(number: float | str, unit: Unit) -> float:
+    """The SI value nearest to a number (its shortest decimal) of a unit.
+
+    >>> convert(180.0, parse_unit("deg", "angle")) == np.pi
+    True
+    """
+    text = number if isinstance(number, str) else repr(float(number))
+    match = _NUMBER.fullmatch(text)
+    if match is None:
+        raise QuantityError(quote(text), "a number")
+    return _scaled(match, unit)
+
+
+def split_quantity(text: str) -> tuple[str, str] | None:
+    """Number and unit of a text that begins with a number, as texts; None if it begins otherwise.
+
+    >>> split_quantity("1.5 kN"), split_quantity("-3"), split_quantity("sin(phi)")
+    (('1.5', 'kN'), ('-3', ''), None)
+    """
+    plain = text.translate(_LOOKALIKES)
+    match = _NUMBER.match(plain)
+    if match is None or not _has_digits(match):
+        return None
+    return match.group().strip(), plain[match.end() :].strip()
+
+
+def _parse_text(text: str, dimension: str | None) -> float:
+    """A quantity in a text: the number, then its unit, then whether the unit fits."""
+    expected = _expected(dimension)
+    if len(text) > _LONGEST:
+        raise QuantityError(quote(text), expected)
+    parts = split_quantity(text)
+    if parts is None:
+        raise QuantityError(quote(text), expected)
+    number, rest = parts
+    if comma := re.match(r",\s*([0-9]+)", rest):
+        whole = number.replace(".", "")
+        advice = f"write {whole}.{comma[1]}, not {whole},{comma[1]}"
+        if len(comma[1]) == 3 and re.fullmatch(r"[+-]?[1-9][0-9]{0,2}", number):
+            advice = f"write {whole}{comma[1]}, or {whole}.{comma[1].rstrip('0') or '0'} if the comma is a decimal one"
+        raise QuantityError(quote(text), expected, advice)
+    unit = _fitting_unit(text, rest, number, dimension)
+    match = _NUMBER.fullmatch(number)
+    assert match is not None  # split_quantity cut it by the same pattern
+    return _scaled(match, unit)
+
+
+def _fitting_unit(text: str, rest: str, number: str, dimension: str | None) -> Unit:
+    """The unit of a quantity; without one the number must need none."""
+    if not rest:
+        if dimension in (None, "number"):
+            return Unit()
+        si = DIMENSIONS[dimension].si
+        missing = f'write "{number} deg"' if dimension == "angle" else f"add a unit, or write {number} bare for {si}"
+        raise QuantityError(quote(text), _expected(dimension), missing)
+    try:
+        unit = _unit(rest, dimension)
+    except QuantityError as error:
+        raise QuantityError(quote(text), _expected(dimension), error.advice) from None
+    advice = _mismatch(unit, rest, dimension)
+    if advice is not None:
+        raise QuantityError(quote(text), _expected(dimension), advice)
+    return unit
+
+
+def _has_digits(match: re.Match[str]) -> bool:
+    return bool(match[2] or match[3])
+
+
+def _scaled(match: re.Match[str], unit: Unit) -> float:
+    """Decimal times unit, rounded once. Raises where the result leaves the floating-point range."""
+    if not _has_digits(match) or abs(int(match[4] or 0)) > 400:
+        raise QuantityError(quote(match.group()), "a number within the floating-point range")
+    fraction = match[3] or ""
+    if len(match[2]) + len(fraction) > _MOST_DIGITS:
+        raise QuantityError(quote(match.group()), f"a number of at most {_MOST_DIGITS} digits")
+    digits = int((match[2] + fraction) or "0")
+    power = int(match[4] or 0) - len(fraction)
+    top = digits * unit.numerator * 10 ** max(power, 0)
+    bottom = unit.denominator * 10 ** max(-power, 0)
+    try:
+        size: float = top / bottom
+    except OverflowError:
+        size = math.inf
+    if math.isinf(size) or (size == 0.0 and digits):
+        raise QuantityError(quote(match.group()), "a number within the floating-point range")
+    return -size if match[1] == "-" else size
+
+
+def _unit(text: str, dimension: str | None) -> Unit:
+    """The unit that a text spells, whatever its dimension."""
+    spelt = re.sub(r"[⁻⁺]?[⁰¹²³⁴⁵⁶⁷⁸⁹]+", lambda m: "^" + m.group().translate(_SUPERSCRIPTS), text.strip())
+    if len(spelt) > _LONGEST or "(" in spelt or ")" in spelt:
+        raise QuantityError(quote(text), "a unit", "write no brackets: everything after / divides")
+    if re.fullmatch(r"1?\s*/\s*min|min\^-1", spelt):
+        return UNITS["rpm"]
+    above, *below = spelt.split("/")
+    unit = Unit() if below and above.strip() in ("", "1") else _product(above, dimension)
+    for part in below:
+        unit *= _product(part, dimension) ** -1
+    return unit
+
+
+def _product(text: str, dimension: str | None) -> Unit:
+    """The product of the factors of a unit between two strokes."""
+    unit = Unit()
+    for factor in re.split(r"\s*[·*]\s*|\s+", text.strip()):
+        unit *= _factor(factor, dimension)
+    return unit
+
+
+def _factor(text: str, dimension: str | None) -> Unit:
+    """One named unit, to a power or not."""
+    match = _FACTOR.fullmatch(text)
+    if match is None:
+        squared = re.fullmatch(r"([^\W\d_]+)([0-9])", text)
+        factors = re.split(r"[.-](?=[^\W\d])", text)
+        advice = f"write {squared[1]}^{squared[2]}" if squared else f"{quote(text)} is no unit"
+        if len(factors) > 1 and all(factor.rstrip("^0123456789") in UNITS for factor in factors):
+            advice = f"a blank multiplies: write {' '.join(factors)}"
+        raise QuantityError(quote(text), "a unit", advice)
+    name, power = match[1], int(match[2] or 1) if len(match[2] or "") < 4 else _LARGEST_POWER + 1
+    if dimension == "frequency" and name in _FREQUENCIES:
+        return _FREQUENCIES[name] ** power
+    if name.endswith("Hz"):
+        raise QuantityError(quote(text), "a unit", "Hz could be turns or radians: write rev/s or rad/s")
+    if name not in UNITS or not 0 < abs(power) <= _LARGEST_POWER:
+        raise QuantityError(quote(text), "a unit", _unknown(name, power, dimension))
+    return UNITS[name] ** power
+
+
+def _unknown(name: str, power: int, dimension: str | None) -> str:
+    """The advice for a name that is no unit, or for a senseless power of one that is."""
+    if name in UNITS:
+        return f"a power of {name} lies between -{_LARGEST_POWER} and {_LARGEST_POWER}, and is not 0"
+    folded = name.casefold()
+    for ending in ("", "s", "es", "n", "en"):
+        if folded.endswith(ending) and (meant := _ABROAD.get(folded.removesuffix(ending))):
+            return f"{quote(name)} is no unit, did you mean {quote(meant)}?"
+    fitting = [key for key in UNITS if dimension is None or UNITS[key].powers == DIMENSIONS[dimension].powers]
+    near = mean(name, fitting) if fitting else ""
+    near = near if near.startswith("did") else mean(name, UNITS)
+    return f"{quote(name)} is no unit" + (f", {near}" if near else "")
+
+
+def _mismatch(unit: Unit, text: str, dimension: str | None) -> str | None:
+    """Why a unit does not fit a dimension, as advice; None where it does."""
+    if dimension is None:
+        return None
+    wanted = DIMENSIONS[dimension]
+    if dimension == "torque" and unit.powers == wanted.powers and _ENERGIES & set(re.findall(r"[^\W\d_]+", text)):
+        return "that is an energy: write a torque in N m"
+    if unit.powers == wanted.powers and unit.angle in wanted.angles:
+        return None
+    if unit.powers == wanted.powers and dimension in ("angle", "speed"):
+        return "name the angle: write rad, deg or rev" if unit.angle == 0 else "the angle's power does not fit"
+    length, mass, time, current = wanted.powers
+    if unit.powers == (length - 1, mass, time + 2, current) and mass:
+        return "kg and lb are masses: write N, kgf or lbf"
+    if unit.powers == (length + 1, mass, time - 2, current) and mass:
+        return "N, kgf and lbf are forces: write kg or lb"
+    return _other_dimension(unit)
+
+
+def _other_dimension(unit: Unit) -> str:
+    """What a unit that does not fit is a unit of."""
+    for other in DIMENSIONS.values():
+        if unit.powers == other.powers and unit.angle in other.angles:
+            return f"that is a unit of {other.name}" if other.si else "that is a plain number"
+    return "the unit does not fit"
+
+
+def _expected(dimension: str | None) -> str:
+    return 'a quantity such as "1.5 kN" or a bare number' if dimension is None else DIMENSIONS[dimension].expected
+
+
+def _expected_unit(dimension: str | None) -> str:
+    if dimension is None or not DIMENSIONS[dimension].si:
+        return "a unit"
+    return f"a unit of {dimension} such as {DIMENSIONS[dimension].si}"
+
+
+# -- digits ------------------------------------------------------------------------------------------------------------
+
+# Numbers as a reader wants them: no digit beyond the estimated error, decimal points under one another.
+
+
+MOST = 10
+
+
+def figure(value: float, error: float = 0.0, most: int = MOST) -> str:
+    """A number with as many significant digits as its absolute error leaves standing, at most `most`.
+
+    A value that its error swallows is 0; zeros that only pad the fraction are dropped.
+
+    >>> figure(353.52142732, 1e-4), figure(353.52142732), figure(1234.5678, 20.0), figure(3e-17, 1e-15), figure(-4e-7)
+    ('353.5214', '353.5214273', '1.2e+03', '0', '-4e-07')
+    """
+    if not isfinite(value):
+        return "none"
+    if value == 0.0 or abs(value) <= error:
+        return "0"
+    digits = most
+    if error > 0.0:
+        digits = min(most, floor(log10(abs(value))) + 1 - ceil(log10(error)))
+    # value > error leaves at least half a digit: the one that is then shown is good to its own size
+    return f"{value:.{max(digits, 1)}g}"
+
+
+def short(value: float) -> str:
+    """A small error or tolerance: two digits."""
+    return f"{value:.2g}"
+
+
+def aligned(cells: Sequence[str]) -> list[str]:
+    """Texts of one width with their decimal points under one another; a text that is no number stands to the left.
+
+    >>> aligned(["12.5", "-3", "0.25", ""])
+    ['12.5 ', '-3   ', ' 0.25', '     ']
+    """
+    split = [_around_point(cell) for cell in cells]
+    left = max((len(head) for head, _ in split), default=0)
+    lines = [head.rjust(left) + tail if head else tail for head, tail in split]
+    width = max(map(len, lines), default=0)
+    return [line.ljust(width) for line in lines]
+
+
+def _around_point(cell: str) -> tuple[str, str]:
+    """What stands before the decimal point (sign included), and the rest; all is rest where there is no number."""
+    if not cell or not (cell[0].isdigit() or cell[0] in "+-±"):
+        return "", cell
+    for k, character in enumerate(cell):
+        if not (character.isdigit() or character in "+-±"):
+            return cell[:k], cell[k:]
+    return cell, ""
+
+
+def columns(rows: Iterable[Sequence[str]], header: Sequence[str] = (), gap: str = "  ", indent: str = "  ") -> list[str]:
+    """Rows as lines, each column aligned; the first holds names and stands to the left, the rest under their header.
+
+    >>> columns([("mass", "2.5", "kg"), ("length", "10", "m")])
+    ['  mass     2.5  kg', '  length  10    m']
+    """
+    table = list(rows)
+    if not table:
+        return []
+    names, *rest = zip(*table, strict=True)
+    head, *heads = header or [""] * len(table[0])
+    width = max(map(len, (head, *names)))
+    stacked = [[head.ljust(width), *(name.ljust(width) for name in names)]]
+    for title, cells in zip(heads, rest, strict=True):
+        body = aligned(cells)
+        width = max(len(title), len(body[0]))
+        stacked.append([title.rjust(width), *(cell.rjust(width) for cell in body)])
+    lines = [(indent + gap.join(cells)).rstrip() for cells in zip(*stacked, strict=True)]
+    return lines if header else lines[1:]

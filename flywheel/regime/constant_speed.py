@@ -1,0 +1,400 @@
+"""The machine as it would be at a constant speed: the net work of a cycle, the speeds at which it is zero, and the cycle.
+
+The approximate figures take torques that depend on speed so, and the iteration for the true motion starts from here. What
+keeps a machine from having a steady speed shows here first, and is named.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from itertools import pairwise
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from flywheel.machine.dynamics import Moments, Rate
+from flywheel.machine.machine import Chain, merged
+from flywheel.numerics import cells
+from flywheel.numerics.budget import spend
+from flywheel.numerics.faults import Fault, SceneError
+from flywheel.regime import turning_moment
+from flywheel.regime.turning_moment import Cycle
+
+Array = NDArray[np.float64]
+
+_DECADES = 6  # on either side of a typical speed, in which steady speeds are looked for
+_PER_DECADE = 24
+_AT_ONCE = 200_000  # values on the mesh that are worked on together
+_APART = 1e-3  # of a speed: between those whose net works are compared
+_LEVEL = 1e-12  # of the net work: differences that are none
+_SECTIONS = 60  # golden-section steps towards a hump of the net work
+_GOLDEN = 0.5 * (5**0.5 - 1)
+_FLAT = 1e-3  # of the net work: humps that fall less to the next speed looked at cannot reach zero
+_BALANCES = 60
+_MOST_ROUNDS = 12
+_BESIDE = 1e-6  # of a speed: how far off a slope is taken
+_CLOSINGS = 5  # Newton steps towards a cycle without net work
+_NEAR = 1e-3  # of a speed: what such a step changes at most
+_MOST_SWITCHES = 4_000
+_PER_SPEED = 0.05  # of what a node takes in a Newton step
+
+
+class SteadySpeed(NamedTuple):
+    """A constant speed (rad/s) at which the net work of a cycle is zero, and whether a faster machine would be slowed."""
+
+    speed: float
+    stable: bool
+
+
+def check_steady(machine: Chain) -> None:
+    """Refuse a machine that can have no steady regime: a law depends on time, or nothing makes up for losses in meshes."""
+    scene = machine.scene
+    if machine.depends_on_time:
+        paths = [effort.path for effort in machine.efforts if effort.uses_time]
+        advice = "follow it in time: flywheel simulate, or flywheel.simulate"
+        raise SceneError(
+            [
+                Fault(path, "a law that depends on time, so that no cycle repeats", "a steady regime", advice)
+                for path in paths
+            ]
+        )
+    if not machine.depends_on_speed and scene.unknown is None:
+        found = "losses in meshes, and nothing that makes up for them"
+        advice = 'name the unknown: drive.torque = "balance", or give a motor'
+        raise SceneError([Fault("shafts", found, "a balance, or torques that depend on speed", advice)])
+
+
+def taken_at(machine: Chain) -> tuple[float, float, tuple[str, ...]]:
+    """The speed (rad/s) that approximate figures hold for, the unknown (SI) there, and what is to be said of it."""
+    scene = machine.scene
+    moments = Moments(machine, cells.cells(machine.mesh), local=True)
+    if scene.unknown is None:
+        speed, messages = chosen_speed(moments)
+        return speed, 0.0, messages
+    assert scene.speed is not None
+    return scene.speed, balance_at(moments, scene.speed), ()
+
+
+def net_work(moments: Moments, speed: float, unknown: float = 0.0) -> float:
+    """Net work (J) of a cycle run at a constant crank speed (rad/s)."""
+    force = moments.constant(speed, unknown).moment
+    return float(cells.integral(force, moments.mesh.half).sum())
+
+
+def net_works(moments: Moments, speeds: Array) -> Array:
+    """The same at many speeds (n,), a handful at a time."""
+    half = moments.mesh.half
+    spend(_PER_SPEED * moments.mesh.phi.size * speeds.size)
+    few = max(_AT_ONCE // moments.mesh.phi.size, 1)
+    pieces = [speeds[k : k + few] for k in range(0, speeds.size, few)]
+    return np.concatenate([cells.integral(moments.constant(piece, 0.0).moment, half).sum(axis=-1) for piece in pieces])
+
+
+def exchanged_work(moments: Moments, speed: float) -> float:
+    """Work (J) that a cycle at a constant crank speed (rad/s) exchanges, whatever its sign."""
+    return float(cells.integral(moments.constant(speed, 0.0).exchanged, moments.mesh.half).sum())
+
+
+def doubt_of_speed(machine: Chain, speed: float) -> float:
+    """Relative error of a steady speed (rad/s) that rounding of the torques makes: the less they hold it, the greater."""
+    moments = Moments(machine, cells.cells(machine.mesh), local=True)
+    slower, faster = speed * (1.0 - _APART), speed * (1.0 + _APART)  # a steady current follows the speed: no slope at one
+    gained = abs(net_work(moments, faster) - net_work(moments, slower)) / (2 * _APART)
+    return 24 * cells.ROUNDING * exchanged_work(moments, speed) / max(gained, 1e-300)
+
+
+def steady_speeds(moments: Moments) -> list[SteadySpeed]:
+    """Every constant speed at which the net work is zero, ascending.
+
+    They are looked for over twelve decades around a typical speed, and beside every hump and hollow between; where there
+    are none, over as many more on either side.
+    """
+    return _found(moments, _DECADES) or _found(moments, 3 * _DECADES)
+
+
+def _found(moments: Moments, decades: int) -> list[SteadySpeed]:
+    grid, works = _scanned(moments, decades)
+    points = sorted([*zip(grid.tolist(), works.tolist(), strict=True), *_humps(moments, grid, works)])
+    found = []
+    for (a, before), (b, after) in pairwise(points):
+        if before == 0.0:
+            continue
+        if before * after < 0.0 or after == 0.0:
+            found.append(SteadySpeed(_root(lambda w: net_work(moments, w), a, b), before > 0.0))
+    return found
+
+
+def _scanned(moments: Moments, decades: int) -> tuple[Array, Array]:
+    """Speeds that are looked at, and the net work at each; those at which a law has no finite value are left out."""
+    grid = _grid(moments.machine, decades)
+    works = net_works(moments, grid)
+    finite = np.isfinite(works)
+    if not finite.any():
+        pace = moments.machine.pace
+        omega = np.full(moments.mesh.phi.shape, pace)
+        raise SceneError(
+            [turning_moment.undefined(moments.machine, moments.mesh, moments.constant(pace, 0.0).moment, omega)]
+        )
+    edges = np.flatnonzero(np.diff(finite))
+    ends = np.array([_last_finite(moments, *(grid[[k, k + 1]] if finite[k] else grid[[k + 1, k]])) for k in edges])
+    if not ends.size:
+        return grid, works
+    speeds, whole = np.append(grid[finite], ends), np.append(works[finite], net_works(moments, ends))
+    order = np.unique(speeds, return_index=True)[1]
+    return speeds[order], whole[order]
+
+
+def _last_finite(moments: Moments, good: float, bad: float) -> float:
+    """The speed (rad/s) nearest to a bad one at which the laws still have finite values, by bisection from a good one."""
+    for _ in range(_SECTIONS):
+        middle = 0.5 * (good + bad)
+        good, bad = (middle, bad) if np.isfinite(net_work(moments, middle)) else (good, middle)
+    return good
+
+
+def _grid(machine: Chain, decades: int) -> Array:
+    """Speeds to look at: evenly in their logarithm, and around those that a motor is known by."""
+    typical = machine.pace
+    even = typical * np.logspace(-decades, decades, 2 * decades * _PER_DECADE + 1)
+    motor, drive = machine.scene.motor, machine.scene.drive
+    if motor is None or drive is None:
+        return even
+    known = [motor.no_load_speed, *(motor.stable or ()), *([motor.rated.speed] if motor.rated else ())]
+    marks = np.array([w for w in known if w is not None and 0.0 < w < np.inf]) / machine.scene.shafts[drive.on]
+    near = (marks[:, None] * np.array([0.9, 0.97, 0.99, 0.999, 1.0, 1.001, 1.01, 1.1])).ravel()
+    return np.unique(np.concatenate((even, near)))
+
+
+def _humps(moments: Moments, grid: Array, works: Array) -> list[tuple[float, float]]:
+    """Peaks below zero and hollows above it, which may reach across: where they do, two speeds lie beside them.
+
+    One that is round rises above its highest sample by no more than it falls to the next, so that flat ones are left out.
+    """
+    sign, size = -np.sign(works), np.abs(works[1:-1])
+    side, here = sign[1:-1], -size
+    alike = (side != 0.0) & (side == sign[:-2]) & (side == sign[2:])
+    rise, fall = here - side * works[:-2], here - side * works[2:]
+    high = (np.minimum(rise, fall) > _LEVEL * size) & (np.maximum(rise, fall) > _FLAT * size)
+    peaks = 1 + np.flatnonzero(alike & high)
+    return [_summit(moments, float(grid[k - 1]), float(grid[k + 1]), float(sign[k])) for k in peaks]
+
+
+def _summit(moments: Moments, a: float, b: float, sign: float) -> tuple[float, float]:
+    """Where sign times the net work is greatest between two speeds, or the first place found where it is above zero."""
+    low, high = np.log(a), np.log(b)
+    left, right = high - _GOLDEN * (high - low), low + _GOLDEN * (high - low)
+    values = [net_work(moments, float(np.exp(x))) for x in (left, right)]
+    for _ in range(_SECTIONS):
+        best = max((sign * values[0], left, values[0]), (sign * values[1], right, values[1]))
+        if best[0] > 0.0:
+            break
+        if sign * values[0] > sign * values[1]:
+            high, right, values[1] = right, left, values[0]
+            left = high - _GOLDEN * (high - low)
+            values[0] = net_work(moments, float(np.exp(left)))
+        else:
+            low, left, values[0] = left, right, values[1]
+            right = low + _GOLDEN * (high - low)
+            values[1] = net_work(moments, float(np.exp(right)))
+    return float(np.exp(best[1])), best[2]
+
+
+def _root(net: Callable[[float], float], a: float, b: float) -> float:
+    """The root between two speeds, by the Illinois form of regula falsi."""
+    low, high, at_low, at_high = a, b, net(a), net(b)
+    side = 0
+    for _ in range(200):
+        if at_high == 0.0 or abs(high - low) <= 4e-15 * high:
+            return high
+        middle = (low * at_high - high * at_low) / (at_high - at_low)
+        if not min(low, high) < middle < max(low, high):
+            middle = 0.5 * (low + high)
+        found = net(middle)
+        if found == 0.0:
+            return middle
+        if found * at_high < 0.0:
+            low, at_low, side = high, at_high, 0
+        else:
+            at_low *= 0.5 if side else 1.0
+            side = 1
+        high, at_high = middle, found
+    return high
+
+
+def chosen_speed(moments: Moments) -> tuple[float, tuple[str, ...]]:
+    """The speed (rad/s) at which a machine without a balance runs, and what is to be said of it.
+
+    Of several the greatest stable one is taken, that of a machine that runs already.
+
+    Raises:
+        SceneError: where there is none, saying which kind of none.
+
+    """
+    found = steady_speeds(moments)
+    if not any(item.stable for item in found):
+        raise SceneError([_no_speed(moments, found)])
+    found = [SteadySpeed(_sharpened(moments, item.speed), True) if item.stable else item for item in found]
+    stable = [item.speed for item in found if item.stable]
+    others = [f"{item.speed:.6g} rad/s ({'stable' if item.stable else 'unstable'})" for item in found]
+    if len(found) == 1:
+        return stable[-1], ()
+    message = f"net work at constant speed is zero at {', '.join(others)}: the motion is that near {stable[-1]:.6g} rad/s"
+    return stable[-1], (message,)
+
+
+def _sharpened(moments: Moments, speed: float) -> float:
+    """A stable speed once more, with cells that end where laws switch at that speed."""
+    machine, edges = moments.machine, moments.mesh.edges
+    if resolve(machine, edges, speed).mesh.edges.size == edges.size:
+        return speed
+
+    def net(w: float) -> float:
+        return resolve(machine, edges, w).net
+
+    for reach in (1e-3, 1e-2, 1e-1, 0.5):
+        low, high = speed * (1.0 - reach), speed * (1.0 + reach)
+        if net(low) > 0.0 > net(high):
+            return _root(net, low, high)
+    return speed
+
+
+def _no_speed(moments: Moments, found: list[SteadySpeed]) -> Fault:
+    """What is wrong with a machine that has no stable steady speed."""
+    path = "drive" if moments.machine.scene.drive is not None else "load"
+    expected = "torques that hold a steady speed"
+    if found:
+        at = found[-1].speed
+        what = f"an unstable regime: near {at:.6g} rad/s a faster machine is driven on, and a slower one stops"
+        return Fault(path, what, expected, "let the drive's torque fall with speed, or the load's grow with it")
+    grid, works = _scanned(moments, _DECADES)
+    peaks = [(work, speed) for speed, work in _humps(moments, grid, works)]
+    best, speed = max([(float(works[k]), float(grid[k])) for k in (works.argmax(), 0)] + peaks)
+    if best > 0.0:
+        what = f"no steady speed: at every speed a cycle has net work left over ({works.min():.6g} J at least)"
+        return Fault(path, what, expected, "the machine runs away: add what resists with speed, or limit the drive")
+    where = "at standstill" if speed <= _grid(moments.machine, _DECADES)[0] else f"at {speed:.6g} rad/s"
+    rounding = 64 * cells.ROUNDING * exchanged_work(moments, speed)
+    if np.abs(works).max() <= rounding:
+        what = "torques that leave the speed open: the net work of a cycle is zero at every speed"
+        return Fault(path, what, expected, 'name the unknown and give the speed: drive.torque = "balance", regime.speed')
+    if abs(best) <= rounding:
+        what = f"a drive that carries the mean load {where}, and at no other speed"
+        return Fault(path, what, expected, "the machine stalls: a stronger drive, or a lighter load")
+    what = f"a drive that cannot carry the mean load: at best, {where}, a cycle lacks {-best:.6g} J"
+    return Fault(path, what, expected, "the machine stalls: a stronger drive, or a lighter load")
+
+
+def balance_at(moments: Moments, speed: float) -> float:
+    """The value (SI) of the scene's unknown that makes the net work at a constant speed zero."""
+    half = moments.mesh.half
+    unknown = 0.0
+    for _ in range(_BALANCES):
+        rate = _finite_rate(moments, speed, unknown)
+        rows = np.stack((rate.moment, rate.by_unknown, np.abs(rate.by_unknown)))
+        net, slope, size = cells.integral(rows, half).sum(axis=-1)
+        if abs(slope) <= 1e-9 * size or size == 0.0:
+            raise SceneError([turning_moment.no_effect(moments.machine)])
+        step = float(net / slope)
+        unknown -= step
+        if abs(step) <= 4e-16 * abs(unknown) or not moments.lossy:
+            break
+    return unknown + 0.0
+
+
+def settled(machine: Chain) -> tuple[float | None, float]:
+    """The constant speed (rad/s) that torques are taken at, None where none depends on it, and the unknown's value there.
+
+    That speed is the one asked for where there is a balance, else the one at which the net work is zero; along a stroke it
+    is the stroke's.
+    """
+    scene = machine.scene
+    if scene.stroke is not None:
+        return (scene.stroke.speed if machine.depends_on_speed else None), 0.0
+    if not machine.sets_its_speed:
+        return None, turning_moment.settled_balance(machine)
+    moments = Moments(machine, cells.cells(machine.mesh), local=True)
+    if scene.unknown is None:
+        return chosen_speed(moments)[0], 0.0
+    assert scene.speed is not None
+    return scene.speed, resolve(machine, machine.mesh, scene.speed).balance or 0.0
+
+
+def doubts(machine: Chain, speed: float | None) -> tuple[float, float]:
+    """Relative errors of the speed and of the unknown's value that `settled` finds; 0 for what it does not look for."""
+    scene = machine.scene
+    if scene.stroke is not None or (scene.unknown is None and not machine.sets_its_speed):
+        return 0.0, 0.0
+    if scene.unknown is not None:
+        sets = machine.sets_its_speed and speed is not None
+        cycle = resolve(machine, machine.mesh, speed or 0.0) if sets else turning_moment.balanced(machine)
+        return 0.0, cycle.balance_error + 4 * cells.ROUNDING
+    assert speed is not None
+    closer, loose = closed(machine, machine.mesh, speed)
+    return loose + abs(closer / speed - 1.0) + 4 * cells.ROUNDING, 0.0
+
+
+def resolve(machine: Chain, edges: Array, speed: float) -> Cycle:
+    """The cycle at a constant speed, on cells between given edges and where laws switch at that speed."""
+    for _ in range(_MOST_ROUNDS):
+        moments = Moments(machine, cells.cells(edges))
+        omega = np.full(moments.mesh.phi.shape, speed)
+        unknown = balance_at(moments, speed) if machine.scene.unknown is not None else None
+        switching = moments.switches(omega) + moments.constant_losses(speed, unknown or 0.0)
+        finer = with_switches(moments, switching, edges)
+        if finer.size == edges.size:
+            break
+        edges = finer
+    return cycle_of(moments, _finite_rate(moments, speed, unknown or 0.0), unknown)
+
+
+def _finite_rate(moments: Moments, speed: float, unknown: float) -> Rate:
+    """F at a constant speed (rad/s), refused where a load has no finite value."""
+    rate = moments.constant(speed, unknown)
+    if not np.isfinite(rate.moment).all():
+        raise SceneError(
+            [turning_moment.undefined(moments.machine, moments.mesh, rate.moment, np.full(moments.mesh.phi.shape, speed))]
+        )
+    return rate
+
+
+def closed(machine: Chain, edges: Array, speed: float) -> tuple[float, float]:
+    """The speed (rad/s) near another at which cells between these edges leave no net work, and its relative error."""
+    cycle = resolve(machine, edges, speed)
+    for _ in range(_CLOSINGS):
+        beside = net_work(Moments(machine, cycle.mesh), speed * (1.0 + _BESIDE))  # a motor's current follows the speed
+        slope = (beside - cycle.net) / (_BESIDE * speed)
+        step = cycle.net / slope if slope else 0.0
+        if not 4 * cells.ROUNDING < abs(step) / speed < _NEAR:
+            break
+        closer = resolve(machine, edges, speed - step)
+        if not abs(closer.net) < abs(cycle.net):
+            break
+        cycle, speed = closer, speed - step
+    return speed, cycle.errors.work / max(abs(slope) * speed, 1e-300)
+
+
+def cycle_of(moments: Moments, rate: Rate, unknown: float | None) -> Cycle:
+    """The cycle in which F is as given at the nodes; `unknown` is None where the scene has none."""
+    values = np.stack((rate.moment, moments.slope, moments.inertia, rate.exchanged, moments.steepness))
+    cycle = turning_moment.assembled(moments.mesh, values, unknown, closed=True)
+    if unknown is None:
+        return cycle
+    return turning_moment.with_balance(cycle, unknown * float(cells.integral(rate.by_unknown, moments.mesh.half).sum()))
+
+
+def with_switches(moments: Moments, switching: list[Array], edges: Array) -> Array:
+    """The edges, with those angles put in at which one of several functions on the mesh changes its sign inside a cell."""
+    if not switching:
+        return edges
+    series = cells.fit(np.stack(switching))
+    sizes = np.abs(np.stack(switching)).max(axis=(1, 2))
+    noise = np.broadcast_to(1e-13 * sizes[:, None], series.shape[:2])
+    found = cells.crossings(series, np.ascontiguousarray(noise))
+    angles = found.angles(moments.mesh)[np.abs(found.t) < 1.0]
+    if angles.size > _MOST_SWITCHES:
+        fault = f"laws that switch {angles.size} times and more within a cycle at a constant speed"
+        raise SceneError([Fault("load", fault, "laws that can be followed over the cycle", "make them less steep")])
+    above = np.searchsorted(edges, angles).clip(1, edges.size - 1)
+    distance = np.minimum(np.abs(angles - edges[above - 1]), np.abs(edges[above] - angles))
+    return merged([*edges.tolist(), *angles[distance > 1e-9 * edges[-1]].tolist()], float(edges[-1]))

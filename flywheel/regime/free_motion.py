@@ -1,0 +1,729 @@
+"""Times at which laws switch, or vary too fast for a step: found beforehand by interval bounds, as far as time decides."""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from enum import Enum
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from flywheel.machine.dynamics import Anchor, Dynamics
+from flywheel.machine.loads import Effort
+from flywheel.machine.machine import Chain, Machine
+from flywheel.numerics.budget import ImpatientError, counted, patience, spend
+from flywheel.numerics.expressions import Expression, Node, written
+from flywheel.numerics.faults import Fault, SceneError, told
+from flywheel.regime import turning_moment
+from flywheel.regime.stepping import Along, Rates, Step, StepError, Tolerance, Watch, stiffness, through
+from flywheel.scene.scene import Scene
+
+Array = NDArray[np.float64]
+
+_WINDOW = 100.0  # turns at the machine's pace: how far ahead switches are looked for where no end is known
+
+
+class SwitchingTimes:
+    """The times (s) at which expressions of `t` and parameters change their branch, up to an end that may be infinite.
+
+    Where one is steep, as a short pulse is, there are more, so close that no step passes it without seeing it.
+    `after(t)` gives the next of them, or the end of what was looked through; time stepping starts afresh there.
+    """
+
+    def __init__(self, machine: Chain, until: float) -> None:
+        self.until = until
+        self._laws, self._smooth = list(_laws(machine)), list(_smooth(machine))
+        self._window = min(until, _WINDOW * machine.scene.cycle / machine.pace)
+        self._seen = 0.0
+        self._times: list[float] = []
+
+    def every(self) -> list[float]:
+        """All of them, before an end that is finite; looked for in one go, so that no window's end is among them."""
+        self._window = self.until
+        found = [self.after(0.0)]
+        while found[-1] < self.until:
+            found.append(self.after(found[-1]))
+        return found[:-1]
+
+    def after(self, t: float) -> float:
+        """The first time past t to stop at."""
+        if not (self._laws or self._smooth):
+            return self.until
+        while not (later := [time for time in self._times if time > t]):
+            end = self._seen + self._window
+            roots = {time for effort, law in self._laws for time in _roots(effort, law, self._seen, end)}
+            edges = np.array(sorted({self._seen, *roots, end}))
+            steep = {time for effort, law in self._smooth for time in _steep(effort, law, edges)}
+            self._times = sorted({*roots, *steep, end})
+            self._seen = end
+        return min(later[0], self.until)
+
+
+def _laws(machine: Chain) -> Iterator[tuple[Effort, Expression]]:
+    """What decides branches by time alone, written in `phi` for `t`, so that bounds over phi serve."""
+    for effort in machine.efforts:
+        law = effort.load.law
+        if isinstance(law, Expression) and effort.uses_time:
+            for part in (*law.switches(), *law.branch_points()):
+                if effort.is_timed(part):
+                    sign = Node("sign", (_renamed(part.tree),))
+                    yield effort, Expression(part.text, sign)
+
+
+def _smooth(machine: Chain) -> Iterator[tuple[Effort, Expression]]:
+    """The largest parts of laws that depend on time alone, written in `phi` for `t`."""
+    for effort in machine.efforts:
+        law = effort.load.law
+        if isinstance(law, Expression) and effort.uses_time:
+            yield from ((effort, Expression(part.text, _renamed(part.tree))) for part in _timed(effort, law.tree))
+
+
+def _timed(effort: Effort, node: Node) -> Iterator[Expression]:
+    part = Expression(written(node), node)
+    if node.args and effort.is_timed(part):
+        yield part
+    elif "t" in part.names:
+        for arg in node.args:
+            yield from _timed(effort, arg)
+
+
+def _renamed(node: Node) -> Node:
+    name = "phi" if node.name == "t" else node.name
+    return node._replace(name=name, args=tuple(_renamed(arg) for arg in node.args))
+
+
+def _roots(effort: Effort, law: Expression, start: float, end: float) -> list[float]:
+    from flywheel.numerics.intervals import SwitchingError, breakpoints
+
+    try:
+        return breakpoints(law, start, end, *_environment(effort))
+    except SwitchingError as error:
+        raise _unfollowed(effort, error, end) from error
+
+
+def _steep(effort: Effort, law: Expression, edges: Array) -> list[float]:
+    """Times between the edges, none of which a switch lies between, that a step is not to pass."""
+    from flywheel.numerics.intervals import SwitchingError, resolved
+
+    try:
+        return [float(time) for time in resolved(law, edges[:-1], edges[1:], *_environment(effort))]
+    except SwitchingError as error:
+        raise _unfollowed(effort, error, float(edges[-1])) from error
+
+
+def _environment(effort: Effort) -> tuple[Any, Any]:
+    """Bounds over cells of time, and values at times."""
+    from flywheel.numerics.intervals import Interval
+    from flywheel.numerics.jets import Jet
+
+    def cells(lo: Array, hi: Array, anchor: Array) -> Mapping[str, Any]:
+        return {**effort.constants, "phi": Jet(Interval(lo, hi), 1.0)}
+
+    def values(times: Array, anchor: Array) -> Mapping[str, Any]:
+        return {**effort.constants, "phi": times}
+
+    return cells, values
+
+
+def _unfollowed(effort: Effort, error: Exception, end: float) -> SceneError:
+    """What keeps a law from being followed, with its variable named as in the scene."""
+    found = re.sub(r"\bphi\b", "t", str(error))
+    return SceneError([Fault(effort.path, found, f"an expression that can be followed to {end:.6g} s", "a shorter time")])
+
+
+# -- repeating ---------------------------------------------------------------------------------------------------------
+
+# Cycles of a motion that come out as they went in: one is stepped, and stands for all that follow it.
+#
+# Where the moment depends on position alone and its work over the cycle is zero, the speed at phi = 0 returns exactly. What
+# steps make of that is their own error: it is stated, and not carried on into the next cycle.
+
+
+FEWEST = 20  # cycles still to come, below which nothing is looked into
+_ROUNDS = 8
+_ROUNDING = 1e-13  # of the work exchanged: what its own quadrature leaves of a net work of zero
+
+
+class Later:
+    """A step's dense output, a time (s) later."""
+
+    def __init__(self, dense: Callable[[Any], Array], time: float) -> None:
+        self.dense, self.time = dense, time
+
+    def __call__(self, t: Any) -> Array:
+        """The states at times t."""
+        return self.dense(t - self.time)
+
+
+class Passed(NamedTuple):
+    """The last cycle: its first stretch, when it began (s), and the state there."""
+
+    first: int
+    start: float
+    state: Array
+
+
+def source(step: Step) -> Callable[[Any], Array]:
+    """The dense output that a step was taken from, its own or that of an earlier cycle."""
+    return step.dense.dense if isinstance(step.dense, Later) else step.dense
+
+
+def later(step: Step, time: float) -> Step:
+    """The same step, a time (s) later."""
+    return Step(Later(step.dense, time), step.start + time, step.end + time)
+
+
+def returns(machine: Chain, balance: float) -> bool:
+    """Whether the work of a cycle is zero, whatever the speed: with a value (SI) of the scene's unknown.
+
+    True only where no load depends on speed or time, and the net work is no more than its own rounding.
+    """
+    scene = machine.scene
+    if machine.depends_on_speed or machine.depends_on_time or scene.stroke is not None or len(machine.stages) > 1:
+        return False
+    cycle = turning_moment.resolve(machine, machine.mesh)
+    for _ in range(_ROUNDS):
+        allowed = _ROUNDING * cycle.exchanged
+        finer = None if cycle.errors.work <= allowed else turning_moment.split(cycle, 0.0, allowed / cycle.errors.work)
+        if finer is None:
+            break
+        cycle = turning_moment.resolve(machine, finer)
+    settled = cycle.balance is None or abs(cycle.balance - balance) <= _ROUNDING * abs(balance)
+    return bool(settled and max(abs(cycle.net), cycle.errors.work) <= _ROUNDING * cycle.exchanged)
+
+
+# -- following ---------------------------------------------------------------------------------------------------------
+
+# Following a machine in time: from one smooth stretch of its laws to the next, until it has gone far enough.
+#
+# A stretch ends where the crank leaves a piece, where a time comes at which a law switches, and where a law that depends on
+# speed, or the direction of the power through a mesh, changes its side.
+
+
+_MOST_STEPS = 1_000_000
+_SLOW = 1e-3  # of the machine's pace: below this, errors of speed count as if it were this
+_AHEAD = 1e-7  # of a piece: how far beyond a switch its side is looked up
+_WITHIN = 1e-9  # of a piece: how near to its ends
+_MOST_CROSSINGS = 500  # of switches, one after the other within a piece
+_TRIES = 8  # changes of side at one instant, before the motion counts as stuck
+ONSET = 1e-12  # of the machine's pace: the speed by which branches are decided at rest
+_LIGHT, _NOTHING = 1e-7, 1e-11  # of the greatest inertia: where a zero is looked for, and what counts as one
+_RETURNED = 1e4  # tolerances of a step: how far off a cycle may be that comes back to its speed
+_LOOKED_AT = np.array([0.1, 0.35, 0.6, 0.85])  # of a piece: where it is seen how large its inertia is
+_STILL = 1e-9  # of the machine's pace: slower than this it stands
+
+
+class Goal(NamedTuple):
+    """What ends a motion: a value of times, positions (not reduced) and speeds that is above 0 until then."""
+
+    name: str
+    value: Callable[[Array, Array, Array], Array]
+
+
+class Start(NamedTuple):
+    """The state at t = 0: position (rad; on a stroke from its beginning), speed (rad/s) and current (A)."""
+
+    phi: float
+    omega: float
+    current: float = 0.0
+
+
+class Stretch(NamedTuple):
+    """A step, what is to be added to its position, and where the branches of its laws are decided."""
+
+    step: Step
+    offset: float
+    anchor: Anchor
+
+
+class Trail(NamedTuple):
+    """A motion as it was stepped. States are rows: position, speed, the moment's work (J), and a motor's current (A).
+
+    `goal` names what it ended with, if that was not time; `stuck` says where it stands still for good; `cycles` is how often
+    it came to the end of a cycle, `repeated` how many of these were taken as the one before; `drift` is the share by which
+    the kinetic energy at phi = 0, which returns there, was off after the cycle that they were taken from.
+    """
+
+    dynamics: Dynamics
+    start: Start
+    stretches: tuple[Stretch, ...]
+    goal: str | None = None
+    stuck: str | None = None
+    cycles: int = 0
+    repeated: int = 0
+    drift: float = 0.0
+
+    @property
+    def t(self) -> Array:
+        """Times of the steps, s."""
+        return np.array([0.0, *(stretch.step.end for stretch in self.stretches)])
+
+    def owners(self, times: Array) -> NDArray[np.intp]:
+        """The stretch that each time belongs to."""
+        return np.clip(np.searchsorted(self.t[1:], times), 0, len(self.stretches) - 1)
+
+    def states(self, times: Array, owners: NDArray[np.intp] | None = None) -> Array:
+        """The states at times, by dense output: (states, times)."""
+        which = self.owners(times) if owners is None else owners
+        found = np.empty((3 + (self.dynamics.circuit is not None), times.size))
+        order = np.argsort(which, kind="stable")
+        firsts = np.flatnonzero(np.diff(which[order], prepend=-1))
+        for mine in np.split(order, firsts[1:]) if times.size else ():
+            stretch = self.stretches[which[mine[0]]]
+            found[:, mine] = stretch.step.dense(times[mine])
+            found[0, mine] += stretch.offset
+        return found
+
+    def __repr__(self) -> str:
+        """How many steps there are, and how they end, instead of all of them."""
+        return f"Trail({len(self.stretches)} steps to t = {self.t[-1]:.6g} s, goal={self.goal!r}, cycles={self.cycles})"
+
+    def ends(self) -> Array:
+        """The states at the ends of all steps, the start included: (states, steps + 1)."""
+        first = self.stretches[0]
+        found = {id(source(step)): step for step, _, _ in self.stretches}
+        last = {key: step.dense(step.end) for key, step in found.items()}
+        rows = [first.step.dense(first.step.start), *(last[id(source(step))] for step, _, _ in self.stretches)]
+        ends = np.array(rows).T
+        ends[0] += [first.offset, *(offset for _, offset, _ in self.stretches)]
+        return ends
+
+
+Passing = Callable[[float, float], str | None]
+Watching = Callable[[float, float], None]
+
+
+def follow(
+    dynamics: Dynamics,
+    start: Start,
+    until: float,
+    rtol: float,
+    goals: Sequence[Goal] = (),
+    passing: Passing | None = None,
+    watching: Watching | None = None,
+) -> Trail:
+    """The motion from a start until a time (s), or until a goal is reached.
+
+    `rtol` is the tolerance of a step. `passing(t, omega)` is asked at the end of every cycle;
+    what it answers ends the motion. `watching(t, phi)` is told of the start, and of the end of every stretch.
+
+    Raises SceneError where the motion is not determined, or sticks at a switch that both sides drive it back to.
+    """
+    return _Follower(dynamics, start, until, rtol, goals, passing, watching).trail()
+
+
+class _Follower:
+    def __init__(
+        self,
+        dynamics: Dynamics,
+        start: Start,
+        until: float,
+        rtol: float,
+        goals: Sequence[Goal],
+        passing: Passing | None,
+        watching: Watching | None,
+    ) -> None:
+        self.dynamics, self.machine, self.start = dynamics, dynamics.machine, start
+        self.until, self.goals, self.passing, self.watching = until, goals, passing, watching
+        scene = self.machine.scene
+        self.once = scene.stroke is not None
+        self.cycle = scene.cycle
+        self.offset = 0.0 if self.once else float(np.floor(start.phi / self.cycle)) * self.cycle
+        self.pace = max(abs(start.omega), self.machine.pace)
+        self.tolerance = self._tolerance(rtol)
+        self.t, self.tries, self.crossings, self.cycles = 0.0, 0, 0, 0
+        self.state = np.array([start.phi - self.offset, start.omega, 0.0, start.current])[: self.tolerance.absolute.size]
+        self.stretches: list[Stretch] = []
+        self.branching = dynamics.branching
+        self.light = _LIGHT * self._greatest_inertia()
+        self.undefined: tuple[float, float, float] | None = None
+        self.times = SwitchingTimes(self.machine, until)
+        self.passed: Passed | None = None
+        self.repeated, self.drift = 0, 0.0
+        self.returns: bool | None = None  # not looked into yet
+
+    def _tolerance(self, rtol: float) -> Tolerance:
+        """Of position, speed, work (which the steps do not have to follow) and current."""
+        absolute = [rtol * self.cycle, rtol * _SLOW * self.pace, np.inf]
+        if (circuit := self.dynamics.circuit) is not None:
+            absolute.append(rtol * _SLOW * abs(circuit.voltage / circuit.resistance))
+        return Tolerance(rtol, np.array(absolute))
+
+    def trail(self) -> Trail:
+        """Stretch after stretch in either direction; phi is reduced to one cycle, `offset` is what was taken off it."""
+        goal = stuck = None
+        hint: float | None = None
+        self._tell()
+        while self.t < self.until and goal is None:
+            check_friction(self.machine, self.t, float(self.state[1]))
+            if self.once and self._leaves():
+                break
+            piece = self._piece()
+            ends = float(self.machine.restarts[piece]), float(self.machine.restarts[piece + 1])
+            stop = self.times.after(self.t)
+            anchor = self._anchor(ends, stop)
+            try:
+                passed = list(self._steps(ends, stop, anchor, hint))
+            except StepError as error:
+                raise SceneError([self._undefined(anchor) or error.faults[0]]) from None
+            self._keep(passed, anchor)
+            goal = self._goal(passed[-1], ends, stop) or self._again()
+            if self.tries > _TRIES or self.crossings > _MOST_CROSSINGS:
+                stuck = self._stuck()
+                break
+            hint = max((step.end - step.start for step in passed if step.end > step.start), default=hint)
+        stretches = tuple(self.stretches)
+        return Trail(self.dynamics, self.start, stretches, goal, stuck, self.cycles, self.repeated, self.drift)
+
+    def _keep(self, passed: list[Step], anchor: Anchor) -> None:
+        self.stretches += [Stretch(step, self.offset, anchor) for step in passed if step.end > step.start]
+        self.t = passed[-1].end
+        self.state = np.array(passed[-1].dense(self.t))
+        self._tell()
+        self._check_count()
+
+    def _check_count(self) -> None:
+        if len(self.stretches) > _MOST_STEPS:
+            expected = f"a shorter time: {_MOST_STEPS} steps reach {self.t:g} s"
+            raise SceneError([Fault("until", f"{self.until:g} s", expected)])
+
+    def _tell(self) -> None:
+        if self.watching is not None:
+            self.watching(self.t, float(self.state[0]) + self.offset)
+
+    def _goal(self, last: Step, ends: tuple[float, float], stop: float) -> str | None:
+        """The goal that a stretch ended with; where it ended at the end of a piece, the state is put there exactly."""
+        crossed = last.crossed
+        self.tries = self.tries + 1 if crossed is not None and last.end == last.start else 0
+        self.crossings = self.crossings + 1 if crossed is not None else 0
+        if crossed is not None and crossed < len(self.goals):
+            return self.goals[crossed].name
+        if crossed is not None and not self._at_end(ends):
+            return None
+        if self.t < stop:
+            self.state[0] = min(ends, key=lambda end: abs(float(self.state[0]) - end))
+            if not self.once and self.state[0] == self.cycle:
+                self.cycles += 1
+                return self.passing(self.t, float(self.state[1])) if self.passing is not None else None
+        return None
+
+    # -- cycles that are like the one before -----------------------------------------------------------------------------
+
+    def _again(self) -> str | None:
+        """Where a cycle has come back to the speed it began with, as it must: the ones to come, and the goal in them."""
+        if self.once or self.state[0] != self.cycle or self.state[1] <= 0.0 or self.state.size > 3:
+            return None
+        last, self.passed = self.passed, Passed(len(self.stretches), self.t, self.state.copy())
+        if last is None or self.returns is False:
+            return None
+        period = self.t - last.start
+        count = int(min((self.until - self.t) / period, _MOST_STEPS))  # a motion may be followed without a last time
+        off = abs(self.state[1] / last.state[1] - 1.0)
+        if count < FEWEST or not off <= _RETURNED * self.tolerance.relative:
+            return None
+        if self.returns is None:
+            self.returns = returns(self.machine, self.dynamics.balance)
+        return self._taken(last, period, count) if self.returns else None
+
+    def _taken(self, last: Passed, period: float, count: int) -> str | None:
+        """As many cycles like the last one as there is time for, and no goal in sight."""
+        cycle = self.stretches[last.first :]
+        sight = self._sight(cycle)
+        self.drift = max(self.drift, abs((self.state[1] / last.state[1]) ** 2 - 1.0))
+        self.state[1:] = last.state[1:]
+        for k in range(1, count + 1):
+            time, way = k * period, k * self.cycle
+            if self._in_sight(sight, time, way):
+                break
+            self.stretches += [Stretch(later(step, time), offset + way, anchor) for step, offset, anchor in cycle]
+            self._check_count()
+            self.repeated, self.cycles, self.t = self.repeated + 1, self.cycles + 1, self.stretches[-1].step.end
+            self.offset += self.cycle
+            self._tell()
+            goal = self.passing(self.t, float(self.state[1])) if self.passing is not None else None
+            if goal is not None:
+                return goal
+        self.passed, self.returns = None, self.returns and not self.goals
+        return None
+
+    def _sight(self, cycle: list[Stretch]) -> tuple[Array, Array, Array]:
+        """Times, positions and speeds within a cycle at which goals are looked for in those like it."""
+        shares = np.array([0.25, 0.5, 0.75, 1.0])
+        times = np.array([step.start + shares * (step.end - step.start) for step, _, _ in cycle])
+        states = np.array([step.dense(row)[:2] for row, (step, _, _) in zip(times, cycle, strict=True)])
+        offsets = np.array([offset for _, offset, _ in cycle])[:, None]
+        return times.ravel(), (states[:, 0] + offsets).ravel(), states[:, 1].ravel()
+
+    def _in_sight(self, sight: tuple[Array, Array, Array], time: float, way: float) -> bool:
+        """Whether a goal is reached in a cycle that is a time (s) and a way (rad) later."""
+        t, phi, omega = sight
+        return any(bool((goal.value(t + time, phi + way, omega) <= 0.0).any()) for goal in self.goals)
+
+    def _at_end(self, ends: tuple[float, float]) -> bool:
+        """Whether a switch lies where the piece ends, so near that the motion goes on in the next one."""
+        end = ends[1] if self.state[1] > 0.0 else ends[0]
+        return abs(float(self.state[0]) - end) <= 2 * _AHEAD * (ends[1] - ends[0])
+
+    def _stuck(self) -> str:
+        """Where the machine stands still for good; a SceneError where it sticks to a switch while running."""
+        where = self.machine.where(float(self.state[0]))
+        if abs(self.state[1]) <= _STILL * self.pace:
+            return f"stands still at {where} after {self.t:.6g} s"
+        found = f"a motion that sticks at {where}, {self.state[1]:.6g} rad/s, {self.t:.6g} s: two laws drive it back"
+        advice = "let the law pass over within a band, such as min(40, max(0, 4*(110 - omega)))"
+        raise SceneError([Fault("simulation", found, "laws that let the motion pass", advice)])
+
+    # -- one stretch -----------------------------------------------------------------------------------------------------
+
+    def _steps(self, ends: tuple[float, float], stop: float, anchor: Anchor, hint: float | None) -> Any:
+        rates = self._rates(ends, anchor)
+        watch = self._watch(anchor)
+        return through(rates, self.t, self.state, ends, stop, self.tolerance, hint, watch, self._along(ends, anchor))
+
+    def _undefined(self, anchor: Anchor) -> Fault | None:
+        """The fault of a law without a finite value in the last state that a step tried, if it is one."""
+        if self.undefined is None:
+            return None
+        phi, omega, t = self.undefined
+        fault = turning_moment.not_finite(self.machine, phi, anchor.phi, omega, t)
+        return None if fault.path == "mechanism" else fault._replace(found=f"{fault.found} after {t:.6g} s")
+
+    def _along(self, ends: tuple[float, float], anchor: Anchor) -> Along:
+        """The same rates at many instants at once."""
+        dynamics, size, circuit = self.dynamics, self.state.size, self.dynamics.circuit
+        sizes = [self.cycle, self.pace, 1.0]
+        if circuit is not None:
+            sizes.append(abs(circuit.voltage / circuit.resistance))
+
+        def rates(t: Array, states: Array) -> Array:
+            omega, current = states[1], states[3] if circuit is not None else 0.0
+            now = dynamics.along(states[0], anchor, omega, t, current, ends)
+            if (now.inertia < self.light).any():
+                self._check_weighs(ends, anchor)
+            acceleration = np.where(now.inertia > 0.0, now.acceleration, np.nan)
+            return np.array([omega, acceleration, now.moment * omega, now.current_rate][:size])
+
+        return Along(rates, np.array(sizes), stiffness(self.machine))
+
+    def _rates(self, ends: tuple[float, float] | None, anchor: Anchor) -> Rates:
+        """d(phi, omega, work, current)/dt within a stretch."""
+        dynamics, size = self.dynamics, self.state.size
+
+        def rates(t: float, state: Array) -> Array:
+            phi, omega, *rest = state.tolist()
+            current = rest[1] if size > 3 else 0.0
+            now = dynamics.at(phi, anchor.phi, omega, t, current=current, ends=ends, anchor=anchor)
+            if not now.inertia > 0.0 and self.once and ends is not None and not ends[0] <= phi <= ends[1]:
+                return np.full(size, np.nan)  # a step that tries beyond the stroke is too long
+            if not now.inertia > 0.0:
+                raise SceneError([turning_moment.weightless(self.machine, phi, now.inertia)])
+            if now.inertia < self.light and ends is not None:
+                self._check_weighs(ends, anchor)
+            if math.isfinite(phi * omega) and not math.isfinite(now.moment):
+                self.undefined = phi, omega, t
+            return np.array([omega, now.acceleration, now.moment * omega, now.current_rate][:size])
+
+        return rates
+
+    def _greatest_inertia(self) -> float:
+        ends = self.machine.restarts  # a piece may be the whole cycle, with a dead centre in its middle
+        places = (ends[:-1, None] + np.diff(ends)[:, None] * _LOOKED_AT).ravel()
+        return float(np.max(self.machine.reduce(places).inertia)) + self.dynamics.inertia
+
+    def _check_weighs(self, ends: tuple[float, float], anchor: Anchor) -> None:
+        """Refuse to run into a place where nothing weighs: the driver moves there while all masses stand."""
+        from scipy.optimize import minimize_scalar
+
+        def inertia(phi: float) -> float:
+            return float(self.dynamics.at(phi, anchor.phi, 0.0, self.t, anchor=anchor).inertia)
+
+        least = minimize_scalar(inertia, bounds=ends, method="bounded", options={"xatol": 1e-9 * (ends[1] - ends[0])})
+        if least.fun < _NOTHING / _LIGHT * self.light:
+            raise SceneError([turning_moment.weightless(self.machine, float(least.x), 0.0)])
+        self.light = 0.0
+
+    def _here(self, middle: float) -> Anchor:
+        """The present state as the place where branches are decided, but for those of position."""
+        return Anchor(middle, float(self.state[1]), self.t)
+
+    def _anchor(self, ends: tuple[float, float], stop: float) -> Anchor:
+        """Where branches are decided in the coming stretch: a little ahead, where there are any but those of position."""
+        low, high = ends
+        middle, width = 0.5 * (low + high), high - low
+        if not self.branching:
+            return self._here(middle)
+        phi, omega = float(self.state[0]), float(self.state[1])
+        rate = self._rates(ends, self._here(middle))(self.t, self.state)
+        acceleration = float(rate[1])
+        ahead = _AHEAD * min(width / max(abs(omega), 1e-3 * self.pace), stop - self.t)
+        ahead = max(ahead, 64 * np.finfo(float).eps * self.t)
+        soon = phi + ahead * (omega + 0.5 * ahead * acceleration)
+        held = min(max(soon, low + _WITHIN * width), high - _WITHIN * width)
+        coming = omega + ahead * acceleration or ONSET * self.pace  # from rest without a push yet: forwards
+        anchor = Anchor(held, coming, self.t + ahead)
+        current = float(self.state[3] + ahead * rate[3]) if self.state.size > 3 else 0.0
+        now = self.dynamics.at(held, held, anchor.omega, anchor.time, current=current, ends=ends, anchor=anchor)
+        return anchor._replace(factors=now.factors or None)
+
+    def _watch(self, anchor: Anchor) -> Watch | None:
+        goals, offset = self.goals, self.offset
+
+        def values(t: Array, states: Array) -> Array:
+            phi, omega = states[0], states[1]
+            current = states[3] if states.shape[0] > 3 else 0.0
+            rows = [goal.value(t, phi + offset, omega) for goal in goals]
+            return np.array(rows + (self._sides(phi, anchor, omega, t, current) if self.branching else []), dtype=float)
+
+        if not self.branching:
+            return Watch(values, np.ones(len(goals))) if goals else None
+        current = np.array([self.state[3] if self.state.size > 3 else 0.0])
+        at = np.array([anchor.phi]), anchor, np.array([anchor.omega]), np.array([anchor.time]), current
+        sides = [1.0 if side[0] >= 0.0 else -1.0 for side in self._sides(*at)]
+        return Watch(values, np.array([1.0] * len(goals) + sides))
+
+    def _sides(self, phi: Array, anchor: Anchor, omega: Array, t: Array, current: Any) -> list[Array]:
+        """What changes its sign where the stretch ends: meshes with losses also watch the speed for turning back."""
+        rows = self.dynamics.sides(phi, anchor, omega, t, current)
+        return rows if anchor.factors is None else [*rows, omega]
+
+    # -- from piece to piece ---------------------------------------------------------------------------------------------
+
+    def _pushed(self, middle: float) -> float:
+        """The acceleration at rest in the piece around `middle`."""
+        return float(self._rates(None, self._here(middle))(self.t, self.state)[1])
+
+    def _leaves(self) -> bool:
+        """Whether a machine stands at an end of its stroke and is about to leave it."""
+        phi, omega = float(self.state[0]), float(self.state[1])
+        outwards = {0.0: -1.0, self.cycle: 1.0}.get(phi)
+        if outwards is None:
+            return False
+        if omega == 0.0:
+            pair = self.machine.restarts[:2] if phi == 0.0 else self.machine.restarts[-2:]
+            omega = self._pushed(0.5 * float(pair.sum()))
+        return omega * outwards > 0.0
+
+    def _piece(self) -> int:
+        """The piece that the motion goes on in; the angle within the cycle changes over to it."""
+        ends, phi, omega = self.machine.restarts, float(self.state[0]), float(self.state[1])
+        turn = 0.0 if self.once else self.cycle  # nothing comes round again on a stroke
+        forwards = omega > 0.0
+        if omega == 0.0:
+            ahead = min(max(int(np.searchsorted(ends, phi, side="right")) - 1, 0), ends.size - 2)
+            forwards = self._pushed(0.5 * float(ends[ahead] + ends[ahead + 1])) >= 0.0
+        shift = turn * ((forwards and phi >= self.cycle) - (not forwards and phi <= 0.0))
+        self.state[0], self.offset = phi - shift, self.offset + shift
+        if forwards:
+            return min(int(np.searchsorted(ends, phi - shift, side="right")) - 1, ends.size - 2)
+        return max(int(np.searchsorted(ends, phi - shift, side="left")) - 1, 0)
+
+
+def check_friction(machine: Any, t: float, omega: float) -> None:
+    """Refuse to follow a motion that turns back where joints rub: their friction is known for one sense alone."""
+    stroke = machine.scene.stroke
+    sense = 1.0 if stroke is None or stroke.speed > 0.0 else -1.0
+    if machine.extra is not None and omega * sense < 0.0:
+        found = f"a motion that turns back by {t:.6g} s, with friction in joints"
+        expected = "one that keeps the sense for which that friction was found"
+        raise SceneError([Fault("until", found, expected, "a shorter time, or leave friction out")])
+
+
+def end_of_stroke(scene: Scene, phi: float, last: float) -> str:
+    """The word on a motion that ended with its stroke; phi is the driver's own coordinate."""
+    assert scene.stroke is not None
+    return f"the driver reached the stroke's end at {told(phi, scene.stroke.sliding)} after {last:.6g} s"
+
+
+# -- fate --------------------------------------------------------------------------------------------------------------
+
+# What becomes of a machine for which no steady motion is found: it stalls, it runs away, or neither within a while.
+#
+# It is let go at the speed where a steady motion was looked for, and followed in time, as a check of what is said of it.
+
+
+_CYCLES = 20
+_FASTER = 10.0  # times the speed at the start: a machine that gets there runs away
+_RTOL = 1e-6
+_WORK, _HURRIED = 20_000.0, 12_000.0  # walks of a rotor's graph, at most about a second: a message is worth no more
+_AT_ONCE = 16  # positions within a walk that take as long as the walk itself
+_LOOK = 4.0  # walks that a step takes as long as, beside those that are counted
+_ELEMENTS = 8  # of a graph that take as long to walk as a rotor's
+
+
+class Fate(Enum):
+    """How a motion ends."""
+
+    STALLS = "stalls"
+    RUNS_AWAY = "runs away"
+    UNKNOWN = "goes on"
+
+
+class Ending(NamedTuple):
+    """How it ends, and where: `machine stalls at crank angle 83.2 deg after 1.2 s`.
+
+    `fault` is why it could not be followed, where that is known.
+    """
+
+    fate: Fate
+    where: str = ""
+    fault: Fault | None = None
+
+
+def fate_of(machine: Machine, speed: float, inertia: float, balance: float, *, hurried: bool = False) -> Ending:
+    """What becomes of a machine let go at phi = 0.
+
+    Args:
+        machine: the machine.
+        speed: of the crank at the start, rad/s.
+        inertia: of the flywheel, kg m² on the crank.
+        balance: value (SI) of the scene's unknown.
+        hurried: whether enough work went into the machine already.
+
+    """
+    cycle = machine.scene.cycle
+
+    def stops(t: Array, phi: Array, omega: Array) -> Array:
+        spend(_LOOK)
+        return omega
+
+    def races(t: Array, phi: Array, omega: Array) -> Array:
+        return _FASTER * speed - omega
+
+    passed = 0
+
+    def passing(t: float, omega: float) -> str | None:
+        nonlocal passed
+        passed += 1
+        return Fate.UNKNOWN.value if passed >= _CYCLES else None
+
+    goals = (Goal(Fate.STALLS.value, stops), Goal(Fate.RUNS_AWAY.value, races))
+    dynamics, until = Dynamics(machine, inertia, balance), 100 * _CYCLES * cycle / speed
+    current = 0.0 if dynamics.circuit is None else float(dynamics.circuit.current(dynamics.ratio * speed))
+    try:
+        with _bearable(machine, _HURRIED if hurried else _WORK):
+            trail = follow(dynamics, Start(0.0, speed, current), until, _RTOL, goals, passing)
+    except ImpatientError:
+        return Ending(Fate.UNKNOWN)
+    except SceneError as error:
+        return Ending(Fate.UNKNOWN, fault=error.faults[0])
+    fate = Fate(trail.goal) if trail.goal is not None else Fate.STALLS if trail.stuck else Fate.UNKNOWN
+    phi = float(trail.ends()[0, -1])
+    return Ending(fate, f"at {machine.where(phi % cycle)} after {float(trail.t[-1]):.4g} s")
+
+
+@contextmanager
+def _bearable(machine: Machine, work: float) -> Iterator[None]:
+    """Give up what takes more work inside: walks of the graph are counted, and the more the longer they take."""
+    each, known = 1 + len(machine.kinematics.graph.elements) // _ELEMENTS, 0
+
+    def walked() -> None:
+        nonlocal known
+        spend(each * (1.0 + (tally.evaluations - known) / _AT_ONCE))
+        known = tally.evaluations
+
+    with patience(work), counted(walked) as tally:
+        yield

@@ -1,0 +1,318 @@
+"""What `flywheel reduce` shows: I*, dI*/dphi, M* and every influence coefficient over the driver's coordinate."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from functools import partial
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from bondgraph.reduction import Reduced
+from flywheel.machine.machine import Machine
+from flywheel.numerics.cells import ROUNDING, tails, wide
+from flywheel.numerics.faults import Fault, SceneError, told
+from flywheel.regime import constant_speed, turning_moment
+from flywheel.scene.linkage import Point
+from flywheel.scene.scene import Mechanism, Scene, Stroke
+
+Array = NDArray[np.float64]
+
+_SLACK = 1e-12  # of a stroke, by which rounding may carry a coordinate past its ends
+_ASIDE = 16  # roundings of the cycle, by which a coordinate is changed to see what rounding does
+EVALUATED = 24
+"""Roundings of a figure, or of the sum of the sizes that it is made of, from its evaluation."""
+
+
+class MachineState(NamedTuple):
+    """The machine seen from its reduction element, the crank, at angles phi (rad), without the flywheel.
+
+    `inertia` I* and `slope` dI*/dphi in kg m²; `moment` M* in N m, the balance included; `gains` the influence coefficient
+    g = velocity/omega of every shaft, port and other velocity (m or 1, by name) and `gain_slopes` dg/dphi;
+    `inertia_parts` and `moment_parts` what each body and each load adds.
+
+    Where the reduction element slides (a scene with `[stroke]` and a driver that slides), `phi` is the driver's position
+    x (m), `inertia` a mass m* (kg), `slope` dm*/dx (kg/m), `moment` a force F* (N); gains are per metre of the driver.
+    """
+
+    phi: Array
+    inertia: Array
+    slope: Array
+    moment: Array
+    gains: Mapping[str, Array]
+    gain_slopes: Mapping[str, Array]
+    inertia_parts: Mapping[str, Array]
+    moment_parts: Mapping[str, Array]
+
+
+@np.errstate(all="ignore")  # a value that is not finite is shown as such, or refused, and is no warning
+def reduce(
+    machine: Machine | Scene, phi: ArrayLike, *, balance: float | None = None, speed: float | None = None
+) -> MachineState:
+    """Reduce a machine to its crank at any angles: I* = sum I g², dI*/dphi = 2 sum I g g', M* = sum e g.
+
+    Args:
+        machine: a `Machine`, or a `Scene`, of which one is then built.
+        phi: crank angles, rad, any shape; taken modulo the cycle. On a stroke: the driver's coordinates, rad, or m where
+            it slides, from one end of the stroke to the other; none outside.
+        balance: value (SI) of the scene's unknown; solved for if None.
+        speed: of the driver (rad/s, or m/s), for torques that depend on it. If None the one asked for where there is a
+            balance, else the constant one at which the net work is zero; on a stroke its own. Losses in meshes, which
+            depend on what is accelerated, are no part of M*.
+
+    At a breakpoint the value of the piece that begins there is given.
+
+    >>> import flywheel
+    >>> crank = {"type": "slider-crank", "crank": {"length": 0.1}, "rod": {"length": 0.3}, "slider": {"mass": 2.0}}
+    >>> scene = flywheel.load({"mechanism": crank, "regime": {"speed": 10}, "flywheel": {"inertia": 1}})
+    >>> state = flywheel.reduce(scene, [1.5707963267948966])
+    >>> round(float(state.gains["slider-crank.slider"][0]), 12), round(float(state.inertia[0]), 12)
+    (-0.1, 0.02)
+
+    """
+    if not isinstance(machine, Machine):
+        machine = Machine(machine)
+    given = np.asarray(phi, dtype=float)
+    angles = own_coordinate(machine.scene, given)
+    anchor = machine.anchors(angles)
+    once = machine.scene.stroke is not None
+    if (balance is None and not once) or (speed is None and machine.depends_on_speed):
+        found, settled = constant_speed.settled(machine)
+        speed, balance = (found if speed is None else speed), (settled if balance is None else balance)
+    return _at(machine, angles, anchor, balance or 0.0, speed)._replace(phi=given if once else angles)
+
+
+def _at(machine: Machine, angles: Array, anchor: Array, balance: float, speed: float | None) -> MachineState:
+    """The machine at its own coordinates, in the pieces that the anchors lie in."""
+    reduced = machine.reduce(angles, anchor)
+    chain = machine.kinematics
+    flows = chain.flows(angles, anchor)
+    named = {name: chain.variable[name] for name, element in chain.graph.elements.items() if element.kind == "1"}
+
+    moving = (speed or 0.0) if machine.depends_on_speed or machine.depends_on_time else None
+    parts = machine.reduction.moments(angles, anchor, balance, speed=moving)
+    if machine.scene.stroke is not None:
+        _check_finite(machine, angles, anchor, reduced, moving)
+    plain = reduced.moment + balance * reduced.per_unknown
+    whole = partial(wide, shape=angles.shape)
+    return MachineState(
+        phi=angles,
+        inertia=whole(reduced.inertia),
+        slope=whole(reduced.slope),
+        moment=whole(plain if moving is None else sum(parts.values())),
+        gains={name: whole(flows.gain[v]) for name, v in named.items()},
+        gain_slopes={name: whole(flows.slope[v]) for name, v in named.items()},
+        inertia_parts={k: whole(v) for k, v in chain.inertias(flows).items()},
+        moment_parts={k: whole(v) for k, v in parts.items()},
+    )
+
+
+@np.errstate(all="ignore")
+def state_errors(
+    machine: Machine, state: MachineState, *, balance: float = 0.0, speed: float | None = None
+) -> dict[str, Any]:
+    """Estimated absolute errors of a state by the names of its fields, of the shapes that these have.
+
+    The machine is reduced again a few roundings of the cycle aside, with lengths a few roundings off: what that changes is
+    what rounding comes to, near a dead centre or not. Balance and speed are as far off as they may be.
+
+    Args:
+        machine: the machine.
+        state: as `reduce` found it.
+        balance: value (SI) of the scene's unknown that it was found with.
+        speed: the one that its torques were taken at.
+
+    """
+    angles = own_coordinate(machine.scene, np.asarray(state.phi, dtype=float))
+    anchor = machine.anchors(angles)
+    off_speed, off_balance = constant_speed.doubts(machine, speed)
+    faster = None if speed is None else speed * (1.0 + off_speed)
+    again = [
+        _at(other, beside(angles, anchor, machine.scene.cycle, share), anchor, balance * (1.0 + share * off_balance), pace)
+        for other, share, pace in zip(rounded_otherwise(machine), (1.0, 0.4), (faster, speed), strict=True)
+    ]
+    found: dict[str, Any] = {
+        name: spread(value, [getattr(other, name) for other in again]) for name, value in state._asdict().items()
+    }
+    del found["phi"]
+    steepness = wide(machine.reduce(angles, anchor).steepness, angles.shape)
+    friction = 0.0 if machine.friction is None else float(tails(machine.friction.series).max())
+    found["slope"] = found["slope"] + EVALUATED * ROUNDING * steepness
+    found["moment"] = found["moment"] + EVALUATED * ROUNDING * sum(map(np.abs, state.moment_parts.values())) + friction
+    return found
+
+
+def rounded_otherwise(machine: Machine) -> list[Machine]:
+    """Two machines with the lengths of all mechanisms a few roundings off, each its own way, but equal ones alike."""
+    return [_with_lengths(machine, phase) for phase in (0.0, 1.5)]
+
+
+def _with_lengths(machine: Machine, phase: float) -> Machine:
+    def moved(length: float) -> float:
+        return length * (1.0 + _ASIDE * ROUNDING * float(np.sin(1e6 * length + phase)))
+
+    def at(point: Point) -> Point:
+        return point._replace(x=moved(point.x), y=moved(point.y))
+
+    def of(mechanism: Mechanism) -> Mechanism:
+        linkage = mechanism.linkage
+        if linkage is not None:
+            everything = (linkage.ground, *linkage.links)
+            ground, *links = (link._replace(points=tuple(map(at, link.points))) for link in everything)
+            joints = tuple(
+                joint._replace(first_at=at(joint.first_at), second_at=at(joint.second_at)) for joint in linkage.joints
+            )
+            linkage = replace(linkage, ground=ground, links=tuple(links), joints=joints)
+        geometry = {name: moved(value) for name, value in mechanism.geometry.items()}
+        return replace(mechanism, geometry=geometry, linkage=linkage)
+
+    scene = machine.scene
+    try:
+        return Machine(replace(scene, mechanisms=tuple(map(of, scene.mechanisms))))
+    except SceneError:  # at the very limit of what can be built
+        return machine
+
+
+def beside(angles: Array, anchor: Array, cycle: float, share: float = 1.0) -> Array:
+    """Coordinates a few roundings of the cycle aside, towards the middles of their pieces."""
+    return np.asarray(angles + share * _ASIDE * ROUNDING * cycle * np.where(anchor < angles, -1.0, 1.0))
+
+
+def spread(figures: Any, others: Sequence[Any]) -> Any:
+    """How far figures (arrays, or tables of them) are from the same found anew, doubled, and the rounding of a sum."""
+    if isinstance(figures, Mapping):
+        return {name: spread(value, [other[name] for other in others]) for name, value in figures.items()}
+    apart = np.max([np.abs(other - figures) for other in others], axis=0)
+    return 2 * apart + EVALUATED * ROUNDING * np.abs(figures)
+
+
+def own_coordinate(scene: Scene, given: Array) -> Array:
+    """The machine's coordinate from 0 to the cycle: angles modulo the cycle; on a stroke the way from its beginning.
+
+    Raises SceneError for what is not finite, or lies outside the stroke.
+    """
+    stroke = scene.stroke
+    sliding = stroke is not None and stroke.sliding
+    name, what = ("x", "a position") if sliding else ("phi", "an angle")
+    if not np.isfinite(given).all():
+        expected = "positions of the driver in m" if sliding else "crank angles in rad"
+        raise SceneError([Fault(name, f"{what} that is not finite", expected)])
+    if stroke is None:
+        return given % scene.cycle
+    slack = _SLACK * max(abs(stroke.start), abs(stroke.end), stroke.span)
+    outside = (given < stroke.start - slack) | (given > stroke.end + slack)
+    if outside.any():
+        ends = f"{told(stroke.start, sliding)} to {told(stroke.end, sliding)}"
+        raise SceneError([Fault(name, told(given[outside].flat[0], sliding), f"{what} within the stroke, {ends}")])
+    return np.asarray(np.clip(given - stroke.start, 0.0, stroke.span))
+
+
+def _check_finite(machine: Machine, angles: Array, anchor: Array, reduced: Reduced, speed: float | None) -> None:
+    """Refuse what is not finite at the positions asked, with the load that it comes from."""
+    parts = machine.reduction.moments(angles, anchor, by_name=True, speed=speed)
+    whole = np.asarray(reduced.inertia + reduced.slope + sum(parts.values())) + 0.0 * angles
+    bad = ~np.isfinite(whole)
+    if bad.any():
+        first = int(np.argmax(bad))
+        raise SceneError(
+            [turning_moment.not_finite(machine, float(angles.flat[first]), float(np.ravel(anchor)[first]), speed)]
+        )
+
+
+# -- stroke ------------------------------------------------------------------------------------------------------------
+
+# A one-way stroke: what the driver must do, and how fast everything moves, along it.
+#
+# A driver that slides from one place to another, or turns from one angle to another, has no cycle: nothing repeats, so that
+# there is no steady speed and no flywheel. What there is: reduction, the driving action by virtual power, and the motion.
+
+
+DRIVE = "drive"
+
+
+class Passage(NamedTuple):
+    """The machine at coordinates of its driver, with the driver's speed and acceleration there.
+
+    `state` is the reduced machine. `driving` is the force (N; a torque, N m, where the driver turns) that the driver must
+    exert for this motion: the scene's own drive is not counted among the loads. `velocities` (m/s or rad/s) and
+    `accelerations` (m/s² or rad/s²) are those of every port and other velocity, by name as in `state.gains`.
+    """
+
+    state: MachineState
+    driving: Array
+    velocities: Mapping[str, Array]
+    accelerations: Mapping[str, Array]
+
+
+def along(
+    machine: Machine | Scene, q: ArrayLike, *, speed: float | None = None, acceleration: float | None = None
+) -> Passage:
+    """Driving action and motion along a stroke: F = m* a + ½ dm*/dx v² - F*, v_i = g_i v, a_i = g_i a + g_i' v².
+
+    The driving action follows from the power of all inertia forces and loads (virtual power): it is what the driver
+    exerts for its speed v and acceleration a. Where the driver turns, I*, phi and M* stand for m*, x and F*.
+
+    Args:
+        machine: a `Machine`, or a `Scene`, with a stroke.
+        q: coordinates of the driver within the stroke, m (rad where it turns), any shape.
+        speed: of the driver, m/s or rad/s; the scene's if None.
+        acceleration: of the driver, m/s² or rad/s²; the scene's if None.
+
+    Raises:
+        SceneError: for a machine without a stroke, or a coordinate outside it.
+
+    >>> import flywheel
+    >>> bodies = {"frame": {"points": {"O": [0, 0]}}, "ram": {"mass": 2.0}}
+    >>> guide = {"name": "O", "type": "slide", "between": ["frame.O", "ram.origin"]}
+    >>> linkage = {"type": "linkage", "driver": "O", "bodies": bodies, "joints": [guide]}
+    >>> load = [{"on": "slide", "force": "-30 N"}]
+    >>> scene = {"mechanism": linkage, "load": load, "stroke": {"from": 0, "to": 0.1, "speed": 1, "acceleration": 5}}
+    >>> along(flywheel.load(scene), [0.05]).driving
+    array([40.])
+
+    """
+    machine = machine if isinstance(machine, Machine) else Machine(machine)
+    stroke = _stroke_of(machine.scene)
+    v = stroke.speed if speed is None else speed
+    a = stroke.acceleration if acceleration is None else acceleration
+    if not (np.isfinite(v) and np.isfinite(a)):
+        raise SceneError([Fault("stroke", f"speed {v} and acceleration {a}", "finite numbers")])
+    state = reduce(machine, q, speed=v)
+    loads = state.moment - state.moment_parts.get(DRIVE, 0.0)
+    return Passage(
+        state=state,
+        driving=state.inertia * a + 0.5 * state.slope * v**2 - loads,
+        velocities={name: gain * v for name, gain in state.gains.items()},
+        accelerations={name: gain * a + state.gain_slopes[name] * v**2 for name, gain in state.gains.items()},
+    )
+
+
+def passage_errors(machine: Machine, passage: Passage) -> dict[str, Any]:
+    """Estimated absolute errors of a passage at the stroke's own speed and acceleration.
+
+    They are those of its state, and what F = m* a + ½ dm*/dx v² - F*, v_i = g_i v and a_i = g_i a + g_i' v² have of them.
+    """
+    stroke = _stroke_of(machine.scene)
+    v, a = stroke.speed, abs(stroke.acceleration)
+    of_state = state_errors(machine, passage.state, speed=v)
+    gains, slopes = of_state["gains"], of_state["gain_slopes"]
+    rounded = EVALUATED * ROUNDING
+    return {
+        **of_state,
+        "driving": of_state["inertia"] * a
+        + 0.5 * of_state["slope"] * v**2
+        + of_state["moment"]
+        + rounded * np.abs(passage.driving),
+        "velocities": {name: gain * abs(v) for name, gain in gains.items()},
+        "accelerations": {name: gain * a + slopes[name] * v**2 for name, gain in gains.items()},
+    }
+
+
+def _stroke_of(scene: Scene) -> Stroke:
+    if scene.stroke is None:
+        raise SceneError(
+            [Fault("stroke", "nothing", "a table with from, to and speed", "flywheel.reduce takes any machine")]
+        )
+    return scene.stroke

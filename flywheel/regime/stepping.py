@@ -1,0 +1,430 @@
+"""Implicit steps in time, for stretches of a motion in which small changes die out fast.
+
+An explicit step must stay within a few time constants of the fastest change, however smooth the motion is. These take
+whole pieces at once: collocation at Radau points (Radau IIA), which damps what dies out at any step, by Newton's method.
+
+Source: E. Hairer, G. Wanner, Solving Ordinary Differential Equations II, Springer 1996, sections IV.5 and IV.8.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Generator, Iterator
+from functools import partial
+from itertools import pairwise
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.polynomial import chebyshev, legendre
+from numpy.typing import NDArray
+from scipy.integrate import DOP853
+from scipy.optimize import brentq
+
+from flywheel.machine.machine import Chain
+from flywheel.numerics.cells import ROUNDING
+from flywheel.numerics.faults import Fault, SceneError
+
+Array = NDArray[np.float64]
+Dense = Callable[[Any], Array]
+
+STAGES = 16  # order 31 at the end of a step, 16 within it
+STIFF = 20.0  # time constants: about the first number at which explicit steps are held up
+_TRIED = 1e-7  # of a state's size: how far it is moved to see what that changes
+_FIRST = 4.0  # time constants of the fastest change: what a step of this order resolves
+_MOST_NEWTON, _MOST_TRIES = 12, 40  # iterations in a step, and steps tried before one is accepted
+_GROWTH = 10.0  # of one step over the one before, at the most
+_SETTLED = 0.1  # of the tolerance: below it Newton's method has arrived
+_STALLED = 0.3  # of the change before: a change that is larger is rounding
+_ROUGH = 1e-8  # of a state: more than this is no rounding, but a Newton iteration that has lost its way
+_DOUBT = 8.0  # times that rounding: below it, what is missing of a step cannot be told
+
+
+class Along(NamedTuple):
+    """Rates of a motion at many instants at once: `rates(t, states)` for times (n,) and states (k, n) gives (k, n).
+
+    `sizes` are sizes of the k states by which small changes of them are measured. `stiff` is how many time constants of the
+    fastest change must lie ahead for implicit steps to be the cheaper ones: 0 where instants are costly one at a time,
+    infinite where nothing brakes.
+    """
+
+    rates: Callable[[Array, Array], Array]
+    sizes: Array
+    stiff: float = STIFF
+
+
+def stiffness(machine: Chain) -> float:
+    """How many time constants ahead make a machine's motion stiff (see `Along`).
+
+    Of a linkage many positions cost as much as one, so that implicit steps, which ask for many, are taken anyway; but not
+    with friction in its joints, whose moment is put together of pieces that long steps stumble over.
+    """
+    if machine.extra is None and any(mechanism.linkage is not None for mechanism in machine.scene.mechanisms):
+        return 0.0
+    return STIFF if machine.depends_on_speed else np.inf
+
+
+class _Solved(NamedTuple):
+    """What the stages add to the states that a step starts with (k, stages), and the rounding in them (k,)."""
+
+    gained: Array
+    rounding: Array
+
+
+def _radau() -> tuple[Array, Array, Array, Array]:
+    """Radau's points on (0, 1]; what turns values there into gains, into the series of gains, and into their own series."""
+    ends = np.zeros(STAGES + 1)
+    ends[-2:] = -1.0, 1.0
+    points = np.append(np.sort(legendre.legroots(ends).real)[:-1], 1.0)
+    to_series = np.linalg.inv(chebyshev.chebvander(points, STAGES - 1))
+    up_to = np.array([chebyshev.chebval(points, chebyshev.chebint(row, lbnd=-1.0)) for row in np.eye(STAGES)]).T
+    with_start = np.linalg.inv(chebyshev.chebvander(np.append(-1.0, points), STAGES))[:, 1:]
+    return 0.5 + 0.5 * points, 0.5 * up_to @ to_series, with_start, to_series
+
+
+_POINTS, _GAINS, _SERIES, _QUOTIENT = _radau()
+
+
+@np.errstate(all="ignore")  # an iterate that runs away is given up where it is found not to be finite
+def slopes(along: Along, t: Array, states: Array) -> tuple[Array, Array]:
+    """Rates (k, n) at instants, and what they change with each state: (k, k, n), by differences; not finite far off."""
+    count, many = states.shape
+    moved = np.repeat(states[:, None, :], count + 1, axis=1)
+    for k in range(count):
+        moved[k, k + 1] += _TRIED * along.sizes[k]
+    found = along.rates(np.tile(t, count + 1), moved.reshape(count, -1)).reshape(count, count + 1, many)
+    steps = np.array([moved[k, k + 1] - states[k] for k in range(count)])
+    return found[:, 0], (found[:, 1:] - found[:, :1]) / steps
+
+
+def decay(along: Along, t: float, state: Array) -> float:
+    """How fast the fastest of small changes of a state dies out, 1/s; 0 where none does, or nothing can be told."""
+    _, slope = slopes(along, np.array([t]), state[:, None])
+    scaled = slope[:, :, 0] * along.sizes / along.sizes[:, None]
+    if not np.isfinite(scaled).all():
+        return 0.0
+    return max(0.0, -float(np.linalg.eigvals(scaled).real.min()))
+
+
+class Implicit:
+    """A motion stepped from (t, state), with relative and absolute errors allowed in a step as large as it can be."""
+
+    def __init__(self, along: Along, t: float, state: Array, relative: float, absolute: Array) -> None:
+        self.along, self.relative, self.absolute = along, relative, np.maximum(absolute, 1e-300)
+        self.t, self.state = t, state
+        rate = decay(along, t, state)
+        self.h = _FIRST / rate if rate > 0.0 else np.inf
+
+    def step(self, longest: float, pace: float) -> Dense | None:
+        """Take a step, at most as long as given; its states at a time (k,) or at times (k, n). None if none is accepted.
+
+        `pace` is the rate of the first state, by which Newton's method starts.
+        """
+        h = min(self.h, longest)
+        for _ in range(_MOST_TRIES):
+            if not h > 4 * ROUNDING * abs(self.t):
+                return None
+            found = self._solved(h, pace)
+            change = 0.25 if found is None else self._change(found)
+            if found is not None and change >= 1.0:
+                self.h = h * min(change, _GROWTH)
+                return self._taken(h, found.gained)
+            h *= max(change, 0.2)
+        return None
+
+    def _taken(self, h: float, gained: Array) -> Dense:
+        """The states within a step: exactly those that it starts with at its start, where a pace may be 0."""
+        start, before, series = self.state, self.t, ((gained / _POINTS) @ _QUOTIENT.T).T
+
+        def dense(t: Array | float) -> Array:
+            share = (np.asarray(t) - before) / h
+            return np.asarray((share * chebyshev.chebval(2.0 * share - 1.0, series)).T + start).T
+
+        self.t, self.state = before + h, start + gained[:, -1]
+        return dense
+
+    def _allowed(self, states: Array) -> Array:
+        return np.asarray(self.absolute + self.relative * np.abs(states).max(axis=1))
+
+    def _change(self, found: _Solved) -> float:
+        """What a step is to be multiplied by, told by the terms of its polynomial; below 1 where the last ones count."""
+        terms = np.abs(found.gained @ _SERIES.T)
+        allowed = self._allowed(self.state[:, None] + found.gained) + _DOUBT * found.rounding
+        miss = float((terms[:, -2:].max(axis=1) / allowed).max())
+        if miss > 1.0:
+            return float(min(0.8 * miss ** (-1.0 / STAGES), 0.7))
+        counted = np.max(np.where(terms > allowed[:, None], np.arange(1, STAGES + 2), 1), axis=1)
+        share = np.minimum(allowed / np.maximum(terms.max(axis=1), 1e-300), 1.0)
+        growth = 0.9 * share ** (1.0 / (STAGES - 1) - 1.0 / counted)  # as terms fall as powers of the step
+        return max(1.0, float(np.where(counted > 1, growth, np.inf).min()))
+
+    def _solved(self, h: float, pace: float) -> _Solved | None:
+        """Newton's method on all stages of a step; None where it does not settle."""
+        count, times = self.state.size, self.t + h * _POINTS
+        gained = np.zeros((count, STAGES))
+        gained[0] = h * pace * _POINTS
+        before = np.inf
+        for _ in range(_MOST_NEWTON):
+            states = self.state[:, None] + gained
+            change = self._newton(h, times, states, gained)
+            if change is None:
+                return None
+            gained = gained + change
+            size, allowed = np.abs(change).max(axis=1), self._allowed(states)
+            now = float((size / allowed).max())
+            rough = (size > _ROUGH * (np.abs(states).max(axis=1) + self.absolute)).any()
+            if now <= _SETTLED or (now > _STALLED * before and not rough):
+                return _Solved(gained, size)
+            before = now
+        return None
+
+    def _newton(self, h: float, times: Array, states: Array, gained: Array) -> Array | None:
+        """The change of the gains that makes them the integrals of the rates, to first order."""
+        count = gained.shape[0]
+        rates, slope = slopes(self.along, times, states)
+        if not (np.isfinite(rates).all() and np.isfinite(slope).all()):
+            return None
+        missing = h * rates @ _GAINS.T - gained
+        matrix = -h * np.einsum("ij,abj->aibj", _GAINS, slope).reshape(count * STAGES, -1)
+        matrix[np.diag_indices(count * STAGES)] += 1.0
+        try:
+            return np.linalg.solve(matrix, missing.ravel()).reshape(count, STAGES)
+        except np.linalg.LinAlgError:
+            return None
+
+
+# -- stepping ----------------------------------------------------------------------------------------------------------
+
+# Time stepping through the smooth pieces of a machine, restarted at the end of each.
+#
+# Within a piece the loads are continued smoothly past its end, so that the step which finds the end keeps its order. The
+# same holds for what switches at a speed: it is watched over every step, and found where it changes its sign. Steps are
+# explicit, and implicit where small changes die out many times over within a piece.
+
+
+Rates = Callable[[float, Array], Array]
+
+TIGHTEST = 3e-14  # tolerance of a step: below it the integrator's own rounding wins
+_BEYOND = 1.05  # of the way to a piece's end: how far a step may try
+_MANY = 128  # explicit steps in a stretch, after which implicit ones are tried
+_PARTS = 3  # in which an implicit step is told, each as smooth as an explicit step
+
+
+class StepError(SceneError):
+    """No step is short enough."""
+
+
+class Step(NamedTuple):
+    """One accepted step: its dense output, the time it covers, and which watched value ended it, if one did."""
+
+    dense: Callable[[Any], Array]
+    start: float
+    end: float
+    crossed: int | None = None
+
+
+class Watch(NamedTuple):
+    """Values that end the stepping where one of them leaves its side: `values(t, states)` for times (n,) and states (k, n).
+
+    It gives an array (values, n); `sides` are the signs (1.0 or -1.0) that they have within the stretch.
+    """
+
+    values: Callable[[Array, Array], Array]
+    sides: Array
+
+
+class Tolerance(NamedTuple):
+    """Error allowed in a step: relative, and absolute for each variable."""
+
+    relative: float
+    absolute: Array
+
+
+def through(
+    rates: Rates,
+    t: float,
+    state: Array,
+    ends: tuple[float, float],
+    until: float,
+    tolerance: Tolerance,
+    hint: float | None,
+    watch: Watch | None = None,
+    along: Along | None = None,
+) -> Iterator[Step]:
+    """Steps from a state until phi leaves (low, high), t reaches `until`, or what is watched leaves its side.
+
+    The last one ends exactly there. With `along`, the same rates at many instants at once, stretches in which small changes
+    die out many times over are stepped implicitly, and what is left of one that takes many steps.
+    """
+    if along is not None and _stiff(along, t, state, float(rates(t, state)[0]), ends, until):
+        done, t, state = yield from _implicitly(rates, along, t, state, ends, until, tolerance, watch)
+        if done:
+            return
+        along = None
+    first = min(1.1 * hint, until - t) if hint else None  # a little more, so that an equal piece takes one step too
+    absolute: Any = tolerance.absolute  # one for each variable, which the stubs do not know
+    solver: Any = DOP853(rates, t, state, until, rtol=tolerance.relative, atol=absolute, first_step=first)
+    taken = 0
+    while solver.status == "running":
+        pace = float(solver.f[0])
+        _hold_back(solver, _ahead(ends, pace))
+        message = solver.step()
+        if solver.status == "failed":
+            found = f"a motion that no step is short enough for, after {solver.t:.6g} s ({message})"
+            raise StepError([Fault("simulation", found, "a motion that can be followed", "look for what vanishes there")])
+        step = Step(solver.dense_output(), float(solver.t_old), float(solver.t))
+        step, over = _ended(rates, step, pace, float(solver.f[0]), ends, watch)
+        yield step
+        if over:
+            return
+        taken += 1
+        if along is not None and taken == _MANY:
+            rest = along._replace(stiff=0.0)
+            yield from through(rates, solver.t, solver.y, ends, until, tolerance, None, watch, rest)
+            return
+
+
+def _ended(
+    rates: Rates, step: Step, before: float, after: float, ends: tuple[float, float], watch: Watch | None
+) -> tuple[Step, bool]:
+    """A step cut where phi leaves the piece or something watched leaves its side, and whether it was."""
+    left = _left(rates, step, before, after, ends)
+    step = step if left is None else step._replace(end=left)
+    step = step if watch is None else crossing(watch, step)
+    return step, left is not None or step.crossed is not None
+
+
+def _ahead(ends: tuple[float, float], pace: float) -> float:
+    return ends[1] if pace >= 0.0 else ends[0]
+
+
+def _rest(pace: float, t: float, state: Array, ends: tuple[float, float], until: float) -> float:
+    """About how long it takes to the piece's end, or to the last time."""
+    return min(abs(_ahead(ends, pace) - float(state[0])) / abs(pace) if pace else np.inf, until - t)
+
+
+def _stiff(along: Along, t: float, state: Array, pace: float, ends: tuple[float, float], until: float) -> bool:
+    """Whether so many time constants lie ahead that explicit steps would be held up by them."""
+    if along.stiff in (0.0, np.inf):
+        return along.stiff == 0.0
+    return decay(along, t, state) * _rest(pace, t, state, ends, until) > along.stiff
+
+
+def _implicitly(
+    rates: Rates,
+    along: Along,
+    t: float,
+    state: Array,
+    ends: tuple[float, float],
+    until: float,
+    tolerance: Tolerance,
+    watch: Watch | None,
+) -> Generator[Step, None, tuple[bool, float, Array]]:
+    """Implicit steps, each told in parts; whether the stretch came to its end, or where no step was accepted."""
+    solver = Implicit(along, t, state, tolerance.relative, tolerance.absolute)
+    pace = float(rates(t, state)[0])
+    while solver.t < until:
+        start, rest = solver.t, _rest(pace, solver.t, solver.state, ends, until)
+        dense = solver.step(min(_BEYOND * rest, until - start), pace)
+        if dense is None:
+            return False, solver.t, solver.state
+        edges = np.linspace(start, solver.t, _PARTS + 1)
+        paces = along.rates(edges, dense(edges))[0].tolist()
+        for (low, before), (high, pace) in pairwise(zip(edges.tolist(), paces, strict=True)):
+            step, over = _ended(rates, Step(dense, low, high), before, pace, ends, watch)
+            yield step
+            if over:
+                return True, solver.t, solver.state
+    return True, solver.t, solver.state
+
+
+def _left(rates: Rates, step: Step, before: float, after: float, ends: tuple[float, float]) -> float | None:
+    """When phi leaves the piece within a step; also where it would turn back, past the end, before the step is over."""
+    start = step.start
+    for stop in _turning(rates, step, before, after), step.end:
+        phi = float(step.dense(stop)[0])
+        if phi >= ends[1] or phi < ends[0]:
+            return _passage(step.dense, start, stop, ends[1] if phi >= ends[1] else ends[0])
+        start = stop
+    return None
+
+
+def _turning(rates: Rates, step: Step, before: float, after: float) -> float:
+    """When phi turns back within a step; the step's end if it does not."""
+    if before * after >= 0.0:
+        return step.end
+    return float(brentq(lambda t: rates(t, step.dense(t))[0], step.start, step.end))
+
+
+def _hold_back(solver: Any, end: float) -> None:
+    """Keep the next step from running far past the piece's end, where the laws are only continued."""
+    pace = abs(solver.f[0])
+    if pace > 0.0:
+        solver.h_abs = min(solver.h_abs, max(_BEYOND * abs(end - solver.y[0]) / pace, 1e-9 * abs(solver.t - solver.t_bound)))
+
+
+def _passage(dense: Callable[[Any], Array], start: float, stop: float, end: float) -> float:
+    """When phi passes `end` within a step."""
+
+    def beyond(t: float) -> float:
+        return float(dense(t)[0]) - end
+
+    if beyond(start) * beyond(stop) >= 0.0:
+        return stop
+    return float(brentq(beyond, start, stop, xtol=4 * ROUNDING * max(abs(stop), 1e-300), rtol=4 * ROUNDING))
+
+
+_SHARES = 0.5 - 0.5 * np.cos(np.pi * np.arange(10) / 9)  # of a step: where what is watched is looked at
+_TO_SERIES = np.linalg.inv(np.polynomial.chebyshev.chebvander(2.0 * _SHARES - 1.0, 9))
+_INSIDE = 1e-9  # of a step: what crosses sooner does so at its start
+
+
+def crossing(watch: Watch, step: Step) -> Step:
+    """The step, cut where the first of the watched values leaves its side; at its start where one does so at once."""
+    width = step.end - step.start
+    if not (watch.sides.size and width > 0.0):
+        return step
+
+    def look(shares: Array) -> Array:
+        times = step.start + width * shares
+        return watch.sides[:, None] * watch.values(times, step.dense(times))
+
+    values = look(_SHARES)
+    series = values @ _TO_SERIES.T
+    reach = np.abs(series[:, 1:]).sum(axis=1)
+    first: tuple[float, int] | None = None
+    for k in np.flatnonzero(~(series[:, 0] > reach)):
+        share = _first_below(partial(_row, look, int(k)), values[k], series[k])
+        if share is not None and (first is None or share < first[0]):
+            first = share, int(k)
+    return step if first is None else step._replace(end=step.start + width * first[0], crossed=first[1])
+
+
+def _row(look: Callable[[Array], Array], row: int, shares: Array) -> Array:
+    return np.asarray(look(shares)[row])
+
+
+def _first_below(look: Callable[[Array], Array], values: Array, series: Array) -> float | None:
+    """The share of a step after which a value is first below 0, told by its values and by the roots of its polynomial."""
+    roots = _roots(series)
+    between = np.concatenate(([_INSIDE], 0.5 * (roots[1:] + roots[:-1])))
+    shares = np.concatenate((_SHARES[1:], between))
+    order = np.argsort(shares)
+    shares, heights = shares[order], np.concatenate((values[1:], look(between)))[order]
+    below = np.flatnonzero(heights < 0.0)
+    if not below.size:
+        return None
+    if below[0] == 0:
+        return 0.0
+    low, high = float(shares[below[0] - 1]), float(shares[below[0]])
+    if heights[below[0] - 1] == 0.0:
+        return low
+    return float(brentq(lambda share: float(look(np.array([share]))[0]), low, high, xtol=4 * ROUNDING, rtol=4 * ROUNDING))
+
+
+def _roots(series: Array) -> Array:
+    """Real roots of a Chebyshev series in shares of the step."""
+    chebyshev = np.polynomial.chebyshev
+    if not np.isfinite(series).all():
+        return np.empty(0)
+    found = 0.5 + 0.5 * chebyshev.chebroots(chebyshev.chebtrim(series, 1e-14 * np.abs(series).max()))
+    real = found.real[np.abs(found.imag) < 1e-6]
+    return np.sort(real[(real > _INSIDE) & (real < 1.0)])

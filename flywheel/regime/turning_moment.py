@@ -1,0 +1,371 @@
+"""The balanced cycle on cells: M*, dI*/dphi and I* as series, what they accumulate, and how far all that can be trusted.
+
+Everything here is quadrature of loads that depend on phi alone; nothing is stepped in time.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from flywheel.machine.machine import Chain
+from flywheel.numerics import cells
+from flywheel.numerics.cells import ORDER, ROUNDING, Cells, Crossings
+from flywheel.numerics.faults import Fault, SceneError
+from flywheel.scene.scene import Scene
+
+Array = NDArray[np.float64]
+
+_EVALUATION = 24 * ROUNDING  # rounding of a reduced quantity relative to the sum of its parts' sizes
+MOST_CELLS = 40_000
+_BLOCK = 2_048  # cells that the graph is walked at together: it needs some forty arrays of their size
+_ENORMOUS = 1e150  # of forces and inertias in SI: their squares and products would leave the floating-point range
+_MOST_FOR_BALANCE = 2_000  # that the last digit of a balance alone is worth, beside those of the machine's own mesh
+
+
+class CycleErrors(NamedTuple):
+    """Absolute errors estimated of a resolved cycle: of W (J), of the variation of I* and of I* itself (kg m²).
+
+    Interpolation adds up over the cells, each with more than its series leaves out. So does the rounding of values, at 24
+    units of the sizes that they are summed from. What the rounding of angles shifts adds up as independent shares do: twice
+    the root of the sum of their squares, which is what to expect and no bound.
+
+    `by_cell` has the share of each cell's interpolation in W and in the variation of I* (2, cells); `inertias` the error of
+    I* itself in each cell.
+
+    `residual` is the net work (J) that a cycle without a balance leaves over. It may belong anywhere in the cycle, and W is
+    off by as much from there on: so is every difference of two of its values.
+    """
+
+    work: float
+    variation: float
+    inertia: float
+    by_cell: Array
+    inertias: Array
+    residual: float = 0.0
+
+    @property
+    def swing(self) -> float:
+        """Error (J) of the difference of two values of W."""
+        return 2 * self.work + self.residual
+
+
+class Cycle(NamedTuple):
+    """One cycle of a balanced machine, as Chebyshev series on cells.
+
+    `series` (3, cells, ORDER) holds M*, dI*/dphi and I*; `rising` (2, cells, ORDER + 1) the integrals of the first two from
+    each cell's left end; `start` (2, cells + 1) what they have accumulated at the edges: W and I* - I*(0).
+    `net` is the work of M* over the cycle (J), `exchanged` the integral of the sum of |contributions| to M* (J). `noise`
+    (2, cells) is the size below which M* and dI*/dphi cannot be told from zero. `balance_error` is
+    the relative error of the balance itself.
+    """
+
+    mesh: Cells
+    series: Array
+    rising: Array
+    start: Array
+    inertia_at_start: float
+    balance: float | None
+    net: float
+    exchanged: float
+    noise: Array
+    errors: CycleErrors
+    balance_error: float = 0.0
+
+    def at(self, cell: NDArray[np.intp], t: Array) -> tuple[Array, Array]:
+        """W (J) and I* - I*(0) (kg m²) at local abscissas of cells."""
+        local = (self.rising[:, cell] * cells.basis(t)).sum(axis=-1)
+        work, variation = self.start[:, cell] + local
+        return work, variation
+
+    def where(self, phi: Array) -> tuple[NDArray[np.intp], Array]:
+        """Cell and local abscissa of angles in [0, cycle]."""
+        return cells.located(self.mesh, phi)
+
+
+def resolve(machine: Chain, edges: Array) -> Cycle:
+    """The cycle on cells between given edges: one walk of the graph at all nodes (block by block), then the balance.
+
+    The unknown u of a balance follows from the cycle's net work, N0 + u N1 = 0.
+    """
+    check_cycle(machine.scene)
+    mesh = cells.cells(edges)
+    values = np.empty((6, *mesh.phi.shape))
+    for first in range(0, len(mesh.phi), _BLOCK):
+        block = slice(first, first + _BLOCK)
+        reduced, part = machine.reduce(mesh.phi[block], mesh.anchor[block]), values[:, block]
+        part[0], part[1], part[2] = reduced.moment, reduced.slope, reduced.inertia
+        part[3], part[4], part[5] = reduced.per_unknown, reduced.exchanged, reduced.steepness
+    if not (np.abs(values) <= _ENORMOUS).all():
+        raise SceneError([undefined(machine, mesh, np.abs(values).max(axis=0))])
+    balance = _balance(machine, values, mesh)
+    if balance is not None:
+        values[0] += balance * values[3]
+        values[4] += abs(balance) * np.abs(values[3])
+    cycle = assembled(mesh, values[[0, 1, 2, 4, 5]], balance)
+    if balance is None:
+        return with_residual(cycle)
+    return with_balance(cycle, balance * float(cells.integral(values[3], mesh.half).sum()))
+
+
+def with_residual(cycle: Cycle) -> Cycle:
+    """The cycle with the net work that it leaves over (J) among its errors, where that is more than they are."""
+    residual = abs(cycle.net) if abs(cycle.net) > cycle.errors.work else 0.0
+    return cycle._replace(errors=cycle.errors._replace(residual=residual))
+
+
+def with_balance(cycle: Cycle, work: float) -> Cycle:
+    """The cycle with the relative error of a balance that does that work (J) in it: u dN/du."""
+    return cycle._replace(balance_error=cycle.errors.work / abs(work) if work else 0.0)
+
+
+def assembled(mesh: Cells, values: Array, balance: float | None, *, closed: bool = False) -> Cycle:
+    """A cycle from its values at the nodes, (5, cells, nodes).
+
+    They are M* (balance included), dI*/dphi, I*, and the sums of |contributions| to M* and to dI*/dphi.
+    `closed` where the speed was chosen so that no work is left over: like a balance it shifts M* by what net work errs.
+    """
+    series = cells.fit(values[:3])
+    rising = cells.antiderivative(series[:2], mesh.half)
+    start = cells.accumulated(rising)
+    exchanged = float(cells.integral(values[3], mesh.half).sum())
+    tails = cells.tails(series)
+    sizes = values[3:].max(axis=-1)
+    return Cycle(
+        mesh=mesh,
+        series=series,
+        rising=rising,
+        start=start,
+        inertia_at_start=float(cells.value(series[2, :1], np.array([-1.0]))[0]),
+        balance=balance,
+        net=float(start[0, -1]),
+        exchanged=exchanged,
+        noise=tails[:2] + 32 * ROUNDING * sizes + cells.by_rounded_angles(series[:2], mesh),
+        errors=_errors(mesh, values, tails, exchanged, 2.0 if closed or balance is not None else 1.0),
+    )
+
+
+def check_cycle(scene: Scene) -> None:
+    """Refuse a scene that goes one way: without a cycle nothing balances, and there is nothing for a flywheel to do."""
+    if scene.stroke is not None:
+        found = "a one-way stroke, which has no cycle and so no flywheel"
+        advice = "use flywheel reduce, flywheel.reduce or flywheel.simulate, or let a crank drive the mechanism"
+        raise SceneError([Fault("stroke", found, "a machine that turns in cycles", advice)])
+
+
+def _balance(machine: Chain, values: Array, mesh: Cells) -> float | None:
+    unknown = machine.scene.unknown
+    if unknown is None:
+        return None
+    net, per_unknown, size = cells.integral(np.stack((values[0], values[3], np.abs(values[3]))), mesh.half).sum(-1)
+    if abs(per_unknown) <= 1e-9 * size or size == 0.0:
+        raise SceneError([no_effect(machine)])
+    return float(-net / per_unknown) + 0.0  # never -0
+
+
+def no_effect(machine: Chain) -> Fault:
+    """The fault of a balance that cannot balance anything."""
+    unknown = machine.scene.unknown
+    path = "drive.torque" if unknown == "drive" else f"parameters.{unknown}"
+    found, expected = '"balance" that does no net work over the cycle', "an unknown whose net work is not zero"
+    return Fault(path, found, expected, "let it act where the machine moves one way, or balance another quantity")
+
+
+def check_closed(cycle: Cycle, machine: Chain) -> None:
+    """Refuse a cycle whose work does not close: without a balance the net work must be zero within `closure`."""
+    allowed = machine.scene.closure * cycle.exchanged + cycle.errors.work
+    if machine.scene.unknown is None and abs(cycle.net) > allowed:
+        share = abs(cycle.net) / cycle.exchanged
+        raise SceneError(
+            [
+                Fault(
+                    "load",
+                    f"net work {cycle.net:.9g} J over the cycle ({share:.2g} of the work exchanged)",
+                    f"zero within accuracy.closure = {machine.scene.closure:g}",
+                    'name the unknown: drive.torque = "balance", or a parameter = "balance"',
+                )
+            ]
+        )
+
+
+def _errors(mesh: Cells, values: Array, tails: Array, exchanged: float, balanced: float) -> CycleErrors:
+    by_cell = cells.TAIL_OF_INTEGRAL * tails[:2] * mesh.half[:, 0]
+    by_cell[0] *= balanced
+    # every angle is rounded by itself, nodes and breakpoints alike: what that shifts adds up as independent shares do
+    shifted = np.diff(values[:2].reshape(2, -1), axis=1) * mesh.phi.reshape(-1)[1:]
+    most = np.maximum(np.abs(shifted).max(axis=1, keepdims=True), 1e-300)  # squares must not leave the floating-point range
+    angle = 2 * ROUNDING * most[:, 0] * np.sqrt(((shifted / most) ** 2).sum(axis=1))
+    inertias = _inertia_errors(mesh, values, tails)
+    slope_exchanged = float(cells.integral(values[4], mesh.half).sum())
+    interpolation = by_cell.sum(axis=1)
+    return CycleErrors(
+        work=float(interpolation[0] + balanced * (_EVALUATION * exchanged + angle[0])),
+        variation=float(interpolation[1] + _EVALUATION * slope_exchanged + angle[1]),
+        inertia=float(inertias.max()),
+        by_cell=by_cell,
+        inertias=inertias,
+    )
+
+
+def _inertia_errors(mesh: Cells, values: Array, tails: Array) -> Array:
+    """Error of I* in every cell, kg m²."""
+    sizes = np.abs(values[1:3]).max(axis=-1)
+    return np.asarray(tails[2] + _EVALUATION * sizes[1] + 2 * ROUNDING * mesh.edges[-1] * sizes[0])
+
+
+class Extent(NamedTuple):
+    """Least and greatest I* without the flywheel, and the errors of the two, kg m²."""
+
+    least: float
+    greatest: float
+    error: float
+    greatest_error: float
+
+
+def inertia_extent(cycle: Cycle) -> Extent:
+    """The extremes of I* by its own series: what its slope adds up to would lose a small I* beside a large one.
+
+    Each is as doubtful as its own cell is, or as another cell may be beyond it.
+    """
+    least, greatest = cells.extents(cycle.series[2])
+    low, high, errors = int(least.argmin()), int(greatest.argmax()), cycle.errors.inertias
+    return Extent(
+        float(least[low]),
+        float(greatest[high]),
+        float(max(errors[low], (least[low] - least + errors).max())),
+        float(max(errors[high], (greatest - greatest[high] + errors).max())),
+    )
+
+
+def undefined(machine: Chain, mesh: Cells, values: Array, omega: Array | None = None) -> Fault:
+    """The fault of the load without a finite value where values on a mesh have none, at crank speeds (rad/s) there."""
+    cell, node = np.argwhere(~(np.abs(values) <= _ENORMOUS))[0]
+    speed = None if omega is None else float(omega[cell, node])
+    return not_finite(machine, float(mesh.phi[cell, node]), float(mesh.anchor[cell, 0]), speed)
+
+
+def not_finite(machine: Chain, phi: float, anchor: float, speed: float | None = None, time: float = 0.0) -> Fault:
+    """The fault of a load, or else the mechanism, that has no finite value at a position, or one out of all proportion.
+
+    Args:
+        machine: the machine.
+        phi: the position, rad.
+        anchor: a position in the middle of the smooth piece that it lies in, rad.
+        speed: of the crank, rad/s, where loads that depend on it count.
+        time: s, for those that depend on it.
+
+    """
+    parts = machine.reduction.moments(phi, anchor, by_name=True, speed=speed, time=time)
+    culprit, moment = next(((name, part) for name, part in parts.items() if not abs(part) <= _ENORMOUS), ("mechanism", None))
+    at, sliding = machine.where(phi), machine.scene.stroke is not None and machine.scene.stroke.sliding
+    if speed is not None and any(effort.path == culprit and effort.uses_speed for effort in machine.efforts):
+        at += f" and {speed:.6g} {'m/s' if sliding else 'rad/s'}"
+    if moment is not None and math.isfinite(moment):
+        unit = "N on the slide" if sliding else "N m on the crank"
+        found = f"a value that comes to {moment:.4g} {unit} at {at}, beyond {_ENORMOUS:g}"
+    else:
+        reason = machine.undefined(culprit, phi, anchor, speed, time)
+        found = f"a value that is not finite at {at}" + (f" ({reason})" if reason else "")
+    return Fault(
+        culprit,
+        found,
+        f"finite forces and torques over the whole {'cycle' if machine.scene.stroke is None else 'stroke'}",
+        "mend the expression or table, or give the load a window that leaves the angle out",
+    )
+
+
+def weightless(machine: Chain, phi: float, total: float) -> Fault:
+    """The fault of an inertia that is not above 0 at a position."""
+    where = machine.where(phi)
+    if machine.scene.stroke is None:
+        return Fault(
+            "flywheel.inertia", f"I* + J = {total:g} kg m² at {where}", "a positive inertia everywhere", "add inertia"
+        )
+    name, unit = ("m*", "kg") if machine.scene.stroke.sliding else ("I*", "kg m²")
+    return Fault(
+        "inertia", f"{name} = {total:g} {unit} at {where}", "a positive one all along the stroke", "add [[inertia]]"
+    )
+
+
+def check_weighs(machine: Chain, cycle: Cycle, inertia: float) -> None:
+    """Refuse to run a machine that with its flywheel (kg m² on the crank) has no inertia at some angle.
+
+    All its masses stand there, at a dead centre, and no finite torque tells how fast the crank goes on.
+    """
+    extent = inertia_extent(cycle)
+    if inertia + extent.least <= extent.error:
+        fault = weightless(machine, float(combined(cycle, np.array([[0.0, 1.0]]))[0].angle_least[0]), 0.0)
+        raise SceneError([fault._replace(found=f"{fault.found} (to within {extent.error:.1g} kg m²)")])
+
+
+def split(cycle: Cycle, speed: float, wanted: float) -> Array | None:
+    """Edges with the cells halved that keep the error of W - ½ speed² I* above `wanted` times what it is now.
+
+    None when halving cannot help: a cell whose interpolation error is at the level of rounding is left alone.
+    """
+    shares = cycle.errors.by_cell[0] + 0.5 * speed**2 * cycle.errors.by_cell[1]
+    allowed = 0.25 * float(shares.sum()) * wanted
+    mesh = cycle.mesh
+    ceiling = np.abs(cycle.series).sum(axis=-1)
+    floor = 8 * ROUNDING * ORDER * (ceiling[:2] * mesh.half[:, 0])
+    improvable = (cycle.errors.by_cell > floor).any(axis=0) & (mesh.half[:, 0] > 1e-12 * mesh.edges[-1])
+    chosen = (shares > allowed / (4 * shares.size)) & improvable
+    if not chosen.any() or mesh.edges.size + chosen.sum() > MOST_CELLS:
+        return None
+    return cells.bisected(mesh.edges, chosen)
+
+
+def settled_balance(machine: Chain) -> float:
+    """Value (SI) of the scene's unknown, 0 where it has none; see `balanced`."""
+    return 0.0 if machine.scene.unknown is None else balanced(machine).balance or 0.0
+
+
+def balanced(machine: Chain, rtol: float = 1e-13) -> Cycle:
+    """The cycle of a machine with an unknown, on cells halved until its net work is known to rtol of the work exchanged."""
+    cycle = resolve(machine, machine.mesh)
+    most = _MOST_FOR_BALANCE + 2 * cycle.mesh.edges.size
+    while cycle.errors.work > rtol * cycle.exchanged:
+        finer = split(cycle, 0.0, rtol * cycle.exchanged / cycle.errors.work)
+        if finer is None or finer.size > most:
+            break
+        cycle = resolve(machine, finer)
+    return cycle
+
+
+class Extremes(NamedTuple):
+    """Greatest and least value of each function over the cycle, and the angles (rad) where they stand."""
+
+    greatest: Array
+    least: Array
+    angle_greatest: Array
+    angle_least: Array
+
+
+def combined(cycle: Cycle, factors: Array) -> tuple[Extremes, Crossings]:
+    """Extremes of H = a W + b (I* - I*(0)) for each row (a, b) of factors, at roots of a M* + b dI*/dphi.
+
+    Every root in every cell counts, and both ends of every cell; nothing is sampled.
+    """
+    shape = cycle.series.shape[1:]
+    slopes = (factors @ cycle.series[:2].reshape(2, -1)).reshape(len(factors), *shape)
+    found = cells.crossings(slopes, np.abs(factors) @ cycle.noise)
+    work, variation = cycle.at(found.cell, found.t)
+    at_roots = factors[found.function, 0] * work + factors[found.function, 1] * variation
+    at_edges = factors @ cycle.start
+    return _extremes(at_roots, at_edges, found, cycle.mesh), found
+
+
+def _extremes(at_roots: Array, at_edges: Array, found: Crossings, mesh: Cells) -> Extremes:
+    angles = found.angles(mesh)
+    bounds = np.searchsorted(found.function, np.arange(len(at_edges) + 1))
+    columns = np.empty((4, len(at_edges)))
+    for j, edge_values in enumerate(at_edges):
+        mine = slice(bounds[j], bounds[j + 1])
+        values = np.concatenate((edge_values, at_roots[mine]))
+        places = np.concatenate((mesh.edges, angles[mine]))
+        top, bottom = values.argmax(), values.argmin()
+        columns[:, j] = values[top], values[bottom], places[top], places[bottom]
+    return Extremes(*columns)

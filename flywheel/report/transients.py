@@ -1,0 +1,150 @@
+"""A motion that was followed, for readers: a text with its energy balance, CSV and JSON of the motion itself."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+from numpy.typing import NDArray
+
+from flywheel.motion.transients import Peak, Samples, Transient, estimates, of_samples, sampled, switching
+from flywheel.numerics.units import columns, figure, short
+from flywheel.report import export
+from flywheel.report.rows import DEGREES, RPM, wrapped
+
+Array = NDArray[np.float64]
+
+
+def evenly(transient: Transient, points: int, breaks: bool = False) -> Samples:
+    """The motion at so many times, evenly from its start to its end; on a stroke in the driver's own coordinate.
+
+    With `breaks` also where laws switch, at the same time once for each side.
+    """
+    trail = transient.motion.trail
+    assert trail is not None
+    times = np.linspace(0.0, transient.time, points)
+    owners = trail.owners(times)
+    if breaks:
+        more, sides = switching(trail)
+        rows = np.unique(np.column_stack((np.append(owners, sides), np.append(times, more))), axis=0)
+        owners, times = rows[:, 0].astype(np.intp), np.asarray(rows[:, 1], dtype=float)
+    found = sampled(trail, times, owners)
+    return found._replace(phi=found.phi + transient.scene.origin)
+
+
+def text(transient: Transient) -> str:
+    """What a designer asks of a motion, at most 100 columns wide."""
+    messages = [line for message in transient.messages for line in wrapped(message, "")]
+    blocks = [_headline(transient), _figures(transient), _energy(transient), messages]
+    return "\n\n".join("\n".join(lines) for lines in blocks if lines) + "\n"
+
+
+def _sliding(transient: Transient) -> bool:
+    return transient.scene.reduction_element == "slide"
+
+
+def _speed(transient: Transient, value: float) -> str:
+    if _sliding(transient):
+        return f"{figure(value, most=7)} m/s"
+    return f"{figure(value, most=7)} rad/s ({figure(value * RPM, most=7)} rpm)"
+
+
+def _place(transient: Transient, phi: float) -> str:
+    return f"{figure(phi, most=7)} m" if _sliding(transient) else f"{figure(phi * DEGREES, most=7)} deg"
+
+
+def _headline(transient: Transient) -> list[str]:
+    title = wrapped(transient.scene.title, "") if transient.scene.title else []
+    motion = transient.motion
+    start = f"From {_place(transient, float(motion.phi[0]))}, {_speed(transient, float(motion.omega[0]))}"
+    return [*title, *wrapped(f"{start}: {transient.ended}.", "")]
+
+
+def _figures(transient: Transient) -> list[str]:
+    way = f"{figure(transient.way, most=7)} m" if _sliding(transient) else f"{figure(transient.turns, most=7)} turns"
+    rows = [
+        ("time", f"{figure(transient.time, most=7)} s"),
+        ("way", way),
+        ("speed at the end", _speed(transient, transient.omega)),
+    ]
+    if transient.regime_speed is not None:
+        rows.append(("regime, mean speed over time", _speed(transient, transient.regime_speed)))
+        when = transient.time_to_regime
+        if when != 0.0 and not _slows(transient):
+            rows.append(("first at 95 % of it", "not reached" if when is None else f"after {figure(when, most=7)} s"))
+    rows += _peaks(transient)
+    rows.append(("flywheel", f"{figure(transient.inertia, most=7)} kg m^2 on {transient.scene.flywheel_on}"))
+    rows.append(("estimated error", f"{short(transient.error)} of speed and way (asked {short(transient.rtol)})"))
+    if transient.scene.stroke is not None:
+        rows = [row for row in rows if row[0] != "flywheel"]
+    width = max(len(name) for name, _ in rows)
+    return [f"  {name.ljust(width)}  {value}" for name, value in rows]
+
+
+def _peaks(transient: Transient) -> list[tuple[str, str]]:
+    peaks, torque = transient.peaks, "N" if _sliding(transient) else "N m"
+    rows = [("greatest speed", f"{_speed(transient, peaks.speed.value)}{_when(peaks.speed)}")]
+    force = "force" if torque == "N" else "torque"
+    others = (
+        (f"greatest {force} of the drive", peaks.torque, torque),
+        ("greatest power of the drive", peaks.power, "W"),
+        ("greatest current", peaks.current, "A"),
+    )
+    rows += [(name, f"{figure(top.value, most=7)} {unit}{_when(top)}") for name, top, unit in others if top is not None]
+    return rows
+
+
+def _when(top: Peak) -> str:
+    return f" after {figure(top.time, most=5)} s" if top.time > 0.0 else ""
+
+
+def _slows(transient: Transient) -> bool:
+    """Whether a machine that runs is never faster than at its start."""
+    return float(transient.motion.omega[0]) > 0.0 and transient.peaks.speed.time == 0.0
+
+
+def _energy(transient: Transient) -> list[str]:
+    """Work of everything, and what it has become."""
+    energy = transient.energy
+    given = [("drive", energy.drive)] if transient.scene.drive is not None else []
+    rows = [*given, *energy.works.items()]
+    if energy.meshes:
+        rows.append(("losses in meshes", -energy.meshes))
+    scale = max((abs(value) for _, value in rows), default=0.0)
+    cells = [(name, figure(value, 1e-9 * scale, 7), "J") for name, value in rows]
+    cells.append(("= kinetic energy gained", figure(energy.kinetic_gained, 1e-9 * scale, 7), "J"))
+    lines = ["Energy: work of", *columns(cells), f"  closes to {short(energy.residual)} of the largest energy"]
+    for where, heat in (("armature", energy.copper), ("rotor", energy.rotor_heat)):
+        if heat is not None:
+            lines.append(f"  heat in the motor's {where}, beside it: {figure(heat, most=7)} J")
+    return lines
+
+
+def table(transient: Transient, points: int, breaks: bool = False) -> Iterator[tuple[str, Array]]:
+    """Every column of the CSV with the name that heads it, its unit in brackets."""
+    found, sliding = evenly(transient, points, breaks), _sliding(transient)
+    names = (
+        ("x [m]", "v [m/s]", "a [m/s^2]", "F* after losses [N]")
+        if sliding
+        else ("phi [rad]", "omega [rad/s]", "alpha [rad/s^2]", "M* after losses [N m]")
+    )
+    yield "t [s]", found.t
+    yield from zip(names, (found.phi, found.omega, found.acceleration, found.moment), strict=True)
+    yield "drive [N]" if sliding else "drive torque [N m]", found.drive
+    yield "drive power [W]", found.power
+    yield "mesh losses [W]", found.loss
+    yield "kinetic energy [J]", found.kinetic
+    if found.current is not None:
+        yield "current [A]", found.current
+
+
+def csv(transient: Transient, points: int, breaks: bool = False) -> str:
+    """The motion at so many times (see `evenly`) as CSV, SI throughout."""
+    return export.csv(table(transient, points, breaks))
+
+
+def json(transient: Transient, points: int, breaks: bool = False) -> str:
+    """Everything of a motion, with the motion itself at so many times (see `evenly`), as JSON, SI throughout."""
+    errors = {**estimates(transient), "samples": of_samples(transient, points)}
+    data = {**transient.as_dict(), "errors": errors, "samples": evenly(transient, points, breaks)._asdict()}
+    return export.encoded(data, indent=2)

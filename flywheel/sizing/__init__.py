@@ -1,0 +1,4 @@
+"""From a scene to the flywheel with its errors, its confirmation, drive and wheel.
+
+Uses `regime` and what is below it.
+"""

@@ -1,0 +1,455 @@
+"""Sizing and analysis of machines whose torques depend on speed, or whose meshes have losses.
+
+The exact figures are those of the periodic motion itself, with the flywheel, the energy level and the balance solved for at
+once (`flywheel.periodic`). The areas and the approximate flywheels take the torques at a constant crank speed.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from flywheel.machine.dynamics import Moments
+from flywheel.machine.machine import Machine
+from flywheel.numerics import cells
+from flywheel.numerics.budget import Cost, ImpatientError, metered, patience
+from flywheel.numerics.cells import ROUNDING, Array, Cells
+from flywheel.numerics.faults import Fault, SceneError
+from flywheel.regime import constant_speed, periodic_motion, turning_moment, wittenbauer
+from flywheel.regime.periodic_motion import Asked, LostError, NoRegimeError, OwnMotion, UntoldError
+from flywheel.regime.results import Confirmation, Cyclic, Sizing
+from flywheel.regime.steady_motion import Run
+from flywheel.regime.wittenbauer import Figures
+
+_LEAST_DAMPING = 1e-12  # 1 less the multiplier: below it nothing is left of what holds the speed but rounding
+_UNHELD = 0.01  # relative doubt of a speed that is hardly held
+_PATIENCE = 300_000.0  # nodes of Newton steps, about a second: fifty times what a machine of a textbook takes
+_LESS_PATIENCE = 40_000.0
+_HALVINGS, _MOST_CELLS = 40, 4_000  # of cells on which speeds follow torques at once
+_WIDENINGS = 60  # of a bracket, and steps within it
+_STEEP = 1e4  # times over that a change of speed fades within a cycle: such torques cost too many cells
+_NOTHING = 1e-4  # of the greatest inertia: less of it is next to nothing
+_MANY = 200  # cells that the laws ask for
+_LIGHT = 1e-3  # of the machine's own inertia: where the iteration for a flywheel starts at the least
+
+
+def settled(machine: Machine, rtol: float) -> Sizing:
+    """All figures of such a machine that need no simulation, at estimated errors within rtol.
+
+    Raises:
+        SceneError: if it has no steady motion, and which kind of none: nothing holds a speed, the drive cannot carry the
+            mean load, it stops within the cycle, it is unstable.
+
+    """
+    constant_speed.check_steady(machine)
+    try:
+        with patience(_PATIENCE):
+            speed, unknown, messages = constant_speed.taken_at(machine)
+    except ImpatientError as error:
+        raise SceneError([_too_much(error.faults[0], machine, machine.pace, machine.scene.inertia or 0.0, 0.0)]) from None
+    figures, loose = _at_constant_speed(machine, speed, rtol)
+    start = figures.cycle.balance if figures.cycle.balance is not None else unknown
+    if _inertialess(figures) and (balanced := _balanced(machine, speed, start, rtol)) is not None:
+        return _unweighted(wittenbauer.assembled(machine, figures, balanced[0], rtol), *balanced, messages)
+    with metered() as meter:
+        motion = _motion(machine, figures, start, rtol)
+    if motion is None:
+        return _still(wittenbauer.assembled(machine, figures, None, rtol), messages)
+    _check_stable(machine, motion)
+    sizing = wittenbauer.assembled(machine, figures, motion.run, rtol)
+    sizing = _loosened(_completed(sizing, figures, motion, messages), loose)
+    extremes = (sizing.error.extremes or 0.0) + periodic_motion.doubt_of_cuts(motion)
+    sizing = replace(sizing, error=sizing.error._replace(extremes=extremes))
+    return replace(sizing, cost=Cost(0, 0.0, {"motion": meter.cost}))
+
+
+def _at_constant_speed(machine: Machine, speed: float, rtol: float) -> tuple[Figures, float]:
+    """The figures at a constant speed, and the relative error of that speed where the machine takes it by itself."""
+
+    def figures_at(speed: float) -> Figures:
+        return wittenbauer.refined(
+            machine, lambda edges: constant_speed.resolve(machine, edges, speed), speed, rtol, lambda figures: None
+        )[0]
+
+    figures = figures_at(speed)
+    if machine.scene.unknown is not None:
+        return figures, 0.0
+    closer, loose = constant_speed.closed(machine, figures.cycle.mesh.edges, speed)
+    return (figures if closer == speed else figures_at(closer)), loose
+
+
+def _loosened(sizing: Sizing, loose: float) -> Sizing:
+    """The sizing with what an error of the constant speed does to figures that go as its inverse square."""
+    errors = sizing.error
+    names = ("approximate", "inertia_torque", "inertia_torque_flywheel")
+    found = {name: error for name in names if (error := getattr(errors, name)) is not None}
+    cyclic = sizing.cyclic and sizing.cyclic._replace(constant_speed_error=loose)
+    wider = {name: error + 2 * loose for name, error in found.items()}
+    return replace(sizing, error=errors._replace(**wider), cyclic=cyclic)
+
+
+def _still(sizing: Sizing, messages: tuple[str, ...]) -> Sizing:
+    """The sizing of a machine in which nothing varies: what the figures hold is rounding."""
+    wheel = sizing.flywheel._replace(
+        exact=0.0,
+        approximate=0.0,
+        approximate_total=0.0,
+        inertia_torque=0.0,
+        inertia_torque_flywheel=0.0,
+        needed=False,
+        bracket=None,
+        torque_bracket=None,
+    )
+    return replace(sizing, flywheel=wheel, messages=(*sizing.messages, *messages))
+
+
+def _inertialess(figures: Figures) -> bool:
+    """Whether the machine has no inertia of its own: without a flywheel its speed follows its torques at once."""
+    cycle = figures.cycle
+    return float(np.abs(cycle.series[2]).max()) <= cycle.errors.inertia
+
+
+def _balanced(machine: Machine, speed: float, unknown: float, rtol: float) -> tuple[Run, Array] | None:
+    """The run of a machine without inertia, M*(phi, omega) = 0: at every angle the speed (rad/s) at which torques balance.
+
+    None where that is not what is asked for (a flywheel is given, or needed), and where there is no such speed: torques that
+    do not fall with speed, that jump at one, or a motor's current with a state of its own.
+    """
+    scene, asked = machine.scene, machine.scene.irregularity or 2.0
+    edges, held = machine.mesh, scene.speed if scene.unknown is not None else None
+    for _ in range(_HALVINGS):
+        moments = Moments(machine, cells.cells(edges))
+        if scene.inertia or moments.lossy or moments.circuit or moments.switches(np.full(moments.mesh.phi.shape, speed)):
+            return None
+        found = _followed(moments, speed, unknown) if held is None else _level(moments, held, unknown)
+        if found is None:
+            return None
+        omega, unknown = found
+        errors = cells.tails(cells.fit(omega))
+        coarse = errors > 0.05 * rtol * max(float(np.ptp(omega)), 64 * ROUNDING * float(omega.max()))
+        if not coarse.any() or edges.size > _MOST_CELLS:
+            break
+        edges = cells.bisected(edges, coarse)
+    run = _run_at(moments, omega, unknown, float(errors.max()))
+    return (run, omega) if run.irregularity * (1.0 + run.error) <= asked else None
+
+
+def _followed(moments: Moments, speed: float, unknown: float) -> tuple[Array, float] | None:
+    """The speeds (rad/s) at the nodes where the moment is zero and falls, by Newton's method in a bracket; the unknown."""
+
+    def moment(omega: Array) -> Array:
+        return moments.rate(omega, unknown, 0.0).moment
+
+    low = high = np.full(moments.mesh.phi.shape, speed)
+    for _ in range(_WIDENINGS):
+        driven, braked = moment(high) > 0.0, moment(low) < 0.0
+        high, low = np.where(driven, 2.0 * high, high), np.where(braked, 0.5 * low, low)
+        if not (driven.any() or braked.any()):
+            break
+    else:
+        return None
+    omega = 0.5 * (low + high)
+    for _ in range(_WIDENINGS):
+        rate = moments.rate(omega, unknown, 0.0)
+        low, high = np.where(rate.moment >= 0.0, omega, low), np.where(rate.moment <= 0.0, omega, high)
+        closer = omega - rate.moment / np.minimum(rate.by_speed, -1e-300)
+        closer = np.where((closer > low) & (closer < high), closer, 0.5 * (low + high))
+        omega, moved = closer, np.abs(closer - omega)
+        if (moved <= 4 * ROUNDING * omega).all():
+            break
+    return omega, unknown
+
+
+def _level(moments: Moments, speed: float, unknown: float) -> tuple[Array, float] | None:
+    """The same, with the unknown that makes the mean of the greatest and the least speed the one asked for."""
+    for _ in range(_WIDENINGS):
+        found = _followed(moments, speed, unknown)
+        if found is None:
+            return None
+        rate = moments.rate(found[0], unknown, 0.0)
+        slopes = -rate.by_unknown / np.minimum(rate.by_speed, -1e-300)
+        series = cells.fit(found[0])
+        least, most = cells.extents(series)
+        mean = 0.5 * float(least.min() + most.max())
+        ends = slopes.ravel()[[found[0].argmin(), found[0].argmax()]]
+        if abs(mean - speed) <= 8 * ROUNDING * speed or not ends.sum():
+            break
+        unknown += 2.0 * (speed - mean) / float(ends.sum())
+    return found if abs(mean - speed) <= 64 * ROUNDING * speed else None
+
+
+def _run_at(moments: Moments, omega: Array, unknown: float, error: float) -> Run:
+    """The run at given speeds (rad/s) on the nodes, where they are interpolated to an error (rad/s)."""
+    rate, scene, mesh = moments.rate(omega, unknown, 0.0), moments.machine.scene, moments.mesh
+    error += 32 * ROUNDING * float((rate.exchanged / np.maximum(-rate.by_speed, 1e-300)).max())
+    series = cells.fit(omega)
+    (low, slow), (high, fast) = (_extreme(sign * series, mesh) for sign in (-1.0, 1.0))
+    return Run(
+        inertia=0.0,
+        irregularity=2.0 * (high + low) / (high - low),
+        speed_max=high,
+        speed_min=-low,
+        angle_speed_max=fast,
+        angle_speed_min=slow,
+        offset=0.0,
+        error=2.0 * error / (high + low) if high + low > 0.0 else 0.0,
+        cycle=constant_speed.cycle_of(moments, rate, None if scene.unknown is None else unknown),
+        speed=0.5 * (high - low),
+        drive=None if scene.drive is None else moments.drive(omega, unknown),
+    )
+
+
+def _extreme(series: Array, mesh: Cells) -> tuple[float, float]:
+    """The greatest value of a function by its series on cells, and the angle (rad) where it is."""
+    most = cells.extents(series)[1]
+    same = float(most.max()) - 64 * ROUNDING * abs(float(most.max()))  # on a level stretch, its beginning
+    cell = int((most >= same).argmax())
+    row = series[cell]
+    roots = np.polynomial.chebyshev.chebroots(np.polynomial.chebyshev.chebder(row))
+    inside = roots.real[(np.abs(roots.imag) < 1e-6) & (np.abs(roots.real) < 1.0)]
+    t = np.concatenate(([-1.0], np.sort(inside), [1.0]))
+    values = np.polynomial.chebyshev.chebval(t, row)
+    best = int((values >= same).argmax())
+    return float(values[best]), float(mesh.middle[cell, 0] + mesh.half[cell, 0] * t[best])
+
+
+def _unweighted(sizing: Sizing, run: Run, omega: Array, messages: tuple[str, ...]) -> Sizing:
+    """The sizing of a machine without inertia that runs as evenly as asked: its speed by the balance of torques alone."""
+    scene, cycle, steady_at = sizing.scene, run.cycle, run.speed
+    assert cycle is not None
+    assert steady_at is not None
+    half, pace = cycle.mesh.half, 1.0 / omega
+    period = float(cells.integral(pace, half).sum())
+    cut = float((cells.TAIL_OF_INTEGRAL * cells.tails(cells.fit(pace)) * half[:, 0]).sum()) / period
+    of_period = cut + run.error * run.irregularity * run.speed_max / run.speed_min + 24 * ROUNDING
+    found = Confirmation(
+        irregularity=run.irregularity,
+        irregularity_approximate=None,
+        speed_max=run.speed_max,
+        speed_min=run.speed_min,
+        speed_time_mean=scene.cycle / period,
+        period=period,
+        closure=0.0,
+        route="quadrature",
+    )
+    errors = sizing.error._replace(simulation=max(run.error, of_period), period=of_period)
+    if scene.irregularity is not None:
+        errors = errors._replace(exact=run.error)
+    wheel = sizing.flywheel
+    if scene.irregularity is not None:
+        wheel = wheel._replace(exact=0.0, needed=False, bracket=None, torque_bracket=None)
+    held = f"between {run.speed_min:.6g} and {run.speed_max:.6g} rad/s (irregularity {run.irregularity:.4g})"
+    told = f"the machine has no inertia, so that its speed follows its torques at once: they hold it {held}"
+    return replace(
+        sizing, flywheel=wheel, simulation=found, error=errors, run=None, messages=(*sizing.messages, *messages, told)
+    )
+
+
+def _motion(machine: Machine, figures: Figures, unknown: float, rtol: float) -> OwnMotion | None:
+    """The motion with the given flywheel, with the one that is needed, or with none where none is.
+
+    None where nothing varies and nothing moves that could store energy.
+    """
+    scene, speed = machine.scene, figures.speed
+    held = speed if scene.unknown is not None else None
+    if scene.inertia is not None:
+        turning_moment.check_weighs(machine, figures.cycle, scene.inertia * scene.flywheel_ratio**2)
+        return _found(machine, speed, Asked(scene.inertia * scene.flywheel_ratio**2, None, held), 0.0, unknown, rtol)
+    if _weightless(machine, figures):
+        return None
+    least = _LIGHT * max(wittenbauer.reduced_inertia(figures).greatest, figures.scale)
+    guess = max(figures.total - figures.cycle.inertia_at_start, least)
+    asked = Asked(None, scene.irregularity, held)
+    try:
+        with patience(_PATIENCE):
+            motion = periodic_motion.found(machine, speed, asked, guess, unknown, rtol)
+    except (NoRegimeError, ImpatientError) as error:
+        bare = _bare(machine, speed, held, unknown, rtol)
+        if bare is None or bare.run.irregularity * (1.0 + bare.run.error) > (scene.irregularity or 0.0):
+            raise SceneError([_fault(machine, speed, asked, guess, unknown, error)]) from None
+        return bare
+    if motion.inertia > 0.0:
+        return motion
+    return _found(machine, speed, Asked(0.0, None, held), 0.0, unknown, rtol)
+
+
+def _weightless(machine: Machine, figures: Figures) -> bool:
+    """Whether the machine has no inertia of its own, and the loads do not vary."""
+    cycle, swing = figures.cycle, figures.extremes.greatest[0] - figures.extremes.least[0]
+    return float(np.abs(cycle.series[2]).max()) <= cycle.errors.inertia and swing <= 4 * cycle.errors.work
+
+
+def _bare(machine: Machine, speed: float, held: float | None, unknown: float, rtol: float) -> OwnMotion | None:
+    """The motion without any flywheel, where there is one."""
+    try:
+        with patience(_PATIENCE):
+            return periodic_motion.found(machine, speed, Asked(0.0, None, held), 0.0, unknown, rtol)
+    except (NoRegimeError, ImpatientError):
+        return None
+
+
+def _found(machine: Machine, speed: float, asked: Asked, guess: float, unknown: float, rtol: float) -> OwnMotion:
+    try:
+        with patience(_PATIENCE):
+            return periodic_motion.found(machine, speed, asked, guess, unknown, rtol)
+    except (NoRegimeError, ImpatientError) as error:
+        raise SceneError([_fault(machine, speed, asked, guess, unknown, error)]) from None
+
+
+def _fault(
+    machine: Machine, speed: float, asked: Asked, guess: float, unknown: float, error: NoRegimeError | ImpatientError
+) -> Fault:
+    """What to say of a machine for which no motion was found, or none whose figures mean anything."""
+    if fault := _not_held(machine, speed):
+        return fault
+    if isinstance(error, UntoldError):
+        expected = "an irregularity that the flywheel changes by more than rounding"
+        advice = "the torques hold the speed whatever it weighs: ask for less, or give flywheel.inertia"
+        return Fault("flywheel.irregularity", str(error), expected, advice)
+    if isinstance(error, LostError):
+        path = "flywheel.irregularity" if asked.inertia is None else "flywheel.inertia"
+        advice = "less of what resists and drives alike, or a larger irregularity"
+        return Fault(path, str(error), "a motion that varies by more than rounding", advice)
+    return _no_motion(machine, speed, asked, guess, unknown, error)
+
+
+def _not_held(machine: Machine, speed: float) -> Fault | None:
+    """The fault of torques that depend on speed so little that rounding outweighs it, where nothing else sets the speed."""
+    if machine.scene.unknown is not None:
+        return None
+    doubt = constant_speed.doubt_of_speed(machine, speed)
+    if not doubt > _UNHELD:
+        return None
+    found = f"torques that hardly depend on speed: what holds it near {speed:.6g} rad/s is less than their rounding"
+    advice = 'name the unknown and give the speed: drive.torque = "balance", regime.speed'
+    return Fault("drive" if machine.scene.drive is not None else "load", found, "torques that hold a steady speed", advice)
+
+
+def _no_motion(
+    machine: Machine, speed: float, asked: Asked, guess: float, unknown: float, error: NoRegimeError | ImpatientError
+) -> Fault:
+    """Why there is no motion: followed in time, the machine stalls or runs away; or the iteration did not settle."""
+    from flywheel.regime.free_motion import Fate, fate_of  # scipy arrives with time stepping, and only where it is needed
+
+    scene = machine.scene
+    sized = asked.inertia is None
+    path = "flywheel.irregularity" if sized else "flywheel.inertia"
+    inertia = guess if asked.inertia is None else asked.inertia
+    wheel = f" with {'about ' if sized else ''}{inertia:.6g} kg m² on the crank"
+    expected = "a motion that comes back to its speed each cycle"
+    ending = fate_of(machine, speed, inertia, unknown, hurried=isinstance(error, ImpatientError))
+    what = "motor" if scene.drive is not None and scene.unknown is None else "machine"
+    if ending.fate is Fate.STALLS:
+        found = f"a {what} that stalls {ending.where}, let go at {speed:.6g} rad/s{wheel}"
+        return Fault(path, found, expected, "a heavier flywheel, a stronger drive, or a higher speed")
+    if ending.fate is Fate.RUNS_AWAY:
+        found = f"a machine that runs away, let go at {speed:.6g} rad/s{wheel}"
+        return Fault(path, found, expected, "a heavier flywheel, or a drive whose torque falls with speed")
+    if ending.fault is not None:
+        what = "it" if ending.fault.path == "simulation" else ending.fault.path
+        found = f"no periodic motion near {speed:.6g} rad/s{wheel}: followed in time, {what} comes to {ending.fault.found}"
+        return Fault(path, found, expected, ending.fault.advice)
+    if isinstance(error, ImpatientError):
+        return _too_much(error.faults[0], machine, speed, asked.inertia or 0.0, unknown)
+    advice = "follow the machine in time and see what it does: flywheel simulate"
+    return Fault(path, f"no periodic motion near {speed:.6g} rad/s{wheel}: {error}", expected, advice)
+
+
+def _too_much(fault: Fault, machine: Machine, speed: float, inertia: float, unknown: float) -> Fault:
+    """The fault of a search that was given up, with what the machine shows to be the reason, and nothing else.
+
+    With the given flywheel; where one is sought, light ones are tried as well, and so with none.
+    """
+    moments = Moments(machine, cells.cells(machine.mesh), local=True)
+    total = inertia + moments.inertia
+    if float(total.min()) <= _NOTHING * float(total.max()):
+        where = machine.where(float(moments.mesh.phi.ravel()[total.argmin()]))
+        found = f"{fault.found}: next to nothing weighs near {where}, and there the speed follows the torques at once"
+        return fault._replace(found=found, advice="add inertia to the crank")
+    if moments.circuit is None:
+        slope = moments.rate(np.full(moments.mesh.phi.shape, speed), unknown, inertia).by_speed
+        fading = float(cells.integral(np.maximum(-slope, 0.0) / (total * speed), moments.mesh.half).sum())
+        if fading > _STEEP:
+            steep = f"torques fall so steeply with the speed that a change of it fades by exp(-{fading:.2g}) in a cycle"
+            return fault._replace(found=f"{fault.found}: {steep}", advice="add inertia, or make them less steep")
+    pieces = machine.mesh.size - 1
+    if pieces > _MANY:
+        return fault._replace(found=f"{fault.found}: torques jump or bend, or vary fast, in {pieces} cells of a cycle")
+    return fault
+
+
+def _check_stable(machine: Machine, motion: OwnMotion) -> None:
+    """Refuse a motion from which the machine would run away, where nothing else sets its speed."""
+    if machine.scene.unknown is None and motion.solved.damping < -_LEAST_DAMPING:
+        found = (
+            f"an unstable regime at {motion.speed:.6g} rad/s: what a cycle changes grows {motion.solved.multiplier:.6g} fold"
+        )
+        raise SceneError(
+            [Fault("drive", found, "a regime that the machine comes back to", "let the drive's torque fall with speed")]
+        )
+
+
+def _completed(sizing: Sizing, figures: Figures, motion: OwnMotion, messages: tuple[str, ...]) -> Sizing:
+    """What goes beyond the figures of position-only machines: the multiplier, the constant-speed cycle, the exact wheel."""
+    scene, errors, wheel = sizing.scene, sizing.error, sizing.flywheel
+    solved = motion.solved
+    if scene.irregularity is not None:
+        exact = max(motion.inertia, 0.0) / scene.flywheel_ratio**2
+        wheel = wheel._replace(exact=exact, needed=exact > 0.0, bracket=None, torque_bracket=None)
+        errors = errors._replace(exact=motion.inertia_error if exact > 0.0 else motion.run.error)
+    else:
+        errors = errors._replace(simulation=motion.run.error)
+    noted = list(messages)
+    if scene.unknown is None and scene.speed is not None:
+        share = 100 * (sizing.speed / scene.speed - 1)
+        noted.append(
+            f"the machine takes {sizing.speed:.10g} rad/s (mean of extremes), {share:+.4g} % off the speed asked for"
+        )
+    if scene.unknown is not None and solved.damping < -_LEAST_DAMPING:
+        noted.append(
+            f"held at its balance this regime is unstable: what a cycle changes grows {solved.multiplier:.6g} fold; "
+            "it needs a governor"
+        )
+    cyclic = Cyclic(solved.multiplier, solved.damping, solved.steps, motion.level_error, figures.speed)
+    return replace(
+        sizing, flywheel=wheel, error=errors, cyclic=cyclic, constant=figures.cycle, messages=(*sizing.messages, *noted)
+    )
+
+
+@np.errstate(all="ignore")  # a report asks for it after the sizing is over
+def run_with(sizing: Sizing, inertia: float) -> Run:
+    """The run of a sized machine with another flywheel (kg m² on the crank), or with none where it has no inertia at all.
+
+    Raises:
+        NoRegimeError: where there is none.
+
+    """
+    if inertia > 0.0 or sizing.run is not None:
+        return with_flywheel(sizing, inertia).run
+    assert sizing.machine is not None
+    assert sizing.cycle is not None
+    found = _balanced(sizing.machine, sizing.speed, sizing.cycle.balance or 0.0, 0.5 * sizing.rtol)
+    if found is None:
+        raise NoRegimeError("its torques alone do not hold a speed at every angle")
+    return found[0]
+
+
+def with_flywheel(sizing: Sizing, inertia: float) -> OwnMotion:
+    """The motion of a sized machine with another flywheel (kg m² on the crank).
+
+    Raises:
+        NoRegimeError: where there is none.
+
+    """
+    machine, constant = sizing.machine, sizing.constant or sizing.cycle
+    assert machine is not None
+    assert constant is not None
+    held = sizing.scene.speed if sizing.scene.unknown is not None else None
+    reference = held or sizing.speed
+    unknown = constant.balance or 0.0
+    try:
+        with patience(_LESS_PATIENCE):
+            return periodic_motion.found(machine, reference, Asked(inertia, None, held), 0.0, unknown, 0.5 * sizing.rtol)
+    except ImpatientError as error:
+        raise NoRegimeError(str(error)) from None

@@ -1,0 +1,1 @@
+"""Methods compared and results explained; uses `motion` and what is below it."""

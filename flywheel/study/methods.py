@@ -1,0 +1,162 @@
+"""Every method that can answer a scene, by name, with what it leaves out."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from dataclasses import replace
+from functools import partial
+from typing import NamedTuple
+
+from flywheel.machine.machine import Machine
+from flywheel.regime import periodic_motion
+from flywheel.regime.periodic_motion import Asked
+from flywheel.sizing.sizing import size
+from flywheel.study import question, steppers, whole_models
+from flywheel.study import steppers as grids
+from flywheel.study.question import MULTIPLIERS, RESTARTED, Question, answer
+from flywheel.study.steppers import Revolve, by_shooting
+
+_TOLERANCES = (1e-3, 1e-6, 1e-9, 1e-12)
+_OVER_JUMPS = 100.0  # the same where steps run over jumps, and end in noise far above their tolerance
+_ANY = 0.01
+_SEARCH = 0.1  # tolerance of a search to that of the steps that it searches with
+_JUMPS = "that loads jump within steps"
+
+Plan = tuple[tuple[str, tuple[int, ...]], ...]
+_FEW: Plan = (("RK4", (36, 360)), ("Euler", (360,)))
+_MANY: Plan = (("Euler", (3600,)), ("RK4", (3600,)))
+_FIXED = {"Euler": 1e-5, "RK4": 1e-8}  # tolerance of a search with steps of a fixed length: below what these come to
+
+
+class Method(NamedTuple):
+    """A way to the answer: its family and setting, a short label for pictures, and what it leaves out.
+
+    `promised` is the relative error that it promises, None where it does not know its own error.
+    """
+
+    family: str
+    setting: str
+    label: str
+    answer: Callable[[], float]
+    leaves_out: str = ""
+    promised: float | None = None
+
+    @property
+    def name(self) -> str:
+        """Family and setting."""
+        return f"{self.family}, {self.setting}" if self.setting else self.family
+
+    @property
+    def group(self) -> tuple[str, bool]:
+        """What it shares with its other settings, which come one after the other from rough to fine."""
+        return self.family, self.setting.endswith(RESTARTED)
+
+
+def methods(asked: Question) -> list[Method]:
+    """All of them, in the order in which they are run: those that tell most for their time first."""
+    return [
+        *(*_approximate(asked), *_grids(asked), *_exact(asked)),
+        *(*_adaptive(asked, True), *_bond_graph(asked), *_multipliers(asked, True), *_fixed(asked, True, _FEW)),
+        *(*_adaptive(asked, False), *_fixed(asked, False, _FEW), *_multipliers(asked, False)),
+        *(*_fixed(asked, True, _MANY), *_fixed(asked, False, _MANY)),
+    ]
+
+
+def obstacles(asked: Question) -> dict[str, str]:
+    """Methods that cannot answer, with the reason."""
+    found = whole_models.obstacle(asked.machine)
+    return {} if found is None else {MULTIPLIERS: found}
+
+
+def _approximate(asked: Question) -> Iterator[Method]:
+    machine = asked.machine
+    own = machine.sets_its_speed
+    # an analysis asks the same two swings of energy as a sizing; which irregularity that is for does not matter to them
+    sizing = machine if asked.sized else Machine(replace(machine.scene, inertia=None, irregularity=_ANY, wheel=None))
+    varying = "that I* varies over the cycle" + (", and torques with speed" if own else "")
+    yield Method(question.AREAS, "", "areas", partial(_by_swing, asked, sizing, False), varying)
+    frozen = "that the speed varies, for the inertia torque" + (" and for the loads" if own else "")
+    yield Method(question.INERTIA_TORQUE, "", "inertia torque", partial(_by_swing, asked, sizing, True), frozen)
+
+
+def _by_swing(asked: Question, sizing: Machine, torque: bool) -> float:
+    """From the swing of W, or of W - ½w²I*: swing/(eps w²) is the flywheel with the least I*."""
+    found = size(sizing, accuracy="fast")
+    wheel, inertia = found.flywheel, found.reduced_inertia
+    if asked.sized:
+        return (wheel.inertia_torque_flywheel if torque else wheel.approximate) or 0.0
+    total = (wheel.inertia_torque if torque else wheel.approximate_total) or 0.0
+    least = inertia.least if inertia else 0.0
+    given = asked.machine.scene.inertia or 0.0
+    return (sizing.scene.irregularity or 0.0) * total / (given + least / asked.crank)
+
+
+def _grids(asked: Question) -> Iterator[Method]:
+    for count in (36, 360, 3600):
+        frozen = ", torques that depend on speed at a constant one" if asked.machine.sets_its_speed else ""
+        missing = "what happens between angles" + frozen
+        yield Method(question.GRID, f"{count} angles", f"grid {count}", partial(grids.by_grid, asked, count), missing)
+
+
+def _exact(asked: Question) -> Iterator[Method]:
+    own = asked.machine.sets_its_speed
+    for rtol in _TOLERANCES:
+        family = question.ALONG_THE_MOTION if own else question.CLOSED_FORM
+        yield Method(family, f"rtol {rtol:g}", f"exact {rtol:g}", partial(_sized, asked, rtol), promised=rtol)
+    if not own:
+        for rtol in _TOLERANCES[1:]:
+            call = partial(_collocated, asked, rtol)
+            yield Method(question.COLLOCATION, f"rtol {rtol:g}", f"collocation {rtol:g}", call, promised=rtol)
+
+
+def _sized(asked: Question, rtol: float) -> float:
+    return answer(size(asked.machine, rtol, accuracy="normal"))
+
+
+def _collocated(asked: Question, rtol: float) -> float:
+    """The periodic motion by Newton's method, as if its torques depended on speed."""
+    scene, machine = asked.machine.scene, asked.machine
+    speed = scene.speed or 0.0
+    start = 0.0 if asked.sized else (scene.inertia or 0.0) * asked.crank
+    wanted = Asked(None if asked.sized else start, scene.irregularity, speed)
+    found = periodic_motion.found(machine, speed, wanted, start, 0.0, rtol)
+    return max(found.inertia, 0.0) / asked.crank if asked.sized else found.run.irregularity
+
+
+def _adaptive(asked: Question, restart: bool) -> Iterator[Method]:
+    for kind in steppers.ADAPTIVE:
+        for rtol in (1e-6, 1e-9, 1e-12)[: 3 if kind == "DOP853" else 2]:
+            revolve = steppers.adaptive(asked.machine, kind, rtol, restart)
+            yield _stepped(asked, kind, f"rtol {rtol:g}", f"{rtol:g}", revolve, rtol, restart)
+
+
+def _fixed(asked: Question, restart: bool, plan: Plan) -> Iterator[Method]:
+    for kind, counts in plan:
+        for count in counts:
+            revolve = steppers.fixed(asked.machine, kind, count, restart)
+            yield _stepped(asked, kind, f"{count} steps", f"{count}", revolve, _FIXED[kind], restart)
+
+
+def _stepped(asked: Question, kind: str, setting: str, short: str, revolve: Revolve, rtol: float, restart: bool) -> Method:
+    call = partial(by_shooting, asked, revolve, (_SEARCH if restart else _OVER_JUMPS) * rtol)
+    mark, missing = (RESTARTED, "") if restart else ("", _JUMPS)
+    label = f"{kind} {short}{mark.replace(',', '')}"
+    return Method(question.stepping(kind), setting + mark, label, call, missing)
+
+
+def _bond_graph(asked: Question) -> Iterator[Method]:
+    lossy = any(efficiency < 1.0 for efficiency in asked.machine.scene.efficiencies.values())
+    missing = "losses in meshes" if lossy else ""
+    for rtol in (1e-6, 1e-9):
+        call = partial(by_shooting, asked, whole_models.whole(asked.machine, rtol), _SEARCH * rtol)
+        yield Method(question.BOND_GRAPH, f"rtol {rtol:g}", f"bond graph {rtol:g}", call, missing)
+
+
+def _multipliers(asked: Question, restart: bool) -> Iterator[Method]:
+    if whole_models.obstacle(asked.machine) is not None:
+        return
+    mark, missing = (RESTARTED, "") if restart else ("", _JUMPS)
+    for rtol in (1e-4, 1e-6, 1e-8)[: 3 if restart else 2]:
+        call = partial(by_shooting, asked, whole_models.by_multipliers(asked.machine, rtol, restart), _SEARCH * rtol)
+        label = f"multipliers {rtol:g}{mark.replace(',', '')}"
+        yield Method(MULTIPLIERS, f"rtol {rtol:g}{mark}", label, call, missing)

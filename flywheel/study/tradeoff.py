@@ -1,0 +1,403 @@
+"""What accuracy costs on a scene, as plain data: a row for each method, and the cheapest that keeps the accuracy asked."""
+
+from __future__ import annotations
+
+import statistics
+import time
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from flywheel.machine.machine import Machine
+from flywheel.numerics.faults import Fault, SceneError
+from flywheel.regime.turning_moment import check_cycle
+from flywheel.scene.accuracy import rtol_faults
+from flywheel.scene.scene import Scene
+from flywheel.study import methods
+from flywheel.study.methods import Method
+from flywheel.study.question import OutOfTimeError, Question, limited
+from flywheel.study.reference import Reference, verified
+from flywheel.study.steppers import NoAnswerError
+
+
+class Row(NamedTuple):
+    """One method on one scene.
+
+    `error` is the true relative error of its `value`, None without an answer; `meets` whether that is within rtol, None
+    where the reference's own doubt does not let one tell. `seconds` is the median of `repeats`, `fastest` and `slowest`
+    their extremes.
+    `evaluations`: positions of the crank at which the machine was evaluated. `promised` is the error that it promises
+    by itself, None where it does not know its own. `outcome` is done, no answer, out of time or not run.
+    """
+
+    name: str
+    family: str
+    label: str
+    outcome: str
+    value: float | None
+    error: float | None
+    meets: bool | None
+    seconds: float | None
+    fastest: float | None
+    slowest: float | None
+    repeats: int
+    evaluations: int | None
+    promised: float | None
+    leaves_out: str
+    reason: str
+
+
+@dataclass(frozen=True)
+class Tradeoff:
+    """Every method on one scene, against a verified reference (kg m² on the flywheel's shaft, or an irregularity).
+
+    Errors are relative to the figure, or to `scale` where that is larger. `cheapest` names the fastest row that keeps rtol,
+    `level` those that took as long within the noise, `cheapest_promised` the fastest of those that know their own error and
+    promise rtol. `messages` are what the sizing itself has to say.
+    `cannot` lists methods that the scene is nothing for, with the reason.
+    """
+
+    title: str | None
+    figure: str
+    unit: str
+    rtol: float
+    reference: Reference
+    scale: float
+    rows: tuple[Row, ...]
+    cheapest: str | None
+    level: tuple[str, ...]
+    cheapest_promised: str | None
+    cannot: dict[str, str]
+    budget: float
+    seconds: float
+    interrupted: bool
+    messages: tuple[str, ...] = ()
+
+    def row(self, name: str) -> Row:
+        """The row of that name."""
+        return next(row for row in self.rows if row.name == name)
+
+    @property
+    def complete(self) -> bool:
+        """Whether every method was run to its end."""
+        return not self.interrupted and all(row.outcome in ("done", "no answer") for row in self.rows)
+
+    @property
+    def sentence(self) -> str:
+        """What follows for the user, in plain words."""
+        if self.cheapest is None and any(row.value is not None and row.meets is None for row in self.rows):
+            doubt = f"the reference itself is in doubt by {self.reference.doubt:.1e}"
+            return f"Which method keeps the relative error of {self.rtol:g} cannot be told on this scene: {doubt}."
+        if self.cheapest is None:
+            return f"No method that was run keeps the relative error of {self.rtol:g} on this scene."
+        best = self.row(self.cheapest)
+        told = f"Cheapest that keeps a relative error of {self.rtol:g} on this scene: {self._priced(best)}"
+        if self.level:
+            told += f"; level with it within the noise: {'; '.join(self.level)}"
+        told += "."
+        if best.promised is not None and best.promised <= self.rtol:
+            return told
+        if self.cheapest_promised is None:
+            return told + " It does not know its own error; none that does was run to its end."
+        sure = self._priced(self.row(self.cheapest_promised))
+        return told + f" It does not know that it does: the cheapest that promises it is {sure}."
+
+    def _priced(self, row: Row) -> str:
+        known = row.error is not None and row.error > self.reference.doubt
+        error = f"{row.error:.1e}" if known else f"below {self.reference.doubt:.1e}"
+        return f"{row.name} ({duration(row.seconds or 0.0)}, error {error})"
+
+    def as_dict(self) -> dict[str, Any]:
+        """For JSON."""
+        own = (
+            "title",
+            "figure",
+            "unit",
+            "rtol",
+            "scale",
+            "cheapest",
+            "cheapest_promised",
+            "budget",
+            "seconds",
+            "interrupted",
+        )
+        return {
+            **{name: getattr(self, name) for name in own},
+            "level": list(self.level),
+            "messages": list(self.messages),
+            "complete": self.complete,
+            "sentence": self.sentence,
+            "reference": {name: value for name, value in self.reference._asdict().items() if name != "messages"},
+            "rows": [row._asdict() for row in self.rows],
+            "cannot": dict(self.cannot),
+        }
+
+
+def duration(seconds: float) -> str:
+    """A time with a unit that suits it.
+
+    >>> duration(0.00042), duration(3.14159)
+    ('0.42 ms', '3.1 s')
+    """
+    return (
+        f"{seconds:.2g} s" if seconds >= 1.0 else f"{1e3 * seconds:.3g} ms" if seconds >= 0.1 else f"{1e3 * seconds:.2g} ms"
+    )
+
+
+# -- measuring ---------------------------------------------------------------------------------------------------------
+
+# Methods run one after the other within a budget of time, each with its time and its evaluations.
+
+
+_REPEATS = 7
+_ENOUGH = 0.25  # seconds of repeating after which no more is repeated
+_LONGEST = 0.1  # of the budget, for one method
+_LEAST = 0.05  # seconds that any method gets
+_ROUNDS, _CLOSE = 25, 1.6  # of the deciding round, for all whose time is within this factor of the least
+_AT_MOST = 2.0  # seconds that the deciding round takes
+
+DONE, FAILED, OUT_OF_TIME, LEFT = "done", "no answer", "out of time", "not run"
+
+Progress = Callable[[int, int, str], None]
+
+
+class Run(NamedTuple):
+    """What became of a method: its answer, times of its repeats (s), evaluations, or the reason why there is none."""
+
+    method: Method
+    outcome: str
+    value: float | None = None
+    times: tuple[float, ...] = ()
+    evaluations: int | None = None
+    reason: str = ""
+
+    @property
+    def seconds(self) -> float | None:
+        """Median of its times."""
+        return statistics.median(self.times) if self.times else None
+
+    @property
+    def least(self) -> float:
+        """The least of its times (s): what it takes where nothing disturbs it."""
+        return min(self.times, default=float("inf"))
+
+
+class Measured(NamedTuple):
+    """Every method's run, whether the user stopped it, and how long all took (s)."""
+
+    runs: list[Run]
+    interrupted: bool
+    seconds: float
+
+
+def measured(methods: Sequence[Method], budget: float, progress: Progress | None = None, spent: float = 0.0) -> Measured:
+    """Run methods until all are done, the budget (s) is spent, or the user interrupts.
+
+    What is `spent` already counts, but half of the budget is left for methods whatever it was.
+    """
+    begun = time.perf_counter() - spent
+    over = begun + max(budget, spent + 0.5 * budget)
+    runs: list[Run] = []
+    interrupted = False
+    try:
+        for k, method in enumerate(methods):
+            if progress is not None:
+                progress(k, len(methods), method.name)
+            runs.append(_next(method, runs, over - time.perf_counter(), budget))
+    except KeyboardInterrupt:
+        interrupted = True
+    runs += [Run(method, LEFT, reason="interrupted") for method in methods[len(runs) :]]
+    return Measured(runs, interrupted, time.perf_counter() - begun)
+
+
+def _next(method: Method, before: Sequence[Run], left: float, budget: float) -> Run:
+    """A method's run, unless the budget is spent, or a rougher setting of the same has already taken too long."""
+    if left <= 0.0:
+        return Run(method, LEFT, reason="the budget was spent")
+    slow = any(run.method.group == method.group and run.outcome in (OUT_OF_TIME, LEFT) for run in before)
+    if slow:
+        return Run(method, LEFT, reason="a rougher setting took too long already")
+    return _run(method, min(left, max(_LONGEST * budget, _LEAST)))
+
+
+def _run(method: Method, limit: float) -> Run:
+    """One method, repeated while that costs little; the first of several repeats only warms up."""
+    end = time.perf_counter() + limit
+    try:
+        with np.errstate(all="ignore"):
+            with limited(end) as tally:
+                seconds, value = _timed(method)
+            times = [seconds]
+            while len(times) <= _REPEATS and sum(times) < min(_ENOUGH, limit):
+                times.append(_timed(method)[0])
+    except OutOfTimeError:
+        return Run(method, OUT_OF_TIME, reason=f"stopped after {limit:.2g} s")
+    except (SceneError, NoAnswerError, ArithmeticError, ValueError, RuntimeError) as error:
+        return Run(method, FAILED, reason=_line(error))
+    if not np.isfinite(value):
+        return Run(method, FAILED, reason="no finite answer")
+    return Run(method, DONE, float(value), tuple(times[1:] or times), tally.evaluations)
+
+
+def _timed(method: Method) -> tuple[float, float]:
+    start = time.perf_counter()
+    value = method.answer()
+    return time.perf_counter() - start, value
+
+
+def _line(error: Exception) -> str:
+    text = str(error).splitlines()
+    return text[0] if text else type(error).__name__
+
+
+def decided(runs: Iterable[Run]) -> tuple[list[Run], bool]:
+    """The runs that are close to the fastest of them, timed again in turns so that what disturbs one disturbs all.
+
+    Also whether the user stopped that.
+    """
+    given = [run for run in runs if run.times]
+    fastest = min((run.least for run in given), default=0.0)
+    close = [run for run in given if run.least <= _CLOSE * fastest]
+    if len(close) < 2:
+        return close, False
+    rounds = int(min(_ROUNDS, max(_AT_MOST / sum(run.least for run in close), 1.0)))
+    times: list[list[float]] = [[] for _ in close]
+    try:
+        with np.errstate(all="ignore"):
+            for _ in range(rounds):
+                for own, run in zip(times, close, strict=True):
+                    own.append(_timed(run.method)[0])
+    except KeyboardInterrupt:
+        return close, True
+    return [run._replace(times=tuple(own)) for run, own in zip(close, times, strict=True)], False
+
+
+# -- comparison --------------------------------------------------------------------------------------------------------
+
+# Accuracy against cost on one scene, measured.
+
+
+_NOISE = 1.1  # two times closer than this factor are level
+
+
+def tradeoff(
+    machine: Machine | Scene, rtol: float | None = None, *, budget: float = 60.0, progress: Progress | None = None
+) -> Tradeoff:
+    """Run every method that can answer a scene, and measure what each costs and how far off it is.
+
+    All answer the same question: the flywheel for the irregularity asked, or the irregularity of the flywheel given. Errors
+    are true ones, against a reference found by two independent routes. Times hold for a machine that is built already.
+
+    Args:
+        machine: a `Machine`, or a `Scene`, of which one is then built.
+        rtol: relative error that is to be kept; the scene's own if None.
+        budget: seconds after which no further method is begun; one method gets at most a tenth of it. Finding the reference
+            counts, but leaves half of it to methods; timing the best ones again takes up to two seconds more.
+        progress: called before each method with its number, how many there are, and its name.
+
+    Raises:
+        SceneError: if the machine cannot run as the scene says, or the scene has no machine.
+
+    >>> import flywheel
+    >>> rotor = {"load": [{"on": "crank", "torque": "-100 N m", "from": 0, "to": "180 deg"}],
+    ...          "inertia": [{"on": "crank", "value": 1.0}], "drive": {"torque": "balance"},
+    ...          "regime": {"speed": "300 rpm"}, "flywheel": {"irregularity": 0.01}}
+    >>> found = flywheel.tradeoff(flywheel.load(rotor), 1e-9, budget=0.5)
+    >>> found.figure, round(found.reference.value, 9), found.row("accumulated areas").meets
+    ('exact flywheel', 14.915494309, True)
+
+    """
+    scene = machine.scene if isinstance(machine, Machine) else machine
+    if not isinstance(scene, Scene):
+        raise TypeError(f"expected a Machine or a Scene (flywheel.load makes one), found {type(machine).__name__}")
+    check_cycle(scene)
+    kept = scene.rtol if rtol is None else rtol
+    _check(scene, kept, budget)
+    machine = machine if isinstance(machine, Machine) else Machine(scene)
+    begun = time.perf_counter()
+    asked, reference = verified(machine)
+    found = measured(methods.methods(asked), budget, progress, time.perf_counter() - begun)
+    return _compared(asked, reference, found, kept, budget)
+
+
+def _check(scene: Scene, rtol: float, budget: float) -> None:
+    faults = rtol_faults(rtol)
+    if scene.areas is not None:
+        advice = "use flywheel size"
+        faults.append(Fault("areas", "areas of a diagram, which one closed form answers", "a scene with a machine", advice))
+    if not budget > 0.0:
+        faults.append(Fault("budget", f"{budget}", "a number of seconds above 0"))
+    if faults:
+        raise SceneError(faults)
+
+
+def _compared(asked: Question, reference: Reference, found: Measured, rtol: float, budget: float) -> Tradeoff:
+    good = [run for run in found.runs if _meets(asked, reference, run, rtol)]
+    anew, stopped = ([], True) if found.interrupted else decided(good)
+    again = {run.method.name: run for run in anew}
+    runs = [again.get(run.method.name, run) for run in found.runs]
+    good = [run for run in runs if _meets(asked, reference, run, rtol)]
+    level = _level(good)
+    safe = _level([run for run in good if run.method.promised is not None and run.method.promised <= rtol])
+    best, sure = _chosen(level, rtol), _chosen(safe, rtol)
+    return Tradeoff(
+        title=asked.machine.scene.title,
+        figure=asked.figure,
+        unit=asked.unit,
+        rtol=rtol,
+        reference=reference,
+        scale=asked.scale,
+        rows=tuple(_row(asked, reference, run, rtol) for run in runs),
+        cheapest=best,
+        level=tuple(run.method.name for run in level if run.method.name != best),
+        cheapest_promised=sure,
+        cannot=methods.obstacles(asked),
+        budget=budget,
+        seconds=found.seconds,
+        interrupted=found.interrupted or stopped,
+        messages=reference.messages,
+    )
+
+
+def _level(runs: list[Run]) -> list[Run]:
+    """The fastest run, and those that take as long within the noise, undisturbed."""
+    fastest = min((run.least for run in runs), default=0.0)
+    return sorted((run for run in runs if run.least <= _NOISE * fastest), key=lambda run: run.least)
+
+
+def _chosen(level: list[Run], rtol: float) -> str | None:
+    """Of runs that take as long, one that promises rtol, and no more than that; else the fastest."""
+    promises = [run for run in level if run.method.promised is not None and run.method.promised <= rtol]
+    best = max(promises, key=lambda run: run.method.promised or 0.0, default=level[0] if level else None)
+    return best and best.method.name
+
+
+def _meets(asked: Question, reference: Reference, run: Run, rtol: float) -> bool | None:
+    """Whether a run keeps rtol; None where it has no answer, or the reference's doubt does not let one tell."""
+    if run.value is None:
+        return None
+    error = asked.error(run.value, reference.value)
+    return True if error + reference.doubt <= rtol else False if error - reference.doubt > rtol else None
+
+
+def _row(asked: Question, reference: Reference, run: Run, rtol: float) -> Row:
+    method = run.method
+    return Row(
+        name=method.name,
+        family=method.family,
+        label=method.label,
+        outcome=run.outcome,
+        value=run.value,
+        error=None if run.value is None else asked.error(run.value, reference.value),
+        meets=_meets(asked, reference, run, rtol),
+        seconds=run.seconds,
+        fastest=min(run.times, default=None),
+        slowest=max(run.times, default=None),
+        repeats=len(run.times),
+        evaluations=run.evaluations,
+        promised=method.promised,
+        leaves_out=method.leaves_out,
+        reason=run.reason,
+    )

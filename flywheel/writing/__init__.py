@@ -1,1 +1,0 @@
-"""What a user reads: tables as text, JSON and CSV."""
