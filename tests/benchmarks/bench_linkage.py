@@ -29,7 +29,7 @@ from flywheel.mechanisms.families import build
 from flywheel.mechanisms.linkages.positions import solve
 from flywheel.scene.linkage import FRAME, Linkage
 from flywheel.scene.scene import Mechanism
-from tests.flywheel.linkage.linkages import bar, dyad, ground, pin
+from tests.linkages.linkages import bar, dyad, ground, pin
 
 COUNT = 3600
 D, G = (0.4, 0.0), (0.75, 0.05)

@@ -31,8 +31,8 @@ sys.path.insert(0, str(Path(__file__).parents[2]))
 
 import flywheel
 from flywheel.study.tradeoff import Tradeoff, tradeoff
+from tests import regimes
 from tests.benchmarks import by_hand
-from tests.flywheel import regimes
 
 REFERENCES = Path(__file__).parents[1] / "references"
 BUDGET, HURRIED = 80.0, 4.0  # seconds for a scene's methods

@@ -41,8 +41,8 @@ from flywheel.motion.simulation import moved
 from flywheel.regime import periodic_motion
 from flywheel.regime.free_motion import Goal, Start, follow
 from flywheel.regime.periodic_motion import Asked, first_guess, periodic
+from tests import regimes
 from tests.benchmarks.by_hand import SECTION_C, Sizes, reduced
-from tests.flywheel import regimes
 
 RTOL, REPEATS = 1e-9, 1e-9  # of the steps; of the speed at phi = 0
 TURN = 2 * pi

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 from mpmath import mp  # type: ignore[import-untyped]
 
-from tests.flywheel import regimes as machines
+from tests import regimes as machines
 from tests.references.quantities import quantity
 
 from . import figures, regimes

@@ -1,4 +1,4 @@
-"""Write regimes.json: steady motions of the machines of tests/flywheel/regimes.py, at 30 digits apart from the toolkit.
+"""Write regimes.json: steady motions of the machines of tests/regimes.py, at 30 digits apart from the toolkit.
 
 Run by hand, from the root of the project: `python -m tests.references.make_regimes [NAME ...]`; some ten minutes for all.
 """
@@ -15,7 +15,7 @@ from typing import Any
 
 from mpmath import mp  # type: ignore[import-untyped]
 
-from tests.flywheel.regimes import CASES, STARTS, Case, Start, scene
+from tests.regimes import CASES, STARTS, Case, Start, scene
 
 from .electric import Electric
 from .extrapolation import newton

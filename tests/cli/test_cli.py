@@ -1,0 +1,518 @@
+"""The command line: exit codes, streams, files, and how little it imports."""
+
+from __future__ import annotations
+
+import csv
+import json
+import math
+import os
+import re
+import subprocess
+import sys
+from pathlib import Path
+from typing import Any
+
+import pytest
+from click.testing import CliRunner, Result
+
+from flywheel.cli import main
+from flywheel.scene.accuracy import LEVELS
+from flywheel.starters import starter
+from tests.scenes import yoke
+
+SCENES = Path(__file__).parents[1] / "references" / "scenes"
+ROOT = Path(__file__).parents[2]
+
+YOKE = """
+title = "Yoke"
+mechanism = {type = "scotch-yoke", crank = {length = "0.5 m"}, yoke = {mass = 20}}
+load = [{on = "yoke", force = "1000 N", from = 0, to = "180 deg"}]
+drive = {torque = "balance"}
+regime = {speed = "60 rpm"}
+flywheel = {irregularity = 0.04}
+"""
+
+
+def run(*arguments: object) -> Result:
+    return CliRunner().invoke(main, [str(argument) for argument in arguments])
+
+
+def process(*arguments: object, code: str | None = None, **options: Any) -> subprocess.CompletedProcess[str]:
+    """The program, or a line of Python, as a process of its own."""
+    command = [sys.executable, *(["-c", code] if code else ["-m", "flywheel"]), *map(str, arguments)]
+    environment = os.environ | {"PYTHONPATH": str(ROOT)}
+    return subprocess.run(command, capture_output=True, text=True, env=environment, timeout=600, **options)
+
+
+@pytest.fixture
+def scene(tmp_path: Path) -> Path:
+    path = tmp_path / "yoke.toml"
+    path.write_text(YOKE)
+    return path
+
+
+# -- size ------------------------------------------------------------------------------------------------------------
+
+
+def test_size_prints_the_report(scene: Path) -> None:
+    result = run("size", scene, "--no-simulate")
+    assert result.exit_code == 0
+    assert "353.5214273" in result.stdout
+    assert result.stderr == ""
+
+
+def test_json_is_the_library_s_dictionary_alone_on_standard_output(scene: Path) -> None:
+    import flywheel
+
+    result = run("size", scene, "--json", "--no-simulate")
+    assert result.exit_code == 0
+    found = json.loads(result.stdout)
+    own = json.loads(json.dumps(flywheel.size(flywheel.load(yoke(title="Yoke")), simulate=False).as_dict()))
+    assert found.pop("cost")["evaluations"] == own.pop("cost")["evaluations"]  # its seconds are never the same
+    assert found == own
+
+
+def test_json_has_every_key_of_the_contract(scene: Path) -> None:
+    data = json.loads(run("size", scene, "--json").stdout)
+    keys = (
+        "title reduction cycle speed speed_asked irregularity balance power areas accumulated_max accumulated_min "
+        "energy_fluctuation coefficient_of_energy angle_speed_max angle_speed_min reduced_inertia flywheel simulation "
+        "error"
+    )
+    assert set(keys.split()) <= set(data)
+    assert set(data["areas"][0]) == {"from", "to", "work", "accumulated"}
+    assert set(data["reduced_inertia"]) == {"min", "max", "mean"}
+    assert data["simulation"]["irregularity"] == pytest.approx(0.04, rel=1e-8)
+    wheel = data["flywheel"]
+    assert {"on", "inertia", "exact", "approximate", "approximate_total", "inertia_torque", "needed"} <= set(wheel)
+
+
+@pytest.mark.parametrize("path", sorted(SCENES.glob("*.toml")), ids=lambda path: path.stem)
+def test_json_of_every_scene_is_strict(path: Path) -> None:
+    def refuse(constant: str) -> None:
+        raise AssertionError(constant)
+
+    result = run("size", path, "--json", "--no-simulate")
+    assert result.exit_code == 0, result.stderr
+    json.loads(result.stdout, parse_constant=refuse)
+
+
+def test_messages_go_to_standard_error_beside_json(scene: Path) -> None:
+    result = run("size", scene, "--json", "--no-simulate", "--rtol", "1e-14")
+    data = json.loads(result.stdout)
+    assert data["rtol"] == 1e-14
+    assert data["messages"]
+    assert result.stderr.splitlines() == data["messages"]
+
+
+def test_faults_are_lines_with_file_and_path(tmp_path: Path) -> None:
+    path = tmp_path / "press.toml"
+    path.write_text(YOKE.replace('"0.5 m"', '"0.5 kg"').replace("0.04", "-1"))
+    result = run("size", path)
+    assert result.exit_code == 1
+    assert result.stdout == ""
+    lines = result.stderr.splitlines()
+    assert len(lines) == 2
+    assert all(line.startswith(f"{path}: ") for line in lines)
+    places = {"mechanism.crank.length (line 3)", "flywheel.irregularity (line 7)"}
+    assert {line.split(": ")[1] for line in lines} == places
+    assert all("found" in line and "expected" in line for line in lines)
+
+
+@pytest.mark.parametrize("content", [None, "", "not toml", "[regime]\nspeed = "])
+def test_a_file_that_is_no_scene_is_one_line(content: str | None, tmp_path: Path) -> None:
+    path = tmp_path / "odd.toml"
+    if content is not None:
+        path.write_text(content)
+    result = run("size", path)
+    assert result.exit_code == 1
+    (line,) = result.stderr.splitlines()
+    assert re.match(rf"{re.escape(str(path))}( \(line \d+, column \d+\))?: found", line)
+    assert line.count("odd.toml") == 1
+
+
+def test_a_machine_that_cannot_run_is_one_line(tmp_path: Path) -> None:
+    path = tmp_path / "open.toml"
+    path.write_text(YOKE.replace('torque = "balance"', 'torque = "1 N m"'))
+    result = run("size", path)
+    assert result.exit_code == 1
+    assert "net work" in result.stderr
+    assert len(result.stderr.splitlines()) == 1
+
+
+@pytest.mark.parametrize(
+    "arguments",
+    [
+        ["--rtol", "nan"],
+        ["--rtol", "0"],
+        ["--rtol", "-1e-9"],
+        ["--rtol", "1"],
+        ["--rtol", "much"],
+        ["--accuracy", "exact"],
+        ["--accuracy", "audit", "--no-simulate"],
+        ["--no-simulate", "--accuracy", "fast"],
+        ["--accuracy", "fast", "--plot", "plot.png"],
+        ["--plot", "plot.jpg"],
+        ["--plot", "plot"],
+        ["--loud"],
+        ["another.toml"],
+    ],
+)
+def test_usage_errors_come_before_any_work(arguments: list[str]) -> None:
+    result = run("size", "missing.toml", *arguments)
+    assert result.exit_code == 2
+    assert result.stdout == ""
+    assert "missing.toml" not in result.stderr.replace("another.toml", "")
+
+
+def test_the_levels_of_accuracy(scene: Path) -> None:
+    found = {level: json.loads(run("size", scene, "--json", "--accuracy", level).stdout) for level in LEVELS}
+    assert {level: data["accuracy"] for level, data in found.items()} == {level: level for level in LEVELS}
+    assert found["fast"]["flywheel"]["exact"] is None
+    assert found["fast"]["bounds"]["least"] <= found["normal"]["flywheel"]["exact"] <= found["fast"]["bounds"]["greatest"]
+    routes = [data["simulation"] and data["simulation"]["route"] for data in found.values()]
+    assert routes == [None, None, "collocation", "time"]
+    assert json.loads(run("size", scene, "--json").stdout)["accuracy"] == "audit"
+
+
+def test_no_simulate_is_normal_and_may_be_said_twice(scene: Path) -> None:
+    alone, both = (run("size", scene, "--no-simulate", *more) for more in ([], ["--accuracy", "normal"]))
+    assert alone.exit_code == both.exit_code == 0
+    assert alone.stdout == both.stdout
+    assert "(normal)" in alone.stdout
+
+
+def test_another_level_is_refused_with_the_four_that_are(scene: Path) -> None:
+    result = run("size", scene, "--accuracy", "quick")
+    assert result.exit_code == 2
+    assert all(level in result.stderr for level in LEVELS)
+
+
+def test_explain_follows_the_report(scene: Path) -> None:
+    plain, told = (run("size", scene, "--accuracy", "normal", *more).stdout for more in ([], ["--explain"]))
+    assert told.startswith(plain)
+    assert "How it was worked out (normal)" in told[len(plain) :]
+    assert "bodies without mass or inertia: scotch-yoke.crank" in told
+    assert "foretold" in told
+
+
+def test_explain_is_a_key_of_the_json(scene: Path) -> None:
+    data = json.loads(run("size", scene, "--json", "--explain", "--accuracy", "fast").stdout)
+    assert data["explanation"]["accuracy"] == "fast"
+    assert data["explanation"]["left_out"] == data["left_out"]
+    assert set(data["explanation"]["costs"]) == set(LEVELS)
+    assert "explanation" not in json.loads(run("size", scene, "--json", "--accuracy", "fast").stdout)
+
+
+def test_plot_writes_and_overwrites(scene: Path, tmp_path: Path) -> None:
+    picture = tmp_path / "plot.SVG"
+    picture.write_text("<svg>old</svg>")
+    assert run("size", scene, "--no-simulate", "--plot", picture).exit_code == 0
+    assert picture.read_text().startswith("<?xml")
+
+
+def test_a_plot_that_cannot_be_written_is_one_line(scene: Path, tmp_path: Path) -> None:
+    result = run("size", scene, "--no-simulate", "--json", "--plot", tmp_path / "no" / "plot.png")
+    assert result.exit_code == 1
+    (line,) = result.stderr.splitlines()
+    assert line.startswith(f"{tmp_path / 'no' / 'plot.png'}: cannot be written")
+    assert result.stdout == ""  # known before anything is computed
+
+
+# -- reduce ----------------------------------------------------------------------------------------------------------
+
+
+def test_reduce_is_csv_with_units_and_full_precision(scene: Path) -> None:
+    result = run("reduce", scene, "--points", 8)
+    assert result.exit_code == 0
+    rows = list(csv.DictReader(result.stdout.splitlines()))
+    assert len(rows) == 8
+    for k, row in enumerate(rows):
+        phi = k * math.pi / 4
+        assert float(row["phi [rad]"]) == phi
+        assert float(row["phi [deg]"]) == pytest.approx(45 * k)
+        assert float(row["g scotch-yoke.yoke [m]"]) == pytest.approx(-0.5 * math.sin(phi), abs=1e-15)
+        assert float(row["dg/dphi scotch-yoke.yoke [m]"]) == pytest.approx(-0.5 * math.cos(phi), abs=1e-15)
+        assert float(row["I* [kg m^2]"]) == pytest.approx(5 * math.sin(phi) ** 2, abs=1e-14)
+        assert float(row["dI*/dphi [kg m^2]"]) == pytest.approx(5 * math.sin(2 * phi), abs=1e-14)
+        push = -500 * math.sin(phi) if k < 4 else 0.0
+        assert float(row["M* [N m]"]) == pytest.approx(500 / math.pi + push, abs=1e-9)
+    assert "-0.0" not in result.stdout.replace("-0.0000", "").split(",")
+
+
+def test_reduce_gives_a_row_per_degree_unless_told(scene: Path) -> None:
+    assert len(run("reduce", scene).stdout.splitlines()) == 361
+    assert run("reduce", scene, "--csv").stdout == run("reduce", scene).stdout
+
+
+def test_reduce_at_given_angles_as_json(scene: Path) -> None:
+    data = json.loads(run("reduce", scene, "--json", "--at", "30 deg", "--at", "-1.5 rad").stdout)
+    assert data["phi"] == pytest.approx([math.pi / 6, -1.5])
+    assert data["inertia"] == pytest.approx([1.25, 5 * math.sin(1.5) ** 2])
+    assert data["balance"] == {"name": "drive", "value": pytest.approx(500 / math.pi)}
+    assert set(data["gains"]) == set(data["gain_slopes"]) == {"crank", "scotch-yoke.yoke"}
+
+
+def test_reduce_writes_a_file(scene: Path, tmp_path: Path) -> None:
+    target = tmp_path / "table.csv"
+    result = run("reduce", scene, "--points", 3, "--output", target)
+    assert (result.exit_code, result.stdout) == (0, "")
+    assert target.read_text() == run("reduce", scene, "--points", 3).stdout
+    assert run("reduce", scene, "--output", tmp_path / "no" / "table.csv").exit_code == 1
+
+
+@pytest.mark.parametrize(
+    "arguments",
+    [["--json", "--csv"], ["--points", "0"], ["--points", "4", "--at", "1 rad"], ["--at", "30"], ["--at", "3 kg"]],
+)
+def test_reduce_usage(scene: Path, arguments: list[str]) -> None:
+    result = run("reduce", scene, *arguments)
+    assert result.exit_code == 2
+    assert result.stdout == ""
+
+
+def test_areas_cannot_be_reduced() -> None:
+    result = run("reduce", SCENES / "areas-sizing.toml")
+    assert result.exit_code == 1
+    assert "areas (line 2): found a diagram of areas" in result.stderr
+
+
+# -- new, reference, the rest ----------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("kind", ["slider-crank", "rotor", "areas", "press"])
+def test_new_writes_a_scene_that_sizes(kind: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    assert run("new", kind).exit_code == 0
+    path = tmp_path / f"{kind}.toml"
+    assert "#" in path.read_text()
+    result = run("size", path, "--no-simulate")
+    assert result.exit_code == 0, result.stderr
+
+
+def test_new_never_overwrites(tmp_path: Path) -> None:
+    path = tmp_path / "mine.toml"
+    path.write_text("precious")
+    result = run("new", "press", path)
+    assert result.exit_code == 1
+    assert path.read_text() == "precious"
+    (line,) = result.stderr.splitlines()
+    assert line.startswith(str(path))
+
+
+def test_new_into_a_missing_folder_is_one_line(tmp_path: Path) -> None:
+    result = run("new", "press", tmp_path / "no" / "mine.toml")
+    assert result.exit_code == 1
+    assert len(result.stderr.splitlines()) == 1
+
+
+def test_new_prints_or_lists() -> None:
+    assert "[flywheel]" in run("new", "press", "-").stdout
+    assert {"press", "rotor", "scotch-yoke"} <= set(run("new").stdout.split())
+
+
+@pytest.mark.parametrize(("command", "wrong", "right"), [("new", "pres", "press"), ("reference", "gravty", "gravity")])
+def test_wrong_names_are_usage_errors_with_the_nearest(command: str, wrong: str, right: str) -> None:
+    result = run(command, wrong)
+    assert result.exit_code == 2
+    assert f"did you mean '{right}'?" in result.stderr
+
+
+def test_reference_has_every_topic() -> None:
+    from flywheel.reference import topics
+
+    overview = run("reference").stdout
+    for topic in topics():
+        result = run("reference", topic)
+        assert result.exit_code == 0
+        assert result.stdout.startswith("#")
+        assert topic in overview
+
+
+def test_version() -> None:
+    result = run("--version")
+    assert result.exit_code == 0
+    assert result.stdout.startswith("flywheel")
+
+
+def test_no_command_is_usage() -> None:
+    assert run().exit_code == 2
+    assert run("weigh").exit_code == 2
+
+
+# -- as processes ----------------------------------------------------------------------------------------------------
+
+_LOADED = """
+import sys
+from flywheel.cli import main
+from flywheel.starters import starter
+main(sys.argv[1:], standalone_mode=False)
+print(*sys.modules, file=sys.stderr)
+"""
+
+
+def loaded(*arguments: object) -> set[str]:
+    """Top-level names of the modules that a command has imported when it ends."""
+    result = process(*arguments, code=_LOADED)
+    assert result.returncode == 0, result.stderr
+    return {name.partition(".")[0] for name in result.stderr.splitlines()[-1].split()}
+
+
+def test_help_imports_click_alone() -> None:
+    names = loaded("--help") | loaded("size", "--help")
+    assert "click" in names
+    assert not names & {"numpy", "scipy", "sympy", "matplotlib", "bondgraph", "json", "tomllib"}
+
+
+def test_sizing_imports_numpy_alone(scene: Path) -> None:
+    for names in (loaded("size", scene, "--no-simulate"), loaded("size", scene, "--no-simulate", "--json")):
+        assert "numpy" in names
+        assert not names & {"scipy", "sympy", "matplotlib", "mpmath", "difflib"}
+
+
+def test_an_explanation_is_true_of_the_command_s_own_imports(scene: Path) -> None:
+    result = process("size", scene, "--json", "--explain", "--accuracy", "normal", code=_LOADED)
+    told = json.loads(result.stdout)["explanation"]["imports"]
+    names = set(result.stderr.splitlines()[-1].split())
+    assert {name for name, state in told.items() if state != "not loaded"} <= names
+    missing = {name for name, state in told.items() if state == "not loaded"} & names
+    # what other levels would cost is reckoned with their own parts, once the sizing is done and told
+    assert missing <= {"flywheel.collocated", "flywheel.collocation", "flywheel.constant_speed", "flywheel.implicit"}
+
+
+def test_only_a_plot_imports_matplotlib(scene: Path, tmp_path: Path) -> None:
+    names = loaded("size", scene, "--no-simulate", "--plot", tmp_path / "plot.png")
+    assert "matplotlib" in names
+    assert "sympy" not in names
+
+
+def test_a_closed_pipe_leaves_no_traceback(scene: Path) -> None:
+    reader, writer = os.pipe()
+    os.close(reader)
+    try:
+        for arguments in (["size", scene, "--no-simulate"], ["reduce", scene, "--points", "20000"], ["reference"]):
+            command = [sys.executable, "-m", "flywheel", *map(str, arguments)]
+            environment = os.environ | {"PYTHONPATH": str(ROOT)}
+            result = subprocess.run(command, stdout=writer, stderr=subprocess.PIPE, text=True, env=environment, timeout=600)
+            assert result.stderr == ""
+    finally:
+        os.close(writer)
+
+
+def test_an_interrupt_leaves_no_traceback(scene: Path) -> None:
+    code = (
+        "import flywheel.sizing.sizing\n"
+        "def interrupted(*_, **__): raise KeyboardInterrupt\n"
+        "flywheel.sizing.sizing.size = interrupted\n"
+        "from flywheel.cli import main; main()"
+    )
+    result = process("size", scene, code=code)
+    assert result.returncode == 1
+    assert "Traceback" not in result.stderr
+
+
+def test_an_encoding_without_the_signs_prints_all_the_same(scene: Path) -> None:
+    environment = os.environ | {"PYTHONPATH": str(ROOT), "PYTHONIOENCODING": "ascii"}
+    command = [sys.executable, "-m", "flywheel", "size", str(scene), "--no-simulate"]
+    result = subprocess.run(command, capture_output=True, env=environment, timeout=600)
+    assert result.returncode == 0
+    assert b"353.5214273" in result.stdout
+
+
+# -- files that are written ------------------------------------------------------------------------------------------------
+
+TABLE = (
+    'regime.speed = 10\nflywheel.irregularity = "2 %"\ndrive.torque = "balance"\n'
+    '[[load]]\non = "crank"\ntable = { file = "load.csv" }\n'
+)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "target"),
+    [
+        (["size", "--no-simulate", "--plot"], "s.svg"),
+        (["draw", "-o"], "hard.svg"),
+        (["graph", "--plot"], "folder/../soft.svg"),
+        (["tradeoff", "--plot"], "s.svg"),
+        (["reactions", "--csv", "--output"], "soft.svg"),
+        (["reduce", "--output"], "load.csv"),
+        (["simulate", "--csv"], "hard.csv"),
+    ],
+)
+def test_no_output_replaces_an_input(
+    arguments: list[str], target: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    table = "phi [rad],omega [rad/s],alpha [rad/s^2]\n0,-3,0\n6.283185307179586,-3,0\n"
+    Path("s.svg").write_text(TABLE)
+    Path("load.csv").write_text(table)
+    Path("folder").mkdir()
+    os.link("s.svg", "hard.svg")
+    os.symlink("s.svg", "soft.svg")
+    os.link("load.csv", "hard.csv")
+    result = CliRunner().invoke(main, [arguments[0], "s.svg", *arguments[1:], target])
+    assert result.exit_code == 2
+    assert target in result.stderr
+    assert Path("s.svg").read_text() == TABLE
+    assert Path("load.csv").read_text() == table
+    assert len(list(tmp_path.iterdir())) == 6
+
+
+@pytest.mark.parametrize(
+    ("arguments", "name", "content"),
+    [
+        (["size", "--no-simulate", "--plot"], "a.png", "GIF89a..."),
+        (["graph", "--plot"], "a.svg", "<html></html>"),
+        (["draw", "-o"], "a.pdf", "%PS"),
+        (["reduce", "--output"], "a.csv", "phi,M\n1,2\n"),
+        (["reduce", "--json", "--output"], "a.json", '{"title": 1, "mine": 2}'),
+        (["reactions", "--output"], "a.txt", "a letter\n"),
+    ],
+)
+def test_what_is_there_is_replaced_only_by_its_like(
+    arguments: list[str], name: str, content: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    Path("s.toml").write_text(starter("slider-crank"))
+    command = [arguments[0], "s.toml", *arguments[1:], name]
+    Path(name).write_text(content)
+    refused = CliRunner().invoke(main, command)
+    assert refused.exit_code == 1
+    assert refused.stderr.splitlines()[-1].startswith(f"{name}: cannot be written (it exists already and ")
+    assert Path(name).read_text() == content
+    Path(name).unlink()
+    for _ in range(2):  # the second time over the first
+        assert CliRunner().invoke(main, command).exit_code == 0
+    assert sorted(path.name for path in tmp_path.iterdir()) == sorted([name, "s.toml"])
+
+
+@pytest.mark.skipif(not Path("/dev/full").exists(), reason="no device that is always full")
+@pytest.mark.parametrize("closed", [True, False], ids=["closed", "full"])
+@pytest.mark.parametrize("arguments", [["--help"], ["reference"], ["new"]])
+def test_output_that_goes_nowhere_is_no_success(arguments: list[str], closed: bool) -> None:
+    command = f"{sys.executable} -m flywheel {' '.join(arguments)} {'>&-' if closed else '>/dev/full'}"
+    environment = os.environ | {"PYTHONPATH": str(ROOT)}
+    result = subprocess.run(command, shell=True, stderr=subprocess.PIPE, text=True, env=environment, timeout=120)
+    reason = "it is closed" if closed else "No space left on device"
+    assert (result.returncode, result.stderr) == (1, f"standard output: cannot be written ({reason})\n")
+
+
+def test_a_scene_that_is_no_file_is_named_as_what_it_is(tmp_path: Path) -> None:
+    os.mkfifo(tmp_path / "pipe.toml")
+    (tmp_path / "link.toml").symlink_to("nowhere")
+    (tmp_path / "file").write_text("")
+    for name, found in (
+        ("pipe.toml", "a pipe"),
+        ("link.toml", "a link that leads nowhere"),
+        ("", "a folder"),
+        ("no/s.toml", 'no such file, for there is no folder "no"'),
+        ("file/s.toml", 'no such file, for "file" is no folder'),
+    ):
+        result = CliRunner().invoke(main, ["size", str(tmp_path / name)])
+        assert result.exit_code == 1
+        assert result.stderr == f"{tmp_path / name}: found {found}, expected a scene in a TOML file\n"
+    result = CliRunner().invoke(main, ["size", "."])
+    assert (result.exit_code, result.stderr) == (1, ".: found a folder, expected a scene in a TOML file\n")
+    (tmp_path / "s.toml").write_text(starter("slider-crank"))
+    result = CliRunner().invoke(main, ["reduce", str(tmp_path / "s.toml"), "--output", str(tmp_path / "pipe.toml")])
+    assert (result.exit_code, "it is a pipe that nobody reads" in result.stderr) == (1, True)

@@ -1,0 +1,208 @@
+"""The command `tradeoff`: options, files, faults, interruptions."""
+
+import json
+import signal
+import subprocess
+import sys
+import time
+
+import pytest
+from click.testing import CliRunner
+
+from flywheel.cli import machines, main
+from flywheel.study import tradeoff as comparison
+from tests.study.made import compared, row, whole
+
+ROTOR = """
+inertia = [{on = "crank", value = 1}]
+load = [{on = "crank", torque = "-100 N m", from = 0, to = "180 deg"}]
+drive = {torque = "balance"}
+regime = {speed = "300 rpm"}
+flywheel = {irregularity = 0.01}
+"""
+
+
+@pytest.fixture
+def scene(tmp_path):
+    path = tmp_path / "rotor.toml"
+    path.write_text(ROTOR, encoding="utf-8")
+    return path
+
+
+@pytest.fixture
+def asked(monkeypatch):
+    """What the comparison is called with; it is one made by hand."""
+    calls = []
+
+    def tradeoff(scene, rtol, *, budget, progress):
+        calls.append((rtol, budget))
+        progress(4, 9, "plain grid")
+        return whole()
+
+    monkeypatch.setattr(comparison, "tradeoff", tradeoff)
+    return calls
+
+
+def gives(monkeypatch, answer):
+    def tradeoff(scene, rtol, **options):
+        if isinstance(answer, BaseException):
+            raise answer
+        return answer
+
+    monkeypatch.setattr(comparison, "tradeoff", tradeoff)
+
+
+def run(*arguments):
+    return CliRunner().invoke(main, ["tradeoff", *map(str, arguments)])
+
+
+def test_a_comparison_is_told_as_text(scene):
+    result = run(scene, "--budget", "0.2", "--rtol", "1e-6")
+    assert result.exit_code == 0
+    assert "reference  14.915494309189" in result.stdout
+    assert "Accuracy against time: the exact flywheel, to a relative error of 1e-06" in result.stdout
+
+
+def test_the_options_are_handed_on(scene, asked):
+    assert run(scene).exit_code == 0
+    assert run(scene, "--rtol", "1e-4", "--budget", "7").exit_code == 0
+    assert asked == [(None, 60.0), (1e-4, 7.0)]
+
+
+def test_json_stands_alone_on_standard_output(scene, asked):
+    result = run(scene, "--json")
+    assert json.loads(result.stdout)["cheapest"] == "exact, closed form, rtol 1e-06"
+    assert result.stderr == "NOT WHOLE: 9 of 10 methods were run to their end within 60 s; --budget 120 runs more.\n"
+
+
+def test_a_picture_is_drawn(scene, monkeypatch, tmp_path):
+    gives(monkeypatch, compared(row("plain grid")))
+    picture = tmp_path / "errors.svg"
+    result = run(scene, "--plot", picture)
+    assert (result.exit_code, result.stderr) == (0, "")
+    assert "plain grid" in picture.read_text()
+
+
+def test_a_picture_that_cannot_be_written_is_one_line(scene, monkeypatch, tmp_path):
+    gives(monkeypatch, compared(row("plain grid")))
+    result = run(scene, "--plot", tmp_path / "nowhere" / "errors.svg")
+    assert result.exit_code == 1
+    assert "cannot be written" in result.stderr
+    assert result.stdout == ""  # known before anything is compared
+
+
+def test_an_interrupted_comparison_is_told_and_drawn(scene, monkeypatch, tmp_path):
+    gives(monkeypatch, compared(row("plain grid"), row("collocation", "", None), interrupted=True))
+    drawn = []
+    monkeypatch.setattr(machines, "_draw", lambda found, path: drawn.append(path))
+    picture = tmp_path / "errors.svg"
+    result = run(scene, "--plot", picture)
+    assert (result.exit_code, drawn) == (130, [picture])
+    assert result.stdout.endswith("NOT WHOLE: interrupted; 1 of 2 methods were run to their end.\n")
+
+
+def test_an_interruption_before_anything_is_finished_is_one_line(scene, monkeypatch):
+    gives(monkeypatch, KeyboardInterrupt())
+    result = run(scene)
+    assert (result.exit_code, result.stdout, result.stderr) == (130, "", "interrupted\n")
+
+
+def test_an_interruption_of_the_picture_leaves_the_table(scene, asked, monkeypatch, tmp_path):
+    def interrupt(found, path):
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(machines, "_draw", interrupt)
+    result = run(scene, "--plot", tmp_path / "errors.svg")
+    assert (result.exit_code, result.stderr) == (130, "interrupted\n")
+    assert "Without an answer" in result.stdout
+
+
+def test_a_process_that_is_interrupted_tells_what_it_has(tmp_path):
+    """The second method waits for the signal that the first has asked for."""
+    code = """
+import os, signal, sys, time
+from flywheel.cli import main
+from flywheel.tradeoffs import methods
+signal.signal(signal.SIGINT, signal.default_int_handler)  # a process in the background may have been started to ignore it
+def stop():
+    os.kill(os.getpid(), signal.SIGINT)
+    time.sleep(60)
+every = methods.methods
+methods.methods = lambda asked: [every(asked)[0], methods.Method("stopping", "", "stopping", stop), every(asked)[1]]
+main(["tradeoff", sys.argv[1]])
+"""
+    scene = tmp_path / "rotor.toml"
+    scene.write_text(ROTOR, encoding="utf-8")
+    done = subprocess.run([sys.executable, "-c", code, str(scene)], capture_output=True, text=True, timeout=600, check=False)
+    assert done.returncode in (130, -signal.SIGINT)
+    assert done.stdout.endswith("NOT WHOLE: interrupted; 1 of 3 methods were run to their end.\n")
+    assert done.stderr == ""
+
+
+def test_a_long_comparison_tells_what_is_run(scene, monkeypatch):
+    monkeypatch.setattr(machines, "_QUIET", 0.0)
+    told = []
+
+    def tradeoff(scene, rtol, *, budget, progress):
+        progress(4, 9, "plain grid, 36 angles")
+        while not told:
+            time.sleep(0.001)
+        return whole()
+
+    monkeypatch.setattr(machines.click, "echo", lambda text, err=False, nl=True: told.append(text) if err else None)
+    monkeypatch.setattr(comparison, "tradeoff", tradeoff)
+    assert run(scene).exit_code == 0
+    assert told[0].startswith(("finding the reference", "5 of 9: plain grid, 36 angles"))
+    assert "s of about 60 s)" in told[0]
+
+
+def test_a_short_one_tells_nothing(scene, asked):
+    assert run(scene).stderr == ""
+
+
+def test_on_a_terminal_one_line_is_written_anew(capsys):
+    progress = machines._Progress(60.0)
+    progress.rewriting = True
+    progress(0, 9, "plain grid " + 200 * "x")
+    progress.tell()
+    progress.tell()
+    progress.erase()
+    first, second, last = capsys.readouterr().err.split("\r\x1b[2K")[1:]
+    assert first == second
+    assert first.startswith("1 of 9: plain grid xxx")
+    assert (len(first) < 200, last) == (True, "")
+
+
+@pytest.mark.parametrize(
+    ("text", "word"),
+    [
+        ('areas = {values = [1, -1], scale = "1 J"}\nregime = {speed = 9}\nflywheel = {irregularity = 0.1}', "areas"),
+        (ROTOR.replace('"-100 N m", from = 0, to = "180 deg"', '"-10*(t > 2)"'), "depends on time"),
+        (ROTOR.replace("irregularity", "irregularities"), "irregularities"),
+    ],
+)
+def test_refusals_are_lines(scene, text, word):
+    scene.write_text(text, encoding="utf-8")
+    result = run(scene)
+    assert (result.exit_code, result.stdout) == (1, "")
+    assert word in result.stderr
+    assert all(line.startswith(f"{scene}: ") for line in result.stderr.splitlines())
+
+
+@pytest.mark.parametrize(
+    "options",
+    [("--budget", "0"), ("--budget", "-1"), ("--budget", "nan"), ("--budget", "inf"), ("--rtol", "1"), ("--plot", "a.txt")],
+)
+def test_usage_is_checked(scene, options):
+    result = run(scene, *options)
+    assert (result.exit_code, result.stdout) == (2, "")
+    assert options[0] in result.stderr
+
+
+def test_the_command_is_listed_without_a_cost():
+    code = (
+        "import sys; from flywheel.cli import main; main(['tradeoff', '--help'], standalone_mode=False); print(*sys.modules)"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert "--budget SECONDS" in done.stdout
+    assert not {"numpy", "scipy", "matplotlib", "flywheel.tradeoffs"} & set(done.stdout.split())

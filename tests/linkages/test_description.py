@@ -1,0 +1,42 @@
+"""The description of a linkage: what it can be asked, and that equal ones are one."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import pytest
+
+from flywheel.scene.linkage import FRAME, Lift, Link, Point, common_body
+from tests.linkages.linkages import SINE, cam_rocker, four_bar, geared_five_bar, pin, slider_crank
+
+
+def test_bodies_and_points_by_name() -> None:
+    linkage = four_bar()
+    assert linkage.names == (FRAME, "crank", "coupler", "rocker")
+    assert linkage.link(FRAME).point("D") == Point("D", 0.4, 0.0)
+    with pytest.raises(KeyError):
+        Link("bar").point("E")
+
+
+def test_equal_linkages_are_one_and_lifts_are_themselves_alone() -> None:
+    assert hash(four_bar()) == hash(four_bar())
+    assert four_bar() == four_bar() != four_bar(side=-1)
+    assert Lift(SINE.curve, 1.0) != Lift(SINE.curve, 1.0)
+    assert cam_rocker() == cam_rocker()
+
+
+def test_the_frame_carries_before_any_other_body() -> None:
+    linkage = geared_five_bar()
+    assert linkage.carrier(linkage.couplings[0]) == FRAME
+    assert common_body(pin("A", "x", FRAME), pin("B", FRAME, "x")) == FRAME
+    assert common_body(pin("A", "x", "y"), pin("B", "z", "y")) == "y"
+    assert common_body(pin("A", "x", "y"), pin("B", "z", "w")) == ""
+
+
+def test_what_slides_and_what_rubs() -> None:
+    linkage = slider_crank()
+    assert not linkage.sliding
+    assert replace(linkage, driver="guide").sliding
+    assert not linkage.rubs
+    rough = tuple(joint._replace(friction=0.1) if joint.name == "guide" else joint for joint in linkage.joints)
+    assert replace(linkage, joints=rough).rubs

@@ -1,0 +1,79 @@
+"""Bounds of a lift's derivatives hold near every angle, however narrow its features, and are not far above them."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from math import pi, tau
+
+import numpy as np
+import pytest
+
+from flywheel.mechanisms.law import followed
+from flywheel.mechanisms.linkage import enclosed
+from flywheel.mechanisms.linkages.poses import WINDOW, at, bounds
+from flywheel.mechanisms.linkages.positions import solve
+from flywheel.numerics.expressions import parse
+from flywheel.numerics.faults import SceneError
+from flywheel.scene.linkage import Lift, Linkage
+from flywheel.scene.scene import Output
+from tests.linkages.linkages import cam_rocker
+
+
+def lift(text: str) -> Lift:
+    """A lift as a scene would have it, with breakpoints where it is narrow."""
+    return Lift(followed(Output("lift", False, parse(text), 0.0), tau, {}, "lift"), tau)
+
+
+def with_lift(text: str) -> Linkage:
+    base = cam_rocker()
+    return replace(base, couplings=(base.couplings[0]._replace(lift=lift(text)),))
+
+
+def bump(height: float, width: float) -> str:
+    return f"0.02*(1 - cos(phi)) + {height}*exp(-((phi - 2.0005)/{width})**2)"
+
+
+@pytest.mark.parametrize("text", ["0.02*(1 - cos(2*phi))", bump(1e-3, 0.05), bump(1e-4, 1e-3)])
+def test_bounds_hold_and_are_not_absurd(text: str) -> None:
+    law = lift(text)
+    angle = np.concatenate((np.linspace(0.0, tau, 4001), 2.0005 + np.linspace(-4e-3, 4e-3, 2001)))
+    second = np.abs(at(law, angle)[2])
+    h = 1e-7
+    third = np.abs(at(law, angle + h)[2] - at(law, angle - h)[2]) / (2 * h)
+    found = bounds(law)
+    for order, values in ((2, second), (3, third)):
+        limit = found.near(angle, order)
+        assert (values <= limit * (1 + 1e-6) + 1e-6 * values.max()).all()
+        assert limit.max() < 40 * values.max()
+    far = found.near(np.array([5.0]), 2)[0]
+    assert far < 1.0
+
+
+def test_a_bound_looks_as_far_as_the_window() -> None:
+    law = lift(bump(1e-4, 1e-3))
+    near, beyond = bounds(law).near(np.array([2.0005 - 0.9 * WINDOW, 2.0005 - 2 * WINDOW]), 2)
+    assert near > 50.0 > beyond
+
+
+def test_lift_slope_and_curvature() -> None:
+    value, first, second = at(lift("0.02*(1 - cos(2*phi))"), np.array([0.3, 0.3 + tau, 0.3 - tau]))
+    np.testing.assert_allclose(value, 0.02 * (1 - np.cos(0.6)), rtol=1e-12)
+    np.testing.assert_allclose(first, 0.04 * np.sin(0.6), rtol=1e-12)
+    np.testing.assert_allclose(second, 0.08 * np.cos(0.6), rtol=1e-12)
+
+
+@pytest.mark.parametrize("width", [1e-2, 1e-3, 2e-4])
+def test_enclosures_hold_on_a_narrow_bump(width: float) -> None:
+    solution = solve(with_lift(bump(width / 50, width)), 0.0, pi)
+    low = 2.0005 + width * np.linspace(-4.0, 4.0, 41)
+    found = enclosed(solution, low, low + width / 50)
+    for share in (0.0, 0.3, 1.0):
+        moved = solution.movement(low + share * width / 50)
+        for middle, reach, value in zip(found[::2], found[1::2], moved, strict=True):
+            assert (np.abs(value - middle) <= reach).all()
+
+
+@pytest.mark.parametrize("height", [0.6, 0.3])
+def test_a_bump_that_the_bar_cannot_follow_locks(height: float) -> None:
+    with pytest.raises(SceneError, match=r"locks with the driver O at 11[34]\."):
+        solve(with_lift(bump(height, 5e-3)), 0.0, pi)

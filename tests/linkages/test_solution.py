@@ -1,0 +1,150 @@
+"""Positions and influence coefficients of linkages of every kind against 30-digit references."""
+
+from __future__ import annotations
+
+from itertools import pairwise
+from math import pi, tau
+
+import mpmath as mp
+import numpy as np
+import pytest
+
+from flywheel.mechanisms.linkages.positions import Solution, newton_steps, solve
+from flywheel.numerics.faults import SceneError
+from tests.linkages.linkages import CASES, Reference, four_bar, six_bar, slider_crank
+
+ANGLES = (0.0, 0.4, 1.1, 2.0, 3.0, 3.9, 4.6, 5.8, tau)
+
+
+def found_at(solution: Solution, name: str, q: float) -> tuple[float, float, float]:
+    """A body's angle or a slide's displacement with its two derivatives."""
+    poses = solution.poses(q)
+    track = poses.angle(name) if name in solution.linkage.names else solution.coordinate(name, poses)
+    return float(track.value[0]), float(track.rate[0]), float(track.slope[0])
+
+
+def derivatives(reference: Reference, name: str, q: float) -> list[float]:
+    """Value and derivatives of a reference, by differences at 60 digits."""
+    with mp.workdps(60):
+        h, x = mp.mpf(10) ** -15, mp.mpf(q)
+        low, mid, high = (reference(x + k * h)[name] for k in (-1, 0, 1))
+        return [float(v) for v in (mid, (high - low) / (2 * h), (high - 2 * mid + low) / h**2)]
+
+
+@pytest.mark.parametrize("case", CASES)
+def test_agrees_with_the_reference(case: str) -> None:
+    linkage, reference = CASES[case]
+    solution = solve(linkage, 0.0, tau)
+    for name in reference(mp.mpf(1)):
+        expected = [derivatives(reference, name, q) for q in ANGLES]
+        scale = max(abs(value) for triple in expected for value in triple[1:])
+        for q, (value, rate, slope) in zip(ANGLES, expected, strict=True):
+            found = found_at(solution, name, q)
+            gap = found[0] - value
+            if name in linkage.names:
+                gap = (gap + pi) % tau - pi
+            assert abs(gap) < 1e-13 * max(scale, 1.0), (name, q)
+            assert abs(found[1] - rate) < 1e-12 * scale, (name, q)
+            assert abs(found[2] - slope) < 1e-12 * scale, (name, q)
+
+
+@pytest.mark.parametrize("case", CASES)
+def test_poses_close_every_joint(case: str) -> None:
+    linkage = CASES[case][0]
+    q = np.linspace(0.0, tau, 57)
+    poses = solve(linkage, 0.0, tau).poses(q)
+    for joint in linkage.joints:
+        if joint.kind == "pin":
+            ends = poses.point(joint.first, joint.first_at), poses.point(joint.second, joint.second_at)
+            for a, b in zip(*ends, strict=True):
+                np.testing.assert_allclose(a, b, rtol=0, atol=1e-13)
+
+
+def test_rates_and_slopes_are_derivatives_of_poses() -> None:
+    solution = solve(six_bar(), 0.0, tau)
+    q, h = np.linspace(0.1, 6.0, 11), 1e-4
+    low, mid, high = (solution.poses(q + k * h) for k in (-1, 0, 1))
+    np.testing.assert_allclose((high.value - low.value) / (2 * h), mid.rate, atol=1e-6)
+    np.testing.assert_allclose((high.rate - low.rate) / (2 * h), mid.slope, atol=1e-6)
+
+
+@pytest.mark.parametrize("case", CASES)
+def test_newton_converges_quadratically(case: str) -> None:
+    steps = newton_steps(solve(CASES[case][0], 0.0, tau), [0.3, 2.0, 4.0], 0.02)
+    assert len(steps) <= 5
+    for before, after in pairwise(steps):
+        assert after <= 30 * before**2 + 1e-14
+    assert steps[-1] < 1e-9
+
+
+def test_driver_that_slides() -> None:
+    base = slider_crank(e=0.0)
+    pushed = base.__class__(
+        base.ground,
+        tuple(link._replace(guess=g) for link, g in zip(base.links, (0.5, None, None), strict=True)),
+        base.joints,
+        "guide",
+        start=0.35,
+    )
+    solution = solve(pushed, 0.25, 0.39)
+    x = np.array([0.25, 0.3, 0.39])
+    crank = solution.poses(x).angle("crank")
+    cosine = (x**2 + 0.1**2 - 0.3**2) / (2 * x * 0.1)
+    np.testing.assert_allclose(np.cos(crank.value), cosine, atol=1e-13)
+    slope = (1 / 0.1 - (x**2 + 0.1**2 - 0.3**2) / (2 * x**2 * 0.1)) / -np.sin(crank.value)
+    np.testing.assert_allclose(crank.rate, slope, rtol=1e-12)
+    assert solution.linkage.sliding
+
+
+def test_positions_outside_the_range_are_refused() -> None:
+    solution = solve(four_bar(), 0.0, 1.0)
+    with pytest.raises(SceneError, match=r"114\.59.* deg, expected one from 0 deg to 57\.29"):
+        solution.poses([0.5, 2.0])
+
+
+def test_start_may_lie_anywhere_in_the_range() -> None:
+    base = four_bar()
+    late = base.__class__(base.ground, base.links, base.joints, "O", sides=base.sides, start=2.5)
+    q = np.linspace(0.0, tau, 9)
+    early, other = (solve(linkage, 0.0, tau).poses(q) for linkage in (base, late))
+    np.testing.assert_allclose(np.exp(1j * early.value[:, 2]), np.exp(1j * other.value[:, 2]), atol=1e-13)
+
+
+@pytest.mark.parametrize("ratio", [0.3, 0.9, 0.999, 0.999999])
+def test_slider_crank_close_to_its_lock(ratio: float) -> None:
+    solution = solve(slider_crank(0.1, 0.1 / ratio, 0.0), 0.0, tau)
+    with mp.workdps(40):
+        for q in (0.3, pi / 2 - 1e-3, pi / 2, 4.7):
+            r, length, x = mp.mpf(0.1), mp.mpf(0.1 / ratio), mp.mpf(q)
+            run = mp.sqrt(length**2 - (r * mp.sin(x)) ** 2)
+            value = r * mp.cos(x) + run
+            rate = -r * mp.sin(x) - r**2 * mp.sin(x) * mp.cos(x) / run
+            found = found_at(solution, "guide", q)
+            closeness = float(length / run)
+            assert abs(found[0] - float(value)) < 1e-16 * 20 * closeness
+            assert abs(found[1] - float(rate)) < 1e-16 * 40 * closeness**2 * 0.1 + 1e-16
+
+
+def test_positions_that_are_not_reached_are_told() -> None:
+    base = slider_crank(0.1, 0.3, 0.0)
+    links = tuple(link._replace(guess=0.5 if link.name == "crank" else link.guess) for link in base.links)
+    pushed = base.__class__(base.ground, links, base.joints, "guide", start=0.35)
+    with pytest.raises(SceneError, match=r"a position that Newton's iteration does not reach, 0\.41 m"):
+        solve(pushed, 0.3, 0.3999999).movement(np.array([0.41]))
+
+
+def test_a_start_beside_the_range_s_end() -> None:
+    base = four_bar()
+    beside = base.__class__(base.ground, base.links, base.joints, "O", sides=base.sides, start=1e-15)
+    poses = solve(beside, 0.0, 1.0).poses([-5e-10, 0.0])
+    assert np.abs(poses.value).max() < 10.0
+
+
+def test_arrays_that_are_kept_cannot_be_changed() -> None:
+    solution = solve(four_bar(), 0.0, tau)
+    with pytest.raises(ValueError, match="read-only"):
+        solution.trace.z[0, 0] = 1.0
+    q = np.array([0.5])
+    poses = solution.poses(q)
+    q[0] = 9.0
+    assert poses.q[0] == 0.5

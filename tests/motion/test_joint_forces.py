@@ -1,0 +1,167 @@
+"""Forces in the joints of whole scenes: against the reduced machine, against Newton-Euler by hand, and at its edges."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+import flywheel
+from flywheel.machine.machine import Machine
+from flywheel.motion.joint_forces import joint_forces
+from flywheel.numerics.faults import SceneError
+from tests import regimes
+from tests.scenes import press, shaper, yoke
+
+PHI = np.linspace(0.1, 6.2, 23)
+
+FOUR_BAR: dict[str, Any] = {
+    "mechanism": {
+        "type": "four-bar",
+        "name": "bars",
+        "ground": {"length": 0.4},
+        "crank": {"length": 0.1, "mass": 2, "inertia": 0.01, "com": 0.03},
+        "coupler": {"length": 0.35, "mass": 1.5, "com": 0.2, "com_angle": 0.3, "inertia": 0.02},
+        "rocker": {"length": 0.3, "mass": 3, "com": 0.1, "inertia": 0.04},
+    },
+    "gravity": {},
+    "inertia": [{"on": "bars.rocker", "value": 0.05}],
+    "spring": [{"on": "bars.rocker", "stiffness": 30, "rest": 1.5}],
+    "load": [{"on": "bars.rocker", "torque": "-40*sign(v)"}],
+    "drive": {"torque": "balance"},
+    "regime": {"speed": 20},
+    "flywheel": {"irregularity": 0.02},
+}
+
+SCENES = {"press": press(), "yoke": yoke(), "shaper": shaper(), "four-bar": FOUR_BAR}
+
+
+def asked_of_shafts(machine: Machine, found: Any) -> Any:
+    """Torque at the crank that all mechanisms ask for."""
+    scene = machine.scene
+    return sum(scene.shafts[m.shaft] * found.mechanisms[m.name].action for m in scene.mechanisms)
+
+
+@pytest.mark.parametrize("name", SCENES)
+def test_driving_actions_agree_with_the_reduced_machine(name: str) -> None:
+    machine = Machine(flywheel.load(SCENES[name]))
+    found = joint_forces(machine, PHI)
+    state = flywheel.reduce(machine, PHI)
+    motion = found.motion
+    on_shafts = [
+        k for k in state.moment_parts if k == "drive" or any(s in k.split(" on ")[-1:] for s in machine.scene.shafts)
+    ]
+    moments = state.moment - sum((state.moment_parts[key] for key in on_shafts), np.zeros(PHI.size))
+    expected = state.inertia * motion.alpha + 0.5 * state.slope * motion.omega**2 - moments
+    fixed = sum(i.value * machine.scene.shafts[i.on] ** 2 for i in machine.scene.inertias if i.on in machine.scene.shafts)
+    expected = expected - fixed * motion.alpha
+    np.testing.assert_allclose(asked_of_shafts(machine, found), expected, atol=1e-10 * np.abs(expected).max())
+
+
+def test_steady_motion_fulfils_the_equation_of_motion() -> None:
+    machine = Machine(flywheel.load(press()))
+    motion = joint_forces(machine, PHI).motion
+    h = 1e-5
+    around = [joint_forces(machine, PHI + s * h).motion.omega for s in (-1, 1)]
+    np.testing.assert_allclose(motion.omega * (around[1] - around[0]) / (2 * h), motion.alpha, atol=1e-6)
+
+
+def test_reactions_of_a_press_by_newton_and_euler() -> None:
+    scene = flywheel.load(press())
+    found = joint_forces(scene, PHI)
+    motion, joints = found.motion, found.mechanisms["press"]
+    r, length, b, phi = 0.1, 0.5, 0.2, found.motion.phi
+    beta = np.arcsin(-r * np.sin(phi) / length)
+    rate = -r * np.cos(phi) / (length * np.cos(beta))
+    slope = (r * np.sin(phi) / length + np.sin(beta) * rate**2) / np.cos(beta)
+    omega, alpha = motion.omega, motion.alpha
+
+    def accelerated(first: Any, second: Any) -> Any:
+        return first * alpha + second * omega**2
+
+    rod_turn = accelerated(rate, slope)
+    pin = accelerated(r * 1j * np.exp(1j * phi), -r * np.exp(1j * phi))
+    centre = pin + b * (1j * rod_turn - (rate * omega) ** 2) * np.exp(1j * beta)
+    slider = (pin + length * (1j * rod_turn - (rate * omega) ** 2) * np.exp(1j * beta)).real
+    angle = np.degrees(phi)
+    load = np.where((angle >= 300) & (angle < 345), -20e3, 0.0)
+    at_slider = 50 * slider - load  # what the rod does to the slider, along x
+    g = 9.80665
+    # rod: forces at the crank pin (fx, fy) and -at_slider, -fs at the slider pin
+    fx = 10 * centre.real + at_slider
+    arm = length * np.exp(1j * beta)
+    com = b * np.exp(1j * beta)
+    # moments about the rod's centre of mass, with fy = 10 (ay + g) - fsy and fsy what the slider does to the rod
+    fsx = -at_slider
+    tail, head = -com, arm - com
+    weight = 10 * (centre.imag + g)
+    fsy = (0.3 * rod_turn + tail.imag * fx - tail.real * weight + head.imag * fsx) / (head.real - tail.real)
+    fy = weight - fsy
+    np.testing.assert_allclose(joints.components["crank_pin"]["x"], fx, rtol=1e-10, atol=1e-6)
+    np.testing.assert_allclose(joints.components["crank_pin"]["y"], fy, rtol=1e-10, atol=1e-6)
+    normal = fsy + 50 * g  # the guide carries the slider's weight and what the rod presses
+    np.testing.assert_allclose(joints.components["guide"]["normal"], normal, rtol=1e-10, atol=1e-6)
+
+
+def test_a_constant_speed_may_be_given() -> None:
+    found = joint_forces(flywheel.load(press()), PHI, speed=5.0, acceleration=2.0)
+    assert (found.motion.omega == 5.0).all()
+    assert (found.motion.alpha == 2.0).all()
+
+
+def test_quasi_static_leaves_inertia_out() -> None:
+    scene = flywheel.load(press())
+    slow, fast = (joint_forces(scene, PHI, speed=w, inertia=False).mechanisms["press"].action for w in (1.0, 100.0))
+    np.testing.assert_allclose(slow, fast, rtol=1e-12)
+
+
+def test_a_law_has_no_joints() -> None:
+    law = {"type": "law", "outputs": {"ram": {"x": "0.1*sin(phi)", "mass": 2}}}
+    scene = flywheel.load({"mechanism": law, "regime": {"speed": 1}, "flywheel": {"inertia": 1}})
+    with pytest.raises(SceneError, match=r"mechanism\.type"):
+        joint_forces(scene)
+
+
+def test_a_rotor_has_no_joints() -> None:
+    rotor = flywheel.load({"inertia": [{"on": "crank", "value": 1}], "regime": {"speed": 1}, "flywheel": {"inertia": 1}})
+    with pytest.raises(SceneError, match="no mechanism"):
+        joint_forces(rotor)
+
+
+def test_angles_are_those_asked_for_or_a_cycle() -> None:
+    scene = flywheel.load(press())
+    assert joint_forces(scene, speed=1.0).motion.phi.size == 360
+    np.testing.assert_allclose(joint_forces(scene, [7.0], speed=1.0).motion.phi, 7.0 - 2 * np.pi)
+    with pytest.raises(SceneError, match="phi: found an angle that is not finite"):
+        joint_forces(scene, [np.nan], speed=1.0)
+    with pytest.raises(SceneError, match="phi: found no position"):
+        joint_forces(scene, [], speed=1.0)
+
+
+def test_positions_outside_a_stroke_are_refused() -> None:
+    clamp = Path(__file__).parents[2] / "examples" / "machines" / "injection_clamp.toml"
+    with pytest.raises(SceneError, match=r"x: found 0\.3 m, expected a position within the stroke, -0\.06 m to 0\.19 m"):
+        joint_forces(flywheel.load(clamp), [0.3])
+
+
+@pytest.mark.parametrize(("name", "inertia"), [("section-c", 5), ("kloss-press", 0.1), ("four-bar", 1)])
+def test_driving_actions_follow_the_machine_s_own_motion(name: str, inertia: float) -> None:
+    """What the crank asks is what drive and loads on shafts leave after shafts and flywheel have been accelerated."""
+    machine = Machine(flywheel.load(regimes.scene(name, inertia=inertia)))
+    motion = joint_forces(machine, PHI)
+    scene, omega, alpha = machine.scene, motion.motion.omega, motion.motion.alpha
+    ratio, fan = scene.flywheel_ratio, scene.shafts.get("fan", 0.0)
+    turning = inertia * ratio**2 + sum(item.value * scene.shafts[item.on] ** 2 for item in scene.inertias)
+    drive = {
+        "section-c": lambda w: 10 - 2.387 * w,
+        "kloss-press": lambda w: 12 * _kloss(1 - 12 * w / (50 * np.pi)),
+        "four-bar": lambda w: 95 - 4.5 * w,
+    }[name](omega)
+    left = drive - 0.004 * fan**3 * omega**2 - turning * alpha
+    assert asked_of_shafts(machine, motion) == pytest.approx(left, rel=1e-8, abs=1e-7 * np.abs(drive).max())
+
+
+def _kloss(slip: Any) -> Any:
+    return 2 * 49.7 * 0.1916 * slip / (slip**2 + 0.1916**2)

@@ -1,0 +1,67 @@
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose
+
+import flywheel
+from flywheel.motion.transients import close, peak, sampled, switching, worked
+from tests import regimes
+
+
+@pytest.fixture(scope="module")
+def trail():
+    scene = flywheel.load(regimes.scene("four-bar", inertia=1))
+    return flywheel.simulate(scene, 0.4, 6.0, 1.2, rtol=1e-9).trail
+
+
+def test_acceleration_is_the_slope_of_speed_and_power_that_of_energy(trail):
+    times = np.array([0.1, 0.33, 0.61, 1.0])
+    h = 1e-5
+    now, before, after = (sampled(trail, times + shift) for shift in (0.0, -h, h))
+    assert_allclose(now.acceleration, (after.omega - before.omega) / (2 * h), rtol=1e-5)
+    assert_allclose(now.moment * now.omega, (after.kinetic - before.kinetic) / (2 * h), rtol=1e-5)
+    assert_allclose(now.power, (95 - 4.5 * now.omega) * now.omega, rtol=1e-12)
+
+
+def test_works_of_all_parts_make_the_kinetic_energy(trail):
+    works = worked(trail)
+    ends = sampled(trail, np.array([0.0, 1.2])).kinetic
+    assert {"drive", "load[0] on fan", "load[1] on four-bar.rocker"} <= set(works.by_part)
+    assert sum(works.by_part.values()) == pytest.approx(ends[1] - ends[0], rel=1e-9)
+    assert works.meshes == 0.0
+    assert works.copper is None
+
+
+def test_a_peak_lies_between_the_samples(trail):
+    found = peak(trail, "omega", *close(trail))
+    dense = sampled(trail, np.union1d(trail.t, np.linspace(0.0, 1.2, 5001))).omega.max()
+    assert found.value == pytest.approx(dense, rel=1e-7)
+    assert found.value >= dense * (1 - 1e-12)
+
+
+@pytest.fixture(scope="module")
+def saw():
+    """From 1 rad on the torque is 12 - 4 phi, 0 before: its greatest value stands on the right side of the jump alone."""
+    scene = {"inertia": [{"on": "crank", "value": 2}], "regime": {"speed": 1}, "flywheel": {"inertia": 0}}
+    torque = "12 - 4*phi if phi > 1 and phi < 1.2 else 0"
+    return flywheel.simulate(flywheel.load(scene | {"drive": {"torque": torque}}), 0.0, 1.0, 5.0, rtol=1e-9).trail
+
+
+def test_a_peak_may_stand_on_one_side_of_a_jump_alone(saw):
+    found = peak(saw, "drive", *close(saw))
+    assert found.value == pytest.approx(8.0, rel=1e-12)
+    assert found.time == pytest.approx(1.0, rel=1e-12)
+
+
+def test_both_sides_of_a_switch_are_there(saw):
+    times, owners = switching(saw)
+    assert_allclose(times[:2], 1.0, rtol=1e-12)
+    drive = sampled(saw, times, owners).drive
+    assert_allclose(drive[:4], [0.0, 8.0, 7.2, 0.0], atol=1e-9)
+    assert np.all(np.diff(times) >= 0.0)
+
+
+def test_the_highest_of_many_like_tops_is_found():
+    """Torque 10 + sin(9 phi) over a cycle whose speed grows: every top is 11, whatever steps stand around it."""
+    scene = {"inertia": [{"on": "crank", "value": 2}], "regime": {"speed": 1}, "flywheel": {"inertia": 0}}
+    trail = flywheel.simulate(flywheel.load(scene | {"drive": {"torque": "10 + sin(9*phi)"}}), 0.0, 1.0, 3.0).trail
+    assert peak(trail, "drive", *close(trail)).value == pytest.approx(11.0, rel=1e-10)

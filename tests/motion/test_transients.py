@@ -1,0 +1,468 @@
+"""Run-up, run-down, load step and stall, against closed forms."""
+
+import math
+from itertools import pairwise
+
+import numpy as np
+import pytest
+from scipy.integrate import solve_ivp
+
+import flywheel
+from flywheel.motion import transients
+from flywheel.motion.transients import Until, run_down, run_up, transient
+from flywheel.report.transients import text
+from tests import regimes
+
+DEG = math.pi / 180
+
+
+def rotor(inertia, **parts):
+    """A wheel alone."""
+    return flywheel.load({"inertia": [{"on": "crank", "value": inertia}], "flywheel": {"inertia": 0}, **parts})
+
+
+def load(torque, **window):
+    return {"on": "crank", "torque": torque, **window}
+
+
+FREE = {"regime": {"speed": 10}}
+
+
+# -- run-up ----------------------------------------------------------------------------------------------------------
+
+
+def test_a_constant_torque_against_a_damper():
+    """J omega' = 15 - 2 omega: omega = 7.5 (1 - exp(-2 t/J))."""
+    scene = rotor(3, drive={"torque": 20}, load=[load(-5)], damper=[{"on": "crank", "coefficient": 2}])
+    found = run_up(scene, "2 s")
+    tau = 1.5
+    assert found.omega == pytest.approx(7.5 * (1 - math.exp(-2 / tau)), rel=1e-9)
+    assert found.phi == pytest.approx(7.5 * (2 - tau * (1 - math.exp(-2 / tau))), rel=1e-9)
+    assert found.regime_speed == pytest.approx(7.5, rel=1e-9)
+    assert transient(scene, end="10 s").time_to_regime == pytest.approx(tau * math.log(20), rel=1e-8)
+
+
+def test_the_energy_of_a_run_up_is_accounted_for():
+    scene = rotor(3, drive={"torque": 20}, load=[load(-5)], damper=[{"on": "crank", "coefficient": 2}])
+    found = run_up(scene, 2.0)
+    tau, end = 1.5, 2 / 1.5
+    heat = 2 * 7.5**2 * tau * (end - 2 * (1 - math.exp(-end)) + 0.5 * (1 - math.exp(-2 * end)))
+    assert found.energy.drive == pytest.approx(20 * found.way, rel=1e-10)
+    assert found.energy.works == {
+        "load[0] on crank": pytest.approx(-5 * found.way, rel=1e-10),
+        "damper[0] on crank": pytest.approx(-heat, rel=1e-8),
+    }
+    assert found.energy.kinetic_gained == pytest.approx(0.5 * 3 * found.omega**2, rel=1e-12)
+    assert found.energy.residual < 1e-9
+
+
+def test_an_induction_motor_from_rest():
+    """T = 2 T_b u_b u/(u² + u_b²), u = w_s - omega: t = J/(2 T_b u_b) ((w_s² - u²)/2 + u_b² log(w_s/u))."""
+    motor = {
+        "type": "induction",
+        "power": 7500,
+        "speed": "1450 rpm",
+        "poles": 4,
+        "frequency": "50 Hz",
+        "breakdown_ratio": 2.5,
+    }
+    scene = rotor(2, drive={"motor": {**motor, "frequency": 50}})
+    found = run_up(scene, "1450 rpm")
+    machine = scene.motor
+    synchronous, reach = machine.synchronous_speed, machine.breakdown_slip * machine.synchronous_speed
+    u = synchronous - machine.speed
+    factor = 2 / (2 * machine.breakdown_torque * reach)
+    time = factor * (0.5 * (synchronous**2 - u**2) + reach**2 * math.log(synchronous / u))
+    assert (found.reason, found.time) == ("speed", pytest.approx(time, rel=1e-9))
+    assert found.peaks.torque.value == pytest.approx(machine.breakdown_torque, rel=1e-9)
+    assert found.peaks.power.value == pytest.approx(found.peaks.power.value, rel=1e-9)
+
+
+def test_a_dc_motor_with_inductance_switched_on_at_rest():
+    """J omega' = k i - b omega, L i' = U - R i - k omega: two exponentials."""
+    voltage, resistance, constant, inductance, friction, inertia = 48.0, 0.4, 0.25, 0.02, 0.002, 0.01
+    motor = {
+        "type": "dc",
+        "voltage": voltage,
+        "resistance": resistance,
+        "constant": constant,
+        "inductance": inductance,
+        "friction": friction,
+    }
+    found = run_up(rotor(inertia, drive={"motor": motor}), 0.3)
+    matrix = np.array([[-friction / inertia, constant / inertia], [-constant / inductance, -resistance / inductance]])
+    steady = np.linalg.solve(matrix, [0.0, -voltage / inductance])
+    values, vectors = np.linalg.eig(matrix)
+    omega, current = (steady - (vectors * np.exp(values * 0.3)) @ np.linalg.solve(vectors, steady)).real
+    assert found.omega == pytest.approx(omega, rel=1e-9)
+    assert found.motion.current[-1] == pytest.approx(current, rel=1e-8)
+    assert found.energy.residual < 1e-9
+    assert found.peaks.current.value > current
+    magnetic = 0.5 * inductance * current**2
+    times = np.linspace(0, 0.3, 200001)
+    whole = (steady[:, None] - (vectors @ (np.exp(np.outer(values, times)).T * np.linalg.solve(vectors, steady)).T)).real
+    supplied = voltage * np.trapezoid(whole[1], times)
+    assert supplied == pytest.approx(
+        found.energy.drive + friction * np.trapezoid(whole[0] ** 2, times) + found.energy.copper + magnetic, rel=1e-7
+    )
+
+
+def test_a_load_is_held_until_the_motors_current_carries_it():
+    motor = {"type": "dc", "voltage": 48, "resistance": 0.4, "constant": 0.25, "inductance": 0.02}
+    found = run_up(rotor(0.1, drive={"motor": motor}, load=[load(-10)]), 0.2)
+    assert found.motion.current[0] == pytest.approx(40.0, rel=1e-8)
+    assert found.motion.omega.min() >= 0.0
+    assert "held at rest until the current has risen to 40 A" in found.messages[0]
+    with pytest.raises(flywheel.SceneError, match=r"does not start.*-1 N m"):
+        run_up(rotor(0.1, drive={"motor": motor}, load=[load(-31)]), 0.2)
+
+
+def test_a_mesh_takes_its_share_of_a_run_up():
+    """Motor side 0.5 kg m² at four times the speed, crank side 3 kg m²: (3 + 16*0.5*eta) alpha = 4 eta 7 - 20."""
+    eta = 0.8
+    scene = flywheel.load(
+        {
+            "shafts": {"motor": {"ratio": 4, "efficiency": eta}},
+            "inertia": [{"on": "motor", "value": 0.5}],
+            "load": [load(-20)],
+            "drive": {"on": "motor", "torque": 7},
+            "regime": {"speed": 10},
+            "flywheel": {"inertia": 3},
+        }
+    )
+    found = run_up(scene, 2.0)
+    alpha = (4 * eta * 7 - 20) / (3 + 8 * eta)
+    assert found.omega == pytest.approx(alpha * 2, rel=1e-10)
+    lost = (1 - eta) * 4 * (7 - 0.5 * 4 * alpha)
+    assert found.energy.meshes == pytest.approx(lost * found.way, rel=1e-10)
+    assert found.energy.residual < 1e-10
+
+
+def test_section_c_from_rest_at_a_right_angle_and_at_its_dead_centre():
+    scene = flywheel.load(regimes.scene("section-c", inertia=0))
+    found = run_up(scene, at=math.pi / 2)
+    assert found.reason == "regime"
+    assert found.turns == 6.75
+    assert found.omega == pytest.approx(3.9623591, abs=1e-5)
+    assert found.regime_speed == pytest.approx(2 * math.pi / 1.538536393184, rel=1e-9)
+    assert found.peaks.speed.value == pytest.approx(5.11884, abs=1e-5)
+    assert found.time_to_regime == pytest.approx(0.7120035, abs=1e-7)
+    (_, slow) = found.motion.at(found.time_to_regime)
+    assert slow[0] == pytest.approx(0.95 * found.regime_speed, rel=1e-9)
+    assert run_up(scene, "1 turn", at=0.0).turns == pytest.approx(1.0, rel=1e-12)
+
+
+# -- stall and starts ------------------------------------------------------------------------------------------------
+
+
+def test_a_stall_is_told_with_its_angle_and_time_and_ends_the_motion():
+    """10 N m over 90 deg, then 20 N m too little: it stops after 45 deg more."""
+    scene = rotor(2, drive={"torque": 10}, load=[load(-30, **{"from": "90 deg", "to": "180 deg"})], **FREE)
+    found = run_up(scene, 60.0)
+    first = math.sqrt(2 * (math.pi / 2) * 2 / 10)
+    assert found.reason == "stall"
+    assert found.phi == pytest.approx(135 * DEG, rel=1e-9)
+    assert found.time == pytest.approx(first + 10 * first / 20, rel=1e-9)
+    assert found.omega == pytest.approx(0.0, abs=1e-9)
+    assert "stalled at crank angle 135 deg after" in found.ended
+    assert "-20 N m" in found.ended
+
+
+def test_a_motor_that_cannot_start_its_load_is_told_at_once():
+    with pytest.raises(flywheel.SceneError, match=r"does not start.*crank angle 30 deg.*-10 N m"):
+        run_up(rotor(2, drive={"torque": 20}, load=[load(-30)], **FREE), 1.0, at=30 * DEG)
+
+
+def test_nothing_starts_from_a_balanced_dead_centre():
+    gas = {
+        "mechanism": {"type": "slider-crank", "crank": {"length": 0.1}, "rod": {"length": 0.3}, "slider": {"mass": 1}},
+        "load": [{"on": "slider", "force": -500}],
+        "regime": {"speed": 10},
+        "flywheel": {"inertia": 1},
+    }
+    for dead_centre in (0.0, math.pi):
+        with pytest.raises(flywheel.SceneError, match="nothing moves it"):
+            transient(flywheel.load(gas), at=dead_centre, end=1.0)
+    driven = flywheel.load(gas | {"drive": {"torque": 60}})
+    assert run_up(driven, 0.2, at=math.pi).way > 0
+
+
+def test_dry_friction_that_the_drive_does_not_overcome_holds_the_machine():
+    scene = rotor(2, drive={"torque": 4}, load=[load("-6*sign(omega)")], **FREE)
+    motion = flywheel.simulate(scene, 0.0, 3.0, 10.0)
+    assert motion.ended.startswith("stands still at crank angle")
+    assert motion.t[-1] == pytest.approx(3 * 2 / 2, rel=1e-9)
+
+
+# -- run-down and steps ----------------------------------------------------------------------------------------------
+
+
+def test_a_run_down_under_constant_friction():
+    scene = rotor(2, drive={"torque": "20 - omega"}, load=[load("-6*sign(omega)")])
+    found = run_down(scene)
+    assert found.motion.omega[0] == pytest.approx(14.0, rel=1e-12)
+    assert (found.reason, found.time) == ("stop", pytest.approx(14 * 2 / 6, rel=1e-9))
+    assert found.phi == pytest.approx(0.5 * 14**2 * 2 / 6, rel=1e-9)
+    assert found.energy.works["load[0] on crank"] == pytest.approx(-0.5 * 2 * 14**2, rel=1e-9)
+
+
+def test_a_run_down_under_friction_and_drag():
+    """J omega' = -6 - 0.5 omega: t = (J/c) log(1 + c w/M)."""
+    scene = rotor(2, load=[load("-6*sign(omega) - 0.5*omega")], **FREE)
+    found = transient(scene, start=12.0, end="stop", drive=False)
+    assert found.time == pytest.approx(4 * math.log(1 + 0.5 * 12 / 6), rel=1e-9)
+
+
+def test_drag_alone_never_stops_a_machine():
+    found = transient(rotor(2, damper=[{"on": "crank", "coefficient": 1}], **FREE), start=12.0, end="stop")
+    assert found.reason == "creep"
+    assert "for ever" in found.ended
+
+
+def test_a_machine_without_losses_does_not_slow_down():
+    found = transient(flywheel.load(regimes.scene("section-c", inertia=0)), start=4.0, end="stop", drive=False)
+    assert found.reason == "limit"
+    assert "does not slow down" in found.ended
+
+
+def test_a_step_of_load():
+    """J omega' = 20 - 4 omega - 8, and from 1 s on 4 N m more: two exponentials."""
+    scene = rotor(2, drive={"torque": "20 - 4*omega"}, load=[load("-8 - 4*(t > 1)")])
+    found = transient(scene, start=3.0, end=1.7)
+    assert found.motion.at(1.0)[1][0] == pytest.approx(3.0, rel=1e-12)
+    assert found.omega == pytest.approx(2 + math.exp(-2 * 0.7), rel=1e-10)
+    assert 1.0 in found.motion.t
+    assert found.regime_speed is None
+    assert "depend on time" in found.messages[-1]
+
+
+def test_a_load_that_ends_later_sets_a_machine_going_then():
+    found = run_up(rotor(2, drive={"torque": "10*(t > 1)"}, **FREE), 3.0)
+    assert found.omega == pytest.approx(10, rel=1e-10)
+
+
+# -- ends ------------------------------------------------------------------------------------------------------------
+
+
+def test_what_does_not_come_is_given_up(monkeypatch):
+    monkeypatch.setattr(transients, "MOST_CYCLES", 50.0)
+    scene = rotor(2, drive={"torque": "20 + 0*t - 4*omega"})  # what depends on time may change its mind
+    found = transient(scene, end=Until("speed", 6.0))
+    assert found.reason == "limit"
+    assert "did not come" in found.ended
+    assert found.omega == pytest.approx(5.0, rel=1e-9)
+
+
+@pytest.mark.parametrize(("end", "told"), [("110 %", "5.5 rad/s"), ("200 rpm", "20.944 rad/s (200 rpm)")])
+def test_a_speed_out_of_reach_is_given_up_when_the_machine_has_settled(end, told):
+    found = transient(rotor(2, drive={"torque": "20 - 4*omega"}), end=end)
+    assert found.reason == "limit"
+    assert f"settled to its regime without reaching {told}" in found.ended
+    assert found.turns < 20
+
+
+def test_a_speed_close_below_the_regime_s_is_reached():
+    found = transient(rotor(2, drive={"torque": "20 - 4*omega"}), end="99.9999 %", rtol=1e-11)
+    assert (found.reason, found.time) == ("share", pytest.approx(0.5 * math.log(1e6), rel=1e-4))
+
+
+def test_a_speed_that_only_a_later_law_gives_is_waited_for():
+    found = transient(rotor(2, drive={"torque": "20 + 20*(t > 60) - 4*omega"}), end="9 rad/s")
+    assert (found.reason, found.time) == ("speed", pytest.approx(60 + 0.5 * math.log(5), rel=1e-8))
+
+
+def test_friction_holds_a_machine_until_its_motors_current_is_strong_enough():
+    """k i > 10 N m from 40 A on: J omega' = k i - 10, L i' = U - R i - k omega, two exponentials."""
+    motor = {"type": "dc", "voltage": 48, "resistance": 0.4, "constant": 0.25, "inductance": 0.02}
+    found = run_up(rotor(0.1, drive={"motor": motor}, load=[load("-10*sign(omega)")]), 0.3)
+    matrix = np.array([[0.0, 2.5], [-12.5, -20.0]])
+    steady = np.linalg.solve(matrix, [100.0, -2400.0])
+    values, vectors = np.linalg.eig(matrix)
+    start = np.linalg.solve(vectors, np.array([0.0, 40.0]) - steady)
+    omega, current = (steady + (vectors * np.exp(values * 0.3)) @ start).real
+    assert found.omega == pytest.approx(omega, rel=1e-7)
+    assert found.motion.current[-1] == pytest.approx(current, rel=1e-7)
+    assert found.energy.works["load[0] on crank"] == pytest.approx(-10 * found.way, rel=1e-9)
+    with pytest.raises(flywheel.SceneError, match="does not start"):
+        run_up(rotor(0.1, drive={"motor": motor}, load=[load("-31*sign(omega)")]), 0.3)
+    with pytest.raises(flywheel.SceneError, match="give the current"):
+        flywheel.simulate(rotor(0.1, drive={"motor": motor}, load=[load("-10*sign(omega)")]), 0.0, 0.0, 0.3)
+
+
+def test_the_moment_of_a_stall_counts_friction():
+    spring = {"on": "crank", "torque": "-3*phi"}
+    found = run_up(rotor(2, drive={"torque": 10}, load=[load("-4*sign(omega)"), spring]), 20.0)
+    assert (found.reason, found.omega) == ("stall", 0.0)
+    assert found.phi == pytest.approx(4.0, rel=1e-9)
+    assert "-6 N m" in found.ended
+
+
+def test_representations_are_short():
+    found = run_up(rotor(2, drive={"torque": "20 - 4*omega"}), "1 s")
+    for thing in (found, found.motion, found.motion.trail):
+        assert len(repr(thing)) < 250
+    assert repr(found).startswith("Transient(time: ended at crank angle")
+
+
+def test_a_motion_is_watched():
+    seen = []
+    transient(rotor(2, drive={"torque": 6}, **FREE), end=3.0, watching=lambda t, phi: seen.append((t, phi)))
+    assert (3.0, pytest.approx(13.5)) in seen
+    assert sum(t == 3.0 for t, _ in seen) >= 2
+
+
+def test_a_machine_too_weak_for_its_irregularity_may_be_followed_with_a_flywheel_given():
+    scene = {"regime": {"speed": 10}, "flywheel": {"irregularity": 0.02}, "inertia": [{"on": "crank", "value": 2}]}
+    weak = flywheel.load(scene | {"drive": {"torque": "40 - 4*omega"}, "load": [load(-100, **{"from": 0, "to": "180 deg"})]})
+    with pytest.raises(flywheel.SceneError, match=r'no flywheel can be sized.*--flywheel "0\.3 kg m\^2"'):
+        run_up(weak)
+    assert transient(weak, start=5.0, end=0.1, inertia=0.3).time == 0.1
+
+
+def test_without_a_drive_a_start_is_advised():
+    with pytest.raises(flywheel.SceneError, match=r"nothing drives it: start at a speed, --from regime"):
+        transient(rotor(2, drive={"torque": "20 - 4*omega"}, load=[load("-2*sign(omega)")]), drive=False, end="stop")
+
+
+@pytest.mark.parametrize("rate", [7, 20, 60])
+def test_a_law_with_kinks_in_time_is_followed(rate):
+    """2 omega' = 50 - 9 omega - 10 |sin(rate t)|: the integral of exp(4.5 (t - T)) |sin|, hump by hump."""
+    found = run_up(rotor(2, drive={"torque": "50 - 9*omega"}, load=[load(f"-10*abs(sin({rate}*t))")]), 2.0)
+
+    def integral(t):
+        return math.exp(4.5 * (t - 2)) * (4.5 * math.sin(rate * t) - rate * math.cos(rate * t)) / (4.5**2 + rate**2)
+
+    ends = [*(k * math.pi / rate for k in range(int(2 * rate / math.pi) + 1)), 2.0]
+    humps = sum((-1) ** k * (integral(b) - integral(a)) for k, (a, b) in enumerate(pairwise(ends)))
+    assert found.omega == pytest.approx(50 / 9 * (1 - math.exp(-9)) - 5 * humps, rel=1e-8)
+
+
+def test_a_short_pulse_in_time_is_not_stepped_over():
+    """1000 N m within 2 ms take 1000*0.002*sqrt(pi) N m s; J omega' = 50 - 9 omega else."""
+    found = run_up(rotor(2, drive={"torque": "50 - 9*omega"}, load=[load("-1000*exp(-((t - 2)/0.002)**2)")]), 3.0)
+    lost = 500 * 0.002 * math.sqrt(math.pi) * math.exp(-4.5 + (4.5 * 0.002) ** 2 / 4)
+    assert found.omega == pytest.approx(50 / 9 * (1 - math.exp(-13.5)) - lost, rel=1e-9)
+
+
+def test_a_stall_under_a_load_of_time_tells_the_moment_of_that_time():
+    found = run_up(rotor(2, drive={"torque": "50 - 9*omega"}, load=[load("-5 - 80*(t > 3)")]), 30.0)
+    assert "M* at rest is -35 N m" in found.ended
+
+
+def test_what_depends_on_time_has_no_regime_to_end_with():
+    with pytest.raises(flywheel.SceneError, match="until: found a regime of a machine whose loads or drive depend on time"):
+        run_up(rotor(2, drive={"torque": "50 - 9*omega"}, load=[load("-5 - 30*(t > 20)")]))
+
+
+def test_energy_closes_where_nothing_does_net_work():
+    found = transient(flywheel.load(regimes.scene("section-c", inertia=0)), start=4.0, end="1 turn", drive=False)
+    assert found.energy.residual < 1e-9
+
+
+def test_a_speed_is_met_from_above_too():
+    found = transient(rotor(2, load=[load(-4)], **FREE), start=10.0, end="6 rad/s")
+    assert (found.reason, found.time) == ("speed", pytest.approx(2.0, rel=1e-10))
+
+
+def test_a_hydraulic_stroke_goes_to_its_end():
+    """m x'' = 100 - 40 x', from rest over 0.4 m."""
+    bodies = {"frame": {"points": {"O": [0, 0]}}, "ram": {"mass": 2.0}}
+    guide = {"name": "O", "type": "slide", "between": ["frame.O", "ram.origin"]}
+    linkage = {"type": "linkage", "driver": "O", "bodies": bodies, "joints": [guide]}
+    drive = [{"on": "slide", "force": "100 - 40*v"}]
+    scene = flywheel.load({"mechanism": linkage, "load": drive, "stroke": {"from": 0.1, "to": 0.5, "speed": 1}})
+    found = transient(scene, end="stop")
+    time = found.time
+    assert found.reason == "stroke"
+    assert 2.5 * (time - (1 - math.exp(-20 * time)) / 20) == pytest.approx(0.4, rel=1e-9)
+    assert found.omega == pytest.approx(2.5 * (1 - math.exp(-20 * time)), rel=1e-9)
+    assert "0.5 m" in found.ended
+
+
+@pytest.mark.parametrize(
+    ("given", "path"),
+    [
+        ({"end": -1.0}, "until"),
+        ({"end": math.inf}, "until"),
+        ({"start": -3.0}, "from"),
+        ({"start": "soon"}, "from"),
+        ({"rtol": 0.0}, "rtol"),
+        ({"start": "regime", "end": 1.0}, "regime"),
+    ],
+)
+def test_senseless_questions_are_refused(given, path):
+    scene = rotor(2, drive={"torque": 20}, load=[load(-5)], **FREE)
+    with pytest.raises(flywheel.SceneError, match=path):
+        transient(scene, **given)
+
+
+def test_everything_is_there_for_programs():
+    found = run_up(rotor(2, drive={"torque": "20 - 4*omega"}, load=[load(-8)]), "95 %").as_dict()
+    assert found["reason"] == "share"
+    assert found["time_to_95_percent"] == pytest.approx(found["end"]["t"], rel=1e-9)
+    assert found["energy"]["works"].keys() == {"load[0] on crank"}
+
+
+# -- an intended stop, and what heats a motor -------------------------------------------------------------------------------
+
+WHEEL = {"inertia": [{"on": "crank", "value": 2}], "flywheel": {"inertia": 0}}
+DRAG = {"on": "crank", "torque": "-3*sign(omega)"}
+
+
+@pytest.mark.parametrize(
+    ("drive", "brake", "reason"),
+    [
+        ("20*(t < 2)", "0", "stop"),
+        ("20*(t < 2)", "-8*sign(omega)*(t > 3)", "stop"),
+        ("20 if t < 2 else -20", "0", "stop"),
+        ("20*max(0, 1 - t/2)", "0", "stop"),
+        ("20*exp(-5*t)", "0", "stop"),
+        ("(20 - omega)*(t < 2)", "0", "stop"),
+        ("20", "-30*sign(omega)*(t > 2)", "stall"),
+        ("20*(phi > 1)*(phi < 1.5)", "0", "stall"),
+        ("0 if omega < 5 else 20", "-30*sign(omega)*(t > 2)", "stall"),
+        ("20*(1 + (t > 2))", "-60*sign(omega)*(t > 3)", "stall"),
+    ],
+)
+def test_a_machine_whose_drive_is_off_stops_and_one_whose_drive_is_too_weak_stalls(drive, brake, reason):
+    scene = WHEEL | {"drive": {"torque": drive}, "load": [DRAG, {"on": "crank", "torque": brake}]}
+    for end in ("stop", "100 s"):
+        found = transient(flywheel.load(scene), start=6.0, end=end)
+        assert found.reason == reason
+        assert ("no longer pushes it on" in found.ended) == (reason == "stop")
+        assert ("stalled" in found.ended) == (reason == "stall")
+
+
+INDUCTION = {
+    "type": "induction",
+    "power": 1100,
+    "speed": "1320 rpm",
+    "poles": 4,
+    "frequency": "50 Hz",
+    "breakdown_ratio": 2.2,
+}
+
+
+def test_a_run_up_of_inertia_alone_heats_the_rotor_by_its_energy_at_synchronous_speed():
+    """J omega_s²/2, less what slip is left at the end: the field gives T omega_s, the shaft takes T omega."""
+    scene = {"shafts": {"motor": {"ratio": 4}}, **WHEEL, "drive": {"on": "motor", "motor": INDUCTION}}
+    found = run_up(flywheel.load(scene), "99 %")
+    synchronous, inertia = 50 * math.pi, 2 / 16
+    left = synchronous - 4 * found.omega
+    assert found.energy.rotor_heat == pytest.approx(0.5 * inertia * (synchronous**2 - left**2), rel=1e-9)
+    assert found.energy.copper is None
+    assert found.as_dict()["energy"]["rotor_heat"] == found.energy.rotor_heat
+    assert "heat in the motor's rotor, beside it:" in text(found)
+    assert transient(flywheel.load(scene), start=30.0, drive=False, end=1.0).energy.rotor_heat is None
+
+
+def test_the_rotor_s_heat_of_a_run_up_against_a_load_is_that_of_its_equation():
+    motor = flywheel.load({**WHEEL, "drive": {"motor": INDUCTION}}).motor
+    scene = {**WHEEL, "drive": {"motor": INDUCTION}, "load": [{"on": "crank", "torque": "-0.03*omega"}]}
+
+    def rates(t, state):
+        torque = float(motor.torque(state[0]))
+        return [(torque - 0.03 * state[0]) / 2, torque * (motor.synchronous_speed - state[0])]
+
+    true = solve_ivp(rates, (0, 12), [0, 0], "DOP853", rtol=1e-12, atol=1e-12).y[1, -1]
+    assert transient(flywheel.load(scene), end=12.0).energy.rotor_heat == pytest.approx(true, rel=1e-9)

@@ -1,0 +1,150 @@
+"""Plots of reactions: the curves are the forces, marked where the crank stands."""
+
+from __future__ import annotations
+
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from matplotlib.axes import Axes
+
+from flywheel.mechanisms.linkages.positions import solve
+from flywheel.mechanisms.linkages.reactions import Reactions
+from flywheel.mechanisms.linkages.reactions import reactions as reactions_along
+from flywheel.numerics.faults import SceneError
+from flywheel.pictures import reactions
+from flywheel.scene.linkage import Linkage
+from tests.linkages.linkages import slider_crank
+
+TURN = 2 * np.pi
+
+
+@cache
+def found(scale: float = 1.0) -> Reactions:
+    """Reactions of a slider-crank with masses, a value every degree."""
+    base = slider_crank()
+    masses = zip(base.links, (1.0, 2.0, 3.0), strict=True)
+    links = tuple(link._replace(mass=scale * mass, inertia=0.01 * scale, com=(0.05, 0.01)) for link, mass in masses)
+    linkage = Linkage(base.ground, links, base.joints, base.driver)
+    q = np.linspace(0.0, TURN, 361)
+    return reactions_along(solve(linkage, 0.0, TURN), q, 50.0, gravity=(0.0, -9.80665))
+
+
+def drawn(*joints: str, of: Reactions | None = None) -> list[Axes]:
+    return reactions.polar(of or found(), joints=joints or None).axes
+
+
+def curve(panel: Axes, k: int = 0) -> Any:
+    return np.array([np.asarray(data, dtype=float) for data in panel.lines[k].get_data()])
+
+
+def test_every_joint_has_a_panel_with_its_largest_force() -> None:
+    panels = [panel for panel in drawn() if panel.get_title()]
+    assert [panel.get_title().split(":")[0] for panel in panels] == ["O", "A", "B", "guide"]
+    worst = next(extreme for extreme in found().extremes() if extreme.joint == "A")
+    assert f"at most {worst.force:.4g} N, at {np.degrees(worst.at):.4g}°" in panels[1].get_title()
+
+
+def test_a_hodograph_is_the_force_with_equal_scales() -> None:
+    (panel,) = drawn("A")
+    np.testing.assert_array_equal(curve(panel), found().forces["A"])
+    assert panel.get_aspect() == 1.0
+    assert panel.get_xlabel() == "$F_x$, N"
+
+
+def test_marks_stand_every_30_degrees() -> None:
+    (panel,) = drawn("B")
+    assert [text.get_text() for text in panel.texts] == [str(k) for k in range(0, 360, 30)]
+    dots = next(line for line in panel.lines if line.get_marker() == "o")
+    np.testing.assert_allclose(np.array(dots.get_data()), found().forces["B"][:, :-1:30], rtol=1e-12)
+
+
+def test_longer_motions_are_marked_more_widely_and_strokes_evenly() -> None:
+    assert reactions.marks(np.array([0.0, 720.0]), False).tolist() == [60.0 * k for k in range(13)]
+    assert reactions.marks(np.array([10.0, 100.0]), False).tolist() == [30.0, 60.0, 90.0]
+    assert reactions.marks(np.array([-60.0, 190.0]), True).tolist() == np.linspace(-60, 190, 11).tolist()
+
+
+def test_a_slide_shows_normal_force_and_moment_over_the_angle() -> None:
+    panel, moment = drawn("guide")
+    x, y = curve(panel)
+    np.testing.assert_allclose(x, np.arange(361.0), atol=1e-9)
+    np.testing.assert_array_equal(y, found().components["guide"]["normal"])
+    np.testing.assert_array_equal(curve(moment)[1], found().components["guide"]["moment"])
+    assert panel.get_xlabel() == "crank angle φ, deg"
+
+
+def part(*, upto: int, step: int = 1) -> Reactions:
+    """The same at some of its positions."""
+    few = slice(0, upto, step)
+    linkage = solve(found().poses.linkage, 0.0, TURN)
+    return reactions_along(linkage, found().poses.q[few], 50.0, gravity=(0.0, -9.80665))
+
+
+def test_a_whole_turn_is_closed() -> None:
+    of = part(upto=360, step=10)
+    line = curve(drawn("A", of=of)[0])
+    np.testing.assert_array_equal(line[:, :-1], of.forces["A"])
+    np.testing.assert_array_equal(line[:, -1], of.forces["A"][:, 0])
+    panel, _ = drawn("guide", of=of)
+    assert panel.get_xlim() == pytest.approx((0.0, 360.0))
+    assert curve(panel)[0, -1] == pytest.approx(360.0)
+    assert curve(panel)[1, -1] == of.components["guide"]["normal"][0]
+
+
+def test_two_turns_are_marked_once_where_they_end() -> None:
+    q = np.linspace(0.0, 2 * TURN, 240, endpoint=False)
+    once = part(upto=360, step=3)
+    twice = once._replace(
+        poses=once.poses._replace(q=q, value=np.tile(once.poses.value, 2)),
+        forces={name: np.tile(values, 2) for name, values in once.forces.items()},
+    )
+    assert [text.get_text() for text in drawn("A", of=twice)[0].texts] == [str(k) for k in range(0, 720, 60)]
+
+
+def test_less_than_a_turn_stays_open() -> None:
+    of = part(upto=300)
+    np.testing.assert_array_equal(curve(drawn("A", of=of)[0]), of.forces["A"])
+    assert drawn("guide", of=of)[0].get_xlim() == pytest.approx((0.0, 299.0))
+
+
+def test_rounding_is_drawn_as_nought() -> None:
+    guide = dict(found().components["guide"]) | {"normal": np.full(361, 1e-12)}
+    panel = drawn("guide", of=found()._replace(components=dict(found().components) | {"guide": guide}))[0]
+    assert not curve(panel)[1].any()
+
+
+def test_large_forces_are_in_kilonewtons() -> None:
+    (panel,) = drawn("A", of=found(1000.0))
+    np.testing.assert_allclose(curve(panel), 1e-3 * found(1000.0).forces["A"])
+    assert panel.get_xlabel().endswith("kN")
+
+
+def test_a_force_that_is_left_open_is_said_to_be() -> None:
+    forces = dict(found().forces) | {"A": np.full((2, 361), np.nan)}
+    (panel,) = drawn("A", of=found()._replace(forces=forces))
+    assert not panel.axison
+    assert "redundant constraints" in panel.texts[0].get_text()
+
+
+def test_gaps_stay_gaps() -> None:
+    force = found().forces["A"].copy()
+    force[:, 85:95] = np.nan
+    (panel,) = drawn("A", of=found()._replace(forces=dict(found().forces) | {"A": force}))
+    assert np.isnan(curve(panel)[0, 85:95]).all()
+    assert "90" not in [text.get_text() for text in panel.texts]
+
+
+def test_unknown_joints_are_refused_with_the_nearest() -> None:
+    with pytest.raises(SceneError, match=r"joints: found 'guid', expected one of O, A, B, guide; did you mean 'guide'\?"):
+        drawn("guid")
+
+
+@pytest.mark.parametrize("ending", ["png", "svg"])
+def test_the_same_reactions_give_the_same_file(ending: str, tmp_path: Path) -> None:
+    paths = [tmp_path / f"{name}.{ending}" for name in ("one", "two")]
+    for path in paths:
+        reactions.polar(found(), path, ["A", "guide"])
+    assert paths[0].read_bytes() == paths[1].read_bytes()

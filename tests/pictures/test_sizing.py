@@ -1,0 +1,282 @@
+"""The pictures: what is drawn is there and right; how it looks was judged by eye."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+import flywheel
+from flywheel.pictures import figures
+from flywheel.pictures import sizing as plots
+from flywheel.regime import steady_motion
+from flywheel.regime.results import Sizing
+from flywheel.report import rows
+from tests.regimes import GEARED, KLOSS, PUMP, SECTION_C
+from tests.scenes import press, rotor, shaper, yoke
+
+AREAS = {"areas": {"values": [52, -124, 72], "scale": 10}, "regime": {"speed": 60}, "flywheel": {"irregularity": 0.02}}
+KINDS: dict[str, dict[str, Any]] = {
+    "slow yoke": yoke(),
+    "fast yoke": yoke(regime={"speed": 100}),
+    "press": press(),
+    "long cycle": shaper(),
+    "rotor": rotor(),
+    "heavy rotor": rotor(inertia=[{"on": "crank", "value": 900}]),
+    "analysis": yoke(flywheel={"inertia": 300}),
+    "small irregularity": press(flywheel={"irregularity": 1e-9}),
+    "areas": AREAS,
+    "areas analysed": AREAS | {"flywheel": {"inertia": 50}},
+    "zero areas": AREAS | {"areas": {"values": [0, 0], "scale": 1}},
+    "nothing": {"regime": {"speed": 10}, "flywheel": {"irregularity": 0.01}},
+    "section C": SECTION_C | {"flywheel": {"irregularity": 0.05}},
+    "section C without a wheel": SECTION_C | {"flywheel": {"inertia": 0}},
+    "press on an induction motor": KLOSS | {"flywheel": {"on": "motor", "irregularity": 0.04}},
+    "pump with dampers": PUMP | {"flywheel": {"irregularity": 0.05}},
+    "losses in a mesh": GEARED | {"flywheel": {"irregularity": 0.05}},
+    "many areas": rotor(load=[{"on": "crank", "torque": "-100*sin(17*phi)"}]),
+}
+
+
+def sized(scene: dict[str, Any]) -> Sizing:
+    return flywheel.size(flywheel.load(scene), simulate=False)
+
+
+def drawn(scene: dict[str, Any]) -> Figure:
+    return plots.draw(sized(scene))
+
+
+def texts(panel: Axes) -> list[str]:
+    return [text.get_text() for text in panel.texts]
+
+
+def labels(panel: Axes) -> list[str]:
+    return [str(label) for label in panel.get_legend_handles_labels()[1]]
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_four_panels_each_drawn_or_explained(kind: str) -> None:
+    panels = drawn(KINDS[kind]).axes
+    assert len(panels) == 4
+    for panel in panels:
+        assert panel.get_title()
+        if panel.axison:
+            assert panel.get_xlabel()
+            assert panel.get_ylabel()
+            assert panel.has_data()
+        else:
+            assert len(max(texts(panel), key=len)) > 30
+
+
+@pytest.mark.parametrize("kind", ["slow yoke", "areas", "nothing"])
+def test_png_is_1600_by_1200(kind: str, tmp_path: Path) -> None:
+    path = tmp_path / "plot.png"
+    plots.plot(sized(KINDS[kind]), path)
+    header = path.read_bytes()[:24]
+    assert header[:8] == b"\x89PNG\r\n\x1a\n"
+    assert (int.from_bytes(header[16:20]), int.from_bytes(header[20:24])) == (1600, 1200)
+
+
+@pytest.mark.parametrize("ending", ["svg", "pdf", "PNG"])
+def test_the_same_picture_is_the_same_file(ending: str, tmp_path: Path) -> None:
+    sizing = sized(yoke())
+    first, second = tmp_path / f"a.{ending}", tmp_path / f"b.{ending}"
+    plots.plot(sizing, first)
+    plots.plot(sizing, second)
+    assert first.read_bytes() == second.read_bytes()
+    assert first.stat().st_size > 10_000
+
+
+def test_other_endings_are_refused(tmp_path: Path) -> None:
+    with pytest.raises(ValueError, match="ending in"):
+        plots.plot(sized(yoke()), tmp_path / "plot.jpg")
+
+
+def test_no_state_is_left_behind(tmp_path: Path) -> None:
+    import matplotlib
+
+    before = dict(matplotlib.rcParams)
+    plots.plot(sized(yoke(title="Price $5 of $x_$ and 中")), tmp_path / "plot.png")
+    assert dict(matplotlib.rcParams) == before
+
+
+def test_areas_are_numbered_and_the_balance_visible() -> None:
+    moment = drawn(yoke()).axes[0]
+    assert texts(moment) == ["A1", "A2", "A3"]
+    assert "balance: drive = 159.15 N m" in labels(moment)
+
+
+def test_a_balance_off_the_scale_is_named() -> None:
+    scene = rotor(load=[{"on": "crank", "torque": "-1000 + 5*sin(phi)"}])
+    assert any("off the scale" in label for label in labels(drawn(scene).axes[0]))
+
+
+def test_shaded_areas_add_up() -> None:
+    sizing = sized(press())
+    assert sizing.machine is not None
+    assert sizing.cycle is not None
+    samples = figures.sampled(sizing.machine, sizing.cycle)
+    for area in sizing.areas:
+        inside = (samples.phi >= area.start) & (samples.phi <= area.end)
+        positive = np.maximum(np.sign(area.work) * samples.moment[inside], 0.0)
+        work = np.sign(area.work) * np.trapezoid(positive, samples.phi[inside])
+        assert work == pytest.approx(area.work, rel=1e-3)
+
+
+def test_a_jump_is_a_vertical_line() -> None:
+    sizing = sized(press())
+    assert sizing.machine is not None
+    assert sizing.cycle is not None
+    samples = figures.sampled(sizing.machine, sizing.cycle)
+    at = samples.phi == sizing.cycle.mesh.edges[np.abs(sizing.cycle.mesh.edges - np.radians(300)).argmin()]
+    values = samples.moment[at]
+    assert values.size == 2
+    assert abs(values[1] - values[0]) > 1000.0
+
+
+def test_bodies_stack_to_the_total() -> None:
+    sizing = sized(press())
+    assert sizing.machine is not None
+    assert sizing.cycle is not None
+    samples = figures.sampled(sizing.machine, sizing.cycle)
+    parts = figures.bodies(sizing.machine, samples)
+    assert set(parts) == {"press.crank", "press.rod", "press.slider"}
+    np.testing.assert_allclose(sum(parts.values()), samples.inertia, rtol=1e-9)
+    assert labels(drawn(press()).axes[1]) == [*parts, "I* total"]
+
+
+OF_MOTION = [
+    "section C",
+    "section C without a wheel",
+    "press on an induction motor",
+    "pump with dampers",
+    "losses in a mesh",
+]
+
+
+@pytest.mark.parametrize(
+    "kind", ["slow yoke", "fast yoke", "press", "long cycle", "analysis", "rotor", "heavy rotor", *OF_MOTION]
+)
+def test_tangents_touch_the_loop_and_meet_at_the_flywheel(kind: str) -> None:
+    sizing = sized(KINDS[kind])
+    assert sizing.machine is not None
+    assert sizing.cycle is not None
+    assert sizing.run is not None
+    samples = figures.sampled(sizing.machine, sizing.cycle)
+    loop = figures.loop(sizing.cycle, samples, sizing.speed, sizing.run)
+    scale = np.ptp(loop.energy) + loop.inertia.max()
+    above = loop.intercept_fast + loop.slope_fast * loop.inertia - loop.energy
+    below = loop.energy - loop.intercept_slow - loop.slope_slow * loop.inertia
+    assert above.min() >= -1e-9 * scale
+    assert below.min() >= -1e-9 * scale
+    for contact, slope, intercept in (
+        (loop.contact_fast, loop.slope_fast, loop.intercept_fast),
+        (loop.contact_slow, loop.slope_slow, loop.intercept_slow),
+    ):
+        assert contact[1] == pytest.approx(slope * contact[0] + intercept, abs=1e-9 * scale)
+    segment = loop.intercept_fast - loop.intercept_slow
+    assert segment == pytest.approx(2 * sizing.run.irregularity * sizing.run.inertia, rel=1e-8, abs=1e-9 * scale)
+    x, y = loop.far_point
+    assert y == pytest.approx(loop.slope_slow * x + loop.intercept_slow, rel=1e-8, abs=1e-8 * scale)
+
+
+def test_loop_panel_names_intercepts_and_far_point() -> None:
+    panel = drawn(yoke()).axes[2]
+    assert texts(panel)[:2] == ["M", "N"]
+    (inset,) = panel.child_axes
+    assert texts(inset) == ["P"]
+    assert "−353.5" in inset.get_title()
+    assert texts(drawn(KINDS["heavy rotor"]).axes[2]) == ["M, N"]
+
+
+def test_speed_stays_in_the_band_with_the_exact_flywheel_alone() -> None:
+    sizing = sized(yoke(regime={"speed": 100}))
+    panel = plots.draw(sizing).axes[3]
+    lines = {str(line.get_label()).split()[0]: np.asarray(line.get_ydata(), dtype=float) for line in panel.lines}
+    low, high = (sizing.speed * (1 + side * 0.02) * 30 / np.pi for side in (-1, 1))
+    assert lines["exact"].min() == pytest.approx(low, rel=1e-4)
+    assert lines["exact"].max() == pytest.approx(high, rel=1e-4)
+    assert lines["areas"].max() > 1.2 * high
+    assert "band asked, ±2 %" in labels(panel)
+
+
+def test_small_fluctuations_are_drawn_about_the_mean() -> None:
+    panel = drawn(KINDS["small irregularity"]).axes[3]
+    assert "− 120 rpm" in panel.get_ylabel()
+    assert np.abs(panel.lines[-1].get_ydata()).max() < 1e-6
+
+
+def test_no_steady_motion_is_said_in_the_legend(monkeypatch: pytest.MonkeyPatch) -> None:
+    sizing = sized(yoke())
+
+    def stops(*_: object) -> None:
+        raise steady_motion.NoMotionError
+
+    monkeypatch.setattr(steady_motion, "run", stops)
+    assert sum("no steady motion" in label for label in labels(plots.draw(sizing).axes[3])) == 2
+
+
+def test_areas_scene_draws_bars_sums_and_speeds() -> None:
+    figure = drawn(AREAS)
+    heights = sorted(bar.get_height() for bar in figure.axes[0].patches)
+    assert heights == pytest.approx([-1240, 520, 720])
+    np.testing.assert_allclose(figure.axes[1].lines[0].get_ydata(), [0, 520, -720, 0])
+    speeds = np.asarray(figure.axes[3].lines[-1].get_ydata(), dtype=float) * np.pi / 30
+    assert speeds.max() == pytest.approx(60.6)
+    assert speeds.min() == pytest.approx(59.4)
+
+
+@pytest.mark.parametrize("kind", OF_MOTION)
+def test_torques_that_depend_on_speed_are_drawn_at_constant_speed_and_along_the_motion(kind: str) -> None:
+    sizing = sized(KINDS[kind])
+    panel = plots.draw(sizing).axes[0]
+    assert "at a constant" in panel.get_title()
+    lines = {str(line.get_label()): np.asarray(line.get_xydata(), dtype=float) for line in panel.lines}
+    for label in ("M*", "M* along the motion"):
+        phi, moment = lines[label].T
+        work = np.trapezoid(moment, np.radians(phi))  # both close: at that speed, and along the motion
+        assert abs(work) < 1e-3 * np.trapezoid(np.abs(moment), np.radians(phi))
+    along = np.interp(lines["M*"][:, 0], *lines["M* along the motion"].T)
+    assert np.abs(along - lines["M*"][:, 1]).max() > 1e-3 * np.ptp(along)
+    assert "at a constant" not in drawn(yoke()).axes[0].get_title()
+
+
+def test_the_share_of_a_balance_that_depends_on_speed_is_drawn() -> None:
+    scene = PUMP | {
+        "parameters": {"c": "balance"},
+        "drive": {"torque": "c*(30 - omega)"},
+        "flywheel": {"irregularity": 0.05},
+    }
+    sizing = sized(scene)
+    panel = plots.draw(sizing).axes[0]
+    (line,) = [line for line in panel.lines if str(line.get_label()).startswith("balance: c = ")]
+    assert sizing.constant is not None
+    assert sizing.constant.balance is not None
+    expected = sizing.constant.balance * (30 - sizing.speed)
+    np.testing.assert_allclose(np.asarray(line.get_ydata(), dtype=float), expected, rtol=1e-12)
+
+
+def test_speeds_of_candidates_are_those_of_their_own_motions() -> None:
+    sizing = sized(SECTION_C | {"flywheel": {"irregularity": 0.4}})
+    panel = plots.draw(sizing).axes[3]
+    lines = {str(line.get_label()).split()[0]: np.asarray(line.get_ydata(), dtype=float) for line in panel.lines}
+    for candidate, key in zip(rows.candidates(sizing), ("exact", "areas", "inertia"), strict=True):
+        given = sized(SECTION_C | {"flywheel": {"inertia": candidate.inertia}})
+        assert given.run is not None
+        assert lines[key].max() == pytest.approx(given.run.speed_max * 30 / np.pi, rel=1e-5)
+        assert lines[key].min() == pytest.approx(given.run.speed_min * 30 / np.pi, rel=1e-5)
+
+
+def test_a_number_of_an_area_stands_where_there_is_room() -> None:
+    sizing = sized(rotor(load=[{"on": "crank", "torque": "-100 N m", "from": 0, "to": "180 deg"}]))
+    assert sizing.machine is not None
+    assert sizing.cycle is not None
+    samples = figures.sampled(sizing.machine, sizing.cycle)
+    centre, room = figures.roomiest(samples, 0.0, np.pi, -1.0, 0.3)
+    assert centre == pytest.approx(np.pi / 2, abs=0.05)
+    assert room == pytest.approx(50.0)
+    assert figures.roomiest(samples, 0.0, 0.1, -1.0, 0.3)[1] == 0.0

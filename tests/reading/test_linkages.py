@@ -1,0 +1,683 @@
+"""Linkages of scenes: bodies, joints, couplings, driver, assembly, ports, and every fault in them."""
+
+from __future__ import annotations
+
+import copy
+import math
+import random
+import re
+import tomllib
+from typing import Any
+
+import numpy as np
+import pytest
+
+from flywheel.numerics.faults import SceneError
+from flywheel.reading.fields import Faults, Setting
+from flywheel.reading.linkages import Joints, read_bodies, read_couplings, read_joints
+from flywheel.reading.scenes import build_scene
+from flywheel.reference import text as topic
+from flywheel.scene.linkage import Coupling, Joint, Link, Linkage, Point, Side
+from flywheel.scene.scene import PointPort, Scene
+from tests.reading.test_any_text import check, mutate
+
+FOUR_BAR = """
+[mechanism]
+type = "linkage"
+driver = "O"
+start = "10 deg"
+assembly = [{ point = "coupler.C", side = "left", from = "crank.B", to = "frame.D" }]
+
+[mechanism.bodies]
+frame.points = { O = [0, 0], D = ["0.4 m", 0] }
+crank = { points = { B = ["100 mm", 0] }, mass = "2 kg", inertia = "0.01 kg m^2", com = ["5 cm", 0.01] }
+coupler = { points = { B = [0, 0], C = [0.35, 0] }, mass = 3, guess = "60 deg" }
+rocker = { points = { C = [0.3, 0], E = [0.2, 0.1] }, inertia = 0.1 }
+
+[[mechanism.joints]]
+name = "O"
+type = "pin"
+between = ["frame.O", "crank.origin"]
+
+[[mechanism.joints]]
+name = "B"
+type = "pin"
+between = ["crank.B", "coupler.B"]
+friction = 0.1
+radius = "10 mm"
+
+[[mechanism.joints]]
+name = "C"
+type = "pin"
+between = ["coupler.C", "rocker.C"]
+
+[[mechanism.joints]]
+name = "D"
+type = "pin"
+between = ["frame.D", "rocker.origin"]
+
+[mechanism.ports.tip]
+point = "rocker.E"
+direction = "90 deg"
+
+[[load]]
+on = "rocker"
+torque = -60
+while = "v > 0"
+
+[drive]
+torque = "balance"
+
+[regime]
+speed = "120 rpm"
+
+[flywheel]
+irregularity = 0.04
+"""
+
+SLIDER = """
+[mechanism]
+type = "linkage"
+driver = "O"
+
+[mechanism.bodies]
+frame.points = { O = [0, 0], S = [0, "-20 mm"] }
+crank = { points = { B = [0.1, 0] } }
+rod = { points = { B = [0, 0], C = [0.4, 0] } }
+ram = { mass = 3 }
+
+[[mechanism.joints]]
+name = "O"
+type = "pin"
+between = ["frame.O", "crank.origin"]
+
+[[mechanism.joints]]
+name = "B"
+type = "pin"
+between = ["crank.B", "rod.B"]
+
+[[mechanism.joints]]
+name = "C"
+type = "pin"
+between = ["rod.C", "ram.origin"]
+
+[[mechanism.joints]]
+name = "ram"
+type = "slide"
+between = ["frame.S", "ram.origin"]
+direction = 0
+angle = "5 deg"
+guess = "0.5 m"
+friction = 0.05
+length = "60 mm"
+
+[[load]]
+on = "ram"
+force = -100
+while = "v > 0"
+
+[drive]
+torque = "balance"
+
+[regime]
+speed = "120 rpm"
+
+[flywheel]
+irregularity = 0.04
+"""
+
+GEARED = """
+[mechanism]
+type = "linkage"
+driver = "O"
+
+[mechanism.bodies]
+frame.points = { O = [0, 0], D = [0.3, 0], S = [0, 0.2] }
+crank = { points = { B = [0.1, 0] } }
+wheel = { points = { E = [0.05, 0] } }
+rack = { points = { R = [0, 0.02] } }
+
+[[mechanism.joints]]
+name = "O"
+type = "pin"
+between = ["frame.O", "crank.origin"]
+
+[[mechanism.joints]]
+name = "P"
+type = "pin"
+between = ["frame.D", "wheel.origin"]
+
+[[mechanism.joints]]
+name = "guide"
+type = "slide"
+between = ["frame.S", "rack.origin"]
+
+[[mechanism.couplings]]
+type = "gear"
+between = ["O", "P"]
+ratio = -2
+phase = "30 deg"
+pressure_angle = "20 deg"
+
+[[mechanism.couplings]]
+type = "cam"
+between = ["P", "guide"]
+lift = "0.2 + 0.01*cos(phi)"
+contact = "rack.R"
+friction = 0.1
+
+[[load]]
+on = "guide"
+force = -100
+while = "v > 0"
+
+[drive]
+torque = "balance"
+
+[regime]
+speed = "120 rpm"
+
+[flywheel]
+irregularity = 0.04
+"""
+
+
+@pytest.fixture(autouse=True)
+def _unbuilt(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Scenes are read here, not followed through their cycle."""
+    monkeypatch.setattr("flywheel.reading.mechanisms._returns", lambda mechanism, setting: {})
+
+
+def table(text: str) -> dict[str, Any]:
+    return tomllib.loads(text)
+
+
+def scene(text: str) -> Scene:
+    return build_scene(table(text))
+
+
+def linkage(text: str) -> Linkage:
+    found = scene(text).mechanisms[0].linkage
+    assert found is not None
+    return found
+
+
+def changed(text: str, path: str, value: Any) -> dict[str, Any]:
+    """The scene with one thing put somewhere else; `...` takes it away."""
+    tree = copy.deepcopy(table(text))
+    at: Any = tree["mechanism"]
+    *way, last = (int(key) if key.isdigit() else key for key in path.split("/"))
+    for key in way:
+        at = at.setdefault(key, {}) if isinstance(at, dict) else at[key]
+    if value is ...:
+        del at[last]
+    elif isinstance(at, list) and last == len(at):
+        at.append(value)
+    else:
+        at[last] = value
+    return tree
+
+
+def faults(tree: dict[str, Any]) -> dict[str, str]:
+    with pytest.raises(SceneError) as caught:
+        build_scene(tree)
+    lines = [(fault.path, str(fault)) for fault in caught.value.faults]
+    assert not any("\n" in line for _, line in lines)
+    return {path: " | ".join(line for other, line in lines if other == path) for path, _ in lines}
+
+
+def test_bodies():
+    found = linkage(FOUR_BAR)
+    assert found.names == ("frame", "crank", "coupler", "rocker")
+    assert found.ground == Link("frame", (Point("origin"), Point("O"), Point("D", 0.4)))
+    crank = (Point("origin"), Point("B", 0.1))
+    assert found.link("crank") == Link("crank", crank, 2.0, 0.01, (0.05, 0.01))
+    assert found.link("coupler").guess == pytest.approx(math.pi / 3, rel=1e-15)
+    assert found.link("rocker").com == (0.0, 0.0)
+
+
+def test_joints_driver_and_assembly():
+    found = linkage(FOUR_BAR)
+    assert found.joint("B") == Joint("B", "pin", "crank", "coupler", Point("B", 0.1), Point("B"), friction=0.1, radius=0.01)
+    assert (found.driver, found.path, found.sliding) == ("O", "mechanism", False)
+    assert found.start == pytest.approx(math.pi / 18, rel=1e-15)
+    assert found.sides == (Side(("coupler", "C"), ("crank", "B"), ("frame", "D"), 1),)
+
+
+def test_a_slide_with_everything():
+    guide = linkage(SLIDER).joint("ram")
+    assert guide[:4] == ("ram", "slide", "frame", "ram")
+    assert guide.first_at == Point("S", 0.0, -0.02)
+    assert (guide.direction, guide.guess, guide.friction, guide.length) == (0.0, 0.5, 0.05, 0.06)
+    assert guide.angle == pytest.approx(math.pi / 36, rel=1e-15)
+
+
+@pytest.mark.parametrize("kind", ["pin-in-slot", "fixed"])
+def test_the_other_joints(kind):
+    found = linkage_of(changed(SLIDER, "joints/2", {"name": "C", "type": kind, "between": ["rod.C", "ram.origin"]}))
+    assert found.joint("C").kind == kind
+
+
+def linkage_of(tree: dict[str, Any]) -> Linkage:
+    found = build_scene(tree).mechanisms[0].linkage
+    assert found is not None
+    return found
+
+
+def test_ports_at_points():
+    (mechanism,) = scene(FOUR_BAR).mechanisms
+    assert mechanism.points == (PointPort("tip", "rocker", "E", math.pi / 2),)
+
+
+@pytest.mark.parametrize(
+    ("text", "on", "key"),
+    [
+        (FOUR_BAR, "coupler", "torque"),
+        (FOUR_BAR, "rocker", "torque"),
+        (FOUR_BAR, "tip", "force"),
+        (SLIDER, "rod", "torque"),
+        (SLIDER, "ram", "force"),
+        (GEARED, "wheel", "torque"),
+        (GEARED, "guide", "force"),
+    ],
+)
+def test_where_loads_act(text, on, key):
+    tree = table(text)
+    tree["load"][0] = {"on": on, key: -3}
+    assert build_scene(tree).loads[0].on == f"linkage.{on}"
+
+
+def test_a_load_on_the_crank_acts_on_the_shaft():
+    tree = table(FOUR_BAR)
+    tree["load"][0] = {"on": "crank", "torque": "-3 N m"}
+    assert build_scene(tree).loads[0].on == "crank"
+
+
+def test_a_load_on_the_driven_body_by_another_name_is_refused():
+    tree = table(FOUR_BAR.replace("crank", "arm"))
+    tree["load"][0] = {"on": "arm", "torque": "-3 N m"}
+    assert set(faults(tree)) == {"load[0].on"}
+
+
+def test_gear_and_cam():
+    gear, cam = linkage(GEARED).couplings
+    assert gear == Coupling("O-P", "gear", "O", "P", -2.0, gear.phase, pressure_angle=math.pi / 9)
+    assert gear.phase == pytest.approx(math.pi / 6, rel=1e-15)
+    assert cam[:4] == ("P-guide", "cam", "P", "guide")
+    assert (cam.contact, cam.friction) == (("rack", "R"), 0.1)
+    assert cam.lift is not None
+    assert cam.lift.period == 2 * math.pi
+    jet = cam.lift.curve.jet(np.array([0.5]), np.array([0.5]), np)
+    expected = 0.2 + 0.01 * math.cos(0.5), -0.01 * math.sin(0.5), -0.01 * math.cos(0.5)
+    assert [float(part[0]) for part in (jet.value, jet.first, jet.second)] == pytest.approx(expected, rel=1e-14)
+
+
+def test_a_lift_sees_parameters():
+    tree = changed(GEARED, "couplings/1/lift", "0.2 + h*cos(phi)")
+    tree["parameters"] = {"h": "10 mm"}
+    lift = linkage_of(tree).couplings[1].lift
+    assert lift is not None
+    assert lift.curve.jet(0.0, 0.0, np).value == pytest.approx(0.21, rel=1e-15)
+
+
+def test_a_lift_by_table_is_laid_end_to_end():
+    lift = {"angle": [0, 45, 90, 135, 180], "value": [0, 3, 6, 3, 0], "angle_unit": "deg", "value_unit": "mm"}
+    tree = changed(GEARED, "couplings/1/table", lift)
+    del tree["mechanism"]["couplings"][1]["lift"]
+    found = linkage_of(tree).couplings[1].lift
+    assert found is not None
+    angle = np.radians([45.0, 225.0, 90.0, 270.0])
+    assert found.curve.jet(angle, angle, np).value == pytest.approx([0.003, 0.003, 0.006, 0.006], rel=1e-12)
+
+
+def test_a_swinging_follower_has_a_lift_in_rad():
+    tree = changed(GEARED, "couplings/1", {"type": "cam", "between": ["O", "P"], "lift": "0.2*sin(phi)"})
+    del tree["mechanism"]["couplings"][0]
+    assert linkage_of(tree).couplings[0].lift is not None
+
+
+@pytest.mark.parametrize(
+    ("ends", "internal", "ratio"),
+    [
+        (["frame.D", "wheel.origin"], None, -0.5),
+        (["frame.D", "wheel.origin"], True, 0.5),
+        (["wheel.origin", "frame.D"], False, 0.5),
+        (["wheel.origin", "frame.D"], True, -0.5),
+    ],
+)
+def test_teeth_make_the_ratio_whichever_way_the_pins_count(ends, internal, ratio):
+    gear = {"type": "gear", "between": ["O", "P"], "teeth": [20, 40], "name": "pair"}
+    tree = changed(GEARED, "couplings/0", gear if internal is None else gear | {"internal": internal})
+    tree["mechanism"]["joints"][1]["between"] = ends
+    found = linkage_of(tree).couplings[0]
+    assert (found.name, found.ratio, found.phase) == ("pair", ratio, 0.0)
+
+
+def test_a_rolling_pair():
+    rolling = {"type": "rolling", "between": ["P", "guide"], "ratio": "-50 mm", "phase": "0.1 m"}
+    found = linkage_of(changed(GEARED, "couplings/1", rolling)).couplings[1]
+    assert found == Coupling("P-guide", "rolling", "P", "guide", -0.05, 0.1)
+
+
+def on_a_stroke(**changes: Any) -> dict[str, Any]:
+    """The slider-crank driven by its ram."""
+    tree = table(SLIDER.replace("crank", "arm"))
+    tree["mechanism"] |= {"driver": "ram", "start": "400 mm"}
+    del tree["mechanism"]["joints"][3]["guess"], tree["regime"], tree["flywheel"], tree["drive"], tree["load"]
+    tree["stroke"] = {"from": "0.35 m", "to": "0.45 m", "speed": "0.2 m/s"}
+    return tree | changes
+
+
+def test_a_driver_that_slides():
+    (mechanism,) = build_scene(on_a_stroke()).mechanisms
+    assert mechanism.linkage is not None
+    assert mechanism.linkage.sliding
+    assert mechanism.linkage.start == 0.4
+    assert mechanism.stroke == (0.35, 0.45)
+
+
+def test_a_driver_that_slides_needs_a_stroke_of_its_own():
+    tree = on_a_stroke()
+    del tree["stroke"]
+    assert "from, to and speed" in faults(tree)["stroke"]
+    both = table(SLIDER)
+    both["mechanism"] = [tree["mechanism"] | {"name": "a"}, table(FOUR_BAR)["mechanism"] | {"name": "b"}]
+    found = faults(both)
+    assert "[stroke]" in found["mechanism[0].driver"]
+
+
+@pytest.mark.parametrize(
+    ("path", "value", "where", "hint"),
+    [
+        ("driver", ..., "driver", "nothing"),
+        ("driver", "Q", "driver", "joint"),
+        ("driver", "o", "driver", 'did you mean "O"?'),
+        ("driver", "B", "driver", "a pin of the frame"),
+        ("start", "1 m", "start", "angle"),
+        ("start", math.nan, "start", "finite"),
+        ("bodies", ..., "bodies", "nothing"),
+        ("bodies", 3, "bodies", "a table"),
+        ("bodies", {}, "bodies", "no moving body"),
+        ("bodies", {f"b{i}": {} for i in range(51)}, "bodies", "at most 50"),
+        ("bodies/crank", 3, "bodies.crank", "a table"),
+        ("bodies/crank/mas", 3, "bodies.crank.mas", 'did you mean "mass"?'),
+        ("bodies/crank/mass", -3, "bodies.crank.mass", "at least 0"),
+        ("bodies/crank/mass", math.inf, "bodies.crank.mass", "finite"),
+        ("bodies/crank/com", 3, "bodies.crank.com", "[x, y]"),
+        ("bodies/crank/com", [1, 2, 3], "bodies.crank.com", "a list of 3"),
+        ("bodies/crank/com", [1, "2 kg"], "bodies.crank.com[1]", "length"),
+        ("bodies/crank/points", [1, 2], "bodies.crank.points", "a table"),
+        ("bodies/crank/points/B", [1, math.nan], "bodies.crank.points.B[1]", "finite"),
+        ("bodies/crank/points/B", [True, 0], "bodies.crank.points.B[0]", "length"),
+        ("bodies/crank/points/a.b", [0, 0], 'bodies.crank.points."a.b"', "letters"),
+        ("bodies/crank/points/origin", [0, 1], "bodies.crank.points.origin", "another name"),
+        ("bodies/crank/points", {f"p{i}": [0, 0] for i in range(101)}, "bodies.crank.points", "at most 100"),
+        ("bodies/frame/mass", 3, "bodies.frame.mass", "known key"),
+        ("bodies/a.b", {}, 'bodies."a.b"', "letters"),
+        ("bodies/lever", {}, "bodies.lever", "without joints"),
+        ("joints", ..., "joints", "nothing"),
+        ("joints", [], "joints", "no joint"),
+        ("joints", {"name": "O"}, "joints", "[[mechanism.joints]]"),
+        ("joints", [{}] * 101, "joints", "at most 100"),
+        ("joints/0", 3, "joints[0]", "a table"),
+        ("joints/0/name", ..., "joints[0].name", "nothing"),
+        ("joints/0/name", "a.b", "joints[0].name", "letters"),
+        ("joints/1/name", "O", "joints[1].name", "joints[0] bears this one"),
+        ("joints/1/type", "pins", "joints[1].type", 'did you mean "pin"?'),
+        ("joints/1/type", ..., "joints[1].type", "one of"),
+        ("joints/1/direction", 0, "joints[1].direction", "keys of a pin: name, type, between, friction, radius"),
+        ("joints/1/friction", -0.1, "joints[1].friction", "at least 0"),
+        ("joints/1/radius", ..., "joints[1].radius", "a radius above 0"),
+        ("joints/1/between", ..., "joints[1].between", "two points"),
+        ("joints/1/between", "crank.B", "joints[1].between", "two points"),
+        ("joints/1/between", ["crank.B"], "joints[1].between", "a list of 1"),
+        ("joints/1/between", ["crank.B", 3], "joints[1].between[1]", "a point"),
+        ("joints/1/between", ["crnk.B", "coupler.B"], "joints[1].between[0]", 'did you mean "crank"?'),
+        ("joints/1/between", ["crank.b", "coupler.B"], "joints[1].between[0]", 'did you mean "crank.B"?'),
+        ("joints/1/between", ["crank", "coupler.B"], "joints[1].between[0]", "crank.origin"),
+        ("joints/1/between", ["crank.B", "crank.origin"], "joints[1].between", "two different bodies"),
+        ("joints/0/between", ["crank.origin", "frame.O"], "driver", "write the point of the frame first"),
+        ("assembly", 3, "assembly", "array of tables"),
+        ("assembly/0/side", "up", "assembly[0].side", "left"),
+        ("assembly/0/side", ..., "assembly[0].side", "nothing"),
+        ("assembly/0/point", "coupler.Q", "assembly[0].point", "a point of coupler"),
+        ("assembly/0/point", "crank.B", "assembly[0]", "three different points"),
+        ("ports", 3, "ports", "a table"),
+        ("ports", {f"p{i}": {} for i in range(51)}, "ports", "at most 50"),
+        ("ports/tip", 3, "ports.tip", "a table"),
+        ("ports/tip/point", ..., "ports.tip.point", "nothing"),
+        ("ports/tip/point", "rocker.Q", "ports.tip.point", "a point of rocker"),
+        ("ports/tip/point", "frame.D", "ports.tip.point", "stands still"),
+        ("ports/tip/direction", "3 m", "ports.tip.direction", "angle"),
+        ("ports/a.b", {"point": "rocker.E"}, 'ports."a.b"', "letters"),
+        ("ports/rocker", {"point": "rocker.E"}, "ports.rocker", "a body bears this one"),
+        ("ports/crank", {"point": "rocker.E"}, "ports.crank", "a name of its own"),
+        ("couplings", 3, "couplings", "array of tables"),
+        ("couplings", None, "couplings", "array of tables"),
+        ("bodies", None, "bodies", "a table"),
+        ("bodies/crank/points", None, "bodies.crank.points", "a table"),
+        ("joints/1/between", None, "joints[1].between", "two points"),
+        ("joints/1/between", ["crank.B", None], "joints[1].between[1]", "a point"),
+        ("ports/tip/point", None, "ports.tip.point", "a text"),
+        ("start", None, "start", "angle"),
+    ],
+)
+def test_faults(path, value, where, hint):
+    assert hint in faults(changed(FOUR_BAR, path, value))[f"mechanism.{where}"]
+
+
+@pytest.mark.parametrize(
+    ("path", "value", "where", "hint"),
+    [
+        ("couplings/0/type", "geer", "couplings[0].type", 'did you mean "gear"?'),
+        ("couplings/0/between", ["O", "Q"], "couplings[0].between[1]", "joint"),
+        ("couplings/0/between", ["O"], "couplings[0].between", "two joints"),
+        ("couplings/0/between", ["O", 3], "couplings[0].between[1]", "name of a joint"),
+        ("couplings/0/between", ["O", "O"], "couplings[0].between", "two different joints"),
+        ("couplings/0/between", ["O", "guide"], "couplings[0].between[1]", "a pin"),
+        ("joints/2/type", "fixed", "couplings[1].between[1]", "has no coordinate"),
+        ("joints/2/type", "pin-in-slot", "couplings[1].between[1]", "two motions"),
+        ("joints/1/between", ["rack.R", "wheel.origin"], "couplings[0].between", "carries both"),
+        ("couplings/0/ratio", 0, "couplings[0].ratio", "other than 0"),
+        ("couplings/0/ratio", ..., "couplings[0]", "exactly one of ratio, teeth"),
+        ("couplings/0/ratio", "3 m", "couplings[0].ratio", "unit of length"),
+        ("couplings/0/teeth", [20, 40], "couplings[0]", "exactly one of ratio, teeth"),
+        ("couplings/0/internal", True, "couplings[0].internal", "beside a ratio"),
+        ("couplings/0/pressure_angle", "90 deg", "couplings[0].pressure_angle", "0 to 89 deg"),
+        ("couplings/0/pressure_angle", "-3 deg", "couplings[0].pressure_angle", "0 to 89 deg"),
+        ("couplings/0/lift", "phi", "couplings[0].lift", "keys of a gear"),
+        ("couplings/0/name", "O", "couplings[0].name", "a joint bears this one"),
+        ("couplings/1/name", "O-P", "couplings[1].name", "another coupling bears this one"),
+        ("couplings/1/contact", "wheel.E", "couplings[1].contact", "a point of the follower, rack"),
+        ("couplings/1/contact", "rack.Q", "couplings[1].contact", "a point of rack"),
+        ("couplings/1/friction", -1, "couplings[1].friction", "at least 0"),
+        ("couplings/1/lift", ..., "couplings[1]", "exactly one of lift, table"),
+        ("couplings/1/lift", "3 mm", "couplings[1].lift", "an expression of phi"),
+        ("couplings/1/lift", "x", "couplings[1].lift", "phi and parameters"),
+        ("couplings/1/lift", "0.01*phi", "couplings[1].lift", "comes back"),
+        ("couplings/1/lift", "0.01 if phi < 2 else 0", "couplings[1].lift", "does not jump"),
+        ("couplings/1/lift", "0.01*abs(sin(phi))", "couplings[1].lift", "round the corner"),
+        ("couplings/1/lift", "sqrt(cos(phi))", "couplings[1].lift", "not finite"),
+    ],
+)
+def test_faults_of_couplings(path, value, where, hint):
+    assert hint in faults(changed(GEARED, path, value))[f"mechanism.{where}"]
+
+
+@pytest.mark.parametrize(
+    ("more", "where", "hint"),
+    [
+        ({"teeth": 20}, "teeth", "two numbers of teeth"),
+        ({"teeth": [20, 40.5]}, "teeth[1]", "a whole number"),
+        ({"teeth": [0, 40]}, "teeth[0]", "a whole number"),
+        ({"teeth": [40, 40], "internal": True}, "teeth", "more on the outer one"),
+        ({"teeth": [20, 40], "internal": "yes"}, "internal", "true or false"),
+    ],
+)
+def test_faults_of_teeth(more, where, hint):
+    gear = {"type": "gear", "between": ["O", "P"]} | more
+    assert hint in faults(changed(GEARED, "couplings/0", gear))[f"mechanism.couplings[0].{where}"]
+
+
+@pytest.mark.parametrize(
+    ("more", "where", "hint"),
+    [
+        ({}, "ratio", "per rad"),
+        ({"ratio": 0}, "ratio", "other than 0"),
+        ({"ratio": "3 deg"}, "ratio", "length"),
+        ({"ratio": 0.1, "phase": "3 deg"}, "phase", "length"),
+        ({"ratio": 0.1, "teeth": [3, 4]}, "teeth", "keys of a rolling"),
+        ({"ratio": 0.1, "between": ["guide", "P"]}, "between[0]", "a pin"),
+    ],
+)
+def test_faults_of_rolling_pairs(more, where, hint):
+    rolling = {"type": "rolling", "between": ["P", "guide"]} | more
+    assert hint in faults(changed(GEARED, "couplings/1", rolling))[f"mechanism.couplings[1].{where}"]
+
+
+@pytest.mark.parametrize(
+    ("path", "value", "expected"),
+    [
+        ("joints/2/type", "slider", {"mechanism.joints[2].type"}),
+        ("joints/2", 5, {"mechanism.joints[2]"}),
+        ("joints", {"O": {}}, {"mechanism.joints"}),
+        ("joints", [], {"mechanism.joints"}),
+        ("bodies/rack", {"mas": 1}, {"mechanism.bodies.rack.mas", "mechanism.couplings[1].contact"}),
+    ],
+)
+def test_a_load_on_a_joint_with_a_fault_is_no_fault(path, value, expected):
+    assert set(faults(changed(GEARED, path, value))) == expected
+
+
+def test_a_load_on_a_body_is_no_fault_where_bodies_could_not_be_read():
+    assert set(faults(changed(FOUR_BAR, "bodies", []))) == {"mechanism.bodies"}
+
+
+def test_a_load_on_no_joint_is_one():
+    tree = table(GEARED) | {"load": [{"on": "gide", "force": 1}]}
+    assert 'did you mean "linkage.guide"' in faults(tree)["load[0].on"]
+
+
+def test_the_body_that_the_driver_turns_may_be_called_crank_though_the_frame_is_forgotten():
+    ends = {f"mechanism.joints[{i}].between[0]" for i in range(3)}
+    assert set(faults(changed(GEARED, "bodies/frame", ...))) == ends
+
+
+def test_a_swinging_follower_comes_back():
+    cam = {"type": "cam", "between": ["O", "P"], "lift": "0.2*phi"}
+    tree = changed(GEARED, "couplings/0", cam)
+    assert "gains a constant" in faults(tree)["mechanism.couplings[0].lift"]
+
+
+def test_a_table_of_a_lift_fits_into_a_turn():
+    lift = {"angle": [0, 50, 90, 150, 170], "value": [0, 3, 6, 3, 0], "angle_unit": "deg", "value_unit": "mm"}
+    tree = changed(GEARED, "couplings/1", {"type": "cam", "between": ["P", "guide"], "table": lift})
+    assert "360 deg" in faults(tree)["mechanism.couplings[1].table"]
+
+
+def test_a_slide_may_be_called_as_its_body_if_that_cannot_turn():
+    assert scene(SLIDER).loads[0].on == "linkage.ram"
+    tree = changed(SLIDER, "joints/3/type", "pin-in-slot")
+    for key in ("angle", "length"):
+        del tree["mechanism"]["joints"][3][key]
+    assert "a body bears this one" in faults(tree)["mechanism.joints[3].name"]
+
+
+def test_only_the_driven_body_may_be_called_crank():
+    swapped = FOUR_BAR.replace("crank", "arm").replace("rocker", "crank")
+    found = faults(table(swapped))
+    assert "another name" in found["mechanism.bodies.crank"]
+
+
+def test_a_driver_has_no_guess():
+    tree = on_a_stroke()
+    tree["mechanism"]["joints"][3]["guess"] = 0.4
+    assert "it stands at start" in faults(tree)["mechanism.driver"]
+
+
+def test_a_driver_is_a_pin_or_a_slide():
+    tree = changed(SLIDER, "joints/3/type", "pin-in-slot")
+    for key in ("angle", "length"):
+        del tree["mechanism"]["joints"][3][key]
+    tree["mechanism"]["joints"][3]["name"] = "slot"
+    tree["mechanism"]["driver"] = "slot"
+    tree["load"] = []
+    assert "a pin or a slide" in faults(tree)["mechanism.driver"]
+
+
+def test_everything_at_once_and_nothing_that_only_follows():
+    tree = changed(FOUR_BAR, "joints/1/between", ["crank.Q", "lever.B"])
+    joints = tree["mechanism"]["joints"]
+    del joints[0]["name"]
+    joints[2]["friction"] = 0.1
+    tree["mechanism"]["bodies"]["rocker"]["mas"] = 3
+    tree["load"][0]["on"] = "rockr"
+    assert set(faults(tree)) == {
+        "mechanism.joints[0].name",
+        "mechanism.joints[1].between[0]",
+        "mechanism.joints[1].between[1]",
+        "mechanism.joints[2].radius",
+        "mechanism.bodies.rocker.mas",
+        "load[0].on",
+    }
+
+
+def test_an_array_of_linkages():
+    tree = table(FOUR_BAR)
+    other = table(SLIDER)["mechanism"] | {"name": "pump"}
+    tree["mechanism"] = [tree["mechanism"] | {"name": "press"}, other]
+    del other["joints"][2]["name"]
+    assert set(faults(tree)) == {"mechanism[1].joints[2].name"}
+
+
+def test_numpy_arrays_will_do_for_points():
+    tree = changed(FOUR_BAR, "bodies/crank/points/B", np.array([0.1, 0.0]))
+    assert linkage_of(tree).link("crank").points[1] == Point("B", 0.1)
+
+
+BLOCKS = re.findall(r"```(\w*)\n(.*?)```", topic("linkage"), re.DOTALL)
+FRAGMENTS = [tomllib.loads(block) for kind, block in BLOCKS if not kind]
+
+
+def test_the_reference_has_an_example_of_every_joint_and_coupling():
+    tables = [fragment.get("mechanism", {}) for fragment in FRAGMENTS]
+    assert {joint["type"] for item in tables for joint in item.get("joints", [])} == {"pin", "slide", "pin-in-slot", "fixed"}
+    assert {pair["type"] for item in tables for pair in item.get("couplings", [])} == {"gear", "rolling", "cam"}
+    assert {key for item in tables for key in item} == {"bodies", "joints", "couplings", "ports"}
+
+
+@pytest.mark.parametrize("fragment", [item["mechanism"] for item in FRAGMENTS if "mechanism" in item])
+def test_examples_of_the_reference_are_free_of_faults(fragment):
+    faults = Faults()
+    points = [point for joint in fragment.get("joints", []) for point in joint["between"]] + ["ram.roller", "lever.end"]
+    bodies: dict[str, Any] = {}
+    for body, _, name in (point.partition(".") for point in points):
+        bodies.setdefault(body, {}).setdefault("points", {})[name] = [0, 0]
+    known = read_bodies(bodies | fragment.get("bodies", {}), "bodies", faults)
+    if "joints" in fragment:
+        read_joints(fragment["joints"], "joints", known, faults)
+    kinds = {"O": "pin", "P": "pin", "Q": "pin", "lever": "pin", "pinion": "pin", "ram": "slide", "rack": "slide"}
+    named = {name: Joint(name, kind, "frame", name, Point("O"), Point("O")) for name, kind in kinds.items()}
+    setting = Setting(1.0, {"crank": 1.0}, {}, frozenset(), None, faults)
+    couplings = read_couplings(fragment.get("couplings", ()), "couplings", known, Joints(named, {}, True), setting)
+    assert [str(fault) for fault in faults] == []
+    assert len(couplings) == len(fragment.get("couplings", []))
+
+
+@pytest.mark.parametrize("text", [FOUR_BAR, SLIDER, GEARED], ids=["four_bar", "slider", "geared"])
+def test_mutated_linkages_are_read_or_refused_with_faults(text):
+    rng = random.Random(4)
+    for number in range(150):
+        tree = table(text)
+        for _ in range(rng.choice((1, 1, 2, 4))):
+            mutate(tree, rng)
+        check(build_scene, tree, number)
+
+
+def test_a_fixed_body_of_another_name() -> None:
+    from flywheel.reading.fields import Faults
+    from flywheel.reading.linkages import read_bodies
+
+    faults = Faults()
+    read_bodies({"ground": {"points": {"O": [0, 0]}}, "crank": {}}, "mechanism.bodies", faults)
+    assert str(faults[0]).startswith("mechanism.bodies.frame: found nothing, expected the fixed body's points")

@@ -1,0 +1,108 @@
+"""The reference explains every key that the format knows, and its examples are scenes that can be sized."""
+
+import re
+
+import pytest
+
+import flywheel
+from flywheel.mechanisms.linkages.families import linkage_of
+from flywheel.numerics.units import UNITS
+from flywheel.reading.scenes import load
+from flywheel.reading.schema import KINDS, LINKAGE_SECTIONS, MECHANISM, OUTPUT, SECTIONS, TABLE, TOP
+from flywheel.reference import text, topics
+from tests import regimes
+
+SECTION_TOPICS = {name: name for name in SECTIONS} | {"damper": "spring"}
+EXAMPLES = [(topic, block) for topic in topics() for block in re.findall(r"```toml\n(.*?)```", text(topic), re.DOTALL)]
+
+
+def quoted(topic: str) -> set[str]:
+    """The words that a topic puts between backquotes."""
+    return set(re.findall(r"`([^`\n]+)`", text(topic)))
+
+
+@pytest.mark.parametrize("section", list(SECTIONS.values()), ids=lambda section: section.name)
+def test_every_key_of_every_table(section):
+    assert {key.name for key in section.keys} <= quoted(SECTION_TOPICS[section.name])
+    written = f"[[{section.name}]]" if section.array else f"[{section.name}"
+    assert written in text("overview")
+
+
+@pytest.mark.parametrize("kind", [kind for kind in KINDS.values() if not kind.later], ids=lambda kind: kind.name)
+def test_every_key_and_port_of_every_mechanism(kind):
+    keys = {f"{part.name}.{key.name}" for part in kind.parts for key in part.keys}
+    keys |= {key.name for key in kind.keys} | {port.name for port in kind.ports}
+    keys |= {choice for key in kind.keys for choice in key.choices}
+    assert keys <= quoted(kind.name)
+    assert kind.name in text("mechanism")
+
+
+def test_keys_of_mechanisms_outputs_tables_and_the_top():
+    assert {key.name for key in MECHANISM.keys} <= quoted("mechanism")
+    assert {key.name for key in OUTPUT.keys} <= quoted("law")
+    assert {key.name for key in TABLE.keys} <= quoted("tables")
+    assert {choice for key in TABLE.keys for choice in key.choices} <= quoted("tables")
+    assert {key.name for key in TOP} <= quoted("overview")
+    keys = [key for section in LINKAGE_SECTIONS for key in section.keys]
+    assert {key.name for key in keys} <= quoted("linkage")
+    assert {choice for key in keys for choice in key.choices} <= quoted("linkage")
+
+
+def test_every_joint_of_the_named_mechanisms():
+    for kind in ("scotch-yoke", "slider-crank", "four-bar", "crank-shaper"):
+        scene = load(next(block for topic, block in EXAMPLES if topic == kind))
+        row = next(line for line in text("reactions").splitlines() if line.startswith(f"| `{kind}`"))
+        joints = [joint.name for joint in linkage_of(scene.mechanisms[0]).joints]
+        assert row.split("|")[2].strip() == ", ".join(joints)
+
+
+def test_every_unit_with_a_name_of_its_own():
+    prefixed = re.compile(r"(?:n|µ|u|m|c|d|da|h|k|M|G)(?:m|g|s|N|Nm|J|W|Pa|bar|rad|cal|Wh|V|A|H|ohm|Ω)|Ncm")
+    words = set(re.findall(r"[^\s,|()`]+", text("quantities")))
+    assert {name for name in UNITS if not prefixed.fullmatch(name)} <= words
+
+
+def test_every_key_of_the_results():
+    scene = load(next(block for topic, block in EXAMPLES if topic == "slider-crank"))
+    result = flywheel.size(scene, simulate=True).as_dict()
+    nested = [key for name in ("flywheel", "simulation", "error", "balance") for key in result[name]]
+    wanted = {*result, *nested, *result["areas"][0], *result["reduced_inertia"], *result["energy"], *result["shafts"][0]}
+    assert wanted <= quoted("results")
+
+
+@pytest.mark.parametrize("name", regimes.BAD)
+def test_every_machine_without_a_regime_is_explained(name):
+    names = re.findall(r"^- \*\*(.*?)\*\*", text("regime"), re.MULTILINE)
+    with pytest.raises(flywheel.SceneError) as caught:
+        flywheel.size(load(regimes.BAD[name].scene), simulate=False)
+    assert any(each in str(caught.value) for each in names)
+
+
+@pytest.mark.parametrize(("topic", "block"), EXAMPLES, ids=[topic for topic, _ in EXAMPLES])
+def test_examples_can_be_sized(topic, block):
+    scene = load(block)
+    assert topic in (*KINDS, *SECTIONS, "overview", "tables", "load-models", "motor", "wheel")
+    if scene.stroke is not None:  # one way: reduced, not sized
+        ends = [scene.stroke.start, scene.stroke.end]
+        assert (flywheel.reduce(scene, ends).inertia > 0).all()
+        return
+    result = flywheel.size(scene, simulate=False)
+    assert result.energy_fluctuation > 0
+
+
+def test_every_mechanism_has_an_example():
+    assert {kind.name for kind in KINDS.values() if not kind.later} <= {topic for topic, _ in EXAMPLES}
+
+
+@pytest.mark.parametrize("topic", topics())
+def test_topics_read_well_on_a_screen(topic):
+    lines = text(topic).splitlines()
+    assert lines[0].startswith("# ")
+    assert all(len(line) <= 145 and line == line.rstrip() for line in lines)
+
+
+def test_topics_and_files_agree():
+    assert text() == text("overview")
+    assert set(re.findall(r"topics? ([a-z-]+)", " ".join(map(text, topics())))) <= {*topics(), "each", "states"}
+    with pytest.raises(KeyError):
+        text("../faults")

@@ -1,0 +1,480 @@
+"""Scenes as a whole: what a good one becomes, and every fault of a bad one at once, each in its place."""
+
+import math
+import tomllib
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from flywheel.numerics.faults import SceneError
+from flywheel.numerics.units import DIMENSIONS, parse_quantity
+from flywheel.reading.fields import Faults, read_quantity
+from flywheel.reading.scenes import build_scene, load, parse_scene, read_scene
+from flywheel.reading.schema import SECTIONS
+from flywheel.scene.scene import Areas, Scene
+from tests.reading.test_schema import KEYS
+
+ROTOR = """
+[regime]
+speed = "300 rpm"
+[flywheel]
+irregularity = 0.02
+"""
+
+
+def faults(text: str, **kwargs) -> dict[str, str]:
+    """Every fault of a scene by its path."""
+    with pytest.raises(SceneError) as caught:
+        parse_scene(text, **kwargs)
+    return {fault.path: str(fault) for fault in caught.value.faults}
+
+
+def test_a_rotor_takes_every_default():
+    scene = parse_scene(ROTOR)
+    assert scene == Scene(speed=10 * math.pi, irregularity=0.02)
+    assert (scene.cycle, scene.rtol, scene.closure) == (2 * math.pi, 1e-9, 1e-9)
+
+
+def test_everything_that_stands_alone_is_read():
+    scene = parse_scene("""
+        title = "Drill"
+        source = "p. 12"
+        [shafts]
+        motor.ratio = 5
+        [gravity]
+        g = "9.81 m/s^2"
+        direction = "0 deg"
+        [drive]
+        on = "motor"
+        torque = "balance"
+        [regime]
+        on = "motor"
+        speed = "1500 rpm"
+        cycle = "720 deg"
+        [flywheel]
+        on = "motor"
+        inertia = "3 kg m^2"
+        [accuracy]
+        rtol = 1e-6
+        closure = "1 %"
+    """)
+    assert (scene.title, scene.source) == ("Drill", "p. 12")
+    assert scene.shafts == {"crank": 1.0, "motor": 5.0}
+    assert scene.gravity == (9.81, 0.0)
+    assert scene.speed == pytest.approx(10 * math.pi, rel=1e-15)
+    assert scene.cycle == 4 * math.pi
+    assert (scene.flywheel_on, scene.inertia, scene.irregularity, scene.flywheel_ratio) == ("motor", 3.0, None, 5.0)
+    assert (scene.rtol, scene.closure) == (1e-6, 0.01)
+    assert scene.drive is not None
+    assert (scene.drive.on, scene.drive.law, scene.drive.every) == ("motor", None, 4 * math.pi)
+    assert scene.unknown == "drive"
+
+
+@pytest.mark.parametrize(
+    ("direction", "expected"),
+    [("", (0.0, -9.80665)), ("direction = '180 deg'", (-9.80665, 0.0)), ("direction = '450 deg'", (0.0, 9.80665))],
+)
+def test_gravity_is_exact_along_the_axes(direction, expected):
+    assert parse_scene(f"[gravity]\n{direction}{ROTOR}").gravity == expected
+
+
+def test_gravity_at_an_angle():
+    gx, gy = parse_scene(f"gravity = {{g = 10, direction = '-60 deg'}}{ROTOR}").gravity
+    assert (gx, gy) == pytest.approx((5.0, -5 * math.sqrt(3)), rel=1e-15)
+
+
+def test_a_bare_cycle_of_ten_digits_is_put_onto_whole_turns():
+    assert parse_scene("regime = {speed = 1, cycle = 12.5663706144}\nflywheel.inertia = 1").cycle == 4 * math.pi
+
+
+BARE_ANGLES = """
+mechanism = {{type = "{type}", phase = {phase}, {geometry}}}
+gravity.direction = {direction}
+regime = {{speed = 1, cycle = {cycle}}}
+flywheel.inertia = 1
+[[load]]
+on = "crank"
+torque = 1
+from = {start}
+to = 1
+every = {every}
+"""
+WITHIN = {"type": "scotch-yoke", "geometry": "crank.length = 1", "cycle": '"360 deg"', "every": '"360 deg"'}
+WITHIN |= {"phase": 3, "direction": -1, "start": 0}
+
+
+@pytest.mark.parametrize(
+    ("given", "path", "advice"),
+    [
+        ({"phase": 80}, "mechanism.phase", 'write "80 deg"'),
+        ({"phase": -6.3}, "mechanism.phase", 'write "-6.3 deg"'),
+        ({"phase": '"80"'}, "mechanism.phase", 'write "80 deg"'),
+        ({"direction": -90}, "gravity.direction", 'write "-90 deg"'),
+        ({"start": 340.5}, "load[0].from", 'write "340.5 deg"'),
+        ({"every": 180}, "load[0].every", 'write "180 deg"'),
+        ({"every": 6.2832}, "load[0].every", 'write "360 deg"'),
+        ({"phase": 13, "cycle": '"720 deg"', "every": '"720 deg"'}, "mechanism.phase", 'write "13 deg"'),
+        ({"geometry": "crank.length = 1, yoke.direction = 180"}, "mechanism.yoke.direction", 'write "180 deg"'),
+        ({"geometry": "crank.length = 1, crank.com_angle = 45"}, "mechanism.crank.com_angle", 'write "45 deg"'),
+        ({"cycle": 720}, "mechanism.shaft", 'write regime.cycle = "720 deg"'),
+    ],
+)
+def test_an_angle_without_a_unit_beyond_a_turn_is_refused(given, path, advice):
+    assert advice in faults(BARE_ANGLES.format(**WITHIN | given))[path]
+
+
+@pytest.mark.parametrize(
+    "given",
+    [{}, {"phase": '"80 rad"'}, {"phase": math.tau}, {"cycle": 4 * math.pi, "phase": 12.5, "every": 4 * math.pi}],
+)
+def test_an_angle_within_a_turn_or_the_cycle_needs_no_unit(given):
+    parse_scene(BARE_ANGLES.format(**WITHIN | given))
+
+
+@pytest.mark.parametrize("key", [key for key in KEYS if "angle" in key.kind.split(" | ")], ids=lambda key: key.name)
+def test_every_angle_of_the_format_is_refused_alike(key):
+    found = Faults()
+    read_quantity(80, "angle", key, "place", found)
+    assert [fault.path for fault in found] == ([] if key.many_turns else ["place"])
+
+
+def test_a_table_in_degrees_without_its_unit_is_told():
+    text = f"{ROTOR}[[load]]\non = 'crank'\ntable = {{angle = [0, 90, 360], value = [0, 1, 0]}}"
+    assert 'write angle_unit = "deg"' in faults(text)["load[0].table"]
+
+
+def test_numpy_numbers_and_arrays_are_as_good_as_plain_ones():
+    scene = build_scene(
+        {
+            "regime": {"speed": np.float64(10.0)},
+            "flywheel": {"inertia": np.float32(0.5)},
+            "load": [{"on": "crank", "table": {"angle": np.linspace(0, 2 * np.pi, 5), "value": np.array([0, 1, 2, 1, 0])}}],
+        }
+    )
+    assert (scene.speed, scene.inertia) == (10.0, 0.5)
+    assert scene.loads[0].law.value.tolist() == [0.0, 1.0, 2.0, 1.0, 0.0]
+
+
+def test_every_fault_is_reported_at_once_with_its_path():
+    found = faults("""
+        titel = "x"
+        [shafts.motor]
+        ratio = -5
+        [mechanism]
+        type = "slider-crank"
+        shaft = "moter"
+        crank.lenght = 0.1
+        rod.length = "0,4 m"
+        slider.mass = -3
+        [[load]]
+        on = "slidr"
+        force = "1000 sin(phi)"
+        [[load]]
+        on = "crank"
+        torque = "-5 kN"
+        from = "10 deg"
+        [drive]
+        on = "mtor"
+        torque = true
+        [regime]
+        speed = "5 Hz"
+        [flywheel]
+        irregularity = 2
+        inertia = 3
+        [accuracy]
+        rtol = 0
+    """)
+    assert set(found) == {
+        "titel",
+        "shafts.motor.ratio",
+        "mechanism.shaft",
+        "mechanism.crank.lenght",
+        "mechanism.crank.length",
+        "mechanism.rod.length",
+        "mechanism.slider.mass",
+        "load[0].on",
+        "load[0].force",
+        "load[1].torque",
+        "load[1].to",
+        "drive.on",
+        "drive.torque",
+        "regime.speed",
+        "flywheel",
+        "flywheel.irregularity",
+        "accuracy.rtol",
+    }
+    assert 'did you mean "title"' in found["titel"]
+    assert 'did you mean "length"' in found["mechanism.crank.lenght"]
+    assert 'did you mean "motor"' in found["mechanism.shaft"]
+    assert "write 0.4, not 0,4" in found["mechanism.rod.length"]
+    assert "without units" in found["load[0].force"]
+    assert "rev/s or rad/s" in found["regime.speed"]
+
+
+@pytest.mark.parametrize("text", ["", "# nothing but a comment\n"])
+def test_an_empty_scene_is_a_fault(text):
+    assert list(faults(text)) == ["scene"]
+
+
+@pytest.mark.parametrize(
+    ("text", "path"),
+    [
+        ("regime = 3", "regime"),
+        ("regime = [1]", "regime"),
+        ("[[regime]]\nspeed = 1", "regime"),
+        ("flywheel = 'big'", "flywheel"),
+        ("shafts = 3", "shafts"),
+        ("shafts.a = 3", "shafts.a"),
+        ("shafts.'a b'.ratio = 3", 'shafts."a b"'),
+        ("shafts.crank.ratio = 2", "shafts.crank.ratio"),
+        ("shafts.a = {}", "shafts.a.ratio"),
+        ("shafts.a = {ratio = 2, stiffness = 0}", "shafts.a.stiffness"),
+        ("shafts.a = {ratio = 2, stiffness = '3 N/m'}", "shafts.a.stiffness"),
+        ("shafts.a = {ratio = 2, damping = 3}", "shafts.a.damping"),
+        ("shafts.a = {ratio = 2, stiffness = 3, damping = -1}", "shafts.a.damping"),
+        ("shafts.crank = {ratio = 1, stiffness = 3}", "shafts.crank"),
+        ("shafts.a = {ratio = 2, efficiency = 0}", "shafts.a.efficiency"),
+        ("shafts.a = {ratio = 2, efficiency = 1.01}", "shafts.a.efficiency"),
+        ("shafts.a = {ratio = 2, efficiency = '98 N'}", "shafts.a.efficiency"),
+        ("shafts.a = {ratio = 2, efficiency = 0.9, stiffness = 3}", "shafts.a.efficiency"),
+        ("shafts.crank = {ratio = 1, efficiency = 0.9}", "shafts.crank.efficiency"),
+        ("parameters = []", "parameters"),
+        ("parameters.phi = 3", "parameters.phi"),
+        ("parameters.sin = 3", "parameters.sin"),
+        ("parameters.lambda = 3", "parameters.lambda"),
+        ("parameters.'2a' = 3", "parameters.2a"),
+        ("parameters.F = 'balanced'", "parameters.F"),
+        ("parameters.F = 'balance'", "parameters.F"),
+        ("mechanism = 3", "mechanism"),
+        ("mechanism = [3]", "mechanism[0]"),
+        ("[mechanism]", "mechanism.type"),
+        ("mechanism.type = 'slidercrank'", "mechanism.type"),
+        ("mechanism.type = 'linkage'", "mechanism.driver"),
+        ("load = 3", "load"),
+        ("load = [3]", "load[0]"),
+        ("[load]\non = 'crank'\ntorque = 3", "load"),
+        ("[damper]\non = 'crank'\ncoefficient = 3", "damper"),
+        ("gravity = true", "gravity"),
+        ("gravity.g = -3", "gravity.g"),
+        ("title = 3", "title"),
+        ("drive = {}", "drive.torque"),
+        ("drive = {torque = 'omegas'}", "drive.torque"),
+        ("accuracy.rtol = 0.5", "accuracy.rtol"),
+        ("accuracy.closure = -1", "accuracy.closure"),
+        ("areas = {values = 3}", "areas.values"),
+        ("areas = {values = [1]}", "areas.values"),
+        ("areas = {values = [1, 'a', -1]}", "areas.values[1]"),
+        ("areas = {values = [1, nan]}", "areas.values[1]"),
+        ("areas = {values = [100, -94]}", "areas.values"),
+        ("areas = {scale = 1}", "areas.values"),
+        ("areas = {values = [1, -1], scale = 0}", "areas.scale"),
+    ],
+)
+def test_each_part_refuses_what_does_not_fit(text, path):
+    rest = "" if text.startswith(("regime", "[[regime", "flywheel")) else ROTOR
+    assert path in faults(text + "\n" + rest)
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "drive.torque = '30 - omega'",
+        "damper = [{on = 'crank', coefficient = 3}]",
+        "load = [{on = 'crank', torque = '-omega*abs(omega)'}]",
+        "drive.motor = {type = 'line', starting_torque = 30, slope = 2}",
+    ],
+)
+def test_torques_that_depend_on_speed_make_do_without_one(text):
+    scene = parse_scene(f"{text}\nflywheel.inertia = 3")
+    assert (scene.speed, scene.cycle) == (None, 2 * math.pi)
+
+
+@pytest.mark.parametrize(
+    ("text", "hint"),
+    [
+        ("drive.torque = 30", "torques that depend on speed, which fix it"),
+        ("load = [{on = 'crank', torque = '3*t'}]", "torques that depend on speed, which fix it"),
+        ("load = [{on = 'crank', torque = '-omega'}]\ndrive.torque = 'balance'", 'with a "balance"'),
+        ("areas.values = [1, -1]", "a speed such as"),
+    ],
+)
+def test_nothing_else_does(text, hint):
+    assert hint in faults(f"{text}\nflywheel.inertia = 3")["regime.speed"]
+
+
+def test_efficiencies_are_of_meshes_that_lose_something():
+    scene = parse_scene("shafts.a = {ratio = 2, efficiency = '94 %'}\nshafts.b = {ratio = 3, efficiency = 1}\n" + ROTOR)
+    assert (scene.efficiencies, scene.compliances) == ({"a": 0.94}, {})
+
+
+@pytest.mark.parametrize("text", ["flywheel = {}", "flywheel = {on = 'crank'}", "title = 'x'"])
+def test_a_flywheel_is_required_with_one_figure(text):
+    assert "flywheel" in faults(text + "\n[regime]\nspeed = 1")
+
+
+@pytest.mark.parametrize("irregularity", [0, 2, -0.1, "250 %"])
+def test_irregularity_lies_between_0_and_2(irregularity):
+    with pytest.raises(SceneError, match=r"flywheel\.irregularity"):
+        build_scene({"regime": {"speed": 1}, "flywheel": {"irregularity": irregularity}})
+
+
+def test_areas_stand_alone():
+    scene = parse_scene(f"[areas]\nvalues = [10, -4.8, -5]\nscale = '2 kJ'{ROTOR}")
+    assert scene.areas == Areas((10.0, -4.8, -5.0), 2000.0)
+    extra = "mechanism.type = 'law'\ndrive.torque = 1\nload = []\nspring = []\ninertia = []\ngravity = {}\n"
+    found = faults(extra + f"[areas]\nvalues = [1, -1]{ROTOR}")
+    assert {"mechanism", "drive", "load", "spring", "inertia", "gravity"} <= set(found)
+
+
+def test_at_most_one_balance():
+    found = faults(
+        "parameters = {F = 'balance', G = 'balance'}\ndrive.torque = 'balance'\n"
+        f"[[load]]\non = 'crank'\ntorque = 'F + G'{ROTOR}"
+    )
+    assert set(found) == {"parameters.F", "parameters.G"}
+
+
+def test_a_balance_parameter_must_be_used_and_have_its_own_name():
+    assert "nothing uses" in faults(f"parameters.F = 'balance'{ROTOR}")["parameters.F"]
+    named = f"parameters.drive = 'balance'\n[[load]]\non = 'crank'\ntorque = 'drive'{ROTOR}"
+    assert "parameters.drive" in faults(named)
+
+
+def test_parameters_are_si_and_the_balance_is_not_among_them():
+    scene = parse_scene(
+        f"parameters = {{F = 'balance', k = '2 kN', n = 3}}\n[[load]]\non = 'crank'\ntorque = 'F*k - n'{ROTOR}"
+    )
+    assert scene.parameters == {"k": 2000.0, "n": 3.0}
+    assert scene.unknown == "F"
+    assert scene.loads[0].law.names == {"F", "k", "n"}
+
+
+def test_only_the_drive_and_parameters_can_be_the_balance():
+    assert "only the drive" in faults(f"[[load]]\non = 'crank'\ntorque = 'balance'{ROTOR}")["load[0].torque"]
+
+
+# -- files and texts ---------------------------------------------------------------------------------------------------
+
+
+def test_a_file_is_read_and_remembered(tmp_path):
+    file = tmp_path / "rotor.toml"
+    file.write_text(ROTOR, encoding="utf-8-sig")
+    assert read_scene(file).file == file
+    assert read_scene(str(file)).speed == 10 * math.pi
+
+
+def test_load_takes_a_path_a_text_or_a_mapping(tmp_path):
+    file = tmp_path / "rotor.toml"
+    file.write_text(ROTOR)
+    assert load(file).speed == load(str(file)).speed == load(ROTOR).speed == load(tomllib.loads(ROTOR)).speed
+
+
+def one_fault(call, argument) -> str:
+    with pytest.raises(SceneError) as caught:
+        call(argument)
+    assert len(caught.value.faults) == 1
+    assert "\n" not in str(caught.value)
+    return str(caught.value)
+
+
+def test_files_that_cannot_be_read_give_one_line(tmp_path):
+    assert "no such file" in one_fault(read_scene, tmp_path / "missing.toml")
+    assert "a folder" in one_fault(read_scene, tmp_path)
+    assert "a device" in one_fault(read_scene, "/dev/null")
+    assert one_fault(read_scene, "a\0b.toml")
+    assert one_fault(read_scene, "a\nb")
+    large = tmp_path / "large.toml"
+    large.write_bytes(b"#" * (2**20 + 1))
+    assert "1 MiB" in one_fault(read_scene, large)
+    foreign = tmp_path / "foreign.toml"
+    foreign.write_bytes("\n\ntitle = 'Presión'".encode("latin-1"))
+    assert "line 3" in one_fault(read_scene, foreign)
+    foreign.write_bytes(ROTOR.encode("utf-16"))
+    assert "UTF-8" in one_fault(read_scene, foreign)
+    for encoding in ("utf-16", "utf-16-le", "utf-16-be"):
+        foreign.write_bytes('title = "Press"'.encode(encoding))
+        assert "found a text in UTF-16, expected text in UTF-8; save" in one_fault(read_scene, foreign)
+    foreign.write_bytes(b"\x7fELF\x02\0\0\0")
+    assert "found a file that is no text" in one_fault(read_scene, foreign)
+
+
+@pytest.mark.parametrize(
+    ("text", "hint"),
+    [
+        ("a = 1\nb = 2 3", "line 2, column 5"),
+        ("a = [", "line 1, column 5"),
+        ("a = 1\na = 2", "line 1 already"),
+        ("a = '\0'", "line 1"),
+        ("a = " + "9" * 5000, "number"),
+        ("a = " + "[" * 100_000, "nested"),
+        ("a = " + "{a = " * 100_000, "nested"),
+        ("a." * 100_000 + "a = 1", "parts"),
+        ("[" + "a . " * 100_000 + "a]", "parts"),
+        ("x = {" + '"a".' * 50_000 + "a = 1}", "parts"),
+        ("#" * (2**20 + 1), "characters"),
+    ],
+)
+def test_texts_that_are_no_toml_give_one_line(text, hint):
+    assert hint in one_fault(parse_scene, text)
+
+
+def test_dots_in_texts_comments_and_numbers_are_no_keys():
+    text = "title = '''\n" + "a." * 99 + "'''\nsource = \"" + "b." * 99 + '" # ' + "c." * 99 + ROTOR
+    assert parse_scene(text).source == "b." * 99
+
+
+@pytest.mark.parametrize("mapping", [None, 3, [], {1: 2}, "text", {"a" * 3: {}}])
+def test_mappings_that_are_no_scene(mapping):
+    with pytest.raises(SceneError):
+        build_scene(mapping)
+
+
+def test_floods_of_tables_are_refused():
+    many = [{"on": "crank", "torque": 1.0}] * 1001
+    with pytest.raises(SceneError, match="at most 1000"):
+        build_scene({"load": many, "regime": {"speed": 1}, "flywheel": {"inertia": 1}})
+    with pytest.raises(SceneError, match="at most 100"):
+        build_scene({"mechanism": [{}] * 101, "regime": {"speed": 1}, "flywheel": {"inertia": 1}})
+    with pytest.raises(SceneError, match="at most 1000"):
+        build_scene({"parameters": {f"p{i}": 1 for i in range(1001)}})
+
+
+def test_csv_files_are_looked_for_beside_the_scene(tmp_path):
+    (tmp_path / "moment.csv").write_text("0,1\n360,2\n")
+    text = f"[[load]]\non = 'crank'\ntable = {{file = 'moment.csv', angle_unit = 'deg'}}{ROTOR}"
+    (tmp_path / "scene.toml").write_text(text)
+    assert read_scene(tmp_path / "scene.toml").loads[0].law.value.tolist() == [1.0, 2.0]
+    assert parse_scene(text, folder=tmp_path).loads[0].law.angle.tolist() == [0.0, 2 * math.pi]
+    assert "load[0].table.file" in faults(text)
+    assert isinstance(read_scene(tmp_path / "scene.toml").file, Path)
+
+
+@pytest.mark.parametrize(
+    ("written", "advice"), [("15", '; write "15 %"'), ("'15'", '; write "15 %"'), ("'250 %'", ""), ("-5", "")]
+)
+def test_a_percentage_without_its_sign(written, advice):
+    found = faults(f"regime.speed = 3\nflywheel.irregularity = {written}")["flywheel.irregularity"]
+    assert found.endswith(f"expected a value above 0 and below 2{advice}")
+
+
+def test_ratios_and_dampers_say_what_they_expect():
+    scene = "shafts.a.ratio = {}\ndamper = [{{on = 'crank'}}]\nregime.speed = 3\nflywheel.inertia = 1"
+    found = faults(scene.format(-35))
+    assert found["shafts.a.ratio"].endswith("expected a value above 0")
+    assert '"5 N s/m"' in found["damper[0].coefficient"]
+    assert '"0.2 N m s/rad"' in found["damper[0].coefficient"]
+    assert faults(scene.format("'x'"))["shafts.a.ratio"].endswith('expected a number such as "5"')
+
+
+def test_the_example_of_a_key_is_a_value_it_takes():
+    from flywheel.reading.schema import LOAD_MODELS, MOTORS, WHEEL_KEYS
+
+    tables = [*SECTIONS.values(), *LOAD_MODELS.values(), *MOTORS.values()]
+    keys = [key for table in tables for key in table.keys] + list(WHEEL_KEYS)
+    given = [key for key in keys if key.example]
+    assert all(parse_quantity(key.example, key.kind) in key.range for key in given)
+    assert {"ratio", "poles", "breakdown_ratio", "efficiency"} <= {key.name for key in given}
+    for key in keys:
+        if key.kind == "number" and not key.example:  # then that of all numbers must suit it
+            assert parse_quantity(DIMENSIONS["number"].example, "number") in key.range, key

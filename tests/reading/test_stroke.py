@@ -1,0 +1,230 @@
+"""`[stroke]` in a scene: what it becomes, and every fault in it and beside it."""
+
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose
+
+import flywheel
+from flywheel.reading.mechanisms import driver_slides
+from flywheel.reading.scenes import load
+from tests import scenes
+
+CLAMP = {
+    "type": "toggle-clamp",
+    "frame": {"height": 0.14},
+    "bell_crank": {"drive_length": 0.16763, "clamp_length": 0.22, "angle": 0.30199},
+    "coupler": {"length": 0.095},
+    "rod": {"length": 0.26},
+    "platen": {"mass": 298},
+}
+STROKE = {"from": "-60 mm", "to": "190 mm", "speed": "0.3 m/s"}
+SLIDE = {"name": "joint", "type": "slide", "between": ["frame.O", "body.P"]}
+PIN = {"name": "joint", "type": "pin", "between": ["frame.O", "body.P"]}
+
+
+def scene(**changes):
+    return {"mechanism": CLAMP, "stroke": STROKE} | changes
+
+
+def linkage(joint):
+    """A body on a joint of the frame, both points away from the origins."""
+    bodies = {"frame": {"points": {"O": [0.1, 0]}}, "body": {"mass": 2.0, "inertia": 0.1, "points": {"P": [0.2, 0]}}}
+    return {"type": "linkage", "driver": "joint", "bodies": bodies, "joints": [joint]}
+
+
+def faults(raw):
+    with pytest.raises(flywheel.SceneError) as error:
+        load(raw)
+    return [str(fault) for fault in error.value.faults]
+
+
+# -- what it becomes -------------------------------------------------------------------------------------------------
+
+
+ODD = np.array([1.0, 2.0])  # in a scene from Python; its comparisons are not true or false
+
+
+@pytest.mark.parametrize(
+    ("change", "path", "expected"),
+    [
+        ({"joints": [SLIDE | {"type": ODD}]}, "mechanism.joints[0].type", 'one of "pin", "slide"'),
+        ({"joints": [SLIDE | {"name": ODD}]}, "mechanism.joints[0].name", "a text"),
+        ({"driver": ODD}, "mechanism.driver", "a text"),
+        ({"type": ODD}, "mechanism.type", "one of scotch-yoke"),
+    ],
+)
+def test_an_array_instead_of_a_text_is_a_fault(change, path, expected):
+    (fault,) = faults({"mechanism": linkage(SLIDE) | change, "stroke": STROKE})
+    assert fault.startswith(f"{path}: found a value of type ndarray, expected {expected}")
+
+
+def test_a_stroke_stands_for_regime_and_flywheel():
+    found = load(scene())
+    assert found.stroke == (-0.06, 0.19, 0.3, 0.0, True)
+    assert (found.reduction_element, found.shafts, found.flywheel_on) == ("slide", {"slide": 1.0}, "slide")
+    assert (found.speed, found.irregularity, found.inertia, found.unknown) == (0.3, None, None, None)
+    assert_allclose(found.cycle, 0.25)
+    (mechanism,) = found.mechanisms
+    assert (mechanism.shaft, mechanism.phase, mechanism.stroke) == ("slide", -0.06, (-0.06, 0.19))
+
+
+def test_a_driver_that_turns_has_angles():
+    stroke = {"from": "-30 deg", "to": "60 deg", "speed": "10 rpm", "acceleration": "2 rad/s^2"}
+    found = load({"mechanism": [linkage(PIN)], "stroke": stroke})
+    assert_allclose(found.stroke[:4], (-np.pi / 6, np.pi / 3, np.pi / 3, 2))
+    assert (found.reduction_element, found.mechanisms[0].shaft) == ("crank", "crank")
+
+
+def test_the_drive_pushes_a_slide_and_turns_a_crank():
+    pushed = load(scene(drive={"force": "2 kN"}))
+    turned = load({"mechanism": linkage(PIN), "drive": {"torque": 3}, "stroke": {"from": 0, "to": 1, "speed": 1}})
+    assert (pushed.drive.on, pushed.drive.law, pushed.drive.once) == ("slide", 2000.0, True)
+    assert (turned.drive.on, turned.drive.law) == ("crank", 3.0)
+
+
+def test_a_window_of_the_whole_stroke_is_always():
+    loads = [{"on": "platen", "force": 1, "from": "-60 mm", "to": "190 mm"}]
+    (whole,) = load(scene(load=loads)).loads
+    (part,) = load(scene(load=[loads[0] | {"to": "100 mm"}])).loads
+    assert (whole.start, whole.end) == (None, None)
+    assert (part.start, part.end) == (-0.06, 0.1)
+
+
+@pytest.mark.parametrize(
+    ("mechanism", "slides"),
+    [
+        (CLAMP, True),
+        ([CLAMP], True),
+        ([CLAMP, CLAMP], None),
+        (linkage(SLIDE), True),
+        (linkage(PIN), False),
+        (linkage(SLIDE) | {"driver": "other"}, None),
+        (linkage(SLIDE | {"type": "fixed"}), None),
+        ({"type": "four-bar"}, False),
+        (None, None),
+        ([3], None),
+    ],
+)
+def test_whether_the_driver_slides(mechanism, slides):
+    assert driver_slides({"mechanism": mechanism}) is slides
+
+
+# -- faults ----------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("changes", "start"),
+    [
+        (
+            {"from": None},
+            'stroke.from: found nothing, expected a length such as "250 mm" or a bare number in m, or an angle such as',
+        ),
+        ({"to": "30 deg"}, 'stroke.to: found "30 deg", expected a length'),
+        ({"to": "-60 mm"}, "stroke.to: found -0.06 m, expected more than from, which is -0.06 m; a return stroke"),
+        ({"to": "-90 mm"}, "stroke.to: found -0.09 m, expected more than from"),
+        ({"speed": "3 rpm"}, 'stroke.speed: found "3 rpm", expected a velocity'),
+        ({"speed": None}, "stroke.speed: found nothing"),
+        ({"acceleration": "3 m/s"}, 'stroke.acceleration: found "3 m/s", expected an acceleration'),
+        (
+            {"accelration": 1},
+            'stroke.accelration: found key "accelration", expected a known key; did you mean "acceleration"',
+        ),
+        ({"to": float("nan")}, "stroke.to: found nan"),
+    ],
+)
+def test_a_stroke_that_cannot_be_read(changes, start):
+    stroke = {key: value for key, value in (STROKE | changes).items() if value is not None}
+    (line,) = faults(scene(stroke=stroke))
+    assert line.startswith(start)
+
+
+@pytest.mark.parametrize(
+    ("changes", "start"),
+    [
+        ({"regime": {"speed": 1}}, "regime: found regime beside [stroke], expected none; a one-way stroke has no cycle"),
+        ({"flywheel": {"inertia": 1}}, "flywheel: found flywheel beside [stroke]"),
+        ({"stroke": 3}, "stroke: found 3, expected a table"),
+        (
+            {"mechanism": [CLAMP | {"name": "a"}, CLAMP | {"name": "b"}]},
+            "mechanism: found 2 mechanisms, expected one mechanism",
+        ),
+        ({"mechanism": CLAMP | {"phase": "10 deg"}}, "mechanism.phase: found phase beside [stroke]"),
+        ({"shafts": {"motor": {"ratio": 2}}}, "shafts.motor: found a shaft beside a driver that slides"),
+        ({"drive": {"torque": 3}}, 'drive.torque: found a torque on "slide", which slides, expected a force'),
+        ({"drive": {}}, "drive.force: found nothing, expected a quantity or an expression in N"),
+        ({"drive": {"force": "balance"}}, 'drive.force: found "balance", expected a value; a one-way stroke has no cycle'),
+        ({"drive": {"on": "crank", "force": 1}}, 'drive.on: found "crank", expected a shaft'),
+        ({"load": [{"on": "slide", "torque": 1}]}, 'load[0].torque: found a torque on "slide", which translates'),
+        ({"load": [{"on": "slide", "force": 1, "every": 0.1}]}, "load[0].every: found every beside [stroke]"),
+        (
+            {"load": [{"on": "slide", "force": 1, "from": "0 deg", "to": 0.1}]},
+            'load[0].from: found "0 deg", expected a length',
+        ),
+        (
+            {"load": [{"on": "slide", "force": 1, "from": 0, "to": 0.2}]},
+            "load[0].to: found 0.2 m, expected a place from -0.06",
+        ),
+        ({"load": [{"on": "slide", "force": 1, "from": 0.1, "to": 0}]}, "load[0].to: found 0 m, expected a place behind"),
+        ({"load": [{"on": "slide", "force": 1, "from": 0}]}, "load[0].to: found nothing"),
+        (
+            {"load": [{"on": "slide", "table": {"angle": [0, 0.1], "value": [1, 2]}}]},
+            "load[0].table: found values from 0 to 0.1, expected values from -0.06 to 0.19",
+        ),
+        (
+            {"load": [{"on": "slide", "table": {"angle": [0, 1], "angle_unit": "deg", "value": [1, 2]}}]},
+            'load[0].table.angle_unit: found "deg"',
+        ),
+    ],
+)
+def test_what_cannot_stand_beside_a_stroke(changes, start):
+    (line,) = faults(scene(**changes))
+    assert line.startswith(start)
+
+
+def test_no_mechanism_makes_no_stroke():
+    assert faults({"stroke": STROKE})[0].startswith("mechanism: found nothing, expected one mechanism")
+
+
+def test_areas_have_no_stroke():
+    lines = faults({"areas": {"values": [1, -1]}, "stroke": STROKE})
+    assert any(line.startswith("areas: found areas beside [stroke]") for line in lines)
+
+
+def test_a_crank_that_turns_in_cycles_has_no_stroke():
+    raw = scenes.press(stroke={"from": 0, "to": 1, "speed": 1})
+    lines = faults({key: raw[key] for key in ("mechanism", "stroke")})
+    (line,) = (line for line in lines if line.startswith("mechanism.type"))
+    assert '"slider-crank" beside [stroke], expected "toggle-clamp" or "linkage"' in line
+
+
+@pytest.mark.parametrize("mechanism", [CLAMP, linkage(SLIDE)])
+def test_a_driver_that_slides_needs_a_stroke(mechanism):
+    (line,) = faults({"mechanism": mechanism, "regime": {"speed": 1}, "flywheel": {"inertia": 1}})
+    assert line.startswith("stroke: found nothing, expected a table with from, to and speed")
+
+
+def test_a_parameter_cannot_be_balanced_on_a_stroke():
+    (line,) = faults(scene(parameters={"F": "balance"}, load=[{"on": "slide", "force": "F"}]))
+    assert line.startswith('parameters.F: found "balance", expected a value')
+
+
+def test_no_shaft_twists_along_a_stroke():
+    shafts = {"motor": {"ratio": 2, "stiffness": 100}}
+    (line,) = faults({"mechanism": linkage(PIN), "shafts": shafts, "stroke": {"from": 0, "to": 1, "speed": 1}})
+    assert line.startswith("shafts.motor: found a compliant shaft beside [stroke]")
+
+
+def test_a_force_drives_nothing_that_turns():
+    (line,) = faults(scenes.rotor(drive={"force": 3}))
+    assert line.startswith('drive.force: found a force on "crank", which turns, expected a torque')
+
+
+def test_a_stroke_of_too_many_turns():
+    (line,) = faults({"mechanism": linkage(PIN), "stroke": {"from": 0, "to": "2000 rev", "speed": 1}})
+    assert line.startswith("stroke.to: found 2000 turns, expected at most 1000")
+
+
+def test_every_fault_is_reported_at_once():
+    lines = faults(scene(stroke={"from": 0}, regime={}, load=[{"on": "plate", "force": 1}], gravity={"h": 1}))
+    paths = {line.partition(":")[0] for line in lines}
+    assert paths == {"stroke.to", "stroke.speed", "regime", "load[0].on", "gravity.h"}
