@@ -30,7 +30,7 @@ from flywheel.cli.common import (
     within,
     written,
 )
-from flywheel.scene.accuracy import FAST, LEVELS, NORMAL, RTOL
+from flywheel.scene.accuracy import LEVELS, NORMAL, RTOL
 
 if TYPE_CHECKING:
     from flywheel.motion.joint_forces import JointForces
@@ -50,8 +50,8 @@ _FEW, _MANY = 24, 360  # positions in tables for reading; in data, pictures and 
 @click.option(
     "--accuracy",
     type=click.Choice(LEVELS),
-    help="fast: the areas, and proven bounds of the exact figure. normal: exact. confirm: exact, and the motion by "
-    "collocation. audit (default): exact, and the motion stepped in time.",
+    help="normal, or fast: the exact figures. confirm: these, and the motion by collocation. audit (default): these, and "
+    "the motion stepped in time.",
 )
 @click.option(
     "--explain", is_flag=True, help="Tell how it was worked out and why so, what was left out, and what more would cost."
@@ -67,10 +67,8 @@ def size(
     scene: Path, as_json: bool, rtol: float | None, no_simulate: bool, accuracy: str | None, explain: bool, plot: Path | None
 ) -> None:
     """Size (or analyse) the flywheel of the machine in SCENE, a TOML file."""
-    if no_simulate and accuracy not in (None, NORMAL):
+    if no_simulate and accuracy not in (None, "fast", NORMAL):
         raise click.UsageError(f"--no-simulate means --accuracy normal, and contradicts --accuracy {accuracy}.")
-    if plot is not None and accuracy == FAST:
-        raise click.UsageError("--plot draws the motion, which --accuracy fast leaves out.")
     spare(scene, plot)
     with reported(scene):
         from flywheel.reading.scenes import load

@@ -148,7 +148,6 @@ PARTS: Mapping[str, str] = {
     "matplotlib": "pictures",
     "flywheel.machine.features": "intervals, for breakpoints of expressions",
     "flywheel.regime.constant_speed": "torques taken at a constant speed",
-    "flywheel.regime.accumulated_areas": "bounds of the exact figure",
     "flywheel.numerics.collocation": "periodic collocation with Newton's method",
     "flywheel.sizing.confirmation": "confirmation by collocation",
     "flywheel.regime.stepping": "time stepping",

@@ -68,36 +68,10 @@ class Flywheel(NamedTuple):
     torque_bracket: tuple[float, float] | None = None
 
 
-class Bounds(NamedTuple):
-    """Bounds between which a figure that was not worked out is proven to lie, the errors of what they rest on included.
-
-    `of` is "exact" (the exact flywheel, kg m² at its own shaft) or "irregularity" (that of a given flywheel; 2 is the
-    greatest one of a machine that keeps turning).
-
-    >>> Bounds("exact", 9.0, 11.0).width
-    0.2
-    """
-
-    of: str
-    least: float
-    greatest: float
-
-    @property
-    def width(self) -> float:
-        """The distance of the bounds as a share of their mean; 0 where both are 0."""
-        total = self.least + self.greatest
-        return 2.0 * (self.greatest - self.least) / total if total > 0.0 else 0.0
-
-    def as_dict(self) -> dict[str, Any]:
-        """For JSON, the width included."""
-        return {**self._asdict(), "width": self.width}
-
-
 class Confirmation(NamedTuple):
     """Motion over one steady cycle: rad/s and s. `closure` is omega(T)/omega(0) - 1; `route` says how it was found.
 
-    That is "time" (stepping), "collocation", "quadrature", or "areas", which leave the machine's own inertia out or tell
-    the irregularity alone.
+    That is "time" (stepping), "collocation", "quadrature", or "areas", which leave the machine's own inertia out.
     """
 
     irregularity: float
@@ -164,8 +138,7 @@ class Sizing:
     `cycle` is the one along the motion, `constant` the one at a constant speed that areas and approximate figures are taken
     from, and `cyclic` tells how the motion holds itself; both are None elsewhere. `built` is the wheel, if asked for.
 
-    `accuracy` is the level of the dial, `left_out` what the sizing did not do there, `bounds` what the level "fast" proves
-    of a figure that it leaves out, `cost` what all this took.
+    `accuracy` is the level of accuracy, `left_out` what the sizing did not do there, `cost` what all this took.
     """
 
     scene: Scene
@@ -195,7 +168,6 @@ class Sizing:
     built: Built | None = None
     accuracy: str = AUDIT
     left_out: tuple[str, ...] = ()
-    bounds: Bounds | None = None
     cost: Cost = FREE
 
     def __repr__(self) -> str:
@@ -234,7 +206,7 @@ class Sizing:
 
     @property
     def inertia(self) -> float | None:
-        """The flywheel given, or the exact one, kg m² at its own shaft; None where the latter was not worked out."""
+        """The flywheel given, or the exact one, kg m² at its own shaft."""
         return self.flywheel.exact if self.scene.inertia is None else self.scene.inertia
 
     @property
@@ -292,7 +264,7 @@ class Sizing:
             "messages": list(self.messages),
             "accuracy": self.accuracy,
             "left_out": list(self.left_out),
-            "bounds": self.bounds and self.bounds.as_dict(),
+            "bounds": None,  # those of an exact figure that was left out: none is
             "cost": self.cost.as_dict(),
         }
 

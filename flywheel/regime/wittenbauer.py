@@ -207,7 +207,7 @@ def assembled(machine: Machine, figures: Figures, motion: Run | None, rtol: floa
         angle_speed_max=motion and motion.angle_speed_max,
         angle_speed_min=motion and motion.angle_speed_min,
         reduced_inertia=reduced_inertia(figures),
-        flywheel=_flywheel(figures, scene),
+        flywheel=flywheel(figures, scene),
         simulation=None,
         error=_error_figures(figures, scene, motion),
         closure=abs(cycle.net) / cycle.exchanged if cycle.exchanged else 0.0,
@@ -321,7 +321,8 @@ def reduced_inertia(figures: Figures) -> ReducedInertia:
     return ReducedInertia(max(least, 0.0), greatest, mean)
 
 
-def _flywheel(figures: Figures, scene: Scene) -> Flywheel:
+def flywheel(figures: Figures, scene: Scene) -> Flywheel:
+    """The flywheels, exact and approximate, at the flywheel's own shaft (kg m²)."""
     eps, ratio_square = scene.irregularity, scene.flywheel_ratio**2
     if eps is None:
         return Flywheel(scene.flywheel_on, scene.inertia, None, None, None, None, None, None)

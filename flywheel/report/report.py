@@ -9,7 +9,7 @@ from flywheel.regime.results import Built, Sizing
 from flywheel.report import as_read, figures
 from flywheel.report import rows as outcome
 from flywheel.report.rows import DEGREES, RPM, WIDTH, Row, block, irregularity, printable, sentences, wrapped
-from flywheel.scene.accuracy import AUDIT, CONFIRM, FAST, NORMAL
+from flywheel.scene.accuracy import AUDIT, CONFIRM, NORMAL
 
 
 def text(sizing: Sizing) -> str:
@@ -37,14 +37,10 @@ def headline(sizing: Sizing) -> str:
     if scene.inertia is not None:
         eps = sizing.simulation and figure(sizing.simulation.irregularity, 0.0, 5)
         what = f"given flywheel {figure(scene.inertia, 0.0, 6)} kg m² on {wheel.on}, {speed}: irregularity {eps}"
-        what += " by the areas" if sizing.accuracy == FAST else ""
     elif wheel.needed is False:
         what = f"no flywheel needed for {asked}, {speed}"
-    elif wheel.exact is None:
-        inertia = figure(wheel.approximate or 0.0, outcome.inertia_errors(sizing).approximate, 6)
-        what = f"flywheel by the areas {inertia} kg m² on {wheel.on} for {asked}, {speed}"
     else:
-        inertia = figure(wheel.exact, outcome.inertia_errors(sizing).exact, 6)
+        inertia = figure(wheel.exact or 0.0, outcome.inertia_errors(sizing).exact, 6)
         what = f"flywheel {inertia} kg m² on {wheel.on} for {asked}, {speed}"
     title = " ".join(printable(scene.title or "").split())
     title = title if len(title) <= WIDTH else title[: WIDTH - 1] + "…"
@@ -190,7 +186,7 @@ _ERRORS = (
 
 
 def _errors(sizing: Sizing) -> list[str]:
-    titles = dict(_ERRORS) | ({"simulation": "irregularity by the areas"} if sizing.accuracy == FAST else {})
+    titles = dict(_ERRORS)
     if sizing.scene.areas is not None:  # which know of no other inertia than the areas'
         del titles["exact"]
     found = [
@@ -219,7 +215,6 @@ def _notes(sizing: Sizing) -> list[str]:
 
 
 _FURTHER = {
-    FAST: "--accuracy normal works out the exact figures.",
     NORMAL: "--accuracy confirm or audit confirms them.",
     CONFIRM: "--accuracy audit steps the motion in time.",
     AUDIT: "",

@@ -1,4 +1,4 @@
-"""The dial between speed and accuracy: four levels of a sizing, from bounds in a moment to a confirmation in time."""
+"""The levels of accuracy of a sizing: exact figures, confirmed by collocation, or confirmed in time."""
 
 from __future__ import annotations
 
@@ -10,8 +10,10 @@ if TYPE_CHECKING:
     from flywheel.regime.results import Sizing
 
 
-FAST, NORMAL, CONFIRM, AUDIT = LEVELS = ("fast", "normal", "confirm", "audit")
-"""What each adds: areas and a proven bracket; the exact figures; periodic collocation; time stepping in place of that."""
+NORMAL, CONFIRM, AUDIT = ("normal", "confirm", "audit")
+"""The exact figures; these and periodic collocation; these and time stepping."""
+LEVELS = ("fast", NORMAL, CONFIRM, AUDIT)
+"""The names that are accepted: "fast" is another name of "normal", as exact figures take no longer than bounds of them."""
 RTOL = (1e-14, 0.1)
 """The least and the greatest relative error that may be asked of figures."""
 
@@ -29,11 +31,13 @@ def rtol_faults(rtol: float) -> list[Fault]:
 def level(accuracy: str | None = None, simulate: bool | None = None) -> str:
     """The level asked for by its name, or by whether to simulate: True means `audit`, False `normal`, nothing `audit`.
 
+    "fast" is "normal".
+
     Raises:
         ValueError: for another name, or where the two contradict each other.
 
-    >>> level(), level(simulate=False), level("confirm")
-    ('audit', 'normal', 'confirm')
+    >>> level(), level(simulate=False), level("confirm"), level("fast")
+    ('audit', 'normal', 'confirm', 'normal')
 
     """
     meant = None if simulate is None else AUDIT if simulate else NORMAL
@@ -41,9 +45,10 @@ def level(accuracy: str | None = None, simulate: bool | None = None) -> str:
         return meant or AUDIT
     if accuracy not in LEVELS:
         raise ValueError(f"accuracy: found {accuracy!r}, expected one of {', '.join(LEVELS)}")
-    if meant is not None and meant != accuracy:
+    found = NORMAL if accuracy == "fast" else accuracy
+    if meant is not None and meant != found:
         raise ValueError(f"simulate={simulate} means accuracy {meant!r}, and contradicts {accuracy!r}: give one of the two")
-    return accuracy
+    return found
 
 
 def left_out(sizing: Sizing) -> tuple[str, ...]:
@@ -51,13 +56,8 @@ def left_out(sizing: Sizing) -> tuple[str, ...]:
     if sizing.scene.areas is not None:
         return ()
     found = []
-    if sizing.accuracy == FAST:
-        found.append("the exact flywheel" if sizing.scene.inertia is None else "the exact irregularity")
-        found.append("the motion over the cycle: speeds, period, power over time")
-        if sizing.scene.wheel is not None:
-            found.append("the wheel to be built")
     route = sizing.simulation and sizing.simulation.route
-    if route not in ("time", "collocation") and (sizing.run is not None or sizing.accuracy == FAST):
+    if route not in ("time", "collocation") and sizing.run is not None:
         found.append("a confirmation of the figures by a second route")
     elif route == "collocation":
         found.append("the time simulation, which confirms the figures on a route of its own")

@@ -38,9 +38,9 @@ def size(
         machine: a `Machine`, or a `Scene`, of which one is then built.
         rtol: relative accuracy asked of every figure; the scene's own if None.
         simulate: whether to confirm by time stepping (accuracy "audit", or else "normal").
-        accuracy: "fast": the areas, and proven bounds of the exact figure; "normal": the exact figures; "confirm": these
-            and the motion by periodic collocation on other cells; "audit", which is taken if None: the exact figures and
-            the motion stepped in time. An analysis at "normal" has its motion by quadrature.
+        accuracy: "normal", or "fast": the exact figures; "confirm": these and the motion by periodic collocation on other
+            cells; "audit", which is taken if None: the exact figures and the motion stepped in time. An analysis at "normal"
+            has its motion by quadrature.
 
     Raises:
         SceneError: if the machine cannot run as the scene says (net work, balance without effect, values not finite).
@@ -56,8 +56,6 @@ def size(
     >>> result = flywheel.size(flywheel.load(yoke), simulate=False)
     >>> f"{result.flywheel.exact:.9f} {result.flywheel.approximate:.9f}"
     '353.521427322 348.989396780'
-    >>> [f"{bound:.1f}" for bound in flywheel.size(flywheel.load(yoke), accuracy="fast").bounds[1:]]
-    ['349.2', '354.2']
 
     """
     level = dial.level(accuracy, simulate)
@@ -82,8 +80,7 @@ def size(
 
 def _built(sizing: Sizing) -> Sizing:
     """The sizing with the wheel that the scene asks for, where its inertia is known."""
-    bounded = sizing.accuracy == dial.FAST and sizing.scene.areas is None
-    if sizing.scene.wheel is None or bounded:
+    if sizing.scene.wheel is None:
         return sizing
     with unmeasured():
         from flywheel.sizing.wheel import with_wheel  # only scenes that ask for a wheel pay for it
@@ -101,7 +98,7 @@ def _of_machine(given: Machine | Scene, asked: float, level: str) -> Sizing:
     with metered() as first:
         machine = given if isinstance(given, Machine) else Machine(given)
         scene = machine.scene
-        sizing = _evened(replace(_settled(machine, asked, level), accuracy=level))
+        sizing = _evened(replace(_settled(machine, asked), accuracy=level))
     if told := (*_redundant(scene), *(() if scene.motor is None else scene.motor.doubts)):
         sizing = replace(sizing, messages=(*sizing.messages, *told))
     inner = sizing.cost.stages
@@ -122,7 +119,7 @@ def _followed(sizing: Sizing) -> Sizing:
         return _confirmed(sizing)
     if sizing.accuracy == dial.CONFIRM:
         return _collocated(sizing)
-    return sizing if sizing.scene.inertia is None or sizing.accuracy == dial.FAST else _by_quadrature(sizing)
+    return sizing if sizing.scene.inertia is None else _by_quadrature(sizing)
 
 
 def _collocated(sizing: Sizing) -> Sizing:
@@ -167,13 +164,8 @@ def _unconfirmed(sizing: Sizing, message: str) -> Sizing:
     return replace(_by_quadrature(sizing), messages=(*sizing.messages, message))
 
 
-def _settled(machine: Machine, asked: float, level: str) -> Sizing:
+def _settled(machine: Machine, asked: float) -> Sizing:
     """The figures without simulation, by the cheapest formulation that the machine allows."""
-    if level == dial.FAST:
-        with unmeasured():
-            from flywheel.regime import accumulated_areas  # only this level pays for bounds
-
-        return accumulated_areas.settled(machine, asked)
     if not (machine.sets_its_speed or machine.depends_on_time):
         return wittenbauer.settled(machine, asked)
     with unmeasured():
@@ -192,10 +184,6 @@ def _evened(sizing: Sizing) -> Sizing:
         4 * errors.variation, errors.inertia
     ):
         return sizing
-    if sizing.accuracy == dial.FAST:
-        from flywheel.regime import accumulated_areas
-
-        return accumulated_areas.evened(sizing)
     even = run and run._replace(irregularity=0.0, speed_max=speed, speed_min=speed, offset=0.0, error=0.0)
     if sizing.scene.irregularity is None:
         return replace(sizing, run=even)
@@ -244,7 +232,6 @@ def _noted(sizing: Sizing) -> Sizing:
         f"the {title} is good to {error:.2g}"
         for name, title in names.items()
         if (error := getattr(sizing.error, name)) is not None and error > sizing.rtol
-        if name != "simulation" or sizing.accuracy != dial.FAST  # which tells bounds instead
     ]
     if not good:
         return sizing

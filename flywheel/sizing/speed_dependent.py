@@ -48,7 +48,7 @@ def settled(machine: Machine, rtol: float) -> Sizing:
             speed, unknown, messages = constant_speed.taken_at(machine)
     except ImpatientError as error:
         raise SceneError([_too_much(error.faults[0], machine, machine.pace, machine.scene.inertia or 0.0, 0.0)]) from None
-    figures, loose = _at_constant_speed(machine, speed, rtol)
+    figures, loose = at_constant_speed(machine, speed, rtol)
     start = figures.cycle.balance if figures.cycle.balance is not None else unknown
     if _inertialess(figures) and (balanced := _balanced(machine, speed, start, rtol)) is not None:
         return _unweighted(wittenbauer.assembled(machine, figures, balanced[0], rtol), *balanced, messages)
@@ -64,7 +64,7 @@ def settled(machine: Machine, rtol: float) -> Sizing:
     return replace(sizing, cost=Cost(0, 0.0, {"motion": meter.cost}))
 
 
-def _at_constant_speed(machine: Machine, speed: float, rtol: float) -> tuple[Figures, float]:
+def at_constant_speed(machine: Machine, speed: float, rtol: float) -> tuple[Figures, float]:
     """The figures at a constant speed, and the relative error of that speed where the machine takes it by itself."""
 
     def figures_at(speed: float) -> Figures:

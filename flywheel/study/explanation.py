@@ -25,7 +25,7 @@ from flywheel.regime import steady_motion
 from flywheel.regime.results import Sizing
 from flywheel.regime.steady_motion import NoMotionError, Run
 from flywheel.regime.turning_moment import Cycle
-from flywheel.scene.accuracy import AUDIT, CONFIRM, FAST, LEVELS, NORMAL
+from flywheel.scene.accuracy import AUDIT, CONFIRM, NORMAL
 from flywheel.scene.scene import Scene
 from flywheel.sizing.confirmation import on_thirds
 
@@ -61,16 +61,15 @@ def predicted(sizing: Sizing) -> dict[str, Cost]:
     """
     machine, cycle = sizing.machine, sizing.cycle
     if machine is None or cycle is None:
-        return dict.fromkeys(LEVELS, FREE)
+        return dict.fromkeys((NORMAL, CONFIRM, AUDIT), FREE)
     figures, own = _stage(sizing, "figures"), sizing.accuracy
-    exact = figures if own != FAST else _exact(sizing, machine, cycle, figures)
     simulations: dict[str, Callable[[], Cost]] = {
-        CONFIRM: lambda: _collocation(sizing, machine, exact.evaluations - figures.evaluations),
+        CONFIRM: lambda: _collocation(sizing, machine),
         AUDIT: lambda: _stepping(sizing, machine, cycle),
     }
-    found = {FAST: _bounds(sizing, machine, figures), NORMAL: exact}
-    found |= {level: _sum(exact, foretell()) for level, foretell in simulations.items() if level != own}
-    return {level: sizing.cost if level == own else found[level] for level in LEVELS}
+    found = {NORMAL: figures}
+    found |= {level: _sum(figures, foretell()) for level, foretell in simulations.items() if level != own}
+    return {level: sizing.cost if level == own else found[level] for level in (NORMAL, CONFIRM, AUDIT)}
 
 
 def _stage(sizing: Sizing, name: str) -> Cost:
@@ -86,37 +85,14 @@ def _motion(sizing: Sizing) -> Cost:
     return _stage(sizing, "figures").stages.get("motion", FREE)
 
 
-def _bounds(sizing: Sizing, machine: Machine, figures: Cost) -> Cost:
-    """The level `fast`: all but the motion, where that is what the exact figures are, or is found from them."""
-    own = _motion(sizing) if machine.sets_its_speed else Cost(0, _run(sizing))
-    return Cost(figures.evaluations - own.evaluations, max(figures.seconds - own.seconds, 0.1 * figures.seconds))
-
-
-def _exact(sizing: Sizing, machine: Machine, cycle: Cycle, figures: Cost) -> Cost:
-    """The level `normal`, from bounds alone: on the same cells, or a motion besides."""
-    if not machine.sets_its_speed:
-        more = int(0.5 * cycle.mesh.phi.size)
-        return _sum(figures, Cost(more, _walk(machine, cycle.mesh.phi) + _run(sizing)))
-    cells = machine.mesh.size - 1
-    evaluations = _PER_CELL * ORDER * cells
-    return _sum(figures, Cost(evaluations, _newton(sizing, machine, cycle.mesh.phi, evaluations)))
-
-
-def _run(sizing: Sizing) -> float:
-    """Seconds that the speed's level takes with a flywheel that is known, given or none; what is sized has it asked for."""
-    known = sizing.scene.inertia is not None or sizing.flywheel.needed is False
-    cycle = sizing.cycle
-    return 0.0 if cycle is None or not known else _timed(lambda: _by_areas(sizing, cycle))
-
-
-def _collocation(sizing: Sizing, machine: Machine, extra: int) -> Cost:
+def _collocation(sizing: Sizing, machine: Machine) -> Cost:
     """One motion with the exact or given flywheel, and one with the approximate one, on cells of their own."""
     own, motions = on_thirds(machine), _motions(sizing)
     cells = own.mesh.size - 1
     harder = 1.0 + 0.4 * max(float(np.log10(_EASY / sizing.rtol)), 0.0)
     evaluations = int(motions * ORDER * cells * harder)
     if machine.sets_its_speed:
-        known = _motion(sizing).evaluations or extra
+        known = _motion(sizing).evaluations
         evaluations = int((1.0 if motions == 1 else 1.3) * known * cells / (machine.mesh.size - 1))
     each = _newton(sizing, machine, piecewise.cells(own.mesh).phi, evaluations / motions)
     return Cost(evaluations, motions * each)
@@ -188,11 +164,8 @@ def _runs(sizing: Sizing, cycle: Cycle) -> Iterator[Run]:
 
 
 def _by_areas(sizing: Sizing, cycle: Cycle) -> Run | None:
-    """The motion with the given flywheel or the middle of the bounds, from the areas' own cycle."""
-    bounds, given = sizing.bounds, sizing.scene.inertia
-    figure = given if given is not None else sizing.flywheel.approximate_total
-    if given is None and bounds is not None:
-        figure = 0.5 * (bounds.least + bounds.greatest)
+    """The motion with the given flywheel or that of the areas, from the areas' own cycle."""
+    figure = sizing.flywheel.approximate_total if sizing.scene.inertia is None else sizing.scene.inertia
     try:
         return steady_motion.run(cycle, sizing.speed, (figure or 0.0) * sizing.scene.flywheel_ratio**2)
     except NoMotionError:
@@ -355,11 +328,6 @@ def _formulation(sizing: Sizing) -> str:
     if machine is None or cycle is None:
         return "sums of the areas of a diagram: no machine, no position, no cell"
     cells = f"{_counted(cycle.mesh.edges.size - 1, 'cell')} of {cycle.mesh.phi.shape[1]} nodes"
-    if sizing.accuracy == FAST and machine.sets_its_speed:
-        what = "torques" if machine.depends_on_speed else "losses in meshes"
-        return f"areas by quadrature on {cells}, {what} at a constant {sizing.speed:.6g} rad/s: no motion is solved for"
-    if sizing.accuracy == FAST:
-        return f"areas by quadrature on {cells}, and bounds of the exact figure from the extremes of I*"
     if sizing.cyclic is not None:
         steps = f"{_counted(sizing.cyclic.steps, 'Newton step')} on the last ones"
         return f"periodic collocation of the kinetic energy, E'(phi) = M*(phi, omega), on {cells}, {steps}"
@@ -406,7 +374,7 @@ def _motion_reason(sizing: Sizing) -> str:
         return f"{found} on the cells of the figures; time by quadrature; nothing is stepped"
     if route == "areas":
         return "not found: the irregularity is the one by the areas"
-    if sizing.machine is None or sizing.accuracy == FAST:
+    if sizing.machine is None:
         return "not found"
     return "the one of the figures; not found a second time" if sizing.run is not None else "none: nothing stores energy"
 
@@ -467,8 +435,6 @@ def _not_modelled(sizing: Sizing, imports: Mapping[str, str]) -> Iterator[str]:
     collocated = sizing.accuracy == CONFIRM and sizing.run is not None
     if not (machine.sets_its_speed or collocated):
         yield "torques at other speeds, and so Newton's method for the motion: none depends on speed"
-    if _circuit(machine) and sizing.accuracy == FAST:
-        yield "the motor's current as a state of its own: it is taken as steady, at that constant speed"
     route = None if sizing.simulation is None else sizing.simulation.route
     if route != "time":
         yield "time stepping"

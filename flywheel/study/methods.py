@@ -8,8 +8,9 @@ from functools import partial
 from typing import NamedTuple
 
 from flywheel.machine.machine import Machine
-from flywheel.regime import periodic_motion
+from flywheel.regime import constant_speed, periodic_motion, wittenbauer
 from flywheel.regime.periodic_motion import Asked
+from flywheel.sizing import speed_dependent
 from flywheel.sizing.sizing import size
 from flywheel.study import question, steppers, whole_models
 from flywheel.study import steppers as grids
@@ -81,14 +82,17 @@ def _approximate(asked: Question) -> Iterator[Method]:
 
 def _by_swing(asked: Question, sizing: Machine, torque: bool) -> float:
     """From the swing of W, or of W - ½w²I*: swing/(eps w²) is the flywheel with the least I*."""
-    found = size(sizing, accuracy="fast")
-    wheel, inertia = found.flywheel, found.reduced_inertia
+    if sizing.sets_its_speed:
+        speed, *_ = constant_speed.taken_at(sizing)
+        figures, _ = speed_dependent.at_constant_speed(sizing, speed, sizing.scene.rtol)
+    else:
+        figures, _ = wittenbauer.resolved_figures(sizing, sizing.scene.speed or 0.0, sizing.scene.rtol)
+    wheel, inertia = wittenbauer.flywheel(figures, sizing.scene), wittenbauer.reduced_inertia(figures)
     if asked.sized:
         return (wheel.inertia_torque_flywheel if torque else wheel.approximate) or 0.0
     total = (wheel.inertia_torque if torque else wheel.approximate_total) or 0.0
-    least = inertia.least if inertia else 0.0
     given = asked.machine.scene.inertia or 0.0
-    return (sizing.scene.irregularity or 0.0) * total / (given + least / asked.crank)
+    return (sizing.scene.irregularity or 0.0) * total / (given + inertia.least / asked.crank)
 
 
 def _grids(asked: Question) -> Iterator[Method]:

@@ -21,7 +21,7 @@ from tests import regimes, scenes
 from tests.references.test_references import FOLDER
 
 ROOT = Path(flywheel.__file__).parents[1]
-LEVELS = ("fast", "normal", "confirm", "audit")
+LEVELS = ("normal", "confirm", "audit")
 
 TIME = {"flywheel.stepping", "flywheel.one_cycle", "flywheel.confirmation", "flywheel.instant", "flywheel.implicit", "scipy"}
 NEWTON = {"flywheel.collocation", "flywheel.periodic", "flywheel.own_motion"}
@@ -64,15 +64,13 @@ def allowed(name: str, level: str) -> set[str]:
     found: set[str] = set()
     if level == "audit":
         found |= TIME | {"flywheel.moments"}  # which tells whether the motor's current is a state
-    if level == "confirm" or (name in OWN_SPEED and level != "fast"):
+    if level == "confirm" or (name in OWN_SPEED):
         found |= NEWTON | {"flywheel.moments", "flywheel.constant_speed"}
     return found
 
 
 def forbidden(name: str, level: str) -> set[str]:
-    beyond = {"flywheel.steady"} if level == "fast" else set()  # no motion at all
-    wheel = WHEEL if level == "fast" else set()
-    return (TIME | NEWTON | REACTIONS | OTHERS | CLASSES[name][1] | beyond | wheel) - allowed(name, level)
+    return (TIME | NEWTON | REACTIONS | OTHERS | CLASSES[name][1]) - allowed(name, level)
 
 
 @contextmanager
@@ -141,8 +139,8 @@ def test_a_diagram_of_areas_calls_no_mechanics(level: str) -> None:
 
 def test_nothing_unneeded_is_imported() -> None:
     """In one process, in an order in which each step may import more than those before it."""
-    steps = [(name, level) for level in ("fast", "normal") for name in CLASSES if name not in OWN_SPEED]
-    steps += [(name, level) for level in ("fast", "normal") for name in OWN_SPEED]
+    steps = [(name, level) for level in ("normal",) for name in CLASSES if name not in OWN_SPEED]
+    steps += [(name, level) for level in ("normal",) for name in OWN_SPEED]
     steps += [("position only", "confirm"), ("position only", "audit")]
     code = (
         "import json, sys, flywheel; from pathlib import Path\n"
@@ -167,7 +165,7 @@ def test_nothing_unneeded_is_imported() -> None:
 
 def _may_import(name: str, level: str) -> set[str]:
     """What a step may add to what is imported."""
-    found = set(WHEEL) if name == "wheel" and level != "fast" else set()
+    found = set(WHEEL) if name == "wheel" else set()
     if name in OWN_SPEED:
         found |= SPEED
     if name in OWN_SPEED and level == "normal":

@@ -45,7 +45,7 @@ def test_stages_are_told_by_name():
     assert cost.as_dict() == {"evaluations": 3, "seconds": 0.5, "figures": {"evaluations": 1, "seconds": 0.25}}
 
 
-@pytest.mark.parametrize("level", ["fast", "normal", "confirm", "audit"])
+@pytest.mark.parametrize("level", ["normal", "confirm", "audit"])
 def test_a_sizing_tells_what_it_cost(level):
     scene = flywheel.load(scenes.press())
     with counted() as tally:

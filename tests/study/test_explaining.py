@@ -110,7 +110,7 @@ def test_breakpoints_are_told_by_where_they_come_from():
 
 @pytest.mark.parametrize(
     ("level", "part"),
-    [("fast", "not found"), ("normal", "not found a second time"), ("confirm", "other cells"), ("audit", "stepped in time")],
+    [("normal", "not found a second time"), ("confirm", "other cells"), ("audit", "stepped in time")],
 )
 def test_each_level_tells_its_own_motion(level, part):
     found = explain(scenes.yoke(), level, 1e-4)
@@ -140,17 +140,6 @@ def test_the_motion_of_an_analysis_is_the_one_that_gave_its_figures():
     assert found.motion.startswith("that of the collocation on the cells of the figures")
 
 
-def test_what_the_level_fast_holds_constant_is_named():
-    current = explain(regimes.scene("dc-inductance", inertia=0.1), "fast")
-    assert said(current, "current as a state of its own: it is taken as steady")
-    assert not said(explain(regimes.scene("pump", inertia=5), "fast"), "taken as steady")
-    lossy = {"shafts": {"motor": {"ratio": 5, "efficiency": 0.9}}, "drive": {"on": "motor", "torque": "balance"}}
-    found = explain(scenes.press() | lossy, "fast")
-    assert "losses in meshes at a constant" in found.formulation
-    assert any(message.startswith("losses in meshes depend") for message in found.sizing.messages)
-    assert not any("torques depend on speed" in message for message in found.sizing.messages)
-
-
 def test_implicit_steps_are_told():
     linkage = flywheel.explain(flywheel.load(EXAMPLES / "linkages" / "six_bar.toml"), 1e-4)
     assert linkage.motion.startswith("stepped in time, implicitly, as a linkage")
@@ -166,12 +155,6 @@ def test_one_cell_is_one_cell():
     assert said(one, "1 cell at first, which sufficed")
 
 
-def test_bounds_are_told_as_what_was_solved():
-    assert "bounds of the exact figure" in explain(scenes.yoke(), "fast").formulation
-    found = explain(regimes.scene("pump", inertia=5), "fast")
-    assert f"at a constant {found.sizing.speed:.6g} rad/s" in found.formulation
-
-
 def test_the_default_is_an_audit_that_is_carried_out():
     found = flywheel.explain(flywheel.load(scenes.rotor()))
     assert found.sizing.accuracy == "audit"
@@ -181,11 +164,11 @@ def test_the_default_is_an_audit_that_is_carried_out():
 def test_costs_of_every_level_with_its_own_as_measured():
     found = explain(scenes.yoke(), "normal")
     told = found.as_dict()["costs"]
-    assert [*told] == ["fast", "normal", "confirm", "audit"]
-    assert [row["measured"] for row in told.values()] == [False, True, False, False]
+    assert [*told] == ["normal", "confirm", "audit"]
+    assert [row["measured"] for row in told.values()] == [True, False, False]
     assert told["normal"]["evaluations"] == found.sizing.cost.evaluations
     assert told["normal"]["times"] == 1.0
-    assert told["fast"]["evaluations"] <= told["normal"]["evaluations"] < told["confirm"]["evaluations"]
+    assert told["normal"]["evaluations"] < told["confirm"]["evaluations"]
     assert told["confirm"]["times"] > 1.0
     assert told["audit"]["times"] > told["confirm"]["times"]
 
@@ -200,7 +183,7 @@ def test_a_diagram_of_areas_has_little_to_explain():
 
 
 def test_text_and_dictionary_say_the_same():
-    found = explain(scenes.press(), "fast")
+    found = explain(scenes.press(), "normal")
     told, text = found.as_dict(), " ".join(found.text().split())
     assert json.loads(json.dumps(told)) == told
     for row in (told["formulation"], told["motion"], *told["because"], *told["not_modelled"], *told["forced"]):
