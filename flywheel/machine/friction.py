@@ -187,7 +187,6 @@ def port_load(mechanism: Mechanism, port: str, value: ArrayLike) -> Load:
 _FINE = 1e-11  # of the largest moment: error of a cell that is left as it is
 _ROUNDING = 1e-11  # of the largest force, or rate: what is smaller has no sign, and its friction no shape
 _NARROW = 1e-9  # of the cycle: cells that are not cut any more
-_ROUNDS = 40
 _MOST_CELLS = 2000  # from which on no cell is cut; what that leaves is told as error
 _SCANNED = 97  # positions in every cell at which signs are compared, closer to each other towards its ends
 _END = 1e-9  # of a cell: how near to its ends that goes
@@ -247,17 +246,20 @@ def _fitted(chain: Chain, speed: float, balance: float) -> FrictionCurve:
     """The curve on cells between its corners, cut until they follow it."""
     width = chain.scene.cycle
     corners = _corners(chain, speed, balance)
-    edges = merged([*chain.mesh, *corners], width)
-    for _ in range(_ROUNDS):
+
+    def evaluated(edges: Array) -> tuple[tuple[cells.Cells, Array], float, cells.Coarse]:
         mesh = cells.cells(edges)
         forces = _forces(chain, mesh.phi.ravel(), speed, balance)
         values = _moments(forces).reshape(mesh.phi.shape)
         tails = cells.tails(cells.fit(values))
         enough = max(_FINE * np.abs(values).max(), _ROUNDING * _moment_scale(forces))
-        chosen = (tails > enough) & (2 * mesh.half[:, 0] > _NARROW * width)
-        if not chosen.any() or edges.size > _MOST_CELLS:
-            break
-        edges = cells.bisected(edges, chosen)
+        return (
+            (mesh, values),
+            float(tails.max()) / enough if enough else 0.0,
+            lambda share: (tails > enough) & (2 * mesh.half[:, 0] > _NARROW * width),
+        )
+
+    mesh, values = cells.refined(merged([*chain.mesh, *corners], width), evaluated, 1.0, _MOST_CELLS)
     curve = FrictionCurve(mesh, values, corners)
     probes = (mesh.middle + mesh.half * np.array(_PROBES)).ravel()
     off = np.abs(curve(Here(probes, None, np), Here(probes, None, np)) - _moments(_forces(chain, probes, speed, balance)))

@@ -218,18 +218,18 @@ def _resolved(machine: Machine, flywheel: float, rtol: float) -> tuple[cells.Cel
     refuse(number_faults("rtol", rtol, POSITIVE))
     if not rtol < 1.0:
         raise SceneError([Fault("rtol", f"{rtol}", "a number between 0 and 1")])
-    edges, scale = machine.mesh, _scale(machine, flywheel)
-    while True:
+    scale = _scale(machine, flywheel)
+
+    def evaluated(edges: Array) -> tuple[tuple[cells.Cells, Array, float], float, cells.Coarse]:
         mesh = cells.cells(edges)
         state, whole, parts = _at(machine, machine.scene.origin + mesh.phi, flywheel)
         _refuse_still(machine.scene, state.phi, whole, scale)
         values = np.array([whole / scale, *(part / whole for part in parts.values())])
         errors = cells.tails(cells.fit(values)).max(axis=0) * mesh.half[:, 0] / edges[-1]
         doubt = float(errors.sum())
-        poor = errors > rtol / errors.size
-        if doubt <= rtol or not poor.any() or edges.size > _MOST_CELLS:
-            return mesh, values, doubt
-        edges = cells.bisected(edges, poor)
+        return (mesh, values, doubt), doubt, cells.above(errors)
+
+    return cells.refined(machine.mesh, evaluated, rtol, _MOST_CELLS)
 
 
 def _slopes(series: Array) -> Array:

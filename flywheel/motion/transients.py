@@ -370,16 +370,14 @@ def time_along(sizing: Sizing, phi: ArrayLike) -> Array:
 def _fine_edges(sizing: Sizing) -> Array:
     """Cells on which 1/omega is a polynomial, to what the sizing asks."""
     assert sizing.cycle is not None
-    edges = sizing.cycle.mesh.edges
-    for _ in range(20):
+
+    def evaluated(edges: Array) -> tuple[Array, float, cells.Coarse]:
         mesh = cells.cells(edges)
-        pace = 1.0 / speed_at(sizing, mesh.phi)
-        shares = cells.tails(cells.fit(pace)) * mesh.half[:, 0] / float(cells.integral(pace, mesh.half).sum())
-        chosen = shares > 0.1 * sizing.rtol / shares.size
-        if not chosen.any():
-            break
-        edges = cells.bisected(edges, chosen)
-    return edges
+        slowness = 1.0 / speed_at(sizing, mesh.phi)
+        shares = cells.tails(cells.fit(slowness)) * mesh.half[:, 0] / float(cells.integral(slowness, mesh.half).sum())
+        return edges, float(shares.sum()), cells.above(shares)
+
+    return cells.refined(sizing.cycle.mesh.edges, evaluated, 0.1 * sizing.rtol)
 
 
 # -- goals -------------------------------------------------------------------------------------------------------------

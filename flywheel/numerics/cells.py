@@ -7,13 +7,16 @@ looks at its own ends, where a load may jump. The middle node is the cell's anch
 
 from __future__ import annotations
 
-from typing import Any, NamedTuple
+from collections.abc import Callable
+from typing import Any, NamedTuple, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
 Index = NDArray[np.intp]
+T = TypeVar("T")
+Coarse = Callable[[float], NDArray[np.bool_]]
 
 ORDER = 17  # nodes in a cell: odd, so that its middle is one of them
 MIDDLE = ORDER // 2
@@ -25,6 +28,9 @@ NODES[MIDDLE] = 0.0
 _MOST_STEPS, _SETTLED = 5, 1e-9  # of Newton's method towards a root; a step after which none is needed: its square counts
 _DEGREES = np.arange(ORDER + 1)
 _OF_ROUNDING = 24  # units of rounding: what the fit of a constant has beside it, at most
+MOST_CELLS = 40_000
+_NARROW = 1e-12  # of the whole: no cell is halved that is narrower
+_RESOLVED = 1e-3  # error from which on a halving gains, or what is left is rounding
 _MANY = 200  # abscissas, at which doubling is faster than so many cosines
 GRID: Array = np.cos(np.pi * np.arange(2 * ORDER, -1, -1) / (2 * ORDER))  # where signs are looked at: both ends included
 
@@ -102,6 +108,51 @@ def bisected(edges: Array, which: NDArray[np.bool_]) -> Array:
     """The edges with every chosen cell cut in two."""
     middles = 0.5 * (edges[:-1] + edges[1:])[which]
     return np.sort(np.concatenate((edges, middles)))
+
+
+def above(by_cell: Array, factor: float = 1.0) -> Coarse:
+    """Which cells to halve by the errors that add up to the whole one: those with more than `factor` times an even share."""
+    return lambda share: by_cell > factor * share * by_cell.sum() / by_cell.size
+
+
+def halved(edges: Array, coarse: NDArray[np.bool_], most: int = MOST_CELLS) -> Array | None:
+    """The edges with coarse cells cut in two; None where none is left to cut, or they would be more than `most`."""
+    chosen = coarse & (np.diff(edges) > 2 * _NARROW * abs(edges[-1]))
+    return bisected(edges, chosen) if chosen.any() and edges.size + chosen.sum() <= most else None
+
+
+def refined(edges: Array, evaluate: Callable[[Array], tuple[T, float, Coarse]], rtol: float, most: int = MOST_CELLS) -> T:
+    """What is found on cells that are halved until its error is within rtol, or until halving no longer helps.
+
+    Args:
+        edges: of the cells to begin with, ascending.
+        evaluate: for edges what is found on the cells between them, its error, and which cells (a mask) are too coarse for
+            the error to fall to a share of what it is.
+        rtol: the error that is allowed.
+        most: edges, at most.
+
+    Halving no longer helps where two rounds in turn gain less than a tenth: the rest is rounding. An error above 1e-3 is
+    that of cells which may first have to become as narrow as what they follow, so that such rounds do not count.
+
+    >>> def mean(edges):
+    ...     mesh = cells(edges)
+    ...     values = np.sqrt(mesh.phi)
+    ...     shares = TAIL_OF_INTEGRAL * tails(fit(values)) * mesh.half[:, 0]
+    ...     return float(integral(values, mesh.half).sum()), float(shares.sum()), above(shares)
+    >>> abs(refined(np.array([0.0, 1.0]), mean, 1e-9) - 2 / 3) < 1e-9
+    True
+
+    """
+    before, stalls = np.inf, 0
+    while True:
+        found, error, coarse = evaluate(edges)
+        stalls = stalls + 1 if 0.9 * before < error <= _RESOLVED else 0
+        if error <= rtol or stalls > 1:
+            return found
+        finer = halved(edges, coarse(rtol / error), most)
+        if finer is None:
+            return found
+        before, edges = error, finer
 
 
 def fit(values: Array) -> Array:

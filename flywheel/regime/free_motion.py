@@ -144,7 +144,6 @@ def _unfollowed(effort: Effort, error: Exception, end: float) -> SceneError:
 
 
 FEWEST = 20  # cycles still to come, below which nothing is looked into
-_ROUNDS = 8
 _ROUNDING = 1e-13  # of the work exchanged: what its own quadrature leaves of a net work of zero
 
 
@@ -185,13 +184,7 @@ def returns(machine: Chain, balance: float) -> bool:
     scene = machine.scene
     if machine.depends_on_speed or machine.depends_on_time or scene.stroke is not None or len(machine.stages) > 1:
         return False
-    cycle = turning_moment.resolve(machine, machine.mesh)
-    for _ in range(_ROUNDS):
-        allowed = _ROUNDING * cycle.exchanged
-        finer = None if cycle.errors.work <= allowed else turning_moment.split(cycle, 0.0, allowed / cycle.errors.work)
-        if finer is None:
-            break
-        cycle = turning_moment.resolve(machine, finer)
+    cycle = turning_moment.balanced(machine, _ROUNDING)
     settled = cycle.balance is None or abs(cycle.balance - balance) <= _ROUNDING * abs(balance)
     return bool(settled and max(abs(cycle.net), cycle.errors.work) <= _ROUNDING * cycle.exchanged)
 

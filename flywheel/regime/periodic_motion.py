@@ -882,10 +882,10 @@ class _Search:
 
         What does not settle may be no more than what the cells leave open, so that they are halved then too.
         """
-        doubt = _doubt(motion, self.asked)
-        finer = None
+        doubt, finer = _doubt(motion, self.asked), None
         if doubt > 0.5 * self.rtol:
-            finer = turning_moment.split(motion.cycle, motion.run.speed_max, self.rtol / doubt)
+            coarse = turning_moment.coarse(motion.cycle, motion.run.speed_max)(0.5 * self.rtol / doubt)
+            finer = piecewise.halved(motion.cycle.mesh.edges, coarse)
         if finer is None:
             return False
         self.base = finer[~np.isin(finer, motion.cycle.mesh.edges) | np.isin(finer, self.base)]

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from flywheel.machine.machine import Machine
 from flywheel.numerics import cells as piecewise
-from flywheel.numerics.cells import ORDER, ROUNDING, Crossings
+from flywheel.numerics.cells import ORDER, ROUNDING, Coarse, Crossings
 from flywheel.regime import turning_moment
 from flywheel.regime.turning_moment import Cycle
 
@@ -84,14 +84,13 @@ def run(cycle: Cycle, speed: float, inertia: float) -> Run:
 
 def resolved_run(machine: Machine, cycle: Cycle, speed: float, inertia: float, rtol: float) -> tuple[Cycle, Run]:
     """The same motion on cells fine enough for its own error to be within rtol, where halving them can reach that."""
-    found = run(cycle, speed, inertia)
-    for _ in range(10):
-        finer = None if found.error <= rtol else turning_moment.split(cycle, found.speed_max, rtol / found.error)
-        if finer is None:
-            break
-        cycle = turning_moment.resolve(machine, finer)
-        found = run(cycle, speed, inertia)
-    return cycle, found
+
+    def evaluated(edges: Array) -> tuple[tuple[Cycle, Run], float, Coarse]:
+        here = cycle if edges is cycle.mesh.edges else turning_moment.resolve(machine, edges)
+        found = run(here, speed, inertia)
+        return (here, found), found.error, turning_moment.coarse(here, found.speed_max)
+
+    return piecewise.refined(cycle.mesh.edges, evaluated, rtol)
 
 
 class _Swing(NamedTuple):
@@ -196,21 +195,22 @@ def period(cycle: Cycle, speed: float, motion: Run, rtol: float) -> tuple[float,
     What the energy may be off tells the more, the slower the machine: the level, and its rounding, by (w_a/omega)²; what
     the mean of extremes pins down by w_a/omega; both on the mean over time.
     """
-    mesh = cycle.mesh
-    most = max(_MOST_CELLS, mesh.edges.size)
-    for _ in range(40):
-        pace = 1.0 / speed_over_cycle(cycle, speed, motion, mesh.phi)
-        total = float(piecewise.integral(pace, mesh.half).sum())
-        shares = piecewise.TAIL_OF_INTEGRAL * piecewise.tails(piecewise.fit(pace)) * mesh.half[:, 0] / total
-        chosen = shares > 0.1 * rtol / shares.size
-        if shares.sum() <= rtol or not chosen.any() or mesh.edges.size > most:
-            break
-        mesh = piecewise.cells(piecewise.bisected(mesh.edges, chosen))
-    slower = (motion.speed or speed) * pace
-    once, twice = (float(piecewise.integral(pace * slower**n, mesh.half).sum()) / total for n in (1, 2))
+
+    def evaluated(edges: Array) -> tuple[tuple[Array, Array, float, float], float, Coarse]:
+        mesh = piecewise.cells(edges)
+        slowness = 1.0 / speed_over_cycle(cycle, speed, motion, mesh.phi)
+        total = float(piecewise.integral(slowness, mesh.half).sum())
+        shares = piecewise.TAIL_OF_INTEGRAL * piecewise.tails(piecewise.fit(slowness)) * mesh.half[:, 0] / total
+        missed = float(shares.sum())
+        return (slowness, mesh.half, total, missed), missed, piecewise.above(shares, 0.1)
+
+    first = cycle.mesh.edges
+    slowness, half, total, missed = piecewise.refined(first, evaluated, rtol, max(_MOST_CELLS, 2 * first.size))
+    slower = (motion.speed or speed) * slowness
+    once, twice = (float(piecewise.integral(slowness * slower**n, half).sum()) / total for n in (1, 2))
     pinned = max(motion.error - 4.0 * motion.level_error, 0.0) * motion.irregularity
     doubt = pinned * once + (motion.level + _LEVEL_ROUNDING) * twice
-    return total, float(shares.sum()) + doubt + 24 * ROUNDING
+    return total, missed + doubt + 24 * ROUNDING
 
 
 # -- doubtful angles ---------------------------------------------------------------------------------------------------

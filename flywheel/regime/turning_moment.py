@@ -13,16 +13,16 @@ from numpy.typing import NDArray
 
 from flywheel.machine.machine import Chain
 from flywheel.numerics import cells
-from flywheel.numerics.cells import ORDER, ROUNDING, Cells, Crossings
+from flywheel.numerics.cells import ORDER, ROUNDING, Cells, Coarse, Crossings
 from flywheel.numerics.faults import Fault, SceneError
 from flywheel.scene.scene import Scene
 
 Array = NDArray[np.float64]
 
 _EVALUATION = 24 * ROUNDING  # rounding of a reduced quantity relative to the sum of its parts' sizes
-MOST_CELLS = 40_000
 _BLOCK = 2_048  # cells that the graph is walked at together: it needs some forty arrays of their size
 _ENORMOUS = 1e150  # of forces and inertias in SI: their squares and products would leave the floating-point range
+_EVEN_SHARE = 0.125  # of an error spread evenly over the cells: what one may keep
 _MOST_FOR_BALANCE = 2_000  # that the last digit of a balance alone is worth, beside those of the machine's own mesh
 
 
@@ -301,21 +301,18 @@ def check_weighs(machine: Chain, cycle: Cycle, inertia: float) -> None:
         raise SceneError([fault._replace(found=f"{fault.found} (to within {extent.error:.1g} kg m²)")])
 
 
-def split(cycle: Cycle, speed: float, wanted: float) -> Array | None:
-    """Edges with the cells halved that keep the error of W - ½ speed² I* above `wanted` times what it is now.
+def coarse(cycle: Cycle, speed: float) -> Coarse:
+    """Which cells keep the error of W - ½ speed² I* above a share of what it is now.
 
-    None when halving cannot help: a cell whose interpolation error is at the level of rounding is left alone.
+    A cell whose interpolation error is at the level of rounding is left alone: halving cannot help it.
     """
-    shares = cycle.errors.by_cell[0] + 0.5 * speed**2 * cycle.errors.by_cell[1]
-    allowed = 0.25 * float(shares.sum()) * wanted
-    mesh = cycle.mesh
-    ceiling = np.abs(cycle.series).sum(axis=-1)
-    floor = 8 * ROUNDING * ORDER * (ceiling[:2] * mesh.half[:, 0])
-    improvable = (cycle.errors.by_cell > floor).any(axis=0) & (mesh.half[:, 0] > 1e-12 * mesh.edges[-1])
-    chosen = (shares > allowed / (4 * shares.size)) & improvable
-    if not chosen.any() or mesh.edges.size + chosen.sum() > MOST_CELLS:
-        return None
-    return cells.bisected(mesh.edges, chosen)
+
+    def chosen(share: float) -> NDArray[np.bool_]:
+        shares = cycle.errors.by_cell[0] + 0.5 * speed**2 * cycle.errors.by_cell[1]
+        floor = 8 * ROUNDING * ORDER * (np.abs(cycle.series[:2]).sum(axis=-1) * cycle.mesh.half[:, 0])
+        return cells.above(shares, _EVEN_SHARE)(share) & (cycle.errors.by_cell > floor).any(axis=0)
+
+    return chosen
 
 
 def settled_balance(machine: Chain) -> float:
@@ -325,14 +322,13 @@ def settled_balance(machine: Chain) -> float:
 
 def balanced(machine: Chain, rtol: float = 1e-13) -> Cycle:
     """The cycle of a machine with an unknown, on cells halved until its net work is known to rtol of the work exchanged."""
-    cycle = resolve(machine, machine.mesh)
-    most = _MOST_FOR_BALANCE + 2 * cycle.mesh.edges.size
-    while cycle.errors.work > rtol * cycle.exchanged:
-        finer = split(cycle, 0.0, rtol * cycle.exchanged / cycle.errors.work)
-        if finer is None or finer.size > most:
-            break
-        cycle = resolve(machine, finer)
-    return cycle
+    most = _MOST_FOR_BALANCE + 2 * machine.mesh.size
+    return cells.refined(machine.mesh, lambda edges: closed_work(resolve(machine, edges)), rtol, most)
+
+
+def closed_work(cycle: Cycle) -> tuple[Cycle, float, Coarse]:
+    """A cycle, the error of its work as a share of the work exchanged, and the cells that make it."""
+    return cycle, cycle.errors.work / max(cycle.exchanged, 1e-300), coarse(cycle, 0.0)
 
 
 class Extremes(NamedTuple):

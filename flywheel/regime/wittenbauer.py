@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from flywheel.machine.machine import Machine
 from flywheel.numerics import cells
-from flywheel.numerics.cells import ROUNDING, Crossings
+from flywheel.numerics.cells import ROUNDING, Coarse, Crossings
 from flywheel.numerics.faults import Fault, SceneError
 from flywheel.regime import steady_motion, turning_moment
 from flywheel.regime.results import Area, Balance, Errors, Flywheel, ReducedInertia, Sizing
@@ -70,8 +70,8 @@ def refined(
     motion_of: Callable[[Figures], Run | None],
 ) -> tuple[Figures, Run | None]:
     """Halve cells until every figure's estimated error is within rtol, or until halving no longer helps."""
-    edges, before, stalls = machine.mesh, np.inf, 0
-    while True:
+
+    def evaluated(edges: Array) -> tuple[tuple[Cycle, Figures, Run | None], float, Coarse]:
         whole = resolver(edges)
         cycle = whole._replace(errors=whole.errors._replace(residual=0.0))  # no cell can mend what is left over
         figures = _figures(machine.scene, cycle, speed)
@@ -81,15 +81,10 @@ def refined(
         doubt = max(figures.error / figures.scale, work_error(cycle), motion.error if motion else 0.0)
         doubt = max(doubt, _approximate_error(figures, machine.scene), _torque_flywheel_error(figures, machine.scene))
         doubt = max(doubt, _inertia_error(cycle))
-        stalls = stalls + 1 if doubt > 0.9 * before else 0
-        if doubt <= 0.5 * rtol or stalls > 1:  # half is left to the simulation; twice without gain: the rest is rounding
-            break
-        before = doubt
-        fastest = speed * (1 + (machine.scene.irregularity or 0.0) / 2)
-        finer = turning_moment.split(cycle, fastest, rtol / doubt)
-        if finer is None:
-            break
-        edges = finer
+        return (whole, figures, motion), doubt, turning_moment.coarse(cycle, fastest)
+
+    fastest = speed * (1 + (machine.scene.irregularity or 0.0) / 2)
+    whole, figures, motion = cells.refined(machine.mesh, evaluated, 0.5 * rtol)  # half is left to the simulation
     if not whole.errors.residual:
         return figures, motion
     figures = _figures(machine.scene, whole, speed)

@@ -12,7 +12,7 @@ from flywheel.components.gear_trains import OnShaft, on_every_shaft
 from flywheel.components.motors import DC, Induction
 from flywheel.numerics import cells
 from flywheel.numerics.arguments import NOT_NEGATIVE, POSITIVE, number_faults, refuse
-from flywheel.numerics.cells import ROUNDING, Array, Cells
+from flywheel.numerics.cells import ROUNDING, Array, Cells, Coarse
 from flywheel.numerics.faults import SceneError
 from flywheel.regime import steady_motion
 from flywheel.scene.scene import Load
@@ -28,7 +28,6 @@ if TYPE_CHECKING:
 _TIE = 1e-9  # share within which two sizes are one
 _LEVEL_ROUNDING = 4 * ROUNDING  # of the energy's level
 _MOST_CELLS = 4_000  # that a mean over time is worth, beside those of the cycle itself
-_MOST_HALVINGS = 40  # of a cell
 
 
 @np.errstate(all="ignore")  # a result asks for it after its sizing is over
@@ -121,22 +120,26 @@ class _Course:
         integral of h/omega dphi over integral of dphi/omega; `law` gives h and |dh/domega| on a mesh. An error d(omega)
         makes (|dh/domega| + |h - mean|/omega) d(omega) of h.
         """
-        mesh = self.cycle.mesh
-        most = max(_MOST_CELLS, mesh.edges.size)
-        for _ in range(_MOST_HALVINGS):
+
+        def evaluated(edges: Array) -> tuple[tuple[Cells, Array, Array, Array, float, float, float], float, Coarse]:
+            mesh = cells.cells(edges)
             omega = self.omega(mesh)
             value, slope = law(mesh, omega)
             rows = np.stack((value / omega, 1.0 / omega))
             total, time = cells.integral(rows, mesh.half).sum(axis=-1).tolist()
             mean = total / time
             tails = cells.TAIL_OF_INTEGRAL * cells.tails(cells.fit(rows)) * mesh.half[:, 0]
-            missed = (tails[0] + abs(mean) * tails[1]) / time
-            allowed = 0.1 * self.sizing.rtol * abs(mean) / missed.size
-            if missed.sum() <= self.sizing.rtol * abs(mean) or not (missed > allowed).any() or mesh.edges.size > most:
-                break
-            mesh = cells.cells(cells.bisected(mesh.edges, missed > allowed))
+            shares = (tails[0] + abs(mean) * tails[1]) / time
+            missed = float(shares.sum())
+            error = missed / max(abs(mean), 1e-300) if missed else 0.0
+            return (mesh, omega, value, slope, time, mean, missed), error, cells.above(shares, 0.1)
+
+        first = self.cycle.mesh.edges
+        mesh, omega, value, slope, time, mean, missed = cells.refined(
+            first, evaluated, self.sizing.rtol, max(_MOST_CELLS, 2 * first.size)
+        )
         by_speed = (slope + np.abs(value - mean) / omega) * self.doubt(omega) / omega
-        error = float(cells.integral(by_speed, mesh.half).sum()) / time + float(missed.sum())
+        error = float(cells.integral(by_speed, mesh.half).sum()) / time + missed
         return mean, error + 24 * ROUNDING * abs(mean), mesh
 
 

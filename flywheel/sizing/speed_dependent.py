@@ -14,7 +14,7 @@ from flywheel.machine.dynamics import Moments
 from flywheel.machine.machine import Machine
 from flywheel.numerics import cells
 from flywheel.numerics.budget import Cost, ImpatientError, metered, patience
-from flywheel.numerics.cells import ROUNDING, Array, Cells
+from flywheel.numerics.cells import ROUNDING, Array, Cells, Coarse
 from flywheel.numerics.faults import Fault, SceneError
 from flywheel.regime import constant_speed, periodic_motion, turning_moment, wittenbauer
 from flywheel.regime.periodic_motion import Asked, LostError, NoRegimeError, OwnMotion, UntoldError
@@ -26,7 +26,7 @@ _LEAST_DAMPING = 1e-12  # 1 less the multiplier: below it nothing is left of wha
 _UNHELD = 0.01  # relative doubt of a speed that is hardly held
 _PATIENCE = 300_000.0  # nodes of Newton steps, about a second: fifty times what a machine of a textbook takes
 _LESS_PATIENCE = 40_000.0
-_HALVINGS, _MOST_CELLS = 40, 4_000  # of cells on which speeds follow torques at once
+_MOST_CELLS = 4_000  # of cells on which speeds follow torques at once
 _WIDENINGS = 60  # of a bracket, and steps within it
 _STEEP = 1e4  # times over that a change of speed fades within a cycle: such torques cost too many cells
 _NOTHING = 1e-4  # of the greatest inertia: less of it is next to nothing
@@ -117,21 +117,26 @@ def _balanced(machine: Machine, speed: float, unknown: float, rtol: float) -> tu
     do not fall with speed, that jump at one, or a motor's current with a state of its own.
     """
     scene, asked = machine.scene, machine.scene.irregularity or 2.0
-    edges, held = machine.mesh, scene.speed if scene.unknown is not None else None
-    for _ in range(_HALVINGS):
+    held = scene.speed if scene.unknown is not None else None
+
+    def evaluated(edges: Array) -> tuple[tuple[Moments, Array, float, float] | None, float, Coarse]:
         moments = Moments(machine, cells.cells(edges))
         if scene.inertia or moments.lossy or moments.circuit or moments.switches(np.full(moments.mesh.phi.shape, speed)):
-            return None
-        found = _followed(moments, speed, unknown) if held is None else _level(moments, held, unknown)
-        if found is None:
-            return None
-        omega, unknown = found
+            return None, 0.0, cells.above(np.zeros(1))
+        solved = _followed(moments, speed, unknown) if held is None else _level(moments, held, unknown)
+        if solved is None:
+            return None, 0.0, cells.above(np.zeros(1))
+        omega, balance = solved
         errors = cells.tails(cells.fit(omega))
-        coarse = errors > 0.05 * rtol * max(float(np.ptp(omega)), 64 * ROUNDING * float(omega.max()))
-        if not coarse.any() or edges.size > _MOST_CELLS:
-            break
-        edges = cells.bisected(edges, coarse)
-    run = _run_at(moments, omega, unknown, float(errors.max()))
+        most = float(errors.max())
+        share = most / max(float(np.ptp(omega)), 64 * ROUNDING * float(omega.max()))
+        return (moments, omega, balance, most), share, lambda share: errors > share * most
+
+    found = cells.refined(machine.mesh, evaluated, 0.05 * rtol, _MOST_CELLS)
+    if found is None:
+        return None
+    moments, omega, unknown, most = found
+    run = _run_at(moments, omega, unknown, most)
     return (run, omega) if run.irregularity * (1.0 + run.error) <= asked else None
 
 
