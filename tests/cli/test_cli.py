@@ -341,49 +341,6 @@ def test_no_command_is_usage() -> None:
 
 # -- as processes ----------------------------------------------------------------------------------------------------
 
-_LOADED = """
-import sys
-from flywheel.cli import main
-from flywheel.starters import starter
-main(sys.argv[1:], standalone_mode=False)
-print(*sys.modules, file=sys.stderr)
-"""
-
-
-def loaded(*arguments: object) -> set[str]:
-    """Top-level names of the modules that a command has imported when it ends."""
-    result = process(*arguments, code=_LOADED)
-    assert result.returncode == 0, result.stderr
-    return {name.partition(".")[0] for name in result.stderr.splitlines()[-1].split()}
-
-
-def test_help_imports_click_alone() -> None:
-    names = loaded("--help") | loaded("size", "--help")
-    assert "click" in names
-    assert not names & {"numpy", "scipy", "sympy", "matplotlib", "bondgraph", "json", "tomllib"}
-
-
-def test_sizing_imports_numpy_alone(scene: Path) -> None:
-    for names in (loaded("size", scene, "--no-simulate"), loaded("size", scene, "--no-simulate", "--json")):
-        assert "numpy" in names
-        assert not names & {"scipy", "sympy", "matplotlib", "mpmath", "difflib"}
-
-
-def test_an_explanation_is_true_of_the_command_s_own_imports(scene: Path) -> None:
-    result = process("size", scene, "--json", "--explain", "--accuracy", "normal", code=_LOADED)
-    told = json.loads(result.stdout)["explanation"]["imports"]
-    names = set(result.stderr.splitlines()[-1].split())
-    assert {name for name, state in told.items() if state != "not loaded"} <= names
-    missing = {name for name, state in told.items() if state == "not loaded"} & names
-    # what other levels would cost is reckoned with their own parts, once the sizing is done and told
-    assert missing <= {"flywheel.collocated", "flywheel.collocation", "flywheel.constant_speed", "flywheel.implicit"}
-
-
-def test_only_a_plot_imports_matplotlib(scene: Path, tmp_path: Path) -> None:
-    names = loaded("size", scene, "--no-simulate", "--plot", tmp_path / "plot.png")
-    assert "matplotlib" in names
-    assert "sympy" not in names
-
 
 def test_a_closed_pipe_leaves_no_traceback(scene: Path) -> None:
     reader, writer = os.pipe()

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import subprocess
-import sys
 from pathlib import Path
 
 import pytest
@@ -106,11 +104,3 @@ def test_the_scene_itself_is_never_overwritten(command: str, name: str, tmp_path
     assert result.exit_code == 2
     assert "names the scene itself" in result.stderr
     assert scene.read_text() == YOKE
-
-
-def test_neither_the_library_nor_its_geometry_imports_matplotlib() -> None:
-    code = (
-        "import sys, flywheel, flywheel.cli, flywheel.pictures.sketch;"
-        "sys.exit(any(name in sys.modules for name in ('matplotlib', 'PIL', 'sympy')))"
-    )
-    assert subprocess.run([sys.executable, "-c", code], cwd=Path(__file__).parents[2], timeout=600).returncode == 0

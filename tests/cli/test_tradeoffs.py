@@ -197,12 +197,3 @@ def test_usage_is_checked(scene, options):
     result = run(scene, *options)
     assert (result.exit_code, result.stdout) == (2, "")
     assert options[0] in result.stderr
-
-
-def test_the_command_is_listed_without_a_cost():
-    code = (
-        "import sys; from flywheel.cli import main; main(['tradeoff', '--help'], standalone_mode=False); print(*sys.modules)"
-    )
-    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
-    assert "--budget SECONDS" in done.stdout
-    assert not {"numpy", "scipy", "matplotlib", "flywheel.tradeoffs"} & set(done.stdout.split())
