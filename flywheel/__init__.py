@@ -43,13 +43,13 @@ if TYPE_CHECKING:
     from flywheel.reading.scenes import load
     from flywheel.regime.results import Sizing
     from flywheel.regime.state import MachineState, along, reduce
+    from flywheel.report.explanation import Explanation, explain
     from flywheel.scene.scene import Scene
     from flywheel.sizing.sizing import size
-    from flywheel.study.explanation import Explanation, explain
     from flywheel.study.tradeoff import Tradeoff, tradeoff
 
 _HOMES = {
-    "Explanation": "study.explanation",
+    "Explanation": "report.explanation",
     "Fault": "numerics.faults",
     "JointForces": "motion.joint_forces",
     "Machine": "machine.machine",
@@ -64,7 +64,7 @@ _HOMES = {
     "animate": "pictures.mechanisms",
     "cycle_shares": "motion.kinetic_energy",
     "draw": "pictures.mechanisms",
-    "explain": "study.explanation",
+    "explain": "report.explanation",
     "joint_forces": "motion.joint_forces",
     "load": "reading.scenes",
     "reduce": "regime.state",

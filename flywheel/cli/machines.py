@@ -35,7 +35,7 @@ from flywheel.scene.accuracy import LEVELS, NORMAL, RTOL
 if TYPE_CHECKING:
     from flywheel.motion.joint_forces import JointForces
     from flywheel.regime.results import Sizing
-    from flywheel.study.explanation import Explanation
+    from flywheel.report.explanation import Explanation
     from flywheel.study.tradeoff import Tradeoff
 
 
@@ -53,9 +53,7 @@ _FEW, _MANY = 24, 360  # positions in tables for reading; in data, pictures and 
     help="normal, or fast: the exact figures. confirm: these, and the motion by collocation. audit (default): these, and "
     "the motion stepped in time.",
 )
-@click.option(
-    "--explain", is_flag=True, help="Tell how it was worked out and why so, what was left out, and what more would cost."
-)
+@click.option("--explain", is_flag=True, help="Tell how it was worked out and why so, what was left out, and what it cost.")
 @click.option(
     "--plot",
     type=click.Path(path_type=Path),
@@ -77,9 +75,9 @@ def size(
         sizing = sized(load(scene), rtol, accuracy=NORMAL if no_simulate else accuracy)
         explanation = None
         if explain:
-            from flywheel.study.explanation import explained
+            from flywheel.report import explanation as explanations
 
-            explanation = explained(sizing)
+            explanation = explanations.explanation(sizing)
         _show(sizing, as_json, explanation, scene)
         if plot is not None:
             _draw(sizing, plot)

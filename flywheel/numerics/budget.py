@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-import sys
-from collections.abc import Container, Iterator, Mapping
+from collections.abc import Iterator
 from contextlib import contextmanager
 from contextvars import ContextVar
 from time import perf_counter
@@ -133,50 +132,3 @@ def spend(work: float) -> None:
         expected = "one that the search comes to"
         advice = "follow the machine in time: flywheel simulate"
         raise ImpatientError([Fault("regime", found, expected, advice)])
-
-
-# -- loaded ------------------------------------------------------------------------------------------------------------
-
-# Which libraries, and which parts of the package, have been imported: not every scene needs every one.
-
-
-NOW, BEFORE, NOT = "loaded by this run", "loaded before it", "not loaded"
-PARTS: Mapping[str, str] = {
-    "numpy": "arrays",
-    "scipy": "the integrator of time stepping, pchip tables",
-    "sympy": "symbolic mathematics",
-    "matplotlib": "pictures",
-    "flywheel.machine.features": "intervals, for breakpoints of expressions",
-    "flywheel.regime.constant_speed": "torques taken at a constant speed",
-    "flywheel.numerics.collocation": "periodic collocation with Newton's method",
-    "flywheel.sizing.confirmation": "confirmation by collocation",
-    "flywheel.regime.stepping": "time stepping",
-    "flywheel.regime.one_cycle": "one cycle in time",
-    "flywheel.regime.free_motion": "following a machine that has no steady motion",
-    "flywheel.machine.friction": "friction in joints",
-    "flywheel.mechanisms.linkages.reactions": "driving forces and reactions in joints",
-    "flywheel.motion.joint_forces": "reactions along the machine's motion",
-    "flywheel.mechanisms.linkages.multibody": "equations of motion with multipliers",
-    "flywheel.mechanisms.linkages.positions": "positions of linkages by Newton-Raphson",
-    "flywheel.sizing.wheel": "the wheel to be built",
-    "bondgraph.symbolic": "symbolic equations of the bond graph",
-}
-"""Libraries and parts of the package that not every scene needs, with what they are for."""
-
-LIBRARIES = ("numpy", "scipy", "sympy", "matplotlib")
-
-
-def states(before: Container[str]) -> dict[str, str]:
-    """Of every library and part whether it is loaded now; `before` are the modules that were loaded earlier.
-
-    >>> import numpy
-    >>> states(()).get("numpy"), states({"numpy"}).get("numpy")
-    ('loaded by this run', 'loaded before it')
-    """
-    return {name: _state(name, before) for name in PARTS}
-
-
-def _state(name: str, before: Container[str]) -> str:
-    if name not in sys.modules:
-        return NOT
-    return BEFORE if name in before else NOW

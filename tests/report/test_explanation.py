@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 import flywheel
-from flywheel.study.explanation import explained
+from flywheel.report.explanation import explanation
 from tests import regimes, scenes
 from tests.references.test_references import FOLDER
 
@@ -158,12 +158,24 @@ def test_the_default_is_an_audit_that_is_carried_out():
     assert found.sizing.simulation.route == "time"
 
 
+def test_the_cost_is_told_as_measured():
+    found = explain(scenes.yoke(), "confirm", 1e-4)
+    cost, text = found.sizing.cost, found.text()
+    assert found.as_dict()["cost"] == cost.as_dict()
+    told = [line.split() for line in text[text.index("What it cost") :].splitlines()]
+    assert ["the", "whole", str(cost.evaluations)] in [row[:3] for row in told]
+    assert [row[:2] for row in told[3:5]] == [[name, str(stage.evaluations)] for name, stage in cost.stages.items()]
+    assert "flywheel tradeoff measures it" in text
+
+
 def test_a_diagram_of_areas_has_little_to_explain():
     areas = {"areas": {"values": [100, -100], "scale": "1 J"}, "regime": {"speed": "60 rpm"}}
     found = explain(areas | {"flywheel": {"irregularity": 0.02}})
     assert "diagram" in found.formulation
     assert found.because == ("the scene gives the areas themselves: areas.values",)
     assert found.forced == ()
+    assert found.sizing.cost.evaluations == 0
+    assert "What takes more" not in found.text()
 
 
 def test_text_and_dictionary_say_the_same():
@@ -175,6 +187,19 @@ def test_text_and_dictionary_say_the_same():
     assert max(map(len, found.text().splitlines())) <= 100
 
 
+def test_the_blocks_of_an_explanation():
+    told = explain(scenes.yoke()).text()
+    titles = [line for line in told.splitlines() if line and not line.startswith(" ")]
+    assert titles == [
+        "How it was worked out (normal)",
+        "What the torques depend on",
+        "Not modelled, as this scene or this level does not need it",
+        "What takes more than a smooth machine would",
+        "What it cost, loading of libraries left out",
+    ]
+    assert told.endswith("\n")
+
+
 def test_an_explanation_of_a_sizing_at_hand_runs_nothing_again():
     sizing = flywheel.size(flywheel.load(scenes.yoke()), accuracy="normal")
-    assert explained(sizing).sizing is sizing
+    assert explanation(sizing).sizing is sizing
