@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 from itertools import accumulate
+from math import degrees
+from numbers import Real
 from types import MappingProxyType
 from typing import NamedTuple
-
-import numpy as np
 
 
 class Fault(NamedTuple):
@@ -123,7 +123,7 @@ def _other(value: object) -> str:
         return f"a {name}"
     if isinstance(value, int):
         return str(value) if abs(value) < 10**15 else "a whole number of more than 15 digits"
-    return repr(float(value)) if isinstance(value, (float, np.floating, np.integer)) else f"a value of type {name}"
+    return repr(float(value)) if isinstance(value, Real) else f"a value of type {name}"
 
 
 def told(value: float, sliding: bool) -> str:
@@ -132,7 +132,7 @@ def told(value: float, sliding: bool) -> str:
     >>> told(0.19, True), told(3.141592653589793, False)
     ('0.19 m', '180 deg')
     """
-    return f"{value:.10g} m" if sliding else f"{np.degrees(value):.10g} deg"
+    return f"{value:.10g} m" if sliding else f"{degrees(value):.10g} deg"
 
 
 def nearest(name: str, valid: Iterable[str]) -> str:
