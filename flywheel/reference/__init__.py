@@ -23,7 +23,7 @@ _TOPICS = (
         "areas",
         "accuracy",
     ),
-    *("faults", "results", "reactions", "simulate", "tradeoff"),
+    *("faults", "results", "reactions", "simulate", "tradeoff", "joints", "bond-graphs"),
 )
 
 

@@ -1,4 +1,4 @@
-"""What README shows runs as it stands, and the figures that it names are there."""
+"""What the README, the reference and the index of the examples show runs as it stands, and what they link to is there."""
 
 from __future__ import annotations
 
@@ -7,23 +7,34 @@ from pathlib import Path
 
 import pytest
 
-README = (Path(__file__).parents[2] / "README.md").read_text(encoding="utf-8")
-BLOCKS = re.findall(r"```python\n(.*?)```", README, re.DOTALL)
+ROOT = Path(__file__).parents[2]
+PAGES = ("README.md", "examples/README.md", "tests/benchmarks/README.md", "tests/extremes/README.md")
+SCRIPTS = ("README.md", "flywheel/reference/joints.md", "flywheel/reference/bond-graphs.md")
+LINKS = [(page, path) for page in PAGES for path in set(re.findall(r"\]\(([^)#:]+)\)", (ROOT / page).read_text(encoding="utf-8")))]
 
 
-def test_there_are_three_blocks_of_python() -> None:
-    assert len(BLOCKS) == 3
-
-
-@pytest.mark.parametrize("block", BLOCKS, ids=["library", "linkage", "bond graph"])
-def test_a_block_runs_as_it_stands(
-    block: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+@pytest.mark.parametrize("page", SCRIPTS)
+def test_the_python_of_a_page_runs_as_it_stands(
+    page: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     monkeypatch.chdir(tmp_path)
-    exec(compile(block, "README.md", "exec"), {})
+    blocks = re.findall(r"```python\n(.*?)```", (ROOT / page).read_text(encoding="utf-8"), re.DOTALL)
+    assert blocks
+    for block in blocks:
+        exec(compile(block, page, "exec"), {})
     assert capsys.readouterr().out
 
 
-@pytest.mark.parametrize("path", sorted(set(re.findall(r"\]\(([^)#:]+)\)", README))))
-def test_every_link_leads_somewhere(path: str) -> None:
-    assert (Path(__file__).parents[2] / path).exists()
+@pytest.mark.parametrize(("page", "path"), sorted(LINKS))
+def test_every_link_leads_somewhere(page: str, path: str) -> None:
+    assert ((ROOT / page).parent / path).exists()
+
+
+def test_every_example_is_in_the_index_with_a_picture() -> None:
+    index = (ROOT / "examples" / "README.md").read_text(encoding="utf-8")
+    linked = set(re.findall(r"\]\(([^)#:]+)\)", index))
+    found = {path.relative_to(ROOT / "examples").as_posix() for kind in ("*.py", "*.toml") for path in (ROOT / "examples").rglob(kind)}
+    assert found - linked == set()
+    for line in index.splitlines():
+        if line.startswith("| [") and ".toml)" in line:
+            assert "![" in line
