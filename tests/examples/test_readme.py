@@ -33,7 +33,7 @@ def test_every_link_leads_somewhere(page: str, path: str) -> None:
 def test_every_example_is_in_the_index_with_a_picture() -> None:
     index = (ROOT / "examples" / "README.md").read_text(encoding="utf-8")
     linked = set(re.findall(r"\]\(([^)#:]+)\)", index))
-    found = {path.relative_to(ROOT / "examples").as_posix() for kind in ("*.py", "*.toml") for path in (ROOT / "examples").rglob(kind)}
+    found = {path.relative_to(ROOT / "examples").as_posix() for kind in ("*/*.py", "*/*.toml") for path in (ROOT / "examples").glob(kind)}
     assert found - linked == set()
     for line in index.splitlines():
         if line.startswith("| [") and ".toml)" in line:
