@@ -22,13 +22,11 @@ import numpy as np
 from numpy._core._multiarray_umath import __cpu_dispatch__, __cpu_features__
 
 LEGS = 2
-NUMERICAL = (
-    tuple(  # where figures are held against references, and where a last digit may decide: locks, roots, cells
-        f"tests/{name}"
-        for name in (
-            *("extremes", "estimates", "references", "validation", "bondgraph/motion", "bondgraph/test_reduction.py"),
-            *("numerics", "mechanisms", "linkages", "machine", "regime", "sizing"),
-        )
+NUMERICAL = tuple(  # where figures are held against references, and where a last digit may decide: locks, roots, cells
+    f"tests/{name}"
+    for name in (
+        *("extremes", "estimates", "references", "validation", "bondgraph/motion", "bondgraph/test_reduction.py"),
+        *("numerics", "mechanisms", "linkages", "machine", "regime", "sizing"),
     )
 )
 ROOT = Path(__file__).parents[1]

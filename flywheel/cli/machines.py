@@ -231,10 +231,10 @@ def reactions(
     with reported(scene):
         import numpy as np
 
-        from flywheel.machine.friction import close_positions
-        from flywheel.machine.machine import Machine
+        from flywheel.machine.reactions import close_positions
         from flywheel.motion.joint_forces import joint_errors, joint_forces, spread
         from flywheel.reading.scenes import load
+        from flywheel.regime.joint_friction import machine_of
         from flywheel.report import forces as export_forces
 
         loaded = load(scene)
@@ -242,7 +242,7 @@ def reactions(
         sliding = loaded.reduction_element == "slide"
         phi = coordinates(at, sliding) if at else spread(loaded, points or (_MANY if as_json or as_csv else _FEW))
         own = None if speed is None else pace(speed, sliding, "--speed")
-        machine = Machine(loaded)
+        machine = machine_of(loaded)
         ask = partial(joint_forces, machine, speed=own, inertia=not quasi_static, friction=not no_friction)
         found, dense = ask(phi), None
         if not at and (plot is not None or not (as_json or as_csv)):

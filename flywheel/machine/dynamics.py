@@ -19,7 +19,7 @@ from bondgraph import counting
 from bondgraph.reduction import Reduction, Station
 from flywheel.components.motors import DC
 from flywheel.machine.loads import Effort
-from flywheel.machine.machine import Chain, Stage
+from flywheel.machine.machine import Machine, Stage
 from flywheel.numerics.cells import MIDDLE, ROUNDING, Cells, wide
 from flywheel.numerics.jets import Jet
 from flywheel.scene.scene import Scene
@@ -86,7 +86,7 @@ class Moments:
     decided in the middle of every cell, or, where cells do not end at switches yet, at every node (`local`).
     """
 
-    def __init__(self, machine: Chain, mesh: Cells, *, local: bool = False) -> None:
+    def __init__(self, machine: Machine, mesh: Cells, *, local: bool = False) -> None:
         self.machine, self.mesh, self.local = machine, mesh, local
         self.parts = [self._part(stage.reduction, stage) for stage in machine.stages]
         self.inertia: Array = np.sum([part.inertia for part in self.parts], axis=0)
@@ -356,7 +356,7 @@ class Dynamics:
     `circuit` is the motor where its current is a state of its own, else None.
     """
 
-    def __init__(self, machine: Chain, inertia: float, balance: float = 0.0) -> None:
+    def __init__(self, machine: Machine, inertia: float, balance: float = 0.0) -> None:
         self.machine, self.inertia, self.balance = machine, inertia, balance
         self.circuit = circuit_of(machine.scene)
         drive = machine.scene.drive

@@ -7,12 +7,12 @@ same bond graph; nothing is sampled. Only scenes with expressions, or loads that
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from bondgraph.elements import Here, Motion
+from bondgraph.elements import Here
 from bondgraph.reduction import Reduction
 from flywheel.machine.loads import Effort
 from flywheel.numerics.expressions import Expression
@@ -29,6 +29,9 @@ from flywheel.numerics.intervals import (
 )
 from flywheel.numerics.intervals import NAMESPACE as INTERVALS
 from flywheel.numerics.jets import Jet
+
+if TYPE_CHECKING:
+    from flywheel.machine.machine import Machine
 
 Array = NDArray[np.float64]
 
@@ -53,28 +56,28 @@ def dead_centres(reduction: Reduction, junction: str, edges: Array, *, solved: b
     return roots_in_pieces(enclose, value, edges, _MOST_SOLVED if solved else CELL_CAP)[1:-1]
 
 
-def switch_angles(reduction: Reduction, effort: Effort, motion: Motion, pace: float, known: Array) -> list[float]:
+def switch_angles(machine: Machine, effort: Effort, known: Array) -> list[float]:
     """Crank angles at which a branch of a load's expression changes, beside those known already (from 0 to the cycle)."""
     law = effort.load.law
     if not isinstance(law, Expression) or not (law.switches() or law.branch_points()):
         return []
-    env, values = _environment(reduction, effort, motion, pace)
+    env, values = _environment(machine, effort)
     try:
         return breakpoints(law, 0.0, float(known[-1]), env, values, known)
     except SwitchingError as error:
         raise _fault(effort, error) from None
 
 
-def closed_in(reduction: Reduction, effort: Effort, motion: Motion, pace: float, edges: Array) -> Array:
+def narrowed(machine: Machine, effort: Effort, edges: Array) -> Array:
     """The edges with cells added wherever a load's expression is too steep for the cell that it lies in.
 
-    What depends on speed is looked at for the crank's speed `pace` (rad/s), held constant.
+    What depends on speed is taken at the machine's typical one.
     """
     lo, hi = edges[:-1], edges[1:]
     active = np.broadcast_to(effort.active_at(0.5 * (lo + hi)), lo.shape)
     if not isinstance(effort.load.law, Expression) or not active.any():
         return edges
-    env, values = _environment(reduction, effort, motion, pace)
+    env, values = _environment(machine, effort)
     middle = 0.5 * (lo + hi)
     for ends in (lo, hi):
         _check_bounded(effort, values, ends[active], middle[active])
@@ -99,15 +102,13 @@ def _check_bounded(effort: Effort, values: Values, phi: Array, anchor: Array) ->
             raise _fault(effort, SwitchingError(f"a value that is not finite at {where} ({reason})", float(here)))
 
 
-def undefined(
-    reduction: Reduction, effort: Effort, motion: Motion, pace: float, phi: float, anchor: float, time: float = 0.0
-) -> str:
+def undefined(machine: Machine, effort: Effort, phi: float, anchor: float, speed: float | None, time: float) -> str:
     """What leaves an expression without a finite value at a crank angle (rad), speed (rad/s) and time (s), in words."""
     law = effort.load.law
     if not isinstance(law, Expression):
         return ""
     with np.errstate(all="ignore"):
-        values = _environment(reduction, effort, motion, pace)[1]
+        values = _environment(machine, effort, speed)[1]
         here, middle = np.asarray(phi), np.asarray(anchor)
         return law.undefined({**values(here, middle), "t": time}, {**values(middle, middle), "t": time})
 
@@ -118,39 +119,42 @@ def _fault(effort: Effort, error: SwitchingError) -> SceneError:
     return SceneError([Fault(effort.path, found, f"an expression that can be followed over the {span}")])
 
 
-def _environment(reduction: Reduction, effort: Effort, motion: Motion, pace: float) -> tuple[Enclosures, Values]:
+def _environment(machine: Machine, effort: Effort, speed: float | None = None) -> tuple[Enclosures, Values]:
     """What the names of a load's expression stand for: jets of intervals over cells of phi, and plain values.
 
-    Which turn of the load's angle they lie in is the anchor's to say, as at the end of a turn rounding could not.
+    Which turn of the load's angle they lie in is the anchor's to say, as at the end of a turn rounding could not. The
+    crank's `speed` (rad/s) is the machine's typical one where none is given.
     """
     place, names = effort.place, effort.load.law.names  # type: ignore[union-attr]
+    reduction, motion = machine.rigid, machine.motion_of(effort.load.on)
+    crank_speed = machine.typical_speed if speed is None else speed
     variable = reduction.variable[place.junction]
-    rate = float(reduction.flows(0.0, 0.0).gain[reduction.variable[motion.of]])
-    pace_there = pace * (float(reduction.flows(0.0, 0.0).gain[variable]) if place.shaft else rate)
+    gains = reduction.flows(0.0, 0.0).gain
+    rate = float(gains[reduction.variable[motion.of]])
+    own_speed = crank_speed * (float(gains[variable]) if place.shaft else rate)
 
     def origin(anchor: Array) -> Any:
         return place.phase - effort.turns(place.rate * anchor + place.phase)
 
-    def cells(lo: Array, hi: Array, anchor: Array) -> Mapping[str, Any]:
-        cell = Interval(lo, hi)
-        found = shared(anchor) | {"phi": Jet(place.rate * cell + origin(anchor), place.rate)}
+    def environment(phi: Any, anchor: Array, ns: Any) -> Mapping[str, Any]:
+        bounds = ns is INTERVALS
+        angle = place.rate * phi + origin(anchor)
+        found = {**effort.constants, "omega": own_speed, "t": 0.0, "phi": Jet(angle, place.rate) if bounds else angle}
+        if "v" in names and effort.senses is not None:
+            found["v"] = effort.senses.at(anchor)
+        needs_gain = effort.uses_speed or ("x" in names and bounds)
+        gain: Any = reduction.flows(phi, anchor, ns).gain[variable] if needs_gain else 0.0
         if effort.uses_speed:
-            found["v"] = pace * reduction.flows(cell, anchor, INTERVALS).gain[variable]
+            found["v"] = crank_speed * gain
         if "x" in names:
-            here = Here(rate * cell, motion.position(rate * cell, INTERVALS, rate * anchor), INTERVALS)
-            found["x"] = Jet(place.displacement(here), reduction.flows(cell, anchor, INTERVALS).gain[variable])
+            x = place.displacement(Here(rate * phi, motion.position(rate * phi, ns, rate * anchor), ns))
+            found["x"] = Jet(x, gain) if bounds else x
         return found
+
+    def cells(lo: Array, hi: Array, anchor: Array) -> Mapping[str, Any]:
+        return environment(Interval(lo, hi), anchor, INTERVALS)
 
     def values(phi: Array, anchor: Array) -> Mapping[str, Any]:
-        found = shared(anchor) | {"phi": place.rate * phi + origin(anchor)}
-        if effort.uses_speed:
-            found["v"] = pace * reduction.flows(phi, anchor).gain[variable]
-        if "x" in names:
-            found["x"] = place.displacement(Here(rate * phi, motion.position(rate * phi, np, rate * anchor), np))
-        return found
-
-    def shared(anchor: Array) -> dict[str, Any]:
-        sense = {"v": effort.senses.at(anchor)} if "v" in names and effort.senses is not None else {}
-        return {**effort.constants, **sense, "omega": pace_there, "t": 0.0}
+        return environment(phi, anchor, np)
 
     return cells, values

@@ -1,15 +1,17 @@
-"""Loads, springs and tables as laws of position for the bond graph, and the angles where they break."""
+"""Loads, springs, tables and friction in joints as laws of position for the bond graph, and the angles where they break."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping
-from functools import cache
+from functools import cache, cached_property
 from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from bondgraph.elements import Here
+from flywheel.numerics import cells
+from flywheel.numerics.cells import Cells
 from flywheel.numerics.expressions import Expression, shown, units_of_name
 from flywheel.numerics.faults import Fault, SceneError
 from flywheel.numerics.jets import Jet, jet_namespace
@@ -90,9 +92,9 @@ class Effort:
         place: Place,
         parameters: Mapping[str, float],
         unknown: str | None = None,
-        senses: Senses | None = None,
+        senses: Senses | Callable[[], Senses] | None = None,
     ) -> None:
-        self.load, self.place, self.senses = load, place, senses
+        self.load, self.place, self._given_senses = load, place, senses
         key = "table" if isinstance(load.law, Table) else "torque" if place.rotating else "force"
         if load.model:
             key = "motor" if load.path == "drive" else "model"
@@ -109,6 +111,13 @@ class Effort:
         self.depends_on_unknown = load.law is None or self._unknown is not None
         self.uses_speed = isinstance(load.law, Expression) and load.law.uses_speed
         self.uses_time = isinstance(load.law, Expression) and load.law.uses_time
+
+    @cached_property
+    def senses(self) -> Senses | None:
+        """When its place moves forwards and when backwards; None where the load does not depend on that."""
+        if not self.load.sense and "v" not in getattr(self._law, "names", ()):
+            return None
+        return self._given_senses() if callable(self._given_senses) else self._given_senses
 
     @property
     def sees(self) -> tuple[str, ...]:
@@ -265,6 +274,23 @@ def _namespace(here: Here) -> Any:
 def _not_linear(path: str, law: Expression, unknown: str) -> Fault:
     found = f'"{law.shown}", which is not linear in the balance {unknown}'
     return Fault(path, found, f"{unknown} as a factor or a term", "give it a value, and balance another quantity")
+
+
+class FrictionCurve:
+    """The moment (N m, or N) of friction in joints on the reduction element, on its coordinate from 0 to the cycle.
+
+    It is not smooth at `breakpoints`. `error` (J) bounds what its fit adds to the work of the cycle.
+    """
+
+    def __init__(self, mesh: Cells, values: Array, corners: Array) -> None:
+        self.mesh, self.series = mesh, cells.fit(values)
+        self.breakpoints = tuple(corners.tolist())
+        self.error = float((cells.tails(self.series) * 2 * mesh.half[:, 0]).sum())
+
+    def __call__(self, here: Here, anchor: Here) -> Any:
+        """The moment at positions `here.q`."""
+        cell, t = cells.located(self.mesh, np.asarray(here.q, dtype=float))
+        return cells.value(self.series[cell], t)
 
 
 def spring_effort(spring: Spring, place: Place) -> Callable[[Here, Here], Any]:

@@ -1,13 +1,13 @@
-"""Scene to chain: the bond graph of the machine's transmissions, and the angles between which everything is smooth."""
+"""From a scene to its machine: the bond graph of its transmissions, and the angles between which everything is smooth."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import replace
-from functools import cached_property
+from functools import cache, cached_property, partial
 from itertools import count
 from types import ModuleType
-from typing import Any, NamedTuple, Protocol
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,37 +16,26 @@ from bondgraph.builder import Builder, Part
 from bondgraph.elements import C, Here, I, Law, Modulus, Motion, R, Se
 from bondgraph.graph import BondGraph
 from bondgraph.reduction import Reduced, Reduction
-from flywheel.machine.loads import Effort, Place, Senses, crank_angles, spring_effort
+from flywheel.components.motors import DC, Motor
+from flywheel.machine.loads import Effort, FrictionCurve, Place, Senses, crank_angles, spring_effort
 from flywheel.mechanisms import families
 from flywheel.mechanisms.families import Family, Port, Ratio
 from flywheel.numerics.budget import unmeasured
 from flywheel.numerics.cells import middles
 from flywheel.numerics.expressions import Expression
 from flywheel.numerics.faults import Fault, SceneError
-from flywheel.scene.scene import TURN, Compliance, Inertia, Load, Mechanism, Scene
+from flywheel.scene.scene import TURN, Compliance, Inertia, Mechanism, Scene
+
+__all__ = ["FLYWHEEL", "FRICTION", "Machine", "Stage", "merged"]
 
 Array = NDArray[np.float64]
 
 FLYWHEEL = "the flywheel"  # whose part its inertia is
-_MOTOR = "drive.motor"  # the name of its graph as a part
 FRICTION = "friction in joints"  # whose part its moment is
+_MOTOR = "drive.motor"  # the name of its graph as a part
 
 _WIDEST = TURN / 4  # of a cell, in the angle of the fastest mechanism: 17 nodes then resolve plain sines to rounding
-
 _CLOSEST = 1e-7  # of a cycle, between two restarts of the time stepping that are no breakpoints
-
-
-class Extra(Protocol):
-    """A moment on the reduction element that was found beforehand: that of friction in the joints."""
-
-    @property
-    def breakpoints(self) -> Sequence[float]:
-        """Where it is not smooth, on the coordinate from 0 to the cycle."""
-        ...
-
-    def __call__(self, here: Here, anchor: Here) -> Any:
-        """The moment (N m, or N)."""
-        ...
 
 
 class Stage(NamedTuple):
@@ -59,11 +48,8 @@ class Stage(NamedTuple):
     reduction: Reduction
 
 
-class Chain:
+class Machine:
     """A machine of one degree of freedom: its scene, its bond graph, and the crank angles that it breaks at.
-
-    `extra` is a moment on the reduction element beside the scene's loads; friction in joints comes in by it
-    (`flywheel.machine`).
 
     Its coordinate runs from 0 to the cycle. On a stroke it is the driver's way from where the stroke begins, so that the
     scene's `origin` added to it gives the driver's own coordinate, and the reduction element `slide` stands for the crank
@@ -71,19 +57,31 @@ class Chain:
 
     `graph` is the physical chain of transformers from the crank; `reduction` walks it. `omitted` lists what the scene
     names but the machine does not need (bodies without mass that nothing hangs on, shafts that carry nothing).
+
+    `friction` is the moment of friction in the joints, where it is known: it follows from the forces in a regime, so that
+    `flywheel.regime.joint_friction` finds it and gives the machine that has it. A machine is pickled as its scene and that
+    moment.
+
+    >>> import flywheel, pickle
+    >>> rotor = {"inertia": [{"on": "crank", "value": 2}], "regime": {"speed": 10}, "flywheel": {"inertia": 1}}
+    >>> machine = flywheel.Machine(flywheel.load(rotor))
+    >>> float(pickle.loads(pickle.dumps(machine)).reduce(0.0).inertia)
+    2.0
     """
 
-    def __init__(self, scene: Scene, extra: Extra | None = None) -> None:
+    def __init__(self, scene: Scene, friction: FrictionCurve | None = None) -> None:
         if not isinstance(scene, Scene):
             raise TypeError(f"expected a Scene (flywheel.load makes one), found {type(scene).__name__}")
-        self.scene, self.extra = scene, extra
+        self.scene, self.friction = scene, friction
         self._families = {m.name: families.build(m, scene.parameters) for m in scene.mechanisms}
         self._motions = {m.name: _motion(self._families[m.name], m) for m in scene.mechanisms}
         self._crank_motion = Motion(scene.reduction_element)
         self.places = dict(self._shaft_places()) | dict(self._port_places())
-        self._senses = {place: self._senses_of(place) for place in self._places_with_senses()}
-        self.efforts = tuple(self._effort(load) for load in self._all_loads())
-        self.graph = self._built()
+        self.efforts = tuple(self._efforts())
+        self.graph = self._graph()
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return Machine, (self.scene, self.friction)
 
     def reduce(self, phi: Any, anchor: Any = None) -> Reduced:
         """I*, dI*/dphi, M* at crank angles phi (rad) in [0, cycle], straight from the bond graph.
@@ -99,14 +97,17 @@ class Chain:
     @cached_property
     def reduction(self) -> Reduction:
         """The graph compiled for the crank's angle; a SceneError where shafts twist, so that one angle is not enough."""
-        if self.scene.compliances:
-            raise SceneError([_not_rigid(name) for name in self.scene.compliances])
-        return self._rigid
+        if not self.scene.compliances:
+            return self.rigid
+        found = "a compliant shaft, which makes the motion one of several angles"
+        expected = "rigid shafts, to reduce everything to the crank's angle"
+        advice = "leave stiffness out to size with a rigid shaft, then follow the compliant machine with flywheel.simulate"
+        raise SceneError([Fault(f"shafts.{name}.stiffness", found, expected, advice) for name in self.scene.compliances])
 
     @cached_property
-    def _rigid(self) -> Reduction:
+    def rigid(self) -> Reduction:
         """The machine with every shaft held rigid, from which the angles come where loads and ratios break."""
-        graph = self._built(rigid=True) if self.scene.compliances else self.graph
+        graph = self._graph(rigid=True) if self.scene.compliances else self.graph
         return Reduction(graph, self.scene.reduction_element)
 
     @cached_property
@@ -137,7 +138,7 @@ class Chain:
 
     def with_values(self, balance: float, flywheel: float) -> BondGraph:
         """The graph with a value (SI) for the scene's unknown, a flywheel (kg m²) on its shaft, and its motor's circuit."""
-        return self._built(balance=balance, flywheel=flywheel, circuit=True)
+        return self._graph(balance=balance, flywheel=flywheel, circuit=True)
 
     def where(self, phi: float) -> str:
         """A position of the machine in words: `crank angle 30 deg`, or `slide position 0.19 m`."""
@@ -147,10 +148,7 @@ class Chain:
     def undefined(self, path: str, phi: float, anchor: float, speed: float | None = None, time: float = 0.0) -> str:
         """What leaves the expression of a load, by its path, without a finite value at a position, in words; or nothing."""
         effort = next((effort for effort in self.efforts if effort.path == path), None)
-        if effort is None:
-            return ""
-        pace = self.pace if speed is None else speed
-        return str(_features().undefined(self._rigid, effort, self.motion_of(effort.load.on), pace, phi, anchor, time))
+        return "" if effort is None else str(_features().undefined(self, effort, phi, anchor, speed, time))
 
     @cached_property
     def depends_on_speed(self) -> bool:
@@ -163,8 +161,8 @@ class Chain:
         return any(effort.uses_time for effort in self.efforts)
 
     @property
-    def pace(self) -> float:
-        """A speed of the crank (rad/s) that is typical of the machine: the one asked for, where it is."""
+    def typical_speed(self) -> float:
+        """A speed of the crank (rad/s) about which the machine runs: the one asked for, or its motor's without load."""
         scene = self.scene
         if scene.stroke is not None:
             return abs(scene.stroke.speed) or 1.0
@@ -187,7 +185,7 @@ class Chain:
     @cached_property
     def kinematics(self) -> Reduction:
         """The chain without loads, with every shaft and port: also those that the model leaves out as not needed."""
-        return Reduction(self._built(whole=True, rigid=True), self.scene.reduction_element)
+        return Reduction(self._graph(bare=True, rigid=True), self.scene.reduction_element)
 
     @cached_property
     def breakpoints(self) -> Array:
@@ -198,12 +196,10 @@ class Chain:
     @cached_property
     def landmarks(self) -> Array:
         """The breakpoints, and the edges that close in on narrow features of expressions."""
-        if not any(isinstance(effort.load.law, Expression) for effort in self.efforts):
-            return self.breakpoints
-        features = _features()
         edges = self.breakpoints
         for effort in self.efforts:
-            edges = features.closed_in(self._rigid, effort, self.motion_of(effort.load.on), self.pace, edges)
+            if isinstance(effort.load.law, Expression):
+                edges = _features().narrowed(self, effort, edges)
         return edges
 
     @cached_property
@@ -225,21 +221,22 @@ class Chain:
 
     # -- the graph ---------------------------------------------------------------------------------------------------
 
-    def _built(
+    def _graph(
         self,
         *,
-        whole: bool = False,
+        bare: bool = False,
         rigid: bool = False,
         balance: float = 0.0,
         flywheel: float = 0.0,
         circuit: bool = False,
     ) -> BondGraph:
-        """The graph; `whole`: every shaft and port, without loads. `rigid`: no shaft twists. `circuit`: of the motor too."""
+        """The graph; `bare`: every shaft and port, without loads. `rigid`: no shaft twists. `circuit`: of the motor too."""
         element = self.scene.reduction_element
         builder = Builder().one(element, self._domain, displacement="x" if element == "slide" else "phi")
-        needed = self._needed(
-            self.places if whole else {*self._loaded_places(), *([self.scene.flywheel_on] * bool(flywheel))}
-        )
+        scene = self.scene
+        acting: Iterable[Any] = (*(effort.load for effort in self.efforts), *scene.springs, *scene.dampers, *scene.inertias)
+        occupied = {*(item.on for item in acting), *([scene.flywheel_on] * bool(flywheel))}
+        needed = self._needed(self.places if bare else occupied)
         for name, ratio in self.scene.shafts.items():
             if name != element and name in needed:
                 self._hang_shaft(builder, name, ratio, None if rigid else self.scene.compliances.get(name))
@@ -250,11 +247,11 @@ class Chain:
             builder.port(self.places[item.on].junction, I(item.path, item.value, part=f"inertia on {item.on}"))
         if flywheel:
             builder.port(self.scene.flywheel_on, I(_free(builder, "flywheel"), flywheel, part=FLYWHEEL))
-        if not whole:
+        if not bare:
             self._load(builder, balance, circuit)
         if len(builder) == 1:
             builder.port(element, I("nothing", 0.0))
-        return builder.build(loose=whole)
+        return builder.build(loose=bare)
 
     @property
     def _domain(self) -> str:
@@ -307,7 +304,7 @@ class Chain:
                 yield weight.velocity, float(force), weight.body
 
     def _load(self, builder: Builder, balance: float, circuit: bool) -> None:
-        motor = self._motor_s_graph() if circuit else None
+        motor = _rotorless(self.scene.motor) if circuit else None
         for effort in self.efforts:
             if motor is not None and effort.load is self.scene.drive:
                 builder.include(_MOTOR, motor).bond(f"{_MOTOR}.rotor", effort.place.junction)
@@ -318,9 +315,10 @@ class Chain:
             law = Law(effort, motion, per_unknown, moving, effort.sees, effort.acts)
             if balance and effort.depends_on_unknown:
                 law = law._replace(effort=_with_unknown(effort, balance), per_unknown=None)
-            builder.port(effort.place.junction, Se(effort.path, law, part=_title(effort.load)))
-        if self.extra is not None:
-            law = Law(self.extra, self._crank_motion)
+            part = "drive" if effort.load.path == "drive" else f"{effort.load.path} on {effort.load.on}"
+            builder.port(effort.place.junction, Se(effort.path, law, part=part))
+        if self.friction is not None:
+            law = Law(self.friction, self._crank_motion)
             builder.port(self.scene.reduction_element, Se(FRICTION, law, part=FRICTION))
         for spring in self.scene.springs:
             place = self.places[spring.on]
@@ -329,12 +327,6 @@ class Chain:
         for damper in self.scene.dampers:
             part = f"{damper.path} on {damper.on}"
             builder.port(self.places[damper.on].junction, R(damper.path, damper.coefficient, part=part))
-
-    def _motor_s_graph(self) -> Part | None:
-        """The motor's own bond graph, where it has one, without its rotor: that is an inertia of the scene."""
-        motor = self.scene.motor
-        graph = getattr(motor, "graph", None)
-        return None if graph is None else replace(motor, inertia=0.0).graph()  # type: ignore[type-var, union-attr]
 
     def _modulus(self, name: str, ratio: float | Ratio) -> float | Modulus:
         return Modulus(ratio.value, ratio.slope, self._motions[name]) if isinstance(ratio, Ratio) else ratio
@@ -379,18 +371,10 @@ class Chain:
         """Where the laws at a place take their positions from."""
         return self._motions.get(place.partition(".")[0], self._crank_motion) if "." in place else self._crank_motion
 
-    def _loaded_places(self) -> Iterator[str]:
-        scene = self.scene
-        items: Iterable[Any] = (*self._all_loads(), *scene.springs, *scene.dampers, *scene.inertias)
-        yield from (item.on for item in items)
-
-    def _all_loads(self) -> tuple[Load, ...]:
-        drive = self.scene.drive
-        return self.scene.loads if drive is None else (*self.scene.loads, drive)
-
-    def _effort(self, load: Load) -> Effort:
-        place = self.places[load.on]
-        return Effort(load, place, self.scene.parameters, self.scene.unknown, self._senses.get(load.on))
+    def _efforts(self) -> Iterator[Effort]:
+        scene, senses = self.scene, cache(self._senses)
+        for load in (*scene.loads, *([] if scene.drive is None else [scene.drive])):
+            yield Effort(load, self.places[load.on], scene.parameters, scene.unknown, partial(senses, load.on))
 
     # -- breakpoints -------------------------------------------------------------------------------------------------
 
@@ -417,18 +401,15 @@ class Chain:
 
     def _own_breakpoints(self) -> Iterator[tuple[str, float]]:
         yield from self._mechanism_breakpoints()
-        yield from ((FRICTION, angle) for angle in (() if self.extra is None else self.extra.breakpoints))
+        if self.friction is not None:
+            yield from ((FRICTION, angle) for angle in self.friction.breakpoints)
         for effort in self.efforts:
-            yield from ((effort.path, angle) for angle in self._breakpoints_of(effort))
-
-    def _breakpoints_of(self, effort: Effort) -> Iterator[float]:
-        local = effort.local_breakpoints()
-        if effort.load.once:
-            yield from local - effort.place.phase
-        else:
-            yield from crank_angles(local, effort.every, effort.place, self.scene.cycle)
-        if effort.senses is not None:
-            yield from effort.senses.dead_centres
+            local, place = effort.local_breakpoints(), effort.place
+            once = effort.load.once
+            own = local - place.phase if once else crank_angles(local, effort.every, place, self.scene.cycle)
+            yield from ((effort.path, angle) for angle in own)
+            if effort.senses is not None:
+                yield from ((effort.path, angle) for angle in effort.senses.dead_centres)
 
     @cached_property
     def _unswitched(self) -> Array:
@@ -438,19 +419,9 @@ class Chain:
     def _switch_angles(self, known: Array) -> Iterator[tuple[str, float]]:
         for effort in self.efforts:
             if isinstance(effort.load.law, Expression):
-                features = _features()
+                yield from ((effort.path, angle) for angle in _features().switch_angles(self, effort, known))
 
-                motion = self.motion_of(effort.load.on)
-                for angle in features.switch_angles(self._rigid, effort, motion, self.pace, known):
-                    yield effort.path, angle
-
-    def _places_with_senses(self) -> set[str]:
-        def needs(load: Load) -> bool:
-            return bool(load.sense) or "v" in getattr(load.law, "names", ())
-
-        return {load.on for load in self._all_loads() if needs(load)}
-
-    def _senses_of(self, place: str) -> Senses:
+    def _senses(self, place: str) -> Senses:
         """When a place moves forwards and when backwards, by a closed form, or by the roots of its influence coefficient."""
         name, _, port = place.partition(".")
         known = self._families[name].ports[port] if port else None
@@ -465,7 +436,7 @@ class Chain:
             solved = any(mechanism.linkage is not None for mechanism in self.scene.mechanisms)
             dead_centres = features.dead_centres(self.kinematics, self.places[place].junction, smooth, solved=solved)
         except SwitchingError:
-            path = next(load.path for load in self._all_loads() if load.on == place)
+            path = next(effort.load.path for effort in self.efforts if effort.load.on == place)
             found = f"{place}, whose velocity changes sign too often to follow, as if it stood still"
             raise SceneError([Fault(path, found, "a place that moves", "leave `while` and v out there")]) from None
         edges = np.concatenate(([0.0], dead_centres, [self.scene.cycle]))
@@ -507,17 +478,16 @@ def _free(builder: Builder, name: str) -> str:
     return name if name not in builder else next(other for other in numbered if other not in builder)
 
 
+def _rotorless(motor: Motor | None) -> Part | None:
+    """A motor's own bond graph, where it has one, without its rotor: that is an inertia of the scene."""
+    return replace(motor, inertia=0.0).graph() if isinstance(motor, DC) else None
+
+
 def _with_unknown(effort: Effort, value: float) -> Callable[[Here, Here], Any]:
     def whole(here: Here, anchor: Here) -> Any:
         return effort(here, anchor) + value * effort.per_unknown(here, anchor)
 
     return whole
-
-
-def _not_rigid(name: str) -> Fault:
-    found = "a compliant shaft, which makes the motion one of several angles"
-    advice = "leave stiffness out to size with a rigid shaft, then follow the compliant machine with flywheel.simulate"
-    return Fault(f"shafts.{name}.stiffness", found, "rigid shafts, to reduce everything to the crank's angle", advice)
 
 
 def _motion(family: Family, mechanism: Mechanism) -> Motion:
@@ -550,32 +520,3 @@ def _displaced(position: Any) -> Any:
         return position(here.position)
 
     return displacement
-
-
-def _title(load: Load) -> str:
-    return "drive" if load.path == "drive" else f"{load.path} on {load.on}"
-
-
-# -- machine -----------------------------------------------------------------------------------------------------------
-
-# Scene to machine: the chain, with what friction in its joints asks of the crank.
-
-
-__all__ = ["FLYWHEEL", "FRICTION", "Machine", "merged"]
-
-
-class Machine(Chain):
-    """A machine of one degree of freedom: its scene, its bond graph, and the crank angles that it breaks at.
-
-    It is the `Chain` of the scene's transmissions; where joints of a linkage rub, with the moment of their friction on the
-    crank (`friction`), found once by kinetostatics at the scene's constant speed.
-    """
-
-    def __init__(self, scene: Scene) -> None:
-        friction = None
-        if isinstance(scene, Scene) and scene.rubs:
-            from flywheel.machine.friction import friction_curve  # only scenes with rough joints pay for it
-
-            friction = friction_curve(scene)
-        super().__init__(scene, friction)
-        self.friction = friction

@@ -13,13 +13,14 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from flywheel.machine.friction import MachineMotion, port_forces
 from flywheel.machine.machine import Machine
+from flywheel.machine.reactions import MachineMotion, port_forces
 from flywheel.mechanisms.linkages.reactions import Reactions
 from flywheel.numerics import cells
 from flywheel.numerics.cells import ROUNDING
 from flywheel.numerics.faults import Fault, SceneError
 from flywheel.regime import constant_speed, state, steady_motion
+from flywheel.regime.joint_friction import machine_of
 from flywheel.scene.linkage import PIN
 from flywheel.scene.scene import Scene
 
@@ -72,7 +73,7 @@ def joint_forces(
     ([-300.0], [75.0])
 
     """
-    machine = machine if isinstance(machine, Machine) else Machine(machine)
+    machine = machine_of(machine)
     scene = machine.scene
     if scene.areas is not None:
         raise SceneError([Fault("areas", "a diagram of areas", "a machine with joints", "give mechanism and loads instead")])

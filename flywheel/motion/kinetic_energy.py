@@ -24,6 +24,7 @@ from flywheel.mechanisms.linkages.poses import Poses
 from flywheel.numerics import cells
 from flywheel.numerics.arguments import NOT_NEGATIVE, POSITIVE, array, number_faults, refuse, require
 from flywheel.numerics.faults import Fault, SceneError, told
+from flywheel.regime.joint_friction import machine_of
 from flywheel.regime.state import MachineState, reduce
 from flywheel.scene.scene import Scene
 
@@ -173,7 +174,7 @@ def linkage_shares(poses: Poses) -> dict[str, Array]:
 
 def _machine(given: Machine | Scene) -> Machine:
     require("machine", given, (Machine, Scene), "a Machine, or a Scene")
-    return given if isinstance(given, Machine) else Machine(given)
+    return machine_of(given)
 
 
 def _at(machine: Machine, phi: ArrayLike, flywheel: float) -> tuple[MachineState, Array, dict[str, Array]]:

@@ -10,11 +10,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flywheel.machine.dynamics import Dynamics, circuit_of
-from flywheel.machine.machine import Chain, Machine
+from flywheel.machine.machine import Machine
 from flywheel.numerics.cells import ROUNDING
 from flywheel.numerics.faults import Fault, SceneError
 from flywheel.regime import turning_moment
 from flywheel.regime.free_motion import Goal, Passing, Start, Trail, Watching, end_of_stroke, follow
+from flywheel.regime.joint_friction import machine_of
 from flywheel.regime.state import own_coordinate
 from flywheel.regime.stepping import TIGHTEST
 from flywheel.scene.scene import Scene
@@ -115,8 +116,7 @@ def simulate(
     (6.0, 9.0)
 
     """
-    if not isinstance(machine, Machine):
-        machine = Machine(machine)
+    machine = machine_of(machine)
     _check_arguments(phi, omega, until, rtol, current)
     scene = machine.scene
     if current and circuit_of(scene) is None:
@@ -124,7 +124,7 @@ def simulate(
     own = (scene.inertia or 0.0) if inertia is None else inertia
     total = own * scene.flywheel_ratio**2
     if balance is None and scene.unknown is not None:
-        balance = _balance(machine if not scene.compliances else Machine(replace(scene, compliances={})), own)
+        balance = _balance(machine if not scene.compliances else machine_of(replace(scene, compliances={})), own)
     if scene.compliances:
         from flywheel.motion.compliance import followed
 
@@ -265,7 +265,7 @@ def _as_motion(trail: Trail, error: float) -> Motion:
     return Motion(trail.t, phi, omega, work, float(residual), at, None, trail.stuck, error, current, trail, trail.drift)
 
 
-def _inertia(machine: Chain, phi: Array) -> Array:
+def _inertia(machine: Machine, phi: Array) -> Array:
     cycle = machine.scene.cycle
     inside = np.clip(phi, 0.0, cycle) if machine.scene.stroke is not None else phi % cycle
     return np.asarray(machine.reduce(inside).inertia + np.zeros_like(inside))

@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from flywheel.components.motors import DC, Induction
 from flywheel.machine.dynamics import Anchor, Dynamics
-from flywheel.machine.machine import Chain, Machine
+from flywheel.machine.machine import Machine
 from flywheel.motion.simulation import Motion, moved
 from flywheel.numerics import cells
 from flywheel.numerics.cells import ROUNDING
@@ -21,6 +21,7 @@ from flywheel.numerics.units import QuantityError, parse_quantity
 from flywheel.regime import steady_motion as steady
 from flywheel.regime import turning_moment
 from flywheel.regime.free_motion import ONSET, Goal, Passing, Start, Trail, Watching, end_of_stroke
+from flywheel.regime.joint_friction import machine_of
 from flywheel.regime.results import Sizing
 from flywheel.regime.state import own_coordinate
 from flywheel.scene.scene import TURN, Scene
@@ -430,7 +431,7 @@ def at_rest(dynamics: Dynamics, begin: Start, t: float = 0.0) -> tuple[float, fl
     cycle = machine.scene.cycle
     phi = begin.phi if machine.scene.stroke is not None else begin.phi % cycle
     middle = float(machine.anchors(phi))
-    place = Anchor(middle, ONSET * machine.pace, t, tuple(1.0 for _ in machine.stages))
+    place = Anchor(middle, ONSET * machine.typical_speed, t, tuple(1.0 for _ in machine.stages))
     parts = dynamics.moments(np.array([phi]), place, np.zeros(1), np.full(1, t), begin.current)
     around = _around(machine)
     still = np.zeros_like(around)
@@ -450,13 +451,15 @@ def pushes(dynamics: Dynamics, trail: Trail, last: float) -> bool:
     speeds = speeds[np.linspace(0, speeds.size - 1, min(speeds.size, _SEEN)).astype(int)]
     axes = _around(machine), speeds, np.linspace(last, 0.0, _SEEN)
     phi, omega, time = (grid.ravel() for grid in np.meshgrid(*axes, indexing="ij"))
-    place = Anchor(machine.anchors(phi), np.maximum(omega, ONSET * machine.pace), time, tuple(1.0 for _ in machine.stages))
+    place = Anchor(
+        machine.anchors(phi), np.maximum(omega, ONSET * machine.typical_speed), time, tuple(1.0 for _ in machine.stages)
+    )
     current = 0.0 if dynamics.circuit is None else dynamics.circuit.current(dynamics.ratio * omega)
     drive = dynamics.moments(phi, place, omega, time, current).get("drive", np.zeros(phi.size))
     return bool(drive[time == last].max() > _OFF * max(float(drive.max()), 0.0))
 
 
-def _around(machine: Chain) -> Array:
+def _around(machine: Machine) -> Array:
     """Positions all over the cycle, or the stroke, in every piece of it."""
     return np.asarray((machine.restarts[:-1, None] + np.diff(machine.restarts)[:, None] * _LOOKED_AT).ravel())
 
@@ -506,7 +509,7 @@ def limit_of(setting: Setting, begin: Start, goal: Until) -> float:
     if goal.kind == "time":
         return goal.value
     machine = setting.machine
-    pace = max(machine.pace, begin.omega) if setting.regime is None else setting.regime.speed
+    pace = max(machine.typical_speed, begin.omega) if setting.regime is None else setting.regime.speed
     return _MOST_TIME * MOST_CYCLES * machine.scene.cycle / pace
 
 
@@ -929,7 +932,7 @@ def transient(
     ('share', 5.9914645, 5.9914645)
 
     """
-    machine = machine if isinstance(machine, Machine) else Machine(machine)
+    machine = machine_of(machine)
     goal = end if isinstance(end, Until) else until(end) if isinstance(end, str) else Until("time", float(end))
     _check(machine, goal, start, rtol)
     setting = _setting(machine, drive, inertia, balance)
@@ -1027,7 +1030,7 @@ def _setting(machine: Machine, drive: bool, inertia: float | None, balance: floa
     balance, off = _balance(machine, steady) if balance is None else (balance, 0.0)
     if not drive:
         unknown = None if scene.unknown == "drive" else scene.unknown
-        machine = Machine(replace(scene, drive=None, motor=None, unknown=unknown))
+        machine = machine_of(replace(scene, drive=None, motor=None, unknown=unknown))
     return Setting(machine, Dynamics(machine, own * scene.flywheel_ratio**2, balance), own, balance, steady, why, doubt, off)
 
 

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flywheel.machine.dynamics import Moments, Rate
-from flywheel.machine.machine import Chain, merged
+from flywheel.machine.machine import Machine, merged
 from flywheel.numerics import cells
 from flywheel.numerics.budget import spend
 from flywheel.numerics.faults import Fault, SceneError
@@ -47,7 +47,7 @@ class SteadySpeed(NamedTuple):
     stable: bool
 
 
-def check_steady(machine: Chain) -> None:
+def check_steady(machine: Machine) -> None:
     """Refuse a machine that can have no steady regime: a law depends on time, or nothing makes up for losses in meshes."""
     scene = machine.scene
     if machine.depends_on_time:
@@ -65,7 +65,7 @@ def check_steady(machine: Chain) -> None:
         raise SceneError([Fault("shafts", found, "a balance, or torques that depend on speed", advice)])
 
 
-def taken_at(machine: Chain) -> tuple[float, float, tuple[str, ...]]:
+def taken_at(machine: Machine) -> tuple[float, float, tuple[str, ...]]:
     """The speed (rad/s) that approximate figures hold for, the unknown (SI) there, and what is to be said of it."""
     scene = machine.scene
     moments = Moments(machine, cells.cells(machine.mesh), local=True)
@@ -96,7 +96,7 @@ def exchanged_work(moments: Moments, speed: float) -> float:
     return float(cells.integral(moments.constant(speed, 0.0).exchanged, moments.mesh.half).sum())
 
 
-def doubt_of_speed(machine: Chain, speed: float) -> float:
+def doubt_of_speed(machine: Machine, speed: float) -> float:
     """Relative error of a steady speed (rad/s) that rounding of the torques makes: the less they hold it, the greater."""
     moments = Moments(machine, cells.cells(machine.mesh), local=True)
     slower, faster = speed * (1.0 - _APART), speed * (1.0 + _APART)  # a steady current follows the speed: no slope at one
@@ -131,7 +131,7 @@ def _scanned(moments: Moments, decades: int) -> tuple[Array, Array]:
     works = net_works(moments, grid)
     finite = np.isfinite(works)
     if not finite.any():
-        pace = moments.machine.pace
+        pace = moments.machine.typical_speed
         omega = np.full(moments.mesh.phi.shape, pace)
         raise SceneError(
             [turning_moment.undefined(moments.machine, moments.mesh, moments.constant(pace, 0.0).moment, omega)]
@@ -153,9 +153,9 @@ def _last_finite(moments: Moments, good: float, bad: float) -> float:
     return good
 
 
-def _grid(machine: Chain, decades: int) -> Array:
+def _grid(machine: Machine, decades: int) -> Array:
     """Speeds to look at: evenly in their logarithm, and around those that a motor is known by."""
-    typical = machine.pace
+    typical = machine.typical_speed
     even = typical * np.logspace(-decades, decades, 2 * decades * _PER_DECADE + 1)
     motor, drive = machine.scene.motor, machine.scene.drive
     if motor is None or drive is None:
@@ -302,7 +302,7 @@ def balance_at(moments: Moments, speed: float) -> float:
     return unknown + 0.0
 
 
-def settled(machine: Chain) -> tuple[float | None, float]:
+def settled(machine: Machine) -> tuple[float | None, float]:
     """The constant speed (rad/s) that torques are taken at, None where none depends on it, and the unknown's value there.
 
     That speed is the one asked for where there is a balance, else the one at which the net work is zero; along a stroke it
@@ -320,7 +320,7 @@ def settled(machine: Chain) -> tuple[float | None, float]:
     return scene.speed, resolve(machine, machine.mesh, scene.speed).balance or 0.0
 
 
-def doubts(machine: Chain, speed: float | None) -> tuple[float, float]:
+def doubts(machine: Machine, speed: float | None) -> tuple[float, float]:
     """Relative errors of the speed and of the unknown's value that `settled` finds; 0 for what it does not look for."""
     scene = machine.scene
     if scene.stroke is not None or (scene.unknown is None and not machine.sets_its_speed):
@@ -334,7 +334,7 @@ def doubts(machine: Chain, speed: float | None) -> tuple[float, float]:
     return loose + abs(closer / speed - 1.0) + 4 * cells.ROUNDING, 0.0
 
 
-def resolve(machine: Chain, edges: Array, speed: float) -> Cycle:
+def resolve(machine: Machine, edges: Array, speed: float) -> Cycle:
     """The cycle at a constant speed, on cells between given edges and where laws switch at that speed."""
     for _ in range(_MOST_ROUNDS):
         moments = Moments(machine, cells.cells(edges))
@@ -358,7 +358,7 @@ def _finite_rate(moments: Moments, speed: float, unknown: float) -> Rate:
     return rate
 
 
-def closed(machine: Chain, edges: Array, speed: float) -> tuple[float, float]:
+def closed(machine: Machine, edges: Array, speed: float) -> tuple[float, float]:
     """The speed (rad/s) near another at which cells between these edges leave no net work, and its relative error."""
     cycle = resolve(machine, edges, speed)
     for _ in range(_CLOSINGS):

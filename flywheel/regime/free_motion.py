@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from flywheel.machine.dynamics import Anchor, Dynamics
 from flywheel.machine.loads import Effort
-from flywheel.machine.machine import Chain, Machine
+from flywheel.machine.machine import Machine
 from flywheel.numerics.budget import ImpatientError, counted, patience, spend
 from flywheel.numerics.expressions import Expression, Node, written
 from flywheel.numerics.faults import Fault, SceneError, told
@@ -34,10 +34,10 @@ class SwitchingTimes:
     `after(t)` gives the next of them, or the end of what was looked through; time stepping starts afresh there.
     """
 
-    def __init__(self, machine: Chain, until: float) -> None:
+    def __init__(self, machine: Machine, until: float) -> None:
         self.until = until
         self._laws, self._smooth = list(_laws(machine)), list(_smooth(machine))
-        self._window = min(until, _WINDOW * machine.scene.cycle / machine.pace)
+        self._window = min(until, _WINDOW * machine.scene.cycle / machine.typical_speed)
         self._seen = 0.0
         self._times: list[float] = []
 
@@ -63,7 +63,7 @@ class SwitchingTimes:
         return min(later[0], self.until)
 
 
-def _laws(machine: Chain) -> Iterator[tuple[Effort, Expression]]:
+def _laws(machine: Machine) -> Iterator[tuple[Effort, Expression]]:
     """What decides branches by time alone, written in `phi` for `t`, so that bounds over phi serve."""
     for effort in machine.efforts:
         law = effort.load.law
@@ -74,7 +74,7 @@ def _laws(machine: Chain) -> Iterator[tuple[Effort, Expression]]:
                     yield effort, Expression(part.text, sign)
 
 
-def _smooth(machine: Chain) -> Iterator[tuple[Effort, Expression]]:
+def _smooth(machine: Machine) -> Iterator[tuple[Effort, Expression]]:
     """The largest parts of laws that depend on time alone, written in `phi` for `t`."""
     for effort in machine.efforts:
         law = effort.load.law
@@ -176,7 +176,7 @@ def later(step: Step, time: float) -> Step:
     return Step(Later(step.dense, time), step.start + time, step.end + time)
 
 
-def returns(machine: Chain, balance: float) -> bool:
+def returns(machine: Machine, balance: float) -> bool:
     """Whether the work of a cycle is zero, whatever the speed: with a value (SI) of the scene's unknown.
 
     True only where no load depends on speed or time, and the net work is no more than its own rounding.
@@ -326,7 +326,7 @@ class _Follower:
         self.once = scene.stroke is not None
         self.cycle = scene.cycle
         self.offset = 0.0 if self.once else float(np.floor(start.phi / self.cycle)) * self.cycle
-        self.pace = max(abs(start.omega), self.machine.pace)
+        self.pace = max(abs(start.omega), self.machine.typical_speed)
         self.tolerance = self._tolerance(rtol)
         self.t, self.tries, self.crossings, self.cycles = 0.0, 0, 0, 0
         self.state = np.array([start.phi - self.offset, start.omega, 0.0, start.current])[: self.tolerance.absolute.size]
@@ -619,7 +619,7 @@ def check_friction(machine: Any, t: float, omega: float) -> None:
     """Refuse to follow a motion that turns back where joints rub: their friction is known for one sense alone."""
     stroke = machine.scene.stroke
     sense = 1.0 if stroke is None or stroke.speed > 0.0 else -1.0
-    if machine.extra is not None and omega * sense < 0.0:
+    if machine.friction is not None and omega * sense < 0.0:
         found = f"a motion that turns back by {t:.6g} s, with friction in joints"
         expected = "one that keeps the sense for which that friction was found"
         raise SceneError([Fault("until", found, expected, "a shorter time, or leave friction out")])

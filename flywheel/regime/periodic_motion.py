@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flywheel.machine.dynamics import Moments, Rate
-from flywheel.machine.machine import Chain, merged
+from flywheel.machine.machine import Machine, merged
 from flywheel.numerics import cells as piecewise
 from flywheel.numerics import collocation
 from flywheel.numerics.budget import spend
@@ -602,7 +602,7 @@ class OwnMotion(NamedTuple):
         return self.inertia_doubt / max(self.inertia, swing, 1e-300)
 
 
-def found(machine: Chain, reference: float, asked: Asked, guess: float, unknown: float, rtol: float) -> OwnMotion:
+def found(machine: Machine, reference: float, asked: Asked, guess: float, unknown: float, rtol: float) -> OwnMotion:
     """The steady motion with a given flywheel, or with the one that an irregularity asks for, at an error within rtol.
 
     Args:
@@ -631,7 +631,7 @@ def found(machine: Chain, reference: float, asked: Asked, guess: float, unknown:
     return _by_search(machine, reference, asked, motion.inertia, unknown, rtol)
 
 
-def _found(machine: Chain, reference: float, asked: Asked, inertia: float, unknown: float, rtol: float) -> OwnMotion:
+def _found(machine: Machine, reference: float, asked: Asked, inertia: float, unknown: float, rtol: float) -> OwnMotion:
     """The motion found directly, or where that fails, from heavier flywheels down."""
     try:
         return _Search(machine, reference, asked, rtol).from_nothing(inertia, unknown)
@@ -671,7 +671,7 @@ def _rounded(motion: OwnMotion) -> OwnMotion:
     return motion._replace(run=run._replace(error=run.error + off), inertia_doubt=doubt)
 
 
-def _check_told(machine: Chain, reference: float, asked: Asked, motion: OwnMotion, rtol: float) -> None:
+def _check_told(machine: Machine, reference: float, asked: Asked, motion: OwnMotion, rtol: float) -> None:
     """Refuse a flywheel under torques that fade a change of speed so fast that rounding may have made its sensitivity.
 
     Half as much again must change the irregularity about as that says.
@@ -699,13 +699,13 @@ def _untold(motion: OwnMotion) -> bool:
     return motion.inertia_doubt > _HARDLY * (motion.inertia + float(motion.solved.moments.inertia.max()))
 
 
-def _switches_at_all(machine: Chain) -> bool:
+def _switches_at_all(machine: Machine) -> bool:
     """Whether a law switches at a speed, or a mesh has losses, so that cells are cut by the motion itself."""
     moments = Moments(machine, piecewise.cells(machine.mesh), local=True)
-    return moments.lossy or bool(moments.switches(np.full(moments.mesh.phi.shape, machine.pace)))
+    return moments.lossy or bool(moments.switches(np.full(moments.mesh.phi.shape, machine.typical_speed)))
 
 
-def _confirmed(machine: Chain, reference: float, asked: Asked, motion: OwnMotion, rtol: float) -> bool:
+def _confirmed(machine: Machine, reference: float, asked: Asked, motion: OwnMotion, rtol: float) -> bool:
     """Whether the motion with the flywheel that was found, solved for itself, has the irregularity asked for."""
     given = Asked(motion.inertia, None, asked.speed)
     if motion.run.irregularity <= _TINY:
@@ -720,7 +720,7 @@ def _confirmed(machine: Chain, reference: float, asked: Asked, motion: OwnMotion
     return off <= 10 * (again.run.error + motion.run.error) + _SAME
 
 
-def _by_search(machine: Chain, reference: float, asked: Asked, guess: float, unknown: float, rtol: float) -> OwnMotion:
+def _by_search(machine: Machine, reference: float, asked: Asked, guess: float, unknown: float, rtol: float) -> OwnMotion:
     """The flywheel for an irregularity between two given ones, one too light and one too heavy, closer and closer.
 
     For machines whose switches keep the iteration for the flywheel itself from settling.
@@ -780,7 +780,7 @@ def _between(
 class _Search:
     """Cells and switches that change in turns with the motion that is found on them."""
 
-    def __init__(self, machine: Chain, reference: float, asked: Asked, rtol: float) -> None:
+    def __init__(self, machine: Machine, reference: float, asked: Asked, rtol: float) -> None:
         self.machine, self.reference, self.asked, self.rtol = machine, reference, asked, rtol
         self._begin()
 
@@ -903,7 +903,7 @@ class _Search:
 
 
 def _by_continuation(
-    machine: Chain, reference: float, asked: Asked, inertia: float, unknown: float, rtol: float
+    machine: Machine, reference: float, asked: Asked, inertia: float, unknown: float, rtol: float
 ) -> OwnMotion:
     """Given flywheels from one heavy enough to hold the speed nearly constant down to the one wanted.
 
@@ -925,7 +925,7 @@ def _by_continuation(
     raise NoRegimeError("the motions tried with lighter and lighter flywheels stop within the cycle")
 
 
-def _heavy(machine: Chain, reference: float, speed: float | None, inertia: float, unknown: float) -> OwnMotion:
+def _heavy(machine: Machine, reference: float, speed: float | None, inertia: float, unknown: float) -> OwnMotion:
     """The motion with a flywheel heavy enough to keep the speed where a steep torque neither ends nor saturates."""
     for heavier in _EVER_HEAVIER:
         try:
@@ -937,7 +937,7 @@ def _heavy(machine: Chain, reference: float, speed: float | None, inertia: float
     raise AssertionError
 
 
-def _there(machine: Chain, reference: float, asked: Asked, last: OwnMotion, rtol: float) -> OwnMotion | None:
+def _there(machine: Machine, reference: float, asked: Asked, last: OwnMotion, rtol: float) -> OwnMotion | None:
     """The motion asked for, once that with a heavier flywheel is near enough to find it from; None while it is not."""
     search = _Search(machine, reference, asked, rtol)
     if asked.irregularity is None:
@@ -953,7 +953,7 @@ def _there(machine: Chain, reference: float, asked: Asked, last: OwnMotion, rtol
     return None
 
 
-def _slower(machine: Chain, reference: float, asked: Asked, last: OwnMotion) -> OwnMotion:
+def _slower(machine: Machine, reference: float, asked: Asked, last: OwnMotion) -> OwnMotion:
     """The motion that is nearer to standing still somewhere, by steps each on the cells of the one before."""
     left = 2.0 - (asked.irregularity or 0.0)
     while left < _NEARER * (2.0 - last.run.irregularity):
@@ -963,7 +963,7 @@ def _slower(machine: Chain, reference: float, asked: Asked, last: OwnMotion) -> 
 
 
 def _lighter(
-    machine: Chain, reference: float, speed: float | None, last: OwnMotion, target: float, most: float
+    machine: Machine, reference: float, speed: float | None, last: OwnMotion, target: float, most: float
 ) -> OwnMotion:
     """The motion with a lighter flywheel, by as large a step towards the target as can be taken, at most `most`."""
     weight = last.inertia - target

@@ -15,6 +15,7 @@ from flywheel.machine.machine import Machine
 from flywheel.numerics.cells import ROUNDING, tails, wide
 from flywheel.numerics.faults import Fault, SceneError, told
 from flywheel.regime import constant_speed, turning_moment
+from flywheel.regime.joint_friction import machine_of
 from flywheel.scene.linkage import Point
 from flywheel.scene.scene import Mechanism, Scene, Stroke
 
@@ -72,8 +73,7 @@ def reduce(
     (-0.1, 0.02)
 
     """
-    if not isinstance(machine, Machine):
-        machine = Machine(machine)
+    machine = machine_of(machine)
     given = np.asarray(phi, dtype=float)
     angles = own_coordinate(machine.scene, given)
     anchor = machine.anchors(angles)
@@ -170,7 +170,7 @@ def _with_lengths(machine: Machine, phase: float) -> Machine:
 
     scene = machine.scene
     try:
-        return Machine(replace(scene, mechanisms=tuple(map(of, scene.mechanisms))))
+        return machine_of(replace(scene, mechanisms=tuple(map(of, scene.mechanisms))))
     except SceneError:  # at the very limit of what can be built
         return machine
 
@@ -273,7 +273,7 @@ def along(
     array([40.])
 
     """
-    machine = machine if isinstance(machine, Machine) else Machine(machine)
+    machine = machine_of(machine)
     stroke = _stroke_of(machine.scene)
     v = stroke.speed if speed is None else speed
     a = stroke.acceleration if acceleration is None else acceleration

@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from scipy.integrate import DOP853
 from scipy.optimize import brentq
 
-from flywheel.machine.machine import Chain
+from flywheel.machine.machine import Machine
 from flywheel.numerics.cells import ROUNDING
 from flywheel.numerics.faults import Fault, SceneError
 
@@ -51,13 +51,13 @@ class Along(NamedTuple):
     stiff: float = STIFF
 
 
-def stiffness(machine: Chain) -> float:
+def stiffness(machine: Machine) -> float:
     """How many time constants ahead make a machine's motion stiff (see `Along`).
 
     Of a linkage many positions cost as much as one, so that implicit steps, which ask for many, are taken anyway; but not
     with friction in its joints, whose moment is put together of pieces that long steps stumble over.
     """
-    if machine.extra is None and any(mechanism.linkage is not None for mechanism in machine.scene.mechanisms):
+    if machine.friction is None and any(mechanism.linkage is not None for mechanism in machine.scene.mechanisms):
         return 0.0
     return STIFF if machine.depends_on_speed else np.inf
 

@@ -11,7 +11,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from flywheel.machine.machine import Chain
+from flywheel.machine.machine import Machine
 from flywheel.numerics import cells
 from flywheel.numerics.cells import ORDER, ROUNDING, Cells, Coarse, Crossings
 from flywheel.numerics.faults import Fault, SceneError
@@ -86,7 +86,7 @@ class Cycle(NamedTuple):
         return cells.located(self.mesh, phi)
 
 
-def resolve(machine: Chain, edges: Array) -> Cycle:
+def resolve(machine: Machine, edges: Array) -> Cycle:
     """The cycle on cells between given edges: one walk of the graph at all nodes (block by block), then the balance.
 
     The unknown u of a balance follows from the cycle's net work, N0 + u N1 = 0.
@@ -156,7 +156,7 @@ def check_cycle(scene: Scene) -> None:
         raise SceneError([Fault("stroke", found, "a machine that turns in cycles", advice)])
 
 
-def _balance(machine: Chain, values: Array, mesh: Cells) -> float | None:
+def _balance(machine: Machine, values: Array, mesh: Cells) -> float | None:
     unknown = machine.scene.unknown
     if unknown is None:
         return None
@@ -166,7 +166,7 @@ def _balance(machine: Chain, values: Array, mesh: Cells) -> float | None:
     return float(-net / per_unknown) + 0.0  # never -0
 
 
-def no_effect(machine: Chain) -> Fault:
+def no_effect(machine: Machine) -> Fault:
     """The fault of a balance that cannot balance anything."""
     unknown = machine.scene.unknown
     path = "drive.torque" if unknown == "drive" else f"parameters.{unknown}"
@@ -174,7 +174,7 @@ def no_effect(machine: Chain) -> Fault:
     return Fault(path, found, expected, "let it act where the machine moves one way, or balance another quantity")
 
 
-def check_closed(cycle: Cycle, machine: Chain) -> None:
+def check_closed(cycle: Cycle, machine: Machine) -> None:
     """Refuse a cycle whose work does not close: without a balance the net work must be zero within `closure`."""
     allowed = machine.scene.closure * cycle.exchanged + cycle.errors.work
     if machine.scene.unknown is None and abs(cycle.net) > allowed:
@@ -240,14 +240,14 @@ def inertia_extent(cycle: Cycle) -> Extent:
     )
 
 
-def undefined(machine: Chain, mesh: Cells, values: Array, omega: Array | None = None) -> Fault:
+def undefined(machine: Machine, mesh: Cells, values: Array, omega: Array | None = None) -> Fault:
     """The fault of the load without a finite value where values on a mesh have none, at crank speeds (rad/s) there."""
     cell, node = np.argwhere(~(np.abs(values) <= _ENORMOUS))[0]
     speed = None if omega is None else float(omega[cell, node])
     return not_finite(machine, float(mesh.phi[cell, node]), float(mesh.anchor[cell, 0]), speed)
 
 
-def not_finite(machine: Chain, phi: float, anchor: float, speed: float | None = None, time: float = 0.0) -> Fault:
+def not_finite(machine: Machine, phi: float, anchor: float, speed: float | None = None, time: float = 0.0) -> Fault:
     """The fault of a load, or else the mechanism, that has no finite value at a position, or one out of all proportion.
 
     Args:
@@ -277,7 +277,7 @@ def not_finite(machine: Chain, phi: float, anchor: float, speed: float | None = 
     )
 
 
-def weightless(machine: Chain, phi: float, total: float) -> Fault:
+def weightless(machine: Machine, phi: float, total: float) -> Fault:
     """The fault of an inertia that is not above 0 at a position."""
     where = machine.where(phi)
     if machine.scene.stroke is None:
@@ -290,7 +290,7 @@ def weightless(machine: Chain, phi: float, total: float) -> Fault:
     )
 
 
-def check_weighs(machine: Chain, cycle: Cycle, inertia: float) -> None:
+def check_weighs(machine: Machine, cycle: Cycle, inertia: float) -> None:
     """Refuse to run a machine that with its flywheel (kg m² on the crank) has no inertia at some angle.
 
     All its masses stand there, at a dead centre, and no finite torque tells how fast the crank goes on.
@@ -315,12 +315,12 @@ def coarse(cycle: Cycle, speed: float) -> Coarse:
     return chosen
 
 
-def settled_balance(machine: Chain) -> float:
+def settled_balance(machine: Machine) -> float:
     """Value (SI) of the scene's unknown, 0 where it has none; see `balanced`."""
     return 0.0 if machine.scene.unknown is None else balanced(machine).balance or 0.0
 
 
-def balanced(machine: Chain, rtol: float = 1e-13) -> Cycle:
+def balanced(machine: Machine, rtol: float = 1e-13) -> Cycle:
     """The cycle of a machine with an unknown, on cells halved until its net work is known to rtol of the work exchanged."""
     most = _MOST_FOR_BALANCE + 2 * machine.mesh.size
     return cells.refined(machine.mesh, lambda edges: closed_work(resolve(machine, edges)), rtol, most)

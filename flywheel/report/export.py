@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from flywheel.machine.machine import Machine
 from flywheel.numerics.faults import Fault, SceneError
+from flywheel.regime.joint_friction import machine_of
 from flywheel.regime.results import Balance
 from flywheel.regime.state import MachineState, Passage, passage_errors
 from flywheel.scene.scene import Scene, Stroke
@@ -143,7 +144,7 @@ def reduced(scene: Scene, angles: Sequence[float] = (), points: int = 360, *, as
                 )
             ]
         )
-    machine = Machine(scene)
+    machine = machine_of(scene)
     if scene.stroke is not None:
         return _along(machine, scene.stroke, angles, points, as_json), _conditions(machine, scene.stroke.speed)
     even = np.arange(points, dtype=np.float64) * (scene.cycle / points)

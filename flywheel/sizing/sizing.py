@@ -12,6 +12,7 @@ from flywheel.numerics.budget import Cost, metered, unmeasured
 from flywheel.numerics.cells import ROUNDING
 from flywheel.numerics.faults import Fault, SceneError
 from flywheel.regime import steady_motion, turning_moment, wittenbauer
+from flywheel.regime.joint_friction import machine_of
 from flywheel.regime.results import Area, Confirmation, Errors, Flywheel, Sizing
 from flywheel.scene import accuracy as dial
 from flywheel.scene.scene import Scene
@@ -96,7 +97,7 @@ def _checked(rtol: float) -> float:
 
 def _of_machine(given: Machine | Scene, asked: float, level: str) -> Sizing:
     with metered() as first:
-        machine = given if isinstance(given, Machine) else Machine(given)
+        machine = machine_of(given)
         scene = machine.scene
         sizing = _evened(replace(_settled(machine, asked), accuracy=level))
     if told := (*_redundant(scene), *(() if scene.motor is None else scene.motor.doubts)):

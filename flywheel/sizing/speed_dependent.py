@@ -47,7 +47,8 @@ def settled(machine: Machine, rtol: float) -> Sizing:
         with patience(_PATIENCE):
             speed, unknown, messages = constant_speed.taken_at(machine)
     except ImpatientError as error:
-        raise SceneError([_too_much(error.faults[0], machine, machine.pace, machine.scene.inertia or 0.0, 0.0)]) from None
+        inertia = machine.scene.inertia or 0.0
+        raise SceneError([_too_much(error.faults[0], machine, machine.typical_speed, inertia, 0.0)]) from None
     figures, loose = at_constant_speed(machine, speed, rtol)
     start = figures.cycle.balance if figures.cycle.balance is not None else unknown
     if _inertialess(figures) and (balanced := _balanced(machine, speed, start, rtol)) is not None:

@@ -12,6 +12,7 @@ from bondgraph import BondGraph, GraphError, I
 from flywheel.machine.machine import FLYWHEEL, Machine
 from flywheel.numerics.faults import Fault, SceneError
 from flywheel.reading.scenes import load
+from flywheel.regime.joint_friction import machine_of
 
 
 def machine_graph(scene: Path, *, simplified: bool = False) -> tuple[BondGraph, tuple[str, ...]]:
@@ -19,7 +20,8 @@ def machine_graph(scene: Path, *, simplified: bool = False) -> tuple[BondGraph, 
     loaded = load(scene)
     if loaded.areas is not None:
         raise SceneError([Fault("areas", "areas without a mechanism", "a machine, to draw its bond graph")])
-    graph = _with_flywheel(Machine(loaded)) if loaded.stroke is None else Machine(loaded).graph
+    machine = machine_of(loaded)
+    graph = _with_flywheel(machine) if loaded.stroke is None else machine.graph
     left_out = tuple(
         f"shafts.{name}: losses in its mesh (efficiency {efficiency:g}) are no element of the graph"
         for name, efficiency in loaded.efficiencies.items()

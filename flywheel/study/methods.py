@@ -9,6 +9,7 @@ from typing import NamedTuple
 
 from flywheel.machine.machine import Machine
 from flywheel.regime import constant_speed, periodic_motion, wittenbauer
+from flywheel.regime.joint_friction import machine_of
 from flywheel.regime.periodic_motion import Asked
 from flywheel.sizing import speed_dependent
 from flywheel.sizing.sizing import size
@@ -73,7 +74,7 @@ def _approximate(asked: Question) -> Iterator[Method]:
     machine = asked.machine
     own = machine.sets_its_speed
     # an analysis asks the same two swings of energy as a sizing; which irregularity that is for does not matter to them
-    sizing = machine if asked.sized else Machine(replace(machine.scene, inertia=None, irregularity=_ANY, wheel=None))
+    sizing = machine if asked.sized else machine_of(replace(machine.scene, inertia=None, irregularity=_ANY, wheel=None))
     varying = "that I* varies over the cycle" + (", and torques with speed" if own else "")
     yield Method(question.AREAS, "", "areas", partial(_by_swing, asked, sizing, False), varying)
     frozen = "that the speed varies, for the inertia torque" + (" and for the loads" if own else "")

@@ -12,6 +12,7 @@ import numpy as np
 
 from flywheel.machine.machine import Machine
 from flywheel.numerics.faults import Fault, SceneError
+from flywheel.regime.joint_friction import machine_of
 from flywheel.regime.turning_moment import check_cycle
 from flywheel.scene.accuracy import rtol_faults
 from flywheel.scene.scene import Scene
@@ -315,7 +316,7 @@ def tradeoff(
     check_cycle(scene)
     kept = scene.rtol if rtol is None else rtol
     _check(scene, kept, budget)
-    machine = machine if isinstance(machine, Machine) else Machine(scene)
+    machine = machine_of(machine)
     begun = time.perf_counter()
     asked, reference = verified(machine)
     found = measured(methods.methods(asked), budget, progress, time.perf_counter() - begun)

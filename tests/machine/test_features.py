@@ -64,7 +64,7 @@ def test_dead_centres_of_closed_form_are_those_that_bounds_find(flat, port, rati
     junction = built.places[f"m.{port}"].junction
     smooth = np.unique([0.0, 2 * np.pi, *(angle for _, angle in built._mechanism_breakpoints())])
     expected = features.dead_centres(built.kinematics, junction, smooth)
-    senses = built._senses[f"m.{port}"]
+    senses = built._senses(f"m.{port}")
     inner = senses.dead_centres[(senses.dead_centres > 1e-9) & (senses.dead_centres < 2 * np.pi - 1e-9)]
     assert_allclose([np.abs(expected - angle).min() for angle in inner], 0.0, atol=1e-11)
     assert 2 * ratio - 2 < inner.size <= 2 * ratio

@@ -9,10 +9,10 @@ import pytest
 
 import flywheel
 from bondgraph.elements import Here
-from flywheel.machine import friction
-from flywheel.machine.friction import friction_curve
 from flywheel.motion.joint_forces import joint_forces
 from flywheel.numerics.faults import SceneError
+from flywheel.regime import joint_friction
+from flywheel.regime.joint_friction import friction_curve, machine_of
 
 W = 20.0
 
@@ -51,7 +51,7 @@ def test_without_friction_there_is_no_curve() -> None:
 @pytest.mark.parametrize("mu", [0.01, 0.1, 0.25])
 def test_the_curve_is_kinetostatics(mu: float) -> None:
     scene = flywheel.load(crank_press(mu))
-    curve = friction_curve(scene)
+    curve = friction_curve(flywheel.Machine(scene))
     q = np.linspace(0.0, scene.cycle, 2004)[1:-1]
     expected = joint_forces(scene, q, speed=W).mechanisms["linkage"].friction.moment
     np.testing.assert_allclose(curve(Here(q, None, np), Here(q, None, np)), expected, atol=1e-10 * np.abs(expected).max())
@@ -60,7 +60,7 @@ def test_the_curve_is_kinetostatics(mu: float) -> None:
 
 def test_a_joint_that_turns_back_at_an_edge_of_the_first_cells_is_found() -> None:
     """Pin B turns back at 90 degrees, where a cell happens to end; by Gauss's rule on pieces between all corners."""
-    machine = flywheel.Machine(flywheel.load(crank_press(0.1)))
+    machine = machine_of(flywheel.load(crank_press(0.1)))
     assert np.abs(machine.breakpoints - np.pi / 2).min() < 1e-12
     sizing = flywheel.size(machine, 1e-12, simulate=False)
     assert sizing.flywheel.exact == pytest.approx(7.80294591212, rel=2e-12)
@@ -99,7 +99,7 @@ def test_balance_within_the_mechanism_is_found_with_its_friction() -> None:
 
 def test_friction_that_locks_names_the_position() -> None:
     with pytest.raises(SceneError, match=r"friction that locks the mechanism at crank angle"):
-        flywheel.Machine(flywheel.load(crank_press(3.0, 0.09)))
+        flywheel.size(flywheel.load(crank_press(3.0, 0.09)))
 
 
 def test_a_motion_that_turns_back_is_refused() -> None:
@@ -136,7 +136,7 @@ def straight_drive() -> dict[str, Any]:
 
 
 def test_a_normal_force_of_rounding_has_no_corners() -> None:
-    curve = friction_curve(flywheel.load(straight_drive()))
+    curve = friction_curve(flywheel.Machine(flywheel.load(straight_drive())))
     assert curve.breakpoints == ()
     assert curve.mesh.edges.size < 20
     assert curve.error < 1e-9
@@ -145,16 +145,16 @@ def test_a_normal_force_of_rounding_has_no_corners() -> None:
 
 def test_corners_are_where_a_normal_force_or_a_rate_is_zero() -> None:
     scene = flywheel.load(crank_press(0.1))
-    corners = np.array(friction_curve(scene).breakpoints)
+    corners = np.array(friction_curve(flywheel.Machine(scene)).breakpoints)
     sides = [joint_forces(scene, corners + d, speed=W).mechanisms["linkage"] for d in (-1e-8, 1e-8)]
-    before, after = (np.sign([values for values, _ in friction._watched([(1.0, found)])]) for found in sides)
+    before, after = (np.sign([values for values, _ in joint_friction._watched([(1.0, found)])]) for found in sides)
     assert corners.size >= 2
     assert (before != after).any(axis=0).all()
 
 
 def test_cells_are_cut_no_more_at_their_largest_number(monkeypatch: pytest.MonkeyPatch) -> None:
-    fine = friction_curve(flywheel.load(crank_press(0.1)))
-    monkeypatch.setattr(friction, "_MOST_CELLS", 4)
-    coarse = friction_curve(flywheel.load(crank_press(0.1)))
+    fine = friction_curve(flywheel.Machine(flywheel.load(crank_press(0.1))))
+    monkeypatch.setattr(joint_friction, "_MOST_CELLS", 4)
+    coarse = friction_curve(flywheel.Machine(flywheel.load(crank_press(0.1))))
     assert coarse.mesh.edges.size < fine.mesh.edges.size
     assert coarse.error > fine.error

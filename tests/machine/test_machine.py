@@ -129,9 +129,9 @@ def test_what_the_moment_depends_on(change, speed, time):
 
 
 def test_a_typical_speed_is_the_one_asked_for_or_the_motor_s():
-    assert machine(scenes.rotor()).pace == pytest.approx(10 * np.pi)
-    assert machine(regimes.scene("dc-inductance", inertia=1)).pace == pytest.approx(220 / 1.5 / 10)
-    assert machine(regimes.scene("section-c", inertia=1)).pace == 1.0
+    assert machine(scenes.rotor()).typical_speed == pytest.approx(10 * np.pi)
+    assert machine(regimes.scene("dc-inductance", inertia=1)).typical_speed == pytest.approx(220 / 1.5 / 10)
+    assert machine(regimes.scene("section-c", inertia=1)).typical_speed == 1.0
 
 
 def test_every_mesh_with_losses_is_a_stage_of_what_hangs_behind_it():

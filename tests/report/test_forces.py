@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 import flywheel
-from flywheel.machine.friction import close_positions
+from flywheel.machine.reactions import close_positions
 from flywheel.motion.joint_forces import joint_forces
 from flywheel.report.forces import csv as csv_text
 from flywheel.report.forces import text

@@ -1,0 +1,160 @@
+"""What acts on a scene's mechanisms as linkages: the loads on their ports, and the reactions that follow in their joints."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from bondgraph.elements import Here
+from flywheel.machine.loads import spring_effort
+from flywheel.machine.machine import Machine
+from flywheel.mechanisms.linkage import followed
+from flywheel.mechanisms.linkages.families import linkage_of
+from flywheel.mechanisms.linkages.poses import Poses
+from flywheel.mechanisms.linkages.positions import solve
+from flywheel.mechanisms.linkages.reactions import Reactions, reactions_at
+from flywheel.mechanisms.linkages.wrenches import Effort, Force, Load, Torque
+from flywheel.numerics.cells import wide
+from flywheel.scene.scene import TURN, Mechanism
+
+Array = NDArray[np.float64]
+
+_BESIDE = 1e-9  # of the cycle: how near to an edge its two sides are looked at
+
+_ALONG_GUIDE = {
+    ("scotch-yoke", "yoke"): "guide",
+    ("slider-crank", "slider"): "guide",
+    ("crank-shaper", "ram"): "guide",
+    ("toggle-clamp", "block"): "block_guide",
+    ("toggle-clamp", "platen"): "platen_guide",
+}
+"""The slide along which a named mechanism's port moves; its other ports are bodies that turn."""
+
+
+class MachineMotion(NamedTuple):
+    """The motion that forces belong to: crank angle (rad; m on a sliding stroke), its rate and its acceleration, (n,)."""
+
+    phi: Array
+    omega: Array
+    alpha: Array
+
+
+def port_forces(
+    machine: Machine,
+    motion: MachineMotion,
+    balance: float,
+    mechanism: Mechanism,
+    *,
+    inertia: bool = True,
+    friction: bool = True,
+) -> Reactions:
+    """Forces in one mechanism's joints in a motion of the machine, with a value (SI) for the scene's unknown.
+
+    inertia, friction: False leaves them out.
+    """
+    scene = machine.scene
+    ratio = scene.shafts[mechanism.shaft]
+    poses = poses_of(mechanism, ratio * (motion.phi - scene.origin) + mechanism.phase)
+    return reactions_at(
+        poses,
+        ratio * motion.omega,
+        ratio * motion.alpha,
+        gravity=scene.gravity,
+        loads=tuple(_port_loads(machine, motion, balance, mechanism, inertia)),
+        inertia=inertia,
+        friction=friction,
+    )
+
+
+def close_positions(machine: Machine, count: int) -> Array:
+    """Coordinates at which hardly a largest force is missed: `count` evenly, and both sides of every edge of a load.
+
+    Angles in rad or positions in m, ascending, from the first to the last of the cycle or the stroke.
+    """
+    cycle, ends = machine.scene.cycle, machine.scene.stroke is not None
+    beside = _BESIDE * cycle
+    edges = np.asarray(machine.breakpoints)
+    every = np.concatenate((np.linspace(0.0, cycle, count, endpoint=ends), edges, edges - beside, edges + beside))
+    inside = (every >= 0.0) & ((every <= cycle) if ends else (every < cycle))
+    return np.asarray(machine.scene.origin + np.unique(every[inside]))
+
+
+def poses_of(mechanism: Mechanism, psi: Array) -> Poses:
+    """Poses of any mechanism but a law, as a linkage, at its own coordinates psi (rad, of any turn; m)."""
+    if mechanism.linkage is not None:
+        cyclic = followed(mechanism)
+        solution, period = cyclic.solution, cyclic.period
+    else:
+        period = TURN if mechanism.stroke is None else None
+        solution = solve(linkage_of(mechanism), *sorted(mechanism.stroke or (0.0, TURN)))
+    if period is None:
+        return solution.poses(np.clip(psi, solution.low, solution.high))
+    return solution.poses(psi - period * np.floor(psi / period))
+
+
+def _port_loads(
+    machine: Machine, motion: MachineMotion, balance: float, mechanism: Mechanism, inertia: bool
+) -> Iterator[Load]:
+    """What acts on a mechanism's ports at given positions: loads, springs, dampers, and the inertia of what is fixed there.
+
+    The last are forces -m (g alpha + g' omega²) by the influence coefficient g of the port's velocity.
+    """
+    scene, kinematics = machine.scene, machine.kinematics
+    phi = motion.phi - scene.origin
+    anchor = machine.anchors(phi)
+    own = machine.motion_of(f"{mechanism.name}.")
+    ratio = scene.shafts[mechanism.shaft]
+
+    def of_velocity(place: str, at: Array) -> tuple[Any, Any]:
+        """The influence coefficient of a place's velocity and its slope, in the pieces of this motion."""
+        flows, k = kinematics.flows(at, anchor), kinematics.variable[machine.places[place].junction]
+        return flows.gain[k], flows.slope[k]
+
+    def seen(place: str) -> tuple[Here, Here]:
+        """Positions as a law at a place sees them, and in the middles of their pieces."""
+        found = []
+        for at in (phi, anchor):
+            here = Here(ratio * at, own.position(ratio * at, np, ratio * anchor), np)
+            if machine.depends_on_speed:
+                flow = of_velocity(place, at)[0] * motion.omega
+                here = here._replace(speed=ratio * motion.omega, flow=flow, time=0.0)
+            found.append(here)
+        return found[0], found[1]
+
+    def on_ports() -> Iterator[tuple[str, Any]]:
+        for effort in machine.efforts:
+            if effort.load.on.startswith(prefix):
+                here = seen(effort.load.on)
+                unknown = balance * effort.per_unknown(*here) if effort.depends_on_unknown else 0.0
+                yield effort.load.on, effort(*here) + unknown
+        for spring in scene.springs:
+            if spring.on.startswith(prefix):
+                yield spring.on, -spring_effort(spring, machine.places[spring.on])(*seen(spring.on))
+        for damper in scene.dampers:
+            if damper.on.startswith(prefix):
+                yield damper.on, -damper.coefficient * of_velocity(damper.on, phi)[0] * motion.omega
+        for item in scene.inertias if inertia else ():
+            if item.on.startswith(prefix):
+                gain, slope = of_velocity(item.on, phi)
+                yield item.on, -item.value * (gain * motion.alpha + slope * motion.omega**2)
+
+    prefix = f"{mechanism.name}."
+    for place, value in on_ports():
+        yield port_load(mechanism, place.removeprefix(prefix), wide(value, phi.shape))
+
+
+def port_load(mechanism: Mechanism, port: str, value: ArrayLike) -> Load:
+    """A force (N) or torque (N m) on a mechanism's port, as a load on its bodies; a number or shape (n,)."""
+    guide = _ALONG_GUIDE.get((mechanism.type, port))
+    if guide is not None:
+        return Effort(guide, value)
+    point = next((point for point in mechanism.points if point.name == port), None)
+    if point is not None:
+        along = np.asarray(value, dtype=float)
+        return Force(point.body, point.point, np.cos(point.direction) * along, np.sin(point.direction) * along)
+    if mechanism.linkage is not None and any(joint.name == port for joint in mechanism.linkage.joints):
+        return Effort(port, value)
+    return Torque(port, value)

@@ -1,0 +1,192 @@
+"""Friction in a linkage's joints as a moment on the crank, over the cycle or along the stroke.
+
+Friction follows the reactions, these the loads, weights and inertia forces: kinetostatics gives its share of the reduced
+moment at any position. It is taken at a constant speed, the scene's or where none is given the machine's own, so that it
+depends on position alone and is fitted once by series on cells, which close in on the angles where it is not smooth: where
+a joint turns back, or a force passes zero.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from functools import lru_cache
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bondgraph.elements import Here
+from flywheel.machine.loads import FrictionCurve
+from flywheel.machine.machine import Machine, merged
+from flywheel.numerics import cells
+from flywheel.numerics.faults import Fault, SceneError
+from flywheel.regime import constant_speed
+from flywheel.scene.linkage import PIN
+from flywheel.scene.scene import Scene
+
+if TYPE_CHECKING:
+    from flywheel.mechanisms.linkages.reactions import Reactions
+
+Array = NDArray[np.float64]
+
+_FINE = 1e-11  # of the largest moment: error of a cell that is left as it is
+_ROUNDING = 1e-11  # of the largest force, or rate: what is smaller has no sign, and its friction no shape
+_NARROW = 1e-9  # of the cycle: cells that are not cut any more
+_MOST_CELLS = 2000  # from which on no cell is cut; what that leaves is told as error
+_SCANNED = 97  # positions in every cell at which signs are compared, closer to each other towards its ends
+_END = 1e-9  # of a cell: how near to its ends that goes
+_PROBES = (-0.93, -0.41, 0.37, 0.88)  # places in a cell, off its nodes, where the fit is checked
+_HALVINGS = 52
+_BALANCED = 1e-12
+_MOST_BALANCES = 60
+
+
+def machine_of(given: Machine | Scene) -> Machine:
+    """The machine of a scene, or the one given, with the moment of friction in its joints where they have any."""
+    machine = given if isinstance(given, Machine) else Machine(given)
+    return _rough(machine) if machine.scene.rubs and machine.friction is None else machine
+
+
+@lru_cache(maxsize=4)
+def _rough(machine: Machine) -> Machine:
+    return Machine(machine.scene, friction_curve(machine))
+
+
+def friction_curve(machine: Machine) -> FrictionCurve:
+    """The friction of all joints of a machine without it, at its constant speed.
+
+    Where no speed is given, it is the constant one at which the net work is zero without that friction. Where the scene's
+    unknown acts on a port, friction and balance depend on each other, and both are found in turn.
+
+    Raises:
+        SceneError: where friction locks a mechanism, naming the position; where it cannot be balanced.
+
+    """
+    scene = machine.scene
+    found, balance = constant_speed.settled(machine)
+    speed = (scene.speed if found is None else found) or 0.0
+    on_ports = any(effort.depends_on_unknown and effort.load.on not in scene.shafts for effort in machine.efforts)
+    for _ in range(_MOST_BALANCES):
+        curve = _fitted(machine, speed, balance)
+        with_it = constant_speed.settled(Machine(scene, curve))[1] if on_ports else balance
+        if abs(with_it - balance) <= _BALANCED * abs(with_it):
+            return curve
+        balance = with_it
+    raise SceneError([Fault("mechanism", "friction that grows with the balance without end", "less friction in the joints")])
+
+
+def _fitted(machine: Machine, speed: float, balance: float) -> FrictionCurve:
+    """The curve on cells between its corners, cut until they follow it."""
+    width = machine.scene.cycle
+    corners = _corners(machine, speed, balance)
+
+    def evaluated(edges: Array) -> tuple[tuple[cells.Cells, Array], float, cells.Coarse]:
+        mesh = cells.cells(edges)
+        forces = _forces(machine, mesh.phi.ravel(), speed, balance)
+        values = _moments(forces).reshape(mesh.phi.shape)
+        tails = cells.tails(cells.fit(values))
+        enough = max(_FINE * np.abs(values).max(), _ROUNDING * _moment_scale(forces))
+        return (
+            (mesh, values),
+            float(tails.max()) / enough if enough else 0.0,
+            lambda share: (tails > enough) & (2 * mesh.half[:, 0] > _NARROW * width),
+        )
+
+    mesh, values = cells.refined(merged([*machine.mesh, *corners], width), evaluated, 1.0, _MOST_CELLS)
+    curve = FrictionCurve(mesh, values, corners)
+    probes = (mesh.middle + mesh.half * np.array(_PROBES)).ravel()
+    off = np.abs(curve(Here(probes, None, np), Here(probes, None, np)) - _moments(_forces(machine, probes, speed, balance)))
+    curve.error += float((off.reshape(-1, len(_PROBES)).max(axis=1) * 2 * mesh.half[:, 0]).sum())
+    return curve
+
+
+def _forces(machine: Machine, q: Array, speed: float, balance: float) -> list[tuple[float, Reactions]]:
+    """Reactions in every linkage at coordinates q from 0 to the cycle, with the ratio of its shaft."""
+    from flywheel.machine.reactions import MachineMotion, port_forces  # only linkages have friction
+
+    scene = machine.scene
+    acceleration = 0.0
+    if scene.stroke is not None:
+        speed, acceleration = scene.stroke.speed, scene.stroke.acceleration
+    motion = MachineMotion(q + scene.origin, np.full(q.size, speed), np.full(q.size, acceleration))
+    found = []
+    for mechanism in scene.mechanisms:
+        if mechanism.linkage is not None:
+            forces = port_forces(machine, motion, balance, mechanism)
+            if forces.locked.size:
+                where = machine.where(float(q[~forces.friction.converged][0]))
+                what, advice = (
+                    f"friction that locks the mechanism at {where}",
+                    "less friction, smaller pins, or other angles",
+                )
+                raise SceneError([Fault(mechanism.path, what, "joints that let it move", advice)])
+            found.append((scene.shafts[mechanism.shaft], forces))
+    return found
+
+
+def _moments(forces: list[tuple[float, Reactions]]) -> Array:
+    """Friction's share of the reduced moment."""
+    return np.asarray(sum(ratio * found.friction.moment for ratio, found in forces))
+
+
+def _moment_scale(forces: list[tuple[float, Reactions]]) -> float:
+    """What friction's moment would be if the largest force of a mechanism pressed all of its joints."""
+    return sum(abs(ratio) * found.scales()[0] * float(found.friction.lever.max(initial=0.0)) for ratio, found in forces)
+
+
+def _watched(forces: list[tuple[float, Reactions]]) -> Iterator[tuple[Array, float]]:
+    """The rate of every rough joint and its normal forces, (n,) each, with the largest of their kind in the mechanism."""
+    from flywheel.mechanisms.linkages.wrenches import pace
+
+    for _, found in forces:
+        poses, force = found.poses, found.scales()[0]
+        for joint in poses.linkage.joints:
+            if joint.friction:
+                rates = poses.rate[:, 2] if joint.kind == PIN else poses.rate[:, :2]
+                yield pace(poses, joint), float(np.abs(rates).max())
+                yield from ((values, force) for values in _pushing(found, joint.name))
+        for coupling in poses.linkage.couplings:
+            if coupling.friction:
+                yield from ((values, force) for values in _pushing(found, coupling.name))
+
+
+def _pushing(found: Reactions, name: str) -> list[Array]:
+    parts = found.components[name]
+    return [parts[part] for part in ("normal", "front", "rear") if part in parts]
+
+
+def _signs(forces: list[tuple[float, Reactions]], least: Array | None = None) -> tuple[Array, Array]:
+    """Which way every rough joint moves and its normal forces point, shape (signs, n), 0 for rounding; what is rounding.
+
+    least: the latter, from other positions.
+    """
+    values, sizes = zip(*_watched(forces), strict=True)
+    rows = np.array(values)
+    least = _ROUNDING * np.array(sizes)[:, None] if least is None else least
+    return np.where(np.abs(rows) > least, np.sign(rows), 0.0), least
+
+
+def _corners(machine: Machine, speed: float, balance: float) -> Array:
+    """Coordinates where a rough joint turns back or a normal force changes sign.
+
+    They are looked for inside every cell of the machine's first mesh, densely towards its ends, where loads set in; then
+    they are halved down, all at once. What changes sign across an edge of that mesh does so at the edge.
+    """
+    share = 0.5 - 0.5 * np.cos(np.linspace(0.0, np.pi, _SCANNED))
+    share[[0, -1]] = _END, 1.0 - _END
+    edges = machine.mesh
+    inside = edges[:-1, None] + np.diff(edges)[:, None] * share
+    flat, least = _signs(_forces(machine, inside.ravel(), speed, balance))
+    signs = flat.reshape(-1, *inside.shape)
+    turned = (signs[:, :-1, -1] * signs[:, 1:, 0] < 0.0).any(axis=0)
+    at_edges = edges[1:-1][turned & ~np.isin(edges[1:-1], machine.breakpoints)]  # the latter cut every cycle anyway
+    row, cell, place = np.nonzero(signs[:, :, 1:] != signs[:, :, :-1])
+    if not row.size:
+        return at_edges
+    low, high, first = inside[cell, place], inside[cell, place + 1], signs[row, cell, place]
+    for _ in range(_HALVINGS):
+        middle = 0.5 * (low + high)
+        same = _signs(_forces(machine, middle, speed, balance), least)[0][row, np.arange(row.size)] == first
+        low, high = np.where(same, middle, low), np.where(same, high, middle)
+    found = merged([*high, *at_edges], machine.scene.cycle)[1:-1]
+    return found[np.diff(found, prepend=-1.0) > _NARROW * machine.scene.cycle]
