@@ -11,7 +11,7 @@ import sys
 import tomllib
 from pathlib import Path
 
-_TESTS_NEED = ("pytest", "pytest-xdist", "hypothesis", "mpmath")
+_TESTS_NEED = ("pytest", "pytest-xdist", "hypothesis", "mpmath", "jsonschema")
 
 project = tomllib.loads((Path(__file__).parents[1] / "pyproject.toml").read_text())["project"]
 if "--python" in sys.argv:

@@ -60,10 +60,21 @@ def new(kind: str | None, file: Path | None) -> None:
 
 @click.command(short_help="Explain the scene format.")
 @click.argument("topic", callback=_known, required=False)
-def reference(topic: str | None) -> None:
-    """Explain the scene format: an overview, or one TOPIC."""
-    from flywheel.reference import text
+@click.option("--schema", is_flag=True, help="Print the format as a JSON Schema, for editors, and nothing else.")
+def reference(topic: str | None, schema: bool) -> None:
+    """Explain the scene format: an overview, or one TOPIC.
 
+    An editor that knows TOML (taplo, Even Better TOML) completes, explains and checks a scene by the schema: write it beside
+    the scene with "flywheel reference --schema > flywheel.schema.json", and "#:schema ./flywheel.schema.json" into the
+    scene's first line.
+    """
+    from flywheel.reference import schema_text, text
+
+    if schema:
+        if topic is not None:
+            raise click.UsageError("--schema is that of every topic: leave the topic out.")
+        show(schema_text())
+        return
     show(text(topic))
     if topic is None:
         show(f"\nTopics: {', '.join(_names('topic'))}")

@@ -60,10 +60,6 @@ class Faults(list[Fault]):
             advice = f"{home}; {advice}" if advice.startswith("valid") and "?" not in home else home
         self.add(path, f"{what} {quote(name)}", f"a known {what}", advice)
 
-    def later(self, path: str, what: str) -> None:
-        """Note something that the format knows but this version does not compute."""
-        self.add(path, what, "none of it: not supported yet")
-
 
 def _home(name: str, valid: Iterable[str]) -> str:
     """Where a key belongs that stands in a table which does not know it; empty where that is nowhere.
@@ -155,9 +151,6 @@ def _field(raw: Mapping[str, Any], key: Key, path: str, faults: Faults) -> Any:
         if key.required:
             faults.add(path, "nothing", expectation(key), key.missing)
         return key.default
-    if key.later:
-        faults.later(path, show(raw[key.name]))
-        return None
     if key.kind in DIMENSIONS:
         return read_quantity(raw[key.name], key.kind, key, path, faults)
     if key.kind in ("text", "name", "choice"):

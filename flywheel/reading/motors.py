@@ -10,7 +10,7 @@ from flywheel.components.motors import Motor, Point
 from flywheel.numerics.faults import Fault, SceneError, show
 from flywheel.numerics.units import LARGEST, QuantityError, Unit, convert, parse_unit
 from flywheel.reading.fields import Faults, Fields, Setting, as_table, exactly_one, expectation, read_fields, read_typed
-from flywheel.reading.schema import CURVE_KEYS, MOTOR_TYPE, MOTORS
+from flywheel.reading.schema import CURVE, MOTOR_TYPE, MOTORS
 from flywheel.reading.tables import listed_numbers
 
 if TYPE_CHECKING:
@@ -221,7 +221,7 @@ def _full_load(item: Item) -> Curve | None:
     table = as_table(item.raw["full_load"], path, item.faults)
     if table is None:
         return None
-    fields = read_fields(table, CURVE_KEYS, path, item.faults)
+    fields = read_fields(table, CURVE.keys, path, item.faults)
     own = Item(table, {**fields, "inertia": 0.0}, path, item.folder, item.faults)
     return _built(_table, own) if len(item.faults) == before else None
 

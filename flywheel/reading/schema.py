@@ -65,9 +65,9 @@ class Key(NamedTuple):
     ("mass | inertia"); or "text", "name", "choice", "law" (quantity or expression), "position" (expression or table),
     "table", "numbers", "index", "unit", "tables" (a table of named tables), "list" (of tables, names or lengths), "flag",
     "model" (a table whose keys depend on its type).
-    default: SI, or None where there is none. missing: advice where a required key is not there. later: known, but
-    not supported yet. example: of a value, where that of its dimension does not suit it. many_turns: an angle that may
-    be any number of turns also where it is written without a unit.
+    default: SI, or None where there is none. missing: advice where a required key is not there. example: of a value, where
+    that of its dimension does not suit it. many_turns: an angle that may be any number of turns also where it is written
+    without a unit.
     """
 
     name: str
@@ -78,13 +78,16 @@ class Key(NamedTuple):
     required: bool = False
     choices: tuple[str, ...] = ()
     missing: str = ""
-    later: bool = False
     example: str = ""
     many_turns: bool = False
 
 
 class Section(NamedTuple):
-    """One table of the scene; `array` is written `[[name]]`, `named` is `[name.NAME]`, `free` has keys of its own."""
+    """One table of the scene; `array` is written `[[name]]`, `named` is `[name.NAME]`, `free` has keys of its own.
+
+    one_of: groups of keys, of each of which a table has exactly one. either: sets of keys, one of which a table has and
+    nothing of the others; what else goes with what is the reader's.
+    """
 
     name: str
     about: str
@@ -92,7 +95,8 @@ class Section(NamedTuple):
     array: bool = False
     named: bool = False
     free: bool = False
-    later: bool = False
+    one_of: tuple[tuple[str, ...], ...] = ()
+    either: tuple[tuple[str, ...], ...] = ()
 
 
 class Port(NamedTuple):
@@ -161,12 +165,7 @@ _SLIDER_CRANK = Kind(
     (
         _CRANK,
         Part("rod", "from the crank pin (its first pin) to the slider", (_length("crank pin to slider pin"),), BODY),
-        Part(
-            "slider",
-            "moves along the line y = offset",
-            (Key("offset", "length", "y of its line of travel", 0.0),),
-            POINT,
-        ),
+        Part("slider", "moves along the line y = offset", (Key("offset", "length", "y of its line of travel", 0.0),), POINT),
     ),
     ports=(
         Port("slider", False, "x = r cos phi + sqrt(l^2 - (r sin phi - e)^2), positive along +x"),
@@ -259,13 +258,7 @@ _LINKAGE = Kind(
     "linkage",
     "bodies, joints and couplings of any plane linkage (`flywheel.reading.schema_linkage` has their keys)",
     keys=(
-        Key(
-            "driver",
-            "text",
-            "name of the pin or slide that drives",
-            required=True,
-            missing='give a joint, such as "O"',
-        ),
+        Key("driver", "text", "name of the pin or slide that drives", required=True, missing='give a joint, such as "O"'),
         Key("start", "angle | length", "the driver's coordinate at which guesses and assembly hold", 0.0),
         Key("assembly", "list", "an array of tables: sides on which points lie where the driver stands at start"),
         Key("bodies", "tables", "one table per body; `frame` is the fixed one", required=True),
@@ -286,6 +279,7 @@ OUTPUT = Section(
         Key("mass", "mass", "mass of an output that translates", 0.0, NOT_NEGATIVE),
         Key("inertia", "inertia", "inertia of an output that rotates", 0.0, NOT_NEGATIVE),
     ),
+    one_of=(("x", "theta"),),
 )
 
 TABLE = Section(
@@ -300,6 +294,7 @@ TABLE = Section(
         Key("value_unit", "unit", "unit of the values; SI without it"),
         Key("interpolation", "choice", "between the rows", "linear", choices=("linear", "pchip", "step")),
     ),
+    either=(("file",), ("angle", "value")),
 )
 
 MECHANISM = Section(
@@ -339,12 +334,9 @@ _SECTIONS = (
     Section(
         "inertia",
         "a mass or an inertia fixed on a place; it has no weight",
-        (
-            _ON,
-            Key("value", "mass | inertia", "mass of what translates, inertia of what rotates", None, NOT_NEGATIVE),
-            GD2,
-        ),
+        (_ON, Key("value", "mass | inertia", "mass of what translates, inertia of what rotates", None, NOT_NEGATIVE), GD2),
         array=True,
+        either=(("value",), ("gd2",)),
     ),
     Section(
         "load",
@@ -359,20 +351,12 @@ _SECTIONS = (
             Key("from", "angle", "where the load begins to act"),
             Key("to", "angle", "where it ceases; it wraps when to is less than from"),
             Key(
-                "while",
-                "text",
-                "it acts only while its place moves so at positive crank speed",
-                choices=("v > 0", "v < 0"),
+                "while", "text", "it acts only while its place moves so at positive crank speed", choices=("v > 0", "v < 0")
             ),
-            Key(
-                "every",
-                "angle",
-                "the angle after which window, table and phi repeat (default: the cycle)",
-                None,
-                POSITIVE,
-            ),
+            Key("every", "angle", "the angle after which window, table and phi repeat (default: the cycle)", None, POSITIVE),
         ),
         array=True,
+        one_of=(("force", "torque", "table", "model"),),
     ),
     Section(
         "spring",
@@ -425,6 +409,7 @@ _SECTIONS = (
             Key("force", "law", "a quantity or an expression in N, where the driver slides"),
             Key("motor", "model", 'a motor of a known kind, instead of a torque, such as {type = "induction", ...}'),
         ),
+        either=(("torque",), ("force",), ("motor",)),
     ),
     Section(
         "regime",
@@ -456,6 +441,7 @@ _SECTIONS = (
             Key("inertia", "inertia", "of the given flywheel: analyse it", None, NOT_NEGATIVE),
             GD2,
         ),
+        one_of=(("irregularity", "inertia", "gd2"),),
     ),
     Section(
         "stroke",
@@ -493,10 +479,7 @@ _SECTIONS = (
 
 SECTIONS = {section.name: section for section in _SECTIONS}
 
-TOP = (
-    Key("title", "text", "what the machine is"),
-    Key("source", "text", "where its data come from"),
-)
+TOP = (Key("title", "text", "what the machine is"), Key("source", "text", "where its data come from"))
 """Keys outside any table."""
 
 AREAS_EXCLUDE = ("mechanism", "inertia", "load", "spring", "damper", "gravity", "drive")
@@ -542,13 +525,7 @@ JOINT = Section(
     "a joint between a point of one body and a point of another",
     (
         Key("name", "name", "what the driver, couplings and results call it", required=True),
-        Key(
-            "type",
-            "choice",
-            "what it leaves free",
-            required=True,
-            choices=("pin", "slide", "pin-in-slot", "fixed"),
-        ),
+        Key("type", "choice", "what it leaves free", required=True, choices=("pin", "slide", "pin-in-slot", "fixed")),
         Key("between", "list", 'two points, such as ["frame.O", "crank.O"]', required=True),
         Key("direction", "angle", "of the guide, in the first body's own frame", 0.0),
         Key("angle", "angle", "of the second body against the first", 0.0),
@@ -575,10 +552,10 @@ COUPLING = Section(
         Key("type", "choice", "what couples them", required=True, choices=("gear", "rolling", "cam")),
         Key("between", "list", 'two joints, such as ["O", "P"]', required=True),
         Key("name", "name", 'what results call it (default: its joints, such as "O-P")'),
-        Key("ratio", "number | length", "coordinate of the second joint per coordinate of the first"),
+        Key("ratio", "length | number", "coordinate of the second joint per coordinate of the first"),
         Key("teeth", "list", "numbers of teeth of the two wheels, instead of a ratio"),
         Key("internal", "flag", "true where one wheel has its teeth inside; with teeth"),
-        Key("phase", "angle | length", "coordinate of the second joint where that of the first is 0", 0.0),
+        Key("phase", "length | angle", "coordinate of the second joint where that of the first is 0", 0.0),
         Key("pressure_angle", "angle", "of the teeth", 0.0),
         Key("lift", "position", "coordinate of the follower: an expression of phi, the cam's angle"),
         Key("table", "table", "coordinate of the follower against the cam's angle"),
@@ -594,6 +571,7 @@ COUPLING_KEYS = {
     "cam": ("lift", "table", "contact", "friction"),
 }
 """Beside `type`, `between` and `name`."""
+COUPLING_ONE_OF = {"gear": (("ratio", "teeth"),), "rolling": (), "cam": (("lift", "table"),)}
 
 SIDE = Section(
     "mechanism.assembly",
@@ -737,20 +715,22 @@ _COMPRESSOR = (
     _ATMOSPHERE,
 )
 
-_ABOUTS = {
-    "constant": ("a force or torque against the motion", (_FORCE, _TORQUE)),
-    "fan": ("a fan: it grows with the square of the speed", _FAN),
-    "pump": ("a centrifugal pump: as a fan", _FAN),
-    "losses": ("bearings, rolling, windage: constant, proportional and quadratic shares", _LOSSES),
-    "belt": ("the drag of a belt on its pulley", _BELT),
-    "press": ("a press: the energy of a stroke, over the last of its way", _PRESS),
-    "punch": ("a punch: as a press", _PRESS),
-    "indicator": ("gas on a piston, from an indicator diagram", _INDICATOR),
-    "compressor": ("gas of a reciprocating compressor", _COMPRESSOR),
-}
-TYPE = Key("type", "choice", "of the machine", required=True, choices=tuple(_ABOUTS))
-
-LOAD_MODELS = {name: Section("load.model", about, (TYPE, *keys)) for name, (about, keys) in _ABOUTS.items()}
+_SOURCES, _ENDS = ("energy", "shear_strength", "energy_per_area"), (("torque",), ("force",), ("power",))
+_MODELS = (
+    Section("constant", "a force or torque against the motion", (_FORCE, _TORQUE), either=_ENDS[:2]),
+    Section("fan", "a fan: it grows with the square of the speed", _FAN, either=_ENDS),
+    Section("pump", "a centrifugal pump: as a fan", _FAN, either=_ENDS),
+    Section("losses", "bearings, rolling, windage: constant, proportional and quadratic shares", _LOSSES),
+    Section("belt", "the drag of a belt on its pulley", _BELT, one_of=(("tight", "power"),)),
+    Section("press", "a press: the energy of a stroke, over the last of its way", _PRESS, one_of=(_SOURCES,)),
+    Section("punch", "a punch: as a press", _PRESS, one_of=(_SOURCES,)),
+    Section(
+        "indicator", "gas on a piston, from an indicator diagram", _INDICATOR, one_of=(("table", "position", "volume"),)
+    ),
+    Section("compressor", "gas of a reciprocating compressor", _COMPRESSOR),
+)
+TYPE = Key("type", "choice", "of the machine", required=True, choices=tuple(model.name for model in _MODELS))
+LOAD_MODELS = {model.name: model._replace(keys=(TYPE, *model.keys)) for model in _MODELS}
 """What a load's model may be, each with its keys."""
 
 
@@ -759,7 +739,7 @@ LOAD_MODELS = {name: Section("load.model", about, (TYPE, *keys)) for name, (abou
 # The keys of the drive's `motor`, type by type.
 
 
-class _Even(Range):
+class Even(Range):
     """Whole numbers that two divides."""
 
     def __contains__(self, value: object) -> bool:
@@ -769,7 +749,6 @@ class _Even(Range):
         return f"that is an even number, {self.low:g} or more"
 
 
-_TYPE = Key("type", "choice", "what it is", required=True)
 _INERTIA = Key("inertia", "inertia", "of the rotor, on the shaft that it drives", 0.0, NOT_NEGATIVE)
 _START = Key("starting_torque", "torque", "at rest", None, POSITIVE)
 _MOTOR_POWER = Key("power", "power", "at the shaft, at rated speed", None, POSITIVE)
@@ -784,17 +763,28 @@ _LINE = (
     _MOTOR_TORQUE,
     _MOTOR_POWER,
 )
-CURVE_KEYS = (
-    Key("speed", "numbers", "speeds, ascending"),
-    Key("torque", "numbers", "one torque per speed"),
-    Key("file", "text", "CSV file beside the scene; the speed comes first"),
-    Key("column", "index", "column of the torques: its name in the header, or its number from 1", "2"),
-    Key("speed_unit", "unit", "unit of the speeds", "rad/s"),
-    Key("torque_unit", "unit", "unit of the torques", "N m"),
-    Key("interpolation", "choice", "between the rows", "linear", choices=("linear", "pchip")),
+LINES = (
+    ("starting_torque", "slope"),
+    ("no_load_speed", "starting_torque"),
+    ("no_load_speed", "speed", "torque"),
+    ("no_load_speed", "speed", "power"),
 )
-"""Of a table of torque against speed."""
-
+"""What a straight line follows from."""
+CURVE = Section(
+    "table",
+    "torque against speed as rows of numbers",
+    (
+        Key("speed", "numbers", "speeds, ascending"),
+        Key("torque", "numbers", "one torque per speed"),
+        Key("file", "text", "CSV file beside the scene; the speed comes first"),
+        Key("column", "index", "column of the torques: its name in the header, or its number from 1", "2"),
+        Key("speed_unit", "unit", "unit of the speeds", "rad/s"),
+        Key("torque_unit", "unit", "unit of the torques", "N m"),
+        Key("interpolation", "choice", "between the rows", "linear", choices=("linear", "pchip")),
+    ),
+    either=(("file",), ("speed", "torque")),
+)
+_DC_DATA = (("resistance", "constant"), ("power", "speed", "current"), ("power", "speed", "efficiency"))
 _DC = (
     Key("voltage", "voltage", "at the armature", None, POSITIVE, True),
     Key("resistance", "resistance", "of the armature", None, POSITIVE),
@@ -817,7 +807,7 @@ _DC = (
 _INDUCTION = (
     _MOTOR_POWER._replace(required=True),
     _RATED._replace(required=True),
-    Key("poles", "number", "number of poles, twice that of pole pairs", None, _Even(2.0, 1000.0), True, example="4"),
+    Key("poles", "number", "number of poles, twice that of pole pairs", None, Even(2.0, 1000.0), True, example="4"),
     Key("frequency", "frequency", "of the mains", None, POSITIVE, True),
     Key(
         "breakdown_ratio", "number", "breakdown torque over rated torque", None, Range(1.0, 100.0, True), True, example="2.5"
@@ -833,16 +823,16 @@ _ENGINE = (
     Key("braking_torque", "torque", "of the unfired engine", 0.0, NOT_NEGATIVE),
 )
 
-_KINDS: dict[str, tuple[str, tuple[Key, ...]]] = {
-    "constant": ("a torque that no speed changes", _CONSTANT),
-    "line": ("a torque that falls in a straight line", _LINE),
-    "table": ("torque against speed as rows of numbers", CURVE_KEYS),
-    "dc": ("a DC motor with constant excitation", _DC),
-    "induction": ("an induction motor, by Kloss's formula", _INDUCTION),
-    "engine": ("an engine under a governor", _ENGINE),
-}
-MOTOR_TYPE = _TYPE._replace(choices=tuple(_KINDS))
-MOTORS = {kind: Section("drive.motor", about, (MOTOR_TYPE, *keys, _INERTIA)) for kind, (about, keys) in _KINDS.items()}
+_MOTORS = (
+    Section("constant", "a torque that no speed changes", _CONSTANT),
+    Section("line", "a torque that falls in a straight line", _LINE, either=LINES),
+    CURVE,
+    Section("dc", "a DC motor with constant excitation", _DC, either=_DC_DATA),
+    Section("induction", "an induction motor, by Kloss's formula", _INDUCTION),
+    Section("engine", "an engine under a governor", _ENGINE, one_of=(("torque", "power", "full_load"),)),
+)
+MOTOR_TYPE = Key("type", "choice", "what it is", required=True, choices=tuple(motor.name for motor in _MOTORS))
+MOTORS = {motor.name: motor._replace(keys=(MOTOR_TYPE, *motor.keys, _INERTIA)) for motor in _MOTORS}
 """The keys of each type of motor."""
 
 

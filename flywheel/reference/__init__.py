@@ -7,23 +7,9 @@ from pathlib import Path
 _TOPICS = (
     *("overview", "quantities", "expressions", "parameters", "shafts", "mechanism"),
     *("scotch-yoke", "slider-crank", "four-bar", "crank-shaper", "toggle-clamp", "law", "linkage"),
-    *(
-        "inertia",
-        "load",
-        "load-models",
-        "tables",
-        "spring",
-        "gravity",
-        "drive",
-        "motor",
-        "regime",
-        "flywheel",
-        "wheel",
-        "stroke",
-        "areas",
-        "accuracy",
-    ),
-    *("faults", "results", "reactions", "simulate", "tradeoff", "joints", "bond-graphs"),
+    *("inertia", "load", "load-models", "tables", "spring", "gravity", "drive", "motor", "regime", "flywheel"),
+    *("wheel", "stroke", "areas", "accuracy", "faults", "results", "reactions", "simulate", "tradeoff"),
+    *("joints", "bond-graphs"),
 )
 
 
@@ -48,3 +34,16 @@ def text(topic: str | None = None) -> str:
     if name not in _TOPICS:
         raise KeyError(name)
     return (Path(__file__).parent / f"{name}.md").read_text(encoding="utf-8")
+
+
+def schema_text() -> str:
+    """The scene format as a JSON Schema (draft 7), which editors check scenes by while they are written.
+
+    >>> '"additionalProperties": false' in schema_text()
+    True
+    """
+    import json
+
+    from flywheel.reading.json_schema import json_schema
+
+    return json.dumps(json_schema(), indent=1, ensure_ascii=False)
