@@ -292,14 +292,12 @@ def _read_one(raw: Mapping[str, Any], path: str, alone: bool, setting: Setting) 
 def _kind(raw: Mapping[str, Any], path: str, faults: Faults) -> Kind | None:
     """The mechanism's type; its other keys make no sense without one."""
     name = raw.get("type")
-    if isinstance(name, str) and name in KINDS and not KINDS[name].later:
-        return KINDS[name]
     if isinstance(name, str) and name in KINDS:
-        faults.later(f"{path}.type", show(name))
-    elif isinstance(name, str):
-        faults.unknown(f"{path}.type", name, [kind.name for kind in KINDS.values() if not kind.later], "type")
+        return KINDS[name]
+    if isinstance(name, str):
+        faults.unknown(f"{path}.type", name, KINDS, "type")
     else:
-        faults.add(f"{path}.type", show(name), "one of " + ", ".join(k.name for k in KINDS.values() if not k.later))
+        faults.add(f"{path}.type", show(name), "one of " + ", ".join(KINDS))
     return None
 
 
