@@ -1,7 +1,8 @@
 """Machines with torques that depend on speed, as the mappings that `flywheel.load` takes, and what is true of them.
 
 `figures(name)` reads `tests/references/regimes.json`: 18 digits by shooting at 30 digits (extrapolated midpoint
-rule, mpmath), written by `python -m tests.references.make_regimes`. Nothing of the toolkit takes part in it.
+rule), which the collocation of `tests/oracle` confirms (`python -m tests.references.make_regimes --check`). Nothing of the
+toolkit takes part in it.
 
 An analysis or sizing holds (SI, speeds of the crank): inertia (of the flywheel, at its own shaft), irregularity, speed
 (mean of extremes), speed_max, speed_min, their angles, speed_time_mean, period, multiplier, balance (null without one),

@@ -2,9 +2,7 @@
 
 `python -m tests.estimates --count 1000 --seed 1` runs them (some four minutes); `--only SEED` shows one, figure by figure.
 
-The route: positions in closed form (linkages dyad by dyad), jets for velocities, moments by virtual work, Legendre series on
-panels halved until they end; motions with torques that depend on speed by collocation. It agrees with the 30 digits of
-`tests/references` to 4e-18 (2e-17 close to change points), motions to the 18 digits that are written there.
+The route is that of `tests/oracle`.
 
 Seed 1: 1000 scenes, 271 with torques that depend on speed; 21 727 figures, none further off than its estimate (and half a
 unit of a double's last place). Estimate over true error: 744 in the median.

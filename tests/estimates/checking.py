@@ -10,11 +10,11 @@ import numpy as np
 import flywheel
 from flywheel.regime.results import Sizing
 from flywheel.regime.steady_motion import speed_over_cycle
+from tests.oracle import constant, figures, panels, regimes
+from tests.oracle.figures import Cycle
+from tests.oracle.machine import Machine
+from tests.oracle.numbers import Real, real
 
-from . import constant, figures, panels, regimes
-from .figures import Cycle
-from .machine import Machine
-from .numbers import Real, real
 from .scenes import Scene, scene_of
 
 HALF_ULP = 2.0**-53  # a figure is a double

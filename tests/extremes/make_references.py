@@ -1,20 +1,24 @@
-"""Write references.json: the figures of every case at 30 digits, computed apart from the toolkit.
+"""Write references.json: the figures of every case by the oracle with 60 digits, apart from the toolkit.
 
 Run by hand, from the root of the project: `python -m tests.extremes.make_references [WORDS ...]`; with words, only the cases
-whose names begin with one of them. The machines are those of `tests/references`, which imports nothing of the toolkit.
+whose names begin with one of them. A shaper whose pin all but meets the pivot loses twenty digits.
 """
 
 from __future__ import annotations
 
 import json
+import os
 import sys
 from pathlib import Path
 from typing import Any
 
+os.environ.setdefault("ORACLE_DIGITS", "60")
+
 from mpmath import mp  # type: ignore[import-untyped]
 
-from tests.references.figures import Cycle, wittenbauer
-from tests.references.machine import Machine
+from tests.oracle.figures import Cycle, cycle_of, extremes_of_inertia, inertias, works
+from tests.oracle.machine import Machine
+from tests.oracle.numbers import PI, Real
 
 from .cases import Case, cases
 
@@ -24,16 +28,9 @@ DIGITS = 20
 
 def figures(cycle: Cycle, speed: float, irregularity: float) -> dict[str, Any]:
     """What a flywheel at one speed and irregularity is compared by; nothing is floored at 0."""
-    w, eps = mp.mpf(speed), mp.mpf(irregularity)
-    works = [value for value, _ in cycle.values(mp.zero)] + [mp.zero]
-    swaying = [value for value, _ in cycle.values(w**2 / 2)]
-    return {
-        "speed": speed,
-        "irregularity": irregularity,
-        "exact": text(wittenbauer(cycle, w, eps)),
-        "approximate_total": text((max(works) - min(works)) / (eps * w**2)),
-        "inertia_torque": text((max(swaying) - min(swaying)) / (eps * w**2)),
-    }
+    found = inertias(cycle, Real(speed), Real(irregularity))
+    sizes = {key: text(found[key]) for key in ("exact", "approximate_total", "inertia_torque")}
+    return {"speed": speed, "irregularity": irregularity} | sizes
 
 
 def text(value: Any) -> str:
@@ -46,20 +43,19 @@ def spanning(scene: Any) -> Any:
     if isinstance(scene, dict):
         whole = {key: spanning(item) for key, item in scene.items()}
         if "angle" in whole and "value" in whole:
-            whole["angle"] = [*whole["angle"][:-1], whole["angle"][0] + 2 * mp.pi]
+            whole["angle"] = [*whole["angle"][:-1], whole["angle"][0] + 2 * PI]
         return whole
     return [spanning(item) for item in scene] if isinstance(scene, list) else scene
 
 
 def computed(found: Case) -> dict[str, Any]:
     """The references of one case."""
-    mp.dps = 60  # a shaper whose pin all but meets the pivot loses twenty digits
-    cycle = Cycle(Machine(spanning(found.scene), Path()))
-    least, greatest = cycle.inertia_extremes()
+    cycle = cycle_of(Machine(spanning(found.scene)))
+    least, greatest = extremes_of_inertia(cycle)
     return {
         "balance": text(cycle.unknown),
-        "exchanged": text(cycle.exchange),
-        "areas": len(cycle.areas()),
+        "exchanged": text(cycle.exchanged),
+        "areas": len(works(cycle)["areas"]),
         "least": text(least),
         "greatest": text(greatest),
         "flywheels": [figures(cycle, *pair) for pair in found.asked],

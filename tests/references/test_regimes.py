@@ -9,12 +9,10 @@ from typing import Any
 
 import numpy as np
 import pytest
-from mpmath import mp  # type: ignore[import-untyped]
 from scipy.integrate import quad, solve_ivp
 from scipy.optimize import brentq
 
 from tests import regimes
-from tests.references.regimes import Regime
 
 Rate = Callable[[float, float], float]
 
@@ -278,18 +276,6 @@ def test_a_motor_with_inductance_settles_on_its_motion() -> None:
             state = list(solve_ivp(field, (at, stop), state, method="DOP853", rtol=1e-12, atol=1e-13).y[:, -1])
     assert state[2] == pytest.approx(true["period"], rel=1e-10)
     assert state[3] / state[2] == pytest.approx(true["current_time_mean"], rel=1e-10)
-
-
-@pytest.mark.parametrize("name", ["peaks", "two-speeds-slow"])
-def test_the_references_are_what_their_own_route_gives(name: str) -> None:
-    key, true = next(iter(regimes.figures(name)["analysis"].items()))
-    with mp.workdps(30):
-        regime = Regime(regimes.scene(name, inertia=0))
-        start, wheel = mp.mpf(true["speed_at_zero"]) ** 2 / 2, mp.mpf(key) * regime.ratio**2
-        gain, eps, mean = regime.spread(start, wheel, mp.mpf(true["balance"] or 0))
-        assert abs(gain) < 1e-16
-        assert abs(eps / mp.mpf(true["irregularity"]) - 1) < 1e-16
-        assert abs(mean / mp.mpf(true["speed"]) - 1) < 1e-16
 
 
 @pytest.mark.parametrize("name", ["unstable", "two-speeds-slow"])

@@ -81,7 +81,8 @@ def _called(name: str, found: list[Both]) -> Both:
         for other in found[1:]:
             first = _either((other.anchor < first.anchor) == (name == "min"), other, first)
         return first
-    return Both(SMOOTH[name](first.here), SMOOTH[name](Jet(first.anchor)).value)
+    here, there = SMOOTH[name](*(f.here for f in found)), SMOOTH[name](*(Jet(f.anchor) for f in found))
+    return Both(here, there.value)
 
 
 def switches(tree: ast.expr) -> Iterator[ast.expr]:

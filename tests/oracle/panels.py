@@ -1,4 +1,4 @@
-"""Functions of phi on panels between breakpoints, by values at Gauss's nodes, in long double."""
+"""Functions of phi on panels between breakpoints, by values at Gauss's nodes."""
 
 from __future__ import annotations
 
@@ -7,9 +7,9 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from .numbers import Real, bracketed
+from .numbers import DIGITS, KIND, Real, bracketed, reals
 
-ORDER = 20
+ORDER = 40 if DIGITS else 20
 
 
 def legendre(x: Any, count: int) -> Any:
@@ -22,7 +22,7 @@ def legendre(x: Any, count: int) -> Any:
 
 def _rule() -> tuple[Any, Any, Any]:
     """Nodes, weights, and the matrix from values at the nodes to Legendre coefficients."""
-    x = np.polynomial.legendre.leggauss(ORDER)[0].astype(Real)
+    x = reals(np.polynomial.legendre.leggauss(ORDER)[0])
     for _ in range(4):
         p = legendre(x, ORDER + 1)
         slope = ORDER * (p[:, ORDER - 1] - x * p[:, ORDER]) / (1 - x * x)
@@ -30,7 +30,7 @@ def _rule() -> tuple[Any, Any, Any]:
     p = legendre(x, ORDER + 1)
     slope = ORDER * (p[:, ORDER - 1] - x * p[:, ORDER]) / (1 - x * x)
     w = 2 / ((1 - x * x) * slope**2)
-    k = np.arange(ORDER).astype(Real)
+    k = reals(np.arange(ORDER))
     return x, w, (2 * k + 1) / 2 * w[:, None] * p[:, :ORDER]
 
 
@@ -39,7 +39,7 @@ NODES, WEIGHTS, FIT = _rule()
 
 def _integrating() -> Any:
     """Coefficients -> those of the integral from -1, one more."""
-    matrix = np.zeros((ORDER, ORDER + 1), dtype=Real)
+    matrix = np.zeros((ORDER, ORDER + 1), dtype=KIND)
     for k in range(ORDER):
         matrix[k, k + 1] += Real(1) / (2 * k + 1)
         matrix[k, max(k - 1, 0)] += (-1 if k else 1) * Real(1) / (2 * k + 1)
@@ -47,7 +47,7 @@ def _integrating() -> Any:
 
 
 INTEGRATE = _integrating()
-LOOK = np.concatenate(([-1], NODES, [1])).astype(Real)  # where signs are looked at
+LOOK = reals(np.concatenate(([-1], NODES, [1])))  # where signs are looked at
 _AT_LOOK, _AT_NODES = legendre(LOOK, ORDER + 1), legendre(NODES, ORDER + 1)
 
 
@@ -71,8 +71,8 @@ def spread(breaks: Any, widest: Any) -> Any:
     found = [breaks[:1]]
     for a, b in itertools.pairwise(breaks):
         count = max(int(np.ceil(float((b - a) / widest))), 1)
-        found += [a + (b - a) * np.arange(1, count).astype(Real) / count, [b]]
-    return np.concatenate(found).astype(Real)
+        found += [a + (b - a) * reals(np.arange(1, count)) / count, [b]]
+    return reals(np.concatenate(found))
 
 
 def bisected(edges: Any, which: Any) -> Any:
@@ -152,7 +152,7 @@ def roots(values: Any) -> Places:
     panel, gap = np.nonzero(values[:, 1:] * values[:, :-1] < 0)
     rows = series[panel]
     if panel.size == 0:
-        return Places(panel, np.zeros(0, dtype=Real))
+        return Places(panel, np.zeros(0, dtype=KIND))
     ends = LOOK[gap], LOOK[gap + 1], values[panel, gap], values[panel, gap + 1]
     return Places(panel, bracketed(lambda t: valued(rows, t), *ends))
 
@@ -160,5 +160,5 @@ def roots(values: Any) -> Places:
 def candidates(values: Any) -> Places:
     """Those places, and all ends of panels."""
     found, count = roots(values), np.arange(len(values))
-    ones = np.ones(count.size, dtype=Real)
+    ones = np.ones(count.size, dtype=KIND)
     return Places(np.concatenate((found.panel, count, count)), np.concatenate((found.t, -ones, ones)))

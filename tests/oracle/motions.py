@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from pathlib import Path
 from typing import Any, NamedTuple
-
-import numpy as np
 
 from . import formulas, tables
 from .formulas import Both
-from .numbers import PI, Jet, atan2, cos, jet, real, sin, sqrt
+from .numbers import PI, Jet, atan2, cos, jet, plain, real, sin, sqrt
 
 Table = dict[str, Any]
 
@@ -64,8 +63,8 @@ def scotch_yoke(table: Table) -> Move:
 
     def move(psi: Jet, anchor: Any) -> Motion:
         pin = Point(get(table, "block", "mass"), r * cos(psi), r * sin(psi))
-        along = pin.x * np.cos(direction) + pin.y * np.sin(direction)
-        yoke = Point(get(table, "yoke", "mass"), along * np.cos(direction), along * np.sin(direction))
+        along = pin.x * plain.cos(direction) + pin.y * plain.sin(direction)
+        yoke = Point(get(table, "yoke", "mass"), along * plain.cos(direction), along * plain.sin(direction))
         return collect([body(table, "crank", (0, 0), psi)], [pin, yoke], {"yoke": along})
 
     return move
@@ -137,18 +136,19 @@ def crank_shaper(table: Table) -> Move:
 class Law:
     """Outputs written as functions of the crank angle: expressions, or tables read as periodic cubic splines."""
 
-    def __init__(self, table: Table, cycle: Any) -> None:
-        self.cycle, self.outputs, self.laws = cycle, table["outputs"], {}
+    def __init__(self, table: Table, cycle: Any, parameters: Table, folder: Path) -> None:
+        self.cycle, self.parameters, self.outputs, self.laws = cycle, parameters, table["outputs"], {}
         for name, output in self.outputs.items():
             law = output.get("x", output.get("theta", output.get("table")))
-            self.laws[name] = tables.spline(law) if isinstance(law, dict) else formulas.parse(law)
+            self.laws[name] = tables.spline(law, folder) if isinstance(law, dict) else formulas.parse(str(law))
 
     def env(self, psi: Jet, anchor: Any) -> dict[str, Both]:
         """The names of an output's expression."""
-        return {"phi": Both(psi, anchor), "pi": Both(jet(PI), PI)}
+        known = {name: Both(jet(value), value) for name, value in self.parameters.items()}
+        return known | {"phi": Both(psi, anchor), "pi": Both(jet(PI), PI)}
 
     def __call__(self, psi: Jet, anchor: Any) -> Motion:
-        shift = np.floor(anchor / self.cycle) * self.cycle
+        shift = plain.floor(anchor / self.cycle) * self.cycle
         here, at = psi - shift, anchor - shift
         ports, points, spins = {}, [], []
         for name, law in self.laws.items():
@@ -169,7 +169,7 @@ class Law:
 
     def switches(self, psi: Any) -> list[Any]:
         """Values whose sign changes are where an output may bend, at own angles."""
-        angle = psi - np.floor(psi / self.cycle) * self.cycle
+        angle = psi - plain.floor(psi / self.cycle) * self.cycle
         env = self.env(Jet(angle), angle)
         trees = [s for law in self.laws.values() if not isinstance(law, tables.Cubics) for s in formulas.switches(law)]
         return [formulas.evaluate(tree, env).anchor for tree in trees]
@@ -180,10 +180,10 @@ BUILDERS: dict[str, Callable[[Table], Move]] = {
 }  # fmt: skip
 
 
-def mechanism(table: Table, cycle: Any) -> Move:
+def mechanism(table: Table, cycle: Any, parameters: Table, folder: Path) -> Move:
     """The mechanism of a scene's table."""
     if table["type"] == "law":
-        return Law(table, cycle)
+        return Law(table, cycle, parameters, folder)
     if table["type"] == "linkage":
         from .linkages import linkage
 

@@ -4,10 +4,8 @@ from __future__ import annotations
 
 from typing import Any, NamedTuple
 
-import numpy as np
-
 from .motions import Motion, Move, Point, Spin, Table, joined
-from .numbers import Jet, Real, atan2, cos, jet, real, sin, sqrt
+from .numbers import Jet, Real, atan2, cos, jet, plain, real, sin, sqrt
 
 
 class Pose(NamedTuple):
@@ -55,7 +53,7 @@ def carried(table: Table, poses: dict[str, Pose], ports: dict[str, Jet]) -> Moti
         owner = port["point"].split(".")[0]
         x, y = poses[owner].at(local(table, port["point"]))
         aim = real(port.get("direction", 0))
-        ports[name] = x * np.cos(aim) + y * np.sin(aim)
+        ports[name] = x * plain.cos(aim) + y * plain.sin(aim)
     return Motion(points, spins, ports)
 
 
@@ -103,7 +101,7 @@ def barred(table: Table, first: Any, second: Any, joint: Table) -> dict[str, Pos
 def bar(table: Table, start: str, end: str) -> tuple[Any, Any]:
     """Length and own angle of the line between two points of a body."""
     (ax, ay), (bx, by) = local(table, start), local(table, end)
-    return np.sqrt((bx - ax) ** 2 + (by - ay) ** 2), np.arctan2(by - ay, bx - ax)
+    return plain.sqrt((bx - ax) ** 2 + (by - ay) ** 2), plain.arctan2(by - ay, bx - ax)
 
 
 def posed(table: Table, known: Any, along: Any, end: Any) -> Pose:
@@ -116,7 +114,7 @@ def posed(table: Table, known: Any, along: Any, end: Any) -> Pose:
 def sliding(table: Table, first: Any, joint: Table, slide: Table, ports: dict[str, Jet]) -> dict[str, Pose]:
     """A bar and a body on a guide of the frame: of the two places on it the one further along."""
     along, aim = bar(table, first[0], joint["between"][0]), real(slide.get("direction", 0))
-    ux, uy = np.cos(aim), np.sin(aim)
+    ux, uy = plain.cos(aim), plain.sin(aim)
     guide, pin = local(table, slide["between"][0]), local(table, joint["between"][1])
     wx, wy = guide[0] + pin[0] - first[1][0], guide[1] + pin[1] - first[1][1]
     across = wx * uy - wy * ux

@@ -1,4 +1,4 @@
-"""The figures of a scene whose torques depend on position alone, in long double."""
+"""The figures of a scene whose torques depend on position alone."""
 
 from __future__ import annotations
 
@@ -9,14 +9,14 @@ import numpy as np
 
 from . import panels
 from .machine import Machine, Sample
-from .numbers import EPS, PI, ZERO, Real, bracketed, real
+from .numbers import DIGITS, EPS, KIND, PI, ZERO, Real, bracketed, finer, finite, plain, real
 from .panels import LOOK, Grown, Panels, Places
 
-WIDEST = PI / 32
+WIDEST = PI / (8 if DIGITS else 32)
 MOST_PANELS = 30_000
 DEEPEST = 30
-NOISE = 1e-14  # of a function's integral: where halving a panel does not help below this, it is rounding
-ZERO_MOMENT = 1e-17  # of its greatest value: below it a moment is none
+NOISE = finer(14)  # of a function's integral: where halving a panel does not help below this, it is rounding
+ZERO_MOMENT = finer(17)  # of its greatest value: below it a moment is none
 ENOUGH = 64 * EPS  # of a function's greatest value on a panel: its last coefficients
 
 
@@ -145,7 +145,7 @@ def crossings(cycle: Cycle) -> tuple[list[Any], list[Any]]:
         looked[panel[inside], first[inside]],
         looked[panel[inside], after[inside]],
     )
-    t = -np.ones(panel.size, dtype=Real)
+    t = -np.ones(panel.size, dtype=KIND)
     if inside.any():
         t[inside] = bracketed(lambda x: panels.valued(rows, x), *ends)
     places = Places(panel, t)
@@ -164,7 +164,7 @@ class Run(NamedTuple):
     def excess(self) -> tuple[Any, Any]:
         """Greatest and least of omega/speed - 1."""
         top, bottom = self.s.max(), self.s.min()
-        return top / (1 + np.sqrt(1 + top)), bottom / (1 + np.sqrt(1 + bottom))
+        return top / (1 + plain.sqrt(1 + top)), bottom / (1 + plain.sqrt(1 + bottom))
 
     @property
     def irregularity(self) -> Any:
@@ -176,7 +176,7 @@ class Run(NamedTuple):
 def run_of(cycle: Cycle, speed: Any, flywheel: Any) -> Run | None:
     """The motion with a flywheel (at the crank) and a mean of extremes; None where the machine would stop."""
     total = flywheel + cycle.at_start + cycle.variation.nodes()
-    if not np.isfinite(total).all() or total.min() <= 0 or flywheel + cycle.at_start + cycle.variation.looked().min() <= 0:
+    if not finite(total) or total.min() <= 0 or flywheel + cycle.at_start + cycle.variation.looked().min() <= 0:
         return None
     work, variation = cycle.work.nodes(), cycle.variation.nodes()
 
@@ -203,7 +203,7 @@ def run_of(cycle: Cycle, speed: Any, flywheel: Any) -> Run | None:
             low = level
         ends = [int(found.s.argmax()), int(found.s.argmin())]
         heavy = flywheel + cycle.at_start + cycle.variation.at(found.places.panel[ends], found.places.t[ends])
-        steep = (1 / (speed**2 * heavy * np.sqrt(1 + found.s[ends]))).sum()
+        steep = (1 / (speed**2 * heavy * plain.sqrt(1 + found.s[ends]))).sum()
         target = level - gap / steep
         if not (low < target and (high is None or target < high)):
             target = (low + high) / 2 if high is not None else 2 * level - low + abs(level)
@@ -211,7 +211,7 @@ def run_of(cycle: Cycle, speed: Any, flywheel: Any) -> Run | None:
         level = target
         if small:
             break
-        if high is not None and high - lowest <= 1e-15 * abs(lowest):
+        if high is not None and high - lowest <= finer(15) * abs(lowest):
             return None
     found = run(level)
     return found if found.s.min() > -1 and abs(sum(found.excess)) < 1e-12 else None
@@ -226,7 +226,7 @@ def period_of(cycle: Cycle, run: Run, flywheel: Any) -> Any:
         t = (mesh.phi - cycle.mesh.middle[panel, 0]) / cycle.mesh.half[panel, 0]
         work, variation = cycle.work.at(panel, t), cycle.variation.at(panel, t)
         energy = 2 * run.level + 2 * work + run.speed**2 * (flywheel + cycle.at_start)
-        pace = np.sqrt((flywheel + cycle.at_start + variation) / energy)
+        pace = plain.sqrt((flywheel + cycle.at_start + variation) / energy)
         left = panels.tails(pace) * mesh.half[:, 0] / panels.integrals(pace, mesh.half).sum()
         coarse = (left > EPS) & (mesh.half[:, 0] > 1e-13)
         if before is not None:

@@ -1,22 +1,21 @@
-"""The long-double route against values at 30 digits, which `tests/references` computes apart from it."""
+"""The oracle in long doubles against figures of 20 digits, which a route of their own gave."""
 
 from __future__ import annotations
 
 import json
+import subprocess
+import sys
 import tomllib
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
-from mpmath import mp  # type: ignore[import-untyped]
 
 from tests import regimes as machines
-from tests.references.quantities import quantity
-
-from . import figures, regimes
-from .machine import Machine
-from .numbers import Real
+from tests.oracle import figures, regimes
+from tests.oracle.machine import Machine
+from tests.oracle.numbers import Real
 
 FOLDER = Path(__file__).parent.parent / "references"
 REFERENCES = {r["scene"].removesuffix(".toml"): r for r in json.loads((FOLDER / "references.json").read_text())}
@@ -26,21 +25,6 @@ SCENES = (
     "yoke-analysis",
 )  # fmt: skip
 WITHIN = 4e-18  # of a figure or its scale
-TEXTS = {"on", "name", "type", "while", "shaft", "interpolation", "assembly", "angle_unit", "title", "point"}
-
-
-def plain(raw: Any, key: str = "") -> Any:
-    """A scene with its quantities as texts of SI numbers, 25 digits of each."""
-    if isinstance(raw, dict):
-        return {k: plain(v, k) for k, v in raw.items()}
-    if isinstance(raw, list):
-        return [plain(v, key) for v in raw]
-    if not isinstance(raw, str) or key in TEXTS or raw == "balance":
-        return raw
-    try:
-        return mp.nstr(quantity(raw), 25, min_fixed=-mp.inf, max_fixed=mp.inf)
-    except ValueError:
-        return raw
 
 
 def off(found: Any, true: str, scale: Any = 0) -> float:
@@ -52,10 +36,9 @@ def off(found: Any, true: str, scale: Any = 0) -> float:
 @pytest.mark.parametrize("name", SCENES)
 def test_figures_that_know_no_speed(name: str) -> None:
     true = REFERENCES[name]
-    with mp.workdps(30):
-        scene = plain(tomllib.loads((FOLDER / "scenes" / f"{name}.toml").read_text()))
+    scene = tomllib.loads((FOLDER / "scenes" / f"{name}.toml").read_text(), parse_float=Real)
     with np.errstate(all="ignore"):
-        found = figures.references(Machine(scene))
+        found = figures.references(Machine(scene, FOLDER / "scenes"))
     work, ratio = true["work_exchanged"], true["flywheel"].get("approximate_total") or 0
     errors = {k: off(found[k], true[k], work) for k in ("accumulated_max", "accumulated_min", "energy_fluctuation")}
     assert len(found["areas"]) == len(true["areas"])
@@ -88,8 +71,7 @@ def test_figures_that_know_no_speed(name: str) -> None:
 def test_motions_with_torques_that_depend_on_speed(name: str, kind: str) -> None:
     true = json.loads(machines.REFERENCES.read_text())[name][kind]
     asked, wanted = next(iter(true.items()))
-    with mp.workdps(30):
-        scene = plain(machines.scene(name, **{"inertia" if kind == "analysis" else "irregularity": float(asked)}))
+    scene = machines.scene(name, **{"inertia" if kind == "analysis" else "irregularity": float(asked)})
     with np.errstate(all="ignore"):
         machine = Machine(scene)
         ratio = machine.shafts[scene["flywheel"].get("on", "crank")]
@@ -114,3 +96,14 @@ def test_motions_with_torques_that_depend_on_speed(name: str, kind: str) -> None
     if wanted["balance"] is not None:
         errors["balance"] = off(motion.state.unknown, wanted["balance"])
     assert {k: e for k, e in errors.items() if not e <= 1e-16} == {}
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("script", "names"),
+    [("make_references", ["areas-sizing", "rotor-tightest", "yoke-analysis"]), ("make_regimes", ["peaks"])],
+)
+def test_more_digits_give_the_figures_that_are_written(script: str, names: list[str]) -> None:
+    command = [sys.executable, "-m", f"tests.references.{script}", "--check", *names]
+    run = subprocess.run(command, cwd=FOLDER.parents[1], capture_output=True, text=True, check=False)
+    assert run.returncode == 0, run.stdout + run.stderr

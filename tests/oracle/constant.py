@@ -1,4 +1,4 @@
-"""The cycle of torques taken at a constant crank speed, and the speed at which it leaves no net work, in long double."""
+"""The cycle of torques taken at a constant crank speed, and the speed at which it leaves no net work."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ import numpy as np
 from . import figures, panels
 from .figures import Cycle
 from .machine import Frame, Machine
-from .numbers import EPS, Real
+from .numbers import EPS, KIND, Real, finer
 from .regimes import AHEAD, kinks, parts
 
 _ROUNDS = 20
@@ -17,11 +17,11 @@ _ROUNDS = 20
 
 def constant_cycle(machine: Machine, speed: Any, unknown: Any) -> Cycle:
     """The cycle of torques at a constant speed, its balance solved; panels end where a mesh changes its direction."""
-    base, switched = machine.breaks, np.zeros(0, dtype=Real)
+    base, switched = machine.breaks, np.zeros(0, dtype=KIND)
     for _ in range(_ROUNDS):
         mesh, _ = figures.resolved(machine, speed, np.unique(np.concatenate((base, switched))))
         frame = machine.frame(np.concatenate((mesh.phi, mesh.middle), axis=1), mesh.middle)
-        omega = np.full(frame.here.value.shape, speed, dtype=Real)
+        omega = np.full(frame.here.value.shape, speed, dtype=KIND)
         moment, exchanged, sent = constant_moment(machine, frame, omega, unknown)
         if machine.balanced:
             for _ in range(60):
@@ -33,8 +33,8 @@ def constant_cycle(machine: Machine, speed: Any, unknown: Any) -> Cycle:
                 if abs(unknown - before) <= 2 * EPS * abs(unknown):
                     break
         angles = sorted(a for tau in sent for a in kinks(tau, mesh, base))
-        turns = np.array([a for k, a in enumerate(angles) if k == 0 or a - angles[k - 1] > 1e-12], dtype=Real)
-        if turns.size == switched.size and np.abs(turns - switched).max(initial=0) < 1e-17:
+        turns = np.array([a for k, a in enumerate(angles) if k == 0 or a - angles[k - 1] > 1e-12], dtype=KIND)
+        if turns.size == switched.size and np.abs(turns - switched).max(initial=0) < finer(17):
             break
         switched = turns
     sample = machine.sampled(frame, omega, omega[..., -1:])

@@ -1,9 +1,10 @@
-"""A scene as kinetic energy and virtual work per radian of crank, at many angles at once, in long double."""
+"""A scene as kinetic energy and virtual work per radian of crank, at many angles at once."""
 
 from __future__ import annotations
 
 import ast
 import itertools
+from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -11,10 +12,10 @@ import numpy as np
 from . import formulas, tables
 from .formulas import Both
 from .motions import Law, Motion, Move, mechanism
-from .numbers import PI, Jet, Real, bracketed, jet, real
+from .numbers import DIGITS, PI, Jet, Real, bracketed, finer, jet, plain, real, reals
 
-GRID = 6000  # steps of a cycle in which the sign changes that make breakpoints are looked for
-TINY = Real("1e-16")  # rad: breakpoints closer than this are one
+GRID = 1440 if DIGITS else 6000  # steps of a cycle in which the sign changes that make breakpoints are looked for
+TINY = Real(finer(16))  # rad: breakpoints closer than this are one
 
 
 class Part(NamedTuple):
@@ -85,8 +86,8 @@ class Frame(NamedTuple):
 class Machine:
     """Everything of a scene that moves or pushes, without the flywheel."""
 
-    def __init__(self, scene: dict[str, Any]) -> None:
-        self.scene = scene
+    def __init__(self, scene: dict[str, Any], folder: Path = Path()) -> None:
+        self.scene, self.folder = scene, folder
         self.cycle = real(scene.get("regime", {}).get("cycle", "360 deg"))
         shafts = scene.get("shafts", {})
         self.shafts = {"crank": Real(1)} | {name: real(shaft["ratio"]) for name, shaft in shafts.items()}
@@ -114,7 +115,7 @@ class Machine:
     def part(self, table: dict[str, Any]) -> Part:
         """One mechanism with the shaft it hangs on."""
         shaft = table.get("shaft", "crank")
-        move = mechanism(table, self.cycle)
+        move = mechanism(table, self.cycle, self.parameters, self.folder)
         return Part(table.get("name", table["type"]), shaft, self.shafts[shaft], real(table.get("phase", 0)), move)
 
     def place(self, name: str) -> Place:
@@ -134,13 +135,18 @@ class Machine:
         if window and abs(window[1] - window[0] - every) < TINY:
             window = None
         sense = {"v > 0": 1, "v < 0": -1}.get(table.get("while", ""), 0)
-        law: Any = tables.pieces(table["table"]) if "table" in table else table.get("force", table.get("torque"))
+        law: Any = (
+            tables.pieces(table["table"], self.folder) if "table" in table else table.get("force", table.get("torque"))
+        )
         if "motor" in table:  # of the type `line`
             start, speed = (repr(table["motor"][key]) for key in ("starting_torque", "no_load_speed"))
             law = f"{start} - {start}/{speed}*omega"
-        if isinstance(law, str):
-            law = law if law == "balance" else formulas.parse(law)
-        elif not isinstance(law, tables.Cubics):
+        if isinstance(law, str) and law != "balance":
+            try:
+                law = real(law)
+            except ValueError:
+                law = formulas.parse(law)
+        elif not isinstance(law, str | tables.Cubics):
             law = real(law)
         return Load(self.place(table["on"]), every, window, sense, law, drive)
 
@@ -191,7 +197,7 @@ class Machine:
             for part, motion in zip(self.parts, motions, strict=True):
                 for p in motion.points:
                     if p.weighs and p.mass:
-                        work = p.mass * g * (np.cos(aim) * jet(p.x).first + np.sin(aim) * jet(p.y).first)
+                        work = p.mass * g * (plain.cos(aim) * jet(p.x).first + plain.sin(aim) * jet(p.y).first)
                         found.append(Term(part.shaft, zero + work, zero, False))
         for place, spring in self.springs:
             x = self.displacement(place, phi, motions)
@@ -211,7 +217,7 @@ class Machine:
         """The reduced moment of a load, idle where its window is shut or the motion has the other sense."""
         ratio, phase = load.offset
         seen = ratio * at.value + phase
-        shift = np.floor(seen / load.every) * load.every
+        shift = plain.floor(seen / load.every) * load.every
         x, x_then = self.displacement(load.place, phi, now), self.displacement(load.place, at, then)
         on = active(load, seen - shift)
         if load.sense:
@@ -256,7 +262,7 @@ class Machine:
     def breakpoints(self) -> Any:
         """Ascending angles of a cycle, its ends included, between which everything is smooth but for the speed."""
         found = [Real(0), self.cycle, *self.known()]
-        grid = self.cycle * (np.arange(-1, GRID + 1).astype(Real) + Real("0.3141")) / GRID
+        grid = self.cycle * (reals(np.arange(-1, GRID + 1)) + Real("0.3141")) / GRID
         for k, values in enumerate(self.signs(grid)):
 
             def switch(phi: Any, k: int = k) -> Any:
@@ -298,7 +304,7 @@ class Machine:
                 found.append(x.first)
             if isinstance(load.law, ast.expr):
                 seen = load.offset[0] * phi + load.offset[1]
-                seen = seen - np.floor(seen / load.every) * load.every
+                seen = seen - plain.floor(seen / load.every) * load.every
                 env = self.env(load, Jet(seen), seen, x, x, (omega, omega))
                 if self.unknown:
                     env[self.unknown] = Both(jet(Real(1)), Real(1))
@@ -311,7 +317,7 @@ def active(load: Load, angle: Any) -> Any:
     """Whether a load's window is open at angles of its period."""
     if load.window is None:
         return np.ones(np.shape(angle), dtype=bool)
-    start, end = (edge - np.floor(edge / load.every) * load.every for edge in load.window)
+    start, end = (edge - plain.floor(edge / load.every) * load.every for edge in load.window)
     return (start <= angle) & (angle < end) if start < end else (angle >= start) | (angle < end)
 
 
@@ -319,7 +325,7 @@ def repeated(marks: list[Any], every: Any, ratio: Any, phase: Any, cycle: Any) -
     """The crank angles of a cycle at which ratio phi + phase is one of the marks, modulo `every`."""
     found = []
     for mark in marks:
-        first = np.ceil((phase - mark) / every) - 1
+        first = plain.ceil((phase - mark) / every) - 1
         angles = ((mark + turn * every - phase) / ratio for turn in itertools.count(int(first)))
         found += list(itertools.takewhile(lambda a: a <= cycle + TINY, angles))
     return found

@@ -1,13 +1,14 @@
-"""Tables of numbers against angle in long double: linear, step, monotone cubic, periodic cubic spline."""
+"""Tables of numbers against angle: linear, step, monotone cubic, periodic cubic spline."""
 
 from __future__ import annotations
 
 import itertools
+from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
 
-from .numbers import Jet, Real, chain, real
+from .numbers import KIND, Jet, Real, chain, real, reals, unit
 
 
 class Cubics(NamedTuple):
@@ -26,17 +27,23 @@ class Cubics(NamedTuple):
         return chain(angle, value, c[1] + d * (2 * c[2] + 3 * d * c[3]), 2 * c[2] + 6 * d * c[3])
 
 
-def columns(table: dict[str, Any]) -> tuple[Any, Any]:
-    """Angles and values of a table, the angles in rad or, with `angle_unit`, in degrees."""
-    unit = table.get("angle_unit", "rad")
-    assert "value_unit" not in table
-    angle = [real(f"{a!r} {unit}") for a in table["angle"]]
-    return np.array(angle), np.array([real(v) for v in table["value"]])
+def columns(table: dict[str, Any], folder: Path) -> tuple[Any, Any]:
+    """Angles (rad) and values (SI) of a table written in the scene or in a CSV file."""
+    angle, value = table.get("angle"), table.get("value")
+    if "file" in table:
+        rows = [line.split(",") for line in (folder / table["file"]).read_text().splitlines() if line.strip()]
+        column = table.get("column", 2)
+        if isinstance(column, str):
+            column = [name.strip() for name in rows[0]].index(column) + 1
+        rows = [row for row in rows if row[0].strip()[-1] in "0123456789."]
+        angle, value = [row[0].strip() for row in rows], [row[int(column) - 1].strip() for row in rows]
+    by, per = unit(table.get("angle_unit", "rad")), unit(table.get("value_unit", ""))
+    return np.array([real(a) * by for a in angle]), np.array([real(v) * per for v in value])
 
 
-def pieces(table: dict[str, Any]) -> Cubics:
+def pieces(table: dict[str, Any], folder: Path) -> Cubics:
     """The pieces of a load's table; two equal angles are a jump, on either side of which it starts afresh."""
-    angle, value = columns(table)
+    angle, value = columns(table, folder)
     kind = {"linear": linear, "step": step, "pchip": pchip}[table.get("interpolation", "linear")]
     jumps = [0, *(np.flatnonzero(np.diff(angle) == 0) + 1), angle.size]
     runs = [kind(angle[a:b], value[a:b]) for a, b in itertools.pairwise(jumps)]
@@ -45,13 +52,13 @@ def pieces(table: dict[str, Any]) -> Cubics:
 
 def step(x: Any, y: Any) -> Cubics:
     """Each value holds from its angle to the next one."""
-    flat = np.zeros(x.size - 1, dtype=Real)
+    flat = np.zeros(x.size - 1, dtype=KIND)
     return Cubics(x[:-1], x[1:], np.stack((y[:-1], flat, flat, flat)))
 
 
 def linear(x: Any, y: Any) -> Cubics:
     """Straight lines between neighbours."""
-    flat = np.zeros(x.size - 1, dtype=Real)
+    flat = np.zeros(x.size - 1, dtype=KIND)
     return Cubics(x[:-1], x[1:], np.stack((y[:-1], np.diff(y) / np.diff(x), flat, flat)))
 
 
@@ -86,11 +93,11 @@ def end_slope(h: Any, k: Any, near: Any, far: Any) -> Any:
     return 3 * near if near * far <= 0 and abs(slope) > 3 * abs(near) else slope
 
 
-def spline(table: dict[str, Any]) -> Cubics:
+def spline(table: dict[str, Any], folder: Path) -> Cubics:
     """The C² cubic through the points whose slope and curvature agree at the two ends; the values may gain."""
-    x, y = columns(table)
+    x, y = columns(table, folder)
     n, h, chord = x.size - 1, np.diff(x), np.diff(y) / np.diff(x)
-    matrix, right = np.zeros((n, n), dtype=Real), np.zeros(n, dtype=Real)
+    matrix, right = np.zeros((n, n), dtype=KIND), np.zeros(n, dtype=KIND)
     for i in range(n):
         before, after = h[i - 1], h[i]
         matrix[i, (i - 1) % n] += after
@@ -102,9 +109,9 @@ def spline(table: dict[str, Any]) -> Cubics:
 
 
 def solved(matrix: Any, right: Any) -> Any:
-    """The solution of a linear system in long double: that in double, refined by its residuals."""
+    """The solution of a linear system: that in double, refined by its residuals."""
     rough = matrix.astype(float)
-    found = np.linalg.solve(rough, right.astype(float)).astype(Real)
+    found = reals(np.linalg.solve(rough, right.astype(float)))
     for _ in range(4):
         found += np.linalg.solve(rough, (right - matrix @ found).astype(float))
     return found

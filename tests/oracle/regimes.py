@@ -1,8 +1,8 @@
-"""Periodic motions of machines whose torques depend on speed, or whose meshes lose power, in long double.
+"""Periodic motions of machines whose torques depend on speed, or whose meshes lose power.
 
 With y = omega²/2 and a part behind every lossy mesh, sum k (I y' + I' y - M) = 0, k = 1/eta where the crank drives the part,
 eta where the part drives the crank. y = w²/2 (1 + s): s is found on all panels at once by collocation at Gauss's nodes. The
-linear algebra of Newton's method is in double, what it corrects in long double: only the number of steps depends on it.
+linear algebra of Newton's method is in double, what it corrects is not: only the number of steps depends on it.
 """
 
 from __future__ import annotations
@@ -14,16 +14,16 @@ import numpy as np
 
 from . import figures, panels
 from .machine import Frame, Machine
-from .numbers import EPS, Real
+from .numbers import EPS, KIND, Real, finer, plain, reals
 from .panels import NODES, ORDER, Panels, Places
 
 AHEAD = Real("1e-7")  # of a difference quotient
 _UP: Any = (panels.FIT @ panels.INTEGRATE @ panels.legendre(NODES, ORDER + 1).T).T  # values -> integral up to the nodes
 _ROUNDS, _ENOUGH_ROUNDS = 20, 10
-_NOTHING = 1e-14  # of a function's greatest value
-_STILL = 1e-14  # rad: kinks, where moments do not jump, matter as the square of where they are put
+_NOTHING = finer(14)  # of a function's greatest value
+_STILL = finer(14)  # rad: kinks, where moments do not jump, matter as the square of where they are put
 _EVEN = 1e-10  # of s: what varies less varies by rounding
-_FINE, _MOST = 1e-18, 3000  # of the swing: what is left on a panel; panels that are refined no more
+_FINE, _MOST = finer(18), 3000  # of the swing: what is left on a panel; panels that are refined no more
 
 
 class NoMotionError(ValueError):
@@ -70,13 +70,13 @@ class Solved(NamedTuple):
     def pace(self, phi: Any) -> Any:
         """The speed at angles, in double."""
         s = at_angles(self.mesh, self.state.nodes, phi)
-        return (self.w * np.sqrt(1 + s)).astype(float)
+        return (self.w * plain.sqrt(1 + s)).astype(float)
 
     @property
     def excess(self) -> tuple[Any, Any]:
         """Greatest and least of omega/w - 1."""
         top, bottom = self.s.max(), self.s.min()
-        return top / (1 + np.sqrt(1 + top)), bottom / (1 + np.sqrt(1 + bottom))
+        return top / (1 + plain.sqrt(1 + top)), bottom / (1 + plain.sqrt(1 + bottom))
 
 
 class Pieces(NamedTuple):
@@ -137,11 +137,11 @@ class Equations:
 
     def parted(self, state: State) -> tuple[list[Pieces], Any]:
         """The parts at a state, and y there."""
-        middle = panels.valued(panels.fit(state.nodes), np.zeros(len(state.nodes), dtype=Real))
+        middle = panels.valued(panels.fit(state.nodes), np.zeros(len(state.nodes), dtype=KIND))
         s = np.concatenate((state.nodes, middle[:, None]), axis=1)
         if not s.min() > -1:
             raise NoMotionError
-        omega = self.w * np.sqrt(1 + s)
+        omega = self.w * plain.sqrt(1 + s)
         return parts(self.machine, self.frame, omega, state.unknown), omega**2 / 2
 
     def rate(self, state: State) -> Any:
@@ -226,7 +226,7 @@ class Equations:
             at_edge = edge[panel + (t > 0)].copy()
             at_edge[:, 0] += 1
             change = np.where(np.abs(t)[:, None] < 1, inner, at_edge) / (2 * np.sqrt(1 + s[ends].astype(float)))[:, None]
-            excess = s[ends] / (1 + np.sqrt(1 + s[ends]))
+            excess = s[ends] / (1 + plain.sqrt(1 + s[ends]))
             for row, offset in self.conditions(excess):
                 rows.append(row @ change[:, :-1])
                 right.append(float(offset) - row @ change[:, -1])
@@ -290,7 +290,7 @@ def found(machine: Machine, held: Held, guess: Guess) -> Solved:
     """The motion nearest to a guess, on panels that end where branches change and are fine enough for it."""
     w = guess.speed if held.speed is None else held.speed
     mesh, _ = figures.resolved(machine, w)
-    switched, last = np.zeros(0, dtype=Real), np.full(4, np.inf, dtype=Real)
+    switched, last = np.zeros(0, dtype=KIND), np.full(4, np.inf, dtype=KIND)
     equations = Equations(machine, mesh.edges, w, held)
     state = first(equations, guess)
     for turn in range(_ROUNDS):
@@ -303,7 +303,7 @@ def found(machine: Machine, held: Held, guess: Guess) -> Solved:
         )
         still = turns.size == switched.size and not (np.abs(turns - switched) > _STILL).any()
         told = np.array([np.ptp(s), s.max(), state.inertia, state.unknown])
-        same = turn > _ENOUGH_ROUNDS and (np.abs(told - last) <= 1e-16 * np.abs(told)).all()  # only rounding is left
+        same = turn > _ENOUGH_ROUNDS and (np.abs(told - last) <= finer(16) * np.abs(told)).all()  # only rounding is left
         if (still and not coarse.any()) or same:
             return Solved(old, equations.rebalanced(state), w, rate, places, s, doubt)
         last = told
@@ -323,13 +323,13 @@ def switching(equations: Equations, state: State) -> Any:
     """Angles inside panels, or at the ends of them, where what speeds decide changes its sign."""
     machine, mesh = equations.machine, equations.mesh
     values = equations.sent(state)
-    omega = equations.w * np.sqrt(1 + state.nodes)
+    omega = equations.w * plain.sqrt(1 + state.nodes)
     values += [np.broadcast_to(v, omega.shape) for v in machine.signs(mesh.phi, omega, of_speed=True)]
     angles: list[Any] = []
     for rows in values:
         angles += kinks(np.asarray(rows), mesh, machine.breaks)
     inner = [a for a in sorted(angles) if np.abs(a - machine.breaks).min() > 1e-15]
-    return np.array([a for k, a in enumerate(inner) if k == 0 or a - inner[k - 1] > 1e-9], dtype=Real)
+    return np.array([a for k, a in enumerate(inner) if k == 0 or a - inner[k - 1] > 1e-9], dtype=KIND)
 
 
 def first(equations: Equations, guess: Guess) -> State:
@@ -337,7 +337,7 @@ def first(equations: Equations, guess: Guess) -> State:
     mesh, w = equations.mesh, equations.w
 
     def s(phi: Any) -> Any:
-        return (guess.pace(phi.astype(float)).astype(Real) / w) ** 2 - 1
+        return (reals(guess.pace(phi.astype(float))) / w) ** 2 - 1
 
     return State(s(mesh.phi), s(mesh.edges), guess.inertia, guess.unknown)
 
