@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 from bondgraph.elements import Here
 from flywheel.machine.loads import spring_effort
 from flywheel.machine.machine import Machine
+from flywheel.mechanisms import KINDS
 from flywheel.mechanisms.linkage import followed
 from flywheel.mechanisms.linkages.families import linkage_of
 from flywheel.mechanisms.linkages.poses import Poses
@@ -23,15 +24,6 @@ from flywheel.scene.scene import TURN, Mechanism
 Array = NDArray[np.float64]
 
 _BESIDE = 1e-9  # of the cycle: how near to an edge its two sides are looked at
-
-_ALONG_GUIDE = {
-    ("scotch-yoke", "yoke"): "guide",
-    ("slider-crank", "slider"): "guide",
-    ("crank-shaper", "ram"): "guide",
-    ("toggle-clamp", "block"): "block_guide",
-    ("toggle-clamp", "platen"): "platen_guide",
-}
-"""The slide along which a named mechanism's port moves; its other ports are bodies that turn."""
 
 
 class MachineMotion(NamedTuple):
@@ -148,7 +140,7 @@ def _port_loads(
 
 def port_load(mechanism: Mechanism, port: str, value: ArrayLike) -> Load:
     """A force (N) or torque (N m) on a mechanism's port, as a load on its bodies; a number or shape (n,)."""
-    guide = _ALONG_GUIDE.get((mechanism.type, port))
+    guide = KINDS[mechanism.type].guides.get(port)
     if guide is not None:
         return Effort(guide, value)
     point = next((point for point in mechanism.points if point.name == port), None)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from functools import cached_property, partial
 from math import atan2, log, pi, sqrt
 from operator import attrgetter
@@ -9,10 +10,20 @@ from typing import Any
 
 from flywheel.mechanisms.families import (
     CRANK,
+    CRANK_PART,
+    HERE,
+    Displacement,
     Family,
+    Kind,
+    Member,
+    Part,
     Parts,
+    Pin,
     Port,
     Position,
+    Skeleton,
+    Slide,
+    body,
     carried,
     driven,
     exceeds,
@@ -26,7 +37,8 @@ from flywheel.mechanisms.families import (
     within_turn,
 )
 from flywheel.numerics.faults import Fault
-from flywheel.scene.scene import Body, Mechanism
+from flywheel.scene.keys import BODY, MASS, OWN_INERTIA, POINT, length
+from flywheel.scene.scene import Mechanism
 
 
 class ShaperPosition(Position):
@@ -119,19 +131,17 @@ def _lengths(mechanism: Mechanism) -> tuple[float, float, float]:
     return geometry["crank.length"], geometry["frame.length"], geometry["rocker.length"]
 
 
-def family(mechanism: Mechanism) -> Family:
+def family(mechanism: Mechanism, _: Mapping[str, float]) -> Family:
     """Chain of a crank-shaper: crank -> rocker -> ram; the block rides on the crank's pin, turning as the rocker."""
-    lengths = crank, frame, length = _lengths(mechanism)
-    names = ("crank", "block", "rocker", "rocker_pin", "ram")
-    bodies = {name: mechanism.bodies.get(name, Body()) for name in names}
-    rocker = line("rocker")
+    lengths = crank, frame, arm = _lengths(mechanism)
+    block, rocker = body(mechanism, "block"), line("rocker")
     parts = joined(
-        pivoted(CRANK, "crank", bodies["crank"]),
-        point(CRANK, "crank.pin", crank, bodies["block"].mass, "block"),
-        Parts((driven("rocker", True),), carried("rocker", bodies["block"].inertia, "block")),
-        pivoted(rocker, "rocker", bodies["rocker"]),
-        point(rocker, "rocker.pin", length, bodies["rocker_pin"].mass, "rocker_pin"),
-        sliding("ram", bodies["ram"].mass, pi / 2, "rocker"),
+        pivoted(CRANK, mechanism, "crank"),
+        point(CRANK, "crank.pin", crank, block.mass, "block"),
+        Parts((driven("rocker", True),), carried("rocker", block.inertia, "block")),
+        pivoted(rocker, mechanism, "rocker"),
+        point(rocker, "rocker.pin", arm, body(mechanism, "rocker_pin").mass, "rocker_pin"),
+        sliding(mechanism, "ram", pi / 2, "rocker"),
     )
     ends, rocks = _dead_centres(crank, frame), bool(crank < frame)
     ports = {
@@ -153,10 +163,55 @@ def _breakpoints(r: float, d: float) -> tuple[float, ...]:
     return within_turn(graded(pi, abs(log(d / r))))
 
 
-def faults(mechanism: Mechanism) -> list[Fault]:
+def locks(mechanism: Mechanism) -> list[Fault]:
     """A crank as long as the frame brings the pin onto the rocker's pivot, where the rocker may turn either way."""
     r, d, _ = _lengths(mechanism)
     if exceeds(r, d) or exceeds(d, r):
         return []
     expected = f"a length other than crank.length = {float(r):.9g} m"
     return [lock_fault(f"{mechanism.path}.frame.length", d, expected, [pi])]
+
+
+def skeleton(mechanism: Mechanism, position: ShaperPosition) -> Skeleton:
+    """The block slides on the rocker; the pin at the rocker's end slides across the ram in a slot of it."""
+    crank, frame, rocker = _lengths(mechanism)
+    members = {
+        "frame": Member({"pivot": (frame, 0.0), "rocker_pivot": HERE, "guide": HERE}),
+        "crank": Member({"pivot": HERE, "crank_pin": (crank, 0.0)}),
+        "block": Member({"crank_pin": HERE, "rocker_slot": HERE}, position.rocker),
+        "rocker": Member({"rocker_pivot": HERE, "rocker_slot": HERE, "end_pin": (rocker, 0.0)}, position.rocker),
+        "rocker_pin": Member({"end_pin": HERE, "ram_slot": HERE}),
+        "ram": Member({"ram_slot": HERE, "guide": HERE}),
+    }
+    joints = (
+        Pin("pivot", "frame", "crank"),
+        Pin("crank_pin", "crank", "block"),
+        Slide("rocker_slot", "rocker", "block", at=position.distance),
+        Pin("rocker_pivot", "frame", "rocker"),
+        Pin("end_pin", "rocker", "rocker_pin"),
+        Slide("ram_slot", "ram", "rocker_pin", at=rocker * position.rocker_cos),
+        Slide("guide", "frame", "ram", pi / 2, position.ram),
+    )
+    return Skeleton(members, joints)
+
+
+KIND = Kind(
+    "crank-shaper",
+    "a block on the crank pin slides along a rocker, whose end drives a ram",
+    family,
+    (
+        CRANK_PART,
+        Part("frame", "the frame", (length("rocker's pivot to crank's pivot, along +x"),)),
+        Part("rocker", "turns about a fixed pivot, its first pin", (length("pivot to ram pin"),), BODY),
+        Part("block", "sits at the crank pin and turns with the rocker", (), (MASS, OWN_INERTIA)),
+        Part("rocker_pin", "mass at the rocker's end", (), POINT),
+        Part("ram", "moves along y", (), POINT),
+    ),
+    ports=(
+        Displacement("rocker", True, "theta = atan2(r sin phi, d + r cos phi), continuous"),
+        Displacement("ram", False, "y = L sin theta, positive along +y"),
+    ),
+    locks=locks,
+    skeleton=skeleton,
+    guides={"ram": "guide"},
+)

@@ -1,30 +1,32 @@
-"""What a family of mechanisms tells the machine: positions, and the chain of local ratios with their slopes.
+"""What a family of mechanisms tells the toolkit: its tables, its ports, its chain of local ratios, its locks and joints.
 
-A family is written once against a namespace `ns` (numpy, mpmath, sympy, or the project's intervals), so no formula
-exists twice. `Family.position(psi, ns)` does the geometry for one angle or an array; everything else picks from it.
+A family is one file with a `Kind`, and one line of `flywheel.mechanisms.KINDS` (or `flywheel.mechanisms.register(kind)`).
+Its formulas are written once against a namespace `ns` (numpy, mpmath, sympy, or the project's intervals):
+`Family.position(psi, ns)` does the geometry for one angle or an array, and everything else picks from it. What follows the
+records are parts that chains share, limits where a crank locks, and the ends of a port's stroke.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping
-from functools import cached_property, partial
-from importlib import import_module
+from functools import cached_property
 from itertools import chain, pairwise
 from math import acos, acosh, asin, degrees, inf, pi, tau
 from operator import attrgetter
 from types import MappingProxyType
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
+from flywheel.mechanisms import KINDS
 from flywheel.numerics.faults import Fault, SceneError
 from flywheel.numerics.intervals import NAMESPACE as INTERVALS
 from flywheel.numerics.intervals import Interval, SwitchingError, roots
+from flywheel.scene.keys import BODY, Key, length
 from flywheel.scene.scene import Body, Mechanism
 
-if TYPE_CHECKING:
-    from flywheel.scene.scene import Mechanism
+Array = NDArray[np.float64]
 
 
 class Ratio(NamedTuple):
@@ -98,6 +100,114 @@ class Family(NamedTuple):
     breakpoints: tuple[float, ...] = ()
 
 
+class Part(NamedTuple):
+    """A table of a mechanism: its geometry, then what it may weigh."""
+
+    name: str
+    about: str
+    geometry: tuple[Key, ...] = ()
+    body: tuple[Key, ...] = ()
+
+    @property
+    def keys(self) -> tuple[Key, ...]:
+        """Every key of the table."""
+        return self.geometry + self.body
+
+
+class Displacement(NamedTuple):
+    """A port in words: its name, whether it rotates, and what its displacement is."""
+
+    name: str
+    rotating: bool
+    about: str
+
+
+class Member(NamedTuple):
+    """A body of a skeleton: its joints' places in its own frame (m), its angle as far as known (rad).
+
+    Its centre of mass counts from a line that lies `tilt` (rad) from its own x axis.
+    """
+
+    joints: Mapping[str, tuple[float, float]]
+    angle: Any = None
+    tilt: float = 0.0
+
+
+class Pin(NamedTuple):
+    """A pin between two members."""
+
+    name: str
+    first: str
+    second: str
+
+
+class Slide(NamedTuple):
+    """A slide of the second member along a line of the first, `direction` (rad) in its frame; it stands `at` (m)."""
+
+    name: str
+    first: str
+    second: str
+    direction: float = 0.0
+    at: Any = None
+
+
+class Skeleton(NamedTuple):
+    """Members and joints of a mechanism: what reactions, friction, bodies in motion and pictures are found from.
+
+    The first member is the frame, the first joint drives. A joint bears the name of its place in both members. Each side
+    is a point (member, place), then two more on a line, and +1 where the first lies left of it, -1 where it lies right.
+    """
+
+    members: Mapping[str, Member]
+    joints: tuple[Pin | Slide, ...]
+    sides: tuple[tuple[tuple[str, str], tuple[str, str], tuple[str, str], int], ...] = ()
+
+
+class Kind(NamedTuple):
+    """A family of mechanisms: all that the toolkit knows of it.
+
+    name: the `type` in scenes. about: one line for the reference.
+    family: the mechanism as a chain, from its record and the scene's parameters (SI).
+    parts, keys: its tables, and its own keys beside those of every mechanism, as scenes write them; lengths and angles reach
+        `Mechanism.geometry` as "PART.KEY", what weighs reaches `Mechanism.bodies`.
+    ports: the displacements that loads, springs and inertia may act on.
+    locks: the faults of lengths with which it cannot turn, or go through its stroke.
+    skeleton: its members and joints, from its record and its position where it starts; without one there is no picture, no
+        reaction and no friction. guides: the slide along which a port moves; other ports are members that turn.
+    driver: "turns" in cycles, "slides" one way along a stroke, or "either".
+    """
+
+    name: str
+    about: str
+    family: Callable[[Mechanism, Mapping[str, float]], Family]
+    parts: tuple[Part, ...] = ()
+    keys: tuple[Key, ...] = ()
+    ports: tuple[Displacement, ...] = ()
+    locks: Callable[[Mechanism], list[Fault]] | None = None
+    skeleton: Callable[[Mechanism, Any], Skeleton] | None = None
+    guides: Mapping[str, str] = MappingProxyType({})
+    driver: str = "turns"
+
+
+def has_joints(mechanism: Mechanism) -> bool:
+    """Whether a mechanism's members and joints are known, so that it has reactions and a picture."""
+    return mechanism.linkage is not None or KINDS[mechanism.type].skeleton is not None
+
+
+def build(mechanism: Mechanism, parameters: Mapping[str, float] = MappingProxyType({})) -> Family:
+    """The mechanism as a chain of velocities with positions; `parameters` (SI) are in scope of a law's expressions.
+
+    Raises `SceneError` for a mechanism that cannot turn: each fault names the length's path and the angles of the crank
+    where it locks.
+    """
+    if mechanism.type not in KINDS:
+        raise SceneError([Fault(f"{mechanism.path}.type", repr(mechanism.type), "one of " + ", ".join(KINDS))])
+    kind = KINDS[mechanism.type]
+    if kind.locks is not None and (faults := kind.locks(mechanism)):
+        raise SceneError(faults)
+    return kind.family(mechanism, parameters)
+
+
 class Position:
     """Positions at crank angle psi, lazily: an attribute is computed when first read, then kept."""
 
@@ -126,9 +236,7 @@ class Position:
         return self.ns.cos(self.psi * 0.5)
 
 
-# -- parts -------------------------------------------------------------------------------------------------------------
-
-# Parts that the chains of several families share: bodies on a fixed pivot, bodies that float, points on them.
+# -- parts that chains share -------------------------------------------------------------------------------------------
 
 
 class Line(NamedTuple):
@@ -149,6 +257,8 @@ class Parts(NamedTuple):
     weights: tuple[Weight, ...] = ()
 
 
+HERE = (0.0, 0.0)
+CRANK_PART = Part("crank", "turns about a fixed pivot; its first pin is the pivot", (length("pivot to crank pin"),), BODY)
 CRANK = Line("crank", attrgetter("psi"), attrgetter("sin"), attrgetter("cos"), lambda _: 1.0)
 
 
@@ -174,8 +284,14 @@ def carried(velocity: str, value: float, body: str) -> tuple[Mass, ...]:
     return () if value == 0 else (Mass(velocity, value, body),)
 
 
-def sliding(name: str, mass: float, direction: float, source: str = "crank") -> Parts:
+def body(mechanism: Mechanism, name: str) -> Body:
+    """A part's body; one without weight where the mechanism says nothing of it."""
+    return mechanism.bodies.get(name, Body())
+
+
+def sliding(mechanism: Mechanism, name: str, direction: float, source: str = "crank") -> Parts:
     """Body that slides along a fixed direction (rad), and has mass (kg) and weight there."""
+    mass = body(mechanism, name).mass
     weight = () if mass == 0 else (Weight(name, mass, direction, name),)
     return Parts((driven(name, False, source),), carried(name, mass, name), weight)
 
@@ -188,14 +304,10 @@ def arm(line: Line, length: float, tilt: float = 0.0) -> tuple[Term, Term]:
     """
     sine, cosine = line.sine, line.cosine
     if tilt != 0:
-        sine, cosine = _tilted(line, tilt)
+        sine, cosine = (lambda p: p.ns.sin(line.angle(p) + tilt)), (lambda p: p.ns.cos(line.angle(p) + tilt))
     along_x = Ratio(lambda p: -length * sine(p), lambda p: -length * cosine(p) * line.rate(p))
     along_y = Ratio(lambda p: length * cosine(p), lambda p: -length * sine(p) * line.rate(p))
     return Term(line.velocity, along_x), Term(line.velocity, along_y)
-
-
-def _tilted(line: Line, tilt: float) -> tuple[Callable[[Any], Any], Callable[[Any], Any]]:
-    return (lambda p: p.ns.sin(line.angle(p) + tilt)), (lambda p: p.ns.cos(line.angle(p) + tilt))
 
 
 def point(line: Line, name: str, radius: float, mass: float, body: str, tilt: float = 0.0) -> Parts:
@@ -211,25 +323,26 @@ def point(line: Line, name: str, radius: float, mass: float, body: str, tilt: fl
     return Parts(velocities, carried(name, mass, body), _weights(name, mass, body))
 
 
-def pivoted(line: Line, name: str, body: Body) -> Parts:
+def pivoted(line: Line, mechanism: Mechanism, name: str) -> Parts:
     """Body on a fixed pivot: inertia on its rotation, mass on the tangential speed of its centre of mass."""
-    inertia = Parts(masses=carried(line.velocity, body.inertia, name))
-    return joined(inertia, point(line, f"{name}.com", body.com, body.mass, name, body.com_angle))
+    part = body(mechanism, name)
+    inertia = Parts(masses=carried(line.velocity, part.inertia, name))
+    return joined(inertia, point(line, f"{name}.com", part.com, part.mass, name, part.com_angle))
 
 
-def floating(line: Line, name: str, body: Body, length: float, carrier: Line = CRANK) -> Parts:
-    """Body whose first pin is the end of a carrier's arm, `length` (m) from the carrier's fixed pivot.
+def floating(line: Line, mechanism: Mechanism, name: str, offset: float, carrier: Line = CRANK) -> Parts:
+    """Body whose first pin is the end of a carrier's arm, `offset` (m) from the carrier's fixed pivot.
 
     Its centre of mass moves as that pin does, plus its own turning about it.
     """
-    arms = [arm(carrier, length)]
-    if body.com != 0:
-        arms.append(arm(line, body.com, body.com_angle))
-    at = f"{name}.com"
+    part, at = body(mechanism, name), f"{name}.com"
+    arms = [arm(carrier, offset)]
+    if part.com != 0:
+        arms.append(arm(line, part.com, part.com_angle))
     along_x, along_y = zip(*arms, strict=True)
     velocities = Velocity(f"{at}.x", False, along_x), Velocity(f"{at}.y", False, along_y)
-    masses = tuple(chain(*(carried(v.name, body.mass, name) for v in velocities)))
-    return Parts(velocities, carried(line.velocity, body.inertia, name) + masses, _weights(at, body.mass, name))
+    masses = tuple(chain(*(carried(v.name, part.mass, name) for v in velocities)))
+    return Parts(velocities, carried(line.velocity, part.inertia, name) + masses, _weights(at, part.mass, name))
 
 
 def _weights(name: str, mass: float, body: str) -> tuple[Weight, ...]:
@@ -238,9 +351,7 @@ def _weights(name: str, mass: float, body: str) -> tuple[Weight, ...]:
     return Weight(f"{name}.x", mass, 0.0, body), Weight(f"{name}.y", mass, pi / 2, body)
 
 
-# -- limits ------------------------------------------------------------------------------------------------------------
-
-# Where a crank locks, and where it comes so near to it that cells must be short.
+# -- limits: where a crank locks, and where it comes so near to it that cells must be short --------------------------------
 
 
 TOUCH = 1e-12  # lengths that differ by less than this share are equal: "0.1 m" and "100 mm" must be
@@ -301,47 +412,12 @@ def where_cosine(value: float) -> list[float]:
 def lock_fault(path: str, length: float, expected: str, angles: Iterable[float]) -> Fault:
     """The fault of a length (m) for which the crank cannot turn, naming the angles (rad) where it locks."""
     listed = [f"{degrees(angle):.6g}" for angle in within_turn(angles)]
-    where = f"the crank locks at {_enumerated(listed)} deg" if listed else "it closes at no crank angle"
+    several = " and ".join(filter(None, (", ".join(listed[:-1]), *listed[-1:])))
+    where = f"the crank locks at {several} deg" if listed else "it closes at no crank angle"
     return Fault(path, f"{float(length):.9g} m", expected, where)
 
 
-def _enumerated(items: list[str]) -> str:
-    return " and ".join([", ".join(items[:-1]), items[-1]] if len(items) > 1 else items)
-
-
-# -- mechanisms --------------------------------------------------------------------------------------------------------
-
-# The families of mechanisms, one file each; a family's file is imported when a mechanism of its type is built.
-
-
-__all__ = ["TYPES", "build"]
-
-TYPES = ("scotch-yoke", "slider-crank", "four-bar", "crank-shaper", "toggle-clamp", "law", "linkage")
-_NO_PARAMETERS: Mapping[str, float] = MappingProxyType({})
-
-
-def build(mechanism: Mechanism, parameters: Mapping[str, float] = _NO_PARAMETERS) -> Family:
-    """The mechanism as a chain of velocities with positions; `parameters` (SI) are in scope of a law's expressions.
-
-    Raises `SceneError` for a mechanism that cannot turn: each fault names the length's path and the angles of the crank
-    where it locks.
-    """
-    if mechanism.type not in TYPES:
-        raise SceneError([Fault(f"{mechanism.path}.type", repr(mechanism.type), "one of " + ", ".join(TYPES))])
-    module = import_module(f"flywheel.mechanisms.{mechanism.type.replace('-', '_')}")
-    if mechanism.type == "law":
-        return module.family(mechanism, parameters)  # type: ignore[no-any-return]
-    if mechanism.type != "linkage" and (faults := module.faults(mechanism)):  # a linkage's own come of following it
-        raise SceneError(faults)
-    return module.family(mechanism)  # type: ignore[no-any-return]
-
-
-# -- ends --------------------------------------------------------------------------------------------------------------
-
-# The ends of a port's stroke: how far it goes, and at which angles of its mechanism it turns back.
-
-
-Array = NDArray[np.float64]
+# -- ends of a port's stroke ---------------------------------------------------------------------------------------------
 
 _FLAT = 1e-12  # of a stroke: what rounding may take back
 
@@ -422,22 +498,20 @@ def ends_of(mechanism: Mechanism, port: str, parameters: Mapping[str, float] | N
     except SwitchingError:
         found = f"{mechanism.name}.{port}, whose velocity changes sign too often to follow, as if it stood still"
         raise SceneError([Fault(mechanism.path, found, "a port that moves")]) from None
-    psi, displacement = np.array(sorted({*edges, *inner})), partial(_displacement, family, port)
+
+    def displacement(psi: Array) -> Array:
+        return np.broadcast_to(np.asarray(family.ports[port].position(family.position(psi, np)), dtype=float), psi.shape)
+
+    psi = np.array(sorted({*edges, *inner}))
     return Ends(psi, displacement(psi), period, displacement)
 
 
-def _displacement(family: Family, port: str, psi: Array) -> Array:
-    """Displacement of a port (m or rad) at coordinates psi, shape (n,)."""
-    x = np.asarray(family.ports[port].position(family.position(psi, np)), dtype=float)
-    return np.broadcast_to(x, psi.shape)
-
-
 def _span(mechanism: Mechanism, family: Family) -> tuple[list[float], float | None]:
-    """Edges between which a mechanism's positions are smooth, over its stroke or until it repeats."""
+    """Edges between which a mechanism's positions are smooth, over its stroke or until it repeats, and that period."""
     if mechanism.stroke is not None:
         first, last = mechanism.stroke
         return sorted({first, last, *(edge for edge in family.breakpoints if first < edge < last)}), None
-    span = mechanism.travel if mechanism.type == "linkage" else mechanism.period
+    span = mechanism.travel if mechanism.linkage is not None else mechanism.period
     turns = range(max(round(span / mechanism.period), 1))
     edges = {edge + turn * mechanism.period for edge in family.breakpoints for turn in turns}
     return sorted({0.0, span, *(edge for edge in edges if 0.0 < edge < span)}), span

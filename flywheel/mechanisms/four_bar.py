@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from functools import cached_property, partial
 from math import atan2, pi, sqrt
 from operator import attrgetter
@@ -9,10 +10,18 @@ from typing import Any, NamedTuple
 
 from flywheel.mechanisms.families import (
     CRANK,
+    CRANK_PART,
+    HERE,
+    Displacement,
     Family,
+    Kind,
+    Member,
+    Part,
     Parts,
+    Pin,
     Port,
     Position,
+    Skeleton,
     above_one,
     driven,
     exceeds,
@@ -27,7 +36,8 @@ from flywheel.mechanisms.families import (
     within_turn,
 )
 from flywheel.numerics.faults import Fault
-from flywheel.scene.scene import Body, Mechanism
+from flywheel.scene.keys import BODY, Key, length
+from flywheel.scene.scene import Mechanism
 
 
 class Bars(NamedTuple):
@@ -192,16 +202,15 @@ def _bars(mechanism: Mechanism) -> Bars:
     return Bars(ground, crank, coupler, rocker, -1 if mechanism.assembly == "crossed" else 1)
 
 
-def family(mechanism: Mechanism) -> Family:
+def family(mechanism: Mechanism, _: Mapping[str, float]) -> Family:
     """Chain of a four-bar: coupler and rocker each straight from the crank, the coupler's mass at its centre."""
     bars = _bars(mechanism)
-    bodies = {name: mechanism.bodies.get(name, Body()) for name in ("crank", "coupler", "rocker")}
     parts = joined(
-        pivoted(CRANK, "crank", bodies["crank"]),
+        pivoted(CRANK, mechanism, "crank"),
         point(CRANK, "crank.pin", bars.crank, 0.0, "crank"),
         Parts((driven("coupler", True), driven("rocker", True))),
-        floating(line("coupler"), "coupler", bodies["coupler"], bars.crank),
-        pivoted(line("rocker"), "rocker", bodies["rocker"]),
+        floating(line("coupler"), mechanism, "coupler", bars.crank),
+        pivoted(line("rocker"), mechanism, "rocker"),
         point(line("rocker"), "rocker.pin", bars.rocker, 0.0, "rocker"),
     )
     returns = bool(bars.ground > bars.crank)  # otherwise a drag-link: all bars turn with the crank
@@ -237,25 +246,70 @@ def _breakpoints(bars: Bars) -> tuple[float, ...]:
     return within_turn(graded(0.0, near) + graded(pi, far))
 
 
-def faults(mechanism: Mechanism) -> list[Fault]:
-    """The crank turns fully only if |c - L| < |d - r| and d + r < c + L; it locks where D leaves that range."""
-    bars = _bars(mechanism)
+def locks(mechanism: Mechanism) -> list[Fault]:
+    """The crank turns fully only if |c - L| < |d - r| and d + r < c + L; it locks where D leaves that range.
+
+    The fault names the bar to change, its length, and the lengths with which the crank would turn.
+    """
+    bars, path = _bars(mechanism), mechanism.path
     ground, crank, coupler, rocker, _ = bars
-    slack = abs(ground - crank)
+    slack, shorter = abs(ground - crank), min(ground, crank)
     if exceeds(coupler + rocker, ground + crank) and exceeds(slack + min(coupler, rocker), max(coupler, rocker)):
         return []
     cosines = _cosine(bars, coupler - rocker), _cosine(bars, coupler + rocker)
     angles = [angle for cosine in cosines for angle in where_cosine(cosine)]
-    return [lock_fault(*_culprit(mechanism.path, bars), angles)]
-
-
-def _culprit(path: str, bars: Bars) -> tuple[str, float, str]:
-    """The bar to change, its length, and the lengths with which the crank would turn."""
-    ground, crank, coupler, rocker, _ = bars
-    slack = abs(ground - crank)
     if not exceeds(ground, crank) and not exceeds(crank, ground):
-        return f"{path}.crank.length", crank, f"a length other than ground.length = {float(ground):.9g} m"
-    if not exceeds(rocker, min(ground, crank)):
-        return f"{path}.rocker.length", rocker, f"more than {float(min(ground, crank)):.9g} m"
+        expected = f"a length other than ground.length = {float(ground):.9g} m"
+        return [lock_fault(f"{path}.crank.length", crank, expected, angles)]
+    if not exceeds(rocker, shorter):
+        return [lock_fault(f"{path}.rocker.length", rocker, f"more than {float(shorter):.9g} m", angles)]
     least = max(ground + crank - rocker, rocker - slack)
-    return f"{path}.coupler.length", coupler, f"between {float(least):.9g} and {float(rocker + slack):.9g} m"
+    expected = f"between {float(least):.9g} and {float(rocker + slack):.9g} m"
+    return [lock_fault(f"{path}.coupler.length", coupler, expected, angles)]
+
+
+def skeleton(mechanism: Mechanism, position: FourBarPosition) -> Skeleton:
+    """Coupler from the crank's pin, rocker from its pivot; the side of their joint is that of the assembly."""
+    bars = _bars(mechanism)
+    members = {
+        "frame": Member({"pivot": HERE, "rocker_pivot": (bars.ground, 0.0)}),
+        "crank": Member({"pivot": HERE, "crank_pin": (bars.crank, 0.0)}),
+        "coupler": Member({"crank_pin": HERE, "rocker_pin": (bars.coupler, 0.0)}, position.coupler),
+        "rocker": Member({"rocker_pivot": HERE, "rocker_pin": (bars.rocker, 0.0)}, position.rocker),
+    }
+    joints = (
+        Pin("pivot", "frame", "crank"),
+        Pin("crank_pin", "crank", "coupler"),
+        Pin("rocker_pin", "coupler", "rocker"),
+        Pin("rocker_pivot", "frame", "rocker"),
+    )
+    side = ("coupler", "rocker_pin"), ("crank", "crank_pin"), ("frame", "rocker_pivot"), bars.side
+    return Skeleton(members, joints, (side,))
+
+
+KIND = Kind(
+    "four-bar",
+    "a crank and a rocker on fixed pivots, joined by a coupler",
+    family,
+    (
+        Part("ground", "the frame", (length("crank pivot to rocker pivot, along +x"),)),
+        CRANK_PART,
+        Part("coupler", "from the crank pin (its first pin) to the rocker", (length("between its pins"),), BODY),
+        Part("rocker", "turns about a fixed pivot, its first pin", (length("pivot to coupler pin"),), BODY),
+    ),
+    (
+        Key(
+            "assembly",
+            "choice",
+            "side of the line crank pin - rocker pivot where the coupler-rocker pin lies: open left, crossed right",
+            "open",
+            choices=("open", "crossed"),
+        ),
+    ),
+    (
+        Displacement("coupler", True, "angle from +x of the line from the crank pin to the rocker pin"),
+        Displacement("rocker", True, "angle from +x of the line from the rocker's pivot to its pin"),
+    ),
+    locks,
+    skeleton,
+)

@@ -9,11 +9,12 @@ from typing import Any, NamedTuple, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from flywheel.mechanisms.families import Family, Mass, Port, Ratio, Term, Velocity
+from flywheel.mechanisms.families import Family, Kind, Mass, Port, Ratio, Term, Velocity
 from flywheel.numerics.expressions import Expression
 from flywheel.numerics.faults import Fault, SceneError
 from flywheel.numerics.intervals import Interval, SwitchingError, breakpoints, resolved
 from flywheel.numerics.jets import Jet, jet_namespace
+from flywheel.scene.keys import Key
 from flywheel.scene.scene import Mechanism, Output, Table
 
 Array = NDArray[np.float64]
@@ -305,3 +306,11 @@ def _kinks(output: Output, survey: Survey, path: str) -> tuple[float, ...]:
 
 def _degrees(angle: float) -> str:
     return f"{np.degrees(angle):.6g} deg"
+
+
+KIND = Kind(
+    "law",
+    "outputs whose position is given as a function of the crank's angle",
+    family,
+    keys=(Key("outputs", "tables", "one table per output, each of them a port", required=True),),
+)

@@ -8,7 +8,7 @@ a flat share of 1e-12, not proven.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from functools import cached_property, partial
 from math import tau
 from typing import Any, NamedTuple
@@ -16,12 +16,13 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from flywheel.mechanisms.families import Family, Mass, Port, Ratio, Term, Velocity, Weight
+from flywheel.mechanisms.families import Family, Kind, Mass, Port, Ratio, Term, Velocity, Weight
 from flywheel.mechanisms.linkages.equations import Form, Loops, inverse
 from flywheel.mechanisms.linkages.poses import WINDOW
 from flywheel.mechanisms.linkages.positions import Solution, solve
 from flywheel.numerics.faults import Fault, SceneError
 from flywheel.numerics.intervals import Interval
+from flywheel.scene.keys import Key
 from flywheel.scene.linkage import SLIDE, SLOT, Linkage
 from flywheel.scene.scene import Mechanism
 
@@ -271,7 +272,7 @@ _STEPS_A_CELL = 8.0
 _NOT_CRANK = "a body called crank that does not turn with the driver"
 
 
-def family(mechanism: Mechanism) -> Family:
+def family(mechanism: Mechanism, _: Mapping[str, float]) -> Family:
     """Chain of a linkage: each unknown straight from the crank, centres of mass and ports by arms from these.
 
     Raises:
@@ -535,3 +536,20 @@ def _root(phase: Callable[[Array], Array], whole: float, a: float, b: float) -> 
 
     low, high = function(a), function(b)
     return a if low == 0.0 or low * high > 0.0 else b if high == 0.0 else float(brentq(function, a, b, xtol=1e-15))
+
+
+KIND = Kind(
+    "linkage",
+    "bodies, joints and couplings of any plane linkage",
+    family,
+    keys=(
+        Key("driver", "text", "name of the pin or slide that drives", required=True, missing='give a joint, such as "O"'),
+        Key("start", "angle | length", "the driver's coordinate at which guesses and assembly hold", 0.0),
+        Key("assembly", "list", "an array of tables: sides on which points lie where the driver stands at start"),
+        Key("bodies", "tables", "one table per body; `frame` is the fixed one", required=True),
+        Key("joints", "list", "an array [[mechanism.joints]], one table per joint", required=True),
+        Key("couplings", "list", "an array [[mechanism.couplings]]: gear and rolling pairs, cams"),
+        Key("ports", "tables", "ports at points of bodies"),
+    ),
+    driver="either",
+)

@@ -2,14 +2,35 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from functools import cached_property, partial
-from math import pi
+from math import pi, sin
 from operator import attrgetter
 from typing import Any
 
-from flywheel.mechanisms.families import CRANK, Family, Port, Position, joined, pivoted, point, sliding, within_turn
-from flywheel.numerics.faults import Fault
-from flywheel.scene.scene import Body, Mechanism
+from flywheel.mechanisms.families import (
+    CRANK,
+    CRANK_PART,
+    HERE,
+    Displacement,
+    Family,
+    Kind,
+    Member,
+    Part,
+    Pin,
+    Port,
+    Position,
+    Skeleton,
+    Slide,
+    body,
+    joined,
+    pivoted,
+    point,
+    sliding,
+    within_turn,
+)
+from flywheel.scene.keys import POINT, Key
+from flywheel.scene.scene import Mechanism
 
 
 class YokePosition(Position):
@@ -36,20 +57,47 @@ class YokePosition(Position):
         return -self.yoke
 
 
-def family(mechanism: Mechanism) -> Family:
+def family(mechanism: Mechanism, _: Mapping[str, float]) -> Family:
     """Chain of a scotch yoke: the block sits at the crank's pin, the yoke moves along `yoke.direction`."""
     crank = mechanism.geometry["crank.length"]
     direction = mechanism.geometry.get("yoke.direction", 0.0)
-    bodies = {name: mechanism.bodies.get(name, Body()) for name in ("crank", "block", "yoke")}
     parts = joined(
-        pivoted(CRANK, "crank", bodies["crank"]),
-        point(CRANK, "crank.pin", crank, bodies["block"].mass, "block"),
-        sliding("yoke", bodies["yoke"].mass, direction),
+        pivoted(CRANK, mechanism, "crank"),
+        point(CRANK, "crank.pin", crank, body(mechanism, "block").mass, "block"),
+        sliding(mechanism, "yoke", direction),
     )
     ports = {"yoke": Port("yoke", attrgetter("yoke"), dead_centres=within_turn((direction, direction + pi)))}
     return Family(*parts, ports, partial(YokePosition, crank, direction))
 
 
-def faults(mechanism: Mechanism) -> list[Fault]:
-    """None: a scotch yoke turns whatever its crank."""
-    return []
+def skeleton(mechanism: Mechanism, position: YokePosition) -> Skeleton:
+    """The yoke's own origin, in its slot, moves along `yoke.direction` through the pivot."""
+    radius, direction = mechanism.geometry["crank.length"], mechanism.geometry.get("yoke.direction", 0.0)
+    members = {
+        "frame": Member({"pivot": HERE, "guide": HERE}),
+        "crank": Member({"pivot": HERE, "crank_pin": (radius, 0.0)}),
+        "block": Member({"crank_pin": HERE, "slot": HERE}),
+        "yoke": Member({"guide": HERE, "slot": HERE}),
+    }
+    joints = (
+        Pin("pivot", "frame", "crank"),
+        Pin("crank_pin", "crank", "block"),
+        Slide("slot", "yoke", "block", direction + pi / 2, radius * sin(position.psi - direction)),
+        Slide("guide", "frame", "yoke", direction, position.yoke),
+    )
+    return Skeleton(members, joints)
+
+
+KIND = Kind(
+    "scotch-yoke",
+    "a crank pin slides in a slot of a yoke that moves along a straight line",
+    family,
+    (
+        CRANK_PART,
+        Part("yoke", "moves along a line", (Key("direction", "angle", "of its travel, from +x", 0.0),), POINT),
+        Part("block", "mass at the crank pin", (), POINT),
+    ),
+    ports=(Displacement("yoke", False, "x = R cos(phi - direction), positive along direction"),),
+    skeleton=skeleton,
+    guides={"yoke": "guide"},
+)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from functools import cached_property, partial
 from math import atan2, pi, sqrt
 from operator import attrgetter
@@ -9,10 +10,19 @@ from typing import Any
 
 from flywheel.mechanisms.families import (
     CRANK,
+    CRANK_PART,
+    HERE,
+    Displacement,
     Family,
+    Kind,
+    Member,
+    Part,
     Parts,
+    Pin,
     Port,
     Position,
+    Skeleton,
+    Slide,
     above_one,
     driven,
     exceeds,
@@ -28,7 +38,8 @@ from flywheel.mechanisms.families import (
     within_turn,
 )
 from flywheel.numerics.faults import Fault
-from flywheel.scene.scene import Body, Mechanism
+from flywheel.scene.keys import BODY, POINT, Key, length
+from flywheel.scene.scene import Mechanism
 
 
 class SliderPosition(Position):
@@ -116,16 +127,15 @@ def _lengths(mechanism: Mechanism) -> tuple[float, float, float]:
     return geometry["crank.length"], geometry["rod.length"], geometry.get("slider.offset", 0.0)
 
 
-def family(mechanism: Mechanism) -> Family:
+def family(mechanism: Mechanism, _: Mapping[str, float]) -> Family:
     """Chain of a slider-crank: rod and slider each straight from the crank, the rod's mass at its centre."""
-    lengths = crank, _, _ = _lengths(mechanism)
-    bodies = {name: mechanism.bodies.get(name, Body()) for name in ("crank", "rod", "slider")}
+    lengths = _lengths(mechanism)
     parts = joined(
-        pivoted(CRANK, "crank", bodies["crank"]),
-        point(CRANK, "crank.pin", crank, 0.0, "crank"),
+        pivoted(CRANK, mechanism, "crank"),
+        point(CRANK, "crank.pin", lengths[0], 0.0, "crank"),
         Parts((driven("rod", True),)),
-        floating(line("rod"), "rod", bodies["rod"], crank),
-        sliding("slider", bodies["slider"].mass, 0.0),
+        floating(line("rod"), mechanism, "rod", lengths[0]),
+        sliding(mechanism, "slider", 0.0),
     )
     ports = {
         "slider": Port("slider", attrgetter("slider"), dead_centres=_dead_centres(*lengths)),
@@ -147,7 +157,7 @@ def _breakpoints(r: float, rod: float, e: float) -> tuple[float, ...]:
     return within_turn(graded(pi / 2, up) + graded(-pi / 2, down))
 
 
-def faults(mechanism: Mechanism) -> list[Fault]:
+def locks(mechanism: Mechanism) -> list[Fault]:
     """A rod that is not longer than crank + |offset| locks the crank where |r sin psi - e| = l."""
     r, rod, e = _lengths(mechanism)
     most = r + abs(e)
@@ -156,3 +166,45 @@ def faults(mechanism: Mechanism) -> list[Fault]:
     angles = where_sine((e + rod) / r) + where_sine((e - rod) / r)
     expected = f"a rod longer than crank + |offset| = {float(most):.9g} m"
     return [lock_fault(f"{mechanism.path}.rod.length", rod, expected, angles)]
+
+
+def skeleton(mechanism: Mechanism, position: SliderPosition) -> Skeleton:
+    """The slider's own origin, at the rod's pin, moves along the line y = offset."""
+    crank, rod, offset = _lengths(mechanism)
+    members = {
+        "frame": Member({"pivot": HERE, "guide": (0.0, offset)}),
+        "crank": Member({"pivot": HERE, "crank_pin": (crank, 0.0)}),
+        "rod": Member({"crank_pin": HERE, "slider_pin": (rod, 0.0)}, position.rod),
+        "slider": Member({"slider_pin": HERE, "guide": HERE}),
+    }
+    joints = (
+        Pin("pivot", "frame", "crank"),
+        Pin("crank_pin", "crank", "rod"),
+        Pin("slider_pin", "rod", "slider"),
+        Slide("guide", "frame", "slider", at=position.slider),
+    )
+    return Skeleton(members, joints)
+
+
+KIND = Kind(
+    "slider-crank",
+    "a crank drives a slider along a straight line through a rod",
+    family,
+    (
+        CRANK_PART,
+        Part("rod", "from the crank pin (its first pin) to the slider", (length("crank pin to slider pin"),), BODY),
+        Part(
+            "slider",
+            "moves along the line y = offset",
+            (Key("offset", "length", "y of its line of travel", 0.0),),
+            POINT,
+        ),
+    ),
+    ports=(
+        Displacement("slider", False, "x = r cos phi + sqrt(l^2 - (r sin phi - e)^2), positive along +x"),
+        Displacement("rod", True, "angle of the rod from +x"),
+    ),
+    locks=locks,
+    skeleton=skeleton,
+    guides={"slider": "guide"},
+)

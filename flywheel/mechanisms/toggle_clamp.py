@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import replace
 from functools import cached_property, partial
 from itertools import chain
@@ -13,16 +13,25 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from flywheel.mechanisms.families import (
+    HERE,
     TOUCH,
+    Displacement,
     Family,
+    Kind,
     Line,
+    Member,
+    Part,
     Parts,
+    Pin,
     Port,
     Position,
+    Skeleton,
+    Slide,
     Term,
     Velocity,
     Weight,
     above_one,
+    body,
     carried,
     driven,
     exceeds,
@@ -34,7 +43,8 @@ from flywheel.mechanisms.families import (
     sliding,
 )
 from flywheel.numerics.faults import Fault
-from flywheel.scene.scene import Body, Mechanism
+from flywheel.scene.keys import BODY, POINT, Key, length
+from flywheel.scene.scene import Mechanism
 
 Stroke = tuple[float, float]
 
@@ -352,28 +362,23 @@ CLAMP = Line("bell_crank", *map(attrgetter, ("clamp", "clamp_sin", "clamp_cos", 
 ROD = line("rod")._replace(rate=attrgetter("rod_turn"))
 
 
-def family(mechanism: Mechanism) -> Family:
+def family(mechanism: Mechanism, _: Mapping[str, float]) -> Family:
     """Chain of a toggle clamp: block -> bell crank -> rod and platen; the coupler straight from the block."""
-    lengths = bars(mechanism)
-    bodies = {name: mechanism.bodies.get(name, Body()) for name in ("block", "bell_crank", "coupler", "rod", "platen")}
+    lengths, mass = bars(mechanism), body(mechanism, "block").mass
+    weight = () if mass == 0 else (Weight("block", mass, pi, "block"),)
     parts = joined(
-        _block(bodies["block"].mass),
+        Parts((Velocity("block", False, (Term("crank", 1.0),)),), carried("block", mass, "block"), weight),
         Parts((driven("bell_crank", True), driven("coupler", True), driven("rod", True, "bell_crank"))),
-        pivoted(CLAMP, "bell_crank", bodies["bell_crank"]),
-        floating(line("coupler"), "coupler", bodies["coupler"], lengths.drive, DRIVE),
-        floating(ROD, "rod", bodies["rod"], lengths.clamp, CLAMP),
-        sliding("platen", bodies["platen"].mass, 0.0, "bell_crank"),
+        pivoted(CLAMP, mechanism, "bell_crank"),
+        floating(line("coupler"), mechanism, "coupler", lengths.drive, DRIVE),
+        floating(ROD, mechanism, "rod", lengths.clamp, CLAMP),
+        sliding(mechanism, "platen", 0.0, "bell_crank"),
     )
     ports = {name: Port(name, attrgetter(name)) for name in ("block", "platen", "bell_crank", "coupler", "rod")}
     return Family(*parts, ports, partial(TogglePosition, lengths), breakpoints(rounded(mechanism), mechanism.stroke))
 
 
-def _block(mass: float) -> Parts:
-    weight = () if mass == 0 else (Weight("block", mass, pi, "block"),)
-    return Parts((Velocity("block", False, (Term("crank", 1.0),)),), carried("block", mass, "block"), weight)
-
-
-def faults(mechanism: Mechanism) -> list[Fault]:
+def locks(mechanism: Mechanism) -> list[Fault]:
     """A clamp that cannot go through its stroke: it names the length to change and the displacements where it locks."""
     if mechanism.stroke is None:
         advice = "its block goes one way: add [stroke] with from, to and speed"
@@ -381,3 +386,81 @@ def faults(mechanism: Mechanism) -> list[Fault]:
     lengths, start = rounded(mechanism), min(mechanism.stroke)
     found = coupler_faults(lengths, mechanism.stroke, mechanism.path)
     return found or rod_faults(lengths, mechanism.stroke, mechanism.path, TogglePosition(lengths, start, np).height)
+
+
+def skeleton(mechanism: Mechanism, position: TogglePosition) -> Skeleton:
+    """The bell crank's own x axis runs to the coupler's pin; its centre of mass counts from the clamp arm."""
+    lengths = bars(mechanism)
+    tilt = lengths.angle + pi
+    members = {
+        "frame": Member({"pivot": HERE, "block_guide": (0.0, lengths.height), "platen_guide": HERE}),
+        "block": Member({"block_guide": HERE, "block_pin": HERE}),
+        "coupler": Member({"coupler_pin": HERE, "block_pin": (lengths.coupler, 0.0)}, position.coupler),
+        "bell_crank": Member(
+            {
+                "pivot": HERE,
+                "coupler_pin": (lengths.drive, 0.0),
+                "rod_pin": (lengths.clamp * cos(tilt), lengths.clamp * sin(tilt)),
+            },
+            position.bell_crank,
+            tilt,
+        ),
+        "rod": Member({"rod_pin": HERE, "platen_pin": (lengths.rod, 0.0)}, position.rod),
+        "platen": Member({"platen_pin": HERE, "platen_guide": HERE}),
+    }
+    joints = (
+        Slide("block_guide", "frame", "block", pi),
+        Pin("block_pin", "block", "coupler"),
+        Pin("coupler_pin", "coupler", "bell_crank"),
+        Pin("pivot", "frame", "bell_crank"),
+        Pin("rod_pin", "bell_crank", "rod"),
+        Pin("platen_pin", "rod", "platen"),
+        Slide("platen_guide", "frame", "platen", at=position.platen),
+    )
+    side = ("bell_crank", "coupler_pin"), ("frame", "pivot"), ("block", "block_pin"), lengths.side
+    return Skeleton(members, joints, (side,))
+
+
+KIND = Kind(
+    "toggle-clamp",
+    "a sliding block swings a bell crank through a coupler; a rod from the bell crank pushes a platen straight",
+    family,
+    (
+        Part("frame", "the frame", (length("block's line above the pivot", "height"),)),
+        Part("block", "drives: it slides along the line y = frame.height, and has the coupler's pin", (), POINT),
+        Part(
+            "bell_crank",
+            "turns about a fixed pivot, its first pin; its line runs to the rod's pin",
+            (
+                length("pivot to coupler pin", "drive_length"),
+                length("pivot to rod pin", "clamp_length"),
+                Key("angle", "angle", "from the drive arm's extension beyond the pivot to the clamp arm", required=True),
+            ),
+            BODY,
+        ),
+        Part("coupler", "from the bell crank (its first pin) to the block", (length("between its pins"),), BODY),
+        Part("rod", "from the bell crank (its first pin) to the platen", (length("between its pins"),), BODY),
+        Part("platen", "moves along the line y = 0, which passes through the pivot", (), POINT),
+    ),
+    (
+        Key(
+            "assembly",
+            "choice",
+            "side of the line pivot - block where the coupler's other pin lies: open left, crossed right; behind: the "
+            "platen lies behind the rod's other pin",
+            "open",
+            choices=("open", "crossed", "open-behind", "crossed-behind"),
+        ),
+    ),
+    (
+        Displacement("block", False, "displacement of the block along -x, from above the pivot"),
+        Displacement("platen", False, "displacement of the platen along +x, from the pivot"),
+        Displacement("bell_crank", True, "angle from +x of the line from the pivot to the coupler pin"),
+        Displacement("coupler", True, "angle from +x of the line from the bell crank to the block"),
+        Displacement("rod", True, "angle from +x of the line from the bell crank to the platen"),
+    ),
+    locks,
+    skeleton,
+    {"block": "block_guide", "platen": "platen_guide"},
+    driver="slides",
+)

@@ -13,6 +13,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from flywheel.mechanisms.families import has_joints
 from flywheel.mechanisms.linkages.poses import Poses
 from flywheel.mechanisms.linkages.positions import Solution, solve
 from flywheel.numerics.faults import Fault, SceneError, nearest
@@ -657,7 +658,7 @@ class View:
 
 
 def views(scene: Scene, points: Sequence[str] = ()) -> tuple[View, ...]:
-    """Every mechanism of a scene but its laws, which have no bodies to draw.
+    """Every mechanism of a scene but those without joints, such as laws, which have no bodies to draw.
 
     `points` are the names of joints or points whose paths are wanted, all if none is given.
     A name is that of a joint (`B`), a point of a body (`rod.P`), or a point's own name where only one has it; with several
@@ -670,11 +671,11 @@ def views(scene: Scene, points: Sequence[str] = ()) -> tuple[View, ...]:
     if not scene.mechanisms:
         found = "a diagram of areas" if scene.areas is not None else "a scene without any"
         raise SceneError([Fault("mechanism", found, "a mechanism to draw")])
-    laws = laws_of(scene)
-    if len(laws) == len(scene.mechanisms):
+    bare = undrawn(scene)
+    if len(bare) == len(scene.mechanisms):
         wanted, advice = "a mechanism with bodies, to draw", "write it as a linkage"
-        raise SceneError([Fault(f"{law.path}.type", '"law", which has no bodies', wanted, advice) for law in laws])
-    found_views = [_view(scene, mechanism) for mechanism in scene.mechanisms if mechanism.type != "law"]
+        raise SceneError([Fault(f"{m.path}.type", f'"{m.type}", which has no bodies', wanted, advice) for m in bare])
+    found_views = [_view(scene, mechanism) for mechanism in scene.mechanisms if has_joints(mechanism)]
     if not points:
         return tuple(found_views)
     chosen: list[list[str]] = [[] for _ in found_views]
@@ -690,16 +691,17 @@ def views(scene: Scene, points: Sequence[str] = ()) -> tuple[View, ...]:
     return tuple(_with_points(view, names) for view, names in zip(found_views, chosen, strict=True))
 
 
-def laws_of(scene: Scene) -> list[Mechanism]:
-    """The mechanisms that have no bodies and so no picture."""
-    return [mechanism for mechanism in scene.mechanisms if mechanism.type == "law"]
+def undrawn(scene: Scene) -> list[Mechanism]:
+    """The mechanisms that have no bodies and so no picture: laws, and families without a skeleton."""
+    return [mechanism for mechanism in scene.mechanisms if not has_joints(mechanism)]
 
 
 def headline(scene: Scene) -> str:
     """The title of a picture: the scene's, or its file's name; what could not be drawn is named."""
     title = scene.title or (scene.file.stem if scene.file is not None else "")
-    laws = ", ".join(mechanism.name for mechanism in laws_of(scene))
-    return f"{title} (not drawn: {laws}, a law without bodies)".strip() if laws else title
+    bare = undrawn(scene)
+    names, types = ", ".join(m.name for m in bare), ", ".join(dict.fromkeys(m.type for m in bare))
+    return f"{title} (not drawn: {names}, a {types} without bodies)".strip() if bare else title
 
 
 def positions(scene: Scene) -> tuple[float, ...]:

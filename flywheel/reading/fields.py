@@ -10,9 +10,11 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from flywheel.mechanisms import KINDS
 from flywheel.numerics.faults import Fault, mean, nearest, quote, show
 from flywheel.numerics.units import DIMENSIONS, QuantityError, parse_quantity, split_quantity
-from flywheel.reading.schema import GD2, KINDS, MOST_TABLES, NAME_PATTERN, SECTIONS, TOP, TURN, Key, Section
+from flywheel.reading.schema import GD2, MOST_TABLES, NAME_PATTERN, SECTIONS, TOP, TURN, Section
+from flywheel.scene.keys import Key
 from flywheel.scene.scene import Mechanism, Stroke
 
 Fields = dict[str, Any]

@@ -11,6 +11,7 @@ import math
 from collections.abc import Iterable
 from typing import Any
 
+from flywheel.mechanisms import KINDS
 from flywheel.numerics.units import DIMENSIONS
 from flywheel.reading.schema import (
     AREAS_EXCLUDE,
@@ -21,7 +22,6 @@ from flywheel.reading.schema import (
     FRAME_BODY,
     JOINT,
     JOINT_KEYS,
-    KINDS,
     LINK,
     LOAD_MODELS,
     MECHANISM,
@@ -38,11 +38,10 @@ from flywheel.reading.schema import (
     TOP,
     WHEEL_KEYS,
     Even,
-    Key,
-    Range,
     Section,
     keys_for,
 )
+from flywheel.scene.keys import Key, Range
 
 Schema = dict[str, Any]
 

@@ -33,11 +33,11 @@ from flywheel.reading.schema import (
     POINT_PORT,
     SIDE,
     TURN,
-    Key,
     keys_for,
     misplaced,
 )
 from flywheel.reading.tables import fitted, read_law
+from flywheel.scene.keys import Key
 from flywheel.scene.linkage import (
     CAM,
     FIXED,

@@ -24,8 +24,9 @@ from flywheel.reading.fields import (
     read_quantity,
     read_typed,
 )
-from flywheel.reading.schema import LOAD_MODELS, MOST_ROWS, TYPE, Key
+from flywheel.reading.schema import LOAD_MODELS, MOST_ROWS, TYPE
 from flywheel.reading.tables import listed_numbers, read_table
+from flywheel.scene.keys import Key
 from flywheel.scene.scene import Mechanism, Table
 
 

@@ -27,8 +27,9 @@ from flywheel.reading.fields import (
     read_quantity,
     whole,
 )
-from flywheel.reading.schema import MOST_TABLES, MOST_TURNS, SECTIONS, Key
+from flywheel.reading.schema import MOST_TABLES, MOST_TURNS, SECTIONS
 from flywheel.reading.tables import TOLERANCE, fit_period, fit_stroke, fit_window, read_effort, read_table
+from flywheel.scene.keys import Key
 from flywheel.scene.scene import Damper, Inertia, Law, Load, Spring, Stroke, Table
 
 _SAME = 1e-12  # share of a period within which two angles are one

@@ -9,7 +9,9 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from flywheel.mechanisms import KINDS
 from flywheel.mechanisms import families as mechanisms
+from flywheel.mechanisms.families import Kind, Part
 from flywheel.numerics.faults import SceneError, mean, quote, show, told
 from flywheel.numerics.units import QuantityError, parse_quantity
 from flywheel.reading.fields import (
@@ -29,24 +31,19 @@ from flywheel.reading.fields import (
     whole,
 )
 from flywheel.reading.schema import (
-    KINDS,
     MECHANISM,
     MOST_MECHANISMS,
     MOST_TURNS,
     OUTPUT,
     SECTIONS,
     STROKE_EXCLUDE,
-    STROKE_TYPES,
     TURN,
-    Key,
-    Kind,
-    Part,
 )
 from flywheel.reading.tables import fitted, read_law, repeats
+from flywheel.scene.keys import Key
 from flywheel.scene.scene import Body, Mechanism, Output, Stroke, Table
 
 _SHORTEST = 1e-9  # of a stroke, as a share of the coordinates at its ends
-_TOGGLE = "toggle-clamp"
 
 
 def read_stroke(raw: Mapping[str, Any], faults: Faults) -> Stroke | None:
@@ -76,10 +73,12 @@ def driver_slides(raw: Mapping[str, Any]) -> bool | None:
     """
     tables = _mechanisms(raw)
     table = tables[0] if len(tables) == 1 else None
-    if not isinstance(table, Mapping) or not isinstance(table.get("type"), str | None):
+    kind = table.get("type", "") if isinstance(table, Mapping) else None
+    if not isinstance(table, Mapping) or not isinstance(kind, str):
         return None
-    if table.get("type") != "linkage":
-        return table.get("type") == _TOGGLE
+    driver = KINDS[kind].driver if kind in KINDS else "turns"
+    if driver != "either":
+        return driver == "slides"
     joints = [joint for joint in items(table.get("joints")) or [] if isinstance(joint, Mapping)]
     kinds = [joint.get("type") for joint in joints if _same(joint.get("name"), table.get("driver"))]
     return kinds[0] == "slide" if kinds and isinstance(kinds[0], str) and kinds[0] in ("slide", "pin") else None
@@ -148,8 +147,8 @@ def _check_beside(raw: Mapping[str, Any], faults: Faults) -> None:
 
 def _check_mechanism(table: Mapping[str, Any], path: str, faults: Faults) -> None:
     kind = table.get("type")
-    if isinstance(kind, str) and kind in KINDS and kind not in STROKE_TYPES:
-        expected = " or ".join(f'"{name}"' for name in STROKE_TYPES)
+    if isinstance(kind, str) and kind in KINDS and KINDS[kind].driver == "turns":
+        expected = " or ".join(f'"{name}"' for name, known in KINDS.items() if known.driver != "turns")
         advice = "for a crank that turns in cycles give [regime] and [flywheel] instead of [stroke]"
         faults.add(f"{path}.type", f"{show(kind)} beside [stroke]", expected, advice)
     for name in ("phase", "shaft"):

@@ -36,8 +36,9 @@ from flywheel.reading.fields import (
 )
 from flywheel.reading.loads import read_dampers, read_drive, read_inertias, read_loads, read_springs
 from flywheel.reading.mechanisms import check_known, check_shafts, read_mechanisms, read_stroke
-from flywheel.reading.schema import AREAS_EXCLUDE, MATERIAL_KEYS, SECTIONS, TOP, TURN, WHEEL_KEYS, Key
+from flywheel.reading.schema import AREAS_EXCLUDE, MATERIAL_KEYS, SECTIONS, TOP, TURN, WHEEL_KEYS
 from flywheel.reading.tables import is_utf16, numbers
+from flywheel.scene.keys import Key
 from flywheel.scene.scene import Areas, Compliance, Mechanism, Scene, Stroke
 
 PATH = "flywheel"

@@ -14,7 +14,9 @@ from flywheel.components.gas_forces import ATMOSPHERE
 from flywheel.components.load_models import CONSTANT, FORCE_SHAPES
 from flywheel.components.wheel_stresses import FEWEST, MATERIALS, MOST
 from flywheel.components.wheels import METHODS, SPEEDS, WHEEL_SHAPES
+from flywheel.mechanisms import KINDS
 from flywheel.scene.accuracy import RTOL
+from flywheel.scene.keys import MASS, NOT_NEGATIVE, OWN_INERTIA, POSITIVE, Key, Range
 
 TURN = 2 * math.pi
 NAME_PATTERN = r"[^\W\d][\w-]*"
@@ -26,60 +28,6 @@ MOST_MECHANISMS = 100
 """How many mechanisms a machine, and how many outputs a law, may have."""
 MOST_TURNS = 1000
 """How many turns a mechanism, and how many repetitions a load, may make in a cycle."""
-
-
-_TINIEST = 1e-50  # what is above 0 is at least this: squares and products of less leave the floating-point range
-
-
-class Range(NamedTuple):
-    """The values a key may take, from `low` to `high`; an end may be left out of the range."""
-
-    low: float = -math.inf
-    high: float = math.inf
-    low_open: bool = False
-    high_open: bool = False
-
-    def __contains__(self, value: object) -> bool:
-        if not isinstance(value, (int, float)):
-            return False
-        if self.low_open and self.low == 0.0 and value < _TINIEST:
-            return False
-        above = value > self.low if self.low_open else value >= self.low
-        return above and (value < self.high if self.high_open else value <= self.high)
-
-    def __str__(self) -> str:
-        low = f"{'above' if self.low_open else 'at least'} {self.low:g}" if self.low > -math.inf else ""
-        high = f"{'below' if self.high_open else 'at most'} {self.high:g}" if self.high < math.inf else ""
-        return " and ".join(filter(None, (low, high))) or "any"
-
-
-ANY = Range()
-POSITIVE = Range(0.0, low_open=True)
-NOT_NEGATIVE = Range(0.0)
-
-
-class Key(NamedTuple):
-    """One key of a table.
-
-    kind: a dimension of `flywheel.units.DIMENSIONS`; two of them for a place that translates and one that rotates
-    ("mass | inertia"); or "text", "name", "choice", "law" (quantity or expression), "position" (expression or table),
-    "table", "numbers", "index", "unit", "tables" (a table of named tables), "list" (of tables, names or lengths), "flag",
-    "model" (a table whose keys depend on its type).
-    default: SI, or None where there is none. missing: advice where a required key is not there. example: of a value, where
-    that of its dimension does not suit it. many_turns: an angle that may be any number of turns also where it is written
-    without a unit.
-    """
-
-    name: str
-    kind: str
-    about: str
-    default: float | str | None = None
-    range: Range = ANY
-    required: bool = False
-    choices: tuple[str, ...] = ()
-    missing: str = ""
-    example: str = ""
-    many_turns: bool = False
 
 
 class Section(NamedTuple):
@@ -99,177 +47,7 @@ class Section(NamedTuple):
     either: tuple[tuple[str, ...], ...] = ()
 
 
-class Port(NamedTuple):
-    """A place of a mechanism where loads, springs and added inertia may act."""
-
-    name: str
-    rotating: bool
-    about: str
-
-
-class Part(NamedTuple):
-    """A table of a mechanism: its geometry, then what it may weigh."""
-
-    name: str
-    about: str
-    geometry: tuple[Key, ...] = ()
-    body: tuple[Key, ...] = ()
-
-    @property
-    def keys(self) -> tuple[Key, ...]:
-        """Every key of the table."""
-        return self.geometry + self.body
-
-
-class Kind(NamedTuple):
-    """One type of mechanism: its tables, its own keys beside the common ones, its ports."""
-
-    name: str
-    about: str
-    parts: tuple[Part, ...] = ()
-    keys: tuple[Key, ...] = ()
-    ports: tuple[Port, ...] = ()
-    later: bool = False
-
-
-def _length(about: str) -> Key:
-    return Key("length", "length", about, required=True, range=POSITIVE)
-
-
-MASS = Key("mass", "mass", "mass of the body", 0.0, NOT_NEGATIVE)
 GD2 = Key("gd2", "inertia | moment of weight", "GD² of what rotates, 4 inertias (kg m², or kgf m²)", None, NOT_NEGATIVE)
-OWN_INERTIA = Key("inertia", "inertia", "inertia about its own centre of mass", 0.0, NOT_NEGATIVE)
-POINT = (MASS,)
-BODY = (
-    MASS,
-    OWN_INERTIA,
-    Key("com", "length", "distance of the centre of mass from the first pin, towards the other pin", 0.0),
-    Key("com_angle", "angle", "angle of that distance from the line of the pins, counter-clockwise", 0.0),
-)
-
-_CRANK = Part("crank", "turns about a fixed pivot; its first pin is the pivot", (_length("pivot to crank pin"),), BODY)
-
-_SCOTCH_YOKE = Kind(
-    "scotch-yoke",
-    "a crank pin slides in a slot of a yoke that moves along a straight line",
-    (
-        _CRANK,
-        Part("yoke", "moves along a line", (Key("direction", "angle", "of its travel, from +x", 0.0),), POINT),
-        Part("block", "mass at the crank pin", (), POINT),
-    ),
-    ports=(Port("yoke", False, "x = R cos(phi - direction), positive along direction"),),
-)
-_SLIDER_CRANK = Kind(
-    "slider-crank",
-    "a crank drives a slider along a straight line through a rod",
-    (
-        _CRANK,
-        Part("rod", "from the crank pin (its first pin) to the slider", (_length("crank pin to slider pin"),), BODY),
-        Part("slider", "moves along the line y = offset", (Key("offset", "length", "y of its line of travel", 0.0),), POINT),
-    ),
-    ports=(
-        Port("slider", False, "x = r cos phi + sqrt(l^2 - (r sin phi - e)^2), positive along +x"),
-        Port("rod", True, "angle of the rod from +x"),
-    ),
-)
-_FOUR_BAR = Kind(
-    "four-bar",
-    "a crank and a rocker on fixed pivots, joined by a coupler",
-    (
-        Part("ground", "the frame", (_length("crank pivot to rocker pivot, along +x"),)),
-        _CRANK,
-        Part("coupler", "from the crank pin (its first pin) to the rocker", (_length("between its pins"),), BODY),
-        Part("rocker", "turns about a fixed pivot, its first pin", (_length("pivot to coupler pin"),), BODY),
-    ),
-    (
-        Key(
-            "assembly",
-            "choice",
-            "side of the line crank pin - rocker pivot where the coupler-rocker pin lies: open left, crossed right",
-            "open",
-            choices=("open", "crossed"),
-        ),
-    ),
-    (
-        Port("coupler", True, "angle from +x of the line from the crank pin to the rocker pin"),
-        Port("rocker", True, "angle from +x of the line from the rocker's pivot to its pin"),
-    ),
-)
-_CRANK_SHAPER = Kind(
-    "crank-shaper",
-    "a block on the crank pin slides along a rocker, whose end drives a ram",
-    (
-        _CRANK,
-        Part("frame", "the frame", (_length("rocker's pivot to crank's pivot, along +x"),)),
-        Part("rocker", "turns about a fixed pivot, its first pin", (_length("pivot to ram pin"),), BODY),
-        Part("block", "sits at the crank pin and turns with the rocker", (), (MASS, OWN_INERTIA)),
-        Part("rocker_pin", "mass at the rocker's end", (), POINT),
-        Part("ram", "moves along y", (), POINT),
-    ),
-    ports=(
-        Port("rocker", True, "theta = atan2(r sin phi, d + r cos phi), continuous"),
-        Port("ram", False, "y = L sin theta, positive along +y"),
-    ),
-)
-_TOGGLE_CLAMP = Kind(
-    "toggle-clamp",
-    "a sliding block swings a bell crank through a coupler; a rod from the bell crank pushes a platen straight",
-    (
-        Part("frame", "the frame", (Key("height", "length", "block's line above the pivot", None, POSITIVE, True),)),
-        Part("block", "drives: it slides along the line y = frame.height, and has the coupler's pin", (), POINT),
-        Part(
-            "bell_crank",
-            "turns about a fixed pivot, its first pin; its line runs to the rod's pin",
-            (
-                Key("drive_length", "length", "pivot to coupler pin", None, POSITIVE, True),
-                Key("clamp_length", "length", "pivot to rod pin", None, POSITIVE, True),
-                Key("angle", "angle", "from the drive arm's extension beyond the pivot to the clamp arm", required=True),
-            ),
-            BODY,
-        ),
-        Part("coupler", "from the bell crank (its first pin) to the block", (_length("between its pins"),), BODY),
-        Part("rod", "from the bell crank (its first pin) to the platen", (_length("between its pins"),), BODY),
-        Part("platen", "moves along the line y = 0, which passes through the pivot", (), POINT),
-    ),
-    (
-        Key(
-            "assembly",
-            "choice",
-            "side of the line pivot - block where the coupler's other pin lies: open left, crossed right; behind: the "
-            "platen lies behind the rod's other pin",
-            "open",
-            choices=("open", "crossed", "open-behind", "crossed-behind"),
-        ),
-    ),
-    (
-        Port("block", False, "displacement of the block along -x, from above the pivot"),
-        Port("platen", False, "displacement of the platen along +x, from the pivot"),
-        Port("bell_crank", True, "angle from +x of the line from the pivot to the coupler pin"),
-        Port("coupler", True, "angle from +x of the line from the bell crank to the block"),
-        Port("rod", True, "angle from +x of the line from the bell crank to the platen"),
-    ),
-)
-_LAW = Kind(
-    "law",
-    "outputs whose position is given as a function of the crank's angle",
-    keys=(Key("outputs", "tables", "one table per output, each of them a port", required=True),),
-)
-_LINKAGE = Kind(
-    "linkage",
-    "bodies, joints and couplings of any plane linkage (`flywheel.reading.schema_linkage` has their keys)",
-    keys=(
-        Key("driver", "text", "name of the pin or slide that drives", required=True, missing='give a joint, such as "O"'),
-        Key("start", "angle | length", "the driver's coordinate at which guesses and assembly hold", 0.0),
-        Key("assembly", "list", "an array of tables: sides on which points lie where the driver stands at start"),
-        Key("bodies", "tables", "one table per body; `frame` is the fixed one", required=True),
-        Key("joints", "list", "an array [[mechanism.joints]], one table per joint", required=True),
-        Key("couplings", "list", "an array [[mechanism.couplings]]: gear and rolling pairs, cams"),
-        Key("ports", "tables", "ports at points of bodies"),
-    ),
-)
-
-KINDS = {kind.name: kind for kind in (_SCOTCH_YOKE, _SLIDER_CRANK, _FOUR_BAR, _CRANK_SHAPER, _TOGGLE_CLAMP, _LAW, _LINKAGE)}
-
 OUTPUT = Section(
     "mechanism.outputs.NAME",
     "one output of a law",
@@ -487,9 +265,6 @@ AREAS_EXCLUDE = ("mechanism", "inertia", "load", "spring", "damper", "gravity", 
 
 STROKE_EXCLUDE = ("regime", "flywheel", "areas")
 """Tables that a scene with `[stroke]` must do without."""
-
-STROKE_TYPES = ("toggle-clamp", "linkage")
-"""Types of mechanism that may go one way, along a stroke."""
 
 
 # -- schema linkage ----------------------------------------------------------------------------------------------------

@@ -3,13 +3,18 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import TYPE_CHECKING
 
-_TOPICS = (
-    *("overview", "quantities", "expressions", "parameters", "shafts", "mechanism"),
-    *("scotch-yoke", "slider-crank", "four-bar", "crank-shaper", "toggle-clamp", "law", "linkage"),
-    *("inertia", "load", "load-models", "tables", "spring", "gravity", "drive", "motor", "regime", "flywheel"),
-    *("wheel", "stroke", "areas", "accuracy", "faults", "results", "reactions", "simulate", "tradeoff"),
-    *("joints", "bond-graphs"),
+from flywheel.mechanisms import KINDS
+
+if TYPE_CHECKING:
+    from flywheel.mechanisms.families import Kind
+    from flywheel.scene.keys import Key
+
+_BEFORE = ("overview", "quantities", "expressions", "parameters", "shafts", "mechanism")
+_AFTER = (
+    *("inertia", "load", "load-models", "tables", "spring", "gravity", "drive", "motor", "regime", "flywheel", "wheel"),
+    *("stroke", "areas", "accuracy", "faults", "results", "reactions", "simulate", "tradeoff", "joints", "bond-graphs"),
 )
 
 
@@ -19,7 +24,7 @@ def topics() -> list[str]:
     >>> topics()[:3]
     ['overview', 'quantities', 'expressions']
     """
-    return list(_TOPICS)
+    return [*_BEFORE, *KINDS, *_AFTER]
 
 
 def text(topic: str | None = None) -> str:
@@ -31,9 +36,27 @@ def text(topic: str | None = None) -> str:
     '# Gravity: `[gravity]`'
     """
     name = "overview" if topic is None else topic
-    if name not in _TOPICS:
+    if name not in topics():
         raise KeyError(name)
-    return (Path(__file__).parent / f"{name}.md").read_text(encoding="utf-8")
+    page = Path(__file__).parent / f"{name}.md"
+    return page.read_text(encoding="utf-8") if page.exists() else described(KINDS[name])
+
+
+def described(kind: Kind) -> str:
+    """The page of a family of mechanisms, from its tables and ports."""
+    keys = [(f"{part.name}.{key.name}", key) for part in kind.parts for key in part.keys]
+    keys += [(key.name, key) for key in kind.keys]
+    rows = [f"| `{path}` | {_value(key)} | {key.about} |" for path, key in keys]
+    ports = [f"- `{port.name}`, {'rotating' if port.rotating else 'translating'}: {port.about}." for port in kind.ports]
+    head = [f'# {kind.name}: `type = "{kind.name}"`', "", f"{kind.about[:1].upper()}{kind.about[1:]}.", ""]
+    return "\n".join([*head, "| key | | |", "| --- | --- | --- |", *rows, "", "Ports:", "", *ports, ""])
+
+
+def _value(key: Key) -> str:
+    """What a key takes: its choices or its kind and range, and its default."""
+    what = ", ".join(key.choices) if key.choices else key.kind + ("" if str(key.range) == "any" else f" {key.range}")
+    rest = "required" if key.required else "" if key.default is None else f"default {key.default}"
+    return f"{what}, {rest}" if rest else what
 
 
 def schema_text() -> str:

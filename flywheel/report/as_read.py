@@ -79,7 +79,7 @@ def _few(rows: Iterable[tuple[str, str]]) -> Iterator[tuple[str, str]]:
 
 def _turns(place: str, scene: Scene) -> bool:
     """Whether a shaft or a port rotates."""
-    from flywheel.reading.schema import KINDS
+    from flywheel.mechanisms import KINDS
 
     if place in scene.shafts:
         return place != "slide"

@@ -11,8 +11,8 @@ from typing import Any
 
 from flywheel.machine.loads import moving_switches
 from flywheel.machine.machine import Machine
+from flywheel.mechanisms import KINDS
 from flywheel.numerics.units import columns, figure
-from flywheel.reading.schema import KINDS
 from flywheel.regime.results import Sizing
 from flywheel.report.rows import DEGREES, sentences, wrapped
 from flywheel.scene.accuracy import CONFIRM

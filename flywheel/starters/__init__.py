@@ -4,10 +4,9 @@ from __future__ import annotations
 
 from pathlib import Path
 
-_KINDS = (
-    *("scotch-yoke", "slider-crank", "four-bar", "crank-shaper", "toggle-clamp", "law", "linkage", "rotor", "areas"),
-    *("press", "motor-press", "shaper", "pump", "compressor", "engine"),
-)
+from flywheel.mechanisms import KINDS
+
+_MACHINES = ("rotor", "areas", "press", "motor-press", "shaper", "pump", "compressor", "engine")
 
 
 def kinds() -> list[str]:
@@ -16,7 +15,11 @@ def kinds() -> list[str]:
     >>> kinds()[-4:]
     ['shaper', 'pump', 'compressor', 'engine']
     """
-    return list(_KINDS)
+    return [*(kind for kind in KINDS if _file(kind).exists()), *_MACHINES]
+
+
+def _file(kind: str) -> Path:
+    return Path(__file__).parent / f"{kind}.toml"
 
 
 def starter(kind: str) -> str:
@@ -27,9 +30,9 @@ def starter(kind: str) -> str:
     >>> starter("press").splitlines()[-1]
     'irregularity = "15 %"                # presses live on their flywheel: 10 to 20 % is usual'
     """
-    if kind not in _KINDS:
+    if kind not in kinds():
         raise KeyError(kind)
-    return (Path(__file__).parent / f"{kind}.toml").read_text(encoding="utf-8")
+    return _file(kind).read_text(encoding="utf-8")
 
 
 def write_starter(kind: str, path: str | Path) -> None:

@@ -12,6 +12,7 @@ from scipy.optimize import brentq
 from bondgraph.motion.simulation import Run
 from flywheel.machine.dynamics import Dynamics, circuit_of
 from flywheel.machine.machine import Machine
+from flywheel.mechanisms.families import has_joints
 from flywheel.mechanisms.linkages import multibody
 from flywheel.mechanisms.linkages.families import linkage_of
 from flywheel.mechanisms.linkages.multibody import MULTIPLIERS
@@ -77,8 +78,8 @@ def obstacle(machine: Machine) -> str | None:
     if len(scene.mechanisms) != 1:
         return "it takes machines with one mechanism"
     mechanism = scene.mechanisms[0]
-    if mechanism.type == "law":
-        return "a law has no bodies to join"
+    if not has_joints(mechanism):
+        return f"a {mechanism.type} has no bodies to join"
     if scene.shafts[mechanism.shaft] != 1.0:
         return "it takes mechanisms that turn with the crank"
     if circuit_of(scene) is not None or any(value < 1.0 for value in scene.efficiencies.values()):

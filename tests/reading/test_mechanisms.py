@@ -5,10 +5,10 @@ import math
 import numpy as np
 import pytest
 
+from flywheel.mechanisms import KINDS
 from flywheel.numerics.expressions import Expression
 from flywheel.numerics.faults import SceneError
 from flywheel.reading.scenes import parse_scene
-from flywheel.reading.schema import KINDS
 from flywheel.scene.scene import Body, Mechanism, Table
 
 TURN = 2 * math.pi

@@ -4,14 +4,13 @@ import math
 
 import pytest
 
-from flywheel.mechanisms import families
+from flywheel.mechanisms import KINDS
 from flywheel.numerics.units import DIMENSIONS
 from flywheel.reading.schema import (
     COUPLING,
     COUPLING_KEYS,
     JOINT,
     JOINT_KEYS,
-    KINDS,
     LINKAGE_SECTIONS,
     MECHANISM,
     OUTPUT,
@@ -56,10 +55,6 @@ def test_every_key_is_of_a_known_kind_with_a_fitting_default(key):
         assert key.default in key.range
     if key.kind == "choice":
         assert key.default is None or key.default in key.choices
-
-
-def test_the_types_are_those_that_can_be_built():
-    assert {kind.name for kind in KINDS.values() if not kind.later} == set(families.TYPES)
 
 
 @pytest.mark.parametrize(
