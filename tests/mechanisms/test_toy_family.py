@@ -65,18 +65,18 @@ def test_its_reduction_follows_its_geometry(tmp_path: Path) -> None:
 
 def test_it_has_reactions_and_a_picture(tmp_path: Path) -> None:
     forces = flywheel.joint_forces(scene(tmp_path), [math.pi / 2]).mechanisms["swinging-cylinder"]
-    assert {"pivot", "pin", "trunnion", "bore"} <= set(forces.joints)
+    assert {"pivot", "pin", "trunnion", "bore"} <= set(forces.forces)
     assert flywheel.draw(scene(tmp_path)).axes
 
 
 @pytest.mark.parametrize(
     ("old", "new", "message"),
     [
-        ("frame.length", "frame.lenght", "did you mean 'length'?"),
+        ("frame.length", "frame.lenght", 'did you mean "length"?'),
         ('"250 mm"', '"-1 mm"', "above 0"),
         ('"250 mm"', '"50 mm"', "the crank locks at 0 deg"),
         ("swinging-cylinder.rod", "swinging-cylinder.bar", "rod"),
-        ('type = "swinging-cylinder"', 'type = "swinging-cylindre"', "did you mean 'swinging-cylinder'?"),
+        ('type = "swinging-cylinder"', 'type = "swinging-cylindre"', 'did you mean "swinging-cylinder"?'),
     ],
 )
 def test_its_faults_are_told(tmp_path: Path, old: str, new: str, message: str) -> None:

@@ -45,7 +45,7 @@ def linkage_of(mechanism: Mechanism) -> Linkage:
     """
     if mechanism.linkage is not None:
         return mechanism.linkage
-    skeleton = KINDS[mechanism.type].skeleton
+    skeleton = KINDS[mechanism.type].skeleton if mechanism.type in KINDS else None
     if skeleton is None:
         advice = "write it as a linkage to have joints"
         jointed = [name for name, kind in KINDS.items() if kind.skeleton is not None]
