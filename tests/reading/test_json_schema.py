@@ -10,10 +10,11 @@ from click.testing import CliRunner
 from jsonschema import Draft7Validator
 
 from flywheel.cli import main
+from flywheel.mechanisms import KINDS
 from flywheel.numerics.faults import SceneError
 from flywheel.reading.json_schema import json_schema
 from flywheel.reading.scenes import build_scene
-from flywheel.reading.schema import KINDS, LOAD_MODELS, MECHANISM, MOTORS, SECTIONS, TOP, WHEEL_KEYS
+from flywheel.reading.schema import LOAD_MODELS, MECHANISM, MOTORS, SECTIONS, TOP, WHEEL_KEYS
 from flywheel.reference import text
 from tests.fuzzing.corpus import corpus
 from tests.fuzzing.structure import at, places
