@@ -11,20 +11,42 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from bondgraph.builder import Builder, Part
-    from bondgraph.causal.assignment import Causality, causality
+    from bondgraph.causal.strokes import Causality, causality
     from bondgraph.causal.table import Table, table
-    from bondgraph.domains import DOMAINS, Domain
     from bondgraph.drawing.picture import draw
-    from bondgraph.elements import GY, TF, C, Displacement, Element, I, Law, Modulus, Motion, One, R, Se, Sf, Zero
-    from bondgraph.faults import GraphError
+    from bondgraph.elements import (
+        DOMAINS,
+        GY,
+        TF,
+        C,
+        Displacement,
+        Domain,
+        Element,
+        I,
+        Law,
+        Modulus,
+        Motion,
+        One,
+        R,
+        Se,
+        Sf,
+        Zero,
+    )
+    from bondgraph.equations.equations import (
+        MotionEquation,
+        StateEquations,
+        generic,
+        generic_equation,
+        motion_equation,
+        state_equations,
+    )
     from bondgraph.graph import Bond, BondGraph
-    from bondgraph.laws import Function, function
-    from bondgraph.motion.audit import Audit
+    from bondgraph.laws import Function, GraphError, function
     from bondgraph.motion.dynamics import Dynamics
-    from bondgraph.motion.simulation import Run, simulate
+    from bondgraph.motion.simulation import Audit, Run, simulate
     from bondgraph.reduction import Reduced, Reduction, reduce
-    from bondgraph.simplifying.procedure import Procedure, procedure
-    from bondgraph.simplifying.rules import (
+    from bondgraph.simplification.procedure import Procedure, procedure
+    from bondgraph.simplification.rules import (
         Action,
         Simplified,
         absorb_junctions,
@@ -36,14 +58,12 @@ if TYPE_CHECKING:
         merge_equal_junctions,
         simplify,
     )
-    from bondgraph.storing.storage import as_data, from_data, load, save
-    from bondgraph.symbolic.equations import MotionEquation, StateEquations, motion_equation, state_equations
-    from bondgraph.symbolic.generic import generic, generic_equation
+    from bondgraph.storage.graphs import as_data, from_data, load, save
 
 _HOMES = {
-    "DOMAINS": "domains",
-    "Domain": "domains",
-    "GraphError": "faults",
+    "DOMAINS": "elements",
+    "Domain": "elements",
+    "GraphError": "laws",
     "C": "elements",
     "Displacement": "elements",
     "Element": "elements",
@@ -67,36 +87,36 @@ _HOMES = {
     "Reduced": "reduction",
     "Reduction": "reduction",
     "reduce": "reduction",
-    "Causality": "causal.assignment",
-    "causality": "causal.assignment",
+    "Causality": "causal.strokes",
+    "causality": "causal.strokes",
     "Table": "causal.table",
     "table": "causal.table",
-    "Action": "simplifying.rules",
-    "Simplified": "simplifying.rules",
-    "absorb_junctions": "simplifying.rules",
-    "drop_dangling": "simplifying.rules",
-    "drop_two_bond_junctions": "simplifying.rules",
-    "drop_zero_sources": "simplifying.rules",
-    "drop_zero_velocity": "simplifying.rules",
-    "merge_double_differences": "simplifying.rules",
-    "merge_equal_junctions": "simplifying.rules",
-    "simplify": "simplifying.rules",
-    "Procedure": "simplifying.procedure",
-    "procedure": "simplifying.procedure",
-    "MotionEquation": "symbolic.equations",
-    "StateEquations": "symbolic.equations",
-    "motion_equation": "symbolic.equations",
-    "state_equations": "symbolic.equations",
-    "generic": "symbolic.generic",
-    "generic_equation": "symbolic.generic",
-    "Audit": "motion.audit",
+    "Action": "simplification.rules",
+    "Simplified": "simplification.rules",
+    "absorb_junctions": "simplification.rules",
+    "drop_dangling": "simplification.rules",
+    "drop_two_bond_junctions": "simplification.rules",
+    "drop_zero_sources": "simplification.rules",
+    "drop_zero_velocity": "simplification.rules",
+    "merge_double_differences": "simplification.rules",
+    "merge_equal_junctions": "simplification.rules",
+    "simplify": "simplification.rules",
+    "Procedure": "simplification.procedure",
+    "procedure": "simplification.procedure",
+    "MotionEquation": "equations.equations",
+    "StateEquations": "equations.equations",
+    "motion_equation": "equations.equations",
+    "state_equations": "equations.equations",
+    "generic": "equations.equations",
+    "generic_equation": "equations.equations",
+    "Audit": "motion.simulation",
     "Dynamics": "motion.dynamics",
     "Run": "motion.simulation",
     "simulate": "motion.simulation",
-    "as_data": "storing.storage",
-    "from_data": "storing.storage",
-    "load": "storing.storage",
-    "save": "storing.storage",
+    "as_data": "storage.graphs",
+    "from_data": "storage.graphs",
+    "load": "storage.graphs",
+    "save": "storage.graphs",
     "draw": "drawing.picture",
 }
 

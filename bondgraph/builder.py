@@ -6,11 +6,9 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from bondgraph.checks import dead_ends
 from bondgraph.elements import GY, JUNCTIONS, SOURCES, TF, Displacement, Element, Law, Modulus, One, Zero
-from bondgraph.faults import GraphError, refuse
-from bondgraph.graph import Bond, BondGraph
-from bondgraph.laws import OWN, TIME, Function
+from bondgraph.graph import Bond, BondGraph, dead_ends
+from bondgraph.laws import OWN, TIME, Function, GraphError, refuse
 
 
 @dataclass(frozen=True, eq=False)

@@ -1,17 +1,261 @@
-"""The graph itself: named elements, numbered bonds, declared displacements, signals and parameters."""
+"""What hangs together: which elements bonds lead to from one another, and which things are one because ties join them."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+import math
+from collections.abc import Callable, Hashable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from typing import Any, NamedTuple
+from numbers import Real
+from typing import Any, NamedTuple, TypeVar
 
-from bondgraph.checks import bond_domains, structural_faults
-from bondgraph.domains import DOMAINS, Domain
-from bondgraph.elements import JUNCTIONS, Displacement, Element, Law, Modulus
-from bondgraph.faults import GraphError, refuse
-from bondgraph.laws import OWN, Function, law_of
+from bondgraph.elements import (
+    DOMAINS,
+    JUNCTIONS,
+    ONE_PORTS,
+    SOURCES,
+    STORES,
+    TWO_PORTS,
+    Displacement,
+    Domain,
+    Element,
+    Law,
+    Modulus,
+)
+from bondgraph.laws import OWN, TIME, Function, GraphError, law_of, refuse
+
+T = TypeVar("T", bound=Hashable)
+
+
+def neighbours(names: Iterable[str], bonds: Iterable[Bond]) -> dict[str, list[str]]:
+    """The names that each element has bonds with."""
+    found: dict[str, list[str]] = {name: [] for name in names}
+    for bond in bonds:
+        found[bond.tail].append(bond.head)
+        found[bond.head].append(bond.tail)
+    return found
+
+
+def reached_from(start: T, near: Mapping[T, Iterable[T]]) -> set[T]:
+    """Everything that a walk from `start` comes to, given what is near each thing.
+
+    >>> sorted(reached_from("a", {"a": ["b"], "b": ["a", "c"], "c": ["b"], "d": []}))
+    ['a', 'b', 'c']
+    """
+    seen, todo = {start}, [start]
+    while todo:
+        fresh = [other for other in near[todo.pop()] if other not in seen]
+        seen.update(fresh)
+        todo.extend(fresh)
+    return seen
+
+
+def representatives(things: Iterable[T], ties: Iterable[Sequence[T]]) -> dict[T, T]:
+    """For each thing the one that stands for all it is tied to: what stood for the first of a tie stands for the rest too.
+
+    >>> representatives([1, 2, 3, 4], [(2, 3), (3, 1)])
+    {1: 2, 2: 2, 3: 2, 4: 4}
+    """
+    found = {thing: thing for thing in things}
+    for tie in ties:
+        together = {found[thing] for thing in tie}
+        found = {thing: found[tie[0]] if one in together else one for thing, one in found.items()}
+    return found
+
+
+# -- checks ------------------------------------------------------------------------------------------------------------
+
+# What keeps elements and bonds from being a bond graph, found all at once, a line each.
+
+
+_KINDS = ONE_PORTS | TWO_PORTS | JUNCTIONS
+
+
+def structural_faults(graph: BondGraph) -> Iterator[str]:
+    """Everything that is wrong with a graph's elements, bonds, names and domains."""
+    elements, bonds = graph.elements, graph.bonds
+    faults = [f"{e.kind}:{name}: no such kind of element" for name, e in elements.items() if e.kind not in _KINDS]
+    faults += [f"{e.kind}:{e.name} is listed as {n!r}; use its own name" for n, e in elements.items() if e.name != n]
+    faults += [_unknown(b, n, elements) for b in bonds for n in b[1:] if n not in elements]
+    numbers = [b.number for b in bonds]
+    faults += [f"two bonds are numbered {n}" for n in sorted(set(numbers)) if numbers.count(n) > 1]
+    if faults:
+        yield from faults
+        return
+    yield from _wrong_counts(elements, bonds)
+    yield from _unreached(elements, bonds)
+    yield from _wrong_names(graph)
+    yield from _wrong_laws(graph)
+    yield from _mixed_domains(elements, bonds)
+    yield from _rival_sources(elements, bonds)
+
+
+def _unknown(bond: Bond, name: str, elements: Mapping[str, Element]) -> str:
+    """What a bond joins to a name that no element has, and the name that may have been meant."""
+    from difflib import get_close_matches
+
+    other = elements.get(bond.other(name))
+    joined = f" to join {other.kind}:{other.name} to" if other is not None else ""
+    near = get_close_matches(str(name), list(elements), 1)
+    meant = f"; did you mean {near[0]!r}?" if near else f"; the junctions are {', '.join(_junctions(elements)) or 'none'}"
+    return f"bond {bond.number}: no element {name!r}{joined}{meant}"
+
+
+def _junctions(elements: Mapping[str, Element]) -> list[str]:
+    return [name for name, element in elements.items() if element.kind in JUNCTIONS]
+
+
+def dead_ends(graph: BondGraph) -> Iterator[str]:
+    """Junctions that one bond leads to, nothing leads on from and no displacement is measured at: a line each."""
+    for element in graph.of_kind(*JUNCTIONS):
+        name, at = element.name, graph.at(element.name)
+        beyond = graph.elements[at[0].other(name)]
+        if len(at) == 1 and beyond.kind not in ONE_PORTS and name not in graph.measured:
+            yield (
+                f"{element.kind}:{name} dangles: bond {at[0].number} to {beyond.kind}:{beyond.name} is its only one; hang "
+                "something on it, leave it out, or build(loose=True) and simplify"
+            )
+
+
+def bond_domains(elements: Mapping[str, Element], bonds: Sequence[Bond]) -> dict[int, str]:
+    """Bond number -> name of its energy domain, for the bonds whose region names one."""
+    return {b.number: names[0][0] for region, names in _regions(elements, bonds) if names for b in region}
+
+
+def _wrong_counts(elements: Mapping[str, Element], bonds: Sequence[Bond]) -> Iterator[str]:
+    incoming = dict.fromkeys(elements, 0)
+    outgoing = dict(incoming)
+    for bond in bonds:
+        if bond.tail == bond.head:
+            yield f"bond {bond.number}: joins {bond.tail!r} to itself"
+        outgoing[bond.tail] += 1
+        incoming[bond.head] += 1
+    for name, element in elements.items():
+        count = incoming[name] + outgoing[name]
+        if element.kind in ONE_PORTS and count != 1:
+            yield f"{element.symbol}:{name} has {count} bonds, a one-port has 1"
+        elif element.kind in JUNCTIONS and count == 0:
+            yield f"{element.kind}:{name} has no bond"
+        elif element.kind in TWO_PORTS and (incoming[name], outgoing[name]) != (1, 1):
+            yield f"{element.symbol}:{name} has {incoming[name]} bonds in and {outgoing[name]} out, expected 1 and 1"
+    for bond in bonds:
+        if not {elements[bond.tail].kind, elements[bond.head].kind} & JUNCTIONS:
+            two = f"{elements[bond.tail].symbol}:{bond.tail} and {elements[bond.head].symbol}:{bond.head}"
+            yield f"bond {bond.number}: joins {two} directly; put a 1- or 0-junction between them"
+
+
+def _unreached(elements: Mapping[str, Element], bonds: Sequence[Bond]) -> Iterator[str]:
+    start = next(iter(elements), None)
+    if start is None:
+        yield "the graph is empty"
+        return
+    seen = reached_from(start, neighbours(elements, bonds))
+    if len(seen) < len(elements):
+        yield "not connected to the rest: " + ", ".join(name for name in elements if name not in seen)
+
+
+def _wrong_names(graph: BondGraph) -> Iterator[str]:
+    for name, displacement in graph.displacements.items():
+        owner = graph.elements.get(displacement.of)
+        if owner is None or owner.kind != "1":
+            yield f"displacement {name!r}: {displacement.of!r} is no 1-junction of the graph"
+        if not math.isfinite(displacement.initial):
+            yield f"displacement {name!r}: found initial value {displacement.initial}, expected a finite number"
+    for name, value in graph.parameters.items():
+        if value is not None and not (isinstance(value, Real) and math.isfinite(value)):
+            yield f"parameter {name!r}: found {value!r}, expected a finite number, or None where it is still open"
+    declared = [*graph.displacements, *graph.signals, *graph.parameters]
+    for name in sorted(set(declared)):
+        if declared.count(name) > 1:
+            yield f"{name!r} is declared twice, as two of displacement, signal and parameter"
+        if name == TIME:
+            yield f"{name!r} is declared, but always means the time"
+
+
+def _wrong_laws(graph: BondGraph) -> Iterator[str]:
+    known = {TIME, *graph.displacements, *graph.signals, *graph.parameters}
+    for name, element in graph.elements.items():
+        where = f"{element.symbol}:{name}" + "".join(f", bond {b.number}" for b in graph.at(name))
+        law = element.law
+        if element.kind in JUNCTIONS:
+            continue
+        if law is None:
+            yield f"{where}: has no value; give it a number or a function"
+        elif isinstance(law, float | int):
+            if not math.isfinite(law):
+                yield f"{where}: found {law}, expected a finite number"
+            elif element.kind == "C" and law == 0.0:
+                yield f"{where}: found compliance 0, expected another number; a rigid joint is left out"
+        elif isinstance(law, Function):
+            own = {OWN[element.kind]} if element.kind in OWN else set()
+            for missing in [n for n in law.of if n not in known | own]:
+                expected = "no declared displacement, signal or parameter, nor t" + _hint(element)
+                yield f"{where}: depends on {missing!r}, which is {expected}"
+            varying = graph.depends_on(name)
+            if element.kind in STORES and varying and not set(law.of) - known - own:
+                expected = "a store's law may hold parameters only" + _hint(element)
+                yield f"{where}: varies with {', '.join(varying)}; {expected}"
+        elif not isinstance(law, Law | Modulus):
+            yield f"{where}: found {law!r}, expected a number, a function of named quantities or a SymPy expression"
+
+
+def _hint(element: Element) -> str:
+    return {"R": "; its own flow is f", "C": "; its own displacement is q"}.get(element.kind, "")
+
+
+def _mixed_domains(elements: Mapping[str, Element], bonds: Sequence[Bond]) -> Iterator[str]:
+    for region, names in _regions(elements, bonds):
+        for domain, name in names:
+            if domain not in DOMAINS:
+                yield f"{elements[name].symbol}:{name}: found domain {domain!r}, expected one of {', '.join(DOMAINS)}"
+        found = dict(reversed(names))  # domain -> the first element that names it
+        if len(found) > 1:
+            both = " and ".join(f"{elements[name].symbol}:{name} ({domain})" for domain, name in sorted(found.items()))
+            numbers = ", ".join(str(bond.number) for bond in _between(region, elements))
+            yield f"bond {numbers}: {both} are joined without a transducer; put a TF or GY between them"
+
+
+def _between(region: Sequence[Bond], elements: Mapping[str, Element]) -> list[Bond]:
+    """The bonds where two named domains meet; the whole region where they meet through elements that name none."""
+    meet = [b for b in region if len({elements[n].domain for n in b[1:]} - {""}) > 1]
+    return meet or list(region)
+
+
+def _regions(elements: Mapping[str, Element], bonds: Sequence[Bond]) -> list[tuple[list[Bond], list[tuple[str, str]]]]:
+    """Bonds that hang together without a two-port between, and the (domain, element) that are named there."""
+    junctions = [name for name, element in elements.items() if element.kind in JUNCTIONS]
+    ties = [[b.number for b in bonds if name in b[1:]] for name in junctions]
+    region_of = representatives([b.number for b in bonds], filter(None, ties))
+    regions: dict[int, list[Bond]] = {}
+    for bond in bonds:
+        regions.setdefault(region_of[bond.number], []).append(bond)
+    found = []
+    for region in regions.values():
+        inside = dict.fromkeys(n for b in region for n in b[1:] if elements[n].kind not in TWO_PORTS)
+        found.append((region, [(elements[n].domain, n) for n in inside if elements[n].domain]))
+    return found
+
+
+def _rival_sources(elements: Mapping[str, Element], bonds: Sequence[Bond]) -> Iterator[str]:
+    """Two sources that would both decide the one flow (effort) of a 1-(0-)junction, directly or through equal junctions."""
+    for kind, source, what in (("1", "Sf", "flow"), ("0", "Se", "effort")):
+        junctions = [name for name, element in elements.items() if element.kind == kind]
+        equal = representatives(junctions, [b[1:] for b in bonds if b.tail in junctions and b.head in junctions])
+        deciding: dict[str, list[tuple[str, int]]] = {}
+        for bond in bonds:
+            name = bond.tail if elements[bond.tail].kind in SOURCES else bond.head
+            if elements[name].kind == source and bond.other(name) in equal:
+                deciding.setdefault(equal[bond.other(name)], []).append((name, bond.number))
+        for junction, rivals in deciding.items():
+            if len(rivals) > 1:
+                both = " and ".join(f"{source}:{name} (bond {number})" for name, number in rivals)
+                yield f"{both} both set the {what} of {kind}:{junction}; keep one of them"
+
+
+# -- graph -------------------------------------------------------------------------------------------------------------
+
+# The graph itself: named elements, numbered bonds, declared displacements, signals and parameters.
+
 
 CONVENTION = "f_out = T f_in, e_in = T e_out"
 
@@ -189,3 +433,176 @@ def as_graph(given: Any) -> BondGraph:
         return given
     advice = "; call its build() first" if hasattr(given, "build") else ""
     raise GraphError(f"found a {type(given).__name__}, expected a BondGraph{advice}")
+
+
+# -- structure ---------------------------------------------------------------------------------------------------------
+
+# The junction structure as relations between flows (or efforts), and the order in which they give one after another.
+#
+# Bonds of a 1-junction share one flow variable, bonds of a 0-junction one effort variable. Transformers and the other
+# junctions are linear relations between variables. `plan` turns relations and what is known into local steps, none of which
+# divides by a modulus (it vanishes at dead centres); what loops leave over is one linear system.
+
+
+SINGULAR = "the constraints lock or branch at one of the positions: singular flow system"
+
+Ratio = float | Function | Modulus
+Term = tuple[int, Ratio, float]  # variable, ratio, sign
+
+
+class Relation(NamedTuple):
+    """Sum of sign * ratio * variable = 0, and the element that it comes from."""
+
+    name: str
+    terms: tuple[Term, ...]
+
+
+class Scale(NamedTuple):
+    """A variable is a ratio times another."""
+
+    source: int
+    target: int
+    ratio: Ratio
+
+
+class Sum(NamedTuple):
+    """A variable is a sum of others."""
+
+    target: int
+    terms: tuple[tuple[int, float], ...]
+
+
+class Solve(NamedTuple):
+    """Several variables follow together from as many relations."""
+
+    unknown: tuple[int, ...]
+    relations: tuple[Relation, ...]
+
+
+Step = Scale | Sum | Solve
+
+
+def flow_variables(graph: BondGraph) -> dict[int, int]:
+    """Bond number -> flow variable: the bonds of a 1-junction share one."""
+    return _variables(graph, "1")
+
+
+def effort_variables(graph: BondGraph) -> dict[int, int]:
+    """Bond number -> effort variable: the bonds of a 0-junction share one."""
+    return _variables(graph, "0")
+
+
+def _variables(graph: BondGraph, kind: str) -> dict[int, int]:
+    ties = [[bond.number for bond in graph.at(junction.name)] for junction in graph.of_kind(kind)]
+    shared = representatives([bond.number for bond in graph.bonds], ties)
+    variable = {one: k for k, one in enumerate(dict.fromkeys(shared[number] for number in sorted(shared)))}
+    return {number: variable[one] for number, one in shared.items()}
+
+
+def entry(graph: BondGraph, name: str) -> Bond:
+    """The bond whose flow counts as an element's: of a two-port, the one that enters it."""
+    bonds = graph.at(name)
+    return next((bond for bond in bonds if bond.head == name), bonds[0])
+
+
+def flow_relations(graph: BondGraph, flow: Mapping[int, int]) -> list[Relation]:
+    """f_out - T f_in = 0 of every transformer, and the sum of flows of every 0-junction."""
+    return _relations(graph, flow, "0", lambda into, out: (out, into))
+
+
+def effort_relations(graph: BondGraph, effort: Mapping[int, int]) -> list[Relation]:
+    """e_in - T e_out = 0 of every transformer, and the sum of efforts of every 1-junction."""
+    return _relations(graph, effort, "1", lambda into, out: (into, out))
+
+
+def _relations(
+    graph: BondGraph, variable: Mapping[int, int], summing: str, by_ratio: Callable[[Bond, Bond], tuple[Bond, Bond]]
+) -> list[Relation]:
+    """One relation per transformer (the first bond's variable is the ratio times the second's) and summing junction."""
+    relations = []
+    for element in graph.of_kind("TF", summing):
+        if element.kind == "TF":
+            scaled, source = (variable[bond.number] for bond in by_ratio(*graph.ends(element.name)))
+            relations.append(Relation(element.name, ((scaled, 1.0, 1.0), (source, _ratio(graph, element), -1.0))))
+        else:
+            relations.append(Relation(element.name, _balance(graph, element.name, variable)))
+    return relations
+
+
+def _balance(graph: BondGraph, name: str, variable: Mapping[int, int]) -> tuple[Term, ...]:
+    """The sum at a junction; what comes in and goes out again by parallel bonds is added up, or cancels."""
+    total: dict[int, float] = {}
+    for bond in graph.at(name):
+        total[variable[bond.number]] = total.get(variable[bond.number], 0.0) + bond.sign(name)
+    return tuple((v, 1.0, sign) for v, sign in total.items() if sign)
+
+
+def _ratio(graph: BondGraph, element: Element) -> Ratio:
+    law = element.law
+    if isinstance(law, Function):
+        return graph.constant(element.name) if graph.is_linear(element.name) else law
+    if not isinstance(law, float | int | Modulus):
+        raise GraphError(f"TF:{element.name} has no ratio")
+    return law
+
+
+def constant(ratio: Ratio) -> bool:
+    """Whether a ratio is a plain number, or a symbol that stands for one."""
+    return not isinstance(ratio, Function | Modulus)
+
+
+def plan(waiting: list[Relation], known: set[int]) -> list[Step]:
+    """Local steps, as far as they go, from what is known; `waiting` and `known` are brought up to date.
+
+    >>> gear = Relation("gear", ((1, 1.0, 1.0), (0, 2.0, -1.0)))  # f_1 - 2 f_0 = 0
+    >>> plan([gear], {0}), plan([gear], {1})
+    ([Scale(source=0, target=1, ratio=2.0)], [Scale(source=1, target=0, ratio=0.5)])
+    """
+    steps: list[Step] = []
+    progress = True
+    while progress:
+        progress = False
+        for relation in list(waiting):
+            step = _local(relation, known)
+            if step is not None:
+                waiting.remove(relation)
+                steps.append(step)
+                known.add(step.target)
+                progress = True
+    return steps
+
+
+def _local(relation: Relation, known: set[int]) -> Scale | Sum | None:
+    """The step that gives a relation's one unknown variable, if it needs no division by a modulus."""
+    unknown = [term for term in relation.terms if term[0] not in known]
+    if len(unknown) != 1 or not constant(unknown[0][1]) or unknown[0][1] == 0.0:
+        return None
+    target, factor, sign = unknown[0]
+    assert not isinstance(factor, Function | Modulus)
+    others = [term for term in relation.terms if term[0] != target]
+    if len(others) == 1:
+        source, ratio, other = others[0]
+        scale = -other / (sign * factor)
+        if isinstance(ratio, Function | Modulus):
+            return Scale(source, target, ratio) if scale == 1.0 else None
+        return Scale(source, target, ratio * scale)
+    if not all(constant(ratio) for _, ratio, _ in others):
+        return None
+    return Sum(target, tuple((v, -s / sign) for v, _, s in others))
+
+
+def closed(graph: BondGraph, variable: Mapping[int, int], waiting: Sequence[Relation], unknown: Iterable[int]) -> Solve:
+    """The linear system that loops leave over; an error where it is not square."""
+    missing = tuple(sorted(unknown))
+    if len(waiting) < len(missing):
+        names = [next(b for b in graph.bonds if variable[b.number] == v) for v in missing]
+        free = ", ".join(f"bond {b.number} ({b.tail} - {b.head})" for b in names)
+        raise GraphError(f"more than one degree of freedom: nothing ties {free} to the coordinate")
+    if len(waiting) > len(missing):
+        raise GraphError("over-constrained: too many relations at " + ", ".join(places(graph, waiting)))
+    return Solve(missing, tuple(waiting))
+
+
+def places(graph: BondGraph, relations: Sequence[Relation]) -> list[str]:
+    """Where relations come from, by element and bonds."""
+    return [f"{graph.title(r.name)} (bonds {', '.join(str(b.number) for b in graph.at(r.name))})" for r in relations]

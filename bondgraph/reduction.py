@@ -1,25 +1,97 @@
-"""Reduction to one coordinate: unit flow in, flow gain of every bond out, and from the gains I*, dI*/dphi and M*.
+"""How many positions a graph is walked at: a tally that whoever wants to know starts, and that costs nothing else.
 
-The junction structure is compiled once into a plan of local steps (`bondgraph.structure`: scale by a constant, scale by a
-modulus, sum at a 0-junction); where loops leave flows that no single step gives, one linear system A g = b per position
-solves them, and A g' = b' - A' g their slopes. Running the plan costs a few array operations per transformer, for any
-number of positions at once.
+>>> with counted() as tally:
+...     count(17)
+>>> tally.evaluations
+17
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Container, Mapping
+from collections.abc import Callable, Container, Iterator, Mapping
+from contextlib import contextmanager
+from contextvars import ContextVar
 from functools import cached_property
 from typing import Any, NamedTuple
 
 import numpy as np
 
-from bondgraph import counting
 from bondgraph.elements import Displacement, Element, Here, Law, Modulus, Motion
-from bondgraph.faults import GraphError
-from bondgraph.graph import BondGraph, as_graph
-from bondgraph.laws import OWN_DISPLACEMENT, TIME, Function
-from bondgraph.structure import SINGULAR, Ratio, Scale, Solve, Step, Sum, closed, entry, flow_relations, flow_variables, plan
+from bondgraph.graph import (
+    SINGULAR,
+    BondGraph,
+    Ratio,
+    Scale,
+    Solve,
+    Step,
+    Sum,
+    as_graph,
+    closed,
+    entry,
+    flow_relations,
+    flow_variables,
+    plan,
+)
+from bondgraph.laws import OWN_DISPLACEMENT, TIME, Function, GraphError
+
+
+class Tally:
+    """Evaluations counted so far. A tally inside another one counts for both.
+
+    `watch` is called each time that something is counted; what it raises ends the work.
+    """
+
+    def __init__(self, outer: Tally | None = None, watch: Callable[[], None] | None = None) -> None:
+        self.evaluations = 0
+        self._outer, self._watch = outer, watch
+
+    def add(self, evaluations: int) -> None:
+        """Count more of them."""
+        self.evaluations += evaluations
+        if self._watch is not None:
+            self._watch()
+        if self._outer is not None:
+            self._outer.add(evaluations)
+
+
+_TALLY: ContextVar[Tally | None] = ContextVar("tally", default=None)
+
+
+@contextmanager
+def counted(watch: Callable[[], None] | None = None) -> Iterator[Tally]:
+    """Count what is evaluated inside, in this thread: `tally.evaluations`, also while it goes on.
+
+    `watch` is called with every evaluation, and may raise to put an end to it.
+    """
+    tally = Tally(_TALLY.get(), watch)
+    token = _TALLY.set(tally)
+    try:
+        yield tally
+    finally:
+        _TALLY.reset(token)
+
+
+def count(positions: Any) -> None:
+    """Count positions, given as their number or as themselves: an array, a number, an interval of arrays."""
+    tally = _TALLY.get()
+    if tally is not None:
+        tally.add(positions if isinstance(positions, int) else _number(positions))
+
+
+def _number(positions: Any) -> int:
+    size = getattr(getattr(positions, "lo", positions), "size", 1)
+    return size if isinstance(size, int) else 1
+
+
+# -- reduction ---------------------------------------------------------------------------------------------------------
+
+# Reduction to one coordinate: unit flow in, flow gain of every bond out, and from the gains I*, dI*/dphi and M*.
+#
+# The junction structure is compiled once into a plan of local steps (`bondgraph.structure`: scale by a constant, scale by a
+# modulus, sum at a 0-junction); where loops leave flows that no single step gives, one linear system A g = b per position
+# solves them, and A g' = b' - A' g their slopes. Running the plan costs a few array operations per transformer, for any
+# number of positions at once.
+
 
 Positions = Mapping[str, Callable[[Any], Any]]
 _Source = tuple[Element, int, float]  # with its flow variable, and the sign of its effort on the coordinate
@@ -201,9 +273,9 @@ class Reduction:
 
     def _run(self, at: _Positions) -> Flows:
         """Gains first, slopes after them: a modulus varies at the rate that its own displacement's gain gives."""
-        counting.count(at.phi)
-        count = max(self._flow.values()) + 1
-        flows = at.flows = Flows([None] * count, [_ZERO] * count)
+        count(at.phi)
+        size = max(self._flow.values()) + 1
+        flows = at.flows = Flows([None] * size, [_ZERO] * size)
         flows.gain[self.variable[self.coordinate]] = 1.0
         for step in self._steps:
             _GAIN[type(step)](step, flows, at)

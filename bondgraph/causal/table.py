@@ -13,12 +13,10 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
 
-from bondgraph.causal.assignment import Causality, causality
-from bondgraph.causal.dependence import COMMON, Inputs, Variable, giver, inputs
+from bondgraph.causal.strokes import COMMON, Causality, Inputs, Variable, causality, giver, inputs
 from bondgraph.elements import JUNCTIONS, SOURCES, STORES, Law
-from bondgraph.faults import GraphError, refuse
 from bondgraph.graph import CONVENTION, Bond, BondGraph, as_graph
-from bondgraph.laws import TIME
+from bondgraph.laws import TIME, GraphError, refuse
 
 _HEADINGS = ("bond", "from", "to", "half arrow", "stroke at", "effort", "flow", "state")
 

@@ -11,20 +11,33 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from bondgraph.causal.dependence import is_integral
-from bondgraph.domains import DOMAINS
-from bondgraph.drawing.labels import JUNCTION_SIZE, LABEL_SIZE, LINE_SPACING, NAME_SIZE, NUMBER_SIZE, mathtext, width
-from bondgraph.drawing.layout import Box, Layout, Line, Point, half_arrow, layout, stroke
-from bondgraph.elements import STORES
-from bondgraph.faults import GraphError, refuse
-from bondgraph.files import replacement
+from bondgraph.causal.strokes import is_integral
+from bondgraph.drawing.layout import (
+    JUNCTION_SIZE,
+    LABEL_SIZE,
+    LINE_SPACING,
+    NAME_SIZE,
+    NUMBER_SIZE,
+    Box,
+    Layout,
+    Line,
+    Point,
+    half_arrow,
+    layout,
+    mathtext,
+    stroke,
+    width,
+)
+from bondgraph.elements import DOMAINS, STORES
 from bondgraph.graph import Bond, BondGraph, as_graph
+from bondgraph.laws import GraphError, refuse
+from bondgraph.storage.files import replacement
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-    from bondgraph.causal.assignment import Causality
+    from bondgraph.causal.strokes import Causality
 
 COLOURS = {
     "translation": "#D55E00",
@@ -101,7 +114,7 @@ def _kind(file: str | Path) -> str:
 def _causes(graph: BondGraph, given: Causality | Mapping[int, str] | None) -> tuple[Mapping[int, str], frozenset[str]]:
     """The strokes, and the stores whose causality is derivative: those with their stroke at the wrong end."""
     if given is None:
-        from bondgraph.causal.assignment import causality
+        from bondgraph.causal.strokes import causality
 
         given = causality(graph)
     strokes = given if isinstance(given, Mapping) else given.strokes

@@ -13,9 +13,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from bondgraph.connections import reached_from
 from bondgraph.elements import ONE_PORTS, TWO_PORTS
-from bondgraph.graph import Bond, BondGraph
+from bondgraph.graph import Bond, BondGraph, reached_from
 
 Array = NDArray[np.float64]
 Indices = NDArray[np.intp]

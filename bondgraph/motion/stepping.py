@@ -13,7 +13,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from bondgraph.faults import GraphError
+from bondgraph.laws import GraphError
 
 Array = NDArray[np.float64]
 Field = Callable[[float, Array], Array]

@@ -15,9 +15,17 @@ from typing import Any
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
-from bondgraph.mechanisms.comparison import Comparison, compare_free_motion, compare_kinematics, compare_torques
-from bondgraph.mechanisms.dead_centre import Loads, divided_by_modulus
-from bondgraph.mechanisms.slider_crank import HARMONIC, STEADY, SliderCrank
+from bondgraph.case_study import (
+    HARMONIC,
+    STEADY,
+    Comparison,
+    Loads,
+    SliderCrank,
+    compare_free_motion,
+    compare_kinematics,
+    compare_torques,
+    divided_by_modulus,
+)
 
 BLUE, VERMILLION, GREEN, BLACK, GREY = "#0072B2", "#D55E00", "#009E73", "#000000", "#999999"
 STYLES: dict[str, Any] = {

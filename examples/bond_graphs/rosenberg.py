@@ -13,7 +13,7 @@ import numpy as np
 
 import bondgraph
 from bondgraph import Builder, I, Se, reduce
-from bondgraph.mechanisms.planar import Bar, Linkage, counts, slider_crank
+from bondgraph.planar import Bar, Linkage, counts, slider_crank
 
 RADIUS, ROD, CRANK, MASS, SWING, SLIDER, FORCE = 0.2, 0.6, 1.0, 2.0, 0.06, 3.0, -50.0
 

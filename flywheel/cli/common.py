@@ -82,7 +82,7 @@ def hand_over(text: str, output: Path | None, scene: Path) -> None:
     if output is None:
         show(text)
         return
-    from bondgraph.files import write_text
+    from bondgraph.storage.files import write_text
     from flywheel.reading.scenes import input_files
 
     with written(output):
@@ -164,7 +164,7 @@ def spare(scene: Path, *outputs: Path | None) -> None:
 
     A picture is told by its ending; a text is compared with what is there when it is written.
     """
-    from bondgraph.files import InputError, check
+    from bondgraph.storage.files import InputError, check
     from flywheel.reading.scenes import input_files
 
     named = [output for output in outputs if output is not None]

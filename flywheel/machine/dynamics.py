@@ -15,7 +15,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from bondgraph import counting
+from bondgraph import reduction as counting
 from bondgraph.reduction import Reduction, Station
 from flywheel.components.motors import DC
 from flywheel.machine.loads import Effort

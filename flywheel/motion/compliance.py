@@ -10,9 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bondgraph.elements import Element, Here, Law, Modulus, Motion
-from bondgraph.faults import GraphError
 from bondgraph.graph import BondGraph
-from bondgraph.laws import TIME
+from bondgraph.laws import TIME, GraphError
 from bondgraph.motion.dynamics import Dynamics
 from bondgraph.motion.simulation import Run, simulate
 from flywheel.machine.dynamics import circuit_of

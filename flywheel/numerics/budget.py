@@ -8,7 +8,7 @@ from contextvars import ContextVar
 from time import perf_counter
 from typing import Any, NamedTuple
 
-from bondgraph.counting import Tally, count, counted
+from bondgraph.reduction import Tally, count, counted
 from flywheel.numerics.faults import Fault, SceneError
 
 __all__ = ["FREE", "Cost", "Meter", "Tally", "count", "counted", "metered", "unmeasured"]

@@ -17,7 +17,7 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
-from bondgraph.files import replacement
+from bondgraph.storage.files import replacement
 from flywheel.machine.machine import Machine
 from flywheel.numerics import cells
 from flywheel.numerics.units import figure as number

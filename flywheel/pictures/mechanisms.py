@@ -21,7 +21,7 @@ from matplotlib.patheffects import withStroke
 from numpy.typing import NDArray
 from PIL import Image
 
-from bondgraph.files import replacement
+from bondgraph.storage.files import replacement
 from flywheel.mechanisms.linkages.poses import Poses
 from flywheel.numerics.faults import Fault, SceneError
 from flywheel.numerics.units import figure as number

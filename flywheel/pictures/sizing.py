@@ -17,7 +17,7 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import MultipleLocator
 from numpy.typing import NDArray
 
-from bondgraph.files import replacement
+from bondgraph.storage.files import replacement
 from flywheel.numerics.units import figure as number
 from flywheel.pictures import figures
 from flywheel.pictures.figures import (

@@ -2,7 +2,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from bondgraph import Bond
-from bondgraph.connections import neighbours, reached_from, representatives
+from bondgraph.graph import neighbours, reached_from, representatives
 
 TIES = st.lists(st.tuples(st.integers(0, 9), st.integers(0, 9)), max_size=12)
 

@@ -3,9 +3,8 @@ import pytest
 
 from bondgraph import Se
 from bondgraph.builder import Builder
-from bondgraph.counting import count, counted
 from bondgraph.elements import I
-from bondgraph.reduction import Reduction
+from bondgraph.reduction import Reduction, count, counted
 from flywheel.numerics.intervals import Interval
 
 

@@ -3,7 +3,7 @@ import math
 import pytest
 
 from bondgraph import GraphError
-from bondgraph.faults import refuse, size_faults
+from bondgraph.laws import refuse, size_faults
 
 
 def test_all_faults_are_raised_together():

@@ -10,7 +10,7 @@ import sympy
 from hypothesis import strategies as st
 
 from bondgraph import GraphError, function
-from bondgraph.operands import _PARTIALS, Dual, Traced, untraced
+from bondgraph.laws import _PARTIALS, Dual, Traced, untraced
 
 POINTS = {"arcsin": (0.3,), "arccos": (-0.4,), "power": (1.7, 2.3), "divide": (1.7, -2.3)}
 MPMATH = {"arcsin": "asin", "arccos": "acos", "arctan": "atan", "arctan2": "atan2", "log": "log", "absolute": "fabs"}

@@ -3,7 +3,7 @@
 import pytest
 
 from bondgraph import Builder, GraphError, I, Se
-from bondgraph.structure import (
+from bondgraph.graph import (
     Relation,
     Scale,
     Solve,

@@ -10,7 +10,9 @@ import pytest
 ROOT = Path(__file__).parents[2]
 PAGES = ("README.md", "examples/README.md", "tests/benchmarks/README.md", "tests/extremes/README.md")
 SCRIPTS = ("README.md", "flywheel/reference/joints.md", "flywheel/reference/bond-graphs.md")
-LINKS = [(page, path) for page in PAGES for path in set(re.findall(r"\]\(([^)#:]+)\)", (ROOT / page).read_text(encoding="utf-8")))]
+LINKS = [
+    (page, path) for page in PAGES for path in set(re.findall(r"\]\(([^)#:]+)\)", (ROOT / page).read_text(encoding="utf-8")))
+]
 
 
 @pytest.mark.parametrize("page", SCRIPTS)
@@ -33,7 +35,11 @@ def test_every_link_leads_somewhere(page: str, path: str) -> None:
 def test_every_example_is_in_the_index_with_a_picture() -> None:
     index = (ROOT / "examples" / "README.md").read_text(encoding="utf-8")
     linked = set(re.findall(r"\]\(([^)#:]+)\)", index))
-    found = {path.relative_to(ROOT / "examples").as_posix() for kind in ("*/*.py", "*/*.toml") for path in (ROOT / "examples").glob(kind)}
+    found = {
+        path.relative_to(ROOT / "examples").as_posix()
+        for kind in ("*/*.py", "*/*.toml")
+        for path in (ROOT / "examples").glob(kind)
+    }
     assert found - linked == set()
     for line in index.splitlines():
         if line.startswith("| [") and ".toml)" in line:

@@ -4,7 +4,7 @@ import pytest
 from hypothesis import HealthCheck, assume, given, settings
 
 from bondgraph import Builder, C, GraphError, I, R, Se, Sf
-from bondgraph.causal.assignment import causality
+from bondgraph.causal.strokes import causality
 from tests.bondgraph.causal.causal_graphs import (
     GRAPHS,
     divider,

@@ -1,8 +1,7 @@
 import pytest
 
 from bondgraph import Builder, I, R, Se
-from bondgraph.causal.assignment import causality
-from bondgraph.causal.dependence import Variable, deciding, giver, inputs
+from bondgraph.causal.strokes import Variable, causality, deciding, giver, inputs
 from tests.bondgraph.causal.causal_graphs import GRAPHS, divider, motor, slider_crank, violations
 
 

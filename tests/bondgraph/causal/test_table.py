@@ -3,7 +3,7 @@ import pytest
 from hypothesis import given, settings
 
 from bondgraph import Builder, C, GraphError, I, Law, Modulus, Motion, R, Se
-from bondgraph.causal.assignment import causality
+from bondgraph.causal.strokes import causality
 from bondgraph.causal.table import Quantity, table
 from bondgraph.graph import CONVENTION
 from tests.bondgraph.causal.causal_graphs import divider, generic, graphs, motor, rivals, shaft, slider_crank

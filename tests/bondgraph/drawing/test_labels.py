@@ -1,7 +1,7 @@
 import pytest
 
 from bondgraph import Builder, I, R, Se
-from bondgraph.drawing.labels import labels, mathtext, plain, short_names, width
+from bondgraph.drawing.layout import labels, mathtext, plain, short_names, width
 from tests.bondgraph.drawing.drawn_graphs import condensed, hub, motor
 
 

@@ -75,7 +75,7 @@ def test_a_causality_is_taken_as_its_strokes():
 
 
 def test_without_a_causality_the_library_finds_one():
-    from bondgraph.causal.assignment import causality
+    from bondgraph.causal.strokes import causality
 
     found = causality(condensed())
     assert len(draw(condensed()).axes[0].lines) == len(draw(condensed(), causality=found.strokes).axes[0].lines)

@@ -7,8 +7,17 @@ from hypothesis import strategies as st
 from numpy.testing import assert_allclose
 
 from bondgraph import GraphError
-from bondgraph.mechanisms.comparison import agreement, compare_free_motion, compare_kinematics, compare_torques
-from bondgraph.mechanisms.slider_crank import HARMONIC, STEADY, Imposed, SliderCrank, exact_inertia
+from bondgraph.case_study import (
+    HARMONIC,
+    STEADY,
+    Imposed,
+    SliderCrank,
+    agreement,
+    compare_free_motion,
+    compare_kinematics,
+    compare_torques,
+    exact_inertia,
+)
 
 # -- statistics ---------------------------------------------------------------------------------------------------------
 

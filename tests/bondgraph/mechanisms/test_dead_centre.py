@@ -5,8 +5,7 @@ import pytest
 from numpy.testing import assert_allclose
 
 from bondgraph import GraphError
-from bondgraph.mechanisms.dead_centre import Loads, divided_by_modulus, printed_programme
-from bondgraph.mechanisms.slider_crank import HARMONIC, STEADY
+from bondgraph.case_study import HARMONIC, STEADY, Loads, divided_by_modulus, printed_programme
 
 
 def test_without_torque_the_printed_modulus_stops_at_the_first_dead_centre():

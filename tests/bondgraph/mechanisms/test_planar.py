@@ -8,9 +8,9 @@ from numpy.testing import assert_allclose
 
 import flywheel
 from bondgraph import Builder, GraphError, I, R, Reduction, Se, Sf
-from bondgraph.mechanisms.planar import Bar, Count, counts, fix, four_bar, pin, rigid_body, slide, slider_crank
 from bondgraph.motion.dynamics import Dynamics
-from bondgraph.simplifying.rules import drop_zero_velocity, simplify
+from bondgraph.planar import Bar, Count, counts, fix, four_bar, pin, rigid_body, slide, slider_crank
+from bondgraph.simplification.rules import drop_zero_velocity, simplify
 
 G = 9.80665
 CRANK = {"length": 0.2, "mass": 2.0, "inertia": 0.1, "com": 0.07, "com_angle": 0.3}

@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 from numpy.testing import assert_allclose
 
 from bondgraph import GraphError, reduce
-from bondgraph.mechanisms.slider_crank import SliderCrank, exact_inertia, small_ratio_inertia, triangle
+from bondgraph.case_study import SliderCrank, exact_inertia, small_ratio_inertia, triangle
 
 angles = st.floats(-10.0, 10.0)
 ratios = st.floats(0.05, 0.95)

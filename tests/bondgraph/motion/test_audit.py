@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
-import bondgraph.motion.walk
 from bondgraph import Builder, C, GraphError, I, R, Se, Sf, simulate
+from bondgraph.motion import dynamics as walking
 
 
 def driven_press():
@@ -35,8 +35,8 @@ def test_energies_of_a_charged_capacitor():
 
 
 def sabotaged(monkeypatch, name, wrong):
-    right = getattr(bondgraph.motion.walk.Walk, name)
-    monkeypatch.setattr(bondgraph.motion.walk.Walk, name, lambda self, *args: wrong(right(self, *args)))
+    right = getattr(walking.Walk, name)
+    monkeypatch.setattr(walking.Walk, name, lambda self, *args: wrong(right(self, *args)))
 
 
 def test_accelerations_off_by_a_millionth_are_found(monkeypatch):
@@ -46,7 +46,7 @@ def test_accelerations_off_by_a_millionth_are_found(monkeypatch):
 
 
 def test_a_modulus_that_differs_for_efforts_is_found(monkeypatch):
-    right = bondgraph.motion.walk.Walk.mass_and_force
+    right = walking.Walk.mass_and_force
 
     def wrong(self):
         gains, ram = self.gain, self.form.variable("ram")
@@ -55,7 +55,7 @@ def test_a_modulus_that_differs_for_efforts_is_found(monkeypatch):
         self.gain = gains
         return found
 
-    monkeypatch.setattr(bondgraph.motion.walk.Walk, "mass_and_force", wrong)
+    monkeypatch.setattr(walking.Walk, "mass_and_force", wrong)
     run = simulate(driven_press(), 0.3, rtol=1e-9)
     assert 1e-9 < run.audit.power < 1e-5
     assert run.audit.power_at in ("crank->ram", "crank", "ram")
@@ -69,10 +69,8 @@ def test_a_gain_that_differs_from_the_flows_is_found(monkeypatch):
 
 def test_a_resistor_that_differs_in_the_run_is_found(monkeypatch):
     run = simulate(driven_press(), 0.3, rtol=1e-9)
-    right = bondgraph.motion.walk.Walk._resistor
-    monkeypatch.setattr(
-        bondgraph.motion.walk.Walk, "_resistor", lambda self, port: tuple(1.001 * v for v in right(self, port))
-    )
+    right = walking.Walk._resistor
+    monkeypatch.setattr(walking.Walk, "_resistor", lambda self, port: tuple(1.001 * v for v in right(self, port)))
     assert run.audit.energy > 1e-6
 
 

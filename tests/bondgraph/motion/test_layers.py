@@ -3,9 +3,8 @@
 import numpy as np
 
 from bondgraph import GY, TF, Builder, C, I, R, Se, Sf
-from bondgraph.motion.formulation import Formulation
-from bondgraph.motion.layers import INERTIAS, RESISTORS, SPRINGS, Layers
-from bondgraph.structure import flow_variables
+from bondgraph.graph import flow_variables
+from bondgraph.motion.formulation import INERTIAS, RESISTORS, SPRINGS, Formulation, Layers
 
 
 def layers(builder):

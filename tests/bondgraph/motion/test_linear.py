@@ -8,8 +8,7 @@ from hypothesis import strategies as st
 from numpy.testing import assert_allclose
 
 from bondgraph import GraphError
-from bondgraph.motion.linear import solve, solve_symmetric
-from bondgraph.motion.recording import Recorder
+from bondgraph.motion.algebra import Recorder, solve, solve_symmetric
 
 
 def positive_definite(size, seed):

@@ -5,7 +5,7 @@ import pytest
 from numpy.testing import assert_allclose
 
 from bondgraph import GraphError
-from bondgraph.motion.newton import settle
+from bondgraph.motion.algebra import settle
 
 
 def test_newton_settles_each_of_many_states():

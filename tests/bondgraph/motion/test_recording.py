@@ -7,8 +7,8 @@ import pytest
 from numpy.testing import assert_allclose
 
 from bondgraph import function
-from bondgraph.motion.recording import Recorder
-from bondgraph.operands import Dual
+from bondgraph.laws import Dual
+from bondgraph.motion.algebra import Recorder
 
 
 def recorded(given, count):

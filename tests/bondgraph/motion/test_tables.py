@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from bondgraph import Builder, C, I, Law, Modulus, Motion, R, Se, Sf
+from bondgraph.motion.dynamics import tables
 from bondgraph.motion.formulation import Formulation
-from bondgraph.motion.tables import tables
 
 
 def found(builder):

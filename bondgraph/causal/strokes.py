@@ -1,0 +1,555 @@
+"""What computes what once every bond has its causal stroke: causal paths, algebraic loops, what derivative stores follow.
+
+The element at the stroke's end of a bond receives the effort and gives the flow; the element at the other end gives the
+effort. So every effort and flow has one giver, and the giver's law says which other efforts and flows it is computed from.
+What a store gives is computed from none: its state in integral causality, a rate of change in derivative causality.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from typing import NamedTuple
+
+from bondgraph.elements import JUNCTIONS, ONE_PORTS, SOURCES, STORES, TWO_PORTS
+from bondgraph.graph import Bond, BondGraph, as_graph
+from bondgraph.laws import GraphError, refuse
+from bondgraph.motion.formulation import Formulation
+
+COMMON = {"1": "f", "0": "e"}  # what the bonds of a junction share
+DECIDES_AT = {"1": False, "0": True, "TF": True}  # whether the one bond that decides has its stroke at the element
+OTHER = {"e": "f", "f": "e"}
+
+
+class Variable(NamedTuple):
+    """The effort ("e") or the flow ("f") of a bond."""
+
+    letter: str
+    bond: int
+
+    def __str__(self) -> str:
+        return f"{self.letter}_{self.bond}"
+
+
+Inputs = Mapping[Variable, tuple[Variable, ...]]
+
+
+class Loop(NamedTuple):
+    """An algebraic loop: efforts and flows that need one another at the same instant; they are solved for together."""
+
+    elements: tuple[str, ...]
+    bonds: tuple[int, ...]
+    text: str
+
+
+def giver(bond: Bond, letter: str, strokes: Mapping[int, str]) -> str:
+    """The element that gives a bond's effort or flow."""
+    end = strokes[bond.number]
+    return end if letter == "f" else bond.other(end)
+
+
+def is_integral(store: str, gives_flow: bool) -> bool:
+    """Whether an I or C that gives its flow, or else its effort, gives it from its state: an I a flow, a C an effort."""
+    return gives_flow == (store == "I")
+
+
+def deciding(graph: BondGraph, strokes: Mapping[int, str], name: str) -> list[Bond]:
+    """The bonds that decide at an element: at a 1-junction the flow, at a 0-junction the effort, at a TF what it scales.
+
+    Where causality is right there is one. Bonds without a stroke are left out.
+    """
+    at = DECIDES_AT[graph.elements[name].kind]
+    return [b for b in graph.at(name) if b.number in strokes and (strokes[b.number] == name) is at]
+
+
+def inputs(graph: BondGraph, strokes: Mapping[int, str]) -> dict[Variable, tuple[Variable, ...]]:
+    """Every effort and flow, with the efforts and flows that its giver computes it from at the same instant."""
+    return {
+        Variable(letter, bond.number): _inputs(graph, strokes, giver(bond, letter, strokes), letter, bond)
+        for bond in graph.bonds
+        for letter in "ef"
+    }
+
+
+def _inputs(graph: BondGraph, strokes: Mapping[int, str], name: str, letter: str, bond: Bond) -> tuple[Variable, ...]:
+    kind = graph.elements[name].kind
+    if kind in ONE_PORTS:
+        return (Variable(OTHER[letter], bond.number),) if kind == "R" else ()
+    others = [b.number for b in graph.at(name) if b is not bond]
+    if kind == "GY":
+        return (Variable(OTHER[letter], others[0]),)
+    if kind in JUNCTIONS and letter == COMMON[kind]:
+        others = [b.number for b in deciding(graph, strokes, name) if b is not bond][:1]
+    return tuple(Variable(letter, number) for number in others)
+
+
+def follows(graph: BondGraph, strokes: Mapping[int, str], known: Inputs, name: str) -> str:
+    """What a store in derivative causality depends on: `I:m follows I:J through MTF:T`."""
+    bond = graph.bond_of(name)
+    start = Variable("f" if graph.elements[name].kind == "I" else "e", bond.number)
+    gives = _givers(graph, strokes)
+    towards = _towards(start, known)
+    ends = []
+    for variable in towards:
+        end = gives[variable]
+        if known[variable] or end == name or graph.elements[end].kind not in ONE_PORTS:
+            continue
+        path = [gives[v] for v in _path(variable, towards)]
+        passed = [graph.title(n) for n in path if graph.elements[n].kind in TWO_PORTS | {"R"}]
+        ends.append(graph.title(end) + (f" through {', '.join(dict.fromkeys(passed))}" if passed else ""))
+    what = " and ".join(dict.fromkeys(ends)) or "no store and no source: the junctions alone decide it"
+    return f"{graph.title(name)} follows {what}"
+
+
+def loops(graph: BondGraph, strokes: Mapping[int, str], known: Inputs) -> tuple[Loop, ...]:
+    """The algebraic loops: groups of efforts and flows each of which is computed from all the others."""
+    gives = _givers(graph, strokes)
+    return tuple(_loop(graph, gives, known, group) for group in _groups(known))
+
+
+def _givers(graph: BondGraph, strokes: Mapping[int, str]) -> dict[Variable, str]:
+    return {Variable(x, bond.number): giver(bond, x, strokes) for bond in graph.bonds for x in "ef"}
+
+
+def _towards(start: Variable, known: Inputs) -> dict[Variable, Variable]:
+    """Everything that `start` is computed from, each with the next variable on the shortest way to it."""
+    found = {start: start}
+    queue = [start]
+    for variable in queue:
+        fresh = [v for v in known[variable] if v not in found]
+        found |= dict.fromkeys(fresh, variable)
+        queue += fresh
+    return found
+
+
+def _path(variable: Variable, towards: Mapping[Variable, Variable]) -> Iterator[Variable]:
+    yield variable
+    while towards[variable] != variable:
+        variable = towards[variable]
+        yield variable
+
+
+def _groups(known: Inputs) -> Iterator[list[Variable]]:
+    left = dict(known)
+    while settled := [v for v, needs in left.items() if not any(n in left for n in needs)]:
+        for variable in settled:
+            del left[variable]
+    needs = {v: tuple(n for n in known[v] if n in left) for v in left}
+    reach = {v: {w for n in needs[v] for w in _towards(n, needs)} for v in left}
+    while left:
+        first = next(iter(left))
+        group = [v for v in left if v in reach[first] and first in reach[v]]
+        if group:
+            yield group
+        for variable in group or [first]:
+            del left[variable]
+
+
+def _loop(graph: BondGraph, gives: Mapping[Variable, str], known: Inputs, group: list[Variable]) -> Loop:
+    members = {gives[v] for v in group}
+    elements = tuple(name for name in graph.elements if name in members)
+    resistors = [graph.title(name) for name in elements if graph.elements[name].kind == "R"]
+    start = next((v for v in group if graph.elements[gives[v]].kind == "R"), group[0])
+    needs = {v: tuple(n for n in known[v] if n in group) for v in group}
+    back = [_towards(v, needs) for v in needs[start]]  # what each input of `start` is computed from, `start` itself if found
+    circles = [[*_path(start, towards), start] for towards in back if start in towards]
+    circle = min(circles, key=lambda steps: len(steps))
+    passed = ", ".join(graph.title(n) for n in dict.fromkeys(gives[v] for v in circle))
+    through = " and ".join(resistors) or f"the junction structure at {passed}"
+    more = f" ({len(group)} efforts and flows in all)" if len(group) > len(circle) - 1 else ""
+    text = f"algebraic loop through {through}: {' -> '.join(map(str, circle))}{more}"
+    return Loop(elements, tuple(sorted({v.bond for v in group})), text)
+
+
+# -- assignment --------------------------------------------------------------------------------------------------------
+
+# Causal strokes: which end of every bond receives the effort, found by the sequential causality assignment procedure.
+#
+# Sources fix theirs; then stores take the causality they prefer, one at a time; then resistors, and whatever is left, are
+# chosen. After each step everything that follows through junctions, transformers and gyrators is filled in. A step that
+# contradicts what is there is taken back and tried the other way. Stores whose choice would pass backwards through a
+# modulated transformer, f_in = f_out / T, wait for the others, for T may vanish (dead centres).
+
+
+_INTEGRAL, _DERIVATIVE = "integral", "derivative"
+_WORDS = {"e": "effort", "f": "flow"}
+_PATIENCE = 20  # steps per bond before the search for an assignment without conflict gives up
+
+
+class Reason(NamedTuple):
+    """Why a stroke is where it is; kind is source, preferred, propagated, chosen or derivative."""
+
+    kind: str
+    text: str
+
+
+@dataclass(frozen=True, eq=False)
+class Causality:
+    """The causal strokes of a graph. Made by `causality`; `describe()` lists it.
+
+    Args:
+        graph: the graph.
+        strokes: bond number -> name of the element at the stroke's end; it receives the effort and gives the flow.
+        reasons: bond number -> why.
+        integral: stores in integral causality: each is a state of its own.
+        derivative: stores in derivative causality: they follow other stores and sources.
+        follows: derivative store -> what it follows and through what.
+        conflicts: a line each for what cannot all hold; empty where the assignment is right.
+        loops: the algebraic loops; not looked for where there are conflicts.
+
+    """
+
+    graph: BondGraph
+    strokes: Mapping[int, str]
+    reasons: Mapping[int, Reason]
+    integral: tuple[str, ...]
+    derivative: tuple[str, ...]
+    follows: Mapping[str, str]
+    conflicts: tuple[str, ...]
+    loops: tuple[Loop, ...]
+
+    def describe(self) -> str:
+        """Every bond with its stroke and reason, then the stores, conflicts and loops, as text."""
+        bonds = self.graph.bonds
+        arrows = [f"{b.tail} -> {b.head}" for b in bonds]
+        wide, end = max(10, *map(len, arrows)), max(9, *map(len, self.strokes.values()))
+        lines = [f"bond  {'half arrow':{wide}}  {'stroke at':{end}}  reason"]
+        for bond, arrow in zip(bonds, arrows, strict=True):
+            reason = self.reasons[bond.number]
+            stroke = self.strokes[bond.number]
+            lines.append(f"{bond.number:4d}  {arrow:{wide}}  {stroke:{end}}  {reason.kind}: {reason.text}")
+        lines.append("integral: " + (", ".join(self.graph.title(n) for n in self.integral) or "none"))
+        lines += _listed("derivative", [self.follows[n] for n in self.derivative])
+        lines += _listed("conflicts", self.conflicts)
+        lines += _listed("algebraic loops", [loop.text for loop in self.loops])
+        return "\n".join(lines)
+
+
+def _listed(what: str, lines: Sequence[str]) -> list[str]:
+    return [f"{what}:", *(f"  {line}" for line in lines)] if lines else [f"{what}: none"]
+
+
+def causality(graph: BondGraph, prefer: str | Mapping[str, str] = _INTEGRAL) -> Causality:
+    """The causal strokes of a graph by sequential assignment.
+
+    Conflicts are reported, not raised: the rest of the graph is assigned as well as it can be. An inertia of 0 has no
+    momentum to be a state and prefers derivative causality, unless `prefer` names it.
+
+    Args:
+        graph: the graph.
+        prefer: what stores prefer, "integral" or "derivative"; or by name for some of them, integral for the others.
+
+    Raises:
+        GraphError: if `prefer` asks for something else, or names something that is no store.
+
+    >>> from bondgraph import Builder, I, Se
+    >>> b = Builder().one("crank", displacement="theta").one("slider").on("crank", Se("M", 1.0), I("J", 2.0))
+    >>> b = b.on("slider", I("m", 3.0)).transform("crank", "slider", lambda theta: theta, name="T")
+    >>> found = causality(b.build())
+    >>> found.integral, found.derivative, found.follows["m"]
+    (('J',), ('m',), 'I:m follows I:J through MTF:T')
+
+    """
+    wanted = _wanted(as_graph(graph), prefer)
+    draft = _started(graph)
+    for name in () if isinstance(prefer, str) else prefer:  # what is asked for by name comes first, if it can be had
+        trial = _store(draft, name, wanted[name], "preferred")
+        free = graph.bond_of(name).number not in draft.marks
+        draft = trial if free and len(trial.conflicts) == len(draft.conflicts) else draft
+    draft = _completed(draft, wanted)
+    strokes = {b.number: draft.marks[b.number].end for b in graph.bonds}
+    known = inputs(graph, strokes)
+    found = () if draft.conflicts else loops(graph, strokes, known)
+    how = {e.name: _how(e.kind, strokes[graph.bond_of(e.name).number] == e.name) for e in graph.of_kind(*STORES)}
+    derivative = tuple(name for name, is_ in how.items() if is_ == _DERIVATIVE)
+    return Causality(
+        graph,
+        strokes,
+        {b.number: _reason(draft, b, wanted, how, found) for b in graph.bonds},
+        tuple(name for name, is_ in how.items() if is_ == _INTEGRAL),
+        derivative,
+        {name: follows(graph, strokes, known, name) for name in derivative},
+        tuple(draft.conflicts.values()),
+        found,
+    )
+
+
+def _wanted(graph: BondGraph, prefer: str | Mapping[str, str]) -> dict[str, str]:
+    stores = graph.of_kind(*STORES)
+    asked = dict.fromkeys([e.name for e in stores if e.law != 0.0], prefer) if isinstance(prefer, str) else dict(prefer)
+    faults = []
+    if isinstance(prefer, str) and prefer not in (_INTEGRAL, _DERIVATIVE):
+        raise GraphError(f"prefer: found {prefer!r}, expected 'integral', 'derivative' or one of them by element name")
+    for name, how in asked.items():
+        if name not in graph.elements or graph.elements[name].kind not in STORES:
+            faults.append(f"prefer: {name!r} is no I or C of the graph")
+        elif how not in (_INTEGRAL, _DERIVATIVE):
+            faults.append(f"prefer: found {how!r} for {graph.title(name)}, expected 'integral' or 'derivative'")
+    refuse(faults)
+    wanted = {e.name: _DERIVATIVE if e.law == 0.0 else _INTEGRAL for e in stores} | asked
+    behind = _behind(graph)
+    return {name: wanted[name] for name in sorted(wanted, key=lambda name: behind(name) == (wanted[name] == _INTEGRAL))}
+
+
+def _behind(graph: BondGraph) -> Callable[[str], bool]:
+    """Whether a store is an inertia on a flow that others settle: it is the last to be a state, and the first not to be one.
+
+    Otherwise transformers would be turned round, whose ratios may vanish.
+    """
+    try:
+        form = Formulation(graph)
+    except GraphError:  # of what has no motion, the strokes may still be wanted
+        return lambda name: False
+    moving = form.coordinates.moving
+    return lambda name: graph.elements[name].kind == "I" and form.flow[graph.bond_of(name).number] not in moving
+
+
+def _how(kind: str, gives_flow: bool) -> str:
+    return _INTEGRAL if is_integral(kind, gives_flow) else _DERIVATIVE
+
+
+# -- drafts: strokes so far, and what follows from one more ---------------------------------------------------------------
+
+
+class _Mark(NamedTuple):
+    """A stroke: its end; whether and by which element it was decided or passed on; the bonds that it was passed on from."""
+
+    end: str
+    kind: str
+    by: str
+    causes: tuple[int, ...] = ()
+
+
+class _Draft(NamedTuple):
+    graph: BondGraph
+    marks: dict[int, _Mark]
+    conflicts: dict[str, str]
+    backwards: frozenset[str]
+
+    @property
+    def strokes(self) -> dict[int, str]:
+        return {number: mark.end for number, mark in self.marks.items()}
+
+
+def _started(graph: BondGraph) -> _Draft:
+    """The sources' strokes and all that follows from them, and from the structure alone."""
+    fixed = []
+    for source in graph.of_kind(*SOURCES):
+        bond = graph.bond_of(source.name)
+        end = source.name if source.kind == "Sf" else bond.other(source.name)
+        fixed.append((bond, _Mark(end, "source", source.name)))
+    return _extended(_Draft(graph, {}, {}, frozenset()), fixed, list(graph.elements))
+
+
+def _extended(draft: _Draft, decided: Iterable[tuple[Bond, _Mark]], todo: Sequence[str] = ()) -> _Draft:
+    """A draft with more strokes decided and all that follows from them filled in."""
+    graph, marks, conflicts = draft.graph, dict(draft.marks), dict(draft.conflicts)
+    strokes = draft.strokes
+    queue = list(todo)
+    for bond, mark in decided:
+        marks[bond.number], strokes[bond.number] = mark, mark.end
+        queue += bond[1:]
+    backwards = set(draft.backwards)
+    for name in queue:
+        if graph.elements[name].kind in ONE_PORTS:
+            continue
+        for bond, at, causes in _forced(graph, strokes, name):
+            end = name if at else bond.other(name)
+            marks[bond.number] = _Mark(end, "propagated", name, tuple(b.number for b in causes))
+            strokes[bond.number] = end
+            queue.append(bond.other(name))
+        if name not in conflicts and _contradicts(graph, strokes, name):
+            conflicts[name] = _conflict(graph, marks, strokes, name)
+        if _divides(graph, strokes, name):
+            backwards.add(name)
+    return _Draft(graph, marks, conflicts, frozenset(backwards))
+
+
+def _forced(graph: BondGraph, strokes: Mapping[int, str], name: str) -> list[tuple[Bond, bool, list[Bond]]]:
+    """Strokes that an element's other bonds leave no choice for: the bond, whether it is at the element, why."""
+    known = [b for b in graph.at(name) if b.number in strokes]
+    free = [b for b in graph.at(name) if b.number not in strokes]
+    kind = graph.elements[name].kind
+    if kind == "GY":
+        return [(b, strokes[known[0].number] == name, known) for b in free] if known else []
+    decided = deciding(graph, strokes, name)
+    if decided:
+        return [(b, not DECIDES_AT[kind], decided[:1]) for b in free]
+    return [(free[0], DECIDES_AT[kind], known)] if len(free) == 1 else []
+
+
+def _contradicts(graph: BondGraph, strokes: Mapping[int, str], name: str) -> bool:
+    bonds = graph.at(name)
+    known = [b for b in bonds if b.number in strokes]
+    if graph.elements[name].kind == "GY":
+        return len({strokes[b.number] == name for b in known}) > 1
+    decided = deciding(graph, strokes, name)
+    return len(decided) > 1 or (not decided and len(known) == len(bonds))
+
+
+def _divides(graph: BondGraph, strokes: Mapping[int, str], name: str) -> bool:
+    """Whether a two-port whose ratio may vanish is gone through the way that divides by it."""
+    if graph.elements[name].kind not in TWO_PORTS or (graph.is_linear(name) and graph.elements[name].law != 0.0):
+        return False
+    return strokes.get(graph.ends(name)[0].number) == name  # TF: f_in = f_out / T; GY: f_out = e_in / G
+
+
+# -- the procedure --------------------------------------------------------------------------------------------------------
+
+
+def _completed(draft: _Draft, wanted: Mapping[str, str]) -> _Draft:
+    """The first assignment in the order of preference that adds no conflict; where there is none, one that adds few."""
+    stack = [draft]
+    for _ in range(_PATIENCE * len(draft.graph.bonds)):
+        if not stack:
+            break
+        tried = stack.pop()
+        trials = _trials(tried, wanted)
+        if not trials:
+            return tried
+        stack += [t for t in reversed(trials) if len(t.conflicts) == len(tried.conflicts)]
+    while trials := _trials(draft, wanted):
+        draft = min(trials, key=lambda trial: len(trial.conflicts))
+    return draft
+
+
+def _trials(draft: _Draft, wanted: Mapping[str, str]) -> list[_Draft]:
+    """The two ways to decide the next open bond, the better one first; none if all bonds have their strokes."""
+    graph = draft.graph
+    if len(draft.marks) == len(graph.bonds):
+        return []
+    stores = [name for name in wanted if graph.bond_of(name).number not in draft.marks]
+    if stores:
+        return _store_trials(draft, wanted, stores)
+    resistors = [e.name for e in graph.of_kind("R") if graph.bond_of(e.name).number not in draft.marks]
+    return _resistor_trials(draft, resistors) if resistors else _free_trials(draft)
+
+
+def _store_trials(draft: _Draft, wanted: Mapping[str, str], stores: Sequence[str]) -> list[_Draft]:
+    """The first store that gets what it prefers without a conflict or a division by a modulus; else the first of all."""
+    waiting = []
+    for name in stores:
+        trial = _store(draft, name, wanted[name], "preferred")
+        if trial.backwards == draft.backwards and len(trial.conflicts) == len(draft.conflicts):
+            return [trial, _opposite(draft, name, wanted[name])]
+        waiting.append(trial)
+    return [waiting[0], _opposite(draft, stores[0], wanted[stores[0]])]
+
+
+def _resistor_trials(draft: _Draft, resistors: Sequence[str]) -> list[_Draft]:
+    """The first resistor whose law cannot be solved for its flow, as a resistance; where there is none, the first of all."""
+    name = min(resistors, key=lambda n: _solvable(draft.graph, n))
+    bond = draft.graph.bond_of(name)
+    both = _either_way(draft, bond, (bond.other(name), name), name)
+    return sorted(both, key=lambda trial: len(trial.backwards)) if _solvable(draft.graph, name) else both
+
+
+def _free_trials(draft: _Draft) -> list[_Draft]:
+    """The first bond that nothing decides, rather the way that divides by no modulus."""
+    bond = next(b for b in draft.graph.bonds if b.number not in draft.marks)
+    return sorted(_either_way(draft, bond, (bond.head, bond.tail), ""), key=lambda trial: len(trial.backwards))
+
+
+def _either_way(draft: _Draft, bond: Bond, ends: tuple[str, str], by: str) -> list[_Draft]:
+    return [_extended(draft, [(bond, _Mark(end, "chosen", by))]) for end in ends]
+
+
+def _store(draft: _Draft, name: str, how: str, kind: str) -> _Draft:
+    bond = draft.graph.bond_of(name)
+    gives_flow = is_integral(draft.graph.elements[name].kind, how == _INTEGRAL)
+    return _extended(draft, [(bond, _Mark(name if gives_flow else bond.other(name), kind, name))])
+
+
+def _opposite(draft: _Draft, name: str, how: str) -> _Draft:
+    return _store(draft, name, _DERIVATIVE if how == _INTEGRAL else _INTEGRAL, "chosen")
+
+
+def _solvable(graph: BondGraph, name: str) -> bool:
+    """Whether a resistor's flow can be computed from its effort, f = e / R; a function e(f) is not solved for f."""
+    return graph.elements[name].law != 0.0 and not graph.is_curve(name)
+
+
+# -- words ----------------------------------------------------------------------------------------------------------------
+
+
+def _conflict(graph: BondGraph, marks: Mapping[int, _Mark], strokes: Mapping[int, str], name: str) -> str:
+    kind, bonds = graph.elements[name].kind, graph.at(name)
+    if kind in TWO_PORTS:
+        given = [f"{_from(graph, marks, b)} gives it {'effort' if strokes[b.number] == name else 'flow'}" for b in bonds]
+        rule = "one effort and one flow" if kind == "TF" else "two efforts or two flows"
+        return f"{graph.title(name)}: {' and '.join(given)}, expected {rule}; take out or turn round one of the two"
+    word = _WORDS[COMMON[kind]]
+    decided = [_from(graph, marks, b) for b in deciding(graph, strokes, name)]
+    if decided:
+        return f"{kind}:{name}: {' and '.join(decided)} both set its {word}; keep one of them"
+    what = "an I or R" if kind == "1" else "a C or R"
+    return f"{kind}:{name}: none of {', '.join(_from(graph, marks, b) for b in bonds)} sets its {word}; hang {what} on it"
+
+
+def _from(graph: BondGraph, marks: Mapping[int, _Mark], bond: Bond) -> str:
+    """A bond and the elements whose decisions it has its stroke from: `bond 3 (from Se:a on bond 1)`."""
+    queue, seen = [bond.number], {bond.number}
+    for number in queue:
+        fresh = [n for n in marks[number].causes if n not in seen]
+        seen.update(fresh)
+        queue += fresh
+    roots = [n for n in sorted(queue) if not marks[n].causes and marks[n].by in graph.elements]
+    places = {n: graph.title(marks[n].by) + (f" on bond {n}" if n != bond.number else "") for n in roots}
+    return f"bond {bond.number}" + (f" (from {', '.join(places.values())})" if places else "")
+
+
+def _reason(draft: _Draft, bond: Bond, wanted: Mapping[str, str], how: Mapping[str, str], found: Sequence[Loop]) -> Reason:
+    graph, mark = draft.graph, draft.marks[bond.number]
+    port = next((n for n in bond[1:] if graph.elements[n].kind in ONE_PORTS), "")
+    kind, text = mark.kind, _text(graph, mark, bond, how)
+    if how.get(port) == _DERIVATIVE != wanted.get(port):
+        kind = "derivative"
+        text = f"{graph.title(port)} has to follow: {text}" if mark.kind == "propagated" else text
+    if kind == "chosen" and any(bond.number in loop.bonds for loop in found):
+        text += "; its causal path leads back to it, an algebraic loop"
+    return Reason(kind, text + _warning(graph, mark.end, bond, port, how))
+
+
+def _text(graph: BondGraph, mark: _Mark, bond: Bond, how: Mapping[str, str]) -> str:
+    """What a mark says: who decided the stroke, or which element passed it on from which bonds."""
+    gives = "flow" if mark.end == mark.by else "effort"
+    if mark.kind == "source":
+        return f"{graph.title(mark.by)} imposes its {gives}"
+    if mark.kind == "propagated":
+        return _passed_on(graph, mark, bond)
+    if not mark.by:
+        return f"nothing decides it: {graph.title(mark.end)} taken to receive the effort"
+    if mark.by in how:
+        because = "" if mark.kind == "preferred" else ", for the other way would contradict the rest"
+        return f"{graph.title(mark.by)} {how[mark.by]}, gives its {gives}{because}"
+    if gives == "flow":
+        return f"{graph.title(mark.by)} taken as a conductance, f = e / {mark.by}"
+    law = f"{mark.by} f" if _solvable(graph, mark.by) else f"{mark.by}(f)"
+    return f"{graph.title(mark.by)} taken as a resistance, e = {law}"
+
+
+def _passed_on(graph: BondGraph, mark: _Mark, bond: Bond) -> str:
+    element = graph.elements[mark.by]
+    causes = ("bonds " if len(mark.causes) > 1 else "bond ") + ", ".join(map(str, mark.causes))
+    where = graph.title(mark.by)
+    if element.kind in TWO_PORTS:
+        return f"{where} passes on {causes}"
+    word = _WORDS[COMMON[element.kind]]
+    decides = (mark.end == mark.by) is DECIDES_AT[element.kind]
+    if not decides:
+        return f"{causes} sets the {word} of {where}"
+    return f"no other bond sets the {word} of {where}" + (f" ({causes} cannot)" if mark.causes else "")
+
+
+def _warning(graph: BondGraph, end: str, bond: Bond, port: str, how: Mapping[str, str]) -> str:
+    """What this stroke asks of a law that it may not give: a division by a ratio that may vanish, a law's inverse."""
+    kind = graph.elements[port].kind if port else ""
+    if kind == "R" and end == port and not _solvable(graph, port):
+        return f"; the law e(f) of {graph.title(port)} has to be solved for f"
+    if kind == "C" and how[port] == _DERIVATIVE and not graph.is_linear(port):
+        return f"; the law e(q) of {graph.title(port)} has to be solved for q"
+    if graph.elements[end].kind in TWO_PORTS and bond.head == end and _divides(graph, {bond.number: end}, end):
+        other = graph.ends(end)[1].number
+        source = f"f_{other}" if graph.elements[end].kind == "TF" else f"e_{other}"
+        return f"; f_{bond.number} = {source} / {end} divides by {graph.title(end)}, singular where it is 0"
+    return ""

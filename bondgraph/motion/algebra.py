@@ -1,0 +1,419 @@
+"""Recording a computation once, as straight-line code that runs many times faster than the walk that made it.
+
+A walk over a graph does the same arithmetic at every state. Run once on `Node`s instead of numbers, it leaves behind the
+list of its operations; `Recorder.function` compiles that list. Only operations and places of values make up the code, no
+name or text of a graph does.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterable, Sequence
+from typing import Any
+
+import numpy as np
+
+from bondgraph.graph import SINGULAR
+from bondgraph.laws import Dual, GraphError, Operand, is_symbolic
+
+
+class Recorder:
+    """Takes down what is computed with its nodes.
+
+    >>> recorder = Recorder()
+    >>> x, y = recorder.inputs(2)
+    >>> f = recorder.function([x * y + 1.0, recorder.call(max, (x, y), 0)])
+    >>> f(2.0, 3.0)
+    (7.0, 3.0)
+    """
+
+    def __init__(self) -> None:
+        self._lines: list[str] = []
+        self._known: dict[str, Node] = {}
+        self._constants: dict[str, Any] = {}
+        self._inputs: list[str] = []
+        self._count = 0
+
+    def inputs(self, count: int) -> list[Node]:
+        """Nodes that stand for the arguments of the function."""
+        self._inputs = [self._name() for _ in range(count)]
+        return [Node(self, name) for name in self._inputs]
+
+    def operation(self, operator: str, left: Any, right: Any) -> Node:
+        """The node of left operator right; the same operation twice is one node."""
+        text = f"{self._text(left)} {operator} {self._text(right)}"
+        if text not in self._known:
+            node = self._known[text] = Node(self, self._name())
+            self._lines.append(f"{node.name} = {text}")
+        return self._known[text]
+
+    def call(self, function: Callable[..., Any], arguments: Sequence[Any], results: int) -> Any:
+        """A call that stays a call: one node (results = 0), or as many as the tuple that it returns holds."""
+        called = f"{self._text(function)}({', '.join(self._text(a) for a in arguments)})"
+        nodes = [Node(self, self._name()) for _ in range(results or 1)]
+        targets = ", ".join(node.name for node in nodes) + ("," if results == 1 else "")
+        self._lines.append(f"{targets} = {called}")
+        return nodes if results else nodes[0]
+
+    def through(self, function: Callable[..., Any], arguments: Sequence[Any], results: int) -> Any:
+        """What a function computes with nodes, taken down operation by operation; one call where it cannot be followed."""
+        lines, known = len(self._lines), dict(self._known)
+        try:
+            found = function(*arguments)
+            entries = found if results else (found,)
+            if all(isinstance(entry, Node | float | int) for entry in entries) and len(entries) == (results or 1):
+                return found
+        except Exception:  # whatever it is that a law does with a value still to come
+            pass
+        del self._lines[lines:]
+        self._known = known
+        return self.call(function, arguments, results)
+
+    def function(self, outputs: Sequence[Any]) -> Callable[..., tuple[Any, ...]]:
+        """The compiled function from the inputs to the outputs."""
+        returned = "".join(f"{self._text(value)}, " for value in outputs)
+        body = "\n    ".join([*self._lines, f"return ({returned})"])
+        constants = ", ".join(f"{name}={name}" for name in self._constants)  # defaults are local: faster than globals
+        source = f"def recorded({', '.join(self._inputs)}, {constants}):\n    {body}\n"
+        space: dict[str, Any] = dict(self._constants)
+        exec(compile(source, "<recorded>", "exec"), space)
+        compiled: Callable[..., tuple[Any, ...]] = space["recorded"]
+        return compiled
+
+    def _name(self) -> str:
+        self._count += 1
+        return f"v{self._count}"
+
+    def _text(self, value: Any) -> str:
+        if isinstance(value, Node):
+            return value.name
+        name = f"c{len(self._constants)}"
+        if isinstance(value, float | int):
+            known = next((n for n, v in self._constants.items() if type(v) is type(value) and repr(v) == repr(value)), None)
+            if known is not None:
+                return known
+        self._constants[name] = value
+        return name
+
+
+class Node(Operand):
+    """A value still to come, in a recording; arithmetic with 0 and 1 is left out."""
+
+    __slots__ = ("name", "recorder")
+
+    def __init__(self, recorder: Recorder, name: str) -> None:
+        self.recorder, self.name = recorder, name
+
+    def _apply(self, name: str, operands: tuple[Any, ...]) -> Any:
+        if any(isinstance(operand, Dual) for operand in operands):
+            return NotImplemented  # a dual number of nodes takes nodes, not the other way round
+        if name in _CALLS:
+            return self.recorder.call(_CALLS[name], operands, 0)
+        if name == "negative":
+            return self.recorder.operation("-", 0.0, operands[0])
+        if name not in _SYMBOLS:
+            raise TypeError(f"numpy.{name} cannot be recorded")
+        left, right = operands
+        return _trivial(name, left, right, lambda: self.recorder.operation(_SYMBOLS[name], left, right))
+
+    def __bool__(self) -> bool:
+        raise TypeError("a recording cannot branch on a value still to come")
+
+
+_SYMBOLS = {"add": "+", "subtract": "-", "multiply": "*", "divide": "/", "power": "**"}
+
+_CALLS: dict[str, Callable[..., Any]] = {
+    **{name: getattr(math, name) for name in ("sqrt", "sin", "cos", "tan", "exp", "log", "sinh", "cosh", "tanh", "hypot")},
+    "arcsin": math.asin,
+    "arccos": math.acos,
+    "arctan": math.atan,
+    "arctan2": math.atan2,
+    "absolute": abs,
+    "maximum": max,
+    "minimum": min,
+    "square": lambda a: a * a,
+    "sign": lambda a: math.copysign(1.0, a) if a else a,
+}
+
+
+def _trivial(name: str, left: Any, right: Any, otherwise: Callable[[], Any]) -> Any:
+    """What is left of an operation with 0 or 1, if it needs no code."""
+    if name == "add" and (_is(left, 0.0) or _is(right, 0.0)):
+        return right if _is(left, 0.0) else left
+    if name == "subtract" and _is(right, 0.0):
+        return left
+    if name in ("multiply", "divide") and _is(right, 1.0):
+        return left
+    if name == "multiply" and _is(left, 1.0):
+        return right
+    if name == "multiply" and (_is(left, 0.0) or _is(right, 0.0)):
+        return 0.0
+    return 0.0 if name == "divide" and _is(left, 0.0) else otherwise()
+
+
+def _is(value: Any, number: float) -> bool:
+    return isinstance(value, float | int) and value == number
+
+
+def recorded(
+    function: Callable[..., Any], matrix: Sequence[Sequence[Any]], right: Sequence[Sequence[Any]]
+) -> list[list[Any]]:
+    """A call of a solver for A X = B, recorded as one call on the entries."""
+    entries = [entry for row in (*matrix, *right) for entry in row]
+    recorder = next(entry.recorder for entry in entries if isinstance(entry, Node))
+    size, columns = len(matrix), len(right[0])
+
+    def flat(*values: Any) -> tuple[Any, ...]:
+        a = [values[i * size : (i + 1) * size] for i in range(size)]
+        rest = values[size * size :]
+        b = [rest[i * columns : (i + 1) * columns] for i in range(size)]
+        return tuple(entry for row in function(a, b) for entry in row)
+
+    results = recorder.call(flat, entries, size * columns)
+    return [results[i * columns : (i + 1) * columns] for i in range(size)]
+
+
+# -- linear ------------------------------------------------------------------------------------------------------------
+
+# Small linear systems over whatever a graph is evaluated in: floats, arrays, SymPy expressions, recordings.
+
+
+Rows = Sequence[Sequence[Any]]
+
+
+def solve(matrix: Rows, right: Rows) -> list[list[Any]]:
+    """X of A X = B, both given by rows; GraphError where A is singular, which is where a mechanism locks or branches.
+
+    >>> solve([[2.0, 0.0], [1.0, 4.0]], [[2.0], [9.0]])
+    [[1.0], [2.0]]
+    """
+    entries = [entry for row in (*matrix, *right) for entry in row]
+    if any(isinstance(entry, Node) for entry in entries):
+        return recorded(_plain, matrix, right)
+    if any(is_symbolic(entry) for entry in entries):
+        return _symbolic(matrix, right)
+    size, columns = len(matrix), len(right[0])
+    if size == 1 and not any(isinstance(entry, np.ndarray) for entry in entries):
+        return [[_quotient(entry, matrix[0][0]) for entry in right[0]]]
+    shape = np.broadcast_shapes(*(np.shape(entry) for entry in entries))
+    a, b = np.empty((*shape, size, size)), np.empty((*shape, size, columns))
+    for i in range(size):
+        for j in range(size):
+            a[..., i, j] = matrix[i][j]
+        for j in range(columns):
+            b[..., i, j] = right[i][j]
+    try:
+        solution = np.linalg.solve(a, b)
+    except np.linalg.LinAlgError as error:
+        raise GraphError(SINGULAR) from error
+    if not shape:
+        return [[float(value) for value in row] for row in solution]
+    return [[solution[..., i, j] for j in range(columns)] for i in range(size)]
+
+
+def solve_symmetric(lower: Rows, right: Sequence[Any]) -> list[Any]:
+    """X of A x = b for a symmetric, positive definite A given by its lower triangle (by L D L^T, no pivoting needed).
+
+    >>> solve_symmetric([[2.0], [1.0, 4.0]], [4.0, 9.0])
+    [1.0, 2.0]
+    """
+    size = len(right)
+    factor: list[list[Any]] = [[0.0] * size for _ in range(size)]
+    pivots: list[Any] = []
+    x: list[Any] = []
+    for i in range(size):
+        for j in range(i):
+            inner = _less(lower[i][j], ((factor[i][k] * pivots[k], factor[j][k]) for k in range(j)))
+            factor[i][j] = inner / pivots[j]
+        pivots.append(_less(lower[i][i], ((factor[i][k] * factor[i][k], pivots[k]) for k in range(i))))
+        if isinstance(pivots[i], float) and not pivots[i] > 0.0:
+            raise GraphError(WEIGHTLESS)
+        x.append(_less(right[i], ((factor[i][k], x[k]) for k in range(i))))
+    x = [value / pivot for value, pivot in zip(x, pivots, strict=True)]
+    for i in reversed(range(size)):
+        x[i] = _less(x[i], ((factor[k][i], x[k]) for k in range(i + 1, size)))
+    return x
+
+
+WEIGHTLESS = (
+    "the inertia that the motion sees vanishes or is negative at one of the positions (a dead centre without inertia on "
+    "the other side?): the acceleration is not determined"
+)
+
+
+def total(terms: Iterable[Any]) -> Any:
+    """The sum of terms, left to right, of whatever kind they are."""
+    found: Any = 0.0
+    for term in terms:
+        found = found + term
+    return found
+
+
+def _less(value: Any, products: Any) -> Any:
+    for a, b in products:
+        value = value - a * b
+    return value
+
+
+def _quotient(value: Any, divisor: Any) -> Any:
+    if divisor == 0.0:
+        raise GraphError(SINGULAR)
+    return value / divisor
+
+
+def _plain(matrix: Rows, right: Rows) -> list[list[float]]:
+    """Of floats alone, as recordings call it."""
+    if len(matrix) == 1:
+        return [[_quotient(entry, matrix[0][0]) for entry in right[0]]]
+    try:
+        solution: list[list[float]] = np.linalg.solve(np.array(matrix), np.array(right)).tolist()
+    except np.linalg.LinAlgError as error:
+        raise GraphError(SINGULAR) from error
+    return solution
+
+
+def _symbolic(matrix: Rows, right: Rows) -> list[list[Any]]:
+    """Of SymPy expressions: numbers serve as pivots, and what these leave follows by Cramer's rule.
+
+    A pivot that is no number may vanish at a position where the system as a whole does not.
+    """
+    size = len(matrix)
+    rows = [[*row, *given] for row, given in zip(matrix, right, strict=True)]
+    taken: list[tuple[int, int]] = []
+    while (pivot := _next_pivot(rows, size, taken)) is not None:
+        taken.append(pivot)
+        for k in range(size):
+            if k not in {row for row, _ in taken}:
+                rows[k] = _eliminated(rows[k], rows[pivot[0]], pivot[1])
+    left = [k for k in range(size) if k not in {row for row, _ in taken}]
+    open_ = [k for k in range(size) if k not in {column for _, column in taken}]
+    solution = dict(zip(open_, _cramer([rows[k] for k in left], open_, size), strict=True))
+    for row, column in reversed(taken):
+        known = [(rows[row][k], solution[k]) for k in solution if not _zero(rows[row][k])]
+        solution[column] = [
+            (value - sum(factor * found[n] for factor, found in known)) / rows[row][column]
+            for n, value in enumerate(rows[row][size:])
+        ]
+    return [solution[k] for k in range(size)]
+
+
+def _next_pivot(rows: Rows, size: int, taken: Sequence[tuple[int, int]]) -> tuple[int, int] | None:
+    """The place of a number, not zero, in a row and a column that are free, with the fewest entries beside it."""
+    free_rows = [k for k in range(size) if k not in {row for row, _ in taken}]
+    free_columns = [k for k in range(size) if k not in {column for _, column in taken}]
+    filled = {(i, j) for i in free_rows for j in free_columns if not _zero(rows[i][j])}
+    numbers = [(i, j) for i, j in sorted(filled) if not getattr(rows[i][j], "free_symbols", None)]
+    return min(numbers, key=lambda at: sum(at[0] == i or at[1] == j for i, j in filled), default=None)
+
+
+def _eliminated(row: Sequence[Any], pivot: Sequence[Any], column: int) -> list[Any]:
+    if _zero(row[column]):
+        return list(row)
+    factor = row[column] / pivot[column]
+    return [a if _zero(b) else a - factor * b for a, b in zip(row, pivot, strict=True)]
+
+
+def _cramer(rows: Rows, columns: Sequence[int], size: int) -> list[list[Any]]:
+    import sympy  # type: ignore[import-untyped]
+
+    if not rows:
+        return []
+    square = sympy.Matrix([[row[k] for k in columns] for row in rows])
+    determinant = square.det("berkowitz")
+    if determinant.is_zero:
+        raise GraphError(SINGULAR)
+    found = square.adjugate("berkowitz") * sympy.Matrix([row[size:] for row in rows]) / determinant
+    return [list(found.row(k)) for k in range(found.rows)]
+
+
+def _zero(entry: Any) -> bool:
+    return not getattr(entry, "free_symbols", None) and not entry
+
+
+# -- newton ------------------------------------------------------------------------------------------------------------
+
+# Newton's iteration for flows that no inertia weighs, where resistors follow laws that are no straight lines.
+#
+# One state at a time or many at once: steps are shortened, each state by itself, until the imbalance of efforts shrinks.
+
+
+Balance = tuple[list[Any], list[list[Any]]]  # residuals, and their slopes by rows
+Equations = Callable[[list[Any]], Balance]
+
+_STARTS = (1e-3, 1.0)  # not 0, where laws like f |f| have no slope and those like a root have a vertical one
+_MOST = 200  # iterations, and a quarter as many halvings of a step
+_SMALL, _ROUNDING = 1e-11, 1e-7  # of a flow: a step that leaves no error behind, one that rounding may make
+_NOTHING = 1e-30
+
+
+def settle(
+    equations: Equations, size: int, shape: tuple[int, ...], where: str, near: Sequence[float] | None = None
+) -> list[Any]:
+    """The flows at which all residuals vanish, sought from `near` on if it is given.
+
+    Raises:
+        GraphError: where none are found, with `where` to say which flows these are.
+
+    >>> settle(lambda u: ([u[0] * abs(u[0]) - 4.0], [[2.0 * abs(u[0])]]), 1, (), "pipe")
+    [2.0]
+
+    """
+    starts = [[start * (1.0 + 0.1 * k) for k in range(size)] for start in _STARTS]
+    for start in ([] if near is None else [list(near)]) + starts:
+        found = _iterated(equations, [np.full(shape, value) for value in start] if shape else start)
+        if found is not None:
+            settled = [np.where(np.abs(value) > 10.0 * _NOTHING, value, 0.0) for value in found]
+            return settled if shape else [float(value) for value in settled]
+    raise GraphError(f"no flow of {where}, which no inertia weighs, solves the resistors' laws")
+
+
+def _iterated(equations: Equations, flows: list[Any]) -> list[Any] | None:
+    balance, before = _evaluated(equations, flows), np.inf
+    for _ in range(_MOST):
+        residual, slopes = balance
+        try:
+            step = [row[0] for row in solve(slopes, [[-r] for r in residual])]
+        except GraphError:
+            return None
+        length, reach = _norm(step), _norm([f + s for f, s in zip(flows, step, strict=True)])
+        if not np.all(np.isfinite(length)):
+            return None
+        done = (length <= _SMALL * reach + _NOTHING) | ((length <= _ROUNDING * reach) & (length >= 0.5 * before))
+        if np.all(done):
+            return [f + s for f, s in zip(flows, step, strict=True)]
+        flows, balance = _shortened(equations, flows, step, _norm(residual), done)
+        before = length
+    return None
+
+
+def _shortened(
+    equations: Equations, flows: list[Any], step: Sequence[Any], before: Any, done: Any
+) -> tuple[list[Any], Balance]:
+    """The flows a step on, shortened where the residual would grow, with their residuals and slopes."""
+    part: Any = 1.0
+    for _ in range(_MOST // 4):
+        trial = [f + part * s for f, s in zip(flows, step, strict=True)]
+        balance = _evaluated(equations, trial)
+        worse = ~((_norm(balance[0]) < before) | done)
+        if not np.any(worse):
+            break
+        part = np.where(worse, 0.5 * part, part) if np.ndim(worse) else 0.5 * part
+    return trial, balance
+
+
+def _evaluated(equations: Equations, flows: list[Any]) -> Balance:
+    """Residuals and slopes; not a number where a law is not defined, so that the step gets shorter."""
+    try:
+        with np.errstate(all="ignore"):
+            return equations(flows)
+    except (ValueError, ArithmeticError):
+        bad = flows[0] * np.nan
+        return [bad for _ in flows], [[bad for _ in flows] for _ in flows]
+
+
+def _norm(values: Sequence[Any]) -> Any:
+    """The length of a vector of flows, each state's by itself; of one flow, its size."""
+    if len(values) == 1:
+        return np.abs(values[0])
+    with np.errstate(all="ignore"):
+        return np.sqrt(sum(value * value for value in values))

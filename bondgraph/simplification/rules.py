@@ -1,0 +1,537 @@
+"""What has no power in a graph: bonds without effort or without flow, and where they lead.
+
+A dangling 1-junction, like a source Se = 0, leaves its neighbour a bond without effort whose flow is free; a dangling
+0-junction, a source Sf = 0 and the ground leave one without flow whose effort is free. A bond without effort is no term at a
+1-junction; at a 0-junction it takes the effort of all the others; through a transformer it goes on without effort, through a
+gyrator without flow; a one-port on it has no power. The same holds with flow and effort exchanged. So all of them can be
+dropped alike, and every port that stays has the effort and the flow that it had.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Set
+from dataclasses import replace
+from functools import partial
+from itertools import chain, combinations, count
+from typing import NamedTuple
+
+from bondgraph.elements import JUNCTIONS, ONE_PORTS, SOURCES, TWO_PORTS, Element, Law, Modulus, One
+from bondgraph.graph import Bond, BondGraph, as_graph, neighbours, reached_from
+from bondgraph.laws import GraphError, refuse
+
+SHARING = {"Se": "0", "Sf": "1"}  # the junction where one bond without effort (flow) leaves none to the others
+_DUAL = {"Se": "Sf", "Sf": "Se"}
+
+
+class Pin(NamedTuple):
+    """A bond seen from its end `at`: its effort is 0 and its flow free (zero "Se"), or the other way round ("Sf")."""
+
+    bond: Bond
+    at: str
+    zero: str
+
+
+class _Cut(NamedTuple):
+    """Elements and bonds that go, and the junctions that stay, held by a zero source of this kind."""
+
+    names: set[str]
+    bonds: set[int]
+    held: dict[str, str]
+
+
+def without(graph: BondGraph, start: str, pins: Iterable[Pin], kept: frozenset[str]) -> tuple[BondGraph, str] | None:
+    """The graph without an element and all that has no power then.
+
+    Args:
+        graph: the graph; it is left as it is.
+        start: the element that goes.
+        pins: its bonds, seen from their other ends.
+        kept: elements that must stay; so must 1-junctions where something is measured.
+
+    Returns:
+        The new graph, and the words for what went; None if the graph would fall apart.
+
+    Raises:
+        GraphError: where a source contradicts the zeros, or where nothing is left.
+
+    """
+    staying = kept | graph.measured
+    cut = _spread(graph, start, pins, staying)
+    sources, fresh = _holding(graph, cut)
+    bonds = [b for b in graph.bonds if b.number not in cut.bonds] + fresh
+    elements = {n: e for n, e in graph.elements.items() if n not in cut.names} | {s.name: s for s in sources}
+    pieces = list(_pieces(elements, bonds, staying))
+    if not pieces:
+        raise GraphError(f"nothing is left without {graph.title(start)}: no element has power")
+    if len(pieces) > 1:
+        return None
+    gone = graph.elements.keys() - pieces[0]
+    what = [
+        f"{titles(graph, gone)} dropped",
+        *(f"{s.kind}:{s.name} = 0 holds {b.head}" for s, b in zip(sources, fresh, strict=True)),
+    ]
+    return edited(graph, [b for b in bonds if b.tail in pieces[0]], gone, sources), ", ".join(what)
+
+
+def _spread(graph: BondGraph, start: str, pins: Iterable[Pin], staying: Set[str]) -> _Cut:
+    """Follow bonds without effort (flow) from `start` on."""
+    cut, todo = _Cut({start}, set(), {}), list(pins)
+    stuck: list[Pin] = []
+    faults: list[str] = []
+    while todo:
+        pin = todo.pop()
+        kind = graph.elements[pin.at].kind
+        faults += _contradiction(graph, pin)
+        if kind in JUNCTIONS and (kind != SHARING[pin.zero] or pin.at in cut.names | staying):
+            cut.bonds.add(pin.bond.number)
+            cut.held.update({pin.at: pin.zero} if kind == SHARING[pin.zero] and pin.at in staying else {})
+        elif pin.at not in staying and _passes(graph, pin):
+            cut.bonds.add(pin.bond.number)
+            cut.names.add(pin.at)
+            zero = _DUAL[pin.zero] if kind == "GY" else pin.zero
+            todo += [Pin(b, b.other(pin.at), zero) for b in graph.at(pin.at) if b.number not in cut.bonds]
+        else:
+            stuck.append(pin)
+    refuse(dict.fromkeys(faults))
+    cut.held.update({pin.bond.other(pin.at): pin.zero for pin in stuck if pin.bond.number not in cut.bonds})
+    cut.names.difference_update(cut.held)
+    return cut
+
+
+def _passes(graph: BondGraph, pin: Pin) -> bool:
+    """Whether an element adds nothing but zeros and what is free, for any value that its law may take."""
+    element = graph.elements[pin.at]
+    if element.kind in ONE_PORTS:
+        return element.kind != pin.zero or element.law == 0.0
+    if element.kind not in TWO_PORTS or _not_zero(element.law):
+        return True
+    enters = pin.bond.head == pin.at  # f_out = T f_in and e_in = T e_out carry a zero on if it is their right-hand side
+    return pin.zero == "Sf" if element.kind == "GY" else enters == (pin.zero == "Sf")
+
+
+def _not_zero(law: object) -> bool:
+    return isinstance(law, float | int) and law != 0
+
+
+def _contradiction(graph: BondGraph, pin: Pin) -> list[str]:
+    element = graph.elements[pin.at]
+    if element.kind != pin.zero or not _not_zero(element.law):
+        return []
+    what = {"Se": "an effort", "Sf": "a flow"}[pin.zero]
+    where = f"bond {pin.bond.number}: {graph.label(pin.at)} sets {what} that the rest keeps at 0"
+    return [f"{where}; drop it or hang it elsewhere"]
+
+
+def _holding(graph: BondGraph, cut: _Cut) -> tuple[list[Element], list[Bond]]:
+    """Zero sources for the held junctions that keep none of their own; a new name, for what it holds back is new.
+
+    A junction that two zeros hold keeps one: what each of them held back was undetermined, and has no power.
+    """
+    left = [b for b in graph.bonds if b.number not in cut.bonds]
+    sources: list[Element] = []
+    bonds: list[Bond] = []
+    for name, kind in cut.held.items():
+        if not is_held(graph, name, kind, left) and not _equal(graph, name, left) & {b.head for b in bonds}:
+            sources.append(Element(kind, fresh_name(graph, f"{name}.zero"), 0.0, graph.elements[name].domain))
+            bonds.append(new_bond(graph, sources[-1].name, name, len(bonds)))
+    return sources, bonds
+
+
+def is_held(graph: BondGraph, junction: str, kind: str, bonds: Iterable[Bond]) -> bool:
+    """Whether, by these bonds, a source of value 0 of this kind holds a junction or an equal one that is joined to it."""
+    group = _equal(graph, junction, bonds)
+    around = [graph.elements[name] for bond in bonds if group & set(bond[1:]) for name in bond[1:]]
+    return any(element.kind == kind and element.law == 0.0 for element in around)
+
+
+def _equal(graph: BondGraph, junction: str, bonds: Iterable[Bond]) -> set[str]:
+    """The junction and those of its kind that these bonds join to it."""
+    same = {name for name, e in graph.elements.items() if e.kind == graph.elements[junction].kind}
+    return reached_from(junction, neighbours(same, [b for b in bonds if same.issuperset(b[1:])]))
+
+
+def _pieces(elements: Mapping[str, Element], bonds: Iterable[Bond], staying: Set[str]) -> Iterator[set[str]]:
+    """The connected pieces that a graph falls into; junctions and two-ports alone are none."""
+    near, left = neighbours(elements, bonds), set(elements)
+    for name in elements:
+        if name in left:
+            piece = reached_from(name, near)
+            left -= piece
+            if any(n in staying or elements[n].kind in ONE_PORTS for n in piece):
+                yield piece
+
+
+def edited(graph: BondGraph, bonds: Iterable[Bond], gone: Collection[str] = (), added: Iterable[Element] = ()) -> BondGraph:
+    """The graph with these bonds, without the elements that are gone, and with those added."""
+    elements = {name: element for name, element in graph.elements.items() if name not in gone}
+    return replace(graph, elements=elements | {e.name: e for e in added}, bonds=tuple(sorted(bonds)))
+
+
+def titles(graph: BondGraph, names: Collection[str]) -> str:
+    """These elements as they are drawn: `1:crank, MTF:T`."""
+    return ", ".join(graph.title(name) for name in graph.elements if name in names)
+
+
+def fresh_name(graph: BondGraph, name: str) -> str:
+    """The name itself, or the first of NAME.2, NAME.3... that is still free."""
+    names = chain([name], (f"{name}.{k}" for k in count(2)))
+    return next(n for n in names if n not in graph.elements)
+
+
+def new_bond(graph: BondGraph, tail: str, head: str, ahead: int = 0) -> Bond:
+    """A bond with the next free number, or one further ahead."""
+    return Bond(max(bond.number for bond in graph.bonds) + 1 + ahead, tail, head)
+
+
+# -- rules -------------------------------------------------------------------------------------------------------------
+
+# Simplification: rewrite a graph with fewer bonds, so that effort and flow at every port that stays are what they were.
+#
+# Six rules (20-sim's reference manual) and the removal of velocities that are zero, each a function of its own; `simplify`
+# applies the six until none is left to apply.
+#
+# 1-junctions where a displacement or a law's motion is measured stay; if two of them merge, the declarations move along.
+
+
+class Action(NamedTuple):
+    """One rewriting: the rule, what it did, why that is allowed, and the numbers of the bonds that it took away or moved."""
+
+    rule: str
+    what: str
+    why: str
+    bonds: tuple[int, ...]
+
+    def __str__(self) -> str:
+        numbers = f"bond {', '.join(map(str, self.bonds))}: " if self.bonds else ""
+        return f"{self.rule}: {numbers}{self.what}; {self.why}"
+
+
+class Simplified(NamedTuple):
+    """A simplified graph and the log of what was done to it, in order."""
+
+    graph: BondGraph
+    log: tuple[Action, ...]
+
+    def __str__(self) -> str:
+        return "\n".join([*map(str, self.log), str(self.graph)])
+
+
+_Step = tuple[BondGraph, Action] | None
+_Rule = Callable[[BondGraph, frozenset[str]], _Step]
+
+
+def simplify(graph: BondGraph, keep: Iterable[str] = ()) -> Simplified:
+    """Apply all six rules until none applies, and number the bonds anew from 1.
+
+    Args:
+        graph: any graph, also one built with `build(loose=True)`.
+        keep: names of elements that must stay, such as the 1-junction of a coordinate.
+
+    Raises:
+        GraphError: where the graph contradicts itself, where nothing is left, or if `keep` holds an unknown name.
+
+    >>> from bondgraph import Builder, I, R, Se
+    >>> b = Builder().one("crank", "rotation").one("shaft", "rotation").one("idle", "rotation")
+    >>> b = b.on("crank", Se("M", 3.0)).on("shaft", I("J", 2.0), R("B", 0.5))
+    >>> b = b.bond("crank", "shaft").bond("shaft", "idle")
+    >>> print(simplify(b.build(loose=True)))
+    dangling: bond 5: 1:idle dropped; nothing hangs on 1:idle, so its bond has no effort
+    two bonds: bond 1, 4: 1:crank dropped; Se:M -> 1:shaft says the same
+    all rules: from 5 bonds to 3; numbered anew
+    bond graph: 4 elements, 3 bonds (f_out = T f_in, e_in = T e_out)
+       1  Se:M = 3 -> 1:shaft
+       2  1:shaft -> I:J = 2
+       3  1:shaft -> R:B = 0.5
+
+    """
+    found, log = _run(_RULES, graph, keep)
+    bonds = tuple(bond._replace(number=k) for k, bond in enumerate(found.bonds, 1))
+    what = f"from {len(graph.bonds)} bonds to {len(bonds)}"
+    return Simplified(replace(found, bonds=bonds), (*log, Action("all rules", what, "numbered anew", ())))
+
+
+def drop_dangling(graph: BondGraph, keep: Iterable[str] = ()) -> Simplified:
+    """Rule 1: drop junctions that one bond leads to and nothing leads on from, with all that has no power for their sake."""
+    return _run((_dangling,), graph, keep)
+
+
+def drop_two_bond_junctions(graph: BondGraph, keep: Iterable[str] = ()) -> Simplified:
+    """Rule 2: drop junctions with one bond in and one out; where both half arrows point in, or out, a sign would be lost.
+
+    >>> from bondgraph import Builder, I, R, Se
+    >>> b = Builder().one("a").zero("between").one("b").on("a", Se("M", 3.0), I("J", 2.0)).on("b", I("m", 1.0), R("B", 0.5))
+    >>> print(drop_two_bond_junctions(b.bond("a", "between").bond("between", "b").build()).log[0])
+    two bonds: bond 5, 6: 0:between dropped; 1:a -> 1:b says the same
+    """
+    return _run((_two_bonds,), graph, keep)
+
+
+def merge_equal_junctions(graph: BondGraph, keep: Iterable[str] = ()) -> Simplified:
+    """Rule 3: merge neighbouring junctions of one kind, also where several bonds join them.
+
+    >>> from bondgraph import Builder, I, R, Se
+    >>> b = Builder().one("a").one("b").on("a", Se("M", 3.0), I("J", 2.0)).on("b", R("B", 0.5)).bond("a", "b")
+    >>> print(merge_equal_junctions(b.build()).log[0])
+    equal junctions: bond 4: 1:b becomes part of 1:a; both have one flow
+    """
+    return _run((_rules_equal,), graph, keep)
+
+
+def drop_zero_sources(graph: BondGraph, keep: Iterable[str] = ()) -> Simplified:
+    """Rule 4: drop sources of value 0, with all that has no power for their sake.
+
+    >>> from bondgraph import Builder, I, Se
+    >>> print(drop_zero_sources(Builder().one("a").on("a", I("J", 2.0), Se("M", 3.0), Se("F", 0.0)).build()).log[0])
+    zero source: bond 3: Se:F dropped; F = 0 leaves no effort
+    """
+    return _run((partial(_zero_source, kinds=("Se", "Sf")),), graph, keep)
+
+
+def absorb_junctions(graph: BondGraph, keep: Iterable[str] = ()) -> Simplified:
+    """Rule 5: give neighbours of a 0-junction whose effort an Se sets (1, flow, Sf) sources NAME.2, NAME.3... of their own.
+
+    Only where the rest still hangs together: a bond that alone holds the graph together stays; nor is a source in `keep`
+    copied. The powers of the source and its copies add up to what its power was.
+    """
+    return _run((_absorbed,), graph, keep)
+
+
+def merge_double_differences(graph: BondGraph, keep: Iterable[str] = ()) -> Simplified:
+    """Rule 6: two 0-junctions that take the same difference of the same two flows become one, that feeds a 1-junction."""
+    return _run((_double_difference,), graph, keep)
+
+
+def drop_zero_velocity(graph: BondGraph, names: Iterable[str] = (), keep: Iterable[str] = ()) -> Simplified:
+    """Hold the named 1-junctions (the ground) at flow 0, and drop them and those with Sf = 0 with all that has no power.
+
+    A 1-junction stays, held by a source Sf = 0, where a displacement is measured at it, where the graph would fall apart
+    without it, or where a modulated transformer beyond it might leave its far side free.
+
+    >>> from bondgraph import Builder, C, I
+    >>> b = Builder().one("mass", "translation").one("ground", "translation").on("mass", I("m", 2.0))
+    >>> found = drop_zero_velocity(b.between("mass", "ground", C("k", stiffness=8.0)).build(loose=True), ["ground"])
+    >>> print(found.graph)
+    bond graph: 4 elements, 3 bonds (f_out = T f_in, e_in = T e_out)
+       1  1:mass -> I:m = 2
+       2  1:mass -> 0:mass-ground
+       4  0:mass-ground -> C:k = 0.125
+    """
+    names, kept, log = tuple(dict.fromkeys(names)), _checked(graph, keep), []
+    wrong = [n for n in names if n not in graph.elements or graph.elements[n].kind != "1"]
+    refuse(f"zero velocity {name!r}: no 1-junction of the graph" for name in wrong)
+    graph = _with_domains(graph)
+    for name in names:
+        if name in graph.elements:
+            graph, action = _grounded(graph, name, kept)
+            log.append(action)
+    found = _run((partial(_zero_source, kinds=("Sf",)),), graph, kept)
+    return Simplified(found.graph, (*log, *found.log))
+
+
+def _run(rules: Iterable[_Rule], graph: BondGraph, keep: Iterable[str]) -> Simplified:
+    """Apply the first rule that applies, until none does. Every action leaves fewer loops, or fewer bonds, so this ends."""
+    kept, log = _checked(graph, keep), []
+    graph = _with_domains(graph)
+    while found := next((step for rule in rules if (step := rule(graph, kept))), None):
+        graph = found[0]
+        log.append(found[1])
+    return Simplified(graph, tuple(log))
+
+
+def _checked(graph: BondGraph, keep: Iterable[str]) -> frozenset[str]:
+    graph, kept = as_graph(graph), (keep,) if isinstance(keep, str) else tuple(keep)
+    refuse(f"keep {name!r}: no element of the graph has this name" for name in kept if name not in graph.elements)
+    return frozenset(kept)
+
+
+def _with_domains(graph: BondGraph) -> BondGraph:
+    """Every element names its domain, so that a region keeps its own when the element that named it goes."""
+    domains = {name: graph.domain(graph.at(name)[0]) for name, e in graph.elements.items() if e.kind not in TWO_PORTS}
+    named = {name: graph.elements[name]._replace(domain=domain.name) for name, domain in domains.items() if domain}
+    return replace(graph, elements={**graph.elements, **named})
+
+
+def _dangling(graph: BondGraph, kept: frozenset[str]) -> _Step:
+    staying = kept | graph.measured
+    for name, kind in ((e.name, e.kind) for e in graph.of_kind(*JUNCTIONS)):
+        bond = graph.at(name)[0]
+        beyond = bond.other(name)
+        if name in staying or len(graph.at(name)) > 1 or graph.elements[beyond].kind in ONE_PORTS:
+            continue
+        found = without(graph, name, [Pin(bond, beyond, "Se" if kind == "1" else "Sf")], kept)
+        if found and len(found[0].bonds) < len(graph.bonds):
+            what = "effort" if kind == "1" else "flow"
+            why = f"nothing hangs on {kind}:{name}, so its bond has no {what}"
+            return found[0], Action("dangling", found[1], why, _lost(graph, found[0]))
+    return None
+
+
+def _lost(before: BondGraph, after: BondGraph) -> tuple[int, ...]:
+    """The numbers of the bonds that went, or lead elsewhere now."""
+    return tuple(bond.number for bond in before.bonds if bond not in after.bonds)
+
+
+def _two_bonds(graph: BondGraph, kept: frozenset[str]) -> _Step:
+    for element in graph.of_kind(*JUNCTIONS):
+        name, at = element.name, graph.at(element.name)
+        if name in kept | graph.measured or len(at) != 2 or at[0].sign(name) == at[1].sign(name):
+            continue
+        into, out = graph.ends(name)
+        rest = [b for b in graph.bonds if b not in at]
+        ends = {graph.elements[into.tail].kind, graph.elements[out.head].kind}
+        if into.tail != out.head and ends & JUNCTIONS and not _held_twice(graph, into.tail, out.head):
+            found = edited(graph, [*rest, Bond(min(at).number, into.tail, out.head)], {name})
+            why = f"{graph.title(into.tail)} -> {graph.title(out.head)} says the same"
+        elif into.tail == out.head and len(graph.at(into.tail)) > 2:
+            found = edited(graph, rest, {name})
+            why = f"power that leaves {graph.title(into.tail)} comes straight back"
+        else:
+            continue
+        return found, Action("two bonds", f"{element.kind}:{name} dropped", why, tuple(b.number for b in at))
+    return None
+
+
+def _held_twice(graph: BondGraph, first: str, second: str) -> bool:
+    """Whether two zero sources that decide the same flow (effort) would meet if these two were joined."""
+
+    def is_zero(name: str, kind: str) -> bool:
+        element = graph.elements[name]
+        own = element.kind == kind and element.law == 0.0
+        return own or (element.kind == SHARING[kind] and is_held(graph, name, kind, graph.bonds))
+
+    return any(is_zero(first, kind) and is_zero(second, kind) for kind in SHARING)
+
+
+def _rules_equal(graph: BondGraph, kept: frozenset[str]) -> _Step:
+    rank = {name: (name not in kept, name not in graph.measured, k) for k, name in enumerate(graph.elements)}
+    for bond in graph.bonds:
+        stays, goes = sorted(bond[1:], key=lambda name: rank[name])
+        kind = graph.elements[stays].kind
+        between = [b for b in graph.at(stays) if b.other(stays) == goes]
+        alone = len(between) == len(graph.at(stays)) == len(graph.at(goes))
+        if kind not in JUNCTIONS or graph.elements[goes].kind != kind or goes in kept or alone:
+            continue
+        what = f"{kind}:{goes} becomes part of {kind}:{stays}"
+        what += "".join(f", displacement {d.name!r} moves there" for d in graph.displacements.values() if d.of == goes)
+        numbers = tuple(b.number for b in between)
+        return _merged(graph, goes, stays), Action("equal junctions", what, _SHARED[kind], numbers)
+    return None
+
+
+_SHARED = {"1": "both have one flow", "0": "both have one effort"}
+
+
+def _merged(graph: BondGraph, goes: str, stays: str) -> BondGraph:
+    """The graph with one junction for two; the bonds between them go."""
+
+    def moved(name: str) -> str:
+        return stays if name == goes else name
+
+    bonds = [Bond(b.number, moved(b.tail), moved(b.head)) for b in graph.bonds]
+    elements = {}
+    for name, element in graph.elements.items():
+        law = element.law
+        if isinstance(law, Modulus | Law) and law.motion.of == goes:
+            law = law._replace(motion=law.motion._replace(of=stays))
+        elements[name] = element._replace(law=law)
+    del elements[goes]
+    displacements = {name: d._replace(of=moved(d.of)) for name, d in graph.displacements.items()}
+    left = tuple(b for b in bonds if b.tail != b.head)
+    return replace(graph, elements=elements, bonds=left, displacements=displacements)
+
+
+def _zero_source(graph: BondGraph, kept: frozenset[str], kinds: Collection[str]) -> _Step:
+    for source in graph.of_kind(*kinds):
+        if source.law != 0.0 or source.name in kept:
+            continue
+        bond = graph.bond_of(source.name)
+        found = without(graph, source.name, [Pin(bond, bond.other(source.name), source.kind)], kept)
+        if found and len(found[0].bonds) < len(graph.bonds):
+            what = "effort" if source.kind == "Se" else "flow"
+            return found[0], Action("zero source", found[1], f"{source.name} = 0 leaves no {what}", _lost(graph, found[0]))
+    return None
+
+
+def _grounded(graph: BondGraph, name: str, kept: frozenset[str]) -> tuple[BondGraph, Action]:
+    pins = [Pin(bond, bond.other(name), "Sf") for bond in graph.at(name)]
+    found = None if name in kept | graph.measured else without(graph, name, pins, kept)
+    if found:
+        return found[0], Action("zero velocity", found[1], f"1:{name} does not move", _lost(graph, found[0]))
+    if is_held(graph, name, "Sf", graph.bonds):
+        return graph, Action("zero velocity", f"1:{name} stays", "a source Sf = 0 holds it already", ())
+    source = Element("Sf", fresh_name(graph, f"{name}.zero"), 0.0, graph.elements[name].domain)
+    held = edited(graph, [*graph.bonds, new_bond(graph, source.name, name)], (), [source])
+    why = "it must stay, and does not move"
+    return held, Action("zero velocity", f"Sf:{source.name} = 0 holds 1:{name}", why, ())
+
+
+def _absorbed(graph: BondGraph, kept: frozenset[str]) -> _Step:
+    for source in (e for e in graph.of_kind(*SOURCES) if e.law != 0.0 and e.name not in kept):
+        junction = graph.bond_of(source.name).other(source.name)
+        kind = graph.elements[junction].kind
+        for bond in graph.at(junction) if kind == SHARING[source.kind] else ():
+            beyond = graph.elements[bond.other(junction)].kind
+            if beyond not in JUNCTIONS or beyond == kind or _holds_together(graph, bond):
+                continue
+            copy = source._replace(name=fresh_name(graph, source.name))
+            ends = (copy.name if n == junction else n for n in bond[1:])
+            bonds = [b for b in graph.bonds if b != bond]
+            what = f"{source.kind}:{copy.name}, a copy of {source.name}, takes the place of {kind}:{junction} there"
+            why = f"{source.name} sets all of {kind}:{junction}"
+            found = edited(graph, [*bonds, Bond(bond.number, *ends)], (), [copy])
+            return found, Action("source at a junction", what, why, (bond.number,))
+    return None
+
+
+def _holds_together(graph: BondGraph, bond: Bond) -> bool:
+    near = neighbours(graph.elements, [b for b in graph.bonds if b != bond])
+    return len(reached_from(bond.tail, near)) < len(graph.elements)
+
+
+class _Difference(NamedTuple):
+    """A 0-junction between two 1-junctions: its bonds to them, the third one, and its signs there."""
+
+    ring: tuple[Bond, Bond]
+    third: Bond
+    signs: tuple[float, float, float]
+
+
+def _difference(graph: BondGraph, zero: str, ones: tuple[str, str]) -> _Difference | None:
+    at = {bond.other(zero): bond for bond in graph.at(zero)}
+    if len(at) != 3 or len(graph.at(zero)) != 3 or not at.keys() >= set(ones):
+        return None
+    third = next(bond for name, bond in at.items() if name not in ones)
+    ring = at[ones[0]], at[ones[1]]
+    return _Difference(ring, third, (ring[0].sign(zero), ring[1].sign(zero), third.sign(zero)))
+
+
+def _double_difference(graph: BondGraph, kept: frozenset[str]) -> _Step:
+    ones = [e.name for e in graph.of_kind("1")]
+    for pair in combinations(ones, 2):
+        taken = [(e.name, d) for e in graph.of_kind("0") if (d := _difference(graph, e.name, pair))]
+        for (stays, first), (goes, second) in combinations(sorted(taken, key=lambda item: item[0] not in kept), 2):
+            turned = tuple(-s for s in second.signs)
+            if goes not in kept and first.third != second.third and first.signs in (second.signs, turned):
+                return _one_difference(graph, stays, goes, first, second)
+    return None
+
+
+def _one_difference(graph: BondGraph, stays: str, goes: str, first: _Difference, second: _Difference) -> _Step:
+    rate = One(fresh_name(graph, f"{stays}.rate"), graph.elements[stays].domain)
+    gone = (*second.ring, second.third, first.third)
+    third = [Bond(b.number, *(rate.name if n in (stays, goes) else n for n in b[1:])) for b in (first.third, second.third)]
+    ends = (rate.name, stays) if first.signs[2] > 0 else (stays, rate.name)
+    bonds = [*(b for b in graph.bonds if b not in gone), *third, new_bond(graph, *ends)]
+    what = f"0:{goes} dropped, 1:{rate.name} carries the flow of 0:{stays} to what hung on both"
+    action = Action("double difference", what, "both take the same difference of two flows", tuple(b.number for b in gone))
+    return edited(graph, bonds, {goes}, [rate]), action
+
+
+_RULES: tuple[_Rule, ...] = (
+    _dangling,
+    partial(_zero_source, kinds=("Se", "Sf")),
+    _two_bonds,
+    _rules_equal,
+    _double_difference,
+    _absorbed,
+)

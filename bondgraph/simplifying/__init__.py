@@ -1,1 +1,0 @@
-"""Simplification: the rules, zero-velocity junctions, and the seven-step procedure that ends with them."""

@@ -1,0 +1,1 @@
+"""Graphs as JSON, expressions as trees, and files that are written whole or not at all."""

@@ -1,0 +1,379 @@
+import numpy as np
+import pytest
+import sympy
+from numpy.testing import assert_allclose
+
+from bondgraph import Builder, C, Dynamics, GraphError, I, Law, Modulus, Motion, R, Se, Sf, simplify
+from bondgraph.causal.strokes import causality
+from bondgraph.equations.equations import motion_equation, state_equations
+from bondgraph.planar import Bar, four_bar
+from tests.bondgraph.equations.written import T, agrees, equal, slider_crank
+
+theta, J, m, B, F, M, k, t = sympy.symbols("theta J m B F M k t")
+
+
+def lagrange(kinetic, q, qdot, force, dissipation=0):
+    """q'' from T(q, q'), generalised force and Rayleigh's dissipation, written down without any bond graph."""
+    momentum = sympy.diff(kinetic, qdot)
+    right = force - sympy.diff(dissipation, qdot) + sympy.diff(kinetic, q) - sympy.diff(momentum, q) * qdot
+    return right / sympy.diff(momentum, qdot)
+
+
+# -- one degree of freedom, against Lagrange --------------------------------------------------------------------------------
+
+
+def test_slider_crank_is_lagranges_equation():
+    w = sympy.Symbol("thetadot")
+    found = motion_equation(slider_crank().build())
+    assert (found.coordinate, found.rate) == (theta, w)
+    assert equal(found.inertia, J + m * T**2)
+    assert equal(found.slope, 2 * m * T * T.diff(theta))
+    assert equal(found.moment, M + T * F - B * T**2 * w)
+    expected = lagrange((J + m * T**2) * w**2 / 2, theta, w, M + T * F, B * (T * w) ** 2 / 2)
+    assert equal(found.acceleration, expected)
+
+
+def test_the_opaque_form_is_the_textbooks():
+    ratio = sympy.Function("T")
+    found = motion_equation(slider_crank().build(), opaque=True)
+    angle = sympy.Function("theta")(t)
+    rate = ratio(angle)
+    left = (J + m * rate**2) * angle.diff(t, 2) + m * rate * rate.diff(angle) * angle.diff(t) ** 2
+    assert found.equation == sympy.Eq(left, M + F * rate - B * rate**2 * angle.diff(t))
+    assert found.opaque == {ratio(theta): T}
+    assert found.latex().count(r"\ddot{\theta}") == 1
+
+
+def test_the_state_is_the_momentum_of_the_integral_inertia():
+    graph = slider_crank().build()
+    found = agrees(graph)
+    p = sympy.Symbol("p_J")
+    assert found.states == (p, theta)
+    w = p / J
+    expected = J * (M + T * F - B * T**2 * w - m * T * T.diff(theta) * w**2) / (J + m * T**2)
+    assert equal(found.derivatives[0], expected)
+    assert found.values == {M: 3.0, J: 2.0, m: 1.5, B: 0.7, F: -4.0}
+    assert found.inputs == (t,)
+    assert found.inert == found.algebraic == found.open == ()
+    assert found.derivative_stores == ("I:m (bond 3) follows 1:crank through MTF:T",)
+
+
+def test_causality_says_which_momentum():
+    b = Builder().one("shaft").on("shaft", I("J1", 1.0), I("J2", 2.0), Se("M", 3.0))
+    graph = b.build()
+    assert str(state_equations(graph).states[0]) == "p_J1"
+    chosen = causality(graph, {"J2": "integral", "J1": "derivative"})
+    found = state_equations(graph, causality=chosen)
+    J1, J2 = sympy.symbols("J1 J2")
+    assert found.states == (sympy.Symbol("p_J2"),)
+    assert found.derivatives == (M * J2 / (J1 + J2),)
+
+
+@pytest.mark.parametrize("branches", [3, 4])
+def test_several_branches_from_one_crank(branches):
+    b = Builder().one("crank", displacement="theta").on("crank", I("J", 2.0), Se("M", 3.0))
+    w, kinetic, force = sympy.Symbol("thetadot"), J * sympy.Symbol("thetadot") ** 2 / 2, M
+    for n in range(1, branches + 1):
+        ratio = sympy.sin(theta + n) / n
+        b.one(f"v{n}").on(f"v{n}", I(f"m{n}", 0.5 * n), Se(f"F{n}", -1.0 * n)).transform("crank", f"v{n}", ratio)
+        kinetic += sympy.Symbol(f"m{n}") * (ratio * w) ** 2 / 2
+        force += sympy.Symbol(f"F{n}") * ratio
+    graph = b.build()
+    assert equal(motion_equation(graph).acceleration, lagrange(kinetic, theta, w, force))
+    assert len(agrees(graph).derivative_stores) == branches
+
+
+def test_a_spring_on_the_slider_is_a_state_of_its_own():
+    graph = slider_crank(sympy.sin(theta), C("spring", 0.25)).build()
+    q, w, spring = sympy.symbols("q_spring thetadot spring")
+    found = motion_equation(graph)
+    assert equal(found.moment, M + (F - q / spring - B * sympy.sin(theta) * w) * sympy.sin(theta))
+    assert found.others == ((q, w * sympy.sin(theta)),)
+    assert agrees(graph).states == (sympy.Symbol("p_J"), theta, q)
+
+
+def test_a_motor_drives_the_crank_through_a_gyrator():
+    b = slider_crank().one("circuit", "electric").on("circuit", Se("U", 12.0), I("L", 0.1), R("Ra", 0.5))
+    graph = b.gyrate("circuit", "crank", 0.3, name="K").build()
+    found = agrees(graph)
+    L, Ra, U, K, pL, pJ = sympy.symbols("L Ra U K p_L p_J")
+    rates = dict(zip(found.states, found.derivatives, strict=True))
+    assert equal(rates[pL], U - Ra * pL / L - K * pJ / J)
+    assert equal(rates[pJ].subs({pJ: 0, F: 0}), J * (M + K * pL / L) / (J + m * T**2))
+
+
+def test_the_second_transformers_modulus_depends_on_the_firsts_displacement():
+    x, w, m1, m2 = sympy.symbols("x thetadot m1 m2")
+    b = Builder().one("crank", displacement="theta").one("rod", displacement="x").one("ram")
+    b.on("crank", I("J", 2.0), Se("M", 3.0)).on("rod", I("m1", 0.5)).on("ram", I("m2", 0.7), Se("F", -1.0))
+    graph = b.transform("crank", "rod", sympy.sin(theta)).transform("rod", "ram", x**2).build()
+    found = motion_equation(graph)
+    s, c = sympy.sin(theta), sympy.cos(theta)
+    assert equal(found.inertia, J + m1 * s**2 + m2 * s**2 * x**4)
+    assert equal(found.slope, 2 * m1 * s * c + 2 * m2 * s * c * x**4 + 4 * m2 * s**2 * x**3 * s)
+    assert found.others == ((x, w * s),)
+    whole = dict(zip(agrees(graph).states, state_equations(graph).derivatives, strict=True))
+    acceleration = found.acceleration.subs(w, sympy.Symbol("p_J") / J)
+    assert equal(whole[sympy.Symbol("p_J")], J * acceleration)
+
+
+def test_another_coordinate_of_the_same_motion():
+    b = Builder().one("motor", displacement="phi").one("wheel", displacement="theta").on("wheel", I("J", 2.0), Se("M", 3.0))
+    graph = b.transform("motor", "wheel", 0.25, name="n").build()
+    n = sympy.Symbol("n")
+    assert motion_equation(graph, "theta").inertia == J
+    by_motor = motion_equation(graph, "motor")
+    assert by_motor.coordinate == sympy.Symbol("phi")
+    assert equal(by_motor.inertia, n**2 * J)
+    assert equal(by_motor.moment, n * M)
+
+
+# -- several degrees of freedom, massless flows, laws -----------------------------------------------------------------------
+
+
+def test_a_compliant_shaft_has_two_independent_inertias():
+    b = Builder().one("a").one("b").on("a", I("J1", 1.0), Se("M", 3.0)).on("b", I("J2", 2.0), R("B", 0.3))
+    graph = b.between("a", "b", C("shaft", 0.01), R("d", 0.2)).build()
+    found = agrees(graph)
+    p1, p2, q, J1, J2, shaft, d = sympy.symbols("p_J1 p_J2 q_shaft J1 J2 shaft d")
+    twist = p1 / J1 - p2 / J2
+    assert found.states == (p1, p2, q)
+    expected = (M - q / shaft - d * twist, q / shaft + d * twist - B * p2 / J2, twist)
+    assert all(equal(a, b) for a, b in zip(found.derivatives, expected, strict=True))
+    with pytest.raises(GraphError, match=r"found 2 \(a, b\): use state_equations"):
+        motion_equation(graph)
+
+
+def test_a_coupled_inertia_matrix():
+    b = Builder().one("a").one("b").on("a", I("J1", 1.0), Se("M", 3.0)).on("b", I("J2", 2.0))
+    graph = b.sum("c", [("a", 2.0), ("b", 3.0)], "").on("c", I("m", 0.4), R("B", 0.1)).build()
+    found = agrees(graph)
+    J1, J2, p1, p2, ra, rb = sympy.symbols("J1 J2 p_J1 p_J2 a_c_sum b_c_sum")
+    drag = B * (ra * p1 / J1 + rb * p2 / J2)
+    inertia = sympy.Matrix([[J1 + m * ra**2, m * ra * rb], [m * ra * rb, J2 + m * rb**2]])
+    rates = inertia.LUsolve(sympy.Matrix([M - ra * drag, -rb * drag]))
+    assert equal(found.derivatives[0], J1 * rates[0])
+    assert equal(found.derivatives[1], J2 * rates[1])
+    assert found.derivative_stores[0].startswith("I:m (bond ")
+    assert found.derivative_stores[0].endswith("follows 1:a and 1:b through TF:b->c.sum, TF:a->c.sum")
+
+
+def test_what_the_numbers_rule_out_is_refused_in_symbols_too():
+    b = Builder().one("a").one("b").on("a", Se("F", 1.0)).on("b", R("B", 2.0))
+    b.sum("c", [("a", 2.0), ("b", 3.0)], "").on("c", I("m1", 1.0)).on("c", Sf("v", 1.0))
+    b.sum("d", [("a", 4.0), ("b", 6.0)], "").on("d", Sf("w", 1.0))  # twice the flow of c
+    with pytest.raises(GraphError, match="contradict or repeat"):
+        state_equations(b.build())
+
+
+def test_a_massless_flow_is_solved_for():
+    b = Builder().one("mass").one("joint").zero("z")
+    b.on("mass", I("m", 2.0), Se("F", 1.0)).bond("mass", "z").bond("z", "joint").on("joint", R("B", 4.0), C("c", 0.5))
+    b.port("z", R("leak", 8.0))
+    graph = b.build()
+    found = agrees(graph)
+    assert len(found.algebraic) == 1
+    symbol, expression = found.algebraic[0]
+    p, q, c, leak = sympy.symbols("p_m q_c c leak")
+    assert symbol == sympy.Symbol("f_joint")
+    assert equal(expression, (leak * p / m - q / c) / (B + leak))
+
+
+def test_laws_stay_formulas():
+    b = Builder().one("crank", displacement="theta").signal("u").parameter(k=None, mu=0.1)
+    b.on("crank", I("J", 2.0), C("spring", lambda q, k: k * q**3), R("brake", lambda f, mu: mu * f * abs(f)))
+    b.on("crank", R("rub", lambda theta: 2.0 + np.cos(theta)), Se("M", lambda t, u: u * np.sin(3 * t)))
+    graph = b.build()
+    found = state_equations(graph)
+    p, q, u, mu, k = sympy.symbols("p_J q_spring u mu k")
+    f = p / J
+    expected = u * sympy.sin(3 * t) - k * q**3 - mu * f * sympy.Abs(f) - (sympy.cos(theta) + 2) * f
+    assert equal(found.derivatives[0], expected)
+    assert found.open == (k,)
+    assert found.inputs == (t, u)
+    with pytest.raises(GraphError, match=r"no value for k: graph\.with_parameters\(k=...\)"):
+        found.numeric({"u": 1.0})
+    agrees(graph.with_parameters(k=5.0), {"u": lambda t: np.cos(t)})
+
+
+def test_a_modulus_of_a_signal_needs_the_signals_rate():
+    b = Builder().one("crank").one("ram").signal("r").on("crank", I("J", 2.0), Se("M", 3.0)).on("ram", I("m", 1.0))
+    graph = b.transform("crank", "ram", lambda r: r**2, name="T").build()
+    found = agrees(graph, {"r": lambda t: 1.0 + np.sin(t)})
+    assert found.inputs == (t, *sympy.symbols("r rdot"))
+    with pytest.raises(GraphError, match=r"MTF:T \(bond 4\) varies with signal 'r'.*use state_equations"):
+        motion_equation(graph)
+
+
+def test_a_modulus_of_time():
+    ratio = sympy.sin(t) + theta
+    agrees(slider_crank(ratio).build())
+    with pytest.raises(GraphError, match="varies with the time"):
+        motion_equation(slider_crank(ratio).build())
+
+
+def test_a_modulated_source_of_flow():
+    b = Builder().one("drive").one("mass").on("drive", Sf("v", lambda t: np.sin(t))).on("mass", I("m", 2.0))
+    graph = b.between("drive", "mass", C("c", 0.1), R("B", 0.4)).build()
+    found = agrees(graph)
+    p, q, c = sympy.symbols("p_m q_c c")
+    rates = dict(zip(found.states, found.derivatives, strict=True))
+    assert equal(rates[q], sympy.sin(t) - p / m)
+    assert equal(rates[p], q / c + B * (sympy.sin(t) - p / m))
+
+
+def test_an_inertia_that_a_flow_source_drives_too():
+    b = Builder().one("a").one("b").on("a", Sf("v", lambda t: t**2)).on("b", I("J", 1.0), Se("M", 3.0))
+    graph = b.sum("c", [("a", 1.0), ("b", 2.0)], "").on("c", I("m", 0.4)).build()
+    agrees(graph)
+    with pytest.raises(GraphError, match=r"I:m .* moves with a source of flow too: use state_equations"):
+        motion_equation(graph)
+
+
+def test_a_mechanisms_own_source_law_stays_a_function():
+    law = Law(lambda here, anchor: 3.0 * here.ns.cos(here.position), Motion("crank"))
+    b = Builder().one("crank").on("crank", I("J", 2.0), Se("M", law))
+    assert "M(crank)" in agrees(b.build()).text()
+
+
+def test_a_source_law_that_moves_is_a_function_of_flows_and_time():
+    position = Motion("crank", lambda q, ns, anchor: ns.sin(q))
+
+    def effort(here, anchor):
+        return 3.0 * here.position - 0.5 * here.flow * here.speed + here.time
+
+    law = Law(effort, position, moving=True)
+    b = Builder().one("crank").on("crank", I("J", 2.0)).one("ram").transform("crank", "ram", 0.5)
+    found = agrees(b.on("ram", I("m", 4.0), Se("F", law)).build())
+    assert "F(crank, p_J/J, T*p_J/J, t)".replace("T", "crank_ram") in found.text()
+    seen = Law(lambda here, anchor: -0.5 * here.flow, position, moving=True, sees=("flow",))
+    b = Builder().one("crank").on("crank", I("J", 2.0), Se("M", seen))
+    assert "M(crank, p_J/J)" in agrees(b.build()).text()
+    assert str(motion_equation(b.build()).moment) == "M(crank, crankdot)"
+
+
+def test_a_modulated_gyrator_and_its_opaque_form():
+    b = slider_crank().one("circuit").on("circuit", I("L", 0.1), Se("U", 1.0))
+    graph = b.gyrate("circuit", "crank", lambda theta: 1.0 + 0.5 * np.cos(theta), name="K").build()
+    agrees(graph)
+    opaque = state_equations(graph, opaque=True)
+    assert sympy.Function("K")(theta) in opaque.opaque
+    states = [0.3, 0.4, 0.5]
+    assert opaque.numeric()(0.0, states) == pytest.approx(state_equations(graph).numeric()(0.0, states), rel=1e-13)
+
+
+def test_a_mechanisms_own_modulus_stays_a_function():
+    motion = Motion("crank", lambda q, ns, anchor: ns.sin(q))
+    ratio = Modulus(lambda s: 1.0 + s**2, lambda s: 2.0 * s * np.sqrt(1.0 - s**2), motion)
+    graph = slider_crank(ratio).build()
+    found = agrees(graph)
+    assert "T(theta)" in found.text()
+    assert "T_slope(theta)" in found.text()
+
+
+# -- what is written --------------------------------------------------------------------------------------------------------
+
+
+def test_values_fill_in_readable_numbers():
+    found = state_equations(slider_crank(lambda theta: -0.5 * np.sin(theta)).build(), values=True)
+    assert "1.0*" not in found.text()
+    assert set().union(*(d.free_symbols for d in found.derivatives)) == {sympy.Symbol("p_J"), theta}
+    states = [0.3, 0.4]
+    symbolic = state_equations(slider_crank(lambda theta: -0.5 * np.sin(theta)).build()).numeric()
+    assert found.numeric()(0.0, states) == pytest.approx(symbolic(0.0, states), rel=1e-14)
+
+
+def test_names_become_identifiers_and_stay_apart():
+    b = Builder().one("theta", displacement="J").one("slider").on("theta", I("J", 2.0), Se("t", 1.0))
+    graph = b.on("slider", I("2 m", 1.0)).transform("theta", "slider", 3.0).build()
+    found = agrees(graph)
+    assert {str(s) for s in found.values} == {"I_J", "Se_t", "x2_m", "theta_slider"}
+
+
+def test_text_and_latex_hold_every_equation():
+    found = state_equations(slider_crank(sympy.sin(theta), C("c", 1.0)).build())
+    assert found.text().count("/dt = ") == 3
+    assert found.latex().count("&=") == 3
+
+
+@pytest.mark.parametrize(
+    ("graph", "message"),
+    [
+        (
+            lambda: Builder().one("a").one("b").on("a", Sf("v", 1.0)).on("b", Sf("w", 1.0)).transform("a", "b", 2.0),
+            "TF:a->b",
+        ),
+        (lambda: Builder().one("a").on("a", Se("F", 1.0)), "nothing holds the flow of a"),
+        (
+            lambda: Builder().one("a").on("a", Se("F", 1.0), R("B", lambda f: f**3)),
+            r"R:B \(bond 2\): its law is no straight line",
+        ),
+        (lambda: slider_crank(lambda theta: 1.0 if theta > 0 else 2.0), r"MTF:T \(bond 6\): cannot be written"),
+    ],
+)
+def test_what_has_no_equations_is_refused(graph, message):
+    with pytest.raises(GraphError, match=message):
+        state_equations(graph().build())
+
+
+def test_the_coordinate_must_determine_the_motion():
+    b = slider_crank()
+    b.displacement("x", "slider")
+    with pytest.raises(GraphError, match="'x' does not determine the motion"):
+        motion_equation(b.build(), "x")
+    with pytest.raises(GraphError, match="'y' is no displacement or 1-junction"):
+        motion_equation(b.build(), "y")
+
+
+def test_a_massless_graph_has_no_equation_of_motion():
+    graph = Builder().one("a").on("a", Se("F", 1.0), R("B", 2.0)).build()
+    with pytest.raises(GraphError, match="found 0"):
+        motion_equation(graph)
+
+
+def test_check_finds_what_is_left_over():
+    from dataclasses import replace
+
+    found = state_equations(slider_crank().build())
+    stray = replace(found, derivatives=(sympy.Symbol("e_7"), *found.derivatives[1:]))
+    with pytest.raises(GraphError, match=r"e_7 is neither a state") as caught:
+        stray.check()
+    assert "R:B (bond 4) is in no equation" in str(caught.value)
+    with pytest.raises(GraphError, match="found 1 equations for 2 states"):
+        replace(found, derivatives=found.derivatives[:1]).check()
+
+
+def gyrated(*on_the_other_side):
+    b = Builder().one("a").one("b").on("a", I("L", 1.0), Se("U", 2.0)).on("b", *on_the_other_side)
+    return b.gyrate("a", "b", 3.0, name="G").build()
+
+
+def test_a_spring_and_damper_behind_a_gyrator():
+    found = agrees(gyrated(C("c", 0.5), R("B", 0.2)))
+    G, U, p, q, c, L = sympy.symbols("G U p_L q_c c L")
+    flow = (G * p / L - q / c) / B
+    assert found.algebraic[0][0] == sympy.Symbol("f_b")
+    assert equal(found.algebraic[0][1], flow)
+    assert all(equal(x, y) for x, y in zip(found.derivatives, (U - G * flow, flow), strict=True))
+
+
+def test_a_spring_alone_behind_a_gyrator_is_refused():
+    with pytest.raises(GraphError, match=r"the flow of b is tied through GY:G .*: hang an I or R"):
+        state_equations(gyrated(C("c", 0.5)))
+
+
+def test_a_planar_four_bar_has_the_same_rates_in_symbols_and_in_numbers():
+    linkage = four_bar(4.0, Bar(1.0, 1.0, 0.5, 0.5), Bar(3.0, 2.0, 0.6, 1.5), Bar(3.0, 3.0, 0.7, 1.5))
+    for graph in (linkage.graph, simplify(linkage.graph, keep=(linkage.coordinate,)).graph):
+        numeric, rates = state_equations(graph).numeric(), Dynamics(graph).rates
+        for phi in (0.0, 0.7, 3.0):
+            angles = [phi, *(float(linkage.positions[name](phi)) for name in ("coupler.theta", "rocker.theta"))]
+            found = numeric(0.0, [0.5 * 2.0, *angles])  # the crank's momentum, at 2 rad/s
+            assert_allclose([found[0] / 0.5, *found[1:]], rates(0.0, 2.0, *angles), rtol=1e-9, atol=1e-12)
+
+
+def test_numbers_that_leave_nothing_to_divide_by_are_refused_with_the_element():
+    """Filled in, they gave zoo."""
+    b = Builder().one("a").one("b").on("a", I("m", 1.0), Se("F", 1.0)).on("b", I("J", -4.0)).transform("a", "b", 0.5)
+    with pytest.raises(GraphError, match=r"the rate of .*: I:J.* = -4, .*I:m.* = 1, together, leaves nothing to divide by"):
+        state_equations(b.build(), values=True)
