@@ -1,4 +1,4 @@
-"""What a result costs: positions of the crank at which the machine is evaluated, and seconds."""
+"""Work: what a result costs, in positions of the crank and seconds, and how much of it a search may take."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from typing import Any, NamedTuple
 from bondgraph.reduction import Tally, count, counted
 from flywheel.numerics.faults import Fault, SceneError
 
-__all__ = ["FREE", "Cost", "Meter", "Tally", "count", "counted", "metered", "unmeasured"]
+__all__ = ["FREE", "BudgetError", "Cost", "Meter", "Tally", "count", "counted", "limited", "metered", "spend", "unmeasured"]
 
 
 class Cost(NamedTuple):
@@ -37,27 +37,41 @@ class Cost(NamedTuple):
 
 FREE = Cost(0, 0.0)
 _UNMEASURED: ContextVar[float] = ContextVar("unmeasured", default=0.0)  # seconds so far that no meter counts
+_LEFT: ContextVar[list[float] | None] = ContextVar("left", default=None)  # work that a search may still take
 
 
 class Meter:
-    """A running measurement: `cost` is what it has come to so far."""
+    """A running measurement: `cost` is what it has come to so far, or to the end of its block."""
 
     def __init__(self, tally: Tally) -> None:
         self._tally, self._start = tally, _clock()
-        self._end: float | None = None
-
-    def stop(self) -> None:
-        """Let the time stand still."""
-        self._end = _clock()
+        self.end: float | None = None
 
     @property
     def cost(self) -> Cost:
-        """Evaluations and seconds since the beginning, or until it was stopped."""
-        return Cost(self._tally.evaluations, (_clock() if self._end is None else self._end) - self._start)
+        """Evaluations and seconds since the beginning."""
+        return Cost(self._tally.evaluations, (_clock() if self.end is None else self.end) - self._start)
 
 
 def _clock() -> float:
     return perf_counter() - _UNMEASURED.get()
+
+
+@contextmanager
+def metered() -> Iterator[Meter]:
+    """Measure what is done inside.
+
+    >>> with metered() as meter:
+    ...     count(5)
+    >>> meter.cost.evaluations
+    5
+    """
+    with counted() as tally:
+        meter = Meter(tally)
+        try:
+            yield meter
+        finally:
+            meter.end = _clock()
 
 
 @contextmanager
@@ -78,40 +92,15 @@ def unmeasured() -> Iterator[None]:
         _UNMEASURED.set(before + perf_counter() - begin)
 
 
-@contextmanager
-def metered() -> Iterator[Meter]:
-    """Measure what is done inside.
-
-    >>> with metered() as meter:
-    ...     count(5)
-    >>> meter.cost.evaluations
-    5
-    """
-    with counted() as tally:
-        meter = Meter(tally)
-        try:
-            yield meter
-        finally:
-            meter.stop()
-
-
-# -- patience ----------------------------------------------------------------------------------------------------------
-
-# How long a search may go on before it is given up, counted in work and not in seconds: the same on every machine.
-
-
-_LEFT: ContextVar[list[float] | None] = ContextVar("left", default=None)
-
-
-class ImpatientError(SceneError):
-    """A search that was given up."""
+class BudgetError(SceneError):
+    """A search that took more work than it was allowed."""
 
 
 @contextmanager
-def patience(work: float) -> Iterator[None]:
-    """Let what is searched for inside take so much work at most; unbounded outside.
+def limited(work: float) -> Iterator[None]:
+    """Allow what is searched for inside so much work, the same on every machine; without it there is no limit.
 
-    >>> with patience(10):
+    >>> with limited(10):
     ...     spend(8)
     """
     token = _LEFT.set([work])
@@ -122,7 +111,7 @@ def patience(work: float) -> Iterator[None]:
 
 
 def spend(work: float) -> None:
-    """Count work done. Raises ImpatientError once there was too much of it."""
+    """Count work done. Raises BudgetError once there was too much of it."""
     left = _LEFT.get()
     if left is None:
         return
@@ -131,4 +120,4 @@ def spend(work: float) -> None:
         found = "a steady motion that is not found in bearable time"
         expected = "one that the search comes to"
         advice = "follow the machine in time: flywheel simulate"
-        raise ImpatientError([Fault("regime", found, expected, advice)])
+        raise BudgetError([Fault("regime", found, expected, advice)])

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from flywheel.machine.dynamics import Anchor, Dynamics
 from flywheel.machine.loads import Effort
 from flywheel.machine.machine import Machine
-from flywheel.numerics.budget import ImpatientError, counted, patience, spend
+from flywheel.numerics.budget import BudgetError, counted, limited, spend
 from flywheel.numerics.expressions import Expression, Node, written
 from flywheel.numerics.faults import Fault, SceneError, told
 from flywheel.regime import turning_moment
@@ -699,7 +699,7 @@ def fate_of(machine: Machine, speed: float, inertia: float, balance: float, *, h
     try:
         with _bearable(machine, _HURRIED if hurried else _WORK):
             trail = follow(dynamics, Start(0.0, speed, current), until, _RTOL, goals, passing)
-    except ImpatientError:
+    except BudgetError:
         return Ending(Fate.UNKNOWN)
     except SceneError as error:
         return Ending(Fate.UNKNOWN, fault=error.faults[0])
@@ -718,5 +718,5 @@ def _bearable(machine: Machine, work: float) -> Iterator[None]:
         spend(each * (1.0 + (tally.evaluations - known) / _AT_ONCE))
         known = tally.evaluations
 
-    with patience(work), counted(walked) as tally:
+    with limited(work), counted(walked) as tally:
         yield

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from flywheel.machine.dynamics import Dynamics
 from flywheel.machine.machine import Machine
-from flywheel.numerics.budget import ImpatientError, counted, patience
+from flywheel.numerics.budget import BudgetError, counted, limited
 from flywheel.numerics.cells import ROUNDING
 from flywheel.numerics.faults import SceneError
 from flywheel.regime import periodic_motion, steady_motion
@@ -231,7 +231,7 @@ def _summit(step: Step, share: float, sign: float) -> tuple[float, float]:
 # flywheel; with torques that depend on speed it repeats the collocation that the figures come from at other places.
 
 
-_PATIENCE = 300_000  # nodes in Newton steps of one motion, some seconds; a textbook machine takes 3 000
+_MOST_WORK = 300_000  # nodes in Newton steps of one motion, some seconds; a textbook machine takes 3 000
 
 
 def collocated(sizing: Sizing) -> Sizing:
@@ -239,7 +239,7 @@ def collocated(sizing: Sizing) -> Sizing:
 
     Raises:
         NoRegimeError: where the iteration finds no motion on these cells.
-        ImpatientError: where it takes too long.
+        BudgetError: where it takes too long.
 
     """
     if sizing.machine is None or sizing.cycle is None:
@@ -282,7 +282,7 @@ def _motion(sizing: Sizing, machine: Machine, inertia: float) -> OwnMotion:
     held = None if free else (scene.speed or sizing.speed)
     unknown = 0.0 if constant is None else constant.balance or 0.0
     asked = Asked(inertia, None, held)
-    with patience(_PATIENCE):
+    with limited(_MOST_WORK):
         return periodic_motion.found(machine, held or sizing.speed, asked, 0.0, unknown, 0.5 * sizing.rtol)
 
 
@@ -303,7 +303,7 @@ def _collocated_approximate(sizing: Sizing, machine: Machine) -> tuple[float | N
         return None, 0.0, ()
     try:
         run = _motion(sizing, machine, figure * sizing.scene.flywheel_ratio**2).run
-    except ImpatientError:
+    except BudgetError:
         return None, 0.0, ("the motion with the approximate flywheel takes too long to find",)
     except NoRegimeError:
         return None, 0.0, ("no steady motion with the approximate flywheel has the mean of extremes asked for",)

@@ -126,13 +126,13 @@ def _followed(sizing: Sizing) -> Sizing:
 def _collocated(sizing: Sizing) -> Sizing:
     """The sizing confirmed by collocation; by quadrature, saying so, where the iteration finds no motion."""
     with unmeasured():
-        from flywheel.numerics.budget import ImpatientError
+        from flywheel.numerics.budget import BudgetError
         from flywheel.sizing.confirmation import collocated  # only this level pays for Newton's method
     from flywheel.regime.steady_motion import NoMotionError
 
     try:
         return collocated(sizing)
-    except ImpatientError:
+    except BudgetError:
         return _unconfirmed(sizing, "not confirmed by collocation: the motion takes too long to find on cells of its own")
     except NoMotionError:
         return _unconfirmed(sizing, "not confirmed by collocation: on cells of its own the iteration finds no motion")

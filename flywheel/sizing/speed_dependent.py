@@ -13,7 +13,7 @@ import numpy as np
 from flywheel.machine.dynamics import Moments
 from flywheel.machine.machine import Machine
 from flywheel.numerics import cells
-from flywheel.numerics.budget import Cost, ImpatientError, metered, patience
+from flywheel.numerics.budget import BudgetError, Cost, limited, metered
 from flywheel.numerics.cells import ROUNDING, Array, Cells, Coarse
 from flywheel.numerics.faults import Fault, SceneError
 from flywheel.regime import constant_speed, periodic_motion, turning_moment, wittenbauer
@@ -24,8 +24,8 @@ from flywheel.regime.wittenbauer import Figures
 
 _LEAST_DAMPING = 1e-12  # 1 less the multiplier: below it nothing is left of what holds the speed but rounding
 _UNHELD = 0.01  # relative doubt of a speed that is hardly held
-_PATIENCE = 300_000.0  # nodes of Newton steps, about a second: fifty times what a machine of a textbook takes
-_LESS_PATIENCE = 40_000.0
+_MOST_WORK = 300_000.0  # nodes of Newton steps, about a second: fifty times what a machine of a textbook takes
+_LESS_WORK = 40_000.0
 _MOST_CELLS = 4_000  # of cells on which speeds follow torques at once
 _WIDENINGS = 60  # of a bracket, and steps within it
 _STEEP = 1e4  # times over that a change of speed fades within a cycle: such torques cost too many cells
@@ -44,9 +44,9 @@ def settled(machine: Machine, rtol: float) -> Sizing:
     """
     constant_speed.check_steady(machine)
     try:
-        with patience(_PATIENCE):
+        with limited(_MOST_WORK):
             speed, unknown, messages = constant_speed.taken_at(machine)
-    except ImpatientError as error:
+    except BudgetError as error:
         inertia = machine.scene.inertia or 0.0
         raise SceneError([_too_much(error.faults[0], machine, machine.typical_speed, inertia, 0.0)]) from None
     figures, loose = at_constant_speed(machine, speed, rtol)
@@ -268,9 +268,9 @@ def _motion(machine: Machine, figures: Figures, unknown: float, rtol: float) -> 
     guess = max(figures.total - figures.cycle.inertia_at_start, least)
     asked = Asked(None, scene.irregularity, held)
     try:
-        with patience(_PATIENCE):
+        with limited(_MOST_WORK):
             motion = periodic_motion.found(machine, speed, asked, guess, unknown, rtol)
-    except (NoRegimeError, ImpatientError) as error:
+    except (NoRegimeError, BudgetError) as error:
         bare = _bare(machine, speed, held, unknown, rtol)
         if bare is None or bare.run.irregularity * (1.0 + bare.run.error) > (scene.irregularity or 0.0):
             raise SceneError([_fault(machine, speed, asked, guess, unknown, error)]) from None
@@ -289,22 +289,22 @@ def _weightless(machine: Machine, figures: Figures) -> bool:
 def _bare(machine: Machine, speed: float, held: float | None, unknown: float, rtol: float) -> OwnMotion | None:
     """The motion without any flywheel, where there is one."""
     try:
-        with patience(_PATIENCE):
+        with limited(_MOST_WORK):
             return periodic_motion.found(machine, speed, Asked(0.0, None, held), 0.0, unknown, rtol)
-    except (NoRegimeError, ImpatientError):
+    except (NoRegimeError, BudgetError):
         return None
 
 
 def _found(machine: Machine, speed: float, asked: Asked, guess: float, unknown: float, rtol: float) -> OwnMotion:
     try:
-        with patience(_PATIENCE):
+        with limited(_MOST_WORK):
             return periodic_motion.found(machine, speed, asked, guess, unknown, rtol)
-    except (NoRegimeError, ImpatientError) as error:
+    except (NoRegimeError, BudgetError) as error:
         raise SceneError([_fault(machine, speed, asked, guess, unknown, error)]) from None
 
 
 def _fault(
-    machine: Machine, speed: float, asked: Asked, guess: float, unknown: float, error: NoRegimeError | ImpatientError
+    machine: Machine, speed: float, asked: Asked, guess: float, unknown: float, error: NoRegimeError | BudgetError
 ) -> Fault:
     """What to say of a machine for which no motion was found, or none whose figures mean anything."""
     if fault := _not_held(machine, speed):
@@ -333,7 +333,7 @@ def _not_held(machine: Machine, speed: float) -> Fault | None:
 
 
 def _no_motion(
-    machine: Machine, speed: float, asked: Asked, guess: float, unknown: float, error: NoRegimeError | ImpatientError
+    machine: Machine, speed: float, asked: Asked, guess: float, unknown: float, error: NoRegimeError | BudgetError
 ) -> Fault:
     """Why there is no motion: followed in time, the machine stalls or runs away; or the iteration did not settle."""
     from flywheel.regime.free_motion import Fate, fate_of  # scipy arrives with time stepping, and only where it is needed
@@ -344,7 +344,7 @@ def _no_motion(
     inertia = guess if asked.inertia is None else asked.inertia
     wheel = f" with {'about ' if sized else ''}{inertia:.6g} kg m² on the crank"
     expected = "a motion that comes back to its speed each cycle"
-    ending = fate_of(machine, speed, inertia, unknown, hurried=isinstance(error, ImpatientError))
+    ending = fate_of(machine, speed, inertia, unknown, hurried=isinstance(error, BudgetError))
     what = "motor" if scene.drive is not None and scene.unknown is None else "machine"
     if ending.fate is Fate.STALLS:
         found = f"a {what} that stalls {ending.where}, let go at {speed:.6g} rad/s{wheel}"
@@ -356,7 +356,7 @@ def _no_motion(
         what = "it" if ending.fault.path == "simulation" else ending.fault.path
         found = f"no periodic motion near {speed:.6g} rad/s{wheel}: followed in time, {what} comes to {ending.fault.found}"
         return Fault(path, found, expected, ending.fault.advice)
-    if isinstance(error, ImpatientError):
+    if isinstance(error, BudgetError):
         return _too_much(error.faults[0], machine, speed, asked.inertia or 0.0, unknown)
     advice = "follow the machine in time and see what it does: flywheel simulate"
     return Fault(path, f"no periodic motion near {speed:.6g} rad/s{wheel}: {error}", expected, advice)
@@ -455,7 +455,7 @@ def with_flywheel(sizing: Sizing, inertia: float) -> OwnMotion:
     reference = held or sizing.speed
     unknown = constant.balance or 0.0
     try:
-        with patience(_LESS_PATIENCE):
+        with limited(_LESS_WORK):
             return periodic_motion.found(machine, reference, Asked(inertia, None, held), 0.0, unknown, 0.5 * sizing.rtol)
-    except ImpatientError as error:
+    except BudgetError as error:
         raise NoRegimeError(str(error)) from None

@@ -11,7 +11,7 @@ from tests.fuzzing.mutants import Mutant, mutant
 from tests.fuzzing.regressions import FILES, SCENES
 
 _AT_ONCE = 500  # mutants that one process is given
-_PATIENCE = 900.0  # seconds without a word after which a process is taken for hung
+_MOST_WORK = 900.0  # seconds without a word after which a process is taken for hung
 _COMMANDS = (
     "size",
     "size --json --no-simulate",
@@ -99,7 +99,7 @@ class _Process:
             else:
                 self.at = None
                 yield found
-        if alive and time.monotonic() - self.heard > _PATIENCE:
+        if alive and time.monotonic() - self.heard > _MOST_WORK:
             self.process.kill()
             self.process.join()
 

@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 
 import flywheel
-from flywheel.numerics.budget import ImpatientError, patience, spend
+from flywheel.numerics.budget import BudgetError, limited, spend
 from flywheel.numerics.faults import SceneError
 from tests.fuzzing.guards import Watched, watched
 from tests.fuzzing.judge import judged
@@ -107,11 +107,11 @@ def test_a_table_of_too_many_lines_is_refused_before_it_is_taken_apart(tmp_path)
 
 
 def test_a_search_is_given_up_after_so_much_work():
-    spend(1e12)  # nobody asked for patience
-    with patience(10.0):
+    spend(1e12)  # without a limit
+    with limited(10.0):
         spend(6.0)
-        with patience(100.0):
+        with limited(100.0):
             spend(50.0)
-        with pytest.raises(ImpatientError, match="not found in bearable time"):
+        with pytest.raises(BudgetError, match="not found in bearable time"):
             spend(6.0)
     spend(1e12)
