@@ -9,6 +9,8 @@ from pathlib import Path
 import matplotlib as mpl
 import pytest
 
+from tests.limits import sample
+
 mpl.use("Agg")
 
 FOLDER = Path(__file__).parents[2] / "examples" / "bond_graphs"
@@ -24,7 +26,7 @@ def test_there_are_scripts():
     assert FOLDER / "compare_methods.py" in SCRIPTS
 
 
-@pytest.mark.parametrize("script", SCRIPTS, ids=name)
+@pytest.mark.parametrize("script", sample(SCRIPTS, 3), ids=name)
 def test_main_prints_and_draws(script, tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
     monkeypatch.setattr("sys.argv", [script.name])

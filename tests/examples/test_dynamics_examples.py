@@ -5,9 +5,12 @@ from __future__ import annotations
 import runpy
 from pathlib import Path
 
+import pytest
+
 FOLDER = Path(__file__).parents[2] / "examples" / "dynamics"
 
 
+@pytest.mark.slow
 def test_three_routes_agree(capsys):
     runpy.run_path(str(FOLDER / "three_routes.py"), run_name="__main__")
     printed = capsys.readouterr().out

@@ -18,7 +18,7 @@ from flywheel.report.report import text as report
 from tests.fuzzing.guards import MEMORY, TooSlow, Watched, watched
 from tests.fuzzing.mutants import Mutant
 from tests.fuzzing.tables import lay_traps
-from tests.pace import pace
+from tests.limits import piece
 
 WORK, WORK_IN_TIME = 2000, 5000  # pieces of `pace`, ten times what is ordinary: a hang, not a slow machine
 LONGEST_FAULT = 400
@@ -55,7 +55,7 @@ def _tried(folder: Path, simulate: bool, command: str) -> Verdict:
     before, results = _names(folder), list[Watched]()
     outcome, detail = "failed", ""
     try:
-        with watched(folder, pace() * (WORK_IN_TIME if simulate or command else WORK), results):
+        with watched(folder, piece() * (WORK_IN_TIME if simulate or command else WORK), results):
             outcome, detail = _by_command(folder, command) if command else _by_library(folder, simulate)
     except TooSlow as slow:
         detail = f"too slow: more than {slow}{_where(slow)}"

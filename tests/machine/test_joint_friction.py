@@ -13,6 +13,7 @@ from flywheel.motion.joint_forces import joint_forces
 from flywheel.numerics.faults import SceneError
 from flywheel.regime import joint_friction
 from flywheel.regime.joint_friction import friction_curve, machine_of
+from tests.limits import sample
 
 W = 20.0
 
@@ -48,7 +49,7 @@ def test_without_friction_there_is_no_curve() -> None:
     assert not machine.scene.rubs
 
 
-@pytest.mark.parametrize("mu", [0.01, 0.1, 0.25])
+@pytest.mark.parametrize("mu", sample([0.01, 0.1, 0.25], 3))
 def test_the_curve_is_kinetostatics(mu: float) -> None:
     scene = flywheel.load(crank_press(mu))
     curve = friction_curve(flywheel.Machine(scene))
@@ -76,6 +77,7 @@ def test_friction_is_paid_by_the_drive() -> None:
     assert any("friction in joints is taken at a constant crank speed" in message for message in rough.messages)
 
 
+@pytest.mark.slow
 def test_the_simulation_confirms_the_flywheel_with_friction() -> None:
     sizing = flywheel.size(flywheel.load(crank_press(0.15)))
     assert sizing.simulation.irregularity == pytest.approx(0.03, rel=1e-9)
@@ -88,6 +90,7 @@ def test_friction_shows_in_the_reduction() -> None:
     assert (state.moment_parts["friction in joints"] < 0.0).all()
 
 
+@pytest.mark.slow
 def test_balance_within_the_mechanism_is_found_with_its_friction() -> None:
     scene = crank_press(0.1, parameters={"F": "balance"}, drive={"torque": "60 N m"})
     scene["load"] = [{"on": "ram", "force": "-F", "while": "v > 0"}]
@@ -108,6 +111,7 @@ def test_a_motion_that_turns_back_is_refused() -> None:
         flywheel.simulate(machine, 0.3, 2.0, 5.0)
 
 
+@pytest.mark.slow
 def test_other_mechanisms_beside_a_rough_one() -> None:
     linkage = crank_press(0.1)
     yoke = {"type": "scotch-yoke", "name": "yoke", "crank": {"length": 0.1}, "yoke": {"mass": 5}}
@@ -152,6 +156,7 @@ def test_corners_are_where_a_normal_force_or_a_rate_is_zero() -> None:
     assert (before != after).any(axis=0).all()
 
 
+@pytest.mark.slow
 def test_cells_are_cut_no_more_at_their_largest_number(monkeypatch: pytest.MonkeyPatch) -> None:
     fine = friction_curve(flywheel.Machine(flywheel.load(crank_press(0.1))))
     monkeypatch.setattr(joint_friction, "_MOST_CELLS", 4)

@@ -250,6 +250,7 @@ def test_a_load_that_is_not_finite_is_named_with_the_slides_position():
 # -- motion ----------------------------------------------------------------------------------------------------------
 
 
+@pytest.mark.slow
 def test_motion_without_loads_keeps_its_energy_and_ends_with_the_stroke():
     scene = clamp()
     machine = Machine(scene)

@@ -9,7 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from flywheel.numerics.expressions import FUNCTIONS, ExpressionError, parse
-from tests.pace import at_most
+from tests.limits import at_most
 
 PARAMETERS = frozenset({"F", "k", "η"})
 

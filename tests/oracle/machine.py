@@ -193,7 +193,8 @@ class Machine:
         """The reduced moments of weights and springs."""
         found, zero = [], np.zeros_like(phi.value)
         if "gravity" in self.scene:
-            g, aim = real(self.scene["gravity"].get("g", "9.80665 m/s^2")), real(self.scene["gravity"].get("direction", "-90 deg"))
+            gravity = self.scene["gravity"]
+            g, aim = real(gravity.get("g", "9.80665 m/s^2")), real(gravity.get("direction", "-90 deg"))
             for part, motion in zip(self.parts, motions, strict=True):
                 for p in motion.points:
                     if p.weighs and p.mass:

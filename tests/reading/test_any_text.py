@@ -10,7 +10,7 @@ import pytest
 
 from flywheel.numerics.faults import SceneError
 from flywheel.reading.scenes import build_scene, parse_scene
-from tests.pace import at_most
+from tests.limits import at_most
 
 WORK = 2000  # pieces of `pace`, for any one scene
 

@@ -49,6 +49,7 @@ def test_a_motion_that_takes_too_many_steps_is_told_by_quadrature(monkeypatch):
     assert sizing.cost.stages["simulation"].evaluations < 600
 
 
+@pytest.mark.slow
 def test_an_unstable_motion_held_by_a_balance_is_sized_though_stepping_leaves_it():
     falling = {"load": [{"on": "crank", "torque": "-400*(1 + cos(phi))/omega"}], "drive": {"torque": "balance"}}
     scene = falling | {"inertia": [{"on": "crank", "value": 2}], "regime": {"speed": 5}, "flywheel": {"irregularity": 1.8}}

@@ -8,6 +8,7 @@ from scipy.optimize import brentq, root
 import flywheel
 from flywheel.regime import steady_motion
 from tests import regimes, scenes
+from tests.limits import sample
 
 
 def sized(scene):
@@ -196,7 +197,7 @@ def by_hand(motor, load, efficiency):
     return time, state[3] / time, currents
 
 
-@pytest.mark.parametrize("load", LOADS)
+@pytest.mark.parametrize("load", sample(LOADS, 5))
 @pytest.mark.parametrize("efficiency", [1.0, 0.9])
 @pytest.mark.parametrize("name", HEATED)
 def test_what_heats_a_motor_is_that_of_its_equations_in_time(name, load, efficiency):

@@ -11,6 +11,7 @@ import pytest
 
 import flywheel
 from tests import regimes, scenes
+from tests.limits import sample
 
 ROOT = Path(__file__).parents[2]
 EXAMPLES = sorted(ROOT.glob("examples/**/*.toml"))
@@ -54,7 +55,7 @@ def sized(scene: Any, **options: Any) -> dict[str, Any]:
     return flywheel.size(flywheel.load(scene), **options).as_dict()
 
 
-@pytest.mark.parametrize("path", EXAMPLES, ids=lambda path: path.stem)
+@pytest.mark.parametrize("path", sample(EXAMPLES, 6), ids=lambda path: path.stem)
 def test_every_number_of_every_example_has_its_error(path: Path) -> None:
     scene = flywheel.load(path)
     if scene.stroke is not None or (scene.irregularity is None and scene.inertia is None):
@@ -76,7 +77,7 @@ SCENES = {
 } | {name: regimes.scene(name, irregularity=0.05) for name in ("kloss-press", "geared-loss", "dc-inductance")}
 
 
-@pytest.mark.parametrize("name", SCENES)
+@pytest.mark.parametrize("name", sample(SCENES, 4))
 @pytest.mark.parametrize("accuracy", ["normal", "audit"])
 def test_every_number_has_its_error(name: str, accuracy: str) -> None:
     assert without_error(sized(SCENES[name], accuracy=accuracy)) == set()
@@ -88,7 +89,7 @@ OTHER = ("unstable", "two-speeds-slow")  # motions that the toolkit refuses, or 
 ANALYSES = [(name, inertia) for name, case in regimes.CASES.items() for inertia in case.inertias if name not in OTHER]
 
 
-@pytest.mark.parametrize(("name", "inertia"), ANALYSES)
+@pytest.mark.parametrize(("name", "inertia"), sample(ANALYSES, 4))
 def test_figures_of_motions_are_off_by_no_more_than_they_say(name: str, inertia: float) -> None:
     true = regimes.figures(name)["analysis"][f"{inertia:g}"]
     result = sized(regimes.scene(name, inertia=inertia), simulate=False)
@@ -127,7 +128,7 @@ PLACED = {
 }
 
 
-@pytest.mark.parametrize("share", [1e-4, 0.01, -0.03])
+@pytest.mark.parametrize("share", sample([1e-4, 0.01, -0.03], 6))
 @pytest.mark.parametrize("place", PLACED)
 @pytest.mark.parametrize("name", MACHINES)
 def test_what_a_cycle_leaves_over_may_belong_anywhere(name: str, place: str, share: float) -> None:

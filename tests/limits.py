@@ -1,16 +1,18 @@
-"""How much work a call is, against a fixed piece of work in the same run: a slow machine is slow at both."""
+"""Limits of work: of a call, against a fixed piece of work in the same run, and of the default run, by samples of cases."""
 
 import math
 import time
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 from functools import cache
+from typing import Any
 
 import numpy as np
+import pytest
 
 
 @cache
-def pace() -> float:
+def piece() -> float:
     """Seconds of computing for the piece of work: calls, floats and short arrays, about 0.01 on an ordinary machine."""
     times, x = [], np.linspace(0.0, 1.0, 20)
     for _ in range(5):
@@ -28,5 +30,15 @@ def at_most(pieces: float) -> Iterator[None]:
     try:
         yield
     finally:
-        took = (time.process_time() - start) / pace()
+        took = (time.process_time() - start) / piece()
         assert took < pieces, f"as much work as {took:.0f} pieces, {pieces:g} allowed"
+
+
+def sample(cases: Iterable[Any], every: int) -> list[Any]:
+    """The cases of a parametrization: the first and every so many more for the default run, the others slow."""
+    return [case if k % every == 0 else _slow(case) for k, case in enumerate(cases)]
+
+
+def _slow(case: Any) -> Any:
+    values, name = (case.values, case.id) if hasattr(case, "marks") else (case if isinstance(case, tuple) else (case,), None)
+    return pytest.param(*values, marks=[*getattr(case, "marks", ()), pytest.mark.slow], id=name)
