@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import inspect
-import math
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -21,19 +20,6 @@ def refuse(faults: Iterable[str]) -> None:
     lines = list(faults)
     if lines:
         raise GraphError("\n".join(lines))
-
-
-def size_faults(numbers: Iterable[tuple[str, float]]) -> list[str]:
-    """A line for every number, given with its name, that is not finite or not above 0.
-
-    >>> size_faults([("length", 2.0), ("mass", -1.0)])
-    ['mass: found -1.0, expected a number above 0']
-    """
-    return [
-        f"{name}: found {value}, expected a number above 0"
-        for name, value in numbers
-        if not (math.isfinite(value) and value > 0)
-    ]
 
 
 # -- operands ----------------------------------------------------------------------------------------------------------

@@ -5,27 +5,656 @@
 Prints how position, velocity and acceleration (imposed motion), the free motion, and the torque that imposes a motion agree
 between the methods, and how a step that divides by the transformer's modulus fares at the dead centres. With a file name,
 draws curves over one another and their residuals below.
+
+- Kinematics (`compare_kinematics`): a source of flow imposes the crank's motion; the slider's position, velocity and
+  acceleration follow from the graph by integration, and from the triangle in closed form.
+- Dynamics (`compare_free_motion`): no loads, the crank starts at theta = 0; the graph against Lagrange's equation, exact, and
+  with the coefficients of small lambda = r/l.
+- Kinetostatics (`compare_torques`): the torque that imposes a motion, by the effort of the source's bond and by Lagrange.
+- Dead centres (`divided_by_modulus`, `printed_programme`): the crank (inertia J, torque M) moves the slider (mass m, damping
+  B, load F) through v = T(theta) omega. From the slider's side, m v' = (M - J alpha)/T - B v - F, the step divides by T,
+  which is 0 at both dead centres; from the crank's, J alpha = M - T (m v' + B v + F), it does not. In print the first is
+  found with |T| for T, stepped by Euler.
+
+An imposed motion and a free one are two motions, not two methods: setting the one against the other, as is sometimes done,
+measures nothing but how far apart they are. Lengths run along x from the crank's pivot to the slider, so that the slider
+starts at x = r + l and first moves inwards; at the dead centres v counts inwards, so that T > 0 for 0 < theta < pi. The
+closed forms do not use the graph, so that each checks the other.
 """
 
 from __future__ import annotations
 
+import math
 import sys
-from typing import Any
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import Any, NamedTuple
 
+import numpy as np
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
+from numpy.typing import NDArray
+from scipy.integrate import solve_ivp
 
-from bondgraph.case_study import (
-    HARMONIC,
-    STEADY,
-    Comparison,
-    Loads,
-    SliderCrank,
-    compare_free_motion,
-    compare_kinematics,
-    compare_torques,
-    divided_by_modulus,
-)
+from bondgraph import Builder, GraphError, I, R, Run, Se, Sf, simulate
+
+Array = NDArray[np.float64]
+
+
+def check_positive(*numbers: tuple[str, float]) -> None:
+    """A GraphError with a line for every number, given with its name, that is not finite or not above 0."""
+    wrong = [f"{name}: found {x}, expected a number above 0" for name, x in numbers if not (math.isfinite(x) and x > 0)]
+    if wrong:
+        raise GraphError("\n".join(wrong))
+
+
+# -- the slider-crank in closed form and as a graph --------------------------------------------------------------------
+
+
+@dataclass(frozen=True)
+class SliderCrank:
+    """A crank (a thin bar about its end), a uniform rod and a slider on a line through the pivot.
+
+    Args:
+        radius: of the crank, r, m.
+        length: of the rod, l > r, m.
+        crank: mass of the crank, kg; its inertia is m r²/3.
+        rod: mass of the rod, kg; its inertia about its own centre is m l²/12. 0 leaves it out.
+        slider: mass of the slider, kg.
+
+    Raises:
+        GraphError: if the crank cannot turn all round, or a mass is not above 0 (the rod's: below 0).
+
+    """
+
+    radius: float = 1.0
+    length: float = 2.0
+    crank: float = 1.0
+    rod: float = 1.0
+    slider: float = 1.0
+
+    def __post_init__(self) -> None:
+        check_positive(*((name, value) for name, value in vars(self).items() if (name, value) != ("rod", 0)))
+        if not self.radius < self.length:
+            raise GraphError(
+                f"radius {self.radius} m, length {self.length} m: the rod must be longer than the crank to turn"
+            )
+
+    @property
+    def ratio(self) -> float:
+        """Lambda = r/l."""
+        return self.radius / self.length
+
+    @property
+    def crank_inertia(self) -> float:
+        """Of the crank about its pivot, m r²/3, kg m²."""
+        return self.crank * self.radius**2 / 3
+
+    def along(self, share: float, theta: Any, ns: Any = np) -> tuple[Any, Any, Any]:
+        """Of a point on the rod (`share` 1: the slider): x = r cos theta + share l cos beta, dx/dtheta and d²x/dtheta²."""
+        u, c, ratio, r = ns.sin(theta), ns.cos(theta), self.ratio, self.radius
+        w = ns.sqrt(1.0 - (ratio * u) ** 2)  # cos beta
+        bend = ratio * (c * c - u * u) / w + ratio**3 * (u * c) ** 2 / w**3
+        return r * c + share * self.length * w, -r * (u + share * ratio * u * c / w), -r * (c + share * bend)
+
+    def swing(self, theta: Any, ns: Any = np) -> tuple[Any, Any]:
+        """The rod's angular velocity per crank's, dbeta/dtheta = lambda cos theta/cos beta, and its slope."""
+        u, c, ratio = ns.sin(theta), ns.cos(theta), self.ratio
+        w = ns.sqrt(1.0 - (ratio * u) ** 2)
+        return ratio * c / w, -ratio * (1.0 - ratio**2) * u / w**3
+
+    def builder(self, theta: float = 0.0) -> Builder:
+        """The graph without loads: 1-junctions "crank" (displacement theta) and "slider" (displacement x), a MTF between.
+
+        The inertias are "J", "m" and, of a rod with mass, "J_rod", "m_x", "m_y", each behind a MTF from the crank.
+        """
+        b = Builder().one("crank", "rotation", displacement="theta", initial=theta)
+        b.one("slider", "translation", displacement="x", initial=float(self.along(1.0, theta)[0]))
+        b.on("crank", I("J", self.crank_inertia)).on("slider", I("m", self.slider))
+        b.transform("crank", "slider", lambda theta: self.along(1.0, theta)[1])
+        if not self.rod:
+            return b
+        b.one("rod", "rotation").one("rod x", "translation").one("rod y", "translation")
+        b.on("rod", I("J_rod", self.rod * self.length**2 / 12)).on("rod x", I("m_x", self.rod)).on(
+            "rod y", I("m_y", self.rod)
+        )
+        b.transform("crank", "rod", lambda theta: self.swing(theta)[0])
+        b.transform("crank", "rod x", lambda theta: self.along(0.5, theta)[1])
+        return b.transform("crank", "rod y", lambda theta: 0.5 * self.radius * np.cos(theta))
+
+
+class Imposed(NamedTuple):
+    """A motion of the crank that is given: its angle (rad), its rate and the rate of that, as functions of t (s)."""
+
+    name: str
+    theta: Callable[[Any], Any]
+    omega: Callable[[Any], Any]
+    alpha: Callable[[Any], Any]
+
+
+HARMONIC = Imposed("theta = sin t", lambda t: np.sin(t), lambda t: np.cos(t), lambda t: -np.sin(t))
+STEADY = Imposed("theta = 5 t", lambda t: 5.0 * t, lambda t: 5.0 + 0.0 * t, lambda t: 0.0 * t)
+
+
+class Slider(NamedTuple):
+    """The slider's position (m), velocity (m/s) and acceleration (m/s²)."""
+
+    position: Any
+    velocity: Any
+    acceleration: Any
+
+
+def triangle(machine: SliderCrank, theta: Any, omega: Any, alpha: Any) -> Slider:
+    """The slider by the triangle of crank, rod and line.
+
+    x = r cos theta + sqrt(l² - r² sin² theta), v = -r omega (lambda sin 2theta/(2 w) + sin theta) and, with
+    w = sqrt(1 - lambda² sin² theta), a = alpha dx/dtheta - r omega² (lambda cos 2theta/w + (lambda³/4) sin² 2theta/w³
+    + cos theta), dx/dtheta = v/omega. The middle term is also found printed as (lambda²/2) sin 2theta/w³, which is wrong:
+    it gives 1.44554 where 1.38288 is true.
+
+    >>> float(round(-triangle(SliderCrank(), 0.3, 1.0, 0.0).acceleration, 5))
+    1.38288
+    """
+    x, slope, bend = machine.along(1.0, theta)
+    return Slider(x, slope * omega, slope * alpha + bend * omega**2)
+
+
+class Inertia(NamedTuple):
+    """The machine's inertia seen from the crank, J(theta) in kg m², and dJ/dtheta."""
+
+    value: Any
+    slope: Any
+
+    def torque(self, omega: Any, alpha: Any) -> Any:
+        """The torque (N m) of a motion without loads, by Lagrange: J alpha + ½ (dJ/dtheta) omega²."""
+        return self.value * alpha + 0.5 * self.slope * omega**2
+
+    def alpha(self, omega: Any) -> Any:
+        """The acceleration of the crank (rad/s²) where nothing drives it: -½ (dJ/dtheta) omega²/J."""
+        return -0.5 * self.slope * omega**2 / self.value
+
+
+def exact_inertia(machine: SliderCrank, theta: Any) -> Inertia:
+    """J = J_crank + (m l²/12) (dbeta/dtheta)² + m (x_G'² + y_G'²) + m_slider x'², primes by theta: no term left out.
+
+    >>> inertia = exact_inertia(SliderCrank(), 0.0)  # 1/3 of the crank, 1/12 + 1/4 of the rod
+    >>> round(float(inertia.value), 12), float(inertia.slope)
+    (0.666666666667, 0.0)
+    """
+    swing, swing_slope = machine.swing(theta)
+    _, along, along_slope = machine.along(1.0, theta)
+    _, middle, middle_slope = machine.along(0.5, theta)
+    across, across_slope = 0.5 * machine.radius * np.cos(theta), -0.5 * machine.radius * np.sin(theta)
+    own = machine.rod * machine.length**2 / 12
+    value = own * swing**2 + machine.rod * (middle**2 + across**2) + machine.slider * along**2
+    slope = own * swing * swing_slope + machine.rod * (middle * middle_slope + across * across_slope)
+    return Inertia(machine.crank_inertia + value, 2.0 * (slope + machine.slider * along * along_slope))
+
+
+def small_ratio_inertia(machine: SliderCrank, theta: Any, *, about: str = "centre") -> Inertia:
+    """J with only the lowest powers of lambda: J_crank + (m_slider + m) r² sin² theta + (J_rod + m l²/4) lambda² cos² theta.
+
+    The slider's swing from the rod's angle is left out (x = r cos theta + l), which costs terms of the order lambda.
+
+    Args:
+        machine: the slider-crank.
+        theta: angle of the crank, rad.
+        about: "centre" takes J_rod = m l²/12. "end" takes m l²/3 there, a slip found in print: the inertia about the end
+            already holds the m l²/4 that the formula adds.
+
+    Raises:
+        GraphError: if `about` is neither.
+
+    """
+    if about not in ("centre", "end"):
+        raise GraphError(f"about: found {about!r}, expected 'centre' or 'end'")
+    rod = machine.rod * machine.length**2 * ((1 / 12 if about == "centre" else 1 / 3) + 1 / 4) * machine.ratio**2
+    sliding = (machine.slider + machine.rod) * machine.radius**2
+    u, c = np.sin(theta), np.cos(theta)
+    return Inertia(machine.crank_inertia + sliding * u * u + rod * c * c, 2.0 * (sliding - rod) * u * c)
+
+
+# -- the dead centres: what a step that divides by the modulus does ---------------------------------------------------
+
+_RUNAWAY = 1e6  # rad/s; a crank faster than this is on its way to infinity
+_TIGHT = 1e-11  # relative error of the run that the schemes are measured by
+
+Divisor = Callable[[float], float]
+
+
+class Loads(NamedTuple):
+    """Torque on the crank (N m), damping (N s/m) and load (N) on the slider, the load against an inward motion."""
+
+    torque: float = 0.0
+    damping: float = 0.0
+    load: float = 0.0
+
+
+class Passage(NamedTuple):
+    """How one scheme went: its step (s), the greatest |v - exact| (m/s; inf: it ran away), and the greatest theta (rad)."""
+
+    scheme: str
+    step: float
+    error: float
+    reached: float
+
+
+@dataclass(frozen=True)
+class Passages:
+    """Every scheme with every step, and the angle (rad) that the crank truly reaches."""
+
+    passages: tuple[Passage, ...]
+    reached: float
+
+    def errors(self, scheme: str) -> tuple[float, ...]:
+        """Greatest velocity errors of one scheme, m/s, in the order of the steps."""
+        found = tuple(p.error for p in self.passages if p.scheme == scheme)
+        if not found:
+            names = dict.fromkeys(p.scheme for p in self.passages)
+            raise GraphError(f"no scheme {scheme!r}: there are {', '.join(names)}")
+        return found
+
+    def table(self) -> str:
+        """The errors as text."""
+        lines = [f"Euler through the dead centres; the crank truly turns to {self.reached:.4f} rad"]
+        lines.append(f"{'scheme':16s}{'step, s':>10s}{'max |v - exact|':>18s}{'turns to, rad':>16s}")
+        lines += [f"{p.scheme:16s}{p.step:10.0e}{p.error:18.3g}{p.reached:16.4f}" for p in self.passages]
+        return "\n".join(lines)
+
+
+def divided_by_modulus(
+    machine: SliderCrank | None = None,
+    loads: Loads = Loads(),  # noqa: B008 (immutable)
+    *,
+    start: tuple[float, float] = (1.0, 1.0),
+    until: float = 6.0,
+    steps: Sequence[float] = (1e-2, 1e-3, 1e-4),
+    floor: float = 0.01,
+) -> Passages:
+    """A driven or free machine stepped by Euler through its dead centres, from the slider's side and from the crank's.
+
+    From the slider's side the state is (theta, v): omega = v/T, and the slider's equation gives v'. The schemes are
+    "|T|" (as found in print), "T", "T, floor" (|T| at least `floor`), and "crank side", with the state (theta, omega).
+    The rod has no mass; the exact motion is that of the graph. Measured for r = 1 m, l = 2 m, J = 1/3 kg m², m = 1 kg from
+    theta = 1 rad at 1 rad/s over 6 s (two to nine dead centres), greatest |v - exact| (m/s) for steps of 1e-2, 1e-3, 1e-4 s:
+
+    ==========  ====================  ======================  ======================================================
+    scheme      M = 0                 M = 1 N m               what happens
+    ==========  ====================  ======================  ======================================================
+    |T|         1.12, 1.10, 1.10      inf, inf, inf           turned back behind each dead centre: held at 3.14 rad,
+                                                              or thrown to and fro until it runs away; 1e-5 s too
+    T           1.03, 0.089, 0.0076   inf, 15, 4.9            omega = v/T there is the quotient of two errors: a kick
+    T, floor    1.10, 1.10, 1.11      7.2, 6.9, 6.9           frozen: v holds no omega where T = 0, held at 3.14 rad
+    crank side  0.085, 0.0085, 8e-4   2.7, 0.27, 0.027        first order in the step, as Euler is
+    ==========  ====================  ======================  ======================================================
+
+    Args:
+        machine: the slider-crank; None for r = 1 m, l = 2 m and 1 kg each.
+        loads: constant torque, damping and load.
+        start: angle of the crank, rad, and its rate, rad/s.
+        until: time to simulate, s.
+        steps: lengths of step, s.
+        floor: least modulus of the floored scheme, m.
+
+    Raises:
+        GraphError: if a step or the floor is not above 0.
+
+    >>> found = divided_by_modulus(steps=(1e-2, 5e-3))
+    >>> [round(a / b) for a, b in [found.errors("crank side"), found.errors("|T|")]]
+    [2, 1]
+
+    """
+    _check(until, steps, floor)
+    machine = replace(machine or SliderCrank(), rod=0.0)
+    exact = _exact(machine, loads, start, until)
+    divisors: dict[str, Divisor] = {"|T|": abs, "T": float, "T, floor": lambda t: math.copysign(max(abs(t), floor), t)}
+    passages = [
+        _passage(name, step, _slider_side(machine, loads, start, _count(until, step), step, divisor), exact)
+        for name, divisor in divisors.items()
+        for step in steps
+    ]
+    passages += [
+        _passage("crank side", step, _crank_side(machine, loads, start, _count(until, step), step), exact) for step in steps
+    ]
+    return Passages(tuple(passages), float(exact.displacement("theta").max()))
+
+
+def printed_programme(
+    machine: SliderCrank | None = None,
+    imposed: Imposed = HARMONIC,
+    *,
+    until: float = 10.0,
+    steps: Sequence[float] = (1e-2, 1e-3, 1e-4),
+    torque: str = "none",
+) -> tuple[float, ...]:
+    """Greatest |v - T omega| (m/s) of the programme found in print, which takes the crank's motion as known.
+
+    It steps v' = (M - J alpha)/(|T| m) with M = 0, and alpha from second differences of theta. The motion then contradicts
+    the torque: what v tends to is no velocity of the slider's. For theta = sin t over 10 s the error is 1.33, 1.32, 1.32 m/s
+    at 1e-2, 1e-3, 1e-4 s; for theta = 5 t, 5.62 m/s at every step. With the torque that does impose the motion,
+    J alpha + T m v', the modulus gives the force the wrong sign behind each dead centre: 1.33, 1.31, 1.30 m/s. Worse, where
+    a grid point falls on a dead centre (theta = sin t over 2 pi s with 10^3, 10^4, 10^5 steps), the error of the second
+    difference is divided by the rounding of T: 7e10, 7e8, 2e6 m/s.
+
+    Args:
+        machine: the slider-crank; None for r = 1 m, l = 2 m and 1 kg each. Its rod is taken without mass.
+        imposed: motion of the crank.
+        until: time to simulate, s.
+        steps: lengths of step, s.
+        torque: "none", or "needed" for the one that imposes the motion.
+
+    Raises:
+        GraphError: if `torque` is neither, or a step not above 0.
+
+    """
+    _check(until, steps, 1.0)
+    if torque not in ("none", "needed"):
+        raise GraphError(f"torque: found {torque!r}, expected 'none' or 'needed'")
+    machine = machine or SliderCrank()
+    return tuple(_printed(machine, imposed, _count(until, step), step, torque == "needed") for step in steps)
+
+
+def _check(until: float, steps: Sequence[float], floor: float) -> None:
+    check_positive(("until", until), ("floor", floor), *(("steps", step) for step in steps))
+
+
+def _count(until: float, step: float) -> int:
+    return max(1, round(until / step))
+
+
+def _exact(machine: SliderCrank, loads: Loads, start: tuple[float, float], until: float) -> Run:
+    b = machine.builder(start[0]).on("crank", Se("M", loads.torque))
+    b.on("slider", Se("F", loads.load), R("B", loads.damping))  # x counts outwards, so a load against v pushes along it
+    return simulate(b.build(), until, initial={"crank": start[1]}, rtol=_TIGHT)
+
+
+def _alpha(machine: SliderCrank, loads: Loads, theta: float, omega: float) -> tuple[float, float]:
+    """The crank's acceleration, from the crank's side, and T."""
+    _, slope, bend = machine.along(1.0, theta, math)
+    modulus, modulus_slope = -slope, -bend
+    force = machine.slider * modulus_slope * omega**2 + loads.damping * modulus * omega + loads.load
+    return (loads.torque - modulus * force) / (machine.crank_inertia + machine.slider * modulus**2), modulus
+
+
+def _crank_side(
+    machine: SliderCrank, loads: Loads, start: tuple[float, float], count: int, step: float
+) -> list[tuple[float, float]]:
+    theta, omega = start
+    path = []
+    for _ in range(count + 1):
+        alpha, modulus = _alpha(machine, loads, theta, omega)
+        path.append((theta, modulus * omega))
+        theta, omega = theta + step * omega, omega + step * alpha
+    return path
+
+
+def _slider_side(
+    machine: SliderCrank, loads: Loads, start: tuple[float, float], count: int, step: float, divisor: Divisor
+) -> list[tuple[float, float]]:
+    """(theta, v) at every step, ending early where the crank runs away."""
+    theta, path = start[0], []
+    v = _alpha(machine, loads, *start)[1] * start[1]
+    for _ in range(count + 1):
+        path.append((theta, v))
+        by = divisor(_alpha(machine, loads, theta, 0.0)[1])
+        omega = v / by if by else math.inf
+        if not abs(omega) < _RUNAWAY:
+            return [*path, (theta, math.inf)]
+        alpha = _alpha(machine, loads, theta, omega)[0]
+        push = (loads.torque - machine.crank_inertia * alpha) / by
+        theta, v = theta + step * omega, v + step * (push - loads.damping * v - loads.load) / machine.slider
+    return path
+
+
+def _passage(scheme: str, step: float, path: list[tuple[float, float]], exact: Run) -> Passage:
+    theta, v = np.array(path).T
+    times = np.minimum(step * np.arange(v.size), exact.t[-1])
+    return Passage(scheme, step, float(np.abs(v + exact.flow("slider", times)).max()), float(theta.max()))
+
+
+def _printed(machine: SliderCrank, imposed: Imposed, count: int, step: float, needed: bool) -> float:
+    t = step * np.arange(count + 2)
+    theta = np.asarray(imposed.theta(t), dtype=float)
+    omega, alpha = imposed.omega(t), imposed.alpha(t)
+    _, slope, bend = machine.along(1.0, theta)
+    acceleration = -(slope * alpha + bend * omega**2)
+    torque: Any = machine.crank_inertia * alpha - slope * machine.slider * acceleration if needed else 0.0 * t
+    differences = np.diff(theta, 2) / step**2
+    inside = slice(1, count)  # it starts one step late, past the dead centre at theta = 0
+    with np.errstate(divide="ignore", invalid="ignore"):
+        rate = (torque[inside] - machine.crank_inertia * differences[inside]) / (np.abs(slope[inside]) * machine.slider)
+    v = np.concatenate(([0.0], np.cumsum(step * rate)))
+    return float(np.abs(v - (-slope * omega)[1 : count + 1]).max())
+
+
+# -- statistics ---------------------------------------------------------------------------------------------------------
+
+
+class Agreement(NamedTuple):
+    """How a curve agrees with its reference.
+
+    pearson: r, the covariance over both standard deviations; blind to scale and offset. coefficient:
+    sqrt|1 - SS_res/SS_tot|, at times called Pearson's though it is not r: it does see scale and offset, but the modulus
+    lets it come back towards and past 1 when the fit is bad (a curve against its own mirror image has r = -1 and sqrt 3).
+    mean, greatest: of the residual's absolute value.
+    """
+
+    pearson: float
+    coefficient: float
+    mean: float
+    greatest: float
+
+
+def agreement(curve: Any, reference: Any) -> Agreement:
+    """Agreement of a curve with a reference at the same times.
+
+    Raises:
+        GraphError: if a curve has a value that is no number, or does not vary, so that no correlation exists.
+
+    >>> t = np.linspace(0.0, 2.0 * np.pi, 400, endpoint=False)
+    >>> [round(x, 6) for x in agreement(np.sin(t) + 0.5, np.sin(t))]
+    [1.0, 0.707107, 0.5, 0.5]
+
+    """
+    a, b = np.asarray(curve, dtype=float), np.asarray(reference, dtype=float)
+    if a.shape != b.shape or a.ndim != 1:
+        raise GraphError(f"agreement: found curves of shape {a.shape} and {b.shape}, expected the same times")
+    if not (np.isfinite(a).all() and np.isfinite(b).all()):
+        raise GraphError("agreement: a curve has values that are no numbers")
+    if a.size < 2 or np.ptp(a) == 0.0 or np.ptp(b) == 0.0:
+        raise GraphError("agreement: a curve does not vary, so nothing correlates with it; compare residuals instead")
+    residual, spread, other = np.abs(a - b), b - b.mean(), a - a.mean()
+    pearson = float(other @ spread / math.sqrt((other @ other) * (spread @ spread)))
+    coefficient = math.sqrt(abs(1.0 - float(residual @ residual) / float(spread @ spread)))
+    return Agreement(pearson, coefficient, float(residual.mean()), float(residual.max()))
+
+
+@dataclass(frozen=True, eq=False)
+class Quantity:
+    """One quantity by several methods at the same times, one of them the reference."""
+
+    name: str
+    unit: str
+    reference: str
+    curves: Mapping[str, Array]
+
+    def residual(self, method: str) -> Array:
+        """Curve minus reference."""
+        return np.asarray(self._curve(method) - self.curves[self.reference])
+
+    def agreement(self, method: str) -> Agreement:
+        """How a method's curve agrees with the reference."""
+        return agreement(self._curve(method), self.curves[self.reference])
+
+    def _curve(self, method: str) -> Array:
+        if method not in self.curves:
+            raise GraphError(f"{self.name}: no method {method!r}: there are {', '.join(self.curves)}")
+        return self.curves[method]
+
+
+@dataclass(frozen=True, eq=False)
+class Comparison:
+    """Methods side by side: `comparison[quantity]` holds the curves, `table()` the statistics."""
+
+    title: str
+    t: Array
+    quantities: tuple[Quantity, ...]
+
+    def __getitem__(self, name: str) -> Quantity:
+        found = next((q for q in self.quantities if q.name == name), None)
+        if found is None:
+            raise GraphError(f"no quantity {name!r}: there are {', '.join(q.name for q in self.quantities)}")
+        return found
+
+    def table(self) -> str:
+        """The statistics of every quantity and method, as text."""
+        lines = [f"{self.title}; reference: {self.quantities[0].reference}"]
+        lines.append(f"{'':44s}{'mean |res|':>11s}{'greatest':>11s}{'Pearson r':>15s}{'sqrt|1-SSr/SSt|':>17s}")
+        for quantity in self.quantities:
+            for method in quantity.curves:
+                if method != quantity.reference:
+                    found = quantity.agreement(method)
+                    label = f"{quantity.name}, {quantity.unit}: {method}"
+                    numbers = f"{found.mean:11.2e}{found.greatest:11.2e}{found.pearson:15.10f}{found.coefficient:17.10f}"
+                    lines.append(f"{label:44s}{numbers}")
+        return "\n".join(lines)
+
+
+# -- the comparisons ----------------------------------------------------------------------------------------------------
+
+
+def compare_kinematics(
+    machine: SliderCrank | None = None, imposed: Imposed = HARMONIC, *, until: float = 10.0, step: float = 0.01
+) -> Comparison:
+    """The slider of an imposed motion: the graph integrated by four methods, against the triangle.
+
+    The graph's crank has a source of flow; the position is the integral of the slider's flow, the acceleration the effort of
+    its inertia over its mass. With theta = sin t and steps of 0.01 s the greatest error of the velocity is 1.5e-2 m/s by
+    Euler, 4.3e-6 by rk2, 1.8e-12 by rk4. With theta = 5 t every method has the velocity right, as the angle is linear in t,
+    while the position still shows its order: 2.8e-2, 4.7e-4, 1.2e-8 m.
+
+    Args:
+        machine: the slider-crank; None for r = 1 m, l = 2 m and 1 kg each.
+        imposed: motion of the crank.
+        until: time to simulate, s.
+        step: of the fixed-step methods, s.
+
+    Raises:
+        GraphError: if `until` or `step` is not above 0.
+
+    >>> found = compare_kinematics(until=1.0, step=0.1)["velocity"]
+    >>> [found.agreement(method).greatest < 1e-3 for method in ("euler", "rk2", "DOP853")]
+    [False, True, True]
+
+    """
+    machine = machine or SliderCrank()
+    source = Sf("drive", imposed.omega)
+    graph = machine.builder(float(imposed.theta(0.0))).on("crank", source).build()
+    runs = {name: simulate(graph, until, method=name, step=step) for name in ("euler", "rk2", "rk4")}
+    runs["DOP853"] = simulate(graph, until, rtol=_TIGHT)
+    t, bond = runs["euler"].t, graph.bond_of("m").number
+    exact = triangle(machine, imposed.theta(t), imposed.omega(t), imposed.alpha(t))
+
+    def quantity(name: str, unit: str, reference: Array, by_run: Callable[[Any], Array]) -> Quantity:
+        return Quantity(name, unit, "triangle", {"triangle": reference} | {m: by_run(run) for m, run in runs.items()})
+
+    quantities = (
+        quantity("position", "m", exact.position, lambda run: run.displacement("x", t)),
+        quantity("velocity", "m/s", exact.velocity, lambda run: run.flow("slider", t)),
+        quantity("acceleration", "m/s²", exact.acceleration, lambda run: run.effort(bond, t) / machine.slider),
+    )
+    return Comparison(f"slider, {imposed.name} imposed on the crank", t, quantities)
+
+
+def lagrange_methods(machine: SliderCrank) -> dict[str, Callable[[Any], Inertia]]:
+    """Inertia of the machine by every version of Lagrange's equation, by name; the first is exact."""
+    return {
+        "exact Lagrange": lambda theta: exact_inertia(machine, theta),
+        "small lambda": lambda theta: small_ratio_inertia(machine, theta),
+        "small lambda, m l²/3": lambda theta: small_ratio_inertia(machine, theta, about="end"),
+    }
+
+
+def compare_free_motion(
+    machine: SliderCrank | None = None, *, omega: float = 1.0, until: float = 10.0, points: int = 501
+) -> Comparison:
+    """The motion without loads from theta = 0: the graph and two approximate Lagrange equations, against the exact one.
+
+    All are integrated by DOP853. The slider's velocity takes its exact gain in every version, so that it shows what the
+    coefficients do to the crank. With the default machine over 10 s (6.9 rad) the graph agrees to 2e-11 rad; the
+    small-lambda crank is up to 0.15 rad off, with m l²/3 for the rod 0.96 rad, and r of its omega falls to 0.907 and 0.381.
+
+    Args:
+        machine: the slider-crank; None for r = 1 m, l = 2 m and 1 kg each.
+        omega: angular velocity at the start, rad/s.
+        until: time to simulate, s.
+        points: number of times at which the methods are compared.
+
+    Raises:
+        GraphError: if `until` is not above 0, or fewer than 2 points are asked for.
+
+    """
+    machine = machine or SliderCrank()
+    t = _times(until, points)
+    moved = {name: _free(inertia, omega, t) for name, inertia in lagrange_methods(machine).items()}
+    run = simulate(machine.builder().build(), until, initial={"crank": omega}, rtol=_TIGHT)
+    states = {"bond graph": (run.displacement("theta", t), run.flow("crank", t))} | moved
+    slider = {name: machine.along(1.0, theta)[1] * rate for name, (theta, rate) in moved.items()}
+    reference = "exact Lagrange"
+    quantities = (
+        Quantity("theta", "rad", reference, {name: theta for name, (theta, _) in states.items()}),
+        Quantity("omega", "rad/s", reference, {name: rate for name, (_, rate) in states.items()}),
+        Quantity("velocity", "m/s", reference, {"bond graph": run.flow("slider", t)} | slider),
+    )
+    return Comparison(f"free motion from {omega:g} rad/s", t, quantities)
+
+
+def _times(until: float, points: int) -> Array:
+    check_positive(("until", until))
+    if points < 2:
+        raise GraphError(f"points: found {points}, expected 2 or more")
+    return np.linspace(0.0, until, points)
+
+
+def _free(inertia: Callable[[Any], Inertia], omega: float, t: Array) -> tuple[Array, Array]:
+    def rates(_: float, state: Array) -> list[Any]:
+        return [state[1], inertia(state[0]).alpha(state[1])]
+
+    found = solve_ivp(rates, (0.0, t[-1]), [0.0, omega], method="DOP853", rtol=1e-12, atol=1e-12, t_eval=t)
+    return found.y[0], found.y[1]
+
+
+def compare_torques(
+    machine: SliderCrank | None = None, imposed: Imposed = HARMONIC, *, until: float = 10.0, points: int = 501
+) -> Comparison:
+    """The torque that imposes a motion: the effort of the source's bond, and Lagrange's J alpha + ½ J' omega².
+
+    The graph finds its angle by integration; with the default machine it agrees with the exact equation to 5e-12 N m, while
+    the small-lambda coefficients are up to 0.72 N m off for theta = sin t (of 2.6) and 22 N m for theta = 5 t (of 33). For
+    constant omega the two small-lambda torques differ by a factor alone, so that Pearson's r cannot tell them apart.
+
+    Args:
+        machine: the slider-crank; None for r = 1 m, l = 2 m and 1 kg each.
+        imposed: motion of the crank.
+        until: time to simulate, s.
+        points: number of times at which the methods are compared.
+
+    Raises:
+        GraphError: if `until` is not above 0, or fewer than 2 points are asked for.
+
+    """
+    machine = machine or SliderCrank()
+    t = _times(until, points)
+    graph = machine.builder(float(imposed.theta(0.0))).on("crank", Sf("drive", imposed.omega)).build()
+    torque = simulate(graph, until, rtol=_TIGHT).effort(graph.bond_of("drive").number, t)
+    curves = {"bond graph": torque}
+    for name, inertia in lagrange_methods(machine).items():
+        curves[name] = inertia(imposed.theta(t)).torque(imposed.omega(t), imposed.alpha(t))
+    quantity = Quantity("torque", "N m", "exact Lagrange", curves)
+    return Comparison(f"torque on the crank, {imposed.name}", t, (quantity,))
+
+
+# -- tables and the figure ---------------------------------------------------------------------------------------------
 
 BLUE, VERMILLION, GREEN, BLACK, GREY = "#0072B2", "#D55E00", "#009E73", "#000000", "#999999"
 STYLES: dict[str, Any] = {
