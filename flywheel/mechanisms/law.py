@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import dataclass
 from functools import partial
 from typing import Any, NamedTuple, Protocol
 
@@ -15,7 +16,7 @@ from flywheel.numerics.faults import Fault, SceneError
 from flywheel.numerics.intervals import Interval, SwitchingError, breakpoints, resolved
 from flywheel.numerics.jets import Jet, jet_namespace
 from flywheel.scene.keys import Key
-from flywheel.scene.scene import Mechanism, Output, Table
+from flywheel.scene.scene import Mechanism, Output, Samples, Table, read_only
 
 Array = NDArray[np.float64]
 
@@ -63,7 +64,8 @@ def _jets_over(ns: Any) -> Any:
     return _JETS[id(ns)][1]
 
 
-class SplineCurve(NamedTuple):
+@dataclass(frozen=True, eq=False)
+class SplineCurve(Samples):
     """A position by cubics: from knots[i] to the next one, the sum of coefficients[k, i] (phi - knots[i])^(3 - k)."""
 
     knots: Array
@@ -215,7 +217,7 @@ def _curve(output: Output, period: float, parameters: Mapping[str, float], path:
     if foreign := sorted(output.law.names - {"phi", *parameters} | output.law.names & _OWN):
         raise SceneError([Fault(_key(output, path), f"an expression of {', '.join(foreign)}", "phi and parameters")])
     try:
-        return FormulaCurve(output.law, parameters, _edges(output.law, period, parameters)[:-1])
+        return FormulaCurve(output.law, read_only(parameters), _edges(output.law, period, parameters)[:-1])
     except SwitchingError as error:
         raise SceneError([Fault(_key(output, path), str(error), "a smooth position")]) from None
 

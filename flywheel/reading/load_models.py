@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterable, Mapping
+from dataclasses import replace
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -200,7 +201,7 @@ def _against_angle(item: Item, area: float, atmosphere: float) -> Made:
             return None
         sense = 1.0 if item.fields["side"] == "max" else 0.0
         force = gas_forces.gas_force(table.value, gas_forces.Space(area, sense, 1.0 - sense), atmosphere)
-        return Modelled(table._replace(value=force), f"indicator: {table.angle.size} rows against angle", area)
+        return Modelled(replace(table, value=force), f"indicator: {table.angle.size} rows against angle", area)
 
     return made
 

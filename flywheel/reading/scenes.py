@@ -8,6 +8,7 @@ import re
 from collections.abc import Iterable, Iterator, Mapping
 from contextlib import suppress
 from dataclasses import replace
+from functools import partial
 from itertools import accumulate, chain
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -319,14 +320,16 @@ def build_scene(mapping: Mapping[str, Any], folder: str | Path | None = None, fi
     scene = _scene(raw, None if folder is None else Path(folder), faults)
     if faults or scene is None:
         raise SceneError(faults)
-    return scene if file is None else replace(scene, file=Path(file))
+    scene = scene if file is None else replace(scene, file=Path(file))
+    return scene.with_document(raw, partial(build_scene, folder=folder, file=file))
 
 
 def _with_lines(scene: Scene, text: str, mapping: Mapping[str, Any]) -> Scene:
     """The scene whose remarks tell the lines on which they are due."""
     from flywheel.reading import toml_text
 
-    return replace(scene, remarks=tuple(toml_text.placed(scene.remarks, text, mapping)))
+    found = replace(scene, remarks=tuple(toml_text.placed(scene.remarks, text, mapping)))
+    return found if scene.document is None else found.with_document(*scene.document)
 
 
 def _content(file: Path) -> str:

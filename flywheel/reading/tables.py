@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -193,7 +194,7 @@ def _moved_ends(table: Table, first: float | None, last: float | None) -> Table:
         angle[0] = min(first, angle[1])
     if last is not None:
         angle[-1] = max(last, angle[-2])
-    return table._replace(angle=angle)
+    return replace(table, angle=angle)
 
 
 def _within_reach(table: Table, every: float, path: str, faults: Faults) -> Table | None:
@@ -523,7 +524,7 @@ def read_law(raw: object, key: str, path: str, setting: Setting) -> Expression |
     if np.any(np.diff(table.angle) == 0):
         setting.faults.add(path, "a jump (two equal angles)", "none: a mechanism's position does not jump")
         return None
-    return _closed(table._replace(interpolation="spline"), key, path, setting.faults)
+    return _closed(replace(table, interpolation="spline"), key, path, setting.faults)
 
 
 def _closed(table: Table, key: str, path: str, faults: Faults) -> Table | None:
@@ -539,7 +540,7 @@ def _closed(table: Table, key: str, path: str, faults: Faults) -> Table | None:
         faults.add(path, f"{value[0]:.10g} m at the first row and {value[-1]:.10g} m at the last", "the same position")
         return None
     value[-1] = value[0]
-    return table._replace(value=value)
+    return replace(table, value=value)
 
 
 def repeats(output: Output, period: float) -> int | None:
@@ -568,4 +569,4 @@ def _filled(table: Table, period: float, times: int) -> Table:
     turns = np.arange(times)[:, None]
     angle = np.append((table.angle[:-1] + turns * (period / times)).ravel(), table.angle[0] + period)
     value = np.append((table.value[:-1] + turns * gain).ravel(), table.value[0] + times * gain)
-    return table._replace(angle=angle, value=value)
+    return replace(table, angle=angle, value=value)

@@ -8,7 +8,7 @@ was found for a linkage can be kept. Lengths in m, angles in rad, masses in kg.
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any, NamedTuple
 
@@ -78,14 +78,14 @@ class Joint(NamedTuple):
     length: float = 0.0
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True)
 class Lift:
     """A cam's lift law: `curve.jet(angle, anchor, ns)` gives lift and its two derivatives by the cam's angle.
 
-    It repeats after `period` (rad). A lift is equal to itself alone.
+    It repeats after `period` (rad).
     """
 
-    curve: Any
+    curve: Any = field(hash=False)
     period: float
 
 

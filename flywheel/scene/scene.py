@@ -1,4 +1,4 @@
-"""The scene: what a user asks, checked and in SI, as plain frozen data.
+"""The scene: what a user asks, checked and in SI, as plain data that is frozen to its leaves and can be pickled.
 
 Nothing here computes. `flywheel.reading.scenes` fills these from TOML; `flywheel.machine` turns them into a bond graph.
 Places are canonical names: a shaft (`crank`), or a mechanism's port (`press.slider`).
@@ -6,10 +6,13 @@ Places are canonical names: a shaft (`crank`), or a mechanism's port (`press.sli
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+import copyreg
+import re
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import NamedTuple
+from types import MappingProxyType
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,11 +20,49 @@ from numpy.typing import NDArray
 from flywheel.components.motors import Motor
 from flywheel.components.wheels import WheelAsked
 from flywheel.numerics.expressions import Expression
-from flywheel.numerics.faults import Remark
+from flywheel.numerics.faults import Fault, Remark, SceneError, mean, show
 from flywheel.numerics.units import Unit
 from flywheel.scene.linkage import Linkage
 
 TURN = 2 * np.pi
+
+
+def read_only(mapping: Mapping[Any, Any]) -> Mapping[Any, Any]:
+    """A mapping that cannot be written, of a copy of the one given."""
+    return MappingProxyType(dict(mapping))
+
+
+copyreg.pickle(MappingProxyType, lambda view: (read_only, (dict(view),)))  # Python itself pickles none
+
+
+class Samples:
+    """What records of arrays have in common: copies that cannot be written, and equality by values."""
+
+    def __post_init__(self) -> None:
+        for name, value in vars(self).items():
+            if isinstance(value, np.ndarray):
+                kept = value.copy()
+                kept.flags.writeable = False
+                object.__setattr__(self, name, kept)
+
+    def __eq__(self, other: object) -> bool:
+        if type(self) is not type(other):
+            return NotImplemented
+        return all(map(np.array_equal, vars(self).values(), vars(other).values()))
+
+    __hash__ = None  # type: ignore[assignment]
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return type(self), tuple(vars(self).values())
+
+
+class Frozen:
+    """A record whose dictionaries are read-only copies of those given."""
+
+    def __post_init__(self) -> None:
+        for name, value in vars(self).items():
+            if isinstance(value, dict):
+                object.__setattr__(self, name, read_only(value))
 
 
 class Body(NamedTuple):
@@ -33,7 +74,8 @@ class Body(NamedTuple):
     com_angle: float = 0.0
 
 
-class Table(NamedTuple):
+@dataclass(frozen=True, eq=False)
+class Table(Samples):
     """Numbers against angle: `angle` ascends (rad; two equal ones are a jump), `value` is SI."""
 
     angle: NDArray[np.float64]
@@ -63,7 +105,7 @@ class PointPort(NamedTuple):
 
 
 @dataclass(frozen=True)
-class Mechanism:
+class Mechanism(Frozen):
     """One mechanism: its own crank angle is psi = ratio phi + phase, ratio being that of its shaft.
 
     `geometry` holds lengths (m) and angles (rad) by their path in the scene (`crank.length`, `slider.offset`,
@@ -172,8 +214,15 @@ class Stroke(NamedTuple):
         return self.end - self.start
 
 
+class Document(NamedTuple):
+    """What a scene was read from: the tables of its TOML text, and what reads a scene from such tables."""
+
+    tables: Mapping[str, Any]
+    read: Callable[[Mapping[str, Any]], Scene]
+
+
 @dataclass(frozen=True)
-class Scene:
+class Scene(Frozen):
     """One machine and what is asked of it. Speeds in rad/s, angles in rad, everything SI.
 
     `speed` is the mean of the greatest and least speed *of the crank* (converted if the scene names another shaft); None
@@ -210,6 +259,47 @@ class Scene:
     closure: float = 1e-9
     file: Path | None = None
     remarks: tuple[Remark, ...] = field(default=(), compare=False)  # on numbers that are hardly those that were meant
+    document: Document | None = field(default=None, init=False, compare=False, repr=False)  # dataclasses.replace drops it
+
+    def with_document(self, tables: Mapping[str, Any], read: Callable[[Mapping[str, Any]], Scene]) -> Scene:
+        """The same scene, with the tables that it was read from and what reads such tables."""
+        object.__setattr__(self, "document", Document(frozen(tables), read))
+        return self
+
+    def with_(self, changes: Mapping[str, Any]) -> Scene:
+        """The scene with other values at some places of its text, read and checked as a whole again.
+
+        Args:
+            changes: values as a scene's file has them, by paths: keys joined by dots, in arrays the place counted from 0
+                (`load.0.force`, or `load[0].force` as faults write it). What is missing on the way is put in, the place
+                after an array's last appends to it, and None takes a key or an array's item out.
+
+        Raises:
+            SceneError: every fault of the changed scene, as of one that is read; a place that an array does not have; a key
+                to take out that is not there; a scene that was not read but made by `dataclasses.replace`.
+
+        >>> import flywheel
+        >>> crank = {"type": "slider-crank", "crank": {"length": "80 mm"}, "rod": {"length": "300 mm"}}
+        >>> scene = flywheel.load({"mechanism": crank, "load": [{"on": "slider", "force": "-40 kN"}],
+        ...                        "regime": {"speed": "60 rpm"}, "flywheel": {"inertia": "2 kg m^2"}})
+        >>> other = scene.with_({"mechanism.crank.length": "90 mm", "load.0.force": "-38 kN", "title": "Press"})
+        >>> other.mechanisms[0].geometry["crank.length"], other.loads[0].law, other.title, scene.loads[0].law
+        (0.09, -38000.0, 'Press', -40000.0)
+        >>> scene.with_({"regime.sped": "90 rpm"})
+        Traceback (most recent call last):
+        flywheel.numerics.faults.SceneError: regime.sped: found key "sped", expected a known key; did you mean "speed"?
+
+        """
+        if self.document is None:
+            advice = "change the scene that it was made from"
+            raise SceneError([Fault("scene", "one made by dataclasses.replace", "one that was read", advice)])
+        if not isinstance(changes, Mapping):
+            raise SceneError([Fault("changes", show(changes), "a mapping from paths to values")])
+        tables: dict[str, Any] = _thawed(self.document.tables)
+        faults = [fault for path, value in changes.items() if (fault := _put(tables, path, value)) is not None]
+        if faults:
+            raise SceneError(faults)
+        return self.document.read(tables)
 
     @property
     def reduction_element(self) -> str:
@@ -230,3 +320,53 @@ class Scene:
     def flywheel_ratio(self) -> float:
         """Speed of the flywheel's shaft over the crank's."""
         return self.shafts[self.flywheel_on]
+
+
+def frozen(value: Any) -> Any:
+    """Tables, lists and arrays as read-only copies, to their leaves: mappings and tuples."""
+    if isinstance(value, Mapping):
+        return read_only({key: frozen(inner) for key, inner in value.items()})
+    if isinstance(value, np.ndarray):
+        return frozen(value.tolist())
+    return tuple(map(frozen, value)) if isinstance(value, (list, tuple)) else value
+
+
+def _thawed(value: Any) -> Any:
+    """Copies that can be written of what `frozen` gave."""
+    if isinstance(value, Mapping):
+        return {key: _thawed(inner) for key, inner in value.items()}
+    return list(map(_thawed, value)) if isinstance(value, tuple) else value
+
+
+def _put(tables: dict[str, Any], path: object, value: Any) -> Fault | None:
+    """Put a value into nested tables and lists at a path, or take out what stands there if it is None; or the fault."""
+    if not isinstance(path, str):
+        return Fault("changes", show(path), "a path such as mechanism.crank.length")
+    place: Any = tables
+    keys = re.sub(r"\[(\d+)\]", r".\1", path).split(".")
+    for count, key in enumerate(keys, 1):
+        at = ".".join(keys[:count])
+        index: Any = key
+        if isinstance(place, list):
+            if not (key.isdecimal() and int(key) <= len(place)):
+                return Fault(at, show(key), f"a place from 0 to {len(place)}", f"{'.'.join(keys[: count - 1])} is an array")
+            index = int(key)
+        elif not isinstance(place, dict):
+            return Fault(at, show(place), "a table")
+        missing = index == len(place) if isinstance(place, list) else index not in place
+        if value is None and missing:
+            names = [str(name) for name in (range(len(place)) if isinstance(place, list) else place)]
+            return Fault(at, "nothing to take out", "a key that is there", mean(key, names))
+        if count == len(keys) and value is None:
+            del place[index]
+        elif count == len(keys) and isinstance(place, list) and missing:
+            place.append(value)
+        elif count == len(keys):
+            place[index] = value
+        elif missing and isinstance(place, list):
+            place.append({})
+        elif missing:
+            place[index] = {}
+        if count < len(keys):
+            place = place[index]
+    return None
