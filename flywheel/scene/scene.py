@@ -27,7 +27,7 @@ from flywheel.scene.linkage import Linkage
 TURN = 2 * np.pi
 
 
-def read_only(mapping: Mapping[Any, Any]) -> Mapping[Any, Any]:
+def read_only(mapping: Mapping[Any, Any]) -> MappingProxyType[Any, Any]:
     """A mapping that cannot be written, of a copy of the one given."""
     return MappingProxyType(dict(mapping))
 
