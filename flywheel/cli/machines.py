@@ -84,17 +84,12 @@ def size(
 
 
 def _show(sizing: Sizing, as_json: bool, explanation: Explanation | None, scene: Path) -> None:
-    if not as_json:
-        from flywheel.report.report import text
+    from flywheel.report.sizing import json, remarks, text
 
+    if not as_json:
         show(text(sizing) if explanation is None else f"{text(sizing)}\n{explanation.text()}")
         return
-    from flywheel.report.export import encoded
-
-    told = {} if explanation is None else {"explanation": explanation.as_dict()}
-    show(encoded({**sizing.as_dict(), **told}, indent=2))
-    from flywheel.report.as_read import remarks
-
+    show(json(sizing, explanation))
     remarked(scene, remarks(sizing))
     for message in sizing.messages:
         click.echo(message, err=True)
@@ -131,7 +126,7 @@ def reduce(scene: Path, as_json: bool, as_csv: bool, points: int | None, at: tup
     spare(scene, output)
     with reported(scene):
         from flywheel.reading.scenes import load
-        from flywheel.report.export import reduced
+        from flywheel.report.reduction import reduced
 
         loaded = load(scene)
         remarked(scene, loaded.remarks)
@@ -164,7 +159,7 @@ def graph(scene: Path, plot: Path | None, form: str, simpler: bool) -> None:
     """Print the bond graph of the machine in SCENE: of every bond its half arrow, causal stroke, effort and flow."""
     spare(scene, plot)
     with reported(scene):
-        from flywheel.study.graph import draw, machine_graph, table
+        from flywheel.report.graph import draw, machine_graph, table
 
         shown, log = machine_graph(scene, simplified=simpler)
         text = "\n".join([*log, table(shown, form)])
@@ -342,14 +337,12 @@ def _interruptible() -> Iterator[None]:
 
 
 def _show_tradeoff(found: Tradeoff, as_json: bool) -> None:
-    from flywheel.report.tradeoffs import text, unfinished
+    from flywheel.report.tradeoffs import json, text, unfinished
 
     if not as_json:
         show(text(found))
         return
-    from flywheel.report.export import encoded
-
-    show(encoded(found.as_dict(), indent=2))
+    show(json(found))
     for told in unfinished(found):
         click.echo(told, err=True)
 

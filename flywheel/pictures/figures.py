@@ -25,7 +25,7 @@ from flywheel.regime import turning_moment
 from flywheel.regime.results import Sizing
 from flywheel.regime.steady_motion import Run
 from flywheel.regime.turning_moment import Cycle
-from flywheel.report import rows as outcome
+from flywheel.report.flywheels import work_error
 
 BLACK, GREY, PALE = "#000000", "#6E6E6E", "#DDDDDD"
 BLUE, VERMILLION, GREEN, PURPLE, ORANGE, SKY = "#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9"
@@ -490,7 +490,7 @@ def _sums(panel: Axes, sizing: Sizing, sums: Array) -> None:
         (VERMILLION, "v", sizing.accumulated_min, "least"),
     ):
         at = int(np.abs(sums - value).argmin())
-        label = f"{name}: S{at} = {told(value, 5, outcome.work_error(sizing))} J"
+        label = f"{name}: S{at} = {told(value, 5, work_error(sizing))} J"
         panel.plot(at, value, marker, color=colour, ms=9, label=label)
         panel.axhline(value, color=colour, lw=0.9, ls=":")
     panel.set_xticks(_spread(places), [f"S{k}" for k in _spread(places)])

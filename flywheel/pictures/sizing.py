@@ -42,8 +42,9 @@ from flywheel.pictures.figures import (
 from flywheel.regime import steady_motion
 from flywheel.regime.results import Sizing
 from flywheel.regime.steady_motion import Run
-from flywheel.report import rows
-from flywheel.report.report import headline
+from flywheel.report.flywheels import candidates
+from flywheel.report.power import balance_error
+from flywheel.report.sizing import headline
 
 Array = NDArray[np.float64]
 
@@ -160,7 +161,7 @@ def _balance(panel: Axes, sizing: Sizing, samples: Samples) -> None:
     cycle = sizing.constant or sizing.cycle
     if samples.balance is None or sizing.balance is None or cycle is None or cycle.balance is None:
         return
-    value = told(cycle.balance, 5, rows.balance_error(sizing))
+    value = told(cycle.balance, 5, balance_error(sizing))
     drive = sizing.scene.drive if sizing.balance.name == "drive" else None
     unit = "" if sizing.balance_unit is None else f" {sizing.balance_unit}"
     unit += "" if drive is None or drive.on == "crank" else f" on {drive.on}"
@@ -311,7 +312,7 @@ def _runs(sizing: Sizing) -> list[tuple[str, str, Run | None]]:
         return [("given", f"given {number(sizing.scene.inertia, 0.0, 5)} kg m²{_eps(sizing.run)}", sizing.run)]
     names = {"exact": "exact", "approximate": "areas", "inertia_torque_flywheel": "inertia torque"}
     found: list[tuple[str, str, Run | None]] = []
-    for candidate in rows.candidates(sizing):
+    for candidate in candidates(sizing):
         bare = candidate.inertia == 0.0
         if bare and any(run is sizing.run for _, _, run in found):
             continue

@@ -14,7 +14,7 @@ from flywheel.machine.machine import Machine
 from flywheel.mechanisms import KINDS
 from flywheel.numerics.units import columns, figure
 from flywheel.regime.results import Sizing
-from flywheel.report.rows import DEGREES, sentences, wrapped
+from flywheel.report.rows import DEGREES, page, sentences, wrapped
 from flywheel.scene.accuracy import CONFIRM
 from flywheel.scene.scene import Mechanism, Scene
 from flywheel.sizing.sizing import size
@@ -62,7 +62,7 @@ class Explanation:
             "What takes more than a smooth machine would": _items(self.forced),
             "What it cost, loading of libraries left out": [*_cost(self.sizing), *sentences([_ELSEWHERE])],
         }
-        return "\n\n".join("\n".join((title, *lines)) for title, lines in blocks.items() if lines) + "\n"
+        return page((title, *lines) for title, lines in blocks.items() if lines)
 
 
 def explain(
@@ -104,7 +104,7 @@ def explanation(sizing: Sizing) -> Explanation:
 
 
 def _items(rows: Iterable[str]) -> list[str]:
-    return [f"  - {line[4:]}" if k == 0 else line for row in rows for k, line in enumerate(wrapped(row, "    "))]
+    return [line for row in rows for line in wrapped(row, "    ", "  - ")]
 
 
 def _cost(sizing: Sizing) -> list[str]:

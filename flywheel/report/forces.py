@@ -10,10 +10,8 @@ from numpy.typing import NDArray
 
 from flywheel.mechanisms.linkages.reactions import Reactions
 from flywheel.motion.joint_forces import JointForces, figures_of
-from flywheel.report.export import encoded
+from flywheel.report import rows
 from flywheel.scene.scene import Scene
-
-Array = NDArray[np.float64]
 
 _DIGITS = 1e-9  # relative residual of the equations above which it is told
 
@@ -23,13 +21,22 @@ def text(scene: Scene, forces: JointForces, dense: JointForces | None = None) ->
 
     dense: the same at more positions, over which the largest forces are then taken.
     """
-    blocks = [_heading(scene)]
+    sliding = scene.reduction_element == "slide"
+    coordinate = ("x", "m") if sliding else ("phi", "deg")
+
+    def by_position(forces: JointForces, found: Reactions) -> Reactions:
+        """The same figures against the position that a reader knows: the machine's, not the mechanism's own."""
+        at = forces.motion.phi if sliding else np.degrees(forces.motion.phi)
+        return found._replace(poses=found.poses._replace(q=at), coordinate=coordinate)
+
+    heading = f"forces in the joints, by the position of the {'slide' if sliding else 'crank'}"
+    blocks = [f"{scene.title or 'Machine'}: {heading}"]
     closer = cleared(dense).mechanisms if dense else {}
     for name, found in cleared(forces, dense).mechanisms.items():
-        shown = _shown(scene, forces, found)
-        more = _shown(scene, dense, closer[name]) if dense else None
+        more = by_position(dense, closer[name]) if dense else None
         title = f"{name}: what the first body of each joint does to its second"
-        blocks += [f"{title}\n{'=' * len(title)}", shown.table(more).rstrip("\n"), *_notes(found)]
+        table = by_position(forces, found).table(more).rstrip("\n")
+        blocks += [f"{title}\n{'=' * len(title)}", table, *_notes(found)]
     return "\n\n".join(blocks) + "\n"
 
 
@@ -38,19 +45,6 @@ def cleared(forces: JointForces, dense: JointForces | None = None) -> JointForce
     scales = [found.scales() for found in (dense or forces).mechanisms.values()]
     largest = max(force for force, _ in scales), max(moment for _, moment in scales)
     return forces._replace(mechanisms={name: found.cleared(largest) for name, found in forces.mechanisms.items()})
-
-
-def _heading(scene: Scene) -> str:
-    element = "slide" if scene.reduction_element == "slide" else "crank"
-    return f"{scene.title or 'Machine'}: forces in the joints, by the position of the {element}"
-
-
-def _shown(scene: Scene, forces: JointForces, found: Reactions) -> Reactions:
-    """The same figures against the position that a reader knows: the machine's, not the mechanism's own."""
-    sliding = scene.reduction_element == "slide"
-    at = forces.motion.phi if sliding else np.degrees(forces.motion.phi)
-    coordinate = ("x", "m") if sliding else ("phi", "deg")
-    return found._replace(poses=found.poses._replace(q=at), coordinate=coordinate)
 
 
 def _notes(found: Reactions) -> Iterator[str]:
@@ -63,29 +57,34 @@ def _notes(found: Reactions) -> Iterator[str]:
             f"friction: iterations {friction.iterations} at most, last relative change {worst:.1e}; "
             f"its share of the moment is {share:.6g} {unit} on the average"
         )
-    if float(np.nanmax(found.residual, initial=0.0)) > _DIGITS:
-        yield f"equilibrium is met to {float(np.nanmax(found.residual)):.1e} of the largest load"
+    residual = float(np.nanmax(found.residual, initial=0.0))
+    if residual > _DIGITS:
+        yield f"equilibrium is met to {residual:.1e} of the largest load"
 
 
 def csv(scene: Scene, forces: JointForces) -> str:
     """One row for every position: the machine's motion, then every component of every joint; SI."""
     sliding = scene.reduction_element == "slide"
-    heads = ["x [m]", "v [m/s]", "a [m/s^2]"] if sliding else ["phi [rad]", "omega [rad/s]", "alpha [rad/s^2]"]
-    columns: list[Array] = list(forces.motion)
-    for name, found in forces.mechanisms.items():
-        for part, unit, values in list(found.columns())[1:]:
-            heads.append(f"{name}.{part} [{unit}]")
-            columns.append(values)
-    rows = (",".join("" if np.isnan(v) else repr(float(v)) for v in row) for row in zip(*columns, strict=True))
-    return "\n".join((",".join(heads), *rows)) + "\n"
+    heads = ("x [m]", "v [m/s]", "a [m/s^2]") if sliding else ("phi [rad]", "omega [rad/s]", "alpha [rad/s^2]")
+
+    def columns() -> Iterator[tuple[str, NDArray[np.float64]]]:
+        yield from zip(heads, forces.motion, strict=True)
+        for name, found in forces.mechanisms.items():
+            for part, unit, values in list(found.columns())[1:]:
+                yield f"{name}.{part} [{unit}]", values
+
+    return rows.csv(columns())
 
 
 def json(scene: Scene, forces: JointForces, errors: Mapping[str, Any]) -> str:
     """All figures as JSON, SI; null where redundant constraints leave one open, or friction locks.
 
-    errors: those of the forces, by mechanism (`flywheel.joints.joint_errors`).
+    errors: those of the forces, by mechanism (`joint_errors`).
     """
-    motion = forces.motion
+    motion, shape = forces.motion, forces.motion.phi.shape
+    of_motion = {
+        name: np.broadcast_to(error, shape) for name, error in zip(("omega", "alpha"), forces.motion_errors, strict=True)
+    }
     data: dict[str, Any] = {
         "title": scene.title,
         "reduction": scene.reduction_element,
@@ -93,13 +92,9 @@ def json(scene: Scene, forces: JointForces, errors: Mapping[str, Any]) -> str:
         "omega": motion.omega,
         "alpha": motion.alpha,
         "mechanisms": {name: _as_dict(found) for name, found in forces.mechanisms.items()},
-        "errors": {
-            "omega": np.broadcast_to(forces.motion_errors[0], motion.phi.shape),
-            "alpha": np.broadcast_to(forces.motion_errors[1], motion.phi.shape),
-            "mechanisms": errors,
-        },
+        "errors": {**of_motion, "mechanisms": errors},
     }
-    return encoded(data, indent=2)
+    return rows.encoded(data, indent=2)
 
 
 def _as_dict(found: Reactions) -> dict[str, Any]:

@@ -6,7 +6,7 @@ from collections.abc import Iterable, Iterator
 from itertools import groupby
 
 from flywheel.numerics.units import columns, figure
-from flywheel.report.rows import sentences, wrapped
+from flywheel.report.rows import encoded, page, sentences, wrapped
 from flywheel.study.question import FAMILIES, RESTARTED
 from flywheel.study.tradeoff import Row, Tradeoff
 
@@ -24,8 +24,12 @@ def text(found: Tradeoff) -> str:
     Accuracy against time: the exact flywheel, to a relative error of 1e-06
     """
     blocks = (_question, _table, _without, _left_out, _conclusion)
-    told = [lines for block in blocks if (lines := block(found))]
-    return "\n\n".join("\n".join(lines) for lines in told) + "\n"
+    return page(block(found) for block in blocks)
+
+
+def json(found: Tradeoff) -> str:
+    """What `flywheel tradeoff --json` prints, SI throughout."""
+    return encoded(found.as_dict(), indent=2)
 
 
 def ordered(rows: Iterable[Row]) -> list[Row]:
@@ -158,7 +162,7 @@ def _named(rows: list[Row], found: Tradeoff) -> tuple[str, str, str]:
 
 
 def _conclusion(found: Tradeoff) -> list[str]:
-    return wrapped(found.sentence, "") + [line for told in unfinished(found) for line in wrapped(told, "")]
+    return sentences([found.sentence, *unfinished(found)], "")
 
 
 def unfinished(found: Tradeoff) -> list[str]:

@@ -9,8 +9,8 @@ from numpy.typing import NDArray
 
 from flywheel.motion.transients import Peak, Samples, Transient, estimates, of_samples, sampled, switching
 from flywheel.numerics.units import columns, figure, short
-from flywheel.report import export
-from flywheel.report.rows import DEGREES, RPM, wrapped
+from flywheel.report import rows as written
+from flywheel.report.rows import DEGREES, RPM, page, sentences, wrapped
 
 Array = NDArray[np.float64]
 
@@ -34,9 +34,7 @@ def evenly(transient: Transient, points: int, breaks: bool = False) -> Samples:
 
 def text(transient: Transient) -> str:
     """What a designer asks of a motion, at most 100 columns wide."""
-    messages = [line for message in transient.messages for line in wrapped(message, "")]
-    blocks = [_headline(transient), _figures(transient), _energy(transient), messages]
-    return "\n\n".join("\n".join(lines) for lines in blocks if lines) + "\n"
+    return page((_headline(transient), _figures(transient), _energy(transient), sentences(transient.messages, "")))
 
 
 def _sliding(transient: Transient) -> bool:
@@ -140,11 +138,11 @@ def table(transient: Transient, points: int, breaks: bool = False) -> Iterator[t
 
 def csv(transient: Transient, points: int, breaks: bool = False) -> str:
     """The motion at so many times (see `evenly`) as CSV, SI throughout."""
-    return export.csv(table(transient, points, breaks))
+    return written.csv(table(transient, points, breaks))
 
 
 def json(transient: Transient, points: int, breaks: bool = False) -> str:
     """Everything of a motion, with the motion itself at so many times (see `evenly`), as JSON, SI throughout."""
     errors = {**estimates(transient), "samples": of_samples(transient, points)}
     data = {**transient.as_dict(), "errors": errors, "samples": evenly(transient, points, breaks)._asdict()}
-    return export.encoded(data, indent=2)
+    return written.encoded(data, indent=2)

@@ -19,7 +19,7 @@ from flywheel.machine.machine import Machine
 from flywheel.motion.joint_forces import joint_errors, joint_forces
 from flywheel.motion.transients import estimates, of_samples, transient
 from flywheel.regime.state import state_errors
-from flywheel.report import export, forces, transients
+from flywheel.report import forces, reduction, transients
 from flywheel.report.transients import evenly
 from tests import scenes
 
@@ -58,7 +58,7 @@ EXAMPLES = ("machines/press", "machines/injection_clamp", "regimes/compressor", 
 
 @pytest.mark.parametrize("name", EXAMPLES)
 def test_every_figure_of_the_reduced_machine_has_its_error(name: str) -> None:
-    text, _ = export.reduced(flywheel.load(ROOT / f"examples/{name}.toml"), points=5, as_json=True)
+    text, _ = reduction.reduced(flywheel.load(ROOT / f"examples/{name}.toml"), points=5, as_json=True)
     assert without_error(json.loads(text)) == set()
 
 
@@ -136,7 +136,7 @@ def test_the_reduced_machine_is_off_by_no_more_than_told(kind: str, rod: float) 
 
 def test_a_balance_s_error_is_in_the_moment() -> None:
     scene = flywheel.load(PRESS)
-    found = json.loads(export.reduced(scene, points=4, as_json=True)[0])
+    found = json.loads(reduction.reduced(scene, points=4, as_json=True)[0])
     assert found["errors"]["balance"] > 0.0
     assert min(found["errors"]["moment"]) >= found["errors"]["balance"]
 

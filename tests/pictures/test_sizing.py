@@ -15,7 +15,7 @@ from flywheel.pictures import figures
 from flywheel.pictures import sizing as plots
 from flywheel.regime import steady_motion
 from flywheel.regime.results import Sizing
-from flywheel.report import rows
+from flywheel.report.flywheels import candidates
 from tests.regimes import GEARED, KLOSS, PUMP, SECTION_C
 from tests.scenes import press, rotor, shaper, yoke
 
@@ -264,7 +264,7 @@ def test_speeds_of_candidates_are_those_of_their_own_motions() -> None:
     sizing = sized(SECTION_C | {"flywheel": {"irregularity": 0.4}})
     panel = plots.draw(sizing).axes[3]
     lines = {str(line.get_label()).split()[0]: np.asarray(line.get_ydata(), dtype=float) for line in panel.lines}
-    for candidate, key in zip(rows.candidates(sizing), ("exact", "areas", "inertia"), strict=True):
+    for candidate, key in zip(candidates(sizing), ("exact", "areas", "inertia"), strict=True):
         given = sized(SECTION_C | {"flywheel": {"inertia": candidate.inertia}})
         assert given.run is not None
         assert lines[key].max() == pytest.approx(given.run.speed_max * 30 / np.pi, rel=1e-5)

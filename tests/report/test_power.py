@@ -8,7 +8,7 @@ import pytest
 
 import flywheel
 from flywheel.regime.results import Sizing
-from flywheel.report import figures
+from flywheel.report import power as figures
 from tests.regimes import SECTION_C
 from tests.report.test_regimes import PRESS, sized
 from tests.scenes import rotor, yoke

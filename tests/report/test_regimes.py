@@ -11,8 +11,9 @@ import pytest
 
 import flywheel
 from flywheel.regime.results import Cyclic, Sizing
-from flywheel.report import figures as regimes
-from flywheel.report import report, rows
+from flywheel.report import rows
+from flywheel.report import sizing as report
+from flywheel.report.flywheels import candidates
 from tests.regimes import GEARED, KLOSS, PUMP, SECTION_C, figures
 from tests.scenes import rotor, yoke
 
@@ -92,7 +93,7 @@ def test_near_one_its_difference_to_one_is_told() -> None:
     ],
 )
 def test_cycles_to_settle(multiplier: float, damping: float, expected: float) -> None:
-    assert regimes.settling_cycles(Cyclic(multiplier, damping, 1, 0.0, 1.0)) == pytest.approx(expected, rel=1e-12)
+    assert report.settling_cycles(Cyclic(multiplier, damping, 1, 0.0, 1.0)) == pytest.approx(expected, rel=1e-12)
 
 
 def test_what_never_settles_is_said_to() -> None:
@@ -135,12 +136,12 @@ def test_the_last_sum_of_the_areas_is_nought() -> None:
     lines = report.text(_sized("press")).splitlines()
     last = next(line.split() for line in lines if line.startswith("  A3"))
     assert last[-2:] == ["S3", "0"]
-    assert rows.area_error(_sized("press")) < 1e-9 * _sized("press").energy_fluctuation
+    assert report.area_error(_sized("press")) < 1e-9 * _sized("press").energy_fluctuation
 
 
 def test_a_candidate_s_irregularity_is_that_of_its_own_motion() -> None:
     sizing = _sized("section C sized")
-    for candidate in rows.candidates(sizing)[1:]:
+    for candidate in candidates(sizing)[1:]:
         given = sized(SECTION_C | {"flywheel": {"inertia": candidate.inertia}}).simulation
         assert candidate.gives is not None
         assert given is not None

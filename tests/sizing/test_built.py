@@ -4,7 +4,7 @@ import pytest
 import flywheel
 from flywheel.regime import steady_motion
 from flywheel.regime.results import Sizing
-from flywheel.report import report
+from flywheel.report import sizing as report
 from tests import regimes
 
 PRESS = {

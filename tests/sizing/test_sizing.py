@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import flywheel
-from flywheel.report import report
+from flywheel.report import sizing as report
 from tests import scenes
 
 

@@ -11,8 +11,9 @@ import pytest
 import flywheel
 from flywheel.regime import steady_motion
 from flywheel.regime.results import Sizing
-from flywheel.report import report
 from flywheel.report import rows as outcome
+from flywheel.report import sizing as report
+from flywheel.report.flywheels import candidates
 from tests.scenes import press, rotor, yoke
 
 MACHINES = Path(__file__).parents[2] / "examples" / "machines"
@@ -227,7 +228,7 @@ def test_the_flywheel_by_the_inertia_torque_is_compared_and_not_its_total(name: 
     assert wheel.inertia_torque is not None
     alone = wheel.inertia_torque - inertia.least / sizing.scene.flywheel_ratio**2
     assert wheel.inertia_torque_flywheel == pytest.approx(alone, rel=1e-12)
-    found = outcome.candidates(sizing)[2]
+    found = candidates(sizing)[2]
     assert (found.key, found.inertia) == ("inertia_torque_flywheel", wheel.inertia_torque_flywheel)
     assert found.off == pytest.approx(alone / wheel.exact - 1, rel=1e-9)
     assert abs(found.off) < most

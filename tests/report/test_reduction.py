@@ -9,7 +9,7 @@ from click.testing import CliRunner
 
 import flywheel
 from flywheel.cli import main
-from flywheel.report.export import reduced
+from flywheel.report.reduction import reduced
 from tests.regimes import GEARED, PUMP, SECTION_C
 from tests.scenes import yoke
 

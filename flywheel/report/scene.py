@@ -1,15 +1,13 @@
-"""The machine as it was read, in the units of the trade, and remarks on what in it is out of proportion."""
+"""The machine as it was read, in the units of the trade."""
 
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping
 
+from flywheel.mechanisms import KINDS
 from flywheel.numerics.expressions import Expression
-from flywheel.numerics.faults import Remark
 from flywheel.numerics.units import figure
-from flywheel.reading.scenes import of_drive, of_rim
-from flywheel.regime.results import Sizing
-from flywheel.report.rows import DEGREES, RPM, WIDTH, printable, wrapped
+from flywheel.report.rows import DEGREES, RPM, wrapped
 from flywheel.scene.linkage import Linkage, offered
 from flywheel.scene.scene import Body, Law, Load, Mechanism, Scene, Table
 
@@ -17,39 +15,15 @@ _MOST = 6  # rows of one kind
 _DIGITS = 6
 
 
-def page(scene: Scene) -> list[str]:
+def scene_rows(scene: Scene) -> list[str]:
     """What the program understood, a row for each part of the machine."""
     rows = list(_rows(scene))
     width = max((len(name) for name, _ in rows), default=0)
     lines = ["The machine as it was read"] if rows else []
     for name, told in rows:
-        lines += _row(name.ljust(width), told)
+        head = f"  {name.ljust(width)}  "
+        lines += wrapped(told, " " * len(head), head)
     return lines
-
-
-def _row(name: str, told: str) -> list[str]:
-    from textwrap import wrap
-
-    head = f"  {name}  "
-    return wrap(printable(told), WIDTH, initial_indent=head, subsequent_indent=" " * len(head))
-
-
-def remarks(sizing: Sizing) -> tuple[Remark, ...]:
-    """The remarks on a scene, and on what its sizing shows."""
-    found = list(sizing.scene.remarks)
-    if sizing.built is not None:
-        found += of_rim(sizing.built.wheel.rim_speed)
-    if sizing.drive_work is not None:
-        found += of_drive(sizing.drive_work, sizing.energy_fluctuation, sizing.balance is not None)
-    return tuple(found)
-
-
-def told(found: Iterable[Remark]) -> list[str]:
-    """Remarks as lines of a page."""
-    return [line for remark in found for line in wrapped(f"Remark: {remark}", "")]
-
-
-# -- rows ------------------------------------------------------------------------------------------------------------
 
 
 def _rows(scene: Scene) -> Iterator[tuple[str, str]]:
@@ -79,8 +53,6 @@ def _few(rows: Iterable[tuple[str, str]]) -> Iterator[tuple[str, str]]:
 
 def _turns(place: str, scene: Scene) -> bool:
     """Whether a shaft or a port rotates."""
-    from flywheel.mechanisms import KINDS
-
     if place in scene.shafts:
         return place != "slide"
     name, _, port = place.rpartition(".")
@@ -159,12 +131,11 @@ def _law(law: Law | None, unit: str) -> str:
 
 
 def _regime(scene: Scene) -> str:
-    words = []
     if scene.stroke is not None:
-        place, pace = (_length, "m/s") if scene.stroke.sliding else (_angle, "rad/s")
+        place, unit = (_length, "m/s") if scene.stroke.sliding else (_angle, "rad/s")
         ends = f"from {place(scene.stroke.start)} to {place(scene.stroke.end)}"
-        return f"{ends} at {figure(scene.stroke.speed, most=_DIGITS)} {pace}"
-    words.append("crank at its own speed" if scene.speed is None else f"crank at {figure(scene.speed * RPM, most=4)} rpm")
+        return f"{ends} at {figure(scene.stroke.speed, most=_DIGITS)} {unit}"
+    words = ["crank at its own speed" if scene.speed is None else f"crank at {figure(scene.speed * RPM, most=4)} rpm"]
     if scene.areas is None and abs(scene.cycle * DEGREES - 360) > 1e-6:
         words.append(f"cycle {_angle(scene.cycle)}")
     if scene.irregularity is not None:

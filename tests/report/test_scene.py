@@ -8,7 +8,8 @@ from click.testing import CliRunner
 import flywheel
 from flywheel.cli import main
 from flywheel.reading.scenes import build_scene, parse_scene, read_scene
-from flywheel.report import as_read
+from flywheel.report import sizing as report
+from flywheel.report.scene import scene_rows
 from flywheel.starters import kinds, starter
 
 ROOT = Path(__file__).parents[2]
@@ -43,7 +44,7 @@ def remarks(**given) -> dict[str, str]:
 
 
 def test_the_machine_as_it_was_read():
-    assert as_read.page(press(crank="0.08", speed="60")) == [
+    assert scene_rows(press(crank="0.08", speed="60")) == [
         "The machine as it was read",
         "  mechanism  slider-crank: crank 80 mm; rod 480 mm, 12 kg, 0.3 kg m²",
         "  load       on slider-crank.slider: -40 kN from 340 deg to 360 deg",
@@ -53,7 +54,7 @@ def test_the_machine_as_it_was_read():
 
 
 def test_metres_and_radians_a_second_show_at_once():
-    text = "\n".join(as_read.page(press(crank="80", rod="480", speed="60", force='"-40.000 N"')))
+    text = "\n".join(scene_rows(press(crank="80", rod="480", speed="60", force='"-40.000 N"')))
     assert "crank 80 m" in text
     assert "573 rpm" in text
     assert "-40 N" in text
@@ -105,15 +106,15 @@ def test_a_cycle_in_radians_that_was_meant_in_degrees():
 
 
 def test_a_load_with_the_wrong_sign_makes_the_drive_brake():
-    (remark,) = as_read.remarks(flywheel.size(press(force='"40 kN"'), accuracy="normal"))
+    (remark,) = report.remarks(flywheel.size(press(force='"40 kN"'), accuracy="normal"))
     assert (remark.path, "it brakes" in remark.found, "signs of the loads" in remark.advice) == ("drive", True, True)
-    assert as_read.remarks(flywheel.size(press(), accuracy="normal")) == ()
+    assert report.remarks(flywheel.size(press(), accuracy="normal")) == ()
 
 
 def test_a_rim_that_would_burst():
     wheel = 'irregularity = 0.04\nshape = "disc"\nmaterial = "alloy steel"\nouter_radius = "5 m"\n'
     text = PRESS.format(**GOOD | {"speed": '"900 rpm"'}).replace("irregularity = 0.04\n", wheel)
-    found = as_read.remarks(flywheel.size(parse_scene(text), accuracy="normal"))
+    found = report.remarks(flywheel.size(parse_scene(text), accuracy="normal"))
     assert [remark.path for remark in found] == ["flywheel"]
     assert "its rim runs at 48" in found[0].found
 
@@ -122,14 +123,14 @@ def test_a_rim_that_would_burst():
 def test_no_remarks_on_the_examples(path):
     scene = read_scene(path)
     assert scene.remarks == ()
-    assert all(len(line) <= 100 for line in as_read.page(scene))
+    assert all(len(line) <= 100 for line in scene_rows(scene))
 
 
 @pytest.mark.parametrize("kind", kinds())
 def test_no_remarks_on_the_starters(kind):
     scene = parse_scene(starter(kind))
     assert scene.remarks == ()
-    assert len(as_read.page(scene)) >= 2
+    assert len(scene_rows(scene)) >= 2
 
 
 def test_remarks_stand_on_the_page_and_beside_data_on_standard_error(tmp_path):

@@ -1,0 +1,359 @@
+"""The flywheels of a sizing: each with its error and the irregularity that it gives; the wheel as built; on every shaft.
+
+The figures (`candidates`, `speeds`, absolute errors) are shared by the page and the pictures.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from math import pi
+from typing import NamedTuple
+
+from flywheel.components.gear_trains import OnShaft, gd2
+from flywheel.components.wheels import ROUNDING, Wheel
+from flywheel.numerics.units import columns, figure
+from flywheel.regime import steady_motion
+from flywheel.regime.results import Sizing
+from flywheel.regime.steady_motion import NoMotionError, Run
+from flywheel.report.rows import (
+    NOTHING,
+    WIDTH,
+    Row,
+    block,
+    irregularity,
+    irregularity_in_words,
+    or_unknown,
+    percent_and_steadiness,
+    rpm,
+    sentences,
+    wrapped,
+)
+
+_FAR_OFF = 1.5  # a factor between approximate and exact that deserves a sentence
+_SAME = 1e-9  # share by which a wheel's inertia may pass the one it is made for, and still be that one
+_DIGITS = 6
+
+
+# -- figures and their absolute errors -------------------------------------------------------------------------------
+
+
+class InertiaErrors(NamedTuple):
+    """Absolute errors (kg m²) of the flywheel figures, at the flywheel's own shaft."""
+
+    exact: float
+    approximate: float
+    inertia_torque: float
+    inertia_torque_flywheel: float
+
+
+def inertia_errors(sizing: Sizing) -> InertiaErrors:
+    """Absolute errors of the flywheel figures: the estimates are relative to the larger of the figure and its scale."""
+    wheel, error = sizing.flywheel, sizing.error
+    scale = max(wheel.exact or 0.0, wheel.approximate_total or 0.0)
+    own = [(getattr(error, name) or 0.0, getattr(wheel, name) or 0.0) for name in InertiaErrors._fields]
+    return InertiaErrors(*(part * max(scale, figure) for part, figure in own))
+
+
+def work_error(sizing: Sizing) -> float:
+    """Absolute error (J) of an accumulated work."""
+    exchanged = sizing.energy_fluctuation if sizing.cycle is None else sizing.cycle.exchanged
+    return (sizing.error.work or 0.0) * exchanged
+
+
+class Candidate(NamedTuple):
+    """One flywheel (kg m² at its own shaft): how far it is off the exact one (a share), and the irregularity it gives.
+
+    `gives` is (irregularity, its absolute error), (0, 0) where nothing acts, or None where the machine would stop in
+    the cycle; `motion` is the run behind it, None for a diagram of areas.
+    """
+
+    key: str
+    name: str
+    inertia: float
+    error: float
+    off: float | None
+    off_error: float
+    gives: tuple[float, float] | None
+    motion: Run | None
+
+
+_CANDIDATES = {
+    "exact": ("exact (Wittenbauer)", "exact"),
+    "approximate": ("accumulated areas", "by the areas"),
+    "inertia_torque_flywheel": ("inertia torque", "by the torque"),
+}
+"""The keys of the figures, each with its name in tables and in sentences."""
+
+
+def candidates(sizing: Sizing) -> list[Candidate]:
+    """The exact flywheel and the approximate ones; for a diagram of areas, where they are one, that one alone."""
+    wheel = sizing.flywheel
+    exact, errors = wheel.exact or 0.0, inertia_errors(sizing)
+    if sizing.scene.areas is not None:
+        gives = (sizing.scene.irregularity or 0.0, 0.0)
+        return [Candidate("approximate", "accumulated areas", exact, errors.exact, None, 0.0, gives, None)]
+    found = []
+    for key, (name, _) in _CANDIDATES.items():
+        inertia, error = getattr(wheel, key) or 0.0, getattr(errors, key)
+        off = inertia / exact - 1 if exact > 0.0 and key != "exact" else None
+        off_error = 2 * (error + errors.exact) / exact if exact > 0.0 else 0.0
+        motion = _motion_with(sizing, inertia)
+        found.append(Candidate(key, name, inertia, error, off, off_error, _given(sizing, key, motion), motion))
+    return found
+
+
+def _motion_with(sizing: Sizing, inertia: float) -> Run | None:
+    """Steady motion with a flywheel (kg m² at its own shaft); None where the machine would stop within the cycle."""
+    if sizing.cycle is None:
+        return None
+    on_crank = inertia * sizing.scene.flywheel_ratio**2
+    if sizing.run is not None and on_crank == sizing.run.inertia:
+        return sizing.run
+    try:
+        if sizing.machine is None or not sizing.machine.sets_its_speed:
+            return steady_motion.run(sizing.cycle, sizing.speed, on_crank)
+        from flywheel.sizing.speed_dependent import run_with
+
+        return run_with(sizing, on_crank)
+    except NoMotionError:
+        return None
+
+
+def _given(sizing: Sizing, key: str, motion: Run | None) -> tuple[float, float] | None:
+    """The irregularity and its error: the simulation's where there is one, else that of the periodic motion."""
+    confirmed, simulated = sizing.simulation, None
+    if confirmed is not None:
+        simulated = {"exact": confirmed.irregularity, "approximate": confirmed.irregularity_approximate}.get(key)
+    if simulated is not None:
+        return simulated, (sizing.error.simulation or 0.0) * simulated
+    if motion is None:
+        still = sizing.run is None and sizing.energy_fluctuation <= work_error(sizing)
+        return (0.0, 0.0) if still else None  # nothing acts, or the machine would stop
+    return motion.irregularity, motion.error * motion.irregularity
+
+
+# -- the first block -------------------------------------------------------------------------------------------------
+
+
+def flywheel(sizing: Sizing) -> list[str]:
+    """The candidates of a sizing with proven bounds and verdicts; the figures of a given flywheel."""
+    scene, at = sizing.scene, f"crank at {rpm(sizing.speed)}"
+    on, ratio = sizing.flywheel.on, scene.flywheel_ratio
+    shaft = "the crank" if on == "crank" else f"shaft {on} ({figure(ratio)} turns to one of the crank)"
+    if scene.inertia is not None:
+        lines = wrapped(f"Given flywheel of {figure(scene.inertia)} kg m² on {shaft}, {at}", "")
+        return lines + columns(_analysis(sizing, scene.inertia))
+    head = wrapped(f"Flywheel on {shaft} for irregularity {irregularity_in_words(scene.irregularity or 0.0)}, {at}", "")
+    header = ("", "inertia, kg m²", "off by", "irregularity it gives", "as ± %", "steadiness")
+    found = candidates(sizing)
+    cells = [_cells(candidate) for candidate in found]
+    table = columns(cells, header)
+    if max(map(len, table)) > WIDTH:
+        table = columns(cells, header, gap=" ", indent=" ")
+    return head + table + sentences([*_proven(sizing), *_in_gd2(sizing, found), *_verdicts(sizing)])
+
+
+def _analysis(sizing: Sizing, inertia: float) -> list[Row]:
+    """What the given flywheel makes of the machine."""
+    motion = sizing.simulation
+    if motion is None:
+        return []
+    error = (sizing.error.simulation or 0.0) * motion.irregularity
+    deviation, steadiness = percent_and_steadiness(motion.irregularity, error, 10)
+    return [
+        Row("irregularity", irregularity(motion.irregularity, error)),
+        Row("as ± %", deviation),
+        Row("steadiness", steadiness),
+        Row("GD² of the flywheel", figure(gd2(inertia)), "kg m²"),
+    ]
+
+
+def _cells(candidate: Candidate) -> tuple[str, ...]:
+    inertia = or_unknown(candidate.inertia, candidate.error)
+    off = "" if candidate.off is None else f"{figure(100 * candidate.off, 100 * candidate.off_error, 4)} %"
+    if candidate.off is not None and candidate.off > 0 and off != "0 %":
+        off = "+" + off
+    if candidate.gives is None:
+        return candidate.name, inertia, off, "no steady motion", "", ""
+    eps, error = candidate.gives
+    gives = or_unknown(eps, error) if eps > NOTHING else "0"
+    return candidate.name, inertia, off, gives, *percent_and_steadiness(eps, error, 6)
+
+
+def _proven(sizing: Sizing) -> Iterator[str]:
+    """Proven bounds of the exact flywheel."""
+    wheel, errors = sizing.flywheel, inertia_errors(sizing)
+    if wheel.bracket is None or wheel.torque_bracket is None or not wheel.needed:
+        return
+    areas, torque = (
+        " and ".join(figure(max(bound, 0.0), error, 7) for bound in pair)
+        for pair, error in ((wheel.bracket, errors.approximate), (wheel.torque_bracket, errors.inertia_torque))
+    )
+    yield f"Proven: exact between {areas} by the areas, {torque} by the torque."
+
+
+def _in_gd2(sizing: Sizing, found: list[Candidate]) -> Iterator[str]:
+    """The inertias as GD², and the totals of the approximate ones."""
+    if any(candidate.inertia > 0.0 for candidate in found):
+        each = [f"{or_unknown(gd2(c.inertia), 4 * c.error, _DIGITS)} {_CANDIDATES[c.key][1]}" for c in found]
+        yield f"GD² = 4 J: {', '.join(each)}, kg m²."
+    wheel, errors = sizing.flywheel, inertia_errors(sizing)
+    if len(found) > 1 and wheel.approximate_total and wheel.inertia_torque:
+        areas = or_unknown(wheel.approximate_total, errors.approximate, _DIGITS)
+        torque = or_unknown(wheel.inertia_torque, errors.inertia_torque, _DIGITS)
+        yield f"With the machine's own least inertia, as totals: {areas} by the areas, {torque} by the torque."
+
+
+def _verdicts(sizing: Sizing) -> Iterator[str]:
+    """In words, what the figures above mean."""
+    wheel, run = sizing.flywheel, sizing.run
+    if sizing.scene.areas is not None:
+        yield "A diagram of areas tells nothing of the machine's own inertia: the figure is the total inertia needed."
+        return
+    if wheel.needed is False:
+        none = "No flywheel is needed"
+        if run is not None:
+            eps = irregularity_in_words(run.irregularity, run.error * run.irregularity)
+            yield f"{none}: the machine's own inertia suffices and gives an irregularity of {eps}."
+        elif sizing.energy_fluctuation > 0.0:
+            yield f"{none}: the machine has no inertia, and its torques alone hold its speed as evenly as asked."
+        else:
+            yield f"{none}: nothing acts on the machine that could change its speed."
+        return
+    exact, approximate = wheel.exact or 0.0, wheel.approximate or 0.0
+    if sizing.cyclic is not None:
+        why = "it leaves out the machine's own varying inertia, and takes torques at a constant speed."
+    else:
+        why = "at this speed the varying inertia of the machine itself dominates."
+    if approximate == 0.0:
+        yield f"The accumulated areas ask for no flywheel at all, and are wrong: {why}"
+    elif exact > _FAR_OFF * approximate:
+        yield f"The approximate flywheel is {_times(exact / approximate)} times too small: {why}"
+    elif approximate > _FAR_OFF * exact:
+        yield f"The approximate flywheel is {_times(approximate / exact)} times larger than needed: {why}"
+
+
+def _times(factor: float) -> str:
+    return f"{factor:.0f}" if factor >= 100 else figure(factor, 0.0, 2)
+
+
+# -- the wheel as built ----------------------------------------------------------------------------------------------
+
+_COMPARED = {
+    "disc": "the lightest disc instead",
+    "rim": "the lightest rim instead",
+    "arms": "the lightest rim on arms instead",
+}
+
+
+def wheel(sizing: Sizing) -> list[str]:
+    """The wheel to be built, and what the machine does with it."""
+    built, scene = sizing.built, sizing.scene
+    if built is None:
+        return []
+    rows = wheel_rows(built.wheel)
+    if built.irregularity is not None:
+        rows.append(Row("irregularity with it", irregularity(built.irregularity, built.error * built.irregularity)))
+    if built.torque is not None:
+        asked = scene.wheel is None or scene.wheel.torque is not None
+        whence = "" if asked else ", inertia times the greatest acceleration"
+        rows.append(Row("torque that bends the arms", figure(built.torque, most=6), f"N m{whence}"))
+    lines = block("The wheel", rows)
+    made_for, which = (sizing.flywheel.exact, "exact") if scene.inertia is None else (scene.inertia, "given")
+    if made_for and built.wheel.inertia > made_for * (1 + _SAME):
+        lines += wrapped(
+            f"Rounded up: it has {figure(built.wheel.inertia, most=7)} kg m² for {figure(made_for, most=7)}. This block and "
+            f"the flywheels on every shaft are as built; all other figures are those of the {which} inertia."
+        )
+    return lines
+
+
+def wheel_rows(wheel: Wheel) -> list[Row]:
+    """Everything about a wheel: dimensions in mm, stresses in MPa.
+
+    >>> from flywheel.wheel import WheelAsked, choose
+    >>> from flywheel.components.wheel_stresses import material
+    >>> wheel = choose(10.0, 100.0, WheelAsked("disc", material("carbon steel"), outer_radius=0.3))
+    >>> [tuple(row) for row in wheel_rows(wheel)[:3]]
+    [('shape', 'disc', ''), ('material', 'carbon steel', ''), ('outer radius', '300', 'mm')]
+    """
+    body, allowable = wheel.body, wheel.material.allowable
+    found = [
+        Row("shape", f"{wheel.shape}, taken as thin" if body.thin else wheel.shape),
+        Row("material", wheel.material.name),
+        _size("outer radius", body.outer),
+    ]
+    if wheel.shape != "disc":
+        found += [_size("mean radius", body.mean), _size("thickness", body.thickness)]
+    found.append(_size("width", body.width))
+    if wheel.shape == "disc" and body.inner > 0.0:
+        found.append(_size("bore", 2 * body.inner))
+    if body.arms is not None:
+        arms = body.arms
+        found += [Row("arms", str(arms.number)), _size("arm width", arms.width), _size("arm thickness", arms.thickness)]
+    if body.hub is not None:
+        hub = body.hub
+        found += [_size("bore", hub.bore), _size("hub diameter", hub.diameter), _size("hub length", hub.length)]
+    found += [
+        _quantity("mass", wheel.mass, "kg"),
+        Row("inertia", figure(wheel.inertia), "kg m²"),
+        Row("GD²", figure(gd2(wheel.inertia)), "kg m²"),
+    ]
+    if len(wheel.parts) > 1:
+        found += [_quantity(f"mass, {part.name}", part.mass, "kg") for part in wheel.parts if part.mass is not None]
+        found += [_quantity(f"inertia, {part.name}", part.inertia, "kg m²") for part in wheel.parts]
+    found.append(_quantity("rim speed", wheel.rim_speed, "m/s"))
+    for place, stress in wheel.stresses.items():
+        fits = allowable is None or stress <= allowable * (1 + ROUNDING)
+        found.append(_quantity(f"stress, {place}", stress / 1e6, "MPa" if fits else "MPa, above the allowable"))
+    if allowable is not None:
+        found.append(_quantity("allowable stress", allowable / 1e6, "MPa"))
+    if wheel.safety is not None:
+        against = "strength" if wheel.material.strength is not None else "allowable stress"
+        found.append(_quantity(f"safety factor, by {against}", wheel.safety, ""))
+    others = {shape: mass for shape, mass in wheel.compared.items() if shape != wheel.shape}
+    return [*found, *(_quantity(_COMPARED[shape], mass, "kg") for shape, mass in others.items())]
+
+
+def _quantity(name: str, value: float, unit: str) -> Row:
+    return Row(name, figure(value, most=_DIGITS), unit)
+
+
+def _size(name: str, length: float) -> Row:
+    return _quantity(name, length * 1e3, "mm")
+
+
+# -- every shaft -----------------------------------------------------------------------------------------------------
+
+
+def every_shaft(sizing: Sizing) -> list[str]:
+    """The same flywheel on every shaft, where there are several."""
+    if len(sizing.shafts) < 2 or sizing.flywheel.needed is False:
+        return []
+    lines = ["The same flywheel on every shaft", *shafts_table(sizing.shafts, _DIGITS)]
+    if sizing.built is not None:
+        lines += wrapped("Inertias and masses are those of the wheel above as built, made wider or narrower at its radii.")
+    if sizing.scene.efficiencies:
+        lines += wrapped("Each stores the same energy; losses in meshes may make the speed vary a little more or less.")
+    return lines
+
+
+def shafts_table(rows: Sequence[OnShaft], digits: int = 6) -> list[str]:
+    """One line a shaft under a header; radius, mass and rim speed where they are known.
+
+    >>> from flywheel.components.gear_trains import on_every_shaft
+    >>> shafts = on_every_shaft(8.0, {"crank": 1.0, "motor": 2.0}, pi, radius=0.5)
+    >>> for line in shafts_table(shafts):
+    ...     print(line)
+      shaft  speed, rpm  inertia, kg m²  GD², kg m²  radius, m  mass, kg  rim speed, m/s
+      crank          30               8          32        0.5        32         1.5708
+      motor          60               2           8        0.5         8         3.14159
+
+    """
+    rims = any(row.radius is not None for row in rows)
+    cells = []
+    for row in rows:
+        values = [row.speed * 30 / pi, row.inertia, row.gd2, *([row.radius, row.mass, row.rim_speed] if rims else [])]
+        cells.append([row.shaft, *("" if value is None else figure(value, 0.0, digits) for value in values)])
+    header = ("shaft", "speed, rpm", "inertia, kg m²", "GD², kg m²")
+    return columns(cells, (*header, "radius, m", "mass, kg", "rim speed, m/s") if rims else header)

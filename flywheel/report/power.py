@@ -1,0 +1,231 @@
+"""Torque, power and energy of a sizing: what the drive gives with the flywheel and without it, beside its motor's rating."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+
+from flywheel.components.energy import HOUR, Energy, kilowatt_hours
+from flywheel.components.motors import DC, Engine, Induction, Motor
+from flywheel.numerics import cells as piecewise
+from flywheel.numerics.units import columns, figure
+from flywheel.regime.results import Sizing
+from flywheel.report.flywheels import work_error
+from flywheel.report.rows import RPM, Row, block, sentences
+from flywheel.sizing.drive import EngineCycle
+
+_HORSEPOWER = 745.6998715822702  # W: 550 ft lbf/s
+_METRIC_HORSEPOWER = 735.49875  # W: 75 kgf m/s
+_DIGITS = 6
+_TIE = 1e-9  # share within which two sizes are one
+_NEAR = 0.9  # of the breakdown torque: a torque past it is told of
+_LONG = 30.0  # s: in a longer cycle windings warm up and cool down
+
+
+def balance_error(sizing: Sizing) -> float:
+    """Absolute error of the balance's value (SI): for a drive that of the work over the angle that its shaft turns."""
+    balance, scene = sizing.balance, sizing.scene
+    if balance is None:
+        return 0.0
+    if balance.name == "drive" and scene.drive is not None:
+        return work_error(sizing) / (scene.shafts[scene.drive.on] * scene.cycle)
+    return balance.error * abs(balance.value)
+
+
+def torque_and_work(sizing: Sizing) -> list[str]:
+    """The balance, the drive's power and work, the fluctuation of energy."""
+    scene, balance, work = sizing.scene, sizing.balance, work_error(sizing)
+    rows = []
+    if balance is not None:
+        value = figure(balance.value, balance_error(sizing))
+        if balance.name == "drive" and scene.drive is not None:
+            rows.append(Row("torque of the drive (balance)", value, f"N m on {scene.drive.on}"))
+        else:
+            rows.append(Row(f"{balance.name} (balance)", value, sizing.balance_unit or "in the units of its expression"))
+    if sizing.power is not None and sizing.drive_work is not None:
+        error = work * sizing.speed / scene.cycle
+        rows.append(_power(f"power of the drive{'' if sizing.power >= -error else ' (it brakes)'}", sizing.power, error))
+        rows.append(Row("work of the drive in a cycle", figure(sizing.drive_work, work), "J"))
+    rows.append(Row("energy fluctuation", figure(sizing.energy_fluctuation, 2 * work), "J"))
+    if sizing.coefficient_of_energy is not None:
+        error = 2 * work / abs(sizing.drive_work or 1.0)
+        rows.append(Row("coefficient of energy", figure(sizing.coefficient_of_energy, error), "of the drive's work"))
+    if sizing.engine is not None:
+        rows += _engine(sizing.engine)
+    elif scene.drive is None and scene.areas is None:
+        rows.append(Row("power", "none", "(no drive in the scene)"))
+    known = sizing.power is not None or sizing.engine is not None
+    by = " (power: work of a cycle over its angle, times the mean of extremes)" if known else ""
+    return block(f"Torque, power, energy{by}", rows)
+
+
+def _power(name: str, power: float, error: float) -> Row:
+    """A power in W or kW, and in both horsepowers."""
+    scale, unit = (1e3, "kW") if abs(power) >= 1e3 else (1.0, "W")
+    horses = " = ".join(
+        f"{figure(power / size, error / size, 5)} {name}"
+        for size, name in ((_HORSEPOWER, "hp"), (_METRIC_HORSEPOWER, "metric hp"))
+    )
+    return Row(name, figure(power / scale, error / scale), f"{unit} = {horses}")
+
+
+def _engine(engine: EngineCycle) -> Iterator[Row]:
+    """What the gas gives, and what is left of it for the loads."""
+    per_work = engine.indicated_power / engine.indicated_work
+    yield Row("indicated work in a cycle", figure(engine.indicated_work, engine.error), "J")
+    yield _power("indicated power", engine.indicated_power, engine.error * per_work)
+    if engine.mean_effective_pressure is not None and engine.swept_volume is not None:
+        pressure, litres = engine.mean_effective_pressure / 1e5, figure(1e3 * engine.swept_volume, most=6)
+        error = engine.error * pressure / engine.indicated_work
+        yield Row("mean effective pressure", figure(pressure, error), f"bar over {litres} l swept in a cycle")
+    else:
+        yield Row("mean effective pressure", "not known", "(give the load's bore)")
+    if engine.brake_power is None or engine.mechanical_efficiency is None:
+        return
+    yield _power("brake power", engine.brake_power, engine.error * per_work)
+    efficiency = figure(100 * engine.mechanical_efficiency, 100 * engine.error / engine.indicated_work, 6)
+    lossless = engine.indicated_work - (engine.brake_work or 0.0) <= 2 * engine.error
+    yield Row("mechanical efficiency", efficiency, "% (the scene has no losses)" if lossless else "%")
+
+
+def with_and_without(sizing: Sizing) -> list[str]:
+    """The drive's power over time, with the flywheel and without one, and what that asks of its motor."""
+    energy, motor = sizing.energy, sizing.scene.motor
+    if energy is None:
+        return []
+    ratios = energy.peak_to_mean, energy.peak_to_mean_alone
+    hours = [_number(kilowatt_hours(power, HOUR)) for power in (energy.mean_power, energy.mean_power_alone)]
+    rows = [
+        ("mean, W", _signed(energy.mean_power), _signed(energy.mean_power_alone)),
+        ("greatest, W", _signed(energy.peak_power), _signed(energy.peak_power_alone)),
+        ("greatest over mean", *("none" if ratio is None else _number(ratio) for ratio in ratios)),
+        ("energy in an hour, kWh", *hours),
+    ]
+    if ratios == (None, None):
+        del rows[2]
+    header = ("", "with the flywheel", "without one, at constant speed")
+    title = "Power of the drive over the time of a cycle (mean: its work over the period)"
+    told = [] if motor is None else [*_rated(sizing, motor, energy), *_heat(sizing, motor, energy), *_range(sizing, motor)]
+    return [title, *columns(rows, header), *sentences(told)]
+
+
+def _number(value: float) -> str:
+    return figure(value, 0.0, _DIGITS)
+
+
+def _signed(value: float) -> str:
+    """A power or torque, the one that is largest in size, with a word where it brakes."""
+    return _number(value) + (" (it brakes)" if value < 0.0 else "")
+
+
+def _share(part: float, whole: float) -> str:
+    return f"{figure(100 * part / whole, 0.0, 3)} %"
+
+
+# -- the motor -------------------------------------------------------------------------------------------------------
+
+
+def _ratio(sizing: Sizing) -> float:
+    """Speed of the drive's shaft over that of the crank."""
+    assert sizing.scene.drive is not None
+    return sizing.scene.shafts[sizing.scene.drive.on]
+
+
+def _rated(sizing: Sizing, motor: Motor, energy: Energy) -> Iterator[str]:
+    """Power and torque that the machine asks of its motor, beside what the motor is rated for."""
+    rated, torque = motor.rated, _greatest_torque(sizing, motor)
+    greatest = f"greatest torque {_signed(torque)} N m on its shaft"
+    rms = f"root of its mean square over time {_number(energy.rms_torque)} N m"
+    if rated is None:
+        yield f"{motor.title} without a rated point; {greatest}; {rms}."
+        return
+    point = f"{_number(rated.power / 1e3)} kW ({_number(rated.torque)} N m at {_number(rated.speed * RPM)} rpm)"
+    shares = f"mean {_share(energy.mean_power, rated.power)}, greatest {_share(energy.peak_power, rated.power)} of it"
+    if isinstance(motor, Engine):
+        yield f"{motor.title}, full load {point}: {shares};"
+        yield f"{greatest}, {_share(abs(torque), rated.torque)} of the full-load one there."
+        return
+    breakdown = ""
+    if isinstance(motor, Induction):  # whose greatest torque is the same while it generates
+        breakdown = f", {_share(abs(torque), motor.breakdown_torque)} of the breakdown torque"
+    yield f"{motor.title}, rated power {point}: {shares};"
+    yield f"{greatest}, {_share(abs(torque), rated.torque)} of the rated one{breakdown};"
+    yield f"{rms}, {_share(energy.rms_torque, rated.torque)} of the rated one."
+
+
+def _greatest_torque(sizing: Sizing, motor: Motor) -> float:
+    """The torque (N m) of the motor that is largest in size along the cycle, at its own shaft, with its sign."""
+    run, ratio = sizing.run, _ratio(sizing)
+    if run is None or run.drive is None:
+        return float(motor.torque(ratio * sizing.speed))
+    series = piecewise.fit(run.drive)
+    high, low = piecewise.greatest(series), -piecewise.greatest(-series)
+    return (high if high >= -low * (1 - _TIE) else low) / ratio
+
+
+def _heat(sizing: Sizing, motor: Motor, energy: Energy) -> Iterator[str]:
+    """What heats the motor, where its kind tells; of others, that it is not known."""
+    even = _ratio(sizing) * (sizing.constant_speed or sizing.speed)
+    if isinstance(motor, Induction) and energy.rotor_heat is not None:
+        rated = float(motor.rotor_heat(motor.speed))
+        heat = f"Heat of its rotor, torque times slip speed on the mean over time: {_number(energy.rotor_heat)} W"
+        yield f"{heat}, {_verdict(energy, 'rotor_heat', rated, float(motor.rotor_heat(even)))}"
+    elif isinstance(motor, DC) and energy.copper_heat is not None:
+        yield _current(motor, energy)
+        heat = f"Copper heat of its armature, R i² on the mean over time: {_number(energy.copper_heat)} W"
+        if motor.rated_current is None:
+            yield f"{heat}; what it may be is not known without a rated point."
+        else:
+            rated, at_even = (motor.copper_heat(current) for current in (motor.rated_current, motor.current(even)))
+            yield f"{heat}, {_verdict(energy, 'copper_heat', rated, at_even)}"
+    elif not isinstance(motor, Engine):
+        yield "Torque against speed alone does not tell what heats it: give the motor as induction or dc for that."
+        if motor.rated is not None and energy.mean_power > motor.rated.power * (1 + _TIE):
+            yield "The mean power is more than the rated one."
+
+
+def _current(motor: DC, energy: Energy) -> str:
+    """A DC motor's current, beside the rated one where that is known."""
+    rms, greatest, rated = energy.current_rms or 0.0, energy.current_peak or 0.0, motor.rated_current
+    beside = ["" if rated is None else f", {_share(abs(current), rated)} of the rated one" for current in (rms, greatest)]
+    means = f"root of its mean square over time {_number(rms)} A{beside[0]}"
+    return f"Current of its armature: {means}; greatest {_signed(greatest)} A{beside[1]}."
+
+
+def _verdict(energy: Energy, name: str, rated: float, even: float) -> str:
+    """What a heat means beside that at the rated point; `even` is the heat at a speed that does not vary (both W)."""
+    share, error = getattr(energy, f"{name}_share"), energy.errors[f"{name}_share"]
+    beside = f"{figure(100 * share, 0.0, 5)} % of the {_number(rated)} W at the rated point"
+    if share > 1.0 + max(share * error, _TIE):
+        hot, steadily = f"{beside}, too hot for continuous running", f"at a constant speed it would be {_share(even, rated)}"
+        return f"{hot}. Choose a larger motor{f': even {steadily}' if even > rated else f', or more flywheel: {steadily}'}."
+    long = f"; but in a cycle of {_number(energy.period)} s it grows hotter for a while than on the mean"
+    return f"{beside}, within what it is rated for{long if energy.period > _LONG else ''}."
+
+
+def _range(sizing: Sizing, motor: Motor) -> Iterator[str]:
+    """Warnings where the motor comes near the end of its running branch or beyond it, or runs where its data say nothing."""
+    run, ratio = sizing.run, _ratio(sizing)
+    slow, fast = (sizing.speed, sizing.speed) if run is None else (run.speed_min, run.speed_max)
+    least, greatest, breakdown = ratio * slow, ratio * fast, motor.breakdown
+    falls = f"Its speed falls to {_number(least * RPM)} rpm"
+    if isinstance(motor, Engine):
+        if least < motor.speed * (1 - _TIE):
+            governed = f"below the {_number(motor.speed * RPM)} rpm up to which it is at full load"
+            yield f"{falls}, {governed}: what the load takes beyond that comes from the flywheel."
+    elif breakdown is not None:
+        name = "the breakdown torque" if isinstance(motor, Induction) else "the greatest torque of its running branch"
+        there = f"{_number(breakdown.torque)} N m at {_number(breakdown.speed * RPM)} rpm"
+        torque = float(motor.torque(least))
+        if least < breakdown.speed * (1 - _TIE):
+            yield f"{falls}, past {name}, {there}: slower than that it gives less, and stalls if the load goes on."
+            if isinstance(motor, Induction):
+                yield "Kloss's formula, and the heat by it, is rough there."
+        elif torque > _NEAR * breakdown.torque:
+            share = f"At its least speed it gives {_share(torque, breakdown.torque)} of {name}, {there}"
+            yield f"{share}: slower than that it gives less."
+    low, high = motor.covers
+    if least < low * (1 - _TIE) or greatest > high * (1 + _TIE):
+        runs = f"It runs from {_number(least * RPM)} to {_number(greatest * RPM)} rpm"
+        known = f"to {_number(high * RPM)} rpm" if math.isfinite(high) else "upwards"
+        yield f"{runs}, but its data hold from {_number(low * RPM)} {known}: its torque beyond is a guess."
