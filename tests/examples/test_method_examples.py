@@ -72,6 +72,7 @@ def test_the_printed_table(roots, capsys):
     assert "1.761422 rad, the other assembly's 0.570387 rad" in printed
 
 
+@pytest.mark.slow
 def test_the_arm_keeps_its_energy_and_its_plan(tmp_path, capsys):
     example = runpy.run_path(str(EXAMPLES / "robot" / "two_link.py"), run_name="example")
     picture = tmp_path / "arm.png"

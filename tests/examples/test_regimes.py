@@ -76,6 +76,7 @@ def slider(phi: float, r: float, length: float, com: float) -> Slider:
 # -- section C -------------------------------------------------------------------------------------------------------------
 
 
+@pytest.mark.slow
 def test_section_c_agrees_with_figures_found_apart(capsys: pytest.CaptureFixture[str]) -> None:
     text = printed("section_c", capsys)
     assert "DISAGREES" not in text
@@ -123,6 +124,7 @@ def press_slope(phi: float, square: float, wheel: float, punching: bool) -> tupl
     return 2 * alpha, torque
 
 
+@pytest.mark.slow
 def test_punch_press_comes_round_with_the_irregularity_asked_for(press: Sizing) -> None:
     wheel, energy = press.flywheel.exact, press.energy
     way = lambda phi: slider(phi, 0.04, 0.26, 0.08).x  # noqa: E731
@@ -150,6 +152,7 @@ def test_punch_press_comes_round_with_the_irregularity_asked_for(press: Sizing) 
     assert np.concatenate(powers).max() == pytest.approx(energy.peak_power, rel=1e-4)
 
 
+@pytest.mark.slow
 def test_punch_press_beside_other_drives(press: Sizing, capsys: pytest.CaptureFixture[str]) -> None:
     lines = printed("punch_press", capsys).splitlines()
     names = ("4 % slip", "constant torque", "12 % slip")
@@ -207,6 +210,7 @@ def compressor_rates(wheel: float) -> Any:
     return rates
 
 
+@pytest.mark.slow
 def test_compressor_starts_as_its_equations_say(run_up: Transient) -> None:
     rates = compressor_rates(run_up.inertia)
     times = np.linspace(0.0, 0.6, 3001)
@@ -220,6 +224,7 @@ def test_compressor_starts_as_its_equations_say(run_up: Transient) -> None:
     assert run_up.peaks.current.time == pytest.approx(times[own[2].argmax()], abs=3e-4)
 
 
+@pytest.mark.slow
 def test_compressor_current_as_its_scene_says(run_up: Transient) -> None:
     text = (FOLDER / "compressor.toml").read_text(encoding="utf-8")
     at_work = run_up.motion.current[run_up.motion.t > 0.4].mean()
@@ -228,6 +233,7 @@ def test_compressor_current_as_its_scene_says(run_up: Transient) -> None:
     assert run_up.peaks.current.value / at_work == pytest.approx(12, abs=0.7)
 
 
+@pytest.mark.slow
 def test_compressor_energy_closes(run_up: Transient) -> None:
     energy, times = run_up.energy, np.linspace(0.0, run_up.time, 4001)
     current = sampled(run_up.motion.trail, times).current
@@ -295,6 +301,7 @@ def clamp_stroke(throttle: float) -> tuple[Any, Any, Any]:
     return x, np.sqrt(found[0] / [clamp_at(place).mass for place in x]), found[1]
 
 
+@pytest.mark.slow
 def test_hydraulic_clamp_moves_as_its_energy_says(capsys: pytest.CaptureFixture[str]) -> None:
     lines = printed("hydraulic_clamp", capsys).splitlines()
     x, v, t = clamp_stroke(18.6e3)
@@ -320,6 +327,7 @@ def test_hydraulic_clamp_holds_its_mould_at_the_lock() -> None:
     assert abs(by_hand[-1].force) < 100  # of 200 kN
 
 
+@pytest.mark.slow
 def test_hydraulic_clamp_has_energy_for_its_work() -> None:
     wide = runpy.run_path(str(FOLDER / "hydraulic_clamp.py"))["clamp"](18.6e3 / 4)  # fewer steps
     run = transient(wide, end=5.0, rtol=1e-6)

@@ -7,6 +7,7 @@ from scipy.integrate import solve_ivp
 
 import flywheel
 from flywheel.numerics.faults import SceneError
+from tests.limits import sample
 
 R, LENGTH = 0.2, 0.6
 
@@ -61,7 +62,7 @@ def by_hand(stiffness, damping, until, flywheel_inertia=0.0):
     raise AssertionError("more turns than expected")
 
 
-@pytest.mark.parametrize(("stiffness", "damping"), [(50.0, 0.0), (300.0, 0.4)])
+@pytest.mark.parametrize(("stiffness", "damping"), sample([(50.0, 0.0), (300.0, 0.4)], 2))
 def test_a_compliant_shaft_moves_as_its_equations_written_by_hand(stiffness, damping):
     machine = flywheel.Machine(flywheel.load(scene(stiffness=stiffness, damping=damping)))
     motion = flywheel.simulate(machine, phi=0.0, omega=10.0, until=2.0, rtol=1e-10)
@@ -78,12 +79,14 @@ def test_the_flywheel_turns_with_its_own_shaft():
     assert_allclose(motion.omega[-1], by_hand(80.0, 0.0, 1.0, 0.7)[1], rtol=1e-8)
 
 
+@pytest.mark.slow
 def test_a_very_stiff_shaft_moves_like_a_rigid_one():
     rigid = flywheel.simulate(flywheel.load(scene()), phi=0.0, omega=10.0, until=0.5)
     stiff = flywheel.simulate(flywheel.load(scene(stiffness=1e5, damping=20.0)), phi=0.0, omega=10.0, until=0.5, rtol=1e-7)
     assert_allclose(stiff.omega[-1], rigid.omega[-1], rtol=1e-4)
 
 
+@pytest.mark.slow
 def test_mechanisms_on_rigid_shafts_start_and_break_at_their_own_angles():
     valve = {"type": "scotch-yoke", "name": "valve", "shaft": "cam", "phase": "40 deg", "crank": {"length": 0.1}}
 
@@ -129,6 +132,7 @@ def test_a_side_of_a_compliant_shaft_without_inertia_is_named():
         flywheel.simulate(flywheel.load(light), phi=0.0, omega=5.0, until=1.0)
 
 
+@pytest.mark.slow
 def test_loads_of_speed_and_time_on_a_stiff_shaft_move_it_like_a_rigid_one():
     loads = [
         {"on": "slider", "force": "-40 - 8*v*abs(v)", "from": "30 deg", "to": "150 deg"},
