@@ -5,9 +5,10 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from flywheel.mechanisms.linkages.friction import settle
 from flywheel.mechanisms.linkages.poses import Poses
 from flywheel.mechanisms.linkages.reactions import reactions, reactions_at
-from flywheel.mechanisms.linkages.wrenches import Effort, Force, Torque, settle
+from flywheel.mechanisms.linkages.wrenches import Effort, Force, Torque
 from flywheel.numerics.faults import SceneError
 from flywheel.scene.linkage import Joint, Link, Linkage, Point
 from tests.linkages import forced

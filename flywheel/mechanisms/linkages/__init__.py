@@ -5,8 +5,8 @@ It is `flywheel.linkage` to users, and the home of what describes a linkage and 
 >>> from flywheel.linkage import Joint, Link, Linkage, Point, solve
 >>> o, a = Point("O"), Point("A", 0.1)
 >>> crank = Linkage(Link("frame", (o,)), (Link("crank", (o, a)),), (Joint("O", "pin", "frame", "crank", o, o),), "O")
->>> [round(float(x), 12) for x in solve(crank, 0.0, 6.28).poses(1.0).point("crank", a).value[:, 0]]
-[0.054030230587, 0.08414709848]
+>>> [round(float(x), 9) for x in solve(crank, 0.0, 6.28).poses(1.0).point("crank", a).value[:, 0]]
+[0.054030231, 0.084147098]
 """
 
 from __future__ import annotations

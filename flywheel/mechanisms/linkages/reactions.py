@@ -9,26 +9,22 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from flywheel.mechanisms.linkages.equations import solved
+from flywheel.mechanisms.linkages.friction import COUPLE, FORCE, Friction, Passive, cost, ends
 from flywheel.mechanisms.linkages.poses import Poses, check
 from flywheel.mechanisms.linkages.wrenches import (
-    COUPLE,
     DRIVE,
-    FORCE,
-    FRICTION,
     OPEN,
     Balance,
     Component,
     Effort,
     Force,
     Load,
-    Passive,
     Torque,
     Unknowns,
     applied,
     centres,
     contact,
     direction,
-    ends,
     guide,
     inertial,
     pace,
@@ -53,22 +49,6 @@ Array = NDArray[np.float64]
 Flags = NDArray[np.bool_]
 
 _ROUNDING = 1e-12  # of the largest force: smaller ones are none
-
-
-class Friction(NamedTuple):
-    """How friction was found, and what it costs.
-
-    moment: its share of the reduced moment M* (N m; N where the driver slides): the driving action grows by -moment.
-    iterations: Newton steps of the slowest position, 0 where nothing had to be iterated; gap: relative change that the
-    last one left, (n,); converged: False where friction locks the mechanism, (n,): nothing is reported there.
-    lever: what the moment comes to at most if every joint is pressed with 1 N, (n,), in m (1 where the driver slides).
-    """
-
-    moment: Array
-    iterations: int
-    gap: Array
-    converged: Flags
-    lever: Array
 
 
 class Extreme(NamedTuple):
@@ -282,7 +262,7 @@ def collected(poses: Poses, motion: tuple[Array, Array], unknowns: Unknowns, bal
         units=units,
         forces=forces,
         undetermined=tuple(f"{part.joint}.{part.name}" for part, _, loose in parted if np.any(loose)),
-        friction=_friction(poses, unknowns, known, balance),
+        friction=cost(unknowns.passives, known, balance.settled, centres(poses)),
         others=balance.others,
         residual=balance.residual,
         coordinate=(poses.linkage.driver, "m" if poses.linkage.sliding else "rad"),
@@ -321,18 +301,6 @@ def _sure(unknowns: Unknowns, balance: Balance) -> Iterator[tuple[str, str, str,
                 force = np.einsum("in,in->n", across, balance.values[k : k + 2])
                 yield joint, "known", FORCE, np.where(known, force, np.nan)
                 yield joint, "known_angle", "rad", np.where(known, np.arctan2(across[1], across[0]), np.nan)
-
-
-def _friction(poses: Poses, unknowns: Unknowns, known: Array, balance: Balance) -> Friction:
-    """Friction's power by unit speed of the driver, and how the iteration went."""
-    middle = centres(poses)
-    moment, lever = np.zeros(poses.q.shape), np.zeros(poses.q.shape)
-    for passive, amount in zip(unknowns.passives, known, strict=True):
-        if passive.name == FRICTION:
-            way = np.einsum("bin,bin->n", passive.pair.on_bodies(middle.value), middle.rate)
-            moment, lever = moment + amount * way, lever + np.abs(passive.factor * way)
-    settled = balance.settled
-    return Friction(moment, settled.iterations, settled.gap, settled.converged, lever)
 
 
 # -- released ----------------------------------------------------------------------------------------------------------

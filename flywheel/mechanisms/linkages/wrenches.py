@@ -6,7 +6,7 @@ array of shape (bodies, 3, n), the frame first. Forces in N, moments in N m.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable
 from typing import NamedTuple
 
 import numpy as np
@@ -14,12 +14,14 @@ from numpy.typing import ArrayLike, NDArray
 
 from flywheel.mechanisms.linkages import poses as lifts
 from flywheel.mechanisms.linkages.equations import solved
+from flywheel.mechanisms.linkages.friction import COUPLE, FORCE, FRICTION, Passive, Settled, of_joint, sense, settle
 from flywheel.mechanisms.linkages.poses import Poses, Track
 from flywheel.numerics.arguments import array, known, require, shown, vector
 from flywheel.numerics.faults import Fault, SceneError
 from flywheel.scene.linkage import CAM, FIXED, GEAR, PIN, SLIDE, Coupling, Joint
 
 Array = NDArray[np.float64]
+Flags = NDArray[np.bool_]
 
 
 class Force(NamedTuple):
@@ -335,135 +337,21 @@ def _slope(poses: Poses, coupling: Coupling) -> Array:
     return lifts.at(coupling.lift, angle)[1]
 
 
-# -- friction ----------------------------------------------------------------------------------------------------------
-
-# Reactions with actions that follow their own size (friction, inclined teeth), by Newton's iteration for all positions.
-#
-# Without them the reactions are x0; unit passive actions add a response G, so that
-#
-#     x = x0 + G (f * s(x)),   s_j(x) = |B_j x|
-#
-# with s_j the size of the reaction that passive action j follows, f_j its factor. s is homogeneous of degree one,
-# s = s'(x) x, so that Newton's step needs the sizes y = s alone: (1 - s' G f) y = s' x0.
-
-
-Flags = NDArray[np.bool_]
-
-_LIMIT = 30
-_CLOSE = 1e-12  # share of the largest size left over where the iteration stops
-_TOLERATED = 1e-11  # and where it still counts as converged: rounding
-_STAGES = np.linspace(0.1, 1.0, 10)  # in which friction is raised where Newton's iteration alone fails
-
-
-class Settled(NamedTuple):
-    """Sizes that passive actions follow, shape (n, passives), and how the iteration went.
-
-    iterations: Newton steps of the slowest position; gap: what is left of s(x) - y, as a share of the largest size, (n,);
-    converged: False where no solution grows out of the one without friction, (n,): the mechanism locks itself.
-    """
-
-    sizes: Array
-    iterations: int
-    gap: Array
-    converged: Flags
-
-
-def settle(free: Array, response: Array, factor: Array, forms: Array) -> Settled:
-    """Sizes y with x = free + response (factor y) and y = |forms x|.
-
-    Args:
-        free: reactions without passive actions, (n, m).
-        response: what a unit of each passive action adds to them, (n, m, p).
-        factor: of each passive action, (n, p).
-        forms: the linear forms whose root of squares is the size, (p, 2, m).
-
-    A solution is taken only where det(1 - s' G f) > 0, as on the branch that starts at 1 without friction: past its root
-    friction would have to push.
-
-    A shoe of 0.1 m, tilted by a load of 10 N that is out of line by 0.02 m, with mu = 0.2: F = 10 + 2 mu F 0.02/0.1.
-
-    >>> found = settle(np.array([[10.0]]), np.ones((1, 1, 1)), np.array([[0.08]]), np.array([[[1.0], [0.0]]]))
-    >>> found.sizes.round(9).tolist(), found.converged.tolist()
-    ([[10.869565217]], [True])
-
-    """
-    count, passives = factor.shape
-    settled = Settled(np.zeros((count, passives)), 0, np.zeros(count), np.ones(count, dtype=bool))
-    if not passives:
-        return settled
-    found = _newton(free, response * factor[:, None, :], forms, _sizes(free, forms))
-    wrong = ~found.converged
-    if not wrong.any():
-        return found
-    start, steps = _sizes(free[wrong], forms), found.iterations
-    for share in _STAGES:
-        again = _newton(free[wrong], response[wrong] * (share * factor[wrong])[:, None, :], forms, start)
-        start, steps = np.where(again.converged[:, None], again.sizes, start), steps + again.iterations
-    for whole, part in zip(
-        (found.sizes, found.gap, found.converged), (again.sizes, again.gap, again.converged), strict=True
-    ):
-        whole[wrong] = part
-    return found._replace(iterations=steps)
-
-
-def _newton(free: Array, pull: Array, forms: Array, start: Array) -> Settled:
-    """Newton's iteration from sizes `start`, `pull` being response times factor."""
-    sizes, steps = start, 0
-    gap, determinant = np.full(len(free), np.inf), np.ones(len(free))
-    while steps < _LIMIT and np.any(gap > _CLOSE):
-        steps += 1
-        x = free + np.einsum("nmp,np->nm", pull, sizes)
-        slopes = _slopes(x, forms)
-        matrix = np.eye(sizes.shape[1]) - slopes @ pull
-        determinant = np.linalg.det(matrix)
-        singular = np.abs(determinant) < 1e-14
-        matrix[singular] = np.eye(sizes.shape[1])
-        sizes = np.linalg.solve(matrix, np.einsum("npm,nm->np", slopes, free)[..., None])[..., 0]
-        gap = _gap(free, pull, forms, sizes)
-    return Settled(sizes, steps, gap, (gap <= _TOLERATED) & (determinant > 1e-14))
-
-
-def _gap(free: Array, pull: Array, forms: Array, sizes: Array) -> Array:
-    x = free + np.einsum("nmp,np->nm", pull, sizes)
-    scale = np.maximum(np.abs(sizes).max(axis=1), _sizes(free, forms).max(axis=1))
-    gap = np.abs(_sizes(x, forms) - sizes).max(axis=1)
-    return np.asarray(np.divide(gap, scale, out=np.zeros_like(gap), where=scale > 0))
-
-
-def _sizes(x: Array, forms: Array) -> Array:
-    """|B_j x|, shape (n, p)."""
-    return np.asarray(np.hypot(*np.einsum("pkm,nm->knp", forms, x)))
-
-
-def _slopes(x: Array, forms: Array) -> Array:
-    """Derivatives of the sizes by x, shape (n, p, m); 0 where a size is 0."""
-    parts = np.einsum("pkm,nm->npk", forms, x)
-    size = np.linalg.norm(parts, axis=2, keepdims=True)
-    unit = np.divide(parts, size, out=np.zeros_like(parts), where=size > 0)
-    return np.asarray(np.einsum("npk,pkm->npm", unit, forms))
-
-
 # -- components --------------------------------------------------------------------------------------------------------
 
-# Components of every joint's reaction, as unit actions of its first body on its second, and the friction that follows them.
+# Components of every joint's reaction, as unit actions of its first body on its second; friction adds its own to them.
 #
-# | joint | components | friction |
-# | --- | --- | --- |
-# | pin | x, y in the frame's axes (N) | couple r R mu/sqrt(1 + mu²) (N m), R the resultant: the friction circle |
-# | slide | normal (N) at second's point, a quarter turn from the guide's way; moment (N m) | force mu N along the guide |
-# | slide with a shoe of length L | the same; front and rear normals N/2 ± M/L at its two ends | mu (front + rear) |
-# | pin-in-slot | normal (N) | mu N along the slot |
-# | fixed | x, y (N), moment (N m) | - |
-# | gear, rolling | tangential (N) at the pitch point; radial = tangential tan(pressure angle), which parts the wheels | - |
-# | cam | normal (N), away from the cam's axis | mu N along the surface, at the contact point |
-#
-# Friction opposes the motion of second on first; where that rests or turns back there is none: at rest it is not determined.
+# | joint | components |
+# | --- | --- |
+# | pin | x, y in the frame's axes (N) |
+# | slide | normal (N) at second's point, a quarter turn from the guide's way; moment (N m) |
+# | pin-in-slot | normal (N) |
+# | fixed | x, y (N), moment (N m) |
+# | gear, rolling | tangential (N) at the pitch point; radial = tangential tan(pressure angle), which parts the wheels |
+# | cam | normal (N), away from the cam's axis |
 
 
-_STILL = 1e-12  # share of the largest rate below which a rate is rounding, and the joint at rest
-
-FORCE, COUPLE = "N", "N m"
-DRIVE, FRICTION, RADIAL = "drive", "friction", "radial"
+DRIVE, RADIAL = "drive", "radial"
 
 
 class Component(NamedTuple):
@@ -473,21 +361,6 @@ class Component(NamedTuple):
     name: str
     unit: str
     pair: Pair
-
-
-class Passive(NamedTuple):
-    """An action `factor` times the size of a reaction: friction, or what a tooth's inclined flank adds.
-
-    The size is the root of the sum of squares of `forms`, each a weighted sum of the joint's components by name.
-    `factor` has shape (n,) and unit 1, or m for a couple.
-    """
-
-    joint: str
-    name: str
-    unit: str
-    pair: Pair
-    factor: Array
-    forms: tuple[Mapping[str, float], ...]
 
 
 class Unknowns(NamedTuple):
@@ -509,7 +382,9 @@ def unknowns(poses: Poses, drivers: Iterable[str], forward: Array, friction: boo
     for joint in linkage.joints:
         components += _of_joint(poses, joint)
         if friction and joint.friction:
-            passives += _rubbing(poses, joint, forward)
+            rates = poses.rate[:, 2:] if joint.kind == PIN else poses.rate[:, :2]
+            sliding = sense(pace(poses, joint), rates, forward)
+            passives += of_joint(f"{linkage.path}.joints.{joint.name}", joint, effort_pair(poses, joint), sliding)
     for coupling in linkage.couplings:
         found, more = _of_coupling(poses, coupling, forward, friction)
         components.append(found)
@@ -541,35 +416,6 @@ def _of_joint(poses: Poses, joint: Joint) -> list[Component]:
     return [normal, moment] if joint.kind == SLIDE else [normal]
 
 
-def ends(joint: Joint) -> dict[str, Mapping[str, float]]:
-    """The two normals of a slide's shoe by its normal and moment: N = front + rear, M = (front - rear) L/2."""
-    if joint.kind != SLIDE or not joint.length:
-        return {}
-    lever = 1.0 / joint.length
-    return {"front": {"normal": 0.5, "moment": lever}, "rear": {"normal": 0.5, "moment": -lever}}
-
-
-def _rubbing(poses: Poses, joint: Joint, forward: Array) -> list[Passive]:
-    """Coulomb's friction of a joint, against the motion of second on first."""
-    path = f"{poses.linkage.path}.joints.{joint.name}"
-    if joint.kind == FIXED:
-        raise SceneError([Fault(f"{path}.friction", f"{joint.friction:.9g}", "none", "a fixed joint does not slide")])
-    if joint.kind == PIN and not joint.radius > 0:
-        raise SceneError([Fault(f"{path}.radius", f"{joint.radius:.9g} m", "the radius of a pin that has friction")])
-    sense = _sense(pace(poses, joint), poses.rate[:, 2:] if joint.kind == PIN else poses.rate[:, :2]) * forward
-    pair = effort_pair(poses, joint)
-    if joint.kind == PIN:
-        circle = joint.radius * joint.friction / float(np.hypot(1.0, joint.friction))
-        return [Passive(joint.name, FRICTION, COUPLE, pair, -circle * sense, ({"x": 1.0}, {"y": 1.0}))]
-    sizes = ends(joint).values() or ({"normal": 1.0},)
-    return [Passive(joint.name, FRICTION, FORCE, pair, -joint.friction * sense, (size,)) for size in sizes]
-
-
-def _sense(rate: Array, rates: Array) -> Array:
-    """Sign of a rate; 0 where it is rounding beside the largest of its kind."""
-    return np.where(np.abs(rate) > _STILL * np.abs(rates).max(initial=0.0), np.sign(rate), 0.0)
-
-
 def _of_coupling(poses: Poses, coupling: Coupling, forward: Array, friction: bool) -> tuple[Component, list[Passive]]:
     """The force between the two bodies of a coupling, and what its friction or its pressure angle adds."""
     touch = contact(poses, coupling)
@@ -579,15 +425,10 @@ def _of_coupling(poses: Poses, coupling: Coupling, forward: Array, friction: boo
     if coupling.kind == CAM:
         passives = []
         if friction and coupling.friction:
-            sense = _cam_sense(poses, coupling) * forward
-            passives.append(Passive(coupling.name, FRICTION, FORCE, side, -coupling.friction * sense, ({"normal": 1.0},)))
+            sliding = sense(pace(poses, poses.linkage.joint(coupling.first)), poses.rate[:, 2:], forward)
+            passives.append(Passive(coupling.name, FRICTION, FORCE, side, -coupling.friction * sliding, ({"normal": 1.0},)))
         return Component(coupling.name, "normal", FORCE, push), passives
     return Component(coupling.name, "tangential", FORCE, push), _inclined(poses, coupling, touch, side)
-
-
-def _cam_sense(poses: Poses, coupling: Coupling) -> Array:
-    joint = poses.linkage.joint(coupling.first)
-    return _sense(pace(poses, joint), poses.rate[:, 2:])
 
 
 def _inclined(poses: Poses, coupling: Coupling, touch: Contact, side: Pair) -> list[Passive]:
