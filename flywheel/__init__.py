@@ -41,10 +41,10 @@ if TYPE_CHECKING:
     from flywheel.numerics.faults import Fault, SceneError
     from flywheel.pictures.mechanisms import animate, draw
     from flywheel.reading.scenes import load
-    from flywheel.regime.results import Sizing
     from flywheel.regime.state import MachineState, along, reduce
     from flywheel.report.explanation import Explanation, explain
     from flywheel.scene.scene import Scene
+    from flywheel.sizing.results import Sizing
     from flywheel.sizing.sizing import size
     from flywheel.study.tradeoff import Tradeoff, tradeoff
 
@@ -57,7 +57,7 @@ _HOMES = {
     "Motion": "motion.simulation",
     "Scene": "scene.scene",
     "SceneError": "numerics.faults",
-    "Sizing": "regime.results",
+    "Sizing": "sizing.results",
     "Tradeoff": "study.tradeoff",
     "Transient": "motion.transients",
     "along": "regime.state",
@@ -102,7 +102,7 @@ _MODULES = {
     "multibody": "mechanisms.linkages.multibody",
     "presses": "components.press_work",
     "recovery": "components.press_work",
-    "results": "regime.results",
+    "results": "sizing.results",
     "simulation": "motion.simulation",
     "stroke": "regime.state",
     "transients": "motion.transients",

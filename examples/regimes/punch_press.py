@@ -17,7 +17,7 @@ from typing import Any, NamedTuple
 import flywheel
 from flywheel.components.press_work import press_cycle, shearing_force, stroke_energy
 from flywheel.numerics.units import columns
-from flywheel.regime.results import Sizing
+from flywheel.sizing.results import Sizing
 
 SCENE = Path(__file__).with_suffix(".toml")
 DIAMETER, THICKNESS, STRENGTH, OVERTRAVEL = 0.030, 0.012, 360e6, 0.003  # m, m, Pa, m: as in the scene

@@ -34,8 +34,8 @@ from flywheel.scene.accuracy import LEVELS, NORMAL, RTOL
 
 if TYPE_CHECKING:
     from flywheel.motion.joint_forces import JointForces
-    from flywheel.regime.results import Sizing
     from flywheel.report.explanation import Explanation
+    from flywheel.sizing.results import Sizing
     from flywheel.study.tradeoff import Tradeoff
 
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from types import MappingProxyType
 from typing import NamedTuple
 
 import numpy as np
@@ -47,7 +46,7 @@ class Energy(NamedTuple):
     copper_heat_share: float | None = None
     rotor_heat: float | None = None
     rotor_heat_share: float | None = None
-    errors: Mapping[str, float] = MappingProxyType({})
+    errors: Mapping[str, float] = {}
 
     @property
     def peak_to_mean(self) -> float | None:

@@ -180,7 +180,7 @@ def _motion(machine: Machine, phi: Array, speed: float | None, acceleration: flo
 
 def _steady(machine: Machine, phi: Array) -> _Moved:
     """The steady regime with the scene's flywheel: omega from the energy, alpha = (M* - ½ dI*/dphi omega²)/(I* + J)."""
-    from flywheel.sizing.errors import swaying
+    from flywheel.sizing.results import speed_error_over_cycle
     from flywheel.sizing.sizing import size
 
     sizing = size(machine, simulate=False)
@@ -195,7 +195,7 @@ def _steady(machine: Machine, phi: Array) -> _Moved:
         moment = cells.value(sizing.cycle.series[0, cell], t)
     total = reduced.inertia + sizing.run.inertia
     alpha = (moment - 0.5 * reduced.slope * omega**2) / total
-    off = omega * swaying(sizing)
+    off = omega * speed_error_over_cycle(sizing)
     heavy = (sizing.error.exact or 0.0) * sizing.run.inertia / total
     slower = (noise[0] + 0.5 * omega**2 * noise[1] + np.abs(reduced.slope) * omega * off) / total + np.abs(alpha) * heavy
     return MachineMotion(phi, omega, alpha), (off, slower)

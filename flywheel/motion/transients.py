@@ -22,9 +22,9 @@ from flywheel.regime import steady_motion as steady
 from flywheel.regime import turning_moment
 from flywheel.regime.free_motion import ONSET, Goal, Passing, Start, Trail, Watching, end_of_stroke
 from flywheel.regime.joint_friction import machine_of
-from flywheel.regime.results import Sizing
 from flywheel.regime.state import own_coordinate
 from flywheel.scene.scene import TURN, Scene
+from flywheel.sizing.results import Sizing
 from flywheel.sizing.sizing import size
 
 Kind = Literal["time", "way", "speed", "share", "regime", "stop"]

@@ -11,11 +11,11 @@ from typing import Any, NamedTuple
 from bondgraph.reduction import Tally, count, counted
 from flywheel.numerics.faults import Fault, SceneError
 
-__all__ = ["FREE", "BudgetError", "Cost", "Meter", "Tally", "count", "counted", "limited", "metered", "spend", "unmeasured"]
+__all__ = ["FREE", "BudgetError", "Cost", "Meter", "Tally", "count", "counted", "limited", "metered", "spend"]
 
 
 class Cost(NamedTuple):
-    """Positions of the crank at which the machine was evaluated, and seconds of wall clock without loading of libraries.
+    """Positions of the crank at which the machine was evaluated, and seconds of wall clock.
 
     An evaluation is one position at which the machine's bond graph is walked, or at which torques that depend on speed
     are found anew for another speed; where meshes have losses, one for each of them. `stages` says how much of the whole
@@ -36,25 +36,24 @@ class Cost(NamedTuple):
 
 
 FREE = Cost(0, 0.0)
-_UNMEASURED: ContextVar[float] = ContextVar("unmeasured", default=0.0)  # seconds so far that no meter counts
 _LEFT: ContextVar[list[float] | None] = ContextVar("left", default=None)  # work that a search may still take
 
 
 class Meter:
-    """A running measurement: `cost` is what it has come to so far, or to the end of its block."""
+    """A running measurement: `cost` is what it has come to so far."""
 
     def __init__(self, tally: Tally) -> None:
-        self._tally, self._start = tally, _clock()
-        self.end: float | None = None
+        self._tally, self._start, self._before = tally, perf_counter(), FREE
 
     @property
     def cost(self) -> Cost:
         """Evaluations and seconds since the beginning."""
-        return Cost(self._tally.evaluations, (_clock() if self.end is None else self.end) - self._start)
+        return Cost(self._tally.evaluations, perf_counter() - self._start)
 
-
-def _clock() -> float:
-    return perf_counter() - _UNMEASURED.get()
+    def lap(self) -> Cost:
+        """Evaluations and seconds since the last lap."""
+        before, self._before = self._before, self.cost
+        return Cost(self._before.evaluations - before.evaluations, self._before.seconds - before.seconds)
 
 
 @contextmanager
@@ -63,33 +62,11 @@ def metered() -> Iterator[Meter]:
 
     >>> with metered() as meter:
     ...     count(5)
-    >>> meter.cost.evaluations
-    5
+    >>> meter.lap().evaluations, meter.lap().evaluations
+    (5, 0)
     """
     with counted() as tally:
-        meter = Meter(tally)
-        try:
-            yield meter
-        finally:
-            meter.end = _clock()
-
-
-@contextmanager
-def unmeasured() -> Iterator[None]:
-    """Keep what is done inside out of every running measurement of time: what only the first run has to do, as loading.
-
-    >>> from time import sleep
-    >>> begin = perf_counter()
-    >>> with metered() as meter, unmeasured():
-    ...     sleep(0.05)
-    >>> meter.cost.seconds < perf_counter() - begin - 0.04
-    True
-    """
-    begin, before = perf_counter(), _UNMEASURED.get()
-    try:
-        yield
-    finally:
-        _UNMEASURED.set(before + perf_counter() - begin)
+        yield Meter(tally)
 
 
 class BudgetError(SceneError):

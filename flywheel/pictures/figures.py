@@ -22,10 +22,10 @@ from flywheel.machine.machine import Machine
 from flywheel.numerics import cells
 from flywheel.numerics.units import figure as number
 from flywheel.regime import turning_moment
-from flywheel.regime.results import Sizing
 from flywheel.regime.steady_motion import Run
 from flywheel.regime.turning_moment import Cycle
 from flywheel.report.flywheels import work_error
+from flywheel.sizing.results import Sizing
 
 BLACK, GREY, PALE = "#000000", "#6E6E6E", "#DDDDDD"
 BLUE, VERMILLION, GREEN, PURPLE, ORANGE, SKY = "#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9"

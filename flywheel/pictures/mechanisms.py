@@ -31,9 +31,9 @@ from flywheel.pictures import sketch as views
 from flywheel.pictures.figures import BLACK, BODIES, shade
 from flywheel.pictures.sketch import CLOSED, Shape, View, placed
 from flywheel.regime import steady_motion
-from flywheel.regime.results import Sizing
 from flywheel.scene.linkage import FRAME, SLIDE
 from flywheel.scene.scene import Scene
+from flywheel.sizing.results import Sizing
 from flywheel.sizing.sizing import size
 
 Array = NDArray[np.float64]

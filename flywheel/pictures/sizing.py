@@ -40,11 +40,11 @@ from flywheel.pictures.figures import (
     told,
 )
 from flywheel.regime import steady_motion
-from flywheel.regime.results import Sizing
 from flywheel.regime.steady_motion import Run
 from flywheel.report.flywheels import candidates
 from flywheel.report.power import balance_error
 from flywheel.report.sizing import headline
+from flywheel.sizing.results import Sizing
 
 Array = NDArray[np.float64]
 

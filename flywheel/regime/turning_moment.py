@@ -310,7 +310,8 @@ def coarse(cycle: Cycle, speed: float) -> Coarse:
     def chosen(share: float) -> NDArray[np.bool_]:
         shares = cycle.errors.by_cell[0] + 0.5 * speed**2 * cycle.errors.by_cell[1]
         floor = 8 * ROUNDING * ORDER * (np.abs(cycle.series[:2]).sum(axis=-1) * cycle.mesh.half[:, 0])
-        return cells.above(shares, _EVEN_SHARE)(share) & (cycle.errors.by_cell > floor).any(axis=0)
+        improvable: NDArray[np.bool_] = (cycle.errors.by_cell > floor).any(axis=0)
+        return cells.above(shares, _EVEN_SHARE)(share) & improvable
 
     return chosen
 

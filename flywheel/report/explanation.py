@@ -13,10 +13,10 @@ from flywheel.machine.loads import moving_switches
 from flywheel.machine.machine import Machine
 from flywheel.mechanisms import KINDS
 from flywheel.numerics.units import columns, figure
-from flywheel.regime.results import Sizing
 from flywheel.report.rows import DEGREES, page, sentences, wrapped
 from flywheel.scene.accuracy import CONFIRM
 from flywheel.scene.scene import Mechanism, Scene
+from flywheel.sizing.results import Sizing
 from flywheel.sizing.sizing import size
 
 _ELSEWHERE = "What other methods and tolerances cost on this scene: flywheel tradeoff measures it."

@@ -13,7 +13,6 @@ from flywheel.components.gear_trains import OnShaft, gd2
 from flywheel.components.wheels import ROUNDING, Wheel
 from flywheel.numerics.units import columns, figure
 from flywheel.regime import steady_motion
-from flywheel.regime.results import Sizing
 from flywheel.regime.steady_motion import NoMotionError, Run
 from flywheel.report.rows import (
     NOTHING,
@@ -28,6 +27,7 @@ from flywheel.report.rows import (
     sentences,
     wrapped,
 )
+from flywheel.sizing.results import Sizing
 
 _FAR_OFF = 1.5  # a factor between approximate and exact that deserves a sentence
 _SAME = 1e-9  # share by which a wheel's inertia may pass the one it is made for, and still be that one
@@ -114,7 +114,8 @@ def _motion_with(sizing: Sizing, inertia: float) -> Run | None:
             return steady_motion.run(sizing.cycle, sizing.speed, on_crank)
         from flywheel.sizing.speed_dependent import run_with
 
-        return run_with(sizing, on_crank)
+        constant, stored = sizing.constant or sizing.cycle, sizing.run is not None
+        return run_with(sizing.machine, constant, sizing.speed, on_crank, sizing.rtol, stored=stored)
     except NoMotionError:
         return None
 

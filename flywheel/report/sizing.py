@@ -13,7 +13,6 @@ from typing import NamedTuple
 from flywheel.numerics.faults import Remark
 from flywheel.numerics.units import columns, figure, short
 from flywheel.reading.scenes import of_drive, of_rim
-from flywheel.regime.results import Cyclic, Sizing
 from flywheel.report import flywheels, power
 from flywheel.report.explanation import Explanation
 from flywheel.report.flywheels import inertia_errors, work_error
@@ -32,6 +31,7 @@ from flywheel.report.rows import (
 )
 from flywheel.report.scene import scene_rows
 from flywheel.scene.accuracy import AUDIT, CONFIRM, NORMAL
+from flywheel.sizing.results import Cyclic, Sizing
 
 _CONCLUSIVE = 0.01  # relative error of a simulation that confirms something
 

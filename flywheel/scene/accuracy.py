@@ -2,13 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 from flywheel.numerics.faults import Fault
-
-if TYPE_CHECKING:
-    from flywheel.regime.results import Sizing
-
 
 NORMAL, CONFIRM, AUDIT = ("normal", "confirm", "audit")
 """The exact figures; these and periodic collocation; these and time stepping."""
@@ -51,14 +45,12 @@ def level(accuracy: str | None = None, simulate: bool | None = None) -> str:
     return found
 
 
-def left_out(sizing: Sizing) -> tuple[str, ...]:
-    """What a sizing did not do, as it turned out; nothing for a diagram of areas, which is worked out whole at any level."""
-    if sizing.scene.areas is not None:
-        return ()
-    found = []
-    route = sizing.simulation and sizing.simulation.route
-    if route not in ("time", "collocation") and sizing.run is not None:
-        found.append("a confirmation of the figures by a second route")
-    elif route == "collocation":
-        found.append("the time simulation, which confirms the figures on a route of its own")
-    return tuple(found)
+def left_out(route: str | None, *, moves: bool) -> tuple[str, ...]:
+    """What a sizing did not do, by the route of its confirmation; nothing where nothing `moves` that could be confirmed.
+
+    >>> left_out("time", moves=True), len(left_out(None, moves=True))
+    ((), 1)
+    """
+    if route == "collocation":
+        return ("the time simulation, which confirms the figures on a route of its own",)
+    return ("a confirmation of the figures by a second route",) if route != "time" and moves else ()

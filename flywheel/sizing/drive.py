@@ -1,99 +1,128 @@
-"""Power and energy of a sized machine's drive over its steady cycle."""
+"""Drive, motor and engine of a machine over its steady cycle: work, power, heat; and its flywheel on every shaft."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from flywheel.components.energy import Energy
 from flywheel.components.gear_trains import OnShaft, on_every_shaft
 from flywheel.components.motors import DC, Induction
+from flywheel.components.wheels import Wheel
+from flywheel.machine.machine import Machine
+from flywheel.mechanisms.families import ends_of
 from flywheel.numerics import cells
 from flywheel.numerics.arguments import NOT_NEGATIVE, POSITIVE, number_faults, refuse
 from flywheel.numerics.cells import ROUNDING, Array, Cells, Coarse
 from flywheel.numerics.faults import SceneError
 from flywheel.regime import steady_motion
-from flywheel.scene.scene import Load
-
-if TYPE_CHECKING:
-    from flywheel.components.wheels import Wheel
-    from flywheel.machine.machine import Machine
-    from flywheel.regime.results import Sizing
-    from flywheel.regime.steady_motion import Run
-    from flywheel.regime.turning_moment import Cycle
-
+from flywheel.regime.steady_motion import Run
+from flywheel.regime.turning_moment import Cycle
+from flywheel.scene.scene import Load, Scene
 
 _TIE = 1e-9  # share within which two sizes are one
 _LEVEL_ROUNDING = 4 * ROUNDING  # of the energy's level
 _MOST_CELLS = 4_000  # that a mean over time is worth, beside those of the cycle itself
+_LOSSES = "losses"  # how the model of a load begins that nothing is gained by
 
 
-@np.errstate(all="ignore")  # a result asks for it after its sizing is over
-def energy_of(sizing: Sizing) -> Energy | None:
-    """Mean and peak power and rms torque with the flywheel; powers of a motor that follows the loads without one.
+def drive_moment(machine: Machine, cycle: Cycle, run: Run | None, speed: float) -> Array:
+    """The drive's moment on the crank (N m) along the motion, at the cycle's nodes (cells, nodes).
 
-    None for a machine without a drive, a motion that runs on or a cycle (a diagram of areas). Peaks are found where the
-    slope of power is zero, and at the ends of smooth pieces.
+    Args:
+        machine: with a drive.
+        cycle: along the motion.
+        run: the motion, where there is one.
+        speed: mean of extremes, rad/s.
+
     """
-    cycle, run, machine = sizing.cycle, sizing.run, sizing.machine
-    if cycle is None or run is None or machine is None or machine.scene.drive is None:
-        return None
-    mesh, speed = cycle.mesh, sizing.speed
-    omega = steady_motion.speed_over_cycle(cycle, speed, run, mesh.phi.ravel()).reshape(mesh.phi.shape)
-    if not omega.min() > 0.0:  # rounding of enormous torques has stopped it
-        return None
-    drive = moment_of_drive(sizing)
-    period, _ = steady_motion.period(cycle, speed, run, sizing.rtol)
-    work = _told(float(cells.integral(drive, mesh.half).sum()), cycle.errors.work)
-    moment = cycle.series[0] @ cells.basis(cells.NODES, cells.ORDER).T
-    follows = drive - moment  # what the loads and losses take, and a motor without a flywheel would have to give
-    alone = _told(float(cells.integral(follows, mesh.half).sum()), cycle.errors.work) / machine.scene.cycle * speed
-    noise = cycle.errors.work / machine.scene.cycle  # of a moment
-    figures = Energy(
-        period=period,
-        work=work,
-        mean_power=work / period,
-        peak_power=_told(_peak(drive * omega), noise * speed),
-        mean_power_alone=alone,
-        peak_power_alone=_told(_peak(follows * speed), noise * speed),
-        rms_torque=_told(_rms(drive, omega, mesh.half), noise) / machine.scene.shafts[machine.scene.drive.on],
-    )
-    return _heated(figures, _Course(sizing, cycle, run))
-
-
-def moment_of_drive(sizing: Sizing) -> Array:
-    """The drive's moment on the crank (N m) along the motion, at the cycle's nodes."""
-    cycle, run, machine = sizing.cycle, sizing.run, sizing.machine
-    assert cycle is not None
-    assert machine is not None
     if run is not None and run.drive is not None:
         return run.drive
-    pace = sizing.speed if machine.depends_on_speed else None
-    moments = machine.reduction.moments(cycle.mesh.phi, cycle.mesh.anchor, cycle.balance or 0.0, speed=pace)
+    at = speed if machine.depends_on_speed else None
+    moments = machine.reduction.moments(cycle.mesh.phi, cycle.mesh.anchor, cycle.balance or 0.0, speed=at)
     return np.asarray(moments["drive"] + np.zeros_like(cycle.mesh.phi))
 
 
-def _rms(moment: Array, omega: Array, half: Array) -> float:
-    """Root of the mean square of a moment (N m) over time: sqrt(integral of M²/omega dphi / integral of 1/omega dphi)."""
-    greatest = float(np.abs(moment).max()) or 1.0  # squares of enormous moments leave the floating-point range
-    share = moment / greatest
-    square, time = (float(cells.integral(values, half).sum()) for values in (share**2 / omega, 1.0 / omega))
-    return greatest * float(np.sqrt(square / time))
+def drive_work(machine: Machine, cycle: Cycle, run: Run | None, speed: float) -> float | None:
+    """Work (J) of the drive over the cycle, 0 where that is no more than its error; None without a drive."""
+    drive = machine.scene.drive
+    if drive is None:
+        return None
+    if drive.law is None or isinstance(drive.law, float | int):
+        torque = (cycle.balance or 0.0) if drive.law is None else drive.law
+        work = torque * machine.scene.shafts[drive.on] * machine.scene.cycle
+    else:
+        work = float(cells.integral(drive_moment(machine, cycle, run, speed), cycle.mesh.half).sum())
+    return _above(work, cycle.errors.work)
+
+
+@np.errstate(all="ignore")  # a result asks for it after its sizing is over
+def energy(machine: Machine, cycle: Cycle, run: Run, speed: float, rtol: float) -> Energy | None:
+    """Mean and peak power and rms torque with the flywheel; powers of a motor that follows the loads without one.
+
+    Peaks are found where the slope of power is zero, and at the ends of smooth pieces. None where rounding of enormous
+    torques has stopped the machine.
+
+    Args:
+        machine: with a drive.
+        cycle: along the motion.
+        run: the motion.
+        speed: mean of extremes, rad/s.
+        rtol: relative error allowed in means over time.
+
+    """
+    scene, mesh = machine.scene, cycle.mesh
+    assert scene.drive is not None
+    omega = steady_motion.speed_over_cycle(cycle, speed, run, mesh.phi.ravel()).reshape(mesh.phi.shape)
+    if not omega.min() > 0.0:
+        return None
+    drive = drive_moment(machine, cycle, run, speed)
+    period, _ = steady_motion.period(cycle, speed, run, rtol)
+    work = _above(float(cells.integral(drive, mesh.half).sum()), cycle.errors.work)
+    moment = cycle.series[0] @ cells.basis(cells.NODES, cells.ORDER).T
+    load = drive - moment  # what the loads and losses take, and a motor without a flywheel would have to give
+    alone = _above(float(cells.integral(load, mesh.half).sum()), cycle.errors.work) / scene.cycle * speed
+    noise = cycle.errors.work / scene.cycle  # of a moment
+    greatest = float(np.abs(drive).max()) or 1.0  # squares of enormous moments leave the floating-point range
+    square, time = (float(cells.integral(row, mesh.half).sum()) for row in ((drive / greatest) ** 2 / omega, 1.0 / omega))
+    found = Energy(
+        period=period,
+        work=work,
+        mean_power=work / period,
+        peak_power=_above(_peak(cells.fit(drive * omega)), noise * speed),
+        mean_power_alone=alone,
+        peak_power_alone=_above(_peak(cells.fit(load * speed)), noise * speed),
+        rms_torque=_above(greatest * float(np.sqrt(square / time)), noise) / scene.shafts[scene.drive.on],
+    )
+    if isinstance(scene.motor, DC):
+        return found._replace(**_copper_heat(scene.motor, _MotorShaft(scene, cycle, run, speed, rtol)))
+    if isinstance(scene.motor, Induction):
+        return found._replace(**_rotor_heat(scene.motor, _MotorShaft(scene, cycle, run, speed, rtol)))
+    return found
+
+
+def _above(value: float, error: float) -> float:
+    """A figure, or 0 where rounding leaves nothing of it: ratios to it would be noise."""
+    return 0.0 if abs(value) <= error else value
+
+
+def _peak(series: Array) -> float:
+    """The value of a function that is largest in size, with its sign; where both signs are as large, the positive one."""
+    high, low = cells.greatest(series), -cells.greatest(-series)
+    return high if high >= -low * (1 - _TIE) else low
 
 
 # -- what heats the motor ----------------------------------------------------------------------------------------------
 
 
-class _Course:
-    """A motor along the steady motion: its shaft's speed and torque on any mesh, and what may be wrong with the speed."""
+class _MotorShaft:
+    """A motor's shaft along the steady motion: its speed and torque on any mesh, with the error of the speed."""
 
-    def __init__(self, sizing: Sizing, cycle: Cycle, run: Run) -> None:
-        self.sizing, self.cycle, self.run = sizing, run.cycle or cycle, run
-        self.mean = run.speed or sizing.speed
-        scene = sizing.scene
-        self.motor = scene.motor
+    def __init__(self, scene: Scene, cycle: Cycle, run: Run, speed: float, rtol: float) -> None:
+        self.motor, self.cycle, self.run, self.rtol = scene.motor, run.cycle or cycle, run, rtol
+        self.mean = run.speed or speed
         self.ratio = 1.0 if scene.drive is None else scene.shafts[scene.drive.on]
 
     def omega(self, mesh: Cells) -> Array:
@@ -108,7 +137,7 @@ class _Course:
         cell, t = cells.located(self.cycle.mesh, mesh.phi.ravel())
         return cells.value(cells.fit(self.run.drive)[cell], t).reshape(mesh.phi.shape) / self.ratio
 
-    def doubt(self, omega: Array) -> Array:
+    def speed_error(self, omega: Array) -> Array:
         """Error of the crank's speed, rad/s: of the level of energy, the more the slower it is, and of what varies."""
         run = self.run
         pinned = max(run.error - 4.0 * run.level_error, 0.0) * run.irregularity
@@ -136,127 +165,99 @@ class _Course:
 
         first = self.cycle.mesh.edges
         mesh, omega, value, slope, time, mean, missed = cells.refined(
-            first, evaluated, self.sizing.rtol, max(_MOST_CELLS, 2 * first.size)
+            first, evaluated, self.rtol, max(_MOST_CELLS, 2 * first.size)
         )
-        by_speed = (slope + np.abs(value - mean) / omega) * self.doubt(omega) / omega
+        by_speed = (slope + np.abs(value - mean) / omega) * self.speed_error(omega) / omega
         error = float(cells.integral(by_speed, mesh.half).sum()) / time + missed
         return mean, error + 24 * ROUNDING * abs(mean), mesh
 
 
-def _heated(figures: Energy, course: _Course) -> Energy:
-    """The figures with what heats the motor, where its kind says what that is."""
-    if isinstance(course.motor, DC):
-        return _with_copper_heat(figures, course, course.motor)
-    if isinstance(course.motor, Induction):
-        return _with_rotor_heat(figures, course, course.motor)
-    return figures
-
-
-def _with_rotor_heat(figures: Energy, course: _Course, motor: Induction) -> Energy:
+def _rotor_heat(motor: Induction, shaft: _MotorShaft) -> dict[str, Any]:
     """Heat of an induction motor's rotor: the mean of T (omega_s - omega)."""
 
     def heat(mesh: Cells, omega: Array) -> tuple[Array, Array]:
-        speed = course.ratio * omega
+        speed = shaft.ratio * omega
         slope = motor.slope_at(speed) * (motor.synchronous_speed - speed) - motor.torque(speed)
-        return motor.rotor_heat(speed), course.ratio * np.abs(slope)
+        return motor.rotor_heat(speed), shaft.ratio * np.abs(slope)
 
-    mean, error, _ = course.mean_over_time(heat)
+    mean, error, _ = shaft.mean_over_time(heat)
     found, relative = _relative(mean, error, float(motor.rotor_heat(0.0)))
     rated = float(motor.rotor_heat(motor.speed))
     errors = {"rotor_heat": relative, "rotor_heat_share": relative + 8 * ROUNDING / motor.rated_slip}
-    return figures._replace(rotor_heat=found, rotor_heat_share=found / rated, errors=errors)
+    return {"rotor_heat": found, "rotor_heat_share": found / rated, "errors": errors}
 
 
-def _with_copper_heat(figures: Energy, course: _Course, motor: DC) -> Energy:
+def _copper_heat(motor: DC, shaft: _MotorShaft) -> dict[str, Any]:
     """Current and heat of a DC motor's armature: the mean of R i²."""
 
     def current(mesh: Cells, omega: Array) -> Array:
-        return np.asarray(motor.current_of_torque(course.ratio * omega, course.torque(mesh, omega)))
+        return np.asarray(motor.current_of_torque(shaft.ratio * omega, shaft.torque(mesh, omega)))
 
     def heat(mesh: Cells, omega: Array) -> tuple[Array, Array]:
         flowing = current(mesh, omega)
-        return motor.copper_heat(flowing), 2 * course.ratio * motor.constant * np.abs(flowing)
+        return motor.copper_heat(flowing), 2 * shaft.ratio * motor.constant * np.abs(flowing)
 
-    mean, error, mesh = course.mean_over_time(heat)
-    omega = course.omega(mesh)
+    mean, error, mesh = shaft.mean_over_time(heat)
+    omega = shaft.omega(mesh)
     series = cells.fit(current(mesh, omega))
     locked = motor.voltage / motor.resistance
     off = float(cells.tails(series).max()) + 24 * ROUNDING * locked
-    off += course.ratio * motor.constant / motor.resistance * float(course.doubt(omega).max())
+    off += shaft.ratio * motor.constant / motor.resistance * float(shaft.speed_error(omega).max())
     if motor.inductance:  # the current follows the speed behind its own equation, which the cells may cut off as well
         error += 2 * motor.resistance * float(np.sqrt(mean / motor.resistance)) * float(cells.tails(series).max())
     found, relative = _relative(mean, error, motor.copper_heat(locked))
-    peak, of_peak = _relative(_greatest(series), off, locked)
+    peak, of_peak = _relative(_peak(series), off, locked)
     errors = {"copper_heat": relative, "current_rms": relative, "current_peak": of_peak}
     share, rated = None, motor.rated_current
     if rated is not None:
         share = found / motor.copper_heat(rated)
         errors["copper_heat_share"] = relative + 8 * ROUNDING * locked / rated
-    return figures._replace(
-        current_rms=float(np.sqrt(found / motor.resistance)),
-        current_peak=peak,
-        copper_heat=found,
-        copper_heat_share=share,
-        errors=errors,
-    )
+    return {
+        "current_rms": float(np.sqrt(found / motor.resistance)),
+        "current_peak": peak,
+        "copper_heat": found,
+        "copper_heat_share": share,
+        "errors": errors,
+    }
 
 
 def _relative(value: float, error: float, scale: float) -> tuple[float, float]:
     """A figure and its relative error; 0, and the error as a share of its scale, where nothing of it is left."""
-    told = _told(value, error)
-    return told, error / (abs(told) or scale)
+    found = _above(value, error)
+    return found, error / (abs(found) or scale)
 
 
-def _told(value: float, error: float) -> float:
-    """A figure, or 0 where rounding leaves nothing of it: ratios to it would be noise."""
-    return 0.0 if abs(value) <= error else value
+# -- the flywheel on every shaft ---------------------------------------------------------------------------------------
 
 
-def _peak(power: Array) -> float:
-    """The power that is largest in size, with its sign (W)."""
-    return _greatest(cells.fit(power))
-
-
-def _greatest(series: Array) -> float:
-    """The value that is largest in size, with its sign; where both signs are as large, the positive one."""
-    high, low = cells.greatest(series), -cells.greatest(-series)
-    return high if high >= -low * (1 - _TIE) else low
-
-
-# -- on shafts ---------------------------------------------------------------------------------------------------------
-
-# The flywheel of a sizing, and those that do the same on the machine's other shafts.
-
-
-def compared(sizing: Sizing) -> tuple[OnShaft, ...]:
-    """The flywheel given or sized on every shaft, at the mean of extremes of its speed.
+def on_shafts(scene: Scene, inertia: float, speed: float, wheel: Wheel | None) -> tuple[OnShaft, ...]:
+    """The flywheel on every shaft, at the mean of extremes of its speed.
 
     Where a wheel is built, it counts as built, rounded up or not. The others are that wheel made as wide as they need to be:
     at its radii mass and inertia grow with the width alike. Their rims run at the speed that the built wheel was chosen for,
     as the shafts are geared.
+
+    Args:
+        scene: with the shafts.
+        inertia: of the flywheel, kg m² at its own shaft.
+        speed: of the crank, rad/s.
+        wheel: to be built, where one is asked for.
+
     """
-    scene = sizing.scene
-    inertia = sizing.inertia if sizing.built is None else sizing.built.wheel.inertia
-    if inertia is None:
-        return ()
-    rows = on_every_shaft(inertia, scene.shafts, sizing.speed, on=scene.flywheel_on)
-    if sizing.built is None:
+    rows = on_every_shaft(inertia if wheel is None else wheel.inertia, scene.shafts, speed, on=scene.flywheel_on)
+    if wheel is None:
         return rows
-    return tuple(_as_wheel(row, sizing.built.wheel, row.ratio / scene.flywheel_ratio) for row in rows)
-
-
-def _as_wheel(row: OnShaft, wheel: Wheel, faster: float) -> OnShaft:
-    """The row with the wheel made wider or narrower; `faster` is its speed over that of the wheel as built."""
-    mass = wheel.mass * row.inertia / wheel.inertia
-    return row._replace(radius=wheel.body.running, mass=mass, rim_speed=wheel.rim_speed * faster)
+    return tuple(
+        row._replace(
+            radius=wheel.body.running,
+            mass=wheel.mass * row.inertia / wheel.inertia,
+            rim_speed=wheel.rim_speed * (row.ratio / scene.flywheel_ratio),
+        )
+        for row in rows
+    )
 
 
 # -- engines -----------------------------------------------------------------------------------------------------------
-
-# Engines: what the gas in their cylinders does in a cycle, and what of it reaches the loads.
-
-
-_LOST = "losses"  # how the model of a load begins that nothing is gained by
 
 
 class EngineCycle(NamedTuple):
@@ -323,91 +324,69 @@ def mechanical_efficiency(brake: float, indicated: float) -> float:
 
 
 @np.errstate(all="ignore")  # a result asks for it after its sizing is over
-def engine_of(sizing: Sizing) -> EngineCycle | None:
-    """The engine of a sized machine: None where no gas drives it.
+def engine(machine: Machine, cycle: Cycle, run: Run | None, speed: float, drive_work: float | None) -> EngineCycle | None:
+    """The engine of a machine: None where no gas drives it.
 
     The gas is that of the loads with a bore; without any, in a machine without a drive or with one that brakes, the forces
     on those ports that they drive over the cycle. The brake is what all other loads and the drive take, but for models of
     losses.
     """
-    cycle, machine = sizing.cycle, sizing.machine
-    if cycle is None or machine is None:
-        return None
-    gas = _gas(machine, driven=(sizing.drive_work or 0.0) >= 0.0 and machine.scene.drive is not None)
+    loads = machine.scene.loads
+    gas = [load for load in loads if load.piston is not None]
+    bored = bool(gas)
+    if not bored and not ((drive_work or 0.0) >= 0.0 and machine.scene.drive is not None):
+        gas = [load for load in loads if not machine.places[load.on].rotating]
     if not gas:
         return None
-    works, error = _works(sizing, machine)
-    pistons = _driving(gas, works)
-    indicated = sum(works[load.path] for load in pistons)
-    if not pistons or indicated <= error:
+    works, error = _works(machine, cycle, run, speed)
+    if not bored:  # that on the ports that it drives
+        gas = [load for load in gas if sum(works[other.path] for other in gas if other.on == load.on) > 0.0]
+    indicated = sum(works[load.path] for load in gas)
+    if not gas or indicated <= error:
         return None
-    ports = {load.on for load in pistons}
-    others = [load for load in machine.scene.loads if load.on not in ports and not load.model.startswith(_LOST)]
+    ports = {load.on for load in gas}
+    others = [load for load in loads if load.on not in ports and not load.model.startswith(_LOSSES)]
     taken = -sum(works[load.path] for load in others) - works.get("drive", 0.0)
     brake = taken if taken > error else None
-    volume = _swept(machine, pistons)
-    pace = sizing.speed / machine.scene.cycle
+    volume = _swept_volume(machine, gas)
+    cycles = speed / machine.scene.cycle  # a second
     return EngineCycle(
         indicated_work=indicated,
-        indicated_power=indicated * pace,
+        indicated_power=indicated * cycles,
         swept_volume=volume,
         mean_effective_pressure=None if volume is None else mean_effective_pressure(indicated, volume),
         brake_work=brake,
-        brake_power=None if brake is None else brake * pace,
+        brake_power=None if brake is None else brake * cycles,
         mechanical_efficiency=None if brake is None else mechanical_efficiency(brake, indicated),
         error=error,
     )
 
 
-def _gas(machine: Machine, *, driven: bool) -> list[Load]:
-    """The loads that are gas, or may be in a machine that is not driven otherwise."""
-    loads = machine.scene.loads
-    known = [load for load in loads if load.piston is not None]
-    if known or driven:
-        return known
-    return [load for load in loads if not machine.places[load.on].rotating]
-
-
-def _driving(gas: list[Load], works: dict[str, float]) -> list[Load]:
-    """Gas with a known piston; else that on the ports that it drives."""
-    if gas[0].piston is not None:
-        return gas
-    driven = {port for port in {load.on for load in gas} if sum(works[load.path] for load in gas if load.on == port) > 0.0}
-    return [load for load in gas if load.on in driven]
-
-
-def _works(sizing: Sizing, machine: Machine) -> tuple[dict[str, float], float]:
+def _works(machine: Machine, cycle: Cycle, run: Run | None, speed: float) -> tuple[dict[str, float], float]:
     """The work (J) of every load and of the drive in the cycle, by their paths, and the error of them all."""
-    cycle = sizing.cycle
-    assert cycle is not None
-    mesh, pace = cycle.mesh, None
+    mesh, omega = cycle.mesh, None
     if machine.depends_on_speed:
-        omega = np.full(mesh.phi.shape, sizing.speed)
-        if sizing.run is not None:
-            omega = steady_motion.speed_over_cycle(cycle, sizing.speed, sizing.run, mesh.phi.ravel()).reshape(mesh.phi.shape)
-        pace = omega
-    moments = machine.reduction.moments(mesh.phi, mesh.anchor, cycle.balance or 0.0, by_name=True, speed=pace)
+        omega = np.full(mesh.phi.shape, speed)
+        if run is not None:
+            omega = steady_motion.speed_over_cycle(cycle, speed, run, mesh.phi.ravel()).reshape(mesh.phi.shape)
+    moments = machine.reduction.moments(mesh.phi, mesh.anchor, cycle.balance or 0.0, by_name=True, speed=omega)
     names = {effort.path: effort.load.path for effort in machine.efforts}
     values = {names[name]: value + np.zeros_like(mesh.phi) for name, value in moments.items() if name in names}
     works = dict.fromkeys([load.path for load in machine.scene.loads], 0.0)
     works |= {path: float(cells.integral(value, mesh.half).sum()) for path, value in values.items()}
-    error = cycle.errors.work + cycle.errors.residual + sum(_tail(value, mesh.half) for value in values.values())
-    run = sizing.run
-    if pace is not None and run is not None:  # and what the error of the speed may change of what depends on it
+    error = cycle.errors.work + cycle.errors.residual
+    error += sum(
+        float((cells.TAIL_OF_INTEGRAL * cells.tails(cells.fit(value)) * mesh.half[:, 0]).sum())
+        + 24 * ROUNDING * float(cells.integral(np.abs(value), mesh.half).sum())
+        for value in values.values()
+    )
+    if omega is not None and run is not None:  # and what the error of the speed may change of what depends on it
         error += 2 * (0.5 * run.irregularity * run.error + run.level_error) * cycle.exchanged
     return works, error
 
 
-def _tail(values: Array, half: Array) -> float:
-    tails = cells.tails(cells.fit(values))
-    exchanged = float(cells.integral(np.abs(values), half).sum())
-    return float((cells.TAIL_OF_INTEGRAL * tails * half[:, 0]).sum()) + 24 * ROUNDING * exchanged
-
-
-def _swept(machine: Machine, pistons: list[Load]) -> float | None:
+def _swept_volume(machine: Machine, pistons: list[Load]) -> float | None:
     """The volume (m³) that pistons sweep in one stroke, as often as the gas in front of each works in the cycle."""
-    from flywheel.mechanisms.families import ends_of  # only engines pay for it
-
     found: dict[Any, float] = {}
     for load in pistons:
         if load.piston is None:

@@ -1,25 +1,35 @@
-"""The flywheel of a scene: sized or analysed, exactly and approximately, and confirmed."""
+"""The flywheel of a scene: cycle, figures, motion, confirmation, wheel, and the result built from them."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import replace
 
 import numpy as np
 
+from flywheel.components.wheels import ARMS, LIGHTEST, MEAN, choose
 from flywheel.machine.machine import Machine
-from flywheel.numerics.budget import Cost, metered, unmeasured
+from flywheel.numerics import cells
+from flywheel.numerics.budget import Cost, Meter, metered
 from flywheel.numerics.cells import ROUNDING
 from flywheel.numerics.faults import Fault, SceneError
 from flywheel.regime import steady_motion, turning_moment, wittenbauer
 from flywheel.regime.joint_friction import machine_of
-from flywheel.regime.results import Area, Confirmation, Errors, Flywheel, Sizing
-from flywheel.scene import accuracy as dial
+from flywheel.regime.steady_motion import NoMotionError, Run
+from flywheel.regime.wittenbauer import Area, Flywheel
+from flywheel.scene import accuracy as levels
 from flywheel.scene.scene import Scene
+from flywheel.sizing.drive import drive_work
+from flywheel.sizing.results import Balance, Built, Confirmation, Confirmed, Errors, Regime, Sizing
 
 _FRICTION = "friction in joints is taken at a constant crank speed of {:.6g} rad/s, and so is its share of the moment"
-
-_OF_FLYWHEELS = ("exact", "approximate", "inertia_torque", "inertia_torque_flywheel")  # errors by name
+_TITLES = {
+    "exact": "exact inertia",
+    "approximate": "approximate inertia",
+    "inertia_torque": "inertia-torque figure",
+    "inertia_torque_flywheel": "flywheel by the inertia torque",
+    "work": "work",
+    "simulation": "simulation",
+}
 
 
 def size(
@@ -59,236 +69,333 @@ def size(
     '353.521427322 348.989396780'
 
     """
-    level = dial.level(accuracy, simulate)
+    level = levels.level(accuracy, simulate)
     scene = machine.scene if isinstance(machine, Machine) else machine
     if not isinstance(scene, Scene):
         raise TypeError(f"expected a Machine or a Scene (flywheel.load makes one), found {type(machine).__name__}")
     turning_moment.check_cycle(scene)
-    asked = _checked(scene.rtol if rtol is None else rtol)
+    rtol = float(scene.rtol if rtol is None else rtol)
+    if faults := levels.rtol_faults(rtol):
+        raise SceneError(faults)
     try:
-        with np.errstate(all="ignore"), metered() as whole:  # values that are not finite are reported with their place
+        with np.errstate(all="ignore"), metered() as meter:  # values that are not finite are reported with their place
             if scene.areas is not None:
-                sizing = _noted(replace(_from_areas(scene, asked), accuracy=level))
-            else:
-                sizing = _of_machine(machine, asked, level)
-            sizing = _built(sizing)
+                return _of_diagram(scene, rtol, level, meter)
+            return _of_machine(machine_of(machine), rtol, level, meter)
     except ArithmeticError:
         found = "numbers whose products leave the floating-point range"
         raise SceneError([Fault("scene", found, "masses, lengths and speeds in proportion", "check the units")]) from None
-    cost = Cost(*whole.cost[:2], sizing.cost.stages)
-    return replace(sizing, left_out=dial.left_out(sizing), cost=cost)
 
 
-def _built(sizing: Sizing) -> Sizing:
-    """The sizing with the wheel that the scene asks for, where its inertia is known."""
-    if sizing.scene.wheel is None:
-        return sizing
-    with unmeasured():
-        from flywheel.sizing.wheel import with_wheel  # only scenes that ask for a wheel pay for it
+def _of_machine(machine: Machine, rtol: float, level: str, meter: Meter) -> Sizing:
+    """The sizing of a machine: every stage takes what those before it return, and the record is made at the end."""
+    scene = machine.scene
 
-    return with_wheel(sizing)
+    # cycle, figures and motion
+    regime, of_motion = _regime(machine, rtol)
+    figures, cycle, speed = regime.figures, regime.cycle, regime.speed
+    reduced_inertia = wittenbauer.reduced_inertia(figures)
+    even = _even(regime)
+    flywheel = _flywheel(regime, even)
+    regime = regime._replace(run=_even_run(regime) if even else regime.run)
+    work = drive_work(machine, cycle, regime.motion, speed)
+    of_figures = meter.lap()._replace(stages=of_motion)
+
+    # confirmation, and the errors of all that
+    confirmed = _confirmed(regime, flywheel.approximate, level)
+    of_confirmation = meter.lap()
+    errors = _errors(regime, confirmed, even)
+    left = abs(cycle.net) / cycle.exchanged if cycle.exchanged else 0.0
+    remainder = f"{cycle.net:.3g} J of net work ({left:.2g} of the work exchanged)" if cycle.errors.residual > 0.0 else ""
+
+    # wheel
+    inertia = flywheel.exact if scene.inertia is None else scene.inertia
+    irregularity = scene.irregularity if confirmed.motion is None else confirmed.motion.irregularity
+    built, of_wheel = _wheel(scene, inertia or 0.0, speed, irregularity or 0.0, regime)
+
+    # result
+    return Sizing(
+        scene=scene,
+        speed=speed,
+        balance=None
+        if scene.unknown is None or cycle.balance is None
+        else Balance(scene.unknown, cycle.balance, cycle.balance_error),
+        power=None if work is None else work * speed / scene.cycle,
+        drive_work=work,
+        areas=wittenbauer.areas(figures),
+        accumulated_max=figures.accumulated[0],
+        accumulated_min=figures.accumulated[1],
+        energy_fluctuation=figures.fluctuation,
+        coefficient_of_energy=figures.fluctuation / work if work else None,
+        angle_speed_max=regime.motion and regime.motion.angle_speed_max,
+        angle_speed_min=regime.motion and regime.motion.angle_speed_min,
+        reduced_inertia=reduced_inertia,
+        flywheel=flywheel,
+        simulation=confirmed.motion,
+        error=errors,
+        closure=left,
+        rtol=rtol,
+        messages=(
+            *_missed(errors, rtol, remainder),
+            *regime.messages,
+            *_redundant(scene),
+            *(() if scene.motor is None else scene.motor.doubts),
+            *confirmed.messages,
+            *(() if machine.friction is None else (_FRICTION.format(speed),)),
+            *of_wheel,
+        ),
+        machine=machine,
+        cycle=cycle,
+        run=regime.run,
+        constant=regime.constant,
+        cyclic=regime.cyclic,
+        built=built,
+        accuracy=level,
+        left_out=levels.left_out(confirmed.motion and confirmed.motion.route, moves=regime.run is not None),
+        cost=meter.cost._replace(stages={"figures": of_figures, "simulation": of_confirmation}),
+    )
 
 
-def _checked(rtol: float) -> float:
-    if faults := dial.rtol_faults(rtol):
-        raise SceneError(faults)
-    return float(rtol)
+def _regime(machine: Machine, rtol: float) -> tuple[Regime, dict[str, Cost]]:
+    """The steady regime by the cheapest formulation that the machine allows, and what parts of it cost."""
+    if machine.sets_its_speed or machine.depends_on_time:
+        from flywheel.sizing import speed_dependent  # Newton's method is for machines that set their own speed
+
+        return speed_dependent.regime(machine, rtol)
+    figures, run = wittenbauer.resolved_figures(machine, rtol)
+    return Regime(machine, rtol, figures, run, run, figures.cycle, figures.speed), {}
 
 
-def _of_machine(given: Machine | Scene, asked: float, level: str) -> Sizing:
-    with metered() as first:
-        machine = machine_of(given)
-        scene = machine.scene
-        sizing = _evened(replace(_settled(machine, asked), accuracy=level))
-    if told := (*_redundant(scene), *(() if scene.motor is None else scene.motor.doubts)):
-        sizing = replace(sizing, messages=(*sizing.messages, *told))
-    inner = sizing.cost.stages
-    with metered() as second:
-        sizing = _followed(sizing)
-    sizing = _noted(_with_friction(sizing, machine))
-    stages = {"figures": first.cost._replace(stages=inner), "simulation": second.cost}
-    return replace(sizing, cost=Cost(0, 0.0, stages))
+def _even(regime: Regime) -> bool:
+    """Whether nothing but rounding varies the speed."""
+    errors, inertia = (regime.constant or regime.cycle).errors, wittenbauer.reduced_inertia(regime.figures)
+    if regime.motion is None and regime.machine.sets_its_speed:  # nothing varies, and nothing stores energy
+        return True
+    if regime.figures.fluctuation > 4 * errors.work:
+        return False
+    return inertia.greatest - inertia.least <= max(4 * errors.variation, errors.inertia)
 
 
-def _followed(sizing: Sizing) -> Sizing:
-    """The sizing with its motion as the level of accuracy asks; a machine without inertia brings its own."""
-    if sizing.simulation is not None:
-        wanted = sizing.scene.inertia is not None or sizing.accuracy in (dial.AUDIT, dial.CONFIRM)
-        error = sizing.error._replace(simulation=None, period=None)
-        return sizing if wanted else replace(sizing, simulation=None, error=error)
-    if sizing.accuracy == dial.AUDIT:
-        return _confirmed(sizing)
-    if sizing.accuracy == dial.CONFIRM:
-        return _collocated(sizing)
-    return sizing if sizing.scene.inertia is None else _by_quadrature(sizing)
+def _even_run(regime: Regime) -> Run | None:
+    """The motion where nothing varies the speed: as given, or without the flywheel that is not needed."""
+    run, speed = regime.run, regime.speed
+    if run is None:
+        return None
+    run = run._replace(irregularity=0.0, speed_max=speed, speed_min=speed, offset=0.0, error=0.0)
+    if regime.machine.scene.irregularity is None:
+        return run
+    greatest = wittenbauer.reduced_inertia(regime.figures).greatest
+    return None if greatest <= (regime.constant or regime.cycle).errors.inertia else run._replace(inertia=0.0)
 
 
-def _collocated(sizing: Sizing) -> Sizing:
-    """The sizing confirmed by collocation; by quadrature, saying so, where the iteration finds no motion."""
-    with unmeasured():
-        from flywheel.numerics.budget import BudgetError
-        from flywheel.sizing.confirmation import collocated  # only this level pays for Newton's method
-    from flywheel.regime.steady_motion import NoMotionError
+def _flywheel(regime: Regime, even: bool) -> Flywheel:
+    """The flywheels of the regime: by its figures, the exact one by its motion where torques depend on speed."""
+    scene = regime.machine.scene
+    if even and scene.irregularity is not None:
+        return Flywheel(scene.flywheel_on, None, 0.0, 0.0, 0.0, 0.0, 0.0, needed=False)
+    found = wittenbauer.flywheel(regime.figures, scene)
+    if regime.exact is None or scene.irregularity is None:
+        return found
+    exact = regime.exact[0] / scene.flywheel_ratio**2
+    return found._replace(exact=exact, needed=exact > 0.0, bracket=None, torque_bracket=None)
+
+
+# -- confirmation ------------------------------------------------------------------------------------------------------
+
+
+def _confirmed(regime: Regime, approximate: float | None, level: str) -> Confirmed:
+    """The motion as the level of accuracy asks; by quadrature where it cannot be confirmed."""
+    analysis = regime.machine.scene.inertia is not None
+    if regime.confirmed is not None:
+        return regime.confirmed if analysis or level != levels.NORMAL else Confirmed()
+    if level == levels.NORMAL:
+        return _by_quadrature(regime) if analysis else Confirmed()
+    from flywheel.sizing.confirmation import UnconfirmedError, by_collocation, in_time  # scipy steps in time
 
     try:
-        return collocated(sizing)
-    except BudgetError:
-        return _unconfirmed(sizing, "not confirmed by collocation: the motion takes too long to find on cells of its own")
-    except NoMotionError:
-        return _unconfirmed(sizing, "not confirmed by collocation: on cells of its own the iteration finds no motion")
-
-
-def _confirmed(sizing: Sizing) -> Sizing:
-    """The sizing confirmed in time; by quadrature, saying so, where the motion cannot be stepped."""
-    with unmeasured():
-        from flywheel.regime.one_cycle import SlidingError
-        from flywheel.sizing.confirmation import (  # scipy arrives with time stepping, and not before
-            UnconfirmedError,
-            confirmed,
-        )
-
-    try:
-        return confirmed(sizing)
+        return (by_collocation if level == levels.CONFIRM else in_time)(regime, approximate)
     except UnconfirmedError as error:
-        why = str(error)
-    except SceneError as error:  # the figures stand without it
-        why = f"stepping finds {error.faults[0].found}"
-    except SlidingError:
-        jumps = sizing.machine is not None and sizing.machine.sets_its_speed
-        slides = "the motion slides along a law that jumps at a speed; make it steep instead"
-        why = slides if jumps else "the motion takes too many steps"
-    return _unconfirmed(sizing, f"not confirmed in time: {why}")
+        return _by_quadrature(regime)._replace(messages=(str(error),))
 
 
-def _unconfirmed(sizing: Sizing, message: str) -> Sizing:
-    """The sizing with its motion by quadrature in place of a confirmation, and why."""
-    return replace(_by_quadrature(sizing), messages=(*sizing.messages, message))
+def _by_quadrature(regime: Regime) -> Confirmed:
+    """The motion without time stepping: irregularity in closed form, time by quadrature."""
+    cycle, run = regime.cycle, regime.run
+    if run is None:
+        return Confirmed()
+    period, error = steady_motion.period(cycle, regime.speed, run, regime.rtol)
+    motion = Confirmation(
+        irregularity=run.irregularity,
+        irregularity_approximate=None,
+        speed_max=run.speed_max,
+        speed_min=run.speed_min,
+        speed_time_mean=regime.machine.scene.cycle / period,
+        period=period,
+        closure=abs(cycle.net) / cycle.exchanged if cycle.exchanged else 0.0,
+        route="quadrature",
+    )
+    return Confirmed(motion, max(run.error, error), error)
 
 
-def _settled(machine: Machine, asked: float) -> Sizing:
-    """The figures without simulation, by the cheapest formulation that the machine allows."""
-    if not (machine.sets_its_speed or machine.depends_on_time):
-        return wittenbauer.settled(machine, asked)
-    with unmeasured():
-        from flywheel.sizing import speed_dependent  # only machines that set their own speed pay for it
-
-    return speed_dependent.settled(machine, asked)
+# -- errors and messages -----------------------------------------------------------------------------------------------
 
 
-def _evened(sizing: Sizing) -> Sizing:
-    """The sizing, where nothing but rounding varies the speed, of the even motion: no flywheel, irregularity 0."""
-    cycle, inertia, run = sizing.constant or sizing.cycle, sizing.reduced_inertia, sizing.run
-    if cycle is None or inertia is None:
-        return sizing
-    errors, speed = cycle.errors, sizing.speed
-    if sizing.energy_fluctuation > 4 * errors.work or inertia.greatest - inertia.least > max(
-        4 * errors.variation, errors.inertia
-    ):
-        return sizing
-    even = run and run._replace(irregularity=0.0, speed_max=speed, speed_min=speed, offset=0.0, error=0.0)
-    if sizing.scene.irregularity is None:
-        return replace(sizing, run=even)
-    bare = None if even is None or inertia.greatest <= errors.inertia else even._replace(inertia=0.0)
-    wheel = Flywheel(sizing.flywheel.on, None, 0.0, 0.0, 0.0, 0.0, 0.0, needed=False)
-    error = sizing.error._replace(**dict.fromkeys(_OF_FLYWHEELS, sizing.error.work))
-    return replace(sizing, flywheel=wheel, run=bare, error=error)
+def _errors(regime: Regime, confirmed: Confirmed, even: bool) -> Errors:
+    """What is estimated of the figures, with what the fit of friction's moment adds to each."""
+    figures, motion, machine = regime.figures, regime.motion, regime.machine
+    wheels, work = wittenbauer.flywheel_errors(figures), wittenbauer.work_error(figures.cycle)
+    friction = 0.0 if machine.friction is None else 2 * machine.friction.error
+    share = friction / max(figures.fluctuation, 1e-300)
+    loose = 0.0 if regime.cyclic is None else 2 * regime.cyclic.constant_speed_error
+    exact = approximate = torque = torque_flywheel = None
+    if wheels is not None and even:
+        exact = approximate = torque = torque_flywheel = work + share
+    elif wheels is not None:
+        exact = (wheels.exact if regime.exact is None else regime.exact[1]) + share
+        approximate, torque = wheels.approximate + loose + share, wheels.inertia_torque + loose + share
+        torque_flywheel = wheels.inertia_torque_flywheel + loose + share
+    extremes = None
+    if motion is not None:
+        extremes = steady_motion.error_of_extremes(figures.cycle, motion, sized=wheels is not None) + regime.extremes_error
+    return Errors(
+        exact=exact,
+        simulation=None if confirmed.error is None else confirmed.error + share,
+        approximate=approximate,
+        inertia_torque=torque,
+        inertia_torque_flywheel=torque_flywheel,
+        work=work + friction / max(regime.cycle.exchanged, 1e-300),
+        angles=steady_motion.error_of_crossings(figures.cycle, figures.crossings),
+        period=confirmed.period_error,
+        extremes=extremes,
+    )
+
+
+def _missed(errors: Errors, rtol: float, remainder: str) -> Iterator[str]:
+    """A message for every figure whose estimated error is above rtol; one where that is work left over in the cycle."""
+    found = [
+        f"the {title} is good to {error:.2g}"
+        for name, title in _TITLES.items()
+        if (error := getattr(errors, name)) is not None and error > rtol
+    ]
+    if found and remainder:
+        yield f"rtol {rtol:.1g} not reached: {remainder} are left over in the cycle, and may belong anywhere in it: " + (
+            ", ".join(found)
+        )
+    elif found:
+        yield from (f"rtol {rtol:.1g} not reached: {what} (estimated, relative)" for what in found)
 
 
 def _redundant(scene: Scene) -> Iterator[str]:
     """What is to be said of linkages that are held more often than needed."""
     for mechanism in scene.mechanisms:
         if mechanism.linkage is not None:
-            from flywheel.mechanisms.linkage import followed  # only scenes with linkages pay for it
+            from flywheel.mechanisms import linkage  # only scenes with linkages pay for it
 
-            found = followed(mechanism).solution.mobility
-            if found.redundant:
-                what = "; ".join(found.redundant)
-                yield f"{mechanism.name} has redundant constraints (Gruebler counts {found.gruebler}, not 1): {what}"
-
-
-def _with_friction(sizing: Sizing, machine: Machine) -> Sizing:
-    """What is to be said of friction in joints, and what the fit of its moment adds to every error."""
-    if machine.friction is None:
-        return sizing
-    doubt = machine.friction.error
-    swing = max(sizing.energy_fluctuation, 1e-300)
-    exchanged = swing if sizing.cycle is None else max(sizing.cycle.exchanged, 1e-300)
-
-    def grown(error: float | None, scale: float) -> float | None:
-        return None if error is None else error + 2 * doubt / scale
-
-    errors = sizing.error._replace(
-        work=grown(sizing.error.work, exchanged),
-        **{name: grown(getattr(sizing.error, name), swing) for name in (*_OF_FLYWHEELS, "simulation")},
-    )
-    message = _FRICTION.format(sizing.speed)
-    return replace(sizing, error=errors, messages=(*sizing.messages, message))
+            mobility = linkage.followed(mechanism).solution.mobility
+            if mobility.redundant:
+                what = "; ".join(mobility.redundant)
+                yield f"{mechanism.name} has redundant constraints (Gruebler counts {mobility.gruebler}, not 1): {what}"
 
 
-def _noted(sizing: Sizing) -> Sizing:
-    """The sizing with a message for every figure whose estimated error is above rtol; one where that is left-over work."""
-    names = {"exact": "exact inertia", "approximate": "approximate inertia", "inertia_torque": "inertia-torque figure"}
-    names |= {"inertia_torque_flywheel": "flywheel by the inertia torque", "work": "work", "simulation": "simulation"}
-    good = [
-        f"the {title} is good to {error:.2g}"
-        for name, title in names.items()
-        if (error := getattr(sizing.error, name)) is not None and error > sizing.rtol
-    ]
-    if not good:
-        return sizing
-    left = _left_over(sizing)
-    missed = [f"rtol {sizing.rtol:.1g} not reached: {what} (estimated, relative)" for what in good]
-    if left:
-        missed = [f"rtol {sizing.rtol:.1g} not reached: {left}, and may belong anywhere in it: {', '.join(good)}"]
-    return replace(sizing, messages=(*missed, *sizing.messages))
+# -- the wheel ---------------------------------------------------------------------------------------------------------
 
 
-def _left_over(sizing: Sizing) -> str:
-    """The work that a cycle does not close by, in words; nothing where no more than rounding is left over."""
-    if sizing.scene.areas is not None:
-        left, share = sum(area.work for area in sizing.areas), "swing"
-        found = sizing.closure > 0.5 * (sizing.error.work or 0.0)
-    else:
-        left, share = (0.0, "") if sizing.cycle is None else (sizing.cycle.net, "work exchanged")
-        found = sizing.cycle is not None and sizing.cycle.errors.residual > 0.0
-    return f"{left:.3g} J of net work ({sizing.closure:.2g} of the {share}) are left over in the cycle" if found else ""
+def _wheel(
+    scene: Scene,
+    inertia: float,
+    speed: float,
+    irregularity: float,
+    regime: Regime | None,
+    fluctuation: float = 0.0,
+    error: float = 0.0,
+) -> tuple[Built | None, tuple[str, ...]]:
+    """The wheel that the scene asks for, with the irregularity that it gives as it is built, and what is to be said of it.
+
+    The wheel carries the exact inertia (or the given one), at the greatest speed of its shaft unless the scene says the
+    mean. Where no torque is given for its arms, they pass on what accelerates it: J times the greatest acceleration.
+
+    Args:
+        scene: with the wheel's shape and material.
+        inertia: kg m² at its own shaft.
+        speed: mean of extremes of the crank, rad/s.
+        irregularity: where the regime has no motion of its own.
+        regime: of the machine; None for a diagram of areas.
+        fluctuation: of a diagram of areas, J.
+        error: of that, relative.
+
+    """
+    wanted = scene.wheel
+    if wanted is None:
+        return None, ()
+    if not inertia:
+        return None, ("no wheel is chosen, as no flywheel is needed",)
+    ratio, run = scene.flywheel_ratio, None if regime is None else regime.run
+    greatest = speed * (1 + irregularity / 2) if run is None else run.speed_max
+    hub = wanted.bore is not None or wanted.hub_diameter is not None
+    armed = wanted.shape == ARMS or (wanted.shape == LIGHTEST and hub)
+    if armed and wanted.torque is None and regime is not None and run is not None:
+        wanted = wanted._replace(torque=inertia * ratio * _greatest_acceleration(regime, run))
+    wheel = choose(inertia, ratio * (speed if wanted.at == MEAN else greatest), wanted)
+    torque, on_crank = None if wheel.body.arms is None else wanted.torque, wheel.inertia * ratio**2
+    if regime is None:
+        return Built(wheel, fluctuation / (on_crank * speed**2), error, torque), wheel.warnings
+    try:
+        motion = _run_with(regime, on_crank)
+    except NoMotionError:
+        return Built(wheel, None, 0.0, torque), wheel.warnings
+    return Built(wheel, motion.irregularity, motion.error, torque), wheel.warnings
 
 
-def _by_quadrature(sizing: Sizing) -> Sizing:
-    """The confirmation of an analysis without time stepping: irregularity in closed form, time by quadrature."""
-    machine, cycle, motion = sizing.machine, sizing.cycle, sizing.run
-    if machine is None or cycle is None or motion is None:
-        return sizing
-    period, doubt = steady_motion.period(cycle, sizing.speed, motion, sizing.rtol)
-    errors = sizing.error._replace(simulation=max(motion.error, doubt), period=doubt)
-    confirmation = Confirmation(
-        irregularity=motion.irregularity,
-        irregularity_approximate=None,
-        speed_max=motion.speed_max,
-        speed_min=motion.speed_min,
-        speed_time_mean=sizing.scene.cycle / period,
-        period=period,
-        closure=sizing.closure,
-        route="quadrature",
-    )
-    return replace(sizing, simulation=confirmation, error=errors)
+def _run_with(regime: Regime, inertia: float) -> Run:
+    """The motion with another flywheel (kg m² on the crank). Raises NoMotionError where there is none."""
+    if regime.constant is None:
+        return steady_motion.run(regime.cycle, regime.speed, inertia)
+    from flywheel.sizing.speed_dependent import with_flywheel  # Newton's method is for machines that set their own speed
+
+    return with_flywheel(regime.machine, regime.constant, regime.speed, inertia, regime.rtol).run
 
 
-def _from_areas(scene: Scene, rtol: float) -> Sizing:
+def _greatest_acceleration(regime: Regime, run: Run) -> float:
+    """The greatest |alpha| of the crank over the cycle (rad/s²), from (M* - ½ omega² dI*/dphi)/(J + I*)."""
+    cycle = run.cycle or regime.cycle
+    phi = cycle.mesh.phi
+    omega = steady_motion.speed_over_cycle(cycle, regime.speed, run, phi.ravel()).reshape(phi.shape)
+    moment, slope, inertia = cycle.series @ cells.basis(cells.NODES, cells.ORDER).T
+    series = cells.fit((moment - 0.5 * slope * omega**2) / (run.inertia + inertia))
+    return max(cells.greatest(series), cells.greatest(-series))
+
+
+# -- a diagram of areas ------------------------------------------------------------------------------------------------
+
+
+def _of_diagram(scene: Scene, rtol: float, level: str, meter: Meter) -> Sizing:
     """Sizing from the areas of a turning-moment diagram: the machine's own inertia is not known and left out."""
     assert scene.areas is not None
     assert scene.speed is not None  # the reader sees to it
     works = np.array(scene.areas.values) * scene.areas.scale
     sums = np.concatenate(([0.0], works.cumsum()))
-    swing = float(np.ptp(sums))
+    swing, square, left = float(np.ptp(sums)), scene.speed**2, float(works.sum())
     if not np.isfinite(sums).all():
         raise SceneError([Fault("areas", "works that are not finite", "values and a scale in proportion")])
-    eps, square = scene.irregularity, scene.speed**2
-    figure = None if eps is None else swing / max(eps * square, 5e-324) / scene.flywheel_ratio**2
-    needed = None if eps is None else swing > 0.0
-    closure = abs(float(works.sum())) / swing if swing else 0.0
+    eps, ratio_square = scene.irregularity, scene.flywheel_ratio**2
+    figure = None if eps is None else swing / max(eps * square, 5e-324) / ratio_square
+    closure = abs(left) / swing if swing else 0.0
     error = 4 * ROUNDING * (float(np.abs(works).sum()) / swing if swing else 0.0)
     error += closure if closure > error else 0.0  # what is left over may belong to any of the areas
+    motion, given = None, 0.0
+    if scene.inertia is not None:  # the irregularity from the swing of energy alone: eps = swing/(J w²)
+        inertia = scene.inertia * ratio_square
+        given = swing / (inertia * square) if inertia else np.inf
+        if given >= 2.0:
+            found = f"{scene.inertia} kg m², which the swing of {swing:.6g} J would stop"
+            raise SceneError([Fault("flywheel.inertia", found, "enough inertia to keep turning", "give a larger one")])
+        fastest, slowest = scene.speed * (1 + given / 2), scene.speed * (1 - given / 2)
+        motion = Confirmation(given, None, fastest, slowest, None, None, None, "areas")
+    of_wheels, of_motion = (None, error) if figure is None else (error, None)
+    errors = Errors(of_wheels, of_motion, of_wheels, of_wheels, of_wheels, error)
+    remainder = f"{left:.3g} J of net work ({closure:.2g} of the swing)" if closure > 0.5 * error else ""
+    inertia, irregularity = (scene.inertia or 0.0, given) if figure is None else (figure, eps or 0.0)
+    built, of_wheel = _wheel(scene, inertia, scene.speed, irregularity, None, swing, error)
     return Sizing(
         scene=scene,
         speed=scene.speed,
@@ -303,23 +410,15 @@ def _from_areas(scene: Scene, rtol: float) -> Sizing:
         angle_speed_max=None,
         angle_speed_min=None,
         reduced_inertia=None,
-        flywheel=Flywheel(scene.flywheel_on, scene.inertia, figure, figure, figure, figure, figure, needed),
-        simulation=None if scene.inertia is None else _swing_of(scene, swing),
-        error=Errors(
-            **dict.fromkeys(_OF_FLYWHEELS, None if figure is None else error),
-            simulation=None if scene.inertia is None else error,
-            work=error,
+        flywheel=Flywheel(
+            scene.flywheel_on, scene.inertia, figure, figure, figure, figure, figure, None if eps is None else swing > 0.0
         ),
+        simulation=motion,
+        error=errors,
         closure=closure,
         rtol=rtol,
+        messages=(*_missed(errors, rtol, remainder), *of_wheel),
+        built=built,
+        accuracy=level,
+        cost=meter.cost,
     )
-
-
-def _swing_of(scene: Scene, swing: float) -> Confirmation:
-    """Irregularity from the swing of energy alone: eps = swing/(J w²)."""
-    inertia, speed = (scene.inertia or 0.0) * scene.flywheel_ratio**2, scene.speed or 0.0
-    eps = swing / (inertia * speed**2) if inertia else np.inf
-    if eps >= 2.0:
-        found = f"{scene.inertia} kg m², which the swing of {swing:.6g} J would stop"
-        raise SceneError([Fault("flywheel.inertia", found, "enough inertia to keep turning", "give a larger one")])
-    return Confirmation(eps, None, speed * (1 + eps / 2), speed * (1 - eps / 2), None, None, None, "areas")

@@ -6,8 +6,6 @@ once (`flywheel.periodic`). The areas and the approximate flywheels take the tor
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import numpy as np
 
 from flywheel.machine.dynamics import Moments
@@ -18,9 +16,10 @@ from flywheel.numerics.cells import ROUNDING, Array, Cells, Coarse
 from flywheel.numerics.faults import Fault, SceneError
 from flywheel.regime import constant_speed, periodic_motion, turning_moment, wittenbauer
 from flywheel.regime.periodic_motion import Asked, LostError, NoRegimeError, OwnMotion, UntoldError
-from flywheel.regime.results import Confirmation, Cyclic, Sizing
 from flywheel.regime.steady_motion import Run
+from flywheel.regime.turning_moment import Cycle
 from flywheel.regime.wittenbauer import Figures
+from flywheel.sizing.results import Confirmation, Confirmed, Cyclic, Regime
 
 _LEAST_DAMPING = 1e-12  # 1 less the multiplier: below it nothing is left of what holds the speed but rounding
 _UNHELD = 0.01  # relative doubt of a speed that is hardly held
@@ -34,44 +33,65 @@ _MANY = 200  # cells that the laws ask for
 _LIGHT = 1e-3  # of the machine's own inertia: where the iteration for a flywheel starts at the least
 
 
-def settled(machine: Machine, rtol: float) -> Sizing:
-    """All figures of such a machine that need no simulation, at estimated errors within rtol.
+def regime(machine: Machine, rtol: float) -> tuple[Regime, dict[str, Cost]]:
+    """The steady regime of such a machine, its figures at estimated errors within rtol, and what the motion costs.
 
     Raises:
         SceneError: if it has no steady motion, and which kind of none: nothing holds a speed, the drive cannot carry the
             mean load, it stops within the cycle, it is unstable.
 
     """
+    scene = machine.scene
     constant_speed.check_steady(machine)
     try:
         with limited(_MOST_WORK):
             speed, unknown, messages = constant_speed.taken_at(machine)
     except BudgetError as error:
-        inertia = machine.scene.inertia or 0.0
-        raise SceneError([_too_much(error.faults[0], machine, machine.typical_speed, inertia, 0.0)]) from None
+        raise SceneError([_too_much(error.faults[0], machine, machine.typical_speed, scene.inertia or 0.0, 0.0)]) from None
     figures, loose = at_constant_speed(machine, speed, rtol)
     start = figures.cycle.balance if figures.cycle.balance is not None else unknown
-    if _inertialess(figures) and (balanced := _balanced(machine, speed, start, rtol)) is not None:
-        return _unweighted(wittenbauer.assembled(machine, figures, balanced[0], rtol), *balanced, messages)
+    inertialess = float(np.abs(figures.cycle.series[2]).max()) <= figures.cycle.errors.inertia
+    if inertialess and (balanced := _balanced(machine, speed, start, rtol)) is not None:
+        return _inertialess_regime(machine, figures, *balanced, rtol, messages), {}
+    if inertialess and scene.inertia is None and figures.fluctuation <= 4 * figures.cycle.errors.work:
+        return Regime(machine, rtol, figures, None, None, figures.cycle, figures.speed, messages=messages), {}
     with metered() as meter:
         motion = _motion(machine, figures, start, rtol)
-    if motion is None:
-        return _still(wittenbauer.assembled(machine, figures, None, rtol), messages)
-    _check_stable(machine, motion)
-    sizing = wittenbauer.assembled(machine, figures, motion.run, rtol)
-    sizing = _loosened(_completed(sizing, figures, motion, messages), loose)
-    extremes = (sizing.error.extremes or 0.0) + periodic_motion.doubt_of_cuts(motion)
-    sizing = replace(sizing, error=sizing.error._replace(extremes=extremes))
-    return replace(sizing, cost=Cost(0, 0.0, {"motion": meter.cost}))
+    run, solved = motion.run, motion.solved
+    growth = f"what a cycle changes grows {solved.multiplier:.6g} fold"
+    if solved.damping < -_LEAST_DAMPING:
+        if scene.unknown is None:
+            unstable = f"an unstable regime at {motion.speed:.6g} rad/s: {growth}"
+            expected, advice = "a regime that the machine comes back to", "let the drive's torque fall with speed"
+            raise SceneError([Fault("drive", unstable, expected, advice)])
+        messages = (*messages, f"held at its balance this regime is unstable: {growth}; it needs a governor")
+    if scene.unknown is None and scene.speed is not None:
+        share = f"{100 * (motion.speed / scene.speed - 1):+.4g} %"
+        messages = (
+            *messages,
+            f"the machine takes {motion.speed:.10g} rad/s (mean of extremes), {share} off the speed asked for",
+        )
+    found = Regime(
+        machine=machine,
+        rtol=rtol,
+        figures=figures,
+        motion=run,
+        run=run,
+        cycle=run.cycle or figures.cycle,
+        speed=run.speed or figures.speed,
+        cyclic=Cyclic(solved.multiplier, solved.damping, solved.steps, motion.level_error, figures.speed, loose),
+        exact=(max(motion.inertia, 0.0), motion.inertia_error if motion.inertia > 0.0 else run.error),
+        extremes_error=periodic_motion.doubt_of_cuts(motion),
+        messages=messages,
+    )
+    return found, {"motion": meter.cost}
 
 
 def at_constant_speed(machine: Machine, speed: float, rtol: float) -> tuple[Figures, float]:
-    """The figures at a constant speed, and the relative error of that speed where the machine takes it by itself."""
+    """The figures at a constant speed (rad/s), and the relative error of that speed where the machine takes it by itself."""
 
     def figures_at(speed: float) -> Figures:
-        return wittenbauer.refined(
-            machine, lambda edges: constant_speed.resolve(machine, edges, speed), speed, rtol, lambda figures: None
-        )[0]
+        return wittenbauer.refined(machine, lambda edges: constant_speed.resolve(machine, edges, speed), speed, rtol)[0]
 
     figures = figures_at(speed)
     if machine.scene.unknown is not None:
@@ -80,35 +100,7 @@ def at_constant_speed(machine: Machine, speed: float, rtol: float) -> tuple[Figu
     return (figures if closer == speed else figures_at(closer)), loose
 
 
-def _loosened(sizing: Sizing, loose: float) -> Sizing:
-    """The sizing with what an error of the constant speed does to figures that go as its inverse square."""
-    errors = sizing.error
-    names = ("approximate", "inertia_torque", "inertia_torque_flywheel")
-    found = {name: error for name in names if (error := getattr(errors, name)) is not None}
-    cyclic = sizing.cyclic and sizing.cyclic._replace(constant_speed_error=loose)
-    wider = {name: error + 2 * loose for name, error in found.items()}
-    return replace(sizing, error=errors._replace(**wider), cyclic=cyclic)
-
-
-def _still(sizing: Sizing, messages: tuple[str, ...]) -> Sizing:
-    """The sizing of a machine in which nothing varies: what the figures hold is rounding."""
-    wheel = sizing.flywheel._replace(
-        exact=0.0,
-        approximate=0.0,
-        approximate_total=0.0,
-        inertia_torque=0.0,
-        inertia_torque_flywheel=0.0,
-        needed=False,
-        bracket=None,
-        torque_bracket=None,
-    )
-    return replace(sizing, flywheel=wheel, messages=(*sizing.messages, *messages))
-
-
-def _inertialess(figures: Figures) -> bool:
-    """Whether the machine has no inertia of its own: without a flywheel its speed follows its torques at once."""
-    cycle = figures.cycle
-    return float(np.abs(cycle.series[2]).max()) <= cycle.errors.inertia
+# -- machines without inertia ------------------------------------------------------------------------------------------
 
 
 def _balanced(machine: Machine, speed: float, unknown: float, rtol: float) -> tuple[Run, Array] | None:
@@ -220,79 +212,72 @@ def _extreme(series: Array, mesh: Cells) -> tuple[float, float]:
     return float(values[best]), float(mesh.middle[cell, 0] + mesh.half[cell, 0] * t[best])
 
 
-def _unweighted(sizing: Sizing, run: Run, omega: Array, messages: tuple[str, ...]) -> Sizing:
-    """The sizing of a machine without inertia that runs as evenly as asked: its speed by the balance of torques alone."""
-    scene, cycle, steady_at = sizing.scene, run.cycle, run.speed
+def _inertialess_regime(
+    machine: Machine, figures: Figures, run: Run, omega: Array, rtol: float, messages: tuple[str, ...]
+) -> Regime:
+    """The regime of a machine without inertia that runs as evenly as asked: its speed by the balance of torques alone."""
+    cycle, speed = run.cycle, run.speed
     assert cycle is not None
-    assert steady_at is not None
-    half, pace = cycle.mesh.half, 1.0 / omega
-    period = float(cells.integral(pace, half).sum())
-    cut = float((cells.TAIL_OF_INTEGRAL * cells.tails(cells.fit(pace)) * half[:, 0]).sum()) / period
+    assert speed is not None
+    half, slowness = cycle.mesh.half, 1.0 / omega
+    period = float(cells.integral(slowness, half).sum())
+    cut = float((cells.TAIL_OF_INTEGRAL * cells.tails(cells.fit(slowness)) * half[:, 0]).sum()) / period
     of_period = cut + run.error * run.irregularity * run.speed_max / run.speed_min + 24 * ROUNDING
-    found = Confirmation(
+    motion = Confirmation(
         irregularity=run.irregularity,
         irregularity_approximate=None,
         speed_max=run.speed_max,
         speed_min=run.speed_min,
-        speed_time_mean=scene.cycle / period,
+        speed_time_mean=machine.scene.cycle / period,
         period=period,
         closure=0.0,
         route="quadrature",
     )
-    errors = sizing.error._replace(simulation=max(run.error, of_period), period=of_period)
-    if scene.irregularity is not None:
-        errors = errors._replace(exact=run.error)
-    wheel = sizing.flywheel
-    if scene.irregularity is not None:
-        wheel = wheel._replace(exact=0.0, needed=False, bracket=None, torque_bracket=None)
     held = f"between {run.speed_min:.6g} and {run.speed_max:.6g} rad/s (irregularity {run.irregularity:.4g})"
-    told = f"the machine has no inertia, so that its speed follows its torques at once: they hold it {held}"
-    return replace(
-        sizing, flywheel=wheel, simulation=found, error=errors, run=None, messages=(*sizing.messages, *messages, told)
+    return Regime(
+        machine=machine,
+        rtol=rtol,
+        figures=figures,
+        motion=run,
+        run=None,
+        cycle=cycle,
+        speed=speed,
+        exact=(0.0, run.error),
+        confirmed=Confirmed(motion, max(run.error, of_period), of_period),
+        messages=(
+            *messages,
+            f"the machine has no inertia, so that its speed follows its torques at once: they hold it {held}",
+        ),
     )
 
 
-def _motion(machine: Machine, figures: Figures, unknown: float, rtol: float) -> OwnMotion | None:
-    """The motion with the given flywheel, with the one that is needed, or with none where none is.
+# -- the motion --------------------------------------------------------------------------------------------------------
 
-    None where nothing varies and nothing moves that could store energy.
-    """
+
+def _motion(machine: Machine, figures: Figures, unknown: float, rtol: float) -> OwnMotion:
+    """The motion with the given flywheel, with the one that is needed, or with none where none is."""
     scene, speed = machine.scene, figures.speed
     held = speed if scene.unknown is not None else None
     if scene.inertia is not None:
-        turning_moment.check_weighs(machine, figures.cycle, scene.inertia * scene.flywheel_ratio**2)
-        return _found(machine, speed, Asked(scene.inertia * scene.flywheel_ratio**2, None, held), 0.0, unknown, rtol)
-    if _weightless(machine, figures):
-        return None
+        on_crank = scene.inertia * scene.flywheel_ratio**2
+        turning_moment.check_weighs(machine, figures.cycle, on_crank)
+        return _found(machine, speed, Asked(on_crank, None, held), 0.0, unknown, rtol)
     least = _LIGHT * max(wittenbauer.reduced_inertia(figures).greatest, figures.scale)
     guess = max(figures.total - figures.cycle.inertia_at_start, least)
-    asked = Asked(None, scene.irregularity, held)
+    asked, bare = Asked(None, scene.irregularity, held), Asked(0.0, None, held)
     try:
         with limited(_MOST_WORK):
             motion = periodic_motion.found(machine, speed, asked, guess, unknown, rtol)
     except (NoRegimeError, BudgetError) as error:
-        bare = _bare(machine, speed, held, unknown, rtol)
-        if bare is None or bare.run.irregularity * (1.0 + bare.run.error) > (scene.irregularity or 0.0):
+        try:
+            with limited(_MOST_WORK):
+                motion = periodic_motion.found(machine, speed, bare, 0.0, unknown, rtol)
+        except (NoRegimeError, BudgetError):
             raise SceneError([_fault(machine, speed, asked, guess, unknown, error)]) from None
-        return bare
-    if motion.inertia > 0.0:
+        if motion.run.irregularity * (1.0 + motion.run.error) > (scene.irregularity or 0.0):
+            raise SceneError([_fault(machine, speed, asked, guess, unknown, error)]) from None
         return motion
-    return _found(machine, speed, Asked(0.0, None, held), 0.0, unknown, rtol)
-
-
-def _weightless(machine: Machine, figures: Figures) -> bool:
-    """Whether the machine has no inertia of its own, and the loads do not vary."""
-    cycle, swing = figures.cycle, figures.extremes.greatest[0] - figures.extremes.least[0]
-    return float(np.abs(cycle.series[2]).max()) <= cycle.errors.inertia and swing <= 4 * cycle.errors.work
-
-
-def _bare(machine: Machine, speed: float, held: float | None, unknown: float, rtol: float) -> OwnMotion | None:
-    """The motion without any flywheel, where there is one."""
-    try:
-        with limited(_MOST_WORK):
-            return periodic_motion.found(machine, speed, Asked(0.0, None, held), 0.0, unknown, rtol)
-    except (NoRegimeError, BudgetError):
-        return None
+    return motion if motion.inertia > 0.0 else _found(machine, speed, bare, 0.0, unknown, rtol)
 
 
 def _found(machine: Machine, speed: float, asked: Asked, guess: float, unknown: float, rtol: float) -> OwnMotion:
@@ -385,77 +370,44 @@ def _too_much(fault: Fault, machine: Machine, speed: float, inertia: float, unkn
     return fault
 
 
-def _check_stable(machine: Machine, motion: OwnMotion) -> None:
-    """Refuse a motion from which the machine would run away, where nothing else sets its speed."""
-    if machine.scene.unknown is None and motion.solved.damping < -_LEAST_DAMPING:
-        found = (
-            f"an unstable regime at {motion.speed:.6g} rad/s: what a cycle changes grows {motion.solved.multiplier:.6g} fold"
-        )
-        raise SceneError(
-            [Fault("drive", found, "a regime that the machine comes back to", "let the drive's torque fall with speed")]
-        )
-
-
-def _completed(sizing: Sizing, figures: Figures, motion: OwnMotion, messages: tuple[str, ...]) -> Sizing:
-    """What goes beyond the figures of position-only machines: the multiplier, the constant-speed cycle, the exact wheel."""
-    scene, errors, wheel = sizing.scene, sizing.error, sizing.flywheel
-    solved = motion.solved
-    if scene.irregularity is not None:
-        exact = max(motion.inertia, 0.0) / scene.flywheel_ratio**2
-        wheel = wheel._replace(exact=exact, needed=exact > 0.0, bracket=None, torque_bracket=None)
-        errors = errors._replace(exact=motion.inertia_error if exact > 0.0 else motion.run.error)
-    else:
-        errors = errors._replace(simulation=motion.run.error)
-    noted = list(messages)
-    if scene.unknown is None and scene.speed is not None:
-        share = 100 * (sizing.speed / scene.speed - 1)
-        noted.append(
-            f"the machine takes {sizing.speed:.10g} rad/s (mean of extremes), {share:+.4g} % off the speed asked for"
-        )
-    if scene.unknown is not None and solved.damping < -_LEAST_DAMPING:
-        noted.append(
-            f"held at its balance this regime is unstable: what a cycle changes grows {solved.multiplier:.6g} fold; "
-            "it needs a governor"
-        )
-    cyclic = Cyclic(solved.multiplier, solved.damping, solved.steps, motion.level_error, figures.speed)
-    return replace(
-        sizing, flywheel=wheel, error=errors, cyclic=cyclic, constant=figures.cycle, messages=(*sizing.messages, *noted)
-    )
+# -- other flywheels ---------------------------------------------------------------------------------------------------
 
 
 @np.errstate(all="ignore")  # a report asks for it after the sizing is over
-def run_with(sizing: Sizing, inertia: float) -> Run:
-    """The run of a sized machine with another flywheel (kg m² on the crank), or with none where it has no inertia at all.
+def run_with(machine: Machine, constant: Cycle, speed: float, inertia: float, rtol: float, *, stored: bool) -> Run:
+    """The run of a machine with another flywheel (kg m² on the crank), or with none where nothing stores energy at all.
+
+    Args:
+        machine: the machine.
+        constant: its cycle at a constant speed.
+        speed: mean of extremes, rad/s.
+        inertia: of the flywheel.
+        rtol: of the sizing.
+        stored: whether anything but the flywheel stores energy.
 
     Raises:
         NoRegimeError: where there is none.
 
     """
-    if inertia > 0.0 or sizing.run is not None:
-        return with_flywheel(sizing, inertia).run
-    assert sizing.machine is not None
-    assert sizing.cycle is not None
-    found = _balanced(sizing.machine, sizing.speed, sizing.cycle.balance or 0.0, 0.5 * sizing.rtol)
+    if inertia > 0.0 or stored:
+        return with_flywheel(machine, constant, speed, inertia, rtol).run
+    found = _balanced(machine, speed, constant.balance or 0.0, 0.5 * rtol)
     if found is None:
         raise NoRegimeError("its torques alone do not hold a speed at every angle")
     return found[0]
 
 
-def with_flywheel(sizing: Sizing, inertia: float) -> OwnMotion:
-    """The motion of a sized machine with another flywheel (kg m² on the crank).
+def with_flywheel(machine: Machine, constant: Cycle, speed: float, inertia: float, rtol: float) -> OwnMotion:
+    """The motion of a machine with another flywheel (kg m² on the crank); arguments as in `run_with`.
 
     Raises:
         NoRegimeError: where there is none.
 
     """
-    machine, constant = sizing.machine, sizing.constant or sizing.cycle
-    assert machine is not None
-    assert constant is not None
-    held = sizing.scene.speed if sizing.scene.unknown is not None else None
-    reference = held or sizing.speed
+    held = machine.scene.speed if machine.scene.unknown is not None else None
     unknown = constant.balance or 0.0
     try:
         with limited(_LESS_WORK):
-            return periodic_motion.found(machine, reference, Asked(inertia, None, held), 0.0, unknown, 0.5 * sizing.rtol)
+            return periodic_motion.found(machine, held or speed, Asked(inertia, None, held), 0.0, unknown, 0.5 * rtol)
     except BudgetError as error:
         raise NoRegimeError(str(error)) from None

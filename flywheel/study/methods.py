@@ -87,7 +87,7 @@ def _by_swing(asked: Question, sizing: Machine, torque: bool) -> float:
         speed, *_ = constant_speed.taken_at(sizing)
         figures, _ = speed_dependent.at_constant_speed(sizing, speed, sizing.scene.rtol)
     else:
-        figures, _ = wittenbauer.resolved_figures(sizing, sizing.scene.speed or 0.0, sizing.scene.rtol)
+        figures, _ = wittenbauer.resolved_figures(sizing, sizing.scene.rtol)
     wheel, inertia = wittenbauer.flywheel(figures, sizing.scene), wittenbauer.reduced_inertia(figures)
     if asked.sized:
         return (wheel.inertia_torque_flywheel if torque else wheel.approximate) or 0.0

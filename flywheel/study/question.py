@@ -9,7 +9,7 @@ from typing import NamedTuple
 
 from flywheel.machine.machine import Machine
 from flywheel.numerics.budget import Tally, counted
-from flywheel.regime.results import Sizing
+from flywheel.sizing.results import Sizing
 
 RESTARTED = ", restarted"
 AREAS = "accumulated areas"

@@ -17,8 +17,8 @@ from numpy.typing import NDArray
 from flywheel.machine.machine import Machine
 from flywheel.numerics.cells import ROUNDING
 from flywheel.numerics.faults import Fault, SceneError
-from flywheel.regime.results import Sizing
 from flywheel.regime.steady_motion import NoMotionError
+from flywheel.sizing.results import Sizing
 from flywheel.sizing.sizing import size
 from flywheel.sizing.speed_dependent import with_flywheel
 from flywheel.study.question import Question, answer, question
@@ -363,9 +363,14 @@ def _in_time(asked: Question, tight: Sizing) -> Reference:
 
 def _slope(sizing: Sizing, inertia: float) -> float:
     """By how much the irregularity changes with the flywheel (kg m² on the crank), both relative."""
+    machine, constant = sizing.machine, sizing.constant or sizing.cycle
+    assert machine is not None
+    assert constant is not None
     lighter, heavier = ((1.0 - _SHARE) * inertia, (1.0 + _SHARE) * inertia)
     try:
-        ends = [with_flywheel(sizing, part).run.irregularity for part in (lighter, heavier)]
+        ends = [
+            with_flywheel(machine, constant, sizing.speed, part, sizing.rtol).run.irregularity for part in (lighter, heavier)
+        ]
     except NoMotionError:
         return 0.0
     return abs(ends[1] / ends[0] - 1.0) / (2.0 * _SHARE) if ends[0] else 0.0

@@ -9,7 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import flywheel
-from flywheel.regime.results import Sizing
+from flywheel.sizing.results import Sizing
 
 from .machines import KNOWN, MACHINES, running
 from .rows import Row

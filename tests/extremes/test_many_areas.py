@@ -11,7 +11,7 @@ import pytest
 from numpy.typing import NDArray
 
 import flywheel
-from flywheel.regime.results import Sizing
+from flywheel.sizing.results import Sizing
 
 from .machines import Scene
 from .measured import ROUNDING

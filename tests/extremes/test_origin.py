@@ -11,7 +11,7 @@ from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 import flywheel
-from flywheel.regime.results import Sizing
+from flywheel.sizing.results import Sizing
 
 from .machines import MACHINES, Scene
 from .rows import Row

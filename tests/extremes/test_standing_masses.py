@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from mpmath import mp  # type: ignore[import-untyped]
 
 import flywheel
-from flywheel.regime.results import Sizing
+from flywheel.sizing.results import Sizing
 
 from .machines import Scene
 from .measured import ROUNDING, refusal

@@ -9,7 +9,7 @@ import pytest
 from mpmath import mp  # type: ignore[import-untyped]
 
 import flywheel
-from flywheel.regime.results import Sizing
+from flywheel.sizing.results import Sizing
 
 from . import rotors
 from .measured import ROUNDING, refusal

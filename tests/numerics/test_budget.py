@@ -1,4 +1,3 @@
-import time
 import tracemalloc
 
 import numpy as np
@@ -12,15 +11,14 @@ from flywheel.numerics.budget import Cost, count, counted, metered
 from tests import regimes, scenes
 
 
-def test_a_meter_stands_still_when_its_block_ends():
-    begun = time.perf_counter()
+def test_laps_add_up_to_the_whole():
     with metered() as meter:
         count(4)
-    count(4)
-    first = meter.cost
-    assert first == meter.cost
-    assert first.evaluations == 4
-    assert 0.0 < first.seconds < time.perf_counter() - begun
+        first = meter.lap()
+        count(3)
+        second = meter.lap()
+    assert (first.evaluations, second.evaluations, meter.cost.evaluations) == (4, 3, 7)
+    assert 0.0 < first.seconds + second.seconds <= meter.cost.seconds
 
 
 def test_stages_are_told_by_name():

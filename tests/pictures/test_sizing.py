@@ -16,8 +16,8 @@ import flywheel
 from flywheel.pictures import figures
 from flywheel.pictures import sizing as plots
 from flywheel.regime import steady_motion
-from flywheel.regime.results import Sizing
 from flywheel.report.flywheels import candidates
+from flywheel.sizing.results import Sizing
 from tests.limits import sample
 from tests.regimes import GEARED, KLOSS, PUMP, SECTION_C
 from tests.scenes import press, rotor, shaper, yoke

@@ -62,18 +62,8 @@ def test_a_diagram_of_areas_is_worked_out_whole_at_every_level():
 
 
 def test_what_could_not_be_confirmed_counts_as_left_out(monkeypatch):
-    from flywheel.regime import one_cycle, steady_motion
-    from flywheel.sizing import confirmation
-    from flywheel.sizing import confirmation as collocated
-
-    def sliding(*_):
-        raise one_cycle.SlidingError
-
-    def lost(*_):
-        raise steady_motion.NoMotionError
-
-    monkeypatch.setattr(confirmation, "confirmed", sliding)
-    monkeypatch.setattr(collocated, "collocated", lost)
+    monkeypatch.setattr("flywheel.sizing.confirmation._MOST", 100)
+    monkeypatch.setattr("flywheel.sizing.confirmation._MOST_WORK", 10)
     for level in ("confirm", "audit"):
         sizing = flywheel.size(scene(), accuracy=level)
         assert sizing.simulation.route == "quadrature"

@@ -5,8 +5,8 @@ from hypothesis import strategies as st
 from numpy.testing import assert_allclose
 
 import flywheel
-from flywheel.regime.results import ReducedInertia
 from flywheel.regime.wittenbauer import certificate
+from flywheel.sizing.results import ReducedInertia
 from tests import scenes
 
 

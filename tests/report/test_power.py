@@ -7,8 +7,8 @@ import re
 import pytest
 
 import flywheel
-from flywheel.regime.results import Sizing
 from flywheel.report import power as figures
+from flywheel.sizing.results import Sizing
 from tests.regimes import SECTION_C
 from tests.report.test_regimes import PRESS, sized
 from tests.scenes import rotor, yoke

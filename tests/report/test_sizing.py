@@ -10,10 +10,10 @@ import pytest
 
 import flywheel
 from flywheel.regime import steady_motion
-from flywheel.regime.results import Sizing
 from flywheel.report import rows as outcome
 from flywheel.report import sizing as report
 from flywheel.report.flywheels import candidates
+from flywheel.sizing.results import Sizing
 from tests.scenes import press, rotor, yoke
 
 MACHINES = Path(__file__).parents[2] / "examples" / "machines"

@@ -3,8 +3,8 @@ import pytest
 
 import flywheel
 from flywheel.regime import steady_motion
-from flywheel.regime.results import Sizing
 from flywheel.report import sizing as report
+from flywheel.sizing.results import Sizing
 from tests import regimes
 
 PRESS = {

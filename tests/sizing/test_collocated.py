@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from itertools import pairwise
 
 import numpy as np
@@ -10,7 +9,9 @@ import pytest
 
 import flywheel
 from flywheel.machine.machine import Machine
-from flywheel.sizing.confirmation import collocated, on_thirds
+from flywheel.regime import wittenbauer
+from flywheel.sizing.confirmation import by_collocation, on_thirds
+from flywheel.sizing.results import Regime
 from tests import regimes, scenes
 from tests.limits import sample
 from tests.references.test_references import FOLDER, REFERENCES, error
@@ -78,10 +79,12 @@ def test_no_cell_is_one_of_the_figures_however_often_either_are_halved():
 
 
 def test_a_flywheel_that_the_closed_form_got_wrong_is_found_out():
-    sizing = flywheel.size(flywheel.load(scenes.press()), accuracy="normal")
-    found = collocated(replace(sizing, run=sizing.run._replace(inertia=1.01 * sizing.run.inertia)))
-    assert 0.005 < found.error.simulation < 0.02
-    assert found.simulation.irregularity < 0.0499
+    machine = Machine(flywheel.load(scenes.press()))
+    figures, run = wittenbauer.resolved_figures(machine, 1e-9)
+    wrong = run._replace(inertia=1.01 * run.inertia)
+    found = by_collocation(Regime(machine, 1e-9, figures, run, wrong, figures.cycle, figures.speed), None)
+    assert 0.005 < found.error < 0.02
+    assert found.motion.irregularity < 0.0499
 
 
 def test_what_takes_too_long_is_told_by_quadrature(monkeypatch):
@@ -123,10 +126,3 @@ def test_no_motion_with_the_approximate_flywheel_is_null_with_a_message():
     sizing = confirm(scenes.yoke(load=[]))
     assert sizing.simulation.irregularity_approximate is None
     assert any("approximate" in message for message in sizing.messages)
-
-
-def test_it_does_not_resolve_the_cycle_again(monkeypatch):
-    sizing = flywheel.size(flywheel.load(scenes.press()), accuracy="normal")
-    monkeypatch.setattr("flywheel.regime.resolve", lambda *_: pytest.fail("the closed form's cycle"))
-    found = collocated(sizing)
-    assert found.simulation.irregularity == pytest.approx(0.05, rel=1e-10)
