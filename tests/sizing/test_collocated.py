@@ -88,7 +88,7 @@ def test_a_flywheel_that_the_closed_form_got_wrong_is_found_out():
 
 
 def test_what_takes_too_long_is_told_by_quadrature(monkeypatch):
-    monkeypatch.setattr("flywheel.collocated._MOST_WORK", 100)
+    monkeypatch.setattr("flywheel.sizing.confirmation._MOST_WORK", 100)
     sizing = confirm(scenes.press())
     assert sizing.simulation.route == "quadrature"
     assert any("takes too long to find" in message for message in sizing.messages)
