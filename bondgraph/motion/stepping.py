@@ -130,7 +130,7 @@ def fixed(method: str, field: Field, t: float, state: Array, until: float, step:
                 f"the motion cannot be followed past t = {start:.9g} s: it is not finite; take shorter steps, or a "
                 "method for stiff equations that chooses its own (LSODA, Radau)"
             )
-        yield Stretch(float(start), float(end), after, _hermite(float(start), float(end), state, after, rate, rate_after))
+        yield Stretch(float(start), float(end), after, hermite(float(start), float(end), state, after, rate, rate_after))
         state, rate = after, rate_after
 
 
@@ -204,7 +204,7 @@ def _middle(low: float, high: float) -> float:
 
 _NODES = 0.5 - 0.5 * np.cos(np.pi * (np.arange(14) + 0.5) / 14)  # a step's dense output is a polynomial: 14 values fix it
 _TO_COEFFICIENTS = np.linalg.inv(np.polynomial.chebyshev.chebvander(2.0 * _NODES - 1.0, 13))
-_JUST_STARTED = 1e-9  # of a step
+JUST_STARTED = 1e-9  # of a step
 
 
 def _first_passage(stretch: Stretch, pieces: Mapping[int, tuple[float, float]]) -> tuple[float, Array] | None:
@@ -236,8 +236,6 @@ def _first_passage(stretch: Stretch, pieces: Mapping[int, tuple[float, float]]) 
 
 def _leaving(stretch: Stretch, index: int, coefficients: Array, edge: float, outwards: float) -> float | None:
     """The part of a step after which a state is first beyond an edge."""
-    from scipy.optimize import brentq
-
     dense = stretch.dense
     assert dense is not None
 
@@ -245,28 +243,48 @@ def _leaving(stretch: Stretch, index: int, coefficients: Array, edge: float, out
         time = stretch.start + part * (stretch.end - stretch.start)
         return outwards * float(dense(time)[index] - edge)
 
-    crossings = _crossings(coefficients, edge)
+    crossings = roots(coefficients - edge * np.eye(coefficients.size)[0])
     rounding = 8 * np.finfo(float).eps * max(abs(edge), float(np.abs(coefficients).max()))
     while crossings.size and abs(beyond(0.5 * crossings[0])) <= rounding:  # a start at rest on the edge is a double root
         crossings = crossings[1:]
     if beyond(0.5 * (crossings[0] if crossings.size else 1.0)) > 0.0:
         return 0.0
-    for low, high in pairwise([_JUST_STARTED, *(0.5 * (crossings[1:] + crossings[:-1])), 1.0]):
+    for low, high in pairwise([JUST_STARTED, *(0.5 * (crossings[1:] + crossings[:-1])), 1.0]):
         if beyond(high) >= 0.0:
-            return float(brentq(beyond, low, high, xtol=1e-300, rtol=1e-15)) if beyond(low) < 0.0 < beyond(high) else high
+            return instant(beyond, low, high)
     return None
 
 
-def _crossings(coefficients: Array, edge: float) -> Array:
-    """Where, in parts of a step, its polynomial has a value, the start left out."""
+def roots(series: Array) -> Array:
+    """Real roots of a Chebyshev series over a step, in parts of the step; none at its very start, none that is not finite.
+
+    >>> import numpy as np
+    >>> roots(np.array([0.0, 1.0]))
+    array([0.5])
+    """
     chebyshev = np.polynomial.chebyshev
-    shifted = chebyshev.chebtrim(coefficients - edge * np.eye(coefficients.size)[0], 1e-15 * np.abs(coefficients).max())
-    roots = 0.5 + 0.5 * chebyshev.chebroots(shifted)
-    real = roots.real[np.abs(roots.imag) < 1e-6]
-    return np.unique(real[(real > _JUST_STARTED) & (real < 1.0)])
+    if not np.isfinite(series).all():
+        return np.empty(0)
+    found = 0.5 + 0.5 * chebyshev.chebroots(chebyshev.chebtrim(series, 1e-15 * np.abs(series).max()))
+    real = found.real[np.abs(found.imag) < 1e-6]
+    return np.unique(real[(real > JUST_STARTED) & (real < 1.0)])
 
 
-def _hermite(a: float, b: float, ya: Array, yb: Array, fa: Array, fb: Array) -> Callable[[Any], Array]:
+def instant(value: Callable[[float], float], low: float, high: float) -> float:
+    """When a value changes its sign between two instants, to the last digit (Brent's method); `high` where it does not.
+
+    >>> instant(lambda t: t * t - 2.0, 0.0, 2.0) == 2.0**0.5
+    True
+    """
+    from scipy.optimize import brentq
+
+    if not float(value(low)) * float(value(high)) < 0.0:
+        return high
+    return float(brentq(value, low, high, xtol=1e-300, rtol=4 * np.finfo(float).eps))
+
+
+def hermite(a: float, b: float, ya: Array, yb: Array, fa: Array, fb: Array) -> Callable[[Any], Array]:
+    """Hermite's cubic over a step from a to b, by the states and their rates at its ends."""
     step = b - a
 
     def dense(times: Any) -> Array:

@@ -10,6 +10,7 @@ from typing import Any, Literal, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from bondgraph.motion.stepping import instant
 from flywheel.components.motors import DC, Induction
 from flywheel.machine.dynamics import Anchor, Dynamics
 from flywheel.machine.machine import Machine
@@ -862,12 +863,12 @@ def reached(trail: Trail, speed: float, times: Array, omega: Array) -> float | N
         return None
     if above[0] == 0:
         return 0.0
-    from scipy.optimize import brentq
-
     low, high = float(times[above[0] - 1]), float(times[above[0]])
-    if low == high:  # both sides of a switch
-        return low
-    return float(brentq(lambda t: float(trail.states(np.array([t]))[1, 0]) - speed, low, high, xtol=1e-300, rtol=1e-14))
+
+    def faster(t: float) -> float:
+        return float(trail.states(np.array([t]))[1, 0]) - speed
+
+    return low if low == high or faster(low) >= 0.0 else instant(faster, low, high)  # equal on both sides of a switch
 
 
 def energy_of(works: Works, kinetic: Array) -> Energy:

@@ -515,7 +515,8 @@ _ROUNDS = 120
 _MOST_MOVES = 8  # of the switches, before the cells are halved although they have not settled
 _MOST_FAILURES = 3  # of the iteration on changed cells, before the best motion so far has to do
 _SAME = 1e-12  # of the cycle: switches that move less than this stand still
-_ROUGH, _MANY = 1e-3, 1000  # error of a motion that is hardly resolved yet; cells from which on it is given no more rounds
+_ROUGH = 1e-3  # error of a motion that is hardly resolved yet
+_MOST_ROUGH, _MANY = 16, 1000  # rounds that it is given; cells from which on it is given none
 _UNEVEN = 0.5  # irregularity of a motion whose speed varies as sharply as its loads, or more
 _EVEN = 1e-9  # irregularity of a motion in which only rounding varies
 _HARDLY = 0.1  # of J + I*: a sized flywheel in greater doubt is none
@@ -526,6 +527,7 @@ _NEAR = 0.5  # of the irregularity asked for: from here on the flywheel for it i
 _COARSE = 1e-4  # error of motions that are only passed on the way
 _LAYER = 8.0  # exponent: how much of what a jump makes has faded in the first cell behind it
 _HEAVIER, _BOLDER = 2.0, 3.0  # from one flywheel to the next on the way to a light one; than the step before
+_EVER_HEAVIER = (1.0, 30.0, 1e3, 3e4)  # flywheels from which lighter ones are found, where the one before fails
 _MOST_LIGHTER, _LITTLE = 60, 3e-3  # flywheels on that way; share of the inertia below which a step is not halved
 _NEARER = 0.3  # of what an irregularity lacks of 2: from one motion to the next
 
@@ -610,7 +612,25 @@ def _sane(motion: OwnMotion) -> OwnMotion:
     if not run.error <= _HOPELESS and run.irregularity > _EVEN:
         work = f"work of {motion.cycle.exchanged:.3g} J in a cycle"
         raise LostError(f"an irregularity of about {run.irregularity:.2g}, lost in the rounding of {work}")
-    return motion
+    return _with_last_digits(motion)
+
+
+def _with_last_digits(motion: OwnMotion) -> OwnMotion:
+    """The motion with what the last digits u of the speed make of a stiff torque, where it is extreme, in its errors.
+
+    F is off by |dF/domega| omega u there, and the energy by the integral of that from where the cell begins. No cells mend
+    that: it comes to the errors when the search for cells is over.
+    """
+    solved, run = motion.solved, motion.run
+    if not run.irregularity > 0.0:
+        return motion
+    stiff = piecewise.integral(np.abs(solved.rate.by_speed) * solved.omega, solved.moments.mesh.half)
+    work = 4 * ROUNDING * float(stiff[solved.extremes.cell].max())
+    least = float(solved.state.inertia + solved.moments.inertia.min())
+    off = 4.0 * work / (solved.speed**2 * least * run.irregularity)
+    slope = 0.0 if solved.sensitivity is None else solved.sensitivity.by_square
+    doubt = motion.inertia_doubt + 0.5 * slope * run.irregularity * off
+    return motion._replace(run=run._replace(error=run.error + off), inertia_doubt=doubt)
 
 
 def _open_flywheel(motion: OwnMotion) -> UntoldError:
@@ -710,7 +730,7 @@ class _Search(NamedTuple):
         """
         best: OwnMotion | None = None
         least, allowed = np.inf, 0.5 * self.rtol
-        stalls = moves = failures = 0
+        stalls = moves = failures = rough = 0
         for _ in range(_ROUNDS):
             angles = _switching(solved)
             settled = angles.size == cuts.size and bool((np.abs(angles - cuts) <= _SAME * base[-1]).all())
@@ -722,8 +742,9 @@ class _Search(NamedTuple):
                 edges = motion.cycle.mesh.edges
                 if settled:
                     gained = best is None or error <= 0.9 * least
-                    # cells may first have to become as narrow as what they follow
-                    stalls = 0 if gained or (error > _ROUGH and edges.size < _MANY) else stalls + 1
+                    rough += error > _ROUGH  # cells may first have to become as narrow as what they follow
+                    narrowing = error > _ROUGH and rough < _MOST_ROUGH and edges.size < _MANY
+                    stalls = 0 if gained or narrowing else stalls + 1
                     if best is None or error < least:
                         best, least = motion, error
                     rounding = motion.hardly_sized and motion.run.error <= allowed  # which finer cells do not mend
@@ -759,7 +780,13 @@ class _Search(NamedTuple):
         work = piecewise.antiderivative(piecewise.fit(moments.constant(reference, unknown).moment), moments.mesh.half)
         swing, own = float(np.ptp(piecewise.accumulated(work))), float(np.abs(moments.inertia).max())
         heavy = max(20.0 * max(swing / reference**2, own, 1e-300), 4.0 * inertia)
-        last = self.given(heavy)._replace(rtol=_COARSE).from_nothing(heavy, unknown)
+        for heavier in _EVER_HEAVIER:  # enough to keep the speed where a steep torque neither ends nor saturates
+            try:
+                last = self.given(heavier * heavy)._replace(rtol=_COARSE).from_nothing(heavier * heavy, unknown)
+                break
+            except NoRegimeError:
+                if heavier == _EVER_HEAVIER[-1] or not self.switches():
+                    raise
         step, target = last.inertia, asked.inertia or 0.0
         for _ in range(_MOST_LIGHTER):
             if asked.irregularity is None:
@@ -873,24 +900,20 @@ def _described(solved: Periodic, asked: Asked) -> OwnMotion:
 def _kept_work(solved: Periodic, cycle: Cycle) -> float:
     """What the energy keeps (J) of the errors of the cycle's work: where torques fall with the speed, they fade on the way.
 
-    They are those of interpolation and of evaluation, and what the last digits u of the speed make of a stiff torque:
-    F is off by |dF/domega| omega u. As dE' = (dF/dE) dE + r is one-signed, errors r of one sign in all cells are the worst
-    that can be.
+    As dE' = (dF/dE) dE + r is one-signed, errors r of one sign in all cells are the worst that can be.
     """
     moments, errors, half = solved.moments, cycle.errors, solved.moments.mesh.half
-    stiff = 4 * ROUNDING * piecewise.integral(np.abs(solved.rate.by_speed) * solved.omega, half)
     held = moments.machine.scene.unknown is not None  # then the balance's own error does not fade
     if held or moments.circuit is not None or not errors.work > 0.0:
-        return errors.work + float(stiff[solved.extremes.cell].max())
+        return errors.work
     growth = piecewise.integral(solved.rate.by_speed / ((solved.state.inertia + moments.inertia) * solved.omega), half)
     rounding = errors.work - float(errors.by_cell[0].sum())
     made = errors.by_cell[0] + rounding * piecewise.integral(solved.rate.exchanged, half) / max(cycle.exchanged, 1e-300)
-    made, every = made + stiff, errors.work + float(stiff.sum())
     fades = np.minimum(growth, -1e-9)
     made = made * np.where(growth > fades, 1.0, np.expm1(fades) / fades)  # spread evenly over its cell
     kept = most = 0.0
     for left, added in [*zip(np.exp(np.minimum(growth, 1.0)).tolist(), made.tolist(), strict=True)] * 2:
-        kept = min(kept * left + added, every)
+        kept = min(kept * left + added, errors.work)
         most = max(most, kept)
     return most
 

@@ -17,8 +17,8 @@ import numpy as np
 from numpy.polynomial import chebyshev, legendre
 from numpy.typing import NDArray
 from scipy.integrate import DOP853
-from scipy.optimize import brentq
 
+from bondgraph.motion.stepping import JUST_STARTED, instant, roots
 from flywheel.machine.machine import Machine
 from flywheel.numerics.cells import ROUNDING
 from flywheel.numerics.faults import Fault, SceneError
@@ -342,16 +342,20 @@ def _left(rates: Rates, step: Step, before: float, after: float, ends: tuple[flo
     for stop in _turning(rates, step, before, after), step.end:
         phi = float(step.dense(stop)[0])
         if phi >= ends[1] or phi < ends[0]:
-            return _passage(step.dense, start, stop, ends[1] if phi >= ends[1] else ends[0])
+            return instant(partial(_beyond, step.dense, ends[1] if phi >= ends[1] else ends[0]), start, stop)
         start = stop
     return None
+
+
+def _beyond(dense: Dense, end: float, t: float) -> float:
+    return float(dense(t)[0]) - end
 
 
 def _turning(rates: Rates, step: Step, before: float, after: float) -> float:
     """When phi turns back within a step; the step's end if it does not."""
     if before * after >= 0.0:
         return step.end
-    return float(brentq(lambda t: rates(t, step.dense(t))[0], step.start, step.end))
+    return instant(lambda t: float(rates(t, step.dense(t))[0]), step.start, step.end)
 
 
 def _hold_back(solver: Any, end: float) -> None:
@@ -361,20 +365,8 @@ def _hold_back(solver: Any, end: float) -> None:
         solver.h_abs = min(solver.h_abs, max(_BEYOND * abs(end - solver.y[0]) / pace, 1e-9 * abs(solver.t - solver.t_bound)))
 
 
-def _passage(dense: Callable[[Any], Array], start: float, stop: float, end: float) -> float:
-    """When phi passes `end` within a step."""
-
-    def beyond(t: float) -> float:
-        return float(dense(t)[0]) - end
-
-    if beyond(start) * beyond(stop) >= 0.0:
-        return stop
-    return float(brentq(beyond, start, stop, xtol=4 * ROUNDING * max(abs(stop), 1e-300), rtol=4 * ROUNDING))
-
-
 _SHARES = 0.5 - 0.5 * np.cos(np.pi * np.arange(10) / 9)  # of a step: where what is watched is looked at
 _TO_SERIES = np.linalg.inv(np.polynomial.chebyshev.chebvander(2.0 * _SHARES - 1.0, 9))
-_INSIDE = 1e-9  # of a step: what crosses sooner does so at its start
 
 
 def crossing(watch: Watch, step: Step) -> Step:
@@ -404,8 +396,8 @@ def _row(look: Callable[[Array], Array], row: int, shares: Array) -> Array:
 
 def _first_below(look: Callable[[Array], Array], values: Array, series: Array) -> float | None:
     """The share of a step after which a value is first below 0, told by its values and by the roots of its polynomial."""
-    roots = _roots(series)
-    between = np.concatenate(([_INSIDE], 0.5 * (roots[1:] + roots[:-1])))
+    found = roots(series)
+    between = np.concatenate(([JUST_STARTED], 0.5 * (found[1:] + found[:-1])))  # what crosses sooner does so at its start
     shares = np.concatenate((_SHARES[1:], between))
     order = np.argsort(shares)
     shares, heights = shares[order], np.concatenate((values[1:], look(between)))[order]
@@ -417,14 +409,4 @@ def _first_below(look: Callable[[Array], Array], values: Array, series: Array) -
     low, high = float(shares[below[0] - 1]), float(shares[below[0]])
     if heights[below[0] - 1] == 0.0:
         return low
-    return float(brentq(lambda share: float(look(np.array([share]))[0]), low, high, xtol=4 * ROUNDING, rtol=4 * ROUNDING))
-
-
-def _roots(series: Array) -> Array:
-    """Real roots of a Chebyshev series in shares of the step."""
-    chebyshev = np.polynomial.chebyshev
-    if not np.isfinite(series).all():
-        return np.empty(0)
-    found = 0.5 + 0.5 * chebyshev.chebroots(chebyshev.chebtrim(series, 1e-14 * np.abs(series).max()))
-    real = found.real[np.abs(found.imag) < 1e-6]
-    return np.sort(real[(real > _INSIDE) & (real < 1.0)])
+    return instant(lambda share: float(look(np.array([share]))[0]), low, high)

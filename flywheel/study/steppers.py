@@ -3,14 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
+from functools import partial
 from itertools import pairwise
 from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy import integrate
-from scipy.optimize import brentq, root
+from scipy.optimize import root
 
+from bondgraph.motion.stepping import FIXED, hermite, instant, runge_kutta_step
 from flywheel.machine.dynamics import Anchor, Dynamics, circuit_of
 from flywheel.machine.machine import Machine
 from flywheel.regime import constant_speed
@@ -89,7 +91,7 @@ def speeds(samples: Samples, inertia: float) -> Array:
         return float(0.5 * (omega.max() + omega.min()) / samples.speed - 1)
 
     top = float(0.5 * own.max() * samples.speed**2 + np.abs(samples.work).max())
-    return pace(float(brentq(miss, -float(samples.work.min()), 4 * top, xtol=1e-15 * top, rtol=1e-15)))
+    return pace(instant(miss, -float(samples.work.min()), 4 * top))
 
 
 def irregularity(omega: Array) -> float:
@@ -302,43 +304,29 @@ def _closer(speed: Callable[[Array], Array], times: Array, k: int, sign: float) 
 
 
 Rates = Callable[[float, Array], Array]
-Rule = Callable[[Rates, float, Array, float], Array]
 
 _MOST_STEPS = 200_000  # in a stretch: a machine that stops within it never gets to its end
-_LANDINGS = 8
 _MANY = 100  # steps, past which extremes are looked for beside the best ones only
 
 
-def euler(rates: Rates, t: float, state: Array, step: float) -> Array:
-    """Euler's step."""
-    return np.asarray(state + step * rates(t, state))
-
-
-def runge_kutta(rates: Rates, t: float, state: Array, step: float) -> Array:
-    """The classical Runge-Kutta step of order 4."""
-    k1 = rates(t, state)
-    k2 = rates(t + 0.5 * step, state + 0.5 * step * k1)
-    k3 = rates(t + 0.5 * step, state + 0.5 * step * k2)
-    k4 = rates(t + step, state + step * k3)
-    return np.asarray(state + step / 6 * (k1 + 2 * k2 + 2 * k3 + k4))
-
-
-FIXED: dict[str, Rule] = {"Euler": euler, "RK4": runge_kutta}
 ADAPTIVE = ("RK45", "DOP853", "LSODA")
 
 
 def fixed(machine: Machine, name: str, count: int, restart: bool) -> Revolve:
     """Runs cycles by a rule of fixed step, about `count` steps a cycle."""
-    rule = FIXED[name]
+    tableau = FIXED[name.lower()]
 
     def stretch_steps(rates: Rates, t: float, state: Array, stretch: Stretch, period: float) -> Iterator[Step]:
         share = (stretch.high - stretch.low) / machine.scene.cycle
         wanted = max(round(count * share), 1)
         h = period * share / wanted if not restart else (stretch.high - state[0]) / state[1] / wanted
         for _ in range(_MOST_STEPS):
-            after = rule(rates, t, state, h)
+            step = partial(runge_kutta_step, tableau, rates, t, state, rate=rates(t, state))
+            after = step(h)
             if after[0] >= stretch.high:
-                h, after = _landed(rule, rates, t, state, h, stretch.high)
+                h = instant(lambda length, step=step: float(step(length)[0]) - stretch.high, 0.0, h)
+                after = step(h)
+                after[0] = stretch.high
             yield Step(_between(rates, t, state, h, after), t, t + h)
             t, state = t + h, after
             if state[0] >= stretch.high:
@@ -350,32 +338,16 @@ def fixed(machine: Machine, name: str, count: int, restart: bool) -> Revolve:
     return _revolving(machine, restart, stretch_steps)
 
 
-def _landed(rule: Rule, rates: Rates, t: float, state: Array, h: float, high: float) -> tuple[float, Array]:
-    """The step that ends exactly at an angle, by secants on its length."""
-    length = h
-    for _ in range(_LANDINGS):
-        after = rule(rates, t, state, length)
-        miss = after[0] - high
-        if abs(miss) <= 4e-16 * high:
-            break
-        length -= miss / after[1]
-    after[0] = high
-    return length, after
-
-
 def _between(rates: Rates, t: float, state: Array, h: float, after: Array) -> Callable[[Any], Array]:
-    """Hermite's cubic over a step."""
-    slopes: list[Array] = []
+    """Hermite's cubic over a step; its rates are found when it is first looked into, as few steps ever are."""
+    cubic: list[Callable[[Any], Array]] = []
 
     def dense(times: Any) -> Array:
         if np.ndim(times) == 0 and times == t + h:
             return after
-        if not slopes:  # few steps are ever looked into
-            slopes.extend((rates(t, state), rates(t + h, after)))
-        s = np.asarray((np.asarray(times) - t) / h)
-        parts = (2 * s**3 - 3 * s**2 + 1, s**3 - 2 * s**2 + s, 3 * s**2 - 2 * s**3, s**3 - s**2)
-        rows = (state, h * slopes[0], after, h * slopes[1])
-        return np.asarray(sum(np.multiply.outer(row, part) for row, part in zip(rows, parts, strict=True)))
+        if not cubic:
+            cubic.append(hermite(t, t + h, state, after, rates(t, state), rates(t + h, after)))
+        return cubic[0](times)
 
     return dense
 
@@ -393,7 +365,8 @@ def adaptive(machine: Machine, name: str, rtol: float, restart: bool) -> Revolve
             solver.step()
             dense, before = solver.dense_output(), float(solver.t_old)
             if solver.y[0] >= stretch.high:
-                yield Step(dense, before, _passage(dense, stretch.high, before, float(solver.t)))
+                end = instant(lambda t, dense=dense: float(dense(t)[0]) - stretch.high, before, float(solver.t))
+                yield Step(dense, before, end)
                 return
             yield Step(dense, before, float(solver.t))
             if not solver.y[1] > 0.0:
@@ -401,11 +374,6 @@ def adaptive(machine: Machine, name: str, rtol: float, restart: bool) -> Revolve
         raise NoAnswerError("the machine stops within its cycle")
 
     return _revolving(machine, restart, stretch_steps)
-
-
-def _passage(dense: Callable[[Any], Array], high: float, before: float, after: float) -> float:
-    """When an angle is passed within a step."""
-    return float(brentq(lambda t: float(dense(t)[0]) - high, before, after, xtol=1e-15 * after, rtol=1e-15))
 
 
 StretchSteps = Callable[[Rates, float, Array, Stretch, float], Iterator[Step]]

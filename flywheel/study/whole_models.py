@@ -7,9 +7,9 @@ from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.optimize import brentq
 
 from bondgraph.motion.simulation import Run
+from bondgraph.motion.stepping import instant
 from flywheel.machine.dynamics import Dynamics, circuit_of
 from flywheel.machine.machine import Machine
 from flywheel.mechanisms.families import has_joints
@@ -52,7 +52,7 @@ def _ended(run: Run, cycle: float, with_current: bool) -> Revolution:
     def omega(times: Array) -> Array:
         return np.asarray(run.flow("crank", times))
 
-    end = float(brentq(beyond, 0.0, float(run.t[-1]), xtol=1e-15 * float(run.t[-1]), rtol=1e-15))
+    end = instant(beyond, 0.0, float(run.t[-1]))
     current = float(run.flow(_ARMATURE, np.array([end]))[0]) if with_current else 0.0
     times = np.append(run.t[run.t < end], end)
     greatest, least = (summit(omega, times, sign) for sign in (1.0, -1.0))
@@ -154,7 +154,7 @@ def _with_inertia(linkage: Linkage, inertia: float) -> Linkage:
 def _end_state(run: MultibodyRun, last: float) -> tuple[float, float, float]:
     """The driver's rate where it reaches a coordinate, and the greatest and least on the way."""
     until = float(run.t[-1])
-    end = float(brentq(lambda t: float(run.at(t)[0][0]) - last, 0.0, until, xtol=1e-15 * until, rtol=1e-15))
+    end = instant(lambda t: float(run.at(t)[0][0]) - last, 0.0, until)
     times = np.append(run.t[run.t < end], end)
 
     def omega(wanted: Array) -> Array:

@@ -283,7 +283,8 @@ def test_a_flywheel_that_its_irregularity_hardly_tells_is_as_doubtful_as_that_or
         refusal = ""
     if refusal:
         assert w * inertia < 1e-3
-        assert "an irregularity that hardly tells the flywheel" in refusal
+        reasons = ("an irregularity that hardly tells the flywheel", "Newton's method has not settled")
+        assert any(reason in refusal for reason in reasons)
         return
     swing = np.ptp(result.cycle.start[0]) / (2 * c * result.speed**2)
     assert abs(result.flywheel.exact - inertia) <= result.error.exact * max(inertia, swing)

@@ -48,17 +48,6 @@ def test_adaptive_rules_come_to_the_same_cycle(name):
     assert found.least <= min(TRIAL.speed, found.speed) <= max(TRIAL.speed, found.speed) <= found.greatest
 
 
-def test_one_step_of_each_rule():
-    def rates(t, state):
-        return np.array([state[1], -state[0] + t])
-
-    state = np.array([1.0, 0.0])
-    assert steppers.euler(rates, 0.0, state, 0.1) == pytest.approx([1.0, -0.1])
-    step = steppers.runge_kutta(rates, 0.0, state, 0.1)
-    true = [np.cos(0.1) + 0.1 - np.sin(0.1), 1 - np.sin(0.1) - np.cos(0.1)]  # x = cos t - sin t + t
-    assert step == pytest.approx(true, abs=2e-7)
-
-
 @pytest.mark.parametrize("revolve", [steppers.fixed, steppers.adaptive])
 def test_a_machine_that_stops_has_no_cycle(revolve):
     setting = ("RK4", 36) if revolve is steppers.fixed else ("RK45", 1e-6)
