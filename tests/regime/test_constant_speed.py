@@ -190,3 +190,15 @@ def test_of_several_speeds_the_greatest_stable_one_is_taken_and_all_are_told():
     speed, (message,) = constant_speed.chosen_speed(moments_of(regimes.scene("two-speeds-fast", inertia=0.5)))
     assert speed == pytest.approx(float(regimes.figures("two-speeds-fast")["constant"]["speed"]), rel=1e-13)
     assert "6.57677 rad/s (unstable), 12.1242 rad/s (stable)" in message
+
+
+@pytest.mark.parametrize(("slope", "load"), [(1e4, 1e-3), (1e4, 1.0), (100.0, 1e-3), (1e5, 1e-2)])
+def test_the_last_digits_of_the_speed_are_in_the_error_of_work_under_a_stiff_motor(slope, load):
+    """Torques slope (20 - omega) and -load (1 + sin phi): at the constant speed their energy fluctuates by 2 load."""
+    torques = {
+        "load": [{"on": "crank", "torque": f"-{load} - {load}*sin(phi)"}],
+        "drive": {"torque": f"{slope}*(20 - omega)"},
+    }
+    found = flywheel.size(flywheel.load({**torques, "flywheel": {"inertia": 1.0}}), simulate=False)
+    true = abs(found.as_dict()["energy_fluctuation"] / (2 * load) - 1)
+    assert true <= found.error.work < 1e-6
