@@ -12,7 +12,7 @@ import numpy as np
 
 from flywheel.mechanisms import KINDS
 from flywheel.numerics.faults import Fault, mean, nearest, quote, show
-from flywheel.numerics.units import DIMENSIONS, QuantityError, parse_quantity, split_quantity
+from flywheel.numerics.units import DIMENSIONS, QuantityError, Unit, parse_quantity, parse_unit, plain_number, split_quantity
 from flywheel.reading.schema import GD2, MOST_TABLES, NAME_PATTERN, SECTIONS, TOP, TURN, Section
 from flywheel.scene.keys import Key
 from flywheel.scene.scene import Mechanism, Stroke
@@ -24,6 +24,8 @@ _LARGEST_SHARE = 2.0  # of a number that may be written in per cent
 _LEAST_PERCENT = 2.0  # below it a number is as likely a share that is too large
 _ROUNDING = 1.0 + 1e-12
 _ROUNDED = 1e-4  # share by which whole turns written with few digits miss them
+REPORTED = 5
+"""How many items of a list, or rows of a file, are noted one by one."""
 _SUGGESTIONS = 50  # a text of a megabyte may hold ten thousand wrong names; the first ones get advice
 
 
@@ -114,19 +116,72 @@ def child(path: str, name: str) -> str:
     return f"{path}.{plain}" if path else plain
 
 
-def read_fields(raw: Mapping[str, Any], keys: Sequence[Key], path: str, faults: Faults) -> Fields:
+class Item(NamedTuple):
+    """One table as it was read: as written, its values by key, where it stands, the faults so far, its list of keys."""
+
+    raw: Mapping[str, Any]
+    fields: Fields
+    path: str
+    faults: Faults
+    section: Section
+
+    def add(self, key: str, found: str, expected: str, advice: str = "") -> None:
+        """Note a fault of one key."""
+        self.faults.add(child(self.path, key), found, expected, advice)
+
+    def given(self, *names: str) -> list[str]:
+        """Those of some keys that are there."""
+        return [name for name in names if name in self.raw]
+
+    def one(self, *names: str) -> str:
+        """The one of some keys that is there, which the list of keys asks for; empty where there is none, or more."""
+        found = self.given(*names)
+        return found[0] if len(found) == 1 else ""
+
+    def without(self, names: Iterable[str], because: str, advice: str = "") -> None:
+        """Note those of some keys that make no sense here."""
+        for name in self.given(*names):
+            self.add(name, f"{name} {because}", "none", advice)
+
+    def needs(self, name: str, because: str = "") -> bool:
+        """Whether a key is there; a fault otherwise."""
+        if name not in self.raw:
+            key = next(key for key in self.section.keys if key.name == name)
+            self.add(name, "nothing", expectation(key), because)
+        return name in self.raw
+
+    def number(self, name: str) -> float:
+        """A number; NaN where it has a fault, or is missing."""
+        value = self.fields[name]
+        return math.nan if value is None else float(value)
+
+
+def read_item(raw: Mapping[str, Any], section: Section, path: str, faults: Faults, rotating: bool | None = None) -> Item:
+    """A table by its section: the values of its keys, and exactly one of those that exclude each other.
+
+    rotating: whether it acts on what rotates, which decides between two dimensions; None where that is not known.
+    """
+    item = Item(raw, read_fields(raw, section.keys, path, faults, rotating), path, faults, section)
+    for group in section.one_of:
+        exactly_one(item.given(*group), group, path, faults)
+    return item
+
+
+def read_fields(
+    raw: Mapping[str, Any], keys: Sequence[Key], path: str, faults: Faults, rotating: bool | None = None
+) -> Fields:
     """Every key of a table by its list; unknown, missing and wrong ones are noted."""
     known = {key.name: key for key in keys}
     for name in raw:
         if name not in known:
             faults.unknown(child(path, name), name, known)
-    return {key.name: _field(raw, key, child(path, key.name), faults) for key in keys}
+    return {key.name: _field(raw, key, child(path, key.name), faults, rotating) for key in keys}
 
 
 def read_typed(
-    raw: object, key: Key, kinds: Mapping[str, Section], path: str, faults: Faults
-) -> tuple[str, Mapping[str, Any], Fields] | None:
-    """A table whose keys follow from its type, the value of `key`: type, table and values; None for an unknown type."""
+    raw: object, key: Key, kinds: Mapping[str, Section], path: str, faults: Faults, rotating: bool | None = None
+) -> Item | None:
+    """A table whose keys follow from its type, the value of `key`; None for an unknown type."""
     if isinstance(raw, str):
         faults.add(path, show(raw), "a table", _typed_advice(raw, key, kinds, path))
         return None
@@ -137,7 +192,7 @@ def read_typed(
     if not isinstance(kind, str) or kind not in kinds:
         read_fields({key.name: kind} if key.name in table else {}, (key,), path, faults)
         return None
-    return kind, table, read_fields(table, kinds[kind].keys, path, faults)
+    return read_item(table, kinds[kind], path, faults, rotating)
 
 
 def _typed_advice(text: str, key: Key, kinds: Mapping[str, Section], path: str) -> str:
@@ -147,17 +202,57 @@ def _typed_advice(text: str, key: Key, kinds: Mapping[str, Section], path: str) 
     return f'write {name} = {{{key.name} = "{kind}", ...}}' + (f"; see flywheel reference {topic}" if topic else "")
 
 
-def _field(raw: Mapping[str, Any], key: Key, path: str, faults: Faults) -> Any:
-    """One key's value, its default, or None."""
+def _field(raw: Mapping[str, Any], key: Key, path: str, faults: Faults, rotating: bool | None) -> Any:
+    """One key's value, its default, or None; what needs its place or other tables is as it was written."""
     if key.name not in raw:
         if key.required:
             faults.add(path, "nothing", expectation(key), key.missing)
         return key.default
+    value = raw[key.name]
+    if key.name == GD2.name:
+        return read_gd2(value, path, faults)
+    if " | " in key.kind:
+        return None if rotating is None else read_quantity(value, key.kind.split(" | ")[rotating], key, path, faults)
     if key.kind in DIMENSIONS:
-        return read_quantity(raw[key.name], key.kind, key, path, faults)
+        return read_quantity(value, key.kind, key, path, faults)
     if key.kind in ("text", "name", "choice"):
-        return _text(raw[key.name], key, path, faults)
-    return raw[key.name]
+        return _text(value, key, path, faults)
+    if key.kind == "numbers":
+        return read_numbers(value, path, faults)
+    if key.kind == "flag" and not isinstance(value, bool):
+        faults.add(path, show(value), "true or false")
+        return None
+    return value
+
+
+def read_numbers(raw: object, path: str, faults: Faults) -> list[float] | None:
+    """A list of finite numbers; None after noting what is wrong with it, of its items the first few."""
+    found = items(raw)
+    if found is None:
+        faults.add(path, show(raw), "a list of numbers")
+        return None
+    plain = [plain_number(item) for item in found]
+    wrong = [i for i, number in enumerate(plain) if number is None or not math.isfinite(number)]
+    for i in wrong[:REPORTED]:
+        faults.add(f"{path}[{i}]", show(found[i]), "a finite number")
+    if len(wrong) > REPORTED:
+        faults.add(path, f"{len(wrong) - REPORTED} more like these", "finite numbers")
+    return None if wrong else [number for number in plain if number is not None]
+
+
+def read_unit(item: Item, name: str, dimension: str | None) -> Unit | None:
+    """The unit of a column; that of SI where none is named, None after noting a fault."""
+    text = item.fields[name]
+    if text is None:
+        return Unit()
+    if not isinstance(text, str):
+        item.add(name, show(text), "a text that names a unit")
+        return None
+    try:
+        return parse_unit(text, dimension)
+    except QuantityError as error:
+        item.add(name, error.found, error.expected, error.advice)
+        return None
 
 
 def read_quantity(value: object, dimension: str, key: Key, path: str, faults: Faults) -> float | None:

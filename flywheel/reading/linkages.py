@@ -11,18 +11,20 @@ from flywheel.numerics.units import plain_number
 from flywheel.reading.fields import (
     Faults,
     Fields,
+    Item,
     Setting,
     as_table,
     child,
-    exactly_one,
     is_name,
     items,
     read_fields,
+    read_item,
     read_quantity,
 )
 from flywheel.reading.schema import (
     COUPLING,
     COUPLING_KEYS,
+    COUPLING_ONE_OF,
     FRAME_BODY,
     JOINT,
     JOINT_KEYS,
@@ -265,34 +267,12 @@ def read_two(raw: object, path: str, wanted: str, faults: Faults) -> Sequence[ob
 
 _MOST_TEETH = 10**6
 _STEEPEST = math.radians(89.0)  # pressure angle: beyond it hardly any of a tooth's force would drive
-_KEYS = {key.name: key for key in COUPLING.keys}
+_Pair = tuple[Joint, Joint, str]
+"""Two joints, and the body that carries both."""
 
 _TAKES = {GEAR: ((PIN,), (PIN,)), ROLLING: ((PIN,), (SLIDE,)), CAM: ((PIN,), (SLIDE, PIN))}
 """Kinds of the first and of the second joint that a coupling takes."""
 _NOT_TAKEN = {FIXED: "a fixed joint has no coordinate", SLOT: "a pin in a slot has two motions, not one"}
-
-
-class _Item(NamedTuple):
-    """One coupling's table on its way: its keys as read, its two joints, and the body that carries both."""
-
-    raw: Mapping[str, Any]
-    fields: Fields
-    first: Joint
-    second: Joint
-    carrier: str
-    path: str
-    bodies: Bodies
-    setting: Setting
-
-    @property
-    def faults(self) -> Faults:
-        return self.setting.faults
-
-    def quantity(self, key: str, dimension: str) -> float | None:
-        """A quantity whose dimension hangs on the type of the coupling; None where there is none, or a faulty one."""
-        if key not in self.raw:
-            return 0.0 if key == "phase" else None
-        return read_quantity(self.raw[key], dimension, _KEYS[key], f"{self.path}.{key}", self.faults)
 
 
 def read_couplings(raw: object, path: str, bodies: Bodies, joints: Joints, setting: Setting) -> tuple[Coupling, ...]:
@@ -318,18 +298,19 @@ def _coupling(raw: Mapping[str, Any], path: str, bodies: Bodies, joints: Joints,
     kind = raw.get("type")
     kind = kind if isinstance(kind, str) and kind in COUPLING_KEYS else ""
     raw = without_misplaced(raw, kind, COUPLING_KEYS, path, faults)
-    fields = read_fields(raw, keys_for(COUPLING, COUPLING_KEYS.get(kind)), path, faults)
+    section = COUPLING._replace(keys=keys_for(COUPLING, COUPLING_KEYS.get(kind)), one_of=COUPLING_ONE_OF.get(kind, ()))
+    item = read_item(raw, section, path, faults, rotating=kind == GEAR if kind else None)
     pair = _pair(raw["between"], kind, f"{path}.between", joints, faults) if "between" in raw else None
     if pair is None:
         return None
-    first, second, carrier = pair
-    values = _READERS[kind](_Item(raw, fields, first, second, carrier, path, bodies, setting))
+    first, second, _ = pair
+    values = _cam(item, pair, bodies, setting) if kind == CAM else _geared(item, pair)
     if len(faults) > before:
         return None
-    return Coupling(fields["name"] or f"{first.name}-{second.name}", kind, first.name, second.name, **values)
+    return Coupling(item.fields["name"] or f"{first.name}-{second.name}", kind, first.name, second.name, **values)
 
 
-def _pair(raw: object, kind: str, path: str, joints: Joints, faults: Faults) -> tuple[Joint, Joint, str] | None:
+def _pair(raw: object, kind: str, path: str, joints: Joints, faults: Faults) -> _Pair | None:
     """The two joints that a coupling joins, of kinds that fit, and the body that carries both."""
     names = read_two(raw, path, 'a list of two joints, such as ["O", "P"]', faults)
     found = [joint for i, name in enumerate(names) if (joint := joints.find(name, f"{path}[{i}]", faults)) is not None]
@@ -361,49 +342,38 @@ def _fit(kind: str, pair: list[Joint], path: str, faults: Faults) -> bool:
 # -- gears and what rolls ------------------------------------------------------------------------------------------------
 
 
-def _gear(item: _Item) -> dict[str, Any]:
-    """Ratio, phase and pressure angle of a gear pair."""
-    exactly_one([key for key in ("ratio", "teeth") if key in item.raw], ("ratio", "teeth"), item.path, item.faults)
+def _geared(item: Item, pair: _Pair) -> dict[str, Any]:
+    """Ratio (of what rolls a radius with its sign), phase and pressure angle of a gear pair, or of what rolls on a slide."""
+    rolls = pair[1].kind == SLIDE
+    if rolls and "ratio" not in item.raw:
+        item.add("ratio", "nothing", 'a length such as "100 mm": the slide per rad of the pin')
     if "internal" in item.raw and "teeth" not in item.raw:
         advice = "the sign of the ratio says which (see flywheel reference linkage)"
-        item.faults.add(f"{item.path}.internal", "internal beside a ratio", "none", advice)
-    ratio = _toothed(item) if "teeth" in item.raw else _ratio(item, "number")
-    return {"ratio": ratio, "phase": item.quantity("phase", "angle"), "pressure_angle": _pressure_angle(item)}
-
-
-def _rolling(item: _Item) -> dict[str, Any]:
-    """Radius with its sign, phase and pressure angle of what rolls along a slide."""
-    if "ratio" not in item.raw:
-        item.faults.add(f"{item.path}.ratio", "nothing", 'a length such as "100 mm": the slide per rad of the pin')
-    ratio = _ratio(item, "length")
-    return {"ratio": ratio, "phase": item.quantity("phase", "length"), "pressure_angle": _pressure_angle(item)}
-
-
-def _ratio(item: _Item, dimension: str) -> float | None:
-    """A ratio other than 0."""
-    ratio = item.quantity("ratio", dimension)
+        item.add("internal", "internal beside a ratio", "none", advice)
+    ratio = _toothed(item, pair) if "teeth" in item.raw else item.fields["ratio"]
     if ratio == 0.0:
-        item.faults.add(f"{item.path}.ratio", show(item.raw["ratio"]), "a ratio other than 0")
-    return ratio
+        item.add("ratio", show(item.raw["ratio"]), "a ratio other than 0")
+    angle = item.fields["pressure_angle"] or 0.0
+    if not 0.0 <= angle <= _STEEPEST:
+        item.add("pressure_angle", show(item.raw["pressure_angle"]), "an angle from 0 to 89 deg")
+    return {"ratio": ratio, "phase": item.fields["phase"], "pressure_angle": angle}
 
 
-def _toothed(item: _Item) -> float | None:
+def _toothed(item: Item, pair: _Pair) -> float | None:
     """The ratio of two wheels: -z1/z2, or z1/z2 where one has its teeth inside.
 
     A pin counts the angle of its second body against its first. Where one pin has the carrier as its first body and the
     other as its second, their angles count opposite ways, and the ratio changes its sign.
     """
-    path, faults = item.path, item.faults
-    internal = item.raw.get("internal", False)
-    if not isinstance(internal, bool):
-        faults.add(f"{path}.internal", show(internal), "true or false")
-    pair = read_two(item.raw["teeth"], f"{path}.teeth", "a list of two numbers of teeth, such as [20, 40]", faults)
-    one, two = [_count(count, f"{path}.teeth[{i}]", faults) for i, count in enumerate(pair)] or (None, None)
+    path, faults, internal = item.path, item.faults, bool(item.fields["internal"])
+    counts = read_two(item.raw["teeth"], f"{path}.teeth", "a list of two numbers of teeth, such as [20, 40]", faults)
+    one, two = [_count(count, f"{path}.teeth[{i}]", faults) for i, count in enumerate(counts)] or (None, None)
     if one is None or two is None:
         return None
-    if internal is True and one == two:
-        faults.add(f"{path}.teeth", "as many on both wheels of an internal pair", "more on the outer one")
-    alike = (item.first.first == item.carrier) == (item.second.first == item.carrier)
+    if internal and one == two:
+        item.add("teeth", "as many on both wheels of an internal pair", "more on the outer one")
+    first, second, carrier = pair
+    alike = (first.first == carrier) == (second.first == carrier)
     return (1 if internal == alike else -1) * one / two
 
 
@@ -416,57 +386,36 @@ def _count(raw: object, path: str, faults: Faults) -> float | None:
     return None
 
 
-def _pressure_angle(item: _Item) -> float:
-    """Pressure angle of the teeth, well short of a right angle."""
-    angle: float = item.fields["pressure_angle"] or 0.0
-    if not 0.0 <= angle <= _STEEPEST:
-        item.faults.add(f"{item.path}.pressure_angle", show(item.raw["pressure_angle"]), "an angle from 0 to 89 deg")
-    return angle
-
-
-# -- cams ----------------------------------------------------------------------------------------------------------------
-
-
-def _cam(item: _Item) -> dict[str, Any]:
+def _cam(item: Item, pair: _Pair, bodies: Bodies, setting: Setting) -> dict[str, Any]:
     """Lift law, point of contact and friction of a cam."""
-    return {"lift": _lift(item), "contact": _contact(item), "friction": item.fields["friction"]}
+    _, second, carrier = pair
+    text, contact = item.fields["contact"], None
+    found = None if text is None else find_point(text, f"{item.path}.contact", bodies, item.faults)
+    if found is not None:
+        follower = second.second if second.first == carrier else second.first
+        if found[0] != follower:
+            item.add("contact", quote(text), f"a point of the follower, {follower}")
+        contact = found[0], found[1].name
+    return {"lift": _lift(item, second.kind == PIN, setting), "contact": contact, "friction": item.fields["friction"]}
 
 
-def _contact(item: _Item) -> tuple[str, str] | None:
-    """Body and point through which the cam pushes: a point of the follower."""
-    text = item.fields["contact"]
-    found = None if text is None else find_point(text, f"{item.path}.contact", item.bodies, item.faults)
-    if found is None:
-        return None
-    follower = item.second.second if item.second.first == item.carrier else item.second.first
-    if found[0] != follower:
-        item.faults.add(f"{item.path}.contact", quote(text), f"a point of the follower, {follower}")
-    return found[0], found[1].name
-
-
-def _lift(item: _Item) -> Lift | None:
+def _lift(item: Item, rotating: bool, setting: Setting) -> Lift | None:
     """The lift law over a turn of the cam: smooth, and back where it was."""
-    path, setting, rotating = item.path, item.setting, item.second.kind == PIN
-    given = [key for key in ("lift", "table") if key in item.raw]
-    if not exactly_one(given, ("lift", "table"), path, item.faults):
-        return None
-    before = len(item.faults)
-    law = read_law(item.raw[given[0]], "theta" if rotating else "x", f"{path}.{given[0]}", setting)
+    key, before = item.one("lift", "table"), len(item.faults)
+    path = f"{item.path}.{key}"
+    law = read_law(item.raw[key], "theta" if rotating else "x", path, setting) if key else None
     if law is None or any(map(math.isnan, setting.parameters.values())):
         return None
-    output = fitted(Output(given[0], rotating, law, 1.0), TURN, path, item.faults)
+    output = fitted(Output(key, rotating, law, 1.0), TURN, item.path, item.faults)
     if len(item.faults) > before:
         return None
     from flywheel.mechanisms.law import followed  # only scenes with a cam pay for it
 
     try:
-        return Lift(followed(output, TURN, setting.parameters, path), TURN)
+        return Lift(followed(output, TURN, setting.parameters, item.path), TURN)
     except SceneError as error:
-        item.faults.extend(fault._replace(path=f"{path}.{given[0]}") for fault in error.faults)
+        item.faults.extend(fault._replace(path=path) for fault in error.faults)
         return None
-
-
-_READERS = {GEAR: _gear, ROLLING: _rolling, CAM: _cam}
 
 
 # -- linkages ----------------------------------------------------------------------------------------------------------
@@ -499,7 +448,7 @@ def read_linkage(raw: Mapping[str, Any], fields: Fields, path: str, setting: Set
         driver=fields["driver"] if isinstance(fields["driver"], str) else "",
         couplings=read_couplings(raw.get("couplings", ()), f"{path}.couplings", bodies, joints, setting),
         sides=tuple(_sides(raw.get("assembly", ()), f"{path}.assembly", bodies, faults)),
-        start=_start(fields["start"], driver, f"{path}.start", faults),
+        start=_start(raw.get("start", 0.0), driver, f"{path}.start", faults),
         path=path,
     )
     points = _port_points(raw.get("ports", {}), f"{path}.ports", bodies, faults)

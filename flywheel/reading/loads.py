@@ -4,17 +4,17 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from typing import Any, NamedTuple
 
 import numpy as np
 
+from flywheel.components.gas_forces import piston_area
 from flywheel.components.motors import Motor
-from flywheel.numerics.expressions import Expression
 from flywheel.numerics.faults import show, told
 from flywheel.reading.fields import (
     Faults,
-    Fields,
+    Item,
     Place,
     Places,
     Setting,
@@ -23,18 +23,15 @@ from flywheel.reading.fields import (
     exactly_one,
     expectation,
     read_fields,
-    read_gd2,
-    read_quantity,
+    read_item,
     whole,
 )
-from flywheel.reading.schema import MOST_TABLES, MOST_TURNS, SECTIONS
+from flywheel.reading.schema import MOST_TABLES, MOST_TURNS, SECTIONS, Section
 from flywheel.reading.tables import TOLERANCE, fit_period, fit_stroke, fit_window, read_effort, read_table
-from flywheel.scene.keys import Key
 from flywheel.scene.scene import Damper, Inertia, Law, Load, Spring, Stroke, Table
 
 _SAME = 1e-12  # share of a period within which two angles are one
 _ROUNDED = 1e-15  # share of a period by which rounding alone may miss its seam
-_LAWS = ("force", "torque", "table", "model")
 
 
 class Window(NamedTuple):
@@ -45,169 +42,117 @@ class Window(NamedTuple):
     good: bool = True
 
 
-def listed(raw: object, name: str, faults: Faults) -> list[tuple[str, Mapping[str, Any]]]:
-    """The tables of an array with their paths, `load[0]`, `load[1]`...; a lone table is a fault, but read."""
-    if raw is None:
-        return []
+def _listed(raw: object, section: Section, places: Places, setting: Setting) -> Iterator[tuple[Item, Place | None]]:
+    """The tables of an array, `load[0]`, `load[1]`..., as read, each with its place; a lone table is a fault, but read."""
+    name, faults = section.name, setting.faults
     if isinstance(raw, Mapping):
         faults.add(name, "a table", "an array of tables", f"write [[{name}]]")
         raw = [raw]
-    if not isinstance(raw, (list, tuple)):
+    if raw is not None and not isinstance(raw, (list, tuple)):
         faults.add(name, show(raw), "an array of tables", f"write [[{name}]]")
-        return []
-    if len(raw) > MOST_TABLES:
+    elif raw is not None and len(raw) > MOST_TABLES:
         faults.add(name, f"{len(raw)} tables", f"at most {MOST_TABLES}")
-        return []
-    tables = [(f"{name}[{i}]", as_table(item, f"{name}[{i}]", faults)) for i, item in enumerate(raw)]
-    return [(path, table) for path, table in tables if table is not None]
+    else:
+        for i, each in enumerate(raw or ()):
+            path = f"{name}[{i}]"
+            table = as_table(each, path, faults)
+            if table is not None:
+                place = places.find(table.get("on"), f"{path}.on", faults)
+                yield read_item(table, section, path, faults, None if place is None else place.rotating), place
 
 
 def read_inertias(raw: object, places: Places, setting: Setting) -> tuple[Inertia, ...]:
-    """Masses and inertias fixed on places."""
+    """Masses and inertias fixed on places, given as such or as GD²."""
     found = []
-    for path, table in listed(raw, "inertia", setting.faults):
-        fields = read_fields(table, SECTIONS["inertia"].keys, path, setting.faults)
-        place = places.find(fields["on"], f"{path}.on", setting.faults)
-        value = _inertia(table, fields, place, path, setting.faults)
+    for item, place in _listed(raw, SECTIONS["inertia"], places, setting):
+        given = item.given("value", "gd2")
+        if not given:
+            item.add("value", "nothing", "a mass or an inertia, or gd2")
+        elif len(given) > 1:
+            exactly_one(given, ("value", "gd2"), item.path, item.faults)
+        elif given == ["gd2"] and place is not None and not place.rotating:
+            item.add("gd2", f'a GD² on "{place.name}", which translates', "a mass, in value")
+        value = item.fields["gd2" if "gd2" in given else "value"]
         if place is not None and value is not None:
-            found.append(Inertia(place.name, value, path))
+            found.append(Inertia(place.name, value, item.path))
     return tuple(found)
-
-
-def _inertia(table: Mapping[str, Any], fields: Fields, place: Place | None, path: str, faults: Faults) -> float | None:
-    """The mass or inertia of a table, or the inertia of its GD²."""
-    if "gd2" not in table and "value" not in table:
-        faults.add(f"{path}.value", "nothing", "a mass or an inertia, or gd2")
-    elif "gd2" not in table:
-        return _by_place(fields, "value", "inertia", place, path, faults)
-    elif exactly_one([key for key in ("value", "gd2") if key in table], ("value", "gd2"), path, faults):
-        if place is None or place.rotating:
-            return read_gd2(table["gd2"], f"{path}.gd2", faults)
-        faults.add(f"{path}.gd2", f'a GD² on "{place.name}", which translates', "a mass, in value")
-    return None
 
 
 def read_springs(raw: object, places: Places, setting: Setting) -> tuple[Spring, ...]:
     """Springs to the frame; they hang only on places that come back."""
     found = []
-    for path, table in listed(raw, "spring", setting.faults):
-        fields = read_fields(table, SECTIONS["spring"].keys, path, setting.faults)
-        place = places.find(fields["on"], f"{path}.on", setting.faults)
-        stiffness = _by_place(fields, "stiffness", "spring", place, path, setting.faults)
-        rest = _by_place(fields, "rest", "spring", place, path, setting.faults)
+    for item, place in _listed(raw, SECTIONS["spring"], places, setting):
+        stiffness, rest = item.fields["stiffness"], item.fields["rest"]
         if place is not None and not place.returns:
-            setting.faults.add(f"{path}.on", show(fields["on"]), "a place that comes back to where it was each cycle")
+            item.add("on", show(item.raw["on"]), "a place that comes back to where it was each cycle")
         elif place is not None and stiffness is not None and rest is not None:
-            found.append(Spring(place.name, stiffness, rest, path))
+            found.append(Spring(place.name, stiffness, rest, item.path))
     return tuple(found)
 
 
 def read_dampers(raw: object, places: Places, setting: Setting) -> tuple[Damper, ...]:
     """Dampers to the frame."""
     found = []
-    for path, table in listed(raw, "damper", setting.faults):
-        fields = read_fields(table, SECTIONS["damper"].keys, path, setting.faults)
-        place = places.find(fields["on"], f"{path}.on", setting.faults)
-        coefficient = _by_place(fields, "coefficient", "damper", place, path, setting.faults)
-        if place is not None and coefficient is not None:
-            found.append(Damper(place.name, coefficient, path))
+    for item, place in _listed(raw, SECTIONS["damper"], places, setting):
+        if place is not None and item.fields["coefficient"] is not None:
+            found.append(Damper(place.name, item.fields["coefficient"], item.path))
     return tuple(found)
-
-
-def _by_place(fields: Fields, name: str, section: str, place: Place | None, path: str, faults: Faults) -> float | None:
-    """A quantity whose dimension depends on whether its place translates or rotates."""
-    key = next(key for key in SECTIONS[section].keys if key.name == name)
-    if place is None or fields[name] is None:
-        return None
-    dimension = key.kind.split(" | ")[place.rotating]
-    return read_quantity(fields[name], dimension, key, f"{path}.{name}", faults)
 
 
 def read_loads(raw: object, places: Places, setting: Setting) -> tuple[Load, ...]:
     """Every load that could be read."""
-    found = (_load(table, path, places, setting) for path, table in listed(raw, "load", setting.faults))
+    section = SECTIONS["load"]
+    if setting.sliding:  # windows are stretches of the slide's way
+        keys = tuple(key._replace(kind="length") if key.kind == "angle" else key for key in section.keys)
+        section = section._replace(keys=keys)
+    found = (_load(item, place, places, setting) for item, place in _listed(raw, section, places, setting))
     return tuple(load for load in found if load is not None)
 
 
-def _load(raw: Mapping[str, Any], path: str, places: Places, setting: Setting) -> Load | None:
-    """One load; None after noting a fault."""
-    faults = setting.faults
-    before = len(faults)
-    fields = read_fields(raw, _load_keys(setting), path, faults)
-    place = places.find(fields["on"], f"{path}.on", faults)
-    every = _every(fields["every"], place, path, setting) if setting.stroke is None else _once(raw, path, setting)
-    window = _window(raw, fields, every, path, setting)
+def _load(item: Item, place: Place | None, places: Places, setting: Setting) -> Load | None:
+    """One load; None where it could not be read."""
+    fields, path, faults, once = item.fields, item.path, item.faults, setting.stroke is not None
+    if once:
+        item.without(["every"], "beside [stroke]", "nothing repeats along a stroke")
+    every = setting.cycle if once else _every(fields["every"], place, path, setting)
+    window = _window(item, every, setting)
     sense = _sense(fields["while"], f"{path}.while", faults)
-    one = exactly_one([key for key in _LAWS if key in raw], _LAWS, path, faults)
-    law, model, piston = _law_or_model(raw, place, places, (window, every), path, setting) if one else (None, "", None)
+    law, model, piston = _law_or_model(item, place, places, (window, every), setting)
     if fields["bore"] is not None:
-        piston = _piston(fields["bore"], raw, place, places, path, faults)
+        if "model" in item.raw:
+            item.add("bore", "a bore beside a model", "none", "an indicator diagram has a bore of its own")
+        elif place is not None and (place.rotating or place.name in places.shafts):
+            item.add("bore", f'a bore on "{place.name}"', "a port that translates, as a piston does")
+        piston = piston_area(fields["bore"])
     if isinstance(law, Table) and every is not None and window.good:
         law = _fitted(law, every, window, f"{path}.model.table" if model else f"{path}.table", setting)
-    if len(faults) > before or place is None or every is None or law is None:
+    if place is None or every is None or law is None:
         return None
-    return Load(place.name, law, every, window.start, window.end, sense, path, setting.stroke is not None, model, piston)
-
-
-def _piston(bore: float, raw: Mapping[str, Any], place: Place | None, places: Places, path: str, faults: Faults) -> float:
-    """The area (m²) of a piston that a load's gas presses on."""
-    from flywheel.components.gas_forces import piston_area  # only scenes with a cylinder pay for it
-
-    if "model" in raw:
-        faults.add(f"{path}.bore", "a bore beside a model", "none", "an indicator diagram has a bore of its own")
-    elif place is not None and (place.rotating or place.name in places.shafts):
-        faults.add(f"{path}.bore", f'a bore on "{place.name}"', "a port that translates, as a piston does")
-    return piston_area(bore)
+    return Load(place.name, law, every, window.start, window.end, sense, path, once, model, piston)
 
 
 def _law_or_model(
-    raw: Mapping[str, Any],
-    place: Place | None,
-    places: Places,
-    acting: tuple[Window, float | None],
-    path: str,
-    setting: Setting,
+    item: Item, place: Place | None, places: Places, acting: tuple[Window, float | None], setting: Setting
 ) -> tuple[Law | None, str, float | None]:
     """The law of a load; where it comes from a model, what it is in words, and the area of its piston."""
-    if "model" not in raw:
-        return _law(raw, place, path, setting), "", None
-    from flywheel.reading.load_models import Site, check_keys, read_model  # only scenes with a model pay for it
+    raw, path, key = item.raw, item.path, item.one("force", "torque", "table", "model")
+    if key == "model":
+        from flywheel.reading.load_models import Site, read_model  # only scenes with a model pay for it
 
-    if place is None:
-        check_keys(raw["model"], f"{path}.model", setting.faults)
-        return None, "", None
-    window, every = acting
-    unread = (math.nan, math.nan) if not window.good else None
-    ends = unread if window.start is None or window.end is None else (window.start, window.end)
-    found = read_model(raw["model"], f"{path}.model", Site(place, places, ends, every, setting))
-    return (None, "", None) if found is None else found
-
-
-def _load_keys(setting: Setting) -> tuple[Key, ...]:
-    """The keys of a load, whose window is one of lengths where the reduction element slides."""
-    keys = SECTIONS["load"].keys
-    return tuple(key._replace(kind="length") if key.kind == "angle" and setting.sliding else key for key in keys)
-
-
-def _once(raw: Mapping[str, Any], path: str, setting: Setting) -> float | None:
-    """How far a load reaches on a stroke, after which it does not repeat."""
-    if "every" in raw:
-        setting.faults.add(f"{path}.every", "every beside [stroke]", "none", "nothing repeats along a stroke")
-    return setting.cycle
-
-
-def _law(raw: Mapping[str, Any], place: Place | None, path: str, setting: Setting) -> Law | None:
-    """The law of a load: a force where its place translates, a torque where it rotates, or a table of either."""
-    if "table" in raw:
+        window, every = acting
+        unread = (math.nan, math.nan) if not window.good else None
+        ends = unread if window.start is None or window.end is None else (window.start, window.end)
+        site = None if place is None else Site(place, places, ends, every, setting)
+        return read_model(raw["model"], f"{path}.model", site, item.faults) or (None, "", None)
+    if key == "table":
         dimension = None if place is None else ("torque" if place.rotating else "force")
         along = "length" if setting.sliding else "angle"
-        return read_table(raw["table"], dimension, f"{path}.table", setting.folder, setting.faults, along)
-    key = "force" if "force" in raw else "torque"
-    if place is not None and place.rotating != (key == "torque"):
+        return read_table(raw["table"], dimension, f"{path}.table", setting.folder, item.faults, along), "", None
+    if key and place is not None and place.rotating != (key == "torque"):
         moves, other = ("rotates", "torque") if place.rotating else ("translates", "force")
-        setting.faults.add(f"{path}.{key}", f'a {key} on "{place.name}", which {moves}', f"a {other}")
-        return None
-    return read_effort(raw[key], key, f"{path}.{key}", setting)
+        item.add(key, f'a {key} on "{place.name}", which {moves}', f"a {other}")
+        return None, "", None
+    return read_effort(raw[key], key, f"{path}.{key}", setting) if key else None, "", None
 
 
 def _every(given: float | None, place: Place | None, path: str, setting: Setting) -> float | None:
@@ -229,17 +174,15 @@ def _every(given: float | None, place: Place | None, path: str, setting: Setting
     return place.travel / repeats
 
 
-def _window(raw: Mapping[str, Any], fields: Fields, every: float | None, path: str, setting: Setting) -> Window:
+def _window(item: Item, every: float | None, setting: Setting) -> Window:
     """When the load acts, its ends brought into one period; `from` to `to` over a whole period is always."""
-    faults = setting.faults
-    given = [key for key in ("from", "to") if key in raw]
+    path, faults, given = item.path, item.faults, item.given("from", "to")
     if not given:
         return Window()
     if len(given) == 1:
-        missing = "to" if given == ["from"] else "from"
-        faults.add(f"{path}.{missing}", "nothing", f"an angle, as there is {given[0]}")
+        item.add("to" if given == ["from"] else "from", "nothing", f"an angle, as there is {given[0]}")
         return Window(good=False)
-    start, end = fields["from"], fields["to"]
+    start, end = item.fields["from"], item.fields["to"]
     if start is None or end is None or every is None:
         return Window(good=False)
     if setting.stroke is not None:
@@ -250,7 +193,7 @@ def _window(raw: Mapping[str, Any], fields: Fields, every: float | None, path: s
         return Window(good=False)
     start, end = _reduced(start, every), _reduced(end, every)
     if abs(start - end) <= _SAME * every:
-        faults.add(f"{path}.to", f"{show(raw['to'])}, where the load begins", "another angle")
+        faults.add(f"{path}.to", f"{show(item.raw['to'])}, where the load begins", "another angle")
         return Window(good=False)
     return Window(start, end or every)
 
@@ -336,28 +279,20 @@ def read_drive(raw: object, places: Places, setting: Setting) -> Drive:
     fields = read_fields(table, SECTIONS["drive"].keys, "drive", setting.faults)
     shaft = places.shaft(fields["on"] if "on" in table else setting.element, "drive.on", setting.faults)
     key = _driving(table, setting)
-    if key is None:
-        return Drive()
+    motor: Motor | None = None
+    law: Law | None = None
+    balance = key is not None and isinstance(table[key], str) and table[key] == "balance"
     if key == "motor":
-        return _motored(table["motor"], shaft, setting)
-    balance = isinstance(table[key], str) and table[key] == "balance"
-    law: float | Expression | None = None
-    if not balance:
+        from flywheel.reading.motors import read_motor  # only scenes with a motor pay for it
+
+        motor = read_motor(table[key], "drive.motor", setting)
+        law, balance = None if motor is None else motor.law(), False
+    elif key is not None and not balance:
         law = read_effort(table[key], key, f"drive.{key}", setting)
     if setting.cycle is None or (law is None and not balance):
         return Drive(None, balance)
-    return Drive(Load(shaft, law, setting.cycle, path="drive", once=setting.stroke is not None), balance)
-
-
-def _motored(raw: object, shaft: str, setting: Setting) -> Drive:
-    """A drive by a motor, whose law depends on the speed of its shaft."""
-    from flywheel.reading.motors import read_motor  # only scenes with a motor pay for it
-
-    motor = read_motor(raw, "drive.motor", setting)
-    if motor is None or setting.cycle is None:
-        return Drive()
-    once = setting.stroke is not None
-    return Drive(Load(shaft, motor.law(), setting.cycle, path="drive", once=once, model=motor.title), motor=motor)
+    title = "" if motor is None else motor.title
+    return Drive(Load(shaft, law, setting.cycle, path="drive", once=setting.stroke is not None, model=title), balance, motor)
 
 
 def _driving(table: Mapping[str, Any], setting: Setting) -> str | None:

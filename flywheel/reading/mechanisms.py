@@ -23,11 +23,10 @@ from flywheel.reading.fields import (
     as_table,
     child,
     default_period,
-    exactly_one,
     is_name,
     items,
     read_fields,
-    read_quantity,
+    read_item,
     whole,
 )
 from flywheel.reading.schema import (
@@ -108,16 +107,11 @@ def _unread(sliding: bool) -> Stroke:
 
 
 def _read(table: Mapping[str, Any], sliding: bool, faults: Faults) -> Stroke:
-    keys = SECTIONS["stroke"].keys
-    fields = read_fields(table, keys, "stroke", faults)
-    values = []
-    for key in keys:
-        dimension, value = key.kind.split(" | ")[not sliding], fields[key.name]
-        number = None if value is None else read_quantity(value, dimension, key, f"stroke.{key.name}", faults)
-        values.append(math.nan if number is None else number)
-    stroke = Stroke(values[0], values[1], values[2], values[3], sliding)
-    is_read = not any(map(math.isnan, values)) and _is_stroke(stroke.start, stroke.end, sliding, faults)
-    return stroke if is_read else _unread(sliding)
+    fields = read_fields(table, SECTIONS["stroke"].keys, "stroke", faults, rotating=not sliding)
+    start, end, speed, acceleration = fields.values()
+    if None in fields.values() or not _is_stroke(start, end, sliding, faults):
+        return _unread(sliding)
+    return Stroke(start, end, speed, acceleration, sliding)
 
 
 def _is_stroke(start: float, end: float, sliding: bool, faults: Faults) -> bool:
@@ -416,8 +410,8 @@ def _output(name: str, raw: object, path: str, setting: Setting) -> Output | Non
     if table is None:
         return None
     table = _positioned(table)
-    fields = read_fields(table, OUTPUT.keys, path, faults)
-    if not exactly_one([key for key in ("x", "theta") if key in table], ("x", "theta"), path, faults):
+    item = read_item(table, OUTPUT, path, faults)
+    if not item.one("x", "theta"):
         return None
     key, own, other = ("x", "mass", "inertia") if "x" in table else ("theta", "inertia", "mass")
     if other in table:
@@ -425,7 +419,7 @@ def _output(name: str, raw: object, path: str, setting: Setting) -> Output | Non
     law = read_law(table[key], key, f"{path}.{key}", setting)
     if law is None or len(faults) > before:
         return None
-    return Output(name, key == "theta", law, fields[own])
+    return Output(name, key == "theta", law, item.fields[own])
 
 
 def _positioned(output: Mapping[str, Any]) -> Mapping[str, Any]:

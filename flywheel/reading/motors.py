@@ -2,35 +2,30 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple, TypeVar
+from typing import TypeVar
 
-from flywheel.components.motors import Motor, Point
-from flywheel.numerics.faults import Fault, SceneError, show
-from flywheel.numerics.units import LARGEST, QuantityError, Unit, convert, parse_unit
-from flywheel.reading.fields import Faults, Fields, Setting, as_table, exactly_one, expectation, read_fields, read_typed
-from flywheel.reading.schema import CURVE, MOTOR_TYPE, MOTORS
-from flywheel.reading.tables import listed_numbers
-
-if TYPE_CHECKING:
-    from flywheel.components.motors import Curve
+from flywheel.components.motors import (
+    DC,
+    Constant,
+    Curve,
+    Engine,
+    Induction,
+    Line,
+    Motor,
+    Point,
+    dc_from_plate,
+    line_from_no_load,
+    line_through,
+)
+from flywheel.numerics.faults import SceneError
+from flywheel.numerics.units import LARGEST, QuantityError, Unit, convert
+from flywheel.reading.fields import Fields, Item, Setting, as_table, exactly_one, read_item, read_typed, read_unit
+from flywheel.reading.schema import CURVE, LINES, MOTOR_TYPE, MOTORS
+from flywheel.reading.tables import read_columns
 
 Made = TypeVar("Made", bound=Motor)
-
-
-class Item(NamedTuple):
-    """What a motor is read from: the table as written, its checked values, where it stands, and where files lie."""
-
-    raw: Mapping[str, Any]
-    fields: Fields
-    path: str
-    folder: Path | None
-    faults: Faults
-
-    def given(self, *names: str) -> list[str]:
-        """Those of some keys that are there."""
-        return [name for name in names if name in self.raw]
 
 
 def read_motor(raw: object, path: str, setting: Setting) -> Motor | None:
@@ -38,48 +33,41 @@ def read_motor(raw: object, path: str, setting: Setting) -> Motor | None:
 
     Whatever a motor itself finds wrong with its values stands at the path of their keys.
     """
-    faults = setting.faults
-    before = len(faults)
-    typed = read_typed(raw, MOTOR_TYPE, MOTORS, path, faults)
-    if typed is None or len(faults) > before:
+    before = len(setting.faults)
+    item = read_typed(raw, MOTOR_TYPE, MOTORS, path, setting.faults)
+    if item is None or len(setting.faults) > before:
         return None
-    kind, table, fields = typed
-    return _built(_READERS[kind], Item(table, fields, path, setting.folder, faults))
+    return _motor(_READERS[item.section.name], item, setting.folder)
 
 
-def _built(build: Callable[[Item], Made | None], item: Item) -> Made | None:
+def _motor(reader: Callable[[Item, Path | None], Made | None], item: Item, folder: Path | None) -> Made | None:
     """A motor, with its own faults put where the scene has the values."""
     try:
-        return build(item)
+        return reader(item, folder)
     except SceneError as error:
         item.faults.extend(fault._replace(path=f"{item.path}.{fault.path}") for fault in error.faults)
         return None
 
 
-def _constant(item: Item) -> Motor:
-    from flywheel.components.motors import Constant
-
+def _constant(item: Item, _: Path | None) -> Motor:
     return Constant(value=item.fields["torque"], inertia=item.fields["inertia"])
 
 
-_LINES = (("starting_torque", "slope"), ("no_load_speed", "starting_torque"), ("no_load_speed", "speed", "torque or power"))
-
-
-def _line(item: Item) -> Motor | None:
+def _line(item: Item, _: Path | None) -> Motor | None:
     """A line by its start and slope, by both of its ends, or by no-load speed and a rated point."""
-    from flywheel.components.motors import Line, line_from_no_load, line_through
-
     fields, inertia = item.fields, item.fields["inertia"]
     given = set(item.given("starting_torque", "slope", "no_load_speed", "speed", "torque", "power"))
-    if given == set(_LINES[0]):
+    if given not in map(set, LINES):
+        expected = (
+            "; or ".join(" and ".join(names) for names in LINES[:2]) + "; or no_load_speed and speed and torque or power"
+        )
+        item.faults.add(item.path, " and ".join(sorted(given)) or "no values", expected)
+        return None
+    if "slope" in given:
         return Line(at_rest=fields["starting_torque"], fall=fields["slope"], inertia=inertia)
-    if given == set(_LINES[1]):
-        return line_from_no_load(fields["no_load_speed"], fields["starting_torque"], inertia)
-    if given in ({"no_load_speed", "speed", "torque"}, {"no_load_speed", "speed", "power"}):
+    if "speed" in given:
         return line_through(fields["no_load_speed"], _rated(fields), inertia)
-    expected = "; or ".join(" and ".join(names) for names in _LINES)
-    item.faults.add(item.path, " and ".join(sorted(given)) or "no values", expected)
-    return None
+    return line_from_no_load(fields["no_load_speed"], fields["starting_torque"], inertia)
 
 
 def _rated(fields: Fields) -> Point:
@@ -88,66 +76,43 @@ def _rated(fields: Fields) -> Point:
     return Point(speed, fields["power"] / speed if torque is None else torque)
 
 
-def _table(item: Item) -> Curve | None:
-    from flywheel.components.motors import Curve
-
-    rows = _rows(item)
-    if rows is None:
-        return None
-    return Curve(speeds=rows[0], torques=rows[1], interpolation=item.fields["interpolation"], inertia=item.fields["inertia"])
-
-
-def _rows(item: Item) -> tuple[tuple[float, ...], tuple[float, ...]] | None:
-    """Speeds and torques in SI; None after noting a fault."""
+def _table(item: Item, folder: Path | None) -> Curve | None:
+    """A curve by its rows, in the scene itself or in a file."""
     before = len(item.faults)
-    columns = _columns(item)
-    units = [_unit(item, f"{name}_unit", name) for name in ("speed", "torque")]
+    columns = _columns(item, folder)
+    units = [read_unit(item, f"{name}_unit", name) for name in ("speed", "torque")]
     if columns is None or len(item.faults) > before:
         return None
     speeds, torques = (
-        _converted(item, column, unit, name) for column, unit, name in zip(columns, units, ("speed", "torque"), strict=True)
+        _converted(item, column, unit or Unit(), name)
+        for column, unit, name in zip(columns, units, ("speed", "torque"), strict=True)
     )
-    return (speeds, torques) if len(item.faults) == before else None
+    if len(item.faults) > before:
+        return None
+    return Curve(speeds=speeds, torques=torques, interpolation=item.fields["interpolation"], inertia=item.fields["inertia"])
 
 
-def _columns(item: Item) -> Sequence[Sequence[float | str]] | None:
-    """Speeds and torques as numbers or decimal texts, from the scene itself or from a file."""
+def _columns(item: Item, folder: Path | None) -> Sequence[Sequence[float | str]] | None:
+    """Speeds and torques as numbers or decimal texts."""
     inline = item.given("speed", "torque")
     if "file" in item.raw and not inline:
-        from flywheel.reading.tables import read_columns  # only scenes with a file pay for its reader
-
-        return read_columns(item.raw["file"], item.raw.get("column"), item.folder, item.path, item.faults)
+        return read_columns(item.raw["file"], item.raw.get("column"), folder, item.path, item.faults)
     if "file" in item.raw or "column" in item.raw or len(inline) != 2:
         found = " and ".join(item.given("file", "column", "speed", "torque")) or "no rows"
         item.faults.add(item.path, found, "either file (and column), or speed and torque")
         return None
-    columns = [listed_numbers(item.raw[name], f"{item.path}.{name}", item.faults) for name in inline]
-    return None if None in columns else [column for column in columns if column is not None]
-
-
-def _unit(item: Item, key: str, dimension: str) -> Unit:
-    """The unit of a column; SI after noting a fault."""
-    text, path = item.fields[key], f"{item.path}.{key}"
-    if not isinstance(text, str):
-        item.faults.add(path, show(text), "a text that names a unit")
-        return Unit()
-    try:
-        return parse_unit(text, dimension)
-    except QuantityError as error:
-        item.faults.add(path, error.found, error.expected, error.advice)
-        return Unit()
+    return [item.fields[name] for name in inline]
 
 
 def _converted(item: Item, column: Sequence[float | str], unit: Unit, name: str) -> tuple[float, ...]:
     """A column in SI, each number rounded once; what of it could be read, after noting a fault."""
-    path = f"{item.path}.{name}"
     try:
         found = tuple(convert(number, unit) for number in column)
     except QuantityError as error:
-        item.faults.add(path, error.found, error.expected)
+        item.add(name, error.found, error.expected)
         return ()
     if max(map(abs, found), default=0.0) > LARGEST:
-        item.faults.add(path, "a number beyond all measure", f"at most {LARGEST:g} in SI")
+        item.add(name, "a number beyond all measure", f"at most {LARGEST:g} in SI")
     return found
 
 
@@ -155,78 +120,58 @@ _PLATE = ("power", "speed", "current", "efficiency", "armature_share")
 _CONSTANTS = ("resistance", "constant", "friction")
 
 
-def _dc(item: Item) -> Motor | None:
+def _dc(item: Item, _: Path | None) -> Motor | None:
     """A DC motor by its constants, or by its name plate."""
-    from flywheel.components.motors import DC, dc_from_plate
-
-    fields, faults, plate, own = item.fields, item.faults, item.given(*_PLATE), item.given(*_CONSTANTS)
+    fields, plate, own = item.fields, item.given(*_PLATE), item.given(*_CONSTANTS)
     shared = {"inductance": fields["inductance"], "inertia": fields["inertia"]}
     if bool(plate) == bool(own):
         expected = "either resistance and constant, or power, speed and current (or efficiency)"
-        faults.add(item.path, " and ".join((*own, *plate)) or "a voltage alone", expected)
-    elif own and not _missing(item, ("resistance", "constant")):
-        return DC(**{name: fields[name] for name in ("voltage", *_CONSTANTS)}, **shared)
-    elif plate and not _missing(item, ("power", "speed")):
-        pair = ("current", "efficiency")
-        if exactly_one(item.given(*pair), pair, item.path, faults):
-            current = fields["current"] or fields["power"] / (fields["efficiency"] * fields["voltage"])
-            return dc_from_plate(fields["voltage"], _rated(fields), current, fields["armature_share"], **shared)
-    return None
-
-
-def _missing(item: Item, names: Sequence[str]) -> list[str]:
-    """Those of some keys that are not there, each a fault."""
-    missing = [name for name in names if name not in item.raw]
-    for key in MOTORS[item.raw["type"]].keys:
-        if key.name in missing:
-            item.faults.add(f"{item.path}.{key.name}", "nothing", expectation(key))
-    return missing
-
-
-def _induction(item: Item) -> Motor:
-    from flywheel.components.motors import Induction
-
-    names = ("power", "speed", "frequency", "breakdown_ratio", "inertia")
-    poles: float = item.fields["poles"]
-    try:
-        return Induction(poles=int(poles), **{name: item.fields[name] for name in names})
-    except SceneError as error:
-        raise SceneError([_with_unit(fault, item.raw["speed"]) for fault in error.faults]) from None
-
-
-def _with_unit(fault: Fault, speed: object) -> Fault:
-    """A fault of a bare speed, which is in rad/s although name plates have rpm."""
-    if fault.path != "speed" or isinstance(speed, str):
-        return fault
-    return fault._replace(advice=f'a bare number is in rad/s: write "{speed:g} rpm"')
-
-
-_FULL_LOADS = ("torque", "power", "full_load")
-
-
-def _engine(item: Item) -> Motor | None:
-    """An engine by its rated point, or by its curve of full load."""
-    from flywheel.components.motors import Engine
-
-    if not exactly_one(item.given(*_FULL_LOADS), _FULL_LOADS, item.path, item.faults):
+        item.faults.add(item.path, " and ".join((*own, *plate)) or "a voltage alone", expected)
         return None
-    full_load = _full_load(item) if "full_load" in item.raw else _rated(item.fields).torque
+    there = [item.needs(name) for name in (("resistance", "constant") if own else ("power", "speed"))]
+    if not all(there):
+        return None
+    if own:
+        return DC(**{name: fields[name] for name in ("voltage", *_CONSTANTS)}, **shared)
+    pair = ("current", "efficiency")
+    if not exactly_one(item.given(*pair), pair, item.path, item.faults):
+        return None
+    current = fields["current"] or fields["power"] / (fields["efficiency"] * fields["voltage"])
+    return dc_from_plate(fields["voltage"], _rated(fields), current, fields["armature_share"], **shared)
+
+
+def _induction(item: Item, _: Path | None) -> Motor:
+    """An induction motor; of a bare speed the fault tells that it is in rad/s, although name plates have rpm."""
+    names, bare = ("power", "speed", "frequency", "breakdown_ratio", "inertia"), item.raw["speed"]
+    try:
+        return Induction(poles=int(item.number("poles")), **{name: item.fields[name] for name in names})
+    except SceneError as error:
+        if isinstance(bare, str):
+            raise
+        advice = f'a bare number is in rad/s: write "{bare:g} rpm"'
+        found = (fault._replace(advice=advice) if fault.path == "speed" else fault for fault in error.faults)
+        raise SceneError(found) from None
+
+
+def _engine(item: Item, folder: Path | None) -> Motor | None:
+    """An engine by its rated point, or by its curve of full load."""
+    full_load = _full_load(item, folder) if "full_load" in item.raw else _rated(item.fields).torque
     names = ("speed", "droop", "idle", "braking_torque", "inertia")
     return None if full_load is None else Engine(full_load=full_load, **{name: item.fields[name] for name in names})
 
 
-def _full_load(item: Item) -> Curve | None:
+def _full_load(item: Item, folder: Path | None) -> Curve | None:
     """The curve of full load; None after noting faults."""
     path, before = f"{item.path}.full_load", len(item.faults)
     table = as_table(item.raw["full_load"], path, item.faults)
     if table is None:
         return None
-    fields = read_fields(table, CURVE.keys, path, item.faults)
-    own = Item(table, {**fields, "inertia": 0.0}, path, item.folder, item.faults)
-    return _built(_table, own) if len(item.faults) == before else None
+    curve = read_item(table, CURVE, path, item.faults)
+    curve.fields["inertia"] = 0.0
+    return _motor(_table, curve, folder) if len(item.faults) == before else None
 
 
-_READERS: dict[str, Callable[[Item], Motor | None]] = {
+_READERS: dict[str, Callable[[Item, Path | None], Motor | None]] = {
     "constant": _constant,
     "line": _line,
     "table": _table,

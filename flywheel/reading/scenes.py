@@ -15,86 +15,54 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from flywheel.components.wheel_stresses import Material, material
+from flywheel.components.wheel_stresses import material
 from flywheel.components.wheels import EXACT, GREATEST, WHEEL_SHAPES, WheelAsked, asked_faults
 from flywheel.numerics.expressions import RESERVED
-from flywheel.numerics.faults import Fault, Remark, SceneError, quote, show
+from flywheel.numerics.faults import Fault, Remark, SceneError, quote
 from flywheel.numerics.units import QuantityError, Unit, parse_quantity, parse_unit, plain_number, split_quantity
 from flywheel.reading.fields import (
     Faults,
     Fields,
+    Item,
     Places,
     Quantity,
     Setting,
     as_table,
     child,
-    exactly_one,
     is_name,
     items,
     read_fields,
-    read_gd2,
+    read_item,
     whole,
 )
 from flywheel.reading.loads import read_dampers, read_drive, read_inertias, read_loads, read_springs
 from flywheel.reading.mechanisms import check_known, check_shafts, read_mechanisms, read_stroke
 from flywheel.reading.schema import AREAS_EXCLUDE, MATERIAL_KEYS, SECTIONS, TOP, TURN, WHEEL_KEYS
-from flywheel.reading.tables import is_utf16, numbers
-from flywheel.scene.keys import Key
+from flywheel.reading.tables import is_utf16
 from flywheel.scene.scene import Areas, Compliance, Mechanism, Scene, Stroke
 
 PATH = "flywheel"
 _ARGUMENTS = {"material": "name", "allowable_stress": "allowable"}
-_OTHERS = tuple(key for key in WHEEL_KEYS if key not in MATERIAL_KEYS)
 
 
-def read_wheel(table: Mapping[str, Any], fields: Fields, faults: Faults) -> WheelAsked | None:
-    """The wheel that is asked for; None where none is, or after noting faults.
-
-    Args:
-        table: `[flywheel]` as written.
-        fields: its values, those of `WHEEL_KEYS` among them.
-        faults: where to note what is wrong.
-
-    """
-    written = [key for key in WHEEL_KEYS if key.name in table]
-    if not written:
-        return None
-    if any(fields[key.name] is None for key in written) or table.keys() - fields.keys():  # noted already
+def read_wheel(item: Item) -> WheelAsked | None:
+    """The wheel that `[flywheel]` asks for; None where it asks for none, or after noting faults."""
+    fields, faults, written = item.fields, item.faults, item.given(*(key.name for key in WHEEL_KEYS))
+    if not written or any(fields[name] is None for name in written) or item.raw.keys() - fields.keys():  # noted already
         return None
     if fields["shape"] is None:
-        expected = f"a shape ({', '.join(WHEEL_SHAPES)}) beside {written[0].name}"
-        faults.add(f"{PATH}.shape", "nothing", expected)
+        item.add("shape", "nothing", f"a shape ({', '.join(WHEEL_SHAPES)}) beside {written[0]}")
         return None
-    found = _material(fields, faults)
-    return None if found is None else _asked(fields, found, faults)
-
-
-def _material(fields: Fields, faults: Faults) -> Material | None:
-    """The material, from the table or of own values."""
+    given = {_ARGUMENTS.get(name, name): fields[name] for name in written}
+    own = {name: given.pop(name) for name in [_ARGUMENTS.get(key.name, key.name) for key in MATERIAL_KEYS] if name in given}
     try:
-        return material(**_values(MATERIAL_KEYS, fields))
+        asked = WheelAsked(**{"method": EXACT, "at": GREATEST, **given, "material": material(**own), "path": PATH})
     except SceneError as error:
-        faults.extend(_at_home(fault) for fault in error.faults)
+        faults.extend(fault._replace(path=f"{PATH}.{fault.path}") for fault in error.faults)
         return None
-
-
-def _asked(fields: Fields, found: Material, faults: Faults) -> WheelAsked | None:
-    """The wheel, if its dimensions go together."""
-    given = {"method": EXACT, "at": GREATEST} | _values(_OTHERS, fields)
-    asked = WheelAsked(material=found, path=PATH, **given)
     wrong = asked_faults(asked)
     faults.extend(wrong)
     return None if wrong else asked
-
-
-def _values(keys: tuple[Key, ...], fields: Fields) -> dict[str, Any]:
-    """What is given of some keys, by the names of the arguments that take it."""
-    return {_ARGUMENTS.get(key.name, key.name): fields[key.name] for key in keys if fields[key.name] is not None}
-
-
-def _at_home(fault: Fault) -> Fault:
-    """A fault of the material's, at the path of its key."""
-    return fault._replace(path=f"{PATH}.{fault.path}")
 
 
 # -- remarks -----------------------------------------------------------------------------------------------------------
@@ -460,10 +428,10 @@ def _top(raw: Mapping[str, Any], faults: Faults) -> Fields:
     return read_fields({name: raw[name] for name in keys if name in raw}, TOP, "", faults)
 
 
-def _section(raw: Mapping[str, Any], name: str, faults: Faults, more: tuple[Key, ...] = ()) -> Fields:
+def _section(raw: Mapping[str, Any], name: str, faults: Faults) -> Fields:
     """The values of a table that stands alone; one that is missing has its defaults, or faults for what it requires."""
     table = as_table(raw.get(name, {}), name, faults)
-    keys = (*SECTIONS[name].keys, *more)
+    keys = SECTIONS[name].keys
     return {key.name: None for key in keys} if table is None else read_fields(table, keys, name, faults)
 
 
@@ -611,14 +579,13 @@ def _flywheel(raw: Mapping[str, Any], places: Places, faults: Faults) -> dict[st
     if "flywheel" not in raw:
         faults.add("flywheel", "nothing", "a table with irregularity or inertia")
         return {}
-    fields = _section(raw, "flywheel", faults, WHEEL_KEYS)
-    table, wheel = raw["flywheel"], None
-    if isinstance(table, Mapping):
-        figures = ("irregularity", "inertia", "gd2")
-        wheel = read_wheel(table, fields, faults)
-        exactly_one([key for key in figures if key in table], figures, "flywheel", faults)
-    on = places.shaft(fields["on"], "flywheel.on", faults)
-    inertia = fields["inertia"] if fields["gd2"] is None else read_gd2(fields["gd2"], "flywheel.gd2", faults)
+    table, section = as_table(raw["flywheel"], "flywheel", faults), SECTIONS["flywheel"]
+    if table is None:
+        return {}
+    item = read_item(table, section._replace(keys=(*section.keys, *WHEEL_KEYS)), "flywheel", faults)
+    fields = item.fields
+    on, wheel = places.shaft(fields["on"], "flywheel.on", faults), read_wheel(item)
+    inertia = fields["inertia"] if fields["gd2"] is None else fields["gd2"]
     return {"flywheel_on": on, "irregularity": fields["irregularity"], "inertia": inertia, "wheel": wheel}
 
 
@@ -657,16 +624,10 @@ def _areas(raw: Mapping[str, Any], faults: Faults) -> Areas | None:
     for name in AREAS_EXCLUDE:
         if name in raw:
             faults.add(name, f"{name} beside [areas]", "none", "the areas stand for mechanism, loads and drive")
-    before = len(faults)
     if isinstance(raw.get("regime"), Mapping) and "cycle" in raw["regime"]:
         faults.add("regime.cycle", "a cycle beside [areas]", "none", "a diagram's areas have no angles")
     fields = _section(raw, "areas", faults)
-    found = items(fields["values"])
-    if found is None:
-        if len(faults) == before:
-            faults.add("areas.values", show(fields["values"]), "a list of numbers")
-        return None
-    values = numbers(found, "areas.values", faults)
+    values = fields["values"]
     if values is None or not _closes(values, faults) or fields["scale"] is None:
         return None
     return Areas(tuple(values), fields["scale"])

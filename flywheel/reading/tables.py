@@ -7,7 +7,7 @@ import re
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,11 +20,9 @@ from flywheel.numerics.units import (
     Unit,
     convert,
     parse_quantity,
-    parse_unit,
-    plain_number,
     split_quantity,
 )
-from flywheel.reading.fields import Faults, Fields, Setting, as_table, items, read_fields, whole
+from flywheel.reading.fields import REPORTED, Faults, Item, Setting, as_table, read_item, read_unit, whole
 from flywheel.reading.schema import MOST_TURNS, TABLE
 from flywheel.scene.scene import Output, Table
 
@@ -33,7 +31,6 @@ Window = tuple[float, float]
 
 TOLERANCE = 1e-9
 """Share of a period by which an angle may miss its end, onto which it is then put exactly."""
-_REPORTED = 5
 
 
 def read_table(
@@ -47,75 +44,39 @@ def read_table(
     mapping = as_table(raw, path, faults)
     if mapping is None:
         return None
-    fields = read_fields(mapping, TABLE.keys, path, faults)
+    item = read_item(mapping, TABLE, path, faults)
     if along == "length":
-        fields["angle_unit"] = mapping.get("angle_unit", "m")
-    units = _units(fields, (along, dimension), path, faults)
-    columns = _columns(mapping, fields, path, folder, faults)
-    if columns is None or units is None or len(faults) > before:
+        item.fields["angle_unit"] = mapping.get("angle_unit", "m")
+    units = [read_unit(item, "angle_unit", along), read_unit(item, "value_unit", dimension)]
+    columns = _columns(item, folder)
+    if columns is None or len(faults) > before:
         return None
-    angle = _converted(columns[0], units[0], f"{path}.angle", faults)
-    value = _converted(columns[1], units[1], f"{path}.value", faults)
+    angle, value = (
+        _converted(column, unit or Unit(), f"{path}.{name}", faults)
+        for column, unit, name in zip(columns, units, ("angle", "value"), strict=True)
+    )
     if angle is None or value is None or not _ascends(angle, path, faults):
         return None
-    return Table(angle, value, fields["interpolation"])
+    return Table(angle, value, item.fields["interpolation"])
 
 
-def _units(fields: Fields, dimensions: tuple[str, str | None], path: str, faults: Faults) -> tuple[Unit, Unit] | None:
-    """Units of angles and values; values are SI unless the scene says otherwise."""
-    found = []
-    for key, expected in zip(("angle_unit", "value_unit"), dimensions, strict=True):
-        text = fields[key]
-        if text is None:
-            found.append(Unit())
-        elif not isinstance(text, str):
-            faults.add(f"{path}.{key}", show(text), "a text that names a unit")
-        else:
-            try:
-                found.append(parse_unit(text, expected))
-            except QuantityError as error:
-                faults.add(f"{path}.{key}", error.found, error.expected, error.advice)
-    return (found[0], found[1]) if len(found) == 2 else None
-
-
-def _columns(
-    raw: Mapping[str, Any], fields: Fields, path: str, folder: Path | None, faults: Faults
-) -> tuple[Sequence[float | str], Sequence[float | str]] | None:
+def _columns(item: Item, folder: Path | None) -> tuple[Sequence[float | str], Sequence[float | str]] | None:
     """Angles and values as numbers or decimal texts, from the file or from the scene itself."""
-    inline = [key for key in ("angle", "value") if key in raw]
-    if "file" in raw and not inline:
-        return read_columns(raw["file"], raw.get("column"), folder, path, faults)
-    if "file" in raw or len(inline) != 2 or "column" in raw:
-        given = [key for key in ("file", "column", "angle", "value") if key in raw]
-        faults.add(path, " and ".join(given) or "neither", "either file (and column), or angle and value")
+    inline = item.given("angle", "value")
+    if "file" in item.raw and not inline:
+        return read_columns(item.raw["file"], item.raw.get("column"), folder, item.path, item.faults)
+    if "file" in item.raw or len(inline) != 2 or "column" in item.raw:
+        given = item.given("file", "column", "angle", "value")
+        item.faults.add(item.path, " and ".join(given) or "neither", "either file (and column), or angle and value")
         return None
-    angle, value = (listed_numbers(fields[key], f"{path}.{key}", faults) for key in ("angle", "value"))
+    angle, value = item.fields["angle"], item.fields["value"]
     if angle is None or value is None:
         return None
     if len(angle) != len(value):
-        faults.add(path, f"{len(angle)} angles and {len(value)} values", "as many of the one as of the other")
+        found = f"{len(angle)} angles and {len(value)} values"
+        item.faults.add(item.path, found, "as many of the one as of the other")
         return None
     return angle, value
-
-
-def listed_numbers(raw: object, path: str, faults: Faults) -> list[float] | None:
-    """A list of finite numbers; None after noting what is wrong with it."""
-    found = items(raw)
-    if found is None:
-        faults.add(path, show(raw), "a list of numbers")
-        return None
-    return numbers(found, path, faults)
-
-
-def numbers(found: Sequence[object], path: str, faults: Faults) -> list[float] | None:
-    """Finite floats of a list; the first few that are none are noted, each with its index."""
-    plain = [plain_number(item) for item in found]
-    wrong = [i for i, number in enumerate(plain) if number is None or not math.isfinite(number)]
-    for i in wrong[:_REPORTED]:
-        faults.add(f"{path}[{i}]", show(found[i]), "a finite number")
-    if len(wrong) > _REPORTED:
-        faults.add(path, f"{len(wrong) - _REPORTED} more like these", "finite numbers")
-    return None if wrong else [number for number in plain if number is not None]
 
 
 def _converted(column: Sequence[float | str], unit: Unit, path: str, faults: Faults) -> Array | None:
@@ -395,10 +356,10 @@ def _numbers(
     """Both columns, once every row has proved to have the right width and numbers in them."""
     width = len(header.fields if header else lines[0].fields)
     wrong = [line for line in lines if len(line.fields) != width or not _good(line, index)]
-    for line in wrong[:_REPORTED]:
+    for line in wrong[:REPORTED]:
         faults.add(path, *_row_fault(line, width, index))
-    if len(wrong) > _REPORTED:
-        faults.add(path, f"{len(wrong) - _REPORTED} more rows like these", "rows of numbers")
+    if len(wrong) > REPORTED:
+        faults.add(path, f"{len(wrong) - REPORTED} more rows like these", "rows of numbers")
     if wrong:
         return None
     return [line.fields[0] for line in lines], [line.fields[index] for line in lines]
