@@ -13,7 +13,6 @@ from typing import Any
 import click
 
 from flywheel.cli import machines, motions, texts
-from flywheel.cli import machines as tradeoffs
 from flywheel.cli.common import STANDARD_OUTPUT, written
 
 __all__ = ["main"]
@@ -64,11 +63,5 @@ def main() -> None:
     """
 
 
-for _command in (
-    *machines.COMMANDS,
-    *motions.COMMANDS,
-    *tradeoffs.TRADEOFF_COMMANDS,
-    *motions.PICTURE_COMMANDS,
-    *texts.COMMANDS,
-):
+for _command in (*machines.COMMANDS, *motions.COMMANDS, *texts.COMMANDS):
     main.add_command(_command)

@@ -8,17 +8,132 @@ import sys
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import click
 
 if TYPE_CHECKING:
     from flywheel.numerics.faults import Fault, Remark
+    from flywheel.scene.scene import Scene
 
 PLOT_FORMATS = (".png", ".svg", ".pdf")
 MOST_POINTS = 1_000_000
 STANDARD_OUTPUT = "standard output"
+
+
+# -- arguments -------------------------------------------------------------------------------------------------------
+
+
+def plot_path(context: click.Context, parameter: click.Parameter, path: Path | None) -> Path | None:
+    """The file of a picture, which its ending must tell to be one."""
+    if path is not None and path.suffix.lower() not in PLOT_FORMATS:
+        raise click.BadParameter(f"{str(path)!r} does not end in {', '.join(PLOT_FORMATS[:-1])} or {PLOT_FORMATS[-1]}.")
+    return path
+
+
+def within(low: float, high: float) -> Callable[[click.Context, click.Parameter, float | None], float | None]:
+    """A callback that refuses numbers outside [low, high]; an option that is not given is let pass."""
+
+    def checked(context: click.Context, parameter: click.Parameter, value: float | None) -> float | None:
+        if value is not None and not low <= value <= high:
+            raise click.BadParameter(f"{value} is not from {low} to {high}.")
+        return value
+
+    return checked
+
+
+_PLACES = {
+    "angle": 'angle with its unit, such as "30 deg" or "0.5 rad"',
+    "length": 'position with its unit, such as "190 mm"',
+}
+
+
+def places(context: click.Context, parameter: click.Parameter, texts: tuple[str, ...]) -> tuple[str, ...]:
+    """Texts that are angles or positions; which of the two is wanted, the scene tells."""
+    for text in texts:
+        if all(quantity(text, dimension) is None for dimension in _PLACES):
+            raise click.BadParameter(f"{text!r} is no {_PLACES['angle']}, nor a {_PLACES['length']}.")
+    return texts
+
+
+def quantity(text: str, *dimensions: str) -> float | None:
+    """A quantity (SI) of the first of some dimensions that the text has; None where it has none of them."""
+    from flywheel.numerics.units import QuantityError, parse_quantity
+
+    for dimension in dimensions:
+        try:
+            return parse_quantity(text, dimension)
+        except QuantityError:
+            continue
+    return None
+
+
+def speed(text: str, sliding: bool, option: str) -> float:
+    """A speed of the crank, or of a driver that slides (SI), given to an option."""
+    found = quantity(text, "velocity" if sliding else "speed")
+    if found is None:
+        kind = 'velocity, such as "0.3 m/s"' if sliding else 'speed, such as "60 rpm"'
+        raise click.BadParameter(f"{text!r} is no {kind}.", param_hint=option)
+    return found
+
+
+def coordinates(texts: tuple[str, ...], sliding: bool) -> list[float]:
+    """Angles of the crank, or positions of a driver that slides (SI)."""
+    dimension = "length" if sliding else "angle"
+    found = [quantity(text, dimension) for text in texts]
+    for text, value in zip(texts, found, strict=True):
+        if value is None:
+            raise click.BadParameter(f"{text!r} is no {_PLACES[dimension]}.", param_hint="--at")
+    return [value for value in found if value is not None]
+
+
 SCENE = click.argument("scene", type=click.Path(path_type=Path, readable=False))
+OUTPUT = click.option("--output", type=click.Path(path_type=Path), metavar="FILE", help="Write to a file instead.")
+
+
+def json_flag(help: str = "Print JSON, SI throughout.") -> Callable[[Any], Any]:
+    """The flag --json."""
+    return click.option("--json", "as_json", is_flag=True, help=help)
+
+
+def csv_flag(help: str = "Print CSV, SI throughout.") -> Callable[[Any], Any]:
+    """The flag --csv."""
+    return click.option("--csv", "as_csv", is_flag=True, help=help)
+
+
+def plot_option(help: str) -> Callable[[Any], Any]:
+    """The option --plot, with the file of a picture."""
+    file = click.Path(path_type=Path)
+    return click.option("--plot", type=file, callback=plot_path, metavar="FILE.(png|svg|pdf)", help=help)
+
+
+def at_option(rest: str = "repeatable.") -> Callable[[Any], Any]:
+    """The option --at: angles of the crank, or positions of a driver that slides."""
+    text = f'A crank angle such as "30 deg", or a position of a driver that slides, such as "190 mm"; {rest}'
+    return click.option("--at", multiple=True, callback=places, metavar="ANGLE", help=text)
+
+
+def exclusive(**options: object) -> None:
+    """A usage error where two options that exclude each other are given."""
+    if all(options.values()):
+        raise click.UsageError(f"{' and '.join(f'--{name}' for name in options)} exclude each other.")
+
+
+# -- scenes ----------------------------------------------------------------------------------------------------------
+
+
+def loaded(path: Path) -> Scene:
+    """The scene in a file, its remarks as lines on standard error."""
+    from flywheel.reading.scenes import load
+
+    scene = load(path)
+    remarked(path, scene.remarks)
+    return scene
+
+
+def slides(scene: Scene) -> bool:
+    """Whether a scene's driver slides, so that its coordinate is a position."""
+    return scene.reduction_element == "slide"
 
 
 @contextmanager
@@ -48,6 +163,9 @@ def remarked(scene: Path, remarks: Iterable[Remark]) -> None:
     """Remarks on a scene as lines on standard error."""
     for remark in remarks:
         click.echo(f"{scene}: remark: {remark}", err=True)
+
+
+# -- output ----------------------------------------------------------------------------------------------------------
 
 
 @contextmanager
@@ -87,76 +205,6 @@ def hand_over(text: str, output: Path | None, scene: Path) -> None:
 
     with written(output):
         write_text(output, text, input_files(scene))
-
-
-def plot_path(context: click.Context, parameter: click.Parameter, path: Path | None) -> Path | None:
-    """The file of a picture, which its ending must tell to be one."""
-    if path is not None and path.suffix.lower() not in PLOT_FORMATS:
-        raise click.BadParameter(f"{str(path)!r} does not end in {', '.join(PLOT_FORMATS[:-1])} or {PLOT_FORMATS[-1]}.")
-    return path
-
-
-def within(low: float, high: float) -> Callable[[click.Context, click.Parameter, float | None], float | None]:
-    """A callback that refuses numbers outside [low, high]; an option that is not given is let pass."""
-
-    def checked(context: click.Context, parameter: click.Parameter, value: float | None) -> float | None:
-        if value is not None and not low <= value <= high:
-            raise click.BadParameter(f"{value} is not from {low} to {high}.")
-        return value
-
-    return checked
-
-
-_PLACES = {
-    "angle": 'angle with its unit, such as "30 deg" or "0.5 rad"',
-    "length": 'position with its unit, such as "190 mm"',
-}
-
-
-def places(context: click.Context, parameter: click.Parameter, texts: tuple[str, ...]) -> tuple[str, ...]:
-    """Texts that are angles or positions; which of the two is wanted, the scene tells."""
-    for text in texts:
-        if all(quantity(text, dimension) is None for dimension in _PLACES):
-            raise click.BadParameter(f"{text!r} is no {_PLACES['angle']}, nor a {_PLACES['length']}.")
-    return texts
-
-
-def quantity(text: str, dimension: str) -> float | None:
-    """A quantity of some dimension in SI; None where the text is none."""
-    from flywheel.numerics.units import QuantityError, parse_quantity
-
-    try:
-        return parse_quantity(text, dimension)
-    except QuantityError:
-        return None
-
-
-def pace(text: str, sliding: bool, option: str) -> float:
-    """A speed of the crank, or of a driver that slides (SI), given to an option."""
-    found = quantity(text, "velocity" if sliding else "speed")
-    if found is None:
-        kind = 'velocity, such as "0.3 m/s"' if sliding else 'speed, such as "60 rpm"'
-        raise click.BadParameter(f"{text!r} is no {kind}.", param_hint=option)
-    return found
-
-
-def coordinates(texts: tuple[str, ...], sliding: bool) -> list[float]:
-    """Angles of the crank, or positions of a driver that slides (SI)."""
-    dimension = "length" if sliding else "angle"
-    found = [quantity(text, dimension) for text in texts]
-    for text, value in zip(texts, found, strict=True):
-        if value is None:
-            raise click.BadParameter(f"{text!r} is no {_PLACES[dimension]}.", param_hint="--at")
-    return [value for value in found if value is not None]
-
-
-AT = click.option(
-    "--at",
-    multiple=True,
-    callback=places,
-    metavar="ANGLE",
-    help='A crank angle such as "30 deg", or a position of a driver that slides, such as "190 mm"; repeatable.',
-)
 
 
 def spare(scene: Path, *outputs: Path | None) -> None:

@@ -1,4 +1,4 @@
-"""Commands that compute: `size`, `reduce`, `graph`, `reactions`."""
+"""Commands that compute: `size`, `tradeoff`, `reduce`, `graph`, `reactions`."""
 
 from __future__ import annotations
 
@@ -15,36 +15,36 @@ from typing import TYPE_CHECKING
 import click
 
 from flywheel.cli.common import (
-    AT,
     MOST_POINTS,
+    OUTPUT,
     SCENE,
+    at_option,
     coordinates,
+    csv_flag,
+    exclusive,
     hand_over,
-    pace,
-    plot_path,
+    json_flag,
+    loaded,
+    plot_option,
     quantity,
     remarked,
     reported,
     show,
+    slides,
     spare,
     within,
     written,
 )
+from flywheel.cli.common import speed as speed_of
 from flywheel.scene.accuracy import LEVELS, NORMAL, RTOL
 
 if TYPE_CHECKING:
     from flywheel.motion.joint_forces import JointForces
-    from flywheel.report.explanation import Explanation
-    from flywheel.sizing.results import Sizing
-    from flywheel.study.tradeoff import Tradeoff
-
-
-_FEW, _MANY = 24, 360  # positions in tables for reading; in data, pictures and the search for the largest forces
 
 
 @click.command(short_help="Size the flywheel of a scene, or analyse a given one.")
 @SCENE
-@click.option("--json", "as_json", is_flag=True, help="Print the result as JSON, SI throughout.")
+@json_flag("Print the result as JSON, SI throughout.")
 @click.option("--rtol", type=float, callback=within(*RTOL), help="Relative accuracy asked of every figure.")
 @click.option("--no-simulate", is_flag=True, help="Leave out the time simulation that confirms the result (normal).")
 @click.option(
@@ -54,13 +54,7 @@ _FEW, _MANY = 24, 360  # positions in tables for reading; in data, pictures and 
     "the motion stepped in time.",
 )
 @click.option("--explain", is_flag=True, help="Tell how it was worked out and why so, what was left out, and what it cost.")
-@click.option(
-    "--plot",
-    type=click.Path(path_type=Path),
-    callback=plot_path,
-    metavar="FILE.(png|svg|pdf)",
-    help="Draw moment, inertia, Wittenbauer's loop and speed into a file.",
-)
+@plot_option("Draw moment, inertia, Wittenbauer's loop and speed into a file.")
 def size(
     scene: Path, as_json: bool, rtol: float | None, no_simulate: bool, accuracy: str | None, explain: bool, plot: Path | None
 ) -> None:
@@ -70,68 +64,51 @@ def size(
     spare(scene, plot)
     with reported(scene):
         from flywheel.reading.scenes import load
-        from flywheel.sizing.sizing import size as sized
+        from flywheel.report import sizing as page
+        from flywheel.report.explanation import explanation
+        from flywheel.sizing import sizing
 
-        sizing = sized(load(scene), rtol, accuracy=NORMAL if no_simulate else accuracy)
-        explanation = None
-        if explain:
-            from flywheel.report import explanation as explanations
-
-            explanation = explanations.explanation(sizing)
-        _show(sizing, as_json, explanation, scene)
+        found = sizing.size(load(scene), rtol, accuracy=NORMAL if no_simulate else accuracy)
+        told = explanation(found) if explain else None
+        if as_json:
+            show(page.json(found, told))
+            remarked(scene, page.remarks(found))
+            for message in found.messages:
+                click.echo(message, err=True)
+        else:
+            show(page.text(found) if told is None else f"{page.text(found)}\n{told.text()}")
         if plot is not None:
-            _draw(sizing, plot)
+            from flywheel.pictures import sizing as picture
 
-
-def _show(sizing: Sizing, as_json: bool, explanation: Explanation | None, scene: Path) -> None:
-    from flywheel.report.sizing import json, remarks, text
-
-    if not as_json:
-        show(text(sizing) if explanation is None else f"{text(sizing)}\n{explanation.text()}")
-        return
-    show(json(sizing, explanation))
-    remarked(scene, remarks(sizing))
-    for message in sizing.messages:
-        click.echo(message, err=True)
-
-
-def _draw(sizing: Sizing, path: Path) -> None:
-    from flywheel.pictures.sizing import plot
-
-    with written(path):
-        plot(sizing, path)
+            with written(plot):
+                picture.plot(found, plot)
 
 
 @click.command(short_help="Print reduced inertia, moment and influence coefficients.")
 @SCENE
-@click.option("--json", "as_json", is_flag=True, help="Print JSON, SI throughout.")
-@click.option("--csv", "as_csv", is_flag=True, help="Print CSV, SI throughout (default).")
+@json_flag()
+@csv_flag("Print CSV, SI throughout (default).")
 @click.option(
     "--points",
     type=click.IntRange(1, MOST_POINTS),
     help="Number of angles, evenly over the cycle, or of positions along the stroke (default 360).",
 )
-@AT
-@click.option("--output", type=click.Path(path_type=Path), metavar="FILE", help="Write to a file instead.")
+@at_option()
+@OUTPUT
 def reduce(scene: Path, as_json: bool, as_csv: bool, points: int | None, at: tuple[str, ...], output: Path | None) -> None:
     """Print I*, dI*/dphi, M* and every influence coefficient of SCENE over the crank angle.
 
     Where a driver slides these are m*, dm*/dx and F* over its position. Along a stroke there are also the driving action,
     and the speeds and accelerations that go with the driver's.
     """
-    if as_json and as_csv:
-        raise click.UsageError("--json and --csv exclude each other.")
-    if at and points is not None:
-        raise click.UsageError("--at and --points exclude each other.")
+    exclusive(json=as_json, csv=as_csv)
+    exclusive(at=at, points=points)
     spare(scene, output)
     with reported(scene):
-        from flywheel.reading.scenes import load
         from flywheel.report.reduction import reduced
 
-        loaded = load(scene)
-        remarked(scene, loaded.remarks)
-        wanted = coordinates(at, loaded.reduction_element == "slide")
-        text, conditions = reduced(loaded, wanted, points or 360, as_json=as_json)
+        found = loaded(scene)
+        text, conditions = reduced(found, coordinates(at, slides(found)), points or 360, as_json=as_json)
     if conditions:
         click.echo(conditions, err=True)
     hand_over(text, output, scene)
@@ -139,13 +116,7 @@ def reduce(scene: Path, as_json: bool, as_csv: bool, points: int | None, at: tup
 
 @click.command(short_help="Print and draw the bond graph of a scene.")
 @SCENE
-@click.option(
-    "--plot",
-    type=click.Path(path_type=Path),
-    callback=plot_path,
-    metavar="FILE.(png|svg|pdf)",
-    help="Draw the graph with half arrows, causal strokes and bond numbers into a file.",
-)
+@plot_option("Draw the graph with half arrows, causal strokes and bond numbers into a file.")
 @click.option(
     "--format",
     "form",
@@ -171,23 +142,25 @@ def graph(scene: Path, plot: Path | None, form: str, simpler: bool) -> None:
 
 # -- reactions -------------------------------------------------------------------------------------------------------
 
+_FEW, _MANY = 24, 360  # positions in tables for reading; in data, pictures and the search for the largest forces
+
 
 def _speed(context: click.Context, parameter: click.Parameter, text: str | None) -> str | None:
-    if text is None or any(quantity(text, dimension) is not None for dimension in ("speed", "velocity")):
+    if text is None or quantity(text, "speed", "velocity") is not None:
         return text
     raise click.BadParameter(f'{text!r} is no speed with its unit, such as "60 rpm", or "0.3 m/s" where the driver slides.')
 
 
 @click.command(short_help="Print the driving action and the forces in every joint.")
 @SCENE
-@click.option("--json", "as_json", is_flag=True, help="Print JSON, SI throughout.")
-@click.option("--csv", "as_csv", is_flag=True, help="Print CSV, SI throughout.")
+@json_flag()
+@csv_flag()
 @click.option(
     "--points",
     type=click.IntRange(1, MOST_POINTS),
     help="Number of positions (default 24; 360 for CSV, JSON and the picture).",
 )
-@AT
+@at_option()
 @click.option(
     "--speed",
     callback=_speed,
@@ -196,15 +169,11 @@ def _speed(context: click.Context, parameter: click.Parameter, text: str | None)
 )
 @click.option("--quasi-static", is_flag=True, help="Leave inertia forces out.")
 @click.option("--no-friction", is_flag=True, help="Leave friction in the joints out.")
-@click.option(
-    "--plot",
-    type=click.Path(path_type=Path),
-    callback=plot_path,
-    metavar="FILE.(png|svg|pdf)",
-    help="Draw the reactions of every joint: polar for pins, over the motion for slides. Several mechanisms are drawn into "
-    "a file each, named after them: FILE-NAME.png.",
+@plot_option(
+    "Draw the reactions of every joint: polar for pins, over the motion for slides. Several mechanisms are drawn into "
+    "a file each, named after them: FILE-NAME.png."
 )
-@click.option("--output", type=click.Path(path_type=Path), metavar="FILE", help="Write to a file instead.")
+@OUTPUT
 def reactions(
     scene: Path,
     as_json: bool,
@@ -218,43 +187,36 @@ def reactions(
     output: Path | None,
 ) -> None:
     """Print the driving action of every mechanism in SCENE and the reactions in its joints, as the machine runs."""
-    if as_json and as_csv:
-        raise click.UsageError("--json and --csv exclude each other.")
-    if at and points is not None:
-        raise click.UsageError("--at and --points exclude each other.")
+    exclusive(json=as_json, csv=as_csv)
+    exclusive(at=at, points=points)
     spare(scene, output, plot)
     with reported(scene):
         import numpy as np
 
         from flywheel.machine.reactions import close_positions
         from flywheel.motion.joint_forces import joint_errors, joint_forces, spread
-        from flywheel.reading.scenes import load
         from flywheel.regime.joint_friction import machine_of
-        from flywheel.report import forces as export_forces
+        from flywheel.report import forces
 
-        loaded = load(scene)
-        remarked(scene, loaded.remarks)
-        sliding = loaded.reduction_element == "slide"
-        phi = coordinates(at, sliding) if at else spread(loaded, points or (_MANY if as_json or as_csv else _FEW))
-        own = None if speed is None else pace(speed, sliding, "--speed")
-        machine = machine_of(loaded)
-        ask = partial(joint_forces, machine, speed=own, inertia=not quasi_static, friction=not no_friction)
-        found, dense = ask(phi), None
-        if not at and (plot is not None or not (as_json or as_csv)):
-            dense = ask(close_positions(machine, max(points or 0, _MANY)))
+        found, as_data = loaded(scene), as_json or as_csv
+        phi = coordinates(at, slides(found)) if at else spread(found, points or (_MANY if as_data else _FEW))
+        own = None if speed is None else speed_of(speed, slides(found), "--speed")
+        machine, inertia, friction = machine_of(found), not quasi_static, not no_friction
+        run = partial(joint_forces, machine, speed=own, inertia=inertia, friction=friction)
+        result, dense = run(phi), None
+        if not at and (plot is not None or not as_data):
+            dense = run(close_positions(machine, max(points or 0, _MANY)))
         if plot is not None:
-            drawn = ask(np.unique(phi)) if at else found if points or not dense else dense
-            _plot_forces(export_forces.cleared(drawn), plot)
+            drawn = run(np.unique(phi)) if at else result if points or not dense else dense
+            _draw_forces(forces.cleared(drawn), plot)
         if as_json:
-            text = export_forces.json(
-                loaded, found, joint_errors(machine, found, inertia=not quasi_static, friction=not no_friction)
-            )
+            text = forces.json(found, result, joint_errors(machine, result, inertia=inertia, friction=friction))
         else:
-            text = export_forces.csv(loaded, found) if as_csv else export_forces.text(loaded, found, dense)
+            text = forces.csv(found, result) if as_csv else forces.text(found, result, dense)
     hand_over(text, output, scene)
 
 
-def _plot_forces(found: JointForces, path: Path) -> None:
+def _draw_forces(found: JointForces, path: Path) -> None:
     """One picture for each mechanism, over the machine's position; with several their names go into the files' names."""
     from flywheel.pictures.reactions import polar
 
@@ -266,13 +228,7 @@ def _plot_forces(found: JointForces, path: Path) -> None:
         click.echo(f"wrote {file}", err=True)
 
 
-COMMANDS = (size, reduce, graph, reactions)
-
-
-# -- tradeoffs ---------------------------------------------------------------------------------------------------------
-
-# The command that measures what accuracy costs: `tradeoff`.
-
+# -- tradeoff --------------------------------------------------------------------------------------------------------
 
 _QUIET = 2.0  # seconds before anything is told
 _EVERY, _EVERY_ON_TERMINALS = 5.0, 0.25  # seconds between two words
@@ -297,14 +253,8 @@ def _seconds(context: click.Context, parameter: click.Parameter, budget: float) 
     metavar="SECONDS",
     help="Time after which no further method is begun.",
 )
-@click.option(
-    "--plot",
-    type=click.Path(path_type=Path),
-    callback=plot_path,
-    metavar="FILE.(png|svg|pdf)",
-    help="Draw errors over times into a file.",
-)
-@click.option("--json", "as_json", is_flag=True, help="Print JSON, SI throughout.")
+@plot_option("Draw errors over times into a file.")
+@json_flag()
 def tradeoff(scene: Path, rtol: float | None, budget: float, plot: Path | None, as_json: bool) -> None:
     """Run every method that can answer SCENE, and tell the true error and the time of each, and which is the cheapest.
 
@@ -312,16 +262,20 @@ def tradeoff(scene: Path, rtol: float | None, budget: float, plot: Path | None, 
     """
     spare(scene, plot)
     with _interruptible(), reported(scene):
-        with _told(budget) as progress:
-            from flywheel.reading.scenes import load
-            from flywheel.study.tradeoff import tradeoff as compared
+        with _progress(budget) as progress:
+            from flywheel.study import tradeoff as study
 
-            loaded = load(scene)
-            remarked(scene, loaded.remarks)
-            found = compared(loaded, rtol, budget=budget, progress=progress)
-        _show_tradeoff(found, as_json)
+            found = study.tradeoff(loaded(scene), rtol, budget=budget, progress=progress)
+        from flywheel.report import tradeoffs
+
+        show(tradeoffs.json(found) if as_json else tradeoffs.text(found))
+        for told in tradeoffs.unfinished(found) if as_json else ():
+            click.echo(told, err=True)
         if plot is not None:
-            _draw_tradeoff(found, plot)
+            from flywheel.pictures import tradeoffs as picture
+
+            with written(plot):
+                picture.plot(found, plot)
     if found.interrupted:
         sys.exit(_INTERRUPTED)
 
@@ -336,33 +290,18 @@ def _interruptible() -> Iterator[None]:
         sys.exit(_INTERRUPTED)
 
 
-def _show_tradeoff(found: Tradeoff, as_json: bool) -> None:
-    from flywheel.report.tradeoffs import json, text, unfinished
-
-    if not as_json:
-        show(text(found))
-        return
-    show(json(found))
-    for told in unfinished(found):
-        click.echo(told, err=True)
-
-
-def _draw_tradeoff(found: Tradeoff, path: Path) -> None:
-    from flywheel.pictures.tradeoffs import plot
-
-    with written(path):
-        plot(found, path)
-
-
-# -- progress --------------------------------------------------------------------------------------------------------
-
-
 @contextmanager
-def _told(budget: float) -> Iterator[_Progress]:
+def _progress(budget: float) -> Iterator[_Progress]:
     """What tells of a long comparison on standard error, in one line that is written anew where that is a terminal."""
-    progress = _Progress(budget)
-    over = Event()
-    ticker = Thread(target=_tick, args=(progress, over), daemon=True)
+    progress, over = _Progress(budget), Event()
+
+    def tick() -> None:
+        pause = _QUIET
+        while not over.wait(pause):
+            progress.tell()
+            pause = _EVERY_ON_TERMINALS if progress.rewriting else _EVERY
+
+    ticker = Thread(target=tick, daemon=True)
     ticker.start()
     try:
         yield progress
@@ -370,13 +309,6 @@ def _told(budget: float) -> Iterator[_Progress]:
         over.set()
         ticker.join()
         progress.erase()
-
-
-def _tick(progress: _Progress, over: Event) -> None:
-    pause = _QUIET
-    while not over.wait(pause):
-        progress.tell()
-        pause = _EVERY_ON_TERMINALS if progress.rewriting else _EVERY
 
 
 class _Progress:
@@ -409,4 +341,4 @@ class _Progress:
             click.echo("\r\x1b[2K", err=True, nl=False, color=True)
 
 
-TRADEOFF_COMMANDS = (tradeoff,)
+COMMANDS = (size, reduce, graph, reactions, tradeoff)

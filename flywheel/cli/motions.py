@@ -1,4 +1,4 @@
-"""The command that follows a machine in time: `simulate`."""
+"""Commands that follow or draw motion: `simulate`, `draw`, `animate`."""
 
 from __future__ import annotations
 
@@ -9,30 +9,27 @@ from contextlib import contextmanager
 from math import pi
 from pathlib import Path
 from time import monotonic
-from typing import TYPE_CHECKING
 
 import click
 
 from flywheel.cli.common import (
     MOST_POINTS,
     SCENE,
+    at_option,
     coordinates,
     hand_over,
-    pace,
-    places,
+    json_flag,
+    loaded,
+    plot_option,
     plot_path,
     quantity,
-    remarked,
     reported,
+    slides,
     spare,
     within,
     written,
 )
-
-if TYPE_CHECKING:
-    from flywheel.motion.transients import Transient
-    from flywheel.scene.scene import Scene
-
+from flywheel.cli.common import speed as speed_of
 
 _RTOL = (1e-13, 0.1)
 _POINTS = 500
@@ -42,10 +39,10 @@ _EVERY = 5.0  # seconds between two words on a long motion
 def _start(context: click.Context, parameter: click.Parameter, text: str) -> str:
     if text in ("rest", "regime"):
         return text
-    speeds = [quantity(text, dimension) for dimension in ("speed", "velocity")]
-    if all(speed is None for speed in speeds):
+    speed = quantity(text, "speed", "velocity")
+    if speed is None:
         raise click.BadParameter(f'{text!r} is neither rest nor regime, nor a speed with its unit, such as "200 rpm".')
-    if any(speed is not None and speed < 0.0 for speed in speeds):
+    if speed < 0.0:
         raise click.BadParameter(f"{text!r} is below 0: the machine is followed forwards.")
     return text
 
@@ -63,7 +60,7 @@ def _end(context: click.Context, parameter: click.Parameter, text: str | None) -
 
 
 def _place(context: click.Context, parameter: click.Parameter, text: str | None) -> str | None:
-    if text is None or any(quantity(text, dimension) is not None for dimension in ("angle", "length")):
+    if text is None or quantity(text, "angle", "length") is not None:
         return text
     raise click.BadParameter(f'{text!r} is no angle such as "90 deg", nor a position such as "190 mm".')
 
@@ -92,14 +89,8 @@ def _wheel(context: click.Context, parameter: click.Parameter, text: str | None)
 @click.option("--no-drive", is_flag=True, help="Let the machine run down without its drive.")
 @click.option("--flywheel", "wheel", callback=_wheel, metavar="INERTIA", help='Such as "2 kg m^2" (default: the scene\'s).')
 @click.option("--csv", "csv_file", metavar="FILE", help="Write the motion as CSV, SI throughout; - prints it.")
-@click.option("--json", "as_json", is_flag=True, help="Print JSON, SI throughout, with the motion.")
-@click.option(
-    "--plot",
-    type=click.Path(path_type=Path),
-    callback=plot_path,
-    metavar="FILE.(png|svg|pdf)",
-    help="Draw speed, torques and energy over time into a file.",
-)
+@json_flag("Print JSON, SI throughout, with the motion.")
+@plot_option("Draw speed, torques and energy over time into a file.")
 @click.option(
     "--points",
     type=click.IntRange(2, MOST_POINTS),
@@ -137,24 +128,25 @@ def simulate(
         raise click.UsageError("--csv - and --json exclude each other.")
     with reported(scene), _followed(end) as watching:
         from flywheel.motion.transients import transient
-        from flywheel.reading.scenes import load
         from flywheel.report import transients
 
-        loaded = load(scene)
-        remarked(scene, loaded.remarks)
-        watching.sliding = loaded.reduction_element == "slide"
+        given = loaded(scene)
+        watching.sliding = sliding = slides(given)
         found = transient(
-            loaded,
-            start=_speed_of(loaded, start),
-            at=None if place is None else coordinates((place,), loaded.reduction_element == "slide")[0],
-            end=end or _usual_end(loaded, no_drive),
+            given,
+            start=start if start in ("rest", "regime") else speed_of(start, sliding, "--from"),
+            at=None if place is None else coordinates((place,), sliding)[0],
+            end=end or ("stop" if no_drive or given.stroke is not None else "regime"),
             drive=not no_drive,
             inertia=wheel,
             rtol=rtol,
             watching=watching,
         )
         if plot is not None:
-            _draw(found, plot)
+            from flywheel.pictures import transients as picture
+
+            with written(plot):
+                picture.plot(found, plot)
         if table is not None:
             hand_over(transients.csv(found, points, breaks), table, scene)
         write = transients.csv if csv_file == "-" else transients.json if as_json else None
@@ -196,29 +188,7 @@ class _Watching:
         return f" at {self.t:.4g} s, {place}, run {self.run}" if self.run else ""
 
 
-def _speed_of(scene: Scene, text: str) -> float | str:
-    if text in ("rest", "regime"):
-        return text
-    return pace(text, scene.reduction_element == "slide", "--from")
-
-
-def _usual_end(scene: Scene, no_drive: bool) -> str:
-    return "stop" if no_drive or scene.stroke is not None else "regime"
-
-
-def _draw(found: Transient, path: Path) -> None:
-    from flywheel.pictures.transients import plot
-
-    with written(path):
-        plot(found, path)
-
-
-COMMANDS = (simulate,)
-
-
-# -- pictures ----------------------------------------------------------------------------------------------------------
-
-# Commands that draw mechanisms: `draw`, `animate`.
+# -- pictures --------------------------------------------------------------------------------------------------------
 
 
 def _gif_path(context: click.Context, parameter: click.Parameter, path: Path | None) -> Path | None:
@@ -246,14 +216,7 @@ def _tell(output: Path | None, target: Path) -> None:
 
 @click.command("draw", short_help="Draw the mechanisms of a scene and the paths of their points.")
 @SCENE
-@click.option(
-    "--at",
-    multiple=True,
-    callback=places,
-    metavar="ANGLE",
-    help='A crank angle such as "30 deg", or a position of a driver that slides, such as "190 mm"; repeatable, the first '
-    "one is drawn bold (default: a handful over the motion).",
-)
+@at_option("repeatable, the first one is drawn bold (default: a handful over the motion).")
 @click.option(
     "--path",
     "points",
@@ -274,14 +237,12 @@ def draw_mechanisms(scene: Path, at: tuple[str, ...], points: tuple[str, ...], o
     spare(scene, output)
     with reported(scene):
         from flywheel.pictures.mechanisms import draw
-        from flywheel.reading.scenes import load
 
-        loaded = load(scene)
-        remarked(scene, loaded.remarks)
-        wanted = coordinates(at, loaded.reduction_element == "slide")
+        found = loaded(scene)
+        wanted = coordinates(at, slides(found))
         target = _target(scene, output, ".png")
         with written(target):
-            draw(loaded, target, at=wanted, points=points)
+            draw(found, target, at=wanted, points=points)
     _tell(output, target)
 
 
@@ -306,14 +267,12 @@ def animate_mechanisms(scene: Path, output: Path | None, frames: int, fps: int) 
     spare(scene, output)
     with reported(scene):
         from flywheel.pictures.mechanisms import animate
-        from flywheel.reading.scenes import load
 
-        loaded = load(scene)
-        remarked(scene, loaded.remarks)
+        found = loaded(scene)
         target = _target(scene, output, ".gif")
         with written(target):
-            animate(loaded, target, frames=frames, fps=fps)
+            animate(found, target, frames=frames, fps=fps)
     _tell(output, target)
 
 
-PICTURE_COMMANDS = (draw_mechanisms, animate_mechanisms)
+COMMANDS = (simulate, draw_mechanisms, animate_mechanisms)

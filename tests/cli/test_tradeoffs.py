@@ -10,6 +10,7 @@ import pytest
 from click.testing import CliRunner
 
 from flywheel.cli import machines, main
+from flywheel.pictures import tradeoffs as drawing
 from flywheel.study import tradeoff as comparison
 from tests.study.made import compared, row, whole
 
@@ -94,7 +95,7 @@ def test_a_picture_that_cannot_be_written_is_one_line(scene, monkeypatch, tmp_pa
 def test_an_interrupted_comparison_is_told_and_drawn(scene, monkeypatch, tmp_path):
     gives(monkeypatch, compared(row("plain grid"), row("collocation", "", None), interrupted=True))
     drawn = []
-    monkeypatch.setattr(machines, "_draw", lambda found, path: drawn.append(path))
+    monkeypatch.setattr(drawing, "plot", lambda found, path: drawn.append(path))
     picture = tmp_path / "errors.svg"
     result = run(scene, "--plot", picture)
     assert (result.exit_code, drawn) == (130, [picture])
@@ -111,7 +112,7 @@ def test_an_interruption_of_the_picture_leaves_the_table(scene, asked, monkeypat
     def interrupt(found, path):
         raise KeyboardInterrupt
 
-    monkeypatch.setattr(machines, "_draw", interrupt)
+    monkeypatch.setattr(drawing, "plot", interrupt)
     result = run(scene, "--plot", tmp_path / "errors.svg")
     assert (result.exit_code, result.stderr) == (130, "interrupted\n")
     assert "Without an answer" in result.stdout
@@ -122,7 +123,7 @@ def test_a_process_that_is_interrupted_tells_what_it_has(tmp_path):
     code = """
 import os, signal, sys, time
 from flywheel.cli import main
-from flywheel.tradeoffs import methods
+from flywheel.study import methods
 signal.signal(signal.SIGINT, signal.default_int_handler)  # a process in the background may have been started to ignore it
 def stop():
     os.kill(os.getpid(), signal.SIGINT)
