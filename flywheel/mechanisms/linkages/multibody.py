@@ -1,8 +1,13 @@
-"""How one body stands to another at a joint: scalar relations of two bodies' poses, with their derivatives.
+"""Direct dynamics of plane linkages by routes that share nothing with the reduced equation but the description.
 
-A body's pose is that of its centre of mass and its angle: x, y (m), theta (rad). Every relation phi gives its value, its
-gradient by both poses, and its bend (phi_x v)_x v, the part of its second time derivative that needs no accelerations:
-d²phi/dt² = phi_x a + bend. Only arithmetic is done here, so that any kind of number may stand in the poses.
+All bodies keep their absolute coordinates, the pose x, y (m), theta (rad) of their centres of mass; joints are equations
+between them. Every relation phi of two poses gives its value, its gradient by both, and its bend (phi_x v)_x v, the part of
+its second time derivative that needs no accelerations: d²phi/dt² = phi_x a + bend. Relations are arithmetic alone, so that
+any kind of number may stand in the poses.
+
+>>> from flywheel.multibody import ROUTES
+>>> ROUTES
+('reduced', 'newton', 'multipliers', 'energy')
 """
 
 from __future__ import annotations
@@ -10,20 +15,35 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
-from functools import cached_property
+from functools import cached_property, partial
 from math import sqrt
 from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.integrate import DOP853
+from scipy.optimize import brentq
 
-from bondgraph.motion.stepping import instant
 from flywheel.mechanisms.linkages.poses import Poses, check
 from flywheel.numerics.arguments import POSITIVE, array, name_faults, number_faults, refuse, require, shown, vector
 from flywheel.numerics.faults import Fault, SceneError
 from flywheel.scene.linkage import FIXED, PIN, SLIDE, SLOT, Coupling, Joint, Linkage
 
+__all__ = [
+    "COMPONENTS",
+    "ENERGY",
+    "MULTIPLIERS",
+    "NEWTON",
+    "REDUCED",
+    "ROUTES",
+    "Law",
+    "Run",
+    "Wrench",
+    "components",
+    "simulate",
+]
+
+Array = NDArray[np.float64]
 Vector = tuple[Any, Any]
 Gradient = tuple[Any, Any, Any]
 
@@ -123,16 +143,9 @@ def turning_component(seen: Gap, e: Vector, omega: Any) -> Row:
     return row._replace(first=first, bend=row.bend + 2 * omega * _dot(perp, seen.rate) - omega * omega * row.value)
 
 
-def turn(joint: Pair, one: Place, two: Place) -> Row:
+def turn(one: Place, two: Place) -> Row:
     """Angle of the second body less that of the first."""
     return Row(two.theta - one.theta, (0.0, 0.0, -1.0), (0.0, 0.0, 1.0), 0.0)
-
-
-def held_turn(joint: Pair, one: Place, two: Place) -> Row:
-    """What the turn lacks to the joint's own angle, whole turns left out."""
-    row = turn(joint, one, two)
-    left = row.value - joint.angle
-    return row._replace(value=left - 2 * math.pi * round(left / (2 * math.pi)))
 
 
 def closures(joint: Pair, one: Place, two: Place) -> list[Row]:
@@ -144,7 +157,9 @@ def closures(joint: Pair, one: Place, two: Place) -> list[Row]:
         ux, uy = turned(one, joint.direction)
         rows = [turning_component(seen, (-uy, ux), one.omega)]
     if joint.kind in (SLIDE, FIXED):
-        rows.append(held_turn(joint, one, two))
+        turned_by = turn(one, two)
+        left = turned_by.value - joint.angle  # whole turns are left out
+        rows.append(turned_by._replace(value=left - 2 * math.pi * round(left / (2 * math.pi))))
     return rows
 
 
@@ -159,7 +174,7 @@ moment: positive counter-clockwise (N m). The first body feels the opposite at t
 def coordinate(joint: Pair, one: Place, two: Place) -> Row:
     """The joint's coordinate: the turn of a pin (rad), the way along the guide of a slide or pin in slot (m)."""
     if joint.kind == PIN:
-        return turn(joint, one, two)
+        return turn(one, two)
     return turning_component(gap(joint, one, two), turned(one, joint.direction), one.omega)
 
 
@@ -175,8 +190,6 @@ def drive(coupling: Coupling, q: Any) -> Drive:
     """A coupling's second coordinate by its first: ratio q + phase, or a cam's lift(q) + phase."""
     if coupling.lift is None:
         return Drive(coupling.ratio * q + coupling.phase, coupling.ratio, 0.0)
-    import numpy as np  # a lift law's own namespace; couplings without one need none
-
     angle = q - math.floor(q / coupling.lift.period) * coupling.lift.period
     jet = coupling.lift.curve.jet(angle, angle, np)
     return Drive(float(jet.value) + coupling.phase, float(jet.first), float(jet.second))
@@ -186,12 +199,9 @@ def _dot(a: Vector, b: Vector) -> Any:
     return a[0] * b[0] + a[1] * b[1]
 
 
-# -- model -------------------------------------------------------------------------------------------------------------
-
-# A linkage in absolute coordinates: x_G, y_G, theta of every moving body, what ties them and what acts on them.
+# -- the linkage in absolute coordinates -------------------------------------------------------------------------------
 
 
-Array = NDArray[np.float64]
 Law = float | Callable[[float, float, float], float]
 """A constant, or a function of time (s), the driver's coordinate (rad or m) and its rate."""
 
@@ -275,10 +285,19 @@ class Model:
 
     def state(self, x: Array, v: Array) -> State:
         """The closure equations and the driver's coordinate at x with velocities v."""
-        places = self._places(x, v)
-        rows = [(joint, row) for joint in self.pairs for row in closures(joint, *_both(joint, places))]
-        spread = [_spread(self.masses.size, row, joint) for joint, row in rows]
-        spread += [self._coupled(coupling, places, v) for coupling in self.linkage.couplings]
+        poses = zip(x.reshape(-1, 3).tolist(), v.reshape(-1, 3).tolist(), strict=True)
+        places = (placed((*self.linkage.ground.com, 0.0)), *(placed(pose, velocity) for pose, velocity in poses))
+        spread = [
+            _spread(self.masses.size, row, joint)
+            for joint in self.pairs
+            for row in closures(joint, places[joint.first], places[joint.second])
+        ]
+        for coupling in self.linkage.couplings:  # q2 - f(q1): bend of q2 less f' times that of q1 and f'' (dq1/dt)²
+            one, two = self._coordinate(coupling.first, places), self._coordinate(coupling.second, places)
+            driven = drive(coupling, one.value)
+            bend = two.bend - driven.first * one.bend - driven.second * float(np.dot(one.gradient, v)) ** 2
+            gradient = [b - driven.first * a for a, b in zip(one.gradient, two.gradient, strict=True)]
+            spread.append(Spread(two.value - driven.value, gradient, bend))
         driver = self._coordinate(self.linkage.driver, places)
         along = np.array(driver.gradient)
         return State(
@@ -294,37 +313,23 @@ class Model:
 
     def forces(self, t: float, state: State) -> Array:
         """Generalised forces of gravity, drive and wrenches on every coordinate, shape (3 moving bodies,)."""
-        motion = t, state.q, state.qdot
-        total = self.weights + _law(self.actions.drive, *motion) * state.along
-        for wrench in self.actions.wrenches:
-            k = self.linkage.names.index(wrench.body)
-            fx, fy = (_law(part, *motion) for part in wrench.force)
-            rx, ry = self._arm(wrench, state.places[k])
-            total[3 * k - 3 : 3 * k] += fx, fy, rx * fy - ry * fx + _law(wrench.torque, *motion)
-        return np.asarray(total)
 
-    def _places(self, x: Array, v: Array) -> tuple[Place, ...]:
-        rows = zip(x.reshape(-1, 3).tolist(), v.reshape(-1, 3).tolist(), strict=True)
-        return (_frame(self.linkage), *(placed(pose, velocity) for pose, velocity in rows))
+        def at(law: Law) -> float:
+            return law(t, state.q, state.qdot) if callable(law) else law
+
+        total = self.weights + at(self.actions.drive) * state.along
+        for wrench in self.actions.wrenches:
+            k, link = self.linkage.names.index(wrench.body), self.linkage.link(wrench.body)
+            fx, fy = (at(part) for part in wrench.force)
+            at_point = link.com if wrench.at is None else wrench.at
+            x, y = link.point(at_point)[-2:] if isinstance(at_point, str) else at_point
+            rx, ry = turned(state.places[k], (x - link.com[0], y - link.com[1]))
+            total[3 * k - 3 : 3 * k] += fx, fy, rx * fy - ry * fx + at(wrench.torque)
+        return np.asarray(total)
 
     def _coordinate(self, joint: str, places: Sequence[Place]) -> Spread:
         found = self.pair(joint)
-        return _spread(self.masses.size, coordinate(found, *_both(found, places)), found)
-
-    def _coupled(self, coupling: Coupling, places: Sequence[Place], v: Array) -> Spread:
-        """q2 - f(q1): gradient q2_x - f' q1_x, bend that of q2 less f' times that of q1 and f'' (dq1/dt)²."""
-        one, two = self._coordinate(coupling.first, places), self._coordinate(coupling.second, places)
-        driven = drive(coupling, one.value)
-        bend = two.bend - driven.first * one.bend - driven.second * float(np.dot(one.gradient, v)) ** 2
-        gradient = [b - driven.first * a for a, b in zip(one.gradient, two.gradient, strict=True)]
-        return Spread(two.value - driven.value, gradient, bend)
-
-    def _arm(self, wrench: Wrench, place: Place) -> tuple[float, float]:
-        if wrench.at is None:
-            return 0.0, 0.0
-        link = self.linkage.link(wrench.body)
-        x, y = link.point(wrench.at)[-2:] if isinstance(wrench.at, str) else wrench.at
-        return turned(place, (x - link.com[0], y - link.com[1]))
+        return _spread(self.masses.size, coordinate(found, places[found.first], places[found.second]), found)
 
 
 def model(linkage: Linkage, actions: Actions) -> Model:
@@ -336,9 +341,17 @@ def model(linkage: Linkage, actions: Actions) -> Model:
     """
     rubbing = [joint.name for joint in linkage.joints if joint.friction > 0.0]
     rubbing += [coupling.name for coupling in linkage.couplings if coupling.friction > 0.0]
-    faults = [_friction(linkage, name) for name in rubbing]
+    ideal = "friction", "none: these routes are those of ideal joints", "set it to 0"
+    faults = [Fault(f"{linkage.path}.{name}.friction", *ideal) for name in rubbing]
+    moving = [link.name for link in linkage.links]
     for k, wrench in enumerate(actions.wrenches):
-        faults += _misplaced(linkage, f"wrenches[{k}]", wrench)
+        path = f"wrenches[{k}]"
+        if wrench.body not in moving:
+            faults.append(Fault(f"{path}.body", repr(wrench.body), f"a moving body: {', '.join(moving)}"))
+            continue
+        points = [point.name for point in linkage.link(wrench.body).points]
+        if isinstance(wrench.at, str) and wrench.at not in points:
+            faults.append(Fault(f"{path}.at", repr(wrench.at), f"a point of {wrench.body}: {', '.join(points)}"))
     if faults:
         raise SceneError(faults)
     masses = np.array([value for link in linkage.links for value in (link.mass, link.mass, link.inertia)], dtype=float)
@@ -364,21 +377,6 @@ def components(linkage: Linkage) -> list[tuple[str, str]]:
     return found + [(coupling.name, "effort") for coupling in linkage.couplings]
 
 
-def undetermined(jacobian: Array) -> NDArray[np.bool_]:
-    """Which reactions a redundant linkage leaves open: those with a part in the null space of Phi_x^T."""
-    left, sizes, _ = np.linalg.svd(jacobian)
-    rank = int((sizes > _RANK * sizes.max()).sum())
-    return np.asarray(np.abs(left[:, rank:]).max(axis=1, initial=0.0) > _RANK)
-
-
-def _frame(linkage: Linkage) -> Place:
-    return placed((*linkage.ground.com, 0.0))
-
-
-def _both(joint: Pair, places: Sequence[Place]) -> tuple[Place, Place]:
-    return places[joint.first], places[joint.second]
-
-
 def _spread(size: int, row: Row, joint: Pair) -> Spread:
     """A row over all coordinates, the frame's left out."""
     gradient = [0.0] * (size + 3)
@@ -387,30 +385,7 @@ def _spread(size: int, row: Row, joint: Pair) -> Spread:
     return Spread(row.value, gradient[3:], row.bend)
 
 
-def _law(law: Law, t: float, q: float, qdot: float) -> float:
-    return law(t, q, qdot) if callable(law) else law
-
-
-def _friction(linkage: Linkage, name: str) -> Fault:
-    return Fault(
-        f"{linkage.path}.{name}.friction", "friction", "none: these routes are those of ideal joints", "set it to 0"
-    )
-
-
-def _misplaced(linkage: Linkage, path: str, wrench: Wrench) -> list[Fault]:
-    """A wrench on a body that does not move, or at a point that it does not have."""
-    moving = [link.name for link in linkage.links]
-    if wrench.body not in moving:
-        return [Fault(f"{path}.body", repr(wrench.body), f"a moving body: {', '.join(moving)}")]
-    points = [point.name for point in linkage.link(wrench.body).points]
-    if isinstance(wrench.at, str) and wrench.at not in points:
-        return [Fault(f"{path}.at", repr(wrench.at), f"a point of {wrench.body}: {', '.join(points)}")]
-    return []
-
-
-# -- closure -----------------------------------------------------------------------------------------------------------
-
-# Poses of a linkage at a given driver's coordinate, and their influence coefficients, from the closure equations alone.
+# -- closure: poses at a driver's coordinate and their influence coefficients, from the closure equations alone -----------
 
 
 _CLOSED = 1e-9  # of the scale: after a correction this small the next one, its square, is below rounding
@@ -479,28 +454,29 @@ class Closure:
 
     def _accept(self, q: float, x: Array) -> None:
         """Take over a pose, unless a lock or a branch is met there or lies on the way."""
-        state = self.model.state(x, np.zeros_like(x))
-        found = margin(self.model, state.jacobian, state.along)
+        model = self.model
+        state = model.state(x, np.zeros_like(x))
+        found = margin(model, state.jacobian, state.along)
         if found.sense != self.sense:
-            raise UnreachableError(branched(self.model, self.q))
-        g = influence(self.model, state)
+            raise UnreachableError(branched(model, self.q))
+        g = influence(model, state)
         if found.least < LEAST_MARGIN:
-            stuck = _size(self.model, g) * self.unit * found.least > _STUCK
-            raise UnreachableError(locked(self.model, q) if stuck else branched(self.model, q))
+            stuck = float(np.abs(g / model.scale).max()) * self.unit * found.least > _STUCK
+            raise UnreachableError(locked(model, q) if stuck else branched(model, q))
         self.q, self.x, self.g = q, x, g
 
     def _corrected(self, q: float) -> Array | None:
         """The pose at q from the tangent at the last one; None if corrections do not shrink fast enough."""
         model, rest = self.model, np.zeros_like(self.x)
         ahead = self.g * (q - self.q)
-        x, last = self.x + ahead, _size(model, ahead)
+        x, last = self.x + ahead, float(np.abs(ahead / model.scale).max())
         for _ in range(_MOST_CORRECTIONS):
             state = model.state(x, rest)
             try:
-                correction = solved(model, _rows(state), np.append(-state.value, q - state.q))
+                correction = solved(model, np.vstack((state.jacobian, state.along)), np.append(-state.value, q - state.q))
             except UnreachableError:
                 return None
-            size = _size(model, correction)
+            size = float(np.abs(correction / model.scale).max())
             if size > max(_CONTRACTION * last, _CLOSED):
                 return None
             x, last = x + correction, size
@@ -511,7 +487,7 @@ class Closure:
 
 def influence(model: Model, state: State) -> Array:
     """G = dx/dq of every coordinate: Phi_x g = 0, q_x g = 1."""
-    return solved(model, _rows(state), np.append(np.zeros_like(state.value), 1.0))
+    return solved(model, np.vstack((state.jacobian, state.along)), np.append(np.zeros_like(state.value), 1.0))
 
 
 class Margin(NamedTuple):
@@ -533,11 +509,6 @@ def margin(model: Model, jacobian: Array, row: Array) -> Margin:
     return Margin(sense, float(np.linalg.svd(rows, compute_uv=False)[-1]))
 
 
-def bending(model: Model, state: State) -> Array:
-    """d²x/dt² at zero acceleration of the driver, for the state's velocities; with v = g it is g' = d²x/dq²."""
-    return solved(model, _rows(state), np.append(state.gamma, -state.bend))
-
-
 def where(model: Model, q: float) -> str:
     """A driver's coordinate with its unit, for messages."""
     return f"{q:.9g} m" if model.linkage.sliding else f"{np.degrees(q):.9g} deg"
@@ -554,17 +525,7 @@ def branched(model: Model, q: float) -> Fault:
     return Fault(model.linkage.path, found, "a motion within one assembly", "change a length, or end before")
 
 
-def _rows(state: State) -> Array:
-    return np.vstack((state.jacobian, state.along))
-
-
-def _size(model: Model, change: Array) -> float:
-    return float(np.abs(change / model.scale).max())
-
-
-# -- equations ---------------------------------------------------------------------------------------------------------
-
-# The equations of motion of a linkage: Newton's law with reactions, Lagrange's multipliers, one reduced coordinate.
+# -- equations of motion: Newton's law with reactions, Lagrange's multipliers, one reduced coordinate --------------------
 
 
 class Accelerations(NamedTuple):
@@ -614,7 +575,8 @@ def by_newton(model: Model, t: float, state: State) -> Accelerations:
     and Dynamics of Mechanical Systems, Allyn and Bacon 1989, chapter 6.
 
     """
-    return _solved(model, *system(model, t, state, reaction_wrenches(model, state)))
+    found = solved(model, *system(model, t, state, reaction_wrenches(model, state)))
+    return Accelerations(found[: model.masses.size], found[model.masses.size :])
 
 
 def by_multipliers(model: Model, t: float, state: State) -> Accelerations:
@@ -628,7 +590,8 @@ def by_multipliers(model: Model, t: float, state: State) -> Accelerations:
     Source: Haug as above; E. Hairer, G. Wanner, Solving Ordinary Differential Equations II, 2nd ed., section VII.1.
 
     """
-    return _solved(model, *system(model, t, state, state.jacobian.T))
+    found = solved(model, *system(model, t, state, state.jacobian.T))
+    return Accelerations(found[: model.masses.size], found[model.masses.size :])
 
 
 def reduced(model: Model, t: float, x: Array, g: Array, qdot: float) -> Reduced:
@@ -645,7 +608,7 @@ def reduced(model: Model, t: float, x: Array, g: Array, qdot: float) -> Reduced:
 
     """
     unit = model.state(x, g)
-    slope = bending(model, unit)
+    slope = solved(model, np.vstack((unit.jacobian, unit.along)), np.append(unit.gamma, -unit.bend))  # g' = d²x/dq²
     inertia, half = float(g @ (model.masses * g)), float(g @ (model.masses * slope))
     moment = float(g @ model.forces(t, unit._replace(qdot=qdot)))  # no force sees other velocities
     if not inertia > 0.0:
@@ -660,20 +623,22 @@ def reaction_wrenches(model: Model, state: State) -> Array:
     A force f at the joint's point p acts on the second body as f and (p - c) × f about its centre c, on the first as the
     opposite. A coupling's effort acts on its second coordinate, and reversed, times its ratio, on its first.
     """
-    free = [wrench for joint in model.pairs for wrench in _cut(joint, state.places)]
-    free += [_effort(model, coupling, state.places) for coupling in model.linkage.couplings]
+    places, free = state.places, []
+    for joint in model.pairs:
+        ux, uy = turned(places[joint.first], joint.direction)
+        parts = [(1.0, 0.0, 0.0), (0.0, 1.0, 0.0)] if joint.kind in (PIN, FIXED) else [(-uy, ux, 0.0)]
+        if joint.kind in (SLIDE, FIXED):
+            parts.append((0.0, 0.0, 1.0))
+        free += [_between(joint, places, *part) for part in parts]
+    for coupling in model.linkage.couplings:
+        joint = model.pair(coupling.first)
+        ratio = drive(coupling, coordinate(joint, places[joint.first], places[joint.second]).value).first
+        efforts = []
+        for one in (joint, model.pair(coupling.second)):  # a couple at a pin, a force along the guide at a slide
+            effort = (0.0, 0.0, 1.0) if one.kind == PIN else (*turned(places[one.first], one.direction), 0.0)
+            efforts.append(_between(one, places, *effort))
+        free.append(efforts[1] - ratio * efforts[0])
     return np.asarray(np.array(free).reshape(-1, model.masses.size + 3)[:, 3:].T)
-
-
-def _cut(joint: Pair, places: tuple[Place, ...]) -> list[Array]:
-    """Wrenches of the joint's reactions on all bodies."""
-    ux, uy = turned(places[joint.first], joint.direction)
-    both_ways = [(1.0, 0.0, 0.0), (0.0, 1.0, 0.0)]
-    parts = both_ways if joint.kind in (PIN, FIXED) else [(-uy, ux, 0.0)]
-    if joint.kind in (SLIDE, FIXED):
-        parts = [*parts, (0.0, 0.0, 1.0)]
-    assert len(parts) == len(COMPONENTS[joint.kind])
-    return [_between(joint, places, *part) for part in parts]
 
 
 def _between(joint: Pair, places: tuple[Place, ...], fx: float, fy: float, couple: float) -> Array:
@@ -688,28 +653,7 @@ def _between(joint: Pair, places: tuple[Place, ...], fx: float, fy: float, coupl
     return wrench.ravel()
 
 
-def _effort(model: Model, coupling: Coupling, places: tuple[Place, ...]) -> Array:
-    one, two = (_pushed(model.pair(name), places) for name in (coupling.first, coupling.second))
-    joint = model.pair(coupling.first)
-    q = coordinate(joint, places[joint.first], places[joint.second]).value
-    return np.asarray(two - drive(coupling, q).first * one)
-
-
-def _pushed(joint: Pair, places: tuple[Place, ...]) -> Array:
-    """A unit effort along a joint's coordinate: a couple at a pin, a force along the guide at a slide."""
-    if joint.kind == PIN:
-        return _between(joint, places, 0.0, 0.0, 1.0)
-    return _between(joint, places, *turned(places[joint.first], joint.direction), 0.0)
-
-
-def _solved(model: Model, matrix: Array, right: Array) -> Accelerations:
-    found = solved(model, matrix, right)
-    return Accelerations(found[: model.masses.size], found[model.masses.size :])
-
-
-# -- projection --------------------------------------------------------------------------------------------------------
-
-# Coordinates and velocities put back onto the closure equations, by the shift of least kinetic measure.
+# -- projection: coordinates and velocities put back onto the closures, by the shift of least kinetic measure --------------
 
 
 _PROJECTED = 4e-16  # of the scale: what rounding leaves open
@@ -735,17 +679,29 @@ def projected(model: Model, x: Array, v: Array) -> Projected:
     Source: E. Hairer, G. Wanner, Solving Ordinary Differential Equations II, 2nd ed., section VII.2.
 
     """
+
+    def gap(state: State) -> float:
+        return float(np.abs(state.value).max(initial=0.0))
+
+    def least(state: State, wanted: Array) -> Array:
+        """The change d of least d^T M d with Phi_x d = wanted."""
+        n, m = state.along.size, wanted.size
+        matrix = np.zeros((n + m, n + m))
+        matrix[range(n), range(n)] = model.masses
+        matrix[:n, n:], matrix[n:, :n] = state.jacobian.T, state.jacobian
+        return solved(model, matrix, np.concatenate((np.zeros(n), wanted)))[:n]
+
     state = model.state(x, v)
-    drift = left = _open(state)
+    drift = left = gap(state)
     for _ in range(_CORRECTIONS):
         if left <= _PROJECTED * model.length:
             break
-        x = x + _least(model, state, -state.value)
+        x = x + least(state, -state.value)
         state = model.state(x, v)
-        left = _open(state)
+        left = gap(state)
     if not left <= _LOST * model.length:
         raise UnreachableError(Fault(model.linkage.path, f"closures open by {left:g} m or rad", "bodies that stay joined"))
-    return Projected(x, v + _least(model, state, -state.jacobian @ v), drift, state)
+    return Projected(x, v + least(state, -state.jacobian @ v), drift, state)
 
 
 class Branch:
@@ -771,22 +727,7 @@ class Branch:
         self.state, self.tangent = state, ahead / model.scale**2
 
 
-def _open(state: State) -> float:
-    return float(np.abs(state.value).max(initial=0.0))
-
-
-def _least(model: Model, state: State, wanted: Array) -> Array:
-    """The change d of least d^T M d with Phi_x d = wanted."""
-    n, m = state.along.size, wanted.size
-    matrix = np.zeros((n + m, n + m))
-    matrix[range(n), range(n)] = model.masses
-    matrix[:n, n:], matrix[n:, :n] = state.jacobian.T, state.jacobian
-    return solved(model, matrix, np.concatenate((np.zeros(n), wanted)))[:n]
-
-
-# -- stepping ----------------------------------------------------------------------------------------------------------
-
-# Time steps of the eighth order, with a correction after each where a route asks for one.
+# -- stepping: the eighth order, with a correction after each step where a route asks for one --------------------------
 
 
 Rates = Callable[[float, Array], Array]
@@ -809,42 +750,20 @@ class Steps(NamedTuple):
         return self.dense[min(int(np.searchsorted(self.s[1:], s)), len(self.dense) - 1)](s)
 
 
-class Tolerance(NamedTuple):
-    """Error allowed in a step: relative, and absolute for each variable (infinite: not watched)."""
-
-    relative: float
-    absolute: Array
-
-
-class _Guarded:
-    """Rates that are not numbers where no motion gets to, so that the integrator tries a shorter step; why, is kept."""
-
-    def __init__(self, rates: Rates) -> None:
-        self.rates = rates
-        self.met = False
-        self.fault = Fault("rtol", "a motion that cannot be followed at this tolerance", "another one", "loosen it")
-
-    def __call__(self, s: float, state: Array) -> Array:
-        if not np.isfinite(state).all():
-            return np.full_like(state, np.nan)
-        try:
-            return self.rates(s, state)
-        except UnreachableError as error:
-            self.fault, self.met = error.fault, True
-            return np.full_like(state, np.nan)
-
-
 def stepped(
     rates: Rates,
     state: Array,
     until: float,
-    tolerance: Tolerance,
+    rtol: float,
+    atol: Array,
     correct: Callable[[Array], Array] | None = None,
     reached: Callable[[Array], bool] | None = None,
 ) -> Steps:
     """Follow dy/ds = rates(s, y) from s = 0 by DOP853 to `until`, or to the step after which `reached` says so.
 
-    `correct` puts a state back onto what the exact one fulfils, after every step.
+    rtol, atol: error allowed in a step, relative, and absolute for each variable (infinite: not watched). `correct` puts a
+    state back onto what the exact one fulfils, after every step. Rates are not numbers where no motion gets to, so that the
+    integrator tries a shorter step; the reason is kept.
 
     Raises:
         SceneError: where the motion ends before, with the reason that the rates give.
@@ -854,16 +773,30 @@ def stepped(
     """
     if not np.isfinite(rates(0.0, state)).all():  # the start itself must be sound
         raise SceneError([Fault("simulate", "loads that are not finite at the start", "finite ones")])
-    guarded = _Guarded(rates)
-    absolute: Any = tolerance.absolute  # one for each variable, which the stubs do not know
-    solver: Any = DOP853(guarded, 0.0, state, until, rtol=max(tolerance.relative, TIGHTEST), atol=absolute)
+    met: list[Fault] = []
+    reason = Fault("rtol", "a motion that cannot be followed at this tolerance", "another one", "loosen it")
+
+    def guarded(s: float, state: Array) -> Array:
+        nonlocal reason
+        if not np.isfinite(state).all():
+            return np.full_like(state, np.nan)
+        try:
+            return rates(s, state)
+        except UnreachableError as error:
+            reason = error.fault
+            met.append(reason)
+            return np.full_like(state, np.nan)
+
+    absolute: Any = atol  # one for each variable, which the stubs do not know
+    solver: Any = DOP853(guarded, 0.0, state, until, rtol=max(rtol, TIGHTEST), atol=absolute)
     s, states, dense = [0.0], [np.array(state)], []
     while solver.status == "running" and not (reached and reached(solver.y)):
         solver.step()
         creeping = solver.t - s[-1] < _CREEPING * solver.t
-        if solver.status == "failed" or (creeping and guarded.met):
-            raise SceneError([guarded.fault])
-        guarded.met = guarded.met and creeping
+        if solver.status == "failed" or (creeping and met):
+            raise SceneError([reason])
+        if not creeping:
+            met.clear()
         if correct is not None:
             solver.y = correct(solver.y)
             solver.f = guarded(solver.t, solver.y)
@@ -876,13 +809,7 @@ def stepped(
     return Steps(np.array(s), np.array(states), tuple(dense), int(solver.nfev))
 
 
-# -- energy ------------------------------------------------------------------------------------------------------------
-
-# The energy route: the kinetic energy as an integral of work over the driver's way, then the time that it took.
-#
-# E = ½ I* omega² obeys dE/dq = M*(t, q, omega): where torques depend on position alone, E is the work done and nothing
-# else; then t = integral of dq/omega. Only first influence coefficients are needed. It works as long as omega keeps its
-# sign.
+# -- the energy route: kinetic energy as an integral of work over the driver's way, then the time that it took -----------
 
 
 _NUDGE = 1e-6  # of the way: where the slope of E/u² at the start is taken from
@@ -891,6 +818,8 @@ _NUDGE = 1e-6  # of the way: where the slope of E/u² at the start is taken from
 class Way:
     """The driver's way, q = start + sense u; from rest q = start + sense u², in which E/u² and omega/u are smooth.
 
+    E = ½ I* omega² obeys dE/dq = M*(t, q, omega): where torques depend on position alone, E is the work done and nothing
+    else; then t = integral of dq/omega. Only first influence coefficients are needed. omega has to keep its sign.
     `y` stands for the energy: E, or E/u² from rest.
     """
 
@@ -902,7 +831,11 @@ class Way:
             raise SceneError([Fault("qdot", "a machine at rest that nothing moves", "a speed, or a load that moves it")])
         self.sense = float(np.sign(qdot or moment))
         self.y = abs(moment) if self.rest else 0.5 * inertia * qdot**2
-        self.growth = self._growth() if self.rest else 0.0
+        self.growth = 0.0
+        if self.rest:  # slope of E/u², two thirds of that of M* along the motion: a difference that only the first step sees
+            rate = sqrt(2 * self.y / inertia)
+            _, ahead = self._reduced(2 * _NUDGE / rate, self.q(_NUDGE), self.sense * _NUDGE * rate)
+            self.growth = 2 / 3 * (self.sense * ahead - self.y) / _NUDGE
 
     def q(self, u: float) -> float:
         """The driver's coordinate."""
@@ -916,7 +849,7 @@ class Way:
 
         """
         x, g = self.closure.at(self.q(u))
-        return self.model.state(x, g * (self.sense * self._pace(u, y) * (u if self.rest else 1.0)))
+        return self.model.state(x, g * (self.sense * self._speed(u, y) * (u if self.rest else 1.0)))
 
     def rates(self, u: float, both: Array) -> Array:
         """d(y, t)/du: dE/du = sense M*, dt/du = 1/|omega|.
@@ -924,16 +857,18 @@ class Way:
         From rest d(E/u²)/du = (2/u)(sense M* - E/u²), dt/du = 2u/|omega|.
         """
         y, t = float(both[0]), float(both[1])
-        state, pace = self.state(u, y), self._pace(u, y)
+        state, speed = self.state(u, y), self._speed(u, y)
         push = self.sense * float(self.closure.g @ self.model.forces(t, state))
         if not self.rest:
-            return np.array([push, 1 / pace])
-        return np.array([2 / u * (push - y) if u > 0.0 else self.growth, 2 / pace])
+            return np.array([push, 1 / speed])
+        return np.array([2 / u * (push - y) if u > 0.0 else self.growth, 2 / speed])
 
-    def _pace(self, u: float, y: float) -> float:
+    def _speed(self, u: float, y: float) -> float:
         """|omega|, or |omega|/u from rest: sqrt(2 y/I*)."""
         if not y > 0.0:
-            raise UnreachableError(_stopped(self.model, self.q(u)))
+            found = f"a motion that stops at {where(self.model, self.q(u))}"
+            advice = "take another route, or end before"
+            raise UnreachableError(Fault("route", found, "a speed that keeps its sign on the energy route", advice))
         _, g = self.closure.at(self.q(u))
         return sqrt(2 * y / float(g @ (self.model.masses * g)))
 
@@ -942,48 +877,8 @@ class Way:
         x, g = self.closure.at(q)
         return float(g @ (self.model.masses * g)), float(g @ self.model.forces(t, self.model.state(x, g * qdot)))
 
-    def _growth(self) -> float:
-        """Slope of E/u² at rest, two thirds of that of M* along the motion: a difference that only the first step sees."""
-        inertia, _ = self._reduced(0.0, self.start, 0.0)
-        pace = sqrt(2 * self.y / inertia)
-        _, moment = self._reduced(2 * _NUDGE / pace, self.q(_NUDGE), self.sense * _NUDGE * pace)
-        return 2 / 3 * (self.sense * moment - self.y) / _NUDGE
 
-
-def traversed(way: Way, until: float, rtol: float) -> Steps:
-    """Steps in u of (y, t) until the time `until` is reached or passed.
-
-    Raises:
-        SceneError: where the motion comes to rest before: the route cannot follow it there.
-
-    """
-    tolerance = Tolerance(rtol, np.array([0.0, rtol * until]))
-    return stepped(way.rates, np.array([way.y, 0.0]), np.inf, tolerance, None, lambda both: both[1] >= until)
-
-
-def reached(steps: Steps, t: float) -> float:
-    """The parameter u of the way at a time."""
-    if t <= 0.0:
-        return 0.0
-    k = min(max(int(np.searchsorted(steps.states[:, 1], t)), 1), len(steps.s) - 1)
-    low, high = float(steps.s[k - 1]), float(steps.s[k])
-
-    def late(u: float) -> float:
-        return float(steps.dense[k - 1](u)[1]) - t
-
-    return low if late(low) >= 0.0 else instant(late, low, high)
-
-
-def _stopped(model: Model, q: float) -> Fault:
-    advice = "take another route, or end before"
-    return Fault(
-        "route", f"a motion that stops at {where(model, q)}", "a speed that keeps its sign on the energy route", advice
-    )
-
-
-# -- routes ------------------------------------------------------------------------------------------------------------
-
-# The four routes: which state each integrates, and how all bodies follow from it.
+# -- the four routes: which state each integrates, and how all bodies follow from it -----------------------------------
 
 
 REDUCED, NEWTON, MULTIPLIERS, ENERGY = "reduced", "newton", "multipliers", "energy"
@@ -1011,44 +906,35 @@ class Followed(NamedTuple):
     law: Callable[[Model, float, State], Accelerations] | None
 
 
-def by_reduced_equation(model: Model, start: Start, until: float, rtol: float) -> Followed:
-    """One equation for the driver, I* and M* by the closures' influence coefficients."""
+def by_driver(model: Model, start: Start, until: float, rtol: float, newton: bool) -> Followed:
+    """The driver's coordinate, speed and the work done as state; poses closed at every driver's coordinate.
+
+    Its acceleration is that of one reduced equation, I* and M* by the closures' influence coefficients; or by Newton's law,
+    together with all reactions.
+    """
     closure = Closure(model, start.x)
 
-    def rates(t: float, y: Array) -> Array:
-        found = reduced(model, t, *closure.at(float(y[0])), float(y[1]))
-        return np.array([y[1], found.acceleration, found.moment * y[1]])
-
-    return _driver_alone(model, closure, rates, start, until, rtol)
-
-
-def by_newtons_law(model: Model, start: Start, until: float, rtol: float) -> Followed:
-    """Poses closed at every driver's coordinate; accelerations and reactions together by Newton's law."""
-    closure = Closure(model, start.x)
+    def carried(q: float, qdot: float) -> State:
+        x, g = closure.at(q)
+        return model.state(x, g * qdot)
 
     def rates(t: float, y: Array) -> Array:
-        state = _carried(model, closure, float(y[0]), float(y[1]))
-        acceleration = float(state.along @ by_newton(model, t, state).accelerations) + state.bend
-        return np.array([y[1], acceleration, float(closure.g @ model.forces(t, state)) * y[1]])
+        q, qdot = float(y[0]), float(y[1])
+        if newton:
+            state = carried(q, qdot)
+            acceleration = float(state.along @ by_newton(model, t, state).accelerations) + state.bend
+            return np.array([qdot, acceleration, float(closure.g @ model.forces(t, state)) * qdot])
+        found = reduced(model, t, *closure.at(q), qdot)
+        return np.array([qdot, found.acceleration, found.moment * qdot])
 
-    return _driver_alone(model, closure, rates, start, until, rtol)._replace(law=by_newton)
-
-
-def _carried(model: Model, closure: Closure, q: float, qdot: float) -> State:
-    x, g = closure.at(q)
-    return model.state(x, g * qdot)
-
-
-def _driver_alone(model: Model, closure: Closure, rates: Rates, start: Start, until: float, rtol: float) -> Followed:
-    """The driver's coordinate, speed and the work done as state; all else from the closures."""
     unit = model.length if model.linkage.sliding else 1.0
-    tolerance = Tolerance(rtol, np.array([rtol * unit, rtol * unit, np.inf]))
-    steps = stepped(rates, np.array([start.q, start.qdot, 0.0]), until, tolerance)
+    atol = np.array([rtol * unit, rtol * unit, np.inf])
+    steps = stepped(rates, np.array([start.q, start.qdot, 0.0]), until, rtol, atol)
 
     def state(t: float) -> State:
-        return _carried(model, closure, *steps.at(t)[:2].tolist())
+        return carried(*steps.at(t)[:2].tolist())
 
-    return Followed(steps.s, steps.states[:, 2], steps.evaluations, 0.0, state, None)
+    return Followed(steps.s, steps.states[:, 2], steps.evaluations, 0.0, state, by_newton if newton else None)
 
 
 def by_lagranges_multipliers(model: Model, start: Start, until: float, rtol: float) -> Followed:
@@ -1072,8 +958,8 @@ def by_lagranges_multipliers(model: Model, start: Start, until: float, rtol: flo
         branch.follow(found.state)
         return np.concatenate((found.x, found.v, y[2 * n :]))
 
-    tolerance = Tolerance(rtol, rtol * np.concatenate((model.scale, model.scale, [np.inf])))
-    steps = stepped(rates, np.concatenate((x, g * start.qdot, [0.0])), until, tolerance, correct)
+    atol = rtol * np.concatenate((model.scale, model.scale, [np.inf]))
+    steps = stepped(rates, np.concatenate((x, g * start.qdot, [0.0])), until, rtol, atol, correct)
 
     def state(t: float) -> State:
         return model.state(*projected(model, *split(steps.at(t)))[:2])
@@ -1082,30 +968,34 @@ def by_lagranges_multipliers(model: Model, start: Start, until: float, rtol: flo
 
 
 def by_energy(model: Model, start: Start, until: float, rtol: float) -> Followed:
-    """Energy and time as state over the driver's way."""
+    """Energy and time as state over the driver's way, until the time is reached or passed."""
     way = Way(model, start.x, start.q, start.qdot)
-    steps = traversed(way, until, rtol)
+    atol = np.array([0.0, rtol * until])
+    steps = stepped(way.rates, np.array([way.y, 0.0]), np.inf, rtol, atol, None, lambda both: both[1] >= until)
+
+    def reached(t: float) -> float:
+        """The parameter u of the way at a time."""
+        if t <= 0.0:
+            return 0.0
+        k = min(max(int(np.searchsorted(steps.states[:, 1], t)), 1), len(steps.s) - 1)
+        low, high = float(steps.s[k - 1]), float(steps.s[k])
+        if steps.dense[k - 1](high)[1] <= t:
+            return high
+        return float(brentq(lambda u: steps.dense[k - 1](u)[1] - t, low, high, xtol=1e-15, rtol=1e-14))
 
     def state(t: float) -> State:
-        u = reached(steps, t)
+        u = reached(t)
         return way.state(u, float(steps.at(u)[0]))
 
     return Followed(np.append(steps.states[:-1, 1], until), None, steps.evaluations, 0.0, state, None)
 
 
 FOLLOW: dict[str, Callable[[Model, Start, float, float], Followed]] = {
-    REDUCED: by_reduced_equation,
-    NEWTON: by_newtons_law,
+    REDUCED: partial(by_driver, newton=False),
+    NEWTON: partial(by_driver, newton=True),
     MULTIPLIERS: by_lagranges_multipliers,
     ENERGY: by_energy,
 }
-
-
-# -- running -----------------------------------------------------------------------------------------------------------
-
-# A linkage's motion under its loads, by any of four routes, with what tells how good it is.
-
-
 ROUTES = tuple(FOLLOW)
 
 
@@ -1184,7 +1074,11 @@ def simulate(
     if start is not None:
         require("start", start, Poses, "Poses")
     prepared = model(linkage, _actions(gravity, drive, wrenches))
-    x = coordinates(start if start is not None else _assembled(linkage, q))
+    if start is None:
+        from flywheel.mechanisms.linkages.positions import solve_over  # only motions without given poses need it
+
+        start = solve_over(linkage, (linkage.start, q)).poses(q)
+    x = coordinates(start)
     jacobian = prepared.state(x, np.zeros_like(x)).jacobian
     prepared = replace(prepared, redundant=bool(np.linalg.matrix_rank(jacobian, rtol=_RANK) < len(jacobian)))
     try:
@@ -1198,101 +1092,60 @@ def _actions(gravity: tuple[float, float] | None, drive: Law, wrenches: Iterable
     if isinstance(wrenches, Wrench) or not isinstance(wrenches, Iterable):
         raise SceneError([Fault("wrenches", shown(wrenches), "a list of Wrench")])
     given = tuple(wrenches)
-    laws = {"drive": drive}
+    laws: dict[str, Law] = {"drive": drive}
     for k, wrench in enumerate(given):
-        require(f"wrenches[{k}]", wrench, Wrench, "a Wrench")
-        laws |= _laws(f"wrenches[{k}]", wrench)
+        path = f"wrenches[{k}]"
+        require(path, wrench, Wrench, "a Wrench")
+        if wrench.at is not None and not isinstance(wrench.at, str):
+            vector(f"{path}.at", wrench.at, "m")
+        if not isinstance(wrench.force, (tuple, list)) or len(wrench.force) != 2:
+            raise SceneError([Fault(f"{path}.force", shown(wrench.force), "two laws, along x and y")])
+        laws |= {f"{path}.force[{k}]": law for k, law in enumerate(wrench.force)} | {f"{path}.torque": wrench.torque}
     refuse([fault for path, law in laws.items() if not callable(law) for fault in number_faults(path, law)])
     return Actions((0.0, 0.0) if gravity is None else vector("gravity", gravity, "m/s²"), drive, given)
-
-
-def _laws(path: str, wrench: Wrench) -> dict[str, Law]:
-    """The three laws of a wrench, its place checked."""
-    if wrench.at is not None and not isinstance(wrench.at, str):
-        vector(f"{path}.at", wrench.at, "m")
-    if not isinstance(wrench.force, (tuple, list)) or len(wrench.force) != 2:
-        raise SceneError([Fault(f"{path}.force", shown(wrench.force), "two laws, along x and y")])
-    return {f"{path}.force[0]": wrench.force[0], f"{path}.force[1]": wrench.force[1], f"{path}.torque": wrench.torque}
-
-
-def _assembled(linkage: Linkage, q: float) -> Poses:
-    from flywheel.mechanisms.linkages.positions import solve_over  # only motions without given poses need it
-
-    return solve_over(linkage, (linkage.start, q)).poses(q)
 
 
 def _run(prepared: Model, route: str, found: Followed) -> Run:
     """What a motion says at its own times."""
     states = [found.state(float(t)) for t in found.t]
-    poses, paces = _over(states, 0), _over(states, 5)
+    poses, speeds = (np.array([[place[k : k + 3] for place in state.places[1:]] for state in states]) for k in (0, 5))
+
+    def driver(states: list[State]) -> tuple[Array, Array]:
+        return np.array([state.q for state in states]), np.array([state.qdot for state in states])
 
     def at(times: ArrayLike) -> tuple[Array, Array]:
-        wanted = [found.state(float(t)) for t in np.atleast_1d(array("times", times))]
-        return _driver(wanted)
+        return driver([found.state(float(t)) for t in np.atleast_1d(array("times", times))])
 
+    residual = None
+    if found.work is not None:
+        kinetic = 0.5 * (speeds.reshape(len(speeds), -1) ** 2 @ prepared.masses)
+        residual = float(np.abs(kinetic - kinetic[0] - found.work).max() / max(float(kinetic.max()), 1e-300))
     return Run(
         route,
         found.t,
-        *_driver(states),
+        *driver(states),
         poses,
-        paces,
+        speeds,
         reactions=_reactions(prepared, found, states),
         drift=found.drift,
         closure=max(float(np.abs(state.value).max(initial=0.0)) for state in states),
-        energy_residual=_energy_residual(prepared, paces, found.work),
+        energy_residual=residual,
         evaluations=found.evaluations,
         at=at,
     )
 
 
-def _over(states: list[State], first: int) -> Array:
-    """Three fields of every moving body's place, from `first` on."""
-    return np.array([[place[first : first + 3] for place in state.places[1:]] for state in states])
-
-
-def _driver(states: list[State]) -> tuple[Array, Array]:
-    return np.array([state.q for state in states]), np.array([state.qdot for state in states])
-
-
-def _energy_residual(prepared: Model, paces: Array, work: Array | None) -> float | None:
-    if work is None:
-        return None
-    kinetic = 0.5 * (paces.reshape(len(paces), -1) ** 2 @ prepared.masses)
-    return float(np.abs(kinetic - kinetic[0] - work).max() / max(float(kinetic.max()), 1e-300))
-
-
 def _reactions(prepared: Model, found: Followed, states: list[State]) -> dict[str, Array] | None:
-    """Reactions by joint, those left open as NaN."""
+    """Reactions by joint; NaN where a redundant linkage leaves them open: those with a part in the null space of Phi_x^T."""
     if found.law is None:
         return None
-    rows = [found.law(prepared, float(t), state).reactions for t, state in zip(found.t, states, strict=True)]
-    if prepared.redundant:
-        rows = [np.where(undetermined(state.jacobian), np.nan, row) for row, state in zip(rows, states, strict=True)]
+    rows = []
+    for t, state in zip(found.t, states, strict=True):
+        row = found.law(prepared, float(t), state).reactions
+        if prepared.redundant:
+            left, sizes, _ = np.linalg.svd(state.jacobian)
+            rank = int((sizes > _RANK * sizes.max()).sum())
+            row = np.where(np.abs(left[:, rank:]).max(axis=1, initial=0.0) > _RANK, np.nan, row)
+        rows.append(row)
     table, names = np.array(rows), [joint for joint, _ in components(prepared.linkage)]
     return {name: table[:, [k for k, joint in enumerate(names) if joint == name]] for name in dict.fromkeys(names)}
-
-
-# -- multibody ---------------------------------------------------------------------------------------------------------
-
-# Direct dynamics of plane linkages by routes that share nothing with the reduced equation but the description.
-#
-# All bodies keep their absolute coordinates x_G, y_G, theta; joints are equations between them.
-#
-# >>> from flywheel.multibody import ROUTES
-# >>> ROUTES
-# ('reduced', 'newton', 'multipliers', 'energy')
-
-
-__all__ = [
-    "COMPONENTS",
-    "ENERGY",
-    "MULTIPLIERS",
-    "NEWTON",
-    "REDUCED",
-    "ROUTES",
-    "Law",
-    "Run",
-    "Wrench",
-    "components",
-    "simulate",
-]
