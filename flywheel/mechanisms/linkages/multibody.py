@@ -22,8 +22,8 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.integrate import DOP853
-from scipy.optimize import brentq
 
+from bondgraph.motion.stepping import instant
 from flywheel.mechanisms.linkages.poses import Poses, check
 from flywheel.numerics.arguments import POSITIVE, array, name_faults, number_faults, refuse, require, shown, vector
 from flywheel.numerics.faults import Fault, SceneError
@@ -979,9 +979,11 @@ def by_energy(model: Model, start: Start, until: float, rtol: float) -> Followed
             return 0.0
         k = min(max(int(np.searchsorted(steps.states[:, 1], t)), 1), len(steps.s) - 1)
         low, high = float(steps.s[k - 1]), float(steps.s[k])
-        if steps.dense[k - 1](high)[1] <= t:
-            return high
-        return float(brentq(lambda u: steps.dense[k - 1](u)[1] - t, low, high, xtol=1e-15, rtol=1e-14))
+
+        def late(u: float) -> float:
+            return float(steps.dense[k - 1](u)[1]) - t
+
+        return low if late(low) >= 0.0 else instant(late, low, high)
 
     def state(t: float) -> State:
         u = reached(t)
