@@ -103,7 +103,7 @@ def told(setting: dict[str, str]) -> str:
 
 def numerical_tests(setting: dict[str, str]) -> int:
     """Run them; pytest's exit code."""
-    command = [sys.executable, "-m", "pytest", *NUMERICAL]
+    command = [sys.executable, "-m", "pytest", "-m", "", *NUMERICAL]  # the slow ones too
     return subprocess.run(command, cwd=ROOT, env=os.environ | setting, stdin=subprocess.DEVNULL, check=False).returncode
 
 

@@ -56,6 +56,7 @@ def test_a_machine_that_stops_has_no_cycle(revolve):
         stopping(TRIAL._replace(balance=-500.0))
 
 
+@pytest.mark.slow
 def test_the_fastest_of_nearly_equal_lobes_is_found_among_many_steps():
     """Seven lobes a hair apart: the greatest speed is not beside the greatest of the steps' ends."""
     torque = "100*sin(7*phi + 0.3) + 0.01*sin(phi + 1)"
