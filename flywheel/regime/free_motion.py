@@ -1,11 +1,19 @@
-"""Times at which laws switch, or vary too fast for a step: found beforehand by interval bounds, as far as time decides."""
+"""The motion of a machine in time from any start: from one smooth stretch of its laws to the next (`follow`).
+
+A stretch ends where the crank leaves a piece, where a time comes at which a law switches (`SwitchingTimes`, found beforehand
+by interval bounds as far as time decides), and where a law that depends on speed, or the direction of the power through a
+mesh, changes its side. Where the moment depends on position alone and its work over the cycle is zero, the speed at phi = 0
+returns exactly: one cycle is then stepped, and stands for all that are like it. What steps make of the return is their own
+error: it is stated, and not carried on into the next cycle.
+
+`outcome_of` says what becomes of a machine for which no steady motion is found: it stalls, it runs away, or neither.
+"""
 
 from __future__ import annotations
 
 import math
 import re
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from contextlib import contextmanager
 from enum import Enum
 from typing import Any, NamedTuple
 
@@ -19,10 +27,12 @@ from flywheel.numerics.budget import BudgetError, counted, limited, spend
 from flywheel.numerics.expressions import Expression, Node, written
 from flywheel.numerics.faults import Fault, SceneError, told
 from flywheel.regime import turning_moment
-from flywheel.regime.stepping import Along, Rates, Step, StepError, Tolerance, Watch, stiffness, through
+from flywheel.regime.stepping import RateField, Rates, Step, StepError, Tolerance, Watch, stiffness, through
 from flywheel.scene.scene import Scene
 
 Array = NDArray[np.float64]
+
+# -- times at which laws switch ------------------------------------------------------------------------------------------
 
 _WINDOW = 100.0  # turns at the machine's pace: how far ahead switches are looked for where no end is known
 
@@ -135,13 +145,7 @@ def _unfollowed(effort: Effort, error: Exception, end: float) -> SceneError:
     return SceneError([Fault(effort.path, found, f"an expression that can be followed to {end:.6g} s", "a shorter time")])
 
 
-# -- repeating ---------------------------------------------------------------------------------------------------------
-
-# Cycles of a motion that come out as they went in: one is stepped, and stands for all that follow it.
-#
-# Where the moment depends on position alone and its work over the cycle is zero, the speed at phi = 0 returns exactly. What
-# steps make of that is their own error: it is stated, and not carried on into the next cycle.
-
+# -- cycles that return ---------------------------------------------------------------------------------------------------
 
 FEWEST = 20  # cycles still to come, below which nothing is looked into
 _ROUNDING = 1e-13  # of the work exchanged: what its own quadrature leaves of a net work of zero
@@ -189,13 +193,7 @@ def returns(machine: Machine, balance: float) -> bool:
     return bool(settled and max(abs(cycle.net), cycle.errors.work) <= _ROUNDING * cycle.exchanged)
 
 
-# -- following ---------------------------------------------------------------------------------------------------------
-
-# Following a machine in time: from one smooth stretch of its laws to the next, until it has gone far enough.
-#
-# A stretch ends where the crank leaves a piece, where a time comes at which a law switches, and where a law that depends on
-# speed, or the direction of the power through a mesh, changes its side.
-
+# -- the motion from a start ----------------------------------------------------------------------------------------------
 
 _MOST_STEPS = 1_000_000
 _SLOW = 1e-3  # of the machine's pace: below this, errors of speed count as if it were this
@@ -485,7 +483,7 @@ class _Follower:
         fault = turning_moment.not_finite(self.machine, phi, anchor.phi, omega, t)
         return None if fault.path == "mechanism" else fault._replace(found=f"{fault.found} after {t:.6g} s")
 
-    def _along(self, ends: tuple[float, float], anchor: Anchor) -> Along:
+    def _along(self, ends: tuple[float, float], anchor: Anchor) -> RateField:
         """The same rates at many instants at once."""
         dynamics, size, circuit = self.dynamics, self.state.size, self.dynamics.circuit
         sizes = [self.cycle, self.pace, 1.0]
@@ -500,7 +498,7 @@ class _Follower:
             acceleration = np.where(now.inertia > 0.0, now.acceleration, np.nan)
             return np.array([omega, acceleration, now.moment * omega, now.current_rate][:size])
 
-        return Along(rates, np.array(sizes), stiffness(self.machine))
+        return RateField(rates, np.array(sizes), stiffness(self.machine))
 
     def _rates(self, ends: tuple[float, float] | None, anchor: Anchor) -> Rates:
         """d(phi, omega, work, current)/dt within a stretch."""
@@ -631,12 +629,7 @@ def end_of_stroke(scene: Scene, phi: float, last: float) -> str:
     return f"the driver reached the stroke's end at {told(phi, scene.stroke.sliding)} after {last:.6g} s"
 
 
-# -- fate --------------------------------------------------------------------------------------------------------------
-
-# What becomes of a machine for which no steady motion is found: it stalls, it runs away, or neither within a while.
-#
-# It is let go at the speed where a steady motion was looked for, and followed in time, as a check of what is said of it.
-
+# -- what becomes of a machine without a steady motion --------------------------------------------------------------------
 
 _CYCLES = 20
 _FASTER = 10.0  # times the speed at the start: a machine that gets there runs away
@@ -647,7 +640,7 @@ _LOOK = 4.0  # walks that a step takes as long as, beside those that are counted
 _ELEMENTS = 8  # of a graph that take as long to walk as a rotor's
 
 
-class Fate(Enum):
+class Outcome(Enum):
     """How a motion ends."""
 
     STALLS = "stalls"
@@ -661,13 +654,13 @@ class Ending(NamedTuple):
     `fault` is why it could not be followed, where that is known.
     """
 
-    fate: Fate
+    outcome: Outcome
     where: str = ""
     fault: Fault | None = None
 
 
-def fate_of(machine: Machine, speed: float, inertia: float, balance: float, *, hurried: bool = False) -> Ending:
-    """What becomes of a machine let go at phi = 0.
+def outcome_of(machine: Machine, speed: float, inertia: float, balance: float, *, hurried: bool = False) -> Ending:
+    """What becomes of a machine let go at phi = 0: it is followed in time, as a check of what is said of it.
 
     Args:
         machine: the machine.
@@ -691,32 +684,26 @@ def fate_of(machine: Machine, speed: float, inertia: float, balance: float, *, h
     def passing(t: float, omega: float) -> str | None:
         nonlocal passed
         passed += 1
-        return Fate.UNKNOWN.value if passed >= _CYCLES else None
+        return Outcome.UNKNOWN.value if passed >= _CYCLES else None
 
-    goals = (Goal(Fate.STALLS.value, stops), Goal(Fate.RUNS_AWAY.value, races))
+    goals = (Goal(Outcome.STALLS.value, stops), Goal(Outcome.RUNS_AWAY.value, races))
     dynamics, until = Dynamics(machine, inertia, balance), 100 * _CYCLES * cycle / speed
     current = 0.0 if dynamics.circuit is None else float(dynamics.circuit.current(dynamics.ratio * speed))
-    try:
-        with _bearable(machine, _HURRIED if hurried else _WORK):
-            trail = follow(dynamics, Start(0.0, speed, current), until, _RTOL, goals, passing)
-    except BudgetError:
-        return Ending(Fate.UNKNOWN)
-    except SceneError as error:
-        return Ending(Fate.UNKNOWN, fault=error.faults[0])
-    fate = Fate(trail.goal) if trail.goal is not None else Fate.STALLS if trail.stuck else Fate.UNKNOWN
-    phi = float(trail.ends()[0, -1])
-    return Ending(fate, f"at {machine.where(phi % cycle)} after {float(trail.t[-1]):.4g} s")
-
-
-@contextmanager
-def _bearable(machine: Machine, work: float) -> Iterator[None]:
-    """Give up what takes more work inside: walks of the graph are counted, and the more the longer they take."""
     each, known = 1 + len(machine.kinematics.graph.elements) // _ELEMENTS, 0
 
     def walked() -> None:
+        """Count walks of the graph, the more the longer they take."""
         nonlocal known
         spend(each * (1.0 + (tally.evaluations - known) / _AT_ONCE))
         known = tally.evaluations
 
-    with limited(work), counted(walked) as tally:
-        yield
+    try:
+        with limited(_HURRIED if hurried else _WORK), counted(walked) as tally:
+            trail = follow(dynamics, Start(0.0, speed, current), until, _RTOL, goals, passing)
+    except BudgetError:
+        return Ending(Outcome.UNKNOWN)
+    except SceneError as error:
+        return Ending(Outcome.UNKNOWN, fault=error.faults[0])
+    outcome = Outcome(trail.goal) if trail.goal is not None else Outcome.STALLS if trail.stuck else Outcome.UNKNOWN
+    phi = float(trail.ends()[0, -1])
+    return Ending(outcome, f"at {machine.where(phi % cycle)} after {float(trail.t[-1]):.4g} s")

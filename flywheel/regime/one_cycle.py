@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flywheel.machine.dynamics import Anchor, Dynamics
-from flywheel.regime.stepping import Along, Rates, Step, Tolerance, Watch, stiffness, through
+from flywheel.regime.stepping import RateField, Rates, Step, Tolerance, Watch, stiffness, through
 
 Array = NDArray[np.float64]
 Ends = tuple[float, float]
@@ -95,7 +95,7 @@ class _Cycle:
 
         return rates
 
-    def _along(self, ends: Ends, anchor: Anchor | None, state: Array) -> Along | None:
+    def _along(self, ends: Ends, anchor: Anchor | None, state: Array) -> RateField | None:
         """The same rates at many instants at once; None where branches are decided at every instant."""
         dynamics, speed, scale, circuit = self.dynamics, self.speed, self.scale, self.dynamics.circuit
         if anchor is None and dynamics.branching:
@@ -112,7 +112,7 @@ class _Cycle:
             found = [pace, at.acceleration / (speed * speed * scale)]
             return np.array(found if circuit is None else [*found, at.current_rate / speed])
 
-        return Along(rates, np.array(sizes), stiffness(dynamics.machine))
+        return RateField(rates, np.array(sizes), stiffness(dynamics.machine))
 
     def _anchor(self, state: Array, ends: Ends) -> Anchor | None:
         """Where branches are decided in the coming stretch, a little ahead; None where position alone decides them."""

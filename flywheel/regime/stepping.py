@@ -1,9 +1,14 @@
-"""Implicit steps in time, for stretches of a motion in which small changes die out fast.
+"""Time stepping through the smooth pieces of a machine, restarted at the end of each.
 
-An explicit step must stay within a few time constants of the fastest change, however smooth the motion is. These take
-whole pieces at once: collocation at Radau points (Radau IIA), which damps what dies out at any step, by Newton's method.
+Within a piece the loads are continued smoothly past its end, so that the step which finds the end keeps its order. The
+same holds for what switches at a speed: it is watched over every step, and found where it changes its sign.
 
-Source: E. Hairer, G. Wanner, Solving Ordinary Differential Equations II, Springer 1996, sections IV.5 and IV.8.
+Steps are explicit (DOP853), and implicit where small changes die out many times over within a piece: an explicit step must
+stay within a few time constants of the fastest change, however smooth the motion is. Implicit ones take whole pieces at
+once: collocation at Radau points (Radau IIA), which damps what dies out at any step, by Newton's method.
+
+Source: E. Hairer, S. P. Norsett, G. Wanner, Solving Ordinary Differential Equations I, Springer 1993, section II.5, and II,
+1996, sections IV.5 and IV.8.
 """
 
 from __future__ import annotations
@@ -38,7 +43,7 @@ _ROUGH = 1e-8  # of a state: more than this is no rounding, but a Newton iterati
 _DOUBT = 8.0  # times that rounding: below it, what is missing of a step cannot be told
 
 
-class Along(NamedTuple):
+class RateField(NamedTuple):
     """Rates of a motion at many instants at once: `rates(t, states)` for times (n,) and states (k, n) gives (k, n).
 
     `sizes` are sizes of the k states by which small changes of them are measured. `stiff` is how many time constants of the
@@ -52,7 +57,7 @@ class Along(NamedTuple):
 
 
 def stiffness(machine: Machine) -> float:
-    """How many time constants ahead make a machine's motion stiff (see `Along`).
+    """How many time constants ahead make a machine's motion stiff (see `RateField`).
 
     Of a linkage many positions cost as much as one, so that implicit steps, which ask for many, are taken anyway; but not
     with friction in its joints, whose moment is put together of pieces that long steps stumble over.
@@ -84,7 +89,7 @@ _POINTS, _GAINS, _SERIES, _QUOTIENT = _radau()
 
 
 @np.errstate(all="ignore")  # an iterate that runs away is given up where it is found not to be finite
-def slopes(along: Along, t: Array, states: Array) -> tuple[Array, Array]:
+def slopes(along: RateField, t: Array, states: Array) -> tuple[Array, Array]:
     """Rates (k, n) at instants, and what they change with each state: (k, k, n), by differences; not finite far off."""
     count, many = states.shape
     moved = np.repeat(states[:, None, :], count + 1, axis=1)
@@ -95,7 +100,7 @@ def slopes(along: Along, t: Array, states: Array) -> tuple[Array, Array]:
     return found[:, 0], (found[:, 1:] - found[:, :1]) / steps
 
 
-def decay(along: Along, t: float, state: Array) -> float:
+def decay(along: RateField, t: float, state: Array) -> float:
     """How fast the fastest of small changes of a state dies out, 1/s; 0 where none does, or nothing can be told."""
     _, slope = slopes(along, np.array([t]), state[:, None])
     scaled = slope[:, :, 0] * along.sizes / along.sizes[:, None]
@@ -107,22 +112,22 @@ def decay(along: Along, t: float, state: Array) -> float:
 class Implicit:
     """A motion stepped from (t, state), with relative and absolute errors allowed in a step as large as it can be."""
 
-    def __init__(self, along: Along, t: float, state: Array, relative: float, absolute: Array) -> None:
+    def __init__(self, along: RateField, t: float, state: Array, relative: float, absolute: Array) -> None:
         self.along, self.relative, self.absolute = along, relative, np.maximum(absolute, 1e-300)
         self.t, self.state = t, state
         rate = decay(along, t, state)
         self.h = _FIRST / rate if rate > 0.0 else np.inf
 
-    def step(self, longest: float, pace: float) -> Dense | None:
+    def step(self, longest: float, speed: float) -> Dense | None:
         """Take a step, at most as long as given; its states at a time (k,) or at times (k, n). None if none is accepted.
 
-        `pace` is the rate of the first state, by which Newton's method starts.
+        `speed` is the rate of the first state, by which Newton's method starts.
         """
         h = min(self.h, longest)
         for _ in range(_MOST_TRIES):
             if not h > 4 * ROUNDING * abs(self.t):
                 return None
-            found = self._solved(h, pace)
+            found = self._solved(h, speed)
             change = 0.25 if found is None else self._change(found)
             if found is not None and change >= 1.0:
                 self.h = h * min(change, _GROWTH)
@@ -131,7 +136,7 @@ class Implicit:
         return None
 
     def _taken(self, h: float, gained: Array) -> Dense:
-        """The states within a step: exactly those that it starts with at its start, where a pace may be 0."""
+        """The states within a step: exactly those that it starts with at its start, where a speed may be 0."""
         start, before, series = self.state, self.t, ((gained / _POINTS) @ _QUOTIENT.T).T
 
         def dense(t: Array | float) -> Array:
@@ -156,11 +161,11 @@ class Implicit:
         growth = 0.9 * share ** (1.0 / (STAGES - 1) - 1.0 / counted)  # as terms fall as powers of the step
         return max(1.0, float(np.where(counted > 1, growth, np.inf).min()))
 
-    def _solved(self, h: float, pace: float) -> _Solved | None:
+    def _solved(self, h: float, speed: float) -> _Solved | None:
         """Newton's method on all stages of a step; None where it does not settle."""
         count, times = self.state.size, self.t + h * _POINTS
         gained = np.zeros((count, STAGES))
-        gained[0] = h * pace * _POINTS
+        gained[0] = h * speed * _POINTS
         before = np.inf
         for _ in range(_MOST_NEWTON):
             states = self.state[:, None] + gained
@@ -191,14 +196,7 @@ class Implicit:
             return None
 
 
-# -- stepping ----------------------------------------------------------------------------------------------------------
-
-# Time stepping through the smooth pieces of a machine, restarted at the end of each.
-#
-# Within a piece the loads are continued smoothly past its end, so that the step which finds the end keeps its order. The
-# same holds for what switches at a speed: it is watched over every step, and found where it changes its sign. Steps are
-# explicit, and implicit where small changes die out many times over within a piece.
-
+# -- steps through a piece ---------------------------------------------------------------------------------------------
 
 Rates = Callable[[float, Array], Array]
 
@@ -247,14 +245,18 @@ def through(
     tolerance: Tolerance,
     hint: float | None,
     watch: Watch | None = None,
-    along: Along | None = None,
+    along: RateField | None = None,
 ) -> Iterator[Step]:
     """Steps from a state until phi leaves (low, high), t reaches `until`, or what is watched leaves its side.
 
     The last one ends exactly there. With `along`, the same rates at many instants at once, stretches in which small changes
     die out many times over are stepped implicitly, and what is left of one that takes many steps.
     """
-    if along is not None and _stiff(along, t, state, float(rates(t, state)[0]), ends, until):
+    if along is not None and 0.0 < along.stiff < np.inf:  # explicit steps would be held up by so many time constants ahead
+        stiff = decay(along, t, state) * _rest(float(rates(t, state)[0]), t, state, ends, until) > along.stiff
+    else:
+        stiff = along is not None and along.stiff == 0.0
+    if along is not None and stiff:
         done, t, state = yield from _implicitly(rates, along, t, state, ends, until, tolerance, watch)
         if done:
             return
@@ -264,14 +266,16 @@ def through(
     solver: Any = DOP853(rates, t, state, until, rtol=tolerance.relative, atol=absolute, first_step=first)
     taken = 0
     while solver.status == "running":
-        pace = float(solver.f[0])
-        _hold_back(solver, _ahead(ends, pace))
+        speed = float(solver.f[0])
+        if speed:  # far past the piece's end the laws are only continued
+            far = abs((ends[1] if speed > 0.0 else ends[0]) - solver.y[0]) / abs(speed)
+            solver.h_abs = min(solver.h_abs, max(_BEYOND * far, 1e-9 * abs(solver.t - solver.t_bound)))
         message = solver.step()
         if solver.status == "failed":
             found = f"a motion that no step is short enough for, after {solver.t:.6g} s ({message})"
             raise StepError([Fault("simulation", found, "a motion that can be followed", "look for what vanishes there")])
         step = Step(solver.dense_output(), float(solver.t_old), float(solver.t))
-        step, over = _ended(rates, step, pace, float(solver.f[0]), ends, watch)
+        step, over = _ended(rates, step, speed, float(solver.f[0]), ends, watch)
         yield step
         if over:
             return
@@ -285,32 +289,33 @@ def through(
 def _ended(
     rates: Rates, step: Step, before: float, after: float, ends: tuple[float, float], watch: Watch | None
 ) -> tuple[Step, bool]:
-    """A step cut where phi leaves the piece or something watched leaves its side, and whether it was."""
-    left = _left(rates, step, before, after, ends)
-    step = step if left is None else step._replace(end=left)
+    """A step cut where phi leaves the piece or something watched leaves its side, and whether it was.
+
+    It may leave the piece, past the end, and turn back before the step is over.
+    """
+    start, turns, left = step.start, step.end, False
+    if before * after < 0.0:
+        turns = instant(lambda t: float(rates(t, step.dense(t))[0]), step.start, step.end)
+    for stop in turns, step.end:
+        phi = float(step.dense(stop)[0])
+        left = phi >= ends[1] or phi < ends[0]
+        if left:
+            end, dense = ends[1] if phi >= ends[1] else ends[0], step.dense
+            step = step._replace(end=instant(lambda t, dense=dense, end=end: float(dense(t)[0]) - end, start, stop))
+            break
+        start = stop
     step = step if watch is None else crossing(watch, step)
-    return step, left is not None or step.crossed is not None
+    return step, left or step.crossed is not None
 
 
-def _ahead(ends: tuple[float, float], pace: float) -> float:
-    return ends[1] if pace >= 0.0 else ends[0]
-
-
-def _rest(pace: float, t: float, state: Array, ends: tuple[float, float], until: float) -> float:
+def _rest(speed: float, t: float, state: Array, ends: tuple[float, float], until: float) -> float:
     """About how long it takes to the piece's end, or to the last time."""
-    return min(abs(_ahead(ends, pace) - float(state[0])) / abs(pace) if pace else np.inf, until - t)
-
-
-def _stiff(along: Along, t: float, state: Array, pace: float, ends: tuple[float, float], until: float) -> bool:
-    """Whether so many time constants lie ahead that explicit steps would be held up by them."""
-    if along.stiff in (0.0, np.inf):
-        return along.stiff == 0.0
-    return decay(along, t, state) * _rest(pace, t, state, ends, until) > along.stiff
+    return min(abs((ends[1] if speed > 0.0 else ends[0]) - float(state[0])) / abs(speed) if speed else np.inf, until - t)
 
 
 def _implicitly(
     rates: Rates,
-    along: Along,
+    along: RateField,
     t: float,
     state: Array,
     ends: tuple[float, float],
@@ -320,49 +325,20 @@ def _implicitly(
 ) -> Generator[Step, None, tuple[bool, float, Array]]:
     """Implicit steps, each told in parts; whether the stretch came to its end, or where no step was accepted."""
     solver = Implicit(along, t, state, tolerance.relative, tolerance.absolute)
-    pace = float(rates(t, state)[0])
+    speed = float(rates(t, state)[0])
     while solver.t < until:
-        start, rest = solver.t, _rest(pace, solver.t, solver.state, ends, until)
-        dense = solver.step(min(_BEYOND * rest, until - start), pace)
+        start, rest = solver.t, _rest(speed, solver.t, solver.state, ends, until)
+        dense = solver.step(min(_BEYOND * rest, until - start), speed)
         if dense is None:
             return False, solver.t, solver.state
         edges = np.linspace(start, solver.t, _PARTS + 1)
-        paces = along.rates(edges, dense(edges))[0].tolist()
-        for (low, before), (high, pace) in pairwise(zip(edges.tolist(), paces, strict=True)):
-            step, over = _ended(rates, Step(dense, low, high), before, pace, ends, watch)
+        speeds = along.rates(edges, dense(edges))[0].tolist()
+        for (low, before), (high, speed) in pairwise(zip(edges.tolist(), speeds, strict=True)):
+            step, over = _ended(rates, Step(dense, low, high), before, speed, ends, watch)
             yield step
             if over:
                 return True, solver.t, solver.state
     return True, solver.t, solver.state
-
-
-def _left(rates: Rates, step: Step, before: float, after: float, ends: tuple[float, float]) -> float | None:
-    """When phi leaves the piece within a step; also where it would turn back, past the end, before the step is over."""
-    start = step.start
-    for stop in _turning(rates, step, before, after), step.end:
-        phi = float(step.dense(stop)[0])
-        if phi >= ends[1] or phi < ends[0]:
-            return instant(partial(_beyond, step.dense, ends[1] if phi >= ends[1] else ends[0]), start, stop)
-        start = stop
-    return None
-
-
-def _beyond(dense: Dense, end: float, t: float) -> float:
-    return float(dense(t)[0]) - end
-
-
-def _turning(rates: Rates, step: Step, before: float, after: float) -> float:
-    """When phi turns back within a step; the step's end if it does not."""
-    if before * after >= 0.0:
-        return step.end
-    return instant(lambda t: float(rates(t, step.dense(t))[0]), step.start, step.end)
-
-
-def _hold_back(solver: Any, end: float) -> None:
-    """Keep the next step from running far past the piece's end, where the laws are only continued."""
-    pace = abs(solver.f[0])
-    if pace > 0.0:
-        solver.h_abs = min(solver.h_abs, max(_BEYOND * abs(end - solver.y[0]) / pace, 1e-9 * abs(solver.t - solver.t_bound)))
 
 
 _SHARES = 0.5 - 0.5 * np.cos(np.pi * np.arange(10) / 9)  # of a step: where what is watched is looked at

@@ -321,7 +321,10 @@ def _no_motion(
     machine: Machine, speed: float, asked: Asked, guess: float, unknown: float, error: NoRegimeError | BudgetError
 ) -> Fault:
     """Why there is no motion: followed in time, the machine stalls or runs away; or the iteration did not settle."""
-    from flywheel.regime.free_motion import Fate, fate_of  # scipy arrives with time stepping, and only where it is needed
+    from flywheel.regime.free_motion import (  # scipy arrives with time stepping, and only where it is needed
+        Outcome,
+        outcome_of,
+    )
 
     scene = machine.scene
     sized = asked.inertia is None
@@ -329,12 +332,12 @@ def _no_motion(
     inertia = guess if asked.inertia is None else asked.inertia
     wheel = f" with {'about ' if sized else ''}{inertia:.6g} kg m² on the crank"
     expected = "a motion that comes back to its speed each cycle"
-    ending = fate_of(machine, speed, inertia, unknown, hurried=isinstance(error, BudgetError))
+    ending = outcome_of(machine, speed, inertia, unknown, hurried=isinstance(error, BudgetError))
     what = "motor" if scene.drive is not None and scene.unknown is None else "machine"
-    if ending.fate is Fate.STALLS:
+    if ending.outcome is Outcome.STALLS:
         found = f"a {what} that stalls {ending.where}, let go at {speed:.6g} rad/s{wheel}"
         return Fault(path, found, expected, "a heavier flywheel, a stronger drive, or a higher speed")
-    if ending.fate is Fate.RUNS_AWAY:
+    if ending.outcome is Outcome.RUNS_AWAY:
         found = f"a machine that runs away, let go at {speed:.6g} rad/s{wheel}"
         return Fault(path, found, expected, "a heavier flywheel, or a drive whose torque falls with speed")
     if ending.fault is not None:

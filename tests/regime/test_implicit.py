@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from flywheel.regime.stepping import Along, Implicit, Tolerance, Watch, decay, through
+from flywheel.regime.stepping import Implicit, RateField, Tolerance, Watch, decay, through
 
 ENDS = (0.0, 1e9)
 
@@ -15,7 +15,7 @@ def relaxing(rate: float):
     def rates(t, state):
         return along(np.array([t]), np.asarray(state)[:, None])[:, 0]
 
-    return rates, Along(along, np.ones(2))
+    return rates, RateField(along, np.ones(2))
 
 
 @pytest.mark.parametrize("rate", [1e2, 1e4, 1e6, 1e8])
@@ -59,7 +59,7 @@ def test_the_two_ways_agree_on_a_law_that_is_not_linear():
     tolerance = Tolerance(1e-13, np.full(2, 1e-13))
     ends = [
         list(through(rates, 0.0, np.array([0.0, 2.0]), ENDS, 1.5, tolerance, None, None, way))[-1].dense(1.5)[1]
-        for way in (None, Along(along, np.ones(2)))
+        for way in (None, RateField(along, np.ones(2)))
     ]
     assert ends[1] == pytest.approx(ends[0], rel=1e-11)
 
@@ -76,7 +76,7 @@ def test_what_is_not_stiff_is_stepped_as_without():
 def test_where_no_implicit_step_is_accepted_explicit_ones_go_on():
     """Rates at many instants that are no numbers: Newton's method never settles."""
     rates, along = relaxing(30.0)
-    broken = Along(lambda t, states: along.rates(t, states) + np.where(t > 0.5, np.nan, 0.0), along.sizes, 0.0)
+    broken = RateField(lambda t, states: along.rates(t, states) + np.where(t > 0.5, np.nan, 0.0), along.sizes, 0.0)
     tolerance = Tolerance(1e-12, np.full(2, 1e-12))
     steps = list(through(rates, 0.0, np.array([0.0, 1.0]), ENDS, 1.0, tolerance, None, None, broken))
     assert steps[-1].dense(1.0)[1] == pytest.approx(np.cos(1.0), abs=1e-10)
@@ -90,7 +90,7 @@ def test_a_stretch_of_many_steps_goes_on_implicitly():
         return along(np.array([t]), np.asarray(state)[:, None])[:, 0]
 
     tolerance = Tolerance(1e-13, np.full(2, 1e-13))
-    free = Along(along, np.ones(2), np.inf)
+    free = RateField(along, np.ones(2), np.inf)
     counts = {}
     for name, way in {"explicit": None, "both": free}.items():
         steps = list(through(rates, 0.0, np.array([0.0, 0.0]), ENDS, 8.0, tolerance, None, None, way))
@@ -102,7 +102,7 @@ def test_a_stretch_of_many_steps_goes_on_implicitly():
 def test_the_fastest_decay_is_told():
     _, along = relaxing(250.0)
     assert decay(along, 0.0, np.array([0.0, 1.0])) == pytest.approx(250.0, rel=1e-6)
-    growing = Along(lambda t, states: np.array([np.ones_like(t), 3.0 * states[1]]), np.ones(2))
+    growing = RateField(lambda t, states: np.array([np.ones_like(t), 3.0 * states[1]]), np.ones(2))
     assert decay(growing, 0.0, np.array([0.0, 1.0])) == 0.0
 
 
@@ -113,7 +113,7 @@ def test_rounding_does_not_stop_the_steps():
     def along(t, states):
         return np.array([np.ones_like(t), (1e7 + np.sin(t)) - big * (10.0 + 1e-5 * states[1])])
 
-    solver = Implicit(Along(along, np.array([1.0, 1e5])), 0.0, np.array([0.0, 0.0]), 3e-14, np.full(2, 3e-14))
+    solver = Implicit(RateField(along, np.array([1.0, 1e5])), 0.0, np.array([0.0, 0.0]), 3e-14, np.full(2, 3e-14))
     count = 0
     while solver.t < 5.0:
         assert solver.step(5.0 - solver.t, 1.0) is not None
@@ -130,7 +130,7 @@ def test_from_rest_a_step_starts_exactly_where_it_is():
     def along(t, states):
         return np.array([states[1], 10.0 - 2.0 * states[1]])
 
-    solver = Implicit(Along(along, np.ones(2)), 0.0, np.zeros(2), 1e-12, np.full(2, 1e-12))
+    solver = Implicit(RateField(along, np.ones(2)), 0.0, np.zeros(2), 1e-12, np.full(2, 1e-12))
     dense = solver.step(4.0, 0.0)
     assert dense is not None
     assert (dense(0.0) == 0.0).all()
@@ -152,7 +152,7 @@ def test_a_law_that_saturates_does_not_pass_for_rounding(gain, width):
     tolerance = Tolerance(1e-13, np.full(2, 1e-13))
     offset, last = 3.0 * width, 5.0 * width / gain + 1e-3
     steps = list(
-        through(rates, 0.0, np.array([0.0, 1.0 + offset]), ENDS, last, tolerance, None, None, Along(along, np.ones(2)))
+        through(rates, 0.0, np.array([0.0, 1.0 + offset]), ENDS, last, tolerance, None, None, RateField(along, np.ones(2)))
     )
     for step in steps:
         times = np.linspace(step.start, step.end, 5)
