@@ -51,8 +51,8 @@ def test_the_light_flywheel_of_the_references():
 
 def test_how_far_a_machine_is_followed_does_not_depend_on_the_clock(monkeypatch):
     """A sine that fast is given up: each time at the same work, and in a hurry after a third of it."""
-    monkeypatch.setattr("flywheel.outcome._WORK", 3_000.0)
-    monkeypatch.setattr("flywheel.outcome._HURRIED", 1_000.0)
+    monkeypatch.setattr("flywheel.regime.free_motion._WORK", 3_000.0)
+    monkeypatch.setattr("flywheel.regime.free_motion._HURRIED", 1_000.0)
     scene, taken = flywheel.load(SINE), []
     for hurried in (True, True, False):
         machine = Machine(scene)

@@ -51,7 +51,7 @@ def test_a_later_step_tells_the_same_later():
 
 def test_what_is_repeated_is_what_would_be_stepped(monkeypatch):
     repeated = followed(16.0)
-    monkeypatch.setattr("flywheel.following.returns", lambda machine, balance: False)
+    monkeypatch.setattr("flywheel.regime.free_motion.returns", lambda machine, balance: False)
     stepped = followed(16.0)
     assert repeated.repeated > 15
     assert stepped.repeated == 0
