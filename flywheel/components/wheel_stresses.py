@@ -353,6 +353,24 @@ def arm_bending(torque: float, count: int, radius: float, hub_radius: float, mod
     return torque * (radius - hub_radius) / (radius * count * modulus)
 
 
+def arm_pull(density: float, speed: float, radius: float, hub_radius: float) -> float:
+    """Stress (Pa) in an arm at the hub by its own centrifugal force: rho w² (r² - r_h²)/2.
+
+    Args:
+        density: rho, kg/m³.
+        speed: w, rad/s.
+        radius: r, where the arm ends at the rim, m.
+        hub_radius: r_h, m.
+
+    Valid for a straight arm of constant section. Source: equilibrium of the arm beyond the hub.
+
+    >>> round(arm_pull(7200.0, 50.0, 0.9, 0.1))
+    7200000
+
+    """
+    return density * speed**2 * (radius**2 - hub_radius**2) / 2
+
+
 def arm_width(moment: float, stress: float, aspect: float = 0.5) -> float:
     """The greater axis (m) of an elliptical arm: w = (32 M/(pi q sigma))^(1/3), M its bending moment.
 

@@ -1,4 +1,9 @@
-"""What is asked of a wheel: its shape, material and dimensions as far as they are given, and whether they go together."""
+"""A wheel for an inertia: what is asked of it, its body with masses and stresses, its free dimension, the lightest one.
+
+Of a rim two dimensions must be known, the inertia gives the third: a radius and one of width, thickness and their ratio,
+or two of these. Of a disc one must be known. Where no radius is given, it is the greatest that the stress allows.
+Dimensions are then put on multiples of a step where that is asked, so that the inertia is not below what is needed.
+"""
 
 from __future__ import annotations
 
@@ -15,6 +20,7 @@ from flywheel.components.wheel_stresses import (
     annulus_inertia,
     annulus_mass,
     arm_bending,
+    arm_pull,
     greatest_disc_stress,
     hoop_stress,
     rim_on_arms,
@@ -117,30 +123,30 @@ _WORDS = {DISC: "a disc", RIM: "a rim without arms", ARMS: "a rim with arms", LI
 
 def asked_faults(asked: WheelAsked) -> list[Fault]:
     """Everything that is wrong with what is asked: names, numbers, too few dimensions or too many."""
-    faults = _name_faults(asked) or _number_faults(asked)
-    if faults:
+    if faults := _value_faults(asked):
         return faults
-    used = (*_USED[asked.shape], *_STEPS)
-    unused = [_unused(asked, name) for name in asked.given(_NUMBERS) if name not in used]
-    return unused or [*(_shape_faults(asked) or _radius_faults(asked)), *_hub_faults(asked)]
+    shape, used = asked.shape, (*_USED[asked.shape], *_STEPS)
+    valid = f"one of {', '.join(_USED[shape])}"
+    unused = [
+        Fault(asked.at_key(name), f"{name} of {_WORDS[shape]}", valid, _INSTEAD.get((shape, name), ""))
+        for name in asked.given(_NUMBERS)
+        if name not in used
+    ]
+    return unused or [*(_dimension_faults(asked) or _radius_faults(asked)), *_hub_faults(asked)]
 
 
-def _name_faults(asked: WheelAsked) -> list[Fault]:
+def _value_faults(asked: WheelAsked) -> list[Fault]:
+    """Names that are not known, else numbers out of their range: above 0, a bore may be 0, a share at most 1, arms whole."""
     faults = []
     for name, known in (("shape", WHEEL_SHAPES), ("method", METHODS), ("at", SPEEDS)):
         if getattr(asked, name) not in known:
             faults.append(Fault(asked.at_key(name), f'"{getattr(asked, name)}"', f"one of {', '.join(known)}"))
     if not isinstance(asked.material, Material):
         faults.append(Fault(asked.at_key("material"), f"{asked.material}", "a Material, such as material('carbon steel')"))
-    return faults
-
-
-def _number_faults(asked: WheelAsked) -> list[Fault]:
-    """Numbers out of their range: all above 0, a bore may be 0, a share is at most 1, arms are whole."""
-    faults = []
+    if faults:
+        return faults
     for name in asked.given(_NUMBERS):
-        value = getattr(asked, name)
-        zero = name in ("bore", "torque")
+        value, zero = getattr(asked, name), name in ("bore", "torque")
         if not fits(value) or value < 0.0 or (value == 0.0 and not zero):
             faults.append(Fault(asked.at_key(name), f"{value}", f"a number {'at least' if zero else 'above'} 0"))
         elif name == "rim_share" and value > 1.0:
@@ -150,35 +156,23 @@ def _number_faults(asked: WheelAsked) -> list[Fault]:
     return faults
 
 
-def _unused(asked: WheelAsked, name: str) -> Fault:
-    found, valid = f"{name} of {_WORDS[asked.shape]}", f"one of {', '.join(_USED[asked.shape])}"
-    return Fault(asked.at_key(name), found, valid, _INSTEAD.get((asked.shape, name), ""))
-
-
-def _shape_faults(asked: WheelAsked) -> list[Fault]:
+def _dimension_faults(asked: WheelAsked) -> list[Fault]:
     """Too few dimensions, or too many."""
+    path = asked.path or "wheel"
     if asked.shape == DISC:
-        return _exactly_one(asked, ("outer_radius", "rim_speed", "max_radius", "width"))
+        names = ("outer_radius", "rim_speed", "max_radius", "width")
+        given = asked.given(names)
+        found = " and ".join(given) if given else f"none of {', '.join(names)}"
+        advice = "the inertia decides the other"
+        return [] if len(given) == 1 else [Fault(path, found, f"exactly one of {', '.join(names)}", advice)]
     if asked.shape == LIGHTEST and asked.max_radius is None:
         return [Fault(asked.at_key("max_radius"), "nothing", "a radius that the wheel must not exceed")]
     radii, section = asked.given(RADII), asked.given(SECTION)
-    most = 1 if radii else 2
     if not radii and not section:
-        return [
-            Fault(asked.path or "wheel", f"none of {', '.join(_RIM)}", "one of them, or one radius and one of the section")
-        ]
-    if len(radii) > 1 or len(section) > most:
-        found = " and ".join(radii + section)
-        return [Fault(asked.path or "wheel", found, "one radius and one of the section, or two of the section")]
+        return [Fault(path, f"none of {', '.join(_RIM)}", "one of them, or one radius and one of the section")]
+    if len(radii) > 1 or len(section) > (1 if radii else 2):
+        return [Fault(path, " and ".join(radii + section), "one radius and one of the section, or two of the section")]
     return []
-
-
-def _exactly_one(asked: WheelAsked, names: tuple[str, ...]) -> list[Fault]:
-    given = asked.given(names)
-    if len(given) == 1:
-        return []
-    found = " and ".join(given) if given else f"none of {', '.join(names)}"
-    return [Fault(asked.path or "wheel", found, f"exactly one of {', '.join(names)}", "the inertia decides the other")]
 
 
 def _radius_faults(asked: WheelAsked) -> list[Fault]:
@@ -208,11 +202,6 @@ def _hub_faults(asked: WheelAsked) -> list[Fault]:
     if asked.arm_thickness is not None and asked.arm_width is None:
         faults.append(Fault(asked.at_key("arm_thickness"), "arm_thickness alone", "arm_width beside it"))
     return faults
-
-
-# -- bodies ------------------------------------------------------------------------------------------------------------
-
-# A wheel's body: its dimensions, the mass and inertia of its parts, the stresses in them.
 
 
 class Hub(NamedTuple):
@@ -271,18 +260,12 @@ def ring(asked: WheelAsked, outer: float, thickness: float, width: float) -> Bod
         return body
     bore, diameter = asked.bore or 0.0, 2 * asked.hub_radius
     hub = Hub(bore, diameter, width if asked.hub_length is None else asked.hub_length)
-    return body._replace(arms=_arms(asked, body.section), hub=hub)
-
-
-def _arms(asked: WheelAsked, section: float) -> Arms:
-    """The arms as asked: of axes of their own, or of a share of the rim's section."""
     count = int(asked.arms or COUNT)
     if asked.arm_width is not None:
         across = ASPECT * asked.arm_width if asked.arm_thickness is None else asked.arm_thickness
-        return Arms(count, asked.arm_width, across)
-    area = (asked.arm_share or ARM_SHARE) * section
-    width = (4 * area / (pi * ASPECT)) ** 0.5
-    return Arms(count, width, ASPECT * width)
+        return body._replace(arms=Arms(count, asked.arm_width, across), hub=hub)
+    axis = (4 * (asked.arm_share or ARM_SHARE) * body.section / (pi * ASPECT)) ** 0.5
+    return body._replace(arms=Arms(count, axis, ASPECT * axis), hub=hub)
 
 
 def parts(body: Body, density: float) -> tuple[Part, ...]:
@@ -291,30 +274,22 @@ def parts(body: Body, density: float) -> tuple[Part, ...]:
     The rim is an annulus, I = m (R² + r²)/2, a thin one m R² at its mean radius; the hub is an annulus; an arm is a straight
     bar of constant section from hub to rim, I = rho A1 (r³ - r_h³)/3 + m w²/16. Their ends are taken as flat.
     """
-    mass = 2 * pi * density * body.section * body.mean if body.shape != DISC else _annulus(body, density)
+    if body.shape == DISC:
+        mass = annulus_mass(body.outer, body.inner, body.width, density)
+    else:
+        mass = 2 * pi * density * body.section * body.mean
     inertia = mass * body.mean**2 if body.thin else mass * (body.outer**2 + body.inner**2) / 2
     main = Part("disc" if body.shape == DISC else "rim", mass, inertia)
     if body.share < 1.0:
         return main, Part("hub and arms", None, inertia * (1 / body.share - 1))
     if body.arms is None or body.hub is None:
         return (main,)
-    return main, _arms_part(body.arms, body.hub, body.inner, density), _hub_part(body.hub, density)
-
-
-def _annulus(body: Body, density: float) -> float:
-    return annulus_mass(body.outer, body.inner, body.width, density)
-
-
-def _arms_part(arms: Arms, hub: Hub, inner: float, density: float) -> Part:
-    root = hub.diameter / 2
-    mass = density * arms.area * (inner - root)
-    inertia = density * arms.area * (inner**3 - root**3) / 3 + mass * arms.width**2 / 16
-    return Part("arms", arms.number * mass, arms.number * inertia)
-
-
-def _hub_part(hub: Hub, density: float) -> Part:
-    sizes = hub.diameter / 2, hub.bore / 2, hub.length, density
-    return Part("hub", annulus_mass(*sizes), annulus_inertia(*sizes))
+    arms, hub, root = body.arms, body.hub, body.hub.diameter / 2
+    bar = density * arms.area * (body.inner - root)
+    turning = density * arms.area * (body.inner**3 - root**3) / 3 + bar * arms.width**2 / 16
+    sizes = root, hub.bore / 2, hub.length, density
+    around = Part("hub", annulus_mass(*sizes), annulus_inertia(*sizes))
+    return main, Part("arms", arms.number * bar, arms.number * turning), around
 
 
 def inertia(body: Body, density: float) -> float:
@@ -326,38 +301,28 @@ def stress(body: Body, material: Material, speed: float, torque: float | None = 
     """The greatest stresses (Pa) by place, of a body that runs at a speed (rad/s), with a torque (N m) from hub to rim.
 
     A disc by `greatest_disc_stress`; a rim alone as an annulus, or as a thin ring by `hoop_stress`; a rim on arms by
-    `rim_on_arms`. At the hub the arms bear the rim's pull, their own, rho w² (r² - r_h²)/2, and bending by the torque. Keys,
-    shrink fits, castings' own stresses, and the hub are left out.
+    `rim_on_arms`. At the hub the arms bear the rim's pull, their own by `arm_pull`, and bending by the torque. Keys, shrink
+    fits, castings' own stresses, and the hub are left out.
 
     >>> from flywheel.components.wheel_stresses import material
     >>> stress(Body("rim", 1.05, 0.95, 0.1, 0.2, thin=True), material(density=7200.0), 25.0)
     {'rim': 4500000.0}
     """
     if body.arms is not None and body.hub is not None:
-        return _armed_stress(body, body.arms, body.hub, material.density, speed, torque or 0.0)
+        arms, root, density = body.arms, body.hub.diameter / 2, material.density
+        rim = rim_on_arms(density, speed * body.mean, arms.number, body.mean, body.thickness, body.section / arms.area)
+        bending = arm_bending(torque or 0.0, arms.number, body.mean, root, arms.modulus)
+        return {
+            "rim at the arms": rim.rim_at_arm,
+            "rim between the arms": rim.rim_between,
+            "arms at the rim": rim.arm,
+            "arms at the hub": rim.arm + arm_pull(density, speed, body.inner, root) + bending,
+        }
     if body.thin:
         return {"rim": hoop_stress(speed * body.mean, material.density)}
     greatest = greatest_disc_stress(body.outer, body.inner, material.density, speed, material.poisson)
     place = "inside of the rim" if body.shape != DISC else "centre" if body.inner <= 0.0 else "edge of the bore"
     return {place: greatest}
-
-
-def _armed_stress(body: Body, arms: Arms, hub: Hub, density: float, speed: float, torque: float) -> dict[str, float]:
-    root = hub.diameter / 2
-    rim = rim_on_arms(density, speed * body.mean, arms.number, body.mean, body.thickness, body.section / arms.area)
-    own = density * speed**2 * (body.inner**2 - root**2) / 2
-    bending = arm_bending(torque, arms.number, body.mean, root, arms.modulus)
-    return {
-        "rim at the arms": rim.rim_at_arm,
-        "rim between the arms": rim.rim_between,
-        "arms at the rim": rim.arm,
-        "arms at the hub": rim.arm + own + bending,
-    }
-
-
-# -- roots -------------------------------------------------------------------------------------------------------------
-
-# Where a rising function becomes 0, to the last bit: for the few unknowns of a wheel, each cheap to try.
 
 
 _DOUBLINGS = 400
@@ -384,15 +349,6 @@ def doubled_until(holds: Callable[[float], bool], start: float) -> float | None:
         if holds(start * 2.0**k):
             return start * 2.0**k
     return None
-
-
-# -- sizing ------------------------------------------------------------------------------------------------------------
-
-# A wheel for an inertia: its free dimensions found.
-#
-# Of a rim two dimensions must be known, the inertia gives the third: a radius and one of width, thickness and their
-# ratio, or two of these. Of a disc one must be known. Where no radius is given, it is the greatest that the stress
-# allows.
 
 
 class Radius(NamedTuple):
@@ -481,7 +437,14 @@ def _by_section(need: Need, radius: Radius) -> Body | None:
     room = (radius.value - asked.hub_radius) * (2.0 if radius.mean else 1.0)
 
     def body(unknown: float) -> Body:
-        thickness, width = _sides(asked, unknown, room)
+        """Of thickness and width one is the unknown: the thickness, unless that is known."""
+        if asked.shape == DISC:
+            thickness, width = room, unknown
+        elif asked.thickness is not None:
+            thickness, width = asked.thickness, unknown
+        else:
+            width = (asked.width_to_thickness or RATIO) * unknown if asked.width is None else asked.width
+            thickness = unknown
         return ring(asked, radius.outer(thickness), thickness, width)
 
     def enough(unknown: float) -> bool:
@@ -492,17 +455,6 @@ def _by_section(need: Need, radius: Radius) -> Body | None:
     if asked.shape == DISC or asked.thickness is not None:
         return body(_reached(enough, 0.0))
     return body(first_true(enough, 0.0, room)) if enough(room) else None
-
-
-def _sides(asked: WheelAsked, unknown: float, room: float) -> tuple[float, float]:
-    """Thickness and width, one of them (the thickness, unless that is known) the unknown."""
-    if asked.shape == DISC:
-        return room, unknown
-    if asked.thickness is not None:
-        return asked.thickness, unknown
-    if asked.width is not None:
-        return unknown, asked.width
-    return unknown, (asked.width_to_thickness or RATIO) * unknown
 
 
 def _reached(enough: Callable[[float], bool], least: float) -> float:
@@ -544,11 +496,6 @@ def _too_small(need: Need, radius: Radius | None) -> Fault:
     return Fault(
         asked.at_key("max_radius"), found, expected, "enlarge the radius, make it wider, or take a stronger material"
     )
-
-
-# -- result ------------------------------------------------------------------------------------------------------------
-
-# A wheel that has been chosen: dimensions, masses, stresses, and what must be said about them.
 
 
 _THICK = 0.2  # thickness over mean radius from which a thin rim is off by 1 % of its inertia, 20 % of its bore stress
@@ -671,7 +618,10 @@ def _warnings(asked: WheelAsked, wheel: Wheel) -> list[str]:
         found.append(f"the rim runs at {wheel.rim_speed:.4g} m/s; {wheel.material.name} usually stays below {usual:g} m/s")
     if allowable is not None and wheel.greatest_stress > allowable * (1 + ROUNDING):
         stressed = f"the stress of {wheel.greatest_stress / 1e6:.4g} MPa ({wheel.place})"
-        found.append(f"{stressed} is above the allowable {allowable / 1e6:.4g} MPa: {_remedy(wheel)}")
+        remedy = "take a smaller radius, another material, or shape lightest with a max_radius"
+        if wheel.place.startswith("arms"):
+            remedy = "enlarge arm_share or hub_diameter, or take another material"
+        found.append(f"{stressed} is above the allowable {allowable / 1e6:.4g} MPa: {remedy}")
     if body.width > 2 * body.outer:
         found.append(f"the {body.width:.4g} m of its width are more than its diameter: the formulas are those of thin discs")
     if body.thin and body.thickness > _THICK * body.mean:
@@ -684,18 +634,6 @@ def _warnings(asked: WheelAsked, wheel: Wheel) -> list[str]:
     if body.arms is not None and asked.torque is None:
         found.append("no torque between hub and rim is given: the arms' bending by it is left out")
     return found
-
-
-def _remedy(wheel: Wheel) -> str:
-    """What to change in a wheel that is stressed too much."""
-    if wheel.place.startswith("arms"):
-        return "enlarge arm_share or hub_diameter, or take another material"
-    return "take a smaller radius, another material, or shape lightest with a max_radius"
-
-
-# -- rounding ----------------------------------------------------------------------------------------------------------
-
-# Dimensions put on multiples of a step, so that a wheel's inertia is not below what is needed.
 
 
 _EXACT = 1e-9  # of a step: what lies that near a multiple of it is that multiple
@@ -711,7 +649,8 @@ def rounded(need: Need, body: Body) -> Body:
     if step is None:
         return body
     if section_asked(asked) is not None:
-        return _stepped_radius(asked, body, step)
+        outer = rounded_up(body.outer, step)
+        return ring(asked, outer, outer - body.inner if asked.shape == DISC else body.thickness, body.width)
     found = _stepped_section(need.of(_with_radius(asked, body, step)), step)
     while known_radius(need) is None and not need.allowed(found):
         body = body._replace(outer=body.outer - step)
@@ -742,19 +681,20 @@ def _multiple(count: int, step: float) -> float:
     return float(f"{count * step:.15g}")
 
 
-def _stepped_radius(asked: WheelAsked, body: Body, step: float) -> Body:
-    """Radius up, the section being given."""
-    outer = rounded_up(body.outer, step)
-    return ring(asked, outer, outer - body.inner if asked.shape == DISC else body.thickness, body.width)
-
-
 def _stepped_section(need: Need, step: float) -> Body:
-    """Thickness, arms and width up, the radius being given."""
+    """Thickness, arms and width up, or as they were given; the radius being given."""
     asked, body = need.asked, solved(need)
     if asked.shape != DISC:
-        asked = _with_section(asked, body, step)
-        if asked.width is not None:  # it was given: thickness went up instead
-            return _of_section(need.of(asked), asked.width)
+        if body.arms is not None:
+            arms = rounded_up(body.arms.width, step), rounded_up(body.arms.thickness, step)
+            asked = asked._replace(arm_share=None, arm_width=arms[0], arm_thickness=arms[1])
+        thickness = asked.thickness
+        if thickness is None:
+            thickness = rounded_up(body.thickness, step)
+            asked = asked._replace(thickness=thickness, width_to_thickness=None)
+        radius = known_radius(need)
+        if asked.width is not None and radius is not None:  # it was given: thickness went up instead
+            return ring(asked, radius.outer(thickness), thickness, asked.width)
         body = solved(need.of(asked))
     return ring(asked, body.outer, body.thickness, rounded_up(body.width, step))
 
@@ -769,29 +709,6 @@ def _with_radius(asked: WheelAsked, body: Body, step: float) -> WheelAsked:
     return free._replace(outer_radius=rounded_down(body.outer, step))
 
 
-def _with_section(asked: WheelAsked, body: Body, step: float) -> WheelAsked:
-    """What is asked with a thickness and arms that are on a step, or as they were given."""
-    if body.arms is not None:
-        arms = rounded_up(body.arms.width, step), rounded_up(body.arms.thickness, step)
-        asked = asked._replace(arm_share=None, arm_width=arms[0], arm_thickness=arms[1])
-    if asked.thickness is not None:
-        return asked
-    return asked._replace(thickness=rounded_up(body.thickness, step), width_to_thickness=None)
-
-
-def _of_section(need: Need, width: float) -> Body:
-    """The body of a radius, thickness and width that are all decided."""
-    radius, thickness = known_radius(need), need.asked.thickness
-    assert radius is not None
-    assert thickness is not None
-    return ring(need.asked, radius.outer(thickness), thickness, width)
-
-
-# -- choosing ----------------------------------------------------------------------------------------------------------
-
-# A wheel for an inertia: the one that is asked for, or the lightest one.
-
-
 def choose(needed: float, speed: float, asked: WheelAsked) -> Wheel:
     """The wheel of a given inertia, its free dimension found, rounded up where that is asked.
 
@@ -803,7 +720,7 @@ def choose(needed: float, speed: float, asked: WheelAsked) -> Wheel:
     Raises:
         SceneError: if the dimensions are too few or too many, or no such wheel has that inertia or bears that speed.
 
-    Source: inertia and stress as in `flywheel.wheel.bodies`; the solution is exact to rounding.
+    Source: inertia and stress as in `flywheel.wheel`; the solution is exact to rounding.
 
     >>> from math import pi
     >>> from flywheel.components.wheel_stresses import material
@@ -849,9 +766,12 @@ def least_mass(needed: float, speed: float, asked: WheelAsked) -> Wheel:
     need = _checked(needed, speed, asked._replace(shape=LIGHTEST) if isinstance(asked, WheelAsked) else asked)
     wheels: list[Wheel] = []
     faults: list[Fault] = []
-    for one in map(need.of, _candidates(need.asked)):
+    asked = need.asked
+    disc = WheelAsked(DISC, asked.material, max_radius=asked.max_radius, bore=asked.bore, path=asked.path)
+    armed = asked.bore is not None or asked.hub_diameter is not None
+    for one in (disc._replace(size_step=asked.size_step), asked._replace(shape=ARMS if armed else RIM)):
         try:
-            wheels.append(_made(one))
+            wheels.append(_made(need.of(one)))
         except SceneError as error:
             faults += error.faults
     if not wheels:
@@ -870,10 +790,3 @@ def _checked(needed: float, speed: float, asked: WheelAsked) -> Need:
 
 def _made(need: Need) -> Wheel:
     return wheel_of(need.asked, rounded(need, solved(need)), need.speed, need.inertia)
-
-
-def _candidates(asked: WheelAsked) -> tuple[WheelAsked, WheelAsked]:
-    """The disc and the rim that stand against one another."""
-    disc = WheelAsked(DISC, asked.material, max_radius=asked.max_radius, bore=asked.bore, path=asked.path)
-    armed = asked.bore is not None or asked.hub_diameter is not None
-    return disc._replace(size_step=asked.size_step), asked._replace(shape=ARMS if armed else RIM)
