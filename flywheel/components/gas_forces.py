@@ -1,4 +1,7 @@
-"""Gas on a piston: its force from a pressure, and an indicator diagram against the way of the piston."""
+"""Gas on a piston: its force from a pressure, an indicator diagram against the way of the piston, compressors.
+
+Reciprocating compressors: pressure over a double stroke, work and volumetric efficiency, force on the piston.
+"""
 
 from __future__ import annotations
 
@@ -153,8 +156,6 @@ def _line(x: float, force: float, slope: float) -> Node:
 
 
 # -- compressors -------------------------------------------------------------------------------------------------------
-
-# Reciprocating compressors: pressure over a double stroke, work and volumetric efficiency, force on the piston.
 
 
 class Compression(NamedTuple):

@@ -4,6 +4,8 @@ Speeds, torques and accelerations count positive in each shaft's own rotation, s
 stages make a tree. A mesh takes a share 1 - eta of the power that passes it, whichever way that goes: tau being what the
 far side of a stage asks for (its inertia times its acceleration, less its torques), the near side feels r tau/eta where it
 drives and r tau eta where it is driven, r being the far speed over the near one.
+
+The same flywheel compared on every shaft of a machine: inertia, GD², mass and rim speed.
 """
 
 from __future__ import annotations
@@ -280,8 +282,6 @@ def _check_direction(direction: int) -> None:
 
 
 # -- every shaft -------------------------------------------------------------------------------------------------------
-
-# The same flywheel compared on every shaft of a machine: inertia, GD², mass and rim speed.
 
 
 def gd2(inertia: float) -> float:

@@ -1,4 +1,13 @@
-"""Belts: the torque that two tensions take from a pulley, and how far apart they may be before the belt slips."""
+"""Loads of known kinds: belts, resistances, presses.
+
+Belts: the torque that two tensions take from a pulley, and how far apart they may be before the belt slips.
+
+What resists motion: a constant share, one that grows with the speed, one that grows with its square.
+
+Fans and pumps are such loads, and so are windage, bearings and rolling resistance.
+
+Presses and punches: energy and force of a stroke, acting over the last of the way to the end of it.
+"""
 
 from __future__ import annotations
 
@@ -51,10 +60,6 @@ def tension_ratio(friction: float, wrap: float, groove: float = pi) -> float:
 
 
 # -- resistance --------------------------------------------------------------------------------------------------------
-
-# What resists motion: a constant share, one that grows with the speed, one that grows with its square.
-#
-# Fans and pumps are such loads, and so are windage, bearings and rolling resistance.
 
 
 Array = NDArray[np.float64]
@@ -131,8 +136,6 @@ def quadratic_coefficient(effort: float, speed: float, constant: float = 0.0) ->
 
 
 # -- presses -----------------------------------------------------------------------------------------------------------
-
-# Presses and punches: energy and force of a stroke, acting over the last of the way to the end of it.
 
 
 CONSTANT, TRIANGULAR = "constant", "triangular"

@@ -7,6 +7,16 @@
    There a load that asks for more finds a slower motor that gives more; anywhere else it stalls it.
 4. `covers` is the range of speeds that the motor's data speak of. Outside it the law goes on, as each kind says, but it is
    a guess.
+
+Motors whose torque is a constant, or a straight line over speed.
+
+Torque against speed as rows of numbers, such as a measured curve or a catalogue's.
+
+The DC motor with constant excitation, from its constants or its name plate, as a law of speed and as a bond graph.
+
+The governed engine: full load up to rated speed, then the governor's droop.
+
+The induction motor from the data of its name plate and catalogue, by Kloss's formula.
 """
 
 from __future__ import annotations
@@ -170,8 +180,6 @@ def wrong_point(point: Any, speed: str = "speed", torque: str = "torque") -> lis
 
 # -- lines -------------------------------------------------------------------------------------------------------------
 
-# Motors whose torque is a constant, or a straight line over speed.
-
 
 @dataclass(frozen=True, kw_only=True)
 class Constant(Motor):
@@ -315,8 +323,6 @@ def line_through(no_load_speed: float, rated: Point, inertia: float = 0.0) -> Li
 
 
 # -- curve -------------------------------------------------------------------------------------------------------------
-
-# Torque against speed as rows of numbers, such as a measured curve or a catalogue's.
 
 
 MOST_ROWS = 200
@@ -477,8 +483,6 @@ def _polynomial(start: float, series: list[float]) -> Node:
 
 
 # -- dc ----------------------------------------------------------------------------------------------------------------
-
-# The DC motor with constant excitation, from its constants or its name plate, as a law of speed and as a bond graph.
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -678,8 +682,6 @@ def _wrong_share(share: float) -> list[Fault]:
 
 # -- engine ------------------------------------------------------------------------------------------------------------
 
-# The governed engine: full load up to rated speed, then the governor's droop.
-
 
 @dataclass(frozen=True, kw_only=True)
 class Engine(Motor):
@@ -777,8 +779,6 @@ class Engine(Motor):
 
 
 # -- induction ---------------------------------------------------------------------------------------------------------
-
-# The induction motor from the data of its name plate and catalogue, by Kloss's formula.
 
 
 USUAL_SLIP = 0.13

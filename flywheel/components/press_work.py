@@ -1,7 +1,14 @@
-"""A flywheel between two speeds: what it gives, and how large it must be.
+"""Work of presses: a flywheel between two speeds, the energy of a stroke, the motor that brings the flywheel back.
 
 Speeds are in rad/s and the greater one comes first; inertia is that of all that turns with the flywheel, at its shaft, and
 so are energies: a tool takes less than the flywheel gives, by what is lost between them (`presses.press_cycle`).
+
+Presses and punches: energy of a stroke, motor and flywheel for a rate, one stroke through a clutch.
+
+How a motor brings a flywheel back to speed after each stroke, and between which speeds the two then run.
+
+Speeds are in rad/s; inertia is that of all that turns with the flywheel, and torques and powers are at its shaft: losses
+between it and the tool are part of a load, those between the motor and it are taken off what the motor gives.
 """
 
 from __future__ import annotations
@@ -181,10 +188,6 @@ def irregularity_faults(irregularity: float) -> list[Fault]:
 
 
 # -- presses -----------------------------------------------------------------------------------------------------------
-
-# Presses and punches: energy of a stroke, motor and flywheel for a rate, one stroke through a clutch.
-#
-# The flywheel between two speeds is in `flywheel.two_speeds`.
 
 
 def shearing_force(perimeter: float, thickness: float, strength: float) -> float:
@@ -556,11 +559,6 @@ def _efficiency_faults(efficiency: float, drive_efficiency: float) -> list[Fault
 
 
 # -- recovery ----------------------------------------------------------------------------------------------------------
-
-# How a motor brings a flywheel back to speed after each stroke, and between which speeds the two then run.
-#
-# Speeds are in rad/s; inertia is that of all that turns with the flywheel, and torques and powers are at its shaft: losses
-# between it and the tool are part of a load, those between the motor and it are taken off what the motor gives.
 
 
 def recovery_time(inertia: float, low: float, high: float, power: float) -> float:

@@ -16,6 +16,10 @@ Angles, speeds, accelerations and torques are arrays of shape (2, ...): one row 
 centres of mass lie on the lines between their pins, and pins without play. Source: the course, p. 68, example 3, with
 bars of any make. (It prints the cross term of v_G2² as 2 l1 l2 in one line; l1 l2, as in the next, is right.)
 
+The arm's dynamics in closed form: mass matrix, what is left, torques, accelerations, energy, reactions.
+
+The arm's motion, by time stepping.
+
 >>> from flywheel.components.robot_arm import TwoLinkArm, driving_torques, slender
 >>> arm = TwoLinkArm(slender(1.0, 3.0), slender(0.5, 1.2), gravity=10.0)
 >>> driving_torques(arm, [0.0, 0.0], [0.0, 0.0], [1.0, 1.0]).round(12).tolist()
@@ -69,8 +73,6 @@ def __getattr__(name: str) -> Any:
 
 
 # -- dynamics ----------------------------------------------------------------------------------------------------------
-
-# The arm's dynamics in closed form: mass matrix, what is left, torques, accelerations, energy, reactions.
 
 
 Array = NDArray[np.float64]
@@ -313,8 +315,6 @@ def _bar_faults(name: str, bar: Bar) -> list[Fault]:
 
 
 # -- motion ------------------------------------------------------------------------------------------------------------
-
-# The arm's motion, by time stepping.
 
 
 Torques = Callable[[float, Array, Array], ArrayLike]

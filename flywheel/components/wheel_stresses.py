@@ -1,4 +1,28 @@
-"""Materials of wheels: what a wheel's mass and stress need, and a small table."""
+"""Stresses of wheels that turn: materials, rims on arms, discs, thin rims.
+
+Materials: what a wheel's mass and stress need, and a small table.
+
+A rim on arms: what the arms take off the rim's hoop stress, how the rim bends between them, the arms themselves.
+
+The rim is a ring of mean radius R that wants to grow by rho v² R/E. Each of n arms of section A1, which under its own
+pull grows by a third of that, holds it back by a force X. With a = pi/n, half the angle between two arms, and phi from the
+middle between them,
+
+    N = rho A v² - X cos(phi)/(2 sin a),  M = X R/2 (cos(phi)/sin a - 1/a),
+
+and X makes their elastic energy least: X = (2/3) rho A v²/C, C = f2 A R²/J + f1 + A/A1, J the second moment of the rim's
+section. For a rectangle of radial thickness t, A R²/J = 12 R²/t².
+
+Valid for a thin rim of one material with its arms, which are taken as reaching to the axis; hub and joints are not
+weakened. Source: S. Timoshenko, Strength of Materials, part II, rotating ring on spokes. Handbooks print f1 and 12 f2
+rounded for 4, 6 and 8 arms (0.643 and 0.07296, 0.957 and 0.02028, 1.274 and 0.00912; the last one should be 0.00832),
+often without the R² beside t², which then holds for R = 1 m alone: so in Jindal, Machine Design, example 19-1, where R
+is 1.2 m and the stress of the arms comes out 7 % too high.
+
+Discs and annuli of constant width, rotating: mass, inertia, stress, and the radius that a stress allows.
+
+Thin rims: a ring whose mass all runs at its mean radius, as textbooks take it.
+"""
 
 from __future__ import annotations
 
@@ -144,23 +168,6 @@ def _allowable(base: Material, allowable: float | None, strength: float | None, 
 
 
 # -- arms --------------------------------------------------------------------------------------------------------------
-
-# A rim on arms: what the arms take off the rim's hoop stress, how the rim bends between them, the arms themselves.
-#
-# The rim is a ring of mean radius R that wants to grow by rho v² R/E. Each of n arms of section A1, which under its own
-# pull grows by a third of that, holds it back by a force X. With a = pi/n, half the angle between two arms, and phi from the
-# middle between them,
-#
-#     N = rho A v² - X cos(phi)/(2 sin a),  M = X R/2 (cos(phi)/sin a - 1/a),
-#
-# and X makes their elastic energy least: X = (2/3) rho A v²/C, C = f2 A R²/J + f1 + A/A1, J the second moment of the rim's
-# section. For a rectangle of radial thickness t, A R²/J = 12 R²/t².
-#
-# Valid for a thin rim of one material with its arms, which are taken as reaching to the axis; hub and joints are not
-# weakened. Source: S. Timoshenko, Strength of Materials, part II, rotating ring on spokes. Handbooks print f1 and 12 f2
-# rounded for 4, 6 and 8 arms (0.643 and 0.07296, 0.957 and 0.02028, 1.274 and 0.00912; the last one should be 0.00832),
-# often without the R² beside t², which then holds for R = 1 m alone: so in Jindal, Machine Design, example 19-1, where R
-# is 1.2 m and the stress of the arms comes out 7 % too high.
 
 
 FEWEST, MOST = 3, 100
@@ -411,8 +418,6 @@ def _check_count(count: int) -> None:
 
 # -- discs -------------------------------------------------------------------------------------------------------------
 
-# Discs and annuli of constant width, rotating: mass, inertia, stress, and the radius that a stress allows.
-
 
 Array = NDArray[np.float64]
 
@@ -541,8 +546,6 @@ def disc_radius_for_stress(stress: float, density: float, omega: float, nu: floa
 
 
 # -- rims --------------------------------------------------------------------------------------------------------------
-
-# Thin rims: a ring whose mass all runs at its mean radius, as textbooks take it.
 
 
 def hoop_stress(velocity: float, density: float) -> float:

@@ -1,4 +1,7 @@
-"""Curves that a law follows: a position with its two derivatives, by an expression or by a periodic spline."""
+"""Law: outputs whose positions are written down, as expressions of phi or as tables.
+
+A curve is a position with its two derivatives, by an expression or by a periodic spline.
+"""
 
 from __future__ import annotations
 
@@ -119,11 +122,6 @@ def _from_zero(knots: Array, coefficients: Array, period: float) -> tuple[Array,
 
 
 _SAME = 1e-12  # of the period: knots closer than this are one
-
-
-# -- law ---------------------------------------------------------------------------------------------------------------
-
-# Law: outputs whose positions are written down, as expressions of phi or as tables.
 
 
 _CLOSE = 1e-9  # a jump below this share of a law's range is rounding

@@ -1,9 +1,9 @@
-"""Proven bounds of a linkage's variables, influence coefficients and slopes over a whole stretch of its driver.
+"""Linkage of any make as a chain: crank -> every unknown angle and displacement -> the centres of mass, by arms.
 
-The argument is that of `flywheel.linkage.continuation`, about the middle of each stretch: where the followed assembly is
-the only one near the tangent, its variables stay in a ball about that, and the Jacobian's variation bounds the rest.
-Stretches that are too wide for the proof get bounds without end, which makes whoever asks cut them. Rounding is covered by
-a flat share of 1e-12, not proven.
+Over a whole stretch of the driver, variables, influence coefficients and slopes have proven bounds. The argument is that of
+the continuation (`linkages.positions`), about the middle of each stretch: where the followed assembly is the only one near
+the tangent, its variables stay in a ball about that, and the Jacobian's variation bounds the rest. Stretches that are too
+wide for the proof get bounds without end, so that they are cut. Rounding is covered by a flat share of 1e-12, not proven.
 """
 
 from __future__ import annotations
@@ -92,8 +92,6 @@ def _ball(t: Array, along: Array, across: Array, bent: Array) -> tuple[Array, Ar
 
 
 # -- variables ---------------------------------------------------------------------------------------------------------
-
-# Variables of a linkage at positions of its driver, and the places that arms make of them.
 
 
 _KEPT = 4
@@ -261,8 +259,6 @@ def place(p: LinkagePosition, arms: list[Arm], direction: float) -> Any:
 
 
 # -- linkage -----------------------------------------------------------------------------------------------------------
-
-# Linkage of any make as a chain: crank -> every unknown angle and displacement -> the centres of mass, by arms.
 
 
 _CLOSES = 1e-9

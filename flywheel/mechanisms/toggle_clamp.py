@@ -1,4 +1,11 @@
-"""Lengths of a toggle clamp, and where in its stroke it locks or comes so near to it that cells must be short."""
+"""Toggle clamp: a sliding block swings a bell crank through a coupler; the bell crank pushes a platen through a rod.
+
+The block drives: the mechanism's own coordinate psi is its displacement in m, and what others call the crank's angle.
+
+Source: E. Sacotto, Dynamic analysis of the clamping unit of an injection moulding machine, ESPE. Its Jacobian has +1
+for -1 at the platen, and its accelerations a term of the block (a4 v4²) that a straight guide does not have; neither
+is followed here.
+"""
 
 from __future__ import annotations
 
@@ -165,17 +172,6 @@ def _lock(path: str, length: float, expected: str, places: list[float]) -> Fault
     listed = " and ".join(f"{psi:.6g}" for psi in places)
     where = f"the clamp locks where its block is at {listed} m" if listed else "it closes nowhere in the stroke"
     return Fault(path, f"{length:.9g} m", expected, where)
-
-
-# -- toggle clamp ------------------------------------------------------------------------------------------------------
-
-# Toggle clamp: a sliding block swings a bell crank through a coupler; the bell crank pushes a platen through a rod.
-#
-# The block drives: the mechanism's own coordinate psi is its displacement in m, and what others call the crank's angle.
-#
-# Source: E. Sacotto, Dynamic analysis of the clamping unit of an injection moulding machine, ESPE. Its Jacobian has +1
-# for -1 at the platen, and its accelerations a term of the block (a4 v4²) that a straight guide does not have; neither
-# is followed here.
 
 
 class TogglePosition(Position):

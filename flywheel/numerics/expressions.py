@@ -3,6 +3,21 @@
 A tree is evaluated against a namespace that gives the functions by their numpy names, so numpy itself serves, and so do
 intervals, jets, mpmath and SymPy through small adapters: sin cos tan asin acos atan atan2 sqrt exp log abs sign minimum
 maximum where divide power less less_equal greater greater_equal equal not_equal logical_and logical_or logical_not, pi.
+
+The functions that formulas are written against, by their numpy names, over mpmath's and SymPy's numbers.
+
+numpy itself is such a namespace; intervals and jets have theirs (`flywheel.formulas.intervals`, `flywheel.formulas.jets`).
+
+Expressions: a text becomes a checked tree that can be evaluated, taken apart and asked where it switches.
+
+The text is read through Python's own `ast`, of which only arithmetic, comparisons, logic, conditional expressions and a
+list of functions are let through. Nothing of it is ever executed; size, depth and exponents are capped.
+
+Expressions built from numbers: numbers as texts, templates, and trees that would be too long to write out.
+
+The units of what an expression holds: of the expression from those of its names, of one name from the expression's.
+
+Numbers are taken as numbers, without units of their own.
 """
 
 from __future__ import annotations
@@ -409,10 +424,6 @@ def _bracketed(node: Node) -> str:
 
 # -- namespaces --------------------------------------------------------------------------------------------------------
 
-# The functions that formulas are written against, by their numpy names, over mpmath's and SymPy's numbers.
-#
-# numpy itself is such a namespace; intervals and jets have theirs (`flywheel.formulas.intervals`, `flywheel.formulas.jets`).
-
 
 _SHARED = ("sin", "cos", "tan", "asin", "acos", "atan", "atan2", "sqrt", "exp", "log", "sign")
 
@@ -481,11 +492,6 @@ def sympy_namespace() -> SimpleNamespace:
 
 
 # -- expressions -------------------------------------------------------------------------------------------------------
-
-# Expressions: a text becomes a checked tree that can be evaluated, taken apart and asked where it switches.
-#
-# The text is read through Python's own `ast`, of which only arithmetic, comparisons, logic, conditional expressions and a
-# list of functions are let through. Nothing of it is ever executed; size, depth and exponents are capped.
 
 
 VARIABLES = ("phi", "omega", "t", "x", "v")
@@ -867,8 +873,6 @@ _READERS: dict[type, Callable[[_Reader, Any, int], Node]] = {
 
 # -- building ----------------------------------------------------------------------------------------------------------
 
-# Expressions built from numbers: numbers as texts, templates, and trees that would be too long to write out.
-
 
 def expression_of(value: float) -> str:
     """A number as an expression holds it, to the last digit; a negative one in brackets.
@@ -916,10 +920,6 @@ def between(of: Node, knots: Sequence[float], leaves: Sequence[Node]) -> Node:
 
 
 # -- dimensions --------------------------------------------------------------------------------------------------------
-
-# The units of what an expression holds: of the expression from those of its names, of one name from the expression's.
-#
-# Numbers are taken as numbers, without units of their own.
 
 
 _ONE = Unit()

@@ -1,4 +1,7 @@
-"""What a user gets instead of a traceback: one line per fault, each with its place and its mend."""
+"""What a user gets instead of a traceback: one line per fault, each with its place and its mend.
+
+How a fault shows what was found, and the valid name that lies nearest to a wrong one.
+"""
 
 from __future__ import annotations
 
@@ -80,8 +83,6 @@ class SceneError(ValueError):
 
 
 # -- advice ------------------------------------------------------------------------------------------------------------
-
-# How a fault shows what was found, and the valid name that lies nearest to a wrong one.
 
 
 LONGEST_SHOWN = 60

@@ -5,6 +5,31 @@ proves that there is no zero. Two conventions: constants stand for their floats 
 underflows to zero counts as zero. Overflow warnings are the caller's to silence (`np.errstate`).
 
 Source: R. E. Moore, R. B. Kearfott, M. J. Cloud, Introduction to Interval Analysis, SIAM 2009, chapters 2 to 5.
+
+Numbers whose exponential factor is kept apart, m exp(sum of c a): what overflows by itself may still cancel.
+
+With a = 300*(phi - 3), exp(a)/(1 + exp(a)) is inf/inf in plain numbers soon after phi = 3, and bounds of it over a cell
+are useless wherever exp(a) changes by much. Kept apart, exp(a) is 1 exp(a), 1 + exp(a) is (1 + exp(-a)) exp(a), and the
+quotient 1/(1 + exp(-a)). The exponents `a` are told apart by their trees, without numeric factors: exp(a), exp(-a) and
+exp(2*a) share one.
+
+Where expressions switch: every root of a function in a range, proven by interval subdivision.
+
+A cell whose enclosure leaves out zero holds no root; a cell whose derivative keeps its sign holds at most one. What is
+neither is halved, so no root can hide between sample points.
+
+Source: R. E. Moore, R. B. Kearfott, M. J. Cloud, Introduction to Interval Analysis, SIAM 2009, chapters 6 and 8.
+
+Cells narrow enough for an expression: none so wide that a polynomial could pass a feature without seeing it.
+
+Samples cannot show this. sin(phi) + 100 exp(-((phi - 2)/0.01)²) on one cell of 24 nodes looks like a sine to its last
+coefficient. Enclosures can: whatever a function of the tree may do in a cell is known from the bounds of its argument,
+and from the distance to its nearest singularity. Rates of convergence after L. N. Trefethen, Approximation Theory and
+Approximation Practice, SIAM 2013, chapter 8.
+
+What hardly moves the whole need not be followed: down the tree goes, for every node, how far it may be off without moving
+the expression by more than a trifle of its greatest value. An exponential factor that a quotient or a logarithm takes out
+again is left out with it, so that exp(a)/(1 + exp(a)) asks for cells where it rises, and not where it is 1.
 """
 
 from __future__ import annotations
@@ -314,13 +339,6 @@ NAMESPACE = SimpleNamespace(
 
 # -- scaled ------------------------------------------------------------------------------------------------------------
 
-# Numbers whose exponential factor is kept apart, m exp(sum of c a): what overflows by itself may still cancel.
-#
-# With a = 300*(phi - 3), exp(a)/(1 + exp(a)) is inf/inf in plain numbers soon after phi = 3, and bounds of it over a cell
-# are useless wherever exp(a) changes by much. Kept apart, exp(a) is 1 exp(a), 1 + exp(a) is (1 + exp(-a)) exp(a), and the
-# quotient 1/(1 + exp(-a)). The exponents `a` are told apart by their trees, without numeric factors: exp(a), exp(-a) and
-# exp(2*a) share one.
-
 
 _MOST = 1e300  # exponents beyond are taken for this: their products with 0 stay 0
 _FOLDED = Interval(1 - 2e-15, 1 + 2e-15)  # what rounding can make of a product of numeric factors
@@ -551,13 +569,6 @@ def scaled_namespace(ns: Any) -> Any:
 
 
 # -- switching ---------------------------------------------------------------------------------------------------------
-
-# Where expressions switch: every root of a function in a range, proven by interval subdivision.
-#
-# A cell whose enclosure leaves out zero holds no root; a cell whose derivative keeps its sign holds at most one. What is
-# neither is halved, so no root can hide between sample points.
-#
-# Source: R. E. Moore, R. B. Kearfott, M. J. Cloud, Introduction to Interval Analysis, SIAM 2009, chapters 6 and 8.
 
 
 Array = NDArray[np.float64]
@@ -846,17 +857,6 @@ def _inverse_quadratic(a: Array, b: Array, c: Array, fa: Array, fb: Array, fc: A
 
 
 # -- resolution --------------------------------------------------------------------------------------------------------
-
-# Cells narrow enough for an expression: none so wide that a polynomial could pass a feature without seeing it.
-#
-# Samples cannot show this. sin(phi) + 100 exp(-((phi - 2)/0.01)²) on one cell of 24 nodes looks like a sine to its last
-# coefficient. Enclosures can: whatever a function of the tree may do in a cell is known from the bounds of its argument,
-# and from the distance to its nearest singularity. Rates of convergence after L. N. Trefethen, Approximation Theory and
-# Approximation Practice, SIAM 2013, chapter 8.
-#
-# What hardly moves the whole need not be followed: down the tree goes, for every node, how far it may be off without moving
-# the expression by more than a trifle of its greatest value. An exponential factor that a quotient or a logarithm takes out
-# again is left out with it, so that exp(a)/(1 + exp(a)) asks for cells where it rises, and not where it is 1.
 
 
 Mask = NDArray[np.bool_]

@@ -9,6 +9,8 @@ left out where the dimension says enough (`N m s` for `N m s/rad`), but an angle
 `Hz` could be turns or radians and are refused, but for a frequency. `1/min` alone is the rev/min of name plates. A torque
 is written `N m`, `lbf ft`...; `J` and its kin are refused for it, although their dimension is the same. An energy may be
 either.
+
+Numbers as a reader wants them: no digit beyond the estimated error, decimal points under one another.
 """
 
 from __future__ import annotations
@@ -433,8 +435,6 @@ def _expected_unit(dimension: str | None) -> str:
 
 
 # -- digits ------------------------------------------------------------------------------------------------------------
-
-# Numbers as a reader wants them: no digit beyond the estimated error, decimal points under one another.
 
 
 MOST = 10

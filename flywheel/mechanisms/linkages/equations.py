@@ -5,6 +5,16 @@ by the angle of the body that it belongs to, along the tree from the frame. So e
 basis functions exp(i theta) and s exp(i theta), whose derivatives are exact. A joint outside the tree closes a loop: two
 equations. Slides and rigid joints make angles equal, which is settled here and costs no equation. Lengths are in units of
 the linkage's largest one, so that everything is of order 1.
+
+The loop equations in numbers: residual, Jacobian, second derivatives along a motion, and bounds on how they vary.
+
+Everything is evaluated for n positions at once: z has shape (n, variables), residuals (n, equations).
+
+Newton-Raphson on the loop equations, all positions at once.
+
+Degrees of freedom: Gruebler's count, checked against the rank of the Jacobian where the linkage stands.
+
+Source: K. J. Waldron, G. L. Kinzel, S. K. Agrawal, Kinematics, Dynamics and Design of Machinery, Wiley 2016, chapter 1.
 """
 
 from __future__ import annotations
@@ -359,10 +369,6 @@ def _negative(chain: dict[int, complex]) -> dict[int, complex]:
 
 # -- equations ---------------------------------------------------------------------------------------------------------
 
-# The loop equations in numbers: residual, Jacobian, second derivatives along a motion, and bounds on how they vary.
-#
-# Everything is evaluated for n positions at once: z has shape (n, variables), residuals (n, equations).
-
 
 Complex = NDArray[np.complex128]
 
@@ -546,8 +552,6 @@ def _relation_bending(relation: Relation, lifted: Lifted, rate: Array) -> Array:
 
 # -- newton ------------------------------------------------------------------------------------------------------------
 
-# Newton-Raphson on the loop equations, all positions at once.
-
 
 _MOST = 12
 SETTLED = 1e-9  # a step below this leaves an error of its square: nothing
@@ -613,10 +617,6 @@ def solved(matrix: Array, right: Array) -> Array:
 
 
 # -- mobility ----------------------------------------------------------------------------------------------------------
-
-# Degrees of freedom: Gruebler's count, checked against the rank of the Jacobian where the linkage stands.
-#
-# Source: K. J. Waldron, G. L. Kinzel, S. K. Agrawal, Kinematics, Dynamics and Design of Machinery, Wiley 2016, chapter 1.
 
 
 _RANK = 1e-9  # of the greatest singular value

@@ -1,6 +1,9 @@
-"""Whether a linkage is one at all: names that are known and unique, numbers that are finite, joints and couplings that fit.
+"""Poses of a linkage: where every body stands, and its influence coefficients; a cam's lift; what a linkage is refused for.
 
-Whether it can be assembled and moves is found later, when it is solved.
+`check` finds whether a linkage is one at all: names that are known and unique, numbers that are finite, joints and
+couplings that fit. Whether it can be assembled and moves is found later, when it is solved.
+
+A cam's lift at any angle, and proven bounds of how fast its slope and curvature change, stretch by stretch.
 """
 
 from __future__ import annotations
@@ -195,8 +198,6 @@ def _place(path: str, pair: Any, bodies: Mapping[str, Mapping[str, None]]) -> li
 
 # -- poses -------------------------------------------------------------------------------------------------------------
 
-# Where every body of a linkage stands, and its influence coefficients.
-
 
 Array = NDArray[np.float64]
 
@@ -257,8 +258,6 @@ class Poses(NamedTuple):
 
 
 # -- lifts -------------------------------------------------------------------------------------------------------------
-
-# A cam's lift at any angle, and proven bounds of how fast its slope and curvature change, stretch by stretch.
 
 
 WINDOW = 0.1

@@ -11,6 +11,11 @@ for which this holds. It shrinks where the linkage comes near to a lock or a bra
 
 Source: L. V. Kantorovich, G. P. Akilov, Functional Analysis, Pergamon 1982, chapter XVIII; for paths: C. Beltrán, A. Leykin,
 Certified numerical homotopy tracking, Experimental Mathematics 21 (2012) 69-83.
+
+A linkage followed over a range of its driver: poses and influence coefficients at any positions asked for.
+
+The followed nodes carry value, rate and slope; between them a quintic through both ends predicts so well that one or
+two Newton steps, for all positions at once, settle on rounding.
 """
 
 from __future__ import annotations
@@ -203,11 +208,6 @@ def _stuck(equations: Equations, z: Array) -> Fault:
 
 
 # -- solution ----------------------------------------------------------------------------------------------------------
-
-# A linkage followed over a range of its driver: poses and influence coefficients at any positions asked for.
-#
-# The followed nodes carry value, rate and slope; between them a quintic through both ends predicts so well that one or
-# two Newton steps, for all positions at once, settle on rounding.
 
 
 _REFINEMENTS = 3

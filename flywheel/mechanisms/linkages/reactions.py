@@ -1,4 +1,19 @@
-"""Forces in a mechanism as a result: driving action, reaction of every joint, cost of friction, as data and as a table."""
+"""Kinetostatics: driving actions and reactions of every joint of a plane linkage, for a motion that is given.
+
+The result is `Reactions`: forces and the cost of friction, as data and as a table.
+
+Reactions by virtual power: release one constraint, let the mechanism move by it alone, and add up everyone's power.
+
+Released, the mechanism has one more degree of freedom; with the driver held, its motion V follows from the constraints'
+Jacobian, the released row set to 1 and all others to 0. The reaction is then minus the power of all other forces. The rows
+are written as velocities of the joints' own points, in the velocities of the bodies' origins, and share nothing with the
+equations of Newton and Euler but the places where couplings touch.
+
+Open chains: as many driven joints as degrees of freedom, each moved as its user prescribes.
+
+Two routes: Newton's and Euler's equations of all bodies at once (`reactions`), and virtual power with one constraint
+released at a time (`virtual_power`). With the inertia left out the analysis is quasi-static.
+"""
 
 from __future__ import annotations
 
@@ -305,13 +320,6 @@ def _sure(unknowns: Unknowns, balance: Balance) -> Iterator[tuple[str, str, str,
 
 # -- released ----------------------------------------------------------------------------------------------------------
 
-# Reactions by virtual power: release one constraint, let the mechanism move by it alone, and add up everyone's power.
-#
-# Released, the mechanism has one more degree of freedom; with the driver held, its motion V follows from the constraints'
-# Jacobian, the released row set to 1 and all others to 0. The reaction is then minus the power of all other forces. The rows
-# are written as velocities of the joints' own points, in the velocities of the bodies' origins, and share nothing with the
-# equations of Newton and Euler but the places where couplings touch.
-
 
 Named = tuple[tuple[str, str], Array]  # (joint, component), row of shape (bodies, 3, n)
 
@@ -414,8 +422,6 @@ def _of_coupling(poses: Poses, coupling: Coupling) -> Named:
 
 
 # -- chain -------------------------------------------------------------------------------------------------------------
-
-# Open chains: as many driven joints as degrees of freedom, each moved as its user prescribes.
 
 
 class Motion(NamedTuple):
@@ -522,11 +528,6 @@ def _carried(body: _State, local: list[Array]) -> list[Array]:
 
 
 # -- kinetostatics -----------------------------------------------------------------------------------------------------
-
-# Kinetostatics: the driving action and the reaction in every joint of a plane linkage, for a motion that is given.
-#
-# Two routes: Newton's and Euler's equations of all bodies at once (`reactions`), and virtual power with one constraint
-# released at a time (`virtual_power`). With the inertia left out the analysis is quasi-static.
 
 
 __all__ = [

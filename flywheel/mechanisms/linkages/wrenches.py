@@ -2,6 +2,28 @@
 
 A wrench is (force x, force y, moment about the body's centre of mass) in the frame's axes; wrenches of all bodies form an
 array of shape (bodies, 3, n), the frame first. Forces in N, moments in N m.
+
+Where two bodies of a gear pair, a rolling pair or a cam touch, and in which direction they push each other.
+
+The pair's two joints share one body, the carrier. Seen from it the first body turns about its pin, the second turns about
+another pin or slides along a guide, so that the contact follows from the coupling's ratio (or the lift's slope) alone.
+
+Components of every joint's reaction, as unit actions of its first body on its second; friction adds its own to them.
+
+| joint | components |
+| --- | --- |
+| pin | x, y in the frame's axes (N) |
+| slide | normal (N) at second's point, a quarter turn from the guide's way; moment (N m) |
+| pin-in-slot | normal (N) |
+| fixed | x, y (N), moment (N m) |
+| gear, rolling | tangential (N) at the pitch point; radial = tangential tan(pressure angle), which parts the wheels |
+| cam | normal (N), away from the cam's axis |
+
+Newton's and Euler's equations of every body as one linear system a position: sum F = m a_G, sum M_G = J alpha.
+
+Unknowns are the components of all reactions and the driving actions. There are three equations a moving body; a mechanism
+whose driver moves it without locking makes them independent, so that forces can always be found, however many components
+there are. With more unknowns than equations (redundant constraints) those that the equations leave open are named.
 """
 
 from __future__ import annotations
@@ -205,11 +227,6 @@ def values(given: ArrayLike, q: Array, path: str) -> Array:
 
 # -- contacts ----------------------------------------------------------------------------------------------------------
 
-# Where two bodies of a gear pair, a rolling pair or a cam touch, and in which direction they push each other.
-#
-# The pair's two joints share one body, the carrier. Seen from it the first body turns about its pin, the second turns about
-# another pin or slides along a guide, so that the contact follows from the coupling's ratio (or the lift's slope) alone.
-
 
 class Contact(NamedTuple):
     """A contact at `at` (2, n), where body `first` pushes body `second` with a positive force along `push` (2, n).
@@ -339,17 +356,6 @@ def _slope(poses: Poses, coupling: Coupling) -> Array:
 
 # -- components --------------------------------------------------------------------------------------------------------
 
-# Components of every joint's reaction, as unit actions of its first body on its second; friction adds its own to them.
-#
-# | joint | components |
-# | --- | --- |
-# | pin | x, y in the frame's axes (N) |
-# | slide | normal (N) at second's point, a quarter turn from the guide's way; moment (N m) |
-# | pin-in-slot | normal (N) |
-# | fixed | x, y (N), moment (N m) |
-# | gear, rolling | tangential (N) at the pitch point; radial = tangential tan(pressure angle), which parts the wheels |
-# | cam | normal (N), away from the cam's axis |
-
 
 DRIVE, RADIAL = "drive", "radial"
 
@@ -442,12 +448,6 @@ def _inclined(poses: Poses, coupling: Coupling, touch: Contact, side: Pair) -> l
 
 
 # -- statics -----------------------------------------------------------------------------------------------------------
-
-# Newton's and Euler's equations of every body as one linear system a position: sum F = m a_G, sum M_G = J alpha.
-#
-# Unknowns are the components of all reactions and the driving actions. There are three equations a moving body; a mechanism
-# whose driver moves it without locking makes them independent, so that forces can always be found, however many components
-# there are. With more unknowns than equations (redundant constraints) those that the equations leave open are named.
 
 
 OPEN = 1e-7
