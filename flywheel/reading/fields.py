@@ -317,15 +317,15 @@ def _text(value: object, key: Key, path: str, faults: Faults) -> str | None:
         near = nearest(value, key.choices)
         faults.add(path, show(value), expectation(key), f'did you mean "{near}"?' if near else "")
         return None
-    if key.kind == "name" and not is_name(value):
-        faults.add(path, show(value), "a letter, then letters, digits, _ or -")
-        return None
-    return str(value)
+    return None if key.kind == "name" and not check_name(value, path, faults) else str(value)
 
 
-def is_name(text: str) -> bool:
-    """Whether a text may name a shaft, a mechanism or an output."""
-    return len(text) <= 100 and re.fullmatch(NAME_PATTERN, text) is not None
+def check_name(text: str, path: str, faults: Faults) -> bool:
+    """Whether a text may name a shaft, a mechanism, a body or an output; a fault otherwise."""
+    good = len(text) <= 100 and re.fullmatch(NAME_PATTERN, text) is not None
+    if not good:
+        faults.add(path, quote(text), "a letter, then letters, digits, _ or -")
+    return good
 
 
 def expectation(key: Key) -> str:
@@ -357,9 +357,6 @@ def exactly_one(given: Sequence[str], names: Sequence[str], path: str, faults: F
 
 
 # -- places ------------------------------------------------------------------------------------------------------------
-
-# The setting that a scene's parts share, and the places where something can act: shafts and ports.
-
 
 TOLERANCE = 1e-9
 
@@ -457,10 +454,7 @@ def default_period(travel: float, cycle: float) -> float | None:
     return travel if whole(cycle / travel) else None
 
 
-# -- gd2 ---------------------------------------------------------------------------------------------------------------
-
-# GD², the old measure of a flywheel: mass times the square of the diameter of gyration, or weight times that square.
-
+# -- GD² ---------------------------------------------------------------------------------------------------------------
 
 _STANDARD = 9.80665
 _FORCES = re.compile(r"N|kgf|lbf")

@@ -1,4 +1,4 @@
-"""Bodies of a linkage with their points, and the points that joints, sides and ports name."""
+"""Linkages of a scene: bodies with their points, joints, couplings, driver, assembly and ports, or every fault in them."""
 
 from __future__ import annotations
 
@@ -14,8 +14,8 @@ from flywheel.reading.fields import (
     Item,
     Setting,
     as_table,
+    check_name,
     child,
-    is_name,
     items,
     read_fields,
     read_item,
@@ -92,8 +92,7 @@ def read_bodies(raw: object, path: str, faults: Faults) -> Bodies:
 
 def _body(name: str, raw: object, path: str, faults: Faults) -> Link:
     """One body: what it weighs, and its points."""
-    if not is_name(name):
-        faults.add(path, quote(name), "a letter, then letters, digits, _ or -")
+    check_name(name, path, faults)
     table = as_table(raw, path, faults)
     if table is None:
         return Link(name, (Point(ORIGIN),))
@@ -117,8 +116,7 @@ def _points(raw: object, path: str, faults: Faults) -> tuple[Point, ...]:
 
 def _point(name: str, raw: object, path: str, faults: Faults) -> tuple[float, float]:
     """The place of one point."""
-    if not is_name(name):
-        faults.add(path, quote(name), "a letter, then letters, digits, _ or -")
+    check_name(name, path, faults)
     place = read_pair(raw, path, faults)
     if name == ORIGIN and place not in (None, (0.0, 0.0)):
         faults.add(path, "a point called origin elsewhere", "another name", "origin is where the body's own frame begins")
@@ -169,8 +167,6 @@ def listed(raw: object, path: str, most: int, faults: Faults) -> list[tuple[str,
 
 
 # -- joints ------------------------------------------------------------------------------------------------------------
-
-# Joints of a linkage: between which points, of what kind, and what they are called.
 
 
 _NOWHERE = ("", Point(ORIGIN))
@@ -261,8 +257,6 @@ def read_two(raw: object, path: str, wanted: str, faults: Faults) -> Sequence[ob
 
 
 # -- couplings ---------------------------------------------------------------------------------------------------------
-
-# Couplings of a linkage: gear pairs, rolling pairs and cams, each between the coordinates of two joints.
 
 
 _MOST_TEETH = 10**6
@@ -420,8 +414,6 @@ def _lift(item: Item, rotating: bool, setting: Setting) -> Lift | None:
 
 # -- linkages ----------------------------------------------------------------------------------------------------------
 
-# A `linkage` of a scene: bodies, joints, couplings, driver, assembly and ports, or every fault in them.
-
 
 class Drawn(NamedTuple):
     """A linkage as far as it could be read: which of its ports rotate is known even where it has faults.
@@ -525,8 +517,7 @@ def _port_points(raw: object, path: str, bodies: Bodies, faults: Faults) -> dict
 
 def _port_point(name: str, raw: object, path: str, bodies: Bodies, faults: Faults) -> PointPort | None:
     """One port: a point of a moving body, and the direction that counts as positive."""
-    if not is_name(name):
-        faults.add(path, quote(name), "a letter, then letters, digits, _ or -")
+    check_name(name, path, faults)
     table = as_table(raw, path, faults)
     if table is None:
         return None

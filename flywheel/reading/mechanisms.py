@@ -1,4 +1,4 @@
-"""The one-way stroke of a scene, `[stroke]`, and what must stand, or not stand, beside it."""
+"""Mechanisms of a scene: their tables, turns in a cycle or stroke, the laws of `law`, and the ports that they offer."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ import numpy as np
 
 from flywheel.mechanisms import KINDS
 from flywheel.mechanisms import families as mechanisms
-from flywheel.mechanisms.families import Kind, Part
+from flywheel.mechanisms.families import Kind
 from flywheel.numerics.faults import SceneError, mean, quote, show, told
 from flywheel.numerics.units import QuantityError, parse_quantity
 from flywheel.reading.fields import (
@@ -21,9 +21,9 @@ from flywheel.reading.fields import (
     Places,
     Setting,
     as_table,
+    check_name,
     child,
     default_period,
-    is_name,
     items,
     read_fields,
     read_item,
@@ -45,6 +45,9 @@ from flywheel.scene.scene import Body, Mechanism, Output, Stroke, Table
 _SHORTEST = 1e-9  # of a stroke, as a share of the coordinates at its ends
 
 
+# -- the one-way stroke, and what must stand, or not stand, beside it -----------------------------------------------------
+
+
 def read_stroke(raw: Mapping[str, Any], faults: Faults) -> Stroke | None:
     """The stroke of a scene whose driver goes one way; None where it turns in cycles.
 
@@ -61,7 +64,17 @@ def read_stroke(raw: Mapping[str, Any], faults: Faults) -> Stroke | None:
     table = as_table(raw["stroke"], "stroke", faults)
     if table is None:
         return _unread(sliding=slides is not False)
-    return _read(table, _has_length(table) if slides is None else slides, faults)
+    if slides is None:  # the mechanism does not tell, but perhaps the stroke's own unit
+        try:
+            parse_quantity(table.get("to"), "angle")
+            slides = False
+        except QuantityError:
+            slides = True
+    fields = read_fields(table, SECTIONS["stroke"].keys, "stroke", faults, rotating=not slides)
+    start, end, speed, acceleration = fields.values()
+    if None in fields.values() or not _is_stroke(start, end, slides, faults):
+        return _unread(slides)
+    return Stroke(start, end, speed, acceleration, slides)
 
 
 def driver_slides(raw: Mapping[str, Any]) -> bool | None:
@@ -79,13 +92,10 @@ def driver_slides(raw: Mapping[str, Any]) -> bool | None:
     if driver != "either":
         return driver == "slides"
     joints = [joint for joint in items(table.get("joints")) or [] if isinstance(joint, Mapping)]
-    kinds = [joint.get("type") for joint in joints if _same(joint.get("name"), table.get("driver"))]
+    name = table.get("driver")  # from Python a scene may hold anything, NumPy's arrays too
+    named = [joint for joint in joints if isinstance(name, str) and isinstance(joint.get("name"), str)]
+    kinds = [joint.get("type") for joint in named if joint["name"] == name]
     return kinds[0] == "slide" if kinds and isinstance(kinds[0], str) and kinds[0] in ("slide", "pin") else None
-
-
-def _same(name: Any, other: Any) -> bool:
-    """Whether both are the same text: from Python a scene may hold anything, NumPy's arrays too."""
-    return isinstance(name, str) and isinstance(other, str) and name == other
 
 
 def _mechanisms(raw: Mapping[str, Any]) -> list[Any]:
@@ -93,25 +103,8 @@ def _mechanisms(raw: Mapping[str, Any]) -> list[Any]:
     return [mechanism] if isinstance(mechanism, Mapping) else items(mechanism) or []
 
 
-def _has_length(table: Mapping[str, Any]) -> bool:
-    """Whether a stroke's ends are lengths, where the mechanism does not tell."""
-    try:
-        parse_quantity(table.get("to"), "angle")
-    except QuantityError:
-        return True
-    return False
-
-
 def _unread(sliding: bool) -> Stroke:
     return Stroke(math.nan, math.nan, math.nan, math.nan, sliding)
-
-
-def _read(table: Mapping[str, Any], sliding: bool, faults: Faults) -> Stroke:
-    fields = read_fields(table, SECTIONS["stroke"].keys, "stroke", faults, rotating=not sliding)
-    start, end, speed, acceleration = fields.values()
-    if None in fields.values() or not _is_stroke(start, end, sliding, faults):
-        return _unread(sliding)
-    return Stroke(start, end, speed, acceleration, sliding)
 
 
 def _is_stroke(start: float, end: float, sliding: bool, faults: Faults) -> bool:
@@ -127,7 +120,7 @@ def _is_stroke(start: float, end: float, sliding: bool, faults: Faults) -> bool:
 
 
 def _check_beside(raw: Mapping[str, Any], faults: Faults) -> None:
-    """A stroke has no cycle, and belongs to one mechanism."""
+    """A stroke has no cycle, and belongs to one mechanism whose driver may go one way."""
     for name in STROKE_EXCLUDE:
         if name in raw:
             faults.add(name, f"{name} beside [stroke]", "none", "a one-way stroke has no cycle, and so no flywheel")
@@ -136,19 +129,16 @@ def _check_beside(raw: Mapping[str, Any], faults: Faults) -> None:
         found = f"{len(tables)} mechanisms" if tables else "nothing"
         faults.add("mechanism", found, "one mechanism, whose driver makes the stroke")
     elif tables and isinstance(tables[0], Mapping):
-        _check_mechanism(tables[0], "mechanism" if isinstance(raw["mechanism"], Mapping) else "mechanism[0]", faults)
-
-
-def _check_mechanism(table: Mapping[str, Any], path: str, faults: Faults) -> None:
-    kind = table.get("type")
-    if isinstance(kind, str) and kind in KINDS and KINDS[kind].driver == "turns":
-        expected = " or ".join(f'"{name}"' for name, known in KINDS.items() if known.driver != "turns")
-        advice = "for a crank that turns in cycles give [regime] and [flywheel] instead of [stroke]"
-        faults.add(f"{path}.type", f"{show(kind)} beside [stroke]", expected, advice)
-    for name in ("phase", "shaft"):
-        if name in table:
-            advice = "the stroke is that of the mechanism's own driver"
-            faults.add(child(path, name), f"{name} beside [stroke]", "none", advice)
+        table, path = tables[0], "mechanism" if isinstance(raw["mechanism"], Mapping) else "mechanism[0]"
+        kind = table.get("type")
+        if isinstance(kind, str) and kind in KINDS and KINDS[kind].driver == "turns":
+            expected = " or ".join(f'"{name}"' for name, known in KINDS.items() if known.driver != "turns")
+            advice = "for a crank that turns in cycles give [regime] and [flywheel] instead of [stroke]"
+            faults.add(f"{path}.type", f"{show(kind)} beside [stroke]", expected, advice)
+        for name in ("phase", "shaft"):
+            if name in table:
+                advice = "the stroke is that of the mechanism's own driver"
+                faults.add(child(path, name), f"{name} beside [stroke]", "none", advice)
 
 
 def check_shafts(shafts: Iterable[str], twisting: Container[str], sliding: bool, faults: Faults) -> None:
@@ -186,8 +176,6 @@ def on_stroke(mechanism: Mechanism, setting: Setting) -> Mechanism | None:
 
 
 # -- mechanisms --------------------------------------------------------------------------------------------------------
-
-# Mechanisms of a scene: their tables, their turns in a cycle, the laws of `law`, and the ports that they offer.
 
 
 class Found(NamedTuple):
@@ -254,16 +242,34 @@ def _read_one(raw: Mapping[str, Any], path: str, alone: bool, setting: Setting) 
     """One mechanism; None where not even its ports are known."""
     faults = setting.faults
     before = len(faults)
-    kind = _kind(raw, path, faults)
-    if kind is None:
+    kind = KINDS.get(raw["type"]) if isinstance(raw.get("type"), str) else None
+    if kind is None:  # the other keys make no sense without a type
+        if isinstance(raw.get("type"), str):
+            faults.unknown(f"{path}.type", raw["type"], KINDS, "type")
+        else:
+            faults.add(f"{path}.type", show(raw.get("type")), "one of " + ", ".join(KINDS))
         return None
-    fields = read_fields(raw, _keys(kind), path, faults)
+    parts = tuple(Key(part.name, "part", part.about) for part in kind.parts)
+    fields = read_fields(raw, (*MECHANISM.keys, *kind.keys, *parts), path, faults)
     name = fields["name"] or kind.name
     if not alone and "name" not in raw:
         faults.add(f"{path}.name", "nothing", "a name, as there are several of this type")
     travel = _travel(fields["shaft"], f"{path}.shaft", setting)
-    period = _period(travel, f"{path}.shaft", kind, setting)
-    geometry, bodies = _parts(raw, kind, path, faults)
+    period = None
+    if kind.name == "law" and travel is not None and setting.cycle is not None:
+        period = default_period(travel, setting.cycle)
+        if period is None:
+            found = f"a law that turns {np.degrees(travel):.10g} deg in a cycle of {np.degrees(setting.cycle):.10g} deg"
+            faults.add(f"{path}.shaft", found, "that one of the two divides the other", "change regime.cycle")
+    geometry: dict[str, float] = {}
+    bodies: dict[str, Body] = {}
+    for part in kind.parts:
+        table = as_table(raw.get(part.name, {}), child(path, part.name), faults)
+        if table is not None:
+            values = read_fields(table, part.keys, child(path, part.name), faults)
+            geometry |= {f"{part.name}.{key.name}": values[key.name] for key in part.geometry}
+            if part.body:
+                bodies[part.name] = Body(**{key.name: values[key.name] for key in part.body})
     own, ports, complete = _own(raw, kind, fields, (travel, period), path, setting)
     rotating = {port.name: port.rotating for port in kind.ports} | ports
     mechanism = None
@@ -282,23 +288,6 @@ def _read_one(raw: Mapping[str, Any], path: str, alone: bool, setting: Setting) 
     return Found(name, rotating, travel, None if mechanism is None else on_stroke(mechanism, setting), complete)
 
 
-def _kind(raw: Mapping[str, Any], path: str, faults: Faults) -> Kind | None:
-    """The mechanism's type; its other keys make no sense without one."""
-    name = raw.get("type")
-    if isinstance(name, str) and name in KINDS:
-        return KINDS[name]
-    if isinstance(name, str):
-        faults.unknown(f"{path}.type", name, KINDS, "type")
-    else:
-        faults.add(f"{path}.type", show(name), "one of " + ", ".join(KINDS))
-    return None
-
-
-def _keys(kind: Kind) -> tuple[Key, ...]:
-    """Every key that a mechanism's own table may hold; those of its parts are read part by part."""
-    return (*MECHANISM.keys, *kind.keys, *(Key(part.name, "part", part.about) for part in kind.parts))
-
-
 def _travel(shaft: object, path: str, setting: Setting) -> float | None:
     """Angle (rad) through which the mechanism's own crank turns in a cycle: a whole number of turns, else a fault."""
     if not isinstance(shaft, str) or setting.cycle is None or setting.stroke is not None:
@@ -315,44 +304,9 @@ def _travel(shaft: object, path: str, setting: Setting) -> float | None:
         advice = f'write regime.cycle = "{90 * degrees} deg"' if degrees else "change regime.cycle or the shaft's ratio"
         setting.faults.add(path, found, wanted, advice)
         return None
-    setting.shafts[shaft] = _exact_ratio(count, setting.cycle)
+    crank = whole(setting.cycle / TURN)
+    setting.shafts[shaft] = count / crank if crank else count * TURN / setting.cycle  # it may be given with fewer digits
     return count * TURN
-
-
-def _exact_ratio(turns: int, cycle: float) -> float:
-    """The ratio that makes exactly so many turns in a cycle: a shaft may have been given with fewer digits."""
-    crank = whole(cycle / TURN)
-    return turns / crank if crank else turns * TURN / cycle
-
-
-def _period(travel: float | None, path: str, kind: Kind, setting: Setting) -> float | None:
-    """The angle after which a law's expressions repeat."""
-    if travel is None or setting.cycle is None or kind.name != "law":
-        return None
-    period = default_period(travel, setting.cycle)
-    if period is None:
-        found = f"a law that turns {np.degrees(travel):.10g} deg in a cycle of {np.degrees(setting.cycle):.10g} deg"
-        setting.faults.add(path, found, "that one of the two divides the other", "change regime.cycle")
-    return period
-
-
-def _parts(raw: Mapping[str, Any], kind: Kind, path: str, faults: Faults) -> tuple[dict[str, float], dict[str, Body]]:
-    """Lengths and angles by their path, and the bodies by name."""
-    geometry: dict[str, float] = {}
-    bodies: dict[str, Body] = {}
-    for part in kind.parts:
-        table = as_table(raw.get(part.name, {}), child(path, part.name), faults)
-        if table is None:
-            continue
-        fields = read_fields(table, part.keys, child(path, part.name), faults)
-        geometry |= {f"{part.name}.{key.name}": fields[key.name] for key in part.geometry}
-        if part.body:
-            bodies[part.name] = _body(part, fields)
-    return geometry, bodies
-
-
-def _body(part: Part, fields: Mapping[str, Any]) -> Body:
-    return Body(**{key.name: fields[key.name] for key in part.body})
 
 
 def _own(
@@ -367,16 +321,10 @@ def _own(
         return {"linkage": drawn.linkage, "points": drawn.points}, drawn.ports, drawn.complete
     if kind.name == "law":
         outputs, period = _outputs(raw, period, travel, path, setting)
-        return {"outputs": outputs, "period": period}, _law_ports(raw), True
+        given = raw["outputs"] if isinstance(raw.get("outputs"), Mapping) else {}
+        rotating = {str(name): isinstance(of, Mapping) and "theta" in _positioned(of) for name, of in given.items()}
+        return {"outputs": outputs, "period": period}, rotating, True
     return {"assembly": fields.get("assembly", "open")}, {}, True
-
-
-def _law_ports(raw: Mapping[str, Any]) -> dict[str, bool]:
-    """Ports of a law: its outputs, which rotate where they have a theta."""
-    outputs = raw.get("outputs")
-    if not isinstance(outputs, Mapping):
-        return {}
-    return {str(name): isinstance(table, Mapping) and "theta" in _positioned(table) for name, table in outputs.items()}
 
 
 def _outputs(
@@ -404,8 +352,7 @@ def _output(name: str, raw: object, path: str, setting: Setting) -> Output | Non
     """One output: a position, and what it weighs."""
     faults = setting.faults
     before = len(faults)
-    if not is_name(name):
-        faults.add(path, quote(name), "a letter, then letters, digits, _ or -")
+    check_name(name, path, faults)
     table = as_table(raw, path, faults)
     if table is None:
         return None

@@ -1,4 +1,4 @@
-"""The wheel in `[flywheel]`: its shape, material and known dimensions."""
+"""From a scene's text to a checked `Scene`, or to every fault in it at once; and remarks on numbers that look unmeant."""
 
 from __future__ import annotations
 
@@ -28,8 +28,8 @@ from flywheel.reading.fields import (
     Quantity,
     Setting,
     as_table,
+    check_name,
     child,
-    is_name,
     items,
     read_fields,
     read_item,
@@ -66,11 +66,7 @@ def read_wheel(item: Item) -> WheelAsked | None:
 
 
 # -- remarks -----------------------------------------------------------------------------------------------------------
-
-# What a colleague would ask about a scene that can be read: good numbers that are hardly those that were meant.
-#
-# Each rule holds a number against one limit of the trade; nothing is refused for it.
-
+# Good numbers that are hardly those that were meant: each is held against one limit of the trade, none is refused.
 
 _THOUSANDS = re.compile(r"[+-]?[1-9][0-9]{0,2}\.000")
 _NO_QUANTITIES = ("title", "source", "name", "file")
@@ -169,9 +165,6 @@ def of_drive(work: float, fluctuation: float, balanced: bool) -> Iterator[Remark
 
 
 # -- scenes ------------------------------------------------------------------------------------------------------------
-
-# From a scene's text to a checked `Scene`, or to every fault in it at once.
-
 
 LARGEST = 2**20
 _DEEPEST_KEY = 32
@@ -350,61 +343,29 @@ def _bytes(file: Path) -> tuple[bytes, str]:
 
 def _scene(raw: Mapping[str, Any], folder: Path | None, faults: Faults) -> Scene | None:
     """Every part of the scene in turn; None where a fault stops it from being put together."""
-    top = _top(raw, faults)
+    known = {key.name for key in TOP}
+    for name in raw:
+        if name not in known and name not in SECTIONS:
+            faults.unknown(child("", name), name, (*known, *SECTIONS), "key or table")
+    top = read_fields({name: raw[name] for name in known if name in raw}, TOP, "", faults)
     stroke = read_stroke(raw, faults)
-    gears = _shafts(raw.get("shafts"), stroke, faults)
-    shafts = gears.ratios
+    shafts, compliances, efficiencies = _shafts(raw.get("shafts"), stroke, faults)
     parameters, unknowns = _parameters(raw.get("parameters"), faults)
-    regime = _section(raw, "regime", faults) if stroke is None else _along(stroke)
-    cycle = _cycle(regime) if stroke is None else regime["cycle"]
-    faults.longest = _longest_angle(cycle, stroke)
+    if stroke is None:
+        regime = _section(raw, "regime", faults)
+        turns = None if regime["cycle"] is None else whole(regime["cycle"] / TURN)
+        cycle: float | None = turns * TURN if turns else regime["cycle"]
+        faults.longest = math.inf if cycle is None else max(TURN, cycle)
+    else:  # its span stands for the cycle, its numbers are NaN where they could not be read
+        good = math.isfinite(stroke.span)
+        regime = {"on": stroke.element, "speed": stroke.speed if good else None}
+        cycle = stroke.span if good else None
+        ends = 0.0 if stroke.sliding else max(abs(stroke.start), abs(stroke.end))
+        faults.longest = max(TURN, ends) if good else math.inf
     setting = Setting(cycle, shafts, parameters, frozenset((*parameters, *unknowns)), folder, faults, stroke)
-    machine, places = _machine(raw, unknowns, setting)
-    speed = _crank_speed(regime, places, shafts, faults)
-    asked = (_flywheel(raw, places, faults) if stroke is None else {"flywheel_on": stroke.element}) | _accuracy(raw, faults)
-    gravity, areas = _gravity(raw, faults), _areas(raw, faults)
-    if speed is None and not faults:
-        _check_own_speed(machine, areas is not None, faults)
-    if faults or cycle is None:
-        return None
-    given: dict[str, Any] = {
-        "shafts": shafts,
-        "parameters": parameters,
-        "units": _units(raw.get("parameters")),
-        "gravity": gravity,
-        "areas": areas,
-    }
-    given |= {"compliances": gears.compliances, "efficiencies": gears.efficiencies}
-    scene = Scene(speed=speed, cycle=cycle, stroke=stroke, **top, **given, **machine, **asked)
-    return replace(scene, remarks=_remarks(raw, scene, faults))
-
-
-def _remarks(raw: Mapping[str, Any], scene: Scene, faults: Faults) -> tuple[Remark, ...]:
-    """What a colleague would ask about the scene: of its texts, its quantities, and how they go together."""
-    quantities = (of_quantity(found, path) for path, found in faults.quantities.items())
-    return (*of_texts(raw), *chain.from_iterable(quantities), *of_scene(scene))
-
-
-def _longest_angle(cycle: float | None, stroke: Stroke | None) -> float:
-    """The greatest angle that may stand without a unit: a turn, the cycle, or the ends of a stroke that turns."""
-    if cycle is None:
-        return math.inf
-    reach = cycle if stroke is None else 0.0 if stroke.sliding else max(abs(stroke.start), abs(stroke.end))
-    return max(TURN, reach)
-
-
-def _along(stroke: Stroke) -> Fields:
-    """A stroke in place of a regime: its span stands for the cycle."""
-    known = math.isfinite(stroke.span)
-    return {"on": stroke.element, "speed": stroke.speed if known else None, "cycle": stroke.span if known else None}
-
-
-def _machine(raw: Mapping[str, Any], unknowns: list[str], setting: Setting) -> tuple[dict[str, Any], Places]:
-    """What moves and what acts on it, and every place of it."""
-    faults = setting.faults
     mechanisms, places = read_mechanisms(raw.get("mechanism"), setting)
     drive = read_drive(raw.get("drive"), places, setting)
-    machine = {
+    machine: dict[str, Any] = {
         "mechanisms": mechanisms,
         "inertias": read_inertias(raw.get("inertia"), places, setting) + drive.rotor,
         "loads": read_loads(raw.get("load"), places, setting),
@@ -414,18 +375,35 @@ def _machine(raw: Mapping[str, Any], unknowns: list[str], setting: Setting) -> t
         "motor": drive.motor,
         "unknown": _unknown(unknowns, drive.balance, raw, faults),
     }
-    if setting.stroke is not None:
-        check_known([*["drive"] * drive.balance, *unknowns], setting.stroke, faults)
-    return machine, places
-
-
-def _top(raw: Mapping[str, Any], faults: Faults) -> Fields:
-    """Title and source; every other key must be one of the known tables."""
-    keys = {key.name for key in TOP}
-    for name in raw:
-        if name not in keys and name not in SECTIONS:
-            faults.unknown(child("", name), name, (*keys, *SECTIONS), "key or table")
-    return read_fields({name: raw[name] for name in keys if name in raw}, TOP, "", faults)
+    if stroke is not None:
+        check_known([*["drive"] * drive.balance, *unknowns], stroke, faults)
+    shaft, speed = places.shaft(regime["on"], "regime.on", faults), regime["speed"]
+    asked = _flywheel(raw, places, faults) if stroke is None else {"flywheel_on": stroke.element}
+    accuracy = _section(raw, "accuracy", faults)
+    gravity, areas = _gravity(raw, faults), _areas(raw, faults)
+    if speed is None and not faults:
+        _check_own_speed(machine, areas is not None, faults)
+    if faults or cycle is None:
+        return None
+    scene = Scene(
+        **top,
+        speed=None if speed is None else speed / shafts[shaft],
+        cycle=cycle,
+        stroke=stroke,
+        shafts=shafts,
+        compliances=compliances,
+        efficiencies=efficiencies,
+        parameters=parameters,
+        units=_units(raw.get("parameters")),
+        gravity=gravity,
+        areas=areas,
+        **machine,
+        **asked,
+        rtol=accuracy["rtol"],
+        closure=accuracy["rtol"] if accuracy["closure"] is None else accuracy["closure"],
+    )
+    quantities = (of_quantity(found, path) for path, found in faults.quantities.items())
+    return replace(scene, remarks=(*of_texts(raw), *chain.from_iterable(quantities), *of_scene(scene)))
 
 
 def _section(raw: Mapping[str, Any], name: str, faults: Faults) -> Fields:
@@ -435,30 +413,15 @@ def _section(raw: Mapping[str, Any], name: str, faults: Faults) -> Fields:
     return {key.name: None for key in keys} if table is None else read_fields(table, keys, name, faults)
 
 
-class _Gears(NamedTuple):
-    """Shafts by name: speed over that of the reduction element, which comes first; which twist; whose meshes have losses."""
-
-    ratios: dict[str, float]
-    compliances: dict[str, Compliance]
-    efficiencies: dict[str, float]
-
-
 def _shafts(raw: object, stroke: Stroke | None, faults: Faults) -> _Gears:
-    """The shafts of a scene; along a stroke there is only the reduction element."""
-    gears = _geared(raw, faults)
-    if stroke is None:
-        return gears
-    check_shafts([name for name in gears.ratios if name != "crank"], gears.compliances, stroke.sliding, faults)
-    return _Gears({"slide": 1.0} if stroke.sliding else gears.ratios, {}, {})
+    """Shafts geared to the crank, which comes first; a shaft whose ratio is at fault can still be named.
 
-
-def _geared(raw: object, faults: Faults) -> _Gears:
-    """Shafts geared to the crank, which comes first; a shaft whose ratio is at fault can still be named."""
+    Along a stroke there is only the reduction element.
+    """
     gears = _Gears({"crank": 1.0}, {}, {})
     for name, item in ((None if raw is None else as_table(raw, "shafts", faults)) or {}).items():
         path = child("shafts", name)
-        if not is_name(name):
-            faults.add(path, quote(name), "a letter, then letters, digits, _ or -")
+        check_name(name, path, faults)
         table = as_table(item, path, faults)
         fields = {} if table is None else read_fields(table, SECTIONS["shafts"].keys, path, faults)
         ratio = fields.get("ratio")
@@ -467,7 +430,18 @@ def _geared(raw: object, faults: Faults) -> _Gears:
         gears.ratios[name] = 1.0 if ratio is None or name == "crank" else ratio
         gears.compliances.update(_compliance(name, fields, "stiffness" in (table or {}), path, faults))
         gears.efficiencies.update(_efficiency(name, fields, path, faults))
-    return gears
+    if stroke is None:
+        return gears
+    check_shafts([name for name in gears.ratios if name != "crank"], gears.compliances, stroke.sliding, faults)
+    return _Gears({"slide": 1.0} if stroke.sliding else gears.ratios, {}, {})
+
+
+class _Gears(NamedTuple):
+    """Shafts by name: speed over that of the reduction element, which comes first; which twist; whose meshes have losses."""
+
+    ratios: dict[str, float]
+    compliances: dict[str, Compliance]
+    efficiencies: dict[str, float]
 
 
 def _efficiency(name: str, fields: Fields, path: str, faults: Faults) -> dict[str, float]:
@@ -501,7 +475,7 @@ def _compliance(name: str, fields: Fields, tried: bool, path: str, faults: Fault
 
 
 def _parameters(raw: object, faults: Faults) -> tuple[dict[str, float], list[str]]:
-    """Parameters that have a value, and those that are the balance."""
+    """Parameters that have a value (SI; NaN for a faulty one, which can still be named), and those that are the balance."""
     values: dict[str, float] = {}
     unknowns: list[str] = []
     for name, value in ((None if raw is None else as_table(raw, "parameters", faults)) or {}).items():
@@ -513,17 +487,12 @@ def _parameters(raw: object, faults: Faults) -> tuple[dict[str, float], list[str
         elif isinstance(value, str) and value == "balance":
             unknowns.append(name)
         else:
-            values[name] = _parameter(value, path, faults)
+            try:
+                values[name] = parse_quantity(value, None)
+            except QuantityError as error:
+                values[name] = math.nan
+                faults.add(path, error.found, error.expected + ', or "balance"', error.advice)
     return values, unknowns
-
-
-def _parameter(value: object, path: str, faults: Faults) -> float:
-    """A parameter's value in SI, whatever its dimension; NaN after noting a fault, so that it can still be named."""
-    try:
-        return parse_quantity(value, None)
-    except QuantityError as error:
-        faults.add(path, error.found, error.expected + ', or "balance"', error.advice)
-        return math.nan
 
 
 def _units(raw: object) -> dict[str, Unit]:
@@ -558,20 +527,6 @@ def _mentioned(name: str, raw: Mapping[str, Any]) -> bool:
     tables = [table for found in lists for table in items(found) or [] if isinstance(table, Mapping)]
     texts = [table.get(key) for table in tables for key in ("force", "torque")]
     return any(isinstance(text, str) and re.search(rf"\b{re.escape(name)}\b", text) for text in texts)
-
-
-def _cycle(regime: Fields) -> float | None:
-    """The cycle, put exactly onto whole turns of the crank where it nearly is."""
-    cycle: float | None = regime["cycle"]
-    turns = None if cycle is None else whole(cycle / TURN)
-    return turns * TURN if turns else cycle
-
-
-def _crank_speed(regime: Fields, places: Places, shafts: Mapping[str, float], faults: Faults) -> float | None:
-    """The asked speed, at the crank."""
-    shaft = places.shaft(regime["on"], "regime.on", faults)
-    speed: float | None = regime["speed"]
-    return None if speed is None else speed / shafts[shaft]
 
 
 def _flywheel(raw: Mapping[str, Any], places: Places, faults: Faults) -> dict[str, Any]:
@@ -645,13 +600,6 @@ def _closes(values: list[float], faults: Faults) -> bool:
     found = f"a sum of {sums[-1]:.6g} with a swing of {swing:.6g}"
     faults.add("areas.values", found, f"a sum of zero, within {_OPEN_AREAS:.0%} of the swing")
     return False
-
-
-def _accuracy(raw: Mapping[str, Any], faults: Faults) -> dict[str, Any]:
-    """What is asked of the figures."""
-    fields = _section(raw, "accuracy", faults)
-    closure = fields["rtol"] if fields["closure"] is None else fields["closure"]
-    return {"rtol": fields["rtol"], "closure": closure}
 
 
 def input_files(file: Path) -> list[Path]:

@@ -267,10 +267,7 @@ STROKE_EXCLUDE = ("regime", "flywheel", "areas")
 """Tables that a scene with `[stroke]` must do without."""
 
 
-# -- schema linkage ----------------------------------------------------------------------------------------------------
-
-# The tables of a `linkage`: bodies, joints, couplings, assembly, ports; which joint and coupling takes which keys.
-
+# -- the tables of a linkage --------------------------------------------------------------------------------
 
 MOST_BODIES = 50
 """How many bodies, sides and ports a linkage may have."""
@@ -393,10 +390,7 @@ def keys_for(section: Section, own: tuple[str, ...] | None) -> tuple[Key, ...]:
     return tuple(key for key in section.keys if own is None or key.name in ("name", "type", "between", *own))
 
 
-# -- schema load -------------------------------------------------------------------------------------------------------
-
-# The keys of a load's `model`, type by type.
-
+# -- the keys of a load model --------------------------------------------------------------------------------
 
 MOST_ROWS = 100
 """How many rows an indicator diagram against the piston's position may have."""
@@ -509,9 +503,7 @@ LOAD_MODELS = {model.name: model._replace(keys=(TYPE, *model.keys)) for model in
 """What a load's model may be, each with its keys."""
 
 
-# -- schema motor ------------------------------------------------------------------------------------------------------
-
-# The keys of the drive's `motor`, type by type.
+# -- the keys of a motor --------------------------------------------------------------------------------
 
 
 class Even(Range):
@@ -611,9 +603,7 @@ MOTORS = {motor.name: motor._replace(keys=(MOTOR_TYPE, *motor.keys, _INERTIA)) f
 """The keys of each type of motor."""
 
 
-# -- schema wheel ------------------------------------------------------------------------------------------------------
-
-# The keys of `[flywheel]` that say what the wheel is made of, and which of its dimensions are known.
+# -- the keys of a wheel --------------------------------------------------------------------------------
 
 
 def _size(name: str, about: str) -> Key:

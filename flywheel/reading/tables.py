@@ -1,4 +1,4 @@
-"""Tables of numbers against angle: read into SI, checked for order, and fitted to the span they must cover."""
+"""Tables of numbers, CSV files, and the laws of efforts and positions: numbers, expressions or tables."""
 
 from __future__ import annotations
 
@@ -181,8 +181,6 @@ def _angle(angle: float) -> str:
 
 
 # -- csv rows ----------------------------------------------------------------------------------------------------------
-
-# Columns of a CSV file that lies beside its scene: found safely, read strictly.
 
 
 LARGEST = 32 * 2**20
@@ -382,8 +380,6 @@ def _row_fault(line: Line, width: int, index: int) -> tuple[str, str, str]:
 
 # -- laws --------------------------------------------------------------------------------------------------------------
 
-# Efforts and positions as a scene writes them: a quantity, a number, an expression or a table.
-
 
 _WORDS = re.compile(r"\b(?:if|else|and|or|not)\b|[+(<>=]")
 
@@ -460,8 +456,6 @@ def read_position(value: object, path: str, setting: Setting) -> Expression | No
 
 
 # -- positions ---------------------------------------------------------------------------------------------------------
-
-# Laws of position as a scene writes them: an expression, or a table that a periodic spline can follow.
 
 
 _SMOOTH_ROWS = 4
