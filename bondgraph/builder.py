@@ -144,17 +144,14 @@ class Builder:
             self.displacement(measured[displacement.name], own.get(displacement.of, displacement.of), displacement.initial)
         for bond in part.bonds:
             self.bond(own.get(bond.tail, bond.tail), own.get(bond.head, bond.head))
-        return self.signal(*part.signals)._share(name, part.parameters)
-
-    def _share(self, name: str, parameters: Mapping[str, float | None]) -> Builder:
-        for parameter, value in parameters.items():
+        for parameter, value in part.parameters.items():
             known = self._parameters.get(parameter)
             if known is not None and value is not None and known != value:
                 raise GraphError(
                     f"parameter {parameter!r}: found {value} in part {name!r}, but {known} before; leave one open"
                 )
             self._parameters[parameter] = value if known is None else known
-        return self
+        return self.signal(*part.signals)
 
     def __len__(self) -> int:
         return len(self._elements)

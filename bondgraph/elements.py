@@ -1,7 +1,14 @@
-"""The energy domains: what effort, flow, momentum and displacement are called in each, and their units."""
+"""The elements of a bond graph with their laws, and the energy domains with their quantities and units.
+
+One-ports: Se and Sf (sources), I, C, R. Two-ports: TF (f_out = T f_in, e_in = T e_out) and GY (e_out = G f_in,
+e_in = G f_out). Junctions: 1 (common flow) and 0 (common effort). A law or a modulus that depends on displacements, time or
+signals makes the element modulated (MSe, MTF...). Laws are plain numbers, Python functions or SymPy expressions of named
+quantities (`bondgraph.laws.Function`), or, where a mechanism gives the positions, a `Modulus` or `Law` of its motion.
+"""
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable
 from typing import Any, NamedTuple
 
@@ -29,64 +36,20 @@ class Domain(NamedTuple):
     displacement: Quantity
 
 
-def _domain(name: str, *pairs: tuple[str, str]) -> Domain:
-    effort, flow, momentum, displacement = (Quantity(*pair) for pair in pairs)
-    return Domain(name, effort, flow, momentum, displacement)
-
+_QUANTITIES = """
+translation: force [N], velocity [m/s], momentum [N s], displacement [m]
+rotation: torque [N m], angular velocity [rad/s], angular momentum [N m s], angle [rad]
+electric: voltage [V], current [A], flux linkage [V s], charge [C]
+magnetic: magnetomotive force [A], flux rate [Wb/s], - [-], magnetic flux [Wb]
+hydraulic: pressure [Pa], volume flow [m^3/s], pressure momentum [Pa s], volume [m^3]
+thermal: temperature [K], entropy flow [W/K], - [-], entropy [J/K]
+chemical: chemical potential [J/mol], molar flow [mol/s], - [-], amount of substance [mol]
+"""
 
 DOMAINS: dict[str, Domain] = {
-    domain.name: domain
-    for domain in (
-        _domain(
-            "translation",
-            ("force", "N"),
-            ("velocity", "m/s"),
-            ("momentum", "N s"),
-            ("displacement", "m"),
-        ),
-        _domain(
-            "rotation",
-            ("torque", "N m"),
-            ("angular velocity", "rad/s"),
-            ("angular momentum", "N m s"),
-            ("angle", "rad"),
-        ),
-        _domain("electric", ("voltage", "V"), ("current", "A"), ("flux linkage", "V s"), ("charge", "C")),
-        _domain(
-            "magnetic",
-            ("magnetomotive force", "A"),
-            ("flux rate", "Wb/s"),
-            ("-", "-"),
-            ("magnetic flux", "Wb"),
-        ),
-        _domain(
-            "hydraulic",
-            ("pressure", "Pa"),
-            ("volume flow", "m^3/s"),
-            ("pressure momentum", "Pa s"),
-            ("volume", "m^3"),
-        ),
-        _domain("thermal", ("temperature", "K"), ("entropy flow", "W/K"), ("-", "-"), ("entropy", "J/K")),
-        _domain(
-            "chemical",
-            ("chemical potential", "J/mol"),
-            ("molar flow", "mol/s"),
-            ("-", "-"),
-            ("amount of substance", "mol"),
-        ),
-    )
+    name: Domain(name, *(Quantity(*pair) for pair in re.findall(r"([^,[]+) \[([^]]+)\],? ?", quantities)))
+    for name, quantities in (line.split(": ") for line in _QUANTITIES.strip().splitlines())
 }
-
-
-# -- elements ----------------------------------------------------------------------------------------------------------
-
-# The elements of a bond graph and their laws.
-#
-# One-ports: Se and Sf (sources), I, C, R. Two-ports: TF (f_out = T f_in, e_in = T e_out) and GY (e_out = G f_in,
-# e_in = G f_out). Junctions: 1 (common flow) and 0 (common effort). A law or a modulus that depends on displacements, time
-# or signals makes the element modulated (MSe, MTF...). Laws are plain numbers, Python functions or SymPy expressions of
-# named quantities (`bondgraph.laws.Function`), or, where a mechanism gives the positions, a `Modulus` or `Law` of its
-# motion.
 
 
 class Motion(NamedTuple):

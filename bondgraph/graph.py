@@ -1,4 +1,9 @@
-"""What hangs together: which elements bonds lead to from one another, and which things are one because ties join them."""
+"""A bond graph: its elements, bonds and declared names, what keeps them from being one, and the relations of its junctions.
+
+Bonds of a 1-junction share one flow variable, bonds of a 0-junction one effort variable. Transformers and the other
+junctions are linear relations between variables. `plan` turns relations and what is known into local steps, none of which
+divides by a modulus (it vanishes at dead centres); what loops leave over is one linear system.
+"""
 
 from __future__ import annotations
 
@@ -63,9 +68,7 @@ def representatives(things: Iterable[T], ties: Iterable[Sequence[T]]) -> dict[T,
     return found
 
 
-# -- checks ------------------------------------------------------------------------------------------------------------
-
-# What keeps elements and bonds from being a bond graph, found all at once, a line each.
+# -- what keeps elements and bonds from being a graph: all faults at once, a line each ---------------------------------
 
 
 _KINDS = ONE_PORTS | TWO_PORTS | JUNCTIONS
@@ -73,36 +76,33 @@ _KINDS = ONE_PORTS | TWO_PORTS | JUNCTIONS
 
 def structural_faults(graph: BondGraph) -> Iterator[str]:
     """Everything that is wrong with a graph's elements, bonds, names and domains."""
+    from difflib import get_close_matches
+
     elements, bonds = graph.elements, graph.bonds
     faults = [f"{e.kind}:{name}: no such kind of element" for name, e in elements.items() if e.kind not in _KINDS]
     faults += [f"{e.kind}:{e.name} is listed as {n!r}; use its own name" for n, e in elements.items() if e.name != n]
-    faults += [_unknown(b, n, elements) for b in bonds for n in b[1:] if n not in elements]
+    for bond in bonds:
+        for name in bond[1:]:
+            if name not in elements:
+                other, near = elements.get(bond.other(name)), get_close_matches(str(name), list(elements), 1)
+                joined = f" to join {other.kind}:{other.name} to" if other is not None else ""
+                junctions = ", ".join(n for n, e in elements.items() if e.kind in JUNCTIONS) or "none"
+                meant = f"did you mean {near[0]!r}?" if near else f"the junctions are {junctions}"
+                faults.append(f"bond {bond.number}: no element {name!r}{joined}; {meant}")
     numbers = [b.number for b in bonds]
     faults += [f"two bonds are numbered {n}" for n in sorted(set(numbers)) if numbers.count(n) > 1]
     if faults:
         yield from faults
         return
     yield from _wrong_counts(elements, bonds)
-    yield from _unreached(elements, bonds)
+    if not elements:
+        yield "the graph is empty"
+    elif len(seen := reached_from(next(iter(elements)), neighbours(elements, bonds))) < len(elements):
+        yield "not connected to the rest: " + ", ".join(name for name in elements if name not in seen)
     yield from _wrong_names(graph)
     yield from _wrong_laws(graph)
     yield from _mixed_domains(elements, bonds)
     yield from _rival_sources(elements, bonds)
-
-
-def _unknown(bond: Bond, name: str, elements: Mapping[str, Element]) -> str:
-    """What a bond joins to a name that no element has, and the name that may have been meant."""
-    from difflib import get_close_matches
-
-    other = elements.get(bond.other(name))
-    joined = f" to join {other.kind}:{other.name} to" if other is not None else ""
-    near = get_close_matches(str(name), list(elements), 1)
-    meant = f"; did you mean {near[0]!r}?" if near else f"; the junctions are {', '.join(_junctions(elements)) or 'none'}"
-    return f"bond {bond.number}: no element {name!r}{joined}{meant}"
-
-
-def _junctions(elements: Mapping[str, Element]) -> list[str]:
-    return [name for name, element in elements.items() if element.kind in JUNCTIONS]
 
 
 def dead_ends(graph: BondGraph) -> Iterator[str]:
@@ -144,16 +144,6 @@ def _wrong_counts(elements: Mapping[str, Element], bonds: Sequence[Bond]) -> Ite
             yield f"bond {bond.number}: joins {two} directly; put a 1- or 0-junction between them"
 
 
-def _unreached(elements: Mapping[str, Element], bonds: Sequence[Bond]) -> Iterator[str]:
-    start = next(iter(elements), None)
-    if start is None:
-        yield "the graph is empty"
-        return
-    seen = reached_from(start, neighbours(elements, bonds))
-    if len(seen) < len(elements):
-        yield "not connected to the rest: " + ", ".join(name for name in elements if name not in seen)
-
-
 def _wrong_names(graph: BondGraph) -> Iterator[str]:
     for name, displacement in graph.displacements.items():
         owner = graph.elements.get(displacement.of)
@@ -188,19 +178,16 @@ def _wrong_laws(graph: BondGraph) -> Iterator[str]:
                 yield f"{where}: found compliance 0, expected another number; a rigid joint is left out"
         elif isinstance(law, Function):
             own = {OWN[element.kind]} if element.kind in OWN else set()
+            hint = {"R": "; its own flow is f", "C": "; its own displacement is q"}.get(element.kind, "")
             for missing in [n for n in law.of if n not in known | own]:
-                expected = "no declared displacement, signal or parameter, nor t" + _hint(element)
+                expected = "no declared displacement, signal or parameter, nor t" + hint
                 yield f"{where}: depends on {missing!r}, which is {expected}"
             varying = graph.depends_on(name)
             if element.kind in STORES and varying and not set(law.of) - known - own:
-                expected = "a store's law may hold parameters only" + _hint(element)
+                expected = "a store's law may hold parameters only" + hint
                 yield f"{where}: varies with {', '.join(varying)}; {expected}"
         elif not isinstance(law, Law | Modulus):
             yield f"{where}: found {law!r}, expected a number, a function of named quantities or a SymPy expression"
-
-
-def _hint(element: Element) -> str:
-    return {"R": "; its own flow is f", "C": "; its own displacement is q"}.get(element.kind, "")
 
 
 def _mixed_domains(elements: Mapping[str, Element], bonds: Sequence[Bond]) -> Iterator[str]:
@@ -211,14 +198,9 @@ def _mixed_domains(elements: Mapping[str, Element], bonds: Sequence[Bond]) -> It
         found = dict(reversed(names))  # domain -> the first element that names it
         if len(found) > 1:
             both = " and ".join(f"{elements[name].symbol}:{name} ({domain})" for domain, name in sorted(found.items()))
-            numbers = ", ".join(str(bond.number) for bond in _between(region, elements))
+            meet = [b for b in region if len({elements[n].domain for n in b[1:]} - {""}) > 1]  # none: through unnamed ones
+            numbers = ", ".join(str(bond.number) for bond in meet or region)
             yield f"bond {numbers}: {both} are joined without a transducer; put a TF or GY between them"
-
-
-def _between(region: Sequence[Bond], elements: Mapping[str, Element]) -> list[Bond]:
-    """The bonds where two named domains meet; the whole region where they meet through elements that name none."""
-    meet = [b for b in region if len({elements[n].domain for n in b[1:]} - {""}) > 1]
-    return meet or list(region)
 
 
 def _regions(elements: Mapping[str, Element], bonds: Sequence[Bond]) -> list[tuple[list[Bond], list[tuple[str, str]]]]:
@@ -252,9 +234,7 @@ def _rival_sources(elements: Mapping[str, Element], bonds: Sequence[Bond]) -> It
                 yield f"{both} both set the {what} of {kind}:{junction}; keep one of them"
 
 
-# -- graph -------------------------------------------------------------------------------------------------------------
-
-# The graph itself: named elements, numbered bonds, declared displacements, signals and parameters.
+# -- the graph ---------------------------------------------------------------------------------------------------------
 
 
 CONVENTION = "f_out = T f_in, e_in = T e_out"
@@ -435,13 +415,7 @@ def as_graph(given: Any) -> BondGraph:
     raise GraphError(f"found a {type(given).__name__}, expected a BondGraph{advice}")
 
 
-# -- structure ---------------------------------------------------------------------------------------------------------
-
-# The junction structure as relations between flows (or efforts), and the order in which they give one after another.
-#
-# Bonds of a 1-junction share one flow variable, bonds of a 0-junction one effort variable. Transformers and the other
-# junctions are linear relations between variables. `plan` turns relations and what is known into local steps, none of which
-# divides by a modulus (it vanishes at dead centres); what loops leave over is one linear system.
+# -- the junction structure: relations between flows or efforts, and the order in which they give them -----------------
 
 
 SINGULAR = "the constraints lock or branch at one of the positions: singular flow system"
@@ -523,27 +497,18 @@ def _relations(
     for element in graph.of_kind("TF", summing):
         if element.kind == "TF":
             scaled, source = (variable[bond.number] for bond in by_ratio(*graph.ends(element.name)))
-            relations.append(Relation(element.name, ((scaled, 1.0, 1.0), (source, _ratio(graph, element), -1.0))))
-        else:
-            relations.append(Relation(element.name, _balance(graph, element.name, variable)))
+            ratio = element.law
+            if not isinstance(ratio, float | int | Function | Modulus):
+                raise GraphError(f"TF:{element.name} has no ratio")
+            if isinstance(ratio, Function) and graph.is_linear(element.name):
+                ratio = graph.constant(element.name)  # a number, or the symbol that stands for one
+            relations.append(Relation(element.name, ((scaled, 1.0, 1.0), (source, ratio, -1.0))))
+        else:  # what comes in and goes out again by parallel bonds is added up, or cancels
+            total: dict[int, float] = {}
+            for bond in graph.at(element.name):
+                total[variable[bond.number]] = total.get(variable[bond.number], 0.0) + bond.sign(element.name)
+            relations.append(Relation(element.name, tuple((v, 1.0, sign) for v, sign in total.items() if sign)))
     return relations
-
-
-def _balance(graph: BondGraph, name: str, variable: Mapping[int, int]) -> tuple[Term, ...]:
-    """The sum at a junction; what comes in and goes out again by parallel bonds is added up, or cancels."""
-    total: dict[int, float] = {}
-    for bond in graph.at(name):
-        total[variable[bond.number]] = total.get(variable[bond.number], 0.0) + bond.sign(name)
-    return tuple((v, 1.0, sign) for v, sign in total.items() if sign)
-
-
-def _ratio(graph: BondGraph, element: Element) -> Ratio:
-    law = element.law
-    if isinstance(law, Function):
-        return graph.constant(element.name) if graph.is_linear(element.name) else law
-    if not isinstance(law, float | int | Modulus):
-        raise GraphError(f"TF:{element.name} has no ratio")
-    return law
 
 
 def constant(ratio: Ratio) -> bool:

@@ -1,4 +1,10 @@
-"""What can be wrong with a graph, as one kind of error."""
+"""The laws of elements: functions of named quantities with exact slopes and a symbolic form, and the one kind of error.
+
+A `Function` holds either a Python function written with numpy's functions, or a SymPy expression. Its arguments are named:
+displacements, signals and parameters that the graph declares, the time `t`, and for a resistor its own flow `f`, for a
+compliance its own displacement `q`. Slopes come from dual numbers (`Dual`) or from SymPy, never from differences; a formula
+in numpy's functions writes itself down when it is called on a `Traced`.
+"""
 
 from __future__ import annotations
 
@@ -20,14 +26,6 @@ def refuse(faults: Iterable[str]) -> None:
     lines = list(faults)
     if lines:
         raise GraphError("\n".join(lines))
-
-
-# -- operands ----------------------------------------------------------------------------------------------------------
-
-# What numpy's functions and Python's operators can be called on besides numbers: dual numbers, and formulas to be.
-#
-# A `Dual` carries its derivative along, so that slopes are exact; a `Traced` writes a formula down, so that a law that is
-# written with numpy's functions has a symbolic form.
 
 
 def real(value: Any) -> Any:
@@ -253,15 +251,6 @@ def untraced(value: Any) -> Any:
     return value
 
 
-# -- laws --------------------------------------------------------------------------------------------------------------
-
-# Laws and moduli as functions of named quantities, with exact slopes and a symbolic form.
-#
-# A `Function` holds either a Python function written with numpy's functions, or a SymPy expression. Its arguments are named:
-# displacements, signals and parameters that the graph declares, the time `t`, and for a resistor its own flow `f`, for a
-# compliance its own displacement `q`. Slopes come from dual numbers or from SymPy, never from differences.
-
-
 TIME = "t"
 OWN_FLOW = "f"
 OWN_DISPLACEMENT = "q"
@@ -334,7 +323,7 @@ class Function:
             GraphError: if it cannot be followed symbolically (it branches, or calls other than numpy's functions).
 
         """
-        import sympy  # type: ignore[import-untyped]
+        import sympy
 
         symbols = symbols or {}
         values = [symbols.get(name, sympy.Symbol(name)) for name in self.of]
@@ -409,14 +398,9 @@ def law_of(given: Any) -> Any:
         return given
     if isinstance(given, int | np.floating | np.integer):
         return float(given)
-    if is_symbolic(given):
-        return function(given) if given.free_symbols else _number(given)
-    return function(given) if callable(given) else given
-
-
-def _number(given: Any) -> float:
-    """A SymPy expression without symbols as a float."""
-    try:
-        return float(given)
-    except TypeError as error:
-        raise GraphError(f"found {given}, expected a real number") from error
+    if is_symbolic(given) and not given.free_symbols:
+        try:
+            return float(given)
+        except TypeError as error:
+            raise GraphError(f"found {given}, expected a real number") from error
+    return function(given) if is_symbolic(given) or callable(given) else given

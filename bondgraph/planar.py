@@ -69,22 +69,6 @@ def rigid_body(mass: Any, inertia: Any, pins: Mapping[str, Point], angle: float 
     0.3*cos(bar.theta)
 
     """
-    _check(pins, inlets)
-    b = (
-        Builder()
-        .one("turn", "rotation", displacement="theta", initial=angle)
-        .one("x", "translation")
-        .one("y", "translation")
-    )
-    for junction, name, value in (("turn", "J", inertia), ("x", "m.x", mass), ("y", "m.y", mass)):
-        b = b.on(junction, I(name, value)) if value != 0 else b
-    for name, place in pins.items():
-        for axis, arm in zip("xy", _arms(*place, -1.0 if name in inlets else 1.0), strict=True):
-            _carry(b, axis, f"{name}.{axis}", arm if any(place) else None, inward=name in inlets)
-    return b.part("turn", "x", "y", *(f"{name}.{axis}" for name in pins for axis in "xy"))
-
-
-def _check(pins: Mapping[str, Point], inlets: Collection[str]) -> None:
     faults = [
         f"pin {name!r}: found {place!r}, expected two finite lengths (x, y) in the body's frame"
         for name, place in pins.items()
@@ -92,23 +76,27 @@ def _check(pins: Mapping[str, Point], inlets: Collection[str]) -> None:
     ]
     there = ", ".join(pins) or "none"
     refuse(faults + [f"inlet {name!r}: no such pin; the body has {there}" for name in inlets if name not in pins])
-
-
-def _arms(x: float, y: float, sign: float) -> tuple[Formula, Formula]:
-    """The pin's velocities per angular velocity, relative to G; an inlet's 0-junction takes them with the other sign."""
-    x, y = sign * x, sign * y
-    return lambda theta: -(x * np.sin(theta) + y * np.cos(theta)), lambda theta: x * np.cos(theta) - y * np.sin(theta)
-
-
-def _carry(b: Builder, centre: str, target: str, arm: Formula | None, *, inward: bool) -> None:
-    """A pin's velocity along one axis: the centre's, and what the rotation adds."""
-    b.one(target, "translation")
-    through = [centre, target]
-    if arm is not None:
-        b.zero(f"{target}.sum", "translation").transform("turn", f"{target}.sum", arm, name=f"{target}.arm")
-        through.insert(1, f"{target}.sum")
-    for tail, head in pairwise(reversed(through) if inward else through):
-        b.bond(tail, head)
+    b = Builder().one("turn", "rotation", displacement="theta", initial=angle)
+    b.one("x", "translation").one("y", "translation")
+    for junction, name, value in (("turn", "J", inertia), ("x", "m.x", mass), ("y", "m.y", mass)):
+        b = b.on(junction, I(name, value)) if value != 0 else b
+    for name, place in pins.items():
+        inward = name in inlets
+        x, y = (-value if inward else value for value in place)  # an inlet's 0-junction takes the rotation's part with -1
+        arms = {
+            "x": lambda theta, x=x, y=y: -(x * np.sin(theta) + y * np.cos(theta)),
+            "y": lambda theta, x=x, y=y: x * np.cos(theta) - y * np.sin(theta),
+        }
+        for axis, arm in arms.items():  # the pin's velocity: the centre's, and what the rotation adds
+            target = f"{name}.{axis}"
+            b.one(target, "translation")
+            through = [axis, target]
+            if any(place):
+                b.zero(f"{target}.sum", "translation").transform("turn", f"{target}.sum", arm, name=f"{target}.arm")
+                through.insert(1, f"{target}.sum")
+            for tail, head in pairwise(reversed(through) if inward else through):
+                b.bond(tail, head)
+    return b.part("turn", "x", "y", *(f"{name}.{axis}" for name in pins for axis in "xy"))
 
 
 def pin(builder: Builder, first: str, second: str) -> Builder:

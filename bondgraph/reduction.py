@@ -1,9 +1,9 @@
-"""How many positions a graph is walked at: a tally that whoever wants to know starts, and that costs nothing else.
+"""Reduction to one coordinate: unit flow in, flow gain of every bond out, and from the gains I*, dI*/dphi and M*.
 
->>> with counted() as tally:
-...     count(17)
->>> tally.evaluations
-17
+The junction structure is compiled once into a plan of local steps (`bondgraph.graph.plan`: scale by a constant, scale by a
+modulus, sum at a 0-junction); where loops leave flows that no single step gives, one linear system A g = b per position
+solves them, and A g' = b' - A' g their slopes. Running the plan costs a few array operations per transformer, for any
+number of positions at once. Positions are counted: `counted` starts a tally of them, which costs nothing else.
 """
 
 from __future__ import annotations
@@ -36,9 +36,14 @@ from bondgraph.laws import OWN_DISPLACEMENT, TIME, Function, GraphError
 
 
 class Tally:
-    """Evaluations counted so far. A tally inside another one counts for both.
+    """Positions counted so far. A tally inside another one counts for both.
 
     `watch` is called each time that something is counted; what it raises ends the work.
+
+    >>> with counted() as tally:
+    ...     count(17)
+    >>> tally.evaluations
+    17
     """
 
     def __init__(self, outer: Tally | None = None, watch: Callable[[], None] | None = None) -> None:
@@ -75,22 +80,8 @@ def count(positions: Any) -> None:
     """Count positions, given as their number or as themselves: an array, a number, an interval of arrays."""
     tally = _TALLY.get()
     if tally is not None:
-        tally.add(positions if isinstance(positions, int) else _number(positions))
-
-
-def _number(positions: Any) -> int:
-    size = getattr(getattr(positions, "lo", positions), "size", 1)
-    return size if isinstance(size, int) else 1
-
-
-# -- reduction ---------------------------------------------------------------------------------------------------------
-
-# Reduction to one coordinate: unit flow in, flow gain of every bond out, and from the gains I*, dI*/dphi and M*.
-#
-# The junction structure is compiled once into a plan of local steps (`bondgraph.structure`: scale by a constant, scale by a
-# modulus, sum at a 0-junction); where loops leave flows that no single step gives, one linear system A g = b per position
-# solves them, and A g' = b' - A' g their slopes. Running the plan costs a few array operations per transformer, for any
-# number of positions at once.
+        size = positions if isinstance(positions, int) else getattr(getattr(positions, "lo", positions), "size", 1)
+        tally.add(size if isinstance(size, int) else 1)
 
 
 Positions = Mapping[str, Callable[[Any], Any]]
@@ -161,9 +152,14 @@ class Reduction:
         sources = [
             (e, f, graph.bond_of(e.name).sign(e.name) * -1.0) for e, f in one_ports if e.kind in ("Se", "C") and e.law
         ]
-        self._sources = [source for source in sources if not _moves(source[0])]
-        self._moving = [source for source in sources if _moves(source[0])]
-        self._resistors = [(e, _resistance(graph, e), f) for e, f in one_ports if e.kind == "R" and e.law]
+        moving = [isinstance(e.law, Law) and e.law.moving for e, _, _ in sources]
+        self._sources = [source for source, moves in zip(sources, moving, strict=True) if not moves]
+        self._moving = [source for source, moves in zip(sources, moving, strict=True) if moves]
+        resistors = [(e, f) for e, f in one_ports if e.kind == "R" and e.law]
+        for element, _ in resistors:
+            if not graph.is_linear(element.name):
+                raise GraphError(f"R:{element.name} follows a law of its own: simulate the graph whole")
+        self._resistors = [(e, graph.constant(e.name), f) for e, f in resistors]
         self._held: tuple[float, Flows] | None = None
         self._in_piece: tuple[float, list[_Source], list[_Source]] | None = None
         self._lumped: dict[int, float] = {}
@@ -188,7 +184,18 @@ class Reduction:
             if gain_slope is not _ZERO:
                 steep = momentum * gain_slope
                 slope, steepness = slope + steep, steepness + abs(steep)
-        moment, per_unknown, exchanged = self._moments(at, flows)
+        moment: Any = 0.0
+        per_unknown: Any = 0.0
+        exchanged: Any = 0.0
+        for element, flow, sign in self._acting(at)[0]:
+            gain = flows.gain[flow]
+            contribution = sign * at.effort(element) * gain
+            moment = moment + contribution
+            exchanged = exchanged + abs(contribution)
+            law = element.law
+            if isinstance(law, Law) and law.per_unknown is not None:
+                here, anchor = at.both(law.motion)
+                per_unknown = per_unknown + sign * law.per_unknown(here, anchor) * gain
         resistance: Any = 0.0
         for _, value, flow in self._resistors:
             resistance = resistance + value * flows.gain[flow] ** 2
@@ -244,21 +251,6 @@ class Reduction:
             efforts += [(e, -value * flows.gain[f] ** 2 * speed) for e, value, f in self._resistors]
         return {e.name: effort for e, effort in efforts} if by_name else _by_part(efforts)
 
-    def _moments(self, at: _Positions, flows: Flows) -> tuple[Any, Any, Any]:
-        moment: Any = 0.0
-        per_unknown: Any = 0.0
-        exchanged: Any = 0.0
-        for element, flow, sign in self._acting(at)[0]:
-            gain = flows.gain[flow]
-            contribution = sign * at.effort(element) * gain
-            moment = moment + contribution
-            exchanged = exchanged + abs(contribution)
-            law = element.law
-            if isinstance(law, Law) and law.per_unknown is not None:
-                here, anchor = at.both(law.motion)
-                per_unknown = per_unknown + sign * law.per_unknown(here, anchor) * gain
-        return moment, per_unknown, exchanged
-
     def _acting(self, at: _Positions) -> tuple[list[_Source], list[_Source]]:
         """The sources to be summed, and those that depend on speed or time: in one piece alone only those that act there.
 
@@ -267,7 +259,12 @@ class Reduction:
         if not isinstance(at.anchor, float):
             return self._sources, self._moving
         if self._in_piece is None or self._in_piece[0] != at.anchor:
-            found = [[source for source in sources if _acts(source[0], at)] for sources in (self._sources, self._moving)]
+            found: list[list[_Source]] = [[], []]
+            for kept, sources in zip(found, (self._sources, self._moving), strict=True):
+                for source in sources:
+                    law = source[0].law
+                    if not isinstance(law, Law) or law.acts is None or law.acts(at.both(law.motion)[1]):
+                        kept.append(source)
             self._in_piece = at.anchor, found[0], found[1]
         return self._in_piece[1:]
 
@@ -277,10 +274,41 @@ class Reduction:
         size = max(self._flow.values()) + 1
         flows = at.flows = Flows([None] * size, [_ZERO] * size)
         flows.gain[self.variable[self.coordinate]] = 1.0
+        gain, slope = flows
         for step in self._steps:
-            _GAIN[type(step)](step, flows, at)
+            if isinstance(step, Scale):
+                gain[step.target] = at.ratio(step.ratio) * gain[step.source]
+            elif isinstance(step, Sum):
+                added: Any = 0.0
+                for source, sign in step.terms:
+                    added = added + sign * gain[source]
+                gain[step.target] = added
+            else:
+                found = _linear(*_assembled(step, at, at.ratio, gain))
+                for k, variable in enumerate(step.unknown):
+                    gain[variable] = found[..., k]
         for step in self._steps:
-            _SLOPE[type(step)](step, flows, at)
+            if isinstance(step, Scale):
+                along, ratio_slope = slope[step.source], at.ratio_slope(step.ratio)
+                if along is not _ZERO and ratio_slope is not _ZERO:
+                    slope[step.target] = at.ratio(step.ratio) * along + ratio_slope * gain[step.source]
+                elif along is not _ZERO:
+                    slope[step.target] = at.ratio(step.ratio) * along
+                elif ratio_slope is not _ZERO:
+                    slope[step.target] = ratio_slope * gain[step.source]
+            elif isinstance(step, Sum):
+                added = _ZERO
+                for source, sign in step.terms:
+                    if slope[source] is not _ZERO:
+                        added = added + sign * slope[source]
+                slope[step.target] = added
+            else:
+                matrix, right = _assembled(step, at, at.ratio, slope)
+                matrix_slope, right_slope = _assembled(step, at, at.ratio_slope, gain)
+                gains = np.stack([np.broadcast_to(gain[variable], np.shape(at.phi)) for variable in step.unknown], axis=-1)
+                found = _linear(matrix, right + right_slope - (matrix_slope @ gains[..., None])[..., 0])
+                for k, variable in enumerate(step.unknown):
+                    slope[variable] = found[..., k]
         return flows
 
 
@@ -348,16 +376,6 @@ class Station:
             anchor = anchor._replace(speed=rate * middle, flow=deciding.gain[flow] * middle, time=then)
             found.append((element, here, anchor))
         return found
-
-
-def _moves(element: Element) -> bool:
-    return isinstance(element.law, Law) and element.law.moving
-
-
-def _acts(element: Element, at: _Positions) -> bool:
-    """Whether a source acts in the piece of a single anchor."""
-    law = element.law
-    return not isinstance(law, Law) or law.acts is None or bool(law.acts(at.both(law.motion)[1]))
 
 
 def reduce(
@@ -503,52 +521,6 @@ class _Positions:
         return law
 
 
-def _scale_gain(step: Scale, flows: Flows, at: _Positions) -> None:
-    flows.gain[step.target] = at.ratio(step.ratio) * flows.gain[step.source]
-
-
-def _scale_slope(step: Scale, flows: Flows, at: _Positions) -> None:
-    gain, slope = flows.gain[step.source], flows.slope[step.source]
-    ratio_slope = at.ratio_slope(step.ratio)
-    if slope is not _ZERO and ratio_slope is not _ZERO:
-        flows.slope[step.target] = at.ratio(step.ratio) * slope + ratio_slope * gain
-    elif slope is not _ZERO:
-        flows.slope[step.target] = at.ratio(step.ratio) * slope
-    elif ratio_slope is not _ZERO:
-        flows.slope[step.target] = ratio_slope * gain
-
-
-def _sum_gain(step: Sum, flows: Flows, at: _Positions) -> None:
-    total: Any = 0.0
-    for source, sign in step.terms:
-        total = total + sign * flows.gain[source]
-    flows.gain[step.target] = total
-
-
-def _sum_slope(step: Sum, flows: Flows, at: _Positions) -> None:
-    total: Any = _ZERO
-    for source, sign in step.terms:
-        if flows.slope[source] is not _ZERO:
-            total = total + sign * flows.slope[source]
-    flows.slope[step.target] = total
-
-
-def _solve_gain(step: Solve, flows: Flows, at: _Positions) -> None:
-    matrix, right = _assembled(step, at, at.ratio, flows.gain)
-    gains = _linear(matrix, right)
-    for k, variable in enumerate(step.unknown):
-        flows.gain[variable] = gains[..., k]
-
-
-def _solve_slope(step: Solve, flows: Flows, at: _Positions) -> None:
-    matrix, right = _assembled(step, at, at.ratio, flows.slope)
-    matrix_slope, right_slope = _assembled(step, at, at.ratio_slope, flows.gain)
-    gains = np.stack([np.broadcast_to(flows.gain[variable], np.shape(at.phi)) for variable in step.unknown], axis=-1)
-    slopes = _linear(matrix, right + right_slope - (matrix_slope @ gains[..., None])[..., 0])
-    for k, variable in enumerate(step.unknown):
-        flows.slope[variable] = slopes[..., k]
-
-
 def _assembled(step: Solve, at: _Positions, ratio_of: Callable[[Ratio], Any], known: list[Any]) -> tuple[Any, Any]:
     """A of the unknown and b = - sum over the known, with every ratio as `ratio_of` gives it; 1 counts as constant."""
     shape, size = np.shape(at.phi), len(step.unknown)
@@ -570,22 +542,12 @@ def _linear(matrix: Any, right: Any) -> Any:
         raise GraphError(SINGULAR) from error
 
 
-_GAIN: Mapping[type, Callable[[Any, Flows, _Positions], None]] = {Scale: _scale_gain, Sum: _sum_gain, Solve: _solve_gain}
-_SLOPE: Mapping[type, Callable[[Any, Flows, _Positions], None]] = {Scale: _scale_slope, Sum: _sum_slope, Solve: _solve_slope}
-
-
 def _by_part(items: Any) -> dict[str, Any]:
     parts: dict[str, Any] = {}
     for element, value in items:
         name = element.part or element.name
         parts[name] = parts[name] + value if name in parts else value
     return parts
-
-
-def _resistance(graph: BondGraph, element: Element) -> float:
-    if not graph.is_linear(element.name):
-        raise GraphError(f"R:{element.name} follows a law of its own: simulate the graph whole")
-    return graph.constant(element.name)
 
 
 def _planned(graph: BondGraph, flow: Mapping[int, int], coordinate: str) -> list[Step]:

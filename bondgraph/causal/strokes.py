@@ -1,14 +1,22 @@
-"""What computes what once every bond has its causal stroke: causal paths, algebraic loops, what derivative stores follow.
+"""Causal strokes: which end of every bond receives the effort, found by the sequential causality assignment procedure.
+
+Sources fix theirs; then stores take the causality they prefer, one at a time; then resistors, and whatever is left, are
+chosen. After each step everything that follows through junctions, transformers and gyrators is filled in. A step that
+contradicts what is there is taken back and tried the other way. Stores whose choice would pass backwards through a
+modulated transformer, f_in = f_out / T, wait for the others, for T may vanish (dead centres).
 
 The element at the stroke's end of a bond receives the effort and gives the flow; the element at the other end gives the
-effort. So every effort and flow has one giver, and the giver's law says which other efforts and flows it is computed from.
-What a store gives is computed from none: its state in integral causality, a rate of change in derivative causality.
+effort. So every effort and flow has one giver, and the giver's law says which other efforts and flows it is computed from:
+hence causal paths, algebraic loops, and what derivative stores follow. What a store gives is computed from none: its state
+in integral causality, a rate of change in derivative causality.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
+from itertools import product
 from typing import NamedTuple
 
 from bondgraph.elements import JUNCTIONS, ONE_PORTS, SOURCES, STORES, TWO_PORTS
@@ -64,23 +72,17 @@ def deciding(graph: BondGraph, strokes: Mapping[int, str], name: str) -> list[Bo
 
 def inputs(graph: BondGraph, strokes: Mapping[int, str]) -> dict[Variable, tuple[Variable, ...]]:
     """Every effort and flow, with the efforts and flows that its giver computes it from at the same instant."""
-    return {
-        Variable(letter, bond.number): _inputs(graph, strokes, giver(bond, letter, strokes), letter, bond)
-        for bond in graph.bonds
-        for letter in "ef"
-    }
-
-
-def _inputs(graph: BondGraph, strokes: Mapping[int, str], name: str, letter: str, bond: Bond) -> tuple[Variable, ...]:
-    kind = graph.elements[name].kind
-    if kind in ONE_PORTS:
-        return (Variable(OTHER[letter], bond.number),) if kind == "R" else ()
-    others = [b.number for b in graph.at(name) if b is not bond]
-    if kind == "GY":
-        return (Variable(OTHER[letter], others[0]),)
-    if kind in JUNCTIONS and letter == COMMON[kind]:
-        others = [b.number for b in deciding(graph, strokes, name) if b is not bond][:1]
-    return tuple(Variable(letter, number) for number in others)
+    found: dict[Variable, tuple[Variable, ...]] = {}
+    for bond, letter in product(graph.bonds, "ef"):
+        name = giver(bond, letter, strokes)
+        kind, others = graph.elements[name].kind, [b.number for b in graph.at(name) if b is not bond]
+        if kind in ONE_PORTS:
+            others = [bond.number] if kind == "R" else []
+        elif kind in JUNCTIONS and letter == COMMON[kind]:
+            others = [b.number for b in deciding(graph, strokes, name) if b is not bond][:1]
+        given = OTHER[letter] if kind in ("R", "GY") else letter
+        found[Variable(letter, bond.number)] = tuple(Variable(given, number) for number in others)
+    return found
 
 
 def follows(graph: BondGraph, strokes: Mapping[int, str], known: Inputs, name: str) -> str:
@@ -161,14 +163,7 @@ def _loop(graph: BondGraph, gives: Mapping[Variable, str], known: Inputs, group:
     return Loop(elements, tuple(sorted({v.bond for v in group})), text)
 
 
-# -- assignment --------------------------------------------------------------------------------------------------------
-
-# Causal strokes: which end of every bond receives the effort, found by the sequential causality assignment procedure.
-#
-# Sources fix theirs; then stores take the causality they prefer, one at a time; then resistors, and whatever is left, are
-# chosen. After each step everything that follows through junctions, transformers and gyrators is filled in. A step that
-# contradicts what is there is taken back and tried the other way. Stores whose choice would pass backwards through a
-# modulated transformer, f_in = f_out / T, wait for the others, for T may vanish (dead centres).
+# -- the assignment ----------------------------------------------------------------------------------------------------
 
 
 _INTEGRAL, _DERIVATIVE = "integral", "derivative"
@@ -287,21 +282,20 @@ def _wanted(graph: BondGraph, prefer: str | Mapping[str, str]) -> dict[str, str]
             faults.append(f"prefer: found {how!r} for {graph.title(name)}, expected 'integral' or 'derivative'")
     refuse(faults)
     wanted = {e.name: _DERIVATIVE if e.law == 0.0 else _INTEGRAL for e in stores} | asked
-    behind = _behind(graph)
-    return {name: wanted[name] for name in sorted(wanted, key=lambda name: behind(name) == (wanted[name] == _INTEGRAL))}
 
+    def behind(name: str) -> bool:
+        """Whether a store is an inertia on a flow that others settle: the last to be a state, the first not to be one.
 
-def _behind(graph: BondGraph) -> Callable[[str], bool]:
-    """Whether a store is an inertia on a flow that others settle: it is the last to be a state, and the first not to be one.
+        Otherwise transformers would be turned round, whose ratios may vanish.
+        """
+        if form is None or graph.elements[name].kind != "I":
+            return False
+        return form.flow[graph.bond_of(name).number] not in form.coordinates.moving
 
-    Otherwise transformers would be turned round, whose ratios may vanish.
-    """
-    try:
+    form = None
+    with suppress(GraphError):  # of what has no motion, the strokes may still be wanted
         form = Formulation(graph)
-    except GraphError:  # of what has no motion, the strokes may still be wanted
-        return lambda name: False
-    moving = form.coordinates.moving
-    return lambda name: graph.elements[name].kind == "I" and form.flow[graph.bond_of(name).number] not in moving
+    return {name: wanted[name] for name in sorted(wanted, key=lambda name: behind(name) == (wanted[name] == _INTEGRAL))}
 
 
 def _how(kind: str, gives_flow: bool) -> str:
@@ -419,39 +413,24 @@ def _trials(draft: _Draft, wanted: Mapping[str, str]) -> list[_Draft]:
     if len(draft.marks) == len(graph.bonds):
         return []
     stores = [name for name in wanted if graph.bond_of(name).number not in draft.marks]
-    if stores:
-        return _store_trials(draft, wanted, stores)
+    if stores:  # the first that gets what it prefers without a conflict or a division by a modulus; else the first of all
+        waiting = []
+        for name in stores:
+            trial = _store(draft, name, wanted[name], "preferred")
+            if trial.backwards == draft.backwards and len(trial.conflicts) == len(draft.conflicts):
+                return [trial, _opposite(draft, name, wanted[name])]
+            waiting.append(trial)
+        return [waiting[0], _opposite(draft, stores[0], wanted[stores[0]])]
     resistors = [e.name for e in graph.of_kind("R") if graph.bond_of(e.name).number not in draft.marks]
-    return _resistor_trials(draft, resistors) if resistors else _free_trials(draft)
-
-
-def _store_trials(draft: _Draft, wanted: Mapping[str, str], stores: Sequence[str]) -> list[_Draft]:
-    """The first store that gets what it prefers without a conflict or a division by a modulus; else the first of all."""
-    waiting = []
-    for name in stores:
-        trial = _store(draft, name, wanted[name], "preferred")
-        if trial.backwards == draft.backwards and len(trial.conflicts) == len(draft.conflicts):
-            return [trial, _opposite(draft, name, wanted[name])]
-        waiting.append(trial)
-    return [waiting[0], _opposite(draft, stores[0], wanted[stores[0]])]
-
-
-def _resistor_trials(draft: _Draft, resistors: Sequence[str]) -> list[_Draft]:
-    """The first resistor whose law cannot be solved for its flow, as a resistance; where there is none, the first of all."""
-    name = min(resistors, key=lambda n: _solvable(draft.graph, n))
-    bond = draft.graph.bond_of(name)
-    both = _either_way(draft, bond, (bond.other(name), name), name)
-    return sorted(both, key=lambda trial: len(trial.backwards)) if _solvable(draft.graph, name) else both
-
-
-def _free_trials(draft: _Draft) -> list[_Draft]:
-    """The first bond that nothing decides, rather the way that divides by no modulus."""
-    bond = next(b for b in draft.graph.bonds if b.number not in draft.marks)
-    return sorted(_either_way(draft, bond, (bond.head, bond.tail), ""), key=lambda trial: len(trial.backwards))
-
-
-def _either_way(draft: _Draft, bond: Bond, ends: tuple[str, str], by: str) -> list[_Draft]:
-    return [_extended(draft, [(bond, _Mark(end, "chosen", by))]) for end in ends]
+    if resistors:  # first those whose laws cannot be solved for their flows, as resistances
+        name = min(resistors, key=lambda n: _solvable(graph, n))
+        bond = graph.bond_of(name)
+        ends = bond.other(name), name
+    else:
+        bond, name = next(b for b in graph.bonds if b.number not in draft.marks), ""
+        ends = bond.head, bond.tail
+    both = [_extended(draft, [(bond, _Mark(end, "chosen", name))]) for end in ends]
+    return sorted(both, key=lambda trial: len(trial.backwards)) if not name or _solvable(graph, name) else both
 
 
 def _store(draft: _Draft, name: str, how: str, kind: str) -> _Draft:

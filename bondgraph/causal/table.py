@@ -13,7 +13,8 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
 
-from bondgraph.causal.strokes import COMMON, Causality, Inputs, Variable, causality, giver, inputs
+from bondgraph.causal.strokes import COMMON, Causality, Inputs, Variable, giver, inputs
+from bondgraph.causal.strokes import causality as strokes_of
 from bondgraph.elements import JUNCTIONS, SOURCES, STORES, Law
 from bondgraph.graph import CONVENTION, Bond, BondGraph, as_graph
 from bondgraph.laws import TIME, GraphError, refuse
@@ -120,7 +121,7 @@ def table(graph: BondGraph, causality: Causality | None = None) -> Table:
 
     Args:
         graph: the graph.
-        causality: its causal strokes; those of `bondgraph.causal.assignment.causality` where none are given.
+        causality: its causal strokes; those of `bondgraph.causality` where none are given.
 
     Raises:
         GraphError: if the strokes contradict each other, or are those of another graph.
@@ -135,19 +136,14 @@ def table(graph: BondGraph, causality: Causality | None = None) -> Table:
 
     """
     graph = as_graph(graph)
-    found = _found(graph, causality)
+    found = strokes_of(graph) if causality is None else causality
+    if found.graph is not graph:
+        raise GraphError("the causality is that of another graph: give the one of this graph, or none")
+    refuse(found.conflicts)
     known = inputs(graph, found.strokes)
     rows = tuple(_row(graph, found, known, bond) for bond in graph.bonds)
     implicit = [f"implicit equations: {loop.text}" for loop in found.loops]
     return Table(rows, (*(found.follows[name] for name in found.derivative), *implicit))
-
-
-def _found(graph: BondGraph, given: Causality | None) -> Causality:
-    found = causality(graph) if given is None else given
-    if found.graph is not graph:
-        raise GraphError("the causality is that of another graph: give the one of this graph, or none")
-    refuse(found.conflicts)
-    return found
 
 
 # -- equations ------------------------------------------------------------------------------------------------------------
@@ -178,7 +174,12 @@ def _equation(graph: BondGraph, found: Causality, known: Inputs, bond: Bond, let
     if kind in STORES:
         return Equation(left, (_stored(graph, bond, name, letter),))
     if kind == "R":
-        return Equation(left, (_resisted(graph, bond, name, needs[0]),))
+        inward, inverse = bond.sign(name) > 0, needs[0].letter == "e"
+        if not _nonlinear(graph, name):
+            return Equation(left, (Term(needs[0], _symbol(graph, name), divided=inverse, positive=inward),))
+        if inverse:
+            return Equation(left, (Term(None, _symbol(graph, name, Term(needs[0]), inverse=True), positive=inward),))
+        return Equation(left, (Term(None, _symbol(graph, name, Term(needs[0], positive=inward))),))
     if kind not in JUNCTIONS:
         into = bond.head == name
         divided = letter == "f" if kind == "GY" else (letter == "f") == into
@@ -216,15 +217,6 @@ def _state(graph: BondGraph, bond: Bond, name: str, integral: bool) -> Equation:
 
 def _state_of(kind: str, bond: Bond) -> Quantity:
     return Quantity("p" if kind == "I" else "q", bond.number)
-
-
-def _resisted(graph: BondGraph, bond: Bond, name: str, need: Quantity) -> Term:
-    inward, inverse = bond.sign(name) > 0, need.letter == "e"
-    if not _nonlinear(graph, name):
-        return Term(need, _symbol(graph, name), divided=inverse, positive=inward)
-    if inverse:
-        return Term(None, _symbol(graph, name, Term(need), inverse=True), positive=inward)
-    return Term(None, _symbol(graph, name, Term(need, positive=inward)))
 
 
 def _nonlinear(graph: BondGraph, name: str) -> bool:

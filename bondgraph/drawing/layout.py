@@ -1,7 +1,9 @@
-"""What is written at each element of a drawn graph, and a careful guess at the room that it takes.
+"""The labels of a drawn graph, and its geometry in points: boxes, visible bonds, their numbers, half arrows and strokes.
 
-Names are shortened only where the picture stays unambiguous: a name that repeats the neighbours' names says nothing new,
-a first part that whole groups of names share is left out while the rest stays unique, and long names wrap at their dots.
+Names are shortened only where the picture stays unambiguous: a name that repeats the neighbours' names says nothing new, a
+first part that whole groups of names share is left out while the rest stays unique, and long names wrap at their dots. The
+room that a text takes is guessed, never too small. What `layout` returns has no flaws in the sense of `flaws`, whatever the
+graph.
 """
 
 from __future__ import annotations
@@ -49,8 +51,21 @@ def labels(graph: BondGraph) -> dict[str, Label]:
     >>> [(label.symbol, label.lines) for label in labels(b.build()).values()]
     [('1', ('a',)), ('1', ('b',)), ('Se', ('M',)), ('I', ('J',)), ('TF', ('3',))]
     """
-    short = short_names(graph)
-    return {name: _label(graph, name, short) for name in graph.elements}
+    short, found = short_names(graph), {}
+    for name, element in graph.elements.items():
+        text = short.get(name, "")
+        if element.kind in TWO_PORTS and not text and isinstance(element.law, float | int):
+            text = f"{element.law:.4g}"
+        if isinstance(element.law, Function) and not text.endswith(")"):
+            varies = ", ".join(short.get(of, of) for of in graph.depends_on(name))
+            text += f"({varies})" if varies else ""
+        lines = [""]
+        for piece in _BREAK.split(text) if len(text) > _WRAP else [text]:
+            if lines[-1] and len(lines[-1] + piece) > _WRAP:
+                lines.append("")
+            lines[-1] += piece
+        found[name] = Label(graph.symbol(name), tuple(filter(None, lines)), element.kind in JUNCTIONS)
+    return found
 
 
 def short_names(graph: BondGraph) -> dict[str, str]:
@@ -65,34 +80,11 @@ def short_names(graph: BondGraph) -> dict[str, str]:
     return {n: s if s and clear[n.partition(".")[0]] and shared[n.partition(".")[0]] > 1 else n for n, s in rest.items()}
 
 
-def _label(graph: BondGraph, name: str, short: dict[str, str]) -> Label:
-    element = graph.elements[name]
-    symbol = graph.symbol(name)
-    junction = element.kind in JUNCTIONS
-    text = short.get(name, "")
-    if element.kind in TWO_PORTS and not text and isinstance(element.law, float | int):
-        text = f"{element.law:.4g}"
-    if isinstance(element.law, Function) and not text.endswith(")"):
-        varies = ", ".join(short.get(of, of) for of in graph.depends_on(name))
-        text += f"({varies})" if varies else ""
-    return Label(symbol, _wrapped(text), junction)
-
-
 def _implied(graph: BondGraph, name: str) -> bool:
     """Whether a name only puts together the names of its neighbours, as `Builder` does where it is told none."""
     near = [bond.other(name) for bond in graph.at(name)]
     made = {f"{a}{sign}{b}" for a in near for b in near for sign in ("->", "-")}
     return name in made | {f"{a}.sum" for a in near} | {f"{a}.rate" for a in near}
-
-
-def _wrapped(text: str) -> tuple[str, ...]:
-    pieces = _BREAK.split(text) if len(text) > _WRAP else [text]
-    lines = [""]
-    for piece in pieces:
-        if lines[-1] and len(lines[-1] + piece) > _WRAP:
-            lines.append("")
-        lines[-1] += piece
-    return tuple(line for line in lines if line)
 
 
 def plain(text: str) -> str:
@@ -141,11 +133,7 @@ def _em(character: str) -> float:
     return 0.78 if character.isupper() or not character.isascii() else 0.54
 
 
-# -- layout ------------------------------------------------------------------------------------------------------------
-
-# The geometry of a drawn graph, in points: boxes of labels, visible bonds, their numbers, half arrows and strokes.
-#
-# Pure geometry, without any drawing: what `layout` returns has no flaws in the sense of `flaws`, whatever the graph.
+# -- the geometry ------------------------------------------------------------------------------------------------------
 
 
 _GAP = 3.0  # points between a label and the end of its bond
@@ -250,23 +238,13 @@ def layout(graph: BondGraph) -> Layout:
     half = {name: _half(label) for name, label in written.items()}
     at = place(graph, half)
     for attempt in range(_ATTEMPTS):
-        drawn = _growing(graph, written, at, _GROWTHS)
-        if drawn is not None:
-            return drawn
+        for growth in range(_GROWTHS):  # farther and farther apart
+            scale = _GROWTH**growth
+            drawn = _laid(graph, written, {name: (scale * x, scale * y) for name, (x, y) in at.items()})
+            if not any(flaws(drawn)):
+                return drawn
         at = rearranged(graph, half, at, attempt)
     raise GraphError("this graph is too entangled to be drawn clearly; draw parts of it by themselves")
-
-
-def _growing(
-    graph: BondGraph, written: Mapping[str, Label], at: Mapping[str, tuple[float, float]], times: int
-) -> Layout | None:
-    """The layout with the elements farther and farther apart until it has no flaws; None where that does not help."""
-    for growth in range(times):
-        scale = _GROWTH**growth
-        drawn = _laid(graph, written, {name: (scale * x, scale * y) for name, (x, y) in at.items()})
-        if not any(flaws(drawn)):
-            return drawn
-    return None
 
 
 def flaws(drawn: Layout) -> Iterator[str]:

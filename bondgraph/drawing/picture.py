@@ -29,7 +29,7 @@ from bondgraph.drawing.layout import (
     width,
 )
 from bondgraph.elements import DOMAINS, STORES
-from bondgraph.graph import Bond, BondGraph, as_graph
+from bondgraph.graph import BondGraph, as_graph
 from bondgraph.laws import GraphError, refuse
 from bondgraph.storage.files import replacement
 
@@ -87,7 +87,9 @@ def draw(
     ['1', 'shaft', 'I:$J$', 'Se:$M$', '1', '2']
 
     """
-    kind = _kind(file) if file is not None else ""
+    kind = Path(file).suffix.lower().lstrip(".") if file is not None else ""
+    if file is not None and kind not in _DATES:
+        raise GraphError(f"found {str(file)!r}, expected a file name ending in .png, .svg or .pdf")
     graph = as_graph(graph)
     strokes, derivative = _causes(graph, causality)
     drawn = layout(graph)
@@ -104,13 +106,6 @@ def draw(
     return axes.figure  # type: ignore[return-value]
 
 
-def _kind(file: str | Path) -> str:
-    kind = Path(file).suffix.lower().lstrip(".")
-    if kind not in _DATES:
-        raise GraphError(f"found {str(file)!r}, expected a file name ending in .png, .svg or .pdf")
-    return kind
-
-
 def _causes(graph: BondGraph, given: Causality | Mapping[int, str] | None) -> tuple[Mapping[int, str], frozenset[str]]:
     """The strokes, and the stores whose causality is derivative: those with their stroke at the wrong end."""
     if given is None:
@@ -119,17 +114,14 @@ def _causes(graph: BondGraph, given: Causality | Mapping[int, str] | None) -> tu
         given = causality(graph)
     strokes = given if isinstance(given, Mapping) else given.strokes
     bonds = {bond.number: bond for bond in graph.bonds}
+    wrong = {n: name for n, name in strokes.items() if n not in bonds or name not in bonds[n][1:]}
     refuse(
-        f"the stroke of bond {n} is at {name!r}, found {_joins(bonds.get(n)) or f'no bond {n}'}"
-        for n, name in strokes.items()
-        if n not in bonds or name not in bonds[n][1:]
+        f"the stroke of bond {n} is at {name!r}, found "
+        + (f"a bond that joins {bonds[n].tail!r} and {bonds[n].head!r}" if n in bonds else f"no bond {n}")
+        for n, name in wrong.items()
     )
     stroked = [(e, strokes.get(graph.bond_of(e.name).number)) for e in graph.of_kind(*STORES)]
     return strokes, frozenset(e.name for e, at in stroked if at is not None and not is_integral(e.kind, at == e.name))
-
-
-def _joins(bond: Bond | None) -> str:
-    return "" if bond is None else f"a bond that joins {bond.tail!r} and {bond.head!r}"
 
 
 class Note(NamedTuple):

@@ -1,6 +1,10 @@
-"""What the equations of a graph are read from: its symbolic twin, walked once.
+"""The equations of a graph in symbols: explicit first-order equations, and for one degree of freedom the equation of motion.
 
-Next to the walk: which symbol stands for which state, and, in a line each, what acts on nothing and what is folded in.
+Both are read from one walk (`bondgraph.motion.dynamics.Walk`) over the graph's symbolic twin (`bondgraph.equations.twin`):
+M(q) u' = Q in the independent flows u, with every store that depends on others folded in by its gain. No step divides by
+a modulus, so the equations hold at dead centres too. What is handed out is complete or an error, never part of a system.
+`generic` is the graph of two flows tied by one ratio, f_B = T(q) f_A, each with its source, inertia, resistor and spring:
+any mechanism of one degree of freedom that has two velocities of interest is a case of it, less what is not there.
 """
 
 from __future__ import annotations
@@ -58,8 +62,13 @@ class Reading:
         self.tables = dynamics.tables._replace(iterated=False)
         _solvable(self.twin.graph, self.form)
         take, moving = self.twin.names.take, self.form.coordinates.moving
-        self.keepers = {v: k for v in moving if momenta and (k := _keeper(self.form, v, causality))}
-        self.scales = [self._scale(v) for v in moving]
+        self.keepers: dict[int, Port] = {}
+        for port in self.form.ports if momenta else ():
+            element, chosen = port.element, causality is None or port.element.name in causality.integral
+            if element.kind == "I" and element.law != 0.0 and port.variable in moving and chosen:
+                self.keepers.setdefault(port.variable, port)
+        keepers = [self.keepers.get(v) for v in moving]
+        self.scales: list[Any] = [int(k.sign) * self.twin.graph.constant(k.element.name) if k else 1 for k in keepers]
         kept = [f"p_{self.keepers[v].element.name}" if v in self.keepers else self._flow(v) for v in moving]
         self.state = [take(name, "state") for name in kept]
         flows = [state / scale for state, scale in zip(self.state, self.scales, strict=True)]
@@ -88,11 +97,6 @@ class Reading:
     def _flow(self, variable: int) -> str:
         return f"f_{self.form.name_of(variable)}"
 
-    def _scale(self, variable: int) -> Any:
-        keeper = self.keepers.get(variable)
-        inertia: Any = self.twin.graph.constant(keeper.element.name) if keeper else 1
-        return inertia if keeper is None else int(keeper.sign) * inertia
-
 
 def _like(graph: BondGraph, opaque: bool) -> tuple[Twin, Dynamics]:
     """A graph's twin, with the same independent flows as the graph has with its numbers."""
@@ -110,13 +114,6 @@ def _like(graph: BondGraph, opaque: bool) -> tuple[Twin, Dynamics]:
     raise GraphError(
         "the numbers of the transformers' parameters decide which flows are independent: put them in the ratios"
     )
-
-
-def _keeper(form: Formulation, variable: int, causality: Causality | None) -> Port | None:
-    """The inertia whose momentum stands for an independent flow."""
-    held = [p for p in form.ports if p.element.kind == "I" and p.element.law != 0.0 and p.variable == variable]
-    chosen = [p for p in held if causality is None or p.element.name in causality.integral]
-    return next(iter(chosen), None)
 
 
 def _solvable(graph: BondGraph, form: Formulation) -> None:
@@ -241,13 +238,7 @@ def through(form: Formulation, variable: int) -> list[str]:
     return list(found)
 
 
-# -- equations ---------------------------------------------------------------------------------------------------------
-
-# The equations of a graph in symbols: explicit first-order equations, and for one degree of freedom the equation of motion.
-#
-# Both are read from one walk (`bondgraph.motion.walk`) over the graph's symbolic twin (`bondgraph.symbolic.twin`):
-# M(q) u' = Q in the independent flows u, with every store that depends on others folded in by its gain. No step divides by
-# a modulus, so the equations hold at dead centres too. What is handed out is complete or an error, never part of a system.
+# -- the equations -----------------------------------------------------------------------------------------------------
 
 
 Equation = tuple[Any, Any]  # a symbol, and the expression that it equals
@@ -298,7 +289,25 @@ class StateEquations:
                 parameter, an equation that is no number anywhere, a source or resistor lost on the way.
 
         """
-        refuse(_incomplete(self))
+        import sympy
+
+        faults = []
+        if len(self.states) != len(self.derivatives):
+            faults.append(f"found {len(self.derivatives)} equations for {len(self.states)} states")
+        used = set().union(*(e.free_symbols for e in (*self.derivatives, *(e for _, e in self.algebraic))))
+        known = {*self.values, *map(sympy.Symbol, self.graph.parameters), *self.states, *self.inputs}
+        faults += [
+            f"{symbol} is neither a state, an input nor a parameter, but is in the equations"
+            for symbol in sorted(used - known, key=str)
+        ]
+        for state, expression in zip(self.states, self.derivatives, strict=False):
+            if _endless(expression):
+                faults.append(f"the rate of {state} is not determined: the inertia that it sees vanishes")
+        for element in self.graph.of_kind("Se", "Sf", "R"):
+            symbol, at = self.own.get(element.name), self.graph.where(element.name)
+            if symbol is not None and symbol not in used and not any(line.startswith(f"{at} ") for line in self.inert):
+                faults.append(f"{at} is in no equation")
+        refuse(faults)
         return self
 
     def numeric(self, signals: Mapping[str, Any] | None = None) -> Callable[[float, Sequence[float]], list[float]]:
@@ -433,16 +442,18 @@ def state_equations(
 
     """
     read = Reading(as_graph(graph), opaque, causality)
-    finish = read.twin.finish
+    twin, finish = read.twin, read.twin.finish
     derivatives = tuple(finish(rate) for rate in (*read.accelerations(), *read.displaced()))
     algebraic = tuple((finish(s), finish(read.walk.coordinates[k])) for k, s in read.massless.items())
     used = set().union(*(d.free_symbols for d in derivatives), *(e.free_symbols for _, e in algebraic))
+    rates = [finish(rate) for rate in twin.rates.values()]
+    signals = [finish(twin.places[name]) for name in twin.rates]
     found = StateEquations(
         graph=graph,
         states=tuple(map(finish, read.state)),
         derivatives=derivatives,
         values=read.twin.values,
-        inputs=_inputs(read.twin, used),
+        inputs=(finish(twin.places[TIME]), *signals, *(rates if used & set(rates) else ())),
         inert=(*inert(read), *_cancelling(read, used)),
         algebraic=algebraic,
         derivative_stores=tuple(followers(read)),
@@ -491,24 +502,21 @@ def motion_equation(graph: BondGraph, coordinate: str | None = None, *, opaque: 
     phi, rate = _coordinate(read, name), read.state[0]
     read.twin.rename(rate, f"{phi.name}dot")
     _same_form(read)
-    finish = read.twin.finish
-    inertia = read.twin.unfold(read.walk.mass_and_force()[0][0][0])
+    finish, unfold, walk = read.twin.finish, read.twin.unfold, read.walk
+    inertia = unfold(walk.mass_and_force()[0][0][0])
+    gains = {d.name: walk.gain[read.tables.owner_of[d.name]].get(0, 0) for d in reversed(read.form.displacements)}
+    slope = sum(inertia.diff(read.twin.places[name]) * unfold(gain) for name, gain in gains.items())
+    weightless = SymbolicWalk(read.twin, read.tables._replace(inertias=()), read.state)  # its force is M*
     return MotionEquation(
         coordinate=finish(phi),
         rate=finish(rate),
         inertia=finish(inertia),
-        slope=finish(_slope(read, inertia)),
-        moment=finish(_moment(read)),
+        slope=finish(slope),
+        moment=finish(weightless.mass_and_force()[1][0]),
         others=tuple((finish(s), finish(f)) for s, f in zip(read.state[1:], read.displaced(), strict=True) if s != phi),
         values=read.twin.values,
         opaque=read.twin.opaque,
     )
-
-
-def _inputs(twin: Twin, used: set[Any]) -> tuple[Any, ...]:
-    signals = [twin.finish(twin.places[name]) for name in twin.rates]
-    rates = [twin.finish(rate) for rate in twin.rates.values()]
-    return (twin.finish(twin.places[TIME]), *signals, *(rates if used & set(rates) else ()))
 
 
 def _filled(found: StateEquations) -> StateEquations:
@@ -544,25 +552,6 @@ def _infinite(found: StateEquations, expression: Any, at: Mapping[Any, Any]) -> 
     at_fault = ", ".join(f"{names.get(symbol, symbol)} = {found.values[symbol]:g}" for symbol in alone or used)
     together = "" if alone else ", together,"
     return f"{at_fault}{together} leaves nothing to divide by; give another value, or leave the element out"
-
-
-def _incomplete(found: StateEquations) -> Iterator[str]:
-    import sympy
-
-    if len(found.states) != len(found.derivatives):
-        yield f"found {len(found.derivatives)} equations for {len(found.states)} states"
-    expressions = [*found.derivatives, *(e for _, e in found.algebraic)]
-    used = set().union(*(e.free_symbols for e in expressions))
-    parameters = {*found.values, *(sympy.Symbol(name) for name in found.graph.parameters)}
-    for symbol in sorted(used - parameters - {*found.states, *found.inputs}, key=str):
-        yield f"{symbol} is neither a state, an input nor a parameter, but is in the equations"
-    for state, expression in zip(found.states, found.derivatives, strict=False):
-        if _endless(expression):
-            yield f"the rate of {state} is not determined: the inertia that it sees vanishes"
-    for element in found.graph.of_kind("Se", "Sf", "R"):
-        symbol, at = found.own.get(element.name), found.graph.where(element.name)
-        if symbol is not None and symbol not in used and not any(line.startswith(f"{at} ") for line in found.inert):
-            yield f"{at} is in no equation"
 
 
 # -- one degree of freedom -------------------------------------------------------------------------------------------------
@@ -616,23 +605,7 @@ def _same_form(read: Reading) -> None:
             raise GraphError(f"{graph.where(name)} varies with {what}, so the inertia does too: use state_equations")
 
 
-def _slope(read: Reading, inertia: Any) -> Any:
-    """How the inertia varies along the motion: by each displacement, at the gain of its flow."""
-    gains = {d.name: read.walk.gain[read.tables.owner_of[d.name]].get(0, 0) for d in reversed(read.form.displacements)}
-    return sum(inertia.diff(read.twin.places[name]) * read.twin.unfold(gain) for name, gain in gains.items())
-
-
-def _moment(read: Reading) -> Any:
-    """M*: the force without inertias."""
-    walk = SymbolicWalk(read.twin, read.tables._replace(inertias=()), read.state)
-    return walk.mass_and_force()[1][0]
-
-
-# -- generic -----------------------------------------------------------------------------------------------------------
-
-# The generic graph of two flows tied by one ratio, f_B = T(q) f_A, each with its source, inertia, resistor and spring.
-#
-# Any mechanism of one degree of freedom that has two velocities of interest is a case of it: leave out what is not there.
+# -- the generic graph of two flows ------------------------------------------------------------------------------------
 
 
 _MAKERS: dict[str, Callable[..., Element]] = {"Se": Se, "I": I, "B": R, "C": C}
@@ -661,17 +634,23 @@ def generic(ratio: Any, *, displacement: str | None = None, without: Collection[
     ('MTF', ['Se2', 'I2', 'B2'])
 
     """
+    import sympy
+
     laws = {name: law_of(value) for name, value in values.items()}
     tie = law_of(ratio)
-    q = displacement or _displacement(tie, values)
+    free = [n for n in getattr(tie, "of", ()) if n != TIME and n not in values]
+    if len(free) > 1 and not displacement:
+        raise GraphError(f"the ratio depends on {', '.join(free)}: say which is the displacement, displacement={free[0]!r}")
+    q = displacement or next(iter(free), "phi")
     there = [name for name in _ELEMENTS if name not in without]
     named = {n for law in (tie, *(laws.get(name) for name in there)) for n in getattr(law, "of", ())}
     quantities = sorted(named - {q, TIME, OWN_FLOW, OWN_DISPLACEMENT, *there})
-    _refuse_unknown({*values, *without}, quantities)
+    for unknown in sorted({*values, *without} - {*_ELEMENTS, *quantities})[:1]:
+        raise GraphError(f"no element or quantity {unknown!r}: expected {', '.join([*_ELEMENTS, *quantities])}")
     b = Builder().one("A", displacement=q).one("B")
     b = b.parameter(**{name: values.get(name) for name in quantities}).parameter(**{n: None for n in there if n not in laws})
     for name in there:
-        law = laws[name] if name in laws else Function(_symbol(name), (name,), (name,))
+        law = laws[name] if name in laws else Function(sympy.Symbol(name), (name,), (name,))
         b.on(_JUNCTIONS[name[-1]], _MAKERS[name[:-1]](name, law))
     return b.transform("A", "B", tie, name="T").build()
 
@@ -699,22 +678,3 @@ def generic_equation(ratio: Any, *, opaque: bool = False, **given: Any) -> Motio
 
     """
     return motion_equation(generic(ratio, **given), opaque=opaque)
-
-
-def _displacement(tie: Any, values: dict[str, Any]) -> str:
-    free = [n for n in getattr(tie, "of", ()) if n != TIME and n not in values]
-    if len(free) > 1:
-        raise GraphError(f"the ratio depends on {', '.join(free)}: say which is the displacement, displacement={free[0]!r}")
-    return free[0] if free else "phi"
-
-
-def _refuse_unknown(names: set[str], quantities: list[str]) -> None:
-    unknown = sorted(names - {*_ELEMENTS, *quantities})
-    if unknown:
-        raise GraphError(f"no element or quantity {unknown[0]!r}: expected {', '.join([*_ELEMENTS, *quantities])}")
-
-
-def _symbol(name: str) -> Any:
-    import sympy  # type: ignore[import-untyped]
-
-    return sympy.Symbol(name)

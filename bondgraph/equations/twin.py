@@ -1,7 +1,7 @@
 """A graph with a symbol in place of every number, for the equations that are read from it.
 
-The twin has the structure of the graph it comes from, so that `bondgraph.motion.walk` runs on it unchanged. A number
-becomes a symbol named after its element, parameters, displacements, signals and the time become symbols of their own
+The twin has the structure of the graph it comes from, so that `bondgraph.motion.dynamics.Walk` runs on it unchanged. A
+number becomes a symbol named after its element, parameters, displacements, signals and the time become symbols of their own
 names. Inside, the symbols are real, so that |x| has a slope; `Twin.finish` hands out plain ones, and whole numbers and
 halves exactly.
 """
@@ -71,7 +71,11 @@ class Twin:
 
     def signals(self) -> dict[str, Callable[[Any], Any]]:
         """The signals as functions of time that answer with their symbols."""
-        return {name: _answering(self.places[name], rate) for name, rate in self.rates.items()}
+        places = self.places
+        return {
+            name: lambda t, symbol=places[name], rate=rate: Dual(symbol, rate) if isinstance(t, Dual) else symbol
+            for name, rate in self.rates.items()
+        }
 
     def hold(self, value: Any) -> Any:
         """A symbol that stands for a law's value until it is unfolded."""
@@ -192,10 +196,6 @@ def twin(graph: BondGraph, *, opaque: bool = False, ratios: bool = True) -> Twin
     return replace(draft, values=values, own=own, opaque=functions)
 
 
-def _answering(symbol: Any, rate: Any) -> Callable[[Any], Any]:
-    return lambda t: Dual(symbol, rate) if isinstance(t, Dual) else symbol
-
-
 class _Writer:
     """Laws as functions of symbols, element by element."""
 
@@ -211,26 +211,32 @@ class _Writer:
         self.held: dict[Any, Any] = {}
 
     def law(self, element: Element) -> Any:
+        import sympy
+
         law = element.law
         if isinstance(law, float | int):
             stays = _ZERO_STAYS if law == 0 else self.as_numbers
-            return law if element.kind in stays else self._number(element, float(law))
+            if element.kind in stays:
+                return law
+            symbol = self.names.take(element.name, element.kind)
+            self.values[symbol], self.own[element.name] = float(law), symbol
+            return self._constant(element, symbol)
         if isinstance(law, Modulus | Law):
             return self._of_motion(element, law)
         if not isinstance(law, Function):
             return law
-        expression = self._formula(element, law)
+        try:
+            expression = exact(law.symbolic({name: sympy.Symbol(name, real=True) for name in law.of}))
+        except GraphError as error:
+            raise GraphError(f"{self.graph.where(element.name)}: {error}") from error
         varying = tuple(n for n in law.of if n not in self.graph.parameters)
         if not set(law.of) - set(self.graph.parameters):
             return self._constant(element, self._meant(expression))
         if self.opaque and varying and element.kind in ("TF", "GY"):
-            return self._hidden(element, expression, varying)
+            called = sympy.Function(self.names.free(element.name, element.kind))
+            self.functions[called(*(self.places[name] for name in varying))] = self._meant(expression)
+            return Function(called(*(sympy.Symbol(name, real=True) for name in varying)), varying, varying)
         return Function(expression, law.of, law.of)
-
-    def _number(self, element: Element, value: float) -> Function:
-        symbol = self.names.take(element.name, element.kind)
-        self.values[symbol], self.own[element.name] = value, symbol
-        return self._constant(element, symbol)
 
     def _constant(self, element: Element, value: Any) -> Function:
         """A law of one symbol, under a name that no graph's law has."""
@@ -246,21 +252,6 @@ class _Writer:
         """A law's expression, in names of the graph, in the symbols that these have."""
         known = {**self.places, **self.parameters}
         return expression.xreplace({s: known[s.name] for s in expression.free_symbols})
-
-    def _formula(self, element: Element, law: Function) -> Any:
-        import sympy
-
-        try:
-            return exact(law.symbolic({name: sympy.Symbol(name, real=True) for name in law.of}))
-        except GraphError as error:
-            raise GraphError(f"{self.graph.where(element.name)}: {error}") from error
-
-    def _hidden(self, element: Element, expression: Any, varying: tuple[str, ...]) -> Function:
-        import sympy
-
-        called = sympy.Function(self.names.free(element.name, element.kind))
-        self.functions[called(*(self.places[name] for name in varying))] = self._meant(expression)
-        return Function(called(*(sympy.Symbol(name, real=True) for name in varying)), varying, varying)
 
     def _of_motion(self, element: Element, law: Modulus | Law) -> Function | Law:
         """A mechanism's own law: a function of the displacement that is known by its values."""

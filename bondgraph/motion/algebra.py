@@ -1,8 +1,10 @@
-"""Recording a computation once, as straight-line code that runs many times faster than the walk that made it.
+"""Arithmetic that a walk over a graph needs: its recording as straight-line code, small linear systems, Newton's iteration.
 
-A walk over a graph does the same arithmetic at every state. Run once on `Node`s instead of numbers, it leaves behind the
-list of its operations; `Recorder.function` compiles that list. Only operations and places of values make up the code, no
-name or text of a graph does.
+A walk does the same arithmetic at every state. Run once on `Node`s instead of numbers, it leaves behind the list of its
+operations; `Recorder.function` compiles that list, which runs many times faster than the walk that made it. Only operations
+and places of values make up the code, no name or text of a graph does. Linear systems are solved over whatever a graph is
+evaluated in: floats, arrays, SymPy expressions, recordings. `settle` finds the flows that no inertia weighs where resistors
+follow laws that are no straight lines, one state at a time or many at once.
 """
 
 from __future__ import annotations
@@ -114,7 +116,15 @@ class Node(Operand):
         if name not in _SYMBOLS:
             raise TypeError(f"numpy.{name} cannot be recorded")
         left, right = operands
-        return _trivial(name, left, right, lambda: self.recorder.operation(_SYMBOLS[name], left, right))
+        if name == "add" and (_is(left, 0.0) or _is(right, 0.0)):
+            return right if _is(left, 0.0) else left
+        if (name == "subtract" and _is(right, 0.0)) or (name in ("multiply", "divide") and _is(right, 1.0)):
+            return left
+        if name == "multiply" and _is(left, 1.0):
+            return right
+        if (name in ("multiply", "divide") and _is(left, 0.0)) or (name == "multiply" and _is(right, 0.0)):
+            return 0.0
+        return self.recorder.operation(_SYMBOLS[name], left, right)
 
     def __bool__(self) -> bool:
         raise TypeError("a recording cannot branch on a value still to come")
@@ -134,21 +144,6 @@ _CALLS: dict[str, Callable[..., Any]] = {
     "square": lambda a: a * a,
     "sign": lambda a: math.copysign(1.0, a) if a else a,
 }
-
-
-def _trivial(name: str, left: Any, right: Any, otherwise: Callable[[], Any]) -> Any:
-    """What is left of an operation with 0 or 1, if it needs no code."""
-    if name == "add" and (_is(left, 0.0) or _is(right, 0.0)):
-        return right if _is(left, 0.0) else left
-    if name == "subtract" and _is(right, 0.0):
-        return left
-    if name in ("multiply", "divide") and _is(right, 1.0):
-        return left
-    if name == "multiply" and _is(left, 1.0):
-        return right
-    if name == "multiply" and (_is(left, 0.0) or _is(right, 0.0)):
-        return 0.0
-    return 0.0 if name == "divide" and _is(left, 0.0) else otherwise()
 
 
 def _is(value: Any, number: float) -> bool:
@@ -173,9 +168,7 @@ def recorded(
     return [results[i * columns : (i + 1) * columns] for i in range(size)]
 
 
-# -- linear ------------------------------------------------------------------------------------------------------------
-
-# Small linear systems over whatever a graph is evaluated in: floats, arrays, SymPy expressions, recordings.
+# -- small linear systems ----------------------------------------------------------------------------------------------
 
 
 Rows = Sequence[Sequence[Any]]
@@ -277,21 +270,33 @@ def _symbolic(matrix: Rows, right: Rows) -> list[list[Any]]:
 
     A pivot that is no number may vanish at a position where the system as a whole does not.
     """
+    import sympy  # type: ignore[import-untyped]
+
     size = len(matrix)
-    rows = [[*row, *given] for row, given in zip(matrix, right, strict=True)]
+    rows: list[list[Any]] = [[*row, *given] for row, given in zip(matrix, right, strict=True)]
     taken: list[tuple[int, int]] = []
     while (pivot := _next_pivot(rows, size, taken)) is not None:
         taken.append(pivot)
         for k in range(size):
             if k not in {row for row, _ in taken}:
-                rows[k] = _eliminated(rows[k], rows[pivot[0]], pivot[1])
+                row, column = pivot
+                if not _zero(rows[k][column]):
+                    factor = rows[k][column] / rows[row][column]
+                    rows[k] = [a if _zero(b) else a - factor * b for a, b in zip(rows[k], rows[row], strict=True)]
     left = [k for k in range(size) if k not in {row for row, _ in taken}]
     open_ = [k for k in range(size) if k not in {column for _, column in taken}]
-    solution = dict(zip(open_, _cramer([rows[k] for k in left], open_, size), strict=True))
+    solution: dict[int, list[Any]] = {}
+    if left:
+        square = sympy.Matrix([[rows[k][j] for j in open_] for k in left])
+        determinant = square.det("berkowitz")
+        if determinant.is_zero:
+            raise GraphError(SINGULAR)
+        found = square.adjugate("berkowitz") * sympy.Matrix([rows[k][size:] for k in left]) / determinant
+        solution = {k: list(found.row(n)) for n, k in enumerate(open_)}
     for row, column in reversed(taken):
         known = [(rows[row][k], solution[k]) for k in solution if not _zero(rows[row][k])]
         solution[column] = [
-            (value - sum(factor * found[n] for factor, found in known)) / rows[row][column]
+            (value - sum(factor * other[n] for factor, other in known)) / rows[row][column]
             for n, value in enumerate(rows[row][size:])
         ]
     return [solution[k] for k in range(size)]
@@ -306,35 +311,11 @@ def _next_pivot(rows: Rows, size: int, taken: Sequence[tuple[int, int]]) -> tupl
     return min(numbers, key=lambda at: sum(at[0] == i or at[1] == j for i, j in filled), default=None)
 
 
-def _eliminated(row: Sequence[Any], pivot: Sequence[Any], column: int) -> list[Any]:
-    if _zero(row[column]):
-        return list(row)
-    factor = row[column] / pivot[column]
-    return [a if _zero(b) else a - factor * b for a, b in zip(row, pivot, strict=True)]
-
-
-def _cramer(rows: Rows, columns: Sequence[int], size: int) -> list[list[Any]]:
-    import sympy  # type: ignore[import-untyped]
-
-    if not rows:
-        return []
-    square = sympy.Matrix([[row[k] for k in columns] for row in rows])
-    determinant = square.det("berkowitz")
-    if determinant.is_zero:
-        raise GraphError(SINGULAR)
-    found = square.adjugate("berkowitz") * sympy.Matrix([row[size:] for row in rows]) / determinant
-    return [list(found.row(k)) for k in range(found.rows)]
-
-
 def _zero(entry: Any) -> bool:
     return not getattr(entry, "free_symbols", None) and not entry
 
 
-# -- newton ------------------------------------------------------------------------------------------------------------
-
-# Newton's iteration for flows that no inertia weighs, where resistors follow laws that are no straight lines.
-#
-# One state at a time or many at once: steps are shortened, each state by itself, until the imbalance of efforts shrinks.
+# -- Newton's iteration ------------------------------------------------------------------------------------------------
 
 
 Balance = tuple[list[Any], list[list[Any]]]  # residuals, and their slopes by rows

@@ -1,4 +1,10 @@
-"""What a walk over a graph looks up: found once, the same at every state."""
+"""The equations of motion of a graph in numbers: from a state to its rates, and to every flow and effort.
+
+`Walk` is one evaluation: gains, the flows that no inertia weighs, accelerations, efforts. It is written once against
+arithmetic and calls of laws, so that it runs on floats, on arrays (many states at once, for the power audit), on SymPy
+expressions, and on a recording of itself as straight-line code, which is what time stepping runs. The equations are those of
+`bondgraph.motion.formulation`; `Tables` holds what a walk looks up, found once for a graph.
+"""
 
 from __future__ import annotations
 
@@ -31,7 +37,7 @@ class Tables(NamedTuple):
     acting: tuple[int, ...]  # places in `form.ports` whose effort a law gives
     partner: Mapping[int, int]  # gyrator's bond -> flow variable at its other side
     static: frozenset[int]
-    iterated: bool
+    iterated: bool  # a massless flow meets a resistor whose law is no straight line
     loose: str  # the flows that no inertia weighs, by name
     anchored: tuple[str, ...]
 
@@ -40,6 +46,11 @@ def tables(form: Formulation, signals: Mapping[str, Function]) -> Tables:
     """Look everything up that does not change from state to state."""
     graph = form.graph
     elements = {id(e.law): e.name for e in graph.elements.values() if e.law is not None}
+    curved = [p for p in form.ports if p.element.kind == "R" and graph.is_curve(p.element.name)]
+    partner: dict[int, int] = {}
+    for gyrator in graph.of_kind("GY"):
+        into, out = graph.ends(gyrator.name)
+        partner |= {into.number: form.flow[out.number], out.number: form.flow[into.number]}
     moduli = {id(r): r for step in form.steps for r in ratios(step) if isinstance(r, Function | Modulus)}
     return Tables(
         form=form,
@@ -54,35 +65,12 @@ def tables(form: Formulation, signals: Mapping[str, Function]) -> Tables:
         springs=tuple(p for p in form.ports if p.element.kind == "C" and not isinstance(p.element.law, Law)),
         imposed=tuple(p.element for p in form.ports if p.element.kind == "Sf"),
         acting=tuple(k for k, p in enumerate(form.ports) if p.element.kind in ("Se", "C", "R", "GY")),
-        partner=_partners(form),
+        partner=partner,
         static=form.static,
-        iterated=_iterated(form),
+        iterated=any(k in form.support[p.variable] for p in curved for k in form.massless),
         loose=", ".join(form.name_of(form.coordinates.all[k]) for k in form.massless),
         anchored=graph.motions,
     )
-
-
-def _partners(form: Formulation) -> dict[int, int]:
-    """Of each gyrator's bond, the flow variable at its other side."""
-    partner: dict[int, int] = {}
-    for gyrator in form.graph.of_kind("GY"):
-        into, out = form.graph.ends(gyrator.name)
-        partner |= {into.number: form.flow[out.number], out.number: form.flow[into.number]}
-    return partner
-
-
-def _iterated(form: Formulation) -> bool:
-    """Whether a massless flow meets a resistor whose law is no straight line, so that its equation takes iterations."""
-    curved = [p for p in form.ports if p.element.kind == "R" and form.graph.is_curve(p.element.name)]
-    return any(k in form.support[p.variable] for p in curved for k in form.massless)
-
-
-# -- walk --------------------------------------------------------------------------------------------------------------
-
-# One evaluation of a graph: gains, the flows that no inertia weighs, accelerations, efforts.
-#
-# Written once against arithmetic and calls of laws, so that it runs on floats, on arrays, on SymPy expressions and on a
-# recording. See `bondgraph.motion.formulation` for the equations.
 
 
 Anchors = Mapping[str, Any]
@@ -151,7 +139,10 @@ class Walk:
         except (TypeError, ValueError):  # a law that branches, or uses functions of plain numbers, takes one at a time
             if not any(isinstance(a, np.ndarray) for a in arguments):
                 raise
-            return _one_by_one(called, arguments, results)
+            shape = np.broadcast_shapes(*(np.shape(a) for a in arguments))
+            rows = zip(*(np.broadcast_to(a, shape).ravel().tolist() for a in arguments), strict=True)
+            found = np.array([called(*row) for row in rows], dtype=float)
+            return tuple(c.reshape(shape) for c in found.reshape(-1, results).T) if results else found.reshape(shape)
 
     def _arguments(self, law: Function, name: str, own: Any = None) -> list[Any]:
         element = self.graph.elements[name]
@@ -478,26 +469,8 @@ class Walk:
         return self.graph.constant(port.element.name) * port.sign * rate
 
 
-def _one_by_one(called: Callable[..., Any], arguments: Sequence[Any], results: int) -> Any:
-    """A law of arrays, element by element."""
-    shape = np.broadcast_shapes(*(np.shape(a) for a in arguments))
-    rows = zip(*(np.broadcast_to(a, shape).ravel().tolist() for a in arguments), strict=True)
-    found = np.array([called(*row) for row in rows], dtype=float)
-    if not results:
-        return found.reshape(shape)
-    return tuple(column.reshape(shape) for column in found.reshape(-1, results).T)
-
-
 def _here(position: Callable[[Any, Any, Any], Any], q: Any, anchor: Any) -> Here:
     return Here(q, position(q, np, anchor), np)
-
-
-# -- dynamics ----------------------------------------------------------------------------------------------------------
-
-# The equations of motion of a graph in numbers: from a state to its rates, and to every flow and effort.
-#
-# One walk (`bondgraph.motion.walk`) serves one state, many at once (arrays, for the power audit), symbols, and a recording
-# of itself as straight-line code, which is what time stepping runs.
 
 
 Rates = Callable[..., tuple[Any, ...]]
@@ -585,7 +558,12 @@ class Dynamics:
     def _iterated(self) -> Rates:
         """The rates where massless flows are iterated: these first, from where they were last, then all that follows."""
         size = len(self.form.massless)
-        balance, rates = self._recorded(_flat_balance, size), self._recorded(Walk.rates, size)
+
+        def flat(walk: Walk) -> list[Any]:
+            residual, slopes = walk.balance()
+            return residual + [slope for row in slopes for slope in row]
+
+        balance, rates = self._recorded(flat, size), self._recorded(Walk.rates, size)
         last: list[float] | None = None
 
         def iterated(t: Any, *values: Any) -> tuple[Any, ...]:
@@ -601,11 +579,6 @@ class Dynamics:
         return iterated
 
 
-def _flat_balance(walk: Walk) -> list[Any]:
-    residual, slopes = walk.balance()
-    return residual + [slope for row in slopes for slope in row]
-
-
 def _checked_signals(graph: BondGraph, signals: Mapping[str, Any]) -> dict[str, Function]:
     declared = ", ".join(graph.signals) or "none"
     faults = [f"no signal {name!r}: the graph declares {declared}" for name in signals if name not in graph.signals]
@@ -618,12 +591,8 @@ def _checked_signals(graph: BondGraph, signals: Mapping[str, Any]) -> dict[str, 
             faults.append(f"signal {name!r}: found {given!r}, expected a number, a function of t or a SymPy expression")
             continue
         varies = not isinstance(given, Real) and (callable(given) or bool(given.free_symbols))
-        found[name] = function(given if varies else _constantly(float(given)))
+        found[name] = function(given if varies else lambda t, value=float(given): value + 0.0 * t)
         if len(found[name].of) > 1:
             faults.append(f"signal {name!r}: found a function of {', '.join(found[name].of)}, expected one of t")
     refuse(faults)
     return found
-
-
-def _constantly(value: float) -> Callable[[Any], Any]:
-    return lambda t: value + 0.0 * t

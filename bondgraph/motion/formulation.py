@@ -1,14 +1,26 @@
-"""Which elements settle which flows of a graph: inertias, resistors and gyrators, or springs alone.
+"""Which flows of a graph are independent, and every other flow as a sum of gains times these.
 
-A linear question about the junction structure, answered in numbers once for a graph. Moduli that vary count as numbers in
-no relation to each other: where they vanish or agree is a matter of single positions.
+A graph of inertias, springs, resistors, sources, transformers and gyrators is written in its independent flows u:
+
+    f = G(q, t) u,   sum over the ports of G^T e = 0,   e = d(I f)/dt for an inertia,
+
+so that an inertia whose flow depends on others (derivative causality, through a modulated transformer too) is folded in
+by its gain: M u' + ... = Q with M = G^T I G. No step divides by a modulus. Gyrators tie efforts to flows and stay out of
+G: they act as a pair of ports. Flows that no inertia weighs follow from an algebraic equation, flows that a source
+imposes are given.
+
+Independent flows are taken in layers: first those that inertias alone see, then those that resistors and gyrators see,
+last those that only springs see. So a layer's flows leave the layers before it alone: the mass matrix is regular, and what
+springs alone hold is told apart from what a resistor holds too. `Layers` answers this linear question in numbers, once for a
+graph; moduli that vary count as numbers in no relation to each other: where they vanish or agree is a matter of single
+positions.
 """
 
 from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Mapping, Sequence
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -48,8 +60,16 @@ class Layers:
 
     def __init__(self, graph: BondGraph, flow: Mapping[int, int]) -> None:
         self.graph, self.flow = graph, flow
-        self._numbers: dict[int, float] = {}
-        self._basis = self._allowed()
+        numbers: dict[int, float] = {}
+        relations = flow_relations(graph, flow)
+        matrix = np.zeros((len(relations), len(set(flow.values()))))
+        for row, relation in enumerate(relations):
+            for variable, ratio, sign in relation.terms:
+                if isinstance(ratio, float | int) and ratio:  # 0 says what a modulus says where it vanishes
+                    matrix[row, variable] += sign * float(ratio)
+                else:
+                    matrix[row, variable] += sign * numbers.setdefault(id(ratio), _arbitrary(len(numbers)))
+        self._basis = _unit(_complement(_unit(matrix)))  # of the flows that satisfy all relations, a row for each variable
         self.of = [len(_SEEN_BY)] * len(self._basis)
         for layer in (SPRINGS, RESISTORS, INERTIAS):
             seen = [e for e in graph.of_kind(*_SEEN_BY[layer]) if e.kind == "Sf" or e.law != 0.0]
@@ -85,20 +105,6 @@ class Layers:
         loose = np.abs(_complement(slopes)).max(axis=1, initial=0.0)
         return [v for v, share in zip(resisted, loose, strict=True) if share > _SAME]
 
-    def _allowed(self) -> Array:
-        """A basis of the flows that satisfy all relations: a row of length 1 (or 0) for every flow variable."""
-        relations = flow_relations(self.graph, self.flow)
-        matrix = np.zeros((len(relations), len(set(self.flow.values()))))
-        for row, relation in enumerate(relations):
-            for variable, ratio, sign in relation.terms:
-                matrix[row, variable] += sign * self._number(ratio)
-        return _unit(_complement(_unit(matrix)))
-
-    def _number(self, ratio: Any) -> float:
-        if isinstance(ratio, float | int) and ratio:  # 0 says what a modulus says where it vanishes
-            return float(ratio)
-        return self._numbers.setdefault(id(ratio), _arbitrary(len(self._numbers)))
-
 
 def _arbitrary(k: int) -> float:
     """Numbers in no relation to each other."""
@@ -125,24 +131,6 @@ def _complement(rows: Array) -> Array:
 
 def _rank(sizes: Array) -> int:
     return int(np.sum(sizes > _SAME * sizes.max(initial=0.0)))
-
-
-# -- formulation -------------------------------------------------------------------------------------------------------
-
-# Which flows of a graph are independent, and every other flow as a sum of gains times these.
-#
-# A graph of inertias, springs, resistors, sources, transformers and gyrators is written in its independent flows u:
-#
-#     f = G(q, t) u,   sum over the ports of G^T e = 0,   e = d(I f)/dt for an inertia,
-#
-# so that an inertia whose flow depends on others (derivative causality, through a modulated transformer too) is folded in
-# by its gain: M u' + ... = Q with M = G^T I G. No step divides by a modulus. Gyrators tie efforts to flows and stay out of
-# G: they act as a pair of ports. Flows that no inertia weighs follow from an algebraic equation, flows that a source
-# imposes are given.
-#
-# Independent flows are taken in layers: first those that inertias alone see, then those that resistors and gyrators see,
-# last those that only springs see. So a layer's flows leave the layers before it alone: the mass matrix is regular, and what
-# springs alone hold is told apart from what a resistor holds too.
 
 
 class Port(NamedTuple):
@@ -191,7 +179,9 @@ class Formulation:
         self.coordinates = self._sorted(chosen)
         self._check_held()
         self.support = self._supports(self.coordinates.all)
-        self.ports = tuple(_ports(graph, self.flow))
+        bonds = [(e, graph.bond_of(e.name)) for e in graph.of_kind(*ONE_PORTS)]
+        bonds += [(e, bond) for e in graph.of_kind("GY") for bond in graph.ends(e.name)]
+        self.ports = tuple(Port(e, b.number, self.flow[b.number], b.sign(e.name)) for e, b in bonds)
 
     @property
     def massless(self) -> range:
@@ -223,7 +213,13 @@ class Formulation:
         known = set(chosen)
         steps = plan(waiting, known)
         while unknown := set(self.flow.values()) - known:
-            step = self._square(unknown, waiting)
+            step = None
+            for group, relations in _groups(unknown, waiting):
+                if len(relations) > len(group):
+                    raise GraphError(_contradiction(graph, relations))
+                if len(relations) == len(group):
+                    step = Solve(tuple(sorted(group)), tuple(relations))
+                    break
             if step is not None:
                 steps.append(step)
                 known.update(step.unknown)
@@ -236,15 +232,6 @@ class Formulation:
         if waiting:
             raise GraphError(_contradiction(graph, waiting))
         return tuple(chosen), steps
-
-    def _square(self, unknown: set[int], waiting: list[Relation]) -> Solve | None:
-        """A group of unknown flows with as many relations between them; an error where there are more."""
-        for group, relations in _groups(unknown, waiting):
-            if len(relations) > len(group):
-                raise GraphError(_contradiction(self.graph, relations))
-            if len(relations) == len(group):
-                return Solve(tuple(sorted(group)), tuple(relations))
-        return None
 
     def _rank(self, variable: int, unknown: set[int]) -> tuple[int, bool, int, bool, int]:
         """Lowest is chosen: by layer, none behind a modulus (it may vanish), then owners of displacements, then inertias."""
@@ -286,16 +273,12 @@ class Formulation:
         massless = sorted((v for v in free if v not in moving), key=lambda v: self._layers.of[v])
         return Coordinates(moving, tuple(massless), imposed)
 
-    def _moving_parts(self, locked: list[int]) -> bool:
-        """Whether something that ought to move is locked: no current in the lead of a ground node is no contradiction."""
-        meant = [self.variable(d.of) for d in self.displacements]
-        meant += [self.flow[self.graph.bond_of(e.name).number] for e in self.graph.of_kind("I") if e.law != 0.0]
-        return any(variable in locked for variable in meant)
-
     def _check_free(self) -> None:
         """Whether any flow can only be zero."""
         locked = self._layers.locked()
-        if self._moving_parts(locked):
+        meant = [self.variable(d.of) for d in self.displacements]  # no current in a ground node's lead is no contradiction
+        meant += [self.flow[self.graph.bond_of(e.name).number] for e in self.graph.of_kind("I") if e.law != 0.0]
+        if any(variable in locked for variable in meant):
             relations = [r for r in flow_relations(self.graph, self.flow) if all(v in locked for v, _, _ in r.terms)]
             at = ", ".join(places(self.graph, relations))
             raise GraphError(
@@ -335,15 +318,6 @@ def displacements(graph: BondGraph) -> Iterator[Displacement]:
     for junction in graph.motions:
         if junction not in declared:
             yield Displacement(junction, junction)
-
-
-def _ports(graph: BondGraph, flow: dict[int, int]) -> Iterator[Port]:
-    for element in graph.of_kind(*ONE_PORTS):
-        bond = graph.bond_of(element.name)
-        yield Port(element, bond.number, flow[bond.number], bond.sign(element.name))
-    for element in graph.of_kind("GY"):
-        for bond in graph.ends(element.name):
-            yield Port(element, bond.number, flow[bond.number], bond.sign(element.name))
 
 
 def _joined(supports: Iterator[tuple[int, ...]]) -> tuple[int, ...]:

@@ -15,7 +15,7 @@ from bondgraph.builder import Builder
 from bondgraph.elements import ONE_PORTS, SOURCES, TWO_PORTS, Element
 from bondgraph.graph import BondGraph
 from bondgraph.laws import refuse
-from bondgraph.simplification.rules import Action, drop_dangling, drop_zero_velocity, simplify
+from bondgraph.simplification.rules import drop_dangling, drop_zero_velocity, simplify
 
 Place = tuple[Element, str] | tuple[Element, str, str]
 
@@ -117,14 +117,28 @@ def _carried_out(given: _Given, drawn: BondGraph, keep: tuple[str, ...]) -> Proc
     hung = drop_dangling(moving.graph, keep)
     small = simplify(hung.graph, keep)
     found = causality(small.graph)
+    junctions = [
+        f"1:{name}" + f" ({domain})" * bool(domain) + " = 0" * (name in given.zero)
+        for name, domain in given.velocities.items()
+    ]
+    places = [
+        f"{drawn.label(element.name)} on "
+        + (f"0:{first}-{second[0]}.{element.name} between 1:{first} and 1:{second[0]}" if second else f"1:{first}")
+        for element, first, *second in _ordered(given)
+    ]
+    joints = [f"{drawn.label(e.name)} between 1:{source} and 1:{target}" for e, source, target in given.transducers]
+    causal = [f"bond {number}: effort goes to {name}" for number, name in sorted(found.strokes.items())]
+    named = (("integral", found.integral), ("derivative", found.derivative))
+    causal += [f"{kind}: {', '.join(names)}" for kind, names in named if names]
+    dropped = tuple(map(str, (*moving.log, *hung.log)))
     steps = (
-        Step(1, "a 1-junction for every velocity", tuple(_junctions(given)), None),
-        Step(2, "forces, resistors, springs and inertias", tuple(_places(given, drawn)), None),
-        Step(3, "transformers and gyrators", tuple(_joints(given, drawn)), None),
+        Step(1, "a 1-junction for every velocity", tuple(junctions), None),
+        Step(2, "forces, resistors, springs and inertias", tuple(places), None),
+        Step(3, "transformers and gyrators", tuple(joints), None),
         Step(4, "power directions", tuple(str(drawn).splitlines()[1:]), drawn),
-        Step(5, "without zero velocities and dangling junctions", _lines((*moving.log, *hung.log)), hung.graph),
-        Step(6, "simplified", _lines(small.log), small.graph),
-        Step(7, "causality", tuple(_causal(found)), small.graph),
+        Step(5, "without zero velocities and dangling junctions", dropped, hung.graph),
+        Step(6, "simplified", tuple(map(str, small.log)), small.graph),
+        Step(7, "causality", (*causal, *found.conflicts), small.graph),
     )
     return Procedure(steps, small.graph, found)
 
@@ -178,33 +192,3 @@ def _drawn(given: _Given) -> Builder:
         b.add(element)
         b.bond(source, element.name).bond(element.name, target)
     return b
-
-
-def _junctions(given: _Given) -> Iterator[str]:
-    for name, domain in given.velocities.items():
-        yield f"1:{name}" + f" ({domain})" * bool(domain) + " = 0" * (name in given.zero)
-
-
-def _places(given: _Given, graph: BondGraph) -> Iterator[str]:
-    for element, first, *second in _ordered(given):
-        label = graph.label(element.name)
-        between = f"0:{first}-{second[0]}.{element.name} between 1:{first} and 1:{second[0]}" if second else f"1:{first}"
-        yield f"{label} on {between}"
-
-
-def _joints(given: _Given, graph: BondGraph) -> Iterator[str]:
-    for element, source, target in given.transducers:
-        yield f"{graph.label(element.name)} between 1:{source} and 1:{target}"
-
-
-def _lines(log: Iterable[Action]) -> tuple[str, ...]:
-    return tuple(map(str, log))
-
-
-def _causal(found: Any) -> Iterator[str]:
-    for number, name in sorted(found.strokes.items()):
-        yield f"bond {number}: effort goes to {name}"
-    for kind, names in (("integral", found.integral), ("derivative", found.derivative)):
-        if names:
-            yield f"{kind}: {', '.join(names)}"
-    yield from found.conflicts

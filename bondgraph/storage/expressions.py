@@ -75,8 +75,10 @@ def as_tree(expression: Any) -> Any:
     ['mul', ['ratio', 1, 2], ['sin', ['name', 'theta']]]
 
     """
+    import sympy  # type: ignore[import-untyped]
+
     try:
-        large = next(islice(_nodes(expression), MAX_NODES, None), None) is not None
+        large = next(islice(sympy.preorder_traversal(expression), MAX_NODES, None), None) is not None
         tree = None if large else _tree(expression)
     except RecursionError:
         large = True
@@ -92,7 +94,7 @@ def from_tree(tree: Any) -> Any:
     >>> from_tree(["mul", ["ratio", 1, 2], ["sin", ["name", "theta"]]])
     sin(theta)/2
     """
-    import sympy  # type: ignore[import-untyped]
+    import sympy
 
     if not isinstance(tree, list):
         return sympy.Integer(tree) if isinstance(tree, int) else sympy.Float(tree)
@@ -106,12 +108,6 @@ def from_tree(tree: Any) -> Any:
         return sympy.Piecewise(*zip(values[::2], values[1::2], strict=True), evaluate=False)
     made = getattr(sympy, OPERATIONS[operation].sympy)
     return made(*values, evaluate=False) if OPERATIONS[operation].most else made
-
-
-def _nodes(expression: Any) -> Iterator[Any]:
-    import sympy
-
-    yield from sympy.preorder_traversal(expression)
 
 
 def _tree(expression: Any) -> Any:
@@ -208,16 +204,12 @@ def _node_faults(node: Any, sort: str, place: str) -> Iterator[str]:
         if sort != _VALUE:
             yield f"{place}: found piecewise, expected a {sort}"
     else:
-        yield from _operation_faults(node, sort, place)
-
-
-def _operation_faults(node: Sequence[Any], sort: str, place: str) -> Iterator[str]:
-    operation = OPERATIONS[node[0]]
-    if not operation.least <= len(node) - 1 <= operation.most:
-        count = f"{operation.least}" if operation.least == operation.most else f"{operation.least} to {operation.most}"
-        yield f"{place}: found {node[0]} of {len(node) - 1} arguments, expected {count}"
-    if (operation.gives == _CONDITION) != (sort == _CONDITION):
-        yield f"{place}: found {node[0]}, which is a {operation.gives}, expected a {sort}"
+        operation = OPERATIONS[node[0]]
+        if not operation.least <= len(node) - 1 <= operation.most:
+            count = f"{operation.least}" if operation.least == operation.most else f"{operation.least} to {operation.most}"
+            yield f"{place}: found {node[0]} of {len(node) - 1} arguments, expected {count}"
+        if (operation.gives == _CONDITION) != (sort == _CONDITION):
+            yield f"{place}: found {node[0]}, which is a {operation.gives}, expected a {sort}"
 
 
 def _is_name(arguments: Sequence[Any]) -> bool:

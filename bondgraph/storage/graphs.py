@@ -10,7 +10,7 @@
      "parameters": {"k": 3.0, "open": null}}
 
 An element's `domain`, `part` and `law` and the last three tables may be left out. A law is a number, or an expression:
-the names in the graph that it is a function of, and a tree of lists (`bondgraph.storing.trees`). Laws given as Python
+the names in the graph that it is a function of, and a tree of lists (`bondgraph.storage.expressions`). Laws given as Python
 functions are saved as the formulas that they write down; those that write none down cannot be saved, nor can laws that
 a mechanism's motion gives the positions for.
 """
@@ -28,6 +28,7 @@ from bondgraph.elements import Displacement, Element, Law, Modulus
 from bondgraph.graph import Bond, BondGraph, as_graph
 from bondgraph.laws import Function, GraphError, refuse
 from bondgraph.storage.expressions import Check, as_tree, from_tree, names_in, number_faults, shown, tree_faults
+from bondgraph.storage.files import replacement
 
 FORMAT = "bondgraph"
 VERSION = 1
@@ -46,20 +47,20 @@ def save(graph: BondGraph, path: str | os.PathLike[str], *, overwrite: bool = Fa
         GraphError: the file is there already, cannot be written, or a law cannot be saved.
 
     """
-    path, text = Path(path), _text(as_data(graph))
+    rows = {
+        key: "[\n  " + ",\n  ".join(json.dumps(row, allow_nan=False) for row in value) + "\n ]"
+        if value and isinstance(value, list)
+        else json.dumps(value, allow_nan=False)
+        for key, value in as_data(graph).items()
+    }
+    path, text = Path(path), "{\n" + ",\n".join(f" {json.dumps(key)}: {row}" for key, row in rows.items()) + "\n}\n"
     if os.path.lexists(path) and not overwrite:
         raise GraphError(f"{path}: is there already; choose another name, or save(..., overwrite=True)")
-    fresh = path.with_name(f".{path.name}.{os.getpid()}.tmp")
     try:
-        with fresh.open("x", encoding="ascii") as file:
-            file.write(text)
-            file.flush()
-            os.fsync(file.fileno())
-        os.replace(fresh, path)
+        with replacement(path, "text") as fresh:
+            fresh.write_text(text, encoding="ascii")
     except OSError as error:
         raise GraphError(f"{path}: cannot be written ({error.strerror})") from error
-    finally:
-        fresh.unlink(missing_ok=True)
 
 
 def load(path: str | os.PathLike[str]) -> BondGraph:
@@ -135,17 +136,6 @@ def from_data(data: Any) -> BondGraph:
 
 
 # -- writing ------------------------------------------------------------------------------------------------------------
-
-
-def _text(data: Mapping[str, Any]) -> str:
-    """JSON with one element or bond per line."""
-    return "{\n" + ",\n".join(f" {json.dumps(key)}: {_rows(value)}" for key, value in data.items()) + "\n}\n"
-
-
-def _rows(value: Any) -> str:
-    if not value or not isinstance(value, list):
-        return json.dumps(value, allow_nan=False)
-    return "[\n  " + ",\n  ".join(json.dumps(row, allow_nan=False) for row in value) + "\n ]"
 
 
 def _element_data(element: Element) -> dict[str, Any]:

@@ -8,8 +8,8 @@ draws curves over one another and their residuals below.
 
 - Kinematics (`compare_kinematics`): a source of flow imposes the crank's motion; the slider's position, velocity and
   acceleration follow from the graph by integration, and from the triangle in closed form.
-- Dynamics (`compare_free_motion`): no loads, the crank starts at theta = 0; the graph against Lagrange's equation, exact, and
-  with the coefficients of small lambda = r/l.
+- Dynamics (`compare_free_motion`): no loads, the crank starts at theta = 0; the graph against Lagrange's equation, exact
+  and with the coefficients of small lambda = r/l.
 - Kinetostatics (`compare_torques`): the torque that imposes a motion, by the effort of the source's bond and by Lagrange.
 - Dead centres (`divided_by_modulus`, `printed_programme`): the crank (inertia J, torque M) moves the slider (mass m, damping
   B, load F) through v = T(theta) omega. From the slider's side, m v' = (M - J alpha)/T - B v - F, the step divides by T,

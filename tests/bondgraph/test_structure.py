@@ -9,8 +9,6 @@ from bondgraph.graph import (
     Solve,
     Sum,
     closed,
-    effort_relations,
-    effort_variables,
     flow_relations,
     flow_variables,
     places,
@@ -23,25 +21,6 @@ def geared():
     return (
         b.transform("a", "node", 2.0, name="T").bond("b", "node").bond("node", "b2").one("b2").on("b2", I("L", 1.0)).build()
     )
-
-
-def test_bonds_of_a_1_junction_share_a_flow_and_bonds_of_a_0_junction_an_effort():
-    graph = geared()
-    flow, effort = flow_variables(graph), effort_variables(graph)
-    assert len({flow[b.number] for b in graph.at("a")}) == 1
-    assert len({flow[b.number] for b in graph.at("node")}) == 3
-    assert len({effort[b.number] for b in graph.at("node")}) == 1
-    assert sorted(set(flow.values())) == list(range(len(set(flow.values()))))
-
-
-def test_a_transformer_relates_flows_by_its_ratio_and_efforts_the_other_way():
-    graph = geared()
-    flow, effort = flow_variables(graph), effort_variables(graph)
-    into, out = graph.ends("T")
-    (ratio,) = [r for r in flow_relations(graph, flow) if r.name == "T"]
-    assert ratio.terms == ((flow[out.number], 1.0, 1.0), (flow[into.number], 2.0, -1.0))
-    (ratio,) = [r for r in effort_relations(graph, effort) if r.name == "T"]
-    assert ratio.terms == ((effort[into.number], 1.0, 1.0), (effort[out.number], 2.0, -1.0))
 
 
 def test_parallel_bonds_between_the_same_junctions_add_up_or_cancel():

@@ -4,7 +4,6 @@ import sympy
 
 from bondgraph import Builder, GraphError, I, R, Se
 from bondgraph.equations.twin import Names, clean, exact, numeric_function, twin
-from bondgraph.laws import Dual
 
 x = sympy.Symbol("x")
 
@@ -23,29 +22,6 @@ def test_the_twin_has_the_graphs_structure_with_a_symbol_for_every_number():
     assert {name: str(s) for name, s in found.places.items()} == {"t": "t", "theta": "theta", "u": "u"}
     assert {name: str(s) for name, s in found.rates.items()} == {"u": "udot"}
     assert str(found.finish(found.graph.constant("J"))) == "J"
-
-
-def test_symbols_are_real_inside_and_plain_outside():
-    found = twin(press())
-    inside = found.places["theta"]
-    assert inside.is_real
-    assert found.finish(inside) == sympy.Symbol("theta")
-
-
-def test_signals_answer_with_their_symbol_and_its_rate():
-    found = twin(press())
-    signal = found.signals()["u"]
-    assert signal(0.0) == found.places["u"]
-    assert signal(Dual(0.0, 1.0)).slope == found.rates["u"]
-
-
-def test_what_is_held_comes_back_unfolded():
-    found = twin(press())
-    value = found.places["theta"] / 3
-    kept = found.hold(value)
-    assert kept.is_Symbol
-    assert found.unfold(2 * kept) == 2 * value
-    assert found.hold(found.places["t"]) == found.places["t"]
 
 
 def test_a_law_that_is_no_formula_is_named_with_its_bond():

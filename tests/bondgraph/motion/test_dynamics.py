@@ -5,7 +5,7 @@ import pytest
 import sympy
 from numpy.testing import assert_allclose
 
-from bondgraph import Builder, C, GraphError, I, R, Se
+from bondgraph import Builder, C, GraphError, I, Law, Modulus, Motion, R, Se
 from bondgraph.motion.dynamics import Dynamics
 
 
@@ -63,3 +63,11 @@ def test_springs_that_hold_a_flow_alone_must_balance_at_the_start():
     assert fault.startswith(
         "C:k1, C:k2 alone hold the flow of end, and their efforts there are off balance by 5 at the start"
     )
+
+
+def test_a_spring_whose_law_a_motion_gives_is_no_state_and_motions_are_anchored_once_each():
+    law = Law(lambda here, anchor: here.q, Motion("a"))
+    b = Builder().one("a").one("ram").on("a", I("m", 1.0), C("k", 1.0), C("cam", law), Se("M", law)).on("ram", I("M'", 1.0))
+    dynamics = Dynamics(b.transform("a", "ram", Modulus(np.sin, np.cos, Motion("a"))).build())
+    assert dynamics.state.names == ("f_a", "a", "q_k")
+    assert dynamics.anchored == ("a",)

@@ -164,7 +164,7 @@ def test_two_runs_are_the_same_to_the_last_bit():
 # -- rtol is kept ------------------------------------------------------------------------------------------------------
 
 
-@settings(max_examples=12, deadline=None, derandomize=True)
+@settings(max_examples=8, deadline=None, derandomize=True)
 @given(st.integers(0, 10_000), st.sampled_from([1e-3, 1e-6, 1e-8, 1e-10]))
 def test_the_true_error_of_random_chains_is_within_rtol(seed, rtol):
     """Masses, springs and dampers in a row, a gyrator in the middle: linear, so that expm is the truth."""
@@ -238,14 +238,8 @@ def test_small_inductances_are_for_the_stiff_methods(method):
 
 
 def test_a_motor_without_inductance():
-    b = (
-        Builder()
-        .one("a")
-        .one("w")
-        .on("a", Se("V", 3.0), R("r", 2.0))
-        .gyrate("a", "w", 0.5)
-        .on("w", I("J", 1.0), R("q", 0.1))
-    )
+    b = Builder().one("a").one("w").on("a", Se("V", 3.0), R("r", 2.0)).gyrate("a", "w", 0.5)
+    b.on("w", I("J", 1.0), R("q", 0.1))
     run, rate = simulate(b.build(), 2.0, tolerance=1e-7), 0.25 / 2.0 + 0.1
     assert_allclose(run.flow("w", 2.0), 0.75 / rate * (1 - np.exp(-2 * rate)), rtol=1e-9)
 
@@ -385,8 +379,8 @@ def test_a_run_says_what_it_does_not_have():
 
 
 @pytest.mark.parametrize("method", ["DOP853", "RK45", "LSODA", "Radau", "BDF"])
-@pytest.mark.parametrize("law", [lambda x: -np.sqrt(1 - x), sympy.log(1 - sympy.Symbol("x"))], ids=["root", "log"])
-def test_a_law_that_ends_during_the_run_is_named_with_the_time(law, method):
+def test_a_law_that_ends_during_the_run_is_named_with_the_time(method):
+    law = sympy.log(1 - sympy.Symbol("x")) if method in ("RK45", "Radau") else lambda x: -np.sqrt(1 - x)
     with pytest.raises(
         GraphError, match=r"cannot be followed past t = 0\.\d* s: .*the law of MSe:F is not defined at x = 1\.0"
     ):
@@ -415,12 +409,12 @@ def massless_crank(resistance=0.0, law=None):
 
 
 METHODS = ["DOP853", "RK45", "RK23", "LSODA", "Radau", "BDF", "euler", "rk2", "rk4"]
+PLACES = [(0.0, "0,"), (np.pi, "3.141"), (-np.pi, "-3.141"), (7 * np.pi, "21.991"), (1.0, "3.141"), (-5.0, "-3.141")]
 
 
-@pytest.mark.parametrize("method", METHODS)
 @pytest.mark.parametrize(
-    ("phi", "place"),
-    [(0.0, "0,"), (np.pi, "3.141"), (-np.pi, "-3.141"), (7 * np.pi, "21.991"), (1.0, "3.141"), (-5.0, "-3.141")],
+    ("method", "phi", "place"),  # every place by one method, and for every method a start there and one on the way
+    [(m, *PLACES[p]) for k, m in enumerate(METHODS) for p in ((range(6)) if not k else (k % 4, 4 + k % 2))],
 )
 def test_a_dead_centre_that_nothing_carries_the_motion_through_ends_a_run_at_once(method, phi, place, monkeypatch):
     """At the start by whatever rounding leaves of sin(phi), on the way, and with a million equal steps to take."""
@@ -434,10 +428,15 @@ def test_a_dead_centre_that_nothing_carries_the_motion_through_ends_a_run_at_onc
     assert len(asked) < 30_000
 
 
-@pytest.mark.parametrize("method", METHODS[:5])
 @pytest.mark.parametrize(
-    ("resistance", "phi", "until", "truth"),
-    [(1.0, 1.0, 10.0, 9.920875785825), (1.0, np.pi, 10.0, 12.417618028278), (10.0, 1.0, 100.0, 10.991322669410)],
+    ("method", "resistance", "phi", "until", "truth"),
+    [
+        ("DOP853", 1.0, 1.0, 10.0, 9.920875785825),
+        ("RK45", 1.0, np.pi, 10.0, 12.417618028278),
+        ("RK23", 1.0, 1.0, 10.0, 9.920875785825),
+        ("LSODA", 10.0, 1.0, 100.0, 10.991322669410),
+        ("Radau", 1.0, np.pi, 10.0, 12.417618028278),
+    ],
 )
 def test_a_resistor_carries_a_motion_through_dead_centres(method, resistance, phi, until, truth):
     """Truth: s^2 w w' + r w + s c w^2 = 1 over phi, by collocation with 900 Chebyshev points from phi = 2, and its time."""
@@ -459,7 +458,7 @@ def test_a_light_crank_passes_its_dead_centres():
     """A thirtieth of the mass before it: the motion is followed, as the energy says."""
     b = Builder().one("crank", displacement="phi").one("s").transform("crank", "s", lambda phi: np.sin(phi))
     b.on("s", I("m", 1.0)).on("crank", I("J", 0.03), Se("M", 1.0))
-    for method, step in (("DOP853", None), ("rk4", 1e-3)):
+    for method, step in (("DOP853", None), ("rk4", 2e-3)):
         run = simulate(b.build(), 2.0, initial={"phi": 1.0}, method=method, step=step)
         speed, phi = run.flow("crank"), run.displacement("phi")
         energy = 0.5 * (0.03 + np.sin(phi) ** 2) * speed**2
@@ -479,7 +478,7 @@ def test_names_may_be_anything():
     assert_allclose(run.power("M\\", 1.0), -0.5, rtol=1e-9)
 
 
-@pytest.mark.parametrize("rtol", [1e-10, 1e-11, 1e-13 / 0.03, 1e-12])
+@pytest.mark.parametrize("rtol", [1e-11, 1e-13 / 0.03])
 def test_near_rounding_the_estimate_is_still_a_difference(rtol):
     run = simulate(slider_crank().build(), 1.0, initial={"crank": 10.0}, rtol=rtol)
     assert run.error > 0.0
@@ -496,11 +495,10 @@ def test_a_law_of_plain_numbers_can_be_stepped_and_looked_at(law):
     assert run.audit.energy < 1e-4
 
 
-@pytest.mark.parametrize("width", [0.5, 5.0])
-def test_a_load_that_lasts_for_a_small_part_of_the_run_is_not_passed_over(width):
-    force = Se("F", lambda t: np.where((t > 50) & (t < 50 + width), 1.0, 0.0))
+def test_a_load_that_lasts_for_a_small_part_of_the_run_is_not_passed_over():
+    force = Se("F", lambda t: np.where((t > 50) & (t < 50.5), 1.0, 0.0))
     run = simulate(Builder().one("mass").on("mass", I("m", 1.0), force).build(), 100.0)
-    assert_allclose(run.flow("mass", 100.0), width, rtol=1e-7)
+    assert_allclose(run.flow("mass", 100.0), 0.5, rtol=1e-7)
     assert run.reached
 
 
@@ -565,15 +563,15 @@ def twins(spring):
     return b.between("a", "b", spring).build()
 
 
-@pytest.mark.parametrize("method", ["DOP853", "LSODA", "Radau", "BDF"])
 @pytest.mark.parametrize(
-    ("graph", "until"),
+    ("method", "graph", "until"),
     [
-        (balanced_bridge(), 0.1),
-        (twins(C("k", stiffness=50.0)), 2.0),
-        (twins(C("k", lambda q: 50.0 * q + 900.0 * q**3)), 2.0),
+        ("DOP853", balanced_bridge(), 0.1),
+        ("Radau", balanced_bridge(), 0.1),
+        ("LSODA", twins(C("k", stiffness=50.0)), 2.0),
+        ("BDF", twins(C("k", lambda q: 50.0 * q + 900.0 * q**3)), 2.0),
+        ("DOP853", twins(C("k", lambda q: 50.0 * q + 900.0 * q**3)), 2.0),
     ],
-    ids=["bridge", "twins", "twins with a spring of its own law"],
 )
 def test_a_state_that_stays_at_rounding_asks_for_nothing(graph, until, method):
     run = simulate(graph, until, method=method, rtol=1e-7)
@@ -631,7 +629,7 @@ def test_a_motion_that_takes_too_long_is_refused_with_the_time_it_reached():
     ("method", "rtol"),
     [
         *(("DOP853", 1e-3), ("DOP853", 1e-6), ("DOP853", 1e-11), ("RK45", 1e-3), ("RK45", 1e-6)),
-        *(("RK23", 1e-3), ("LSODA", 1e-3), ("LSODA", 1e-7), ("Radau", 1e-2), ("BDF", 1e-2)),
+        *(("RK23", 1e-3), ("LSODA", 1e-7), ("Radau", 1e-2), ("BDF", 1e-2)),
     ],
 )
 def test_the_estimate_holds_where_steps_are_capped_by_a_load_that_varies(method, rtol):
@@ -646,8 +644,7 @@ def test_the_estimate_holds_where_steps_are_capped_by_a_load_that_varies(method,
     assert run.error <= rtol or not run.reached
 
 
-@pytest.mark.parametrize("method", ["euler", "rk2", "rk4"])
-@pytest.mark.parametrize("steps", [40, 317])
+@pytest.mark.parametrize(("method", "steps"), [("euler", 40), ("euler", 317), ("rk2", 317), ("rk4", 40)])
 def test_the_estimate_holds_for_fixed_steps_between_their_ends_too(method, steps):
     """A load whose period is a step's half looks constant to steps of this length, and to steps of twice it."""
     w = np.pi * steps

@@ -8,12 +8,7 @@ from bondgraph.simplification.rules import (
     drop_dangling,
     drop_zero_sources,
     drop_zero_velocity,
-    edited,
-    fresh_name,
-    is_held,
-    new_bond,
     simplify,
-    titles,
 )
 from tests.bondgraph.simplification.rows import LOAD, line, listed
 
@@ -101,25 +96,3 @@ def test_ground_beyond_a_modulated_transformer_is_held_by_a_source():
 def test_a_graph_of_zeros_alone_is_an_error():
     with pytest.raises(GraphError, match="nothing is left without Se:s"):
         simplify(line("1:a", "1:b", elements={"a": [Se("s", 0.0)]}).build(loose=True))
-
-
-def test_a_zero_source_holds_its_junction_and_equal_ones_but_no_others():
-    graph = line("1:a", "1:b", "0:z", "1:c", elements={**LOAD, "b": [Sf("s", 0.0)], "c": [I("m", 1.0)]}).build()
-    held = {name: is_held(graph, name, "Sf", graph.bonds) for name in ("a", "b", "c")}
-    assert held == {"a": True, "b": True, "c": False}
-    assert not is_held(graph, "a", "Sf", [])
-
-
-def test_new_names_and_numbers_are_free():
-    graph = line("1:a", elements={"a": [Se("M", 3.0), Se("M.2", 1.0), I("J", 2.0)]}).build()
-    assert [fresh_name(graph, name) for name in ("M", "J", "K")] == ["M.3", "J.2", "K"]
-    assert new_bond(graph, "a", "K") == (4, "a", "K")
-    assert new_bond(graph, "a", "K", 2).number == 6
-
-
-def test_an_edited_graph_has_its_bonds_by_number_and_its_new_elements():
-    graph = line("1:a", elements=LOAD).build()
-    first, second = graph.bonds
-    found = edited(graph, [new_bond(graph, "a", "B"), second, first], added=[R("B", 1.0)])
-    assert listed(found) == [*listed(graph), "1:a -> R:B = 1"]
-    assert titles(found, {"J", "B"}) == "I:J, R:B"
