@@ -168,7 +168,7 @@ def _loop(graph: BondGraph, gives: Mapping[Variable, str], known: Inputs, group:
 
 _INTEGRAL, _DERIVATIVE = "integral", "derivative"
 _WORDS = {"e": "effort", "f": "flow"}
-_PATIENCE = 20  # steps per bond before the search for an assignment without conflict gives up
+_MOST_TRIALS = 20  # steps per bond before the search for an assignment without conflict gives up
 
 
 class Reason(NamedTuple):
@@ -246,7 +246,12 @@ def causality(graph: BondGraph, prefer: str | Mapping[str, str] = _INTEGRAL) -> 
 
     """
     wanted = _wanted(as_graph(graph), prefer)
-    draft = _started(graph)
+    fixed = []  # the sources' strokes, and all that follows from them and from the structure alone
+    for source in graph.of_kind(*SOURCES):
+        bond = graph.bond_of(source.name)
+        end = source.name if source.kind == "Sf" else bond.other(source.name)
+        fixed.append((bond, _Mark(end, "source", source.name)))
+    draft = _extended(_Draft(graph, {}, {}, frozenset()), fixed, list(graph.elements))
     for name in () if isinstance(prefer, str) else prefer:  # what is asked for by name comes first, if it can be had
         trial = _store(draft, name, wanted[name], "preferred")
         free = graph.bond_of(name).number not in draft.marks
@@ -325,16 +330,6 @@ class _Draft(NamedTuple):
         return {number: mark.end for number, mark in self.marks.items()}
 
 
-def _started(graph: BondGraph) -> _Draft:
-    """The sources' strokes and all that follows from them, and from the structure alone."""
-    fixed = []
-    for source in graph.of_kind(*SOURCES):
-        bond = graph.bond_of(source.name)
-        end = source.name if source.kind == "Sf" else bond.other(source.name)
-        fixed.append((bond, _Mark(end, "source", source.name)))
-    return _extended(_Draft(graph, {}, {}, frozenset()), fixed, list(graph.elements))
-
-
 def _extended(draft: _Draft, decided: Iterable[tuple[Bond, _Mark]], todo: Sequence[str] = ()) -> _Draft:
     """A draft with more strokes decided and all that follows from them filled in."""
     graph, marks, conflicts = draft.graph, dict(draft.marks), dict(draft.conflicts)
@@ -394,7 +389,7 @@ def _divides(graph: BondGraph, strokes: Mapping[int, str], name: str) -> bool:
 def _completed(draft: _Draft, wanted: Mapping[str, str]) -> _Draft:
     """The first assignment in the order of preference that adds no conflict; where there is none, one that adds few."""
     stack = [draft]
-    for _ in range(_PATIENCE * len(draft.graph.bonds)):
+    for _ in range(_MOST_TRIALS * len(draft.graph.bonds)):
         if not stack:
             break
         tried = stack.pop()
@@ -480,7 +475,7 @@ def _from(graph: BondGraph, marks: Mapping[int, _Mark], bond: Bond) -> str:
 def _reason(draft: _Draft, bond: Bond, wanted: Mapping[str, str], how: Mapping[str, str], found: Sequence[Loop]) -> Reason:
     graph, mark = draft.graph, draft.marks[bond.number]
     port = next((n for n in bond[1:] if graph.elements[n].kind in ONE_PORTS), "")
-    kind, text = mark.kind, _text(graph, mark, bond, how)
+    kind, text = mark.kind, _text(graph, mark, how)
     if how.get(port) == _DERIVATIVE != wanted.get(port):
         kind = "derivative"
         text = f"{graph.title(port)} has to follow: {text}" if mark.kind == "propagated" else text
@@ -489,13 +484,20 @@ def _reason(draft: _Draft, bond: Bond, wanted: Mapping[str, str], how: Mapping[s
     return Reason(kind, text + _warning(graph, mark.end, bond, port, how))
 
 
-def _text(graph: BondGraph, mark: _Mark, bond: Bond, how: Mapping[str, str]) -> str:
+def _text(graph: BondGraph, mark: _Mark, how: Mapping[str, str]) -> str:
     """What a mark says: who decided the stroke, or which element passed it on from which bonds."""
     gives = "flow" if mark.end == mark.by else "effort"
     if mark.kind == "source":
         return f"{graph.title(mark.by)} imposes its {gives}"
     if mark.kind == "propagated":
-        return _passed_on(graph, mark, bond)
+        element, where = graph.elements[mark.by], graph.title(mark.by)
+        causes = ("bonds " if len(mark.causes) > 1 else "bond ") + ", ".join(map(str, mark.causes))
+        if element.kind in TWO_PORTS:
+            return f"{where} passes on {causes}"
+        word = _WORDS[COMMON[element.kind]]
+        if (mark.end == mark.by) is not DECIDES_AT[element.kind]:
+            return f"{causes} sets the {word} of {where}"
+        return f"no other bond sets the {word} of {where}" + (f" ({causes} cannot)" if mark.causes else "")
     if not mark.by:
         return f"nothing decides it: {graph.title(mark.end)} taken to receive the effort"
     if mark.by in how:
@@ -505,19 +507,6 @@ def _text(graph: BondGraph, mark: _Mark, bond: Bond, how: Mapping[str, str]) -> 
         return f"{graph.title(mark.by)} taken as a conductance, f = e / {mark.by}"
     law = f"{mark.by} f" if _solvable(graph, mark.by) else f"{mark.by}(f)"
     return f"{graph.title(mark.by)} taken as a resistance, e = {law}"
-
-
-def _passed_on(graph: BondGraph, mark: _Mark, bond: Bond) -> str:
-    element = graph.elements[mark.by]
-    causes = ("bonds " if len(mark.causes) > 1 else "bond ") + ", ".join(map(str, mark.causes))
-    where = graph.title(mark.by)
-    if element.kind in TWO_PORTS:
-        return f"{where} passes on {causes}"
-    word = _WORDS[COMMON[element.kind]]
-    decides = (mark.end == mark.by) is DECIDES_AT[element.kind]
-    if not decides:
-        return f"{causes} sets the {word} of {where}"
-    return f"no other bond sets the {word} of {where}" + (f" ({causes} cannot)" if mark.causes else "")
 
 
 def _warning(graph: BondGraph, end: str, bond: Bond, port: str, how: Mapping[str, str]) -> str:

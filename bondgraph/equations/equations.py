@@ -319,7 +319,7 @@ class StateEquations:
             GraphError: if a parameter is open or a signal has no function.
 
         """
-        import sympy  # type: ignore[import-untyped]
+        import sympy
 
         if self.open:
             names = ", ".join(map(str, self.open))

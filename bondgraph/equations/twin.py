@@ -71,11 +71,11 @@ class Twin:
 
     def signals(self) -> dict[str, Callable[[Any], Any]]:
         """The signals as functions of time that answer with their symbols."""
-        places = self.places
-        return {
-            name: lambda t, symbol=places[name], rate=rate: Dual(symbol, rate) if isinstance(t, Dual) else symbol
-            for name, rate in self.rates.items()
-        }
+
+        def answering(symbol: Any, rate: Any) -> Callable[[Any], Any]:
+            return lambda t: Dual(symbol, rate) if isinstance(t, Dual) else symbol
+
+        return {name: answering(self.places[name], rate) for name, rate in self.rates.items()}
 
     def hold(self, value: Any) -> Any:
         """A symbol that stands for a law's value until it is unfolded."""

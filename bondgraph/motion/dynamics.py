@@ -278,24 +278,15 @@ class Walk:
                     for k in self.tables.support[step.target]
                 }
             else:
-                self._solve_gains(step)
-
-    def _solve_gains(self, step: Solve) -> None:
-        columns = self.tables.support[step.unknown[0]]
-        right = [
-            [
-                total(
-                    -sign * self._ratio(ratio) * self.gain[v][k]
-                    for v, ratio, sign in relation.terms
-                    if v not in step.unknown and k in self.gain[v]
-                )
-                for k in columns
-            ]
-            for relation in step.relations
-        ]
-        solution = solve(self._matrix(step), right)
-        for row, variable in enumerate(step.unknown):
-            self.gain[variable] = dict(zip(columns, solution[row], strict=True))
+                columns, right = self.tables.support[step.unknown[0]], []
+                for relation in step.relations:
+                    known = [(v, -sign * self._ratio(r)) for v, r, sign in relation.terms if v not in step.unknown]
+                    right.append(
+                        [total(factor * self.gain[v][k] for v, factor in known if k in self.gain[v]) for k in columns]
+                    )
+                solution = solve(self._matrix(step), right)
+                for row, variable in enumerate(step.unknown):
+                    self.gain[variable] = dict(zip(columns, solution[row], strict=True))
 
     def _matrix(self, step: Solve) -> list[list[Any]]:
         return [
@@ -369,16 +360,14 @@ class Walk:
     def _static_reaction(self, port: Port) -> tuple[Any, int, Any]:
         """The same for the rate of a port's effort: of springs and sources."""
         if port.element.kind == "C" and port in self.tables.springs:
-            stiffness = self._stiffness(port.element.name)
+            name, law = port.element.name, port.element.law
+            if self.graph.is_linear(name):
+                stiffness = 1.0 / self.graph.constant(name)
+            else:
+                assert isinstance(law, Function)
+                stiffness = self._partials(law, name, self._stretch[name])[1][law.of.index(OWN_DISPLACEMENT)]
             return stiffness * port.sign * self.flow[port.variable], port.variable, stiffness * port.sign
         return self._rate_of_source(port.element.name), port.variable, 0.0
-
-    def _stiffness(self, name: str) -> Any:
-        law = self.graph.elements[name].law
-        if self.graph.is_linear(name):
-            return 1.0 / self.graph.constant(name)
-        assert isinstance(law, Function)
-        return self._partials(law, name, self._stretch[name])[1][law.of.index(OWN_DISPLACEMENT)]
 
     # -- efforts and accelerations -------------------------------------------------------------------------------------
 
@@ -446,18 +435,15 @@ class Walk:
             elif isinstance(step, Sum):
                 bias[step.target] = total(sign * bias[source] for source, sign in step.terms)
             else:
-                self._solve_bias(step, bias)
+                right = []
+                for relation in step.relations:
+                    varying = total(-sign * self._ratio_rate(ratio) * self.flow[v] for v, ratio, sign in relation.terms)
+                    known = [term for term in relation.terms if term[0] not in step.unknown]
+                    right.append([varying + total(-sign * self._ratio(ratio) * bias[v] for v, ratio, sign in known)])
+                solution = solve(self._matrix(step), right)
+                for row, variable in enumerate(step.unknown):
+                    bias[variable] = solution[row][0]
         return bias
-
-    def _solve_bias(self, step: Solve, bias: list[Any]) -> None:
-        right = []
-        for relation in step.relations:
-            varying = total(-sign * self._ratio_rate(ratio) * self.flow[v] for v, ratio, sign in relation.terms)
-            known = [term for term in relation.terms if term[0] not in step.unknown]
-            right.append([varying + total(-sign * self._ratio(ratio) * bias[v] for v, ratio, sign in known)])
-        solution = solve(self._matrix(step), right)
-        for row, variable in enumerate(step.unknown):
-            bias[variable] = solution[row][0]
 
     def _effort_at(self, number: int, accelerations: list[Any], bias: list[Any]) -> Any:
         port = self.form.ports[number]

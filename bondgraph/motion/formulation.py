@@ -75,8 +75,8 @@ class Layers:
             seen = [e for e in graph.of_kind(*_SEEN_BY[layer]) if e.kind == "Sf" or e.law != 0.0]
             rows = _span(self._basis[[flow[b.number] for e in seen for b in graph.at(e.name)]])
             left = np.linalg.norm(self._basis - self._basis @ rows.T @ rows, axis=1)
-            for variable in np.flatnonzero(left <= _SAME):
-                self.of[variable] = layer
+            for settled in np.flatnonzero(left <= _SAME):
+                self.of[settled] = layer
         for still in self.locked():
             self.of[still] = len(_SEEN_BY)
 

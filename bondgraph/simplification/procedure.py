@@ -40,7 +40,7 @@ class Procedure:
     Args:
         steps: in order.
         graph: the final graph.
-        causality: its causality, a `bondgraph.causal.assignment.Causality`.
+        causality: its causality, a `bondgraph.Causality`.
 
     """
 
