@@ -363,6 +363,9 @@ class Dynamics:
         self.ratio = 1.0 if drive is None else machine.scene.shafts[drive.on]
         self._efforts = {effort.path: effort for effort in machine.efforts}
 
+    def __reduce__(self) -> tuple[Any, ...]:
+        return Dynamics, (self.machine, self.inertia, self.balance)
+
     def at(
         self,
         phi: float,

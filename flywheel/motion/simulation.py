@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -56,7 +56,6 @@ class Motion(NamedTuple):
     omega: Array
     work: Array
     energy_residual: float
-    at: Callable[[Any], tuple[Array, Array]]
     run: Run | None = None
     ended: str | None = None
     error: float = 0.0
@@ -65,6 +64,21 @@ class Motion(NamedTuple):
     drift: float = 0.0
     rough: Trail | None = None
     share: float = 1.0
+
+    def at(self, times: Any) -> tuple[Array, Array]:
+        """Crank angle and speed at times (s), by dense output; on a stroke a SceneError for times after its end."""
+        wanted = np.atleast_1d(np.asarray(times, dtype=float))
+        if self.run is not None:
+            return self.run.displacement("phi", wanted), self.run.flow("crank", wanted)
+        assert self.trail is not None
+        phi, omega = self.trail.states(wanted)[:2]
+        stroke = self.trail.dynamics.machine.scene.stroke
+        if stroke is None:
+            return phi, omega
+        if np.any(wanted > self.t[-1]):
+            last = f"times up to {self.t[-1]:.6g} s"
+            raise SceneError([Fault("t", f"{wanted.max():.6g} s", last, self.ended or "")])
+        return np.clip(phi + stroke.start, stroke.start, stroke.end), omega
 
     def __repr__(self) -> str:
         """Its extent, instead of every point."""
@@ -222,24 +236,14 @@ def _on_stroke(motion: Motion, scene: Scene, until: float) -> Motion:
     if last < until and ended is None:
         ended = end_of_stroke(scene, float(phi[-1]), last)
 
-    def at(times: Any) -> tuple[Array, Array]:
-        if np.any(np.asarray(times) > last):
-            raise SceneError([Fault("t", f"{np.max(times):.6g} s", f"times up to {last:.6g} s", ended or "")])
-        found, speed = motion.at(times)
-        return np.clip(found + start, start, end), speed
-
-    return motion._replace(phi=phi, at=at, ended=ended)
+    return motion._replace(phi=phi, ended=ended)
 
 
 def _of_run(run: Run, with_current: bool) -> Motion:
     """What a run of the whole graph says of the crank."""
-
-    def at(times: Any) -> tuple[Array, Array]:
-        wanted = np.atleast_1d(np.asarray(times, dtype=float))
-        return run.displacement("phi", wanted), run.flow("crank", wanted)
-
     current = run.flow("drive.motor.armature", run.t) if with_current else None
-    return Motion(run.t, *at(run.t), run.audit.supplied, run.audit.energy, at, run, error=run.error, current=current)
+    phi, omega = run.displacement("phi", run.t), run.flow("crank", run.t)
+    return Motion(run.t, phi, omega, run.audit.supplied, run.audit.energy, run, error=run.error, current=current)
 
 
 def _check_arguments(phi: float, omega: float, until: float, rtol: float, current: float) -> None:
@@ -255,14 +259,9 @@ def _as_motion(trail: Trail, error: float) -> Motion:
     states, dynamics = trail.ends(), trail.dynamics
     kinetic = 0.5 * (dynamics.inertia + _inertia(dynamics.machine, states[0])) * states[1] ** 2
     residual = np.abs(kinetic - kinetic[0] - states[2]).max() / max(float(kinetic.max()), 1e-300)
-
-    def at(times: Any) -> tuple[Array, Array]:
-        found = trail.states(np.atleast_1d(np.asarray(times, dtype=float)))
-        return found[0], found[1]
-
     current = states[3] if states.shape[0] > 3 else None
     phi, omega, work = states[:3]
-    return Motion(trail.t, phi, omega, work, float(residual), at, None, trail.stuck, error, current, trail, trail.drift)
+    return Motion(trail.t, phi, omega, work, float(residual), None, trail.stuck, error, current, trail, trail.drift)
 
 
 def _inertia(machine: Machine, phi: Array) -> Array:
