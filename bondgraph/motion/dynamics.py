@@ -498,6 +498,9 @@ class Dynamics:
         names += [f"q_{p.element.name}" for p in self.tables.springs]
         self.state = State(tuple(names), len(moving), len(self.form.displacements))
 
+    def __reduce__(self) -> tuple[Any, ...]:
+        return Dynamics, (self.graph, self.signals)
+
     def at(self, t: Any, state: Sequence[Any], anchors: Mapping[str, Any] | None = None) -> Instant:
         """Flows, efforts and rates at a time t (s) and a state (numbers, or arrays of the same shape, one per name).
 

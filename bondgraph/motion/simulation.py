@@ -11,7 +11,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields, replace
 from functools import cached_property
 from numbers import Real
 from typing import Any, NamedTuple
@@ -103,6 +103,9 @@ class Run:
     evaluations: int
     method: str = ""
     messages: tuple[str, ...] = ()
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return Run, tuple(getattr(self, one.name) for one in fields(self))
 
     @property
     def t(self) -> Array:

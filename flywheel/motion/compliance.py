@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import replace
+from dataclasses import dataclass, fields
 from typing import Any
 
 import numpy as np
@@ -27,7 +27,7 @@ def followed(
 ) -> Run:
     """The motion of the whole graph without twist at first, from crank angle (rad), speed (rad/s) and current (A)."""
     scene, (phi, omega, current) = machine.scene, start
-    graph = repeating(machine.with_values(balance, inertia), scene.cycle, scene.shafts)
+    graph = compliant_graph(machine, balance, inertia)
     angles = [(d.name, scene.shafts[d.of]) for d in graph.displacements.values()]
     turning = [name for name in ("crank", *scene.compliances) if name in graph.elements]  # the others follow the crank
     _check_weighed(graph, turning)
@@ -55,19 +55,36 @@ def _check_weighed(graph: BondGraph, shafts: Iterable[str]) -> None:
         )
 
 
-def repeating(graph: BondGraph, cycle: float, shafts: Any) -> BondGraph:
-    """The graph with laws that repeat with every cycle (rad, of the crank), where they were written for one cycle only."""
+@dataclass(frozen=True, eq=False)
+class CompliantGraph(BondGraph):
+    """The graph of a machine that is followed for many cycles; it is pickled as the machine and values that it is of."""
+
+    origin: tuple[Machine, float, float] | None = None
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        assert self.origin is not None
+        return compliant_graph, self.origin
+
+
+def compliant_graph(machine: Machine, balance: float, inertia: float) -> CompliantGraph:
+    """The machine's graph with values (SI) of its balance and flywheel.
+
+    Its laws, which were written for one cycle of the crank, repeat with every cycle.
+    """
+    graph, scene = machine.with_values(balance, inertia), machine.scene
 
     def again(element: Element) -> Element:
         law = element.law
         if isinstance(law, Modulus | Law):
-            period = cycle * shafts[law.motion.of]
+            period = scene.cycle * scene.shafts[law.motion.of]
             law = law._replace(motion=_repeating_motion(law.motion, period))
             if isinstance(law, Law):
                 law = law._replace(effort=_repeating_effort(law, period), per_unknown=None)
         return element._replace(law=law)
 
-    return replace(graph, elements={name: again(element) for name, element in graph.elements.items()})
+    elements = {name: again(element) for name, element in graph.elements.items()}
+    given = {one.name: getattr(graph, one.name) for one in fields(graph)} | {"elements": elements}
+    return CompliantGraph(**given, origin=(machine, balance, inertia))
 
 
 def _repeating_motion(motion: Motion, period: float) -> Motion:

@@ -14,6 +14,7 @@ Source: E. Hairer, S. P. Norsett, G. Wanner, Solving Ordinary Differential Equat
 from __future__ import annotations
 
 from collections.abc import Callable, Generator, Iterator
+from dataclasses import dataclass
 from functools import partial
 from itertools import pairwise
 from typing import Any, NamedTuple
@@ -109,6 +110,20 @@ def decay(along: RateField, t: float, state: Array) -> float:
     return max(0.0, -float(np.linalg.eigvals(scaled).real.min()))
 
 
+@dataclass(frozen=True, eq=False)
+class _Polynomial:
+    """The states within a step of h (s) from a time and a state, by their Chebyshev series over the share of the step."""
+
+    time: float
+    h: float
+    state: Array
+    series: Array
+
+    def __call__(self, t: Any) -> Array:
+        share = (np.asarray(t) - self.time) / self.h
+        return np.asarray((share * chebyshev.chebval(2.0 * share - 1.0, self.series)).T + self.state).T
+
+
 class Implicit:
     """A motion stepped from (t, state), with relative and absolute errors allowed in a step as large as it can be."""
 
@@ -137,13 +152,8 @@ class Implicit:
 
     def _taken(self, h: float, gained: Array) -> Dense:
         """The states within a step: exactly those that it starts with at its start, where a speed may be 0."""
-        start, before, series = self.state, self.t, ((gained / _POINTS) @ _QUOTIENT.T).T
-
-        def dense(t: Array | float) -> Array:
-            share = (np.asarray(t) - before) / h
-            return np.asarray((share * chebyshev.chebval(2.0 * share - 1.0, series)).T + start).T
-
-        self.t, self.state = before + h, start + gained[:, -1]
+        dense = _Polynomial(self.t, h, self.state, ((gained / _POINTS) @ _QUOTIENT.T).T)
+        self.t, self.state = self.t + h, self.state + gained[:, -1]
         return dense
 
     def _allowed(self, states: Array) -> Array:
