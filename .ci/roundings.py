@@ -25,7 +25,7 @@ LEGS = 2
 NUMERICAL = tuple(  # where figures are held against references, and where a last digit may decide: locks, roots, cells
     f"tests/{name}"
     for name in (
-        *("extremes", "estimates", "references", "validation", "bondgraph/motion", "bondgraph/test_reduction.py"),
+        *("extremes", "estimates", "oracle", "references", "validation", "bondgraph/motion", "bondgraph/test_reduction.py"),
         *("numerics", "mechanisms", "linkages", "machine", "regime", "sizing"),
     )
 )
