@@ -1,4 +1,4 @@
-"""Mechanisms drawn at chosen positions, with the paths of their points.
+"""Mechanisms drawn at chosen positions, with the paths of their points, or moving beside the curve of speed as a GIF.
 
 Joints have the symbols of the field: circles for pins, hatched ground under what is fixed, blocks on guides, pins in slots,
 pitch circles for gears. Every body has a colour of its own; the frame is black.
@@ -31,6 +31,7 @@ from flywheel.pictures import sketch as views
 from flywheel.pictures.figures import BLACK, BODIES, shade
 from flywheel.pictures.sketch import CLOSED, Shape, View, placed
 from flywheel.regime import steady_motion
+from flywheel.report.rows import RPM
 from flywheel.scene.linkage import FRAME, SLIDE
 from flywheel.scene.scene import Scene
 from flywheel.sizing.results import Sizing
@@ -258,18 +259,14 @@ def _lines(view: View, poses: Poses, scale: float) -> list[Array]:
     return found
 
 
-# -- paces -------------------------------------------------------------------------------------------------------------
-
-# How a machine goes through its motion: where it stands at which time, and the curve of speed that goes with it.
-
+# -- timing ------------------------------------------------------------------------------------------------------------
 
 _POINTS = 1441
-_RPM = 30 / np.pi
-_FLAT = 2e-3  # of the mean speed: a swing below it is drawn about the mean
+_FLAT = 2e-3  # of the mean speed: a fluctuation below it is drawn about the mean
 
 
-class Pace(NamedTuple):
-    """Coordinates (rad or m) in the order in which they are passed, the times (s) from the first, and a curve over them.
+class Timing(NamedTuple):
+    """How a machine goes through its motion: coordinates (rad or m) as they are passed, times (s), and a curve over them.
 
     `closed` tells whether the motion ends where it began.
     """
@@ -287,8 +284,8 @@ class Pace(NamedTuple):
         return t, np.interp(t, self.time, self.q), np.interp(t, self.time, self.curve)
 
 
-def pace(scene: Scene, view: View) -> Pace:
-    """The pace of a scene's machine: its steady cycle with the flywheel given or sized, or its stroke at the speed given.
+def timing(scene: Scene, view: View) -> Timing:
+    """That of the steady cycle with the flywheel given or sized, or of the stroke at the speed given.
 
     Raises:
         SceneError: where the machine does not run as the scene says, or stands still.
@@ -297,15 +294,15 @@ def pace(scene: Scene, view: View) -> Pace:
     return _of_cycle(size(scene, simulate=False)) if scene.stroke is None else _of_stroke(scene, view)
 
 
-def _of_cycle(sizing: Sizing) -> Pace:
+def _of_cycle(sizing: Sizing) -> Timing:
     phi = np.linspace(0.0, sizing.scene.cycle, _POINTS)
     omega = np.full_like(phi, sizing.speed)
     if sizing.run is not None and sizing.cycle is not None:
         omega = steady_motion.speed_over_cycle(sizing.cycle, sizing.speed, sizing.run, phi)
-    rpm, mean = _RPM * omega, _RPM * sizing.speed
+    rpm, mean = RPM * omega, RPM * sizing.speed
     flat = np.ptp(rpm) < _FLAT * mean
     label = f"crank speed − {number(mean, 0.0, 6)} rpm, rpm" if flat else "crank speed, rpm"
-    return Pace(phi, _elapsed(phi, omega), rpm - mean * flat, _wheel(sizing), label, True)
+    return Timing(phi, _elapsed(phi, omega), rpm - mean * flat, _wheel(sizing), label, True)
 
 
 def _elapsed(q: Array, speed: Array) -> Array:
@@ -322,7 +319,7 @@ def _wheel(sizing: Sizing) -> str:
     return f"Speed over the cycle{eps}\nwith a flywheel of {number(inertia or 0.0, 0.0, 5)} kg m²{on}"
 
 
-def _of_stroke(scene: Scene, view: View) -> Pace:
+def _of_stroke(scene: Scene, view: View) -> Timing:
     """The stroke at its constant speed, with the velocity of the first slide that is driven, or of the last body."""
     assert scene.stroke is not None
     stroke = scene.stroke
@@ -340,15 +337,10 @@ def _of_stroke(scene: Scene, view: View) -> Pace:
         curve, label = stroke.speed * poses.angle(name).rate, f"angular velocity of {name}, rad/s"
     time = np.abs(q - q[0]) / abs(stroke.speed)
     unit = "m/s" if stroke.sliding else "rad/s"
-    return Pace(q, time, curve, f"Stroke at {number(stroke.speed, 0.0, 5)} {unit}", label, False)
+    return Timing(q, time, curve, f"Stroke at {number(stroke.speed, 0.0, 5)} {unit}", label, False)
 
 
-# -- animation ---------------------------------------------------------------------------------------------------------
-
-# Mechanisms moving through their cycle beside the curve of speed, as a GIF; no screen is needed.
-#
-# What stands still is drawn once; only what moves is drawn anew for every frame. Frames are spread evenly in time.
-
+# -- animation: what stands still is drawn once, what moves anew for every frame ---------------------------------------
 
 FRAMES, FPS = (2, 600), (1, 50)
 """Least and greatest number of frames, and of frames a second."""
@@ -409,7 +401,7 @@ def animate(scene: Scene, path: str | Path, *, frames: int = 60, fps: int = 20) 
 def stage(scene: Scene, frames: int) -> Stage:
     """The figure of an animation, and where everything in it stands at every frame."""
     shown = views.views(scene)
-    run = pace(scene, shown[0])
+    run = timing(scene, shown[0])
     times, q, values = run.evenly(frames)
     boxes = [extent(view) for view in shown]
     columns = columns_for(boxes)
@@ -442,7 +434,7 @@ def _moving(panel: Axes, view: View, box: Array, q: Array) -> Moving:
     return Moving(parts, tuple(scale * placed(shape, poses) for shape, _ in parts))
 
 
-def _curve(panel: Axes, run: Pace, scene: Scene) -> tuple[Line2D, Any]:
+def _curve(panel: Axes, run: Timing, scene: Scene) -> tuple[Line2D, Any]:
     """The curve over the motion, with the marker and the clock."""
     sliding = scene.stroke is not None and scene.stroke.sliding
     label = "position x of the driver, mm" if sliding else "crank angle φ, deg"

@@ -1,48 +1,46 @@
-"""One figure of a sizing: turning moment, reduced inertia, Wittenbauer's loop, speed over the cycle.
+"""One picture of a sizing: turning moment, reduced inertia, Wittenbauer's loop, speed over the cycle.
 
-Figures are objects of their own: no global state is touched, nothing is shown. Colours are those of Okabe and Ito, which
-the colour-blind can tell apart; lines differ in their dashes as well.
+A diagram of areas, which has no machine and no angles, has bars, sums and speeds at the crossings instead. Curves are
+sampled piece by piece, so that a jump stays a vertical line.
 """
 
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from matplotlib import rc_context
 from matplotlib.axes import Axes
-from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from matplotlib.ticker import MultipleLocator
 from numpy.typing import NDArray
 
-from bondgraph.storage.files import replacement
+from flywheel.machine.machine import Machine
+from flywheel.numerics import cells
 from flywheel.numerics.units import figure as number
-from flywheel.pictures import figures
 from flywheel.pictures.figures import (
     BLACK,
     BLUE,
     GREEN,
+    GREY,
     ORANGE,
     PURPLE,
-    RPM,
     SKY,
+    STYLE,
     VERMILLION,
-    Loop,
-    Samples,
-    band,
-    legend,
+    figure,
     name_axes,
-    origin_of,
+    save,
     say,
-    speed_label,
     told,
 )
-from flywheel.regime import steady_motion
+from flywheel.regime import steady_motion, turning_moment
 from flywheel.regime.steady_motion import Run
-from flywheel.report.flywheels import candidates
+from flywheel.regime.turning_moment import Cycle
+from flywheel.report.flywheels import candidates, work_error
 from flywheel.report.power import balance_error
+from flywheel.report.rows import RPM
 from flywheel.report.sizing import headline
 from flywheel.sizing.results import Sizing
 
@@ -56,10 +54,7 @@ _LINES = {
     "approximate": (VERMILLION, "--", 1.8),
     "inertia_torque_flywheel": (GREEN, ":", 2.2),
 }
-_SIZE, _DPI = (12.8, 9.6), 125
 _MOST_NUMBERED = 40  # areas that get their numbers written in
-_STYLE: Any = {"font.size": 10.0, "axes.titlesize": 11.5, "svg.hashsalt": "flywheel", "pdf.fonttype": 42}
-_DATES: dict[str, dict[str, Any]] = {"svg": {"Date": None}, "pdf": {"CreationDate": None}, "png": {}}
 
 
 def plot(sizing: Sizing, path: str | Path) -> None:
@@ -67,40 +62,31 @@ def plot(sizing: Sizing, path: str | Path) -> None:
 
     Raises ValueError for any other ending, OSError where the file cannot be written.
     """
-    import warnings
-
-    kind = Path(path).suffix.lower().lstrip(".")
-    if kind not in _DATES:
-        raise ValueError(f"found {str(path)!r}, expected a file name ending in .png, .svg or .pdf")
-    with replacement(path, kind) as fresh, rc_context(_STYLE), warnings.catch_warnings():
-        warnings.filterwarnings("ignore", message="Glyph .* missing")  # of a title; the picture has a box there
-        draw(sizing).savefig(fresh, format=kind, dpi=_DPI, metadata=_DATES[kind])
+    with rc_context(STYLE):
+        save(draw(sizing), path)
 
 
 def draw(sizing: Sizing) -> Figure:
     """The figure with its four panels, not yet written anywhere."""
-    figure = Figure(figsize=_SIZE, layout="constrained")
-    FigureCanvasAgg(figure)
-    figure.get_layout_engine().set(w_pad=0.12, h_pad=0.12)  # type: ignore[union-attr, call-arg]
-    figure.suptitle(headline(sizing), fontsize=13, parse_math=False)
-    axes = figure.subplots(2, 2).ravel()
+    made = figure(12.8, 9.6, headline(sizing), apart=0.12)
+    panels = made.subplots(2, 2).ravel()
     if sizing.machine is None or sizing.cycle is None:
-        figures.draw(axes, sizing)
+        _draw_areas(panels, sizing)
     else:
-        _draw_machine(axes, sizing)
-    return figure
+        _draw_machine(panels, sizing)
+    return made
 
 
 def _draw_machine(axes: NDArray[Any], sizing: Sizing) -> None:
     machine, cycle = sizing.machine, sizing.cycle
     assert machine is not None
     assert cycle is not None
-    samples = figures.sampled(machine, cycle)
+    samples = sampled(machine, cycle)
     if sizing.cyclic is None or sizing.constant is None:
         _moment(axes[0], sizing, samples)
     else:
-        _moment(axes[0], sizing, figures.sampled(machine, sizing.constant, sizing.cyclic.constant_speed), samples)
-    _inertia(axes[1], figures.bodies(machine, samples), samples)
+        _moment(axes[0], sizing, sampled(machine, sizing.constant, sizing.cyclic.constant_speed), samples)
+    _inertia(axes[1], bodies(machine, samples), samples)
     if sizing.run is None:
         for panel, title in ((axes[2], "Wittenbauer's loop"), (axes[3], "Speed of the crank")):
             say(
@@ -109,13 +95,53 @@ def _draw_machine(axes: NDArray[Any], sizing: Sizing) -> None:
                 "Nothing acts on the machine and nothing in it has inertia:\nits speed never changes.",
             )
     else:
-        _loop(axes[2], figures.loop(cycle, samples, sizing.speed, sizing.run))
+        _loop(axes[2], loop(cycle, samples, sizing.speed, sizing.run))
         _speed(axes[3], sizing, samples)
     for panel in (axes[0], axes[1], axes[3]):
         _degrees(panel, sizing.scene.cycle)
 
 
-# -- what every panel shares -----------------------------------------------------------------------------------------
+# -- what panels share ------------------------------------------------------------------------------------------------
+
+_WIDE = 350.0  # points that a legend may be wide
+
+
+def legend(panel: Axes) -> None:
+    """The legend along the top, in as many columns as fit, with room made for it above the curves."""
+    handles, labels = panel.get_legend_handles_labels()
+    widest = next(n for n in range(len(labels), 0, -1) if n == 1 or _legend_width(labels, n) <= _WIDE)
+    rows = -(-len(labels) // widest)
+    ncols = -(-len(labels) // rows)  # as few columns as these rows need
+    low, high = panel.get_ylim()
+    panel.set_ylim(low, high + (high - low) * (0.04 + 0.065 * rows))
+    style: dict[str, Any] = {"fontsize": 8.5, "handlelength": 1.7, "columnspacing": 1.2, "framealpha": 1.0}
+    panel.legend(handles, labels, loc="upper center", ncols=ncols, borderaxespad=0.4, **style)
+
+
+def _legend_width(labels: list[str], ncols: int) -> float:
+    """About how wide (points) a legend becomes: filled column by column, the first ones with one more if need be."""
+    chunks = np.array_split(np.array([len(label) for label in labels]), ncols)
+    return sum(4.6 * float(chunk.max()) + 28.0 for chunk in chunks)
+
+
+def origin_of(mean: float, traces: list[tuple[str, str, Array]]) -> float:
+    """The mean, taken off where the fluctuation is too small for tick labels that count from zero."""
+    fluctuation = max((float(np.ptp(values)) for _, _, values in traces), default=0.0)
+    return mean if fluctuation < 2e-3 * mean else 0.0
+
+
+def speed_label(sizing: Sizing, origin: float) -> str:
+    """The label of an axis of speeds (rpm), from an origin on."""
+    return f"crank speed − {told(sizing.speed * RPM, 6)} rpm, rpm" if origin else "crank speed, rpm"
+
+
+def band(panel: Axes, sizing: Sizing, origin: float) -> None:
+    """The band of speeds (rpm) that was asked for, and the mean of extremes."""
+    eps, mean = sizing.scene.irregularity, sizing.speed * RPM
+    if eps is not None:
+        low, high = mean * (1 - eps / 2) - origin, mean * (1 + eps / 2) - origin
+        panel.axhspan(low, high, color="#E4E4E4", zorder=0.5, label=f"band asked, ±{number(50 * eps, 0.0, 4)} %")
+    panel.axhline(mean - origin, color=GREY, lw=0.9, ls="-.")
 
 
 def _degrees(panel: Axes, cycle: float) -> None:
@@ -185,7 +211,7 @@ def _number_areas(panel: Axes, sizing: Sizing, samples: Samples) -> None:
         if area.start is None or area.end is None or not area.work:
             continue
         side = 1.0 if area.work > 0 else -1.0
-        centre, room = figures.roomiest(samples, area.start, area.end, side, 0.06 * cycle)
+        centre, room = roomiest(samples, area.start, area.end, side, 0.06 * cycle)
         y = room / 2
         if room < 1.2 * step:
             centre = float(np.clip(centre, 0.025 * cycle, 0.975 * cycle))
@@ -323,3 +349,215 @@ def _runs(sizing: Sizing) -> list[tuple[str, str, Run | None]]:
 
 def _eps(run: Run | None) -> str:
     return ": no steady motion" if run is None else f", ε = {number(run.irregularity, run.error * run.irregularity, 4)}"
+
+
+# -- curves ------------------------------------------------------------------------------------------------------------
+
+_POINTS = 3000
+_FEWEST, _MOST = 3, 65  # points in one cell, both ends included
+MOST_BODIES = 8  # in a stacked picture
+
+
+class Samples(NamedTuple):
+    """One cycle, point by point: phi (rad), M* (N m), W (J), I* (kg m²), and the share of the balance in M* (N m).
+
+    Two points stand at every edge of a cell, one for each side.
+    """
+
+    phi: Array
+    moment: Array
+    work: Array
+    inertia: Array
+    balance: Array | None
+
+
+def sampled(machine: Machine, cycle: Cycle, speed: float | None = None) -> Samples:
+    """A resolved cycle on evenly spread points in every cell, ends included.
+
+    With a constant speed (rad/s) the share of a balance is told even where it depends on speed.
+    """
+    mesh = cycle.mesh
+    count = mesh.phi.shape[0]
+    t = np.linspace(-1.0, 1.0, int(np.clip(_POINTS // count, _FEWEST, _MOST)))
+    phi = mesh.middle + mesh.half * t
+    phi[:, 0], phi[:, -1] = mesh.edges[:-1], mesh.edges[1:]  # the same float on both sides of an edge
+    cell, local = np.repeat(np.arange(count), t.size), np.tile(t, count)
+    work, variation = cycle.at(cell, local)
+    return Samples(
+        phi=phi.ravel(),
+        moment=(cycle.series[0] @ cells.basis(t, cells.ORDER).T).ravel(),
+        work=work,
+        inertia=cycle.inertia_at_start + variation,
+        balance=None if cycle.balance is None else _share(machine, phi, mesh.anchor, cycle.balance, speed).ravel(),
+    )
+
+
+def _share(machine: Machine, phi: Array, anchor: Array, balance: float, speed: float | None) -> Array:
+    """What the balance adds to M* (N m)."""
+    station = machine.reduction.at(phi, anchor)
+    factor = station.reduced.per_unknown + np.zeros_like(phi)
+    moving = [] if speed is None else station.contributions(speed)
+    return np.asarray(balance * (factor + sum(part for _, _, part in moving)))
+
+
+def bodies(machine: Machine, samples: Samples) -> dict[str, Array]:
+    """What each body adds to I* (kg m²) at the samples; bodies that add nothing are left out.
+
+    Beyond `MOST_BODIES` the smallest ones are shown as one.
+    """
+    phi = samples.phi % machine.scene.cycle
+    parts = machine.kinematics.inertias(machine.kinematics.flows(phi, machine.anchors(phi)))
+    found = {name: np.broadcast_to(part, phi.shape) for name, part in parts.items() if np.any(part)}
+    if len(found) <= MOST_BODIES:
+        return found
+    largest = sorted(found, key=lambda name: -float(found[name].max()))[: MOST_BODIES - 1]
+    rest = [part for name, part in found.items() if name not in largest]
+    shown = {name: part for name, part in found.items() if name in largest}
+    return shown | {f"{len(rest)} others": np.sum(rest, axis=0)}
+
+
+class Loop(NamedTuple):
+    """Wittenbauer's loop, F = 2 W/w² against I* (both kg m²), and the two tangents that an irregularity gives it.
+
+    A tangent is F = slope I* + intercept, slope = (1 ± eps/2)². `contact_*` are the points where it touches, as
+    (I*, F), `angle_*` their crank angles (rad). The tangents meet in P at I* = -flywheel, and MN = 2 eps flywheel.
+    """
+
+    inertia: Array
+    energy: Array
+    slope_fast: float
+    slope_slow: float
+    intercept_fast: float
+    intercept_slow: float
+    contact_fast: tuple[float, float]
+    contact_slow: tuple[float, float]
+    angle_fast: float
+    angle_slow: float
+    flywheel: float
+
+    @property
+    def far_point(self) -> tuple[float, float]:
+        """P, where the tangents meet: (I*, F)."""
+        return -self.flywheel, self.intercept_fast - self.slope_fast * self.flywheel
+
+
+def loop(cycle: Cycle, samples: Samples, speed: float, run: Run) -> Loop:
+    """The loop with the tangents for the irregularity of a run, found from extremes, not from the samples.
+
+    `speed` is w, the mean of extremes (rad/s). Source: F. Wittenbauer, Graphische Dynamik (1923).
+    """
+    unit, start = 2.0 / speed**2, cycle.inertia_at_start
+    fast, slow = (1 + run.irregularity / 2) ** 2, (1 - run.irregularity / 2) ** 2
+    extremes, _ = turning_moment.combined(cycle, np.array([[1.0, -fast / unit], [1.0, -slow / unit]]))
+    over, under = float(extremes.greatest[0]), float(extremes.least[1])
+    angles = float(extremes.angle_greatest[0]), float(extremes.angle_least[1])
+    work, variation = cycle.at(*cycle.where(np.array(angles)))
+    points = [(start + float(v), unit * float(w)) for w, v in zip(work, variation, strict=True)]
+    return Loop(
+        inertia=samples.inertia,
+        energy=unit * samples.work,
+        slope_fast=fast,
+        slope_slow=slow,
+        intercept_fast=unit * over - fast * start,
+        intercept_slow=unit * under - slow * start,
+        contact_fast=points[0],
+        contact_slow=points[1],
+        angle_fast=angles[0],
+        angle_slow=angles[1],
+        flywheel=run.inertia,
+    )
+
+
+def crossing_speeds(sums: Array, least: float, inertia: float) -> Array:
+    """Crank speeds (rad/s) at the crossings of a diagram of areas, from ½ J (w² - w_min²) = S - S_min.
+
+    `sums` are the accumulated areas S (J), `least` is w_min (rad/s), `inertia` the flywheel J on the crank (kg m²).
+
+    >>> crossing_speeds(np.array([0.0, 3.5, -1.0]), 1.0, 1.0).round(6).tolist()
+    [1.732051, 3.162278, 1.0]
+    """
+    return np.asarray(np.sqrt(least**2 + 2 * (sums - sums.min()) / inertia))
+
+
+def roomiest(samples: Samples, start: float, end: float, side: float, width: float) -> tuple[float, float]:
+    """Where a text of some width (rad) has most room under the curve between two angles, and |M*| that is free there.
+
+    Of equally good places the one nearest to the centroid is taken; without room anywhere, the centroid.
+    """
+    phi = np.linspace(start, end, 201)
+    size = np.maximum(side * np.interp(phi, samples.phi, samples.moment), 0.0)
+    centroid = float((phi * size).sum() / size.sum()) if size.any() else 0.5 * (start + end)
+    window = int(np.ceil(width / (phi[1] - phi[0]))) + 1
+    if window >= phi.size:
+        return centroid, 0.0
+    free = np.lib.stride_tricks.sliding_window_view(size, window).min(axis=1)
+    middles = phi[: free.size] + 0.5 * (window - 1) * (phi[1] - phi[0])
+    good = np.flatnonzero(free >= 0.9 * free.max())
+    best = good[np.abs(middles[good] - centroid).argmin()]
+    return float(middles[best]), float(free[best])
+
+
+# -- a diagram of areas ------------------------------------------------------------------------------------------------
+
+
+def _draw_areas(axes: NDArray[Any], sizing: Sizing) -> None:
+    """Bars of the areas, their sums, and the speed at the crossings, in four panels."""
+    works = np.array([area.work for area in sizing.areas])
+    sums = np.array([0.0, *(area.accumulated for area in sizing.areas)])
+    _area_bars(axes[0], works)
+    _sums(axes[1], sizing, sums)
+    why = "The loop needs the reduced inertia of a machine.\nA diagram of areas gives none, and counts all as flywheel."
+    say(axes[2], "Wittenbauer's loop", why)
+    _crossing_speeds(axes[3], sizing, sums)
+
+
+def _area_bars(panel: Axes, works: Array) -> None:
+    name_axes(panel, "Areas of the turning moment (angles not given)", "area", "work, J")
+    places = np.arange(1, works.size + 1)
+    for side, colour, label in ((1, SKY, "speeds up"), (-1, ORANGE, "slows down")):
+        mine = side * works > 0
+        if mine.any():
+            panel.bar(places[mine], works[mine], color=colour, edgecolor=BLACK, lw=0.6, label=label)
+    panel.axhline(0.0, color=BLACK, lw=0.8)
+    panel.set_xticks(_spread(places), [f"A{k}" for k in _spread(places)])
+    if works.any():
+        legend(panel)
+
+
+def _spread(places: NDArray[np.intp]) -> list[int]:
+    """At most two dozen of the places, for ticks."""
+    return [int(k) for k in places[:: -(-places.size // 24)]]
+
+
+def _sums(panel: Axes, sizing: Sizing, sums: Array) -> None:
+    name_axes(panel, "Accumulated areas", "crossing", "sum, J")
+    places = np.arange(sums.size)
+    panel.plot(places, sums, "o-", color=BLACK, lw=1.2, ms=4)
+    for colour, marker, value, name in (
+        (BLUE, "^", sizing.accumulated_max, "greatest"),
+        (VERMILLION, "v", sizing.accumulated_min, "least"),
+    ):
+        at = int(np.abs(sums - value).argmin())
+        label = f"{name}: S{at} = {told(value, 5, work_error(sizing))} J"
+        panel.plot(at, value, marker, color=colour, ms=9, label=label)
+        panel.axhline(value, color=colour, lw=0.9, ls=":")
+    panel.set_xticks(_spread(places), [f"S{k}" for k in _spread(places)])
+    legend(panel)
+
+
+def _crossing_speeds(panel: Axes, sizing: Sizing, sums: Array) -> None:
+    """Speed at the crossings: between them a diagram of areas tells nothing."""
+    inertia = sizing.scene.inertia or sizing.flywheel.exact or 0.0
+    if inertia == 0.0:
+        say(panel, "Speed of the crank", "The areas are all zero:\nthe speed never changes.")
+        return
+    eps = sizing.simulation.irregularity if sizing.simulation is not None else sizing.scene.irregularity or 0.0
+    on_crank = inertia * sizing.scene.flywheel_ratio**2
+    speeds = RPM * crossing_speeds(sums, sizing.speed * (1 - eps / 2), on_crank)
+    origin = origin_of(sizing.speed * RPM, [("", "", speeds)])
+    name_axes(panel, "Speed of the crank at the crossings", "crossing", speed_label(sizing, origin))
+    band(panel, sizing, origin)
+    places = np.arange(sums.size)
+    panel.plot(places, speeds - origin, "o", color=BLUE, ms=6, label=f"{told(inertia)} kg m², ε = {told(eps, 4)}")
+    panel.set_xticks(_spread(places), [f"S{k}" for k in _spread(places)])
+    legend(panel)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -11,17 +10,9 @@ from matplotlib.figure import Figure
 
 from flywheel.motion.transients import Samples, Transient, sampled, within
 from flywheel.pictures.figures import BLACK, BLUE, GREEN, GREY, ORANGE, PURPLE, VERMILLION, figure, save
+from flywheel.report.rows import RPM
 
 _POINTS, _FEWEST, _MOST = 4000, 3, 200  # in all, and within a step of the motion
-_RPM = 30 / np.pi
-
-
-def _in_rpm(speed: Any) -> Any:
-    return speed * _RPM
-
-
-def _of_rpm(revolutions: Any) -> Any:
-    return revolutions / _RPM
 
 
 def plot(transient: Transient, path: str | Path) -> None:
@@ -61,7 +52,8 @@ def _draw_speed(axis: Axes, transient: Transient, samples: Samples) -> None:
     axis.plot(samples.t, samples.omega, color=BLUE, lw=1.6)
     axis.set_ylabel("speed, m/s" if sliding else "crank speed, rad/s")
     if not sliding:
-        axis.secondary_yaxis("right", functions=(_in_rpm, _of_rpm)).set_ylabel("crank speed, rpm")
+        there_and_back = (lambda speed: np.multiply(speed, RPM), lambda turns: np.divide(turns, RPM))
+        axis.secondary_yaxis("right", functions=there_and_back).set_ylabel("crank speed, rpm")
     steady, when = transient.regime_speed, transient.time_to_regime
     if steady is None:
         return

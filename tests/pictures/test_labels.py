@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from flywheel.pictures.figures import placed
+from flywheel.pictures.tradeoffs import placed
 
 FRAME = (0.0, 0.0, 720.0, 420.0)
 NONE = np.empty((0, 4))

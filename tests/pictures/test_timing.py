@@ -1,4 +1,4 @@
-"""The pace of a machine: times from its speed, evenly spread, for cycles and strokes."""
+"""How a machine goes through its motion: times from its speed, evenly spread, for cycles and strokes."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ import pytest
 
 import flywheel
 from flywheel.numerics.faults import SceneError
-from flywheel.pictures.mechanisms import Pace, pace
+from flywheel.pictures.mechanisms import Timing, timing
 from flywheel.pictures.sketch import views
 from flywheel.regime import steady_motion
 from tests.pictures.test_sketch_views import CLAMP
@@ -17,9 +17,9 @@ from tests.regimes import SECTION_C, figures
 from tests.scenes import press, yoke
 
 
-def of(scene: dict[str, Any]) -> Pace:
+def of(scene: dict[str, Any]) -> Timing:
     loaded = flywheel.load(scene)
-    return pace(loaded, views(loaded)[0])
+    return timing(loaded, views(loaded)[0])
 
 
 def test_the_cycle_takes_its_period() -> None:
