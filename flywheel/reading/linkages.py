@@ -110,17 +110,16 @@ def _points(raw: object, path: str, faults: Faults) -> tuple[Point, ...]:
     if table is not None and len(table) > MOST_POINTS:
         faults.add(path, f"{len(table)} points", f"at most {MOST_POINTS}")
         table = None
-    places = {name: _point(name, place, child(path, name), faults) for name, place in (table or {}).items()}
-    return tuple(Point(name, *place) for name, place in ({ORIGIN: (0.0, 0.0)} | places).items())
-
-
-def _point(name: str, raw: object, path: str, faults: Faults) -> tuple[float, float]:
-    """The place of one point."""
-    check_name(name, path, faults)
-    place = read_pair(raw, path, faults)
-    if name == ORIGIN and place not in (None, (0.0, 0.0)):
-        faults.add(path, "a point called origin elsewhere", "another name", "origin is where the body's own frame begins")
-    return place or (0.0, 0.0)
+    places = {ORIGIN: (0.0, 0.0)}
+    for name, given in (table or {}).items():
+        where = child(path, name)
+        check_name(name, where, faults)
+        place = read_pair(given, where, faults)
+        if name == ORIGIN and place not in (None, (0.0, 0.0)):
+            advice = "origin is where the body's own frame begins"
+            faults.add(where, "a point called origin elsewhere", "another name", advice)
+        places[name] = place or (0.0, 0.0)
+    return tuple(Point(name, *place) for name, place in places.items())
 
 
 def read_pair(raw: object, path: str, faults: Faults) -> tuple[float, float] | None:
@@ -314,7 +313,13 @@ def _pair(raw: object, kind: str, path: str, joints: Joints, faults: Faults) -> 
     if first.name == second.name:
         faults.add(path, f"{quote(first.name)} twice", "two different joints")
         return None
-    if not _fit(kind, found, path, faults) or "" in (*first[2:4], *second[2:4]):
+    wrong = [i for i, joint in enumerate(found) if joint.kind not in _TAKES[kind][i]]
+    for i in wrong:
+        taken, other = " or a ".join(_TAKES[kind][i]), found[i]
+        faults.add(
+            f"{path}[{i}]", f"{quote(other.name)}, a {other.kind} joint", f"a {taken}", _NOT_TAKEN.get(other.kind, "")
+        )
+    if wrong or "" in (*first[2:4], *second[2:4]):
         return None
     common = common_body(first, second)
     if not common:
@@ -322,15 +327,6 @@ def _pair(raw: object, kind: str, path: str, joints: Joints, faults: Faults) -> 
         faults.add(path, " with ".join(bodies), "two joints of one body, which carries both")
         return None
     return first, second, common
-
-
-def _fit(kind: str, pair: list[Joint], path: str, faults: Faults) -> bool:
-    """Whether both joints are of kinds that the coupling takes."""
-    wrong = [i for i, joint in enumerate(pair) if joint.kind not in _TAKES[kind][i]]
-    for i in wrong:
-        found = f"{quote(pair[i].name)}, a {pair[i].kind} joint"
-        faults.add(f"{path}[{i}]", found, f"a {' or a '.join(_TAKES[kind][i])}", _NOT_TAKEN.get(pair[i].kind, ""))
-    return not wrong
 
 
 # -- gears and what rolls ------------------------------------------------------------------------------------------------
@@ -361,23 +357,18 @@ def _toothed(item: Item, pair: _Pair) -> float | None:
     """
     path, faults, internal = item.path, item.faults, bool(item.fields["internal"])
     counts = read_two(item.raw["teeth"], f"{path}.teeth", "a list of two numbers of teeth, such as [20, 40]", faults)
-    one, two = [_count(count, f"{path}.teeth[{i}]", faults) for i, count in enumerate(counts)] or (None, None)
-    if one is None or two is None:
+    teeth = [count for raw in counts if (count := plain_number(raw)) and count.is_integer() and 1 <= count <= _MOST_TEETH]
+    if len(teeth) < 2:
+        for i, raw in enumerate(counts):
+            if plain_number(raw) not in teeth:
+                faults.add(f"{path}.teeth[{i}]", show(raw), f"a whole number from 1 to {_MOST_TEETH}")
         return None
+    one, two = teeth
     if internal and one == two:
         item.add("teeth", "as many on both wheels of an internal pair", "more on the outer one")
     first, second, carrier = pair
     alike = (first.first == carrier) == (second.first == carrier)
     return (1 if internal == alike else -1) * one / two
-
-
-def _count(raw: object, path: str, faults: Faults) -> float | None:
-    """A number of teeth; None after noting a fault."""
-    count = plain_number(raw)
-    if count is not None and count.is_integer() and 1 <= count <= _MOST_TEETH:
-        return count
-    faults.add(path, show(raw), f"a whole number from 1 to {_MOST_TEETH}")
-    return None
 
 
 def _cam(item: Item, pair: _Pair, bodies: Bodies, setting: Setting) -> dict[str, Any]:
@@ -433,6 +424,10 @@ def read_linkage(raw: Mapping[str, Any], fields: Fields, path: str, setting: Set
     bodies = read_bodies(raw["bodies"], f"{path}.bodies", faults) if "bodies" in raw else {}
     joints = read_joints(raw["joints"], f"{path}.joints", bodies, faults) if "joints" in raw else Joints({}, {}, False)
     driver = _driver(fields["driver"], f"{path}.driver", joints, setting)
+    start = None
+    if driver is not None:
+        key = Key("start", "length" if driver.kind == SLIDE else "angle", "of the driver")
+        start = read_quantity(raw.get("start", 0.0), key.kind, key, f"{path}.start", faults)
     linkage = Linkage(
         ground=bodies.get(FRAME, Link(FRAME)),
         links=tuple(body for name, body in bodies.items() if name != FRAME),
@@ -440,7 +435,7 @@ def read_linkage(raw: Mapping[str, Any], fields: Fields, path: str, setting: Set
         driver=fields["driver"] if isinstance(fields["driver"], str) else "",
         couplings=read_couplings(raw.get("couplings", ()), f"{path}.couplings", bodies, joints, setting),
         sides=tuple(_sides(raw.get("assembly", ()), f"{path}.assembly", bodies, faults)),
-        start=_start(raw.get("start", 0.0), driver, f"{path}.start", faults),
+        start=start or 0.0,
         path=path,
     )
     points = _port_points(raw.get("ports", {}), f"{path}.ports", bodies, faults)
@@ -485,14 +480,6 @@ def _driver(name: object, path: str, joints: Joints, setting: Setting) -> Joint 
     return None
 
 
-def _start(raw: object, driver: Joint | None, path: str, faults: Faults) -> float:
-    """The driver's coordinate at which guesses and sides hold."""
-    if driver is None:
-        return 0.0
-    dimension = "length" if driver.kind == SLIDE else "angle"
-    return read_quantity(raw, dimension, Key("start", dimension, "of the driver"), path, faults) or 0.0
-
-
 def _sides(raw: object, path: str, bodies: Bodies, faults: Faults) -> Iterator[Side]:
     """Every choice of assembly that is free of faults."""
     for where, table in listed(raw, path, MOST_BODIES, faults):
@@ -507,28 +494,26 @@ def _sides(raw: object, path: str, bodies: Bodies, faults: Faults) -> Iterator[S
 
 
 def _port_points(raw: object, path: str, bodies: Bodies, faults: Faults) -> dict[str, PointPort | None]:
-    """The ports at points of bodies, by name; None for one with faults."""
+    """The ports at points of moving bodies, each with its positive direction, by name; None for one with faults."""
     tables = as_table(raw, path, faults)
     if tables is not None and len(tables) > MOST_BODIES:
         faults.add(path, f"{len(tables)} ports", f"at most {MOST_BODIES}")
         return {}
-    return {name: _port_point(name, table, child(path, name), bodies, faults) for name, table in (tables or {}).items()}
-
-
-def _port_point(name: str, raw: object, path: str, bodies: Bodies, faults: Faults) -> PointPort | None:
-    """One port: a point of a moving body, and the direction that counts as positive."""
-    check_name(name, path, faults)
-    table = as_table(raw, path, faults)
-    if table is None:
-        return None
-    fields = read_fields(table, POINT_PORT.keys, path, faults)
-    text = fields["point"]
-    found = None if text is None else find_point(text, f"{path}.point", bodies, faults)
-    if found is not None and found[0] == FRAME:
-        faults.add(f"{path}.point", quote(text), "a point of a moving body", "the frame stands still")
-    if found is None or fields["direction"] is None:
-        return None
-    return PointPort(name, found[0], found[1].name, fields["direction"])
+    ports: dict[str, PointPort | None] = {}
+    for name, given in (tables or {}).items():
+        where = child(path, name)
+        check_name(name, where, faults)
+        ports[name], table = None, as_table(given, where, faults)
+        if table is None:
+            continue
+        fields = read_fields(table, POINT_PORT.keys, where, faults)
+        text, direction = fields["point"], fields["direction"]
+        found = None if text is None else find_point(text, f"{where}.point", bodies, faults)
+        if found is not None and found[0] == FRAME:
+            faults.add(f"{where}.point", quote(text), "a point of a moving body", "the frame stands still")
+        if found is not None and direction is not None:
+            ports[name] = PointPort(name, found[0], found[1].name, direction)
+    return ports
 
 
 def _check_joined(bodies: Bodies, joints: Joints, path: str, faults: Faults) -> None:

@@ -116,7 +116,10 @@ def _load(item: Item, place: Place | None, places: Places, setting: Setting) -> 
         item.without(["every"], "beside [stroke]", "nothing repeats along a stroke")
     every = setting.cycle if once else _every(fields["every"], place, path, setting)
     window = _window(item, every, setting)
-    sense = _sense(fields["while"], f"{path}.while", faults)
+    text, senses = fields["while"], {"": 0, "v>0": 1, "v<0": -1}
+    sense = senses.get(re.sub(r"\s", "", (text or "")[:100]))
+    if sense is None or (text is not None and not sense):
+        item.add("while", show(text), '"v > 0" or "v < 0"')
     law, model, piston = _law_or_model(item, place, places, (window, every), setting)
     if fields["bore"] is not None:
         if "model" in item.raw:
@@ -125,10 +128,15 @@ def _load(item: Item, place: Place | None, places: Places, setting: Setting) -> 
             item.add("bore", f'a bore on "{place.name}"', "a port that translates, as a piston does")
         piston = piston_area(fields["bore"])
     if isinstance(law, Table) and every is not None and window.good:
-        law = _fitted(law, every, window, f"{path}.model.table" if model else f"{path}.table", setting)
+        table = f"{path}.model.table" if model else f"{path}.table"
+        ends = None if window.start is None or window.end is None else (window.start, window.end)
+        if setting.stroke is not None:
+            law = fit_stroke(law, ends or (setting.stroke.start, setting.stroke.end), table, faults)
+        else:
+            law = fit_period(law, every, table, faults) if ends is None else fit_window(law, ends, every, table, faults)
     if place is None or every is None or law is None:
         return None
-    return Load(place.name, law, every, window.start, window.end, sense, path, once, model, piston)
+    return Load(place.name, law, every, window.start, window.end, sense or 0, path, once, model, piston)
 
 
 def _law_or_model(
@@ -232,28 +240,6 @@ def _reduced(angle: float, every: float) -> float:
     """An angle brought into [0, every), the period's end being its beginning."""
     angle = angle + every if angle < 0 else angle
     return 0.0 if abs(angle - every) <= _ROUNDED * every or angle <= _ROUNDED * every else angle
-
-
-def _sense(text: str | None, path: str, faults: Faults) -> int:
-    """The sense of motion in which a load acts: 1, -1, or 0 for both."""
-    if text is None:
-        return 0
-    senses = {"v>0": 1, "v<0": -1}
-    plain = re.sub(r"\s", "", text[:100])
-    if plain not in senses:
-        faults.add(path, show(text), '"v > 0" or "v < 0"')
-    return senses.get(plain, 0)
-
-
-def _fitted(law: Table, every: float, window: Window, path: str, setting: Setting) -> Table | None:
-    """The table of a load, exactly as long as its period, or at least as its window."""
-    faults, stroke = setting.faults, setting.stroke
-    if stroke is not None:
-        start = stroke.start if window.start is None else window.start
-        return fit_stroke(law, (start, stroke.end if window.end is None else window.end), path, faults)
-    if window.start is None or window.end is None:
-        return fit_period(law, every, path, faults)
-    return fit_window(law, (window.start, window.end), every, path, faults)
 
 
 class Drive(NamedTuple):

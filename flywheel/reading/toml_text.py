@@ -187,13 +187,9 @@ class _Scanner:
                 yield trouble
                 at = self.end(trouble.at) if trouble.resume is None else trouble.resume
 
-    def _skip(self, at: int) -> int:
-        match = _BLANKS.match(self.text, at)
-        return at if match is None else match.end()
-
-    def _blank(self, at: int) -> int:
-        """Behind blanks of one line and a comment."""
-        match = _BLANK.match(self.text, at)
+    def _skip(self, at: int, blanks: re.Pattern[str] = _BLANKS) -> int:
+        """Behind blanks and comments."""
+        match = blanks.match(self.text, at)
         return at if match is None else match.end()
 
     def _gap(self, at: int) -> int:
@@ -291,7 +287,7 @@ class _Scanner:
         self._note(prefix, path, at, match.group())
         start = self._gap(self._gap(match.end()) + 1)
         stop = self._value(start, path, match.group() if ending else "")
-        if ending and self._blank(stop) < self.end(stop):
+        if ending and self._skip(stop, _BLANK) < self.end(stop):
             raise _value_trouble(start, match.group(), self.text[start : self.end(stop)], stop - start)
         return stop
 
