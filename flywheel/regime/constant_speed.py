@@ -383,10 +383,8 @@ def closed(machine: Machine, edges: Array, speed: float) -> tuple[float, float]:
 def cycle_of(moments: Moments, rate: Rate, unknown: float | None) -> Cycle:
     """The cycle in which F is as given at the nodes; `unknown` is None where the scene has none."""
     values = np.stack((rate.moment, moments.slope, moments.inertia, rate.exchanged, moments.steepness))
-    cycle = turning_moment.assembled(moments.mesh, values, unknown, closed=True)
-    if unknown is None:
-        return cycle
-    return turning_moment.with_balance(cycle, unknown * float(cells.integral(rate.by_unknown, moments.mesh.half).sum()))
+    by_unknown = None if unknown is None else rate.by_unknown
+    return turning_moment.assembled(moments.mesh, values, unknown, by_unknown=by_unknown, closed=True)
 
 
 def with_switches(moments: Moments, switching: list[Array], edges: Array) -> Array:

@@ -89,7 +89,10 @@ class Cycle(NamedTuple):
 def resolve(machine: Machine, edges: Array) -> Cycle:
     """The cycle on cells between given edges: one walk of the graph at all nodes (block by block), then the balance.
 
-    The unknown u of a balance follows from the cycle's net work, N0 + u N1 = 0.
+    The unknown u of a balance follows from the cycle's net work, N0 + u N1 = 0. Without one the net work that is left over
+    (J) is among the cycle's errors, where it is more than they are.
+
+    Raises SceneError where a load has no finite value, or a balance no effect.
     """
     check_cycle(machine.scene)
     mesh = cells.cells(edges)
@@ -101,39 +104,52 @@ def resolve(machine: Machine, edges: Array) -> Cycle:
         part[3], part[4], part[5] = reduced.per_unknown, reduced.exchanged, reduced.steepness
     if not (np.abs(values) <= _ENORMOUS).all():
         raise SceneError([undefined(machine, mesh, np.abs(values).max(axis=0))])
-    balance = _balance(machine, values, mesh)
-    if balance is not None:
-        values[0] += balance * values[3]
-        values[4] += abs(balance) * np.abs(values[3])
-    cycle = assembled(mesh, values[[0, 1, 2, 4, 5]], balance)
-    if balance is None:
-        return with_residual(cycle)
-    return with_balance(cycle, balance * float(cells.integral(values[3], mesh.half).sum()))
+    rows = [0, 1, 2, 4, 5]
+    if machine.scene.unknown is None:
+        cycle = assembled(mesh, values[rows], None)
+        residual = abs(cycle.net) if abs(cycle.net) > cycle.errors.work else 0.0
+        return cycle._replace(errors=cycle.errors._replace(residual=residual))
+    net, per_unknown, size = cells.integral(np.stack((values[0], values[3], np.abs(values[3]))), mesh.half).sum(-1)
+    if abs(per_unknown) <= 1e-9 * size or size == 0.0:
+        raise SceneError([no_effect(machine)])
+    balance = float(-net / per_unknown) + 0.0  # never -0
+    values[0] += balance * values[3]
+    values[4] += abs(balance) * np.abs(values[3])
+    return assembled(mesh, values[rows], balance, by_unknown=values[3])
 
 
-def with_residual(cycle: Cycle) -> Cycle:
-    """The cycle with the net work that it leaves over (J) among its errors, where that is more than they are."""
-    residual = abs(cycle.net) if abs(cycle.net) > cycle.errors.work else 0.0
-    return cycle._replace(errors=cycle.errors._replace(residual=residual))
+def assembled(
+    mesh: Cells, values: Array, balance: float | None, *, by_unknown: Array | None = None, closed: bool = False
+) -> Cycle:
+    """A cycle from its values at the nodes.
 
+    Args:
+        mesh: the cells.
+        values: M* (balance included, N m), dI*/dphi, I* (kg m²), and the sums of |contributions| to M* and to dI*/dphi,
+            shape (5, cells, nodes).
+        balance: the unknown (SI), where there is one.
+        by_unknown: dM*/du at the nodes, by which the error of the balance follows from that of the net work.
+        closed: whether the speed was chosen so that no work is left over: like a balance it shifts M* by what net work errs.
 
-def with_balance(cycle: Cycle, work: float) -> Cycle:
-    """The cycle with the relative error of a balance that does that work (J) in it: u dN/du."""
-    return cycle._replace(balance_error=cycle.errors.work / abs(work) if work else 0.0)
-
-
-def assembled(mesh: Cells, values: Array, balance: float | None, *, closed: bool = False) -> Cycle:
-    """A cycle from its values at the nodes, (5, cells, nodes).
-
-    They are M* (balance included), dI*/dphi, I*, and the sums of |contributions| to M* and to dI*/dphi.
-    `closed` where the speed was chosen so that no work is left over: like a balance it shifts M* by what net work errs.
     """
     series = cells.fit(values[:3])
     rising = cells.antiderivative(series[:2], mesh.half)
     start = cells.accumulated(rising)
-    exchanged = float(cells.integral(values[3], mesh.half).sum())
+    exchanged, slope_exchanged = cells.integral(values[3:], mesh.half).sum(axis=-1).tolist()
     tails = cells.tails(series)
-    sizes = values[3:].max(axis=-1)
+    shifts = 2.0 if closed or balance is not None else 1.0  # a balance shifts M* by what the net work errs
+    by_cell = cells.TAIL_OF_INTEGRAL * tails[:2] * mesh.half[:, 0]
+    by_cell[0] *= shifts
+    # every angle is rounded by itself, nodes and breakpoints alike: what that shifts adds up as independent shares do
+    shifted = np.diff(values[:2].reshape(2, -1), axis=1) * mesh.phi.reshape(-1)[1:]
+    most = np.maximum(np.abs(shifted).max(axis=1, keepdims=True), 1e-300)  # squares must not leave the floating-point range
+    angle = 2 * ROUNDING * most[:, 0] * np.sqrt(((shifted / most) ** 2).sum(axis=1))
+    slopes, sizes = np.abs(values[1:3]).max(axis=-1)
+    inertias = tails[2] + _EVALUATION * sizes + 2 * ROUNDING * mesh.edges[-1] * slopes
+    interpolation = by_cell.sum(axis=1)
+    work = float(interpolation[0] + shifts * (_EVALUATION * exchanged + angle[0]))
+    variation = float(interpolation[1] + _EVALUATION * slope_exchanged + angle[1])
+    by_balance = 0.0 if by_unknown is None else (balance or 0.0) * float(cells.integral(by_unknown, mesh.half).sum())
     return Cycle(
         mesh=mesh,
         series=series,
@@ -143,8 +159,9 @@ def assembled(mesh: Cells, values: Array, balance: float | None, *, closed: bool
         balance=balance,
         net=float(start[0, -1]),
         exchanged=exchanged,
-        noise=tails[:2] + 32 * ROUNDING * sizes + cells.by_rounded_angles(series[:2], mesh),
-        errors=_errors(mesh, values, tails, exchanged, 2.0 if closed or balance is not None else 1.0),
+        noise=tails[:2] + 32 * ROUNDING * values[3:].max(axis=-1) + cells.by_rounded_angles(series[:2], mesh),
+        errors=CycleErrors(work, variation, float(inertias.max()), by_cell, inertias),
+        balance_error=work / abs(by_balance) if by_balance else 0.0,
     )
 
 
@@ -154,16 +171,6 @@ def check_cycle(scene: Scene) -> None:
         found = "a one-way stroke, which has no cycle and so no flywheel"
         advice = "use flywheel reduce, flywheel.reduce or flywheel.simulate, or let a crank drive the mechanism"
         raise SceneError([Fault("stroke", found, "a machine that turns in cycles", advice)])
-
-
-def _balance(machine: Machine, values: Array, mesh: Cells) -> float | None:
-    unknown = machine.scene.unknown
-    if unknown is None:
-        return None
-    net, per_unknown, size = cells.integral(np.stack((values[0], values[3], np.abs(values[3]))), mesh.half).sum(-1)
-    if abs(per_unknown) <= 1e-9 * size or size == 0.0:
-        raise SceneError([no_effect(machine)])
-    return float(-net / per_unknown) + 0.0  # never -0
 
 
 def no_effect(machine: Machine) -> Fault:
@@ -189,31 +196,6 @@ def check_closed(cycle: Cycle, machine: Machine) -> None:
                 )
             ]
         )
-
-
-def _errors(mesh: Cells, values: Array, tails: Array, exchanged: float, balanced: float) -> CycleErrors:
-    by_cell = cells.TAIL_OF_INTEGRAL * tails[:2] * mesh.half[:, 0]
-    by_cell[0] *= balanced
-    # every angle is rounded by itself, nodes and breakpoints alike: what that shifts adds up as independent shares do
-    shifted = np.diff(values[:2].reshape(2, -1), axis=1) * mesh.phi.reshape(-1)[1:]
-    most = np.maximum(np.abs(shifted).max(axis=1, keepdims=True), 1e-300)  # squares must not leave the floating-point range
-    angle = 2 * ROUNDING * most[:, 0] * np.sqrt(((shifted / most) ** 2).sum(axis=1))
-    inertias = _inertia_errors(mesh, values, tails)
-    slope_exchanged = float(cells.integral(values[4], mesh.half).sum())
-    interpolation = by_cell.sum(axis=1)
-    return CycleErrors(
-        work=float(interpolation[0] + balanced * (_EVALUATION * exchanged + angle[0])),
-        variation=float(interpolation[1] + _EVALUATION * slope_exchanged + angle[1]),
-        inertia=float(inertias.max()),
-        by_cell=by_cell,
-        inertias=inertias,
-    )
-
-
-def _inertia_errors(mesh: Cells, values: Array, tails: Array) -> Array:
-    """Error of I* in every cell, kg m²."""
-    sizes = np.abs(values[1:3]).max(axis=-1)
-    return np.asarray(tails[2] + _EVALUATION * sizes[1] + 2 * ROUNDING * mesh.edges[-1] * sizes[0])
 
 
 class Extent(NamedTuple):
@@ -351,18 +333,13 @@ def combined(cycle: Cycle, factors: Array) -> tuple[Extremes, Crossings]:
     found = cells.crossings(slopes, np.abs(factors) @ cycle.noise)
     work, variation = cycle.at(found.cell, found.t)
     at_roots = factors[found.function, 0] * work + factors[found.function, 1] * variation
-    at_edges = factors @ cycle.start
-    return _extremes(at_roots, at_edges, found, cycle.mesh), found
-
-
-def _extremes(at_roots: Array, at_edges: Array, found: Crossings, mesh: Cells) -> Extremes:
-    angles = found.angles(mesh)
-    bounds = np.searchsorted(found.function, np.arange(len(at_edges) + 1))
-    columns = np.empty((4, len(at_edges)))
-    for j, edge_values in enumerate(at_edges):
-        mine = slice(bounds[j], bounds[j + 1])
-        values = np.concatenate((edge_values, at_roots[mine]))
-        places = np.concatenate((mesh.edges, angles[mine]))
+    angles = found.angles(cycle.mesh)
+    bounds = np.searchsorted(found.function, np.arange(len(factors) + 1))
+    columns = np.empty((4, len(factors)))
+    for j, at_edges in enumerate(factors @ cycle.start):
+        own = slice(bounds[j], bounds[j + 1])
+        values = np.concatenate((at_edges, at_roots[own]))
+        places = np.concatenate((cycle.mesh.edges, angles[own]))
         top, bottom = values.argmax(), values.argmin()
         columns[:, j] = values[top], values[bottom], places[top], places[bottom]
-    return Extremes(*columns)
+    return Extremes(*columns), found

@@ -22,7 +22,7 @@ from flywheel.regime.wittenbauer import Figures
 from flywheel.sizing.results import Confirmation, Confirmed, Cyclic, Regime
 
 _LEAST_DAMPING = 1e-12  # 1 less the multiplier: below it nothing is left of what holds the speed but rounding
-_UNHELD = 0.01  # relative doubt of a speed that is hardly held
+_UNHELD = 0.01  # relative error of a speed that is hardly held
 _MOST_WORK = 300_000.0  # nodes of Newton steps, about a second: fifty times what a machine of a textbook takes
 _LESS_WORK = 40_000.0
 _MOST_CELLS = 4_000  # of cells on which speeds follow torques at once
@@ -51,7 +51,7 @@ def regime(machine: Machine, rtol: float) -> tuple[Regime, dict[str, Cost]]:
     figures, loose = at_constant_speed(machine, speed, rtol)
     start = figures.cycle.balance if figures.cycle.balance is not None else unknown
     inertialess = float(np.abs(figures.cycle.series[2]).max()) <= figures.cycle.errors.inertia
-    if inertialess and (balanced := _balanced(machine, speed, start, rtol)) is not None:
+    if inertialess and (balanced := _inertialess_run(machine, speed, start, rtol)) is not None:
         return _inertialess_regime(machine, figures, *balanced, rtol, messages), {}
     if inertialess and scene.inertia is None and figures.fluctuation <= 4 * figures.cycle.errors.work:
         return Regime(machine, rtol, figures, None, None, figures.cycle, figures.speed, messages=messages), {}
@@ -103,7 +103,7 @@ def at_constant_speed(machine: Machine, speed: float, rtol: float) -> tuple[Figu
 # -- machines without inertia ------------------------------------------------------------------------------------------
 
 
-def _balanced(machine: Machine, speed: float, unknown: float, rtol: float) -> tuple[Run, Array] | None:
+def _inertialess_run(machine: Machine, speed: float, unknown: float, rtol: float) -> tuple[Run, Array] | None:
     """The run of a machine without inertia, M*(phi, omega) = 0: at every angle the speed (rad/s) at which torques balance.
 
     None where that is not what is asked for (a flywheel is given, or needed), and where there is no such speed: torques that
@@ -116,7 +116,7 @@ def _balanced(machine: Machine, speed: float, unknown: float, rtol: float) -> tu
         moments = Moments(machine, cells.cells(edges))
         if scene.inertia or moments.lossy or moments.circuit or moments.switches(np.full(moments.mesh.phi.shape, speed)):
             return None, 0.0, cells.above(np.zeros(1))
-        solved = _followed(moments, speed, unknown) if held is None else _level(moments, held, unknown)
+        solved = _equilibrium(moments, speed, unknown) if held is None else _equilibrium_at_mean(moments, held, unknown)
         if solved is None:
             return None, 0.0, cells.above(np.zeros(1))
         omega, balance = solved
@@ -133,7 +133,7 @@ def _balanced(machine: Machine, speed: float, unknown: float, rtol: float) -> tu
     return (run, omega) if run.irregularity * (1.0 + run.error) <= asked else None
 
 
-def _followed(moments: Moments, speed: float, unknown: float) -> tuple[Array, float] | None:
+def _equilibrium(moments: Moments, speed: float, unknown: float) -> tuple[Array, float] | None:
     """The speeds (rad/s) at the nodes where the moment is zero and falls, by Newton's method in a bracket; the unknown."""
 
     def moment(omega: Array) -> Array:
@@ -159,10 +159,10 @@ def _followed(moments: Moments, speed: float, unknown: float) -> tuple[Array, fl
     return omega, unknown
 
 
-def _level(moments: Moments, speed: float, unknown: float) -> tuple[Array, float] | None:
+def _equilibrium_at_mean(moments: Moments, speed: float, unknown: float) -> tuple[Array, float] | None:
     """The same, with the unknown that makes the mean of the greatest and the least speed the one asked for."""
     for _ in range(_WIDENINGS):
-        found = _followed(moments, speed, unknown)
+        found = _equilibrium(moments, speed, unknown)
         if found is None:
             return None
         rate = moments.rate(found[0], unknown, 0.0)
@@ -292,8 +292,11 @@ def _fault(
     machine: Machine, speed: float, asked: Asked, guess: float, unknown: float, error: NoRegimeError | BudgetError
 ) -> Fault:
     """What to say of a machine for which no motion was found, or none whose figures mean anything."""
-    if fault := _not_held(machine, speed):
-        return fault
+    if machine.scene.unknown is None and constant_speed.speed_error(machine, speed) > _UNHELD:
+        path = "drive" if machine.scene.drive is not None else "load"
+        found = f"torques that hardly depend on speed: what holds it near {speed:.6g} rad/s is less than their rounding"
+        advice = 'name the unknown and give the speed: drive.torque = "balance", regime.speed'
+        return Fault(path, found, "torques that hold a steady speed", advice)
     if isinstance(error, UntoldError):
         expected = "an irregularity that the flywheel changes by more than rounding"
         advice = "the torques hold the speed whatever it weighs: ask for less, or give flywheel.inertia"
@@ -394,7 +397,7 @@ def run_with(machine: Machine, constant: Cycle, speed: float, inertia: float, rt
     """
     if inertia > 0.0 or stored:
         return with_flywheel(machine, constant, speed, inertia, rtol).run
-    found = _balanced(machine, speed, constant.balance or 0.0, 0.5 * rtol)
+    found = _inertialess_run(machine, speed, constant.balance or 0.0, 0.5 * rtol)
     if found is None:
         raise NoRegimeError("its torques alone do not hold a speed at every angle")
     return found[0]
