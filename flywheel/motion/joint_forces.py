@@ -79,7 +79,7 @@ def joint_forces(
         raise SceneError([Fault("areas", "a diagram of areas", "a machine with joints", "give mechanism and loads instead")])
     if not scene.mechanisms:
         raise SceneError([Fault("mechanism", "no mechanism", "one at least, as joints are asked for")])
-    balance = constant_speed.settled(machine)[1]
+    balance = constant_speed.operating_point(machine)[1]
     motion, errors = _motion(machine, _positions(machine, phi), speed, acceleration)
     ask = partial(port_forces, machine, motion, balance, inertia=inertia, friction=friction)
     return JointForces(motion, {mechanism.name: ask(mechanism) for mechanism in scene.mechanisms}, errors)
@@ -102,8 +102,8 @@ def joint_errors(
         friction: as they were asked for.
 
     """
-    speed, balance = constant_speed.settled(machine)
-    off = balance * constant_speed.doubts(machine, speed)[1]
+    speed, balance = constant_speed.operating_point(machine)
+    off = balance * constant_speed.operating_point_errors(machine, speed)[1]
     motion, origin = forces.motion, machine.scene.origin
     own = motion.phi - origin
     anchor = machine.anchors(own)

@@ -153,7 +153,7 @@ def simulate(
 def _balance(machine: Machine, inertia: float) -> float:
     """The value of the scene's unknown that balances the cycle with a flywheel (kg m²)."""
     if not machine.depends_on_speed:
-        return turning_moment.settled_balance(machine)
+        return turning_moment.balance_value(machine)
     from flywheel.sizing.sizing import size  # only such scenes need a regime first
 
     found = size(replace(machine.scene, inertia=inertia, irregularity=None), simulate=False).balance

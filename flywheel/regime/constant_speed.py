@@ -65,7 +65,7 @@ def check_steady(machine: Machine) -> None:
         raise SceneError([Fault("shafts", found, "a balance, or torques that depend on speed", advice)])
 
 
-def taken_at(machine: Machine) -> tuple[float, float, tuple[str, ...]]:
+def reference_point(machine: Machine) -> tuple[float, float, tuple[str, ...]]:
     """The speed (rad/s) that approximate figures hold for, the unknown (SI) there, and what is to be said of it."""
     scene = machine.scene
     moments = Moments(machine, cells.cells(machine.mesh), local=True)
@@ -96,7 +96,7 @@ def exchanged_work(moments: Moments, speed: float) -> float:
     return float(cells.integral(moments.constant(speed, 0.0).exchanged, moments.mesh.half).sum())
 
 
-def doubt_of_speed(machine: Machine, speed: float) -> float:
+def speed_error(machine: Machine, speed: float) -> float:
     """Relative error of a steady speed (rad/s) that rounding of the torques makes: the less they hold it, the greater."""
     moments = Moments(machine, cells.cells(machine.mesh), local=True)
     slower, faster = speed * (1.0 - _APART), speed * (1.0 + _APART)  # a steady current follows the speed: no slope at one
@@ -131,26 +131,24 @@ def _scanned(moments: Moments, decades: int) -> tuple[Array, Array]:
     works = net_works(moments, grid)
     finite = np.isfinite(works)
     if not finite.any():
-        pace = moments.machine.typical_speed
-        omega = np.full(moments.mesh.phi.shape, pace)
+        typical = moments.machine.typical_speed
+        omega = np.full(moments.mesh.phi.shape, typical)
         raise SceneError(
-            [turning_moment.undefined(moments.machine, moments.mesh, moments.constant(pace, 0.0).moment, omega)]
+            [turning_moment.undefined(moments.machine, moments.mesh, moments.constant(typical, 0.0).moment, omega)]
         )
     edges = np.flatnonzero(np.diff(finite))
-    ends = np.array([_last_finite(moments, *(grid[[k, k + 1]] if finite[k] else grid[[k + 1, k]])) for k in edges])
-    if not ends.size:
+    ends = []  # the speeds nearest to those without a finite value, by bisection
+    for k in edges:
+        good, bad = grid[[k, k + 1]] if finite[k] else grid[[k + 1, k]]
+        for _ in range(_SECTIONS):
+            middle = 0.5 * (good + bad)
+            good, bad = (middle, bad) if np.isfinite(net_work(moments, middle)) else (good, middle)
+        ends.append(good)
+    if not ends:
         return grid, works
-    speeds, whole = np.append(grid[finite], ends), np.append(works[finite], net_works(moments, ends))
+    speeds, whole = np.append(grid[finite], ends), np.append(works[finite], net_works(moments, np.array(ends)))
     order = np.unique(speeds, return_index=True)[1]
     return speeds[order], whole[order]
-
-
-def _last_finite(moments: Moments, good: float, bad: float) -> float:
-    """The speed (rad/s) nearest to a bad one at which the laws still have finite values, by bisection from a good one."""
-    for _ in range(_SECTIONS):
-        middle = 0.5 * (good + bad)
-        good, bad = (middle, bad) if np.isfinite(net_work(moments, middle)) else (good, middle)
-    return good
 
 
 def _grid(machine: Machine, decades: int) -> Array:
@@ -302,7 +300,7 @@ def balance_at(moments: Moments, speed: float) -> float:
     return unknown + 0.0
 
 
-def settled(machine: Machine) -> tuple[float | None, float]:
+def operating_point(machine: Machine) -> tuple[float | None, float]:
     """The constant speed (rad/s) that torques are taken at, None where none depends on it, and the unknown's value there.
 
     That speed is the one asked for where there is a balance, else the one at which the net work is zero; along a stroke it
@@ -312,7 +310,7 @@ def settled(machine: Machine) -> tuple[float | None, float]:
     if scene.stroke is not None:
         return (scene.stroke.speed if machine.depends_on_speed else None), 0.0
     if not machine.sets_its_speed:
-        return None, turning_moment.settled_balance(machine)
+        return None, turning_moment.balance_value(machine)
     moments = Moments(machine, cells.cells(machine.mesh), local=True)
     if scene.unknown is None:
         return chosen_speed(moments)[0], 0.0
@@ -320,8 +318,8 @@ def settled(machine: Machine) -> tuple[float | None, float]:
     return scene.speed, resolve(machine, machine.mesh, scene.speed).balance or 0.0
 
 
-def doubts(machine: Machine, speed: float | None) -> tuple[float, float]:
-    """Relative errors of the speed and of the unknown's value that `settled` finds; 0 for what it does not look for."""
+def operating_point_errors(machine: Machine, speed: float | None) -> tuple[float, float]:
+    """Relative errors of what `operating_point` finds, the speed and the unknown; 0 for what it does not look for."""
     scene = machine.scene
     if scene.stroke is not None or (scene.unknown is None and not machine.sets_its_speed):
         return 0.0, 0.0
@@ -330,7 +328,7 @@ def doubts(machine: Machine, speed: float | None) -> tuple[float, float]:
         cycle = resolve(machine, machine.mesh, speed or 0.0) if sets else turning_moment.balanced(machine)
         return 0.0, cycle.balance_error + 4 * cells.ROUNDING
     assert speed is not None
-    closer, loose = closed(machine, machine.mesh, speed)
+    closer, loose = closed_cycle_speed(machine, machine.mesh, speed)
     return loose + abs(closer / speed - 1.0) + 4 * cells.ROUNDING, 0.0
 
 
@@ -364,7 +362,7 @@ def _finite_rate(moments: Moments, speed: float, unknown: float) -> Rate:
     return rate
 
 
-def closed(machine: Machine, edges: Array, speed: float) -> tuple[float, float]:
+def closed_cycle_speed(machine: Machine, edges: Array, speed: float) -> tuple[float, float]:
     """The speed (rad/s) near another at which cells between these edges leave no net work, and its relative error."""
     cycle = resolve(machine, edges, speed)
     for _ in range(_CLOSINGS):

@@ -63,12 +63,12 @@ def friction_curve(machine: Machine) -> FrictionCurve:
 
     """
     scene = machine.scene
-    found, balance = constant_speed.settled(machine)
+    found, balance = constant_speed.operating_point(machine)
     speed = (scene.speed if found is None else found) or 0.0
     on_ports = any(effort.depends_on_unknown and effort.load.on not in scene.shafts for effort in machine.efforts)
     for _ in range(_MOST_BALANCES):
         curve = _fitted(machine, speed, balance)
-        with_it = constant_speed.settled(Machine(scene, curve))[1] if on_ports else balance
+        with_it = constant_speed.operating_point(Machine(scene, curve))[1] if on_ports else balance
         if abs(with_it - balance) <= _BALANCED * abs(with_it):
             return curve
         balance = with_it

@@ -79,7 +79,7 @@ def reduce(
     anchor = machine.anchors(angles)
     once = machine.scene.stroke is not None
     if (balance is None and not once) or (speed is None and machine.depends_on_speed):
-        found, settled = constant_speed.settled(machine)
+        found, settled = constant_speed.operating_point(machine)
         speed, balance = (found if speed is None else speed), (settled if balance is None else balance)
     return _at(machine, angles, anchor, balance or 0.0, speed)._replace(phi=given if once else angles)
 
@@ -127,7 +127,7 @@ def state_errors(
     """
     angles = own_coordinate(machine.scene, np.asarray(state.phi, dtype=float))
     anchor = machine.anchors(angles)
-    off_speed, off_balance = constant_speed.doubts(machine, speed)
+    off_speed, off_balance = constant_speed.operating_point_errors(machine, speed)
     faster = None if speed is None else speed * (1.0 + off_speed)
     again = [
         _at(other, beside(angles, anchor, machine.scene.cycle, share), anchor, balance * (1.0 + share * off_balance), pace)

@@ -298,7 +298,7 @@ def coarse(cycle: Cycle, speed: float) -> Coarse:
     return chosen
 
 
-def settled_balance(machine: Machine) -> float:
+def balance_value(machine: Machine) -> float:
     """Value (SI) of the scene's unknown, 0 where it has none; see `balanced`."""
     return 0.0 if machine.scene.unknown is None else balanced(machine).balance or 0.0
 

@@ -50,7 +50,7 @@ def reduced(scene: Scene, angles: Sequence[float] = (), points: int = 360, *, as
         text = encoded(_stroke_data(machine, stroke, passage)) if as_json else csv(_stroke_columns(machine, stroke, passage))
         return text, _conditions(machine, stroke.speed)
     phi = np.array(angles, dtype=float) if angles else np.arange(points, dtype=float) * (scene.cycle / points)
-    speed, value = constant_speed.settled(machine)
+    speed, value = constant_speed.operating_point(machine)
     state = reduce(machine, phi, balance=value, speed=speed)
     speed = speed if machine.depends_on_speed else None
     text = encoded(_data(machine, phi, state, value, speed)) if as_json else csv(_columns(machine, phi, state))
@@ -80,7 +80,7 @@ def _translates(machine: Machine, name: str) -> bool:
 def _data(machine: Machine, phi: Array, state: MachineState, balance: float, speed: float | None) -> dict[str, Any]:
     """What `flywheel reduce --json` prints, SI throughout; `balance` is the value of the scene's unknown."""
     unknown = machine.scene.unknown
-    off_speed, off_balance = constant_speed.doubts(machine, speed)
+    off_speed, off_balance = constant_speed.operating_point_errors(machine, speed)
     return {
         "title": machine.scene.title,
         "reduction": "crank",

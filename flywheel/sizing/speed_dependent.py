@@ -45,7 +45,7 @@ def regime(machine: Machine, rtol: float) -> tuple[Regime, dict[str, Cost]]:
     constant_speed.check_steady(machine)
     try:
         with limited(_MOST_WORK):
-            speed, unknown, messages = constant_speed.taken_at(machine)
+            speed, unknown, messages = constant_speed.reference_point(machine)
     except BudgetError as error:
         raise SceneError([_too_much(error.faults[0], machine, machine.typical_speed, scene.inertia or 0.0, 0.0)]) from None
     figures, loose = at_constant_speed(machine, speed, rtol)
@@ -96,7 +96,7 @@ def at_constant_speed(machine: Machine, speed: float, rtol: float) -> tuple[Figu
     figures = figures_at(speed)
     if machine.scene.unknown is not None:
         return figures, 0.0
-    closer, loose = constant_speed.closed(machine, figures.cycle.mesh.edges, speed)
+    closer, loose = constant_speed.closed_cycle_speed(machine, figures.cycle.mesh.edges, speed)
     return (figures if closer == speed else figures_at(closer)), loose
 
 
@@ -306,18 +306,6 @@ def _fault(
         advice = "less of what resists and drives alike, or a larger irregularity"
         return Fault(path, str(error), "a motion that varies by more than rounding", advice)
     return _no_motion(machine, speed, asked, guess, unknown, error)
-
-
-def _not_held(machine: Machine, speed: float) -> Fault | None:
-    """The fault of torques that depend on speed so little that rounding outweighs it, where nothing else sets the speed."""
-    if machine.scene.unknown is not None:
-        return None
-    doubt = constant_speed.doubt_of_speed(machine, speed)
-    if not doubt > _UNHELD:
-        return None
-    found = f"torques that hardly depend on speed: what holds it near {speed:.6g} rad/s is less than their rounding"
-    advice = 'name the unknown and give the speed: drive.torque = "balance", regime.speed'
-    return Fault("drive" if machine.scene.drive is not None else "load", found, "torques that hold a steady speed", advice)
 
 
 def _no_motion(

@@ -84,7 +84,7 @@ def _approximate(asked: Question) -> Iterator[Method]:
 def _by_swing(asked: Question, sizing: Machine, torque: bool) -> float:
     """From the swing of W, or of W - ½w²I*: swing/(eps w²) is the flywheel with the least I*."""
     if sizing.sets_its_speed:
-        speed, *_ = constant_speed.taken_at(sizing)
+        speed, *_ = constant_speed.reference_point(sizing)
         figures, _ = speed_dependent.at_constant_speed(sizing, speed, sizing.scene.rtol)
     else:
         figures, _ = wittenbauer.resolved_figures(sizing, sizing.scene.rtol)

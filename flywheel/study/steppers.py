@@ -45,7 +45,7 @@ def sampled(machine: Machine, count: int) -> Samples:
     moment, share, inertia = (part + 0.0 * phi for part in (reduced.moment, reduced.per_unknown, reduced.inertia))
     speed = scene.speed or 0.0
     if machine.sets_its_speed:
-        pace, held = constant_speed.settled(machine)
+        pace, held = constant_speed.operating_point(machine)
         speed = pace or 0.0
         dynamics = Dynamics(machine, 0.0, held)
         dynamics.circuit = None  # at a constant speed a motor's current is steady

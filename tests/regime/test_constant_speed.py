@@ -83,7 +83,7 @@ def test_the_cycle_at_constant_speed_is_that_of_the_references(name):
     true = regimes.figures(name)["constant"]
     machine = Machine(flywheel.load(regimes.scene(name, inertia=0.3)))
     if machine.scene.unknown is None and name != "unstable":
-        found, _ = constant_speed.settled(machine)
+        found, _ = constant_speed.operating_point(machine)
         assert found == pytest.approx(float(true["speed"]), rel=1e-11)
     cycle = constant_speed.resolve(machine, machine.mesh, float(true["speed"]))
     exchanged = float(true["work_exchanged"])
@@ -116,7 +116,7 @@ def test_a_law_that_switches_at_a_speed_breaks_its_cells_there():
 
     true = brentq(net, 5, 13, xtol=1e-14)
     machine = Machine(flywheel.load(scene))
-    speed, _ = constant_speed.settled(machine)
+    speed, _ = constant_speed.operating_point(machine)
     assert speed == pytest.approx(true, rel=1e-13)
     cycle = constant_speed.resolve(machine, machine.mesh, speed)
     assert abs(cycle.net) < 1e-13 * cycle.exchanged
@@ -156,7 +156,7 @@ def test_a_balance_without_effect_is_named():
 
 
 def test_positions_alone_have_a_balance_and_no_speed():
-    assert constant_speed.settled(Machine(flywheel.load(scenes.yoke()))) == (None, pytest.approx(500 / np.pi))
+    assert constant_speed.operating_point(Machine(flywheel.load(scenes.yoke()))) == (None, pytest.approx(500 / np.pi))
 
 
 @pytest.mark.parametrize(
@@ -169,7 +169,7 @@ def test_positions_alone_have_a_balance_and_no_speed():
 )
 def test_why_there_is_no_speed_is_named(name, words):
     with pytest.raises(SceneError) as caught:
-        constant_speed.settled(Machine(flywheel.load(regimes.BAD[name].scene)))
+        constant_speed.operating_point(Machine(flywheel.load(regimes.BAD[name].scene)))
     (fault,) = caught.value.faults
     assert fault.path == "drive"
     assert words in str(fault)
@@ -178,12 +178,12 @@ def test_why_there_is_no_speed_is_named(name, words):
 def test_a_load_alone_is_at_fault_itself():
     scene = WHEEL | {"load": [{"on": "crank", "torque": "-omega"}]}
     with pytest.raises(SceneError, match="load: found a drive that cannot carry the mean load"):
-        constant_speed.settled(Machine(flywheel.load(scene)))
+        constant_speed.operating_point(Machine(flywheel.load(scene)))
 
 
 def test_an_unstable_speed_is_named():
     with pytest.raises(SceneError, match=r"drive: found an unstable regime: near 18\.75 rad/s"):
-        constant_speed.settled(Machine(flywheel.load(regimes.scene("unstable", inertia=3))))
+        constant_speed.operating_point(Machine(flywheel.load(regimes.scene("unstable", inertia=3))))
 
 
 def test_of_several_speeds_the_greatest_stable_one_is_taken_and_all_are_told():

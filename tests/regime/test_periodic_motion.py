@@ -22,7 +22,7 @@ BALANCED = ["pump", "two-mechanisms", "brake"]
 def fine(name, parts=3, **flywheel_):
     """Moments on the machine's mesh with every cell cut up, and its constant speed and balance."""
     machine = Machine(flywheel.load(regimes.scene(name, **(flywheel_ or {"inertia": 1}))))
-    speed, unknown = constant_speed.settled(machine)
+    speed, unknown = constant_speed.operating_point(machine)
     edges = machine.mesh
     pieces = [np.linspace(a, b, parts, endpoint=False) for a, b in pairwise(edges)]
     return Moments(machine, cells.cells(np.concatenate([*pieces, edges[-1:]]))), speed or machine.scene.speed, unknown
