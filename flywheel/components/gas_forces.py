@@ -293,7 +293,10 @@ def _space_law(cycle: Compression, space: Space, atmosphere: float) -> Expressio
     falling = f"{{ps}} if x {'<' if space.sense > 0 else '>'} {{draws}} else {{pd}}*({{least}}/({inside}))**{{m}}"
     falling = falling if cycle.clearance else "{ps}"
     stroke, c = space.stroke, cycle.clearance
-    at = {name: space.near - space.sense * stroke * share for name, share in _shares(cycle).items()}
+    at = {
+        name: space.near - space.sense * stroke * share
+        for name, share in {"head": -cycle.clearance, "opens": cycle.delivery_begins, "draws": cycle.suction_begins}.items()
+    }
     return compiled(
         f"{{force}}*((({rising}) if v {towards} 0 else ({falling})) - {{p0}})",
         force=-space.sense * space.area,
@@ -306,8 +309,3 @@ def _space_law(cycle: Compression, space: Space, atmosphere: float) -> Expressio
         least=c * stroke,
         **at,
     )
-
-
-def _shares(cycle: Compression) -> dict[str, float]:
-    """Places in shares of the stroke from the cover: the cover itself, where delivery begins, where suction begins."""
-    return {"head": -cycle.clearance, "opens": cycle.delivery_begins, "draws": cycle.suction_begins}

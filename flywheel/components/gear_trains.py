@@ -10,7 +10,7 @@ The same flywheel compared on every shaft of a machine: inertia, GD², mass and 
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any, NamedTuple
 
 from flywheel.numerics.arguments import ANY, NOT_NEGATIVE, POSITIVE, known, name_faults, number_faults, refuse
@@ -118,7 +118,8 @@ def geared_acceleration(
 
     """
     train = _Train(shafts, stages, on)
-    _check_direction(direction)
+    if direction not in (1, -1, 0):
+        raise SceneError([Fault("direction", f"{direction!r}", "1, -1 or 0")])
     if direction:
         return train.free(direction)
     for sense in (1, -1):
@@ -179,12 +180,25 @@ class _Train:
         self.root = next(iter(shafts)) if on is None else on
         known("on", self.root, shafts)
         self.shafts, self.stages = shafts, stages
-        self.branches = list(_branches(self.root, stages))
+        self.branches: list[_Branch] = []  # every shaft but the root once, after the one that it hangs on
         self.gains = {self.root: 1.0}
-        for branch in self.branches:
-            self.gains[branch.name] = self.gains[branch.near] * branch.ratio
+        left = list(stages)
+        for near in (reached := [self.root]):
+            for stage in [stage for stage in left if near in (stage.driving, stage.driven)]:
+                left.remove(stage)
+                outward = stage.driving == near
+                far = stage.driven if outward else stage.driving
+                if far not in reached:
+                    reached.append(far)
+                    ratio = stage.ratio if outward else 1.0 / stage.ratio
+                    self.branches.append(_Branch(far, near, ratio, stage.efficiency, stage))
+                    self.gains[far] = self.gains[near] * ratio
         self.order = [name for name in shafts if name in self.gains]
-        _check_tree(shafts, stages, self.gains)
+        if apart := [name for name in shafts if name not in self.gains]:
+            raise SceneError([Fault("stages", f"no stage to {', '.join(apart)}", "stages that join all shafts")])
+        if len(stages) >= len(shafts):
+            found, wanted = f"{len(stages)} stages between {len(shafts)} shafts", "one stage less than shafts"
+            raise SceneError([Fault("stages", found, wanted, "a closed loop shares its load by stiffness")])
 
     def without_losses(self) -> Running:
         """The train as if no mesh lost anything, which shows its inertia."""
@@ -206,7 +220,10 @@ class _Train:
 
     def at(self, alpha: float, direction: int) -> Running:
         """The motion with the root at an acceleration, and the torque that this asks for."""
-        asked = {name: self._own(name, alpha, direction) for name in self.shafts}
+        asked = {
+            name: shaft.inertia * self.gains[name] * alpha - shaft.torque + direction * shaft.friction
+            for name, shaft in self.shafts.items()
+        }
         slopes = {name: shaft.inertia * self.gains[name] for name, shaft in self.shafts.items()}
         meshes = {}
         for branch in reversed(self.branches):
@@ -215,35 +232,14 @@ class _Train:
             felt = branch.ratio * (1.0 / branch.efficiency if outward else branch.efficiency)
             asked[branch.near] += felt * tau
             slopes[branch.near] += felt * slopes[branch.name]
-            meshes[branch.stage] = _mesh(branch, felt * tau, tau, outward)
+            stage, taken, given, forward = branch.stage, felt * tau, tau, outward
+            if stage.driving != branch.near:  # the root is on the driven side
+                taken, given, forward = -tau, -felt * tau, not outward
+            meshes[stage] = Mesh(stage.driving, stage.driven, taken, given, forward, taken - stage.ratio * given)
         torque, inertia = asked[self.root], slopes[self.root]
         accelerations = {name: self.gains[name] * alpha for name in self.order}
         ordered = tuple(meshes[stage] for stage in self.stages)
         return Running(self.root, direction, accelerations, inertia, inertia * alpha - torque, torque, ordered)
-
-    def _own(self, name: str, alpha: float, direction: int) -> float:
-        shaft = self.shafts[name]
-        return shaft.inertia * self.gains[name] * alpha - shaft.torque + direction * shaft.friction
-
-
-def _mesh(branch: _Branch, near: float, far: float, outward: bool) -> Mesh:
-    """What passes a stage, seen from its driving shaft, whichever side the root is on."""
-    stage = branch.stage
-    taken, given, forward = (near, far, outward) if stage.driving == branch.near else (-far, -near, not outward)
-    return Mesh(stage.driving, stage.driven, taken, given, forward, taken - stage.ratio * given)
-
-
-def _branches(root: str, stages: Sequence[Stage]) -> Iterator[_Branch]:
-    """Every shaft but the root once, after the one that it hangs on."""
-    reached, left = [root], list(stages)
-    for near in reached:
-        for stage in [stage for stage in left if near in (stage.driving, stage.driven)]:
-            left.remove(stage)
-            outward = stage.driving == near
-            far = stage.driven if outward else stage.driving
-            if far not in reached:
-                reached.append(far)
-                yield _Branch(far, near, stage.ratio if outward else 1.0 / stage.ratio, stage.efficiency, stage)
 
 
 def _check_train(shafts: Mapping[str, Shaft], stages: Sequence[Stage]) -> None:
@@ -262,23 +258,6 @@ def _check_train(shafts: Mapping[str, Shaft], stages: Sequence[Stage]) -> None:
             own = [Fault(f"stages[{k}].efficiency", f"{stage.efficiency:g}", "above 0 and at most 1")]
         faults += own
     refuse(faults)
-
-
-def _check_tree(shafts: Mapping[str, Shaft], stages: Sequence[Stage], reached: Mapping[str, float]) -> None:
-    """Refuse shafts that no stage joins to the rest, and stages that close a loop."""
-    apart = [name for name in shafts if name not in reached]
-    if apart:
-        raise SceneError([Fault("stages", f"no stage to {', '.join(apart)}", "stages that join all shafts")])
-    if len(stages) >= len(shafts):
-        found = f"{len(stages)} stages between {len(shafts)} shafts"
-        raise SceneError(
-            [Fault("stages", found, "one stage less than shafts", "a closed loop shares its load by stiffness")]
-        )
-
-
-def _check_direction(direction: int) -> None:
-    if direction not in (1, -1, 0):
-        raise SceneError([Fault("direction", f"{direction!r}", "1, -1 or 0")])
 
 
 # -- every shaft -------------------------------------------------------------------------------------------------------

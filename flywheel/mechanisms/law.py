@@ -167,6 +167,12 @@ def family(mechanism: Mechanism, parameters: Mapping[str, float]) -> Family:
     Raises SceneError for a position that is not finite, that jumps, or that does not return; and for one whose slope
     jumps while it carries mass, since the reduced inertia would jump with it.
     """
+
+    def velocity(output: Output) -> Velocity:
+        name = output.name
+        ratio = Ratio(lambda position: position.jet(name).first, lambda position: position.jet(name).second)
+        return Velocity(name, output.rotating, (Term("crank", ratio),))
+
     faults: list[Fault] = []
     curves: dict[str, Curve] = {}
     ports: dict[str, Port] = {}
@@ -180,7 +186,7 @@ def family(mechanism: Mechanism, parameters: Mapping[str, float]) -> Family:
     if faults:
         raise SceneError(faults)
     return Family(
-        velocities=tuple(_velocity(output) for output in mechanism.outputs),
+        velocities=tuple(velocity(output) for output in mechanism.outputs),
         masses=tuple(Mass(o.name, o.inertia, o.name) for o in mechanism.outputs if o.inertia != 0),
         weights=(),
         ports=ports,
@@ -201,27 +207,15 @@ def followed(output: Output, period: float, parameters: Mapping[str, float], pat
     return curve
 
 
-def _velocity(output: Output) -> Velocity:
-    name = output.name
-    ratio = Ratio(lambda position: position.jet(name).first, lambda position: position.jet(name).second)
-    return Velocity(name, output.rotating, (Term("crank", ratio),))
-
-
 def _curve(output: Output, period: float, parameters: Mapping[str, float], path: str) -> Curve:
+    """An output's curve; it ends a piece where its law switches, and where cells must end for the law to be followed."""
     if output.name == "crank":
         raise SceneError([Fault(path, "'crank'", "another name", "that is the mechanism's own shaft")])
     if not isinstance(output.law, Expression):
         return spline_curve(output.law, period)
-    if foreign := sorted(output.law.names - {"phi", *parameters} | output.law.names & _OWN):
+    law = output.law
+    if foreign := sorted(law.names - {"phi", *parameters} | law.names & _OWN):
         raise SceneError([Fault(_key(output, path), f"an expression of {', '.join(foreign)}", "phi and parameters")])
-    try:
-        return FormulaCurve(output.law, read_only(parameters), _edges(output.law, period, parameters)[:-1])
-    except SwitchingError as error:
-        raise SceneError([Fault(_key(output, path), str(error), "a smooth position")]) from None
-
-
-def _edges(law: Expression, period: float, parameters: Mapping[str, float]) -> tuple[float, ...]:
-    """Where the law switches, and where cells must end for it to be followed, from 0 to the period."""
 
     def enclosed(lo: Array, hi: Array, anchor: Array) -> Mapping[str, Any]:
         return {**parameters, "phi": Jet(Interval(lo, hi), 1.0)}
@@ -229,9 +223,12 @@ def _edges(law: Expression, period: float, parameters: Mapping[str, float]) -> t
     def valued(phi: Array, anchor: Array) -> Mapping[str, Any]:
         return {**parameters, "phi": phi}
 
-    edges = np.array([0.0, *breakpoints(law, 0.0, period, enclosed, valued), period])
-    splits = resolved(law, edges[:-1], edges[1:], enclosed, valued)
-    return tuple(np.unique(np.concatenate((edges, splits))).tolist())
+    try:
+        edges = np.array([0.0, *breakpoints(law, 0.0, period, enclosed, valued), period])
+        splits = resolved(law, edges[:-1], edges[1:], enclosed, valued)
+    except SwitchingError as error:
+        raise SceneError([Fault(_key(output, path), str(error), "a smooth position")]) from None
+    return FormulaCurve(law, read_only(parameters), tuple(np.unique(np.concatenate((edges, splits))).tolist())[:-1])
 
 
 def _key(output: Output, path: str) -> str:
@@ -239,29 +236,41 @@ def _key(output: Output, path: str) -> str:
 
 
 def _port(output: Output, curve: Curve, period: float, path: str) -> Port:
-    """The output's port, after checking that it can be one."""
+    """The output's port, once its curve is known to be finite, not to jump, to return and, with mass, to have no corner."""
     path, unit = _key(output, path), "rad" if output.rotating else "m"
-    survey = _survey(curve, period)
-    _check_finite(output, survey, path)
-    close = _CLOSE * np.ptp(survey.value) + _ROUNDING * np.max(np.abs(survey.value))
-    jumps, gain = _steps(survey.value)
+    phi, value, first, second = _survey(curve, period)
+    named = {"position": value, "slope": first} | ({"second derivative": second} if output.inertia != 0 else {})
+    for what, values in named.items():  # with mass the slope's slope turns the reduced inertia
+        wrong = ~np.isfinite(values)
+        if np.any(wrong):
+            found = f"a {what} that is not finite at {_degrees(phi[wrong][0])}"
+            raise SceneError([Fault(path, found, "a smooth position")])
+    rounding = _ROUNDING * np.max(np.abs(value))
+    close = _CLOSE * np.ptp(value) + rounding
+    jumps, gain = value[1:, 0] - value[:-1, -1], float(value[-1, -1] - value[0, 0])
     gain = gain if abs(gain) > close else 0.0
     if np.any(np.abs(jumps) > close):
         worst = int(np.argmax(np.abs(jumps)))
-        found = f"a jump of {jumps[worst]:.6g} {unit} at {_degrees(survey.phi[worst, -1])}"
+        found = f"a jump of {jumps[worst]:.6g} {unit} at {_degrees(phi[worst, -1])}"
         raise SceneError([Fault(path, found, "a position that does not jump")])
     if gain and not output.rotating:
-        first, last = survey.value[0, 0], survey.value[-1, -1]
-        found = f"{first:.9g} m at 0 deg and {last:.9g} m at {_degrees(period)}"
+        found = f"{value[0, 0]:.9g} m at 0 deg and {value[-1, -1]:.9g} m at {_degrees(period)}"
         raise SceneError([Fault(path, found, "a position that comes back after the period")])
-    kinks = _kinks(output, survey, path)
-    return Port(output.name, _displacement(output.name, gain), gain == 0.0, kinks)
+    corners = np.array([first[0, 0] - first[-1, -1], *(first[1:, 0] - first[:-1, -1])])
+    kinks = phi[np.abs(corners) > _CLOSE * np.max(np.abs(first)) + rounding, 0]
+    if output.inertia != 0 and kinks.size:
+        worst = int(np.argmax(np.abs(corners)))
+        before, after = first[worst - 1, -1], first[worst, 0]
+        found = f"a slope that jumps from {before:.6g} to {after:.6g} at {_degrees(phi[worst, 0])}"
+        advice = "the reduced inertia would jump with it; round the corner"
+        raise SceneError([Fault(path, found, "a smooth position, as it carries mass", advice)])
+    name = output.name
 
+    def displacement(position: Any) -> Any:
+        x = position.jet(name).value
+        return x if gain == 0.0 else x + gain * position.turns
 
-def _displacement(name: str, gain: float) -> Any:
-    if gain == 0.0:
-        return lambda position: position.jet(name).value
-    return lambda position: position.jet(name).value + gain * position.turns
+    return Port(name, displacement, gain == 0.0, tuple(kinks.tolist()))
 
 
 def _survey(curve: Curve, period: float) -> Survey:
@@ -270,38 +279,6 @@ def _survey(curve: Curve, period: float) -> Survey:
     phi[:, -1] = edges[1:]
     jet = curve.jet(phi, phi[:, 8:9], np)
     return Survey(phi, *(np.broadcast_to(part, phi.shape) for part in (jet.value, jet.first, jet.second)))
-
-
-def _steps(values: Array) -> tuple[Array, float]:
-    """How far a quantity jumps after each piece but the last, and from the start of the period to its end."""
-    return values[1:, 0] - values[:-1, -1], float(values[-1, -1] - values[0, 0])
-
-
-def _check_finite(output: Output, survey: Survey, path: str) -> None:
-    """Position and slope must be finite, and with mass the slope's slope too, which turns the reduced inertia."""
-    asked = {"position": survey.value, "slope": survey.first}
-    if output.inertia != 0:
-        asked["second derivative"] = survey.second
-    for what, values in asked.items():
-        wrong = ~np.isfinite(values)
-        if np.any(wrong):
-            found = f"a {what} that is not finite at {_degrees(survey.phi[wrong][0])}"
-            raise SceneError([Fault(path, found, "a smooth position")])
-
-
-def _kinks(output: Output, survey: Survey, path: str) -> tuple[float, ...]:
-    """Angles in [0, period) where the slope jumps; refused where the output carries mass."""
-    close = _CLOSE * np.max(np.abs(survey.first)) + _ROUNDING * np.max(np.abs(survey.value))
-    inner, seam = _steps(survey.first)
-    jumps = np.array([-seam, *inner])
-    kinks = survey.phi[np.abs(jumps) > close, 0]
-    if output.inertia != 0 and kinks.size:
-        worst = int(np.argmax(np.abs(jumps)))
-        before, after = survey.first[worst - 1, -1], survey.first[worst, 0]
-        found = f"a slope that jumps from {before:.6g} to {after:.6g} at {_degrees(survey.phi[worst, 0])}"
-        advice = "the reduced inertia would jump with it; round the corner"
-        raise SceneError([Fault(path, found, "a smooth position, as it carries mass", advice)])
-    return tuple(kinks.tolist())
 
 
 def _degrees(angle: float) -> str:

@@ -124,13 +124,8 @@ def breakpoints(lengths: Bars, stroke: Stroke | None) -> tuple[float, ...]:
     near += [(0.0, sqrt((a1 - uneven) * (a1 + uneven)))] if a1 > uneven else []
     upright = above_one(lengths.rod / lengths.clamp)
     near += [(psi, upright / abs(rate) if rate else inf) for psi, rate in _crossings(lengths)]
-    spots = chain(*(graded(psi, _distance(psi, above, start, end), end - start) for psi, above in near))
+    spots = chain(*(graded(psi, hypot(max(start - psi, psi - end, 0.0), above), end - start) for psi, above in near))
     return tuple(sorted({psi for psi in spots if start < psi < end}))
-
-
-def _distance(psi: float, above: float, start: float, end: float) -> float:
-    """Distance (m) of a singularity from the stroke: `above` it, or beyond an end."""
-    return hypot(max(start - psi, psi - end, 0.0), above)
 
 
 def coupler_faults(lengths: Bars, stroke: Stroke, path: str) -> list[Fault]:

@@ -142,7 +142,10 @@ def assemblies(equations: Equations) -> Array:
     Newton-Raphson with bounded steps runs from evenly scattered points and from the guesses; a solution that all
     of them miss would stay unknown, which is why there are many.
     """
-    z, square = _starts(equations.loops), _is_square(equations)
+    z, square = (
+        _starts(equations.loops),
+        (equations.loops.equations == equations.loops.unknowns and not _loose_everywhere(equations)),
+    )
     done = []
     for _ in range(_ITERATIONS):
         move, gap = _step(equations, z, square)
@@ -154,10 +157,6 @@ def assemblies(equations: Equations) -> Array:
             break
     closed_z = np.concatenate([*done, z[_step(equations, z, square)[1] < _CLOSED]] if len(z) else done)
     return _distinct(equations.loops, closed_z[:_MOST_STARTS])
-
-
-def _is_square(equations: Equations) -> bool:
-    return equations.loops.equations == equations.loops.unknowns and not _loose_everywhere(equations)
 
 
 def _step(equations: Equations, z: Array, square: bool) -> tuple[Array, Array]:

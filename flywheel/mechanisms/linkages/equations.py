@@ -213,7 +213,16 @@ class _Walk:
                 todo.append(other)
         loose = [body for body in self.linkage.names if body not in tree]
         if loose:
-            raise SceneError([_loose(self.linkage, body) for body in loose])
+            raise SceneError(
+                [
+                    Fault(
+                        f"{self.linkage.path}.bodies.{body}",
+                        "a body that no joints connect with the frame",
+                        "joints that do",
+                    )
+                    for body in loose
+                ]
+            )
         return tree, places
 
     def _functions(self) -> tuple[Array, NDArray[np.intp]]:
@@ -331,10 +340,6 @@ def _locked_driver(linkage: Linkage) -> SceneError:
     driver = linkage.joint(linkage.driver)
     found = f"{driver.name} between {driver.first} and {driver.second}, which cannot turn against each other"
     return SceneError([Fault(f"{linkage.path}.driver", found, "a joint that can move")])
-
-
-def _loose(linkage: Linkage, body: str) -> Fault:
-    return Fault(f"{linkage.path}.bodies.{body}", "a body that no joints connect with the frame", "joints that do")
 
 
 def _loop(tree: dict[str, Joint | None], joint: Joint) -> tuple[str, ...]:

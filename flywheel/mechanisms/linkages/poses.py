@@ -274,12 +274,10 @@ def at(lift: Lift, angle: Array) -> tuple[Array, Array, Array]:
     """Lift, slope and second derivative at angles (rad) of any turn, shape (n,)."""
     local = angle - lift.period * np.floor(angle / lift.period)
     jet = lift.curve.jet(local, local, np)
-    value, first, second = (np.broadcast_to(np.asarray(part, dtype=float), angle.shape) for part in _lift_parts(jet))
+    value, first, second = (
+        np.broadcast_to(np.asarray(part, dtype=float), angle.shape) for part in (jet.value, jet.first, jet.second)
+    )
     return value, first, second
-
-
-def _lift_parts(jet: Any) -> tuple[Any, Any, Any]:
-    return jet.value, jet.first, jet.second
 
 
 class Bounds:
@@ -325,12 +323,10 @@ def _derivatives(lift: Lift, low: Array, high: Array, middle: Array) -> tuple[Ar
     with np.errstate(all="ignore"):
         found = lift.curve.jet(inner, middle, jet_namespace(INTERVALS)).second
         parts = (found.value, found.first) if isinstance(found, Jet) else (found, 0.0)
-        second, third = (np.broadcast_to(_magnitude(part), middle.shape) for part in parts)
+        second, third = (
+            np.broadcast_to((part.magnitude if isinstance(part, Interval) else np.abs(part)), middle.shape) for part in parts
+        )
     return np.where(np.isnan(second), np.inf, second), np.where(np.isnan(third), np.inf, third)
-
-
-def _magnitude(part: Any) -> Any:
-    return part.magnitude if isinstance(part, Interval) else np.abs(part)
 
 
 def _near(edges: Array, values: Array, start: Array, width: float, period: float) -> Array:

@@ -232,12 +232,11 @@ _Units = dict[str, dict[str, str]]
 def _block(title: str, first: _Column, others: Iterator[_Column]) -> str:
     rest = list(others)
     header = [f"{name} ({unit})" for name, unit, _ in (first, *rest)]
-    rows = [[_cell(v) for v in row] for row in zip(first[2], *(values for _, _, values in rest), strict=True)]
+    rows = [
+        [("none" if np.isnan(v) else f"{float(v):.6g}") for v in row]
+        for row in zip(first[2], *(values for _, _, values in rest), strict=True)
+    ]
     return "\n".join((title, *columns(rows, header)))
-
-
-def _cell(value: float) -> str:
-    return "none" if np.isnan(value) else f"{float(value):.6g}"
 
 
 def _largest(values: Array) -> float:
