@@ -51,7 +51,7 @@ def test_a_speed_that_is_none_is_refused(speed: float) -> None:
 
 @pytest.mark.parametrize(
     ("name", "eps", "speed"),
-    [("scotch-yoke", 1e-9, 6.0), ("rotor", 1.99, 10.0), ("slider-crank", 0.05, 1e6), ("scotch-yoke", 0.05, 1e-6)],
+    sample([("scotch-yoke", 1e-9, 6.0), ("rotor", 1.99, 10.0), ("slider-crank", 0.05, 1e6), ("scotch-yoke", 0.05, 1e-6)], 4),
 )
 def test_the_time_stepping_agrees_within_what_it_states(name: str, eps: float, speed: float) -> None:
     found = flywheel.size(flywheel.load(running(MACHINES[name](), speed, eps)))

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 import flywheel
+from tests.limits import sample
 
 from .cases import turning
 from .machines import Scene, running
@@ -72,7 +73,7 @@ def results() -> list[Row]:
     ]
 
 
-@pytest.mark.parametrize("tilt", TILTS)
+@pytest.mark.parametrize("tilt", sample(TILTS, 5))
 @pytest.mark.parametrize("count", COUNTS)
 def test_the_value_is_right_whichever_lobe_is_taken(count: int, tilt: float) -> None:
     error, estimate = off(count, tilt)

