@@ -131,7 +131,12 @@ def simulate(
 
     """
     machine = machine_of(machine)
-    _check_arguments(phi, omega, until, rtol, current)
+    finite = {"phi": phi, "omega": omega, "until": until, "rtol": rtol, "current": current}
+    faults = [Fault(name, f"{value}", "a finite number") for name, value in finite.items() if not np.isfinite(value)]
+    positive = {"until": until, "rtol": rtol}
+    faults += [Fault(name, f"{value}", "a number above 0") for name, value in positive.items() if value <= 0.0]
+    if faults:
+        raise SceneError(faults)
     scene = machine.scene
     if current and circuit_of(scene) is None:
         raise SceneError([Fault("current", f"{current:g} A", "none: no motor with inductance drives the machine")])
@@ -143,7 +148,9 @@ def simulate(
         from flywheel.motion.compliance import followed
 
         run = followed(machine, Start(phi, omega, current), until, own, balance or 0.0, rtol)
-        return _of_run(run, circuit_of(scene) is not None)
+        currents = None if circuit_of(scene) is None else run.flow("drive.motor.armature", run.t)
+        figures = run.displacement("phi", run.t), run.flow("crank", run.t), run.audit.supplied, run.audit.energy
+        return Motion(run.t, *figures, run, error=run.error, current=currents)
     if scene.stroke is not None:
         phi = float(own_coordinate(scene, np.asarray(phi, dtype=float)))
     motion = moved(Dynamics(machine, total, balance or 0.0), Start(phi, omega, current), until, rtol)
@@ -177,28 +184,34 @@ def moved(
     tight = max(_FIRST * rtol, TIGHTEST)
     share = 1.0
     rough = follow(dynamics, start, until, tight / _TIGHTER, goals, passing, watching)
-    again = None if rough.goal in (None, *(goal.name for goal in goals)) else _counted(rough)
+    goal, cycles = rough.goal, rough.cycles
+    left = cycles
+
+    def same_cycle(t: float, omega: float) -> str | None:
+        nonlocal left
+        left = left - 1 or cycles
+        return goal if left == cycles else None
+
+    again = None if rough.goal in (None, *(one.name for one in goals)) else same_cycle
     while True:
         fine = follow(dynamics, start, until, tight, goals, again, watching)
-        _check_moved(fine)
+        if not fine.stretches:
+            raise SceneError([_at_rest(fine)])
         error = share * _difference(rough, fine) + ROUNDING * (64 + len(fine.stretches) + _UNSURE * fine.repeated)
         if error <= rtol or tight <= TIGHTEST:
-            return _as_motion(fine, error)._replace(rough=rough, share=SAFETY * share)
+            break
         rough, last = fine, tight
         tight = max(min(0.3 * rtol / error, _TIGHTER) * tight, TIGHTEST)
         share = min(1.0, tight / (_TIGHTER * last))  # of the difference, where the tolerances lie further apart
-
-
-def _counted(trail: Trail) -> Passing:
-    """What ends a motion with the cycle that another ended with."""
-    left = trail.cycles
-
-    def passing(t: float, omega: float) -> str | None:
-        nonlocal left
-        left = left - 1 or trail.cycles
-        return trail.goal if left == trail.cycles else None
-
-    return passing
+    states, machine = fine.ends(), dynamics.machine
+    cycle = machine.scene.cycle
+    inside = np.clip(states[0], 0.0, cycle) if machine.scene.stroke is not None else states[0] % cycle
+    kinetic = 0.5 * (dynamics.inertia + machine.reduce(inside).inertia + np.zeros_like(inside)) * states[1] ** 2
+    residual = float(np.abs(kinetic - kinetic[0] - states[2]).max() / max(float(kinetic.max()), 1e-300))
+    current = states[3] if states.shape[0] > 3 else None
+    phi, omega, work = states[:3]
+    found = Motion(fine.t, phi, omega, work, residual, None, fine.stuck, error, current, fine, fine.drift)
+    return found._replace(rough=rough, share=SAFETY * share)
 
 
 def _difference(rough: Trail, fine: Trail) -> float:
@@ -214,17 +227,16 @@ def _difference(rough: Trail, fine: Trail) -> float:
     return SAFETY * float(max((np.abs(a - b).max(axis=1) / scales).max(), late))
 
 
-def _check_moved(trail: Trail) -> None:
-    if trail.stretches:
-        return
+def _at_rest(trail: Trail) -> Fault:
+    """The fault of a machine that does not move from its start."""
     dynamics = trail.dynamics
     where = dynamics.machine.where(trail.start.phi)
     if dynamics.machine.scene.stroke is None:
         found, expected = trail.stuck or f"a machine that stays at rest at {where}", "a start from which it moves"
         carries = "give the current that carries its load, or use flywheel.transient, which starts with that"
-        raise SceneError([Fault("simulation", found, expected, "" if dynamics.circuit is None else carries)])
+        return Fault("simulation", found, expected, "" if dynamics.circuit is None else carries)
     found = trail.stuck or f"a machine at {where}, the stroke's end, that moves on or is pushed out of it"
-    raise SceneError([Fault("simulation", found, "a start from which it moves along its stroke")])
+    return Fault("simulation", found, "a start from which it moves along its stroke")
 
 
 def _on_stroke(motion: Motion, scene: Scene, until: float) -> Motion:
@@ -237,34 +249,3 @@ def _on_stroke(motion: Motion, scene: Scene, until: float) -> Motion:
         ended = end_of_stroke(scene, float(phi[-1]), last)
 
     return motion._replace(phi=phi, ended=ended)
-
-
-def _of_run(run: Run, with_current: bool) -> Motion:
-    """What a run of the whole graph says of the crank."""
-    current = run.flow("drive.motor.armature", run.t) if with_current else None
-    phi, omega = run.displacement("phi", run.t), run.flow("crank", run.t)
-    return Motion(run.t, phi, omega, run.audit.supplied, run.audit.energy, run, error=run.error, current=current)
-
-
-def _check_arguments(phi: float, omega: float, until: float, rtol: float, current: float) -> None:
-    finite = {"phi": phi, "omega": omega, "until": until, "rtol": rtol, "current": current}
-    faults = [Fault(name, f"{value}", "a finite number") for name, value in finite.items() if not np.isfinite(value)]
-    positive = {"until": until, "rtol": rtol}
-    faults += [Fault(name, f"{value}", "a number above 0") for name, value in positive.items() if value <= 0.0]
-    if faults:
-        raise SceneError(faults)
-
-
-def _as_motion(trail: Trail, error: float) -> Motion:
-    states, dynamics = trail.ends(), trail.dynamics
-    kinetic = 0.5 * (dynamics.inertia + _inertia(dynamics.machine, states[0])) * states[1] ** 2
-    residual = np.abs(kinetic - kinetic[0] - states[2]).max() / max(float(kinetic.max()), 1e-300)
-    current = states[3] if states.shape[0] > 3 else None
-    phi, omega, work = states[:3]
-    return Motion(trail.t, phi, omega, work, float(residual), None, trail.stuck, error, current, trail, trail.drift)
-
-
-def _inertia(machine: Machine, phi: Array) -> Array:
-    cycle = machine.scene.cycle
-    inside = np.clip(phi, 0.0, cycle) if machine.scene.stroke is not None else phi % cycle
-    return np.asarray(machine.reduce(inside).inertia + np.zeros_like(inside))

@@ -1,4 +1,12 @@
-"""How long a machine is to be followed: a time, a way, a speed, a share of its regime, its regime, or its stop."""
+"""A machine followed in time from a start to an end: run-up, run-down, load step, stall.
+
+In order: what ends the motion (`until`), what the machine does along it (`sampled`, `worked`, `peak`), the steady regime
+that it comes to (`regime_of`, `time_along`), its errors, the record of the motion (`Transient`), and `transient` itself.
+
+Errors are absolute, under the names that the JSON has them by. They compare the motion with the run before it, of wider
+tolerance, and add what the error of position and speed makes of them. They hold for the flywheel and the balance as printed,
+whose own errors stand beside them.
+"""
 
 from __future__ import annotations
 
@@ -90,10 +98,7 @@ def _bare(text: str) -> bool:
     return True
 
 
-# -- looking -----------------------------------------------------------------------------------------------------------
-
-# What a machine does along a motion that was followed: acceleration, moments, power and energy at any times.
-
+# -- figures along a motion -------------------------------------------------------------------------------------------
 
 Array = NDArray[np.float64]
 
@@ -299,9 +304,7 @@ def _beside(which: NDArray[np.intp], owners: NDArray[np.intp], side: int) -> NDA
     return np.where(owners[other] == owners[which], other, which)
 
 
-# -- regime ------------------------------------------------------------------------------------------------------------
-
-# The steady regime as transients need it: its mean speed, the speed at any angle, and the time along the cycle.
+# -- the steady regime ------------------------------------------------------------------------------------------------
 
 
 class Regime(NamedTuple):
@@ -382,10 +385,7 @@ def _fine_edges(sizing: Sizing) -> Array:
     return cells.refined(sizing.cycle.mesh.edges, evaluated, 0.1 * sizing.rtol)
 
 
-# -- goals -------------------------------------------------------------------------------------------------------------
-
-# The machine as it is followed, and what ends its motion.
-
+# -- what ends a motion -----------------------------------------------------------------------------------------------
 
 MOST_CYCLES = 1000.0
 CREEPING = 1e-12  # of the speed at the start: slower than this it stands, or never will
@@ -514,13 +514,7 @@ def limit_of(setting: Setting, begin: Start, goal: Until) -> float:
     return _MOST_TIME * MOST_CYCLES * machine.scene.cycle / pace
 
 
-# -- errors ------------------------------------------------------------------------------------------------------------
-
-# Estimated errors of the figures of a motion that was followed, absolute, under the names that its JSON has them by.
-#
-# All compare the motion with the run before it, of wider tolerance, and add what the error of position and speed makes of
-# them. They hold for the flywheel and the balance as printed, whose own errors stand beside them.
-
+# -- errors -----------------------------------------------------------------------------------------------------------
 
 _COLUMNS = {"speed": "omega", "torque": "drive", "power": "power", "current": "current"}
 
@@ -619,9 +613,7 @@ def _energies(transient: Transient, before: dict[str, Any], kinetic: float) -> d
     return found | {"works": {name: off(value, before["works"].get(name)) for name, value in energy.works.items()}}
 
 
-# -- record ------------------------------------------------------------------------------------------------------------
-
-# What is told of a motion that was followed.
+# -- the record -------------------------------------------------------------------------------------------------------
 
 
 class Energy(NamedTuple):
@@ -739,10 +731,7 @@ class Transient:
         }
 
 
-# -- telling -----------------------------------------------------------------------------------------------------------
-
-# How a motion ended, and the figures that are told of it.
-
+# -- how it ended -----------------------------------------------------------------------------------------------------
 
 SHARE = 0.95
 _SUDDEN = 1e-6  # of the time gone: a machine that would stop within this has stopped
@@ -881,10 +870,7 @@ def energy_of(works: Works, kinetic: Array) -> Energy:
     return Energy(drive, parts, works.meshes, gained, abs(total - gained) / scale, works.copper, works.rotor)
 
 
-# -- running -----------------------------------------------------------------------------------------------------------
-
-# A machine followed from a start to an end: run-up, run-down, load step, stall.
-
+# -- the motion -------------------------------------------------------------------------------------------------------
 
 _BALANCED = 64 * ROUNDING
 _MORE = 1e-9  # current than balances the load: so that the machine moves on, and not back

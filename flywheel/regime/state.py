@@ -1,4 +1,8 @@
-"""What `flywheel reduce` shows: I*, dI*/dphi, M* and every influence coefficient over the driver's coordinate."""
+"""The reduced machine at given positions: I*, dI*/dphi, M*, every influence coefficient, and the drive along a stroke.
+
+A driver that slides from one place to another, or turns from one angle to another, has no cycle: nothing repeats, so that
+there is no steady speed and no flywheel. What there is: reduction, the driving action by virtual power, and the motion.
+"""
 
 from __future__ import annotations
 
@@ -221,13 +225,7 @@ def _check_finite(machine: Machine, angles: Array, anchor: Array, reduced: Reduc
         )
 
 
-# -- stroke ------------------------------------------------------------------------------------------------------------
-
-# A one-way stroke: what the driver must do, and how fast everything moves, along it.
-#
-# A driver that slides from one place to another, or turns from one angle to another, has no cycle: nothing repeats, so that
-# there is no steady speed and no flywheel. What there is: reduction, the driving action by virtual power, and the motion.
-
+# -- one-way strokes --------------------------------------------------------------------------------------------------
 
 DRIVE = "drive"
 

@@ -1,4 +1,7 @@
-"""Speed over a steady cycle for a given inertia: from the energy, in closed form, at the mean of extremes asked for."""
+"""Speed over a steady cycle for a given inertia: from the energy, in closed form, at the mean of extremes asked for.
+
+With it the period, and how far angles can be trusted: where the moment crosses zero, where the speed is extreme.
+"""
 
 from __future__ import annotations
 
@@ -213,10 +216,7 @@ def period(cycle: Cycle, speed: float, motion: Run, rtol: float) -> tuple[float,
     return total, missed + doubt + 24 * ROUNDING
 
 
-# -- doubtful angles ---------------------------------------------------------------------------------------------------
-
-# How far the angles of a cycle can be trusted: where the moment crosses zero, where the speed is greatest and least.
-
+# -- errors of angles -------------------------------------------------------------------------------------------------
 
 _INSIDE = 1.0 - 1e-12  # of a cell: roots beyond it lie at its end
 

@@ -303,15 +303,15 @@ def _ended(
 
     It may leave the piece, past the end, and turn back before the step is over.
     """
-    start, turns, left = step.start, step.end, False
+    dense, start, turns, left = step.dense, step.start, step.end, False
     if before * after < 0.0:
         turns = instant(lambda t: float(rates(t, step.dense(t))[0]), step.start, step.end)
     for stop in turns, step.end:
         phi = float(step.dense(stop)[0])
         left = phi >= ends[1] or phi < ends[0]
         if left:
-            end, dense = ends[1] if phi >= ends[1] else ends[0], step.dense
-            step = step._replace(end=instant(lambda t, dense=dense, end=end: float(dense(t)[0]) - end, start, stop))
+            end = ends[1] if phi >= ends[1] else ends[0]
+            step = step._replace(end=instant(lambda t: float(dense(t)[0]) - end, start, stop))  # noqa: B023 - called at once
             break
         start = stop
     step = step if watch is None else crossing(watch, step)

@@ -1,4 +1,10 @@
-"""What a script does: a plain grid of angles, the trapezoidal rule, the greatest and the least sample."""
+"""What a script does: a plain grid of angles, or one cycle stepped in time and run again until it closes.
+
+On a grid: the trapezoidal rule, the greatest and the least sample. In time: Euler, RK4, and SciPy's RK45, DOP853 and LSODA,
+each with and without a restart where the machine's loads and ratios break; without one, steps run over jumps and windows as
+a script's do. What is unknown at the start of the cycle (its speed, a motor's current, the balance, the flywheel) is found
+by Powell's hybrid method on what the cycle lacks at its end; whatever runs the cycle can be plugged in.
+"""
 
 from __future__ import annotations
 
@@ -99,13 +105,7 @@ def irregularity(omega: Array) -> float:
     return float(2 * (omega.max() - omega.min()) / (omega.max() + omega.min()))
 
 
-# -- shooting ----------------------------------------------------------------------------------------------------------
-
-# Answers from motions alone: one cycle is run again and again until it closes and has what was asked.
-#
-# What is unknown at the start of the cycle (its speed, a motor's current, the balance, the flywheel) is found by Powell's
-# hybrid method on what the cycle lacks at its end. Whatever runs the cycle can be plugged in.
-
+# -- cycles that are run until they close -----------------------------------------------------------------------------
 
 _GUESS = 360  # angles of the grid that the search starts from
 _MOST_RUNS = 60
@@ -295,13 +295,7 @@ def _closer(speed: Callable[[Array], Array], times: Array, k: int, sign: float) 
     return best
 
 
-# -- steppers ----------------------------------------------------------------------------------------------------------
-
-# One cycle stepped in time by the methods that everybody has: Euler, RK4, and SciPy's RK45, DOP853 and LSODA.
-#
-# Each with and without a restart where the machine's loads and ratios break. Without one, steps run over jumps and windows
-# as a script's do.
-
+# -- one cycle by steps -----------------------------------------------------------------------------------------------
 
 Rates = Callable[[float, Array], Array]
 
@@ -324,7 +318,7 @@ def fixed(machine: Machine, name: str, count: int, restart: bool) -> Revolve:
             step = partial(runge_kutta_step, tableau, rates, t, state, rate=rates(t, state))
             after = step(h)
             if after[0] >= stretch.high:
-                h = instant(lambda length, step=step: float(step(length)[0]) - stretch.high, 0.0, h)
+                h = instant(lambda length: float(step(length)[0]) - stretch.high, 0.0, h)  # noqa: B023 - called at once
                 after = step(h)
                 after[0] = stretch.high
             yield Step(_between(rates, t, state, h, after), t, t + h)
@@ -365,7 +359,7 @@ def adaptive(machine: Machine, name: str, rtol: float, restart: bool) -> Revolve
             solver.step()
             dense, before = solver.dense_output(), float(solver.t_old)
             if solver.y[0] >= stretch.high:
-                end = instant(lambda t, dense=dense: float(dense(t)[0]) - stretch.high, before, float(solver.t))
+                end = instant(lambda t: float(dense(t)[0]) - stretch.high, before, float(solver.t))  # noqa: B023
                 yield Step(dense, before, end)
                 return
             yield Step(dense, before, float(solver.t))

@@ -1,4 +1,8 @@
-"""One cycle by the whole bond graph: every element with its own law, nothing reduced to the crank beforehand."""
+"""One cycle without reduction: by the whole bond graph, or by Lagrange's multipliers on bodies in absolute coordinates.
+
+In the graph every element has its own law. With multipliers joints are equations, put back after every step; loads come in
+as the torque at the crank that does the same work, and what turns in a constant ratio as inertia of the crank.
+"""
 
 from __future__ import annotations
 
@@ -59,13 +63,7 @@ def _ended(run: Run, cycle: float, with_current: bool) -> Revolution:
     return Revolution(float(omega(np.array([end]))[0]), current, greatest, least)
 
 
-# -- multipliers -------------------------------------------------------------------------------------------------------
-
-# One cycle by Lagrange's multipliers: all bodies in absolute coordinates, joints as equations, put back after every step.
-#
-# Bodies, joints and inertia forces are followed without any reduction. Loads come in as the torque at the crank that does
-# the same work, and what turns in a constant ratio as inertia of the crank.
-
+# -- Lagrange's multipliers -------------------------------------------------------------------------------------------
 
 _SLACK = (1.1, 1.5, 3.0, 10.0)
 _ANGLES = 13
