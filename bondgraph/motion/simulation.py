@@ -37,7 +37,7 @@ _MOST_RUNS = 12  # at tolerances that get tighter
 _WITHIN = (0.27, 0.61, 1.0)  # parts of a step at which two runs are compared
 _MOST_COMPARED = 20_000  # steps at which they are
 _FIXED_RATIO = 0.382  # of the shorter step that a fixed one is compared with: no simple part of it, so that no load hides
-_LOOKS = 400  # steps of a run whose loads vary, at least
+_LEAST_STEPS = 400  # steps of a run whose loads vary, at least
 _SAMPLES = 400  # times at which a run's powers are summed up
 _EVALUATIONS = 2_000_000  # of the rates, all runs together
 _NO_ENERGY = math.sqrt(np.finfo(float).eps)  # of the state that would hold all of it: the energy of less is rounding of it
@@ -125,7 +125,7 @@ class Run:
     @cached_property
     def audit(self) -> Audit:
         """The power audit of the run."""
-        return audit(self.dynamics, self._bonds, self.stretches, self._look)
+        return audit(self.dynamics, self._bonds, self.stretches, self._instants)
 
     @cached_property
     def _bonds(self) -> Bonds:
@@ -140,7 +140,7 @@ class Run:
         """The flow of an element: of a 1-junction the common one, of a one-port the one into it along its bond."""
         self._check_name(name)
         times = self._times(t)
-        return self._shaped(self._look(times, self._owners(times)).flows[self.dynamics.form.variable(name)], times)
+        return self._shaped(self._instants(times, self._owners(times)).flows[self.dynamics.form.variable(name)], times)
 
     def displacement(self, name: str, t: Any = None) -> Array:
         """A declared displacement, or a spring's own."""
@@ -153,7 +153,7 @@ class Run:
     def effort(self, bond: int, t: Any = None) -> Array:
         """The effort of a bond by its number."""
         times = self._times(t)
-        efforts = self._bonds.efforts(self._look(times, self._owners(times)), times.shape)
+        efforts = self._bonds.efforts(self._instants(times, self._owners(times)), times.shape)
         if bond not in efforts:
             raise GraphError(f"no bond {bond}: the graph has bonds 1 to {len(efforts)}")
         return self._shaped(efforts[bond], times)
@@ -165,7 +165,7 @@ class Run:
             raise GraphError(f"{self.dynamics.graph.title(name)} is no one-port: it passes on what it gets; name a one-port")
         bond = self.dynamics.graph.bond_of(name)
         times = self._times(t)
-        flow = self._look(times, self._owners(times)).flows[self.dynamics.form.flow[bond.number]]
+        flow = self._instants(times, self._owners(times)).flows[self.dynamics.form.flow[bond.number]]
         return self._shaped(bond.sign(name) * self.effort(bond.number, times) * flow, times)
 
     def _check_name(self, name: str) -> None:
@@ -193,7 +193,7 @@ class Run:
             values[:, mine] = dense(times[mine])
         return values
 
-    def _look(self, times: Array, owners: NDArray[np.int_]) -> Instant:
+    def _instants(self, times: Array, owners: NDArray[np.int_]) -> Instant:
         state = self._dense(times, owners)
         anchors = {junction: np.array([self.anchors[owner][junction] for owner in owners]) for junction in self.anchors[0]}
         return self.dynamics.at(times, list(state), anchors)
@@ -279,7 +279,7 @@ class _Stepper:
         self.dynamics, self.method, self.until, self.start = dynamics, method, until, start
         self.breaks, self.times = breaks
         self.evaluations, self.budget = 0, budget
-        self.watched = False
+        self.stiffness_checked = False
         self.messages: tuple[str, ...] = ()
         self.junctions = {k: d.of for k, d in enumerate(dynamics.form.displacements, start=dynamics.state.flows)}
         self.anchors: list[Mapping[str, float]] = []
@@ -287,7 +287,7 @@ class _Stepper:
         self.scale, self.relative = np.maximum(np.abs(start), 1e-3), 1.0
         self._field({})(0.0, start)  # a state without rates is an error before anything is stepped
         if self.undefined is not None:
-            why = self._why()
+            why = self._undefined_reason()
             dead = self._dead_centre([], start, 0.0) if WEIGHTLESS in why else None
             raise GraphError(f"there are no rates at the start: {why}") if dead is None else _DeadCentreError(*dead, None)
 
@@ -295,14 +295,14 @@ class _Stepper:
         """The motion within rtol, through dead centres by the method that can."""
         given, tolerance = self.method, max(_FIRST * rtol, 10.0 * _TIGHTEST)
         if self._rounded_away():
-            self._check_way_on()
+            self._check_dead_centres()
         try:
             return self._stiffly(rtol, tolerance)
         except _DeadCentreError as found:
             if self.method == _THROUGH_DEAD_CENTRES:
                 raise
             dead = found
-        self.method, self.watched = _THROUGH_DEAD_CENTRES, False
+        self.method, self.stiffness_checked = _THROUGH_DEAD_CENTRES, False
         if given != self.method:
             self.messages = (
                 f"the inertia that the motion sees all but vanishes at {dead.place}, where {given} makes no headway: the "
@@ -319,13 +319,13 @@ class _Stepper:
         Which of the two is cheaper is told by a loose run of the other: Radau's steps grow as the fifth root of the
         tolerance, those of a method at its limit of stability do not.
         """
-        self.watched = self.method in _STABLE
+        self.stiffness_checked = self.method in _STABLE
         try:
             return self._tightened(rtol, tolerance)
         except _StiffnessError as found:
             given, slow = self.method, found
         before, budget, loose = self.evaluations, self.budget, max(_PILOT, rtol)
-        self.method, self.watched, self.budget = _STIFF, False, min(budget, before + int(slow.evaluations))
+        self.method, self.stiffness_checked, self.budget = _STIFF, False, min(budget, before + int(slow.evaluations))
         try:
             self._run(loose, longest=self._longest(), dense=False)
             cheaper = (self.evaluations - before) * (loose / tolerance) ** 0.2 < slow.evaluations
@@ -364,7 +364,7 @@ class _Stepper:
 
     def fixed(self, step: float) -> Run:
         """A run with equal steps, and its difference to one with shorter steps."""
-        self._check_way_on()
+        self._check_dead_centres()
         most = sum(math.ceil(self.until / length * (1.0 - 1e-12)) for length in (step, _FIXED_RATIO * step))
         needed = most * len(FIXED[self.method].nodes)
         if needed > self.budget:
@@ -376,7 +376,7 @@ class _Stepper:
         shorter, run = self._run(None, _FIXED_RATIO * step), self._run(None, step)
         return self._finished(run, max(2.0 * _difference(shorter, run, self._scales(shorter)), _rounding(run)), None)
 
-    def _check_way_on(self) -> None:
+    def _check_dead_centres(self) -> None:
         """Whether a motion whose inertia varies ends at a dead centre, by a loose run; at the start, from either side.
 
         Equal steps would pass over such a place, or come to it after a million of them.
@@ -384,7 +384,7 @@ class _Stepper:
         if not self.dynamics.tables.moduli:
             return
         given, start, budget = self.method, self.start, self.budget
-        self.method, self.watched, self.budget = (
+        self.method, self.stiffness_checked, self.budget = (
             _THROUGH_DEAD_CENTRES,
             False,
             min(budget, self.evaluations + _PILOT_EVALUATIONS),
@@ -415,7 +415,7 @@ class _Stepper:
         """A step's longest time: loads that vary are looked at often, so that no step passes over one unseen."""
         graph = self.dynamics.graph
         varying = any(graph.depends_on(e.name) for e in graph.of_kind("Se", "Sf", "R"))
-        return self.until / _LOOKS if varying and not self.breaks and not self.times else np.inf
+        return self.until / _LEAST_STEPS if varying and not self.breaks and not self.times else np.inf
 
     def _run(
         self,
@@ -446,16 +446,16 @@ class _Stepper:
                 self.anchors.append(by_junction)
                 taken += 1
                 if self.method in _STABLE and taken % _OBSERVED == 0:
-                    pace, cost = (stretch.end - lasts[-1]) / _OBSERVED, (self.evaluations - began) / taken
+                    mean_step, cost = (stretch.end - lasts[-1]) / _OBSERVED, (self.evaluations - began) / taken
                     lasts.append(stretch.end)
-                    if self.method in _EXPLICIT and (self.until - stretch.end) * cost > pace * (
+                    if self.method in _EXPLICIT and (self.until - stretch.end) * cost > mean_step * (
                         self.budget - self.evaluations
                     ):
                         dead = self._dead_centre(stretches, stretch.after, stretch.end)
                         if dead is not None:
                             raise _DeadCentreError(*dead, stretch.end)
-                    if self.watched:
-                        self._watch(field, stretch, pace, cost)
+                    if self.stiffness_checked:
+                        self._check_stiffness(field, stretch, mean_step, cost)
                 yield stretch
                 if self.evaluations > self.budget:
                     other = "DOP853" if self.method in ("RK23", "RK45") else "LSODA"
@@ -474,7 +474,7 @@ class _Stepper:
         except _DeadCentreError:
             raise
         except GraphError as error:
-            why = "" if self.undefined is None else self._why()
+            why = "" if self.undefined is None else self._undefined_reason()
             if isinstance(error, StepError) and (not why or WEIGHTLESS in why or _NOT_FINITE in why):
                 last = stretches[-1] if stretches else Stretch(0.0, 0.0, self.start, None)
                 dead = self._dead_centre(stretches, last.after, last.end)
@@ -483,7 +483,7 @@ class _Stepper:
             raise type(error)(f"{error} ({why})" if why else str(error)) from error
         return Run(self.dynamics, tuple(stretches), tuple(self.anchors), 0.0, rtol, 0)
 
-    def _watch(self, field: Callable[[float, Array], Array], stretch: Stretch, step: float, cost: float) -> None:
+    def _check_stiffness(self, field: Callable[[float, Array], Array], stretch: Stretch, step: float, cost: float) -> None:
         """Whether steps are as long as stability lets them be, by a mode that has decayed long ago."""
         at, here = stretch.end, field(stretch.end, stretch.after)
         nudge = 1e-7 * np.maximum(np.abs(stretch.after), self.scale)
@@ -540,7 +540,7 @@ class _Stepper:
 
         return field
 
-    def _why(self) -> str:
+    def _undefined_reason(self) -> str:
         """Why there were no rates where they were last asked in vain."""
         assert self.undefined is not None
         t, values, anchors = self.undefined
@@ -757,12 +757,12 @@ class Bonds:
         }
 
 
-def audit(dynamics: Dynamics, bonds: Bonds, stretches: Sequence[Stretch], look: Callable[..., Instant]) -> Audit:
-    """Audit a run, from five points in each of its steps; `look(times, owner)` evaluates the graph there."""
+def audit(dynamics: Dynamics, bonds: Bonds, stretches: Sequence[Stretch], evaluate: Callable[..., Instant]) -> Audit:
+    """Audit a run, from five points in each of its steps; `evaluate(times, owner)` gives the flows and efforts there."""
     starts = np.array([s.start for s in stretches])
     widths = np.array([s.end - s.start for s in stretches])
     times = (starts[:, None] + 0.5 * widths[:, None] * (1.0 + _POINTS)).ravel()
-    inside = look(times, np.repeat(np.arange(len(stretches)), _POINTS.size))
+    inside = evaluate(times, np.repeat(np.arange(len(stretches)), _POINTS.size))
     flows, efforts = bonds.flows(inside, times.shape), bonds.efforts(inside, times.shape)
     power = {p.element.name: p.sign * efforts[p.bond] * flows[p.bond] for p in dynamics.form.ports if p.element.kind != "GY"}
 
@@ -773,7 +773,7 @@ def audit(dynamics: Dynamics, bonds: Bonds, stretches: Sequence[Stretch], look: 
 
     edges = np.append(starts, stretches[-1].end)
     owners = np.append(np.arange(len(stretches)), len(stretches) - 1)
-    graph, at_edges, stored = dynamics.graph, look(edges, owners), np.zeros(edges.shape)
+    graph, at_edges, stored = dynamics.graph, evaluate(edges, owners), np.zeros(edges.shape)
     curved = any(not graph.is_linear(spring.name) for spring in graph.of_kind("C"))
     for port, effort in zip(dynamics.form.ports, at_edges.efforts, strict=True):
         if port.element.kind == "I":

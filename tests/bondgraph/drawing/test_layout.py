@@ -139,7 +139,7 @@ def graphs(draw):
     return b.build(loose=True)
 
 
-@settings(max_examples=8, deadline=None, derandomize=True)
+@settings(max_examples=5, deadline=None, derandomize=True)
 @given(graphs())
 def test_any_graph_has_a_layout_without_flaws(graph):
     assert list(flaws(layout(graph))) == []
