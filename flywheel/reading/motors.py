@@ -23,7 +23,7 @@ from flywheel.numerics.faults import SceneError
 from flywheel.numerics.units import LARGEST, QuantityError, Unit, convert
 from flywheel.reading.fields import Fields, Item, Setting, as_table, exactly_one, read_item, read_typed, read_unit
 from flywheel.reading.schema import CURVE, LINES, MOTOR_TYPE, MOTORS
-from flywheel.reading.tables import read_columns
+from flywheel.reading.tables import given_columns
 
 Made = TypeVar("Made", bound=Motor)
 
@@ -79,7 +79,7 @@ def _rated(fields: Fields) -> Point:
 def _table(item: Item, folder: Path | None) -> Curve | None:
     """A curve by its rows, in the scene itself or in a file."""
     before = len(item.faults)
-    columns = _columns(item, folder)
+    columns = given_columns(item, ("speed", "torque"), "no rows", folder)
     units = [read_unit(item, f"{name}_unit", name) for name in ("speed", "torque")]
     if columns is None or len(item.faults) > before:
         return None
@@ -90,18 +90,6 @@ def _table(item: Item, folder: Path | None) -> Curve | None:
     if len(item.faults) > before:
         return None
     return Curve(speeds=speeds, torques=torques, interpolation=item.fields["interpolation"], inertia=item.fields["inertia"])
-
-
-def _columns(item: Item, folder: Path | None) -> Sequence[Sequence[float | str]] | None:
-    """Speeds and torques as numbers or decimal texts."""
-    inline = item.given("speed", "torque")
-    if "file" in item.raw and not inline:
-        return read_columns(item.raw["file"], item.raw.get("column"), folder, item.path, item.faults)
-    if "file" in item.raw or "column" in item.raw or len(inline) != 2:
-        found = " and ".join(item.given("file", "column", "speed", "torque")) or "no rows"
-        item.faults.add(item.path, found, "either file (and column), or speed and torque")
-        return None
-    return [item.fields[name] for name in inline]
 
 
 def _converted(item: Item, column: Sequence[float | str], unit: Unit, name: str) -> tuple[float, ...]:

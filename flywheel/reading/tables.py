@@ -48,7 +48,10 @@ def read_table(
     if along == "length":
         item.fields["angle_unit"] = mapping.get("angle_unit", "m")
     units = [read_unit(item, "angle_unit", along), read_unit(item, "value_unit", dimension)]
-    columns = _columns(item, folder)
+    columns = given_columns(item, ("angle", "value"), "neither", folder)
+    if columns is not None and len(columns[0]) != len(columns[1]):
+        found = f"{len(columns[0])} angles and {len(columns[1])} values"
+        faults.add(path, found, "as many of the one as of the other")
     if columns is None or len(faults) > before:
         return None
     angle, value = (
@@ -60,23 +63,19 @@ def read_table(
     return Table(angle, value, item.fields["interpolation"])
 
 
-def _columns(item: Item, folder: Path | None) -> tuple[Sequence[float | str], Sequence[float | str]] | None:
-    """Angles and values as numbers or decimal texts, from the file or from the scene itself."""
-    inline = item.given("angle", "value")
+def given_columns(
+    item: Item, names: tuple[str, str], nothing: str, folder: Path | None
+) -> Sequence[Sequence[float | str]] | None:
+    """Both columns of a table as numbers or decimal texts, from its file or from the scene itself; None after faults."""
+    inline = item.given(*names)
     if "file" in item.raw and not inline:
         return read_columns(item.raw["file"], item.raw.get("column"), folder, item.path, item.faults)
-    if "file" in item.raw or len(inline) != 2 or "column" in item.raw:
-        given = item.given("file", "column", "angle", "value")
-        item.faults.add(item.path, " and ".join(given) or "neither", "either file (and column), or angle and value")
+    if "file" in item.raw or "column" in item.raw or len(inline) != 2:
+        found = " and ".join(item.given("file", "column", *names)) or nothing
+        item.faults.add(item.path, found, f"either file (and column), or {names[0]} and {names[1]}")
         return None
-    angle, value = item.fields["angle"], item.fields["value"]
-    if angle is None or value is None:
-        return None
-    if len(angle) != len(value):
-        found = f"{len(angle)} angles and {len(value)} values"
-        item.faults.add(item.path, found, "as many of the one as of the other")
-        return None
-    return angle, value
+    columns = [item.fields[name] for name in names]
+    return None if None in columns else columns
 
 
 def _converted(column: Sequence[float | str], unit: Unit, path: str, faults: Faults) -> Array | None:
@@ -385,33 +384,17 @@ _WORDS = re.compile(r"\b(?:if|else|and|or|not)\b|[+(<>=]")
 
 
 def read_effort(value: object, dimension: str, path: str, setting: Setting) -> float | Expression | None:
-    """A force or torque: a bare number, a quantity, or an expression of SI numbers; None after noting a fault."""
-    faults = setting.faults
+    """A force or torque: a number in SI, a quantity, or any other text as an expression; None after noting a fault."""
+    parts = split_quantity(value) if isinstance(value, str) else None
     if isinstance(value, str):
-        return _effort_text(value, dimension, path, setting)
-    try:
-        return parse_quantity(value, dimension)
+        unit = "" if parts is None else parts[1] or DIMENSIONS[dimension].si
+        if not re.match(r"[^\W\d_]|[%°,]|1\s*/", unit) or _WORDS.search(unit):
+            return read_expression(value, path, setting)
+    try:  # a text that is a number alone is SI, as it would be in an expression
+        alone = parts is not None and isinstance(value, str) and value.strip() == parts[0]
+        return convert(parts[0], Unit()) if parts is not None and alone else parse_quantity(value, dimension)
     except QuantityError as error:
-        faults.add(path, error.found, f"{error.expected}, or an expression", error.advice)
-        return None
-
-
-def _effort_text(text: str, dimension: str, path: str, setting: Setting) -> float | Expression | None:
-    """A text that is a quantity is one; any other text is an expression."""
-    parts = split_quantity(text)
-    if parts is not None and not parts[1]:
-        parts = parts[0], DIMENSIONS[dimension].si
-    if parts is not None and re.match(r"[^\W\d_]|[%°,]|1\s*/", parts[1]) and not _WORDS.search(parts[1]):
-        return _quantity(text, parts, dimension, path, setting.faults)
-    return read_expression(text, path, setting)
-
-
-def _quantity(text: str, parts: tuple[str, str], dimension: str, path: str, faults: Faults) -> float | None:
-    """A number with a unit; a number alone is SI, as it would be in an expression."""
-    try:
-        return convert(parts[0], Unit()) if text.strip() == parts[0] else parse_quantity(text, dimension)
-    except QuantityError as error:
-        faults.add(path, error.found, f"{error.expected}, or an expression", error.advice)
+        setting.faults.add(path, error.found, f"{error.expected}, or an expression", error.advice)
         return None
 
 
