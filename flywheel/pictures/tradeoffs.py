@@ -18,7 +18,7 @@ from flywheel.numerics.units import figure as number
 from flywheel.pictures.figures import BLACK, BLUE, DPI, GREEN, GREY, ORANGE, PURPLE, SKY, VERMILLION, figure, name_axes, save
 from flywheel.report.rows import printable
 from flywheel.report.tradeoffs import ordered, plain
-from flywheel.study.question import FAMILIES, RESTARTED
+from flywheel.study.methods import FAMILIES, RESTARTED
 from flywheel.study.tradeoff import Row, Tradeoff
 
 Array = NDArray[np.float64]

@@ -7,7 +7,7 @@ from itertools import groupby
 
 from flywheel.numerics.units import columns, figure
 from flywheel.report.rows import encoded, page, sentences, wrapped
-from flywheel.study.question import FAMILIES, RESTARTED
+from flywheel.study.methods import FAMILIES, RESTARTED
 from flywheel.study.tradeoff import Row, Tradeoff
 
 _HEADER = ("", "error", "keeps", "time, ms", "ratio", "positions", "runs", "")

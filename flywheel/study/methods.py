@@ -1,4 +1,4 @@
-"""Every method that can answer a scene, by name, with what it leaves out."""
+"""Every method that can answer a scene, by the name of its family and its setting, with what it leaves out."""
 
 from __future__ import annotations
 
@@ -13,10 +13,36 @@ from flywheel.regime.joint_friction import machine_of
 from flywheel.regime.periodic_motion import Asked
 from flywheel.sizing import speed_dependent
 from flywheel.sizing.sizing import size
-from flywheel.study import question, steppers, whole_models
-from flywheel.study import steppers as grids
-from flywheel.study.question import MULTIPLIERS, RESTARTED, Question, answer
+from flywheel.study import steppers, whole_models
+from flywheel.study.question import Question, answer
 from flywheel.study.steppers import Revolve, by_shooting
+
+RESTARTED = ", restarted"
+AREAS = "accumulated areas"
+INERTIA_TORQUE = "inertia torque at constant speed"
+GRID = "plain grid"
+CLOSED_FORM = "exact, closed form"
+ALONG_THE_MOTION = "exact, collocation"
+COLLOCATION = "collocation"
+BOND_GRAPH = "whole bond graph"
+MULTIPLIERS = "Lagrange's multipliers"
+
+
+def stepping(kind: str) -> str:
+    """The family of a stepper.
+
+    >>> stepping("RK4")
+    'time stepping, RK4'
+    """
+    return f"time stepping, {kind}"
+
+
+FAMILIES = (
+    *(AREAS, INERTIA_TORQUE, GRID, CLOSED_FORM, ALONG_THE_MOTION, COLLOCATION),
+    *map(stepping, ("Euler", "RK4", "RK45", "DOP853", "LSODA")),
+    *(BOND_GRAPH, MULTIPLIERS),
+)
+"""Families in the order in which they are told; any other comes after them."""
 
 _TOLERANCES = (1e-3, 1e-6, 1e-9, 1e-12)
 _OVER_JUMPS = 100.0  # the same where steps run over jumps, and end in noise far above their tolerance
@@ -73,16 +99,16 @@ def obstacles(asked: Question) -> dict[str, str]:
 def _approximate(asked: Question) -> Iterator[Method]:
     machine = asked.machine
     own = machine.sets_its_speed
-    # an analysis asks the same two swings of energy as a sizing; which irregularity that is for does not matter to them
+    # an analysis asks the same fluctuations of energy as a sizing; for which irregularity does not matter to them
     sizing = machine if asked.sized else machine_of(replace(machine.scene, inertia=None, irregularity=_ANY, wheel=None))
     varying = "that I* varies over the cycle" + (", and torques with speed" if own else "")
-    yield Method(question.AREAS, "", "areas", partial(_by_swing, asked, sizing, False), varying)
+    yield Method(AREAS, "", "areas", partial(_by_fluctuation, asked, sizing, False), varying)
     frozen = "that the speed varies, for the inertia torque" + (" and for the loads" if own else "")
-    yield Method(question.INERTIA_TORQUE, "", "inertia torque", partial(_by_swing, asked, sizing, True), frozen)
+    yield Method(INERTIA_TORQUE, "", "inertia torque", partial(_by_fluctuation, asked, sizing, True), frozen)
 
 
-def _by_swing(asked: Question, sizing: Machine, torque: bool) -> float:
-    """From the swing of W, or of W - ½w²I*: swing/(eps w²) is the flywheel with the least I*."""
+def _by_fluctuation(asked: Question, sizing: Machine, torque: bool) -> float:
+    """From the fluctuation of W, or of W - ½w²I*: over eps w² it is the flywheel with the least I*."""
     if sizing.sets_its_speed:
         speed, *_ = constant_speed.reference_point(sizing)
         figures, _ = speed_dependent.at_constant_speed(sizing, speed, sizing.scene.rtol)
@@ -100,18 +126,18 @@ def _grids(asked: Question) -> Iterator[Method]:
     for count in (36, 360, 3600):
         frozen = ", torques that depend on speed at a constant one" if asked.machine.sets_its_speed else ""
         missing = "what happens between angles" + frozen
-        yield Method(question.GRID, f"{count} angles", f"grid {count}", partial(grids.by_grid, asked, count), missing)
+        yield Method(GRID, f"{count} angles", f"grid {count}", partial(steppers.by_grid, asked, count), missing)
 
 
 def _exact(asked: Question) -> Iterator[Method]:
     own = asked.machine.sets_its_speed
     for rtol in _TOLERANCES:
-        family = question.ALONG_THE_MOTION if own else question.CLOSED_FORM
+        family = ALONG_THE_MOTION if own else CLOSED_FORM
         yield Method(family, f"rtol {rtol:g}", f"exact {rtol:g}", partial(_sized, asked, rtol), promised=rtol)
     if not own:
         for rtol in _TOLERANCES[1:]:
             call = partial(_collocated, asked, rtol)
-            yield Method(question.COLLOCATION, f"rtol {rtol:g}", f"collocation {rtol:g}", call, promised=rtol)
+            yield Method(COLLOCATION, f"rtol {rtol:g}", f"collocation {rtol:g}", call, promised=rtol)
 
 
 def _sized(asked: Question, rtol: float) -> float:
@@ -146,7 +172,7 @@ def _stepped(asked: Question, kind: str, setting: str, short: str, revolve: Revo
     call = partial(by_shooting, asked, revolve, (_SEARCH if restart else _OVER_JUMPS) * rtol)
     mark, missing = (RESTARTED, "") if restart else ("", _JUMPS)
     label = f"{kind} {short}{mark.replace(',', '')}"
-    return Method(question.stepping(kind), setting + mark, label, call, missing)
+    return Method(stepping(kind), setting + mark, label, call, missing)
 
 
 def _bond_graph(asked: Question) -> Iterator[Method]:
@@ -154,7 +180,7 @@ def _bond_graph(asked: Question) -> Iterator[Method]:
     missing = "losses in meshes" if lossy else ""
     for rtol in (1e-6, 1e-9):
         call = partial(by_shooting, asked, whole_models.whole(asked.machine, rtol), _SEARCH * rtol)
-        yield Method(question.BOND_GRAPH, f"rtol {rtol:g}", f"bond graph {rtol:g}", call, missing)
+        yield Method(BOND_GRAPH, f"rtol {rtol:g}", f"bond graph {rtol:g}", call, missing)
 
 
 def _multipliers(asked: Question, restart: bool) -> Iterator[Method]:

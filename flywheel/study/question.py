@@ -1,50 +1,13 @@
-"""Names of methods: their families, in the order in which they are told, and the mark of those that restart at breaks."""
+"""The one figure that all methods are asked for: the flywheel of a sizing, or the irregularity of an analysis."""
 
 from __future__ import annotations
 
-import time
-from collections.abc import Iterator
-from contextlib import contextmanager
 from typing import NamedTuple
 
 from flywheel.machine.machine import Machine
-from flywheel.numerics.budget import Tally, counted
 from flywheel.sizing.results import Sizing
 
-RESTARTED = ", restarted"
-AREAS = "accumulated areas"
-INERTIA_TORQUE = "inertia torque at constant speed"
-GRID = "plain grid"
-CLOSED_FORM = "exact, closed form"
-ALONG_THE_MOTION = "exact, collocation"
-COLLOCATION = "collocation"
-BOND_GRAPH = "whole bond graph"
-MULTIPLIERS = "Lagrange's multipliers"
-
-
-def stepping(kind: str) -> str:
-    """The family of a stepper.
-
-    >>> stepping("RK4")
-    'time stepping, RK4'
-    """
-    return f"time stepping, {kind}"
-
-
-FAMILIES = (
-    *(AREAS, INERTIA_TORQUE, GRID, CLOSED_FORM, ALONG_THE_MOTION, COLLOCATION),
-    *map(stepping, ("Euler", "RK4", "RK45", "DOP853", "LSODA")),
-    *(BOND_GRAPH, MULTIPLIERS),
-)
-"""Families in the order in which they are told; any other comes after them."""
-
-
-# -- question ----------------------------------------------------------------------------------------------------------
-
-# The one figure that all methods are asked for: the flywheel of a sizing, or the irregularity of an analysis.
-
-
-_NOTHING = 1e-13  # of the work exchanged: a swing that is none
+_NOTHING = 1e-13  # of the work exchanged: a fluctuation that is none
 
 
 class Question(NamedTuple):
@@ -86,7 +49,7 @@ def question(machine: Machine, sizing: Sizing) -> Question:
     if cycle is not None and sizing.reduced_inertia is not None:
         unit = scene.irregularity * sizing.speed**2 * scene.flywheel_ratio**2
         at_hand = max(cycle.exchanged / max(unit, 1e-300), sizing.reduced_inertia.greatest / scene.flywheel_ratio**2)
-        scale = scale if scale > _NOTHING * at_hand else at_hand  # of a swing that is rounding, what is at hand
+        scale = scale if scale > _NOTHING * at_hand else at_hand  # of a fluctuation that is rounding, what is at hand
     return Question(machine, True, scale)
 
 
@@ -98,24 +61,3 @@ def answer(sizing: Sizing) -> float:
     if sizing.simulation is not None:
         return sizing.simulation.irregularity
     return 0.0 if sizing.run is None else sizing.run.irregularity
-
-
-# -- clock -------------------------------------------------------------------------------------------------------------
-
-# A time limit that methods meet while they work: it is looked at with every evaluation of the machine.
-
-
-class OutOfTimeError(Exception):
-    """A method that was not done when the time was over."""
-
-
-@contextmanager
-def limited(end: float) -> Iterator[Tally]:
-    """Count what is evaluated inside; once `time.perf_counter()` is past `end` (s), OutOfTimeError ends it."""
-
-    def look() -> None:
-        if time.perf_counter() > end:
-            raise OutOfTimeError
-
-    with counted(look) as tally:
-        yield tally

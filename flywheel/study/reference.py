@@ -1,8 +1,10 @@
-"""The reference where loads depend on position alone: Gauss' rule on halved panels, in the longest floats that numpy has.
+"""What errors are measured against: the figure by two routes that share nothing but I*, M* and the laws.
 
-It shares nothing with the sizing but the bond graph, which it walks in extended precision: no Chebyshev cells, no series,
-no search for roots on polynomials. Where the machine has no floats longer than doubles, or a mechanism finds its positions
-by iteration in doubles, what is gained is the other route alone; the doubt that it tells is wider then.
+Torques that depend on speed: the periodic motion by collocation, verified by stepping it in time. Loads of position alone:
+the closed form on Chebyshev cells, verified by Gauss' rule on halved panels in the longest floats that numpy has, which is
+then the reference. That shares nothing with the sizing but the bond graph, which it walks in extended precision: no
+Chebyshev cells, no series, no search for roots on polynomials. Where the machine has no floats longer than doubles, or a mechanism
+finds its positions by iteration in doubles, what is gained is the other route alone; the error bound is wider then.
 """
 
 from __future__ import annotations
@@ -230,7 +232,7 @@ def _irregularity(curve: _Curve, inertia: Any, speed: Any) -> Any:
     works = _works(curve)
     square = speed**2
 
-    def swing(level: Any) -> tuple[Any, Any]:
+    def extremes(level: Any) -> tuple[Any, Any]:
         """Greatest and least s in omega² = w² (1 + s), and I* there."""
 
         def force(moment: Long, slope: Long, total: Long, phi: Long, panel: Any) -> Long:
@@ -248,18 +250,18 @@ def _irregularity(curve: _Curve, inertia: Any, speed: Any) -> Any:
     lowest = -square * (inertia + start) / 2 - _greatest(curve, np.longdouble(0), -1)  # where the machine comes to a stop
     level = np.longdouble(0) if lowest < 0 else 2 * lowest + np.longdouble(1e-300)
     for _ in range(_LEVELS):
-        s, total = swing(level)
-        pace = np.sqrt(np.maximum(1 + s, np.longdouble(1e-30)))
-        slope = (1 / (square * (inertia + total) * pace)).mean()
-        step = (1 - pace.mean()) / slope
+        s, total = extremes(level)
+        ratio = np.sqrt(np.maximum(1 + s, np.longdouble(1e-30)))
+        slope = (1 / (square * (inertia + total) * ratio)).mean()
+        step = (1 - ratio.mean()) / slope
         level = level + step if level + step > lowest else (level + lowest) / 2
         if abs(step) <= 64 * _LONG * (abs(level) + square * (inertia + total.min()) * abs(s[0] - s[1])):
             break
     else:
         return np.longdouble("nan")  # a level that is not found is no reference
-    s, _ = swing(level)
-    pace = np.sqrt(np.maximum(1 + s, np.longdouble(0)))
-    return 2 * (s[0] - s[1]) / pace.sum() ** 2
+    s, _ = extremes(level)
+    ratio = np.sqrt(np.maximum(1 + s, np.longdouble(0)))
+    return 2 * (s[0] - s[1]) / ratio.sum() ** 2
 
 
 def _works(curve: _Curve) -> Any:
@@ -274,13 +276,7 @@ def _works(curve: _Curve) -> Any:
     return works
 
 
-# -- reference ---------------------------------------------------------------------------------------------------------
-
-# What errors are measured against: the figure by two routes that share nothing but I*, M* and the laws.
-#
-# Loads of position alone: the closed form on Chebyshev cells, verified by Gauss' rule in extended precision, which is
-# then the reference. Torques that depend on speed: the periodic motion by collocation, verified by stepping it in time.
-
+# -- the reference, verified ------------------------------------------------------------------------------------------
 
 _TIGHTEST = 1e-14
 _IN_TIME = 1e-12

@@ -4,13 +4,15 @@ from __future__ import annotations
 
 import statistics
 import time
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from flywheel.machine.machine import Machine
+from flywheel.numerics.budget import Tally, counted
 from flywheel.numerics.faults import Fault, SceneError
 from flywheel.regime.joint_friction import machine_of
 from flywheel.regime.turning_moment import check_cycle
@@ -18,7 +20,7 @@ from flywheel.scene.accuracy import rtol_faults
 from flywheel.scene.scene import Scene
 from flywheel.study import methods
 from flywheel.study.methods import Method
-from flywheel.study.question import OutOfTimeError, Question, limited
+from flywheel.study.question import Question
 from flywheel.study.reference import Reference, verified
 from flywheel.study.steppers import NoAnswerError
 
@@ -147,10 +149,7 @@ def duration(seconds: float) -> str:
     )
 
 
-# -- measuring ---------------------------------------------------------------------------------------------------------
-
-# Methods run one after the other within a budget of time, each with its time and its evaluations.
-
+# -- measuring: methods one after the other within a budget of time, each with its time and its evaluations ------------
 
 _REPEATS = 7
 _ENOUGH = 0.25  # seconds of repeating after which no more is repeated
@@ -191,6 +190,22 @@ class Measured(NamedTuple):
     runs: list[Run]
     interrupted: bool
     seconds: float
+
+
+class OutOfTimeError(Exception):
+    """A method that was not done when the time was over."""
+
+
+@contextmanager
+def limited(end: float) -> Iterator[Tally]:
+    """Count what is evaluated inside; once `time.perf_counter()` is past `end` (s), OutOfTimeError ends it."""
+
+    def look() -> None:
+        if time.perf_counter() > end:
+            raise OutOfTimeError
+
+    with counted(look) as tally:
+        yield tally
 
 
 def measured(methods: Sequence[Method], budget: float, progress: Progress | None = None, spent: float = 0.0) -> Measured:
@@ -236,7 +251,7 @@ def _run(method: Method, limit: float) -> Run:
     except OutOfTimeError:
         return Run(method, OUT_OF_TIME, reason=f"stopped after {limit:.2g} s")
     except (SceneError, NoAnswerError, ArithmeticError, ValueError, RuntimeError) as error:
-        return Run(method, FAILED, reason=_line(error))
+        return Run(method, FAILED, reason=next(iter(str(error).splitlines()), type(error).__name__))
     if not np.isfinite(value):
         return Run(method, FAILED, reason="no finite answer")
     return Run(method, DONE, float(value), tuple(times[1:] or times), tally.evaluations)
@@ -246,11 +261,6 @@ def _timed(method: Method) -> tuple[float, float]:
     start = time.perf_counter()
     value = method.answer()
     return time.perf_counter() - start, value
-
-
-def _line(error: Exception) -> str:
-    text = str(error).splitlines()
-    return text[0] if text else type(error).__name__
 
 
 def decided(runs: Iterable[Run]) -> tuple[list[Run], bool]:
@@ -276,9 +286,6 @@ def decided(runs: Iterable[Run]) -> tuple[list[Run], bool]:
 
 
 # -- comparison --------------------------------------------------------------------------------------------------------
-
-# Accuracy against cost on one scene, measured.
-
 
 _NOISE = 1.1  # two times closer than this factor are level
 

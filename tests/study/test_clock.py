@@ -5,7 +5,7 @@ import time
 import pytest
 
 from flywheel.numerics.budget import count
-from flywheel.study.question import OutOfTimeError, limited
+from flywheel.study.tradeoff import OutOfTimeError, limited
 
 
 def test_evaluations_are_counted_while_there_is_time():

@@ -8,8 +8,8 @@ import pytest
 
 import flywheel
 from flywheel.study import methods, tradeoff
-from flywheel.study import question as question_module
-from flywheel.study.question import FAMILIES, question
+from flywheel.study.methods import FAMILIES
+from flywheel.study.question import question
 from flywheel.study.tradeoff import Measured, Run
 from tests.scenes import press, rotor, yoke
 
@@ -137,7 +137,7 @@ def test_every_method_has_a_name_of_its_own(scene):
         "plain grid",
         "exact, closed form",
         "whole bond graph",
-        question_module.MULTIPLIERS,
+        methods.MULTIPLIERS,
     } <= families
 
 
