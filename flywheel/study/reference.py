@@ -3,8 +3,8 @@
 Torques that depend on speed: the periodic motion by collocation, verified by stepping it in time. Loads of position alone:
 the closed form on Chebyshev cells, verified by Gauss' rule on halved panels in the longest floats that numpy has, which is
 then the reference. That shares nothing with the sizing but the bond graph, which it walks in extended precision: no
-Chebyshev cells, no series, no search for roots on polynomials. Where the machine has no floats longer than doubles, or a mechanism
-finds its positions by iteration in doubles, what is gained is the other route alone; the error bound is wider then.
+Chebyshev cells, no series, no search for roots on polynomials. Where the machine has no floats longer than doubles, or a
+mechanism finds its positions by iteration in doubles, what is gained is the other route alone; the error bound is wider then.
 """
 
 from __future__ import annotations
