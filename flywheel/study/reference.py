@@ -4,7 +4,7 @@ Torques that depend on speed: the periodic motion by collocation, verified by st
 the closed form on Chebyshev cells, verified by Gauss' rule on halved panels in the longest floats that numpy has, which is
 then the reference. That shares nothing with the sizing but the bond graph, which it walks in extended precision: no
 Chebyshev cells, no series, no search for roots on polynomials. Where the machine has no floats longer than doubles, or a
-mechanism finds its positions by iteration in doubles, what is gained is the other route alone; the error bound is wider then.
+mechanism finds its positions by iteration in doubles, what is gained is the other route alone, and the error bound is wider.
 """
 
 from __future__ import annotations
