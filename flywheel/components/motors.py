@@ -365,11 +365,7 @@ class Curve(Motor):
 
     def __post_init__(self) -> None:
         """Refuse rows that make no curve."""
-        refuse(wrong_numbers(self) + self._wrong_rows())
-        refuse(self._wrong_order())
-
-    def _wrong_rows(self) -> list[Fault]:
-        faults = []
+        faults = wrong_numbers(self)
         for name, column in (("speed", self.speeds), ("torque", self.torques)):
             faults += [fault for i, number in enumerate(column) for fault in number_faults(f"{name}[{i}]", number)]
         if len(self.speeds) != len(self.torques):
@@ -380,17 +376,14 @@ class Curve(Motor):
         if self.interpolation not in INTERPOLATIONS:
             advice = mean(str(self.interpolation), INTERPOLATIONS)
             faults.append(Fault("interpolation", f'"{self.interpolation}"', '"linear" or "pchip"', advice))
-        return faults
-
-    def _wrong_order(self) -> list[Fault]:
-        faults = []
+        refuse(faults)
         for i, (left, right) in enumerate(pairwise(self.speeds), 1):
             if not left < right:
                 found = f"{right:.6g} rad/s after {left:.6g} rad/s"
                 faults.append(Fault(f"speed[{i}]", found, "speeds that ascend", "at one speed a motor has one torque"))
         if max(self.torques) <= 0:
             faults.append(Fault("torque", f"{max(self.torques):.6g} N m at most", "a torque above 0 somewhere"))
-        return faults[:5]
+        refuse(faults[:5])
 
     @property
     def covers(self) -> Span:
@@ -657,7 +650,10 @@ def dc_from_plate(
     (60.0, 45.0)
 
     """
-    refuse(number_faults("voltage", voltage, "a finite number above 0") + wrong_point(rated) + _wrong_share(armature_share))
+    share = number_faults("armature_share", armature_share, "a finite number above 0")
+    if not share and armature_share > 1:
+        share = [Fault("armature_share", f"{armature_share:g}", "a share of 1 at most")]
+    refuse(number_faults("voltage", voltage, "a finite number above 0") + wrong_point(rated) + share)
     refuse(number_faults("current", current, "a finite number above 0"))
     losses = voltage * current - rated.power
     if losses <= 0:
@@ -673,11 +669,6 @@ def dc_from_plate(
         nameplate=rated,
         inertia=inertia,
     )
-
-
-def _wrong_share(share: float) -> list[Fault]:
-    faults = number_faults("armature_share", share, "a finite number above 0")
-    return faults or ([Fault("armature_share", f"{share:g}", "a share of 1 at most")] if share > 1 else [])
 
 
 # -- engine ------------------------------------------------------------------------------------------------------------
@@ -725,10 +716,7 @@ class Engine(Motor):
         if not isinstance(self.full_load, Curve):
             faults += number_faults("torque", self.full_load, POSITIVE)
         refuse(faults)
-        refuse(self._wrong_speeds())
-
-    def _wrong_speeds(self) -> list[Fault]:
-        faults, rated = [], f"the rated speed of {self.speed:.6g} rad/s"
+        rated = f"the rated speed of {self.speed:.6g} rad/s"
         if not self.idle < self.speed:
             faults.append(Fault("idle", f"{self.idle:.6g} rad/s", f"a speed below {rated}"))
         if isinstance(self.full_load, Curve) and not self.full_load.covers[0] < self.speed <= self.full_load.covers[1]:
@@ -736,7 +724,7 @@ class Engine(Motor):
             faults.append(Fault("full_load", f"speeds from {first:.6g} to {last:.6g} rad/s", f"speeds that hold {rated}"))
         elif self._full(self.speed) <= 0:
             faults.append(Fault("full_load", f"{self._full(self.speed):.6g} N m", f"a torque above 0 at {rated}"))
-        return faults
+        refuse(faults)
 
     def _full(self, omega: float) -> float:
         return float(self.full_load.torque(omega)) if isinstance(self.full_load, Curve) else self.full_load
@@ -832,32 +820,23 @@ class Induction(Motor):
 
     def __post_init__(self) -> None:
         """Refuse values out of range, and those that contradict each other."""
-        refuse(wrong_numbers(self, ("power", "speed", "frequency")) + self._wrong_poles() + self._wrong_ratio())
-        refuse(self._wrong_speed())
-
-    def _wrong_poles(self) -> list[Fault]:
-        poles = self.poles
-        if not number_faults("poles", poles) and poles >= 2 and poles % 2 == 0:
-            return []
-        return number_faults("poles", poles) or [Fault("poles", f"{poles:g}", "an even number, 2 or more")]
-
-    def _wrong_ratio(self) -> list[Fault]:
-        ratio = self.breakdown_ratio
-        if not number_faults("breakdown_ratio", ratio) and ratio > 1:
-            return []
-        return number_faults("breakdown_ratio", ratio) or [Fault("breakdown_ratio", f"{ratio:g}", "a number above 1")]
-
-    def _wrong_speed(self) -> list[Fault]:
-        """A rated speed lies a little below synchronous speed; if not, the poles that would go with it."""
+        poles, ratio = number_faults("poles", self.poles), number_faults("breakdown_ratio", self.breakdown_ratio)
+        if not poles and (self.poles < 2 or self.poles % 2):
+            poles = [Fault("poles", f"{self.poles:g}", "an even number, 2 or more")]
+        if not ratio and self.breakdown_ratio <= 1:
+            ratio = [Fault("breakdown_ratio", f"{self.breakdown_ratio:g}", "a number above 1")]
+        refuse(wrong_numbers(self, ("power", "speed", "frequency")) + poles + ratio)
         slip = self.rated_slip
-        if 0.0 < slip <= MOST_SLIP:
-            return []
-        field = 2 * math.pi * self.frequency  # of two poles
-        pairs = math.floor(field / self.speed)
-        fitting = pairs < 100 and 0.0 < 1 - self.speed * pairs / field <= MOST_SLIP
-        found = f"{_rpm(self.speed)}, a slip of {slip:.3g}"
-        expected = f"a little less than the {_rpm(self.synchronous_speed)} of {self.poles:g} poles at {self.frequency:g} Hz"
-        return [Fault("speed", found, expected, f"a motor of this speed has {2 * pairs} poles" if fitting else "")]
+        if not 0.0 < slip <= MOST_SLIP:  # it lies a little below synchronous speed; if not, the poles that would go with it
+            field = 2 * math.pi * self.frequency  # of two poles
+            pairs = math.floor(field / self.speed)
+            fitting = pairs < 100 and 0.0 < 1 - self.speed * pairs / field <= MOST_SLIP
+            found = f"{_rpm(self.speed)}, a slip of {slip:.3g}"
+            wanted = (
+                f"a little less than the {_rpm(self.synchronous_speed)} of {self.poles:g} poles at {self.frequency:g} Hz"
+            )
+            advice = f"a motor of this speed has {2 * pairs} poles" if fitting else ""
+            raise SceneError([Fault("speed", found, wanted, advice)])
 
     @cached_property
     def synchronous_speed(self) -> float:

@@ -317,7 +317,10 @@ def _cam(poses: Poses, coupling: Coupling, seen: Seen) -> Contact:
     Through a named contact point P (a roller's centre); without one the follower's flat face, across its travel through its
     guide's point, is touched where the cam moves along the travel as fast as the follower: at the eccentricity lift'.
     """
-    slope = _slope(poses, coupling)
+    assert coupling.lift is not None
+    joint = poses.linkage.joint(coupling.first)
+    cam_angle = poses.angle(joint.second).value - poses.angle(joint.first).value
+    slope = lifts.at(coupling.lift, cam_angle)[1]  # of the lift (m/rad, or 1) by the coordinate of the cam's pin
     turn, carried = seen.senses[0], seen.senses[1] * slope
     if coupling.contact is not None:
         body, name = coupling.contact
@@ -333,25 +336,13 @@ def _cam(poses: Poses, coupling: Coupling, seen: Seen) -> Contact:
     sliding = follower - turn * perp(place - seen.pivot)
     pace = np.hypot(*sliding)
     surface = np.divide(sliding, pace, out=np.zeros_like(sliding), where=pace > 0)
-    return Contact(seen.first, seen.second, place, _outward(poses, coupling, seen, surface, place), surface)
-
-
-def _outward(poses: Poses, coupling: Coupling, seen: Seen, surface: Array, place: Array) -> Array:
-    """Normals (2, n) of the surface away from the cam's axis."""
     across = seen.guide if coupling.contact is None and seen.guide is not None else perp(surface)
     if not np.all(np.hypot(*across) > 0):
         worst = float(poses.q[np.argmin(np.hypot(*across))])
         found = f"a contact point that does not move against the cam at {worst:.9g}"
         raise SceneError([Fault(f"{_path(poses, coupling)}.contact", found, "a point off the cam's axis")])
-    return across * np.where(along(across, place - seen.pivot) < 0, -1.0, 1.0)
-
-
-def _slope(poses: Poses, coupling: Coupling) -> Array:
-    """The lift's derivative (m/rad, or 1) by the coordinate of the cam's pin."""
-    assert coupling.lift is not None
-    joint: Joint = poses.linkage.joint(coupling.first)
-    angle = poses.angle(joint.second).value - poses.angle(joint.first).value
-    return lifts.at(coupling.lift, angle)[1]
+    outward = across * np.where(along(across, place - seen.pivot) < 0, -1.0, 1.0)  # normal of the surface
+    return Contact(seen.first, seen.second, place, outward, surface)
 
 
 # -- components --------------------------------------------------------------------------------------------------------
@@ -382,7 +373,11 @@ def unknowns(poses: Poses, drivers: Iterable[str], forward: Array, friction: boo
     forward: sign of the driver's speed, (n,); where it is 0 nothing slides and there is no friction.
     """
     linkage = poses.linkage
-    _check_names(poses)
+    names = [*(joint.name for joint in linkage.joints), *(coupling.name for coupling in linkage.couplings)]
+    twice = sorted({name for name in names if names.count(name) > 1})
+    if twice:
+        found = "two joints or couplings of that name"
+        raise SceneError([Fault(f"{linkage.path}.{name}", found, "one") for name in twice])
     components: list[Component] = []
     passives: list[Passive] = []
     for joint in linkage.joints:
@@ -398,15 +393,6 @@ def unknowns(poses: Poses, drivers: Iterable[str], forward: Array, friction: boo
     driven = [linkage.joint(name) for name in drivers]
     components += [Component(j.name, DRIVE, COUPLE if j.kind == PIN else FORCE, effort_pair(poses, j)) for j in driven]
     return Unknowns(tuple(components), tuple(passives))
-
-
-def _check_names(poses: Poses) -> None:
-    names = [*(joint.name for joint in poses.linkage.joints), *(coupling.name for coupling in poses.linkage.couplings)]
-    twice = sorted({name for name in names if names.count(name) > 1})
-    if twice:
-        raise SceneError(
-            [Fault(f"{poses.linkage.path}.{name}", "two joints or couplings of that name", "one") for name in twice]
-        )
 
 
 def _of_joint(poses: Poses, joint: Joint) -> list[Component]:
@@ -434,17 +420,14 @@ def _of_coupling(poses: Poses, coupling: Coupling, forward: Array, friction: boo
             sliding = sense(pace(poses, poses.linkage.joint(coupling.first)), poses.rate[:, 2:], forward)
             passives.append(Passive(coupling.name, FRICTION, FORCE, side, -coupling.friction * sliding, ({"normal": 1.0},)))
         return Component(coupling.name, "normal", FORCE, push), passives
-    return Component(coupling.name, "tangential", FORCE, push), _inclined(poses, coupling, touch, side)
-
-
-def _inclined(poses: Poses, coupling: Coupling, touch: Contact, side: Pair) -> list[Passive]:
     if coupling.friction:
         path = f"{poses.linkage.path}.couplings.{coupling.name}.friction"
         raise SceneError([Fault(path, f"{coupling.friction:.9g}", "none", "at the pitch point nothing slides")])
-    if not coupling.pressure_angle:
-        return []
-    slant = np.full(poses.q.shape, np.tan(abs(coupling.pressure_angle)))
-    return [Passive(coupling.name, RADIAL, FORCE, side, slant, ({"tangential": 1.0},))]
+    inclined = []
+    if coupling.pressure_angle:
+        slant = np.full(poses.q.shape, np.tan(abs(coupling.pressure_angle)))
+        inclined.append(Passive(coupling.name, RADIAL, FORCE, side, slant, ({"tangential": 1.0},)))
+    return Component(coupling.name, "tangential", FORCE, push), inclined
 
 
 # -- statics -----------------------------------------------------------------------------------------------------------
@@ -487,20 +470,28 @@ def solve(poses: Poses, unknowns: Unknowns, loads: Array) -> Balance:
     matrix = _columns(unknowns.components, middle)
     passive = _columns(unknowns.passives, middle)
     right = loads[1:].reshape(-1, poses.q.size).T
-    _check(poses, unknowns, matrix)
+    free = matrix.shape[1] - matrix.shape[2]
+    if free > 0:
+        found = f"{free} freedom(s) that nothing drives"
+        raise SceneError([Fault(poses.linkage.path, found, "as many driven joints as degrees of freedom")])
     scales = _scales(unknowns.components, matrix)
     scaled = matrix * scales.columns / scales.rows[:, None]
     wanted = -np.concatenate((right[..., None], passive), axis=2) / scales.rows[:, None]
     response, space = _respond(scaled, wanted)
     loose = np.linalg.norm(space, axis=2) > OPEN
-    _check_locked(poses, response)
+    wrong = ~np.isfinite(response).all(axis=(1, 2))
+    if wrong.any():
+        at = f"{float(poses.q[np.argmax(wrong)]):.9g} {'m' if poses.linkage.sliding else 'rad'}"
+        found = f"forces without limit where {poses.linkage.driver} stands at {at}"
+        raise SceneError([Fault(poses.linkage.path, found, "a position where the driver moves everything")])
     response = response * scales.columns[:, None]
     settled = _settled(poses, unknowns, response, loose)
     amounts = _factors(unknowns.passives, poses.q.size) * settled.sizes
     values = response[..., 0] + np.einsum("nmp,np->nm", response[..., 1:], amounts)
     whole = right + np.einsum("nrp,np->nr", passive, amounts)
     gap = (np.einsum("nrm,nm->nr", matrix, values) + whole) / scales.rows
-    residual = _relative(np.abs(gap).max(axis=1), np.abs(whole / scales.rows).max(axis=1))
+    left, largest = np.abs(gap).max(axis=1), np.abs(whole / scales.rows).max(axis=1)
+    residual = np.divide(left, largest, out=np.zeros_like(left), where=largest > 0)
     others = np.concatenate((np.zeros((1, *loads.shape[1:])), whole.T.reshape(-1, 3, poses.q.size)))
     values = np.where(settled.converged[:, None], values, np.nan)
     return Balance(values.T, amounts.T, others, loose.T, space, settled, residual)
@@ -526,21 +517,6 @@ def _scales(components: tuple[Component, ...], matrix: Array) -> Scales:
     return Scales(rows, np.where(couples, length, 1.0))
 
 
-def _check(poses: Poses, unknowns: Unknowns, matrix: Array) -> None:
-    rows, columns = matrix.shape[1:]
-    if columns < rows:
-        found = f"{rows - columns} freedom(s) that nothing drives"
-        raise SceneError([Fault(poses.linkage.path, found, "as many driven joints as degrees of freedom")])
-
-
-def _check_locked(poses: Poses, response: Array) -> None:
-    wrong = ~np.isfinite(response).all(axis=(1, 2))
-    if wrong.any():
-        at = f"{float(poses.q[np.argmax(wrong)]):.9g} {'m' if poses.linkage.sliding else 'rad'}"
-        found = f"forces without limit where {poses.linkage.driver} stands at {at}"
-        raise SceneError([Fault(poses.linkage.path, found, "a position where the driver moves everything")])
-
-
 def _respond(matrix: Array, right: Array) -> tuple[Array, Array]:
     """Unknowns for each right side, of least norm where some are open, and the matrix's null space, (n, m, m - rows)."""
     rows, columns = matrix.shape[1:]
@@ -563,20 +539,10 @@ def _settled(poses: Poses, unknowns: Unknowns, response: Array, loose: Flags) ->
                 at = index[passive.joint, name]
                 forms[j, k, at] = weight
                 if loose[:, at].any() and np.any(passive.factor):
-                    faults.append(_loose_fault(poses, passive, name))
+                    found = f"{passive.name} that follows the {name}, which redundant constraints leave open"
+                    advice = "take the friction away, or the constraint that is one too many"
+                    path = f"{poses.linkage.path}.{passive.joint}"
+                    faults.append(Fault(path, found, "a force that the equations determine", advice))
     if faults:
         raise SceneError(dict.fromkeys(faults))
     return settle(response[..., 0], response[..., 1:], _factors(unknowns.passives, poses.q.size), forms)
-
-
-def _loose_fault(poses: Poses, passive: Passive, name: str) -> Fault:
-    return Fault(
-        f"{poses.linkage.path}.{passive.joint}",
-        f"{passive.name} that follows the {name}, which redundant constraints leave open",
-        "a force that the equations determine",
-        "take the friction away, or the constraint that is one too many",
-    )
-
-
-def _relative(part: Array, whole: Array) -> Array:
-    return np.divide(part, whole, out=np.zeros_like(part), where=whole > 0)
