@@ -1,14 +1,21 @@
-"""The moment that changes a machine's energy, on a mesh of crank angles, at any speed.
+"""The equation of motion of a machine with losses in its meshes: on a mesh of crank angles, and at instants of a motion.
 
-Everything that depends on position alone is walked once: inertias, moments, influence coefficients. What depends on speed
-is evaluated there as often as wanted, with its slope. Meshes with losses add what these take: a shaft geared to the crank
-with an efficiency below 1 takes from it, or gives it, less than its own share of the moment.
+A machine is its crank and the parts that hang on it through meshes of an efficiency. With I of a part and M on it, both
+reduced to the crank (angle phi, speed omega), the acceleration alpha = domega/dt = d(omega²/2)/dphi follows from
+
+    sum over the parts of k (I alpha + ½ dI/dphi omega² - M) = 0,
+
+where the crank gives k = 1/efficiency for each N m that it passes to a part, and k = efficiency for each that it takes.
+
+`Moments` walks what depends on position alone once, on a whole mesh, and evaluates what depends on speed there as often as
+wanted, with its slope: series and cells of the steady regime rest on it. `Dynamics` gives the same at any position, speed
+and time, for stepping.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from functools import partial
 from typing import Any, NamedTuple
 
@@ -18,7 +25,7 @@ from numpy.typing import NDArray
 from bondgraph import reduction as counting
 from bondgraph.reduction import Reduction, Station
 from flywheel.components.motors import DC
-from flywheel.machine.loads import Effort
+from flywheel.machine.loads import Effort, moving_switches
 from flywheel.machine.machine import Machine, Stage
 from flywheel.numerics.cells import MIDDLE, ROUNDING, Cells, wide
 from flywheel.numerics.jets import Jet
@@ -78,6 +85,44 @@ class _Felt(NamedTuple):
     exchanged: Array
 
 
+class _Solved(NamedTuple):
+    """The acceleration d(omega²/2)/dphi, what the crank passes to every part, and what it gives for each N m of that."""
+
+    acceleration: Any
+    passed: tuple[Any, ...]
+    factors: tuple[Any, ...]
+
+
+def _solved(
+    inertias: Sequence[Any],
+    bare: Sequence[Any],
+    factors: tuple[Any, ...],
+    fitting: Callable[[tuple[Any, ...]], tuple[Any, ...]] | None,
+) -> _Solved:
+    """The equation of motion sum k (I alpha + bare) = 0 with bare = ½ I' omega² - M, for numbers or arrays.
+
+    The sum grows with alpha whatever the directions, so that one set of them fits.
+
+    Args:
+        inertias: I of every part (kg m², on the crank).
+        bare: ½ I' omega² - M of every part (N m).
+        factors: k of every part to begin with.
+        fitting: gives the factors for what the crank passes; None where those given are to be kept.
+
+    """
+    for _ in range(2 + 2 ** len(inertias)):
+        weight = sum(k * i for k, i in zip(factors, inertias, strict=True))
+        acceleration = -sum(k * b for k, b in zip(factors, bare, strict=True)) / weight
+        passed = tuple(i * acceleration + b for i, b in zip(inertias, bare, strict=True))
+        found = factors if fitting is None else fitting(passed)
+        if all(
+            a is b or (a == b if isinstance(a, float) else np.array_equal(a, b)) for a, b in zip(found, factors, strict=True)
+        ):
+            break
+        factors = found
+    return _Solved(acceleration, passed, factors)
+
+
 class Moments:
     """A machine on a mesh, ready to tell F at any speeds, flywheels and values of its unknown.
 
@@ -131,7 +176,8 @@ class Moments:
         omega = np.asarray(speed, dtype=float)[..., None, None] + np.zeros_like(self.mesh.phi)
         acting, transmitted = self._unaccelerated(omega, unknown)
         plain = _summed(acting)
-        factors = [_given_for(part, tau) for part, tau in zip(self.parts, transmitted, strict=True)]
+        pairs = zip(self.parts, transmitted, strict=True)
+        factors = tuple(np.where(tau > 0.0, 1.0 / part.efficiency, part.efficiency) for part, tau in pairs)
         lifted = [0.5 * part.slope * omega**2 for part in self.parts]
         felt = _felt(factors, acting, lifted)
         return Rate(felt.moment, plain.by_speed, felt.by_unknown, np.zeros_like(omega), plain.by_current, felt.exchanged)
@@ -156,10 +202,9 @@ class Moments:
 
     def transmitted(self, omega: Array, unknown: float, inertia: float, current: Array | None = None) -> list[Array]:
         """What each lossy mesh transmits from the crank (N m, on the crank)."""
-        _, transmitted, _ = self._solved(self._all_acting(omega, unknown, current), omega, inertia)
-        return self._of_lossy(transmitted)
+        return self._of_lossy(self._solved(self._all_acting(omega, unknown, current), omega, inertia).passed)
 
-    def _of_lossy(self, transmitted: list[Array]) -> list[Array]:
+    def _of_lossy(self, transmitted: Sequence[Array]) -> list[Array]:
         return [tau for part, tau in zip(self.parts, transmitted, strict=True) if part.efficiency < 1.0]
 
     def _all_acting(self, omega: Array, unknown: float, current: Array | None) -> list[_Acting]:
@@ -192,25 +237,19 @@ class Moments:
 
     # -- losses in meshes ----------------------------------------------------------------------------------------------
 
-    def _solved(self, acting: list[_Acting], omega: Array, inertia: float) -> tuple[Array, list[Array], list[Array]]:
-        """d(omega²/2)/dphi, the transmitted moments, and the factor k of each: 1/eta where the crank drives, else eta.
-
-        sum k (I y' + I' y - M) = 0 over the parts, y = omega²/2: monotone in y', so that one set of directions fits. They
-        are decided in the middle of every cell.
-        """
+    def _solved(self, acting: list[_Acting], omega: Array, inertia: float) -> _Solved:
+        """The equation of motion at speeds on the mesh; directions are decided in the middle of every cell."""
         y = 0.5 * omega * omega
         inertias = [part.inertia + inertia * part.carries_flywheel for part in self.parts]
         bare = [part.slope * y - act.moment for part, act in zip(self.parts, acting, strict=True)]
-        factors: list[Array] = [np.ones((*omega.shape[:-1], 1)) for _ in self.parts]
-        for _ in range(2 + 2 ** len(self.parts)):
-            total = np.sum([k * i for k, i in zip(factors, inertias, strict=True)], axis=0)
-            bend = -np.sum([k * b for k, b in zip(factors, bare, strict=True)], axis=0) / total
-            transmitted = [i * bend + b for i, b in zip(inertias, bare, strict=True)]
-            found = [_given_for(part, self._deciding(tau)) for part, tau in zip(self.parts, transmitted, strict=True)]
-            if all(np.array_equal(a, b) for a, b in zip(found, factors, strict=True)):
-                break
-            factors = found
-        return bend, transmitted, factors
+
+        def fitting(passed: tuple[Any, ...]) -> tuple[Any, ...]:
+            return tuple(
+                np.where(self._deciding(tau) > 0.0, 1.0 / part.efficiency, part.efficiency)
+                for part, tau in zip(self.parts, passed, strict=True)
+            )
+
+        return _solved(inertias, bare, tuple(np.ones((*omega.shape[:-1], 1)) for _ in self.parts), fitting)
 
     def _with_losses(self, acting: list[_Acting], plain: _Acting, omega: Array, inertia: float) -> Rate:
         bend, _, factors = self._solved(acting, omega, inertia)
@@ -278,7 +317,7 @@ def _summed(acting: list[_Acting]) -> _Acting:
     return _Acting(*(np.sum(columns, axis=0) for columns in zip(*acting, strict=True)))
 
 
-def _felt(factors: list[Array], acting: list[_Acting], moved: list[Array]) -> _Felt:
+def _felt(factors: Sequence[Array], acting: list[_Acting], moved: list[Array]) -> _Felt:
     """M - sum (k - 1) tau with tau = `moved` - M of each part, as sum k M - (k - 1) `moved`.
 
     So a small k, an efficiency of next to nothing, keeps its digits.
@@ -291,11 +330,6 @@ def _felt(factors: list[Array], acting: list[_Acting], moved: list[Array]) -> _F
     )
 
 
-def _given_for(part: _Part, tau: Array) -> Array:
-    """What the crank gives for each N m that it transmits: 1/efficiency where it drives, efficiency where it is driven."""
-    return np.where(tau > 0.0, 1.0 / part.efficiency, part.efficiency)
-
-
 def _with_slope(value: Any, omega: Array) -> tuple[Array, Array]:
     """Value and slope of a jet, or of a number that does not depend on speed."""
     if isinstance(value, Jet):
@@ -303,11 +337,7 @@ def _with_slope(value: Any, omega: Array) -> tuple[Array, Array]:
     return value + np.zeros_like(omega), np.zeros_like(omega)
 
 
-# -- instant -----------------------------------------------------------------------------------------------------------
-
-# The motion's equation at one instant: acceleration, power and a motor's current, from the bond graph, for time stepping.
-#
-# It is apart from the series and cells of the steady regime: it shares with them I*, M* and the laws alone.
+# -- at instants ------------------------------------------------------------------------------------------------------
 
 
 _INSET = 1e-10  # of a piece: how far from its ends a law is read that is not defined there
@@ -490,7 +520,25 @@ class Dynamics:
         return self.circuit is not None and name.startswith(DRIVE)
 
     def _instant(self, parts: Sequence[_Contribution], omega: Any, current: Any, factors: tuple[Any, ...] | None) -> Instant:
-        acceleration, loss, passed, used = _accelerated(parts, omega, factors)
+        square = 0.5 * omega * omega
+        bare = [part.slope * square - part.moment for part in parts]
+        loss: Any = 0.0
+        passed: tuple[Any, ...] = ()
+        used: tuple[Any, ...] = ()
+        if len(parts) == 1:
+            acceleration = -bare[0] / parts[0].inertia if np.all(parts[0].inertia) else math.inf
+        else:
+            forwards = 1.0 if factors is not None or omega >= 0.0 else -1.0
+
+            def fitting(passed: tuple[Any, ...]) -> tuple[Any, ...]:
+                pairs = zip(parts, passed, strict=True)
+                return tuple(1.0 / p.efficiency if forwards * tau > 0.0 else p.efficiency for p, tau in pairs)
+
+            given = factors or (1.0,) * len(parts)
+            acceleration, passed, used = _solved(
+                [p.inertia for p in parts], bare, given, fitting if factors is None else None
+            )
+            loss = sum((k - 1.0) * tau for k, tau in zip(used, passed, strict=True))
         return Instant(
             acceleration=acceleration,
             moment=sum(part.moment for part in parts) - loss,
@@ -509,36 +557,4 @@ def _inside(ends: tuple[float, float]) -> tuple[float, float]:
 
 
 def _branches(effort: Effort) -> bool:
-    from flywheel.machine.loads import moving_switches
-
     return bool(moving_switches(effort.load.law))  # type: ignore[arg-type]
-
-
-def _accelerated(
-    parts: Sequence[_Contribution], omega: Any, factors: tuple[Any, ...] | None
-) -> tuple[Any, Any, tuple[Any, ...], tuple[Any, ...]]:
-    """Acceleration, what the meshes lose, what is passed to each stage, the factors: sum k (I alpha + ½ I' omega² - M) = 0.
-
-    k = 1/efficiency where the crank drives. The sum grows with alpha whatever the directions, so that one set of them fits.
-    """
-    square = 0.5 * omega * omega
-    bare = [part.slope * square - part.moment for part in parts]
-    if len(parts) == 1:
-        total = parts[0].inertia
-        return (-bare[0] / total if np.all(total) else math.inf), 0.0, (), ()
-    found, given = factors or (1.0,) * len(parts), factors is not None
-    for _ in range(2 + 2 ** len(parts)):
-        weight = sum(k * part.inertia for k, part in zip(found, parts, strict=True))
-        acceleration = -sum(k * b for k, b in zip(found, bare, strict=True)) / weight
-        passed = tuple(part.inertia * acceleration + b for part, b in zip(parts, bare, strict=True))
-        fitting = found if given else tuple(_factor(p, tau, omega) for p, tau in zip(parts, passed, strict=True))
-        if fitting == found:
-            break
-        found = fitting
-    loss = sum((k - 1.0) * tau for k, tau in zip(found, passed, strict=True))
-    return acceleration, loss, passed, found
-
-
-def _factor(part: _Contribution, passed: float, omega: float) -> float:
-    """What the crank gives for what it passes: 1/efficiency where it drives, efficiency where it is driven."""
-    return 1.0 / part.efficiency if passed * (-1.0 if omega < 0.0 else 1.0) > 0.0 else part.efficiency
