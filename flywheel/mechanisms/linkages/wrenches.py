@@ -376,8 +376,8 @@ def unknowns(poses: Poses, drivers: Iterable[str], forward: Array, friction: boo
     names = [*(joint.name for joint in linkage.joints), *(coupling.name for coupling in linkage.couplings)]
     twice = sorted({name for name in names if names.count(name) > 1})
     if twice:
-        found = "two joints or couplings of that name"
-        raise SceneError([Fault(f"{linkage.path}.{name}", found, "one") for name in twice])
+        doubled = "two joints or couplings of that name"
+        raise SceneError([Fault(f"{linkage.path}.{name}", doubled, "one") for name in twice])
     components: list[Component] = []
     passives: list[Passive] = []
     for joint in linkage.joints:
