@@ -1,1 +1,1 @@
-"""Methods compared and results explained; uses `motion` and what is below it."""
+"""Methods compared on one scene, against a verified reference; uses `motion` and what is below it."""
