@@ -38,6 +38,7 @@ def test_the_table_comes_in_three_forms(form, sign):
     assert sign in run(MACHINES / "press.toml", "--format", form).output
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("suffix", sample(["png", "svg", "pdf"], 3))
 def test_the_picture_is_written(tmp_path, suffix):
     path = tmp_path / f"press.{suffix}"

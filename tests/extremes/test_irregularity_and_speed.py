@@ -33,6 +33,7 @@ def test_every_figure_is_known_to_its_estimate_and_to_rtol(name: str) -> None:
     assert [item for item in measured(name) if not item.kept] == []
 
 
+@pytest.mark.slow
 def test_nothing_in_the_range_is_worse_than_rtol() -> None:
     assert max(found.error or 0.0 for found in results()) < 1e-9
     exact = [item for name in SWEEPS for item in measured(name) if item.figure == "exact" and item.rtol <= 1e-9]

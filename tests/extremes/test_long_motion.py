@@ -78,6 +78,7 @@ def test_the_energy_drift_is_stated_and_does_not_add_up() -> None:
     assert abs(float(short.omega[-1]) / SPEED - 1) <= short.error
 
 
+@pytest.mark.slow
 def test_the_speed_returns_at_every_turn() -> None:
     motion = followed(TURNS).motion
     times = period() * np.array([1, 2, 3, 57, 500, 1234, TURNS - 1])

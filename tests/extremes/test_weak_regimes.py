@@ -169,6 +169,7 @@ def test_a_scale_of_time_or_of_mass_scales_what_is_found(power: int) -> None:
     assert faster.speed == pytest.approx(plain.speed * scale, rel=1e-13)
 
 
+@pytest.mark.slow
 def test_near_a_stall_and_against_growth_sizing_keeps_its_digits() -> None:
     for found in (*stalling(), *growing()):
         assert found.error < 1e-11

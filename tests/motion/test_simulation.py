@@ -45,6 +45,7 @@ def halves(motion):
     return pairwise(edges)
 
 
+@pytest.mark.slow
 def test_energy_stays_over_many_turns_of_free_motion():
     scene = flywheel.load(scenes.yoke(load=[], drive={"torque": 0}, flywheel={"inertia": 2}))
     motion = flywheel.simulate(scene, phi=0.3, omega=50.0, until=3.0, rtol=1e-9)

@@ -138,6 +138,7 @@ def test_a_mesh_takes_its_share_of_a_run_up():
     assert found.energy.residual < 1e-10
 
 
+@pytest.mark.slow
 def test_section_c_from_rest_at_a_right_angle_and_at_its_dead_centre():
     scene = flywheel.load(regimes.scene("section-c", inertia=0))
     found = run_up(scene, at=math.pi / 2)

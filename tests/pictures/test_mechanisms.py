@@ -129,6 +129,7 @@ def test_a_cam_is_drawn_by_its_profile() -> None:
     assert np.ptp(cam.get_xy(), axis=0) == pytest.approx([100.0, 100.0], rel=1e-3)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("ending", ["png", "svg", "pdf"])
 def test_the_same_scene_gives_the_same_file(ending: str, tmp_path: Path) -> None:
     paths = [tmp_path / f"{name}.{ending}" for name in ("one", "two")]

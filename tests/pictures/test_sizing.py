@@ -88,6 +88,7 @@ def test_png_is_1600_by_1200(kind: str, tmp_path: Path) -> None:
     assert (int.from_bytes(header[16:20]), int.from_bytes(header[20:24])) == (1600, 1200)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("ending", sample(["svg", "pdf", "PNG"], 3))
 def test_the_same_picture_is_the_same_file(ending: str, tmp_path: Path) -> None:
     sizing = sized(yoke())

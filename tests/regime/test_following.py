@@ -134,6 +134,7 @@ def test_quadratic_drag_counts_when_a_motor_with_inductance_starts():
     assert run.omega == pytest.approx(own.y[0, -1], rel=1e-8)
 
 
+@pytest.mark.slow
 def test_a_step_that_tries_beyond_the_stroke_is_not_a_fault():
     raw = tomllib.loads((EXAMPLES / "hydraulic_clamp.toml").read_text(encoding="utf-8"))
     raw["parameters"]["throttle"] = 4 * 18.6e3

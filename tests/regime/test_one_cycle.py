@@ -52,6 +52,7 @@ def test_steps_end_where_a_law_switches():
     assert any(step.crossed is not None for step in steps)
 
 
+@pytest.mark.slow
 def test_a_motion_along_a_jump_is_told_apart():
     """Friction that sets in above a speed holds the motion at that speed: no step gets on."""
     rotor = {

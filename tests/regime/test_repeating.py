@@ -87,6 +87,7 @@ def test_what_is_asked_at_the_end_of_a_cycle_ends_the_motion():
     assert told == pytest.approx([10.0] * 50, rel=1e-7)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("more", [{}, {"load": PUSH, "drive": {"torque": "8 - 0.2*omega"}}], ids=["repeats", "settles"])
 def test_a_motion_without_a_last_time_goes_on_until_it_is_ended(more):
     seen = []

@@ -142,6 +142,7 @@ def test_one_position_is_no_curve(tmp_path: Path) -> None:
     assert "positions: found a single one, expected two at least" in result.stderr
 
 
+@pytest.mark.slow
 def test_several_mechanisms_have_a_file_each(tmp_path: Path) -> None:
     result = run("reactions", PUMPS, "--plot", tmp_path / "f.svg", "--points", "15", "--csv")
     names = joint_forces(flywheel.load(PUMPS), [0.5]).mechanisms

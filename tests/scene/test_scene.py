@@ -131,6 +131,7 @@ def test_a_sizing_pickles(name: str) -> None:
     assert flywheel.size(copy.machine, accuracy="normal").flywheel == sizing.flywheel
 
 
+@pytest.mark.slow
 def test_motions_and_comparisons_pickle() -> None:
     t = np.linspace(0.0, 0.2, 5)
     twisting = driven(MOTORS["line"]) | {"shafts": {"fan": {"ratio": 2, "stiffness": 400, "damping": 1}}}
