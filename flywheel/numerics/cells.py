@@ -30,7 +30,7 @@ _DEGREES = np.arange(ORDER + 1)
 _OF_ROUNDING = 24  # units of rounding: what the fit of a constant has beside it, at most
 MOST_CELLS = 40_000
 _NARROW = 1e-12  # of the whole: no cell is halved that is narrower
-_RESOLVED = 1e-3  # error from which on a halving gains, or what is left is rounding
+_RESOLVED = 0.1  # error from which on a halving gains, or what is left is rounding
 _MANY = 200  # abscissas, at which doubling is faster than so many cosines
 GRID: Array = np.cos(np.pi * np.arange(2 * ORDER, -1, -1) / (2 * ORDER))  # where signs are looked at: both ends included
 
@@ -131,7 +131,7 @@ def refined(edges: Array, evaluate: Callable[[Array], tuple[T, float, Coarse]], 
         rtol: the error that is allowed.
         most: edges, at most.
 
-    Halving no longer helps where two rounds in turn gain less than a tenth: the rest is rounding. An error above 1e-3 is
+    Halving no longer helps where two rounds in turn gain less than a tenth: the rest is rounding. An error above a tenth is
     that of cells which may first have to become as narrow as what they follow, so that such rounds do not count.
 
     >>> def mean(edges):

@@ -252,7 +252,8 @@ def error_of_extremes(cycle: Cycle, motion: Run, *, sized: bool) -> float:
     asked = sized and motion.inertia > 0.0 and motion.cycle is None
     loose = 0.0 if asked else 2 * motion.error * motion.irregularity * speeds.mean() / np.maximum(speeds, 1e-300)
     doubts = [_root_error(along, cell, t, 0.5 * speeds**2, loose)]
-    at_end = np.abs(t) >= _INSIDE
+    rounding = 8 * ROUNDING * along.mesh.edges[-1] / along.mesh.half[cell, 0]  # of t, in narrow cells
+    at_end = np.abs(t) >= _INSIDE - rounding
     for edge, speed in zip((cell + (t > 0.0))[at_end].tolist(), speeds[at_end].tolist(), strict=True):
         doubts.append(_end_error(along, edge, 0.5 * speed**2))
     return _rounding(cycle) + max(doubts) + _left_open(cycle, motion)
