@@ -101,9 +101,9 @@ def told(setting: dict[str, str]) -> str:
     return " ".join(f"{name}='{value}'" for name, value in setting.items())
 
 
-def numerical_tests(setting: dict[str, str], which: str) -> int:
-    """Run them, those that a marker's expression chooses; pytest's exit code."""
-    command = [sys.executable, "-m", "pytest", "-m", which, *NUMERICAL]
+def numerical_tests(setting: dict[str, str]) -> int:
+    """Run them; pytest's exit code."""
+    command = [sys.executable, "-m", "pytest", *NUMERICAL]
     return subprocess.run(command, cwd=ROOT, env=os.environ | setting, stdin=subprocess.DEVNULL, check=False).returncode
 
 
@@ -116,7 +116,7 @@ def main() -> int:
     failed = 0
     for k, setting in enumerate([] if "--list" in sys.argv else chosen, 1):
         print(f"\nleg {k}: {told(setting)}\n    {digest_under(setting)}", flush=True)
-        failed += numerical_tests(setting, "" if k == 1 else "not slow") != 0  # the slow ones once
+        failed += numerical_tests(setting) != 0
     return failed
 
 
