@@ -431,8 +431,10 @@ _SHARED = ("sin", "cos", "tan", "asin", "acos", "atan", "atan2", "sqrt", "exp", 
 def mpmath_namespace() -> SimpleNamespace:
     """Functions over mpmath's numbers, at the precision that is set when they are called.
 
-    >>> print(mpmath_namespace().atan2(1, -1))
-    2.35619449019234
+    >>> from mpmath import mp
+    >>> with mp.workdps(20):
+    ...     print(mpmath_namespace().atan2(1, -1))
+    2.3561944901923449288
     """
     from mpmath import mp  # type: ignore[import-untyped]
 
