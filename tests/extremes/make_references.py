@@ -12,7 +12,8 @@ import sys
 from pathlib import Path
 from typing import Any
 
-os.environ.setdefault("ORACLE_DIGITS", "60")
+if __name__ == "__main__":  # before the oracle is imported; whoever imports this keeps the digits that there are
+    os.environ.setdefault("ORACLE_DIGITS", "60")
 
 from mpmath import mp  # type: ignore[import-untyped]
 

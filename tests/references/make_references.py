@@ -16,7 +16,8 @@ import tomllib
 from pathlib import Path
 from typing import Any
 
-os.environ.setdefault("ORACLE_DIGITS", "45")
+if __name__ == "__main__":  # before the oracle is imported; whoever imports this keeps the digits that there are
+    os.environ.setdefault("ORACLE_DIGITS", "45")
 
 import numpy as np
 from mpmath import mp  # type: ignore[import-untyped]

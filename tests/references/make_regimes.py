@@ -13,7 +13,8 @@ import os
 import sys
 from typing import Any
 
-os.environ.setdefault("ORACLE_DIGITS", "36")
+if __name__ == "__main__":  # before the oracle is imported; whoever imports this keeps the digits that there are
+    os.environ.setdefault("ORACLE_DIGITS", "36")
 
 import numpy as np
 from mpmath import mp  # type: ignore[import-untyped]
