@@ -81,7 +81,7 @@ _HOMES = {
 _MODULES = {
     "arm": "components.robot_arm",
     "arm.dynamics": "components.robot_arm",
-    "arm.equations": "components.arm_equations",
+    "arm.equations": "components.robot_arm",
     "arm.motion": "components.robot_arm",
     "energy": "components.energy",
     "every_shaft": "components.gear_trains",

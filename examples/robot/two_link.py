@@ -12,8 +12,15 @@ from pathlib import Path
 
 import numpy as np
 
-from flywheel.components.arm_equations import lagrange_equations
-from flywheel.components.robot_arm import ArmMotion, TwoLinkArm, driving_torques, reactions, simulate_arm, slender
+from flywheel.components.robot_arm import (
+    ArmMotion,
+    TwoLinkArm,
+    driving_torques,
+    lagrange_equations,
+    reactions,
+    simulate_arm,
+    slender,
+)
 
 ARM = TwoLinkArm(slender(0.5, 6.0), slender(0.4, 3.0))
 HANGING, RAISED = np.array([np.pi, np.pi]), np.array([1.2, 0.3])  # rad from the upward vertical

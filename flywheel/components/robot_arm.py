@@ -16,11 +16,6 @@ Angles, speeds, accelerations and torques are arrays of shape (2, ...): one row 
 centres of mass lie on the lines between their pins, and pins without play. Source: the course, p. 68, example 3, with
 bars of any make. (It prints the cross term of v_G2² as 2 l1 l2 in one line; l1 l2, as in the next, is right.)
 
-The arm's dynamics in closed form: mass matrix, what is left, torques, accelerations, energy, reactions.
-
-The arm's motion, by time stepping.
-
->>> from flywheel.components.robot_arm import TwoLinkArm, driving_torques, slender
 >>> arm = TwoLinkArm(slender(1.0, 3.0), slender(0.5, 1.2), gravity=10.0)
 >>> driving_torques(arm, [0.0, 0.0], [0.0, 0.0], [1.0, 1.0]).round(12).tolist()
 [2.9, 0.4]
@@ -31,7 +26,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -40,8 +35,7 @@ from flywheel.numerics.arguments import ANY, NOT_NEGATIVE, POSITIVE, array, numb
 from flywheel.numerics.faults import Fault, SceneError
 
 if TYPE_CHECKING:
-    from flywheel.components.arm_equations import LagrangeEquations, lagrange_equations
-
+    import sympy as sp  # type: ignore[import-untyped]
 
 __all__ = [
     "ArmMotion",
@@ -59,21 +53,6 @@ __all__ = [
     "simulate_arm",
     "slender",
 ]
-
-_SYMBOLIC = ("LagrangeEquations", "lagrange_equations")
-
-
-def __getattr__(name: str) -> Any:
-    """The equations in symbols, imported when first asked for: sympy is slow to import."""
-    if name not in _SYMBOLIC:
-        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
-    from flywheel.components import arm_equations
-
-    return getattr(arm_equations, name)
-
-
-# -- dynamics ----------------------------------------------------------------------------------------------------------
-
 
 Array = NDArray[np.float64]
 
@@ -135,7 +114,14 @@ class TwoLinkArm:
     gravity: float = 9.80665
 
     def __post_init__(self) -> None:
-        faults = [fault for name in ("first", "second") for fault in _bar_faults(name, getattr(self, name))]
+        limits = (POSITIVE, "m"), (POSITIVE, "kg"), (NOT_NEGATIVE, "kg m²"), (ANY, "m")
+        faults = []
+        for name, bar in (("first", self.first), ("second", self.second)):
+            if not isinstance(bar, Bar):
+                faults.append(Fault(name, shown(bar), "a Bar"))
+                continue
+            for (key, value), limit in zip(bar._asdict().items(), limits, strict=True):
+                faults += number_faults(f"{name}.{key}", value, *limit)
         faults += number_faults("gravity", self.gravity, unit="m/s²")
         if not faults and not self.constants.least > 0.0:
             found = "bars that can turn without moving any mass"
@@ -306,15 +292,55 @@ def pair_of(name: str, values: ArrayLike) -> Array:
     return pair
 
 
-def _bar_faults(name: str, bar: Bar) -> list[Fault]:
-    if not isinstance(bar, Bar):
-        return [Fault(name, shown(bar), "a Bar")]
-    limits = (POSITIVE, "m"), (POSITIVE, "kg"), (NOT_NEGATIVE, "kg m²"), (ANY, "m")
-    parts = zip(bar._asdict().items(), limits, strict=True)
-    return [fault for (key, value), limit in parts for fault in number_faults(f"{name}.{key}", value, *limit)]
+class LagrangeEquations(NamedTuple):
+    """The equations in symbols: `left` = `right`, one a coordinate; `mass` is the matrix of the accelerations in `left`.
+
+    `parameters` are l1, m1, I1, c1, m2, I2, c2, g; `torques` T1, T2; `values(arm)` gives the parameters their numbers.
+    """
+
+    t: sp.Symbol
+    q: tuple[sp.Expr, sp.Expr]
+    parameters: tuple[sp.Symbol, ...]
+    torques: tuple[sp.Symbol, ...]
+    kinetic: sp.Expr
+    potential: sp.Expr
+    left: tuple[sp.Expr, ...]
+    right: tuple[sp.Expr, ...]
+    mass: sp.Matrix
+
+    def values(self, arm: TwoLinkArm) -> dict[sp.Symbol, float]:
+        """Numbers (SI) for the parameters."""
+        (l1, m1, i1, c1), (_, m2, i2, c2) = arm.first, arm.second
+        return dict(zip(self.parameters, (l1, m1, i1, c1, m2, i2, c2, arm.gravity), strict=True))
 
 
-# -- motion ------------------------------------------------------------------------------------------------------------
+def lagrange_equations() -> LagrangeEquations:
+    """Lagrange's equations of the arm in symbols: T and V from the centres' positions, then by differentiation alone.
+
+    d/dt(dL/dq_i') - dL/dq_i = Q_i, L = T - V.
+
+    >>> found = lagrange_equations()
+    >>> found.mass[0, 1]
+    c2*l1*m2*cos(q1(t) - q2(t))
+
+    """
+    import sympy as sp
+    from sympy.simplify.fu import TR8  # products of sines and cosines to sums: all that trigsimp would find, much faster
+
+    t = sp.Symbol("t", real=True)
+    q = sp.Function("q1", real=True)(t), sp.Function("q2", real=True)(t)
+    l1, m1, i1, c1, m2, i2, c2, g = parameters = sp.symbols("l1 m1 I1 c1 m2 I2 c2 g", positive=True)
+    t1, t2 = torques = sp.symbols("T1 T2", real=True)
+    along = [sp.Matrix([-sp.sin(angle), sp.cos(angle)]) for angle in q]
+    centres = c1 * along[0], l1 * along[0] + c2 * along[1]
+    bodies = tuple(zip((m1, m2), (i1, i2), centres, q, strict=True))
+    twice = sum(m * p.diff(t).dot(p.diff(t)) + i * angle.diff(t) ** 2 for m, i, p, angle in bodies)
+    kinetic = sp.expand(TR8(sp.expand(twice / 2)))
+    potential = sp.expand(sum(m * g * p[1] for m, _, p, _ in bodies))
+    lagrangian = kinetic - potential
+    left = [sp.expand(lagrangian.diff(a.diff(t)).diff(t) - lagrangian.diff(a)) for a in q]
+    mass = sp.Matrix(2, 2, lambda i, j: sp.factor(left[i].expand().coeff(q[j].diff(t, 2))))
+    return LagrangeEquations(t, q, parameters, torques, kinetic, potential, tuple(left), (t1 - t2, t2), mass)
 
 
 Torques = Callable[[float, Array, Array], ArrayLike]
@@ -364,7 +390,6 @@ def simulate_arm(
 
     Large swings are chaotic: the energy stays, but after many of them the angles depend on the last digit of the start.
 
-    >>> from flywheel.components.robot_arm import slender
     >>> arm = TwoLinkArm(slender(1.0, 3.0), slender(0.5, 1.2))
     >>> simulate_arm(arm, [2.0, 1.0], [0.0, 0.0], 2.0).energy_residual < 1e-9
     True
@@ -373,7 +398,9 @@ def simulate_arm(
     from scipy.integrate import solve_ivp
 
     require("arm", arm, TwoLinkArm, "a TwoLinkArm")
-    start = _state(q, qdot, until, rtol)
+    refuse([*number_faults("until", until, POSITIVE), *number_faults("rtol", rtol, POSITIVE)])
+    given = {"q": pair_of("q", q), "qdot": pair_of("qdot", qdot)}
+    refuse([Fault(name, f"an array of shape {pair.shape}", "shape (2,)") for name, pair in given.items() if pair.ndim > 1])
 
     def rates(t: float, state: Array) -> Array:
         angles, speeds = state[0:2], state[2:4]
@@ -381,16 +408,13 @@ def simulate_arm(
         power = applied[0] * speeds[0] + applied[1] * (speeds[1] - speeds[0])
         return np.concatenate((speeds, accelerations(arm, angles, speeds, applied), [power]))
 
+    start = np.concatenate((*given.values(), [0.0]))
     step = max(rtol, _FINEST)
     found = solve_ivp(rates, (0.0, until), start, method="DOP853", rtol=step, atol=step, dense_output=True)
     if not found.success:
         raise SceneError([Fault("until", f"{until:g} s", f"a motion that can be followed: it stops at {found.t[-1]:g} s")])
-    return _as_motion(arm, found)
-
-
-def _as_motion(arm: TwoLinkArm, found: Any) -> ArmMotion:
-    q, qdot, work = found.y[0:2], found.y[2:4], found.y[4]
-    kinetic, potential = energy(arm, q, qdot)
+    angles, speeds, work = found.y[0:2], found.y[2:4], found.y[4]
+    kinetic, potential = energy(arm, angles, speeds)
     total = kinetic + potential
     scale = max(float(kinetic.max()), float(np.ptp(potential)), 1e-300)
     residual = float(np.abs(total - total[0] - work).max()) / scale
@@ -399,11 +423,4 @@ def _as_motion(arm: TwoLinkArm, found: Any) -> ArmMotion:
         state = found.sol(array("times", times))
         return state[0:2], state[2:4]
 
-    return ArmMotion(found.t, q, qdot, kinetic, potential, work, residual, at)
-
-
-def _state(q: ArrayLike, qdot: ArrayLike, until: float, rtol: float) -> Array:
-    refuse([*number_faults("until", until, POSITIVE), *number_faults("rtol", rtol, POSITIVE)])
-    state = {"q": pair_of("q", q), "qdot": pair_of("qdot", qdot)}
-    refuse([Fault(name, f"an array of shape {pair.shape}", "shape (2,)") for name, pair in state.items() if pair.ndim > 1])
-    return np.concatenate((*state.values(), [0.0]))
+    return ArmMotion(found.t, angles, speeds, kinetic, potential, work, residual, at)

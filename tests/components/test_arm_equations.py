@@ -6,8 +6,7 @@ import numpy as np
 import pytest
 import sympy as sp
 
-from flywheel.components.arm_equations import lagrange_equations
-from flywheel.components.robot_arm import Bar, TwoLinkArm, driving_torques, mass_matrix
+from flywheel.components.robot_arm import Bar, TwoLinkArm, driving_torques, lagrange_equations, mass_matrix
 
 ARM = TwoLinkArm(Bar(0.7, 4.0, 0.25, 0.4), Bar(0.5, 2.5, 0.09, 0.3))
 
