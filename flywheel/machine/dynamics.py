@@ -25,8 +25,7 @@ from numpy.typing import NDArray
 from bondgraph import reduction as counting
 from bondgraph.reduction import Reduction, Station
 from flywheel.components.motors import DC
-from flywheel.machine.loads import Effort, moving_switches
-from flywheel.machine.machine import Machine, Stage
+from flywheel.machine.machine import Effort, Machine, Stage, moving_switches
 from flywheel.numerics.cells import MIDDLE, ROUNDING, Cells, wide
 from flywheel.numerics.jets import Jet
 from flywheel.scene.scene import Scene

@@ -9,8 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from bondgraph.elements import Here
-from flywheel.machine.loads import spring_effort
-from flywheel.machine.machine import Machine
+from flywheel.machine.machine import Machine, spring_effort
 from flywheel.mechanisms import KINDS
 from flywheel.mechanisms.linkage import followed
 from flywheel.mechanisms.linkages.families import linkage_of

@@ -21,8 +21,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flywheel.machine.dynamics import Anchor, Dynamics
-from flywheel.machine.loads import Effort
-from flywheel.machine.machine import Machine
+from flywheel.machine.machine import Effort, Machine
 from flywheel.numerics.budget import BudgetError, counted, limited, spend
 from flywheel.numerics.expressions import Expression, Node, written
 from flywheel.numerics.faults import Fault, SceneError, told

@@ -16,8 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bondgraph.elements import Here
-from flywheel.machine.loads import FrictionCurve
-from flywheel.machine.machine import Machine, merged
+from flywheel.machine.machine import FrictionCurve, Machine, merged
 from flywheel.numerics import cells
 from flywheel.numerics.faults import Fault, SceneError
 from flywheel.regime import constant_speed

@@ -9,8 +9,7 @@ from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from typing import Any
 
-from flywheel.machine.loads import moving_switches
-from flywheel.machine.machine import Machine
+from flywheel.machine.machine import Machine, moving_switches
 from flywheel.mechanisms import KINDS
 from flywheel.numerics.units import columns, figure
 from flywheel.report.rows import DEGREES, page, sentences, wrapped

@@ -16,8 +16,7 @@ from flywheel.components.energy import Energy
 from flywheel.components.gear_trains import OnShaft
 from flywheel.components.wheels import Wheel
 from flywheel.machine.dynamics import Moments
-from flywheel.machine.loads import balance_unit
-from flywheel.machine.machine import Machine
+from flywheel.machine.machine import Machine, balance_unit
 from flywheel.numerics import cells
 from flywheel.numerics.budget import FREE, Cost
 from flywheel.numerics.cells import ROUNDING, Array

@@ -4,7 +4,7 @@ import pytest
 from numpy.testing import assert_allclose
 
 import flywheel
-from flywheel.machine import features
+from flywheel.machine.machine import dead_centres
 from tests import scenes
 
 
@@ -14,13 +14,13 @@ def machine(scene):
 
 def test_dead_centres_are_the_roots_of_the_influence_coefficient():
     built = machine(scenes.press())
-    found = features.dead_centres(built.reduction, "press.slider", np.array([0.0, 2 * np.pi]))
+    found = dead_centres(built.reduction, "press.slider", np.array([0.0, 2 * np.pi]))
     assert_allclose(found, [np.pi], atol=1e-14)
     offset = scenes.press()["mechanism"] | {"slider": {"offset": 0.05}}
     built = machine(scenes.press(mechanism=offset, gravity={}))
     # stretched and folded: sin(phi) = e/(l ± r)
     stretched, folded = np.arcsin(0.05 / 0.6), np.pi + np.arcsin(-0.05 / 0.4) + 2 * np.arcsin(0.05 / 0.4)
-    found = features.dead_centres(built.reduction, "press.slider", np.array([0.0, 2 * np.pi]))
+    found = dead_centres(built.reduction, "press.slider", np.array([0.0, 2 * np.pi]))
     assert_allclose(found, [stretched, np.pi + np.arcsin(0.05 / 0.4)], atol=1e-13)
     assert folded == pytest.approx(found[1])
 
@@ -63,7 +63,7 @@ def test_dead_centres_of_closed_form_are_those_that_bounds_find(flat, port, rati
     built = machine(scenes.rotor(mechanism=mechanism, shafts={"fast": {"ratio": ratio}}, load=load))
     junction = built.places[f"m.{port}"].junction
     smooth = np.unique([0.0, 2 * np.pi, *(angle for _, angle in built._mechanism_breakpoints())])
-    expected = features.dead_centres(built.kinematics, junction, smooth)
+    expected = dead_centres(built.kinematics, junction, smooth)
     senses = built._senses(f"m.{port}")
     inner = senses.dead_centres[(senses.dead_centres > 1e-9) & (senses.dead_centres < 2 * np.pi - 1e-9)]
     assert_allclose([np.abs(expected - angle).min() for angle in inner], 0.0, atol=1e-11)

@@ -3,7 +3,7 @@ import pytest
 from numpy.testing import assert_allclose
 
 from bondgraph.elements import Here
-from flywheel.machine.loads import Effort, Pieces, Place, Senses, crank_angles, spring_effort
+from flywheel.machine.machine import Effort, Pieces, Place, Senses, crank_angles, spring_effort
 from flywheel.numerics.expressions import parse
 from flywheel.numerics.jets import Jet
 from flywheel.scene.scene import Load, Spring, Table

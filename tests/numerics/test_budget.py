@@ -5,7 +5,7 @@ import pytest
 
 import flywheel
 from flywheel.machine.dynamics import Moments
-from flywheel.machine.loads import Effort
+from flywheel.machine.machine import Effort
 from flywheel.numerics import cells
 from flywheel.numerics.budget import Cost, count, counted, metered
 from tests import regimes, scenes
