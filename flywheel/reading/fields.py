@@ -20,6 +20,7 @@ from flywheel.scene.scene import Mechanism, Stroke
 Fields = dict[str, Any]
 """Values by key: SI floats, checked texts, raw values of the kinds that need their place; None: absent or faulty."""
 
+_STANDARD = 9.80665  # m/s², of a weight
 _LARGEST_SHARE = 2.0  # of a number that may be written in per cent
 _LEAST_PERCENT = 2.0  # below it a number is as likely a share that is too large
 _ROUNDING = 1.0 + 1e-12
@@ -27,10 +28,6 @@ _ROUNDED = 1e-4  # share by which whole turns written with few digits miss them
 REPORTED = 5
 """How many items of a list, or rows of a file, are noted one by one."""
 _SUGGESTIONS = 50  # a text of a megabyte may hold ten thousand wrong names; the first ones get advice
-
-
-_TOPICS = {"motor": "motor", "model": "load-models"}
-"""Where to read on tables whose keys follow from their type."""
 
 
 class Quantity(NamedTuple):
@@ -117,13 +114,22 @@ def child(path: str, name: str) -> str:
 
 
 class Item(NamedTuple):
-    """One table as it was read: as written, its values by key, where it stands, the faults so far, its list of keys."""
+    """One table as it was read: as written, its values by key, where it stands, the faults so far, its list of keys.
+
+    `before` is how many faults there were before it was read.
+    """
 
     raw: Mapping[str, Any]
     fields: Fields
     path: str
     faults: Faults
     section: Section
+    before: int
+
+    @property
+    def clean(self) -> bool:
+        """Whether no fault was noted since its reading began."""
+        return len(self.faults) == self.before
 
     def add(self, key: str, found: str, expected: str, advice: str = "") -> None:
         """Note a fault of one key."""
@@ -161,21 +167,56 @@ def read_item(raw: Mapping[str, Any], section: Section, path: str, faults: Fault
 
     rotating: whether it acts on what rotates, which decides between two dimensions; None where that is not known.
     """
-    item = Item(raw, read_fields(raw, section.keys, path, faults, rotating), path, faults, section)
+    before = len(faults)
+    item = Item(raw, read_fields(raw, section.keys, path, faults, rotating), path, faults, section, before)
     for group in section.one_of:
-        exactly_one(item.given(*group), group, path, faults)
+        exactly_one([name for name in group if name in raw], group, path, faults)
     return item
 
 
 def read_fields(
     raw: Mapping[str, Any], keys: Sequence[Key], path: str, faults: Faults, rotating: bool | None = None
 ) -> Fields:
-    """Every key of a table by its list; unknown, missing and wrong ones are noted."""
+    """Every key of a table by its list, with its value or its default; unknown, missing and wrong ones are noted.
+
+    The value is None where it is at fault, and as it was written where it needs its place or other tables.
+    """
     known = {key.name: key for key in keys}
     for name in raw:
         if name not in known:
             faults.unknown(child(path, name), name, known)
-    return {key.name: _field(raw, key, child(path, key.name), faults, rotating) for key in keys}
+    fields: Fields = {}
+    for name, key in known.items():
+        where = f"{path}.{name}" if path else name
+        fields[name] = _value(raw[name], key, where, faults, rotating) if name in raw else key.default
+        if key.required and name not in raw:
+            faults.add(where, "nothing", expectation(key), key.missing)
+    return fields
+
+
+def _value(value: Any, key: Key, path: str, faults: Faults, rotating: bool | None) -> Any:
+    """One key's value by its kind; None after noting a fault."""
+    if key.name == GD2.name:
+        return read_gd2(value, path, faults)
+    if " | " in key.kind:
+        return None if rotating is None else read_quantity(value, key.kind.split(" | ")[rotating], key, path, faults)
+    if key.kind in DIMENSIONS:
+        return read_quantity(value, key.kind, key, path, faults)
+    if key.kind == "numbers":
+        return read_numbers(value, path, faults)
+    if key.kind == "flag" and not isinstance(value, bool):
+        faults.add(path, show(value), "true or false")
+        return None
+    if key.kind not in ("text", "name", "choice"):
+        return value
+    if not isinstance(value, str):
+        faults.add(path, show(value), expectation(key))
+        return None
+    if key.kind == "choice" and value not in key.choices:
+        near = nearest(value, key.choices)
+        faults.add(path, show(value), expectation(key), f'did you mean "{near}"?' if near else "")
+        return None
+    return None if key.kind == "name" and not check_name(value, path, faults) else str(value)
 
 
 def read_typed(
@@ -183,7 +224,10 @@ def read_typed(
 ) -> Item | None:
     """A table whose keys follow from its type, the value of `key`; None for an unknown type."""
     if isinstance(raw, str):
-        faults.add(path, show(raw), "a table", _typed_advice(raw, key, kinds, path))
+        name, near = path.rpartition(".")[2], nearest(raw, kinds) or next(iter(kinds))
+        topic = "load-models" if name == "model" else name
+        advice = f'write {name} = {{{key.name} = "{near}", ...}}; see flywheel reference {topic}'
+        faults.add(path, show(raw), "a table", advice)
         return None
     table = as_table(raw, path, faults)
     if table is None:
@@ -193,36 +237,6 @@ def read_typed(
         read_fields({key.name: kind} if key.name in table else {}, (key,), path, faults)
         return None
     return read_item(table, kinds[kind], path, faults, rotating)
-
-
-def _typed_advice(text: str, key: Key, kinds: Mapping[str, Section], path: str) -> str:
-    """How to write a table of a type, where there is a text that may name the type."""
-    name, kind = path.rpartition(".")[2], nearest(text, kinds) or next(iter(kinds))
-    topic = _TOPICS.get(name, "")
-    return f'write {name} = {{{key.name} = "{kind}", ...}}' + (f"; see flywheel reference {topic}" if topic else "")
-
-
-def _field(raw: Mapping[str, Any], key: Key, path: str, faults: Faults, rotating: bool | None) -> Any:
-    """One key's value, its default, or None; what needs its place or other tables is as it was written."""
-    if key.name not in raw:
-        if key.required:
-            faults.add(path, "nothing", expectation(key), key.missing)
-        return key.default
-    value = raw[key.name]
-    if key.name == GD2.name:
-        return read_gd2(value, path, faults)
-    if " | " in key.kind:
-        return None if rotating is None else read_quantity(value, key.kind.split(" | ")[rotating], key, path, faults)
-    if key.kind in DIMENSIONS:
-        return read_quantity(value, key.kind, key, path, faults)
-    if key.kind in ("text", "name", "choice"):
-        return _text(value, key, path, faults)
-    if key.kind == "numbers":
-        return read_numbers(value, path, faults)
-    if key.kind == "flag" and not isinstance(value, bool):
-        faults.add(path, show(value), "true or false")
-        return None
-    return value
 
 
 def read_numbers(raw: object, path: str, faults: Faults) -> list[float] | None:
@@ -265,59 +279,34 @@ def read_quantity(value: object, dimension: str, key: Key, path: str, faults: Fa
         advice = "the balance is that of [drive] torque, or of a parameter" if is_balance else error.advice
         faults.add(path, error.found, expected, advice)
         return None
-    if (
-        dimension == "angle"
-        and not key.many_turns
-        and not isinstance(value, str)
-        and abs(number) > faults.longest * _ROUNDING
-    ):
-        faults.add(path, show(value), *_bare_angle(number, faults.longest))
+    written = isinstance(value, str)
+    if dimension == "angle" and not key.many_turns and not written and abs(number) > faults.longest * _ROUNDING:
+        most = "one turn" if faults.longest == TURN else "the cycle"
+        form = f'an angle with its unit such as "90 deg", or a bare number in rad of at most {faults.longest:.6g}, {most}'
+        turns = round(
+            abs(number) / TURN
+        )  # one that passes a turn by its last digits alone, such as 6.2832, was meant in rad
+        if abs(abs(number) / TURN - turns) < _ROUNDED * abs(number) / TURN:
+            advice = f'write "{math.copysign(360 * turns, number):g} deg"'
+        else:
+            advice = f'write "{number:.10g} deg", or "{number:.10g} rad" if it is radians'
+        faults.add(path, show(value), form, advice)
         return None
     if number not in key.range:
         unit = DIMENSIONS[dimension].si
-        faults.add(path, show(value), f"a value {key.range}{' ' + unit if unit else ''}", _percent(value, number, key))
+        percent = key.kind == "number" and key.range.high <= _LARGEST_SHARE and number >= _LEAST_PERCENT
+        percent = percent and not (isinstance(value, str) and "%" in value) and number / 100 in key.range
+        advice = f'write "{number:g} %"' if percent else ""
+        faults.add(path, show(value), f"a value {key.range}{' ' + unit if unit else ''}", advice)
         return None
     faults.quantities[path] = Quantity(value, number, dimension, key.many_turns)
     return number
-
-
-def _bare_angle(number: float, longest: float) -> tuple[str, str]:
-    """What is expected of a bare number of more than a turn, or the cycle, and the advice: it was hardly meant in radians.
-
-    One that passes a turn by its last digits alone, such as 6.2832, was.
-    """
-    name = "one turn" if longest == TURN else "the cycle"
-    expected = f'an angle with its unit such as "90 deg", or a bare number in rad of at most {longest:.6g}, {name}'
-    turns = abs(number) / TURN
-    if abs(turns - round(turns)) < _ROUNDED * turns:
-        return expected, f'write "{math.copysign(360 * round(turns), number):g} deg"'
-    return expected, f'write "{number:.10g} deg", or "{number:.10g} rad" if it is radians'
-
-
-def _percent(value: object, number: float, key: Key) -> str:
-    """The advice for a number that was meant as a percentage: 92, where a share of 1 at most is asked for."""
-    shares = key.kind == "number" and key.range.high <= _LARGEST_SHARE
-    if not shares or number < _LEAST_PERCENT or (isinstance(value, str) and "%" in value) or number / 100 not in key.range:
-        return ""
-    return f'write "{number:g} %"'
 
 
 def _quantity(dimension: str, key: Key) -> str:
     """What a quantity is expected to be, with the example that suits its key."""
     expected = DIMENSIONS[dimension]
     return expected._replace(example=key.example or expected.example).expected
-
-
-def _text(value: object, key: Key, path: str, faults: Faults) -> str | None:
-    """A text, of the pattern or the choices that its key asks for."""
-    if not isinstance(value, str):
-        faults.add(path, show(value), expectation(key))
-        return None
-    if key.kind == "choice" and value not in key.choices:
-        near = nearest(value, key.choices)
-        faults.add(path, show(value), expectation(key), f'did you mean "{near}"?' if near else "")
-        return None
-    return None if key.kind == "name" and not check_name(value, path, faults) else str(value)
 
 
 def check_name(text: str, path: str, faults: Faults) -> bool:
@@ -356,8 +345,6 @@ def exactly_one(given: Sequence[str], names: Sequence[str], path: str, faults: F
     return False
 
 
-# -- places ------------------------------------------------------------------------------------------------------------
-
 TOLERANCE = 1e-9
 
 
@@ -378,14 +365,9 @@ class Setting(NamedTuple):
     stroke: Stroke | None = None
 
     @property
-    def element(self) -> str:
-        """The reduction element."""
-        return "crank" if self.stroke is None else self.stroke.element
-
-    @property
     def sliding(self) -> bool:
         """Whether the reduction element slides."""
-        return self.element == "slide"
+        return self.stroke is not None and self.stroke.sliding
 
 
 class Place(NamedTuple):
@@ -454,13 +436,6 @@ def default_period(travel: float, cycle: float) -> float | None:
     return travel if whole(cycle / travel) else None
 
 
-# -- GD² ---------------------------------------------------------------------------------------------------------------
-
-_STANDARD = 9.80665
-_FORCES = re.compile(r"N|kgf|lbf")
-_EXPECTED = 'a GD² such as "48 kg m^2" or "48 kgf m^2", or a bare number in kg m^2'
-
-
 def read_gd2(value: object, path: str, faults: Faults) -> float | None:
     """The inertia (kg m²) of a GD²: J = GD²/4 of a mass times a square, GD²/(4 g) of a weight times a square.
 
@@ -472,20 +447,15 @@ def read_gd2(value: object, path: str, faults: Faults) -> float | None:
     >>> read_gd2("48 kg m^2", "flywheel.gd2", Faults()), read_gd2("48 kgf m^2", "flywheel.gd2", Faults())
     (12.0, 12.0)
     """
+    parts = split_quantity(value) if isinstance(value, str) else None
+    is_weight = parts is not None and re.search("N|kgf|lbf", parts[1]) and "s" not in parts[1]
     try:
-        found = _mass_form(value)
+        found = parse_quantity(value, "moment of weight") / _STANDARD if is_weight else parse_quantity(value, "inertia")
     except QuantityError as error:
-        faults.add(path, error.found, _EXPECTED, error.advice)
+        expected = 'a GD² such as "48 kg m^2" or "48 kgf m^2", or a bare number in kg m^2'
+        faults.add(path, error.found, expected, error.advice)
         return None
     if found not in GD2.range:
         faults.add(path, show(value), f"a value {GD2.range} kg m^2")
         return None
     return found / 4.0
-
-
-def _mass_form(value: object) -> float:
-    """GD² in kg m², of a text in either form or of a bare number."""
-    parts = split_quantity(value) if isinstance(value, str) else None
-    if parts is None or not _FORCES.search(parts[1]) or "s" in parts[1]:
-        return parse_quantity(value, "inertia")
-    return parse_quantity(value, "moment of weight") / _STANDARD

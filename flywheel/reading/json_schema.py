@@ -13,21 +13,20 @@ from typing import Any
 
 from flywheel.mechanisms import KINDS
 from flywheel.numerics.units import DIMENSIONS
+from flywheel.reading.load_models import LOAD_MODELS
+from flywheel.reading.motors import CURVE, MOTORS, Even
 from flywheel.reading.schema import (
     AREAS_EXCLUDE,
     COUPLING,
     COUPLING_KEYS,
     COUPLING_ONE_OF,
-    CURVE,
     FRAME_BODY,
     JOINT,
     JOINT_KEYS,
     LINK,
-    LOAD_MODELS,
     MECHANISM,
     MOST_MECHANISMS,
     MOST_TABLES,
-    MOTORS,
     NAME_PATTERN,
     OUTPUT,
     POINT_PORT,
@@ -37,7 +36,6 @@ from flywheel.reading.schema import (
     TABLE,
     TOP,
     WHEEL_KEYS,
-    Even,
     Section,
     keys_for,
 )

@@ -263,7 +263,7 @@ def read_drive(raw: object, places: Places, setting: Setting) -> Drive:
     if table is None:
         return Drive()
     fields = read_fields(table, SECTIONS["drive"].keys, "drive", setting.faults)
-    shaft = places.shaft(fields["on"] if "on" in table else setting.element, "drive.on", setting.faults)
+    shaft = places.shaft(fields["on"] if "on" in table else next(iter(setting.shafts)), "drive.on", setting.faults)
     key = _driving(table, setting)
     motor: Motor | None = None
     law: Law | None = None
@@ -287,7 +287,7 @@ def _driving(table: Mapping[str, Any], setting: Setting) -> str | None:
     valid, wrong, moves = (pushing, turning, "slides") if setting.sliding else (turning, pushing, "turns")
     given, misplaced = ([name for name in names if name in table] for names in (valid, wrong))
     for name in misplaced:
-        setting.faults.add(f"drive.{name}", f'a {name} on "{setting.element}", which {moves}', f"a {valid[0]}")
+        setting.faults.add(f"drive.{name}", f'a {name} on "{next(iter(setting.shafts))}", which {moves}', f"a {valid[0]}")
     if len(given) > 1:
         exactly_one(given, valid, "drive", setting.faults)
     elif not given and not misplaced:

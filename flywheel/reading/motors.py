@@ -1,10 +1,12 @@
-"""The drive's motor, `[drive] motor = {type = ..., ...}`: read by the keys of its type, and built."""
+"""The drive's motor, `[drive] motor = {type = ..., ...}`: keys, checks, and the motor that they describe.
+
+`MOTORS` has a line for each type. Its reader is called where no key is at fault by itself.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
 from pathlib import Path
-from typing import TypeVar
+from typing import Any
 
 from flywheel.components.motors import (
     DC,
@@ -20,12 +22,21 @@ from flywheel.components.motors import (
     line_through,
 )
 from flywheel.numerics.faults import SceneError
-from flywheel.numerics.units import LARGEST, QuantityError, Unit, convert
+from flywheel.numerics.units import LARGEST, QuantityError, convert
 from flywheel.reading.fields import Fields, Item, Setting, as_table, exactly_one, read_item, read_typed, read_unit
-from flywheel.reading.schema import CURVE, LINES, MOTOR_TYPE, MOTORS
+from flywheel.reading.schema import Section
 from flywheel.reading.tables import given_columns
+from flywheel.scene.keys import NOT_NEGATIVE, POSITIVE, Key, Range
 
-Made = TypeVar("Made", bound=Motor)
+
+class Even(Range):
+    """Whole numbers that two divides."""
+
+    def __contains__(self, value: object) -> bool:
+        return super().__contains__(value) and isinstance(value, (int, float)) and value % 2 == 0
+
+    def __str__(self) -> str:
+        return f"that is an even number, {self.low:g} or more"
 
 
 def read_motor(raw: object, path: str, setting: Setting) -> Motor | None:
@@ -33,20 +44,42 @@ def read_motor(raw: object, path: str, setting: Setting) -> Motor | None:
 
     Whatever a motor itself finds wrong with its values stands at the path of their keys.
     """
-    before = len(setting.faults)
     item = read_typed(raw, MOTOR_TYPE, MOTORS, path, setting.faults)
-    if item is None or len(setting.faults) > before:
-        return None
-    return _motor(_READERS[item.section.name], item, setting.folder)
+    return None if item is None else _motor(item, setting.folder)
 
 
-def _motor(reader: Callable[[Item, Path | None], Made | None], item: Item, folder: Path | None) -> Made | None:
+def _motor(item: Item, folder: Path | None) -> Motor | None:
     """A motor, with its own faults put where the scene has the values."""
+    if not item.clean or item.section.reader is None:
+        return None
     try:
-        return reader(item, folder)
+        found: Motor | None = item.section.reader(item, folder)
     except SceneError as error:
         item.faults.extend(fault._replace(path=f"{item.path}.{fault.path}") for fault in error.faults)
         return None
+    return found
+
+
+_INERTIA = Key("inertia", "inertia", "of the rotor, on the shaft that it drives", 0.0, NOT_NEGATIVE)
+_POWER = Key("power", "power", "at the shaft, at rated speed", None, POSITIVE)
+_RATED = Key("speed", "speed", "at rated load", None, POSITIVE)
+_TORQUE = Key("torque", "torque", "at rated speed", None, POSITIVE)
+_CONSTANT = (Key("torque", "torque", "at any speed", None, POSITIVE, True),)
+_LINE = (
+    Key("starting_torque", "torque", "at rest", None, POSITIVE),
+    Key("slope", "angular damping", "by which torque falls per speed", None, POSITIVE),
+    Key("no_load_speed", "speed", "at which torque has fallen to zero", None, POSITIVE),
+    _RATED,
+    _TORQUE,
+    _POWER,
+)
+_LINES = (
+    ("starting_torque", "slope"),
+    ("no_load_speed", "starting_torque"),
+    ("no_load_speed", "speed", "torque"),
+    ("no_load_speed", "speed", "power"),
+)
+"""What a straight line follows from."""
 
 
 def _constant(item: Item, _: Path | None) -> Motor:
@@ -56,11 +89,10 @@ def _constant(item: Item, _: Path | None) -> Motor:
 def _line(item: Item, _: Path | None) -> Motor | None:
     """A line by its start and slope, by both of its ends, or by no-load speed and a rated point."""
     fields, inertia = item.fields, item.fields["inertia"]
-    given = set(item.given("starting_torque", "slope", "no_load_speed", "speed", "torque", "power"))
-    if given not in map(set, LINES):
-        expected = (
-            "; or ".join(" and ".join(names) for names in LINES[:2]) + "; or no_load_speed and speed and torque or power"
-        )
+    given = {key.name for key in _LINE if key.name in item.raw}
+    if given not in map(set, _LINES):
+        ends = "starting_torque and slope; or no_load_speed and starting_torque"
+        expected = f"{ends}; or no_load_speed and speed and torque or power"
         item.faults.add(item.path, " and ".join(sorted(given)) or "no values", expected)
         return None
     if "slope" in given:
@@ -76,56 +108,86 @@ def _rated(fields: Fields) -> Point:
     return Point(speed, fields["power"] / speed if torque is None else torque)
 
 
+_ROWS = (
+    Key("speed", "numbers", "speeds, ascending"),
+    Key("torque", "numbers", "one torque per speed"),
+    Key("file", "text", "CSV file beside the scene; the speed comes first"),
+    Key("column", "index", "column of the torques: its name in the header, or its number from 1", "2"),
+    Key("speed_unit", "unit", "unit of the speeds", "rad/s"),
+    Key("torque_unit", "unit", "unit of the torques", "N m"),
+    Key("interpolation", "choice", "between the rows", "linear", choices=("linear", "pchip")),
+)
+
+
 def _table(item: Item, folder: Path | None) -> Curve | None:
     """A curve by its rows, in the scene itself or in a file."""
-    before = len(item.faults)
-    columns = given_columns(item, ("speed", "torque"), "no rows", folder)
-    units = [read_unit(item, f"{name}_unit", name) for name in ("speed", "torque")]
-    if columns is None or len(item.faults) > before:
+    names = ("speed", "torque")
+    columns = given_columns(item, names, "no rows", folder)
+    units = [read_unit(item, f"{name}_unit", name) for name in names]
+    if columns is None or not item.clean:
         return None
-    speeds, torques = (
-        _converted(item, column, unit or Unit(), name)
-        for column, unit, name in zip(columns, units, ("speed", "torque"), strict=True)
-    )
-    if len(item.faults) > before:
+    converted = []
+    for name, column, unit in zip(names, columns, units, strict=True):
+        try:
+            numbers = tuple(convert(number, unit) for number in column) if unit is not None else ()
+        except QuantityError as error:
+            item.add(name, error.found, error.expected)
+            continue
+        if max(map(abs, numbers), default=0.0) > LARGEST:
+            item.add(name, "a number beyond all measure", f"at most {LARGEST:g} in SI")
+        converted.append(numbers)
+    if not item.clean:
         return None
-    return Curve(speeds=speeds, torques=torques, interpolation=item.fields["interpolation"], inertia=item.fields["inertia"])
+    inertia = item.fields.get("inertia", 0.0)  # an engine's curve of full load has none of its own
+    speeds, torques = converted
+    return Curve(speeds=speeds, torques=torques, interpolation=item.fields["interpolation"], inertia=inertia)
 
 
-def _converted(item: Item, column: Sequence[float | str], unit: Unit, name: str) -> tuple[float, ...]:
-    """A column in SI, each number rounded once; what of it could be read, after noting a fault."""
-    try:
-        found = tuple(convert(number, unit) for number in column)
-    except QuantityError as error:
-        item.add(name, error.found, error.expected)
-        return ()
-    if max(map(abs, found), default=0.0) > LARGEST:
-        item.add(name, "a number beyond all measure", f"at most {LARGEST:g} in SI")
-    return found
-
-
-_PLATE = ("power", "speed", "current", "efficiency", "armature_share")
-_CONSTANTS = ("resistance", "constant", "friction")
+_DC_DATA = (("resistance", "constant"), ("power", "speed", "current"), ("power", "speed", "efficiency"))
+_ARMATURE = "of the rated losses that arises in the armature"
+_DC = (
+    Key("voltage", "voltage", "at the armature", None, POSITIVE, True),
+    Key("resistance", "resistance", "of the armature", None, POSITIVE),
+    Key("constant", "motor constant", "voltage per speed, which is torque per current", None, POSITIVE),
+    Key("friction", "angular damping", "of the rotor", 0.0, NOT_NEGATIVE),
+    _POWER,
+    _RATED,
+    Key("current", "current", "of the armature at rated load", None, POSITIVE),
+    Key("efficiency", "number", "at rated load", None, Range(0.0, 1.0, True, True), example="82 %"),
+    Key("armature_share", "number", _ARMATURE, 0.5, Range(0.0, 1.0, True), example="0.5"),
+    Key("inductance", "inductance", "of the armature", 0.0, NOT_NEGATIVE),
+)
 
 
 def _dc(item: Item, _: Path | None) -> Motor | None:
     """A DC motor by its constants, or by its name plate."""
-    fields, plate, own = item.fields, item.given(*_PLATE), item.given(*_CONSTANTS)
+    constants, pair = ("resistance", "constant", "friction"), ("current", "efficiency")
+    fields, own, plate = item.fields, item.given(*constants), item.given("power", "speed", *pair, "armature_share")
     shared = {"inductance": fields["inductance"], "inertia": fields["inertia"]}
     if bool(plate) == bool(own):
         expected = "either resistance and constant, or power, speed and current (or efficiency)"
         item.faults.add(item.path, " and ".join((*own, *plate)) or "a voltage alone", expected)
         return None
-    there = [item.needs(name) for name in (("resistance", "constant") if own else ("power", "speed"))]
-    if not all(there):
+    for name in ("resistance", "constant") if own else ("power", "speed"):
+        item.needs(name)
+    if not item.clean:
         return None
     if own:
-        return DC(**{name: fields[name] for name in ("voltage", *_CONSTANTS)}, **shared)
-    pair = ("current", "efficiency")
+        return DC(**{name: fields[name] for name in ("voltage", *constants)}, **shared)
     if not exactly_one(item.given(*pair), pair, item.path, item.faults):
         return None
     current = fields["current"] or fields["power"] / (fields["efficiency"] * fields["voltage"])
     return dc_from_plate(fields["voltage"], _rated(fields), current, fields["armature_share"], **shared)
+
+
+_BREAKDOWN = Range(1.0, 100.0, True)
+_INDUCTION = (
+    _POWER._replace(required=True),
+    _RATED._replace(required=True),
+    Key("poles", "number", "number of poles, twice that of pole pairs", None, Even(2.0, 1000.0), True, example="4"),
+    Key("frequency", "frequency", "of the mains", None, POSITIVE, True),
+    Key("breakdown_ratio", "number", "breakdown torque over rated torque", None, _BREAKDOWN, True, example="2.5"),
+)
 
 
 def _induction(item: Item, _: Path | None) -> Motor:
@@ -141,29 +203,41 @@ def _induction(item: Item, _: Path | None) -> Motor:
         raise SceneError(found) from None
 
 
+_ENGINE = (
+    Key("speed", "speed", "at which the governor sets in", None, POSITIVE, True),
+    _TORQUE,
+    _POWER,
+    Key("full_load", "table", "torque against speed at full load"),
+    Key("droop", "number", "(no-load speed - rated speed) / rated speed", None, Range(0.0, 1.0, True), True),
+    Key("idle", "speed", "the lowest at which it runs by itself", 0.0, NOT_NEGATIVE),
+    Key("braking_torque", "torque", "of the unfired engine", 0.0, NOT_NEGATIVE),
+)
+
+
 def _engine(item: Item, folder: Path | None) -> Motor | None:
     """An engine by its rated point, or by its curve of full load."""
-    full_load = _full_load(item, folder) if "full_load" in item.raw else _rated(item.fields).torque
+    if "full_load" not in item.raw:
+        full_load: Any = _rated(item.fields).torque
+    else:
+        path = f"{item.path}.full_load"
+        table = as_table(item.raw["full_load"], path, item.faults)
+        full_load = None if table is None else _motor(read_item(table, CURVE, path, item.faults), folder)
     names = ("speed", "droop", "idle", "braking_torque", "inertia")
     return None if full_load is None else Engine(full_load=full_load, **{name: item.fields[name] for name in names})
 
 
-def _full_load(item: Item, folder: Path | None) -> Curve | None:
-    """The curve of full load; None after noting faults."""
-    path, before = f"{item.path}.full_load", len(item.faults)
-    table = as_table(item.raw["full_load"], path, item.faults)
-    if table is None:
-        return None
-    curve = read_item(table, CURVE, path, item.faults)
-    curve.fields["inertia"] = 0.0
-    return _motor(_table, curve, folder) if len(item.faults) == before else None
-
-
-_READERS: dict[str, Callable[[Item, Path | None], Motor | None]] = {
-    "constant": _constant,
-    "line": _line,
-    "table": _table,
-    "dc": _dc,
-    "induction": _induction,
-    "engine": _engine,
-}
+CURVE = Section(
+    "table", "torque against speed as rows of numbers", _ROWS, either=(("file",), ("speed", "torque")), reader=_table
+)
+"""A motor by its curve, and the curve of an engine's full load."""
+_ALL = (
+    Section("constant", "a torque that no speed changes", _CONSTANT, reader=_constant),
+    Section("line", "a torque that falls in a straight line", _LINE, either=_LINES, reader=_line),
+    CURVE,
+    Section("dc", "a DC motor with constant excitation", _DC, either=_DC_DATA, reader=_dc),
+    Section("induction", "an induction motor, by Kloss's formula", _INDUCTION, reader=_induction),
+    Section("engine", "an engine under a governor", _ENGINE, one_of=(("torque", "power", "full_load"),), reader=_engine),
+)
+MOTOR_TYPE = Key("type", "choice", "what it is", required=True, choices=tuple(motor.name for motor in _ALL))
+MOTORS = {motor.name: motor._replace(keys=(MOTOR_TYPE, *motor.keys, _INERTIA)) for motor in _ALL}
+"""What a motor may be: its keys, and what makes it of them."""

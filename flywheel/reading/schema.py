@@ -1,17 +1,15 @@
 """The scene format in one place: every table and key, what it holds, its range and its default.
 
-The reader checks scenes against these lists, the reference texts are tested against them, and nothing else in the
-toolkit spells out a key.
+The reader checks scenes against these lists, the reference texts are tested against them. Load models and motors have
+theirs, with their readers, in `load_models` and `motors`; families of mechanisms in `mechanisms`.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from typing import Any, NamedTuple
 
-from flywheel.components.gas_forces import ATMOSPHERE
-from flywheel.components.load_models import CONSTANT, FORCE_SHAPES
 from flywheel.components.wheel_stresses import FEWEST, MATERIALS, MOST
 from flywheel.components.wheels import METHODS, SPEEDS, WHEEL_SHAPES
 from flywheel.mechanisms import KINDS
@@ -34,7 +32,8 @@ class Section(NamedTuple):
     """One table of the scene; `array` is written `[[name]]`, `named` is `[name.NAME]`, `free` has keys of its own.
 
     one_of: groups of keys, of each of which a table has exactly one. either: sets of keys, one of which a table has and
-    nothing of the others; what else goes with what is the reader's.
+    nothing of the others; what else goes with what is the reader's. reader: what makes a load's law, or a motor, of a table
+    whose keys follow from its type.
     """
 
     name: str
@@ -45,6 +44,7 @@ class Section(NamedTuple):
     free: bool = False
     one_of: tuple[tuple[str, ...], ...] = ()
     either: tuple[tuple[str, ...], ...] = ()
+    reader: Callable[..., Any] | None = None
 
 
 GD2 = Key("gd2", "inertia | moment of weight", "GD² of what rotates, 4 inertias (kg m², or kgf m²)", None, NOT_NEGATIVE)
@@ -388,219 +388,6 @@ def keys_for(section: Section, own: tuple[str, ...] | None) -> tuple[Key, ...]:
     ['name', 'type', 'between', 'angle']
     """
     return tuple(key for key in section.keys if own is None or key.name in ("name", "type", "between", *own))
-
-
-# -- the keys of a load model --------------------------------------------------------------------------------
-
-MOST_ROWS = 100
-"""How many rows an indicator diagram against the piston's position may have."""
-
-_EXPONENT = Range(0.5, 10.0)
-_SPEED = Key("speed", "speed", "of the shaft, at which it takes that much", None, POSITIVE)
-_POWER = Key("power", "power", "that it takes at its speed", None, POSITIVE)
-_FORCE = Key("force", "force", "against the motion, on a place that translates", None, POSITIVE)
-_TORQUE = Key("torque", "torque", "against the motion, on a place that rotates", None, POSITIVE)
-_ATMOSPHERE = Key("atmosphere", "pressure", "absolute pressure behind the piston", ATMOSPHERE, NOT_NEGATIVE)
-_BORE = Key("bore", "length", "diameter of the cylinder", None, POSITIVE, True)
-
-
-def _end(name: str, about: str) -> Key:
-    return Key(name, "choice", about, "max", choices=("max", "min"))
-
-
-_FAN = (
-    _TORQUE,
-    _FORCE,
-    _POWER,
-    _SPEED,
-    Key("velocity", "velocity", "of a place that translates, at which it takes that much", None, POSITIVE),
-    Key("constant", "force | torque", "share that does not depend on speed", 0.0, NOT_NEGATIVE),
-)
-_LOSSES = (
-    Key("constant", "force | torque", "share that does not depend on speed", 0.0, NOT_NEGATIVE),
-    Key("proportional", "damping | angular damping", "share per speed", 0.0, NOT_NEGATIVE),
-    Key("quadratic", "drag | angular drag", "share per square of the speed", 0.0, NOT_NEGATIVE),
-)
-_BELT = (
-    Key("tight", "force", "tension of the tight side", None, POSITIVE),
-    Key("slack", "force", "tension of the slack side", None, NOT_NEGATIVE),
-    Key("radius", "length", "of the pulley, to the middle of the belt", None, POSITIVE),
-    _POWER,
-    _SPEED,
-    Key(
-        "friction",
-        "number",
-        "coefficient between belt and pulley, to check that it does not slip",
-        None,
-        POSITIVE,
-        example="0.3",
-    ),
-    Key("wrap", "angle", "over which the belt lies on the pulley", None, POSITIVE),
-    Key("groove", "angle", "of a V-belt's groove", math.pi, Range(0.0, math.pi, low_open=True)),
-)
-_PRESS = (
-    Key("energy", "energy", "of a stroke", None, POSITIVE),
-    Key("shear_strength", "pressure", "of the sheet", None, POSITIVE),
-    Key("energy_per_area", "energy per area", "of what is sheared", None, POSITIVE),
-    Key("thickness", "length", "of the sheet", None, POSITIVE),
-    Key("diameter", "length", "of a round hole", None, POSITIVE),
-    Key("perimeter", "length", "of a hole", None, POSITIVE),
-    Key("area", "area", "that is sheared", None, POSITIVE),
-    Key("angle", "angle", "of the mechanism's crank before the end, at which the force begins", None, POSITIVE),
-    Key("shape", "choice", "of the force: it stays, or it falls to nothing", CONSTANT, choices=FORCE_SHAPES),
-    _end("end", "of the stroke towards which it presses: greatest or least displacement"),
-    Key("overtravel", "length", "of the punch beyond the sheet", 0.0, NOT_NEGATIVE),
-)
-_INDICATOR = (
-    _BORE,
-    Key("rod", "length", "diameter of a rod that passes through this gas space", 0.0, NOT_NEGATIVE),
-    _end("side", "where the cover of this gas space is: at the greatest or at the least displacement"),
-    Key("table", "table", "pressure against angle"),
-    Key("position", "numbers", "shares of the stroke from the cover, 0 to 1"),
-    Key("volume", "numbers", "volumes instead, in any unit; the first and the last are those at the dead centres"),
-    Key("out", "numbers", "pressures while the piston moves away from the cover"),
-    Key("back", "numbers", "pressures while it returns"),
-    Key("pressure_unit", "unit", "of out and back", "Pa"),
-    Key("gauge", "flag", "true where pressures are those above the atmosphere"),
-    _ATMOSPHERE,
-)
-_COMPRESSOR = (
-    _BORE,
-    Key("clearance", "number", "volume left at the cover, as a share of the swept volume", None, NOT_NEGATIVE, True),
-    Key("suction", "pressure", "absolute", None, POSITIVE, True),
-    Key("discharge", "pressure", "absolute", None, POSITIVE, True),
-    Key("exponent", "number", "n of compression", None, _EXPONENT, True, example="1.3"),
-    Key(
-        "expansion_exponent",
-        "number",
-        "of the gas left in the clearance (default: exponent)",
-        None,
-        _EXPONENT,
-        example="1.3",
-    ),
-    Key("double_acting", "flag", "true where both sides of the piston compress"),
-    Key("rod", "length", "diameter of the rod, on the side away from the cover", 0.0, NOT_NEGATIVE),
-    _end("side", "where the cover is: at the greatest or at the least displacement"),
-    _ATMOSPHERE,
-)
-
-_SOURCES, _ENDS = ("energy", "shear_strength", "energy_per_area"), (("torque",), ("force",), ("power",))
-_MODELS = (
-    Section("constant", "a force or torque against the motion", (_FORCE, _TORQUE), either=_ENDS[:2]),
-    Section("fan", "a fan: it grows with the square of the speed", _FAN, either=_ENDS),
-    Section("pump", "a centrifugal pump: as a fan", _FAN, either=_ENDS),
-    Section("losses", "bearings, rolling, windage: constant, proportional and quadratic shares", _LOSSES),
-    Section("belt", "the drag of a belt on its pulley", _BELT, one_of=(("tight", "power"),)),
-    Section("press", "a press: the energy of a stroke, over the last of its way", _PRESS, one_of=(_SOURCES,)),
-    Section("punch", "a punch: as a press", _PRESS, one_of=(_SOURCES,)),
-    Section(
-        "indicator", "gas on a piston, from an indicator diagram", _INDICATOR, one_of=(("table", "position", "volume"),)
-    ),
-    Section("compressor", "gas of a reciprocating compressor", _COMPRESSOR),
-)
-TYPE = Key("type", "choice", "of the machine", required=True, choices=tuple(model.name for model in _MODELS))
-LOAD_MODELS = {model.name: model._replace(keys=(TYPE, *model.keys)) for model in _MODELS}
-"""What a load's model may be, each with its keys."""
-
-
-# -- the keys of a motor --------------------------------------------------------------------------------
-
-
-class Even(Range):
-    """Whole numbers that two divides."""
-
-    def __contains__(self, value: object) -> bool:
-        return super().__contains__(value) and isinstance(value, (int, float)) and value % 2 == 0
-
-    def __str__(self) -> str:
-        return f"that is an even number, {self.low:g} or more"
-
-
-_INERTIA = Key("inertia", "inertia", "of the rotor, on the shaft that it drives", 0.0, NOT_NEGATIVE)
-_START = Key("starting_torque", "torque", "at rest", None, POSITIVE)
-_MOTOR_POWER = Key("power", "power", "at the shaft, at rated speed", None, POSITIVE)
-_RATED = Key("speed", "speed", "at rated load", None, POSITIVE)
-_MOTOR_TORQUE = Key("torque", "torque", "at rated speed", None, POSITIVE)
-_CONSTANT = (Key("torque", "torque", "at any speed", None, POSITIVE, True),)
-_LINE = (
-    _START,
-    Key("slope", "angular damping", "by which torque falls per speed", None, POSITIVE),
-    Key("no_load_speed", "speed", "at which torque has fallen to zero", None, POSITIVE),
-    _RATED,
-    _MOTOR_TORQUE,
-    _MOTOR_POWER,
-)
-LINES = (
-    ("starting_torque", "slope"),
-    ("no_load_speed", "starting_torque"),
-    ("no_load_speed", "speed", "torque"),
-    ("no_load_speed", "speed", "power"),
-)
-"""What a straight line follows from."""
-CURVE = Section(
-    "table",
-    "torque against speed as rows of numbers",
-    (
-        Key("speed", "numbers", "speeds, ascending"),
-        Key("torque", "numbers", "one torque per speed"),
-        Key("file", "text", "CSV file beside the scene; the speed comes first"),
-        Key("column", "index", "column of the torques: its name in the header, or its number from 1", "2"),
-        Key("speed_unit", "unit", "unit of the speeds", "rad/s"),
-        Key("torque_unit", "unit", "unit of the torques", "N m"),
-        Key("interpolation", "choice", "between the rows", "linear", choices=("linear", "pchip")),
-    ),
-    either=(("file",), ("speed", "torque")),
-)
-_DC_DATA = (("resistance", "constant"), ("power", "speed", "current"), ("power", "speed", "efficiency"))
-_DC = (
-    Key("voltage", "voltage", "at the armature", None, POSITIVE, True),
-    Key("resistance", "resistance", "of the armature", None, POSITIVE),
-    Key("constant", "motor constant", "voltage per speed, which is torque per current", None, POSITIVE),
-    Key("friction", "angular damping", "of the rotor", 0.0, NOT_NEGATIVE),
-    _MOTOR_POWER,
-    _RATED,
-    Key("current", "current", "of the armature at rated load", None, POSITIVE),
-    Key("efficiency", "number", "at rated load", None, Range(0.0, 1.0, True, True), example="82 %"),
-    Key(
-        "armature_share",
-        "number",
-        "of the rated losses that arises in the armature",
-        0.5,
-        Range(0.0, 1.0, True),
-        example="0.5",
-    ),
-    Key("inductance", "inductance", "of the armature", 0.0, NOT_NEGATIVE),
-)
-_INDUCTION = (
-    _MOTOR_POWER._replace(required=True),
-    _RATED._replace(required=True),
-    Key("poles", "number", "number of poles, twice that of pole pairs", None, Even(2.0, 1000.0), True, example="4"),
-    Key("frequency", "frequency", "of the mains", None, POSITIVE, True),
-    Key(
-        "breakdown_ratio", "number", "breakdown torque over rated torque", None, Range(1.0, 100.0, True), True, example="2.5"
-    ),
-)
-_ENGINE = (
-    Key("speed", "speed", "at which the governor sets in", None, POSITIVE, True),
-    _MOTOR_TORQUE,
-    _MOTOR_POWER,
-    Key("full_load", "table", "torque against speed at full load"),
-    Key("droop", "number", "(no-load speed - rated speed) / rated speed", None, Range(0.0, 1.0, True), True),
-    Key("idle", "speed", "the lowest at which it runs by itself", 0.0, NOT_NEGATIVE),
-    Key("braking_torque", "torque", "of the unfired engine", 0.0, NOT_NEGATIVE),
-)
-
-_MOTORS = (
-    Section("constant", "a torque that no speed changes", _CONSTANT),
-    Section("line", "a torque that falls in a straight line", _LINE, either=LINES),
-    CURVE,
-    Section("dc", "a DC motor with constant excitation", _DC, either=_DC_DATA),
-    Section("induction", "an induction motor, by Kloss's formula", _INDUCTION),
-    Section("engine", "an engine under a governor", _ENGINE, one_of=(("torque", "power", "full_load"),)),
-)
-MOTOR_TYPE = Key("type", "choice", "what it is", required=True, choices=tuple(motor.name for motor in _MOTORS))
-MOTORS = {motor.name: motor._replace(keys=(MOTOR_TYPE, *motor.keys, _INERTIA)) for motor in _MOTORS}
-"""The keys of each type of motor."""
 
 
 # -- the keys of a wheel --------------------------------------------------------------------------------

@@ -13,8 +13,10 @@ from flywheel.cli import main
 from flywheel.mechanisms import KINDS
 from flywheel.numerics.faults import SceneError
 from flywheel.reading.json_schema import json_schema
+from flywheel.reading.load_models import LOAD_MODELS
+from flywheel.reading.motors import MOTORS
 from flywheel.reading.scenes import build_scene
-from flywheel.reading.schema import LOAD_MODELS, MECHANISM, MOTORS, SECTIONS, TOP, WHEEL_KEYS
+from flywheel.reading.schema import MECHANISM, SECTIONS, TOP, WHEEL_KEYS
 from flywheel.reference import text
 from tests.fuzzing.corpus import corpus
 from tests.fuzzing.structure import at, places

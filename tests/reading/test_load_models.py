@@ -17,8 +17,8 @@ from flywheel.machine.machine import Machine
 from flywheel.numerics.expressions import Expression
 from flywheel.numerics.faults import SceneError
 from flywheel.numerics.units import DIMENSIONS
+from flywheel.reading.load_models import LOAD_MODELS
 from flywheel.reading.scenes import build_scene
-from flywheel.reading.schema import LOAD_MODELS
 from flywheel.reference import text
 from flywheel.scene.scene import Load, Scene, Table
 

@@ -9,8 +9,8 @@ import pytest
 from flywheel.components.motors import Curve, Point, line_through
 from flywheel.numerics.faults import SceneError
 from flywheel.numerics.units import DIMENSIONS
+from flywheel.reading.motors import MOTORS
 from flywheel.reading.scenes import load, parse_scene
-from flywheel.reading.schema import MOTORS
 from flywheel.reference import text
 from flywheel.scene.scene import Inertia, Scene
 

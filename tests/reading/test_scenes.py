@@ -468,7 +468,9 @@ def test_ratios_and_dampers_say_what_they_expect():
 
 
 def test_the_example_of_a_key_is_a_value_it_takes():
-    from flywheel.reading.schema import LOAD_MODELS, MOTORS, WHEEL_KEYS
+    from flywheel.reading.load_models import LOAD_MODELS
+    from flywheel.reading.motors import MOTORS
+    from flywheel.reading.schema import WHEEL_KEYS
 
     tables = [*SECTIONS.values(), *LOAD_MODELS.values(), *MOTORS.values()]
     keys = [key for table in tables for key in table.keys] + list(WHEEL_KEYS)
