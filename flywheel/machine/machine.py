@@ -694,7 +694,7 @@ class Machine:
             if compliance is None:
                 builder.sum(name, [("crank", ratio)], "rotation").displacement(f"phi_{name}", name)
                 continue
-            twisting: list[C | R] = [C(f"{name}.compliance", stiffness=compliance.stiffness, part=f"twist of {name}")]
+            twisting = [C(f"{name}.compliance", stiffness=compliance.stiffness, part=f"twist of {name}")]
             if compliance.damping:
                 twisting.append(R(f"{name}.damping", compliance.damping, part=f"twist of {name}"))
             builder.sum(f"{name}.gear", [("crank", ratio)], "rotation")

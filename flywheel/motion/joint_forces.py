@@ -19,7 +19,7 @@ from flywheel.mechanisms.linkages.reactions import Reactions
 from flywheel.numerics import cells
 from flywheel.numerics.cells import ROUNDING
 from flywheel.numerics.faults import Fault, SceneError
-from flywheel.regime import constant_speed, state, steady_motion
+from flywheel.regime import constant_speed, state, turning_moment
 from flywheel.regime.joint_friction import machine_of
 from flywheel.scene.linkage import PIN
 from flywheel.scene.scene import Scene
@@ -186,7 +186,7 @@ def _steady(machine: Machine, phi: Array) -> _Moved:
     sizing = size(machine, simulate=False)
     if sizing.cycle is None or sizing.run is None:
         return MachineMotion(phi, np.full(phi.size, sizing.speed), np.zeros(phi.size)), (0.0, 0.0)
-    omega = steady_motion.speed_over_cycle(sizing.cycle, sizing.speed, sizing.run, phi)
+    omega = turning_moment.speed_over_cycle(sizing.cycle, sizing.speed, sizing.run, phi)
     reduced = state.reduce(machine, phi, balance=sizing.cycle.balance or 0.0)
     moment = reduced.moment
     noise = sizing.cycle.noise[:, sizing.cycle.where(phi - machine.scene.origin)[0]]

@@ -27,7 +27,6 @@ from flywheel.numerics import cells
 from flywheel.numerics.cells import ROUNDING
 from flywheel.numerics.faults import Fault, SceneError, show, told
 from flywheel.numerics.units import QuantityError, parse_quantity
-from flywheel.regime import steady_motion as steady
 from flywheel.regime import turning_moment
 from flywheel.regime.free_motion import ONSET, Goal, Passing, Start, Trail, Watching, end_of_stroke
 from flywheel.regime.joint_friction import machine_of
@@ -333,7 +332,7 @@ def speed_at(sizing: Sizing, phi: ArrayLike) -> Array:
     cycle, run = sizing.cycle, sizing.run
     if cycle is None or run is None:
         raise SceneError([Fault("regime", "a sizing without a steady motion", "a machine that has inertia")])
-    return steady.speed_over_cycle(cycle, sizing.speed, run, np.asarray(phi, dtype=float) % sizing.scene.cycle)
+    return turning_moment.speed_over_cycle(cycle, sizing.speed, run, np.asarray(phi, dtype=float) % sizing.scene.cycle)
 
 
 def time_along(sizing: Sizing, phi: ArrayLike) -> Array:

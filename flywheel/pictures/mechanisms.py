@@ -30,7 +30,7 @@ from flywheel.pictures import sketch as names
 from flywheel.pictures import sketch as views
 from flywheel.pictures.figures import BLACK, BODIES, shade
 from flywheel.pictures.sketch import CLOSED, Shape, View, placed
-from flywheel.regime import steady_motion
+from flywheel.regime import turning_moment
 from flywheel.report.rows import RPM
 from flywheel.scene.linkage import FRAME, SLIDE
 from flywheel.scene.scene import Scene
@@ -298,7 +298,7 @@ def _of_cycle(sizing: Sizing) -> Timing:
     phi = np.linspace(0.0, sizing.scene.cycle, _POINTS)
     omega = np.full_like(phi, sizing.speed)
     if sizing.run is not None and sizing.cycle is not None:
-        omega = steady_motion.speed_over_cycle(sizing.cycle, sizing.speed, sizing.run, phi)
+        omega = turning_moment.speed_over_cycle(sizing.cycle, sizing.speed, sizing.run, phi)
     rpm, mean = RPM * omega, RPM * sizing.speed
     flat = np.ptp(rpm) < _FLAT * mean
     label = f"crank speed − {number(mean, 0.0, 6)} rpm, rpm" if flat else "crank speed, rpm"

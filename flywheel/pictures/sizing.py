@@ -35,9 +35,8 @@ from flywheel.pictures.figures import (
     say,
     told,
 )
-from flywheel.regime import steady_motion, turning_moment
-from flywheel.regime.steady_motion import Run
-from flywheel.regime.turning_moment import Cycle
+from flywheel.regime import turning_moment
+from flywheel.regime.turning_moment import Cycle, Run
 from flywheel.report.flywheels import candidates, work_error
 from flywheel.report.power import balance_error
 from flywheel.report.rows import RPM
@@ -316,7 +315,7 @@ def _speed(panel: Axes, sizing: Sizing, samples: Samples) -> None:
     phi = np.degrees(samples.phi)
     assert sizing.cycle is not None
     traces = [
-        (key, label, RPM * steady_motion.speed_over_cycle(sizing.cycle, sizing.speed, run, samples.phi))
+        (key, label, RPM * turning_moment.speed_over_cycle(sizing.cycle, sizing.speed, run, samples.phi))
         for key, label, run in runs
         if run is not None
     ]

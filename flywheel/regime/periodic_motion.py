@@ -29,8 +29,7 @@ from flywheel.numerics.collocation import Changes
 from flywheel.numerics.faults import Fault
 from flywheel.regime import turning_moment
 from flywheel.regime.constant_speed import cycle_of
-from flywheel.regime.steady_motion import NoMotionError, Run
-from flywheel.regime.turning_moment import Cycle
+from flywheel.regime.turning_moment import Cycle, NoMotionError, Run
 
 Array = NDArray[np.float64]
 Index = NDArray[np.intp]

@@ -1,6 +1,8 @@
-"""The balanced cycle on cells: M*, dI*/dphi and I* as series, what they accumulate, and how far all that can be trusted.
+"""The balanced cycle on cells: M*, dI*/dphi and I* as series, what they accumulate, and the speed with a given inertia.
 
-Everything here is quadrature of loads that depend on phi alone; nothing is stepped in time.
+Everything here is quadrature of loads that depend on phi alone, with its errors; nothing is stepped in time. The speed
+follows from the energy, in closed form, at the mean of extremes asked for; with it the period, and the errors of angles:
+where the moment crosses zero, where the speed is extreme.
 """
 
 from __future__ import annotations
@@ -9,21 +11,20 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from flywheel.machine.machine import Machine
 from flywheel.numerics import cells
-from flywheel.numerics.cells import ORDER, ROUNDING, Cells, Coarse, Crossings
+from flywheel.numerics.cells import NODES, ORDER, ROUNDING, Array, Cells, Coarse, Crossings, Index
 from flywheel.numerics.faults import Fault, SceneError
 from flywheel.scene.scene import Scene
-
-Array = NDArray[np.float64]
 
 _EVALUATION = 24 * ROUNDING  # rounding of a reduced quantity relative to the sum of its parts' sizes
 _BLOCK = 2_048  # cells that the graph is walked at together: it needs some forty arrays of their size
 _ENORMOUS = 1e150  # of forces and inertias in SI: their squares and products would leave the floating-point range
 _EVEN_SHARE = 0.125  # of an error spread evenly over the cells: what one may keep
-_MOST_FOR_BALANCE = 2_000  # that the last digit of a balance alone is worth, beside those of the machine's own mesh
+_MOST_FOR_BALANCE = 2_000  # cells that the last digit of a balance alone is worth, beside those of the machine's own mesh
+_MOST_FOR_PERIOD = 4_000  # that the time of a cycle is worth, beside those of the cycle itself
+_INSIDE = 1.0 - 1e-12  # of a cell: roots beyond it lie at its end
 
 
 class CycleErrors(NamedTuple):
@@ -46,11 +47,6 @@ class CycleErrors(NamedTuple):
     by_cell: Array
     inertias: Array
     residual: float = 0.0
-
-    @property
-    def swing(self) -> float:
-        """Error (J) of the difference of two values of W."""
-        return 2 * self.work + self.residual
 
 
 class Cycle(NamedTuple):
@@ -75,13 +71,13 @@ class Cycle(NamedTuple):
     errors: CycleErrors
     balance_error: float = 0.0
 
-    def at(self, cell: NDArray[np.intp], t: Array) -> tuple[Array, Array]:
+    def at(self, cell: Index, t: Array) -> tuple[Array, Array]:
         """W (J) and I* - I*(0) (kg m²) at local abscissas of cells."""
         local = (self.rising[:, cell] * cells.basis(t)).sum(axis=-1)
         work, variation = self.start[:, cell] + local
         return work, variation
 
-    def where(self, phi: Array) -> tuple[NDArray[np.intp], Array]:
+    def where(self, phi: Array) -> tuple[Index, Array]:
         """Cell and local abscissa of angles in [0, cycle]."""
         return cells.located(self.mesh, phi)
 
@@ -181,23 +177,6 @@ def no_effect(machine: Machine) -> Fault:
     return Fault(path, found, expected, "let it act where the machine moves one way, or balance another quantity")
 
 
-def check_closed(cycle: Cycle, machine: Machine) -> None:
-    """Refuse a cycle whose work does not close: without a balance the net work must be zero within `closure`."""
-    allowed = machine.scene.closure * cycle.exchanged + cycle.errors.work
-    if machine.scene.unknown is None and abs(cycle.net) > allowed:
-        share = abs(cycle.net) / cycle.exchanged
-        raise SceneError(
-            [
-                Fault(
-                    "load",
-                    f"net work {cycle.net:.9g} J over the cycle ({share:.2g} of the work exchanged)",
-                    f"zero within accuracy.closure = {machine.scene.closure:g}",
-                    'name the unknown: drive.torque = "balance", or a parameter = "balance"',
-                )
-            ]
-        )
-
-
 class Extent(NamedTuple):
     """Least and greatest I* without the flywheel, and the errors of the two, kg m²."""
 
@@ -289,11 +268,11 @@ def coarse(cycle: Cycle, speed: float) -> Coarse:
     A cell whose interpolation error is at the level of rounding is left alone: halving cannot help it.
     """
 
-    def chosen(share: float) -> NDArray[np.bool_]:
+    def chosen(share: float) -> np.typing.NDArray[np.bool_]:
         shares = cycle.errors.by_cell[0] + 0.5 * speed**2 * cycle.errors.by_cell[1]
         floor = 8 * ROUNDING * ORDER * (np.abs(cycle.series[:2]).sum(axis=-1) * cycle.mesh.half[:, 0])
-        improvable: NDArray[np.bool_] = (cycle.errors.by_cell > floor).any(axis=0)
-        return cells.above(shares, _EVEN_SHARE)(share) & improvable
+        improvable = (cycle.errors.by_cell > floor).any(axis=0)
+        return np.asarray(cells.above(shares, _EVEN_SHARE)(share) & improvable)
 
     return chosen
 
@@ -305,13 +284,12 @@ def balance_value(machine: Machine) -> float:
 
 def balanced(machine: Machine, rtol: float = 1e-13) -> Cycle:
     """The cycle of a machine with an unknown, on cells halved until its net work is known to rtol of the work exchanged."""
-    most = _MOST_FOR_BALANCE + 2 * machine.mesh.size
-    return cells.refined(machine.mesh, lambda edges: closed_work(resolve(machine, edges)), rtol, most)
 
+    def evaluated(edges: Array) -> tuple[Cycle, float, Coarse]:
+        cycle = resolve(machine, edges)
+        return cycle, cycle.errors.work / max(cycle.exchanged, 1e-300), coarse(cycle, 0.0)
 
-def closed_work(cycle: Cycle) -> tuple[Cycle, float, Coarse]:
-    """A cycle, the error of its work as a share of the work exchanged, and the cells that make it."""
-    return cycle, cycle.errors.work / max(cycle.exchanged, 1e-300), coarse(cycle, 0.0)
+    return cells.refined(machine.mesh, evaluated, rtol, _MOST_FOR_BALANCE + 2 * machine.mesh.size)
 
 
 class Extremes(NamedTuple):
@@ -343,3 +321,248 @@ def combined(cycle: Cycle, factors: Array) -> tuple[Extremes, Crossings]:
         top, bottom = values.argmax(), values.argmin()
         columns[:, j] = values[top], values[bottom], places[top], places[bottom]
     return Extremes(*columns), found
+
+
+# -- the speed over the cycle ----------------------------------------------------------------------------------------------
+
+
+class Run(NamedTuple):
+    """Periodic motion with a given inertia on the crank (kg m²): speeds in rad/s, angles in rad.
+
+    `offset` is the kinetic energy at phi = 0 less ½ (J + I*(0)) w_a² (J); `error` bounds the relative error of the
+    irregularity, 2 (w_max - w_min)/(w_max + w_min); `level` that of the energy as a whole, as a share of (J + I*(0)) w_a²,
+    where the machine sets its own. Where torques depend on speed, `cycle` is the one along this motion and
+    `speed` its own mean of extremes w_a; else they are those of the whole sizing. `drive` is then the drive's moment on the
+    crank (N m) at the cycle's nodes, `current` that of a motor with inductance at phi = 0 (A).
+    """
+
+    inertia: float
+    irregularity: float
+    speed_max: float
+    speed_min: float
+    angle_speed_max: float
+    angle_speed_min: float
+    offset: float
+    error: float
+    cycle: Cycle | None = None
+    speed: float | None = None
+    drive: Array | None = None
+    current: float | None = None
+    level: float = 0.0
+
+    @property
+    def level_error(self) -> float:
+        """Relative error of the mean of extremes by that of the energy's level: the slower, the more speed is an energy."""
+        mean = 0.5 * (self.speed_max + self.speed_min)
+        return self.level * mean**2 / max(self.speed_max * self.speed_min, ROUNDING * mean**2) if self.level else 0.0
+
+
+class NoMotionError(ValueError):
+    """No periodic motion has the mean of extremes asked for: the machine would stop within the cycle."""
+
+
+def run(cycle: Cycle, speed: float, inertia: float) -> Run:
+    """The motion whose mean of greatest and least speed is `speed` (rad/s), by Newton's method on the energy level e.
+
+    omega² = speed² (1 + s), s = (2 e + 2 W - speed² (I* - I*(0)))/(speed² (J + I*)): s keeps its digits however small
+    the fluctuation is. Raises NoMotionError where every level that keeps turning is too fast.
+    """
+    mesh, square, errors = cycle.mesh, speed**2, cycle.errors
+    least = combined(cycle, np.array([[1.0, 0.0], [0.0, 1.0]]))[0].least
+    start = inertia + cycle.inertia_at_start
+    if start + least[1] <= errors.variation:  # rounding may leave something where there is nothing
+        raise NoMotionError
+    count = mesh.phi.shape[0]
+    nodes = [row.reshape(mesh.phi.shape) for row in cycle.at(np.repeat(np.arange(count), ORDER), np.tile(NODES, count))]
+    moment, slope = cycle.series[:2] @ cells.basis(NODES, ORDER).T
+
+    def fluctuation(offset: float, work: Array, variation: Array) -> tuple[Array, Array]:
+        """The excess s and J + I* from W and I* - I*(0)."""
+        total = start + variation
+        return (2 * offset + 2 * work - square * variation) / (square * total), total
+
+    def polished(cell: Index, t: Array, s: Array) -> Array:
+        """Extremes as roots of M* - ½ omega² dI*/dphi itself, not of its interpolant; ends of cells stay."""
+        rows = cycle.series[0, cell] - 0.5 * square * (1.0 + s)[:, None] * cycle.series[1, cell]
+        return np.where(np.abs(t) < 1.0, cells.newton(rows, t, np.full_like(t, -1.0), np.ones_like(t)), t)
+
+    def extremes(offset: float) -> tuple[Array, Array, Index, Array, float]:
+        """Fastest and slowest point, at such roots or at ends of cells: s, J + I*, cell and abscissa; the least J + I*."""
+        half_square = 0.5 * square * (1.0 + fluctuation(offset, *nodes)[0])
+        noise = cycle.noise[0] + half_square.max(axis=-1) * cycle.noise[1]
+        found = cells.crossings(cells.fit((moment - half_square * slope)[None]), noise[None])
+        every = np.arange(count)
+        cell = np.concatenate((every, every, found.cell))
+        t = np.concatenate((np.full(count, -1.0), np.ones(count), found.t))
+        s, total = fluctuation(offset, *cycle.at(cell, t))
+        ends = [int(s.argmax()), int(s.argmin())]
+        cell, t = cell[ends], polished(cell[ends], t[ends], s[ends])
+        return *fluctuation(offset, *cycle.at(cell, t)), cell, t, float(total.min())
+
+    lowest = -0.5 * square * start - float(least[0])
+    if np.sqrt(np.maximum(1.0 + extremes(lowest)[0], 0.0)).mean() >= 1.0:
+        raise NoMotionError
+    offset = 0.0 if lowest < 0.0 else 2 * lowest + abs(float(least[0]))
+    for _ in range(60):
+        s, total, _, _, lightest = extremes(offset)
+        by_level = float((1.0 / (square * total * np.sqrt(np.maximum(1.0 + s, 1e-30)))).mean())  # of the mean, 1/J
+        step = (1.0 - float(np.sqrt(np.maximum(1.0 + s, 0.0)).mean())) / by_level
+        target = offset + step
+        offset = target if target > lowest else 0.5 * (offset + lowest)
+        if abs(step) <= 4 * ROUNDING * (abs(offset) + 0.25 * square * lightest * np.ptp(s)):
+            break
+    s, _, cell, t, lightest = extremes(offset)
+    root, spread = np.sqrt(np.maximum(1.0 + s, 0.0)), float(s[0] - s[1])
+    error = 2 * (2 * errors.work + errors.residual + square * errors.variation) / square / lightest
+    error += 2 * spread * (errors.inertia / lightest + 4 * ROUNDING)
+    inside = mesh.middle[cell, 0] + mesh.half[cell, 0] * polished(cell, t, s)
+    angles = np.where(np.abs(t) < 1.0, inside, mesh.edges[cell + (t > 0.0)])  # the ends of cells are exact
+    return Run(
+        inertia=inertia,
+        irregularity=2 * spread / float(root.sum()) ** 2,
+        speed_max=speed * float(root[0]),
+        speed_min=speed * float(root[1]),
+        angle_speed_max=float(angles[0]),
+        angle_speed_min=float(angles[1]),
+        offset=offset,
+        error=error / spread if spread > 0.0 else 0.0,
+    )
+
+
+def resolved_run(machine: Machine, cycle: Cycle, speed: float, inertia: float, rtol: float) -> tuple[Cycle, Run]:
+    """The same motion on cells fine enough for its own error to be within rtol, where halving them can reach that."""
+
+    def evaluated(edges: Array) -> tuple[tuple[Cycle, Run], float, Coarse]:
+        here = cycle if edges is cycle.mesh.edges else resolve(machine, edges)
+        found = run(here, speed, inertia)
+        return (here, found), found.error, coarse(here, found.speed_max)
+
+    return cells.refined(cycle.mesh.edges, evaluated, rtol)
+
+
+def speed_over_cycle(cycle: Cycle, speed: float, motion: Run, phi: Array) -> Array:
+    """Crank speed (rad/s) of a run at angles phi (rad); `speed` is the mean of extremes that it was found for.
+
+    A run that brings its own cycle and speed is taken by these.
+    """
+    cycle, speed = motion.cycle or cycle, motion.speed or speed
+    work, variation = cycle.at(*cycle.where(phi))
+    total = motion.inertia + cycle.inertia_at_start + variation
+    s = (2 * motion.offset + 2 * work - speed**2 * variation) / (speed**2 * total)
+    return np.asarray(speed * np.sqrt(np.maximum(1.0 + s, 0.0)))
+
+
+def period(cycle: Cycle, speed: float, motion: Run, rtol: float) -> tuple[float, float]:
+    """Time of one cycle (s), the integral of dphi/omega, and its estimated relative error; cells are halved as needed.
+
+    What the energy may be off tells the more, the slower the machine: the level, and its rounding, by (w_a/omega)²; what
+    the mean of extremes pins down by w_a/omega; both on the mean over time.
+    """
+
+    def evaluated(edges: Array) -> tuple[tuple[Array, Array, float, float], float, Coarse]:
+        mesh = cells.cells(edges)
+        slowness = 1.0 / speed_over_cycle(cycle, speed, motion, mesh.phi)
+        total = float(cells.integral(slowness, mesh.half).sum())
+        shares = cells.TAIL_OF_INTEGRAL * cells.tails(cells.fit(slowness)) * mesh.half[:, 0] / total
+        missed = float(shares.sum())
+        return (slowness, mesh.half, total, missed), missed, cells.above(shares, 0.1)
+
+    first = cycle.mesh.edges
+    slowness, half, total, missed = cells.refined(first, evaluated, rtol, max(_MOST_FOR_PERIOD, 2 * first.size))
+    slower = (motion.speed or speed) * slowness
+    once, twice = (float(cells.integral(slowness * slower**n, half).sum()) / total for n in (1, 2))
+    pinned = max(motion.error - 4.0 * motion.level_error, 0.0) * motion.irregularity
+    return total, missed + pinned * once + (motion.level + 4 * ROUNDING) * twice + 24 * ROUNDING
+
+
+# -- errors of angles ------------------------------------------------------------------------------------------------------
+
+
+def error_of_crossings(cycle: Cycle, found: Crossings) -> float:
+    """Error (rad) of the angles where M* crosses zero.
+
+    Each is off by the error of M* over its slope; where it is the end of a cell the moment jumps through zero, or its zeros
+    end, or the cycle does, and only rounding is left. What the cycle leaves over may move it as far as that is the work of
+    the moment on the way.
+    """
+    end = cycle.mesh.edges[-1]
+    error = 4 * ROUNDING * float(end) + _root_error(cycle, found.cell, found.t, np.zeros_like(found.t), 0.0)
+    if not cycle.errors.residual or not found.t.size:
+        return error
+    phi, work = _at_nodes(cycle)[:2]
+    beyond = 0.0
+    for angle, accumulated in zip(found.angles(cycle.mesh), cycle.at(found.cell, found.t)[0], strict=True):
+        far = phi[np.abs(work - accumulated) > cycle.errors.residual]
+        beyond = max(beyond, angle - far[far < angle].max(initial=0.0), far[far > angle].min(initial=end) - angle)
+    return error + float(beyond)
+
+
+def error_of_extremes(cycle: Cycle, motion: Run, *, sized: bool) -> float:
+    """Error (rad) of the angles of extreme speed, roots of M* - ½ omega² dI*/dphi; `sized`: the speeds are those asked for.
+
+    What the cycle leaves over, N, shifts kinetic energies by no more than itself, so that the greatest speed w is reached
+    where (J + I*) (w² - omega²)/2 <= (1 + r) N, r the ratio of the greatest J + I* to the least; and the least likewise.
+    """
+    along = motion.cycle or cycle
+    speeds, places = np.array([[motion.speed_max, motion.speed_min], [motion.angle_speed_max, motion.angle_speed_min]])
+    cell, t = along.where(places)
+    known = sized and motion.inertia > 0.0 and motion.cycle is None
+    loose = 0.0 if known else 2 * motion.error * motion.irregularity * speeds.mean() / np.maximum(speeds, 1e-300)
+    errors = [_root_error(along, cell, t, 0.5 * speeds**2, loose)]
+    rounding = 8 * ROUNDING * along.mesh.edges[-1] / along.mesh.half[cell, 0]  # of t, in narrow cells
+    at_end = np.abs(t) >= _INSIDE - rounding
+    for edge, speed in zip((cell + (t > 0.0))[at_end].tolist(), speeds[at_end].tolist(), strict=True):
+        errors.append(_end_error(along, edge, 0.5 * speed**2))
+    error = 4 * ROUNDING * float(cycle.mesh.edges[-1]) + max(errors)
+    if not cycle.errors.residual:
+        return error
+    phi, work, variation = _at_nodes(cycle)
+    total = motion.inertia + cycle.inertia_at_start + variation
+    energy = motion.offset + work + 0.5 * float(speeds.mean()) ** 2 * (total - variation)
+    reach = (1.0 + float(total.max() / max(total.min(), 1e-300))) * cycle.errors.residual
+    beyond = 0.0
+    for speed, angle in zip(speeds, places, strict=True):
+        near = np.abs(energy - 0.5 * speed**2 * total) <= reach
+        near |= np.roll(near, 1) | np.roll(near, -1)  # between two angles
+        apart = np.abs(phi[near] - angle)
+        beyond = max(beyond, float(np.minimum(apart, cycle.mesh.edges[-1] - apart).max(initial=0.0)))
+    return error + beyond
+
+
+def _at_nodes(cycle: Cycle) -> tuple[Array, Array, Array]:
+    """Angles (rad) that ascend over the cycle, W (J) and I* - I*(0) (kg m²) there."""
+    count = cycle.mesh.half.size
+    t = np.concatenate(([-1.0], np.sort(NODES)))
+    cell, t = np.repeat(np.arange(count), t.size), np.tile(t, count)
+    return cycle.mesh.middle[cell, 0] + cycle.mesh.half[cell, 0] * t, *cycle.at(cell, t)
+
+
+def _root_error(cycle: Cycle, cell: Index, t: Array, factor: Array, loose: Array | float) -> float:
+    """The same for roots of M* - factor dI*/dphi in cells; `loose` is the relative error of the factors."""
+    half = cycle.mesh.half[cell, 0]
+    rows = cycle.series[0, cell] - factor[:, None] * cycle.series[1, cell]
+    slope = np.maximum(np.abs(cells.slope(rows, t)) / half, 1e-300)
+    noise = cycle.noise[0, cell] + factor * cycle.noise[1, cell] + cycle.errors.work / cycle.mesh.edges[-1]
+    noise = noise + loose * factor * np.abs(cells.value(cycle.series[1, cell], t))
+    error = np.where(np.abs(t) < _INSIDE, np.minimum(noise / slope, 2 * half), 0.0)
+    return float(error.max(initial=0.0))
+
+
+def _end_error(cycle: Cycle, edge: int, factor: float) -> float:
+    """The same for an extreme of speed at the end of a cell.
+
+    None where M* - factor dI*/dphi jumps through zero there. Else a root lies beside the end, so near that the speed at
+    both is the same but for rounding; or the function cannot be told from zero in whole cells around: it is their width.
+    """
+    count, widths = cycle.mesh.half.size, 2 * cycle.mesh.half[:, 0]
+    rows = cycle.series[0] - factor * cycle.series[1]
+    noise = cycle.noise[0] + factor * cycle.noise[1] + cycle.errors.work / cycle.mesh.edges[-1]
+    beside, ends = np.array([edge - 1, edge % count]), np.array([1.0, -1.0])
+    values = cells.value(rows[beside], ends)
+    if (np.abs(values) > noise[beside]).all() and np.sign(values).sum() == 0.0:
+        return 0.0
+    slope = np.maximum(np.abs(cells.slope(rows[beside], ends)) / (0.5 * widths[beside]), 1e-300)
+    near = float(np.minimum((np.abs(values) + noise[beside]) / slope, widths[beside]).min())
+    quiet, widths = (np.roll(each, -edge) for each in (np.abs(rows).sum(axis=-1) <= noise, widths))
+    ahead, back = (count if row.all() else int(np.argmin(row)) for row in (quiet, quiet[::-1]))
+    return max(near, min(float(widths[:ahead].sum() + widths[count - back :].sum()), float(widths.sum())))

@@ -14,18 +14,14 @@ from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from flywheel.machine.machine import Machine
 from flywheel.numerics import cells
-from flywheel.numerics.cells import ROUNDING, Coarse, Crossings
+from flywheel.numerics.cells import ROUNDING, Array, Coarse, Crossings
 from flywheel.numerics.faults import Fault, SceneError
-from flywheel.regime import steady_motion, turning_moment
-from flywheel.regime.steady_motion import NoMotionError, Run
-from flywheel.regime.turning_moment import Cycle, Extent, Extremes
+from flywheel.regime import turning_moment
+from flywheel.regime.turning_moment import Cycle, Extent, Extremes, NoMotionError, Run
 from flywheel.scene.scene import Scene
-
-Array = NDArray[np.float64]
 
 _WORK, _FAST, _SLOW, _TORQUE, _INERTIA = range(5)  # rows of the functions H = a W + b I* whose extremes are compared
 
@@ -108,9 +104,6 @@ class Figures(NamedTuple):
         return float(self.extremes.greatest[_WORK] - self.extremes.least[_WORK])
 
 
-# -- the cycle and its figures -----------------------------------------------------------------------------------------
-
-
 def resolved_figures(machine: Machine, rtol: float) -> tuple[Figures, Run | None]:
     """The figures of loads that depend on position alone, and the motion that they give; see `refined`.
 
@@ -123,7 +116,12 @@ def resolved_figures(machine: Machine, rtol: float) -> tuple[Figures, Run | None
 
     def cycle(edges: Array) -> Cycle:
         found = turning_moment.resolve(machine, edges)
-        turning_moment.check_closed(found, machine)
+        closure = machine.scene.closure
+        if machine.scene.unknown is None and abs(found.net) > closure * found.exchanged + found.errors.work:
+            share = abs(found.net) / found.exchanged
+            what = f"net work {found.net:.9g} J over the cycle ({share:.2g} of the work exchanged)"
+            advice = 'name the unknown: drive.torque = "balance", or a parameter = "balance"'
+            raise SceneError([Fault("load", what, f"zero within accuracy.closure = {closure:g}", advice)])
         return found
 
     return refined(machine, cycle, speed, rtol, lambda figures: _motion(machine, figures))
@@ -208,7 +206,7 @@ def _motion(machine: Machine, figures: Figures) -> Run | None:
             return None  # nothing moves that could store energy, and nothing acts
         turning_moment.check_weighs(machine, cycle, inertia)
         try:
-            return steady_motion.run(cycle, speed, inertia)
+            return turning_moment.run(cycle, speed, inertia)
         except NoMotionError:
             path = "flywheel.inertia" if scene.inertia is not None else "regime.speed"
             found = f"a machine that stops within the cycle at {speed:.6g} rad/s (mean of extremes)"
@@ -226,9 +224,6 @@ def _motion(machine: Machine, figures: Figures) -> Run | None:
         offset=0.5 * speed**2 * excess * figures.total - float(figures.extremes.greatest[_FAST]),
         error=figures.error / max(figures.total, 1e-300),
     )
-
-
-# -- what the figures give ---------------------------------------------------------------------------------------------
 
 
 def work_error(cycle: Cycle) -> float:

@@ -12,8 +12,8 @@ from typing import NamedTuple
 from flywheel.components.gear_trains import OnShaft, gd2
 from flywheel.components.wheels import ROUNDING, Wheel
 from flywheel.numerics.units import columns, figure
-from flywheel.regime import steady_motion
-from flywheel.regime.steady_motion import NoMotionError, Run
+from flywheel.regime import turning_moment
+from flywheel.regime.turning_moment import NoMotionError, Run
 from flywheel.report.rows import (
     NOTHING,
     WIDTH,
@@ -111,7 +111,7 @@ def _motion_with(sizing: Sizing, inertia: float) -> Run | None:
         return sizing.run
     try:
         if sizing.machine is None or not sizing.machine.sets_its_speed:
-            return steady_motion.run(sizing.cycle, sizing.speed, on_crank)
+            return turning_moment.run(sizing.cycle, sizing.speed, on_crank)
         from flywheel.sizing.speed_dependent import run_with
 
         constant, stored = sizing.constant or sizing.cycle, sizing.run is not None

@@ -22,12 +22,11 @@ from flywheel.machine.machine import Machine
 from flywheel.numerics.budget import BudgetError, counted, limited
 from flywheel.numerics.cells import ROUNDING
 from flywheel.numerics.faults import SceneError
-from flywheel.regime import periodic_motion, steady_motion
+from flywheel.regime import periodic_motion, turning_moment
 from flywheel.regime.one_cycle import SlidingError, one_cycle
 from flywheel.regime.periodic_motion import Asked
-from flywheel.regime.steady_motion import NoMotionError, Run
 from flywheel.regime.stepping import TIGHTEST, Step
-from flywheel.regime.turning_moment import Cycle
+from flywheel.regime.turning_moment import Cycle, NoMotionError, Run
 from flywheel.sizing.results import Confirmation, Confirmed, Regime
 from flywheel.sizing.speed_dependent import with_flywheel
 
@@ -157,7 +156,7 @@ def disagreement(found: Found, cycle: Cycle, speed: float, run: Run, rtol: float
         rtol: relative error allowed in the run's period.
 
     """
-    period, period_error = steady_motion.period(cycle, speed, run, rtol)
+    period, period_error = turning_moment.period(cycle, speed, run, rtol)
     speed_error = run.error * run.irregularity * speed / run.speed_min
     pairs = [
         (found.irregularity, run.irregularity, run.error),
@@ -210,7 +209,7 @@ def _approximate_in_time(regime: Regime, inertia: float) -> tuple[float, float]:
     machine, speed = regime.machine, regime.speed
     try:
         if regime.cyclic is None:
-            cycle, run = steady_motion.resolved_run(machine, regime.cycle, speed, inertia, 0.5 * regime.rtol)
+            cycle, run = turning_moment.resolved_run(machine, regime.cycle, speed, inertia, 0.5 * regime.rtol)
         else:
             motion = with_flywheel(machine, regime.figures.cycle, speed, inertia, regime.rtol)
             cycle, run = motion.cycle, motion.run
@@ -277,9 +276,9 @@ def _collocated(regime: Regime, machine: Machine, inertia: float) -> periodic_mo
 def _cycle_by_collocation(regime: Regime, machine: Machine, inertia: float) -> Found:
     motion = _collocated(regime, machine, inertia)
     run, cycle, edges = motion.run, motion.cycle, motion.solved.state.edges
-    period, _ = steady_motion.period(cycle, motion.speed, run, regime.rtol)
+    period, _ = turning_moment.period(cycle, motion.speed, run, regime.rtol)
     gained = float(edges[-1, 0] - edges[0, 0])
-    start = float(steady_motion.speed_over_cycle(cycle, motion.speed, run, np.zeros(1))[0])
+    start = float(turning_moment.speed_over_cycle(cycle, motion.speed, run, np.zeros(1))[0])
     share = 2.0 * gained / ((run.inertia + cycle.inertia_at_start) * start**2)
     closure = share / (1.0 + float(np.sqrt(1.0 + share)))
     return Found(run.irregularity, run.speed_max, run.speed_min, period, closure)
@@ -295,7 +294,7 @@ def _approximate_by_collocation(regime: Regime, machine: Machine, inertia: float
     apart = 0.0
     if regime.cyclic is None and run.irregularity > 0.0:  # from that of the closed form with the same flywheel
         try:
-            apart = abs(steady_motion.run(regime.cycle, regime.speed, run.inertia).irregularity / run.irregularity - 1.0)
+            apart = abs(turning_moment.run(regime.cycle, regime.speed, run.inertia).irregularity / run.irregularity - 1.0)
         except NoMotionError:
             apart = _HOPELESS
     return run.irregularity, run.error + apart

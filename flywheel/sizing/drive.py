@@ -17,9 +17,8 @@ from flywheel.numerics import cells
 from flywheel.numerics.arguments import NOT_NEGATIVE, POSITIVE, number_faults, refuse
 from flywheel.numerics.cells import ROUNDING, Array, Cells, Coarse
 from flywheel.numerics.faults import SceneError
-from flywheel.regime import steady_motion
-from flywheel.regime.steady_motion import Run
-from flywheel.regime.turning_moment import Cycle
+from flywheel.regime import turning_moment
+from flywheel.regime.turning_moment import Cycle, Run
 from flywheel.scene.scene import Load, Scene
 
 _TIE = 1e-9  # share within which two sizes are one
@@ -75,11 +74,11 @@ def energy(machine: Machine, cycle: Cycle, run: Run, speed: float, rtol: float) 
     """
     scene, mesh = machine.scene, cycle.mesh
     assert scene.drive is not None
-    omega = steady_motion.speed_over_cycle(cycle, speed, run, mesh.phi.ravel()).reshape(mesh.phi.shape)
+    omega = turning_moment.speed_over_cycle(cycle, speed, run, mesh.phi.ravel()).reshape(mesh.phi.shape)
     if not omega.min() > 0.0:
         return None
     drive = drive_moment(machine, cycle, run, speed)
-    period, _ = steady_motion.period(cycle, speed, run, rtol)
+    period, _ = turning_moment.period(cycle, speed, run, rtol)
     work = _above(float(cells.integral(drive, mesh.half).sum()), cycle.errors.work)
     moment = cycle.series[0] @ cells.basis(cells.NODES, cells.ORDER).T
     load = drive - moment  # what the loads and losses take, and a motor without a flywheel would have to give
@@ -127,7 +126,7 @@ class _MotorShaft:
 
     def omega(self, mesh: Cells) -> Array:
         """Speed of the crank, rad/s."""
-        return steady_motion.speed_over_cycle(self.cycle, self.mean, self.run, mesh.phi.ravel()).reshape(mesh.phi.shape)
+        return turning_moment.speed_over_cycle(self.cycle, self.mean, self.run, mesh.phi.ravel()).reshape(mesh.phi.shape)
 
     def torque(self, mesh: Cells, omega: Array) -> Array:
         """Torque of the motor on its shaft, N m: by its law, or that of the current where this is a state of its own."""
@@ -368,7 +367,7 @@ def _works(machine: Machine, cycle: Cycle, run: Run | None, speed: float) -> tup
     if machine.depends_on_speed:
         omega = np.full(mesh.phi.shape, speed)
         if run is not None:
-            omega = steady_motion.speed_over_cycle(cycle, speed, run, mesh.phi.ravel()).reshape(mesh.phi.shape)
+            omega = turning_moment.speed_over_cycle(cycle, speed, run, mesh.phi.ravel()).reshape(mesh.phi.shape)
     moments = machine.reduction.moments(mesh.phi, mesh.anchor, cycle.balance or 0.0, by_name=True, speed=omega)
     names = {effort.path: effort.load.path for effort in machine.efforts}
     values = {names[name]: value + np.zeros_like(mesh.phi) for name, value in moments.items() if name in names}

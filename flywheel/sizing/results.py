@@ -20,9 +20,8 @@ from flywheel.machine.machine import Machine, balance_unit
 from flywheel.numerics import cells
 from flywheel.numerics.budget import FREE, Cost
 from flywheel.numerics.cells import ROUNDING, Array
-from flywheel.regime import steady_motion
-from flywheel.regime.steady_motion import Run
-from flywheel.regime.turning_moment import Cycle, inertia_extent
+from flywheel.regime import turning_moment
+from flywheel.regime.turning_moment import Cycle, Run, inertia_extent
 from flywheel.regime.wittenbauer import Area, Figures, Flywheel, ReducedInertia
 from flywheel.scene.accuracy import AUDIT
 from flywheel.scene.scene import Scene
@@ -375,7 +374,7 @@ def _omega(sizing: Sizing, cycle: Cycle) -> Array:
     """The speed at the nodes (rad/s)."""
     assert sizing.run is not None
     phi = cycle.mesh.phi
-    return steady_motion.speed_over_cycle(cycle, sizing.speed, sizing.run, phi.ravel()).reshape(phi.shape)
+    return turning_moment.speed_over_cycle(cycle, sizing.speed, sizing.run, phi.ravel()).reshape(phi.shape)
 
 
 def _drive_errors(sizing: Sizing) -> _DriveErrors | None:
@@ -427,7 +426,7 @@ def _energy_error(sizing: Sizing, of_drive: _DriveErrors | None, speed: float | 
     torque = exchanged / sizing.scene.cycle
     power = cells.fit(drive.drive_moment(machine, cycle, run, sizing.speed) * _omega(sizing, cycle))
     between = float(cells.tails(power).max()) / sizing.speed + float(cycle.noise[0].max())
-    _, period = steady_motion.period(cycle, sizing.speed, run, sizing.rtol)
+    _, period = turning_moment.period(cycle, sizing.speed, run, sizing.rtol)
     ratios = [abs(ratio) for ratio in (energy.peak_to_mean, energy.peak_to_mean_alone) if ratio]
     ratio = max(1.0, min(max(ratios), exchanged / abs(energy.work))) if ratios else 1.0
     works = (of_drive.work + cycle.errors.work) / exchanged

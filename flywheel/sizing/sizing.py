@@ -12,9 +12,9 @@ from flywheel.numerics import cells
 from flywheel.numerics.budget import Cost, Meter, metered
 from flywheel.numerics.cells import ROUNDING
 from flywheel.numerics.faults import Fault, SceneError
-from flywheel.regime import steady_motion, turning_moment, wittenbauer
+from flywheel.regime import turning_moment, wittenbauer
 from flywheel.regime.joint_friction import machine_of
-from flywheel.regime.steady_motion import NoMotionError, Run
+from flywheel.regime.turning_moment import NoMotionError, Run
 from flywheel.regime.wittenbauer import Area, Flywheel
 from flywheel.scene import accuracy as levels
 from flywheel.scene.scene import Scene
@@ -223,7 +223,7 @@ def _by_quadrature(regime: Regime) -> Confirmed:
     cycle, run = regime.cycle, regime.run
     if run is None:
         return Confirmed()
-    period, error = steady_motion.period(cycle, regime.speed, run, regime.rtol)
+    period, error = turning_moment.period(cycle, regime.speed, run, regime.rtol)
     motion = Confirmation(
         irregularity=run.irregularity,
         irregularity_approximate=None,
@@ -256,7 +256,7 @@ def _errors(regime: Regime, confirmed: Confirmed, even: bool) -> Errors:
         torque_flywheel = wheels.inertia_torque_flywheel + loose + share
     extremes = None
     if motion is not None:
-        extremes = steady_motion.error_of_extremes(figures.cycle, motion, sized=wheels is not None) + regime.extremes_error
+        extremes = turning_moment.error_of_extremes(figures.cycle, motion, sized=wheels is not None) + regime.extremes_error
     return Errors(
         exact=exact,
         simulation=None if confirmed.error is None else confirmed.error + share,
@@ -264,7 +264,7 @@ def _errors(regime: Regime, confirmed: Confirmed, even: bool) -> Errors:
         inertia_torque=torque,
         inertia_torque_flywheel=torque_flywheel,
         work=work + friction / max(regime.cycle.exchanged, 1e-300),
-        angles=steady_motion.error_of_crossings(figures.cycle, figures.crossings),
+        angles=turning_moment.error_of_crossings(figures.cycle, figures.crossings),
         period=confirmed.period_error,
         extremes=extremes,
     )
@@ -349,7 +349,7 @@ def _wheel(
 def _run_with(regime: Regime, inertia: float) -> Run:
     """The motion with another flywheel (kg m² on the crank). Raises NoMotionError where there is none."""
     if regime.constant is None:
-        return steady_motion.run(regime.cycle, regime.speed, inertia)
+        return turning_moment.run(regime.cycle, regime.speed, inertia)
     from flywheel.sizing.speed_dependent import with_flywheel  # Newton's method is for machines that set their own speed
 
     return with_flywheel(regime.machine, regime.constant, regime.speed, inertia, regime.rtol).run
@@ -359,7 +359,7 @@ def _greatest_acceleration(regime: Regime, run: Run) -> float:
     """The greatest |alpha| of the crank over the cycle (rad/s²), from (M* - ½ omega² dI*/dphi)/(J + I*)."""
     cycle = run.cycle or regime.cycle
     phi = cycle.mesh.phi
-    omega = steady_motion.speed_over_cycle(cycle, regime.speed, run, phi.ravel()).reshape(phi.shape)
+    omega = turning_moment.speed_over_cycle(cycle, regime.speed, run, phi.ravel()).reshape(phi.shape)
     moment, slope, inertia = cycle.series @ cells.basis(cells.NODES, cells.ORDER).T
     series = cells.fit((moment - 0.5 * slope * omega**2) / (run.inertia + inertia))
     return max(cells.greatest(series), cells.greatest(-series))

@@ -16,8 +16,7 @@ from flywheel.numerics.cells import ROUNDING, Array, Cells, Coarse
 from flywheel.numerics.faults import Fault, SceneError
 from flywheel.regime import constant_speed, periodic_motion, turning_moment, wittenbauer
 from flywheel.regime.periodic_motion import Asked, LostError, NoRegimeError, OwnMotion, UntoldError
-from flywheel.regime.steady_motion import Run
-from flywheel.regime.turning_moment import Cycle
+from flywheel.regime.turning_moment import Cycle, Run
 from flywheel.regime.wittenbauer import Figures
 from flywheel.sizing.results import Confirmation, Confirmed, Cyclic, Regime
 

@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from flywheel.machine.machine import Machine
 from flywheel.numerics.cells import ROUNDING
 from flywheel.numerics.faults import Fault, SceneError
-from flywheel.regime.steady_motion import NoMotionError
+from flywheel.regime.turning_moment import NoMotionError
 from flywheel.sizing.results import Sizing
 from flywheel.sizing.sizing import size
 from flywheel.sizing.speed_dependent import with_flywheel

@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 import flywheel
-from flywheel.regime.steady_motion import speed_over_cycle
+from flywheel.regime.turning_moment import speed_over_cycle
 from flywheel.sizing.results import Sizing
 from tests.oracle import constant, figures, panels, regimes
 from tests.oracle.figures import Cycle

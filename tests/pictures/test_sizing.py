@@ -14,7 +14,7 @@ from matplotlib.figure import Figure
 
 import flywheel
 from flywheel.pictures import sizing as plots
-from flywheel.regime import steady_motion
+from flywheel.regime import turning_moment
 from flywheel.report.flywheels import candidates
 from flywheel.sizing.results import Sizing
 from tests.limits import sample
@@ -222,9 +222,9 @@ def test_no_steady_motion_is_said_in_the_legend(monkeypatch: pytest.MonkeyPatch)
     sizing = sized(yoke())
 
     def stops(*_: object) -> None:
-        raise steady_motion.NoMotionError
+        raise turning_moment.NoMotionError
 
-    monkeypatch.setattr(steady_motion, "run", stops)
+    monkeypatch.setattr(turning_moment, "run", stops)
     assert sum("no steady motion" in label for label in labels(plots.draw(sizing).axes[3])) == 2
 
 

@@ -11,7 +11,7 @@ import flywheel
 from flywheel.numerics.faults import SceneError
 from flywheel.pictures.mechanisms import Timing, timing
 from flywheel.pictures.sketch import views
-from flywheel.regime import steady_motion
+from flywheel.regime import turning_moment
 from tests.pictures.test_sketch_views import CLAMP
 from tests.regimes import SECTION_C, figures
 from tests.scenes import press, yoke
@@ -27,7 +27,7 @@ def test_the_cycle_takes_its_period() -> None:
     assert sizing.machine is not None
     assert sizing.cycle is not None
     assert sizing.run is not None
-    period, _ = steady_motion.period(sizing.cycle, sizing.speed, sizing.run, 1e-9)
+    period, _ = turning_moment.period(sizing.cycle, sizing.speed, sizing.run, 1e-9)
     assert of(yoke()).time[-1] == pytest.approx(period, rel=1e-6)
 
 

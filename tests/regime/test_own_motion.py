@@ -8,7 +8,7 @@ import flywheel
 from flywheel.machine.dynamics import Moments
 from flywheel.machine.machine import Machine
 from flywheel.numerics import cells
-from flywheel.regime import periodic_motion, steady_motion, turning_moment
+from flywheel.regime import periodic_motion, turning_moment
 from flywheel.regime.periodic_motion import Asked, NoRegimeError, carried
 from tests import regimes
 
@@ -57,15 +57,17 @@ def _angles(motion):
 def test_the_motion_is_that_of_its_own_moment(name):
     """The closed form for moments of the angle, given the moment along the motion, finds the motion again."""
     motion = motion_of(name, inertia=regimes.CASES[name].inertias[-1])
-    again = steady_motion.run(motion.cycle, motion.speed, motion.inertia)
+    again = turning_moment.run(motion.cycle, motion.speed, motion.inertia)
     assert again.irregularity == pytest.approx(motion.run.irregularity, rel=1e-11)
     assert (again.speed_max, again.speed_min) == pytest.approx((motion.run.speed_max, motion.run.speed_min), rel=1e-12)
     assert again.offset == pytest.approx(motion.run.offset, rel=1e-9, abs=1e-9 * motion.inertia * motion.speed**2)
     phi = np.linspace(0, 2 * np.pi, 41)[:-1]
-    speeds = steady_motion.speed_over_cycle(motion.cycle, motion.speed, motion.run, phi)
+    speeds = turning_moment.speed_over_cycle(motion.cycle, motion.speed, motion.run, phi)
     nodes = motion.solved.moments.mesh.phi.ravel()
     assert_allclose(
-        steady_motion.speed_over_cycle(motion.cycle, motion.speed, motion.run, nodes), motion.solved.omega.ravel(), rtol=1e-9
+        turning_moment.speed_over_cycle(motion.cycle, motion.speed, motion.run, nodes),
+        motion.solved.omega.ravel(),
+        rtol=1e-9,
     )
     assert (speeds <= motion.run.speed_max * (1 + 1e-12)).all()
     assert (speeds >= motion.run.speed_min * (1 - 1e-12)).all()
@@ -103,7 +105,7 @@ def test_states_are_carried_to_other_cells():
         solved.reference**2
         + (2 * state.nodes[:, 0] - solved.reference**2 * (finer.inertia - _start(finer))) / (3 + finer.inertia)
     )
-    motion = steady_motion.speed_over_cycle(*_run_of("yoke"), finer.mesh.phi.ravel())
+    motion = turning_moment.speed_over_cycle(*_run_of("yoke"), finer.mesh.phi.ravel())
     assert_allclose(speeds.ravel(), motion, rtol=1e-8)
     assert state.inertia == solved.state.inertia
 

@@ -4,7 +4,7 @@ import pytest
 from numpy.testing import assert_allclose
 
 import flywheel
-from flywheel.regime import steady_motion, turning_moment
+from flywheel.regime import turning_moment
 from tests import scenes
 
 
@@ -16,7 +16,7 @@ def resolved(scene):
 def test_run_puts_the_mean_of_extremes_at_the_speed_asked():
     _, cycle = resolved(scenes.press())
     for inertia in (20.0, 200.0, 2e6):
-        run = steady_motion.run(cycle, 4 * np.pi, inertia)
+        run = turning_moment.run(cycle, 4 * np.pi, inertia)
         assert 0.5 * (run.speed_max + run.speed_min) == pytest.approx(4 * np.pi, rel=1e-14)
 
 
@@ -24,7 +24,7 @@ def test_tiny_irregularities_keep_their_digits():
     _, cycle = resolved(scenes.rotor())
     swing = 50 * np.pi
     for inertia in (1e3, 1e9, 1e14):
-        run = steady_motion.run(cycle, 10 * np.pi, inertia)
+        run = turning_moment.run(cycle, 10 * np.pi, inertia)
         expected = swing / (inertia * (10 * np.pi) ** 2)
         assert run.irregularity == pytest.approx(expected, rel=1e-12)
         assert abs(run.irregularity / expected - 1) <= run.error
@@ -32,9 +32,9 @@ def test_tiny_irregularities_keep_their_digits():
 
 def test_speed_over_the_cycle_obeys_the_energy_balance():
     machine, cycle = resolved(scenes.press())
-    run = steady_motion.run(cycle, 4 * np.pi, 50.0)
+    run = turning_moment.run(cycle, 4 * np.pi, 50.0)
     phi = np.linspace(0, 2 * np.pi, 60)
-    omega = steady_motion.speed_over_cycle(cycle, 4 * np.pi, run, phi)
+    omega = turning_moment.speed_over_cycle(cycle, 4 * np.pi, run, phi)
     energy = 0.5 * (50.0 + machine.reduce(phi).inertia) * omega**2
     work, _ = cycle.at(*cycle.where(phi))
     assert_allclose(energy - energy[0], work - work[0], atol=1e-9 * energy.max())
@@ -43,8 +43,8 @@ def test_speed_over_the_cycle_obeys_the_energy_balance():
 def test_the_period_is_the_integral_of_one_over_speed():
     _machine, cycle = resolved(scenes.rotor())
     speed, inertia = 10 * np.pi, 0.3
-    run = steady_motion.run(cycle, speed, inertia)
-    period, error = steady_motion.period(cycle, speed, run, 1e-12)
+    run = turning_moment.run(cycle, speed, inertia)
+    period, error = turning_moment.period(cycle, speed, run, 1e-12)
     # constant torque on each half turn: the mean speed of each half is that of its ends
     expected = 2 * np.pi / (0.5 * (run.speed_max + run.speed_min))
     assert period == pytest.approx(expected, rel=1e-12)
@@ -53,16 +53,16 @@ def test_the_period_is_the_integral_of_one_over_speed():
 
 def test_a_machine_that_would_stop_has_no_motion():
     _, cycle = resolved(scenes.rotor())
-    with pytest.raises(steady_motion.NoMotionError):
-        steady_motion.run(cycle, 10 * np.pi, 0.01)
+    with pytest.raises(turning_moment.NoMotionError):
+        turning_moment.run(cycle, 10 * np.pi, 0.01)
 
 
 def test_the_least_inertia_that_keeps_turning_has_irregularity_two():
     _, cycle = resolved(scenes.rotor())
     least = 50 * np.pi / (2 * (10 * np.pi) ** 2)
-    assert steady_motion.run(cycle, 10 * np.pi, 1.0001 * least).irregularity == pytest.approx(2 / 1.0001, rel=1e-9)
-    with pytest.raises(steady_motion.NoMotionError):
-        steady_motion.run(cycle, 10 * np.pi, 0.9999 * least)
+    assert turning_moment.run(cycle, 10 * np.pi, 1.0001 * least).irregularity == pytest.approx(2 / 1.0001, rel=1e-9)
+    with pytest.raises(turning_moment.NoMotionError):
+        turning_moment.run(cycle, 10 * np.pi, 0.9999 * least)
 
 
 def near_a_stall(amplitude, **level):

@@ -9,7 +9,7 @@ from typing import Any
 import pytest
 
 import flywheel
-from flywheel.regime import steady_motion
+from flywheel.regime import turning_moment
 from flywheel.report import rows as outcome
 from flywheel.report import sizing as report
 from flywheel.report.flywheels import candidates
@@ -167,9 +167,9 @@ def test_machine_that_would_stop_is_said_so(monkeypatch: pytest.MonkeyPatch) -> 
     sizing = sized(yoke())
 
     def stops(*_: object) -> None:
-        raise steady_motion.NoMotionError
+        raise turning_moment.NoMotionError
 
-    monkeypatch.setattr(steady_motion, "run", stops)
+    monkeypatch.setattr(turning_moment, "run", stops)
     rows = [line for line in report.text(sizing).splitlines() if "no steady motion" in line]
     assert [row.split()[0] for row in rows] == ["accumulated", "inertia"]
 

@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 
 import flywheel
-from flywheel.regime import steady_motion
+from flywheel.regime import turning_moment
 from flywheel.report import sizing as report
 from flywheel.sizing.results import Sizing
 from tests import regimes
@@ -63,7 +63,7 @@ def test_arms_pass_on_what_accelerates_the_wheel():
     assert found.machine is not None
     assert found.cycle is not None
     phi = np.linspace(np.radians(340.0) + 1e-9, 2 * np.pi - 1e-9, 2001)
-    omega = steady_motion.speed_over_cycle(found.cycle, found.speed, found.run, phi)
+    omega = turning_moment.speed_over_cycle(found.cycle, found.speed, found.run, phi)
     state = flywheel.reduce(found.machine, phi)
     alpha = (state.moment - 0.5 * state.slope * omega**2) / (state.inertia + found.run.inertia)
     torque = found.flywheel.exact * float(np.abs(alpha).max())

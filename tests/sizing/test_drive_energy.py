@@ -6,7 +6,7 @@ from scipy.integrate import quad, solve_ivp
 from scipy.optimize import brentq, root
 
 import flywheel
-from flywheel.regime import steady_motion
+from flywheel.regime import turning_moment
 from tests import regimes, scenes
 from tests.limits import sample
 
@@ -44,7 +44,7 @@ def test_the_drive_works_along_the_motion(name):
 def test_peaks_are_those_of_power_over_the_cycle():
     result = sized(regimes.scene("kloss-press", inertia=0.1))
     phi = np.linspace(0, 2 * np.pi, 20001)[:-1]
-    omega = steady_motion.speed_over_cycle(result.cycle, result.speed, result.run, phi)
+    omega = turning_moment.speed_over_cycle(result.cycle, result.speed, result.run, phi)
     slip = 1 - 12 * omega / (50 * np.pi)
     power = 12 * 2 * 49.7 * 0.1916 * slip / (slip**2 + 0.1916**2) * omega
     assert result.energy.peak_power == pytest.approx(power.max(), rel=1e-6)
@@ -91,7 +91,7 @@ def test_negative_peaks_count_by_their_size():
 
 def test_the_figures_agree_with_quadrature():
     result = sized(regimes.scene("section-c", inertia=0))
-    speed = lambda phi: float(steady_motion.speed_over_cycle(result.cycle, result.speed, result.run, np.array([phi]))[0])  # noqa: E731
+    speed = lambda phi: float(turning_moment.speed_over_cycle(result.cycle, result.speed, result.run, np.array([phi]))[0])  # noqa: E731
     period = quad(lambda phi: 1 / speed(phi), 0, 2 * np.pi, epsabs=1e-10)[0]
     work = quad(lambda phi: 10 - 2.387 * speed(phi), 0, 2 * np.pi, epsabs=1e-10)[0]
     square = quad(lambda phi: (10 - 2.387 * speed(phi)) ** 2 / speed(phi), 0, 2 * np.pi, epsabs=1e-10)[0]
