@@ -16,18 +16,17 @@ from numpy.typing import NDArray
 
 from flywheel.numerics.units import figure as number
 from flywheel.pictures.figures import BLACK, BLUE, DPI, GREEN, GREY, ORANGE, PURPLE, SKY, VERMILLION, figure, name_axes, save
-from flywheel.report.rows import printable
-from flywheel.report.tradeoffs import ordered, plain
-from flywheel.study.methods import FAMILIES, RESTARTED
-from flywheel.study.tradeoff import Row, Tradeoff
+from flywheel.report.rows import plain, printable
+from flywheel.study.tradeoff import FAMILIES, RESTARTED, Row, Tradeoff, ordered
 
 Array = NDArray[np.float64]
 
 _SIZE = (11.0, 7.5)
 _FONT = 7.5  # of labels
-_LEAST = 1e-17  # what a doubt of 0 is drawn at
+_LEAST = 1e-17  # what an error bound of 0 is drawn at
 _ROOM = 2.5  # factor beyond the outermost points
 _LONGEST_TITLE = 90
+_MARK, _RINGED, _LEADER = 5.0, 10.0, 8.0  # half a mark's width, ringed; distance from which a label gets a leader
 _LOOKS = (
     *((VERMILLION, "s"), (ORANGE, "D"), (GREY, "X"), (BLUE, "o"), (BLUE, "o"), (SKY, "p")),
     *(("#8C6D31", "v"), (GREEN, "^"), (PURPLE, "<"), ("#882255", ">"), ("#44AA99", "d")),
@@ -45,35 +44,50 @@ def plot(found: Tradeoff, path: str | Path) -> None:
 def draw(found: Tradeoff) -> Figure:
     """The picture, not yet written anywhere.
 
-    Errors below the reference's doubt stand on the upper edge of a shaded floor. Methods that start afresh where loads
-    break are filled, those that do not are hollow.
+    Errors below the reference's own error bound stand on the upper edge of a shaded floor. Methods that start afresh where
+    loads break are filled, those that do not are hollow. Colour and marker tell the family, a line joins its settings.
     """
     rows = [row for row in ordered(found.rows) if row.error is not None and row.seconds]
-    made = figure(*_SIZE, _heading(found))
+    title = " ".join(printable(found.title or "").split())
+    title = title if len(title) <= _LONGEST_TITLE else title[: _LONGEST_TITLE - 1] + "…"
+    heading = f"{found.figure}: error against time"
+    made = figure(*_SIZE, f"{title}\n{heading}" if title else heading)
     made.set_dpi(DPI)  # sizes of texts are those of the picture that is written
     panel = made.subplots()
     name_axes(panel, _subtitle(found, len(rows)), "median time, ms", "true relative error")
     panel.title.set_fontsize(10.5)
-    points = _points(found, rows)
-    _scales(panel, found, points)
-    _levels(panel, found)
-    lines = [_asked(panel, found), *_series(panel, rows, points)]
-    marks = _ring(panel, found, rows, points)
+
+    floor = max(found.reference.doubt, _LEAST)
+    points = np.array([(1e3 * (row.seconds or 0.0), max(row.error or 0.0, floor)) for row in rows]).reshape(-1, 2)
+    panel.set_xscale("log")
+    panel.set_yscale("log")
+    low, high = (points[:, 0].min(), points[:, 0].max()) if len(points) else (0.1, 1e3)
+    panel.set_xlim(low / _ROOM, high * _ROOM**2)
+    errors = np.append(points[:, 1], [floor, found.rtol])
+    panel.set_ylim(errors.min() / _ROOM**3, errors.max() * _ROOM**2)
+    panel.xaxis.set_major_formatter(FuncFormatter(lambda value, _: number(value, most=6)))
+    panel.yaxis.set_major_locator(LogLocator(numticks=20))
+    panel.yaxis.set_minor_locator(LogLocator(subs=()))
+    panel.axhline(found.rtol, color=VERMILLION, lw=1.2, ls="--", zorder=1, label=f"asked: {found.rtol:g}")
+    label = f"the reference's doubt: {floor:.1e}"
+    panel.axhspan(panel.get_ylim()[0], floor, color=GREY, alpha=0.18, lw=0, zorder=0, label=label)
+
+    left, right = panel.get_xlim()
+    lines = [((left, found.rtol), (right, found.rtol)), *_draw_series(panel, rows, points)]
+    marks = np.full(len(rows), _MARK)
+    for k, row in enumerate(rows):
+        if row.name == found.cheapest:
+            panel.plot(*points[k], "o", ms=17, mfc="none", mec=VERMILLION, mew=2.0, zorder=4, label="cheapest that keeps it")
+            marks[k] = _RINGED
     if any(_hollow(row, rows) for row in rows):
         panel.plot([], [], ls=":", marker="o", color=GREY, mfc="white", ms=7, label="hollow: without restart")
     made.legend(loc="outside lower center", ncols=4, fontsize=8.5, frameon=False)
     made.get_layout_engine().execute(made)  # type: ignore[union-attr]
     made.set_layout_engine("none")  # the panel has its place now
     texts = [made.text(0.0, 0.0, row.label, fontsize=_FONT, va="bottom", parse_math=False) for row in rows]
-    _arrange(made, panel, points, marks, texts, lines)
+    if texts:
+        _arrange(made, panel, points, marks, texts, lines)
     return made
-
-
-def _heading(found: Tradeoff) -> str:
-    title = " ".join(printable(found.title or "").split())
-    title = title if len(title) <= _LONGEST_TITLE else title[: _LONGEST_TITLE - 1] + "…"
-    asked = f"{found.figure}: error against time"
-    return f"{title}\n{asked}" if title else asked
 
 
 def _subtitle(found: Tradeoff, shown: int) -> str:
@@ -86,100 +100,38 @@ def _subtitle(found: Tradeoff, shown: int) -> str:
     return f"{best}; {len(found.rows) - shown} methods have no answer" if shown < len(found.rows) else best
 
 
-def _points(found: Tradeoff, rows: list[Row]) -> Array:
-    """Times (ms) and errors, these no lower than what is known of the reference; shape (n, 2)."""
-    floor = _floor(found)
-    return np.array([(1e3 * (row.seconds or 0.0), max(row.error or 0.0, floor)) for row in rows]).reshape(-1, 2)
-
-
-def _floor(found: Tradeoff) -> float:
-    return max(found.reference.doubt, _LEAST)
-
-
-# -- the panel -------------------------------------------------------------------------------------------------------
-
-
-def _scales(panel: Axes, found: Tradeoff, points: Array) -> None:
-    panel.set_xscale("log")
-    panel.set_yscale("log")
-    low, high = (points[:, 0].min(), points[:, 0].max()) if len(points) else (0.1, 1e3)
-    panel.set_xlim(low / _ROOM, high * _ROOM**2)
-    errors = np.append(points[:, 1], [_floor(found), found.rtol])
-    panel.set_ylim(errors.min() / _ROOM**3, errors.max() * _ROOM**2)
-    panel.xaxis.set_major_formatter(FuncFormatter(lambda value, _: number(value, most=6)))
-    panel.yaxis.set_major_locator(LogLocator(numticks=20))
-    panel.yaxis.set_minor_locator(LogLocator(subs=()))
-
-
-def _levels(panel: Axes, found: Tradeoff) -> None:
-    """What is asked as a line, and the floor below which nothing is known."""
-    floor = _floor(found)
-    panel.axhline(found.rtol, color=VERMILLION, lw=1.2, ls="--", zorder=1, label=f"asked: {found.rtol:g}")
-    label = f"the reference's doubt: {floor:.1e}"
-    panel.axhspan(panel.get_ylim()[0], floor, color=GREY, alpha=0.18, lw=0, zorder=0, label=label)
-
-
-class _Segment(NamedTuple):
-    """A line between two settings of a family, in the panel's units."""
-
-    start: Array
-    end: Array
-
-
-def _series(panel: Axes, rows: list[Row], points: Array) -> list[_Segment]:
+def _draw_series(panel: Axes, rows: list[Row], points: Array) -> list[tuple[Array, Array]]:
     """Markers of each family, and lines through its settings, those with a restart apart from those without."""
-    lines: list[_Segment] = []
-    named = set[str]()
-    for (family, _), group in groupby(range(len(rows)), lambda k: (rows[k].family, _restarted(rows[k]))):
+    lines: list[tuple[Array, Array]] = []
+    labelled = set[str]()
+    for (family, _), group in groupby(range(len(rows)), lambda k: (rows[k].family, rows[k].name.endswith(RESTARTED))):
         places = list(group)
         own = points[places]
         colour, marker = _LOOK.get(family, _OTHER)
         style: Any = {"color": colour, "marker": marker, "ms": 7, "mew": 1.3, "lw": 1.0, "alpha": 0.95}
         hollow = _hollow(rows[places[0]], rows)
-        label = None if family in named else family
+        label = None if family in labelled else family
         panel.plot(*own.T, mfc="white" if hollow else colour, ls=":" if hollow else "-", label=label, zorder=3, **style)
-        named.add(family)
-        lines += [_Segment(a, b) for a, b in pairwise(own)]
+        labelled.add(family)
+        lines += pairwise(own)
     return lines
-
-
-def _restarted(row: Row) -> bool:
-    return row.name.endswith(RESTARTED)
 
 
 def _hollow(row: Row, rows: list[Row]) -> bool:
     """Whether a row has no restart where others of its family have one."""
-    return not _restarted(row) and any(_restarted(other) for other in rows if other.family == row.family)
+    family = [other for other in rows if other.family == row.family]
+    return not row.name.endswith(RESTARTED) and any(other.name.endswith(RESTARTED) for other in family)
 
 
-def _asked(panel: Axes, found: Tradeoff) -> _Segment:
-    left, right = panel.get_xlim()
-    return _Segment(np.array([left, found.rtol]), np.array([right, found.rtol]))
+def _arrange(made: Figure, panel: Axes, points: Array, marks: Array, texts: list[Any], lines: Sequence[Any]) -> None:
+    """Put labels beside their points, and draw thin leaders to them; lengths are counted in points (1/72 inch).
 
-
-def _ring(panel: Axes, found: Tradeoff, rows: list[Row], points: Array) -> Array:
-    """A ring around the cheapest that keeps what is asked; returned is half of every mark's width."""
-    halves = np.full(len(rows), _MARK)
-    for k, row in enumerate(rows):
-        if row.name == found.cheapest:
-            panel.plot(*points[k], "o", ms=17, mfc="none", mec=VERMILLION, mew=2.0, zorder=4, label="cheapest that keeps it")
-            halves[k] = _RINGED
-    return halves
-
-
-# -- labels ----------------------------------------------------------------------------------------------------------
-
-_MARK, _RINGED, _LEADER = 5.0, 10.0, 8.0  # half a mark's width, ringed; distance from which a label gets a leader
-
-
-def _arrange(made: Figure, panel: Axes, points: Array, marks: Array, texts: list[Any], lines: list[_Segment]) -> None:
-    """Put labels beside their points, and draw thin leaders to them; lengths are counted in points (1/72 inch)."""
-    if not texts:
-        return
+    `marks` is half of every mark's width, `lines` the ends of lines in the panel's units.
+    """
     dots = 72.0 / made.dpi
     sizes = dots * np.array([[box.width, box.height] for box in (text.get_window_extent() for text in texts)])
     pixels = panel.transData.transform
-    segments = np.array([[pixels(line.start), pixels(line.end)] for line in lines]).reshape(-1, 4)
+    segments = np.array([[pixels(start), pixels(end)] for start, end in lines]).reshape(-1, 4)
     anchors = dots * np.array([pixels(point) for point in points])
     blocks = np.concatenate([anchors - marks[:, None], anchors + marks[:, None]], axis=1)
     found = placed(anchors, sizes, dots * np.array(panel.get_window_extent().extents), blocks, dots * segments)
@@ -222,45 +174,29 @@ def placed(points: Array, sizes: Array, frame: Sequence[float] | Array, blocks: 
         lines: segments (x, y, x, y) that labels had better not cover, shape (k, 4).
 
     """
+    offers = []  # of each label its places and what they cost whatever other labels do, the cheapest first
+    for point, size in zip(points, sizes, strict=True):
+        boxes = _offers(point, size, frame)
+        distance = np.hypot(*(_leaders(boxes, point)[:, 2:] - point).T)
+        apart = points[(np.abs(points - point) > _GAP).any(axis=1)]
+        dots = np.concatenate([apart - 0.5 * _GAP, apart + 0.5 * _GAP], axis=1)
+        cost = distance * (1.0 + distance / _FAR) + _COVERED * _overlaps(boxes, blocks).sum(axis=1)
+        cost = cost + _DOTTED * _struck(_leaders(boxes, point), dots).sum(axis=1)
+        cost = cost + _UNDER * _struck(lines, boxes).sum(axis=0)
+        order = np.argsort(cost, kind="stable")
+        offers.append((boxes[order], cost[order]))
     count = len(points)
-    offers = [_ranked(point, size, frame, blocks, points, lines) for point, size in zip(points, sizes, strict=True)]
-    order = np.argsort([-_crowd(points, point) for point in points], kind="stable")
-    boxes: Array = np.full((count, 4), np.nan)
-    leaders: Array = np.full((count, 4), np.nan)
+    order = np.argsort([-float((1.0 / (20.0 + np.hypot(*(points - point).T))).sum()) for point in points], kind="stable")
+    boxes, leaders = np.full((count, 4), np.nan), np.full((count, 4), np.nan)
     for _ in range(_SWEEPS):
         before = boxes.copy()
         for k in order:
             others = ~np.isnan(boxes[:, 0]) & (np.arange(count) != k)
-            boxes[k] = _cheapest(offers[k], points[k], boxes[others], leaders[others])
+            boxes[k] = _cheapest(*offers[k], points[k], boxes[others], leaders[others])
             leaders[k] = _leaders(boxes[k][None], points[k])[0]
         if np.array_equal(boxes, before):
             break
     return Placed(boxes[:, :2] + _AROUND, leaders[:, 2:])
-
-
-def _ranked(
-    point: Array, size: Array, frame: Sequence[float] | Array, blocks: Array, points: Array, lines: Array
-) -> tuple[Array, Array]:
-    """Places of a label and what they cost whatever other labels do, the cheapest first."""
-    boxes = _offers(point, size, frame)
-    cost = _base(boxes, point, blocks, points, lines)
-    order = np.argsort(cost, kind="stable")
-    return boxes[order], cost[order]
-
-
-def _cheapest(ranked: tuple[Array, Array], point: Array, others: Array, standing: Array) -> Array:
-    """The best of ranked places beside labels that stand; those that are too dear by themselves are not looked at."""
-    boxes, base = ranked
-    best, least = boxes[0], np.inf
-    for start in range(0, len(boxes), _CHUNK):
-        if base[start] >= least:
-            break
-        part = slice(start, start + _CHUNK)
-        cost = base[part] + _cost(boxes[part], point, others, standing)
-        k = int(cost.argmin())
-        if cost[k] < least:
-            best, least = boxes[part][k], float(cost[k])
-    return np.asarray(best)
 
 
 def _offers(point: Array, size: Array, frame: Sequence[float] | Array) -> Array:
@@ -269,10 +205,9 @@ def _offers(point: Array, size: Array, frame: Sequence[float] | Array) -> Array:
     turns = 2 * np.pi * np.arange(_DIRECTIONS) / _DIRECTIONS
     radii = _GAP + _STEP * np.arange(_RINGS) ** 1.25
     way = np.stack([np.cos(turns), np.sin(turns)], axis=-1)
-    reach = way[None] * radii[:, None, None]
+    half = np.array([0.5 * width, 0.5 * height])
     # the box's edge, not its middle, goes around the point
-    middle = point + reach + way * np.array([0.5 * width, 0.5 * height])
-    corner = (middle - np.array([0.5 * width, 0.5 * height])).reshape(-1, 2)
+    corner = (point + way[None] * radii[:, None, None] + way * half - half).reshape(-1, 2)
     boxes = np.concatenate([corner, corner + np.array([width, height])], axis=1)
     left, bottom, right, top = frame
     inside = (boxes[:, 0] >= left) & (boxes[:, 1] >= bottom) & (boxes[:, 2] <= right) & (boxes[:, 3] <= top)
@@ -282,36 +217,26 @@ def _offers(point: Array, size: Array, frame: Sequence[float] | Array) -> Array:
     return np.array([[x, y, x + width, y + height]])
 
 
-def _base(boxes: Array, point: Array, blocks: Array, points: Array, lines: Array) -> Array:
-    """What places cost whatever other labels do."""
-    distance = np.hypot(*(_nearest(boxes, point) - point).T)
-    cost = distance * (1.0 + distance / _FAR) + _COVERED * _overlaps(boxes, blocks).sum(axis=1)
-    leaders = _leaders(boxes, point)
-    apart = points[(np.abs(points - point) > _GAP).any(axis=1)]
-    dots = np.concatenate([apart - 0.5 * _GAP, apart + 0.5 * _GAP], axis=1)
-    cost = cost + _DOTTED * _struck(leaders, dots).sum(axis=1)
-    return np.asarray(cost + _UNDER * _struck(lines, boxes).sum(axis=0))
-
-
-def _cost(boxes: Array, point: Array, others: Array, standing: Array) -> Array:
-    """What places cost for the labels that stand already, and their leaders."""
-    leaders = _leaders(boxes, point)
-    cost = _COVERED * _overlaps(boxes, others).sum(axis=1)
-    cost = cost + _STRUCK * (_struck(leaders, others).sum(axis=1) + _struck(standing, boxes).sum(axis=0))
-    return np.asarray(cost + _CROSSED * _crossings(leaders, standing).sum(axis=1))
-
-
-def _crowd(points: Array, point: Array) -> float:
-    return float((1.0 / (20.0 + np.hypot(*(points - point).T))).sum())
-
-
-def _nearest(boxes: Array, point: Array) -> Array:
-    """Of each box the place that is nearest to a point."""
-    return np.asarray(np.clip(point, boxes[:, :2] + _AROUND, boxes[:, 2:] - _AROUND))
+def _cheapest(boxes: Array, base: Array, point: Array, others: Array, standing: Array) -> Array:
+    """The best of places beside labels and leaders that stand; those too dear by themselves are not looked at."""
+    best, least = boxes[0], np.inf
+    for start in range(0, len(boxes), _CHUNK):
+        if base[start] >= least:
+            break
+        part = boxes[start : start + _CHUNK]
+        leaders = _leaders(part, point)
+        cost = _COVERED * _overlaps(part, others).sum(axis=1)
+        cost = cost + _STRUCK * (_struck(leaders, others).sum(axis=1) + _struck(standing, part).sum(axis=0))
+        cost = base[start : start + _CHUNK] + (cost + _CROSSED * _crossings(leaders, standing).sum(axis=1))
+        k = int(cost.argmin())
+        if cost[k] < least:
+            best, least = part[k], float(cost[k])
+    return np.asarray(best)
 
 
 def _leaders(boxes: Array, point: Array) -> Array:
-    ends = _nearest(boxes, point)
+    """Segments from a point to the nearest place of each box."""
+    ends = np.clip(point, boxes[:, :2] + _AROUND, boxes[:, 2:] - _AROUND)
     return np.concatenate([np.broadcast_to(point, ends.shape), ends], axis=1)
 
 

@@ -91,6 +91,20 @@ def or_unknown(value: float, error: float, most: int = MOST) -> str:
     return "?" if 0.0 < value <= error else figure(value, error, most)
 
 
+def plain(value: float, decimals: int) -> str:
+    """A positive number to three digits without an exponent, to two where it takes more decimals.
+
+    >>> plain(0.08581, 3), plain(7104.2, 3), plain(0.63, 2)
+    ('0.086', '7100', '0.63')
+    """
+    from decimal import Decimal
+
+    three = Decimal(f"{value:.3g}")
+    exponent = three.as_tuple().exponent
+    fine = isinstance(exponent, int) and exponent < -decimals
+    return f"{Decimal(f'{value:.2g}') if fine else three:f}"
+
+
 def csv(columns: Iterable[tuple[str, NDArray[np.float64]]]) -> str:
     """Columns under the names that head them, floats at full precision; empty where a value is not known (NaN)."""
     names, arrays = zip(*columns, strict=True)

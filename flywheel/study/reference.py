@@ -23,9 +23,11 @@ from flywheel.regime.turning_moment import NoMotionError
 from flywheel.sizing.results import Sizing
 from flywheel.sizing.sizing import size
 from flywheel.sizing.speed_dependent import with_flywheel
-from flywheel.study.question import Question, answer, question
+from flywheel.study.steppers import Question, answer
 
 Long = NDArray[np.longdouble]
+Panel = NDArray[np.intp]
+Force = Callable[[Long, Long, Long, Long, Panel], Long]
 
 _ORDER = 24  # of Gauss' rule on a panel
 _SAME = 1e-15  # relative change by a halving that is none; two of them in turn, as one may be chance
@@ -34,91 +36,6 @@ _SAMPLES = 12  # in a panel, between which extremes are looked for
 _SECANTS = 60
 _LONG = np.finfo(np.longdouble).eps
 _LEVELS = 80
-
-
-class Extended(NamedTuple):
-    """A figure, and how far it is off at most: what the last halving changed, and what rounding leaves."""
-
-    value: float
-    doubt: float
-
-
-class _Curve(NamedTuple):
-    """A cycle on panels: the unknown's value, W (J) at the edges, and what rounding of the scene's own angles does to W."""
-
-    machine: Machine
-    edges: Long
-    anchor: Long
-    balance: Any
-    work: Long
-    rounding: float
-
-
-def flywheel_inertia(machine: Machine) -> Extended:
-    """The exact flywheel of a sizing (kg m² on the crank, before its floor at 0).
-
-    I = [max(W - z+ w²I*/2) - min(W - z- w²I*/2)]/(eps w²), z± = (1 ± eps/2)².
-
-    Source: F. Wittenbauer, Graphische Dynamik (1923).
-    """
-    eps, speed = np.longdouble(machine.scene.irregularity or 0.0), np.longdouble(machine.scene.speed or 0.0)
-    half = speed**2 / 2
-
-    def figure(curve: _Curve) -> Any:
-        high = _greatest(curve, half * (1 + eps / 2) ** 2, 1)
-        low = _greatest(curve, half * (1 - eps / 2) ** 2, -1)
-        return (high - low) / (eps * speed**2)
-
-    return _settled(machine, figure, lambda curve: 2 * curve.rounding / float(eps * speed**2))
-
-
-def irregularity(machine: Machine, inertia: float) -> Extended:
-    """The irregularity of a machine with a given flywheel (kg m² on the crank), at its mean of extremes w.
-
-    At the level e of energy, omega² = w² + (2 e + 2 W - w² (I* - I*(0)))/(J + I*): e is where the mean of extremes is w.
-    """
-    speed = np.longdouble(machine.scene.speed or 0.0)
-
-    def figure(curve: _Curve) -> Any:
-        return _irregularity(curve, np.longdouble(inertia), speed)
-
-    def rounding(curve: _Curve) -> float:
-        least = inertia + float(_at(curve, np.arange(curve.edges.size - 1), curve.edges[:-1])[2].min())
-        return 4 * curve.rounding / (float(speed) ** 2 * max(least, 1e-300))
-
-    return _settled(machine, figure, rounding)
-
-
-def _settled(machine: Machine, figure: Callable[[_Curve], Any], rounding: Callable[[_Curve], float]) -> Extended:
-    """A figure on panels that are halved until it no longer changes."""
-    edges = _panels(machine, _FIRST)
-    curve = _curve(machine, edges)
-    before, changed, last = figure(curve), np.inf, np.inf
-    for _ in range(_MOST_HALVINGS):
-        edges = _halved(edges)
-        if edges.size > _MOST_PANELS:
-            break
-        curve = _curve(machine, edges)
-        now = figure(curve)
-        last, changed, before = changed, abs(float(now - before)), now
-        if max(changed, last) <= _SAME * abs(float(now)) or changed >= last:
-            break
-    if last <= _SAME * abs(float(before)):
-        changed = max(changed, last)
-    return Extended(float(before), changed + ROUNDING * abs(float(before)) + rounding(curve))
-
-
-def _panels(machine: Machine, each: int) -> Long:
-    """Edges of panels: every place where anything breaks or bends sharply, and `each` panels between two of them."""
-    known = np.asarray(machine.mesh, dtype=np.longdouble)
-    parts = [np.linspace(a, b, each + 1, dtype=np.longdouble)[:-1] for a, b in pairwise(known)]
-    return np.append(np.concatenate(parts), known[-1])
-
-
-def _halved(edges: Long) -> Long:
-    found = np.empty(2 * edges.size - 1, dtype=np.longdouble)
-    found[::2], found[1::2] = edges, (edges[1:] + edges[:-1]) / 2
-    return found
 
 
 def _gauss() -> tuple[Long, Long]:
@@ -136,118 +53,138 @@ def _gauss() -> tuple[Long, Long]:
 _NODES, _WEIGHTS = _gauss()
 
 
-def _curve(machine: Machine, edges: Long) -> _Curve:
-    half = (edges[1:] - edges[:-1]) / 2
-    middle = (edges[1:] + edges[:-1]) / 2
-    anchor = np.asarray(machine.anchors(middle.astype(float)), dtype=np.longdouble)
-    reduced = machine.reduction(middle[:, None] + half[:, None] * _NODES, anchor[:, None])
-    shape = (half.size, _ORDER)
-    moment = np.broadcast_to(np.asarray(reduced.moment, dtype=np.longdouble), shape)
-    share = np.broadcast_to(np.asarray(reduced.per_unknown, dtype=np.longdouble), shape)
-    works, shares = ((part @ _WEIGHTS) * half for part in (moment, share))
-    balance = -works.sum() / shares.sum() if machine.scene.unknown is not None else np.longdouble(0)
-    works = works + balance * shares
-    work = np.concatenate(([np.longdouble(0)], works.cumsum()))
-    travel = np.abs(np.diff((moment + balance * share).ravel())).sum()
-    rounding = float(ROUNDING * edges[-1] * travel)
-    if _LONG >= ROUNDING or any(mechanism.linkage is not None for mechanism in machine.scene.mechanisms):
-        rounding += 4 * ROUNDING * float((np.abs(moment + balance * share) @ _WEIGHTS * half).sum())  # walked in doubles
-    return _Curve(machine, edges, anchor, balance, work, rounding)
+class _Curve:
+    """A cycle on panels: the unknown's value, W (J) at the edges, and what rounding of the scene's own angles does to W."""
+
+    def __init__(self, machine: Machine, edges: Long) -> None:
+        self.machine, self.edges = machine, edges
+        half, middle = (edges[1:] - edges[:-1]) / 2, (edges[1:] + edges[:-1]) / 2
+        self.anchor = np.asarray(machine.anchors(middle.astype(float)), dtype=np.longdouble)
+        reduced = machine.reduction(middle[:, None] + half[:, None] * _NODES, self.anchor[:, None])
+        moment, share = (
+            np.broadcast_to(np.asarray(part, dtype=np.longdouble), (half.size, _ORDER))
+            for part in (reduced.moment, reduced.per_unknown)
+        )
+        works, shares = ((part @ _WEIGHTS) * half for part in (moment, share))
+        self.balance = -works.sum() / shares.sum() if machine.scene.unknown is not None else np.longdouble(0)
+        self.work = np.concatenate(([np.longdouble(0)], (works + self.balance * shares).cumsum()))
+        moment = moment + self.balance * share
+        self.rounding = float(ROUNDING * edges[-1] * np.abs(np.diff(moment.ravel())).sum())
+        if _LONG >= ROUNDING or any(mechanism.linkage is not None for mechanism in machine.scene.mechanisms):
+            self.rounding += 4 * ROUNDING * float((np.abs(moment) @ _WEIGHTS * half).sum())  # walked in doubles
+
+    def at(self, panel: Panel, phi: Any) -> tuple[Long, Long, Long]:
+        """M*, dI*/dphi and I* at angles in panels."""
+        anchor = self.anchor[panel]
+        reduced = self.machine.reduction(phi, anchor if phi.ndim == 1 else anchor[:, None])
+        rows = [reduced.moment + self.balance * reduced.per_unknown, reduced.slope, reduced.inertia]
+        moment, slope, inertia = (np.broadcast_to(np.asarray(row, dtype=np.longdouble), phi.shape) for row in rows)
+        return moment, slope, inertia
+
+    def work_at(self, panel: Panel, phi: Long) -> Long:
+        """W at angles in panels, by Gauss' rule from the panel's left end."""
+        owner = np.broadcast_to(panel.reshape(panel.shape + (1,) * (phi.ndim - 1)), phi.shape).ravel()
+        start = self.edges[owner]
+        half = (phi.ravel() - start) / 2
+        nodes = start[:, None] + half[:, None] * (1 + _NODES)
+        return np.asarray(self.work[owner] + half * (self.at(owner, nodes)[0] @ _WEIGHTS)).reshape(phi.shape)
+
+    def candidates(self, force: Force) -> tuple[Panel, Long]:
+        """Panels and angles of all edges, and of all places where force(M*, I*', I*, phi, panel) changes its sign.
+
+        Roots are found by regula falsi in its Illinois form, all at once.
+        """
+        panels = np.arange(self.edges.size - 1)
+        shares = np.linspace(0, 1, _SAMPLES + 1, dtype=np.longdouble)
+        phi = self.edges[:-1, None] + np.diff(self.edges)[:, None] * shares
+        values = force(*self.at(panels, phi), phi, panels)
+        panel, place = np.nonzero(values[:, :-1] * values[:, 1:] < 0)
+        low, high = phi[panel, place], phi[panel, place + 1]
+        at_low, at_high = values[panel, place], values[panel, place + 1]
+        side, middle = np.zeros(panel.size, dtype=int), low
+        for _ in range(_SECANTS if panel.size else 0):
+            before = middle
+            step = np.where(at_high != at_low, at_high - at_low, 1)
+            middle = np.where(at_high != at_low, (low * at_high - high * at_low) / step, (low + high) / 2)
+            value = np.asarray(force(*self.at(panel, middle), middle, panel))
+            left = value * at_high > 0  # the root lies between low and middle
+            at_low = np.where(left & (side == 1), at_low / 2, at_low)
+            at_high = np.where(~left & (side == -1), at_high / 2, at_high)
+            side = np.where(left, 1, -1)
+            low, at_low = np.where(left, low, middle), np.where(left, at_low, value)
+            high, at_high = np.where(left, middle, high), np.where(left, value, at_high)
+            if ((value == 0) | (np.abs(middle - before) <= 4 * _LONG * np.abs(high))).all():
+                break
+        return np.concatenate((panels, panels, panel)), np.concatenate((self.edges[:-1], self.edges[1:], middle))
+
+    def greatest(self, factor: Any, sign: int) -> Any:
+        """The greatest (sign 1) or least (-1) of W - factor I*."""
+        panel, phi = self.candidates(lambda moment, slope, inertia, phi, panel: np.asarray(moment - factor * slope))
+        values = self.work_at(panel, phi) - factor * self.at(panel, phi)[2]
+        return sign * (sign * values).max()
 
 
-def _at(curve: _Curve, panel: NDArray[np.intp], phi: Any) -> tuple[Long, Long, Long]:
-    """M*, dI*/dphi and I* at angles in panels."""
-    anchor = curve.anchor[panel]
-    anchor = anchor if phi.ndim == 1 else anchor[:, None]
-    reduced = curve.machine.reduction(phi, anchor)
-    rows = [reduced.moment + curve.balance * reduced.per_unknown, reduced.slope, reduced.inertia]
-    moment, slope, inertia = (np.broadcast_to(np.asarray(row, dtype=np.longdouble), phi.shape) for row in rows)
-    return moment, slope, inertia
+class Extended(NamedTuple):
+    """A figure, and how far it is off at most: what the last halving changed, and what rounding leaves."""
+
+    value: float
+    doubt: float
 
 
-def _work(curve: _Curve, panel: NDArray[np.intp], phi: Long) -> Long:
-    """W at single angles in panels, by Gauss' rule from the panel's left end."""
-    start = curve.edges[panel]
-    half = (phi - start) / 2
-    nodes = start[:, None] + half[:, None] * (1 + _NODES)
-    return np.asarray(curve.work[panel] + half * (_at(curve, panel, nodes)[0] @ _WEIGHTS))
+def flywheel_inertia(machine: Machine) -> Extended:
+    """The exact flywheel of a sizing (kg m² on the crank, before its floor at 0).
+
+    I = [max(W - z+ w²I*/2) - min(W - z- w²I*/2)]/(eps w²), z± = (1 ± eps/2)².
+
+    Source: F. Wittenbauer, Graphische Dynamik (1923).
+    """
+    eps, speed = np.longdouble(machine.scene.irregularity or 0.0), np.longdouble(machine.scene.speed or 0.0)
+    half = speed**2 / 2
+
+    def figure(curve: _Curve) -> Any:
+        high = curve.greatest(half * (1 + eps / 2) ** 2, 1)
+        low = curve.greatest(half * (1 - eps / 2) ** 2, -1)
+        return (high - low) / (eps * speed**2)
+
+    return _settled(machine, figure, lambda curve: 2 * curve.rounding / float(eps * speed**2))
 
 
-def _candidates(curve: _Curve, force: Any) -> tuple[NDArray[np.intp], Long]:
-    """Panels and angles of all edges, and of all places where force(M*, I*', I*, phi, panel) changes its sign."""
-    count = curve.edges.size - 1
-    width = np.diff(curve.edges)
-    shares = np.linspace(0, 1, _SAMPLES + 1, dtype=np.longdouble)
-    panels = np.arange(count)
-    phi = curve.edges[:-1, None] + width[:, None] * shares
-    values = force(*_at(curve, panels, phi), phi, panels)
-    cell, place = np.nonzero(values[:, :-1] * values[:, 1:] < 0)
-    roots = _roots(curve, force, cell, phi[cell, place], phi[cell, place + 1])
-    ends = np.concatenate((panels, panels))
-    return np.concatenate((ends, cell)), np.concatenate((curve.edges[:-1], curve.edges[1:], roots))
+def irregularity(machine: Machine, inertia: float) -> Extended:
+    """The irregularity of a machine with a given flywheel (kg m² on the crank), at its mean of extremes w.
 
+    At the level e of energy, omega² = w² + (2 e + 2 W - w² (I* - I*(0)))/(J + I*): e is where the mean of extremes is w.
+    """
+    speed = np.longdouble(machine.scene.speed or 0.0)
 
-def _roots(curve: _Curve, force: Any, panel: NDArray[np.intp], low: Long, high: Long) -> Long:
-    """Roots between pairs of angles, by regula falsi in its Illinois form, all at once."""
-    if not panel.size:
-        return low
+    def rounding(curve: _Curve) -> float:
+        least = inertia + float(curve.at(np.arange(curve.edges.size - 1), curve.edges[:-1])[2].min())
+        return 4 * curve.rounding / (float(speed) ** 2 * max(least, 1e-300))
 
-    def value(phi: Long) -> Long:
-        return np.asarray(force(*_at(curve, panel, phi), phi, panel))
-
-    low, high = low.copy(), high.copy()
-    at_low, at_high = value(low), value(high)
-    side = np.zeros(panel.size, dtype=int)
-    middle = low
-    for _ in range(_SECANTS):
-        before = middle
-        step = np.where(at_high != at_low, at_high - at_low, 1)
-        middle = np.where(at_high != at_low, (low * at_high - high * at_low) / step, (low + high) / 2)
-        found = value(middle)
-        left = found * at_high > 0  # the root lies between low and middle
-        at_low = np.where(left & (side == 1), at_low / 2, at_low)
-        at_high = np.where(~left & (side == -1), at_high / 2, at_high)
-        side = np.where(left, 1, -1)
-        low, at_low = np.where(left, low, middle), np.where(left, at_low, found)
-        high, at_high = np.where(left, middle, high), np.where(left, found, at_high)
-        if ((found == 0) | (np.abs(middle - before) <= 4 * _LONG * np.abs(high))).all():
-            break
-    return np.asarray(middle)
-
-
-def _greatest(curve: _Curve, factor: Any, sign: int) -> Any:
-    """The greatest (sign 1) or least (-1) of W - factor I*."""
-
-    def force(moment: Long, slope: Long, inertia: Long, phi: Long, panel: Any) -> Long:
-        return np.asarray(moment - factor * slope)
-
-    panel, phi = _candidates(curve, force)
-    values = _work(curve, panel, phi) - factor * _at(curve, panel, phi)[2]
-    return sign * (sign * values).max()
+    return _settled(machine, lambda curve: _irregularity(curve, np.longdouble(inertia), speed), rounding)
 
 
 def _irregularity(curve: _Curve, inertia: Any, speed: Any) -> Any:
-    """The irregularity at the level of energy whose mean of extremes is the speed asked for."""
-    start = _at(curve, np.arange(1), curve.edges[:1])[2][0]
-    works = _works(curve)
+    """The irregularity at the level of energy whose mean of extremes is the speed wanted."""
+    start = curve.at(np.arange(1), curve.edges[:1])[2][0]
     square = speed**2
 
     def extremes(level: Any) -> tuple[Any, Any]:
         """Greatest and least s in omega² = w² (1 + s), and I* there."""
 
-        def force(moment: Long, slope: Long, total: Long, phi: Long, panel: Any) -> Long:
-            work = works(phi, panel)
-            s = (2 * level + 2 * work - square * (total - start)) / (square * (inertia + total))
-            return np.asarray(moment - square * (1 + s) / 2 * slope)
+        def share(total: Long, phi: Long, panel: Panel) -> Any:
+            work = curve.work_at(panel, phi)
+            return (2 * level + 2 * work - square * (total - start)) / (square * (inertia + total))
 
-        panel, phi = _candidates(curve, force)
-        total = _at(curve, panel, phi)[2]
-        work = _work(curve, panel, phi)
-        s = (2 * level + 2 * work - square * (total - start)) / (square * (inertia + total))
+        def force(moment: Long, slope: Long, total: Long, phi: Long, panel: Panel) -> Long:
+            return np.asarray(moment - square * (1 + share(total, phi, panel)) / 2 * slope)
+
+        panel, phi = curve.candidates(force)
+        total = curve.at(panel, phi)[2]
+        s = share(total, phi, panel)
         ends = [int(s.argmax()), int(s.argmin())]
         return s[ends], total[ends]
 
-    lowest = -square * (inertia + start) / 2 - _greatest(curve, np.longdouble(0), -1)  # where the machine comes to a stop
+    lowest = -square * (inertia + start) / 2 - curve.greatest(np.longdouble(0), -1)  # where the machine comes to a stop
     level = np.longdouble(0) if lowest < 0 else 2 * lowest + np.longdouble(1e-300)
     for _ in range(_LEVELS):
         s, total = extremes(level)
@@ -264,16 +201,25 @@ def _irregularity(curve: _Curve, inertia: Any, speed: Any) -> Any:
     return 2 * (s[0] - s[1]) / ratio.sum() ** 2
 
 
-def _works(curve: _Curve) -> Any:
-    """W on the samples of panels, and at single angles."""
-
-    def works(phi: Long, panel: NDArray[np.intp]) -> Long:
-        if phi.ndim == 1:
-            return _work(curve, panel, phi)
-        flat = _work(curve, np.repeat(panel, phi.shape[1]), phi.ravel())
-        return flat.reshape(phi.shape)
-
-    return works
+def _settled(machine: Machine, figure: Callable[[_Curve], Any], rounding: Callable[[_Curve], float]) -> Extended:
+    """A figure on panels, which end wherever anything breaks or bends, halved until it no longer changes."""
+    known = np.asarray(machine.mesh, dtype=np.longdouble)
+    parts = [np.linspace(a, b, _FIRST + 1, dtype=np.longdouble)[:-1] for a, b in pairwise(known)]
+    edges = np.append(np.concatenate(parts), known[-1])
+    curve = _Curve(machine, edges)
+    before, changed, last = figure(curve), np.inf, np.inf
+    for _ in range(_MOST_HALVINGS):
+        if 2 * edges.size - 1 > _MOST_PANELS:
+            break
+        edges = np.insert(edges, np.arange(1, edges.size), (edges[1:] + edges[:-1]) / 2)
+        curve = _Curve(machine, edges)
+        now = figure(curve)
+        last, changed, before = changed, abs(float(now - before)), now
+        if max(changed, last) <= _SAME * abs(float(now)) or changed >= last:
+            break
+    if last <= _SAME * abs(float(before)):
+        changed = max(changed, last)
+    return Extended(float(before), changed + ROUNDING * abs(float(before)) + rounding(curve))
 
 
 # -- the reference, verified ------------------------------------------------------------------------------------------
@@ -282,7 +228,7 @@ _TIGHTEST = 1e-14
 _IN_TIME = 1e-12
 _SHARE = 0.01  # of a flywheel, by which it is changed to see what that does
 _EVEN = 1e-13  # an irregularity that is none
-_LEAST = 16 * ROUNDING  # doubt of two routes that happen to agree
+_LEAST = 16 * ROUNDING  # error bound of two routes that happen to agree
 
 
 class Reference(NamedTuple):
@@ -295,9 +241,6 @@ class Reference(NamedTuple):
     messages: tuple[str, ...] = ()
 
 
-_ALONE = "the closed form on Chebyshev cells", "by its own estimate alone: the other route has no finite value"
-
-
 def verified(machine: Machine) -> tuple[Question, Reference]:
     """The question of a machine's scene and its true answer.
 
@@ -306,55 +249,50 @@ def verified(machine: Machine) -> tuple[Question, Reference]:
 
     """
     tight = size(machine, _TIGHTEST, accuracy="normal")
-    asked = question(machine, tight)
-    if not asked.sized and answer(tight) <= _EVEN:
+    question = Question.of(tight)
+    if not question.sized and answer(tight) <= _EVEN:
         found = "a motion that nothing but rounding varies"
         raise SceneError([Fault("flywheel.inertia", found, "an irregularity to compare methods by", "use flywheel size")])
-    reference = _in_time(asked, tight) if machine.sets_its_speed else _extended(asked, tight)
-    told = tuple(message for message in tight.messages if not message.startswith("rtol"))
-    return asked, reference._replace(messages=told)
+    promised = max((tight.error.exact if question.sized else tight.error.simulation) or 0.0, _LEAST)
+    reference = (_in_time if machine.sets_its_speed else _extended)(question, answer(tight), promised)
+    return question, reference._replace(messages=tuple(m for m in tight.messages if not m.startswith("rtol")))
 
 
-def _promised(asked: Question, tight: Sizing) -> float:
-    """The error that the sizing at the tightest tolerance states of itself."""
-    return max((tight.error.exact if asked.sized else tight.error.simulation) or 0.0, _LEAST)
-
-
-def _extended(asked: Question, tight: Sizing) -> Reference:
-    scene, found = asked.machine.scene, answer(tight)
-    if asked.sized:
-        value, doubt = (part / asked.crank for part in flywheel_inertia(asked.machine))
+def _extended(question: Question, closed: float, promised: float) -> Reference:
+    """By Gauss' rule, verified by the closed form, of which the error that it promises is known."""
+    if question.sized:
+        value, doubt = (part / question.crank for part in flywheel_inertia(question.machine))
         if value + doubt < 0.0:  # the machine's own inertia suffices for certain
             doubt = 0.0
         value = max(value, 0.0)
     else:
-        value, doubt = irregularity(asked.machine, (scene.inertia or 0.0) * asked.crank)
-    promised = _promised(asked, tight)
+        value, doubt = irregularity(question.machine, question.given)
     if not np.isfinite([value, doubt]).all():
-        return Reference(found, promised, *_ALONE)
-    apart = asked.error(found, value)
-    own = max(asked.error(value + doubt, value), ROUNDING)
+        alone = "by its own estimate alone: the other route has no finite value"
+        return Reference(closed, promised, "the closed form on Chebyshev cells", alone)
+    apart = question.error(closed, value)
+    own = max(question.error(value + doubt, value), ROUNDING)
     route = "Gauss' rule on halved panels, in extended precision"
-    told = f"the closed form on Chebyshev cells is {apart:.1e} apart, within its estimate of {promised:.1e}"
+    second = f"the closed form on Chebyshev cells is {apart:.1e} apart"
     if apart > promised + own:  # one of the two is wrong: what is not known is not claimed
-        own, told = apart, f"the closed form on Chebyshev cells is {apart:.1e} apart: more than both estimates allow"
-    return Reference(value, own, route, told)
+        return Reference(value, apart, route, f"{second}: more than both estimates allow")
+    return Reference(value, own, route, f"{second}, within its estimate of {promised:.1e}")
 
 
-def _in_time(asked: Question, tight: Sizing) -> Reference:
-    value, promised = answer(tight), _promised(asked, tight)
-    stepped = size(asked.machine, _IN_TIME, accuracy="audit")
+def _in_time(question: Question, value: float, promised: float) -> Reference:
+    """The periodic motion by collocation, verified by stepping it in time."""
+    stepped = size(question.machine, _IN_TIME, accuracy="audit")
     route = "periodic collocation at the tightest tolerance"
     if stepped.simulation is None or stepped.run is None or stepped.simulation.route != "time":
         return Reference(value, promised, route, "by its own estimate alone: the motion cannot be stepped in time")
     expected = stepped.run.irregularity
     apart = abs(stepped.simulation.irregularity / expected - 1.0) if expected else 0.0
-    told = f"stepped in time, one cycle has an irregularity {apart:.1e} apart"
     damping = 1.0 if stepped.cyclic is None else min(abs(stepped.cyclic.damping), 1.0)
-    slope = _slope(stepped, value * asked.crank) if asked.sized and value else 1.0
+    slope = _slope(stepped, value * question.crank) if question.sized and value else 1.0
     # one cycle begun where collocation says cannot see that its level is off: where little holds it, that weighs more
     shift = (apart + abs(stepped.simulation.closure or 0.0) + _LEAST) / max(damping * slope, 1e-300)
-    return Reference(value, max(min(shift, promised), asked.error(answer(stepped), value), _LEAST), route, told)
+    doubt = max(min(shift, promised), question.error(answer(stepped), value), _LEAST)
+    return Reference(value, doubt, route, f"stepped in time, one cycle has an irregularity {apart:.1e} apart")
 
 
 def _slope(sizing: Sizing, inertia: float) -> float:
@@ -362,11 +300,11 @@ def _slope(sizing: Sizing, inertia: float) -> float:
     machine, constant = sizing.machine, sizing.constant or sizing.cycle
     assert machine is not None
     assert constant is not None
-    lighter, heavier = ((1.0 - _SHARE) * inertia, (1.0 + _SHARE) * inertia)
     try:
-        ends = [
-            with_flywheel(machine, constant, sizing.speed, part, sizing.rtol).run.irregularity for part in (lighter, heavier)
-        ]
+        lighter, heavier = (
+            with_flywheel(machine, constant, sizing.speed, share * inertia, sizing.rtol).run.irregularity
+            for share in (1.0 - _SHARE, 1.0 + _SHARE)
+        )
     except NoMotionError:
         return 0.0
-    return abs(ends[1] / ends[0] - 1.0) / (2.0 * _SHARE) if ends[0] else 0.0
+    return abs(heavier / lighter - 1.0) / (2.0 * _SHARE) if lighter else 0.0

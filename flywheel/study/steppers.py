@@ -1,14 +1,16 @@
-"""What a script does: a plain grid of angles, or one cycle stepped in time and run again until it closes.
+"""The question of a scene, answered as a script does: by a plain grid of angles, or by cycles run until one closes.
 
 On a grid: the trapezoidal rule, the greatest and the least sample. In time: Euler, RK4, and SciPy's RK45, DOP853 and LSODA,
 each with and without a restart where the machine's loads and ratios break; without one, steps run over jumps and windows as
-a script's do. What is unknown at the start of the cycle (its speed, a motor's current, the balance, the flywheel) is found
-by Powell's hybrid method on what the cycle lacks at its end; whatever runs the cycle can be plugged in.
+a script's do. Without reduction: by the whole bond graph, or by Lagrange's multipliers on bodies in absolute coordinates.
+What is unknown at the start of the cycle (its speed, a motor's current, the balance, the flywheel) is found by Powell's
+hybrid method on what the cycle lacks at its end; whatever runs the cycle can be plugged in.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
+from dataclasses import replace
 from functools import partial
 from itertools import pairwise
 from typing import Any, NamedTuple
@@ -21,12 +23,80 @@ from scipy.optimize import root
 from bondgraph.motion.stepping import FIXED, hermite, instant, runge_kutta_step
 from flywheel.machine.dynamics import Anchor, Dynamics, circuit_of
 from flywheel.machine.machine import Machine
+from flywheel.mechanisms.families import has_joints
+from flywheel.mechanisms.linkages import multibody
+from flywheel.mechanisms.linkages.families import linkage_of
+from flywheel.motion.compliance import followed
 from flywheel.regime import constant_speed
 from flywheel.regime.stepping import Step
 from flywheel.sizing.confirmation import extreme
-from flywheel.study.question import Question
+from flywheel.sizing.results import Sizing
 
 Array = NDArray[np.float64]
+
+_NO_FLUCTUATION = 1e-13  # of the work exchanged: a fluctuation that is none
+
+
+class Question(NamedTuple):
+    """The figure that all methods are to find: a flywheel (kg m², on its own shaft), or with a given one the irregularity.
+
+    `scale` is what errors are relative to where the figure itself is smaller: energy_fluctuation/(eps w²) for a flywheel.
+    """
+
+    machine: Machine
+    sized: bool
+    scale: float
+
+    @classmethod
+    def of(cls, sizing: Sizing) -> Question:
+        """The question of the scene of a sizing."""
+        machine, scene = sizing.machine, sizing.scene
+        assert machine is not None
+        if scene.irregularity is None:
+            return cls(machine, False, 0.0)
+        scale, cycle = sizing.flywheel.approximate_total or 0.0, sizing.constant or sizing.cycle
+        if cycle is not None and sizing.reduced_inertia is not None:
+            unit = scene.irregularity * sizing.speed**2 * scene.flywheel_ratio**2
+            at_hand = max(cycle.exchanged / max(unit, 1e-300), sizing.reduced_inertia.greatest / scene.flywheel_ratio**2)
+            scale = scale if scale > _NO_FLUCTUATION * at_hand else at_hand  # of a fluctuation that is rounding
+        return cls(machine, True, scale)
+
+    @property
+    def figure(self) -> str:
+        """The figure's name."""
+        return "exact flywheel" if self.sized else "irregularity"
+
+    @property
+    def unit(self) -> str:
+        """Its unit."""
+        return "kg m²" if self.sized else ""
+
+    @property
+    def crank(self) -> float:
+        """What an inertia on the flywheel's shaft is multiplied with to stand on the crank."""
+        return self.machine.scene.flywheel_ratio**2
+
+    @property
+    def given(self) -> float:
+        """The given flywheel on the crank (kg m²), 0 where one is to be found."""
+        return (self.machine.scene.inertia or 0.0) * self.crank
+
+    def error(self, value: float, true: float) -> float:
+        """The relative error of an answer."""
+        return abs(value - true) / max(abs(true), self.scale, 1e-300)
+
+
+def answer(sizing: Sizing) -> float:
+    """What a sizing or an analysis says to the question: its exact flywheel, or its irregularity."""
+    if sizing.scene.irregularity is not None:
+        assert sizing.flywheel.exact is not None
+        return sizing.flywheel.exact
+    if sizing.simulation is not None:
+        return sizing.simulation.irregularity
+    return 0.0 if sizing.run is None else sizing.run.irregularity
+
+
+# -- a plain grid ------------------------------------------------------------------------------------------------------
 
 
 class Samples(NamedTuple):
@@ -45,38 +115,34 @@ class Samples(NamedTuple):
 
 def sampled(machine: Machine, count: int) -> Samples:
     """The cycle at `count` angles and its end; torques that depend on speed are taken at a constant one."""
-    scene = machine.scene
-    phi = np.linspace(0.0, scene.cycle, count + 1)
+    phi = np.linspace(0.0, machine.scene.cycle, count + 1)
     reduced = machine.reduce(phi)
     moment, share, inertia = (part + 0.0 * phi for part in (reduced.moment, reduced.per_unknown, reduced.inertia))
-    speed = scene.speed or 0.0
+    speed, balance, unit = machine.scene.speed or 0.0, 0.0, 0.0
     if machine.sets_its_speed:
-        pace, held = constant_speed.operating_point(machine)
-        speed = pace or 0.0
-        dynamics = Dynamics(machine, 0.0, held)
+        own, balance = constant_speed.operating_point(machine)
+        speed = own or 0.0
+        dynamics = Dynamics(machine, 0.0, balance)
         dynamics.circuit = None  # at a constant speed a motor's current is steady
         anchor = Anchor(machine.anchors(phi), speed + 0.0 * phi, 0.0 * phi)
-        moment, share = dynamics.along(phi, anchor, anchor.omega, anchor.time).moment, 0.0 * phi
-        balance, unit = held, 0.0
-    else:
-        net = float(np.trapezoid(share, phi))
-        balance = -float(np.trapezoid(moment, phi)) / net if net else 0.0
-        unit = 1.0 / net if net else 0.0
-    moment = moment + balance * share
+        moment = dynamics.along(phi, anchor, anchor.omega, anchor.time).moment
+    elif net := float(np.trapezoid(share, phi)):
+        balance, unit = -float(np.trapezoid(moment, phi)) / net, 1.0 / net
+        moment = moment + balance * share
     steps = 0.5 * (moment[1:] + moment[:-1]) * np.diff(phi)
     return Samples(phi, np.concatenate(([0.0], np.cumsum(steps))), inertia, speed, balance, unit)
 
 
-def by_grid(asked: Question, count: int) -> float:
+def by_grid(question: Question, count: int) -> float:
     """The answer from a plain grid."""
-    samples = sampled(asked.machine, count)
-    if asked.sized:
-        return max(total(samples, asked.machine.scene.irregularity or 0.0), 0.0) / asked.crank
-    omega = speeds(samples, (asked.machine.scene.inertia or 0.0) * asked.crank)
-    return irregularity(omega)
+    samples = sampled(question.machine, count)
+    if question.sized:
+        return max(_flywheel(samples, question.machine.scene.irregularity or 0.0), 0.0) / question.crank
+    omega = _speeds(samples, question.given)
+    return _irregularity(omega.max(), omega.min())
 
 
-def total(samples: Samples, eps: float) -> float:
+def _flywheel(samples: Samples, eps: float) -> float:
     """Wittenbauer's flywheel (kg m² on the crank) of samples: [max(W - z+ w²I*/2) - min(W - z- w²I*/2)]/(eps w²)."""
     square = samples.speed**2
     energy = 0.5 * square * samples.inertia
@@ -85,33 +151,37 @@ def total(samples: Samples, eps: float) -> float:
     return float((high - low) / (eps * square))
 
 
-def speeds(samples: Samples, inertia: float) -> Array:
+def _speeds(samples: Samples, inertia: float) -> Array:
     """Speeds (rad/s) at the samples with a flywheel (kg m² on the crank), at the level where their mean of extremes is w."""
-    own = inertia + samples.inertia
+    total = inertia + samples.inertia
 
-    def pace(level: float) -> Array:
-        return np.asarray(np.sqrt(np.maximum(2 * (level + samples.work) / own, 0.0)))
+    def at(level: float) -> Array:
+        return np.asarray(np.sqrt(np.maximum(2 * (level + samples.work) / total, 0.0)))
 
-    def miss(level: float) -> float:
-        omega = pace(level)
+    def excess(level: float) -> float:
+        omega = at(level)
         return float(0.5 * (omega.max() + omega.min()) / samples.speed - 1)
 
-    top = float(0.5 * own.max() * samples.speed**2 + np.abs(samples.work).max())
-    return pace(instant(miss, -float(samples.work.min()), 4 * top))
+    top = float(0.5 * total.max() * samples.speed**2 + np.abs(samples.work).max())
+    return at(instant(excess, -float(samples.work.min()), 4 * top))
 
 
-def irregularity(omega: Array) -> float:
+def _irregularity(greatest: float, least: float) -> float:
     """2 (w_max - w_min)/(w_max + w_min)."""
-    return float(2 * (omega.max() - omega.min()) / (omega.max() + omega.min()))
+    return float(2 * (greatest - least) / (greatest + least))
 
 
-# -- cycles that are run until they close -----------------------------------------------------------------------------
+# -- cycles that are run until they close ------------------------------------------------------------------------------
 
 _GUESS = 360  # angles of the grid that the search starts from
 _MOST_RUNS = 60
 _DIFFERENCE = 1e-3  # of an unknown's scale, by which it is first varied: above the noise of rough steps
-_OFF = 0.01  # of an irregularity, by which the end of a search may lack what was asked
+_OFF = 0.01  # of an irregularity, by which the end of a search may lack what is wanted
 _STOPS = 1e3  # what a machine that does not get through its cycle lacks
+
+
+class NoAnswerError(ValueError):
+    """A method that does not come to an answer; the message says why."""
 
 
 class Trial(NamedTuple):
@@ -136,6 +206,68 @@ class Revolution(NamedTuple):
     least: float
 
 
+Revolve = Callable[[Trial], Revolution]
+
+
+def by_shooting(question: Question, revolve: Revolve, tolerance: float) -> float:
+    """The answer from cycles run by `revolve`, to a tolerance of its search (relative).
+
+    The search starts from a plain grid. Every unknown is measured in the change of it that matters, which is about the
+    irregularity's share, and so is what a cycle lacks: irregularity, mean of extremes, closure of speed and of current.
+
+    Raises:
+        NoAnswerError: where the search comes to no motion.
+
+    """
+    machine, scene = question.machine, question.machine.scene
+    circuit, balanced = circuit_of(scene), scene.unknown is not None
+    samples = sampled(machine, _GUESS)
+    own = float(samples.inertia.mean())
+    inertia = max(_flywheel(samples, scene.irregularity or 0.0), 1e-3 * own) if question.sized else question.given
+    omega = _speeds(samples, inertia)
+    eps = (scene.irregularity or 0.0) if question.sized else max(_irregularity(omega.max(), omega.min()), 1e-12)
+    current = 0.0
+    if circuit is not None and scene.drive is not None:
+        current = float(circuit.current(scene.shafts[scene.drive.on] * samples.speed))
+    period = float(np.trapezoid(1.0 / np.maximum(omega, 1e-3 * samples.speed), samples.phi))
+    guess = Trial(inertia, samples.balance, float(omega[0]), current, period)
+    scales = {"speed": eps * samples.speed}
+    if question.sized:
+        scales["inertia"] = inertia + own
+    if balanced:
+        by_work = samples.unit * eps * (inertia + own) * samples.speed**2
+        scales["balance"] = by_work or eps * (abs(samples.balance) or 1.0)
+    if circuit is not None:
+        scales["current"] = max(abs(current), 1.0) * eps
+
+    def trial(x: Array) -> Trial:
+        shares = zip(scales.items(), (x - 1.0).tolist(), strict=True)
+        return guess._replace(**{name: getattr(guess, name) + share * scale for (name, scale), share in shares})
+
+    def lacking(x: Array) -> list[float]:
+        start = trial(x)
+        end = revolve(start) if start.speed > 0.0 else None
+        if end is None or not np.isfinite(end).all() or end.least <= 0.0:
+            return [_STOPS] * len(scales)
+        mean = 0.5 * (end.greatest + end.least)
+        lacks = [(end.greatest - end.least) / (mean * eps) - 1.0] if question.sized else []
+        if balanced or not machine.sets_its_speed:
+            lacks.append((mean / (scene.speed or 1.0) - 1.0) / eps)
+        if balanced or machine.sets_its_speed:
+            lacks.append((end.speed - start.speed) / (mean * eps))
+        return lacks + ([] if circuit is None else [(end.current - start.current) / scales["current"]])
+
+    options: Any = {"xtol": max(tolerance, 1e-14), "eps": _DIFFERENCE**2, "maxfev": _MOST_RUNS}
+    solution: Any = root(lacking, np.ones(len(scales)), method="hybr", options=options)
+    if not np.isfinite(solution.fun).all() or np.abs(solution.fun).max() > _OFF:
+        raise NoAnswerError("its cycles come to no steady motion")
+    last = trial(solution.x)
+    if question.sized:
+        return max(last.inertia, 0.0) / question.crank
+    end = revolve(last)
+    return _irregularity(end.greatest, end.least)
+
+
 class Stretch(NamedTuple):
     """Angles (rad) that are stepped in one go; `middle` is inside their smooth piece, None without restart."""
 
@@ -151,125 +283,21 @@ def stretches_of(machine: Machine, restart: bool) -> list[Stretch]:
     return [Stretch(a, b, 0.5 * (a + b)) for a, b in pairwise(machine.restarts.tolist())]
 
 
-class NoAnswerError(ValueError):
-    """A method that does not come to an answer; the message says why."""
+_BETWEEN, _CLOSER = 8, 7  # samples between two times, and rounds of looking closer
 
 
-Revolve = Callable[[Trial], Revolution]
-
-
-class _Scales(NamedTuple):
-    """The guess that unknowns are measured from, and the change of each that matters: about the irregularity's share."""
-
-    guess: Trial
-    inertia: float
-    balance: float
-    speed: float
-    current: float
-    irregularity: float
-
-
-def by_shooting(asked: Question, revolve: Revolve, tolerance: float) -> float:
-    """The answer from cycles run by `revolve`, to a tolerance of its search (relative).
-
-    Raises:
-        NoAnswerError: where the search comes to no motion.
-
-    """
-    scales = _scales(asked)
-    names = _unknowns(asked)
-
-    def trial(x: Array) -> Trial:
-        shares = zip(names, (x - 1.0).tolist(), strict=True)
-        return scales.guess._replace(**{name: getattr(scales.guess, name) + d * getattr(scales, name) for name, d in shares})
-
-    def lacking(x: Array) -> list[float]:
-        tried = trial(x)
-        found = revolve(tried) if tried.speed > 0.0 else None
-        if found is None or not np.isfinite(found).all() or found.least <= 0.0:
-            return [_STOPS] * len(names)
-        return _lacking(asked, scales, tried, found)
-
-    options: Any = {"xtol": max(tolerance, 1e-14), "eps": _DIFFERENCE**2, "maxfev": _MOST_RUNS}
-    found: Any = root(lacking, np.ones(len(names)), method="hybr", options=options)
-    if not np.isfinite(found.fun).all() or np.abs(found.fun).max() > _OFF:
-        raise NoAnswerError("its cycles come to no steady motion")
-    last = trial(found.x)
-    if asked.sized:
-        return max(last.inertia, 0.0) / asked.crank
-    end = revolve(last)
-    return 2 * (end.greatest - end.least) / (end.greatest + end.least)
-
-
-def _unknowns(asked: Question) -> list[str]:
-    """The names of what is unknown at the start of the cycle."""
-    machine = asked.machine
-    names = ["speed"] + (["inertia"] if asked.sized else [])
-    names += ["balance"] if machine.scene.unknown is not None else []
-    return names + (["current"] if circuit_of(machine.scene) is not None else [])
-
-
-def _lacking(asked: Question, scales: _Scales, tried: Trial, found: Revolution) -> list[float]:
-    """As many as there are unknowns: irregularity, mean of extremes, closure of speed and of current, each in its scale."""
-    machine, eps = asked.machine, scales.irregularity
-    mean = 0.5 * (found.greatest + found.least)
-    lacks = []
-    if asked.sized:
-        lacks.append((found.greatest - found.least) / (mean * eps) - 1.0)
-    held = machine.scene.unknown is not None or not machine.sets_its_speed
-    if held:
-        lacks.append((mean / (machine.scene.speed or 1.0) - 1.0) / eps)
-    if machine.scene.unknown is not None or machine.sets_its_speed:
-        lacks.append((found.speed - tried.speed) / (mean * eps))
-    if circuit_of(machine.scene) is not None:
-        lacks.append((found.current - tried.current) / scales.current)
-    return lacks
-
-
-def _scales(asked: Question) -> _Scales:
-    """A guess from a plain grid at constant speed, and what changes of it matter."""
-    machine, scene = asked.machine, asked.machine.scene
-    samples = sampled(machine, _GUESS)
-    own = float(samples.inertia.mean())
-    if asked.sized:
-        eps = scene.irregularity or 0.0
-        inertia = max(total(samples, eps), 1e-3 * own)
-        omega = speeds(samples, inertia)
-    else:
-        inertia = (scene.inertia or 0.0) * asked.crank
-        omega = speeds(samples, inertia)
-        eps = max(irregularity(omega), 1e-12)
-    unit = samples.unit * eps * (inertia + own) * samples.speed**2
-    if not unit:
-        unit = eps * (abs(samples.balance) or 1.0)
-    current = _current(asked, samples)
-    period = float(np.trapezoid(1.0 / np.maximum(omega, 1e-3 * samples.speed), samples.phi))
-    guess = Trial(inertia, samples.balance, float(omega[0]), current, period)
-    return _Scales(guess, inertia + own, unit, eps * samples.speed, max(abs(current), 1.0) * eps, eps)
-
-
-def _current(asked: Question, samples: Samples) -> float:
-    """The steady current (A) of a motor with inductance at constant speed; 0 without one."""
-    scene = asked.machine.scene
-    circuit = circuit_of(scene)
-    if circuit is None or scene.drive is None:
-        return 0.0
-    omega = scene.shafts[scene.drive.on] * samples.speed
-    torque_of_one = circuit.torque_of_current(omega, 1.0) - circuit.torque_of_current(omega, 0.0)
-    zero, one = circuit.current_rate(omega, 0.0), circuit.current_rate(omega, 1.0)
-    return float(-zero / (one - zero)) if torque_of_one else 0.0
-
-
-_BETWEEN, _CLOSER = 8, 7
-
-
-def summit(speed: Callable[[Array], Array], times: Array, sign: float) -> float:
-    """The greatest (sign 1) or least (-1) of a speed over time.
-
-    Looked for between given times, and then closer and closer about every sample that stands out and may come to be best.
-    """
-    wanted = np.append((times[:-1, None] + np.diff(times)[:, None] * np.arange(_BETWEEN) / _BETWEEN).ravel(), times[-1])
-    return sign * max(_closer(speed, wanted, k, sign) for k in standing_out(sign * speed(wanted)))
+def _summit(speed: Callable[[Array], Array], times: Array, sign: float) -> float:
+    """The greatest (sign 1) or least (-1) of a speed over time, between given times and ever closer about the best ones."""
+    fine = np.append((times[:-1, None] + np.diff(times)[:, None] * np.arange(_BETWEEN) / _BETWEEN).ravel(), times[-1])
+    best = -np.inf
+    for k in standing_out(sign * speed(fine)):
+        near = fine
+        for _ in range(_CLOSER):
+            near = np.linspace(near[max(k - 1, 0)], near[min(k + 1, near.size - 1)], 2 * _BETWEEN + 1)
+            values = sign * speed(near)
+            k = int(values.argmax())
+            best = max(best, float(values[k]))
+    return sign * best
 
 
 def standing_out(values: Array) -> list[int]:
@@ -285,25 +313,14 @@ def standing_out(values: Array) -> list[int]:
     return [int(k) for k in np.flatnonzero(out)]
 
 
-def _closer(speed: Callable[[Array], Array], times: Array, k: int, sign: float) -> float:
-    best = -np.inf
-    for _ in range(_CLOSER):
-        times = np.linspace(times[max(k - 1, 0)], times[min(k + 1, times.size - 1)], 2 * _BETWEEN + 1)
-        values = sign * speed(times)
-        k = int(values.argmax())
-        best = max(best, float(values[k]))
-    return best
-
-
-# -- one cycle by steps -----------------------------------------------------------------------------------------------
+# -- a cycle by steps --------------------------------------------------------------------------------------------------
 
 Rates = Callable[[float, Array], Array]
-
-_MOST_STEPS = 200_000  # in a stretch: a machine that stops within it never gets to its end
-_MANY = 100  # steps, past which extremes are looked for beside the best ones only
-
+StretchSteps = Callable[[Rates, float, Array, Stretch, float], Iterator[Step]]
 
 ADAPTIVE = ("RK45", "DOP853", "LSODA")
+_MOST_STEPS = 200_000  # in a stretch: a machine that stops within it never gets to its end
+_MANY = 100  # steps, past which extremes are looked for beside the best ones only
 
 
 def fixed(machine: Machine, name: str, count: int, restart: bool) -> Revolve:
@@ -329,7 +346,7 @@ def fixed(machine: Machine, name: str, count: int, restart: bool) -> Revolve:
                 break
         raise NoAnswerError("the machine stops within its cycle")
 
-    return _revolving(machine, restart, stretch_steps)
+    return _stepped(machine, restart, stretch_steps)
 
 
 def _between(rates: Rates, t: float, state: Array, h: float, after: Array) -> Callable[[Any], Array]:
@@ -367,22 +384,28 @@ def adaptive(machine: Machine, name: str, rtol: float, restart: bool) -> Revolve
                 break
         raise NoAnswerError("the machine stops within its cycle")
 
-    return _revolving(machine, restart, stretch_steps)
+    return _stepped(machine, restart, stretch_steps)
 
 
-StretchSteps = Callable[[Rates, float, Array, Stretch, float], Iterator[Step]]
+def _stepped(machine: Machine, restart: bool, stretch_steps: StretchSteps) -> Revolve:
+    """Runs cycles stretch by stretch: the state is phi, omega and, with a circuit, its current."""
+    stretches, cycle = stretches_of(machine, restart), machine.scene.cycle
 
-
-def _revolving(machine: Machine, restart: bool, stretch_steps: StretchSteps) -> Revolve:
-    stretches = stretches_of(machine, restart)
+    def rates(dynamics: Dynamics, stretch: Stretch, t: float, state: Array) -> Array:
+        (phi, omega), current = state[:2].tolist(), float(state[2]) if state.size > 2 else 0.0
+        if stretch.middle is None:
+            phi = phi % cycle
+            now = dynamics.at(phi, float(machine.anchors(phi)), omega, current=current)
+        else:
+            now = dynamics.at(phi, stretch.middle, omega, current=current, ends=(stretch.low, stretch.high))
+        return np.array([omega, float(now.acceleration), float(now.current_rate)][: state.size])
 
     def revolve(trial: Trial) -> Revolution:
         dynamics = Dynamics(machine, trial.inertia, trial.balance)
         state = np.array([0.0, trial.speed] + ([trial.current] if dynamics.circuit is not None else []))
         t, steps = 0.0, list[Step]()
         for stretch in stretches:
-            rates = _rates(dynamics, stretch)
-            steps += stretch_steps(rates, t, state, stretch, trial.period)
+            steps += stretch_steps(partial(rates, dynamics, stretch), t, state, stretch, trial.period)
             t = steps[-1].end
             state = np.array(steps[-1].dense(t))
             state[0] = stretch.high
@@ -402,18 +425,121 @@ def _near(steps: list[Step], sign: float) -> list[Step]:
     return [steps[j] for j in sorted(chosen)]
 
 
-def _rates(dynamics: Dynamics, stretch: Stretch) -> Rates:
-    machine, middle = dynamics.machine, stretch.middle
-    cycle, ends = machine.scene.cycle, (stretch.low, stretch.high)
+# -- a cycle without reduction -----------------------------------------------------------------------------------------
 
-    def rates(t: float, state: Array) -> Array:
-        phi, current = float(state[0]), float(state[2]) if state.size > 2 else 0.0
-        if middle is None:
-            phi = phi % cycle
-            at = dynamics.at(phi, float(machine.anchors(phi)), float(state[1]), current=current)
+_LONGER = (1.02, 1.3, 3.0, 10.0)  # than the period expected: how long the whole graph is simulated, until the cycle is over
+_SLACK = (1.1, 1.5, 3.0, 10.0)  # the same of bodies with multipliers
+_ARMATURE = "drive.motor.armature"
+_ANGLES = 13  # at which the inertia beside the bodies' own is compared
+_SAME = 1e-9
+_STUCK = "the machine does not get through its cycle"
+
+
+def by_bond_graph(machine: Machine, rtol: float) -> Revolve:
+    """Runs cycles by `bondgraph.simulate` on the machine's own graph, where every element has its own law."""
+    scene = machine.scene
+
+    def revolve(trial: Trial) -> Revolution:
+        start = (0.0, trial.speed, trial.current)
+        for longer in _LONGER:
+            inertia = trial.inertia / scene.flywheel_ratio**2
+            run = followed(machine, start, longer * trial.period, inertia, trial.balance, rtol)
+
+            def missing(t: float, run: Any = run) -> float:
+                return float(run.displacement("phi", np.array([t]))[0]) - scene.cycle
+
+            if missing(float(run.t[-1])) >= 0.0:
+                break
         else:
-            at = dynamics.at(phi, middle, float(state[1]), current=current, ends=ends)
-        found = [float(state[1]), float(at.acceleration)]
-        return np.array(found if state.size == 2 else [*found, float(at.current_rate)])
+            raise NoAnswerError(_STUCK)
+        end, greatest, least = _end_and_extremes(missing, lambda times: np.asarray(run.flow("crank", times)), run.t)
+        current = float(run.flow(_ARMATURE, np.array([end]))[0]) if circuit_of(scene) is not None else 0.0
+        return Revolution(float(run.flow("crank", np.array([end]))[0]), current, greatest, least)
 
-    return rates
+    return revolve
+
+
+def by_multipliers(machine: Machine, rtol: float, restart: bool) -> Revolve:
+    """Runs cycles by `flywheel.multibody` on the machine's mechanism as a linkage.
+
+    Joints are equations with multipliers, put back after every step. Loads come in as the torque at the crank that does the
+    same work, and what turns in a constant ratio as inertia of the crank.
+    """
+    scene, mechanism = machine.scene, machine.scene.mechanisms[0]
+    linkage, added = linkage_of(mechanism), _added_inertia(machine) or 0.0
+    driven = linkage.joint(linkage.driver).second
+    stretches = stretches_of(machine, restart)
+
+    def revolve(trial: Trial) -> Revolution:
+        more = trial.inertia + added
+        links = (link._replace(inertia=link.inertia + more) if link.name == driven else link for link in linkage.links)
+        heavier = replace(linkage, links=tuple(links))
+        dynamics = Dynamics(machine, trial.inertia, trial.balance)
+        omega, extremes = trial.speed, list[float]()
+        for stretch in stretches:
+
+            def torque(t: float, q: float, qdot: float, stretch: Stretch = stretch) -> float:
+                phi = q - mechanism.phase
+                if stretch.middle is None:
+                    phi = phi % scene.cycle
+                    return float(dynamics.at(phi, float(machine.anchors(phi)), qdot).moment)
+                return float(dynamics.at(phi, stretch.middle, qdot, ends=(stretch.low, stretch.high)).moment)
+
+            expected = (stretch.high - stretch.low) / scene.cycle * trial.period
+            start, last = stretch.low + mechanism.phase, stretch.high + mechanism.phase
+            for longer in _SLACK:
+                run = multibody.simulate(
+                    heavier, multibody.MULTIPLIERS, start, omega, longer * expected, drive=torque, rtol=rtol
+                )
+                if run.q[-1] - mechanism.phase >= stretch.high:
+                    break
+            else:
+                raise NoAnswerError(_STUCK)
+
+            def missing(t: float, run: Any = run, last: float = last) -> float:
+                return float(run.at(t)[0][0]) - last
+
+            end, *found = _end_and_extremes(missing, lambda times, run=run: np.asarray(run.at(times)[1]), run.t)
+            omega = float(run.at(end)[1][0])
+            extremes += found
+        return Revolution(omega, 0.0, max(extremes), min(extremes))
+
+    return revolve
+
+
+def _end_and_extremes(
+    missing: Callable[[float], float], omega: Callable[[Array], Array], times: Array
+) -> tuple[float, float, float]:
+    """When (s) a motion is over, as nothing is missing to its end; the greatest and the least speed until then."""
+    end = instant(missing, 0.0, float(times[-1]))
+    until = np.append(times[times < end], end)
+    return end, _summit(omega, until, 1.0), _summit(omega, until, -1.0)
+
+
+def obstacle(machine: Machine) -> str | None:
+    """Why a machine cannot be run by multipliers; None where it can."""
+    scene = machine.scene
+    if len(scene.mechanisms) != 1:
+        return "it takes machines with one mechanism"
+    mechanism = scene.mechanisms[0]
+    if not has_joints(mechanism):
+        return f"a {mechanism.type} has no bodies to join"
+    if scene.shafts[mechanism.shaft] != 1.0:
+        return "it takes mechanisms that turn with the crank"
+    if circuit_of(scene) is not None or any(value < 1.0 for value in scene.efficiencies.values()):
+        return "it takes no motor's current and no losses in meshes"
+    if machine.friction is not None:
+        return "it takes joints without friction"
+    if _added_inertia(machine) is None:
+        return "it takes no inertia on ports beside the bodies' own"
+    return None
+
+
+def _added_inertia(machine: Machine) -> float | None:
+    """Inertia on the crank (kg m²) beside the mechanism's bodies; None where it varies."""
+    scene = machine.scene
+    bare = Machine(replace(scene, inertias=(), loads=(), springs=(), dampers=(), drive=None, motor=None))
+    phi = np.linspace(0.1, scene.cycle - 0.1, _ANGLES)
+    total, own = (np.asarray(part.reduce(phi).inertia + 0.0 * phi) for part in (machine, bare))
+    added = total - own
+    return float(added.mean()) if np.ptp(added) <= _SAME * (np.abs(total).max() + 1e-300) else None

@@ -1,4 +1,7 @@
-"""What accuracy costs on a scene, as plain data: a row for each method, and the cheapest that keeps the accuracy asked."""
+"""What accuracy costs on a scene: every method that can answer it, each with its true error and its time.
+
+The result is plain data: a row for each method, and the cheapest that keeps the accuracy wanted.
+"""
 
 from __future__ import annotations
 
@@ -6,7 +9,8 @@ import statistics
 import time
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, fields, replace
+from functools import partial
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -14,15 +18,17 @@ import numpy as np
 from flywheel.machine.machine import Machine
 from flywheel.numerics.budget import Tally, counted
 from flywheel.numerics.faults import Fault, SceneError
+from flywheel.regime import constant_speed, periodic_motion, wittenbauer
 from flywheel.regime.joint_friction import machine_of
+from flywheel.regime.periodic_motion import Asked
 from flywheel.regime.turning_moment import check_cycle
 from flywheel.scene.accuracy import rtol_faults
 from flywheel.scene.scene import Scene
-from flywheel.study import methods
-from flywheel.study.methods import Method
-from flywheel.study.question import Question
+from flywheel.sizing import speed_dependent
+from flywheel.sizing.sizing import size
+from flywheel.study import steppers
 from flywheel.study.reference import Reference, verified
-from flywheel.study.steppers import NoAnswerError
+from flywheel.study.steppers import NoAnswerError, Question, Revolve, answer
 
 
 class Row(NamedTuple):
@@ -114,20 +120,8 @@ class Tradeoff:
 
     def as_dict(self) -> dict[str, Any]:
         """For JSON."""
-        own = (
-            "title",
-            "figure",
-            "unit",
-            "rtol",
-            "scale",
-            "cheapest",
-            "cheapest_promised",
-            "budget",
-            "seconds",
-            "interrupted",
-        )
         return {
-            **{name: getattr(self, name) for name in own},
+            **{item.name: getattr(self, item.name) for item in fields(self)},
             "level": list(self.level),
             "messages": list(self.messages),
             "complete": self.complete,
@@ -147,6 +141,156 @@ def duration(seconds: float) -> str:
     return (
         f"{seconds:.2g} s" if seconds >= 1.0 else f"{1e3 * seconds:.3g} ms" if seconds >= 0.1 else f"{1e3 * seconds:.2g} ms"
     )
+
+
+# -- methods -----------------------------------------------------------------------------------------------------------
+
+RESTARTED = ", restarted"
+AREAS = "accumulated areas"
+INERTIA_TORQUE = "inertia torque at constant speed"
+GRID = "plain grid"
+CLOSED_FORM = "exact, closed form"
+ALONG_THE_MOTION = "exact, collocation"
+COLLOCATION = "collocation"
+STEPPING = "time stepping, "
+BOND_GRAPH = "whole bond graph"
+MULTIPLIERS = "Lagrange's multipliers"
+
+FAMILIES = (
+    *(AREAS, INERTIA_TORQUE, GRID, CLOSED_FORM, ALONG_THE_MOTION, COLLOCATION),
+    *(STEPPING + kind for kind in ("Euler", "RK4", "RK45", "DOP853", "LSODA")),
+    *(BOND_GRAPH, MULTIPLIERS),
+)
+"""Families in the order in which they are told; any other comes after them."""
+
+_TOLERANCES = (1e-3, 1e-6, 1e-9, 1e-12)
+_ANY = 0.01  # an irregularity, where which one does not matter
+_SEARCH = 0.1  # tolerance of a search to that of the steps that it searches with
+_OVER_JUMPS = 100.0  # the same where steps run over jumps, and end in noise far above their tolerance
+_JUMPS = "that loads jump within steps"
+_FEW = (("RK4", (36, 360)), ("Euler", (360,)))  # steps a cycle
+_MANY = (("Euler", (3600,)), ("RK4", (3600,)))
+_FIXED = {"Euler": 1e-5, "RK4": 1e-8}  # tolerance of a search with steps of a fixed length: below what these come to
+
+
+class Method(NamedTuple):
+    """A way to the answer: its family and setting, a short label for pictures, and what it leaves out.
+
+    `promised` is the relative error that it promises, None where it does not know its own error.
+    """
+
+    family: str
+    setting: str
+    label: str
+    answer: Callable[[], float]
+    leaves_out: str = ""
+    promised: float | None = None
+
+    @property
+    def name(self) -> str:
+        """Family and setting."""
+        return f"{self.family}, {self.setting}" if self.setting else self.family
+
+    @property
+    def group(self) -> tuple[str, bool]:
+        """What it shares with its other settings, which come one after the other from rough to fine."""
+        return self.family, self.setting.endswith(RESTARTED)
+
+
+def ordered(rows: Iterable[Row]) -> list[Row]:
+    """Rows by family, in each those with a restart before those without."""
+    places = {name: k for k, name in enumerate(FAMILIES)}
+    return sorted(rows, key=lambda row: (places.get(row.family, len(places)), row.family, not row.name.endswith(RESTARTED)))
+
+
+def methods(question: Question) -> list[Method]:
+    """Every method that can answer, in the order in which they are run: those that tell most for their time first."""
+    machine, own = question.machine, question.machine.sets_its_speed
+    varying = "that I* varies over the cycle" + (", and torques with speed" if own else "")
+    frozen = "that the speed varies, for the inertia torque" + (" and for the loads" if own else "")
+    between = "what happens between angles" + (", torques that depend on speed at a constant one" if own else "")
+    exact = ALONG_THE_MOTION if own else CLOSED_FORM
+    # an analysis takes the same fluctuations of energy as a sizing; for which irregularity does not matter to them
+    sizing = machine if question.sized else machine_of(replace(machine.scene, inertia=None, irregularity=_ANY, wheel=None))
+    first = [
+        Method(AREAS, "", "areas", partial(_by_fluctuation, question, sizing, False), varying),
+        Method(INERTIA_TORQUE, "", "inertia torque", partial(_by_fluctuation, question, sizing, True), frozen),
+    ]
+    for count in (36, 360, 3600):
+        by_grid = partial(steppers.by_grid, question, count)
+        first.append(Method(GRID, f"{count} angles", f"grid {count}", by_grid, between))
+    for rtol in _TOLERANCES:
+        call = partial(_sized, question, rtol)
+        first.append(Method(exact, f"rtol {rtol:g}", f"exact {rtol:g}", call, promised=rtol))
+    for rtol in () if own else _TOLERANCES[1:]:
+        call = partial(_collocated, question, rtol)
+        first.append(Method(COLLOCATION, f"rtol {rtol:g}", f"collocation {rtol:g}", call, promised=rtol))
+
+    def stepped(
+        family: str, setting: str, short: str, revolve: Revolve, tolerance: float, restart: bool, missing: str = _JUMPS
+    ) -> Method:
+        call = partial(steppers.by_shooting, question, revolve, tolerance)
+        mark, missing = (RESTARTED, "") if restart else ("", missing)
+        return Method(family, setting + mark, short + mark.replace(",", ""), call, missing)
+
+    def adaptive(restart: bool) -> Iterator[Method]:
+        for kind in steppers.ADAPTIVE:
+            for rtol in (1e-6, 1e-9, 1e-12)[: 3 if kind == "DOP853" else 2]:
+                revolve = steppers.adaptive(machine, kind, rtol, restart)
+                tolerance = (_SEARCH if restart else _OVER_JUMPS) * rtol
+                yield stepped(STEPPING + kind, f"rtol {rtol:g}", f"{kind} {rtol:g}", revolve, tolerance, restart)
+
+    def fixed(restart: bool, plan: tuple[tuple[str, tuple[int, ...]], ...]) -> Iterator[Method]:
+        for kind, counts in plan:
+            for count in counts:
+                revolve = steppers.fixed(machine, kind, count, restart)
+                tolerance = (_SEARCH if restart else _OVER_JUMPS) * _FIXED[kind]
+                yield stepped(STEPPING + kind, f"{count} steps", f"{kind} {count}", revolve, tolerance, restart)
+
+    def multipliers(restart: bool) -> Iterator[Method]:
+        for rtol in (1e-4, 1e-6, 1e-8)[: 3 if restart else 2]:
+            revolve = steppers.by_multipliers(machine, rtol, restart)
+            yield stepped(MULTIPLIERS, f"rtol {rtol:g}", f"multipliers {rtol:g}", revolve, _SEARCH * rtol, restart)
+
+    def graphs() -> Iterator[Method]:
+        lossy = any(efficiency < 1.0 for efficiency in machine.scene.efficiencies.values())
+        for rtol in (1e-6, 1e-9):
+            revolve, missing = steppers.by_bond_graph(machine, rtol), "losses in meshes" if lossy else ""
+            yield stepped(BOND_GRAPH, f"rtol {rtol:g}", f"bond graph {rtol:g}", revolve, _SEARCH * rtol, False, missing)
+
+    jointed = steppers.obstacle(machine) is None
+    return [
+        *(*first, *adaptive(True), *graphs(), *(multipliers(True) if jointed else ()), *fixed(True, _FEW)),
+        *(*adaptive(False), *fixed(False, _FEW), *(multipliers(False) if jointed else ())),
+        *(*fixed(True, _MANY), *fixed(False, _MANY)),
+    ]
+
+
+def _by_fluctuation(question: Question, sizing: Machine, torque: bool) -> float:
+    """From the fluctuation of W, or of W - ½w²I*: over eps w² it is the flywheel with the least I*."""
+    if sizing.sets_its_speed:
+        speed, *_ = constant_speed.reference_point(sizing)
+        figures, _ = speed_dependent.at_constant_speed(sizing, speed, sizing.scene.rtol)
+    else:
+        figures, _ = wittenbauer.resolved_figures(sizing, sizing.scene.rtol)
+    wheel, inertia = wittenbauer.flywheel(figures, sizing.scene), wittenbauer.reduced_inertia(figures)
+    if question.sized:
+        return (wheel.inertia_torque_flywheel if torque else wheel.approximate) or 0.0
+    total = (wheel.inertia_torque if torque else wheel.approximate_total) or 0.0
+    given = question.machine.scene.inertia or 0.0
+    return (sizing.scene.irregularity or 0.0) * total / (given + inertia.least / question.crank)
+
+
+def _sized(question: Question, rtol: float) -> float:
+    return answer(size(question.machine, rtol, accuracy="normal"))
+
+
+def _collocated(question: Question, rtol: float) -> float:
+    """The periodic motion by Newton's method, as if its torques depended on speed."""
+    scene, speed, start = question.machine.scene, question.machine.scene.speed or 0.0, question.given
+    wanted = Asked(None if question.sized else start, scene.irregularity, speed)
+    motion = periodic_motion.found(question.machine, speed, wanted, start, 0.0, rtol)
+    return max(motion.inertia, 0.0) / question.crank if question.sized else motion.run.irregularity
 
 
 # -- measuring: methods one after the other within a budget of time, each with its time and its evaluations ------------
@@ -200,18 +344,19 @@ class OutOfTimeError(Exception):
 def limited(end: float) -> Iterator[Tally]:
     """Count what is evaluated inside; once `time.perf_counter()` is past `end` (s), OutOfTimeError ends it."""
 
-    def look() -> None:
+    def check() -> None:
         if time.perf_counter() > end:
             raise OutOfTimeError
 
-    with counted(look) as tally:
+    with counted(check) as tally:
         yield tally
 
 
 def measured(methods: Sequence[Method], budget: float, progress: Progress | None = None, spent: float = 0.0) -> Measured:
     """Run methods until all are done, the budget (s) is spent, or the user interrupts.
 
-    What is `spent` already counts, but half of the budget is left for methods whatever it was.
+    What is `spent` already counts, but half of the budget is left for methods whatever it was. A method is left out where a
+    rougher setting of the same has already taken too long.
     """
     begun = time.perf_counter() - spent
     over = begun + max(budget, spent + 0.5 * budget)
@@ -221,29 +366,24 @@ def measured(methods: Sequence[Method], budget: float, progress: Progress | None
         for k, method in enumerate(methods):
             if progress is not None:
                 progress(k, len(methods), method.name)
-            runs.append(_next(method, runs, over - time.perf_counter(), budget))
+            left = over - time.perf_counter()
+            if left <= 0.0:
+                runs.append(Run(method, LEFT, reason="the budget was spent"))
+            elif any(run.method.group == method.group and run.outcome in (OUT_OF_TIME, LEFT) for run in runs):
+                runs.append(Run(method, LEFT, reason="a rougher setting took too long already"))
+            else:
+                runs.append(_run(method, min(left, max(_LONGEST * budget, _LEAST))))
     except KeyboardInterrupt:
         interrupted = True
     runs += [Run(method, LEFT, reason="interrupted") for method in methods[len(runs) :]]
     return Measured(runs, interrupted, time.perf_counter() - begun)
 
 
-def _next(method: Method, before: Sequence[Run], left: float, budget: float) -> Run:
-    """A method's run, unless the budget is spent, or a rougher setting of the same has already taken too long."""
-    if left <= 0.0:
-        return Run(method, LEFT, reason="the budget was spent")
-    slow = any(run.method.group == method.group and run.outcome in (OUT_OF_TIME, LEFT) for run in before)
-    if slow:
-        return Run(method, LEFT, reason="a rougher setting took too long already")
-    return _run(method, min(left, max(_LONGEST * budget, _LEAST)))
-
-
 def _run(method: Method, limit: float) -> Run:
     """One method, repeated while that costs little; the first of several repeats only warms up."""
-    end = time.perf_counter() + limit
     try:
         with np.errstate(all="ignore"):
-            with limited(end) as tally:
+            with limited(time.perf_counter() + limit) as tally:
                 seconds, value = _timed(method)
             times = [seconds]
             while len(times) <= _REPEATS and sum(times) < min(_ENOUGH, limit):
@@ -322,16 +462,7 @@ def tradeoff(
         raise TypeError(f"expected a Machine or a Scene (flywheel.load makes one), found {type(machine).__name__}")
     check_cycle(scene)
     kept = scene.rtol if rtol is None else rtol
-    _check(scene, kept, budget)
-    machine = machine_of(machine)
-    begun = time.perf_counter()
-    asked, reference = verified(machine)
-    found = measured(methods.methods(asked), budget, progress, time.perf_counter() - begun)
-    return _compared(asked, reference, found, kept, budget)
-
-
-def _check(scene: Scene, rtol: float, budget: float) -> None:
-    faults = rtol_faults(rtol)
+    faults = rtol_faults(kept)
     if scene.areas is not None:
         advice = "use flywheel size"
         faults.append(Fault("areas", "areas of a diagram, which one closed form answers", "a scene with a machine", advice))
@@ -339,32 +470,39 @@ def _check(scene: Scene, rtol: float, budget: float) -> None:
         faults.append(Fault("budget", f"{budget}", "a number of seconds above 0"))
     if faults:
         raise SceneError(faults)
+    machine = machine_of(machine)
+    begun = time.perf_counter()
+    question, reference = verified(machine)
+    runs, interrupted, seconds = measured(methods(question), budget, progress, time.perf_counter() - begun)
 
+    def meets(run: Run) -> bool | None:
+        """Whether a run keeps the error; None where it has no answer, or the reference does not let one tell."""
+        if run.value is None:
+            return None
+        error = question.error(run.value, reference.value)
+        return True if error + reference.doubt <= kept else False if error - reference.doubt > kept else None
 
-def _compared(asked: Question, reference: Reference, found: Measured, rtol: float, budget: float) -> Tradeoff:
-    good = [run for run in found.runs if _meets(asked, reference, run, rtol)]
-    anew, stopped = ([], True) if found.interrupted else decided(good)
-    again = {run.method.name: run for run in anew}
-    runs = [again.get(run.method.name, run) for run in found.runs]
-    good = [run for run in runs if _meets(asked, reference, run, rtol)]
+    again, stopped = ([], True) if interrupted else decided(run for run in runs if meets(run))
+    anew = {run.method.name: run for run in again}
+    runs = [anew.get(run.method.name, run) for run in runs]
+    good = [run for run in runs if meets(run)]
     level = _level(good)
-    safe = _level([run for run in good if run.method.promised is not None and run.method.promised <= rtol])
-    best, sure = _chosen(level, rtol), _chosen(safe, rtol)
+    best = _chosen(level, kept)
     return Tradeoff(
-        title=asked.machine.scene.title,
-        figure=asked.figure,
-        unit=asked.unit,
-        rtol=rtol,
+        title=scene.title,
+        figure=question.figure,
+        unit=question.unit,
+        rtol=kept,
         reference=reference,
-        scale=asked.scale,
-        rows=tuple(_row(asked, reference, run, rtol) for run in runs),
+        scale=question.scale,
+        rows=tuple(_row(question, reference, run, meets(run)) for run in runs),
         cheapest=best,
         level=tuple(run.method.name for run in level if run.method.name != best),
-        cheapest_promised=sure,
-        cannot=methods.obstacles(asked),
+        cheapest_promised=_chosen(_level([run for run in good if _promises(run, kept)]), kept),
+        cannot={} if (reason := steppers.obstacle(machine)) is None else {MULTIPLIERS: reason},
         budget=budget,
-        seconds=found.seconds,
-        interrupted=found.interrupted or stopped,
+        seconds=seconds,
+        interrupted=interrupted or stopped,
         messages=reference.messages,
     )
 
@@ -375,22 +513,18 @@ def _level(runs: list[Run]) -> list[Run]:
     return sorted((run for run in runs if run.least <= _NOISE * fastest), key=lambda run: run.least)
 
 
+def _promises(run: Run, rtol: float) -> bool:
+    return run.method.promised is not None and run.method.promised <= rtol
+
+
 def _chosen(level: list[Run], rtol: float) -> str | None:
     """Of runs that take as long, one that promises rtol, and no more than that; else the fastest."""
-    promises = [run for run in level if run.method.promised is not None and run.method.promised <= rtol]
+    promises = [run for run in level if _promises(run, rtol)]
     best = max(promises, key=lambda run: run.method.promised or 0.0, default=level[0] if level else None)
     return best and best.method.name
 
 
-def _meets(asked: Question, reference: Reference, run: Run, rtol: float) -> bool | None:
-    """Whether a run keeps rtol; None where it has no answer, or the reference's doubt does not let one tell."""
-    if run.value is None:
-        return None
-    error = asked.error(run.value, reference.value)
-    return True if error + reference.doubt <= rtol else False if error - reference.doubt > rtol else None
-
-
-def _row(asked: Question, reference: Reference, run: Run, rtol: float) -> Row:
+def _row(question: Question, reference: Reference, run: Run, meets: bool | None) -> Row:
     method = run.method
     return Row(
         name=method.name,
@@ -398,8 +532,8 @@ def _row(asked: Question, reference: Reference, run: Run, rtol: float) -> Row:
         label=method.label,
         outcome=run.outcome,
         value=run.value,
-        error=None if run.value is None else asked.error(run.value, reference.value),
-        meets=_meets(asked, reference, run, rtol),
+        error=None if run.value is None else question.error(run.value, reference.value),
+        meets=meets,
         seconds=run.seconds,
         fastest=min(run.times, default=None),
         slowest=max(run.times, default=None),

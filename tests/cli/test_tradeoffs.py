@@ -123,13 +123,13 @@ def test_a_process_that_is_interrupted_tells_what_it_has(tmp_path):
     code = """
 import os, signal, sys, time
 from flywheel.cli import main
-from flywheel.study import methods
+from flywheel.study import tradeoff
 signal.signal(signal.SIGINT, signal.default_int_handler)  # a process in the background may have been started to ignore it
 def stop():
     os.kill(os.getpid(), signal.SIGINT)
     time.sleep(60)
-every = methods.methods
-methods.methods = lambda asked: [every(asked)[0], methods.Method("stopping", "", "stopping", stop), every(asked)[1]]
+every = tradeoff.methods
+tradeoff.methods = lambda own: [every(own)[0], tradeoff.Method("stopping", "", "stopping", stop), every(own)[1]]
 main(["tradeoff", sys.argv[1]])
 """
     scene = tmp_path / "rotor.toml"

@@ -7,10 +7,9 @@ from pathlib import Path
 import pytest
 
 import flywheel
-from flywheel.study import methods, tradeoff
-from flywheel.study.methods import FAMILIES
-from flywheel.study.question import question
-from flywheel.study.tradeoff import Measured, Run
+from flywheel.study import steppers, tradeoff
+from flywheel.study.steppers import Question
+from flywheel.study.tradeoff import FAMILIES, Measured, Run
 from tests.scenes import press, rotor, yoke
 
 FOLDER = Path(__file__).parents[1] / "references"
@@ -24,8 +23,8 @@ FEW = ("accumulated", "inertia", "plain", "exact", "collocation", "time stepping
 
 def few(monkeypatch):
     """Let the quickest methods be all there are, each run twice: no test hangs on how fast the machine is."""
-    every = methods.methods
-    monkeypatch.setattr(methods, "methods", lambda asked: [own for own in every(asked) if own.name.startswith(FEW)])
+    every = tradeoff.methods
+    monkeypatch.setattr(tradeoff, "methods", lambda asked: [own for own in every(asked) if own.name.startswith(FEW)])
     monkeypatch.setattr(tradeoff, "_REPEATS", 1)
     monkeypatch.setattr(tradeoff, "_ROUNDS", 2)
 
@@ -114,8 +113,8 @@ def test_exact_methods_keep_what_they_promise(found_and_true):
 
 def every_method(scene):
     machine = flywheel.Machine(flywheel.load(scene))
-    asked = question(machine, flywheel.size(machine, simulate=False))
-    return methods.methods(asked), asked
+    asked = Question.of(flywheel.size(machine, simulate=False))
+    return tradeoff.methods(asked), asked
 
 
 def test_every_family_has_its_place():
@@ -130,14 +129,14 @@ def test_every_method_has_a_name_of_its_own(scene):
     names = [own.name for own in found]
     assert len(set(names)) == len(names) >= 30
     assert len({own.label for own in found}) == len(names)
-    families = {own.family for own in found} | set(methods.obstacles(asked))
+    families = {own.family for own in found} | ({tradeoff.MULTIPLIERS} if steppers.obstacle(asked.machine) else set())
     assert {f"time stepping, {kind}" for kind in ("Euler", "RK4", "RK45", "DOP853", "LSODA")} <= families
     assert {
         "accumulated areas",
         "plain grid",
         "exact, closed form",
         "whole bond graph",
-        methods.MULTIPLIERS,
+        tradeoff.MULTIPLIERS,
     } <= families
 
 

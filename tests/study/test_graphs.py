@@ -4,7 +4,7 @@ import pytest
 
 import flywheel
 from flywheel.machine.machine import Machine
-from flywheel.study import steppers, whole_models
+from flywheel.study import steppers
 from flywheel.study.steppers import Trial
 from tests.scenes import yoke
 
@@ -14,9 +14,9 @@ TRIAL = Trial(inertia=300.0, balance=318.0, speed=6.3, current=0.0, period=1.0)
 
 def test_it_agrees_to_its_tolerance():
     true = steppers.adaptive(MACHINE, "DOP853", 1e-12, True)(TRIAL)
-    assert whole_models.whole(MACHINE, 1e-6)(TRIAL) == pytest.approx(true, rel=1e-6)
+    assert steppers.by_bond_graph(MACHINE, 1e-6)(TRIAL) == pytest.approx(true, rel=1e-6)
 
 
 def test_it_goes_on_until_the_cycle_is_over():
     true = steppers.adaptive(MACHINE, "DOP853", 1e-12, True)(TRIAL)
-    assert whole_models.whole(MACHINE, 1e-6)(TRIAL._replace(period=0.9)) == pytest.approx(true, rel=1e-6)
+    assert steppers.by_bond_graph(MACHINE, 1e-6)(TRIAL._replace(period=0.9)) == pytest.approx(true, rel=1e-6)

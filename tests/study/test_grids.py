@@ -8,7 +8,7 @@ import pytest
 import flywheel
 from flywheel.machine.machine import Machine
 from flywheel.study import steppers
-from flywheel.study.question import question
+from flywheel.study.steppers import Question
 from tests.scenes import press, yoke
 
 COUNT = 91  # no angle on a jump
@@ -16,7 +16,7 @@ COUNT = 91  # no angle on a jump
 
 def asked(scene):
     machine = Machine(flywheel.load(scene))
-    return question(machine, flywheel.size(machine, simulate=False))
+    return Question.of(flywheel.size(machine, simulate=False))
 
 
 def script(machine):

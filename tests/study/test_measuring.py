@@ -5,9 +5,8 @@ import pytest
 from flywheel.numerics.budget import count
 from flywheel.numerics.faults import Fault, SceneError
 from flywheel.study import tradeoff
-from flywheel.study.methods import Method
 from flywheel.study.steppers import NoAnswerError
-from flywheel.study.tradeoff import DONE, FAILED, LEFT, OUT_OF_TIME, Run
+from flywheel.study.tradeoff import DONE, FAILED, LEFT, OUT_OF_TIME, Method, Run
 
 
 def method(answer, name="made up", setting=""):

@@ -4,7 +4,7 @@ import pytest
 
 import flywheel
 from flywheel.machine.machine import Machine
-from flywheel.study import steppers, whole_models
+from flywheel.study import steppers
 from flywheel.study.steppers import Trial
 from tests.scenes import press, rotor, shaper, yoke
 
@@ -18,7 +18,7 @@ def test_they_agree_to_their_tolerance(restart):
     built = machine(press(load=[{"on": "press.slider", "force": "-900*sin(phi)"}]))
     trial = Trial(inertia=40.0, balance=10.0, speed=12.0, current=0.0, period=0.52)
     true = steppers.adaptive(built, "DOP853", 1e-12, True)(trial)
-    assert whole_models.by_multipliers(built, 1e-5, restart)(trial) == pytest.approx(true, rel=1e-5)
+    assert steppers.by_multipliers(built, 1e-5, restart)(trial) == pytest.approx(true, rel=1e-5)
 
 
 @pytest.mark.parametrize(
@@ -31,8 +31,8 @@ def test_they_agree_to_their_tolerance(restart):
     ],
 )
 def test_what_they_cannot(scene, reason):
-    assert reason in whole_models.obstacle(machine(scene))
+    assert reason in steppers.obstacle(machine(scene))
 
 
 def test_a_constant_inertia_on_the_crank_is_no_obstacle():
-    assert whole_models.obstacle(machine(yoke(inertia=[{"on": "crank", "value": 5}]))) is None
+    assert steppers.obstacle(machine(yoke(inertia=[{"on": "crank", "value": 5}]))) is None

@@ -4,14 +4,14 @@ import pytest
 
 import flywheel
 from flywheel.machine.machine import Machine
-from flywheel.study.question import answer, question
+from flywheel.study.steppers import Question, answer
 from tests.scenes import shaper, yoke
 
 
 def asked_and_sizing(scene):
     machine = Machine(flywheel.load(scene))
     sizing = flywheel.size(machine, simulate=False)
-    return question(machine, sizing), sizing
+    return Question.of(sizing), sizing
 
 
 def test_a_sizing_asks_for_the_exact_flywheel():

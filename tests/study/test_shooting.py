@@ -6,8 +6,7 @@ import pytest
 
 import flywheel
 from flywheel.machine.machine import Machine
-from flywheel.study.question import question
-from flywheel.study.steppers import NoAnswerError, Revolution, by_shooting, stretches_of
+from flywheel.study.steppers import NoAnswerError, Question, Revolution, by_shooting, stretches_of
 from tests.scenes import rotor
 
 OWN, SPEED = 2.0, 10 * pi
@@ -23,7 +22,7 @@ def asked(wheel):
         flywheel=wheel,
     )
     machine = Machine(flywheel.load(scene))
-    return question(machine, flywheel.size(machine, simulate=False))
+    return Question.of(flywheel.size(machine, simulate=False))
 
 
 def by_energy(trial):

@@ -6,8 +6,7 @@ import pytest
 import flywheel
 from flywheel.machine.machine import Machine
 from flywheel.study import steppers
-from flywheel.study.question import question
-from flywheel.study.steppers import NoAnswerError, Trial, by_shooting
+from flywheel.study.steppers import NoAnswerError, Question, Trial, by_shooting
 from tests.scenes import yoke
 
 SMOOTH = yoke(load=[{"on": "yoke", "force": "400*sin(phi)"}])
@@ -69,5 +68,5 @@ def test_the_fastest_of_nearly_equal_lobes_is_found_among_many_steps():
     }
     built = machine(scene)
     sizing = flywheel.size(built, 1e-12, accuracy="normal")
-    found = by_shooting(question(built, sizing), steppers.fixed(built, "RK4", 720, True), 1e-9)
+    found = by_shooting(Question.of(sizing), steppers.fixed(built, "RK4", 720, True), 1e-9)
     assert found == pytest.approx(sizing.simulation.irregularity, rel=1e-7)
