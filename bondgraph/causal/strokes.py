@@ -106,7 +106,33 @@ def follows(graph: BondGraph, strokes: Mapping[int, str], known: Inputs, name: s
 def loops(graph: BondGraph, strokes: Mapping[int, str], known: Inputs) -> tuple[Loop, ...]:
     """The algebraic loops: groups of efforts and flows each of which is computed from all the others."""
     gives = _givers(graph, strokes)
-    return tuple(_loop(graph, gives, known, group) for group in _groups(known))
+    left = dict(known)
+    while settled := [v for v, needs in left.items() if not any(n in left for n in needs)]:
+        for variable in settled:
+            del left[variable]
+    needs = {v: tuple(n for n in known[v] if n in left) for v in left}
+    reach = {v: {w for n in needs[v] for w in _towards(n, needs)} for v in left}
+    found = []
+    while left:
+        first = next(iter(left))
+        group = [v for v in left if v in reach[first] and first in reach[v]]
+        for variable in group or [first]:
+            del left[variable]
+        if not group:
+            continue
+        members = {gives[v] for v in group}
+        elements = tuple(name for name in graph.elements if name in members)
+        start = next((v for v in group if graph.elements[gives[v]].kind == "R"), group[0])
+        inside = {v: tuple(n for n in known[v] if n in group) for v in group}
+        back = [_towards(v, inside) for v in inside[start]]  # what each input of `start` is computed from
+        circle = min(([*_path(start, towards), start] for towards in back if start in towards), key=len)
+        resistors = [graph.title(name) for name in elements if graph.elements[name].kind == "R"]
+        passed = ", ".join(graph.title(n) for n in dict.fromkeys(gives[v] for v in circle))
+        through = " and ".join(resistors) or f"the junction structure at {passed}"
+        more = f" ({len(group)} efforts and flows in all)" if len(group) > len(circle) - 1 else ""
+        text = f"algebraic loop through {through}: {' -> '.join(map(str, circle))}{more}"
+        found.append(Loop(elements, tuple(sorted({v.bond for v in group})), text))
+    return tuple(found)
 
 
 def _givers(graph: BondGraph, strokes: Mapping[int, str]) -> dict[Variable, str]:
@@ -129,38 +155,6 @@ def _path(variable: Variable, towards: Mapping[Variable, Variable]) -> Iterator[
     while towards[variable] != variable:
         variable = towards[variable]
         yield variable
-
-
-def _groups(known: Inputs) -> Iterator[list[Variable]]:
-    left = dict(known)
-    while settled := [v for v, needs in left.items() if not any(n in left for n in needs)]:
-        for variable in settled:
-            del left[variable]
-    needs = {v: tuple(n for n in known[v] if n in left) for v in left}
-    reach = {v: {w for n in needs[v] for w in _towards(n, needs)} for v in left}
-    while left:
-        first = next(iter(left))
-        group = [v for v in left if v in reach[first] and first in reach[v]]
-        if group:
-            yield group
-        for variable in group or [first]:
-            del left[variable]
-
-
-def _loop(graph: BondGraph, gives: Mapping[Variable, str], known: Inputs, group: list[Variable]) -> Loop:
-    members = {gives[v] for v in group}
-    elements = tuple(name for name in graph.elements if name in members)
-    resistors = [graph.title(name) for name in elements if graph.elements[name].kind == "R"]
-    start = next((v for v in group if graph.elements[gives[v]].kind == "R"), group[0])
-    needs = {v: tuple(n for n in known[v] if n in group) for v in group}
-    back = [_towards(v, needs) for v in needs[start]]  # what each input of `start` is computed from, `start` itself if found
-    circles = [[*_path(start, towards), start] for towards in back if start in towards]
-    circle = min(circles, key=lambda steps: len(steps))
-    passed = ", ".join(graph.title(n) for n in dict.fromkeys(gives[v] for v in circle))
-    through = " and ".join(resistors) or f"the junction structure at {passed}"
-    more = f" ({len(group)} efforts and flows in all)" if len(group) > len(circle) - 1 else ""
-    text = f"algebraic loop through {through}: {' -> '.join(map(str, circle))}{more}"
-    return Loop(elements, tuple(sorted({v.bond for v in group})), text)
 
 
 # -- the assignment ----------------------------------------------------------------------------------------------------
@@ -214,14 +208,10 @@ class Causality:
             stroke = self.strokes[bond.number]
             lines.append(f"{bond.number:4d}  {arrow:{wide}}  {stroke:{end}}  {reason.kind}: {reason.text}")
         lines.append("integral: " + (", ".join(self.graph.title(n) for n in self.integral) or "none"))
-        lines += _listed("derivative", [self.follows[n] for n in self.derivative])
-        lines += _listed("conflicts", self.conflicts)
-        lines += _listed("algebraic loops", [loop.text for loop in self.loops])
+        follows, circles = [self.follows[n] for n in self.derivative], [loop.text for loop in self.loops]
+        for what, found in (("derivative", follows), ("conflicts", self.conflicts), ("algebraic loops", circles)):
+            lines += [f"{what}:", *(f"  {line}" for line in found)] if found else [f"{what}: none"]
         return "\n".join(lines)
-
-
-def _listed(what: str, lines: Sequence[str]) -> list[str]:
-    return [f"{what}:", *(f"  {line}" for line in lines)] if lines else [f"{what}: none"]
 
 
 def causality(graph: BondGraph, prefer: str | Mapping[str, str] = _INTEGRAL) -> Causality:
@@ -253,14 +243,16 @@ def causality(graph: BondGraph, prefer: str | Mapping[str, str] = _INTEGRAL) -> 
         fixed.append((bond, _Mark(end, "source", source.name)))
     draft = _extended(_Draft(graph, {}, {}, frozenset()), fixed, list(graph.elements))
     for name in () if isinstance(prefer, str) else prefer:  # what is asked for by name comes first, if it can be had
-        trial = _store(draft, name, wanted[name], "preferred")
+        trial = _store(draft, wanted, name)
         free = graph.bond_of(name).number not in draft.marks
         draft = trial if free and len(trial.conflicts) == len(draft.conflicts) else draft
     draft = _completed(draft, wanted)
     strokes = {b.number: draft.marks[b.number].end for b in graph.bonds}
     known = inputs(graph, strokes)
     found = () if draft.conflicts else loops(graph, strokes, known)
-    how = {e.name: _how(e.kind, strokes[graph.bond_of(e.name).number] == e.name) for e in graph.of_kind(*STORES)}
+    how = {}
+    for e in graph.of_kind(*STORES):
+        how[e.name] = _INTEGRAL if is_integral(e.kind, strokes[graph.bond_of(e.name).number] == e.name) else _DERIVATIVE
     derivative = tuple(name for name, is_ in how.items() if is_ == _DERIVATIVE)
     return Causality(
         graph,
@@ -303,10 +295,6 @@ def _wanted(graph: BondGraph, prefer: str | Mapping[str, str]) -> dict[str, str]
     return {name: wanted[name] for name in sorted(wanted, key=lambda name: behind(name) == (wanted[name] == _INTEGRAL))}
 
 
-def _how(kind: str, gives_flow: bool) -> str:
-    return _INTEGRAL if is_integral(kind, gives_flow) else _DERIVATIVE
-
-
 # -- drafts: strokes so far, and what follows from one more ---------------------------------------------------------------
 
 
@@ -327,6 +315,7 @@ class _Draft(NamedTuple):
 
     @property
     def strokes(self) -> dict[int, str]:
+        """The stroke's end of every bond that has one so far."""
         return {number: mark.end for number, mark in self.marks.items()}
 
 
@@ -347,7 +336,14 @@ def _extended(draft: _Draft, decided: Iterable[tuple[Bond, _Mark]], todo: Sequen
             marks[bond.number] = _Mark(end, "propagated", name, tuple(b.number for b in causes))
             strokes[bond.number] = end
             queue.append(bond.other(name))
-        if name not in conflicts and _contradicts(graph, strokes, name):
+        bonds = graph.at(name)
+        known = [b for b in bonds if b.number in strokes]
+        if graph.elements[name].kind == "GY":
+            contradicts = len({strokes[b.number] == name for b in known}) > 1
+        else:
+            deciders = len(deciding(graph, strokes, name))
+            contradicts = deciders > 1 or (deciders == 0 and len(known) == len(bonds))
+        if contradicts and name not in conflicts:
             conflicts[name] = _conflict(graph, marks, strokes, name)
         if _divides(graph, strokes, name):
             backwards.add(name)
@@ -365,15 +361,6 @@ def _forced(graph: BondGraph, strokes: Mapping[int, str], name: str) -> list[tup
     if decided:
         return [(b, not DECIDES_AT[kind], decided[:1]) for b in free]
     return [(free[0], DECIDES_AT[kind], known)] if len(free) == 1 else []
-
-
-def _contradicts(graph: BondGraph, strokes: Mapping[int, str], name: str) -> bool:
-    bonds = graph.at(name)
-    known = [b for b in bonds if b.number in strokes]
-    if graph.elements[name].kind == "GY":
-        return len({strokes[b.number] == name for b in known}) > 1
-    decided = deciding(graph, strokes, name)
-    return len(decided) > 1 or (not decided and len(known) == len(bonds))
 
 
 def _divides(graph: BondGraph, strokes: Mapping[int, str], name: str) -> bool:
@@ -411,11 +398,11 @@ def _trials(draft: _Draft, wanted: Mapping[str, str]) -> list[_Draft]:
     if stores:  # the first that gets what it prefers without a conflict or a division by a modulus; else the first of all
         waiting = []
         for name in stores:
-            trial = _store(draft, name, wanted[name], "preferred")
+            trial = _store(draft, wanted, name)
             if trial.backwards == draft.backwards and len(trial.conflicts) == len(draft.conflicts):
-                return [trial, _opposite(draft, name, wanted[name])]
+                return [trial, _store(draft, wanted, name, opposite=True)]
             waiting.append(trial)
-        return [waiting[0], _opposite(draft, stores[0], wanted[stores[0]])]
+        return [waiting[0], _store(draft, wanted, stores[0], opposite=True)]
     resistors = [e.name for e in graph.of_kind("R") if graph.bond_of(e.name).number not in draft.marks]
     if resistors:  # first those whose laws cannot be solved for their flows, as resistances
         name = min(resistors, key=lambda n: _solvable(graph, n))
@@ -428,14 +415,12 @@ def _trials(draft: _Draft, wanted: Mapping[str, str]) -> list[_Draft]:
     return sorted(both, key=lambda trial: len(trial.backwards)) if not name or _solvable(graph, name) else both
 
 
-def _store(draft: _Draft, name: str, how: str, kind: str) -> _Draft:
+def _store(draft: _Draft, wanted: Mapping[str, str], name: str, *, opposite: bool = False) -> _Draft:
+    """The draft with a store in the causality that is wanted of it, or in the opposite one."""
     bond = draft.graph.bond_of(name)
-    gives_flow = is_integral(draft.graph.elements[name].kind, how == _INTEGRAL)
-    return _extended(draft, [(bond, _Mark(name if gives_flow else bond.other(name), kind, name))])
-
-
-def _opposite(draft: _Draft, name: str, how: str) -> _Draft:
-    return _store(draft, name, _DERIVATIVE if how == _INTEGRAL else _INTEGRAL, "chosen")
+    gives_flow = is_integral(draft.graph.elements[name].kind, (wanted[name] == _INTEGRAL) != opposite)
+    mark = _Mark(name if gives_flow else bond.other(name), "chosen" if opposite else "preferred", name)
+    return _extended(draft, [(bond, mark)])
 
 
 def _solvable(graph: BondGraph, name: str) -> bool:
@@ -481,7 +466,16 @@ def _reason(draft: _Draft, bond: Bond, wanted: Mapping[str, str], how: Mapping[s
         text = f"{graph.title(port)} has to follow: {text}" if mark.kind == "propagated" else text
     if kind == "chosen" and any(bond.number in loop.bonds for loop in found):
         text += "; its causal path leads back to it, an algebraic loop"
-    return Reason(kind, text + _warning(graph, mark.end, bond, port, how))
+    # what this stroke asks of a law that it may not give: a law's inverse, a division by a ratio that may vanish
+    end, element = mark.end, graph.elements[port].kind if port else ""
+    if element == "R" and end == port and not _solvable(graph, port):
+        text += f"; the law e(f) of {graph.title(port)} has to be solved for f"
+    elif element == "C" and how[port] == _DERIVATIVE and not graph.is_linear(port):
+        text += f"; the law e(q) of {graph.title(port)} has to be solved for q"
+    elif graph.elements[end].kind in TWO_PORTS and bond.head == end and _divides(graph, {bond.number: end}, end):
+        source = f"{'f' if graph.elements[end].kind == 'TF' else 'e'}_{graph.ends(end)[1].number}"
+        text += f"; f_{bond.number} = {source} / {end} divides by {graph.title(end)}, singular where it is 0"
+    return Reason(kind, text)
 
 
 def _text(graph: BondGraph, mark: _Mark, how: Mapping[str, str]) -> str:
@@ -507,17 +501,3 @@ def _text(graph: BondGraph, mark: _Mark, how: Mapping[str, str]) -> str:
         return f"{graph.title(mark.by)} taken as a conductance, f = e / {mark.by}"
     law = f"{mark.by} f" if _solvable(graph, mark.by) else f"{mark.by}(f)"
     return f"{graph.title(mark.by)} taken as a resistance, e = {law}"
-
-
-def _warning(graph: BondGraph, end: str, bond: Bond, port: str, how: Mapping[str, str]) -> str:
-    """What this stroke asks of a law that it may not give: a division by a ratio that may vanish, a law's inverse."""
-    kind = graph.elements[port].kind if port else ""
-    if kind == "R" and end == port and not _solvable(graph, port):
-        return f"; the law e(f) of {graph.title(port)} has to be solved for f"
-    if kind == "C" and how[port] == _DERIVATIVE and not graph.is_linear(port):
-        return f"; the law e(q) of {graph.title(port)} has to be solved for q"
-    if graph.elements[end].kind in TWO_PORTS and bond.head == end and _divides(graph, {bond.number: end}, end):
-        other = graph.ends(end)[1].number
-        source = f"f_{other}" if graph.elements[end].kind == "TF" else f"e_{other}"
-        return f"; f_{bond.number} = {source} / {end} divides by {graph.title(end)}, singular where it is 0"
-    return ""

@@ -83,34 +83,24 @@ class Table:
 
     def text(self) -> str:
         """The table in aligned columns."""
-        lines = [_HEADINGS, *(_cells(row, _plain, str, "->") for row in self.rows)]
+        lines = [_HEADINGS, *(_cells(row, _written, str, "->") for row in self.rows)]
         wide = [max(len(line[k]) for line in lines) for k in range(len(_HEADINGS))]
         body = ["  ".join(cell.ljust(w) for cell, w in zip(line, wide, strict=True)).rstrip() for line in lines]
         return "\n".join([*body, *self._footer()])
 
     def markdown(self) -> str:
         """The table in Markdown, its equations as code."""
-        lines = [_cells(row, lambda e: f"`{_plain(e)}`", _markdown, "->") for row in self.rows]
+        lines = [_cells(row, lambda e: f"`{_written(e)}`", _markdown, "->") for row in self.rows]
         body = ["| " + " | ".join(line) + " |" for line in (_HEADINGS, ("---",) * len(_HEADINGS), *lines)]
         return "\n".join([*body, "", *(f"- {_markdown(line)}" for line in self._footer())])
 
     def latex(self) -> str:
         r"""The table as a LaTeX tabular with its convention below it; no package is needed."""
-        lines = [_cells(row, lambda e: f"${_latex(e)}$", _escaped, r"$\rightarrow$") for row in self.rows]
+        lines = [_cells(row, lambda e: f"${_written(e, tex=True)}$", _escaped, r"$\rightarrow$") for row in self.rows]
         body = [" & ".join(line) + r" \\" for line in (_HEADINGS, *lines)]
         columns = "r" + "l" * (len(_HEADINGS) - 1)
-        return "\n".join(
-            [
-                rf"\begin{{tabular}}{{{columns}}}",
-                r"\hline",
-                body[0],
-                r"\hline",
-                *body[1:],
-                r"\hline",
-                r"\end{tabular}",
-                *(rf"\par {_escaped(line)}" for line in self._footer()),
-            ]
-        )
+        table = [rf"\begin{{tabular}}{{{columns}}}", r"\hline", body[0], r"\hline", *body[1:], r"\hline", r"\end{tabular}"]
+        return "\n".join([*table, *(rf"\par {_escaped(line)}" for line in self._footer())])
 
     def _footer(self) -> list[str]:
         return [f"convention: {CONVENTION}", *self.notes]
@@ -152,91 +142,63 @@ def table(graph: BondGraph, causality: Causality | None = None) -> Table:
 def _row(graph: BondGraph, found: Causality, known: Inputs, bond: Bond) -> Row:
     effort, flow = (_equation(graph, found, known, bond, letter) for letter in "ef")
     store = next((n for n in bond[1:] if graph.elements[n].kind in STORES), None)
-    return Row(
-        bond.number,
-        graph.title(bond.tail),
-        graph.title(bond.head),
-        (bond.tail, bond.head),
-        found.strokes[bond.number],
-        effort,
-        flow,
-        _state(graph, bond, store, store in found.integral) if store is not None else None,
-    )
+    state = None
+    if store is not None:  # its rate of change in integral causality, its value in derivative causality
+        inertia = graph.elements[store].kind == "I"
+        left = Quantity("p" if inertia else "q", bond.number)
+        if store in found.integral:
+            rate = Quantity("e" if inertia else "f", bond.number)
+            state = Equation(left._replace(rate=True), (Term(rate, positive=bond.sign(store) > 0),))
+        else:
+            given = Term(Quantity("f" if inertia else "e", bond.number))
+            curved = Term(None, _symbol(graph, store, given, inverse=True))
+            state = Equation(left, (curved if _nonlinear(graph, store) else given._replace(factor=_symbol(graph, store)),))
+    ends = graph.title(bond.tail), graph.title(bond.head), (bond.tail, bond.head)
+    return Row(bond.number, *ends, found.strokes[bond.number], effort, flow, state)
 
 
 def _equation(graph: BondGraph, found: Causality, known: Inputs, bond: Bond, letter: str) -> Equation:
     name = giver(bond, letter, found.strokes)
-    kind = graph.elements[name].kind
+    kind, law, inward = graph.elements[name].kind, graph.elements[name].law, bond.sign(name) > 0
     needs = [Quantity(*v) for v in known[Variable(letter, bond.number)]]
-    left = Quantity(letter, bond.number)
+    symbol = _symbol(graph, name)
     if kind in SOURCES:
-        return Equation(left, (Term(None, _source(graph, bond, name)),))
-    if kind in STORES:
-        return Equation(left, (_stored(graph, bond, name, letter),))
-    if kind == "R":
-        inward, inverse = bond.sign(name) > 0, needs[0].letter == "e"
+        if isinstance(law, Law) and law.moving:  # it may depend on flows and time besides
+            driving = Term(Quantity("f", graph.at(law.motion.of)[0].number))
+            also = {"speed": driving, "flow": Term(Quantity("f", bond.number)), "time": TIME}
+            symbol = symbol._replace(arguments=(*symbol.arguments, *(also[name] for name in law.sees)))
+        terms = [Term(None, symbol)]
+    elif kind in STORES:  # from its state, or its state's rate of change
+        state = Quantity("p" if kind == "I" else "q", bond.number)
+        if letter == ("e" if kind == "I" else "f"):
+            terms = [Term(state._replace(rate=True), positive=inward)]
+        elif _nonlinear(graph, name):
+            terms = [Term(None, _symbol(graph, name, Term(state)))]
+        else:
+            terms = [Term(state, symbol, divided=True)]
+    elif kind == "R":
+        inverse = needs[0].letter == "e"
         if not _nonlinear(graph, name):
-            return Equation(left, (Term(needs[0], _symbol(graph, name), divided=inverse, positive=inward),))
-        if inverse:
-            return Equation(left, (Term(None, _symbol(graph, name, Term(needs[0]), inverse=True), positive=inward),))
-        return Equation(left, (Term(None, _symbol(graph, name, Term(needs[0], positive=inward))),))
-    if kind not in JUNCTIONS:
-        into = bond.head == name
-        divided = letter == "f" if kind == "GY" else (letter == "f") == into
-        return Equation(left, (Term(needs[0], _symbol(graph, name), divided),))
-    if letter == COMMON[kind]:
-        return Equation(left, tuple(Term(need) for need in needs))
-    signs = {b.number: b.sign(name) for b in graph.at(name)}
-    terms = [Term(need, positive=signs[need.bond] != signs[bond.number]) for need in needs]
-    return Equation(left, tuple(sorted(terms, key=lambda term: not term.positive)))
-
-
-def _stored(graph: BondGraph, bond: Bond, name: str, letter: str) -> Term:
-    """What a store gives: from its state, or its state's rate of change."""
-    kind = graph.elements[name].kind
-    state = _state_of(kind, bond)
-    if letter == ("e" if kind == "I" else "f"):
-        return Term(state._replace(rate=True), positive=bond.sign(name) > 0)
-    if _nonlinear(graph, name):
-        return Term(None, _symbol(graph, name, Term(state)))
-    return Term(state, _symbol(graph, name), divided=True)
-
-
-def _state(graph: BondGraph, bond: Bond, name: str, integral: bool) -> Equation:
-    """A store's state: its rate of change in integral causality, its value in derivative causality."""
-    kind = graph.elements[name].kind
-    state = _state_of(kind, bond)
-    if integral:
-        rate = Quantity("e" if kind == "I" else "f", bond.number)
-        return Equation(state._replace(rate=True), (Term(rate, positive=bond.sign(name) > 0),))
-    given = Quantity("f" if kind == "I" else "e", bond.number)
-    if _nonlinear(graph, name):
-        return Equation(state, (Term(None, _symbol(graph, name, Term(given), inverse=True)),))
-    return Equation(state, (Term(given, _symbol(graph, name)),))
-
-
-def _state_of(kind: str, bond: Bond) -> Quantity:
-    return Quantity("p" if kind == "I" else "q", bond.number)
+            terms = [Term(needs[0], symbol, divided=inverse, positive=inward)]
+        elif inverse:
+            terms = [Term(None, _symbol(graph, name, Term(needs[0]), inverse=True), positive=inward)]
+        else:
+            terms = [Term(None, _symbol(graph, name, Term(needs[0], positive=inward)))]
+    elif kind not in JUNCTIONS:
+        terms = [Term(needs[0], symbol, divided=letter == "f" if kind == "GY" else (letter == "f") == (bond.head == name))]
+    elif letter == COMMON[kind]:
+        terms = [Term(need) for need in needs]
+    else:
+        signs = {b.number: b.sign(name) for b in graph.at(name)}
+        terms = [Term(need, positive=signs[need.bond] != signs[bond.number]) for need in needs]
+        terms.sort(key=lambda term: not term.positive)
+    return Equation(Quantity(letter, bond.number), tuple(terms))
 
 
 def _nonlinear(graph: BondGraph, name: str) -> bool:
     """Whether a resistor's or compliance's law is a function of its own flow or displacement, no factor."""
     element = graph.elements[name]
     return graph.is_curve(name) or (element.kind == "C" and isinstance(element.law, Law))
-
-
-def _source(graph: BondGraph, bond: Bond, name: str) -> Symbol:
-    """A source's law, which may depend on flows and time besides."""
-    symbol, law = _symbol(graph, name), graph.elements[name].law
-    if not isinstance(law, Law) or not law.moving:
-        return symbol
-    driving = graph.at(law.motion.of)[0].number
-    also: dict[str, str | Term] = {
-        "speed": Term(Quantity("f", driving)),
-        "flow": Term(Quantity("f", bond.number)),
-        "time": TIME,
-    }
-    return symbol._replace(arguments=(*symbol.arguments, *(also[name] for name in law.sees)))
 
 
 def _symbol(graph: BondGraph, name: str, own: Term | None = None, inverse: bool = False) -> Symbol:
@@ -255,53 +217,39 @@ def _cells(row: Row, equation: Callable[[Equation], str], word: Callable[[str], 
     return (str(row.bond), *words, equation(row.effort), equation(row.flow), state)
 
 
-def _sum(terms: Sequence[Term], one: Callable[[Term], str]) -> str:
-    if not terms:
-        return "0"
-    rest = "".join((" + " if term.positive else " - ") + one(term) for term in terms[1:])
-    return ("" if terms[0].positive else "-") + one(terms[0]) + rest
+def _written(equation: Equation, tex: bool = False) -> str:
+    return f"{_quantity(equation.left, tex)} = {_sum(equation.right, tex)}"
 
 
-def _plain(equation: Equation) -> str:
-    return f"{_plain_quantity(equation.left)} = {_sum(equation.right, _plain_term)}"
+def _quantity(quantity: Quantity, tex: bool) -> str:
+    letter, bond, rate = quantity
+    if tex:
+        return (rf"\dot{{{letter}}}" if rate else letter) + f"_{{{bond}}}"
+    return f"d{letter}_{bond}/dt" if rate else f"{letter}_{bond}"
 
 
-def _plain_quantity(quantity: Quantity) -> str:
-    plain = f"{quantity.letter}_{quantity.bond}"
-    return f"d{plain}/dt" if quantity.rate else plain
+def _sum(terms: Sequence[Term], tex: bool) -> str:
+    text = ""
+    for k, term in enumerate(terms):
+        text += (("", "-"), (" + ", " - "))[k > 0][not term.positive]
+        parts = [_factor(term.factor, tex)] if term.factor is not None else []
+        parts += [_quantity(term.quantity, tex)] if term.quantity is not None else []
+        if term.divided:
+            text += rf"\frac{{{parts[1]}}}{{{parts[0]}}}" if tex else f"{parts[1]}/{parts[0]}"
+        else:
+            text += (r"\," if tex else " ").join(parts)
+    return text or "0"
 
 
-def _plain_term(term: Term) -> str:
-    parts = [_plain_symbol(term.factor)] if term.factor is not None else []
-    if term.quantity is not None:
-        parts.append(_plain_quantity(term.quantity))
-    return "/".join(reversed(parts)) if term.divided else " ".join(parts)
-
-
-def _plain_symbol(symbol: Symbol) -> str:
-    name = symbol.name if re.fullmatch(r"[\w.]+", symbol.name) else f"{symbol.kind}[{symbol.name}]"
-    arguments = ", ".join(a if isinstance(a, str) else _sum([a], _plain_term) for a in symbol.arguments)
-    return name + ("^-1" if symbol.inverse else "") + (f"({arguments})" if arguments else "")
-
-
-def _latex(equation: Equation) -> str:
-    return f"{_latex_quantity(equation.left)} = {_sum(equation.right, _latex_term)}"
-
-
-def _latex_quantity(quantity: Quantity) -> str:
-    letter = rf"\dot{{{quantity.letter}}}" if quantity.rate else quantity.letter
-    return f"{letter}_{{{quantity.bond}}}"
-
-
-def _latex_term(term: Term) -> str:
-    factor = _latex_symbol(term.factor) if term.factor is not None else ""
-    quantity = _latex_quantity(term.quantity) if term.quantity is not None else ""
-    return rf"\frac{{{quantity}}}{{{factor}}}" if term.divided else r"\,".join(filter(None, (factor, quantity)))
-
-
-def _latex_symbol(symbol: Symbol) -> str:
-    arguments = ", ".join(_latex_name(a) if isinstance(a, str) else _sum([a], _latex_term) for a in symbol.arguments)
-    return _latex_name(symbol.name) + ("^{-1}" if symbol.inverse else "") + (f"({arguments})" if arguments else "")
+def _factor(symbol: Symbol, tex: bool) -> str:
+    if tex:
+        name, inverse = _latex_name(symbol.name), "^{-1}"
+    else:
+        name = symbol.name if re.fullmatch(r"[\w.]+", symbol.name) else f"{symbol.kind}[{symbol.name}]"
+        inverse = "^-1"
+    word = _latex_name if tex else str
+    arguments = [word(a) if isinstance(a, str) else _sum([a], tex) for a in symbol.arguments]
+    return name + inverse * symbol.inverse + (f"({', '.join(arguments)})" if arguments else "")
 
 
 _GREEK = (

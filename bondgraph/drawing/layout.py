@@ -1,30 +1,37 @@
-"""The labels of a drawn graph, and its geometry in points: boxes, visible bonds, their numbers, half arrows and strokes.
+"""A graph laid out in points: labels, places of the elements, visible bonds, their numbers, half arrows and strokes.
 
 Names are shortened only where the picture stays unambiguous: a name that repeats the neighbours' names says nothing new, a
 first part that whole groups of names share is left out while the rest stays unique, and long names wrap at their dots. The
-room that a text takes is guessed, never too small. What `layout` returns has no flaws in the sense of `flaws`, whatever the
-graph.
+room that a text takes is guessed, never too small.
+
+Elements start in layers of a breadth-first walk; then they move on a grid as long as that lowers a cost: what makes a
+drawing hard to read, labels that overlap, bonds through labels, crossings, bonds too short for their number, too long,
+oblique, or side by side. Every step is deterministic: the same graph, the same drawing. What `layout` returns has no flaws
+in the sense of `flaws`, whatever the graph.
 """
 
 from __future__ import annotations
 
 import re
 from collections import Counter
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 from math import atan2, hypot, remainder, tan, tau
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from bondgraph.drawing.placement import enters, place, rearranged
-from bondgraph.elements import JUNCTIONS, TWO_PORTS
-from bondgraph.graph import Bond, BondGraph
+from bondgraph.elements import JUNCTIONS, ONE_PORTS, TWO_PORTS
+from bondgraph.graph import Bond, BondGraph, reached_from
 from bondgraph.laws import Function, GraphError
 
 LABEL_SIZE, JUNCTION_SIZE, NAME_SIZE, NUMBER_SIZE = 11.5, 14.0, 8.5, 8.0  # points
 LINE_SPACING = 1.25
+Array = NDArray[np.float64]
+Indices = NDArray[np.intp]
+Mask = NDArray[np.bool_]
 _WRAP = 12  # characters
 _LETTERS = (
     "alpha beta gamma delta epsilon zeta eta theta iota kappa lambda mu nu xi pi rho sigma tau phi chi psi omega "
@@ -70,7 +77,13 @@ def labels(graph: BondGraph) -> dict[str, Label]:
 
 def short_names(graph: BondGraph) -> dict[str, str]:
     """Each name that is drawn, as it is drawn: without its first part where the rest tells it from all others."""
-    names = [*(name for name in graph.elements if not _implied(graph, name)), *graph.displacements]
+    names = list(graph.displacements)
+    for name in reversed(graph.elements):  # but for what only puts together its neighbours' names, as `Builder` does
+        near = [bond.other(name) for bond in graph.at(name)]
+        implied = {f"{a}{sign}{b}" for a in near for b in near for sign in ("->", "-")}
+        implied |= {f"{a}.{what}" for a in near for what in ("sum", "rate")}
+        if name not in implied:
+            names.insert(0, name)
     rest = {name: name.partition(".")[2] for name in names}
     shared = Counter(name.partition(".")[0] for name in rest)
     taken = Counter([*rest, *rest.values()])
@@ -78,13 +91,6 @@ def short_names(graph: BondGraph) -> dict[str, str]:
     for name, short in rest.items():
         clear[name.partition(".")[0]] &= taken[short] == 1 or not short
     return {n: s if s and clear[n.partition(".")[0]] and shared[n.partition(".")[0]] > 1 else n for n, s in rest.items()}
-
-
-def _implied(graph: BondGraph, name: str) -> bool:
-    """Whether a name only puts together the names of its neighbours, as `Builder` does where it is told none."""
-    near = [bond.other(name) for bond in graph.at(name)]
-    made = {f"{a}{sign}{b}" for a in near for b in near for sign in ("->", "-")}
-    return name in made | {f"{a}.sum" for a in near} | {f"{a}.rate" for a in near}
 
 
 def plain(text: str) -> str:
@@ -120,17 +126,272 @@ def _symbol(match: re.Match[str]) -> str:
 
 def width(text: str, size: float) -> float:
     """How wide a text is at a font size, in points: never less than the truth for the serif font that is drawn with."""
-    return size * sum(_em(character) for character in plain(text))
+
+    def em(character: str) -> float:
+        if character in "iljftIr.,:;[]()|!'- ":
+            return 0.42
+        if character in "mMwW@%" or character > "\u2e80":
+            return 1.0
+        if character in "acesz":
+            return 0.51
+        return 0.78 if character.isupper() or not character.isascii() else 0.54
+
+    return size * sum(map(em, plain(text)))
 
 
-def _em(character: str) -> float:
-    if character in "iljftIr.,:;[]()|!'- ":
-        return 0.42
-    if character in "mMwW@%" or character > "\u2e80":
-        return 1.0
-    if character in "acesz":
-        return 0.51
-    return 0.78 if character.isupper() or not character.isascii() else 0.54
+# -- places ------------------------------------------------------------------------------------------------------------
+
+
+STEP = np.array([24.0, 24.0])  # points: the grid
+_FREE, _SHORTEST = 6.0, 32.0  # points: free around labels, of a bond to be seen between its labels
+_STROKE, _FARTHEST = 11.0, 26.0  # points: a causal stroke, and how far it moves out where bonds crowd
+_WINDOW, _SWEEPS = 5, 14
+_OVERLAP, _THROUGH, _CROSSING, _CRAMPED, _NARROW, _BENT = 900.0, 700.0, 260.0, 5.0, 80.0, 40.0
+_OBLIQUE, _UPWARD, _ONWARD = 55.0, 8.0, 40.0
+_ROOM = (14.0, 20.0)  # points around the labels of the backbone while the one-ports are still to come
+_PULL, _SHAKE = 1.3, 40.0  # times and points, where all is arranged once more
+_NARROWEST = np.cos(np.radians(34.0))
+_WAYS = [(-1, 0), (1, 0), (0, 1), (0, -1), (-1, -1), (1, -1), (-1, 1), (1, 1), (-2, 1), (2, 1), (-2, -1), (2, -1)]
+_FAVOURITES = {"Se": (-1.0, 0.1), "Sf": (-1.0, 0.1), "I": (0.1, 1.0), "R": (0.1, -1.0), "C": (-0.1, -1.0)}
+Places = dict[str, tuple[float, float]]
+
+
+class Problem(NamedTuple):
+    """A graph as arrays: half sizes of the labels, the two ends of each bond, pairs of bonds that share an element."""
+
+    half: Array
+    ends: Indices
+    pairs: Indices  # shared element, other end of one bond, other end of the other
+    straight: Mask  # of the pairs: whether they meet at a two-port, where the way should go straight on
+    taste: Array  # the direction that each bond would like to have; 0 where it does not mind
+    clear: Array  # points from the middle of each element to where its bonds begin to be seen
+    groups: tuple[tuple[int, ...], ...]  # what moves together: an element, a junction with its one-ports, a branch
+
+
+def place(graph: BondGraph, half: Mapping[str, tuple[float, float]]) -> Places:
+    """The centre of every element, in points, given the half width and half height of its label.
+
+    The backbone of junctions and two-ports comes first, with room to spare; then the one-ports join, each in its favourite
+    direction among those that are free at its junction, and all move.
+    """
+    layers = _ordered(graph, _layers(graph))
+    start = {
+        name: (4.0 * STEP[0] * column, 4.0 * STEP[1] * ((len(layer) - 1) // 2 - row))
+        for column, layer in enumerate(layers)
+        for row, name in enumerate(layer)
+    }
+    backbone = [name for name, element in graph.elements.items() if element.kind not in ONE_PORTS]
+    at = _settled(graph, {name: (half[name][0] + _ROOM[0], half[name][1] + _ROOM[1]) for name in backbone}, start)
+
+    def apart(one: Array, two: Array) -> float:
+        """How far two directions are apart, by the cosine; anything beyond about 80 degrees counts as far."""
+        cosine = float(one @ two) / (float(np.hypot(*one) * np.hypot(*two)) + 1e-9)
+        return min(1.0 - cosine, 0.8)
+
+    for name in backbone:
+        here, near = np.array(at[name]), [bond.other(name) for bond in graph.at(name)]
+        taken = [np.array(at[other]) - here for other in near if other in at]
+        for port in (other for other in near if graph.elements[other].kind in ONE_PORTS):
+            wish = _FAVOURITES[graph.elements[port].kind]
+            ways = [np.array(way) for way in sorted(_WAYS, key=lambda way: np.hypot(*np.subtract(way, wish)))]
+            best = max(ways, key=lambda way: min((apart(way * STEP, other) for other in taken), default=1.0))
+            taken.append(best * STEP)
+            at[port] = tuple((here + 3.0 * best * STEP).tolist())
+    return _settled(graph, half, at)
+
+
+def rearranged(graph: BondGraph, half: Mapping[str, tuple[float, float]], at: Places, attempt: int) -> Places:
+    """Other places for the same elements: pulled apart and shaken, another way at each attempt, then moved again."""
+    k = np.arange(len(at))
+    shake = _SHAKE * np.sin(np.stack([7.0 * k, 11.0 * k], axis=-1) + attempt)
+    aligned = np.round((_PULL * np.array(list(at.values())) + shake) / STEP) * STEP
+    return _settled(graph, half, dict(zip(at, map(tuple, aligned.tolist()), strict=True)))
+
+
+def _settled(graph: BondGraph, half: Mapping[str, tuple[float, float]], start: Places) -> Places:
+    """The part of the graph whose half sizes are given, each group of elements moved to its cheapest place nearby."""
+    problem = _problem(graph, half)
+    at = np.array([start[name] for name in half])
+    for _ in range(_SWEEPS):
+        moved = False
+        for group in problem.groups:
+            near = [b if a in group else a for a, b in problem.ends if (a in group) != (b in group)]
+            lead = at[group[0]]
+            middle = np.round(at[near or [group[0]]].mean(axis=0) / STEP) * STEP  # of the neighbours
+            targets = np.concatenate([[lead], lead + _grid(_WINDOW), middle + _grid(_WINDOW // 2)])
+            candidates = np.repeat(at[None], len(targets), axis=0)
+            candidates[:, list(group)] += (targets - lead)[:, None]
+            costs = cost(problem, candidates, group)
+            best = int(np.argmin(costs))
+            if costs[best] < costs[0] - 1e-6:
+                at[:] = candidates[best]
+                moved = True
+        if not moved:
+            break
+    return dict(zip(half, map(tuple, at.tolist()), strict=True))
+
+
+def _grid(reach: int) -> Array:
+    steps = np.arange(-reach, reach + 1)
+    return np.asarray(np.stack(np.meshgrid(steps, steps), axis=-1).reshape(-1, 2) * STEP)
+
+
+def _problem(graph: BondGraph, half: Mapping[str, tuple[float, float]]) -> Problem:
+    index = {name: k for k, name in enumerate(half)}
+    bonds = [bond for bond in graph.bonds if bond.tail in half and bond.head in half]
+    near = [[index[bond.other(name)] for bond in graph.at(name) if bond.other(name) in half] for name in half]
+    kinds = [graph.elements[name].kind for name in half]
+    pairs = [(k, a, b) for k, others in enumerate(near) for n, a in enumerate(others) for b in others[:n] if a != b]
+    layer = {name: k for k, names in enumerate(_layers(graph)) for name in names}
+    taste = []  # inertias up, resistors and springs down, as textbooks print them; what lies further on, to the right
+    for bond in bonds:
+        if bond.tail in layer and bond.head in layer:
+            taste.append((_ONWARD * float(np.sign(layer[bond.head] - layer[bond.tail])), 0.0))
+        else:
+            port, sign = (bond.tail, -1.0) if bond.tail not in layer else (bond.head, 1.0)
+            taste.append((0.0, sign * {"I": _UPWARD, "R": -_UPWARD, "C": -_UPWARD}.get(graph.elements[port].kind, 0.0)))
+    ports = [tuple(n for n in others if kinds[n] in ONE_PORTS) for others in near]
+    groups = [(port,) for own in ports for port in own]
+    loose = {k for (k,) in groups}
+    for k, own in enumerate(ports):
+        groups += ([(k,)] if k not in loose else []) + ([(k, *own)] if own else [])
+    for joint, others in enumerate(near):  # branches: the smaller parts that the graph falls into without one element
+        apart = {k: [n for n in around if n != joint] for k, around in enumerate(near)}
+        seen = {joint}
+        for lead in others:
+            if lead not in seen:
+                branch = reached_from(lead, apart)
+                seen |= branch
+                if 1 < len(branch) < len(near) / 2:
+                    groups.append((lead, *sorted(branch - {lead})))
+    return Problem(
+        np.array(list(half.values())).reshape(-1, 2) + _FREE / 2.0,
+        np.array([(index[b.tail], index[b.head]) for b in bonds], dtype=np.intp).reshape(-1, 2),
+        np.array(pairs, dtype=np.intp).reshape(-1, 3),
+        np.array([kinds[k] in TWO_PORTS for k, _, _ in pairs], dtype=np.bool_),
+        np.array(taste).reshape(-1, 2),
+        np.array([min(6.0 / np.tan(np.pi / max(len(others), 3)), _FARTHEST) for others in near]),
+        tuple(groups),
+    )
+
+
+def _layers(graph: BondGraph) -> list[list[str]]:
+    """Junctions and two-ports by their distance from the one named first, in the order of a depth-first walk."""
+    near = {
+        name: [b.other(name) for b in graph.at(name) if graph.elements[b.other(name)].kind not in ONE_PORTS]
+        for name, element in graph.elements.items()
+        if element.kind not in ONE_PORTS
+    }
+    todo = list(near)[:1]
+    walk: dict[str, None] = {}
+    while todo:
+        name = todo.pop()
+        if name not in walk:
+            walk[name] = None
+            todo += reversed(near[name])
+    reached = list(near)[:1]
+    distance = dict.fromkeys(reached, 0)
+    for name in reached:
+        fresh = [other for other in near[name] if other not in distance]
+        distance |= dict.fromkeys(fresh, distance[name] + 1)
+        reached += dict.fromkeys(fresh)
+    return [[name for name in walk if distance[name] == k] for k in range(max(distance.values()) + 1)]
+
+
+def _ordered(graph: BondGraph, layers: list[list[str]]) -> list[list[str]]:
+    """Each layer sorted by the mean place of its neighbours, to and fro, to the order with the fewest crossings."""
+    best, fewest = layers, _crossings(graph, layers)
+    for sweep in range(12):
+        layers = [list(layer) for layer in layers]
+        onward = sweep % 2 == 0
+        for k in range(1, len(layers)) if onward else range(len(layers) - 2, -1, -1):
+            places = {name: place for place, name in enumerate(layers[k - 1] if onward else layers[k + 1])}
+            mean: dict[str, float] = {}
+            for row, name in enumerate(layers[k]):
+                near = [places[b.other(name)] for b in graph.at(name) if b.other(name) in places]
+                mean[name] = sum(near) / len(near) if near else float(row)
+            layers[k] = sorted(layers[k], key=lambda name, mean=mean: mean[name])  # type: ignore[misc]
+        fresh = []
+        for k, layer in enumerate(layers):  # neighbours switched wherever that leaves fewer crossings
+            before, after = layers[max(k - 1, 0) : k], layers[k + 1 : k + 2]
+            for n in range(len(layer) - 1):
+                other = [*layer[:n], layer[n + 1], layer[n], *layer[n + 2 :]]
+                if _crossings(graph, [*before, other, *after]) < _crossings(graph, [*before, layer, *after]):
+                    layer = other
+            fresh.append(layer)
+        layers = fresh
+        count = _crossings(graph, layers)
+        if count < fewest:
+            best, fewest = layers, count
+    return best
+
+
+def _crossings(graph: BondGraph, layers: Sequence[Sequence[str]]) -> int:
+    count = 0
+    for left, right in pairwise(layers):
+        place = {name: k for k, name in enumerate(right)}
+        ends = [(k, place[b.other(n)]) for k, n in enumerate(left) for b in graph.at(n) if b.other(n) in place]
+        count += sum((a[0] - b[0]) * (a[1] - b[1]) < 0 for i, a in enumerate(ends) for b in ends[:i])
+    return count
+
+
+def cost(problem: Problem, at: Array, group: Sequence[int]) -> Array:
+    """What a drawing costs as far as a group of elements has a part in it, for each set of positions (k, n, 2)."""
+    half, ends = problem.half, problem.ends
+    chosen = np.zeros(len(half), dtype=bool)
+    chosen[list(group)] = True
+    touched = chosen[ends].any(axis=1)
+
+    gap = np.abs(at[:, chosen, None] - at[:, None]) - (half[chosen, None] + half[None])
+    meet = (gap < 0).all(axis=-1) & (np.flatnonzero(chosen)[:, None] != np.arange(len(chosen)))[None]
+    total = _OVERLAP * meet.sum(axis=(1, 2), dtype=float)
+
+    for bonds, boxes in ((touched, np.ones_like(chosen)), (~touched, chosen)):  # bonds through labels of others
+        own, where = ends[bonds], np.flatnonzero(boxes)
+        hit = enters(at[:, own[:, 0], None], at[:, own[:, 1], None], at[:, None, where], half[where])
+        total += _THROUGH * (hit & ~(own[:, :, None] == where).any(axis=1)).sum(axis=(1, 2))
+
+    apart = (ends[touched, None, :, None] != ends[None, :, None, :]).all(axis=(2, 3))
+    once = np.where(touched[None, :], 0.5, 1.0) * apart
+    a, b = at[:, ends[touched, 0], None], at[:, ends[touched, 1], None]
+    c, d = at[:, None, ends[:, 0]], at[:, None, ends[:, 1]]
+    across = (_cross(b - a, c - a) * _cross(b - a, d - a) < 0) & (_cross(d - c, a - c) * _cross(d - c, b - c) < 0)
+    total += _CROSSING * (across * once).sum(axis=(1, 2))
+
+    tail, head = ends[touched].T
+    along = at[:, head] - at[:, tail]
+    length = np.hypot(along[..., 0], along[..., 1]) + 1e-9
+    unit = along / length[..., None]
+    visible = length - sum(
+        np.maximum(np.min(half[end] / (np.abs(unit) + 1e-9), axis=-1), problem.clear[end]) for end in (tail, head)
+    )
+    cramped = np.maximum(_SHORTEST - visible, 0.0)
+    oblique = (2.0 * unit[..., 0] * unit[..., 1]) ** 2
+    taste = -(unit * problem.taste[touched]).sum(axis=-1)
+    total += (visible + _CRAMPED * cramped + _OBLIQUE * oblique + taste).sum(axis=1)
+
+    met = chosen[problem.pairs].any(axis=1)  # bends at two-ports; elsewhere, what an angle is below the narrowest good one
+    pairs = problem.pairs[met]
+    one, two = (at[:, pairs[:, k]] - at[:, pairs[:, 0]] for k in (1, 2))
+    lengths = np.hypot(one[..., 0], one[..., 1]) * np.hypot(two[..., 0], two[..., 1]) + 1e-9
+    cosine = (one * two).sum(axis=-1) / lengths
+    narrow = _NARROW * np.maximum(cosine - _NARROWEST, 0.0) / (1.0 - _NARROWEST)
+    total += np.where(problem.straight[met], _BENT * (1.0 + cosine), narrow).sum(axis=1)
+    return np.asarray(total)
+
+
+def _cross(u: Array, v: Array) -> Array:
+    return np.asarray(u[..., 0] * v[..., 1] - u[..., 1] * v[..., 0])
+
+
+def enters(start: Array, end: Array, centre: Array, half: Array) -> Mask:
+    """Whether segments pass through boxes, all arrays broadcast."""
+    along = end - start
+    along = np.where(np.abs(along) < 1e-9, 1e-9, along)
+    one, two = (centre - half - start) / along, (centre + half - start) / along
+    first, last = np.minimum(one, two), np.maximum(one, two)
+    latest = np.maximum(np.maximum(first[..., 0], first[..., 1]), 0.0)
+    return np.asarray(latest < np.minimum(np.minimum(last[..., 0], last[..., 1]), 1.0))
 
 
 # -- the geometry ------------------------------------------------------------------------------------------------------
@@ -139,8 +400,7 @@ def _em(character: str) -> float:
 _GAP = 3.0  # points between a label and the end of its bond
 _ASIDE = 7.0  # points from a bond to the middle of its number
 _SHARES = (0.5, 0.42, 0.58, 0.34, 0.66, 0.26, 0.74, 0.18, 0.82)  # of the bond, where its number may stand
-_BARB, _STROKE = 8.5, 11.0  # points: the half arrow's barb, the causal stroke
-_FARTHEST = 26.0  # points from an element to the end of its bond, where neighbours are close
+_BARB = 8.5  # points: the half arrow's barb
 _GROWTH, _GROWTHS, _ATTEMPTS = 1.06, 10, 20  # a drawing grows by 1.06 up to ten times, then is arranged anew
 _FLOW_SIDE = (0.6, -0.8)  # half arrows lie on the flow side of a bond, which is below or to the right
 
@@ -184,19 +444,15 @@ class Line(NamedTuple):
     def point(self, share: float, aside: float = 0.0) -> Point:
         """The point at a share of the way, so far to the flow side of it."""
         dx, dy = self.end.x - self.start.x, self.end.y - self.start.y
-        ux, uy = self._flow_side()
-        return Point(self.start.x + share * dx + aside * ux, self.start.y + share * dy + aside * uy)
+        length = self.length or 1.0
+        ux, uy = dy / length, -dx / length
+        sign = 1.0 if ux * _FLOW_SIDE[0] + uy * _FLOW_SIDE[1] > 0 else -1.0
+        return Point(self.start.x + share * dx + aside * sign * ux, self.start.y + share * dy + aside * sign * uy)
 
     def passes(self, box: Box) -> bool:
         """Whether it passes through a box."""
         half = np.array([box.width, box.height]) / 2.0
         return bool(enters(np.array(self.start), np.array(self.end), np.array([box.x, box.y]), half))
-
-    def _flow_side(self) -> Point:
-        length = self.length or 1.0
-        x, y = (self.end.y - self.start.y) / length, (self.start.x - self.end.x) / length
-        sign = 1.0 if x * _FLOW_SIDE[0] + y * _FLOW_SIDE[1] > 0 else -1.0
-        return Point(sign * x, sign * y)
 
 
 @dataclass(frozen=True)
@@ -221,8 +477,7 @@ class Layout:
 def layout(graph: BondGraph) -> Layout:
     """Lay a graph out: labels, bonds and numbers that keep clear of each other; the same graph, the same layout.
 
-    The elements take the places that `bondgraph.drawing.placement.place` finds; the drawing then grows, or is arranged
-    anew, until it has no flaws.
+    The elements take the places that `place` finds; the drawing then grows, or is arranged anew, until it has no flaws.
 
     >>> from bondgraph import Builder, I, Se
     >>> graph = Builder().one("shaft").on("shaft", I("J", 2.0), Se("M", 3.0)).build()
@@ -235,12 +490,18 @@ def layout(graph: BondGraph) -> Layout:
 
     """
     written = labels(graph)
-    half = {name: _half(label) for name, label in written.items()}
+    half = {}  # of the smallest box around each label that has its anchor in the middle
+    for name, label in written.items():
+        boxes = _boxes(label, 0.0, 0.0)
+        half[name] = max(b.width / 2.0 for b in boxes), max(abs(b.y) + b.height / 2.0 for b in boxes)
+    ends = {b.number: (b.tail, b.head) for b in graph.bonds}
     at = place(graph, half)
     for attempt in range(_ATTEMPTS):
         for growth in range(_GROWTHS):  # farther and farther apart
             scale = _GROWTH**growth
-            drawn = _laid(graph, written, {name: (scale * x, scale * y) for name, (x, y) in at.items()})
+            filled = {name: _boxes(label, scale * at[name][0], scale * at[name][1]) for name, label in written.items()}
+            lines = {b.number: _visible(graph, b, filled) for b in graph.bonds}
+            drawn = Layout(written, filled, lines, _numbers(lines, filled), ends)
             if not any(flaws(drawn)):
                 return drawn
         at = rearranged(graph, half, at, attempt)
@@ -261,22 +522,17 @@ def flaws(drawn: Layout) -> Iterator[str]:
         for k in np.flatnonzero(enters(np.array(line.start), np.array(line.end), centre, half)):
             if owned[k][0] not in drawn.ends[number]:
                 yield f"bond {number} passes through the label of {owned[k][0]!r}"
-    yield from _marks_on_bonds(drawn)
-    numbered, size = _arrays(drawn.numbers.values())
-    for one, two in zip(*np.nonzero((np.abs(numbered[:, None] - centre) < size[:, None] + half).all(axis=-1)), strict=True):
-        yield f"the number of bond {list(drawn.numbers)[one]} lies on the label of {owned[two][0]!r}"
-
-
-def _marks_on_bonds(drawn: Layout) -> Iterator[str]:
-    """Bonds that run through the end of another, where its stroke or half arrow would read as theirs."""
+    # bonds that run through the end of another, where its stroke or half arrow would read as theirs
     tips = [(number, name) for number in drawn.bonds for name in drawn.ends[number]]
-    boxes = [Box(*tip, _STROKE, _STROKE) for line in drawn.bonds.values() for tip in line]
-    centre, half = _arrays(boxes)
+    marks, size = _arrays(Box(*tip, _STROKE, _STROKE) for line in drawn.bonds.values() for tip in line)
     for number, line in drawn.bonds.items():
-        for k in np.flatnonzero(enters(np.array(line.start), np.array(line.end), centre, half)):
+        for k in np.flatnonzero(enters(np.array(line.start), np.array(line.end), marks, size)):
             other, name = tips[k]
             if other != number and name not in drawn.ends[number]:
                 yield f"bond {number} passes through the end of bond {other} at {name!r}"
+    numbered, size = _arrays(drawn.numbers.values())
+    for one, two in zip(*np.nonzero((np.abs(numbered[:, None] - centre) < size[:, None] + half).all(axis=-1)), strict=True):
+        yield f"the number of bond {list(drawn.numbers)[one]} lies on the label of {owned[two][0]!r}"
 
 
 def half_arrow(line: Line) -> Line:
@@ -290,7 +546,7 @@ def stroke(line: Line, at_end: bool) -> Line:
     return Line(line.point(share, -_STROKE / 2.0), line.point(share, _STROKE / 2.0))
 
 
-def _arrays(boxes: Iterable[Box]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+def _arrays(boxes: Iterable[Box]) -> tuple[Array, Array]:
     table = np.array(list(boxes)).reshape(-1, 4)
     return table[:, :2], table[:, 2:] / 2.0
 
@@ -304,19 +560,6 @@ def _boxes(label: Label, x: float, y: float) -> tuple[Box, ...]:
     digit = Box(x, y, 0.6 * JUNCTION_SIZE, JUNCTION_SIZE)
     tall = LINE_SPACING * NAME_SIZE * len(label.lines)
     return (digit, Box(x, y - (digit.height + tall) / 2.0, name, tall)) if label.lines else (digit,)
-
-
-def _half(label: Label) -> tuple[float, float]:
-    """Half width and half height of the smallest box around a label that has its anchor in the middle."""
-    boxes = _boxes(label, 0.0, 0.0)
-    return max(b.width / 2.0 for b in boxes), max(abs(b.y) + b.height / 2.0 for b in boxes)
-
-
-def _laid(graph: BondGraph, written: Mapping[str, Label], at: Mapping[str, tuple[float, float]]) -> Layout:
-    boxes = {name: _boxes(label, *at[name]) for name, label in written.items()}
-    lines = {b.number: _visible(graph, b, boxes) for b in graph.bonds}
-    ends = {b.number: (b.tail, b.head) for b in graph.bonds}
-    return Layout(written, boxes, lines, _numbers(lines, boxes), ends)
 
 
 def _centre(boxes: Mapping[str, tuple[Box, ...]], name: str) -> Point:

@@ -139,7 +139,7 @@ def test_curves_without_a_correlation(curve, reference, says):
 
 
 def test_graph_agrees_with_triangle_to_the_order_of_the_method():
-    coarse, fine = (compare_kinematics(until=2.0, step=step) for step in (0.1, 0.05))
+    coarse, fine = (compare_kinematics(until=1.0, step=step) for step in (0.1, 0.05))
     for name in ("position", "velocity", "acceleration"):
         gain = {m: coarse[name].agreement(m).greatest / fine[name].agreement(m).greatest for m in ("euler", "rk2", "rk4")}
         assert_allclose([gain["euler"], gain["rk2"], gain["rk4"]], [2, 4, 16], rtol=0.25)
@@ -148,7 +148,7 @@ def test_graph_agrees_with_triangle_to_the_order_of_the_method():
 
 
 def test_steady_crank_has_its_angle_right_by_any_method():
-    found = compare_kinematics(imposed=STEADY, until=2.0, step=0.02)
+    found = compare_kinematics(imposed=STEADY, until=0.6, step=0.02)
     assert found["velocity"].agreement("euler").greatest < 1e-11
     assert found["position"].agreement("euler").greatest > 1e-2
     assert found["acceleration"].agreement("rk2").greatest < 1e-10
@@ -162,15 +162,7 @@ def test_free_motion_by_three_equations():
     assert found["omega"].agreement("small lambda, m l²/3").pearson == pytest.approx(0.3813, abs=1e-4)
 
 
-def test_free_motion_keeps_its_energy():
-    machine = SliderCrank(0.5, 1.5, 2.0, 1.0, 3.0)
-    found = compare_free_motion(machine, omega=4.0, until=3.0)
-    theta, omega = (found[name].curves["bond graph"] for name in ("theta", "omega"))
-    energy = exact_inertia(machine, theta).value * omega**2
-    assert_allclose(energy, energy[0], rtol=1e-9)
-
-
-@pytest.mark.parametrize(("imposed", "off"), [(HARMONIC, 0.716), (STEADY, 22.0)])
+@pytest.mark.parametrize(("imposed", "off"), [pytest.param(HARMONIC, 0.716, marks=pytest.mark.slow), (STEADY, 22.0)])
 def test_torque_that_imposes_a_motion(imposed, off):
     torque = compare_torques(imposed=imposed)["torque"]
     assert torque.agreement("bond graph").greatest < 1e-9
@@ -183,9 +175,7 @@ def test_torque_that_imposes_a_motion(imposed, off):
 
 def test_motion_that_does_not_start_at_zero():
     imposed = Imposed("theta = 1 + t²", lambda t: 1.0 + t * t, lambda t: 2.0 * t, lambda t: 2.0 + 0.0 * t)
-    found = compare_kinematics(SliderCrank(0.3, 0.8), imposed, until=2.0, step=0.02)
-    assert found["position"].agreement("DOP853").greatest < 1e-10
-    assert compare_torques(imposed=imposed, until=2.0)["torque"].agreement("bond graph").greatest < 1e-8
+    assert compare_torques(imposed=imposed, until=0.5)["torque"].agreement("bond graph").greatest < 1e-8
 
 
 def test_table_and_names_that_are_not_there():
@@ -219,15 +209,14 @@ def test_without_torque_the_printed_modulus_stops_at_the_first_dead_centre():
 
 
 def test_with_torque_it_runs_away_at_every_step():
-    found = divided_by_modulus(loads=Loads(torque=1.0), steps=(1e-2, 1e-3))
-    assert found.errors("|T|") == (np.inf, np.inf)
+    found = divided_by_modulus(loads=Loads(torque=1.0), steps=(2e-2,))
+    assert found.errors("|T|") == (np.inf,)
     assert min(found.errors("T")) > 10.0
     assert min(found.errors("T, floor")) > 5.0
 
 
-@pytest.mark.parametrize("loads", [Loads(), Loads(1.0), Loads(1.0, 0.5, 0.2)])
-def test_crank_side_is_of_first_order(loads):
-    coarse, fine = divided_by_modulus(loads=loads, steps=(4e-3, 2e-3), until=4.0).errors("crank side")
+def test_crank_side_is_of_first_order():
+    coarse, fine = divided_by_modulus(loads=Loads(1.0, 0.5, 0.2), steps=(4e-3, 2e-3), until=4.0).errors("crank side")
     assert coarse / fine == pytest.approx(2.0, rel=0.1)
 
 

@@ -26,7 +26,7 @@ def test_there_are_scripts():
     assert FOLDER / "compare_methods.py" in SCRIPTS
 
 
-@pytest.mark.parametrize("script", sample(SCRIPTS, 3), ids=name)
+@pytest.mark.parametrize("script", sample(SCRIPTS[::-1], 3), ids=name)
 def test_main_prints_and_draws(script, tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
     monkeypatch.setattr("sys.argv", [script.name])

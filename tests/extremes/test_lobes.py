@@ -74,7 +74,7 @@ def results() -> list[Row]:
 
 
 @pytest.mark.parametrize("tilt", sample(TILTS, 5))
-@pytest.mark.parametrize("count", COUNTS)
+@pytest.mark.parametrize("count", [1, 3, 200])
 def test_the_value_is_right_whichever_lobe_is_taken(count: int, tilt: float) -> None:
     error, estimate = off(count, tilt)
     assert error <= estimate + ROUNDING
@@ -82,7 +82,7 @@ def test_the_value_is_right_whichever_lobe_is_taken(count: int, tilt: float) -> 
     assert len(flywheel.size(flywheel.load(wave(count, tilt)), simulate=False).areas) == 2 * count
 
 
-@pytest.mark.parametrize("count", COUNTS)
+@pytest.mark.parametrize("count", [2, 7, 200])
 def test_the_angle_is_that_of_one_of_the_lobes(count: int) -> None:
     found = flywheel.size(flywheel.load(wave(count)), simulate=False)
     assert found.error.extremes is not None

@@ -90,10 +90,10 @@ def test_the_speed_returns_at_every_turn() -> None:
 def test_a_motion_that_does_not_return_is_stepped_to_its_end() -> None:
     """2 N m on a rotor of 1 kg m²: each turn adds as much energy."""
     rotor = {"inertia": [{"on": "crank", "value": 1}], "drive": {"torque": 2}, "regime": {"speed": 1}}
-    motion = flywheel.simulate(flywheel.load(rotor | {"flywheel": {"inertia": 0.0}}), phi=0, omega=1.0, until=40)
+    motion = flywheel.simulate(flywheel.load(rotor | {"flywheel": {"inertia": 0.0}}), phi=0, omega=1.0, until=10)
     assert motion.trail is not None
     assert motion.trail.repeated == 0
-    assert motion.omega[-1] == pytest.approx(81.0, rel=1e-9)
+    assert motion.omega[-1] == pytest.approx(21.0, rel=1e-9)
 
 
 @pytest.mark.slow
@@ -109,6 +109,6 @@ def test_a_balanced_machine_returns_and_one_out_of_balance_by_little_does_not() 
 
 
 def test_a_transient_of_many_turns_ends_with_its_last_turn() -> None:
-    ended = flywheel.transient(flywheel.load(scene()), start=SPEED, end="60 turns", rtol=RTOL)
+    ended = flywheel.transient(flywheel.load(scene()), start=SPEED, end="12 turns", rtol=RTOL)
     assert ended.reason == "way"
-    assert ended.time == pytest.approx(60 * period(), rel=RTOL)
+    assert ended.time == pytest.approx(12 * period(), rel=RTOL)

@@ -77,11 +77,11 @@ def exact(rest: float, eps: float) -> float:
 
 
 @cache
-def swept() -> list[Found]:
-    """Every rest and irregularity."""
+def swept(every: int = 1) -> list[Found]:
+    """Every rest and irregularity, or every so many of them."""
     found = []
-    for rest in RESTS:
-        for eps in EPS:
+    for rest in RESTS[::every]:
+        for eps in EPS[::every]:
             result, true = sized(scene(rest, eps)), exact(rest, eps)
             angles = np.array([area.end for area in result.areas[:-1]])
             assert angles.size == crossings(rest).size
@@ -108,13 +108,13 @@ def results() -> list[Row]:
 
 
 def test_no_area_is_missed_and_every_figure_is_known_to_its_estimate() -> None:
-    for found in swept():
+    for found in swept(2):
         assert found.exact <= found.estimate + ROUNDING, found
         assert found.angles <= found.angles_estimate + 8 * ROUNDING, found
         assert found.estimate < 1e-8, found
 
 
-@pytest.mark.parametrize("n", [1, 7, 400])
+@pytest.mark.parametrize("n", [1, 100])
 def test_the_areas_are_four_in_every_swing(n: int) -> None:
     found = sized(scene(0.003, n=n))
     assert len(found.areas) == 4 * n + 1

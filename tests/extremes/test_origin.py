@@ -56,7 +56,7 @@ def results() -> list[Row]:
 
 @pytest.mark.parametrize("name", TURNED)
 def test_the_figures_do_not_know_the_origin(name: str) -> None:
-    for shift in SHIFTS if name != "law" else SHIFTS[3:5]:
+    for shift in SHIFTS[::2] if name != "law" else SHIFTS[3:5]:
         gap, allowed = apart(name, shift)
         assert gap <= allowed
         assert gap < 1e-9
@@ -68,7 +68,7 @@ def test_nor_do_they_know_hundreds_of_turns(name: str) -> None:
     assert gap <= allowed
 
 
-@settings(max_examples=15, deadline=None, derandomize=True)
+@settings(max_examples=6, deadline=None, derandomize=True)
 @given(st.sampled_from(["scotch-yoke", "slider-crank", "crank-shaper"]), st.floats(-tau, tau))
 @example("slider-crank", tau)
 def test_whatever_the_shift(name: str, shift: float) -> None:

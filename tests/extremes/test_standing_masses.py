@@ -140,11 +140,10 @@ def test_a_dwell_is_confirmed_in_time_with_its_flywheel() -> None:
     assert abs(found.simulation.irregularity / 0.05 - 1) <= found.error.simulation < 1e-9
 
 
-@pytest.mark.parametrize("ratio", [0.25, 7.0])
-def test_a_flywheel_that_would_be_negative_is_none(ratio: float) -> None:
+def test_a_flywheel_that_would_be_negative_is_none() -> None:
     """The machine's own irregularity is that of its I*: (sqrt(max) - sqrt(min)) / (sqrt(max) + sqrt(min)), twice."""
     wheel = {"on": "far", "irregularity": 1.2}
-    found = sized(slider({"irregularity": 0.0}, 0.02, shafts={"far": {"ratio": ratio}}, flywheel=wheel), simulate=True)
+    found = sized(slider({"irregularity": 0.0}, 0.02, shafts={"far": {"ratio": 7.0}}, flywheel=wheel), simulate=True)
     assert found.flywheel.exact == 0.0
     assert found.flywheel.needed is False
     assert found.flywheel.bracket is not None

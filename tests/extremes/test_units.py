@@ -68,11 +68,11 @@ def results() -> list[Row]:
 
 @pytest.mark.parametrize("name", FAST)
 def test_units_that_are_powers_of_two_do_not_change_a_bit(name: str) -> None:
-    for unit in TWOS:
+    for unit in TWOS[1::3]:
         assert figures(name, unit) == figures(name), unit
 
 
-@pytest.mark.parametrize("name", ["law", "cam"])
+@pytest.mark.parametrize("name", ["law", pytest.param("cam", marks=pytest.mark.slow)])
 def test_nor_do_they_for_what_takes_longer(name: str) -> None:
     assert figures(name, TWOS[-1]) == figures(name)
 
@@ -87,7 +87,7 @@ def test_units_that_are_powers_of_ten_change_rounding_alone(name: str) -> None:
 exponents = st.integers(-40, 40)
 
 
-@settings(max_examples=15, deadline=None, derandomize=True)
+@settings(max_examples=6, deadline=None, derandomize=True)
 @given(st.sampled_from(["rotor", "scotch-yoke", "slider-crank", "crank-shaper"]), exponents, exponents, exponents)
 @example("four-bar", -39, 40, -13)
 def test_any_power_of_two_will_do(name: str, length: int, mass: int, time: int) -> None:

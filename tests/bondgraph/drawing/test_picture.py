@@ -1,5 +1,6 @@
 import subprocess
 import sys
+from functools import cache
 from types import SimpleNamespace
 
 import pytest
@@ -10,8 +11,13 @@ from bondgraph.drawing.layout import layout
 from bondgraph.drawing.picture import COLOURS, draw
 from tests.bondgraph.drawing.drawn_graphs import GRAPHS, condensed
 
-FIGURES = {name: draw(make(), causality={}, title=f"The {name} graph") for name, make in GRAPHS.items()}
+SEVERAL = ("condensed", "motor", "hub")
 STROKES = {1: "crank", 2: "J", 3: "T", 4: "slider", 5: "slider", 6: "B", 7: "slider"}  # m in derivative causality
+
+
+@cache
+def figure_of(name):
+    return draw(GRAPHS[name](), causality={}, title=f"The {name} graph")
 
 
 def texts(figure):
@@ -28,20 +34,20 @@ def inside(points, box):  # with a fifth of a point for the renderer's whole pix
     return abs(x0 + x1 - 2 * x) + (x1 - x0) <= width + 0.2 and abs(y0 + y1 - 2 * y) + (y1 - y0) <= height + 0.2
 
 
-@pytest.mark.parametrize("name", GRAPHS)
+@pytest.mark.parametrize("name", SEVERAL)
 def test_true_extents_of_all_texts_lie_inside_the_boxes_that_the_layout_kept_free(name):
-    axes, drawn = FIGURES[name].axes[0], layout(GRAPHS[name]())
+    axes, drawn = figure_of(name).axes[0], layout(GRAPHS[name]())
     boxes = [box for own in drawn.boxes.values() for box in own] + list(drawn.numbers.values())
-    renderer, back = FIGURES[name].canvas.get_renderer(), axes.transData.inverted()
+    renderer, back = figure_of(name).canvas.get_renderer(), axes.transData.inverted()
     written = axes.texts[1 : len(boxes) + 1]  # the title comes first
     for text in written:
         extent = back.transform(text.get_window_extent(renderer))
         assert any(inside(extent, box) for box in boxes), text.get_text()
 
 
-@pytest.mark.parametrize("name", GRAPHS)
+@pytest.mark.parametrize("name", SEVERAL)
 def test_everything_lies_inside_the_picture(name):
-    figure = FIGURES[name]
+    figure = figure_of(name)
     axes, renderer = figure.axes[0], figure.canvas.get_renderer()
     for artist in [*axes.texts, *axes.lines]:
         extent = artist.get_window_extent(renderer)
@@ -82,7 +88,7 @@ def test_without_a_causality_the_library_finds_one():
 
 
 def test_bonds_have_the_colour_of_their_domain_and_a_legend_names_those_present():
-    figure = FIGURES["motor"]
+    figure = figure_of("motor")
     assert {"translation", "rotation", "electric"} <= set(texts(figure))
     assert "hydraulic" not in texts(figure)
     used = {line.get_color() for line in figure.axes[0].lines}
@@ -90,16 +96,16 @@ def test_bonds_have_the_colour_of_their_domain_and_a_legend_names_those_present(
 
 
 def test_conventions_are_printed_for_the_two_ports_there_are():
-    assert sum("gyrator" in text for text in texts(FIGURES["motor"])) == 1
-    assert not any("gyrator" in text for text in texts(FIGURES["condensed"]))
+    assert sum("gyrator" in text for text in texts(figure_of("motor"))) == 1
+    assert not any("gyrator" in text for text in texts(figure_of("condensed")))
 
 
 def test_figures_grow_with_their_graph():
-    small, big = (FIGURES[name].get_size_inches() for name in ("condensed", "hub"))
+    small, big = (figure_of(name).get_size_inches() for name in ("condensed", "hub"))
     assert big.prod() > small.prod()
 
 
-@pytest.mark.parametrize("suffix", ["png", "svg", "pdf"])
+@pytest.mark.parametrize("suffix", ["png", "svg", pytest.param("pdf", marks=pytest.mark.slow)])
 def test_the_same_graph_gives_the_same_file(suffix, tmp_path):
     for name in ("one", "two"):
         draw(condensed(), tmp_path / f"{name}.{suffix}", causality=STROKES, title="Crank & slider, $1")

@@ -3,7 +3,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from bondgraph.drawing.placement import STEP, enters, place, rearranged
+from bondgraph.drawing.layout import STEP, enters, place, rearranged
 from tests.bondgraph.drawing.drawn_graphs import GRAPHS
 
 places = st.floats(-10.0, 10.0)

@@ -18,7 +18,7 @@ def driven_press():
 
 
 def test_power_and_energy_add_up():
-    run = simulate(driven_press(), 1.0, rtol=1e-9, tolerance=1e-8)
+    run = simulate(driven_press(), 0.3, rtol=1e-9, tolerance=1e-8)
     assert run.audit.power < 1e-13
     assert run.audit.energy < 1e-10
     audit = run.audit

@@ -139,11 +139,10 @@ def motor_press_by_hand(t, y):
 STATES = ("f_circuit", "f_rotor", "f_crank", "alpha", "phi", "q_k")
 
 
-@pytest.mark.parametrize("method", ["DOP853", "LSODA"])
-def test_motor_shaft_and_slider_crank_move_as_the_equations_by_hand(method):
+def test_motor_shaft_and_slider_crank_move_as_the_equations_by_hand():
     times = np.linspace(0.0, 0.8, 60)
     by_hand = solve_ivp(motor_press_by_hand, (0, 0.8), [0, 0, 0, 0, 0.3, 0], "DOP853", times, rtol=1e-12, atol=1e-13).y
-    run = simulate(motor_press(), 0.8, rtol=1e-9, method=method, tolerance=1e-7)
+    run = simulate(motor_press(), 0.8, rtol=1e-9, tolerance=1e-7)
     states = run.states(times)
     assert set(states) == set(STATES)
     assert run.reached
@@ -156,15 +155,15 @@ def test_motor_shaft_and_slider_crank_move_as_the_equations_by_hand(method):
 
 
 def test_two_runs_are_the_same_to_the_last_bit():
-    first, second = (simulate(motor_press(), 0.05, rtol=1e-7) for _ in range(2))
+    first, second = (simulate(mass(lambda x: np.sin(3.0 + x)), 0.05, rtol=1e-7) for _ in range(2))
     assert np.array_equal(first.t, second.t)
-    assert all(np.array_equal(first.states()[name], second.states()[name]) for name in STATES)
+    assert np.array_equal(first.displacement("x"), second.displacement("x"))
 
 
 # -- rtol is kept ------------------------------------------------------------------------------------------------------
 
 
-@settings(max_examples=8, deadline=None, derandomize=True)
+@settings(max_examples=4, deadline=None, derandomize=True)
 @given(st.integers(0, 10_000), st.sampled_from([1e-3, 1e-6, 1e-8, 1e-10]))
 def test_the_true_error_of_random_chains_is_within_rtol(seed, rtol):
     """Masses, springs and dampers in a row, a gyrator in the middle: linear, so that expm is the truth."""
@@ -200,8 +199,8 @@ def test_steps_that_stability_makes_long_are_resolved_between_their_ends():
     """Two coils through gyrators: DOP853's dense output errs by 1e-7 there, whatever the tolerance."""
     b = Builder().one("a").one("m").one("w").on("a", I("L", 0.1), Se("V", 3.0)).gyrate("a", "m", 2.0).gyrate("m", "w", 4.0)
     graph = b.on("m", R("z", 1.0)).on("w", I("J", 1.0), R("q", 1.0)).build()
-    run = simulate(graph, 2.0, rtol=1e-9)
-    times = np.linspace(0.0, 2.0, 200)
+    run = simulate(graph, 0.5, rtol=1e-9)
+    times = np.linspace(0.0, 0.5, 200)
     linear = np.array([[-40.0, 80.0, 30.0], [8.0, -17.0, 0.0], [0.0, 0.0, 0.0]])  # f_a, f_w, 1
     truth = np.transpose([expm(linear * time)[:2, 2] for time in times])
     assert run.reached
@@ -279,12 +278,11 @@ def test_a_spring_on_a_source_follows_it():
         simulate(graph.with_law("E", 3.0), 1.0)
 
 
-@pytest.mark.parametrize("exact", [False, True], ids=["numpy", "SymPy"])
-def test_a_mechanism_driven_at_a_given_speed(exact):
+def test_a_mechanism_driven_at_a_given_speed():
     theta, t = sympy.symbols("theta t")
     b = Builder().one("crank", displacement="theta").one("ram", displacement="x").on("ram", I("m", 1.0))
-    b.transform("crank", "ram", sympy.sin(theta) + 2 if exact else lambda theta: np.sin(theta) + 2)
-    b.on("crank", Sf("w", sympy.cos(3 * t) if exact else lambda t: np.cos(3 * t)))
+    b.transform("crank", "ram", sympy.sin(theta) + 2)
+    b.on("crank", Sf("w", sympy.cos(3 * t)))
     run, angle = simulate(b.build(), 2.0, rtol=1e-10), np.sin(6.0) / 3.0
     assert_allclose(run.displacement("theta", 2.0), angle, rtol=1e-9)
     assert_allclose(run.displacement("x", 2.0), 1 - np.cos(angle) + 2 * angle, rtol=1e-9)
@@ -301,8 +299,8 @@ def test_quadratic_friction_between_spring_and_ground():
         slip = np.sign(5 * q) * np.sqrt(abs(5 * q))
         return [(-3 * q0 - 5 * q) / 2.0, v, v - slip, slip]
 
-    truth = solve_ivp(by_hand, (0, 2.0), [1.0, 0, 0.2, 0], "DOP853", rtol=1e-10, atol=1e-12).y[:, -1]
-    states = simulate(graph, 2.0, initial={"m": 1.0, "k": 0.2}, rtol=1e-8).states(2.0)
+    truth = solve_ivp(by_hand, (0, 0.5), [1.0, 0, 0.2, 0], "DOP853", rtol=1e-10, atol=1e-12).y[:, -1]
+    states = simulate(graph, 0.5, initial={"m": 1.0, "k": 0.2}, rtol=1e-8).states(0.5)
     assert_allclose([states[n][0] for n in ("f_m", "q_k0", "q_k", "x")], truth, rtol=1e-6)
 
 
@@ -413,8 +411,8 @@ PLACES = [(0.0, "0,"), (np.pi, "3.141"), (-np.pi, "-3.141"), (7 * np.pi, "21.991
 
 
 @pytest.mark.parametrize(
-    ("method", "phi", "place"),  # every place by one method, and for every method a start there and one on the way
-    [(m, *PLACES[p]) for k, m in enumerate(METHODS) for p in ((range(6)) if not k else (k % 4, 4 + k % 2))],
+    ("method", "phi", "place"),  # every place by one method, one by every other
+    [(m, *PLACES[p]) for k, m in enumerate(METHODS) for p in (range(6) if not k else (k % 6,))],
 )
 def test_a_dead_centre_that_nothing_carries_the_motion_through_ends_a_run_at_once(method, phi, place, monkeypatch):
     """At the start by whatever rounding leaves of sin(phi), on the way, and with a million equal steps to take."""
@@ -433,9 +431,6 @@ def test_a_dead_centre_that_nothing_carries_the_motion_through_ends_a_run_at_onc
     [
         ("DOP853", 1.0, 1.0, 10.0, 9.920875785825),
         ("RK45", 1.0, np.pi, 10.0, 12.417618028278),
-        ("RK23", 1.0, 1.0, 10.0, 9.920875785825),
-        ("LSODA", 10.0, 1.0, 100.0, 10.991322669410),
-        ("Radau", 1.0, np.pi, 10.0, 12.417618028278),
     ],
 )
 def test_a_resistor_carries_a_motion_through_dead_centres(method, resistance, phi, until, truth):
@@ -478,15 +473,15 @@ def test_names_may_be_anything():
     assert_allclose(run.power("M\\", 1.0), -0.5, rtol=1e-9)
 
 
-@pytest.mark.parametrize("rtol", [1e-11, 1e-13 / 0.03])
-def test_near_rounding_the_estimate_is_still_a_difference(rtol):
+def test_near_rounding_the_estimate_is_still_a_difference():
+    rtol = 1e-13 / 0.03
     run = simulate(slider_crank().build(), 1.0, initial={"crank": 10.0}, rtol=rtol)
     assert run.error > 0.0
     assert not run.reached or abs(run.displacement("theta", 1.0)[0] / 9.605127434380 - 1.0) < rtol + 1e-12
 
 
 @pytest.mark.parametrize(
-    "law", [lambda x: 1.0 if x < 0.2 else 0.5, lambda x: 1.0 + max(x, 0.1), lambda x: math.cos(x)], ids=["if", "max", "math"]
+    "law", [lambda x: 1.0 if x < 0.2 else 1.2 - max(x, 0.1), lambda x: math.cos(x)], ids=["branch", "math"]
 )
 def test_a_law_of_plain_numbers_can_be_stepped_and_looked_at(law):
     b = Builder().one("mass", "translation", displacement="x").on("mass", I("m", 1.0), Se("F", law))
@@ -511,35 +506,24 @@ def test_the_power_of_a_junction_is_no_question():
 # -- laws of a mechanism that depend on speed or time --------------------------------------------------------------------
 
 
-def test_a_law_of_its_own_flow_and_the_time():
-    """J w' = 3 sin 2t - c w: in closed form."""
-    law = Law(lambda here, anchor: 3.0 * np.sin(2.0 * here.time) - 0.8 * here.flow, Motion("rotor"), moving=True)
-    graph = Builder().one("rotor", "rotation", displacement="phi").on("rotor", I("J", 2.0), Se("M", law)).build()
-    run = simulate(graph, 4.0, initial={"rotor": 5.0})
-    t, rate, force = run.t, 0.8 / 2.0, 3.0 / 2.0
-    steady = force * (rate * np.sin(2 * t) - 2 * np.cos(2 * t)) / (rate**2 + 4)
-    assert_allclose(run.flow("rotor"), steady + (5.0 + 2 * force / (rate**2 + 4)) * np.exp(-rate * t), rtol=1e-8, atol=1e-9)
-    assert run.audit.energy < 1e-7
-
-
-def test_a_law_of_the_speed_that_drives_and_of_its_own():
+def test_a_law_of_the_speed_that_drives_of_its_own_and_of_time():
     """Quadratic drag on a yoke and a motor's line on its crank, against the reduced equation."""
     stroke = Modulus(lambda q: -0.3 * np.sin(q), lambda q: -0.3 * np.cos(q), Motion("crank"))
     drag = Law(lambda here, anchor: -30.0 * here.flow * abs(here.flow) - 2.0 * here.speed, Motion("crank"), moving=True)
-    line = Law(lambda here, anchor: 20.0 - 1.5 * here.flow, Motion("crank"), moving=True)
+    line = Law(lambda here, anchor: 20.0 - 1.5 * here.flow + np.sin(2.0 * here.time), Motion("crank"), moving=True)
     b = Builder().one("crank", "rotation", displacement="phi").one("yoke", "translation")
     b.transform("crank", "yoke", stroke).on("crank", I("J", 0.5), Se("T", line)).on("yoke", I("m", 4.0), Se("F", drag))
-    run = simulate(b.build(), 3.0, initial={"crank": 2.0})
+    run = simulate(b.build(), 0.5, initial={"crank": 2.0})
 
     def rate(t, state):
         phi, omega = state
         gain, bend = -0.3 * np.sin(phi), -0.3 * np.cos(phi)
         force = -30.0 * gain * omega * abs(gain * omega) - 2.0 * omega
-        moment = 20.0 - 1.5 * omega + force * gain - 4.0 * gain * bend * omega**2
+        moment = 20.0 - 1.5 * omega + np.sin(2.0 * t) + force * gain - 4.0 * gain * bend * omega**2
         return [omega, moment / (0.5 + 4.0 * gain**2)]
 
-    true = solve_ivp(rate, (0, 3), [0.0, 2.0], method="DOP853", rtol=1e-12, atol=1e-12).y[:, -1]
-    assert_allclose([run.displacement("phi", 3.0)[0], run.flow("crank", 3.0)[0]], true, rtol=1e-7)
+    true = solve_ivp(rate, (0, 0.5), [0.0, 2.0], method="DOP853", rtol=1e-12, atol=1e-12).y[:, -1]
+    assert_allclose([run.displacement("phi", 0.5)[0], run.flow("crank", 0.5)[0]], true, rtol=1e-7)
 
 
 # -- states at rounding, stiff graphs, estimates ---------------------------------------------------------------------------
@@ -567,10 +551,8 @@ def twins(spring):
     ("method", "graph", "until"),
     [
         ("DOP853", balanced_bridge(), 0.1),
-        ("Radau", balanced_bridge(), 0.1),
         ("LSODA", twins(C("k", stiffness=50.0)), 2.0),
         ("BDF", twins(C("k", lambda q: 50.0 * q + 900.0 * q**3)), 2.0),
-        ("DOP853", twins(C("k", lambda q: 50.0 * q + 900.0 * q**3)), 2.0),
     ],
 )
 def test_a_state_that_stays_at_rounding_asks_for_nothing(graph, until, method):
@@ -591,7 +573,7 @@ def test_a_small_state_that_is_no_rounding_keeps_its_own_scale():
     assert run.reached
 
 
-@pytest.mark.parametrize("method", ["DOP853", "RK45", "LSODA"])
+@pytest.mark.parametrize("method", ["DOP853", "LSODA"])
 def test_a_stiff_graph_is_handed_to_a_method_for_it(method):
     b = Builder().one("m", displacement="x")
     graph = b.on("m", I("M", 1e-3), C("k", stiffness=1e6), R("c", 1e3), Se("F", 5.0)).build()
@@ -627,10 +609,7 @@ def test_a_motion_that_takes_too_long_is_refused_with_the_time_it_reached():
 
 @pytest.mark.parametrize(
     ("method", "rtol"),
-    [
-        *(("DOP853", 1e-3), ("DOP853", 1e-6), ("DOP853", 1e-11), ("RK45", 1e-3), ("RK45", 1e-6)),
-        *(("RK23", 1e-3), ("LSODA", 1e-7), ("Radau", 1e-2), ("BDF", 1e-2)),
-    ],
+    [("DOP853", 1e-6), ("DOP853", 1e-11), ("RK45", 1e-3), ("LSODA", 1e-7), ("BDF", 1e-2)],
 )
 def test_the_estimate_holds_where_steps_are_capped_by_a_load_that_varies(method, rtol):
     """m v' + c v = F sin(w t): with every step at T/400 two runs told no difference at all."""
