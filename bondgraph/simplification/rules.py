@@ -9,16 +9,22 @@ without effort whose flow is free; a dangling 0-junction, a source Sf = 0 and th
 is free. A bond without effort is no term at a 1-junction; at a 0-junction it takes the effort of all the others; through a
 transformer it goes on without effort, through a gyrator without flow; a one-port on it has no power. The same holds with
 flow and effort exchanged. So all of them can be dropped alike, and every port that stays keeps its effort and flow.
+
+`procedure` is the formal procedure for drawing a bond graph, in seven steps, each shown: 1 a 1-junction for every velocity;
+2 forces, resistors and springs on one, or through a 0-junction between two, and inertias; 3 transformers and gyrators;
+4 power directions; 5 without ground and dangling junctions; 6 simplified; 7 causality. Only what has power directions can be
+checked as a graph, so steps 1 to 3 are lists of what joins what.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Set
-from dataclasses import replace
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
 from functools import partial
 from itertools import chain, combinations, count
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
+from bondgraph.builder import Builder
 from bondgraph.elements import JUNCTIONS, ONE_PORTS, SOURCES, TWO_PORTS, Element, Law, Modulus, One
 from bondgraph.graph import Bond, BondGraph, as_graph, neighbours, reached_from
 from bondgraph.laws import GraphError, refuse
@@ -195,14 +201,14 @@ def _dangling(graph: BondGraph, kept: frozenset[str]) -> _Step:
         found = without(graph, name, [Pin(bond, beyond, "Se" if kind == "1" else "Sf")], kept)
         if found and len(found[0].bonds) < len(graph.bonds):
             what = "effort" if kind == "1" else "flow"
-            why = f"nothing hangs on {kind}:{name}, so its bond has no {what}"
-            return found[0], Action("dangling", found[1], why, _lost(graph, found[0]))
+            return _dropped("dangling", graph, found, f"nothing hangs on {kind}:{name}, so its bond has no {what}")
     return None
 
 
-def _lost(before: BondGraph, after: BondGraph) -> tuple[int, ...]:
-    """The numbers of the bonds that went, or lead elsewhere now."""
-    return tuple(bond.number for bond in before.bonds if bond not in after.bonds)
+def _dropped(rule: str, before: BondGraph, found: tuple[BondGraph, str], why: str) -> tuple[BondGraph, Action]:
+    """What `without` found, logged with the numbers of the bonds that went, or lead elsewhere now."""
+    numbers = tuple(bond.number for bond in before.bonds if bond not in found[0].bonds)
+    return found[0], Action(rule, found[1], why, numbers)
 
 
 def _two_bonds(graph: BondGraph, kept: frozenset[str]) -> _Step:
@@ -248,30 +254,22 @@ def _rules_equal(graph: BondGraph, kept: frozenset[str]) -> _Step:
         what = f"{kind}:{goes} becomes part of {kind}:{stays}"
         what += "".join(f", displacement {d.name!r} moves there" for d in graph.displacements.values() if d.of == goes)
         numbers = tuple(b.number for b in between)
-        return _merged(graph, goes, stays), Action("equal junctions", what, _SHARED[kind], numbers)
+        moved = {goes: stays}
+        bonds = [
+            Bond(b.number, moved.get(b.tail, b.tail), moved.get(b.head, b.head)) for b in graph.bonds if b not in between
+        ]
+        elements = {}
+        for name, element in graph.elements.items():
+            law = element.law
+            if isinstance(law, Modulus | Law) and law.motion.of == goes:
+                law = law._replace(motion=law.motion._replace(of=stays))
+            elements[name] = element._replace(law=law)
+        del elements[goes]
+        displacements = {name: d._replace(of=moved.get(d.of, d.of)) for name, d in graph.displacements.items()}
+        merged = replace(graph, elements=elements, bonds=tuple(bonds), displacements=displacements)
+        why = "both have one flow" if kind == "1" else "both have one effort"
+        return merged, Action("equal junctions", what, why, numbers)
     return None
-
-
-_SHARED = {"1": "both have one flow", "0": "both have one effort"}
-
-
-def _merged(graph: BondGraph, goes: str, stays: str) -> BondGraph:
-    """The graph with one junction for two; the bonds between them go."""
-
-    def moved(name: str) -> str:
-        return stays if name == goes else name
-
-    bonds = [Bond(b.number, moved(b.tail), moved(b.head)) for b in graph.bonds]
-    elements = {}
-    for name, element in graph.elements.items():
-        law = element.law
-        if isinstance(law, Modulus | Law) and law.motion.of == goes:
-            law = law._replace(motion=law.motion._replace(of=stays))
-        elements[name] = element._replace(law=law)
-    del elements[goes]
-    displacements = {name: d._replace(of=moved(d.of)) for name, d in graph.displacements.items()}
-    left = tuple(b for b in bonds if b.tail != b.head)
-    return replace(graph, elements=elements, bonds=left, displacements=displacements)
 
 
 def _zero_source(graph: BondGraph, kept: frozenset[str], kinds: Collection[str]) -> _Step:
@@ -282,7 +280,7 @@ def _zero_source(graph: BondGraph, kept: frozenset[str], kinds: Collection[str])
         found = without(graph, source.name, [Pin(bond, bond.other(source.name), source.kind)], kept)
         if found and len(found[0].bonds) < len(graph.bonds):
             what = "effort" if source.kind == "Se" else "flow"
-            return found[0], Action("zero source", found[1], f"{source.name} = 0 leaves no {what}", _lost(graph, found[0]))
+            return _dropped("zero source", graph, found, f"{source.name} = 0 leaves no {what}")
     return None
 
 
@@ -290,7 +288,7 @@ def _grounded(graph: BondGraph, name: str, kept: frozenset[str]) -> tuple[BondGr
     pins = [Pin(bond, bond.other(name), "Sf") for bond in graph.at(name)]
     found = None if name in kept | graph.measured else without(graph, name, pins, kept)
     if found:
-        return found[0], Action("zero velocity", found[1], f"1:{name} does not move", _lost(graph, found[0]))
+        return _dropped("zero velocity", graph, found, f"1:{name} does not move")
     if is_held(graph, name, "Sf", graph.bonds):
         return graph, Action("zero velocity", f"1:{name} stays", "a source Sf = 0 holds it already", ())
     source = Element("Sf", fresh_name(graph, f"{name}.zero"), 0.0, graph.elements[name].domain)
@@ -305,21 +303,18 @@ def _absorbed(graph: BondGraph, kept: frozenset[str]) -> _Step:
         kind = graph.elements[junction].kind
         for bond in graph.at(junction) if kind == SHARING[source.kind] else ():
             beyond = graph.elements[bond.other(junction)].kind
-            if beyond not in JUNCTIONS or beyond == kind or _holds_together(graph, bond):
+            if beyond not in JUNCTIONS or beyond == kind:
                 continue
+            bonds = [b for b in graph.bonds if b != bond]
+            if len(reached_from(bond.tail, neighbours(graph.elements, bonds))) < len(graph.elements):
+                continue  # it holds the graph together
             copy = source._replace(name=fresh_name(graph, source.name))
             ends = (copy.name if n == junction else n for n in bond[1:])
-            bonds = [b for b in graph.bonds if b != bond]
             what = f"{source.kind}:{copy.name}, a copy of {source.name}, takes the place of {kind}:{junction} there"
             why = f"{source.name} sets all of {kind}:{junction}"
             found = edited(graph, [*bonds, Bond(bond.number, *ends)], (), [copy])
             return found, Action("source at a junction", what, why, (bond.number,))
     return None
-
-
-def _holds_together(graph: BondGraph, bond: Bond) -> bool:
-    near = neighbours(graph.elements, [b for b in graph.bonds if b != bond])
-    return len(reached_from(bond.tail, near)) < len(graph.elements)
 
 
 class _Difference(NamedTuple):
@@ -340,25 +335,24 @@ def _difference(graph: BondGraph, zero: str, ones: tuple[str, str]) -> _Differen
 
 
 def _double_difference(graph: BondGraph, kept: frozenset[str]) -> _Step:
-    ones = [e.name for e in graph.of_kind("1")]
-    for pair in combinations(ones, 2):
+    for pair in combinations([e.name for e in graph.of_kind("1")], 2):
         taken = [(e.name, d) for e in graph.of_kind("0") if (d := _difference(graph, e.name, pair))]
         for (stays, first), (goes, second) in combinations(sorted(taken, key=lambda item: item[0] not in kept), 2):
             turned = tuple(-s for s in second.signs)
-            if goes not in kept and first.third != second.third and first.signs in (second.signs, turned):
-                return _one_difference(graph, stays, goes, first, second)
+            if goes in kept or first.third == second.third or first.signs not in (second.signs, turned):
+                continue
+            rate = One(fresh_name(graph, f"{stays}.rate"), graph.elements[stays].domain)
+            gone = (*second.ring, second.third, first.third)
+            hung = [
+                Bond(b.number, *(rate.name if n in (stays, goes) else n for n in b[1:])) for b in (first.third, second.third)
+            ]
+            ends = (rate.name, stays) if first.signs[2] > 0 else (stays, rate.name)
+            bonds = [*(b for b in graph.bonds if b not in gone), *hung, new_bond(graph, *ends)]
+            what = f"0:{goes} dropped, 1:{rate.name} carries the flow of 0:{stays} to what hung on both"
+            numbers = tuple(b.number for b in gone)
+            action = Action("double difference", what, "both take the same difference of two flows", numbers)
+            return edited(graph, bonds, {goes}, [rate]), action
     return None
-
-
-def _one_difference(graph: BondGraph, stays: str, goes: str, first: _Difference, second: _Difference) -> _Step:
-    rate = One(fresh_name(graph, f"{stays}.rate"), graph.elements[stays].domain)
-    gone = (*second.ring, second.third, first.third)
-    third = [Bond(b.number, *(rate.name if n in (stays, goes) else n for n in b[1:])) for b in (first.third, second.third)]
-    ends = (rate.name, stays) if first.signs[2] > 0 else (stays, rate.name)
-    bonds = [*(b for b in graph.bonds if b not in gone), *third, new_bond(graph, *ends)]
-    what = f"0:{goes} dropped, 1:{rate.name} carries the flow of 0:{stays} to what hung on both"
-    action = Action("double difference", what, "both take the same difference of two flows", tuple(b.number for b in gone))
-    return edited(graph, bonds, {goes}, [rate]), action
 
 
 _RULES: tuple[_Rule, ...] = (
@@ -382,14 +376,6 @@ class Pin(NamedTuple):
     zero: str
 
 
-class _Cut(NamedTuple):
-    """Elements and bonds that go, and the junctions that stay, held by a zero source of this kind."""
-
-    names: set[str]
-    bonds: set[int]
-    held: dict[str, str]
-
-
 def without(graph: BondGraph, start: str, pins: Iterable[Pin], kept: frozenset[str]) -> tuple[BondGraph, str] | None:
     """The graph without an element and all that has no power then.
 
@@ -407,78 +393,66 @@ def without(graph: BondGraph, start: str, pins: Iterable[Pin], kept: frozenset[s
 
     """
     staying = kept | graph.measured
-    cut = _spread(graph, start, pins, staying)
-    sources, fresh = _holding(graph, cut)
-    bonds = [b for b in graph.bonds if b.number not in cut.bonds] + fresh
-    elements = {n: e for n, e in graph.elements.items() if n not in cut.names} | {s.name: s for s in sources}
-    pieces = list(_pieces(elements, bonds, staying))
+    names, cut, held = {start}, set[int](), dict[str, str]()  # what goes; the junctions that stay, held by a zero source
+    todo, stuck = list(pins), list[Pin]()
+    faults: list[str] = []
+    while todo:
+        pin = todo.pop()
+        element = graph.elements[pin.at]
+        kind, zero = element.kind, pin.zero
+        not_zero = isinstance(element.law, float | int) and element.law != 0
+        if kind == zero and not_zero:
+            where = f"bond {pin.bond.number}: {graph.label(pin.at)} sets {'an effort' if kind == 'Se' else 'a flow'}"
+            faults.append(f"{where} that the rest keeps at 0; drop it or hang it elsewhere")
+        # whether the element adds nothing but zeros and what is free, for any value that its law may take
+        passes = kind not in ONE_PORTS or kind != zero or element.law == 0.0
+        if (
+            kind in TWO_PORTS and not not_zero
+        ):  # f_out = T f_in and e_in = T e_out carry a zero on from their right-hand side
+            passes = zero == "Sf" if kind == "GY" else (pin.bond.head == pin.at) == (zero == "Sf")
+        if kind in JUNCTIONS and (kind != SHARING[zero] or pin.at in names | staying):
+            cut.add(pin.bond.number)
+            held |= {pin.at: zero} if kind == SHARING[zero] and pin.at in staying else {}
+        elif pin.at not in staying and passes:
+            cut.add(pin.bond.number)
+            names.add(pin.at)
+            onward = _DUAL[zero] if kind == "GY" else zero
+            todo += [Pin(b, b.other(pin.at), onward) for b in graph.at(pin.at) if b.number not in cut]
+        else:
+            stuck.append(pin)
+    refuse(dict.fromkeys(faults))
+    held |= {pin.bond.other(pin.at): pin.zero for pin in stuck if pin.bond.number not in cut}
+    names.difference_update(held)
+
+    # zero sources for the held junctions that keep none of their own; a new name, for what it holds back is new. A junction
+    # that two zeros hold keeps one: what each of them held back was undetermined, and has no power
+    left = [b for b in graph.bonds if b.number not in cut]
+    sources, fresh = list[Element](), list[Bond]()
+    for name, zero in held.items():
+        if not is_held(graph, name, zero, left) and not _equal(graph, name, left) & {b.head for b in fresh}:
+            sources.append(Element(zero, fresh_name(graph, f"{name}.zero"), 0.0, graph.elements[name].domain))
+            fresh.append(new_bond(graph, sources[-1].name, name, len(fresh)))
+    bonds = left + fresh
+
+    # the connected pieces that the graph falls into; junctions and two-ports alone are none
+    elements = {n: e for n, e in graph.elements.items() if n not in names} | {s.name: s for s in sources}
+    near, unseen, pieces = neighbours(elements, bonds), set(elements), list[set[str]]()
+    for name in elements:
+        if name in unseen:
+            piece = reached_from(name, near)
+            unseen -= piece
+            if any(n in staying or elements[n].kind in ONE_PORTS for n in piece):
+                pieces.append(piece)
     if not pieces:
         raise GraphError(f"nothing is left without {graph.title(start)}: no element has power")
     if len(pieces) > 1:
         return None
     gone = graph.elements.keys() - pieces[0]
     what = [
-        f"{titles(graph, gone)} dropped",
+        f"{', '.join(graph.title(name) for name in graph.elements if name in gone)} dropped",
         *(f"{s.kind}:{s.name} = 0 holds {b.head}" for s, b in zip(sources, fresh, strict=True)),
     ]
     return edited(graph, [b for b in bonds if b.tail in pieces[0]], gone, sources), ", ".join(what)
-
-
-def _spread(graph: BondGraph, start: str, pins: Iterable[Pin], staying: Set[str]) -> _Cut:
-    """Follow bonds without effort (flow) from `start` on."""
-    cut, todo = _Cut({start}, set(), {}), list(pins)
-    stuck: list[Pin] = []
-    faults: list[str] = []
-    while todo:
-        pin = todo.pop()
-        kind = graph.elements[pin.at].kind
-        if kind == pin.zero and _not_zero(graph.elements[pin.at].law):
-            where = f"bond {pin.bond.number}: {graph.label(pin.at)} sets {'an effort' if kind == 'Se' else 'a flow'}"
-            faults.append(f"{where} that the rest keeps at 0; drop it or hang it elsewhere")
-        if kind in JUNCTIONS and (kind != SHARING[pin.zero] or pin.at in cut.names | staying):
-            cut.bonds.add(pin.bond.number)
-            cut.held.update({pin.at: pin.zero} if kind == SHARING[pin.zero] and pin.at in staying else {})
-        elif pin.at not in staying and _passes(graph, pin):
-            cut.bonds.add(pin.bond.number)
-            cut.names.add(pin.at)
-            zero = _DUAL[pin.zero] if kind == "GY" else pin.zero
-            todo += [Pin(b, b.other(pin.at), zero) for b in graph.at(pin.at) if b.number not in cut.bonds]
-        else:
-            stuck.append(pin)
-    refuse(dict.fromkeys(faults))
-    cut.held.update({pin.bond.other(pin.at): pin.zero for pin in stuck if pin.bond.number not in cut.bonds})
-    cut.names.difference_update(cut.held)
-    return cut
-
-
-def _passes(graph: BondGraph, pin: Pin) -> bool:
-    """Whether an element adds nothing but zeros and what is free, for any value that its law may take."""
-    element = graph.elements[pin.at]
-    if element.kind in ONE_PORTS:
-        return element.kind != pin.zero or element.law == 0.0
-    if element.kind not in TWO_PORTS or _not_zero(element.law):
-        return True
-    enters = pin.bond.head == pin.at  # f_out = T f_in and e_in = T e_out carry a zero on if it is their right-hand side
-    return pin.zero == "Sf" if element.kind == "GY" else enters == (pin.zero == "Sf")
-
-
-def _not_zero(law: object) -> bool:
-    return isinstance(law, float | int) and law != 0
-
-
-def _holding(graph: BondGraph, cut: _Cut) -> tuple[list[Element], list[Bond]]:
-    """Zero sources for the held junctions that keep none of their own; a new name, for what it holds back is new.
-
-    A junction that two zeros hold keeps one: what each of them held back was undetermined, and has no power.
-    """
-    left = [b for b in graph.bonds if b.number not in cut.bonds]
-    sources: list[Element] = []
-    bonds: list[Bond] = []
-    for name, kind in cut.held.items():
-        if not is_held(graph, name, kind, left) and not _equal(graph, name, left) & {b.head for b in bonds}:
-            sources.append(Element(kind, fresh_name(graph, f"{name}.zero"), 0.0, graph.elements[name].domain))
-            bonds.append(new_bond(graph, sources[-1].name, name, len(bonds)))
-    return sources, bonds
 
 
 def is_held(graph: BondGraph, junction: str, kind: str, bonds: Iterable[Bond]) -> bool:
@@ -494,26 +468,10 @@ def _equal(graph: BondGraph, junction: str, bonds: Iterable[Bond]) -> set[str]:
     return reached_from(junction, neighbours(same, [b for b in bonds if same.issuperset(b[1:])]))
 
 
-def _pieces(elements: Mapping[str, Element], bonds: Iterable[Bond], staying: Set[str]) -> Iterator[set[str]]:
-    """The connected pieces that a graph falls into; junctions and two-ports alone are none."""
-    near, left = neighbours(elements, bonds), set(elements)
-    for name in elements:
-        if name in left:
-            piece = reached_from(name, near)
-            left -= piece
-            if any(n in staying or elements[n].kind in ONE_PORTS for n in piece):
-                yield piece
-
-
 def edited(graph: BondGraph, bonds: Iterable[Bond], gone: Collection[str] = (), added: Iterable[Element] = ()) -> BondGraph:
     """The graph with these bonds, without the elements that are gone, and with those added."""
     elements = {name: element for name, element in graph.elements.items() if name not in gone}
     return replace(graph, elements=elements | {e.name: e for e in added}, bonds=tuple(sorted(bonds)))
-
-
-def titles(graph: BondGraph, names: Collection[str]) -> str:
-    """These elements as they are drawn: `1:crank, MTF:T`."""
-    return ", ".join(graph.title(name) for name in graph.elements if name in names)
 
 
 def fresh_name(graph: BondGraph, name: str) -> str:
@@ -525,3 +483,164 @@ def fresh_name(graph: BondGraph, name: str) -> str:
 def new_bond(graph: BondGraph, tail: str, head: str, ahead: int = 0) -> Bond:
     """A bond with the next free number, or one further ahead."""
     return Bond(max(bond.number for bond in graph.bonds) + 1 + ahead, tail, head)
+
+
+# -- the formal procedure -----------------------------------------------------------------------------------------------
+
+
+Place = tuple[Element, str] | tuple[Element, str, str]
+
+
+class Step(NamedTuple):
+    """One step: its number and title, what was done, line by line, and the graph then (None before it has directions)."""
+
+    number: int
+    title: str
+    what: tuple[str, ...]
+    graph: BondGraph | None
+
+    def __str__(self) -> str:
+        lines = [f"{self.number} {self.title}", *(f"    {line}" for line in self.what or ("nothing to do",))]
+        return "\n".join(lines)
+
+
+@dataclass(frozen=True, eq=False)
+class Procedure:
+    """The seven steps and what they lead to; `str(procedure)` tells what each one did.
+
+    Args:
+        steps: in order.
+        graph: the final graph.
+        causality: its causality, a `bondgraph.Causality`.
+
+    """
+
+    steps: tuple[Step, ...]
+    graph: BondGraph
+    causality: Any
+
+    def __str__(self) -> str:
+        return "\n".join([*map(str, self.steps), str(self.graph)])
+
+
+def procedure(
+    velocities: Mapping[str, str],
+    elements: Sequence[Place],
+    transducers: Sequence[tuple[Element, str, str]] = (),
+    *,
+    zero: Iterable[str] = (),
+    displacements: Mapping[str, str | tuple[str, float]] | None = None,
+    signals: Iterable[str] = (),
+    parameters: Mapping[str, float | None] | None = None,
+    keep: Iterable[str] = (),
+) -> Procedure:
+    """Draw a bond graph by the seven steps.
+
+    Args:
+        velocities: their names, each with its energy domain.
+        elements: one-ports, each with the velocity that it is on, or the two between which it acts (first minus second).
+        transducers: transformers and gyrators, each with the velocities that it leads from and to.
+        zero: velocities that are zero, such as the ground.
+        displacements: names of integrals of velocities, each with its velocity, or with that and its value at the start.
+        signals: names of functions of time that laws depend on.
+        parameters: named constants that laws depend on.
+        keep: elements that must not be simplified away, such as the velocity of a coordinate.
+
+    Raises:
+        GraphError: with a line for everything that does not fit together.
+
+    >>> from bondgraph import I, R, Se
+    >>> drawn = procedure(
+    ...     {"car": "translation", "road": "translation"},
+    ...     [(Se("F", 300.0), "car"), (I("m", 900.0), "car"), (R("drag", 15.0), "car", "road")],
+    ...     zero=["road"],
+    ... )
+    >>> print(drawn.steps[1])
+    2 forces, resistors, springs and inertias
+        Se:F = 300 on 1:car
+        R:drag = 15 on 0:car-road.drag between 1:car and 1:road
+        I:m = 900 on 1:car
+    >>> print(drawn.graph)
+    bond graph: 4 elements, 3 bonds (f_out = T f_in, e_in = T e_out)
+       1  Se:F = 300 -> 1:car
+       2  1:car -> R:drag = 15
+       3  1:car -> I:m = 900
+
+    """
+    integrals = [(q, of, 0.0) if isinstance(of, str) else (q, *of) for q, of in (displacements or {}).items()]
+    ground, kept = tuple(zero), tuple(keep)
+    refuse(_faults(velocities, elements, transducers, ground, integrals))
+    rank = {"Se": 0, "Sf": 0, "R": 1, "C": 1, "I": 2}  # of the second step: forces, resistors and springs, inertias
+    ordered = sorted(elements, key=lambda place: rank[place[0].kind])
+
+    b = Builder()  # with power directions from sources to the rest, from the first velocity to the second
+    for name, domain in velocities.items():
+        b.one(name, domain)
+    for name, of, initial in integrals:
+        b.displacement(name, of, initial)
+    for element, first, *second in ordered:
+        if second:
+            node = f"{first}-{second[0]}.{element.name}"
+            # a source between two velocities pushes the first one on and the second one back
+            ends = (second[0], first) if element.kind in SOURCES else (first, second[0])
+            b.zero(node).bond(ends[0], node).bond(node, ends[1]).port(node, element)
+        else:
+            b.port(first, element)
+    for element, source, target in transducers:
+        b.add(element)
+        b.bond(source, element.name).bond(element.name, target)
+    drawn = b.signal(*signals).parameter(**dict(parameters or {})).build(loose=True)
+
+    from bondgraph.causal.strokes import causality
+
+    moving = drop_zero_velocity(drawn, ground, kept)
+    hung = drop_dangling(moving.graph, kept)
+    small = simplify(hung.graph, kept)
+    found = causality(small.graph)
+    junctions = [
+        f"1:{name}" + f" ({domain})" * bool(domain) + " = 0" * (name in ground) for name, domain in velocities.items()
+    ]
+    places = [
+        f"{drawn.label(element.name)} on "
+        + (f"0:{first}-{second[0]}.{element.name} between 1:{first} and 1:{second[0]}" if second else f"1:{first}")
+        for element, first, *second in ordered
+    ]
+    joints = [f"{drawn.label(e.name)} between 1:{source} and 1:{target}" for e, source, target in transducers]
+    causal = [f"bond {number}: effort goes to {name}" for number, name in sorted(found.strokes.items())]
+    named = (("integral", found.integral), ("derivative", found.derivative))
+    causal += [f"{kind}: {', '.join(names)}" for kind, names in named if names]
+    steps = (
+        Step(1, "a 1-junction for every velocity", tuple(junctions), None),
+        Step(2, "forces, resistors, springs and inertias", tuple(places), None),
+        Step(3, "transformers and gyrators", tuple(joints), None),
+        Step(4, "power directions", tuple(str(drawn).splitlines()[1:]), drawn),
+        Step(5, "without zero velocities and dangling junctions", tuple(map(str, (*moving.log, *hung.log))), hung.graph),
+        Step(6, "simplified", tuple(map(str, small.log)), small.graph),
+        Step(7, "causality", (*causal, *found.conflicts), small.graph),
+    )
+    return Procedure(steps, small.graph, found)
+
+
+def _faults(
+    velocities: Mapping[str, str],
+    elements: Sequence[Place],
+    transducers: Sequence[tuple[Element, str, str]],
+    zero: Sequence[str],
+    integrals: Sequence[tuple[str, str, float]],
+) -> Iterator[str]:
+    used = set[str]()
+    named = [*velocities, *(place[0].name for place in (*elements, *transducers))]
+    yield from (f"two of the velocities and elements are named {n!r}" for n in sorted(set(named)) if named.count(n) > 1)
+    for kinds, places, counts in ((ONE_PORTS, elements, (1, 2)), (TWO_PORTS, transducers, (2,))):
+        for element, *where in places:
+            title = f"{element.symbol}:{element.name}"
+            used.update(where)
+            if element.kind not in kinds:
+                yield f"{title}: found a {element.kind}, expected one of {', '.join(sorted(kinds))}"
+            if len(where) not in counts or len(set(where)) < len(where):
+                expected = f"{' or '.join(map(str, counts))} different ones"
+                yield f"{title}: found velocities {', '.join(where) or 'none'}, expected {expected}"
+            yield from (f"{title}: no velocity {name!r}" for name in where if name not in velocities)
+    yield from (f"zero velocity {name!r}: no such velocity" for name in zero if name not in velocities)
+    yield from (f"displacement {q!r}: no velocity {of!r}" for q, of, _ in integrals if of not in velocities)
+    yield from (f"velocity {name!r}: nothing is on it, leave it out" for name in velocities if name not in used)
