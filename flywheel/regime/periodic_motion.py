@@ -13,7 +13,6 @@ Source: U. M. Ascher, R. M. M. Mattheij, R. D. Russell, Numerical Solution of Bo
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from typing import NamedTuple
 
 import numpy as np
@@ -50,7 +49,7 @@ _BLUR = 64 * ROUNDING  # of the terms that a slope is summed from
 _STOPS = "the motions tried stop within the cycle"
 
 
-class Asked(NamedTuple):
+class Demand(NamedTuple):
     """What is asked of a regime, at the crank: one of a flywheel's `inertia` and an `irregularity` to size it for.
 
     With a balance also the mean of extremes `speed` (rad/s). Moments that depend on position alone, and have no balance,
@@ -148,13 +147,13 @@ class UntoldError(NoRegimeError):
 # -- Newton's method on given cells --------------------------------------------------------------------------------------
 
 
-def periodic(moments: Moments, reference: float, asked: Asked, start: State) -> Periodic:
+def periodic(moments: Moments, reference: float, demand: Demand, start: State) -> Periodic:
     """The periodic motion nearest to a start, and with it what is unknown, by Newton's method.
 
     Args:
         moments: the machine on its mesh.
         reference: speed (rad/s) that the energies are taken relative to: the one asked for, or near the one expected.
-        asked: the inertia, or the irregularity; with a balance the mean of extremes.
+        demand: the inertia, or the irregularity; with a balance the mean of extremes.
         start: a first guess.
 
     Raises:
@@ -162,8 +161,8 @@ def periodic(moments: Moments, reference: float, asked: Asked, start: State) -> 
 
     """
     spend(_PER_SEARCH)
-    equations = _Equations(moments, reference, asked)
-    state, last, final = start, np.inf, asked.speed is not None
+    equations = _Equations(moments, reference, demand)
+    state, last, final = start, np.inf, demand.speed is not None
     for step in range(1, _MOST_STEPS + 1):
         here = equations.speeds(state)
         change = equations.linearised(state, here)
@@ -276,14 +275,14 @@ class _Speeds(NamedTuple):
 class _Equations:
     """One regime's equations: rates, their linearisation, and the conditions on closing and on the extremes of speed."""
 
-    def __init__(self, moments: Moments, reference: float, asked: Asked) -> None:
-        self.moments, self.w, self.asked = moments, reference, asked
+    def __init__(self, moments: Moments, reference: float, demand: Demand) -> None:
+        self.moments, self.w, self.demand = moments, reference, demand
         self.mesh: Cells = moments.mesh
         self.inertia = _Inertia(moments)
-        self.sized = asked.inertia is None
+        self.sized = demand.inertia is None
         self.balanced = moments.machine.scene.unknown is not None
         self.parameters = ("inertia",) * self.sized + ("unknown",) * self.balanced
-        self.levelled = not (self.sized or self.balanced or asked.speed is None)
+        self.levelled = not (self.sized or self.balanced or demand.speed is None)
 
     def recentred(self, state: State) -> tuple[_Equations, State]:
         """The same motion with its energies relative to its own mean of extremes."""
@@ -291,7 +290,7 @@ class _Equations:
         shift = 0.5 * (state.inertia + self.inertia.start) * (self.w - speed) * (self.w + speed)
         nodes, edges = state.nodes.copy(), state.edges.copy()
         nodes[:, 0], edges[:, 0] = nodes[:, 0] + shift, edges[:, 0] + shift
-        return _Equations(self.moments, speed, self.asked), state._replace(nodes=nodes, edges=edges)
+        return _Equations(self.moments, speed, self.demand), state._replace(nodes=nodes, edges=edges)
 
     def speeds(self, state: State) -> _Speeds:
         """Speeds and rates at the nodes."""
@@ -365,12 +364,12 @@ class _Equations:
         if self.sized:
             slopes[:, states] += -0.5 * self.w * at.s / scale
         slopes, offsets = slopes[:, :-1], slopes[:, -1]
-        mean = (self.asked.speed or self.w) / self.w
+        mean = (self.demand.speed or self.w) / self.w
         if not self.sized:
             rows.append(0.5 * slopes.sum(axis=0)[None])
             right.append(np.array([mean - 1.0 - 0.5 * (at.excess + offsets).sum()]))
             return np.vstack(rows), np.concatenate(right)
-        eps, to_square = self.asked.irregularity or 0.0, 2.0 * (1.0 + at.excess)
+        eps, to_square = self.demand.irregularity or 0.0, 2.0 * (1.0 + at.excess)
         of_square, found = to_square[:, None] * slopes, at.s + to_square * offsets
         ends = np.array([eps, -eps]) + 0.25 * eps * eps  # z+ - 1 and z- - 1
         if self.balanced:
@@ -424,7 +423,7 @@ class _Equations:
 
     def unsure(self, state: State, change: Changes) -> float:
         """The step that rounding of the torques makes where little holds the speed, by its fluctuation: `_OFF` at most."""
-        if self.asked.speed is not None:
+        if self.demand.speed is not None:
             return 0.0
         here = self.speeds(state)
         work = 64 * ROUNDING * float(piecewise.integral(here.rate.exchanged, self.mesh.half).sum())
@@ -438,7 +437,7 @@ class _Equations:
         here = self.speeds(state)
         matrix, _ = self.conditions(state, here, change)
         scale = np.maximum(np.abs(matrix).max(axis=1), 1e-300)
-        states, eps = state.nodes.shape[1], self.asked.irregularity or 0.0
+        states, eps = state.nodes.shape[1], self.demand.irregularity or 0.0
         unit = np.zeros(matrix.shape[0])
         unit[states] = 1.0
         answer = np.abs(np.linalg.solve((matrix / scale[:, None]).T, unit)) / scale
@@ -538,7 +537,7 @@ class OwnMotion(NamedTuple):
     cycle: Cycle
     run: Run
     level_error: float  # of the speed's mean, relative
-    inertia_doubt: float = 0.0  # kg m² that a sized flywheel may be off
+    inertia_bound: float = 0.0  # kg m² that a sized flywheel may be off
 
     @property
     def speed(self) -> float:
@@ -552,23 +551,23 @@ class OwnMotion(NamedTuple):
 
     @property
     def inertia_error(self) -> float:
-        """Error of a sized inertia, relative to the larger of itself and its scale, the swing of work over eps w²."""
-        swing = float(np.ptp(self.cycle.start[0])) / max(self.solved.irregularity * self.speed**2, 1e-300)
-        return self.inertia_doubt / max(self.inertia, swing, 1e-300)
+        """Error of a sized inertia, relative to the larger of itself and the fluctuation of work over eps w²."""
+        scale = float(np.ptp(self.cycle.start[0])) / max(self.solved.irregularity * self.speed**2, 1e-300)
+        return self.inertia_bound / max(self.inertia, scale, 1e-300)
 
     @property
     def hardly_sized(self) -> bool:
         """Whether the irregularity leaves the flywheel open that was sized for it."""
-        return self.inertia_doubt > _HARDLY * (self.inertia + float(self.solved.moments.inertia.max()))
+        return self.inertia_bound > _HARDLY * (self.inertia + float(self.solved.moments.inertia.max()))
 
 
-def found(machine: Machine, reference: float, asked: Asked, guess: float, unknown: float, rtol: float) -> OwnMotion:
+def own_motion(machine: Machine, reference: float, demand: Demand, guess: float, unknown: float, rtol: float) -> OwnMotion:
     """The steady motion with a given flywheel, or with the one that an irregularity asks for, at an error within rtol.
 
     Args:
         machine: the machine.
         reference: speed (rad/s) near that of the motion; the one asked for where there is one.
-        asked: what is asked of the motion.
+        demand: what is asked of the motion.
         guess: of the flywheel's inertia, kg m² on the crank, where it is sized.
         unknown: a first guess of the scene's unknown.
         rtol: relative error allowed in the irregularity, and in the inertia where it is sized.
@@ -580,9 +579,9 @@ def found(machine: Machine, reference: float, asked: Asked, guess: float, unknow
     that rounding may have made its sensitivity, and by itself where laws switch along the motion.
 
     """
-    search = _Search(machine, reference, asked, rtol)
-    motion = _sane(search.motion(guess if asked.inertia is None else asked.inertia, unknown))
-    if asked.inertia is not None or motion.inertia <= 0.0:
+    search = _Search(machine, reference, demand, rtol)
+    motion = _checked(search.motion(guess if demand.inertia is None else demand.inertia, unknown))
+    if demand.inertia is not None or motion.inertia <= 0.0:
         return motion
     solved, inertia = motion.solved, motion.inertia
     fading = solved.rate.by_speed / ((inertia + solved.moments.inertia) * solved.omega)
@@ -593,16 +592,20 @@ def found(machine: Machine, reference: float, asked: Asked, guess: float, unknow
             raise _open_flywheel(motion)
     # at least irregularities even a motion depends on its switches no more than on rounding
     if motion.run.irregularity > _TINY and search.switches():
-        again = _sane(search.given(inertia).from_another(motion)) if motion.run.error <= _ROUGH else None
-        off = np.inf if again is None else abs(again.run.irregularity / (asked.irregularity or 1.0) - 1.0)
+        again = _checked(search.given(inertia).from_another(motion)) if motion.run.error <= _ROUGH else None
+        off = np.inf if again is None else abs(again.run.irregularity / (demand.irregularity or 1.0) - 1.0)
         if again is None or not off <= 10 * (again.run.error + motion.run.error) + _SAME:
             raise NoRegimeError("the motion with the flywheel found for it has another irregularity")
     return motion
 
 
-def _sane(motion: OwnMotion) -> OwnMotion:
-    """The motion, unless its figures cannot be: refused then, however they came about."""
-    run = motion.run
+def _checked(motion: OwnMotion) -> OwnMotion:
+    """The motion, with what the last digits u of the speed make of a stiff torque in its errors; refused if it cannot be.
+
+    F is off by |dF/domega| omega u where the speed is extreme, and the energy by the integral of that from where the cell
+    begins. No cells mend that: it comes to the errors when the search for cells is over.
+    """
+    solved, run = motion.solved, motion.run
     # what may as well have an irregularity of 2 may as well stop
     if not (run.speed_min > 0.0 and run.irregularity * (1.0 + run.error) < 2.0):
         raise NoRegimeError("rounding leaves open whether the motion stops within the cycle")
@@ -611,25 +614,15 @@ def _sane(motion: OwnMotion) -> OwnMotion:
     if not run.error <= _HOPELESS and run.irregularity > _EVEN:
         work = f"work of {motion.cycle.exchanged:.3g} J in a cycle"
         raise LostError(f"an irregularity of about {run.irregularity:.2g}, lost in the rounding of {work}")
-    return _with_last_digits(motion)
-
-
-def _with_last_digits(motion: OwnMotion) -> OwnMotion:
-    """The motion with what the last digits u of the speed make of a stiff torque, where it is extreme, in its errors.
-
-    F is off by |dF/domega| omega u there, and the energy by the integral of that from where the cell begins. No cells mend
-    that: it comes to the errors when the search for cells is over.
-    """
-    solved, run = motion.solved, motion.run
     if not run.irregularity > 0.0:
         return motion
     stiff = piecewise.integral(np.abs(solved.rate.by_speed) * solved.omega, solved.moments.mesh.half)
-    work = 4 * ROUNDING * float(stiff[solved.extremes.cell].max())
+    work_error = 4 * ROUNDING * float(stiff[solved.extremes.cell].max())
     least = float(solved.state.inertia + solved.moments.inertia.min())
-    off = 4.0 * work / (solved.speed**2 * least * run.irregularity)
+    off = 4.0 * work_error / (solved.speed**2 * least * run.irregularity)
     slope = 0.0 if solved.sensitivity is None else solved.sensitivity.by_square
-    doubt = motion.inertia_doubt + 0.5 * slope * run.irregularity * off
-    return motion._replace(run=run._replace(error=run.error + off), inertia_doubt=doubt)
+    bound = motion.inertia_bound + 0.5 * slope * run.irregularity * off
+    return motion._replace(run=run._replace(error=run.error + off), inertia_bound=bound)
 
 
 def _open_flywheel(motion: OwnMotion) -> UntoldError:
@@ -643,12 +636,12 @@ class _Search(NamedTuple):
 
     machine: Machine
     reference: float
-    asked: Asked
+    demand: Demand
     rtol: float
 
     def given(self, inertia: float) -> _Search:
         """The search for the motion with a given flywheel."""
-        return self._replace(asked=Asked(inertia, None, self.asked.speed))
+        return self._replace(demand=Demand(inertia, None, self.demand.speed))
 
     def moments(self, base: Array, cuts: Array, *, local: bool = False) -> Moments:
         """The machine on cells between edges, cut where the motion switches."""
@@ -677,28 +670,27 @@ class _Search(NamedTuple):
         current = 0.0 if moments.circuit is None else float(moments.steady_current(np.array(self.reference)))
         start = first_guess(moments, self.reference, inertia, unknown, current)
         try:
-            return self.resolved(periodic(moments, self.reference, self.asked, start), base, cuts)
+            return self.resolved(periodic(moments, self.reference, self.demand, start), base, cuts)
         except NoRegimeError:
             if not moments.switches(np.full(moments.mesh.phi.shape, self.reference)) and not moments.lossy:
                 raise
         base = self.machine.mesh
         moments = self.moments(base, cuts, local=True)
         start = first_guess(moments, self.reference, inertia, unknown, current)
-        rough = periodic(moments, self.reference, self.asked, start)
+        rough = periodic(moments, self.reference, self.demand, start)
         cuts = _switching(rough)
-        moments = self.moments(base, cuts)
-        return self.resolved(periodic(moments, self.reference, self.asked, carried(rough, moments)), base, cuts)
+        start = carried(rough, moments := self.moments(base, cuts))
+        return self.resolved(periodic(moments, self.reference, self.demand, start), base, cuts)
 
     def from_another(self, other: OwnMotion) -> OwnMotion:
         """The motion found from that with another flywheel."""
         # what resolved an uneven motion is needed again; the switches of an even one have moved on
         base = other.solved.moments.mesh.edges if other.run.irregularity > _UNEVEN else self.machine.mesh
         base, cuts = self.layered(base, _switching(other.solved), other.speed, other.inertia, other.solved.state.unknown)
-        moments = self.moments(base, cuts)
-        start = carried(other.solved, moments)
-        if self.asked.inertia is not None:
-            start = with_inertia(start, moments, other.solved.reference, self.asked.inertia)
-        return self.resolved(periodic(moments, self.reference, self.asked, start), base, cuts)
+        start = carried(other.solved, moments := self.moments(base, cuts))
+        if self.demand.inertia is not None:
+            start = with_inertia(start, moments, other.solved.reference, self.demand.inertia)
+        return self.resolved(periodic(moments, self.reference, self.demand, start), base, cuts)
 
     def layered(self, base: Array, cuts: Array, speed: float, inertia: float, unknown: float) -> tuple[Array, Array]:
         """Edges and cuts, with edges ever closer towards that end of each cell at which the speed settles steeply.
@@ -735,8 +727,8 @@ class _Search(NamedTuple):
             settled = angles.size == cuts.size and bool((np.abs(angles - cuts) <= _SAME * base[-1]).all())
             cuts, moves = angles, 0 if settled else moves % _MOST_MOVES + 1
             if settled or moves == _MOST_MOVES:
-                motion, finer = _described(solved, self.asked), None
-                sized = motion.inertia_error if self.asked.inertia is None else 0.0
+                motion, finer = _described(solved, self.demand), None
+                sized = motion.inertia_error if self.demand.inertia is None else 0.0
                 error = max(motion.run.error, sized, motion.cycle.errors.work / max(motion.cycle.exchanged, 1e-300))
                 edges = motion.cycle.mesh.edges
                 if settled:
@@ -757,7 +749,7 @@ class _Search(NamedTuple):
                 base = base if finer is None else _without(finer, edges, base)
             try:
                 moments = self.moments(base, cuts)
-                solved = periodic(moments, self.reference, self.asked, carried(solved, moments))
+                solved = periodic(moments, self.reference, self.demand, carried(solved, moments))
             except NoRegimeError:
                 failures += 1
                 base, cuts = piecewise.bisected(base, np.ones(base.size - 1, dtype=bool)), np.zeros(0)
@@ -772,13 +764,14 @@ class _Search(NamedTuple):
     def by_continuation(self, inertia: float, unknown: float) -> OwnMotion:
         """Given flywheels from one heavy enough to hold the speed nearly constant down to the one wanted.
 
-        A sized flywheel lies on the way: it is looked for from motions that vary half as much as asked and more.
+        Each step is as large as can be taken. A sized flywheel lies on the way: it is looked for from motions that vary half
+        as much as asked and more; an irregularity near 2 by steps towards it, each on the cells of the one before.
         """
-        asked, reference = self.asked, self.reference
+        eps, target = self.demand.irregularity, self.demand.inertia or 0.0
         moments = self.moments(self.machine.mesh, np.zeros(0))
-        work = piecewise.antiderivative(piecewise.fit(moments.constant(reference, unknown).moment), moments.mesh.half)
-        swing, own = float(np.ptp(piecewise.accumulated(work))), float(np.abs(moments.inertia).max())
-        heavy = max(20.0 * max(swing / reference**2, own, 1e-300), 4.0 * inertia)
+        work = piecewise.antiderivative(piecewise.fit(moments.constant(self.reference, unknown).moment), moments.mesh.half)
+        fluctuation, own = float(np.ptp(piecewise.accumulated(work))), float(np.abs(moments.inertia).max())
+        heavy = max(20.0 * max(fluctuation / self.reference**2, own, 1e-300), 4.0 * inertia)
         for heavier in _EVER_HEAVIER:  # enough to keep the speed where a steep torque neither ends nor saturates
             try:
                 last = self.given(heavier * heavy)._replace(rtol=_COARSE).from_nothing(heavier * heavy, unknown)
@@ -786,42 +779,35 @@ class _Search(NamedTuple):
             except NoRegimeError:
                 if heavier == _EVER_HEAVIER[-1] or not self.switches():
                     raise
-        step, target = last.inertia, asked.inertia or 0.0
+        stops = NoRegimeError("the motions tried with lighter and lighter flywheels stop within the cycle")
+        before = last.inertia
         for _ in range(_MOST_LIGHTER):
-            if asked.irregularity is None:
-                if last.inertia <= target:
-                    return self.from_another(last)
-            elif last.run.irregularity >= _NEAR * asked.irregularity:
+            if eps is None and last.inertia <= target:
+                return self.from_another(last)
+            if eps is not None and last.run.irregularity >= _NEAR * eps:
+                near = last
                 try:
-                    return self._from_near(last, asked.irregularity)
+                    while 2.0 - eps < _NEARER * (2.0 - near.run.irregularity):
+                        nearer = Demand(None, 2.0 - _NEARER * (2.0 - near.run.irregularity), self.demand.speed)
+                        near = self._replace(demand=nearer, rtol=_COARSE).from_another(near)
+                    return self.from_another(near)
                 except NoRegimeError:
-                    if last.run.irregularity >= asked.irregularity:
+                    if last.run.irregularity >= eps:
                         raise
-            if asked.irregularity is not None and last.inertia <= 0.0:
+            if eps is not None and last.inertia <= 0.0:
                 raise NoRegimeError("even without a flywheel the speed varies less than asked")
-            lighter = self._lighter(last, target, _BOLDER * step)
-            last, step = lighter, last.inertia - lighter.inertia
-        raise NoRegimeError("the motions tried with lighter and lighter flywheels stop within the cycle")
-
-    def _from_near(self, last: OwnMotion, eps: float) -> OwnMotion:
-        """The motion of an irregularity from one that is near: near 2, by steps each on the cells of the one before."""
-        while 2.0 - eps < _NEARER * (2.0 - last.run.irregularity):
-            wanted = Asked(None, 2.0 - _NEARER * (2.0 - last.run.irregularity), self.asked.speed)
-            last = self._replace(asked=wanted, rtol=_COARSE).from_another(last)
-        return self.from_another(last)
-
-    def _lighter(self, last: OwnMotion, target: float, most: float) -> OwnMotion:
-        """The motion with a lighter flywheel, by as large a step towards the target as can be taken, at most `most`."""
-        weight = last.inertia - target
-        scale = last.inertia + float(last.solved.moments.inertia.max())
-        step = min(weight / _HEAVIER if weight > 0.1 * scale else weight, most)
-        while True:
-            try:
-                return self.given(last.inertia - step)._replace(rtol=_COARSE).from_another(last)
-            except NoRegimeError:
-                step *= 0.5
-            if step < _LITTLE * scale:
-                raise NoRegimeError("the motions tried with lighter and lighter flywheels stop within the cycle")
+            weight, scale = last.inertia - target, last.inertia + float(last.solved.moments.inertia.max())
+            step = min(weight / _HEAVIER if weight > 0.1 * scale else weight, _BOLDER * before)
+            while True:
+                try:
+                    lighter = self.given(last.inertia - step)._replace(rtol=_COARSE).from_another(last)
+                    break
+                except NoRegimeError:
+                    step *= 0.5
+                if step < _LITTLE * scale:
+                    raise stops
+            before, last = last.inertia - lighter.inertia, lighter
+        raise stops
 
 
 def _without(finer: Array, edges: Array, base: Array) -> Array:
@@ -831,25 +817,22 @@ def _without(finer: Array, edges: Array, base: Array) -> Array:
 
 def _switching(solved: Periodic) -> Array:
     """Angles where the motion makes a law switch, or a mesh change the side that drives, beside the machine's own edges."""
-    return np.array(sorted(_switches(solved)))
-
-
-def _switches(solved: Periodic) -> Iterator[float]:
     moments, state = solved.moments, solved.state
-    mesh, current = moments.mesh, (state.nodes[:, 1] if moments.circuit is not None else None)
-    watched = moments.switches(solved.omega)
+    mesh, known = moments.mesh, moments.machine.mesh
+    deciding = moments.switches(solved.omega)
     if moments.lossy:
-        watched += moments.transmitted(solved.omega, state.unknown, state.inertia, current)
-    known = moments.machine.mesh
-    for values in watched:
+        current = state.nodes[:, 1] if moments.circuit is not None else None
+        deciding += moments.transmitted(solved.omega, state.unknown, state.inertia, current)
+    found: list[float] = []
+    for values in deciding:
         series = piecewise.fit(values)[None]
         noise = np.full(series.shape[:2], 1e-13 * float(np.abs(values).max(initial=0.0)))
-        for angle in piecewise.crossings(series, noise).angles(mesh).tolist():
-            if np.abs(known - angle).min() > 1e-9 * mesh.edges[-1]:
-                yield angle
+        angles = piecewise.crossings(series, noise).angles(mesh)
+        found += [angle for angle in angles.tolist() if np.abs(known - angle).min() > 1e-9 * mesh.edges[-1]]
+    return np.array(sorted(found))
 
 
-def _described(solved: Periodic, asked: Asked) -> OwnMotion:
+def _described(solved: Periodic, demand: Demand) -> OwnMotion:
     """A solved motion as a cycle with its moment along it, and as a run with its error.
 
     With a given flywheel what the level is off weighs on the irregularity, the more the nearer the machine comes to a stop;
@@ -865,8 +848,8 @@ def _described(solved: Periodic, asked: Asked) -> OwnMotion:
     free = unknown is None and moments.machine.sets_its_speed
     level = closing / (max(abs(solved.damping), 1e-300) * solved.speed**2 * max(start, 1e-300)) if free else 0.0
     least = float(state.inertia + moments.inertia.min())
-    swing = 2 * (2 * kept + solved.speed**2 * cycle.errors.variation) / solved.speed**2 / least
-    swing += 2 * eps * (cycle.errors.inertia / least + 4 * ROUNDING)
+    off = 2 * (2 * kept + solved.speed**2 * cycle.errors.variation) / solved.speed**2 / least  # of the irregularity
+    off += 2 * eps * (cycle.errors.inertia / least + 4 * ROUNDING)
     inside = mesh.middle[extremes.cell, 0] + mesh.half[extremes.cell, 0] * extremes.t
     angles = np.where(np.abs(extremes.t) < 1.0, inside, mesh.edges[extremes.cell + (extremes.t > 0.0)])
     currents = state.nodes[:, 1] if moments.circuit is not None else None
@@ -878,7 +861,7 @@ def _described(solved: Periodic, asked: Asked) -> OwnMotion:
         angle_speed_max=float(angles[0]),
         angle_speed_min=float(angles[1]),
         offset=float(state.edges[0, 0]) + 0.5 * start * (solved.reference**2 - solved.speed**2),
-        error=swing / eps if eps > 0.0 else 0.0,
+        error=off / eps if eps > 0.0 else 0.0,
         speed=solved.speed,
         drive=moments.drive(solved.omega, state.unknown, currents),
         current=None if currents is None else float(state.edges[0, 1]),
@@ -886,14 +869,14 @@ def _described(solved: Periodic, asked: Asked) -> OwnMotion:
     )
     varying = 0.5 * eps * run.error  # what speeds may be off the level
     if free:
-        run = run._replace(error=run.error + 4.0 * (level if asked.inertia is None else run.level_error))
+        run = run._replace(error=run.error + 4.0 * (level if demand.inertia is None else run.level_error))
     if unknown is not None and cycle.balance_error:
         pulled = piecewise.integral(np.abs(solved.rate.by_speed) * solved.omega, mesh.half).sum()
         of_speeds = 1.0 + varying * float(pulled) / cycle.errors.work
         cycle = cycle._replace(balance_error=cycle.balance_error * of_speeds)
-    answer, missed = solved.sensitivity, abs(eps - (asked.irregularity or eps))
-    doubt = 0.0 if answer is None else answer.by_square * (varying + missed) + answer.by_work * closing
-    return OwnMotion(solved, cycle, run._replace(cycle=cycle), run.level_error + varying if free else 0.0, doubt)
+    answer, missed = solved.sensitivity, abs(eps - (demand.irregularity or eps))
+    bound = 0.0 if answer is None else answer.by_square * (varying + missed) + answer.by_work * closing
+    return OwnMotion(solved, cycle, run._replace(cycle=cycle), run.level_error + varying if free else 0.0, bound)
 
 
 def _kept_work(solved: Periodic, cycle: Cycle) -> float:
@@ -917,7 +900,7 @@ def _kept_work(solved: Periodic, cycle: Cycle) -> float:
     return most
 
 
-def doubt_of_cuts(motion: OwnMotion) -> float:
+def error_of_cuts(motion: OwnMotion) -> float:
     """Error (rad) of the angles of extreme speed that stand where cells are cut by the motion itself."""
     moments, run = motion.solved.moments, motion.run
     angles, known = np.array([run.angle_speed_max, run.angle_speed_min]), moments.machine.mesh

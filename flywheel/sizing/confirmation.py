@@ -24,7 +24,7 @@ from flywheel.numerics.cells import ROUNDING
 from flywheel.numerics.faults import SceneError
 from flywheel.regime import periodic_motion, turning_moment
 from flywheel.regime.one_cycle import SlidingError, one_cycle
-from flywheel.regime.periodic_motion import Asked
+from flywheel.regime.periodic_motion import Demand
 from flywheel.regime.stepping import TIGHTEST, Step
 from flywheel.regime.turning_moment import Cycle, NoMotionError, Run
 from flywheel.sizing.results import Confirmation, Confirmed, Regime
@@ -269,8 +269,8 @@ def _collocated(regime: Regime, machine: Machine, inertia: float) -> periodic_mo
     held = None if free else (scene.speed or regime.speed)
     unknown = (regime.constant or regime.cycle).balance or 0.0
     with limited(_MOST_WORK):
-        asked = Asked(inertia, None, held)
-        return periodic_motion.found(machine, held or regime.speed, asked, 0.0, unknown, 0.5 * regime.rtol)
+        asked = Demand(inertia, None, held)
+        return periodic_motion.own_motion(machine, held or regime.speed, asked, 0.0, unknown, 0.5 * regime.rtol)
 
 
 def _cycle_by_collocation(regime: Regime, machine: Machine, inertia: float) -> Found:

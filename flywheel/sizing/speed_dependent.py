@@ -15,7 +15,7 @@ from flywheel.numerics.budget import BudgetError, Cost, limited, metered
 from flywheel.numerics.cells import ROUNDING, Array, Cells, Coarse
 from flywheel.numerics.faults import Fault, SceneError
 from flywheel.regime import constant_speed, periodic_motion, turning_moment, wittenbauer
-from flywheel.regime.periodic_motion import Asked, LostError, NoRegimeError, OwnMotion, UntoldError
+from flywheel.regime.periodic_motion import Demand, LostError, NoRegimeError, OwnMotion, UntoldError
 from flywheel.regime.turning_moment import Cycle, Run
 from flywheel.regime.wittenbauer import Figures
 from flywheel.sizing.results import Confirmation, Confirmed, Cyclic, Regime
@@ -80,7 +80,7 @@ def regime(machine: Machine, rtol: float) -> tuple[Regime, dict[str, Cost]]:
         speed=run.speed or figures.speed,
         cyclic=Cyclic(solved.multiplier, solved.damping, solved.steps, motion.level_error, figures.speed, loose),
         exact=(max(motion.inertia, 0.0), motion.inertia_error if motion.inertia > 0.0 else run.error),
-        extremes_error=periodic_motion.doubt_of_cuts(motion),
+        extremes_error=periodic_motion.error_of_cuts(motion),
         messages=messages,
     )
     return found, {"motion": meter.cost}
@@ -260,17 +260,17 @@ def _motion(machine: Machine, figures: Figures, unknown: float, rtol: float) -> 
     if scene.inertia is not None:
         on_crank = scene.inertia * scene.flywheel_ratio**2
         turning_moment.check_weighs(machine, figures.cycle, on_crank)
-        return _found(machine, speed, Asked(on_crank, None, held), 0.0, unknown, rtol)
+        return _found(machine, speed, Demand(on_crank, None, held), 0.0, unknown, rtol)
     least = _LIGHT * max(wittenbauer.reduced_inertia(figures).greatest, figures.scale)
     guess = max(figures.total - figures.cycle.inertia_at_start, least)
-    asked, bare = Asked(None, scene.irregularity, held), Asked(0.0, None, held)
+    asked, bare = Demand(None, scene.irregularity, held), Demand(0.0, None, held)
     try:
         with limited(_MOST_WORK):
-            motion = periodic_motion.found(machine, speed, asked, guess, unknown, rtol)
+            motion = periodic_motion.own_motion(machine, speed, asked, guess, unknown, rtol)
     except (NoRegimeError, BudgetError) as error:
         try:
             with limited(_MOST_WORK):
-                motion = periodic_motion.found(machine, speed, bare, 0.0, unknown, rtol)
+                motion = periodic_motion.own_motion(machine, speed, bare, 0.0, unknown, rtol)
         except (NoRegimeError, BudgetError):
             raise SceneError([_fault(machine, speed, asked, guess, unknown, error)]) from None
         if motion.run.irregularity * (1.0 + motion.run.error) > (scene.irregularity or 0.0):
@@ -279,16 +279,16 @@ def _motion(machine: Machine, figures: Figures, unknown: float, rtol: float) -> 
     return motion if motion.inertia > 0.0 else _found(machine, speed, bare, 0.0, unknown, rtol)
 
 
-def _found(machine: Machine, speed: float, asked: Asked, guess: float, unknown: float, rtol: float) -> OwnMotion:
+def _found(machine: Machine, speed: float, asked: Demand, guess: float, unknown: float, rtol: float) -> OwnMotion:
     try:
         with limited(_MOST_WORK):
-            return periodic_motion.found(machine, speed, asked, guess, unknown, rtol)
+            return periodic_motion.own_motion(machine, speed, asked, guess, unknown, rtol)
     except (NoRegimeError, BudgetError) as error:
         raise SceneError([_fault(machine, speed, asked, guess, unknown, error)]) from None
 
 
 def _fault(
-    machine: Machine, speed: float, asked: Asked, guess: float, unknown: float, error: NoRegimeError | BudgetError
+    machine: Machine, speed: float, asked: Demand, guess: float, unknown: float, error: NoRegimeError | BudgetError
 ) -> Fault:
     """What to say of a machine for which no motion was found, or none whose figures mean anything."""
     if machine.scene.unknown is None and constant_speed.speed_error(machine, speed) > _UNHELD:
@@ -308,7 +308,7 @@ def _fault(
 
 
 def _no_motion(
-    machine: Machine, speed: float, asked: Asked, guess: float, unknown: float, error: NoRegimeError | BudgetError
+    machine: Machine, speed: float, asked: Demand, guess: float, unknown: float, error: NoRegimeError | BudgetError
 ) -> Fault:
     """Why there is no motion: followed in time, the machine stalls or runs away; or the iteration did not settle."""
     from flywheel.regime.free_motion import (  # scipy arrives with time stepping, and only where it is needed
@@ -401,6 +401,6 @@ def with_flywheel(machine: Machine, constant: Cycle, speed: float, inertia: floa
     unknown = constant.balance or 0.0
     try:
         with limited(_LESS_WORK):
-            return periodic_motion.found(machine, held or speed, Asked(inertia, None, held), 0.0, unknown, 0.5 * rtol)
+            return periodic_motion.own_motion(machine, held or speed, Demand(inertia, None, held), 0.0, unknown, 0.5 * rtol)
     except BudgetError as error:
         raise NoRegimeError(str(error)) from None

@@ -20,7 +20,7 @@ from flywheel.numerics.budget import Tally, counted
 from flywheel.numerics.faults import Fault, SceneError
 from flywheel.regime import constant_speed, periodic_motion, wittenbauer
 from flywheel.regime.joint_friction import machine_of
-from flywheel.regime.periodic_motion import Asked
+from flywheel.regime.periodic_motion import Demand
 from flywheel.regime.turning_moment import check_cycle
 from flywheel.scene.accuracy import rtol_faults
 from flywheel.scene.scene import Scene
@@ -288,8 +288,8 @@ def _sized(question: Question, rtol: float) -> float:
 def _collocated(question: Question, rtol: float) -> float:
     """The periodic motion by Newton's method, as if its torques depended on speed."""
     scene, speed, start = question.machine.scene, question.machine.scene.speed or 0.0, question.given
-    wanted = Asked(None if question.sized else start, scene.irregularity, speed)
-    motion = periodic_motion.found(question.machine, speed, wanted, start, 0.0, rtol)
+    wanted = Demand(None if question.sized else start, scene.irregularity, speed)
+    motion = periodic_motion.own_motion(question.machine, speed, wanted, start, 0.0, rtol)
     return max(motion.inertia, 0.0) / question.crank if question.sized else motion.run.irregularity
 
 

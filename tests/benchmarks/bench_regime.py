@@ -40,7 +40,7 @@ from flywheel.machine.dynamics import Dynamics
 from flywheel.motion.simulation import moved
 from flywheel.regime import periodic_motion
 from flywheel.regime.free_motion import Goal, Start, follow
-from flywheel.regime.periodic_motion import Asked, first_guess, periodic
+from flywheel.regime.periodic_motion import Demand, first_guess, periodic
 from tests import regimes
 from tests.benchmarks.by_hand import SECTION_C, Sizes, reduced
 
@@ -318,8 +318,8 @@ def solved(machine: flywheel.Machine, inertia: float) -> tuple[Any, float, Calla
     """The analysis, the constant speed at which the net work is zero, and Newton's method from there on the final mesh."""
     sizing = flywheel.size(machine, simulate=False)
     start = sizing.cyclic.constant_speed
-    asked = Asked(inertia * machine.scene.flywheel_ratio**2, None, None)
-    mesh = periodic_motion.found(machine, start, asked, 0.0, 0.0, sizing.rtol).solved.moments
+    asked = Demand(inertia * machine.scene.flywheel_ratio**2, None, None)
+    mesh = periodic_motion.own_motion(machine, start, asked, 0.0, 0.0, sizing.rtol).solved.moments
     return sizing, start, lambda: periodic(mesh, start, asked, first_guess(mesh, start, asked.inertia, 0.0))
 
 

@@ -9,7 +9,7 @@ from flywheel.machine.dynamics import Moments
 from flywheel.machine.machine import Machine
 from flywheel.numerics import cells
 from flywheel.regime import periodic_motion, turning_moment
-from flywheel.regime.periodic_motion import Asked, NoRegimeError, carried
+from flywheel.regime.periodic_motion import Demand, NoRegimeError, carried
 from tests import regimes
 
 SIZED = [
@@ -29,11 +29,11 @@ def motion_of(name, rtol=1e-9, **wheel):
     held = machine.scene.speed if machine.scene.unknown is not None else None
     ratio = machine.scene.flywheel_ratio
     given = (
-        Asked(wheel["inertia"] * ratio**2, None, held) if "inertia" in wheel else Asked(None, wheel["irregularity"], held)
+        Demand(wheel["inertia"] * ratio**2, None, held) if "inertia" in wheel else Demand(None, wheel["irregularity"], held)
     )
     reference = held or sizing.speed
     guess = 0.0 if sizing.flywheel.exact is None else sizing.flywheel.exact * ratio**2
-    return periodic_motion.found(machine, reference, given, guess, sizing.constant.balance or 0.0, rtol)
+    return periodic_motion.own_motion(machine, reference, given, guess, sizing.constant.balance or 0.0, rtol)
 
 
 @pytest.mark.parametrize(("name", "eps"), SIZED)
@@ -129,7 +129,7 @@ def test_a_heavy_wheel_leads_down_to_a_light_one():
 def test_no_motion_is_named():
     machine = Machine(flywheel.load(regimes.BAD["light"].scene))
     with pytest.raises(NoRegimeError, match="stop within the cycle"):
-        periodic_motion.found(machine, 7.5, Asked(0.2, None, None), 0.0, 0.0, 1e-9)
+        periodic_motion.own_motion(machine, 7.5, Demand(0.2, None, None), 0.0, 0.0, 1e-9)
 
 
 def made_to_measure(inertia, damping, speed, share):

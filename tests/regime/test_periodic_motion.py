@@ -12,7 +12,7 @@ from flywheel.machine.dynamics import Dynamics, Moments
 from flywheel.machine.machine import Machine
 from flywheel.numerics import cells
 from flywheel.regime import constant_speed
-from flywheel.regime.periodic_motion import Asked, NoRegimeError, first_guess, periodic
+from flywheel.regime.periodic_motion import Demand, NoRegimeError, first_guess, periodic
 from tests import regimes
 
 SMOOTH = ["section-c", "kloss-press", "yoke", "four-bar", "engine", "law", "constant-drive", "shaper", "two-speeds-fast"]
@@ -32,7 +32,7 @@ def solved(name, inertia, parts=3):
     moments, speed, unknown = fine(name, parts)
     held = speed if moments.machine.scene.unknown is not None else None
     current = 0.0 if moments.circuit is None else float(moments.steady_current(np.array(speed)))
-    return periodic(moments, speed, Asked(inertia, None, held), first_guess(moments, speed, inertia, unknown, current))
+    return periodic(moments, speed, Demand(inertia, None, held), first_guess(moments, speed, inertia, unknown, current))
 
 
 @pytest.mark.parametrize("name", SMOOTH + BALANCED)
@@ -102,7 +102,7 @@ def test_a_flywheel_too_heavy_by_far_takes_a_few_steps(name, factor):
 def test_a_motion_far_from_the_reference_speed_keeps_its_digits():
     """On cells that do not end where a mesh changes sides the speed is some 0.3 % off; what varies is 1e-8 of it."""
     moments, speed, _ = fine("geared-loss-line", 1)
-    asked = Asked(None, 1e-8, None)
+    asked = Demand(None, 1e-8, None)
     found = periodic(moments, speed, asked, first_guess(moments, speed, 4e8, 0.0))
     assert found.irregularity == pytest.approx(1e-8, rel=1e-12)
     assert abs(found.speed / speed - 1) > 1e-4
@@ -115,7 +115,7 @@ def test_inertia_level_and_balance_are_one_problem(name, eps):
     moments, speed, unknown = fine(name, irregularity=eps)
     balanced = moments.machine.scene.unknown is not None
     guess = {"section-c": 0.7, "pump": 1.8}[name] / eps
-    asked = Asked(None, eps, speed if balanced else None)
+    asked = Demand(None, eps, speed if balanced else None)
     found = periodic(moments, speed, asked, first_guess(moments, speed, guess, unknown))
     assert found.irregularity == pytest.approx(eps, rel=1e-11)
     if balanced:
@@ -128,7 +128,7 @@ def test_inertia_level_and_balance_are_one_problem(name, eps):
 def test_a_wheel_too_light_stops_the_machine():
     moments, speed, _ = fine("peaks")
     with pytest.raises(NoRegimeError, match="stop within the cycle"):
-        periodic(moments, speed, Asked(0.2, None, None), first_guess(moments, speed, 0.2, 0.0))
+        periodic(moments, speed, Demand(0.2, None, None), first_guess(moments, speed, 0.2, 0.0))
 
 
 def test_extremes_lie_at_jumps_too():
