@@ -89,7 +89,7 @@ _MODULES = {
     "kinetostatics": "mechanisms.linkages.reactions",
     "linkage": "mechanisms.linkages",
     "linkage.description": "scene.linkage",
-    "linkage.poses": "mechanisms.linkages.poses",
+    "linkage.poses": "mechanisms.linkages.positions",
     "linkage.solution": "mechanisms.linkages.positions",
     "load_models": "components.load_models",
     "load_models.belts": "components.load_models",

@@ -20,8 +20,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from flywheel.mechanisms.linkages.poses import Poses
-from flywheel.mechanisms.linkages.positions import solve
+from flywheel.mechanisms.linkages.positions import Poses, solve
 from flywheel.mechanisms.linkages.reactions import Reactions, reactions_at
 from flywheel.mechanisms.linkages.wrenches import Torque
 from flywheel.numerics.units import columns

@@ -17,8 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flywheel.mechanisms.families import Family, Kind, Mass, Port, Ratio, Term, Velocity, Weight
-from flywheel.mechanisms.linkages.equations import Form, Loops, inverse
-from flywheel.mechanisms.linkages.poses import WINDOW
+from flywheel.mechanisms.linkages.equations import WINDOW, Form, Loops, inverse
 from flywheel.mechanisms.linkages.positions import Solution, solve
 from flywheel.numerics.faults import Fault, SceneError
 from flywheel.numerics.intervals import Interval

@@ -20,7 +20,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from flywheel.machine.machine import FLYWHEEL, Machine
-from flywheel.mechanisms.linkages.poses import Poses
+from flywheel.mechanisms.linkages.positions import Poses
 from flywheel.numerics import cells
 from flywheel.numerics.arguments import NOT_NEGATIVE, POSITIVE, array, number_faults, refuse, require
 from flywheel.numerics.faults import Fault, SceneError, told

@@ -22,7 +22,7 @@ from numpy.typing import NDArray
 from PIL import Image
 
 from bondgraph.storage.files import replacement
-from flywheel.mechanisms.linkages.poses import Poses
+from flywheel.mechanisms.linkages.positions import Poses
 from flywheel.numerics.faults import Fault, SceneError
 from flywheel.numerics.units import figure as number
 from flywheel.pictures import figures

@@ -16,7 +16,7 @@ from matplotlib.patheffects import withStroke
 from matplotlib.ticker import MultipleLocator
 from numpy.typing import NDArray
 
-from flywheel.mechanisms.linkages.poses import Poses
+from flywheel.mechanisms.linkages.positions import Poses
 from flywheel.mechanisms.linkages.reactions import Reactions
 from flywheel.numerics.faults import Fault, SceneError, nearest
 from flywheel.numerics.units import figure as number

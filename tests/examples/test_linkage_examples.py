@@ -11,8 +11,7 @@ import pytest
 from numpy.typing import NDArray
 
 import flywheel
-from flywheel.mechanisms.linkages.poses import Poses
-from flywheel.mechanisms.linkages.positions import solve
+from flywheel.mechanisms.linkages.positions import Poses, solve
 from flywheel.scene.scene import Scene
 
 FOLDER = Path(__file__).parents[2] / "examples" / "linkages"

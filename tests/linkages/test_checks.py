@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from flywheel.mechanisms.linkages.poses import check
+from flywheel.mechanisms.linkages.equations import check
 from flywheel.mechanisms.linkages.positions import solve, solve_over
 from flywheel.mechanisms.linkages.reactions import Motion, chain_reactions, reactions, reactions_at, virtual_power
 from flywheel.mechanisms.linkages.wrenches import Force

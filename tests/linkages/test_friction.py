@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from flywheel.mechanisms.linkages.friction import settle
-from flywheel.mechanisms.linkages.poses import Poses
+from flywheel.mechanisms.linkages.positions import Poses
 from flywheel.mechanisms.linkages.reactions import reactions, reactions_at
 from flywheel.mechanisms.linkages.wrenches import Effort, Force, Torque
 from flywheel.numerics.faults import SceneError

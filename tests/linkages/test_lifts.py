@@ -10,7 +10,7 @@ import pytest
 
 from flywheel.mechanisms.law import followed
 from flywheel.mechanisms.linkage import enclosed
-from flywheel.mechanisms.linkages.poses import WINDOW, at, bounds
+from flywheel.mechanisms.linkages.equations import WINDOW, lift_at, lift_bound
 from flywheel.mechanisms.linkages.positions import solve
 from flywheel.numerics.expressions import parse
 from flywheel.numerics.faults import SceneError
@@ -37,26 +37,25 @@ def bump(height: float, width: float) -> str:
 def test_bounds_hold_and_are_not_absurd(text: str) -> None:
     law = lift(text)
     angle = np.concatenate((np.linspace(0.0, tau, 4001), 2.0005 + np.linspace(-4e-3, 4e-3, 2001)))
-    second = np.abs(at(law, angle)[2])
+    second = np.abs(lift_at(law, angle)[2])
     h = 1e-7
-    third = np.abs(at(law, angle + h)[2] - at(law, angle - h)[2]) / (2 * h)
-    found = bounds(law)
+    third = np.abs(lift_at(law, angle + h)[2] - lift_at(law, angle - h)[2]) / (2 * h)
     for order, values in ((2, second), (3, third)):
-        limit = found.near(angle, order)
+        limit = lift_bound(law, angle, order)
         assert (values <= limit * (1 + 1e-6) + 1e-6 * values.max()).all()
         assert limit.max() < 40 * values.max()
-    far = found.near(np.array([5.0]), 2)[0]
+    far = lift_bound(law, np.array([5.0]), 2)[0]
     assert far < 1.0
 
 
 def test_a_bound_looks_as_far_as_the_window() -> None:
     law = lift(bump(1e-4, 1e-3))
-    near, beyond = bounds(law).near(np.array([2.0005 - 0.9 * WINDOW, 2.0005 - 2 * WINDOW]), 2)
+    near, beyond = lift_bound(law, np.array([2.0005 - 0.9 * WINDOW, 2.0005 - 2 * WINDOW]), 2)
     assert near > 50.0 > beyond
 
 
 def test_lift_slope_and_curvature() -> None:
-    value, first, second = at(lift("0.02*(1 - cos(2*phi))"), np.array([0.3, 0.3 + tau, 0.3 - tau]))
+    value, first, second = lift_at(lift("0.02*(1 - cos(2*phi))"), np.array([0.3, 0.3 + tau, 0.3 - tau]))
     np.testing.assert_allclose(value, 0.02 * (1 - np.cos(0.6)), rtol=1e-12)
     np.testing.assert_allclose(first, 0.04 * np.sin(0.6), rtol=1e-12)
     np.testing.assert_allclose(second, 0.08 * np.cos(0.6), rtol=1e-12)

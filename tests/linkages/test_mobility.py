@@ -8,7 +8,7 @@ from math import pi, tau
 import numpy as np
 import pytest
 
-from flywheel.mechanisms.linkages.equations import gruebler
+from flywheel.mechanisms.linkages.assembly import gruebler
 from flywheel.mechanisms.linkages.positions import solve
 from flywheel.numerics.faults import SceneError
 from flywheel.scene.linkage import FRAME, GEAR, SLIDE, Coupling, Joint, Link, Linkage, Point, Side

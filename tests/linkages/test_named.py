@@ -11,8 +11,7 @@ import pytest
 
 from flywheel.mechanisms.families import Family, Ratio, build
 from flywheel.mechanisms.linkages.families import linkage_of
-from flywheel.mechanisms.linkages.poses import Poses, Track
-from flywheel.mechanisms.linkages.positions import Solution, solve
+from flywheel.mechanisms.linkages.positions import Poses, Solution, Track, solve
 from flywheel.numerics.faults import SceneError
 from flywheel.scene.linkage import Link, Linkage
 from flywheel.scene.scene import Body, Mechanism

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from flywheel.mechanisms.linkages.poses import Poses
+from flywheel.mechanisms.linkages.positions import Poses
 from flywheel.pictures.sketch import Shape, Sketch, along, placed, places, sketch, sliding
 from flywheel.scene.linkage import FRAME, PIN, SLIDE, SLOT, Joint, Link, Linkage, Point
 from tests.linkages.linkages import CASES, four_bar, slider_crank, whitworth

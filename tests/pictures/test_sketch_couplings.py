@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from flywheel.mechanisms.linkages.poses import Poses
+from flywheel.mechanisms.linkages.positions import Poses
 from flywheel.pictures.sketch import Shape, placed, radii, sketch
 from flywheel.scene.linkage import FRAME, Linkage
 from tests.linkages.linkages import cam_rocker, geared_five_bar, rolling

@@ -15,14 +15,12 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from flywheel.mechanisms.linkages.poses import Poses
-    from flywheel.mechanisms.linkages.positions import Solution, solve, solve_over
+    from flywheel.mechanisms.linkages.positions import Poses, Solution, solve, solve_over
     from flywheel.scene.linkage import Coupling, Joint, Lift, Link, Linkage, Point, Side
 
 _HOMES = {
     **dict.fromkeys(("Coupling", "Joint", "Lift", "Link", "Linkage", "Point", "Side"), "flywheel.scene.linkage"),
-    **dict.fromkeys(("Solution", "solve", "solve_over"), "flywheel.mechanisms.linkages.positions"),
-    "Poses": "flywheel.mechanisms.linkages.poses",
+    **dict.fromkeys(("Poses", "Solution", "solve", "solve_over"), "flywheel.mechanisms.linkages.positions"),
 }
 
 __all__ = [

@@ -1,26 +1,447 @@
-"""All ways to assemble a linkage with its driver at the start, and the choice among them.
+"""Positions with the driver at one coordinate: degrees of freedom, locks and change points, assemblies and the choice.
+
+Degrees of freedom: Gruebler's count, checked against the rank of the Jacobian where the linkage stands.
+
+Where the Jacobian by the unknowns is singular, the driver does not settle the position. At a lock (a fold) the driver turns
+back; at a change point two assemblies cross; a continuous family has one at every position of the driver, because links have
+collapsed onto each other.
 
 The loop equations have several solutions; which one is meant is for guesses and sides to say, never for the iteration that
 happens to converge. So all are looked for, from many starting points at once, and what cannot be told apart is refused.
+
+Sources: for the count, K. J. Waldron, G. L. Kinzel, S. K. Agrawal, Kinematics, Dynamics and Design of Machinery, Wiley 2016,
+chapter 1; for folds and crossings of solutions, W. J. F. Govaerts, Numerical Methods for Bifurcations of Dynamical
+Equilibria, SIAM 2000, chapters 3 and 4.
 """
 
 from __future__ import annotations
 
+from collections.abc import Callable, Mapping, Sequence
+from itertools import combinations
 from math import degrees, pi
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from flywheel.mechanisms.linkages.equations import Equations, Loops, faults, gruebler, solved
-from flywheel.mechanisms.linkages.singular import SINGULAR, described, family, in_families, met, places, singular_values
+from flywheel.mechanisms.linkages.equations import Equations, Loops, solved
 from flywheel.numerics.faults import Fault, SceneError
-from flywheel.scene.linkage import SLIDE, SLOT, Linkage
+from flywheel.scene.linkage import FREEDOMS, PIN, SLIDE, SLOT, Linkage, Point
 
 Array = NDArray[np.float64]
 
+_ITERATIONS = 40
+_NAMED = 6
+_ONE = "one assembly over the whole range of the driver"
+_LEAVE = "leave this position out of `start` and of the driver's range"
+
+
+# -- degrees of freedom ------------------------------------------------------------------------------------------------
+
+_RANK = 1e-9  # of the greatest singular value
+
+
+class Mobility(NamedTuple):
+    """Freedom of a linkage at a position.
+
+    gruebler: 3 (bodies) - sum of what joints and couplings take away; freedom: variables less the rank of their Jacobian;
+    redundant: what holds the linkage more often than needed, as texts.
+    """
+
+    gruebler: int
+    freedom: int
+    redundant: tuple[str, ...]
+
+
+def gruebler(linkage: Linkage) -> int:
+    """Gruebler's degrees of freedom of a plane linkage: 3 n - sum(3 - f) - couplings, n moving bodies, f freedoms a joint.
+
+    A pin or slide takes 2, a pin in a slot 1, a rigid joint 3, a gear pair, rolling pair or cam 1.
+
+    >>> from flywheel.scene.linkage import Joint, Link, Linkage, Point
+    >>> o = Point("o")
+    >>> links = tuple(Link(name) for name in ("crank", "rod", "slider"))
+    >>> pairs = (("frame", "crank"), ("crank", "rod"), ("rod", "slider"))
+    >>> joints = tuple(Joint(f"{a}-{b}", "pin", a, b, o, o) for a, b in pairs)
+    >>> slide = Joint("guide", "slide", "frame", "slider", o, o)
+    >>> gruebler(Linkage(Link("frame"), links, (*joints, slide), "frame-crank"))
+    1
+    """
+    taken = sum(3 - FREEDOMS[joint.kind] for joint in linkage.joints)
+    return 3 * len(linkage.links) - taken - len(linkage.couplings)
+
+
+def mobility(loops: Loops, jacobian: Array) -> Mobility:
+    """Mobility where the equations have this Jacobian, (equations, variables)."""
+    rows = _independent(jacobian)
+
+    def source(row: int) -> str:
+        """The loop or the coupling that an equation stands for."""
+        coupling = row - 2 * len(loops.closures)
+        if coupling >= 0:
+            return f"coupling {loops.linkage.couplings[coupling].name}"
+        return f"loop {' - '.join(loops.paths[row // 2])}"
+
+    redundant = [f"the turning of {joint}, which other joints hold already" for joint in loops.doubled]
+    repeated: dict[str, None] = {}
+    for row in sorted(set(range(len(jacobian))) - set(rows)):
+        shares = np.linalg.lstsq(jacobian[list(rows)].T, jacobian[row], rcond=None)[0]
+        first, *others = dict.fromkeys(map(source, [row, *(rows[k] for k in np.flatnonzero(np.abs(shares) > 1e-6))]))
+        repeated[f"{first} repeats {' and '.join(others) or 'what keeps its bodies parallel'}"] = None
+    return Mobility(gruebler(loops.linkage), jacobian.shape[1] - len(rows), (*redundant, *repeated))
+
+
+def _independent(jacobian: Array) -> tuple[int, ...]:
+    """Rows that span a matrix: those with the greatest rest, one after another."""
+    rest, rows = jacobian.copy(), []
+    scale = float(np.sqrt((rest**2).sum(axis=1)).max(initial=0.0))
+    for _ in range(min(jacobian.shape)):
+        size = np.sqrt((rest**2).sum(axis=1))
+        row = int(np.argmax(size))
+        if size[row] <= _RANK * scale:
+            break
+        rows.append(row)
+        along = rest[row] / size[row]
+        rest = rest - np.outer(rest @ along, along)
+    return tuple(sorted(rows))
+
+
+def freedom_faults(loops: Loops, jacobian: Array) -> list[Fault]:
+    """A fault where the driver's coordinate does not settle the position, or cannot change at all."""
+    found = mobility(loops, jacobian)
+    path, expected = f"{loops.linkage.path}.joints", "1 degree of freedom"
+    held = len(_independent(jacobian[:, 1:]))
+    if held < loops.unknowns:
+        free = np.abs(np.linalg.svd(jacobian[:, 1:])[2][held:]).max(axis=0)
+        moving = [loops.names[k + 1] for k in np.argsort(-free) if free[k] > 0.1 * free.max()]
+        few = ", ".join(moving[:4]) + (" and more" if len(moving) > 4 else "")
+        what = f"{found.freedom} degrees of freedom (Gruebler {found.gruebler}): with the driver held, {few} may move"
+        return [Fault(path, what, expected, "add a joint or a coupling, or take a body away")]
+    if found.freedom == 0:
+        what = f"0 degrees of freedom (Gruebler {found.gruebler}): the driver {loops.linkage.driver} cannot move"
+        advice = "take a joint away" + (f": {'; '.join(found.redundant)}" if found.redundant else "")
+        return [Fault(path, what, expected, advice)]
+    return []
+
+
+# -- singular positions ------------------------------------------------------------------------------------------------
+
+_SINGULAR = 1e-5  # of the greatest singular value: nearer to a lock, the position itself is found too badly
+_FAR = 0.3  # rad, or units: farther from where it began, no iteration is followed
+_SETTLED = 1e-11
+_TOUCHES = 1e-11  # a singular position closes within this; one that is only nearly reached does not
+_ALONG = 0.05  # rad, or units: how far along a null vector another member of a family is looked for
+_MEETS = 1e-8  # residual there: that of a double root is some 1e-3
+_SMALL = 1e-6  # of the largest rate, length or singular value: nothing
+_TAKES_PART = 0.05
+_FLAT = 1e-7  # of the longest bar: how nearly bars must be in line, or alike
+_PARALLELOGRAM, _KITE = "a parallelogram", "a kite"
+_CHANGE_POINT = "a four-bar whose shortest and longest bars are together as long as the others"
+
+
+def _singular_values(equations: Equations, z: Array) -> tuple[Array, Array]:
+    """Singular values of the Jacobian by the unknowns, and its right vectors, at positions z (n, variables)."""
+    jacobian = equations.jacobian(z, equations.bases(z))[:, :, 1:]
+    _, values, rows = np.linalg.svd(jacobian)
+    full = np.zeros((len(z), jacobian.shape[2]))
+    full[:, : values.shape[1]] = values
+    return full, rows
+
+
+def _in_families(equations: Equations, z: Array) -> NDArray[np.bool_]:
+    """Which assemblies (n, variables) are members of a continuous family.
+
+    Where the Jacobian has a null vector v, the plane v · (x - z) = 0.05 holds another solution close by if the assembly is
+    one of a family; at a lock or a change point the equations stay open there by the order of that distance squared.
+    """
+    values, rows = _singular_values(equations, z)
+    free = values <= _SINGULAR * values[:, :1]
+    member = np.zeros(len(z), dtype=bool)
+    for k in range(z.shape[1] - 1):
+        singular = np.flatnonzero(free[:, k] & ~member)
+        if not singular.size:
+            continue
+        here, v = z[singular], rows[singular, k]
+        moved = here.copy()
+        moved[:, 1:] += _ALONG * v
+        for _ in range(_ITERATIONS):
+            bases = equations.bases(moved)
+            off = ((moved - here)[:, 1:] * v).sum(axis=1) - _ALONG
+            gap = np.concatenate((equations.residual(moved, bases), off[:, None]), axis=1)
+            matrix = np.concatenate((equations.jacobian(moved, bases)[:, :, 1:], v[:, None, :]), axis=1)
+            moved[:, 1:] -= np.einsum("nij,nj->ni", np.linalg.pinv(matrix, rcond=1e-10), gap).clip(-_ALONG, _ALONG)
+        near = np.abs(moved - here).max(axis=1) < 10.0 * _ALONG
+        member[singular] = near & (np.abs(gap).max(axis=1) < _MEETS)
+    return member
+
+
+def _family(equations: Equations, z: Array) -> str:
+    """What moves freely in a member of a continuous family, and which pins lie on each other there."""
+    loops = equations.loops
+    values, rows = _singular_values(equations, z[None])
+    moving = _named(loops, sorted(_movers(np.abs(rows[0, values[0] <= _SINGULAR * values[0, 0]]).max(axis=0))))
+    free = f"{_and(moving)} can move freely with the driver held"
+    pins = [j for j in loops.linkage.joints if j.kind == PIN and {j.first, j.second} & set(moving)]
+    at, ends = _pins(equations, z), {j.name: {(j.first, j.first_at[1:]), (j.second, j.second_at[1:])} for j in pins}
+    for a, b in combinations(ends, 2):
+        if abs(at[a] - at[b]) < _SMALL * loops.unit and not ends[a] & ends[b]:
+            return f"{free} while the pins {a} and {b} lie on each other"
+    return free
+
+
+def singular_fault(equations: Equations, z: Array, low: float, high: float, rate: Array | None = None) -> Fault | None:
+    """The lock or change point near z, where the driver stands from low to high (scaled); None if there is none.
+
+    rate: how the assembly moves that is followed, where one is.
+    """
+    found = _change_point(equations, z)
+    if found is not None and low <= found[0] <= high:
+        return _branch(equations, found, rate)
+    found = _fold(equations, z)
+    return None if found is None or not low <= found[0] <= high else _lock(equations, found)
+
+
+def _fold(equations: Equations, z: Array) -> Array | None:
+    """The position near z where F = 0 and J v = 0 with |v| = 1, by Newton on all of z and v; None if there is none near."""
+    size, rows = equations.loops.unknowns, equations.loops.equations
+
+    def system(guess: Array, v: Array) -> tuple[Array, Array]:
+        residual, jacobian, hessians = _expanded(equations, guess)
+        matrix = np.zeros((2 * rows + 1, 2 * size + 1))
+        matrix[:rows, : size + 1] = jacobian
+        matrix[rows : 2 * rows, : size + 1] = np.einsum("kij,j->ki", hessians[:, :, 1:], v)
+        matrix[rows : 2 * rows, size + 1 :] = jacobian[:, 1:]
+        matrix[-1, size + 1 :] = v
+        return matrix, np.concatenate((residual, jacobian[:, 1:] @ v, [0.5 * (v @ v - 1.0)]))
+
+    found = _newton(system, z, _singular_values(equations, z[None])[1][0, -1], 1e-14)
+    return found[0] if found is not None and np.abs(found[2][:-1]).max() < _TOUCHES else None
+
+
+def _change_point(equations: Equations, z: Array) -> Array | None:
+    """The position near z where two assemblies cross: F = 0 and w J = 0 by all variables, w · w0 = 1; None if none is near.
+
+    F + mu w0 = 0 makes Newton's system on (z, w, mu) regular where that for a fold is not. A linkage with more equations
+    than unknowns has w J = 0 everywhere.
+    """
+    size = equations.loops.unknowns
+    if equations.loops.equations != size:
+        return None
+    first = np.linalg.svd(_expanded(equations, z)[1])[0][:, -1]
+
+    def system(guess: Array, rest: Array) -> tuple[Array, Array]:
+        w, mu = rest[:-1], rest[-1]
+        residual, jacobian, hessians = _expanded(equations, guess)
+        matrix = np.zeros((2 * size + 2, 2 * size + 2))
+        matrix[:size, : size + 1], matrix[:size, -1] = jacobian, first
+        matrix[size:-1, : size + 1] = np.einsum("k,kij->ij", w, hessians)
+        matrix[size:-1, size + 1 : -1] = jacobian.T
+        matrix[-1, size + 1 : -1] = first
+        return matrix, np.concatenate((residual + mu * first, w @ jacobian, [w @ first - 1.0]))
+
+    found = _newton(system, z, np.append(first, 0.0), 1e-10)
+    return found[0] if found is not None and max(abs(found[1][-1]), np.abs(found[2]).max()) < _TOUCHES else None
+
+
+def _newton(
+    system: Callable[[Array, Array], tuple[Array, Array]], z: Array, rest: Array, rcond: float
+) -> tuple[Array, Array, Array] | None:
+    """Root (z, rest) of a system of matrix and right side near z, and its last right side; None where there is none near."""
+    guess, size = np.concatenate((z, rest)), z.size
+    for _ in range(_ITERATIONS):
+        matrix, right = system(guess[:size], guess[size:])
+        move = -np.linalg.lstsq(matrix, right, rcond=rcond)[0]
+        guess = guess + move
+        if not np.isfinite(guess[:size]).all() or np.abs(guess[:size] - z).max() > _FAR:
+            return None
+        if np.abs(move).max() < _SETTLED:
+            return guess[:size], guess[size:], right
+    return None
+
+
+def _expanded(equations: Equations, z: Array) -> tuple[Array, Array, Array]:
+    """Residual, Jacobian and second derivatives (equations, variables, variables) at one position, these by polarisation."""
+    table, size = z[None], z.size
+    units = np.eye(size)
+    pairs = np.concatenate([(units[:, None] + sign * units).reshape(-1, size) for sign in (1.0, -1.0)])
+    bent = equations.bending(equations.bases(np.broadcast_to(z, pairs.shape)), pairs).reshape(2, size, size, -1)
+    bases = equations.bases(table)
+    hessians = (0.25 * (bent[0] - bent[1])).transpose(2, 0, 1)
+    return equations.residual(table, bases)[0], equations.jacobian(table, bases)[0], np.asarray(hessians)
+
+
+def _lock(equations: Equations, found: Array) -> Fault:
+    """What meets at a lock; or what a linkage with joints to spare is held by to the second order only."""
+    loops, jacobian = equations.loops, _expanded(equations, found)[1]
+    path = loops.linkage.path
+    left, _, right = np.linalg.svd(jacobian[:, 1:])
+    where = f"driver {loops.linkage.driver} at {place(equations, float(found[0]))}"
+    moving = _described(loops, found, _movers(right[-1]))
+    if np.abs(left[:, loops.unknowns - 1 :].T @ jacobian[:, 0]).max() > _SMALL * np.abs(jacobian[:, 0]).max():
+        advice = f"two assemblies meet there, {moving} may go either way"
+        return Fault(path, f"a linkage that locks with the {where}", _ONE, advice)
+    if loops.equations > loops.unknowns:
+        what = f"a linkage that its joints hold too loosely (a change point) with the {where}"
+        advice = f"even those to spare let {moving} give way: put one out of line, or add a gear pair"
+        return Fault(path, what, _ONE, f"in line as they are there, {advice}")
+    what = f"a linkage that branches (a change point) with the {where}"
+    return Fault(path, what, _ONE, f"several assemblies meet there, {moving} may go either way; {_LEAVE}")
+
+
+def _branch(equations: Equations, found: Array, rate: Array | None) -> Fault:
+    """Which assemblies cross at a change point, how each goes on, and what carries a linkage through it."""
+    loops = equations.loops
+    ways = _ways(equations, found)
+    kind, bodies = _change_point_four_bar(loops.linkage, _pins(equations, found)) or ("a linkage", ())
+    names = ["", ""]
+    mend = f"hold it to one of them by another joint or a coupling, change a length, or {_LEAVE}"
+    if kind == _PARALLELOGRAM:
+        forms = [loops.angles[loops.linkage.names.index(body)] for body in bodies]
+
+        def called(way: Array) -> str:
+            """By whether opposite bars turn alike along a motion of the variables."""
+            a, b, c, d = (float(form.weights @ way) for form in forms)
+            alike = max(abs(a - c), abs(b - d)) < _SMALL * max(map(abs, (a, b, c, d)))
+            return _PARALLELOGRAM if alike else f"an anti{_PARALLELOGRAM.removeprefix('a ')}"
+
+        mend = f"a gear pair, or a third crank as long as the two, keeps it a parallelogram; or {_LEAVE}"
+        kind = _PARALLELOGRAM if rate is None or not ways else called(rate)
+        names = [f"{called(way)}: " for way in ways]
+    ring = f" ({', '.join(sorted(bodies))})" if bodies else ""
+    where = f"driver {loops.linkage.driver} at {place(equations, float(found[0]))}"
+    what = f"{kind}{ring} that branches (a change point) with the {where}"
+    if not ways:
+        free = _described(loops, found, _movers(_singular_values(equations, found[None])[1][0, -1]))
+        advice = f"several assemblies meet there, {free} may go either way"
+    else:
+        first, second = sorted(name + _onward(loops, way, ways) for name, way in zip(names, ways, strict=True))
+        advice = f"two assemblies meet there ({first}; or {second})"
+    return Fault(loops.linkage.path, what, _ONE, f"{advice}; {mend}")
+
+
+def _change_point_four_bar(linkage: Linkage, pins: Mapping[str, complex]) -> tuple[str, tuple[str, ...]] | None:
+    """What four bars are called that lie in line in a ring of pins, as Grashof's s + l = p + q lets them, and their bodies.
+
+    pins: where each pin stands, by its name, m.
+    """
+    ends: dict[str, list[tuple[str, str]]] = {}
+    for joint in linkage.joints:
+        if joint.name in pins:
+            ends.setdefault(joint.first, []).append((joint.second, joint.name))
+            ends.setdefault(joint.second, []).append((joint.first, joint.name))
+    rings = (
+        ((one, two, three, four), (a, b, c, next(d for body, d in ends[four] if body == one)))
+        for one in ends
+        for two, a in ends[one]
+        for three, b in ends[two]
+        for four, c in ends[three]
+        if len({one, two, three, four}) == 4 and any(body == one for body, _ in ends[four])
+    )
+    for bodies, names in rings:  # pin k joins body k to the next
+        corners = np.array([pins[name] for name in names])
+        bars = np.roll(corners, 1) - corners  # of the bodies in their order
+        sides, line = np.abs(bars), bars[np.argmax(np.abs(bars))]
+        longest, ordered = float(sides.max()), np.sort(sides)
+        flat = np.abs((bars * np.conj(line)).imag).max() <= _FLAT * longest**2
+        if not flat or ordered[0] <= _FLAT * longest or abs(ordered @ [1.0, -1.0, -1.0, 1.0]) > _FLAT * longest:
+            continue
+        alike = np.abs(sides[:, None] - sides) <= _FLAT * longest
+        if alike[0, 2] and alike[1, 3]:
+            return _PARALLELOGRAM, bodies
+        kite = (alike[0, 1] and alike[2, 3]) or (alike[0, 3] and alike[1, 2])
+        return _KITE if kite else _CHANGE_POINT, bodies
+    return None
+
+
+def _ways(equations: Equations, z: Array) -> list[Array]:
+    """Directions t in which two assemblies leave where they cross, J t = 0 and w t H t = 0; none where more of them meet."""
+    _, jacobian, hessians = _expanded(equations, z)
+    left, values, right = np.linalg.svd(jacobian)
+    if values[-2:-1].min(initial=values[0]) <= _SMALL * values[0]:
+        return []
+    kernel = right[len(values) - 1 :]
+    (low, high), axes = np.linalg.eigh(kernel @ np.einsum("k,kij->ij", left[:, -1], hessians) @ kernel.T)
+    if not low < 0.0 < high:
+        return []
+    shares = np.sqrt([high, -low])  # low a² + high b² = 0
+    return [np.asarray((axes @ (shares * [1.0, sign])) @ kernel) for sign in (1.0, -1.0)]
+
+
+def _onward(loops: Loops, way: Array, ways: list[Array]) -> str:
+    """How one of two motions goes on: the rates of what they move unlike, or what moves while the driver rests."""
+    one, other = (way / way[0] if abs(way[0]) > _SMALL * np.abs(way).max() else way for way in ways)
+    unlike = [k for k in range(1, way.size) if abs(one[k] - other[k]) > _SMALL]
+    if abs(way[0]) <= _SMALL * np.abs(way).max():
+        return f"{_and(_named(loops, [k for k in unlike if abs(way[k]) > _SMALL]))} can move freely while the driver rests"
+    parts = []
+    for k in unlike[:_NAMED]:
+        kind, _, what = loops.names[k].partition(" of ")
+        turns = loops.angles[loops.linkage.names.index(what)].weights if kind == "angle" else np.eye(way.size)[k]
+        size = (1.0 if kind == "angle" else loops.unit) / (loops.unit if loops.linkage.sliding else 1.0)
+        rate = round(float(turns @ way / way[0]) * size, 9) + 0.0
+        parts.append(f"{what} {rate:.4g} {'rad' if kind == 'angle' else 'm'}")
+    return f"{', '.join(parts)} per {'m' if loops.linkage.sliding else 'rad'} of the driver"
+
+
+# -- positions in words ------------------------------------------------------------------------------------------------
+
+
+def _movers(free: Array) -> list[int]:
+    """Variables, the greatest movers first, that take part in a motion of the unknowns."""
+    size = np.abs(free)
+    return [int(k) + 1 for k in np.argsort(-size, kind="stable") if size[k] > _TAKES_PART * size.max()]
+
+
+def _named(loops: Loops, variables: Sequence[int]) -> list[str]:
+    return [loops.names[k].partition(" of ")[2] for k in variables]
+
+
+def _and(names: Sequence[str]) -> str:
+    few = [*names[:_NAMED], f"{len(names) - _NAMED} more"] if len(names) > _NAMED else list(names)
+    return " and ".join(filter(None, [", ".join(few[:-1]), few[-1]]))
+
+
+def place(equations: Equations, driver: float) -> str:
+    """Where the driver stands, in its own unit."""
+    if equations.loops.linkage.sliding:
+        return f"{round(driver, 12) * equations.loops.unit + 0.0:.9g} m"
+    return f"{round(degrees(driver), 9) + 0.0:.9g} deg"
+
+
+def _described(loops: Loops, z: Array, variables: Sequence[int] = ()) -> str:
+    """An assembly in words: angles of the bodies in degrees, displacements in m; only some of the variables if given.
+
+    Bodies that keep a common angle are named once, by the first of them.
+    """
+    parts = []
+    for k in variables or range(1, len(loops.names)):
+        kind, _, what = loops.names[k].partition(" of ")
+        if kind == "angle":
+            form = loops.angles[loops.linkage.names.index(what)]
+            parts.append(f"{what} {round(degrees(float(form.at(z))), 9) % 360 % 360:.4g} deg")
+        else:
+            parts.append(f"{what} {round(z[k], 12) * loops.unit + 0.0:.4g} m")
+    return ", ".join(parts[:_NAMED]) + (f" and {len(parts) - _NAMED} more" if len(parts) > _NAMED else "")
+
+
+def _pins(equations: Equations, z: Array) -> dict[str, complex]:
+    """Where every pin stands, m."""
+    unit, pins = equations.loops.unit, [joint for joint in equations.loops.linkage.joints if joint.kind == PIN]
+    return {pin.name: unit * complex(_places(equations, z[None], pin.second, pin.second_at)[0]) for pin in pins}
+
+
+def _places(equations: Equations, z: Array, body: str, at: Point) -> NDArray[np.complex128]:
+    """Places of a body's point (units) at positions z, as complex numbers."""
+    loops = equations.loops
+    k = loops.linkage.names.index(body)
+    origin = equations.bases(z).whole @ loops.origins[k]
+    return np.asarray(origin + complex(at.x, at.y) / loops.unit * np.exp(1j * loops.angles[k].at(z)))
+
+
+# -- assemblies --------------------------------------------------------------------------------------------------------
+
 _STARTS = 96  # for every unknown
 _MOST_STARTS = 3000
-_ITERATIONS = 40
 _STRIDE = 1.0  # rad, or units: the longest Newton step from a guess
 _SAME = 1e-6
 _CLOSED = 1e-11
@@ -30,7 +451,6 @@ _BLURRED = 1e-3  # rad, or units: double roots nearer than this are one
 _ROUGH = 0.1  # rad, or units: guesses are never better than this
 _LISTED = 8
 _LONGEST = 240  # characters of all that are listed: a fault is a single line
-_NAMED = 6
 _TURNS = 4.0  # to each side, of angles that a coupling ties: each turn may be another assembly
 _TRIED = 200
 
@@ -50,43 +470,49 @@ def assembled(equations: Equations) -> Array:
     loops = equations.loops
     found = assemblies(equations)
     if not len(found):
-        raise SceneError([_impossible(equations)])
-    if loops.unknowns and _loose_everywhere(equations):
-        raise SceneError(_wrong(equations, found[0]))
-    alone, members = _parted(equations, found)
-    fitting, members = (part[_on_sides(equations, part)] for part in (alone, members))
+        raise SceneError([_open_fault(equations)])
+    if not loops.unknowns:
+        isolated, family = found, found[:0]
+    elif _loose_everywhere(equations):
+        raise SceneError(_position_faults(equations, found[0]))
+    else:
+        isolated, family = _isolated(equations, found)
+    fitting, members = (part[_on_sides(equations, part)] for part in (isolated, family))
     if not len(fitting) and not len(members):
         raise SceneError([_fault(loops, "assembly", "sides that no assembly fits", found, "one that does")])
     guesses = _guesses(loops)
-    member = members[0] if not len(fitting) else _guessed_member(loops, fitting, members, guesses)
+    member = None if len(fitting) else members[0]
+    if len(fitting) and len(members) and len(guesses) > 1:  # members are many: they must fit the guesses far better
+        gaps = _distances(loops, members, guesses)
+        if gaps.min() < _FITS * max(_distances(loops, fitting, guesses).min() - _ROUGH, 0.0):
+            member = members[int(np.argmin(gaps))]
     if member is not None:
-        raise SceneError([_family_fault(equations, member, fitting if len(fitting) else alone)])
-    nearest = fitting[np.argmin(_distances(loops, fitting, guesses))]
-    if not _runs(equations, fitting).any():
-        raise SceneError(_wrong(equations, nearest))
+        expected = "one assembly that the driver settles"
+        what, others = f"a continuous family of assemblies, as {_family(equations, member)},", isolated
+        if len(fitting):
+            others = fitting
+        if len(others):
+            raise SceneError([_fault(loops, "", what, others, f"{expected}, by guesses and sides")])
+        advice = "choose another `start`, or change a length"
+        raise SceneError([Fault(loops.linkage.path, f"{what} {_where(loops)}", expected, advice)])
+    if loops.unknowns:  # which the driver settles, and can leave
+        jacobian = equations.jacobian(fitting, equations.bases(fitting))
+        settled = np.linalg.matrix_rank(jacobian[:, :, 1:], rtol=_SINGULAR) == loops.unknowns
+        if not (settled & (np.linalg.matrix_rank(jacobian, rtol=1e-9) == loops.unknowns)).any():
+            nearest = fitting[np.argmin(_distances(loops, fitting, guesses))]
+            raise SceneError(_position_faults(equations, nearest))
     chosen = _chosen(loops, fitting, guesses)
-    if faults := _wrong(equations, chosen):
+    if faults := _position_faults(equations, chosen):
         raise SceneError(faults)
     return chosen
 
 
-def _runs(equations: Equations, z: Array) -> NDArray[np.bool_]:
-    """Which positions the driver settles, and can leave."""
-    if not equations.loops.unknowns:
-        return np.ones(len(z), dtype=bool)
-    jacobian = equations.jacobian(z, equations.bases(z))
-    settled = np.linalg.matrix_rank(jacobian[:, :, 1:], rtol=SINGULAR) == equations.loops.unknowns
-    return np.asarray(settled & (np.linalg.matrix_rank(jacobian, rtol=1e-9) == equations.loops.unknowns))
-
-
-def _parted(equations: Equations, found: Array) -> tuple[Array, Array]:
+def _isolated(equations: Equations, found: Array) -> tuple[Array, Array]:
     """Assemblies that stand alone, a double root once, and members of continuous families."""
-    if not equations.loops.unknowns:
-        return found, found[:0]
-    values, _ = singular_values(equations, found)
-    singular = values[:, -1] <= SINGULAR * values[:, 0]
+    values, _ = _singular_values(equations, found)
+    singular = values[:, -1] <= _SINGULAR * values[:, 0]
     member = np.zeros(len(found), dtype=bool)
-    member[singular] = in_families(equations, found[singular])
+    member[singular] = _in_families(equations, found[singular])
     alone = list(found[~singular])
     for z in found[singular & ~member]:  # found to the root of rounding, and so more than once
         if all(np.abs(_apart(equations.loops, z, other)).max() > _BLURRED for other in alone):
@@ -94,31 +520,21 @@ def _parted(equations: Equations, found: Array) -> tuple[Array, Array]:
     return np.array(alone).reshape(-1, found.shape[1]), found[member]
 
 
-def _guessed_member(loops: Loops, alone: Array, family: Array, guesses: dict[int, float]) -> Array | None:
-    """The member of a family that guesses mean: they are many, and fit it far better than any assembly that stands alone."""
-    if not len(family) or len(guesses) < 2:
-        return None
-    gaps = _distances(loops, family, guesses)
-    near = int(np.argmin(gaps))
-    return family[near] if gaps[near] < _FITS * max(_distances(loops, alone, guesses).min() - _ROUGH, 0.0) else None
-
-
-def _wrong(equations: Equations, z: Array) -> list[Fault]:
+def _position_faults(equations: Equations, z: Array) -> list[Fault]:
     """Faults of an assembly that the driver's coordinate does not settle, or that cannot move."""
     loops = equations.loops
     jacobian = equations.jacobian(z[None], equations.bases(z[None]))[0]
-    found = faults(loops, jacobian)
-    near = loops.unknowns and np.linalg.matrix_rank(jacobian[:, 1:], rtol=SINGULAR) < loops.unknowns
-    held = found and gruebler(loops.linkage) < 1  # a joint too many is the likelier cause
+    found = freedom_faults(loops, jacobian)
+    near = loops.unknowns and np.linalg.matrix_rank(jacobian[:, 1:], rtol=_SINGULAR) < loops.unknowns
     if not (found or near) or _loose_everywhere(equations):
         return found
-    if fault := met(equations, z, float(z[0]) - _BLURRED, float(z[0]) + _BLURRED) if near else None:
+    if near and (fault := singular_fault(equations, z, float(z[0]) - _BLURRED, float(z[0]) + _BLURRED)):
         return [fault]
-    if not held:
-        what = f"an assembly that locks or branches {_where(loops)} ({described(loops, z)})"
-        advice = "choose another `start`, and a range of the driver that leaves this position out"
-        return [Fault(loops.linkage.path, what, "a position that the driver settles", advice)]
-    return found
+    if found and gruebler(loops.linkage) < 1:  # a joint too many is the likelier cause
+        return found
+    what = f"an assembly that locks or branches {_where(loops)} ({_described(loops, z)})"
+    advice = "choose another `start`, and a range of the driver that leaves this position out"
+    return [Fault(loops.linkage.path, what, "a position that the driver settles", advice)]
 
 
 def _loose_everywhere(equations: Equations) -> bool:
@@ -142,10 +558,8 @@ def assemblies(equations: Equations) -> Array:
     Newton-Raphson with bounded steps runs from evenly scattered points and from the guesses; a solution that all
     of them miss would stay unknown, which is why there are many.
     """
-    z, square = (
-        _starts(equations.loops),
-        (equations.loops.equations == equations.loops.unknowns and not _loose_everywhere(equations)),
-    )
+    loops = equations.loops
+    z, square = _starts(loops), loops.equations == loops.unknowns and not _loose_everywhere(equations)
     done = []
     for _ in range(_ITERATIONS):
         move, gap = _step(equations, z, square)
@@ -155,52 +569,56 @@ def assemblies(equations: Equations) -> Array:
         z = z[~closed & np.isfinite(z).all(axis=1)]
         if not len(z):
             break
-    closed_z = np.concatenate([*done, z[_step(equations, z, square)[1] < _CLOSED]] if len(z) else done)
-    return _distinct(equations.loops, closed_z[:_MOST_STARTS])
+    else:
+        done.append(z[_step(equations, z, square)[1] < _CLOSED])
+    z = np.concatenate(done)[:_MOST_STARTS]  # of equal ones those with the fewest turns go first
+    z = z[np.argsort(_turns(loops, z), kind="stable")]
+    free = np.flatnonzero(np.concatenate(([False], _angular(loops))) & ~_tied(loops))
+    z[:, free] = -((pi - z[:, free]) % (2 * pi) - pi)
+    kept: list[Array] = []
+    while len(z):
+        kept.append(z[0])
+        z = z[np.abs(_apart(loops, z, z[0])).max(axis=1, initial=0.0) >= _SAME]
+    found = np.array(kept).reshape(-1, len(loops.names))
+    return found[np.lexsort(np.round(found, 6).T[::-1])]
 
 
 def _step(equations: Equations, z: Array, square: bool) -> tuple[Array, Array]:
     """One bounded Gauss-Newton step from many points, and their largest residuals."""
-    bases = equations.bases(z)
+    loops, bases = equations.loops, equations.bases(z)
     gap = equations.residual(z, bases)
     jacobian = equations.jacobian(z, bases)[:, :, 1:]
     if square:
         move = solved(jacobian, -gap)
-        lost = ~np.isfinite(move).all(axis=1)
-        move[lost] = 0.3
+        move[~np.isfinite(move).all(axis=1)] = 0.3
     else:
         move = np.einsum("nij,nj->ni", np.linalg.pinv(jacobian, rcond=1e-10), -gap)
-    longest = np.abs(move[:, _in_loops(equations.loops)]).max(axis=1, initial=0.0)
+    used = np.any(np.abs(loops.closures) > 0.0, axis=0)
+    in_loops = np.any(loops.turns[used] != 0.0, axis=0)  # the others follow from couplings alone, however far
+    in_loops[loops.slides[used & (loops.slides >= 0)]] = True
+    longest = np.abs(move[:, in_loops[1:]]).max(axis=1, initial=0.0)
     return move * np.minimum(1.0, _STRIDE / np.maximum(longest, 1e-300))[:, None], np.abs(gap).max(axis=1, initial=0.0)
 
 
-def _in_loops(loops: Loops) -> NDArray[np.bool_]:
-    """Which unknowns the loops depend on; the others follow from couplings alone, however far."""
-    used = np.any(np.abs(loops.closures) > 0.0, axis=0)
-    turned = np.any(loops.turns[used] != 0.0, axis=0)
-    turned[loops.slides[used & (loops.slides >= 0)]] = True
-    return np.asarray(turned[1:])
-
-
 def _starts(loops: Loops) -> Array:
-    """Points scattered evenly over angles and displacements (a Kronecker sequence), the guesses first."""
-    count = min(_STARTS * max(loops.unknowns, 1), _MOST_STARTS) if loops.unknowns else 1
+    """Points scattered evenly over angles and displacements, the guesses first.
+
+    They are a Kronecker sequence by powers of the root of x^(d+1) = x + 1 (M. Roberts, 2018).
+    """
+    count = min(_STARTS * loops.unknowns, _MOST_STARTS) if loops.unknowns else 1
     wide = float(np.abs(loops.closures).sum(axis=1).max(initial=1.0))
-    root = _generalised_golden(max(loops.unknowns, 1))
+    root = 1.5
+    for _ in range(60):
+        root = (1.0 + root) ** (1.0 / (max(loops.unknowns, 1) + 1))
     share = (0.5 + np.arange(count)[:, None] * root ** -np.arange(1.0, loops.unknowns + 1.0)) % 1.0
     z = np.empty((count, loops.unknowns + 1))
-    z[:, 0] = start(loops)
-    tied = _tied(loops)
-    for k, name in enumerate(loops.names[1:]):
-        reach = _TURNS * pi if tied[k + 1] else pi
-        z[:, k + 1] = (reach if name.startswith("angle") else wide) * (2.0 * share[:, k] - 1.0)
+    z[:, 0] = loops.start
+    reach = np.where(_angular(loops), np.where(_tied(loops)[1:], _TURNS * pi, pi), wide)
+    z[:, 1:] = reach * (2.0 * share - 1.0)
     guesses, guessed = _guesses(loops), z[: max(count // 4, 1)]
-    for column, value in guesses.items():
-        guessed[:, column] = value
-    _relate(loops, z, ())
-    for column, value in guesses.items():
-        guessed[:, column] = value
-    _relate(loops, guessed, tuple(guesses))
+    for table, given in ((z, ()), (guessed, tuple(guesses))):
+        guessed[:, list(guesses)] = list(guesses.values())
+        _relate(loops, table, given)
     return z
 
 
@@ -221,20 +639,6 @@ def _relate(loops: Loops, z: Array, given: tuple[int, ...]) -> None:
             z[:, k] -= (z @ line + rest) / line[k]
 
 
-def _generalised_golden(dimension: int) -> float:
-    """Root of x^(d+1) = x + 1: its powers scatter points evenly (M. Roberts, 2018)."""
-    x = 1.5
-    for _ in range(60):
-        x = (1.0 + x) ** (1.0 / (dimension + 1))
-    return x
-
-
-def start(loops: Loops) -> float:
-    """The driver's coordinate at which the linkage is assembled, scaled."""
-    linkage = loops.linkage
-    return linkage.start / loops.unit if linkage.sliding else linkage.start
-
-
 def _guesses(loops: Loops) -> dict[int, float]:
     """Guessed values by the number of the variable; a body that is no variable of its own has its leader's angle guessed."""
     found: dict[int, float] = {}
@@ -242,8 +646,7 @@ def _guesses(loops: Loops) -> dict[int, float]:
         guess = loops.linkage.link(body).guess
         turning = np.flatnonzero(form.weights[1:])
         if guess is not None and turning.size == 1:
-            rest = form.constant + form.weights[0] * start(loops)
-            found[int(turning[0]) + 1] = guess - rest
+            found[int(turning[0]) + 1] = guess - (form.constant + form.weights[0] * loops.start)
     for joint in loops.linkage.joints:
         name = f"slide of {joint.name}"
         if joint.guess is not None and joint.kind in (SLIDE, SLOT) and name in loops.names:
@@ -251,7 +654,8 @@ def _guesses(loops: Loops) -> dict[int, float]:
     return found
 
 
-def _angular(loops: Loops) -> Array:
+def _angular(loops: Loops) -> NDArray[np.bool_]:
+    """Which unknowns are angles."""
     return np.array([name.startswith("angle") for name in loops.names[1:]], dtype=bool)
 
 
@@ -263,24 +667,8 @@ def _tied(loops: Loops) -> NDArray[np.bool_]:
 
 def _turns(loops: Loops, z: Array) -> Array:
     """The largest angle (rad) that a coupled joint other than the driver has turned through, of positions (n, variables)."""
-    firsts = [r.first for r in loops.relations if np.any(r.first.weights[1:])]
-    sizes = [np.abs(z @ form.weights + form.constant) for form in firsts]
+    sizes = [np.abs(r.first.at(z)) for r in loops.relations if np.any(r.first.weights[1:])]
     return np.asarray(np.max(sizes, axis=0)) if sizes else np.zeros(len(z))
-
-
-def _distinct(loops: Loops, z: Array) -> Array:
-    """Solutions that differ as positions, in the order of their variables; of equal ones that with the fewest turns."""
-    if not len(z):
-        return z
-    z = z[np.argsort(_turns(loops, z), kind="stable")]
-    free = np.flatnonzero(np.concatenate(([False], _angular(loops))) & ~_tied(loops))
-    z[:, free] = -((pi - z[:, free]) % (2 * pi) - pi)
-    kept: list[Array] = []
-    while len(z):
-        kept.append(z[0])
-        z = z[np.abs(_apart(loops, z, z[0])).max(axis=1, initial=0.0) >= _SAME]
-    found = np.array(kept)
-    return found[np.lexsort(np.round(found, 6).T[::-1])]
 
 
 def _apart(loops: Loops, a: Array, b: Array) -> Array:
@@ -290,29 +678,39 @@ def _apart(loops: Loops, a: Array, b: Array) -> Array:
 
 
 def _chosen(loops: Loops, fitting: Array, guesses: dict[int, float]) -> Array:
-    """The one assembly that guesses leave; its free angles within half a turn of them."""
-    chosen = _only(loops, fitting, guesses)
+    """The assembly that is clearly the nearest to the guesses; its free angles within half a turn of them.
+
+    Where a coupling gives several by the turns of the joints that it ties, those within half a turn go first.
+    """
+    near = _nearest(loops, fitting, guesses)
+    few = near[_turns(loops, near) < pi + _SAME]
+    if len(near) > 1 and len(few):
+        near = _nearest(loops, few, guesses)
+    if len(near) > 1 and guesses:
+        what = "guesses that do not tell the assemblies apart"
+        raise SceneError([_fault(loops, "", what, near, "guesses nearer to one of them")])
+    if len(near) > 1:
+        raise SceneError([_fault(loops, "", f"{len(near)} assemblies that fit", near, "a guess or side for one")])
+    chosen = np.array(near[0])
     for column, guess in guesses.items():
         if loops.names[column].startswith("angle") and not _tied(loops)[column]:
             chosen[column] += 2 * pi * round((guess - chosen[column]) / (2 * pi))
     return chosen
 
 
-def _only(loops: Loops, fitting: Array, guesses: dict[int, float]) -> Array:
-    """The assembly nearest to the guesses, if one is clearly the nearest.
-
-    Where a coupling gives several by the turns of the joints that it ties, those within half a turn go first.
-    """
-    near = _nearest(loops, fitting, guesses)
-    if len(near) > 1:
-        few = near[_turns(loops, near) < pi + _SAME]
-        near = _nearest(loops, few, guesses) if len(few) else near
-    if len(near) == 1:
-        return np.array(near[0])
-    if not guesses:
-        raise SceneError([_fault(loops, "", f"{len(near)} assemblies that fit", near, "a guess or side for one")])
-    what = "guesses that do not tell the assemblies apart"
-    raise SceneError([_fault(loops, "", what, near, "guesses nearer to one of them")])
+def _nearest(loops: Loops, fitting: Array, guesses: dict[int, float]) -> Array:
+    """The assembly clearly nearest to the guesses, or all of those that are about as near."""
+    if len(fitting) == 1 or not guesses:
+        return fitting
+    distance, columns = _distances(loops, fitting, guesses), sorted(guesses)
+    near, gaps = int(np.argmin(distance)), np.abs(_gaps(loops, fitting, guesses))
+    spread = np.max([np.abs(_apart(loops, fitting, z)).max(axis=0) for z in fitting], axis=0)[[k - 1 for k in columns]]
+    contrary = (gaps[near] > np.maximum(_CLEARER * spread, _ROUGH)) & (gaps.min(axis=0) < _FITS * gaps[near])
+    if contrary.any():  # as far from the nearest assembly as assemblies lie apart, while another one fits
+        names = ", ".join(loops.names[columns[k]] for k in np.flatnonzero(contrary))
+        what = f"guesses that contradict each other, as {names} fits another assembly than the rest,"
+        raise SceneError([_fault(loops, "", what, fitting, "guesses of one")])
+    return np.asarray(fitting[distance <= distance[near] / _CLEARER])
 
 
 def _gaps(loops: Loops, z: Array, guesses: dict[int, float]) -> Array:
@@ -327,86 +725,47 @@ def _distances(loops: Loops, z: Array, guesses: dict[int, float]) -> Array:
     return np.asarray(np.sqrt((_gaps(loops, z, guesses) ** 2).sum(axis=1)))
 
 
-def _nearest(loops: Loops, fitting: Array, guesses: dict[int, float]) -> Array:
-    """The assembly clearly nearest to the guesses, or all of those that are about as near."""
-    if len(fitting) == 1 or not guesses:
-        return fitting
-    columns, gaps = sorted(guesses), _gaps(loops, fitting, guesses)
-    distance = _distances(loops, fitting, guesses)
-    near = int(np.argmin(distance))
-    if contrary := _contradicted(loops, fitting, gaps, near):
-        names = ", ".join(loops.names[columns[k]] for k in contrary)
-        what = f"guesses that contradict each other, as {names} fits another assembly than the rest,"
-        raise SceneError([_fault(loops, "", what, fitting, "guesses of one")])
-    return np.asarray(fitting[distance <= distance[near] / _CLEARER])
-
-
-def _contradicted(loops: Loops, fitting: Array, gaps: Array, near: int) -> list[int]:
-    """Guesses, by position, that the nearest assembly is as far from as assemblies lie apart, while another one fits."""
-    spread = np.max([np.abs(_apart(loops, fitting, z)).max(axis=0) for z in fitting], axis=0)
-    columns = [k - 1 for k in sorted(_guesses(loops))]
-    off, best = np.abs(gaps[near]), np.abs(gaps).min(axis=0)
-    return np.flatnonzero((off > np.maximum(_CLEARER * spread[columns], _ROUGH)) & (best < _FITS * off)).tolist()
-
-
 def _on_sides(equations: Equations, z: Array) -> NDArray[np.bool_]:
     """Which positions have every point on the side of its line that is asked for."""
     linkage, fits = equations.loops.linkage, np.ones(len(z), dtype=bool)
     for side in linkage.sides:
         ends = [(body, linkage.link(body).point(name)) for body, name in (side.point, side.start, side.end)]
-        point, start, end = (places(equations, z, *where) for where in ends)
+        point, start, end = (_places(equations, z, *where) for where in ends)
         fits &= ((end - start).conjugate() * (point - start)).imag * side.sense > 0.0
     return fits
 
 
 def _where(loops: Loops) -> str:
-    linkage: Linkage = loops.linkage
+    linkage = loops.linkage
     value = f"{linkage.start:.6g} m" if linkage.sliding else f"{degrees(linkage.start):.6g} deg"
     return f"with {linkage.driver} at {value}"
 
 
 def _fault(loops: Loops, key: str, what: str, found: Array, expected: str) -> Fault:
-    texts = [f"({described(loops, z)})" for z in found[:_LISTED]]
-    lengths = np.cumsum([len(text) for text in texts])
-    few = max(int(np.searchsorted(lengths, _LONGEST)), 1)
-    listed = "; ".join(texts[:few])
+    """A fault that lists assemblies, as many as fit on its line."""
+    texts = [f"({_described(loops, z)})" for z in found[:_LISTED]]
+    few = max(int(np.searchsorted(np.cumsum([len(text) for text in texts]), _LONGEST)), 1)
     more = f" and {len(found) - few} more" if len(found) > few else ""
     path = f"{loops.linkage.path}.{key}" if key else loops.linkage.path
-    return Fault(path, f"{what} {_where(loops)}", expected, f"there are {listed}{more}")
+    return Fault(path, f"{what} {_where(loops)}", expected, f"there are {'; '.join(texts[:few])}{more}")
 
 
-def _family_fault(equations: Equations, z: Array, alone: Array) -> Fault:
-    """What a member of a continuous family is, and which assemblies there are beside it."""
-    loops, expected = equations.loops, "one assembly that the driver settles"
-    what = f"a continuous family of assemblies, as {family(equations, z)},"
-    if len(alone):
-        return _fault(loops, "", what, alone, f"{expected}, by guesses and sides")
-    advice = "choose another `start`, or change a length"
-    return Fault(loops.linkage.path, f"{what} {_where(loops)}", expected, advice)
-
-
-def _impossible(equations: Equations) -> Fault:
+def _open_fault(equations: Equations) -> Fault:
     """What keeps the bodies apart: the loops that stay open where they are nearest to closing, and joints too many."""
     loops = equations.loops
-    gaps = _nearest_gaps(equations)
-    open_loops = [
-        f"the loop {' - '.join(path)} stays open by {gap * loops.unit:.3g} m"
-        for path, gap in zip(loops.paths, gaps, strict=True)
-        if gap > _SAME
-    ]
-    count = gruebler(loops.linkage)
-    surplus = [f"Gruebler's count is {count} degrees of freedom, so that a joint may be too many"] if count < 1 else []
-    found = f"bodies that cannot be assembled {_where(loops)}"
-    told = "; ".join([*open_loops[:_NAMED], *surplus]) or "their couplings contradict each other"
-    return Fault(loops.linkage.path, found, "loops that close", f"{told}; change a length, or `start`")
-
-
-def _nearest_gaps(equations: Equations) -> Array:
-    """How far every loop stays open where all of them together are nearest to closing."""
-    z = _starts(equations.loops)[:_TRIED]
+    z = _starts(loops)[:_TRIED]
     for _ in range(_ITERATIONS):
         z[:, 1:] += _step(equations, z, square=False)[0]
     bases = equations.bases(z)
-    total = (equations.residual(z, bases) ** 2).sum(axis=1)
-    best = int(np.nanargmin(total))
-    return np.asarray(np.abs(bases.whole[best] @ equations.loops.closures.T))
+    best = int(np.nanargmin((equations.residual(z, bases) ** 2).sum(axis=1)))
+    gaps = np.abs(bases.whole[best] @ loops.closures.T)
+    reasons = [
+        f"the loop {' - '.join(path)} stays open by {gap * loops.unit:.3g} m"
+        for path, gap in zip(loops.paths, gaps, strict=True)
+        if gap > _SAME
+    ][:_NAMED]
+    if (count := gruebler(loops.linkage)) < 1:
+        reasons.append(f"Gruebler's count is {count} degrees of freedom, so that a joint may be too many")
+    found, why = f"bodies that cannot be assembled {_where(loops)}", "; ".join(reasons)
+    advice = f"{why or 'their couplings contradict each other'}; change a length, or `start`"
+    return Fault(loops.linkage.path, found, "loops that close", advice)

@@ -29,7 +29,7 @@ from flywheel.numerics.faults import Fault, SceneError
 from flywheel.scene.linkage import FIXED, PIN, SLIDE, Joint
 
 if TYPE_CHECKING:
-    from flywheel.mechanisms.linkages.poses import Track
+    from flywheel.mechanisms.linkages.positions import Track
     from flywheel.mechanisms.linkages.wrenches import Pair
 
 Array = NDArray[np.float64]

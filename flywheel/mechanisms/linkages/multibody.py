@@ -20,7 +20,8 @@ from numpy.typing import ArrayLike, NDArray
 from scipy.integrate import DOP853
 
 from bondgraph.motion.stepping import instant
-from flywheel.mechanisms.linkages.poses import Poses, check
+from flywheel.mechanisms.linkages.equations import check
+from flywheel.mechanisms.linkages.positions import Poses
 from flywheel.numerics.arguments import POSITIVE, array, name_faults, number_faults, refuse, require, shown, vector
 from flywheel.numerics.faults import Fault, SceneError
 from flywheel.scene.linkage import FIXED, PIN, SLIDE, SLOT, Coupling, Linkage

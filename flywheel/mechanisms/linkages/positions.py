@@ -1,4 +1,4 @@
-"""Following an assembly along the driver's coordinate by steps that are proven not to leave it.
+"""Positions of a linkage over a range of its driver: one assembly followed by steps that are proven not to leave it.
 
 From a position z0 with Jacobian J0 (by the unknowns) and its inverse A, the tangent predicts u(t) = u0 + g t. Bounds H
 of the second derivatives say how far residual and Jacobian can go from there, where F is zero to rounding:
@@ -9,43 +9,87 @@ Where kappa <= 1/2 and beta <= (1 - kappa) r, Newton's map contracts the ball of
 t of the step: exactly one assembly lies there, and it is the one that was followed (Kantorovich). The step is the longest
 for which this holds. It shrinks where the linkage comes near to a lock or a branch, and there the true lock is looked for.
 
+The nodes carry value, rate and slope; between them a quintic through both ends predicts so well that one or two Newton
+steps, for all positions at once, settle on rounding.
+
 Source: L. V. Kantorovich, G. P. Akilov, Functional Analysis, Pergamon 1982, chapter XVIII; for paths: C. Beltrán, A. Leykin,
 Certified numerical homotopy tracking, Experimental Mathematics 21 (2012) 69-83.
-
-A linkage followed over a range of its driver: poses and influence coefficients at any positions asked for.
-
-The followed nodes carry value, rate and slope; between them a quintic through both ends predicts so well that one or
-two Newton steps, for all positions at once, settle on rounding.
 """
 
 from __future__ import annotations
 
 from functools import lru_cache
 from math import sqrt
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from flywheel.mechanisms.linkages.assembly import assembled, start
-from flywheel.mechanisms.linkages.equations import (
-    SETTLED,
-    Equations,
-    Mobility,
-    Settled,
-    correction,
-    inverse,
-    loops,
-    mobility,
-    settle,
-)
-from flywheel.mechanisms.linkages.poses import WINDOW, Poses, Track, check
-from flywheel.mechanisms.linkages.singular import met, place
-from flywheel.numerics.arguments import array, known, number_faults, refuse
+from flywheel.mechanisms.linkages.assembly import Mobility, assembled, mobility, place, singular_fault
+from flywheel.mechanisms.linkages.equations import SETTLED, WINDOW, Equations, check, correction, inverse, loops, settle
+from flywheel.numerics.arguments import array, known, number_faults, refuse, shown
 from flywheel.numerics.faults import Fault, SceneError
-from flywheel.scene.linkage import Linkage
+from flywheel.scene.linkage import Linkage, Point
 
 Array = NDArray[np.float64]
+
+
+class Track(NamedTuple):
+    """Positions of a point or a joint's coordinate, with first and second derivative by the driver's coordinate."""
+
+    value: Array
+    rate: Array
+    slope: Array
+
+
+class Poses(NamedTuple):
+    """Poses of every body of `linkage.names` (the frame first) at coordinates `q` of the driver, shape (n,).
+
+    value, rate, slope: shape (bodies, 3, n): x, y (m) of the origin of the body's own frame and its angle (rad), then
+    their first and second derivatives by q (the influence coefficients g and g').
+    """
+
+    linkage: Linkage
+    q: Array
+    value: Array
+    rate: Array
+    slope: Array
+
+    def angle(self, body: str) -> Track:
+        """A body's angle, g, g'; SceneError for a body that there is not."""
+        k = self._index(body)
+        return Track(self.value[k, 2], self.rate[k, 2], self.slope[k, 2])
+
+    def point(self, body: str, at: Point | tuple[float, float]) -> Track:
+        """A point of a body (in the body's frame, m), as arrays of shape (2, n).
+
+        p = o + R(theta) a;  p' = o' + theta' R a_perp;  p'' = o'' + theta'' R a_perp - theta'² R a.
+        """
+        if isinstance(at, str) or np.size(at) < 2:
+            raise SceneError([Fault("at", shown(at), "a Point, or a place (x, y) in m")])
+        a, b = at[-2:]
+        k = self._index(body)
+        x, y, theta = self.value[k]
+        c, s = np.cos(theta), np.sin(theta)
+        arm = np.stack((a * c - b * s, a * s + b * c))
+        across = np.stack((-arm[1], arm[0]))
+        turn, turning = self.rate[k, 2], self.slope[k, 2]
+        return Track(
+            np.stack((x, y)) + arm,
+            self.rate[k, :2] + turn * across,
+            self.slope[k, :2] + turning * across - turn**2 * arm,
+        )
+
+    def centre(self, body: str) -> Track:
+        """A body's centre of mass."""
+        k = self._index(body)
+        return self.point(body, self.linkage.links[k - 1].com if k else self.linkage.ground.com)
+
+    def _index(self, body: str) -> int:
+        return known("body", body, {name: k for k, name in enumerate(self.linkage.names)})
+
+
+# -- continuation ------------------------------------------------------------------------------------------------------
 
 _MOST_STEPS = 100_000
 _NEAR = 1e-5  # rad, or units: steps below it make us look for a lock
@@ -57,8 +101,8 @@ _CONTRACTION = 0.25
 _RESIDUAL = 1e-9
 
 
-class Trace(NamedTuple):
-    """Positions followed, (nodes, variables), in ascending order of the driver z[:, 0], with two derivatives by it."""
+class Movement(NamedTuple):
+    """All variables (scaled) at n positions, (n, variables), with two derivatives by the driver's coordinate z[:, 0]."""
 
     z: Array
     rate: Array
@@ -66,97 +110,102 @@ class Trace(NamedTuple):
 
 
 class Tangent(NamedTuple):
-    """What is known at one position: inverse Jacobian, rates (1, g), slopes (0, g').
+    """Rates (1, g) and slopes (0, g') at one position.
 
     `step` is the longest certified step: over it, nothing but the followed assembly lies within `radius` (of every
     variable) of the tangent.
     """
 
-    inverse: Array
     rate: Array
     slope: Array
     step: float
     radius: Array
 
 
-def follow(equations: Equations, z: Array, low: float, high: float) -> Trace:
-    """The assembly at z followed to both ends of the driver's range (scaled).
+def follow(equations: Equations, z: Array, low: float, high: float) -> Movement:
+    """The assembly at z followed to both ends of the driver's range (scaled): nodes in ascending order of the driver.
 
     Raises:
-        SceneError: where the linkage locks or branches on the way, naming the position and what meets there.
+        SceneError: where the linkage locks or branches on the way, naming the position and what meets there; where joints
+            to spare hold it too often.
 
     """
-    upward = _followed(equations, z, high, 1.0)
-    downward = _followed(equations, z, low, -1.0)[1:]
-    nodes = [*reversed(downward), *upward]
-    trace = Trace(*(np.array([node[k] for node in nodes]) for k in range(3)))
+    loops = equations.loops
+    upward = _nodes(equations, z, high, 1.0)
+    nodes = [*reversed(_nodes(equations, z, low, -1.0)[1:]), *upward]
+    trace = Movement(*(np.array(part) for part in zip(*nodes, strict=True)))
     for part in trace:
         part.flags.writeable = False
-    _check_redundant(equations, trace)
+    if loops.unknowns == loops.equations:
+        return trace
+    gaps = np.abs(equations.residual(trace.z, equations.bases(trace.z))).max(axis=0)
+    wrong = int(np.argmax(gaps))
+    if gaps[wrong] > _RESIDUAL:
+        names = loops.paths[wrong // 2] if wrong < 2 * len(loops.closures) else ()
+        found = f"joints that hold it too often: the loop {' - '.join(names)} opens by {gaps[wrong] * loops.unit:.3g} m"
+        raise SceneError([Fault(f"{loops.linkage.path}.joints", found, "1 degree of freedom", "take a joint of it away")])
     return trace
 
 
-def _followed(equations: Equations, z: Array, end: float, sense: float) -> list[tuple[Array, Array, Array]]:
-    """Nodes from z to the end of the driver's range."""
-    settled = settle(equations, z[None]).z[0]
+def _nodes(equations: Equations, z: Array, end: float, sense: float) -> list[tuple[Array, Array, Array]]:
+    """Positions, rates and slopes from z to one end of the driver's range."""
+    settled = settle(equations, z[None])[0][0]
     if not np.abs(settled - z).max() < _NEAR:
-        raise SceneError([_stuck(equations, z)])
-    z = settled
-    here, watched = tangent(equations, z), _NEAR
+        raise SceneError([_lost(equations, z)])
+    z, here, watched = settled, tangent(equations, settled), _NEAR
     nodes = [(z, here.rate, here.slope)]
     for _ in range(_MOST_STEPS):
         left = (end - float(z[0])) * sense
         if left <= _NOTHING:
             return nodes
-        if here.step < min(watched, left):
-            _check_lock(equations, z, here, sense, end)
+        if here.step < min(watched, left):  # another assembly may be met just ahead
+            close = min(max(1e3 * here.step, 1e-9), left + 1e-12)
+            low, high = sorted((float(z[0]) - 1e-9 * sense, float(z[0]) + close * sense))
+            if fault := singular_fault(equations, z, low, high, here.rate):
+                raise SceneError([fault])
+            if here.step < _LEAST:
+                raise SceneError([_lost(equations, z)])
             watched = 0.25 * here.step
         step = min(here.step, left)
-        ahead = z + here.rate * (step * sense) + 0.5 * here.slope * step**2
+        moved = here.rate * (step * sense)
+        ahead = z + moved + 0.5 * here.slope * step**2
         ahead[0] = end if step == left else ahead[0]
-        found = settle(equations, ahead[None])
-        strayed = np.abs(found.z[0] - z - here.rate * (step * sense))[1:]
-        if not (found.last[0] < _RESIDUAL and (strayed <= here.radius[1:] + _RESIDUAL).all()):
-            raise SceneError([_stuck(equations, z)])
-        z = found.z[0]
-        here = tangent(equations, z)
+        (found,), (last,) = settle(equations, ahead[None])
+        strayed = np.abs(found - z - moved)[1:]
+        if not (last < _RESIDUAL and (strayed <= here.radius[1:] + _RESIDUAL).all()):
+            raise SceneError([_lost(equations, z)])
+        z, here = found, tangent(equations, found)
         nodes.append((z, here.rate, here.slope))
-    raise SceneError([_stuck(equations, z)])
+    raise SceneError([_lost(equations, z)])
 
 
 def tangent(equations: Equations, z: Array) -> Tangent:
-    """Influence coefficients at one position, and how far along them the assembly is certified."""
-    table = z[None]
-    bases = equations.bases(table)
-    jacobian = equations.jacobian(table, bases)[0]
-    try:
-        inverted = inverse(jacobian[:, 1:])
-    except np.linalg.LinAlgError:
-        raise SceneError([_stuck(equations, z)]) from None
-    rate = np.concatenate(([1.0], -inverted @ jacobian[:, 0]))
-    slope = np.concatenate(([0.0], -inverted @ equations.bending(table, bases, rate[None])[0]))
-    return Tangent(inverted, rate, slope, *_certified(equations, z, inverted, rate))
-
-
-def _certified(equations: Equations, z: Array, inverse: Array, rate: Array) -> tuple[float, Array]:
-    """The longest step of the driver within which the followed assembly is the only one near the tangent, and how near.
+    """Influence coefficients at one position, and how far along them the assembly is certified.
 
     Displacements count in units; where one is small, as that of a pin which passes close to its slot's pivot, counting
     them in their own size may prove more.
     """
-    if not inverse.size:
-        return np.inf, np.full(z.size, np.inf)
+    bases = equations.bases(z[None])
+    jacobian = equations.jacobian(z[None], bases)[0]
+    try:
+        inverted = inverse(jacobian[:, 1:])
+    except np.linalg.LinAlgError:
+        raise SceneError([_lost(equations, z)]) from None
+    rate = np.concatenate(([1.0], -inverted @ jacobian[:, 0]))
+    slope = np.concatenate(([0.0], -inverted @ equations.bending(bases, rate[None])[0]))
+    if not inverted.size:
+        return Tangent(rate, slope, np.inf, np.full(z.size, np.inf))
+    step, radius = _certified(equations, z, inverted, rate, np.ones(z.size))
     sliding = np.isin(np.arange(z.size), equations.loops.slides)
-    best = _proven(equations, z, inverse, rate, np.ones(z.size))
-    if best[0] < _SHORT and sliding[1:].any():
-        own = np.where(sliding, np.minimum(np.abs(z), 1.0), 1.0)
-        if (own > 0.0).all():
-            best = max(best, _proven(equations, z, inverse, rate, own), key=lambda proof: proof[0])
-    return best
+    own = np.where(sliding, np.minimum(np.abs(z), 1.0), 1.0)
+    if step < _SHORT and sliding[1:].any() and (own > 0.0).all():
+        other = _certified(equations, z, inverted, rate, own)
+        step, radius = other if other[0] > step else (step, radius)
+    return Tangent(rate, slope, step, radius)
 
 
-def _proven(equations: Equations, z: Array, inverse: Array, rate: Array, sizes: Array) -> tuple[float, Array]:
-    """Step and radii with every variable's distance counted in its own size, shape (variables,)."""
+def _certified(equations: Equations, z: Array, inverse: Array, rate: Array, sizes: Array) -> tuple[float, Array]:
+    """Longest certified step and its radii with every variable's distance counted in its own size, shape (variables,)."""
     table = z[None]
     size = np.abs(inverse) / sizes[1:, None]
     room = np.where(equations.sliding, _SHARED * sizes[equations.slide], 0.0)
@@ -177,30 +226,7 @@ def _proven(equations: Equations, z: Array, inverse: Array, rate: Array, sizes: 
     return step, radius * sizes
 
 
-def _check_lock(equations: Equations, z: Array, here: Tangent, sense: float, end: float) -> None:
-    """Raise where the followed assembly meets another one just ahead: there the Jacobian is singular."""
-    close = min(max(1e3 * here.step, 1e-9), abs(end - float(z[0])) + 1e-12)
-    low, high = sorted((float(z[0]) - 1e-9 * sense, float(z[0]) + close * sense))
-    if fault := met(equations, z, low, high, here.rate):
-        raise SceneError([fault])
-    if here.step < _LEAST:
-        raise SceneError([_stuck(equations, z)])
-
-
-def _check_redundant(equations: Equations, trace: Trace) -> None:
-    """All equations must hold all along where there are more of them than unknowns; else the linkage is held too often."""
-    loops = equations.loops
-    if loops.unknowns == loops.equations:
-        return
-    gaps = np.abs(equations.residual(trace.z, equations.bases(trace.z))).max(axis=0)
-    wrong = int(np.argmax(gaps))
-    if gaps[wrong] > _RESIDUAL:
-        names = loops.paths[wrong // 2] if wrong < 2 * len(loops.closures) else ()
-        found = f"joints that hold it too often: the loop {' - '.join(names)} opens by {gaps[wrong] * loops.unit:.3g} m"
-        raise SceneError([Fault(f"{loops.linkage.path}.joints", found, "1 degree of freedom", "take a joint of it away")])
-
-
-def _stuck(equations: Equations, z: Array) -> Fault:
+def _lost(equations: Equations, z: Array) -> Fault:
     """Where no step can be certified any more."""
     where = f"driver {equations.loops.linkage.driver} at {place(equations, float(z[0]))}"
     found = f"a linkage that locks or branches with the {where}, or comes too near to it to tell"
@@ -209,31 +235,31 @@ def _stuck(equations: Equations, z: Array) -> Fault:
 
 # -- solution ----------------------------------------------------------------------------------------------------------
 
-
 _REFINEMENTS = 3
 _BEYOND = 1e-9  # of the range: how far outside it a position may be asked for
-
-
-class Movement(NamedTuple):
-    """All variables (scaled) at n positions with their derivatives by the driver's scaled coordinate, (n, variables)."""
-
-    z: Array
-    rate: Array
-    slope: Array
 
 
 class Solution:
     """A linkage over the range [low, high] of its driver's coordinate (rad, or m where it slides)."""
 
-    def __init__(self, equations: Equations, trace: Trace, low: float, high: float) -> None:
+    def __init__(self, equations: Equations, trace: Movement, low: float, high: float) -> None:
         self.equations = equations
         self.trace = trace
-        self._nodes = trace
         self.low, self.high = low, high
         self.linkage = equations.loops.linkage
         self.unit = equations.loops.unit
         self.scale = self.unit if self.linkage.sliding else 1.0
-        self._refine()
+        self._nodes = trace
+        for _ in range(_REFINEMENTS):  # nodes between, until the quintic predicts so well that one Newton step is the last
+            driver = self._nodes.z[:, 0]
+            middles = 0.5 * (driver[1:] + driver[:-1])
+            if not middles.size or trace.z.shape[1] == 1:
+                return
+            if np.abs(correction(equations, self._predicted(middles))).max() < SETTLED:
+                return
+            between = self.movement(middles * self.scale)
+            order = np.argsort(np.concatenate((driver, middles)), kind="stable")
+            self._nodes = Movement(*(np.concatenate(pair)[order] for pair in zip(self._nodes, between, strict=True)))
 
     def poses(self, q: ArrayLike) -> Poses:
         """Poses of all bodies at driver coordinates q (rad or m), any shape: taken as one row.
@@ -243,135 +269,91 @@ class Solution:
 
         """
         wanted = array("q", q).flatten()
-        self._check(wanted)
-        return self.poses_of(wanted, self.movement(wanted))
-
-    def movement(self, q: Array) -> Movement:
-        """All variables at coordinates q, a little outside the range too, by Newton from the quintic."""
-        z = self._predicted(q / self.scale)
-        if not z.shape[1] > 1:
-            return Movement(z, np.ones_like(z), np.zeros_like(z))
-        equations = self.equations
-        found = settle(equations, z)
-        self._check_settled(found, q)
-        settled = found.z
-        bases = equations.bases(settled)
-        jacobian = equations.jacobian(settled, bases)
-        inverted = inverse(jacobian[:, :, 1:])
-        rate = np.ones_like(z)
-        rate[:, 1:] = -(inverted @ jacobian[:, :, :1])[..., 0]
-        slope = np.zeros_like(z)
-        slope[:, 1:] = -(inverted @ equations.bending(settled, bases, rate)[:, :, None])[..., 0]
-        return Movement(settled, rate, slope)
-
-    def poses_of(self, q: Array, movement: Movement) -> Poses:
-        """Poses from all variables."""
-        loops, (z, rate, slope) = self.equations.loops, movement
+        room = _BEYOND * (self.high - self.low) + 1e-15
+        outside = ~((wanted >= self.low - room) & (wanted <= self.high + room))
+        if outside.any():
+            at, *ends = (place(self.equations, x / self.scale) for x in (float(wanted[outside][0]), self.low, self.high))
+            found, expected = f"a position of the driver of {at}", f"one from {' to '.join(ends)}, which was followed"
+            raise SceneError([Fault(self.linkage.path, found, expected)])
+        loops, (z, rate, slope) = self.equations.loops, self.movement(wanted)
         places = self.equations.origins(self.equations.bases(z), rate, slope)
         turns = np.array([form.weights for form in loops.angles])
         constants = np.array([form.constant for form in loops.angles])
         angles = (z @ turns.T + constants, rate @ turns.T, slope @ turns.T)
-        found = []
+        parts = []
         for order, (origin, angle) in enumerate(zip(places, angles, strict=True)):
-            shape = np.stack((origin.real.T * self.unit, origin.imag.T * self.unit, angle.T), axis=1)
-            found.append(shape / self.scale**order)
-        return Poses(self.linkage, q, *found)
+            part = np.stack((origin.real.T * self.unit, origin.imag.T * self.unit, angle.T), axis=1)
+            parts.append(part / self.scale**order)
+        return Poses(self.linkage, wanted, *parts)
+
+    def movement(self, q: Array) -> Movement:
+        """All variables at coordinates q, a little outside the range too, by Newton from the quintic."""
+        z, equations = self._predicted(q / self.scale), self.equations
+        if not z.shape[1] > 1:
+            return Movement(z, np.ones_like(z), np.zeros_like(z))
+        z, last = settle(equations, z)
+        bases = equations.bases(z)
+        lost = ~(last < SETTLED)
+        if equations.loops.equations > equations.loops.unknowns:
+            lost |= ~(np.abs(equations.residual(z, bases)).max(axis=1) < SETTLED)
+        if lost.any():
+            at = place(equations, float(q[lost][0] / self.scale))
+            found = f"a position that Newton's iteration does not reach, {at}"
+            raise SceneError([Fault(self.linkage.path, found, "one within the range that was followed")])
+        jacobian = equations.jacobian(z, bases)
+        inverted = inverse(jacobian[:, :, 1:])
+        rate = np.ones_like(z)
+        rate[:, 1:] = -(inverted @ jacobian[:, :, :1])[..., 0]
+        slope = np.zeros_like(z)
+        slope[:, 1:] = -(inverted @ equations.bending(bases, rate)[:, :, None])[..., 0]
+        return Movement(z, rate, slope)
+
+    def _predicted(self, x: Array) -> Array:
+        """Variables at scaled coordinates x by Hermite's quintic through the nodes on both sides."""
+        trace = self._nodes
+        if len(trace.z) == 1:
+            return np.asarray(trace.z[0] + trace.rate[0] * (x - trace.z[0, 0])[:, None])
+        k = np.clip(np.searchsorted(trace.z[:, 0], x, side="right") - 1, 0, len(trace.z) - 2)
+        width = (trace.z[k + 1, 0] - trace.z[k, 0])[:, None]
+        s = np.clip((x - trace.z[k, 0])[:, None] / width, 0.0, 1.0)
+        first, last = width * trace.rate[k], width * trace.rate[k + 1]
+        bent, bending = 0.5 * width**2 * trace.slope[k], 0.5 * width**2 * trace.slope[k + 1]
+        gap = trace.z[k + 1] - trace.z[k] - first - bent
+        tilt = last - first - 2 * bent
+        curl = bending - bent
+        c3 = 10 * gap - 4 * tilt + curl
+        c4 = -15 * gap + 7 * tilt - 2 * curl
+        c5 = 6 * gap - 3 * tilt + curl
+        z = np.asarray(trace.z[k] + s * (first + s * (bent + s * (c3 + s * (c4 + s * c5)))))
+        z[:, 0] = x
+        return z
 
     def coordinate(self, joint: str, poses: Poses) -> Track:
         """A joint's coordinate: a pin's angle of second less first (rad), a slide's displacement along its guide (m)."""
         given = known("joint", joint, {joint.name: joint for joint in self.linkage.joints})
-        first, second = poses.angle(given.first), poses.angle(given.second)
+        turn = poses.angle(given.first)
         if given.kind == "pin":
-            return Track(*(b - a for a, b in zip(first, second, strict=True)))
-        return _along(poses, joint)
+            return Track(*(b - a for a, b in zip(turn, poses.angle(given.second), strict=True)))
+        guide, moved = poses.point(given.first, given.first_at), poses.point(given.second, given.second_at)
+        angle = turn.value + given.direction
+        along = np.stack((np.cos(angle), np.sin(angle)))
+        across = np.stack((-along[1], along[0]))
+        gap, speed, bend = (b - a for a, b in zip(guide, moved, strict=True))
+        value = (gap * along).sum(axis=0)
+        rate = (speed * along).sum(axis=0) + turn.rate * (gap * across).sum(axis=0)
+        slope = (
+            (bend * along).sum(axis=0)
+            + 2 * turn.rate * (speed * across).sum(axis=0)
+            + turn.slope * (gap * across).sum(axis=0)
+            - turn.rate**2 * value
+        )
+        return Track(value, rate, slope)
 
     @property
     def mobility(self) -> Mobility:
         """Degrees of freedom where the driver starts, and redundant constraints."""
         z = self.trace.z[:1]
         return mobility(self.equations.loops, self.equations.jacobian(z, self.equations.bases(z))[0])
-
-    def _refine(self) -> None:
-        """Nodes between the followed ones, until the quintic predicts so well that one Newton step is the last."""
-        for _ in range(_REFINEMENTS):
-            nodes = self._nodes
-            if len(nodes.z) < 2 or nodes.z.shape[1] == 1:
-                return
-            middles = 0.5 * (nodes.z[1:, 0] + nodes.z[:-1, 0])
-            if np.abs(correction(self.equations, self._predicted(middles))).max() < SETTLED:
-                return
-            between = self.movement(middles * self.scale)
-            order = np.argsort(np.concatenate((nodes.z[:, 0], middles)), kind="stable")
-            parts = zip(nodes, between, strict=True)
-            self._nodes = Trace(*(np.concatenate(pair)[order] for pair in parts))
-
-    def _check_settled(self, found: Settled, q: Array) -> None:
-        """Every position asked for must have been reached, and close all loops."""
-        lost = ~(found.last < SETTLED)
-        loops = self.equations.loops
-        if loops.equations > loops.unknowns:
-            gaps = self.equations.residual(found.z, self.equations.bases(found.z))
-            lost |= ~(np.abs(gaps).max(axis=1) < SETTLED)
-        if lost.any():
-            what = (
-                f"a position that Newton's iteration does not reach, {place(self.equations, float(q[lost][0] / self.scale))}"
-            )
-            raise SceneError([Fault(self.linkage.path, what, "one within the range that was followed")])
-
-    def _check(self, q: Array) -> None:
-        room = _BEYOND * (self.high - self.low) + 1e-15
-        outside = ~((q >= self.low - room) & (q <= self.high + room))
-        if outside.any():
-            found = f"a position of the driver of {place(self.equations, float(q[outside][0] / self.scale))}"
-            ends = (place(self.equations, end / self.scale) for end in (self.low, self.high))
-            raise SceneError([Fault(self.linkage.path, found, f"one from {' to '.join(ends)}, which was followed")])
-
-    def _predicted(self, x: Array) -> Array:
-        """Variables at scaled coordinates x by the quintic through value, rate and slope of the nodes on both sides."""
-        trace = self._nodes
-        if len(trace.z) == 1:
-            step = (x - trace.z[0, 0])[:, None]
-            return np.asarray(trace.z[0] + trace.rate[0] * step)
-        k = np.clip(np.searchsorted(trace.z[:, 0], x, side="right") - 1, 0, len(trace.z) - 2)
-        width = (trace.z[k + 1, 0] - trace.z[k, 0])[:, None]
-        s = np.clip((x - trace.z[k, 0])[:, None] / width, 0.0, 1.0)
-        z = _quintic(s, width, trace, k)
-        z[:, 0] = x
-        return z
-
-
-def _quintic(s: Array, width: Array, trace: Trace, k: NDArray[np.intp]) -> Array:
-    """Hermite's quintic at the share s of the step after node k."""
-    a, b = trace.z[k], trace.z[k + 1]
-    first, last = width * trace.rate[k], width * trace.rate[k + 1]
-    bent, bending = 0.5 * width**2 * trace.slope[k], 0.5 * width**2 * trace.slope[k + 1]
-    gap = b - a - first - bent
-    tilt = last - first - 2 * bent
-    curl = bending - bent
-    c3 = 10 * gap - 4 * tilt + curl
-    c4 = -15 * gap + 7 * tilt - 2 * curl
-    c5 = 6 * gap - 3 * tilt + curl
-    return np.asarray(a + s * (first + s * (bent + s * (c3 + s * (c4 + s * c5)))))
-
-
-def _along(poses: Poses, joint: str) -> Track:
-    """Displacement along a guide, from the poses of its two bodies."""
-    given = poses.linkage.joint(joint)
-    guide, moved = poses.point(given.first, given.first_at), poses.point(given.second, given.second_at)
-    turn = poses.angle(given.first)
-    angle = turn.value + given.direction
-    along = np.stack((np.cos(angle), np.sin(angle)))
-    across = np.stack((-along[1], along[0]))
-    gap, speed, bend = (b - a for a, b in zip(guide, moved, strict=True))
-    value = (gap * along).sum(axis=0)
-    rate = (speed * along).sum(axis=0) + turn.rate * (gap * across).sum(axis=0)
-    slope = (
-        (bend * along).sum(axis=0)
-        + 2 * turn.rate * (speed * across).sum(axis=0)
-        + turn.slope * (gap * across).sum(axis=0)
-        - turn.rate**2 * value
-    )
-    return Track(value, rate, slope)
 
 
 def solve(linkage: Linkage, low: float, high: float) -> Solution:
@@ -426,14 +408,6 @@ def solve_over(linkage: Linkage, q: ArrayLike) -> Solution:
 @lru_cache(maxsize=32)
 def _continued(linkage: Linkage, low: float, high: float) -> Solution:
     equations = Equations(loops(linkage))
-    z = assembled(equations)
     scale = equations.loops.unit if linkage.sliding else 1.0
-    reach = low / scale, high / scale, start(equations.loops)
-    return Solution(equations, follow(equations, z, min(reach), max(reach)), low, high)
-
-
-def newton_steps(solution: Solution, q: Any, away: float) -> tuple[float, ...]:
-    """Largest step of each Newton iteration from positions put `away` (rad, units) off: it squares from one to the next."""
-    z = solution.movement(np.atleast_1d(np.asarray(q, dtype=float))).z
-    z[:, 1:] += away
-    return settle(solution.equations, z).steps
+    reach = low / scale, high / scale, equations.loops.start
+    return Solution(equations, follow(equations, assembled(equations), min(reach), max(reach)), low, high)

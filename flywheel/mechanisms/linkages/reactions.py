@@ -23,9 +23,9 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from flywheel.mechanisms.linkages.equations import solved
+from flywheel.mechanisms.linkages.equations import check, solved
 from flywheel.mechanisms.linkages.friction import COUPLE, FORCE, Friction, Passive, cost, ends
-from flywheel.mechanisms.linkages.poses import Poses, check
+from flywheel.mechanisms.linkages.positions import Poses
 from flywheel.mechanisms.linkages.wrenches import (
     DRIVE,
     OPEN,

@@ -34,10 +34,9 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from flywheel.mechanisms.linkages import poses as lifts
-from flywheel.mechanisms.linkages.equations import solved
+from flywheel.mechanisms.linkages.equations import lift_at, solved
 from flywheel.mechanisms.linkages.friction import COUPLE, FORCE, FRICTION, Passive, Settled, of_joint, sense, settle
-from flywheel.mechanisms.linkages.poses import Poses, Track
+from flywheel.mechanisms.linkages.positions import Poses, Track
 from flywheel.numerics.arguments import array, known, require, shown, vector
 from flywheel.numerics.faults import Fault, SceneError
 from flywheel.scene.linkage import CAM, FIXED, GEAR, PIN, SLIDE, Coupling, Joint
@@ -320,7 +319,7 @@ def _cam(poses: Poses, coupling: Coupling, seen: Seen) -> Contact:
     assert coupling.lift is not None
     joint = poses.linkage.joint(coupling.first)
     cam_angle = poses.angle(joint.second).value - poses.angle(joint.first).value
-    slope = lifts.at(coupling.lift, cam_angle)[1]  # of the lift (m/rad, or 1) by the coordinate of the cam's pin
+    slope = lift_at(coupling.lift, cam_angle)[1]  # of the lift (m/rad, or 1) by the coordinate of the cam's pin
     turn, carried = seen.senses[0], seen.senses[1] * slope
     if coupling.contact is not None:
         body, name = coupling.contact
