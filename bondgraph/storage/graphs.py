@@ -10,29 +10,82 @@
      "parameters": {"k": 3.0, "open": null}}
 
 An element's `domain`, `part` and `law` and the last three tables may be left out. A law is a number, or an expression:
-the names in the graph that it is a function of, and a tree of lists (`bondgraph.storage.expressions`). Laws given as Python
-functions are saved as the formulas that they write down; those that write none down cannot be saved, nor can laws that
-a mechanism's motion gives the positions for.
+the names in the graph that it is a function of, and a tree of lists. Laws given as Python functions are saved as the formulas
+that they write down; those that write none down cannot be saved, nor can laws that a mechanism's motion gives the positions
+for.
+
+A tree is a number, `["name", text]`, `["ratio", p, q]`, `["piecewise", value, condition, value, condition, ...]` or
+`[operation, argument, ...]` with one of `OPERATIONS`. Integers, ratios and pi stay exact, floats keep every bit. Whatever a
+tree holds, reading it ends soon: depth, size and powers are limited, and SymPy builds it without simplifying.
 """
 
 from __future__ import annotations
 
 import json
+import math
 import os
 from collections import Counter
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from functools import cache
+from itertools import cycle, islice
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 from bondgraph.elements import Displacement, Element, Law, Modulus
 from bondgraph.graph import Bond, BondGraph, as_graph
 from bondgraph.laws import Function, GraphError, refuse
-from bondgraph.storage.expressions import Check, as_tree, from_tree, names_in, number_faults, shown, tree_faults
 from bondgraph.storage.files import replacement
 
 FORMAT = "bondgraph"
 VERSION = 1
 MAX_ITEMS = 10_000  # elements, bonds, ...
+MAX_DEPTH = 100
+MAX_NODES = 10_000
+MAX_BITS = 1023  # of an exact number: the range of floats
+MAX_POWER_BITS = 100_000  # that exact numbers could grow to if a power were multiplied out
+
+Check = Callable[[Any, str], Iterator[str]]  # (value, its place) -> faults
+
+_MANY = MAX_NODES
+_VALUE, _CONDITION = "value", "condition"
+_PLAIN = "value without a piecewise"  # inside conditions: SymPy multiplies choices out there
+
+
+class Operation(NamedTuple):
+    """An operation of expression trees: its name in SymPy, how many arguments it takes, of which sort, and what it gives."""
+
+    sympy: str
+    least: int = 1
+    most: int = 1
+    takes: str = _VALUE
+    gives: str = _VALUE
+
+
+OPERATIONS: Mapping[str, Operation] = {
+    "pi": Operation("pi", 0, 0),
+    "e": Operation("E", 0, 0),
+    "add": Operation("Add", 2, _MANY),
+    "mul": Operation("Mul", 2, _MANY),
+    "power": Operation("Pow", 2, 2),
+    **{name: Operation(name) for name in ("sin", "cos", "tan", "asin", "acos", "atan", "exp", "log", "sign")},
+    **{name: Operation(name) for name in ("sinh", "cosh", "tanh", "asinh", "acosh", "atanh")},
+    "atan2": Operation("atan2", 2, 2),
+    "abs": Operation("Abs"),
+    "heaviside": Operation("Heaviside", 1, 2),
+    "max": Operation("Max", 2, _MANY),
+    "min": Operation("Min", 2, _MANY),
+    "less": Operation("Lt", 2, 2, _PLAIN, _CONDITION),
+    "less_equal": Operation("Le", 2, 2, _PLAIN, _CONDITION),
+    "greater": Operation("Gt", 2, 2, _PLAIN, _CONDITION),
+    "greater_equal": Operation("Ge", 2, 2, _PLAIN, _CONDITION),
+    "equal": Operation("Eq", 2, 2, _PLAIN, _CONDITION),
+    "not_equal": Operation("Ne", 2, 2, _PLAIN, _CONDITION),
+    "and": Operation("And", 2, _MANY, _CONDITION, _CONDITION),
+    "or": Operation("Or", 2, _MANY, _CONDITION, _CONDITION),
+    "not": Operation("Not", 1, 1, _CONDITION, _CONDITION),
+    "true": Operation("true", 0, 0, gives=_CONDITION),
+    "false": Operation("false", 0, 0, gives=_CONDITION),
+}
 
 
 def save(graph: BondGraph, path: str | os.PathLike[str], *, overwrite: bool = False) -> None:
@@ -108,7 +161,9 @@ def as_data(graph: BondGraph) -> dict[str, Any]:
     faults: list[str] = []
     for element in graph.elements.values():
         try:
-            elements.append(_element_data(element))
+            named = {"kind": element.kind, "name": element.name, "domain": element.domain, "part": element.part}
+            law = {} if element.law is None else {"law": _law_data(element.law)}
+            elements.append({key: text for key, text in named.items() if text} | law)
         except GraphError as error:
             faults.append(f"{graph.title(element.name)}: {error}")
     data = {
@@ -135,15 +190,6 @@ def from_data(data: Any) -> BondGraph:
     return _graph(data)
 
 
-# -- writing ------------------------------------------------------------------------------------------------------------
-
-
-def _element_data(element: Element) -> dict[str, Any]:
-    data = {"kind": element.kind, "name": element.name, "domain": element.domain, "part": element.part}
-    law = {} if element.law is None else {"law": _law_data(element.law)}
-    return {key: text for key, text in data.items() if text} | law
-
-
 def _law_data(law: Any) -> Any:
     if isinstance(law, Modulus | Law):
         raise GraphError("is taken from a mechanism's motion; give it as a function of a declared displacement to save it")
@@ -152,11 +198,17 @@ def _law_data(law: Any) -> Any:
     return {"of": list(dict.fromkeys(law.of)), "expression": as_tree(law.symbolic())}
 
 
-# -- building, from data without faults ---------------------------------------------------------------------------------
-
-
 def _graph(data: Mapping[str, Any]) -> BondGraph:
-    elements = [_element(item) for item in data["elements"]]
+    """The graph of data without faults."""
+    elements = []
+    for item in data["elements"]:
+        law = item.get("law")
+        if isinstance(law, dict):
+            names = tuple(law["of"])
+            law = Function(from_tree(law["expression"]), names, names)
+        elif law is not None:
+            law = float(law)
+        elements.append(Element(item["kind"], item["name"], law, item.get("domain", ""), item.get("part", "")))
     displacements = [Displacement(d["name"], d["of"], float(d["initial"])) for d in data.get("displacements", ())]
     return BondGraph(
         {element.name: element for element in elements},
@@ -167,23 +219,15 @@ def _graph(data: Mapping[str, Any]) -> BondGraph:
     )
 
 
-def _element(data: Mapping[str, Any]) -> Element:
-    law = data.get("law")
-    if isinstance(law, dict):
-        names = tuple(law["of"])
-        law = Function(from_tree(law["expression"]), names, names)
-    elif law is not None:
-        law = float(law)
-    return Element(data["kind"], data["name"], law, data.get("domain", ""), data.get("part", ""))
-
-
 # -- checking -----------------------------------------------------------------------------------------------------------
 
 
 def _faults(data: Any) -> Iterator[str]:
-    optional = {"displacements": _each(_displacement), "signals": _each(_name), "parameters": _parameters}
-    required = {"format": _is(FORMAT), "version": _is(VERSION), "elements": _each(_element_faults), "bonds": _each(_bond)}
-    yield from _record(data, "", required, optional)
+    element = _record({"kind": _name, "name": _name}, {"domain": _any_text, "part": _any_text, "law": _law})
+    displacement = _record({"name": _name, "of": _name, "initial": number_faults})
+    optional = {"displacements": _each(displacement), "signals": _each(_name), "parameters": _parameters}
+    required = {"format": _is(FORMAT), "version": _is(VERSION), "elements": _each(element), "bonds": _each(_bond)}
+    yield from _record(required, optional)(data, "")
     for table in ("elements", "displacements") if isinstance(data, dict) else ():
         items = data.get(table)
         names = [item.get("name") for item in items if isinstance(item, dict)] if isinstance(items, list) else []
@@ -195,20 +239,24 @@ def _repeated(names: Sequence[str]) -> list[str]:
     return [name for name, count in Counter(names).items() if count > 1]
 
 
-def _record(value: Any, place: str, required: Mapping[str, Check], optional: Mapping[str, Check]) -> Iterator[str]:
-    known = {**required, **optional}
-    where = f"{place}: " if place else ""
-    if not isinstance(value, dict):
-        yield f"{where}found {shown(value)}, expected an object with {', '.join(required)}"
-        return
-    for key in value:
-        if key not in known:
-            yield f"{where}found unknown key {shown(key)}, expected {', '.join(known)}"
-    for key, check in known.items():
-        if key in value:
-            yield from check(value[key], f"{place}.{key}" if place else key)
-        elif key in required:
-            yield f"{where}found no {key!r}, expected one"
+def _record(required: Mapping[str, Check], optional: Mapping[str, Check] | None = None) -> Check:
+    known = {**required, **(optional or {})}
+
+    def fields(value: Any, place: str) -> Iterator[str]:
+        where = f"{place}: " if place else ""
+        if not isinstance(value, dict):
+            yield f"{where}found {shown(value)}, expected an object with {', '.join(required)}"
+            return
+        for key in value:
+            if key not in known:
+                yield f"{where}found unknown key {shown(key)}, expected {', '.join(known)}"
+        for key, check in known.items():
+            if key in value:
+                yield from check(value[key], f"{place}.{key}" if place else key)
+            elif key in required:
+                yield f"{where}found no {key!r}, expected one"
+
+    return fields
 
 
 def _each(check: Check) -> Check:
@@ -250,10 +298,6 @@ def _bond(value: Any, place: str) -> Iterator[str]:
     yield from _name(value[2], f"{place}[2]")
 
 
-def _displacement(value: Any, place: str) -> Iterator[str]:
-    yield from _record(value, place, {"name": _name, "of": _name, "initial": number_faults}, {})
-
-
 def _parameters(value: Any, place: str) -> Iterator[str]:
     if not isinstance(value, dict) or len(value) > MAX_ITEMS:
         yield f"{place}: found {shown(value)}, expected an object of at most {MAX_ITEMS} numbers by name"
@@ -264,19 +308,204 @@ def _parameters(value: Any, place: str) -> Iterator[str]:
             yield from number_faults(number, f"{place}.{shown(name)}")
 
 
-def _element_faults(value: Any, place: str) -> Iterator[str]:
-    yield from _record(value, place, {"kind": _name, "name": _name}, {"domain": _any_text, "part": _any_text, "law": _law})
-
-
 def _law(value: Any, place: str) -> Iterator[str]:
     if not isinstance(value, dict):
         if list(number_faults(value, place)):
             yield f"{place}: found {shown(value)}, expected a finite number or an expression"
         return
-    faults = list(_record(value, place, {"of": _each(_name), "expression": tree_faults}, {}))
+    faults = list(_record({"of": _each(_name), "expression": tree_faults})(value, place))
     yield from faults
     if not faults:
         for name in sorted(names_in(value["expression"]) - set(value["of"])):
             yield f"{place}.of: found no {shown(name)}, which the expression depends on"
         for name in _repeated(value["of"]):
             yield f"{place}.of: found {shown(name)} twice, expected it once"
+
+
+# -- trees of expressions ------------------------------------------------------------------------------------------------
+
+
+def as_tree(expression: Any) -> Any:
+    """The tree of a SymPy expression.
+
+    Raises:
+        GraphError: it holds something that is none of `OPERATIONS`, or is too large.
+
+    >>> import sympy
+    >>> as_tree(sympy.sin(sympy.Symbol("theta")) / 2)
+    ['mul', ['ratio', 1, 2], ['sin', ['name', 'theta']]]
+
+    """
+    import sympy  # type: ignore[import-untyped]
+
+    try:
+        large = next(islice(sympy.preorder_traversal(expression), MAX_NODES, None), None) is not None
+        tree = None if large else _tree(expression)
+    except RecursionError:
+        large = True
+    faults = [f"found {_LIMITS}"] if large else list(tree_faults(tree, "its formula"))
+    if faults:
+        raise GraphError(f"cannot be saved: {'; '.join(faults)}")
+    return tree
+
+
+def from_tree(tree: Any) -> Any:
+    """The SymPy expression of a tree that `tree_faults` finds nothing wrong with.
+
+    >>> from_tree(["mul", ["ratio", 1, 2], ["sin", ["name", "theta"]]])
+    sin(theta)/2
+    """
+    import sympy
+
+    if not isinstance(tree, list):
+        return sympy.Integer(tree) if isinstance(tree, int) else sympy.Float(tree)
+    operation, *arguments = tree
+    if operation == "name":
+        return sympy.Symbol(arguments[0])
+    if operation == "ratio":
+        return sympy.Rational(*arguments)
+    values = [from_tree(argument) for argument in arguments]
+    if operation == "piecewise":
+        return sympy.Piecewise(*zip(values[::2], values[1::2], strict=True), evaluate=False)
+    made = getattr(sympy, OPERATIONS[operation].sympy)
+    return made(*values, evaluate=False) if OPERATIONS[operation].most else made
+
+
+def _tree(expression: Any) -> Any:
+    import sympy
+
+    if isinstance(expression, sympy.Symbol):
+        return ["name", expression.name]
+    if isinstance(expression, sympy.Integer):
+        return int(expression)
+    if isinstance(expression, sympy.Rational):
+        return ["ratio", int(expression.p), int(expression.q)]
+    if isinstance(expression, sympy.Float):
+        if not float(expression) and expression:
+            raise GraphError(f"cannot be saved: found {expression}, expected a number that a double holds")
+        return float(expression)
+    if isinstance(expression, sympy.Piecewise):
+        return ["piecewise", *(_tree(item) for pair in expression.args for item in pair.args)]
+    known = isinstance(expression, sympy.Basic)
+    operation = _by_sympy().get(expression.func if expression.args else expression) if known else None
+    if operation is None:
+        raise GraphError(f"cannot be saved: found {type(expression).__name__}, expected one of {', '.join(OPERATIONS)}")
+    return [operation, *(_tree(argument) for argument in expression.args)]
+
+
+@cache
+def _by_sympy() -> Mapping[Any, str]:
+    """SymPy's class, or constant, -> operation."""
+    import sympy
+
+    return {getattr(sympy, operation.sympy): name for name, operation in OPERATIONS.items()}
+
+
+def names_in(tree: Any) -> set[str]:
+    """The names that a tree without faults depends on."""
+    if not isinstance(tree, list):
+        return set()
+    return {tree[1]} if tree[0] == "name" else set[str]().union(*map(names_in, tree[1:]))
+
+
+def tree_faults(tree: Any, place: str) -> Iterator[str]:
+    r"""Everything that is wrong with a tree, a line each with its place; a tree that is too large is not read to its end.
+
+    >>> print(*tree_faults(["add", ["sin"], "theta"], "law"), sep="\n")
+    law[1]: found sin of 0 arguments, expected 1
+    law[2]: found 'theta', expected a finite number or [operation, argument, ...]
+    """
+    todo: list[tuple[Any, str, str, int]] = [(tree, _VALUE, place, 1)]
+    count, sound = 0, True
+    while todo:
+        node, sort, where, depth = todo.pop()
+        count += 1
+        if depth > MAX_DEPTH or count > MAX_NODES:
+            yield f"{place}: found {_LIMITS}"
+            return
+        faults = list(_node_faults(node, sort, where))
+        yield from faults
+        sound = sound and not faults
+        if isinstance(node, list) and not faults and node[0] not in _LEAVES:
+            takes = OPERATIONS[node[0]].takes if node[0] != "piecewise" else ""
+            takes = _PLAIN if (sort, takes) == (_PLAIN, _VALUE) else takes
+            sorts = cycle((takes,) if takes else (_VALUE, _CONDITION))
+            below = zip(range(1, len(node)), node[1:], sorts, strict=False)
+            todo.extend(reversed([(child, of, f"{where}[{k}]", depth + 1) for k, child, of in below]))
+    if sound and _bits(tree) == math.inf:
+        yield f"{place}: found a power of exact numbers with more than {MAX_POWER_BITS} bits, expected a smaller one"
+
+
+_LIMITS = f"more than {MAX_NODES} operations or {MAX_DEPTH} levels, expected a smaller tree"
+
+
+def _node_faults(node: Any, sort: str, place: str) -> Iterator[str]:
+    """What is wrong with one node, its arguments left aside."""
+    head = node[0] if isinstance(node, list) and node else None
+    if not isinstance(node, list):
+        if sort == _CONDITION or list(number_faults(node, place)):
+            expected = "a condition" if sort == _CONDITION else "a finite number or [operation, argument, ...]"
+            yield f"{place}: found {shown(node)}, expected {expected}"
+    elif not isinstance(head, str) or head not in {*_LEAVES, "piecewise", *OPERATIONS}:
+        expected = ", ".join([*_LEAVES, "piecewise", *OPERATIONS])
+        yield f"{place}: found {shown(head) if node else 'nothing'}, expected an operation: {expected}"
+    elif head in _LEAVES:
+        if head == "name":
+            holds = len(node) == 2 and isinstance(node[1], str) and node[1] != ""
+        else:
+            whole = all(isinstance(n, int) and not list(number_faults(n, "")) for n in node[1:])
+            holds = whole and len(node) == 3 and node[2] > 0
+        if sort == _CONDITION or not holds:
+            yield f"{place}: found {shown(node)}, expected {'a condition' if sort == _CONDITION else _LEAVES[head]}"
+    elif head == "piecewise":
+        if len(node) < 3 or len(node) % 2 == 0:
+            yield f"{place}: found piecewise of {len(node) - 1} arguments, expected pairs of value and condition"
+        if sort != _VALUE:
+            yield f"{place}: found piecewise, expected a {sort}"
+    else:
+        operation = OPERATIONS[head]
+        if not operation.least <= len(node) - 1 <= operation.most:
+            count = f"{operation.least}" if operation.least == operation.most else f"{operation.least} to {operation.most}"
+            yield f"{place}: found {head} of {len(node) - 1} arguments, expected {count}"
+        if (operation.gives == _CONDITION) != (sort == _CONDITION):
+            yield f"{place}: found {head}, which is a {operation.gives}, expected a {sort}"
+
+
+_LEAVES = {"name": "[name, text]", "ratio": "[ratio, whole number, whole number above 0]"}
+
+
+def _bits(tree: Any) -> float:
+    """At most how many bits the exact numbers of a tree could grow to; infinite where a power is beyond the limit."""
+    if not isinstance(tree, list):
+        return float(tree.bit_length()) if isinstance(tree, int) else 1.0
+    if tree[0] == "name":
+        return 1
+    if tree[0] != "power":
+        return sum(map(_bits, tree[1:]))
+    exponent, size = tree[2], 1.0  # at most how large the exact number in the exponent could be
+    if isinstance(exponent, int):
+        size = float(min(abs(exponent), MAX_POWER_BITS + 1))
+    elif isinstance(exponent, list):
+        ratio = exponent[0] == "ratio"
+        size = (
+            float(min(abs(exponent[1]) // exponent[2] + 1, MAX_POWER_BITS + 1)) if ratio else 2 ** min(_bits(exponent), 64.0)
+        )
+    bits = _bits(tree[1]) * max(1.0, size)
+    return bits if bits <= MAX_POWER_BITS else math.inf
+
+
+def number_faults(value: Any, place: str) -> Iterator[str]:
+    """A line where something is no number, or none in the range of floats."""
+    exact = isinstance(value, int) and not isinstance(value, bool) and value.bit_length() <= MAX_BITS
+    if not exact and not (isinstance(value, float) and math.isfinite(value)):
+        yield f"{place}: found {shown(value)}, expected a finite number"
+
+
+def shown(value: Any) -> str:
+    """A found value, short enough for an error's line."""
+    if isinstance(value, dict | list):
+        return f"{'an object' if isinstance(value, dict) else 'a list'} of {len(value)}"
+    if isinstance(value, int) and value.bit_length() > MAX_BITS:
+        return "a huge number"
+    text = repr(value)
+    return text if len(text) <= 60 else f"{text[:57]}..."

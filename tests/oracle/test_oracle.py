@@ -114,7 +114,7 @@ def test_motions_with_torques_that_depend_on_speed(name: str, kind: str) -> None
 @pytest.mark.slow
 @pytest.mark.parametrize(
     ("script", "names"),
-    [("make_references", ["areas-sizing"]), ("make_regimes", ["constant-drive"])],
+    [("make_references", ["areas-sizing"]), ("make_regimes", ["peaks"])],
 )
 def test_more_digits_give_the_figures_that_are_written(script: str, names: list[str]) -> None:
     command = [sys.executable, "-m", f"tests.references.{script}", "--check", *names]

@@ -9,8 +9,7 @@ import pytest
 import sympy
 
 from bondgraph import BondGraph, Builder, C, Function, GraphError, I, Law, Modulus, Motion, R, Se
-from bondgraph.storage.expressions import MAX_DEPTH
-from bondgraph.storage.graphs import as_data, from_data, load, save
+from bondgraph.storage.graphs import MAX_DEPTH, as_data, from_data, load, save
 
 theta, x, y = sympy.Symbol("theta"), sympy.Symbol("x"), sympy.Symbol("y")
 

@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from bondgraph import GraphError, function
-from bondgraph.storage.expressions import MAX_DEPTH, OPERATIONS, as_tree, from_tree, names_in, tree_faults
+from bondgraph.storage.graphs import MAX_DEPTH, OPERATIONS, as_tree, from_tree, names_in, tree_faults
 
 x, y = sympy.Symbol("x"), sympy.Symbol("y")
 
