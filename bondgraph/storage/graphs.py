@@ -10,9 +10,9 @@
      "parameters": {"k": 3.0, "open": null}}
 
 An element's `domain`, `part` and `law` and the last three tables may be left out. A law is a number, or an expression:
-the names in the graph that it is a function of, and a tree of lists. Laws given as Python functions are saved as the formulas
-that they write down; those that write none down cannot be saved, nor can laws that a mechanism's motion gives the positions
-for.
+the names in the graph that it is a function of, and a tree of lists. Laws given as Python functions are saved as the
+formulas that they write down; those that write none down cannot be saved, nor can laws that a mechanism's motion gives the
+positions for.
 
 A tree is a number, `["name", text]`, `["ratio", p, q]`, `["piecewise", value, condition, value, condition, ...]` or
 `[operation, argument, ...]` with one of `OPERATIONS`. Integers, ratios and pi stay exact, floats keep every bit. Whatever a
