@@ -1,3 +1,4 @@
+from functools import cache
 from math import hypot
 
 import pytest
@@ -8,7 +9,10 @@ from bondgraph import Bond, BondGraph, Builder, GraphError, I, One, Se
 from bondgraph.drawing.layout import Box, Line, Point, flaws, half_arrow, layout, stroke
 from tests.bondgraph.drawing.drawn_graphs import GRAPHS, motor
 
-DRAWN = {name: layout(make()) for name, make in GRAPHS.items()}
+
+@cache
+def drawn_of(name):
+    return layout(GRAPHS[name]())
 
 
 def crossing(one: Line, two: Line) -> bool:
@@ -31,9 +35,9 @@ def away(point: Point, boxes: tuple[Box, ...]) -> float:
     return min(gap(box) for box in boxes)
 
 
-@pytest.mark.parametrize("name", DRAWN)
+@pytest.mark.parametrize("name", GRAPHS)
 def test_no_label_overlaps_another_and_no_bond_or_number_runs_into_one(name):
-    drawn = DRAWN[name]
+    drawn = drawn_of(name)
     assert list(flaws(drawn)) == []
     boxes = [(owner, box) for owner, own in drawn.boxes.items() for box in own]
     for k, (owner, box) in enumerate(boxes):  # the same once more, box by box
@@ -42,15 +46,15 @@ def test_no_label_overlaps_another_and_no_bond_or_number_runs_into_one(name):
         assert not any(line.passes(box) for n, line in drawn.bonds.items() if owner not in drawn.ends[n])
 
 
-@pytest.mark.parametrize("name", DRAWN)
+@pytest.mark.parametrize("name", GRAPHS)
 def test_planar_graphs_are_drawn_without_crossings(name):
-    lines = list(DRAWN[name].bonds.values())
+    lines = list(drawn_of(name).bonds.values())
     assert not any(crossing(one, two) for k, one in enumerate(lines) for two in lines[:k])
 
 
-@pytest.mark.parametrize("name", DRAWN)
+@pytest.mark.parametrize("name", GRAPHS)
 def test_bonds_run_from_their_tail_to_their_head_and_can_be_seen(name):
-    drawn = DRAWN[name]
+    drawn = drawn_of(name)
     for number, line in drawn.bonds.items():
         tail, head = (drawn.boxes[end] for end in drawn.ends[number])
         assert line.length > 15.0
@@ -58,9 +62,9 @@ def test_bonds_run_from_their_tail_to_their_head_and_can_be_seen(name):
         assert away(line.end, head) < away(line.end, tail)
 
 
-@pytest.mark.parametrize("name", DRAWN)
+@pytest.mark.parametrize("name", GRAPHS)
 def test_strokes_sit_at_the_end_they_are_asked_for(name):
-    drawn = DRAWN[name]
+    drawn = drawn_of(name)
     for number, line in drawn.bonds.items():
         tail, head = (drawn.boxes[end] for end in drawn.ends[number])
         at_head, at_tail = middle(stroke(line, at_end=True)), middle(stroke(line, at_end=False))
@@ -68,9 +72,9 @@ def test_strokes_sit_at_the_end_they_are_asked_for(name):
         assert away(at_tail, tail) < away(at_tail, head)
 
 
-@pytest.mark.parametrize("name", DRAWN)
+@pytest.mark.parametrize("name", GRAPHS)
 def test_no_stroke_touches_a_label(name):
-    drawn = DRAWN[name]
+    drawn = drawn_of(name)
     boxes = [box for own in drawn.boxes.values() for box in own]
     strokes = [stroke(line, at_end) for line in drawn.bonds.values() for at_end in (True, False)]
     assert not [s for s in strokes for box in boxes if s.passes(box)]
@@ -93,9 +97,9 @@ def test_half_arrows_lie_on_the_flow_side_whichever_way_the_bond_points(end):
     assert aside.y < plain.y or aside.x > plain.x  # below or to the right
 
 
-@pytest.mark.parametrize("name", DRAWN)
+@pytest.mark.parametrize("name", GRAPHS)
 def test_numbers_stand_on_the_side_away_from_the_half_arrow(name):
-    drawn = DRAWN[name]
+    drawn = drawn_of(name)
     for number, line in drawn.bonds.items():
         barb, (x, y) = half_arrow(line), drawn.numbers[number][:2]
         (ax, ay), (bx, by) = line
@@ -104,7 +108,7 @@ def test_numbers_stand_on_the_side_away_from_the_half_arrow(name):
 
 
 def test_the_condensed_slider_crank_is_one_straight_line_from_left_to_right():
-    boxes = DRAWN["condensed"].boxes
+    boxes = drawn_of("condensed").boxes
     chain = [boxes[name][0] for name in ("M", "crank", "T", "slider", "F")]
     assert len({box.y for box in chain}) == 1
     assert [box.x for box in chain] == sorted(box.x for box in chain)
@@ -112,7 +116,7 @@ def test_the_condensed_slider_crank_is_one_straight_line_from_left_to_right():
 
 
 def test_the_same_graph_has_the_same_layout():
-    assert layout(motor()) == DRAWN["motor"]
+    assert layout(motor()) == drawn_of("motor")
 
 
 def test_parallel_bonds_are_drawn_apart():
@@ -146,7 +150,7 @@ def test_any_graph_has_a_layout_without_flaws(graph):
 
 
 def test_flaws_are_named():
-    drawn = DRAWN["condensed"]
+    drawn = drawn_of("condensed")
     near = {**drawn.boxes, "J": (drawn.boxes["M"][0],)}
     spoilt = type(drawn)(drawn.labels, near, {1: drawn.bonds[1]}, {1: near["M"][0]}, drawn.ends)
     found = list(flaws(spoilt))
