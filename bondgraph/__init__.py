@@ -45,9 +45,9 @@ if TYPE_CHECKING:
     from bondgraph.motion.dynamics import Dynamics
     from bondgraph.motion.simulation import Audit, Run, simulate
     from bondgraph.reduction import Reduced, Reduction, reduce
+    from bondgraph.simplification.procedure import Procedure, procedure
     from bondgraph.simplification.rules import (
         Action,
-        Procedure,
         Simplified,
         absorb_junctions,
         drop_dangling,
@@ -56,7 +56,6 @@ if TYPE_CHECKING:
         drop_zero_velocity,
         merge_double_differences,
         merge_equal_junctions,
-        procedure,
         simplify,
     )
     from bondgraph.storage.graphs import as_data, from_data, load, save
@@ -70,9 +69,10 @@ _NAMES = {
     "causal.strokes": "Causality causality",
     "causal.table": "Table table",
     "simplification.rules": (
-        "Action Procedure Simplified absorb_junctions drop_dangling drop_two_bond_junctions drop_zero_sources "
-        "drop_zero_velocity merge_double_differences merge_equal_junctions procedure simplify"
+        "Action Simplified absorb_junctions drop_dangling drop_two_bond_junctions drop_zero_sources "
+        "drop_zero_velocity merge_double_differences merge_equal_junctions simplify"
     ),
+    "simplification.procedure": "Procedure procedure",
     "equations.equations": "MotionEquation StateEquations motion_equation state_equations generic generic_equation",
     "motion.simulation": "Audit Run simulate",
     "motion.dynamics": "Dynamics",

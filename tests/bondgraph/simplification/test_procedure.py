@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 
 from bondgraph import GY, TF, C, GraphError, I, R, Se
-from bondgraph.simplification.rules import procedure
+from bondgraph.simplification.procedure import procedure
 
 CRANK, ROD = 1.0, 2.0
 
