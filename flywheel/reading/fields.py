@@ -170,7 +170,9 @@ def read_item(raw: Mapping[str, Any], section: Section, path: str, faults: Fault
     before = len(faults)
     item = Item(raw, read_fields(raw, section.keys, path, faults, rotating), path, faults, section, before)
     for group in section.one_of:
-        exactly_one([name for name in group if name in raw], group, path, faults)
+        given = [name for name in group if name in raw]
+        if len(given) != 1:
+            exactly_one(given, group, path, faults)
     return item
 
 

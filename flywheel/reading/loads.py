@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Iterator, Mapping
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
@@ -13,7 +13,6 @@ from flywheel.components.gas_forces import piston_area
 from flywheel.components.motors import Motor
 from flywheel.numerics.faults import show, told
 from flywheel.reading.fields import (
-    Faults,
     Item,
     Place,
     Places,
@@ -28,18 +27,16 @@ from flywheel.reading.fields import (
 )
 from flywheel.reading.schema import MOST_TABLES, MOST_TURNS, SECTIONS, Section
 from flywheel.reading.tables import TOLERANCE, fit_period, fit_stroke, fit_window, read_effort, read_table
-from flywheel.scene.scene import Damper, Inertia, Law, Load, Spring, Stroke, Table
+from flywheel.scene.scene import Damper, Inertia, Law, Load, Spring, Table
 
 _SAME = 1e-12  # share of a period within which two angles are one
 _ROUNDED = 1e-15  # share of a period by which rounding alone may miss its seam
 
 
-class Window(NamedTuple):
-    """When a load acts: from start to end (None: always); `good` is False where a fault was noted."""
-
-    start: float | None = None
-    end: float | None = None
-    good: bool = True
+Window = tuple[float, float] | None
+"""When a load acts: from an angle to another (rad; m along a stroke); None: always."""
+UNREAD = (math.nan, math.nan)
+"""The window of a load whose window could not be read."""
 
 
 def _listed(raw: object, section: Section, places: Places, setting: Setting) -> Iterator[tuple[Item, Place | None]]:
@@ -111,35 +108,35 @@ def read_loads(raw: object, places: Places, setting: Setting) -> tuple[Load, ...
 
 def _load(item: Item, place: Place | None, places: Places, setting: Setting) -> Load | None:
     """One load; None where it could not be read."""
-    fields, path, faults, once = item.fields, item.path, item.faults, setting.stroke is not None
-    if once:
+    fields, path, faults, stroke = item.fields, item.path, item.faults, setting.stroke
+    if stroke is not None:
         item.without(["every"], "beside [stroke]", "nothing repeats along a stroke")
-    every = setting.cycle if once else _every(fields["every"], place, path, setting)
+    every = setting.cycle if stroke is not None else _every(fields["every"], place, path, setting)
     window = _window(item, every, setting)
     text, senses = fields["while"], {"": 0, "v>0": 1, "v<0": -1}
     sense = senses.get(re.sub(r"\s", "", (text or "")[:100]))
     if sense is None or (text is not None and not sense):
         item.add("while", show(text), '"v > 0" or "v < 0"')
-    law, model, piston = _law_or_model(item, place, places, (window, every), setting)
+    law, model, piston = _law(item, place, places, (window, every), setting)
     if fields["bore"] is not None:
         if "model" in item.raw:
             item.add("bore", "a bore beside a model", "none", "an indicator diagram has a bore of its own")
         elif place is not None and (place.rotating or place.name in places.shafts):
             item.add("bore", f'a bore on "{place.name}"', "a port that translates, as a piston does")
         piston = piston_area(fields["bore"])
-    if isinstance(law, Table) and every is not None and window.good:
+    if isinstance(law, Table) and every is not None and window is not UNREAD:
         table = f"{path}.model.table" if model else f"{path}.table"
-        ends = None if window.start is None or window.end is None else (window.start, window.end)
-        if setting.stroke is not None:
-            law = fit_stroke(law, ends or (setting.stroke.start, setting.stroke.end), table, faults)
+        if stroke is not None:
+            law = fit_stroke(law, window or (stroke.start, stroke.end), table, faults)
         else:
-            law = fit_period(law, every, table, faults) if ends is None else fit_window(law, ends, every, table, faults)
-    if place is None or every is None or law is None:
+            law = fit_window(law, window, every, table, faults) if window else fit_period(law, every, table, faults)
+    if place is None or every is None or law is None or window is UNREAD:
         return None
-    return Load(place.name, law, every, window.start, window.end, sense or 0, path, once, model, piston)
+    start, end = window or (None, None)
+    return Load(place.name, law, every, start, end, sense or 0, path, stroke is not None, model, piston)
 
 
-def _law_or_model(
+def _law(
     item: Item, place: Place | None, places: Places, acting: tuple[Window, float | None], setting: Setting
 ) -> tuple[Law | None, str, float | None]:
     """The law of a load; where it comes from a model, what it is in words, and the area of its piston."""
@@ -147,10 +144,7 @@ def _law_or_model(
     if key == "model":
         from flywheel.reading.load_models import Site, read_model  # only scenes with a model pay for it
 
-        window, every = acting
-        unread = (math.nan, math.nan) if not window.good else None
-        ends = unread if window.start is None or window.end is None else (window.start, window.end)
-        site = None if place is None else Site(place, places, ends, every, setting)
+        site = None if place is None else Site(place, places, *acting, setting)
         return read_model(raw["model"], f"{path}.model", site, item.faults) or (None, "", None)
     if key == "table":
         dimension = None if place is None else ("torque" if place.rotating else "force")
@@ -167,8 +161,7 @@ def _every(given: float | None, place: Place | None, path: str, setting: Setting
     """The angle after which the load repeats: it divides the travel of the angle that the load sees."""
     if place is None or place.travel is None or setting.cycle is None:
         return None
-    path = f"{path}.every"
-    travel = f"the {np.degrees(place.travel):.10g} deg that its angle travels in a cycle"
+    path, travel = f"{path}.every", f"the {np.degrees(place.travel):.10g} deg that its angle travels in a cycle"
     if given is None:
         period = default_period(place.travel, setting.cycle)
         if period is None:
@@ -183,63 +176,43 @@ def _every(given: float | None, place: Place | None, path: str, setting: Setting
 
 
 def _window(item: Item, every: float | None, setting: Setting) -> Window:
-    """When the load acts, its ends brought into one period; `from` to `to` over a whole period is always."""
-    path, faults, given = item.path, item.faults, item.given("from", "to")
-    if not given:
-        return Window()
-    if len(given) == 1:
-        item.add("to" if given == ["from"] else "from", "nothing", f"an angle, as there is {given[0]}")
-        return Window(good=False)
-    start, end = item.fields["from"], item.fields["to"]
+    """When the load acts: its ends within one period, or along the stroke; None for always, `UNREAD` after a fault."""
+    start, end, stroke = item.fields["from"], item.fields["to"], setting.stroke
+    missing = [key for key in ("from", "to") if key not in item.raw]
+    if len(missing) == 2:
+        return None
+    if missing:
+        item.add(missing[0], "nothing", f"an angle, as there is {'to' if missing == ['from'] else 'from'}")
+        return UNREAD
     if start is None or end is None or every is None:
-        return Window(good=False)
-    if setting.stroke is not None:
-        return _stretch(start, end, setting.stroke, path, faults)
+        return UNREAD
+    before = len(item.faults)
+    if stroke is not None:
+        slack = TOLERANCE * stroke.span
+        ends = f"{told(stroke.start, stroke.sliding)} to {told(stroke.end, stroke.sliding)}, as the stroke goes"
+        beyond = [at for at in (start, end) if not stroke.start - slack <= at <= stroke.end + slack]
+        if beyond:
+            item.add("from" if beyond[0] == start else "to", told(beyond[0], stroke.sliding), f"a place from {ends}")
+        elif end - start <= slack:
+            item.add("to", told(end, stroke.sliding), "a place behind that where the load begins")
+        elif start - stroke.start <= slack and stroke.end - end <= slack:
+            return None
+        return UNREAD if len(item.faults) > before else (start, end)
     if abs(end - start - every) <= TOLERANCE * every:
-        return Window()
-    if _out_of_range(start, end, every, path, faults):
-        return Window(good=False)
-    start, end = _reduced(start, every), _reduced(end, every)
-    if abs(start - end) <= _SAME * every:
-        faults.add(f"{path}.to", f"{show(item.raw['to'])}, where the load begins", "another angle")
-        return Window(good=False)
-    return Window(start, end or every)
-
-
-def _stretch(start: float, end: float, stroke: Stroke, path: str, faults: Faults) -> Window:
-    """The stretch of a stroke along which a load acts."""
-    slack = TOLERANCE * stroke.span
-    ends = f"{told(stroke.start, stroke.sliding)} to {told(stroke.end, stroke.sliding)}, as the stroke goes"
-    for key, value in (("from", start), ("to", end)):
-        if not stroke.start - slack <= value <= stroke.end + slack:
-            faults.add(f"{path}.{key}", told(value, stroke.sliding), f"a place from {ends}")
-            return Window(good=False)
-    if end - start <= slack:
-        faults.add(f"{path}.to", told(end, stroke.sliding), "a place behind that where the load begins")
-        return Window(good=False)
-    whole_stroke = start - stroke.start <= slack and stroke.end - end <= slack
-    return Window() if whole_stroke else Window(start, end)
-
-
-def _out_of_range(start: float, end: float, every: float, path: str, faults: Faults) -> bool:
-    """Whether an end lies more than a period from 0, or the window is longer than a period."""
-    limit = every * (1 + _SAME)
+        return None
+    limit, period = every * (1 + _SAME), f"{np.degrees(every):.10g}"
     for key, angle in (("from", start), ("to", end)):
         if abs(angle) > limit:
-            period = f"{np.degrees(every):.10g}"
-            faults.add(f"{path}.{key}", f"{np.degrees(angle):.10g} deg", f"an angle from -{period} to {period} deg")
-    if abs(start) > limit or abs(end) > limit:
-        return True
-    if end - start > every:
+            item.add(key, f"{np.degrees(angle):.10g} deg", f"an angle from -{period} to {period} deg")
+    if end - start > every and len(item.faults) == before:
         found = f"a window of {np.degrees(end - start):.10g} deg"
-        faults.add(f"{path}.to", found, f"one of {np.degrees(every):.10g} deg at most, after which it repeats")
-    return end - start > every
-
-
-def _reduced(angle: float, every: float) -> float:
-    """An angle brought into [0, every), the period's end being its beginning."""
-    angle = angle + every if angle < 0 else angle
-    return 0.0 if abs(angle - every) <= _ROUNDED * every or angle <= _ROUNDED * every else angle
+        item.add("to", found, f"one of {period} deg at most, after which it repeats")
+    # brought into [0, every), the period's end being its beginning
+    start, end = (angle + every if angle < 0 else angle for angle in (start, end))
+    start, end = (0.0 if min(abs(angle - every), angle) <= _ROUNDED * every else angle for angle in (start, end))
+    if abs(start - end) <= _SAME * every and len(item.faults) == before:
+        item.add("to", f"{show(item.raw['to'])}, where the load begins", "another angle")
+    return UNREAD if len(item.faults) > before else (start, end or every)
 
 
 class Drive(NamedTuple):
@@ -249,48 +222,36 @@ class Drive(NamedTuple):
     balance: bool = False
     motor: Motor | None = None
 
-    @property
-    def rotor(self) -> tuple[Inertia, ...]:
-        """The inertia of the motor's rotor, on the shaft that it drives."""
-        if self.load is None or self.motor is None or not self.motor.inertia:
-            return ()
-        return (Inertia(self.load.on, self.motor.inertia, "drive.motor.inertia"),)
-
 
 def read_drive(raw: object, places: Places, setting: Setting) -> Drive:
     """The drive: a torque (a force, where the reduction element slides), which may be the balance, or a motor."""
-    table = None if raw is None else as_table(raw, "drive", setting.faults)
+    table, faults = None if raw is None else as_table(raw, "drive", setting.faults), setting.faults
     if table is None:
         return Drive()
-    fields = read_fields(table, SECTIONS["drive"].keys, "drive", setting.faults)
-    shaft = places.shaft(fields["on"] if "on" in table else next(iter(setting.shafts)), "drive.on", setting.faults)
-    key = _driving(table, setting)
-    motor: Motor | None = None
-    law: Law | None = None
-    balance = key is not None and isinstance(table[key], str) and table[key] == "balance"
-    if key == "motor":
-        from flywheel.reading.motors import read_motor  # only scenes with a motor pay for it
-
-        motor = read_motor(table[key], "drive.motor", setting)
-        law, balance = None if motor is None else motor.law(), False
-    elif key is not None and not balance:
-        law = read_effort(table[key], key, f"drive.{key}", setting)
-    if setting.cycle is None or (law is None and not balance):
-        return Drive(None, balance)
-    title = "" if motor is None else motor.title
-    return Drive(Load(shaft, law, setting.cycle, path="drive", once=setting.stroke is not None, model=title), balance, motor)
-
-
-def _driving(table: Mapping[str, Any], setting: Setting) -> str | None:
-    """What drives: torque or motor, or the force where the reduction element slides; None after noting a fault."""
+    element, keys = next(iter(setting.shafts)), SECTIONS["drive"].keys
+    fields = read_fields(table, keys, "drive", faults)
+    shaft = places.shaft(fields["on"] if "on" in table else element, "drive.on", faults)
     turning, pushing = ("torque", "motor"), ("force",)
     valid, wrong, moves = (pushing, turning, "slides") if setting.sliding else (turning, pushing, "turns")
     given, misplaced = ([name for name in names if name in table] for names in (valid, wrong))
     for name in misplaced:
-        setting.faults.add(f"drive.{name}", f'a {name} on "{next(iter(setting.shafts))}", which {moves}', f"a {valid[0]}")
+        faults.add(f"drive.{name}", f'a {name} on "{element}", which {moves}', f"a {valid[0]}")
     if len(given) > 1:
-        exactly_one(given, valid, "drive", setting.faults)
+        exactly_one(given, valid, "drive", faults)
     elif not given and not misplaced:
-        key = next(key for key in SECTIONS["drive"].keys if key.name == valid[0])
-        setting.faults.add(f"drive.{valid[0]}", "nothing", expectation(key), "or a motor" if "motor" in valid else "")
-    return given[0] if len(given) == 1 else None
+        key = next(key for key in keys if key.name == valid[0])
+        faults.add(f"drive.{valid[0]}", "nothing", expectation(key), "or a motor" if "motor" in valid else "")
+    motor: Motor | None = None
+    law: Law | None = None
+    balance = given in (["torque"], ["force"]) and isinstance(table[given[0]], str) and table[given[0]] == "balance"
+    if given == ["motor"]:
+        from flywheel.reading.motors import read_motor  # only scenes with a motor pay for it
+
+        motor = read_motor(table["motor"], "drive.motor", setting)
+        law = None if motor is None else motor.law()
+    elif len(given) == 1 and not balance:
+        law = read_effort(table[given[0]], given[0], f"drive.{given[0]}", setting)
+    if setting.cycle is None or (law is None and not balance):
+        return Drive(None, balance)
+    title = "" if motor is None else motor.title
+    return Drive(Load(shaft, law, setting.cycle, path="drive", once=setting.stroke is not None, model=title), balance, motor)

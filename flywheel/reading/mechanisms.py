@@ -3,20 +3,17 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Container, Iterable, Mapping
-from dataclasses import replace
+from collections.abc import Mapping
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from flywheel.mechanisms import KINDS
-from flywheel.mechanisms import families as mechanisms
-from flywheel.mechanisms.families import Kind
+from flywheel.mechanisms.families import build
 from flywheel.numerics.faults import SceneError, mean, quote, show, told
 from flywheel.numerics.units import QuantityError, parse_quantity
 from flywheel.reading.fields import (
     Faults,
-    Fields,
     Place,
     Places,
     Setting,
@@ -45,25 +42,40 @@ from flywheel.scene.scene import Body, Mechanism, Output, Stroke, Table
 _SHORTEST = 1e-9  # of a stroke, as a share of the coordinates at its ends
 
 
-# -- the one-way stroke, and what must stand, or not stand, beside it -----------------------------------------------------
-
-
 def read_stroke(raw: Mapping[str, Any], faults: Faults) -> Stroke | None:
     """The stroke of a scene whose driver goes one way; None where it turns in cycles.
 
     Its numbers are NaN where they could not be read, so that the rest can be read against it all the same.
     """
     slides = driver_slides(raw)
+    unread = Stroke(math.nan, math.nan, math.nan, math.nan, slides is not False)
     if "stroke" not in raw:
         if not slides:
             return None
         advice = "the mechanism's driver slides, so that there is no cycle: leave out [regime] and [flywheel]"
         faults.add("stroke", "nothing", "a table with from, to and speed", advice)
-        return _unread(sliding=True)
-    _check_beside(raw, faults)
+        return unread
+    for name in STROKE_EXCLUDE:
+        if name in raw:
+            faults.add(name, f"{name} beside [stroke]", "none", "a one-way stroke has no cycle, and so no flywheel")
+    mechanism = raw.get("mechanism")
+    tables = [mechanism] if isinstance(mechanism, Mapping) else items(mechanism) or []
+    if "mechanism" not in raw or (len(tables) != 1 and isinstance(mechanism, (list, tuple))):
+        found = f"{len(tables)} mechanisms" if tables else "nothing"
+        faults.add("mechanism", found, "one mechanism, whose driver makes the stroke")
+    elif tables and isinstance(tables[0], Mapping):
+        path, kind = "mechanism" if isinstance(mechanism, Mapping) else "mechanism[0]", tables[0].get("type")
+        if isinstance(kind, str) and kind in KINDS and KINDS[kind].driver == "turns":
+            expected = " or ".join(f'"{name}"' for name, known in KINDS.items() if known.driver != "turns")
+            advice = "for a crank that turns in cycles give [regime] and [flywheel] instead of [stroke]"
+            faults.add(f"{path}.type", f"{show(kind)} beside [stroke]", expected, advice)
+        for name in ("phase", "shaft"):
+            if name in tables[0]:
+                advice = "the stroke is that of the mechanism's own driver"
+                faults.add(f"{path}.{name}", f"{name} beside [stroke]", "none", advice)
     table = as_table(raw["stroke"], "stroke", faults)
     if table is None:
-        return _unread(sliding=slides is not False)
+        return unread
     if slides is None:  # the mechanism does not tell, but perhaps the stroke's own unit
         try:
             parse_quantity(table.get("to"), "angle")
@@ -72,9 +84,16 @@ def read_stroke(raw: Mapping[str, Any], faults: Faults) -> Stroke | None:
             slides = True
     fields = read_fields(table, SECTIONS["stroke"].keys, "stroke", faults, rotating=not slides)
     start, end, speed, acceleration = fields.values()
-    if None in fields.values() or not _is_stroke(start, end, slides, faults):
-        return _unread(slides)
-    return Stroke(start, end, speed, acceleration, slides)
+    if None in fields.values():
+        return unread._replace(sliding=slides)
+    if end - start <= _SHORTEST * max(abs(start), abs(end)):
+        found, ends = told(end, slides), f"more than from, which is {told(start, slides)}"
+        faults.add("stroke.to", found, ends, "a return stroke has the same ends and a negative speed")
+    elif not slides and end - start > MOST_TURNS * TURN:
+        faults.add("stroke.to", f"{(end - start) / TURN:.6g} turns", f"at most {MOST_TURNS}")
+    else:
+        return Stroke(start, end, speed, acceleration, slides)
+    return unread._replace(sliding=slides)
 
 
 def driver_slides(raw: Mapping[str, Any]) -> bool | None:
@@ -83,7 +102,8 @@ def driver_slides(raw: Mapping[str, Any]) -> bool | None:
     >>> driver_slides({"mechanism": {"type": "toggle-clamp"}}), driver_slides({"mechanism": {"type": "four-bar"}})
     (True, False)
     """
-    tables = _mechanisms(raw)
+    mechanism = raw.get("mechanism")
+    tables = [mechanism] if isinstance(mechanism, Mapping) else items(mechanism) or []
     table = tables[0] if len(tables) == 1 else None
     kind = table.get("type", "") if isinstance(table, Mapping) else None
     if not isinstance(table, Mapping) or not isinstance(kind, str):
@@ -96,86 +116,6 @@ def driver_slides(raw: Mapping[str, Any]) -> bool | None:
     named = [joint for joint in joints if isinstance(name, str) and isinstance(joint.get("name"), str)]
     kinds = [joint.get("type") for joint in named if joint["name"] == name]
     return kinds[0] == "slide" if kinds and isinstance(kinds[0], str) and kinds[0] in ("slide", "pin") else None
-
-
-def _mechanisms(raw: Mapping[str, Any]) -> list[Any]:
-    mechanism = raw.get("mechanism")
-    return [mechanism] if isinstance(mechanism, Mapping) else items(mechanism) or []
-
-
-def _unread(sliding: bool) -> Stroke:
-    return Stroke(math.nan, math.nan, math.nan, math.nan, sliding)
-
-
-def _is_stroke(start: float, end: float, sliding: bool, faults: Faults) -> bool:
-    """Whether the end lies beyond the beginning, and not out of reach."""
-    if end - start <= _SHORTEST * max(abs(start), abs(end)):
-        found, ends = told(end, sliding), f"more than from, which is {told(start, sliding)}"
-        faults.add("stroke.to", found, ends, "a return stroke has the same ends and a negative speed")
-        return False
-    if not sliding and end - start > MOST_TURNS * TURN:
-        faults.add("stroke.to", f"{(end - start) / TURN:.6g} turns", f"at most {MOST_TURNS}")
-        return False
-    return True
-
-
-def _check_beside(raw: Mapping[str, Any], faults: Faults) -> None:
-    """A stroke has no cycle, and belongs to one mechanism whose driver may go one way."""
-    for name in STROKE_EXCLUDE:
-        if name in raw:
-            faults.add(name, f"{name} beside [stroke]", "none", "a one-way stroke has no cycle, and so no flywheel")
-    tables = _mechanisms(raw)
-    if "mechanism" not in raw or (len(tables) != 1 and isinstance(raw["mechanism"], (list, tuple))):
-        found = f"{len(tables)} mechanisms" if tables else "nothing"
-        faults.add("mechanism", found, "one mechanism, whose driver makes the stroke")
-    elif tables and isinstance(tables[0], Mapping):
-        table, path = tables[0], "mechanism" if isinstance(raw["mechanism"], Mapping) else "mechanism[0]"
-        kind = table.get("type")
-        if isinstance(kind, str) and kind in KINDS and KINDS[kind].driver == "turns":
-            expected = " or ".join(f'"{name}"' for name, known in KINDS.items() if known.driver != "turns")
-            advice = "for a crank that turns in cycles give [regime] and [flywheel] instead of [stroke]"
-            faults.add(f"{path}.type", f"{show(kind)} beside [stroke]", expected, advice)
-        for name in ("phase", "shaft"):
-            if name in table:
-                advice = "the stroke is that of the mechanism's own driver"
-                faults.add(child(path, name), f"{name} beside [stroke]", "none", advice)
-
-
-def check_shafts(shafts: Iterable[str], twisting: Container[str], sliding: bool, faults: Faults) -> None:
-    """Nothing is geared to a slide, and no shaft twists along a stroke."""
-    for name in shafts:
-        if sliding:
-            faults.add(child("shafts", name), "a shaft beside a driver that slides", "none", "nothing can be geared to it")
-        elif name in twisting:
-            faults.add(child("shafts", name), "a compliant shaft beside [stroke]", "a rigid one", "leave stiffness out")
-
-
-def check_known(unknowns: list[str], stroke: Stroke, faults: Faults) -> None:
-    """Nothing can be balanced where there is no cycle."""
-    advice = "a one-way stroke has no cycle to balance; flywheel reduce gives the driving action that it needs"
-    for name in unknowns:
-        drive = "drive.force" if stroke.sliding else "drive.torque"
-        faults.add(drive if name == "drive" else child("parameters", name), '"balance"', "a value", advice)
-
-
-def on_stroke(mechanism: Mechanism, setting: Setting) -> Mechanism | None:
-    """The mechanism with its driver's stroke, where its coordinate begins; None where the stroke could not be read."""
-    stroke = setting.stroke
-    if stroke is None:
-        return mechanism
-    if setting.cycle is None:
-        return None
-    return replace(
-        mechanism,
-        shaft=stroke.element,
-        phase=stroke.start,
-        period=stroke.span if stroke.sliding else TURN,
-        travel=stroke.span,
-        stroke=(stroke.start, stroke.end),
-    )
-
-
-# -- mechanisms --------------------------------------------------------------------------------------------------------
 
 
 class Found(NamedTuple):
@@ -193,61 +133,60 @@ class Found(NamedTuple):
 
 def read_mechanisms(raw: object, setting: Setting) -> tuple[tuple[Mechanism, ...], Places]:
     """Every mechanism of the scene, and every place of the machine, as far as they are free of faults."""
-    tables = _listed(raw, setting.faults)
+    faults, once = setting.faults, setting.stroke is not None
+    if isinstance(raw, (list, tuple)) and len(raw) > MOST_MECHANISMS:
+        faults.add("mechanism", f"{len(raw)} mechanisms", f"at most {MOST_MECHANISMS}")
+        raw = None
+    given = enumerate(raw) if isinstance(raw, (list, tuple)) else () if raw is None else ((None, raw),)
+    paths = [("mechanism" if i is None else f"mechanism[{i}]", item) for i, item in given]
+    tables = [(path, table) for path, item in paths if (table := as_table(item, path, faults)) is not None]
     types = [table.get("type") for _, table in tables]
-    found = [_read_one(table, path, types.count(table.get("type")) == 1, setting) for path, table in tables]
-    good = [item for item in found if item is not None]
-    _check_names([(path, item.name) for (path, _), item in zip(tables, found, strict=True) if item], setting)
-    complete = all(item is not None and item.complete for item in found)
-    families = {id(item): _returns(item.mechanism, setting) for item in good if item.mechanism}
-    ports = {
-        f"{item.name}.{port}": Place(
-            f"{item.name}.{port}", rotating, item.travel, families.get(id(item), {}).get(port, True)
-        )
-        for item in good
-        for port, rotating in item.rotating.items()
-    }
-    once = setting.stroke is not None
+    found = [_mechanism(table, path, types.count(table.get("type")) == 1, setting) for path, table in tables]
+    seen: set[str] = set()
+    for (path, _), item in zip(tables, found, strict=True):
+        if item is None:
+            continue
+        if item.name in setting.shafts or (item.name in seen and f"{path}.name" not in {fault.path for fault in faults}):
+            other = "a shaft" if item.name in setting.shafts else "another mechanism"
+            faults.add(f"{path}.name", quote(item.name), "a name of its own", f"{other} bears this one")
+        seen.add(item.name)
+    ports: dict[str, Place] = {}
+    known = not any(map(math.isnan, setting.parameters.values()))
+    for item in found:
+        if item is None:
+            continue
+        returns: dict[str, bool] = {}
+        if item.mechanism is not None and known:
+            try:
+                family = build(item.mechanism, setting.parameters)
+                returns = {name: port.returns or once for name, port in family.ports.items()}
+            except SceneError as error:  # it locks
+                faults.extend(error.faults)
+            except ArithmeticError:
+                advice = "lengths whose squares can be computed"
+                faults.add(item.mechanism.path, "lengths out of all proportion", advice)
+        for port, rotating in item.rotating.items():
+            name = f"{item.name}.{port}"
+            ports[name] = Place(name, rotating, item.travel, returns.get(port, True))
     shafts = {name: Place(name, not setting.sliding, setting.cycle, once) for name in setting.shafts}
-    read = tuple(item.mechanism for item in good if item.mechanism)
+    complete = all(item is not None and item.complete for item in found)
+    read = tuple(item.mechanism for item in found if item is not None and item.mechanism is not None)
     return read, Places(shafts, ports, complete, read)
 
 
-def _listed(raw: object, faults: Faults) -> list[tuple[str, Mapping[str, Any]]]:
-    """The mechanisms' tables with their paths: `mechanism` for one alone, `mechanism[0]`... for an array."""
-    if raw is None:
-        return []
-    if isinstance(raw, (list, tuple)) and len(raw) > MOST_MECHANISMS:
-        faults.add("mechanism", f"{len(raw)} mechanisms", f"at most {MOST_MECHANISMS}")
-        return []
-    if isinstance(raw, (list, tuple)):
-        paths = [(f"mechanism[{i}]", item) for i, item in enumerate(raw)]
-    else:
-        paths = [("mechanism", raw)]
-    tables = [(path, as_table(item, path, faults)) for path, item in paths]
-    return [(path, table) for path, table in tables if table is not None]
-
-
-def _check_names(names: list[tuple[str, str]], setting: Setting) -> None:
-    """Names of mechanisms are unique and differ from those of shafts."""
-    seen: set[str] = set()
-    for path, name in names:
-        if name in setting.shafts or (name in seen and f"{path}.name" not in {fault.path for fault in setting.faults}):
-            other = "a shaft" if name in setting.shafts else "another mechanism"
-            setting.faults.add(f"{path}.name", quote(name), "a name of its own", f"{other} bears this one")
-        seen.add(name)
-
-
-def _read_one(raw: Mapping[str, Any], path: str, alone: bool, setting: Setting) -> Found | None:
+def _mechanism(raw: Mapping[str, Any], path: str, alone: bool, setting: Setting) -> Found | None:
     """One mechanism; None where not even its ports are known."""
-    faults = setting.faults
+    faults, stroke = setting.faults, setting.stroke
     before = len(faults)
     kind = KINDS.get(raw["type"]) if isinstance(raw.get("type"), str) else None
-    if kind is None:  # the other keys make no sense without a type
+    if kind is None:  # the keys of a type make no sense without it
         if isinstance(raw.get("type"), str):
             faults.unknown(f"{path}.type", raw["type"], KINDS, "type")
         else:
             faults.add(f"{path}.type", show(raw.get("type")), "one of " + ", ".join(KINDS))
+        common = [key for key in MECHANISM.keys if key.name != "type"]
+        fields = read_fields({key.name: raw[key.name] for key in common if key.name in raw}, common, path, faults)
+        _travel(fields["shaft"], f"{path}.shaft", setting)
         return None
     parts = tuple(Key(part.name, "part", part.about) for part in kind.parts)
     fields = read_fields(raw, (*MECHANISM.keys, *kind.keys, *parts), path, faults)
@@ -264,28 +203,35 @@ def _read_one(raw: Mapping[str, Any], path: str, alone: bool, setting: Setting) 
     geometry: dict[str, float] = {}
     bodies: dict[str, Body] = {}
     for part in kind.parts:
-        table = as_table(raw.get(part.name, {}), child(path, part.name), faults)
+        table = as_table(raw.get(part.name, {}), f"{path}.{part.name}", faults)
         if table is not None:
-            values = read_fields(table, part.keys, child(path, part.name), faults)
+            values = read_fields(table, part.keys, f"{path}.{part.name}", faults)
             geometry |= {f"{part.name}.{key.name}": values[key.name] for key in part.geometry}
             if part.body:
                 bodies[part.name] = Body(**{key.name: values[key.name] for key in part.body})
-    own, ports, complete = _own(raw, kind, fields, (travel, period), path, setting)
-    rotating = {port.name: port.rotating for port in kind.ports} | ports
-    mechanism = None
-    if len(faults) == before and own.get("period", TURN) is not None:
-        mechanism = Mechanism(
-            type=kind.name,
-            name=name,
-            shaft=fields["shaft"],
-            phase=fields["phase"],
-            geometry=geometry,
-            bodies=bodies,
-            travel=TURN if travel is None else travel,
-            path=path,
-            **own,
-        )
-    return Found(name, rotating, travel, None if mechanism is None else on_stroke(mechanism, setting), complete)
+    own: dict[str, Any] = {}
+    rotating, complete = {port.name: port.rotating for port in kind.ports}, True
+    if kind.name == "linkage":
+        from flywheel.reading.linkages import read_linkage  # only scenes with one pay for it
+
+        drawn = read_linkage(raw, fields, path, setting)
+        own, complete = {"linkage": drawn.linkage, "points": drawn.points}, drawn.complete
+        rotating |= drawn.ports
+    elif kind.name == "law":
+        outputs, period = _outputs(raw, period, travel, path, setting)
+        given = raw["outputs"] if isinstance(raw.get("outputs"), Mapping) else {}
+        own = {"outputs": outputs, "period": period}
+        rotating |= {str(name): isinstance(of, Mapping) and "theta" in _positioned(of) for name, of in given.items()}
+    else:
+        own = {"assembly": fields.get("assembly", "open")}
+    if len(faults) > before or own.get("period", TURN) is None or (stroke is not None and setting.cycle is None):
+        return Found(name, rotating, travel, None, complete)
+    at = {"shaft": fields["shaft"], "phase": fields["phase"], "travel": TURN if travel is None else travel}
+    if stroke is not None:  # the driver's coordinate begins where its stroke does
+        at = {"shaft": stroke.element, "phase": stroke.start, "travel": stroke.span, "stroke": (stroke.start, stroke.end)}
+        own["period"] = stroke.span if stroke.sliding else TURN
+    mechanism = Mechanism(type=kind.name, name=name, geometry=geometry, bodies=bodies, path=path, **at, **own)
+    return Found(name, rotating, travel, mechanism, complete)
 
 
 def _travel(shaft: object, path: str, setting: Setting) -> float | None:
@@ -307,24 +253,6 @@ def _travel(shaft: object, path: str, setting: Setting) -> float | None:
     crank = whole(setting.cycle / TURN)
     setting.shafts[shaft] = count / crank if crank else count * TURN / setting.cycle  # it may be given with fewer digits
     return count * TURN
-
-
-def _own(
-    raw: Mapping[str, Any], kind: Kind, fields: Fields, spans: tuple[float | None, float | None], path: str, setting: Setting
-) -> tuple[dict[str, Any], dict[str, bool], bool]:
-    """What a type has beside lengths and bodies, as fields of its `Mechanism`, the ports with it, and if these are all."""
-    travel, period = spans
-    if kind.name == "linkage":
-        from flywheel.reading.linkages import read_linkage  # only scenes with one pay for it
-
-        drawn = read_linkage(raw, fields, path, setting)
-        return {"linkage": drawn.linkage, "points": drawn.points}, drawn.ports, drawn.complete
-    if kind.name == "law":
-        outputs, period = _outputs(raw, period, travel, path, setting)
-        given = raw["outputs"] if isinstance(raw.get("outputs"), Mapping) else {}
-        rotating = {str(name): isinstance(of, Mapping) and "theta" in _positioned(of) for name, of in given.items()}
-        return {"outputs": outputs, "period": period}, rotating, True
-    return {"assembly": fields.get("assembly", "open")}, {}, True
 
 
 def _outputs(
@@ -377,18 +305,3 @@ def _positioned(output: Mapping[str, Any]) -> Mapping[str, Any]:
     unit = table.get("value_unit") if isinstance(table, Mapping) else None
     key = "theta" if "inertia" in output or unit in ("deg", "rad", "°", "rev") else "x"
     return {key: table, **{name: value for name, value in output.items() if name != "table"}}
-
-
-def _returns(mechanism: Mechanism | None, setting: Setting) -> dict[str, bool]:
-    """Whether each port comes back to where it was each cycle; a mechanism that locks is noted."""
-    if mechanism is None or any(np.isnan(list(setting.parameters.values()))):
-        return {}
-    try:
-        family = mechanisms.build(mechanism, setting.parameters)
-    except SceneError as error:
-        setting.faults.extend(error.faults)
-        return {}
-    except ArithmeticError:
-        setting.faults.add(mechanism.path, "lengths out of all proportion", "lengths whose squares can be computed")
-        return {}
-    return {name: port.returns or setting.stroke is not None for name, port in family.ports.items()}

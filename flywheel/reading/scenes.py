@@ -11,7 +11,7 @@ from dataclasses import replace
 from functools import partial
 from itertools import accumulate, chain
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
@@ -36,37 +36,12 @@ from flywheel.reading.fields import (
     whole,
 )
 from flywheel.reading.loads import read_dampers, read_drive, read_inertias, read_loads, read_springs
-from flywheel.reading.mechanisms import check_known, check_shafts, read_mechanisms, read_stroke
+from flywheel.reading.mechanisms import read_mechanisms, read_stroke
 from flywheel.reading.schema import AREAS_EXCLUDE, MATERIAL_KEYS, SECTIONS, TOP, TURN, WHEEL_KEYS
 from flywheel.reading.tables import is_utf16
-from flywheel.scene.scene import Areas, Compliance, Mechanism, Scene, Stroke
+from flywheel.scene.scene import Areas, Compliance, Inertia, Scene, Stroke
 
-PATH = "flywheel"
-_ARGUMENTS = {"material": "name", "allowable_stress": "allowable"}
-
-
-def read_wheel(item: Item) -> WheelAsked | None:
-    """The wheel that `[flywheel]` asks for; None where it asks for none, or after noting faults."""
-    fields, faults, written = item.fields, item.faults, item.given(*(key.name for key in WHEEL_KEYS))
-    if not written or any(fields[name] is None for name in written) or item.raw.keys() - fields.keys():  # noted already
-        return None
-    if fields["shape"] is None:
-        item.add("shape", "nothing", f"a shape ({', '.join(WHEEL_SHAPES)}) beside {written[0]}")
-        return None
-    given = {_ARGUMENTS.get(name, name): fields[name] for name in written}
-    own = {name: given.pop(name) for name in [_ARGUMENTS.get(key.name, key.name) for key in MATERIAL_KEYS] if name in given}
-    try:
-        asked = WheelAsked(**{"method": EXACT, "at": GREATEST, **given, "material": material(**own), "path": PATH})
-    except SceneError as error:
-        faults.extend(fault._replace(path=f"{PATH}.{fault.path}") for fault in error.faults)
-        return None
-    wrong = asked_faults(asked)
-    faults.extend(wrong)
-    return None if wrong else asked
-
-
-# -- remarks -----------------------------------------------------------------------------------------------------------
-# Good numbers that are hardly those that were meant: each is held against one limit of the trade, none is refused.
+# Remarks on good numbers that are hardly those that were meant: each is held against a limit of the trade, none is refused.
 
 _THOUSANDS = re.compile(r"[+-]?[1-9][0-9]{0,2}\.000")
 _NO_QUANTITIES = ("title", "source", "name", "file")
@@ -91,7 +66,7 @@ def of_texts(raw: object, path: str = "") -> Iterator[Remark]:
             if key not in _NO_QUANTITIES:
                 yield from of_texts(value, child(path, str(key)))
     elif isinstance(raw, (list, tuple)):
-        for i, value in enumerate(items(raw) or ()):
+        for i, value in enumerate(raw):
             yield from of_texts(value, f"{path}[{i}]")
 
 
@@ -122,32 +97,27 @@ def of_scene(scene: Scene) -> Iterator[Remark]:
         if speed > _FASTEST_SHAFT:
             yield Remark("regime.speed", f"{fastest} turns at {speed * _RPM:.4g} rpm", "check its unit")
     for mechanism in scene.mechanisms:
-        yield from _of_mechanism(mechanism, scene)
-
-
-def _of_mechanism(mechanism: Mechanism, scene: Scene) -> Iterator[Remark]:
-    """Lengths, masses and speeds of a mechanism that do not go together."""
-    lengths = {path.removesuffix(".length"): abs(m) for path, m in mechanism.geometry.items() if path.endswith("length")}
-    crank = lengths.get("crank")
-    if crank and scene.speed is not None and scene.stroke is None:
-        pin = crank * scene.speed * scene.shafts[mechanism.shaft]
-        if crank <= _LONGEST and pin > _FASTEST:
-            yield Remark(f"{mechanism.path}.crank.length", f"the crank pin runs at {pin:.4g} m/s", "check length and speed")
-    longest = max(lengths.values(), default=math.inf)
-    for name, body in mechanism.bodies.items():
-        path, length = f"{mechanism.path}.{name}", lengths.get(name)
-        link = length is not None and name != "crank"
-        heaviest = _STEEL * (_LINK * (length or 0.0) ** 3 if link else _ANY * longest**3)
-        if body.mass > heaviest:
-            long = f"{length or longest:.4g} m"
-            found = f"{body.mass:.6g} kg " + (
-                f"on {long} between its pins" if link else f"where the longest part has {long}"
-            )
-            yield Remark(f"{path}.mass", found, "check the units of both")
-        if link and length and body.inertia > body.mass * (_GYRATION * length) ** 2 > 0.0:
-            radius = math.sqrt(body.inertia / body.mass)
-            found = f"{body.inertia:.6g} kg m^2 puts {body.mass:.6g} kg at {radius:.4g} m from the centre of {length:.4g} m"
-            yield Remark(f"{path}.inertia", found, "check its unit")
+        geometry = mechanism.geometry.items()
+        lengths = {path.removesuffix(".length"): abs(m) for path, m in geometry if path.endswith("length")}
+        crank = lengths.get("crank")
+        if crank and scene.speed is not None and scene.stroke is None:
+            pin, path = crank * scene.speed * scene.shafts[mechanism.shaft], f"{mechanism.path}.crank.length"
+            if crank <= _LONGEST and pin > _FASTEST:
+                yield Remark(path, f"the crank pin runs at {pin:.4g} m/s", "check length and speed")
+        longest = max(lengths.values(), default=math.inf)
+        for name, body in mechanism.bodies.items():
+            path, length = f"{mechanism.path}.{name}", lengths.get(name)
+            link = length is not None and name != "crank"
+            heaviest = _STEEL * (_LINK * (length or 0.0) ** 3 if link else _ANY * longest**3)
+            if body.mass > heaviest:
+                long = f"{length or longest:.4g} m"
+                where = f"on {long} between its pins" if link else f"where the longest part has {long}"
+                yield Remark(f"{path}.mass", f"{body.mass:.6g} kg {where}", "check the units of both")
+            if link and length and body.inertia > body.mass * (_GYRATION * length) ** 2 > 0.0:
+                at = f"{math.sqrt(body.inertia / body.mass):.4g} m from the centre of {length:.4g} m"
+                yield Remark(
+                    f"{path}.inertia", f"{body.inertia:.6g} kg m^2 puts {body.mass:.6g} kg at {at}", "check its unit"
+                )
 
 
 def of_rim(speed: float) -> Iterator[Remark]:
@@ -164,7 +134,7 @@ def of_drive(work: float, fluctuation: float, balanced: bool) -> Iterator[Remark
         yield Remark("drive", found, "right for an engine under its load, else check the signs of the loads")
 
 
-# -- scenes ------------------------------------------------------------------------------------------------------------
+# Scenes
 
 LARGEST = 2**20
 _DEEPEST_KEY = 32
@@ -216,7 +186,10 @@ def parse_scene(text: str, folder: str | Path | None = None, file: str | Path | 
     name = Path(file).name if file is not None else "scene"
     if len(text) > LARGEST:
         raise SceneError([Fault(name, f"{len(text)} characters", f"at most {LARGEST}")])
-    if _deepest_key(text) > _DEEPEST_KEY:
+    bare = _QUOTED.sub("s", text).translate({ord(" "): None, ord("\t"): None})
+    if (
+        max(token.count(".") for token in re.split(r"[\n,=\[\]{}]", bare)) > _DEEPEST_KEY
+    ):  # tomllib takes their square in time
         raise SceneError([Fault(name, f"a key of more than {_DEEPEST_KEY} parts", "a scene in TOML")])
     text = _lines(text)
     try:
@@ -229,11 +202,16 @@ def parse_scene(text: str, folder: str | Path | None = None, file: str | Path | 
         raise SceneError(toml_text.troubles(text, name, str(error))) from None
     try:
         scene = build_scene(mapping, folder, file)
-        return scene if not scene.remarks else _with_lines(scene, text, mapping)
     except SceneError as error:
         from flywheel.reading import toml_text
 
         raise SceneError(toml_text.placed(error.faults, text, mapping)) from None
+    if not scene.remarks:
+        return scene
+    from flywheel.reading import toml_text
+
+    found = replace(scene, remarks=tuple(toml_text.placed(scene.remarks, text, mapping)))
+    return found if scene.document is None else found.with_document(*scene.document)
 
 
 def placed(faults: Iterable[Fault], file: Path) -> list[Fault]:
@@ -258,12 +236,6 @@ def _lines(text: str) -> str:
     return text if "\n" in text else text.replace("\r", "\n")
 
 
-def _deepest_key(text: str) -> int:
-    """How many dots the longest dotted key has: the parser's time grows with their square."""
-    bare = _QUOTED.sub("s", text).translate({ord(" "): None, ord("\t"): None})
-    return max(token.count(".") for token in re.split(r"[\n,=\[\]{}]", bare))
-
-
 @np.errstate(all="ignore")  # what is not finite is reported as a fault, with its place
 def build_scene(mapping: Mapping[str, Any], folder: str | Path | None = None, file: str | Path | None = None) -> Scene:
     """The scene in a mapping such as `tomllib` gives; numbers, lists and arrays of NumPy will do as well.
@@ -285,20 +257,31 @@ def build_scene(mapping: Mapping[str, Any], folder: str | Path | None = None, fi
     return scene.with_document(raw, partial(build_scene, folder=folder, file=file))
 
 
-def _with_lines(scene: Scene, text: str, mapping: Mapping[str, Any]) -> Scene:
-    """The scene whose remarks tell the lines on which they are due."""
-    from flywheel.reading import toml_text
-
-    found = replace(scene, remarks=tuple(toml_text.placed(scene.remarks, text, mapping)))
-    return found if scene.document is None else found.with_document(*scene.document)
-
-
 def _content(file: Path) -> str:
     """The text of a scene's file, which must be a plain one of bearable size."""
-    name = quote(file.name or str(file))[1:-1]
-    content, fault = _bytes(file)
-    if fault:
-        raise SceneError([Fault(name, fault, "a scene in a TOML file")])
+    name, what, content = quote(file.name or str(file))[1:-1], "", b""
+    try:
+        if file.is_file():
+            with file.open("rb") as stream:
+                content = stream.read(LARGEST + 1)
+        elif file.is_dir():
+            what = "a folder"
+        elif file.exists():
+            what = "a pipe" if file.is_fifo() else "a socket" if file.is_socket() else "a device"
+        elif file.is_symlink():
+            what = "a link that leads nowhere"
+        elif file.parent.is_dir():
+            what = "no such file"
+        else:
+            folder = quote(file.parent.name)
+            missing = f"{folder} is no folder" if file.parent.exists() else f"there is no folder {folder}"
+            what = f"no such file, for {missing}"
+    except OSError as error:
+        what = f"a file that cannot be read ({error.strerror})"
+    except ValueError:
+        what = "a name that no file can have"
+    if what:
+        raise SceneError([Fault(name, what, "a scene in a TOML file")])
     if len(content) > LARGEST:
         raise SceneError([Fault(name, "a file of more than 1 MiB", "a scene", "put long tables into a CSV file")])
     if is_utf16(content):
@@ -314,33 +297,6 @@ def _content(file: Path) -> str:
         raise SceneError([Fault(name, found, "text in UTF-8", "save the file as UTF-8")]) from None
 
 
-def _no_file(file: Path) -> str:
-    """What is there where a plain file was expected."""
-    if file.is_dir():
-        return "a folder"
-    if file.exists():
-        return "a pipe" if file.is_fifo() else "a socket" if file.is_socket() else "a device"
-    if file.is_symlink():
-        return "a link that leads nowhere"
-    if file.parent.is_dir():
-        return "no such file"
-    folder = quote(file.parent.name)
-    return f"no such file, for {f'{folder} is no folder' if file.parent.exists() else f'there is no folder {folder}'}"
-
-
-def _bytes(file: Path) -> tuple[bytes, str]:
-    """The beginning of a plain file, or what was found instead of one."""
-    try:
-        if not file.is_file():
-            return b"", _no_file(file)
-        with file.open("rb") as stream:
-            return stream.read(LARGEST + 1), ""
-    except OSError as error:
-        return b"", f"a file that cannot be read ({error.strerror})"
-    except ValueError:
-        return b"", "a name that no file can have"
-
-
 def _scene(raw: Mapping[str, Any], folder: Path | None, faults: Faults) -> Scene | None:
     """Every part of the scene in turn; None where a fault stops it from being put together."""
     known = {key.name for key in TOP}
@@ -350,7 +306,7 @@ def _scene(raw: Mapping[str, Any], folder: Path | None, faults: Faults) -> Scene
     top = read_fields({name: raw[name] for name in known if name in raw}, TOP, "", faults)
     stroke = read_stroke(raw, faults)
     shafts, compliances, efficiencies = _shafts(raw.get("shafts"), stroke, faults)
-    parameters, unknowns = _parameters(raw.get("parameters"), faults)
+    parameters, units, unknowns = _parameters(raw.get("parameters"), faults)
     if stroke is None:
         regime = _section(raw, "regime", faults)
         turns = None if regime["cycle"] is None else whole(regime["cycle"] / TURN)
@@ -365,22 +321,32 @@ def _scene(raw: Mapping[str, Any], folder: Path | None, faults: Faults) -> Scene
     setting = Setting(cycle, shafts, parameters, frozenset((*parameters, *unknowns)), folder, faults, stroke)
     mechanisms, places = read_mechanisms(raw.get("mechanism"), setting)
     drive = read_drive(raw.get("drive"), places, setting)
+    inertias = read_inertias(raw.get("inertia"), places, setting)
+    if drive.load is not None and drive.motor is not None and drive.motor.inertia:
+        inertias += (Inertia(drive.load.on, drive.motor.inertia, "drive.motor.inertia"),)
     machine: dict[str, Any] = {
         "mechanisms": mechanisms,
-        "inertias": read_inertias(raw.get("inertia"), places, setting) + drive.rotor,
+        "inertias": inertias,
         "loads": read_loads(raw.get("load"), places, setting),
         "springs": read_springs(raw.get("spring"), places, setting),
         "dampers": read_dampers(raw.get("damper"), places, setting),
         "drive": drive.load,
         "motor": drive.motor,
-        "unknown": _unknown(unknowns, drive.balance, raw, faults),
+        "unknown": "drive" if drive.balance else unknowns[0] if unknowns else None,
     }
-    if stroke is not None:
-        check_known([*["drive"] * drive.balance, *unknowns], stroke, faults)
+    if unknowns:
+        _check_balances(unknowns, drive.balance, raw, faults)
+    if stroke is not None and (unknowns or drive.balance):
+        advice = "a one-way stroke has no cycle to balance; flywheel reduce gives the driving action that it needs"
+        driven = "drive.force" if stroke.sliding else "drive.torque"
+        parts = [driven if name == "drive" else child("parameters", name) for name in unknowns]
+        for path in (*[driven] * drive.balance, *parts):
+            faults.add(path, '"balance"', "a value", advice)
     shaft, speed = places.shaft(regime["on"], "regime.on", faults), regime["speed"]
     asked = _flywheel(raw, places, faults) if stroke is None else {"flywheel_on": stroke.element}
     accuracy = _section(raw, "accuracy", faults)
-    gravity, areas = _gravity(raw, faults), _areas(raw, faults)
+    gravity = _gravity(raw, faults) if "gravity" in raw else None
+    areas = _areas(raw, faults) if "areas" in raw else None
     if speed is None and not faults:
         _check_own_speed(machine, areas is not None, faults)
     if faults or cycle is None:
@@ -394,7 +360,7 @@ def _scene(raw: Mapping[str, Any], folder: Path | None, faults: Faults) -> Scene
         compliances=compliances,
         efficiencies=efficiencies,
         parameters=parameters,
-        units=_units(raw.get("parameters")),
+        units=units,
         gravity=gravity,
         areas=areas,
         **machine,
@@ -413,70 +379,57 @@ def _section(raw: Mapping[str, Any], name: str, faults: Faults) -> Fields:
     return {key.name: None for key in keys} if table is None else read_fields(table, keys, name, faults)
 
 
-def _shafts(raw: object, stroke: Stroke | None, faults: Faults) -> _Gears:
-    """Shafts geared to the crank, which comes first; a shaft whose ratio is at fault can still be named.
+def _shafts(
+    raw: object, stroke: Stroke | None, faults: Faults
+) -> tuple[dict[str, float], dict[str, Compliance], dict[str, float]]:
+    """Speeds of shafts over that of the reduction element, which comes first; which of them twist; whose meshes have losses.
 
-    Along a stroke there is only the reduction element.
+    A shaft whose ratio is at fault can still be named. Along a stroke there is only the reduction element.
     """
-    gears = _Gears({"crank": 1.0}, {}, {})
+    ratios, efficiencies = {"crank": 1.0}, dict[str, float]()
+    compliances: dict[str, Compliance] = {}
     for name, item in ((None if raw is None else as_table(raw, "shafts", faults)) or {}).items():
-        path = child("shafts", name)
+        path, is_crank = child("shafts", name), name == "crank"
         check_name(name, path, faults)
         table = as_table(item, path, faults)
         fields = {} if table is None else read_fields(table, SECTIONS["shafts"].keys, path, faults)
-        ratio = fields.get("ratio")
-        if name == "crank" and ratio not in (None, 1.0):
+        ratio, stiffness, damping, efficiency = map(fields.get, ("ratio", "stiffness", "damping", "efficiency"))
+        if is_crank and ratio not in (None, 1.0):
             faults.add(f"{path}.ratio", f"{ratio:g}", "1: all ratios are taken to the crank")
-        gears.ratios[name] = 1.0 if ratio is None or name == "crank" else ratio
-        gears.compliances.update(_compliance(name, fields, "stiffness" in (table or {}), path, faults))
-        gears.efficiencies.update(_efficiency(name, fields, path, faults))
-    if stroke is None:
-        return gears
-    check_shafts([name for name in gears.ratios if name != "crank"], gears.compliances, stroke.sliding, faults)
-    return _Gears({"slide": 1.0} if stroke.sliding else gears.ratios, {}, {})
-
-
-class _Gears(NamedTuple):
-    """Shafts by name: speed over that of the reduction element, which comes first; which twist; whose meshes have losses."""
-
-    ratios: dict[str, float]
-    compliances: dict[str, Compliance]
-    efficiencies: dict[str, float]
-
-
-def _efficiency(name: str, fields: Fields, path: str, faults: Faults) -> dict[str, float]:
-    """The efficiency of a shaft's mesh with the crank, where it loses anything."""
-    efficiency = fields.get("efficiency")
-    if efficiency is None or efficiency == 1.0:
-        return {}
-    if name == "crank":
-        faults.add(
-            f"{path}.efficiency", f"{efficiency:g}", "none on the crank", "losses arise where another shaft meshes with it"
-        )
-    elif fields.get("stiffness") is not None:
-        faults.add(
-            f"{path}.efficiency", f"{efficiency:g} on a compliant shaft", "one of the two", "put the losses on another shaft"
-        )
-    return {name: efficiency}
-
-
-def _compliance(name: str, fields: Fields, tried: bool, path: str, faults: Faults) -> dict[str, Compliance]:
-    """What makes a shaft compliant; `tried`: a stiffness was given, if perhaps a faulty one."""
-    stiffness, damping = fields.get("stiffness"), fields.get("damping")
-    if stiffness is None and damping is None:
-        return {}
-    if name == "crank":
-        faults.add(path, "a compliant crank", "a shaft that joins it through its compliance", "name the far side as a shaft")
-    if stiffness is None:
-        if not tried:
+        ratios[name] = 1.0 if ratio is None or is_crank else ratio
+        if is_crank and (stiffness, damping) != (None, None):
+            advice = "name the far side as a shaft"
+            faults.add(path, "a compliant crank", "a shaft that joins it through its compliance", advice)
+        if stiffness is not None:
+            compliances[name] = Compliance(stiffness, damping or 0.0)
+        elif damping is not None and table is not None and "stiffness" not in table:
             faults.add(f"{path}.damping", f"{damping:g}", "a stiffness beside it", "give stiffness, in N m/rad")
-        return {}
-    return {name: Compliance(stiffness, damping or 0.0)}
+        if efficiency in (None, 1.0):
+            continue
+        efficiencies[name], where = efficiency, f"{path}.efficiency"
+        if is_crank:
+            advice = "losses arise where another shaft meshes with it"
+            faults.add(where, f"{efficiency:g}", "none on the crank", advice)
+        elif stiffness is not None:
+            faults.add(where, f"{efficiency:g} on a compliant shaft", "one of the two", "put the losses on another shaft")
+    if stroke is None:
+        return ratios, compliances, efficiencies
+    for name in ratios:
+        path = child("shafts", name)
+        if stroke.sliding and name != "crank":
+            faults.add(path, "a shaft beside a driver that slides", "none", "nothing can be geared to it")
+        elif name in compliances and name != "crank":
+            faults.add(path, "a compliant shaft beside [stroke]", "a rigid one", "leave stiffness out")
+    return {"slide": 1.0} if stroke.sliding else ratios, {}, {}
 
 
-def _parameters(raw: object, faults: Faults) -> tuple[dict[str, float], list[str]]:
-    """Parameters that have a value (SI; NaN for a faulty one, which can still be named), and those that are the balance."""
+def _parameters(raw: object, faults: Faults) -> tuple[dict[str, float], dict[str, Unit], list[str]]:
+    """Parameters that have a value (SI; NaN for a faulty one, which can still be named), their units, and the balances.
+
+    A number alone has no unit, or one that the scene keeps to itself.
+    """
     values: dict[str, float] = {}
+    units: dict[str, Unit] = {}
     unknowns: list[str] = []
     for name, value in ((None if raw is None else as_table(raw, "parameters", faults)) or {}).items():
         path = child("parameters", name)
@@ -492,41 +445,26 @@ def _parameters(raw: object, faults: Faults) -> tuple[dict[str, float], list[str
             except QuantityError as error:
                 values[name] = math.nan
                 faults.add(path, error.found, error.expected + ', or "balance"', error.advice)
-    return values, unknowns
+                continue
+            parts = split_quantity(value) if isinstance(value, str) else None
+            if parts is not None and parts[1]:
+                with suppress(QuantityError):
+                    units[name] = Unit(1, 1, *parse_unit(parts[1], None)[2:])  # the value is in SI by now
+    return values, units, unknowns
 
 
-def _units(raw: object) -> dict[str, Unit]:
-    """The units in which parameters are given; a number alone has none, or one that the scene keeps to itself."""
-    texts = {name: value for name, value in (raw.items() if isinstance(raw, Mapping) else ()) if isinstance(value, str)}
-    found = {}
-    for name, text in texts.items():
-        parts = split_quantity(text)
-        if parts is not None and parts[1]:
-            with suppress(QuantityError):
-                found[name] = Unit(1, 1, *parse_unit(parts[1], None)[2:])  # the value is in SI by now
-    return found
-
-
-def _unknown(parameters: list[str], driven: bool, raw: Mapping[str, Any], faults: Faults) -> str | None:
-    """The name of the scene's one balance, if it has one; a parameter that is the balance must be used."""
-    unknowns = [*(["drive"] if driven else []), *parameters]
-    for name in unknowns[1:]:
-        path = child("parameters", name)
-        faults.add(path, '"balance"', "one balance at most", f"another one is {unknowns[0]}")
+def _check_balances(parameters: list[str], driven: bool, raw: Mapping[str, Any], faults: Faults) -> None:
+    """A scene has one balance at most, the drive's or that of a parameter, which must be used."""
+    first = "drive" if driven else parameters[0]
+    for name in parameters if driven else parameters[1:]:
+        faults.add(child("parameters", name), '"balance"', "one balance at most", f"another one is {first}")
     for name in parameters:
         if name == "drive":
             faults.add("parameters.drive", '"balance"', "another name", "drive is that of the drive's torque")
-        if not _mentioned(name, raw):
+        parts = [*(items(raw.get("load")) or []), raw.get("drive")]
+        texts = [part.get(key) for part in parts if isinstance(part, Mapping) for key in ("force", "torque")]
+        if not any(isinstance(text, str) and re.search(rf"\b{re.escape(name)}\b", text) for text in texts):
             faults.add(child("parameters", name), '"balance" that nothing uses', "a load or drive that depends on it")
-    return unknowns[0] if unknowns else None
-
-
-def _mentioned(name: str, raw: Mapping[str, Any]) -> bool:
-    """Whether a load or the drive, faulty or not, mentions a parameter."""
-    lists = [raw.get("load"), [raw.get("drive")]]
-    tables = [table for found in lists for table in items(found) or [] if isinstance(table, Mapping)]
-    texts = [table.get(key) for table in tables for key in ("force", "torque")]
-    return any(isinstance(text, str) and re.search(rf"\b{re.escape(name)}\b", text) for text in texts)
 
 
 def _flywheel(raw: Mapping[str, Any], places: Places, faults: Faults) -> dict[str, Any]:
@@ -538,10 +476,31 @@ def _flywheel(raw: Mapping[str, Any], places: Places, faults: Faults) -> dict[st
     if table is None:
         return {}
     item = read_item(table, section._replace(keys=(*section.keys, *WHEEL_KEYS)), "flywheel", faults)
-    fields = item.fields
-    on, wheel = places.shaft(fields["on"], "flywheel.on", faults), read_wheel(item)
+    fields, wheel = item.fields, None
+    on = places.shaft(fields["on"], "flywheel.on", faults)
     inertia = fields["inertia"] if fields["gd2"] is None else fields["gd2"]
+    written = [key.name for key in WHEEL_KEYS if key.name in table]
+    if written and all(fields[name] is not None for name in written) and not table.keys() - fields.keys():
+        wheel = _wheel(item, written)
     return {"flywheel_on": on, "irregularity": fields["irregularity"], "inertia": inertia, "wheel": wheel}
+
+
+def _wheel(item: Item, written: list[str]) -> WheelAsked | None:
+    """The wheel that some keys of `[flywheel]` ask for; None after noting faults."""
+    if item.fields["shape"] is None:
+        item.add("shape", "nothing", f"a shape ({', '.join(WHEEL_SHAPES)}) beside {written[0]}")
+        return None
+    names = {"material": "name", "allowable_stress": "allowable"}  # of arguments, where keys are called otherwise
+    own = {names.get(key.name, key.name): item.fields[key.name] for key in MATERIAL_KEYS if key.name in written}
+    given = {name: item.fields[name] for name in written if name not in (key.name for key in MATERIAL_KEYS)}
+    try:
+        asked = WheelAsked(**{"method": EXACT, "at": GREATEST, **given, "material": material(**own), "path": item.path})
+    except SceneError as error:
+        item.faults.extend(fault._replace(path=f"{item.path}.{fault.path}") for fault in error.faults)
+        return None
+    wrong = asked_faults(asked)
+    item.faults.extend(wrong)
+    return None if wrong else asked
 
 
 def _check_own_speed(machine: Mapping[str, Any], areas: bool, faults: Faults) -> None:
@@ -557,10 +516,7 @@ def _check_own_speed(machine: Mapping[str, Any], areas: bool, faults: Faults) ->
 
 def _gravity(raw: Mapping[str, Any], faults: Faults) -> tuple[float, float] | None:
     """The acceleration of free fall along x and y."""
-    if "gravity" not in raw:
-        return None
-    fields = _section(raw, "gravity", faults)
-    g, direction = fields["g"], fields["direction"]
+    g, direction = _section(raw, "gravity", faults).values()
     return None if g is None or direction is None else (g * _cosine(direction), g * _cosine(direction - math.pi / 2))
 
 
@@ -574,8 +530,6 @@ def _cosine(angle: float) -> float:
 
 def _areas(raw: Mapping[str, Any], faults: Faults) -> Areas | None:
     """Areas of a turning-moment diagram, in place of a machine."""
-    if "areas" not in raw:
-        return None
     for name in AREAS_EXCLUDE:
         if name in raw:
             faults.add(name, f"{name} beside [areas]", "none", "the areas stand for mechanism, loads and drive")
@@ -583,23 +537,16 @@ def _areas(raw: Mapping[str, Any], faults: Faults) -> Areas | None:
         faults.add("regime.cycle", "a cycle beside [areas]", "none", "a diagram's areas have no angles")
     fields = _section(raw, "areas", faults)
     values = fields["values"]
-    if values is None or not _closes(values, faults) or fields["scale"] is None:
+    if values is None:
         return None
-    return Areas(tuple(values), fields["scale"])
-
-
-def _closes(values: list[float], faults: Faults) -> bool:
-    """Whether there are areas enough, and they add up to zero as nearly as can be asked of a diagram."""
-    if len(values) < 2:
-        faults.add("areas.values", f"{len(values)} areas", "at least 2")
-        return False
     sums = [0.0, *accumulate(values)]
     swing = max(sums) - min(sums)
-    if abs(sums[-1]) <= _OPEN_AREAS * swing:
-        return True
-    found = f"a sum of {sums[-1]:.6g} with a swing of {swing:.6g}"
-    faults.add("areas.values", found, f"a sum of zero, within {_OPEN_AREAS:.0%} of the swing")
-    return False
+    if len(values) < 2:
+        faults.add("areas.values", f"{len(values)} areas", "at least 2")
+    elif abs(sums[-1]) > _OPEN_AREAS * swing:
+        found = f"a sum of {sums[-1]:.6g} with a swing of {swing:.6g}"
+        faults.add("areas.values", found, f"a sum of zero, within {_OPEN_AREAS:.0%} of the swing")
+    return None if fields["scale"] is None else Areas(tuple(values), fields["scale"])
 
 
 def input_files(file: Path) -> list[Path]:

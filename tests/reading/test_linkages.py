@@ -7,6 +7,7 @@ import math
 import random
 import re
 import tomllib
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -185,7 +186,7 @@ irregularity = 0.04
 @pytest.fixture(autouse=True)
 def _unbuilt(monkeypatch: pytest.MonkeyPatch) -> None:
     """Scenes are read here, not followed through their cycle."""
-    monkeypatch.setattr("flywheel.reading.mechanisms._returns", lambda mechanism, setting: {})
+    monkeypatch.setattr("flywheel.reading.mechanisms.build", lambda mechanism, parameters: SimpleNamespace(ports={}))
 
 
 def table(text: str) -> dict[str, Any]:
