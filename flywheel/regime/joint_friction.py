@@ -135,14 +135,14 @@ def _moment_scale(forces: list[tuple[float, Reactions]]) -> float:
 
 def _watched(forces: list[tuple[float, Reactions]]) -> Iterator[tuple[Array, float]]:
     """The rate of every rough joint and its normal forces, (n,) each, with the largest of their kind in the mechanism."""
-    from flywheel.mechanisms.linkages.wrenches import pace
+    from flywheel.mechanisms.linkages.wrenches import joint_rate
 
     for _, found in forces:
         poses, force = found.poses, found.scales()[0]
         for joint in poses.linkage.joints:
             if joint.friction:
                 rates = poses.rate[:, 2] if joint.kind == PIN else poses.rate[:, :2]
-                yield pace(poses, joint), float(np.abs(rates).max())
+                yield joint_rate(poses, joint), float(np.abs(rates).max())
                 yield from ((values, force) for values in _pushing(found, joint.name))
         for coupling in poses.linkage.couplings:
             if coupling.friction:

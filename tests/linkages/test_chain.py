@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 from flywheel.mechanisms.linkages.reactions import Motion, chain_poses, chain_reactions, driving_actions, virtual_power
-from flywheel.mechanisms.linkages.wrenches import DRIVE, Force, centres
+from flywheel.mechanisms.linkages.statics import DRIVE
+from flywheel.mechanisms.linkages.wrenches import Force, centres
 from flywheel.numerics.faults import SceneError
 from flywheel.scene.linkage import Linkage
 from tests.linkages import forced

@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from flywheel.mechanisms.linkages.friction import settle
 from flywheel.mechanisms.linkages.positions import Poses
 from flywheel.mechanisms.linkages.reactions import reactions, reactions_at
+from flywheel.mechanisms.linkages.statics import friction_sizes
 from flywheel.mechanisms.linkages.wrenches import Effort, Force, Torque
 from flywheel.numerics.faults import SceneError
 from flywheel.scene.linkage import Joint, Link, Linkage, Point
@@ -134,7 +134,7 @@ def test_newton_finds_what_a_thousand_substitutions_find():
     forms[0, 0, 0] = forms[0, 1, 1] = forms[1, 0, 2] = 1.0
     forms[2, 0, 3:5] = 0.5, -2.0
     factor = rng.uniform(-0.08, 0.08, size=(40, 3))
-    found = settle(free, response, factor, forms)
+    found = friction_sizes(free, response, factor, forms)
     sizes = np.zeros((40, 3))
     for _ in range(1000):
         x = free + np.einsum("nmp,np->nm", response, factor * sizes)
@@ -150,7 +150,7 @@ def test_violent_friction_is_solved_or_reported():
     forms = np.zeros((2, 2, 4))
     forms[0, 0, 0] = forms[1, 0, 2] = forms[1, 1, 3] = 1.0
     factor = rng.uniform(-0.5, 0.5, size=(2000, 2))
-    found = settle(free, response, factor, forms)
+    found = friction_sizes(free, response, factor, forms)
     x = free + np.einsum("nmp,np->nm", response, factor * found.sizes)
     gap = np.abs(np.stack((np.abs(x[:, 0]), np.hypot(x[:, 2], x[:, 3])), axis=1) - found.sizes).max(axis=1)
     assert found.iterations > 30
@@ -161,7 +161,7 @@ def test_violent_friction_is_solved_or_reported():
 @pytest.mark.parametrize(("load", "wanted"), [(1.0, None), (-1.0, 1 / 3)])
 def test_what_pushes_itself_fast_is_reported(load, wanted):
     """X - 2 |x| = 1 has no solution; x - 2 |x| = -1 has two, of which -1/3 grows out of the one without friction."""
-    found = settle(np.array([[load]]), np.ones((1, 1, 1)), np.array([[2.0]]), np.array([[[1.0], [0.0]]]))
+    found = friction_sizes(np.array([[load]]), np.ones((1, 1, 1)), np.array([[2.0]]), np.array([[[1.0], [0.0]]]))
     assert found.converged[0] == (wanted is not None)
     if wanted is not None:
         assert found.sizes[0, 0] == pytest.approx(wanted)

@@ -5,8 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from flywheel.mechanisms.linkages.reactions import reactions, rows, virtual_power
-from flywheel.mechanisms.linkages.wrenches import DRIVE, Effort, Force, Torque
+from flywheel.mechanisms.linkages.reactions import constraints, reactions, virtual_power
+from flywheel.mechanisms.linkages.statics import DRIVE
+from flywheel.mechanisms.linkages.wrenches import Effort, Force, Torque
 from tests.linkages.forced import EVERY
 
 GRAVITY = (0.5, -9.81)
@@ -48,7 +49,7 @@ def test_no_constraint_gives_way_in_the_motion_that_the_driver_makes(name):
     found = loaded(name, friction=False)
     poses = found.poses
     largest = np.abs(poses.rate).max()
-    for (joint, part), row in rows(poses, [poses.linkage.driver]):
+    for (joint, part), row in constraints(poses, [poses.linkage.driver]).items():
         parting = np.einsum("bin,bin->n", row, poses.rate)
         wanted = 1.0 if part == DRIVE else 0.0
         np.testing.assert_allclose(parting, wanted, rtol=0, atol=1e-11 * largest, err_msg=f"{joint}.{part}")

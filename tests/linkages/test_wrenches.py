@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from flywheel.mechanisms.linkages.positions import solve
-from flywheel.mechanisms.linkages.wrenches import Effort, Force, Torque, applied, centres, inertial, pace, weights
+from flywheel.mechanisms.linkages.wrenches import Effort, Force, Torque, applied, centres, inertial, joint_rate, weights
 from flywheel.numerics.faults import SceneError
 from tests.linkages import forced
 
@@ -41,7 +41,7 @@ def test_a_torque_has_the_power_of_its_bodys_turning(poses):
 @pytest.mark.parametrize("joint", ["pivot", "lever_pivot", "slot", "lever_pin", "guide"])
 def test_an_effort_has_the_power_of_its_joints_coordinate(machine, poses, joint):
     rate = machine.coordinate(joint, poses).rate
-    np.testing.assert_allclose(pace(poses, poses.linkage.joint(joint)), rate, atol=1e-13)
+    np.testing.assert_allclose(joint_rate(poses, poses.linkage.joint(joint)), rate, atol=1e-13)
     np.testing.assert_allclose(power(poses, applied(poses, [Effort(joint, 2.0)])), 2.0 * rate, atol=1e-13)
 
 
