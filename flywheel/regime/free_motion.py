@@ -13,27 +13,27 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from enum import Enum
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from flywheel.machine.dynamics import Anchor, Dynamics
 from flywheel.machine.machine import Effort, Machine
 from flywheel.numerics.budget import BudgetError, counted, limited, spend
+from flywheel.numerics.cells import Array, Index
 from flywheel.numerics.expressions import Expression, Node, written
 from flywheel.numerics.faults import Fault, SceneError, told
+from flywheel.numerics.intervals import Interval, SwitchingError, breakpoints, resolved
+from flywheel.numerics.jets import Jet
 from flywheel.regime import turning_moment
 from flywheel.regime.stepping import RateField, Rates, Step, StepError, Tolerance, Watch, stiffness, through
 from flywheel.scene.scene import Scene
 
-Array = NDArray[np.float64]
-
 # -- times at which laws switch ------------------------------------------------------------------------------------------
 
-_WINDOW = 100.0  # turns at the machine's pace: how far ahead switches are looked for where no end is known
+_WINDOW = 100.0  # turns at the machine's typical speed: how far ahead switches are looked for where no end is known
 
 
 class SwitchingTimes:
@@ -45,7 +45,14 @@ class SwitchingTimes:
 
     def __init__(self, machine: Machine, until: float) -> None:
         self.until = until
-        self._laws, self._smooth = list(_laws(machine)), list(_smooth(machine))
+        self._switches: list[tuple[Effort, Expression]] = []  # what decides branches by time alone, with `phi` for `t`
+        self._smooth: list[tuple[Effort, Expression]] = []  # the largest parts of laws that depend on time alone, likewise
+        for effort in machine.efforts:
+            law = effort.load.law
+            if isinstance(law, Expression) and effort.uses_time:
+                parts = [part for part in (*law.switches(), *law.branch_points()) if effort.is_timed(part)]
+                self._switches += [(effort, Expression(p.text, Node("sign", (_renamed(p.tree),)))) for p in parts]
+                self._smooth += [(effort, Expression(p.text, _renamed(p.tree))) for p in _timed(effort, law.tree)]
         self._window = min(until, _WINDOW * machine.scene.cycle / machine.typical_speed)
         self._seen = 0.0
         self._times: list[float] = []
@@ -60,38 +67,20 @@ class SwitchingTimes:
 
     def after(self, t: float) -> float:
         """The first time past t to stop at."""
-        if not (self._laws or self._smooth):
+        if not (self._switches or self._smooth):
             return self.until
         while not (later := [time for time in self._times if time > t]):
-            end = self._seen + self._window
-            roots = {time for effort, law in self._laws for time in _roots(effort, law, self._seen, end)}
-            edges = np.array(sorted({self._seen, *roots, end}))
-            steep = {time for effort, law in self._smooth for time in _steep(effort, law, edges)}
+            start, end = self._seen, self._seen + self._window
+            roots = _found(breakpoints, self._switches, start, end)
+            edges = np.array(sorted({start, *roots, end}))
+            steep = _found(resolved, self._smooth, edges[:-1], edges[1:])
             self._times = sorted({*roots, *steep, end})
             self._seen = end
         return min(later[0], self.until)
 
 
-def _laws(machine: Machine) -> Iterator[tuple[Effort, Expression]]:
-    """What decides branches by time alone, written in `phi` for `t`, so that bounds over phi serve."""
-    for effort in machine.efforts:
-        law = effort.load.law
-        if isinstance(law, Expression) and effort.uses_time:
-            for part in (*law.switches(), *law.branch_points()):
-                if effort.is_timed(part):
-                    sign = Node("sign", (_renamed(part.tree),))
-                    yield effort, Expression(part.text, sign)
-
-
-def _smooth(machine: Machine) -> Iterator[tuple[Effort, Expression]]:
-    """The largest parts of laws that depend on time alone, written in `phi` for `t`."""
-    for effort in machine.efforts:
-        law = effort.load.law
-        if isinstance(law, Expression) and effort.uses_time:
-            yield from ((effort, Expression(part.text, _renamed(part.tree))) for part in _timed(effort, law.tree))
-
-
 def _timed(effort: Effort, node: Node) -> Iterator[Expression]:
+    """The largest parts of a law, from a node of it on, that depend on time alone."""
     part = Expression(written(node), node)
     if node.args and effort.is_timed(part):
         yield part
@@ -101,47 +90,30 @@ def _timed(effort: Effort, node: Node) -> Iterator[Expression]:
 
 
 def _renamed(node: Node) -> Node:
+    """With `phi` for `t`, so that bounds over phi serve."""
     name = "phi" if node.name == "t" else node.name
     return node._replace(name=name, args=tuple(_renamed(arg) for arg in node.args))
 
 
-def _roots(effort: Effort, law: Expression, start: float, end: float) -> list[float]:
-    from flywheel.numerics.intervals import SwitchingError, breakpoints
-
-    try:
-        return breakpoints(law, start, end, *_environment(effort))
-    except SwitchingError as error:
-        raise _unfollowed(effort, error, end) from error
-
-
-def _steep(effort: Effort, law: Expression, edges: Array) -> list[float]:
-    """Times between the edges, none of which a switch lies between, that a step is not to pass."""
-    from flywheel.numerics.intervals import SwitchingError, resolved
-
-    try:
-        return [float(time) for time in resolved(law, edges[:-1], edges[1:], *_environment(effort))]
-    except SwitchingError as error:
-        raise _unfollowed(effort, error, float(edges[-1])) from error
+def _found(search: Callable[..., Iterable[float]], laws: list[tuple[Effort, Expression]], low: Any, high: Any) -> set[float]:
+    """The times between ends (s) that a search by interval bounds finds for laws of time; a fault names `t` as the scene."""
+    found: set[float] = set()
+    for effort, law in laws:
+        try:
+            found.update(map(float, search(law, low, high, *_in_time(effort.constants))))
+        except SwitchingError as error:
+            what = re.sub(r"\bphi\b", "t", str(error))
+            expected = f"an expression that can be followed to {np.max(high):.6g} s"
+            raise SceneError([Fault(effort.path, what, expected, "a shorter time")]) from error
+    return found
 
 
-def _environment(effort: Effort) -> tuple[Any, Any]:
+def _in_time(constants: Mapping[str, float]) -> tuple[Callable[..., Mapping[str, Any]], Callable[..., Mapping[str, Any]]]:
     """Bounds over cells of time, and values at times."""
-    from flywheel.numerics.intervals import Interval
-    from flywheel.numerics.jets import Jet
-
-    def cells(lo: Array, hi: Array, anchor: Array) -> Mapping[str, Any]:
-        return {**effort.constants, "phi": Jet(Interval(lo, hi), 1.0)}
-
-    def values(times: Array, anchor: Array) -> Mapping[str, Any]:
-        return {**effort.constants, "phi": times}
-
-    return cells, values
-
-
-def _unfollowed(effort: Effort, error: Exception, end: float) -> SceneError:
-    """What keeps a law from being followed, with its variable named as in the scene."""
-    found = re.sub(r"\bphi\b", "t", str(error))
-    return SceneError([Fault(effort.path, found, f"an expression that can be followed to {end:.6g} s", "a shorter time")])
+    return (
+        lambda lo, hi, anchor: {**constants, "phi": Jet(Interval(lo, hi), 1.0)},
+        lambda times, anchor: {**constants, "phi": times},
+    )
 
 
 # -- cycles that return ---------------------------------------------------------------------------------------------------
@@ -159,14 +131,6 @@ class Later:
     def __call__(self, t: Any) -> Array:
         """The states at times t."""
         return self.dense(t - self.time)
-
-
-class Passed(NamedTuple):
-    """The last cycle: its first stretch, when it began (s), and the state there."""
-
-    first: int
-    start: float
-    state: Array
 
 
 def source(step: Step) -> Callable[[Any], Array]:
@@ -195,16 +159,16 @@ def returns(machine: Machine, balance: float) -> bool:
 # -- the motion from a start ----------------------------------------------------------------------------------------------
 
 _MOST_STEPS = 1_000_000
-_SLOW = 1e-3  # of the machine's pace: below this, errors of speed count as if it were this
+_SLOW = 1e-3  # of the typical speed: below this, errors of speed count as if it were this
 _AHEAD = 1e-7  # of a piece: how far beyond a switch its side is looked up
 _WITHIN = 1e-9  # of a piece: how near to its ends
 _MOST_CROSSINGS = 500  # of switches, one after the other within a piece
 _TRIES = 8  # changes of side at one instant, before the motion counts as stuck
-ONSET = 1e-12  # of the machine's pace: the speed by which branches are decided at rest
+ONSET = 1e-12  # of the typical speed: the speed by which branches are decided at rest
 _LIGHT, _NOTHING = 1e-7, 1e-11  # of the greatest inertia: where a zero is looked for, and what counts as one
 _RETURNED = 1e4  # tolerances of a step: how far off a cycle may be that comes back to its speed
 _LOOKED_AT = np.array([0.1, 0.35, 0.6, 0.85])  # of a piece: where it is seen how large its inertia is
-_STILL = 1e-9  # of the machine's pace: slower than this it stands
+_STILL = 1e-9  # of the typical speed: slower than this it stands
 
 
 class Goal(NamedTuple):
@@ -252,11 +216,11 @@ class Trail(NamedTuple):
         """Times of the steps, s."""
         return np.array([0.0, *(stretch.step.end for stretch in self.stretches)])
 
-    def owners(self, times: Array) -> NDArray[np.intp]:
+    def owners(self, times: Array) -> Index:
         """The stretch that each time belongs to."""
         return np.clip(np.searchsorted(self.t[1:], times), 0, len(self.stretches) - 1)
 
-    def states(self, times: Array, owners: NDArray[np.intp] | None = None) -> Array:
+    def states(self, times: Array, owners: Index | None = None) -> Array:
         """The states at times, by dense output: (states, times)."""
         which = self.owners(times) if owners is None else owners
         found = np.empty((3 + (self.dynamics.circuit is not None), times.size))
@@ -303,10 +267,12 @@ def follow(
 
     Raises SceneError where the motion is not determined, or sticks at a switch that both sides drive it back to.
     """
-    return _Follower(dynamics, start, until, rtol, goals, passing, watching).trail()
+    return _Follower(dynamics, start, until, rtol, goals, passing or (lambda t, omega: None), watching).trail()
 
 
 class _Follower:
+    """The state of a motion on its way: `state` has phi reduced to one cycle, `offset` is what was taken off it."""
+
     def __init__(
         self,
         dynamics: Dynamics,
@@ -314,165 +280,100 @@ class _Follower:
         until: float,
         rtol: float,
         goals: Sequence[Goal],
-        passing: Passing | None,
+        passing: Passing,
         watching: Watching | None,
     ) -> None:
-        self.dynamics, self.machine, self.start = dynamics, dynamics.machine, start
-        self.until, self.goals, self.passing, self.watching = until, goals, passing, watching
-        scene = self.machine.scene
-        self.once = scene.stroke is not None
-        self.cycle = scene.cycle
+        self.dynamics, self.machine, self.start, self.until = dynamics, dynamics.machine, start, until
+        self.goals, self.passing, self.watching = goals, passing, watching
+        self.once, self.cycle = self.machine.scene.stroke is not None, self.machine.scene.cycle
         self.offset = 0.0 if self.once else float(np.floor(start.phi / self.cycle)) * self.cycle
-        self.pace = max(abs(start.omega), self.machine.typical_speed)
-        self.tolerance = self._tolerance(rtol)
-        self.t, self.tries, self.crossings, self.cycles = 0.0, 0, 0, 0
-        self.state = np.array([start.phi - self.offset, start.omega, 0.0, start.current])[: self.tolerance.absolute.size]
-        self.stretches: list[Stretch] = []
+        self.typical = max(abs(start.omega), self.machine.typical_speed)
+        # of position, speed, work (which the steps do not have to follow) and current
+        absolute, self.sizes = [rtol * self.cycle, rtol * _SLOW * self.typical, np.inf], [self.cycle, self.typical, 1.0]
+        if (circuit := dynamics.circuit) is not None:
+            self.sizes.append(abs(circuit.voltage / circuit.resistance))
+            absolute.append(rtol * _SLOW * self.sizes[3])
+        self.tolerance = Tolerance(rtol, np.array(absolute))
+        self.state = np.array([start.phi - self.offset, start.omega, 0.0, start.current])[: len(absolute)]
+        self.t, self.stretches = 0.0, list[Stretch]()
         self.branching = dynamics.branching
-        self.light = _LIGHT * self._greatest_inertia()
-        self.undefined: tuple[float, float, float] | None = None
+        edges = self.machine.restarts  # a piece may be the whole cycle, with a dead centre in its middle
+        places = (edges[:-1, None] + np.diff(edges)[:, None] * _LOOKED_AT).ravel()
+        self.light = _LIGHT * (float(np.max(self.machine.reduce(places).inertia)) + dynamics.inertia)
+        self.undefined: tuple[float, float, float] | None = None  # the last state in which a law had no value
         self.times = SwitchingTimes(self.machine, until)
-        self.passed: Passed | None = None
-        self.repeated, self.drift = 0, 0.0
+        self.cycles, self.repeated, self.drift = 0, 0, 0.0
+        self.passed: tuple[int, float, Array] | None = None  # the last cycle: its first stretch, its start and state then
         self.returns: bool | None = None  # not looked into yet
 
-    def _tolerance(self, rtol: float) -> Tolerance:
-        """Of position, speed, work (which the steps do not have to follow) and current."""
-        absolute = [rtol * self.cycle, rtol * _SLOW * self.pace, np.inf]
-        if (circuit := self.dynamics.circuit) is not None:
-            absolute.append(rtol * _SLOW * abs(circuit.voltage / circuit.resistance))
-        return Tolerance(rtol, np.array(absolute))
-
     def trail(self) -> Trail:
-        """Stretch after stretch in either direction; phi is reduced to one cycle, `offset` is what was taken off it."""
+        """Stretch after stretch in either direction."""
         goal = stuck = None
         hint: float | None = None
-        self._tell()
+        stops = crossings = 0  # at one instant; of switches, one after the other
+        self._add([])
         while self.t < self.until and goal is None:
-            check_friction(self.machine, self.t, float(self.state[1]))
+            self._check_friction()
             if self.once and self._leaves():
                 break
             piece = self._piece()
             ends = float(self.machine.restarts[piece]), float(self.machine.restarts[piece + 1])
-            stop = self.times.after(self.t)
+            width, stop = ends[1] - ends[0], self.times.after(self.t)
             anchor = self._anchor(ends, stop)
+            rates, along, watch = self._rates(ends, anchor), self._along(ends, anchor), self._watch(anchor)
             try:
-                passed = list(self._steps(ends, stop, anchor, hint))
+                steps = [*through(rates, self.t, self.state, ends, stop, self.tolerance, hint, watch, along)]
             except StepError as error:
                 raise SceneError([self._undefined(anchor) or error.faults[0]]) from None
-            self._keep(passed, anchor)
-            goal = self._goal(passed[-1], ends, stop) or self._again()
-            if self.tries > _TRIES or self.crossings > _MOST_CROSSINGS:
+            self.t, crossed = steps[-1].end, steps[-1].crossed
+            self.state = np.array(steps[-1].dense(self.t))
+            self._add([Stretch(step, self.offset, anchor) for step in steps if step.end > step.start])
+            stops = stops + 1 if crossed is not None and self.t == steps[-1].start else 0
+            crossings = crossings + 1 if crossed is not None else 0
+            # a switch may lie where the piece ends, so near that the motion goes on in the next one
+            near = ends[1] if self.state[1] > 0.0 else ends[0]
+            at_end = crossed is None or abs(float(self.state[0]) - near) <= 2 * _AHEAD * width
+            if crossed is not None and crossed < len(self.goals):
+                goal = self.goals[crossed].name
+            elif at_end and self.t < stop:  # the state is put there exactly
+                self.state[0] = min(ends, key=lambda end: abs(float(self.state[0]) - end))
+                if not self.once and self.state[0] == self.cycle:
+                    self.cycles += 1
+                    goal = self.passing(self.t, float(self.state[1]))
+            goal = goal or self._again()
+            if stops > _TRIES or crossings > _MOST_CROSSINGS:
                 stuck = self._stuck()
                 break
-            hint = max((step.end - step.start for step in passed if step.end > step.start), default=hint)
+            hint = max((step.end - step.start for step in steps if step.end > step.start), default=hint)
         stretches = tuple(self.stretches)
         return Trail(self.dynamics, self.start, stretches, goal, stuck, self.cycles, self.repeated, self.drift)
 
-    def _keep(self, passed: list[Step], anchor: Anchor) -> None:
-        self.stretches += [Stretch(step, self.offset, anchor) for step in passed if step.end > step.start]
-        self.t = passed[-1].end
-        self.state = np.array(passed[-1].dense(self.t))
-        self._tell()
-        self._check_count()
-
-    def _check_count(self) -> None:
+    def _add(self, stretches: list[Stretch]) -> None:
+        """Keep stretches that end now."""
+        self.stretches += stretches
+        if self.watching is not None:
+            self.watching(self.t, float(self.state[0]) + self.offset)
         if len(self.stretches) > _MOST_STEPS:
             expected = f"a shorter time: {_MOST_STEPS} steps reach {self.t:g} s"
             raise SceneError([Fault("until", f"{self.until:g} s", expected)])
 
-    def _tell(self) -> None:
-        if self.watching is not None:
-            self.watching(self.t, float(self.state[0]) + self.offset)
-
-    def _goal(self, last: Step, ends: tuple[float, float], stop: float) -> str | None:
-        """The goal that a stretch ended with; where it ended at the end of a piece, the state is put there exactly."""
-        crossed = last.crossed
-        self.tries = self.tries + 1 if crossed is not None and last.end == last.start else 0
-        self.crossings = self.crossings + 1 if crossed is not None else 0
-        if crossed is not None and crossed < len(self.goals):
-            return self.goals[crossed].name
-        if crossed is not None and not self._at_end(ends):
-            return None
-        if self.t < stop:
-            self.state[0] = min(ends, key=lambda end: abs(float(self.state[0]) - end))
-            if not self.once and self.state[0] == self.cycle:
-                self.cycles += 1
-                return self.passing(self.t, float(self.state[1])) if self.passing is not None else None
-        return None
-
-    # -- cycles that are like the one before -----------------------------------------------------------------------------
-
-    def _again(self) -> str | None:
-        """Where a cycle has come back to the speed it began with, as it must: the ones to come, and the goal in them."""
-        if self.once or self.state[0] != self.cycle or self.state[1] <= 0.0 or self.state.size > 3:
-            return None
-        last, self.passed = self.passed, Passed(len(self.stretches), self.t, self.state.copy())
-        if last is None or self.returns is False:
-            return None
-        period = self.t - last.start
-        count = int(min((self.until - self.t) / period, _MOST_STEPS))  # a motion may be followed without a last time
-        off = abs(self.state[1] / last.state[1] - 1.0)
-        if count < FEWEST or not off <= _RETURNED * self.tolerance.relative:
-            return None
-        if self.returns is None:
-            self.returns = returns(self.machine, self.dynamics.balance)
-        return self._taken(last, period, count) if self.returns else None
-
-    def _taken(self, last: Passed, period: float, count: int) -> str | None:
-        """As many cycles like the last one as there is time for, and no goal in sight."""
-        cycle = self.stretches[last.first :]
-        sight = self._sight(cycle)
-        self.drift = max(self.drift, abs((self.state[1] / last.state[1]) ** 2 - 1.0))
-        self.state[1:] = last.state[1:]
-        for k in range(1, count + 1):
-            time, way = k * period, k * self.cycle
-            if self._in_sight(sight, time, way):
-                break
-            self.stretches += [Stretch(later(step, time), offset + way, anchor) for step, offset, anchor in cycle]
-            self._check_count()
-            self.repeated, self.cycles, self.t = self.repeated + 1, self.cycles + 1, self.stretches[-1].step.end
-            self.offset += self.cycle
-            self._tell()
-            goal = self.passing(self.t, float(self.state[1])) if self.passing is not None else None
-            if goal is not None:
-                return goal
-        self.passed, self.returns = None, self.returns and not self.goals
-        return None
-
-    def _sight(self, cycle: list[Stretch]) -> tuple[Array, Array, Array]:
-        """Times, positions and speeds within a cycle at which goals are looked for in those like it."""
-        shares = np.array([0.25, 0.5, 0.75, 1.0])
-        times = np.array([step.start + shares * (step.end - step.start) for step, _, _ in cycle])
-        states = np.array([step.dense(row)[:2] for row, (step, _, _) in zip(times, cycle, strict=True)])
-        offsets = np.array([offset for _, offset, _ in cycle])[:, None]
-        return times.ravel(), (states[:, 0] + offsets).ravel(), states[:, 1].ravel()
-
-    def _in_sight(self, sight: tuple[Array, Array, Array], time: float, way: float) -> bool:
-        """Whether a goal is reached in a cycle that is a time (s) and a way (rad) later."""
-        t, phi, omega = sight
-        return any(bool((goal.value(t + time, phi + way, omega) <= 0.0).any()) for goal in self.goals)
-
-    def _at_end(self, ends: tuple[float, float]) -> bool:
-        """Whether a switch lies where the piece ends, so near that the motion goes on in the next one."""
-        end = ends[1] if self.state[1] > 0.0 else ends[0]
-        return abs(float(self.state[0]) - end) <= 2 * _AHEAD * (ends[1] - ends[0])
+    def _check_friction(self) -> None:
+        """Refuse to follow a motion that turns back where joints rub: their friction is known for one sense alone."""
+        stroke = self.machine.scene.stroke
+        sense = 1.0 if stroke is None or stroke.speed > 0.0 else -1.0
+        if self.machine.friction is not None and float(self.state[1]) * sense < 0.0:
+            found = f"a motion that turns back by {self.t:.6g} s, with friction in joints"
+            expected = "one that keeps the sense for which that friction was found"
+            raise SceneError([Fault("until", found, expected, "a shorter time, or leave friction out")])
 
     def _stuck(self) -> str:
         """Where the machine stands still for good; a SceneError where it sticks to a switch while running."""
         where = self.machine.where(float(self.state[0]))
-        if abs(self.state[1]) <= _STILL * self.pace:
+        if abs(self.state[1]) <= _STILL * self.typical:
             return f"stands still at {where} after {self.t:.6g} s"
         found = f"a motion that sticks at {where}, {self.state[1]:.6g} rad/s, {self.t:.6g} s: two laws drive it back"
         advice = "let the law pass over within a band, such as min(40, max(0, 4*(110 - omega)))"
         raise SceneError([Fault("simulation", found, "laws that let the motion pass", advice)])
-
-    # -- one stretch -----------------------------------------------------------------------------------------------------
-
-    def _steps(self, ends: tuple[float, float], stop: float, anchor: Anchor, hint: float | None) -> Any:
-        rates = self._rates(ends, anchor)
-        watch = self._watch(anchor)
-        return through(rates, self.t, self.state, ends, stop, self.tolerance, hint, watch, self._along(ends, anchor))
 
     def _undefined(self, anchor: Anchor) -> Fault | None:
         """The fault of a law without a finite value in the last state that a step tried, if it is one."""
@@ -482,22 +383,65 @@ class _Follower:
         fault = turning_moment.not_finite(self.machine, phi, anchor.phi, omega, t)
         return None if fault.path == "mechanism" else fault._replace(found=f"{fault.found} after {t:.6g} s")
 
+    # -- cycles that are like the one before -----------------------------------------------------------------------------
+
+    def _again(self) -> str | None:
+        """Where a cycle has come back to the speed it began with, as it must: the ones to come, and the goal in them.
+
+        As many are taken like the last one as there is time for, and no goal in sight; goals are looked for at a few
+        instants of every step.
+        """
+        if self.once or self.state[0] != self.cycle or self.state[1] <= 0.0 or self.state.size > 3:
+            return None
+        last, self.passed = self.passed, (len(self.stretches), self.t, self.state.copy())
+        if last is None or self.returns is False:
+            return None
+        first, start, before = last
+        period = self.t - start
+        count = int(min((self.until - self.t) / period, _MOST_STEPS))  # a motion may be followed without a last time
+        off = abs(self.state[1] / before[1] - 1.0)
+        if count < FEWEST or not off <= _RETURNED * self.tolerance.relative:
+            return None
+        if self.returns is None:
+            self.returns = returns(self.machine, self.dynamics.balance)
+        if not self.returns:
+            return None
+        cycle, shares = self.stretches[first:], np.array([0.25, 0.5, 0.75, 1.0])
+        rows = [step.start + shares * (step.end - step.start) for step, _, _ in cycle]
+        t = np.concatenate(rows)
+        states = np.concatenate([step.dense(row)[:2] for row, (step, _, _) in zip(rows, cycle, strict=True)], axis=1)
+        phi, omega = states[0] + np.repeat([offset for _, offset, _ in cycle], shares.size), states[1]
+        self.drift = max(self.drift, abs((self.state[1] / before[1]) ** 2 - 1.0))
+        self.state[1:] = before[1:]
+        for k in range(1, count + 1):
+            time, way = k * period, k * self.cycle
+            if any(bool((goal.value(t + time, phi + way, omega) <= 0.0).any()) for goal in self.goals):
+                break
+            like = [Stretch(later(step, time), offset + way, anchor) for step, offset, anchor in cycle]
+            self.repeated, self.cycles, self.t = self.repeated + 1, self.cycles + 1, like[-1].step.end
+            self.offset += self.cycle
+            self._add(like)
+            goal = self.passing(self.t, float(self.state[1]))
+            if goal is not None:
+                return goal
+        self.passed, self.returns = None, self.returns and not self.goals
+        return None
+
+    # -- one stretch -----------------------------------------------------------------------------------------------------
+
     def _along(self, ends: tuple[float, float], anchor: Anchor) -> RateField:
         """The same rates at many instants at once."""
-        dynamics, size, circuit = self.dynamics, self.state.size, self.dynamics.circuit
-        sizes = [self.cycle, self.pace, 1.0]
-        if circuit is not None:
-            sizes.append(abs(circuit.voltage / circuit.resistance))
+        dynamics, size = self.dynamics, self.state.size
 
         def rates(t: Array, states: Array) -> Array:
-            omega, current = states[1], states[3] if circuit is not None else 0.0
+            omega, current = states[1], states[3] if size > 3 else 0.0
             now = dynamics.along(states[0], anchor, omega, t, current, ends)
             if (now.inertia < self.light).any():
                 self._check_weighs(ends, anchor)
             acceleration = np.where(now.inertia > 0.0, now.acceleration, np.nan)
             return np.array([omega, acceleration, now.moment * omega, now.current_rate][:size])
 
-        return RateField(rates, np.array(sizes), stiffness(self.machine))
+        return RateField(rates, np.array(self.sizes), stiffness(self.machine))
 
     def _rates(self, ends: tuple[float, float] | None, anchor: Anchor) -> Rates:
         """d(phi, omega, work, current)/dt within a stretch."""
@@ -519,11 +463,6 @@ class _Follower:
 
         return rates
 
-    def _greatest_inertia(self) -> float:
-        ends = self.machine.restarts  # a piece may be the whole cycle, with a dead centre in its middle
-        places = (ends[:-1, None] + np.diff(ends)[:, None] * _LOOKED_AT).ravel()
-        return float(np.max(self.machine.reduce(places).inertia)) + self.dynamics.inertia
-
     def _check_weighs(self, ends: tuple[float, float], anchor: Anchor) -> None:
         """Refuse to run into a place where nothing weighs: the driver moves there while all masses stand."""
         from scipy.optimize import minimize_scalar
@@ -536,55 +475,52 @@ class _Follower:
             raise SceneError([turning_moment.weightless(self.machine, float(least.x), 0.0)])
         self.light = 0.0
 
-    def _here(self, middle: float) -> Anchor:
-        """The present state as the place where branches are decided, but for those of position."""
-        return Anchor(middle, float(self.state[1]), self.t)
-
     def _anchor(self, ends: tuple[float, float], stop: float) -> Anchor:
         """Where branches are decided in the coming stretch: a little ahead, where there are any but those of position."""
         low, high = ends
         middle, width = 0.5 * (low + high), high - low
-        if not self.branching:
-            return self._here(middle)
         phi, omega = float(self.state[0]), float(self.state[1])
-        rate = self._rates(ends, self._here(middle))(self.t, self.state)
+        here = Anchor(middle, omega, self.t)
+        if not self.branching:
+            return here
+        rate = self._rates(ends, here)(self.t, self.state)
         acceleration = float(rate[1])
-        ahead = _AHEAD * min(width / max(abs(omega), 1e-3 * self.pace), stop - self.t)
+        ahead = _AHEAD * min(width / max(abs(omega), 1e-3 * self.typical), stop - self.t)
         ahead = max(ahead, 64 * np.finfo(float).eps * self.t)
         soon = phi + ahead * (omega + 0.5 * ahead * acceleration)
         held = min(max(soon, low + _WITHIN * width), high - _WITHIN * width)
-        coming = omega + ahead * acceleration or ONSET * self.pace  # from rest without a push yet: forwards
+        coming = omega + ahead * acceleration or ONSET * self.typical  # from rest without a push yet: forwards
         anchor = Anchor(held, coming, self.t + ahead)
         current = float(self.state[3] + ahead * rate[3]) if self.state.size > 3 else 0.0
         now = self.dynamics.at(held, held, anchor.omega, anchor.time, current=current, ends=ends, anchor=anchor)
         return anchor._replace(factors=now.factors or None)
 
     def _watch(self, anchor: Anchor) -> Watch | None:
+        """Goals, and what changes its sign where the stretch ends; meshes with losses also watch the speed's own sign."""
         goals, offset = self.goals, self.offset
 
+        def sides(phi: Array, omega: Array, t: Array, current: Any) -> list[Array]:
+            rows = self.dynamics.sides(phi, anchor, omega, t, current) if self.branching else []
+            return rows if anchor.factors is None else [*rows, omega]
+
         def values(t: Array, states: Array) -> Array:
-            phi, omega = states[0], states[1]
-            current = states[3] if states.shape[0] > 3 else 0.0
-            rows = [goal.value(t, phi + offset, omega) for goal in goals]
-            return np.array(rows + (self._sides(phi, anchor, omega, t, current) if self.branching else []), dtype=float)
+            phi, omega, current = states[0], states[1], states[3] if states.shape[0] > 3 else 0.0
+            return np.array(
+                [goal.value(t, phi + offset, omega) for goal in goals] + sides(phi, omega, t, current), dtype=float
+            )
 
-        if not self.branching:
-            return Watch(values, np.ones(len(goals))) if goals else None
+        if not (self.branching or goals):
+            return None
         current = np.array([self.state[3] if self.state.size > 3 else 0.0])
-        at = np.array([anchor.phi]), anchor, np.array([anchor.omega]), np.array([anchor.time]), current
-        sides = [1.0 if side[0] >= 0.0 else -1.0 for side in self._sides(*at)]
-        return Watch(values, np.array([1.0] * len(goals) + sides))
-
-    def _sides(self, phi: Array, anchor: Anchor, omega: Array, t: Array, current: Any) -> list[Array]:
-        """What changes its sign where the stretch ends: meshes with losses also watch the speed for turning back."""
-        rows = self.dynamics.sides(phi, anchor, omega, t, current)
-        return rows if anchor.factors is None else [*rows, omega]
+        here = np.array([anchor.phi]), np.array([anchor.omega]), np.array([anchor.time]), current
+        return Watch(values, np.array([1.0] * len(goals) + [1.0 if side[0] >= 0.0 else -1.0 for side in sides(*here)]))
 
     # -- from piece to piece ---------------------------------------------------------------------------------------------
 
-    def _pushed(self, middle: float) -> float:
-        """The acceleration at rest in the piece around `middle`."""
-        return float(self._rates(None, self._here(middle))(self.t, self.state)[1])
+    def _push(self, low: float, high: float) -> float:
+        """The acceleration at rest in a piece."""
+        anchor = Anchor(0.5 * (low + high), float(self.state[1]), self.t)
+        return float(self._rates(None, anchor)(self.t, self.state)[1])
 
     def _leaves(self) -> bool:
         """Whether a machine stands at an end of its stroke and is about to leave it."""
@@ -593,8 +529,7 @@ class _Follower:
         if outwards is None:
             return False
         if omega == 0.0:
-            pair = self.machine.restarts[:2] if phi == 0.0 else self.machine.restarts[-2:]
-            omega = self._pushed(0.5 * float(pair.sum()))
+            omega = self._push(*(self.machine.restarts[:2] if phi == 0.0 else self.machine.restarts[-2:]).tolist())
         return omega * outwards > 0.0
 
     def _piece(self) -> int:
@@ -604,22 +539,12 @@ class _Follower:
         forwards = omega > 0.0
         if omega == 0.0:
             ahead = min(max(int(np.searchsorted(ends, phi, side="right")) - 1, 0), ends.size - 2)
-            forwards = self._pushed(0.5 * float(ends[ahead] + ends[ahead + 1])) >= 0.0
+            forwards = self._push(*ends[ahead : ahead + 2].tolist()) >= 0.0
         shift = turn * ((forwards and phi >= self.cycle) - (not forwards and phi <= 0.0))
         self.state[0], self.offset = phi - shift, self.offset + shift
         if forwards:
             return min(int(np.searchsorted(ends, phi - shift, side="right")) - 1, ends.size - 2)
         return max(int(np.searchsorted(ends, phi - shift, side="left")) - 1, 0)
-
-
-def check_friction(machine: Any, t: float, omega: float) -> None:
-    """Refuse to follow a motion that turns back where joints rub: their friction is known for one sense alone."""
-    stroke = machine.scene.stroke
-    sense = 1.0 if stroke is None or stroke.speed > 0.0 else -1.0
-    if machine.friction is not None and omega * sense < 0.0:
-        found = f"a motion that turns back by {t:.6g} s, with friction in joints"
-        expected = "one that keeps the sense for which that friction was found"
-        raise SceneError([Fault("until", found, expected, "a shorter time, or leave friction out")])
 
 
 def end_of_stroke(scene: Scene, phi: float, last: float) -> str:

@@ -9,27 +9,27 @@ once: collocation at Radau points (Radau IIA), which damps what dies out at any 
 
 Source: E. Hairer, S. P. Norsett, G. Wanner, Solving Ordinary Differential Equations I, Springer 1993, section II.5, and II,
 1996, sections IV.5 and IV.8.
+
+`one_cycle` steps one steady cycle in scaled variables that keep their digits however little the speed varies.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Generator, Iterator
 from dataclasses import dataclass
-from functools import partial
-from itertools import pairwise
+from itertools import islice, pairwise
 from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.polynomial import chebyshev, legendre
-from numpy.typing import NDArray
 from scipy.integrate import DOP853
 
 from bondgraph.motion.stepping import JUST_STARTED, instant, roots
+from flywheel.machine.dynamics import Anchor, Dynamics
 from flywheel.machine.machine import Machine
-from flywheel.numerics.cells import ROUNDING
+from flywheel.numerics.cells import ROUNDING, Array
 from flywheel.numerics.faults import Fault, SceneError
 
-Array = NDArray[np.float64]
 Dense = Callable[[Any], Array]
 
 STAGES = 16  # order 31 at the end of a step, 16 within it
@@ -41,7 +41,7 @@ _GROWTH = 10.0  # of one step over the one before, at the most
 _SETTLED = 0.1  # of the tolerance: below it Newton's method has arrived
 _STALLED = 0.3  # of the change before: a change that is larger is rounding
 _ROUGH = 1e-8  # of a state: more than this is no rounding, but a Newton iteration that has lost its way
-_DOUBT = 8.0  # times that rounding: below it, what is missing of a step cannot be told
+_OPEN = 8.0  # times that rounding: below it, what is missing of a step is left open
 
 
 class RateField(NamedTuple):
@@ -66,13 +66,6 @@ def stiffness(machine: Machine) -> float:
     if machine.friction is None and any(mechanism.linkage is not None for mechanism in machine.scene.mechanisms):
         return 0.0
     return STIFF if machine.depends_on_speed else np.inf
-
-
-class _Solved(NamedTuple):
-    """What the stages add to the states that a step starts with (k, stages), and the rounding in them (k,)."""
-
-    gained: Array
-    rounding: Array
 
 
 def _radau() -> tuple[Array, Array, Array, Array]:
@@ -136,33 +129,30 @@ class Implicit:
     def step(self, longest: float, speed: float) -> Dense | None:
         """Take a step, at most as long as given; its states at a time (k,) or at times (k, n). None if none is accepted.
 
-        `speed` is the rate of the first state, by which Newton's method starts.
+        `speed` is the rate of the first state, by which Newton's method starts. At its start the states are exactly those
+        that it starts with, where a speed may be 0.
         """
         h = min(self.h, longest)
         for _ in range(_MOST_TRIES):
             if not h > 4 * ROUNDING * abs(self.t):
                 return None
             found = self._solved(h, speed)
-            change = 0.25 if found is None else self._change(found)
+            change = 0.25 if found is None else self._change(*found)
             if found is not None and change >= 1.0:
-                self.h = h * min(change, _GROWTH)
-                return self._taken(h, found.gained)
+                gained = found[0]
+                dense = _Polynomial(self.t, h, self.state, ((gained / _POINTS) @ _QUOTIENT.T).T)
+                self.h, self.t, self.state = h * min(change, _GROWTH), self.t + h, self.state + gained[:, -1]
+                return dense
             h *= max(change, 0.2)
         return None
-
-    def _taken(self, h: float, gained: Array) -> Dense:
-        """The states within a step: exactly those that it starts with at its start, where a speed may be 0."""
-        dense = _Polynomial(self.t, h, self.state, ((gained / _POINTS) @ _QUOTIENT.T).T)
-        self.t, self.state = self.t + h, self.state + gained[:, -1]
-        return dense
 
     def _allowed(self, states: Array) -> Array:
         return np.asarray(self.absolute + self.relative * np.abs(states).max(axis=1))
 
-    def _change(self, found: _Solved) -> float:
+    def _change(self, gained: Array, rounding: Array) -> float:
         """What a step is to be multiplied by, told by the terms of its polynomial; below 1 where the last ones count."""
-        terms = np.abs(found.gained @ _SERIES.T)
-        allowed = self._allowed(self.state[:, None] + found.gained) + _DOUBT * found.rounding
+        terms = np.abs(gained @ _SERIES.T)
+        allowed = self._allowed(self.state[:, None] + gained) + _OPEN * rounding
         miss = float((terms[:, -2:].max(axis=1) / allowed).max())
         if miss > 1.0:
             return float(min(0.8 * miss ** (-1.0 / STAGES), 0.7))
@@ -171,39 +161,35 @@ class Implicit:
         growth = 0.9 * share ** (1.0 / (STAGES - 1) - 1.0 / counted)  # as terms fall as powers of the step
         return max(1.0, float(np.where(counted > 1, growth, np.inf).min()))
 
-    def _solved(self, h: float, speed: float) -> _Solved | None:
-        """Newton's method on all stages of a step; None where it does not settle."""
+    def _solved(self, h: float, speed: float) -> tuple[Array, Array] | None:
+        """What the stages add to the states (k, stages), by Newton's method on all of them, and the rounding in it (k,).
+
+        The gains become the integrals of the rates; None where that does not settle.
+        """
         count, times = self.state.size, self.t + h * _POINTS
         gained = np.zeros((count, STAGES))
         gained[0] = h * speed * _POINTS
         before = np.inf
         for _ in range(_MOST_NEWTON):
             states = self.state[:, None] + gained
-            change = self._newton(h, times, states, gained)
-            if change is None:
+            rates, slope = slopes(self.along, times, states)
+            if not (np.isfinite(rates).all() and np.isfinite(slope).all()):
+                return None
+            missing = h * rates @ _GAINS.T - gained
+            matrix = -h * np.einsum("ij,abj->aibj", _GAINS, slope).reshape(count * STAGES, -1)
+            matrix[np.diag_indices(count * STAGES)] += 1.0
+            try:
+                change = np.linalg.solve(matrix, missing.ravel()).reshape(count, STAGES)
+            except np.linalg.LinAlgError:
                 return None
             gained = gained + change
             size, allowed = np.abs(change).max(axis=1), self._allowed(states)
             now = float((size / allowed).max())
             rough = (size > _ROUGH * (np.abs(states).max(axis=1) + self.absolute)).any()
             if now <= _SETTLED or (now > _STALLED * before and not rough):
-                return _Solved(gained, size)
+                return gained, size
             before = now
         return None
-
-    def _newton(self, h: float, times: Array, states: Array, gained: Array) -> Array | None:
-        """The change of the gains that makes them the integrals of the rates, to first order."""
-        count = gained.shape[0]
-        rates, slope = slopes(self.along, times, states)
-        if not (np.isfinite(rates).all() and np.isfinite(slope).all()):
-            return None
-        missing = h * rates @ _GAINS.T - gained
-        matrix = -h * np.einsum("ij,abj->aibj", _GAINS, slope).reshape(count * STAGES, -1)
-        matrix[np.diag_indices(count * STAGES)] += 1.0
-        try:
-            return np.linalg.solve(matrix, missing.ravel()).reshape(count, STAGES)
-        except np.linalg.LinAlgError:
-            return None
 
 
 # -- steps through a piece ---------------------------------------------------------------------------------------------
@@ -352,47 +338,170 @@ def _implicitly(
 
 
 _SHARES = 0.5 - 0.5 * np.cos(np.pi * np.arange(10) / 9)  # of a step: where what is watched is looked at
-_TO_SERIES = np.linalg.inv(np.polynomial.chebyshev.chebvander(2.0 * _SHARES - 1.0, 9))
+_TO_SERIES = np.linalg.inv(chebyshev.chebvander(2.0 * _SHARES - 1.0, 9))
 
 
 def crossing(watch: Watch, step: Step) -> Step:
-    """The step, cut where the first of the watched values leaves its side; at its start where one does so at once."""
+    """The step, cut where the first of the watched values leaves its side; at its start where one does so at once.
+
+    The share of a step after which a value is first below 0 is told by its values and by the roots of its polynomial.
+    """
     width = step.end - step.start
     if not (watch.sides.size and width > 0.0):
         return step
 
-    def look(shares: Array) -> Array:
+    def inside(shares: Array) -> Array:
         times = step.start + width * shares
         return watch.sides[:, None] * watch.values(times, step.dense(times))
 
-    values = look(_SHARES)
+    values = inside(_SHARES)
     series = values @ _TO_SERIES.T
-    reach = np.abs(series[:, 1:]).sum(axis=1)
     first: tuple[float, int] | None = None
-    for k in np.flatnonzero(~(series[:, 0] > reach)):
-        share = _first_below(partial(_row, look, int(k)), values[k], series[k])
-        if share is not None and (first is None or share < first[0]):
-            first = share, int(k)
+    for k in np.flatnonzero(~(series[:, 0] > np.abs(series[:, 1:]).sum(axis=1))).tolist():
+        found = roots(series[k])
+        between = np.concatenate(([JUST_STARTED], 0.5 * (found[1:] + found[:-1])))  # sooner: at its start
+        shares = np.concatenate((_SHARES[1:], between))
+        order = np.argsort(shares)
+        shares, heights = shares[order], np.concatenate((values[k, 1:], inside(between)[k]))[order]
+        below = np.flatnonzero(heights < 0.0)
+        if not below.size:
+            continue
+        at = int(below[0])
+        if at == 0:
+            share = 0.0
+        elif heights[at - 1] == 0.0:
+            share = float(shares[at - 1])
+        else:
+            ends = float(shares[at - 1]), float(shares[at])
+            share = instant(lambda share: float(inside(np.array([share]))[k, 0]), *ends)  # noqa: B023 - called at once
+        if first is None or share < first[0]:
+            first = share, k
     return step if first is None else step._replace(end=step.start + width * first[0], crossed=first[1])
 
 
-def _row(look: Callable[[Array], Array], row: int, shares: Array) -> Array:
-    return np.asarray(look(shares)[row])
+# -- one steady cycle --------------------------------------------------------------------------------------------------
+
+_AHEAD = 1e-7  # of a piece: how far beyond a switch its side is looked up
+_MOST_STEPS, _MOST_CROSSINGS = 4_000, 500  # in a stretch, and in a cycle
+_FEW_STEPS = 1000  # in a stretch where switches are no longer looked for
+_TRIES = 8  # changes of side at one place, before they are no longer looked for
 
 
-def _first_below(look: Callable[[Array], Array], values: Array, series: Array) -> float | None:
-    """The share of a step after which a value is first below 0, told by its values and by the roots of its polynomial."""
-    found = roots(series)
-    between = np.concatenate(([JUST_STARTED], 0.5 * (found[1:] + found[:-1])))  # what crosses sooner does so at its start
-    shares = np.concatenate((_SHARES[1:], between))
-    order = np.argsort(shares)
-    shares, heights = shares[order], np.concatenate((values[1:], look(between)))[order]
-    below = np.flatnonzero(heights < 0.0)
-    if not below.size:
-        return None
-    if below[0] == 0:
-        return 0.0
-    low, high = float(shares[below[0] - 1]), float(shares[below[0]])
-    if heights[below[0] - 1] == 0.0:
-        return low
-    return instant(lambda share: float(look(np.array([share]))[0]), low, high)
+class SlidingError(ValueError):
+    """A motion that does not get on: it slides along a law that drives it back from both sides."""
+
+
+def one_cycle(dynamics: Dynamics, speed: float, scale: float, first: Array, tight: float) -> list[Step]:
+    """The steps of a cycle from a state at phi = 0: phi (rad), u, and the current (A) where a motor's is a state.
+
+    tau = w t and omega = w (1 + scale u). Stepping starts afresh at every breakpoint of position, and where a law switches
+    at a speed or a mesh changes the side that drives.
+
+    Args:
+        dynamics: the machine with its flywheel and balance.
+        speed: w, rad/s.
+        scale: of the speed's variation, about the irregularity.
+        first: the state at phi = 0.
+        tight: tolerance of a step.
+
+    Raises:
+        SlidingError: where the motion keeps changing sides, as it does along a torque that jumps at a speed.
+
+    Where it changes sides again and again at one place, the rest of that piece is stepped without looking for switches.
+
+    """
+    equations = _Scaled(dynamics, speed, scale)
+    edges = dynamics.machine.restarts
+    tolerance = Tolerance(tight, tight * np.array([1.0, 1.0, *np.abs(first[2:])]))
+    state, tau, found = first, 0.0, list[Step]()
+    hint: float | None = None
+    crossings = 0
+    for low, high in pairwise(edges.tolist()):
+        tries = 0
+        while True:
+            anchor = equations.anchor(state, (low, high)) if tries <= _TRIES else None
+            watch = None if anchor is None else equations.watch(anchor, state)
+            rates, along = equations.rates((low, high), anchor), equations.along((low, high), anchor, state)
+            stepping = through(rates, tau, state, (low, high), np.inf, tolerance, hint, watch, along)
+            most = _MOST_STEPS if watch is not None or tries == 0 else _FEW_STEPS
+            passed = [*islice(stepping, most)]
+            last, crossings = passed[-1], crossings + (passed[-1].crossed is not None)
+            found += [step for step in passed if step.end > step.start]
+            if len(passed) == most or crossings > _MOST_CROSSINGS:
+                raise SlidingError
+            tries = tries + 1 if last.end == tau else 0
+            state, tau = np.array(last.dense(last.end)), last.end
+            if last.crossed is None or high - state[0] <= 2 * _AHEAD * (high - low):
+                break
+        hint = max((step.end - step.start for step in passed if step.end > step.start), default=hint)
+        state[0] = high
+    return found
+
+
+class _Scaled(NamedTuple):
+    """The equation of motion in tau and u; branches are decided at an anchor, or without one at every instant."""
+
+    dynamics: Dynamics
+    speed: float
+    scale: float
+
+    def rates(self, ends: tuple[float, float], anchor: Anchor | None) -> Rates:
+        """d(phi, u, current)/dtau within a stretch."""
+        dynamics, speed, scale = self
+        middle = 0.5 * (ends[0] + ends[1]) if anchor is None else anchor.phi
+
+        def rates(tau: float, state: Array) -> Array:
+            ratio = 1.0 + scale * state[1]
+            current = float(state[2]) if state.size > 2 else 0.0
+            at = dynamics.at(float(state[0]), middle, float(speed * ratio), current=current, ends=ends, anchor=anchor)
+            found = [ratio, at.acceleration / (speed * speed * scale)]
+            return np.array(found if state.size == 2 else [*found, at.current_rate / speed])
+
+        return rates
+
+    def along(self, ends: tuple[float, float], anchor: Anchor | None, state: Array) -> RateField | None:
+        """The same rates at many instants at once; None where branches are decided at every instant."""
+        dynamics, speed, scale = self
+        if anchor is None and dynamics.branching:
+            return None
+        place, circuit = anchor or Anchor(0.5 * (ends[0] + ends[1]), None, None), dynamics.circuit
+        sizes = [1.0, 1.0 / scale]
+        if circuit is not None:
+            sizes.append(max(abs(float(state[2])), abs(circuit.voltage / circuit.resistance)))
+
+        def rates(tau: Array, states: Array) -> Array:
+            ratio = 1.0 + scale * states[1]
+            current = states[2] if circuit is not None else 0.0
+            at = dynamics.along(states[0], place, speed * ratio, np.zeros_like(tau), current, ends)
+            found = [ratio, at.acceleration / (speed * speed * scale)]
+            return np.array(found if circuit is None else [*found, at.current_rate / speed])
+
+        return RateField(rates, np.array(sizes), stiffness(dynamics.machine))
+
+    def anchor(self, state: Array, ends: tuple[float, float]) -> Anchor | None:
+        """Where branches are decided in the coming stretch, a little ahead; None where position alone decides them."""
+        if not self.dynamics.branching:
+            return None
+        phi, width = float(state[0]), ends[1] - ends[0]
+        rate = self.rates(ends, None)(0.0, state)
+        ahead = _AHEAD * width / float(rate[0])
+        held = min(max(phi + ahead * float(rate[0]), ends[0] + _AHEAD * width), ends[1] - 0.01 * _AHEAD * width)
+        omega = self.speed * (1.0 + self.scale * float(state[1] + ahead * rate[1]))
+        anchor = Anchor(held, omega, 0.0)
+        current = float(state[2] + ahead * rate[2]) if state.size > 2 else 0.0
+        now = self.dynamics.at(held, held, omega, current=current, ends=ends, anchor=anchor)
+        return anchor._replace(factors=now.factors or None)
+
+    def watch(self, anchor: Anchor, state: Array) -> Watch:
+        """What ends the coming stretch, with the sides that it is on at the anchor."""
+        dynamics, speed, scale = self
+
+        def values(tau: Array, states: Array) -> Array:
+            current = states[2] if states.shape[0] > 2 else 0.0
+            omega = np.asarray(speed * (1.0 + scale * states[1]))
+            found = dynamics.sides(states[0], anchor, omega, np.zeros_like(tau), current)
+            return np.array(found, dtype=float).reshape(len(found), tau.size)  # none where no load switches in this piece
+
+        current = state[2:3] if state.size > 2 else 0.0
+        here = np.array([anchor.phi]), anchor, np.array([anchor.omega]), np.zeros(1), current
+        return Watch(values, np.array([1.0 if side[0] >= 0.0 else -1.0 for side in dynamics.sides(*here)]))

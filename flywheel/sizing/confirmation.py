@@ -23,9 +23,8 @@ from flywheel.numerics.budget import BudgetError, counted, limited
 from flywheel.numerics.cells import ROUNDING
 from flywheel.numerics.faults import SceneError
 from flywheel.regime import periodic_motion, turning_moment
-from flywheel.regime.one_cycle import SlidingError, one_cycle
 from flywheel.regime.periodic_motion import Demand
-from flywheel.regime.stepping import TIGHTEST, Step
+from flywheel.regime.stepping import TIGHTEST, SlidingError, Step, one_cycle
 from flywheel.regime.turning_moment import Cycle, NoMotionError, Run
 from flywheel.sizing.results import Confirmation, Confirmed, Regime
 from flywheel.sizing.speed_dependent import with_flywheel

@@ -4,7 +4,7 @@ import pytest
 import flywheel
 from flywheel.machine.dynamics import Dynamics
 from flywheel.machine.machine import Machine
-from flywheel.regime.one_cycle import SlidingError, one_cycle
+from flywheel.regime.stepping import SlidingError, one_cycle
 from tests import regimes
 
 TIGHT = 1e-12

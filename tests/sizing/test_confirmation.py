@@ -69,7 +69,7 @@ def test_what_stepping_loses_is_not_reported():
 
 
 def test_an_approximate_flywheel_that_cannot_be_stepped_with_costs_no_more_than_its_figure(monkeypatch):
-    from flywheel.regime import one_cycle
+    from flywheel.regime import stepping
     from flywheel.sizing import confirmation
 
     calls = iter([confirmation._cycle_in_time])
@@ -77,7 +77,7 @@ def test_an_approximate_flywheel_that_cannot_be_stepped_with_costs_no_more_than_
     def once(*arguments):
         step = next(calls, None)
         if step is None:
-            raise one_cycle.SlidingError
+            raise stepping.SlidingError
         return step(*arguments)
 
     monkeypatch.setattr(confirmation, "_cycle_in_time", once)
