@@ -11,8 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 from bondgraph.elements import Here
 from flywheel.machine.machine import Machine, spring_effort
 from flywheel.mechanisms import KINDS
-from flywheel.mechanisms.linkage import followed
-from flywheel.mechanisms.linkages.families import linkage_of
+from flywheel.mechanisms.linkage import followed, linkage_of
 from flywheel.mechanisms.linkages.positions import Poses, solve
 from flywheel.mechanisms.linkages.reactions import Reactions, reactions_at
 from flywheel.mechanisms.linkages.wrenches import Effort, Force, Load, Torque

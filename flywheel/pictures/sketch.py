@@ -731,7 +731,7 @@ def told(scene: Scene, q: float) -> str:
 
 
 def _view(scene: Scene, mechanism: Mechanism) -> View:
-    from flywheel.mechanisms.linkages.families import linkage_of  # only named types need it
+    from flywheel.mechanisms.linkage import linkage_of  # only named types need it
 
     linkage = mechanism.linkage if mechanism.linkage is not None else linkage_of(mechanism)
     if scene.stroke is not None:

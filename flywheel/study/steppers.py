@@ -24,8 +24,8 @@ from bondgraph.motion.stepping import FIXED, hermite, instant, runge_kutta_step
 from flywheel.machine.dynamics import Anchor, Dynamics, circuit_of
 from flywheel.machine.machine import Machine
 from flywheel.mechanisms.families import has_joints
+from flywheel.mechanisms.linkage import linkage_of
 from flywheel.mechanisms.linkages import multibody
-from flywheel.mechanisms.linkages.families import linkage_of
 from flywheel.motion.compliance import followed
 from flywheel.regime import constant_speed
 from flywheel.regime.stepping import Step

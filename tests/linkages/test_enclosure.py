@@ -20,7 +20,7 @@ def test_holds_every_position_of_the_stretch(case: str, width: float) -> None:
     found = enclosed(solution, low, low + width)
     for share in np.linspace(0.0, 1.0, 7):
         moved = solution.movement(low + share * width)
-        for middle, reach, value in zip(found[::2], found[1::2], moved, strict=True):
+        for (middle, reach), value in zip(found, moved, strict=True):
             assert (np.abs(value - middle) <= reach).all()
 
 
@@ -28,15 +28,15 @@ def test_holds_every_position_of_the_stretch(case: str, width: float) -> None:
 def test_narrow_stretches_are_tight(case: str) -> None:
     solution = solve(CASES[case][0], 0.0, tau)
     low = np.linspace(0.0, tau - 1e-6, 60)
-    found = enclosed(solution, low, low + 1e-6)
-    scale = np.abs(found.slope).max()
-    assert np.isfinite(found.slope_reach).all()
-    assert found.z_reach.max() < 1e-5
-    assert found.slope_reach.max() < 1e-3 * max(scale, 1.0) * (50 if "cam" in case else 1)
+    (_, z_reach), _, (slope, slope_reach) = enclosed(solution, low, low + 1e-6)
+    scale = np.abs(slope).max()
+    assert np.isfinite(slope_reach).all()
+    assert z_reach.max() < 1e-5
+    assert slope_reach.max() < 1e-3 * max(scale, 1.0) * (50 if "cam" in case else 1)
 
 
 def test_too_wide_a_stretch_is_left_open() -> None:
     solution = solve(slider_crank(0.1, 0.1001, 0.0), 0.0, tau)
-    found = enclosed(solution, np.array([1.0]), np.array([2.0]))
-    assert np.isinf(found.z_reach[:, 1:]).all()
-    assert found.z_reach[0, 0] == pytest.approx(0.5)
+    (_, reach), *_ = enclosed(solution, np.array([1.0]), np.array([2.0]))
+    assert np.isinf(reach[:, 1:]).all()
+    assert reach[0, 0] == pytest.approx(0.5)

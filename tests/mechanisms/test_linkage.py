@@ -11,7 +11,7 @@ import pytest
 
 import flywheel
 from flywheel.mechanisms.families import Family, build
-from flywheel.mechanisms.linkages.families import linkage_of
+from flywheel.mechanisms.linkage import linkage_of
 from flywheel.mechanisms.linkages.positions import solve
 from flywheel.numerics.faults import SceneError
 from flywheel.numerics.intervals import NAMESPACE, Interval

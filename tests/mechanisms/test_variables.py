@@ -6,17 +6,13 @@ from math import tau
 
 import numpy as np
 
-from flywheel.mechanisms.linkage import Angle, LinkagePosition, Positions, angle_of, are_slides
-from flywheel.mechanisms.linkages.positions import solve
-from tests.linkages.linkages import geared_five_bar, slider_crank
-
-
-def positions() -> Positions:
-    return Positions(solve(slider_crank(), 0.0, tau), tau, np.array([tau, 0.0, 0.0]))
+from flywheel.mechanisms.families import build
+from flywheel.scene.scene import Mechanism
+from tests.linkages.linkages import geared_five_bar
 
 
 def test_the_last_single_positions_are_kept_and_arrays_are_not() -> None:
-    at = positions()
+    at = build(Mechanism("linkage", "m", linkage=geared_five_bar(-2.0))).position
     first, other = at(0.3, np, 0.5), at(0.4, np, 0.5)
     assert at(0.3, np, 0.5) is first
     assert at(0.4, np, 0.5) is other
@@ -29,22 +25,8 @@ def test_the_last_single_positions_are_kept_and_arrays_are_not() -> None:
 
 
 def test_psi_is_brought_into_the_anchor_s_turn() -> None:
-    at = positions()
-    near, far = (at(q, np, anchor) for q, anchor in ((0.3, 0.5), (0.3 + 3 * tau, 0.5 + 3 * tau)))
-    assert abs(float(near.kept(1).value) - float(far.kept(1).value)) < 1e-14
-    assert abs(float(far.kept(0).value) - 0.3 - 3 * tau) < 1e-13
-
-
-def test_an_angle_adds_its_variables() -> None:
-    solution = solve(geared_five_bar(), 0.0, tau)
-    p = LinkagePosition(solution, None, np.zeros(len(solution.equations.loops.names)), np.array([0.7]), np)
-    form = solution.equations.loops.angles[2]
-    angle = angle_of(*form)
-    poses = solution.poses([0.7])
-    assert float(p.angle(angle)[0]) == float(poses.value[2, 2, 0])
-    assert float(p.turning(angle)[0]) == float(poses.rate[2, 2, 0])
-    assert p.angle(Angle((), 0.25)) == 0.25
-
-
-def test_which_variables_are_displacements() -> None:
-    assert are_slides(solve(slider_crank(), 0.0, tau)) == [False, False, True]
+    family = build(Mechanism("linkage", "m", linkage=geared_five_bar(-2.0)))
+    near, far = (family.position(q, np, anchor) for q, anchor in ((0.3, 0.5), (0.3 + 3 * tau, 0.5 + 3 * tau)))
+    left, second = family.ports["left"], family.ports["second"]
+    assert abs(float(left.position(near)) - float(left.position(far))) < 1e-13
+    assert abs(float(second.position(near)) - 6 * tau - float(second.position(far))) < 1e-12

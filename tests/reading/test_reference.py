@@ -6,7 +6,7 @@ import pytest
 
 import flywheel
 from flywheel.mechanisms import KINDS
-from flywheel.mechanisms.linkages.families import linkage_of
+from flywheel.mechanisms.linkage import linkage_of
 from flywheel.numerics.units import UNITS
 from flywheel.reading.scenes import load
 from flywheel.reading.schema import LINKAGE_SECTIONS, MECHANISM, OUTPUT, SECTIONS, TABLE, TOP
