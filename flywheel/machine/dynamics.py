@@ -16,17 +16,17 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator, Sequence
-from functools import partial
 from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from bondgraph import reduction as counting
-from bondgraph.reduction import Reduction, Station
+from bondgraph.reduction import Station
 from flywheel.components.motors import DC
-from flywheel.machine.machine import Effort, Machine, Stage, moving_switches
+from flywheel.machine.machine import Machine, Stage, moving_switches
 from flywheel.numerics.cells import MIDDLE, ROUNDING, Cells, wide
+from flywheel.numerics.expressions import Expression
 from flywheel.numerics.jets import Jet
 from flywheel.scene.scene import Scene
 
@@ -51,11 +51,9 @@ class Rate(NamedTuple):
 
 
 class _Part(NamedTuple):
-    """What hangs on the crank through one mesh, or on the crank itself (efficiency 1), reduced to the crank."""
+    """What hangs on the crank through one mesh, or on the crank itself, reduced to the crank."""
 
-    efficiency: float
-    carries_flywheel: bool
-    drives: bool
+    stage: Stage
     station: Station
     resistance: Array
     inertia: Array
@@ -76,28 +74,12 @@ class _Acting(NamedTuple):
     exchanged: Array
 
 
-class _Felt(NamedTuple):
-    """What the crank feels of all parts through their meshes."""
-
-    moment: Array
-    by_unknown: Array
-    exchanged: Array
-
-
-class _Solved(NamedTuple):
-    """The acceleration d(omega²/2)/dphi, what the crank passes to every part, and what it gives for each N m of that."""
-
-    acceleration: Any
-    passed: tuple[Any, ...]
-    factors: tuple[Any, ...]
-
-
 def _solved(
     inertias: Sequence[Any],
     bare: Sequence[Any],
     factors: tuple[Any, ...],
     fitting: Callable[[tuple[Any, ...]], tuple[Any, ...]] | None,
-) -> _Solved:
+) -> tuple[Any, tuple[Any, ...], tuple[Any, ...]]:
     """The equation of motion sum k (I alpha + bare) = 0 with bare = ½ I' omega² - M, for numbers or arrays.
 
     The sum grows with alpha whatever the directions, so that one set of them fits.
@@ -107,6 +89,9 @@ def _solved(
         bare: ½ I' omega² - M of every part (N m).
         factors: k of every part to begin with.
         fitting: gives the factors for what the crank passes; None where those given are to be kept.
+
+    Returns:
+        The acceleration d(omega²/2)/dphi, what the crank passes to every part, and what it gives for each N m of that.
 
     """
     for _ in range(2 + 2 ** len(inertias)):
@@ -119,53 +104,59 @@ def _solved(
         ):
             break
         factors = found
-    return _Solved(acceleration, passed, factors)
+    return acceleration, passed, factors
 
 
 class Moments:
     """A machine on a mesh, ready to tell F at any speeds, flywheels and values of its unknown.
 
     `inertia` and `slope` (cells, nodes) are I* and dI*/dphi without the flywheel, `steepness` the sum of the sizes of what
-    makes up the latter. What a law or a mesh does at a speed is
-    decided in the middle of every cell, or, where cells do not end at switches yet, at every node (`local`).
+    makes up the latter. What a law or a mesh does at a speed is decided in the middle of every cell, or, where cells do not
+    end at switches yet, at every node (`local`).
     """
 
     def __init__(self, machine: Machine, mesh: Cells, *, local: bool = False) -> None:
         self.machine, self.mesh, self.local = machine, mesh, local
-        self.parts = [self._part(stage.reduction, stage) for stage in machine.stages]
+        self.parts: list[_Part] = []
+        for stage in machine.stages:
+            station = stage.reduction.at(mesh.phi, mesh.anchor)
+            values = station.reduced._asdict()
+            self.parts.append(_Part(stage, station, *(wide(values[name], mesh.phi.shape) for name in _Part._fields[2:])))
         self.inertia: Array = np.sum([part.inertia for part in self.parts], axis=0)
         self.slope: Array = np.sum([part.slope for part in self.parts], axis=0)
         self.steepness: Array = np.sum([part.steepness for part in self.parts], axis=0)
-        self.lossy = any(part.efficiency < 1.0 for part in self.parts)
+        self.lossy = any(part.stage.efficiency < 1.0 for part in self.parts)
         self.circuit = circuit_of(machine.scene)
         self.drive_ratio = 1.0 if machine.scene.drive is None else machine.scene.shafts[machine.scene.drive.on]
 
-    def _part(self, reduction: Reduction, stage: Any) -> _Part:
-        phi, station = self.mesh.phi, reduction.at(self.mesh.phi, self.mesh.anchor)
-        reduced = station.reduced
-        whole = partial(wide, shape=phi.shape)
-        return _Part(
-            efficiency=stage.efficiency,
-            carries_flywheel=stage.carries_flywheel,
-            drives=stage.drives,
-            station=station,
-            resistance=whole(reduced.resistance),
-            inertia=whole(reduced.inertia),
-            slope=whole(reduced.slope),
-            moment=whole(reduced.moment),
-            per_unknown=whole(reduced.per_unknown),
-            exchanged=whole(reduced.exchanged),
-            steepness=whole(reduced.steepness),
-        )
-
     def rate(self, omega: Array, unknown: float, inertia: float, current: Array | None = None) -> Rate:
         """F at crank speeds omega (rad/s) on the mesh, for a value of the unknown and a flywheel (kg m², on the crank)."""
-        acting = self._all_acting(omega, unknown, current)
-        plain = _summed(acting)
+        acting = [self._acting(part, omega, unknown, current) for part in self.parts]
+        plain = _Acting(*(np.sum(columns, axis=0) for columns in zip(*acting, strict=True)))
         if not self.lossy:
             zero = np.zeros_like(omega)
             return Rate(plain.moment, plain.by_speed, plain.by_unknown, zero, plain.by_current, plain.exchanged)
-        return self._with_losses(acting, plain, omega, inertia)
+        bend, _, factors = self._bend(acting, omega, inertia)
+        inertias = [part.inertia + inertia * part.stage.carries_flywheel for part in self.parts]
+        total = np.sum([k * i for k, i in zip(factors, inertias, strict=True)], axis=0)
+
+        def loss(bare: Sequence[Array]) -> Array:
+            """What losses take of a change of every part's I' y - M, or of its inertia times y'."""
+            change = -np.sum([k * b for k, b in zip(factors, bare, strict=True)], axis=0) / total
+            shares = zip(factors, inertias, bare, strict=True)
+            return np.asarray(np.sum([(k - 1.0) * (i * change + b) for k, i, b in shares], axis=0))
+
+        moved = [i * bend + 0.5 * part.slope * omega * omega for part, i in zip(self.parts, inertias, strict=True)]
+        moment, _, exchanged = _felt(factors, acting, moved)
+        return Rate(
+            moment=moment,
+            by_speed=plain.by_speed
+            - loss([part.slope * omega - act.by_speed for part, act in zip(self.parts, acting, strict=True)]),
+            by_unknown=plain.by_unknown - loss([-act.by_unknown for act in acting]),
+            by_inertia=-loss([bend * part.stage.carries_flywheel for part in self.parts]),
+            by_current=plain.by_current - loss([-act.by_current for act in acting]),
+            exchanged=exchanged,
+        )
 
     def constant(self, speed: float | Array, unknown: float) -> Rate:
         """F at a constant crank speed (rad/s), or at several, shape (speeds, cells, nodes).
@@ -174,24 +165,22 @@ class Moments:
         """
         omega = np.asarray(speed, dtype=float)[..., None, None] + np.zeros_like(self.mesh.phi)
         acting, transmitted = self._unaccelerated(omega, unknown)
-        plain = _summed(acting)
-        pairs = zip(self.parts, transmitted, strict=True)
-        factors = tuple(np.where(tau > 0.0, 1.0 / part.efficiency, part.efficiency) for part, tau in pairs)
-        lifted = [0.5 * part.slope * omega**2 for part in self.parts]
-        felt = _felt(factors, acting, lifted)
-        return Rate(felt.moment, plain.by_speed, felt.by_unknown, np.zeros_like(omega), plain.by_current, felt.exchanged)
+        efficiencies = [part.stage.efficiency for part in self.parts]
+        factors = [np.where(tau > 0.0, 1.0 / eta, eta) for eta, tau in zip(efficiencies, transmitted, strict=True)]
+        moment, by_unknown, exchanged = _felt(factors, acting, [0.5 * part.slope * omega**2 for part in self.parts])
+        by_speed, by_current = (np.sum([act[k] for act in acting], axis=0) for k in (1, 3))
+        return Rate(moment, by_speed, by_unknown, np.zeros_like(omega), by_current, exchanged)
 
     def constant_losses(self, speed: float, unknown: float) -> list[Array]:
         """What each lossy mesh transmits from the crank at a constant speed: its losses have a kink where that is zero."""
         if not self.lossy:
             return []
-        _, transmitted = self._unaccelerated(np.full(self.mesh.phi.shape, speed), unknown)
-        return self._of_lossy(transmitted)
+        return self._of_lossy(self._unaccelerated(np.full(self.mesh.phi.shape, speed), unknown)[1])
 
     def _unaccelerated(self, omega: Array, unknown: float) -> tuple[list[_Acting], list[Array]]:
         """What acts on every part at a constant speed, and what the crank transmits to each."""
         current = None if self.circuit is None else self.steady_current(omega)
-        acting = self._all_acting(omega, unknown, current)
+        acting = [self._acting(part, omega, unknown, current) for part in self.parts]
         return acting, [0.5 * p.slope * omega**2 - act.moment for p, act in zip(self.parts, acting, strict=True)]
 
     def steady_current(self, omega: Array) -> Array:
@@ -201,20 +190,18 @@ class Moments:
 
     def transmitted(self, omega: Array, unknown: float, inertia: float, current: Array | None = None) -> list[Array]:
         """What each lossy mesh transmits from the crank (N m, on the crank)."""
-        return self._of_lossy(self._solved(self._all_acting(omega, unknown, current), omega, inertia).passed)
+        acting = [self._acting(part, omega, unknown, current) for part in self.parts]
+        return self._of_lossy(self._bend(acting, omega, inertia)[1])
 
     def _of_lossy(self, transmitted: Sequence[Array]) -> list[Array]:
-        return [tau for part, tau in zip(self.parts, transmitted, strict=True) if part.efficiency < 1.0]
-
-    def _all_acting(self, omega: Array, unknown: float, current: Array | None) -> list[_Acting]:
-        return [self._acting(part, omega, unknown, current) for part in self.parts]
+        return [tau for part, tau in zip(self.parts, transmitted, strict=True) if part.stage.efficiency < 1.0]
 
     def _acting(self, part: _Part, omega: Array, unknown: float, current: Array | None) -> _Acting:
         moment = part.moment + unknown * part.per_unknown - part.resistance * omega
         by_speed, by_unknown = np.zeros_like(omega) - part.resistance, np.zeros_like(omega) + part.per_unknown
         exchanged = part.exchanged + np.abs(unknown * part.per_unknown) + part.resistance * omega
         by_current: Array = np.zeros_like(omega)
-        if self.circuit is not None and part.drives and current is not None:
+        if self.circuit is not None and part.stage.drives and current is not None:
             ratio, circuit = self.drive_ratio, self.circuit
             driving = ratio * circuit.torque_of_current(ratio * omega, current)
             by_current = np.full_like(omega, ratio * circuit.constant)
@@ -234,54 +221,26 @@ class Moments:
             exchanged = exchanged + np.abs(value + unknown * factor_value)
         return _Acting(moment, by_speed, by_unknown, by_current, exchanged)
 
-    # -- losses in meshes ----------------------------------------------------------------------------------------------
-
-    def _solved(self, acting: list[_Acting], omega: Array, inertia: float) -> _Solved:
-        """The equation of motion at speeds on the mesh; directions are decided in the middle of every cell."""
-        y = 0.5 * omega * omega
-        inertias = [part.inertia + inertia * part.carries_flywheel for part in self.parts]
-        bare = [part.slope * y - act.moment for part, act in zip(self.parts, acting, strict=True)]
+    def _bend(
+        self, acting: list[_Acting], omega: Array, inertia: float
+    ) -> tuple[Array, tuple[Array, ...], tuple[Array, ...]]:
+        """The equation of motion at speeds on the mesh (see `_solved`); a cell's directions are decided in its middle."""
+        inertias = [part.inertia + inertia * part.stage.carries_flywheel for part in self.parts]
+        bare = [part.slope * (0.5 * omega * omega) - act.moment for part, act in zip(self.parts, acting, strict=True)]
+        efficiencies = [part.stage.efficiency for part in self.parts]
 
         def fitting(passed: tuple[Any, ...]) -> tuple[Any, ...]:
-            return tuple(
-                np.where(self._deciding(tau) > 0.0, 1.0 / part.efficiency, part.efficiency)
-                for part, tau in zip(self.parts, passed, strict=True)
-            )
+            rows = zip(efficiencies, passed, strict=True)
+            return tuple(np.where(self._deciding(tau) > 0.0, 1.0 / eta, eta) for eta, tau in rows)
 
         return _solved(inertias, bare, tuple(np.ones((*omega.shape[:-1], 1)) for _ in self.parts), fitting)
-
-    def _with_losses(self, acting: list[_Acting], plain: _Acting, omega: Array, inertia: float) -> Rate:
-        bend, _, factors = self._solved(acting, omega, inertia)
-        inertias = [part.inertia + inertia * part.carries_flywheel for part in self.parts]
-        total = np.sum([k * i for k, i in zip(factors, inertias, strict=True)], axis=0)
-
-        def loss(changes: list[Array], extra: list[Array] | None = None) -> Array:
-            """What losses take of a change of every part's I' y - M, and of its inertia times y'."""
-            bare = changes if extra is None else [c + e for c, e in zip(changes, extra, strict=True)]
-            bend_change = -np.sum([k * b for k, b in zip(factors, bare, strict=True)], axis=0) / total
-            shares = zip(factors, inertias, bare, strict=True)
-            return np.asarray(np.sum([(k - 1.0) * (i * bend_change + b) for k, i, b in shares], axis=0))
-
-        by_speed = [part.slope * omega - act.by_speed for part, act in zip(self.parts, acting, strict=True)]
-        zeros = [np.zeros_like(omega) for _ in self.parts]
-        heavier = [bend * part.carries_flywheel for part in self.parts]
-        moved = [i * bend + 0.5 * part.slope * omega * omega for part, i in zip(self.parts, inertias, strict=True)]
-        felt = _felt(factors, acting, moved)
-        return Rate(
-            moment=felt.moment,
-            by_speed=plain.by_speed - loss(by_speed),
-            by_unknown=plain.by_unknown - loss([-act.by_unknown for act in acting]),
-            by_inertia=-loss(zeros, heavier),
-            by_current=plain.by_current - loss([-act.by_current for act in acting]),
-            exchanged=felt.exchanged,
-        )
 
     def drive(self, omega: Array, unknown: float, current: Array | None = None) -> Array:
         """The drive's share of F (N m, on the crank), before losses."""
         zero = np.zeros_like(omega)
         if self.circuit is not None and current is not None:
             return np.asarray(zero + self.drive_ratio * self.circuit.torque_of_current(self.drive_ratio * omega, current))
-        station = next(part.station for part in self.parts if part.drives)
+        station = next(part.station for part in self.parts if part.stage.drives)
         still = station.moments(unknown).get("drive", 0.0)
         moving = station.contributions(omega, 0.0, self._deciding(omega), local=self.local)
         found = [effort + unknown * factor for element, effort, factor in moving if element.name.startswith(DRIVE)]
@@ -289,16 +248,13 @@ class Moments:
 
     def switches(self, omega: Array) -> list[Array]:
         """What decides branches of laws by its sign and depends on speed, on (cells, nodes)."""
+        by_path = {effort.path: effort for effort in self.machine.efforts}
         found: list[Array] = []
         for part in self.parts:
-            for here, anchor, effort in self._moving_laws(part, omega):
-                found += [wide(switch, omega.shape) for switch in effort.speed_switches(here, anchor)]
+            for element, here, anchor in part.station.places(omega, 0.0, self._deciding(omega), local=self.local):
+                if element.name in by_path:
+                    found += [wide(switch, omega.shape) for switch in by_path[element.name].speed_switches(here, anchor)]
         return found
-
-    def _moving_laws(self, part: _Part, omega: Array) -> list[tuple[Any, Any, Any]]:
-        by_path = {effort.path: effort for effort in self.machine.efforts}
-        places = part.station.places(omega, 0.0, self._deciding(omega), local=self.local)
-        return [(here, anchor, by_path[element.name]) for element, here, anchor in places if element.name in by_path]
 
     def _deciding(self, values: Array) -> Array:
         """Values where branches are decided."""
@@ -311,18 +267,14 @@ def circuit_of(scene: Scene) -> DC | None:
     return motor if isinstance(motor, DC) and motor.inductance > 0.0 else None
 
 
-def _summed(acting: list[_Acting]) -> _Acting:
-    """What acts on all parts together."""
-    return _Acting(*(np.sum(columns, axis=0) for columns in zip(*acting, strict=True)))
+def _felt(factors: Sequence[Array], acting: list[_Acting], moved: list[Array]) -> tuple[Array, Array, Array]:
+    """What the crank feels of all parts through their meshes: the moment, its slope by the unknown, the sum of sizes.
 
-
-def _felt(factors: Sequence[Array], acting: list[_Acting], moved: list[Array]) -> _Felt:
-    """M - sum (k - 1) tau with tau = `moved` - M of each part, as sum k M - (k - 1) `moved`.
-
-    So a small k, an efficiency of next to nothing, keeps its digits.
+    M - sum (k - 1) tau with tau = `moved` - M of each part, as sum k M - (k - 1) `moved`: so a small k, an efficiency of
+    next to nothing, keeps its digits.
     """
     rows = list(zip(factors, acting, moved, strict=True))
-    return _Felt(
+    return (
         np.asarray(sum(k * act.moment - (k - 1.0) * inert for k, act, inert in rows)),
         np.asarray(sum(k * act.by_unknown for k, act, _ in rows)),
         np.asarray(sum(k * act.exchanged + np.abs((k - 1.0) * inert) for k, act, inert in rows)),
@@ -337,7 +289,6 @@ def _with_slope(value: Any, omega: Array) -> tuple[Array, Array]:
 
 
 # -- at instants ------------------------------------------------------------------------------------------------------
-
 
 _INSET = 1e-10  # of a piece: how far from its ends a law is read that is not defined there
 
@@ -379,6 +330,12 @@ class _Contribution(NamedTuple):
     moment: Any
 
 
+def _interior(ends: tuple[float, float]) -> tuple[float, float]:
+    """The ends of a piece, drawn in to where its laws are defined."""
+    inset = max(_INSET * (ends[1] - ends[0]), 64 * ROUNDING * ends[1])
+    return ends[0] + inset, ends[1] - inset
+
+
 class Dynamics:
     """A machine with a flywheel (kg m² at the crank) and a value of its unknown, at any position, speed and time.
 
@@ -416,7 +373,7 @@ class Dynamics:
         phi, beyond = self._inside(phi)
         parts = [self._part(stage, phi, place, omega, time, current) for stage in self.machine.stages]
         if ends is not None and not all(math.isfinite(part.moment) for part in parts):
-            low, high = _inside(ends)
+            low, high = _interior(ends)
             held = min(max(phi, low), high)
             return self.at(held, middle, omega, time, current=current, anchor=anchor)
         if beyond:
@@ -439,16 +396,11 @@ class Dynamics:
         phi = np.asarray(self._inside(phi)[0])
         parts = [self._part(stage, phi, anchor, omega, time, current) for stage in self.machine.stages]
         if ends is not None and not all(np.isfinite(part.moment).all() for part in parts):
-            return self.along(np.clip(phi, *_inside(ends)), anchor, omega, time, current)
+            return self.along(np.clip(phi, *_interior(ends)), anchor, omega, time, current)
         factors = anchor.factors or tuple(1.0 for _ in parts)
         found = self._instant(parts, omega, current, factors)
-        return found._replace(
-            acceleration=wide(found.acceleration, phi.shape),
-            moment=wide(found.moment, phi.shape),
-            inertia=wide(found.inertia, phi.shape),
-            loss=wide(found.loss, phi.shape),
-            passed=tuple(wide(value, phi.shape) for value in found.passed),
-        )
+        values = {name: wide(getattr(found, name), phi.shape) for name in ("acceleration", "moment", "inertia", "loss")}
+        return found._replace(**values, passed=tuple(wide(value, phi.shape) for value in found.passed))
 
     def moments(self, phi: Array, anchor: Anchor, omega: Array, time: Array, current: Any = 0.0) -> dict[str, Array]:
         """The moment (N m, on the crank) of all that pushes or drags, by its part: loads, weights, springs, dampers."""
@@ -484,7 +436,8 @@ class Dynamics:
     def branching(self) -> bool:
         """Whether some branch depends on speed or time, or on which side of a mesh drives."""
         moving = [effort for effort in self.machine.efforts if effort.uses_speed or effort.uses_time]
-        return len(self.machine.stages) > 1 or any(_branches(effort) for effort in moving)
+        laws = [effort.load.law for effort in moving]
+        return len(self.machine.stages) > 1 or any(isinstance(law, Expression) and moving_switches(law) for law in laws)
 
     def _inside(self, phi: Any) -> tuple[Any, Any]:
         """The position, or the end of the stroke that it lies past, and by how much it does."""
@@ -533,10 +486,8 @@ class Dynamics:
                 pairs = zip(parts, passed, strict=True)
                 return tuple(1.0 / p.efficiency if forwards * tau > 0.0 else p.efficiency for p, tau in pairs)
 
-            given = factors or (1.0,) * len(parts)
-            acceleration, passed, used = _solved(
-                [p.inertia for p in parts], bare, given, fitting if factors is None else None
-            )
+            given, fits = (factors, None) if factors else ((1.0,) * len(parts), fitting if factors is None else None)
+            acceleration, passed, used = _solved([p.inertia for p in parts], bare, given, fits)
             loss = sum((k - 1.0) * tau for k, tau in zip(used, passed, strict=True))
         return Instant(
             acceleration=acceleration,
@@ -547,13 +498,3 @@ class Dynamics:
             passed=passed,
             factors=used,
         )
-
-
-def _inside(ends: tuple[float, float]) -> tuple[float, float]:
-    """The ends of a piece, drawn in to where its laws are defined."""
-    inset = max(_INSET * (ends[1] - ends[0]), 64 * ROUNDING * ends[1])
-    return ends[0] + inset, ends[1] - inset
-
-
-def _branches(effort: Effort) -> bool:
-    return bool(moving_switches(effort.load.law))  # type: ignore[arg-type]

@@ -424,7 +424,7 @@ class _Follower:
             goal = self.passing(self.t, float(self.state[1]))
             if goal is not None:
                 return goal
-        self.passed, self.returns = None, self.returns and not self.goals
+        self.passed, self.returns = None, not self.goals
         return None
 
     # -- one stretch -----------------------------------------------------------------------------------------------------
