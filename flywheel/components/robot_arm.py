@@ -26,7 +26,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -325,7 +325,7 @@ def lagrange_equations() -> LagrangeEquations:
 
     """
     import sympy as sp
-    from sympy.simplify.fu import TR8  # products of sines and cosines to sums: all that trigsimp would find, much faster
+    from sympy.simplify.fu import TR8  # type: ignore[import-untyped]
 
     t = sp.Symbol("t", real=True)
     q = sp.Function("q1", real=True)(t), sp.Function("q2", real=True)(t)
@@ -335,7 +335,7 @@ def lagrange_equations() -> LagrangeEquations:
     centres = c1 * along[0], l1 * along[0] + c2 * along[1]
     bodies = tuple(zip((m1, m2), (i1, i2), centres, q, strict=True))
     twice = sum(m * p.diff(t).dot(p.diff(t)) + i * angle.diff(t) ** 2 for m, i, p, angle in bodies)
-    kinetic = sp.expand(TR8(sp.expand(twice / 2)))
+    kinetic = sp.expand(TR8(sp.expand(twice / 2)))  # products of sines and cosines to sums: all that there is to simplify
     potential = sp.expand(sum(m * g * p[1] for m, _, p, _ in bodies))
     lagrangian = kinetic - potential
     left = [sp.expand(lagrangian.diff(a.diff(t)).diff(t) - lagrangian.diff(a)) for a in q]
@@ -410,7 +410,7 @@ def simulate_arm(
 
     start = np.concatenate((*given.values(), [0.0]))
     step = max(rtol, _FINEST)
-    found = solve_ivp(rates, (0.0, until), start, method="DOP853", rtol=step, atol=step, dense_output=True)
+    found: Any = solve_ivp(rates, (0.0, until), start, method="DOP853", rtol=step, atol=step, dense_output=True)
     if not found.success:
         raise SceneError([Fault("until", f"{until:g} s", f"a motion that can be followed: it stops at {found.t[-1]:g} s")])
     angles, speeds, work = found.y[0:2], found.y[2:4], found.y[4]

@@ -26,18 +26,18 @@ from flywheel.numerics import cells
 from flywheel.numerics.cells import Cells, middles
 from flywheel.numerics.expressions import Expression, shown, units_of_name
 from flywheel.numerics.faults import Fault, SceneError
-from flywheel.numerics.intervals import (
+from flywheel.numerics.intervals import NAMESPACE as INTERVALS
+from flywheel.numerics.intervals import Interval
+from flywheel.numerics.jets import Jet, jet_namespace
+from flywheel.numerics.switching import (
     CELL_CAP,
     Enclosures,
-    Interval,
     SwitchingError,
     Values,
     breakpoints,
     resolved,
     roots_in_pieces,
 )
-from flywheel.numerics.intervals import NAMESPACE as INTERVALS
-from flywheel.numerics.jets import Jet, jet_namespace
 from flywheel.numerics.units import DIMENSIONS, Unit, parse_unit
 from flywheel.scene.scene import TURN, Load, Mechanism, Scene, Spring, Table
 

@@ -22,7 +22,8 @@ from numpy.typing import NDArray
 from flywheel.mechanisms import KINDS
 from flywheel.numerics.faults import Fault, SceneError
 from flywheel.numerics.intervals import NAMESPACE as INTERVALS
-from flywheel.numerics.intervals import Interval, SwitchingError, roots
+from flywheel.numerics.intervals import Interval
+from flywheel.numerics.switching import SwitchingError, roots
 from flywheel.scene.keys import BODY, Key, length
 from flywheel.scene.scene import Body, Mechanism
 

@@ -16,8 +16,9 @@ from numpy.typing import NDArray
 from flywheel.mechanisms.families import Family, Kind, Mass, Port, Ratio, Term, Velocity
 from flywheel.numerics.expressions import Expression
 from flywheel.numerics.faults import Fault, SceneError
-from flywheel.numerics.intervals import Interval, SwitchingError, breakpoints, resolved
+from flywheel.numerics.intervals import Interval
 from flywheel.numerics.jets import Jet, jet_namespace
+from flywheel.numerics.switching import SwitchingError, breakpoints, resolved
 from flywheel.scene.keys import Key
 from flywheel.scene.scene import Mechanism, Output, Samples, Table, read_only
 

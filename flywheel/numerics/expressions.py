@@ -1,23 +1,11 @@
-"""The checked tree of an expression, and what can be asked of it: values, linearity, the places where it switches.
-
-A tree is evaluated against a namespace that gives the functions by their numpy names, so numpy itself serves, and so do
-intervals, jets, mpmath and SymPy through small adapters: sin cos tan asin acos atan atan2 sqrt exp log abs sign minimum
-maximum where divide power less less_equal greater greater_equal equal not_equal logical_and logical_or logical_not, pi.
-
-The functions that formulas are written against, by their numpy names, over mpmath's and SymPy's numbers.
-
-numpy itself is such a namespace; intervals and jets have theirs (`flywheel.formulas.intervals`, `flywheel.formulas.jets`).
-
-Expressions: a text becomes a checked tree that can be evaluated, taken apart and asked where it switches.
+"""Expressions: a text becomes a checked tree that can be evaluated, taken apart and asked where it switches.
 
 The text is read through Python's own `ast`, of which only arithmetic, comparisons, logic, conditional expressions and a
 list of functions are let through. Nothing of it is ever executed; size, depth and exponents are capped.
 
-Expressions built from numbers: numbers as texts, templates, and trees that would be too long to write out.
-
-The units of what an expression holds: of the expression from those of its names, of one name from the expression's.
-
-Numbers are taken as numbers, without units of their own.
+A tree is evaluated against a namespace that gives the functions by their numpy names, so numpy itself serves, and so do
+intervals, jets, mpmath and SymPy through small adapters: sin cos tan asin acos atan atan2 sqrt exp log abs sign minimum
+maximum where divide power less less_equal greater greater_equal equal not_equal logical_and logical_or logical_not, pi.
 """
 
 from __future__ import annotations
@@ -26,18 +14,17 @@ import ast
 import math
 import operator
 import re
-import sys
 import warnings
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property, reduce
-from operator import mul
 from types import SimpleNamespace
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from flywheel.numerics.faults import LONGEST_SHOWN
+from flywheel.numerics.intervals import NAMESPACE, plain, scaled_namespace
 from flywheel.numerics.units import DIMENSIONS, Unit
 
 SMOOTH = ("sin", "cos", "tan", "asin", "acos", "atan", "sqrt", "exp", "log")
@@ -75,6 +62,9 @@ class At(NamedTuple):
     anchor: At | None = None
 
 
+ONE = Node("number", number=1.0)
+
+
 def walk(node: Node) -> Iterator[Node]:
     """Every node of a tree, the inner ones before those that hold them."""
     for arg in node.args:
@@ -87,9 +77,6 @@ def depends(node: Node, name: str) -> bool:
     return node.name == name or any(depends(arg, name) for arg in node.args)
 
 
-# --- values ----------------------------------------------------------------------------------------------------------
-
-
 def value(node: Node, at: At) -> Any:
     """Value of a tree as a number; a truth value counts 1 or 0."""
     return _RULES[node.op](node, at)
@@ -98,28 +85,19 @@ def value(node: Node, at: At) -> Any:
 def truth(node: Node, at: At) -> Any:
     """Truth value of a tree where its switches are decided; a number is true when it is not zero."""
     place = at if at.anchor is None else at.anchor
-    return _truth(node, place)
-
-
-def _truth(node: Node, at: At) -> Any:
-    ns = at.ns
+    ns = place.ns
     if node.op == "compare":
-        return _chain(node, at)
+        members = [value(arg, place) for arg in node.args]
+        links = (
+            getattr(ns, COMPARISONS[sign])(left, right)
+            for sign, left, right in zip(node.signs, members, members[1:], strict=False)
+        )
+        return reduce(ns.logical_and, links)
     if node.op in ("and", "or"):
-        combine = ns.logical_and if node.op == "and" else ns.logical_or
-        return reduce(combine, [_truth(arg, at) for arg in node.args])
+        return reduce(ns.logical_and if node.op == "and" else ns.logical_or, [truth(arg, place) for arg in node.args])
     if node.op == "not":
-        return ns.logical_not(_truth(node.args[0], at))
-    return ns.not_equal(value(node, at), 0.0)
-
-
-def _chain(node: Node, at: At) -> Any:
-    members = [value(arg, at) for arg in node.args]
-    links = [
-        getattr(at.ns, COMPARISONS[sign])(left, right)
-        for sign, left, right in zip(node.signs, members, members[1:], strict=False)
-    ]
-    return reduce(at.ns.logical_and, links)
+        return ns.logical_not(truth(node.args[0], place))
+    return ns.not_equal(value(node, place), 0.0)
 
 
 def _sum(node: Node, at: At) -> Any:
@@ -141,7 +119,7 @@ def _product(node: Node, at: At) -> Any:
 def _power(node: Node, at: At) -> Any:
     base, exponent = node.args
     if grows(node) and hasattr(at.ns, "exponential"):
-        return at.ns.exponential(Node("product", (exponent, Node("log", (base,))), signs=("*", "*")), at)
+        return _exponential(Node("product", (exponent, Node("log", (base,))), signs=("*", "*")), at)
     return at.ns.power(value(base, at), value(exponent, at))
 
 
@@ -153,18 +131,35 @@ def grows(node: Node) -> bool:
     return exponent.op != "number" and base.op == "number" and base.number > 0.0
 
 
-def _smooth(node: Node, at: At) -> Any:
-    return getattr(at.ns, node.op)(value(node.args[0], at))
+def _exponential(exponent: Node, at: At) -> Any:
+    """In a namespace that keeps exponents apart, by the exponent's terms: exp(a), exp(-a) and exp(2*a) share one."""
+    if not hasattr(at.ns, "exponential"):
+        return at.ns.exp(value(exponent, at))
+    return at.ns.exponential([(part, c, value(part, at)) for c, part in terms(exponent)], lambda: value(exponent, at))
 
 
-def _exponential(node: Node, at: At) -> Any:
-    """Of a namespace that keeps exponents apart, by its own rule, which is told the exponent's tree."""
-    own = getattr(at.ns, "exponential", None)
-    return at.ns.exp(value(node.args[0], at)) if own is None else own(node.args[0], at)
-
-
-def _indicator(node: Node, at: At) -> Any:
-    return at.ns.where(truth(node, at), 1.0, 0.0)
+def terms(node: Node) -> list[tuple[float, Node]]:
+    """A tree as a sum of trees with numeric factors; what is numeric altogether stands beside the tree 1."""
+    if not any(inner.op == "name" for inner in walk(node)):
+        with np.errstate(all="ignore"):
+            return [(float(value(node, At({}, np))), ONE)]
+    if node.op == "neg":
+        return [(-c, part) for c, part in terms(node.args[0])]
+    if node.op == "sum":
+        parts = zip(node.signs, node.args, strict=True)
+        return [(-c if sign == "-" else c, part) for sign, arg in parts for c, part in terms(arg)]
+    if node.op != "product":
+        return [(1.0, node)]
+    factor, left = 1.0, []
+    for sign, arg in zip(node.signs, node.args, strict=True):
+        ((c, part), *more) = terms(arg) if arg.op != "sum" else [(1.0, arg)]
+        if more or (part != ONE and sign == "/"):
+            c, part = 1.0, arg
+        factor = factor * c if sign == "*" else factor / c
+        left += [] if part == ONE else [(sign, part)]
+    if len(left) == 1 and left[0][0] == "*":
+        return [(factor, left[0][1])]
+    return [(factor, Node("product", (ONE, *(part for _, part in left)), signs=("*", *(sign for sign, _ in left))))]
 
 
 def _choice(node: Node, at: At) -> Any:
@@ -218,13 +213,11 @@ _RULES: dict[str, Callable[[Node, At], Any]] = {
     "min": _extreme,
     "max": _extreme,
     "atan2": _atan2,
-    **dict.fromkeys(SMOOTH, _smooth),
-    "exp": _exponential,
-    **dict.fromkeys(BOOLEAN, _indicator),
+    **dict.fromkeys(SMOOTH, lambda node, at: getattr(at.ns, node.op)(value(node.args[0], at))),
+    "exp": lambda node, at: _exponential(node.args[0], at),
+    **dict.fromkeys(BOOLEAN, lambda node, at: at.ns.where(truth(node, at), 1.0, 0.0)),
 }
 
-
-# --- values that are not finite --------------------------------------------------------------------------------------
 
 BEYOND = "beyond the floating-point range of 1.8e308"
 _VALID = {
@@ -235,45 +228,35 @@ _VALID = {
 }
 
 
-def undefined(node: Node, at: Callable[[Node], float]) -> Iterator[Node]:
+def _undefined(node: Node, at: Callable[[Node], float]) -> list[Node]:
     """The parts of a tree that have finite operands and no finite value, where the whole has none; `at` gives values."""
     if math.isfinite(at(node)):
-        return
+        return []
     args = node.args
     if node.op == "if":
         args = (args[2 if at(Node("not", args[:1])) else 1],)
-    inner = [part for arg in args for part in undefined(arg, at)]
-    yield from inner or [node]
+    return [part for arg in args for part in _undefined(arg, at)] or [node]
 
 
-def reason(node: Node, operands: Sequence[float], text: Callable[[Node], str]) -> str:
+def _reason(node: Node, operands: Sequence[float], text: Callable[[Node], str]) -> str:
     """Why a node has no finite value for finite operands, in words; `text` writes its parts."""
     if node.op in _VALID:
         what, outside = _VALID[node.op]
-        return f"{what} of {_told(operands[0])}" + (f", which is {outside}" if operands[0] else "")
+        short = f"{operands[0]:.6g}"
+        shown = repr(operands[0]) if short.lstrip("-") == "1" and float(short) != operands[0] else short  # just beside 1
+        return f"{what} of {shown}" + (f", which is {outside}" if operands[0] else "")
     for sign, arg, operand in zip(node.signs, node.args, operands, strict=False):
         if node.op == "product" and sign == "/" and operand == 0.0:
-            return "a division by 0" if is_zero(arg) else f"a division by {text(arg)}, which is 0"
+            return "a division by 0" if _is_zero(arg) else f"a division by {text(arg)}, which is 0"
     if node.op == "**" and operands[0] <= 0.0:
-        power = f"to the power of {operands[1]:.6g}"
-        return (
-            f"{operands[0]:.6g}, which is negative, {power}" if operands[0] else f"{text(node.args[0])}, which is 0, {power}"
-        )
+        base = f"{operands[0]:.6g}, which is negative" if operands[0] else f"{text(node.args[0])}, which is 0"
+        return f"{base}, to the power of {operands[1]:.6g}"
     if node.op in ("exp", "**"):
         return f"{BEYOND}, as {text(node.args[-1])} = {operands[-1]:.6g}"
     return BEYOND if node.args else "a value that is not finite"
 
 
-def _told(number: float) -> str:
-    """A number with six digits, or all where those are just 1."""
-    short = f"{number:.6g}"
-    return short if short.lstrip("-") != "1" or float(short) == number else repr(number)
-
-
-# --- linearity -------------------------------------------------------------------------------------------------------
-
-
-def degree(node: Node, name: str) -> int | None:
+def _degree(node: Node, name: str) -> int | None:
     """Structural degree of a tree in a name: 0 (absent), 1 (linear), or None where linearity is not evident.
 
     Not evident: a product of two factors that hold it, a denominator, an exponent, a function's argument, a test.
@@ -282,72 +265,49 @@ def degree(node: Node, name: str) -> int | None:
         return 0
     if node.op == "name":
         return 1
-    if node.op == "if" and depends(node.args[0], name):
-        return None
     if node.op == "product":
-        return _product_degree(node, name)
-    if node.op in ("sum", "neg", "if"):
-        found = [degree(arg, name) for arg in node.args]
-        return None if None in found else 1
-    return None
-
-
-def _product_degree(node: Node, name: str) -> int | None:
-    holders = [i for i, arg in enumerate(node.args) if depends(arg, name)]
-    if len(holders) > 1 or node.signs[holders[0]] == "/":
+        holders = [(sign, arg) for sign, arg in zip(node.signs, node.args, strict=True) if depends(arg, name)]
+        return _degree(holders[0][1], name) if len(holders) == 1 and holders[0][0] == "*" else None
+    if node.op not in ("sum", "neg", "if") or (node.op == "if" and depends(node.args[0], name)):
         return None
-    return degree(node.args[holders[0]], name)
+    return None if None in [_degree(arg, name) for arg in node.args] else 1
 
 
-def linear(node: Node, name: str, at: At) -> tuple[Any, Any]:
+def _linear(node: Node, name: str, at: At) -> tuple[Any, Any]:
     """The two coefficients of a tree of degree 0 or 1: value = c0 + c1 name, without differencing."""
     if not depends(node, name):
         return value(node, at), 0.0
     if node.op == "name":
         return 0.0, 1.0
-    if node.op == "product":
-        return _linear_product(node, name, at)
-    pairs = [linear(arg, name, at) for arg in node.args if node.op != "if" or arg is not node.args[0]]
-    if node.op == "neg":
-        return -pairs[0][0], -pairs[0][1]
     if node.op == "if":
-        test = truth(node.args[0], at)
-        return at.ns.where(test, pairs[0][0], pairs[1][0]), at.ns.where(test, pairs[0][1], pairs[1][1])
-    parts = zip(node.signs, pairs, strict=True)
-    return reduce(lambda sofar, part: _add_pair(sofar, *part), parts, (0.0, 0.0))
-
-
-def _add_pair(sofar: tuple[Any, Any], sign: str, pair: tuple[Any, Any]) -> tuple[Any, Any]:
-    if sign == "+":
-        return sofar[0] + pair[0], sofar[1] + pair[1]
-    return sofar[0] - pair[0], sofar[1] - pair[1]
-
-
-def _linear_product(node: Node, name: str, at: At) -> tuple[Any, Any]:
-    constant, slope = 1.0, 1.0
+        test, yes, no = truth(node.args[0], at), *(_linear(arg, name, at) for arg in node.args[1:])
+        return at.ns.where(test, yes[0], no[0]), at.ns.where(test, yes[1], no[1])
+    if node.op == "neg":
+        c0, c1 = _linear(node.args[0], name, at)
+        return -c0, -c1
+    constant, slope = (1.0, 1.0) if node.op == "product" else (0.0, 0.0)
     for sign, arg in zip(node.signs, node.args, strict=True):
-        if depends(arg, name):
-            pair = linear(arg, name, at)
-            constant, slope = constant * pair[0], slope * pair[1]
+        if node.op == "sum":
+            c0, c1 = _linear(arg, name, at)
+            constant, slope = (constant + c0, slope + c1) if sign == "+" else (constant - c0, slope - c1)
+        elif depends(arg, name):
+            c0, c1 = _linear(arg, name, at)
+            constant, slope = constant * c0, slope * c1
         else:
             factor = value(arg, at)
-            change = at.ns.divide if sign == "/" else lambda a, b: a * b
+            change = at.ns.divide if sign == "/" else operator.mul
             constant, slope = change(constant, factor), change(slope, factor)
     return constant, slope
 
 
-# --- switches --------------------------------------------------------------------------------------------------------
-
-
-def difference(left: Node, right: Node) -> Node:
+def _difference(left: Node, right: Node) -> Node:
     """The tree left - right, or the one that is not the number zero (its sign changes in the same places)."""
-    if is_zero(right):
+    if _is_zero(right):
         return left
-    return right if is_zero(left) else Node("sum", (left, right), signs=("+", "-"))
+    return right if _is_zero(left) else Node("sum", (left, right), signs=("+", "-"))
 
 
-def is_zero(node: Node) -> bool:
-    """Whether a tree is the constant 0."""
+def _is_zero(node: Node) -> bool:
     return node.op == "number" and node.number == 0.0
 
 
@@ -355,45 +315,42 @@ def _is_velocity(node: Node) -> bool:
     return node.name == "v" or (node.op == "neg" and node.args[0].name == "v")
 
 
-def sign_only(node: Node) -> frozenset[int]:
+def _sign_only(node: Node) -> frozenset[int]:
     """The members of a node that are v or -v and matter through their sign alone."""
     if node.op == "sign":
         return frozenset(i for i, arg in enumerate(node.args) if _is_velocity(arg))
     if node.op != "compare":
         return frozenset()
-    last = len(node.args) - 1
-    beside = {i: [node.args[j] for j in (i - 1, i + 1) if 0 <= j <= last] for i in range(last + 1)}
-    return frozenset(i for i, arg in enumerate(node.args) if _is_velocity(arg) and all(map(is_zero, beside[i])))
+    beside = [(*node.args[max(i - 1, 0) : i], *node.args[i + 1 : i + 2]) for i in range(len(node.args))]
+    return frozenset(i for i, arg in enumerate(node.args) if _is_velocity(arg) and all(map(_is_zero, beside[i])))
 
 
-def uses_speed(node: Node) -> bool:
-    """Whether a tree depends on omega, or on v other than through its sign."""
+def _uses_speed(node: Node) -> bool:
     if node.name in ("omega", "v"):
         return True
-    hidden = sign_only(node)
-    return any(uses_speed(arg) for i, arg in enumerate(node.args) if i not in hidden)
+    hidden = _sign_only(node)
+    return any(_uses_speed(arg) for i, arg in enumerate(node.args) if i not in hidden)
 
 
-def deciders(node: Node) -> list[Node]:
+def _deciders(node: Node) -> list[Node]:
     """The trees whose sign decides this node itself: differences of compared sides, arguments of abs and sign."""
     if node.op == "compare":
-        velocity = sign_only(node)
+        velocity = _sign_only(node)
         pairs = [(i, i + 1) for i in range(len(node.signs)) if not velocity & {i, i + 1}]
-        return [difference(node.args[i], node.args[j]) for i, j in pairs]
+        return [_difference(node.args[i], node.args[j]) for i, j in pairs]
     if node.op in ("min", "max"):
-        return [difference(*node.args)]
+        return [_difference(*node.args)]
     if node.op in ("abs", "atan2"):
         return [node.args[0]]
-    return [node.args[0]] if node.op == "sign" and not sign_only(node) else []
+    return [node.args[0]] if node.op == "sign" and not _sign_only(node) else []
 
 
-def branch_arguments(node: Node) -> list[Node]:
+def _branch_arguments(node: Node) -> list[Node]:
     """The trees at whose zeros this node has a branch point: a root's radicand, 1 - u and 1 + u of asin and acos."""
     if node.op == "sqrt":
         return [node.args[0]]
     if node.op in ("asin", "acos"):
-        one = Node("number", number=1.0)
-        return [Node("sum", (one, node.args[0]), signs=("+", sign)) for sign in "-+"]
+        return [Node("sum", (ONE, node.args[0]), signs=("+", sign)) for sign in "-+"]
     if node.op == "**" and not (node.args[1].op == "number" and node.args[1].number.is_integer()):
         return [node.args[0]]
     return []
@@ -420,9 +377,6 @@ def _bracketed(node: Node) -> str:
     text = written(node)
     plain = node.op in ("name", "pi", *SMOOTH, "abs", "sign", "min", "max", "atan2")
     return text if plain or (node.op == "number" and node.number >= 0) else f"({text})"
-
-
-# -- namespaces --------------------------------------------------------------------------------------------------------
 
 
 _SHARED = ("sin", "cos", "tan", "asin", "acos", "atan", "atan2", "sqrt", "exp", "log", "sign")
@@ -493,9 +447,6 @@ def sympy_namespace() -> SimpleNamespace:
     )
 
 
-# -- expressions -------------------------------------------------------------------------------------------------------
-
-
 VARIABLES = ("phi", "omega", "t", "x", "v")
 FUNCTIONS = (*SMOOTH, "atan2", "abs", "min", "max", "sign")
 RESERVED = frozenset((*VARIABLES, "pi", *FUNCTIONS))
@@ -545,7 +496,7 @@ class Expression:
     @cached_property
     def uses_speed(self) -> bool:
         """Whether it depends on `omega`, or on `v` other than through its sign."""
-        return uses_speed(self.tree)
+        return _uses_speed(self.tree)
 
     @property
     def uses_time(self) -> bool:
@@ -555,7 +506,7 @@ class Expression:
     @cached_property
     def switches_on_velocity(self) -> bool:
         """Whether it holds `sign(v)` or a comparison of `v` with 0; `v` may then be given as its sign."""
-        return any(sign_only(node) for node in walk(self.tree))
+        return any(_sign_only(node) for node in walk(self.tree))
 
     def evaluate(self, values: Mapping[str, Any], ns: Any, anchor: Mapping[str, Any] | None = None) -> Any:
         """Value in a namespace (numpy itself, or one of its likes); infinite or NaN where undefined.
@@ -571,20 +522,21 @@ class Expression:
 
     def _in_range(self, found: Callable[[At], Any], values: Mapping[str, Any], ns: Any, anchor: Any) -> Any:
         """What is found at a place; with exponentials kept apart where plain floats overflow, and in intervals always."""
-        base = getattr(ns, "over", ns)
-        bounds = sys.modules.get("flywheel.numerics.intervals")
+        at = At(values, ns, None if anchor is None else At(anchor, ns))
         with np.errstate(all="ignore"):
-            if not self._grows or not (base is np or (bounds and base is bounds.NAMESPACE)):
-                return found(_at(values, ns, anchor))
+            if not self._grows:
+                return found(at)
+            base = getattr(ns, "over", ns)
             if base is np:
                 try:
                     with np.errstate(over="raise"):
-                        return found(_at(values, ns, anchor))
+                        return found(at)
                 except FloatingPointError:
                     pass
-            from flywheel.numerics.intervals import plain, scaled_namespace  # only what overflows pays for it
-
-            kept = found(_at(values, scaled_namespace(ns), anchor))
+            elif base is not NAMESPACE:
+                return found(at)
+            apart = scaled_namespace(ns)
+            kept = found(At(values, apart, None if anchor is None else At(anchor, apart)))
             return tuple(map(plain, kept)) if isinstance(kept, tuple) else plain(kept)
 
     @cached_property
@@ -593,7 +545,7 @@ class Expression:
 
     def degree(self, name: str) -> int | None:
         """Degree in a parameter as far as the structure shows it: 0, 1, or None where it is not evidently linear."""
-        return degree(self.tree, name)
+        return _degree(self.tree, name)
 
     def coefficients(
         self, values: Mapping[str, Any], name: str, ns: Any, anchor: Mapping[str, Any] | None = None
@@ -608,7 +560,7 @@ class Expression:
         """
         if self.degree(name) is None:
             raise ValueError(f"{self.text!r} is not linear in {name}")
-        pair: tuple[Any, Any] = self._in_range(lambda at: linear(self.tree, name, at), values, ns, anchor)
+        pair: tuple[Any, Any] = self._in_range(lambda at: _linear(self.tree, name, at), values, ns, anchor)
         return pair
 
     def undefined(self, values: Mapping[str, Any], anchor: Mapping[str, Any] | None = None) -> str:
@@ -628,32 +580,29 @@ class Expression:
         def at(node: Node) -> float:
             return float(Expression("", node).evaluate(values, np, anchor))
 
-        nodes = undefined(self.tree, at)
-        reasons = [(node, reason(node, [at(arg) for arg in node.args], self.part)) for node in nodes]
+        nodes = _undefined(self.tree, at)
+        reasons = [(node, _reason(node, [at(arg) for arg in node.args], self.part)) for node in nodes]
         reasons.sort(key=lambda one: one[1].startswith(BEYOND))
         return f"{self.part(reasons[0][0])}: {reasons[0][1]}" if reasons else ""
 
     def part(self, node: Node) -> str:
         """A part of the tree as it was written, where it stands in the text as one."""
-        reader = _Reader(self.text.strip(" \t"), self.names, 0)
-        reader.read(_python_tree(reader.source.decode(), 0).body, 1)
+        body = self.text.strip(" \t")
+        reader = _Reader(body, self.names, 0)
+        reader.read(_python_tree(body, 0).body, 1)
         text = reader.texts.get(node) or written(node)
         return text if len(text) <= LONGEST_SHOWN else f"{text[: LONGEST_SHOWN - 1]}…"
 
     def switches(self) -> tuple[Expression, ...]:
         """The sub-expressions whose change of sign decides a branch, inner ones first; those on `v` are left out."""
-        return _distinct(tree for node in walk(self.tree) for tree in deciders(node))
+        return _distinct(tree for node in walk(self.tree) for tree in _deciders(node))
 
     def branch_points(self) -> tuple[Expression, ...]:
         """The sub-expressions at whose zeros a root, asin or acos has a branch point, inner ones first."""
-        return _distinct(tree for node in walk(self.tree) for tree in branch_arguments(node))
+        return _distinct(tree for node in walk(self.tree) for tree in _branch_arguments(node))
 
 
-def _at(values: Mapping[str, Any], ns: Any, anchor: Mapping[str, Any] | None) -> At:
-    return At(values, ns, None if anchor is None else At(anchor, ns))
-
-
-def _distinct(nodes: Any) -> tuple[Expression, ...]:
+def _distinct(nodes: Iterable[Node]) -> tuple[Expression, ...]:
     varying = (node for node in dict.fromkeys(nodes) if any(inner.op == "name" for inner in walk(node)))
     return tuple(Expression(written(node), node) for node in varying)
 
@@ -702,7 +651,7 @@ def _python_tree(body: str, indent: int) -> ast.Expression:
 
 
 class _Reader:
-    """Turns Python's tree of one text into ours, and refuses every node that is not on the list."""
+    """Turns Python's tree of one text into ours, and refuses every node that is not on the list; `texts` are its parts'."""
 
     def __init__(self, text: str, names: frozenset[str], indent: int) -> None:
         self.source = text.encode()  # ast counts columns in UTF-8 bytes
@@ -712,86 +661,84 @@ class _Reader:
         self.texts: dict[Node, str] = {}
 
     def read(self, node: ast.expr, depth: int) -> Node:
+        """The tree of a node; ExpressionError for one that is not allowed, is too deep or one too many."""
         self.count += 1
         if self.count > NODE_CAP:
             raise ExpressionError(f"more than {NODE_CAP} numbers, names and operations", "a shorter text")
         if depth > DEPTH_CAP:
-            raise ExpressionError(f"operations nested deeper than {DEPTH_CAP}{self.place(node)}", "a flatter text")
+            raise ExpressionError(f"operations nested deeper than {DEPTH_CAP}{self._place(node)}", "a flatter text")
         rule = _READERS.get(type(node))
         if rule is None:
-            raise ExpressionError(f"{self.quoted(node)}{self.place(node)}")
+            raise ExpressionError(self._shown(node))
         found = rule(self, node, depth + 1)
-        self.texts.setdefault(found, self.written(node))
+        self.texts.setdefault(found, self._text(node))
         return found
 
-    def written(self, node: ast.expr) -> str:
+    def _text(self, node: ast.expr) -> str:
         return self.source[node.col_offset : node.end_col_offset].decode()
 
-    def quoted(self, node: ast.expr) -> str:
-        text = self.written(node)
-        return repr(text if len(text) <= 40 else text[:37] + "...")
-
-    def place(self, node: ast.expr) -> str:
+    def _place(self, node: ast.expr) -> str:
         return f" at column {len(self.source[: node.col_offset].decode()) + 1 + self.indent}"
 
-    def number(self, node: ast.Constant, depth: int) -> Node:
+    def _shown(self, node: ast.expr, at: ast.expr | None = None) -> str:
+        """A node as it was written, and the column where it (or another) begins."""
+        text = self._text(node)
+        return repr(text if len(text) <= 40 else text[:37] + "...") + self._place(at or node)
+
+    def _number(self, node: ast.Constant, depth: int) -> Node:
         if type(node.value) not in (int, float):
             advice = "write 1 or 0" if isinstance(node.value, bool) else ""
-            raise ExpressionError(f"{self.quoted(node)}{self.place(node)}", "a real number", advice)
+            raise ExpressionError(self._shown(node), "a real number", advice)
         try:
             number = float(node.value)  # type: ignore[arg-type]
         except OverflowError:
             number = math.inf
         if not math.isfinite(number):
-            raise ExpressionError(f"the number {self.quoted(node)}{self.place(node)}", "a number below 1.8e308")
+            raise ExpressionError(f"the number {self._shown(node)}", "a number below 1.8e308")
         return Node("number", number=number)
 
-    def name(self, node: ast.Name, depth: int) -> Node:
-        # The name as written: Python would take a full-width 'phi' for the plain one.
-        name = self.written(node)
+    def _name(self, node: ast.Name, depth: int) -> Node:
+        name = self._text(node)  # as written: Python would take a full-width 'phi' for the plain one
         if name == "pi":
             return Node("pi")
         if name in VARIABLES or name in self.names - RESERVED:
             return Node("name", name=name)
         if name in FUNCTIONS:
-            raise ExpressionError(f"the function {name!r}{self.place(node)} without brackets", f"{name}(...)")
+            raise ExpressionError(f"the function {name!r}{self._place(node)} without brackets", f"{name}(...)")
         known = (*VARIABLES, "pi", *sorted(self.names - RESERVED))
-        found = f"the unknown name {self.quoted(node)}{self.place(node)}"
-        raise ExpressionError(found, "one of " + ", ".join(known), _nearest(name, known))
+        raise ExpressionError(f"the unknown name {self._shown(node)}", "one of " + ", ".join(known), _nearest(name, known))
 
-    def binary(self, node: ast.BinOp, depth: int) -> Node:
+    def _binary(self, node: ast.BinOp, depth: int) -> Node:
+        """A power; a sum or product with all its members side by side, however long."""
         if isinstance(node.op, ast.Pow):
-            return self.power(node, depth)
-        for kind, signs in _SPINES.items():
-            if type(node.op) in signs:
-                return self.spine(node, kind, signs, depth)
-        advice = "a power is written **" if isinstance(node.op, ast.BitXor) else ""
-        raise ExpressionError(f"the operation {self.quoted(node)}{self.place(node)}", "+ - * / **", advice)
-
-    def spine(self, node: ast.expr, kind: str, signs: Mapping[type, str], depth: int) -> Node:
-        """A sum or product with all its members side by side, however long."""
+            return self._power(node, depth)
+        kind, signs = next(((kind, signs) for kind, signs in _SPINES.items() if type(node.op) in signs), ("", {}))
+        if not kind:
+            advice = "a power is written **" if isinstance(node.op, ast.BitXor) else ""
+            raise ExpressionError(f"the operation {self._shown(node)}", "+ - * / **", advice)
         members: list[tuple[str, Node]] = []
-        while isinstance(node, ast.BinOp) and type(node.op) in signs:
-            members.append((signs[type(node.op)], self.read(node.right, depth)))
-            node = node.left
-        members.append(("+" if kind == "sum" else "*", self.read(node, depth)))
-        members.reverse()
-        return Node(kind, tuple(arg for _, arg in members), signs=tuple(sign for sign, _ in members))
+        inner: ast.expr = node
+        while isinstance(inner, ast.BinOp) and type(inner.op) in signs:
+            members.append((signs[type(inner.op)], self.read(inner.right, depth)))
+            inner = inner.left
+        members.append(("+" if kind == "sum" else "*", self.read(inner, depth)))
+        found, args = zip(*reversed(members), strict=True)
+        return Node(kind, args, signs=found)
 
-    def power(self, node: ast.BinOp, depth: int) -> Node:
+    def _power(self, node: ast.BinOp, depth: int) -> Node:
         base, exponent = self.read(node.left, depth), self.read(node.right, depth)
         if not any(inner.op == "name" for inner in walk(exponent)):
             with np.errstate(all="ignore"):
                 number = float(value(exponent, At({}, np)))
             if not abs(number) <= EXPONENT_CAP:
-                found = f"the exponent {self.quoted(node.right)}{self.place(node.right)}"
-                raise ExpressionError(found, f"one between -{EXPONENT_CAP} and {EXPONENT_CAP}")
+                expected = f"one between -{EXPONENT_CAP} and {EXPONENT_CAP}"
+                raise ExpressionError(f"the exponent {self._shown(node.right)}", expected)
             exponent = Node("number", number=number)
         return Node("**", (base, exponent))
 
-    def unary(self, node: ast.UnaryOp, depth: int) -> Node:
+    def _unary(self, node: ast.UnaryOp, depth: int) -> Node:
         if isinstance(node.op, ast.Invert):
-            raise ExpressionError(f"the operation {self.quoted(node)}{self.place(node)}")
+            raise ExpressionError(f"the operation {self._shown(node)}")
         operand = self.read(node.operand, depth)
         if isinstance(node.op, ast.Not):
             return Node("not", (operand,))
@@ -799,42 +746,33 @@ class _Reader:
             return operand
         return Node("number", number=-operand.number) if operand.op == "number" else Node("neg", (operand,))
 
-    def compare(self, node: ast.Compare, depth: int) -> Node:
+    def _compare(self, node: ast.Compare, depth: int) -> Node:
         signs = tuple(_COMPARE.get(type(op), "") for op in node.ops)
         if "" in signs:
-            found = f"the comparison {self.quoted(node)}{self.place(node)}"
-            raise ExpressionError(found, "one of < <= > >= == !=")
-        members = tuple(self.read(arg, depth) for arg in (node.left, *node.comparators))
-        return Node("compare", members, signs=signs)
+            raise ExpressionError(f"the comparison {self._shown(node)}", "one of < <= > >= == !=")
+        return Node("compare", tuple(self.read(arg, depth) for arg in (node.left, *node.comparators)), signs=signs)
 
-    def logic(self, node: ast.BoolOp, depth: int) -> Node:
+    def _logic(self, node: ast.BoolOp, depth: int) -> Node:
         op = "and" if isinstance(node.op, ast.And) else "or"
         return Node(op, tuple(self.read(arg, depth) for arg in node.values))
 
-    def choice(self, node: ast.IfExp, depth: int) -> Node:
+    def _choice(self, node: ast.IfExp, depth: int) -> Node:
         return Node("if", tuple(self.read(arg, depth) for arg in (node.test, node.body, node.orelse)))
 
-    def call(self, node: ast.Call, depth: int) -> Node:
-        name = self.written(node.func)
+    def _call(self, node: ast.Call, depth: int) -> Node:
+        name = self._text(node.func)
         if not isinstance(node.func, ast.Name) or name not in FUNCTIONS:
-            raise ExpressionError(
-                f"a call of {self.quoted(node.func)}{self.place(node)}",
-                "one of " + ", ".join(FUNCTIONS),
-                _nearest(name, FUNCTIONS),
-            )
-        self.check_arguments(node, name)
-        args = tuple(self.read(arg, depth) for arg in node.args)
-        return _paired(name, args) if name in ("min", "max") else Node(name, args)
-
-    def check_arguments(self, node: ast.Call, name: str) -> None:
+            expected = "one of " + ", ".join(FUNCTIONS)
+            raise ExpressionError(f"a call of {self._shown(node.func, node)}", expected, _nearest(name, FUNCTIONS))
         if node.keywords:
-            raise ExpressionError(f"a keyword in {self.quoted(node)}{self.place(node)}", "plain arguments")
-        wanted = {"atan2": 2, "min": None, "max": None}.get(name, 1)
-        count = len(node.args)
+            raise ExpressionError(f"a keyword in {self._shown(node)}", "plain arguments")
+        count, wanted = len(node.args), {"atan2": 2, "min": None, "max": None}.get(name, 1)
         if count != wanted and (wanted is not None or count < 2):
             allowed = {1: "one", 2: "two (y, x)", None: "two or more"}[wanted]
             plural = "" if count == 1 else "s"
-            raise ExpressionError(f"{count} argument{plural} of {name}{self.place(node)}", allowed)
+            raise ExpressionError(f"{count} argument{plural} of {name}{self._place(node)}", allowed)
+        args = tuple(self.read(arg, depth) for arg in node.args)
+        return _paired(name, args) if name in ("min", "max") else Node(name, args)
 
 
 def _paired(name: str, args: tuple[Node, ...]) -> Node:
@@ -853,36 +791,26 @@ def _nearest(name: str, known: tuple[str, ...]) -> str:
 
 
 _SPINES: dict[str, dict[type, str]] = {"sum": {ast.Add: "+", ast.Sub: "-"}, "product": {ast.Mult: "*", ast.Div: "/"}}
-_COMPARE: dict[type, str] = {
-    ast.Lt: "<",
-    ast.LtE: "<=",
-    ast.Gt: ">",
-    ast.GtE: ">=",
-    ast.Eq: "==",
-    ast.NotEq: "!=",
-}
+_COMPARE = {ast.Lt: "<", ast.LtE: "<=", ast.Gt: ">", ast.GtE: ">=", ast.Eq: "==", ast.NotEq: "!="}
 _READERS: dict[type, Callable[[_Reader, Any, int], Node]] = {
-    ast.Constant: _Reader.number,
-    ast.Name: _Reader.name,
-    ast.BinOp: _Reader.binary,
-    ast.UnaryOp: _Reader.unary,
-    ast.Compare: _Reader.compare,
-    ast.BoolOp: _Reader.logic,
-    ast.IfExp: _Reader.choice,
-    ast.Call: _Reader.call,
+    ast.Constant: _Reader._number,
+    ast.Name: _Reader._name,
+    ast.BinOp: _Reader._binary,
+    ast.UnaryOp: _Reader._unary,
+    ast.Compare: _Reader._compare,
+    ast.BoolOp: _Reader._logic,
+    ast.IfExp: _Reader._choice,
+    ast.Call: _Reader._call,
 }
 
 
-# -- building ----------------------------------------------------------------------------------------------------------
-
-
-def expression_of(value: float) -> str:
+def expression_of(number: float) -> str:
     """A number as an expression holds it, to the last digit; a negative one in brackets.
 
     >>> expression_of(0.1), expression_of(-2)
     ('0.1', '(-2.0)')
     """
-    text = repr(float(value))
+    text = repr(float(number))
     return f"({text})" if text.startswith("-") else text
 
 
@@ -895,9 +823,9 @@ def compiled(template: str, **numbers: float) -> Expression:
     return parse(template.format(**{name: expression_of(number) for name, number in numbers.items()}))
 
 
-def numeral(value: float) -> Node:
+def numeral(number: float) -> Node:
     """A number as a tree."""
-    return Node("number", number=float(value))
+    return Node("number", number=float(number))
 
 
 def variable(name: str) -> Node:
@@ -908,7 +836,6 @@ def variable(name: str) -> Node:
 def between(of: Node, knots: Sequence[float], leaves: Sequence[Node]) -> Node:
     """The leaf between whose knots a variable lies, found by halves; there is one leaf more than knots.
 
-    >>> import numpy as np
     >>> law = Expression("steps", between(variable("x"), [1.0, 2.0], [numeral(10), numeral(20), numeral(30)]))
     >>> [law.evaluate({"x": x}, np) for x in (0.0, 1.0, 5.0)]
     [10.0, 20.0, 30.0]
@@ -921,41 +848,44 @@ def between(of: Node, knots: Sequence[float], leaves: Sequence[Node]) -> Node:
     return Node("if", (test, below, between(of, knots[middle + 1 :], leaves[middle + 1 :])))
 
 
-# -- dimensions --------------------------------------------------------------------------------------------------------
-
-
-_ONE = Unit()
-_KEEPING = frozenset({"neg", "abs", "sum", "min", "max"})  # have the unit of what they are made of
+_PURE = Unit()
+_KEEPING = frozenset({"neg", "abs", "sum", "min", "max", "if"})  # have the unit of what they are made of
 
 
 def unit_of(node: Node, units: Mapping[str, Unit]) -> Unit | None:
     """The unit of an expression; None where names of unknown units, or sums of different ones, leave it open.
 
-    >>> from flywheel.numerics.expressions import parse
     >>> from flywheel.numerics.units import parse_unit
     >>> shown(unit_of(parse("2*v**2/x").tree, {"v": parse_unit("m/s", None), "x": parse_unit("m", None)}))
     'm/s^2'
     """
     if node.op == "name":
         return units.get(node.name)
-    if node.op in _KEEPING or node.op == "if":
-        found = {unit_of(arg, units) for arg in (node.args[1:] if node.op == "if" else node.args)}
+    if node.op in _KEEPING:
+        found = {unit_of(arg, units) for arg in node.args[node.op == "if" :]}
         return found.pop() if len(found) == 1 else None
     if node.op == "product":
-        return _dimensions_product([_powered(unit_of(arg, units), s) for arg, s in zip(node.args, node.signs, strict=True)])
+        return _unit_of_product(zip(node.signs, node.args, strict=True), units)
     if node.op == "**":
         base, exponent = unit_of(node.args[0], units), node.args[1]
-        if base == _ONE:
-            return _ONE
         whole = exponent.op == "number" and exponent.number == int(exponent.number)
-        return base ** int(exponent.number) if base is not None and whole else None
-    return _ONE if node.op != "sqrt" or unit_of(node.args[0], units) == _ONE else None
+        return base if base == _PURE else base ** int(exponent.number) if base is not None and whole else None
+    return _PURE if node.op != "sqrt" or unit_of(node.args[0], units) == _PURE else None
+
+
+def _unit_of_product(factors: Iterable[tuple[str, Node]], units: Mapping[str, Unit]) -> Unit | None:
+    total = _PURE
+    for sign, arg in factors:
+        unit = unit_of(arg, units)
+        if unit is None:
+            return None
+        total = total * (unit**-1 if sign == "/" else unit)
+    return total
 
 
 def units_of_name(node: Node, name: str, unit: Unit, units: Mapping[str, Unit]) -> Iterator[Unit | None]:
     """The unit of a name everywhere in an expression that has a unit itself; None where that is left open.
 
-    >>> from flywheel.numerics.expressions import parse
     >>> from flywheel.numerics.units import parse_unit
     >>> law, speed = parse("-k*omega", frozenset({"k"})).tree, {"omega": parse_unit("rad/s", None)}
     >>> [shown(found) for found in units_of_name(law, "k", parse_unit("N m", None), speed)]
@@ -963,15 +893,15 @@ def units_of_name(node: Node, name: str, unit: Unit, units: Mapping[str, Unit]) 
     """
     if node.op == "name" and node.name == name:
         yield unit
-    elif node.op in _KEEPING or node.op == "if":
-        for arg in node.args[1:] if node.op == "if" else node.args:
+    elif node.op in _KEEPING:
+        for arg in node.args[node.op == "if" :]:
             yield from units_of_name(arg, name, unit, units)
     elif node.op == "product":
-        for k, arg in enumerate(node.args):
+        factors = list(zip(node.signs, node.args, strict=True))
+        for k, (sign, arg) in enumerate(factors):
             if depends(arg, name):
-                rest = zip((*node.args[:k], *node.args[k + 1 :]), (*node.signs[:k], *node.signs[k + 1 :]), strict=True)
-                others = _dimensions_product([_powered(unit_of(other, units), sign) for other, sign in rest])
-                if others is None or node.signs[k] == "/":
+                others = _unit_of_product(factors[:k] + factors[k + 1 :], units)
+                if others is None or sign == "/":
                     yield None
                 else:
                     yield from units_of_name(arg, name, unit * others**-1, units)
@@ -989,19 +919,6 @@ def shown(unit: Unit | None) -> str | None:
     length, mass, time, angle, current = unit[2:]
     force = max(mass, 0)
     powers = {"N": force, "kg": mass - force, "m": length - force, "s": time + 2 * force, "A": current, "rad": angle}
-    over = " ".join(_dimensions_power(name, power) for name, power in powers.items() if power > 0)
-    under = " ".join(_dimensions_power(name, -power) for name, power in powers.items() if power < 0)
+    over = " ".join(name if power == 1 else f"{name}^{power}" for name, power in powers.items() if power > 0)
+    under = " ".join(name if power == -1 else f"{name}^{-power}" for name, power in powers.items() if power < 0)
     return f"{over or '1'}/{under}" if under else over
-
-
-def _dimensions_power(name: str, power: int) -> str:
-    return name if power == 1 else f"{name}^{power}"
-
-
-def _powered(unit: Unit | None, sign: str) -> Unit | None:
-    return unit**-1 if unit is not None and sign == "/" else unit
-
-
-def _dimensions_product(found: list[Unit | None]) -> Unit | None:
-    known = [unit for unit in found if unit is not None]
-    return reduce(mul, known, _ONE) if len(known) == len(found) else None

@@ -9,12 +9,11 @@ Source: A. Griewank, A. Walther, Evaluating Derivatives, 2nd ed., SIAM 2008, cha
 from __future__ import annotations
 
 import operator
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from types import SimpleNamespace
 from typing import Any
 
-from flywheel.numerics import expressions
-from flywheel.numerics.expressions import At, Node
+Derivatives = tuple[Any, Callable[[], Any]]  # the slope, and the second derivative on demand
 
 
 class Jet:
@@ -42,7 +41,7 @@ class Jet:
     def __add__(self, other: Any) -> Jet:
         if not isinstance(other, Jet):
             return Jet(self.value + other, self.first, self.second)
-        second = None if _flat(self, other) else self.second + other.second
+        second = None if self.second is None or other.second is None else self.second + other.second
         return Jet(self.value + other.value, self.first + other.first, second)
 
     __radd__ = __add__
@@ -58,8 +57,10 @@ class Jet:
             second = None if self.second is None else self.second * other
             return Jet(self.value * other, self.first * other, second)
         u, v = self, other
-        second = None if _flat(u, v) else u.second * v.value + 2.0 * (u.first * v.first) + u.value * v.second
-        return Jet(u.value * v.value, u.first * v.value + u.value * v.first, second)
+        value, first = u.value * v.value, u.first * v.value + u.value * v.first
+        if u.second is None or v.second is None:
+            return Jet(value, first)
+        return Jet(value, first, u.second * v.value + 2.0 * (u.first * v.first) + u.value * v.second)
 
     __rmul__ = __mul__
 
@@ -75,16 +76,8 @@ class Jet:
         return _constant_power(self, exponent, operator.pow)
 
 
-def _flat(*jets: Jet) -> bool:
-    return any(jet.second is None for jet in jets)
-
-
 def _value(u: Any) -> Any:
     return u.value if isinstance(u, Jet) else u
-
-
-def _values(names: Mapping[str, Any]) -> dict[str, Any]:
-    return {name: _value(u) for name, u in names.items()}
 
 
 def _parts(u: Any) -> tuple[Any, Any, Any]:
@@ -122,62 +115,73 @@ def _constant_power(u: Jet, n: Any, power: Callable[[Any, Any], Any]) -> Jet:
     return _chain(u, power(u.value, n), term(n, n - 1), lambda: term(n * (n - 1), n - 2), lambda first: power(first, 2.0))
 
 
-def _elementary(ns: Any) -> dict[str, Callable[[Any], tuple[Any, Any, Callable[[], Any]]]]:
-    """Value, slope and (on demand) second derivative of each function of one variable, at u."""
+def _rules(ns: Any) -> dict[str, Callable[[Any, Any], Derivatives]]:
+    """Slope and second derivative of each function of one variable, at u where its value is f."""
 
-    def sine(u: Any) -> tuple[Any, Any, Callable[[], Any]]:
-        value = ns.sin(u)
-        return value, ns.cos(u), lambda: -value
+    def tangent(u: Any, f: Any) -> Derivatives:
+        slope = 1.0 + ns.power(f, 2.0)
+        return slope, lambda: 2.0 * f * slope
 
-    def cosine(u: Any) -> tuple[Any, Any, Callable[[], Any]]:
-        value = ns.cos(u)
-        return value, -ns.sin(u), lambda: -value
-
-    def tangent(u: Any) -> tuple[Any, Any, Callable[[], Any]]:
-        value = ns.tan(u)
-        slope = 1.0 + ns.power(value, 2.0)
-        return value, slope, lambda: 2.0 * value * slope
-
-    def arcsine(u: Any) -> tuple[Any, Any, Callable[[], Any]]:
+    def arcsine(u: Any, f: Any) -> Derivatives:
         slope = ns.divide(1.0, ns.sqrt((1.0 - u) * (1.0 + u)))
-        return ns.asin(u), slope, lambda: u * ns.power(slope, 3.0)
+        return slope, lambda: u * ns.power(slope, 3.0)
 
-    def arccosine(u: Any) -> tuple[Any, Any, Callable[[], Any]]:
-        _, slope, bend = arcsine(u)
-        return ns.acos(u), -slope, lambda: -bend()
+    def arccosine(u: Any, f: Any) -> Derivatives:
+        slope, bend = arcsine(u, f)
+        return -slope, lambda: -bend()
 
-    def arctangent(u: Any) -> tuple[Any, Any, Callable[[], Any]]:
+    def arctangent(u: Any, f: Any) -> Derivatives:
         slope = ns.divide(1.0, 1.0 + ns.power(u, 2.0))
-        return ns.atan(u), slope, lambda: -2.0 * u * ns.power(slope, 2.0)
+        return slope, lambda: -2.0 * u * ns.power(slope, 2.0)
 
-    def root(u: Any) -> tuple[Any, Any, Callable[[], Any]]:
-        value = ns.sqrt(u)
-        slope = ns.divide(0.5, value)
-        return value, slope, lambda: ns.divide(-0.5 * slope, u)
+    def root(u: Any, f: Any) -> Derivatives:
+        slope = ns.divide(0.5, f)
+        return slope, lambda: ns.divide(-0.5 * slope, u)
 
-    def exponential(u: Any) -> tuple[Any, Any, Callable[[], Any]]:
-        value = ns.exp(u)
-        return value, value, lambda: value
-
-    def logarithm(u: Any) -> tuple[Any, Any, Callable[[], Any]]:
+    def logarithm(u: Any, f: Any) -> Derivatives:
         slope = ns.divide(1.0, u)
-        return ns.log(u), slope, lambda: -ns.power(slope, 2.0)
+        return slope, lambda: -ns.power(slope, 2.0)
 
     return {
-        "sin": sine,
-        "cos": cosine,
+        "sin": lambda u, f: (ns.cos(u), lambda: -f),
+        "cos": lambda u, f: (-ns.sin(u), lambda: -f),
         "tan": tangent,
         "asin": arcsine,
         "acos": arccosine,
         "atan": arctangent,
         "sqrt": root,
-        "exp": exponential,
+        "exp": lambda u, f: (f, lambda: f),
         "log": logarithm,
     }
 
 
-def _sided(ns: Any) -> dict[str, Callable[..., Any]]:
-    """The functions that pick a side by the values alone, and take its derivatives."""
+def jet_namespace(ns: Any) -> SimpleNamespace:
+    """The namespace of jets over the numbers of `ns`; plain numbers of `ns` pass through it as constants.
+
+    Comparisons look at values alone; abs, sign, minimum and maximum take the derivatives of the side they are on.
+
+    >>> import numpy as np
+    >>> jet_namespace(np).exp(Jet(0.0, 2.0, 0.0))
+    Jet(1.0, 2.0, 4.0)
+    """
+
+    def square(u: Any) -> Any:
+        return ns.power(u, 2.0)
+
+    def lifted(name: str, rule: Callable[[Any, Any], Derivatives]) -> Callable[[Any], Any]:
+        plain = getattr(ns, name)
+
+        def function(u: Any) -> Any:
+            if not isinstance(u, Jet):
+                return plain(u)
+            value = plain(u.value)
+            return _chain(u, value, *rule(u.value, value), square)
+
+        return function
+
+    def compared(name: str) -> Callable[[Any, Any], Any]:
+        plain = getattr(ns, name)
+        return lambda a, b: plain(_value(a), _value(b))
 
     def where(test: Any, yes: Any, no: Any) -> Any:
         if not (isinstance(yes, Jet) or isinstance(no, Jet)):
@@ -203,36 +207,6 @@ def _sided(ns: Any) -> dict[str, Callable[..., Any]]:
 
         return choose
 
-    return {
-        "abs": absolute,
-        "sign": lambda u: ns.sign(_value(u)),
-        "minimum": extreme("minimum", "less_equal"),
-        "maximum": extreme("maximum", "greater_equal"),
-        "where": where,
-    }
-
-
-def jet_namespace(ns: Any) -> SimpleNamespace:
-    """The namespace of jets over the numbers of `ns`; plain numbers of `ns` pass through it as constants.
-
-    Comparisons look at values alone; abs, sign, minimum and maximum take the derivatives of the side they are on.
-
-    >>> import numpy as np
-    >>> jet_namespace(np).exp(Jet(0.0, 2.0, 0.0))
-    Jet(1.0, 2.0, 4.0)
-    """
-
-    def square(u: Any) -> Any:
-        return ns.power(u, 2.0)
-
-    def lifted(name: str, rule: Callable[[Any], tuple[Any, Any, Callable[[], Any]]]) -> Callable[[Any], Any]:
-        plain = getattr(ns, name)
-        return lambda u: _chain(u, *rule(u.value), square) if isinstance(u, Jet) else plain(u)
-
-    def compared(name: str) -> Callable[[Any, Any], Any]:
-        plain = getattr(ns, name)
-        return lambda a, b: plain(_value(a), _value(b))
-
     def power(u: Any, exponent: Any) -> Any:
         if isinstance(exponent, Jet):
             return functions["exp"](exponent * functions["log"](u))
@@ -250,24 +224,25 @@ def jet_namespace(ns: Any) -> SimpleNamespace:
         growth = 2.0 * (x0 * x1 + y0 * y1)
         return Jet(value, slope, ns.divide(x0 * y2 - y0 * x2 - slope * growth, square_radius))
 
-    def exponential(node: Node, at: At) -> Any:
-        """As `exp`, for numbers that are told the exponent's tree; see `flywheel.formulas.scaled`."""
-        below = at if at.anchor is None else at.anchor
-        anchor = At(_values(below.values), ns)
-        value = ns.exponential(node, At(_values(at.values), ns, None if at.anchor is None else anchor))
-        u = expressions.value(node, at)
+    def exponential(parts: Any, exponent: Callable[[], Any]) -> Any:
+        """As `exp`, over numbers that keep exponents apart (`flywheel.numerics.intervals.Scaled`)."""
+        value = ns.exponential([(key, c, _value(a)) for key, c, a in parts], exponent)
+        u = exponent()
         return _chain(u, value, value, lambda: value, square) if isinstance(u, Jet) else value
 
-    functions = {name: lifted(name, rule) for name, rule in _elementary(ns).items()}
+    functions = {name: lifted(name, rule) for name, rule in _rules(ns).items()}
     comparisons = ("less", "less_equal", "greater", "greater_equal", "equal", "not_equal")
-    of_trees = {"exponential": exponential} if hasattr(ns, "exponential") else {}
     return SimpleNamespace(
         **functions,
-        **of_trees,
+        **({"exponential": exponential} if hasattr(ns, "exponential") else {}),
         over=ns,
         **{name: compared(name) for name in comparisons},
         **{name: getattr(ns, name) for name in ("logical_and", "logical_or", "logical_not", "pi")},
-        **_sided(ns),
+        abs=absolute,
+        sign=lambda u: ns.sign(_value(u)),
+        minimum=extreme("minimum", "less_equal"),
+        maximum=extreme("maximum", "greater_equal"),
+        where=where,
         divide=lambda u, v: _divide(u, v, ns.divide),
         power=power,
         atan2=atan2,

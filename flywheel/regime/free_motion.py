@@ -25,8 +25,9 @@ from flywheel.numerics.budget import BudgetError, counted, limited, spend
 from flywheel.numerics.cells import Array, Index
 from flywheel.numerics.expressions import Expression, Node, written
 from flywheel.numerics.faults import Fault, SceneError, told
-from flywheel.numerics.intervals import Interval, SwitchingError, breakpoints, resolved
+from flywheel.numerics.intervals import Interval
 from flywheel.numerics.jets import Jet
+from flywheel.numerics.switching import SwitchingError, breakpoints, resolved
 from flywheel.regime import turning_moment
 from flywheel.regime.stepping import RateField, Rates, Step, StepError, Tolerance, Watch, stiffness, through
 from flywheel.scene.scene import Scene

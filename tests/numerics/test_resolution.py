@@ -5,8 +5,9 @@ import numpy as np
 import pytest
 
 from flywheel.numerics.expressions import parse
-from flywheel.numerics.intervals import Interval, SwitchingError, breakpoints, resolved
+from flywheel.numerics.intervals import Interval
 from flywheel.numerics.jets import Jet
+from flywheel.numerics.switching import SwitchingError, breakpoints, resolved
 
 TURN = 2 * np.pi
 NODES, WEIGHTS = np.polynomial.legendre.leggauss(17)

@@ -6,8 +6,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from flywheel.numerics.expressions import parse
-from flywheel.numerics.intervals import NAMESPACE, Interval, SwitchingError, breakpoints, roots
+from flywheel.numerics.intervals import NAMESPACE, Interval
 from flywheel.numerics.jets import Jet, jet_namespace
+from flywheel.numerics.switching import SwitchingError, breakpoints, roots
 
 TURN = 2 * np.pi
 JETS = jet_namespace(NAMESPACE)
