@@ -84,6 +84,11 @@ REFUSED = {
 NOT_REACHED = ("balance_to_the_last_digit",)
 BY_CHANCE = ("next_to_no_load",)
 """Sized: whether as well as asked, the last digit of a speed decides."""
+DEAR = (
+    *("enormous quantity", "layered_mesh", "sine_of_speed_on_a_linkage", "a thousand jumps and a motor"),
+    *("steep_torque_of_speed", "law_out_of_range"),
+)
+"""Seconds each: not in the default run."""
 BY_HAND = ("a sine of speed", "a load that varies little")
 """The dearest, each like another one: `python -m tests.fuzzing --kept` tries them with all others."""
 

@@ -11,11 +11,15 @@ from flywheel.numerics.faults import SceneError
 from tests.fuzzing.guards import Watched, watched
 from tests.fuzzing.judge import judged
 from tests.fuzzing.mutants import KINDS, mutant
-from tests.fuzzing.regressions import BY_CHANCE, BY_HAND, NOT_REACHED, REFUSED, SCENES, as_expected
+from tests.fuzzing.regressions import BY_CHANCE, BY_HAND, DEAR, NOT_REACHED, REFUSED, SCENES, as_expected
 from tests.fuzzing.running import again, tried, way_of
 from tests.limits import sample
 
 SAMPLE = range(7_000_000, 7_000_150)
+_ONCE_FAILED = [
+    *sample([name for name in SCENES if name not in (*BY_HAND, *DEAR)], 3),
+    *(pytest.param(name, marks=pytest.mark.slow) for name in DEAR),
+]
 
 
 @pytest.mark.parametrize("seed", sample([seed for seed in SAMPLE if way_of(seed) == "library"][:60], 3))
@@ -35,7 +39,7 @@ def test_mutants_are_the_same_every_time_and_of_every_kind():
     assert {mutant(seed).kind for seed in SAMPLE} == set(KINDS)
 
 
-@pytest.mark.parametrize("name", sample([name for name in SCENES if name not in BY_HAND], 3))
+@pytest.mark.parametrize("name", _ONCE_FAILED)
 def test_what_once_failed(name):
     outcome, detail, *_ = again(name)
     assert as_expected(name, outcome, detail), f"{outcome}: {detail}"
