@@ -26,15 +26,7 @@ from flywheel.reading.fields import (
     read_item,
     whole,
 )
-from flywheel.reading.schema import (
-    MECHANISM,
-    MOST_MECHANISMS,
-    MOST_TURNS,
-    OUTPUT,
-    SECTIONS,
-    STROKE_EXCLUDE,
-    TURN,
-)
+from flywheel.reading.schema import MECHANISM, MOST_MECHANISMS, MOST_TURNS, OUTPUT, SECTIONS, STROKE_EXCLUDE, TURN
 from flywheel.reading.tables import fitted, read_law, repeats
 from flywheel.scene.keys import Key
 from flywheel.scene.scene import Body, Mechanism, Output, Stroke, Table

@@ -14,14 +14,7 @@ from numpy.typing import NDArray
 
 from flywheel.numerics.expressions import Expression, ExpressionError, parse
 from flywheel.numerics.faults import Fault, mean, nearest, quote, show
-from flywheel.numerics.units import (
-    DIMENSIONS,
-    QuantityError,
-    Unit,
-    convert,
-    parse_quantity,
-    split_quantity,
-)
+from flywheel.numerics.units import DIMENSIONS, QuantityError, Unit, convert, parse_quantity, split_quantity
 from flywheel.reading.fields import REPORTED, Faults, Item, Setting, as_table, read_item, read_unit, whole
 from flywheel.reading.schema import MOST_TURNS, TABLE
 from flywheel.scene.scene import Output, Table

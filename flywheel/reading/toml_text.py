@@ -29,6 +29,7 @@ _LONGEST = 80  # of a line that an advice writes out
 _PART = r"""(?:[A-Za-z0-9_-]+|"(?:[^"\\\n]|\\[^\n])*"|'[^'\n]*')"""
 _KEY = re.compile(rf"{_PART}(?:[ \t]*\.[ \t]*{_PART})*")
 _BLANK = re.compile(r"[ \t]*(?:#[^\n]*)?")
+_GAP = re.compile(r"[ \t]*")
 _BLANKS = re.compile(r"(?:[ \t\n]|#[^\n]*)*")
 _HEADING = re.compile(rf"(\[\[?)[ \t]*({_KEY.pattern})[ \t]*(\]\]?)(?=[ \t]*(?:#|$))", re.MULTILINE)
 _LONG_TEXT = re.compile(r'"""(?:[^\\]|\\.)*?"""(?:""|"(?!"))?|\'\'\'.*?\'\'\'(?:\'\'|\'(?!\'))?', re.DOTALL)
@@ -55,9 +56,6 @@ class _Trouble(Exception):
         super().__init__(found)
 
 
-# -- where things stand ----------------------------------------------------------------------------------------------
-
-
 class Index(NamedTuple):
     """The line of every key, table and item of a text, by its path as faults write it; the tables written [[so]]."""
 
@@ -66,22 +64,23 @@ class Index(NamedTuple):
     headings: frozenset[Path]
 
     def placed(self, fault: Told) -> Told:
-        """The fault with its line: of its key, or of the table that lacks it; as it is where neither is known."""
+        """The fault with its line, of its key or of the table that lacks it, and the tables of arrays on the way to it.
+
+        These are counted from 1: "the 2nd [[load]]". The fault is as it was where its line is not known.
+        """
         where = fault.path
         while where and where not in self.lines:
             where = where[: max(where.rfind("."), where.rfind("["), 0)]
         if not where or fault.line is not None:
             return fault
-        return fault._replace(line=self.lines[where], item=self._item(self.paths[where]))
-
-    def _item(self, path: Path) -> str:
-        """The tables of arrays on the way to a key, counted from 1: "the 2nd [[load]]"."""
-        words: list[str] = []
+        path, words = self.paths[where], []
         for k in range(len(path), 0, -1):
             if path[:k] in self.headings:
                 name = ".".join(part for part in path[:k] if isinstance(part, str))
-                words.append(f"the {_ordinal(path[k - 1])} [[{name}]]")
-        return " of ".join(words)
+                count = int(path[k - 1]) + 1
+                ending = "th" if count % 100 in (11, 12, 13) else {1: "st", 2: "nd", 3: "rd"}.get(count % 10, "th")
+                words.append(f"the {count}{ending} [[{name}]]")
+        return fault._replace(line=self.lines[where], item=" of ".join(words))
 
 
 def index(text: str, mapping: Mapping[str, Any]) -> Index | None:
@@ -117,37 +116,14 @@ def placed(faults: Iterable[Told], text: str, mapping: Mapping[str, Any]) -> lis
 
 def _paths(value: object, path: Path) -> Iterator[Path]:
     """The paths of everything in a mapping but itself."""
-    items: Iterable[tuple[str | int, object]] = ()
-    if isinstance(value, Mapping):
-        items = value.items()
-    elif isinstance(value, list):
-        items = enumerate(value)
+    items = value.items() if isinstance(value, Mapping) else enumerate(value) if isinstance(value, list) else ()
     for key, item in items:
         yield (*path, key)
         yield from _paths(item, (*path, key))
 
 
-def _shown(path: Path) -> str:
-    """A path as faults write it."""
-    return reduce(_joined_path, path, "")
-
-
 def _joined_path(path: str, part: str | int) -> str:
     return child(path, part) if isinstance(part, str) else f"{path}[{part}]"
-
-
-def _ordinal(number: str | int) -> str:
-    """The ordinal of an item that is counted from 0.
-
-    >>> [_ordinal(k) for k in (0, 1, 2, 3, 10, 20)]
-    ['1st', '2nd', '3rd', '4th', '11th', '21st']
-    """
-    count = int(number) + 1
-    ending = "th" if count % 100 in (11, 12, 13) else {1: "st", 2: "nd", 3: "rd"}.get(count % 10, "th")
-    return f"{count}{ending}"
-
-
-# -- the scanner -----------------------------------------------------------------------------------------------------
 
 
 class _Scanner:
@@ -168,9 +144,6 @@ class _Scanner:
     def line(self, at: int) -> int:
         return bisect_right(self.starts, at)
 
-    def column(self, at: int) -> int:
-        return at - self.starts[self.line(at) - 1] + 1
-
     def end(self, at: int) -> int:
         """Where the line ends."""
         found = self.text.find("\n", at)
@@ -182,7 +155,7 @@ class _Scanner:
         while (at := self._skip(at)) < len(self.text):
             self.braces = 0
             try:
-                at = self._heading(at) if self.text[at] == "[" else self._statement(at)
+                at = self._heading(at) if self.text[at] == "[" else self._pair(at, self.prefix)
             except _Trouble as trouble:
                 yield trouble
                 at = self.end(trouble.at) if trouble.resume is None else trouble.resume
@@ -191,12 +164,6 @@ class _Scanner:
         """Behind blanks and comments."""
         match = blanks.match(self.text, at)
         return at if match is None else match.end()
-
-    def _gap(self, at: int) -> int:
-        """Behind blanks of one line."""
-        while at < len(self.text) and self.text[at] in " \t":
-            at += 1
-        return at
 
     def _keys(self, text: str) -> tuple[str, ...]:
         """The parts of a dotted key."""
@@ -209,97 +176,61 @@ class _Scanner:
             keys.append(key)
         return tuple(keys)
 
-    # -- tables
-
     def _heading(self, at: int) -> int:
+        """Behind the heading of a table, or of one more table of an array."""
         match = _HEADING.match(self.text, at)
         if match is None or len(match[1]) != len(match[3]):
             raise _heading_trouble(at, self.text[at : self.end(at)])
         *above, last = self._keys(match[2])
-        path = (*self._last_items(above), last)
-        if match[1] == "[[":
-            self._array(path, at, match.group())
-        else:
-            self._table(path, at, match.group())
-        return match.end()
-
-    def _last_items(self, keys: Iterable[str]) -> Path:
-        """The path that a heading's keys mean: of an array of tables its last one."""
         path: Path = ()
-        for key in keys:
+        for key in above:  # of an array of tables its last one is meant
             path = (*path, key)
             if path in self.counts:
                 path = (*path, self.counts[path] - 1)
-        return path
-
-    def _array(self, path: Path, at: int, heading: str) -> None:
-        taken = self.values.get(path) or self.tables.get(path) or self.dotted.get(path)
-        if taken and path not in self.counts:
-            advice = f"write {heading} there as well" if path in self.tables else "write it in one way only"
-            raise _Trouble(at, heading, "one way of writing it", f"line {taken} has it as one table; {advice}")
-        self._implied(path, at)
-        number = self.counts.get(path, 0)
-        self.counts[path] = number + 1
-        self.prefix = (*path, number)
-        self.lines.setdefault(path, self.line(at))
-        self.lines[self.prefix] = self.headings[self.prefix] = self.line(at)
-
-    def _table(self, path: Path, at: int, heading: str) -> None:
-        name = heading.strip("[] \t")
-        if path in self.counts:
-            advice = f"write [[{name}]], as in line {self.lines[path]}"
-            raise _Trouble(at, heading, f"[[{name}]]", advice)
-        if path in self.tables and name in SECTIONS and SECTIONS[name].array:
-            advice = f"write [[{name}]] for each; the first is in line {self.tables[path]}"
+        path, heading, line, many = (*path, last), match.group(), self.line(at), match[1] == "[["
+        name, first, keyed = heading.strip("[] \t"), self.tables.get(path), self.values.get(path) or self.dotted.get(path)
+        if many and (first or keyed) and path not in self.counts:
+            taken, advice = self.values.get(path) or first or keyed, "write it in one way only"
+            advice = f"line {taken} has it as one table; {f'write {heading} there as well' if first else advice}"
+            raise _Trouble(at, heading, "one way of writing it", advice)
+        if not many and path in self.counts:
+            raise _Trouble(at, heading, f"[[{name}]]", f"write [[{name}]], as in line {self.lines[path]}")
+        if not many and first and name in SECTIONS and SECTIONS[name].array:
+            advice = f"write [[{name}]] for each; the first is in line {first}"
             raise _Trouble(at, f"{heading} a second time", f"[[{name}]]", advice)
-        if path in self.tables:
-            advice = f"put its keys below {heading} in line {self.tables[path]}"
+        if not many and first:
+            advice = f"put its keys below {heading} in line {first}"
             raise _Trouble(at, f"{heading} a second time", "each table once", advice)
-        if line := self.values.get(path) or self.dotted.get(path):
-            advice = f"write all of it below {heading}, or all of it with keys such as in line {line}"
-            raise _Trouble(at, f"{heading}, which line {line} has begun", "one way of writing it", advice)
-        self._implied(path, at)
-        self.prefix = path
-        self.tables[path] = self.lines[path] = self.line(at)
+        if not many and keyed:
+            advice = f"write all of it below {heading}, or all of it with keys such as in line {keyed}"
+            raise _Trouble(at, f"{heading}, which line {keyed} has begun", "one way of writing it", advice)
+        for k in range(1, len(path)):  # tables above, which may have no heading of their own
+            self.lines.setdefault(path[:k], line)
+            if taken := self.values.get(path[:k]):
+                name = reduce(_joined_path, path[:k], "")
+                raise _Trouble(at, f"a part of {name}", f"nothing more, as {name} has its value in line {taken}", "keep one")
+        if many:
+            self.counts[path] = self.counts.get(path, 0) + 1
+            self.prefix = (*path, self.counts[path] - 1)
+            self.lines.setdefault(path, line)
+            self.lines[self.prefix] = self.headings[self.prefix] = line
+        else:
+            self.prefix = path
+            self.tables[path] = self.lines[path] = line
+        return match.end()
 
-    def _implied(self, path: Path, at: int) -> None:
-        """The tables above a heading, which may have none of their own."""
-        for k in range(1, len(path)):
-            self.lines.setdefault(path[:k], self.line(at))
+    def _pair(self, at: int, prefix: Path, match: re.Match[str] | None = None) -> int:
+        """Behind a key and its value, which end a line but within an inline table, where the key was matched already."""
+        ending = match is None
+        match = match or _KEY.match(self.text, at)
+        equals = -1 if match is None else self._skip(match.end(), _GAP)
+        if match is None or self.text[equals : equals + 1] != "=":
+            raise _key_trouble(at, self.text[at : self.end(at)])
+        key, line, path = match.group(), self.line(at), (*prefix, *self._keys(match.group()))
+        for k in range(len(prefix) + 1, len(path)):  # tables that the key's dots make
             if path[:k] in self.values:
-                line, name = self.values[path[:k]], _shown(path[:k])
-                raise _Trouble(at, f"a part of {name}", f"nothing more, as {name} has its value in line {line}", "keep one")
-
-    # -- keys and values
-
-    def _statement(self, at: int) -> int:
-        """A key and its value, up to the end of the line."""
-        end = self.end(at)
-        match = _KEY.match(self.text, at)
-        if match is None or self.text[self._gap(match.end()) : self._gap(match.end()) + 1] != "=":
-            raise _key_trouble(at, self.text[at:end])
-        return self._pair(match, self.prefix, ending=True)
-
-    def _pair(self, match: re.Match[str], prefix: Path, *, ending: bool) -> int:
-        """A value behind its key; `ending`: the line must end behind it, as it does but within an inline table."""
-        path = (*prefix, *self._keys(match.group()))
-        at = match.start()
-        self._note(prefix, path, at, match.group())
-        start = self._gap(self._gap(match.end()) + 1)
-        stop = self._value(start, path, match.group() if ending else "")
-        if ending and self._skip(stop, _BLANK) < self.end(stop):
-            raise _value_trouble(start, match.group(), self.text[start : self.end(stop)], stop - start)
-        return stop
-
-    def _note(self, prefix: Path, path: Path, at: int, key: str) -> None:
-        """The lines of a key, and of the tables that its dots make."""
-        line = self.line(at)
-        for k in range(len(prefix) + 1, len(path)):
-            if path[:k] in self.values:
-                found = f"{key}, which is a part of {_shown(path[:k])}"
-                raise _Trouble(
-                    at, found, "one of the two", f"{_shown(path[:k])} has a value in line {self.values[path[:k]]}"
-                )
+                name, advice = reduce(_joined_path, path[:k], ""), f"has a value in line {self.values[path[:k]]}"
+                raise _Trouble(at, f"{key}, which is a part of {name}", "one of the two", f"{name} {advice}")
             if path[:k] not in self.tables:
                 self.dotted.setdefault(path[:k], line)
             self.lines.setdefault(path[:k], line)
@@ -311,6 +242,11 @@ class _Scanner:
         if path in self.counts:
             raise _Trouble(at, f"{key} as a value", f"one {key}", f"line {self.lines[path]} has it as a table")
         self.lines[path] = self.values[path] = line
+        start = self._skip(equals + 1, _GAP)
+        stop = self._value(start, path, key if ending else "")
+        if ending and self._skip(stop, _BLANK) < self.end(stop):
+            raise _value_trouble(start, key, self.text[start : self.end(stop)], stop - start)
+        return stop
 
     def _value(self, at: int, path: Path, key: str) -> int:
         """Behind a value; `key`: what it belongs to where that has the line to itself."""
@@ -322,13 +258,11 @@ class _Scanner:
             at = self._inline(at, path)
             self.braces -= 1
             return at
-        if self.text[at : at + 3] in ('"""', "'''"):
+        if (quotes := self.text[at : at + 3]) in ('"""', "'''"):
             match = _LONG_TEXT.match(self.text, at)
             if match is None:
-                advice = f"write {self.text[at : at + 3]} where the text ends, or one quote on either side"
-                raise _Trouble(
-                    at, f"{self.text[at : at + 3]} that is never closed", "a text that ends", advice, resume=len(self.text)
-                )
+                found, advice = f"{quotes} that is never closed", "where the text ends, or one quote on either side"
+                raise _Trouble(at, found, "a text that ends", f"write {quotes} {advice}", resume=len(self.text))
             return match.end()
         if mark and mark in "\"'":
             match = _TEXT.match(self.text, at)
@@ -356,18 +290,15 @@ class _Scanner:
             self.lines[(*path, number)] = self.line(at)
             at = self._within(self._value(at, (*path, number), ""), opening)
             if self.text[at] not in ",]":
-                raise self._two_items(at)
+                start = max(self.text.rfind(mark, 0, at) for mark in ",[\n") + 1
+                item = re.split(r"[,\]\n#]", self.text[start:], maxsplit=1)[0].strip()
+                if re.fullmatch(rf"{_NUMBER}\s*[^\W\d_].*|{_NUMBER}\s*[%°]", item):
+                    raise _bare_trouble(start, "", item)
+                found = f"{_glimpse(self.text[at:])} behind an item"
+                raise _Trouble(at, found, "a comma between items, or ]", "put a comma")
             at = self._within(at + 1, opening) if self.text[at] == "," else at
             number += 1
         return at + 1
-
-    def _two_items(self, at: int) -> _Trouble:
-        """Something behind an item of a list that is neither a comma nor its end."""
-        start = max(self.text.rfind(mark, 0, at) for mark in ",[\n") + 1
-        item = re.split(r"[,\]\n#]", self.text[start:], maxsplit=1)[0].strip()
-        if re.fullmatch(rf"{_NUMBER}\s*[^\W\d_].*|{_NUMBER}\s*[%°]", item):
-            return _bare_trouble(start, "", item)
-        return _Trouble(at, f"{_glimpse(self.text[at:])} behind an item", "a comma between items, or ]", "put a comma")
 
     def _within(self, at: int, opening: int) -> int:
         """The next item of a list, or what closes it; a list that another statement interrupts was never closed."""
@@ -401,36 +332,31 @@ class _Scanner:
         trouble.resume = self.end(closing)
         return trouble
 
-    def _members(self, at: int, path: Path) -> int:
+    def _members(self, opening: int, path: Path) -> int:
         """The keys of a table between braces, up to its end."""
-        opening = at
-        at = self._gap(at + 1)
+        at = self._skip(opening + 1, _GAP)
         if self.text[at : at + 1] == "}":
             return at + 1
+        advice = "write all of it on one line and } at its end, or give it a heading of its own"
+        found = f"{_glimpse(self.text[opening:])} without its }}"
+        is_open = _Trouble(opening, found, "a table between braces on one line", advice)
         while True:
             match = _KEY.match(self.text, at)
-            if self._gap(at) == self.end(at) or self.text[at] == "#":
-                raise self._open_inline(opening)
-            if match is None or self.text[self._gap(match.end()) : self._gap(match.end()) + 1] != "=":
+            if at == self.end(at) or self.text[at] == "#":
+                raise is_open
+            equals = -1 if match is None else self._skip(match.end(), _GAP)
+            if match is None or self.text[equals : equals + 1] != "=":
                 raise _inline_trouble(at, self.text[at : self.end(at)])
-            at = self._gap(self._pair(match, path, ending=False))
+            at = self._skip(self._pair(at, path, match), _GAP)
             mark = self.text[at : at + 1]
             if mark == "}":
                 return at + 1
+            if not mark or mark in "\n#":
+                raise is_open
             if mark != ",":
-                if not mark or mark in "\n#":
-                    raise self._open_inline(opening)
-                found = f"{_glimpse(self.text[at:])} behind a value"
                 advice = 'put a comma, and texts such as "480 mm" in quotes'
-                raise _Trouble(at, found, "a comma between keys, or }", advice)
-            at = self._gap(at + 1)
-
-    def _open_inline(self, opening: int) -> _Trouble:
-        """An inline table without its end on its line."""
-        advice = "write all of it on one line and } at its end, or give it a heading of its own"
-        return _Trouble(
-            opening, f"{_glimpse(self.text[opening:])} without its }}", "a table between braces on one line", advice
-        )
+                raise _Trouble(at, f"{_glimpse(self.text[at:])} behind a value", "a comma between keys, or }", advice)
+            at = self._skip(at + 1, _GAP)
 
 
 def _closing(text: str, opening: int) -> int | None:
@@ -464,9 +390,6 @@ def _braced(inner: str) -> str:
     return f"{{{', '.join(pairs)}}}"
 
 
-# -- what was meant --------------------------------------------------------------------------------------------------
-
-
 def troubles(text: str, name: str, message: str) -> list[Fault]:
     r"""Why a text that `tomllib` refuses is no TOML: `message` is its own, `name` that of the file.
 
@@ -478,8 +401,9 @@ def troubles(text: str, name: str, message: str) -> list[Fault]:
     found: list[Fault] = []
     try:
         for trouble in scanner.troubles():
-            place = scanner.line(trouble.at), scanner.column(trouble.at)
-            found.append(Fault(name, trouble.found, trouble.expected, trouble.advice, *place))
+            line = scanner.line(trouble.at)
+            column = trouble.at - scanner.starts[line - 1] + 1
+            found.append(Fault(name, trouble.found, trouble.expected, trouble.advice, line, column))
             if len(found) == _MOST_TROUBLES:
                 break
     except RecursionError:
@@ -489,9 +413,9 @@ def troubles(text: str, name: str, message: str) -> list[Fault]:
     if found and (stop is None or (found[0].line or 0) <= stop):
         return found
     what = message[: match.start()].strip() if match else message[:100]
-    column = int(match[2]) if match and match[2] else None
+    at = int(match[2]) if match and match[2] else None
     what = f"a text that is no TOML ({what})" if match else "a number of too many digits"
-    return [Fault(name, what, "a scene in TOML", "", stop, column)]
+    return [Fault(name, what, "a scene in TOML", "", stop, at)]
 
 
 def _is_value(text: str) -> bool:

@@ -4,11 +4,7 @@ import flywheel
 from flywheel.scene import accuracy
 from tests import regimes, scenes
 
-AREAS = {
-    "areas": {"values": [100, -100], "scale": "1 J"},
-    "regime": {"speed": "60 rpm"},
-    "flywheel": {"irregularity": 0.02},
-}
+AREAS = {"areas": {"values": [100, -100], "scale": "1 J"}, "regime": {"speed": "60 rpm"}, "flywheel": {"irregularity": 0.02}}
 
 
 def scene(**changes):

@@ -56,11 +56,7 @@ rod = {length = "0.4 m", mass = 4, inertia = 0.1, com = 0.15}
 slider = {mass = "20 kg", offset = "-20 mm"}
 """)
     assert found.geometry == {"crank.length": 0.1, "rod.length": 0.4, "slider.offset": -0.02}
-    assert found.bodies == {
-        "crank": Body(3.0, 0.02, 0.01, math.pi),
-        "rod": Body(4.0, 0.1, 0.15),
-        "slider": Body(20.0),
-    }
+    assert found.bodies == {"crank": Body(3.0, 0.02, 0.01, math.pi), "rod": Body(4.0, 0.1, 0.15), "slider": Body(20.0)}
     assert (found.name, found.phase) == ("press", pytest.approx(math.pi / 6, rel=1e-15))
 
 

@@ -125,8 +125,7 @@ def test_an_angle_without_a_unit_beyond_a_turn_is_refused(given, path, advice):
 
 
 @pytest.mark.parametrize(
-    "given",
-    [{}, {"phase": '"80 rad"'}, {"phase": math.tau}, {"cycle": 4 * math.pi, "phase": 12.5, "every": 4 * math.pi}],
+    "given", [{}, {"phase": '"80 rad"'}, {"phase": math.tau}, {"cycle": 4 * math.pi, "phase": 12.5, "every": 4 * math.pi}]
 )
 def test_an_angle_within_a_turn_or_the_cycle_needs_no_unit(given):
     parse_scene(BARE_ANGLES.format(**WITHIN | given))
