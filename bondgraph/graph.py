@@ -117,11 +117,6 @@ def dead_ends(graph: BondGraph) -> Iterator[str]:
             )
 
 
-def bond_domains(elements: Mapping[str, Element], bonds: Sequence[Bond]) -> dict[int, str]:
-    """Bond number -> name of its energy domain, for the bonds whose region names one."""
-    return {b.number: names[0][0] for region, names in _regions(elements, bonds) if names for b in region}
-
-
 def _wrong_counts(elements: Mapping[str, Element], bonds: Sequence[Bond]) -> Iterator[str]:
     incoming = dict.fromkeys(elements, 0)
     outgoing = dict(incoming)
@@ -370,7 +365,7 @@ class BondGraph:
 
     @cached_property
     def _domains(self) -> Mapping[int, str]:
-        return bond_domains(self.elements, self.bonds)
+        return {b.number: names[0][0] for region, names in _regions(self.elements, self.bonds) if names for b in region}
 
     def with_law(self, name: str, law: Any) -> BondGraph:
         """The same graph with another law for one element, such as a changed transformer ratio."""
@@ -524,16 +519,15 @@ def plan(waiting: list[Relation], known: set[int]) -> list[Step]:
     ([Scale(source=0, target=1, ratio=2.0)], [Scale(source=1, target=0, ratio=0.5)])
     """
     steps: list[Step] = []
-    progress = True
-    while progress:
-        progress = False
+    before = -1
+    while before < len(steps):
+        before = len(steps)
         for relation in list(waiting):
             step = _local(relation, known)
             if step is not None:
                 waiting.remove(relation)
                 steps.append(step)
                 known.add(step.target)
-                progress = True
     return steps
 
 

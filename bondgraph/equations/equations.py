@@ -9,7 +9,7 @@ any mechanism of one degree of freedom that has two velocities of interest is a 
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Iterator, Mapping, Sequence, Set
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
@@ -57,10 +57,23 @@ class Reading:
     """
 
     def __init__(self, graph: BondGraph, opaque: bool, causality: Causality | None, momenta: bool = True) -> None:
+        import sympy  # type: ignore[import-untyped]
+
         self.twin, dynamics = _like(graph, opaque)
         self.form: Formulation = dynamics.form
         self.tables = dynamics.tables._replace(iterated=False)
-        _solvable(self.twin.graph, self.form)
+        own = sympy.Symbol(OWN_FLOW, real=True)
+        for port in self.form.ports:  # a flow that no inertia weighs meets a resistor whose law is no straight line
+            law = port.element.law
+            if port.element.kind != "R" or not isinstance(law, Function) or OWN_FLOW not in law.of:
+                continue
+            weightless = [k for k in self.form.massless if k in self.form.support[port.variable]]
+            if weightless and law.symbolic({OWN_FLOW: own}).diff(own).has(own):
+                flow = self.form.name_of(self.form.coordinates.all[weightless[0]])
+                raise GraphError(
+                    f"{self.twin.graph.where(port.element.name)}: its law is no straight line, and the flow of {flow}, which "
+                    "no inertia weighs, follows from it by no formula; put an inertia there, or use Dynamics"
+                )
         take, moving = self.twin.names.take, self.form.coordinates.moving
         self.keepers: dict[int, Port] = {}
         for port in self.form.ports if momenta else ():
@@ -116,24 +129,6 @@ def _like(graph: BondGraph, opaque: bool) -> tuple[Twin, Dynamics]:
     )
 
 
-def _solvable(graph: BondGraph, form: Formulation) -> None:
-    """Raise where a flow that no inertia weighs meets a resistor whose law is no straight line."""
-    import sympy  # type: ignore[import-untyped]
-
-    own = sympy.Symbol(OWN_FLOW, real=True)
-    for port in form.ports:
-        law = port.element.law
-        if port.element.kind != "R" or not isinstance(law, Function) or OWN_FLOW not in law.of:
-            continue
-        massless = [k for k in form.massless if k in form.support[port.variable]]
-        if massless and law.symbolic({OWN_FLOW: own}).diff(own).has(own):
-            flow = form.name_of(form.coordinates.all[massless[0]])
-            raise GraphError(
-                f"{graph.where(port.element.name)}: its law is no straight line, and the flow of {flow}, which no inertia "
-                "weighs, follows from it by no formula; put an inertia there, or use Dynamics"
-            )
-
-
 def _solved(matrix: Sequence[Sequence[Any]], force: Sequence[Any]) -> list[Any]:
     """The u' of M u' = Q, with M given by its lower triangle: one fraction for each, over the determinant of its block."""
     import sympy
@@ -141,7 +136,12 @@ def _solved(matrix: Sequence[Sequence[Any]], force: Sequence[Any]) -> list[Any]:
     lower = [[exact(sympy.sympify(entry)) for entry in row] for row in matrix]
     right = [exact(sympy.sympify(entry)) for entry in force]
     rates: dict[int, Any] = {}
-    for block in _blocks(lower):
+    blocks: list[list[int]] = []  # the places of the rows that hang together through entries off the diagonal
+    for i, row in enumerate(lower):
+        tied = [block for block in blocks if any(row[j] != 0 for j in block)]
+        blocks = [block for block in blocks if block not in tied]
+        blocks.append(sorted([i, *(j for block in tied for j in block)]))
+    for block in blocks:
         whole = sympy.Matrix([[lower[max(i, j)][min(i, j)] for j in block] for i in block])
         adjugate, determinant = _adjugate(whole)
         if determinant == 0:
@@ -149,16 +149,6 @@ def _solved(matrix: Sequence[Sequence[Any]], force: Sequence[Any]) -> list[Any]:
         for i, loads in zip(block, adjugate.tolist(), strict=True):
             rates[i] = sum(load * right[j] for load, j in zip(loads, block, strict=True)) / determinant
     return [rates[i] for i in range(len(force))]
-
-
-def _blocks(lower: Sequence[Sequence[Any]]) -> list[list[int]]:
-    """The places of the rows that hang together through entries off the diagonal."""
-    blocks: list[list[int]] = []
-    for i, row in enumerate(lower):
-        tied = [block for block in blocks if any(row[j] != 0 for j in block)]
-        blocks = [block for block in blocks if block not in tied]
-        blocks.append(sorted([i, *(j for block in tied for j in block)]))
-    return blocks
 
 
 def _adjugate(matrix: Any) -> tuple[Any, Any]:
@@ -184,8 +174,12 @@ def inert(read: Reading) -> Iterator[str]:
     form = read.form
     for port in form.ports:
         at = read.twin.graph.where(port.element.name)
-        if port.element.kind == "Sf":
-            if not _drives(read, port):
+        if port.element.kind == "Sf":  # it may move a displacement or a spring, or an element that also feels other flows
+            place = form.coordinates.all.index(port.variable)
+            felt = [p for p in form.ports if p.element.name != port.element.name and p.element.kind != "Se"]
+            moved = [p.variable for p in felt if p.element.kind in ("C", "GY") or read.acts(p)]
+            moved += [read.tables.owner_of[d.name] for d in form.displacements]
+            if not any(read.twin.finish(read.walk.gain[v].get(place, 0)) != 0 for v in moved):
                 yield f"{at} acts on nothing: no element feels the flow that it imposes"
         elif port.element.law == 0.0:
             yield f"{at} acts on nothing: its value is 0"
@@ -193,15 +187,6 @@ def inert(read: Reading) -> Iterator[str]:
             free = any(form.coordinates.all[k] not in form.coordinates.imposed for k in form.support[port.variable])
             reason = "its gain is zero" if free else "sources of flow alone settle its flow"
             yield f"{at} acts on nothing: {reason}"
-
-
-def _drives(read: Reading, source: Port) -> bool:
-    """Whether a flow source moves a displacement or a spring, or an element that also feels other flows."""
-    place = read.form.coordinates.all.index(source.variable)
-    felt = [p for p in read.form.ports if p.element.name != source.element.name and p.element.kind != "Se"]
-    moved = [p.variable for p in felt if p.element.kind in ("C", "GY") or read.acts(p)]
-    moved += [read.tables.owner_of[d.name] for d in read.form.displacements]
-    return any(read.twin.finish(read.walk.gain[v].get(place, 0)) != 0 for v in moved)
 
 
 def followers(read: Reading) -> Iterator[str]:
@@ -448,29 +433,25 @@ def state_equations(
     used = set().union(*(d.free_symbols for d in derivatives), *(e.free_symbols for _, e in algebraic))
     rates = [finish(rate) for rate in twin.rates.values()]
     signals = [finish(twin.places[name]) for name in twin.rates]
+    lost = list(inert(read))
+    for element in twin.graph.of_kind("Se", "Sf"):  # a spring held at a constant effort, a point held at a constant speed
+        symbol, at = twin.own.get(element.name), twin.graph.where(element.name)
+        silent = symbol is not None and symbol not in used and not any(line.startswith(f"{at} ") for line in lost)
+        if silent and twin.graph.is_linear(element.name):
+            lost.append(f"{at} acts by being constant: its value is in no equation")
     found = StateEquations(
         graph=graph,
         states=tuple(map(finish, read.state)),
         derivatives=derivatives,
         values=read.twin.values,
         inputs=(finish(twin.places[TIME]), *signals, *(rates if used & set(rates) else ())),
-        inert=(*inert(read), *_cancelling(read, used)),
+        inert=tuple(lost),
         algebraic=algebraic,
         derivative_stores=tuple(followers(read)),
         opaque=read.twin.opaque,
         own=read.twin.own,
     ).check()
     return _filled(found) if values else found
-
-
-def _cancelling(read: Reading, used: Set[Any]) -> Iterator[str]:
-    """Sources of a constant value that the motion does not feel: a spring held at an effort, a point held at a speed."""
-    graph, acting = read.twin.graph, set(inert(read))
-    for element in graph.of_kind("Se", "Sf"):
-        symbol, at = read.twin.own.get(element.name), graph.where(element.name)
-        silent = symbol is not None and symbol not in used and not any(line.startswith(f"{at} ") for line in acting)
-        if silent and graph.is_linear(element.name):
-            yield f"{at} acts by being constant: its value is in no equation"
 
 
 def motion_equation(graph: BondGraph, coordinate: str | None = None, *, opaque: bool = False) -> MotionEquation:
@@ -499,7 +480,20 @@ def motion_equation(graph: BondGraph, coordinate: str | None = None, *, opaque: 
     """
     graph, name = _measured(as_graph(graph), coordinate)
     read = Reading(graph, opaque, None, momenta=False)
-    phi, rate = _coordinate(read, name), read.state[0]
+    form, moving = read.form, read.form.coordinates.moving
+    if len(moving) != 1:
+        names = ", ".join(form.name_of(v) for v in moving) or "none"
+        raise GraphError(
+            f"expected one independent flow that an inertia weighs, found {len(moving)} ({names}): use state_equations"
+        )
+    owned = [d.name for d in form.displacements if form.variable(d.of) == moving[0]]
+    if name is not None and name not in owned:
+        raise GraphError(
+            f"the coordinate {name!r} does not determine the motion (a modulus may vanish): use {form.name_of(moving[0])!r}"
+        )
+    chosen = name or next(iter(owned), None)
+    phi = read.twin.places[chosen] if chosen else read.twin.names.take(f"phi_{form.name_of(moving[0])}", "x")
+    rate = read.state[0]
     read.twin.rename(rate, f"{phi.name}dot")
     _same_form(read)
     finish, unfold, walk = read.twin.finish, read.twin.unfold, read.walk
@@ -528,7 +522,19 @@ def _filled(found: StateEquations) -> StateEquations:
         *((f"the rate of {state}", d) for state, d in zip(found.states, found.derivatives, strict=True)),
         *((f"the flow {flow}", e) for flow, e in found.algebraic),
     ]
-    refuse(f"{what} has no finite value: {_infinite(found, e, at)}" for what, e in equations if _endless(e.xreplace(at)))
+    names = {symbol: found.graph.where(name) for name, symbol in found.own.items()}
+    faults = []
+    for what, e in equations:
+        if _endless(e.xreplace(at)):  # by the numbers of the elements that do so alone, or else of all together
+            used = sorted(sympy.fraction(sympy.together(e))[1].free_symbols & set(at), key=str)
+            alone = [symbol for symbol in used if _endless(e.xreplace({symbol: at[symbol]}))]
+            at_fault = ", ".join(f"{names.get(symbol, symbol)} = {found.values[symbol]:g}" for symbol in alone or used)
+            together = "" if alone else ", together,"
+            faults.append(
+                f"{what} has no finite value: {at_fault}{together} leaves nothing to divide by; give another value, or "
+                "leave the element out"
+            )
+    refuse(faults)
     return replace(
         found,
         derivatives=tuple(d.xreplace(at) for d in found.derivatives),
@@ -540,18 +546,6 @@ def _endless(expression: Any) -> bool:
     import sympy
 
     return bool(expression.has(sympy.zoo, sympy.nan, sympy.oo, -sympy.oo))
-
-
-def _infinite(found: StateEquations, expression: Any, at: Mapping[Any, Any]) -> str:
-    """Whose number makes an expression infinite: the elements that do so alone, or else all that do so together."""
-    import sympy
-
-    names = {symbol: found.graph.where(name) for name, symbol in found.own.items()}
-    used = sorted(sympy.fraction(sympy.together(expression))[1].free_symbols & set(at), key=str)
-    alone = [symbol for symbol in used if _endless(expression.xreplace({symbol: at[symbol]}))]
-    at_fault = ", ".join(f"{names.get(symbol, symbol)} = {found.values[symbol]:g}" for symbol in alone or used)
-    together = "" if alone else ", together,"
-    return f"{at_fault}{together} leaves nothing to divide by; give another value, or leave the element out"
 
 
 # -- one degree of freedom -------------------------------------------------------------------------------------------------
@@ -570,24 +564,6 @@ def _measured(graph: BondGraph, coordinate: str | None) -> tuple[BondGraph, str 
         raise GraphError(f"the coordinate {coordinate!r} is no displacement or 1-junction of the graph; it declares {known}")
     others = {name: d for name, d in graph.displacements.items() if name != declared.name}
     return replace(graph, displacements={declared.name: declared, **others}), declared.name
-
-
-def _coordinate(read: Reading, name: str | None) -> Any:
-    """The symbol of the one independent displacement."""
-    form = read.form
-    moving = form.coordinates.moving
-    if len(moving) != 1:
-        names = ", ".join(form.name_of(v) for v in moving) or "none"
-        raise GraphError(
-            f"expected one independent flow that an inertia weighs, found {len(moving)} ({names}): use state_equations"
-        )
-    owned = [d for d in form.displacements if form.variable(d.of) == moving[0]]
-    if name is not None and name not in [d.name for d in owned]:
-        raise GraphError(
-            f"the coordinate {name!r} does not determine the motion (a modulus may vanish): use {form.name_of(moving[0])!r}"
-        )
-    chosen = name or (owned[0].name if owned else None)
-    return read.twin.places[chosen] if chosen else read.twin.names.take(f"phi_{form.name_of(moving[0])}", "x")
 
 
 def _same_form(read: Reading) -> None:

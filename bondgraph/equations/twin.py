@@ -211,6 +211,7 @@ class _Writer:
         self.held: dict[Any, Any] = {}
 
     def law(self, element: Element) -> Any:
+        """An element's law with symbols for its numbers."""
         import sympy
 
         law = element.law
@@ -258,8 +259,18 @@ class _Writer:
         import sympy
 
         motion, name = law.motion, self.names.free(element.name, element.kind)
-        if isinstance(law, Law) and law.moving:
-            return _moving(name, law)
+        if isinstance(law, Law) and law.moving:  # a function of those flows and the time too that it sees
+
+            def value(q: Any, *seen: Any) -> Any:
+                here = Here(q, motion.position(q, np, q), np)._replace(**dict(zip(law.sees, seen, strict=True)))
+                return law.effort(here, here)
+
+            moving = numeric_function(name, value)
+
+            def effort(here: Here, anchor: Here) -> Any:
+                return moving(here.q, *(getattr(here, what) for what in law.sees))
+
+            return Law(effort, Motion(motion.of), None, True, law.sees)
         of = next(d.name for d in displacements(self.graph) if d.of == motion.of)
         if isinstance(law, Law):
             called = numeric_function(name, lambda q: law.effort(*(Here(q, motion.position(q, np, q), np),) * 2))
@@ -267,21 +278,6 @@ class _Writer:
             slope = numeric_function(f"{name}_slope", lambda q: law.slope(motion.position(q, np, q)))
             called = numeric_function(name, lambda q: law.value(motion.position(q, np, q)), slope)
         return Function(called(sympy.Symbol(of, real=True)), (of,), (of,))
-
-
-def _moving(name: str, law: Law) -> Law:
-    """The same law on symbols: a function of the displacement, and of those flows and the time that it sees."""
-
-    def value(q: Any, *seen: Any) -> Any:
-        here = Here(q, law.motion.position(q, np, q), np)._replace(**dict(zip(law.sees, seen, strict=True)))
-        return law.effort(here, here)
-
-    called = numeric_function(name, value)
-
-    def effort(here: Here, anchor: Here) -> Any:
-        return called(here.q, *(getattr(here, what) for what in law.sees))
-
-    return Law(effort, Motion(law.motion.of), None, True, law.sees)
 
 
 def numeric_function(name: str, value: Callable[..., Any], slope: Any = None) -> Any:
