@@ -165,7 +165,7 @@ def _equation(graph: BondGraph, found: Causality, known: Inputs, bond: Bond, let
     if kind in SOURCES:
         if isinstance(law, Law) and law.moving:  # it may depend on flows and time besides
             driving = Term(Quantity("f", graph.at(law.motion.of)[0].number))
-            also = {"speed": driving, "flow": Term(Quantity("f", bond.number)), "time": TIME}
+            also: dict[str, str | Term] = {"speed": driving, "flow": Term(Quantity("f", bond.number)), "time": TIME}
             symbol = symbol._replace(arguments=(*symbol.arguments, *(also[name] for name in law.sees)))
         terms = [Term(None, symbol)]
     elif kind in STORES:  # from its state, or its state's rate of change

@@ -340,7 +340,7 @@ def cost(problem: Problem, at: Array, group: Sequence[int]) -> Array:
     half, ends = problem.half, problem.ends
     chosen = np.zeros(len(half), dtype=bool)
     chosen[list(group)] = True
-    touched = chosen[ends].any(axis=1)
+    touched: Mask = np.asarray(chosen[ends].any(axis=1))
 
     gap = np.abs(at[:, chosen, None] - at[:, None]) - (half[chosen, None] + half[None])
     meet = (gap < 0).all(axis=-1) & (np.flatnonzero(chosen)[:, None] != np.arange(len(chosen)))[None]

@@ -71,8 +71,8 @@ class Reading:
             if weightless and law.symbolic({OWN_FLOW: own}).diff(own).has(own):
                 flow = self.form.name_of(self.form.coordinates.all[weightless[0]])
                 raise GraphError(
-                    f"{self.twin.graph.where(port.element.name)}: its law is no straight line, and the flow of {flow}, which "
-                    "no inertia weighs, follows from it by no formula; put an inertia there, or use Dynamics"
+                    f"{self.twin.graph.where(port.element.name)}: its law is no straight line, and the flow of {flow}, "
+                    "which no inertia weighs, follows from it by no formula; put an inertia there, or use Dynamics"
                 )
         take, moving = self.twin.names.take, self.form.coordinates.moving
         self.keepers: dict[int, Port] = {}

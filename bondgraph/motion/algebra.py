@@ -275,16 +275,20 @@ def _symbolic(matrix: Rows, right: Rows) -> list[list[Any]]:
     size = len(matrix)
     rows: list[list[Any]] = [[*row, *given] for row, given in zip(matrix, right, strict=True)]
     taken: list[tuple[int, int]] = []
-    while (pivot := _next_pivot(rows, size, taken)) is not None:
-        taken.append(pivot)
-        for k in range(size):
-            if k not in {row for row, _ in taken}:
-                row, column = pivot
-                if not _zero(rows[k][column]):
-                    factor = rows[k][column] / rows[row][column]
-                    rows[k] = [a if _zero(b) else a - factor * b for a, b in zip(rows[k], rows[row], strict=True)]
-    left = [k for k in range(size) if k not in {row for row, _ in taken}]
-    open_ = [k for k in range(size) if k not in {column for _, column in taken}]
+    left, open_ = list(range(size)), list(range(size))  # rows and columns without a pivot
+    while True:  # the next pivot is a number, not zero, with the fewest entries beside it
+        filled = {(i, j) for i in left for j in open_ if not _zero(rows[i][j])}
+        numbers = [(i, j) for i, j in sorted(filled) if not getattr(rows[i][j], "free_symbols", None)]
+        if not numbers:
+            break
+        row, column = min(numbers, key=lambda at, filled=filled: sum(at[0] == i or at[1] == j for i, j in filled))  # type: ignore[misc]
+        taken.append((row, column))
+        left.remove(row)
+        open_.remove(column)
+        for k in left:
+            if not _zero(rows[k][column]):
+                factor = rows[k][column] / rows[row][column]
+                rows[k] = [a if _zero(b) else a - factor * b for a, b in zip(rows[k], rows[row], strict=True)]
     solution: dict[int, list[Any]] = {}
     if left:
         square = sympy.Matrix([[rows[k][j] for j in open_] for k in left])
@@ -300,15 +304,6 @@ def _symbolic(matrix: Rows, right: Rows) -> list[list[Any]]:
             for n, value in enumerate(rows[row][size:])
         ]
     return [solution[k] for k in range(size)]
-
-
-def _next_pivot(rows: Rows, size: int, taken: Sequence[tuple[int, int]]) -> tuple[int, int] | None:
-    """The place of a number, not zero, in a row and a column that are free, with the fewest entries beside it."""
-    free_rows = [k for k in range(size) if k not in {row for row, _ in taken}]
-    free_columns = [k for k in range(size) if k not in {column for _, column in taken}]
-    filled = {(i, j) for i in free_rows for j in free_columns if not _zero(rows[i][j])}
-    numbers = [(i, j) for i, j in sorted(filled) if not getattr(rows[i][j], "free_symbols", None)]
-    return min(numbers, key=lambda at: sum(at[0] == i or at[1] == j for i, j in filled), default=None)
 
 
 def _zero(entry: Any) -> bool:
@@ -362,24 +357,16 @@ def _iterated(equations: Equations, flows: list[Any]) -> list[Any] | None:
         done = (length <= _SMALL * reach + _NOTHING) | ((length <= _ROUNDING * reach) & (length >= 0.5 * before))
         if np.all(done):
             return [f + s for f, s in zip(flows, step, strict=True)]
-        flows, balance = _shortened(equations, flows, step, _norm(residual), done)
-        before = length
+        part: Any = 1.0  # of the step: shortened where the residual would grow
+        for _ in range(_MOST // 4):
+            trial = [f + part * s for f, s in zip(flows, step, strict=True)]
+            balance = _evaluated(equations, trial)
+            worse = ~((_norm(balance[0]) < _norm(residual)) | done)
+            if not np.any(worse):
+                break
+            part = np.where(worse, 0.5 * part, part) if np.ndim(worse) else 0.5 * part
+        flows, before = trial, length
     return None
-
-
-def _shortened(
-    equations: Equations, flows: list[Any], step: Sequence[Any], before: Any, done: Any
-) -> tuple[list[Any], Balance]:
-    """The flows a step on, shortened where the residual would grow, with their residuals and slopes."""
-    part: Any = 1.0
-    for _ in range(_MOST // 4):
-        trial = [f + part * s for f, s in zip(flows, step, strict=True)]
-        balance = _evaluated(equations, trial)
-        worse = ~((_norm(balance[0]) < before) | done)
-        if not np.any(worse):
-            break
-        part = np.where(worse, 0.5 * part, part) if np.ndim(worse) else 0.5 * part
-    return trial, balance
 
 
 def _evaluated(equations: Equations, flows: list[Any]) -> Balance:

@@ -119,7 +119,14 @@ class Walk:
     def instant(self) -> Instant:
         """Flows, rates of the state, efforts."""
         accelerations, bias = self._accelerations()
-        efforts = [self._effort_at(k, accelerations, bias) for k in range(len(self.form.ports))]
+        efforts = []
+        for number, port in enumerate(self.form.ports):
+            if port.element.kind == "I":
+                gains = self.gain[port.variable].items()
+                rate = bias[port.variable] + total(g * accelerations[k] for k, g in gains if k < len(accelerations))
+                efforts.append(self.graph.constant(port.element.name) * port.sign * rate)
+            else:
+                efforts.append(self._efforts.get(number))
         moduli = {name: self.moduli[id(ratio)][0] for ratio, name in self.tables.moduli}
         return Instant(self.flow, self._state_rates(accelerations), efforts, moduli)
 
@@ -445,15 +452,6 @@ class Walk:
                     bias[variable] = solution[row][0]
         return bias
 
-    def _effort_at(self, number: int, accelerations: list[Any], bias: list[Any]) -> Any:
-        port = self.form.ports[number]
-        if port.element.kind != "I":
-            return self._efforts.get(number)
-        moving = len(accelerations)
-        gains = self.gain[port.variable]
-        rate = bias[port.variable] + total(g * accelerations[k] for k, g in gains.items() if k < moving)
-        return self.graph.constant(port.element.name) * port.sign * rate
-
 
 def _here(position: Callable[[Any, Any, Any], Any], q: Any, anchor: Any) -> Here:
     return Here(q, position(q, np, anchor), np)
@@ -532,21 +530,9 @@ class Dynamics:
     @cached_property
     def rates(self) -> Rates:
         """(t, *state, *anchors) -> rates of the state, recorded as straight-line code."""
-        if self.tables.iterated:
-            return self._iterated()
-        return self._recorded(Walk.rates)
-
-    def _recorded(self, what: Callable[[Walk], Sequence[Any]], massless: int = 0) -> Rates:
-        """What follows from a walk as straight-line code of (t, *state, *anchors, *massless flows)."""
-        count, recorder = len(self.state.names), Recorder()
-        t, *values = recorder.inputs(1 + count + len(self.anchored) + massless)
-        anchors = dict(zip(self.anchored, values[count:], strict=False))
-        given = values[len(values) - massless :] if massless else None
-        return recorder.function(what(Walk(self.tables, t, values[:count], anchors, given)))
-
-    def _iterated(self) -> Rates:
-        """The rates where massless flows are iterated: these first, from where they were last, then all that follows."""
-        size = len(self.form.massless)
+        if not self.tables.iterated:
+            return self._recorded(Walk.rates)
+        size = len(self.form.massless)  # of flows that are iterated first, from where they were last
 
         def flat(walk: Walk) -> list[Any]:
             residual, slopes = walk.balance()
@@ -566,6 +552,14 @@ class Dynamics:
             return rates(t, *values, *last)
 
         return iterated
+
+    def _recorded(self, what: Callable[[Walk], Sequence[Any]], massless: int = 0) -> Rates:
+        """What follows from a walk as straight-line code of (t, *state, *anchors, *massless flows)."""
+        count, recorder = len(self.state.names), Recorder()
+        t, *values = recorder.inputs(1 + count + len(self.anchored) + massless)
+        anchors = dict(zip(self.anchored, values[count:], strict=False))
+        given = values[len(values) - massless :] if massless else None
+        return recorder.function(what(Walk(self.tables, t, values[:count], anchors, given)))
 
 
 def _checked_signals(graph: BondGraph, signals: Mapping[str, Any]) -> dict[str, Function]:

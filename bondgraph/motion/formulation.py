@@ -253,10 +253,10 @@ class Formulation:
             if isinstance(step, Scale):
                 support[step.target] = support[step.source]
             elif isinstance(step, Sum):
-                support[step.target] = _joined(support[source] for source, _ in step.terms)
+                support[step.target] = tuple(sorted({k for source, _ in step.terms for k in support[source]}))
             else:
                 sources = [v for relation in step.relations for v, _, _ in relation.terms if v in support]
-                support |= dict.fromkeys(step.unknown, _joined(support[v] for v in sources))
+                support |= dict.fromkeys(step.unknown, tuple(sorted({k for v in sources for k in support[v]})))
         return support
 
     def _sorted(self, chosen: tuple[int, ...]) -> Coordinates:
@@ -318,10 +318,6 @@ def displacements(graph: BondGraph) -> Iterator[Displacement]:
     for junction in graph.motions:
         if junction not in declared:
             yield Displacement(junction, junction)
-
-
-def _joined(supports: Iterator[tuple[int, ...]]) -> tuple[int, ...]:
-    return tuple(sorted({k for support in supports for k in support}))
 
 
 def _groups(unknown: set[int], waiting: list[Relation]) -> Iterator[tuple[set[int], list[Relation]]]:

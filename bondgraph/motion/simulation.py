@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 
 from bondgraph.elements import ONE_PORTS
 from bondgraph.graph import BondGraph, Ratio, Scale, Sum, effort_relations, effort_variables, plan
-from bondgraph.laws import TIME, GraphError
+from bondgraph.laws import TIME, GraphError, refuse
 from bondgraph.motion.algebra import WEIGHTLESS
 from bondgraph.motion.dynamics import Dynamics, Instant, Walk
 from bondgraph.motion.stepping import ADAPTIVE, FIXED, Breaks, StepError, Stretch, adaptive, fixed, through_breaks
@@ -47,9 +47,7 @@ _OBSERVED = 500  # steps after which a method's steps are held against that: any
 _MANY = 2000  # steps: fewer are as well taken by the explicit method
 _STIFF = "Radau"
 _EXPLICIT = ("RK23", "RK45", "DOP853")
-_THROUGH_DEAD_CENTRES = (
-    "LSODA"  # its Jacobian is that of a step's end, where Radau's, of its start, knows of no inertia ahead
-)
+_THROUGH_DEAD_CENTRES = "LSODA"  # its Jacobian is of a step's end, where Radau's, of its start, knows of no inertia ahead
 _NOT_FINITE = "the rates are not finite"
 _NO_INERTIA = 1e-6  # of the greatest in the run
 _PILOT_EVALUATIONS = 50_000
@@ -249,9 +247,7 @@ def simulate(
     _check_arguments(until, rtol, method, step, evaluations)
     dynamics = Dynamics(graph, signals)
     start = _start(dynamics, initial or {})
-    faults = dynamics.unbalanced(start.tolist())
-    if faults:
-        raise GraphError("\n".join(faults))
+    refuse(dynamics.unbalanced(start.tolist()))
     stepper = _Stepper(dynamics, method, until, start, _breaks(dynamics, breaks or {}, until), int(evaluations))
     run = stepper.fixed(step) if step is not None else stepper.adaptive(rtol)
     if tolerance is not None:
@@ -384,11 +380,8 @@ class _Stepper:
         if not self.dynamics.tables.moduli:
             return
         given, start, budget = self.method, self.start, self.budget
-        self.method, self.stiffness_checked, self.budget = (
-            _THROUGH_DEAD_CENTRES,
-            False,
-            min(budget, self.evaluations + _PILOT_EVALUATIONS),
-        )
+        self.method, self.stiffness_checked = _THROUGH_DEAD_CENTRES, False
+        self.budget = min(budget, self.evaluations + _PILOT_EVALUATIONS)
         try:
             eps = 4.0 * np.finfo(float).eps
             for begin in self._beside(start, eps * np.abs(start)) if self._rounded_away() else [start]:
@@ -431,7 +424,12 @@ class _Stepper:
         plain, taken, began = self._field({}), 0, self.evaluations
         stretches: list[Stretch] = []
         within, lasts = dense or bool(self.breaks), [0.0]
-        length = None if beside is None else _lengths(beside, _SHORTER)
+        length: Callable[[float], float] | None = None
+        if beside is not None:
+            ends, widths = beside.t[1:], _SHORTER * np.diff(beside.t)
+
+            def length(t: float) -> float:
+                return float(widths[min(int(np.searchsorted(ends, t, side="right")), widths.size - 1)])
 
         def steps(t: float, state: Array, stop: float, anchors: Mapping[int, float]) -> Iterator[Stretch]:
             nonlocal taken
@@ -448,9 +446,8 @@ class _Stepper:
                 if self.method in _STABLE and taken % _OBSERVED == 0:
                     mean_step, cost = (stretch.end - lasts[-1]) / _OBSERVED, (self.evaluations - began) / taken
                     lasts.append(stretch.end)
-                    if self.method in _EXPLICIT and (self.until - stretch.end) * cost > mean_step * (
-                        self.budget - self.evaluations
-                    ):
+                    left = mean_step * (self.budget - self.evaluations)
+                    if self.method in _EXPLICIT and (self.until - stretch.end) * cost > left:
                         dead = self._dead_centre(stretches, stretch.after, stretch.end)
                         if dead is not None:
                             raise _DeadCentreError(*dead, stretch.end)
@@ -459,11 +456,8 @@ class _Stepper:
                 yield stretch
                 if self.evaluations > self.budget:
                     other = "DOP853" if self.method in ("RK23", "RK45") else "LSODA"
-                    advice = (
-                        "longer steps"
-                        if self.method in FIXED
-                        else f"a larger rtol, give a jump's or kink's places as breaks, or use another method ({other})"
-                    )
+                    advice = f"a larger rtol, give a jump's or kink's places as breaks, or use another method ({other})"
+                    advice = "longer steps" if self.method in FIXED else advice
                     raise GraphError(
                         f"{self.budget} evaluations of the rates by {self.method} are spent at t = {stretch.end:.6g} s of "
                         f"{self.until:g} s: ask for a shorter time or {advice}; evaluations= allows more"
@@ -609,12 +603,6 @@ class _StiffnessError(Exception):
         self.rate, self.step, self.evaluations = rate, step, evaluations
 
 
-def _lengths(run: Run, part: float) -> Callable[[float], float]:
-    """A part of the length of a run's step at a time."""
-    ends, widths = run.t[1:], part * np.diff(run.t)
-    return lambda t: float(widths[min(int(np.searchsorted(ends, t, side="right")), widths.size - 1)])
-
-
 def _rounding(run: Run) -> float:
     """What rounding makes of the states, at least: each step leaves some."""
     return float(4.0 * np.finfo(float).eps * math.sqrt(len(run.stretches)))
@@ -643,8 +631,7 @@ def _check_arguments(until: float, rtol: float, method: str, step: float | None,
         faults.append(f"method {method!r} takes equal steps: give step, in s")
     elif method in ADAPTIVE and step is not None:
         faults.append(f"method {method!r} chooses its own steps: give rtol, not step")
-    if faults:
-        raise GraphError("\n".join(faults))
+    refuse(faults)
 
 
 def _start(dynamics: Dynamics, initial: Mapping[str, float]) -> Array:
@@ -662,16 +649,26 @@ def _start(dynamics: Dynamics, initial: Mapping[str, float]) -> Array:
             faults.append(f"initial {name!r}: found {value!r}, expected a finite number")
         else:
             start[names.index(found)] = value
-    if faults:
-        raise GraphError("\n".join(faults))
+    refuse(faults)
     return start
 
 
 def _breaks(dynamics: Dynamics, given: Mapping[str, Any], until: float) -> tuple[list[Breaks], list[float]]:
+    """Ascending places of breaks of states, within a period if there is one, and the times of breaks."""
     breaks: list[Breaks] = []
     times: list[float] = []
     for name, values in given.items():
-        places, period = _places(name, values)
+        period = None
+        try:
+            if len(values) == 2 and np.ndim(values[0]) == 1:
+                places, period = np.asarray(values[0], dtype=float), float(values[1])
+            else:
+                places = np.asarray(values, dtype=float)
+        except (TypeError, ValueError) as error:
+            raise GraphError(f"breaks {name!r}: found {values!r}, expected a list of numbers, or (list, period)") from error
+        if places.ndim != 1 or not np.all(np.isfinite(places)) or (period is not None and not 0.0 < period < np.inf):
+            raise GraphError(f"breaks {name!r}: found {values!r}, expected finite numbers, and a period above 0")
+        places = np.unique(places if period is None else places % period)
         if name == TIME:
             again = [0.0] if period is None else period * np.arange(np.ceil(until / period))
             times += [float(place + later) for later in again for place in places]
@@ -680,20 +677,6 @@ def _breaks(dynamics: Dynamics, given: Mapping[str, Any], until: float) -> tuple
         else:
             raise GraphError(f"breaks {name!r}: no such state; they are t, {', '.join(dynamics.state.names)}")
     return breaks, times
-
-
-def _places(name: str, given: Any) -> tuple[Array, float | None]:
-    """Ascending places of breaks, within a period if there is one."""
-    try:
-        if len(given) == 2 and np.ndim(given[0]) == 1:
-            places, period = np.asarray(given[0], dtype=float), float(given[1])
-        else:
-            places, period = np.asarray(given, dtype=float), None
-    except (TypeError, ValueError) as error:
-        raise GraphError(f"breaks {name!r}: found {given!r}, expected a list of numbers, or (list, period)") from error
-    if places.ndim != 1 or not np.all(np.isfinite(places)) or (period is not None and not 0.0 < period < np.inf):
-        raise GraphError(f"breaks {name!r}: found {given!r}, expected finite numbers, and a period above 0")
-    return np.unique(places if period is None else places % period), period
 
 
 # -- power and energy ----------------------------------------------------------------------------------------------------
@@ -781,25 +764,16 @@ def audit(dynamics: Dynamics, bonds: Bonds, stretches: Sequence[Stretch], evalua
         elif port.element.kind == "C" and not curved:
             stored += 0.5 * graph.constant(port.element.name) * _filled(effort, edges.shape) ** 2
     stored = stored + (since_start("C") if curved else 0.0)
-    usual = float(np.abs(stored).max()) / stretches[-1].end
-    worst, where = _worst(bonds.imbalances(flows, efforts), flows, efforts, usual)
+    imbalances = {name: float(np.abs(value).max()) for name, value in bonds.imbalances(flows, efforts).items()}
+    where = max(imbalances, key=lambda name: imbalances[name])
+    greatest = max(float(np.abs(efforts[n] * flows[n]).max()) for n in flows)
+    usual = max(float(np.abs(e).max()) for e in efforts.values()) * max(float(np.abs(f).max()) for f in flows.values())
+    usual = max(float(np.abs(stored).max()) / stretches[-1].end, usual)  # no power flows but by rounding of the usual one
+    worst = 0.0 if greatest <= max(_NO_POWER, 1e-13 * usual) else imbalances[where] / greatest
     dissipated, supplied = since_start("R"), -since_start("Se", "Sf")
     residual = np.abs(stored - stored[0] + dissipated - supplied).max()
     scale = max(float(np.abs(energy).max()) for energy in (stored, dissipated, supplied, since_start("I"), since_start("C")))
     return Audit(worst, where, float(residual / scale) if scale > _NO_POWER else 0.0, stored, dissipated, supplied)
-
-
-def _worst(
-    imbalances: dict[str, Array], flows: dict[int, Array], efforts: dict[int, Array], usual: float
-) -> tuple[float, str]:
-    """The greatest imbalance over the greatest power, and where; 0 where no power flows but by rounding of the usual one."""
-    scale = max(float(np.abs(efforts[n] * flows[n]).max()) for n in flows)
-    usual = max(
-        usual, max(float(np.abs(e).max()) for e in efforts.values()) * max(float(np.abs(f).max()) for f in flows.values())
-    )
-    largest = {name: float(np.abs(value).max()) for name, value in imbalances.items()}
-    where = max(largest, key=lambda name: largest[name])
-    return (0.0 if scale <= max(_NO_POWER, 1e-13 * usual) else largest[where] / scale), where
 
 
 def energy_scales(dynamics: Dynamics, times: Array, states: Array, anchors: Mapping[str, Any]) -> Array:

@@ -165,8 +165,16 @@ def through_breaks(
     for stop in [*sorted(time for time in times if 0.0 < time < until), until]:
         while t < stop:
             began = t
-            pieces = {b.place: b.around(state[b.place], _forwards(rate, t, state, b.place)) for b in breaks}
-            for stretch in steps(t, state, stop, {k: _middle(*piece) for k, piece in pieces.items()}):
+            pieces, anchors = {}, {}
+            for b in breaks:
+                now = rate(t, state)  # which way the state goes on from where it is; at rest, which way it starts off
+                onward = now[b.place] if now[b.place] != 0.0 else rate(t, state + 1e-9 * now)[b.place]
+                low, high = b.around(state[b.place], bool(onward > 0.0 or (onward == 0.0 and now[b.place] == 0.0)))
+                middle = low + 1.0 if np.isinf(high) else 0.5 * (low + high)
+                if np.isinf(low):
+                    middle = high - 1.0 if np.isfinite(high) else 0.0
+                pieces[b.place], anchors[b.place] = (low, high), middle
+            for stretch in steps(t, state, stop, anchors):
                 left = _first_passage(stretch, pieces)
                 end, state = (stretch.end, stretch.after) if left is None else left
                 if left is not None and end == began:
@@ -185,21 +193,6 @@ def through_breaks(
                     )
                 if left is not None:
                     break
-
-
-def _forwards(rate: Callable[[float, Array], Array], t: float, state: Array, index: int) -> bool:
-    """Which way a state goes on from where it is; at rest, which way it starts off."""
-    now = rate(t, state)
-    if now[index] != 0.0:
-        return bool(now[index] > 0.0)
-    soon = 1e-9
-    return bool(rate(t, state + soon * now)[index] >= 0.0)
-
-
-def _middle(low: float, high: float) -> float:
-    if np.isinf(low):
-        return high - 1.0 if np.isfinite(high) else 0.0
-    return low + 1.0 if np.isinf(high) else 0.5 * (low + high)
 
 
 _NODES = 0.5 - 0.5 * np.cos(np.pi * (np.arange(14) + 0.5) / 14)  # a step's dense output is a polynomial: 14 values fix it
