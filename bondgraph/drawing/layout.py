@@ -78,7 +78,7 @@ def labels(graph: BondGraph) -> dict[str, Label]:
 def short_names(graph: BondGraph) -> dict[str, str]:
     """Each name that is drawn, as it is drawn: without its first part where the rest tells it from all others."""
     names = list(graph.displacements)
-    for name in reversed(graph.elements):  # but for what only puts together its neighbours' names, as `Builder` does
+    for name in reversed(list(graph.elements)):  # but for what only puts together its neighbours' names, as `Builder` does
         near = [bond.other(name) for bond in graph.at(name)]
         implied = {f"{a}{sign}{b}" for a in near for b in near for sign in ("->", "-")}
         implied |= {f"{a}.{what}" for a in near for what in ("sum", "rate")}
@@ -251,8 +251,8 @@ def _problem(graph: BondGraph, half: Mapping[str, tuple[float, float]]) -> Probl
             port, sign = (bond.tail, -1.0) if bond.tail not in layer else (bond.head, 1.0)
             taste.append((0.0, sign * {"I": _UPWARD, "R": -_UPWARD, "C": -_UPWARD}.get(graph.elements[port].kind, 0.0)))
     ports = [tuple(n for n in others if kinds[n] in ONE_PORTS) for others in near]
-    groups = [(port,) for own in ports for port in own]
-    loose = {k for (k,) in groups}
+    loose = [port for own in ports for port in own]
+    groups: list[tuple[int, ...]] = [(port,) for port in loose]
     for k, own in enumerate(ports):
         groups += ([(k,)] if k not in loose else []) + ([(k, *own)] if own else [])
     for joint, others in enumerate(near):  # branches: the smaller parts that the graph falls into without one element

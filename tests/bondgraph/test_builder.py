@@ -14,29 +14,6 @@ def flywheel() -> Part:
 # Steps
 
 
-def test_every_step_returns_the_builder():
-    b = Builder()
-    chained = (
-        b.one("a")
-        .zero("n")
-        .displacement("x", "a")
-        .signal("u")
-        .parameter(k=1.0)
-        .bond("a", "n")
-        .port("n", C("c", 1.0))
-        .on("a", I("m", 1.0), Se("F", 1.0))
-        .one("b")
-        .one("d")
-        .between("a", "b", R("r", 1.0))
-        .transform("b", "d", 2.0)
-        .gyrate("a", "d", 3.0)
-        .sum("e", [("a", 1.0), ("b", 2.0)], "rotation")
-        .on("e", I("J", 1.0))
-    )
-    assert chained is b
-    assert len(b) == len(b.build(loose=True).elements)
-
-
 def test_add_returns_the_name():
     assert Builder().add(GY("motor", 2.0)) == "motor"
 
@@ -200,11 +177,6 @@ def test_parts_hold_parts():
     outer = Builder().include("inner", flywheel()).part("inner.shaft")
     graph = Builder().include("outer", outer).build()
     assert graph.elements["outer.inner.M"].law.of[0] == "outer.inner.angle"
-
-
-def test_the_time_is_nobodys_own():
-    part = Builder().one("a", displacement="x").on("a", I("m", 1.0), Se("F", lambda t: t)).part("a")
-    assert Builder().include("p", part).build().elements["p.F"].law.of == ("t",)
 
 
 def test_the_same_part_cannot_come_twice_under_one_name():

@@ -77,11 +77,6 @@ def test_a_function_of_nothing_is_a_constant():
     assert law.symbolic() == 2.5
 
 
-def test_the_partials_of_functions_and_expressions_are_the_same():
-    for given in (lambda x, y: x**2 * y, x**2 * y):
-        assert function(given).partials(3.0, 5.0) == (45.0, (30.0, 9.0))
-
-
 def test_renaming_changes_what_it_is_of_and_nothing_else():
     for given in (lambda x, y: x - 2 * y, x - 2 * y):
         law = function(given).renamed({"x": "rod.x", "z": "no matter"})

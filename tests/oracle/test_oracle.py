@@ -55,32 +55,12 @@ def test_figures_that_know_no_speed(name: str) -> None:
     assert {k: e for k, e in errors.items() if not e <= limit} == {}
 
 
-@pytest.mark.parametrize(
-    ("name", "kind"),
-    sample(
-        [
-            ("section-c", "analysis"),
-            ("section-c", "sizing"),
-            ("pump", "sizing"),
-            ("four-bar", "analysis"),
-            ("yoke", "sizing"),
-            ("geared-loss", "analysis"),
-            ("geared-loss-line", "sizing"),
-            ("brake", "sizing"),
-            ("law", "analysis"),
-            ("kloss-press", "sizing"),
-            ("constant-drive", "analysis"),
-            ("governor", "sizing"),
-            ("unstable", "analysis"),
-            ("two-speeds-fast", "sizing"),
-            ("two-speeds-slow", "analysis"),
-            ("peaks", "analysis"),
-            ("engine", "sizing"),
-            ("shaper", "analysis"),
-        ],
-        4,
-    ),
-)
+SIZED = "section-c pump yoke geared-loss-line brake kloss-press governor two-speeds-fast engine"
+ANALYSED = "section-c four-bar geared-loss law constant-drive unstable two-speeds-slow peaks shaper"
+MOTIONS = [(name, kind) for kind, names in (("sizing", SIZED), ("analysis", ANALYSED)) for name in names.split()]
+
+
+@pytest.mark.parametrize(("name", "kind"), sample(MOTIONS, 4))
 def test_motions_with_torques_that_depend_on_speed(name: str, kind: str) -> None:
     true = json.loads(machines.REFERENCES.read_text())[name][kind]
     asked, wanted = next(iter(true.items()))

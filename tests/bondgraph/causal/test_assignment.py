@@ -8,10 +8,8 @@ from bondgraph.causal.strokes import causality
 from tests.bondgraph.causal.causal_graphs import (
     GRAPHS,
     divider,
-    generic,
     graphs,
     hub,
-    motor,
     rivals,
     shaft,
     slider_crank,
@@ -61,21 +59,6 @@ def test_a_fixed_transformer_is_passed_either_way():
     assert found.integral == ("Jb",)
     assert found.follows["Ja"] == "I:Ja follows I:Jb through TF:T"
     assert not any("divides" in reason.text for reason in found.reasons.values())
-
-
-def test_the_generic_graph_has_three_states_and_one_dependent_inertia():
-    found = causality(generic())
-    assert (found.integral, found.derivative) == (("I1", "C1", "C2"), ("I2",))
-
-
-def test_the_motor_has_two_states():
-    found = causality(motor())
-    assert (found.integral, found.derivative, found.loops) == (("L", "J"), (), ())
-
-
-def test_a_compliant_shaft_parts_its_inertias():
-    found = causality(shaft())
-    assert (found.integral, found.derivative) == (("Ja", "Jb", "k"), ())
 
 
 def test_a_resistor_given_as_a_function_of_its_flow_is_taken_as_resistance():

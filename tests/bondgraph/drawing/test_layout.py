@@ -36,7 +36,8 @@ def away(point: Point, boxes: tuple[Box, ...]) -> float:
 
 
 @pytest.mark.parametrize("name", GRAPHS)
-def test_no_label_overlaps_another_and_no_bond_or_number_runs_into_one(name):
+def test_a_layout_is_clear(name):
+    """No label on another, no bond or number on a label, no crossing of planar bonds; the stroke where it is asked for."""
     drawn = drawn_of(name)
     assert list(flaws(drawn)) == []
     boxes = [(owner, box) for owner, own in drawn.boxes.items() for box in own]
@@ -44,40 +45,21 @@ def test_no_label_overlaps_another_and_no_bond_or_number_runs_into_one(name):
         assert not any(box.overlaps(other) for name, other in boxes[:k] if name != owner)
         assert not any(box.overlaps(number) for number in drawn.numbers.values())
         assert not any(line.passes(box) for n, line in drawn.bonds.items() if owner not in drawn.ends[n])
-
-
-@pytest.mark.parametrize("name", GRAPHS)
-def test_planar_graphs_are_drawn_without_crossings(name):
-    lines = list(drawn_of(name).bonds.values())
+    lines = list(drawn.bonds.values())
     assert not any(crossing(one, two) for k, one in enumerate(lines) for two in lines[:k])
-
-
-@pytest.mark.parametrize("name", GRAPHS)
-def test_bonds_run_from_their_tail_to_their_head_and_can_be_seen(name):
-    drawn = drawn_of(name)
     for number, line in drawn.bonds.items():
         tail, head = (drawn.boxes[end] for end in drawn.ends[number])
         assert line.length > 15.0
-        assert away(line.start, tail) < away(line.start, head)
-        assert away(line.end, head) < away(line.end, tail)
-
-
-@pytest.mark.parametrize("name", GRAPHS)
-def test_strokes_sit_at_the_end_they_are_asked_for(name):
-    drawn = drawn_of(name)
-    for number, line in drawn.bonds.items():
-        tail, head = (drawn.boxes[end] for end in drawn.ends[number])
-        at_head, at_tail = middle(stroke(line, at_end=True)), middle(stroke(line, at_end=False))
-        assert away(at_head, head) < away(at_head, tail)
-        assert away(at_tail, tail) < away(at_tail, head)
-
-
-@pytest.mark.parametrize("name", GRAPHS)
-def test_no_stroke_touches_a_label(name):
-    drawn = drawn_of(name)
-    boxes = [box for own in drawn.boxes.values() for box in own]
-    strokes = [stroke(line, at_end) for line in drawn.bonds.values() for at_end in (True, False)]
-    assert not [s for s in strokes for box in boxes if s.passes(box)]
+        at_head, at_tail = stroke(line, at_end=True), stroke(line, at_end=False)
+        for at in (line.start, middle(at_tail)):
+            assert away(at, tail) < away(at, head)
+        for at in (line.end, middle(at_head)):
+            assert away(at, head) < away(at, tail)
+        assert not any(bar.passes(box) for bar in (at_head, at_tail) for _, box in boxes)
+        barb, (x, y) = half_arrow(line), drawn.numbers[number][:2]  # the number is on the side away from the half arrow
+        (ax, ay), (bx, by) = line
+        left = (bx - ax) * (y - ay) - (by - ay) * (x - ax)
+        assert left * ((bx - ax) * (barb.end.y - ay) - (by - ay) * (barb.end.x - ax)) < 0
 
 
 def test_a_stroke_stands_across_its_bond():
@@ -95,16 +77,6 @@ def test_half_arrows_lie_on_the_flow_side_whichever_way_the_bond_points(end):
     aside = line.point(0.7, 5.0)
     assert (barb.x - line.end.x) * (aside.x - plain.x) + (barb.y - line.end.y) * (aside.y - plain.y) > 0
     assert aside.y < plain.y or aside.x > plain.x  # below or to the right
-
-
-@pytest.mark.parametrize("name", GRAPHS)
-def test_numbers_stand_on_the_side_away_from_the_half_arrow(name):
-    drawn = drawn_of(name)
-    for number, line in drawn.bonds.items():
-        barb, (x, y) = half_arrow(line), drawn.numbers[number][:2]
-        (ax, ay), (bx, by) = line
-        left = (bx - ax) * (y - ay) - (by - ay) * (x - ax)
-        assert left * ((bx - ax) * (barb.end.y - ay) - (by - ay) * (barb.end.x - ax)) < 0
 
 
 def test_the_condensed_slider_crank_is_one_straight_line_from_left_to_right():

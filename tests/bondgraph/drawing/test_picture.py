@@ -1,7 +1,6 @@
 import subprocess
 import sys
 from functools import cache
-from types import SimpleNamespace
 
 import pytest
 from matplotlib.patches import Rectangle
@@ -75,11 +74,6 @@ def test_stores_in_derivative_causality_are_boxed_and_explained_only_where_there
     assert patches(integral) == []
 
 
-def test_a_causality_is_taken_as_its_strokes():
-    given = SimpleNamespace(strokes=STROKES)
-    assert texts(draw(condensed(), causality=given)) == texts(draw(condensed(), causality=STROKES))
-
-
 def test_without_a_causality_the_library_finds_one():
     from bondgraph.causal.strokes import causality
 
@@ -98,11 +92,6 @@ def test_bonds_have_the_colour_of_their_domain_and_a_legend_names_those_present(
 def test_conventions_are_printed_for_the_two_ports_there_are():
     assert sum("gyrator" in text for text in texts(figure_of("motor"))) == 1
     assert not any("gyrator" in text for text in texts(figure_of("condensed")))
-
-
-def test_figures_grow_with_their_graph():
-    small, big = (figure_of(name).get_size_inches() for name in ("condensed", "hub"))
-    assert big.prod() > small.prod()
 
 
 @pytest.mark.parametrize("suffix", ["png", "svg", pytest.param("pdf", marks=pytest.mark.slow)])

@@ -33,13 +33,6 @@ def test_it_is_the_other_sides_equation_where_the_ratio_does_not_vanish():
     assert not equal(rate_B, printed)  # the published sign: its transformer takes power from both sides
 
 
-def test_it_is_lagranges_equation():
-    kinetic = (I1 + I2 * T**2) * w**2 / 2
-    force = Se1 + T * Se2 - q1 / C1 - T * q2 / C2 - sympy.diff((B1 + B2 * T**2) * w**2 / 2, w)
-    expected = (force + kinetic.diff(theta) - kinetic.diff(w, theta) * w) / kinetic.diff(w, 2)
-    assert equal(generic_equation(T).acceleration, expected)
-
-
 def test_power_is_conserved():
     values = dict(zip(NAMES.split(), (3.0, 2.0, 0.3, 0.5, -4.0, 1.5, 0.7, 0.2), strict=True))
     found = generic_equation(T, **values)
@@ -58,13 +51,6 @@ def test_any_kind_of_ratio_runs_in_numbers(ratio):
     dynamics = Dynamics(generic(ratio, **values))
     assert all(np.isfinite(dynamics.at(0.0, [1.0, 0.0, 0.1, 0.2]).rates))  # at a dead centre: T = 0
     assert len(state_equations(generic(ratio, **values)).derivatives) == 4
-
-
-def test_the_opaque_form_shows_the_ratio_as_a_function():
-    ratio = sympy.Function("T")(theta)
-    found = generic_equation(T, opaque=True, without=("C1", "C2", "B1", "B2"))
-    assert found.inertia == I1 + I2 * ratio**2
-    assert equal(found.slope, 2 * I2 * ratio * ratio.diff(theta))
 
 
 def test_quantities_of_the_ratio_are_parameters():

@@ -236,30 +236,6 @@ def test_small_inductances_are_for_the_stiff_methods(method):
 # -- couplings ---------------------------------------------------------------------------------------------------------
 
 
-def test_a_motor_without_inductance():
-    b = Builder().one("a").one("w").on("a", Se("V", 3.0), R("r", 2.0)).gyrate("a", "w", 0.5)
-    b.on("w", I("J", 1.0), R("q", 0.1))
-    run, rate = simulate(b.build(), 2.0, tolerance=1e-7), 0.25 / 2.0 + 0.1
-    assert_allclose(run.flow("w", 2.0), 0.75 / rate * (1 - np.exp(-2 * rate)), rtol=1e-9)
-
-
-def test_a_gyrator_makes_an_oscillator_of_two_inertias():
-    b = Builder().one("a").one("w").on("a", I("L", 0.5)).gyrate("a", "w", 3.0).on("w", I("J", 2.0))
-    run = simulate(b.build(), 4.0, initial={"a": 1.0}, rtol=1e-10)
-    times = np.linspace(0, 4.0, 30)
-    assert_allclose(run.flow("a", times), np.cos(3.0 * times), atol=1e-9)
-    assert_allclose(run.flow("w", times), 0.5 * np.sin(3.0 * times), atol=1e-9)
-
-
-def test_capacitors_side_by_side_share_their_charge():
-    b = Builder().zero("node").one("line").bond("line", "node").on("line", Se("E", 5.0), R("Rs", 2.0))
-    run = simulate(b.on("node", C("c1", 0.1), C("c2", 0.3)).build(), 1.0, rtol=1e-9)
-    charge = 5.0 * (1 - np.exp(-1.0 / 0.8))
-    assert_allclose(
-        [run.displacement("c1", 1.0)[0], run.displacement("c2", 1.0)[0]], [0.1 * charge, 0.3 * charge], rtol=1e-8
-    )
-
-
 def test_springs_in_series_are_one_spring():
     b = Builder().one("m", displacement="x").one("w").on("m", I("M", 2.0)).between("m", "w", C("k1", stiffness=6.0))
     graph = b.on("w", C("k2", stiffness=3.0)).build()
@@ -462,17 +438,6 @@ def test_a_light_crank_passes_its_dead_centres():
         assert (run.method, run.messages) == (method, ())
 
 
-def test_names_may_be_anything():
-    b = (
-        Builder()
-        .one("Kurbel ä.1 ", "rotation", displacement="θ x")
-        .on("Kurbel ä.1 ", I("J '\"\n{}", 1.0), Se("M\\", lambda t: t))
-    )
-    run = simulate(b.build(), 1.0)
-    assert_allclose(run.displacement("θ x", 1.0), 1 / 6, rtol=1e-9)
-    assert_allclose(run.power("M\\", 1.0), -0.5, rtol=1e-9)
-
-
 def test_near_rounding_the_estimate_is_still_a_difference():
     rtol = 1e-13 / 0.03
     run = simulate(slider_crank().build(), 1.0, initial={"crank": 10.0}, rtol=rtol)
@@ -495,12 +460,6 @@ def test_a_load_that_lasts_for_a_small_part_of_the_run_is_not_passed_over():
     run = simulate(Builder().one("mass").on("mass", I("m", 1.0), force).build(), 100.0)
     assert_allclose(run.flow("mass", 100.0), 0.5, rtol=1e-7)
     assert run.reached
-
-
-def test_the_power_of_a_junction_is_no_question():
-    run = simulate(Builder().one("mass").on("mass", I("m", 1.0), Se("F", 1.0)).build(), 1.0)
-    with pytest.raises(GraphError, match="1:mass is no one-port"):
-        run.power("mass")
 
 
 # -- laws of a mechanism that depend on speed or time --------------------------------------------------------------------

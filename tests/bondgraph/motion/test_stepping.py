@@ -16,23 +16,6 @@ def oscillator(t, y):
     return np.array([y[1], -y[0]])
 
 
-@pytest.mark.parametrize("name", FIXED)
-def test_rows_of_a_tableau_add_up_to_its_nodes_and_its_weights_to_1(name):
-    tableau = FIXED[name]
-    for node, stage in zip(tableau.nodes, tableau.stages, strict=True):
-        assert_allclose(sum(stage), node, atol=1e-16)
-    assert_allclose(sum(tableau.weights), 1.0, rtol=1e-15)
-
-
-@pytest.mark.parametrize(("name", "order"), [("euler", 1), ("rk2", 2), ("rk4", 4)])
-def test_halving_the_step_divides_the_error_by_2_to_the_order(name, order):
-    def error(step):
-        *_, last = fixed(name, oscillator, 0.0, np.array([1.0, 0.0]), 2.0, step)
-        return np.abs(last.dense(2.0) - [np.cos(2.0), -np.sin(2.0)]).max()
-
-    assert_allclose(np.log2(error(0.01) / error(0.005)), order, atol=0.05)
-
-
 @pytest.mark.parametrize(("name", "order"), [("euler", 1), ("rk2", 2), ("rk4", 4)])
 def test_a_step_satisfies_its_order_conditions(name, order):
     """On y' = y a step of order p is the exponential series up to h^p."""

@@ -248,15 +248,6 @@ def test_a_double_difference_becomes_one():
     assert_same_ports(graph, found.graph)
 
 
-def test_three_parallel_differences_end_on_one_junction():
-    b = Builder().one("a").one("b").on("a", Se("F", 1.0), I("ma", 1.0)).on("b", I("mb", 2.0))
-    for k, port in enumerate([C("k", 0.1), R("B", 0.5), R("D", 0.7)]):
-        b.between("a", "b", port, name=f"z{k}")
-    found = simplify(b.build()).graph
-    assert len(found.at(found.bond_of("k").other("k"))) == 4
-    assert_same_ports(b.build(), found)
-
-
 def test_opposite_differences_are_left_alone():
     b = Builder().one("a").one("b").on("a", Se("F", 1.0), I("ma", 1.0)).on("b", I("mb", 2.0))
     graph = b.between("a", "b", C("k", 0.1), name="z1").between("b", "a", R("B", 0.5), name="z2").build()

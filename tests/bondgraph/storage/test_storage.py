@@ -99,13 +99,6 @@ def test_parts_keep_their_names():
     assert found.elements["right.M"].law(0.5) == math.sin(0.5)
 
 
-def test_the_order_of_arguments_is_kept():
-    graph = Builder().one("a", displacement="x").on("a", Se("M", lambda t, x: t - 2 * x), I("J", 1.0)).build()
-    law = from_data(as_data(graph)).elements["M"].law
-    assert law.of == ("t", "x")
-    assert law(3.0, 1.0) == 1.0
-
-
 @pytest.mark.parametrize("number", [0.1 + 0.2, 5e-324, 1.7976931348623157e308, -1 / 3, 2.0])
 def test_floats_keep_every_bit(number):
     graph = Builder().one("a").on("a", I("J", number), Se("M", x * sympy.Float(number))).parameter(x=number).build()
@@ -263,19 +256,11 @@ def test_all_faults_come_at_once():
     assert [line.split(":")[0] for line in faults(spoilt(change))] == ["format", "elements[2].law", "bonds[3]"]
 
 
-def test_data_that_are_no_object_are_refused():
-    assert faults([1]) == ["found a list of 1, expected an object with format, version, elements, bonds"]
-
-
 def test_a_graph_that_is_no_graph_is_refused_as_a_built_one_is():
     assert faults(spoilt(lambda d: d["bonds"].pop())) == [
         "MTF:T has 1 bonds in and 0 out, expected 1 and 1",
         "not connected to the rest: ram, m, spring, weight",
     ]
-
-
-def test_faults_of_trees_are_named_with_the_place_of_their_law():
-    assert faults(with_tree(["mul", 2, ["sin"]])) == ["elements[3].law.expression[2]: found sin of 0 arguments, expected 1"]
 
 
 def test_names_that_a_law_does_not_list_are_faults():
