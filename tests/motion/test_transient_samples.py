@@ -3,7 +3,7 @@ import pytest
 from numpy.testing import assert_allclose
 
 import flywheel
-from flywheel.motion.transients import close, peak, sampled, switching, worked
+from flywheel.motion.transients import energy_of, peak, sampled, samples_of, switching
 from tests import regimes
 
 
@@ -23,16 +23,15 @@ def test_acceleration_is_the_slope_of_speed_and_power_that_of_energy(trail):
 
 
 def test_works_of_all_parts_make_the_kinetic_energy(trail):
-    works = worked(trail)
-    ends = sampled(trail, np.array([0.0, 1.2])).kinetic
-    assert {"drive", "load[0] on fan", "load[1] on four-bar.rocker"} <= set(works.by_part)
-    assert sum(works.by_part.values()) == pytest.approx(ends[1] - ends[0], rel=1e-9)
-    assert works.meshes == 0.0
-    assert works.copper is None
+    energy = energy_of(trail, sampled(trail, np.array([0.0, 1.2])).kinetic)
+    assert {"load[0] on fan", "load[1] on four-bar.rocker"} <= set(energy.works)
+    assert energy.drive + sum(energy.works.values()) == pytest.approx(energy.kinetic_gained, rel=1e-9)
+    assert energy.meshes == 0.0
+    assert energy.copper is None
 
 
 def test_a_peak_lies_between_the_samples(trail):
-    found = peak(trail, "omega", *close(trail))
+    found = peak(trail, "omega", *samples_of(trail))
     dense = sampled(trail, np.union1d(trail.t, np.linspace(0.0, 1.2, 5001))).omega.max()
     assert found.value == pytest.approx(dense, rel=1e-7)
     assert found.value >= dense * (1 - 1e-12)
@@ -47,7 +46,7 @@ def saw():
 
 
 def test_a_peak_may_stand_on_one_side_of_a_jump_alone(saw):
-    found = peak(saw, "drive", *close(saw))
+    found = peak(saw, "drive", *samples_of(saw))
     assert found.value == pytest.approx(8.0, rel=1e-12)
     assert found.time == pytest.approx(1.0, rel=1e-12)
 
@@ -64,4 +63,4 @@ def test_the_highest_of_many_like_tops_is_found():
     """Torque 10 + sin(9 phi) over a cycle whose speed grows: every top is 11, whatever steps stand around it."""
     scene = {"inertia": [{"on": "crank", "value": 2}], "regime": {"speed": 1}, "flywheel": {"inertia": 0}}
     trail = flywheel.simulate(flywheel.load(scene | {"drive": {"torque": "10 + sin(9*phi)"}}), 0.0, 1.0, 3.0).trail
-    assert peak(trail, "drive", *close(trail)).value == pytest.approx(11.0, rel=1e-10)
+    assert peak(trail, "drive", *samples_of(trail)).value == pytest.approx(11.0, rel=1e-10)
