@@ -8,40 +8,13 @@ from math import atan2, log, pi, sqrt
 from operator import attrgetter
 from typing import Any
 
-from flywheel.mechanisms.families import (
-    CRANK,
-    CRANK_PART,
-    HERE,
-    Displacement,
-    Family,
-    Kind,
-    Member,
-    Part,
-    Parts,
-    Pin,
-    Port,
-    Position,
-    Skeleton,
-    Slide,
-    body,
-    carried,
-    driven,
-    exceeds,
-    graded,
-    joined,
-    line,
-    lock_fault,
-    pivoted,
-    point,
-    sliding,
-    within_turn,
-)
+from flywheel.mechanisms import families as f
 from flywheel.numerics.faults import Fault
 from flywheel.scene.keys import BODY, MASS, OWN_INERTIA, POINT, length
 from flywheel.scene.scene import Mechanism
 
 
-class ShaperPosition(Position):
+class ShaperPosition(f.Position):
     """Positions of a crank-shaper with crank r, frame d and rocker L (m).
 
     The pin stands at (d + r cos psi, r sin psi) from the rocker's pivot, at the distance s. Sums are taken by the half
@@ -131,85 +104,85 @@ def _lengths(mechanism: Mechanism) -> tuple[float, float, float]:
     return geometry["crank.length"], geometry["frame.length"], geometry["rocker.length"]
 
 
-def family(mechanism: Mechanism, _: Mapping[str, float]) -> Family:
+def family(mechanism: Mechanism, _: Mapping[str, float]) -> f.Family:
     """Chain of a crank-shaper: crank -> rocker -> ram; the block rides on the crank's pin, turning as the rocker."""
     lengths = crank, frame, arm = _lengths(mechanism)
-    block, rocker = body(mechanism, "block"), line("rocker")
-    parts = joined(
-        pivoted(CRANK, mechanism, "crank"),
-        point(CRANK, "crank.pin", crank, block.mass, "block"),
-        Parts((driven("rocker", True),), carried("rocker", block.inertia, "block")),
-        pivoted(rocker, mechanism, "rocker"),
-        point(rocker, "rocker.pin", arm, body(mechanism, "rocker_pin").mass, "rocker_pin"),
-        sliding(mechanism, "ram", pi / 2, "rocker"),
+    block, rocker = f.body(mechanism, "block"), f.line("rocker")
+    parts = f.joined(
+        f.pivoted(f.CRANK, mechanism, "crank"),
+        f.point(f.CRANK, "crank.pin", crank, block.mass, "block"),
+        f.Parts((f.driven("rocker", True),), f.carried("rocker", block.inertia, "block")),
+        f.pivoted(rocker, mechanism, "rocker"),
+        f.point(rocker, "rocker.pin", arm, f.body(mechanism, "rocker_pin").mass, "rocker_pin"),
+        f.sliding(mechanism, "ram", pi / 2, "rocker"),
     )
     ends, rocks = _dead_centres(crank, frame), bool(crank < frame)
     ports = {
-        "rocker": Port("rocker", attrgetter("rocker"), rocks, dead_centres=ends if rocks else ()),
-        "ram": Port("ram", attrgetter("ram"), dead_centres=ends),
+        "rocker": f.Port("rocker", attrgetter("rocker"), rocks, dead_centres=ends if rocks else ()),
+        "ram": f.Port("ram", attrgetter("ram"), dead_centres=ends),
     }
-    return Family(*parts, ports, partial(ShaperPosition, *lengths), _breakpoints(crank, frame))
+    return f.Family(*parts, ports, partial(ShaperPosition, *lengths), _breakpoints(crank, frame))
 
 
 def _dead_centres(r: float, d: float) -> tuple[float, ...]:
     """The ram's: cos psi = -r/d, the rocker standing still, or with r > d cos psi = -d/r, the rocker across the stroke."""
     less, more = min(r, d), max(r, d)
     beyond = atan2(sqrt((more - less) * (more + less)), -less)
-    return within_turn((beyond, -beyond))
+    return f.within_turn((beyond, -beyond))
 
 
 def _breakpoints(r: float, d: float) -> tuple[float, ...]:
     """Cells shorten where the pin passes close to the rocker's pivot: s = 0 at psi = pi ± i log(d/r)."""
-    return within_turn(graded(pi, abs(log(d / r))))
+    return f.within_turn(f.graded(pi, abs(log(d / r))))
 
 
 def locks(mechanism: Mechanism) -> list[Fault]:
     """A crank as long as the frame brings the pin onto the rocker's pivot, where the rocker may turn either way."""
     r, d, _ = _lengths(mechanism)
-    if exceeds(r, d) or exceeds(d, r):
+    if f.exceeds(r, d) or f.exceeds(d, r):
         return []
     expected = f"a length other than crank.length = {float(r):.9g} m"
-    return [lock_fault(f"{mechanism.path}.frame.length", d, expected, [pi])]
+    return [f.lock_fault(f"{mechanism.path}.frame.length", d, expected, [pi])]
 
 
-def skeleton(mechanism: Mechanism, position: ShaperPosition) -> Skeleton:
+def skeleton(mechanism: Mechanism, position: ShaperPosition) -> f.Skeleton:
     """The block slides on the rocker; the pin at the rocker's end slides across the ram in a slot of it."""
     crank, frame, rocker = _lengths(mechanism)
     members = {
-        "frame": Member({"pivot": (frame, 0.0), "rocker_pivot": HERE, "guide": HERE}),
-        "crank": Member({"pivot": HERE, "crank_pin": (crank, 0.0)}),
-        "block": Member({"crank_pin": HERE, "rocker_slot": HERE}, position.rocker),
-        "rocker": Member({"rocker_pivot": HERE, "rocker_slot": HERE, "end_pin": (rocker, 0.0)}, position.rocker),
-        "rocker_pin": Member({"end_pin": HERE, "ram_slot": HERE}),
-        "ram": Member({"ram_slot": HERE, "guide": HERE}),
+        "frame": f.Member({"pivot": (frame, 0.0), "rocker_pivot": f.HERE, "guide": f.HERE}),
+        "crank": f.Member({"pivot": f.HERE, "crank_pin": (crank, 0.0)}),
+        "block": f.Member({"crank_pin": f.HERE, "rocker_slot": f.HERE}, position.rocker),
+        "rocker": f.Member({"rocker_pivot": f.HERE, "rocker_slot": f.HERE, "end_pin": (rocker, 0.0)}, position.rocker),
+        "rocker_pin": f.Member({"end_pin": f.HERE, "ram_slot": f.HERE}),
+        "ram": f.Member({"ram_slot": f.HERE, "guide": f.HERE}),
     }
     joints = (
-        Pin("pivot", "frame", "crank"),
-        Pin("crank_pin", "crank", "block"),
-        Slide("rocker_slot", "rocker", "block", at=position.distance),
-        Pin("rocker_pivot", "frame", "rocker"),
-        Pin("end_pin", "rocker", "rocker_pin"),
-        Slide("ram_slot", "ram", "rocker_pin", at=rocker * position.rocker_cos),
-        Slide("guide", "frame", "ram", pi / 2, position.ram),
+        f.Pin("pivot", "frame", "crank"),
+        f.Pin("crank_pin", "crank", "block"),
+        f.Slide("rocker_slot", "rocker", "block", at=position.distance),
+        f.Pin("rocker_pivot", "frame", "rocker"),
+        f.Pin("end_pin", "rocker", "rocker_pin"),
+        f.Slide("ram_slot", "ram", "rocker_pin", at=rocker * position.rocker_cos),
+        f.Slide("guide", "frame", "ram", pi / 2, position.ram),
     )
-    return Skeleton(members, joints)
+    return f.Skeleton(members, joints)
 
 
-KIND = Kind(
+KIND = f.Kind(
     "crank-shaper",
     "a block on the crank pin slides along a rocker, whose end drives a ram",
     family,
     (
-        CRANK_PART,
-        Part("frame", "the frame", (length("rocker's pivot to crank's pivot, along +x"),)),
-        Part("rocker", "turns about a fixed pivot, its first pin", (length("pivot to ram pin"),), BODY),
-        Part("block", "sits at the crank pin and turns with the rocker", (), (MASS, OWN_INERTIA)),
-        Part("rocker_pin", "mass at the rocker's end", (), POINT),
-        Part("ram", "moves along y", (), POINT),
+        f.CRANK_PART,
+        f.Part("frame", "the frame", (length("rocker's pivot to crank's pivot, along +x"),)),
+        f.Part("rocker", "turns about a fixed pivot, its first pin", (length("pivot to ram pin"),), BODY),
+        f.Part("block", "sits at the crank pin and turns with the rocker", (), (MASS, OWN_INERTIA)),
+        f.Part("rocker_pin", "mass at the rocker's end", (), POINT),
+        f.Part("ram", "moves along y", (), POINT),
     ),
     ports=(
-        Displacement("rocker", True, "theta = atan2(r sin phi, d + r cos phi), continuous"),
-        Displacement("ram", False, "y = L sin theta, positive along +y"),
+        f.Displacement("rocker", True, "theta = atan2(r sin phi, d + r cos phi), continuous"),
+        f.Displacement("ram", False, "y = L sin theta, positive along +y"),
     ),
     locks=locks,
     skeleton=skeleton,

@@ -11,7 +11,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Mapping
 from functools import cached_property
 from itertools import chain, pairwise
-from math import acos, acosh, asin, degrees, inf, pi, tau
+from math import acos, acosh, degrees, inf, pi, tau
 from operator import attrgetter
 from types import MappingProxyType
 from typing import Any, NamedTuple
@@ -237,6 +237,16 @@ class Position:
         return self.ns.cos(self.psi * 0.5)
 
 
+def sine(name: str) -> cached_property[Any]:
+    """Sine of a position's angle of that name, computed when first read."""
+    return cached_property(lambda position: position.ns.sin(getattr(position, name)))
+
+
+def cosine(name: str) -> cached_property[Any]:
+    """Cosine of a position's angle of that name, computed when first read."""
+    return cached_property(lambda position: position.ns.cos(getattr(position, name)))
+
+
 # -- parts that chains share -------------------------------------------------------------------------------------------
 
 
@@ -337,10 +347,8 @@ def floating(line: Line, mechanism: Mechanism, name: str, offset: float, carrier
     Its centre of mass moves as that pin does, plus its own turning about it.
     """
     part, at = body(mechanism, name), f"{name}.com"
-    arms = [arm(carrier, offset)]
-    if part.com != 0:
-        arms.append(arm(line, part.com, part.com_angle))
-    along_x, along_y = zip(*arms, strict=True)
+    own = [] if part.com == 0 else [arm(line, part.com, part.com_angle)]
+    along_x, along_y = zip(arm(carrier, offset), *own, strict=True)
     velocities = Velocity(f"{at}.x", False, along_x), Velocity(f"{at}.y", False, along_y)
     masses = tuple(chain(*(carried(v.name, part.mass, name) for v in velocities)))
     return Parts(velocities, carried(line.velocity, part.inertia, name) + masses, _weights(at, part.mass, name))
@@ -394,20 +402,17 @@ def above_one(value: float) -> float:
     return acosh(max(float(value), 1.0)) if value < inf else inf
 
 
-def where_sine(value: float) -> list[float]:
-    """Angles (rad) in a turn whose sine is `value`: two, one or none; an extreme missed by rounding counts."""
-    if abs(value) > 1 + 4 * TOUCH:
-        return []
-    half = asin(min(1.0, max(-1.0, value)))
-    return [half] if abs(value) >= 1 - TOUCH else [half, pi - half]
-
-
 def where_cosine(value: float) -> list[float]:
     """Angles (rad) in a turn whose cosine is `value`: two, one or none; an extreme missed by rounding counts."""
     if abs(value) > 1 + 4 * TOUCH:
         return []
     half = acos(min(1.0, max(-1.0, value)))
     return [half] if abs(value) >= 1 - TOUCH else [half, tau - half]
+
+
+def where_sine(value: float) -> list[float]:
+    """Angles (rad) in a turn whose sine is `value`, likewise."""
+    return [pi / 2 - angle for angle in where_cosine(value)]
 
 
 def lock_fault(path: str, length: float, expected: str, angles: Iterable[float]) -> Fault:
@@ -467,8 +472,8 @@ class Ends(NamedTuple):
         return float(way.sum()) if (way >= -_FLAT * (self.high - self.low)).all() else None
 
 
-def stroke_of(mechanism: Mechanism, port: str, parameters: Mapping[str, float] | None = None) -> tuple[float, float]:
-    """Least and greatest displacement of a port over the mechanism's travel, to rounding.
+def ends_of(mechanism: Mechanism, port: str, parameters: Mapping[str, float] = MappingProxyType({})) -> Ends:
+    """Every place where a port may turn back on the mechanism's travel: roots of dx/dpsi = 0 by interval bounds, and kinks.
 
     Args:
         mechanism: with the lengths that let it turn.
@@ -479,56 +484,43 @@ def stroke_of(mechanism: Mechanism, port: str, parameters: Mapping[str, float] |
         SceneError: for a mechanism that locks, or a port that stands still too long to be followed.
 
     >>> crank = Mechanism("slider-crank", "press", geometry={"crank.length": 0.1, "rod.length": 0.4})
-    >>> [round(x, 12) for x in stroke_of(crank, "slider")]
-    [0.3, 0.5]
+    >>> ends = ends_of(crank, "slider")
+    >>> round(ends.low, 12), round(ends.high, 12)
+    (0.3, 0.5)
 
     """
-    ends = ends_of(mechanism, port, parameters)
-    return ends.low, ends.high
+    family = build(mechanism, parameters)
+    velocity = family.ports[port].velocity
+    if mechanism.stroke is not None:
+        (first, last), period, breaks = mechanism.stroke, None, set(family.breakpoints)
+    else:
+        first, last = 0.0, mechanism.travel if mechanism.linkage is not None else mechanism.period
+        period, turns = last, range(max(round(last / mechanism.period), 1))
+        breaks = {edge + turn * mechanism.period for edge in family.breakpoints for turn in turns}
+    edges = sorted({first, last, *(edge for edge in breaks if first < edge < last)})
 
+    def stops(a: float, b: float) -> list[float]:
+        """Roots of the velocity ratio inside one smooth piece."""
+        anchor = 0.5 * (a + b)
 
-def ends_of(mechanism: Mechanism, port: str, parameters: Mapping[str, float] | None = None) -> Ends:
-    """Every place where a port may turn back: roots of dx/dpsi = 0 by interval bounds, and kinks.
+        def enclose(lo: Array, hi: Array) -> tuple[Any, Any]:
+            return _flow(family, velocity, family.position(Interval(lo, hi), INTERVALS, anchor + 0 * lo))
 
-    Arguments and errors are those of `stroke_of`.
-    """
-    family = build(mechanism, parameters or {})
-    edges, period = _span(mechanism, family)
-    try:
-        inner = [root for a, b in pairwise(edges) for root in _stops(family, port, a, b)]
-    except SwitchingError:
-        found = f"{mechanism.name}.{port}, whose velocity changes sign too often to follow, as if it stood still"
-        raise SceneError([Fault(mechanism.path, found, "a port that moves")]) from None
+        def value(psi: Array) -> Any:
+            return _flow(family, velocity, family.position(psi, np, anchor + 0 * psi))[0] + 0 * psi
+
+        return roots(enclose, value, a, b)
 
     def displacement(psi: Array) -> Array:
         return np.broadcast_to(np.asarray(family.ports[port].position(family.position(psi, np)), dtype=float), psi.shape)
 
+    try:
+        inner = [root for a, b in pairwise(edges) for root in stops(a, b)]
+    except SwitchingError:
+        found = f"{mechanism.name}.{port}, whose velocity changes sign too often to follow, as if it stood still"
+        raise SceneError([Fault(mechanism.path, found, "a port that moves")]) from None
     psi = np.array(sorted({*edges, *inner}))
     return Ends(psi, displacement(psi), period, displacement)
-
-
-def _span(mechanism: Mechanism, family: Family) -> tuple[list[float], float | None]:
-    """Edges between which a mechanism's positions are smooth, over its stroke or until it repeats, and that period."""
-    if mechanism.stroke is not None:
-        first, last = mechanism.stroke
-        return sorted({first, last, *(edge for edge in family.breakpoints if first < edge < last)}), None
-    span = mechanism.travel if mechanism.linkage is not None else mechanism.period
-    turns = range(max(round(span / mechanism.period), 1))
-    edges = {edge + turn * mechanism.period for edge in family.breakpoints for turn in turns}
-    return sorted({0.0, span, *(edge for edge in edges if 0.0 < edge < span)}), span
-
-
-def _stops(family: Family, port: str, a: float, b: float) -> list[float]:
-    """Roots of a port's velocity ratio inside one smooth piece."""
-    velocity, anchor = family.ports[port].velocity, 0.5 * (a + b)
-
-    def enclose(lo: Array, hi: Array) -> tuple[Any, Any]:
-        return _flow(family, velocity, family.position(Interval(lo, hi), INTERVALS, anchor + 0 * lo))
-
-    def value(psi: Array) -> Any:
-        return _flow(family, velocity, family.position(psi, np, anchor + 0 * psi))[0] + 0 * psi
-
-    return roots(enclose, value, a, b)
 
 
 def _flow(family: Family, velocity: str, position: Any) -> tuple[Any, Any]:

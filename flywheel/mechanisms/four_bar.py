@@ -8,33 +8,7 @@ from math import atan2, pi, sqrt
 from operator import attrgetter
 from typing import Any, NamedTuple
 
-from flywheel.mechanisms.families import (
-    CRANK,
-    CRANK_PART,
-    HERE,
-    Displacement,
-    Family,
-    Kind,
-    Member,
-    Part,
-    Parts,
-    Pin,
-    Port,
-    Position,
-    Skeleton,
-    above_one,
-    driven,
-    exceeds,
-    floating,
-    graded,
-    joined,
-    line,
-    lock_fault,
-    pivoted,
-    point,
-    where_cosine,
-    within_turn,
-)
+from flywheel.mechanisms import families as f
 from flywheel.numerics.faults import Fault
 from flywheel.scene.keys import BODY, Key, length
 from flywheel.scene.scene import Mechanism
@@ -50,7 +24,7 @@ class Bars(NamedTuple):
     side: int
 
 
-class FourBarPosition(Position):
+class FourBarPosition(f.Position):
     """Positions of a four-bar with ground d, crank r, coupler c and rocker L (m).
 
     The diagonal D from the rocker's pivot to the crank's pin cuts it into a triangle that never flattens: 4 x its area,
@@ -134,25 +108,8 @@ class FourBarPosition(Position):
             return self._diagonal_angle + self.side * self.ns.atan2(self.area4, -self._at_rocker)
         return self._diagonal_angle - self.side * self.ns.atan2(self.area4, self._at_rocker)
 
-    @cached_property
-    def coupler_sin(self) -> Any:
-        """Sine of the coupler's angle."""
-        return self.ns.sin(self.coupler)
-
-    @cached_property
-    def coupler_cos(self) -> Any:
-        """Cosine of the coupler's angle."""
-        return self.ns.cos(self.coupler)
-
-    @cached_property
-    def rocker_sin(self) -> Any:
-        """Sine of the rocker's angle."""
-        return self.ns.sin(self.rocker)
-
-    @cached_property
-    def rocker_cos(self) -> Any:
-        """Cosine of the rocker's angle."""
-        return self.ns.cos(self.rocker)
+    coupler_sin, coupler_cos = f.sine("coupler"), f.cosine("coupler")
+    rocker_sin, rocker_cos = f.sine("rocker"), f.cosine("rocker")
 
     @cached_property
     def _sway(self) -> Any:
@@ -202,23 +159,23 @@ def _bars(mechanism: Mechanism) -> Bars:
     return Bars(ground, crank, coupler, rocker, -1 if mechanism.assembly == "crossed" else 1)
 
 
-def family(mechanism: Mechanism, _: Mapping[str, float]) -> Family:
+def family(mechanism: Mechanism, _: Mapping[str, float]) -> f.Family:
     """Chain of a four-bar: coupler and rocker each straight from the crank, the coupler's mass at its centre."""
     bars = _bars(mechanism)
-    parts = joined(
-        pivoted(CRANK, mechanism, "crank"),
-        point(CRANK, "crank.pin", bars.crank, 0.0, "crank"),
-        Parts((driven("coupler", True), driven("rocker", True))),
-        floating(line("coupler"), mechanism, "coupler", bars.crank),
-        pivoted(line("rocker"), mechanism, "rocker"),
-        point(line("rocker"), "rocker.pin", bars.rocker, 0.0, "rocker"),
+    parts = f.joined(
+        f.pivoted(f.CRANK, mechanism, "crank"),
+        f.point(f.CRANK, "crank.pin", bars.crank, 0.0, "crank"),
+        f.Parts((f.driven("coupler", True), f.driven("rocker", True))),
+        f.floating(f.line("coupler"), mechanism, "coupler", bars.crank),
+        f.pivoted(f.line("rocker"), mechanism, "rocker"),
+        f.point(f.line("rocker"), "rocker.pin", bars.rocker, 0.0, "rocker"),
     )
     returns = bool(bars.ground > bars.crank)  # otherwise a drag-link: all bars turn with the crank
     ports = {
-        "coupler": Port("coupler", attrgetter("coupler"), returns),
-        "rocker": Port("rocker", attrgetter("rocker"), returns, dead_centres=_dead_centres(bars) if returns else ()),
+        "coupler": f.Port("coupler", attrgetter("coupler"), returns),
+        "rocker": f.Port("rocker", attrgetter("rocker"), returns, dead_centres=_dead_centres(bars) if returns else ()),
     }
-    return Family(*parts, ports, partial(FourBarPosition, bars), _breakpoints(bars))
+    return f.Family(*parts, ports, partial(FourBarPosition, bars), _breakpoints(bars))
 
 
 def _cosine(bars: Bars, diagonal: float) -> float:
@@ -236,14 +193,14 @@ def _dead_centres(bars: Bars) -> tuple[float, ...]:
     def angle(m: float) -> float:
         return 2 * side * atan2(sqrt((L - d + m) * (L + d - m)), sqrt((d + m - L) * (d + m + L)))
 
-    return within_turn((angle(c + r), pi + angle(c - r)))
+    return f.within_turn((angle(c + r), pi + angle(c - r)))
 
 
 def _breakpoints(bars: Bars) -> tuple[float, ...]:
     """Cells shorten close to change points: K = 0 at D = |c - L|, above psi = 0, and at D = c + L, above psi = pi."""
-    near = above_one(_cosine(bars, bars.coupler - bars.rocker))
-    far = above_one(-_cosine(bars, bars.coupler + bars.rocker))
-    return within_turn(graded(0.0, near) + graded(pi, far))
+    near = f.above_one(_cosine(bars, bars.coupler - bars.rocker))
+    far = f.above_one(-_cosine(bars, bars.coupler + bars.rocker))
+    return f.within_turn(f.graded(0.0, near) + f.graded(pi, far))
 
 
 def locks(mechanism: Mechanism) -> list[Fault]:
@@ -254,48 +211,48 @@ def locks(mechanism: Mechanism) -> list[Fault]:
     bars, path = _bars(mechanism), mechanism.path
     ground, crank, coupler, rocker, _ = bars
     slack, shorter = abs(ground - crank), min(ground, crank)
-    if exceeds(coupler + rocker, ground + crank) and exceeds(slack + min(coupler, rocker), max(coupler, rocker)):
+    if f.exceeds(coupler + rocker, ground + crank) and f.exceeds(slack + min(coupler, rocker), max(coupler, rocker)):
         return []
     cosines = _cosine(bars, coupler - rocker), _cosine(bars, coupler + rocker)
-    angles = [angle for cosine in cosines for angle in where_cosine(cosine)]
-    if not exceeds(ground, crank) and not exceeds(crank, ground):
+    angles = [angle for cosine in cosines for angle in f.where_cosine(cosine)]
+    if not f.exceeds(ground, crank) and not f.exceeds(crank, ground):
         expected = f"a length other than ground.length = {float(ground):.9g} m"
-        return [lock_fault(f"{path}.crank.length", crank, expected, angles)]
-    if not exceeds(rocker, shorter):
-        return [lock_fault(f"{path}.rocker.length", rocker, f"more than {float(shorter):.9g} m", angles)]
+        return [f.lock_fault(f"{path}.crank.length", crank, expected, angles)]
+    if not f.exceeds(rocker, shorter):
+        return [f.lock_fault(f"{path}.rocker.length", rocker, f"more than {float(shorter):.9g} m", angles)]
     least = max(ground + crank - rocker, rocker - slack)
     expected = f"between {float(least):.9g} and {float(rocker + slack):.9g} m"
-    return [lock_fault(f"{path}.coupler.length", coupler, expected, angles)]
+    return [f.lock_fault(f"{path}.coupler.length", coupler, expected, angles)]
 
 
-def skeleton(mechanism: Mechanism, position: FourBarPosition) -> Skeleton:
+def skeleton(mechanism: Mechanism, position: FourBarPosition) -> f.Skeleton:
     """Coupler from the crank's pin, rocker from its pivot; the side of their joint is that of the assembly."""
     bars = _bars(mechanism)
     members = {
-        "frame": Member({"pivot": HERE, "rocker_pivot": (bars.ground, 0.0)}),
-        "crank": Member({"pivot": HERE, "crank_pin": (bars.crank, 0.0)}),
-        "coupler": Member({"crank_pin": HERE, "rocker_pin": (bars.coupler, 0.0)}, position.coupler),
-        "rocker": Member({"rocker_pivot": HERE, "rocker_pin": (bars.rocker, 0.0)}, position.rocker),
+        "frame": f.Member({"pivot": f.HERE, "rocker_pivot": (bars.ground, 0.0)}),
+        "crank": f.Member({"pivot": f.HERE, "crank_pin": (bars.crank, 0.0)}),
+        "coupler": f.Member({"crank_pin": f.HERE, "rocker_pin": (bars.coupler, 0.0)}, position.coupler),
+        "rocker": f.Member({"rocker_pivot": f.HERE, "rocker_pin": (bars.rocker, 0.0)}, position.rocker),
     }
     joints = (
-        Pin("pivot", "frame", "crank"),
-        Pin("crank_pin", "crank", "coupler"),
-        Pin("rocker_pin", "coupler", "rocker"),
-        Pin("rocker_pivot", "frame", "rocker"),
+        f.Pin("pivot", "frame", "crank"),
+        f.Pin("crank_pin", "crank", "coupler"),
+        f.Pin("rocker_pin", "coupler", "rocker"),
+        f.Pin("rocker_pivot", "frame", "rocker"),
     )
     side = ("coupler", "rocker_pin"), ("crank", "crank_pin"), ("frame", "rocker_pivot"), bars.side
-    return Skeleton(members, joints, (side,))
+    return f.Skeleton(members, joints, (side,))
 
 
-KIND = Kind(
+KIND = f.Kind(
     "four-bar",
     "a crank and a rocker on fixed pivots, joined by a coupler",
     family,
     (
-        Part("ground", "the frame", (length("crank pivot to rocker pivot, along +x"),)),
-        CRANK_PART,
-        Part("coupler", "from the crank pin (its first pin) to the rocker", (length("between its pins"),), BODY),
-        Part("rocker", "turns about a fixed pivot, its first pin", (length("pivot to coupler pin"),), BODY),
+        f.Part("ground", "the frame", (length("crank pivot to rocker pivot, along +x"),)),
+        f.CRANK_PART,
+        f.Part("coupler", "from the crank pin (its first pin) to the rocker", (length("between its pins"),), BODY),
+        f.Part("rocker", "turns about a fixed pivot, its first pin", (length("pivot to coupler pin"),), BODY),
     ),
     (
         Key(
@@ -307,8 +264,8 @@ KIND = Kind(
         ),
     ),
     (
-        Displacement("coupler", True, "angle from +x of the line from the crank pin to the rocker pin"),
-        Displacement("rocker", True, "angle from +x of the line from the rocker's pivot to its pin"),
+        f.Displacement("coupler", True, "angle from +x of the line from the crank pin to the rocker pin"),
+        f.Displacement("rocker", True, "angle from +x of the line from the rocker's pivot to its pin"),
     ),
     locks,
     skeleton,

@@ -102,15 +102,8 @@ def spline_curve(table: Table, period: float) -> SplineCurve:
     swaying = table.value - drift * (table.angle - start)
     swaying[-1] = swaying[0]
     spline = CubicSpline(table.angle, swaying, bc_type="periodic")
-    knots, coefficients = _from_zero(np.asarray(spline.x), np.asarray(spline.c), period)
-    coefficients[3] += drift * (knots[:-1] - start)
-    coefficients[2] += drift
-    return SplineCurve(knots, coefficients)
-
-
-def _from_zero(knots: Array, coefficients: Array, period: float) -> tuple[Array, Array]:
-    """The same periodic cubics with knots from 0 to the period, the piece across 0 cut in two."""
-    inner = np.unique(knots[:-1] % period)
+    knots, coefficients = np.asarray(spline.x), np.asarray(spline.c)
+    inner = np.unique(knots[:-1] % period)  # the same cubics from 0 to the period, the piece across 0 cut in two
     inner = inner[(inner > _SAME * period) & (inner < (1 - _SAME) * period)]
     edges = np.concatenate(([0.0], inner, [period]))
     middles = 0.5 * (edges[1:] + edges[:-1])
@@ -118,13 +111,12 @@ def _from_zero(knots: Array, coefficients: Array, period: float) -> tuple[Array,
     piece = np.searchsorted(knots, middles - turns, side="right") - 1
     step = edges[:-1] - turns - knots[piece]
     c3, c2, c1, c0 = coefficients[:, piece]
-    moved = (c3, c2 + 3 * c3 * step, c1 + (2 * c2 + 3 * c3 * step) * step, c0 + (c1 + (c2 + c3 * step) * step) * step)
-    return edges, np.stack(moved)
+    c0 = c0 + (c1 + (c2 + c3 * step) * step) * step + drift * (edges[:-1] - start)
+    c1 = c1 + (2 * c2 + 3 * c3 * step) * step + drift
+    return SplineCurve(edges, np.stack((c3, c2 + 3 * c3 * step, c1, c0)))
 
 
 _SAME = 1e-12  # of the period: knots closer than this are one
-
-
 _CLOSE = 1e-9  # a jump below this share of a law's range is rounding
 _ROUNDING = 1e-14
 _OWN = frozenset({"x", "v", "omega", "t"})  # what a position may not depend on
@@ -153,30 +145,21 @@ class LawPosition:
         return self._jets[name]
 
 
-class Survey(NamedTuple):
-    """A curve at the ends of its pieces and between: arrays of shape (pieces, 17), each row by its piece's formula."""
-
-    phi: Array
-    value: Array
-    first: Array
-    second: Array
-
-
 def family(mechanism: Mechanism, parameters: Mapping[str, float]) -> Family:
     """Outputs of a law, each straight from the crank: ratio dx/dpsi, slope d²x/dpsi².
 
     Raises SceneError for a position that is not finite, that jumps, or that does not return; and for one whose slope
     jumps while it carries mass, since the reduced inertia would jump with it.
     """
+    faults: list[Fault] = []
+    curves: dict[str, Curve] = {}
+    ports: dict[str, Port] = {}
 
     def velocity(output: Output) -> Velocity:
         name = output.name
         ratio = Ratio(lambda position: position.jet(name).first, lambda position: position.jet(name).second)
         return Velocity(name, output.rotating, (Term("crank", ratio),))
 
-    faults: list[Fault] = []
-    curves: dict[str, Curve] = {}
-    ports: dict[str, Port] = {}
     for output in mechanism.outputs:
         path = f"{mechanism.path}.outputs.{output.name}"
         try:
@@ -239,7 +222,11 @@ def _key(output: Output, path: str) -> str:
 def _port(output: Output, curve: Curve, period: float, path: str) -> Port:
     """The output's port, once its curve is known to be finite, not to jump, to return and, with mass, to have no corner."""
     path, unit = _key(output, path), "rad" if output.rotating else "m"
-    phi, value, first, second = _survey(curve, period)
+    edges = np.unique([0.0, *curve.breakpoints, period])
+    phi = edges[:-1, None] + np.diff(edges)[:, None] * _NODES  # each row by its piece's formula, its ends included
+    phi[:, -1] = edges[1:]
+    jet = curve.jet(phi, phi[:, 8:9], np)
+    value, first, second = (np.broadcast_to(part, phi.shape) for part in (jet.value, jet.first, jet.second))
     named = {"position": value, "slope": first} | ({"second derivative": second} if output.inertia != 0 else {})
     for what, values in named.items():  # with mass the slope's slope turns the reduced inertia
         wrong = ~np.isfinite(values)
@@ -272,14 +259,6 @@ def _port(output: Output, curve: Curve, period: float, path: str) -> Port:
         return x if gain == 0.0 else x + gain * position.turns
 
     return Port(name, displacement, gain == 0.0, tuple(kinks.tolist()))
-
-
-def _survey(curve: Curve, period: float) -> Survey:
-    edges = np.unique([0.0, *curve.breakpoints, period])
-    phi = edges[:-1, None] + np.diff(edges)[:, None] * _NODES
-    phi[:, -1] = edges[1:]
-    jet = curve.jet(phi, phi[:, 8:9], np)
-    return Survey(phi, *(np.broadcast_to(part, phi.shape) for part in (jet.value, jet.first, jet.second)))
 
 
 def _degrees(angle: float) -> str:

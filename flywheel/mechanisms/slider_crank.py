@@ -8,41 +8,13 @@ from math import atan2, pi, sqrt
 from operator import attrgetter
 from typing import Any
 
-from flywheel.mechanisms.families import (
-    CRANK,
-    CRANK_PART,
-    HERE,
-    Displacement,
-    Family,
-    Kind,
-    Member,
-    Part,
-    Parts,
-    Pin,
-    Port,
-    Position,
-    Skeleton,
-    Slide,
-    above_one,
-    driven,
-    exceeds,
-    floating,
-    graded,
-    joined,
-    line,
-    lock_fault,
-    pivoted,
-    point,
-    sliding,
-    where_sine,
-    within_turn,
-)
+from flywheel.mechanisms import families as f
 from flywheel.numerics.faults import Fault
 from flywheel.scene.keys import BODY, POINT, Key, length
 from flywheel.scene.scene import Mechanism
 
 
-class SliderPosition(Position):
+class SliderPosition(f.Position):
     """Positions of a slider-crank with crank r, rod l and offset e (m).
 
     `height` is that of the crank's pin above the line of travel, h = r sin psi - e; `reach` is the rod's extent along
@@ -127,73 +99,73 @@ def _lengths(mechanism: Mechanism) -> tuple[float, float, float]:
     return geometry["crank.length"], geometry["rod.length"], geometry.get("slider.offset", 0.0)
 
 
-def family(mechanism: Mechanism, _: Mapping[str, float]) -> Family:
+def family(mechanism: Mechanism, _: Mapping[str, float]) -> f.Family:
     """Chain of a slider-crank: rod and slider each straight from the crank, the rod's mass at its centre."""
     lengths = _lengths(mechanism)
-    parts = joined(
-        pivoted(CRANK, mechanism, "crank"),
-        point(CRANK, "crank.pin", lengths[0], 0.0, "crank"),
-        Parts((driven("rod", True),)),
-        floating(line("rod"), mechanism, "rod", lengths[0]),
-        sliding(mechanism, "slider", 0.0),
+    parts = f.joined(
+        f.pivoted(f.CRANK, mechanism, "crank"),
+        f.point(f.CRANK, "crank.pin", lengths[0], 0.0, "crank"),
+        f.Parts((f.driven("rod", True),)),
+        f.floating(f.line("rod"), mechanism, "rod", lengths[0]),
+        f.sliding(mechanism, "slider", 0.0),
     )
     ports = {
-        "slider": Port("slider", attrgetter("slider"), dead_centres=_dead_centres(*lengths)),
-        "rod": Port("rod", attrgetter("rod"), dead_centres=(pi / 2, 3 * pi / 2)),
+        "slider": f.Port("slider", attrgetter("slider"), dead_centres=_dead_centres(*lengths)),
+        "rod": f.Port("rod", attrgetter("rod"), dead_centres=(pi / 2, 3 * pi / 2)),
     }
-    return Family(*parts, ports, partial(SliderPosition, *lengths), _breakpoints(*lengths))
+    return f.Family(*parts, ports, partial(SliderPosition, *lengths), _breakpoints(*lengths))
 
 
 def _dead_centres(r: float, rod: float, e: float) -> tuple[float, ...]:
     """The slider's, with crank and rod in one line: sin psi = e/(l + r) stretched, and -e/(l - r) folded, cos psi < 0."""
     stretched = atan2(e, sqrt((rod + r - e) * (rod + r + e)))
     folded = atan2(e, sqrt((rod - r - e) * (rod - r + e)))
-    return within_turn((stretched, pi + folded))
+    return f.within_turn((stretched, pi + folded))
 
 
 def _breakpoints(r: float, rod: float, e: float) -> tuple[float, ...]:
     """Cells shorten where the rod nearly stands across: q = 0 at sin psi = (e ± l)/r, above ±90 deg."""
-    up, down = above_one((rod + e) / r), above_one((rod - e) / r)
-    return within_turn(graded(pi / 2, up) + graded(-pi / 2, down))
+    up, down = f.above_one((rod + e) / r), f.above_one((rod - e) / r)
+    return f.within_turn(f.graded(pi / 2, up) + f.graded(-pi / 2, down))
 
 
 def locks(mechanism: Mechanism) -> list[Fault]:
     """A rod that is not longer than crank + |offset| locks the crank where |r sin psi - e| = l."""
     r, rod, e = _lengths(mechanism)
     most = r + abs(e)
-    if exceeds(rod, most):
+    if f.exceeds(rod, most):
         return []
-    angles = where_sine((e + rod) / r) + where_sine((e - rod) / r)
+    angles = f.where_sine((e + rod) / r) + f.where_sine((e - rod) / r)
     expected = f"a rod longer than crank + |offset| = {float(most):.9g} m"
-    return [lock_fault(f"{mechanism.path}.rod.length", rod, expected, angles)]
+    return [f.lock_fault(f"{mechanism.path}.rod.length", rod, expected, angles)]
 
 
-def skeleton(mechanism: Mechanism, position: SliderPosition) -> Skeleton:
+def skeleton(mechanism: Mechanism, position: SliderPosition) -> f.Skeleton:
     """The slider's own origin, at the rod's pin, moves along the line y = offset."""
     crank, rod, offset = _lengths(mechanism)
     members = {
-        "frame": Member({"pivot": HERE, "guide": (0.0, offset)}),
-        "crank": Member({"pivot": HERE, "crank_pin": (crank, 0.0)}),
-        "rod": Member({"crank_pin": HERE, "slider_pin": (rod, 0.0)}, position.rod),
-        "slider": Member({"slider_pin": HERE, "guide": HERE}),
+        "frame": f.Member({"pivot": f.HERE, "guide": (0.0, offset)}),
+        "crank": f.Member({"pivot": f.HERE, "crank_pin": (crank, 0.0)}),
+        "rod": f.Member({"crank_pin": f.HERE, "slider_pin": (rod, 0.0)}, position.rod),
+        "slider": f.Member({"slider_pin": f.HERE, "guide": f.HERE}),
     }
     joints = (
-        Pin("pivot", "frame", "crank"),
-        Pin("crank_pin", "crank", "rod"),
-        Pin("slider_pin", "rod", "slider"),
-        Slide("guide", "frame", "slider", at=position.slider),
+        f.Pin("pivot", "frame", "crank"),
+        f.Pin("crank_pin", "crank", "rod"),
+        f.Pin("slider_pin", "rod", "slider"),
+        f.Slide("guide", "frame", "slider", at=position.slider),
     )
-    return Skeleton(members, joints)
+    return f.Skeleton(members, joints)
 
 
-KIND = Kind(
+KIND = f.Kind(
     "slider-crank",
     "a crank drives a slider along a straight line through a rod",
     family,
     (
-        CRANK_PART,
-        Part("rod", "from the crank pin (its first pin) to the slider", (length("crank pin to slider pin"),), BODY),
-        Part(
+        f.CRANK_PART,
+        f.Part("rod", "from the crank pin (its first pin) to the slider", (length("crank pin to slider pin"),), BODY),
+        f.Part(
             "slider",
             "moves along the line y = offset",
             (Key("offset", "length", "y of its line of travel", 0.0),),
@@ -201,8 +173,8 @@ KIND = Kind(
         ),
     ),
     ports=(
-        Displacement("slider", False, "x = r cos phi + sqrt(l^2 - (r sin phi - e)^2), positive along +x"),
-        Displacement("rod", True, "angle of the rod from +x"),
+        f.Displacement("slider", False, "x = r cos phi + sqrt(l^2 - (r sin phi - e)^2), positive along +x"),
+        f.Displacement("rod", True, "angle of the rod from +x"),
     ),
     locks=locks,
     skeleton=skeleton,

@@ -19,41 +19,10 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from flywheel.mechanisms.families import (
-    HERE,
-    TOUCH,
-    Displacement,
-    Family,
-    Kind,
-    Line,
-    Member,
-    Part,
-    Parts,
-    Pin,
-    Port,
-    Position,
-    Skeleton,
-    Slide,
-    Term,
-    Velocity,
-    Weight,
-    above_one,
-    body,
-    carried,
-    driven,
-    exceeds,
-    floating,
-    graded,
-    joined,
-    line,
-    pivoted,
-    sliding,
-)
+from flywheel.mechanisms import families as f
 from flywheel.numerics.faults import Fault
 from flywheel.scene.keys import BODY, POINT, Key, length
 from flywheel.scene.scene import Mechanism
-
-Stroke = tuple[float, float]
 
 
 class Bars(NamedTuple):
@@ -96,7 +65,7 @@ def rounded(mechanism: Mechanism) -> Bars:
 def _folds(lengths: Bars) -> list[float]:
     """Displacements (m) at which drive arm and coupler lie on one line, folded or stretched."""
     a1, a2, a3 = lengths.height, lengths.drive, lengths.coupler
-    reaches = [sqrt(max(0.0, (D - a1) * (D + a1))) for D in (abs(a2 - a3), a2 + a3) if not exceeds(a1, D)]
+    reaches = [sqrt(max(0.0, (D - a1) * (D + a1))) for D in (abs(a2 - a3), a2 + a3) if not f.exceeds(a1, D)]
     return sorted({sign * reach for reach in reaches for sign in (1, -1)})
 
 
@@ -114,7 +83,7 @@ def _crossings(lengths: Bars) -> Iterator[tuple[float, float]]:
                 yield -(along + run), -run / area
 
 
-def breakpoints(lengths: Bars, stroke: Stroke | None) -> tuple[float, ...]:
+def breakpoints(lengths: Bars, stroke: tuple[float, float] | None) -> tuple[float, ...]:
     """Displacements (m) inside the stroke where cells shorten, because a lock is near its ends or hovers above it."""
     if stroke is None:
         return ()
@@ -122,54 +91,13 @@ def breakpoints(lengths: Bars, stroke: Stroke | None) -> tuple[float, ...]:
     a1, uneven = lengths.height, abs(lengths.drive - lengths.coupler)
     near = [(psi, 0.0) for psi in _folds(lengths)]
     near += [(0.0, sqrt((a1 - uneven) * (a1 + uneven)))] if a1 > uneven else []
-    upright = above_one(lengths.rod / lengths.clamp)
+    upright = f.above_one(lengths.rod / lengths.clamp)
     near += [(psi, upright / abs(rate) if rate else inf) for psi, rate in _crossings(lengths)]
-    spots = chain(*(graded(psi, hypot(max(start - psi, psi - end, 0.0), above), end - start) for psi, above in near))
+    spots = chain(*(f.graded(psi, hypot(max(start - psi, psi - end, 0.0), above), end - start) for psi, above in near))
     return tuple(sorted({psi for psi in spots if start < psi < end}))
 
 
-def coupler_faults(lengths: Bars, stroke: Stroke, path: str) -> list[Fault]:
-    """Drive arm and coupler must reach the block, and not lie on one line, all along the stroke."""
-    start, end = sorted(stroke)
-    height, drive, coupler = lengths.height, lengths.drive, lengths.coupler
-    far, near = hypot(height, max(-start, end)), hypot(height, max(start, -end, 0.0))
-    if exceeds(drive + coupler, far) and exceeds(near + min(drive, coupler), max(drive, coupler)):
-        return []
-    places = _within(_folds(lengths), start, end)
-    least, most = max(far - drive, drive - near), drive + near
-    if exceeds(most, least):
-        return [_lock(f"{path}.coupler.length", coupler, f"between {least:.9g} and {most:.9g} m", places)]
-    return [_lock(f"{path}.bell_crank.drive_length", drive, f"more than {(far - near) / 2:.9g} m", places)]
-
-
-def rod_faults(lengths: Bars, stroke: Stroke, path: str, height: float) -> list[Fault]:
-    """A rod longer than the clamp arm always reaches; another locks where it stands across.
-
-    `height` (m) is that of the rod's pin above the platen's line at the lower end of the stroke.
-    """
-    if exceeds(lengths.rod, lengths.clamp):
-        return []
-    places = _within((psi for psi, _ in _crossings(lengths)), *sorted(stroke))
-    if not places and exceeds(lengths.rod, abs(height)):
-        return []
-    expected = f"a rod longer than bell_crank.clamp_length = {lengths.clamp:.9g} m"
-    return [_lock(f"{path}.rod.length", lengths.rod, expected, places)]
-
-
-def _within(places: Iterable[float], start: float, end: float) -> list[float]:
-    """The displacements (m) that lie in the stroke, ends included, ascending."""
-    slack = TOUCH * max(abs(start), abs(end))
-    return sorted(psi for psi in places if start - slack <= psi <= end + slack)
-
-
-def _lock(path: str, length: float, expected: str, places: list[float]) -> Fault:
-    """The fault of a length (m) with which the clamp locks, naming the displacements (m) where it does."""
-    listed = " and ".join(f"{psi:.6g}" for psi in places)
-    where = f"the clamp locks where its block is at {listed} m" if listed else "it closes nowhere in the stroke"
-    return Fault(path, f"{length:.9g} m", expected, where)
-
-
-class TogglePosition(Position):
+class TogglePosition(f.Position):
     """Positions of a toggle clamp at the block's displacement psi (m).
 
     The block stands at (-psi, a1) from the bell crank's pivot, at the distance D. Coupler a3 and drive arm a2 close a
@@ -220,25 +148,8 @@ class TogglePosition(Position):
         uneven = (self.a3 - self.a2) * (self.a3 + self.a2)
         return self._sight - self.side * self.ns.atan2(self.area4, self.square + uneven)
 
-    @cached_property
-    def bell_crank_sin(self) -> Any:
-        """Sine of the drive arm's angle."""
-        return self.ns.sin(self.bell_crank)
-
-    @cached_property
-    def bell_crank_cos(self) -> Any:
-        """Cosine of the drive arm's angle."""
-        return self.ns.cos(self.bell_crank)
-
-    @cached_property
-    def coupler_sin(self) -> Any:
-        """Sine of the coupler's angle."""
-        return self.ns.sin(self.coupler)
-
-    @cached_property
-    def coupler_cos(self) -> Any:
-        """Cosine of the coupler's angle."""
-        return self.ns.cos(self.coupler)
+    bell_crank_sin, bell_crank_cos = f.sine("bell_crank"), f.cosine("bell_crank")
+    coupler_sin, coupler_cos = f.sine("coupler"), f.cosine("coupler")
 
     @cached_property
     def bell_crank_rate(self) -> Any:
@@ -348,78 +259,106 @@ class TogglePosition(Position):
         return -(along + speed * (speed + 2 * self.height)) / self.reach * self.bell_crank_rate
 
 
-DRIVE = line("bell_crank")
-CLAMP = Line("bell_crank", *map(attrgetter, ("clamp", "clamp_sin", "clamp_cos", "bell_crank_rate")))
-ROD = line("rod")._replace(rate=attrgetter("rod_turn"))
+DRIVE = f.line("bell_crank")
+CLAMP = f.Line("bell_crank", *map(attrgetter, ("clamp", "clamp_sin", "clamp_cos", "bell_crank_rate")))
+ROD = f.line("rod")._replace(rate=attrgetter("rod_turn"))
 
 
-def family(mechanism: Mechanism, _: Mapping[str, float]) -> Family:
+def family(mechanism: Mechanism, _: Mapping[str, float]) -> f.Family:
     """Chain of a toggle clamp: block -> bell crank -> rod and platen; the coupler straight from the block."""
-    lengths, mass = bars(mechanism), body(mechanism, "block").mass
-    weight = () if mass == 0 else (Weight("block", mass, pi, "block"),)
-    parts = joined(
-        Parts((Velocity("block", False, (Term("crank", 1.0),)),), carried("block", mass, "block"), weight),
-        Parts((driven("bell_crank", True), driven("coupler", True), driven("rod", True, "bell_crank"))),
-        pivoted(CLAMP, mechanism, "bell_crank"),
-        floating(line("coupler"), mechanism, "coupler", lengths.drive, DRIVE),
-        floating(ROD, mechanism, "rod", lengths.clamp, CLAMP),
-        sliding(mechanism, "platen", 0.0, "bell_crank"),
+    lengths, mass = bars(mechanism), f.body(mechanism, "block").mass
+    weight = () if mass == 0 else (f.Weight("block", mass, pi, "block"),)
+    parts = f.joined(
+        f.Parts((f.Velocity("block", False, (f.Term("crank", 1.0),)),), f.carried("block", mass, "block"), weight),
+        f.Parts((f.driven("bell_crank", True), f.driven("coupler", True), f.driven("rod", True, "bell_crank"))),
+        f.pivoted(CLAMP, mechanism, "bell_crank"),
+        f.floating(f.line("coupler"), mechanism, "coupler", lengths.drive, DRIVE),
+        f.floating(ROD, mechanism, "rod", lengths.clamp, CLAMP),
+        f.sliding(mechanism, "platen", 0.0, "bell_crank"),
     )
-    ports = {name: Port(name, attrgetter(name)) for name in ("block", "platen", "bell_crank", "coupler", "rod")}
-    return Family(*parts, ports, partial(TogglePosition, lengths), breakpoints(rounded(mechanism), mechanism.stroke))
+    ports = {name: f.Port(name, attrgetter(name)) for name in ("block", "platen", "bell_crank", "coupler", "rod")}
+    return f.Family(*parts, ports, partial(TogglePosition, lengths), breakpoints(rounded(mechanism), mechanism.stroke))
 
 
 def locks(mechanism: Mechanism) -> list[Fault]:
-    """A clamp that cannot go through its stroke: it names the length to change and the displacements where it locks."""
+    """A clamp that cannot go through its stroke: it names the length to change and the displacements where it locks.
+
+    Drive arm and coupler must reach the block and not lie on one line. A rod longer than the clamp arm always reaches;
+    another locks where it stands across.
+    """
+    path = mechanism.path
     if mechanism.stroke is None:
         advice = "its block goes one way: add [stroke] with from, to and speed"
-        return [Fault(f"{mechanism.path}.type", "a toggle-clamp without a stroke", "the stroke of its block", advice)]
-    lengths, start = rounded(mechanism), min(mechanism.stroke)
-    found = coupler_faults(lengths, mechanism.stroke, mechanism.path)
-    return found or rod_faults(lengths, mechanism.stroke, mechanism.path, TogglePosition(lengths, start, np).height)
+        return [Fault(f"{path}.type", "a toggle-clamp without a stroke", "the stroke of its block", advice)]
+    lengths, (start, end) = rounded(mechanism), sorted(mechanism.stroke)
+    height, drive, coupler = lengths.height, lengths.drive, lengths.coupler
+
+    slack = f.TOUCH * max(abs(start), abs(end))
+
+    def within(places: Iterable[float]) -> list[float]:
+        return sorted(psi for psi in places if start - slack <= psi <= end + slack)
+
+    def fault(key: str, length: float, expected: str, places: list[float]) -> list[Fault]:
+        listed = " and ".join(f"{psi:.6g}" for psi in places)
+        where = f"the clamp locks where its block is at {listed} m" if listed else "it closes nowhere in the stroke"
+        return [Fault(f"{path}.{key}", f"{length:.9g} m", expected, where)]
+
+    far, near = hypot(height, max(-start, end)), hypot(height, max(start, -end, 0.0))
+    if not f.exceeds(drive + coupler, far) or not f.exceeds(near + min(drive, coupler), max(drive, coupler)):
+        least, most = max(far - drive, drive - near), drive + near
+        if f.exceeds(most, least):
+            return fault("coupler.length", coupler, f"between {least:.9g} and {most:.9g} m", within(_folds(lengths)))
+        return fault("bell_crank.drive_length", drive, f"more than {(far - near) / 2:.9g} m", within(_folds(lengths)))
+    if f.exceeds(lengths.rod, lengths.clamp):
+        return []
+    across = within(psi for psi, _ in _crossings(lengths))
+    if not across and f.exceeds(lengths.rod, abs(TogglePosition(lengths, start, np).height)):
+        return []
+    expected = f"a rod longer than bell_crank.clamp_length = {lengths.clamp:.9g} m"
+    return fault("rod.length", lengths.rod, expected, across)
 
 
-def skeleton(mechanism: Mechanism, position: TogglePosition) -> Skeleton:
+def skeleton(mechanism: Mechanism, position: TogglePosition) -> f.Skeleton:
     """The bell crank's own x axis runs to the coupler's pin; its centre of mass counts from the clamp arm."""
     lengths = bars(mechanism)
     tilt = lengths.angle + pi
     members = {
-        "frame": Member({"pivot": HERE, "block_guide": (0.0, lengths.height), "platen_guide": HERE}),
-        "block": Member({"block_guide": HERE, "block_pin": HERE}),
-        "coupler": Member({"coupler_pin": HERE, "block_pin": (lengths.coupler, 0.0)}, position.coupler),
-        "bell_crank": Member(
+        "frame": f.Member({"pivot": f.HERE, "block_guide": (0.0, lengths.height), "platen_guide": f.HERE}),
+        "block": f.Member({"block_guide": f.HERE, "block_pin": f.HERE}),
+        "coupler": f.Member({"coupler_pin": f.HERE, "block_pin": (lengths.coupler, 0.0)}, position.coupler),
+        "bell_crank": f.Member(
             {
-                "pivot": HERE,
+                "pivot": f.HERE,
                 "coupler_pin": (lengths.drive, 0.0),
                 "rod_pin": (lengths.clamp * cos(tilt), lengths.clamp * sin(tilt)),
             },
             position.bell_crank,
             tilt,
         ),
-        "rod": Member({"rod_pin": HERE, "platen_pin": (lengths.rod, 0.0)}, position.rod),
-        "platen": Member({"platen_pin": HERE, "platen_guide": HERE}),
+        "rod": f.Member({"rod_pin": f.HERE, "platen_pin": (lengths.rod, 0.0)}, position.rod),
+        "platen": f.Member({"platen_pin": f.HERE, "platen_guide": f.HERE}),
     }
     joints = (
-        Slide("block_guide", "frame", "block", pi),
-        Pin("block_pin", "block", "coupler"),
-        Pin("coupler_pin", "coupler", "bell_crank"),
-        Pin("pivot", "frame", "bell_crank"),
-        Pin("rod_pin", "bell_crank", "rod"),
-        Pin("platen_pin", "rod", "platen"),
-        Slide("platen_guide", "frame", "platen", at=position.platen),
+        f.Slide("block_guide", "frame", "block", pi),
+        f.Pin("block_pin", "block", "coupler"),
+        f.Pin("coupler_pin", "coupler", "bell_crank"),
+        f.Pin("pivot", "frame", "bell_crank"),
+        f.Pin("rod_pin", "bell_crank", "rod"),
+        f.Pin("platen_pin", "rod", "platen"),
+        f.Slide("platen_guide", "frame", "platen", at=position.platen),
     )
     side = ("bell_crank", "coupler_pin"), ("frame", "pivot"), ("block", "block_pin"), lengths.side
-    return Skeleton(members, joints, (side,))
+    return f.Skeleton(members, joints, (side,))
 
 
-KIND = Kind(
+KIND = f.Kind(
     "toggle-clamp",
     "a sliding block swings a bell crank through a coupler; a rod from the bell crank pushes a platen straight",
     family,
     (
-        Part("frame", "the frame", (length("block's line above the pivot", "height"),)),
-        Part("block", "drives: it slides along the line y = frame.height, and has the coupler's pin", (), POINT),
-        Part(
+        f.Part("frame", "the frame", (length("block's line above the pivot", "height"),)),
+        f.Part("block", "drives: it slides along the line y = frame.height, and has the coupler's pin", (), POINT),
+        f.Part(
             "bell_crank",
             "turns about a fixed pivot, its first pin; its line runs to the rod's pin",
             (
@@ -429,9 +368,9 @@ KIND = Kind(
             ),
             BODY,
         ),
-        Part("coupler", "from the bell crank (its first pin) to the block", (length("between its pins"),), BODY),
-        Part("rod", "from the bell crank (its first pin) to the platen", (length("between its pins"),), BODY),
-        Part("platen", "moves along the line y = 0, which passes through the pivot", (), POINT),
+        f.Part("coupler", "from the bell crank (its first pin) to the block", (length("between its pins"),), BODY),
+        f.Part("rod", "from the bell crank (its first pin) to the platen", (length("between its pins"),), BODY),
+        f.Part("platen", "moves along the line y = 0, which passes through the pivot", (), POINT),
     ),
     (
         Key(
@@ -444,11 +383,11 @@ KIND = Kind(
         ),
     ),
     (
-        Displacement("block", False, "displacement of the block along -x, from above the pivot"),
-        Displacement("platen", False, "displacement of the platen along +x, from the pivot"),
-        Displacement("bell_crank", True, "angle from +x of the line from the pivot to the coupler pin"),
-        Displacement("coupler", True, "angle from +x of the line from the bell crank to the block"),
-        Displacement("rod", True, "angle from +x of the line from the bell crank to the platen"),
+        f.Displacement("block", False, "displacement of the block along -x, from above the pivot"),
+        f.Displacement("platen", False, "displacement of the platen along +x, from the pivot"),
+        f.Displacement("bell_crank", True, "angle from +x of the line from the pivot to the coupler pin"),
+        f.Displacement("coupler", True, "angle from +x of the line from the bell crank to the block"),
+        f.Displacement("rod", True, "angle from +x of the line from the bell crank to the platen"),
     ),
     locks,
     skeleton,

@@ -11,12 +11,17 @@ import pytest
 from scipy.optimize import minimize_scalar
 
 import flywheel
-from flywheel.mechanisms.families import build, ends_of, stroke_of
+from flywheel.mechanisms.families import build, ends_of
 from flywheel.numerics.faults import SceneError
 from flywheel.reading.scenes import build_scene
 from flywheel.scene.scene import Mechanism
 
 STARTERS = Path(flywheel.__file__).parent / "starters"
+
+
+def stroke(mechanism: Mechanism, port: str, parameters: Any = None) -> tuple[float, float]:
+    ends = ends_of(mechanism, port, parameters or {})
+    return ends.low, ends.high
 
 
 def crank(kind: str, **lengths: float) -> Mechanism:
@@ -41,7 +46,7 @@ def searched(mechanism: Mechanism, port: str, sign: int, span: float, first: flo
 
 def test_ends_of_an_offset_slider_crank_in_closed_form():
     r, rod, e = 0.1, 0.4, 0.05
-    low, high = stroke_of(crank("slider-crank", crank_length=r, rod_length=rod, slider_offset=e), "slider")
+    low, high = stroke(crank("slider-crank", crank_length=r, rod_length=rod, slider_offset=e), "slider")
     assert high == pytest.approx(np.sqrt((rod + r) ** 2 - e**2), rel=1e-15)
     assert low == pytest.approx(np.sqrt((rod - r) ** 2 - e**2), rel=1e-15)
 
@@ -59,7 +64,7 @@ def test_ends_of_an_offset_slider_crank_in_closed_form():
     ids=lambda item: getattr(item, "type", item),
 )
 def test_ends_as_a_search_finds_them(mechanism, port):
-    found = stroke_of(mechanism, port)
+    found = stroke(mechanism, port)
     wanted = [searched(mechanism, port, sign, 2 * np.pi) for sign in (-1, 1)]
     assert found == pytest.approx(wanted, rel=1e-13, abs=1e-13)
     assert found[0] <= wanted[0] + 1e-15
@@ -71,7 +76,7 @@ def test_ends_along_a_stroke(port):
     scene = build_scene(tomllib.loads((STARTERS / "toggle-clamp.toml").read_text(encoding="utf-8")))
     mechanism = scene.mechanisms[0]
     first, last = mechanism.stroke
-    found = stroke_of(mechanism, port)
+    found = stroke(mechanism, port)
     wanted = [searched(mechanism, port, sign, last - first, first) for sign in (-1, 1)]
     assert found == pytest.approx(wanted, rel=1e-12)
     assert ends_of(mechanism, port).before(True, 10.0) is None
@@ -93,7 +98,7 @@ def law(x: str) -> Mechanism:
 )
 def test_ends_of_laws(x, wanted):
     mechanism = law(x)
-    found = stroke_of(mechanism, "ram", {"s": 0.2})
+    found = stroke(mechanism, "ram", {"s": 0.2})
     phi = np.linspace(0, 2 * np.pi, 200_001)
     if wanted is None:
         values = 0.2 * np.sin(phi) + 0.05 * np.cos(3 * phi)
@@ -112,7 +117,7 @@ def test_ends_of_a_linkage_as_a_search_finds_them():
         if not made.returns:
             continue
         wanted = [searched(mechanism, port, sign, mechanism.travel) for sign in (-1, 1)]
-        assert stroke_of(mechanism, port) == pytest.approx(wanted, rel=1e-12, abs=1e-13)
+        assert stroke(mechanism, port) == pytest.approx(wanted, rel=1e-12, abs=1e-13)
 
 
 def test_the_way_before_an_end():
@@ -129,4 +134,4 @@ def test_the_way_before_an_end():
 
 def test_a_mechanism_that_locks_is_refused():
     with pytest.raises(SceneError, match="rod"):
-        stroke_of(crank("slider-crank", crank_length=0.4, rod_length=0.1), "slider")
+        stroke(crank("slider-crank", crank_length=0.4, rod_length=0.1), "slider")
