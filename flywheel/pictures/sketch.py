@@ -1,12 +1,14 @@
-"""Outlines of the symbols that mechanisms are drawn with, about the place where they sit: x and y (m), shape (2, m).
+"""The sketch of a mechanism: figures that move with its bodies, paths of its points, names, and where these go.
 
-Each is given in a frame of its own, x along the guide where there is one. A gap between strokes is a column of NaN.
+Lengths in m, angles in rad; outlines have x and y in two rows, shape (2, m), and a gap between strokes is a column of NaN.
+Bars and plates go through the points of a body, blocks run on guides, pins in slots; what is fixed is hatched. Guides and
+slots are as long as the motion needs them.
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import NamedTuple
 
@@ -14,9 +16,10 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from flywheel.mechanisms.families import has_joints
+from flywheel.mechanisms.linkages.families import linkage_of
 from flywheel.mechanisms.linkages.positions import Poses, Solution, solve
 from flywheel.numerics.faults import Fault, SceneError, nearest
-from flywheel.scene.linkage import CAM, FIXED, FRAME, GEAR, PIN, SLIDE, SLOT, Coupling, Joint, Linkage, Point, common_body
+from flywheel.scene.linkage import CAM, FIXED, FRAME, GEAR, PIN, SLIDE, SLOT, Coupling, Joint, Linkage, common_body
 from flywheel.scene.scene import TURN, Mechanism, Scene
 
 Array = NDArray[np.float64]
@@ -32,11 +35,7 @@ def circle(radius: float, centre: tuple[float, float] = (0.0, 0.0), start: float
 
 
 def box(half_length: float, half_height: float) -> Array:
-    """A rectangle about its centre.
-
-    >>> box(2.0, 1.0).T.tolist()
-    [[-2.0, -1.0], [2.0, -1.0], [2.0, 1.0], [-2.0, 1.0]]
-    """
+    """A rectangle about its centre."""
     return np.array([[-half_length, half_length, half_length, -half_length], [-half_height] * 2 + [half_height] * 2])
 
 
@@ -47,11 +46,6 @@ def slot(low: float, high: float, half_width: float) -> Array:
     return np.concatenate((right, left), axis=1)
 
 
-def support(size: float) -> Array:
-    """The triangle under a fixed pivot at its apex."""
-    return size * np.array([[0.0, -1.0, 1.0], [0.0, -1.7, -1.7]])
-
-
 def ground(low: float, high: float, step: float) -> Array:
     """A line along x and short oblique strokes on its lower side, about a `step` (m) apart: something that is fixed."""
     count = max(round((high - low) / step), 2)
@@ -60,11 +54,6 @@ def ground(low: float, high: float, step: float) -> Array:
     strokes = np.stack((np.stack((foot, foot - 0.8 * step, gap)), np.stack((0 * foot, 0 * foot - 0.8 * step, gap))))
     line = np.array([[low, high, np.nan], [0.0, 0.0, np.nan]])
     return np.concatenate((line, strokes.transpose(0, 2, 1).reshape(2, -1)), axis=1)
-
-
-def straight_arrow(length: float, head: float) -> Array:
-    """An arrow along +x from the origin."""
-    return np.array([[0.0, length, length - head, length, length - head], [0.0, 0.0, 0.5 * head, 0.0, -0.5 * head]])
 
 
 def round_arrow(radius: float, head: float, sense: int) -> Array:
@@ -95,22 +84,18 @@ def hull(points: Array) -> Array:
     [[0.0, 0.0], [2.0, 0.0], [1.0, 1.0]]
     """
     ordered = sorted(set(map(tuple, points.T.tolist())))
-    return np.array(_half_hull(ordered)[:-1] + _half_hull(ordered[::-1])[:-1]).T
-
-
-def _half_hull(ordered: list[tuple[float, float]]) -> list[tuple[float, float]]:
-    """One side of the hull: a point is kept where the outline turns left."""
-    kept: list[tuple[float, float]] = []
-    for point in ordered:
-        while len(kept) > 1 and _turn(kept[-2], kept[-1], point) <= 0.0:
-            kept.pop()
-        kept.append(point)
-    return kept
-
-
-def _turn(a: tuple[float, float], b: tuple[float, float], c: tuple[float, float]) -> float:
-    """Twice the area of a triangle, positive counter-clockwise."""
-    return (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0])
+    found: list[tuple[float, float]] = []
+    for side in (ordered, ordered[::-1]):
+        kept: list[tuple[float, float]] = []
+        for x, y in side:  # a point is kept where the outline turns left
+            while len(kept) > 1:
+                (ax, ay), (bx, by) = kept[-2:]
+                if (bx - ax) * (y - ay) - (by - ay) * (x - ax) > 0.0:
+                    break
+                kept.pop()
+            kept.append((x, y))
+        found += kept[:-1]
+    return np.array(found).T
 
 
 def in_line(points: Array) -> bool:
@@ -123,16 +108,20 @@ def in_line(points: Array) -> bool:
     return bool(spread[1] <= 1e-3 * spread[0])
 
 
-# -- shapes ------------------------------------------------------------------------------------------------------------
-
-# Figures that move with the bodies of a linkage.
-
+# -- sketch ------------------------------------------------------------------------------------------------------------
 
 Place = tuple[str, tuple[float, float]]
 """A point of a body: its name, and x, y in its own frame (m)."""
 
 CLOSED = frozenset({"bar", "rail", "plate", "block", "fixed block", "slot", "wheel", "cam", "support", "pin", "dot", "weld"})
 """Kinds of figures whose outline closes."""
+
+BLOCK = (2.6, 1.5)  # half length and half height of a block, in pins' radii
+BAR = 0.62  # half width of a bar, in pins' radii
+ORIGIN = "origin"  # of a body: a point that nobody named
+_UNIT = 0.010  # radius of a pin, of the mechanism's size
+_SAME = 1e-6  # of the mechanism's size: closer points are one
+_LARGEST = 50.0  # times the distance of centres: wheels beyond it would fill the picture with a straight line
 
 
 class Shape(NamedTuple):
@@ -155,147 +144,6 @@ def placed(shape: Shape, poses: Poses) -> Array:
     c, s = np.cos(theta), np.sin(theta)
     x, y = shape.outline[:, :, None]
     return np.stack((at[0] + x * c - y * s, at[1] + x * s + y * c))
-
-
-# -- couplings ---------------------------------------------------------------------------------------------------------
-
-# Figures of couplings: pitch circles of gears, wheels that roll, cams with the profile that the motion gives them.
-
-
-_LARGEST = 50.0  # times the distance of centres: wheels beyond it would fill the picture with a straight line
-
-
-def coupling_shapes(cycle: Poses, coupling: Coupling, unit: float) -> Iterator[Shape]:
-    """What is drawn of a coupling."""
-    first, second = cycle.linkage.joint(coupling.first), cycle.linkage.joint(coupling.second)
-    if coupling.kind == GEAR:
-        yield from _gears(cycle, coupling, first, second)
-    elif coupling.kind == CAM:
-        yield _cam(cycle, coupling, first, second, unit)
-    else:
-        yield from _rolling(cycle, coupling, first, second, unit)
-
-
-def _wheel_on(joint: Joint, carrier: str) -> tuple[Place, int]:
-    """The place of the wheel that a pin bears, and the sense in which the pin's coordinate counts its turning."""
-    if joint.first == carrier:
-        return (joint.second, (joint.second_at.x, joint.second_at.y)), 1
-    return (joint.first, (joint.first_at.x, joint.first_at.y)), -1
-
-
-# -- wheels ----------------------------------------------------------------------------------------------------------
-
-
-def radii(ratio: float, centres: float) -> tuple[float, float]:
-    """Pitch radii r1, r2 (m) of wheels whose speeds against their carrier are w2 = ratio w1, `centres` (m) apart.
-
-    From outside (ratio < 0): r1 + r2 = a; one inside the other (ratio > 0): |r1 - r2| = a; in both r1 = |ratio| r2.
-    Equal speeds (ratio 1) have no pitch circles: both are infinite.
-
-    >>> radii(-2.0, 0.3), radii(2.0, 0.1)
-    ((0.2, 0.1), (0.2, 0.1))
-    """
-    if ratio == 1.0:
-        return np.inf, np.inf
-    small = centres / abs(ratio - 1.0)
-    return round(abs(ratio) * small, 15), round(small, 15)
-
-
-def _gears(cycle: Poses, coupling: Coupling, first: Joint, second: Joint) -> Iterator[Shape]:
-    """The two pitch circles, with a mark that shows how the wheels turn."""
-    carrier = common_body(first, second)
-    (one, sense1), (two, sense2) = _wheel_on(first, carrier), _wheel_on(second, carrier)
-    between = cycle.point(*two).value[:, 0] - cycle.point(*one).value[:, 0]
-    distance = float(np.hypot(*between))
-    sizes = radii(coupling.ratio * sense1 * sense2, distance)
-    if max(sizes) > _LARGEST * distance:
-        return
-    for place, radius in zip((one, two), sizes, strict=True):
-        yield from _wheel(place, radius)
-
-
-def _wheel(at: Place, radius: float) -> Iterator[Shape]:
-    body = at[0]
-    yield Shape("wheel", body, circle(radius), at, body)
-    yield Shape("mark", body, np.array([[0.0, radius], [0.0, 0.0]]), at, body)
-
-
-def _rolling(cycle: Poses, coupling: Coupling, pin: Joint, slide: Joint, unit: float) -> Iterator[Shape]:
-    """A wheel of radius |ratio| and the line that it rolls on, on the side where wheel and line have one velocity."""
-    carriage = common_body(pin, slide)
-    wheel, sense = _wheel_on(pin, carriage)
-    carried = slide.second == carriage
-    other, at = (slide.first, slide.first_at) if carried else (slide.second, slide.second_at)
-    side = coupling.ratio * sense * (1 if carried else -1)
-    angle = cycle.angle(slide.first).value + slide.direction
-    contact = cycle.point(*wheel).value + side * np.stack((-np.sin(angle), np.cos(angle)))
-    turn = cycle.angle(other).value
-    x, y = contact - cycle.point(other, at).value
-    inside = np.stack((x * np.cos(turn) + y * np.sin(turn), y * np.cos(turn) - x * np.sin(turn)))
-    direction = slide.direction - (0.0 if carried else slide.angle)
-    run = np.array([np.cos(direction), np.sin(direction)]) @ (inside - inside[:, :1])
-    low, high, start = float(run.min()) - 4 * unit, float(run.max()) + 4 * unit, (float(inside[0, 0]), float(inside[1, 0]))
-    if other == FRAME:
-        low, high, direction = (-high, -low, direction + np.pi) if side > 0 else (low, high, direction)
-        line = turned(ground(low, high, 1.6 * unit), direction, start)
-        yield Shape("ground", FRAME, line, (other, (at.x, at.y)), other)
-    else:
-        line = turned(np.array([[low, high], [0.0, 0.0]]), direction, start)
-        stem = np.stack((np.full(2, np.nan), np.zeros(2), line[:, int(np.hypot(*line).argmin())]), axis=1)
-        yield Shape("track", other, np.concatenate((line, stem), axis=1), (other, (at.x, at.y)), other)
-    yield from _wheel(wheel, abs(coupling.ratio))
-
-
-# -- cams ------------------------------------------------------------------------------------------------------------
-
-
-def _cam(cycle: Poses, coupling: Coupling, pin: Joint, follower: Joint, unit: float) -> Shape:
-    """The profile that the motion gives, about the cam's pin; a plain disc where it cannot be known."""
-    at, _ = _wheel_on(pin, common_body(pin, follower))
-    contact = _contact(cycle, coupling, at, follower)
-    if contact is None:
-        return Shape("cam", at[0], circle(6.0 * unit), at, at[0])
-    turn = cycle.angle(at[0]).value
-    x, y = contact - cycle.point(*at).value
-    profile = np.stack((x * np.cos(turn) + y * np.sin(turn), y * np.cos(turn) - x * np.sin(turn)))
-    once = np.abs(turn - turn[0]) <= 2 * np.pi * (1 + 1e-12)
-    whole = np.ptp(turn) >= 2 * np.pi * (1 - 1e-9)
-    return Shape("cam" if whole else "track", at[0], profile[:, once], at, at[0])
-
-
-def _contact(cycle: Poses, coupling: Coupling, cam: Place, follower: Joint) -> Array | None:
-    """Where cam and follower meet (m, shape (2, n)): at the point named, or on the face across a sliding follower.
-
-    A flat face at height h over the cam's axis touches it at the eccentricity -dh/dtheta, to the left of its travel. None
-    where the face cannot be told: of a follower that turns, or whose point lies behind the axis.
-    """
-    if coupling.contact is not None:
-        body, name = coupling.contact
-        return cycle.point(body, cycle.linkage.link(body).point(name)).value
-    if (follower.kind, follower.first) != (SLIDE, FRAME) or not np.all(cycle.angle(cam[0]).rate):
-        return None
-    along = np.array([[np.cos(follower.direction)], [np.sin(follower.direction)]])
-    face, axis = cycle.point(follower.second, follower.second_at), cycle.point(*cam)
-    height = np.sum(along * (face.value - axis.value), axis=0)
-    if height.min() <= 0.0:
-        return None
-    rise = np.sum(along * (face.rate - axis.rate), axis=0) / cycle.angle(cam[0]).rate
-    return np.asarray(axis.value + height * along - rise * np.stack((-along[1], along[0])))
-
-
-# -- sketch ------------------------------------------------------------------------------------------------------------
-
-# What the picture of a linkage consists of: figures that move with its bodies, paths of its points, names.
-#
-# Lengths in m, angles in rad. Bars and plates go through the points of a body, blocks run on guides, pins in slots; what is
-# fixed is hatched. Guides and slots are as long as the motion needs them.
-
-
-BLOCK = (2.6, 1.5)  # half length and half height of a block, in pins' radii
-BAR = 0.62  # half width of a bar, in pins' radii
-ORIGIN = "origin"  # of a body: a point that nobody named
-_UNIT = 0.010  # radius of a pin, of the mechanism's size
-_SAME = 1e-6  # of the mechanism's size: closer points are one
 
 
 class Label(NamedTuple):
@@ -327,53 +175,64 @@ class Sketch(NamedTuple):
 def sketch(cycle: Poses, points: Sequence[str] | None = None) -> Sketch:
     """The picture of a linkage that moves through poses, with the paths of all points, or of some by their names.
 
-    A name is that of a joint, or `body.point`. Raises KeyError for any other.
+    A name is that of a joint, or `body.point`. Raises KeyError for any other. The size is the larger side of the box that
+    holds all joints through the motion, 1 where all are one point.
     """
-    linkage = cycle.linkage
-    size = _reach(cycle)
+    linkage, known = cycle.linkage, places(cycle.linkage)
+    paths = {name: cycle.point(*place).value for name, place in known.items()}
+    ends = [cycle.point(FRAME, joint.first_at).value for joint in linkage.joints if joint.first == FRAME]
+    size = float(np.ptp(np.concatenate((*paths.values(), *ends), axis=1), axis=1).max()) or 1.0
     unit = _UNIT * size
     shapes = [
         *(shape for body in linkage.names[1:] for shape in _body(cycle, body, unit)),
         *(shape for joint in linkage.joints for shape in _joint(cycle, joint, unit)),
-        *(shape for coupling in linkage.couplings for shape in coupling_shapes(cycle, coupling, unit)),
+        *(shape for coupling in linkage.couplings for shape in _coupling(cycle, coupling, unit)),
         *_supports(linkage, unit),
         _driver(cycle, unit),
     ]
-    shapes += _discs(cycle, {shape.body for shape in shapes}, unit)
-    known = places(linkage)
-    named = {name: place for name, place in known.items() if not name.endswith(f".{ORIGIN}")}
-    wanted = named if points is None else {name: known[name] for name in points}
-    return Sketch(
-        tuple(shapes), _traces(cycle, wanted, size), (*_joint_names(cycle, named, size), *_body_names(cycle)), unit, size
-    )
+    seen = {shape.body for shape in shapes}
+    for body in linkage.names[1:]:
+        if body not in seen:  # a rotor on its pin: a disc with a mark
+            x, y = _nodes(linkage, body)[:, 0].tolist()
+            shapes.append(Shape("plate", body, circle(3.0 * unit), (body, (x, y)), body))
+            shapes.append(Shape("mark", body, np.array([[0.0, 3.0 * unit], [0.0, 0.0]]), (body, (x, y)), body))
+
+    def same(a: Array, b: Array) -> bool:
+        return bool(np.abs(a - b).max() < _SAME * size)
+
+    named = [name for name in known if not name.endswith(f".{ORIGIN}")]
+    traces: list[Trace] = []
+    for name in named if points is None else points:  # paths of points that move, each once
+        path = paths[name]
+        if np.ptp(path, axis=1).max() > _SAME * size and not any(same(path, other.path) for other in traces):
+            traces.append(Trace(name, known[name][0], path))
+    groups: list[tuple[str, list[str]]] = []  # joints, and points that are none; those of one place together
+    for name in named:
+        group = next((names for first, names in groups if same(paths[name], paths[first])), None)
+        if group is None:
+            groups.append((name, [name]))
+        elif "." not in name:
+            group.append(name)
+    labels = [Label(", ".join(n.rpartition(".")[2] for n in names), FRAME, known[first]) for first, names in groups]
+    for body in linkage.names[1:]:
+        nodes = _nodes(linkage, body)
+        x, y = (0.5 * (nodes.min(axis=1) + nodes.max(axis=1)) if nodes.size else np.zeros(2)).tolist()
+        labels.append(Label(body, body, (body, (x, y))))
+    return Sketch(tuple(shapes), tuple(traces), tuple(labels), unit, size)
 
 
 def places(linkage: Linkage) -> dict[str, Place]:
     """Every joint and every named point of a moving body, by the names under which their paths can be asked for."""
     joints = {joint.name: _where(joint) for joint in linkage.joints}
-    points = {
-        f"{link.name}.{point.name}": (link.name, (point.x, point.y)) for link in linkage.links for point in link.points
-    }
+    points = {f"{link.name}.{p.name}": (link.name, (p.x, p.y)) for link in linkage.links for p in link.points}
     return joints | points
-
-
-# -- where things are ------------------------------------------------------------------------------------------------
 
 
 def _where(joint: Joint) -> Place:
     """Where a joint is drawn: for a slide or a slot, where its block or pin stands."""
-    at = joint.second_at if joint.kind in (SLIDE, SLOT) else joint.first_at
-    body = joint.second if joint.kind in (SLIDE, SLOT) else joint.first
-    if body == FRAME and joint.kind not in (SLIDE, SLOT):
+    if joint.kind in (SLIDE, SLOT) or joint.first == FRAME:
         return joint.second, (joint.second_at.x, joint.second_at.y)
-    return body, (at.x, at.y)
-
-
-def _reach(cycle: Poses) -> float:
-    """The larger side of the box that holds all joints through the motion; 1 where all are one point."""
-    tracks = [cycle.point(*place).value for place in places(cycle.linkage).values()]
-    ends = [cycle.point(FRAME, joint.first_at).value for joint in cycle.linkage.joints if joint.first == FRAME]
-    return float(np.ptp(np.concatenate((*tracks, *ends), axis=1), axis=1).max()) or 1.0
+    return joint.first, (joint.first_at.x, joint.first_at.y)
 
 
 def sliding(cycle: Poses, joint: Joint) -> tuple[float, float]:
@@ -384,15 +243,7 @@ def sliding(cycle: Poses, joint: Joint) -> tuple[float, float]:
     return float(along.min()), float(along.max())
 
 
-def _guides(cycle: Poses, body: str, spare: float) -> list[Array]:
-    """The guides that a body carries, in its own frame: their two ends, shape (2, 2), `spare` (m) beyond the motion."""
-    found = []
-    for joint in cycle.linkage.joints:
-        if joint.first == body and joint.kind in (SLIDE, SLOT):
-            low, high = sliding(cycle, joint)
-            ends = np.array([[low - spare, high + spare], [0.0, 0.0]])
-            found.append(turned(ends, joint.direction, (joint.first_at.x, joint.first_at.y)))
-    return found
+# -- bodies and joints -------------------------------------------------------------------------------------------------
 
 
 def _nodes(linkage: Linkage, body: str) -> Array:
@@ -405,9 +256,6 @@ def _nodes(linkage: Linkage, body: str) -> Array:
     return np.array(sorted(set(found)), dtype=float).reshape(-1, 2).T
 
 
-# -- bodies ----------------------------------------------------------------------------------------------------------
-
-
 def _body(cycle: Poses, body: str, unit: float) -> Iterator[Shape]:
     """A bar or a plate through the nodes, a bar for every guide, bars that join nodes to guides, dots where no joint is."""
 
@@ -415,51 +263,30 @@ def _body(cycle: Poses, body: str, unit: float) -> Iterator[Shape]:
         kind = kind if in_line(points) else "plate"
         return Shape(kind, body, rounded(points, BAR * unit), (body, (0.0, 0.0)), body)
 
-    nodes = off = _nodes(cycle.linkage, body)
-    for guide in _guides(cycle, body, 1.5 * BLOCK[0] * unit):
-        aside = np.abs(_across(nodes, guide)) > 1e-3 * unit
+    linkage, spare = cycle.linkage, 1.5 * BLOCK[0] * unit
+    nodes = off = _nodes(linkage, body)
+    for joint in linkage.joints:
+        if joint.first != body or joint.kind not in (SLIDE, SLOT):
+            continue
+        low, high = sliding(cycle, joint)
+        ends = np.array([[low - spare, high + spare], [0.0, 0.0]])
+        guide = turned(ends, joint.direction, (joint.first_at.x, joint.first_at.y))
+        start, way = guide[:, :1], guide[:, 1:] - guide[:, :1]
+        x, y = nodes - start
+        aside = np.abs(way[0] * y - way[1] * x) / np.hypot(*way) > 1e-3 * unit
         off = nodes[:, aside]
         yield bar(np.concatenate((guide, nodes[:, ~aside]), axis=1), "rail")
-        if off.size:
-            near = min(off.T, key=lambda node: float(np.hypot(*(node - _foot(node, guide)))))
-            yield bar(np.stack((near, _foot(near, guide)), axis=1))
+        if off.size:  # the node that is nearest to the guide stands on it
+            feet = start + np.clip((way * (off - start)).sum(axis=0) / (way * way).sum(), 0.0, 1.0) * way
+            k = int(np.hypot(*(off - feet)).argmin())
+            yield bar(np.stack((off[:, k], feet[:, k]), axis=1))
     if off.shape[1] > 1:
         yield bar(off)
-    for point in cycle.linkage.link(body).points:
-        if point.name != ORIGIN and not any(_bears(joint, body, point) for joint in cycle.linkage.joints):
+    borne = [*((j.first, j.first_at) for j in linkage.joints), *((j.second, j.second_at) for j in linkage.joints)]
+    places = {(at.x, at.y) for name, at in borne if name == body}
+    for point in linkage.link(body).points:
+        if point.name != ORIGIN and (point.x, point.y) not in places:
             yield Shape("dot", body, circle(0.5 * unit), (body, (point.x, point.y)), body)
-
-
-def _discs(cycle: Poses, seen: set[str], unit: float) -> Iterator[Shape]:
-    """A disc with a mark for every body of which nothing else is to be seen: a rotor on its pin."""
-    for body in cycle.linkage.names[1:]:
-        if body not in seen:
-            x, y = _nodes(cycle.linkage, body)[:, 0].tolist()
-            yield Shape("plate", body, circle(3.0 * unit), (body, (x, y)), body)
-            yield Shape("mark", body, np.array([[0.0, 3.0 * unit], [0.0, 0.0]]), (body, (x, y)), body)
-
-
-def _across(points: Array, guide: Array) -> Array:
-    """How far points (2, m) lie to the left of a guide's line."""
-    along = guide[:, 1] - guide[:, 0]
-    x, y = points - guide[:, :1]
-    return np.asarray((along[0] * y - along[1] * x) / np.hypot(*along))
-
-
-def _foot(point: Array, guide: Array) -> Array:
-    """The point of a guide that is nearest to a point."""
-    start, along = guide[:, 0], guide[:, 1] - guide[:, 0]
-    share = np.clip(along @ (point - start) / (along @ along), 0.0, 1.0)
-    return np.asarray(start + share * along)
-
-
-def _bears(joint: Joint, body: str, point: Point) -> bool:
-    """Whether a joint is at a point of a body."""
-    ends = ((joint.first, joint.first_at), (joint.second, joint.second_at))
-    return any(name == body and (at.x, at.y) == (point.x, point.y) for name, at in ends)
-
-
-# -- joints ----------------------------------------------------------------------------------------------------------
 
 
 def _joint(cycle: Poses, joint: Joint, unit: float) -> Iterator[Shape]:
@@ -470,27 +297,18 @@ def _joint(cycle: Poses, joint: Joint, unit: float) -> Iterator[Shape]:
     elif joint.kind == FIXED:
         yield Shape("weld", FRAME, box(unit, unit), at, joint.first)
     elif joint.kind == SLIDE:
-        if joint.first == FRAME:
-            yield _ground(cycle, joint, unit)
-        half = max(BLOCK[0] * unit, 0.5 * joint.length), BLOCK[1] * unit
-        block = turned(box(*half), joint.direction)
+        if joint.first == FRAME:  # the hatched line that a block runs on, on its lower side, or on its right going upwards
+            (low, high), angle, spare = sliding(cycle, joint), joint.direction, 1.6 * BLOCK[0] * unit
+            if np.cos(angle) < -1e-9:
+                angle, low, high = angle + np.pi, -high, -low
+            line = ground(low - spare, high + spare, 1.6 * unit) - np.array([[0.0], [BLOCK[1] * unit]])
+            yield Shape("ground", FRAME, turned(line, angle), (FRAME, (joint.first_at.x, joint.first_at.y)), FRAME)
+        block = turned(box(max(BLOCK[0] * unit, 0.5 * joint.length), BLOCK[1] * unit), joint.direction)
         yield Shape("fixed block" if joint.second == FRAME else "block", joint.second, block, at, joint.first)
     else:
-        low, high = sliding(cycle, joint)
-        outline = turned(slot(low, high, 1.35 * unit), joint.direction)
+        outline = turned(slot(*sliding(cycle, joint), 1.35 * unit), joint.direction)
         yield Shape("slot", joint.first, outline, (joint.first, (joint.first_at.x, joint.first_at.y)), joint.first)
         yield Shape("pin", FRAME, circle(unit), at, FRAME)
-
-
-def _ground(cycle: Poses, joint: Joint, unit: float) -> Shape:
-    """The hatched line that a block runs on, on its lower side, or on its right where it runs upwards."""
-    low, high = sliding(cycle, joint)
-    spare = 1.6 * BLOCK[0] * unit
-    angle = joint.direction
-    if np.cos(angle) < -1e-9:
-        angle, low, high = angle + np.pi, -high, -low
-    line = ground(low - spare, high + spare, 1.6 * unit) - np.array([[0.0], [BLOCK[1] * unit]])
-    return Shape("ground", FRAME, turned(line, angle), (FRAME, (joint.first_at.x, joint.first_at.y)), FRAME)
 
 
 def _supports(linkage: Linkage, unit: float) -> Iterator[Shape]:
@@ -500,7 +318,8 @@ def _supports(linkage: Linkage, unit: float) -> Iterator[Shape]:
         *(joint.second_at for joint in linkage.joints if joint.second == FRAME and joint.kind in (PIN, FIXED, SLOT)),
     ]
     for place in sorted({(end.x, end.y) for end in ends}):
-        yield Shape("support", FRAME, support(2.2 * unit), (FRAME, place), FRAME)
+        triangle = 2.2 * unit * np.array([[0.0, -1.0, 1.0], [0.0, -1.7, -1.7]])
+        yield Shape("support", FRAME, triangle, (FRAME, place), FRAME)
         line = ground(-3.6 * unit, 3.6 * unit, 1.6 * unit) - np.array([[0.0], [1.7 * 2.2 * unit]])
         yield Shape("ground", FRAME, line, (FRAME, place), FRAME)
 
@@ -508,59 +327,119 @@ def _supports(linkage: Linkage, unit: float) -> Iterator[Shape]:
 def _driver(cycle: Poses, unit: float) -> Shape:
     """An arrow at the driver: the positive sense of its coordinate, seen from the body that moves."""
     joint = cycle.linkage.joint(cycle.linkage.driver)
-    sense = -1 if joint.second == FRAME else 1
     if joint.kind == PIN:
+        sense = -1 if joint.second == FRAME else 1
         return Shape("arrow", FRAME, round_arrow(4.0 * unit, 1.5 * unit, sense), _where(joint), FRAME)
     above = 2.6 * unit if np.cos(joint.direction) > -1e-9 else -2.6 * unit  # of the block, away from the ground
-    arrow = straight_arrow(5.0 * unit, 1.5 * unit) + np.array([[-2.5 * unit], [above]])
-    return Shape("arrow", FRAME, turned(arrow, joint.direction), _where(joint), joint.first)
+    length, head = 5.0 * unit, 1.5 * unit
+    arrow = np.array([[0.0, length, length - head, length, length - head], [0.0, 0.0, 0.5 * head, 0.0, -0.5 * head]])
+    arrow = turned(arrow + np.array([[-0.5 * length], [above]]), joint.direction)
+    return Shape("arrow", FRAME, arrow, _where(joint), joint.first)
 
 
-# -- paths and names -------------------------------------------------------------------------------------------------
+# -- couplings: pitch circles of gears, wheels that roll, cams with the profile that the motion gives them -------------
 
 
-def _traces(cycle: Poses, wanted: dict[str, Place], size: float) -> tuple[Trace, ...]:
-    """The paths of the points that move, each once."""
-    found: list[Trace] = []
-    for name, (body, at) in wanted.items():
-        path = cycle.point(body, at).value
-        if np.ptp(path, axis=1).max() > _SAME * size and not any(np.abs(path - t.path).max() < _SAME * size for t in found):
-            found.append(Trace(name, body, path))
-    return tuple(found)
+def radii(ratio: float, centres: float) -> tuple[float, float]:
+    """Pitch radii r1, r2 (m) of wheels whose speeds against their carrier are w2 = ratio w1, `centres` (m) apart.
+
+    From outside (ratio < 0): r1 + r2 = a; one inside the other (ratio > 0): |r1 - r2| = a; in both r1 = |ratio| r2.
+    Equal speeds (ratio 1) have no pitch circles: both are infinite.
+
+    >>> radii(-2.0, 0.3), radii(2.0, 0.1)
+    ((0.2, 0.1), (0.2, 0.1))
+    """
+    if ratio == 1.0:
+        return np.inf, np.inf
+    small = centres / abs(ratio - 1.0)
+    return round(abs(ratio) * small, 15), round(small, 15)
 
 
-def _joint_names(cycle: Poses, named: dict[str, Place], size: float) -> list[Label]:
-    """The names of joints and of points that are none, those of one place together."""
-    groups: list[tuple[Place, Array, list[str]]] = []
-    for name, place in named.items():
-        path = cycle.point(*place).value
-        same = next((names for _, other, names in groups if np.abs(path - other).max() < _SAME * size), None)
-        if same is None:
-            groups.append((place, path, [name]))
-        elif "." not in name:
-            same.append(name)
-    return [Label(", ".join(name.rpartition(".")[2] for name in names), FRAME, place) for place, _, names in groups]
+def _coupling(cycle: Poses, coupling: Coupling, unit: float) -> Iterator[Shape]:
+    """What is drawn of a coupling: wheels with a mark that shows how they turn, and what they run on; or a cam."""
+    first, second = cycle.linkage.joint(coupling.first), cycle.linkage.joint(coupling.second)
+    carrier = common_body(first, second)
+    wheel, sense = _wheel_on(first, carrier)
+    if coupling.kind == CAM:
+        yield _cam(cycle, coupling, wheel, second, unit)
+        return
+    if coupling.kind == GEAR:
+        other, other_sense = _wheel_on(second, carrier)
+        distance = float(np.hypot(*(cycle.point(*other).value[:, 0] - cycle.point(*wheel).value[:, 0])))
+        sizes = radii(coupling.ratio * sense * other_sense, distance)
+        wheels = list(zip((wheel, other), sizes, strict=True)) if max(sizes) <= _LARGEST * distance else []
+    else:
+        yield _rolled_on(cycle, second, carrier, wheel, coupling.ratio * sense, unit)
+        wheels = [(wheel, abs(coupling.ratio))]
+    for at, radius in wheels:
+        yield Shape("wheel", at[0], circle(radius), at, at[0])
+        yield Shape("mark", at[0], np.array([[0.0, radius], [0.0, 0.0]]), at, at[0])
 
 
-def _body_names(cycle: Poses) -> list[Label]:
-    """The name of every moving body, at the middle of the points through which it is drawn."""
-    labels = []
-    for body in cycle.linkage.names[1:]:
-        nodes = _nodes(cycle.linkage, body)
-        middle = 0.5 * (nodes.min(axis=1) + nodes.max(axis=1)) if nodes.size else np.zeros(2)
-        labels.append(Label(body, body, (body, (float(middle[0]), float(middle[1])))))
-    return labels
+def _wheel_on(joint: Joint, carrier: str) -> tuple[Place, int]:
+    """The place of the wheel that a pin bears, and the sense in which the pin's coordinate counts its turning."""
+    if joint.first == carrier:
+        return (joint.second, (joint.second_at.x, joint.second_at.y)), 1
+    return (joint.first, (joint.first_at.x, joint.first_at.y)), -1
 
 
-# -- names -------------------------------------------------------------------------------------------------------------
+def _within(cycle: Poses, spots: Array, at: Place) -> Array:
+    """Points of the plane (2, n) seen from a body: from a place of it, in its own directions."""
+    turn = cycle.angle(at[0]).value
+    x, y = spots - cycle.point(*at).value
+    return np.stack((x * np.cos(turn) + y * np.sin(turn), y * np.cos(turn) - x * np.sin(turn)))
 
-# Where names go in a picture: beside what they name, clear of lines and of each other as far as there is room.
 
+def _rolled_on(cycle: Poses, slide: Joint, carriage: str, wheel: Place, ratio: float, unit: float) -> Shape:
+    """The line that a wheel of radius |ratio| rolls on, on the side where wheel and line have one velocity."""
+    carried = slide.second == carriage
+    other, end = (slide.first, slide.first_at) if carried else (slide.second, slide.second_at)
+    at = other, (end.x, end.y)
+    side = ratio * (1 if carried else -1)
+    angle = cycle.angle(slide.first).value + slide.direction
+    inside = _within(cycle, cycle.point(*wheel).value + side * np.stack((-np.sin(angle), np.cos(angle))), at)
+    direction = slide.direction - (0.0 if carried else slide.angle)
+    run = np.array([np.cos(direction), np.sin(direction)]) @ (inside - inside[:, :1])
+    low, high, start = float(run.min()) - 4 * unit, float(run.max()) + 4 * unit, (float(inside[0, 0]), float(inside[1, 0]))
+    if other == FRAME:
+        low, high, direction = (-high, -low, direction + np.pi) if side > 0 else (low, high, direction)
+        return Shape("ground", FRAME, turned(ground(low, high, 1.6 * unit), direction, start), at, other)
+    line = turned(np.array([[low, high], [0.0, 0.0]]), direction, start)
+    stem = np.stack((np.full(2, np.nan), np.zeros(2), line[:, int(np.hypot(*line).argmin())]), axis=1)
+    return Shape("track", other, np.concatenate((line, stem), axis=1), at, other)
+
+
+def _cam(cycle: Poses, coupling: Coupling, at: Place, follower: Joint, unit: float) -> Shape:
+    """The profile that the motion gives, about the cam's pin; a plain disc where it cannot be known.
+
+    Cam and follower meet at the point named, or on the face across a sliding follower: a flat face at height h over the
+    cam's axis touches it at the eccentricity -dh/dtheta, to the left of its travel. The face cannot be told of a follower
+    that turns, or whose point lies behind the axis.
+    """
+    turn, contact = cycle.angle(at[0]), None
+    if coupling.contact is not None:
+        body, name = coupling.contact
+        contact = cycle.point(body, cycle.linkage.link(body).point(name)).value
+    elif (follower.kind, follower.first) == (SLIDE, FRAME) and np.all(turn.rate):
+        along = np.array([[np.cos(follower.direction)], [np.sin(follower.direction)]])
+        face, axis = cycle.point(follower.second, follower.second_at), cycle.point(*at)
+        height = np.sum(along * (face.value - axis.value), axis=0)
+        rise = np.sum(along * (face.rate - axis.rate), axis=0) / turn.rate
+        if height.min() > 0.0:
+            contact = axis.value + height * along - rise * np.stack((-along[1], along[0]))
+    if contact is None:
+        return Shape("cam", at[0], circle(6.0 * unit), at, at[0])
+    once = np.abs(turn.value - turn.value[0]) <= 2 * np.pi * (1 + 1e-12)
+    whole = np.ptp(turn.value) >= 2 * np.pi * (1 - 1e-9)
+    return Shape("cam" if whole else "track", at[0], _within(cycle, contact, at)[:, once], at, at[0])
+
+
+# -- places of names: beside what they name, clear of lines and of each other as far as there is room -------------------
 
 _AWAY = (5.0, 9.0, 15.0, 24.0, 36.0)  # points from an anchor to the name's box
 _WAYS = np.radians(np.arange(16) * 22.5)
 _SPARE = 1.5  # points around a name
-_LINE, _NAME, _OUTSIDE, _FAR, _TASTE = 4.0, 150.0, 400.0, 0.5, 1.5
+_LINE, _NAME, _OUTSIDE, _FAR, _TASTE = 4.0, 150.0, 400.0, 0.5, 1.5  # what a place costs
 
 
 def settled(anchors: Array, sizes: Array, lines: Array, bounds: Array, towards: Array | None = None) -> Array:
@@ -571,12 +450,17 @@ def settled(anchors: Array, sizes: Array, lines: Array, bounds: Array, towards: 
     directions in which names would like to go, up to the right if None. The same input gives the same places.
     """
     towards = np.ones_like(anchors) if towards is None else towards
-    half = 0.5 * sizes + _SPARE
+    halves = 0.5 * sizes + _SPARE
+    ways = np.stack((np.cos(_WAYS), np.sin(_WAYS)), axis=1)
+    away, way = np.repeat(_AWAY, _WAYS.size), np.tile(ways, (len(_AWAY), 1))
     found = np.empty_like(anchors)
-    for k, anchor in enumerate(anchors):
-        centres, away, way = _candidates(anchor, half[k])
-        cost = _FAR * away + _LINE * _inside(centres, half[k], lines) + _OUTSIDE * _beyond(centres, half[k], bounds)
-        cost += _NAME * _overlaps(centres, half[k], found[:k], half[:k])
+    for k, (anchor, half) in enumerate(zip(anchors, halves, strict=True)):
+        centres = anchor + way * half / np.abs(way).max(axis=1, keepdims=True) + away[:, None] * way
+        on_lines = (np.abs(lines[None] - centres[:, None]) <= half).all(axis=2).sum(axis=1)
+        on_names = (np.abs(found[None, :k] - centres[:, None]) <= half + halves[None, :k]).all(axis=2).sum(axis=1)
+        outside = ((centres - half < bounds[:2]) | (centres + half > bounds[2:])).any(axis=1)
+        cost = _FAR * away + _LINE * on_lines + _OUTSIDE * outside
+        cost += _NAME * on_names
         cost -= _TASTE * (way @ towards[k]) / max(float(np.hypot(*towards[k])), 1e-300)
         found[k] = centres[int(cost.argmin())]
     return found
@@ -594,35 +478,7 @@ def along(path: Array, step: float) -> Array:
     return np.concatenate((between, end[-1:]))
 
 
-def _candidates(anchor: Array, half: Array) -> tuple[Array, Array, Array]:
-    """Centres around an anchor, (c, 2), how far from it (points) their boxes are, and in which direction (c, 2)."""
-    way = np.stack((np.cos(_WAYS), np.sin(_WAYS)), axis=1)
-    reach = way * half / np.abs(way).max(axis=1, keepdims=True)
-    centres = [anchor + reach + away * way for away in _AWAY]
-    return np.concatenate(centres), np.repeat(_AWAY, _WAYS.size), np.tile(way, (len(_AWAY), 1))
-
-
-def _inside(centres: Array, half: Array, points: Array) -> Array:
-    """How many points lie in the box about every centre."""
-    near = np.abs(points[None] - centres[:, None]) <= half
-    return np.asarray(near.all(axis=2).sum(axis=1), dtype=float)
-
-
-def _overlaps(centres: Array, half: Array, others: Array, halves: Array) -> Array:
-    """How many of the other boxes every box meets."""
-    near = np.abs(others[None] - centres[:, None]) <= half + halves[None]
-    return np.asarray(near.all(axis=2).sum(axis=1), dtype=float)
-
-
-def _beyond(centres: Array, half: Array, bounds: Array) -> Array:
-    """Whether a box leaves the picture."""
-    return np.asarray(((centres - half < bounds[:2]) | (centres + half > bounds[2:])).any(axis=1), dtype=float)
-
-
-# -- views -------------------------------------------------------------------------------------------------------------
-
-# The mechanisms of a scene as linkages that move with the machine's coordinate, for pictures of them.
-
+# -- views: the mechanisms of a scene as linkages that move with the machine's coordinate -------------------------------
 
 _POINTS = 361  # of a path
 _TURNED, _SLID = (1 / 6, 0.0, 1 / 3, 1 / 2, 2 / 3, 5 / 6), (0.5, 0.0, 0.25, 0.75, 1.0)  # of a turn, of a stroke
@@ -670,35 +526,48 @@ def views(scene: Scene, points: Sequence[str] = ()) -> tuple[View, ...]:
     if not scene.mechanisms:
         found = "a diagram of areas" if scene.areas is not None else "a scene without any"
         raise SceneError([Fault("mechanism", found, "a mechanism to draw")])
-    bare = undrawn(scene)
-    if len(bare) == len(scene.mechanisms):
+    drawn = [mechanism for mechanism in scene.mechanisms if has_joints(mechanism)]
+    if not drawn:
         wanted, advice = "a mechanism with bodies, to draw", "write it as a linkage"
-        raise SceneError([Fault(f"{m.path}.type", f'"{m.type}", which has no bodies', wanted, advice) for m in bare])
-    found_views = [_view(scene, mechanism) for mechanism in scene.mechanisms if has_joints(mechanism)]
+        found = [(f"{m.path}.type", f'"{m.type}", which has no bodies') for m in scene.mechanisms]
+        raise SceneError([Fault(path, what, wanted, advice) for path, what in found])
+    all_views = []
+    for mechanism in drawn:
+        linkage = mechanism.linkage if mechanism.linkage is not None else linkage_of(mechanism)
+        if scene.stroke is not None:
+            all_views.append(View(mechanism, solve(linkage, scene.stroke.start, scene.stroke.end)))
+            continue
+        span = mechanism.travel if mechanism.linkage is not None else TURN
+        solution = solve(linkage, mechanism.phase, mechanism.phase + span)
+        all_views.append(View(mechanism, solution, scene.shafts[mechanism.shaft], mechanism.phase))
     if not points:
-        return tuple(found_views)
-    chosen: list[list[str]] = [[] for _ in found_views]
+        return tuple(all_views)
+    known = [list(places(view.solution.linkage)) for view in all_views]
+    chosen: list[list[str]] = [[] for _ in all_views]
     faults = []
     for name in points:
-        matches = [(k, match) for k, view in enumerate(found_views) for match in _matches(view, name)]
+        matches = 0
+        for view, names, own in zip(all_views, known, chosen, strict=True):
+            inner = name.removeprefix(f"{view.mechanism.name}.")
+            same = [place for place in names if place.rpartition(".")[2] == inner]
+            exact = [place for place in (name, inner) if place in names][:1]
+            match = exact or (same if len(same) == 1 else [])
+            own += match
+            matches += len(match)
         if not matches:
-            faults.append(_unknown(name, found_views))
-        for k, match in matches:
-            chosen[k].append(match)
+            everything = list(dict.fromkeys(place for names in known for place in names))
+            near = nearest(name, everything)
+            advice = f"did you mean {near!r}?" if near else ""
+            faults.append(Fault("points", repr(name), "one of " + ", ".join(everything), advice))
     if faults:
         raise SceneError(faults)
-    return tuple(_with_points(view, names) for view, names in zip(found_views, chosen, strict=True))
-
-
-def undrawn(scene: Scene) -> list[Mechanism]:
-    """The mechanisms that have no bodies and so no picture: laws, and families without a skeleton."""
-    return [mechanism for mechanism in scene.mechanisms if not has_joints(mechanism)]
+    return tuple(replace(view, points=tuple(names)) for view, names in zip(all_views, chosen, strict=True))
 
 
 def headline(scene: Scene) -> str:
     """The title of a picture: the scene's, or its file's name; what could not be drawn is named."""
     title = scene.title or (scene.file.stem if scene.file is not None else "")
-    bare = undrawn(scene)
+    bare = [mechanism for mechanism in scene.mechanisms if not has_joints(mechanism)]
     names, types = ", ".join(m.name for m in bare), ", ".join(dict.fromkeys(m.type for m in bare))
     return f"{title} (not drawn: {names}, a {types} without bodies)".strip() if bare else title
 
@@ -728,36 +597,3 @@ def told(scene: Scene, q: float) -> str:
     """A coordinate of the machine as a designer reads it: in degrees, or in mm where it slides."""
     sliding = scene.stroke is not None and scene.stroke.sliding
     return (f"{1000 * q:.6g} mm" if sliding else f"{np.degrees(q):.6g}°").replace("-", "−")
-
-
-def _view(scene: Scene, mechanism: Mechanism) -> View:
-    from flywheel.mechanisms.linkage import linkage_of  # only named types need it
-
-    linkage = mechanism.linkage if mechanism.linkage is not None else linkage_of(mechanism)
-    if scene.stroke is not None:
-        return View(mechanism, solve(linkage, scene.stroke.start, scene.stroke.end))
-    span = mechanism.travel if mechanism.linkage is not None else TURN
-    solution = solve(linkage, mechanism.phase, mechanism.phase + span)
-    return View(mechanism, solution, scene.shafts[mechanism.shaft], mechanism.phase)
-
-
-def _with_points(view: View, names: Sequence[str]) -> View:
-    return View(view.mechanism, view.solution, view.ratio, view.phase, tuple(names))
-
-
-def _matches(view: View, name: str) -> list[str]:
-    """The places of a mechanism that a name means: one, or none where it is unknown or could be several."""
-    known = places(view.solution.linkage)
-    inner = name.removeprefix(f"{view.mechanism.name}.")
-    for wanted in (name, inner):
-        if wanted in known:
-            return [wanted]
-    same = [place for place in known if place.rpartition(".")[2] == inner]
-    return same if len(same) == 1 else []
-
-
-def _unknown(name: str, found: Sequence[View]) -> Fault:
-    known = [place for view in found for place in places(view.solution.linkage)]
-    near = nearest(name, known)
-    advice = f"did you mean {near!r}?" if near else ""
-    return Fault("points", repr(name), "one of " + ", ".join(dict.fromkeys(known)), advice)

@@ -11,8 +11,7 @@ from flywheel.numerics import cells as piecewise
 from flywheel.numerics.units import columns, figure
 from flywheel.report.flywheels import work_error
 from flywheel.report.rows import RPM, Row, block, sentences
-from flywheel.sizing.drive import EngineCycle
-from flywheel.sizing.results import Sizing
+from flywheel.sizing.results import EngineCycle, Sizing
 
 _HORSEPOWER = 745.6998715822702  # W: 550 ft lbf/s
 _METRIC_HORSEPOWER = 735.49875  # W: 75 kgf m/s

@@ -27,7 +27,6 @@ from flywheel.regime.periodic_motion import Demand
 from flywheel.regime.stepping import TIGHTEST, SlidingError, Step, one_cycle
 from flywheel.regime.turning_moment import Cycle, NoMotionError, Run
 from flywheel.sizing.results import Confirmation, Confirmed, Regime
-from flywheel.sizing.speed_dependent import with_flywheel
 
 _HOPELESS = 0.5  # relative error past which a figure says nothing
 _MOST = 60_000  # evaluations of a cycle in time, a few seconds: a textbook machine takes 2 000
@@ -42,7 +41,7 @@ class UnconfirmedError(ValueError):
     """A motion that cannot be confirmed in bounds, or is lost in its own error; the message says why."""
 
 
-class Found(NamedTuple):
+class SteadyCycle(NamedTuple):
     """One steady cycle as a route of its own finds it: rad/s and s; `closure` is omega(T)/omega(0) - 1."""
 
     irregularity: float
@@ -74,7 +73,7 @@ def in_time(regime: Regime, approximate: float | None) -> Confirmed:
         slides = "the motion slides along a law that jumps at a speed; make it steep instead"
         why = slides if machine.sets_its_speed else "the motion takes too many steps"
         raise UnconfirmedError(f"not confirmed in time: {why}") from None
-    error, of_period = disagreement(found, regime.cycle, regime.speed, run, regime.rtol)
+    error, of_period = _disagreement(found, regime, run)
     if not (error <= _HOPELESS and found.speed_min > 0.0):
         raise UnconfirmedError("not confirmed in time: what stepping finds is lost in its own error")
     return _with_approximate(regime, found, error, of_period, partial(_approximate_in_time, regime), approximate, "time")
@@ -98,7 +97,7 @@ def by_collocation(regime: Regime, approximate: float | None) -> Confirmed:
         raise UnconfirmedError(long) from None
     except NoMotionError:
         raise UnconfirmedError(_NONE_FOUND) from None
-    error, of_period = disagreement(found, regime.cycle, regime.speed, run, regime.rtol)
+    error, of_period = _disagreement(found, regime, run)
     if not error <= _HOPELESS:
         raise UnconfirmedError(_NONE_FOUND)
     route = partial(_approximate_by_collocation, regime, thirds)
@@ -107,7 +106,7 @@ def by_collocation(regime: Regime, approximate: float | None) -> Confirmed:
 
 def _with_approximate(
     regime: Regime,
-    found: Found,
+    found: SteadyCycle,
     error: float,
     period_error: float,
     again: Callable[[float], tuple[float, float]],
@@ -142,21 +141,13 @@ def _with_approximate(
     return Confirmed(motion, error, period_error, messages)
 
 
-def disagreement(found: Found, cycle: Cycle, speed: float, run: Run, rtol: float) -> tuple[float, float]:
-    """Largest relative difference between the figures found and those of a run over a cycle, with the run's own error.
+def _disagreement(found: SteadyCycle, regime: Regime, run: Run) -> tuple[float, float]:
+    """Largest relative difference between the figures found and those of the regime's run, with the run's own error.
 
     First that of all figures, then that of the period alone.
-
-    Args:
-        found: by the confirming route.
-        cycle: that the run belongs to.
-        speed: mean of extremes of the run, rad/s.
-        run: the motion that is confirmed.
-        rtol: relative error allowed in the run's period.
-
     """
-    period, period_error = turning_moment.period(cycle, speed, run, rtol)
-    speed_error = run.error * run.irregularity * speed / run.speed_min
+    period, period_error = turning_moment.period(regime.cycle, regime.speed, run, regime.rtol)
+    speed_error = run.error * run.irregularity * regime.speed / run.speed_min
     pairs = [
         (found.irregularity, run.irregularity, run.error),
         (found.speed_max, run.speed_max, speed_error),
@@ -167,10 +158,7 @@ def disagreement(found: Found, cycle: Cycle, speed: float, run: Run, rtol: float
     return max(apart), apart[-1]
 
 
-# -- in time -----------------------------------------------------------------------------------------------------------
-
-
-def _cycle_in_time(machine: Machine, cycle: Cycle, speed: float, run: Run, rtol: float) -> Found:
+def _cycle_in_time(machine: Machine, cycle: Cycle, speed: float, run: Run, rtol: float) -> SteadyCycle:
     """One cycle in scaled time tau = w t and scaled speed u, omega = w (1 + scale u).
 
     The scale is of the size of the irregularity, so that u keeps its digits however small that is.
@@ -195,7 +183,7 @@ def _cycle_in_time(machine: Machine, cycle: Cycle, speed: float, run: Run, rtol:
     (_, high), (_, low) = extreme(steps, +1.0), extreme(steps, -1.0)
     last = steps[-1]
     closing = scale * float(last.dense(last.end)[1] - u)
-    return Found(
+    return SteadyCycle(
         irregularity=scale * (high - low) / (1 + 0.5 * scale * (high + low)),
         speed_max=speed * (1 + scale * high),
         speed_min=speed * (1 + scale * low),
@@ -210,9 +198,9 @@ def _approximate_in_time(regime: Regime, inertia: float) -> tuple[float, float]:
         if regime.cyclic is None:
             cycle, run = turning_moment.resolved_run(machine, regime.cycle, speed, inertia, 0.5 * regime.rtol)
         else:
-            motion = with_flywheel(machine, regime.figures.cycle, speed, inertia, regime.rtol)
+            motion = _collocated(regime, machine, inertia)
             cycle, run = motion.cycle, motion.run
-    except NoMotionError:
+    except (NoMotionError, BudgetError):
         raise UnconfirmedError(_NO_MOTION) from None
     try:
         found = _cycle_in_time(machine, cycle, run.speed or speed, run, regime.rtol)
@@ -242,9 +230,6 @@ def extreme(steps: list[Step], sign: float) -> tuple[float, float]:
     return time, sign * value
 
 
-# -- by collocation ----------------------------------------------------------------------------------------------------
-
-
 def on_thirds(machine: Machine) -> Machine:
     """The machine with other first cells: a wide stretch cut into one more than before, a single cell into three.
 
@@ -272,7 +257,7 @@ def _collocated(regime: Regime, machine: Machine, inertia: float) -> periodic_mo
         return periodic_motion.own_motion(machine, held or regime.speed, asked, 0.0, unknown, 0.5 * regime.rtol)
 
 
-def _cycle_by_collocation(regime: Regime, machine: Machine, inertia: float) -> Found:
+def _cycle_by_collocation(regime: Regime, machine: Machine, inertia: float) -> SteadyCycle:
     motion = _collocated(regime, machine, inertia)
     run, cycle, edges = motion.run, motion.cycle, motion.solved.state.edges
     period, _ = turning_moment.period(cycle, motion.speed, run, regime.rtol)
@@ -280,7 +265,7 @@ def _cycle_by_collocation(regime: Regime, machine: Machine, inertia: float) -> F
     start = float(turning_moment.speed_over_cycle(cycle, motion.speed, run, np.zeros(1))[0])
     share = 2.0 * gained / ((run.inertia + cycle.inertia_at_start) * start**2)
     closure = share / (1.0 + float(np.sqrt(1.0 + share)))
-    return Found(run.irregularity, run.speed_max, run.speed_min, period, closure)
+    return SteadyCycle(run.irregularity, run.speed_max, run.speed_min, period, closure)
 
 
 def _approximate_by_collocation(regime: Regime, machine: Machine, inertia: float) -> tuple[float, float]:

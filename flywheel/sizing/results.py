@@ -1,11 +1,12 @@
 """What a sizing returns: frozen records in SI, the estimated error of every figure, and the dictionary for JSON.
 
 What a sizing estimates on its way (`Errors`) is about what is searched for; the errors of all other figures follow from it,
-and are worked out for JSON alone, as are power, engine and the other shafts for who asks for them.
+and are worked out for JSON alone, as are the drive's energy, the engine and the other shafts for who asks for them.
 """
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any, NamedTuple
@@ -13,26 +14,32 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from flywheel.components.energy import Energy
-from flywheel.components.gear_trains import OnShaft
+from flywheel.components.gear_trains import OnShaft, on_every_shaft
+from flywheel.components.motors import DC, Induction
 from flywheel.components.wheels import Wheel
 from flywheel.machine.dynamics import Moments
 from flywheel.machine.machine import Machine, balance_unit
+from flywheel.mechanisms.families import ends_of
 from flywheel.numerics import cells
+from flywheel.numerics.arguments import NOT_NEGATIVE, POSITIVE, number_faults, refuse
 from flywheel.numerics.budget import FREE, Cost
-from flywheel.numerics.cells import ROUNDING, Array
+from flywheel.numerics.cells import ROUNDING, Array, Cells, Coarse
+from flywheel.numerics.faults import SceneError
 from flywheel.regime import turning_moment
 from flywheel.regime.turning_moment import Cycle, Run, inertia_extent
 from flywheel.regime.wittenbauer import Area, Figures, Flywheel, ReducedInertia
 from flywheel.scene.accuracy import AUDIT
 from flywheel.scene.scene import Scene
-from flywheel.sizing import drive
-from flywheel.sizing.drive import EngineCycle
 
 __all__ = ["Area", "Balance", "Built", "Confirmation", "Cyclic", "Errors", "Flywheel", "ReducedInertia", "Sizing"]
 
 Estimate = float | None | dict[str, float | None]
 
 _READ = 4 * ROUNDING  # of a figure that is the scene's own, or a product of a few such
+_TIE = 1e-9  # share within which two sizes are one
+_LEVEL_ROUNDING = 4 * ROUNDING  # of the energy's level
+_MOST_CELLS = 4_000  # that a mean over time is worth, beside those of the cycle itself
+_LOSSES = "losses"  # how the model of a load begins that nothing is gained by
 _APART = 1e-6  # share by which a speed is changed to see what depends on it
 _HEATING = ("current_rms", "current_peak", "copper_heat", "copper_heat_share", "rotor_heat", "rotor_heat_share")
 
@@ -199,23 +206,36 @@ class Sizing:
     @cached_property
     def energy(self) -> Energy | None:
         """Power and energy of the drive with the flywheel and without it; None without a drive or a motion."""
-        if self.machine is None or self.cycle is None or self.run is None or self.scene.drive is None:
-            return None
-        return drive.energy(self.machine, self.cycle, self.run, self.speed, self.rtol)
+        return None if self.scene.drive is None else energy(self)
 
     @cached_property
     def engine(self) -> EngineCycle | None:
         """What the gas of an engine's cylinders does, and what the machine's loads take of it; None without an engine."""
-        if self.machine is None or self.cycle is None:
-            return None
-        return drive.engine(self.machine, self.cycle, self.run, self.speed, self.drive_work)
+        return engine(self)
 
     @cached_property
     def shafts(self) -> tuple[OnShaft, ...]:
-        """The flywheel given or sized, and those that do the same on every other shaft."""
+        """The flywheel given or sized, and those that do the same on every other shaft, at the means of extremes.
+
+        Where a wheel is built, it counts as built, rounded up or not. The others are that wheel made as wide as they need to
+        be: at its radii mass and inertia grow with the width alike. Their rims run at the speed that the built wheel was
+        chosen for, as the shafts are geared.
+        """
         if self.inertia is None:
             return ()
-        return drive.on_shafts(self.scene, self.inertia, self.speed, None if self.built is None else self.built.wheel)
+        scene, wheel = self.scene, None if self.built is None else self.built.wheel
+        inertia = self.inertia if wheel is None else wheel.inertia
+        rows = on_every_shaft(inertia, scene.shafts, self.speed, on=scene.flywheel_on)
+        if wheel is None:
+            return rows
+        return tuple(
+            row._replace(
+                radius=wheel.body.running,
+                mass=wheel.mass * row.inertia / wheel.inertia,
+                rim_speed=wheel.rim_speed * (row.ratio / scene.flywheel_ratio),
+            )
+            for row in rows
+        )
 
     @property
     def balance_unit(self) -> str | None:
@@ -283,6 +303,341 @@ class Sizing:
         }
 
 
+# -- the drive ---------------------------------------------------------------------------------------------------------
+
+
+def drive_moment(machine: Machine, cycle: Cycle, run: Run | None, speed: float) -> Array:
+    """The drive's moment on the crank (N m) along the motion, at the cycle's nodes (cells, nodes).
+
+    Args:
+        machine: with a drive.
+        cycle: along the motion.
+        run: the motion, where there is one.
+        speed: mean of extremes, rad/s.
+
+    """
+    if run is not None and run.drive is not None:
+        return run.drive
+    at = speed if machine.depends_on_speed else None
+    moments = machine.reduction.moments(cycle.mesh.phi, cycle.mesh.anchor, cycle.balance or 0.0, speed=at)
+    return np.asarray(moments["drive"] + np.zeros_like(cycle.mesh.phi))
+
+
+def drive_work(machine: Machine, cycle: Cycle, run: Run | None, speed: float) -> float | None:
+    """Work (J) of the drive over the cycle, 0 where that is no more than its error; None without a drive."""
+    drive = machine.scene.drive
+    if drive is None:
+        return None
+    if drive.law is None or isinstance(drive.law, float | int):
+        torque = (cycle.balance or 0.0) if drive.law is None else drive.law
+        work = torque * machine.scene.shafts[drive.on] * machine.scene.cycle
+    else:
+        work = float(cells.integral(drive_moment(machine, cycle, run, speed), cycle.mesh.half).sum())
+    return _above(work, cycle.errors.work)
+
+
+@np.errstate(all="ignore")  # a result asks for it after its sizing is over
+def energy(sizing: Sizing) -> Energy | None:
+    """Mean and peak power and rms torque with the flywheel; powers of a motor that follows the loads without one.
+
+    Peaks are found where the slope of power is zero, and at the ends of smooth pieces. None without a motion, and where
+    rounding of enormous torques has stopped the machine.
+    """
+    machine, cycle, run, speed, scene = sizing.machine, sizing.cycle, sizing.run, sizing.speed, sizing.scene
+    if machine is None or cycle is None or run is None or scene.drive is None:
+        return None
+    half, omega = cycle.mesh.half, _omega(sizing, cycle)
+    if not omega.min() > 0.0:
+        return None
+    drive = drive_moment(machine, cycle, run, speed)
+    period, _ = turning_moment.period(cycle, speed, run, sizing.rtol)
+    work = _above(float(cells.integral(drive, half).sum()), cycle.errors.work)
+    moment = cycle.series[0] @ cells.basis(cells.NODES, cells.ORDER).T
+    load = drive - moment  # what the loads and losses take, and a motor without a flywheel would have to give
+    alone = _above(float(cells.integral(load, half).sum()), cycle.errors.work) / scene.cycle * speed
+    noise = cycle.errors.work / scene.cycle  # of a moment
+    greatest = float(np.abs(drive).max()) or 1.0  # squares of enormous moments leave the floating-point range
+    square, time = (float(cells.integral(row, half).sum()) for row in ((drive / greatest) ** 2 / omega, 1.0 / omega))
+    found = Energy(
+        period=period,
+        work=work,
+        mean_power=work / period,
+        peak_power=_above(_peak(cells.fit(drive * omega)), noise * speed),
+        mean_power_alone=alone,
+        peak_power_alone=_above(_peak(cells.fit(load * speed)), noise * speed),
+        rms_torque=_above(greatest * float(np.sqrt(square / time)), noise) / scene.shafts[scene.drive.on],
+    )
+    if isinstance(scene.motor, DC):
+        return found._replace(**_copper_heat(scene.motor, _MotorShaft(sizing, cycle, run)))
+    if isinstance(scene.motor, Induction):
+        return found._replace(**_rotor_heat(scene.motor, _MotorShaft(sizing, cycle, run)))
+    return found
+
+
+def _above(value: float, error: float) -> float:
+    """A figure, or 0 where rounding leaves nothing of it: ratios to it would be noise."""
+    return 0.0 if abs(value) <= error else value
+
+
+def _peak(series: Array) -> float:
+    """The value of a function that is largest in size, with its sign; where both signs are as large, the positive one."""
+    high, low = cells.greatest(series), -cells.greatest(-series)
+    return high if high >= -low * (1 - _TIE) else low
+
+
+class _MotorShaft:
+    """A motor's shaft along the steady motion: its speed and torque on any mesh, with the error of the speed."""
+
+    def __init__(self, sizing: Sizing, cycle: Cycle, run: Run) -> None:
+        scene = sizing.scene
+        self.motor, self.cycle, self.run, self.rtol = scene.motor, run.cycle or cycle, run, sizing.rtol
+        self.mean = run.speed or sizing.speed
+        self.ratio = 1.0 if scene.drive is None else scene.shafts[scene.drive.on]
+
+    def omega(self, mesh: Cells) -> Array:
+        """Speed of the crank, rad/s."""
+        return turning_moment.speed_over_cycle(self.cycle, self.mean, self.run, mesh.phi.ravel()).reshape(mesh.phi.shape)
+
+    def torque(self, mesh: Cells, omega: Array) -> Array:
+        """Torque of the motor on its shaft, N m: by its law, or that of the current where this is a state of its own."""
+        assert self.motor is not None
+        if self.run.current is None or self.run.drive is None:
+            return self.motor.torque(self.ratio * omega)
+        cell, t = cells.located(self.cycle.mesh, mesh.phi.ravel())
+        return cells.value(cells.fit(self.run.drive)[cell], t).reshape(mesh.phi.shape) / self.ratio
+
+    def speed_error(self, omega: Array) -> Array:
+        """Error of the crank's speed, rad/s: of the level of energy, the more the slower it is, and of what varies."""
+        run = self.run
+        pinned = max(run.error - 4.0 * run.level_error, 0.0) * run.irregularity
+        return self.mean * (pinned + (run.level + _LEVEL_ROUNDING) * self.mean / omega)
+
+    def mean_over_time(self, law: Callable[[Cells, Array], tuple[Array, Array]]) -> tuple[float, float, Cells]:
+        """The mean over time of a value along the motion, its error, and cells that are fine enough for it.
+
+        integral of h/omega dphi over integral of dphi/omega; `law` gives h and |dh/domega| on a mesh. An error d(omega)
+        makes (|dh/domega| + |h - mean|/omega) d(omega) of h.
+        """
+
+        def evaluated(edges: Array) -> tuple[tuple[Cells, Array, Array, Array, float, float, float], float, Coarse]:
+            mesh = cells.cells(edges)
+            omega = self.omega(mesh)
+            value, slope = law(mesh, omega)
+            rows = np.stack((value / omega, 1.0 / omega))
+            total, time = cells.integral(rows, mesh.half).sum(axis=-1).tolist()
+            mean = total / time
+            tails = cells.TAIL_OF_INTEGRAL * cells.tails(cells.fit(rows)) * mesh.half[:, 0]
+            shares = (tails[0] + abs(mean) * tails[1]) / time
+            missed = float(shares.sum())
+            error = missed / max(abs(mean), 1e-300) if missed else 0.0
+            return (mesh, omega, value, slope, time, mean, missed), error, cells.above(shares, 0.1)
+
+        first = self.cycle.mesh.edges
+        mesh, omega, value, slope, time, mean, missed = cells.refined(
+            first, evaluated, self.rtol, max(_MOST_CELLS, 2 * first.size)
+        )
+        by_speed = (slope + np.abs(value - mean) / omega) * self.speed_error(omega) / omega
+        error = float(cells.integral(by_speed, mesh.half).sum()) / time + missed
+        return mean, error + 24 * ROUNDING * abs(mean), mesh
+
+
+def _rotor_heat(motor: Induction, shaft: _MotorShaft) -> dict[str, Any]:
+    """Heat of an induction motor's rotor: the mean of T (omega_s - omega)."""
+
+    def heat(mesh: Cells, omega: Array) -> tuple[Array, Array]:
+        speed = shaft.ratio * omega
+        slope = motor.slope_at(speed) * (motor.synchronous_speed - speed) - motor.torque(speed)
+        return motor.rotor_heat(speed), shaft.ratio * np.abs(slope)
+
+    mean, error, _ = shaft.mean_over_time(heat)
+    found, relative = _figure_and_error(mean, error, float(motor.rotor_heat(0.0)))
+    rated = float(motor.rotor_heat(motor.speed))
+    errors = {"rotor_heat": relative, "rotor_heat_share": relative + 8 * ROUNDING / motor.rated_slip}
+    return {"rotor_heat": found, "rotor_heat_share": found / rated, "errors": errors}
+
+
+def _copper_heat(motor: DC, shaft: _MotorShaft) -> dict[str, Any]:
+    """Current and heat of a DC motor's armature: the mean of R i²."""
+
+    def current(mesh: Cells, omega: Array) -> Array:
+        return np.asarray(motor.current_of_torque(shaft.ratio * omega, shaft.torque(mesh, omega)))
+
+    def heat(mesh: Cells, omega: Array) -> tuple[Array, Array]:
+        flowing = current(mesh, omega)
+        return motor.copper_heat(flowing), 2 * shaft.ratio * motor.constant * np.abs(flowing)
+
+    mean, error, mesh = shaft.mean_over_time(heat)
+    omega = shaft.omega(mesh)
+    series = cells.fit(current(mesh, omega))
+    locked = motor.voltage / motor.resistance
+    off = float(cells.tails(series).max()) + 24 * ROUNDING * locked
+    off += shaft.ratio * motor.constant / motor.resistance * float(shaft.speed_error(omega).max())
+    if motor.inductance:  # the current follows the speed behind its own equation, which the cells may cut off as well
+        error += 2 * motor.resistance * float(np.sqrt(mean / motor.resistance)) * float(cells.tails(series).max())
+    found, relative = _figure_and_error(mean, error, motor.copper_heat(locked))
+    peak, of_peak = _figure_and_error(_peak(series), off, locked)
+    errors = {"copper_heat": relative, "current_rms": relative, "current_peak": of_peak}
+    share, rated = None, motor.rated_current
+    if rated is not None:
+        share = found / motor.copper_heat(rated)
+        errors["copper_heat_share"] = relative + 8 * ROUNDING * locked / rated
+    return {
+        "current_rms": float(np.sqrt(found / motor.resistance)),
+        "current_peak": peak,
+        "copper_heat": found,
+        "copper_heat_share": share,
+        "errors": errors,
+    }
+
+
+def _figure_and_error(value: float, error: float, scale: float) -> tuple[float, float]:
+    """A figure and its relative error; 0, and the error as a share of its scale, where nothing of it is left."""
+    found = _above(value, error)
+    return found, error / (abs(found) or scale)
+
+
+class EngineCycle(NamedTuple):
+    """What an engine does in a steady cycle; powers are works over its angle, times the mean of extremes.
+
+    `indicated_work` (J) and `indicated_power` (W) of the gas on its pistons; `swept_volume` (m³) of all cylinders, as often
+    as their gas works in the cycle, and `mean_effective_pressure` (Pa) over it, None where a bore is not known;
+    `brake_work` and `brake_power` that the loads take, and `mechanical_efficiency`, their share in what is indicated, None
+    where they take nothing. `error` (J) is that of the works.
+    """
+
+    indicated_work: float
+    indicated_power: float
+    swept_volume: float | None
+    mean_effective_pressure: float | None
+    brake_work: float | None
+    brake_power: float | None
+    mechanical_efficiency: float | None
+    error: float
+
+    def as_dict(self) -> dict[str, float | None]:
+        """Everything for JSON, SI; the error stands with those of the other figures."""
+        return {name: value for name, value in self._asdict().items() if name != "error"}
+
+
+def mean_effective_pressure(work: float, swept_volume: float) -> float:
+    """Mean effective pressure (Pa): the constant one that would do the same work in one stroke, p = W/V.
+
+    Args:
+        work: W of the gas in a cycle of the engine (two strokes or four), J; the brake's work for the brake's pressure.
+        swept_volume: V of the pistons, m³.
+
+    Raises:
+        SceneError: if the volume is not above 0, or a number is not finite.
+
+    Source: Khurmi and Gupta, Theory of Machines, chapter 15.
+
+    >>> round(mean_effective_pressure(400.0, 500e-6) / 1e5, 12)  # bar
+    8.0
+
+    """
+    refuse(number_faults("work", work, unit="J") + number_faults("swept_volume", swept_volume, POSITIVE, "m³"))
+    return work / swept_volume
+
+
+def mechanical_efficiency(brake: float, indicated: float) -> float:
+    """Mechanical efficiency: the brake's work (or power) over the indicated one.
+
+    Args:
+        brake: what the engine gives, J or W.
+        indicated: what its gas gives, J or W.
+
+    Raises:
+        SceneError: if a number is below 0, or the second 0.
+
+    Source: Khurmi and Gupta, Theory of Machines, chapter 15.
+
+    >>> mechanical_efficiency(300.0, 400.0)
+    0.75
+
+    """
+    refuse(number_faults("brake", brake, NOT_NEGATIVE) + number_faults("indicated", indicated, POSITIVE))
+    return brake / indicated
+
+
+@np.errstate(all="ignore")  # a result asks for it after its sizing is over
+def engine(sizing: Sizing) -> EngineCycle | None:
+    """The engine of a machine: None where no gas drives it.
+
+    The gas is that of the loads with a bore; without any, in a machine without a drive or with one that brakes, the forces
+    on those ports that they drive over the cycle. The brake is what all other loads and the drive take, but for models of
+    losses.
+    """
+    machine, cycle, drive_work = sizing.machine, sizing.cycle, sizing.drive_work
+    if machine is None or cycle is None:
+        return None
+    loads = machine.scene.loads
+    gas = [load for load in loads if load.piston is not None]
+    bored = bool(gas)
+    if not bored and not ((drive_work or 0.0) >= 0.0 and machine.scene.drive is not None):
+        gas = [load for load in loads if not machine.places[load.on].rotating]
+    if not gas:
+        return None
+    works, error = _works(machine, cycle, sizing.run, sizing.speed)
+    if not bored:  # that on the ports that it drives
+        gas = [load for load in gas if sum(works[other.path] for other in gas if other.on == load.on) > 0.0]
+    indicated = sum(works[load.path] for load in gas)
+    if not gas or indicated <= error:
+        return None
+    ports = {load.on for load in gas}
+    others = [load for load in loads if load.on not in ports and not load.model.startswith(_LOSSES)]
+    taken = -sum(works[load.path] for load in others) - works.get("drive", 0.0)
+    brake = taken if taken > error else None
+    pistons: dict[Any, float] | None = {}  # m³ swept in one stroke, as often as the gas in front of each works in the cycle
+    for load in gas:
+        name, _, port = load.on.rpartition(".")
+        mechanism = next(m for m in machine.scene.mechanisms if m.name == name)
+        try:
+            ends = None if load.piston is None else ends_of(mechanism, port, machine.scene.parameters)
+        except SceneError:  # a port whose turning points cannot be told
+            ends = None
+        if ends is None or load.piston is None:
+            pistons = None
+            break
+        times = machine.scene.shafts[mechanism.shaft] * machine.scene.cycle / load.every
+        space = load.path if load.model else ""  # the model's own; loads with a bore on one port share the cylinder
+        pistons[load.on, space] = load.piston * (ends.high - ends.low) * round(times)
+    volume = None if pistons is None else sum(pistons.values())
+    cycles = sizing.speed / machine.scene.cycle  # a second
+    return EngineCycle(
+        indicated_work=indicated,
+        indicated_power=indicated * cycles,
+        swept_volume=volume,
+        mean_effective_pressure=None if volume is None else mean_effective_pressure(indicated, volume),
+        brake_work=brake,
+        brake_power=None if brake is None else brake * cycles,
+        mechanical_efficiency=None if brake is None else mechanical_efficiency(brake, indicated),
+        error=error,
+    )
+
+
+def _works(machine: Machine, cycle: Cycle, run: Run | None, speed: float) -> tuple[dict[str, float], float]:
+    """The work (J) of every load and of the drive in the cycle, by their paths, and the error of them all."""
+    mesh, omega = cycle.mesh, None
+    if machine.depends_on_speed:
+        omega = np.full(mesh.phi.shape, speed)
+        if run is not None:
+            omega = turning_moment.speed_over_cycle(cycle, speed, run, mesh.phi.ravel()).reshape(mesh.phi.shape)
+    moments = machine.reduction.moments(mesh.phi, mesh.anchor, cycle.balance or 0.0, by_name=True, speed=omega)
+    names = {effort.path: effort.load.path for effort in machine.efforts}
+    values = {names[name]: value + np.zeros_like(mesh.phi) for name, value in moments.items() if name in names}
+    works = dict.fromkeys([load.path for load in machine.scene.loads], 0.0)
+    works |= {path: float(cells.integral(value, mesh.half).sum()) for path, value in values.items()}
+    error = cycle.errors.work + cycle.errors.residual
+    error += sum(
+        float((cells.TAIL_OF_INTEGRAL * cells.tails(cells.fit(value)) * mesh.half[:, 0]).sum())
+        + 24 * ROUNDING * float(cells.integral(np.abs(value), mesh.half).sum())
+        for value in values.values()
+    )
+    if omega is not None and run is not None:  # and what the error of the speed may change of what depends on it
+        error += 2 * (0.5 * run.irregularity * run.error + run.level_error) * cycle.exchanged
+    return works, error
+
+
 # -- the errors of all figures -----------------------------------------------------------------------------------------
 
 
@@ -304,7 +659,7 @@ def estimates(sizing: Sizing) -> dict[str, Estimate]:
     """
     error, cycle, scene = sizing.error, sizing.cycle, sizing.scene
     constant = sizing.constant or cycle  # the one of the areas
-    work, speed, of_drive = error.work, speed_error(sizing), _drive_errors(sizing)
+    work, speed, of_drive, cyclic = error.work, speed_error(sizing), _drive_errors(sizing), sizing.cyclic
     exact = _READ if scene.inertia is not None else error.exact
     residue = 0.0 if sizing.constant is None else abs(sizing.constant.net) / max(sizing.constant.exchanged, 1e-300)
     areas = None if work is None else work + 2 * residue
@@ -328,7 +683,7 @@ def estimates(sizing: Sizing) -> dict[str, Estimate]:
         "energy": _energy_error(sizing, of_drive, speed),
         "engine": None,
         "multiplier": _multiplier_error(sizing, speed),
-        "constant_speed": _constant_speed_error(sizing),
+        "constant_speed": None if cyclic is None else _READ + (0.0 if scene.unknown else cyclic.constant_speed_error),
         "gd2": None if sizing.inertia is None else exact,
         "shafts": of_shafts if sizing.shafts else None,
         "wheel": None if sizing.built is None or of_shafts is None else _wheel_error(sizing, of_shafts),
@@ -390,7 +745,7 @@ def _drive_errors(sizing: Sizing) -> _DriveErrors | None:
     if isinstance(law, float | int):
         own = _READ * abs(sizing.drive_work) + residual
         return _DriveErrors(own, own / span)
-    moment = drive.drive_moment(machine, cycle, sizing.run, sizing.speed)
+    moment = drive_moment(machine, cycle, sizing.run, sizing.speed)
     by_speed = np.zeros_like(moment)  # what the error of the speed moves it by
     if sizing.cyclic is not None and sizing.run is not None:
         moments, omega = Moments(machine, cycle.mesh, local=True), _omega(sizing, cycle)
@@ -424,7 +779,7 @@ def _energy_error(sizing: Sizing, of_drive: _DriveErrors | None, speed: float | 
         return None
     exchanged = max(cycle.exchanged, 1e-300)
     torque = exchanged / sizing.scene.cycle
-    power = cells.fit(drive.drive_moment(machine, cycle, run, sizing.speed) * _omega(sizing, cycle))
+    power = cells.fit(drive_moment(machine, cycle, run, sizing.speed) * _omega(sizing, cycle))
     between = float(cells.tails(power).max()) / sizing.speed + float(cycle.noise[0].max())
     _, period = turning_moment.period(cycle, sizing.speed, run, sizing.rtol)
     ratios = [abs(ratio) for ratio in (energy.peak_to_mean, energy.peak_to_mean_alone) if ratio]
@@ -457,13 +812,6 @@ def _multiplier_error(sizing: Sizing, speed: float | None) -> float | None:
     exponent += float((cells.TAIL_OF_INTEGRAL * cells.tails(cells.fit(here)) * cycle.mesh.half[:, 0]).sum())
     size = abs(cyclic.multiplier)
     return size * exponent / max(size, 1.0) + 8 * ROUNDING * cycle.mesh.half.size
-
-
-def _constant_speed_error(sizing: Sizing) -> float | None:
-    """Relative error of the speed that areas take torques at: none of its own where it is the one asked for."""
-    if sizing.cyclic is None:
-        return None
-    return _READ + (0.0 if sizing.scene.unknown is not None else sizing.cyclic.constant_speed_error)
 
 
 def _wheel_error(sizing: Sizing, of_shafts: float) -> float:

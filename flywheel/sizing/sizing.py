@@ -9,7 +9,7 @@ import numpy as np
 from flywheel.components.wheels import ARMS, LIGHTEST, MEAN, choose
 from flywheel.machine.machine import Machine
 from flywheel.numerics import cells
-from flywheel.numerics.budget import Cost, Meter, metered
+from flywheel.numerics.budget import Meter, metered
 from flywheel.numerics.cells import ROUNDING
 from flywheel.numerics.faults import Fault, SceneError
 from flywheel.regime import turning_moment, wittenbauer
@@ -18,8 +18,7 @@ from flywheel.regime.turning_moment import NoMotionError, Run
 from flywheel.regime.wittenbauer import Area, Flywheel
 from flywheel.scene import accuracy as levels
 from flywheel.scene.scene import Scene
-from flywheel.sizing.drive import drive_work
-from flywheel.sizing.results import Balance, Built, Confirmation, Confirmed, Errors, Regime, Sizing
+from flywheel.sizing.results import Balance, Built, Confirmation, Confirmed, Errors, Regime, Sizing, drive_work
 
 _FRICTION = "friction in joints is taken at a constant crank speed of {:.6g} rad/s, and so is its share of the moment"
 _TITLES = {
@@ -91,8 +90,14 @@ def _of_machine(machine: Machine, rtol: float, level: str, meter: Meter) -> Sizi
     """The sizing of a machine: every stage takes what those before it return, and the record is made at the end."""
     scene = machine.scene
 
-    # cycle, figures and motion
-    regime, of_motion = _regime(machine, rtol)
+    # cycle, figures and motion, by the cheapest formulation that the machine allows
+    if machine.sets_its_speed or machine.depends_on_time:
+        from flywheel.sizing import speed_dependent  # Newton's method is for machines that set their own speed
+
+        regime, of_motion = speed_dependent.regime(machine, rtol)
+    else:
+        figures, run = wittenbauer.resolved_figures(machine, rtol)
+        regime, of_motion = Regime(machine, rtol, figures, run, run, figures.cycle, figures.speed), {}
     figures, cycle, speed = regime.figures, regime.cycle, regime.speed
     reduced_inertia = wittenbauer.reduced_inertia(figures)
     even = _even(regime)
@@ -114,12 +119,22 @@ def _of_machine(machine: Machine, rtol: float, level: str, meter: Meter) -> Sizi
     built, of_wheel = _wheel(scene, inertia or 0.0, speed, irregularity or 0.0, regime)
 
     # result
+    balance = None
+    if scene.unknown is not None and cycle.balance is not None:
+        balance = Balance(scene.unknown, cycle.balance, cycle.balance_error)
+    messages = (
+        *_missed(errors, rtol, remainder),
+        *regime.messages,
+        *_redundant(scene),
+        *(() if scene.motor is None else scene.motor.doubts),
+        *confirmed.messages,
+        *(() if machine.friction is None else (_FRICTION.format(speed),)),
+        *of_wheel,
+    )
     return Sizing(
         scene=scene,
         speed=speed,
-        balance=None
-        if scene.unknown is None or cycle.balance is None
-        else Balance(scene.unknown, cycle.balance, cycle.balance_error),
+        balance=balance,
         power=None if work is None else work * speed / scene.cycle,
         drive_work=work,
         areas=wittenbauer.areas(figures),
@@ -135,15 +150,7 @@ def _of_machine(machine: Machine, rtol: float, level: str, meter: Meter) -> Sizi
         error=errors,
         closure=left,
         rtol=rtol,
-        messages=(
-            *_missed(errors, rtol, remainder),
-            *regime.messages,
-            *_redundant(scene),
-            *(() if scene.motor is None else scene.motor.doubts),
-            *confirmed.messages,
-            *(() if machine.friction is None else (_FRICTION.format(speed),)),
-            *of_wheel,
-        ),
+        messages=messages,
         machine=machine,
         cycle=cycle,
         run=regime.run,
@@ -156,14 +163,7 @@ def _of_machine(machine: Machine, rtol: float, level: str, meter: Meter) -> Sizi
     )
 
 
-def _regime(machine: Machine, rtol: float) -> tuple[Regime, dict[str, Cost]]:
-    """The steady regime by the cheapest formulation that the machine allows, and what parts of it cost."""
-    if machine.sets_its_speed or machine.depends_on_time:
-        from flywheel.sizing import speed_dependent  # Newton's method is for machines that set their own speed
-
-        return speed_dependent.regime(machine, rtol)
-    figures, run = wittenbauer.resolved_figures(machine, rtol)
-    return Regime(machine, rtol, figures, run, run, figures.cycle, figures.speed), {}
+# -- the stages --------------------------------------------------------------------------------------------------------
 
 
 def _even(regime: Regime) -> bool:
@@ -200,9 +200,6 @@ def _flywheel(regime: Regime, even: bool) -> Flywheel:
     return found._replace(exact=exact, needed=exact > 0.0, bracket=None, torque_bracket=None)
 
 
-# -- confirmation ------------------------------------------------------------------------------------------------------
-
-
 def _confirmed(regime: Regime, approximate: float | None, level: str) -> Confirmed:
     """The motion as the level of accuracy asks; by quadrature where it cannot be confirmed."""
     analysis = regime.machine.scene.inertia is not None
@@ -235,9 +232,6 @@ def _by_quadrature(regime: Regime) -> Confirmed:
         route="quadrature",
     )
     return Confirmed(motion, max(run.error, error), error)
-
-
-# -- errors and messages -----------------------------------------------------------------------------------------------
 
 
 def _errors(regime: Regime, confirmed: Confirmed, even: bool) -> Errors:
@@ -297,9 +291,6 @@ def _redundant(scene: Scene) -> Iterator[str]:
                 yield f"{mechanism.name} has redundant constraints (Gruebler counts {mobility.gruebler}, not 1): {what}"
 
 
-# -- the wheel ---------------------------------------------------------------------------------------------------------
-
-
 def _wheel(
     scene: Scene,
     inertia: float,
@@ -340,19 +331,15 @@ def _wheel(
     if regime is None:
         return Built(wheel, fluctuation / (on_crank * speed**2), error, torque), wheel.warnings
     try:
-        motion = _run_with(regime, on_crank)
+        if regime.constant is None:
+            motion = turning_moment.run(regime.cycle, speed, on_crank)
+        else:
+            from flywheel.sizing.speed_dependent import with_flywheel
+
+            motion = with_flywheel(regime.machine, regime.constant, speed, on_crank, regime.rtol).run
     except NoMotionError:
         return Built(wheel, None, 0.0, torque), wheel.warnings
     return Built(wheel, motion.irregularity, motion.error, torque), wheel.warnings
-
-
-def _run_with(regime: Regime, inertia: float) -> Run:
-    """The motion with another flywheel (kg m² on the crank). Raises NoMotionError where there is none."""
-    if regime.constant is None:
-        return turning_moment.run(regime.cycle, regime.speed, inertia)
-    from flywheel.sizing.speed_dependent import with_flywheel  # Newton's method is for machines that set their own speed
-
-    return with_flywheel(regime.machine, regime.constant, regime.speed, inertia, regime.rtol).run
 
 
 def _greatest_acceleration(regime: Regime, run: Run) -> float:
@@ -374,20 +361,20 @@ def _of_diagram(scene: Scene, rtol: float, level: str, meter: Meter) -> Sizing:
     assert scene.speed is not None  # the reader sees to it
     works = np.array(scene.areas.values) * scene.areas.scale
     sums = np.concatenate(([0.0], works.cumsum()))
-    swing, square, left = float(np.ptp(sums)), scene.speed**2, float(works.sum())
+    fluctuation, square, left = float(np.ptp(sums)), scene.speed**2, float(works.sum())
     if not np.isfinite(sums).all():
         raise SceneError([Fault("areas", "works that are not finite", "values and a scale in proportion")])
     eps, ratio_square = scene.irregularity, scene.flywheel_ratio**2
-    figure = None if eps is None else swing / max(eps * square, 5e-324) / ratio_square
-    closure = abs(left) / swing if swing else 0.0
-    error = 4 * ROUNDING * (float(np.abs(works).sum()) / swing if swing else 0.0)
+    figure = None if eps is None else fluctuation / max(eps * square, 5e-324) / ratio_square
+    closure = abs(left) / fluctuation if fluctuation else 0.0
+    error = 4 * ROUNDING * (float(np.abs(works).sum()) / fluctuation if fluctuation else 0.0)
     error += closure if closure > error else 0.0  # what is left over may belong to any of the areas
     motion, given = None, 0.0
-    if scene.inertia is not None:  # the irregularity from the swing of energy alone: eps = swing/(J w²)
+    if scene.inertia is not None:  # the irregularity from the fluctuation of energy alone: eps = fluctuation/(J w²)
         inertia = scene.inertia * ratio_square
-        given = swing / (inertia * square) if inertia else np.inf
+        given = fluctuation / (inertia * square) if inertia else np.inf
         if given >= 2.0:
-            found = f"{scene.inertia} kg m², which the swing of {swing:.6g} J would stop"
+            found = f"{scene.inertia} kg m², which the swing of {fluctuation:.6g} J would stop"
             raise SceneError([Fault("flywheel.inertia", found, "enough inertia to keep turning", "give a larger one")])
         fastest, slowest = scene.speed * (1 + given / 2), scene.speed * (1 - given / 2)
         motion = Confirmation(given, None, fastest, slowest, None, None, None, "areas")
@@ -395,7 +382,7 @@ def _of_diagram(scene: Scene, rtol: float, level: str, meter: Meter) -> Sizing:
     errors = Errors(of_wheels, of_motion, of_wheels, of_wheels, of_wheels, error)
     remainder = f"{left:.3g} J of net work ({closure:.2g} of the swing)" if closure > 0.5 * error else ""
     inertia, irregularity = (scene.inertia or 0.0, given) if figure is None else (figure, eps or 0.0)
-    built, of_wheel = _wheel(scene, inertia, scene.speed, irregularity, None, swing, error)
+    built, of_wheel = _wheel(scene, inertia, scene.speed, irregularity, None, fluctuation, error)
     return Sizing(
         scene=scene,
         speed=scene.speed,
@@ -405,13 +392,20 @@ def _of_diagram(scene: Scene, rtol: float, level: str, meter: Meter) -> Sizing:
         areas=tuple(Area(None, None, w, s) for w, s in zip(works.tolist(), sums[1:].tolist(), strict=True)),
         accumulated_max=float(sums.max()),
         accumulated_min=float(sums.min()),
-        energy_fluctuation=swing,
+        energy_fluctuation=fluctuation,
         coefficient_of_energy=None,
         angle_speed_max=None,
         angle_speed_min=None,
         reduced_inertia=None,
         flywheel=Flywheel(
-            scene.flywheel_on, scene.inertia, figure, figure, figure, figure, figure, None if eps is None else swing > 0.0
+            scene.flywheel_on,
+            scene.inertia,
+            figure,
+            figure,
+            figure,
+            figure,
+            figure,
+            None if eps is None else fluctuation > 0.0,
         ),
         simulation=motion,
         error=errors,

@@ -1,7 +1,7 @@
 """Sizing and analysis of machines whose torques depend on speed, or whose meshes have losses.
 
 The exact figures are those of the periodic motion itself, with the flywheel, the energy level and the balance solved for at
-once (`flywheel.periodic`). The areas and the approximate flywheels take the torques at a constant crank speed.
+once. The areas and the approximate flywheels take the torques at a constant crank speed.
 """
 
 from __future__ import annotations
@@ -105,42 +105,54 @@ def at_constant_speed(machine: Machine, speed: float, rtol: float) -> tuple[Figu
 def _inertialess_run(machine: Machine, speed: float, unknown: float, rtol: float) -> tuple[Run, Array] | None:
     """The run of a machine without inertia, M*(phi, omega) = 0: at every angle the speed (rad/s) at which torques balance.
 
-    None where that is not what is asked for (a flywheel is given, or needed), and where there is no such speed: torques that
-    do not fall with speed, that jump at one, or a motor's current with a state of its own.
+    None where that is not what is wanted (a flywheel is given, or needed), and where there is no such speed: torques that do
+    not fall with speed, that jump at one, or a motor's current with a state of its own.
     """
-    scene, asked = machine.scene, machine.scene.irregularity or 2.0
+    scene, most = machine.scene, machine.scene.irregularity or 2.0
     held = scene.speed if scene.unknown is not None else None
 
     def evaluated(edges: Array) -> tuple[tuple[Moments, Array, float, float] | None, float, Coarse]:
         moments = Moments(machine, cells.cells(edges))
         if scene.inertia or moments.lossy or moments.circuit or moments.switches(np.full(moments.mesh.phi.shape, speed)):
             return None, 0.0, cells.above(np.zeros(1))
-        solved = _equilibrium(moments, speed, unknown) if held is None else _equilibrium_at_mean(moments, held, unknown)
-        if solved is None:
+        balanced = _equilibrium_at_mean(moments, held, unknown) if held else (_equilibrium(moments, speed, unknown), unknown)
+        omega, balance = balanced or (None, 0.0)
+        if omega is None:
             return None, 0.0, cells.above(np.zeros(1))
-        omega, balance = solved
         errors = cells.tails(cells.fit(omega))
-        most = float(errors.max())
-        share = most / max(float(np.ptp(omega)), 64 * ROUNDING * float(omega.max()))
-        return (moments, omega, balance, most), share, lambda share: errors > share * most
+        error = float(errors.max())
+        share = error / max(float(np.ptp(omega)), 64 * ROUNDING * float(omega.max()))
+        return (moments, omega, balance, error), share, lambda share: errors > share * error
 
     found = cells.refined(machine.mesh, evaluated, 0.05 * rtol, _MOST_CELLS)
     if found is None:
         return None
-    moments, omega, unknown, most = found
-    run = _run_at(moments, omega, unknown, most)
-    return (run, omega) if run.irregularity * (1.0 + run.error) <= asked else None
+    moments, omega, unknown, error = found
+    rate = moments.rate(omega, unknown, 0.0)
+    error += 32 * ROUNDING * float((rate.exchanged / np.maximum(-rate.by_speed, 1e-300)).max())
+    series = cells.fit(omega)
+    (low, slow), (high, fast) = (_extreme(sign * series, moments.mesh) for sign in (-1.0, 1.0))
+    run = Run(
+        inertia=0.0,
+        irregularity=2.0 * (high + low) / (high - low),
+        speed_max=high,
+        speed_min=-low,
+        angle_speed_max=fast,
+        angle_speed_min=slow,
+        offset=0.0,
+        error=2.0 * error / (high + low) if high + low > 0.0 else 0.0,
+        cycle=constant_speed.cycle_of(moments, rate, None if scene.unknown is None else unknown),
+        speed=0.5 * (high - low),
+        drive=None if scene.drive is None else moments.drive(omega, unknown),
+    )
+    return (run, omega) if run.irregularity * (1.0 + run.error) <= most else None
 
 
-def _equilibrium(moments: Moments, speed: float, unknown: float) -> tuple[Array, float] | None:
-    """The speeds (rad/s) at the nodes where the moment is zero and falls, by Newton's method in a bracket; the unknown."""
-
-    def moment(omega: Array) -> Array:
-        return moments.rate(omega, unknown, 0.0).moment
-
+def _equilibrium(moments: Moments, speed: float, unknown: float) -> Array | None:
+    """The speeds (rad/s) at the nodes where the moment is zero and falls, by Newton's method in a bracket."""
     low = high = np.full(moments.mesh.phi.shape, speed)
     for _ in range(_WIDENINGS):
-        driven, braked = moment(high) > 0.0, moment(low) < 0.0
+        driven, braked = (moments.rate(high, unknown, 0.0).moment > 0.0, moments.rate(low, unknown, 0.0).moment < 0.0)
         high, low = np.where(driven, 2.0 * high, high), np.where(braked, 0.5 * low, low)
         if not (driven.any() or braked.any()):
             break
@@ -155,46 +167,27 @@ def _equilibrium(moments: Moments, speed: float, unknown: float) -> tuple[Array,
         omega, moved = closer, np.abs(closer - omega)
         if (moved <= 4 * ROUNDING * omega).all():
             break
-    return omega, unknown
+    return omega
 
 
 def _equilibrium_at_mean(moments: Moments, speed: float, unknown: float) -> tuple[Array, float] | None:
-    """The same, with the unknown that makes the mean of the greatest and the least speed the one asked for."""
+    """The same, with the unknown that makes the mean of the greatest and the least speed the one wanted."""
+    balanced = None
     for _ in range(_WIDENINGS):
-        found = _equilibrium(moments, speed, unknown)
-        if found is None:
+        omega = _equilibrium(moments, speed, unknown)
+        if omega is None:
             return None
-        rate = moments.rate(found[0], unknown, 0.0)
+        rate = moments.rate(omega, unknown, 0.0)
         slopes = -rate.by_unknown / np.minimum(rate.by_speed, -1e-300)
-        series = cells.fit(found[0])
-        least, most = cells.extents(series)
+        least, most = cells.extents(cells.fit(omega))
         mean = 0.5 * float(least.min() + most.max())
-        ends = slopes.ravel()[[found[0].argmin(), found[0].argmax()]]
+        ends = slopes.ravel()[[omega.argmin(), omega.argmax()]]
+        if abs(mean - speed) <= 64 * ROUNDING * speed:
+            balanced = omega, unknown
         if abs(mean - speed) <= 8 * ROUNDING * speed or not ends.sum():
             break
         unknown += 2.0 * (speed - mean) / float(ends.sum())
-    return found if abs(mean - speed) <= 64 * ROUNDING * speed else None
-
-
-def _run_at(moments: Moments, omega: Array, unknown: float, error: float) -> Run:
-    """The run at given speeds (rad/s) on the nodes, where they are interpolated to an error (rad/s)."""
-    rate, scene, mesh = moments.rate(omega, unknown, 0.0), moments.machine.scene, moments.mesh
-    error += 32 * ROUNDING * float((rate.exchanged / np.maximum(-rate.by_speed, 1e-300)).max())
-    series = cells.fit(omega)
-    (low, slow), (high, fast) = (_extreme(sign * series, mesh) for sign in (-1.0, 1.0))
-    return Run(
-        inertia=0.0,
-        irregularity=2.0 * (high + low) / (high - low),
-        speed_max=high,
-        speed_min=-low,
-        angle_speed_max=fast,
-        angle_speed_min=slow,
-        offset=0.0,
-        error=2.0 * error / (high + low) if high + low > 0.0 else 0.0,
-        cycle=constant_speed.cycle_of(moments, rate, None if scene.unknown is None else unknown),
-        speed=0.5 * (high - low),
-        drive=None if scene.drive is None else moments.drive(omega, unknown),
-    )
+    return balanced
 
 
 def _extreme(series: Array, mesh: Cells) -> tuple[float, float]:
@@ -257,87 +250,84 @@ def _motion(machine: Machine, figures: Figures, unknown: float, rtol: float) -> 
     """The motion with the given flywheel, with the one that is needed, or with none where none is."""
     scene, speed = machine.scene, figures.speed
     held = speed if scene.unknown is not None else None
+
+    def solved(inertia: float | None, guess: float) -> OwnMotion:
+        wanted = Demand(inertia, scene.irregularity if inertia is None else None, held)
+        with limited(_MOST_WORK):
+            return periodic_motion.own_motion(machine, speed, wanted, guess, unknown, rtol)
+
+    def refused(inertia: float | None, guess: float, error: NoRegimeError | BudgetError) -> SceneError:
+        return SceneError([_fault(machine, speed, inertia, guess, unknown, error)])
+
     if scene.inertia is not None:
-        on_crank = scene.inertia * scene.flywheel_ratio**2
-        turning_moment.check_weighs(machine, figures.cycle, on_crank)
-        return _found(machine, speed, Demand(on_crank, None, held), 0.0, unknown, rtol)
+        given = scene.inertia * scene.flywheel_ratio**2
+        turning_moment.check_weighs(machine, figures.cycle, given)
+        try:
+            return solved(given, 0.0)
+        except (NoRegimeError, BudgetError) as error:
+            raise refused(given, 0.0, error) from None
     least = _LIGHT * max(wittenbauer.reduced_inertia(figures).greatest, figures.scale)
     guess = max(figures.total - figures.cycle.inertia_at_start, least)
-    asked, bare = Demand(None, scene.irregularity, held), Demand(0.0, None, held)
     try:
-        with limited(_MOST_WORK):
-            motion = periodic_motion.own_motion(machine, speed, asked, guess, unknown, rtol)
+        motion = solved(None, guess)
     except (NoRegimeError, BudgetError) as error:
         try:
-            with limited(_MOST_WORK):
-                motion = periodic_motion.own_motion(machine, speed, bare, 0.0, unknown, rtol)
+            motion = solved(0.0, 0.0)
         except (NoRegimeError, BudgetError):
-            raise SceneError([_fault(machine, speed, asked, guess, unknown, error)]) from None
+            raise refused(None, guess, error) from None
         if motion.run.irregularity * (1.0 + motion.run.error) > (scene.irregularity or 0.0):
-            raise SceneError([_fault(machine, speed, asked, guess, unknown, error)]) from None
+            raise refused(None, guess, error) from None
         return motion
-    return motion if motion.inertia > 0.0 else _found(machine, speed, bare, 0.0, unknown, rtol)
-
-
-def _found(machine: Machine, speed: float, asked: Demand, guess: float, unknown: float, rtol: float) -> OwnMotion:
+    if motion.inertia > 0.0:
+        return motion
     try:
-        with limited(_MOST_WORK):
-            return periodic_motion.own_motion(machine, speed, asked, guess, unknown, rtol)
+        return solved(0.0, 0.0)
     except (NoRegimeError, BudgetError) as error:
-        raise SceneError([_fault(machine, speed, asked, guess, unknown, error)]) from None
+        raise refused(0.0, 0.0, error) from None
 
 
 def _fault(
-    machine: Machine, speed: float, asked: Demand, guess: float, unknown: float, error: NoRegimeError | BudgetError
+    machine: Machine, speed: float, given: float | None, guess: float, unknown: float, error: NoRegimeError | BudgetError
 ) -> Fault:
-    """What to say of a machine for which no motion was found, or none whose figures mean anything."""
-    if machine.scene.unknown is None and constant_speed.speed_error(machine, speed) > _UNHELD:
-        path = "drive" if machine.scene.drive is not None else "load"
+    """What to say of a machine for which no motion was found, or none whose figures mean anything.
+
+    Simulated in time the machine may stall or run away; else the iteration did not settle. `given` is the flywheel on the
+    crank (kg m²), None where one is sought from a guess.
+    """
+    scene = machine.scene
+    path = "flywheel.irregularity" if given is None else "flywheel.inertia"
+    if scene.unknown is None and constant_speed.speed_error(machine, speed) > _UNHELD:
         found = f"torques that hardly depend on speed: what holds it near {speed:.6g} rad/s is less than their rounding"
         advice = 'name the unknown and give the speed: drive.torque = "balance", regime.speed'
-        return Fault(path, found, "torques that hold a steady speed", advice)
+        return Fault("drive" if scene.drive is not None else "load", found, "torques that hold a steady speed", advice)
     if isinstance(error, UntoldError):
         expected = "an irregularity that the flywheel changes by more than rounding"
         advice = "the torques hold the speed whatever it weighs: ask for less, or give flywheel.inertia"
         return Fault("flywheel.irregularity", str(error), expected, advice)
     if isinstance(error, LostError):
-        path = "flywheel.irregularity" if asked.inertia is None else "flywheel.inertia"
         advice = "less of what resists and drives alike, or a larger irregularity"
         return Fault(path, str(error), "a motion that varies by more than rounding", advice)
-    return _no_motion(machine, speed, asked, guess, unknown, error)
+    from flywheel.regime.free_motion import Outcome, outcome_of  # scipy arrives with time stepping
 
-
-def _no_motion(
-    machine: Machine, speed: float, asked: Demand, guess: float, unknown: float, error: NoRegimeError | BudgetError
-) -> Fault:
-    """Why there is no motion: followed in time, the machine stalls or runs away; or the iteration did not settle."""
-    from flywheel.regime.free_motion import (  # scipy arrives with time stepping, and only where it is needed
-        Outcome,
-        outcome_of,
-    )
-
-    scene = machine.scene
-    sized = asked.inertia is None
-    path = "flywheel.irregularity" if sized else "flywheel.inertia"
-    inertia = guess if asked.inertia is None else asked.inertia
-    wheel = f" with {'about ' if sized else ''}{inertia:.6g} kg m² on the crank"
+    inertia = guess if given is None else given
+    wheel = f" with {'about ' if given is None else ''}{inertia:.6g} kg m² on the crank"
     expected = "a motion that comes back to its speed each cycle"
     ending = outcome_of(machine, speed, inertia, unknown, hurried=isinstance(error, BudgetError))
-    what = "motor" if scene.drive is not None and scene.unknown is None else "machine"
     if ending.outcome is Outcome.STALLS:
+        what = "motor" if scene.drive is not None and scene.unknown is None else "machine"
         found = f"a {what} that stalls {ending.where}, let go at {speed:.6g} rad/s{wheel}"
         return Fault(path, found, expected, "a heavier flywheel, a stronger drive, or a higher speed")
     if ending.outcome is Outcome.RUNS_AWAY:
         found = f"a machine that runs away, let go at {speed:.6g} rad/s{wheel}"
         return Fault(path, found, expected, "a heavier flywheel, or a drive whose torque falls with speed")
+    none = f"no periodic motion near {speed:.6g} rad/s{wheel}"
     if ending.fault is not None:
         what = "it" if ending.fault.path == "simulation" else ending.fault.path
-        found = f"no periodic motion near {speed:.6g} rad/s{wheel}: followed in time, {what} comes to {ending.fault.found}"
+        found = f"{none}: followed in time, {what} comes to {ending.fault.found}"
         return Fault(path, found, expected, ending.fault.advice)
     if isinstance(error, BudgetError):
-        return _too_much(error.faults[0], machine, speed, asked.inertia or 0.0, unknown)
-    advice = "follow the machine in time and see what it does: flywheel simulate"
-    return Fault(path, f"no periodic motion near {speed:.6g} rad/s{wheel}: {error}", expected, advice)
+        return _too_much(error.faults[0], machine, speed, given or 0.0, unknown)
+    return Fault(path, f"{none}: {error}", expected, "follow the machine in time and see what it does: flywheel simulate")
 
 
 def _too_much(fault: Fault, machine: Machine, speed: float, inertia: float, unknown: float) -> Fault:
@@ -361,9 +351,6 @@ def _too_much(fault: Fault, machine: Machine, speed: float, inertia: float, unkn
     if pieces > _MANY:
         return fault._replace(found=f"{fault.found}: torques jump or bend, or vary fast, in {pieces} cells of a cycle")
     return fault
-
-
-# -- other flywheels ---------------------------------------------------------------------------------------------------
 
 
 @np.errstate(all="ignore")  # a report asks for it after the sizing is over
