@@ -17,7 +17,6 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch, Polygon
-from matplotlib.patheffects import withStroke
 from numpy.typing import NDArray
 from PIL import Image
 
@@ -25,16 +24,13 @@ from bondgraph.storage.files import replacement
 from flywheel.mechanisms.linkages.positions import Poses
 from flywheel.numerics.faults import Fault, SceneError
 from flywheel.numerics.units import figure as number
-from flywheel.pictures import figures
-from flywheel.pictures import sketch as names
-from flywheel.pictures import sketch as views
+from flywheel.pictures import figures, sketch
 from flywheel.pictures.figures import BLACK, BODIES, shade
 from flywheel.pictures.sketch import CLOSED, Shape, View, placed
 from flywheel.regime import turning_moment
 from flywheel.report.rows import RPM
 from flywheel.scene.linkage import FRAME, SLIDE
-from flywheel.scene.scene import Scene
-from flywheel.sizing.results import Sizing
+from flywheel.scene.scene import Scene, Stroke
 from flywheel.sizing.sizing import size
 
 Array = NDArray[np.float64]
@@ -92,51 +88,44 @@ def draw(scene: Scene, path: str | Path | None = None, *, at: Sequence[float] = 
         ValueError: for any other file ending.
 
     """
-    shown = views.views(scene, points)
-    wanted = views.checked(scene, at) or views.positions(scene)
-    boxes = [extent(view) for view in shown]
+    views = sketch.views(scene, points)
+    wanted = sketch.checked(scene, at) or sketch.positions(scene)
+    boxes = [extent(view) for view in views]
     columns = columns_for(boxes)
-    made = figures.figure(*_figure_size(boxes, columns), views.headline(scene))
-    panels = made.subplots(-(-len(shown) // columns), columns, squeeze=False).ravel().tolist()
-    for panel in panels[len(shown) :]:
+    rows = -(-len(boxes) // columns)
+    width = _WIDEST if columns == 1 else _ONE * columns  # as wide as there is room, as tall as the mechanisms need
+    height = rows * min(max(_tallest(boxes) * (width / columns - 0.9), 2.2), _TALLEST / max(rows - 0.5, 1.0)) + 1.2
+    made = figures.figure(width, height, sketch.headline(scene))
+    panels = made.subplots(rows, columns, squeeze=False).ravel().tolist()
+    for panel in panels[len(views) :]:
         panel.set_axis_off()
-    for panel, view, box in zip(panels, shown, boxes, strict=False):
-        poses = view.poses(wanted)
-        canvas(panel, box, f"{view.mechanism.name}: {_caption(scene, wanted)}")
-        trace(panel, view, box)
-        ghosts(panel, view, poses, box)
-        figure(panel, view, poses, box)
+    symbol = "x" if scene.stroke is not None and scene.stroke.sliding else "φ"
+    others = ", ".join(sketch.told(scene, q) for q in wanted[1:_LISTED]) + (", …" if len(wanted) > _LISTED else "")
+    caption = f"{symbol} = {sketch.told(scene, wanted[0])}" + (f" (faint: {others})" if others else "")
+    for panel, view, box in zip(panels, views, boxes, strict=False):
+        _draw_axes_and_paths(panel, view, box, f"{view.mechanism.name}: {caption}")
+        _draw_bodies(panel, view, view.poses(wanted), box, faint=True)
     made.draw_without_rendering()  # gives everything its place, so that names can go around it
-    for panel, view, box in zip(panels, shown, boxes, strict=False):
-        _name(panel, view, view.poses(wanted), box)
+    for panel, view, box in zip(panels, views, boxes, strict=False):
+        _write_names(panel, view, view.poses(wanted), factor(box)[0])
     if path is not None:
         figures.save(made, path)
     return made
 
 
-def _caption(scene: Scene, wanted: Sequence[float]) -> str:
-    symbol = "x" if scene.stroke is not None and scene.stroke.sliding else "φ"
-    others = ", ".join(views.told(scene, q) for q in wanted[1:_LISTED]) + (", …" if len(wanted) > _LISTED else "")
-    return f"{symbol} = {views.told(scene, wanted[0])}" + (f" (faint: {others})" if others else "")
+def _tallest(boxes: Sequence[Array]) -> float:
+    """The greatest height to width of any box."""
+    return max(float(np.ptp(box[1]) / np.ptp(box[0])) for box in boxes)
 
 
 def columns_for(boxes: Sequence[Array]) -> int:
     """How many panels stand beside each other: so many that the picture comes nearest to the shape of a page."""
-    tallest = max(float(np.ptp(box[1]) / np.ptp(box[0])) for box in boxes)
 
     def off(columns: int) -> float:
         rows = -(-len(boxes) // columns)
-        return abs(log(columns / (rows * max(tallest, 0.3)) / _PAGE)) + 0.3 * (rows * columns - len(boxes))
+        return abs(log(columns / (rows * max(_tallest(boxes), 0.3)) / _PAGE)) + 0.3 * (rows * columns - len(boxes))
 
     return min(range(1, len(boxes) + 1), key=off)
-
-
-def _figure_size(boxes: Sequence[Array], columns: int) -> tuple[float, float]:
-    """Inches for panels of these extents: as wide as there is room, and as tall as the mechanisms need."""
-    width = _WIDEST if columns == 1 else _ONE * columns
-    rows = -(-len(boxes) // columns)
-    tallest = max(float(np.ptp(box[1]) / np.ptp(box[0])) for box in boxes)
-    return width, rows * min(max(tallest * (width / columns - 0.9), 2.2), _TALLEST / max(rows - 0.5, 1.0)) + 1.2
 
 
 # -- one panel -------------------------------------------------------------------------------------------------------
@@ -157,57 +146,45 @@ def factor(box: Array) -> tuple[float, str]:
     return (1000.0, "mm") if float(np.ptp(box, axis=1).max()) < _METRES else (1.0, "m")
 
 
-def canvas(panel: Axes, box: Array, title: str) -> None:
-    """Axes of equal scale that hold the whole motion."""
-    scale, unit = factor(box)
-    figures.name_axes(panel, title, f"x, {unit}", f"y, {unit}")
-    panel.set_aspect("equal")
-    panel.set_xlim(*(scale * box[0]))
-    panel.set_ylim(*(scale * box[1]))
-
-
 def colours(view: View) -> dict[str, str]:
     """A colour for every body, the frame black."""
     bodies = view.solution.linkage.names[1:]
     return {FRAME: BLACK} | {body: BODIES[k % len(BODIES)] for k, body in enumerate(bodies)}
 
 
-def trace(panel: Axes, view: View, box: Array) -> None:
-    """The paths of the points."""
-    scale, _ = factor(box)
+def _draw_axes_and_paths(panel: Axes, view: View, box: Array, title: str) -> None:
+    """Axes of equal scale that hold the whole motion, and the paths of the points."""
+    scale, unit = factor(box)
+    figures.name_axes(panel, title, f"x, {unit}", f"y, {unit}")
+    panel.set_aspect("equal")
+    panel.set_xlim(*(scale * box[0]))
+    panel.set_ylim(*(scale * box[1]))
     for found in view.sketch.traces:
         ink = shade(colours(view)[found.body], 0.15)
         panel.plot(*(scale * found.path), color=ink, lw=1.0, ls=(0, (4, 2)), zorder=2.5, gid=f"path {found.name}")
 
 
-def ghosts(panel: Axes, view: View, poses: Poses, box: Array) -> None:
-    """The moving bodies at all positions but the first, faintly."""
-    scale, _ = factor(box)
-    for shape in view.sketch.shapes:
-        if shape.kind not in _GHOSTS or shape.body == FRAME:
-            continue
-        ink, outline = colours(view)[shape.body], scale * placed(shape, poses)
-        for k in range(1, poses.q.size):
+def _draw_bodies(panel: Axes, view: View, poses: Poses, box: Array, *, faint: bool = False) -> list[tuple[Shape, Artist]]:
+    """The mechanism at the first of the poses, each figure with what was drawn of it; its bodies at all others faintly."""
+    (scale, _), ink = factor(box), colours(view)
+    for shape in view.sketch.shapes if faint else ():
+        if shape.kind in _GHOSTS and shape.body != FRAME:
             pen = _PENS[shape.kind]
-            faint = artist(shape, ink, pen._replace(fill=0.25 * pen.fill, layer=1.6), edge=0.25)
-            panel.add_artist(moved(faint, outline[:, :, k]))
-
-
-def figure(panel: Axes, view: View, poses: Poses, box: Array) -> list[tuple[Shape, Artist]]:
-    """The mechanism at the first of the poses; figures with what was drawn of them."""
-    scale, _ = factor(box)
+            pen = pen._replace(fill=0.25 * pen.fill, layer=1.6)
+            outline = scale * placed(shape, poses)
+            for k in range(1, poses.q.size):
+                panel.add_artist(_moved(_artist(shape, ink[shape.body], pen, edge=0.25), outline[:, :, k]))
     drawn = []
     for shape in sorted(view.sketch.shapes, key=lambda shape: _PENS[shape.kind].layer):
-        made = artist(shape, colours(view)[shape.body], _PENS[shape.kind])
-        panel.add_artist(moved(made, scale * placed(shape, poses)[:, :, 0]))
+        made = _artist(shape, ink[shape.body], _PENS[shape.kind])
+        panel.add_artist(_moved(made, scale * placed(shape, poses)[:, :, 0]))
         drawn.append((shape, made))
     return drawn
 
 
-def artist(shape: Shape, ink: str, pen: Pen, edge: float = 1.0) -> Artist:
+def _artist(shape: Shape, ink: str, pen: Pen, edge: float = 1.0) -> Artist:
     """What matplotlib draws of a figure, not yet in its place."""
-    gid = f"{shape.kind} {shape.body}"
-    line: Any = {"lw": pen.width, "ls": pen.dashes, "zorder": pen.layer, "gid": gid}
+    line: Any = {"lw": pen.width, "ls": pen.dashes, "zorder": pen.layer, "gid": f"{shape.kind} {shape.body}"}
     dark = (*shade(ink, -0.25), edge)
     if shape.kind not in CLOSED:
         return Line2D([], [], color=dark, solid_capstyle="round", solid_joinstyle="round", **line)
@@ -215,7 +192,7 @@ def artist(shape: Shape, ink: str, pen: Pen, edge: float = 1.0) -> Artist:
     return Polygon(np.zeros((1, 2)), closed=True, facecolor=face, edgecolor=dark, joinstyle="round", **line)
 
 
-def moved(made: Artist, outline: Array) -> Artist:
+def _moved(made: Artist, outline: Array) -> Artist:
     """The same artist at another place; outline (2, m) in the units of the axes."""
     if isinstance(made, Line2D):
         made.set_data(outline[0], outline[1])
@@ -224,39 +201,19 @@ def moved(made: Artist, outline: Array) -> Artist:
     return made
 
 
-# -- names -----------------------------------------------------------------------------------------------------------
-
-
-def _name(panel: Axes, view: View, poses: Poses, box: Array) -> None:
-    """Write the names of joints, points and bodies."""
-    sketch, (scale, _) = view.sketch, factor(box)
-    ink = colours(view)
-    spots = np.array([scale * poses.point(*label.at).value[:, 0] for label in sketch.labels])
-    texts = [
-        panel.text(spot[0], spot[1], label.text, fontsize=9.0, parse_math=False, zorder=6.0)
-        for label, spot in zip(sketch.labels, spots, strict=True)
-    ]
-    for label, text in zip(sketch.labels, texts, strict=True):
-        text.set(ha="center", va="center", color=shade(ink[label.body], -0.15), in_layout=False)
+def _write_names(panel: Axes, view: View, poses: Poses, scale: float) -> None:
+    """The names of joints, points and bodies, clear of the figures of the bold position and of the paths."""
+    labels, ink = view.sketch.labels, colours(view)
+    spots = np.array([scale * poses.point(*label.at).value[:, 0] for label in labels])
+    texts = [panel.text(0.0, 0.0, label.text, fontsize=9.0, parse_math=False, zorder=6.0) for label in labels]
+    for label, text in zip(labels, texts, strict=True):
+        text.set_color(shade(ink[label.body], -0.15))
         text.set_fontweight("normal" if label.body == FRAME else "bold")
-        text.set_path_effects([withStroke(linewidth=2.0, foreground="white", alpha=0.8)])
-    points = 72.0 / panel.figure.dpi
-    sizes = points * np.array([text.get_window_extent().size for text in texts])
-    to_points = panel.transData.transform
-    lines = np.concatenate([names.along(points * to_points(path.T).T, 3.0) for path in _lines(view, poses, scale)])
-    centres = names.settled(points * to_points(spots), sizes, lines, points * np.array(panel.bbox.extents))
-    for text, centre in zip(texts, panel.transData.inverted().transform(centres / points), strict=True):
-        text.set_position(centre)
-
-
-def _lines(view: View, poses: Poses, scale: float) -> list[Array]:
-    """Everything that names should keep clear of: the figures of the bold position, and the paths."""
-    found = [scale * t.path for t in view.sketch.traces]
+    lines = [scale * trace.path for trace in view.sketch.traces]
     for shape in view.sketch.shapes:
         outline = scale * placed(shape, poses)[:, :, 0]
-        closed = shape.kind in CLOSED
-        found.append(np.concatenate((outline, outline[:, :1]), axis=1) if closed else outline)
-    return found
+        lines.append(np.concatenate((outline, outline[:, :1]), axis=1) if shape.kind in CLOSED else outline)
+    figures.settle(panel, texts, spots, lines)
 
 
 # -- timing ------------------------------------------------------------------------------------------------------------
@@ -291,38 +248,26 @@ def timing(scene: Scene, view: View) -> Timing:
         SceneError: where the machine does not run as the scene says, or stands still.
 
     """
-    return _of_cycle(size(scene, simulate=False)) if scene.stroke is None else _of_stroke(scene, view)
-
-
-def _of_cycle(sizing: Sizing) -> Timing:
-    phi = np.linspace(0.0, sizing.scene.cycle, _POINTS)
+    if scene.stroke is not None:
+        return _of_stroke(scene, scene.stroke, view)
+    sizing = size(scene, simulate=False)
+    phi = np.linspace(0.0, scene.cycle, _POINTS)
     omega = np.full_like(phi, sizing.speed)
     if sizing.run is not None and sizing.cycle is not None:
         omega = turning_moment.speed_over_cycle(sizing.cycle, sizing.speed, sizing.run, phi)
+    slowness = 1.0 / np.abs(omega)
+    elapsed = np.concatenate(([0.0], np.cumsum(0.5 * (slowness[1:] + slowness[:-1]) * np.abs(np.diff(phi)))))
     rpm, mean = RPM * omega, RPM * sizing.speed
     flat = np.ptp(rpm) < _FLAT * mean
     label = f"crank speed − {number(mean, 0.0, 6)} rpm, rpm" if flat else "crank speed, rpm"
-    return Timing(phi, _elapsed(phi, omega), rpm - mean * flat, _wheel(sizing), label, True)
-
-
-def _elapsed(q: Array, speed: Array) -> Array:
-    """Time (s) from the first coordinate to each, by the trapezoidal rule on 1/speed."""
-    slowness = 1.0 / np.abs(speed)
-    return np.concatenate(([0.0], np.cumsum(0.5 * (slowness[1:] + slowness[:-1]) * np.abs(np.diff(q)))))
-
-
-def _wheel(sizing: Sizing) -> str:
-    given = sizing.scene.inertia
-    inertia = sizing.flywheel.exact if given is None else given
-    on = "" if sizing.scene.flywheel_on == "crank" else f" on {sizing.scene.flywheel_on}"
+    on = "" if scene.flywheel_on == "crank" else f" on {scene.flywheel_on}"
     eps = "" if sizing.run is None else f", ε = {number(sizing.run.irregularity, 0.0, 4)}"
-    return f"Speed over the cycle{eps}\nwith a flywheel of {number(inertia or 0.0, 0.0, 5)} kg m²{on}"
+    wheel = f"with a flywheel of {number(sizing.inertia or 0.0, 0.0, 5)} kg m²{on}"
+    return Timing(phi, elapsed, rpm - mean * flat, f"Speed over the cycle{eps}\n{wheel}", label, True)
 
 
-def _of_stroke(scene: Scene, view: View) -> Timing:
+def _of_stroke(scene: Scene, stroke: Stroke, view: View) -> Timing:
     """The stroke at its constant speed, with the velocity of the first slide that is driven, or of the last body."""
-    assert scene.stroke is not None
-    stroke = scene.stroke
     if stroke.speed == 0.0:
         raise SceneError([Fault("stroke.speed", "0", "a speed at which the stroke comes to an end")])
     ends = (stroke.start, stroke.end) if stroke.speed > 0.0 else (stroke.end, stroke.start)
@@ -335,12 +280,12 @@ def _of_stroke(scene: Scene, view: View) -> Timing:
     else:
         name = linkage.names[-1]
         curve, label = stroke.speed * poses.angle(name).rate, f"angular velocity of {name}, rad/s"
-    time = np.abs(q - q[0]) / abs(stroke.speed)
     unit = "m/s" if stroke.sliding else "rad/s"
-    return Timing(q, time, curve, f"Stroke at {number(stroke.speed, 0.0, 5)} {unit}", label, False)
+    title = f"Stroke at {number(stroke.speed, 0.0, 5)} {unit}"
+    return Timing(q, np.abs(q - q[0]) / abs(stroke.speed), curve, title, label, False)
 
 
-# -- animation: what stands still is drawn once, what moves anew for every frame ---------------------------------------
+# -- animation ---------------------------------------------------------------------------------------------------------
 
 FRAMES, FPS = (2, 600), (1, 50)
 """Least and greatest number of frames, and of frames a second."""
@@ -392,7 +337,12 @@ def animate(scene: Scene, path: str | Path, *, frames: int = 60, fps: int = 20) 
         if not low <= value <= high:
             raise ValueError(f"found {name} = {value}, expected {low} to {high}")
     images = list(_images(stage(scene, frames), scene))
-    palette = _palette(images)
+    few = images[:: max(len(images) // 4, 1)]  # side by side: colours that serve all frames, small figures keep theirs
+    width, height = few[0].size
+    strip = Image.new("RGB", (width, height * len(few)))
+    for k, image in enumerate(few):
+        strip.paste(image, (0, k * height))
+    palette = strip.quantize(_COLOURS, method=Image.Quantize.MAXCOVERAGE)
     first, *rest = (image.quantize(palette=palette, dither=Image.Dither.NONE) for image in images)
     with replacement(path, "gif") as fresh:
         first.save(fresh, format="GIF", save_all=True, append_images=rest, duration=round(1000 / fps), loop=0)
@@ -400,45 +350,33 @@ def animate(scene: Scene, path: str | Path, *, frames: int = 60, fps: int = 20) 
 
 def stage(scene: Scene, frames: int) -> Stage:
     """The figure of an animation, and where everything in it stands at every frame."""
-    shown = views.views(scene)
-    run = timing(scene, shown[0])
+    views = sketch.views(scene)
+    run = timing(scene, views[0])
     times, q, values = run.evenly(frames)
-    boxes = [extent(view) for view in shown]
+    boxes = [extent(view) for view in views]
     columns = columns_for(boxes)
     rows = -(-len(boxes) // columns)
-    tallest = max(float(np.ptp(box[1]) / np.ptp(box[0])) for box in boxes)
-    height = float(np.clip(rows * (0.52 * _WIDTH / columns * tallest + 0.9), _LOWEST, _FRAME_HEIGHT))
-    made = figures.figure(_WIDTH, height, views.headline(scene))
+    height = float(np.clip(rows * (0.52 * _WIDTH / columns * _tallest(boxes) + 0.9), _LOWEST, _FRAME_HEIGHT))
+    made = figures.figure(_WIDTH, height, sketch.headline(scene))
     made.set_dpi(_DPI)
     left, right = made.subfigures(1, 2, squeeze=False, width_ratios=(1.15, 1.0))[0]
     panels = left.subplots(rows, columns, squeeze=False).ravel()
-    for panel in panels[len(shown) :]:
+    for panel in panels[len(views) :]:
         panel.set_axis_off()
-    mechanisms = tuple(_moving(panel, view, box, q) for panel, view, box in zip(panels, shown, boxes, strict=False))
-    named = dict.fromkeys(pair for view in shown for pair in list(colours(view).items())[1:])
+    mechanisms = []
+    for panel, view, box in zip(panels, views, boxes, strict=False):
+        poses = view.poses(q)
+        _draw_axes_and_paths(panel, view, box, view.mechanism.name)
+        parts = tuple(_draw_bodies(panel, view, poses, box))
+        for _, artist in parts:
+            artist.set_animated(True)
+        mechanisms.append(Moving(parts, tuple(factor(box)[0] * placed(shape, poses) for shape, _ in parts)))
+    named = dict.fromkeys(pair for view in views for pair in list(colours(view).items())[1:])
     handles = [Patch(color=colour, label=body) for body, colour in named]
     left.legend(handles=handles, loc="outside lower center", ncols=5, frameon=False, fontsize=8.5)
-    marker, clock = _curve(right.subplots(), run, scene)
-    return Stage(made, mechanisms, marker, clock, times, q, values)
 
-
-def _moving(panel: Axes, view: View, box: Array, q: Array) -> Moving:
-    """One mechanism with the paths of its points."""
-    scale, _ = factor(box)
-    poses = view.poses(q)
-    canvas(panel, box, view.mechanism.name)
-    trace(panel, view, box)
-    parts = tuple(figure(panel, view, poses, box))
-    for _, artist in parts:
-        artist.set_animated(True)
-    return Moving(parts, tuple(scale * placed(shape, poses) for shape, _ in parts))
-
-
-def _curve(panel: Axes, run: Timing, scene: Scene) -> tuple[Line2D, Any]:
-    """The curve over the motion, with the marker and the clock."""
-    sliding = scene.stroke is not None and scene.stroke.sliding
-    label = "position x of the driver, mm" if sliding else "crank angle φ, deg"
-    figures.name_axes(panel, run.title, label, run.label)
+    panel, sliding = right.subplots(), _slides(scene)
+    figures.name_axes(panel, run.title, "position x of the driver, mm" if sliding else "crank angle φ, deg", run.label)
     x = _shown(run.q, sliding)
     panel.plot(x, run.curve, color=figures.BLUE, lw=1.8)
     panel.set_xlim(float(x.min()), float(x.max()))
@@ -447,7 +385,11 @@ def _curve(panel: Axes, run: Timing, scene: Scene) -> tuple[Line2D, Any]:
     (marker,) = panel.plot([], [], "o", color=figures.VERMILLION, ms=9, animated=True, zorder=5)
     marker.set_gid("sliding" if sliding else "turning")
     clock = panel.text(0.02, 0.975, "", transform=panel.transAxes, va="top", animated=True, family="monospace", fontsize=9.5)
-    return marker, clock
+    return Stage(made, tuple(mechanisms), marker, clock, times, q, values)
+
+
+def _slides(scene: Scene) -> bool:
+    return scene.stroke is not None and scene.stroke.sliding
 
 
 def _shown(q: Any, sliding: bool) -> Array:
@@ -455,15 +397,12 @@ def _shown(q: Any, sliding: bool) -> Array:
     return np.asarray(1000.0 * np.asarray(q) if sliding else np.degrees(q))
 
 
-# -- frames ----------------------------------------------------------------------------------------------------------
-
-
 def show(made: Stage, k: int, scene: Scene) -> None:
     """Put everything where it stands at frame k."""
     for mechanism in made.mechanisms:
         for (_, artist), outline in zip(mechanism.parts, mechanism.outlines, strict=True):
-            moved(artist, outline[:, :, k])
-    sliding = scene.stroke is not None and scene.stroke.sliding
+            _moved(artist, outline[:, :, k])
+    sliding = _slides(scene)
     made.marker.set_data(_shown(made.q[k : k + 1], sliding), made.values[k : k + 1])
     unit, symbol = ("mm", "x") if sliding else ("deg", "φ")
     digits = max(3 - floor(log10(made.times[-1])), 0)
@@ -472,6 +411,7 @@ def show(made: Stage, k: int, scene: Scene) -> None:
 
 
 def _images(made: Stage, scene: Scene) -> Iterator[Image.Image]:
+    """What stands still is drawn once, what moves anew for every frame."""
     picture = made.figure.canvas
     assert isinstance(picture, FigureCanvasAgg)
     picture.draw()  # type: ignore[no-untyped-call]
@@ -487,13 +427,3 @@ def _images(made: Stage, scene: Scene) -> Iterator[Image.Image]:
         made.clock.draw(renderer)
         pixels = np.asarray(picture.buffer_rgba())  # type: ignore[no-untyped-call]
         yield Image.fromarray(pixels[:, :, :3].copy())
-
-
-def _palette(images: list[Image.Image]) -> Image.Image:
-    """Colours that serve all frames, from a few of them side by side; small figures keep theirs."""
-    few = images[:: max(len(images) // 4, 1)]
-    width, height = few[0].size
-    strip = Image.new("RGB", (width, height * len(few)))
-    for k, image in enumerate(few):
-        strip.paste(image, (0, k * height))
-    return strip.quantize(_COLOURS, method=Image.Quantize.MAXCOVERAGE)

@@ -12,7 +12,6 @@ from pathlib import Path
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from matplotlib.patheffects import withStroke
 from matplotlib.ticker import MultipleLocator
 from numpy.typing import NDArray
 
@@ -20,7 +19,7 @@ from flywheel.mechanisms.linkages.positions import Poses
 from flywheel.mechanisms.linkages.reactions import Reactions
 from flywheel.numerics.faults import Fault, SceneError, nearest
 from flywheel.numerics.units import figure as number
-from flywheel.pictures import figures, sketch
+from flywheel.pictures import figures
 from flywheel.pictures.figures import BLACK, BLUE, GREY, PURPLE, VERMILLION
 from flywheel.scene.linkage import SLIDE
 from flywheel.scene.scene import TURN
@@ -56,7 +55,9 @@ def polar(found: Reactions, path: str | Path | None = None, joints: Sequence[str
     wanted = list(found.forces) if joints is None else list(joints)
     unknown = [name for name in wanted if name not in found.forces]
     if unknown:
-        raise SceneError([_unknown(name, found.forces) for name in unknown])
+        near = {name: nearest(name, list(found.forces)) for name in unknown}
+        known = "one of " + ", ".join(found.forces)
+        raise SceneError([Fault("joints", repr(n), known, f"did you mean {near[n]!r}?" if near[n] else "") for n in unknown])
     if np.unique(found.poses.q).size < 2:
         raise SceneError([Fault("positions", "a single one", "two at least, for a curve between them")])
     linkage, found = found.poses.linkage, found.cleared()
@@ -68,13 +69,16 @@ def polar(found: Reactions, path: str | Path | None = None, joints: Sequence[str
     for panel in panels[len(wanted) :]:
         panel.set_axis_off()
     round_ = _whole_round(found.poses)
-    x = _shown(found.poses.q, linkage.sliding)
+    x = np.asarray(1000.0 * found.poses.q if linkage.sliding else np.degrees(found.poses.q))  # mm, or degrees
     if round_:
         x = np.append(x, x[0] + round_)
     forces = {name: _ended(values, x.size) for name, values in found.forces.items()}
     for panel, name in zip(panels, wanted, strict=False):
         if not np.isfinite(forces[name]).any():
-            _say_open(panel, name)
+            why = "Nothing is known of this force:\nredundant constraints leave it open,\nor friction locks everywhere."
+            panel.set_title(name, parse_math=False)
+            panel.set_axis_off()
+            panel.text(0.5, 0.5, why, ha="center", va="center", transform=panel.transAxes, color=GREY)
         elif name in slides:
             parts = {part: _ended(values, x.size) for part, values in found.components[name].items()}
             over_motion(panel, name, x, parts, linkage.sliding)
@@ -111,16 +115,6 @@ def _ended(values: Array, size: int) -> Array:
     return values if values.shape[-1] == size else np.concatenate((values, values[..., :1]), axis=-1)
 
 
-def _unknown(name: str, known: Mapping[str, Array]) -> Fault:
-    near = nearest(name, list(known))
-    return Fault("joints", repr(name), "one of " + ", ".join(known), f"did you mean {near!r}?" if near else "")
-
-
-def _shown(q: Array, sliding: bool) -> Array:
-    """The driver's coordinate as on an axis: mm, or degrees."""
-    return np.asarray(1000.0 * q if sliding else np.degrees(q))
-
-
 def _unit(force: Array) -> tuple[float, str]:
     """What forces are multiplied by, and the unit that they then have."""
     return (1e-3, "kN") if float(np.nanmax(np.abs(force))) >= _KILO else (1.0, "N")
@@ -132,14 +126,6 @@ def _title(name: str, x: Array, size: Array, sliding: bool) -> str:
     worst = int(np.nanargmax(size))
     place = f"{x[worst]:.4g}".replace("-", "−") + (" mm" if sliding else "°")
     return f"{name}: at most {number(scale * float(size[worst]), 0.0, 4)} {unit}, at {place}"
-
-
-def _say_open(panel: Axes, name: str) -> None:
-    """A joint whose force nobody can tell says why."""
-    panel.set_title(name, parse_math=False)
-    panel.set_axis_off()
-    why = "Nothing is known of this force:\nredundant constraints leave it open,\nor friction locks everywhere."
-    panel.text(0.5, 0.5, why, ha="center", va="center", transform=panel.transAxes, color=GREY)
 
 
 # -- hodographs ------------------------------------------------------------------------------------------------------
@@ -178,19 +164,8 @@ def _mark(panel: Axes, x: Array, force: Array, sliding: bool) -> None:
         places, spots = places[:-1], spots[:-1]  # a curve that is closed ends where it begins
     panel.plot(*spots.T, "o", color=BLUE, ms=4, zorder=4)
     texts = [panel.text(0.0, 0.0, f"{place:.4g}".replace("-", "−"), fontsize=8.0, zorder=5) for place in places]
-    for text in texts:
-        text.set(ha="center", va="center", in_layout=False)
-        text.set_path_effects([withStroke(linewidth=2.0, foreground="white", alpha=0.8)])
-    if not texts:
-        return
-    points, to_pixels = 72.0 / panel.figure.dpi, panel.transData.transform
-    sizes = points * np.array([text.get_window_extent().size for text in texts])
-    lines = sketch.along(points * to_pixels(scale * force.T).T, 3.0)
     outwards = spots - scale * np.nanmean(force, axis=1)
-    bounds = points * np.array(panel.bbox.extents)
-    centres = sketch.settled(points * to_pixels(spots), sizes, lines, bounds, outwards)
-    for text, centre in zip(texts, panel.transData.inverted().transform(centres / points), strict=True):
-        text.set_position(centre)
+    figures.settle(panel, texts, spots, [scale * force], outwards)
 
 
 # -- slides ----------------------------------------------------------------------------------------------------------

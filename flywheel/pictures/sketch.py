@@ -1,4 +1,4 @@
-"""The sketch of a mechanism: figures that move with its bodies, paths of its points, names, and where these go.
+"""The sketch of a mechanism: figures that move with its bodies, paths of its points, and names.
 
 Lengths in m, angles in rad; outlines have x and y in two rows, shape (2, m), and a gap between strokes is a column of NaN.
 Bars and plates go through the points of a body, blocks run on guides, pins in slots; what is fixed is hatched. Guides and
@@ -432,50 +432,6 @@ def _cam(cycle: Poses, coupling: Coupling, at: Place, follower: Joint, unit: flo
     once = np.abs(turn.value - turn.value[0]) <= 2 * np.pi * (1 + 1e-12)
     whole = np.ptp(turn.value) >= 2 * np.pi * (1 - 1e-9)
     return Shape("cam" if whole else "track", at[0], _within(cycle, contact, at)[:, once], at, at[0])
-
-
-# -- places of names: beside what they name, clear of lines and of each other as far as there is room -------------------
-
-_AWAY = (5.0, 9.0, 15.0, 24.0, 36.0)  # points from an anchor to the name's box
-_WAYS = np.radians(np.arange(16) * 22.5)
-_SPARE = 1.5  # points around a name
-_LINE, _NAME, _OUTSIDE, _FAR, _TASTE = 4.0, 150.0, 400.0, 0.5, 1.5  # what a place costs
-
-
-def settled(anchors: Array, sizes: Array, lines: Array, bounds: Array, towards: Array | None = None) -> Array:
-    """The centres (k, 2) of names of `sizes` (k, 2) beside `anchors` (k, 2), all in points; earlier names choose first.
-
-    `lines` (p, 2) are points along everything drawn, close enough together that no name fits between two of them;
-    `bounds` (4,) are left, bottom, right and top of the picture; `towards` (k, 2) are the
-    directions in which names would like to go, up to the right if None. The same input gives the same places.
-    """
-    towards = np.ones_like(anchors) if towards is None else towards
-    halves = 0.5 * sizes + _SPARE
-    ways = np.stack((np.cos(_WAYS), np.sin(_WAYS)), axis=1)
-    away, way = np.repeat(_AWAY, _WAYS.size), np.tile(ways, (len(_AWAY), 1))
-    found = np.empty_like(anchors)
-    for k, (anchor, half) in enumerate(zip(anchors, halves, strict=True)):
-        centres = anchor + way * half / np.abs(way).max(axis=1, keepdims=True) + away[:, None] * way
-        on_lines = (np.abs(lines[None] - centres[:, None]) <= half).all(axis=2).sum(axis=1)
-        on_names = (np.abs(found[None, :k] - centres[:, None]) <= half + halves[None, :k]).all(axis=2).sum(axis=1)
-        outside = ((centres - half < bounds[:2]) | (centres + half > bounds[2:])).any(axis=1)
-        cost = _FAR * away + _LINE * on_lines + _OUTSIDE * outside
-        cost += _NAME * on_names
-        cost -= _TASTE * (way @ towards[k]) / max(float(np.hypot(*towards[k])), 1e-300)
-        found[k] = centres[int(cost.argmin())]
-    return found
-
-
-def along(path: Array, step: float) -> Array:
-    """Points (p, 2) along a polyline (2, m), at most `step` apart; strokes end where it has NaN."""
-    start, end = path[:, :-1].T, path[:, 1:].T
-    whole = np.isfinite(start).all(axis=1) & np.isfinite(end).all(axis=1)
-    start, end = start[whole], end[whole]
-    counts = np.maximum(np.ceil(np.hypot(*(end - start).T) / step).astype(int), 1)
-    first = np.concatenate(([0], np.cumsum(counts)[:-1]))
-    share = (np.arange(counts.sum()) - np.repeat(first, counts)) / np.repeat(counts, counts)
-    between = np.repeat(start, counts, axis=0) + share[:, None] * np.repeat(end - start, counts, axis=0)
-    return np.concatenate((between, end[-1:]))
 
 
 # -- views: the mechanisms of a scene as linkages that move with the machine's coordinate -------------------------------

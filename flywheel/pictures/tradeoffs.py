@@ -192,7 +192,8 @@ def placed(points: Array, sizes: Array, frame: Sequence[float] | Array, blocks: 
         before = boxes.copy()
         for k in order:
             others = ~np.isnan(boxes[:, 0]) & (np.arange(count) != k)
-            boxes[k] = _cheapest(*offers[k], points[k], boxes[others], leaders[others])
+            own, costs = offers[k]
+            boxes[k] = _cheapest(own, costs, points[k], boxes[others], leaders[others])
             leaders[k] = _leaders(boxes[k][None], points[k])[0]
         if np.array_equal(boxes, before):
             break

@@ -499,7 +499,10 @@ def by_multipliers(machine: Machine, rtol: float, restart: bool) -> Revolve:
             def missing(t: float, run: Any = run, last: float = last) -> float:
                 return float(run.at(t)[0][0]) - last
 
-            end, *found = _end_and_extremes(missing, lambda times, run=run: np.asarray(run.at(times)[1]), run.t)
+            def speed(times: Array, run: Any = run) -> Array:
+                return np.asarray(run.at(times)[1])
+
+            end, *found = _end_and_extremes(missing, speed, run.t)
             omega = float(run.at(end)[1][0])
             extremes += found
         return Revolution(omega, 0.0, max(extremes), min(extremes))

@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 from flywheel.mechanisms.linkages.positions import Poses
-from flywheel.pictures.sketch import Shape, Sketch, along, placed, places, sketch, sliding
+from flywheel.pictures.figures import along
+from flywheel.pictures.sketch import Shape, Sketch, placed, places, sketch, sliding
 from flywheel.scene.linkage import FRAME, PIN, SLIDE, SLOT, Joint, Link, Linkage, Point
 from tests.linkages.linkages import CASES, four_bar, slider_crank, whitworth
 from tests.pictures.linkages import O, cycle, pin

@@ -7,7 +7,7 @@ from itertools import combinations
 import numpy as np
 import pytest
 
-from flywheel.pictures.sketch import Array, along, settled
+from flywheel.pictures.figures import Array, along, settled
 
 BOUNDS = np.array([0.0, 0.0, 400.0, 300.0])
 
