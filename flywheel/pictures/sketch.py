@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from flywheel.mechanisms.families import has_joints
-from flywheel.mechanisms.linkages.families import linkage_of
+from flywheel.mechanisms.linkage import linkage_of
 from flywheel.mechanisms.linkages.positions import Poses, Solution, solve
 from flywheel.numerics.faults import Fault, SceneError, nearest
 from flywheel.scene.linkage import CAM, FIXED, FRAME, GEAR, PIN, SLIDE, SLOT, Coupling, Joint, Linkage, common_body
