@@ -20,31 +20,14 @@ _FRAGMENTS = (
     *("9" * 400, "9" * 4400, "1" + "0" * 5000, "0." + "0" * 5000 + "1", "1e9999999999", '"' + "a" * 10**5 + '"', '""'),
     *("[]", "{}", "[[]]", "[{}]", "[" * 40 + "]" * 40, "[" * 1000 + "]" * 1000, "{a = " * 300 + "1" + "}" * 300),
     *("[" + "1, " * 10**5 + "]", "[" + "{}, " * 5000 + "]", "'''\n\n'''", '"\\u0000"', '"\\U0001F600"', '"\\n\\r"'),
-    *(
-        "[1, 'a', true, nan, {}]",
-        '["balance"]',
-        "{type = 'slider-crank'}",
-        "{file = 'x.csv'}",
-        "[nan, inf]",
-        "[1e308, -1e308]",
-    ),
+    *("[1, 'a', true, nan, {}]", '["balance"]', "{type = 'slider-crank'}", "{file = 'x.csv'}", "[nan, inf]"),
+    *("[1e308, -1e308]",),
 )
 _TEXTS = (
     *("balance", "", " ", "0", "x", "phi", "crank", "slider", "slider-crank", "four-bar", "law", "linkage", "rod", "omega"),
     *("open", "crossed", "pchip", "step", "linear", "../x", "a\nb", "a\0b", "\u202eabc", "a" * 5000, "é", "drive", "motor"),
-    *(
-        "{0.__class__}",
-        "%s%n",
-        "$(touch canary)",
-        "`id`",
-        "__import__('os')",
-        "nan",
-        "inf",
-        "true",
-        "-",
-        "1e400",
-        "1 m" * 50,
-    ),
+    *("{0.__class__}", "%s%n", "$(touch canary)", "`id`", "__import__('os')", "nan", "inf", "true", "-", "1e400"),
+    *("1 m" * 50,),
 )
 _UNITS = (
     *("m", "mm", "kg", "deg", "rad", "rpm", "N", "kN", "N m", "%", "s", "Hz", "J", "kg m^2", "m/s", "rev", "ohm", "V", "µm"),
@@ -53,25 +36,8 @@ _UNITS = (
     *("kg^9 kg^9 kg^9", "Gm^9 Gm^9 Gm^9", "nm^9/Gm^9/Gm^9", "deg^9", "％", "ｍ", "м", "metre", "KG", "Nm rad", "J/rad"),
 )
 _DIGITS = (
-    "٣",
-    "३",
-    "３",
-    "𝟛",
-    "²",
-    "1²",
-    "1_0",
-    "1,5",
-    "1.5.5",
-    "..5",
-    "1e5e5",
-    "0x10",
-    "1e",
-    "--1",
-    "+-1",
-    "− 1",
-    "−1",
-    "½",
-    "Ⅷ",
+    *("٣", "३", "３", "𝟛", "²", "1²", "1_0", "1,5", "1.5.5", "..5", "1e5e5", "0x10", "1e", "--1", "+-1", "− 1", "−1", "½"),
+    *("Ⅷ",),
 )
 _KEYS = (
     *("on", "force", "torque", "table", "from", "to", "every", "while", "length", "mass", "type", "name", "inertia", "com"),
@@ -148,13 +114,8 @@ def nesting(rng: random.Random, tree: dict[str, Any]) -> None:
     for _ in range(rng.choice((50, 150, 200))):
         deep = [deep] if rng.random() < 0.3 else {rng.choice(("a", "on", "outputs", "mechanism")): deep}
     huge = (
-        Raw("[" * 1000 + "]" * 1000),
-        Raw("{a=" * 1000 + "1" + "}" * 1000),
-        Raw("[" + "1," * 10**5 + "]"),
-        "a" * 10**5,
-        {f"k{i}": i for i in range(2000)},
-        [{"on": "crank", "torque": i} for i in range(1200)],
-        deep,
+        *(Raw("[" * 1000 + "]" * 1000), Raw("{a=" * 1000 + "1" + "}" * 1000), Raw("[" + "1," * 10**5 + "]"), "a" * 10**5),
+        *({f"k{i}": i for i in range(2000)}, [{"on": "crank", "torque": i} for i in range(1200)], deep),
     )
     path = _chosen(rng, tree)
     if path is None or rng.random() < 0.3:
@@ -172,11 +133,8 @@ def quantities(rng: random.Random, tree: dict[str, Any]) -> None:
     number = str(value).split(" ")[0] if rng.random() < 0.5 else repr(rng.choice(NUMBERS))
     unit = rng.choice(_UNITS)
     ways = (
-        f"{number} {unit}",
-        f"{number}{unit}",
-        f"{rng.choice(_DIGITS)} {unit}",
-        f"{unit} {number}",
-        f"{number} {unit} {unit}",
+        *(f"{number} {unit}", f"{number}{unit}", f"{rng.choice(_DIGITS)} {unit}", f"{unit} {number}"),
+        *(f"{number} {unit} {unit}",),
     )
     text = rng.choice(
         (*ways, f"{number}" + " " * 200 + unit, str(value).upper(), str(value) * 30, f"\u00a0{number}\u202f{unit}")
@@ -202,23 +160,7 @@ def numbers(rng: random.Random, tree: dict[str, Any]) -> None:
 def _other_number(rng: random.Random, tree: dict[str, Any], value: float) -> float:
     other = _chosen(rng, tree, (int, float))
     factors = (
-        0.0,
-        -1.0,
-        10.0,
-        0.1,
-        1e3,
-        1e-3,
-        1e8,
-        1e-8,
-        1e20,
-        1e-20,
-        1 + 1e-15,
-        1 - 1e-15,
-        1 + 1e-9,
-        1 - 1e-9,
-        2,
-        0.5,
-        1.1,
+        *(0.0, -1.0, 10.0, 0.1, 1e3, 1e-3, 1e8, 1e-8, 1e20, 1e-20, 1 + 1e-15, 1 - 1e-15, 1 + 1e-9, 1 - 1e-9, 2, 0.5, 1.1),
     )
     same = value if other is None else float(at(tree, other))
     return rng.choice((rng.choice(NUMBERS), value * rng.choice(factors), value * rng.choice(factors), same))

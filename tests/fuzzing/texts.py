@@ -4,35 +4,12 @@ import random
 from collections.abc import Callable
 
 _PIECES = (
-    b"\0",
-    b"\r",
-    b"\n",
-    b'"',
-    b"'",
-    b"\\",
-    b"[",
-    b"]",
-    b"{",
-    b"}",
-    b"=",
-    b".",
-    b",",
-    b"#",
-    b" ",
-    b"\t",
-    b"9",
-    b"-",
-    b"e",
+    *(b"\0", b"\r", b"\n", b'"', b"'", b"\\", b"[", b"]", b"{", b"}", b"=", b".", b",", b"#", b" ", b"\t", b"9", b"-"),
+    *(b"e",),
 )
 _BAD = (
-    b"\xff",
-    b"\xc0\x80",
-    b"\xed\xa0\x80",
-    b"\xf8\x88\x80\x80\x80",
-    b"\x80",
-    b"\xe2\x82",
-    b"\xef\xbb\xbf",
-    b"\xe2\x80\xa8",
+    *(b"\xff", b"\xc0\x80", b"\xed\xa0\x80", b"\xf8\x88\x80\x80\x80", b"\x80", b"\xe2\x82", b"\xef\xbb\xbf"),
+    *(b"\xe2\x80\xa8",),
 )
 _UNICODE = ("\u202e", "\u200b", "\u00a0", "é", "рhi", "²", "٣", "𝟛", "\U0001f600", "ﬁ", "\u0085", "\u2028")
 
@@ -62,16 +39,11 @@ def _insert(rng: random.Random, content: bytes) -> bytes:
 def _encoded(rng: random.Random, content: bytes) -> bytes:
     text = content.decode("utf-8", "replace")
     ways: tuple[Callable[[], bytes], ...] = (
-        lambda: text.encode("utf-16"),
-        lambda: text.encode("utf-16-be"),
-        lambda: text.encode("utf-32"),
-        lambda: b"\xef\xbb\xbf" * rng.choice((1, 2)) + content,
-        lambda: content.replace(b"\n", b"\r"),
-        lambda: content.replace(b"\n", b"\r\n"),
-        lambda: content.replace(b"\n", rng.choice((b"\n\r", b"\x0b", b"\x0c", b"\0"))),
-        lambda: text.encode("latin-1", "replace"),
-        lambda: content + b"\0" * 1000,
-        lambda: content + b"\x1a",
+        *(lambda: text.encode("utf-16"), lambda: text.encode("utf-16-be"), lambda: text.encode("utf-32")),
+        *(lambda: b"\xef\xbb\xbf" * rng.choice((1, 2)) + content, lambda: content.replace(b"\n", b"\r")),
+        *(lambda: content.replace(b"\n", b"\r\n"),),
+        *(lambda: content.replace(b"\n", rng.choice((b"\n\r", b"\x0b", b"\x0c", b"\0"))),),
+        *(lambda: text.encode("latin-1", "replace"), lambda: content + b"\0" * 1000, lambda: content + b"\x1a"),
     )
     return rng.choice(ways)()
 
