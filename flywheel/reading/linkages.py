@@ -36,7 +36,6 @@ from flywheel.reading.schema import (
     SIDE,
     TURN,
     keys_for,
-    misplaced,
 )
 from flywheel.reading.tables import fitted, read_law
 from flywheel.scene.keys import Key
@@ -91,35 +90,29 @@ def read_bodies(raw: object, path: str, faults: Faults) -> Bodies:
 
 
 def _body(name: str, raw: object, path: str, faults: Faults) -> Link:
-    """One body: what it weighs, and its points."""
+    """One body: what it weighs, and its points, its origin first; a point whose place is at fault can still be named."""
     check_name(name, path, faults)
     table = as_table(raw, path, faults)
     if table is None:
         return Link(name, (Point(ORIGIN),))
     fields = read_fields(table, (FRAME_BODY if name == FRAME else LINK).keys, path, faults)
-    points = _points(table.get("points", {}), f"{path}.points", faults)
+    given, places = as_table(table.get("points", {}), f"{path}.points", faults), {ORIGIN: (0.0, 0.0)}
+    if given is not None and len(given) > MOST_POINTS:
+        faults.add(f"{path}.points", f"{len(given)} points", f"at most {MOST_POINTS}")
+        given = None
+    for point, pair in (given or {}).items():
+        where = child(f"{path}.points", point)
+        check_name(point, where, faults)
+        place = read_pair(pair, where, faults)
+        if point == ORIGIN and place not in (None, (0.0, 0.0)):
+            advice = "origin is where the body's own frame begins"
+            faults.add(where, "a point called origin elsewhere", "another name", advice)
+        places[point] = place or (0.0, 0.0)
+    points = tuple(Point(point, *place) for point, place in places.items())
     if name == FRAME:
         return Link(name, points)
     com = read_pair(table["com"], f"{path}.com", faults) if "com" in table else (0.0, 0.0)
     return Link(name, points, fields["mass"] or 0.0, fields["inertia"] or 0.0, com or (0.0, 0.0), fields["guess"])
-
-
-def _points(raw: object, path: str, faults: Faults) -> tuple[Point, ...]:
-    """The points of a body, its origin first; one whose place is at fault can still be named."""
-    table = as_table(raw, path, faults)
-    if table is not None and len(table) > MOST_POINTS:
-        faults.add(path, f"{len(table)} points", f"at most {MOST_POINTS}")
-        table = None
-    places = {ORIGIN: (0.0, 0.0)}
-    for name, given in (table or {}).items():
-        where = child(path, name)
-        check_name(name, where, faults)
-        place = read_pair(given, where, faults)
-        if name == ORIGIN and place not in (None, (0.0, 0.0)):
-            advice = "origin is where the body's own frame begins"
-            faults.add(where, "a point called origin elsewhere", "another name", advice)
-        places[name] = place or (0.0, 0.0)
-    return tuple(Point(name, *place) for name, place in places.items())
 
 
 def read_pair(raw: object, path: str, faults: Faults) -> tuple[float, float] | None:
@@ -165,8 +158,7 @@ def listed(raw: object, path: str, most: int, faults: Faults) -> list[tuple[str,
     return [(where, table) for where, table in tables if table is not None]
 
 
-# -- joints ------------------------------------------------------------------------------------------------------------
-
+# Joints
 
 _NOWHERE = ("", Point(ORIGIN))
 
@@ -216,7 +208,12 @@ def _joint(raw: Mapping[str, Any], path: str, bodies: Bodies, faults: Faults) ->
     raw = without_misplaced(raw, kind, JOINT_KEYS, path, faults)
     fields = read_fields(raw, keys_for(JOINT, JOINT_KEYS.get(kind)), path, faults)
     name = fields["name"]
-    first, second = _ends(raw, f"{path}.between", bodies, faults)
+    between, wanted = f"{path}.between", 'a list of two points, such as ["frame.O", "crank.O"]'
+    pair = read_two(raw["between"], between, wanted, faults) if "between" in raw else ()
+    ends = [find_point(text, f"{between}[{i}]", bodies, faults) or _NOWHERE for i, text in enumerate(pair)]
+    first, second = ends or (_NOWHERE, _NOWHERE)
+    if first[0] and first[0] == second[0]:
+        faults.add(between, f"{quote(first[0])} twice", "two different bodies")
     if kind == PIN and fields["friction"] and fields["radius"] == 0.0:
         faults.add(f"{path}.radius", "nothing", "a radius above 0", "friction turns a pin by its radius")
     if name is None:
@@ -229,21 +226,15 @@ def without_misplaced(
     raw: Mapping[str, Any], kind: str, by_kind: Mapping[str, tuple[str, ...]], path: str, faults: Faults
 ) -> Mapping[str, Any]:
     """The table without keys that belong to joints (or couplings) of other types, after noting each of them."""
-    wrong = misplaced(raw, kind, by_kind)
-    for name, types in wrong.items():
-        keys = ", ".join(("name", "type", "between", *by_kind[kind]))
-        faults.add(child(path, name), f"{name}, which belongs to {types}", f"keys of a {kind}: {keys}")
-    return {name: value for name, value in raw.items() if name not in wrong}
-
-
-def _ends(raw: Mapping[str, Any], path: str, bodies: Bodies, faults: Faults) -> list[tuple[str, Point]]:
-    """Body and point of both ends of a joint."""
-    wanted = 'a list of two points, such as ["frame.O", "crank.O"]'
-    pair = read_two(raw["between"], path, wanted, faults) if "between" in raw else ()
-    ends = [find_point(text, f"{path}[{i}]", bodies, faults) or _NOWHERE for i, text in enumerate(pair)]
-    if ends and ends[0][0] and ends[0][0] == ends[1][0]:
-        faults.add(path, f"{quote(ends[0][0])} twice", "two different bodies")
-    return ends or [_NOWHERE, _NOWHERE]
+    kept = {}
+    for name, value in raw.items():
+        owners = ", ".join(other for other, keys in by_kind.items() if name in keys)
+        if kind in by_kind and owners and name not in by_kind[kind]:
+            keys = ", ".join(("name", "type", "between", *by_kind[kind]))
+            faults.add(child(path, name), f"{name}, which belongs to {owners}", f"keys of a {kind}: {keys}")
+        else:
+            kept[name] = value
+    return kept
 
 
 def read_two(raw: object, path: str, wanted: str, faults: Faults) -> Sequence[object]:
@@ -255,8 +246,7 @@ def read_two(raw: object, path: str, wanted: str, faults: Faults) -> Sequence[ob
     return ()
 
 
-# -- couplings ---------------------------------------------------------------------------------------------------------
-
+# Couplings
 
 _MOST_TEETH = 10**6
 _STEEPEST = math.radians(89.0)  # pressure angle: beyond it hardly any of a tooth's force would drive
@@ -329,9 +319,6 @@ def _pair(raw: object, kind: str, path: str, joints: Joints, faults: Faults) -> 
     return first, second, common
 
 
-# -- gears and what rolls ------------------------------------------------------------------------------------------------
-
-
 def _geared(item: Item, pair: _Pair) -> dict[str, Any]:
     """Ratio (of what rolls a radius with its sign), phase and pressure angle of a gear pair, or of what rolls on a slide."""
     rolls = pair[1].kind == SLIDE
@@ -340,35 +327,30 @@ def _geared(item: Item, pair: _Pair) -> dict[str, Any]:
     if "internal" in item.raw and "teeth" not in item.raw:
         advice = "the sign of the ratio says which (see flywheel reference linkage)"
         item.add("internal", "internal beside a ratio", "none", advice)
-    ratio = _toothed(item, pair) if "teeth" in item.raw else item.fields["ratio"]
+    ratio = None if "teeth" in item.raw else item.fields["ratio"]
+    if "teeth" in item.raw:  # -z1/z2, or z1/z2 where one wheel has its teeth inside
+        internal, where = bool(item.fields["internal"]), f"{item.path}.teeth"
+        counts = read_two(item.raw["teeth"], where, "a list of two numbers of teeth, such as [20, 40]", item.faults)
+        plain = [plain_number(raw) for raw in counts]
+        teeth = [n if n and n.is_integer() and 1 <= n <= _MOST_TEETH else None for n in plain]
+        for i, raw in enumerate(counts):
+            if teeth[i] is None:
+                item.faults.add(f"{where}[{i}]", show(raw), f"a whole number from 1 to {_MOST_TEETH}")
+        one, two = teeth or (None, None)
+        if one is not None and two is not None:
+            if internal and one == two:
+                item.add("teeth", "as many on both wheels of an internal pair", "more on the outer one")
+            # A pin counts the angle of its second body against its first. Where one pin has the carrier as its first body
+            # and the other as its second, their angles count opposite ways, and the ratio changes its sign.
+            first, second, carrier = pair
+            alike = (first.first == carrier) == (second.first == carrier)
+            ratio = (1 if internal == alike else -1) * one / two
     if ratio == 0.0:
         item.add("ratio", show(item.raw["ratio"]), "a ratio other than 0")
     angle = item.fields["pressure_angle"] or 0.0
     if not 0.0 <= angle <= _STEEPEST:
         item.add("pressure_angle", show(item.raw["pressure_angle"]), "an angle from 0 to 89 deg")
     return {"ratio": ratio, "phase": item.fields["phase"], "pressure_angle": angle}
-
-
-def _toothed(item: Item, pair: _Pair) -> float | None:
-    """The ratio of two wheels: -z1/z2, or z1/z2 where one has its teeth inside.
-
-    A pin counts the angle of its second body against its first. Where one pin has the carrier as its first body and the
-    other as its second, their angles count opposite ways, and the ratio changes its sign.
-    """
-    path, faults, internal = item.path, item.faults, bool(item.fields["internal"])
-    counts = read_two(item.raw["teeth"], f"{path}.teeth", "a list of two numbers of teeth, such as [20, 40]", faults)
-    teeth = [count for raw in counts if (count := plain_number(raw)) and count.is_integer() and 1 <= count <= _MOST_TEETH]
-    if len(teeth) < 2:
-        for i, raw in enumerate(counts):
-            if plain_number(raw) not in teeth:
-                faults.add(f"{path}.teeth[{i}]", show(raw), f"a whole number from 1 to {_MOST_TEETH}")
-        return None
-    one, two = teeth
-    if internal and one == two:
-        item.add("teeth", "as many on both wheels of an internal pair", "more on the outer one")
-    first, second, carrier = pair
-    alike = (first.first == carrier) == (second.first == carrier)
-    return (1 if internal == alike else -1) * one / two
 
 
 def _cam(item: Item, pair: _Pair, bodies: Bodies, setting: Setting) -> dict[str, Any]:
@@ -401,9 +383,6 @@ def _lift(item: Item, rotating: bool, setting: Setting) -> Lift | None:
     except SceneError as error:
         item.faults.extend(fault._replace(path=path) for fault in error.faults)
         return None
-
-
-# -- linkages ----------------------------------------------------------------------------------------------------------
 
 
 class Drawn(NamedTuple):
@@ -439,7 +418,10 @@ def read_linkage(raw: Mapping[str, Any], fields: Fields, path: str, setting: Set
         path=path,
     )
     points = _port_points(raw.get("ports", {}), f"{path}.ports", bodies, faults)
-    _check_joined(bodies, joints, path, faults)
+    named = {body for joint in joints.named.values() for body in (joint.first, joint.second)}
+    for body in bodies if joints.complete and "" not in named else ():  # said only where every joint names its bodies
+        if body not in named:
+            faults.add(child(f"{path}.bodies", body), "a body without joints", "a joint at least that names a point of it")
     _check_names(linkage, points, driver, joints, faults)
     good = tuple(port for port in points.values() if port is not None)
     return Drawn(offered(linkage, points), linkage, good, bool(bodies) and _are_all(raw.get("joints"), joints))
@@ -447,11 +429,10 @@ def read_linkage(raw: Mapping[str, Any], fields: Fields, path: str, setting: Set
 
 def _are_all(raw: object, joints: Joints) -> bool:
     """Whether no slide or slot, each of which is a port, hides among joints that could not be read."""
-    given = items(raw) or [None]
-    kinds = [joint.get("type") if isinstance(joint, Mapping) else None for joint in given]
-    ports = sum(isinstance(kind, str) and kind in (SLIDE, SLOT) for kind in kinds)
-    others = sum(isinstance(kind, str) and kind in (PIN, FIXED) for kind in kinds)
-    return ports + others == len(given) and ports == sum(joint.kind in (SLIDE, SLOT) for joint in joints.named.values())
+    kinds = [joint.get("type") if isinstance(joint, Mapping) else None for joint in items(raw) or [None]]
+    ports = [kind for kind in kinds if isinstance(kind, str) and kind in (SLIDE, SLOT)]
+    known = all(isinstance(kind, str) and kind in (SLIDE, SLOT, PIN, FIXED) for kind in kinds)
+    return known and len(ports) == sum(joint.kind in (SLIDE, SLOT) for joint in joints.named.values())
 
 
 def _driver(name: object, path: str, joints: Joints, setting: Setting) -> Joint | None:
@@ -514,16 +495,6 @@ def _port_points(raw: object, path: str, bodies: Bodies, faults: Faults) -> dict
         if found is not None and direction is not None:
             ports[name] = PointPort(name, found[0], found[1].name, direction)
     return ports
-
-
-def _check_joined(bodies: Bodies, joints: Joints, path: str, faults: Faults) -> None:
-    """Every body is named by a joint; said only where every joint names its bodies."""
-    named = {body for joint in joints.named.values() for body in (joint.first, joint.second)}
-    if not joints.complete or "" in named:
-        return
-    for body in bodies:
-        if body not in named:
-            faults.add(child(f"{path}.bodies", body), "a body without joints", "a joint at least that names a point of it")
 
 
 def _check_names(linkage: Linkage, points: Iterable[str], driver: Joint | None, joints: Joints, faults: Faults) -> None:

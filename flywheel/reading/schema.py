@@ -7,7 +7,7 @@ theirs, with their readers, in `load_models` and `motors`; families of mechanism
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from typing import Any, NamedTuple
 
 from flywheel.components.wheel_stresses import FEWEST, MATERIALS, MOST
@@ -267,7 +267,7 @@ STROKE_EXCLUDE = ("regime", "flywheel", "areas")
 """Tables that a scene with `[stroke]` must do without."""
 
 
-# -- the tables of a linkage --------------------------------------------------------------------------------
+# The tables of a linkage
 
 MOST_BODIES = 50
 """How many bodies, sides and ports a linkage may have."""
@@ -369,18 +369,6 @@ POINT_PORT = Section(
 LINKAGE_SECTIONS = (FRAME_BODY, LINK, JOINT, COUPLING, SIDE, POINT_PORT)
 
 
-def misplaced(raw: Mapping[str, Any], kind: str, by_kind: Mapping[str, tuple[str, ...]]) -> dict[str, str]:
-    """Keys that one type does not take but others do, with the types that take them; none where the type is not known.
-
-    >>> misplaced({"name": "A", "direction": 0}, "pin", JOINT_KEYS)
-    {'direction': 'slide, pin-in-slot'}
-    """
-    if kind not in by_kind:
-        return {}
-    owners = {name: ", ".join(other for other, keys in by_kind.items() if name in keys) for name in raw}
-    return {name: types for name, types in owners.items() if types and name not in by_kind[kind]}
-
-
 def keys_for(section: Section, own: tuple[str, ...] | None) -> tuple[Key, ...]:
     """The keys that one type of joint or coupling takes; those of all types where it is not known.
 
@@ -390,7 +378,7 @@ def keys_for(section: Section, own: tuple[str, ...] | None) -> tuple[Key, ...]:
     return tuple(key for key in section.keys if own is None or key.name in ("name", "type", "between", *own))
 
 
-# -- the keys of a wheel --------------------------------------------------------------------------------
+# The keys of a wheel
 
 
 def _size(name: str, about: str) -> Key:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Mapping, Sequence
+from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
 from typing import NamedTuple
@@ -13,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flywheel.numerics.expressions import Expression, ExpressionError, parse
-from flywheel.numerics.faults import Fault, mean, nearest, quote, show
+from flywheel.numerics.faults import mean, nearest, quote, show
 from flywheel.numerics.units import DIMENSIONS, QuantityError, Unit, convert, parse_quantity, split_quantity
 from flywheel.reading.fields import REPORTED, Faults, Item, Setting, as_table, read_item, read_unit, whole
 from flywheel.reading.schema import MOST_TURNS, TABLE
@@ -47,12 +48,15 @@ def read_table(
         faults.add(path, found, "as many of the one as of the other")
     if columns is None or len(faults) > before:
         return None
-    angle, value = (
-        _converted(column, unit or Unit(), f"{path}.{name}", faults)
-        for column, unit, name in zip(columns, units, ("angle", "value"), strict=True)
-    )
-    if angle is None or value is None or not _ascends(angle, path, faults):
+    arrays: list[Array] = []
+    for name, column, unit in zip(("angle", "value"), columns, units, strict=True):
+        try:  # each number is rounded once
+            arrays.append(np.array([convert(number, unit or Unit()) for number in column]))
+        except QuantityError as error:
+            faults.add(f"{path}.{name}", error.found, error.expected)
+    if len(faults) > before or not _ascends(arrays[0], path, faults):
         return None
+    angle, value = arrays
     return Table(angle, value, item.fields["interpolation"])
 
 
@@ -69,15 +73,6 @@ def given_columns(
         return None
     columns = [item.fields[name] for name in names]
     return None if None in columns else columns
-
-
-def _converted(column: Sequence[float | str], unit: Unit, path: str, faults: Faults) -> Array | None:
-    """A column in SI, each number rounded once."""
-    try:
-        return np.array([convert(number, unit) for number in column])
-    except QuantityError as error:
-        faults.add(path, error.found, error.expected)
-        return None
 
 
 def _ascends(angle: Array, path: str, faults: Faults) -> bool:
@@ -172,8 +167,7 @@ def _angle(angle: float) -> str:
     return f"{math.degrees(angle):.10g} deg"
 
 
-# -- csv rows ----------------------------------------------------------------------------------------------------------
-
+# CSV files
 
 LARGEST = 32 * 2**20
 MOST_ROWS = 40_000
@@ -227,7 +221,11 @@ def _find(name: object, folder: Path | None, path: str, faults: Faults) -> Path 
     if not inside:
         faults.add(path, show(name), "a file in the scene's own folder", _elsewhere(name))
     elif not there:
-        faults.add(path, f"no file {show(name)} beside the scene", "a CSV file", _elsewhere(name) or _other_files(file))
+        advice = _elsewhere(name)
+        if not advice:
+            with suppress(OSError):  # the nearest name among the CSV files that are there
+                advice = mean(file.name, [other.name for other in file.parent.glob("*.csv")][:1000])
+        faults.add(path, f"no file {show(name)} beside the scene", "a CSV file", advice)
     return file if there else None
 
 
@@ -242,14 +240,6 @@ def _elsewhere(name: str) -> str:
         moved = f"put the file beside the scene and write {quote(plain.rpartition('/')[2])}"
         return f"{why}; {moved}" if why else moved
     return f"{why or 'write / for every backslash'}: {quote(plain)}" if plain != name else ""
-
-
-def _other_files(file: Path) -> str:
-    """The nearest name among the CSV files that are there."""
-    try:
-        return mean(file.name, [other.name for other in file.parent.glob("*.csv")][:1000])
-    except OSError:
-        return ""
 
 
 def _read(file: Path, path: str, faults: Faults) -> str | None:
@@ -312,11 +302,19 @@ def _comma(line: Line) -> bool:
 
 
 def _column(column: object, header: Line | None, width: int, path: str, faults: Faults) -> int | None:
-    """Index of the chosen column, from 0."""
-    if isinstance(column, str):
-        return _named_column(column, header, path, faults)
+    """Index of the chosen column, from 0, by its name in the header or its number."""
+    names = list(header.fields) if header else []
     number = 2 if column is None else column
-    if isinstance(number, bool) or not isinstance(number, (int, np.integer)):
+    if isinstance(column, str):
+        if header is None:
+            faults.add(path, show(column), "a number", "the file has no header that would name its columns")
+        elif column not in names:
+            faults.add(path, show(column), "the name of a column", mean(column, names[1:]))
+        elif names.count(column) > 1 or names.index(column) == 0:
+            faults.add(path, show(column), "a name that one column of values bears, the angle's being the first")
+        else:
+            return names.index(column)
+    elif isinstance(number, bool) or not isinstance(number, (int, np.integer)):
         faults.add(path, show(column), "the name of a column or its number")
     elif not 2 <= number <= width:
         found = f"column {number}" if column is not None else "a single column"
@@ -326,52 +324,33 @@ def _column(column: object, header: Line | None, width: int, path: str, faults: 
     return None
 
 
-def _named_column(column: str, header: Line | None, path: str, faults: Faults) -> int | None:
-    """Index of the column with a name."""
-    names = list(header.fields) if header else []
-    if header is None:
-        faults.add(path, show(column), "a number", "the file has no header that would name its columns")
-    elif column not in names:
-        faults.add(path, show(column), "the name of a column", mean(column, names[1:]))
-    elif names.count(column) > 1 or names.index(column) == 0:
-        faults.add(path, show(column), "a name that one column of values bears, the angle's being the first")
-    else:
-        return names.index(column)
-    return None
-
-
 def _numbers(
     lines: list[Line], header: Line | None, index: int, path: str, faults: Faults
 ) -> tuple[list[str], list[str]] | None:
     """Both columns, once every row has proved to have the right width and numbers in them."""
-    width = len(header.fields if header else lines[0].fields)
-    wrong = [line for line in lines if len(line.fields) != width or not _good(line, index)]
-    for line in wrong[:REPORTED]:
-        faults.add(path, *_row_fault(line, width, index))
-    if len(wrong) > REPORTED:
-        faults.add(path, f"{len(wrong) - REPORTED} more rows like these", "rows of numbers")
-    if wrong:
-        return None
-    return [line.fields[0] for line in lines], [line.fields[index] for line in lines]
+    width, wrong = len(header.fields if header else lines[0].fields), 0
+    for line in lines:
+        fields = line.fields
+        if len(fields) == width and _NUMBER.fullmatch(fields[0]) and _NUMBER.fullmatch(fields[index]):
+            continue
+        wrong += 1
+        if wrong > REPORTED:
+            continue
+        where = f"in line {line.number}"
+        if _comma(line):
+            torn = next(field for field in fields if _comma(Line(0, [field])))
+            faults.add(path, f"{quote(torn)} {where}", "a number", "write 1.5, not 1,5")
+        elif len(fields) != width:
+            faults.add(path, f"{len(fields)} columns {where}", f"{width}, as in the line before the first row")
+        else:
+            bad = next(fields[i] for i in (0, index) if not _NUMBER.fullmatch(fields[i]))
+            faults.add(path, f"{quote(bad)} {where}", "a number")
+    if wrong > REPORTED:
+        faults.add(path, f"{wrong - REPORTED} more rows like these", "rows of numbers")
+    return None if wrong else ([line.fields[0] for line in lines], [line.fields[index] for line in lines])
 
 
-def _good(line: Line, index: int) -> bool:
-    return bool(_NUMBER.fullmatch(line.fields[0]) and _NUMBER.fullmatch(line.fields[index]))
-
-
-def _row_fault(line: Line, width: int, index: int) -> tuple[str, str, str]:
-    """What is wrong with a row: found, expected, advice."""
-    if _comma(line):
-        torn = next(field for field in line.fields if _comma(Line(0, [field])))
-        return f"{quote(torn)} in line {line.number}", "a number", "write 1.5, not 1,5"
-    if len(line.fields) != width:
-        return f"{len(line.fields)} columns in line {line.number}", f"{width}, as in the line before the first row", ""
-    wrong = next(line.fields[i] for i in (0, index) if not _NUMBER.fullmatch(line.fields[i]))
-    return f"{quote(wrong)} in line {line.number}", "a number", ""
-
-
-# -- laws --------------------------------------------------------------------------------------------------------------
-
+# Laws: of efforts, and of positions
 
 _WORDS = re.compile(r"\b(?:if|else|and|or|not)\b|[+(<>=]")
 
@@ -396,17 +375,13 @@ def read_expression(text: str, path: str, setting: Setting) -> Expression | None
     try:
         return parse(text, setting.names)
     except ExpressionError as error:
-        setting.faults.append(Fault(path, error.found, error.expected, error.advice or _advice(text)))
+        advice = error.advice
+        if not advice and nearest(text.strip().lower(), ["balance"]):
+            advice = "only the drive's torque, or a parameter that an expression uses, can be the balance"
+        elif not advice and re.search(r"\d\s*[^\W\d_]", text):
+            advice = "numbers in an expression are SI, without units"
+        setting.faults.add(path, error.found, error.expected, advice)
         return None
-
-
-def _advice(text: str) -> str:
-    """What to do about the commonest slips."""
-    if nearest(text.strip().lower(), ["balance"]):
-        return "only the drive's torque, or a parameter that an expression uses, can be the balance"
-    if re.search(r"\d\s*[^\W\d_]", text):
-        return "numbers in an expression are SI, without units"
-    return ""
 
 
 def read_position(value: object, path: str, setting: Setting) -> Expression | None:
@@ -431,9 +406,6 @@ def read_position(value: object, path: str, setting: Setting) -> Expression | No
     return expression
 
 
-# -- positions ---------------------------------------------------------------------------------------------------------
-
-
 _SMOOTH_ROWS = 4
 _CLOSES = 1e-9  # share of a law's range by which its ends may differ
 
@@ -455,23 +427,17 @@ def read_law(raw: object, key: str, path: str, setting: Setting) -> Expression |
     if np.any(np.diff(table.angle) == 0):
         setting.faults.add(path, "a jump (two equal angles)", "none: a mechanism's position does not jump")
         return None
-    return _closed(replace(table, interpolation="spline"), key, path, setting.faults)
-
-
-def _closed(table: Table, key: str, path: str, faults: Faults) -> Table | None:
-    """The table with both ends of a periodic position put exactly onto each other."""
-    value, rows = table.value.copy(), table.angle.size
-    if rows < _SMOOTH_ROWS:
-        faults.add(path, f"{rows} rows", f"at least {_SMOOTH_ROWS} for a spline")
+    if table.angle.size < _SMOOTH_ROWS:
+        setting.faults.add(path, f"{table.angle.size} rows", f"at least {_SMOOTH_ROWS} for a spline")
         return None
-    if key == "theta":
-        return table
-    gap = abs(value[-1] - value[0])
-    if gap > _CLOSES * np.ptp(value):
-        faults.add(path, f"{value[0]:.10g} m at the first row and {value[-1]:.10g} m at the last", "the same position")
-        return None
-    value[-1] = value[0]
-    return replace(table, value=value)
+    value = table.value.copy()
+    if key == "x":  # both ends of a periodic position are put exactly onto each other
+        if abs(value[-1] - value[0]) > _CLOSES * np.ptp(value):
+            found = f"{value[0]:.10g} m at the first row and {value[-1]:.10g} m at the last"
+            setting.faults.add(path, found, "the same position")
+            return None
+        value[-1] = value[0]
+    return replace(table, value=value, interpolation="spline")
 
 
 def repeats(output: Output, period: float) -> int | None:
@@ -485,19 +451,12 @@ def fitted(output: Output, period: float, path: str, faults: Faults) -> Output:
     if not isinstance(law, Table):
         return output
     if times is not None and times <= MOST_TURNS:
-        filled = _filled(law, period, times)
-        if np.all(np.diff(filled.angle) > 0):
-            return output._replace(law=filled)
+        gain, turns = law.value[-1] - law.value[0], np.arange(times)[:, None]  # what it gains, it gains each time
+        angle = np.append((law.angle[:-1] + turns * (period / times)).ravel(), law.angle[0] + period)
+        value = np.append((law.value[:-1] + turns * gain).ravel(), law.value[0] + times * gain)
+        if np.all(np.diff(angle) > 0):
+            return output._replace(law=replace(law, angle=angle, value=value))
     found = f"a table of {np.degrees(law.angle[-1] - law.angle[0]):.10g} deg"
     wanted = f"a span that fits a whole number of times into {np.degrees(period):.10g} deg"
     faults.add(f"{path}.{output.name}", found, wanted)
     return output
-
-
-def _filled(table: Table, period: float, times: int) -> Table:
-    """A table repeated until it spans the period exactly; what it gains, it gains each time."""
-    gain = table.value[-1] - table.value[0]
-    turns = np.arange(times)[:, None]
-    angle = np.append((table.angle[:-1] + turns * (period / times)).ravel(), table.angle[0] + period)
-    value = np.append((table.value[:-1] + turns * gain).ravel(), table.value[0] + times * gain)
-    return replace(table, angle=angle, value=value)

@@ -21,19 +21,7 @@ from flywheel.reading.schema import (
 )
 
 OTHER_KINDS = {
-    "text",
-    "name",
-    "choice",
-    "law",
-    "position",
-    "table",
-    "numbers",
-    "index",
-    "unit",
-    "tables",
-    "list",
-    "flag",
-    "model",
+    *("text", "name", "choice", "law", "position", "table", "numbers", "index", "unit", "tables", "list", "flag", "model"),
 }
 LISTS = [TOP, MECHANISM.keys, OUTPUT.keys, TABLE.keys]
 LISTS += [section.keys for section in (*SECTIONS.values(), *LINKAGE_SECTIONS)]
