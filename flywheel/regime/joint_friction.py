@@ -133,7 +133,7 @@ def _moment_scale(forces: list[tuple[float, Reactions]]) -> float:
     return sum(abs(ratio) * found.scales()[0] * float(found.friction.lever.max(initial=0.0)) for ratio, found in forces)
 
 
-def _watched(forces: list[tuple[float, Reactions]]) -> Iterator[tuple[Array, float]]:
+def _deciding(forces: list[tuple[float, Reactions]]) -> Iterator[tuple[Array, float]]:
     """The rate of every rough joint and its normal forces, (n,) each, with the largest of their kind in the mechanism."""
     from flywheel.mechanisms.linkages.wrenches import joint_rate
 
@@ -159,7 +159,7 @@ def _signs(forces: list[tuple[float, Reactions]], least: Array | None = None) ->
 
     least: the latter, from other positions.
     """
-    values, sizes = zip(*_watched(forces), strict=True)
+    values, sizes = zip(*_deciding(forces), strict=True)
     rows = np.array(values)
     least = _ROUNDING * np.array(sizes)[:, None] if least is None else least
     return np.where(np.abs(rows) > least, np.sign(rows), 0.0), least

@@ -1,11 +1,154 @@
+"""From a scene to its machine: loads as laws of position, the graph, breakpoints, narrow features."""
+
+from __future__ import annotations
+
+import mpmath
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
 import flywheel
 from bondgraph import Modulus, Reduction
-from flywheel.machine.machine import merged
+from bondgraph.elements import Here
+from flywheel.machine.machine import Effort, Pieces, Place, Senses, crank_angles, dead_centres
+from flywheel.numerics.expressions import parse
+from flywheel.scene.scene import Load, Table
 from tests import regimes, scenes
+
+TURN = 2 * np.pi
+
+
+SHAFT = Place("crank", lambda here: here.q)
+
+
+def at(q):
+    return Here(np.asarray(q, dtype=float), None, np)
+
+
+def value(effort, q, anchor=None):
+    return effort(at(q), at(q if anchor is None else anchor))
+
+
+def table(interpolation):
+    angle, values = np.array([0.0, 1.0, 1.0, 3.0]), np.array([0.0, 2.0, 5.0, 1.0])
+    return Pieces(Table(angle, values, interpolation))
+
+
+def test_linear_tables_interpolate_and_jump():
+    pieces = table("linear")
+    assert_allclose(pieces(np.array([0.5, 2.0]), np.array([0.5, 2.0])), [1.0, 3.0])
+    assert pieces(np.array(1.0), np.array(0.9)) == 2.0  # the piece of the anchor counts
+    assert pieces(np.array(1.0), np.array(1.1)) == 5.0
+    assert pieces.knots.tolist() == [0.0, 1.0, 3.0]
+
+
+def test_pchip_tables_do_not_overshoot_and_mix_with_short_runs():
+    angle = np.array([0.0, 1.0, 1.0, 2.0, 3.0, 4.0])
+    pieces = Pieces(Table(angle, np.array([0.0, 2.0, 0.0, 1.0, 1.0, 3.0]), "pchip"))
+    inside = np.linspace(2.0, 3.0, 9)[1:-1]
+    assert_allclose(pieces(inside, inside), 1.0)
+    assert_allclose(pieces(np.array(0.5), np.array(0.5)), 1.0)
+
+
+def test_windows_are_half_open_by_the_piece_and_wrap():
+    window = Effort(Load("crank", 7.0, TURN, 5.0, 1.0), SHAFT, {})
+    assert_allclose(value(window, [0.5, 2.0, 5.5]), [7.0, 0.0, 7.0])
+    assert_allclose(value(window, [1.0, 1.0], [0.9, 1.1]), [7.0, 0.0])
+
+
+def test_every_repeats_window_and_phi():
+    effort = Effort(Load("crank", parse("phi"), 1.0, 0.0, 0.5), SHAFT, {})
+    assert_allclose(value(effort, [0.25, 0.75, 2.25, 3.25]), [0.25, 0.0, 0.25, 0.25], atol=1e-15)
+
+
+def test_senses_gate_a_load_with_its_window():
+    senses = Senses(np.array([np.pi]), np.array([1.0, -1.0]))
+    effort = Effort(Load("crank", 3.0, TURN, 1.0, 5.0, sense=-1), SHAFT, {}, senses=senses)
+    assert_allclose(value(effort, [0.5, 2.0, 4.0, 6.0]), [0.0, 0.0, 3.0, 0.0])
+
+
+def test_the_unknown_is_kept_apart_from_the_rest():
+    effort = Effort(Load("crank", parse("3 + 2*p*sin(phi)", frozenset("p")), TURN), SHAFT, {}, "p")
+    assert effort.depends_on_unknown
+    assert value(effort, 1.0) == 3.0
+    assert effort.per_unknown(at(1.0), at(1.0)) == pytest.approx(2 * np.sin(1.0))
+    drive = Effort(Load("crank", None, TURN), SHAFT, {}, "drive")
+    assert (value(drive, 1.0), drive.per_unknown(at(1.0), at(1.0))) == (0.0, 1.0)
+
+
+def test_tables_may_start_below_zero():
+    angle = np.array([-1.0, 0.0, 1.0])
+    effort = Effort(Load("crank", Table(angle, np.array([1.0, 2.0, 5.0])), TURN, TURN - 1.0, 1.0), SHAFT, {})
+    assert_allclose(value(effort, [0.5, TURN - 0.5, 3.0]), [3.5, 1.5, 0.0])
+
+
+def test_crank_angles_of_a_local_angle():
+    place = Place("m.slider", lambda here: here.q, rate=2.0, phase=1.0)
+    found = crank_angles(0.5, TURN, place, TURN)
+    assert_allclose((2 * found + 1.0) % TURN, 0.5)
+    assert found.size == 2
+    assert crank_angles(0.0, TURN, SHAFT, 2 * TURN).tolist() == [0.0, TURN]
+
+
+PORT = Place("m.slider", lambda here: here.q, rate=2.0, rotating=False)
+
+
+WHEEL = Place("motor", lambda here: here.q, shaft=True)
+
+
+def moving(q, speed, flow, time=0.0):
+    return at(q)._replace(speed=speed, flow=flow, time=time)
+
+
+def test_a_shaft_has_its_own_speed_and_a_port_that_of_the_shaft_that_drives_it():
+    here = moving(1.0, 5.0, 20.0)
+    for place, omega in ((WHEEL, 20.0), (PORT, 5.0)):
+        effort = Effort(Load(place.junction, parse("100*omega + v"), TURN), place, {})
+        assert effort(here, here) == pytest.approx(100 * omega + 20)
+        assert (effort.uses_speed, effort.uses_time) == (True, False)
+
+
+def test_time_and_parameters_in_one_law():
+    effort = Effort(Load("crank", parse("k*t*omega + phi", frozenset("k")), TURN), SHAFT, {"k": 3.0})
+    here = moving(1.0, 5.0, 5.0, 7.0)
+    assert effort.uses_time
+    assert effort(here, here) == pytest.approx(3 * 7 * 5 + 1)
+
+
+@pytest.mark.parametrize("law", ["sign(v)", "3 if v > 0 else 5", "x*(v < 0)"])
+def test_the_sign_of_a_velocity_is_no_speed(law):
+    effort = Effort(Load("crank", parse(law), TURN), SHAFT, {}, senses=Senses(np.array([np.pi]), np.array([1.0, -1.0])))
+    assert not effort.uses_speed
+    assert not effort.uses_time
+
+
+def test_branches_that_depend_on_speed_are_decided_at_the_anchor():
+    effort = Effort(Load("crank", parse("min(40, 4*(110 - omega))"), TURN), SHAFT, {})
+    slow, fast = moving(0.0, 90.0, 90.0), moving(0.0, 105.0, 105.0)
+    assert effort(fast, fast) == pytest.approx(20.0)
+    assert effort(slow, slow) == pytest.approx(40.0)
+    assert effort(fast, slow) == pytest.approx(40.0)
+    assert effort(slow, fast) == pytest.approx(80.0)
+
+
+def test_what_decides_branches_has_the_sign_of_their_sides():
+    """|v| - 7, on the anchor's side of v = 0; v itself turns with the position, or with the machine: its driving speed."""
+    effort = Effort(Load("m.slider", parse("-8*max(0, abs(v) - 7)*sign(v) - (phi > 2)"), TURN), PORT, {})
+    here, anchor = moving(np.ones(4), 5.0, np.array([-9.0, -3.0, 3.0, 9.0])), moving(1.0, 5.0, 9.0)
+    own, past = effort.speed_switches(here, anchor)
+    assert own == 5.0
+    assert_allclose(past, [-16, -10, -4, 2])
+    _, past = effort.speed_switches(here, moving(1.0, 5.0, -9.0))
+    assert_allclose(past, [2, -4, -10, -16])
+    assert not Effort(Load("crank", 3.0, TURN), SHAFT, {}).speed_switches(anchor, anchor)
+    assert not Effort(Load("crank", parse("-omega"), TURN), SHAFT, {}).speed_switches(anchor, anchor)
+
+
+def test_a_balance_may_be_the_factor_of_a_speed():
+    effort = Effort(Load("crank", parse("3 - c*omega", frozenset("c")), TURN), SHAFT, {}, "c")
+    here = moving(1.0, 5.0, 5.0)
+    assert (effort(here, here), effort.per_unknown(here, here)) == (3.0, -5.0)
+
 
 PHI = np.linspace(0.05, 6.2, 31)
 
@@ -45,14 +188,6 @@ def test_what_carries_nothing_is_left_out_and_listed():
     assert "scotch-yoke.crank.pin" not in built.graph.elements
     rod = machine(scenes.press(mechanism=scenes.press()["mechanism"] | {"rod": {"length": 0.5}}))
     assert "press.rod" in rod.omitted
-
-
-def test_weights_appear_only_with_gravity():
-    parts = machine(scenes.press()).reduction.moments(PHI)
-    assert "weight of press.rod" in parts
-    without = scenes.press()
-    del without["gravity"]
-    assert not any("weight" in part for part in machine(without).reduction.moments(PHI))
 
 
 def test_breakpoints_hold_windows_dead_centres_and_the_cycle():
@@ -103,13 +238,6 @@ def test_added_inertia_on_a_port_that_jumps_is_refused():
     scene = scenes.rotor(mechanism=law, inertia=[{"on": "law.bar", "value": 1}])
     with pytest.raises(flywheel.SceneError, match="inertia"):
         machine(scene)
-
-
-def test_merged_angles_drop_what_only_rounding_tells_apart():
-    assert_allclose(merged([1.0, 1.0 + 1e-15, 2.0, 6.0 - 1e-15, 1e-16], 6.0), [0.0, 1.0, 2.0, 6.0])
-
-
-# -- what depends on more than position ----------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize(
@@ -172,12 +300,148 @@ def test_every_mesh_with_losses_is_a_stage_of_what_hangs_behind_it():
     assert_allclose(whole, built.reduction(PHI).inertia, rtol=1e-13)
 
 
-def test_without_losses_there_is_one_stage():
-    (stage,) = machine(regimes.scene("kloss-press", inertia=1)).stages
-    assert (stage.shaft, stage.efficiency, stage.carries_flywheel, stage.drives) == ("crank", 1.0, True, True)
+def test_dead_centres_are_the_roots_of_the_influence_coefficient():
+    built = machine(scenes.press())
+    found = dead_centres(built.reduction, "press.slider", np.array([0.0, 2 * np.pi]))
+    assert_allclose(found, [np.pi], atol=1e-14)
+    offset = scenes.press()["mechanism"] | {"slider": {"offset": 0.05}}
+    built = machine(scenes.press(mechanism=offset, gravity={}))
+    # stretched and folded: sin(phi) = e/(l ± r)
+    stretched, folded = np.arcsin(0.05 / 0.6), np.pi + np.arcsin(-0.05 / 0.4) + 2 * np.arcsin(0.05 / 0.4)
+    found = dead_centres(built.reduction, "press.slider", np.array([0.0, 2 * np.pi]))
+    assert_allclose(found, [stretched, np.pi + np.arcsin(0.05 / 0.4)], atol=1e-13)
+    assert folded == pytest.approx(found[1])
 
 
-def test_breakpoints_of_position_hold_in_laws_of_speed():
-    """A branch on phi breaks the cycle; one on omega does not: the motion will tell."""
-    load = [{"on": "crank", "torque": "-omega*(2 if phi < 2 else 1) - min(3, omega)"}]
-    assert_allclose(machine(scenes.rotor(load=load)).breakpoints, [0, 2, 2 * np.pi], atol=1e-14)
+SLIDER = {"type": "slider-crank", "crank.length": 0.1, "slider.mass": 1, "rod.inertia": 1}
+
+
+BARS = {"type": "four-bar", "ground.length": 0.4, "crank.length": 0.1, "coupler.length": 0.35, "rocker.length": 0.3}
+
+
+SHAPER = {"type": "crank-shaper", "rocker.length": 0.5, "ram.mass": 1}
+
+
+DEAD_CENTRES = [
+    (SLIDER | {"rod.length": 0.3}, "slider"),
+    (SLIDER | {"rod.length": 0.25, "slider.offset": 0.1, "phase": 2.0}, "slider"),
+    (SLIDER | {"rod.length": 0.1600001, "slider.offset": -0.06, "phase": -1.0}, "slider"),
+    (SLIDER | {"rod.length": 0.3, "slider.offset": 0.1, "phase": 1.0}, "rod"),
+    ({"type": "scotch-yoke", "crank.length": 0.1, "yoke.mass": 1, "yoke.direction": -2.0, "phase": 0.3}, "yoke"),
+    (BARS, "rocker"),
+    (BARS | {"assembly": "crossed", "phase": 1.0}, "rocker"),
+    (BARS | {"coupler.length": 0.2, "rocker.length": 0.32}, "rocker"),
+    (SHAPER | {"crank.length": 0.1, "frame.length": 0.3, "phase": 0.5}, "rocker"),
+    (SHAPER | {"crank.length": 0.1, "frame.length": 0.3, "phase": 0.5}, "ram"),
+    (SHAPER | {"crank.length": 0.3, "frame.length": 0.1}, "ram"),
+]
+
+
+def nested(flat):
+    found = {}
+    for path, value in flat.items():
+        *tables, key = path.split(".")
+        place = found
+        for table in tables:
+            place = place.setdefault(table, {})
+        place[key] = value
+    return found
+
+
+@pytest.mark.parametrize(("flat", "port"), DEAD_CENTRES)
+@pytest.mark.parametrize("ratio", [1, 2])
+def test_dead_centres_of_closed_form_are_those_that_bounds_find(flat, port, ratio):
+    key = "torque" if port in ("rod", "rocker") else "force"
+    load = [{"on": f"m.{port}", key: "-5*sign(v)"}]
+    mechanism = nested(flat) | {"name": "m", "shaft": "fast"}
+    built = machine(scenes.rotor(mechanism=mechanism, shafts={"fast": {"ratio": ratio}}, load=load))
+    junction = built.places[f"m.{port}"].junction
+    smooth = np.unique([0.0, 2 * np.pi, *(angle for _, angle in built._mechanism_breakpoints())])
+    expected = dead_centres(built.kinematics, junction, smooth)
+    senses = built._senses(f"m.{port}")
+    inner = senses.dead_centres[(senses.dead_centres > 1e-9) & (senses.dead_centres < 2 * np.pi - 1e-9)]
+    assert_allclose([np.abs(expected - angle).min() for angle in inner], 0.0, atol=1e-11)
+    assert 2 * ratio - 2 < inner.size <= 2 * ratio
+    phi = np.linspace(0.01, 6.28, 333)
+    apart = np.abs(phi[:, None] - senses.dead_centres).min(axis=1) > 1e-9
+    gain = built.kinematics.flows(phi, phi).gain[built.kinematics.variable[junction]]
+    assert (np.sign(gain) == senses.at(phi))[apart].all()
+
+
+def test_switches_of_an_expression_become_breakpoints():
+    load = [{"on": "crank", "torque": "-5*max(sin(phi), 0.5) - (3 if phi < 2 else 1)"}]
+    found = machine(scenes.rotor(load=load)).breakpoints
+    assert_allclose(found, [0, np.pi / 6, 2, 5 * np.pi / 6, 2 * np.pi], atol=1e-14)
+
+
+def test_switches_on_displacement_follow_the_mechanism():
+    load = [{"on": "yoke", "force": "-100 if x > 0.25 else 0"}]
+    found = machine(scenes.yoke(load=load)).breakpoints
+    assert_allclose(found, [0, np.pi / 3, 5 * np.pi / 3, 2 * np.pi], atol=1e-14)
+
+
+@pytest.mark.parametrize("width", [1e-2, 1e-5])
+def test_a_narrow_peak_is_never_missed(width):
+    load = [{"on": "crank", "torque": f"-(sin(phi) + 100*exp(-((phi - 2)/{width})**2))"}]
+    result = flywheel.size(flywheel.load(scenes.rotor(load=load)), simulate=False)
+    work = 100 * width * np.sqrt(np.pi)  # the peak's; the sine's is zero
+    assert result.balance.value == pytest.approx(work / (2 * np.pi), rel=1e-9)
+    assert result.reached
+
+
+@pytest.mark.parametrize(
+    ("text", "steepness"),
+    [("-100/(1 + exp(-{k}*(phi - 3)))", 300), ("-100*exp({k}*(phi - 3))/(1 + exp({k}*(phi - 3)))", 1e8)],
+)
+def test_a_steep_step_is_sized_within_its_estimate(text, steepness):
+    result = flywheel.size(
+        flywheel.load(scenes.rotor(load=[{"on": "crank", "torque": text.format(k=steepness)}])), simulate=False
+    )
+    with mpmath.workdps(30):
+        k, turn = mpmath.mpf(steepness), 2 * mpmath.pi
+
+        def step(phi):
+            return mpmath.log1p(mpmath.exp(k * (phi - 3))) / k
+
+        mean = (step(turn) - step(0)) / turn
+        top = 3 + mpmath.log(mean / (1 - mean)) / k
+        swing = 100 * (mean * top - step(top) + step(0))
+        true = float(swing / (mpmath.mpf("0.01") * (10 * mpmath.pi) ** 2))
+        assert result.balance.value == pytest.approx(float(100 * mean), rel=1e-9)
+    assert abs(result.flywheel.exact / true - 1) <= result.error.exact <= 1e-9
+
+
+def test_an_expression_that_cannot_be_followed_is_a_fault_with_its_place():
+    with pytest.raises(flywheel.SceneError, match=r"load\[0\]"):
+        _ = machine(scenes.rotor(load=[{"on": "crank", "torque": "-1/sin(phi - 1)"}])).mesh
+
+
+@pytest.mark.parametrize("every", [360, 120])
+def test_a_switch_just_before_phi_starts_again_is_found(every):
+    last = float(np.radians(every)) - 1e-3
+    load = [{"on": "crank", "torque": f"-100 if phi > {last!r} else 0", "every": f"{every} deg"}]
+    result = flywheel.size(flywheel.load(scenes.rotor(load=load)), simulate=False)
+    assert result.balance.value == pytest.approx(100 * 1e-3 / np.radians(every), rel=1e-9)
+
+
+def test_what_is_steep_at_the_speed_of_running_has_cells_of_its_own():
+    """A narrow peak whose height depends on the speed."""
+    speed = 30.0
+    load = [{"on": "crank", "torque": "-omega*exp(-((phi - 2)/1e-3)**2)"}]
+    built = machine(scenes.rotor(load=load, regime={"speed": speed}))
+    near = built.landmarks[np.abs(built.landmarks - 2) < 0.02]
+    assert near.size > 4
+    result = flywheel.size(built, simulate=False)
+    work = speed * 1e-3 * np.sqrt(np.pi)
+    assert result.balance.value * 2 * np.pi == pytest.approx(work, rel=1e-4)
+    assert result.reached
+
+
+def test_a_root_of_any_order_is_followed_to_its_branch_point():
+    """Mean of |cos|**p over a turn: Gamma((p + 1)/2)/(sqrt(pi) Gamma(p/2 + 1))."""
+    power = 0.01
+    load = [{"on": "crank", "torque": f"-50*abs(cos(phi))**{power}"}]
+    scene = {"load": load, "drive": {"torque": "balance"}, "regime": {"speed": 20}, "flywheel": {"irregularity": 0.03}}
+    found = flywheel.size(flywheel.load(scene), simulate=False)
+    mean = mpmath.gamma((power + 1) / 2) / (mpmath.sqrt(mpmath.pi) * mpmath.gamma(power / 2 + 1))
+    assert found.balance.value == pytest.approx(50 * float(mean), rel=1e-11)

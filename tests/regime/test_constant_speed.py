@@ -14,7 +14,7 @@ from flywheel.machine.machine import Machine
 from flywheel.numerics import cells as piecewise
 from flywheel.numerics.faults import SceneError
 from flywheel.regime import constant_speed
-from tests import regimes, scenes
+from tests import regimes
 
 WHEEL = {"flywheel": {"inertia": 2}}
 
@@ -32,7 +32,7 @@ def loaded(torque, drive):
     return {"load": [{"on": "crank", "torque": torque}], "drive": {"torque": drive}}
 
 
-@settings(max_examples=20, deadline=None)
+@settings(max_examples=8, deadline=None)
 @given(st.floats(1e-3, 1e3), st.floats(1e-3, 1e3), st.floats(0.01, 0.99))
 def test_a_straight_line_meets_the_mean_load(start, slope, share):
     (found,) = speeds(loaded(f"{-2 * share * start!r}*(phi < pi)", f"{start!r} - {slope!r}*omega"))
@@ -40,7 +40,7 @@ def test_a_straight_line_meets_the_mean_load(start, slope, share):
     assert found.speed == pytest.approx((1 - share) * start / slope, rel=1e-12)
 
 
-@pytest.mark.parametrize("share", [0.1, 0.5, 0.99, 1 - 1e-6, 1 - 1e-12])
+@pytest.mark.parametrize("share", [0.1, 0.99, 1 - 1e-12])
 def test_an_induction_motor_meets_a_load_twice(share):
     """The slips of 2 Tb s sb/(s² + sb²) = M are sb (Tb/M ± sqrt(Tb²/M² - 1))."""
     break_down, sb, top = 596.4, 0.1916, 50 * np.pi / 12
@@ -56,7 +56,7 @@ def test_an_induction_motor_meets_a_load_twice(share):
     assert_allclose([item.speed for item in found], true[within], rtol=close)
 
 
-@pytest.mark.parametrize("gap", [0.2, 1e-2, 1e-4])
+@pytest.mark.parametrize("gap", [0.2, 1e-4])
 def test_humps_that_reach_across_between_the_speeds_looked_at(gap):
     top = 7.7
     found = speeds(loaded("-1", f"1 + (omega - {top - gap})*({top + gap} - omega)"))
@@ -155,10 +155,6 @@ def test_a_balance_without_effect_is_named():
         constant_speed.balance_at(moments_of(scene), 10.0)
 
 
-def test_positions_alone_have_a_balance_and_no_speed():
-    assert constant_speed.operating_point(Machine(flywheel.load(scenes.yoke()))) == (None, pytest.approx(500 / np.pi))
-
-
 @pytest.mark.parametrize(
     ("name", "words"),
     [
@@ -175,12 +171,6 @@ def test_why_there_is_no_speed_is_named(name, words):
     assert words in str(fault)
 
 
-def test_a_load_alone_is_at_fault_itself():
-    scene = WHEEL | {"load": [{"on": "crank", "torque": "-omega"}]}
-    with pytest.raises(SceneError, match="load: found a drive that cannot carry the mean load"):
-        constant_speed.operating_point(Machine(flywheel.load(scene)))
-
-
 def test_an_unstable_speed_is_named():
     with pytest.raises(SceneError, match=r"drive: found an unstable regime: near 18\.75 rad/s"):
         constant_speed.operating_point(Machine(flywheel.load(regimes.scene("unstable", inertia=3))))
@@ -192,7 +182,7 @@ def test_of_several_speeds_the_greatest_stable_one_is_taken_and_all_are_told():
     assert "6.57677 rad/s (unstable), 12.1242 rad/s (stable)" in message
 
 
-@pytest.mark.parametrize(("slope", "load"), [(1e4, 1e-3), (1e4, 1.0), (100.0, 1e-3), (1e5, 1e-2)])
+@pytest.mark.parametrize(("slope", "load"), [(1e4, 1e-3), (1e5, 1e-2)])
 def test_the_last_digits_of_the_speed_are_in_the_error_of_work_under_a_stiff_motor(slope, load):
     """Torques slope (20 - omega) and -load (1 + sin phi): at the constant speed their energy fluctuates by 2 load."""
     torques = {

@@ -1,4 +1,6 @@
-"""Periodic motion by Newton's method: it closes, its multiplier is the growth of a change, heavy wheels are no harder."""
+"""Periodic motion by Newton's method: it closes, and what holds for moments of the angle alone holds along it."""
+
+from __future__ import annotations
 
 from itertools import pairwise
 
@@ -11,12 +13,9 @@ import flywheel
 from flywheel.machine.dynamics import Dynamics, Moments
 from flywheel.machine.machine import Machine
 from flywheel.numerics import cells
-from flywheel.regime import constant_speed
-from flywheel.regime.periodic_motion import Demand, NoRegimeError, first_guess, periodic
+from flywheel.regime import constant_speed, periodic_motion, turning_moment
+from flywheel.regime.periodic_motion import Demand, NoRegimeError, carried, first_guess, periodic
 from tests import regimes
-
-SMOOTH = ["section-c", "kloss-press", "yoke", "four-bar", "engine", "law", "constant-drive", "shaper", "two-speeds-fast"]
-BALANCED = ["pump", "two-mechanisms", "brake"]
 
 
 def fine(name, parts=3, **flywheel_):
@@ -35,7 +34,7 @@ def solved(name, inertia, parts=3):
     return periodic(moments, speed, Demand(inertia, None, held), first_guess(moments, speed, inertia, unknown, current))
 
 
-@pytest.mark.parametrize("name", SMOOTH + BALANCED)
+@pytest.mark.parametrize("name", ["section-c", "four-bar", "engine", "shaper", "two-speeds-fast", "pump", "brake"])
 def test_the_cycle_closes_and_its_multiplier_is_the_integral_of_the_slope(name):
     """E' = F(phi, omega(E)): a small change of E grows by exp of the integral of dF/domega/((J + I*) omega)."""
     found = solved(name, 40.0)
@@ -47,12 +46,12 @@ def test_the_cycle_closes_and_its_multiplier_is_the_integral_of_the_slope(name):
     growth = cells.integral(found.rate.by_speed / (total * found.omega), half).sum()
     assert found.multiplier == pytest.approx(np.exp(growth), rel=1e-10)
     assert found.damping == pytest.approx(-np.expm1(growth), rel=1e-9)
-    energy = state.nodes[:, 0] + 0.5 * found.reference**2 * (40.0 + found.moments.inertia[:, :1] * 0 + _start(found))
+    energy = state.nodes[:, 0] + 0.5 * found.reference**2 * (40.0 + found.moments.inertia[:, :1] * 0 + _start(found.moments))
     assert_allclose(0.5 * total * found.omega**2, energy, rtol=1e-12)
 
 
-def _start(found):
-    return cells.value(cells.fit(found.moments.inertia[:1]), np.array([-1.0]))[0]
+def _start(moments):
+    return cells.value(cells.fit(moments.inertia[:1]), np.array([-1.0]))[0]
 
 
 def after_a_cycle(dynamics, speed, edges):
@@ -68,7 +67,7 @@ def after_a_cycle(dynamics, speed, edges):
     return float(state[0])
 
 
-@pytest.mark.parametrize(("name", "inertia"), [("section-c", 0.5), ("kloss-press", 14.4), ("peaks", 5.0)])
+@pytest.mark.parametrize(("name", "inertia"), [("section-c", 0.5), ("peaks", 5.0)])
 def test_the_multiplier_is_what_a_cycle_leaves_of_a_change_in_a_run(name, inertia):
     sizing = flywheel.size(
         flywheel.load(regimes.scene(name, inertia=inertia / _ratio(name) ** 2)), rtol=1e-11, simulate=False
@@ -88,10 +87,8 @@ def _ratio(name):
     return regimes.scene(name).get("shafts", {}).get(regimes.CASES[name].on, {}).get("ratio", 1)
 
 
-@pytest.mark.parametrize(
-    "name", ["section-c", "kloss-press", "pump", "engine", "governor", "geared-loss-line", "dc-inductance"]
-)
-@pytest.mark.parametrize("factor", [1e2, 1e4, 1e6])
+@pytest.mark.parametrize("name", ["kloss-press", "pump", "governor", "geared-loss-line", "dc-inductance"])
+@pytest.mark.parametrize("factor", [1e2, 1e6])
 def test_a_flywheel_too_heavy_by_far_takes_a_few_steps(name, factor):
     found = solved(name, factor * float(regimes.CASES[name].inertias[-1]) * _ratio(name) ** 2, parts=1)
     assert found.steps <= 8
@@ -109,8 +106,7 @@ def test_a_motion_far_from_the_reference_speed_keeps_its_digits():
     assert found.reference == pytest.approx(found.speed, rel=1e-7)
 
 
-@pytest.mark.parametrize("eps", [1e-10, 1e-6, 1e-2, 0.3])
-@pytest.mark.parametrize("name", ["section-c", "pump"])
+@pytest.mark.parametrize(("name", "eps"), [("section-c", 1e-10), ("pump", 1e-2), ("section-c", 0.3)])
 def test_inertia_level_and_balance_are_one_problem(name, eps):
     moments, speed, unknown = fine(name, irregularity=eps)
     balanced = moments.machine.scene.unknown is not None
@@ -125,14 +121,149 @@ def test_inertia_level_and_balance_are_one_problem(name, eps):
     assert again.state.unknown == pytest.approx(found.state.unknown, rel=1e-11)
 
 
-def test_a_wheel_too_light_stops_the_machine():
-    moments, speed, _ = fine("peaks")
-    with pytest.raises(NoRegimeError, match="stop within the cycle"):
-        periodic(moments, speed, Demand(0.2, None, None), first_guess(moments, speed, 0.2, 0.0))
-
-
 def test_extremes_lie_at_jumps_too():
     found = solved("peaks", 5.0)
     mesh, extremes = found.moments.mesh, found.extremes
     angles = mesh.edges[extremes.cell + (extremes.t > 0)]
     assert_allclose(np.degrees(angles), [90, 135])
+
+
+SIZED = [
+    ("section-c", 0.3),
+    ("section-c", 1e-6),
+    ("pump", 0.05),
+    ("law", 0.02),
+    ("geared-loss", 0.05),
+    ("dc-inductance", 0.05),
+]
+
+
+def motion_of(name, rtol=1e-9, **wheel):
+    machine = Machine(flywheel.load(regimes.scene(name, **wheel)))
+    sizing = flywheel.size(machine, rtol, simulate=False)
+    held = machine.scene.speed if machine.scene.unknown is not None else None
+    ratio = machine.scene.flywheel_ratio
+    given = (
+        Demand(wheel["inertia"] * ratio**2, None, held) if "inertia" in wheel else Demand(None, wheel["irregularity"], held)
+    )
+    reference = held or sizing.speed
+    guess = 0.0 if sizing.flywheel.exact is None else sizing.flywheel.exact * ratio**2
+    return periodic_motion.own_motion(machine, reference, given, guess, sizing.constant.balance or 0.0, rtol)
+
+
+@pytest.mark.parametrize(("name", "eps"), SIZED)
+def test_wittenbauers_formula_holds_with_the_moment_along_the_motion(name, eps):
+    """I = [max(W - z+ w² I*/2) - min(W - z- w² I*/2)]/(eps w²), W the integral of the moment that the motion meets."""
+    motion = motion_of(name, irregularity=eps)
+    square, z = motion.speed**2, (1 + 0.5 * eps * np.array([1.0, -1.0])) ** 2
+    extremes, _ = turning_moment.combined(motion.cycle, np.stack((np.ones(2), -0.5 * z * square), axis=1))
+    total = (extremes.greatest[0] - extremes.least[1]) / (eps * square)
+    # with I* counted from its value at phi = 0, as 2 eps stands for z+ - z-
+    assert motion.inertia + motion.cycle.inertia_at_start == pytest.approx(total, rel=1e-9)
+    assert motion.run.irregularity == pytest.approx(eps, rel=1e-11)
+    assert_allclose([extremes.angle_greatest[0], extremes.angle_least[1]], _angles(motion), atol=1e-6)
+
+
+def _angles(motion):
+    return [motion.run.angle_speed_max, motion.run.angle_speed_min]
+
+
+@pytest.mark.parametrize("name", ["yoke", "two-mechanisms", "geared-loss-line"])
+def test_the_motion_is_that_of_its_own_moment(name):
+    """The closed form for moments of the angle, given the moment along the motion, finds the motion again."""
+    motion = motion_of(name, inertia=regimes.CASES[name].inertias[-1])
+    again = turning_moment.run(motion.cycle, motion.speed, motion.inertia)
+    assert again.irregularity == pytest.approx(motion.run.irregularity, rel=1e-11)
+    assert (again.speed_max, again.speed_min) == pytest.approx((motion.run.speed_max, motion.run.speed_min), rel=1e-12)
+    assert again.offset == pytest.approx(motion.run.offset, rel=1e-9, abs=1e-9 * motion.inertia * motion.speed**2)
+    phi = np.linspace(0, 2 * np.pi, 41)[:-1]
+    speeds = turning_moment.speed_over_cycle(motion.cycle, motion.speed, motion.run, phi)
+    nodes = motion.solved.moments.mesh.phi.ravel()
+    assert_allclose(
+        turning_moment.speed_over_cycle(motion.cycle, motion.speed, motion.run, nodes),
+        motion.solved.omega.ravel(),
+        rtol=1e-9,
+    )
+    assert (speeds <= motion.run.speed_max * (1 + 1e-12)).all()
+    assert (speeds >= motion.run.speed_min * (1 - 1e-12)).all()
+
+
+def test_cells_are_as_fine_as_the_error_asks():
+    motions = [motion_of("kloss-press", rtol, inertia=0.1) for rtol in (1e-4, 1e-12)]
+    for motion, rtol in zip(motions, (1e-4, 1e-12), strict=True):
+        assert max(motion.run.error, motion.level_error) <= rtol
+    assert motions[0].cycle.mesh.half.size < motions[1].cycle.mesh.half.size < 200
+
+
+def test_meshes_that_change_sides_cut_the_cycle_there():
+    motion = motion_of("geared-loss-line", inertia=0.05)
+    solved = motion.solved
+    edges, known = solved.moments.mesh.edges, solved.moments.machine.mesh
+    cuts = [edge for edge in edges if np.abs(known - edge).min() > 1e-9]
+    assert len(cuts) >= 2
+    (tau,) = solved.moments.transmitted(solved.omega, 0.0, motion.inertia)
+    left, right = (cells.value(cells.fit(tau), np.full(len(tau), t)) for t in (-1.0, 1.0))
+    at_cuts = [min(abs(right[k - 1]), abs(left[k])) for k in np.searchsorted(edges, cuts)]
+    assert sum(value < 1e-9 * np.abs(tau).max() for value in at_cuts) >= 2
+    assert not solved.moments.local
+
+
+def test_states_are_carried_to_other_cells():
+    solved = motion_of("yoke", inertia=3).solved
+    machine = solved.moments.machine
+    edges = np.linspace(0, 2 * np.pi, 40)
+    finer = Moments(machine, cells.cells(np.unique(np.concatenate((edges, machine.breakpoints)))))
+    state = carried(solved, finer)
+    speeds = np.sqrt(
+        solved.reference**2
+        + (2 * state.nodes[:, 0] - solved.reference**2 * (finer.inertia - _start(finer))) / (3 + finer.inertia)
+    )
+    motion = turning_moment.speed_over_cycle(*_run_of("yoke"), finer.mesh.phi.ravel())
+    assert_allclose(speeds.ravel(), motion, rtol=1e-8)
+    assert state.inertia == solved.state.inertia
+
+
+def _run_of(name):
+    motion = motion_of(name, inertia=3)
+    return motion.cycle, motion.speed, motion.run
+
+
+def test_a_heavy_wheel_leads_down_to_a_light_one():
+    """Far from the motion at constant speed the iteration starts from heavier flywheels."""
+    motion = motion_of("dc-inductance", irregularity=1.5)
+    assert motion.run.irregularity == pytest.approx(1.5, rel=1e-12)
+    assert motion_of("dc-inductance", inertia=motion.inertia / 100).run.irregularity == pytest.approx(1.5, rel=1e-8)
+
+
+def test_no_motion_is_named():
+    machine = Machine(flywheel.load(regimes.BAD["light"].scene))
+    with pytest.raises(NoRegimeError, match="stop within the cycle"):
+        periodic_motion.own_motion(machine, 7.5, Demand(0.2, None, None), 0.0, 0.0, 1e-9)
+
+
+def made_to_measure(inertia, damping, speed, share):
+    """A machine whose motion is omega = speed (1 + share sin phi): its load is what that takes."""
+    rise = f"({speed}*(1 + {share}*sin(phi)))*({speed}*{share}*cos(phi))"
+    return {
+        "load": [{"on": "crank", "torque": f"{inertia}*{rise} + {damping}*{speed}*{share}*sin(phi)"}],
+        "drive": {"torque": f"{damping * speed} - {damping}*omega"},
+        "flywheel": {"inertia": inertia},
+    }
+
+
+@pytest.mark.parametrize(
+    ("inertia", "damping", "speed", "share"),
+    [
+        (2, 1e-4, 20.0, 0.99995),
+        (2, 1e-5, 20.0, 0.9995),
+        (2, 10.0, 20.0, 0.475),
+        (1e6, 1.0, 1e6, 1e-7),
+    ],
+)
+def test_what_hardly_holds_the_speed_is_told_the_more_the_slower_the_machine(inertia, damping, speed, share):
+    found = flywheel.size(flywheel.load(made_to_measure(inertia, damping, speed, share)), simulate=False)
+    period = 2 * np.pi / speed / np.sqrt((1 - share) * (1 + share))
+    assert abs(found.simulation.irregularity / (2 * share) - 1) <= found.run.error
+    assert abs(found.speed / speed - 1) <= found.cyclic.level_error
+    assert abs(found.simulation.period / period - 1) <= found.error.period <= found.error.simulation + 1e-9
+    assert abs(found.simulation.speed_min / (speed * (1 - share)) - 1) <= found.error.simulation

@@ -20,11 +20,6 @@ def test_the_balance_is_solved_for_unless_given():
     assert_allclose(given.moment, 100.0)
 
 
-def test_angles_are_taken_modulo_the_cycle():
-    scene = flywheel.load(scenes.press())
-    assert_allclose(flywheel.reduce(scene, PHI + 2 * np.pi).inertia, flywheel.reduce(scene, PHI).inertia, rtol=1e-12)
-
-
 def test_influence_coefficients_have_their_slopes():
     scene = flywheel.load(scenes.shaper())
     step = 1e-6
@@ -35,11 +30,6 @@ def test_influence_coefficients_have_their_slopes():
         inside = PHI > 0.01
         assert_allclose(state.gain_slopes[name][inside], slope[inside], atol=1e-8)
         assert gain.shape == PHI.shape
-
-
-def test_at_a_breakpoint_the_piece_that_begins_there_counts():
-    state = flywheel.reduce(flywheel.load(scenes.rotor()), [0.0, np.pi])
-    assert_allclose(state.moment, [-50.0, 50.0])
 
 
 def test_ports_that_carry_nothing_have_their_coefficients_too():

@@ -5,8 +5,6 @@ from hypothesis import strategies as st
 from numpy.testing import assert_allclose
 
 import flywheel
-from flywheel.regime.wittenbauer import certificate
-from flywheel.sizing.results import ReducedInertia
 from tests import scenes
 
 
@@ -39,7 +37,7 @@ def test_the_exam_of_p103():
     assert fast.flywheel.approximate == pytest.approx(1.37775491456, rel=1e-11)
 
 
-@pytest.mark.parametrize("rtol", [1e-3, 1e-6, 1e-9, 1e-12])
+@pytest.mark.parametrize("rtol", [1e-3, 1e-12])
 def test_rtol_is_kept_and_the_estimate_covers_the_error(rtol):
     result = sized(scenes.yoke(regime={"speed": 100}), rtol)
     error = abs(result.flywheel.exact / 60.653626990490335 - 1)
@@ -56,13 +54,8 @@ def test_varying_inertia_alone_needs_a_flywheel_that_areas_do_not_see():
     assert result.flywheel.exact == pytest.approx((slow * high - fast * low) / (2 * eps), rel=1e-12)
 
 
-def test_certificate_is_exact_for_constant_inertia_and_small_irregularity():
-    low, high = certificate(10.0, ReducedInertia(2.0, 2.0, 2.0), 1e-6)
-    assert_allclose([low, high], 8.0, rtol=1e-12)
-
-
 @given(eps=st.floats(1e-8, 1.9), speed=st.floats(1e-3, 1e5), mass=st.floats(1e-3, 1e4))
-@settings(derandomize=True, deadline=None, max_examples=40)
+@settings(derandomize=True, deadline=None, max_examples=12)
 def test_exact_lies_in_the_bracket_and_rtol_is_met_over_the_whole_range(eps, speed, mass):
     mechanism = scenes.yoke()["mechanism"] | {"yoke": {"mass": mass}}
     result = sized(scenes.yoke(mechanism=mechanism, regime={"speed": speed}, flywheel={"irregularity": eps}))
@@ -74,7 +67,7 @@ def test_exact_lies_in_the_bracket_and_rtol_is_met_over_the_whole_range(eps, spe
 
 
 @given(scale=st.floats(1e-9, 1e9))
-@settings(derandomize=True, deadline=None, max_examples=25)
+@settings(derandomize=True, deadline=None, max_examples=6)
 def test_scaling_masses_and_loads_scales_the_flywheel(scale):
     base = scenes.yoke()
     mechanism = base["mechanism"] | {"yoke": {"mass": 20 * scale}}
@@ -84,7 +77,7 @@ def test_scaling_masses_and_loads_scales_the_flywheel(scale):
 
 
 @given(phase=st.floats(0, 6.28))
-@settings(derandomize=True, deadline=None, max_examples=25)
+@settings(derandomize=True, deadline=None, max_examples=6)
 def test_shifting_the_origin_of_phi_changes_nothing(phase):
     mechanism = scenes.yoke()["mechanism"] | {"phase": phase}
     result = sized(scenes.yoke(mechanism=mechanism))
