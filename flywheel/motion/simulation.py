@@ -1,20 +1,27 @@
-"""Motion of a machine from any state, by time stepping."""
+"""Motion of a machine from any state, by time stepping.
+
+A machine with compliant shafts, which one angle does not describe, is followed by its whole bond graph.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import dataclass, fields, replace
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
+from bondgraph.elements import Element, Here, Law, Modulus
+from bondgraph.elements import Motion as Position
+from bondgraph.graph import BondGraph
+from bondgraph.laws import TIME, GraphError
 from flywheel.machine.dynamics import Dynamics, circuit_of
 from flywheel.machine.machine import Machine
 from flywheel.numerics.cells import ROUNDING
 from flywheel.numerics.faults import Fault, SceneError
 from flywheel.regime import turning_moment
-from flywheel.regime.free_motion import Goal, Passing, Start, Trail, Watching, end_of_stroke, follow
+from flywheel.regime.free_motion import Goal, Passing, Start, SwitchingTimes, Trail, Watching, end_of_stroke, follow
 from flywheel.regime.joint_friction import machine_of
 from flywheel.regime.state import own_coordinate
 from flywheel.regime.stepping import TIGHTEST
@@ -143,28 +150,29 @@ def simulate(
     own = (scene.inertia or 0.0) if inertia is None else inertia
     total = own * scene.flywheel_ratio**2
     if balance is None and scene.unknown is not None:
-        balance = _balance(machine if not scene.compliances else machine_of(replace(scene, compliances={})), own)
-    if scene.compliances:
-        from flywheel.motion.compliance import followed
+        rigid = machine_of(replace(scene, compliances={})) if scene.compliances else machine
+        if rigid.depends_on_speed:
+            from flywheel.sizing.sizing import size  # only such scenes need a regime first
 
-        run = followed(machine, Start(phi, omega, current), until, own, balance or 0.0, rtol)
+            found = size(replace(rigid.scene, inertia=own, irregularity=None), simulate=False).balance
+            balance = 0.0 if found is None else found.value
+        else:
+            balance = turning_moment.balance_value(rigid)
+    if scene.compliances:
+        run = graph_motion(machine, Start(phi, omega, current), until, own, balance or 0.0, rtol)
         currents = None if circuit_of(scene) is None else run.flow("drive.motor.armature", run.t)
         figures = run.displacement("phi", run.t), run.flow("crank", run.t), run.audit.supplied, run.audit.energy
         return Motion(run.t, *figures, run, error=run.error, current=currents)
-    if scene.stroke is not None:
+    stroke = scene.stroke
+    if stroke is not None:
         phi = float(own_coordinate(scene, np.asarray(phi, dtype=float)))
     motion = moved(Dynamics(machine, total, balance or 0.0), Start(phi, omega, current), until, rtol)
-    return motion if scene.stroke is None else _on_stroke(motion, scene, until)
-
-
-def _balance(machine: Machine, inertia: float) -> float:
-    """The value of the scene's unknown that balances the cycle with a flywheel (kg m²)."""
-    if not machine.depends_on_speed:
-        return turning_moment.balance_value(machine)
-    from flywheel.sizing.sizing import size  # only such scenes need a regime first
-
-    found = size(replace(machine.scene, inertia=inertia, irregularity=None), simulate=False).balance
-    return 0.0 if found is None else found.value
+    if stroke is None:
+        return motion
+    motion = motion._replace(phi=np.clip(motion.phi + stroke.start, stroke.start, stroke.end))  # there but for rounding
+    if motion.ended is None and motion.t[-1] < until:
+        return motion._replace(ended=end_of_stroke(scene, float(motion.phi[-1]), float(motion.t[-1])))
+    return motion
 
 
 def moved(
@@ -239,13 +247,78 @@ def _at_rest(trail: Trail) -> Fault:
     return Fault("simulation", found, "a start from which it moves along its stroke")
 
 
-def _on_stroke(motion: Motion, scene: Scene, until: float) -> Motion:
-    """The motion in the driver's own coordinate, with a word on its end if that came early."""
-    assert scene.stroke is not None
-    start, end, last = scene.stroke.start, scene.stroke.end, float(motion.t[-1])
-    phi = np.clip(motion.phi + start, start, end)  # rounding aside, it is there already
-    ended = motion.ended
-    if last < until and ended is None:
-        ended = end_of_stroke(scene, float(phi[-1]), last)
+def graph_motion(machine: Machine, start: Start, until: float, inertia: float, balance: float, rtol: float) -> Run:
+    """The motion of the whole graph without twist at first, from crank angle (rad), speed (rad/s) and current (A).
 
-    return motion._replace(phi=phi, ended=ended)
+    Both sides of a compliant shaft need inertia: without it a side has no speed of its own to start with.
+    """
+    from bondgraph.motion.dynamics import Dynamics as GraphDynamics  # only compliant shafts need it
+    from bondgraph.motion.simulation import simulate as simulate_graph
+
+    scene = machine.scene
+    graph = compliant_graph(machine, balance, inertia)
+    angles = [(d.name, scene.shafts[d.of]) for d in graph.displacements.values()]
+    turning = [name for name in ("crank", *scene.compliances) if name in graph.elements]  # the others follow the crank
+    states, expected = GraphDynamics(graph).state.names, "inertia on both sides of a compliant shaft"
+    light = [name for name in turning if f"f_{name}" not in states]
+    if light:
+        raise SceneError(
+            [Fault("inertia", f"nothing that weighs on {n}", expected, f'add [[inertia]] on = "{n}"') for n in light]
+        )
+    initial = {name: ratio * start.phi for name, ratio in angles}
+    initial |= {name: scene.shafts[name] * start.omega for name in turning}
+    if circuit_of(scene) is not None:
+        initial["drive.motor.armature"] = start.current
+    breaks = {name: (ratio * machine.breakpoints[:-1], ratio * scene.cycle) for name, ratio in angles}
+    if machine.depends_on_time:
+        breaks[TIME] = (np.array(SwitchingTimes(machine, until).every()), until)
+    try:
+        return simulate_graph(graph, until, initial=initial, rtol=rtol, breaks=breaks)
+    except GraphError as error:
+        expected, advice = "a motion that can be followed", "check inertias and stiffness"
+        raise SceneError([Fault("simulation", str(error), expected, advice)]) from error
+
+
+@dataclass(frozen=True, eq=False)
+class CompliantGraph(BondGraph):
+    """The graph of a machine that is followed for many cycles; it is pickled as the machine and values that it is of."""
+
+    origin: tuple[Machine, float, float] | None = None
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        assert self.origin is not None
+        return compliant_graph, self.origin
+
+
+def compliant_graph(machine: Machine, balance: float, inertia: float) -> CompliantGraph:
+    """The machine's graph with values (SI) of its balance and flywheel.
+
+    Its laws, which were written for one cycle of the crank, repeat with every cycle.
+    """
+    graph, scene = machine.with_values(balance, inertia), machine.scene
+
+    def repeating(element: Element) -> Element:
+        law = element.law
+        if not isinstance(law, Modulus | Law):
+            return element
+        of, position = law.motion.of, law.motion.position
+        period = scene.cycle * scene.shafts[of]
+
+        def position_again(q: Any, ns: Any, anchor: Any) -> Any:
+            shift = np.floor(anchor / period) * period
+            return position(q - shift, ns, anchor - shift)
+
+        motion = Position(of, position_again)
+        if isinstance(law, Modulus):
+            return element._replace(law=law._replace(motion=motion))
+        effort = law.effort
+
+        def effort_again(here: Here, anchor: Here) -> Any:
+            shift = np.floor(anchor.q / period) * period
+            return effort(here._replace(q=here.q - shift), anchor._replace(q=anchor.q - shift))
+
+        return element._replace(law=law._replace(motion=motion, effort=effort_again, per_unknown=None))
+
+    elements = {name: repeating(element) for name, element in graph.elements.items()}
+    given = {one.name: getattr(graph, one.name) for one in fields(graph)} | {"elements": elements}
+    return CompliantGraph(**given, origin=(machine, balance, inertia))

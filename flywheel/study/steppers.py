@@ -26,8 +26,9 @@ from flywheel.machine.machine import Machine
 from flywheel.mechanisms.families import has_joints
 from flywheel.mechanisms.linkage import linkage_of
 from flywheel.mechanisms.linkages import multibody
-from flywheel.motion.compliance import followed
+from flywheel.motion.simulation import graph_motion
 from flywheel.regime import constant_speed
+from flywheel.regime.free_motion import Start
 from flywheel.regime.stepping import Step
 from flywheel.sizing.confirmation import extreme
 from flywheel.sizing.results import Sizing
@@ -440,10 +441,10 @@ def by_bond_graph(machine: Machine, rtol: float) -> Revolve:
     scene = machine.scene
 
     def revolve(trial: Trial) -> Revolution:
-        start = (0.0, trial.speed, trial.current)
+        start = Start(0.0, trial.speed, trial.current)
         for longer in _LONGER:
             inertia = trial.inertia / scene.flywheel_ratio**2
-            run = followed(machine, start, longer * trial.period, inertia, trial.balance, rtol)
+            run = graph_motion(machine, start, longer * trial.period, inertia, trial.balance, rtol)
 
             def missing(t: float, run: Any = run) -> float:
                 return float(run.displacement("phi", np.array([t]))[0]) - scene.cycle

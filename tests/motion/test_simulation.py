@@ -18,7 +18,7 @@ def test_the_free_slider_crank_after_one_second():
         "slider": {"mass": 3.0},
     }
     scene = flywheel.load({"mechanism": crank, "regime": {"speed": 10}, "flywheel": {"inertia": 0}})
-    motion = flywheel.simulate(scene, phi=0.0, omega=10.0, until=1.0, rtol=1e-12)
+    motion = flywheel.simulate(scene, phi=0.0, omega=10.0, until=1.0, rtol=1e-11)
     assert motion.phi[-1] == pytest.approx(9.605127434380, rel=1e-11)
     assert motion.omega[-1] == pytest.approx(9.986857706929, rel=1e-11)
     assert motion.energy_residual < 1e-11
@@ -33,7 +33,7 @@ def test_the_driven_slider_crank_from_rest():
         "slider": {"mass": 0.4},
     }
     scene = {"mechanism": crank, "drive": {"torque": 0.1}, "regime": {"speed": 10}, "flywheel": {"inertia": 0}}
-    motion = flywheel.simulate(flywheel.load(scene), phi=0.0, omega=0.0, until=0.93754409, rtol=1e-12)
+    motion = flywheel.simulate(flywheel.load(scene), phi=0.0, omega=0.0, until=0.93754409, rtol=1e-9)
     assert motion.phi[-1] == pytest.approx(12.626621, abs=1e-6)  # the other code, at 1e-6: 12.626642
     assert motion.omega[-1] == pytest.approx(42.986903, abs=2e-6)  # and 42.986635
     assert motion.energy_residual < 1e-10
@@ -103,10 +103,7 @@ def test_time_must_run_forwards():
 
 
 def test_steps_that_try_too_much_are_taken_again_without_a_warning():
-    """A heavy slider on a crank of next to no inertia of its own: it turns by jerks, from dead centre to dead centre.
-
-    The angle is from the quadrature of time along the energy.
-    """
+    """A heavy slider on a crank of next to no inertia of its own: it turns by jerks, from dead centre to dead centre."""
     scene = {
         "mechanism": {
             "type": "slider-crank",
@@ -118,7 +115,11 @@ def test_steps_that_try_too_much_are_taken_again_without_a_warning():
         "flywheel": {"inertia": 0},
     }
     machine = flywheel.Machine(flywheel.load(scene))
-    motion = flywheel.simulate(machine, 0.0, 10.0, 100.0)
-    assert motion.phi[-1] == pytest.approx(8.644212088531583, rel=1e-10)
+    motion = flywheel.simulate(machine, 0.0, 10.0, 20.0)
+
+    def slowness(phi):
+        return float(np.sqrt(machine.reduce(phi % (2 * np.pi)).inertia / 1e-4))
+
+    assert sum(quad(slowness, *part, epsabs=0.0)[0] for part in halves(motion)) == pytest.approx(20.0, rel=1e-8)
     energy = 0.5 * np.asarray(machine.reduce(motion.phi % (2 * np.pi)).inertia) * motion.omega**2
     np.testing.assert_allclose(energy, 0.5e-4, rtol=1e-9)
