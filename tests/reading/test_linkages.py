@@ -22,165 +22,83 @@ from flywheel.scene.linkage import Coupling, Joint, Link, Linkage, Point, Side
 from flywheel.scene.scene import PointPort, Scene
 from tests.reading.test_any_text import check, mutate
 
-FOUR_BAR = """
+REST = """
+[drive]
+torque = "balance"
+[regime]
+speed = "120 rpm"
+[flywheel]
+irregularity = 0.04
+"""
+FOUR_BAR = f"""
 [mechanism]
 type = "linkage"
 driver = "O"
 start = "10 deg"
-assembly = [{ point = "coupler.C", side = "left", from = "crank.B", to = "frame.D" }]
-
+assembly = [{{ point = "coupler.C", side = "left", from = "crank.B", to = "frame.D" }}]
+joints = [
+  {{ name = "O", type = "pin", between = ["frame.O", "crank.origin"] }},
+  {{ name = "B", type = "pin", between = ["crank.B", "coupler.B"], friction = 0.1, radius = "10 mm" }},
+  {{ name = "C", type = "pin", between = ["coupler.C", "rocker.C"] }},
+  {{ name = "D", type = "pin", between = ["frame.D", "rocker.origin"] }},
+]
+ports.tip = {{ point = "rocker.E", direction = "90 deg" }}
 [mechanism.bodies]
-frame.points = { O = [0, 0], D = ["0.4 m", 0] }
-crank = { points = { B = ["100 mm", 0] }, mass = "2 kg", inertia = "0.01 kg m^2", com = ["5 cm", 0.01] }
-coupler = { points = { B = [0, 0], C = [0.35, 0] }, mass = 3, guess = "60 deg" }
-rocker = { points = { C = [0.3, 0], E = [0.2, 0.1] }, inertia = 0.1 }
-
-[[mechanism.joints]]
-name = "O"
-type = "pin"
-between = ["frame.O", "crank.origin"]
-
-[[mechanism.joints]]
-name = "B"
-type = "pin"
-between = ["crank.B", "coupler.B"]
-friction = 0.1
-radius = "10 mm"
-
-[[mechanism.joints]]
-name = "C"
-type = "pin"
-between = ["coupler.C", "rocker.C"]
-
-[[mechanism.joints]]
-name = "D"
-type = "pin"
-between = ["frame.D", "rocker.origin"]
-
-[mechanism.ports.tip]
-point = "rocker.E"
-direction = "90 deg"
-
+frame.points = {{ O = [0, 0], D = ["0.4 m", 0] }}
+crank = {{ points = {{ B = ["100 mm", 0] }}, mass = "2 kg", inertia = "0.01 kg m^2", com = ["5 cm", 0.01] }}
+coupler = {{ points = {{ B = [0, 0], C = [0.35, 0] }}, mass = 3, guess = "60 deg" }}
+rocker = {{ points = {{ C = [0.3, 0], E = [0.2, 0.1] }}, inertia = 0.1 }}
 [[load]]
 on = "rocker"
 torque = -60
 while = "v > 0"
+{REST}"""
 
-[drive]
-torque = "balance"
-
-[regime]
-speed = "120 rpm"
-
-[flywheel]
-irregularity = 0.04
-"""
-
-SLIDER = """
+SLIDER = f"""
 [mechanism]
 type = "linkage"
 driver = "O"
-
+joints = [
+  {{ name = "O", type = "pin", between = ["frame.O", "crank.origin"] }},
+  {{ name = "B", type = "pin", between = ["crank.B", "rod.B"] }},
+  {{ name = "C", type = "pin", between = ["rod.C", "ram.origin"] }},
+  {{ name = "ram", type = "slide", between = ["frame.S", "ram.origin"], direction = 0, \
+angle = "5 deg", guess = "0.5 m", friction = 0.05, length = "60 mm" }},
+]
 [mechanism.bodies]
-frame.points = { O = [0, 0], S = [0, "-20 mm"] }
-crank = { points = { B = [0.1, 0] } }
-rod = { points = { B = [0, 0], C = [0.4, 0] } }
-ram = { mass = 3 }
-
-[[mechanism.joints]]
-name = "O"
-type = "pin"
-between = ["frame.O", "crank.origin"]
-
-[[mechanism.joints]]
-name = "B"
-type = "pin"
-between = ["crank.B", "rod.B"]
-
-[[mechanism.joints]]
-name = "C"
-type = "pin"
-between = ["rod.C", "ram.origin"]
-
-[[mechanism.joints]]
-name = "ram"
-type = "slide"
-between = ["frame.S", "ram.origin"]
-direction = 0
-angle = "5 deg"
-guess = "0.5 m"
-friction = 0.05
-length = "60 mm"
-
+frame.points = {{ O = [0, 0], S = [0, "-20 mm"] }}
+crank = {{ points = {{ B = [0.1, 0] }} }}
+rod = {{ points = {{ B = [0, 0], C = [0.4, 0] }} }}
+ram = {{ mass = 3 }}
 [[load]]
 on = "ram"
 force = -100
 while = "v > 0"
+{REST}"""
 
-[drive]
-torque = "balance"
-
-[regime]
-speed = "120 rpm"
-
-[flywheel]
-irregularity = 0.04
-"""
-
-GEARED = """
+GEARED = f"""
 [mechanism]
 type = "linkage"
 driver = "O"
-
+joints = [
+  {{ name = "O", type = "pin", between = ["frame.O", "crank.origin"] }},
+  {{ name = "P", type = "pin", between = ["frame.D", "wheel.origin"] }},
+  {{ name = "guide", type = "slide", between = ["frame.S", "rack.origin"] }},
+]
+couplings = [
+  {{ type = "gear", between = ["O", "P"], ratio = -2, phase = "30 deg", pressure_angle = "20 deg" }},
+  {{ type = "cam", between = ["P", "guide"], lift = "0.2 + 0.01*cos(phi)", contact = "rack.R", friction = 0.1 }},
+]
 [mechanism.bodies]
-frame.points = { O = [0, 0], D = [0.3, 0], S = [0, 0.2] }
-crank = { points = { B = [0.1, 0] } }
-wheel = { points = { E = [0.05, 0] } }
-rack = { points = { R = [0, 0.02] } }
-
-[[mechanism.joints]]
-name = "O"
-type = "pin"
-between = ["frame.O", "crank.origin"]
-
-[[mechanism.joints]]
-name = "P"
-type = "pin"
-between = ["frame.D", "wheel.origin"]
-
-[[mechanism.joints]]
-name = "guide"
-type = "slide"
-between = ["frame.S", "rack.origin"]
-
-[[mechanism.couplings]]
-type = "gear"
-between = ["O", "P"]
-ratio = -2
-phase = "30 deg"
-pressure_angle = "20 deg"
-
-[[mechanism.couplings]]
-type = "cam"
-between = ["P", "guide"]
-lift = "0.2 + 0.01*cos(phi)"
-contact = "rack.R"
-friction = 0.1
-
+frame.points = {{ O = [0, 0], D = [0.3, 0], S = [0, 0.2] }}
+crank = {{ points = {{ B = [0.1, 0] }} }}
+wheel = {{ points = {{ E = [0.05, 0] }} }}
+rack = {{ points = {{ R = [0, 0.02] }} }}
 [[load]]
 on = "guide"
 force = -100
 while = "v > 0"
-
-[drive]
-torque = "balance"
-
-[regime]
-speed = "120 rpm"
-
-[flywheel]
-irregularity = 0.04
-"""
+{REST}"""
 
 
 @pytest.fixture(autouse=True)
@@ -243,6 +161,7 @@ def test_joints_driver_and_assembly():
     assert (found.driver, found.path, found.sliding) == ("O", "mechanism", False)
     assert found.start == pytest.approx(math.pi / 18, rel=1e-15)
     assert found.sides == (Side(("coupler", "C"), ("crank", "B"), ("frame", "D"), 1),)
+    assert scene(FOUR_BAR).mechanisms[0].points == (PointPort("tip", "rocker", "E", math.pi / 2),)
 
 
 def test_a_slide_with_everything():
@@ -265,11 +184,6 @@ def linkage_of(tree: dict[str, Any]) -> Linkage:
     return found
 
 
-def test_ports_at_points():
-    (mechanism,) = scene(FOUR_BAR).mechanisms
-    assert mechanism.points == (PointPort("tip", "rocker", "E", math.pi / 2),)
-
-
 @pytest.mark.parametrize(
     ("text", "on", "key"),
     [
@@ -288,13 +202,10 @@ def test_where_loads_act(text, on, key):
     assert build_scene(tree).loads[0].on == f"linkage.{on}"
 
 
-def test_a_load_on_the_crank_acts_on_the_shaft():
+def test_a_load_on_the_crank_acts_on_the_shaft_which_has_no_other_name():
     tree = table(FOUR_BAR)
     tree["load"][0] = {"on": "crank", "torque": "-3 N m"}
     assert build_scene(tree).loads[0].on == "crank"
-
-
-def test_a_load_on_the_driven_body_by_another_name_is_refused():
     tree = table(FOUR_BAR.replace("crank", "arm"))
     tree["load"][0] = {"on": "arm", "torque": "-3 N m"}
     assert set(faults(tree)) == {"load[0].on"}
@@ -467,6 +378,9 @@ def test_faults(path, value, where, hint):
     assert hint in faults(changed(FOUR_BAR, path, value))[f"mechanism.{where}"]
 
 
+SHORT = {"angle": [0, 50, 90, 150, 170], "value": [0, 3, 6, 3, 0], "angle_unit": "deg", "value_unit": "mm"}
+
+
 @pytest.mark.parametrize(
     ("path", "value", "where", "hint"),
     [
@@ -499,41 +413,37 @@ def test_faults(path, value, where, hint):
         ("couplings/1/lift", "0.01 if phi < 2 else 0", "couplings[1].lift", "does not jump"),
         ("couplings/1/lift", "0.01*abs(sin(phi))", "couplings[1].lift", "round the corner"),
         ("couplings/1/lift", "sqrt(cos(phi))", "couplings[1].lift", "not finite"),
+        ("couplings/0", {"type": "cam", "between": ["O", "P"], "lift": "0.2*phi"}, "couplings[0].lift", "gains a constant"),
+        ("couplings/1", {"type": "cam", "between": ["P", "guide"], "table": SHORT}, "couplings[1].table", "360 deg"),
     ],
 )
 def test_faults_of_couplings(path, value, where, hint):
     assert hint in faults(changed(GEARED, path, value))[f"mechanism.{where}"]
 
 
-@pytest.mark.parametrize(
-    ("more", "where", "hint"),
-    [
-        ({"teeth": 20}, "teeth", "two numbers of teeth"),
-        ({"teeth": [20, 40.5]}, "teeth[1]", "a whole number"),
-        ({"teeth": [0, 40]}, "teeth[0]", "a whole number"),
-        ({"teeth": [40, 40], "internal": True}, "teeth", "more on the outer one"),
-        ({"teeth": [20, 40], "internal": "yes"}, "internal", "true or false"),
-    ],
-)
-def test_faults_of_teeth(more, where, hint):
-    gear = {"type": "gear", "between": ["O", "P"]} | more
-    assert hint in faults(changed(GEARED, "couplings/0", gear))[f"mechanism.couplings[0].{where}"]
+GEAR, ROLLING = {"type": "gear", "between": ["O", "P"]}, {"type": "rolling", "between": ["P", "guide"]}
 
 
 @pytest.mark.parametrize(
-    ("more", "where", "hint"),
+    ("pair", "where", "hint"),
     [
-        ({}, "ratio", "per rad"),
-        ({"ratio": 0}, "ratio", "other than 0"),
-        ({"ratio": "3 deg"}, "ratio", "length"),
-        ({"ratio": 0.1, "phase": "3 deg"}, "phase", "length"),
-        ({"ratio": 0.1, "teeth": [3, 4]}, "teeth", "keys of a rolling"),
-        ({"ratio": 0.1, "between": ["guide", "P"]}, "between[0]", "a pin"),
+        (GEAR | {"teeth": 20}, "teeth", "two numbers of teeth"),
+        (GEAR | {"teeth": [20, 40.5]}, "teeth[1]", "a whole number"),
+        (GEAR | {"teeth": [0, 40]}, "teeth[0]", "a whole number"),
+        (GEAR | {"teeth": [40, 40], "internal": True}, "teeth", "more on the outer one"),
+        (GEAR | {"teeth": [20, 40], "internal": "yes"}, "internal", "true or false"),
+        (ROLLING, "ratio", "per rad"),
+        (ROLLING | {"ratio": 0}, "ratio", "other than 0"),
+        (ROLLING | {"ratio": "3 deg"}, "ratio", "length"),
+        (ROLLING | {"ratio": 0.1, "phase": "3 deg"}, "phase", "length"),
+        (ROLLING | {"ratio": 0.1, "teeth": [3, 4]}, "teeth", "keys of a rolling"),
+        (ROLLING | {"ratio": 0.1, "between": ["guide", "P"]}, "between[0]", "a pin"),
     ],
 )
-def test_faults_of_rolling_pairs(more, where, hint):
-    rolling = {"type": "rolling", "between": ["P", "guide"]} | more
-    assert hint in faults(changed(GEARED, "couplings/1", rolling))[f"mechanism.couplings[1].{where}"]
+def test_faults_of_gears_and_rolling_pairs(pair, where, hint):
+    place = 0 if pair["type"] == "gear" else 1
+    found = faults(changed(GEARED, f"couplings/{place}", pair))
+    assert hint in found[f"mechanism.couplings[{place}].{where}"]
 
 
 @pytest.mark.parametrize(
@@ -550,30 +460,12 @@ def test_a_load_on_a_joint_with_a_fault_is_no_fault(path, value, expected):
     assert set(faults(changed(GEARED, path, value))) == expected
 
 
-def test_a_load_on_a_body_is_no_fault_where_bodies_could_not_be_read():
+def test_loads_are_held_against_the_bodies_and_joints_that_are_known():
     assert set(faults(changed(FOUR_BAR, "bodies", []))) == {"mechanism.bodies"}
-
-
-def test_a_load_on_no_joint_is_one():
     tree = table(GEARED) | {"load": [{"on": "gide", "force": 1}]}
     assert 'did you mean "linkage.guide"' in faults(tree)["load[0].on"]
-
-
-def test_the_body_that_the_driver_turns_may_be_called_crank_though_the_frame_is_forgotten():
     ends = {f"mechanism.joints[{i}].between[0]" for i in range(3)}
     assert set(faults(changed(GEARED, "bodies/frame", ...))) == ends
-
-
-def test_a_swinging_follower_comes_back():
-    cam = {"type": "cam", "between": ["O", "P"], "lift": "0.2*phi"}
-    tree = changed(GEARED, "couplings/0", cam)
-    assert "gains a constant" in faults(tree)["mechanism.couplings[0].lift"]
-
-
-def test_a_table_of_a_lift_fits_into_a_turn():
-    lift = {"angle": [0, 50, 90, 150, 170], "value": [0, 3, 6, 3, 0], "angle_unit": "deg", "value_unit": "mm"}
-    tree = changed(GEARED, "couplings/1", {"type": "cam", "between": ["P", "guide"], "table": lift})
-    assert "360 deg" in faults(tree)["mechanism.couplings[1].table"]
 
 
 def test_a_slide_may_be_called_as_its_body_if_that_cannot_turn():
@@ -668,7 +560,7 @@ def test_examples_of_the_reference_are_free_of_faults(fragment):
 @pytest.mark.parametrize("text", [FOUR_BAR, SLIDER, GEARED], ids=["four_bar", "slider", "geared"])
 def test_mutated_linkages_are_read_or_refused_with_faults(text):
     rng = random.Random(4)
-    for number in range(150):
+    for number in range(40):
         tree = table(text)
         for _ in range(rng.choice((1, 1, 2, 4))):
             mutate(tree, rng)
@@ -676,9 +568,6 @@ def test_mutated_linkages_are_read_or_refused_with_faults(text):
 
 
 def test_a_fixed_body_of_another_name() -> None:
-    from flywheel.reading.fields import Faults
-    from flywheel.reading.linkages import read_bodies
-
     faults = Faults()
     read_bodies({"ground": {"points": {"O": [0, 0]}}, "crank": {}}, "mechanism.bodies", faults)
     assert str(faults[0]).startswith("mechanism.bodies.frame: found nothing, expected the fixed body's points")

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from itertools import pairwise
 from typing import Any
 
@@ -16,10 +15,7 @@ from flywheel.components.gas_forces import Compression, Space, compressor_work, 
 from flywheel.machine.machine import Machine
 from flywheel.numerics.expressions import Expression
 from flywheel.numerics.faults import SceneError
-from flywheel.numerics.units import DIMENSIONS
-from flywheel.reading.load_models import LOAD_MODELS
 from flywheel.reading.scenes import build_scene
-from flywheel.reference import text
 from flywheel.scene.scene import Load, Scene, Table
 
 R, ROD = 0.05, 0.2
@@ -400,19 +396,3 @@ def test_a_port_that_does_not_come_back_has_no_end():
     base = {"mechanism": {"type": "four-bar"} | {name: {"length": length} for name, length in bars.items()}}
     found = faults_of({"type": "press", "energy": 10, "angle": 0.3}, "rocker", base)
     assert "does not come back" in found["load[0].model"]
-
-
-# -- the lists of keys ---------------------------------------------------------------------------------------------------
-
-
-@pytest.mark.parametrize("section", LOAD_MODELS.values(), ids=LOAD_MODELS)
-def test_keys_are_of_a_known_kind_and_explained(section):
-    assert len({key.name for key in section.keys}) == len(section.keys)
-    quoted = set(re.findall(r"`([^`\n]+)`", text("load-models")))
-    for key in section.keys:
-        kinds = {"choice", "table", "numbers", "unit", "flag"}
-        assert all(part in DIMENSIONS for part in key.kind.split(" | ")) or key.kind in kinds
-        assert key.name in quoted
-        assert set(key.choices) <= quoted
-        if isinstance(key.default, float):
-            assert key.default in key.range

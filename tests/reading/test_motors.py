@@ -1,17 +1,14 @@
 """Motors as a scene writes them, and a clear line for every one that cannot be."""
 
 import math
-import re
 
 import numpy as np
 import pytest
 
 from flywheel.components.motors import Curve, Point, line_through
 from flywheel.numerics.faults import SceneError
-from flywheel.numerics.units import DIMENSIONS
 from flywheel.reading.motors import MOTORS
 from flywheel.reading.scenes import load, parse_scene
-from flywheel.reference import text
 from flywheel.scene.scene import Inertia, Scene
 
 RPM = math.pi / 30
@@ -214,19 +211,6 @@ def test_what_slides_has_no_motor():
             "mechanism = {type = 'toggle-clamp'}\nstroke = {from = 0, to = 0.1, speed = 0.3}\n"
             "drive.motor = {type = 'constant', torque = 3}"
         )
-
-
-@pytest.mark.parametrize("section", MOTORS.values(), ids=MOTORS)
-def test_keys_of_motors_are_consistent_and_explained(section):
-    names = [key.name for key in section.keys]
-    assert len(set(names)) == len(names)
-    assert set(names) <= set(re.findall(r"`([^`\n]+)`", text("motor")))
-    for key in section.keys:
-        assert key.kind in {*DIMENSIONS, "choice", "numbers", "text", "index", "unit", "table"}
-        assert key.about
-        assert not (key.required and key.default is not None)
-        assert not isinstance(key.default, float) or key.default in key.range
-        assert set(key.choices) <= set(re.findall(r"`([^`\n]+)`", text("motor")))
 
 
 def test_odd_poles_are_told_beside_another_fault():

@@ -8,8 +8,10 @@ import flywheel
 from flywheel.mechanisms import KINDS
 from flywheel.mechanisms.linkage import linkage_of
 from flywheel.numerics.units import UNITS
+from flywheel.reading.load_models import LOAD_MODELS
+from flywheel.reading.motors import MOTORS
 from flywheel.reading.scenes import load
-from flywheel.reading.schema import LINKAGE_SECTIONS, MECHANISM, OUTPUT, SECTIONS, TABLE, TOP
+from flywheel.reading.schema import LINKAGE_SECTIONS, MECHANISM, OUTPUT, SECTIONS, TABLE, TOP, WHEEL_KEYS
 from flywheel.reference import text, topics
 from tests import regimes
 
@@ -41,12 +43,17 @@ def test_every_key_and_port_of_every_mechanism(kind):
 def test_keys_of_mechanisms_outputs_tables_and_the_top():
     assert {key.name for key in MECHANISM.keys} <= quoted("mechanism")
     assert {key.name for key in OUTPUT.keys} <= quoted("law")
-    assert {key.name for key in TABLE.keys} <= quoted("tables")
-    assert {choice for key in TABLE.keys for choice in key.choices} <= quoted("tables")
     assert {key.name for key in TOP} <= quoted("overview")
-    keys = [key for section in LINKAGE_SECTIONS for key in section.keys]
-    assert {key.name for key in keys} <= quoted("linkage")
-    assert {choice for key in keys for choice in key.choices} <= quoted("linkage")
+    sections = {
+        "linkage": LINKAGE_SECTIONS,
+        "load-models": LOAD_MODELS.values(),
+        "motor": MOTORS.values(),
+        "tables": [TABLE],
+    }
+    lists = {topic: [key for section in of for key in section.keys] for topic, of in sections.items()}
+    for topic, keys in (lists | {"wheel": WHEEL_KEYS}).items():
+        assert {key.name for key in keys} <= quoted(topic), topic
+        assert {choice for key in keys for choice in key.choices} <= quoted(topic), topic
 
 
 def test_every_joint_of_the_named_mechanisms():
@@ -95,11 +102,11 @@ def test_every_mechanism_has_an_example():
     assert set(KINDS) <= {topic for topic, _ in EXAMPLES}
 
 
-@pytest.mark.parametrize("topic", topics())
-def test_topics_read_well_on_a_screen(topic):
-    lines = text(topic).splitlines()
-    assert lines[0].startswith("# ")
-    assert all(len(line) <= 145 and line == line.rstrip() for line in lines)
+def test_topics_read_well_on_a_screen():
+    for topic in topics():
+        lines = text(topic).splitlines()
+        assert lines[0].startswith("# "), topic
+        assert all(len(line) <= 145 and line == line.rstrip() for line in lines), topic
 
 
 def test_topics_and_files_agree():

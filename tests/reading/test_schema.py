@@ -5,7 +5,9 @@ import math
 import pytest
 
 from flywheel.mechanisms import KINDS
-from flywheel.numerics.units import DIMENSIONS
+from flywheel.numerics.units import DIMENSIONS, parse_quantity
+from flywheel.reading.load_models import LOAD_MODELS
+from flywheel.reading.motors import CURVE, MOTORS
 from flywheel.reading.schema import (
     COUPLING,
     COUPLING_KEYS,
@@ -17,32 +19,41 @@ from flywheel.reading.schema import (
     SECTIONS,
     TABLE,
     TOP,
+    WHEEL_KEYS,
     Range,
 )
 
 OTHER_KINDS = {
     *("text", "name", "choice", "law", "position", "table", "numbers", "index", "unit", "tables", "list", "flag", "model"),
 }
-LISTS = [TOP, MECHANISM.keys, OUTPUT.keys, TABLE.keys]
-LISTS += [section.keys for section in (*SECTIONS.values(), *LINKAGE_SECTIONS)]
+LISTS = [TOP, MECHANISM.keys, OUTPUT.keys, TABLE.keys, CURVE.keys]
+LISTS += [section.keys for section in (*SECTIONS.values(), *LINKAGE_SECTIONS, *LOAD_MODELS.values(), *MOTORS.values())]
 LISTS += [part.keys for kind in KINDS.values() for part in kind.parts] + [kind.keys for kind in KINDS.values()]
+LISTS += [(*SECTIONS["flywheel"].keys, *WHEEL_KEYS)]
 KEYS = [key for keys in LISTS for key in keys]
 
 
-@pytest.mark.parametrize("keys", LISTS)
-def test_no_key_is_listed_twice(keys):
-    assert len({key.name for key in keys}) == len(keys)
+def test_no_key_is_listed_twice():
+    for keys in LISTS:
+        assert len({key.name for key in keys}) == len(keys), keys
 
 
-@pytest.mark.parametrize("key", KEYS, ids=lambda key: key.name)
-def test_every_key_is_of_a_known_kind_with_a_fitting_default(key):
-    assert all(part in DIMENSIONS for part in key.kind.split(" | ")) or key.kind in OTHER_KINDS
-    assert key.about
-    assert not (key.required and key.default is not None)
-    if isinstance(key.default, float):
-        assert key.default in key.range
-    if key.kind == "choice":
-        assert key.default is None or key.default in key.choices
+def test_every_key_is_of_a_known_kind_with_a_fitting_default():
+    for key in KEYS:
+        assert all(part in DIMENSIONS for part in key.kind.split(" | ")) or key.kind in OTHER_KINDS, key
+        assert key.about, key
+        assert not (key.required and key.default is not None), key
+        assert not isinstance(key.default, float) or key.default in key.range, key
+        assert key.kind != "choice" or key.default is None or key.default in key.choices, key
+
+
+def test_the_example_of_a_key_is_a_value_it_takes():
+    given = [key for key in KEYS if key.example]
+    assert all(parse_quantity(key.example, key.kind) in key.range for key in given)
+    assert {"ratio", "poles", "breakdown_ratio", "efficiency"} <= {key.name for key in given}
+    for key in KEYS:
+        if key.kind == "number" and not key.example:  # then that of all numbers must suit it
+            assert parse_quantity(DIMENSIONS["number"].example, "number") in key.range, key
 
 
 @pytest.mark.parametrize(

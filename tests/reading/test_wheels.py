@@ -2,18 +2,14 @@
 
 from __future__ import annotations
 
-import re
-
 import pytest
 
 import flywheel
 from flywheel.components.wheel_stresses import MATERIALS, material
 from flywheel.components.wheels import WheelAsked
-from flywheel.numerics.units import DIMENSIONS
 from flywheel.reading.scenes import load
-from flywheel.reading.schema import SECTIONS, WHEEL_KEYS
 from flywheel.reference import text
-from tests.reading.test_schema import OTHER_KINDS
+from flywheel.scene.scene import Inertia
 
 
 def wheel(**keys):
@@ -138,20 +134,84 @@ def test_faults(keys, wanted):
         assert fault.startswith(words)
 
 
-def test_keys_are_of_known_kinds_and_new():
-    names = [key.name for key in (*SECTIONS["flywheel"].keys, *WHEEL_KEYS)]
-    assert len(set(names)) == len(names)
-    assert all(key.kind in DIMENSIONS or key.kind in OTHER_KINDS for key in WHEEL_KEYS)
-    assert all(key.about and key.default is None for key in WHEEL_KEYS)
-
-
-def test_the_reference_explains_every_key_and_has_the_table_of_materials():
-    quoted = set(re.findall(r"`([^`\n]+)`", text("wheel")))
-    assert {key.name for key in WHEEL_KEYS} <= quoted
-    assert {choice for key in WHEEL_KEYS for choice in key.choices} <= quoted
+def test_the_reference_has_the_table_of_materials():
     for name, found in MATERIALS.items():
         row = next(line for line in text("wheel").splitlines() if line.startswith(f"| `{name}`"))
         cells = [cell.strip() for cell in row.split("|")[2:7]]
         usual = "" if found.rim_speed is None else f"{found.rim_speed:g}"
         numbers = [found.density, found.strength / 1e6, found.allowable / 1e6, found.poisson]
         assert cells == [*(f"{number:g}" for number in numbers), usual]
+
+
+# GD², in place of an inertia: a mass or a weight times a square
+
+REST = "regime.speed = 10\n"
+
+
+def text_faults(text_):
+    with pytest.raises(flywheel.SceneError) as caught:
+        load(text_)
+    return [(fault.path, fault.found) for fault in caught.value.faults]
+
+
+@pytest.mark.parametrize(
+    ("given", "inertia"),
+    [
+        ("48", 12.0),
+        ("'48 kg m^2'", 12.0),
+        ("'48 kgf m^2'", 12.0),
+        ("'48 kgf·m²'", 12.0),
+        ("'470.7192 N m^2'", 12.0),
+        ("'0.48 kN m^2'", 480 / 9.80665 / 4),
+        ("'1000 lb ft^2'", 250 * 0.45359237 * 0.3048**2),
+        ("'1000 lbf ft^2'", 250 * 0.45359237 * 0.3048**2),
+        ("'8 lbf in s^2'", 2 * 0.45359237 * 9.80665 * 0.0254),
+        ("'8 N m s^2'", 2.0),
+        ("'480000 kg cm^2'", 12.0),
+        ("0", 0.0),
+    ],
+)
+def test_a_given_flywheel_by_its_gd2(given, inertia):
+    found = load(f"{REST}flywheel.gd2 = {given}")
+    assert found.inertia == pytest.approx(inertia, rel=1e-14)
+    assert found.irregularity is None
+
+
+def test_an_added_inertia_by_its_gd2():
+    found = load(REST + "flywheel.inertia = 1\n[[inertia]]\non = 'crank'\ngd2 = '3 kgf m^2'")
+    assert found.inertias == (Inertia("crank", 0.75, "inertia[0]"),)
+
+
+def test_gd2_and_inertia_are_one_machine():
+    machine = {"load": [{"on": "crank", "torque": -90, "from": 0, "to": "90 deg"}], "drive": {"torque": "balance"}}
+    machine["regime"] = {"speed": "300 rpm"}
+    by_inertia, by_gd2 = ({**machine, "flywheel": {key: value}} for key, value in (("inertia", 2.5), ("gd2", "10 kg m^2")))
+    figures = [flywheel.size(load(scene), simulate=False).simulation for scene in (by_inertia, by_gd2)]
+    assert figures[0] == figures[1]
+
+
+@pytest.mark.parametrize(
+    ("given", "path", "found"),
+    [
+        ("flywheel = {gd2 = -1}", "flywheel.gd2", "-1"),
+        ("flywheel = {gd2 = '-1 kgf m^2'}", "flywheel.gd2", '"-1 kgf m^2"'),
+        ("flywheel = {gd2 = '48 kg m'}", "flywheel.gd2", '"48 kg m"'),
+        ("flywheel = {gd2 = '48 kgf m'}", "flywheel.gd2", '"48 kgf m"'),
+        ("flywheel = {gd2 = '48'}", "flywheel.gd2", '"48"'),
+        ("flywheel = {gd2 = true}", "flywheel.gd2", "true"),
+        ("flywheel = {gd2 = [4]}", "flywheel.gd2", "a list"),
+        ("flywheel = {gd2 = 1, inertia = 2}", "flywheel", "inertia and gd2"),
+        ("flywheel = {gd2 = 1, irregularity = 0.1}", "flywheel", "irregularity and gd2"),
+        ("flywheel.inertia = 1\ninertia = [{on = 'crank', gd2 = 1, value = 2}]", "inertia[0]", "value and gd2"),
+        ("flywheel.inertia = 1\ninertia = [{on = 'crank', gd2 = '1 m'}]", "inertia[0].gd2", '"1 m"'),
+        ("flywheel.inertia = 1\ninertia = [{on = 'crank'}]", "inertia[0].value", "nothing"),
+    ],
+)
+def test_faulty_gd2(given, path, found):
+    assert text_faults(REST + given) == [(path, found)]
+
+
+def test_what_translates_has_no_gd2():
+    mechanism = "[mechanism]\ntype = 'scotch-yoke'\ncrank.length = 1\n"
+    scene = REST + "flywheel.inertia = 1\ninertia = [{on = 'yoke', gd2 = 1}]\n" + mechanism
+    assert text_faults(scene) == [("inertia[0].gd2", 'a GD² on "scotch-yoke.yoke", which translates')]
