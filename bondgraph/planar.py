@@ -197,7 +197,12 @@ def slider_crank(
 
     """
     _positive(crank=crank.length, rod=rod.length)
-    theta = _rod_angle(crank.length, rod.length, offset)
+
+    def theta(phi: Any) -> Any:
+        height = crank.length * np.sin(phi) - offset
+        fault = f"rod: {rod.length:g} m do not reach the line of travel"
+        return np.arctan2(-height, _root((rod.length - height) * (rod.length + height), phi, fault))
+
     bodies = {"crank": (crank, start), "rod": (rod, float(theta(start)))}
     b = fix(_bodies(bodies, gravity, last="rod"), "crank.1")
     pin(b, "crank.2", "rod.1")
@@ -268,16 +273,6 @@ def _loaded(b: Builder, on: Loads | None) -> BondGraph:
     for junction, elements in (on or {}).items():
         b.on(junction, *((elements,) if isinstance(elements, Element) else elements))
     return b.build(loose=True)
-
-
-def _rod_angle(crank: float, rod: float, offset: float) -> Formula:
-    fault = f"rod: {rod:g} m do not reach the line of travel"
-
-    def theta(phi: Any) -> Any:
-        height = crank * np.sin(phi) - offset
-        return np.arctan2(-height, _root((rod - height) * (rod + height), phi, fault))
-
-    return theta
 
 
 def _four_bar_angles(ground: float, crank: float, bar: float, rocker: float, side: float) -> dict[str, Formula]:

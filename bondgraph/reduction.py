@@ -146,7 +146,12 @@ class Reduction:
         self._flow = flow_variables(graph)
         self.variable = {name: self._flow[entry(graph, name).number] for name in graph.elements}
         self._steps = _planned(graph, self._flow, coordinate)
-        self.uniform = _uniform(self._steps, self.variable[coordinate])
+        self.uniform = {self.variable[coordinate]: 1.0}  # flow variables in a constant ratio to the coordinate, with it
+        for step in self._steps:
+            if isinstance(step, Scale) and step.source in self.uniform and isinstance(step.ratio, float | int):
+                self.uniform[step.target] = step.ratio * self.uniform[step.source]
+            elif isinstance(step, Sum) and all(source in self.uniform for source, _ in step.terms):
+                self.uniform[step.target] = sum(sign * self.uniform[source] for source, sign in step.terms)
         one_ports = [(e, self.variable[e.name]) for e in graph.elements.values() if only is None or e.name in only]
         self._inertias = [(e, graph.constant(e.name), f) for e, f in one_ports if e.kind == "I" and e.law]
         sources = [
@@ -168,9 +173,12 @@ class Reduction:
 
     def __call__(self, phi: Any, anchor: Any = None, ns: Any = np) -> Reduced:
         """I*, dI*/dphi and M* at positions phi (rad, any shape); `anchor` is the middle of each one's smooth piece."""
+        return self._reduced(self._walked(phi, anchor, ns))
+
+    def _walked(self, phi: Any, anchor: Any = None, ns: Any = np) -> _Positions:
         at = _Positions(self, phi, phi if anchor is None else anchor, ns)
         self._run(at)
-        return self._reduced(at)
+        return at
 
     def _reduced(self, at: _Positions) -> Reduced:
         flows = at.flows
@@ -208,13 +216,11 @@ class Reduction:
 
     def at(self, phi: Any, anchor: Any = None) -> Station:
         """The positions phi, from which the moment of what depends on speed or time follows for any speeds."""
-        at = _Positions(self, phi, phi if anchor is None else anchor, np)
-        self._run(at)
-        return Station(self, at)
+        return Station(self, self._walked(phi, anchor))
 
     def flows(self, phi: Any, anchor: Any = None, ns: Any = np) -> Flows:
         """Flow gains and slopes alone."""
-        return self._run(_Positions(self, phi, phi if anchor is None else anchor, ns))
+        return self._walked(phi, anchor, ns).flows
 
     def anchored(self, anchor: Any) -> Flows:
         """Flows at an anchor; those of the last single one are kept, as time stepping asks for it again and again."""
@@ -242,8 +248,8 @@ class Reduction:
 
         With a speed of the coordinate: also what depends on speed or time, and resistors, at that speed.
         """
-        at = _Positions(self, phi, phi if anchor is None else anchor, np)
-        flows = self._run(at)
+        at = self._walked(phi, anchor)
+        flows = at.flows
         efforts = [(e, sign * at.effort(e, unknown) * flows.gain[f]) for e, f, sign in self._sources]
         if speed is not None:
             moving = Station(self, at).contributions(speed, time)
@@ -268,7 +274,7 @@ class Reduction:
             self._in_piece = at.anchor, found[0], found[1]
         return self._in_piece[1:]
 
-    def _run(self, at: _Positions) -> Flows:
+    def _run(self, at: _Positions) -> None:
         """Gains first, slopes after them: a modulus varies at the rate that its own displacement's gain gives."""
         count(at.phi)
         size = max(self._flow.values()) + 1
@@ -309,7 +315,6 @@ class Reduction:
                 found = _linear(matrix, right + right_slope - (matrix_slope @ gains[..., None])[..., 0])
                 for k, variable in enumerate(step.unknown):
                     slope[variable] = found[..., k]
-        return flows
 
 
 class Station:
@@ -408,8 +413,7 @@ def reduce(
 
 def _endless(reduction: Reduction, phi: float) -> str:
     """Which elements have no finite value at a position."""
-    at, graph = _Positions(reduction, np.array([phi]), np.array([phi]), np), reduction.graph
-    reduction._run(at)
+    at, graph = reduction._walked(np.array([phi])), reduction.graph
     values = [(e, "ratio", at.ratio(e.law)) for e in graph.of_kind("TF")]  # type: ignore[arg-type]
     values += [(e, "ratio's slope", at.ratio_slope(e.law)) for e in graph.of_kind("TF")]  # type: ignore[arg-type]
     values += [(e, "effort", at.effort(e)) for e, _, _ in reduction._sources]
@@ -570,14 +574,3 @@ def _planned(graph: BondGraph, flow: Mapping[int, int], coordinate: str) -> list
     if unknown or waiting:
         steps.append(closed(graph, flow, waiting, unknown))
     return steps
-
-
-def _uniform(steps: list[Step], coordinate: int) -> dict[int, float]:
-    """Flow variables in a constant ratio to the coordinate, with that ratio."""
-    ratios = {coordinate: 1.0}
-    for step in steps:
-        if isinstance(step, Scale) and step.source in ratios and isinstance(step.ratio, float | int):
-            ratios[step.target] = step.ratio * ratios[step.source]
-        elif isinstance(step, Sum) and all(source in ratios for source, _ in step.terms):
-            ratios[step.target] = sum(sign * ratios[source] for source, sign in step.terms)
-    return ratios

@@ -95,15 +95,38 @@ def draw(
     drawn = layout(graph)
     notes = _notes(graph, derivative)
     axes = _canvas(drawn, title, len(notes))
-    _draw_bonds(axes, graph, drawn, strokes)
-    _draw_labels(axes, drawn, derivative)
+    for bond in graph.bonds:
+        line, domain = drawn.bonds[bond.number], graph.domain(bond)
+        colour = COLOURS[domain.name] if domain is not None else _INK
+        _plot(axes, line, colour, 1.2)
+        _plot(axes, half_arrow(line), colour, 1.2)
+        if bond.number in strokes:
+            _plot(axes, stroke(line, strokes[bond.number] == bond.head), colour, 2.0)
+    for name, label in drawn.labels.items():
+        first, *below = drawn.boxes[name]
+        lines = [mathtext(line) for line in label.lines]
+        if label.junction:
+            _write(axes, label.symbol, first.x, first.y, JUNCTION_SIZE)
+            for box in below:
+                _write(axes, "\n".join(lines), box.x, box.y, NAME_SIZE, _FAINT)
+            continue
+        text = "\n".join([f"{label.symbol}:{lines[0]}", *lines[1:]]) if lines else label.symbol
+        _write(axes, text, first.x, first.y, LABEL_SIZE)
+        if name in derivative:
+            _dash(axes, first.grown(1.5, 1.5))
     if numbers:
         for number, box in drawn.numbers.items():
             _write(axes, str(number), box.x, box.y, NUMBER_SIZE, _FAINT)
     _draw_notes(axes, notes)
+    figure: Figure = axes.figure  # type: ignore[assignment]
     if file is not None:
-        _save(axes.figure, Path(file), kind)  # type: ignore[arg-type]
-    return axes.figure  # type: ignore[return-value]
+        from matplotlib import rc_context
+
+        style = rc_context({"svg.hashsalt": "bondgraph", "pdf.fonttype": 42})
+        with replacement(Path(file), kind) as fresh, style, warnings.catch_warnings():
+            warnings.filterwarnings("ignore", message="Glyph .* missing")  # of a name; the picture has a box there
+            figure.savefig(fresh, format=kind, dpi=_DPI, metadata=_DATES[kind])
+    return figure
 
 
 def _causes(graph: BondGraph, given: Causality | Mapping[int, str] | None) -> tuple[Mapping[int, str], frozenset[str]]:
@@ -172,31 +195,6 @@ def _plot(axes: Axes, line: Line, colour: str, thick: float) -> None:
     axes.plot([x0, x1], [y0, y1], color=colour, linewidth=thick, solid_capstyle="butt", scalex=False, scaley=False)
 
 
-def _draw_bonds(axes: Axes, graph: BondGraph, drawn: Layout, strokes: Mapping[int, str]) -> None:
-    for bond in graph.bonds:
-        line, domain = drawn.bonds[bond.number], graph.domain(bond)
-        colour = COLOURS[domain.name] if domain is not None else _INK
-        _plot(axes, line, colour, 1.2)
-        _plot(axes, half_arrow(line), colour, 1.2)
-        if bond.number in strokes:
-            _plot(axes, stroke(line, strokes[bond.number] == bond.head), colour, 2.0)
-
-
-def _draw_labels(axes: Axes, drawn: Layout, derivative: frozenset[str]) -> None:
-    for name, label in drawn.labels.items():
-        first, *below = drawn.boxes[name]
-        lines = [mathtext(line) for line in label.lines]
-        if label.junction:
-            _write(axes, label.symbol, first.x, first.y, JUNCTION_SIZE)
-            for box in below:
-                _write(axes, "\n".join(lines), box.x, box.y, NAME_SIZE, _FAINT)
-            continue
-        text = "\n".join([f"{label.symbol}:{lines[0]}", *lines[1:]]) if lines else label.symbol
-        _write(axes, text, first.x, first.y, LABEL_SIZE)
-        if name in derivative:
-            _dash(axes, first.grown(1.5, 1.5))
-
-
 def _dash(axes: Axes, box: Box) -> None:
     from matplotlib.patches import Rectangle
 
@@ -215,12 +213,3 @@ def _draw_notes(axes: Axes, notes: list[Note]) -> None:
         if note.boxed:
             _dash(axes, Box(x + 8.0, y, 16.0, 9.0))
         _write(axes, note.text, x + (20.0 if note.boxed else 0.0), y, NAME_SIZE, ha="left")
-
-
-def _save(figure: Figure, file: Path, kind: str) -> None:
-    from matplotlib import rc_context
-
-    style = rc_context({"svg.hashsalt": "bondgraph", "pdf.fonttype": 42})
-    with replacement(file, kind) as fresh, style, warnings.catch_warnings():
-        warnings.filterwarnings("ignore", message="Glyph .* missing")  # of a name; the picture has a box there
-        figure.savefig(fresh, format=kind, dpi=_DPI, metadata=_DATES[kind])

@@ -212,8 +212,16 @@ def _two_bonds(graph: BondGraph, kept: frozenset[str]) -> _Step:
             continue
         into, out = graph.ends(name)
         rest = [b for b in graph.bonds if b not in at]
-        ends = {graph.elements[into.tail].kind, graph.elements[out.head].kind}
-        if into.tail != out.head and ends & JUNCTIONS and not _held_twice(graph, into.tail, out.head):
+        ends = [graph.elements[into.tail], graph.elements[out.head]]
+        # whether two zero sources that decide the same flow (effort) would meet if these two were joined
+        meet = any(
+            all(
+                (e.kind == zero and e.law == 0.0) or (e.kind == at_one and is_held(graph, e.name, zero, graph.bonds))
+                for e in ends
+            )
+            for zero, at_one in SHARING.items()
+        )
+        if into.tail != out.head and {e.kind for e in ends} & JUNCTIONS and not meet:
             found = edited(graph, [*rest, Bond(min(at).number, into.tail, out.head)], {name})
             why = f"{graph.title(into.tail)} -> {graph.title(out.head)} says the same"
         elif into.tail == out.head and len(graph.at(into.tail)) > 2:
@@ -223,17 +231,6 @@ def _two_bonds(graph: BondGraph, kept: frozenset[str]) -> _Step:
             continue
         return found, Action("two bonds", f"{element.kind}:{name} dropped", why, tuple(b.number for b in at))
     return None
-
-
-def _held_twice(graph: BondGraph, first: str, second: str) -> bool:
-    """Whether two zero sources that decide the same flow (effort) would meet if these two were joined."""
-
-    def is_zero(name: str, kind: str) -> bool:
-        element = graph.elements[name]
-        own = element.kind == kind and element.law == 0.0
-        return own or (element.kind == SHARING[kind] and is_held(graph, name, kind, graph.bonds))
-
-    return any(is_zero(first, kind) and is_zero(second, kind) for kind in SHARING)
 
 
 def _rules_equal(graph: BondGraph, kept: frozenset[str]) -> _Step:

@@ -1,3 +1,5 @@
+"""The reduction to one coordinate, and the positions that it counts."""
+
 import numpy as np
 import pytest
 import sympy
@@ -6,6 +8,8 @@ from numpy.testing import assert_allclose
 from bondgraph import GY, Builder, C, GraphError, I, Law, Modulus, One, R, Reduction, Se, Zero, reduce
 from bondgraph.elements import Motion
 from bondgraph.motion.dynamics import Dynamics
+from bondgraph.reduction import count, counted
+from flywheel.numerics.intervals import Interval
 
 PHI = np.linspace(0.1, 6.2, 23)
 R_CRANK, L_ROD = 0.2, 0.6
@@ -371,3 +375,57 @@ def test_what_has_no_finite_value_is_refused_with_element_and_angle(ratio, force
         with pytest.raises(GraphError, match=said):
             reduce(graph, at)
     assert np.all(np.isfinite(reduce(graph, np.array([1.0, 2.0])).inertia))
+
+
+def test_positions_are_counted_whatever_they_come_as():
+    with counted() as tally:
+        count(3)
+        count(np.zeros((4, 5)))
+        count(0.5)
+        count(np.float64(0.5))
+        count(Interval(np.zeros(6), np.ones(6)))
+        count(Interval(0.0, 1.0))
+    assert tally.evaluations == 3 + 20 + 1 + 1 + 6 + 1
+
+
+def test_nobody_pays_who_does_not_count():
+    count(3)
+    with counted() as tally:
+        pass
+    count(3)
+    assert tally.evaluations == 0
+
+
+def test_an_inner_tally_counts_for_the_outer_one_too():
+    with counted() as outer:
+        count(1)
+        with counted() as inner:
+            count(10)
+        count(100)
+    assert (inner.evaluations, outer.evaluations) == (10, 111)
+
+
+def test_a_tally_that_was_left_by_an_error_counts_no_further():
+    tallies = []
+
+    def left():
+        with counted() as tally:
+            tallies.append(tally)
+            count(2)
+            raise ValueError("enough")
+
+    with pytest.raises(ValueError, match="enough"):
+        left()
+    count(5)
+    assert tallies[0].evaluations == 2
+
+
+def test_every_walk_of_a_graph_counts_its_positions():
+    graph = Builder().one("crank", displacement="phi").on("crank", I("J", 2.0), Se("M", 5.0)).build()
+    reduction = Reduction(graph, "crank")
+    with counted() as tally:
+        reduction(np.zeros(7))
+        reduction.at(np.zeros((2, 3))).reduced  # noqa: B018
+        reduction.flows(0.0)
+        reduction.moments(np.zeros(4))
+    assert tally.evaluations == 7 + 6 + 1 + 4

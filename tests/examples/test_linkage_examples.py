@@ -30,16 +30,6 @@ def poses(name: str, q: NDArray[np.float64] = PHI) -> Poses:
     return solve(linkage, 0.0, TURN).poses(q)
 
 
-@pytest.mark.parametrize("path", sorted(FOLDER.glob("*.toml")), ids=lambda path: path.stem)
-def test_scene_documents_itself_and_reaches_what_it_asks(path):
-    text = path.read_text(encoding="utf-8")
-    assert text.startswith("# ")
-    assert "[mechanism.bodies.frame]" in text
-    sized = flywheel.size(scene(path.stem), simulate=False)
-    assert sized.reached
-    assert sized.flywheel.needed
-
-
 def test_the_offset_slider_crank_is_that_of_the_named_type():
     text = (FOLDER / "offset_slider_crank.toml").read_text(encoding="utf-8")
     named = """

@@ -40,14 +40,6 @@ def numbers(line: str) -> list[float]:
     return found
 
 
-@pytest.mark.parametrize("scene", sorted(FOLDER.glob("*.toml")), ids=lambda path: path.stem)
-def test_example_documents_itself(scene: Path) -> None:
-    text = scene.read_text(encoding="utf-8")
-    assert text.startswith("# ")
-    assert f"{scene.name}" in text
-    assert flywheel.load(scene).title
-
-
 class Slider(NamedTuple):
     """A slider-crank by hand: x, x', x'' of the slider and of a point on the rod, and the rod's angle' and angle''."""
 

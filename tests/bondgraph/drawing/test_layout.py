@@ -1,13 +1,33 @@
+"""A graph's layout: labels, places, and drawings without flaws."""
+
 from functools import cache
 from math import hypot
 
+import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from bondgraph import Bond, BondGraph, Builder, GraphError, I, One, Se
-from bondgraph.drawing.layout import Box, Line, Point, flaws, half_arrow, layout, stroke
-from tests.bondgraph.drawing.drawn_graphs import GRAPHS, motor
+from bondgraph import Bond, BondGraph, Builder, GraphError, I, One, R, Se
+from bondgraph.drawing.layout import (
+    STEP,
+    Box,
+    Line,
+    Point,
+    enters,
+    flaws,
+    half_arrow,
+    labels,
+    layout,
+    mathtext,
+    place,
+    plain,
+    rearranged,
+    short_names,
+    stroke,
+    width,
+)
+from tests.bondgraph.drawing.drawn_graphs import GRAPHS, condensed, hub, motor
 
 
 @cache
@@ -115,7 +135,7 @@ def graphs(draw):
     return b.build(loose=True)
 
 
-@settings(max_examples=5, deadline=None, derandomize=True)
+@settings(max_examples=3, deadline=None, derandomize=True)
 @given(graphs())
 def test_any_graph_has_a_layout_without_flaws(graph):
     assert list(flaws(layout(graph))) == []
@@ -137,3 +157,116 @@ def test_a_graph_that_no_arrangement_makes_clear_is_refused(monkeypatch):
     monkeypatch.setattr("bondgraph.drawing.layout.flaws", lambda drawn: iter(["labels of 'J' and 'M' overlap"]))
     with pytest.raises(GraphError, match="too entangled to be drawn clearly; draw parts of it by themselves"):
         layout(Builder().one("shaft").on("shaft", I("J", 2.0), Se("M", 3.0)).build())
+
+
+def test_labels_say_symbol_name_and_what_a_law_varies_with():
+    found = labels(condensed())
+    assert found["T"][:2] == ("MTF", ("T(theta)",))
+    assert found["J"][:2] == ("I", ("J",))
+    assert found["crank"] == ("1", ("crank",), True)
+
+
+def test_names_that_only_join_their_neighbours_are_left_out():
+    found = labels(motor())
+    assert found["rotor-crank"].lines == ()
+    assert found["rotor-crank.rate"].lines == ()
+    assert labels(hub())["crank->cylinder0.rod.com.x"][:2] == ("TF", ("2",))
+
+
+def test_a_shared_first_part_is_left_out_where_the_rest_is_clear():
+    b = Builder().one("press.rod").on("press.rod", I("press.mass[0]", 1.0), Se("load", 1.0), Se("drive.torque", 1.0))
+    assert short_names(b.build()) == {
+        "press.rod": "rod",
+        "press.mass[0]": "mass[0]",
+        "load": "load",
+        "drive.torque": "drive.torque",
+    }
+
+
+def test_first_parts_stay_where_anything_would_be_told_apart_no_more():
+    names = short_names(hub(2))
+    assert names["cylinder0.mass[0]"] == "cylinder0.mass[0]"
+    b = Builder().one("rod").on("rod", I("press.rod", 1.0), R("press.B", 1.0))
+    assert short_names(b.build())["press.B"] == "press.B"
+
+
+def test_long_names_wrap_at_their_dots_and_lose_nothing():
+    lines = labels(hub())["cylinder0.rod.com.x"].lines
+    assert lines == ("cylinder0.", "rod.com.x")
+    assert all("".join(label.lines) in {*hub().elements, "2", ""} for label in labels(hub()).values())
+
+
+@pytest.mark.parametrize(
+    ("name", "tex", "read"),
+    [
+        ("theta", r"$\theta$", "θ"),
+        ("m_1x", "$m_{1x}$", "m1x"),
+        ("omega2", r"$\omega_{2}$", "ω2"),
+        ("damping", "damping", "damping"),
+        ("Jm", "Jm", "Jm"),
+        ("mass[0]", "mass[0]", "mass[0]"),
+        ("3.5", "3.5", "3.5"),
+        ("a$b", r"a\$b", "a$b"),
+    ],
+)
+def test_single_and_greek_letters_are_symbols_and_words_stay_words(name, tex, read):
+    assert mathtext(name) == tex
+    if "$" not in name:
+        assert plain(name) == read
+
+
+def test_width_grows_with_the_text_and_the_font():
+    assert width("I:mm", 10.0) > width("I:m", 10.0)
+    assert width("I:m", 20.0) == pytest.approx(2.0 * width("I:m", 10.0))
+
+
+places = st.floats(-10.0, 10.0)
+points = st.tuples(places, places).map(np.array)
+HALF = (12.0, 8.0)
+
+
+def room(graph):
+    return dict.fromkeys(graph.elements, HALF)
+
+
+@settings(max_examples=60, deadline=None, derandomize=True)
+@given(points, points, points, st.tuples(st.floats(0.5, 5.0), st.floats(0.5, 5.0)).map(np.array))
+def test_a_segment_enters_a_box_where_one_of_its_points_lies_inside(start, end, centre, half):
+    along = start + np.linspace(0.0, 1.0, 501)[:, None] * (end - start)
+    deepest = (half - np.abs(along - centre)).min(axis=1).max()
+    if abs(deepest) > 0.05:  # the points are not dense enough to tell a graze
+        assert bool(enters(start, end, centre, half)) == (deepest > 0.0)
+
+
+def test_segments_and_boxes_broadcast():
+    starts, ends = np.array([[0.0, 0.0], [0.0, 5.0]]), np.array([[9.0, 0.0], [9.0, 5.0]])
+    boxes = np.array([[4.0, 0.0], [4.0, 5.0], [4.0, 20.0]])
+    hit = enters(starts[:, None], ends[:, None], boxes, np.ones(2))
+    assert hit.tolist() == [[True, False, False], [False, True, False]]
+
+
+@pytest.mark.parametrize("name", ["condensed", "generic", "motor"])
+def test_no_two_elements_take_the_same_room(name):
+    graph = GRAPHS[name]()
+    at = place(graph, room(graph))
+    assert at.keys() == graph.elements.keys()
+    centres = np.array(list(at.values()))
+    apart = np.abs(centres[:, None] - centres[None]) >= 2.0 * np.array(HALF)
+    assert (apart.any(axis=-1) | np.eye(len(centres), dtype=bool)).all()
+
+
+def test_inertias_hang_above_their_junction_and_resistors_below():
+    graph = GRAPHS["condensed"]()
+    at = place(graph, room(graph))
+    assert at["J"][1] > at["crank"][1]
+    assert at["B"][1] < at["slider"][1]
+
+
+def test_another_arrangement_is_another_one_each_time_and_on_the_grid():
+    graph = GRAPHS["condensed"]()
+    at = place(graph, room(graph))
+    others = [rearranged(graph, room(graph), at, attempt) for attempt in (0, 1)]
+    assert others[0] == rearranged(graph, room(graph), at, 0)
+    assert others[0] != at
+    for other in others:
+        assert np.allclose(np.array(list(other.values())) % STEP, 0.0)

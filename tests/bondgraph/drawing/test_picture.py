@@ -10,7 +10,7 @@ from bondgraph.drawing.layout import layout
 from bondgraph.drawing.picture import COLOURS, draw
 from tests.bondgraph.drawing.drawn_graphs import GRAPHS, condensed
 
-SEVERAL = ("condensed", "motor", "hub")
+SEVERAL = ("condensed", "motor")
 STROKES = {1: "crank", 2: "J", 3: "T", 4: "slider", 5: "slider", 6: "B", 7: "slider"}  # m in derivative causality
 
 

@@ -104,11 +104,10 @@ def matched(found, expected):
     return worst, left
 
 
-@pytest.mark.parametrize("first", range(0, 250, 50))
-def test_random_graphs_have_the_eigenvalues_of_all_bond_equations_together(first):
+def test_random_graphs_have_the_eigenvalues_of_all_bond_equations_together():
     """Eigenvalues as 1/(s - lambda); springs whose efforts are tied add eigenvalues 0 to the state's."""
     s, compared = 0.7368 + 0.3j, 0
-    for seed in range(first, first + 50):
+    for seed in range(60):
         try:
             graph = random_graph(seed)
             matrix = state_matrix(graph)
