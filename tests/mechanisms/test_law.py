@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from math import pi, tau
 from typing import Any
 
@@ -16,8 +15,7 @@ from flywheel.numerics.expressions import Expression, parse
 from flywheel.numerics.faults import SceneError
 from flywheel.numerics.intervals import NAMESPACE, Interval
 from flywheel.scene.scene import Mechanism, Output, Table
-
-Walk = Callable[..., dict[str, tuple[Any, Any]]]
+from tests.mechanisms.chains import walked
 
 
 def law(text: str | Table, rotating: bool = False, inertia: float = 2.0, period: float = tau, **parameters: float) -> Family:
@@ -41,10 +39,10 @@ SMOOTH = [
 
 
 @pytest.mark.parametrize(("text", "truth", "parameters"), SMOOTH, ids=[text for text, _, _ in SMOOTH])
-def test_gain_and_slope_are_derivatives(text: str, truth: Any, parameters: dict[str, float], walk: Walk) -> None:
+def test_gain_and_slope_are_derivatives(text: str, truth: Any, parameters: dict[str, float]) -> None:
     family = law(text, **parameters)
     psi = np.linspace(-7.0, 14.0, 43)
-    gain, slope = walk(family, psi)["arm"]
+    gain, slope = walked(family, psi)["arm"]
     with mp.workdps(40):
         for i, angle in enumerate(psi):
             value, first, second = mp.taylor(truth, mp.mpf(angle), 2)
@@ -61,12 +59,12 @@ def test_masses_sit_straight_on_the_crank() -> None:
     assert [term.source for term in family.velocities[0].terms] == ["crank"]
 
 
-def test_a_theta_gains_the_same_each_period(walk: Walk) -> None:
+def test_a_theta_gains_the_same_each_period() -> None:
     family = law("2*phi + 0.1*sin(phi)", rotating=True)
     assert not family.ports["arm"].returns
     psi = np.linspace(-20.0, 20.0, 81)
     assert displacement(family, psi) == pytest.approx(2 * psi + 0.1 * np.sin(psi), abs=1e-12)
-    assert walk(family, psi)["arm"][0] == pytest.approx(2 + 0.1 * np.cos(psi), abs=1e-13)
+    assert walked(family, psi)["arm"][0] == pytest.approx(2 + 0.1 * np.cos(psi), abs=1e-13)
 
 
 def test_an_oscillating_theta_returns() -> None:
@@ -144,14 +142,14 @@ def table(start: float, gain: float, rows: int = 13) -> Table:
 
 @pytest.mark.parametrize("start", [0.0, -1.0, 0.7, tau])
 @pytest.mark.parametrize("gain", [0.0, tau])
-def test_a_table_is_the_periodic_spline_from_wherever_it_starts(start: float, gain: float, walk: Walk) -> None:
+def test_a_table_is_the_periodic_spline_from_wherever_it_starts(start: float, gain: float) -> None:
     given = table(start, gain)
     flat = given.value - gain * (given.angle - start) / tau
     flat[-1] = flat[0]
     spline = CubicSpline(given.angle, flat, bc_type="periodic")
     family = law(given, rotating=gain != 0)
     psi = np.linspace(-9.0, 16.0, 401)
-    first, second = walk(family, psi)["arm"]
+    first, second = walked(family, psi)["arm"]
     assert displacement(family, psi) == pytest.approx(spline(psi) + gain * (psi - start) / tau, abs=1e-12)
     assert first == pytest.approx(spline(psi, 1) + gain / tau, abs=1e-12)
     assert second == pytest.approx(spline(psi, 2), abs=1e-11)

@@ -18,8 +18,7 @@ from flywheel.numerics.intervals import NAMESPACE, Interval
 from flywheel.scene.linkage import FRAME, SLIDE, Lift, Linkage
 from flywheel.scene.scene import Mechanism, PointPort, Scene
 from tests.linkages.linkages import CASES, SINE, cam_rocker, geared_five_bar, six_bar, slider_crank
-
-Walk = Any
+from tests.mechanisms.chains import walked
 
 PSI = np.array([0.2, 1.3, 2.9, 4.4, 6.0])
 
@@ -38,10 +37,10 @@ def made(linkage: Linkage, **changes: Any) -> Mechanism:
 
 
 @pytest.mark.parametrize("case", CASES)
-def test_gains_are_those_of_the_poses(case: str, walk: Walk) -> None:
+def test_gains_are_those_of_the_poses(case: str) -> None:
     linkage = heavy(CASES[case][0])
     family = build(made(linkage))
-    gains = walk(family, PSI)
+    gains = walked(family, PSI)
     poses = solve(linkage, 0.0, tau).poses(PSI)
     for link in linkage.links:
         angle, centre = poses.angle(link.name), poses.centre(link.name)
@@ -55,10 +54,10 @@ def test_gains_are_those_of_the_poses(case: str, walk: Walk) -> None:
 
 
 @pytest.mark.parametrize("case", CASES)
-def test_reduced_inertia_is_that_of_the_poses(case: str, walk: Walk) -> None:
+def test_reduced_inertia_is_that_of_the_poses(case: str) -> None:
     linkage = heavy(CASES[case][0])
     family = build(made(linkage))
-    gains = walk(family, PSI)
+    gains = walked(family, PSI)
     found = sum(mass.value * (gains[mass.velocity][0] + 0 * PSI) ** 2 for mass in family.masses)
     poses = solve(linkage, 0.0, tau).poses(PSI)
     expected = sum(
@@ -69,23 +68,23 @@ def test_reduced_inertia_is_that_of_the_poses(case: str, walk: Walk) -> None:
 
 
 @pytest.mark.parametrize("case", CASES)
-def test_ports_move_as_their_velocities_say(case: str, walk: Walk) -> None:
+def test_ports_move_as_their_velocities_say(case: str) -> None:
     family = build(made(CASES[case][0]))
-    gains = walk(family, PSI)
+    gains = walked(family, PSI)
     h = 1e-4
     for port in family.ports.values():
         low, high = (port.position(family.position(PSI + s * h, np, PSI)) for s in (-1, 1))
         np.testing.assert_allclose((high - low) / (2 * h), gains[port.velocity][0] + 0 * PSI, atol=2e-6)
 
 
-def test_port_at_a_point_along_a_direction(walk: Walk) -> None:
+def test_port_at_a_point_along_a_direction() -> None:
     linkage = six_bar()
     family = build(made(linkage, points=(PointPort("tool", "rocker", "F", 0.7),)))
     poses = solve(linkage, 0.0, tau).poses(PSI).point("rocker", linkage.link("rocker").point("F"))
     along = np.array([np.cos(0.7), np.sin(0.7)])
     port = family.ports["tool"]
     np.testing.assert_allclose(port.position(family.position(PSI, np)), along @ poses.value, atol=1e-14)
-    np.testing.assert_allclose(walk(family, PSI)["tool"][0], along @ poses.rate, atol=1e-13)
+    np.testing.assert_allclose(walked(family, PSI)["tool"][0], along @ poses.rate, atol=1e-13)
 
 
 def test_a_point_that_does_not_move_is_no_port() -> None:
@@ -111,6 +110,27 @@ def test_angles_gain_a_turn_each_turn() -> None:
     assert ends[1] - ends[0] == pytest.approx(-2 * tau)
     assert not second.returns
     assert family.ports["left"].returns
+
+
+def test_the_last_single_positions_are_kept_and_arrays_are_not() -> None:
+    at = build(made(geared_five_bar(-2.0))).position
+    first, other = at(0.3, np, 0.5), at(0.4, np, 0.5)
+    assert at(0.3, np, 0.5) is first
+    assert at(0.4, np, 0.5) is other
+    assert at(0.3, np, 7.0) is not first
+    for k in range(4):
+        at(1.0 + k, np, 0.5)
+    assert at(0.3, np, 0.5) is not first
+    table = np.array([0.3])
+    assert at(table, np) is not at(table, np)
+
+
+def test_psi_is_brought_into_the_anchor_s_turn() -> None:
+    family = build(made(geared_five_bar(-2.0)))
+    near, far = (family.position(q, np, anchor) for q, anchor in ((0.3, 0.5), (0.3 + 3 * tau, 0.5 + 3 * tau)))
+    left, second = family.ports["left"], family.ports["second"]
+    assert abs(float(left.position(near)) - float(left.position(far))) < 1e-13
+    assert abs(float(second.position(near)) - 6 * tau - float(second.position(far))) < 1e-12
 
 
 def test_a_ratio_that_needs_two_turns() -> None:
@@ -150,7 +170,7 @@ def test_cam_breaks_where_its_lift_does() -> None:
     assert min(abs(angle - 2.0) for angle in family.breakpoints) < 1e-12
 
 
-def test_a_sliding_driver(walk: Walk) -> None:
+def test_a_sliding_driver() -> None:
     base = heavy(slider_crank(0.1, 0.3, 0.0))
     crank, rod, slider = base.links
     pushed = replace(base, links=(crank._replace(name="arm", guess=0.5), rod, slider), driver="guide", start=0.35)
@@ -160,8 +180,8 @@ def test_a_sliding_driver(walk: Walk) -> None:
     pushed = replace(pushed, joints=joints)
     family = build(made(pushed, stroke=(0.25, 0.39)))
     x = np.array([0.26, 0.3, 0.38])
-    gains = walk(family, x)
-    turned = walk(build(made(base)), solve(pushed, 0.25, 0.39).poses(x).angle("arm").value)
+    gains = walked(family, x)
+    turned = walked(build(made(base)), solve(pushed, 0.25, 0.39).poses(x).angle("arm").value)
     np.testing.assert_allclose(gains["arm"][0], 1 / turned["guide"][0], rtol=1e-11)
     np.testing.assert_allclose(gains["arm"][1], -turned["guide"][1] / turned["guide"][0] ** 3, rtol=1e-10)
     assert gains["guide"] == (1.0, 0.0)

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import replace
 from itertools import pairwise
 from math import acosh, hypot, inf, pi, sqrt
 from typing import Any
@@ -19,32 +17,7 @@ from flywheel.mechanisms.families import build
 from flywheel.numerics.faults import Fault, SceneError
 from flywheel.numerics.intervals import NAMESPACE, Interval
 from flywheel.scene.scene import Body, Mechanism
-
-Walk = Callable[..., dict[str, tuple[Any, Any]]]
-
-NAMES = ("frame.height", "bell_crank.drive_length", "coupler.length", "bell_crank.clamp_length", "rod.length")
-BODIES = {
-    "block": Body(33.2930),
-    "bell_crank": Body(16.1475, 0.1195, 0.11, 0.2),
-    "coupler": Body(1.3051, 0.0022, 0.0475, -0.3),
-    "rod": Body(16.7364, 0.1699, 0.13),
-    "platen": Body(298.4963),
-}
-
-
-def clamp(
-    height: float = 0.14,
-    drive: float = 0.16763,
-    coupler: float = 0.095,
-    arm: float = 0.22,
-    rod: float = 0.26,
-    angle: float = 0.30199,
-    stroke: tuple[float, float] | None = (-0.06, 0.19),
-    assembly: str = "open",
-) -> Mechanism:
-    geometry = {**dict(zip(NAMES, (height, drive, coupler, arm, rod), strict=True)), "bell_crank.angle": angle}
-    return Mechanism("toggle-clamp", "m", geometry=geometry, stroke=stroke, assembly=assembly, bodies=BODIES)
-
+from tests.mechanisms.chains import CLAMP, clamp, exactly, walked
 
 CLAMPS = {
     "source": clamp(),
@@ -66,17 +39,12 @@ def _forty_digits() -> Any:
         yield
 
 
-def exactly(mechanism: Mechanism) -> Mechanism:
-    geometry = {name: mp.mpf(value) for name, value in mechanism.geometry.items()}
-    return replace(mechanism, geometry=geometry, bodies={k: Body(*map(mp.mpf, b)) for k, b in mechanism.bodies.items()})
-
-
 class Loops:
     """Both loop equations at one displacement: positions x = (theta2, theta3, theta6, s), x' and x'' by the Jacobian."""
 
     def __init__(self, mechanism: Mechanism, psi: Any, near: list[float]) -> None:
         geometry = exactly(mechanism).geometry
-        a1, a2, a3, a5, a6 = (geometry[name] for name in NAMES)
+        a1, a2, a3, a5, a6 = (geometry[name] for name in CLAMP)
         alpha = geometry["bell_crank.angle"]
 
         def gaps(t2: Any, t3: Any, t6: Any, s: Any) -> list[Any]:
@@ -122,22 +90,18 @@ def solved(mechanism: Mechanism, psi: float) -> Loops:
     return Loops(mechanism, mp.mpf(psi), [float(family.ports[name].position(position)) for name in PORTS])
 
 
-def along_stroke(mechanism: Mechanism, count: int = 5) -> np.ndarray:
-    return np.linspace(*mechanism.stroke, count)
-
-
-def standstill(mechanism: Mechanism, walk: Walk, low: float, high: float) -> float:
+def standstill(mechanism: Mechanism, low: float, high: float) -> float:
     """Where the platen stands still though the block moves, by bisection."""
     family = build(mechanism)
-    sense = walk(family, low)["platen"][0]
+    sense = walked(family, low)["platen"][0]
     while (middle := 0.5 * (low + high)) not in (low, high):
-        low, high = (middle, high) if walk(family, middle)["platen"][0] * sense > 0 else (low, middle)
+        low, high = (middle, high) if walked(family, middle)["platen"][0] * sense > 0 else (low, middle)
     return low
 
 
-def test_the_read_out_of_the_source_at_full_stretch(walk: Walk) -> None:
+def test_the_read_out_of_the_source_at_full_stretch() -> None:
     family, speed = build(CLAMPS["source"]), 0.3289474
-    position, gains = family.position(0.19, np), walk(family, 0.19)
+    position, gains = family.position(0.19, np), walked(family, 0.19)
     assert [family.ports[name].position(position) for name in PORTS] == pytest.approx([2.83967, 1.89156, 0, 0.48], abs=6e-5)
     assert position.clamp == pytest.approx(6.2833, abs=5e-5)
     speeds = [gains[name][0] * speed for name in PORTS]
@@ -157,10 +121,10 @@ def test_the_read_out_of_the_source_contradicts_itself_in_theta2_and_theta5() ->
 
 
 @clamps
-def test_floats_agree_with_the_loop_equations(mechanism: Mechanism, walk: Walk) -> None:
-    family = build(mechanism)
-    for psi in along_stroke(mechanism):
-        true, position, gains = solved(mechanism, psi), family.position(psi, np), walk(family, psi)
+def test_floats_agree_with_the_loop_equations_and_the_bodies(mechanism: Mechanism) -> None:
+    family, pull = build(mechanism), 0.6 - 9.7j
+    for psi in np.linspace(*mechanism.stroke, 4):
+        true, position, gains = solved(mechanism, psi), family.position(psi, np), walked(family, psi)
         for k, name in enumerate(PORTS):
             value = family.ports[name].position(position)
             assert abs(value - true.x[k]) <= 1e-12, name
@@ -168,70 +132,43 @@ def test_floats_agree_with_the_loop_equations(mechanism: Mechanism, walk: Walk) 
                 assert abs(found - exact) <= 1e-12 * max(1, abs(exact)), name
         assert gains["block"] == (1.0, 0.0)
         assert family.ports["block"].position(position) == psi
+        centres, energy = true.centres(exactly(mechanism).bodies), mp.mpf(0)
+        for name, body in mechanism.bodies.items():
+            speed, spin = centres[name]
+            energy += body.mass * abs(speed) ** 2 + body.inertia * spin**2
+            own = [weight for weight in family.weights if weight.body == name]
+            found = sum(w.mass * (pull.conjugate() * np.exp(1j * w.direction)).real * gains[w.velocity][0] for w in own)
+            expected = body.mass * (mp.conj(mp.mpc(pull)) * speed).real
+            assert found == pytest.approx(float(expected), rel=1e-12, abs=1e-12)
+        assert sum(m.value * gains[m.velocity][0] ** 2 for m in family.masses) == pytest.approx(float(energy), rel=1e-13)
 
 
 @pytest.mark.parametrize("between", [(0.12, 0.155), (0.185, 0.195)])
-def test_digits_stay_where_the_toggle_stretches(between: tuple[float, float], walk: Walk) -> None:
+def test_digits_stay_where_the_toggle_stretches(between: tuple[float, float]) -> None:
     mechanism = clamp(stroke=(-0.06, 0.2))
-    centre, family = standstill(mechanism, walk, *between), build(mechanism)
+    centre, family = standstill(mechanism, *between), build(mechanism)
     assert family.position(centre, np).platen == pytest.approx(0.48, abs=1e-15)
-    assert abs(walk(family, centre)["platen"][0]) < 1e-15
+    assert abs(walked(family, centre)["platen"][0]) < 1e-15
     for psi in (centre, centre - 1e-12, centre + 1e-9, centre - 1e-6, centre + 1e-5):
-        gain, slope = walk(family, psi)["platen"]
+        gain, slope = walked(family, psi)["platen"]
         true = solved(mechanism, psi)
         assert abs(gain - true.rate[3]) <= 1e-15
         assert abs(slope - true.slope[3]) <= 1e-12 * abs(true.slope[3])
 
 
-def test_the_platen_stands_still_too_where_the_bell_crank_turns_back(walk: Walk) -> None:
+def test_the_platen_stands_still_too_where_the_bell_crank_turns_back() -> None:
     mechanism = CLAMPS["source"]
-    centre = standstill(mechanism, walk, 0.157, 0.18)
+    centre = standstill(mechanism, 0.157, 0.18)
     assert build(mechanism).position(centre, np).coupler == pytest.approx(pi / 2, abs=1e-14)
     assert centre == pytest.approx(sqrt(0.16763**2 - (0.14 - 0.095) ** 2), abs=1e-15)
 
 
-def test_digits_stay_at_full_stretch_of_a_straight_clamp_and_a_rod_alike(walk: Walk) -> None:
+def test_digits_stay_at_full_stretch_of_a_straight_clamp_and_a_rod_alike() -> None:
     mechanism = clamp(0.14, 0.12, 0.12, 0.2, 0.2, 0.0, (0.0, 0.19))
     family = build(mechanism)
     for psi in (0.05, 0.13, 0.19):
-        true, gains = solved(mechanism, psi), walk(family, psi)
+        true, gains = solved(mechanism, psi), walked(family, psi)
         assert gains["platen"][0] == pytest.approx(float(true.rate[3]), rel=1e-13)
-
-
-@clamps
-def test_gains_are_those_of_exact_numbers(mechanism: Mechanism, walk: Walk) -> None:
-    true = build(exactly(mechanism))
-    for psi in along_stroke(mechanism, 3):
-        found, exact = walk(build(mechanism), psi), walk(true, mp.mpf(psi), mp)
-        for name, pair in exact.items():
-            for value, wanted in zip(found[name], pair, strict=True):
-                assert abs(value - wanted) <= 1e-12 * max(1, abs(wanted)), name
-
-
-@clamps
-def test_kinetic_energy_is_that_of_the_bodies(mechanism: Mechanism, walk: Walk) -> None:
-    family = build(mechanism)
-    for psi in along_stroke(mechanism, 3):
-        gains = walk(family, psi)
-        found = sum(mass.value * gains[mass.velocity][0] ** 2 for mass in family.masses)
-        centres = solved(mechanism, psi).centres(exactly(mechanism).bodies)
-        expected = sum(
-            body.mass * abs(centres[name][0]) ** 2 + body.inertia * centres[name][1] ** 2
-            for name, body in mechanism.bodies.items()
-        )
-        assert found == pytest.approx(float(expected), rel=1e-13)
-
-
-@clamps
-def test_weight_pulls_every_body_at_its_centre(mechanism: Mechanism, walk: Walk) -> None:
-    family, psi = build(mechanism), along_stroke(mechanism, 4)[1]
-    gains, centres = walk(family, psi), solved(mechanism, psi).centres(exactly(mechanism).bodies)
-    pull = 0.6 - 9.7j
-    for name, body in mechanism.bodies.items():
-        own = [weight for weight in family.weights if weight.body == name]
-        found = sum(w.mass * (pull.conjugate() * np.exp(1j * w.direction)).real * gains[w.velocity][0] for w in own)
-        expected = body.mass * (mp.conj(mp.mpc(pull)) * centres[name][0]).real
-        assert found == pytest.approx(float(expected), rel=1e-12, abs=1e-12)
 
 
 @clamps
@@ -265,30 +202,31 @@ def test_bounds_hold_over_whole_cells(mechanism: Mechanism) -> None:
 @pytest.mark.parametrize(
     "mechanism",
     [
-        *CLAMPS.values(),
+        CLAMPS["source"],
+        CLAMPS["short rod"],
         clamp(stroke=(-0.222, 0.2222)),
         clamp(0.1, 0.3, 0.2001, 0.22, 0.26, 0.5, (-0.2, 0.2)),
         clamp(rod=0.2201, angle=-1.0),
     ],
 )
-def test_cells_follow_the_motion(mechanism: Mechanism, walk: Walk) -> None:
+def test_cells_follow_the_motion(mechanism: Mechanism) -> None:
     """A polynomial of order 16 on the worst cell, by the ends of the stroke, the breakpoints, and a few more."""
     family, (start, end) = build(mechanism), sorted(mechanism.stroke)
     edges = np.unique([*np.linspace(start, end, 5), *family.breakpoints])
     nodes, probes = np.cos(pi * (np.arange(17) + 0.5) / 17), np.linspace(-1.0, 1.0, 40)
     for low, high in pairwise(edges):
-        sampled, asked = (walk(family, 0.5 * (low + high + (high - low) * at)) for at in (nodes, probes))
+        sampled, asked = (walked(family, 0.5 * (low + high + (high - low) * at)) for at in (nodes, probes))
         for name in PORTS:
             fit = np.polynomial.chebyshev.chebfit(nodes, sampled[name][0], 16)
             gap = np.polynomial.chebyshev.chebval(probes, fit) - asked[name][0]
             assert np.max(np.abs(gap)) <= 1e-7 * np.max(np.abs(asked[name][0])), (name, low, high)
 
 
-def test_cells_shorten_where_the_rod_nearly_stands_across(walk: Walk) -> None:
+def test_cells_shorten_where_the_rod_nearly_stands_across() -> None:
     family = build(clamp(rod=0.2201, angle=-1.0))
     upright = [psi for psi in family.breakpoints if abs(abs(family.position(psi, np).clamp_sin) - 1) < 1e-12]
     assert len(upright) == 1
-    shortest = acosh(0.2201 / 0.22) / abs(walk(family, upright[0])["bell_crank"][0])
+    shortest = acosh(0.2201 / 0.22) / abs(walked(family, upright[0])["bell_crank"][0])
     gaps = sorted(abs(psi - upright[0]) for psi in family.breakpoints)
     assert gaps[1:3] == pytest.approx([shortest, shortest], rel=1e-9)
 
@@ -373,13 +311,13 @@ PLACE = st.integers(-12, 12).map(lambda n: n / 4)
 
 
 @given(st.tuples(LENGTH, LENGTH, LENGTH, LENGTH, LENGTH), st.integers(-6, 6), st.tuples(PLACE, PLACE), st.booleans())
-@settings(derandomize=True, max_examples=150, deadline=None)
+@settings(derandomize=True, max_examples=40, deadline=None)
 def test_a_clamp_is_refused_exactly_when_a_loop_flattens(
     lengths: tuple[float, ...], eighths: int, stroke: tuple[float, float], crossed: bool
 ) -> None:
     assume(stroke[0] < stroke[1])
     mechanism = clamp(*lengths, eighths * pi / 8 + 0.1, stroke, "crossed" if crossed else "open")
-    flat, upright = slack(mechanism, np.linspace(*stroke, 4001))
+    flat, upright = slack(mechanism, np.linspace(*stroke, 1001))
     assume(abs(flat) > 1e-6 or flat in (0.0, -inf))
     assume(abs(upright) > 1e-6)
     if flat <= 0 or upright < 0:
@@ -392,7 +330,7 @@ def test_a_clamp_is_refused_exactly_when_a_loop_flattens(
 
 def slack(mechanism: Mechanism, psi: np.ndarray) -> tuple[float, float]:
     """How far, at least, the arms are from one line, and the rod from standing across: by the cosine rule."""
-    a1, a2, a3, a5, a6 = (mechanism.geometry[name] for name in NAMES)
+    a1, a2, a3, a5, a6 = (mechanism.geometry[name] for name in CLAMP)
     reach = np.hypot(a1, psi)
     reach = np.append(reach, a1) if psi[0] < 0 < psi[-1] else reach
     flat = float(min((a2 + a3 - reach).min(), (reach - abs(a2 - a3)).min()))
