@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+from functools import cache
 from math import pi
 
 from flywheel.mechanisms.law import FormulaCurve
+from flywheel.mechanisms.linkages.positions import Solution, solve
 from flywheel.numerics.expressions import parse
 from flywheel.scene.linkage import Coupling, Joint, Lift, Link, Linkage, Point
 
@@ -193,27 +195,28 @@ def cam(kind: str = "roller", mu: float = 0.0) -> Linkage:
 
 
 EVERY = {
-    "slider-crank": slider_crank(),
-    "rubbing slider-crank": slider_crank(0.1, 0.02),
     "slider-crank with a shoe": slider_crank(0.15, 0.01, 0.08),
-    "four-bar": four_bar(),
     "rubbing four-bar": four_bar(0.2, 0.01),
     "six-bar": six_bar(0.1, 0.01),
-    "whitworth": whitworth(),
     "rubbing whitworth": whitworth(0.1),
-    "geared five-bar": geared_five_bar(),
     "geared five-bar with inclined teeth": geared_five_bar(0.35),
     "planetary": planetary(),
     "internal gear": internal(),
     "rolling wheel": rolling_wheel(),
     "rack": rack(),
     "rack above": rack(sign=-1.0),
-    "roller cam": cam("roller"),
     "rubbing roller cam": cam("roller", 0.1),
-    "flat cam": cam("flat"),
     "rubbing flat cam": cam("flat", 0.1),
-    "rocker cam": cam("rocker"),
     "rubbing rocker cam": cam("rocker", 0.1),
     "redundant slider-crank": slider_crank(guides=2),
     "parallelogram": parallelogram(),
 }
+
+RANGES = {"rack": 2.0, "rack above": 2.0, "parallelogram": 1.5}
+
+
+@cache
+def solution(name: str) -> Solution:
+    """One of `EVERY` over a turn, or as far as it goes."""
+    linkage = EVERY[name]
+    return solve(linkage, linkage.start, linkage.start + RANGES.get(name, 6.3))

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -19,16 +21,17 @@ def touch(linkage):
     return contact(poses, linkage.couplings[0]), poses
 
 
-def test_outer_wheels_touch_between_their_centres_and_are_pressed_apart():
-    found, _ = touch(forced.geared_five_bar(0.3))
-    np.testing.assert_allclose(found.at, np.stack((0.2 + 0 * Q, 0 * Q)), atol=1e-15)  # 0.3 m split 2 : 1
-    np.testing.assert_allclose(found.aside, np.stack((1 + 0 * Q, 0 * Q)), atol=1e-15)
-
-
-def test_a_pinion_in_a_ring_touches_beyond_both_centres_and_presses_the_ring_outwards():
-    found, _ = touch(forced.internal())
-    np.testing.assert_allclose(found.at, np.stack((0.06 + 0 * Q, 0.08 + 0 * Q)), atol=1e-15)  # radii 0.05 and 0.1
-    np.testing.assert_allclose(found.aside, np.stack((0.6 + 0 * Q, 0.8 + 0 * Q)), atol=1e-14)
+@pytest.mark.parametrize(
+    ("linkage", "at", "aside"),
+    [
+        (forced.geared_five_bar(0.3), (0.2, 0.0), (1.0, 0.0)),  # outside: 0.3 m split 2 : 1, pressed apart
+        (forced.internal(), (0.06, 0.08), (0.6, 0.8)),  # inside: radii 0.05 and 0.1, the ring is pressed outwards
+    ],
+)
+def test_wheels_touch_where_their_pitch_circles_do(linkage, at, aside):
+    found, _ = touch(linkage)
+    np.testing.assert_allclose(found.at, np.outer(at, Q**0), atol=1e-15)
+    np.testing.assert_allclose(found.aside, np.outer(aside, Q**0), atol=1e-14)
 
 
 def test_a_planet_touches_its_sun_on_the_arm():
@@ -102,9 +105,6 @@ def test_what_has_no_contact_is_refused():
 
 def test_friction_of_teeth_is_refused():
     linkage = forced.geared_five_bar()
-    poses = solve(linkage, 0.0, 6.2).poses(Q)
-    rubbing = forced.Linkage(
-        linkage.ground, linkage.links, linkage.joints, "pivot", (linkage.couplings[0]._replace(friction=0.1),)
-    )
+    rubbing = replace(linkage, couplings=(linkage.couplings[0]._replace(friction=0.1),))
     with pytest.raises(SceneError, match="nothing slides"):
-        reactions_at(poses._replace(linkage=rubbing), 1.0)
+        reactions_at(solve(linkage, 0.0, 1.0).poses([0.5])._replace(linkage=rubbing), 1.0)

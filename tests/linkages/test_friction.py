@@ -8,7 +8,7 @@ import pytest
 from flywheel.mechanisms.linkages.positions import Poses
 from flywheel.mechanisms.linkages.reactions import reactions, reactions_at
 from flywheel.mechanisms.linkages.statics import friction_sizes
-from flywheel.mechanisms.linkages.wrenches import Effort, Force, Torque
+from flywheel.mechanisms.linkages.wrenches import Force, Torque
 from flywheel.numerics.faults import SceneError
 from flywheel.scene.linkage import Joint, Link, Linkage, Point
 from tests.linkages import forced
@@ -126,30 +126,13 @@ def test_a_driving_slider_locks_where_the_rod_passes_inside_the_friction_circle(
     assert "friction locks at" in found.table()
 
 
-def test_newton_finds_what_a_thousand_substitutions_find():
-    """x = free + response (factor |forms x|): any numbers with a contraction."""
-    rng = np.random.default_rng(4)
-    free, response = rng.normal(size=(40, 6)), rng.normal(size=(40, 6, 3))
-    forms = np.zeros((3, 2, 6))
-    forms[0, 0, 0] = forms[0, 1, 1] = forms[1, 0, 2] = 1.0
-    forms[2, 0, 3:5] = 0.5, -2.0
-    factor = rng.uniform(-0.08, 0.08, size=(40, 3))
-    found = friction_sizes(free, response, factor, forms)
-    sizes = np.zeros((40, 3))
-    for _ in range(1000):
-        x = free + np.einsum("nmp,np->nm", response, factor * sizes)
-        sizes = np.stack((np.hypot(x[:, 0], x[:, 1]), np.abs(x[:, 2]), np.abs(0.5 * x[:, 3] - 2 * x[:, 4])), axis=1)
-    assert found.converged.all()
-    np.testing.assert_allclose(found.sizes, sizes, rtol=1e-11, atol=1e-13)
-
-
 def test_violent_friction_is_solved_or_reported():
     """Factors far past a contraction: what counts as converged fulfils the equations, also where stages were needed."""
     rng = np.random.default_rng(1)
-    free, response = rng.normal(size=(2000, 4)), rng.normal(size=(2000, 4, 2))
+    free, response = rng.normal(size=(500, 4)), rng.normal(size=(500, 4, 2))
     forms = np.zeros((2, 2, 4))
     forms[0, 0, 0] = forms[1, 0, 2] = forms[1, 1, 3] = 1.0
-    factor = rng.uniform(-0.5, 0.5, size=(2000, 2))
+    factor = rng.uniform(-0.5, 0.5, size=(500, 2))
     found = friction_sizes(free, response, factor, forms)
     x = free + np.einsum("nmp,np->nm", response, factor * found.sizes)
     gap = np.abs(np.stack((np.abs(x[:, 0]), np.hypot(x[:, 2], x[:, 3])), axis=1) - found.sizes).max(axis=1)
@@ -173,8 +156,3 @@ def test_what_friction_needs_is_asked_for():
     weld = Joint("weld", "fixed", "frame", "block", ORIGIN, ORIGIN, friction=0.1)
     with pytest.raises(SceneError, match="does not slide"):
         reactions_at(alone(weld, Link("block", (ORIGIN,))), 1.0)
-
-
-def test_a_spring_in_a_guide_is_borne_by_the_drive():
-    found = reactions_at(block(0.0), 1.0, loads=[Effort("guide", -42.0)])
-    assert found.action[0] == pytest.approx(42.0)

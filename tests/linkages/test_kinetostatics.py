@@ -1,4 +1,4 @@
-"""Driving actions against energy, what friction costs, and quasi-static analysis."""
+"""Reactions by two routes, driving actions against energy, what friction costs, and quasi-static analysis."""
 
 from __future__ import annotations
 
@@ -6,27 +6,65 @@ import numpy as np
 import pytest
 
 from flywheel.mechanisms.linkages.positions import solve
-from flywheel.mechanisms.linkages.reactions import Reactions, reactions
+from flywheel.mechanisms.linkages.reactions import Reactions, constraints, reactions, virtual_power
 from flywheel.mechanisms.linkages.wrenches import Effort, Force, Torque, centres
 from flywheel.numerics.faults import SceneError
 from tests.linkages import forced
-from tests.linkages.forced import EVERY
+from tests.linkages.forced import EVERY, RANGES, solution
 
 G = 9.81
-TURNING = [name for name in EVERY if name not in ("rack", "rack above", "parallelogram")]
+TURNING = [name for name in EVERY if name not in RANGES]
 Q = np.linspace(0.1, 6.2, 17)
 SPEED = 9.0 + 2.0 * np.sin(Q)
+
+
+def loaded(name, **more):
+    linkage = EVERY[name]
+    q = linkage.start + np.linspace(0.05, RANGES.get(name, 6.2), 19)
+    pushed, turned, worked = linkage.links[-1].name, linkage.links[1].name, linkage.joints[-1].name
+    loads = (Force(pushed, "o", -200.0, 60 * np.cos(q)), Torque(turned, 5.0), Effort(worked, 3.0))
+    if linkage.joint(worked).kind == "fixed":
+        loads = loads[:2]
+    return reactions(solution(name), q, -12.0, 30.0, gravity=(0.5, -9.81), loads=loads, **more)
+
+
+@pytest.mark.parametrize("name", EVERY)
+def test_virtual_power_agrees_with_newton_and_euler(name):
+    """By velocities at joints and contacts, which do not part in the motion that the driver makes."""
+    found = loaded(name)
+    known = [size for joint in found.forces if not np.isnan(size := found.resultant(joint)).any()]
+    largest = max((size.max() for size in known), default=np.abs(found.action).max())
+    for joint, parts in virtual_power(found).items():
+        for part, value in parts.items():
+            mine = found.actions[joint] if part == "drive" else found.components[joint][part]
+            np.testing.assert_allclose(mine, value, rtol=0, atol=1e-10 * largest)
+    assert found.residual.max() < 1e-12
+    assert found.friction.converged.all()
+    poses = found.poses
+    for (joint, part), row in constraints(poses, [poses.linkage.driver]).items():
+        parting = np.einsum("bin,bin->n", row, poses.rate)
+        atol = 1e-11 * np.abs(poses.rate).max()
+        np.testing.assert_allclose(parting, float(part == "drive"), rtol=0, atol=atol, err_msg=f"{joint}.{part}")
+
+
+def test_releasing_a_redundant_constraint_sets_nothing_free():
+    found = loaded("redundant slider-crank")
+    other = virtual_power(found)
+    assert set(found.undetermined) == {f"{g}.{p}" for g in ("guide", "other_guide") for p in ("normal", "moment")}
+    for guide in ("guide", "other_guide"):
+        assert all(np.isnan(part).all() for part in other[guide].values())
+    assert not np.isnan(found.action).any()
+    assert not np.isnan(found.components["slider_pin"]["x"]).any()
 
 
 @pytest.mark.parametrize("name", TURNING)
 def test_the_drive_pays_for_energy_and_friction(name):
     """Q qdot + M_friction qdot + power of the load = d(T + V)/dt, T + V by differences along the motion qdot(q)."""
     linkage, eps = EVERY[name], 2e-5
-    solution = solve(linkage, 0.0, 6.3)
     last = linkage.links[-1].name
 
     def energy(q):
-        middle = centres(solution.poses(q))
+        middle = centres(solution(name).poses(q))
         total = np.zeros(q.shape)
         for k, link in enumerate(linkage.links, 1):
             vx, vy, omega = middle.rate[k] * (9.0 + 2.0 * np.sin(q))
@@ -34,7 +72,7 @@ def test_the_drive_pays_for_energy_and_friction(name):
         return total
 
     acceleration = SPEED * 2.0 * np.cos(Q)
-    found = reactions(solution, Q, SPEED, acceleration, gravity=(0.0, -G), loads=[Force(last, "o", -50.0, 20.0)])
+    found = reactions(solution(name), Q, SPEED, acceleration, gravity=(0.0, -G), loads=[Force(last, "o", -50.0, 20.0)])
     rate = found.poses.point(last, (0.0, 0.0)).rate
     growth = (energy(Q + eps) - energy(Q - eps)) / (2 * eps) * SPEED
     paid = (found.action + found.friction.moment - 50.0 * rate[0] + 20.0 * rate[1]) * SPEED
@@ -46,18 +84,17 @@ RUBBING = [name for name in TURNING if "rubbing" in name or name in ("six-bar", 
 
 
 @pytest.mark.parametrize("name", RUBBING)
-@pytest.mark.parametrize("speed", [6.0, -6.0])
-def test_friction_only_takes(name, speed):
+def test_friction_only_takes(name):
     """Its power is never positive, whichever way the machine runs, and it is what the driving action grows by."""
-    linkage = EVERY[name]
-    found = reactions(linkage, Q, speed, 40.0, gravity=(0.0, -G))
-    smooth = reactions(linkage, Q, speed, 40.0, gravity=(0.0, -G), friction=False)
-    cost = found.friction.moment
-    assert (cost * speed <= 0).all()
-    assert (cost * speed < 0).any()
-    np.testing.assert_allclose(found.action - smooth.action, -cost, rtol=0, atol=1e-11 * np.abs(found.action).max())
-    assert smooth.friction.iterations == 0
-    assert not smooth.friction.moment.any()
+    for speed in (6.0, -6.0):
+        found = reactions(solution(name), Q, speed, 40.0, gravity=(0.0, -G))
+        smooth = reactions(solution(name), Q, speed, 40.0, gravity=(0.0, -G), friction=False)
+        cost = found.friction.moment
+        assert (cost * speed <= 0).all()
+        assert (cost * speed < 0).any()
+        np.testing.assert_allclose(found.action - smooth.action, -cost, rtol=0, atol=1e-11 * np.abs(found.action).max())
+        assert smooth.friction.iterations == 0
+        assert not smooth.friction.moment.any()
 
 
 def test_without_inertia_the_analysis_is_quasi_static():
@@ -93,21 +130,10 @@ def test_a_spring_between_two_bodies_takes_no_part_in_the_sum_of_forces():
 
 
 def test_one_position_and_a_solution_will_do():
-    solution = solve(forced.four_bar(), 0.0, 6.3)
-    one, many = reactions(solution, 1.3, 10.0), reactions(solution, [0.4, 1.3], [5.0, 10.0])
+    bars = solve(forced.four_bar(), 0.0, 6.3)
+    one, many = reactions(bars, 1.3, 10.0), reactions(bars, [0.4, 1.3], [5.0, 10.0])
     assert isinstance(one, Reactions)
     assert one.action[0] == pytest.approx(many.action[1], rel=1e-13)
-
-
-def test_motion_that_does_not_fit_is_refused():
-    with pytest.raises(SceneError, match=r"speed: found an array of shape \(2,\), expected a number or shape \(17,\)"):
-        reactions(forced.four_bar(), Q, [1.0, 2.0])
-    with pytest.raises(SceneError, match="acceleration: found inf, expected finite numbers"):
-        reactions(forced.four_bar(), Q, 1.0, np.inf)
-    with pytest.raises(SceneError, match="q: found a value that is not finite"):
-        reactions(forced.four_bar(), [0.0, np.nan], 1.0)
-    with pytest.raises(SceneError, match="q: found no position"):
-        reactions(forced.four_bar(), [], 1.0)
 
 
 def weightless(linkage):
@@ -133,7 +159,8 @@ def test_a_rack_by_hand():
 @pytest.mark.parametrize("kind", ["flat", "roller"])
 def test_a_cam_by_hand(kind):
     """80 N on the follower: the drive bears 80 lift'; a flat face takes it at the eccentricity, a roller by its normal."""
-    found = reactions(weightless(forced.cam(kind)), Q, 1.0, loads=[Force("follower", "o", 0.0, -80.0)])
+    way = solve(weightless(forced.cam(kind)), 0.0, 6.3)
+    found = reactions(way, Q, 1.0, loads=[Force("follower", "o", 0.0, -80.0)])
     lift = 0.05 + 0.01 * np.cos(Q) + 0.003 * np.sin(2 * Q)
     slope = -0.01 * np.sin(Q) + 0.006 * np.cos(2 * Q)
     np.testing.assert_allclose(found.action, 80.0 * slope, rtol=1e-11, atol=1e-12)
@@ -148,19 +175,25 @@ def test_a_cam_by_hand(kind):
         np.testing.assert_allclose(np.abs(guide["normal"]), 80.0 * np.abs(slant), rtol=1e-11)
         np.testing.assert_allclose(guide["moment"], 0.0, atol=1e-12)
     assert not found.pulling()
-    lifted = reactions(weightless(forced.cam(kind)), Q, 1.0, loads=[Force("follower", "o", 0.0, 80.0 * np.sign(Q - 3.0))])
+    lifted = reactions(way, Q, 1.0, loads=[Force("follower", "o", 0.0, 80.0 * np.sign(Q - 3.0))])
     np.testing.assert_array_equal(lifted.pulling()["contact"], Q[Q > 3.0])
     assert "it lifts off" in lifted.table()
 
 
 def test_a_slot_by_hand():
     """A torque of 30 N m on the lever: its slot takes 30/s from the crank's pin, across itself."""
-    linkage = weightless(forced.whitworth())
-    solution = solve(linkage, 0.0, 6.3)
-    found = reactions(solution, Q, 1.0, loads=[Torque("lever", 30.0)])
-    s = solution.coordinate("slot", found.poses).value
+    way = solve(weightless(forced.whitworth()), 0.0, 6.3)
+    found = reactions(way, Q, 1.0, loads=[Torque("lever", 30.0)])
+    s = way.coordinate("slot", found.poses).value
     np.testing.assert_allclose(found.components["slot"]["normal"], 30.0 / s, rtol=1e-10)
     np.testing.assert_allclose(found.action, -30.0 * found.poses.angle("lever").rate, rtol=1e-10)
+
+
+def test_motion_that_does_not_fit_is_refused():
+    with pytest.raises(SceneError, match=r"speed: found an array of shape \(2,\), expected a number or shape \(17,\)"):
+        reactions(forced.four_bar(), Q, [1.0, 2.0])
+    with pytest.raises(SceneError, match="acceleration: found inf, expected finite numbers"):
+        reactions(forced.four_bar(), Q, 1.0, np.inf)
 
 
 def test_names_must_differ():
