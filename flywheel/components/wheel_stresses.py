@@ -1,10 +1,6 @@
-"""Stresses of wheels that turn: materials, rims on arms, discs, thin rims.
+"""Stresses of wheels that turn: materials, rims on arms, discs of constant width, thin rims.
 
-Materials: what a wheel's mass and stress need, and a small table.
-
-A rim on arms: what the arms take off the rim's hoop stress, how the rim bends between them, the arms themselves.
-
-The rim is a ring of mean radius R that wants to grow by rho v² R/E. Each of n arms of section A1, which under its own
+A rim on arms is a ring of mean radius R that wants to grow by rho v² R/E. Each of n arms of section A1, which under its own
 pull grows by a third of that, holds it back by a force X. With a = pi/n, half the angle between two arms, and phi from the
 middle between them,
 
@@ -18,15 +14,11 @@ weakened. Source: S. Timoshenko, Strength of Materials, part II, rotating ring o
 rounded for 4, 6 and 8 arms (0.643 and 0.07296, 0.957 and 0.02028, 1.274 and 0.00912; the last one should be 0.00832),
 often without the R² beside t², which then holds for R = 1 m alone: so in Jindal, Machine Design, example 19-1, where R
 is 1.2 m and the stress of the arms comes out 7 % too high.
-
-Discs and annuli of constant width, rotating: mass, inertia, stress, and the radius that a stress allows.
-
-Thin rims: a ring whose mass all runs at its mean radius, as textbooks take it.
 """
 
 from __future__ import annotations
 
-from math import cos, pi, sin, sqrt
+from math import cos, pi, sin
 from typing import NamedTuple
 
 import numpy as np
@@ -34,6 +26,8 @@ from numpy.typing import ArrayLike, NDArray
 
 from flywheel.numerics.arguments import POSITIVE, fits, known, number_faults, refuse
 from flywheel.numerics.faults import Fault, SceneError
+
+Array = NDArray[np.float64]
 
 POISSON = 0.3
 """Poisson's ratio where a material names none: that of steel."""
@@ -61,29 +55,15 @@ class Material(NamedTuple):
         return self.strength if self.strength is not None else self.allowable
 
 
-def _metal(
-    name: str, density: float, strength: float, factor: float, poisson: float, rim: float | None, about: str
-) -> Material:
-    return Material(name, density, strength / factor, strength, poisson, rim, about)
-
-
-_IRON, _DUCTILE = 10.0, 4.0
-
 MATERIALS = {
-    material.name: material
-    for material in (
-        _metal("grey cast iron", 7200.0, 115e6, _IRON, 0.26, 30.0, "EN-GJL-200, as expected in a wall of 80 mm (EN 1561)"),
-        _metal("ductile iron", 7100.0, 250e6, _DUCTILE, 0.275, None, "EN-GJS-400-15, proof stress (EN 1563)"),
-        _metal("cast steel", 7800.0, 240e6, _DUCTILE, 0.3, 40.0, "GE240, proof stress (EN 10293)"),
-        _metal(
-            "carbon steel", 7850.0, 305e6, _DUCTILE, 0.3, 40.0, "C45 normalised, 16 to 100 mm, yield strength (EN 10083-2)"
-        ),
-        _metal(
-            "alloy steel", 7850.0, 650e6, _DUCTILE, 0.3, None, "42CrMo4 tempered, 40 to 100 mm, yield strength (EN 10083-3)"
-        ),
-        _metal(
-            "aluminium", 2700.0, 240e6, _DUCTILE, 0.33, None, "EN AW-6082-T6 plate, 12.5 to 100 mm, proof stress (EN 485-2)"
-        ),
+    name: Material(name, density, strength / factor, strength, poisson, rim_speed, about)
+    for name, density, strength, factor, poisson, rim_speed, about in (
+        ("grey cast iron", 7200.0, 115e6, 10.0, 0.26, 30.0, "EN-GJL-200, as expected in a wall of 80 mm (EN 1561)"),
+        ("ductile iron", 7100.0, 250e6, 4.0, 0.275, None, "EN-GJS-400-15, proof stress (EN 1563)"),
+        ("cast steel", 7800.0, 240e6, 4.0, 0.3, 40.0, "GE240, proof stress (EN 10293)"),
+        ("carbon steel", 7850.0, 305e6, 4.0, 0.3, 40.0, "C45 normalised, 16 to 100 mm, yield strength (EN 10083-2)"),
+        ("alloy steel", 7850.0, 650e6, 4.0, 0.3, None, "42CrMo4 tempered, 40 to 100 mm, yield strength (EN 10083-3)"),
+        ("aluminium", 2700.0, 240e6, 4.0, 0.33, None, "EN AW-6082-T6 plate, 12.5 to 100 mm, proof stress (EN 485-2)"),
     )
 }
 """Usual metals by name.
@@ -131,49 +111,26 @@ def material(
     base = known("material", name, MATERIALS) if name else Material("own material", density or 0.0)
     if density is None and not name:
         faults.append(Fault("material", "neither material nor density", "one of them", f"known: {', '.join(MATERIALS)}"))
-    if safety is not None:
-        faults += _safety_faults(allowable, strength or base.strength)
+    own = strength or base.strength
+    if safety is not None and allowable is not None:
+        advice = "the allowable stress is strength over safety"
+        faults.append(Fault("safety", "safety and allowable_stress", "one of them", advice))
+    elif safety is not None and own is None:
+        faults.append(Fault("safety", "a safety factor without a strength", "a strength beside it"))
     refuse(faults)
-    strength = strength if strength is not None else base.strength
+    if allowable is None and own is not None:  # by the factor asked for, or the one that is usual for that material
+        usual = None if base.allowable is None or base.strength is None else base.allowable / base.strength
+        allowable = own / safety if safety is not None else None if usual is None else own * usual
     return base._replace(
         density=base.density if density is None else density,
-        allowable=_allowable(base, allowable, strength, safety),
-        strength=strength,
+        allowable=allowable,
+        strength=own,
         poisson=base.poisson if poisson is None else poisson,
     )
 
 
-def _safety_faults(allowable: float | None, strength: float | None) -> list[Fault]:
-    """A safety factor needs a strength, and leaves no allowable stress to be given."""
-    if allowable is not None:
-        return [
-            Fault("safety", "safety and allowable_stress", "one of them", "the allowable stress is strength over safety")
-        ]
-    if strength is None:
-        return [Fault("safety", "a safety factor without a strength", "a strength beside it")]
-    return []
-
-
-def _allowable(base: Material, allowable: float | None, strength: float | None, safety: float | None) -> float | None:
-    """The allowable stress: as given, or from the strength by the factor asked for or usual for that material."""
-    if allowable is not None:
-        return allowable
-    if strength is None:
-        return None
-    if safety is not None:
-        return strength / safety
-    if base.allowable is not None and base.strength is not None:
-        return strength * base.allowable / base.strength
-    return None
-
-
-# -- arms --------------------------------------------------------------------------------------------------------------
-
-
 FEWEST, MOST = 3, 100
 """How many arms a wheel may have."""
-
-_PRINTED = {4: (0.643, 0.00608), 6: (0.957, 0.00169), 8: (1.274, 0.00076)}
 
 
 class Arms(NamedTuple):
@@ -223,13 +180,10 @@ def ring_factors(count: int) -> tuple[float, float]:
     _check_count(count)
     a = pi / count
     if count > 20:  # f2 by its series: the difference loses its digits
-        return _f2_series(a) + 1 / (2 * a), _f2_series(a)
+        f2 = sum(c * a ** (2 * k + 3) for k, c in enumerate((1 / 90, 2 / 945, 1 / 3150, 4 / 93555, 691 / 127702575)))
+        return f2 + 1 / (2 * a), f2
     f1 = (sin(2 * a) / 4 + a / 2) / (2 * sin(a) ** 2)
     return f1, f1 - 1 / (2 * a)
-
-
-def _f2_series(a: float) -> float:
-    return sum(c * a ** (2 * k + 3) for k, c in enumerate((1 / 90, 2 / 945, 1 / 3150, 4 / 93555, 691 / 127702575)))
 
 
 def ring_constant(count: int, radius: float, thickness: float, area_ratio: float) -> float:
@@ -246,30 +200,6 @@ def ring_constant(count: int, radius: float, thickness: float, area_ratio: float
 
     """
     f1, f2 = ring_factors(count)
-    return 12 * f2 * (radius / thickness) ** 2 + f1 + area_ratio
-
-
-def printed_constant(count: int, thickness: float, area_ratio: float, radius: float = 1.0) -> float:
-    """C as handbooks print it, with rounded factors: for 6 arms 20280 R²/t² + 0.957 + A/A1, t in mm, R in m.
-
-    Args:
-        count: 4, 6 or 8 arms.
-        thickness: t, radial thickness of the rim, m.
-        area_ratio: A/A1.
-        radius: R, m; 1 where a book leaves R² out.
-
-    Raises:
-        SceneError: for another number of arms.
-
-    Source: Jindal, Machine Design, example 19-1 (without R²). `ring_constant` is the exact one.
-
-    >>> round(printed_constant(6, 0.15, 4.0), 6)
-    5.858333
-
-    """
-    if count not in _PRINTED:
-        raise SceneError([Fault("count", f"{count}", "4, 6 or 8 arms")])
-    f1, f2 = _PRINTED[count]
     return 12 * f2 * (radius / thickness) ** 2 + f1 + area_ratio
 
 
@@ -300,7 +230,8 @@ def rim_on_arms(
 
     Validity and source: see the module.
 
-    >>> book = rim_on_arms(7100.0, 20 * pi, 6, 1.2, 0.15, 4.0, printed_constant(6, 0.15, 4.0))  # Jindal, example 19-1
+    >>> printed = 12 * 0.00169 / 0.15**2 + 0.957 + 4.0  # Jindal, example 19-1, without R²
+    >>> book = rim_on_arms(7100.0, 20 * pi, 6, 1.2, 0.15, 4.0, printed)
     >>> [round(stress / 1e6, 2) for stress in book]
     [12.76, 38.88, 31.74]
     >>> [round(stress / 1e6, 2) for stress in rim_on_arms(7100.0, 20 * pi, 6, 1.2, 0.15, 4.0)]
@@ -316,28 +247,6 @@ def rim_on_arms(
         return hoop * (1 - cos(phi) / (3 * c * sin(a)) + bending)
 
     return RimOnArms(2 / 3 * hoop * area_ratio / c, rim(a), rim(0.0))
-
-
-def lanza_stress(density: float, velocity: float, count: int, radius: float, thickness: float) -> float:
-    """Stress (Pa) in a rim on arms by Lanza's rule: rho v² (0.75 + pi² R/(2 n² t)).
-
-    Three quarters of the free rim's hoop stress, and a quarter of the bending stress, 2 pi² rho v² R/(n² t), of a beam that
-    is fixed at two arms. A rule, not a theory; `rim_on_arms` is one.
-
-    Args:
-        density: rho, kg/m³.
-        velocity: v of the rim's mean radius, m/s.
-        count: n, number of arms.
-        radius: R, mean radius of the rim, m.
-        thickness: t, radial thickness of the rim, m.
-
-    Source: Khurmi and Gupta, Machine Design, chapter 22, after G. Lanza.
-
-    >>> round(lanza_stress(7100.0, 20 * pi, 6, 1.2, 0.15) / 1e6, 3)
-    51.76
-
-    """
-    return density * velocity**2 * (0.75 + pi**2 / 2 * radius / (count**2 * thickness))
 
 
 def arm_bending(torque: float, count: int, radius: float, hub_radius: float, modulus: float) -> float:
@@ -378,48 +287,9 @@ def arm_pull(density: float, speed: float, radius: float, hub_radius: float) -> 
     return density * speed**2 * (radius**2 - hub_radius**2) / 2
 
 
-def arm_width(moment: float, stress: float, aspect: float = 0.5) -> float:
-    """The greater axis (m) of an elliptical arm: w = (32 M/(pi q sigma))^(1/3), M its bending moment.
-
-    Args:
-        moment: M at the hub, N m: T (R - r)/(R n).
-        stress: sigma that bending may cause, Pa.
-        aspect: q, the smaller axis over the greater one.
-
-    Source: Khurmi and Gupta, Machine Design, chapter 22 (q = 1/2).
-
-    >>> round(arm_width(150.0, 3055774.907), 9)
-    0.1
-
-    """
-    return float((32 * moment / (pi * aspect * stress)) ** (1 / 3))
-
-
-def shaft_diameter(torque: float, shear: float) -> float:
-    """Diameter (m) of a shaft that carries a torque: d = (16 T/(pi tau))^(1/3). A hub usually has twice that.
-
-    Args:
-        torque: T, the greatest, N m.
-        shear: tau, allowable shear stress, Pa.
-
-    Source: Khurmi and Gupta, Machine Design, chapters 14 and 22.
-
-    >>> round(shaft_diameter(3183.0, 40e6), 5)
-    0.074
-
-    """
-    return float((16 * torque / (pi * shear)) ** (1 / 3))
-
-
 def _check_count(count: int) -> None:
     if not fits(count) or count != int(count) or not FEWEST <= count <= MOST:
         raise SceneError([Fault("arms", f"{count}", f"a whole number from {FEWEST} to {MOST}")])
-
-
-# -- discs -------------------------------------------------------------------------------------------------------------
-
-
-Array = NDArray[np.float64]
 
 
 def annulus_mass(outer: float, inner: float, width: float, density: float) -> float:
@@ -452,23 +322,6 @@ def annulus_inertia(outer: float, inner: float, width: float, density: float) ->
 
     """
     return annulus_mass(outer, inner, width, density) * (outer * outer + inner * inner) / 2
-
-
-def disc_radius(inertia: float, width: float, density: float) -> float:
-    """Radius (m) of a solid disc of given inertia and width: R = (2 I/(pi rho b))^(1/4).
-
-    Args:
-        inertia: I, kg m².
-        width: b along the axis, m.
-        density: rho, kg/m³.
-
-    Source: Jindal, Machine Design, example 19-5.
-
-    >>> round(disc_radius(441.7864669110647 / (0.1 * (250 * pi / 30) ** 2), 0.03, 7800.0), 9)
-    0.363902346
-
-    """
-    return float((2 * inertia / (pi * density * width)) ** 0.25)
 
 
 def disc_stresses(
@@ -527,27 +380,6 @@ def greatest_disc_stress(outer: float, inner: float, density: float, omega: floa
     return density * omega * omega / 4 * ((3 + nu) * outer * outer + (1 - nu) * inner * inner)
 
 
-def disc_radius_for_stress(stress: float, density: float, omega: float, nu: float) -> float:
-    """The greatest radius (m) of a solid disc under a stress: R = sqrt(8 sigma/((3 + nu) rho))/w.
-
-    Args:
-        stress: sigma that it may have in its centre, Pa.
-        density: rho, kg/m³.
-        omega: w, rad/s.
-        nu: Poisson's ratio.
-
-    Validity and source as `disc_stresses`.
-
-    >>> round(disc_radius_for_stress(292028.689197, 7800.0, 250 * pi / 30, 0.3), 9)
-    0.363902346
-
-    """
-    return sqrt(8 * stress / ((3 + nu) * density)) / omega
-
-
-# -- rims --------------------------------------------------------------------------------------------------------------
-
-
 def hoop_stress(velocity: float, density: float) -> float:
     """Hoop stress (Pa) in a thin ring that runs at a speed: sigma = rho v².
 
@@ -562,66 +394,3 @@ def hoop_stress(velocity: float, density: float) -> float:
 
     """
     return density * velocity * velocity
-
-
-def rim_velocity(stress: float, density: float) -> float:
-    """The speed (m/s) at which a thin ring has a hoop stress: v = sqrt(sigma/rho). Its mean diameter is then 2 v/w.
-
-    Args:
-        stress: sigma, Pa.
-        density: rho, kg/m³.
-
-    Validity and source as `hoop_stress`.
-
-    >>> round(2 * rim_velocity(7.5e6, 8150.0) / (100 * pi / 30), 9)  # Khurmi, example 16.17
-    5.793662667
-
-    """
-    return sqrt(stress / density)
-
-
-def rim_mass(inertia: float, radius: float, share: float = 1.0) -> float:
-    """Mass (kg) of a thin rim that has a share of a wheel's inertia: m = a I/R².
-
-    Args:
-        inertia: I of the whole wheel, kg m².
-        radius: R, mean radius of the rim, m.
-        share: a, what of the inertia the rim has; hub and arms have the rest.
-
-    Valid for a thin rim: one of thickness t has (t/2R)² more inertia. Source: Khurmi and Gupta, Theory of Machines, ch. 16.
-
-    >>> rim_mass(4000.0, 1.0, 0.95)
-    3800.0
-
-    """
-    return share * inertia / radius**2
-
-
-def rim_section(mass: float, radius: float, density: float) -> float:
-    """Area (m²) of a rim's section: A = m/(2 pi R rho). Exact, by Pappus, with R the mean radius.
-
-    Args:
-        mass: m of the rim, kg.
-        radius: R, its mean radius, m.
-        density: rho, kg/m³.
-
-    >>> round(rim_section(3806.965371717721, 1.0, 7200.0), 12)  # Khurmi, example 16.15
-    0.084152410707
-
-    """
-    return mass / (2 * pi * radius * density)
-
-
-def section_sides(area: float, ratio: float) -> tuple[float, float]:
-    """Thickness t and width b (m) of a rectangle: t = sqrt(A/k), b = k t.
-
-    Args:
-        area: A, m².
-        ratio: k = b/t.
-
-    >>> section_sides(0.01, 4.0)
-    (0.05, 0.2)
-
-    """
-    thickness = sqrt(area / ratio)
-    return thickness, ratio * thickness

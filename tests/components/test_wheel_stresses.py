@@ -14,16 +14,12 @@ from flywheel.components.wheel_stresses import (
     annulus_inertia,
     annulus_mass,
     arm_bending,
-    arm_width,
     disc_stresses,
     greatest_disc_stress,
     hoop_stress,
-    lanza_stress,
     material,
-    printed_constant,
     rim_on_arms,
     ring_factors,
-    shaft_diameter,
 )
 from flywheel.components.wheels import Body, Hub, parts, stress
 from flywheel.numerics.faults import SceneError
@@ -138,19 +134,7 @@ def test_number_of_arms_is_checked(count):
         ring_factors(count)
 
 
-def test_only_what_is_printed_is_printed():
-    with pytest.raises(SceneError, match="4, 6 or 8"):
-        printed_constant(5, 0.1, 4.0)
-
-
-def test_lanza_is_three_parts_hoop_and_one_part_bending_of_a_clamped_beam():
-    rho, v, n, r, t = 7100.0, 30.0, 6, 1.2, 0.15
-    load = rho * t * v**2 / r  # force per length of the rim and unit width
-    bending = load * (2 * pi * r / n) ** 2 / 12 / (t**2 / 6)
-    assert_allclose(lanza_stress(rho, v, n, r, t), 0.75 * rho * v**2 + 0.25 * bending, rtol=1e-13)
-
-
-def test_arms_and_shaft_in_bending_and_torsion():
+def test_arms_in_bending():
     arms = Arms(6, 0.1, 0.04)
     angle = np.linspace(0, 2 * pi, 400, endpoint=False)
     second = 0.05**3 * 0.02 * np.mean(np.cos(angle) ** 2) * 2 * pi / 4  # of an ellipse, in the plane of rotation
@@ -159,9 +143,6 @@ def test_arms_and_shaft_in_bending_and_torsion():
     moment = 900.0 * (0.8 - 0.1) / (0.8 * 6)
     found = arm_bending(900.0, 6, 0.8, 0.1, arms.modulus)
     assert_allclose(found, moment / arms.modulus, rtol=1e-13)
-    assert_allclose(arm_width(moment, found, 0.4), 0.1, rtol=1e-13)
-    d = shaft_diameter(2000.0, 40e6)
-    assert_allclose(2000.0 * d / 2 / (pi * d**4 / 32), 40e6, rtol=1e-13)
 
 
 def test_parts_of_a_wheel_with_arms_by_grains():
