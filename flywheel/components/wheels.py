@@ -132,7 +132,7 @@ def asked_faults(asked: WheelAsked) -> list[Fault]:
         for name in asked.given(_NUMBERS)
         if name not in used
     ]
-    return unused or [*(_dimension_faults(asked) or _radius_faults(asked)), *_hub_faults(asked)]
+    return unused or _dimension_faults(asked)
 
 
 def _value_faults(asked: WheelAsked) -> list[Fault]:
@@ -157,40 +157,30 @@ def _value_faults(asked: WheelAsked) -> list[Fault]:
 
 
 def _dimension_faults(asked: WheelAsked) -> list[Fault]:
-    """Too few dimensions, or too many."""
-    path = asked.path or "wheel"
+    """Too few dimensions or too many, a radius that nothing limits; arms without a hub, or with sections given twice."""
+    faults, path = [], asked.path or "wheel"
+    radii, section = asked.given(RADII), asked.given(SECTION)
     if asked.shape == DISC:
         names = ("outer_radius", "rim_speed", "max_radius", "width")
         given = asked.given(names)
-        found = " and ".join(given) if given else f"none of {', '.join(names)}"
-        advice = "the inertia decides the other"
-        return [] if len(given) == 1 else [Fault(path, found, f"exactly one of {', '.join(names)}", advice)]
-    if asked.shape == LIGHTEST and asked.max_radius is None:
-        return [Fault(asked.at_key("max_radius"), "nothing", "a radius that the wheel must not exceed")]
-    radii, section = asked.given(RADII), asked.given(SECTION)
-    if not radii and not section:
-        return [Fault(path, f"none of {', '.join(_RIM)}", "one of them, or one radius and one of the section")]
-    if len(radii) > 1 or len(section) > (1 if radii else 2):
-        return [Fault(path, " and ".join(radii + section), "one radius and one of the section, or two of the section")]
-    return []
-
-
-def _radius_faults(asked: WheelAsked) -> list[Fault]:
-    """Where stress decides the radius, the material must say how much is allowed; a disc is no thin rim."""
-    faults = []
-    fixed = asked.given(("outer_radius", "mean_radius", "rim_speed"))
-    free = asked.width is None if asked.shape == DISC else len(asked.given(SECTION)) < 2
-    if (asked.shape == LIGHTEST or (not fixed and free)) and asked.material.allowable is None:
-        expected = "a material, or a stress, that tells how large the wheel may be"
-        faults.append(Fault(asked.at_key("allowable_stress"), "nothing", expected))
-    if asked.thin and asked.shape == DISC:
-        faults.append(Fault(asked.at_key("method"), '"thin" for a disc', '"exact"', "a thin rim is not a disc"))
-    return faults
-
-
-def _hub_faults(asked: WheelAsked) -> list[Fault]:
-    """Arms need a hub; one that holds its bore; arms have a share of the rim's section, or axes of their own."""
-    faults = []
+        if len(given) != 1:
+            found = " and ".join(given) if given else f"none of {', '.join(names)}"
+            faults.append(Fault(path, found, f"exactly one of {', '.join(names)}", "the inertia decides the other"))
+    elif asked.shape == LIGHTEST and asked.max_radius is None:
+        faults.append(Fault(asked.at_key("max_radius"), "nothing", "a radius that the wheel must not exceed"))
+    elif not radii and not section:
+        faults.append(Fault(path, f"none of {', '.join(_RIM)}", "one of them, or one radius and one of the section"))
+    elif len(radii) > 1 or len(section) > (1 if radii else 2):
+        found = " and ".join(radii + section)
+        faults.append(Fault(path, found, "one radius and one of the section, or two of the section"))
+    if not faults:
+        fixed = asked.given(("outer_radius", "mean_radius", "rim_speed"))
+        free = asked.width is None if asked.shape == DISC else len(section) < 2
+        if (asked.shape == LIGHTEST or (not fixed and free)) and asked.material.allowable is None:
+            expected = "a material, or a stress, that tells how large the wheel may be"
+            faults.append(Fault(asked.at_key("allowable_stress"), "nothing", expected))
+        if asked.thin and asked.shape == DISC:
+            faults.append(Fault(asked.at_key("method"), '"thin" for a disc', '"exact"', "a thin rim is not a disc"))
     armed = asked.shape == ARMS or (asked.shape == LIGHTEST and asked.given(_ARMED))
     if armed and not asked.given(_HUB):
         faults.append(Fault(asked.at_key("bore"), "nothing", "bore or hub_diameter", "the arms stand on the hub"))
@@ -325,30 +315,21 @@ def stress(body: Body, material: Material, speed: float, torque: float | None = 
     return {place: greatest}
 
 
-_DOUBLINGS = 400
+def least(holds: Callable[[float], bool], low: float, high: float = inf) -> float | None:
+    """The least float above low at which something holds that holds from somewhere on; None if not up to high.
 
+    Without an upper end one is sought by doubling, up to 2^400 mm.
 
-def first_true(holds: Callable[[float], bool], low: float, high: float) -> float:
-    """The least float from low to high at which something holds that holds from somewhere on; high if not before.
-
-    >>> first_true(lambda x: x * x >= 2.0, 0.0, 2.0)
-    1.4142135623730951
+    >>> least(lambda x: x * x >= 2.0, 0.0, 2.0), least(lambda x: x >= 3.0, 1.0), least(lambda x: False, 1.0)
+    (1.4142135623730951, 3.0, None)
     """
-    while low < (middle := 0.5 * (low + high)) < high:
-        low, high = (low, middle) if holds(middle) else (middle, high)
-    return high
-
-
-def doubled_until(holds: Callable[[float], bool], start: float) -> float | None:
-    """The first of start, 2 start, 4 start... at which something holds; None if that is beyond all bounds.
-
-    >>> doubled_until(lambda x: x > 5, 1.0), doubled_until(lambda x: False, 1.0)
-    (8.0, None)
-    """
-    for k in range(_DOUBLINGS):
-        if holds(start * 2.0**k):
-            return start * 2.0**k
-    return None
+    ends = (low + 1e-3 * 2.0**k for k in range(400)) if high == inf else iter((high,))
+    end = next((end for end in ends if holds(end)), None)
+    if end is None:
+        return None
+    while low < (middle := 0.5 * (low + end)) < end:
+        low, end = (low, middle) if holds(middle) else (middle, end)
+    return end
 
 
 class Radius(NamedTuple):
@@ -383,52 +364,60 @@ class Need(NamedTuple):
         found = stress(body, self.asked.material, self.speed, self.asked.torque)
         return allowable is None or max(found.values()) <= allowable
 
+    @property
+    def radius(self) -> Radius | None:
+        """The radius, where it is given or follows from the rim's speed."""
+        asked = self.asked
+        if asked.rim_speed is not None:
+            return Radius(asked.rim_speed / self.speed, mean=asked.thin)
+        if asked.mean_radius is not None:
+            return Radius(asked.mean_radius, mean=True)
+        return None if asked.outer_radius is None else Radius(asked.outer_radius)
+
+    @property
+    def section(self) -> tuple[float, float] | None:
+        """Thickness and width of a rim, (0, width) of a disc, where both are known; the inertia then gives the radius."""
+        ratio, width, thickness = self.asked.width_to_thickness, self.asked.width, self.asked.thickness
+        if self.asked.shape == DISC:
+            return None if width is None else (0.0, width)
+        if thickness is not None and width is None and ratio is not None:
+            width = ratio * thickness
+        elif width is not None and thickness is None and ratio is not None:
+            thickness = width / ratio
+        return None if width is None or thickness is None else (thickness, width)
+
+
+_BOUNDLESS = Fault("needed", "an inertia beyond all bounds", "one that a wheel can have")
+
 
 def solved(need: Need) -> Body:
-    """The body whose inertia is just enough."""
-    asked = need.asked
-    section = section_asked(asked)
-    if section is not None:
-        return _by_radius(need, section)
-    radius = known_radius(need)
+    """The body whose inertia is just enough: its radius, its section, or both are found."""
+    asked, radius = need.asked, need.radius
+    if need.section is not None:
+        thickness, width = need.section
+
+        def of_radius(outer: float) -> Body:
+            return ring(asked, outer, outer - asked.hub_radius if asked.shape == DISC else thickness, width)
+
+        outer = least(lambda outer: need.enough(of_radius(outer)), asked.hub_radius + thickness)
+        if outer is None:
+            raise SceneError([_BOUNDLESS])
+        return of_radius(outer)
     body = _largest(need) if radius is None else _by_section(need, radius)
-    if body is None:
-        raise SceneError([_too_small(need, radius)])
-    return body
-
-
-def section_asked(asked: WheelAsked) -> tuple[float, float] | None:
-    """Thickness and width of a rim, (0, width) of a disc, where both are known; the inertia then gives the radius."""
-    ratio, width, thickness = asked.width_to_thickness, asked.width, asked.thickness
-    if asked.shape == DISC:
-        return None if width is None else (0.0, width)
-    if thickness is not None and width is None and ratio is not None:
-        width = ratio * thickness
-    elif width is not None and thickness is None and ratio is not None:
-        thickness = width / ratio
-    return None if width is None or thickness is None else (thickness, width)
-
-
-def _by_radius(need: Need, section: tuple[float, float]) -> Body:
-    """The body of a known section; its radius is found."""
-    asked, (thickness, width) = need.asked, section
-
-    def body(outer: float) -> Body:
-        return ring(asked, outer, outer - asked.hub_radius if asked.shape == DISC else thickness, width)
-
-    least = asked.hub_radius + thickness
-    outer = _reached(lambda radius: need.enough(body(radius)), least)
-    return body(outer)
-
-
-def known_radius(need: Need) -> Radius | None:
-    """The radius, where it is given or follows from the rim's speed."""
-    asked = need.asked
-    if asked.rim_speed is not None:
-        return Radius(asked.rim_speed / need.speed, mean=asked.thin)
-    if asked.mean_radius is not None:
-        return Radius(asked.mean_radius, mean=True)
-    return None if asked.outer_radius is None else Radius(asked.outer_radius)
+    if body is not None:
+        return body
+    name = {DISC: "a disc", RIM: "a rim", ARMS: "a wheel with arms"}[asked.shape]
+    expected = f"one that can have {need.inertia:.6g} kg m^2"
+    if radius is not None:
+        key = next(key for key in ("rim_speed", "mean_radius", "outer_radius") if getattr(asked, key) is not None)
+        found = f"{name} of {'mean ' * radius.mean}radius {radius.value:.6g} m"
+        raise SceneError([Fault(asked.at_key(key), found, expected, "enlarge the radius, or make it wider")])
+    if asked.material.allowable is not None and asked.max_radius is None:
+        found = f"{name} under {asked.material.allowable / 1e6:.6g} MPa at {need.speed:.6g} rad/s"
+        raise SceneError([Fault(asked.at_key("shape"), found, expected, "take a stronger material, or make it wider")])
+    found = f"{name} of at most {asked.max_radius:.6g} m under the allowable stress"
+    advice = "enlarge the radius, make it wider, or take a stronger material"
+    raise SceneError([Fault(asked.at_key("max_radius"), found, expected, advice)])
 
 
 def _by_section(need: Need, radius: Radius) -> Body | None:
@@ -447,22 +436,13 @@ def _by_section(need: Need, radius: Radius) -> Body | None:
             thickness = unknown
         return ring(asked, radius.outer(thickness), thickness, width)
 
-    def enough(unknown: float) -> bool:
-        return need.enough(body(unknown))
-
     if room <= 0.0 or (asked.thickness is not None and asked.thickness > room):
         return None
-    if asked.shape == DISC or asked.thickness is not None:
-        return body(_reached(enough, 0.0))
-    return body(first_true(enough, 0.0, room)) if enough(room) else None
-
-
-def _reached(enough: Callable[[float], bool], least: float) -> float:
-    """The least value above `least` that is enough: it is sought by doubling, then by halving."""
-    high = doubled_until(lambda excess: enough(least + excess), 1e-3)
-    if high is None:
-        raise SceneError([Fault("needed", "an inertia beyond all bounds", "one that a wheel can have")])
-    return first_true(enough, least, least + high)
+    by_width = asked.shape == DISC or asked.thickness is not None
+    unknown = least(lambda unknown: need.enough(body(unknown)), 0.0, inf if by_width else room)
+    if unknown is None and by_width:
+        raise SceneError([_BOUNDLESS])
+    return None if unknown is None else body(unknown)
 
 
 def _largest(need: Need) -> Body | None:
@@ -473,29 +453,10 @@ def _largest(need: Need) -> Body | None:
         made = _by_section(need, Radius(outer))
         return made is not None and not need.allowed(made)
 
-    if limit < inf and not too_large(limit):
-        return _by_section(need, Radius(limit))
-    high = doubled_until(too_large, 1e-3) if limit == inf else limit
-    if high is None:
+    first = least(too_large, 0.0, limit)
+    if first is None and limit == inf:
         raise SceneError([Fault("speed", f"{need.speed:g} rad/s", "a speed that stresses the wheel, or a radius given")])
-    return _by_section(need, Radius(nextafter(first_true(too_large, 0.0, high), 0.0)))
-
-
-def _too_small(need: Need, radius: Radius | None) -> Fault:
-    """Why no wheel of that shape will do."""
-    asked, name = need.asked, {DISC: "a disc", RIM: "a rim", ARMS: "a wheel with arms"}[need.asked.shape]
-    expected = f"one that can have {need.inertia:.6g} kg m^2"
-    if radius is not None:
-        key = next(key for key in ("rim_speed", "mean_radius", "outer_radius") if getattr(asked, key) is not None)
-        found = f"{name} of {'mean ' * radius.mean}radius {radius.value:.6g} m"
-        return Fault(asked.at_key(key), found, expected, "enlarge the radius, or make it wider")
-    if asked.material.allowable is not None and asked.max_radius is None:
-        found = f"{name} under {asked.material.allowable / 1e6:.6g} MPa at {need.speed:.6g} rad/s"
-        return Fault(asked.at_key("shape"), found, expected, "take a stronger material, or make it wider")
-    found = f"{name} of at most {asked.max_radius:.6g} m under the allowable stress"
-    return Fault(
-        asked.at_key("max_radius"), found, expected, "enlarge the radius, make it wider, or take a stronger material"
-    )
+    return _by_section(need, Radius(limit if first is None else nextafter(first, 0.0)))
 
 
 _THICK = 0.2  # thickness over mean radius from which a thin rim is off by 1 % of its inertia, 20 % of its bore stress
@@ -648,11 +609,11 @@ def rounded(need: Need, body: Body) -> Body:
     asked, step = need.asked, need.asked.size_step
     if step is None:
         return body
-    if section_asked(asked) is not None:
+    if need.section is not None:
         outer = rounded_up(body.outer, step)
         return ring(asked, outer, outer - body.inner if asked.shape == DISC else body.thickness, body.width)
     found = _stepped_section(need.of(_with_radius(asked, body, step)), step)
-    while known_radius(need) is None and not need.allowed(found):
+    while need.radius is None and not need.allowed(found):
         body = body._replace(outer=body.outer - step)
         found = _stepped_section(need.of(_with_radius(asked, body, step)), step)
     return found
@@ -664,7 +625,7 @@ def rounded_up(value: float, step: float) -> float:
     >>> rounded_up(2321.2, 10.0), rounded_up(0.35, 0.05), rounded_up(0.3500001, 0.05)
     (2330.0, 0.35, 0.4)
     """
-    return _multiple(ceil(value / step - _EXACT), step)
+    return float(f"{ceil(value / step - _EXACT) * step:.15g}")  # 7 times 0.05 is 0.35, but for its last binary digits
 
 
 def rounded_down(value: float, step: float) -> float:
@@ -673,12 +634,7 @@ def rounded_down(value: float, step: float) -> float:
     >>> rounded_down(0.3539, 0.005)
     0.35
     """
-    return _multiple(floor(value / step + _EXACT), step)
-
-
-def _multiple(count: int, step: float) -> float:
-    """A multiple of a step, without the last digits that binary fractions leave: 7 times 0.05 is 0.35."""
-    return float(f"{count * step:.15g}")
+    return float(f"{floor(value / step + _EXACT) * step:.15g}")
 
 
 def _stepped_section(need: Need, step: float) -> Body:
@@ -692,7 +648,7 @@ def _stepped_section(need: Need, step: float) -> Body:
         if thickness is None:
             thickness = rounded_up(body.thickness, step)
             asked = asked._replace(thickness=thickness, width_to_thickness=None)
-        radius = known_radius(need)
+        radius = need.radius
         if asked.width is not None and radius is not None:  # it was given: thickness went up instead
             return ring(asked, radius.outer(thickness), thickness, asked.width)
         body = solved(need.of(asked))

@@ -13,9 +13,8 @@ from flywheel.components.wheels import (
     Body,
     WheelAsked,
     choose,
-    doubled_until,
-    first_true,
     inertia,
+    least,
     least_mass,
     rounded_down,
     rounded_up,
@@ -182,11 +181,11 @@ def test_multiples():
     assert (rounded_down(0.35, 0.05), rounded_down(0.3999, 0.05)) == (0.35, 0.35)
 
 
-def test_roots():
-    assert first_true(lambda x: x >= 0.3, 0.0, 1.0) == 0.3
-    assert first_true(lambda x: False, 0.0, 1.0) == 1.0
-    assert doubled_until(lambda x: x >= 3.0, 0.5) == 4.0
-    assert doubled_until(lambda x: False, 1.0) is None
+def test_the_least_float_at_which_something_holds():
+    assert least(lambda x: x >= 0.3, 0.0, 1.0) == 0.3
+    assert least(lambda x: False, 0.0, 1.0) is None
+    assert least(lambda x: x >= 3.0, 0.5) == 3.0
+    assert least(lambda x: False, 1.0) is None
 
 
 @pytest.mark.parametrize(
