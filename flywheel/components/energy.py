@@ -51,12 +51,12 @@ class Energy(NamedTuple):
     @property
     def peak_to_mean(self) -> float | None:
         """Peak over mean power with the flywheel; None where the mean is 0."""
-        return _ratio(self.peak_power, self.mean_power)
+        return None if self.mean_power == 0.0 else self.peak_power / self.mean_power
 
     @property
     def peak_to_mean_alone(self) -> float | None:
         """Peak over mean power of a motor that follows the loads; None where the mean is 0."""
-        return _ratio(self.peak_power_alone, self.mean_power_alone)
+        return None if self.mean_power_alone == 0.0 else self.peak_power_alone / self.mean_power_alone
 
     @property
     def per_hour(self) -> float:
@@ -99,14 +99,30 @@ def of_cycle(omega: ArrayLike, drive: ArrayLike, load: ArrayLike, weights: Array
 
     """
     speeds, weighed = array("omega", omega), array("weights", weights)
-    _check_points(speeds, weighed)
-    driving, loading = _over("drive", drive, speeds), _over("load", load, speeds)
+    if speeds.ndim != 1 or not speeds.size:
+        raise SceneError([Fault("omega", f"an array of shape {speeds.shape}", "one speed a point")])
+    faults = []
+    if weighed.shape != speeds.shape:
+        faults.append(Fault("weights", f"an array of shape {weighed.shape}", f"one weight a point, {speeds.size} in all"))
+    elif weighed.min() < 0.0 or weighed.sum() <= 0.0:
+        faults.append(Fault("weights", "weights below 0, or all of them 0", "weights of an integral over the cycle"))
+    if speeds.min() <= 0.0:
+        faults.append(Fault("omega", f"{speeds.min():g} rad/s", "speeds above 0 all along the cycle"))
+    refuse(faults)
+    moments = []
+    for name, moment in (("drive", drive), ("load", load)):
+        found = array(name, moment)
+        if found.shape not in ((), speeds.shape):
+            raise SceneError([Fault(name, f"an array of shape {found.shape}", f"a number, or {speeds.size} of them")])
+        moments.append(np.broadcast_to(found, speeds.shape))
+    driving, loading = moments
     steady = (speeds.max() + speeds.min()) / 2 if speed is None else speed
     refuse(number_faults("speed", steady, POSITIVE, "rad/s"))
     period, work = float(weighed @ (1.0 / speeds)), float(weighed @ driving)
     alone = -float(weighed @ loading) / float(weighed.sum()) * steady
     rms = float(np.sqrt(weighed @ (driving**2 / speeds) / period))
-    return Energy(period, work, work / period, _peak(driving * speeds), float(alone), _peak(-loading * steady), rms)
+    peak, peak_alone = (float(power[np.abs(power).argmax()]) for power in (driving * speeds, -loading * steady))
+    return Energy(period, work, work / period, peak, float(alone), peak_alone, rms)
 
 
 def kilowatt_hours(power: float, time: float) -> float:
@@ -152,35 +168,3 @@ def kilocalories(power: float, time: float, calorie: float = KILOCALORIE / 1000)
 def _energy(power: float, time: float) -> float:
     refuse(number_faults("power", power, unit="W") + number_faults("time", time, unit="s"))
     return power * time
-
-
-def _ratio(peak: float, mean: float) -> float | None:
-    return None if mean == 0.0 else peak / mean
-
-
-def _peak(power: Array) -> float:
-    """The power that is greatest in size, with its sign."""
-    return float(power[np.abs(power).argmax()])
-
-
-def _over(name: str, value: ArrayLike, speeds: Array) -> Array:
-    """A moment at every point."""
-    found = array(name, value)
-    if found.shape not in ((), speeds.shape):
-        expected = f"a number, or {speeds.size} of them"
-        raise SceneError([Fault(name, f"an array of shape {found.shape}", expected)])
-    return np.broadcast_to(found, speeds.shape)
-
-
-def _check_points(speeds: Array, weights: Array) -> None:
-    """Refuse points that make no cycle."""
-    if speeds.ndim != 1 or not speeds.size:
-        raise SceneError([Fault("omega", f"an array of shape {speeds.shape}", "one speed a point")])
-    faults = []
-    if weights.shape != speeds.shape:
-        faults.append(Fault("weights", f"an array of shape {weights.shape}", f"one weight a point, {speeds.size} in all"))
-    elif weights.min() < 0.0 or weights.sum() <= 0.0:
-        faults.append(Fault("weights", "weights below 0, or all of them 0", "weights of an integral over the cycle"))
-    if speeds.min() <= 0.0:
-        faults.append(Fault("omega", f"{speeds.min():g} rad/s", "speeds above 0 all along the cycle"))
-    refuse(faults)

@@ -1,7 +1,4 @@
-"""Gas on a piston: its force from a pressure, an indicator diagram against the way of the piston, compressors.
-
-Reciprocating compressors: pressure over a double stroke, work and volumetric efficiency, force on the piston.
-"""
+"""Gas on a piston: its force from a pressure, indicator diagrams, reciprocating compressors."""
 
 from __future__ import annotations
 
@@ -134,28 +131,21 @@ def indicator_law(diagram: Indicator, space: Space, atmosphere: float = ATMOSPHE
     """
     order = slice(None, None, -space.sense)
     x = (space.near + (space.far - space.near) * diagram.share)[order]
-    out, back = (_rows(x, gas_force(column, space, atmosphere)[order]) for column in (diagram.out, diagram.back))
-    away = compiled(f"v {'<' if space.sense > 0 else '>'} 0").tree
-    text = f"indicator diagram of {x.size} rows"
-    return Expression(text, Node("if", (away, out, back)))
-
-
-def _rows(x: Array, force: Array) -> Node:
-    """Straight lines between rows."""
     wide = np.flatnonzero(np.diff(x) > 0)
-    lines = [_line(x[k], force[k], (force[k + 1] - force[k]) / (x[k + 1] - x[k])) for k in wide]
-    return between(variable("x"), x[wide[1:]].tolist(), lines)
 
+    def rows(column: Array) -> Node:
+        """Straight lines between the rows of a column, of the name x."""
+        force = gas_force(column, space, atmosphere)[order]
+        lines = []
+        for k in wide:
+            way = Node("sum", (variable("x"), numeral(x[k])), signs=("+", "-"))
+            slope = (force[k + 1] - force[k]) / (x[k + 1] - x[k])
+            rise = Node("product", (numeral(slope), way), signs=("*", "*"))
+            lines.append(Node("sum", (numeral(force[k]), rise), signs=("+", "+")) if slope else numeral(force[k]))
+        return between(variable("x"), x[wide[1:]].tolist(), lines)
 
-def _line(x: float, force: float, slope: float) -> Node:
-    """A straight line through (x, force), of the name x."""
-    if slope == 0.0:
-        return numeral(force)
-    way = Node("sum", (variable("x"), numeral(x)), signs=("+", "-"))
-    return Node("sum", (numeral(force), Node("product", (numeral(slope), way), signs=("*", "*"))), signs=("+", "+"))
-
-
-# -- compressors -------------------------------------------------------------------------------------------------------
+    away = compiled(f"v {'<' if space.sense > 0 else '>'} 0").tree
+    return Expression(f"indicator diagram of {x.size} rows", Node("if", (away, rows(diagram.out), rows(diagram.back))))
 
 
 class Compression(NamedTuple):
@@ -222,17 +212,17 @@ def compressor_work(cycle: Compression, swept: float) -> float:
     203.0405
 
     """
+
+    def head(exponent: float) -> float:
+        """n/(n-1) (r^((n-1)/n) - 1), which tends to log r for n = 1."""
+        if exponent == 1.0:
+            return log(cycle.ratio)
+        power = (exponent - 1.0) / exponent
+        return float(np.expm1(power * log(cycle.ratio)) / power)
+
     drawn = (1.0 + cycle.clearance) * swept
     left = cycle.clearance * cycle.ratio ** (1.0 / cycle.expansion) * swept
-    return float(cycle.suction * (drawn * _head(cycle.ratio, cycle.exponent) - left * _head(cycle.ratio, cycle.expansion)))
-
-
-def _head(ratio: float, exponent: float) -> float:
-    """n/(n-1) (r^((n-1)/n) - 1), which tends to log r for n = 1."""
-    if exponent == 1.0:
-        return log(ratio)
-    power = (exponent - 1.0) / exponent
-    return float(np.expm1(power * log(ratio)) / power)
+    return float(cycle.suction * (drawn * head(cycle.exponent) - left * head(cycle.expansion)))
 
 
 def cylinder_pressure(share: ArrayLike, outward: ArrayLike, cycle: Compression) -> Array:

@@ -1,11 +1,9 @@
-"""Shafts geared to one another with losses in the meshes: acceleration, torque of a motor, reduced inertia and moment.
+"""Shafts geared to one another, with losses in the meshes; the same flywheel compared on every shaft.
 
 Speeds, torques and accelerations count positive in each shaft's own rotation, so that every ratio is above 0. Shafts and
 stages make a tree. A mesh takes a share 1 - eta of the power that passes it, whichever way that goes: tau being what the
 far side of a stage asks for (its inertia times its acceleration, less its torques), the near side feels r tau/eta where it
 drives and r tau eta where it is driven, r being the far speed over the near one.
-
-The same flywheel compared on every shaft of a machine: inertia, GD², mass and rim speed.
 """
 
 from __future__ import annotations
@@ -126,7 +124,7 @@ def geared_acceleration(
         running = train.free(sense)
         if running.accelerations[running.on] * sense > 0.0:
             return running
-    still = train.without_losses()
+    still = _Train(shafts, [stage._replace(efficiency=1.0) for stage in stages], train.root).at(0.0, 1)
     return Running(train.root, 0, dict.fromkeys(train.order, 0.0), still.inertia, 0.0, 0.0, ())
 
 
@@ -200,11 +198,6 @@ class _Train:
             found, wanted = f"{len(stages)} stages between {len(shafts)} shafts", "one stage less than shafts"
             raise SceneError([Fault("stages", found, wanted, "a closed loop shares its load by stiffness")])
 
-    def without_losses(self) -> Running:
-        """The train as if no mesh lost anything, which shows its inertia."""
-        stages = [stage._replace(efficiency=1.0) for stage in self.stages]
-        return _Train(self.shafts, stages, self.root).at(0.0, 1)
-
     def free(self, direction: int) -> Running:
         """The motion under the shafts' own torques."""
         if not any(shaft.inertia > 0.0 for shaft in self.shafts.values()):
@@ -258,9 +251,6 @@ def _check_train(shafts: Mapping[str, Shaft], stages: Sequence[Stage]) -> None:
             own = [Fault(f"stages[{k}].efficiency", f"{stage.efficiency:g}", "above 0 and at most 1")]
         faults += own
     refuse(faults)
-
-
-# -- every shaft -------------------------------------------------------------------------------------------------------
 
 
 def gd2(inertia: float) -> float:
@@ -350,16 +340,10 @@ def on_every_shaft(
     if len(given) > 1:
         faults.append(Fault("radius", "radius and rim_speed", "one of the two at most"))
     refuse([*faults, *name_faults("on", on, ratios)])
-    rows = ((name, ratio, inertia * (ratios[on] / ratio) ** 2) for name, ratio in ratios.items())
-    return tuple(_on_shaft(name, ratio, ratio * speed, own, radius, rim_speed) for name, ratio, own in rows)
-
-
-def _on_shaft(
-    name: str, ratio: float, speed: float, inertia: float, radius: float | None, rim_speed: float | None
-) -> OnShaft:
-    """A flywheel on one shaft, as a rim where its radius or its speed is known."""
-    if rim_speed is not None:
-        radius = rim_speed / speed
-    if radius is None:
-        return OnShaft(name, ratio, speed, inertia, gd2(inertia), None, None, None)
-    return OnShaft(name, ratio, speed, inertia, gd2(inertia), radius, inertia / radius**2, radius * speed)
+    shafts = []
+    for name, ratio in ratios.items():
+        own, turning = inertia * (ratios[on] / ratio) ** 2, ratio * speed
+        rim = rim_speed / turning if rim_speed is not None else radius
+        sizes = (None, None, None) if rim is None else (rim, own / rim**2, rim * turning)
+        shafts.append(OnShaft(name, ratio, turning, own, gd2(own), *sizes))
+    return tuple(shafts)

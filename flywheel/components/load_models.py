@@ -1,13 +1,4 @@
-"""Loads of known kinds: belts, resistances, presses.
-
-Belts: the torque that two tensions take from a pulley, and how far apart they may be before the belt slips.
-
-What resists motion: a constant share, one that grows with the speed, one that grows with its square.
-
-Fans and pumps are such loads, and so are windage, bearings and rolling resistance.
-
-Presses and punches: energy and force of a stroke, acting over the last of the way to the end of it.
-"""
+"""Loads of known kinds: belts, what resists motion (fans, pumps, windage, bearings, rolling), presses and punches."""
 
 from __future__ import annotations
 
@@ -18,6 +9,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from flywheel.numerics.expressions import Expression, compiled
+
+Array = NDArray[np.float64]
 
 
 def belt_torque(tight: float, slack: float, radius: float) -> float:
@@ -57,12 +50,6 @@ def tension_ratio(friction: float, wrap: float, groove: float = pi) -> float:
     """
     with np.errstate(over="ignore"):  # a ratio beyond all numbers is one that no belt reaches
         return float(np.exp(friction * wrap / sin(groove / 2)))
-
-
-# -- resistance --------------------------------------------------------------------------------------------------------
-
-
-Array = NDArray[np.float64]
 
 
 class Resistance(NamedTuple):
@@ -133,9 +120,6 @@ def quadratic_coefficient(effort: float, speed: float, constant: float = 0.0) ->
 
     """
     return (effort - constant) / speed**2
-
-
-# -- presses -----------------------------------------------------------------------------------------------------------
 
 
 CONSTANT, TRIANGULAR = "constant", "triangular"

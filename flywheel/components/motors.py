@@ -7,16 +7,6 @@
    There a load that asks for more finds a slower motor that gives more; anywhere else it stalls it.
 4. `covers` is the range of speeds that the motor's data speak of. Outside it the law goes on, as each kind says, but it is
    a guess.
-
-Motors whose torque is a constant, or a straight line over speed.
-
-Torque against speed as rows of numbers, such as a measured curve or a catalogue's.
-
-The DC motor with constant excitation, from its constants or its name plate, as a law of speed and as a bond graph.
-
-The governed engine: full load up to rated speed, then the governor's droop.
-
-The induction motor from the data of its name plate and catalogue, by Kloss's formula.
 """
 
 from __future__ import annotations
@@ -178,9 +168,6 @@ def wrong_point(point: Any, speed: str = "speed", torque: str = "torque") -> lis
     return number_faults(speed, point.speed, POSITIVE) + number_faults(torque, point.torque, POSITIVE)
 
 
-# -- lines -------------------------------------------------------------------------------------------------------------
-
-
 @dataclass(frozen=True, kw_only=True)
 class Constant(Motor):
     """A torque that no speed changes: T = T0.
@@ -320,9 +307,6 @@ def line_through(no_load_speed: float, rated: Point, inertia: float = 0.0) -> Li
         raise SceneError([Fault("speed", found, expected)])
     fall = rated.torque / (no_load_speed - rated.speed)
     return Line(at_rest=fall * no_load_speed, fall=fall, nameplate=rated, inertia=inertia)
-
-
-# -- curve -------------------------------------------------------------------------------------------------------------
 
 
 MOST_ROWS = 200
@@ -473,9 +457,6 @@ def _polynomial(start: float, series: list[float]) -> Node:
     for coefficient in series[1:]:
         total = Node("sum", (Node("product", (total, step), signs=("*", "*")), numeral(coefficient)), signs=("+", "+"))
     return total
-
-
-# -- dc ----------------------------------------------------------------------------------------------------------------
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -671,9 +652,6 @@ def dc_from_plate(
     )
 
 
-# -- engine ------------------------------------------------------------------------------------------------------------
-
-
 @dataclass(frozen=True, kw_only=True)
 class Engine(Motor):
     """An engine under a governor: full load T_full(omega) up to rated speed, then a straight line down to no load.
@@ -764,9 +742,6 @@ class Engine(Motor):
         below = Node("compare", (OMEGA, numeral(self.speed)), signs=("<=",))
         text = f"{self.full_load.law().text}, governed from {self.speed:.6g} rad/s"
         return Expression(text, Node("if", (below, self.full_load.tree(), governed.tree)))
-
-
-# -- induction ---------------------------------------------------------------------------------------------------------
 
 
 USUAL_SLIP = 0.13

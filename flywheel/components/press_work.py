@@ -1,14 +1,8 @@
-"""Work of presses: a flywheel between two speeds, the energy of a stroke, the motor that brings the flywheel back.
+"""Work of presses: a flywheel between two speeds, energy and rate of strokes, the motor that brings the flywheel back.
 
 Speeds are in rad/s and the greater one comes first; inertia is that of all that turns with the flywheel, at its shaft, and
-so are energies: a tool takes less than the flywheel gives, by what is lost between them (`presses.press_cycle`).
-
-Presses and punches: energy of a stroke, motor and flywheel for a rate, one stroke through a clutch.
-
-How a motor brings a flywheel back to speed after each stroke, and between which speeds the two then run.
-
-Speeds are in rad/s; inertia is that of all that turns with the flywheel, and torques and powers are at its shaft: losses
-between it and the tool are part of a load, those between the motor and it are taken off what the motor gives.
+so are energies, torques and powers: a tool takes less than the flywheel gives, by what is lost between them
+(`press_cycle`), and what is lost between the motor and the flywheel is taken off what the motor gives.
 """
 
 from __future__ import annotations
@@ -187,9 +181,6 @@ def irregularity_faults(irregularity: float) -> list[Fault]:
     return faults
 
 
-# -- presses -----------------------------------------------------------------------------------------------------------
-
-
 def shearing_force(perimeter: float, thickness: float, strength: float) -> float:
     """Greatest force (N) that shears a sheet: F = tau P t.
 
@@ -332,7 +323,7 @@ def press_cycle(
     """
     quantities = {"cycle": (cycle, POSITIVE, "s"), "busy": (busy, NOT_NEGATIVE, "s")}
     _check(energy=(energy, NOT_NEGATIVE, "J"), **quantities)
-    _check_shares(busy, cycle, efficiency, drive_efficiency)
+    refuse(_share_faults(efficiency, drive_efficiency, busy, cycle))
     power, flywheel_side = energy / cycle, energy / efficiency
     motor_power = flywheel_side / drive_efficiency / cycle
     return PressCycle(energy, cycle, busy, power, motor_power, flywheel_side * (1.0 - busy / cycle))
@@ -358,7 +349,7 @@ def press_at(energy: float, power: float, busy: float, efficiency: float = 1.0, 
 
     """
     _check(energy=(energy, POSITIVE, "J"), power=(power, POSITIVE, "W"))
-    refuse(_efficiency_faults(efficiency, drive_efficiency))
+    refuse(_share_faults(efficiency, drive_efficiency))
     cycle = energy / (efficiency * drive_efficiency * power)
     return press_cycle(energy, cycle, busy, efficiency, drive_efficiency)
 
@@ -379,7 +370,6 @@ def press_of(given: float, cycle: float, busy: float, efficiency: float = 1.0, d
     Valid for a motor of constant power. Source: Sarkar, illustration 6.7.
 
     >>> from math import pi
-    >>> from flywheel.components.press_work import energy_given
     >>> press = press_of(energy_given(200 * 0.5**2, 360 * pi / 30, 240 * pi / 30), 12.0, 12.0 - 4.0)
     >>> round(press.power, 6), round(press.energy, 6)  # printed 4.9 kW and 59195.3 J, with pi = 3.141
     (4934.802201, 59217.626407)
@@ -387,7 +377,7 @@ def press_of(given: float, cycle: float, busy: float, efficiency: float = 1.0, d
     """
     quantities = {"cycle": (cycle, POSITIVE, "s"), "busy": (busy, NOT_NEGATIVE, "s")}
     _check(given=(given, NOT_NEGATIVE, "J"), **quantities)
-    _check_shares(busy, cycle, efficiency, drive_efficiency)
+    refuse(_share_faults(efficiency, drive_efficiency, busy, cycle))
     return press_cycle(efficiency * given / (1.0 - busy / cycle), cycle, busy, efficiency, drive_efficiency)
 
 
@@ -497,7 +487,7 @@ def single_stroke(
         "speed": (speed, POSITIVE, "rad/s"),
     }
     _check(energy=(energy, NOT_NEGATIVE, "J"), **quantities)
-    refuse(_efficiency_faults(efficiency, drive_efficiency))
+    refuse(_share_faults(efficiency, drive_efficiency))
     joined = engage(inertia, speed, driven_inertia)
     given = energy / efficiency - drive_efficiency * power * busy
     after = speed_after(inertia + driven_inertia, joined.speed, given)
@@ -541,24 +531,16 @@ def _check(**quantities: tuple[float, str, str]) -> None:
     )
 
 
-def _check_shares(busy: float, cycle: float, efficiency: float, drive_efficiency: float) -> None:
+def _share_faults(efficiency: float, drive_efficiency: float, busy: float = 0.0, cycle: float = 1.0) -> list[Fault]:
+    """The faults of efficiencies that are none, and of a stroke as long as the time from one to the next."""
     faults = []
     if busy >= cycle:
         advice = "the motor alone carries a stroke that long"
         faults.append(Fault("busy", f"{busy:g} s", f"less than the {cycle:.6g} s from stroke to stroke", advice))
-    refuse(faults + _efficiency_faults(efficiency, drive_efficiency))
-
-
-def _efficiency_faults(efficiency: float, drive_efficiency: float) -> list[Fault]:
-    """The faults of efficiencies that are none."""
-    faults = []
     for name, value in (("efficiency", efficiency), ("drive_efficiency", drive_efficiency)):
         over = [] if not fits(value, POSITIVE) or value <= 1 else [Fault(name, f"{value:g}", "at most 1")]
         faults += number_faults(name, value, POSITIVE) + over
     return faults
-
-
-# -- recovery ----------------------------------------------------------------------------------------------------------
 
 
 def recovery_time(inertia: float, low: float, high: float, power: float) -> float:
