@@ -1,4 +1,4 @@
-"""The description of a linkage: what it can be asked, and that equal ones are one."""
+"""The description of a linkage: its bodies, ports and driver's names, and that equal ones are one."""
 
 from __future__ import annotations
 
@@ -6,8 +6,8 @@ from dataclasses import replace
 
 import pytest
 
-from flywheel.scene.linkage import FRAME, Lift, Link, Point, common_body
-from tests.linkages.linkages import SINE, cam_rocker, four_bar, geared_five_bar, pin, slider_crank
+from flywheel.scene.linkage import FRAME, Lift, Link, Point, common_body, offered, shadowing, straight
+from tests.linkages.linkages import SINE, cam_rocker, four_bar, geared_five_bar, pin, six_bar, slider_crank, whitworth
 
 
 def test_bodies_and_points_by_name() -> None:
@@ -40,3 +40,24 @@ def test_what_slides_and_what_rubs() -> None:
     assert not linkage.rubs
     rough = tuple(joint._replace(friction=0.1) if joint.name == "guide" else joint for joint in linkage.joints)
     assert replace(linkage, joints=rough).rubs
+
+
+def test_bodies_turn_and_slides_travel() -> None:
+    assert offered(six_bar(), ["tool"]) == {"coupler": True, "rocker": True, "link": True, "output": True, "tool": False}
+    assert offered(whitworth()) == {"rocker": True, "link": True, "slot": False, "guide": False}
+
+
+def test_what_a_slide_holds_cannot_turn() -> None:
+    assert straight(slider_crank().joints) == {"slider"}
+    assert "slider" not in offered(slider_crank())
+
+
+def test_a_driver_called_slide_is_the_element_itself() -> None:
+    base = slider_crank()
+    joints = tuple(j._replace(name="slide") if j.name == "guide" else j for j in base.joints)
+    assert "slide" not in offered(replace(base, joints=joints, driver="slide"))
+
+
+def test_names_by_which_loads_reach_the_driver() -> None:
+    assert shadowing(["crank", "rod"], sliding=False) == ["crank"]
+    assert shadowing(["crank", "slide"], sliding=True) == ["slide"]

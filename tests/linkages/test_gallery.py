@@ -12,8 +12,6 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from flywheel.mechanisms.linkages.assembly import assemblies
-from flywheel.mechanisms.linkages.equations import Equations, loops
 from flywheel.mechanisms.linkages.positions import Solution, solve
 from flywheel.numerics.faults import SceneError
 from flywheel.scene.linkage import Linkage, Side
@@ -55,28 +53,20 @@ def point(solution: Solution, body: str, name: str, q: NDArray[np.float64]) -> N
 
 
 @pytest.mark.parametrize("name", GALLERY)
-@pytest.mark.parametrize("off", [0.0, 0.1])
-def test_names_and_rough_guesses_do_not_change_the_assembly(name: str, off: float) -> None:
+def test_it_begins_as_it_was_drawn_and_names_and_rough_guesses_do_not_change_it(name: str) -> None:
     make, low, high = GALLERY[name]
     drawing = make()
-    q = np.linspace(low, high, 7)
+    q = np.array([low, drawing.start, 0.5 * (low + high), high])
     expected = solve(drawing, low, high).poses(q)
     places = random.Random(1).sample(range(40), 40)
-    found = solve(shuffled(roughly(drawing, off), places), low, high).poses(q)
+    found = solve(shuffled(roughly(drawing, 0.1), places), low, high).poses(q)
     for link in drawing.links:
+        assert np.exp(1j * expected.angle(link.name).value[1]) == pytest.approx(np.exp(1j * (link.guess or 0.0)), abs=1e-11)
         at = (0.01, 0.02)
         np.testing.assert_allclose(found.point(link.name, at).value, expected.point(link.name, at).value, atol=1e-11)
 
 
-@pytest.mark.parametrize("name", GALLERY)
-def test_it_begins_as_it_was_drawn(name: str) -> None:
-    drawing = GALLERY[name][0]()
-    poses = solve(drawing, drawing.start - 1e-3, drawing.start + 1e-3).poses(drawing.start)
-    for link in drawing.links:
-        assert np.exp(1j * poses.angle(link.name).value[0]) == pytest.approx(np.exp(1j * (link.guess or 0.0)), abs=1e-11)
-
-
-@pytest.mark.parametrize("phi", [-1.2, -0.4, 0.0, 0.3, 1.0, 1.5])
+@pytest.mark.parametrize("phi", [-1.2, 0.0, 1.5])
 def test_peaucellier_draws_a_straight_line_from_every_start(phi: float) -> None:
     """A circle through the centre of inversion becomes a line across OQ, arm² - side² over the circle's diameter away."""
     q = np.linspace(-1.5, 1.5, 31)
@@ -100,13 +90,6 @@ def test_few_guesses_or_sides_choose_among_peaucelliers_four_assemblies(told: tu
     )
 
 
-def test_families_are_no_assemblies_to_choose_from() -> None:
-    equations = Equations(loops(roughly(peaucellier(0.3), 0.0, ())))
-    assert len(assemblies(equations)) > 8  # members of families among them, which the refusal of no guesses leaves out
-    with pytest.raises(SceneError, match="found 4 assemblies that fit"):
-        solve(equations.loops.linkage, 0.2, 0.4)
-
-
 @pytest.mark.parametrize("name", ["Peaucellier with a full turn", "Peaucellier by a crank"])
 def test_peaucellier_inverts(name: str) -> None:
     make, low, high = GALLERY[name]
@@ -123,7 +106,7 @@ def test_hart_inverts() -> None:
     np.testing.assert_allclose(product, -0.4 * 0.6 * (0.2**2 - 0.1**2), atol=1e-13)
 
 
-@pytest.mark.parametrize("stages", [1, 2, 3, 5])
+@pytest.mark.parametrize("stages", [1, 3])
 def test_a_scissor_lift_rises_by_pythagoras(stages: int) -> None:
     q = np.linspace(0.2, 0.45, 11)
     poses = solve(roughly(scissor_lift(stages, 0.3), 0.1), 0.2, 0.45).poses(q)
@@ -135,7 +118,7 @@ def test_a_scissor_lift_rises_by_pythagoras(stages: int) -> None:
     np.testing.assert_allclose(poses.angle("platform").value, 0.0, atol=1e-11)
 
 
-@pytest.mark.parametrize("screw", [0.1, 0.25, 0.35])
+@pytest.mark.parametrize("screw", [0.1, 0.35])
 def test_a_scissor_jack_from_every_start(screw: float) -> None:
     q = np.linspace(0.08, 0.37, 9)
     height = solve(roughly(scissor_jack(screw), 0.1), 0.08, 0.37).poses(q).point("head", (0.0, 0.0))
@@ -154,7 +137,7 @@ def test_sarrus_in_the_plane_rises_straight() -> None:
     np.testing.assert_allclose(poses.point("lid", (0.0, 0.0)).value[0], 0.0, atol=1e-14)
 
 
-@pytest.mark.parametrize("sizes", [(0.1, 0.15, 3.0), (0.13, 0.13, 2.0), (0.12, 0.1, 1.5)])
+@pytest.mark.parametrize("sizes", [(0.1, 0.15, 3.0), (0.13, 0.13, 2.0)])
 def test_a_pantograph_enlarges(sizes: tuple[float, float, float]) -> None:
     solution, q = solve(pantograph(0.3, *sizes), 0.0, tau), np.linspace(0.0, tau, 61)
     np.testing.assert_allclose(point(solution, "pen", "C", q), sizes[2] * point(solution, "crank", "P", q), atol=1e-12)
@@ -185,7 +168,7 @@ def klanns_foot(phi: mp.mpf) -> mp.mpc:
 @pytest.mark.parametrize(("name", "reference"), [("Jansen", jansens_foot), ("Klann", klanns_foot)])
 def test_feet_at_30_digits_and_their_derivatives(name: str, reference: Callable[[mp.mpf], mp.mpc]) -> None:
     make, low, high = GALLERY[name]
-    solution, q = solve(make(), low, high), np.linspace(low, high, 13)
+    solution, q = solve(make(), low, high), np.linspace(low, high, 5)
     track = solution.poses(q).point("leg", solution.linkage.link("leg").point("F"))
     with mp.workdps(30):
         for k, phi in enumerate(map(mp.mpf, q)):

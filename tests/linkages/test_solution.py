@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from math import pi, tau
 
 import mpmath as mp
@@ -13,7 +14,8 @@ from flywheel.mechanisms.linkages.positions import Solution, solve
 from flywheel.numerics.faults import SceneError
 from tests.linkages.linkages import CASES, Reference, four_bar, six_bar, slider_crank
 
-ANGLES = (0.0, 0.4, 1.1, 2.0, 3.0, 3.9, 4.6, 5.8, tau)
+ANGLES = (0.0, 1.1, 3.0, 4.6, tau)
+Q = np.linspace(0.2, 6.0, 7)
 
 
 def found_at(solution: Solution, name: str, q: float) -> tuple[float, float, float]:
@@ -35,6 +37,7 @@ def derivatives(reference: Reference, name: str, q: float) -> list[float]:
 def test_agrees_with_the_reference(case: str) -> None:
     linkage, reference = CASES[case]
     solution = solve(linkage, 0.0, tau)
+    assert solution.mobility == (1, 1, ())
     for name in reference(mp.mpf(1)):
         expected = [derivatives(reference, name, q) for q in ANGLES]
         scale = max(abs(value) for triple in expected for value in triple[1:])
@@ -60,14 +63,6 @@ def test_poses_close_every_joint(case: str) -> None:
                 np.testing.assert_allclose(a, b, rtol=0, atol=1e-13)
 
 
-def test_rates_and_slopes_are_derivatives_of_poses() -> None:
-    solution = solve(six_bar(), 0.0, tau)
-    q, h = np.linspace(0.1, 6.0, 11), 1e-4
-    low, mid, high = (solution.poses(q + k * h) for k in (-1, 0, 1))
-    np.testing.assert_allclose((high.value - low.value) / (2 * h), mid.rate, atol=1e-6)
-    np.testing.assert_allclose((high.rate - low.rate) / (2 * h), mid.slope, atol=1e-6)
-
-
 @pytest.mark.parametrize("case", CASES)
 def test_newton_converges_quadratically(case: str) -> None:
     solution = solve(CASES[case][0], 0.0, tau)
@@ -84,13 +79,8 @@ def test_newton_converges_quadratically(case: str) -> None:
 
 def test_driver_that_slides() -> None:
     base = slider_crank(e=0.0)
-    pushed = base.__class__(
-        base.ground,
-        tuple(link._replace(guess=g) for link, g in zip(base.links, (0.5, None, None), strict=True)),
-        base.joints,
-        "guide",
-        start=0.35,
-    )
+    links = tuple(link._replace(guess=g) for link, g in zip(base.links, (0.5, None, None), strict=True))
+    pushed = replace(base, links=links, driver="guide", start=0.35)
     solution = solve(pushed, 0.25, 0.39)
     x = np.array([0.25, 0.3, 0.39])
     crank = solution.poses(x).angle("crank")
@@ -109,13 +99,13 @@ def test_positions_outside_the_range_are_refused() -> None:
 
 def test_start_may_lie_anywhere_in_the_range() -> None:
     base = four_bar()
-    late = base.__class__(base.ground, base.links, base.joints, "O", sides=base.sides, start=2.5)
+    late = replace(base, start=2.5)
     q = np.linspace(0.0, tau, 9)
     early, other = (solve(linkage, 0.0, tau).poses(q) for linkage in (base, late))
     np.testing.assert_allclose(np.exp(1j * early.value[:, 2]), np.exp(1j * other.value[:, 2]), atol=1e-13)
 
 
-@pytest.mark.parametrize("ratio", [0.3, 0.9, 0.999, 0.999999])
+@pytest.mark.parametrize("ratio", [0.3, 0.999999])
 def test_slider_crank_close_to_its_lock(ratio: float) -> None:
     solution = solve(slider_crank(0.1, 0.1 / ratio, 0.0), 0.0, tau)
     with mp.workdps(40):
@@ -133,14 +123,14 @@ def test_slider_crank_close_to_its_lock(ratio: float) -> None:
 def test_positions_that_are_not_reached_are_told() -> None:
     base = slider_crank(0.1, 0.3, 0.0)
     links = tuple(link._replace(guess=0.5 if link.name == "crank" else link.guess) for link in base.links)
-    pushed = base.__class__(base.ground, links, base.joints, "guide", start=0.35)
+    pushed = replace(base, links=links, driver="guide", start=0.35)
     with pytest.raises(SceneError, match=r"a position that Newton's iteration does not reach, 0\.41 m"):
         solve(pushed, 0.3, 0.3999999).movement(np.array([0.41]))
 
 
 def test_a_start_beside_the_range_s_end() -> None:
     base = four_bar()
-    beside = base.__class__(base.ground, base.links, base.joints, "O", sides=base.sides, start=1e-15)
+    beside = replace(base, start=1e-15)
     poses = solve(beside, 0.0, 1.0).poses([-5e-10, 0.0])
     assert np.abs(poses.value).max() < 10.0
 
@@ -153,3 +143,24 @@ def test_arrays_that_are_kept_cannot_be_changed() -> None:
     poses = solution.poses(q)
     q[0] = 9.0
     assert poses.q[0] == 0.5
+
+
+def test_a_crank_s_point_goes_round() -> None:
+    track = solve(four_bar(), 0.0, tau).poses(Q).point("crank", (0.1, 0.05))
+    point = (0.1 + 0.05j) * np.exp(1j * Q)
+    for found, expected in zip(track, (point, 1j * point, -point), strict=True):
+        np.testing.assert_allclose(found[0] + 1j * found[1], expected, atol=1e-15)
+
+
+def test_derivatives_of_a_floating_point() -> None:
+    solution, h = solve(six_bar(), 0.0, tau), 1e-4
+    low, mid, high = (solution.poses(Q + k * h).point("link", (0.1, 0.2)) for k in (-1, 0, 1))
+    np.testing.assert_allclose((high.value - low.value) / (2 * h), mid.rate, atol=1e-6)
+    np.testing.assert_allclose((high.rate - low.rate) / (2 * h), mid.slope, atol=1e-6)
+
+
+def test_the_centre_of_mass_is_a_point_of_its_body() -> None:
+    base = four_bar()
+    linkage = replace(base, links=tuple(link._replace(com=(0.07, -0.02)) for link in base.links))
+    poses = solve(linkage, 0.0, tau).poses(Q)
+    np.testing.assert_array_equal(poses.centre("coupler").slope, poses.point("coupler", (0.07, -0.02)).slope)
