@@ -11,17 +11,15 @@ from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from flywheel.machine.dynamics import Moments, Rate
 from flywheel.machine.machine import Machine, merged
 from flywheel.numerics import cells
 from flywheel.numerics.budget import spend
+from flywheel.numerics.cells import Array
 from flywheel.numerics.faults import Fault, SceneError
 from flywheel.regime import turning_moment
 from flywheel.regime.turning_moment import Cycle
-
-Array = NDArray[np.float64]
 
 _DECADES = 6  # on either side of a typical speed, in which steady speeds are looked for
 _PER_DECADE = 24
@@ -53,12 +51,8 @@ def check_steady(machine: Machine) -> None:
     if machine.depends_on_time:
         paths = [effort.path for effort in machine.efforts if effort.uses_time]
         advice = "follow it in time: flywheel simulate, or flywheel.simulate"
-        raise SceneError(
-            [
-                Fault(path, "a law that depends on time, so that no cycle repeats", "a steady regime", advice)
-                for path in paths
-            ]
-        )
+        found = "a law that depends on time, so that no cycle repeats"
+        raise SceneError([Fault(path, found, "a steady regime", advice) for path in paths])
     if not machine.depends_on_speed and scene.unknown is None:
         found = "losses in meshes, and nothing that makes up for them"
         advice = 'name the unknown: drive.torque = "balance", or give a motor'
@@ -110,35 +104,31 @@ def steady_speeds(moments: Moments) -> list[SteadySpeed]:
     They are looked for over twelve decades around a typical speed, and beside every hump and hollow between; where there
     are none, over as many more on either side.
     """
-    return _found(moments, _DECADES) or _found(moments, 3 * _DECADES)
-
-
-def _found(moments: Moments, decades: int) -> list[SteadySpeed]:
-    grid, works = _scanned(moments, decades)
-    points = sorted([*zip(grid.tolist(), works.tolist(), strict=True), *_humps(moments, grid, works)])
-    found = []
-    for (a, before), (b, after) in pairwise(points):
-        if before == 0.0:
-            continue
-        if before * after < 0.0 or after == 0.0:
-            found.append(SteadySpeed(_root(lambda w: net_work(moments, w), a, b), before > 0.0))
+    for decades in (_DECADES, 3 * _DECADES):
+        grid, works = _scanned(moments, decades)
+        points = sorted([*zip(grid.tolist(), works.tolist(), strict=True), *_humps(moments, grid, works)])
+        found = [
+            SteadySpeed(_root(lambda w: net_work(moments, w), a, b), before > 0.0)
+            for (a, before), (b, after) in pairwise(points)
+            if before * after < 0.0 or (after == 0.0 and before != 0.0)
+        ]
+        if found:
+            break
     return found
 
 
 def _scanned(moments: Moments, decades: int) -> tuple[Array, Array]:
-    """Speeds that are looked at, and the net work at each; those at which a law has no finite value are left out."""
+    """Speeds that are looked at, and the net work at each; those at which a law has no finite value are left out.
+
+    In their place stand the speeds nearest to them, by bisection.
+    """
     grid = _grid(moments.machine, decades)
     works = net_works(moments, grid)
     finite = np.isfinite(works)
     if not finite.any():
-        typical = moments.machine.typical_speed
-        omega = np.full(moments.mesh.phi.shape, typical)
-        raise SceneError(
-            [turning_moment.undefined(moments.machine, moments.mesh, moments.constant(typical, 0.0).moment, omega)]
-        )
-    edges = np.flatnonzero(np.diff(finite))
-    ends = []  # the speeds nearest to those without a finite value, by bisection
-    for k in edges:
+        _finite_rate(moments, moments.machine.typical_speed, 0.0)
+    ends = []
+    for k in np.flatnonzero(np.diff(finite)):
         good, bad = grid[[k, k + 1]] if finite[k] else grid[[k + 1, k]]
         for _ in range(_SECTIONS):
             middle = 0.5 * (good + bad)
@@ -179,22 +169,27 @@ def _humps(moments: Moments, grid: Array, works: Array) -> list[tuple[float, flo
 
 
 def _summit(moments: Moments, a: float, b: float, sign: float) -> tuple[float, float]:
-    """Where sign times the net work is greatest between two speeds, or the first place found where it is above zero."""
+    """Where sign times the net work is greatest between two speeds, or the first place found where it is above zero.
+
+    By golden sections of their logarithms.
+    """
+
+    def at(x: float) -> tuple[float, float, float]:
+        work = net_work(moments, float(np.exp(x)))
+        return sign * work, x, work
+
     low, high = np.log(a), np.log(b)
-    left, right = high - _GOLDEN * (high - low), low + _GOLDEN * (high - low)
-    values = [net_work(moments, float(np.exp(x))) for x in (left, right)]
+    left, right = at(high - _GOLDEN * (high - low)), at(low + _GOLDEN * (high - low))
     for _ in range(_SECTIONS):
-        best = max((sign * values[0], left, values[0]), (sign * values[1], right, values[1]))
+        best = max(left, right)
         if best[0] > 0.0:
             break
-        if sign * values[0] > sign * values[1]:
-            high, right, values[1] = right, left, values[0]
-            left = high - _GOLDEN * (high - low)
-            values[0] = net_work(moments, float(np.exp(left)))
+        if left[0] > right[0]:
+            high, right = right[1], left
+            left = at(high - _GOLDEN * (high - low))
         else:
-            low, left, values[0] = left, right, values[1]
-            right = low + _GOLDEN * (high - low)
-            values[1] = net_work(moments, float(np.exp(right)))
+            low, left = left[1], right
+            right = at(low + _GOLDEN * (high - low))
     return float(np.exp(best[1])), best[2]
 
 
@@ -223,38 +218,36 @@ def _root(net: Callable[[float], float], a: float, b: float) -> float:
 def chosen_speed(moments: Moments) -> tuple[float, tuple[str, ...]]:
     """The speed (rad/s) at which a machine without a balance runs, and what is to be said of it.
 
-    Of several the greatest stable one is taken, that of a machine that runs already.
+    Of several the greatest stable one is taken, that of a machine that runs already. Stable ones are found once more with
+    cells that end where laws switch at that speed.
 
     Raises:
         SceneError: where there is none, saying which kind of none.
 
     """
-    found = steady_speeds(moments)
-    if not any(item.stable for item in found):
-        raise SceneError([_no_speed(moments, found)])
-    found = [SteadySpeed(_sharpened(moments, item.speed), True) if item.stable else item for item in found]
-    stable = [item.speed for item in found if item.stable]
-    others = [f"{item.speed:.6g} rad/s ({'stable' if item.stable else 'unstable'})" for item in found]
-    if len(found) == 1:
-        return stable[-1], ()
-    message = f"net work at constant speed is zero at {', '.join(others)}: the motion is that near {stable[-1]:.6g} rad/s"
-    return stable[-1], (message,)
-
-
-def _sharpened(moments: Moments, speed: float) -> float:
-    """A stable speed once more, with cells that end where laws switch at that speed."""
     machine, edges = moments.machine, moments.mesh.edges
-    if resolve(machine, edges, speed).mesh.edges.size == edges.size:
-        return speed
 
     def net(w: float) -> float:
         return resolve(machine, edges, w).net
 
-    for reach in (1e-3, 1e-2, 1e-1, 0.5):
-        low, high = speed * (1.0 - reach), speed * (1.0 + reach)
-        if net(low) > 0.0 > net(high):
-            return _root(net, low, high)
-    return speed
+    def sharpened(speed: float) -> float:
+        if resolve(machine, edges, speed).mesh.edges.size == edges.size:
+            return speed
+        for reach in (1e-3, 1e-2, 1e-1, 0.5):
+            low, high = speed * (1.0 - reach), speed * (1.0 + reach)
+            if net(low) > 0.0 > net(high):
+                return _root(net, low, high)
+        return speed
+
+    found = steady_speeds(moments)
+    if not any(item.stable for item in found):
+        raise SceneError([_no_speed(moments, found)])
+    found = [SteadySpeed(sharpened(item.speed), True) if item.stable else item for item in found]
+    speed = [item.speed for item in found if item.stable][-1]
+    if len(found) == 1:
+        return speed, ()
+    others = ", ".join(f"{item.speed:.6g} rad/s ({'stable' if item.stable else 'unstable'})" for item in found)
+    return speed, (f"net work at constant speed is zero at {others}: the motion is that near {speed:.6g} rad/s",)
 
 
 def _no_speed(moments: Moments, found: list[SteadySpeed]) -> Fault:
@@ -339,7 +332,7 @@ def resolve(machine: Machine, edges: Array, speed: float) -> Cycle:
         omega = np.full(moments.mesh.phi.shape, speed)
         unknown = balance_at(moments, speed) if machine.scene.unknown is not None else None
         switching = moments.switches(omega) + moments.constant_losses(speed, unknown or 0.0)
-        finer = with_switches(moments, switching, edges)
+        finer = _with_switches(moments, np.stack(switching), edges) if switching else edges
         if finer.size == edges.size:
             break
         edges = finer
@@ -354,11 +347,10 @@ def resolve(machine: Machine, edges: Array, speed: float) -> Cycle:
 
 def _finite_rate(moments: Moments, speed: float, unknown: float) -> Rate:
     """F at a constant speed (rad/s), refused where a load has no finite value."""
-    rate = moments.constant(speed, unknown)
+    rate, mesh = moments.constant(speed, unknown), moments.mesh
     if not np.isfinite(rate.moment).all():
-        raise SceneError(
-            [turning_moment.undefined(moments.machine, moments.mesh, rate.moment, np.full(moments.mesh.phi.shape, speed))]
-        )
+        omega = np.full(mesh.phi.shape, speed)
+        raise SceneError([turning_moment.undefined(moments.machine, mesh, rate.moment, omega)])
     return rate
 
 
@@ -385,14 +377,11 @@ def cycle_of(moments: Moments, rate: Rate, unknown: float | None) -> Cycle:
     return turning_moment.assembled(moments.mesh, values, unknown, by_unknown=by_unknown, closed=True)
 
 
-def with_switches(moments: Moments, switching: list[Array], edges: Array) -> Array:
+def _with_switches(moments: Moments, switching: Array, edges: Array) -> Array:
     """The edges, with those angles put in at which one of several functions on the mesh changes its sign inside a cell."""
-    if not switching:
-        return edges
-    series = cells.fit(np.stack(switching))
-    sizes = np.abs(np.stack(switching)).max(axis=(1, 2))
-    noise = np.broadcast_to(1e-13 * sizes[:, None], series.shape[:2])
-    found = cells.crossings(series, np.ascontiguousarray(noise))
+    series = cells.fit(switching)
+    sizes = np.abs(switching).max(axis=(1, 2))
+    found = cells.crossings(series, np.repeat(1e-13 * sizes[:, None], series.shape[1], axis=1))
     angles = found.angles(moments.mesh)[np.abs(found.t) < 1.0]
     if angles.size > _MOST_SWITCHES:
         fault = f"laws that switch {angles.size} times and more within a cycle at a constant speed"

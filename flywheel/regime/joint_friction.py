@@ -13,11 +13,11 @@ from functools import lru_cache
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
 from bondgraph.elements import Here
 from flywheel.machine.machine import FrictionCurve, Machine, merged
 from flywheel.numerics import cells
+from flywheel.numerics.cells import Array
 from flywheel.numerics.faults import Fault, SceneError
 from flywheel.regime import constant_speed
 from flywheel.scene.linkage import PIN
@@ -25,8 +25,6 @@ from flywheel.scene.scene import Scene
 
 if TYPE_CHECKING:
     from flywheel.mechanisms.linkages.reactions import Reactions
-
-Array = NDArray[np.float64]
 
 _FINE = 1e-11  # of the largest moment: error of a cell that is left as it is
 _ROUNDING = 1e-11  # of the largest force, or rate: what is smaller has no sign, and its friction no shape
@@ -75,16 +73,21 @@ def friction_curve(machine: Machine) -> FrictionCurve:
 
 
 def _fitted(machine: Machine, speed: float, balance: float) -> FrictionCurve:
-    """The curve on cells between its corners, cut until they follow it."""
+    """The curve on cells between its corners, cut until they follow it; its error is checked off the nodes."""
     width = machine.scene.cycle
     corners = _corners(machine, speed, balance)
+
+    def moments(forces: list[tuple[float, Reactions]]) -> Array:
+        """Friction's share of the reduced moment."""
+        return np.asarray(sum(ratio * found.friction.moment for ratio, found in forces))
 
     def evaluated(edges: Array) -> tuple[tuple[cells.Cells, Array], float, cells.Coarse]:
         mesh = cells.cells(edges)
         forces = _forces(machine, mesh.phi.ravel(), speed, balance)
-        values = _moments(forces).reshape(mesh.phi.shape)
-        tails = cells.tails(cells.fit(values))
-        enough = max(_FINE * np.abs(values).max(), _ROUNDING * _moment_scale(forces))
+        values = moments(forces).reshape(mesh.phi.shape)
+        # what friction's moment would be if the largest force of a mechanism pressed all of its joints
+        most = sum(abs(ratio) * found.scales()[0] * float(found.friction.lever.max(initial=0.0)) for ratio, found in forces)
+        tails, enough = cells.tails(cells.fit(values)), max(_FINE * np.abs(values).max(), _ROUNDING * most)
         return (
             (mesh, values),
             float(tails.max()) / enough if enough else 0.0,
@@ -94,7 +97,7 @@ def _fitted(machine: Machine, speed: float, balance: float) -> FrictionCurve:
     mesh, values = cells.refined(merged([*machine.mesh, *corners], width), evaluated, 1.0, _MOST_CELLS)
     curve = FrictionCurve(mesh, values, corners)
     probes = (mesh.middle + mesh.half * np.array(_PROBES)).ravel()
-    off = np.abs(curve(Here(probes, None, np), Here(probes, None, np)) - _moments(_forces(machine, probes, speed, balance)))
+    off = np.abs(curve(Here(probes, None, np), Here(probes, None, np)) - moments(_forces(machine, probes, speed, balance)))
     curve.error += float((off.reshape(-1, len(_PROBES)).max(axis=1) * 2 * mesh.half[:, 0]).sum())
     return curve
 
@@ -113,24 +116,11 @@ def _forces(machine: Machine, q: Array, speed: float, balance: float) -> list[tu
         if mechanism.linkage is not None:
             forces = port_forces(machine, motion, balance, mechanism)
             if forces.locked.size:
-                where = machine.where(float(q[~forces.friction.converged][0]))
-                what, advice = (
-                    f"friction that locks the mechanism at {where}",
-                    "less friction, smaller pins, or other angles",
-                )
+                what = f"friction that locks the mechanism at {machine.where(float(q[~forces.friction.converged][0]))}"
+                advice = "less friction, smaller pins, or other angles"
                 raise SceneError([Fault(mechanism.path, what, "joints that let it move", advice)])
             found.append((scene.shafts[mechanism.shaft], forces))
     return found
-
-
-def _moments(forces: list[tuple[float, Reactions]]) -> Array:
-    """Friction's share of the reduced moment."""
-    return np.asarray(sum(ratio * found.friction.moment for ratio, found in forces))
-
-
-def _moment_scale(forces: list[tuple[float, Reactions]]) -> float:
-    """What friction's moment would be if the largest force of a mechanism pressed all of its joints."""
-    return sum(abs(ratio) * found.scales()[0] * float(found.friction.lever.max(initial=0.0)) for ratio, found in forces)
 
 
 def _deciding(forces: list[tuple[float, Reactions]]) -> Iterator[tuple[Array, float]]:
@@ -139,19 +129,13 @@ def _deciding(forces: list[tuple[float, Reactions]]) -> Iterator[tuple[Array, fl
 
     for _, found in forces:
         poses, force = found.poses, found.scales()[0]
-        for joint in poses.linkage.joints:
-            if joint.friction:
-                rates = poses.rate[:, 2] if joint.kind == PIN else poses.rate[:, :2]
-                yield joint_rate(poses, joint), float(np.abs(rates).max())
-                yield from ((values, force) for values in _pushing(found, joint.name))
-        for coupling in poses.linkage.couplings:
-            if coupling.friction:
-                yield from ((values, force) for values in _pushing(found, coupling.name))
-
-
-def _pushing(found: Reactions, name: str) -> list[Array]:
-    parts = found.components[name]
-    return [parts[part] for part in ("normal", "front", "rear") if part in parts]
+        rough = [joint for joint in poses.linkage.joints if joint.friction]
+        for joint in rough:
+            rates = poses.rate[:, 2] if joint.kind == PIN else poses.rate[:, :2]
+            yield joint_rate(poses, joint), float(np.abs(rates).max())
+        for item in (*rough, *(coupling for coupling in poses.linkage.couplings if coupling.friction)):
+            parts = found.components[item.name]
+            yield from ((parts[part], force) for part in ("normal", "front", "rear") if part in parts)
 
 
 def _signs(forces: list[tuple[float, Reactions]], least: Array | None = None) -> tuple[Array, Array]:

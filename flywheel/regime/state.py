@@ -6,24 +6,21 @@ there is no steady speed and no flywheel. What there is: reduction, the driving 
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from functools import partial
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
-from bondgraph.reduction import Reduced
 from flywheel.machine.machine import Machine
-from flywheel.numerics.cells import ROUNDING, tails, wide
+from flywheel.numerics.cells import ROUNDING, Array, tails, wide
 from flywheel.numerics.faults import Fault, SceneError, told
 from flywheel.regime import constant_speed, turning_moment
 from flywheel.regime.joint_friction import machine_of
 from flywheel.scene.linkage import Point
 from flywheel.scene.scene import Mechanism, Scene, Stroke
-
-Array = NDArray[np.float64]
 
 _SLACK = 1e-12  # of a stroke, by which rounding may carry a coordinate past its ends
 _ASIDE = 16  # roundings of the cycle, by which a coordinate is changed to see what rounding does
@@ -89,16 +86,20 @@ def reduce(
 
 
 def _at(machine: Machine, angles: Array, anchor: Array, balance: float, speed: float | None) -> MachineState:
-    """The machine at its own coordinates, in the pieces that the anchors lie in."""
+    """The machine at its own coordinates, in the pieces of the anchors; what is not finite on a stroke is refused."""
     reduced = machine.reduce(angles, anchor)
     chain = machine.kinematics
     flows = chain.flows(angles, anchor)
     named = {name: chain.variable[name] for name, element in chain.graph.elements.items() if element.kind == "1"}
-
     moving = (speed or 0.0) if machine.depends_on_speed or machine.depends_on_time else None
     parts = machine.reduction.moments(angles, anchor, balance, speed=moving)
     if machine.scene.stroke is not None:
-        _check_finite(machine, angles, anchor, reduced, moving)
+        by_load = machine.reduction.moments(angles, anchor, by_name=True, speed=moving)
+        bad = ~np.isfinite(np.asarray(reduced.inertia + reduced.slope + sum(by_load.values())) + 0.0 * angles)
+        if bad.any():
+            at = int(np.argmax(bad))
+            place = float(angles.flat[at]), float(np.ravel(anchor)[at])
+            raise SceneError([turning_moment.not_finite(machine, *place, moving)])
     plain = reduced.moment + balance * reduced.per_unknown
     whole = partial(wide, shape=angles.shape)
     return MachineState(
@@ -150,33 +151,33 @@ def state_errors(
 
 def rounded_otherwise(machine: Machine) -> list[Machine]:
     """Two machines with the lengths of all mechanisms a few roundings off, each its own way, but equal ones alike."""
-    return [_with_lengths(machine, phase) for phase in (0.0, 1.5)]
+    found = []
+    for phase in (0.0, 1.5):
+
+        def moved(length: float, phase: float = phase) -> float:
+            return length * (1.0 + _ASIDE * ROUNDING * float(np.sin(1e6 * length + phase)))
+
+        try:
+            mechanisms = tuple(_with_lengths(mechanism, moved) for mechanism in machine.scene.mechanisms)
+            found.append(machine_of(replace(machine.scene, mechanisms=mechanisms)))
+        except SceneError:  # at the very limit of what can be built
+            found.append(machine)
+    return found
 
 
-def _with_lengths(machine: Machine, phase: float) -> Machine:
-    def moved(length: float) -> float:
-        return length * (1.0 + _ASIDE * ROUNDING * float(np.sin(1e6 * length + phase)))
-
+def _with_lengths(mechanism: Mechanism, moved: Callable[[float], float]) -> Mechanism:
     def at(point: Point) -> Point:
         return point._replace(x=moved(point.x), y=moved(point.y))
 
-    def of(mechanism: Mechanism) -> Mechanism:
-        linkage = mechanism.linkage
-        if linkage is not None:
-            everything = (linkage.ground, *linkage.links)
-            ground, *links = (link._replace(points=tuple(map(at, link.points))) for link in everything)
-            joints = tuple(
-                joint._replace(first_at=at(joint.first_at), second_at=at(joint.second_at)) for joint in linkage.joints
-            )
-            linkage = replace(linkage, ground=ground, links=tuple(links), joints=joints)
-        geometry = {name: moved(value) for name, value in mechanism.geometry.items()}
-        return replace(mechanism, geometry=geometry, linkage=linkage)
-
-    scene = machine.scene
-    try:
-        return machine_of(replace(scene, mechanisms=tuple(map(of, scene.mechanisms))))
-    except SceneError:  # at the very limit of what can be built
-        return machine
+    linkage = mechanism.linkage
+    if linkage is not None:
+        ground, *links = (link._replace(points=tuple(map(at, link.points))) for link in (linkage.ground, *linkage.links))
+        joints = tuple(
+            joint._replace(first_at=at(joint.first_at), second_at=at(joint.second_at)) for joint in linkage.joints
+        )
+        linkage = replace(linkage, ground=ground, links=tuple(links), joints=joints)
+    geometry = {name: moved(value) for name, value in mechanism.geometry.items()}
+    return replace(mechanism, geometry=geometry, linkage=linkage)
 
 
 def beside(angles: Array, anchor: Array, cycle: float, share: float = 1.0) -> Array:
@@ -211,18 +212,6 @@ def own_coordinate(scene: Scene, given: Array) -> Array:
         ends = f"{told(stroke.start, sliding)} to {told(stroke.end, sliding)}"
         raise SceneError([Fault(name, told(given[outside].flat[0], sliding), f"{what} within the stroke, {ends}")])
     return np.asarray(np.clip(given - stroke.start, 0.0, stroke.span))
-
-
-def _check_finite(machine: Machine, angles: Array, anchor: Array, reduced: Reduced, speed: float | None) -> None:
-    """Refuse what is not finite at the positions asked, with the load that it comes from."""
-    parts = machine.reduction.moments(angles, anchor, by_name=True, speed=speed)
-    whole = np.asarray(reduced.inertia + reduced.slope + sum(parts.values())) + 0.0 * angles
-    bad = ~np.isfinite(whole)
-    if bad.any():
-        first = int(np.argmax(bad))
-        raise SceneError(
-            [turning_moment.not_finite(machine, float(angles.flat[first]), float(np.ravel(anchor)[first]), speed)]
-        )
 
 
 # -- one-way strokes --------------------------------------------------------------------------------------------------
@@ -295,14 +284,12 @@ def passage_errors(machine: Machine, passage: Passage) -> dict[str, Any]:
     stroke = _stroke_of(machine.scene)
     v, a = stroke.speed, abs(stroke.acceleration)
     of_state = state_errors(machine, passage.state, speed=v)
-    gains, slopes = of_state["gains"], of_state["gain_slopes"]
-    rounded = EVALUATED * ROUNDING
+    inertia, slope, moment, gains, slopes = (
+        of_state[name] for name in ("inertia", "slope", "moment", "gains", "gain_slopes")
+    )
     return {
         **of_state,
-        "driving": of_state["inertia"] * a
-        + 0.5 * of_state["slope"] * v**2
-        + of_state["moment"]
-        + rounded * np.abs(passage.driving),
+        "driving": inertia * a + 0.5 * slope * v**2 + moment + EVALUATED * ROUNDING * np.abs(passage.driving),
         "velocities": {name: gain * abs(v) for name, gain in gains.items()},
         "accelerations": {name: gain * a + slopes[name] * v**2 for name, gain in gains.items()},
     }
@@ -310,7 +297,6 @@ def passage_errors(machine: Machine, passage: Passage) -> dict[str, Any]:
 
 def _stroke_of(scene: Scene) -> Stroke:
     if scene.stroke is None:
-        raise SceneError(
-            [Fault("stroke", "nothing", "a table with from, to and speed", "flywheel.reduce takes any machine")]
-        )
+        expected, advice = "a table with from, to and speed", "flywheel.reduce takes any machine"
+        raise SceneError([Fault("stroke", "nothing", expected, advice)])
     return scene.stroke
