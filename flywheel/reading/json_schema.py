@@ -39,7 +39,7 @@ from flywheel.reading.schema import (
     Section,
     keys_for,
 )
-from flywheel.scene.keys import Key, Range
+from flywheel.scene.keys import Key
 
 Schema = dict[str, Any]
 
@@ -153,14 +153,12 @@ def _key(key: Key) -> Schema:
     if dimensions:
         units = ", or ".join(dimension.si for dimension in dimensions if dimension.si)
         schema["description"] += f" (a bare number: in {units})" if units else ""
-        return schema | {"type": ["number", "string"], "pattern": _QUANTITY} | _range(key.range)
+        allowed = key.range
+        low = {"exclusiveMinimum" if allowed.low_open else "minimum": allowed.low} if allowed.low > -math.inf else {}
+        high = {"exclusiveMaximum" if allowed.high_open else "maximum": allowed.high} if allowed.high < math.inf else {}
+        even = {"multipleOf": 2} if isinstance(allowed, Even) else {}
+        return schema | {"type": ["number", "string"], "pattern": _QUANTITY} | low | high | even
     return _value(key) | schema
-
-
-def _range(allowed: Range) -> Schema:
-    low = {"exclusiveMinimum" if allowed.low_open else "minimum": allowed.low} if allowed.low > -math.inf else {}
-    high = {"exclusiveMaximum" if allowed.high_open else "maximum": allowed.high} if allowed.high < math.inf else {}
-    return {**low, **high, **({"multipleOf": 2} if isinstance(allowed, Even) else {})}
 
 
 def _value(key: Key) -> Schema:

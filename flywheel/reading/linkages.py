@@ -363,26 +363,19 @@ def _cam(item: Item, pair: _Pair, bodies: Bodies, setting: Setting) -> dict[str,
         if found[0] != follower:
             item.add("contact", quote(text), f"a point of the follower, {follower}")
         contact = found[0], found[1].name
-    return {"lift": _lift(item, second.kind == PIN, setting), "contact": contact, "friction": item.fields["friction"]}
-
-
-def _lift(item: Item, rotating: bool, setting: Setting) -> Lift | None:
-    """The lift law over a turn of the cam: smooth, and back where it was."""
-    key, before = item.one("lift", "table"), len(item.faults)
-    path = f"{item.path}.{key}"
+    lift, key, before = None, item.one("lift", "table"), len(item.faults)
+    path, rotating = f"{item.path}.{key}", second.kind == PIN
     law = read_law(item.raw[key], "theta" if rotating else "x", path, setting) if key else None
-    if law is None or any(map(math.isnan, setting.parameters.values())):
-        return None
-    output = fitted(Output(key, rotating, law, 1.0), TURN, item.path, item.faults)
-    if len(item.faults) > before:
-        return None
-    from flywheel.mechanisms.law import followed  # only scenes with a cam pay for it
+    if law is not None and not any(map(math.isnan, setting.parameters.values())):
+        output = fitted(Output(key, rotating, law, 1.0), TURN, item.path, item.faults)
+        if len(item.faults) == before:  # it repeats with every turn, and is smooth and back where it was
+            from flywheel.mechanisms.law import followed  # only scenes with a cam pay for it
 
-    try:
-        return Lift(followed(output, TURN, setting.parameters, item.path), TURN)
-    except SceneError as error:
-        item.faults.extend(fault._replace(path=path) for fault in error.faults)
-        return None
+            try:
+                lift = Lift(followed(output, TURN, setting.parameters, item.path), TURN)
+            except SceneError as error:
+                item.faults.extend(fault._replace(path=path) for fault in error.faults)
+    return {"lift": lift, "contact": contact, "friction": item.fields["friction"]}
 
 
 class Drawn(NamedTuple):
@@ -424,15 +417,11 @@ def read_linkage(raw: Mapping[str, Any], fields: Fields, path: str, setting: Set
             faults.add(child(f"{path}.bodies", body), "a body without joints", "a joint at least that names a point of it")
     _check_names(linkage, points, driver, joints, faults)
     good = tuple(port for port in points.values() if port is not None)
-    return Drawn(offered(linkage, points), linkage, good, bool(bodies) and _are_all(raw.get("joints"), joints))
-
-
-def _are_all(raw: object, joints: Joints) -> bool:
-    """Whether no slide or slot, each of which is a port, hides among joints that could not be read."""
-    kinds = [joint.get("type") if isinstance(joint, Mapping) else None for joint in items(raw) or [None]]
-    ports = [kind for kind in kinds if isinstance(kind, str) and kind in (SLIDE, SLOT)]
-    known = all(isinstance(kind, str) and kind in (SLIDE, SLOT, PIN, FIXED) for kind in kinds)
-    return known and len(ports) == sum(joint.kind in (SLIDE, SLOT) for joint in joints.named.values())
+    kinds = [joint.get("type") if isinstance(joint, Mapping) else None for joint in items(raw.get("joints")) or [None]]
+    slides = sum(isinstance(kind, str) and kind in (SLIDE, SLOT) for kind in kinds)  # each of which is a port
+    told = all(isinstance(kind, str) and kind in JOINT_KEYS for kind in kinds)
+    complete = told and slides == sum(joint.kind in (SLIDE, SLOT) for joint in joints.named.values())
+    return Drawn(offered(linkage, points), linkage, good, bool(bodies) and complete)
 
 
 def _driver(name: object, path: str, joints: Joints, setting: Setting) -> Joint | None:

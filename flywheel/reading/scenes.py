@@ -345,7 +345,11 @@ def _scene(raw: Mapping[str, Any], folder: Path | None, faults: Faults) -> Scene
     shaft, speed = places.shaft(regime["on"], "regime.on", faults), regime["speed"]
     asked = _flywheel(raw, places, faults) if stroke is None else {"flywheel_on": stroke.element}
     accuracy = _section(raw, "accuracy", faults)
-    gravity = _gravity(raw, faults) if "gravity" in raw else None
+    gravity = None
+    if "gravity" in raw:  # along x and y
+        g, direction = _section(raw, "gravity", faults).values()
+        if g is not None and direction is not None:
+            gravity = (g * _cosine(direction), g * _cosine(direction - math.pi / 2))
     areas = _areas(raw, faults) if "areas" in raw else None
     if speed is None and not faults:
         _check_own_speed(machine, areas is not None, faults)
@@ -512,12 +516,6 @@ def _check_own_speed(machine: Mapping[str, Any], areas: bool, faults: Faults) ->
         faults.add("regime.speed", "nothing", expected, "" if areas else "or torques that depend on speed, which fix it")
     elif machine["unknown"] is not None:
         faults.add("regime.speed", 'nothing, with a "balance"', expected, "one of the two must be known")
-
-
-def _gravity(raw: Mapping[str, Any], faults: Faults) -> tuple[float, float] | None:
-    """The acceleration of free fall along x and y."""
-    g, direction = _section(raw, "gravity", faults).values()
-    return None if g is None or direction is None else (g * _cosine(direction), g * _cosine(direction - math.pi / 2))
 
 
 def _cosine(angle: float) -> float:

@@ -196,7 +196,8 @@ def read_columns(
         faults.add(f"{path}.file", f"{rows} lines in {show(name)}", f"at most {MOST_ROWS}", "leave out what lies on a line")
         return None
     lines = _split(text)
-    header = lines.pop(0) if lines and _is_header(lines[0]) else None
+    named = lines and not _comma(lines[0]) and not any(map(_NUMBER.fullmatch, lines[0].fields))
+    header = lines.pop(0) if named else None  # none of its fields is a number, however misspelt
     if not lines:
         faults.add(f"{path}.file", f"no rows of numbers in {show(name)}", "an angle and a value in every row")
         return None
@@ -269,31 +270,23 @@ def is_utf16(content: bytes) -> bool:
 
 
 def _split(text: str) -> list[Line]:
-    """The lines that hold something besides a comment, split by the separator that the first of them shows."""
+    """The lines that hold something besides a comment, split by the separator that the last of them shows.
+
+    Separators between double quotes do not count.
+    """
     kept = [(i, line.strip()) for i, line in enumerate(text.splitlines(), 1)]
     kept = [(i, line) for i, line in kept if line and not line.startswith("#")]
-    if not kept:
-        return []
-    separator = next((mark for mark in (";", "\t", ",") if mark in kept[-1][1]), None)
-    return [Line(i, _fields(line, separator)) for i, line in kept]
+    separator = next((mark for mark in (";", "\t", ",") if kept and mark in kept[-1][1]), None)
+    lines = []
+    for i, line in kept:
+        fields = line.split(separator) if '"' not in line else [line]
+        if '"' in line:
+            import csv  # a quoted header is the only thing that needs it
 
-
-def _fields(line: str, separator: str | None) -> list[str]:
-    """The fields of a line; separators between double quotes do not count."""
-    if '"' not in line:
-        return [field.strip() for field in line.split(separator)]
-    import csv  # a quoted header is the only thing that needs it
-
-    try:
-        found = next(csv.reader([line], delimiter=separator or " ", skipinitialspace=True))
-    except csv.Error:
-        found = [line]
-    return [field.strip() for field in found]
-
-
-def _is_header(line: Line) -> bool:
-    """Whether a line names columns: none of its fields is a number, however misspelt."""
-    return not any(_NUMBER.fullmatch(field) for field in line.fields) and not _comma(line)
+            with suppress(csv.Error):
+                fields = next(csv.reader([line], delimiter=separator or " ", skipinitialspace=True))
+        lines.append(Line(i, [field.strip() for field in fields]))
+    return lines
 
 
 def _comma(line: Line) -> bool:

@@ -255,9 +255,12 @@ class _Scanner:
             return self._list(at, path)
         if mark == "{":
             self.braces += 1
-            at = self._inline(at, path)
+            try:
+                stop = self._members(at, path)
+            except _Trouble as inside:  # the advice writes out all of the outermost table
+                raise (self._mended(inside, at) if self.braces == 1 else inside) from None
             self.braces -= 1
-            return at
+            return stop
         if (quotes := self.text[at : at + 3]) in ('"""', "'''"):
             match = _LONG_TEXT.match(self.text, at)
             if match is None:
@@ -310,13 +313,6 @@ class _Scanner:
         found = f"{_glimpse(self.text[opening:])}, a list that does not end"
         resume = start if at < len(self.text) and not self.braces else len(self.text)
         raise _Trouble(opening, found, "a list between [ and ]", "put ] behind its last item", resume=resume)
-
-    def _inline(self, at: int, path: Path) -> int:
-        """Behind a table between braces, which stands on one line; a fault inside writes out all of the outermost."""
-        try:
-            return self._members(at, path)
-        except _Trouble as trouble:
-            raise (self._mended(trouble, at) if self.braces == 1 else trouble) from None
 
     def _mended(self, trouble: _Trouble, opening: int) -> _Trouble:
         """A fault in a table between brackets of any kind with its line written out; scanning goes on behind the table."""
@@ -493,17 +489,12 @@ def _value_trouble(at: int, key: str, rest: str, behind: int) -> _Trouble:
         return _Trouble(
             at, f"{_glimpse(told)}, with quotes twice", "one quote on either side", _written(key, _quoted(inner))
         )
-    if head:
-        return _Trouble(at, f"{_glimpse(tail)} behind {_glimpse(head)}", "nothing behind a value", _joined(key, head, told))
+    if head:  # such as "60" rpm, or quotes within quotes of the same kind
+        inner = told[1:-1] if told[-1] == told[0] and len(told) > len(head) else told
+        joined = told[0] + head[1:-1] + " " + told[len(head) :].strip().strip("\"'") + told[0]
+        advice = _written(key, (joined,) if inner == told and head[0] in "\"'" else _quoted(inner))
+        return _Trouble(at, f"{_glimpse(tail)} behind {_glimpse(head)}", "nothing behind a value", advice)
     return _bare_trouble(at, key, told)
-
-
-def _joined(key: str, head: str, told: str) -> str:
-    """The advice for a text that ends before it should: "60" rpm, or quotes within quotes of the same kind."""
-    whole = told[0] + head[1:-1] + " " + told[len(head) :].strip().strip("\"'") + told[0]
-    if told[-1] == told[0] and len(told) > len(head):
-        return _written(key, _quoted(told[1:-1]))
-    return _written(key, (whole,)) if head[0] in "\"'" else _written(key, _quoted(told))
 
 
 def _bare_trouble(at: int, key: str, told: str) -> _Trouble:
@@ -539,12 +530,8 @@ def _bare_trouble(at: int, key: str, told: str) -> _Trouble:
     if re.fullmatch(rf"[\[(]?\s*{_NUMBER}(?:\s*[,;]\s*{_NUMBER})+\s*[\])]?", told):
         numbers = ", ".join(re.findall(_NUMBER, told))
         found = f"{_glimpse(told)}, a list without [ and ]" if key else f"{_glimpse(told)}, with other marks than commas"
-        return _Trouble(
-            at,
-            found,
-            "a list such as [0, 90]",
-            _written(key, (f"[{numbers}]" if key else numbers,)) if key else f"write {numbers}",
-        )
+        advice = _written(key, (f"[{numbers}]",)) if key else f"write {numbers}"
+        return _Trouble(at, found, "a list such as [0, 90]", advice)
     if told.lower() in ("none", "null", "nil", "nada", "-", "?"):
         return _Trouble(at, told, _A_VALUE, "leave the line out where there is no value")
     plain = told.strip("\"'") if told.count('"') + told.count("'") == 1 else told

@@ -191,7 +191,10 @@ def offered(linkage: Linkage, points: Iterable[str] = ()) -> dict[str, bool]:
     The body that a turning driver turns against the frame is no port: what acts on it acts on its shaft. Nor is a
     driver that is called `slide`, as its coordinate is.
     """
-    held = {FRAME, *straight(linkage.joints), *_turned(linkage)}
+    held = {FRAME, *straight(linkage.joints)}
+    for joint in linkage.joints:  # and the body that the driver turns, where it is a pin of the frame
+        if joint.name == linkage.driver and joint.kind == PIN and FRAME in joint[2:4]:
+            held |= {joint.first, joint.second}
     ports = {link.name: True for link in linkage.links if link.name not in held}
     ports |= {joint.name: False for joint in linkage.joints if joint.kind in (SLIDE, SLOT)}
     ports |= dict.fromkeys(points, False)
@@ -205,12 +208,6 @@ def straight(joints: Iterable[Joint]) -> set[str]:
     for _ in joints:
         held |= {body for joint in joints for body in joint[2:4] if held & set(joint[2:4])}
     return held - {FRAME}
-
-
-def _turned(linkage: Linkage) -> set[str]:
-    """The body that the driver turns, where it is a pin of the frame."""
-    pins = [joint for joint in linkage.joints if joint.name == linkage.driver and joint.kind == PIN]
-    return {body for pin in pins for body in (pin.first, pin.second) if FRAME in (pin.first, pin.second)} - {FRAME}
 
 
 def shadowing(ports: Iterable[str], sliding: bool) -> list[str]:
