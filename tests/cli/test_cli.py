@@ -54,13 +54,6 @@ def scene(tmp_path: Path) -> Path:
 # -- size ------------------------------------------------------------------------------------------------------------
 
 
-def test_size_prints_the_report(scene: Path) -> None:
-    result = run("size", scene, "--no-simulate")
-    assert result.exit_code == 0
-    assert "353.5214273" in result.stdout
-    assert result.stderr == ""
-
-
 def test_json_is_the_library_s_dictionary_alone_on_standard_output(scene: Path) -> None:
     import flywheel
 
@@ -95,14 +88,6 @@ def test_json_of_every_scene_is_strict(path: Path) -> None:
     result = run("size", path, "--json", "--no-simulate")
     assert result.exit_code == 0, result.stderr
     json.loads(result.stdout, parse_constant=refuse)
-
-
-def test_messages_go_to_standard_error_beside_json(scene: Path) -> None:
-    result = run("size", scene, "--json", "--no-simulate", "--rtol", "1e-14")
-    data = json.loads(result.stdout)
-    assert data["rtol"] == 1e-14
-    assert data["messages"]
-    assert result.stderr.splitlines() == data["messages"]
 
 
 def test_faults_are_lines_with_file_and_path(tmp_path: Path) -> None:
@@ -195,21 +180,6 @@ def test_explain_follows_the_report(scene: Path) -> None:
     assert "What it cost" in told
 
 
-def test_explain_is_a_key_of_the_json(scene: Path) -> None:
-    data = json.loads(run("size", scene, "--json", "--explain", "--accuracy", "normal").stdout)
-    assert data["explanation"]["accuracy"] == "normal"
-    assert data["explanation"]["left_out"] == data["left_out"]
-    assert data["explanation"]["cost"] == data["cost"]
-    assert "explanation" not in json.loads(run("size", scene, "--json", "--accuracy", "normal").stdout)
-
-
-def test_plot_writes_and_overwrites(scene: Path, tmp_path: Path) -> None:
-    picture = tmp_path / "plot.SVG"
-    picture.write_text("<svg>old</svg>")
-    assert run("size", scene, "--no-simulate", "--plot", picture).exit_code == 0
-    assert picture.read_text().startswith("<?xml")
-
-
 def test_a_plot_that_cannot_be_written_is_one_line(scene: Path, tmp_path: Path) -> None:
     result = run("size", scene, "--no-simulate", "--json", "--plot", tmp_path / "no" / "plot.png")
     assert result.exit_code == 1
@@ -237,11 +207,6 @@ def test_reduce_is_csv_with_units_and_full_precision(scene: Path) -> None:
         push = -500 * math.sin(phi) if k < 4 else 0.0
         assert float(row["M* [N m]"]) == pytest.approx(500 / math.pi + push, abs=1e-9)
     assert "-0.0" not in result.stdout.replace("-0.0000", "").split(",")
-
-
-def test_reduce_gives_a_row_per_degree_unless_told(scene: Path) -> None:
-    assert len(run("reduce", scene).stdout.splitlines()) == 361
-    assert run("reduce", scene, "--csv").stdout == run("reduce", scene).stdout
 
 
 def test_reduce_at_given_angles_as_json(scene: Path) -> None:
@@ -334,11 +299,6 @@ def test_version() -> None:
     assert result.stdout.startswith("flywheel")
 
 
-def test_no_command_is_usage() -> None:
-    assert run().exit_code == 2
-    assert run("weigh").exit_code == 2
-
-
 # -- as processes ----------------------------------------------------------------------------------------------------
 
 
@@ -417,9 +377,7 @@ def test_no_output_replaces_an_input(
 @pytest.mark.parametrize(
     ("arguments", "name", "content"),
     [
-        (["size", "--no-simulate", "--plot"], "a.png", "GIF89a..."),
-        (["graph", "--plot"], "a.svg", "<html></html>"),
-        (["draw", "-o"], "a.pdf", "%PS"),
+        (["graph", "--plot"], "a.png", "GIF89a..."),
         (["reduce", "--output"], "a.csv", "phi,M\n1,2\n"),
         (["reduce", "--json", "--output"], "a.json", '{"title": 1, "mine": 2}'),
         (["reactions", "--output"], "a.txt", "a letter\n"),

@@ -79,10 +79,6 @@ def test_a_compliant_shaft_is_drawn_as_spring_and_resistor(tmp_path):
     assert f"R:{name}.damping" in result.output
 
 
-def test_a_flywheel_to_be_sized_stands_in_the_graph_as_an_open_parameter():
-    assert "I:flywheel" in run(MACHINES / "press.toml").output
-
-
 def test_a_machine_without_any_inertia_is_refused_by_bond(tmp_path):
     scene = tmp_path / "weightless.toml"
     text = 'mechanism = {type = "scotch-yoke", crank.length = 0.5}\ndrive.torque = "balance"\nregime.speed = 6\n'
@@ -163,8 +159,3 @@ def test_a_dc_motor_is_drawn_as_its_own_graph(tmp_path, inductance):
     assert ("I:drive.motor.inductance" in result.output) is bool(inductance)
     assert "MSe:drive.motor" not in result.output
     assert sum("  I:drive.motor.inertia  " in line for line in result.output.splitlines()) == 1
-
-
-def test_other_motors_are_sources(tmp_path):
-    motor = 'motor = {type = "line", starting_torque = 90, no_load_speed = "900 rpm"}'
-    assert "drive.motor(phi, f_" in run(driven(tmp_path, motor)).output

@@ -19,10 +19,8 @@ LIBRARIES = ("numpy", "scipy", "sympy", "matplotlib", "mpmath")
 # a command, and which of the doors (and what beside them) it may not open
 COMMANDS: list[tuple[str, tuple[str, ...]]] = [
     ("tradeoff --help", (*DOORS, "bondgraph", "flywheel.machine", "flywheel.sizing", "flywheel.study")),
-    ("reference", DOORS),
     (f"size {PRESS} --accuracy normal --json", DOORS),
     (f"size {PRESS}", DOORS[1:]),
-    (f"size {LINKAGE} --accuracy normal", (*DOORS[:3], DOORS[4])),
     (f"size {PRESS} --accuracy normal --plot {{}}/sizing.svg", ("scipy", "sympy", DOORS[3])),
     (f"draw {PRESS} -o {{}}/press.svg", ("sympy",)),
 ]

@@ -108,16 +108,6 @@ def test_an_interruption_before_anything_is_finished_is_one_line(scene, monkeypa
     assert (result.exit_code, result.stdout, result.stderr) == (130, "", "interrupted\n")
 
 
-def test_an_interruption_of_the_picture_leaves_the_table(scene, asked, monkeypatch, tmp_path):
-    def interrupt(found, path):
-        raise KeyboardInterrupt
-
-    monkeypatch.setattr(drawing, "plot", interrupt)
-    result = run(scene, "--plot", tmp_path / "errors.svg")
-    assert (result.exit_code, result.stderr) == (130, "interrupted\n")
-    assert "Without an answer" in result.stdout
-
-
 def test_a_process_that_is_interrupted_tells_what_it_has(tmp_path):
     """The second method waits for the signal that the first has asked for."""
     code = """
@@ -155,10 +145,6 @@ def test_a_long_comparison_tells_what_is_run(scene, monkeypatch):
     assert run(scene).exit_code == 0
     assert told[0].startswith(("finding the reference", "5 of 9: plain grid, 36 angles"))
     assert "s of about 60 s)" in told[0]
-
-
-def test_a_short_one_tells_nothing(scene, asked):
-    assert run(scene).stderr == ""
 
 
 def test_on_a_terminal_one_line_is_written_anew(capsys):

@@ -42,11 +42,6 @@ def test_files_are_written(scene, tmp_path):
     assert len(json.loads(data.read_text())["samples"]["t"]) == 4
 
 
-def test_csv_may_go_to_standard_output(scene):
-    result = run(scene, "--until", "1 s", "--csv", "-", "--points", 2)
-    assert result.stdout.startswith("t [s],phi [rad]")
-
-
 def test_a_run_down_ends_at_its_stop(scene):
     result = run(scene, "--from", "regime", "--no-drive", "--json", "--points", 2)
     data = json.loads(result.stdout)

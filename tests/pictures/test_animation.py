@@ -18,31 +18,22 @@ from tests.pictures.test_sketch_views import CLAMP
 from tests.scenes import press, rotor, shaper, yoke
 
 
-@pytest.mark.parametrize(
-    "scene", [yoke(), CLAMP, press(mechanism=[press()["mechanism"]] * 1)], ids=["yoke", "clamp", "press"]
-)
+@pytest.mark.parametrize("scene", [CLAMP, press()], ids=["clamp", "press"])
 def test_a_gif_with_the_frames_asked_for(scene: dict[str, object], tmp_path: Path) -> None:
     path = tmp_path / "made.gif"
-    mechanisms.animate(flywheel.load(scene), path, frames=6, fps=10)
+    mechanisms.animate(flywheel.load(scene), path, frames=3, fps=10)
     with Image.open(path) as image:
         assert image.format == "GIF"
-        assert image.n_frames == 6  # type: ignore[attr-defined]
+        assert image.n_frames == 3  # type: ignore[attr-defined]
         assert image.info["duration"] == 100
         assert image.info["loop"] == 0
         assert image.size[0] == 880
         frames = []
-        for k in range(6):
+        for k in range(3):
             image.seek(k)
             frames.append(np.asarray(image.convert("RGB"), dtype=int))
     assert all((one != other).any() for one, other in pairwise(frames))
     assert path.stat().st_size < 300_000
-
-
-def test_the_same_scene_gives_the_same_file(tmp_path: Path) -> None:
-    paths = [tmp_path / f"{name}.gif" for name in ("one", "two")]
-    for path in paths:
-        mechanisms.animate(flywheel.load(yoke()), path, frames=3)
-    assert paths[0].read_bytes() == paths[1].read_bytes()
 
 
 @pytest.mark.parametrize("kind", ["shaper", "clamp"])

@@ -99,19 +99,6 @@ def test_the_same_picture_is_the_same_file(ending: str, tmp_path: Path) -> None:
     assert first.stat().st_size > 10_000
 
 
-def test_other_endings_are_refused(tmp_path: Path) -> None:
-    with pytest.raises(ValueError, match="ending in"):
-        plots.plot(sized(yoke()), tmp_path / "plot.jpg")
-
-
-def test_no_state_is_left_behind(tmp_path: Path) -> None:
-    import matplotlib
-
-    before = dict(matplotlib.rcParams)
-    plots.plot(sized(yoke(title="Price $5 of $x_$ and 中")), tmp_path / "plot.png")
-    assert dict(matplotlib.rcParams) == before
-
-
 def test_areas_are_numbered_and_the_balance_visible() -> None:
     moment = drawn(yoke()).axes[0]
     assert texts(moment) == ["A1", "A2", "A3"]

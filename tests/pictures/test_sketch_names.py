@@ -55,9 +55,3 @@ def test_points_along_a_line_are_close_and_skip_gaps() -> None:
     first = points[points[:, 0] <= 10.0]
     assert np.diff(first[:, 0]).max() <= 1.0 + 1e-12
     assert points[-1].tolist() == [50.0, 7.0]
-
-
-def test_the_same_names_go_to_the_same_places() -> None:
-    anchors, sizes = np.array([[10.0, 20.0], [12.0, 22.0]]), np.tile([30.0, 10.0], (2, 1))
-    first = settled(anchors, sizes, anchors, BOUNDS)
-    assert np.array_equal(first, settled(anchors, sizes, anchors, BOUNDS))

@@ -25,10 +25,6 @@ def test_a_plate_is_its_hull_a_radius_wider() -> None:
     assert area(plate) == pytest.approx(6.0 + 12.0 * 0.1 + np.pi * 0.01, rel=1e-3)
 
 
-def test_one_point_is_a_disc() -> None:
-    assert area(sketch.rounded(np.array([[1.0], [2.0]]), 0.5)) == pytest.approx(np.pi / 4, rel=1e-2)
-
-
 def test_a_slot_is_as_long_as_its_pin_goes() -> None:
     slot = sketch.slot(-1.0, 2.0, 0.25)
     assert slot.min(axis=1) == pytest.approx([-1.25, -0.25], abs=1e-3)
@@ -47,14 +43,3 @@ def test_round_arrows_show_the_sense() -> None:
     left, right = sketch.round_arrow(1.0, 0.3, 1), sketch.round_arrow(1.0, 0.3, -1)
     assert left[0, 0] > 0.0 > left[0, -2]
     assert right[0, 0] < 0.0 < right[0, -2]
-
-
-def test_turning_keeps_shape_and_moves_the_place() -> None:
-    outline = sketch.turned(sketch.box(2.0, 1.0), np.pi / 2, (5.0, 0.0))
-    assert outline.max(axis=1) == pytest.approx([6.0, 2.0])
-    assert area(outline) == pytest.approx(8.0)
-
-
-@pytest.mark.parametrize(("points", "straight"), [([[0, 1, 5], [0, 2, 10]], True), ([[0, 1, 5], [0, 2, 9]], False)])
-def test_in_line(points: list[list[float]], straight: bool) -> None:
-    assert sketch.in_line(np.array(points, dtype=float)) is straight

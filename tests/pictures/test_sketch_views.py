@@ -83,10 +83,6 @@ def test_positions_beyond_a_stroke_are_refused(at: float) -> None:
         sketch.checked(flywheel.load(CLAMP), [at])
 
 
-def test_positions_on_a_cycle_may_be_anywhere() -> None:
-    assert sketch.checked(flywheel.load(press()), [-1.0, 100.0]) == (-1.0, 100.0)
-
-
 def test_what_has_no_bodies_is_refused_in_a_line() -> None:
     areas = {"areas": {"values": [1, -1], "scale": 1}, "regime": {"speed": 1}, "flywheel": {"inertia": 5}}
     with pytest.raises(SceneError, match="found a diagram of areas, expected a mechanism to draw"):

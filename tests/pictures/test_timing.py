@@ -65,14 +65,6 @@ def test_small_swings_are_drawn_about_the_mean() -> None:
     assert np.abs(found.curve).max() < 1e-4
 
 
-def test_a_machine_without_loads_turns_evenly() -> None:
-    bare = {key: value for key, value in yoke().items() if key not in ("load", "drive")}
-    bare["mechanism"] = bare["mechanism"] | {"yoke": {}}
-    found = of(bare)
-    np.testing.assert_allclose(np.diff(found.time), found.time[-1] / (found.time.size - 1), rtol=1e-9)
-    assert found.time[-1] == pytest.approx(1.0)
-
-
 def test_a_stroke_shows_the_driven_slide_s_velocity() -> None:
     found = of(CLAMP)
     assert not found.closed
@@ -93,8 +85,3 @@ def test_a_stroke_backwards_begins_at_its_end() -> None:
 def test_a_stroke_that_stands_still_is_refused() -> None:
     with pytest.raises(SceneError, match=r"stroke\.speed: found 0"):
         of(CLAMP | {"stroke": CLAMP["stroke"] | {"speed": 0.0}})
-
-
-def test_a_machine_that_cannot_run_is_refused() -> None:
-    with pytest.raises(SceneError, match="net work"):
-        of({key: value for key, value in yoke().items() if key != "drive"})

@@ -94,7 +94,6 @@ def test_the_cheapest_is_ringed(drawn):
     ("found", "words"),
     [
         (compared(row("plain grid", "36 angles", None), title="$x$ \x1b" + 99 * "y"), "NOT WHOLE: 1 of 1"),
-        (compared(row("a"), row("b", "", None, outcome="no answer")), "1 methods have no answer"),
         (compared(row("a", error=0.0), reference=REFERENCE._replace(doubt=0.0)), "No method"),
     ],
 )

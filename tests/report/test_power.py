@@ -6,7 +6,6 @@ import re
 
 import pytest
 
-import flywheel
 from flywheel.report import power as figures
 from flywheel.sizing.results import Sizing
 from tests.regimes import SECTION_C
@@ -86,18 +85,6 @@ def test_a_motor_that_brakes_is_said_to() -> None:
     mean = next(line for line in text.splitlines() if line.strip().startswith("mean, W"))
     assert mean.count("(it brakes)") == 2
     assert "-" in mean
-
-
-def test_the_two_mean_powers_are_labelled() -> None:
-    sizing = sized(PRESS)
-    assert figures.torque_and_work(sizing)[0].endswith("(power: work of a cycle over its angle, times the mean of extremes)")
-    assert figures.with_and_without(sizing)[0].endswith("(mean: its work over the period)")
-
-
-def test_nothing_is_said_without_a_drive() -> None:
-    assert figures.with_and_without(sized(rotor(drive={"torque": 0}, load=[]))) == []
-    areas = {"areas": {"values": [5, -5]}, "regime": {"speed": 3}, "flywheel": {"irregularity": 0.1}}
-    assert figures.with_and_without(flywheel.size(flywheel.load(areas))) == []
 
 
 def press(power_: str, rpm: str, wheel: dict[str, object], ratio: float = 2.5) -> dict[str, object]:

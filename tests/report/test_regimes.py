@@ -73,15 +73,6 @@ def test_the_multiplier_is_told_with_what_it_means() -> None:
     assert "1 - multiplier" not in text
 
 
-def test_near_one_its_difference_to_one_is_told() -> None:
-    sizing = sized(SECTION_C | {"flywheel": {"irregularity": 1e-6}})
-    text = report.text(sizing)
-    assert sizing.cyclic is not None
-    assert number(text, "1 - multiplier") == pytest.approx(sizing.cyclic.damping, rel=0.05)
-    assert number(text, "settles to 1 % in") == pytest.approx(-log(0.01) / sizing.cyclic.damping, rel=2e-3)
-    assert max(map(len, text.splitlines())) <= rows.WIDTH
-
-
 @pytest.mark.parametrize(
     ("multiplier", "damping", "expected"),
     [
@@ -132,13 +123,6 @@ def test_areas_are_those_of_a_constant_speed() -> None:
     assert "How the motion holds itself" not in plain
 
 
-def test_the_last_sum_of_the_areas_is_nought() -> None:
-    lines = report.text(_sized("press")).splitlines()
-    last = next(line.split() for line in lines if line.startswith("  A3"))
-    assert last[-2:] == ["S3", "0"]
-    assert report.area_error(_sized("press")) < 1e-9 * _sized("press").energy_fluctuation
-
-
 def test_a_candidate_s_irregularity_is_that_of_its_own_motion() -> None:
     sizing = _sized("section C sized")
     for candidate in candidates(sizing)[1:]:
@@ -154,8 +138,3 @@ def test_far_off_figures_are_explained_without_naming_the_wrong_cause() -> None:
     text = report.text(sized(SECTION_C | {"flywheel": {"irregularity": 0.48}}))
     assert "takes torques at a constant speed" in text
     assert "at this speed the varying inertia" not in text
-
-
-def test_a_machine_that_nothing_moves_has_no_regime() -> None:
-    text = report.text(sized(rotor(load=[])))
-    assert "multiplier" not in text

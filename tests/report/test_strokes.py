@@ -96,17 +96,6 @@ def test_csv_runs_from_end_to_end_with_its_units():
     assert {"F* [N]", "F_drive [N]"} <= set(last)
 
 
-def test_csv_of_a_driver_that_turns_keeps_its_columns(lever):
-    rows = list(csv.DictReader(run("reduce", lever, "--points", 3).stdout.splitlines()))
-    assert_allclose([float(row["phi [deg]"]) for row in rows], [10, 55, 100])
-    assert {"phi [rad]", "I* [kg m^2]", "dI*/dphi [kg m^2]", "M* [N m]", "M_drive [N m]"} <= set(rows[0])
-    assert {"g crank [1]", "dg/dphi crank [1]", "v crank [rad/s]", "a crank [rad/s^2]"} <= set(rows[0])
-
-
-def test_one_point_is_the_beginning():
-    assert json.loads(run("reduce", EXAMPLE, "--json", "--points", 1).stdout)["x"] == [-0.06]
-
-
 @pytest.mark.parametrize(
     ("at", "code", "words"), [("30 deg", 2, "no position"), ("0.2 m", 1, "x: found 0.2 m"), ("5", 2, "no")]
 )

@@ -71,16 +71,6 @@ def test_families_stand_together_in_order():
     assert [own.family for own in ordered([row("unheard of"), row("collocation")])] == ["collocation", "unheard of"]
 
 
-def test_columns_are_aligned():
-    header, *table = [
-        each for each in lines_of(whole()) if "time, ms" in each or each.rstrip().endswith((" 7", "cheapest", "level"))
-    ]
-    end = header.index("keeps") + len("keeps")
-    assert {each[:end].split()[-1] for each in table} == {"yes", "no"}
-    points = {each.index(".", end) for each in table if "." in each[end : end + 9]}
-    assert len(points) == 1
-
-
 def test_those_without_an_answer_are_told_with_the_reason():
     told = lines_of(whole())
     assert "  not run (the budget was spent): time stepping, Euler, without restart" in told
@@ -105,10 +95,6 @@ def test_what_methods_leave_out_is_told_once():
     assert "  time stepping, Euler, RK4, without restart: jumps within steps" in told
 
 
-def test_it_ends_with_what_follows():
-    assert " ".join(text(whole()).split("\n\n")[-1].split()).startswith(whole().sentence)
-
-
 @pytest.mark.parametrize("changes", [{}, {"interrupted": True}])
 def test_a_table_that_is_not_whole_says_so_in_its_last_line(changes):
     found = compared(row("plain grid", "36 angles"), row("collocation", "", None), budget=30.0, **changes)
@@ -118,12 +104,6 @@ def test_a_table_that_is_not_whole_says_so_in_its_last_line(changes):
     }[found.interrupted]
     assert lines_of(found)[-1] == wanted
     assert unfinished(found) == [wanted]
-
-
-def test_a_whole_table_does_not():
-    found = compared(row("plain grid", "36 angles"))
-    assert unfinished(found) == []
-    assert "WHOLE" not in text(found)
 
 
 def test_nothing_finished_is_a_text_too():

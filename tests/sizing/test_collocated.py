@@ -24,7 +24,7 @@ def confirm(scene, **options):
     return flywheel.size(flywheel.load(scene), accuracy="confirm", **options)
 
 
-@pytest.mark.parametrize("name", sample(MACHINES, 4))
+@pytest.mark.parametrize("name", sample(MACHINES, 7))
 def test_the_motion_is_that_of_the_references_within_its_estimate(name):
     true, sizing = REFERENCES[name]["simulation"], confirm(FOLDER / "scenes" / f"{name}.toml")
     found, allowed = sizing.simulation, sizing.error.simulation
@@ -37,14 +37,14 @@ def test_the_motion_is_that_of_the_references_within_its_estimate(name):
 
 
 @pytest.mark.parametrize("rtol", [1e-3, 1e-12])
-@pytest.mark.parametrize("name", ["press", "yoke-100rad", "drag-link", "law-spline", "rotor-wide-eps"])
+@pytest.mark.parametrize("name", ["press", "drag-link", "rotor-wide-eps"])
 def test_the_estimate_bounds_the_true_error_at_other_accuracies(name, rtol):
     true, sizing = REFERENCES[name]["simulation"], confirm(FOLDER / "scenes" / f"{name}.toml", rtol=rtol)
     assert error(sizing.simulation.irregularity, true["irregularity"]) <= sizing.error.simulation + 4e-16
     assert sizing.error.simulation <= max(rtol, 5e-11)
 
 
-@pytest.mark.parametrize("name", sample(["section-c", "pump", "kloss-press", "geared-loss", "dc-inductance", "governor"], 4))
+@pytest.mark.parametrize("name", sample(["section-c", "pump", "kloss-press", "geared-loss", "dc-inductance", "governor"], 6))
 def test_torques_that_depend_on_speed_are_solved_for_again(name):
     case = regimes.CASES[name]
     eps = case.irregularities[0]
@@ -107,22 +107,8 @@ def test_what_a_cycle_leaves_over_shows_in_the_closure():
     assert found.irregularity == pytest.approx(flywheel.size(sizing.scene).simulation.irregularity, rel=1e-9)
 
 
-def test_the_level_of_a_motion_without_a_balance_is_the_speed_asked_for():
-    closed = scenes.rotor(drive={"torque": "50 N m"}, flywheel={"inertia": 20})
-    sizing = confirm(closed)
-    found = sizing.simulation
-    assert 0.5 * (found.speed_max + found.speed_min) == pytest.approx(sizing.scene.speed, rel=1e-13)
-    assert sizing.error.simulation <= 1e-9
-
-
 def test_a_machine_without_inertia_has_nothing_to_solve_for():
     still = {"drive": {"torque": "balance"}, "regime": {"speed": 1}, "flywheel": {"irregularity": 0.1}}
     sizing = confirm(still)
     assert sizing.simulation is None
     assert any("no inertia" in message for message in sizing.messages)
-
-
-def test_no_motion_with_the_approximate_flywheel_is_null_with_a_message():
-    sizing = confirm(scenes.yoke(load=[]))
-    assert sizing.simulation.irregularity_approximate is None
-    assert any("approximate" in message for message in sizing.messages)

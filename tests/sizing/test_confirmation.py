@@ -26,11 +26,6 @@ def test_tiny_irregularities_are_confirmed_too(eps):
     assert result.simulation.irregularity == pytest.approx(eps, rel=1e-8)
 
 
-def test_an_irregularity_near_two_is_confirmed():
-    result = flywheel.size(flywheel.load(scenes.rotor(flywheel={"irregularity": 1.9})))
-    assert result.simulation.irregularity == pytest.approx(1.9, rel=1e-9)
-
-
 def test_thousands_of_pieces_are_not_stepped_and_that_is_said():
     sawtooth = scenes.rotor(load=[{"on": "crank", "torque": "abs(sin(400*phi))"}])
     sizing = flywheel.size(flywheel.load(sawtooth))
@@ -93,11 +88,3 @@ def test_no_motion_with_the_approximate_flywheel_is_null_with_a_message():
     )  # areas ask for no flywheel, the dead centres have no inertia
     assert result.simulation.irregularity_approximate is None
     assert any("approximate" in message for message in result.messages)
-
-
-def test_quadrature_and_time_stepping_agree_on_an_analysis():
-    scene = flywheel.load(scenes.press(flywheel={"inertia": 30}))
-    stepped, closed = flywheel.size(scene).simulation, flywheel.size(scene, simulate=False).simulation
-    assert closed.route == "quadrature"
-    for name in ("irregularity", "speed_max", "speed_min", "period", "speed_time_mean"):
-        assert getattr(stepped, name) == pytest.approx(getattr(closed, name), rel=1e-9)

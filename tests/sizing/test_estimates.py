@@ -55,7 +55,7 @@ def sized(scene: Any, **options: Any) -> dict[str, Any]:
     return flywheel.size(flywheel.load(scene), **options).as_dict()
 
 
-@pytest.mark.parametrize("path", sample(EXAMPLES, 6), ids=lambda path: path.stem)
+@pytest.mark.parametrize("path", sample(EXAMPLES, 9), ids=lambda path: path.stem)
 def test_every_number_of_every_example_has_its_error(path: Path) -> None:
     scene = flywheel.load(path)
     if scene.stroke is not None or (scene.irregularity is None and scene.inertia is None):
@@ -77,8 +77,9 @@ SCENES = {
 } | {name: regimes.scene(name, irregularity=0.05) for name in ("kloss-press", "geared-loss", "dc-inductance")}
 
 
-@pytest.mark.parametrize("name", sample(SCENES, 4))
-@pytest.mark.parametrize("accuracy", ["normal", "audit"])
+@pytest.mark.parametrize(
+    ("name", "accuracy"), [*((n, "normal") for n in SCENES), *sample([(n, "audit") for n in SCENES], 9)]
+)
 def test_every_number_has_its_error(name: str, accuracy: str) -> None:
     assert without_error(sized(SCENES[name], accuracy=accuracy)) == set()
 
@@ -128,8 +129,8 @@ PLACED = {
 }
 
 
-@pytest.mark.parametrize("share", sample([1e-4, 0.01, -0.03], 6))
-@pytest.mark.parametrize("place", PLACED)
+@pytest.mark.parametrize("share", [1e-4, -0.03])
+@pytest.mark.parametrize("place", ["spread", "late"])
 @pytest.mark.parametrize("name", MACHINES)
 def test_what_a_cycle_leaves_over_may_belong_anywhere(name: str, place: str, share: float) -> None:
     """A machine with work left over, and the same where a torque takes it up: no figure moves by more."""
@@ -185,13 +186,3 @@ def test_areas_that_do_not_add_up_to_nothing(left: float) -> None:
         assert true.reached
         assert abs(found.flywheel.exact / true.flywheel.exact - 1) <= found.error.exact * 1.1
     assert found.error.exact <= 2 * abs(left) / 10
-
-
-def test_a_table_rounded_at_its_last_digit_is_told_so() -> None:
-    """Within the default closure, and still an error of the figures."""
-    scene = scenes.yoke()
-    balanced = flywheel.size(flywheel.load(scene), simulate=False)
-    opened = scene | {"drive": {"torque": balanced.balance.value * (1 + 5e-10)}}
-    found = flywheel.size(flywheel.load(opened), simulate=False)
-    assert found.closure == pytest.approx(2.5e-10, rel=1e-3)
-    assert found.error.exact == pytest.approx(9e-10, rel=0.1)

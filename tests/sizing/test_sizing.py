@@ -20,15 +20,6 @@ def test_work_over_the_cycle_sums_to_zero(make):
 
 
 @pytest.mark.parametrize("make", scenes.ALL.values(), ids=scenes.ALL)
-def test_accumulated_extremes_are_those_of_the_areas(make):
-    result = sized(make())
-    sums = [0.0, *(area.accumulated for area in result.areas)]
-    assert result.accumulated_max == pytest.approx(max(sums), rel=1e-12, abs=1e-12)
-    assert result.accumulated_min == pytest.approx(min(sums), rel=1e-12, abs=1e-12)
-    assert all(a.end == b.start for a, b in zip(result.areas[:-1], result.areas[1:], strict=True))
-
-
-@pytest.mark.parametrize("make", scenes.ALL.values(), ids=scenes.ALL)
 def test_analysing_the_sized_flywheel_gives_the_irregularity_back(make):
     result = sized(make())
     wheel = {"inertia": result.flywheel.exact}
@@ -70,12 +61,6 @@ def test_net_work_without_a_balance_is_an_error_that_says_so():
     message = str(caught.value)
     assert "-371.68" in message  # 100 N m over a turn against 1000 J
     assert '"balance"' in message
-
-
-def test_closure_allows_a_given_share_of_the_work_exchanged():
-    drive = {"torque": f"{500 / np.pi * 1.001} N m"}
-    result = sized(scenes.yoke(drive=drive, accuracy={"closure": 0.01}))
-    assert 0 < result.closure < 0.01
 
 
 def test_a_balance_that_does_no_work_is_refused():
@@ -223,24 +208,6 @@ def test_a_motion_without_any_variation_needs_no_flywheel(own, simulate):
     assert "?" not in text
     assert "±0  without limit" in text
     assert not any("e-1" in line for line in text.split("Estimated")[0].splitlines() if "closure" not in line)
-
-
-@pytest.mark.parametrize("simulate", [False, True])
-def test_an_even_motion_with_a_given_flywheel_has_no_irregularity(simulate):
-    scene = scenes.rotor(**EVEN, shafts={"motor": {"ratio": 5}}) | {"flywheel": {"inertia": 1}}
-    result = flywheel.size(flywheel.load(scene), simulate=simulate)
-    assert result.run.irregularity == 0.0
-    text = report.text(result)
-    assert "?" not in text
-    assert "without limit" in text
-    assert not any("e-1" in line for line in text.split("Estimated")[0].splitlines() if "closure" not in line)
-
-
-def test_losses_leave_an_even_motion_even():
-    result = sized(scenes.rotor(**EVEN, shafts={"motor": {"ratio": 5, "efficiency": 0.9}}))
-    assert (result.flywheel.exact, result.flywheel.needed) == (0.0, False)
-    assert result.balance.value == pytest.approx(100 / 5 / 0.9, rel=1e-12)
-    assert "?" not in report.text(result)
 
 
 def test_what_little_varies_is_not_taken_for_rounding():

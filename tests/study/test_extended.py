@@ -17,7 +17,7 @@ HALF_A_DIGIT = 2e-15
 WIDE = {"press-narrow.toml": 1e-11}  # eps is so small there that rounding of angles matters
 
 
-@pytest.mark.parametrize("name", sample(REFERENCES, 5))
+@pytest.mark.parametrize("name", sample(REFERENCES, 12))
 def test_the_true_figure_is_within_the_doubt(name):
     true = REFERENCES[name]
     machine = Machine(flywheel.load(FOLDER / "scenes" / name))

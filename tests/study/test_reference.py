@@ -59,7 +59,7 @@ def test_torques_that_depend_on_speed_are_verified_in_time():
     assert "stepped in time" in found.verified
 
 
-@pytest.mark.parametrize("name", sample(["governor", "peaks", "dc-inductance", "constant-drive", "two-speeds-fast"], 4))
+@pytest.mark.parametrize("name", sample(["governor", "peaks", "dc-inductance", "constant-drive", "two-speeds-fast"], 5))
 @pytest.mark.parametrize("kind", ["sizing", "analysis"])
 def test_it_is_true_within_its_doubt(name, kind):
     case = regimes.CASES[name]
