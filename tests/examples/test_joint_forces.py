@@ -33,6 +33,7 @@ def test_every_bar_is_used_to_its_limit(example, rounds):
         assert max(use) == pytest.approx(1.0, abs=3e-6), name
 
 
+@pytest.mark.slow
 def test_it_ends_at_the_same_bars_from_thick_ones(example, rounds):
     other = example["dimensioned"](dict.fromkeys(example["LENGTHS"], 0.02))
     for name, mass in rounds[-1].masses.items():

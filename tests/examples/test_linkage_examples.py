@@ -131,6 +131,7 @@ def test_the_motor_of_the_toggle_press_does_the_work_of_coining():
     assert sized.power == pytest.approx(work * 40 / 60, rel=1e-9)
 
 
+@pytest.mark.slow
 def test_the_flywheel_of_the_toggle_press_from_positions_alone():
     """Wittenbauer's I = [max(W - z+ w² I*/2) - min(W - z- w² I*/2)]/(eps w²), energies by differences of positions."""
     phi = np.linspace(0.0, TURN, 40001)

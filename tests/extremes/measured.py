@@ -12,11 +12,44 @@ import flywheel
 
 from .cases import Case, cases
 from .machines import Scene
-from .rows import Row
 
 ROUNDING = 4e-16  # a figure is a double
 RTOLS = (1e-5, 1e-9, 1e-12)
 REFERENCES: dict[str, Any] = json.loads((Path(__file__).parent / "references.json").read_text())
+
+
+class Row(NamedTuple):
+    """One extreme.
+
+    extreme: what is extreme, in a few words. range: what was tried. error: the worst true error, relative to the larger of
+    the figure and its scale; None where the answer is a refusal. estimate: the error the program itself stated there;
+    None where it states none. remark: what the reference is, or the words of the refusal.
+    """
+
+    extreme: str
+    range: str
+    error: float | None
+    estimate: float | None
+    remark: str = ""
+
+
+class Found(NamedTuple):
+    """A figure's true error and estimate, relative."""
+
+    what: str
+    error: float
+    estimate: float
+
+    @property
+    def honest(self) -> bool:
+        """Whether the true error is within the estimate."""
+        return self.error <= self.estimate + ROUNDING
+
+
+def worst(extreme: str, range_: str, found: Iterable[Found]) -> Row:
+    """The worst true error of figures that are known in closed form, with the estimate there."""
+    one = max(found, key=lambda item: item.error)
+    return Row(extreme, range_, one.error, one.estimate, f"closed form; worst: {one.what}")
 
 
 class Measured(NamedTuple):
@@ -94,5 +127,5 @@ def _figures(label: str, rtol: float, found: Any, known: dict[str, Any], least: 
 
 def row(extreme: str, range_: str, found: Iterable[Measured], remark: str = "") -> Row:
     """The worst true error of the exact figure at an rtol of 1e-9, with the estimate there."""
-    worst = max((item for item in found if item.figure == "exact" and item.rtol == 1e-9), key=lambda item: item.error)
-    return Row(extreme, range_, worst.error, worst.estimate, remark or f"worst: {worst.name}")
+    one = max((item for item in found if item.figure == "exact" and item.rtol == 1e-9), key=lambda item: item.error)
+    return Row(extreme, range_, one.error, one.estimate, remark or f"worst: {one.name}")

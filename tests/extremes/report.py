@@ -8,7 +8,7 @@ from __future__ import annotations
 import importlib
 from pathlib import Path
 
-from .rows import Row
+from .measured import Row
 
 HERE = Path(__file__).parent
 HEADER = """# Extremes

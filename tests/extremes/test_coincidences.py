@@ -10,8 +10,7 @@ import flywheel
 from tests.limits import sample
 
 from .cases import turning
-from .measured import measured, names, refusal, row
-from .rows import Row
+from .measured import Row, measured, names, refusal, row
 
 CASES = names("coincidence", "table")
 FAULTY = {

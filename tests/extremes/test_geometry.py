@@ -6,8 +6,7 @@ import pytest
 
 from .cases import light
 from .machines import Scene, crank_shaper, four_bar
-from .measured import measured, names, refusal, row
-from .rows import Row
+from .measured import Row, measured, names, refusal, row
 
 NEAR = names("rod", "offset", "change point", "shaper")
 GROUPS = {

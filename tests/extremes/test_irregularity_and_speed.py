@@ -8,8 +8,7 @@ import flywheel
 from tests.limits import sample
 
 from .machines import MACHINES, Scene, running
-from .measured import measured, names, refusal, row
-from .rows import Row
+from .measured import Row, measured, names, refusal, row
 
 SWEEPS = names("sweep")
 BEYOND = (0.0, -1e-14, 2.0, 2.5)

@@ -12,7 +12,7 @@ import flywheel
 from flywheel.sizing.results import Sizing
 
 from .machines import KNOWN, MACHINES, running
-from .rows import Row
+from .measured import Row
 
 powers = st.floats(-13.0, 0.29)  # irregularities from 1e-13 to 1.95
 paces = st.floats(-6.0, 6.0)  # speeds from 1e-6 to 1e6 rad/s

@@ -12,8 +12,7 @@ from tests.limits import sample
 
 from .cases import turning
 from .machines import Scene, running
-from .measured import ROUNDING
-from .rows import Row
+from .measured import ROUNDING, Row
 
 COUNTS = (1, 2, 3, 7, 40, 200)
 TILTS = (0.0, 1e-15, -1e-15, 1e-13, -1e-13, 1e-11, -1e-11)

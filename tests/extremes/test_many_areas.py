@@ -14,8 +14,7 @@ import flywheel
 from flywheel.sizing.results import Sizing
 
 from .machines import Scene
-from .measured import ROUNDING
-from .rows import Row
+from .measured import ROUNDING, Row
 
 A, N, MASS, STIFF, SPEED = 0.01, 50, 0.5, 1e4, 10.0
 RESTS = (0.0, 0.003, -0.007, 0.0099)  # inside the stroke: where the spring is at rest M* changes its sign as well

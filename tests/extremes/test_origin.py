@@ -14,7 +14,7 @@ import flywheel
 from flywheel.sizing.results import Sizing
 
 from .machines import MACHINES, Scene
-from .rows import Row
+from .measured import Row
 
 TURNED = ("scotch-yoke", "slider-crank", "four-bar", "crank-shaper", "law", "linkage")
 SHIFTS = (1e-15, 1e-12, 1e-9, 0.3, pi / 2, pi, 5.0, tau - 1e-12, -1.0)

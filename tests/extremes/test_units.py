@@ -16,7 +16,7 @@ from hypothesis import strategies as st
 import flywheel
 
 from .machines import MACHINES, SI, Measure
-from .rows import Row
+from .measured import Row
 
 TWOS = [Measure(2.0**i, 2.0**j, 2.0**k) for i, j, k in ((40, 0, 0), (-40, 0, 0), (0, 40, 0), (0, -40, 0), (0, 0, 40))]
 TWOS += [Measure(2.0**i, 2.0**j, 2.0**k) for i, j, k in ((0, 0, -40), (40, 40, 40), (-40, -40, -40), (40, -40, 40))]

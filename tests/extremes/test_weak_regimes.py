@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from functools import cache
-from typing import Any, NamedTuple
+from typing import Any
 
 import pytest
 from mpmath import mp  # type: ignore[import-untyped]
@@ -13,9 +13,8 @@ from flywheel.sizing.results import Sizing
 from tests.limits import sample
 
 from . import rotors
-from .measured import ROUNDING, refusal
+from .measured import Found, Row, refusal, worst
 from .rotors import OWN, Rotor
-from .rows import Row
 
 WEAK = ("1e-1", "1e-3", "1e-5", "1e-7", "1e-9", "1e-11")  # N m s: 1 - multiplier is 0.105 times as much
 NEAR_STALL = ("1.9", "1.99", "1.999", "1.9999", "1.99999", "1.999999")
@@ -23,19 +22,6 @@ AGAINST_GROWTH = ("0.5", "1.5", "1.8", "1.9", "1.95", "1.99")
 STRONG = (3e3, 3e4, 3e5)  # N m s: a load of 100 N m on a drive of up to 6 MN m
 BALANCED: dict[str, Any] = {"regime": {"speed": 20}}
 LIGHT: dict[str, Any] = {"regime": {"speed": 5}, "inertia": [{"on": "crank", "value": 1e-3}]}
-
-
-class Found(NamedTuple):
-    """A figure's true error and estimate, relative."""
-
-    what: str
-    error: float
-    estimate: float
-
-    @property
-    def honest(self) -> bool:
-        """Whether the true error is within the estimate."""
-        return self.error <= self.estimate + ROUNDING
 
 
 def sized(scene: dict[str, Any]) -> Sizing:
@@ -137,10 +123,7 @@ REFUSED = {
 
 def results() -> list[Row]:
     """The worst figure of every group, and the words of every refusal."""
-    rows = []
-    for name, (group, span) in GROUPS.items():
-        worst = max(group(), key=lambda found: found.error)
-        rows.append(Row(name, span, worst.error, worst.estimate, f"closed form; worst at {worst.what}"))
+    rows = [worst(name, span, group()) for name, (group, span) in GROUPS.items()]
     return rows + [Row("regime refused", key, None, None, refusal(scene)) for key, (scene, *_) in REFUSED.items()]
 
 

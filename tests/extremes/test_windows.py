@@ -11,8 +11,7 @@ import flywheel
 
 from .cases import turning
 from .machines import Scene
-from .measured import measured, names, refusal, row
-from .rows import Row
+from .measured import Row, measured, names, refusal, row
 
 WINDOWS = names("window", "windows")
 WIDTHS = [20.0, 1.0, 0.1, 0.01, 0.001, 1e-5]

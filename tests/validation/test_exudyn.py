@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from typing import Any
 
+import pytest
+
 import flywheel
 
 from .common import agree, inputs
@@ -27,6 +29,7 @@ def uniform(length: float, mass: float) -> dict[str, float]:
     return {"length": length, "mass": mass, "inertia": mass * length**2 / 12, "com": length / 2}
 
 
+@pytest.mark.slow
 def test_driven_from_rest() -> None:
     case = inputs("exudyn-driven")
     crank, rod = uniform(case["r"], case["m1"]), uniform(case["l"], case["m2"])

@@ -189,6 +189,7 @@ def test_the_true_error_of_random_chains_is_within_rtol(seed, rtol):
     assert run.audit.power < 1e-12
 
 
+@pytest.mark.slow
 def test_steps_that_stability_makes_long_are_resolved_between_their_ends():
     """Two coils through gyrators: DOP853's dense output errs by 1e-7 there, whatever the tolerance."""
     b = Builder().one("a").one("m").one("w").on("a", I("L", 0.1), Se("V", 3.0)).gyrate("a", "m", 2.0).gyrate("m", "w", 4.0)
