@@ -79,8 +79,21 @@ def joint_forces(
         raise SceneError([Fault("areas", "a diagram of areas", "a machine with joints", "give mechanism and loads instead")])
     if not scene.mechanisms:
         raise SceneError([Fault("mechanism", "no mechanism", "one at least, as joints are asked for")])
-    balance = constant_speed.operating_point(machine)[1]
-    motion, errors = _motion(machine, _positions(machine, phi), speed, acceleration)
+    balance, stroke = constant_speed.operating_point(machine)[1], scene.stroke
+    if phi is None:
+        positions = spread(scene, 360 if stroke is None else 181)
+    else:
+        wanted = np.atleast_1d(np.asarray(phi, dtype=float)).ravel()
+        if not wanted.size:
+            raise SceneError([Fault("phi", "no position", "one at least, or None for a whole cycle or stroke")])
+        positions = state.own_coordinate(scene, wanted) + scene.origin
+    if speed is None and stroke is not None:
+        speed, acceleration = stroke.speed, stroke.acceleration
+    if speed is None:
+        motion, errors = _steady(machine, positions)
+    else:
+        rates = np.full(positions.size, float(speed)), np.full(positions.size, float(acceleration))
+        motion, errors = MachineMotion(positions, *rates), (0.0, 0.0)
     ask = partial(port_forces, machine, motion, balance, inertia=inertia, friction=friction)
     return JointForces(motion, {mechanism.name: ask(mechanism) for mechanism in scene.mechanisms}, errors)
 
@@ -107,43 +120,37 @@ def joint_errors(
     motion, origin = forces.motion, machine.scene.origin
     own = motion.phi - origin
     anchor = machine.anchors(own)
-    others, found = state.rounded_otherwise(machine), {}
+    others, errors = state.rounded_otherwise(machine), {}
     for k, mechanism in enumerate(machine.scene.mechanisms):
-        here, again = forces.mechanisms[mechanism.name], []
+        found, again = forces.mechanisms[mechanism.name], []
         for other, share, sense in zip(others, (1.0, 0.4), (1.0, -1.0), strict=True):
             phi = origin + state.beside(own, anchor, machine.scene.cycle, share)
-            omega, alpha = (
-                rate + sense * np.asarray(error) for rate, error in zip(motion[1:], forces.motion_errors, strict=True)
-            )
-            moved = MachineMotion(phi, omega, alpha)
-            ask = partial(port_forces, other, moved, balance + share * off, inertia=inertia, friction=friction)
-            again.append(ask(other.scene.mechanisms[k]))
-        apart = state.spread(figures_of(here), [figures_of(other) for other in again])
-        found[mechanism.name] = _with_rest(here, apart)
-    return found
+            rates = [rate + sense * np.asarray(error) for rate, error in zip(motion[1:], forces.motion_errors, strict=True)]
+            options = {"inertia": inertia, "friction": friction}
+            beside = MachineMotion(phi, *rates)
+            again.append(port_forces(other, beside, balance + share * off, other.scene.mechanisms[k], **options))
+        apart = state.spread(figures_of(found), [figures_of(other) for other in again])
+        friction_gap, linkage = found.friction.gap, found.poses.linkage
+        left = found.residual + np.where(np.isfinite(friction_gap), friction_gap, 0.0) + state.EVALUATED * ROUNDING
+        force, moment = found.scales()  # what equilibrium and the iteration of friction leave over is a share of these
+        sizes = {"N": force, "N m": moment}
+        drive = {name: moment if linkage.joint(name).kind == PIN else force for name in found.actions}
+        iterated = bool(found.friction.iterations) * (force if linkage.sliding else moment)
+        errors[mechanism.name] = {
+            "driving": {name: error + left * drive[name] for name, error in apart["driving"].items()},
+            "joints": {
+                joint: {part: error + left * sizes[found.units[joint].get(part, "N")] for part, error in parts.items()}
+                for joint, parts in apart["joints"].items()
+            },
+            "friction": {"moment": apart["friction"]["moment"] + left * iterated},
+        }
+    return errors
 
 
 def figures_of(found: Reactions) -> dict[str, Any]:
     """Driving actions, and components and resultant of every joint, by their names."""
     joints = {name: {**parts, "resultant": found.resultant(name)} for name, parts in found.components.items()}
     return {"driving": dict(found.actions), "joints": joints, "friction": {"moment": found.friction.moment}}
-
-
-def _with_rest(found: Reactions, errors: dict[str, Any]) -> dict[str, Any]:
-    """Errors with what equilibrium and the iteration of friction leave over, as shares of the largest force or moment."""
-    force, moment = found.scales()
-    left = found.residual + np.where(np.isfinite(found.friction.gap), found.friction.gap, 0.0) + state.EVALUATED * ROUNDING
-    sizes = {"N": force, "N m": moment}
-    sliding = "N" if found.poses.linkage.sliding else "N m"
-    driven = {name: "N m" if found.poses.linkage.joint(name).kind == PIN else "N" for name in found.actions}
-    return {
-        "driving": {name: error + left * sizes[driven[name]] for name, error in errors["driving"].items()},
-        "joints": {
-            joint: {part: error + left * sizes[found.units[joint].get(part, "N")] for part, error in parts.items()}
-            for joint, parts in errors["joints"].items()
-        },
-        "friction": {"moment": errors["friction"]["moment"] + left * sizes[sliding] * bool(found.friction.iterations)},
-    }
 
 
 def spread(scene: Scene, count: int) -> Array:
@@ -153,33 +160,8 @@ def spread(scene: Scene, count: int) -> Array:
     return scene.cycle * np.arange(count) / count
 
 
-def _positions(machine: Machine, phi: ArrayLike | None) -> Array:
-    """The crank angles or positions asked for, in the driver's own coordinate."""
-    scene = machine.scene
-    stroke = scene.stroke
-    if phi is None:
-        return spread(scene, 360 if stroke is None else 181)
-    wanted = np.atleast_1d(np.asarray(phi, dtype=float)).ravel()
-    if not wanted.size:
-        raise SceneError([Fault("phi", "no position", "one at least, or None for a whole cycle or stroke")])
-    return state.own_coordinate(scene, wanted) + scene.origin
-
-
-_Moved = tuple[MachineMotion, tuple[Array | float, Array | float]]
-
-
-def _motion(machine: Machine, phi: Array, speed: float | None, acceleration: float) -> _Moved:
-    """Speed and acceleration at the positions: given, of the stroke, or of the steady regime; and their errors."""
-    stroke = machine.scene.stroke
-    if speed is None and stroke is not None:
-        speed, acceleration = stroke.speed, stroke.acceleration
-    if speed is not None:
-        return MachineMotion(phi, np.full(phi.size, float(speed)), np.full(phi.size, float(acceleration))), (0.0, 0.0)
-    return _steady(machine, phi)
-
-
-def _steady(machine: Machine, phi: Array) -> _Moved:
-    """The steady regime with the scene's flywheel: omega from the energy, alpha = (M* - ½ dI*/dphi omega²)/(I* + J)."""
+def _steady(machine: Machine, phi: Array) -> tuple[MachineMotion, tuple[Array | float, Array | float]]:
+    """The steady regime with the scene's flywheel, and errors: alpha = (M* - ½ dI*/dphi omega²)/(I* + J)."""
     from flywheel.sizing.results import speed_error_over_cycle
     from flywheel.sizing.sizing import size
 

@@ -17,6 +17,7 @@ from collections.abc import Mapping
 from typing import NamedTuple
 
 import numpy as np
+from numpy.polynomial import chebyshev
 from numpy.typing import ArrayLike, NDArray
 
 from flywheel.machine.machine import FLYWHEEL, Machine
@@ -25,7 +26,7 @@ from flywheel.numerics import cells
 from flywheel.numerics.arguments import NOT_NEGATIVE, POSITIVE, array, number_faults, refuse, require
 from flywheel.numerics.faults import Fault, SceneError, told
 from flywheel.regime.joint_friction import machine_of
-from flywheel.regime.state import MachineState, reduce
+from flywheel.regime.state import reduce
 from flywheel.scene.scene import Scene
 
 Array = NDArray[np.float64]
@@ -72,10 +73,8 @@ def shares(machine: Machine | Scene, phi: ArrayLike, *, flywheel: float = 0.0) -
     {'scotch-yoke.crank': [1.0, 0.5], 'scotch-yoke.yoke': [0.0, 0.5]}
 
     """
-    machine = _machine(machine)
-    state, whole, parts = _at(machine, phi, flywheel)
-    _refuse_still(machine.scene, state.phi, whole, _scale(machine, flywheel))
-    return {name: part / whole for name, part in parts.items()}
+    _, total, parts = _moving(_machine(machine), phi, flywheel)
+    return {name: part / total for name, part in parts.items()}
 
 
 def cycle_shares(machine: Machine | Scene, *, flywheel: float = 0.0, rtol: float = 1e-9) -> CycleShares:
@@ -101,16 +100,32 @@ def cycle_shares(machine: Machine | Scene, *, flywheel: float = 0.0, rtol: float
 
     """
     machine = _machine(machine)
-    mesh, values, doubt = _resolved(machine, flywheel, rtol)
-    slopes = _slopes(cells.fit(values))
+    refuse(number_faults("rtol", rtol, POSITIVE))
+    if not rtol < 1.0:
+        raise SceneError([Fault("rtol", f"{rtol}", "a number between 0 and 1")])
+    scale = _scale(machine, flywheel)
+
+    def evaluated(edges: Array) -> tuple[tuple[cells.Cells, Array, float], float, cells.Coarse]:
+        """Cells, at their nodes I* (over its scale) and then all shares, and the estimated error of the means."""
+        mesh = cells.cells(edges)
+        _, total, parts = _moving(machine, machine.scene.origin + mesh.phi, flywheel, scale)
+        values = np.array([total / scale, *(part / total for part in parts.values())])
+        errors = cells.tails(cells.fit(values)).max(axis=0) * mesh.half[:, 0] / edges[-1]
+        error = float(errors.sum())
+        return (mesh, values, error), error, cells.above(errors)
+
+    mesh, values, error = cells.refined(machine.mesh, evaluated, rtol, _MOST_CELLS)
+    series = cells.fit(values)
+    slopes = np.zeros_like(series)
+    slopes[..., :-1] = chebyshev.chebder(series, axis=-1)
     found = cells.crossings(slopes, np.full(slopes.shape[:-1], _LEVEL))
     ends = machine.scene.origin + np.sort(np.concatenate((mesh.edges, found.angles(mesh))))
-    at_ends = shares(machine, ends, flywheel=flywheel)
     means = cells.integral(values, mesh.half).sum(axis=-1) / mesh.edges[-1]
-    bodies = {
-        name: _body(share, ends, mean) for (name, share), mean in zip(at_ends.items(), means[1:].tolist(), strict=True)
-    }
-    return CycleShares(bodies, doubt)
+    bodies = {}
+    for (name, share), mean in zip(shares(machine, ends, flywheel=flywheel).items(), means[1:].tolist(), strict=True):
+        low, high = int(share.argmin()), int(share.argmax())
+        bodies[name] = BodyShare(mean, float(share[low]), float(ends[low]), float(share[high]), float(ends[high]))
+    return CycleShares(bodies, error)
 
 
 def speed_from_energy(machine: Machine | Scene, phi: ArrayLike, energy: ArrayLike, *, flywheel: float = 0.0) -> Array:
@@ -134,18 +149,17 @@ def speed_from_energy(machine: Machine | Scene, phi: ArrayLike, energy: ArrayLik
 
     """
     machine = _machine(machine)
-    state, whole, _ = _at(machine, phi, flywheel)
-    _refuse_still(machine.scene, state.phi, whole, _scale(machine, flywheel))
+    positions, total, _ = _moving(machine, phi, flywheel)
     held = array("energy", energy)
-    if held.shape not in ((), whole.shape):
-        raise SceneError([Fault("energy", f"an array of shape {held.shape}", f"a number or shape {whole.shape}")])
-    held = np.broadcast_to(held, whole.shape)
+    if held.shape not in ((), total.shape):
+        raise SceneError([Fault("energy", f"an array of shape {held.shape}", f"a number or shape {total.shape}")])
+    held = np.broadcast_to(held, total.shape)
     short = ~(held >= 0.0)
     if short.any():
-        where = told(float(state.phi[short].flat[0]), _sliding(machine.scene))
+        where = told(float(positions[short].flat[0]), _sliding(machine.scene))
         found = f"{float(held[short].flat[0]):g} J at {where}"
         raise SceneError([Fault("energy", found, "0 or above", "the machine stops before it gets there")])
-    return np.asarray(np.sqrt(2.0 * held / whole))
+    return np.asarray(np.sqrt(2.0 * held / total))
 
 
 def linkage_shares(poses: Poses) -> dict[str, Array]:
@@ -165,11 +179,11 @@ def linkage_shares(poses: Poses) -> dict[str, Array]:
         + link.inertia * poses.angle(link.name).rate ** 2
         for link in linkage.links
     }
-    whole = np.sum(list(parts.values()), axis=0)
+    total = np.sum(list(parts.values()), axis=0)
     size = max((np.hypot(p.x, p.y) for link in (linkage.ground, *linkage.links) for p in link.points), default=0.0) or 1.0
     scale = sum(link.mass * size**2 + link.inertia for link in linkage.links) / (size**2 if linkage.sliding else 1.0)
-    _refuse(linkage.path, poses.q, whole, float(scale), linkage.sliding)
-    return {name: part / whole for name, part in parts.items()}
+    _refuse_still(linkage.path, poses.q, total, float(scale), linkage.sliding)
+    return {name: part / total for name, part in parts.items()}
 
 
 def _machine(given: Machine | Scene) -> Machine:
@@ -177,70 +191,40 @@ def _machine(given: Machine | Scene) -> Machine:
     return machine_of(given)
 
 
-def _at(machine: Machine, phi: ArrayLike, flywheel: float) -> tuple[MachineState, Array, dict[str, Array]]:
-    """The reduced machine, I* with the flywheel, and what every body adds to it."""
+def _moving(
+    machine: Machine, phi: ArrayLike, flywheel: float, scale: float | None = None
+) -> tuple[Array, Array, dict[str, Array]]:
+    """Positions, I* with the flywheel there, and what every body adds to it; a SceneError where nothing with mass moves."""
+    phi, total, parts = _inertia(machine, phi, flywheel)
+    scene = machine.scene
+    path = scene.mechanisms[0].path if scene.mechanisms else "inertia"
+    _refuse_still(path, phi, total, _scale(machine, flywheel) if scale is None else scale, _sliding(scene))
+    return phi, total, parts
+
+
+def _inertia(machine: Machine, phi: ArrayLike, flywheel: float) -> tuple[Array, Array, dict[str, Array]]:
     refuse(number_faults("flywheel", flywheel, NOT_NEGATIVE, "kg m²"))
     state = reduce(machine, array("phi", phi), balance=0.0)
     wheel = flywheel * machine.scene.flywheel_ratio**2
-    parts = dict(state.inertia_parts)
-    if wheel:
-        parts[FLYWHEEL] = np.full_like(state.inertia, wheel)
-    return state, np.asarray(state.inertia + wheel), parts
+    parts = dict(state.inertia_parts) | ({FLYWHEEL: np.full_like(state.inertia, wheel)} if wheel else {})
+    return state.phi, np.asarray(state.inertia + wheel), parts
 
 
 def _scale(machine: Machine, flywheel: float) -> float:
-    scene = machine.scene
-    probes = scene.origin + machine.mesh[-1] * (np.arange(_PROBES) + 0.5) / _PROBES
-    return float(_at(machine, probes, flywheel)[1].max())
+    """The greatest I* of positions over the cycle."""
+    probes = machine.scene.origin + machine.mesh[-1] * (np.arange(_PROBES) + 0.5) / _PROBES
+    return float(_inertia(machine, probes, flywheel)[1].max())
 
 
 def _sliding(scene: Scene) -> bool:
     return scene.stroke is not None and scene.stroke.sliding
 
 
-def _refuse_still(scene: Scene, phi: Array, inertia: Array, scale: float) -> None:
-    _refuse(scene.mechanisms[0].path if scene.mechanisms else "inertia", phi, inertia, scale, _sliding(scene))
-
-
-def _refuse(path: str, phi: Array, inertia: Array, scale: float, sliding: bool) -> None:
+def _refuse_still(path: str, phi: Array, inertia: Array, scale: float, sliding: bool) -> None:
     """Refuse positions where nothing that has mass moves."""
     still = ~(inertia > _STILL**2 * scale)
     if still.any():
-        where = told(float(phi[still].flat[0]), sliding)
         symbol = "m* = 0" if sliding else "I* = 0"
-        found = f"no body with mass that moves at {where} ({symbol})"
-        raise SceneError(
-            [Fault(path, found, "kinetic energy to share", "give the driver inertia, or leave that position out")]
-        )
-
-
-def _resolved(machine: Machine, flywheel: float, rtol: float) -> tuple[cells.Cells, Array, float]:
-    """Cells, at their nodes I* (over its scale) and then all shares, and the estimated error of the means."""
-    refuse(number_faults("rtol", rtol, POSITIVE))
-    if not rtol < 1.0:
-        raise SceneError([Fault("rtol", f"{rtol}", "a number between 0 and 1")])
-    scale = _scale(machine, flywheel)
-
-    def evaluated(edges: Array) -> tuple[tuple[cells.Cells, Array, float], float, cells.Coarse]:
-        mesh = cells.cells(edges)
-        state, whole, parts = _at(machine, machine.scene.origin + mesh.phi, flywheel)
-        _refuse_still(machine.scene, state.phi, whole, scale)
-        values = np.array([whole / scale, *(part / whole for part in parts.values())])
-        errors = cells.tails(cells.fit(values)).max(axis=0) * mesh.half[:, 0] / edges[-1]
-        doubt = float(errors.sum())
-        return (mesh, values, doubt), doubt, cells.above(errors)
-
-    return cells.refined(machine.mesh, evaluated, rtol, _MOST_CELLS)
-
-
-def _slopes(series: Array) -> Array:
-    """Series of the derivative, padded to the same length."""
-    from numpy.polynomial import chebyshev
-
-    slopes = chebyshev.chebder(series, axis=-1)
-    return np.concatenate((slopes, np.zeros((*slopes.shape[:-1], 1))), axis=-1)
-
-
-def _body(share: Array, phi: Array, mean: float) -> BodyShare:
-    low, high = int(share.argmin()), int(share.argmax())
-    return BodyShare(mean, float(share[low]), float(phi[low]), float(share[high]), float(phi[high]))
+        found = f"no body with mass that moves at {told(float(phi[still].flat[0]), sliding)} ({symbol})"
+        advice = "give the driver inertia, or leave that position out"
+        raise SceneError([Fault(path, found, "kinetic energy to share", advice)])
