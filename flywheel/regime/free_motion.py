@@ -29,7 +29,7 @@ from flywheel.numerics.intervals import Interval
 from flywheel.numerics.jets import Jet
 from flywheel.numerics.switching import SwitchingError, breakpoints, resolved
 from flywheel.regime import turning_moment
-from flywheel.regime.stepping import RateField, Rates, Step, StepError, Tolerance, Watch, stiffness, through
+from flywheel.regime.stepping import Events, RateField, Rates, Step, StepError, Tolerance, stiffness, through
 from flywheel.scene.scene import Scene
 
 # -- times at which laws switch ------------------------------------------------------------------------------------------
@@ -268,10 +268,10 @@ def follow(
 
     Raises SceneError where the motion is not determined, or sticks at a switch that both sides drive it back to.
     """
-    return _Follower(dynamics, start, until, rtol, goals, passing or (lambda t, omega: None), watching).trail()
+    return _Motion(dynamics, start, until, rtol, goals, passing or (lambda t, omega: None), watching).trail()
 
 
-class _Follower:
+class _Motion:
     """The state of a motion on its way: `state` has phi reduced to one cycle, `offset` is what was taken off it."""
 
     def __init__(
@@ -321,9 +321,9 @@ class _Follower:
             ends = float(self.machine.restarts[piece]), float(self.machine.restarts[piece + 1])
             width, stop = ends[1] - ends[0], self.times.after(self.t)
             anchor = self._anchor(ends, stop)
-            rates, along, watch = self._rates(ends, anchor), self._along(ends, anchor), self._watch(anchor)
+            rates, along, events = self._rates(ends, anchor), self._along(ends, anchor), self._events(anchor)
             try:
-                steps = [*through(rates, self.t, self.state, ends, stop, self.tolerance, hint, watch, along)]
+                steps = [*through(rates, self.t, self.state, ends, stop, self.tolerance, hint, events, along)]
             except StepError as error:
                 raise SceneError([self._undefined(anchor) or error.faults[0]]) from None
             self.t, crossed = steps[-1].end, steps[-1].crossed
@@ -496,7 +496,7 @@ class _Follower:
         now = self.dynamics.at(held, held, anchor.omega, anchor.time, current=current, ends=ends, anchor=anchor)
         return anchor._replace(factors=now.factors or None)
 
-    def _watch(self, anchor: Anchor) -> Watch | None:
+    def _events(self, anchor: Anchor) -> Events | None:
         """Goals, and what changes its sign where the stretch ends; meshes with losses also watch the speed's own sign."""
         goals, offset = self.goals, self.offset
 
@@ -514,7 +514,7 @@ class _Follower:
             return None
         current = np.array([self.state[3] if self.state.size > 3 else 0.0])
         here = np.array([anchor.phi]), np.array([anchor.omega]), np.array([anchor.time]), current
-        return Watch(values, np.array([1.0] * len(goals) + [1.0 if side[0] >= 0.0 else -1.0 for side in sides(*here)]))
+        return Events(values, np.array([1.0] * len(goals) + [1.0 if side[0] >= 0.0 else -1.0 for side in sides(*here)]))
 
     # -- from piece to piece ---------------------------------------------------------------------------------------------
 

@@ -165,10 +165,10 @@ def periodic(moments: Moments, reference: float, demand: Demand, start: State) -
     state, last, final = start, np.inf, demand.speed is not None
     for step in range(1, _MOST_STEPS + 1):
         here = equations.speeds(state)
-        change = equations.linearised(state, here)
-        state, size = equations.stepped(state, here, change)
+        change = equations.linearisation(state, here)
+        state, size = equations.newton_step(state, here, change)
         stays = size <= _OFF and size >= 0.3 * last
-        settled = size <= _SETTLED or (stays and final and size <= max(_LOST, equations.unsure(state, change)))
+        settled = size <= _SETTLED or (stays and final and size <= max(_LOST, equations.rounding_step(state, change)))
         if settled and not final:  # near the reference speed, by the measure of the fluctuation?
             excess = equations.extremes(state, equations.speeds(state)).excess
             final = bool(abs(float(excess.sum())) <= _FAR * float(np.ptp(excess)) + ROUNDING)
@@ -177,7 +177,7 @@ def periodic(moments: Moments, reference: float, demand: Demand, start: State) -
         if settled or (
             stays and not final
         ):  # energies relative to a speed far from the motion's own have no digits to spare
-            equations, state = equations.recentred(state)
+            equations, state = equations.about_own_mean(state)
             final = True
         last = size
     raise NoRegimeError(f"Newton's method has not settled in {_MOST_STEPS} steps")
@@ -284,7 +284,7 @@ class _Equations:
         self.parameters = ("inertia",) * self.sized + ("unknown",) * self.balanced
         self.levelled = not (self.sized or self.balanced or demand.speed is None)
 
-    def recentred(self, state: State) -> tuple[_Equations, State]:
+    def about_own_mean(self, state: State) -> tuple[_Equations, State]:
         """The same motion with its energies relative to its own mean of extremes."""
         speed = self.w * (1.0 + 0.5 * float(self.extremes(state, self.speeds(state)).excess.sum()))
         shift = 0.5 * (state.inertia + self.inertia.start) * (self.w - speed) * (self.w + speed)
@@ -309,7 +309,7 @@ class _Equations:
         by_energy = 1.0 / (total * omega)
         return _Speeds(omega, rate, total, s, by_energy, -0.5 * self.w**2 * s / (total * omega), np.stack(rates, axis=1))
 
-    def linearised(self, state: State, here: _Speeds) -> Changes:
+    def linearisation(self, state: State, here: _Speeds) -> Changes:
         """How small changes run through the cycle, by dF/dz (cells, states, states, nodes) and dF/dp."""
         spend(_PER_STEP + self.mesh.phi.size)
         rate, states, (count, nodes) = here.rate, state.nodes.shape[1], here.omega.shape
@@ -381,7 +381,7 @@ class _Equations:
             right.append(np.array([2.0 * eps - slow * found[0] + fast * found[1]]))
         return np.vstack(rows), np.concatenate(right)
 
-    def stepped(self, state: State, here: _Speeds, change: Changes) -> tuple[State, float]:
+    def newton_step(self, state: State, here: _Speeds, change: Changes) -> tuple[State, float]:
         """The state a Newton step on, or as much of it as leaves the machine turning; its size by the fluctuation of speed.
 
         A step leaves a quarter of omega² everywhere, and is halved until it does.
@@ -421,7 +421,7 @@ class _Equations:
             size = max(size, abs(heavier) / max(abs(new.inertia), float(here.total.max())))
         return new, size
 
-    def unsure(self, state: State, change: Changes) -> float:
+    def rounding_step(self, state: State, change: Changes) -> float:
         """The step that rounding of the torques makes where little holds the speed, by its fluctuation: `_OFF` at most."""
         if self.demand.speed is not None:
             return 0.0
@@ -665,12 +665,12 @@ class _Search(NamedTuple):
 
         Where laws switch and that fails, branches are first decided at every node, and cells cut where they then switch.
         """
-        base, cuts = self.layered(self.machine.mesh, np.zeros(0), self.reference, inertia, unknown)
+        base, cuts = self.layers(self.machine.mesh, np.zeros(0), self.reference, inertia, unknown)
         moments = self.moments(base, cuts)
         current = 0.0 if moments.circuit is None else float(moments.steady_current(np.array(self.reference)))
         start = first_guess(moments, self.reference, inertia, unknown, current)
         try:
-            return self.resolved(periodic(moments, self.reference, self.demand, start), base, cuts)
+            return self.refinement(periodic(moments, self.reference, self.demand, start), base, cuts)
         except NoRegimeError:
             if not moments.switches(np.full(moments.mesh.phi.shape, self.reference)) and not moments.lossy:
                 raise
@@ -680,19 +680,19 @@ class _Search(NamedTuple):
         rough = periodic(moments, self.reference, self.demand, start)
         cuts = _switching(rough)
         start = carried(rough, moments := self.moments(base, cuts))
-        return self.resolved(periodic(moments, self.reference, self.demand, start), base, cuts)
+        return self.refinement(periodic(moments, self.reference, self.demand, start), base, cuts)
 
     def from_another(self, other: OwnMotion) -> OwnMotion:
         """The motion found from that with another flywheel."""
         # what resolved an uneven motion is needed again; the switches of an even one have moved on
         base = other.solved.moments.mesh.edges if other.run.irregularity > _UNEVEN else self.machine.mesh
-        base, cuts = self.layered(base, _switching(other.solved), other.speed, other.inertia, other.solved.state.unknown)
+        base, cuts = self.layers(base, _switching(other.solved), other.speed, other.inertia, other.solved.state.unknown)
         start = carried(other.solved, moments := self.moments(base, cuts))
         if self.demand.inertia is not None:
             start = with_inertia(start, moments, other.solved.reference, self.demand.inertia)
-        return self.resolved(periodic(moments, self.reference, self.demand, start), base, cuts)
+        return self.refinement(periodic(moments, self.reference, self.demand, start), base, cuts)
 
-    def layered(self, base: Array, cuts: Array, speed: float, inertia: float, unknown: float) -> tuple[Array, Array]:
+    def layers(self, base: Array, cuts: Array, speed: float, inertia: float, unknown: float) -> tuple[Array, Array]:
         """Edges and cuts, with edges ever closer towards that end of each cell at which the speed settles steeply.
 
         What a jump of torque does to a strongly damped machine is over within 1/|dF/dE| rad after it; where changes grow
@@ -703,17 +703,17 @@ class _Search(NamedTuple):
             return base, cuts
         edges = moments.mesh.edges
         rate = moments.rate(np.full(moments.mesh.phi.shape, speed), unknown, inertia)
-        layers = []
+        found = []
         for k, row in enumerate(rate.by_speed / ((inertia + moments.inertia) * speed)):
             low, high = edges[k : k + 2].tolist()
             steepest = float(row[np.abs(row).argmax()])
             width = _LAYER / max(abs(steepest), 1e-300)
             while width < 0.5 * (high - low) and np.isfinite(steepest):
-                layers.append(low + width if steepest < 0.0 else high - width)
+                found.append(low + width if steepest < 0.0 else high - width)
                 width *= 2.0
-        return (_without(merged([*edges, *layers], float(edges[-1])), edges, base) if layers else base), cuts
+        return (_without(merged([*edges, *found], float(edges[-1])), edges, base) if found else base), cuts
 
-    def resolved(self, solved: Periodic, base: Array, cuts: Array) -> OwnMotion:
+    def refinement(self, solved: Periodic, base: Array, cuts: Array) -> OwnMotion:
         """The motion at an error within rtol, or the best that can be had, from one on cells between edges and cuts.
 
         Cells are cut anew until the switches stand still, and then halved; what does not settle may be no more than what

@@ -215,7 +215,7 @@ class Step(NamedTuple):
     crossed: int | None = None
 
 
-class Watch(NamedTuple):
+class Events(NamedTuple):
     """Values that end the stepping where one of them leaves its side: `values(t, states)` for times (n,) and states (k, n).
 
     It gives an array (values, n); `sides` are the signs (1.0 or -1.0) that they have within the stretch.
@@ -240,7 +240,7 @@ def through(
     until: float,
     tolerance: Tolerance,
     hint: float | None,
-    watch: Watch | None = None,
+    events: Events | None = None,
     along: RateField | None = None,
 ) -> Iterator[Step]:
     """Steps from a state until phi leaves (low, high), t reaches `until`, or what is watched leaves its side.
@@ -253,7 +253,7 @@ def through(
     else:
         stiff = along is not None and along.stiff == 0.0
     if along is not None and stiff:
-        done, t, state = yield from _implicitly(rates, along, t, state, ends, until, tolerance, watch)
+        done, t, state = yield from _implicit_steps(rates, along, t, state, ends, until, tolerance, events)
         if done:
             return
         along = None
@@ -271,19 +271,19 @@ def through(
             found = f"a motion that no step is short enough for, after {solver.t:.6g} s ({message})"
             raise StepError([Fault("simulation", found, "a motion that can be followed", "look for what vanishes there")])
         step = Step(solver.dense_output(), float(solver.t_old), float(solver.t))
-        step, over = _ended(rates, step, speed, float(solver.f[0]), ends, watch)
+        step, over = _cut(rates, step, speed, float(solver.f[0]), ends, events)
         yield step
         if over:
             return
         taken += 1
         if along is not None and taken == _MANY:
             rest = along._replace(stiff=0.0)
-            yield from through(rates, solver.t, solver.y, ends, until, tolerance, None, watch, rest)
+            yield from through(rates, solver.t, solver.y, ends, until, tolerance, None, events, rest)
             return
 
 
-def _ended(
-    rates: Rates, step: Step, before: float, after: float, ends: tuple[float, float], watch: Watch | None
+def _cut(
+    rates: Rates, step: Step, before: float, after: float, ends: tuple[float, float], events: Events | None
 ) -> tuple[Step, bool]:
     """A step cut where phi leaves the piece or something watched leaves its side, and whether it was.
 
@@ -300,7 +300,7 @@ def _ended(
             step = step._replace(end=instant(lambda t: float(dense(t)[0]) - end, start, stop))  # noqa: B023 - called at once
             break
         start = stop
-    step = step if watch is None else crossing(watch, step)
+    step = step if events is None else crossing(events, step)
     return step, left or step.crossed is not None
 
 
@@ -309,7 +309,7 @@ def _rest(speed: float, t: float, state: Array, ends: tuple[float, float], until
     return min(abs((ends[1] if speed > 0.0 else ends[0]) - float(state[0])) / abs(speed) if speed else np.inf, until - t)
 
 
-def _implicitly(
+def _implicit_steps(
     rates: Rates,
     along: RateField,
     t: float,
@@ -317,7 +317,7 @@ def _implicitly(
     ends: tuple[float, float],
     until: float,
     tolerance: Tolerance,
-    watch: Watch | None,
+    events: Events | None,
 ) -> Generator[Step, None, tuple[bool, float, Array]]:
     """Implicit steps, each told in parts; whether the stretch came to its end, or where no step was accepted."""
     solver = Implicit(along, t, state, tolerance.relative, tolerance.absolute)
@@ -330,7 +330,7 @@ def _implicitly(
         edges = np.linspace(start, solver.t, _PARTS + 1)
         speeds = along.rates(edges, dense(edges))[0].tolist()
         for (low, before), (high, speed) in pairwise(zip(edges.tolist(), speeds, strict=True)):
-            step, over = _ended(rates, Step(dense, low, high), before, speed, ends, watch)
+            step, over = _cut(rates, Step(dense, low, high), before, speed, ends, events)
             yield step
             if over:
                 return True, solver.t, solver.state
@@ -341,18 +341,18 @@ _SHARES = 0.5 - 0.5 * np.cos(np.pi * np.arange(10) / 9)  # of a step: where what
 _TO_SERIES = np.linalg.inv(chebyshev.chebvander(2.0 * _SHARES - 1.0, 9))
 
 
-def crossing(watch: Watch, step: Step) -> Step:
+def crossing(events: Events, step: Step) -> Step:
     """The step, cut where the first of the watched values leaves its side; at its start where one does so at once.
 
     The share of a step after which a value is first below 0 is told by its values and by the roots of its polynomial.
     """
     width = step.end - step.start
-    if not (watch.sides.size and width > 0.0):
+    if not (events.sides.size and width > 0.0):
         return step
 
     def inside(shares: Array) -> Array:
         times = step.start + width * shares
-        return watch.sides[:, None] * watch.values(times, step.dense(times))
+        return events.sides[:, None] * events.values(times, step.dense(times))
 
     values = inside(_SHARES)
     series = values @ _TO_SERIES.T
@@ -420,10 +420,10 @@ def one_cycle(dynamics: Dynamics, speed: float, scale: float, first: Array, tigh
         tries = 0
         while True:
             anchor = equations.anchor(state, (low, high)) if tries <= _TRIES else None
-            watch = None if anchor is None else equations.watch(anchor, state)
+            events = None if anchor is None else equations.events(anchor, state)
             rates, along = equations.rates((low, high), anchor), equations.along((low, high), anchor, state)
-            stepping = through(rates, tau, state, (low, high), np.inf, tolerance, hint, watch, along)
-            most = _MOST_STEPS if watch is not None or tries == 0 else _FEW_STEPS
+            stepping = through(rates, tau, state, (low, high), np.inf, tolerance, hint, events, along)
+            most = _MOST_STEPS if events is not None or tries == 0 else _FEW_STEPS
             passed = [*islice(stepping, most)]
             last, crossings = passed[-1], crossings + (passed[-1].crossed is not None)
             found += [step for step in passed if step.end > step.start]
@@ -492,7 +492,7 @@ class _Scaled(NamedTuple):
         now = self.dynamics.at(held, held, omega, current=current, ends=ends, anchor=anchor)
         return anchor._replace(factors=now.factors or None)
 
-    def watch(self, anchor: Anchor, state: Array) -> Watch:
+    def events(self, anchor: Anchor, state: Array) -> Events:
         """What ends the coming stretch, with the sides that it is on at the anchor."""
         dynamics, speed, scale = self
 
@@ -504,4 +504,4 @@ class _Scaled(NamedTuple):
 
         current = state[2:3] if state.size > 2 else 0.0
         here = np.array([anchor.phi]), anchor, np.array([anchor.omega]), np.zeros(1), current
-        return Watch(values, np.array([1.0 if side[0] >= 0.0 else -1.0 for side in dynamics.sides(*here)]))
+        return Events(values, np.array([1.0 if side[0] >= 0.0 else -1.0 for side in dynamics.sides(*here)]))

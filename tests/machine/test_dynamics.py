@@ -236,8 +236,6 @@ def test_a_current_that_is_a_state_of_its_own_drives_in_place_of_the_steady_law(
 
 
 MOTOR = {"type": "dc", "voltage": 48, "resistance": 0.4, "constant": 0.3, "inductance": 0.02, "friction": 0.01}
-
-
 SHAFT = {"ratio": 3.0, "stiffness": 40.0, "damping": 0.05}
 
 

@@ -16,8 +16,6 @@ from flywheel.scene.scene import Load, Table
 from tests import regimes, scenes
 
 TURN = 2 * np.pi
-
-
 SHAFT = Place("crank", lambda here: here.q)
 
 
@@ -29,16 +27,10 @@ def value(effort, q, anchor=None):
     return effort(at(q), at(q if anchor is None else anchor))
 
 
-def table(interpolation):
-    angle, values = np.array([0.0, 1.0, 1.0, 3.0]), np.array([0.0, 2.0, 5.0, 1.0])
-    return Pieces(Table(angle, values, interpolation))
-
-
 def test_linear_tables_interpolate_and_jump():
-    pieces = table("linear")
+    pieces = Pieces(Table(np.array([0.0, 1.0, 1.0, 3.0]), np.array([0.0, 2.0, 5.0, 1.0]), "linear"))
     assert_allclose(pieces(np.array([0.5, 2.0]), np.array([0.5, 2.0])), [1.0, 3.0])
-    assert pieces(np.array(1.0), np.array(0.9)) == 2.0  # the piece of the anchor counts
-    assert pieces(np.array(1.0), np.array(1.1)) == 5.0
+    assert (pieces(np.array(1.0), np.array(0.9)), pieces(np.array(1.0), np.array(1.1))) == (2.0, 5.0)  # by the anchor
     assert pieces.knots.tolist() == [0.0, 1.0, 3.0]
 
 
@@ -50,21 +42,27 @@ def test_pchip_tables_do_not_overshoot_and_mix_with_short_runs():
     assert_allclose(pieces(np.array(0.5), np.array(0.5)), 1.0)
 
 
-def test_windows_are_half_open_by_the_piece_and_wrap():
+RAMP = Table(np.array([-1.0, 0.0, 1.0]), np.array([1.0, 2.0, 5.0]))
+
+
+@pytest.mark.parametrize(
+    ("load", "q", "expected"),
+    [
+        (Load("crank", 7.0, TURN, 5.0, 1.0), [0.5, 2.0, 5.5], [7.0, 0.0, 7.0]),
+        (Load("crank", parse("phi"), 1.0, 0.0, 0.5), [0.25, 0.75, 2.25, 3.25], [0.25, 0.0, 0.25, 0.25]),
+        (Load("crank", 3.0, TURN, 1.0, 5.0, sense=-1), [0.5, 2.0, 4.0, 6.0], [0.0, 0.0, 3.0, 0.0]),
+        (Load("crank", RAMP, TURN, TURN - 1.0, 1.0), [0.5, TURN - 0.5, 3.0], [3.5, 1.5, 0.0]),
+    ],
+    ids=["a window that wraps", "repeated", "one sense", "a table from below zero"],
+)
+def test_a_load_acts_in_its_window(load, q, expected):
+    effort = Effort(load, SHAFT, {}, senses=Senses(np.array([np.pi]), np.array([1.0, -1.0])))
+    assert_allclose(value(effort, q), expected, atol=1e-15)
+
+
+def test_windows_are_half_open_by_the_piece():
     window = Effort(Load("crank", 7.0, TURN, 5.0, 1.0), SHAFT, {})
-    assert_allclose(value(window, [0.5, 2.0, 5.5]), [7.0, 0.0, 7.0])
     assert_allclose(value(window, [1.0, 1.0], [0.9, 1.1]), [7.0, 0.0])
-
-
-def test_every_repeats_window_and_phi():
-    effort = Effort(Load("crank", parse("phi"), 1.0, 0.0, 0.5), SHAFT, {})
-    assert_allclose(value(effort, [0.25, 0.75, 2.25, 3.25]), [0.25, 0.0, 0.25, 0.25], atol=1e-15)
-
-
-def test_senses_gate_a_load_with_its_window():
-    senses = Senses(np.array([np.pi]), np.array([1.0, -1.0]))
-    effort = Effort(Load("crank", 3.0, TURN, 1.0, 5.0, sense=-1), SHAFT, {}, senses=senses)
-    assert_allclose(value(effort, [0.5, 2.0, 4.0, 6.0]), [0.0, 0.0, 3.0, 0.0])
 
 
 def test_the_unknown_is_kept_apart_from_the_rest():
@@ -76,12 +74,6 @@ def test_the_unknown_is_kept_apart_from_the_rest():
     assert (value(drive, 1.0), drive.per_unknown(at(1.0), at(1.0))) == (0.0, 1.0)
 
 
-def test_tables_may_start_below_zero():
-    angle = np.array([-1.0, 0.0, 1.0])
-    effort = Effort(Load("crank", Table(angle, np.array([1.0, 2.0, 5.0])), TURN, TURN - 1.0, 1.0), SHAFT, {})
-    assert_allclose(value(effort, [0.5, TURN - 0.5, 3.0]), [3.5, 1.5, 0.0])
-
-
 def test_crank_angles_of_a_local_angle():
     place = Place("m.slider", lambda here: here.q, rate=2.0, phase=1.0)
     found = crank_angles(0.5, TURN, place, TURN)
@@ -91,8 +83,6 @@ def test_crank_angles_of_a_local_angle():
 
 
 PORT = Place("m.slider", lambda here: here.q, rate=2.0, rotating=False)
-
-
 WHEEL = Place("motor", lambda here: here.q, shaft=True)
 
 
@@ -108,11 +98,13 @@ def test_a_shaft_has_its_own_speed_and_a_port_that_of_the_shaft_that_drives_it()
         assert (effort.uses_speed, effort.uses_time) == (True, False)
 
 
-def test_time_and_parameters_in_one_law():
+def test_time_and_parameters_in_one_law_and_a_balance_as_the_factor_of_a_speed():
     effort = Effort(Load("crank", parse("k*t*omega + phi", frozenset("k")), TURN), SHAFT, {"k": 3.0})
     here = moving(1.0, 5.0, 5.0, 7.0)
     assert effort.uses_time
     assert effort(here, here) == pytest.approx(3 * 7 * 5 + 1)
+    effort = Effort(Load("crank", parse("3 - c*omega", frozenset("c")), TURN), SHAFT, {}, "c")
+    assert (effort(here, here), effort.per_unknown(here, here)) == (3.0, -5.0)
 
 
 @pytest.mark.parametrize("law", ["sign(v)", "3 if v > 0 else 5", "x*(v < 0)"])
@@ -142,12 +134,6 @@ def test_what_decides_branches_has_the_sign_of_their_sides():
     assert_allclose(past, [2, -4, -10, -16])
     assert not Effort(Load("crank", 3.0, TURN), SHAFT, {}).speed_switches(anchor, anchor)
     assert not Effort(Load("crank", parse("-omega"), TURN), SHAFT, {}).speed_switches(anchor, anchor)
-
-
-def test_a_balance_may_be_the_factor_of_a_speed():
-    effort = Effort(Load("crank", parse("3 - c*omega", frozenset("c")), TURN), SHAFT, {}, "c")
-    here = moving(1.0, 5.0, 5.0)
-    assert (effort(here, here), effort.per_unknown(here, here)) == (3.0, -5.0)
 
 
 PHI = np.linspace(0.05, 6.2, 31)
@@ -314,14 +300,8 @@ def test_dead_centres_are_the_roots_of_the_influence_coefficient():
 
 
 SLIDER = {"type": "slider-crank", "crank.length": 0.1, "slider.mass": 1, "rod.inertia": 1}
-
-
 BARS = {"type": "four-bar", "ground.length": 0.4, "crank.length": 0.1, "coupler.length": 0.35, "rocker.length": 0.3}
-
-
 SHAPER = {"type": "crank-shaper", "rocker.length": 0.5, "ram.mass": 1}
-
-
 DEAD_CENTRES = [
     (SLIDER | {"rod.length": 0.3}, "slider"),
     (SLIDER | {"rod.length": 0.25, "slider.offset": 0.1, "phase": 2.0}, "slider"),

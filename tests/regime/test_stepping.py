@@ -8,15 +8,15 @@ import pytest
 import flywheel
 from flywheel.machine.dynamics import Dynamics
 from flywheel.machine.machine import Machine
-from flywheel.regime.stepping import Implicit, RateField, SlidingError, Tolerance, Watch, decay, one_cycle, through
+from flywheel.regime.stepping import Events, Implicit, RateField, SlidingError, Tolerance, decay, one_cycle, through
 from tests import regimes
 
 TIGHT, ENDS = 1e-13, (0.0, 1e9)
 
 
-def stepped(rates, first, until, ends=ENDS, *, tight=TIGHT, hint=None, watch=None, along=None):
+def stepped(rates, first, until, ends=ENDS, *, tight=TIGHT, hint=None, events=None, along=None):
     tolerance = Tolerance(tight, np.full(2, tight))
-    return list(through(rates, 0.0, np.array(first), ends, until, tolerance, hint, watch, along))
+    return list(through(rates, 0.0, np.array(first), ends, until, tolerance, hint, events, along))
 
 
 def falling(acceleration):
@@ -48,7 +48,7 @@ def test_the_last_step_ends_exactly_where_phi_leaves_the_piece(acceleration, fir
     ],
 )
 def test_a_step_ends_where_something_watched_changes_its_sign(values, sides, crossed, end):
-    steps = stepped(falling(0.0), [0.0, 1.0], 10.0, (0.0, 50.0), hint=10.0, watch=Watch(values, np.array(sides)))
+    steps = stepped(falling(0.0), [0.0, 1.0], 10.0, (0.0, 50.0), hint=10.0, events=Events(values, np.array(sides)))
     assert (steps[-1].crossed, steps[-1].end) == (crossed, pytest.approx(end, abs=1e-10))
 
 
@@ -82,8 +82,8 @@ def test_a_stiff_motion_ends_exactly_where_it_leaves_the_piece_or_something_watc
     last = stepped(rates, [0.0, 1.0], 10.0, (0.0, 2.5), along=along)[-1]
     assert last.end == pytest.approx(2.5, rel=1e-14)
     assert last.dense(last.end) == pytest.approx([2.5, np.cos(2.5)], rel=1e-12)
-    watch = Watch(lambda t, states: (states[1] + 0.5)[None], np.array([1.0]))
-    last = stepped(rates, [0.0, 1.0], 10.0, watch=watch, along=along)[-1]
+    events = Events(lambda t, states: (states[1] + 0.5)[None], np.array([1.0]))
+    last = stepped(rates, [0.0, 1.0], 10.0, events=events, along=along)[-1]
     assert (last.crossed, last.end) == (0, pytest.approx(2 * np.pi / 3, rel=1e-12))
 
 
