@@ -344,6 +344,6 @@ def on_every_shaft(
     for name, ratio in ratios.items():
         own, turning = inertia * (ratios[on] / ratio) ** 2, ratio * speed
         rim = rim_speed / turning if rim_speed is not None else radius
-        sizes = (None, None, None) if rim is None else (rim, own / rim**2, rim * turning)
-        shafts.append(OnShaft(name, ratio, turning, own, gd2(own), *sizes))
+        mass, rim_velocity = (None, None) if rim is None else (own / rim**2, rim * turning)
+        shafts.append(OnShaft(name, ratio, turning, own, gd2(own), rim, mass, rim_velocity))
     return tuple(shafts)

@@ -18,7 +18,6 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Iterable, Sequence
-from math import ceil, floor, isfinite, log10
 from typing import NamedTuple
 
 import numpy as np
@@ -135,6 +134,12 @@ DIMENSIONS = {
 }
 
 
+_PREFIXES = {
+    prefix: Unit(10 ** max(power, 0), 10 ** max(-power, 0))
+    for prefix, power in {"": 0, "n": -9, "µ": -6, "u": -6, "m": -3, "c": -2, "d": -1, "da": 1, "h": 2}.items()
+} | {"k": Unit(10**3), "M": Unit(10**6), "G": Unit(10**9)}
+
+
 def _named_units() -> dict[str, Unit]:
     """Every unit that has a name of its own, multiples included."""
     newton, metre, second = Unit(1, 1, 1, 1, -2), Unit(1, 1, 1), Unit(time=1)
@@ -160,10 +165,6 @@ def _named_units() -> dict[str, Unit]:
     return units
 
 
-_PREFIXES = {
-    prefix: Unit(10 ** max(power, 0), 10 ** max(-power, 0))
-    for prefix, power in {"": 0, "n": -9, "µ": -6, "u": -6, "m": -3, "c": -2, "d": -1, "da": 1, "h": 2}.items()
-} | {"k": Unit(10**3), "M": Unit(10**6), "G": Unit(10**9)}
 UNITS = _named_units()
 _ABROAD = {
     name: unit
@@ -242,13 +243,15 @@ def parse_unit(text: str, dimension: str | None) -> Unit:
     >>> parse_unit("kN", "force").numerator
     1000
     """
+    expected = "a unit"
+    if dimension is not None and DIMENSIONS[dimension].si:
+        expected = f"a unit of {dimension} such as {DIMENSIONS[dimension].si}"
     try:
         unit = _unit(text.translate(_LOOKALIKES), dimension)
     except QuantityError as error:
-        raise QuantityError(quote(text), _expected_unit(dimension), error.advice) from None
-    advice = _mismatch(unit, text, dimension)
-    if advice is not None:
-        raise QuantityError(quote(text), _expected_unit(dimension), advice)
+        raise QuantityError(quote(text), expected, error.advice) from None
+    if (advice := _mismatch(unit, text, dimension)) is not None:
+        raise QuantityError(quote(text), expected, advice)
     return unit
 
 
@@ -273,17 +276,15 @@ def split_quantity(text: str) -> tuple[str, str] | None:
     """
     plain = text.translate(_LOOKALIKES)
     match = _NUMBER.match(plain)
-    if match is None or not _has_digits(match):
+    if match is None or not (match[2] or match[3]):
         return None
     return match.group().strip(), plain[match.end() :].strip()
 
 
 def _parse_text(text: str, dimension: str | None) -> float:
-    """A quantity in a text: the number, then its unit, then whether the unit fits."""
+    """A quantity in a text: the number, then its unit, then whether the unit fits; a number alone must need none."""
     expected = _expected(dimension)
-    if len(text) > _LONGEST:
-        raise QuantityError(quote(text), expected)
-    parts = split_quantity(text)
+    parts = split_quantity(text) if len(text) <= _LONGEST else None
     if parts is None:
         raise QuantityError(quote(text), expected)
     number, rest = parts
@@ -293,37 +294,26 @@ def _parse_text(text: str, dimension: str | None) -> float:
         if len(comma[1]) == 3 and re.fullmatch(r"[+-]?[1-9][0-9]{0,2}", number):
             advice = f"write {whole}{comma[1]}, or {whole}.{comma[1].rstrip('0') or '0'} if the comma is a decimal one"
         raise QuantityError(quote(text), expected, advice)
-    unit = _fitting_unit(text, rest, number, dimension)
+    unit = Unit()
+    if rest:
+        try:
+            unit = _unit(rest, dimension)
+        except QuantityError as error:
+            raise QuantityError(quote(text), expected, error.advice) from None
+        if (advice := _mismatch(unit, rest, dimension)) is not None:
+            raise QuantityError(quote(text), expected, advice)
+    elif dimension not in (None, "number"):
+        si = DIMENSIONS[dimension].si
+        missing = f'write "{number} deg"' if dimension == "angle" else f"add a unit, or write {number} bare for {si}"
+        raise QuantityError(quote(text), expected, missing)
     match = _NUMBER.fullmatch(number)
     assert match is not None  # split_quantity cut it by the same pattern
     return _scaled(match, unit)
 
 
-def _fitting_unit(text: str, rest: str, number: str, dimension: str | None) -> Unit:
-    """The unit of a quantity; without one the number must need none."""
-    if not rest:
-        if dimension in (None, "number"):
-            return Unit()
-        si = DIMENSIONS[dimension].si
-        missing = f'write "{number} deg"' if dimension == "angle" else f"add a unit, or write {number} bare for {si}"
-        raise QuantityError(quote(text), _expected(dimension), missing)
-    try:
-        unit = _unit(rest, dimension)
-    except QuantityError as error:
-        raise QuantityError(quote(text), _expected(dimension), error.advice) from None
-    advice = _mismatch(unit, rest, dimension)
-    if advice is not None:
-        raise QuantityError(quote(text), _expected(dimension), advice)
-    return unit
-
-
-def _has_digits(match: re.Match[str]) -> bool:
-    return bool(match[2] or match[3])
-
-
 def _scaled(match: re.Match[str], unit: Unit) -> float:
     """Decimal times unit, rounded once. Raises where the result leaves the floating-point range."""
-    if not _has_digits(match) or abs(int(match[4] or 0)) > 400:
+    if not (match[2] or match[3]) or abs(int(match[4] or 0)) > 400:
         raise QuantityError(quote(match.group()), "a number within the floating-point range")
     fraction = match[3] or ""
     if len(match[2]) + len(fraction) > _MOST_DIGITS:
@@ -349,17 +339,11 @@ def _unit(text: str, dimension: str | None) -> Unit:
     if re.fullmatch(r"1?\s*/\s*min|min\^-1", spelt):
         return UNITS["rpm"]
     above, *below = spelt.split("/")
-    unit = Unit() if below and above.strip() in ("", "1") else _product(above, dimension)
-    for part in below:
-        unit *= _product(part, dimension) ** -1
-    return unit
-
-
-def _product(text: str, dimension: str | None) -> Unit:
-    """The product of the factors of a unit between two strokes."""
     unit = Unit()
-    for factor in re.split(r"\s*[·*]\s*|\s+", text.strip()):
-        unit *= _factor(factor, dimension)
+    for power, part in [(1, above), *((-1, part) for part in below)]:
+        if power < 0 or not (below and part.strip() in ("", "1")):
+            for factor in re.split(r"\s*[·*]\s*|\s+", part.strip()):
+                unit *= _factor(factor, dimension) ** power
     return unit
 
 
@@ -413,11 +397,6 @@ def _mismatch(unit: Unit, text: str, dimension: str | None) -> str | None:
         return "kg and lb are masses: write N, kgf or lbf"
     if unit.powers == (length + 1, mass, time - 2, current) and mass:
         return "N, kgf and lbf are forces: write kg or lb"
-    return _other_dimension(unit)
-
-
-def _other_dimension(unit: Unit) -> str:
-    """What a unit that does not fit is a unit of."""
     for other in DIMENSIONS.values():
         if unit.powers == other.powers and unit.angle in other.angles:
             return f"that is a unit of {other.name}" if other.si else "that is a plain number"
@@ -426,15 +405,6 @@ def _other_dimension(unit: Unit) -> str:
 
 def _expected(dimension: str | None) -> str:
     return 'a quantity such as "1.5 kN" or a bare number' if dimension is None else DIMENSIONS[dimension].expected
-
-
-def _expected_unit(dimension: str | None) -> str:
-    if dimension is None or not DIMENSIONS[dimension].si:
-        return "a unit"
-    return f"a unit of {dimension} such as {DIMENSIONS[dimension].si}"
-
-
-# -- digits ------------------------------------------------------------------------------------------------------------
 
 
 MOST = 10
@@ -448,13 +418,13 @@ def figure(value: float, error: float = 0.0, most: int = MOST) -> str:
     >>> figure(353.52142732, 1e-4), figure(353.52142732), figure(1234.5678, 20.0), figure(3e-17, 1e-15), figure(-4e-7)
     ('353.5214', '353.5214273', '1.2e+03', '0', '-4e-07')
     """
-    if not isfinite(value):
+    if not math.isfinite(value):
         return "none"
     if value == 0.0 or abs(value) <= error:
         return "0"
     digits = most
     if error > 0.0:
-        digits = min(most, floor(log10(abs(value))) + 1 - ceil(log10(error)))
+        digits = min(most, math.floor(math.log10(abs(value))) + 1 - math.ceil(math.log10(error)))
     # value > error leaves at least half a digit: the one that is then shown is good to its own size
     return f"{value:.{max(digits, 1)}g}"
 
@@ -470,21 +440,15 @@ def aligned(cells: Sequence[str]) -> list[str]:
     >>> aligned(["12.5", "-3", "0.25", ""])
     ['12.5 ', '-3   ', ' 0.25', '     ']
     """
-    split = [_around_point(cell) for cell in cells]
+    split = []
+    for cell in cells:  # what stands before the decimal point, sign included, and the rest
+        number = bool(cell) and (cell[0].isdigit() or cell[0] in "+-±")
+        point = next((k for k, c in enumerate(cell) if not (c.isdigit() or c in "+-±")), len(cell)) if number else 0
+        split.append((cell[:point], cell[point:]))
     left = max((len(head) for head, _ in split), default=0)
     lines = [head.rjust(left) + tail if head else tail for head, tail in split]
     width = max(map(len, lines), default=0)
     return [line.ljust(width) for line in lines]
-
-
-def _around_point(cell: str) -> tuple[str, str]:
-    """What stands before the decimal point (sign included), and the rest; all is rest where there is no number."""
-    if not cell or not (cell[0].isdigit() or cell[0] in "+-±"):
-        return "", cell
-    for k, character in enumerate(cell):
-        if not (character.isdigit() or character in "+-±"):
-            return cell[:k], cell[k:]
-    return cell, ""
 
 
 def columns(rows: Iterable[Sequence[str]], header: Sequence[str] = (), gap: str = "  ", indent: str = "  ") -> list[str]:
