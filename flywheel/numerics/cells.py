@@ -35,35 +35,22 @@ _MANY = 200  # abscissas, at which doubling is faster than so many cosines
 GRID: Array = np.cos(np.pi * np.arange(2 * ORDER, -1, -1) / (2 * ORDER))  # where signs are looked at: both ends included
 
 
-def _fitting() -> Array:
-    matrix = 2.0 / ORDER * np.cos(np.outer(np.arange(ORDER), _ANGLES))
-    matrix[0] /= 2
-    return np.ascontiguousarray(matrix.T)
-
-
-def _integrating() -> Array:
-    """Coefficients -> coefficients of the integral from the cell's left end."""
-    matrix = np.zeros((ORDER, ORDER + 1))
-    matrix[0, 1] = 1.0
-    matrix[1, 2] = 0.25
+def _matrices() -> tuple[Array, Array, Array]:
+    """Of values at the nodes to coefficients; of those to the integral's from the cell's left end, and to the slope's."""
+    fitting = 2.0 / ORDER * np.cos(np.outer(np.arange(ORDER), _ANGLES))
+    fitting[0] /= 2
+    integrating, differentiating = np.zeros((ORDER, ORDER + 1)), np.zeros((ORDER, ORDER))
+    integrating[0, 1], integrating[1, 2] = 1.0, 0.25
     for k in range(2, ORDER):
-        matrix[k, k + 1] = 0.5 / (k + 1)
-        matrix[k, k - 1] = -0.5 / (k - 1)
-    matrix[:, 0] = -(matrix[:, 1:] * (-1.0) ** _DEGREES[1:]).sum(axis=1)
-    return matrix
-
-
-def _differentiating() -> Array:
-    matrix = np.zeros((ORDER, ORDER))
+        integrating[k, k + 1], integrating[k, k - 1] = 0.5 / (k + 1), -0.5 / (k - 1)
+    integrating[:, 0] = -(integrating[:, 1:] * (-1.0) ** _DEGREES[1:]).sum(axis=1)
     for k in range(ORDER):
-        matrix[k, k - 1 :: -2] = 2.0 * k if k else 0.0
-    matrix[:, 0] /= 2
-    return matrix
+        differentiating[k, k - 1 :: -2] = 2.0 * k if k else 0.0
+    differentiating[:, 0] /= 2
+    return np.ascontiguousarray(fitting.T), integrating, differentiating
 
 
-_FIT = _fitting()
-_INTEGRATE = _integrating()
-_DIFFERENTIATE = _differentiating()
+_FIT, _INTEGRATE, _DIFFERENTIATE = _matrices()
 _ON_GRID: Array = np.cos(np.outer(_DEGREES, np.arccos(GRID)))
 TAIL_OF_INTEGRAL = 0.125  # of the cut-off terms and their aliases, T_k with k >= 15: |integral| <= 1/(k - 1)
 MEAN: Array = _INTEGRATE.sum(axis=1)  # series -> its integral over [-1, 1]
@@ -180,19 +167,14 @@ def basis(t: Array, terms: int = ORDER + 1) -> Array:
     """T_0..T_(terms-1) at local abscissas t in [-1, 1], along a new last axis."""
     if t.size < _MANY:
         return np.asarray(np.cos(np.arccos(t)[..., None] * _DEGREES[:terms]))
-    return np.moveaxis(_doubled(t, terms), 0, -1)
-
-
-def _doubled(t: Array, terms: int) -> Array:
-    """The same along the first axis, by T_(m+n) = 2 T_m T_n - T_(m-n) from twice as many to twice as many."""
-    found = np.empty((terms, *t.shape))
+    found = np.empty((terms, *t.shape))  # T_(m+n) = 2 T_m T_n - T_(m-n), from twice as many to twice as many
     found[0], found[1] = 1.0, t
     m = 1
     while m + 1 < terms:
         n = min(m, terms - 1 - m)
         found[m + 1 : m + n + 1] = 2.0 * found[m] * found[1 : n + 1] - found[m - n : m][::-1]
         m *= 2
-    return found
+    return np.moveaxis(found, 0, -1)
 
 
 def value(series: Array, t: Array) -> Array:
@@ -215,26 +197,21 @@ def extents(series: Array) -> tuple[Array, Array]:
     left, right = (series * (-1.0) ** _DEGREES[: series.shape[-1]]).sum(axis=-1), series.sum(axis=-1)
     least, most = np.minimum(left, right), np.maximum(left, right)
     slopes = series @ _DIFFERENTIATE
-    turning = np.flatnonzero(~(_ruled_by_the_first(slopes) | _constant(series)))
-    noise = 64 * ROUNDING * np.abs(slopes[turning]).sum(axis=-1)
+    size, slope_size = np.abs(series), np.abs(slopes)
+    steady = slope_size[:, 0] > slope_size[:, 1:].sum(
+        axis=-1
+    )  # the slope keeps its sign: its first coefficient outweighs all
+    constant = (
+        size[:, 1:].sum(axis=-1) <= _OF_ROUNDING * ROUNDING * size[:, 0]
+    )  # rounding has roots of its own in every cell
+    turning = np.flatnonzero(~(steady | constant))
+    noise = 64 * ROUNDING * slope_size[turning].sum(axis=-1)
     found = crossings(slopes[None, turning], noise[None])
     cell = turning[found.cell]
     inside = value(series[cell], found.t)
     np.minimum.at(least, cell, inside)
     np.maximum.at(most, cell, inside)
     return least, most
-
-
-def _ruled_by_the_first(series: Array) -> NDArray[np.bool_]:
-    """Where a function keeps its sign all over its cell, as its first coefficient outweighs all others."""
-    size = np.abs(series)
-    return np.asarray(size[:, 0] > size[:, 1:].sum(axis=-1))
-
-
-def _constant(series: Array) -> NDArray[np.bool_]:
-    """Where a function is constant but for rounding, which has roots of its own in every cell."""
-    size = np.abs(series)
-    return np.asarray(size[:, 1:].sum(axis=-1) <= _OF_ROUNDING * ROUNDING * size[:, 0])
 
 
 def tails(series: Array) -> Array:
@@ -295,30 +272,24 @@ def crossings(series: Array, noise: Array) -> Crossings:
     values = rows[row, 0]
     values[laid] = grid.ravel()
     function = row // number
-    at = _sign_changes(np.where(np.abs(values) > level[row], np.sign(values), 0.0), function)
-    t = _polished(rows[row[at]], values[at], values[at + 1], gap[at])
-    found = Crossings(function[at], row[at] % number, t)
-    hidden = _hidden(grid, level[looked])
-    return found if hidden is None else _merged(found, _inside_gaps(rows, looked[hidden[0]], hidden[1], number))
-
-
-def _sign_changes(signs: Array, function: Index) -> Index:
-    """Places after which the sign of a function changes; zeros take the sign before them."""
+    signs = np.where(np.abs(values) > level[row], np.sign(values), 0.0)
     if not signs.all():
         last = np.maximum.accumulate(np.where(signs != 0.0, np.arange(signs.size), 0))
         signs = np.where(function[last] == function, signs[last], 0.0)
-    return np.flatnonzero((signs[1:] * signs[:-1] < 0.0) & (function[1:] == function[:-1]))
-
-
-def _polished(rows: Array, low: Array, high: Array, gap: Index) -> Array:
-    """Newton's method from the secant's root, kept inside the gap; jumps stay at t = 1."""
-    jump = gap == GRID.size - 1
-    after = np.where(jump, gap, gap + 1)
-    left, right = GRID[gap], GRID[after]
-    span = low - high
+    at = np.flatnonzero((signs[1:] * signs[:-1] < 0.0) & (function[1:] == function[:-1]))
+    # Newton's method from the secant's root, kept inside the gap; jumps stay at t = 1
+    low, high, jump = values[at], values[at + 1], gap[at] == GRID.size - 1
+    left, right, span = GRID[gap[at]], GRID[np.where(jump, gap[at], gap[at] + 1)], low - high
     share = np.divide(low, span, out=np.full_like(low, 0.5), where=span != 0.0)
-    t = left + (right - left) * np.clip(share, 0.0, 1.0)
-    return np.where(jump, 1.0, newton(rows, t, left, right))
+    t = newton(rows[row[at]], left + (right - left) * np.clip(share, 0.0, 1.0), left, right)
+    found = Crossings(function[at], row[at] % number, np.where(jump, 1.0, t))
+    hidden = _hidden(grid, level[looked])
+    if hidden is None:
+        return found
+    both = zip(found, _inside_gaps(rows, looked[hidden[0]], hidden[1], number), strict=True)
+    function, cell, t = (np.concatenate(pair) for pair in both)
+    order = np.lexsort((t, cell, function))
+    return Crossings(function[order], cell[order], t[order])
 
 
 def newton(rows: Array, t: Array, left: Array, right: Array) -> Array:
@@ -333,21 +304,16 @@ def newton(rows: Array, t: Array, left: Array, right: Array) -> Array:
         if k > 1 and not (np.abs(step) > _SETTLED).any():
             break
     lost = (np.abs(step) > 1e-5) & (right > left)  # then even the next step would still be above 1e-10
-    if lost.any():
-        t[lost] = _bisected_roots(rows[lost], t[lost], left[lost], right[lost])
+    if lost.any():  # bisection, for rows that change sign between left and right; the others keep their t
+        rows, low, high = rows[lost], left[lost], right[lost]
+        rising = np.sign(value(rows, high))
+        bracketed = rising * value(rows, low) < 0.0
+        for _ in range(60):
+            middle = 0.5 * (low + high)
+            above = rising * value(rows, middle) > 0.0
+            low, high = np.where(above, low, middle), np.where(above, middle, high)
+        t[lost] = np.where(bracketed, 0.5 * (low + high), t[lost])
     return t
-
-
-def _bisected_roots(rows: Array, t: Array, left: Array, right: Array) -> Array:
-    """The same by bisection, for rows that change sign between left and right; the others keep their t."""
-    rising = np.sign(value(rows, right))
-    bracketed = rising * value(rows, left) < 0.0
-    low, high = left, right
-    for _ in range(60):
-        middle = 0.5 * (low + high)
-        above = rising * value(rows, middle) > 0.0
-        low, high = np.where(above, low, middle), np.where(above, middle, high)
-    return np.where(bracketed, 0.5 * (low + high), t)
 
 
 def _hidden(grid: Array, noise: Array) -> tuple[Index, Index] | None:
@@ -378,9 +344,3 @@ def _inside_gaps(rows: Array, row: Index, point: Index, number: int) -> Crossing
             found += [(k // number, k % number, t) for t in newton(rows[[k, k]], start, left, right)]
     columns = np.array(found, dtype=float).reshape(-1, 3)
     return Crossings(columns[:, 0].astype(np.intp), columns[:, 1].astype(np.intp), columns[:, 2])
-
-
-def _merged(one: Crossings, two: Crossings) -> Crossings:
-    function, cell, t = (np.concatenate(pair) for pair in zip(one, two, strict=True))
-    order = np.lexsort((t, cell, function))
-    return Crossings(function[order], cell[order], t[order])
