@@ -87,19 +87,14 @@ def test_a_machine_without_inertia_cannot_be_simulated():
         flywheel.simulate(scene, phi=0.0, omega=1.0, until=1.0)
 
 
-@pytest.mark.parametrize("argument", ["phi", "omega", "until", "rtol"])
-@pytest.mark.parametrize("value", [float("nan"), float("inf")])
+@pytest.mark.parametrize(
+    ("argument", "value"), [("phi", np.nan), ("omega", np.inf), ("until", np.inf), ("rtol", np.nan), ("until", 0.0)]
+)
 def test_senseless_arguments_are_refused(argument, value):
     scene = flywheel.load(scenes.rotor(flywheel={"inertia": 1}))
     arguments = {"phi": 0.0, "omega": 1.0, "until": 1.0, argument: value}
     with pytest.raises(flywheel.SceneError, match=argument):
         flywheel.simulate(scene, **arguments)
-
-
-def test_time_must_run_forwards():
-    scene = flywheel.load(scenes.rotor(flywheel={"inertia": 1}))
-    with pytest.raises(flywheel.SceneError, match="until"):
-        flywheel.simulate(scene, phi=0.0, omega=1.0, until=0.0)
 
 
 def test_steps_that_try_too_much_are_taken_again_without_a_warning():
