@@ -16,22 +16,17 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from flywheel.machine.dynamics import Moments, Rate
 from flywheel.machine.machine import Machine, merged
-from flywheel.numerics import cells as piecewise
-from flywheel.numerics import collocation
+from flywheel.numerics import cells, collocation
 from flywheel.numerics.budget import spend
-from flywheel.numerics.cells import NODES, ORDER, ROUNDING, Cells
+from flywheel.numerics.cells import NODES, ORDER, ROUNDING, Array, Cells, Index
 from flywheel.numerics.collocation import Changes
 from flywheel.numerics.faults import Fault
 from flywheel.regime import turning_moment
 from flywheel.regime.constant_speed import cycle_of
 from flywheel.regime.turning_moment import Cycle, NoMotionError, Run
-
-Array = NDArray[np.float64]
-Index = NDArray[np.intp]
 
 _MOST_STEPS = 40
 _PER_SEARCH = 1000  # nodes that would take as long as to reduce the machine on its cells
@@ -192,9 +187,9 @@ def first_guess(moments: Moments, reference: float, inertia: float, unknown: flo
     omega = np.full(mesh.phi.shape, reference)
     currents = np.full(mesh.phi.shape, current)
     force = moments.rate(omega, unknown, inertia, currents).moment
-    rising = piecewise.antiderivative(piecewise.fit(force), mesh.half)
-    edges = piecewise.accumulated(rising)
-    nodes = edges[:-1, None] + rising @ piecewise.basis(NODES).T
+    rising = cells.antiderivative(cells.fit(force), mesh.half)
+    edges = cells.accumulated(rising)
+    nodes = edges[:-1, None] + rising @ cells.basis(NODES).T
     left = edges[-1] / mesh.edges[-1]
     nodes, edges = nodes - left * mesh.phi, edges - left * mesh.edges
     variation = _Inertia(moments)
@@ -205,11 +200,9 @@ def first_guess(moments: Moments, reference: float, inertia: float, unknown: flo
     share = min(1.0, _LEAST_GUESS / max(float(np.ptp(s)), 1e-300))  # what is strongly damped varies far less
     nodes = still_nodes + share * (nodes + level - still_nodes)
     edges = still_edges + share * (edges + level - still_edges)
-    if moments.circuit is None:
-        return State(nodes[:, None, :], edges[:, None], inertia, unknown)
-    return State(
-        np.stack((nodes, currents), axis=1), np.stack((edges, np.full_like(edges, current)), axis=1), inertia, unknown
-    )
+    states = 1 if moments.circuit is None else 2
+    both = (nodes, currents), (edges, np.full_like(edges, current))
+    return State(*(np.stack(rows[:states], axis=1) for rows in both), inertia, unknown)
 
 
 def with_inertia(state: State, moments: Moments, reference: float, inertia: float) -> State:
@@ -219,31 +212,27 @@ def with_inertia(state: State, moments: Moments, reference: float, inertia: floa
     """
     variation, square = _Inertia(moments), reference**2
 
-    def excess(energy: Array, varies: Array, total: Array) -> Array:
-        return np.asarray((2 * energy - square * varies) / (square * total))
+    def excess(energy: Array, varies: Array, own: float) -> Array:
+        return np.asarray((2 * energy - square * varies) / (square * (own + variation.start + varies)))
 
-    def total(of: float, varies: Array) -> Array:
-        return of + variation.start + varies
-
-    energy, varies = state.nodes[:, 0], variation.nodes
-    now, then = (1.0 + excess(energy, varies, total(of, varies)) for of in (state.inertia, inertia))
+    now, then = (1.0 + excess(state.nodes[:, 0], variation.nodes, own) for own in (state.inertia, inertia))
     if (then > _KEPT * now).all():
         return state._replace(inertia=inertia)
     nodes, edges = state.nodes.copy(), state.edges.copy()
     for values, varies in ((nodes, variation.nodes), (edges, variation.edges)):
-        s = excess(values[:, 0], varies, total(state.inertia, varies))
-        values[:, 0] = 0.5 * square * (varies + s * total(inertia, varies))
+        s = excess(values[:, 0], varies, state.inertia)
+        values[:, 0] = 0.5 * square * (varies + s * (inertia + variation.start + varies))
     return State(nodes, edges, inertia, state.unknown)
 
 
 def carried(solved: Periodic, moments: Moments) -> State:
     """The states of a motion on another mesh."""
     old, new = solved.moments.mesh, moments.mesh
-    series = piecewise.fit(solved.state.nodes)
+    series = cells.fit(solved.state.nodes)
 
     def at(phi: Array) -> Array:
-        cell, t = piecewise.located(old, phi)
-        return np.asarray((series[cell] * piecewise.basis(t, ORDER)[:, None, :]).sum(axis=-1))
+        cell, t = cells.located(old, phi)
+        return np.asarray((series[cell] * cells.basis(t, ORDER)[:, None, :]).sum(axis=-1))
 
     nodes = at(new.phi.ravel()).reshape(*new.phi.shape, -1)
     return solved.state._replace(nodes=np.moveaxis(nodes, -1, 1), edges=at(new.edges))
@@ -254,10 +243,10 @@ class _Inertia:
 
     def __init__(self, moments: Moments) -> None:
         mesh = moments.mesh
-        self.rising = piecewise.antiderivative(piecewise.fit(moments.slope), mesh.half)
-        self.edges = piecewise.accumulated(self.rising)
-        self.nodes = self.edges[:-1, None] + self.rising @ piecewise.basis(NODES).T
-        self.start = float(piecewise.value(piecewise.fit(moments.inertia[:1]), np.array([-1.0]))[0])
+        self.rising = cells.antiderivative(cells.fit(moments.slope), mesh.half)
+        self.edges = cells.accumulated(self.rising)
+        self.nodes = self.edges[:-1, None] + self.rising @ cells.basis(NODES).T
+        self.start = float(cells.value(cells.fit(moments.inertia[:1]), np.array([-1.0]))[0])
 
 
 class _Speeds(NamedTuple):
@@ -332,8 +321,8 @@ class _Equations:
             for j, slope in enumerate(by_speed):
                 by_parameter[:, j, k] = slope * here.by_inertia
             by_parameter[:, 0, k] += rate.by_inertia
-        rising = piecewise.antiderivative(piecewise.fit(here.rates), self.mesh.half[:, None])
-        at_nodes = state.edges[:-1, :, None] + rising @ piecewise.basis(NODES).T - state.nodes
+        rising = cells.antiderivative(cells.fit(here.rates), self.mesh.half[:, None])
+        at_nodes = state.edges[:-1, :, None] + rising @ cells.basis(NODES).T - state.nodes
         at_edges = state.edges[:-1] + rising.sum(axis=-1) - state.edges[1:]
         through = self.mesh.half[:, 0], by_state, by_parameter, at_nodes, at_edges
         return (
@@ -353,7 +342,7 @@ class _Equations:
         if not (self.parameters or self.levelled):
             return np.vstack(rows), np.concatenate(right)
         at, states = self.extremes(state, here), state.nodes.shape[1]
-        weights = piecewise.basis(at.t, ORDER) @ piecewise.fit(np.eye(ORDER)).T
+        weights = cells.basis(at.t, ORDER) @ cells.fit(np.eye(ORDER)).T
         columns = np.concatenate((change.start, change.by, change.rest[..., None]), axis=-1)[:, 0]
         at_edge = np.concatenate((change.edge_start, change.edge_by, change.edge_rest[..., None]), axis=-1)[:, 0].copy()
         at_edge[:, 0] += 1.0  # edge_start leaves out what the energy itself starts with
@@ -426,7 +415,7 @@ class _Equations:
         if self.demand.speed is not None:
             return 0.0
         here = self.speeds(state)
-        work = 64 * ROUNDING * float(piecewise.integral(here.rate.exchanged, self.mesh.half).sum())
+        work = 64 * ROUNDING * float(cells.integral(here.rate.exchanged, self.mesh.half).sum())
         damping = max(abs(collocation.multiplier(change)[1]), 1e-300)
         level = work / (damping * self.w**2 * max(float(here.total.min()), 1e-300))
         fluctuation = float(np.ptp(self.extremes(state, here).excess))
@@ -444,7 +433,7 @@ class _Equations:
         weights = np.ones(2) if self.balanced else np.array([2.0 + 0.5 * eps * eps])  # as in `conditions`
         by_square = float(answer[-weights.size :] @ weights)
         # the slope is what is left of changes that cancel, the more so the more torques that fall with speed take back
-        fading = float(np.abs(piecewise.integral(here.rate.by_speed * here.by_energy, self.mesh.half)).max())
+        fading = float(np.abs(cells.integral(here.rate.by_speed * here.by_energy, self.mesh.half)).max())
         left = 1.0 - by_square * _BLUR * (1.0 + fading) * float(np.abs(here.s).max() / here.total.min())
         return Sensitivity(by_square / left, float(answer[0]) / left) if left > 0.0 else Sensitivity(np.inf, np.inf)
 
@@ -455,9 +444,9 @@ class _Equations:
         polished as those of the function itself, not of its interpolant.
         """
         half_square = 0.5 * here.omega**2
-        force = piecewise.fit(here.rate.moment - half_square * self.moments.slope)
+        force = cells.fit(here.rate.moment - half_square * self.moments.slope)
         noise = 32 * ROUNDING * (here.rate.exchanged + half_square * np.abs(self.moments.slope)).max(axis=-1)
-        found = piecewise.crossings(force[None], noise[None])
+        found = cells.crossings(force[None], noise[None])
         every = np.arange(force.shape[0])
         cell = np.concatenate((every, every, found.cell))
         t = np.concatenate((np.full(every.size, -1.0), np.ones(every.size), found.t))
@@ -467,20 +456,20 @@ class _Equations:
         ends = [int(s.argmax()), int(s.argmin())]
         cell, t, s = cell[ends], t[ends], s[ends]
         if settled:
-            steep = 0.5 * self.w**2 * (1.0 + s)[:, None] * piecewise.fit(self.moments.slope[cell])
-            polished = piecewise.newton(piecewise.fit(here.rate.moment[cell]) - steep, t, np.full(2, -1.0), np.ones(2))
+            steep = 0.5 * self.w**2 * (1.0 + s)[:, None] * cells.fit(self.moments.slope[cell])
+            polished = cells.newton(cells.fit(here.rate.moment[cell]) - steep, t, np.full(2, -1.0), np.ones(2))
             t = np.where(np.abs(t) < 1.0, polished, t)
         s, total = self._fluctuation(state, here, cell, t, settled)
         return Extremes(s / (1.0 + np.sqrt(1.0 + s)), cell, t, total, s)
 
     def _fluctuation(self, state: State, here: _Speeds, cell: Index, t: Array, settled: bool) -> tuple[Array, Array]:
         """The excess s in omega² = w² (1 + s), and J + I*, at local abscissas of cells."""
-        basis = piecewise.basis(t)
+        basis = cells.basis(t)
         if settled:
-            rising = piecewise.antiderivative(piecewise.fit(here.rate.moment), self.mesh.half)
+            rising = cells.antiderivative(cells.fit(here.rate.moment), self.mesh.half)
             energy = state.edges[cell, 0] + (rising[cell] * basis).sum(axis=-1)
         else:
-            within = (piecewise.fit(state.nodes[:, 0])[cell] * basis[:, :ORDER]).sum(axis=-1)
+            within = (cells.fit(state.nodes[:, 0])[cell] * basis[:, :ORDER]).sum(axis=-1)
             energy = np.where(np.abs(t) < 1.0, within, state.edges[cell + (t > 0.0), 0])
         variation = self.inertia.edges[cell] + (self.inertia.rising[cell] * basis).sum(axis=-1)
         total = state.inertia + self.inertia.start + variation
@@ -494,11 +483,11 @@ class _Equations:
         half, here = self.mesh.half, self.speeds(state)
         if self.balanced:
             by_unknown = here.rate.by_unknown
-            net, slope, size = piecewise.integral(np.stack((here.rate.moment, by_unknown, np.abs(by_unknown))), half).sum(-1)
+            net, slope, size = cells.integral(np.stack((here.rate.moment, by_unknown, np.abs(by_unknown))), half).sum(-1)
             if abs(slope) > _NO_EFFECT * size:
                 state = state._replace(unknown=state.unknown - float(net / slope))
                 here = self.speeds(state)
-        net, exchanged = piecewise.integral(np.stack((here.rate.moment, here.rate.exchanged)), half).sum(axis=-1)
+        net, exchanged = cells.integral(np.stack((here.rate.moment, here.rate.exchanged)), half).sum(axis=-1)
         if not (self.levelled or abs(net) <= _OPEN * exchanged):
             raise NoRegimeError("the net work of a cycle does not come to zero")
         extremes = self.extremes(state, here, settled=True)
@@ -585,7 +574,7 @@ def own_motion(machine: Machine, reference: float, demand: Demand, guess: float,
         return motion
     solved, inertia = motion.solved, motion.inertia
     fading = solved.rate.by_speed / ((inertia + solved.moments.inertia) * solved.omega)
-    if solved.sensitivity and float(np.abs(piecewise.integral(fading, solved.moments.mesh.half)).sum()) > _STIFF:
+    if solved.sensitivity and float(np.abs(cells.integral(fading, solved.moments.mesh.half)).sum()) > _STIFF:
         heavier = search.given(1.5 * inertia).motion(1.5 * inertia, solved.state.unknown)
         expected = inertia / max(solved.sensitivity.by_square, 1e-300)  # 0.5 J of it; the slope of eps is twice that of s
         if not _UNLIKE * expected > abs(heavier.run.irregularity - solved.irregularity) > expected / _UNLIKE:
@@ -616,7 +605,7 @@ def _checked(motion: OwnMotion) -> OwnMotion:
         raise LostError(f"an irregularity of about {run.irregularity:.2g}, lost in the rounding of {work}")
     if not run.irregularity > 0.0:
         return motion
-    stiff = piecewise.integral(np.abs(solved.rate.by_speed) * solved.omega, solved.moments.mesh.half)
+    stiff = cells.integral(np.abs(solved.rate.by_speed) * solved.omega, solved.moments.mesh.half)
     work_error = 4 * ROUNDING * float(stiff[solved.extremes.cell].max())
     least = float(solved.state.inertia + solved.moments.inertia.min())
     off = 4.0 * work_error / (solved.speed**2 * least * run.irregularity)
@@ -646,7 +635,7 @@ class _Search(NamedTuple):
     def moments(self, base: Array, cuts: Array, *, local: bool = False) -> Moments:
         """The machine on cells between edges, cut where the motion switches."""
         edges = merged([*base.tolist(), *cuts.tolist()], float(base[-1]))
-        return Moments(self.machine, piecewise.cells(edges), local=local)
+        return Moments(self.machine, cells.cells(edges), local=local)
 
     def switches(self) -> bool:
         """Whether a law switches at a speed, or a mesh has losses, so that cells are cut by the motion itself."""
@@ -743,7 +732,7 @@ class _Search(NamedTuple):
                         break
                 if error > allowed:
                     coarse = turning_moment.coarse(motion.cycle, motion.run.speed_max)
-                    finer = piecewise.halved(edges, coarse(allowed / error))
+                    finer = cells.halved(edges, coarse(allowed / error))
                 if finer is None and settled:
                     break
                 base = base if finer is None else _without(finer, edges, base)
@@ -752,7 +741,7 @@ class _Search(NamedTuple):
                 solved = periodic(moments, self.reference, self.demand, carried(solved, moments))
             except NoRegimeError:
                 failures += 1
-                base, cuts = piecewise.bisected(base, np.ones(base.size - 1, dtype=bool)), np.zeros(0)
+                base, cuts = cells.bisected(base, np.ones(base.size - 1, dtype=bool)), np.zeros(0)
                 if failures > _MOST_FAILURES:
                     break
         if failures and (best is None or least > _ROUGH):
@@ -769,8 +758,8 @@ class _Search(NamedTuple):
         """
         eps, target = self.demand.irregularity, self.demand.inertia or 0.0
         moments = self.moments(self.machine.mesh, np.zeros(0))
-        work = piecewise.antiderivative(piecewise.fit(moments.constant(self.reference, unknown).moment), moments.mesh.half)
-        fluctuation, own = float(np.ptp(piecewise.accumulated(work))), float(np.abs(moments.inertia).max())
+        work = cells.antiderivative(cells.fit(moments.constant(self.reference, unknown).moment), moments.mesh.half)
+        fluctuation, own = float(np.ptp(cells.accumulated(work))), float(np.abs(moments.inertia).max())
         heavy = max(20.0 * max(fluctuation / self.reference**2, own, 1e-300), 4.0 * inertia)
         for heavier in _EVER_HEAVIER:  # enough to keep the speed where a steep torque neither ends nor saturates
             try:
@@ -825,9 +814,9 @@ def _switching(solved: Periodic) -> Array:
         deciding += moments.transmitted(solved.omega, state.unknown, state.inertia, current)
     found: list[float] = []
     for values in deciding:
-        series = piecewise.fit(values)[None]
+        series = cells.fit(values)[None]
         noise = np.full(series.shape[:2], 1e-13 * float(np.abs(values).max(initial=0.0)))
-        angles = piecewise.crossings(series, noise).angles(mesh)
+        angles = cells.crossings(series, noise).angles(mesh)
         found += [angle for angle in angles.tolist() if np.abs(known - angle).min() > 1e-9 * mesh.edges[-1]]
     return np.array(sorted(found))
 
@@ -871,7 +860,7 @@ def _described(solved: Periodic, demand: Demand) -> OwnMotion:
     if free:
         run = run._replace(error=run.error + 4.0 * (level if demand.inertia is None else run.level_error))
     if unknown is not None and cycle.balance_error:
-        pulled = piecewise.integral(np.abs(solved.rate.by_speed) * solved.omega, mesh.half).sum()
+        pulled = cells.integral(np.abs(solved.rate.by_speed) * solved.omega, mesh.half).sum()
         of_speeds = 1.0 + varying * float(pulled) / cycle.errors.work
         cycle = cycle._replace(balance_error=cycle.balance_error * of_speeds)
     answer, missed = solved.sensitivity, abs(eps - (demand.irregularity or eps))
@@ -888,9 +877,9 @@ def _kept_work(solved: Periodic, cycle: Cycle) -> float:
     held = moments.machine.scene.unknown is not None  # then the balance's own error does not fade
     if held or moments.circuit is not None or not errors.work > 0.0:
         return errors.work
-    growth = piecewise.integral(solved.rate.by_speed / ((solved.state.inertia + moments.inertia) * solved.omega), half)
+    growth = cells.integral(solved.rate.by_speed / ((solved.state.inertia + moments.inertia) * solved.omega), half)
     rounding = errors.work - float(errors.by_cell[0].sum())
-    made = errors.by_cell[0] + rounding * piecewise.integral(solved.rate.exchanged, half) / max(cycle.exchanged, 1e-300)
+    made = errors.by_cell[0] + rounding * cells.integral(solved.rate.exchanged, half) / max(cycle.exchanged, 1e-300)
     fades = np.minimum(growth, -1e-9)
     made = made * np.where(growth > fades, 1.0, np.expm1(fades) / fades)  # spread evenly over its cell
     kept = most = 0.0

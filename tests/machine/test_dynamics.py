@@ -14,7 +14,7 @@ from flywheel.machine.dynamics import Anchor, Dynamics, Moments
 from flywheel.machine.machine import Machine
 from flywheel.numerics import cells
 from tests import regimes, scenes
-from tests.regimes import PUMP, SECTION_C
+from tests.regimes import SECTION_C
 
 STEP = 1e-6
 
@@ -285,12 +285,8 @@ def test_the_rotor_counts_once():
     assert "drive.motor.inductance" in graph.elements
 
 
-@pytest.mark.parametrize(
-    "machine",
-    [PUMP, SECTION_C | {"load": [{"on": "slider-crank.slider", "force": "-20*v - 3*(t > 0.5)*omega"}]}],
-    ids=["pump", "time"],
-)
-def test_state_equations_of_machines_whose_loads_depend_on_speed_are_those_of_time_stepping(machine):
+def test_state_equations_of_machines_whose_loads_depend_on_speed_are_those_of_time_stepping():
+    machine = SECTION_C | {"load": [{"on": "slider-crank.slider", "force": "-20*v - 3*(t > 0.5)*omega"}]}
     own = Machine(flywheel.load(machine | {"flywheel": {"inertia": 2}}))
     equations = state_equations(own.with_values(1.3, 2.0))
     inertia = next(element.law for element in equations.graph.of_kind("I"))
