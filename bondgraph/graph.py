@@ -68,9 +68,6 @@ def representatives(things: Iterable[T], ties: Iterable[Sequence[T]]) -> dict[T,
     return found
 
 
-# -- what keeps elements and bonds from being a graph: all faults at once, a line each ---------------------------------
-
-
 _KINDS = ONE_PORTS | TWO_PORTS | JUNCTIONS
 
 
@@ -227,9 +224,6 @@ def _rival_sources(elements: Mapping[str, Element], bonds: Sequence[Bond]) -> It
             if len(rivals) > 1:
                 both = " and ".join(f"{source}:{name} (bond {number})" for name, number in rivals)
                 yield f"{both} both set the {what} of {kind}:{junction}; keep one of them"
-
-
-# -- the graph ---------------------------------------------------------------------------------------------------------
 
 
 CONVENTION = "f_out = T f_in, e_in = T e_out"
@@ -408,9 +402,6 @@ def as_graph(given: Any) -> BondGraph:
         return given
     advice = "; call its build() first" if hasattr(given, "build") else ""
     raise GraphError(f"found a {type(given).__name__}, expected a BondGraph{advice}")
-
-
-# -- the junction structure: relations between flows or efforts, and the order in which they give them -----------------
 
 
 SINGULAR = "the constraints lock or branch at one of the positions: singular flow system"

@@ -27,6 +27,9 @@ from bondgraph.motion.formulation import Formulation
 COMMON = {"1": "f", "0": "e"}  # what the bonds of a junction share
 DECIDES_AT = {"1": False, "0": True, "TF": True}  # whether the one bond that decides has its stroke at the element
 OTHER = {"e": "f", "f": "e"}
+_INTEGRAL, _DERIVATIVE = "integral", "derivative"
+_WORDS = {"e": "effort", "f": "flow"}
+_MOST_TRIALS = 20  # steps per bond before the search for an assignment without conflict gives up
 
 
 class Variable(NamedTuple):
@@ -155,14 +158,6 @@ def _path(variable: Variable, towards: Mapping[Variable, Variable]) -> Iterator[
     while towards[variable] != variable:
         variable = towards[variable]
         yield variable
-
-
-# -- the assignment ----------------------------------------------------------------------------------------------------
-
-
-_INTEGRAL, _DERIVATIVE = "integral", "derivative"
-_WORDS = {"e": "effort", "f": "flow"}
-_MOST_TRIALS = 20  # steps per bond before the search for an assignment without conflict gives up
 
 
 class Reason(NamedTuple):
@@ -295,9 +290,6 @@ def _wanted(graph: BondGraph, prefer: str | Mapping[str, str]) -> dict[str, str]
     return {name: wanted[name] for name in sorted(wanted, key=lambda name: behind(name) == (wanted[name] == _INTEGRAL))}
 
 
-# -- drafts: strokes so far, and what follows from one more ---------------------------------------------------------------
-
-
 class _Mark(NamedTuple):
     """A stroke: its end; whether and by which element it was decided or passed on; the bonds that it was passed on from."""
 
@@ -370,9 +362,6 @@ def _divides(graph: BondGraph, strokes: Mapping[int, str], name: str) -> bool:
     return strokes.get(graph.ends(name)[0].number) == name  # TF: f_in = f_out / T; GY: f_out = e_in / G
 
 
-# -- the procedure --------------------------------------------------------------------------------------------------------
-
-
 def _completed(draft: _Draft, wanted: Mapping[str, str]) -> _Draft:
     """The first assignment in the order of preference that adds no conflict; where there is none, one that adds few."""
     stack = [draft]
@@ -426,9 +415,6 @@ def _store(draft: _Draft, wanted: Mapping[str, str], name: str, *, opposite: boo
 def _solvable(graph: BondGraph, name: str) -> bool:
     """Whether a resistor's flow can be computed from its effort, f = e / R; a function e(f) is not solved for f."""
     return graph.elements[name].law != 0.0 and not graph.is_curve(name)
-
-
-# -- words ----------------------------------------------------------------------------------------------------------------
 
 
 def _conflict(graph: BondGraph, marks: Mapping[int, _Mark], strokes: Mapping[int, str], name: str) -> str:

@@ -136,9 +136,6 @@ def table(graph: BondGraph, causality: Causality | None = None) -> Table:
     return Table(rows, (*(found.follows[name] for name in found.derivative), *implicit))
 
 
-# -- equations ------------------------------------------------------------------------------------------------------------
-
-
 def _row(graph: BondGraph, found: Causality, known: Inputs, bond: Bond) -> Row:
     effort, flow = (_equation(graph, found, known, bond, letter) for letter in "ef")
     store = next((n for n in bond[1:] if graph.elements[n].kind in STORES), None)
@@ -206,9 +203,6 @@ def _symbol(graph: BondGraph, name: str, own: Term | None = None, inverse: bool 
     if isinstance(graph.elements[name].law, Law) and not inverse:
         own = None  # such a law is a function of a motion's position instead
     return Symbol(name, graph.elements[name].kind, varies if own is None else (own, *varies), inverse)
-
-
-# -- words ----------------------------------------------------------------------------------------------------------------
 
 
 def _cells(row: Row, equation: Callable[[Equation], str], word: Callable[[str], str], arrow: str) -> tuple[str, ...]:

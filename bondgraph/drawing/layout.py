@@ -32,6 +32,7 @@ LINE_SPACING = 1.25
 Array = NDArray[np.float64]
 Indices = NDArray[np.intp]
 Mask = NDArray[np.bool_]
+Places = dict[str, tuple[float, float]]
 _WRAP = 12  # characters
 _LETTERS = (
     "alpha beta gamma delta epsilon zeta eta theta iota kappa lambda mu nu xi pi rho sigma tau phi chi psi omega "
@@ -40,6 +41,24 @@ _LETTERS = (
 _GREEK = dict(zip(_LETTERS.split(), "αβγδεζηθικλμνξπρστφχψωΓΔΘΛΞΠΣΦΨΩ", strict=True))
 _BREAK = re.compile(r"(?<=\.)(?!\d|[^(]*\))|(?=->)|(?=\()")
 _TOKEN = re.compile(r"(?<![A-Za-z0-9_])([A-Za-z]+)_?([A-Za-z0-9]*)(?![A-Za-z0-9_])")
+STEP = np.array([24.0, 24.0])  # points: the grid
+_FREE, _SHORTEST = 6.0, 32.0  # points: free around labels, of a bond to be seen between its labels
+_STROKE, _FARTHEST = 11.0, 26.0  # points: a causal stroke, and how far it moves out where bonds crowd
+_HALF_STROKE = 6.0  # points: half a stroke, with its line
+_WINDOW, _SWEEPS = 5, 14
+_OVERLAP, _THROUGH, _CROSSING, _CRAMPED, _NARROW, _BENT = 900.0, 700.0, 260.0, 5.0, 80.0, 40.0
+_OBLIQUE, _UPWARD, _ONWARD = 55.0, 8.0, 40.0
+_ROOM = (14.0, 20.0)  # points around the labels of the backbone while the one-ports are still to come
+_PULL, _SHAKE = 1.3, 40.0  # times and points, where all is arranged once more
+_NARROWEST = np.cos(np.radians(34.0))
+_WAYS = [(-1, 0), (1, 0), (0, 1), (0, -1), (-1, -1), (1, -1), (-1, 1), (1, 1), (-2, 1), (2, 1), (-2, -1), (2, -1)]
+_FAVOURITES = {"Se": (-1.0, 0.1), "Sf": (-1.0, 0.1), "I": (0.1, 1.0), "R": (0.1, -1.0), "C": (-0.1, -1.0)}
+_GAP = 3.0  # points between a label and the end of its bond
+_ASIDE = 7.0  # points from a bond to the middle of its number
+_SHARES = (0.5, 0.42, 0.58, 0.34, 0.66, 0.26, 0.74, 0.18, 0.82)  # of the bond, where its number may stand
+_BARB = 8.5  # points: the half arrow's barb
+_GROWTH, _GROWTHS, _ATTEMPTS = 1.06, 10, 20  # a drawing grows by 1.06 up to ten times, then is arranged anew
+_FLOW_SIDE = (0.6, -0.8)  # half arrows lie on the flow side of a bond, which is below or to the right
 
 
 class Label(NamedTuple):
@@ -137,23 +156,6 @@ def width(text: str, size: float) -> float:
         return 0.78 if character.isupper() or not character.isascii() else 0.54
 
     return size * sum(map(em, plain(text)))
-
-
-# -- places ------------------------------------------------------------------------------------------------------------
-
-
-STEP = np.array([24.0, 24.0])  # points: the grid
-_FREE, _SHORTEST = 6.0, 32.0  # points: free around labels, of a bond to be seen between its labels
-_STROKE, _FARTHEST = 11.0, 26.0  # points: a causal stroke, and how far it moves out where bonds crowd
-_WINDOW, _SWEEPS = 5, 14
-_OVERLAP, _THROUGH, _CROSSING, _CRAMPED, _NARROW, _BENT = 900.0, 700.0, 260.0, 5.0, 80.0, 40.0
-_OBLIQUE, _UPWARD, _ONWARD = 55.0, 8.0, 40.0
-_ROOM = (14.0, 20.0)  # points around the labels of the backbone while the one-ports are still to come
-_PULL, _SHAKE = 1.3, 40.0  # times and points, where all is arranged once more
-_NARROWEST = np.cos(np.radians(34.0))
-_WAYS = [(-1, 0), (1, 0), (0, 1), (0, -1), (-1, -1), (1, -1), (-1, 1), (1, 1), (-2, 1), (2, 1), (-2, -1), (2, -1)]
-_FAVOURITES = {"Se": (-1.0, 0.1), "Sf": (-1.0, 0.1), "I": (0.1, 1.0), "R": (0.1, -1.0), "C": (-0.1, -1.0)}
-Places = dict[str, tuple[float, float]]
 
 
 class Problem(NamedTuple):
@@ -270,7 +272,7 @@ def _problem(graph: BondGraph, half: Mapping[str, tuple[float, float]]) -> Probl
         np.array(pairs, dtype=np.intp).reshape(-1, 3),
         np.array([kinds[k] in TWO_PORTS for k, _, _ in pairs], dtype=np.bool_),
         np.array(taste).reshape(-1, 2),
-        np.array([min(6.0 / np.tan(np.pi / max(len(others), 3)), _FARTHEST) for others in near]),
+        np.array([min(_HALF_STROKE / np.tan(np.pi / max(len(others), 3)), _FARTHEST) for others in near]),
         tuple(groups),
     )
 
@@ -392,17 +394,6 @@ def enters(start: Array, end: Array, centre: Array, half: Array) -> Mask:
     first, last = np.minimum(one, two), np.maximum(one, two)
     latest = np.maximum(np.maximum(first[..., 0], first[..., 1]), 0.0)
     return np.asarray(latest < np.minimum(np.minimum(last[..., 0], last[..., 1]), 1.0))
-
-
-# -- the geometry ------------------------------------------------------------------------------------------------------
-
-
-_GAP = 3.0  # points between a label and the end of its bond
-_ASIDE = 7.0  # points from a bond to the middle of its number
-_SHARES = (0.5, 0.42, 0.58, 0.34, 0.66, 0.26, 0.74, 0.18, 0.82)  # of the bond, where its number may stand
-_BARB = 8.5  # points: the half arrow's barb
-_GROWTH, _GROWTHS, _ATTEMPTS = 1.06, 10, 20  # a drawing grows by 1.06 up to ten times, then is arranged anew
-_FLOW_SIDE = (0.6, -0.8)  # half arrows lie on the flow side of a bond, which is below or to the right
 
 
 class Point(NamedTuple):

@@ -223,9 +223,6 @@ def through(form: Formulation, variable: int) -> list[str]:
     return list(found)
 
 
-# -- the equations -----------------------------------------------------------------------------------------------------
-
-
 Equation = tuple[Any, Any]  # a symbol, and the expression that it equals
 
 
@@ -548,9 +545,6 @@ def _endless(expression: Any) -> bool:
     return bool(expression.has(sympy.zoo, sympy.nan, sympy.oo, -sympy.oo))
 
 
-# -- one degree of freedom -------------------------------------------------------------------------------------------------
-
-
 def _measured(graph: BondGraph, coordinate: str | None) -> tuple[BondGraph, str | None]:
     """The graph with the coordinate's displacement declared first, and the displacement's name."""
     if coordinate is None:
@@ -579,9 +573,6 @@ def _same_form(read: Reading) -> None:
         if varying:
             what = " and ".join("the time" if n == TIME else f"signal {n!r}" for n in varying)
             raise GraphError(f"{graph.where(name)} varies with {what}, so the inertia does too: use state_equations")
-
-
-# -- the generic graph of two flows ------------------------------------------------------------------------------------
 
 
 _MAKERS: dict[str, Callable[..., Element]] = {"Se": Se, "I": I, "B": R, "C": C}

@@ -168,9 +168,6 @@ def recorded(
     return [results[i * columns : (i + 1) * columns] for i in range(size)]
 
 
-# -- small linear systems ----------------------------------------------------------------------------------------------
-
-
 Rows = Sequence[Sequence[Any]]
 
 
@@ -308,9 +305,6 @@ def _symbolic(matrix: Rows, right: Rows) -> list[list[Any]]:
 
 def _zero(entry: Any) -> bool:
     return not getattr(entry, "free_symbols", None) and not entry
-
-
-# -- Newton's iteration ------------------------------------------------------------------------------------------------
 
 
 Balance = tuple[list[Any], list[list[Any]]]  # residuals, and their slopes by rows

@@ -134,8 +134,6 @@ class Walk:
         displaced = [self.flow[self.tables.owner_of[d.name]] for d in self.form.displacements]
         return accelerations + displaced + [p.sign * self.flow[p.variable] for p in self.tables.springs]
 
-    # -- laws ----------------------------------------------------------------------------------------------------------
-
     def _call(self, called: Callable[..., Any], arguments: Sequence[Any], results: int = 0) -> Any:
         """Call a law, or take it down where the walk is being recorded; `results` is the length of the tuple it gives."""
         node = next((a for a in arguments if isinstance(a, Node)), None)
@@ -266,8 +264,6 @@ class Walk:
                     total = total + partial * self._rate(argument)
         return total
 
-    # -- gains and flows -----------------------------------------------------------------------------------------------
-
     def _gain(self) -> None:
         """Of every flow variable, {coordinate: gain}."""
         for ratio, name in self.tables.moduli:
@@ -304,8 +300,6 @@ class Walk:
     def _flows(self) -> None:
         u = self.coordinates
         self.flow = [total(g * u[k] for k, g in gains.items()) for gains in self.gain]
-
-    # -- flows that no inertia weighs ----------------------------------------------------------------------------------
 
     def _settle(self, imposed: list[Any], massless: list[Any] | None) -> None:
         """All flows; the massless ones, if they are not given, from their equations."""
@@ -375,8 +369,6 @@ class Walk:
                 stiffness = self._partials(law, name, self._stretch[name])[1][law.of.index(OWN_DISPLACEMENT)]
             return stiffness * port.sign * self.flow[port.variable], port.variable, stiffness * port.sign
         return self._rate_of_source(port.element.name), port.variable, 0.0
-
-    # -- efforts and accelerations -------------------------------------------------------------------------------------
 
     def _resistor(self, port: Port) -> tuple[Any, Any]:
         """E and de/df of a resistor, for the flow into it."""

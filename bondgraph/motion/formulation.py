@@ -204,8 +204,6 @@ class Formulation:
         junctions = [n for n in (bond.tail, bond.head) if self.graph.elements[n].kind == "1"]
         return junctions[0] if junctions else f"bond {bond.number}"
 
-    # -- which flows are independent -----------------------------------------------------------------------------------
-
     def _chosen(self) -> tuple[tuple[int, ...], list[Step]]:
         graph = self.graph
         waiting = flow_relations(graph, self.flow)

@@ -679,9 +679,6 @@ def _breaks(dynamics: Dynamics, given: Mapping[str, Any], until: float) -> tuple
     return breaks, times
 
 
-# -- power and energy ----------------------------------------------------------------------------------------------------
-
-
 class Bonds:
     """Flows and efforts of every bond from an `Instant`, with the efforts inside the structure worked out from the ports."""
 

@@ -356,9 +356,6 @@ _RULES: tuple[_Rule, ...] = (
 )
 
 
-# -- what has no power ---------------------------------------------------------------------------------------------------
-
-
 class Pin(NamedTuple):
     """A bond seen from its end `at`: its effort is 0 and its flow free (zero "Se"), or the other way round ("Sf")."""
 

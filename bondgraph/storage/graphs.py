@@ -219,9 +219,6 @@ def _graph(data: Mapping[str, Any]) -> BondGraph:
     )
 
 
-# -- checking -----------------------------------------------------------------------------------------------------------
-
-
 def _faults(data: Any) -> Iterator[str]:
     element = _record({"kind": _name, "name": _name}, {"domain": _any_text, "part": _any_text, "law": _law})
     displacement = _record({"name": _name, "of": _name, "initial": number_faults})
@@ -320,9 +317,6 @@ def _law(value: Any, place: str) -> Iterator[str]:
             yield f"{place}.of: found no {shown(name)}, which the expression depends on"
         for name in _repeated(value["of"]):
             yield f"{place}.of: found {shown(name)} twice, expected it once"
-
-
-# -- trees of expressions ------------------------------------------------------------------------------------------------
 
 
 def as_tree(expression: Any) -> Any:

@@ -161,8 +161,6 @@ def test_a_slanted_guide_is_the_level_one_turned():
         assert_same_reduction(Reduction(found, "crank.turn", theta)(PHI), expected)
 
 
-# -- simplification, and the source's own graph ------------------------------------------------------------------------
-
 LOADS = {"crank.turn": [Se("M", COUPLE)], "rod.2.x": [Se("F", FORCE), R("B", 5.0)]}
 SIMPLE_ROD = Bar(0.6, 1.5, 0.05, 0.2)
 
@@ -240,9 +238,6 @@ def test_the_sources_last_step_is_right_where_the_rods_mass_is_at_the_slider():
     linkage = slider_crank(Bar(0.2, 2.0, 0.1), rod, on=LOADS)
     held = Reduction(centre_held(rod), "crank.turn", linkage.positions)
     assert_same_reduction(held(PHI), linkage.reduction()(PHI))
-
-
-# -- faults ------------------------------------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize(

@@ -207,9 +207,6 @@ def test_laws_see_the_anchor_of_their_piece():
     assert reduce(graph, np.array([1.0]), anchor=np.array([1.5])).moment == 3.0
 
 
-# -- against the equations of the whole graph --------------------------------------------------------------------------
-
-
 def machine():
     """Functions as moduli, a gear, a spring with a law of its own, a force that varies with the crank's angle."""
     b = Builder().one("crank", displacement="theta", initial=0.4).one("rod").one("ram", displacement="x").one("cam")
@@ -266,9 +263,6 @@ def test_what_is_no_function_of_position_is_refused():
         reduce(machine().with_law("brake", lambda f: f**3), 0.0, positions={"spring": lambda q: q})
     with pytest.raises(GraphError, match=r"give positions=.*'spring'"):
         reduce(machine(), 0.0)
-
-
-# -- what depends on speed or time ---------------------------------------------------------------------------------------
 
 
 def moving():

@@ -24,8 +24,6 @@ from examples.bond_graphs.compare_methods import (
     triangle,
 )
 
-# -- closed forms ------------------------------------------------------------------------------------------------------
-
 angles = st.floats(-10.0, 10.0)
 ratios = st.floats(0.05, 0.95)
 
@@ -103,9 +101,6 @@ def test_machines_that_are_none(arguments, says):
 def test_a_rods_inertia_is_about_its_centre_or_its_end():
     with pytest.raises(GraphError, match="about: found 'pin'"):
         small_ratio_inertia(SliderCrank(), 0.0, about="pin")
-
-
-# -- methods compared ---------------------------------------------------------------------------------------------------
 
 
 def test_two_coefficients_that_are_not_the_same():
@@ -194,9 +189,6 @@ def test_arguments_that_mean_nothing():
         compare_torques(points=1)
     with pytest.raises(GraphError, match="until: found -1"):
         compare_free_motion(until=-1.0)
-
-
-# -- dead centres -------------------------------------------------------------------------------------------------------
 
 
 def test_without_torque_the_printed_modulus_stops_at_the_first_dead_centre():

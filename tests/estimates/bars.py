@@ -113,9 +113,6 @@ def law(draw: Random) -> tuple[Table, Ports]:
     return {"type": "law", "outputs": {"ram": {"x": draw.choice(texts), "mass": mass(draw)}}}, [("ram", "force", size)]
 
 
-# --- linkages ---------------------------------------------------------------------------------------------------------
-
-
 def link(draw: Random, size: float, **points: list[float]) -> Table:
     """A body of a linkage."""
     found: Table = {"points": points} if points else {}

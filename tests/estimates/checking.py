@@ -83,9 +83,6 @@ def refusal(machine: Machine, scene: Scene) -> list[str]:
     return ["refused, but it has a motion"] if true["motion"] else []
 
 
-# --- comparing ----------------------------------------------------------------------------------------------------------
-
-
 def error(found: Any, true: Any, scale: Any = 0) -> float:
     """The error of a figure, relative to it or to its scale, whichever is larger."""
     if found is None or true is None:
@@ -185,9 +182,6 @@ def still(machine: Machine, sizing: Sizing) -> list[Row]:
     """Every figure of a scene whose torques depend on position alone."""
     slack = max(sizing.error.exact or 0.0, sizing.error.simulation or 0.0, 1e-15)
     return common(sizing, figures.references(machine, 4 * slack))
-
-
-# --- torques that depend on speed ---------------------------------------------------------------------------------------
 
 
 def moving(machine: Machine, sizing: Sizing) -> list[Row]:

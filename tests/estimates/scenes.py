@@ -62,9 +62,6 @@ def _shafts(draw: Draw, scene: Scene, moving: bool) -> None:
             scene["shafts"]["motor"]["efficiency"] = even(draw, 0.7, 0.99)
 
 
-# --- what moves -------------------------------------------------------------------------------------------------------
-
-
 def _mechanisms(draw: Draw, scene: Scene) -> list[tuple[str, str, float]]:
     """Mechanisms of a scene; their ports as (name, "force" or "torque", extent of the motion)."""
     kind = draw.choice([*bars.KINDS, "none", "several"])
@@ -91,9 +88,6 @@ def _mechanisms(draw: Draw, scene: Scene) -> list[tuple[str, str, float]]:
         found = [table for table in found if table["type"] != "law"]
     scene["mechanism"] = found
     return offered
-
-
-# --- what acts --------------------------------------------------------------------------------------------------------
 
 
 def _loads(draw: Draw, scene: Scene, ports: list[tuple[str, str, float]], speed: float) -> float:
@@ -214,9 +208,6 @@ def _resistance(draw: Draw, scene: Scene, ports: list[tuple[str, str, float]], w
         scene["damper"] = [{"on": name, "coefficient": digits(0.5 * mean / speed / size**2)}]
     else:
         scene["load"].append({"on": "crank", "torque": texts[kind]})
-
-
-# --- what is asked ----------------------------------------------------------------------------------------------------
 
 
 def _asked(draw: Draw, scene: Scene, work: float, speed: float) -> None:

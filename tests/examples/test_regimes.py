@@ -65,9 +65,6 @@ def slider(phi: float, r: float, length: float, com: float) -> Slider:
     return Slider(r * c + length * cos(beta), x1, x2, gx1, gx2, gy1, gy2, turn, turn1)
 
 
-# -- section C -------------------------------------------------------------------------------------------------------------
-
-
 @pytest.mark.slow
 def test_section_c_agrees_with_figures_found_apart(capsys: pytest.CaptureFixture[str]) -> None:
     text = printed("section_c", capsys)
@@ -85,9 +82,6 @@ def test_section_c_fails_where_a_figure_differs(capsys: pytest.CaptureFixture[st
     table.row("wrong", [1.0, 2.0], [1.0, 2.0 + 1e-7])
     assert table.wrong == 1
     assert "DISAGREES" in capsys.readouterr().out
-
-
-# -- the punch press -------------------------------------------------------------------------------------------------------
 
 
 @pytest.fixture(scope="module")
@@ -161,9 +155,6 @@ def test_punch_press_beside_other_drives(press: Sizing, capsys: pytest.CaptureFi
     assert 80 < numbers(follows)[0] < 100
 
 
-# -- the compressor --------------------------------------------------------------------------------------------------------
-
-
 @pytest.fixture(scope="module")
 def run_up() -> Transient:
     return transient(load("compressor"), end=0.6, rtol=1e-6)
@@ -232,9 +223,6 @@ def test_compressor_energy_closes(run_up: Transient) -> None:
     assert energy.residual < run_up.rtol
     assert energy.drive + sum(energy.works.values()) == pytest.approx(energy.kinetic_gained, rel=run_up.rtol)
     assert energy.copper == pytest.approx(2 * np.trapezoid(current**2, times), rel=1e-3)
-
-
-# -- the hydraulic clamp ---------------------------------------------------------------------------------------------------
 
 
 class Clamp(NamedTuple):

@@ -150,8 +150,6 @@ class Machine:
             law = real(law)
         return Load(self.place(table["on"]), every, window, sense, law, drive)
 
-    # --- motion -------------------------------------------------------------------------------------------------
-
     def motions(self, phi: Jet, anchor: Any) -> list[Motion]:
         """Every mechanism at crank angles."""
         return [p.move(p.ratio * phi + p.phase, p.ratio * anchor + p.phase) for p in self.parts]
@@ -212,8 +210,6 @@ class Machine:
         zero = np.zeros_like(phi.value)
         return [Term(place.shaft, zero - c * g * g * omega, zero, False) for place, c, g in gains]
 
-    # --- loads --------------------------------------------------------------------------------------------------
-
     def work(self, load: Load, phi: Jet, at: Jet, now: Any, then: Any, omega: Any) -> Term:
         """The reduced moment of a load, idle where its window is shut or the motion has the other sense."""
         ratio, phase = load.offset
@@ -257,8 +253,6 @@ class Machine:
 
         constant = valued(zero)
         return constant, valued(Real(1)) - constant if self.unknown else zero
-
-    # --- breakpoints --------------------------------------------------------------------------------------------
 
     def breakpoints(self) -> Any:
         """Ascending angles of a cycle, its ends included, between which everything is smooth but for the speed."""

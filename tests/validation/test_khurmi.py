@@ -114,9 +114,6 @@ def test_3_18_mine_hoist_by_shafts() -> None:
     agree("khurmi-3.18", I_eq=without_cages.inertia, T_Nm=geared_torque(shafts, stages, "motor", alpha).torque)
 
 
-# --- slider-cranks at one angle ----------------------------------------------------------------------------------
-
-
 def engine(r: float, rod: float, mass: float, force: float, phi: float, **more: Any) -> Any:
     """The state at an angle of a slider-crank whose piston is pushed towards the crank; phi = 0 at the far dead centre."""
     kind = {"type": "slider-crank", "crank": {"length": r}, "rod": {"length": rod}, "slider": {"mass": mass}}
@@ -181,9 +178,6 @@ def test_15_12_engine_with_flywheel() -> None:
     assert moment == pytest.approx(printed["T_Nm"], rel=1e-3)
     alpha = (moment - case["P_load_W"] / omega) / (case["m_fly"] * case["k_fly"] ** 2)
     assert alpha == pytest.approx(printed["alpha"], rel=2e-3)
-
-
-# --- flywheels ---------------------------------------------------------------------------------------------------
 
 
 def test_16_1_extreme_speeds() -> None:

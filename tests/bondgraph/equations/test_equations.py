@@ -23,9 +23,6 @@ def lagrange(kinetic, q, qdot, force, dissipation=0):
     return right / sympy.diff(momentum, qdot)
 
 
-# -- one degree of freedom, against Lagrange --------------------------------------------------------------------------------
-
-
 def test_slider_crank_is_lagranges_equation():
     w = sympy.Symbol("thetadot")
     found = motion_equation(slider_crank().build())
@@ -130,9 +127,6 @@ def test_another_coordinate_of_the_same_motion():
     assert by_motor.coordinate == sympy.Symbol("phi")
     assert equal(by_motor.inertia, n**2 * J)
     assert equal(by_motor.moment, n * M)
-
-
-# -- several degrees of freedom, massless flows, laws -----------------------------------------------------------------------
 
 
 def test_a_compliant_shaft_has_two_independent_inertias():
@@ -243,9 +237,6 @@ def test_a_mechanisms_own_modulus_stays_a_function():
     found = agrees(graph)
     assert "T(theta)" in found.text()
     assert "T_slope(theta)" in found.text()
-
-
-# -- what is written --------------------------------------------------------------------------------------------------------
 
 
 def test_values_fill_in_readable_numbers():

@@ -125,9 +125,6 @@ def test_random_graphs_have_the_eigenvalues_of_all_bond_equations_together():
     assert compared >= 10
 
 
-# -- layers ------------------------------------------------------------------------------------------------------------
-
-
 def test_inertias_come_first_then_resistors_then_springs():
     b = Builder().zero("node").one("line").bond("line", "node").on("line", Se("E", 1.0), R("Rs", 1.0))
     form = Formulation(b.on("node", I("L", 1.0), C("c1", 1.0), C("c2", 2.0), R("leak", 3.0)).build())
@@ -171,9 +168,6 @@ def test_two_gyrators_of_equal_ratio_side_by_side_are_no_accident():
     b.add(TF("t", 0.5))
     b.zero("z").bond("a", "g").bond("g", "z").bond("b", "t").bond("t", "z").on("z", R("s", 1.0))
     assert len(Formulation(b.build()).coordinates.moving) == 1
-
-
-# -- what is no motion -------------------------------------------------------------------------------------------------
 
 
 def refused(builder, match):

@@ -18,8 +18,6 @@ from bondgraph.motion.stepping import ADAPTIVE
 
 TURN = 2 * np.pi
 
-# -- the three published moving references ----------------------------------------------------------------------------
-
 
 def slider_crank(crank=1.0, rod=(2.0, 0.06), slider=3.0, r=0.2, length=0.6):
     """Crank about its pivot, rod with mass and inertia at mid-length, slider: three branches of MTFs from the crank."""
@@ -98,8 +96,6 @@ def test_sundials_crank_with_a_spring_and_damper_between_two_moving_points():
     assert run.audit.energy < 1e-9
 
 
-# -- the reference example: electric motor, compliant shaft, geared slider-crank ----------------------------------------
-
 V, RA, L, KT, J, FR = 24.0, 0.8, 0.02, 0.35, 0.02, 0.003
 KS, CS, JC, GEAR, M, F, FS = 150.0, 0.4, 0.03, 0.2, 1.5, -8.0, 2.5
 CRANK, ROD = 0.1, 0.35
@@ -152,9 +148,6 @@ def test_motor_shaft_and_slider_crank_move_as_the_equations_by_hand():
     assert_allclose(run.flow("ram", times), ram(by_hand[4]) * by_hand[2], atol=1e-7)
     current = run.flow("circuit", times)
     assert_allclose(run.power("Ra", times), RA * current**2, atol=1e-9 * RA * current.max() ** 2)
-
-
-# -- rtol is kept ------------------------------------------------------------------------------------------------------
 
 
 @settings(max_examples=4, deadline=None, derandomize=True)
@@ -228,9 +221,6 @@ def test_small_inductances_are_for_the_stiff_methods(method):
     assert_allclose(run.flow("w", 0.5), 5.0 / 0.26 * (1 - np.exp(-0.26 / 0.1 * 0.5)), rtol=1e-4)  # but for L
 
 
-# -- couplings ---------------------------------------------------------------------------------------------------------
-
-
 def test_springs_in_series_are_one_spring():
     b = Builder().one("m", displacement="x").one("w").on("m", I("M", 2.0)).between("m", "w", C("k1", stiffness=6.0))
     graph = b.on("w", C("k2", stiffness=3.0)).build()
@@ -275,9 +265,6 @@ def test_quadratic_friction_between_spring_and_ground():
     assert_allclose([states[n][0] for n in ("f_m", "q_k0", "q_k", "x")], truth, rtol=1e-6)
 
 
-# -- breaks ------------------------------------------------------------------------------------------------------------
-
-
 def test_a_load_that_jumps_with_the_angle_is_followed_piece_by_piece():
     """Work done piece by piece: the speed after each window of 3 rad of -3 N m and the rest of 2 N m."""
     step = Law(lambda here, anchor: np.where((anchor.q % TURN >= 1) & (anchor.q % TURN < 4), -3.0, 2.0), Motion("c"))
@@ -302,9 +289,6 @@ def test_a_flow_may_have_breaks_too():
     b = Builder().one("c").on("c", I("J", 1.0), R("r", lambda f: np.where(f > 1, 2.0, 1.0) * f))
     run = simulate(b.build(), 3.0, initial={"c": 3.0}, breaks={"f_c": [1.0]}, rtol=1e-9)
     assert_allclose(run.flow("c", 3.0), np.exp(-(3.0 - 0.5 * np.log(3.0))), rtol=1e-8)
-
-
-# -- what cannot be done -----------------------------------------------------------------------------------------------
 
 
 def mass(force=1.0):
@@ -457,9 +441,6 @@ def test_a_load_that_lasts_for_a_small_part_of_the_run_is_not_passed_over():
     assert run.reached
 
 
-# -- laws of a mechanism that depend on speed or time --------------------------------------------------------------------
-
-
 def test_a_law_of_the_speed_that_drives_of_its_own_and_of_time():
     """Quadratic drag on a yoke and a motor's line on its crank, against the reduced equation."""
     stroke = Modulus(lambda q: -0.3 * np.sin(q), lambda q: -0.3 * np.cos(q), Motion("crank"))
@@ -478,9 +459,6 @@ def test_a_law_of_the_speed_that_drives_of_its_own_and_of_time():
 
     true = solve_ivp(rate, (0, 0.5), [0.0, 2.0], method="DOP853", rtol=1e-12, atol=1e-12).y[:, -1]
     assert_allclose([run.displacement("phi", 0.5)[0], run.flow("crank", 0.5)[0]], true, rtol=1e-7)
-
-
-# -- states at rounding, stiff graphs, estimates ---------------------------------------------------------------------------
 
 
 def balanced_bridge():

@@ -250,6 +250,14 @@ def test_a_double_difference_becomes_one():
     assert_same_ports(graph, found.graph)
 
 
+def test_a_dangling_junction_behind_a_gyrator_holds_the_flow_before_it():
+    b = Builder().one("a").one("b").one("c").on("a", I("J", 1.0)).on("c", I("m", 2.0), Se("F", 3.0))
+    graph = b.between("a", "c", C("k", 0.5)).gyrate("a", "b", 2.0, name="G").build(loose=True)
+    found = drop_dangling(graph).graph
+    assert "J" not in found.elements
+    assert_same_ports(graph, found)
+
+
 def test_opposite_differences_are_left_alone():
     b = Builder().one("a").one("b").on("a", Se("F", 1.0), I("ma", 1.0)).on("b", I("mb", 2.0))
     graph = b.between("a", "b", C("k", 0.1), name="z1").between("b", "a", R("B", 0.5), name="z2").build()
