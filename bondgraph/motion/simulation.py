@@ -765,8 +765,9 @@ def audit(dynamics: Dynamics, bonds: Bonds, stretches: Sequence[Stretch], evalua
     where = max(imbalances, key=lambda name: imbalances[name])
     greatest = max(float(np.abs(efforts[n] * flows[n]).max()) for n in flows)
     usual = max(float(np.abs(e).max()) for e in efforts.values()) * max(float(np.abs(f).max()) for f in flows.values())
-    usual = max(float(np.abs(stored).max()) / stretches[-1].end, usual)  # no power flows but by rounding of the usual one
-    worst = 0.0 if greatest <= max(_NO_POWER, 1e-13 * usual) else imbalances[where] / greatest
+    usual = max(float(np.abs(stored).max()) / stretches[-1].end, usual)
+    nothing = greatest <= max(_NO_POWER, 1e-13 * usual)  # flows but the rounding of the usual power
+    worst = 0.0 if nothing else imbalances[where] / greatest
     dissipated, supplied = since_start("R"), -since_start("Se", "Sf")
     residual = np.abs(stored - stored[0] + dissipated - supplied).max()
     scale = max(float(np.abs(energy).max()) for energy in (stored, dissipated, supplied, since_start("I"), since_start("C")))
