@@ -300,8 +300,8 @@ def _parse_text(text: str, dimension: str | None) -> float:
             unit = _unit(rest, dimension)
         except QuantityError as error:
             raise QuantityError(quote(text), expected, error.advice) from None
-        if (advice := _mismatch(unit, rest, dimension)) is not None:
-            raise QuantityError(quote(text), expected, advice)
+        if (mismatch := _mismatch(unit, rest, dimension)) is not None:
+            raise QuantityError(quote(text), expected, mismatch)
     elif dimension not in (None, "number"):
         si = DIMENSIONS[dimension].si
         missing = f'write "{number} deg"' if dimension == "angle" else f"add a unit, or write {number} bare for {si}"

@@ -66,7 +66,7 @@ def test_three_on_a_line_are_the_printed_formula():
 @pytest.mark.parametrize("count", [3, 4, 10])
 def test_random_bodies(rng, count):
     dimensions = {3: 1, 4: 2, 10: 3}[count]
-    for _ in range(20):
+    for _ in range(6):
         masses, places, inertia = grains(rng, dimensions)
         where = rng.normal(size=(count, dimensions))
         assert_complete(equivalent_masses(masses.sum(), inertia, where), masses, places)
@@ -119,7 +119,7 @@ def test_correction_couple_in_space_is_eulers(rng):
 
 
 def test_ten_masses_choose_their_points(rng):
-    for _ in range(20):
+    for _ in range(6):
         masses, places, tensor = grains(rng, 3)
         found = ten_masses(masses.sum(), tensor)
         assert_complete(found, masses, places)

