@@ -132,6 +132,7 @@ def test_curves_without_a_correlation(curve, reference, says):
         agreement(curve, reference)
 
 
+@pytest.mark.slow
 def test_graph_agrees_with_triangle_to_the_order_of_the_method():
     coarse, fine = (compare_kinematics(until=1.0, step=step) for step in (0.1, 0.05))
     for name in ("position", "velocity", "acceleration"):

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import pytest
 
+from tests.limits import sample
+
 from .cases import light
 from .machines import Scene, crank_shaper, four_bar
 from .measured import Row, measured, names, refusal, row
@@ -36,12 +38,13 @@ def results() -> list[Row]:
     return near + [Row("locked", key, None, None, refusal(scene)) for key, (scene, *_) in LOCKED.items()]
 
 
-@pytest.mark.parametrize("name", NEAR)
+@pytest.mark.parametrize("name", sample(NEAR, 3))
 def test_close_to_a_lock_every_figure_is_known_to_its_estimate_and_to_rtol(name: str) -> None:
     assert [item for item in measured(name) if not item.honest] == []
     assert [item for item in measured(name) if not item.kept] == []
 
 
+@pytest.mark.slow
 def test_only_the_shaper_loses_digits() -> None:
     assert [i for n in NEAR if "shaper" not in n for i in measured(n) if i.rtol == 1e-9 and i.estimate > 1e-9] == []
     assert max(found.error or 0.0 for found in results()) < 1e-9
