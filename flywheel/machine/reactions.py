@@ -91,10 +91,10 @@ def _port_loads(
 
     The last are forces -m (g alpha + g' omega²) by the influence coefficient g of the port's velocity.
     """
-    scene, kinematics = machine.scene, machine.kinematics
+    scene, kinematics, prefix = machine.scene, machine.kinematics, f"{mechanism.name}."
     phi = motion.phi - scene.origin
     anchor = machine.anchors(phi)
-    own = machine.motion_of(f"{mechanism.name}.")
+    own = machine.motion_of(prefix)
     ratio = scene.shafts[mechanism.shaft]
 
     def of_velocity(place: str, at: Array) -> tuple[Any, Any]:
@@ -113,26 +113,24 @@ def _port_loads(
             found.append(here)
         return found[0], found[1]
 
-    def on_ports() -> Iterator[tuple[str, Any]]:
-        for effort in machine.efforts:
-            if effort.load.on.startswith(prefix):
-                here = seen(effort.load.on)
-                unknown = balance * effort.per_unknown(*here) if effort.depends_on_unknown else 0.0
-                yield effort.load.on, effort(*here) + unknown
-        for spring in scene.springs:
-            if spring.on.startswith(prefix):
-                yield spring.on, -spring_effort(spring, machine.places[spring.on])(*seen(spring.on))
-        for damper in scene.dampers:
-            if damper.on.startswith(prefix):
-                yield damper.on, -damper.coefficient * of_velocity(damper.on, phi)[0] * motion.omega
-        for item in scene.inertias if inertia else ():
-            if item.on.startswith(prefix):
-                gain, slope = of_velocity(item.on, phi)
-                yield item.on, -item.value * (gain * motion.alpha + slope * motion.omega**2)
+    def acting(place: str, value: Any) -> Load:
+        return port_load(mechanism, place.removeprefix(prefix), wide(value, phi.shape))
 
-    prefix = f"{mechanism.name}."
-    for place, value in on_ports():
-        yield port_load(mechanism, place.removeprefix(prefix), wide(value, phi.shape))
+    for effort in machine.efforts:
+        if effort.load.on.startswith(prefix):
+            here = seen(effort.load.on)
+            unknown = balance * effort.per_unknown(*here) if effort.depends_on_unknown else 0.0
+            yield acting(effort.load.on, effort(*here) + unknown)
+    for spring in scene.springs:
+        if spring.on.startswith(prefix):
+            yield acting(spring.on, -spring_effort(spring, machine.places[spring.on])(*seen(spring.on)))
+    for damper in scene.dampers:
+        if damper.on.startswith(prefix):
+            yield acting(damper.on, -damper.coefficient * of_velocity(damper.on, phi)[0] * motion.omega)
+    for item in scene.inertias if inertia else ():
+        if item.on.startswith(prefix):
+            gain, slope = of_velocity(item.on, phi)
+            yield acting(item.on, -item.value * (gain * motion.alpha + slope * motion.omega**2))
 
 
 def port_load(mechanism: Mechanism, port: str, value: ArrayLike) -> Load:

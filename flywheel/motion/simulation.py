@@ -166,7 +166,7 @@ def simulate(
     stroke = scene.stroke
     if stroke is not None:
         phi = float(own_coordinate(scene, np.asarray(phi, dtype=float)))
-    motion = moved(Dynamics(machine, total, balance or 0.0), Start(phi, omega, current), until, rtol)
+    motion = motion_from(Dynamics(machine, total, balance or 0.0), Start(phi, omega, current), until, rtol)
     if stroke is None:
         return motion
     motion = motion._replace(phi=np.clip(motion.phi + stroke.start, stroke.start, stroke.end))  # there but for rounding
@@ -175,7 +175,7 @@ def simulate(
     return motion
 
 
-def moved(
+def motion_from(
     dynamics: Dynamics,
     start: Start,
     until: float,

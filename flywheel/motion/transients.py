@@ -20,7 +20,7 @@ from bondgraph.motion.stepping import instant
 from flywheel.components.motors import DC, Induction
 from flywheel.machine.dynamics import Anchor, Dynamics
 from flywheel.machine.machine import Machine
-from flywheel.motion.simulation import Motion, moved
+from flywheel.motion.simulation import Motion, motion_from
 from flywheel.numerics import cells
 from flywheel.numerics.cells import ROUNDING
 from flywheel.numerics.faults import Fault, SceneError, show, told
@@ -146,7 +146,7 @@ def transient(
     setting = _setting(machine, drive, inertia, balance)
     begin = _start(setting, start, at)
     goals, limit = _goals(setting, begin, goal)
-    motion = moved(setting.dynamics, begin, limit, rtol, goals, _settling(setting, goal, rtol), watching)
+    motion = motion_from(setting.dynamics, begin, limit, rtol, goals, _settling(setting, goal, rtol), watching)
     trail = motion.trail
     assert trail is not None
     reason, ended = _ending(setting, trail, motion, goal, limit)
@@ -314,9 +314,9 @@ def _start(setting: Setting, start: float | str, at: float | None) -> Start:
     if omega > 0.0:
         return begin
     locked = begin if circuit is None else begin._replace(current=float(circuit.current(0.0)))
-    moment, scale = _at_rest(dynamics, locked)
+    moment, scale = _moment_at_rest(dynamics, locked)
     if moment > _BALANCED * scale:
-        unfed = moment if circuit is None else _at_rest(dynamics, begin)[0]
+        unfed = moment if circuit is None else _moment_at_rest(dynamics, begin)[0]
         return begin if unfed >= 0.0 else begin._replace(current=locked.current * (1 + _MORE) * unfed / (unfed - moment))
     balanced = abs(moment) <= _BALANCED * scale
     if machine.depends_on_time and balanced:
@@ -333,7 +333,7 @@ def _start(setting: Setting, start: float | str, at: float | None) -> Start:
     raise SceneError([Fault("from", found, "a moment that sets it going", advice)])
 
 
-def _at_rest(dynamics: Dynamics, begin: Start, t: float = 0.0) -> tuple[float, float]:
+def _moment_at_rest(dynamics: Dynamics, begin: Start, t: float = 0.0) -> tuple[float, float]:
     """M* as the machine sets out from rest at t (s), and how large the moments in it are, there and over the cycle.
 
     It is M* just ahead of the start, before losses in meshes; friction is that of a motion forwards.
@@ -413,11 +413,11 @@ def _ending(setting: Setting, trail: Trail, motion: Motion, goal: Until, limit: 
             return "creep", f"slows down for ever, as only what grows with speed brakes it: {omega:.3g} rad/s {at}"
         if scene.drive is None:
             return "stop", f"stopped {at}"
-        if not _pushes(setting.dynamics, trail, last):
+        if not _drive_acts(setting.dynamics, trail, last):
             return "stop", f"stopped {at}, where its drive no longer pushes it on"
         states = trail.states(np.array([last]))
         stall = Start(float(states[0, 0]), 0.0, float(states[3, 0]) if states.shape[0] > 3 else 0.0)
-        moment, _ = _at_rest(setting.dynamics, stall, last)
+        moment, _ = _moment_at_rest(setting.dynamics, stall, last)
         lossy = any(stage.efficiency < 1.0 for stage in machine.stages)
         return "stall", f"stalled {at}: M* at rest is {moment:.6g} N m{', before losses in meshes' if lossy else ''}"
     if stroke is not None and trail.goal is None and last < limit:
@@ -436,7 +436,7 @@ def _ending(setting: Setting, trail: Trail, motion: Motion, goal: Until, limit: 
     return trail.goal or "time", f"ended {at}, at {omega:.6g} rad/s"
 
 
-def _pushes(dynamics: Dynamics, trail: Trail, last: float) -> bool:
+def _drive_acts(dynamics: Dynamics, trail: Trail, last: float) -> bool:
     """Whether at the end (s) the drive pushes forwards anywhere in the cycle, at rest or at a speed that the motion had.
 
     One that does not, as time has switched it off (to a hundredth of its greatest push) or it brakes, lets the machine

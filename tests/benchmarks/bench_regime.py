@@ -37,7 +37,7 @@ import flywheel
 sys.path.insert(0, str(Path(__file__).parents[2]))
 
 from flywheel.machine.dynamics import Dynamics
-from flywheel.motion.simulation import moved
+from flywheel.motion.simulation import motion_from
 from flywheel.regime import periodic_motion
 from flywheel.regime.free_motion import Goal, Start, follow
 from flywheel.regime.periodic_motion import Demand, first_guess, periodic
@@ -172,7 +172,7 @@ def with_estimate(machine: flywheel.Machine, inertia: float, start: float) -> fl
         return "settled" if change <= REPEATS * omega else None
 
     begun = time.perf_counter()
-    moved(dynamics, Start(0.0, start), np.inf, RTOL, (), passing)
+    motion_from(dynamics, Start(0.0, start), np.inf, RTOL, (), passing)
     return time.perf_counter() - begun
 
 

@@ -154,12 +154,12 @@ class Model:
         self.entries = columns * np.arange(len(rows)) + 3 * self.ends[:, None] + np.arange(3)[:, None]
         self.scale = np.tile((self.length, self.length, 1.0), bodies)
         self.weights = self.masses * np.tile((*actions.gravity, 0.0), bodies)
-        self.pushed: list[tuple[int, complex, Wrench]] = []
+        self.loads: list[tuple[int, complex, Wrench]] = []
         for wrench in actions.wrenches:
             link = linkage.link(wrench.body)
             at = link.com if wrench.at is None else wrench.at
             place = link.point(at)[-2:] if isinstance(at, str) else at
-            self.pushed.append((linkage.names.index(wrench.body), complex(*place) - complex(*link.com), wrench))
+            self.loads.append((linkage.names.index(wrench.body), complex(*place) - complex(*link.com), wrench))
         jacobian = self.state(start, np.zeros_like(start)).jacobian
         self.redundant = bool(np.linalg.matrix_rank(jacobian, rtol=_RANK) < len(jacobian))
 
@@ -200,7 +200,7 @@ class Model:
         slopes = []
         for k, coupling in enumerate(self.linkage.couplings, self.kept):  # q2 - f(q1)
             first = k + len(self.linkage.couplings)
-            driven, slope, curvature = _driven(coupling, float(value[first]))
+            driven, slope, curvature = _coupled(coupling, float(value[first]))
             slopes.append(slope)
             value[k] -= driven
             bend[k] -= slope * bend[first] + curvature * float(gradient[first] @ v) ** 2
@@ -230,7 +230,7 @@ class Model:
             return law(t, state.q, state.qdot) if callable(law) else law
 
         total = self.weights + at(self.actions.drive) * state.along
-        for k, arm, wrench in self.pushed:
+        for k, arm, wrench in self.loads:
             force = complex(at(wrench.force[0]), at(wrench.force[1]))
             moment = ((state.turns[k] * arm).conjugate() * force).imag + at(wrench.torque)
             total[3 * k - 3 : 3 * k] += force.real, force.imag, moment
@@ -294,7 +294,7 @@ class Model:
         return UnreachableError(Fault(self.linkage.path, found, "a motion within one assembly", advice))
 
 
-def _driven(coupling: Coupling, q: float) -> tuple[float, float, float]:
+def _coupled(coupling: Coupling, q: float) -> tuple[float, float, float]:
     """A coupling's second coordinate by its first, with two derivatives: ratio q + phase, or a cam's lift(q) + phase."""
     if coupling.lift is None:
         return coupling.ratio * q + coupling.phase, coupling.ratio, 0.0
@@ -506,7 +506,7 @@ class Steps(NamedTuple):
         return self.dense[min(int(np.searchsorted(self.s[1:], s)), len(self.dense) - 1)](s)
 
 
-def stepped(
+def integrate(
     rates: Callable[[float, Array], Array],
     state: Array,
     until: float,
@@ -608,7 +608,7 @@ def by_driver(model: Model, q: float, qdot: float, until: float, rtol: float, ne
         return np.array([qdot, found.acceleration, found.moment * qdot])
 
     atol = np.array([rtol * model.unit, rtol * model.unit, np.inf])
-    steps = stepped(rates, np.array([q, qdot, 0.0]), until, rtol, atol)
+    steps = integrate(rates, np.array([q, qdot, 0.0]), until, rtol, atol)
 
     def state(t: float) -> State:
         return carried(*steps.at(t)[:2].tolist())
@@ -616,7 +616,7 @@ def by_driver(model: Model, q: float, qdot: float, until: float, rtol: float, ne
     return Solution(steps.s, steps.states[:, 2], steps.evaluations, 0.0, state, by_newton if newton else None)
 
 
-def projected(model: Model, x: Array, v: Array) -> tuple[State, float]:
+def projection(model: Model, x: Array, v: Array) -> tuple[State, float]:
     """The state nearest in the kinetic measure d^T M d that fulfils Phi = 0 and Phi_x v = 0, and |Phi| before (m or rad).
 
     Raises:
@@ -664,7 +664,7 @@ def in_all_coordinates(model: Model, q: float, qdot: float, until: float, rtol: 
 
     def correct(y: Array) -> Array:
         nonlocal last, tangent
-        state, drift = projected(model, y[:n], y[n : 2 * n])
+        state, drift = projection(model, y[:n], y[n : 2 * n])
         drifts.append(drift)
         (before, _), (after, least) = model.margin(last, tangent), model.margin(state, tangent)
         if after != before or least < LEAST_MARGIN:
@@ -673,11 +673,11 @@ def in_all_coordinates(model: Model, q: float, qdot: float, until: float, rtol: 
         return np.concatenate((state.x, state.v, y[2 * n :]))
 
     atol = rtol * np.concatenate((model.scale, model.scale, [np.inf]))
-    steps = stepped(rates, np.concatenate((x, g * qdot, [0.0])), until, rtol, atol, correct)
+    steps = integrate(rates, np.concatenate((x, g * qdot, [0.0])), until, rtol, atol, correct)
 
     def state(t: float) -> State:
         y = steps.at(t)
-        return projected(model, y[:n], y[n : 2 * n])[0]
+        return projection(model, y[:n], y[n : 2 * n])[0]
 
     return Solution(steps.s, steps.states[:, 2 * n], steps.evaluations, max(drifts), state, by_multipliers)
 
@@ -727,7 +727,7 @@ def by_energy(model: Model, q: float, qdot: float, until: float, rtol: float) ->
         return np.array([2 / u * (push - y) if u > 0.0 else growth, 2 / speed])
 
     atol = np.array([0.0, rtol * until])
-    steps = stepped(rates, np.array([begin, 0.0]), np.inf, rtol, atol, None, lambda both: both[1] >= until)
+    steps = integrate(rates, np.array([begin, 0.0]), np.inf, rtol, atol, None, lambda both: both[1] >= until)
 
     def state(t: float) -> State:
         u = 0.0
