@@ -8,12 +8,13 @@ from __future__ import annotations
 
 import os
 import sys
+from pathlib import Path
 from typing import Any
 
 import click
 
-from flywheel.cli import machines, motions, texts
-from flywheel.cli.common import STANDARD_OUTPUT, written
+from flywheel.cli import machines, motions
+from flywheel.cli.common import STANDARD_OUTPUT, show, written
 
 __all__ = ["main"]
 
@@ -34,15 +35,18 @@ class _Program(click.Group):
     """A group of commands; standard output that is closed or full ends any of them with a line and exit code 1."""
 
     def main(self, *args: Any, **kwargs: Any) -> Any:
-        if sys.stdout is None:  # closed; a file that refuses what is written says so
+        """Run a command; where standard output is closed, a file that refuses what is written takes its place."""
+        if sys.stdout is None:
             sys.stdout = open(os.open(os.devnull, os.O_RDONLY), "w", encoding="utf-8")  # noqa: SIM115
         return super().main(*args, **kwargs)
 
     def make_context(self, *args: Any, **kwargs: Any) -> click.Context:
+        """Read the arguments, which may write to standard output: help, the version."""
         with written(STANDARD_OUTPUT):
             return super().make_context(*args, **kwargs)
 
     def invoke(self, context: click.Context) -> Any:
+        """Run the command that the arguments name."""
         with written(STANDARD_OUTPUT):
             return super().invoke(context)
 
@@ -63,5 +67,75 @@ def main() -> None:
     """
 
 
-for _command in (*machines.COMMANDS, *motions.COMMANDS, *texts.COMMANDS):
+def _known(context: click.Context, parameter: click.Parameter, value: str | None) -> str | None:
+    """One of the names that a command knows, looked up only when it runs; else a usage error with the nearest."""
+    names = _names(str(parameter.name))
+    if value is None or value in names:
+        return value
+    from flywheel.numerics.faults import nearest
+
+    near = nearest(value, names)
+    advice = f"did you mean {near!r}?" if near else f"known: {', '.join(names)}."
+    raise click.BadParameter(f"{value!r} is no {parameter.name}; {advice}")
+
+
+def _names(what: str) -> list[str]:
+    if what == "kind":
+        from flywheel.starters import kinds
+
+        return list(kinds())
+    from flywheel.reference import topics
+
+    return list(topics())
+
+
+@click.command(short_help="Write a commented starter scene.")
+@click.argument("kind", callback=_known, required=False)
+@click.argument("file", type=click.Path(path_type=Path, allow_dash=True), required=False)
+def new(kind: str | None, file: Path | None) -> None:
+    """Write a commented starter scene of a KIND of machine into FILE (default KIND.toml; - prints it).
+
+    Without KIND the known kinds are listed. A file that exists is never overwritten.
+    """
+    if kind is None:
+        show("\n".join(_names("kind")))
+        return
+    from flywheel.starters import starter, write_starter
+
+    if str(file) == "-":
+        show(starter(kind))
+        return
+    path = file or Path(f"{kind}.toml")
+    with written(path):
+        try:
+            write_starter(kind, path)
+        except FileExistsError:
+            click.echo(f"{path}: exists already and is left as it is; give another file name", err=True)
+            sys.exit(1)
+    click.echo(f"wrote {path}", err=True)
+
+
+@click.command(short_help="Explain the scene format.")
+@click.argument("topic", callback=_known, required=False)
+@click.option("--schema", is_flag=True, help="Print the format as a JSON Schema, for editors, and nothing else.")
+def reference(topic: str | None, schema: bool) -> None:
+    """Explain the scene format: an overview, or one TOPIC.
+
+    An editor that knows TOML (taplo, Even Better TOML) completes, explains and checks a scene by the schema: write it beside
+    the scene with "flywheel reference --schema > flywheel.schema.json", and "#:schema ./flywheel.schema.json" into the
+    scene's first line.
+    """
+    from flywheel.reference import schema_text, text
+
+    if schema:
+        if topic is not None:
+            raise click.UsageError("--schema is that of every topic: leave the topic out.")
+        show(schema_text())
+        return
+    show(text(topic))
+    if topic is None:
+        show(f"\nTopics: {', '.join(_names('topic'))}")
+
+
+for _command in (*machines.COMMANDS, *motions.COMMANDS, new, reference):
     main.add_command(_command)

@@ -130,13 +130,13 @@ def graph(scene: Path, plot: Path | None, form: str, simpler: bool) -> None:
     """Print the bond graph of the machine in SCENE: of every bond its half arrow, causal stroke, effort and flow."""
     spare(scene, plot)
     with reported(scene):
-        from flywheel.report.graph import draw, machine_graph, table
+        from flywheel.report.reduction import draw_graph, graph_table, machine_graph
 
         shown, log = machine_graph(scene, simplified=simpler)
-        text = "\n".join([*log, table(shown, form)])
+        text = "\n".join([*log, graph_table(shown, form)])
         if plot is not None:
             with written(plot):
-                draw(shown, plot, scene)
+                draw_graph(shown, plot, scene)
         show(text)
 
 

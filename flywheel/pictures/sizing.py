@@ -68,18 +68,11 @@ def plot(sizing: Sizing, path: str | Path) -> None:
 def draw(sizing: Sizing) -> Figure:
     """The figure with its four panels, not yet written anywhere."""
     made = figure(12.8, 9.6, headline(sizing), apart=0.12)
-    panels = made.subplots(2, 2).ravel()
-    if sizing.machine is None or sizing.cycle is None:
-        _draw_areas(panels, sizing)
-    else:
-        _draw_machine(panels, sizing)
-    return made
-
-
-def _draw_machine(axes: NDArray[Any], sizing: Sizing) -> None:
+    axes = made.subplots(2, 2).ravel()
     machine, cycle = sizing.machine, sizing.cycle
-    assert machine is not None
-    assert cycle is not None
+    if machine is None or cycle is None:
+        _draw_areas(axes, sizing)
+        return made
     samples = sampled(machine, cycle)
     if sizing.cyclic is None or sizing.constant is None:
         _moment(axes[0], sizing, samples)
@@ -87,17 +80,19 @@ def _draw_machine(axes: NDArray[Any], sizing: Sizing) -> None:
         _moment(axes[0], sizing, sampled(machine, sizing.constant, sizing.cyclic.constant_speed), samples)
     _inertia(axes[1], bodies(machine, samples), samples)
     if sizing.run is None:
-        for panel, title in ((axes[2], "Wittenbauer's loop"), (axes[3], "Speed of the crank")):
-            say(
-                panel,
-                title,
-                "Nothing acts on the machine and nothing in it has inertia:\nits speed never changes.",
-            )
+        why = "Nothing acts on the machine and nothing in it has inertia:\nits speed never changes."
+        say(axes[2], "Wittenbauer's loop", why)
+        say(axes[3], "Speed of the crank", why)
     else:
         _loop(axes[2], loop(cycle, samples, sizing.speed, sizing.run))
-        _speed(axes[3], sizing, samples)
+        _speed(axes[3], sizing, cycle, samples)
+    degrees, turns = float(np.degrees(sizing.scene.cycle)), float(np.degrees(sizing.scene.cycle)) / 360
     for panel in (axes[0], axes[1], axes[3]):
-        _degrees(panel, sizing.scene.cycle)
+        if panel.axison:  # it has an axis of angles: ticks at whole parts of a turn
+            panel.set_xlim(0.0, degrees)
+            if abs(turns - round(turns)) < 1e-9 and round(turns) <= 8:
+                panel.xaxis.set_major_locator(MultipleLocator(45 * round(turns)))
+    return made
 
 
 # -- what panels share ------------------------------------------------------------------------------------------------
@@ -108,19 +103,19 @@ _WIDE = 350.0  # points that a legend may be wide
 def legend(panel: Axes) -> None:
     """The legend along the top, in as many columns as fit, with room made for it above the curves."""
     handles, labels = panel.get_legend_handles_labels()
-    widest = next(n for n in range(len(labels), 0, -1) if n == 1 or _legend_width(labels, n) <= _WIDE)
+
+    def width(ncols: int) -> float:
+        """About how wide (points) it becomes: filled column by column, the first ones with one more if need be."""
+        chunks = np.array_split(np.array([len(label) for label in labels]), ncols)
+        return sum(4.6 * float(chunk.max()) + 28.0 for chunk in chunks)
+
+    widest = next(n for n in range(len(labels), 0, -1) if n == 1 or width(n) <= _WIDE)
     rows = -(-len(labels) // widest)
     ncols = -(-len(labels) // rows)  # as few columns as these rows need
     low, high = panel.get_ylim()
     panel.set_ylim(low, high + (high - low) * (0.04 + 0.065 * rows))
     style: dict[str, Any] = {"fontsize": 8.5, "handlelength": 1.7, "columnspacing": 1.2, "framealpha": 1.0}
     panel.legend(handles, labels, loc="upper center", ncols=ncols, borderaxespad=0.4, **style)
-
-
-def _legend_width(labels: list[str], ncols: int) -> float:
-    """About how wide (points) a legend becomes: filled column by column, the first ones with one more if need be."""
-    chunks = np.array_split(np.array([len(label) for label in labels]), ncols)
-    return sum(4.6 * float(chunk.max()) + 28.0 for chunk in chunks)
 
 
 def origin_of(mean: float, traces: list[tuple[str, str, Array]]) -> float:
@@ -143,17 +138,6 @@ def band(panel: Axes, sizing: Sizing, origin: float) -> None:
     panel.axhline(mean - origin, color=GREY, lw=0.9, ls="-.")
 
 
-def _degrees(panel: Axes, cycle: float) -> None:
-    """Ticks at whole parts of a turn, where the panel has an axis of angles."""
-    if not panel.axison:
-        return
-    degrees = float(np.degrees(cycle))
-    panel.set_xlim(0.0, degrees)
-    turns = degrees / 360
-    if abs(turns - round(turns)) < 1e-9 and round(turns) <= 8:
-        panel.xaxis.set_major_locator(MultipleLocator(45 * round(turns)))
-
-
 # -- turning moment --------------------------------------------------------------------------------------------------
 
 
@@ -163,7 +147,8 @@ def _moment(panel: Axes, sizing: Sizing, samples: Samples, along: Samples | None
         say(panel, "Turning moment", "No torque or force acts on the machine:\nM* is zero over the whole cycle.")
         return
     phi, moment = np.degrees(samples.phi), samples.moment
-    name_axes(panel, _moment_title(sizing), "crank angle φ, deg", "M*, N m")
+    at = "the crank" if sizing.cyclic is None else f"a constant {told(RPM * sizing.cyclic.constant_speed, 6)} rpm"
+    name_axes(panel, f"Turning moment at {at}, and its areas", "crank angle φ, deg", "M*, N m")
     for side, colour, label in ((1, SKY, "speeds up"), (-1, ORANGE, "slows down")):
         panel.fill_between(phi, np.where(side * moment > 0, moment, 0.0), color=colour, alpha=0.75, lw=0, label=label)
     panel.plot(phi, moment, color=BLACK, lw=1.4, label="M*")
@@ -173,12 +158,6 @@ def _moment(panel: Axes, sizing: Sizing, samples: Samples, along: Samples | None
     panel.axhline(0.0, color=BLACK, lw=0.8)
     _number_areas(panel, sizing, samples)
     legend(panel)
-
-
-def _moment_title(sizing: Sizing) -> str:
-    if sizing.cyclic is None:
-        return "Turning moment at the crank, and its areas"
-    return f"Turning moment at a constant {told(RPM * sizing.cyclic.constant_speed, 6)} rpm, and its areas"
 
 
 def _balance(panel: Axes, sizing: Sizing, samples: Samples) -> None:
@@ -231,19 +210,10 @@ def _number_areas(panel: Axes, sizing: Sizing, samples: Samples) -> None:
 
 def _inertia(panel: Axes, parts: dict[str, Array], samples: Samples) -> None:
     if not parts:
-        say(
-            panel,
-            "Reduced inertia",
-            "No body of the machine has mass or inertia:\nI* = 0, the flywheel is alone.",
-        )
+        say(panel, "Reduced inertia", "No body of the machine has mass or inertia:\nI* = 0, the flywheel is alone.")
         return
-    phi = np.degrees(samples.phi)
-    name_axes(
-        panel,
-        "Reduced inertia at the crank, by body (without the flywheel)",
-        "crank angle φ, deg",
-        "I*, kg m²",
-    )
+    phi, title = np.degrees(samples.phi), "Reduced inertia at the crank, by body (without the flywheel)"
+    name_axes(panel, title, "crank angle φ, deg", "I*, kg m²")
     floor = np.zeros_like(phi)
     for k, (name, part) in enumerate(parts.items()):
         colour, hatch = _BODIES[k % len(_BODIES)], _HATCHES[k // len(_BODIES) % len(_HATCHES)]
@@ -310,12 +280,20 @@ def _inset(panel: Axes, loop: Loop) -> None:
 # -- speed -----------------------------------------------------------------------------------------------------------
 
 
-def _speed(panel: Axes, sizing: Sizing, samples: Samples) -> None:
-    runs = _runs(sizing)
-    phi = np.degrees(samples.phi)
-    assert sizing.cycle is not None
+def _speed(panel: Axes, sizing: Sizing, cycle: Cycle, samples: Samples) -> None:
+    """The speed with every flywheel; those of no inertia are the bare machine, which is drawn once."""
+    runs: list[tuple[str, str, Run | None]] = []
+    if sizing.scene.inertia is not None:
+        runs = [("given", f"given {number(sizing.scene.inertia, 0.0, 5)} kg m²{_eps(sizing.run)}", sizing.run)]
+    names = {"exact": "exact", "approximate": "areas", "inertia_torque_flywheel": "inertia torque"}
+    for candidate in () if runs else candidates(sizing):
+        bare = candidate.inertia == 0.0
+        if bare and any(run is sizing.run for _, _, run in runs):
+            continue
+        name = "no flywheel" if bare else f"{names[candidate.key]} {number(candidate.inertia, candidate.error, 5)} kg m²"
+        runs.append((candidate.key, name + _eps(candidate.motion), candidate.motion))
     traces = [
-        (key, label, RPM * turning_moment.speed_over_cycle(sizing.cycle, sizing.speed, run, samples.phi))
+        (key, label, RPM * turning_moment.speed_over_cycle(cycle, sizing.speed, run, samples.phi))
         for key, label, run in runs
         if run is not None
     ]
@@ -324,26 +302,11 @@ def _speed(panel: Axes, sizing: Sizing, samples: Samples) -> None:
     band(panel, sizing, origin)
     for key, label, values in traces:
         colour, style, width = _LINES[key]
-        panel.plot(phi, values - origin, color=colour, ls=style, lw=width, label=label)
+        panel.plot(np.degrees(samples.phi), values - origin, color=colour, ls=style, lw=width, label=label)
     for _, label, run in runs:
         if run is None:
             panel.plot([], [], " ", label=label)
     legend(panel)
-
-
-def _runs(sizing: Sizing) -> list[tuple[str, str, Run | None]]:
-    """Every flywheel's key, label and motion; those of no inertia are the bare machine, which is drawn once."""
-    if sizing.scene.inertia is not None:
-        return [("given", f"given {number(sizing.scene.inertia, 0.0, 5)} kg m²{_eps(sizing.run)}", sizing.run)]
-    names = {"exact": "exact", "approximate": "areas", "inertia_torque_flywheel": "inertia torque"}
-    found: list[tuple[str, str, Run | None]] = []
-    for candidate in candidates(sizing):
-        bare = candidate.inertia == 0.0
-        if bare and any(run is sizing.run for _, _, run in found):
-            continue
-        name = "no flywheel" if bare else f"{names[candidate.key]} {number(candidate.inertia, candidate.error, 5)} kg m²"
-        found.append((candidate.key, name + _eps(candidate.motion), candidate.motion))
-    return found
 
 
 def _eps(run: Run | None) -> str:
@@ -382,21 +345,19 @@ def sampled(machine: Machine, cycle: Cycle, speed: float | None = None) -> Sampl
     phi[:, 0], phi[:, -1] = mesh.edges[:-1], mesh.edges[1:]  # the same float on both sides of an edge
     cell, local = np.repeat(np.arange(count), t.size), np.tile(t, count)
     work, variation = cycle.at(cell, local)
+    share = None
+    if cycle.balance is not None:
+        station = machine.reduction.at(phi, mesh.anchor)
+        moving = [] if speed is None else station.contributions(speed)
+        factor = station.reduced.per_unknown + np.zeros_like(phi)
+        share = np.asarray(cycle.balance * (factor + sum(part for _, _, part in moving))).ravel()
     return Samples(
         phi=phi.ravel(),
         moment=(cycle.series[0] @ cells.basis(t, cells.ORDER).T).ravel(),
         work=work,
         inertia=cycle.inertia_at_start + variation,
-        balance=None if cycle.balance is None else _share(machine, phi, mesh.anchor, cycle.balance, speed).ravel(),
+        balance=share,
     )
-
-
-def _share(machine: Machine, phi: Array, anchor: Array, balance: float, speed: float | None) -> Array:
-    """What the balance adds to M* (N m)."""
-    station = machine.reduction.at(phi, anchor)
-    factor = station.reduced.per_unknown + np.zeros_like(phi)
-    moving = [] if speed is None else station.contributions(speed)
-    return np.asarray(balance * (factor + sum(part for _, _, part in moving)))
 
 
 def bodies(machine: Machine, samples: Samples) -> dict[str, Array]:
@@ -500,35 +461,21 @@ def roomiest(samples: Samples, start: float, end: float, side: float, width: flo
 
 
 def _draw_areas(axes: NDArray[Any], sizing: Sizing) -> None:
-    """Bars of the areas, their sums, and the speed at the crossings, in four panels."""
+    """Bars of the areas, their sums, and the speed at the crossings: between them a diagram of areas tells nothing."""
     works = np.array([area.work for area in sizing.areas])
     sums = np.array([0.0, *(area.accumulated for area in sizing.areas)])
-    _area_bars(axes[0], works)
-    _sums(axes[1], sizing, sums)
-    why = "The loop needs the reduced inertia of a machine.\nA diagram of areas gives none, and counts all as flywheel."
-    say(axes[2], "Wittenbauer's loop", why)
-    _crossing_speeds(axes[3], sizing, sums)
-
-
-def _area_bars(panel: Axes, works: Array) -> None:
-    name_axes(panel, "Areas of the turning moment (angles not given)", "area", "work, J")
+    bars, panel, empty, speed = axes
+    name_axes(bars, "Areas of the turning moment (angles not given)", "area", "work, J")
     places = np.arange(1, works.size + 1)
     for side, colour, label in ((1, SKY, "speeds up"), (-1, ORANGE, "slows down")):
         mine = side * works > 0
         if mine.any():
-            panel.bar(places[mine], works[mine], color=colour, edgecolor=BLACK, lw=0.6, label=label)
-    panel.axhline(0.0, color=BLACK, lw=0.8)
-    panel.set_xticks(_spread(places), [f"A{k}" for k in _spread(places)])
+            bars.bar(places[mine], works[mine], color=colour, edgecolor=BLACK, lw=0.6, label=label)
+    bars.axhline(0.0, color=BLACK, lw=0.8)
+    _ticks(bars, "A", places)
     if works.any():
-        legend(panel)
+        legend(bars)
 
-
-def _spread(places: NDArray[np.intp]) -> list[int]:
-    """At most two dozen of the places, for ticks."""
-    return [int(k) for k in places[:: -(-places.size // 24)]]
-
-
-def _sums(panel: Axes, sizing: Sizing, sums: Array) -> None:
     name_axes(panel, "Accumulated areas", "crossing", "sum, J")
     places = np.arange(sums.size)
     panel.plot(places, sums, "o-", color=BLACK, lw=1.2, ms=4)
@@ -540,23 +487,28 @@ def _sums(panel: Axes, sizing: Sizing, sums: Array) -> None:
         label = f"{name}: S{at} = {told(value, 5, work_error(sizing))} J"
         panel.plot(at, value, marker, color=colour, ms=9, label=label)
         panel.axhline(value, color=colour, lw=0.9, ls=":")
-    panel.set_xticks(_spread(places), [f"S{k}" for k in _spread(places)])
+    _ticks(panel, "S", places)
     legend(panel)
 
+    why = "The loop needs the reduced inertia of a machine.\nA diagram of areas gives none, and counts all as flywheel."
+    say(empty, "Wittenbauer's loop", why)
 
-def _crossing_speeds(panel: Axes, sizing: Sizing, sums: Array) -> None:
-    """Speed at the crossings: between them a diagram of areas tells nothing."""
     inertia = sizing.scene.inertia or sizing.flywheel.exact or 0.0
     if inertia == 0.0:
-        say(panel, "Speed of the crank", "The areas are all zero:\nthe speed never changes.")
+        say(speed, "Speed of the crank", "The areas are all zero:\nthe speed never changes.")
         return
     eps = sizing.simulation.irregularity if sizing.simulation is not None else sizing.scene.irregularity or 0.0
     on_crank = inertia * sizing.scene.flywheel_ratio**2
     speeds = RPM * crossing_speeds(sums, sizing.speed * (1 - eps / 2), on_crank)
     origin = origin_of(sizing.speed * RPM, [("", "", speeds)])
-    name_axes(panel, "Speed of the crank at the crossings", "crossing", speed_label(sizing, origin))
-    band(panel, sizing, origin)
-    places = np.arange(sums.size)
-    panel.plot(places, speeds - origin, "o", color=BLUE, ms=6, label=f"{told(inertia)} kg m², ε = {told(eps, 4)}")
-    panel.set_xticks(_spread(places), [f"S{k}" for k in _spread(places)])
-    legend(panel)
+    name_axes(speed, "Speed of the crank at the crossings", "crossing", speed_label(sizing, origin))
+    band(speed, sizing, origin)
+    speed.plot(places, speeds - origin, "o", color=BLUE, ms=6, label=f"{told(inertia)} kg m², ε = {told(eps, 4)}")
+    _ticks(speed, "S", places)
+    legend(speed)
+
+
+def _ticks(panel: Axes, name: str, places: NDArray[np.intp]) -> None:
+    """A tick at every place, at most two dozen of them."""
+    shown = [int(k) for k in places[:: -(-places.size // 24)]]
+    panel.set_xticks(shown, [f"{name}{k}" for k in shown])

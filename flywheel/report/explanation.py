@@ -52,6 +52,10 @@ class Explanation:
 
     def text(self) -> str:
         """The same in plain text, at most 100 columns wide."""
+        cost = self.sizing.cost
+        parts = {"the whole": cost, **cost.stages}
+        rows = [(name, str(part.evaluations), figure(part.seconds, 0.0, 2)) for name, part in parts.items()]
+        costs = columns(rows, ("", "evaluations", "s"))
         blocks = {
             f"How it was worked out ({self.sizing.accuracy})": _items(
                 (f"figures: {self.formulation}", f"motion: {self.motion}")
@@ -59,7 +63,7 @@ class Explanation:
             "What the torques depend on": _items(self.because),
             "Not modelled, as this scene or this level does not need it": _items(self.not_modelled),
             "What takes more than a smooth machine would": _items(self.forced),
-            "What it cost, loading of libraries left out": [*_cost(self.sizing), *sentences([_ELSEWHERE])],
+            "What it cost, loading of libraries left out": [*costs, *sentences([_ELSEWHERE])],
         }
         return page((title, *lines) for title, lines in blocks.items() if lines)
 
@@ -106,14 +110,6 @@ def _items(rows: Iterable[str]) -> list[str]:
     return [line for row in rows for line in wrapped(row, "    ", "  - ")]
 
 
-def _cost(sizing: Sizing) -> list[str]:
-    """Evaluations and seconds as measured, of the whole and of each stage."""
-    cost = sizing.cost
-    parts = {"the whole": cost, **cost.stages}
-    rows = [(name, str(part.evaluations), figure(part.seconds, 0.0, 2)) for name, part in parts.items()]
-    return columns(rows, ("", "evaluations", "s"))
-
-
 def _counted(number: int, what: str) -> str:
     return f"{number} {what}{'' if number == 1 else 's'}"
 
@@ -157,34 +153,27 @@ def _because(sizing: Sizing) -> Iterator[str]:
 
 
 def _motion(sizing: Sizing) -> str:
-    """How the motion over the cycle was found."""
-    route = None if sizing.simulation is None else sizing.simulation.route
-    if sizing.machine is not None and route in ("time", "collocation"):
-        return _confirmation(sizing, sizing.machine)
-    if route == "quadrature":
+    """How the motion over the cycle was found, a second time for each of the flywheels, and what that took."""
+    machine, confirmed = sizing.machine, sizing.simulation
+    if machine is None:
+        return "not found"
+    if confirmed is None:
+        return "the one of the figures; not found a second time" if sizing.run is not None else "none: nothing stores energy"
+    if confirmed.route not in ("time", "collocation"):
         found = "that of the collocation" if sizing.cyclic is not None else "from the energy, in closed form,"
         return f"{found} on the cells of the figures; time by quadrature; nothing is stepped"
-    if sizing.machine is None:
-        return "not found"
-    return "the one of the figures; not found a second time" if sizing.run is not None else "none: nothing stores energy"
-
-
-def _confirmation(sizing: Sizing, machine: Machine) -> str:
-    """How the motion was found a second time, for each of the flywheels, and what that took."""
-    assert sizing.simulation is not None
     evaluations = _counted(sizing.cost.stages["simulation"].evaluations, "evaluation")
     cycles = "one cycle"
     if sizing.flywheel.approximate is not None:
-        lost = sizing.simulation.irregularity_approximate is None
+        lost = confirmed.irregularity_approximate is None
         second = " (none was found with the approximate one)" if lost else " and one with the approximate one"
         cycles = f"one cycle with the exact flywheel{second}"
-    if sizing.simulation.route == "collocation":
+    if confirmed.route == "collocation":
         return f"found again by periodic collocation on other cells, {cycles}, with {evaluations}, and compared"
     from flywheel.regime.stepping import stiffness  # loaded to step
 
-    first = stiffness(machine)
     implicitly = {0.0: ", implicitly, as a linkage is solved at many positions at once,", float("inf"): ""}
-    steps = f"in time{implicitly.get(first, ', implicitly where it is stiff,')}"
+    steps = f"in time{implicitly.get(stiffness(machine), ', implicitly where it is stiff,')}"
     return f"stepped {steps} through {cycles}, with {evaluations}, and compared with the figures"
 
 
@@ -213,7 +202,14 @@ def _not_modelled(sizing: Sizing) -> Iterator[str]:
         yield f"bodies without mass or inertia: {', '.join(massless)}"
     if machine.omitted:
         yield f"velocities that nothing hangs on: {', '.join(machine.omitted)}"
-    yield from _constant_inertia(sizing)
+    cycle, inertia = sizing.constant or sizing.cycle, sizing.reduced_inertia
+    if cycle is not None and inertia is not None and inertia.greatest - inertia.least <= 4 * cycle.errors.variation:
+        if inertia.greatest <= cycle.errors.inertia:
+            yield "any inertia of the machine's own: it has none"
+        else:
+            yield f"a varying inertia: I* is {inertia.mean:.6g} kg m² at every angle"
+        if sizing.cyclic is None and not machine.sets_its_speed:
+            yield "a difference between the exact flywheel and the one by the areas: with a constant I* there is none"
     lacking = [
         *([] if _weights(machine) else ["weights"]),
         *([] if _elements(machine, "C") else ["springs"]),
@@ -241,18 +237,6 @@ def _bodies(mechanism: Mechanism) -> list[str]:
     if mechanism.outputs:
         return [output.name for output in mechanism.outputs]
     return [part.name for part in KINDS[mechanism.type].parts if part.body]
-
-
-def _constant_inertia(sizing: Sizing) -> Iterator[str]:
-    cycle, inertia = sizing.constant or sizing.cycle, sizing.reduced_inertia
-    if cycle is None or inertia is None or inertia.greatest - inertia.least > 4 * cycle.errors.variation:
-        return
-    if inertia.greatest <= cycle.errors.inertia:
-        yield "any inertia of the machine's own: it has none"
-    else:
-        yield f"a varying inertia: I* is {inertia.mean:.6g} kg m² at every angle"
-    if sizing.cyclic is None and not (sizing.machine is not None and sizing.machine.sets_its_speed):
-        yield "a difference between the exact flywheel and the one by the areas: with a constant I* there is none"
 
 
 def _forced(sizing: Sizing) -> Iterator[str]:
