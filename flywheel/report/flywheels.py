@@ -98,7 +98,18 @@ def candidates(sizing: Sizing) -> list[Candidate]:
         off = inertia / exact - 1 if exact > 0.0 and key != "exact" else None
         off_error = 2 * (error + errors.exact) / exact if exact > 0.0 else 0.0
         motion = _motion_with(sizing, inertia)
-        found.append(Candidate(key, name, inertia, error, off, off_error, _given(sizing, key, motion), motion))
+        confirmed, simulated = sizing.simulation, None
+        if confirmed is not None:
+            own = {"exact": confirmed.irregularity, "approximate": confirmed.irregularity_approximate}
+            simulated = own.get(key)
+        gives: tuple[float, float] | None = None
+        if simulated is not None:
+            gives = simulated, (sizing.error.simulation or 0.0) * simulated
+        elif motion is not None:
+            gives = motion.irregularity, motion.error * motion.irregularity
+        elif sizing.run is None and sizing.energy_fluctuation <= work_error(sizing):
+            gives = 0.0, 0.0  # nothing acts; else the machine would stop
+        found.append(Candidate(key, name, inertia, error, off, off_error, gives, motion))
     return found
 
 
@@ -120,19 +131,6 @@ def _motion_with(sizing: Sizing, inertia: float) -> Run | None:
         return None
 
 
-def _given(sizing: Sizing, key: str, motion: Run | None) -> tuple[float, float] | None:
-    """The irregularity and its error: the simulation's where there is one, else that of the periodic motion."""
-    confirmed, simulated = sizing.simulation, None
-    if confirmed is not None:
-        simulated = {"exact": confirmed.irregularity, "approximate": confirmed.irregularity_approximate}.get(key)
-    if simulated is not None:
-        return simulated, (sizing.error.simulation or 0.0) * simulated
-    if motion is None:
-        still = sizing.run is None and sizing.energy_fluctuation <= work_error(sizing)
-        return (0.0, 0.0) if still else None  # nothing acts, or the machine would stop
-    return motion.irregularity, motion.error * motion.irregularity
-
-
 # -- the first block -------------------------------------------------------------------------------------------------
 
 
@@ -143,7 +141,18 @@ def flywheel(sizing: Sizing) -> list[str]:
     shaft = "the crank" if on == "crank" else f"shaft {on} ({figure(ratio)} turns to one of the crank)"
     if scene.inertia is not None:
         lines = wrapped(f"Given flywheel of {figure(scene.inertia)} kg m² on {shaft}, {at}", "")
-        return lines + columns(_analysis(sizing, scene.inertia))
+        motion = sizing.simulation
+        if motion is None:
+            return lines
+        error = (sizing.error.simulation or 0.0) * motion.irregularity
+        deviation, steadiness = percent_and_steadiness(motion.irregularity, error, 10)
+        rows = [
+            Row("irregularity", irregularity(motion.irregularity, error)),
+            Row("as ± %", deviation),
+            Row("steadiness", steadiness),
+            Row("GD² of the flywheel", figure(gd2(scene.inertia)), "kg m²"),
+        ]
+        return lines + columns(rows)
     head = wrapped(f"Flywheel on {shaft} for irregularity {irregularity_in_words(scene.irregularity or 0.0)}, {at}", "")
     header = ("", "inertia, kg m²", "off by", "irregularity it gives", "as ± %", "steadiness")
     found = candidates(sizing)
@@ -152,21 +161,6 @@ def flywheel(sizing: Sizing) -> list[str]:
     if max(map(len, table)) > WIDTH:
         table = columns(cells, header, gap=" ", indent=" ")
     return head + table + sentences([*_proven(sizing), *_in_gd2(sizing, found), *_verdicts(sizing)])
-
-
-def _analysis(sizing: Sizing, inertia: float) -> list[Row]:
-    """What the given flywheel makes of the machine."""
-    motion = sizing.simulation
-    if motion is None:
-        return []
-    error = (sizing.error.simulation or 0.0) * motion.irregularity
-    deviation, steadiness = percent_and_steadiness(motion.irregularity, error, 10)
-    return [
-        Row("irregularity", irregularity(motion.irregularity, error)),
-        Row("as ± %", deviation),
-        Row("steadiness", steadiness),
-        Row("GD² of the flywheel", figure(gd2(inertia)), "kg m²"),
-    ]
 
 
 def _cells(candidate: Candidate) -> tuple[str, ...]:

@@ -132,7 +132,13 @@ def _ratio(sizing: Sizing) -> float:
 
 def _rated(sizing: Sizing, motor: Motor, energy: Energy) -> Iterator[str]:
     """Power and torque that the machine asks of its motor, beside what the motor is rated for."""
-    rated, torque = motor.rated, _greatest_torque(sizing, motor)
+    rated, run, ratio = motor.rated, sizing.run, _ratio(sizing)
+    if run is None or run.drive is None:
+        torque = float(motor.torque(ratio * sizing.speed))
+    else:  # the one that is largest in size along the cycle, at the motor's own shaft, with its sign
+        series = piecewise.fit(run.drive)
+        high, low = piecewise.greatest(series), -piecewise.greatest(-series)
+        torque = (high if high >= -low * (1 - _TIE) else low) / ratio
     greatest = f"greatest torque {_signed(torque)} N m on its shaft"
     rms = f"root of its mean square over time {_number(energy.rms_torque)} N m"
     if rated is None:
@@ -152,16 +158,6 @@ def _rated(sizing: Sizing, motor: Motor, energy: Energy) -> Iterator[str]:
     yield f"{rms}, {_share(energy.rms_torque, rated.torque)} of the rated one."
 
 
-def _greatest_torque(sizing: Sizing, motor: Motor) -> float:
-    """The torque (N m) of the motor that is largest in size along the cycle, at its own shaft, with its sign."""
-    run, ratio = sizing.run, _ratio(sizing)
-    if run is None or run.drive is None:
-        return float(motor.torque(ratio * sizing.speed))
-    series = piecewise.fit(run.drive)
-    high, low = piecewise.greatest(series), -piecewise.greatest(-series)
-    return (high if high >= -low * (1 - _TIE) else low) / ratio
-
-
 def _heat(sizing: Sizing, motor: Motor, energy: Energy) -> Iterator[str]:
     """What heats the motor, where its kind tells; of others, that it is not known."""
     even = _ratio(sizing) * (sizing.constant_speed or sizing.speed)
@@ -170,7 +166,10 @@ def _heat(sizing: Sizing, motor: Motor, energy: Energy) -> Iterator[str]:
         heat = f"Heat of its rotor, torque times slip speed on the mean over time: {_number(energy.rotor_heat)} W"
         yield f"{heat}, {_verdict(energy, 'rotor_heat', rated, float(motor.rotor_heat(even)))}"
     elif isinstance(motor, DC) and energy.copper_heat is not None:
-        yield _current(motor, energy)
+        rms, peak, limit = energy.current_rms or 0.0, energy.current_peak or 0.0, motor.rated_current
+        beside = ["" if limit is None else f", {_share(abs(current), limit)} of the rated one" for current in (rms, peak)]
+        means = f"root of its mean square over time {_number(rms)} A{beside[0]}"
+        yield f"Current of its armature: {means}; greatest {_signed(peak)} A{beside[1]}."
         heat = f"Copper heat of its armature, R i² on the mean over time: {_number(energy.copper_heat)} W"
         if motor.rated_current is None:
             yield f"{heat}; what it may be is not known without a rated point."
@@ -181,14 +180,6 @@ def _heat(sizing: Sizing, motor: Motor, energy: Energy) -> Iterator[str]:
         yield "Torque against speed alone does not tell what heats it: give the motor as induction or dc for that."
         if motor.rated is not None and energy.mean_power > motor.rated.power * (1 + _TIE):
             yield "The mean power is more than the rated one."
-
-
-def _current(motor: DC, energy: Energy) -> str:
-    """A DC motor's current, beside the rated one where that is known."""
-    rms, greatest, rated = energy.current_rms or 0.0, energy.current_peak or 0.0, motor.rated_current
-    beside = ["" if rated is None else f", {_share(abs(current), rated)} of the rated one" for current in (rms, greatest)]
-    means = f"root of its mean square over time {_number(rms)} A{beside[0]}"
-    return f"Current of its armature: {means}; greatest {_signed(greatest)} A{beside[1]}."
 
 
 def _verdict(energy: Energy, name: str, rated: float, even: float) -> str:

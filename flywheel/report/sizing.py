@@ -6,9 +6,8 @@ written with `figure(value, error)`, which gives it the digits that its error le
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from math import log, log1p
-from typing import NamedTuple
 
 from flywheel.numerics.faults import Remark
 from flywheel.numerics.units import columns, figure, short
@@ -99,40 +98,26 @@ def _scene(sizing: Sizing) -> list[str]:
 # -- speeds ----------------------------------------------------------------------------------------------------------
 
 
-class Speeds(NamedTuple):
-    """Greatest and least crank speed and their absolute error, rad/s."""
-
-    greatest: float
-    least: float
-    error: float
-
-
-def extreme_speeds(sizing: Sizing) -> Speeds | None:
-    """The extremes of speed as simulated, else those of the periodic motion; None where there are none."""
-    confirmed, motion = sizing.simulation, sizing.run
-    if confirmed is not None and confirmed.speed_max is not None and confirmed.speed_min is not None:
-        error = (sizing.error.simulation or 0.0) * confirmed.irregularity * sizing.speed
-        return Speeds(confirmed.speed_max, confirmed.speed_min, error)
-    if motion is None:
-        return None
-    return Speeds(motion.speed_max, motion.speed_min, motion.error * motion.irregularity * sizing.speed)
-
-
 def _speeds(sizing: Sizing) -> list[str]:
-    """The speeds of the crank, and of the flywheel's shaft."""
-    found, scene, confirmed = extreme_speeds(sizing), sizing.scene, sizing.simulation
-    if found is None:
+    """The speeds of the crank, as simulated or else those of the periodic motion, and of the flywheel's shaft."""
+    scene, confirmed, motion = sizing.scene, sizing.simulation, sizing.run
+    if confirmed is not None and confirmed.speed_max is not None and confirmed.speed_min is not None:
+        greatest, least = confirmed.speed_max, confirmed.speed_min
+        off = (sizing.error.simulation or 0.0) * confirmed.irregularity * sizing.speed
+    elif motion is not None:
+        greatest, least, off = motion.speed_max, motion.speed_min, motion.error * motion.irregularity * sizing.speed
+    else:
         return []
     rows: list[tuple[str, float, float, float | None]] = []
     if sizing.cyclic is not None and scene.unknown is None and scene.speed is not None:  # it takes a speed of its own
         rows.append(("asked for", scene.speed, 0.0, None))
     rows += [
         ("mean of extremes", sizing.speed, 0.0, None),
-        ("greatest", found.greatest, found.error, sizing.angle_speed_max),
-        ("least", found.least, found.error, sizing.angle_speed_min),
+        ("greatest", greatest, off, sizing.angle_speed_max),
+        ("least", least, off, sizing.angle_speed_min),
     ]
     if confirmed is not None and confirmed.speed_time_mean is not None:
-        rows.append(("mean over time", confirmed.speed_time_mean, found.error, None))
+        rows.append(("mean over time", confirmed.speed_time_mean, off, None))
     if scene.flywheel_on != "crank":
         rows.append((f"mean, shaft {scene.flywheel_on}", sizing.speed * scene.flywheel_ratio, 0.0, None))
     cells = []
@@ -199,15 +184,11 @@ def _inertia(sizing: Sizing) -> list[str]:
     return block("Reduced inertia I* at the crank, without the flywheel", rows)
 
 
-def area_error(sizing: Sizing) -> float:
-    """Absolute error (J) of the areas, which a constant speed found as a root closes with a residue of its own."""
-    return work_error(sizing) + 2 * (0.0 if sizing.constant is None else abs(sizing.constant.net))
-
-
 def _areas(sizing: Sizing) -> list[str]:
     if not sizing.areas:
         return []
-    work, error = area_error(sizing), (sizing.error.angles or 0.0) * DEGREES
+    residue = 0.0 if sizing.constant is None else abs(sizing.constant.net)  # of a constant speed found as a root
+    work, error = work_error(sizing) + 2 * residue, (sizing.error.angles or 0.0) * DEGREES
 
     def mark(accumulated: float) -> str:
         marks = (("greatest", sizing.accumulated_max), ("least", sizing.accumulated_min))
@@ -272,18 +253,14 @@ def _errors(sizing: Sizing) -> list[str]:
 
 
 def _notes(sizing: Sizing) -> list[str]:
-    return sentences((f"Note: {note}" for note in (*sizing.messages, *_idle(sizing))), "")
-
-
-def _idle(sizing: Sizing) -> Iterator[str]:
-    """Places of the machine that were left out of its graph."""
-    machine = sizing.machine
-    if machine is None:
-        return
-    loose = {*machine.omitted} - {sizing.scene.flywheel_on}
-    idle = [name for name, place in machine.places.items() if place.junction in loose]
-    if idle:
-        yield f"left out, as nothing hangs on it: {', '.join(idle)}"
+    """Messages, and the places of the machine that were left out of its graph."""
+    notes, machine = list(sizing.messages), sizing.machine
+    if machine is not None:
+        loose = {*machine.omitted} - {sizing.scene.flywheel_on}
+        idle = [name for name, place in machine.places.items() if place.junction in loose]
+        if idle:
+            notes.append(f"left out, as nothing hangs on it: {', '.join(idle)}")
+    return sentences((f"Note: {note}" for note in notes), "")
 
 
 _FURTHER = {

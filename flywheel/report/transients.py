@@ -68,7 +68,8 @@ def _figures(transient: Transient) -> list[str]:
     if transient.regime_speed is not None:
         rows.append(("regime, mean speed over time", _speed(transient, transient.regime_speed)))
         when = transient.time_to_regime
-        if when != 0.0 and not _slows(transient):
+        slows = float(transient.motion.omega[0]) > 0.0 and transient.peaks.speed.time == 0.0
+        if when != 0.0 and not slows:
             rows.append(("first at 95 % of it", "not reached" if when is None else f"after {figure(when, most=7)} s"))
     rows += _peaks(transient)
     rows.append(("flywheel", f"{figure(transient.inertia, most=7)} kg m^2 on {transient.scene.flywheel_on}"))
@@ -94,11 +95,6 @@ def _peaks(transient: Transient) -> list[tuple[str, str]]:
 
 def _when(top: Peak) -> str:
     return f" after {figure(top.time, most=5)} s" if top.time > 0.0 else ""
-
-
-def _slows(transient: Transient) -> bool:
-    """Whether a machine that runs is never faster than at its start."""
-    return float(transient.motion.omega[0]) > 0.0 and transient.peaks.speed.time == 0.0
 
 
 def _energy(transient: Transient) -> list[str]:
