@@ -1,4 +1,6 @@
-"""What errors are measured against: the figure by two routes that share nothing but I*, M* and the laws.
+"""The question that all methods answer, and what their errors are measured against: its figure by two routes.
+
+The routes share nothing but I*, M* and the laws.
 
 Torques that depend on speed: the periodic motion by collocation, verified by stepping it in time. Loads of position alone:
 the closed form on Chebyshev cells, verified by Gauss' rule on halved panels in the longest floats that numpy has, which is
@@ -23,7 +25,6 @@ from flywheel.regime.turning_moment import NoMotionError
 from flywheel.sizing.results import Sizing
 from flywheel.sizing.sizing import size
 from flywheel.sizing.speed_dependent import with_flywheel
-from flywheel.study.steppers import Question, answer
 
 Long = NDArray[np.longdouble]
 Panel = NDArray[np.intp]
@@ -36,6 +37,69 @@ _SAMPLES = 12  # in a panel, between which extremes are looked for
 _SECANTS = 60
 _LONG = np.finfo(np.longdouble).eps
 _LEVELS = 80
+_NO_FLUCTUATION = 1e-13  # of the work exchanged: a fluctuation that is none
+
+
+class Question(NamedTuple):
+    """The figure that all methods are to find: a flywheel (kg m², on its own shaft), or with a given one the irregularity.
+
+    `scale` is what errors are relative to where the figure itself is smaller: energy_fluctuation/(eps w²) for a flywheel.
+    """
+
+    machine: Machine
+    sized: bool
+    scale: float
+
+    @classmethod
+    def of(cls, sizing: Sizing) -> Question:
+        """The question of the scene of a sizing."""
+        machine, scene = sizing.machine, sizing.scene
+        assert machine is not None
+        if scene.irregularity is None:
+            return cls(machine, False, 0.0)
+        scale, cycle = sizing.flywheel.approximate_total or 0.0, sizing.constant or sizing.cycle
+        if cycle is not None and sizing.reduced_inertia is not None:
+            unit = scene.irregularity * sizing.speed**2 * scene.flywheel_ratio**2
+            at_hand = max(cycle.exchanged / max(unit, 1e-300), sizing.reduced_inertia.greatest / scene.flywheel_ratio**2)
+            scale = scale if scale > _NO_FLUCTUATION * at_hand else at_hand  # of a fluctuation that is rounding
+        return cls(machine, True, scale)
+
+    @property
+    def figure(self) -> str:
+        """The figure's name."""
+        return "exact flywheel" if self.sized else "irregularity"
+
+    @property
+    def unit(self) -> str:
+        """Its unit."""
+        return "kg m²" if self.sized else ""
+
+    @property
+    def crank(self) -> float:
+        """What an inertia on the flywheel's shaft is multiplied with to stand on the crank."""
+        return self.machine.scene.flywheel_ratio**2
+
+    @property
+    def given(self) -> float:
+        """The given flywheel on the crank (kg m²), 0 where one is to be found."""
+        return (self.machine.scene.inertia or 0.0) * self.crank
+
+    def error(self, value: float, true: float) -> float:
+        """The relative error of an answer."""
+        return abs(value - true) / max(abs(true), self.scale, 1e-300)
+
+
+def answer(sizing: Sizing) -> float:
+    """What a sizing or an analysis says to the question: its exact flywheel, or its irregularity."""
+    if sizing.scene.irregularity is not None:
+        assert sizing.flywheel.exact is not None
+        return sizing.flywheel.exact
+    if sizing.simulation is not None:
+        return sizing.simulation.irregularity
+    return 0.0 if sizing.run is None else sizing.run.irregularity
+
+
+# -- in extended precision ---------------------------------------------------------------------------------------------
 
 
 def _gauss() -> tuple[Long, Long]:

@@ -27,8 +27,8 @@ from flywheel.scene.scene import Scene
 from flywheel.sizing import speed_dependent
 from flywheel.sizing.sizing import size
 from flywheel.study import steppers
-from flywheel.study.reference import Reference, verified
-from flywheel.study.steppers import NoAnswerError, Question, Revolve, answer
+from flywheel.study.reference import Question, Reference, answer, verified
+from flywheel.study.steppers import NoAnswerError, Revolve
 
 
 class Row(NamedTuple):

@@ -8,7 +8,7 @@ import pytest
 
 import flywheel
 from flywheel.study import steppers, tradeoff
-from flywheel.study.steppers import Question
+from flywheel.study.reference import Question
 from flywheel.study.tradeoff import FAMILIES, Measured, Run
 from tests.scenes import press, rotor, yoke
 

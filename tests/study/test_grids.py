@@ -8,7 +8,7 @@ import pytest
 import flywheel
 from flywheel.machine.machine import Machine
 from flywheel.study import steppers
-from flywheel.study.steppers import Question
+from flywheel.study.reference import Question
 from tests.scenes import press, yoke
 
 COUNT = 91  # no angle on a jump

@@ -4,7 +4,7 @@ import pytest
 
 import flywheel
 from flywheel.machine.machine import Machine
-from flywheel.study.steppers import Question, answer
+from flywheel.study.reference import Question, answer
 from tests.scenes import shaper, yoke
 
 

@@ -6,7 +6,8 @@ import pytest
 
 import flywheel
 from flywheel.machine.machine import Machine
-from flywheel.study.steppers import NoAnswerError, Question, Revolution, by_shooting, stretches_of
+from flywheel.study.reference import Question
+from flywheel.study.steppers import NoAnswerError, Revolution, by_shooting, stretches_of
 from tests.scenes import rotor
 
 OWN, SPEED = 2.0, 10 * pi

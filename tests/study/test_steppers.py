@@ -6,7 +6,8 @@ import pytest
 import flywheel
 from flywheel.machine.machine import Machine
 from flywheel.study import steppers
-from flywheel.study.steppers import NoAnswerError, Question, Trial, by_shooting
+from flywheel.study.reference import Question
+from flywheel.study.steppers import NoAnswerError, Trial, by_shooting
 from tests.scenes import yoke
 
 SMOOTH = yoke(load=[{"on": "yoke", "force": "400*sin(phi)"}])
