@@ -9,37 +9,7 @@ It is `flywheel.linkage` to users, and the home of what describes a linkage and 
 [0.054030231, 0.084147098]
 """
 
-from __future__ import annotations
+from flywheel.mechanisms.linkages.positions import Poses, Solution, solve, solve_over
+from flywheel.scene.linkage import Coupling, Joint, Lift, Link, Linkage, Point, Side
 
-from importlib import import_module
-from typing import TYPE_CHECKING, Any
-
-if TYPE_CHECKING:
-    from flywheel.mechanisms.linkages.positions import Poses, Solution, solve, solve_over
-    from flywheel.scene.linkage import Coupling, Joint, Lift, Link, Linkage, Point, Side
-
-_HOMES = {
-    **dict.fromkeys(("Coupling", "Joint", "Lift", "Link", "Linkage", "Point", "Side"), "flywheel.scene.linkage"),
-    **dict.fromkeys(("Poses", "Solution", "solve", "solve_over"), "flywheel.mechanisms.linkages.positions"),
-}
-
-__all__ = [
-    "Coupling",
-    "Joint",
-    "Lift",
-    "Link",
-    "Linkage",
-    "Point",
-    "Poses",
-    "Side",
-    "Solution",
-    "solve",
-    "solve_over",
-]
-
-
-def __getattr__(name: str) -> Any:
-    """A name of the description or of the positions, imported on first use (PEP 562)."""
-    if name not in _HOMES:
-        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
-    return getattr(import_module(_HOMES[name]), name)
+__all__ = ["Coupling", "Joint", "Lift", "Link", "Linkage", "Point", "Poses", "Side", "Solution", "solve", "solve_over"]
