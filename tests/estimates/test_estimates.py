@@ -15,7 +15,7 @@ from .__main__ import SPAN, summary
 from .checking import Outcome, Row, outcome
 from .scenes import scene_of
 
-SAMPLE = range(16)
+SAMPLE = (*range(14), 28, 30)  # the last two: a scotch yoke, a shaper
 FOUND = {  # what these once had wrong
     1000030: "the mean of extremes of a machine that sets its own speed",
     1000082: "a balance that is nothing but rounding",
@@ -38,19 +38,18 @@ def outcomes() -> list[Outcome]:
 @pytest.mark.slow
 def test_no_true_error_exceeds_its_estimate(outcomes: list[Outcome]) -> None:
     assert {item.seed: item.faults for item in outcomes if item.faults} == {}
+    assert sum(item.counts for item in outcomes) >= 13
+    assert sum(item.moving for item in outcomes) >= 2
 
 
-@pytest.mark.slow
-def test_the_sample_has_every_kind_of_scene(outcomes: list[Outcome]) -> None:
-    scenes = [scene_of(item.seed) for item in outcomes if item.counts]
+def test_random_scenes_are_of_every_kind() -> None:
+    scenes = [scene_of(SPAN + k) for k in range(60)]
     written = [scene["mechanism"] for scene in scenes if "mechanism" in scene]
     tables = [table for found in written for table in (found if isinstance(found, list) else [found])]
     kinds = {"scotch-yoke", "slider-crank", "four-bar", "crank-shaper", "law", "linkage"}
     assert {table["type"] for table in tables} == kinds
     assert any("mechanism" not in s for s in scenes)
     assert {"irregularity", "inertia"} <= {key for s in scenes for key in s["flywheel"]}
-    assert 2 <= sum(item.moving for item in outcomes) <= 10
-    assert len(scenes) >= 13
 
 
 @pytest.mark.slow
