@@ -4,7 +4,7 @@ The text is read through Python's own `ast`, of which only arithmetic, compariso
 list of functions are let through. Nothing of it is ever executed; size, depth and exponents are capped.
 
 A tree is evaluated against a namespace that gives the functions by their numpy names, so numpy itself serves, and so do
-intervals, jets, mpmath and SymPy through small adapters: sin cos tan asin acos atan atan2 sqrt exp log abs sign minimum
+intervals, jets, and mpmath through a small adapter: sin cos tan asin acos atan atan2 sqrt exp log abs sign minimum
 maximum where divide power less less_equal greater greater_equal equal not_equal logical_and logical_or logical_not, pi.
 """
 
@@ -18,7 +18,6 @@ import warnings
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property, reduce
-from types import SimpleNamespace
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -377,74 +376,6 @@ def _bracketed(node: Node) -> str:
     text = written(node)
     plain = node.op in ("name", "pi", *SMOOTH, "abs", "sign", "min", "max", "atan2")
     return text if plain or (node.op == "number" and node.number >= 0) else f"({text})"
-
-
-_SHARED = ("sin", "cos", "tan", "asin", "acos", "atan", "atan2", "sqrt", "exp", "log", "sign")
-
-
-def mpmath_namespace() -> SimpleNamespace:
-    """Functions over mpmath's numbers, at the precision that is set when they are called.
-
-    >>> from mpmath import mp
-    >>> with mp.workdps(20):
-    ...     print(mpmath_namespace().atan2(1, -1))
-    2.3561944901923449288
-    """
-    from mpmath import mp  # type: ignore[import-untyped]
-
-    return SimpleNamespace(
-        **{name: getattr(mp, name) for name in _SHARED},
-        pi=mp.pi,
-        abs=abs,
-        minimum=min,
-        maximum=max,
-        where=lambda test, yes, no: yes if test else no,
-        divide=lambda a, b: mp.mpf(a) / b,
-        power=lambda base, exponent: mp.mpf(base) ** exponent,
-        less=operator.lt,
-        less_equal=operator.le,
-        greater=operator.gt,
-        greater_equal=operator.ge,
-        equal=operator.eq,
-        not_equal=operator.ne,
-        logical_and=lambda a, b: a and b,
-        logical_or=lambda a, b: a or b,
-        logical_not=operator.not_,
-    )
-
-
-def sympy_namespace() -> SimpleNamespace:
-    """Functions over SymPy's expressions; a choice becomes a Piecewise, an integral exponent an integer.
-
-    >>> import sympy
-    >>> sympy_namespace().power(sympy.Symbol("phi"), 2.0)
-    phi**2
-    """
-    import sympy  # type: ignore[import-untyped]
-
-    def power(base: Any, exponent: Any) -> Any:
-        whole = isinstance(exponent, float) and exponent.is_integer()
-        return sympy.Pow(base, int(exponent) if whole else exponent)
-
-    return SimpleNamespace(
-        **{name: getattr(sympy, name) for name in _SHARED},
-        pi=sympy.pi,
-        abs=sympy.Abs,
-        minimum=sympy.Min,
-        maximum=sympy.Max,
-        where=lambda test, yes, no: sympy.Piecewise((yes, test), (no, True)),
-        divide=lambda a, b: sympy.sympify(a) / b,
-        power=power,
-        less=sympy.Lt,
-        less_equal=sympy.Le,
-        greater=sympy.Gt,
-        greater_equal=sympy.Ge,
-        equal=sympy.Eq,
-        not_equal=sympy.Ne,
-        logical_and=sympy.And,
-        logical_or=sympy.Or,
-        logical_not=sympy.Not,
-    )
 
 
 VARIABLES = ("phi", "omega", "t", "x", "v")

@@ -4,9 +4,9 @@ import mpmath
 import numpy as np
 import pytest
 
-from flywheel.numerics.expressions import mpmath_namespace
 from flywheel.numerics.intervals import NAMESPACE as ns
 from flywheel.numerics.intervals import Interval
+from tests.numerics.exact import mpmath_namespace
 
 EXACT = mpmath_namespace()
 SHARES = np.array([0.0, 0.1, 0.35, 0.5, 0.77, 1.0])

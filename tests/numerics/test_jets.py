@@ -5,9 +5,10 @@ import numpy as np
 import pytest
 
 from flywheel.numerics import intervals
-from flywheel.numerics.expressions import mpmath_namespace, parse
+from flywheel.numerics.expressions import parse
 from flywheel.numerics.intervals import Interval
 from flywheel.numerics.jets import Jet, jet_namespace
+from tests.numerics.exact import mpmath_namespace
 
 JETS = jet_namespace(np)
 BOUNDS = jet_namespace(intervals.NAMESPACE)

@@ -5,9 +5,10 @@ import numpy as np
 import pytest
 
 from flywheel.numerics import intervals
-from flywheel.numerics.expressions import mpmath_namespace, parse, terms
+from flywheel.numerics.expressions import parse, terms
 from flywheel.numerics.intervals import Interval
 from flywheel.numerics.jets import Jet, jet_namespace
+from tests.numerics.exact import mpmath_namespace
 
 PLACES = np.array([0.0, 1.0, 2.99, 2.999, 3.0000001, 3.01, 4.0, 6.0])
 TEXTS = [
