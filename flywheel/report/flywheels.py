@@ -90,8 +90,8 @@ def candidates(sizing: Sizing) -> list[Candidate]:
     wheel = sizing.flywheel
     exact, errors = wheel.exact or 0.0, inertia_errors(sizing)
     if sizing.scene.areas is not None:
-        gives = (sizing.scene.irregularity or 0.0, 0.0)
-        return [Candidate("approximate", "accumulated areas", exact, errors.exact, None, 0.0, gives, None)]
+        wanted = (sizing.scene.irregularity or 0.0, 0.0)
+        return [Candidate("approximate", "accumulated areas", exact, errors.exact, None, 0.0, wanted, None)]
     found = []
     for key, (name, _) in _CANDIDATES.items():
         inertia, error = getattr(wheel, key) or 0.0, getattr(errors, key)

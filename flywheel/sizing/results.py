@@ -587,21 +587,20 @@ def engine(sizing: Sizing) -> EngineCycle | None:
     others = [load for load in loads if load.on not in ports and not load.model.startswith(_LOSSES)]
     taken = -sum(works[load.path] for load in others) - works.get("drive", 0.0)
     brake = taken if taken > error else None
-    pistons: dict[Any, float] | None = {}  # m³ swept in one stroke, as often as the gas in front of each works in the cycle
-    for load in gas:
+    pistons: dict[Any, float] = {}  # m³ swept in one stroke, as often as the gas in front of each works in the cycle
+    known = all(load.piston is not None for load in gas)
+    for load in gas if known else ():
         name, _, port = load.on.rpartition(".")
         mechanism = next(m for m in machine.scene.mechanisms if m.name == name)
         try:
-            ends = None if load.piston is None else ends_of(mechanism, port, machine.scene.parameters)
+            ends = ends_of(mechanism, port, machine.scene.parameters)
         except SceneError:  # a port whose turning points cannot be told
-            ends = None
-        if ends is None or load.piston is None:
-            pistons = None
+            known = False
             break
         times = machine.scene.shafts[mechanism.shaft] * machine.scene.cycle / load.every
         space = load.path if load.model else ""  # the model's own; loads with a bore on one port share the cylinder
-        pistons[load.on, space] = load.piston * (ends.high - ends.low) * round(times)
-    volume = None if pistons is None else sum(pistons.values())
+        pistons[load.on, space] = (load.piston or 0.0) * (ends.high - ends.low) * round(times)
+    volume = sum(pistons.values()) if known else None
     cycles = sizing.speed / machine.scene.cycle  # a second
     return EngineCycle(
         indicated_work=indicated,

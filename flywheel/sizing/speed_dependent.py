@@ -167,7 +167,7 @@ def _equilibrium(moments: Moments, speed: float, unknown: float) -> Array | None
         omega, moved = closer, np.abs(closer - omega)
         if (moved <= 4 * ROUNDING * omega).all():
             break
-    return omega
+    return np.asarray(omega)
 
 
 def _equilibrium_at_mean(moments: Moments, speed: float, unknown: float) -> tuple[Array, float] | None:

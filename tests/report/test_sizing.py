@@ -194,3 +194,10 @@ def test_headline_is_short_and_printable() -> None:
     lines = report.headline(sized(yoke(title="x" * 300 + "\x1b"))).splitlines()
     assert len(lines[0]) == outcome.WIDTH
     assert lines[1] == "flywheel 353.521 kg m² on crank for irregularity 0.04, crank at 60 rpm"
+
+
+def test_nothing_acts() -> None:
+    text = report.text(sized({"regime": {"speed": 10}, "flywheel": {"irregularity": 0.01}}))
+    assert "nothing acts on the machine" in text
+    assert "no steady motion" not in text
+    assert "no drive in the scene" in text
