@@ -12,6 +12,7 @@ import pytest
 from flywheel.mechanisms.linkages.equations import correction
 from flywheel.mechanisms.linkages.positions import Solution, solve
 from flywheel.numerics.faults import SceneError
+from flywheel.scene.linkage import FIXED, FRAME, Joint, Link
 from tests.linkages.linkages import CASES, Reference, four_bar, six_bar, slider_crank
 
 ANGLES = (0.0, 1.1, 3.0, 4.6, tau)
@@ -164,3 +165,12 @@ def test_the_centre_of_mass_is_a_point_of_its_body() -> None:
     linkage = replace(base, links=tuple(link._replace(com=(0.07, -0.02)) for link in base.links))
     poses = solve(linkage, 0.0, tau).poses(Q)
     np.testing.assert_array_equal(poses.centre("coupler").slope, poses.point("coupler", (0.07, -0.02)).slope)
+
+
+def test_a_body_that_holds_the_frame_at_an_angle_is_turned_against_it() -> None:
+    base = slider_crank()
+    weld = Joint("weld", FIXED, "stand", FRAME, base.ground.points[0], base.ground.points[0], angle=0.3)
+    held = replace(base, links=(*base.links, Link("stand", base.ground.points)), joints=(weld, *base.joints))
+    poses, plain = (solve(linkage, 0.0, 1.0).poses([0.7]) for linkage in (held, base))
+    np.testing.assert_allclose(poses.angle("stand").value, -0.3, atol=1e-15)
+    np.testing.assert_allclose(poses.angle("rod").value, plain.angle("rod").value, atol=1e-14)
