@@ -16,6 +16,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator, Sequence
+from functools import partial
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -399,8 +400,14 @@ class Dynamics:
             return self.along(np.clip(phi, *_interior(ends)), anchor, omega, time, current)
         factors = anchor.factors or tuple(1.0 for _ in parts)
         found = self._instant(parts, omega, current, factors)
-        values = {name: wide(getattr(found, name), phi.shape) for name in ("acceleration", "moment", "inertia", "loss")}
-        return found._replace(**values, passed=tuple(wide(value, phi.shape) for value in found.passed))
+        whole = partial(wide, shape=phi.shape)
+        return found._replace(
+            acceleration=whole(found.acceleration),
+            moment=whole(found.moment),
+            inertia=whole(found.inertia),
+            loss=whole(found.loss),
+            passed=tuple(map(whole, found.passed)),
+        )
 
     def moments(self, phi: Array, anchor: Anchor, omega: Array, time: Array, current: Any = 0.0) -> dict[str, Array]:
         """The moment (N m, on the crank) of all that pushes or drags, by its part: loads, weights, springs, dampers."""

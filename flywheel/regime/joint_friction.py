@@ -133,8 +133,9 @@ def _deciding(forces: list[tuple[float, Reactions]]) -> Iterator[tuple[Array, fl
         for joint in rough:
             rates = poses.rate[:, 2] if joint.kind == PIN else poses.rate[:, :2]
             yield joint_rate(poses, joint), float(np.abs(rates).max())
-        for item in (*rough, *(coupling for coupling in poses.linkage.couplings if coupling.friction)):
-            parts = found.components[item.name]
+        couplings = [coupling.name for coupling in poses.linkage.couplings if coupling.friction]
+        for name in [joint.name for joint in rough] + couplings:
+            parts = found.components[name]
             yield from ((parts[part], force) for part in ("normal", "front", "rear") if part in parts)
 
 

@@ -201,8 +201,9 @@ def first_guess(moments: Moments, reference: float, inertia: float, unknown: flo
     nodes = still_nodes + share * (nodes + level - still_nodes)
     edges = still_edges + share * (edges + level - still_edges)
     states = 1 if moments.circuit is None else 2
-    both = (nodes, currents), (edges, np.full_like(edges, current))
-    return State(*(np.stack(rows[:states], axis=1) for rows in both), inertia, unknown)
+    at_nodes = np.stack((nodes, currents)[:states], axis=1)
+    at_edges = np.stack((edges, np.full_like(edges, current))[:states], axis=1)
+    return State(at_nodes, at_edges, inertia, unknown)
 
 
 def with_inertia(state: State, moments: Moments, reference: float, inertia: float) -> State:
