@@ -485,8 +485,8 @@ def views(scene: Scene, points: Sequence[str] = ()) -> tuple[View, ...]:
     drawn = [mechanism for mechanism in scene.mechanisms if has_joints(mechanism)]
     if not drawn:
         wanted, advice = "a mechanism with bodies, to draw", "write it as a linkage"
-        found = [(f"{m.path}.type", f'"{m.type}", which has no bodies') for m in scene.mechanisms]
-        raise SceneError([Fault(path, what, wanted, advice) for path, what in found])
+        bodiless = [(f"{m.path}.type", f'"{m.type}", which has no bodies') for m in scene.mechanisms]
+        raise SceneError([Fault(path, what, wanted, advice) for path, what in bodiless])
     all_views = []
     for mechanism in drawn:
         linkage = mechanism.linkage if mechanism.linkage is not None else linkage_of(mechanism)
