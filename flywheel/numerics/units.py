@@ -340,10 +340,11 @@ def _unit(text: str, dimension: str | None) -> Unit:
         return UNITS["rpm"]
     above, *below = spelt.split("/")
     unit = Unit()
-    for power, part in [(1, above), *((-1, part) for part in below)]:
-        if power < 0 or not (below and part.strip() in ("", "1")):
-            for factor in re.split(r"\s*[·*]\s*|\s+", part.strip()):
-                unit *= _factor(factor, dimension) ** power
+    for k, part in enumerate((above, *below)):
+        if k or not (below and part.strip() in ("", "1")):
+            for text in re.split(r"\s*[·*]\s*|\s+", part.strip()):
+                factor = _factor(text, dimension)
+                unit *= factor**-1 if k else factor
     return unit
 
 
