@@ -101,7 +101,7 @@ def test_the_lightest_wheel_beats_a_grid_of_others(speed, limit, bore):
     assert best.body.outer <= limit
     assert best.mass == min(best.compared.values())
     grid = []
-    for radius in np.linspace(0.02, limit, 120):
+    for radius in np.linspace(0.02, limit, 40):
         for shape, ratio in (("disc", None), ("rim" if bore is None else "arms", 1.0)):
             try:
                 wheel = choose(

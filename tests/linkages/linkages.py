@@ -3,10 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import cache
+from math import tau
 from typing import Any
 
 import mpmath as mp
 
+from flywheel.mechanisms.linkages.positions import Solution, solve
 from flywheel.scene.linkage import (
     CAM,
     FRAME,
@@ -243,3 +246,9 @@ CASES: dict[str, tuple[Linkage, Reference]] = {
     "cam and lever": (cam_rocker(), cam_rocker_reference),
 }
 """A linkage of each kind with its reference; the driver turns once."""
+
+
+@cache
+def whole(case: str) -> Solution:
+    """The solution of a case over its whole turn, found once for all tests of a run."""
+    return solve(CASES[case][0], 0.0, tau)

@@ -16,7 +16,7 @@ from flywheel.numerics.expressions import parse
 from flywheel.numerics.faults import SceneError
 from flywheel.scene.linkage import Lift, Linkage
 from flywheel.scene.scene import Output
-from tests.linkages.linkages import CASES, cam_rocker, slider_crank
+from tests.linkages.linkages import CASES, cam_rocker, slider_crank, whole
 
 
 def lift(text: str) -> Lift:
@@ -73,7 +73,7 @@ def test_a_bump_that_the_bar_cannot_follow_locks() -> None:
 @pytest.mark.parametrize("case", CASES)
 @pytest.mark.parametrize("width", [1e-1, 1e-2, 1e-4])
 def test_holds_every_position_of_the_stretch(case: str, width: float) -> None:
-    solution = solve(CASES[case][0], 0.0, tau)
+    solution = whole(case)
     low = np.linspace(0.0, tau - width, 20)
     found = enclosed(solution, low, low + width)
     for share in (0.0, 0.3, 1.0):
@@ -84,7 +84,7 @@ def test_holds_every_position_of_the_stretch(case: str, width: float) -> None:
 
 @pytest.mark.parametrize("case", CASES)
 def test_narrow_stretches_are_tight(case: str) -> None:
-    solution = solve(CASES[case][0], 0.0, tau)
+    solution = whole(case)
     low = np.linspace(0.0, tau - 1e-6, 60)
     (_, z_reach), _, (slope, slope_reach) = enclosed(solution, low, low + 1e-6)
     scale = np.abs(slope).max()

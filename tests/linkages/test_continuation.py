@@ -12,12 +12,12 @@ from flywheel.mechanisms.linkages.assembly import assembled
 from flywheel.mechanisms.linkages.equations import Equations, loops, settle
 from flywheel.mechanisms.linkages.positions import follow, solve, tangent
 from flywheel.numerics.faults import SceneError
-from tests.linkages.linkages import CASES, four_bar, slider_crank
+from tests.linkages.linkages import CASES, four_bar, slider_crank, whole
 
 
 @pytest.mark.parametrize("case", CASES)
 def test_a_turn_forth_comes_to_where_it_began(case: str) -> None:
-    solution = solve(CASES[case][0], 0.0, tau)
+    solution = whole(case)
     gain = solution.trace.z[-1] - solution.trace.z[0]
     turns = gain / tau
     slides = [k for k, name in enumerate(solution.equations.loops.names) if name.startswith("slide")]
@@ -27,7 +27,7 @@ def test_a_turn_forth_comes_to_where_it_began(case: str) -> None:
 
 @pytest.mark.parametrize("case", ["four-bar", "whitworth"])
 def test_halving_every_step_follows_the_same_assembly(case: str) -> None:
-    solution = solve(CASES[case][0], 0.0, tau)
+    solution = whole(case)
     middles = 0.5 * (solution.trace.z[1:, 0] + solution.trace.z[:-1, 0])
     z = solution.trace.z[0]
     for node in np.sort(np.concatenate((middles, solution.trace.z[1:, 0]))):

@@ -13,7 +13,7 @@ from flywheel.mechanisms.linkages.equations import correction
 from flywheel.mechanisms.linkages.positions import Solution, solve
 from flywheel.numerics.faults import SceneError
 from flywheel.scene.linkage import FIXED, FRAME, Joint, Link
-from tests.linkages.linkages import CASES, Reference, four_bar, six_bar, slider_crank
+from tests.linkages.linkages import CASES, Reference, four_bar, six_bar, slider_crank, whole
 
 ANGLES = (0.0, 1.1, 3.0, 4.6, tau)
 Q = np.linspace(0.2, 6.0, 7)
@@ -66,7 +66,7 @@ def test_poses_close_every_joint(case: str) -> None:
 
 @pytest.mark.parametrize("case", CASES)
 def test_newton_converges_quadratically(case: str) -> None:
-    solution = solve(CASES[case][0], 0.0, tau)
+    solution = whole(case)
     z = solution.movement(np.array([0.3, 2.0, 4.0])).z
     z[:, 1:] += 0.02
     step = 0.02

@@ -65,11 +65,11 @@ def by_hand(stiffness, damping, until, flywheel_inertia=0.0):
 def test_a_compliant_shaft_moves_as_its_equations_written_by_hand(stiffness, damping, wheel):
     """The flywheel turns with its own shaft."""
     machine = flywheel.Machine(flywheel.load(scene(stiffness=stiffness, damping=damping)))
-    motion = flywheel.simulate(machine, phi=0.0, omega=10.0, until=0.6, rtol=1e-10, inertia=wheel)
-    phi, omega, angle, speed = by_hand(stiffness, damping, 0.6, wheel)
-    assert_allclose(motion.at(0.6), [[phi], [omega]], rtol=1e-9)
-    assert_allclose(motion.run.displacement("phi_motor", 0.6), angle, rtol=1e-9)
-    assert_allclose(motion.run.flow("motor", 0.6), speed, rtol=1e-9)
+    motion = flywheel.simulate(machine, phi=0.0, omega=10.0, until=0.3, rtol=1e-10, inertia=wheel)
+    phi, omega, angle, speed = by_hand(stiffness, damping, 0.3, wheel)
+    assert_allclose(motion.at(0.3), [[phi], [omega]], rtol=1e-9)
+    assert_allclose(motion.run.displacement("phi_motor", 0.3), angle, rtol=1e-9)
+    assert_allclose(motion.run.flow("motor", 0.3), speed, rtol=1e-9)
     assert motion.energy_residual < 1e-9
     assert motion.run.audit.power < 1e-13
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import math
 from collections.abc import Iterator
+from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -62,7 +63,7 @@ def test_every_figure_of_the_reduced_machine_has_its_error(name: str) -> None:
 @pytest.mark.parametrize("name", ["machines/injection_clamp", "linkages/whitworth"])
 def test_every_force_has_its_error(name: str) -> None:
     scene = flywheel.load(ROOT / f"examples/{name}.toml")
-    found = joint_forces(scene)
+    found = joint_forces(scene, np.linspace(0.1, 6.0, 9) if scene.stroke is None else [0.0, 0.1])
     result = json.loads(forces.json(scene, found, joint_errors(Machine(scene), found)))
     missing = {path for path in without_error(result) if not set(path.split(".")) & {"largest", "iterations", "residual"}}
     assert missing == set()
@@ -171,34 +172,36 @@ def test_forces_are_off_by_no_more_than_told(rod: float) -> None:
 
 DC = {"type": "dc", "voltage": 24.0, "resistance": 0.8, "constant": 0.6}
 MACHINE = {
-    "inertia": [{"on": "crank", "value": 0.5}],
+    "inertia": [{"on": "crank", "value": 0.15}],
     "load": [{"on": "crank", "torque": "-4 - 3*sin(phi)"}],
     "drive": {"motor": DC},
-    "flywheel": {"inertia": 0.1},
+    "flywheel": {"inertia": 0.05},
 }
 
 
+@cache
 def motion_by_hand(until: float) -> Any:
     def rates(t: float, y: Any) -> list[float]:
         current = (24.0 - 0.6 * y[1]) / 0.8
         load = -4 - 3 * math.sin(y[0])
-        return [y[1], (0.6 * current + load) / 0.6, 0.6 * current * y[1], load * y[1], 0.8 * current**2]
+        return [y[1], (0.6 * current + load) / 0.2, 0.6 * current * y[1], load * y[1], 0.8 * current**2]
 
     return solve_ivp(rates, (0, until), [0.0] * 5, "DOP853", rtol=1e-13, atol=1e-14, dense_output=True)
 
 
 @pytest.mark.parametrize("rtol", [1e-5, 1e-7])
 def test_a_run_up_is_off_by_no_more_than_told(rtol: float) -> None:
-    found = transient(flywheel.load(MACHINE), end=6.0, rtol=rtol)
-    errors, by_hand = estimates(found), motion_by_hand(6.0)
+    found = transient(flywheel.load(MACHINE), end=2.0, rtol=rtol)
+    errors, by_hand = estimates(found), motion_by_hand(2.0)
     phi, omega, drive, load, copper = by_hand.y[:, -1]
     wanted = {"end.phi": phi, "end.omega": omega, "energy.drive": drive, "energy.copper": copper}
     wanted["energy.works.load[0] on crank"] = load
-    wanted["energy.kinetic_gained"] = 0.3 * omega**2
+    wanted["energy.kinetic_gained"] = 0.1 * omega**2
     assert found.regime_speed is not None
     asked = 0.95 * found.regime_speed
-    times = np.linspace(0, 6, 12001)
-    above = int(np.argmax(by_hand.sol(times)[1] >= asked))
+    times = np.linspace(0, 2, 4001)
+    speeds = by_hand.sol(times)[1]
+    above = int(np.argmax(speeds >= asked))
     wanted["time_to_95_percent"] = brentq(lambda t: by_hand.sol(t)[1] - asked, times[above - 1], times[above], xtol=1e-14)
     result = found.as_dict()
     for path, true in wanted.items():
@@ -207,14 +210,14 @@ def test_a_run_up_is_off_by_no_more_than_told(rtol: float) -> None:
             value, error = value[key], error[key]
         assert abs(value - true) <= error + 1e-12 * abs(true), path
         assert error <= 2e3 * rtol * max(abs(true), 1.0), path
-    power = by_hand.sol(times)[1] * 0.6 * (24 - 0.6 * by_hand.sol(times)[1]) / 0.8
+    power = speeds * 0.6 * (24 - 0.6 * speeds) / 0.8
     top = result["peaks"]["power"]
     assert top["value"] >= power.max() - errors["peaks"]["power"]["value"]
     assert top["time"] == pytest.approx(times[power.argmax()], abs=errors["peaks"]["power"]["time"] + 2e-3)
     assert errors["peaks"]["power"]["time"] < 0.3
     columns, told = evenly(found, 50), of_samples(found, 50)
     at = by_hand.sol(columns.t)
-    for name, true in (("phi", at[0]), ("omega", at[1]), ("kinetic", 0.3 * at[1] ** 2)):
+    for name, true in (("phi", at[0]), ("omega", at[1]), ("kinetic", 0.1 * at[1] ** 2)):
         error = told[name]
         assert error is not None
         assert np.abs(getattr(columns, name) - true).max() <= error + 1e-12 * np.abs(true).max(), name
@@ -233,11 +236,11 @@ def test_the_time_of_a_flat_peak_is_as_open_as_it_is() -> None:
 
 def test_peaks_that_come_again_each_turn_have_no_one_time() -> None:
     """Without losses every turn is as the first: which of the equal peaks is the greatest is rounding."""
-    found = transient(flywheel.load(scenes.yoke(flywheel={"inertia": 300})), start="regime", end="4 turns")
+    found = transient(flywheel.load(scenes.yoke(flywheel={"inertia": 300})), start="regime", end="2 turns")
     assert estimates(found)["peaks"]["speed"]["time"] > 1.0
 
 
-@pytest.mark.parametrize("options", [{"end": "3 s"}, {"start": "regime", "drive": False, "end": "stop"}])
+@pytest.mark.parametrize("options", [{"end": "1.2 s"}, {"start": "regime", "drive": False, "end": "stop"}])
 def test_every_figure_of_a_motion_has_its_error(options: dict[str, Any]) -> None:
     found = transient(flywheel.load(MACHINE), rtol=1e-6, **options)
     result = json.loads(transients.json(found, 20, breaks=True))

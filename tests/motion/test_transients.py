@@ -54,12 +54,12 @@ def test_a_constant_torque_against_a_damper():
 def test_an_induction_motor_from_rest():
     """T = 2 T_b u_b u/(u² + u_b²), u = w_s - omega: t = J/(2 T_b u_b) ((w_s² - u²)/2 + u_b² log(w_s/u))."""
     motor = INDUCTION | {"power": 7500, "speed": "1450 rpm", "breakdown_ratio": 2.5}
-    scene = rotor(2, drive={"motor": motor})
+    scene = rotor(0.2, drive={"motor": motor})
     found = run_up(scene, "1450 rpm")
     machine = scene.motor
     synchronous, reach = machine.synchronous_speed, machine.breakdown_slip * machine.synchronous_speed
     u = synchronous - machine.speed
-    factor = 2 / (2 * machine.breakdown_torque * reach)
+    factor = 0.2 / (2 * machine.breakdown_torque * reach)
     time = factor * (0.5 * (synchronous**2 - u**2) + reach**2 * math.log(synchronous / u))
     assert (found.reason, found.time) == ("speed", pytest.approx(time, rel=1e-9))
     assert found.peaks.torque.value == pytest.approx(machine.breakdown_torque, rel=1e-9)
@@ -79,7 +79,7 @@ def test_a_dc_motor_with_inductance_switched_on_at_rest():
     assert found.energy.residual < 1e-9
     assert found.peaks.current.value > current
     magnetic = 0.5 * inductance * current**2
-    times = np.linspace(0, 0.3, 200001)
+    times = np.linspace(0, 0.3, 20001)
     whole = (steady[:, None] - (vectors @ (np.exp(np.outer(values, times)).T * np.linalg.solve(vectors, steady)).T)).real
     supplied = voltage * np.trapezoid(whole[1], times)
     assert supplied == pytest.approx(
@@ -178,12 +178,13 @@ def test_a_run_down_under_constant_friction():
 
 
 def test_drag_alone_never_stops_a_machine():
-    found = transient(rotor(2, damper=[{"on": "crank", "coefficient": 1}], **FREE), start=12.0, end="stop")
+    found = transient(rotor(0.5, damper=[{"on": "crank", "coefficient": 1}], **FREE), start=12.0, end="stop")
     assert found.reason == "creep"
     assert "for ever" in found.ended
 
 
-def test_a_machine_without_losses_does_not_slow_down():
+def test_a_machine_without_losses_does_not_slow_down(monkeypatch):
+    monkeypatch.setattr(transients, "MOST_CYCLES", 8.0)
     found = transient(flywheel.load(regimes.scene("section-c", inertia=0)), start=4.0, end="stop", drive=False, rtol=1e-7)
     assert found.reason == "limit"
     assert "does not slow down" in found.ended
@@ -220,20 +221,20 @@ def test_what_does_not_come_is_given_up(monkeypatch):
 
 @pytest.mark.parametrize(("end", "told"), [("110 %", "5.5 rad/s"), ("200 rpm", "20.944 rad/s (200 rpm)")])
 def test_a_speed_out_of_reach_is_given_up_when_the_machine_has_settled(end, told):
-    found = transient(rotor(2, drive={"torque": "20 - 4*omega"}), end=end)
+    found = transient(rotor(0.5, drive={"torque": "20 - 4*omega"}), end=end)
     assert found.reason == "limit"
     assert f"settled to its regime without reaching {told}" in found.ended
     assert found.turns < 20
 
 
 def test_a_speed_close_below_the_regime_s_is_reached():
-    found = transient(rotor(2, drive={"torque": "20 - 4*omega"}), end="99.9999 %", rtol=1e-11)
-    assert (found.reason, found.time) == ("share", pytest.approx(0.5 * math.log(1e6), rel=1e-4))
+    found = transient(rotor(0.2, drive={"torque": "20 - 4*omega"}), end="99.9999 %", rtol=1e-11)
+    assert (found.reason, found.time) == ("share", pytest.approx(0.05 * math.log(1e6), rel=1e-4))
 
 
 def test_a_speed_that_only_a_later_law_gives_is_waited_for():
-    found = transient(rotor(2, drive={"torque": "20 + 20*(t > 15) - 4*omega"}), end="9 rad/s")
-    assert (found.reason, found.time) == ("speed", pytest.approx(15 + 0.5 * math.log(5), rel=1e-8))
+    found = transient(rotor(0.2, drive={"torque": "20 + 20*(t > 6) - 4*omega"}), end="9 rad/s")
+    assert (found.reason, found.time) == ("speed", pytest.approx(6 + 0.05 * math.log(5), rel=1e-8))
 
 
 @pytest.mark.parametrize("sign", ["", "*sign(omega)"])
@@ -296,26 +297,26 @@ def test_without_a_drive_a_start_is_advised():
 
 def test_a_law_with_kinks_in_time_is_followed():
     """2 omega' = 50 - 9 omega - 10 |sin(rate t)|: the integral of exp(4.5 (t - T)) |sin|, hump by hump."""
-    rate = 20
-    found = run_up(rotor(2, drive={"torque": "50 - 9*omega"}, load=[load(f"-10*abs(sin({rate}*t))")]), 2.0)
+    rate, end = 20, 0.5
+    found = run_up(rotor(2, drive={"torque": "50 - 9*omega"}, load=[load(f"-10*abs(sin({rate}*t))")]), end)
 
     def integral(t):
-        return math.exp(4.5 * (t - 2)) * (4.5 * math.sin(rate * t) - rate * math.cos(rate * t)) / (4.5**2 + rate**2)
+        return math.exp(4.5 * (t - end)) * (4.5 * math.sin(rate * t) - rate * math.cos(rate * t)) / (4.5**2 + rate**2)
 
-    ends = [*(k * math.pi / rate for k in range(int(2 * rate / math.pi) + 1)), 2.0]
+    ends = [*(k * math.pi / rate for k in range(int(end * rate / math.pi) + 1)), end]
     humps = sum((-1) ** k * (integral(b) - integral(a)) for k, (a, b) in enumerate(pairwise(ends)))
-    assert found.omega == pytest.approx(50 / 9 * (1 - math.exp(-9)) - 5 * humps, rel=1e-8)
+    assert found.omega == pytest.approx(50 / 9 * (1 - math.exp(-4.5 * end)) - 5 * humps, rel=1e-8)
 
 
 def test_a_short_pulse_in_time_is_not_stepped_over():
     """1000 N m within 2 ms take 1000*0.002*sqrt(pi) N m s; J omega' = 50 - 9 omega else."""
-    found = run_up(rotor(2, drive={"torque": "50 - 9*omega"}, load=[load("-1000*exp(-((t - 2)/0.002)**2)")]), 3.0)
-    lost = 500 * 0.002 * math.sqrt(math.pi) * math.exp(-4.5 + (4.5 * 0.002) ** 2 / 4)
-    assert found.omega == pytest.approx(50 / 9 * (1 - math.exp(-13.5)) - lost, rel=1e-9)
+    found = run_up(rotor(2, drive={"torque": "50 - 9*omega"}, load=[load("-1000*exp(-((t - 1)/0.002)**2)")]), 1.05)
+    lost = 500 * 0.002 * math.sqrt(math.pi) * math.exp(-0.225 + (4.5 * 0.002) ** 2 / 4)
+    assert found.omega == pytest.approx(50 / 9 * (1 - math.exp(-4.725)) - lost, rel=1e-9)
 
 
 def test_a_stall_under_a_load_of_time_tells_the_moment_of_that_time():
-    found = run_up(rotor(2, drive={"torque": "50 - 9*omega"}, load=[load("-5 - 80*(t > 3)")]), 30.0)
+    found = run_up(rotor(2, drive={"torque": "50 - 9*omega"}, load=[load("-5 - 80*(t > 0.5)")]), 30.0)
     assert "M* at rest is -35 N m" in found.ended
 
 
@@ -377,12 +378,12 @@ DRAG = {"on": "crank", "torque": "-3*sign(omega)"}
 @pytest.mark.parametrize(
     ("drive", "brake", "reason"),
     [
-        ("20*(t < 2)", "0", "stop"),
-        ("20 if t < 2 else -20", "0", "stop"),
-        ("20*max(0, 1 - t/2)", "0", "stop"),
-        ("20", "-30*sign(omega)*(t > 2)", "stall"),
+        ("20*(t < 0.2)", "0", "stop"),
+        ("20 if t < 0.2 else -20", "0", "stop"),
+        ("20*max(0, 1 - t/0.2)", "0", "stop"),
+        ("20", "-30*sign(omega)*(t > 0.2)", "stall"),
         ("20*(phi > 1)*(phi < 1.5)", "0", "stall"),
-        ("0 if omega < 5 else 20", "-30*sign(omega)*(t > 2)", "stall"),
+        ("0 if omega < 5 else 20", "-30*sign(omega)*(t > 0.2)", "stall"),
     ],
 )
 def test_a_machine_whose_drive_is_off_stops_and_one_whose_drive_is_too_weak_stalls(drive, brake, reason):
@@ -396,7 +397,7 @@ def test_a_machine_whose_drive_is_off_stops_and_one_whose_drive_is_too_weak_stal
 def test_a_run_up_of_inertia_alone_heats_the_rotor_by_its_energy_at_synchronous_speed():
     """J omega_s²/2, less what slip is left at the end: the field gives T omega_s, the shaft takes T omega."""
     scene = {"shafts": {"motor": {"ratio": 4}}, **WHEEL, "drive": {"on": "motor", "motor": INDUCTION}}
-    found = run_up(flywheel.load(scene), "99 %")
+    found = run_up(flywheel.load(scene), "90 %")
     synchronous, inertia = 50 * math.pi, 2 / 16
     left = synchronous - 4 * found.omega
     assert found.energy.rotor_heat == pytest.approx(0.5 * inertia * (synchronous**2 - left**2), rel=1e-9)

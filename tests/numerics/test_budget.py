@@ -81,7 +81,7 @@ def test_stepping_asks_only_the_loads_that_act(load, monkeypatch):
     asked = []
     law = Effort.__call__
     monkeypatch.setattr(Effort, "__call__", lambda self, here, anchor: asked.append(here.q) or law(self, here, anchor))
-    cost = flywheel.size(flywheel.load(windows(8, **load)), 1e-4).cost
+    cost = flywheel.size(flywheel.load(windows(5, **load)), 1e-4).cost
     assert sum(isinstance(q, float) for q in asked) < 3 * cost.evaluations  # a load, the drive, and what searches look at
 
 

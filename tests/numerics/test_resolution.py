@@ -8,6 +8,7 @@ from flywheel.numerics.expressions import parse
 from flywheel.numerics.intervals import Interval
 from flywheel.numerics.jets import Jet
 from flywheel.numerics.switching import SwitchingError, breakpoints, resolved
+from tests.limits import sample
 
 TURN = 2 * np.pi
 NODES, WEIGHTS = np.polynomial.legendre.leggauss(17)
@@ -80,7 +81,8 @@ STEPS = [
 
 
 @pytest.mark.parametrize(
-    ("text", "steepness"), [(text, k) for text in STEPS for k in ("10", "1e4", "1e8") if text is not STEPS[3] or k != "1e8"]
+    ("text", "steepness"),
+    sample([(text, k) for text in STEPS for k in ("10", "1e4", "1e8") if text is not STEPS[3] or k != "1e8"], 2),
 )
 def test_smooth_steps_of_any_steepness_are_followed(text, steepness):
     k = float(steepness)

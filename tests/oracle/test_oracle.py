@@ -34,7 +34,7 @@ def off(found: Any, true: str, scale: Any = 0) -> float:
     return float(abs(found - exact) / max(abs(exact), abs(Real(scale)), Real("1e-300")))
 
 
-@pytest.mark.parametrize("name", sample(SCENES, 3))
+@pytest.mark.parametrize("name", sample(SCENES, 5))
 def test_figures_that_know_no_speed(name: str) -> None:
     true = REFERENCES[name]
     scene = tomllib.loads((FOLDER / "scenes" / f"{name}.toml").read_text(), parse_float=Real)
@@ -60,7 +60,7 @@ ANALYSED = "section-c four-bar geared-loss law constant-drive unstable two-speed
 MOTIONS = [(name, kind) for kind, names in (("sizing", SIZED), ("analysis", ANALYSED)) for name in names.split()]
 
 
-@pytest.mark.parametrize(("name", "kind"), sample(MOTIONS, 4))
+@pytest.mark.parametrize(("name", "kind"), sample(MOTIONS, 6))
 def test_motions_with_torques_that_depend_on_speed(name: str, kind: str) -> None:
     true = json.loads(machines.REFERENCES.read_text())[name][kind]
     asked, wanted = next(iter(true.items()))

@@ -85,10 +85,10 @@ def test_the_error_told_is_not_below_the_true_one_nor_far_above(name, rtol):
 
 def test_section_c_from_rest():
     """The digests' figures, and 12 digits by another integrator on the reduced equation written out."""
-    motion = flywheel.simulate(flywheel.load(regimes.scene("section-c", inertia=0)), math.pi / 2, 0.0, 5.0, rtol=1e-7)
-    phi, omega = motion.at([0.5, 1, 2, 5])
-    np.testing.assert_allclose(phi, [2.30098, 4.29275, 8.00001, 20.27036], atol=6e-6)
-    np.testing.assert_allclose(omega, [2.83038, 4.76466, 3.32778, 3.21967], atol=6e-6)
+    motion = flywheel.simulate(flywheel.load(regimes.scene("section-c", inertia=0)), math.pi / 2, 0.0, 2.0, rtol=1e-7)
+    phi, omega = motion.at([0.5, 1, 2])
+    np.testing.assert_allclose(phi, [2.30098, 4.29275, 8.00001], atol=6e-6)
+    np.testing.assert_allclose(omega, [2.83038, 4.76466, 3.32778], atol=6e-6)
     assert motion.error <= 1e-7
     true_phi, true_omega = by_hand(1.0)
     assert (phi[1], omega[1]) == pytest.approx((true_phi, true_omega), rel=1e-7)
@@ -150,8 +150,8 @@ def test_a_place_where_nothing_weighs_is_named_when_the_motion_comes_to_it():
     for force in (3000, "3000 - 2000*v"):
         scene = flywheel.load({"mechanism": toggle, "drive": {"force": force}, "stroke": stroke})
         with pytest.raises(flywheel.SceneError, match=r"m\* = 0 kg at slide position 0.161477 m"):
-            transient(scene, end=0.5, rtol=1e-6)
-    assert transient(scene, end=0.2, rtol=1e-6).reason == "time"
+            transient(scene, end=0.5, rtol=1e-4)
+    assert transient(scene, end=0.2, rtol=1e-4).reason == "time"
 
 
 def test_a_crank_without_mass_is_named_at_its_dead_centres_however_it_is_started():
@@ -206,13 +206,14 @@ def test_a_later_step_tells_the_same_later():
 
 
 def test_what_is_repeated_is_what_would_be_stepped(monkeypatch):
-    repeated = followed(16.0)
+    monkeypatch.setattr("flywheel.regime.free_motion.FEWEST", 4)
+    repeated = followed(5.0)
     monkeypatch.setattr("flywheel.regime.free_motion.returns", lambda machine, balance: False)
-    stepped = followed(16.0)
-    assert repeated.repeated > 15
+    stepped = followed(5.0)
+    assert repeated.repeated > 4
     assert stepped.repeated == 0
     assert stepped.cycles == repeated.cycles
-    times = np.linspace(0.0, 16.0, 300)
+    times = np.linspace(0.0, 5.0, 100)
     assert np.abs(repeated.states(times)[:2] - stepped.states(times)[:2]).max() < 1e-6
 
 
@@ -315,14 +316,15 @@ def test_a_machine_that_runs_away():
     assert outcome_of(driven("30 + omega", -10.0), 10.0, 2.0, 0.0).outcome is Outcome.RUNS_AWAY
 
 
-def test_a_machine_too_stiff_to_be_followed_is_given_up():
+def test_a_machine_too_stiff_to_be_followed_is_given_up(monkeypatch):
+    monkeypatch.setattr("flywheel.regime.free_motion._WORK", 3_000.0)
     assert outcome_of(driven("1e7*(10 - omega)", -10.0), 10.0, 1e-3, 0.0).outcome is Outcome.UNKNOWN
 
 
 def test_how_far_a_machine_is_followed_does_not_depend_on_the_clock(monkeypatch):
     """A sine that fast is given up: each time at the same work, and in a hurry after a third of it."""
-    monkeypatch.setattr("flywheel.regime.free_motion._WORK", 3_000.0)
-    monkeypatch.setattr("flywheel.regime.free_motion._HURRIED", 1_000.0)
+    monkeypatch.setattr("flywheel.regime.free_motion._WORK", 1_500.0)
+    monkeypatch.setattr("flywheel.regime.free_motion._HURRIED", 500.0)
     scene, taken = flywheel.load(SINE), []
     for hurried in (True, True, False):
         machine = Machine(scene)

@@ -148,7 +148,7 @@ def by_hand(motor, load, efficiency):
             end = lambda t, y, moment, k=k: y[0] - (k + 1) * HALF  # noqa: E731
             end.terminal = True
             run = solve_ivp(
-                rates, (0, 10), state, "DOP853", args=(moment,), events=end, rtol=1e-13, atol=1e-13, dense_output=True
+                rates, (0, 10), state, "DOP853", args=(moment,), events=end, rtol=1e-11, atol=1e-11, dense_output=True
             )
             state, time = run.y_events[0][0], time + run.t_events[0][0]
             dense = run.sol(np.linspace(0, run.t_events[0][0], 2001))

@@ -1,5 +1,7 @@
 """The flywheel of a sizing on every shaft, with its wheel made wider."""
 
+from functools import cache
+
 import pytest
 
 import flywheel
@@ -10,6 +12,7 @@ from tests import scenes
 SHAFTS = {"slow": {"ratio": 0.5}, "fast": {"ratio": 4, "efficiency": 0.9}}
 
 
+@cache
 def sized(**given):
     wheel = {"on": "fast", "irregularity": 0.04, **given}
     return flywheel.size(flywheel.load(scenes.yoke(shafts=SHAFTS, flywheel=wheel)), simulate=False)
