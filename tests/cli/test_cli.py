@@ -10,7 +10,6 @@ import re
 import subprocess
 import sys
 from pathlib import Path
-from typing import Any
 
 import pytest
 from click.testing import CliRunner, Result
@@ -18,6 +17,7 @@ from click.testing import CliRunner, Result
 from flywheel.cli import main
 from flywheel.scene.accuracy import LEVELS
 from flywheel.starters import starter
+from tests.limits import sample
 from tests.scenes import yoke
 
 SCENES = Path(__file__).parents[1] / "references" / "scenes"
@@ -35,13 +35,6 @@ flywheel = {irregularity = 0.04}
 
 def run(*arguments: object) -> Result:
     return CliRunner().invoke(main, [str(argument) for argument in arguments])
-
-
-def process(*arguments: object, code: str | None = None, **options: Any) -> subprocess.CompletedProcess[str]:
-    """The program, or a line of Python, as a process of its own."""
-    command = [sys.executable, *(["-c", code] if code else ["-m", "flywheel"]), *map(str, arguments)]
-    environment = os.environ | {"PYTHONPATH": str(ROOT)}
-    return subprocess.run(command, capture_output=True, text=True, env=environment, timeout=600, **options)
 
 
 @pytest.fixture
@@ -80,7 +73,7 @@ def test_json_has_every_key_of_the_contract(scene: Path) -> None:
     assert {"on", "inertia", "exact", "approximate", "approximate_total", "inertia_torque", "needed"} <= set(wheel)
 
 
-@pytest.mark.parametrize("path", sorted(SCENES.glob("*.toml")), ids=lambda path: path.stem)
+@pytest.mark.parametrize("path", sample(sorted(SCENES.glob("*.toml")), 6), ids=lambda path: path.stem)
 def test_json_of_every_scene_is_strict(path: Path) -> None:
     def refuse(constant: str) -> None:
         raise AssertionError(constant)
@@ -306,7 +299,7 @@ def test_a_closed_pipe_leaves_no_traceback(scene: Path) -> None:
     reader, writer = os.pipe()
     os.close(reader)
     try:
-        for arguments in (["size", scene, "--no-simulate"], ["reduce", scene, "--points", "20000"], ["reference"]):
+        for arguments in (["reduce", scene, "--points", "2000"], ["reference"]):
             command = [sys.executable, "-m", "flywheel", *map(str, arguments)]
             environment = os.environ | {"PYTHONPATH": str(ROOT)}
             result = subprocess.run(command, stdout=writer, stderr=subprocess.PIPE, text=True, env=environment, timeout=600)
@@ -315,24 +308,23 @@ def test_a_closed_pipe_leaves_no_traceback(scene: Path) -> None:
         os.close(writer)
 
 
-def test_an_interrupt_leaves_no_traceback(scene: Path) -> None:
-    code = (
-        "import flywheel.sizing.sizing\n"
-        "def interrupted(*_, **__): raise KeyboardInterrupt\n"
-        "flywheel.sizing.sizing.size = interrupted\n"
-        "from flywheel.cli import main; main()"
-    )
-    result = process("size", scene, code=code)
-    assert result.returncode == 1
+def test_an_interrupt_leaves_no_traceback(scene: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    def interrupted(*_: object, **__: object) -> None:
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr("flywheel.sizing.sizing.size", interrupted)
+    result = run("size", scene)
+    assert (result.exit_code, result.stdout) == (1, "")
+    assert isinstance(result.exception, SystemExit)
     assert "Traceback" not in result.stderr
 
 
 def test_an_encoding_without_the_signs_prints_all_the_same(scene: Path) -> None:
     environment = os.environ | {"PYTHONPATH": str(ROOT), "PYTHONIOENCODING": "ascii"}
-    command = [sys.executable, "-m", "flywheel", "size", str(scene), "--no-simulate"]
+    command = [sys.executable, "-m", "flywheel", "reference", "quantities"]
     result = subprocess.run(command, capture_output=True, env=environment, timeout=600)
     assert result.returncode == 0
-    assert b"353.5214273" in result.stdout
+    assert b"?" in result.stdout
 
 
 # -- files that are written ------------------------------------------------------------------------------------------------
@@ -394,15 +386,15 @@ def test_what_is_there_is_replaced_only_by_its_like(
     assert refused.exit_code == 1
     assert refused.stderr.splitlines()[-1].startswith(f"{name}: cannot be written (it exists already and ")
     assert Path(name).read_text() == content
-    Path(name).unlink()
-    for _ in range(2):  # the second time over the first
+    picture = name.endswith(".png")
+    Path(name).write_bytes(b"\x89PNG\r\n\x1a\n" if picture else b"")
+    for _ in range(1 if picture else 2):  # the second time over the first
         assert CliRunner().invoke(main, command).exit_code == 0
     assert sorted(path.name for path in tmp_path.iterdir()) == sorted([name, "s.toml"])
 
 
 @pytest.mark.skipif(not Path("/dev/full").exists(), reason="no device that is always full")
-@pytest.mark.parametrize("closed", [True, False], ids=["closed", "full"])
-@pytest.mark.parametrize("arguments", [["--help"], ["reference"], ["new"]])
+@pytest.mark.parametrize(("arguments", "closed"), [(["--help"], True), (["reference"], False), (["new"], False)])
 def test_output_that_goes_nowhere_is_no_success(arguments: list[str], closed: bool) -> None:
     command = f"{sys.executable} -m flywheel {' '.join(arguments)} {'>&-' if closed else '>/dev/full'}"
     environment = os.environ | {"PYTHONPATH": str(ROOT)}

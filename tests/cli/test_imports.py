@@ -7,47 +7,50 @@ import subprocess
 import sys
 from pathlib import Path
 
-import pytest
-
 import flywheel
 
 ROOT = Path(flywheel.__file__).parents[1]
-PRESS, LINKAGE = "examples/machines/press.toml", "examples/linkages/six_bar.toml"
+PRESS = "examples/machines/press.toml"
 DOORS = ("scipy", "sympy", "matplotlib", "flywheel.mechanisms.linkages", "flywheel.pictures")
-LIBRARIES = ("numpy", "scipy", "sympy", "matplotlib", "mpmath")
-
-# a command, and which of the doors (and what beside them) it may not open
-COMMANDS: list[tuple[str, tuple[str, ...]]] = [
-    ("tradeoff --help", (*DOORS, "bondgraph", "flywheel.machine", "flywheel.sizing", "flywheel.study")),
-    (f"size {PRESS} --accuracy normal --json", DOORS),
-    (f"size {PRESS}", DOORS[1:]),
-    (f"size {PRESS} --accuracy normal --plot {{}}/sizing.svg", ("scipy", "sympy", DOORS[3])),
-    (f"draw {PRESS} -o {{}}/press.svg", ("sympy",)),
-]
+PARTS = ("flywheel.machine", "flywheel.sizing", "flywheel.study", "bondgraph")
 
 
-def loaded(code: str, *arguments: str) -> set[str]:
-    """The modules of a process at its end, and the packages that they are in."""
-    command = [sys.executable, "-c", f"import sys\n{code}\nprint(*sys.modules, file=sys.stderr)", *arguments]
+def loaded(*steps: str) -> list[set[str]]:
+    """The modules of one process after each of these steps, lines of Python or commands of the program."""
+    code = "import sys\n"
+    for step in steps:
+        line = step if step.startswith("import") else f"main({step.split()}, standalone_mode=False)"
+        code += f"{line}\nprint('loaded', *sys.modules, file=sys.stderr)\n"
     environment = os.environ | {"PYTHONPATH": str(ROOT)}
+    command = [sys.executable, "-c", code]
     run = subprocess.run(command, capture_output=True, text=True, check=True, cwd=ROOT, env=environment, timeout=600)
-    return set(run.stderr.splitlines()[-1].split())
+    return [set(line.split()) for line in run.stderr.splitlines() if line.startswith("loaded")]
 
 
-@pytest.mark.parametrize(("command", "closed"), COMMANDS, ids=[command for command, _ in COMMANDS])
-def test_a_command_opens_only_the_doors_that_it_needs(command: str, closed: tuple[str, ...], tmp_path: Path) -> None:
-    code = "from flywheel.cli import main\nmain(sys.argv[1:], standalone_mode=False)"
-    names = loaded(code, *command.format(tmp_path).split())
-    assert "click" in names
-    assert names.isdisjoint(closed)
+def test_the_library_and_its_commands_open_only_the_doors_that_they_need(tmp_path: Path) -> None:
+    library, _, told, sized, confirmed, drawn, arm = loaded(
+        "import flywheel",
+        "import flywheel.cli; from flywheel.cli import main",
+        "tradeoff --help",
+        f"size {PRESS} --accuracy normal --json",
+        f"size {PRESS}",
+        f"draw {PRESS} -o {tmp_path}/press.svg",
+        "import flywheel.arm",
+    )
+    assert [name for name in library if name.startswith("flywheel.")] == []
+    assert library.isdisjoint(("numpy", "scipy", "sympy", "matplotlib", "mpmath"))
+    assert "click" in told
+    assert told.isdisjoint((*DOORS, *PARTS))
+    assert sized.isdisjoint(DOORS)
+    assert confirmed.isdisjoint(DOORS[1:])
+    assert "flywheel.pictures" in drawn
+    assert "flywheel.arm" in arm
+    assert "sympy" not in arm
 
 
-def test_the_import_of_the_library_loads_none_of_its_parts() -> None:
-    names = loaded("import flywheel")
-    assert [name for name in names if name.startswith("flywheel.")] == []
-    assert names.isdisjoint(LIBRARIES)
-
-
-def test_the_arm_loads_sympy_for_its_equations_alone() -> None:
-    assert "sympy" not in loaded("import flywheel.arm")
-    assert "sympy" in loaded("import flywheel.arm\nflywheel.arm.lagrange_equations()")
+def test_a_plot_needs_neither_scipy_nor_linkages(tmp_path: Path) -> None:
+    *_, plotted = loaded(
+        "import flywheel.cli; from flywheel.cli import main",
+        f"size {PRESS} --accuracy normal --plot {tmp_path}/sizing.svg",
+    )
+    assert plotted.isdisjoint(("scipy", "sympy", DOORS[3]))

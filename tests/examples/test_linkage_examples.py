@@ -98,7 +98,7 @@ def test_the_crusher_keeps_its_lengths_and_does_the_work_of_its_stroke():
         assert np.hypot(*gap) == pytest.approx(np.full(PHI.size, math.hypot(along, across)), abs=1e-12)
     gap = found.point("jaw", (-0.02, -1.05)).value - found.point("pitman", (0.06, -1.05)).value
     assert np.hypot(*gap) == pytest.approx(np.full(PHI.size, math.hypot(0.52, 0.1)), abs=1e-12)
-    face = poses("six_bar", np.linspace(0.0, TURN, 20001)).point("jaw", (0.12, -0.7)).value[0]
+    face = poses("six_bar", np.linspace(0.0, TURN, 5001)).point("jaw", (0.12, -0.7)).value[0]
     sized = flywheel.size(scene("six_bar"), simulate=False)
     assert sized.balance is not None
     assert sized.balance.value * TURN == pytest.approx(450e3 * np.ptp(face), rel=1e-6)

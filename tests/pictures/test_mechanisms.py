@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import cache
 from itertools import combinations
 from pathlib import Path
 from typing import Any
@@ -41,6 +42,11 @@ def loaded(kind: str) -> Scene:
     return flywheel.load(TYPES[kind]) if kind in TYPES else of_linkage(CASES[kind][0])
 
 
+@cache
+def drawn(kind: str) -> Figure:
+    return mechanisms.draw(loaded(kind))
+
+
 def artists(panel: Axes, kind: str) -> list[Any]:
     """What was drawn of figures of a kind (or of a kind and a body) at the first position, faint ones left out."""
     found = [a for a in panel.get_children() if isinstance(a, Line2D | Polygon) and f"{a.get_gid()} ".startswith(f"{kind} ")]
@@ -55,9 +61,7 @@ def panels(figure: Figure) -> list[Axes]:
 def test_every_figure_is_drawn_within_equal_axes(kind: str) -> None:
     scene = loaded(kind)
     shown = views(scene)
-    drawn = panels(mechanisms.draw(scene))
-    assert len(drawn) == len(shown)
-    for panel, view in zip(drawn, shown, strict=True):
+    for panel, view in zip(panels(drawn(kind)), shown, strict=True):
         assert panel.get_aspect() == 1.0
         assert panel.get_xlabel()[-2:] in ("mm", " m")
         counted = [str(a.get_gid()).split()[0] for a in panel.get_children() if a.get_gid() and a.get_zorder() != 1.6]
@@ -91,16 +95,15 @@ def test_paths_are_the_points_over_the_whole_turn() -> None:
 
 
 def test_units_follow_the_size() -> None:
-    (small,) = panels(mechanisms.draw(flywheel.load(press())))
-    (large,) = panels(mechanisms.draw(flywheel.load(yoke())))
+    (small,) = panels(drawn("press"))
+    (large,) = panels(drawn("yoke"))
     assert small.get_xlabel() == "x, mm"
     assert large.get_xlabel() == "x, m"
 
 
 @pytest.mark.parametrize("kind", ["clamp", "six-bar"])
 def test_names_do_not_overlap_and_stay_inside(kind: str) -> None:
-    figure = mechanisms.draw(loaded(kind))
-    (panel,) = panels(figure)
+    (panel,) = panels(drawn(kind))
     boxes = [text.get_window_extent() for text in panel.texts]
     for one, other in combinations(boxes, 2):
         assert not one.overlaps(other)

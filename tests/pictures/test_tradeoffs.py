@@ -8,14 +8,14 @@ import pytest
 from flywheel.pictures.tradeoffs import draw, plot
 from tests.study.made import REFERENCE, compared, row, whole
 
-KINDS = ("Euler", "RK4", "RK45", "DOP853", "LSODA")
+KINDS = ("Euler", "RK4", "LSODA")
 
 
 def crowd():
-    """Forty-five methods, many of them in one place."""
+    """Some thirty methods, many of them in one place."""
     rows = [row("exact, closed form", f"rtol {k}", 0.0, 6e-4 * 1.01**k, label=f"exact closed 1e-{k:02d}") for k in range(9)]
     for j, kind in enumerate(KINDS):
-        for k in range(3):
+        for k in range(2):
             for restart in (", restarted", ""):
                 error, seconds = 10.0 ** (-5 - k + 0.1 * j), 0.3 * 1.7**k * 1.1**j
                 label = f"{kind} 1e-{k} {restart[2:]}"
@@ -101,8 +101,6 @@ def test_odd_ones_are_drawn_too(found, words):
     assert words in draw(found).axes[0].get_title()
 
 
-def test_a_file_is_written(tmp_path):
-    plot(compared(row("a")), tmp_path / "a.svg")
-    assert (tmp_path / "a.svg").read_text().startswith("<?xml")
+def test_another_kind_of_file_is_refused(tmp_path):
     with pytest.raises(ValueError, match=r"ending in \.png"):
         plot(compared(), tmp_path / "a.txt")
