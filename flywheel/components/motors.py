@@ -23,7 +23,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from flywheel.numerics.arguments import NOT_NEGATIVE, POSITIVE, number_faults, refuse
 from flywheel.numerics.expressions import Expression, Node, between, expression_of, numeral, parse, variable
-from flywheel.numerics.faults import Fault, SceneError, mean
+from flywheel.numerics.faults import Fault, SceneError, suggestion
 
 __all__ = [
     "DC",
@@ -358,7 +358,7 @@ class Curve(Motor):
         if not 2 <= len(self.speeds) <= MOST_ROWS:
             faults.append(Fault("speed", f"{len(self.speeds)} rows", f"2 to {MOST_ROWS}"))
         if self.interpolation not in INTERPOLATIONS:
-            advice = mean(str(self.interpolation), INTERPOLATIONS)
+            advice = suggestion(str(self.interpolation), INTERPOLATIONS)
             faults.append(Fault("interpolation", f'"{self.interpolation}"', '"linear" or "pchip"', advice))
         refuse(faults)
         for i, (left, right) in enumerate(pairwise(self.speeds), 1):

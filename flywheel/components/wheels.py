@@ -92,7 +92,7 @@ class WheelAsked(NamedTuple):
         return (HUB_RATIO * bore if self.hub_diameter is None else self.hub_diameter) / 2
 
     def given(self, names: tuple[str, ...]) -> list[str]:
-        """Those of some quantities that are given."""
+        """Those of `names` that have a value."""
         return [name for name in names if getattr(self, name) is not None]
 
     def at_key(self, name: str) -> str:
@@ -351,7 +351,7 @@ class Need(NamedTuple):
     speed: float
 
     def of(self, asked: WheelAsked) -> Need:
-        """The same need, other things being asked."""
+        """The need of another `asked`."""
         return self._replace(asked=asked)
 
     def enough(self, body: Body) -> bool:

@@ -142,7 +142,7 @@ class Moments:
         total = np.sum([k * i for k, i in zip(factors, inertias, strict=True)], axis=0)
 
         def loss(bare: Sequence[Array]) -> Array:
-            """What losses take of a change of every part's I' y - M, or of its inertia times y'."""
+            """Moment lost in the meshes by a change `bare` of every part's I' y - M, or of its inertia times y'."""
             change = -np.sum([k * b for k, b in zip(factors, bare, strict=True)], axis=0) / total
             shares = zip(factors, inertias, bare, strict=True)
             return np.asarray(np.sum([(k - 1.0) * (i * change + b) for k, i, b in shares], axis=0))

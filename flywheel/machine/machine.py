@@ -250,6 +250,7 @@ class Effort:
         if load.start is not None and load.end is not None:
             middle = self._angles(anchor, anchor)[1]
             after, before = middle >= load.start, middle < load.end
+            # a window that ends before it begins wraps around the cycle's end
             active = after & before if load.start < load.end else after | before
         if load.sense and self.senses is not None:
             active = active & (self.senses.at(anchor.q / self.place.rate) == load.sense)

@@ -104,9 +104,9 @@ def joint_errors(
 ) -> dict[str, dict[str, Any]]:
     """Estimated absolute errors of forces in joints, by mechanism, in the arrangement of `figures_of`.
 
-    As with `flywheel.state.state_errors` they are found again a few roundings aside, with lengths a few roundings off, in a
-    motion as far off as it may be: linkages' positions and the equations of equilibrium then answer by other roundings.
-    What equilibrium and the iteration of friction leave is added.
+    As with `flywheel.regime.state.state_errors` they are found again a few roundings aside, with lengths a few roundings
+    off, in a motion as far off as it may be: linkages' positions and the equations of equilibrium then answer by other
+    roundings. What equilibrium and the iteration of friction leave is added.
 
     Args:
         machine: the machine.

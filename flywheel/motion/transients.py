@@ -726,7 +726,7 @@ def peak(trail: Trail, name: str, samples: Samples, owners: Indices) -> Peak:
 def summits(trail: Trail, name: str, samples: Samples, owners: Indices) -> list[Peak]:
     """The greatest values about each of the highest samples; the very greatest sample first.
 
-    The highest are those that no neighbour in their stretch exceeds. About them it is looked again, closer each time.
+    The highest are those that no neighbour in their stretch exceeds. Each is then refined on times ever closer.
     """
     times, values = samples.t, getattr(samples, name)
 

@@ -9,7 +9,7 @@ from typing import Any, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from flywheel.numerics.faults import Fault, SceneError, mean, show
+from flywheel.numerics.faults import Fault, SceneError, show, suggestion
 
 Array = NDArray[np.float64]
 T = TypeVar("T")
@@ -71,7 +71,7 @@ def name_faults(path: str, name: object, valid: Mapping[str, object]) -> list[Fa
     """
     if isinstance(name, str) and name in valid:
         return []
-    advice = mean(name, valid) if isinstance(name, str) else ""
+    advice = suggestion(name, valid) if isinstance(name, str) else ""
     return [Fault(path, shown(name), f"one of {', '.join(valid) or 'none'}", "" if advice.startswith("valid") else advice)]
 
 

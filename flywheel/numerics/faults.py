@@ -153,8 +153,8 @@ def nearest(name: str, valid: Iterable[str]) -> str:
     return next(iter(get_close_matches(name, names, n=1, cutoff=0.55)), "")
 
 
-def mean(name: str, valid: Iterable[str], short: Mapping[str, str] = MappingProxyType({})) -> str:
-    """The advice that goes with a wrong name: the nearest valid one, or all of them where they are few.
+def suggestion(name: str, valid: Iterable[str], short: Mapping[str, str] = MappingProxyType({})) -> str:
+    """Advice for an unknown name: the nearest valid one, or all of them where they are at most 12.
 
     `short` holds other forms of valid names, each with the whole name.
     """

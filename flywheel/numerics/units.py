@@ -22,7 +22,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from flywheel.numerics.faults import mean, quote, show
+from flywheel.numerics.faults import quote, show, suggestion
 
 _PI = (3141592653589793238462643383279502884197169399375105820974944592307816, 10**69)
 _LONGEST = 100
@@ -377,8 +377,8 @@ def _unknown(name: str, power: int, dimension: str | None) -> str:
         if folded.endswith(ending) and (meant := _ABROAD.get(folded.removesuffix(ending))):
             return f"{quote(name)} is no unit, did you mean {quote(meant)}?"
     fitting = [key for key in UNITS if dimension is None or UNITS[key].powers == DIMENSIONS[dimension].powers]
-    near = mean(name, fitting) if fitting else ""
-    near = near if near.startswith("did") else mean(name, UNITS)
+    near = suggestion(name, fitting) if fitting else ""
+    near = near if near.startswith("did") else suggestion(name, UNITS)
     return f"{quote(name)} is no unit" + (f", {near}" if near else "")
 
 

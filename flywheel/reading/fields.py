@@ -11,7 +11,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from flywheel.mechanisms import KINDS
-from flywheel.numerics.faults import Fault, mean, nearest, quote, show
+from flywheel.numerics.faults import Fault, nearest, quote, show, suggestion
 from flywheel.numerics.units import DIMENSIONS, QuantityError, Unit, parse_quantity, parse_unit, plain_number, split_quantity
 from flywheel.reading.schema import GD2, MOST_TABLES, NAME_PATTERN, SECTIONS, TOP, TURN, Section
 from flywheel.scene.keys import Key
@@ -56,7 +56,7 @@ class Faults(list[Fault]):
 
     def unknown(self, path: str, name: str, valid: Iterable[str], what: str = "key") -> None:
         """Note a name that does not exist here, with the nearest one that does, or the tables where it does."""
-        advice = mean(name, valid) if len(self) < _SUGGESTIONS else ""
+        advice = suggestion(name, valid) if len(self) < _SUGGESTIONS else ""
         if what.startswith("key") and (home := _home(name, valid)):
             advice = f"{home}; {advice}" if advice.startswith("valid") and "?" not in home else home
         self.add(path, f"{what} {quote(name)}", f"a known {what}", advice)
@@ -348,6 +348,7 @@ def exactly_one(given: Sequence[str], names: Sequence[str], path: str, faults: F
 
 
 TOLERANCE = 1e-9
+"""Share of a period by which an angle may miss its end, onto which it is then put exactly; of a count, from an integer."""
 
 
 class Setting(NamedTuple):
@@ -406,13 +407,13 @@ class Places(NamedTuple):
         elif self.complete:
             known = [*self.shafts, *self.ports]
             short = {port.rpartition(".")[2]: port for port in self.ports}
-            faults.add(path, quote(name), "a shaft or a port", mean(name, known, short))
+            faults.add(path, quote(name), "a shaft or a port", suggestion(name, known, short))
         return None
 
     def shaft(self, name: object, path: str, faults: Faults) -> str:
         """The shaft that a text names; the reduction element, after noting a fault, if it names none."""
         if isinstance(name, str) and name not in self.shafts:
-            faults.add(path, quote(name), "a shaft", mean(name, self.shafts))
+            faults.add(path, quote(name), "a shaft", suggestion(name, self.shafts))
         return name if isinstance(name, str) and name in self.shafts else next(iter(self.shafts))
 
 

@@ -6,7 +6,7 @@ import math
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import Any, NamedTuple
 
-from flywheel.numerics.faults import SceneError, mean, quote, show
+from flywheel.numerics.faults import SceneError, quote, show, suggestion
 from flywheel.numerics.units import plain_number
 from flywheel.reading.fields import (
     Faults,
@@ -139,7 +139,7 @@ def find_point(text: object, path: str, bodies: Bodies, faults: Faults) -> tuple
         faults.add(path, f"{quote(text)}, a body", _SAMPLE, f"write {quote(f'{body}.{ORIGIN}')}, or another of its points")
     elif not any(point.name == name for point in bodies[body].points):
         names = [f"{body}.{point.name}" for point in bodies[body].points]
-        faults.add(path, f"point {quote(text)}", f"a point of {body}", mean(text, names))
+        faults.add(path, f"point {quote(text)}", f"a point of {body}", suggestion(text, names))
     else:
         return body, bodies[body].point(name)
     return None

@@ -13,6 +13,7 @@ from flywheel.components.gas_forces import piston_area
 from flywheel.components.motors import Motor
 from flywheel.numerics.faults import show, told
 from flywheel.reading.fields import (
+    TOLERANCE,
     Item,
     Place,
     Places,
@@ -26,7 +27,7 @@ from flywheel.reading.fields import (
     whole,
 )
 from flywheel.reading.schema import MOST_TABLES, MOST_TURNS, SECTIONS, Section
-from flywheel.reading.tables import TOLERANCE, fit_period, fit_stroke, fit_window, read_effort, read_table
+from flywheel.reading.tables import fit_period, fit_stroke, fit_window, read_effort, read_table
 from flywheel.scene.scene import Damper, Inertia, Law, Load, Spring, Table
 
 _SAME = 1e-12  # share of a period within which two angles are one

@@ -10,7 +10,7 @@ import numpy as np
 
 from flywheel.mechanisms import KINDS
 from flywheel.mechanisms.families import build
-from flywheel.numerics.faults import SceneError, mean, quote, show, told
+from flywheel.numerics.faults import SceneError, quote, show, suggestion, told
 from flywheel.numerics.units import QuantityError, parse_quantity
 from flywheel.reading.fields import (
     Faults,
@@ -231,7 +231,7 @@ def _travel(shaft: object, path: str, setting: Setting) -> float | None:
     if not isinstance(shaft, str) or setting.cycle is None or setting.stroke is not None:
         return setting.cycle if isinstance(shaft, str) else None
     if shaft not in setting.shafts:
-        setting.faults.add(path, quote(shaft), "a shaft", mean(shaft, setting.shafts))
+        setting.faults.add(path, quote(shaft), "a shaft", suggestion(shaft, setting.shafts))
         return None
     turns = setting.shafts[shaft] * setting.cycle / TURN
     count = whole(turns)

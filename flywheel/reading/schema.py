@@ -13,7 +13,7 @@ from typing import Any, NamedTuple
 from flywheel.components.wheel_stresses import FEWEST, MATERIALS, MOST
 from flywheel.components.wheels import METHODS, SPEEDS, WHEEL_SHAPES
 from flywheel.mechanisms import KINDS
-from flywheel.scene.accuracy import RTOL
+from flywheel.scene.accuracy import DEFAULT_RTOL, RTOL
 from flywheel.scene.keys import MASS, NOT_NEGATIVE, OWN_INERTIA, POSITIVE, Key, Range
 
 TURN = 2 * math.pi
@@ -243,7 +243,7 @@ _SECTIONS = (
         "accuracy",
         "what is asked of the numbers",
         (
-            Key("rtol", "number", "relative error asked of every figure", 1e-9, Range(*RTOL)),
+            Key("rtol", "number", "relative error asked of every figure", DEFAULT_RTOL, Range(*RTOL)),
             Key(
                 "closure",
                 "number",

@@ -14,17 +14,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flywheel.numerics.expressions import Expression, ExpressionError, parse
-from flywheel.numerics.faults import mean, nearest, quote, show
+from flywheel.numerics.faults import nearest, quote, show, suggestion
 from flywheel.numerics.units import DIMENSIONS, QuantityError, Unit, convert, parse_quantity, split_quantity
-from flywheel.reading.fields import REPORTED, Faults, Item, Setting, as_table, read_item, read_unit, whole
+from flywheel.reading.fields import REPORTED, TOLERANCE, Faults, Item, Setting, as_table, read_item, read_unit, whole
 from flywheel.reading.schema import MOST_TURNS, TABLE
 from flywheel.scene.scene import Output, Table
 
 Array = NDArray[np.float64]
 Window = tuple[float, float]
-
-TOLERANCE = 1e-9
-"""Share of a period by which an angle may miss its end, onto which it is then put exactly."""
 
 
 def read_table(
@@ -225,7 +222,7 @@ def _find(name: object, folder: Path | None, path: str, faults: Faults) -> Path 
         advice = _elsewhere(name)
         if not advice:
             with suppress(OSError):  # the nearest name among the CSV files that are there
-                advice = mean(file.name, [other.name for other in file.parent.glob("*.csv")][:1000])
+                advice = suggestion(file.name, [other.name for other in file.parent.glob("*.csv")][:1000])
         faults.add(path, f"no file {show(name)} beside the scene", "a CSV file", advice)
     return file if there else None
 
@@ -302,7 +299,7 @@ def _column(column: object, header: Line | None, width: int, path: str, faults: 
         if header is None:
             faults.add(path, show(column), "a number", "the file has no header that would name its columns")
         elif column not in names:
-            faults.add(path, show(column), "the name of a column", mean(column, names[1:]))
+            faults.add(path, show(column), "the name of a column", suggestion(column, names[1:]))
         elif names.count(column) > 1 or names.index(column) == 0:
             faults.add(path, show(column), "a name that one column of values bears, the angle's being the first")
         else:

@@ -5,8 +5,8 @@ more is unknown (the flywheel for an irregularity, the balance for a mean speed)
 (`periodic`). The cycle's multiplier, exp(integral of dF/dE), comes with it: what a cycle leaves of a small change.
 
 Cells are halved until the estimates allow it, and cut where laws switch at a speed or a mesh changes the side that drives:
-the motion itself tells where that is, so that cutting and solving go in turns (`found`). Along the motion found, the moment
-is a function of angle: what is known of machines with such moments then holds.
+the motion itself tells where that is, so that cutting and solving go in turns (`_Search.refinement`). Along the
+motion found, the moment is a function of angle: what is known of machines with such moments then holds.
 
 Source: U. M. Ascher, R. M. M. Mattheij, R. D. Russell, Numerical Solution of Boundary Value Problems, SIAM 1995.
 """
@@ -499,6 +499,9 @@ class _Equations:
 
 # -- cells that are cut and halved in turns with the motion --------------------------------------------------------------
 
+MOST_WORK = 300_000
+"""Nodes of Newton steps that the search for one motion may take, about a second: fifty times what a textbook's takes."""
+
 _ROUNDS = 120
 _MOST_MOVES = 8  # of the switches, before the cells are halved although they have not settled
 _MOST_FAILURES = 3  # of the iteration on changed cells, before the best motion so far has to do
@@ -870,7 +873,7 @@ def _described(solved: Periodic, demand: Demand) -> OwnMotion:
 
 
 def _kept_work(solved: Periodic, cycle: Cycle) -> float:
-    """What the energy keeps (J) of the errors of the cycle's work: where torques fall with the speed, they fade on the way.
+    """Largest error (J) of the kinetic energy by errors of the cycle's work, which decay where torques fall with the speed.
 
     As dE' = (dF/dE) dE + r is one-signed, errors r of one sign in all cells are the worst that can be.
     """

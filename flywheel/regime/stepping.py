@@ -150,7 +150,7 @@ class Implicit:
         return np.asarray(self.absolute + self.relative * np.abs(states).max(axis=1))
 
     def _change(self, gained: Array, rounding: Array) -> float:
-        """What a step is to be multiplied by, told by the terms of its polynomial; below 1 where the last ones count."""
+        """Factor for the length of a step, by the decay of its Chebyshev terms; below 1 the step is repeated."""
         terms = np.abs(gained @ _SERIES.T)
         allowed = self._allowed(self.state[:, None] + gained) + _OPEN * rounding
         miss = float((terms[:, -2:].max(axis=1) / allowed).max())

@@ -455,8 +455,8 @@ def speed_over_cycle(cycle: Cycle, speed: float, motion: Run, phi: Array) -> Arr
 def period(cycle: Cycle, speed: float, motion: Run, rtol: float) -> tuple[float, float]:
     """Time of one cycle (s), the integral of dphi/omega, and its estimated relative error; cells are halved as needed.
 
-    What the energy may be off tells the more, the slower the machine: the level, and its rounding, by (w_a/omega)²; what
-    the mean of extremes pins down by w_a/omega; both on the mean over time.
+    An error of energy matters more at low speed: that of the level, with its rounding, counts by (w_a/omega)², that of the
+    mean of extremes by w_a/omega, both in the mean over time.
     """
 
     def evaluated(edges: Array) -> tuple[tuple[Array, Array, float, float], float, Coarse]:
@@ -538,7 +538,10 @@ def _at_nodes(cycle: Cycle) -> tuple[Array, Array, Array]:
 
 
 def _root_error(cycle: Cycle, cell: Index, t: Array, factor: Array, loose: Array | float) -> float:
-    """The same for roots of M* - factor dI*/dphi in cells; `loose` is the relative error of the factors."""
+    """Largest error (rad) of roots of M* - factor dI*/dphi in cells, noise over slope, at most a cell's width.
+
+    `loose` is the relative error of the factors.
+    """
     half = cycle.mesh.half[cell, 0]
     rows = cycle.series[0, cell] - factor[:, None] * cycle.series[1, cell]
     slope = np.maximum(np.abs(cells.slope(rows, t)) / half, 1e-300)
@@ -549,9 +552,9 @@ def _root_error(cycle: Cycle, cell: Index, t: Array, factor: Array, loose: Array
 
 
 def _end_error(cycle: Cycle, edge: int, factor: float) -> float:
-    """The same for an extreme of speed at the end of a cell.
+    """Error (rad) of an extreme of speed at the end of a cell.
 
-    None where M* - factor dI*/dphi jumps through zero there. Else a root lies beside the end, so near that the speed at
+    0 where M* - factor dI*/dphi jumps through zero there. Else a root lies beside the end, so near that the speed at
     both is the same but for rounding; or the function cannot be told from zero in whole cells around: it is their width.
     """
     count, widths = cycle.mesh.half.size, 2 * cycle.mesh.half[:, 0]

@@ -10,6 +10,8 @@ LEVELS = ("fast", NORMAL, CONFIRM, AUDIT)
 """The names that are accepted: "fast" is another name of "normal", as exact figures take no longer than bounds of them."""
 RTOL = (1e-14, 0.1)
 """The least and the greatest relative error that may be asked of figures."""
+DEFAULT_RTOL = 1e-9
+"""The relative error asked of figures where a scene names none."""
 
 
 def rtol_faults(rtol: float) -> list[Fault]:

@@ -42,7 +42,7 @@ NOT_NEGATIVE = Range(0.0)
 class Key(NamedTuple):
     """One key of a table.
 
-    kind: a dimension of `flywheel.units.DIMENSIONS`; two of them for a place that translates and one that rotates
+    kind: a dimension of `flywheel.numerics.units.DIMENSIONS`; two of them for a place that translates and one that rotates
     ("mass | inertia"); or "text", "name", "choice", "law" (quantity or expression), "position" (expression or table),
     "table", "numbers", "index", "unit", "tables" (a table of named tables), "list" (of tables, names or lengths), "flag",
     "model" (a table whose keys depend on its type).

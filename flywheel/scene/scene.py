@@ -20,8 +20,9 @@ from numpy.typing import NDArray
 from flywheel.components.motors import Motor
 from flywheel.components.wheels import WheelAsked
 from flywheel.numerics.expressions import Expression
-from flywheel.numerics.faults import Fault, Remark, SceneError, mean, show
+from flywheel.numerics.faults import Fault, Remark, SceneError, show, suggestion
 from flywheel.numerics.units import Unit
+from flywheel.scene.accuracy import DEFAULT_RTOL
 from flywheel.scene.linkage import Linkage
 
 TURN = 2 * np.pi
@@ -255,7 +256,7 @@ class Scene(Frozen):
     areas: Areas | None = None
     stroke: Stroke | None = None  # in place of cycle, speed and flywheel
     wheel: WheelAsked | None = None  # what the flywheel is made of and how large, where that is to be found
-    rtol: float = 1e-9
+    rtol: float = DEFAULT_RTOL
     closure: float = 1e-9
     file: Path | None = None
     remarks: tuple[Remark, ...] = field(default=(), compare=False)  # on numbers that are hardly those that were meant
@@ -356,7 +357,7 @@ def _put(tables: dict[str, Any], path: object, value: Any) -> Fault | None:
         missing = index == len(place) if isinstance(place, list) else index not in place
         if value is None and missing:
             names = [str(name) for name in (range(len(place)) if isinstance(place, list) else place)]
-            return Fault(at, "nothing to take out", "a key that is there", mean(key, names))
+            return Fault(at, "nothing to take out", "a key that is there", suggestion(key, names))
         if count == len(keys) and value is None:
             del place[index]
         elif count == len(keys) and isinstance(place, list) and missing:

@@ -235,7 +235,7 @@ def _by_quadrature(regime: Regime) -> Confirmed:
 
 
 def _errors(regime: Regime, confirmed: Confirmed, even: bool) -> Errors:
-    """What is estimated of the figures, with what the fit of friction's moment adds to each."""
+    """Estimated error of every figure, with that of the fit of friction's moment."""
     figures, motion, machine = regime.figures, regime.motion, regime.machine
     wheels, work = wittenbauer.flywheel_errors(figures), wittenbauer.work_error(figures.cycle)
     friction = 0.0 if machine.friction is None else 2 * machine.friction.error

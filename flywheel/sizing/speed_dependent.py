@@ -22,7 +22,6 @@ from flywheel.sizing.results import Confirmation, Confirmed, Cyclic, Regime
 
 _LEAST_DAMPING = 1e-12  # 1 less the multiplier: below it nothing is left of what holds the speed but rounding
 _UNHELD = 0.01  # relative error of a speed that is hardly held
-_MOST_WORK = 300_000.0  # nodes of Newton steps, about a second: fifty times what a machine of a textbook takes
 _LESS_WORK = 40_000.0
 _MOST_CELLS = 4_000  # of cells on which speeds follow torques at once
 _WIDENINGS = 60  # of a bracket, and steps within it
@@ -43,7 +42,7 @@ def regime(machine: Machine, rtol: float) -> tuple[Regime, dict[str, Cost]]:
     scene = machine.scene
     constant_speed.check_steady(machine)
     try:
-        with limited(_MOST_WORK):
+        with limited(periodic_motion.MOST_WORK):
             speed, unknown, messages = constant_speed.reference_point(machine)
     except BudgetError as error:
         raise SceneError([_too_much(error.faults[0], machine, machine.typical_speed, scene.inertia or 0.0, 0.0)]) from None
@@ -253,7 +252,7 @@ def _motion(machine: Machine, figures: Figures, unknown: float, rtol: float) -> 
 
     def solved(inertia: float | None, guess: float) -> OwnMotion:
         wanted = Demand(inertia, scene.irregularity if inertia is None else None, held)
-        with limited(_MOST_WORK):
+        with limited(periodic_motion.MOST_WORK):
             return periodic_motion.own_motion(machine, speed, wanted, guess, unknown, rtol)
 
     def refused(inertia: float | None, guess: float, error: NoRegimeError | BudgetError) -> SceneError:
