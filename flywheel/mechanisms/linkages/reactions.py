@@ -92,8 +92,8 @@ class Reactions(NamedTuple):
     actions: driving action of each driven joint by its name (N m in a pin, N in a slide).
     components: by joint or coupling, then by component: `x`, `y`, `normal`, `moment`, `front`, `rear`, `tangential`,
         `radial`, `friction`; as in the table of `flywheel.mechanisms.linkages.statics`. NaN where redundant constraints
-        leave one open, or where friction locks; then `known` is a pin's force in the direction `known_angle` (rad), if there is
-        one that stays known.
+        leave one open, or where friction locks; then `known` is a pin's force in the direction `known_angle` (rad), if
+        there is one that stays known.
     units: of the components, by the same names.
     forces: the whole force of each joint or coupling in the frame's axes, friction included, shape (2, n).
     undetermined: names `joint.component` of those that redundant constraints leave open.
