@@ -65,7 +65,7 @@ def machine(request):
 
 
 @given(LENGTHS, LENGTHS, ANGLES, LENGTHS, LENGTHS, LENGTHS, st.booleans())
-@settings(max_examples=25, deadline=None)
+@settings(max_examples=10, deadline=None)
 def test_a_pin_has_the_velocity_of_the_centre_plus_omega_times_its_arm(x, y, theta, omega, vx, vy, inward):
     assume(x or y)
     b = Builder().include("body", rigid_body(2.0, 0.5, {"end": (x, y)}, inlets=["end"] if inward else []))
@@ -91,7 +91,7 @@ def test_the_two_ends_of_a_bar_have_opposite_arms_where_the_source_has_equal_one
 
 
 @given(LENGTHS, LENGTHS, ANGLES)
-@settings(max_examples=20, deadline=None)
+@settings(max_examples=10, deadline=None)
 def test_a_body_on_a_fixed_pin_has_the_inertia_of_steiners_theorem(x, y, theta):
     assume(x or y)
     b = fix(Builder().include("body", rigid_body(2.0, 0.5, {"pivot": (x, y)})), "body.pivot")

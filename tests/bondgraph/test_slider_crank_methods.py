@@ -56,7 +56,7 @@ def test_middle_term_of_the_acceleration():
     assert rest + ratio**2 / 2 * np.sin(2 * theta) / w**3 == pytest.approx(1.44554, abs=5e-6)  # as printed
 
 
-@settings(max_examples=25)
+@settings(max_examples=12)
 @given(angles, ratios, st.sampled_from([0.0, 2.5]))
 def test_exact_inertia_is_the_graph_reduced(theta, ratio, rod):
     machine = SliderCrank(0.7 * ratio, 0.7, 0.4, rod, 1.3)
@@ -159,7 +159,7 @@ def test_free_motion_by_three_equations():
 
 @pytest.mark.parametrize(("imposed", "off"), [pytest.param(HARMONIC, 0.716, marks=pytest.mark.slow), (STEADY, 22.0)])
 def test_torque_that_imposes_a_motion(imposed, off):
-    torque = compare_torques(imposed=imposed)["torque"]
+    torque = compare_torques(imposed=imposed, until=3.0 if imposed is STEADY else 10.0)["torque"]
     assert torque.agreement("bond graph").greatest < 1e-9
     slip, sound = (torque.agreement(name) for name in ("small lambda, m l²/3", "small lambda"))
     assert sound.greatest == pytest.approx(off, rel=2e-3)
@@ -209,7 +209,7 @@ def test_with_torque_it_runs_away_at_every_step():
 
 
 def test_crank_side_is_of_first_order():
-    coarse, fine = divided_by_modulus(loads=Loads(1.0, 0.5, 0.2), steps=(4e-3, 2e-3), until=4.0).errors("crank side")
+    coarse, fine = divided_by_modulus(loads=Loads(1.0, 0.5, 0.2), steps=(4e-3, 2e-3), until=2.0).errors("crank side")
     assert coarse / fine == pytest.approx(2.0, rel=0.1)
 
 

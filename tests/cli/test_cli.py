@@ -369,7 +369,7 @@ def test_no_output_replaces_an_input(
 @pytest.mark.parametrize(
     ("arguments", "name", "content"),
     [
-        (["graph", "--plot"], "a.png", "GIF89a..."),
+        (["draw", "-o"], "a.png", "GIF89a..."),
         (["reduce", "--output"], "a.csv", "phi,M\n1,2\n"),
         (["reduce", "--json", "--output"], "a.json", '{"title": 1, "mine": 2}'),
         (["reactions", "--output"], "a.txt", "a letter\n"),

@@ -28,12 +28,12 @@ def loaded(*steps: str) -> list[set[str]]:
 
 
 def test_the_library_and_its_commands_open_only_the_doors_that_they_need(tmp_path: Path) -> None:
-    library, _, told, sized, confirmed, drawn, arm = loaded(
+    library, _, told, sized, plotted, drawn, arm = loaded(
         "import flywheel",
         "import flywheel.cli; from flywheel.cli import main",
         "tradeoff --help",
         f"size {PRESS} --accuracy normal --json",
-        f"size {PRESS}",
+        f"size {PRESS} --accuracy normal --plot {tmp_path}/sizing.svg",
         f"draw {PRESS} -o {tmp_path}/press.svg",
         "import flywheel.arm",
     )
@@ -42,15 +42,13 @@ def test_the_library_and_its_commands_open_only_the_doors_that_they_need(tmp_pat
     assert "click" in told
     assert told.isdisjoint((*DOORS, *PARTS))
     assert sized.isdisjoint(DOORS)
-    assert confirmed.isdisjoint(DOORS[1:])
+    assert plotted.isdisjoint(("scipy", "sympy", DOORS[3]))
     assert "flywheel.pictures" in drawn
+    assert "sympy" not in drawn
     assert "flywheel.arm" in arm
     assert "sympy" not in arm
 
 
-def test_a_plot_needs_neither_scipy_nor_linkages(tmp_path: Path) -> None:
-    *_, plotted = loaded(
-        "import flywheel.cli; from flywheel.cli import main",
-        f"size {PRESS} --accuracy normal --plot {tmp_path}/sizing.svg",
-    )
-    assert plotted.isdisjoint(("scipy", "sympy", DOORS[3]))
+def test_a_flywheel_that_is_confirmed_needs_scipy_alone() -> None:
+    _, confirmed = loaded("import flywheel.cli; from flywheel.cli import main", f"size {PRESS}")
+    assert confirmed.isdisjoint(DOORS[1:])

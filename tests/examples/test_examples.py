@@ -38,7 +38,7 @@ def test_there_are_examples():
     assert len(SCENES) >= 20
 
 
-@pytest.mark.parametrize("script", sample(SCRIPTS, 4), ids=name)
+@pytest.mark.parametrize("script", sample(SCRIPTS, 5), ids=name)
 def test_exam_agrees_with_its_true_figures_and_says_where_the_print_errs(script, steps, monkeypatch, tmp_path, capsys):
     monkeypatch.chdir(tmp_path)
     runpy.run_path(str(script), run_name="__main__")

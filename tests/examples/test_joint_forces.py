@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import runpy
+from contextlib import redirect_stdout
+from io import StringIO
 from pathlib import Path
 
 import numpy as np
@@ -12,13 +14,20 @@ SCRIPT = Path(__file__).parents[2] / "examples" / "joint_forces" / "dimensioning
 
 
 @pytest.fixture(scope="module")
-def example():
-    return runpy.run_path(str(SCRIPT))
+def run():
+    """Its names, and what it prints, run as it stands."""
+    with redirect_stdout(StringIO()) as printed:
+        return runpy.run_path(str(SCRIPT), run_name="__main__"), printed.getvalue
+
+
+@pytest.fixture(scope="module")
+def example(run):
+    return run[0]
 
 
 @pytest.fixture(scope="module")
 def rounds(example):
-    return example["dimensioned"](dict.fromkeys(example["LENGTHS"], 0.0))
+    return example["rounds"]
 
 
 def test_every_bar_is_used_to_its_limit(example, rounds):
@@ -57,8 +66,7 @@ def test_bending_at_the_bars_first_pins_is_the_torque_there(example, rounds):
         np.testing.assert_allclose(normal[0], held, rtol=0, atol=1e-9 * np.abs(held).max())
 
 
-def test_it_prints_its_rounds(capsys):
-    runpy.run_path(str(SCRIPT), run_name="__main__")
-    printed = capsys.readouterr().out
+def test_it_prints_its_rounds(run):
+    printed = run[1]()
     assert "coupler (mm, kg)" in printed
     assert printed.count(" % of the thrust allowed") == 3

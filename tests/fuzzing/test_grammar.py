@@ -50,7 +50,7 @@ def _by_python(text, values):
     return None if isinstance(found, complex) else float(found)
 
 
-@settings(max_examples=80, **_MORE)
+@settings(max_examples=50, **_MORE)
 @given(formulas, places)
 def test_values_are_those_of_python(text, values):
     expected = _by_python(text, values)
@@ -101,7 +101,7 @@ def test_slopes_of_every_function(text):
     assert [float(found.first), float(found.second)] == pytest.approx([first, second], rel=1e-12, abs=1e-12)
 
 
-@settings(max_examples=50, **_MORE)
+@settings(max_examples=25, **_MORE)
 @given(formulas, places)
 def test_slopes_of_jets_are_those_of_differences(text, values):
     expression = parse(text, frozenset({"F"}))
@@ -114,7 +114,7 @@ def test_slopes_of_jets_are_those_of_differences(text, values):
     assert math.isclose(float(found), expected, rel_tol=1e-6, abs_tol=1e-6), (text, values)
 
 
-@settings(max_examples=50, **_MORE)
+@settings(max_examples=25, **_MORE)
 @given(formulas, places)
 def test_first_and_second_slopes_agree(text, values):
     expression = parse(text, frozenset({"F"}))

@@ -13,8 +13,12 @@ def found():
     return transient(flywheel.load(SCENE), end="4 s")
 
 
-def test_every_panel_has_its_unit_and_its_curve(found):
-    axes = draw(found).axes
+@pytest.fixture(scope="module")
+def axes(found):
+    return draw(found).axes
+
+
+def test_every_panel_has_its_unit_and_its_curve(axes):
     labels = [axis.get_ylabel() for axis in axes]
     assert labels == ["crank speed, rad/s", "torque, N m", "kinetic energy, J", "current, A"]
     assert axes[3].get_xlabel() == "time, s"
@@ -23,8 +27,8 @@ def test_every_panel_has_its_unit_and_its_curve(found):
     assert line.get_xdata()[-1] == pytest.approx(4.0)
 
 
-def test_the_regime_and_when_it_is_nearly_reached_are_marked(found):
-    legend = [text.get_text() for text in draw(found).axes[0].get_legend().get_texts()]
+def test_the_regime_and_when_it_is_nearly_reached_are_marked(axes):
+    legend = [text.get_text() for text in axes[0].get_legend().get_texts()]
     assert legend[0].startswith("regime, mean over time: 192")
     assert legend[1].startswith("95 % of it after 1.91")
 

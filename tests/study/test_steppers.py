@@ -1,5 +1,7 @@
 """Steps of fixed length have their order, jumps take it from them, and a restart gives it back."""
 
+from functools import cache
+
 import numpy as np
 import pytest
 
@@ -19,10 +21,15 @@ def machine(scene):
     return Machine(flywheel.load(scene))
 
 
+@cache
+def cycle(jumps):
+    """The true one, with the jump or smooth."""
+    return steppers.adaptive(machine(JUMP if jumps else SMOOTH), "DOP853", 1e-13, True)(TRIAL)
+
+
 def errors(scene, name, counts, restart):
     """Of the speed at the cycle's end, by so many steps."""
-    built = machine(scene)
-    true = steppers.adaptive(built, "DOP853", 1e-13, True)(TRIAL).speed
+    built, true = machine(scene), cycle(scene is JUMP).speed
     return np.array([abs(steppers.fixed(built, name, count, restart)(TRIAL).speed - true) for count in counts])
 
 
@@ -41,8 +48,7 @@ def test_a_jump_within_a_step_takes_the_order():
 
 @pytest.mark.parametrize("name", steppers.ADAPTIVE)
 def test_adaptive_rules_come_to_the_same_cycle(name):
-    built = machine(JUMP)
-    true = steppers.adaptive(built, "DOP853", 1e-13, True)(TRIAL)
+    built, true = machine(JUMP), cycle(True)
     found = steppers.adaptive(built, name, 1e-8, True)(TRIAL)
     assert found == pytest.approx(true, rel=1e-6)
     assert found.least <= min(TRIAL.speed, found.speed) <= max(TRIAL.speed, found.speed) <= found.greatest
