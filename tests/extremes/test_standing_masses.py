@@ -17,7 +17,7 @@ from .machines import Scene
 from .measured import Found, Row, refusal, worst
 
 R, L, MASS, SPEED = 0.1, 0.3, 2.0, 10.0
-FREE = (1e-14, 1e-6, 0.05, 1.0, 1.9, 1.99)
+FREE = (1e-14, 1e-6, 0.05, 1.0, 1.99)
 DWELL = "0.1*sin(phi)**3 if phi < pi else 0"  # max x'² = 0.09 (4/27): at sin² = 2/3
 
 

@@ -13,6 +13,7 @@ from mpmath import mp
 from flywheel.mechanisms.families import build
 from flywheel.numerics.intervals import NAMESPACE, Interval
 from flywheel.scene.scene import Body, Mechanism
+from tests.limits import sample
 from tests.mechanisms.chains import STRAIGHT, exactly, four_bar, places, shaper, slider, walked, yoke
 
 CHAINS = {
@@ -38,6 +39,11 @@ chains = pytest.mark.parametrize("mechanism", CHAINS.values(), ids=CHAINS.keys()
 CLEAR = {name: mechanism for name, mechanism in CHAINS.items() if "near" not in name}
 clear = pytest.mark.parametrize("mechanism", CLEAR.values(), ids=CLEAR.keys())
 
+# a yoke, and of the others the hard ones: close to a lock, or on both sides of a dead centre
+HARD = [
+    name for name in CHAINS if "near" in name or name in ("yoke up", "slider, straight rod", "drag-link, crossed", "shaper")
+]
+
 
 @pytest.fixture(autouse=True)
 def _thirty_digits() -> Any:
@@ -61,7 +67,7 @@ def component(known: dict[str, Any], name: str) -> Any:
     return known.get(name) if name != "crank.pin" and not name.endswith(".com") else None
 
 
-@clear
+@pytest.mark.parametrize("mechanism", sample([pytest.param(m, id=name) for name, m in CLEAR.items()], 2))
 def test_motion_energy_and_weight_are_those_of_the_bodies(mechanism: Mechanism) -> None:
     mechanism = exactly(mechanism)
     family, pull = build(mechanism), mp.mpc(0.6, -9.7)
@@ -89,7 +95,7 @@ def test_motion_energy_and_weight_are_those_of_the_bodies(mechanism: Mechanism) 
         assert abs(sum(mass.value * gains[mass.velocity][0] ** 2 for mass in family.masses) - energy) <= 1e-18 * energy
 
 
-@chains
+@pytest.mark.parametrize("mechanism", [pytest.param(CHAINS[name], id=name) for name in HARD])
 def test_floats_keep_their_digits(mechanism: Mechanism) -> None:
     family = build(mechanism)
     angles = hard_angles(family.breakpoints[:: max(len(family.breakpoints) // 6, 1)])

@@ -13,6 +13,7 @@ from flywheel.machine.machine import Machine
 from flywheel.motion.joint_forces import joint_forces
 from flywheel.numerics.faults import SceneError
 from tests import regimes
+from tests.limits import sample
 from tests.scenes import press, shaper, yoke
 
 PHI = np.linspace(0.1, 6.2, 23)
@@ -146,7 +147,7 @@ def test_positions_outside_a_stroke_are_refused() -> None:
         joint_forces(flywheel.load(clamp), [0.3])
 
 
-@pytest.mark.parametrize(("name", "inertia"), [("section-c", 5), ("kloss-press", 0.1), ("four-bar", 1)])
+@pytest.mark.parametrize(("name", "inertia"), sample([("section-c", 5), ("kloss-press", 0.1), ("four-bar", 1)], 3))
 def test_driving_actions_follow_the_machine_s_own_motion(name: str, inertia: float) -> None:
     """What the crank asks is what drive and loads on shafts leave after shafts and flywheel have been accelerated."""
     machine = Machine(flywheel.load(regimes.scene(name, inertia=inertia)))

@@ -94,7 +94,7 @@ LAW = "[mechanism]\ntype = 'law'\noutputs.a = {{mass = 1, x = '{}'}}" + REST
         '"""' * (SIZE // 3),
         "".join(f"k{i}=1\n" for i in range(SIZE // 9)),
         "".join(f"[k{i}]\n" for i in range(SIZE // 9)),
-        "[parameters]\n" + "".join(f's{i}="1 kxN"\n' for i in range(1000)),
+        "[parameters]\n" + "".join(f's{i}="1 kxN"\n' for i in range(300)),
         "[parameters]\n" + "".join(f's{i}="1 kxN"\n' for i in range(SIZE // 18)),
         "[[load]]\n" * 1000,
         "[[load]]\n" * (SIZE // 9),

@@ -16,6 +16,7 @@ from flywheel.numerics import cells
 from flywheel.regime import constant_speed, periodic_motion, turning_moment
 from flywheel.regime.periodic_motion import Demand, NoRegimeError, carried, first_guess, periodic
 from tests import regimes
+from tests.limits import sample
 
 
 def fine(name, parts=3, **flywheel_):
@@ -67,7 +68,7 @@ def after_a_cycle(dynamics, speed, edges):
     return float(state[0])
 
 
-@pytest.mark.parametrize(("name", "inertia"), [("section-c", 0.5), ("peaks", 5.0)])
+@pytest.mark.parametrize(("name", "inertia"), sample([("peaks", 5.0), ("section-c", 0.5)], 2))
 def test_the_multiplier_is_what_a_cycle_leaves_of_a_change_in_a_run(name, inertia):
     sizing = flywheel.size(
         flywheel.load(regimes.scene(name, inertia=inertia / _ratio(name) ** 2)), rtol=1e-11, simulate=False
@@ -151,7 +152,7 @@ def motion_of(name, rtol=1e-9, **wheel):
     return periodic_motion.own_motion(machine, reference, given, guess, sizing.constant.balance or 0.0, rtol)
 
 
-@pytest.mark.parametrize(("name", "eps"), SIZED)
+@pytest.mark.parametrize(("name", "eps"), sample(SIZED, 2))
 def test_wittenbauers_formula_holds_with_the_moment_along_the_motion(name, eps):
     """I = [max(W - z+ w² I*/2) - min(W - z- w² I*/2)]/(eps w²), W the integral of the moment that the motion meets."""
     motion = motion_of(name, irregularity=eps)
@@ -168,7 +169,7 @@ def _angles(motion):
     return [motion.run.angle_speed_max, motion.run.angle_speed_min]
 
 
-@pytest.mark.parametrize("name", ["yoke", "two-mechanisms", "geared-loss-line"])
+@pytest.mark.parametrize("name", sample(["yoke", "two-mechanisms", "geared-loss-line"], 3))
 def test_the_motion_is_that_of_its_own_moment(name):
     """The closed form for moments of the angle, given the moment along the motion, finds the motion again."""
     motion = motion_of(name, inertia=regimes.CASES[name].inertias[-1])
@@ -228,6 +229,7 @@ def _run_of(name):
     return motion.cycle, motion.speed, motion.run
 
 
+@pytest.mark.slow
 def test_a_heavy_wheel_leads_down_to_a_light_one():
     """Far from the motion at constant speed the iteration starts from heavier flywheels."""
     motion = motion_of("dc-inductance", irregularity=1.5)

@@ -80,7 +80,7 @@ def test_sizings_are_true_within_what_they_claim(name, eps, rtol):
         assert off(result.flywheel.approximate_total, total) <= max(10 * result.error.approximate, 1e-11)
 
 
-@pytest.mark.parametrize(("name", "inertia"), sample(HEAVY, 3))
+@pytest.mark.parametrize(("name", "inertia"), sample(HEAVY, 5))
 def test_the_simulation_confirms_the_motion(name, inertia):
     true, result = figures(name, "analysis", inertia), sized(regimes.scene(name, inertia=inertia), simulate=True)
     found = result.simulation

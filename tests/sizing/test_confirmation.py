@@ -57,6 +57,7 @@ def test_an_unstable_motion_held_by_a_balance_is_sized_though_stepping_leaves_it
     assert any("not confirmed in time" in message for message in sizing.messages)
 
 
+@pytest.mark.slow
 def test_what_stepping_loses_is_not_reported():
     """Next to standstill only rounding is left of the least speed."""
     bare = {"type": "slider-crank", "crank": {"length": 0.1}, "rod": {"length": 0.3}, "slider": {"mass": 2}}
