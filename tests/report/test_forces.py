@@ -115,7 +115,7 @@ def test_a_constant_speed_and_no_inertia() -> None:
 
 
 def test_plot(tmp_path: Path) -> None:
-    path = tmp_path / "forces.png"
+    path = tmp_path / "forces.svg"
     result = run("reactions", PUMP, "--plot", path, "--at", "30 deg", "--at", "60 deg")
     assert (result.exit_code, result.stderr) == (0, f"wrote {path}\n")
     assert path.stat().st_size > 4000

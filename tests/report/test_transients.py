@@ -33,7 +33,7 @@ def test_the_text_has_the_end_the_regime_and_the_energies(found):
 
 @pytest.fixture(scope="module")
 def stalled():
-    return transients.text(run_up(flywheel.load(STALL), "20 s"))
+    return transients.text(run_up(flywheel.load(STALL), "20 s", rtol=1e-5))
 
 
 def test_a_stall_is_the_first_thing_that_is_said(stalled):
@@ -111,7 +111,7 @@ def test_a_run_down_is_told_without_what_it_cannot_have():
 
 def test_moments_before_and_after_losses_are_told_apart(found, stalled):
     geared = STALL | {"shafts": {"motor": {"ratio": 2, "efficiency": 0.8}}, "drive": {"on": "motor", "torque": 10}}
-    text = " ".join(transients.text(run_up(flywheel.load(geared | {"regime": {"speed": 5}}), "20 s")).split())
+    text = " ".join(transients.text(run_up(flywheel.load(geared | {"regime": {"speed": 5}}), "20 s", rtol=1e-5)).split())
     assert "M* at rest is -40 N m, before losses in meshes" in text
     assert ",M* after losses [N m]," in transients.csv(found, 2)
     assert "losses" not in stalled

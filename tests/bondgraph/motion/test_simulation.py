@@ -15,6 +15,7 @@ from bondgraph import Builder, C, GraphError, I, Law, Modulus, Motion, R, Se, Sf
 from bondgraph.motion import simulation
 from bondgraph.motion.dynamics import Dynamics
 from bondgraph.motion.stepping import ADAPTIVE
+from tests.limits import sample
 
 TURN = 2 * np.pi
 
@@ -138,7 +139,7 @@ STATES = ("f_circuit", "f_rotor", "f_crank", "alpha", "phi", "q_k")
 def test_motor_shaft_and_slider_crank_move_as_the_equations_by_hand():
     times = np.linspace(0.0, 0.3, 60)
     by_hand = solve_ivp(motor_press_by_hand, (0, 0.3), [0, 0, 0, 0, 0.3, 0], "DOP853", times, rtol=1e-12, atol=1e-13).y
-    run = simulate(motor_press(), 0.3, rtol=1e-9, tolerance=1e-7)
+    run = simulate(motor_press(), 0.3, rtol=1e-8, tolerance=1e-7)
     states = run.states(times)
     assert set(states) == set(STATES)
     assert run.reached
@@ -232,7 +233,7 @@ def test_springs_in_series_are_one_spring():
 
 def test_a_spring_on_a_source_follows_it():
     graph = Builder().one("w").on("w", Se("E", lambda t: np.sin(t)), C("k", 2.0)).build()
-    run = simulate(graph, 0.3, rtol=1e-10)
+    run = simulate(graph, 0.3, rtol=1e-7)
     assert_allclose(run.displacement("k", 0.3), 2.0 * np.sin(0.3), rtol=1e-9)
     assert_allclose(run.power("k", 0.3), 2.0 * np.sin(0.3) * np.cos(0.3), rtol=1e-9)
     with pytest.raises(GraphError, match="Se:E, C:k alone hold the flow of w"):
@@ -244,7 +245,7 @@ def test_a_mechanism_driven_at_a_given_speed():
     b = Builder().one("crank", displacement="theta").one("ram", displacement="x").on("ram", I("m", 1.0))
     b.transform("crank", "ram", sympy.sin(theta) + 2)
     b.on("crank", Sf("w", sympy.cos(3 * t)))
-    run, angle = simulate(b.build(), 0.7, rtol=1e-10), np.sin(2.1) / 3.0
+    run, angle = simulate(b.build(), 0.7, rtol=1e-7), np.sin(2.1) / 3.0
     assert_allclose(run.displacement("theta", 0.7), angle, rtol=1e-9)
     assert_allclose(run.displacement("x", 0.7), 1 - np.cos(angle) + 2 * angle, rtol=1e-9)
     assert run.audit.power < 1e-12
@@ -361,13 +362,13 @@ def massless_crank(resistance=0.0, law=None):
     return (b.on("crank", R("r", law or resistance)) if law or resistance else b).build()
 
 
-METHODS = ["DOP853", "RK45", "RK23", "LSODA", "Radau", "BDF", "euler", "rk2", "rk4"]
+METHODS = ["DOP853", "RK45", "LSODA", "RK23", "Radau", "BDF", "euler", "rk2", "rk4"]
 PLACES = [(0.0, "0,"), (np.pi, "3.141"), (-np.pi, "-3.141"), (7 * np.pi, "21.991"), (1.0, "3.141"), (-5.0, "-3.141")]
 
 
 @pytest.mark.parametrize(
     ("method", "phi", "place"),  # a start and two places on the way by one method, one by every other
-    [(m, *PLACES[p]) for k, m in enumerate(METHODS) for p in ((0, 4, 5) if not k else (k % 6,))],
+    sample([(m, *PLACES[p]) for k, m in enumerate(METHODS) for p in ((0, 4, 5) if not k else (k % 6,))], 2),
 )
 def test_a_dead_centre_that_nothing_carries_the_motion_through_ends_a_run_at_once(method, phi, place, monkeypatch):
     """At the start by whatever rounding leaves of sin(phi), on the way, and with a million equal steps to take."""
@@ -448,7 +449,7 @@ def test_a_law_of_the_speed_that_drives_of_its_own_and_of_time():
     line = Law(lambda here, anchor: 20.0 - 1.5 * here.flow + np.sin(2.0 * here.time), Motion("crank"), moving=True)
     b = Builder().one("crank", "rotation", displacement="phi").one("yoke", "translation")
     b.transform("crank", "yoke", stroke).on("crank", I("J", 0.5), Se("T", line)).on("yoke", I("m", 4.0), Se("F", drag))
-    run = simulate(b.build(), 0.2, initial={"crank": 2.0})
+    run = simulate(b.build(), 0.2, initial={"crank": 2.0}, rtol=1e-6)
 
     def rate(t, state):
         phi, omega = state
