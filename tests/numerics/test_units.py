@@ -172,6 +172,8 @@ def test_whole_turns_agree_with_the_float_pi():
         ([1], "length", ""),
         ({}, "length", ""),
         (1j, "length", ""),
+        ("5 cmm", "length", 'did you mean "mm"?'),  # of the near names, one that fits
+        ("5 cmm", "torque", 'did you mean "mNm"?'),
     ],
 )
 def test_slips_are_refused_with_advice(value, dimension, hint):

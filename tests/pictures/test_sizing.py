@@ -225,6 +225,7 @@ def test_areas_scene_draws_bars_sums_and_speeds() -> None:
     heights = sorted(bar.get_height() for bar in figure.axes[0].patches)
     assert heights == pytest.approx([-1240, 520, 720])
     np.testing.assert_allclose(figure.axes[1].lines[0].get_ydata(), [0, 520, -720, 0])
+    assert [label[:12] for label in labels(figure.axes[1])] == ["greatest: S1", "least: S2 = "]
     speeds = np.asarray(figure.axes[3].lines[-1].get_ydata(), dtype=float) * np.pi / 30
     assert speeds.max() == pytest.approx(60.6)
     assert speeds.min() == pytest.approx(59.4)

@@ -66,6 +66,7 @@ def test_pieces_are_those_between_breaks():
     low, high = periodic.around(-3.0, forwards=True)
     assert_allclose([low, high], [1.0 - 2 * np.pi, 4.0 - 2 * np.pi])
     assert_allclose(periodic.around(4.0 + 20 * np.pi, forwards=True), [4.0 + 20 * np.pi, 1.0 + 22 * np.pi])
+    assert_allclose(periodic.around(0.5, forwards=True), [4.0 - 2 * np.pi, 1.0])
 
 
 def pushed(accelerations, edges, start, until, times=()):
