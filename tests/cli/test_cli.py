@@ -320,7 +320,7 @@ def test_an_interrupt_leaves_no_traceback(scene: Path, monkeypatch: pytest.Monke
 
 
 def test_an_encoding_without_the_signs_prints_all_the_same(scene: Path) -> None:
-    environment = os.environ | {"PYTHONPATH": str(ROOT), "PYTHONIOENCODING": "ascii"}
+    environment = os.environ | {"PYTHONPATH": str(ROOT), "PYTHONIOENCODING": "latin-1"}
     command = [sys.executable, "-m", "flywheel", "reference", "quantities"]
     result = subprocess.run(command, capture_output=True, env=environment, timeout=600)
     assert result.returncode == 0
