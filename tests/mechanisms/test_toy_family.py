@@ -88,6 +88,7 @@ def test_its_faults_are_told(tmp_path: Path, old: str, new: str, message: str) -
 def test_its_page_is_in_the_reference() -> None:
     page = reference.text("swinging-cylinder")
     assert "`frame.length` | length above 0, required" in page
+    assert "mass at least 0, default 0.0" in page
     assert "s = sqrt(r^2 + d^2 - 2 r d cos phi)" in page
     assert "swinging-cylinder" in reference.topics()
 
