@@ -31,6 +31,7 @@ from flywheel.sizing.results import Confirmation, Confirmed, Regime
 _HOPELESS = 0.5  # relative error past which a figure says nothing
 _MOST = 60_000  # evaluations of a cycle in time, a few seconds: a textbook machine takes 2 000
 _LEAST = 40  # of a piece
+_MOST_WORK = periodic_motion.MOST_WORK
 _NONE_FOUND = "not confirmed by collocation: on cells of its own the iteration finds no motion"
 _NO_MOTION = "no steady motion with the approximate flywheel has the mean of extremes asked for"
 _LOST = "rounding leaves nothing to tell of the irregularity that the approximate flywheel gives"
@@ -251,7 +252,7 @@ def _collocated(regime: Regime, machine: Machine, inertia: float) -> periodic_mo
     free = scene.unknown is None and machine.sets_its_speed
     held = None if free else (scene.speed or regime.speed)
     unknown = (regime.constant or regime.cycle).balance or 0.0
-    with limited(periodic_motion.MOST_WORK):
+    with limited(_MOST_WORK):
         asked = Demand(inertia, None, held)
         return periodic_motion.own_motion(machine, held or regime.speed, asked, 0.0, unknown, 0.5 * regime.rtol)
 

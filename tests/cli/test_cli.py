@@ -366,6 +366,15 @@ def test_no_output_replaces_an_input(
     assert len(list(tmp_path.iterdir())) == 6
 
 
+def test_no_file_is_named_for_two_outputs(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    press = str(ROOT / "examples" / "machines" / "press.toml")
+    result = CliRunner().invoke(main, ["simulate", press, "--csv", "new.csv", "--output", "./new.csv"])
+    assert result.exit_code == 2
+    assert "is named for two outputs" in result.stderr
+    assert not list(tmp_path.iterdir())
+
+
 @pytest.mark.parametrize(
     ("arguments", "name", "content"),
     [

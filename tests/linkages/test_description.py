@@ -45,6 +45,8 @@ def test_what_slides_and_what_rubs() -> None:
 def test_bodies_turn_and_slides_travel() -> None:
     assert offered(six_bar(), ["tool"]) == {"coupler": True, "rocker": True, "link": True, "output": True, "tool": False}
     assert offered(whitworth()) == {"rocker": True, "link": True, "slot": False, "guide": False}
+    renamed = tuple(joint._replace(name="slide") if joint.name == "guide" else joint for joint in whitworth().joints)
+    assert offered(replace(whitworth(), joints=renamed)) == {"rocker": True, "link": True, "slot": False, "slide": False}
 
 
 def test_what_a_slide_holds_cannot_turn() -> None:
