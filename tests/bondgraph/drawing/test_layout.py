@@ -271,3 +271,11 @@ def test_another_arrangement_is_another_one_each_time_and_on_the_grid():
     assert others[0] != at
     for other in others:
         assert np.allclose(np.array(list(other.values())) % STEP, 0.0)
+
+
+def test_bounds_hold_every_box_and_no_more():
+    drawn = drawn_of("motor")
+    boxes = [box for own in drawn.boxes.values() for box in own] + list(drawn.numbers.values())
+    xs = [box.x + sign * box.width / 2 for box in boxes for sign in (-1, 1)]
+    ys = [box.y + sign * box.height / 2 for box in boxes for sign in (-1, 1)]
+    assert drawn.bounds == (min(xs), min(ys), max(xs), max(ys))
