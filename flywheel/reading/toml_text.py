@@ -142,6 +142,7 @@ class _Scanner:
         self.braces = 0  # inline tables that are open
 
     def line(self, at: int) -> int:
+        """Number of the line in which a place of the text stands, from 1."""
         return bisect_right(self.starts, at)
 
     def end(self, at: int) -> int:

@@ -566,3 +566,9 @@ def test_the_estimate_holds_for_fixed_steps_between_their_ends_too(method, steps
     truth = 0.5 * (1.0 - np.exp(-2.0 * times))
     truth += (2.0 * np.sin(w * times) - w * np.cos(w * times) + w * np.exp(-2.0 * times)) / (4.0 + w**2)
     assert np.abs(run.flow("m", times) - truth).max() / np.abs(truth).max() <= run.error
+
+
+def test_the_power_of_a_junction_is_no_question():
+    run = simulate(Builder().one("mass").on("mass", I("m", 1.0), Se("F", 1.0)).build(), 0.1, rtol=1e-3)
+    with pytest.raises(GraphError, match="1:mass is no one-port"):
+        run.power("mass", 0.1)
