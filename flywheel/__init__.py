@@ -33,11 +33,11 @@ if TYPE_CHECKING:
     from flywheel.machine.machine import Machine
     from flywheel.mechanisms.linkages import multibody
     from flywheel.mechanisms.linkages import reactions as kinetostatics
-    from flywheel.motion import transients
-    from flywheel.motion.joint_forces import JointForces, joint_forces
-    from flywheel.motion.kinetic_energy import cycle_shares, shares
-    from flywheel.motion.simulation import Motion, simulate
-    from flywheel.motion.transients import Transient, run_down, run_up, time_along, transient
+    from flywheel.motions import transients
+    from flywheel.motions.joint_forces import JointForces, joint_forces
+    from flywheel.motions.kinetic_energy import cycle_shares, shares
+    from flywheel.motions.simulation import Motion, simulate
+    from flywheel.motions.transients import Transient, run_down, run_up, time_along, transient
     from flywheel.numerics.faults import Fault, SceneError
     from flywheel.pictures.mechanisms import animate, draw
     from flywheel.reading.scenes import load
@@ -51,31 +51,31 @@ if TYPE_CHECKING:
 _HOMES = {
     "Explanation": "report.explanation",
     "Fault": "numerics.faults",
-    "JointForces": "motion.joint_forces",
+    "JointForces": "motions.joint_forces",
     "Machine": "machine.machine",
     "MachineState": "regime.state",
-    "Motion": "motion.simulation",
+    "Motion": "motions.simulation",
     "Scene": "scene.scene",
     "SceneError": "numerics.faults",
     "Sizing": "sizing.results",
     "Tradeoff": "study.tradeoff",
-    "Transient": "motion.transients",
+    "Transient": "motions.transients",
     "along": "regime.state",
     "animate": "pictures.mechanisms",
-    "cycle_shares": "motion.kinetic_energy",
+    "cycle_shares": "motions.kinetic_energy",
     "draw": "pictures.mechanisms",
     "explain": "report.explanation",
-    "joint_forces": "motion.joint_forces",
+    "joint_forces": "motions.joint_forces",
     "load": "reading.scenes",
     "reduce": "regime.state",
-    "run_down": "motion.transients",
-    "run_up": "motion.transients",
-    "shares": "motion.kinetic_energy",
-    "simulate": "motion.simulation",
+    "run_down": "motions.transients",
+    "run_up": "motions.transients",
+    "shares": "motions.kinetic_energy",
+    "simulate": "motions.simulation",
     "size": "sizing.sizing",
-    "time_along": "motion.transients",
+    "time_along": "motions.transients",
     "tradeoff": "study.tradeoff",
-    "transient": "motion.transients",
+    "transient": "motions.transients",
 }
 
 _MODULES = {
@@ -103,9 +103,9 @@ _MODULES = {
     "presses": "components.press_work",
     "recovery": "components.press_work",
     "results": "sizing.results",
-    "simulation": "motion.simulation",
+    "simulation": "motions.simulation",
     "stroke": "regime.state",
-    "transients": "motion.transients",
+    "transients": "motions.transients",
     "two_speeds": "components.press_work",
     "wheel": "components.wheels",
     "writing": "report",

@@ -39,7 +39,7 @@ from flywheel.cli.common import speed as speed_of
 from flywheel.scene.accuracy import LEVELS, NORMAL, RTOL
 
 if TYPE_CHECKING:
-    from flywheel.motion.joint_forces import JointForces
+    from flywheel.motions.joint_forces import JointForces
 
 
 @click.command(short_help="Size the flywheel of a scene, or analyse a given one.")
@@ -194,7 +194,7 @@ def reactions(
         import numpy as np
 
         from flywheel.machine.reactions import close_positions
-        from flywheel.motion.joint_forces import joint_errors, joint_forces, spread
+        from flywheel.motions.joint_forces import joint_errors, joint_forces, spread
         from flywheel.regime.joint_friction import machine_of
         from flywheel.report import forces
 

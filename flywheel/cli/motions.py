@@ -48,7 +48,7 @@ def _start(context: click.Context, parameter: click.Parameter, text: str) -> str
 
 
 def _end(context: click.Context, parameter: click.Parameter, text: str | None) -> str | None:
-    from flywheel.motion.transients import until
+    from flywheel.motions.transients import until
     from flywheel.numerics.faults import SceneError
 
     try:
@@ -127,7 +127,7 @@ def simulate(
     if csv_file == "-" and as_json and output is None:
         raise click.UsageError("--csv - and --json exclude each other.")
     with reported(scene), _followed(end) as watching:
-        from flywheel.motion.transients import transient
+        from flywheel.motions.transients import transient
         from flywheel.report import transients
 
         given = loaded(scene)

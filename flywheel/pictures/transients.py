@@ -8,7 +8,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from flywheel.motion.transients import Samples, Transient, sampled, within
+from flywheel.motions.transients import Samples, Transient, sampled, within
 from flywheel.pictures.figures import BLACK, BLUE, GREEN, GREY, ORANGE, PURPLE, VERMILLION, figure, save
 from flywheel.report.rows import RPM
 

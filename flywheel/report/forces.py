@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flywheel.mechanisms.linkages.reactions import Reactions
-from flywheel.motion.joint_forces import JointForces, figures_of
+from flywheel.motions.joint_forces import JointForces, figures_of
 from flywheel.report import rows
 from flywheel.scene.scene import Scene
 

@@ -7,7 +7,7 @@ from collections.abc import Iterator
 import numpy as np
 from numpy.typing import NDArray
 
-from flywheel.motion.transients import Peak, Samples, Transient, estimates, of_samples, sampled, switching
+from flywheel.motions.transients import Peak, Samples, Transient, estimates, of_samples, sampled, switching
 from flywheel.numerics.units import columns, figure, short
 from flywheel.report import rows as written
 from flywheel.report.rows import DEGREES, RPM, page, sentences, wrapped

@@ -26,7 +26,7 @@ from flywheel.machine.machine import Machine
 from flywheel.mechanisms.families import has_joints
 from flywheel.mechanisms.linkage import linkage_of
 from flywheel.mechanisms.linkages import multibody
-from flywheel.motion.simulation import graph_motion
+from flywheel.motions.simulation import graph_motion
 from flywheel.regime import constant_speed
 from flywheel.regime.free_motion import Start
 from flywheel.regime.stepping import Step

@@ -37,7 +37,7 @@ import flywheel
 sys.path.insert(0, str(Path(__file__).parents[2]))
 
 from flywheel.machine.dynamics import Dynamics
-from flywheel.motion.simulation import motion_from
+from flywheel.motions.simulation import motion_from
 from flywheel.regime import periodic_motion
 from flywheel.regime.free_motion import Goal, Start, follow
 from flywheel.regime.periodic_motion import Demand, first_guess, periodic

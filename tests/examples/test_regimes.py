@@ -15,7 +15,7 @@ from scipy.optimize import brentq
 
 import flywheel
 from flywheel.components.gas_forces import Compression, compressor_work
-from flywheel.motion.transients import Transient, sampled, transient
+from flywheel.motions.transients import Transient, sampled, transient
 from flywheel.sizing.results import Sizing
 
 FOLDER = Path(__file__).parents[2] / "examples" / "regimes"

@@ -10,7 +10,7 @@ import pytest
 from mpmath import mp  # type: ignore[import-untyped]
 
 import flywheel
-from flywheel.motion.simulation import Motion
+from flywheel.motions.simulation import Motion
 
 from .machines import Scene
 from .measured import Row

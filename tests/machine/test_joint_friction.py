@@ -11,7 +11,7 @@ import pytest
 import flywheel
 from bondgraph.elements import Here
 from flywheel.machine.machine import Machine
-from flywheel.motion.joint_forces import joint_forces
+from flywheel.motions.joint_forces import joint_forces
 from flywheel.numerics.faults import SceneError
 from flywheel.regime import joint_friction
 from flywheel.regime.joint_friction import friction_curve, machine_of

@@ -1,7 +1,7 @@
 import pytest
 
 import flywheel
-from flywheel.motion.transients import transient
+from flywheel.motions.transients import transient
 from flywheel.pictures.transients import draw, plot
 
 MOTOR = {"type": "dc", "voltage": 48, "resistance": 0.4, "constant": 0.25}

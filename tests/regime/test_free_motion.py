@@ -13,7 +13,7 @@ from scipy.integrate import solve_ivp
 import flywheel
 from flywheel.machine.dynamics import Dynamics
 from flywheel.machine.machine import Machine
-from flywheel.motion.transients import transient
+from flywheel.motions.transients import transient
 from flywheel.numerics.budget import metered
 from flywheel.regime.free_motion import Goal, Outcome, Start, SwitchingTimes, follow, later, outcome_of, returns, source
 from flywheel.regime.stepping import Step

@@ -12,7 +12,7 @@ import pytest
 
 import flywheel
 from flywheel.machine.reactions import close_positions
-from flywheel.motion.joint_forces import joint_forces
+from flywheel.motions.joint_forces import joint_forces
 from flywheel.report.forces import csv as csv_text
 from flywheel.report.forces import text
 from tests.cli.test_cli import YOKE, run

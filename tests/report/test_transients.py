@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import flywheel
-from flywheel.motion.transients import run_down, run_up, transient
+from flywheel.motions.transients import run_down, run_up, transient
 from flywheel.report import transients
 
 SCENE = {

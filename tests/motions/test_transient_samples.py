@@ -5,7 +5,7 @@ from scipy.integrate import quad
 
 import flywheel
 from flywheel.machine.machine import Machine
-from flywheel.motion.transients import energy_of, peak, regime_of, sampled, samples_of, speed_at, switching, time_along
+from flywheel.motions.transients import energy_of, peak, regime_of, sampled, samples_of, speed_at, switching, time_along
 from tests import regimes, scenes
 
 

@@ -20,7 +20,7 @@ from bondgraph.motion.stepping import instant
 from flywheel.components.motors import DC, Induction
 from flywheel.machine.dynamics import Anchor, Dynamics
 from flywheel.machine.machine import Machine
-from flywheel.motion.simulation import Motion, motion_from
+from flywheel.motions.simulation import Motion, motion_from
 from flywheel.numerics import cells
 from flywheel.numerics.cells import ROUNDING
 from flywheel.numerics.faults import Fault, SceneError, show, told

@@ -10,7 +10,7 @@ import pytest
 
 import flywheel
 from flywheel.machine.machine import Machine
-from flywheel.motion.joint_forces import joint_forces
+from flywheel.motions.joint_forces import joint_forces
 from flywheel.numerics.faults import SceneError
 from tests import regimes
 from tests.limits import sample

@@ -17,8 +17,8 @@ from scipy.optimize import brentq
 
 import flywheel
 from flywheel.machine.machine import Machine
-from flywheel.motion.joint_forces import joint_errors, joint_forces
-from flywheel.motion.transients import estimates, of_samples, transient
+from flywheel.motions.joint_forces import joint_errors, joint_forces
+from flywheel.motions.transients import estimates, of_samples, transient
 from flywheel.regime.state import state_errors
 from flywheel.report import forces, reduction, transients
 from flywheel.report.transients import evenly

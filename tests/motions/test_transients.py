@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 
 import flywheel
-from flywheel.motion import transients
-from flywheel.motion.transients import Until, run_down, run_up, transient, until
+from flywheel.motions import transients
+from flywheel.motions.transients import Until, run_down, run_up, transient, until
 from flywheel.report.transients import text as page
 from flywheel.scene.scene import TURN
 from tests import regimes

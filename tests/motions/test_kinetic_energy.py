@@ -10,7 +10,7 @@ from numpy.testing import assert_allclose
 
 import flywheel
 from flywheel.mechanisms.linkages.positions import Poses
-from flywheel.motion.kinetic_energy import cycle_shares, linkage_shares, shares, speed_from_energy
+from flywheel.motions.kinetic_energy import cycle_shares, linkage_shares, shares, speed_from_energy
 from flywheel.numerics.faults import SceneError
 from flywheel.scene.linkage import Joint, Link, Linkage, Point
 from tests import scenes
