@@ -89,6 +89,7 @@ _MODULES = {
     "kinetostatics": "mechanisms.linkages.reactions",
     "linkage": "mechanisms.linkages",
     "linkage.description": "scene.linkage",
+    "linkage.instant_centres": "mechanisms.linkages.instant_centres",
     "linkage.poses": "mechanisms.linkages.positions",
     "linkage.solution": "mechanisms.linkages.positions",
     "load_models": "components.load_models",
