@@ -35,6 +35,7 @@ if TYPE_CHECKING:
     from flywheel.mechanisms.linkages import reactions as kinetostatics
     from flywheel.motions import transients
     from flywheel.motions.joint_forces import JointForces, joint_forces
+    from flywheel.motions.kinematics import Kinematics, motion
     from flywheel.motions.kinetic_energy import cycle_shares, shares
     from flywheel.motions.simulation import Motion, simulate
     from flywheel.motions.transients import Transient, run_down, run_up, time_along, transient
@@ -52,6 +53,7 @@ _HOMES = {
     "Explanation": "report.explanation",
     "Fault": "numerics.faults",
     "JointForces": "motions.joint_forces",
+    "Kinematics": "motions.kinematics",
     "Machine": "machine.machine",
     "MachineState": "regime.state",
     "Motion": "motions.simulation",
@@ -67,6 +69,7 @@ _HOMES = {
     "explain": "report.explanation",
     "joint_forces": "motions.joint_forces",
     "load": "reading.scenes",
+    "motion": "motions.kinematics",
     "reduce": "regime.state",
     "run_down": "motions.transients",
     "run_up": "motions.transients",
@@ -118,6 +121,7 @@ __all__ = [
     "Explanation",
     "Fault",
     "JointForces",
+    "Kinematics",
     "Machine",
     "MachineState",
     "Motion",
@@ -140,6 +144,7 @@ __all__ = [
     "load",
     "load_models",
     "masses",
+    "motion",
     "motors",
     "multibody",
     "presses",

@@ -12,7 +12,7 @@ from bondgraph.elements import Here
 from flywheel.machine.machine import Machine, spring_effort
 from flywheel.mechanisms import KINDS
 from flywheel.mechanisms.linkage import followed, linkage_of
-from flywheel.mechanisms.linkages.positions import Poses, solve
+from flywheel.mechanisms.linkages.positions import Poses, Solution, solve
 from flywheel.mechanisms.linkages.reactions import Reactions, reactions_at
 from flywheel.mechanisms.linkages.wrenches import Effort, Force, Load, Torque
 from flywheel.numerics.cells import wide
@@ -71,14 +71,18 @@ def close_positions(machine: Machine, count: int) -> Array:
     return np.asarray(machine.scene.origin + np.unique(every[inside]))
 
 
-def poses_of(mechanism: Mechanism, psi: Array) -> Poses:
-    """Poses of any mechanism but a law, as a linkage, at its own coordinates psi (rad, of any turn; m)."""
+def solution_of(mechanism: Mechanism) -> tuple[Solution, float | None]:
+    """Any mechanism but a law followed as a linkage, and its period in its own coordinate (rad; None on a stroke)."""
     if mechanism.linkage is not None:
         cyclic = followed(mechanism)
-        solution, period = cyclic.solution, cyclic.period
-    else:
-        period = TURN if mechanism.stroke is None else None
-        solution = solve(linkage_of(mechanism), *sorted(mechanism.stroke or (0.0, TURN)))
+        return cyclic.solution, cyclic.period
+    period = TURN if mechanism.stroke is None else None
+    return solve(linkage_of(mechanism), *sorted(mechanism.stroke or (0.0, TURN))), period
+
+
+def poses_of(mechanism: Mechanism, psi: Array) -> Poses:
+    """Poses of any mechanism but a law, as a linkage, at its own coordinates psi (rad, of any turn; m)."""
+    solution, period = solution_of(mechanism)
     if period is None:
         return solution.poses(np.clip(psi, solution.low, solution.high))
     return solution.poses(psi - period * np.floor(psi / period))

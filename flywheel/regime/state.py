@@ -152,17 +152,21 @@ def state_errors(
 def rounded_otherwise(machine: Machine) -> list[Machine]:
     """Two machines with the lengths of all mechanisms a few roundings off, each its own way, but equal ones alike."""
     found = []
-    for phase in (0.0, 1.5):
-
-        def moved(length: float, phase: float = phase) -> float:
-            return length * (1.0 + _ASIDE * ROUNDING * float(np.sin(1e6 * length + phase)))
-
+    for mechanisms in mechanisms_rounded_otherwise(machine.scene.mechanisms):
         try:
-            mechanisms = tuple(_with_lengths(mechanism, moved) for mechanism in machine.scene.mechanisms)
             found.append(machine_of(replace(machine.scene, mechanisms=mechanisms)))
         except SceneError:  # at the very limit of what can be built
             found.append(machine)
     return found
+
+
+def mechanisms_rounded_otherwise(mechanisms: Sequence[Mechanism]) -> list[tuple[Mechanism, ...]]:
+    """Mechanisms with lengths a few roundings off, twice, each time another way, but equal lengths alike."""
+
+    def moved(length: float, phase: float) -> float:
+        return length * (1.0 + _ASIDE * ROUNDING * float(np.sin(1e6 * length + phase)))
+
+    return [tuple(_with_lengths(one, partial(moved, phase=phase)) for one in mechanisms) for phase in (0.0, 1.5)]
 
 
 def _with_lengths(mechanism: Mechanism, moved: Callable[[float], float]) -> Mechanism:
