@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from functools import partial
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -23,6 +23,9 @@ from flywheel.regime import constant_speed, state, turning_moment
 from flywheel.regime.joint_friction import machine_of
 from flywheel.scene.linkage import PIN
 from flywheel.scene.scene import Scene
+
+if TYPE_CHECKING:
+    from flywheel.sizing.results import Sizing
 
 Array = NDArray[np.float64]
 
@@ -90,7 +93,9 @@ def joint_forces(
     if speed is None and stroke is not None:
         speed, acceleration = stroke.speed, stroke.acceleration
     if speed is None:
-        motion, errors = _steady(machine, positions)
+        from flywheel.sizing.sizing import size  # a given motion has no regime to find
+
+        motion, errors = steady_motion(machine, size(machine, simulate=False), positions)
     else:
         rates = np.full(positions.size, float(speed)), np.full(positions.size, float(acceleration))
         motion, errors = MachineMotion(positions, *rates), (0.0, 0.0)
@@ -160,12 +165,10 @@ def spread(scene: Scene, count: int) -> Array:
     return scene.cycle * np.arange(count) / count
 
 
-def _steady(machine: Machine, phi: Array) -> tuple[MachineMotion, tuple[Array | float, Array | float]]:
-    """The steady regime with the scene's flywheel, and errors: alpha = (M* - ½ dI*/dphi omega²)/(I* + J)."""
+def steady_motion(machine: Machine, sizing: Sizing, phi: Array) -> tuple[MachineMotion, tuple[Array | float, Array | float]]:
+    """The steady regime of a sizing at crank angles phi (rad), and errors: alpha = (M* - ½ dI*/dphi omega²)/(I* + J)."""
     from flywheel.sizing.results import speed_error_over_cycle
-    from flywheel.sizing.sizing import size
 
-    sizing = size(machine, simulate=False)
     if sizing.cycle is None or sizing.run is None:
         return MachineMotion(phi, np.full(phi.size, sizing.speed), np.zeros(phi.size)), (0.0, 0.0)
     omega = turning_moment.speed_over_cycle(sizing.cycle, sizing.speed, sizing.run, phi)

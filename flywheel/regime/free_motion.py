@@ -52,8 +52,8 @@ class SwitchingTimes:
             law = effort.load.law
             if isinstance(law, Expression) and effort.uses_time:
                 parts = [part for part in (*law.switches(), *law.branch_points()) if effort.is_timed(part)]
-                self._switches += [(effort, Expression(p.text, Node("sign", (_renamed(p.tree),)))) for p in parts]
-                self._smooth += [(effort, Expression(p.text, _renamed(p.tree))) for p in _timed(effort, law.tree)]
+                self._switches += [(effort, Expression(p.text, Node("sign", (of_time_as_angle(p.tree),)))) for p in parts]
+                self._smooth += [(effort, Expression(p.text, of_time_as_angle(p.tree))) for p in _timed(effort, law.tree)]
         self._window = min(until, _WINDOW * machine.scene.cycle / machine.typical_speed)
         self._seen = 0.0
         self._times: list[float] = []
@@ -90,10 +90,10 @@ def _timed(effort: Effort, node: Node) -> Iterator[Expression]:
             yield from _timed(effort, arg)
 
 
-def _renamed(node: Node) -> Node:
+def of_time_as_angle(node: Node) -> Node:
     """With `phi` for `t`, so that bounds over phi serve."""
     name = "phi" if node.name == "t" else node.name
-    return node._replace(name=name, args=tuple(_renamed(arg) for arg in node.args))
+    return node._replace(name=name, args=tuple(of_time_as_angle(arg) for arg in node.args))
 
 
 def _found(search: Callable[..., Iterable[float]], laws: list[tuple[Effort, Expression]], low: Any, high: Any) -> set[float]:
