@@ -218,15 +218,33 @@ class Balance(NamedTuple):
     residual: Array
 
 
-def balance(poses: Poses, unknowns: Unknowns, loads: Array) -> Balance:
-    """All reactions and driving actions under `loads`, wrenches (bodies, 3, n) with the inertia forces among them.
+class Response(NamedTuple):
+    """What the unknowns answer to k loads and to a unit of every passive action, at n positions.
+
+    values: shape (n, components, k + passives); loose, open: which components are open, and what can be added to them
+    (see `Balance`); matrix: of the equations, (n, 3 bodies, components); scales: of its rows, by which all are forces.
+    """
+
+    values: Array
+    loose: Flags
+    open: Array
+    matrix: Array
+    scales: Array
+
+
+def response(poses: Poses, unknowns: Unknowns, loads: Array) -> Response:
+    """Reactions and driving actions under each of k loads alone, wrenches (k, bodies, 3, n), then under passive actions.
 
     Equations of moments are divided by a length and unknown couples multiplied by it, so that all are forces.
+
+    Raises:
+        SceneError: for freedoms that nothing drives, and for a position where the driver has no hold on the others.
+
     """
-    count, path, passives = poses.q.size, poses.linkage.path, unknowns.passives
+    count, path = poses.q.size, poses.linkage.path
     middle = centres(poses).value
-    matrix, passive = _columns(unknowns.components, middle), _columns(passives, middle)
-    right = loads[1:].reshape(-1, count).T
+    matrix, passive = _columns(unknowns.components, middle), _columns(unknowns.passives, middle)
+    right = loads[:, 1:].reshape(len(loads), -1, count).transpose(2, 1, 0)
     rows, columns = matrix.shape[1:]
     if rows > columns:
         found = f"{rows - columns} freedom(s) that nothing drives"
@@ -235,32 +253,40 @@ def balance(poses: Poses, unknowns: Unknowns, loads: Array) -> Balance:
     length = float(np.abs(matrix[:, 2::3][:, :, ~couples]).max(initial=0.0)) or 1.0
     row_scales, column_scales = np.tile((1.0, 1.0, length), rows // 3), np.where(couples, length, 1.0)
     scaled = matrix * column_scales / row_scales[:, None]
-    wanted = -np.concatenate((right[..., None], passive), axis=2) / row_scales[:, None]
+    wanted = -np.concatenate((right, passive), axis=2) / row_scales[:, None]
     if rows == columns:
-        response, space = solved(scaled, wanted), np.zeros((count, columns, 0))
+        values, space = solved(scaled, wanted), np.zeros((count, columns, 0))
     else:  # unknowns of least norm, and the matrix's null space
         u, s, vh = np.linalg.svd(scaled)
         s = np.where(s > _LOCKED * s[:, :1], s, np.nan)
-        response = vh[:, :rows].transpose(0, 2, 1) @ ((u.transpose(0, 2, 1) @ wanted) / s[..., None])
+        values = vh[:, :rows].transpose(0, 2, 1) @ ((u.transpose(0, 2, 1) @ wanted) / s[..., None])
         space = vh[:, rows:].transpose(0, 2, 1)
-    loose = np.linalg.norm(space, axis=2) > OPEN
-    wrong = ~np.isfinite(response).all(axis=(1, 2))
+    wrong = ~np.isfinite(values).all(axis=(1, 2))
     if wrong.any():
         at = f"{float(poses.q[np.argmax(wrong)]):.9g} {'m' if poses.linkage.sliding else 'rad'}"
         found = f"forces without limit where {poses.linkage.driver} stands at {at}"
         raise SceneError([Fault(path, found, "a position where the driver moves everything")])
-    response = response * column_scales[:, None]
+    loose = np.linalg.norm(space, axis=2) > OPEN
+    return Response(values * column_scales[:, None], loose, space, matrix, row_scales)
+
+
+def balance(poses: Poses, unknowns: Unknowns, loads: Array) -> Balance:
+    """All reactions and driving actions under `loads`, wrenches (bodies, 3, n) with the inertia forces among them."""
+    count, passives = poses.q.size, unknowns.passives
+    found = response(poses, unknowns, loads[None])
+    free, pull = found.values[..., 0], found.values[..., 1:]
     factors = np.stack([one.factor for one in passives], axis=1) if passives else np.zeros((count, 0))
-    sizes = friction_sizes(response[..., 0], response[..., 1:], factors, _forms(poses, unknowns, loose))
+    sizes = friction_sizes(free, pull, factors, size_forms(poses, unknowns, found.loose))
     amounts = factors * sizes.sizes
-    values = response[..., 0] + np.einsum("nmp,np->nm", response[..., 1:], amounts)
-    total = right + np.einsum("nrp,np->nr", passive, amounts)
-    left = np.abs((np.einsum("nrm,nm->nr", matrix, values) + total) / row_scales).max(axis=1)
-    largest = np.abs(total / row_scales).max(axis=1)
+    values = free + np.einsum("nmp,np->nm", pull, amounts)
+    passive = _columns(passives, centres(poses).value)
+    total = loads[1:].reshape(-1, count).T + np.einsum("nrp,np->nr", passive, amounts)
+    left = np.abs((np.einsum("nrm,nm->nr", found.matrix, values) + total) / found.scales).max(axis=1)
+    largest = np.abs(total / found.scales).max(axis=1)
     residual = np.divide(left, largest, out=np.zeros_like(left), where=largest > 0)
     others = np.concatenate((np.zeros((1, *loads.shape[1:])), total.T.reshape(-1, 3, count)))
     values = np.where(sizes.converged[:, None], values, np.nan)
-    return Balance(values.T, amounts.T, others, loose.T, space, sizes, residual)
+    return Balance(values.T, amounts.T, others, found.loose.T, found.open, sizes, residual)
 
 
 def _columns(parts: tuple[Component, ...] | tuple[Passive, ...], middle: Array) -> Array:
@@ -270,7 +296,7 @@ def _columns(parts: tuple[Component, ...] | tuple[Passive, ...], middle: Array) 
     return np.stack(found).transpose(2, 1, 0) if found else empty
 
 
-def _forms(poses: Poses, unknowns: Unknowns, loose: Flags) -> Array:
+def size_forms(poses: Poses, unknowns: Unknowns, loose: Flags) -> Array:
     """Linear forms of the sizes that passive actions follow, (passives, 2, components); none may follow an open one."""
     index = {(c.joint, c.name): k for k, c in enumerate(unknowns.components)}
     forms = np.zeros((len(unknowns.passives), 2, len(unknowns.components)))
