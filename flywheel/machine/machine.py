@@ -483,6 +483,19 @@ class Machine:
         inner = [f"{name}.{velocity.name}" for name, family in chains for velocity in family.velocities]
         return tuple(name for name in (*self.scene.shafts, *inner) if name not in self.graph.elements)
 
+    @property
+    def pivoted(self) -> dict[str, tuple[str, float]]:
+        """Points of bodies on a fixed pivot, whose velocity is their tangential speed: what turns them, and radius (m)."""
+        found = {}
+        for mechanism in self.scene.mechanisms:
+            velocities = {velocity.name: velocity for velocity in self._families[mechanism.name].velocities}
+            for name, velocity in velocities.items():
+                source, ratio = velocity.terms[0]
+                if f"{name}.x" in velocities and isinstance(ratio, float | int):
+                    turning = mechanism.shaft if source == "crank" else f"{mechanism.name}.{source}"
+                    found[f"{mechanism.name}.{name}"] = (turning, float(ratio))
+        return found
+
     # -- breakpoints -------------------------------------------------------------------------------------------------
 
     @cached_property

@@ -229,6 +229,9 @@ class Passage(NamedTuple):
     `state` is the reduced machine. `driving` is the force (N; a torque, N m, where the driver turns) that the driver must
     exert for this motion: the scene's own drive is not counted among the loads. `velocities` (m/s or rad/s) and
     `accelerations` (m/s² or rad/s²) are those of every port and other velocity, by name as in `state.gains`.
+
+    Of a point of a body on a fixed pivot (`NAME.com`) the velocity is its tangential speed. Its acceleration is told as
+    `NAME.com.tangential`, `NAME.com.normal` (towards the pivot), and in all, never negative, as `NAME.com`.
     """
 
     state: MachineState
@@ -276,8 +279,18 @@ def along(
         state=state,
         driving=state.inertia * a + 0.5 * state.slope * v**2 - loads,
         velocities={name: gain * v for name, gain in state.gains.items()},
-        accelerations={name: gain * a + state.gain_slopes[name] * v**2 for name, gain in state.gains.items()},
+        accelerations=_accelerations(machine, state, v, a),
     )
+
+
+def _accelerations(machine: Machine, state: MachineState, v: float, a: float) -> dict[str, Array]:
+    """a_i = g_i a + g_i' v²; of points on a fixed pivot the tangential part, the normal part r (g v)², and both in one."""
+    found = {name: gain * a + state.gain_slopes[name] * v**2 for name, gain in state.gains.items()}
+    for name, (turning, radius) in machine.pivoted.items():
+        if name in found:
+            tangential, normal = found[name], abs(radius) * (state.gains[turning] * v) ** 2
+            found |= {name: np.hypot(tangential, normal), f"{name}.tangential": tangential, f"{name}.normal": normal}
+    return found
 
 
 def passage_errors(machine: Machine, passage: Passage) -> dict[str, Any]:
@@ -291,11 +304,18 @@ def passage_errors(machine: Machine, passage: Passage) -> dict[str, Any]:
     inertia, slope, moment, gains, slopes = (
         of_state[name] for name in ("inertia", "slope", "moment", "gains", "gain_slopes")
     )
+    accelerations = {name: gain * a + slopes[name] * v**2 for name, gain in gains.items()}
+    for name, (turning, radius) in machine.pivoted.items():
+        if name in accelerations:
+            normal = 2 * abs(radius) * np.abs(passage.velocities[turning]) * gains[turning] * abs(v)
+            normal = normal + EVALUATED * ROUNDING * passage.accelerations[f"{name}.normal"]
+            tangential = accelerations[name]
+            accelerations |= {name: tangential + normal, f"{name}.tangential": tangential, f"{name}.normal": normal}
     return {
         **of_state,
         "driving": inertia * a + 0.5 * slope * v**2 + moment + EVALUATED * ROUNDING * np.abs(passage.driving),
         "velocities": {name: gain * abs(v) for name, gain in gains.items()},
-        "accelerations": {name: gain * a + slopes[name] * v**2 for name, gain in gains.items()},
+        "accelerations": accelerations,
     }
 
 

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import replace
+from itertools import chain
 from pathlib import Path
 from typing import Any
 
@@ -14,11 +15,19 @@ from numpy.typing import NDArray
 import bondgraph
 from bondgraph import BondGraph, GraphError, I
 from flywheel.machine.machine import FLYWHEEL, Machine
+from flywheel.motions.kinematics import POINT, Curve, motion
 from flywheel.numerics.faults import Fault, SceneError
 from flywheel.reading.scenes import load
 from flywheel.regime import constant_speed
 from flywheel.regime.joint_friction import machine_of
-from flywheel.regime.state import MachineState, Passage, along, passage_errors, reduce, state_errors
+from flywheel.regime.state import (
+    MachineState,
+    Passage,
+    along,
+    passage_errors,
+    reduce,
+    state_errors,
+)
 from flywheel.report.rows import csv, encoded
 from flywheel.scene.scene import Scene, Stroke
 
@@ -59,7 +68,10 @@ def reduced(scene: Scene, angles: Sequence[float] = (), points: int = 360, *, as
     speed, value = constant_speed.operating_point(machine)
     state = reduce(machine, phi, balance=value, speed=speed)
     speed = speed if machine.depends_on_speed else None
-    text = encoded(_data(machine, phi, state, value, speed)) if as_json else csv(_columns(machine, phi, state))
+    if as_json:
+        text = encoded(_data(machine, phi, state, value, speed))
+    else:
+        text = csv(chain(_columns(machine, phi, state), _position_columns(_bodies(machine, phi))))
     return text, _conditions(machine, speed)
 
 
@@ -77,7 +89,36 @@ def _conditions(machine: Machine, speed: float | None) -> str:
 
 
 def _translates(machine: Machine, name: str) -> bool:
-    return machine.kinematics.graph.elements[name].domain == "translation"
+    element = machine.kinematics.graph.elements.get(name)
+    return element is None or element.domain == "translation"  # parts of a point's acceleration are no elements
+
+
+def _bodies(machine: Machine, phi: Array) -> dict[str, Curve]:
+    """Angles of shafts and bodies, ways of slides and ports, centres of mass, per unit of the driver, by full names."""
+    record = motion(machine.scene, at=phi)
+    ports = {own: name for name, own in record.other_names.items() if name in machine.places}
+    mechanisms = [mechanism.name for mechanism in machine.scene.mechanisms]
+    found = {}
+    for own, curve in record.curves.items():
+        whole = own in machine.scene.shafts or own == machine.scene.reduction_element or len(mechanisms) > 1
+        if own.endswith(".com") or (curve.kind != POINT and not own.endswith(".angle")):
+            found[ports.get(own, own if whole else f"{mechanisms[0]}.{own}")] = curve
+    return found
+
+
+def _by_axis(bodies: Mapping[str, Curve], figure: Callable[[Curve], Array]) -> dict[str, Array]:
+    """A figure of every curve; of points one along x and one along y, `NAME.x` and `NAME.y`."""
+    found = {}
+    for name, curve in bodies.items():
+        values = figure(curve)
+        found |= {f"{name}.x": values[0], f"{name}.y": values[1]} if curve.kind == POINT else {name: values}
+    return found
+
+
+def _position_columns(bodies: Mapping[str, Curve]) -> Iterator[tuple[str, Array]]:
+    units = _by_axis(bodies, lambda curve: curve.position)
+    for name, values in units.items():
+        yield f"position {name} [{bodies[name].unit if name in bodies else 'm'}]", values
 
 
 # -- over a cycle ----------------------------------------------------------------------------------------------------
@@ -85,7 +126,7 @@ def _translates(machine: Machine, name: str) -> bool:
 
 def _data(machine: Machine, phi: Array, state: MachineState, balance: float, speed: float | None) -> dict[str, Any]:
     """What `flywheel reduce --json` prints, SI throughout; `balance` is the value of the scene's unknown."""
-    unknown = machine.scene.unknown
+    unknown, found = machine.scene.unknown, _bodies(machine, phi)
     off_speed, off_balance = constant_speed.operating_point_errors(machine, speed)
     return {
         "title": machine.scene.title,
@@ -95,7 +136,9 @@ def _data(machine: Machine, phi: Array, state: MachineState, balance: float, spe
         "speed": speed,
         **state._asdict(),
         "phi": phi,
+        "positions": _by_axis(found, lambda curve: curve.position),
         "errors": {
+            "positions": _by_axis(found, lambda curve: curve.errors[0]),
             "balance": None if unknown is None else abs(balance) * off_balance,
             "speed": None if speed is None else speed * off_speed,
             **state_errors(machine, state, balance=0.0 if unknown is None else balance, speed=speed),
@@ -120,6 +163,9 @@ def _stroke_data(machine: Machine, stroke: Stroke, passage: Passage) -> dict[str
     """What `flywheel reduce --json` prints for a scene with a stroke, SI throughout."""
     names = _SLIDING if stroke.sliding else {"driving": "driving_torque"}
     figures = {**passage.state._asdict(), "driving": passage.driving}
+    bodies = _bodies(machine, passage.state.phi)
+    errors = {names.get(name, name): error for name, error in passage_errors(machine, passage).items()}
+    (speeds, off_speeds), (accelerations, off_accelerations) = _centres(bodies, stroke)
     return {
         "title": machine.scene.title,
         "reduction": stroke.element,
@@ -132,10 +178,30 @@ def _stroke_data(machine: Machine, stroke: Stroke, passage: Passage) -> dict[str
             "acceleration": stroke.acceleration,
         },
         **{names.get(name, name): figure for name, figure in figures.items()},
-        "velocities": passage.velocities,
-        "accelerations": passage.accelerations,
-        "errors": {names.get(name, name): error for name, error in passage_errors(machine, passage).items()},
+        "velocities": speeds | passage.velocities,
+        "accelerations": accelerations | passage.accelerations,
+        "positions": _by_axis(bodies, lambda curve: curve.position),
+        "errors": {
+            **errors,
+            "velocities": off_speeds | errors["velocities"],
+            "accelerations": off_accelerations | errors["accelerations"],
+            "positions": _by_axis(bodies, lambda curve: curve.errors[0]),
+        },
     }
+
+
+def _centres(bodies: Mapping[str, Curve], stroke: Stroke) -> tuple[tuple[dict[str, Array], dict[str, Array]], ...]:
+    """Velocities, then accelerations of centres of mass along x and y, each with its estimated errors."""
+    v, a = stroke.speed, stroke.acceleration
+    centres = {name: curve for name, curve in bodies.items() if curve.kind == POINT}
+
+    def both(figure: Callable[[Curve], Array], error: Callable[[Curve], Array]) -> tuple[dict[str, Array], dict[str, Array]]:
+        return _by_axis(centres, figure), _by_axis(centres, error)
+
+    return (
+        both(lambda c: c.velocity * v, lambda c: c.errors[1] * abs(v)),
+        both(lambda c: c.velocity * a + c.acceleration * v**2, lambda c: c.errors[1] * abs(a) + c.errors[2] * v**2),
+    )
 
 
 def _stroke_columns(machine: Machine, stroke: Stroke, passage: Passage) -> Iterator[tuple[str, Array]]:
@@ -154,6 +220,11 @@ def _stroke_columns(machine: Machine, stroke: Stroke, passage: Passage) -> Itera
     for title, (values, units) in families.items():
         for name, array in values.items():
             yield f"{title} {name} [{units[not _translates(machine, name)]}]", array
+    bodies = _bodies(machine, state.phi)
+    (speeds, _), (accelerations, _) = _centres(bodies, stroke)
+    yield from ((f"v {name} [m/s]", array) for name, array in speeds.items() if name not in passage.velocities)
+    yield from ((f"a {name} [m/s^2]", array) for name, array in accelerations.items() if name not in passage.accelerations)
+    yield from _position_columns(bodies)
 
 
 # -- the bond graph ----------------------------------------------------------------------------------------------------

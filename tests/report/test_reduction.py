@@ -1,6 +1,7 @@
 """What `flywheel reduce` writes of machines whose torques depend on speed or time, and what it says of them."""
 
 import json
+import math
 import tomllib
 from pathlib import Path
 
@@ -59,3 +60,48 @@ def test_a_stroke_is_told_by_its_own_speed():
     gain = bare["gains"]["toggle-clamp.platen"][0]
     added = json.loads(text)["reduced_force"][0] - bare["reduced_force"][0]
     assert added == pytest.approx(-3 * gain * gain * 0.3289474)
+
+
+def columns_of(text):
+    """Columns of a CSV by their heads."""
+    names, *rows = (line.split(",") for line in text.splitlines())
+    return {name: [float(row[k]) for row in rows] for k, name in enumerate(names)}
+
+
+def test_positions_stand_beside_the_influence_coefficients():
+    """The source's read-out of the clamp at 190 mm: theta2, theta3, theta6 and the platen."""
+    found = columns_of(reduced(flywheel.load(CLAMP), [0.19])[0])
+    assert found["position toggle-clamp.bell_crank [rad]"] == pytest.approx([2.83967308], abs=1e-8)
+    assert found["position toggle-clamp.coupler [rad]"] == pytest.approx([1.89155612], abs=1e-8)
+    assert found["position toggle-clamp.platen [m]"] == pytest.approx([0.48], abs=2e-9)
+    assert found["position toggle-clamp.rod.com.x [m]"] == pytest.approx([0.35], abs=2e-9)
+    data = json.loads(reduced(flywheel.load(CLAMP), [0.19], as_json=True)[0])
+    assert data["positions"]["toggle-clamp.platen"] == found["position toggle-clamp.platen [m]"]
+    assert set(data["errors"]["positions"]) == set(data["positions"])
+    assert 0.0 < data["errors"]["positions"]["toggle-clamp.platen"][0] < 1e-13
+
+
+def test_positions_of_a_cycle_are_those_of_every_body():
+    data = json.loads(reduced(flywheel.load(yoke()), [0.5], as_json=True)[0])
+    assert data["positions"]["crank"] == [0.5]
+    assert data["positions"]["scotch-yoke.yoke"][0] == pytest.approx(0.5 * math.cos(0.5), rel=1e-15)
+    assert "position scotch-yoke.yoke [m]" in columns_of(reduced(flywheel.load(yoke()), [0.5])[0])
+
+
+def test_the_acceleration_of_a_point_on_a_pivot_is_told_in_all_and_by_its_parts():
+    """-1.3169 m/s² along its circle of 110 mm, 0.0638 towards the pivot; x and y from the angle, its rate and slope."""
+    for at, rates in (([0.19], {}), ([0.05], {"stroke": {"from": -0.06, "to": 0.19, "speed": 0.5, "acceleration": 3.0}})):
+        scene = flywheel.load(tomllib.loads(CLAMP.read_text(encoding="utf-8")) | rates)
+        found = columns_of(reduced(scene, at)[0])
+        data = json.loads(reduced(scene, at, as_json=True)[0])
+        alpha, omega = (found[f"{kind} toggle-clamp.bell_crank [rad/s{of}]"][0] for kind, of in (("a", "^2"), ("v", "")))
+        angle = found["position toggle-clamp.bell_crank [rad]"][0] + 0.30199 + math.pi
+        x = -0.11 * (alpha * math.sin(angle) + omega**2 * math.cos(angle))
+        y = 0.11 * (alpha * math.cos(angle) - omega**2 * math.sin(angle))
+        true = {"": math.hypot(x, y), ".tangential": 0.11 * alpha, ".normal": 0.11 * omega**2, ".x": x, ".y": y}
+        for part, value in true.items():
+            name = f"toggle-clamp.bell_crank.com{part}"
+            assert found[f"a {name} [m/s^2]"][0] == pytest.approx(value, rel=1e-12)
+            assert data["accelerations"][name] == found[f"a {name} [m/s^2]"]
+            assert abs(data["accelerations"][name][0] - value) <= data["errors"]["accelerations"][name][0] < 1e-11
+    assert data["gains"]["toggle-clamp.bell_crank.com"][0] == found["g toggle-clamp.bell_crank.com [1]"][0]
