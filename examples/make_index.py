@@ -2,8 +2,9 @@
 
     python examples/make_index.py
 
-A scene's picture is its mechanism at a handful of angles, or the plot of its sizing where it has none; a script's is the one
-that it draws, or that of the machine that it is about. The words are the scenes' titles and the scripts' first lines.
+A scene's picture is its mechanism at a handful of angles, or the plot of its sizing where it has none; a script's are those
+that it draws beside the file that it is given, or that of the machine that it is about. The words are the scenes' titles and
+the scripts' first lines.
 """
 
 from __future__ import annotations
@@ -62,43 +63,44 @@ def words(path: Path) -> str:
 
 
 def picture(folder: str, stem: str) -> str:
-    """Markdown of an example's picture, which is drawn if it can be; empty where nothing is to be seen."""
-    name = ALIKE.get(f"{folder}/{stem}", f"{folder}/{stem}").replace("/", "_")
-    target = PICTURES / f"{name}.png"
-    scene, script = HERE / folder / f"{stem}.toml", HERE / folder / f"{stem}.py"
-    if f"{folder}/{stem}" in STARTERS:
+    """Markdown of an example's pictures, which are drawn if they can be; empty where nothing is to be seen."""
+    name = f"{folder}_{stem}"
+    if f"{folder}/{stem}" in ALIKE:
+        found = [PICTURES / f"{ALIKE[f'{folder}/{stem}'].replace('/', '_')}.png"]
+    else:
+        scene, script = HERE / folder / f"{stem}.toml", HERE / folder / f"{stem}.py"
         with TemporaryDirectory() as here:
-            scene = Path(here) / "starter.toml"
-            subprocess.run([sys.executable, "-m", "flywheel", "new", STARTERS[f"{folder}/{stem}"], str(scene)], check=True)
-            drawn(scene, target)
-    elif f"{folder}/{stem}" not in ALIKE and not (drawn(scene, target) if scene.exists() else run(script, target)):
-        return ""
-    return f"![{stem.replace('_', ' ')}](pictures/{name}.png)"
+            if f"{folder}/{stem}" in STARTERS:
+                scene = Path(here) / "starter.toml"
+                subprocess.run(
+                    [sys.executable, "-m", "flywheel", "new", STARTERS[f"{folder}/{stem}"], str(scene)], check=True
+                )
+            if scene.exists():
+                draw(scene, Path(here) / f"{name}.png")
+            if script.exists() and "sys.argv[1" in script.read_text(encoding="utf-8"):
+                command(script, Path(here) / f"{name}.png")
+            found = [shrink(path) for path in sorted(Path(here).glob("*.png"), key=lambda path: len(path.stem) > len(name))]
+    return " ".join(f"![{path.stem.removeprefix(folder + '_').replace('_', ' ')}](pictures/{path.name})" for path in found)
 
 
-def drawn(scene: Path, target: Path) -> bool:
-    """Draw a scene's mechanism, or its sizing; whether that could be done."""
-    target.unlink(missing_ok=True)
-    ways = (["draw", str(scene), "-o", str(target)], ["size", str(scene), "--no-simulate", "--plot", str(target)])
-    return any(done([sys.executable, "-m", "flywheel", *way], target) for way in ways)
+def draw(scene: Path, target: Path) -> None:
+    """Draw a scene's mechanism, or its sizing."""
+    command("-m", "flywheel", "draw", scene, "-o", target)
+    if not target.exists():
+        command("-m", "flywheel", "size", scene, "--no-simulate", "--plot", target)
 
 
-def run(script: Path, target: Path) -> bool:
-    """Run a script that draws what it is given a name for; whether there is a picture then."""
-    target.unlink(missing_ok=True)
-    return "sys.argv[1" in script.read_text(encoding="utf-8") and done([sys.executable, str(script), str(target)], target)
+def command(*words: str | Path) -> None:
+    """Run a script, or a module."""
+    subprocess.run([sys.executable, *map(str, words)], capture_output=True, check=False, cwd=HERE.parent)
 
 
-def done(command: list[str], target: Path) -> bool:
-    """Whether a command ends well and leaves a picture, which is made small."""
-    ended = subprocess.run(command, capture_output=True, check=False, cwd=HERE.parent).returncode
-    if ended or not target.exists():
-        return False
-    with Image.open(target) as large:
+def shrink(path: Path) -> Path:
+    """A small copy of a picture beside the others."""
+    with Image.open(path) as large:
         small = large.convert("RGB").resize((WIDTH, round(large.height * WIDTH / large.width)), Image.Resampling.LANCZOS)
-    small.quantize(COLOURS).save(target, optimize=True)
-    target.with_stem(f"{target.stem}_graph").unlink(missing_ok=True)  # the second picture of a script that draws two
-    return True
+    small.quantize(COLOURS).save(PICTURES / path.name, optimize=True)
+    return PICTURES / path.name
 
 
 if __name__ == "__main__":

@@ -1,15 +1,18 @@
-"""Compare the bond graph of a slider-crank with the triangle and with Lagrange's equation, in tables and in a figure.
+"""Compare the bond graph of a slider-crank with the triangle and with Lagrange's equation, in tables and in figures.
 
     python compare_methods.py [figure.png]
 
-Prints how position, velocity and acceleration (imposed motion), the free motion, and the torque that imposes a motion agree
-between the methods, and how a step that divides by the transformer's modulus fares at the dead centres. With a file name,
-draws curves over one another and their residuals below.
+Prints how position, velocity and acceleration (imposed motion), the motion that follows from loads or a start, and the
+torque that imposes a motion agree between the methods, what each method assumes and costs, and how a step that divides by
+the transformer's modulus fares at the dead centres. With a file name, draws curves over one another with their residuals:
+velocities and torque into that file, and every quantity over time into one beside it for each motion (figure_sine.png,
+figure_steady.png, figure_rest.png, figure_free.png).
 
 - Kinematics (`compare_kinematics`): a source of flow imposes the crank's motion; the slider's position, velocity and
-  acceleration follow from the graph by integration, and from the triangle in closed form.
-- Dynamics (`compare_free_motion`): no loads, the crank starts at theta = 0; the graph against Lagrange's equation, exact
-  and with the coefficients of small lambda = r/l.
+  acceleration follow from the graph by integration, and from the triangle in closed form. Beside them: the velocity by the
+  rod's instant centre, the triangle with the root cut short (small lambda = r/l), and what is found in print.
+- Dynamics (`compare_motion`): the crank starts at theta = 0, with a speed and no load, or at rest under a torque; the graph
+  against Lagrange's equation, exact and with the coefficients of small lambda.
 - Kinetostatics (`compare_torques`): the torque that imposes a motion, by the effort of the source's bond and by Lagrange.
 - Dead centres (`divided_by_modulus`, `printed_programme`): the crank (inertia J, torque M) moves the slider (mass m, damping
   B, load F) through v = T(theta) omega. From the slider's side, m v' = (M - J alpha)/T - B v - F, the step divides by T,
@@ -18,16 +21,18 @@ draws curves over one another and their residuals below.
 
 An imposed motion and a free one are two motions, not two methods: setting the one against the other, as is sometimes done,
 measures nothing but how far apart they are. Lengths run along x from the crank's pivot to the slider, so that the slider
-starts at x = r + l and first moves inwards; at the dead centres v counts inwards, so that T > 0 for 0 < theta < pi. The
-closed forms do not use the graph, so that each checks the other.
+starts at x = r + l and first moves inwards; at the dead centres v counts inwards, so that T > 0 for 0 < theta < pi, as in
+the figures found in print. The closed forms do not use the graph, so that each checks the other.
 """
 
 from __future__ import annotations
 
 import math
 import sys
+import time
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
+from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -159,6 +164,57 @@ def triangle(machine: SliderCrank, theta: Any, omega: Any, alpha: Any) -> Slider
     return Slider(x, slope * omega, slope * alpha + bend * omega**2)
 
 
+def instant_centre(machine: SliderCrank, theta: Any, omega: Any) -> Any:
+    """The slider's velocity by the rod's instant centre P, m/s: v = -omega r PA/PB, by the law of sines in the triangle PBA.
+
+    P lies where the crank's line meets the perpendicular to the slider's way through the slider A; B is the crank's pin. The
+    angle at B is theta + beta, that at A a right angle less beta: PA/PB = sin(theta + beta)/cos(beta). At theta = ±90 deg
+    P is infinitely far, and the quotient 1.
+
+    >>> machine = SliderCrank()
+    >>> float(abs(instant_centre(machine, 0.3, 2.0) - triangle(machine, 0.3, 2.0, 0.0).velocity)) < 1e-15
+    True
+    """
+    beta = np.arcsin(machine.ratio * np.sin(theta))
+    return -omega * machine.radius * np.sin(theta + beta) / np.cos(beta)
+
+
+def small_ratio_slider(machine: SliderCrank, theta: Any, omega: Any, alpha: Any) -> Slider:
+    """The slider with the triangle's root cut short: x = l - r lambda/4 + r (cos theta + (lambda/4) cos 2theta).
+
+    Without its constant this is the approximate position of print; it leaves out terms of the order r lambda³. With
+    r = 1 m, l = 2 m it is up to 0.0179 m off, and 0.0114 m where both are taken less their mean over a turn.
+
+    >>> machine, theta = SliderCrank(), np.linspace(0.0, 2.0 * np.pi, 7200, endpoint=False)
+    >>> exact, short = (form(machine, theta, 0.0, 0.0).position for form in (triangle, small_ratio_slider))
+    >>> [round(float(np.abs(gap).max()), 4) for gap in (short - exact, short - exact - (short - exact).mean())]
+    [0.0179, 0.0114]
+    """
+    r, quarter = machine.radius, machine.ratio / 4
+    slope = -r * (np.sin(theta) + 2 * quarter * np.sin(2 * theta))
+    bend = -r * (np.cos(theta) + 4 * quarter * np.cos(2 * theta))
+    position = machine.length - r * quarter + r * (np.cos(theta) + quarter * np.cos(2 * theta))
+    return Slider(position, slope * omega, slope * alpha + bend * omega**2)
+
+
+def long_rod_slider(machine: SliderCrank, theta: Any, omega: Any, alpha: Any) -> Slider:
+    """The slider of an endless rod, x = r cos theta + l: what Lagrange's equation with small lambda takes for it."""
+    r, u, c = machine.radius, np.sin(theta), np.cos(theta)
+    return Slider(r * c + machine.length, -r * u * omega, -r * (u * alpha + c * omega**2))
+
+
+def printed_acceleration(machine: SliderCrank, theta: Any, omega: Any, alpha: Any) -> Any:
+    """The slider's acceleration with the middle term as it is found in print, m/s²: see `triangle`.
+
+    >>> float(round(-printed_acceleration(SliderCrank(), 0.3, 1.0, 0.0), 5))
+    1.44554
+    """
+    u, ratio = np.sin(theta), machine.ratio
+    w, double = np.sqrt(1.0 - (ratio * u) ** 2), np.sin(2 * theta)
+    wrong = ratio**2 / 2 * double / w**3 - ratio**3 / 4 * double**2 / w**3
+    return triangle(machine, theta, omega, alpha).acceleration - machine.radius * omega**2 * wrong
+
+
 class Inertia(NamedTuple):
     """The machine's inertia seen from the crank, J(theta) in kg m², and dJ/dtheta."""
 
@@ -169,9 +225,9 @@ class Inertia(NamedTuple):
         """The torque (N m) of a motion without loads, by Lagrange: J alpha + ½ (dJ/dtheta) omega²."""
         return self.value * alpha + 0.5 * self.slope * omega**2
 
-    def alpha(self, omega: Any) -> Any:
-        """The acceleration of the crank (rad/s²) where nothing drives it: -½ (dJ/dtheta) omega²/J."""
-        return -0.5 * self.slope * omega**2 / self.value
+    def alpha(self, omega: Any, torque: float = 0.0) -> Any:
+        """The acceleration of the crank under a torque (rad/s²): (M - ½ (dJ/dtheta) omega²)/J."""
+        return (torque - 0.5 * self.slope * omega**2) / self.value
 
 
 def exact_inertia(machine: SliderCrank, theta: Any) -> Inertia:
@@ -494,11 +550,12 @@ class Quantity:
 
 @dataclass(frozen=True, eq=False)
 class Comparison:
-    """Methods side by side: `comparison[quantity]` holds the curves, `table()` the statistics."""
+    """Methods side by side: `comparison[quantity]` holds the curves, `table()` the statistics, `seconds` what each took."""
 
     title: str
     t: Array
     quantities: tuple[Quantity, ...]
+    seconds: Mapping[str, float] = field(default_factory=dict)
 
     def __getitem__(self, name: str) -> Quantity:
         found = next((q for q in self.quantities if q.name == name), None)
@@ -509,14 +566,14 @@ class Comparison:
     def table(self) -> str:
         """The statistics of every quantity and method, as text."""
         lines = [f"{self.title}; reference: {self.quantities[0].reference}"]
-        lines.append(f"{'':44s}{'mean |res|':>11s}{'greatest':>11s}{'Pearson r':>15s}{'sqrt|1-SSr/SSt|':>17s}")
+        lines.append(f"{'':52s}{'mean |res|':>11s}{'greatest':>11s}{'Pearson r':>15s}{'sqrt|1-SSr/SSt|':>17s}")
         for quantity in self.quantities:
             for method in quantity.curves:
                 if method != quantity.reference:
                     found = quantity.agreement(method)
                     label = f"{quantity.name}, {quantity.unit}: {method}"
                     numbers = f"{found.mean:11.2e}{found.greatest:11.2e}{found.pearson:15.10f}{found.coefficient:17.10f}"
-                    lines.append(f"{label:44s}{numbers}")
+                    lines.append(f"{label:52s}{numbers}")
         return "\n".join(lines)
 
 
@@ -550,20 +607,47 @@ def compare_kinematics(
     machine = machine or SliderCrank()
     source = Sf("drive", imposed.omega)
     graph = machine.builder(float(imposed.theta(0.0))).on("crank", source).build()
-    runs = {name: simulate(graph, until, method=name, step=step) for name in ("euler", "rk2", "rk4")}
-    runs["DOP853"] = simulate(graph, until, rtol=_TIGHT)
+    clock = Clock()
+    runs = {name: clock(name, simulate, graph, until, method=name, step=step) for name in ("euler", "rk2", "rk4")}
+    runs["DOP853"] = clock("DOP853", simulate, graph, until, rtol=_TIGHT)
     t, bond = runs["euler"].t, graph.bond_of("m").number
-    exact = triangle(machine, imposed.theta(t), imposed.omega(t), imposed.alpha(t))
+    crank = machine, imposed.theta(t), imposed.omega(t), imposed.alpha(t)
+    exact = clock("triangle", triangle, *crank)
+    short, long = clock(SHORT, small_ratio_slider, *crank), long_rod_slider(*crank)
+    by_pole = clock(POLE, instant_centre, *crank[:3])
+    printed = {"as printed": printed_acceleration(*crank)}
+    if np.any(crank[3]):
+        printed["as printed, alpha left at 0"] = printed_acceleration(*crank[:3], 0.0)
 
-    def quantity(name: str, unit: str, reference: Array, by_run: Callable[[Any], Array]) -> Quantity:
-        return Quantity(name, unit, "triangle", {"triangle": reference} | {m: by_run(run) for m, run in runs.items()})
+    def quantity(k: int, name: str, unit: str, by_run: Callable[[Any], Array], **more: Array) -> Quantity:
+        by_graph = {method: by_run(run) for method, run in runs.items()}
+        return Quantity(name, unit, "triangle", {"triangle": exact[k]} | more | by_graph | {SHORT: short[k], LONG: long[k]})
 
+    swing = {"triangle": exact[0] - exact[0].mean(), f"{SHORT} (eq. 86)": short[0] - short[0].mean()}
     quantities = (
-        quantity("position", "m", exact.position, lambda run: run.displacement("x", t)),
-        quantity("velocity", "m/s", exact.velocity, lambda run: run.flow("slider", t)),
-        quantity("acceleration", "m/s²", exact.acceleration, lambda run: run.effort(bond, t) / machine.slider),
+        quantity(0, "position", "m", lambda run: run.displacement("x", t)),
+        Quantity("position less its mean", "m", "triangle", swing),
+        quantity(1, "velocity", "m/s", lambda run: run.flow("slider", t), **{POLE: by_pole}),
+        quantity(2, "acceleration", "m/s²", lambda run: run.effort(bond, t) / machine.slider, **printed),
     )
-    return Comparison(f"slider, {imposed.name} imposed on the crank", t, quantities)
+    return Comparison(f"slider, {imposed.name} imposed on the crank", t, quantities, clock.seconds)
+
+
+POLE, SHORT, LONG = "instant centre", "small lambda", "endless rod"
+
+
+class Clock:
+    """Calls things and keeps the processor's seconds of each, by name."""
+
+    def __init__(self) -> None:
+        self.seconds: dict[str, float] = {}
+
+    def __call__(self, name: str, call: Callable[..., Any], *args: Any, **options: Any) -> Any:
+        """What the call returns."""
+        begun = time.process_time()
+        found = call(*args, **options)
+        self.seconds[name] = time.process_time() - begun
+        return found
 
 
 def lagrange_methods(machine: SliderCrank) -> dict[str, Callable[[Any], Inertia]]:
@@ -575,18 +659,21 @@ def lagrange_methods(machine: SliderCrank) -> dict[str, Callable[[Any], Inertia]
     }
 
 
-def compare_free_motion(
-    machine: SliderCrank | None = None, *, omega: float = 1.0, until: float = 10.0, points: int = 501
+def compare_motion(
+    machine: SliderCrank | None = None, *, omega: float = 1.0, torque: float = 0.0, until: float = 10.0, points: int = 501
 ) -> Comparison:
-    """The motion without loads from theta = 0: the graph and two approximate Lagrange equations, against the exact one.
+    """The motion from theta = 0: the graph and two approximate Lagrange equations, against the exact one.
 
-    All are integrated by DOP853. The slider's velocity takes its exact gain in every version, so that it shows what the
-    coefficients do to the crank. With the default machine over 10 s (6.9 rad) the graph agrees to 2e-11 rad; the
+    All are integrated by DOP853. The slider takes its exact law in every version, so that it shows what the coefficients do
+    to the crank. Without a torque and from 1 rad/s, the default machine's graph agrees over 10 s (6.9 rad) to 2e-11 rad; the
     small-lambda crank is up to 0.15 rad off, with m l²/3 for the rod 0.96 rad, and r of its omega falls to 0.907 and 0.381.
+    There the programme found in print stands beside them, which overwrites theta with sin t at every step of Euler's: its
+    omega belongs to no motion.
 
     Args:
         machine: the slider-crank; None for r = 1 m, l = 2 m and 1 kg each.
         omega: angular velocity at the start, rad/s.
+        torque: constant, on the crank, N m.
         until: time to simulate, s.
         points: number of times at which the methods are compared.
 
@@ -594,19 +681,49 @@ def compare_free_motion(
         GraphError: if `until` is not above 0, or fewer than 2 points are asked for.
 
     """
-    machine = machine or SliderCrank()
+    machine, clock = machine or SliderCrank(), Clock()
     t = _times(until, points)
-    moved = {name: _free(inertia, omega, t) for name, inertia in lagrange_methods(machine).items()}
-    run = simulate(machine.builder().build(), until, initial={"crank": omega}, rtol=_TIGHT)
-    states = {"bond graph": (run.displacement("theta", t), run.flow("crank", t))} | moved
-    slider = {name: machine.along(1.0, theta)[1] * rate for name, (theta, rate) in moved.items()}
-    reference = "exact Lagrange"
-    quantities = (
-        Quantity("theta", "rad", reference, {name: theta for name, (theta, _) in states.items()}),
-        Quantity("omega", "rad/s", reference, {name: rate for name, (_, rate) in states.items()}),
-        Quantity("velocity", "m/s", reference, {"bond graph": run.flow("slider", t)} | slider),
-    )
-    return Comparison(f"free motion from {omega:g} rad/s", t, quantities)
+    states: dict[str, Crank] = {}
+    for name, inertia in lagrange_methods(machine).items():
+        theta, rate = clock(name, _moved, inertia, omega, torque, t)
+        states[name] = Crank(theta, rate, inertia(theta).alpha(rate, torque))
+    graph = machine.builder().on("crank", Se("M", torque)).build()
+    run = clock("bond graph", simulate, graph, until, initial={"crank": omega}, rtol=_TIGHT)
+    push, pull = (run.effort(graph.bond_of(name).number, t) for name in ("J", "m"))
+    by_graph = Crank(run.displacement("theta", t), run.flow("crank", t), push / machine.crank_inertia)
+    states = {"bond graph": by_graph} | states
+    if not torque:
+        states["theta overwritten, as printed"] = _overwritten(machine, omega, t)
+    sliders = {name: triangle(machine, *state) for name, state in states.items()}
+    sliders["bond graph"] = Slider(run.displacement("x", t), run.flow("slider", t), pull / machine.slider)
+    quantities = [Quantity(*of, {n: s[k] for n, s in states.items()}) for k, of in enumerate(_CRANK)]
+    quantities += [Quantity(*of, {n: s[k] for n, s in sliders.items()}) for k, of in enumerate(_SLIDER)]
+    start = f"from rest under {torque:g} N m" if torque else f"free motion from {omega:g} rad/s"
+    return Comparison(start, t, tuple(quantities), clock.seconds)
+
+
+class Crank(NamedTuple):
+    """The crank's angle (rad), angular velocity (rad/s) and acceleration (rad/s²)."""
+
+    theta: Any
+    omega: Any
+    alpha: Any
+
+
+_CRANK = tuple((name, unit, "exact Lagrange") for name, unit in (("theta", "rad"), ("omega", "rad/s"), ("alpha", "rad/s²")))
+_SLIDER = tuple(
+    (name, u, "exact Lagrange") for name, u in (("position", "m"), ("velocity", "m/s"), ("acceleration", "m/s²"))
+)
+
+
+def _overwritten(machine: SliderCrank, omega: float, t: Array) -> Crank:
+    """Euler's steps of the small-lambda equation (m l²/3 for the rod) that set out from sin t, not from the last angle."""
+    path, theta, rate = [], 0.0, omega
+    for before, step in zip(t, np.append(np.diff(t), 0.0), strict=True):
+        alpha = float(small_ratio_inertia(machine, theta, about="end").alpha(rate))
+        path.append((theta, rate, alpha))
+        theta, rate = math.sin(before) + step * rate, rate + step * alpha
+    return Crank(*np.array(path).T)
 
 
 def _times(until: float, points: int) -> Array:
@@ -616,9 +733,9 @@ def _times(until: float, points: int) -> Array:
     return np.linspace(0.0, until, points)
 
 
-def _free(inertia: Callable[[Any], Inertia], omega: float, t: Array) -> tuple[Array, Array]:
+def _moved(inertia: Callable[[Any], Inertia], omega: float, torque: float, t: Array) -> tuple[Array, Array]:
     def rates(_: float, state: Array) -> list[Any]:
-        return [state[1], inertia(state[0]).alpha(state[1])]
+        return [state[1], inertia(state[0]).alpha(state[1], torque)]
 
     found = solve_ivp(rates, (0.0, t[-1]), [0.0, omega], method="DOP853", rtol=1e-12, atol=1e-12, t_eval=t)
     return found.y[0], found.y[1]
@@ -657,16 +774,22 @@ def compare_torques(
 # -- tables and the figure ---------------------------------------------------------------------------------------------
 
 BLUE, VERMILLION, GREEN, BLACK, GREY = "#0072B2", "#D55E00", "#009E73", "#000000", "#999999"
+ORANGE, PURPLE, SKY, BROWN = "#E69F00", "#CC79A7", "#56B4E9", "#8C510A"
 STYLES: dict[str, Any] = {
     "triangle": {"color": GREY, "linewidth": 4.0, "zorder": 1},
     "exact Lagrange": {"color": GREY, "linewidth": 4.0, "zorder": 1},
+    POLE: {"color": PURPLE, "linestyle": (0, (1, 2)), "linewidth": 2.5},
+    "as printed": {"color": BROWN, "linestyle": "--"},
+    "as printed, alpha left at 0": {"color": BROWN, "linestyle": ":"},
     "euler": {"color": VERMILLION, "linestyle": "--"},
     "rk2": {"color": GREEN, "linestyle": "-."},
     "rk4": {"color": BLUE, "linestyle": ":"},
     "DOP853": {"color": BLACK, "linewidth": 1.0},
     "bond graph": {"color": BLACK, "linewidth": 1.0},
-    "small lambda": {"color": BLUE, "linestyle": "--"},
+    SHORT: {"color": SKY, "linestyle": "--"},
+    LONG: {"color": ORANGE, "linestyle": "-."},
     "small lambda, m l²/3": {"color": VERMILLION, "linestyle": "-."},
+    "theta overwritten, as printed": {"color": PURPLE, "linestyle": ":"},
 }
 SMALLEST = 1e-17  # residuals below it are drawn here: a logarithm has no zero
 
@@ -702,19 +825,78 @@ def draw(columns: list[tuple[Comparison, str]], path: str) -> None:
     figure.savefig(path, dpi=100)
 
 
+def course(comparison: Comparison, rows: Sequence[str], path: Path, until: float | None = None) -> None:
+    """Quantities over time, one below the other: the curves on the left, their residuals on the right, one legend."""
+    figure = Figure(figsize=(13.0, 2.6 * len(rows) + 1.0), layout="constrained")
+    FigureCanvasAgg(figure)
+    panels = figure.subplots(len(rows), 2, sharex=True, squeeze=False)
+    lines: dict[str, Any] = {}
+    for row, (left, right) in zip(rows, panels, strict=True):
+        overlay(left, comparison, row)
+        residuals(right, comparison, row)
+        lines |= {line.get_label(): line for line in left.get_lines()}
+        for panel in (left, right):
+            panel.grid(color="#DDDDDD", linewidth=0.6)
+            panel.set(title="", xlabel="t, s" if row == rows[-1] else "", xlim=(0.0, until or comparison.t[-1]))
+        right.set_ylabel(f"|residual|, {comparison[row].unit}")
+    panels[0][0].set_title(comparison.title)
+    panels[0][1].set_title(f"residual to {comparison.quantities[0].reference}")
+    figure.legend(lines.values(), lines.keys(), loc="outside lower center", ncols=5, frameon=False)
+    figure.savefig(path, dpi=100)
+
+
+CRANK, SLIDER = ("theta", "omega", "alpha"), ("position", "velocity", "acceleration")
+
+
+def methods(kinematics: Comparison, rest: Comparison) -> str:
+    """What every method assumes, finds and costs: the velocity's greatest error and the processor's time for all points."""
+    imposed = (
+        ("triangle", "nothing", "a formula for each quantity, by hand for each mechanism"),
+        (POLE, "nothing", "a formula for velocities alone"),
+        (SHORT, "(r/l)² small", "a shorter formula"),
+        ("euler", "nothing", "bond graph: equations of first order; order 1 in the step"),
+        ("rk2", "nothing", "bond graph, order 2"),
+        ("rk4", "nothing", "bond graph, order 4"),
+        ("DOP853", "nothing", "bond graph, order 8, the step chosen for the tolerance"),
+    )
+    moved = (
+        ("exact Lagrange", "no friction but viscous", "one equation of second order, by hand for each mechanism"),
+        (SHORT, "(r/l)² small", "the same with shorter coefficients"),
+        ("bond graph", "nothing", "assembled from parts; forces in every bond with it"),
+    )
+    lines = []
+    for comparison, rows in ((kinematics, imposed), (rest, moved)):
+        velocity = comparison["velocity"]
+        lines.append(f"{comparison.title}, {comparison.t.size} points")
+        lines.append(f"  {'method':18s}{'error of v, m/s':>16s}{'time, ms':>10s}  {'assumes':26s}what it is")
+        for name, assumed, kind in rows:
+            error = "reference" if name == velocity.reference else f"{velocity.agreement(name).greatest:.1e}"
+            lines.append(f"  {name:18s}{error:>16s}{1e3 * comparison.seconds[name]:10.2f}  {assumed:26s}{kind}")
+    return "\n".join(lines)
+
+
 def main(path: str | None = None) -> None:
-    """Print the tables; draw the figure into a file if its name is given."""
+    """Print the tables; draw the figures if the name of one is given."""
     machine = SliderCrank()
     kinematics = [compare_kinematics(machine, imposed, step=0.02) for imposed in (HARMONIC, STEADY)]
-    free = compare_free_motion(machine)
+    free, rest = compare_motion(machine), compare_motion(machine, omega=0.0, torque=1.0, until=5.0)
     torques = [compare_torques(machine, imposed) for imposed in (HARMONIC, STEADY)]
-    for comparison in (*kinematics, free, *torques):
+    for comparison in (*kinematics, free, rest, *torques):
         print(comparison.table(), end="\n\n")
+    print(methods(kinematics[0], rest), end="\n\n")
     for torque in (0.0, 1.0):
         print(f"M = {torque:g} N m: {divided_by_modulus(machine, Loads(torque), steps=(1e-2, 1e-3)).table()}", end="\n\n")
     if path is not None:
         draw([(kinematics[0], "velocity"), (free, "velocity"), (torques[0], "torque")], path)
-        print(f"drawn: {path}")
+        file = Path(path)
+        for name, comparison, rows, until in (
+            ("sine", kinematics[0], SLIDER, None),
+            ("steady", kinematics[1], SLIDER, 4.0),  # three turns of eight
+            ("rest", rest, CRANK + SLIDER, None),
+            ("free", free, CRANK + SLIDER, None),
+        ):
+            course(comparison, rows, file.with_stem(f"{file.stem}_{name}"), until)
+        print(f"drawn: {path} and four beside it")
 
 
 if __name__ == "__main__":

@@ -14,8 +14,8 @@ from examples.bond_graphs.compare_methods import (
     Loads,
     SliderCrank,
     agreement,
-    compare_free_motion,
     compare_kinematics,
+    compare_motion,
     compare_torques,
     divided_by_modulus,
     exact_inertia,
@@ -150,11 +150,34 @@ def test_steady_crank_has_its_angle_right_by_any_method():
 
 
 def test_free_motion_by_three_equations():
-    found = compare_free_motion()
-    for name in ("theta", "omega", "velocity"):
+    found = compare_motion()
+    for name in ("theta", "omega", "alpha", "position", "velocity", "acceleration"):
         assert found[name].agreement("bond graph").greatest < 1e-9
     assert found["omega"].agreement("small lambda").pearson == pytest.approx(0.9067, abs=1e-4)
     assert found["omega"].agreement("small lambda, m l²/3").pearson == pytest.approx(0.3813, abs=1e-4)
+
+
+def test_motion_from_rest_has_the_energy_of_its_torque():
+    found, machine = compare_motion(omega=0.0, torque=2.0, until=1.5, points=20), SliderCrank()
+    theta, omega, alpha, x, v, a = (found[name].curves["bond graph"] for name in [q.name for q in found.quantities])
+    inertia = exact_inertia(machine, theta)
+    assert theta[-1] > 1.5
+    assert_allclose(0.5 * inertia.value * omega**2, 2.0 * theta, atol=1e-10)
+    assert_allclose(inertia.torque(omega, alpha), 2.0, atol=1e-9)
+    assert_allclose(np.stack([x, v, a]), triangle(machine, theta, omega, alpha), atol=1e-9)
+
+
+def test_approximate_and_printed_curves_beside_the_triangle():
+    found = compare_kinematics(imposed=STEADY, until=2 * np.pi / 5, step=np.pi / 50)
+    mean = found["position less its mean"].agreement("small lambda (eq. 86)")
+    assert mean.greatest == pytest.approx(0.0114, abs=5e-4)  # a turn's mean, its end counted twice
+    assert found["velocity"].agreement("instant centre").greatest < 1e-13
+    assert "instant centre" not in found["acceleration"].curves
+    printed = found["acceleration"].residual("as printed")
+    theta = 5.0 * found.t
+    w = np.sqrt(1 - 0.25 * np.sin(theta) ** 2)
+    middle = 0.125 / 4 * np.sin(2 * theta) ** 2 / w**3 - 0.25 / 2 * np.sin(2 * theta) / w**3
+    assert_allclose(printed, 25.0 * middle, atol=1e-9)
 
 
 @pytest.mark.parametrize(("imposed", "off"), [pytest.param(HARMONIC, 0.716, marks=pytest.mark.slow), (STEADY, 22.0)])
@@ -174,12 +197,14 @@ def test_motion_that_does_not_start_at_zero():
 
 
 def test_table_and_names_that_are_not_there():
-    found = compare_free_motion(until=1.0, points=20)
+    found = compare_motion(until=1.0, points=20)
     lines = found.table().splitlines()
     assert lines[0] == "free motion from 1 rad/s; reference: exact Lagrange"
-    assert len(lines) == 2 + 3 * 3
-    assert {len(line) for line in lines[1:]} == {98}
-    with pytest.raises(GraphError, match="no quantity 'speed': there are theta, omega, velocity"):
+    assert len(lines) == 2 + 6 * 4
+    assert {len(line) for line in lines[1:]} == {106}
+    with pytest.raises(
+        GraphError, match="no quantity 'speed': there are theta, omega, alpha, position, velocity, acceleration"
+    ):
         found["speed"]
     with pytest.raises(GraphError, match="theta: no method 'newton': there are bond graph"):
         found["theta"].agreement("newton")
@@ -189,7 +214,7 @@ def test_arguments_that_mean_nothing():
     with pytest.raises(GraphError, match="points: found 1"):
         compare_torques(points=1)
     with pytest.raises(GraphError, match="until: found -1"):
-        compare_free_motion(until=-1.0)
+        compare_motion(until=-1.0)
 
 
 def test_without_torque_the_printed_modulus_stops_at_the_first_dead_centre():

@@ -37,8 +37,13 @@ def test_main_prints_and_draws(script, tmp_path, monkeypatch, capsys):
     printed = capsys.readouterr().out
     assert printed.strip()
     if script.stem == "compare_methods":  # tells the methods apart
-        assert (printed.count("Pearson r"), printed.count("crank side")) == (5, 4)
+        assert (printed.count("Pearson r"), printed.count("crank side")) == (6, 4)
         assert "small lambda, m l²/3" in printed
+        assert printed.count("alpha left at 0") == 1  # at a constant speed there is none to leave
+        assert len(list(tmp_path.glob("picture_*.png"))) == 4
+    if script.stem == "rosenberg":
+        assert "23 bonds  by the rules; I*(0.5 rad) = 0.1416 kg m²" in printed
+        assert "19 bonds  rod's centre held on the line, as there; I*(0.5 rad) = 0.2052 kg m²" in printed
     if takes_a_file:
         assert picture.read_bytes().startswith(b"\x89PNG")
         assert picture.stat().st_size > DRAWS_LEAST
