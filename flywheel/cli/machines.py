@@ -84,6 +84,12 @@ def size(
                 picture.plot(found, plot)
 
 
+def _speed(context: click.Context, parameter: click.Parameter, text: str | None) -> str | None:
+    if text is None or quantity(text, "speed", "velocity") is not None:
+        return text
+    raise click.BadParameter(f'{text!r} is no speed with its unit, such as "60 rpm", or "0.3 m/s" where the driver slides.')
+
+
 @click.command(short_help="Print reduced inertia, moment and influence coefficients.")
 @SCENE
 @json_flag()
@@ -94,12 +100,26 @@ def size(
     help="Number of angles, evenly over the cycle, or of positions along the stroke (default 360).",
 )
 @at_option()
+@click.option(
+    "--speed",
+    callback=_speed,
+    metavar="SPEED",
+    help='A constant speed such as "60 rpm", at which to take what depends on it (default: the scene\'s, or its own).',
+)
 @OUTPUT
-def reduce(scene: Path, as_json: bool, as_csv: bool, points: int | None, at: tuple[str, ...], output: Path | None) -> None:
+def reduce(
+    scene: Path,
+    as_json: bool,
+    as_csv: bool,
+    points: int | None,
+    at: tuple[str, ...],
+    speed: str | None,
+    output: Path | None,
+) -> None:
     """Print I*, dI*/dphi, M* and every influence coefficient of SCENE over the crank angle.
 
-    Where a driver slides these are m*, dm*/dx and F* over its position. Along a stroke there are also the driving action,
-    and the speeds and accelerations that go with the driver's.
+    Where a driver slides these are m*, dm*/dx and F* over its position. Along a stroke whose speed is known there are also
+    the driving action, and the speeds and accelerations that go with the driver's. A mechanism alone will do.
     """
     exclusive(json=as_json, csv=as_csv)
     exclusive(at=at, points=points)
@@ -108,7 +128,8 @@ def reduce(scene: Path, as_json: bool, as_csv: bool, points: int | None, at: tup
         from flywheel.report.reduction import reduced
 
         found = loaded(scene)
-        text, conditions = reduced(found, coordinates(at, slides(found)), points or 360, as_json=as_json)
+        own = None if speed is None else speed_of(speed, slides(found), "--speed")
+        text, conditions = reduced(found, coordinates(at, slides(found)), points or 360, speed=own, as_json=as_json)
     if conditions:
         click.echo(conditions, err=True)
     hand_over(text, output, scene)
@@ -143,12 +164,6 @@ def graph(scene: Path, plot: Path | None, form: str, simpler: bool) -> None:
 # -- reactions -------------------------------------------------------------------------------------------------------
 
 _FEW, _MANY = 24, 360  # positions in tables for reading; in data, pictures and the search for the largest forces
-
-
-def _speed(context: click.Context, parameter: click.Parameter, text: str | None) -> str | None:
-    if text is None or quantity(text, "speed", "velocity") is not None:
-        return text
-    raise click.BadParameter(f'{text!r} is no speed with its unit, such as "60 rpm", or "0.3 m/s" where the driver slides.')
 
 
 @click.command(short_help="Print the driving action and the forces in every joint.")
@@ -193,15 +208,15 @@ def reactions(
     with reported(scene):
         import numpy as np
 
+        from flywheel.machine.machine import Machine
         from flywheel.machine.reactions import close_positions
         from flywheel.motions.joint_forces import joint_errors, joint_forces, spread
-        from flywheel.regime.joint_friction import machine_of
         from flywheel.report import forces
 
         found, as_data = loaded(scene), as_json or as_csv
         phi = coordinates(at, slides(found)) if at else spread(found, points or (_MANY if as_data else _FEW))
         own = None if speed is None else speed_of(speed, slides(found), "--speed")
-        machine, inertia, friction = machine_of(found), not quasi_static, not no_friction
+        machine, inertia, friction = Machine(found), not quasi_static, not no_friction
         run = partial(joint_forces, machine, speed=own, inertia=inertia, friction=friction)
         result, dense = run(phi), None
         if not at and (plot is not None or not as_data):

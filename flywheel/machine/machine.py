@@ -454,7 +454,7 @@ class Machine:
     @cached_property
     def depends_on_speed(self) -> bool:
         """Whether a load, the drive or a damper depends on speed."""
-        return bool(self.scene.dampers) or any(effort.uses_speed for effort in self.efforts)
+        return self.scene.depends_on_speed
 
     @cached_property
     def depends_on_time(self) -> bool:
@@ -463,10 +463,10 @@ class Machine:
 
     @property
     def typical_speed(self) -> float:
-        """A speed of the crank (rad/s) about which the machine runs: the one asked for, or its motor's without load."""
+        """A speed of the crank (rad/s) about which the machine runs: the one asked for, or that of its idle motor, or 1."""
         scene = self.scene
         if scene.stroke is not None:
-            return abs(scene.stroke.speed) or 1.0
+            return abs(scene.stroke.speed or 1.0)
         if scene.speed is None and scene.motor is not None and scene.drive is not None:
             return (scene.motor.no_load_speed or 1.0) / scene.shafts[scene.drive.on]
         return scene.speed or 1.0

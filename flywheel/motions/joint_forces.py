@@ -57,13 +57,14 @@ def joint_forces(
         phi: crank angles (rad), shape (n,), taken modulo the cycle; 360 over the cycle if None. On a stroke the driver's own
             coordinates (rad or m), 181 from end to end if None.
         speed: constant crank speed (rad/s, or m/s); if None that of the steady regime with the scene's flywheel, exact
-            where one is asked for, with the acceleration that belongs to it. On a stroke the scene's.
+            where one is asked for, with the acceleration that belongs to it; without a flywheel, the scene's speed or the
+            machine's own, constant. On a stroke the scene's.
         acceleration: beside a given `speed`, rad/s² or m/s².
-        inertia: False leaves inertia forces out: quasi-static analysis.
+        inertia: False leaves inertia forces out: quasi-static; a speed is then needed for loads that depend on it alone.
         friction: False leaves Coulomb friction in the joints out.
 
     Raises:
-        SceneError: for a scene without mechanisms, or with a law, which has no joints.
+        SceneError: for a scene without mechanisms, or with a law, which has no joints; where there is no speed.
 
     A joint's reaction is what its first body does to its second; see `flywheel.kinetostatics`.
 
@@ -76,13 +77,13 @@ def joint_forces(
     ([-300.0], [75.0])
 
     """
-    machine = machine_of(machine)
+    machine = machine if isinstance(machine, Machine) else Machine(machine)
     scene = machine.scene
     if scene.areas is not None:
         raise SceneError([Fault("areas", "a diagram of areas", "a machine with joints", "give mechanism and loads instead")])
     if not scene.mechanisms:
         raise SceneError([Fault("mechanism", "no mechanism", "one at least, as joints are asked for")])
-    balance, stroke = constant_speed.operating_point(machine)[1], scene.stroke
+    stroke = scene.stroke
     if phi is None:
         positions = spread(scene, 360 if stroke is None else 181)
     else:
@@ -90,11 +91,15 @@ def joint_forces(
         if not wanted.size:
             raise SceneError([Fault("phi", "no position", "one at least, or None for a whole cycle or stroke")])
         positions = state.own_coordinate(scene, wanted) + scene.origin
-    if speed is None and stroke is not None:
+    if speed is None and stroke is not None and stroke.speed is not None:
         speed, acceleration = stroke.speed, stroke.acceleration
+    if speed is None and (not scene.has_flywheel or stroke is not None):
+        speed = _constant(machine, inertia)
+    balance = _balance(machine, speed)[0]
     if speed is None:
         from flywheel.sizing.sizing import size  # a given motion has no regime to find
 
+        machine = machine_of(machine)
         motion, errors = steady_motion(machine, size(machine, simulate=False), positions)
     else:
         rates = np.full(positions.size, float(speed)), np.full(positions.size, float(acceleration))
@@ -120,9 +125,8 @@ def joint_errors(
         friction: as they were asked for.
 
     """
-    speed, balance = constant_speed.operating_point(machine)
-    off = balance * constant_speed.operating_point_errors(machine, speed)[1]
     motion, origin = forces.motion, machine.scene.origin
+    balance, off = _balance(machine, float(motion.omega[0]))
     own = motion.phi - origin
     anchor = machine.anchors(own)
     others, errors = state.rounded_otherwise(machine), {}
@@ -163,6 +167,32 @@ def spread(scene: Scene, count: int) -> Array:
     if scene.stroke is not None:
         return np.linspace(scene.stroke.start, scene.stroke.end, count)
     return scene.cycle * np.arange(count) / count
+
+
+def _constant(machine: Machine, inertia: bool) -> float:
+    """The constant speed (rad/s, or m/s) of a machine without a flywheel: the scene's, or the machine's own.
+
+    Where neither inertia forces nor loads depend on it, any will do.
+    """
+    scene = machine.scene
+    if scene.stroke is None and scene.speed is not None:
+        return scene.speed
+    if machine.depends_on_speed and scene.stroke is None and scene.unknown is None:
+        return constant_speed.operating_point(machine_of(machine))[0] or 0.0
+    if inertia or machine.depends_on_speed:
+        quasi = "" if machine.depends_on_speed else ", or leave inertia forces out: --quasi-static (inertia=False)"
+        fault = constant_speed.no_speed(scene, "for inertia forces, and for what depends on it")
+        raise SceneError([fault._replace(advice=fault.advice + quasi)])
+    return 1.0
+
+
+def _balance(machine: Machine, speed: float | None) -> tuple[float, float]:
+    """The value (SI) of the scene's unknown and its error: at the scene's speed, or without one at that of the motion."""
+    scene = machine.scene
+    if scene.unknown is None:
+        return 0.0, 0.0
+    at, value = constant_speed.operating_point(machine, speed if scene.speed is None else None)
+    return value, value * constant_speed.operating_point_errors(machine, at)[1]
 
 
 def steady_motion(machine: Machine, sizing: Sizing, phi: Array) -> tuple[MachineMotion, tuple[Array | float, Array | float]]:

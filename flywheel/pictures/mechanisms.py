@@ -30,7 +30,7 @@ from flywheel.pictures.sketch import CLOSED, Shape, View, placed
 from flywheel.regime import turning_moment
 from flywheel.report.rows import RPM
 from flywheel.scene.linkage import FRAME, SLIDE
-from flywheel.scene.scene import Scene, Stroke
+from flywheel.scene.scene import Scene
 from flywheel.sizing.sizing import size
 
 Array = NDArray[np.float64]
@@ -225,7 +225,8 @@ _FLAT = 2e-3  # of the mean speed: a fluctuation below it is drawn about the mea
 class Timing(NamedTuple):
     """How a machine goes through its motion: coordinates (rad or m) as they are passed, times (s), and a curve over them.
 
-    `closed` tells whether the motion ends where it began.
+    `closed` tells whether the motion ends where it began. Where no speed is known the driver moves evenly, and in place of
+    the time stands its way: `timed` is False.
     """
 
     q: Array
@@ -234,6 +235,7 @@ class Timing(NamedTuple):
     title: str
     label: str
     closed: bool
+    timed: bool = True
 
     def evenly(self, count: int) -> tuple[Array, Array, Array]:
         """Times (s) spread evenly over the motion, with coordinate and curve there; both ends unless it is closed."""
@@ -242,14 +244,14 @@ class Timing(NamedTuple):
 
 
 def timing(scene: Scene, view: View) -> Timing:
-    """That of the steady cycle with the flywheel given or sized, or of the stroke at the speed given.
+    """That of the steady cycle with the flywheel given or sized; without one, that of an even motion of the driver.
 
     Raises:
         SceneError: where the machine does not run as the scene says, or stands still.
 
     """
-    if scene.stroke is not None:
-        return _of_stroke(scene, scene.stroke, view)
+    if scene.stroke is not None or not scene.has_flywheel:
+        return _of_even_motion(scene, view)
     sizing = size(scene, simulate=False)
     phi = np.linspace(0.0, scene.cycle, _POINTS)
     omega = np.full_like(phi, sizing.speed)
@@ -266,23 +268,42 @@ def timing(scene: Scene, view: View) -> Timing:
     return Timing(phi, elapsed, rpm - mean * flat, f"Speed over the cycle{eps}\n{wheel}", label, True)
 
 
-def _of_stroke(scene: Scene, stroke: Stroke, view: View) -> Timing:
-    """The stroke at its constant speed, with the velocity of the first slide that is driven, or of the last body."""
-    if stroke.speed == 0.0:
+def _of_even_motion(scene: Scene, view: View) -> Timing:
+    """A stroke or a cycle at a constant speed, with the velocity of the first slide that is driven, or of the last body.
+
+    Without a speed the velocity is that per unit of the driver's.
+    """
+    stroke = scene.stroke
+    given, sliding = (scene.speed if stroke is None else stroke.speed), stroke is not None and stroke.sliding
+    if given == 0.0:
         raise SceneError([Fault("stroke.speed", "0", "a speed at which the stroke comes to an end")])
-    ends = (stroke.start, stroke.end) if stroke.speed > 0.0 else (stroke.end, stroke.start)
-    q = np.linspace(*ends, _POINTS)
+    speed = 1.0 if given is None else given
+    ends = (0.0, scene.cycle) if stroke is None else (stroke.start, stroke.end)
+    q = np.linspace(*(ends if speed > 0.0 else ends[::-1]), _POINTS)
     poses, linkage = view.poses(q), view.solution.linkage
     slides = [j for j in linkage.joints if j.kind == SLIDE and j.name != linkage.driver and FRAME in (j.first, j.second)]
     if slides:
         name = slides[0].second if slides[0].first == FRAME else slides[0].first
-        curve, label = stroke.speed * view.solution.coordinate(slides[0].name, poses).rate, f"velocity of {name}, m/s"
+        gain, label = view.solution.coordinate(slides[0].name, poses).rate, f"velocity of {name}"
     else:
         name = linkage.names[-1]
-        curve, label = stroke.speed * poses.angle(name).rate, f"angular velocity of {name}, rad/s"
-    unit = "m/s" if stroke.sliding else "rad/s"
-    title = f"Stroke at {number(stroke.speed, 0.0, 5)} {unit}"
-    return Timing(q, np.abs(q - q[0]) / abs(stroke.speed), curve, title, label, False)
+        gain, label = poses.angle(name).rate, f"angular velocity of {name}"
+    curve, driver = view.ratio * speed * gain, "driver's speed" if stroke is not None else "crank's speed"
+    unit = ("m/s" if slides else "rad/s") if given is not None else ("m" if slides else "1")
+    unit = unit if given is not None or not sliding else ("1" if slides else "1/m")
+    label += f", {unit}" if given is not None else f" per {driver}, {unit}"
+    way = "Stroke" if stroke is not None else "Cycle, without a flywheel,"
+    at = (
+        f"at {number(speed, 0.0, 5)} {'m/s' if sliding else 'rad/s'}"
+        if stroke is not None
+        else f"at a constant {number(RPM * speed, 0.0, 5)} rpm"
+    )
+    title = (
+        f"{way} {at}"
+        if given is not None
+        else f"{'Stroke' if stroke is not None else 'Cycle'} with an even motion of the driver: no speed is given"
+    )
+    return Timing(q, np.abs(q - q[0]) / abs(speed), curve, title, label, stroke is None, given is not None)
 
 
 # -- animation ---------------------------------------------------------------------------------------------------------
@@ -312,13 +333,15 @@ class Stage(NamedTuple):
     times: Array
     q: Array
     values: Array
+    timed: bool = True
 
 
 def animate(scene: Scene, path: str | Path, *, frames: int = 60, fps: int = 20) -> None:
     """Write a GIF of the mechanisms of a scene through one cycle or stroke, with a marker that runs along the speed curve.
 
-    The speed is that of the steady cycle with the scene's flywheel, given or sized. On a stroke, which has none, it is the
-    velocity of the first driven slide at the stroke's constant speed. Frames follow each other evenly in time.
+    The speed is that of the steady cycle with the scene's flywheel, given or sized. On a stroke, and without a flywheel, it
+    is the velocity of the first driven slide at a constant speed of the driver; where none is given, per unit of that.
+    Frames follow each other evenly in time.
 
     Args:
         scene: any scene with a mechanism that is a linkage, and a machine that runs.
@@ -385,7 +408,7 @@ def stage(scene: Scene, frames: int) -> Stage:
     (marker,) = panel.plot([], [], "o", color=figures.VERMILLION, ms=9, animated=True, zorder=5)
     marker.set_gid("sliding" if sliding else "turning")
     clock = panel.text(0.02, 0.975, "", transform=panel.transAxes, va="top", animated=True, family="monospace", fontsize=9.5)
-    return Stage(made, tuple(mechanisms), marker, clock, times, q, values)
+    return Stage(made, tuple(mechanisms), marker, clock, times, q, values, run.timed)
 
 
 def _slides(scene: Scene) -> bool:
@@ -407,7 +430,8 @@ def show(made: Stage, k: int, scene: Scene) -> None:
     unit, symbol = ("mm", "x") if sliding else ("deg", "φ")
     digits = max(3 - floor(log10(made.times[-1])), 0)
     place = float(_shown(made.q[k], sliding))
-    made.clock.set_text(f"t = {made.times[k]:.{digits}f} s   {symbol} = {place:5.1f} {unit}".replace("-", "−"))
+    time = f"t = {made.times[k]:.{digits}f} s   " if made.timed else ""
+    made.clock.set_text(f"{time}{symbol} = {place:5.1f} {unit}".replace("-", "−"))
 
 
 def _images(made: Stage, scene: Scene) -> Iterator[Image.Image]:

@@ -24,6 +24,7 @@ from flywheel.reading.schema import (
     JOINT,
     JOINT_KEYS,
     LINK,
+    MACHINE,
     MECHANISM,
     MOST_MECHANISMS,
     MOST_TABLES,
@@ -67,7 +68,8 @@ def json_schema() -> Schema:
         "title": "A scene of flywheel",
         **_object(properties),
         **_beside("stroke", STROKE_EXCLUDE),
-        "else": {"required": ["flywheel"], **_beside("areas", AREAS_EXCLUDE)},
+        "else": _beside("areas", AREAS_EXCLUDE),
+        "anyOf": [{"required": [name]} for name in MACHINE],
         "definitions": models | {f"mechanism.{name}": _mechanism(name) for name in KINDS},
     }
 

@@ -40,12 +40,12 @@ def read_stroke(raw: Mapping[str, Any], faults: Faults) -> Stroke | None:
     Its numbers are NaN where they could not be read, so that the rest can be read against it all the same.
     """
     slides = driver_slides(raw)
-    unread = Stroke(math.nan, math.nan, math.nan, math.nan, slides is not False)
+    unread = Stroke(math.nan, math.nan, None, math.nan, slides is not False)
     if "stroke" not in raw:
         if not slides:
             return None
         advice = "the mechanism's driver slides, so that there is no cycle: leave out [regime] and [flywheel]"
-        faults.add("stroke", "nothing", "a table with from, to and speed", advice)
+        faults.add("stroke", "nothing", "a table with from and to, between which the driver moves", advice)
         return unread
     for name in STROKE_EXCLUDE:
         if name in raw:
@@ -76,7 +76,7 @@ def read_stroke(raw: Mapping[str, Any], faults: Faults) -> Stroke | None:
             slides = True
     fields = read_fields(table, SECTIONS["stroke"].keys, "stroke", faults, rotating=not slides)
     start, end, speed, acceleration = fields.values()
-    if None in fields.values():
+    if None in (start, end, acceleration) or (speed is None and "speed" in table):
         return unread._replace(sliding=slides)
     if end - start <= _SHORTEST * max(abs(start), abs(end)):
         found, ends = told(end, slides), f"more than from, which is {told(start, slides)}"

@@ -37,7 +37,7 @@ from flywheel.reading.fields import (
 )
 from flywheel.reading.loads import read_dampers, read_drive, read_inertias, read_loads, read_springs
 from flywheel.reading.mechanisms import read_mechanisms, read_stroke
-from flywheel.reading.schema import AREAS_EXCLUDE, MATERIAL_KEYS, SECTIONS, TOP, TURN, WHEEL_KEYS
+from flywheel.reading.schema import AREAS_EXCLUDE, MACHINE, MATERIAL_KEYS, SECTIONS, TOP, TURN, WHEEL_KEYS
 from flywheel.reading.tables import is_utf16
 from flywheel.scene.scene import Areas, Compliance, Inertia, Scene, Stroke
 
@@ -176,10 +176,10 @@ def read_scene(path: str | Path) -> Scene:
 def parse_scene(text: str, folder: str | Path | None = None, file: str | Path | None = None) -> Scene:
     """The scene in a TOML text. `folder` is where its CSV files lie; `file` is kept with the scene.
 
-    >>> parse_scene('regime.speed = "210 rpm"')
+    >>> parse_scene("mechanism = {type = 'four-bra'}")
     Traceback (most recent call last):
         ...
-    flywheel.numerics.faults.SceneError: flywheel: found nothing, expected a table with irregularity or inertia
+    flywheel.numerics.faults.SceneError: mechanism.type (line 1): found type "four-bra", expected a known type; did you ...
     """
     import tomllib
 
@@ -246,9 +246,7 @@ def build_scene(mapping: Mapping[str, Any], folder: str | Path | None = None, fi
     """
     faults = Faults()
     raw = as_table(mapping, "scene", faults)
-    if raw is not None and not raw:
-        faults.add("scene", "nothing", "at least [regime] and [flywheel]")
-    if not raw or faults:
+    if raw is None:
         raise SceneError(faults)
     scene = _scene(raw, None if folder is None else Path(folder), faults)
     if faults or scene is None:
@@ -303,6 +301,8 @@ def _scene(raw: Mapping[str, Any], folder: Path | None, faults: Faults) -> Scene
     for name in raw:
         if name not in known and name not in SECTIONS:
             faults.unknown(child("", name), name, (*known, *SECTIONS), "key or table")
+    if not faults and not any(name in raw for name in MACHINE):
+        faults.add("scene", "no machine" if raw else "nothing", "a machine", f"one of {', '.join(MACHINE)} at least")
     top = read_fields({name: raw[name] for name in known if name in raw}, TOP, "", faults)
     stroke = read_stroke(raw, faults)
     shafts, compliances, efficiencies = _shafts(raw.get("shafts"), stroke, faults)
@@ -351,8 +351,6 @@ def _scene(raw: Mapping[str, Any], folder: Path | None, faults: Faults) -> Scene
         if g is not None and direction is not None:
             gravity = (g * _cosine(direction), g * _cosine(direction - math.pi / 2))
     areas = _areas(raw, faults) if "areas" in raw else None
-    if speed is None and not faults:
-        _check_own_speed(machine, areas is not None, faults)
     if faults or cycle is None:
         return None
     scene = Scene(
@@ -474,7 +472,6 @@ def _check_balances(parameters: list[str], driven: bool, raw: Mapping[str, Any],
 def _flywheel(raw: Mapping[str, Any], places: Places, faults: Faults) -> dict[str, Any]:
     """Where the flywheel sits, and the one figure that is given."""
     if "flywheel" not in raw:
-        faults.add("flywheel", "nothing", "a table with irregularity or inertia")
         return {}
     table, section = as_table(raw["flywheel"], "flywheel", faults), SECTIONS["flywheel"]
     if table is None:
@@ -505,17 +502,6 @@ def _wheel(item: Item, written: list[str]) -> WheelAsked | None:
     wrong = asked_faults(asked)
     item.faults.extend(wrong)
     return None if wrong else asked
-
-
-def _check_own_speed(machine: Mapping[str, Any], areas: bool, faults: Faults) -> None:
-    """A scene without a speed needs torques that depend on it, and nothing else that is unknown."""
-    loads = [*machine["loads"], *([machine["drive"]] if machine["drive"] is not None else [])]
-    depends = bool(machine["dampers"]) or any(getattr(load.law, "uses_speed", False) for load in loads)
-    expected = 'a speed such as "210 rpm" or a bare number in rad/s'
-    if areas or not depends:
-        faults.add("regime.speed", "nothing", expected, "" if areas else "or torques that depend on speed, which fix it")
-    elif machine["unknown"] is not None:
-        faults.add("regime.speed", 'nothing, with a "balance"', expected, "one of the two must be known")
 
 
 def _cosine(angle: float) -> float:

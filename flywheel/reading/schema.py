@@ -227,7 +227,7 @@ _SECTIONS = (
         (
             Key("from", "length | angle", "driver's coordinate at the beginning", required=True),
             Key("to", "length | angle", "driver's coordinate at the end, greater than from", required=True),
-            Key("speed", "velocity | speed", "of the driver, all along the stroke", required=True),
+            Key("speed", "velocity | speed", "of the driver, all along the stroke, for what depends on it"),
             Key("acceleration", "acceleration | angular acceleration", "of the driver, all along the stroke", 0.0),
         ),
     ),
@@ -259,6 +259,9 @@ SECTIONS = {section.name: section for section in _SECTIONS}
 
 TOP = (Key("title", "text", "what the machine is"), Key("source", "text", "where its data come from"))
 """Keys outside any table."""
+
+MACHINE = ("mechanism", "shafts", "inertia", "load", "spring", "damper", "drive", "flywheel", "areas")
+"""Tables of which a scene has one at least: what is there without them does not move."""
 
 AREAS_EXCLUDE = ("mechanism", "inertia", "load", "spring", "damper", "gravity", "drive")
 """Tables that a scene with `[areas]` must do without."""

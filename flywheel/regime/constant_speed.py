@@ -20,6 +20,7 @@ from flywheel.numerics.cells import Array
 from flywheel.numerics.faults import Fault, SceneError
 from flywheel.regime import turning_moment
 from flywheel.regime.turning_moment import Cycle
+from flywheel.scene.scene import Scene
 
 _DECADES = 6  # on either side of a typical speed, in which steady speeds are looked for
 _PER_DECADE = 24
@@ -293,28 +294,49 @@ def balance_at(moments: Moments, speed: float) -> float:
     return unknown + 0.0
 
 
-def operating_point(machine: Machine) -> tuple[float | None, float]:
+def operating_point(machine: Machine, speed: float | None = None) -> tuple[float | None, float]:
     """The constant speed (rad/s) that torques are taken at, None where none depends on it, and the unknown's value there.
 
-    That speed is the one asked for where there is a balance, else the one at which the net work is zero; along a stroke it
-    is the stroke's.
+    That speed is the one given; else the one asked for where there is a balance, or the one at which the net work is zero;
+    along a stroke it is the stroke's. A SceneError says where there is none of them, and what depends on it.
     """
     scene = machine.scene
-    if scene.stroke is not None:
-        return (scene.stroke.speed if machine.depends_on_speed else None), 0.0
+    if scene.unknown is None and not machine.depends_on_speed:
+        return None, 0.0
     if not machine.sets_its_speed:
         return None, turning_moment.balance_value(machine)
-    moments = Moments(machine, cells.cells(machine.mesh), local=True)
-    if scene.unknown is None:
-        return chosen_speed(moments)[0], 0.0
-    assert scene.speed is not None
-    return scene.speed, resolve(machine, machine.mesh, scene.speed).balance or 0.0
+    if scene.stroke is not None or scene.unknown is not None:
+        asked = scene.speed if scene.stroke is None else scene.stroke.speed
+        speed = asked if speed is None else speed
+        if speed is None:
+            raise SceneError([no_speed(scene)])
+        return speed, 0.0 if scene.unknown is None else resolve(machine, machine.mesh, speed).balance or 0.0
+    if speed is not None:
+        return speed, 0.0
+    try:
+        return chosen_speed(Moments(machine, cells.cells(machine.mesh), local=True))[0], 0.0
+    except SceneError as error:
+        raise SceneError([fault._replace(advice=f"{fault.advice}; or {GIVE_SPEED}") for fault in error.faults]) from error
 
 
-def operating_point_errors(machine: Machine, speed: float | None) -> tuple[float, float]:
-    """Relative errors of what `operating_point` finds, the speed and the unknown; 0 for what it does not look for."""
+GIVE_SPEED = 'give one: --speed "60 rpm" (in Python speed=6.28)'
+
+
+def no_speed(scene: Scene, wanted: str = "at which to take what depends on it") -> Fault:
+    """The fault of a scene without the speed (rad/s; m/s of a slide) that something is asked for at."""
+    sliding = scene.stroke is not None and scene.stroke.sliding
+    path, example = ("regime" if scene.stroke is None else "stroke"), "0.1 m/s" if sliding else "60 rpm"
+    give = GIVE_SPEED.replace("60 rpm", example).replace("6.28", "0.1" if sliding else "6.28")
+    return Fault(f"{path}.speed", "nothing", f'a speed such as "{example}", {wanted}', give)
+
+
+def operating_point_errors(machine: Machine, speed: float | None, *, given: bool = False) -> tuple[float, float]:
+    """Relative errors of what `operating_point` finds, the speed and the unknown; 0 for what it does not look for.
+
+    given: the speed is not one that was found.
+    """
     scene = machine.scene
-    if scene.stroke is not None or (scene.unknown is None and not machine.sets_its_speed):
+    if scene.stroke is not None or (scene.unknown is None and (given or not machine.depends_on_speed)):
         return 0.0, 0.0
     if scene.unknown is not None:
         sets = machine.sets_its_speed and speed is not None

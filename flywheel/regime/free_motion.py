@@ -361,7 +361,7 @@ class _Motion:
     def _check_friction(self) -> None:
         """Refuse to follow a motion that turns back where joints rub: their friction is known for one sense alone."""
         stroke = self.machine.scene.stroke
-        sense = 1.0 if stroke is None or stroke.speed > 0.0 else -1.0
+        sense = 1.0 if stroke is None or (stroke.speed or 1.0) > 0.0 else -1.0
         if self.machine.friction is not None and float(self.state[1]) * sense < 0.0:
             found = f"a motion that turns back by {self.t:.6g} s, with friction in joints"
             expected = "one that keeps the sense for which that friction was found"

@@ -38,41 +38,47 @@ _BALANCED = 1e-12
 _MOST_BALANCES = 60
 
 
-def machine_of(given: Machine | Scene) -> Machine:
-    """The machine of a scene, or the one given, with the moment of friction in its joints where they have any."""
+def machine_of(given: Machine | Scene, speed: float | None = None) -> Machine:
+    """The machine of a scene, or the one given, with the moment of friction in its joints where they have any.
+
+    speed: the constant one (rad/s, or m/s) that it is found at, if not the machine's own.
+    """
     machine = given if isinstance(given, Machine) else Machine(given)
-    return _rough(machine) if machine.scene.rubs and machine.friction is None else machine
+    return _rough(machine, speed) if machine.scene.rubs and machine.friction is None else machine
 
 
 @lru_cache(maxsize=4)
-def _rough(machine: Machine) -> Machine:
-    return Machine(machine.scene, friction_curve(machine))
+def _rough(machine: Machine, speed: float | None) -> Machine:
+    return Machine(machine.scene, friction_curve(machine, speed))
 
 
-def friction_curve(machine: Machine) -> FrictionCurve:
-    """The friction of all joints of a machine without it, at its constant speed.
+def friction_curve(machine: Machine, speed: float | None = None) -> FrictionCurve:
+    """The friction of all joints of a machine without it, at a constant speed: the one given, or its own.
 
-    Where no speed is given, it is the constant one at which the net work is zero without that friction. Where the scene's
-    unknown acts on a port, friction and balance depend on each other, and both are found in turn.
+    Where no speed is given, it is the constant one at which the net work is zero without that friction; where nothing
+    depends on speed, the friction is that of loads and weights without inertia forces. Where the scene's unknown acts on a
+    port, friction and balance depend on each other, and both are found in turn.
 
     Raises:
         SceneError: where friction locks a mechanism, naming the position; where it cannot be balanced.
 
     """
     scene = machine.scene
-    found, balance = constant_speed.operating_point(machine)
-    speed = (scene.speed if found is None else found) or 0.0
+    found, balance = constant_speed.operating_point(machine, speed)
+    asked = scene.speed if scene.stroke is None else scene.stroke.speed
+    speed = found if speed is None else speed
+    speed = asked if speed is None else speed
     on_ports = any(effort.depends_on_unknown and effort.load.on not in scene.shafts for effort in machine.efforts)
     for _ in range(_MOST_BALANCES):
         curve = _fitted(machine, speed, balance)
-        with_it = constant_speed.operating_point(Machine(scene, curve))[1] if on_ports else balance
+        with_it = constant_speed.operating_point(Machine(scene, curve), speed)[1] if on_ports else balance
         if abs(with_it - balance) <= _BALANCED * abs(with_it):
             return curve
         balance = with_it
     raise SceneError([Fault("mechanism", "friction that grows with the balance without end", "less friction in the joints")])
 
 
-def _fitted(machine: Machine, speed: float, balance: float) -> FrictionCurve:
+def _fitted(machine: Machine, speed: float | None, balance: float) -> FrictionCurve:
     """The curve on cells between its corners, cut until they follow it; its error is checked off the nodes."""
     width = machine.scene.cycle
     corners = _corners(machine, speed, balance)
@@ -102,19 +108,21 @@ def _fitted(machine: Machine, speed: float, balance: float) -> FrictionCurve:
     return curve
 
 
-def _forces(machine: Machine, q: Array, speed: float, balance: float) -> list[tuple[float, Reactions]]:
-    """Reactions in every linkage at coordinates q from 0 to the cycle, with the ratio of its shaft."""
+def _forces(machine: Machine, q: Array, speed: float | None, balance: float) -> list[tuple[float, Reactions]]:
+    """Reactions in every linkage at coordinates q from 0 to the cycle, with the ratio of its shaft.
+
+    speed: None for a motion forwards without inertia forces.
+    """
     from flywheel.machine.reactions import MachineMotion, port_forces  # only linkages have friction
 
     scene = machine.scene
-    acceleration = 0.0
-    if scene.stroke is not None:
-        speed, acceleration = scene.stroke.speed, scene.stroke.acceleration
-    motion = MachineMotion(q + scene.origin, np.full(q.size, speed), np.full(q.size, acceleration))
+    acceleration = 0.0 if scene.stroke is None else scene.stroke.acceleration
+    rate = 1.0 if speed is None else speed
+    motion = MachineMotion(q + scene.origin, np.full(q.size, rate), np.full(q.size, acceleration))
     found = []
     for mechanism in scene.mechanisms:
         if mechanism.linkage is not None:
-            forces = port_forces(machine, motion, balance, mechanism)
+            forces = port_forces(machine, motion, balance, mechanism, inertia=speed is not None)
             if forces.locked.size:
                 what = f"friction that locks the mechanism at {machine.where(float(q[~forces.friction.converged][0]))}"
                 advice = "less friction, smaller pins, or other angles"
@@ -150,7 +158,7 @@ def _signs(forces: list[tuple[float, Reactions]], least: Array | None = None) ->
     return np.where(np.abs(rows) > least, np.sign(rows), 0.0), least
 
 
-def _corners(machine: Machine, speed: float, balance: float) -> Array:
+def _corners(machine: Machine, speed: float | None, balance: float) -> Array:
     """Coordinates where a rough joint turns back or a normal force changes sign.
 
     They are looked for inside every cell of the machine's first mesh, densely towards its ends, where loads set in; then

@@ -255,7 +255,7 @@ def along(
         acceleration: of the driver, m/s² or rad/s²; the scene's if None.
 
     Raises:
-        SceneError: for a machine without a stroke, or a coordinate outside it.
+        SceneError: for a machine without a stroke, a coordinate outside it, or no speed.
 
     >>> import flywheel
     >>> bodies = {"frame": {"points": {"O": [0, 0]}}, "ram": {"mass": 2.0}}
@@ -270,6 +270,8 @@ def along(
     machine = machine_of(machine)
     stroke = _stroke_of(machine.scene)
     v = stroke.speed if speed is None else speed
+    if v is None:
+        raise SceneError([constant_speed.no_speed(machine.scene, "for the driving action and for velocities")])
     a = stroke.acceleration if acceleration is None else acceleration
     if not (np.isfinite(v) and np.isfinite(a)):
         raise SceneError([Fault("stroke", f"speed {v} and acceleration {a}", "finite numbers")])
@@ -294,12 +296,12 @@ def _accelerations(machine: Machine, state: MachineState, v: float, a: float) ->
 
 
 def passage_errors(machine: Machine, passage: Passage) -> dict[str, Any]:
-    """Estimated absolute errors of a passage at the stroke's own speed and acceleration.
+    """Estimated absolute errors of a passage at the stroke's own speed, which it must have, and acceleration.
 
     They are those of its state, and what F = m* a + ½ dm*/dx v² - F*, v_i = g_i v and a_i = g_i a + g_i' v² have of them.
     """
     stroke = _stroke_of(machine.scene)
-    v, a = stroke.speed, abs(stroke.acceleration)
+    v, a = stroke.speed or 0.0, abs(stroke.acceleration)
     of_state = state_errors(machine, passage.state, speed=v)
     inertia, slope, moment, gains, slopes = (
         of_state[name] for name in ("inertia", "slope", "moment", "gains", "gain_slopes")
@@ -321,6 +323,6 @@ def passage_errors(machine: Machine, passage: Passage) -> dict[str, Any]:
 
 def _stroke_of(scene: Scene) -> Stroke:
     if scene.stroke is None:
-        expected, advice = "a table with from, to and speed", "flywheel.reduce takes any machine"
+        expected, advice = "a table with from and to", "flywheel.reduce takes any machine"
         raise SceneError([Fault("stroke", "nothing", expected, advice)])
     return scene.stroke

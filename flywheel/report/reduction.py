@@ -47,40 +47,59 @@ _TURNING_HEADS = ("phi [rad]", "I* [kg m^2]", "dI*/dphi [kg m^2]", "M* [N m]", "
 _SLIDING_HEADS = ("x [m]", "m* [kg]", "dm*/dx [kg/m]", "F* [N]", "F_drive [N]")
 
 
-def reduced(scene: Scene, angles: Sequence[float] = (), points: int = 360, *, as_json: bool = False) -> tuple[str, str]:
+def reduced(
+    scene: Scene,
+    angles: Sequence[float] = (),
+    points: int = 360,
+    *,
+    speed: float | None = None,
+    as_json: bool = False,
+) -> tuple[str, str]:
     """The machine reduced to its crank, as CSV or JSON, at given crank angles (rad); and what it holds for, in a sentence.
 
     That sentence is empty where everything depends on position alone.
 
     Without angles, so many points are spread evenly over the cycle, from 0 and without its end. On a stroke they are the
-    driver's coordinates (rad, or m where it slides), spread from one end of it to the other. Raises SceneError for a scene
-    of areas, which has no machine.
+    driver's coordinates (rad, or m where it slides), spread from one end of it to the other. `speed` (rad/s or m/s) is
+    what loads that depend on it are taken at, and on a stroke the driving action, in place of the scene's; a stroke that has
+    none has no driving action, velocities and accelerations either. Raises SceneError for a scene of areas, which has no
+    machine, and where loads depend on a speed that nothing tells.
     """
     if scene.areas is not None:
         advice = "give mechanism, inertia or load instead"
         raise SceneError([Fault("areas", "a diagram of areas", "a machine to reduce", advice)])
-    machine, stroke = machine_of(scene), scene.stroke
+    if speed is not None:
+        scene = replace(scene, speed=speed, stroke=scene.stroke and scene.stroke._replace(speed=speed))
+    machine, stroke = machine_of(scene, speed), scene.stroke
     if stroke is not None:
-        passage = along(machine, np.array(angles) if angles else np.linspace(stroke.start, stroke.end, points))
-        text = encoded(_stroke_data(machine, stroke, passage)) if as_json else csv(_stroke_columns(machine, stroke, passage))
-        return text, _conditions(machine, stroke.speed)
+        q = np.array(angles) if angles else np.linspace(stroke.start, stroke.end, points)
+        passage = None if stroke.speed is None else along(machine, q)
+        state = reduce(machine, q) if passage is None else passage.state
+        write = (machine, stroke, state, passage)
+        return encoded(_stroke_data(*write)) if as_json else csv(_stroke_columns(*write)), _conditions(machine, stroke.speed)
     phi = np.array(angles, dtype=float) if angles else np.arange(points, dtype=float) * (scene.cycle / points)
-    speed, value = constant_speed.operating_point(machine)
-    state = reduce(machine, phi, balance=value, speed=speed)
-    speed = speed if machine.depends_on_speed else None
+    at, value = constant_speed.operating_point(machine, speed)
+    state = reduce(machine, phi, balance=value, speed=at)
+    at = at if machine.depends_on_speed else None
     if as_json:
-        text = encoded(_data(machine, phi, state, value, speed))
+        off = constant_speed.operating_point_errors(machine, at, given=speed is not None)
+        text = encoded(_data(machine, phi, state, value, at, off))
     else:
         text = csv(chain(_columns(machine, phi, state), _position_columns(_bodies(machine, phi))))
-    return text, _conditions(machine, speed)
+    return text, _conditions(machine, at)
 
 
 def _conditions(machine: Machine, speed: float | None) -> str:
     """What M* holds for: the speed and the time at which loads were taken, and the losses that it leaves out."""
-    sliding = machine.scene.reduction_element == "slide"
+    scene = machine.scene
+    sliding = scene.reduction_element == "slide"
     found = []
     if machine.depends_on_speed and speed is not None:
         found.append(f"what depends on speed is taken at a constant {speed:.9g} {'m/s' if sliding else 'rad/s'}")
+    if scene.stroke is not None and scene.stroke.speed is None:
+        found.append("no speed is given, and so neither driving action nor velocities")
+    if machine.friction is not None and speed is None and scene.speed is None:
+        found.append("no speed is given, so that friction in joints is that without inertia forces")
     if machine.depends_on_time:
         found.append("what depends on time is taken at t = 0")
     if any(efficiency < 1.0 for efficiency in machine.scene.efficiencies.values()):
@@ -108,7 +127,7 @@ def _bodies(machine: Machine, phi: Array) -> dict[str, Curve]:
 
 def _by_axis(bodies: Mapping[str, Curve], figure: Callable[[Curve], Array]) -> dict[str, Array]:
     """A figure of every curve; of points one along x and one along y, `NAME.x` and `NAME.y`."""
-    found = {}
+    found: dict[str, Array] = {}
     for name, curve in bodies.items():
         values = figure(curve)
         found |= {f"{name}.x": values[0], f"{name}.y": values[1]} if curve.kind == POINT else {name: values}
@@ -124,10 +143,15 @@ def _position_columns(bodies: Mapping[str, Curve]) -> Iterator[tuple[str, Array]
 # -- over a cycle ----------------------------------------------------------------------------------------------------
 
 
-def _data(machine: Machine, phi: Array, state: MachineState, balance: float, speed: float | None) -> dict[str, Any]:
-    """What `flywheel reduce --json` prints, SI throughout; `balance` is the value of the scene's unknown."""
+def _data(
+    machine: Machine, phi: Array, state: MachineState, balance: float, speed: float | None, off: tuple[float, float]
+) -> dict[str, Any]:
+    """What `flywheel reduce --json` prints, SI throughout; `balance` is the value of the scene's unknown.
+
+    off: relative errors of speed and balance.
+    """
     unknown, found = machine.scene.unknown, _bodies(machine, phi)
-    off_speed, off_balance = constant_speed.operating_point_errors(machine, speed)
+    off_speed, off_balance = off
     return {
         "title": machine.scene.title,
         "reduction": "crank",
@@ -159,13 +183,20 @@ def _columns(machine: Machine, phi: Array, state: MachineState) -> Iterator[tupl
 # -- along a stroke --------------------------------------------------------------------------------------------------
 
 
-def _stroke_data(machine: Machine, stroke: Stroke, passage: Passage) -> dict[str, Any]:
-    """What `flywheel reduce --json` prints for a scene with a stroke, SI throughout."""
+def _stroke_data(machine: Machine, stroke: Stroke, state: MachineState, passage: Passage | None) -> dict[str, Any]:
+    """What `flywheel reduce --json` prints for a scene with a stroke, SI throughout; without a speed there is no passage."""
     names = _SLIDING if stroke.sliding else {"driving": "driving_torque"}
-    figures = {**passage.state._asdict(), "driving": passage.driving}
-    bodies = _bodies(machine, passage.state.phi)
-    errors = {names.get(name, name): error for name, error in passage_errors(machine, passage).items()}
-    (speeds, off_speeds), (accelerations, off_accelerations) = _centres(bodies, stroke)
+    figures = {**state._asdict(), "driving": passage and passage.driving}
+    bodies = _bodies(machine, state.phi)
+    rates: dict[str, Any] = dict.fromkeys(("velocities", "accelerations"))
+    if passage is None:
+        errors = {**state_errors(machine, state), "driving": None, **rates}
+    else:
+        errors = passage_errors(machine, passage)
+        (speeds, off_speeds), (accelerations, off_accelerations) = _centres(bodies, stroke)
+        rates = {"velocities": {**speeds, **passage.velocities}, "accelerations": {**accelerations, **passage.accelerations}}
+        errors["velocities"] = off_speeds | errors["velocities"]
+        errors["accelerations"] = off_accelerations | errors["accelerations"]
     return {
         "title": machine.scene.title,
         "reduction": stroke.element,
@@ -178,13 +209,10 @@ def _stroke_data(machine: Machine, stroke: Stroke, passage: Passage) -> dict[str
             "acceleration": stroke.acceleration,
         },
         **{names.get(name, name): figure for name, figure in figures.items()},
-        "velocities": speeds | passage.velocities,
-        "accelerations": accelerations | passage.accelerations,
+        **rates,
         "positions": _by_axis(bodies, lambda curve: curve.position),
         "errors": {
-            **errors,
-            "velocities": off_speeds | errors["velocities"],
-            "accelerations": off_accelerations | errors["accelerations"],
+            **{names.get(name, name): error for name, error in errors.items()},
             "positions": _by_axis(bodies, lambda curve: curve.errors[0]),
         },
     }
@@ -192,7 +220,7 @@ def _stroke_data(machine: Machine, stroke: Stroke, passage: Passage) -> dict[str
 
 def _centres(bodies: Mapping[str, Curve], stroke: Stroke) -> tuple[tuple[dict[str, Array], dict[str, Array]], ...]:
     """Velocities, then accelerations of centres of mass along x and y, each with its estimated errors."""
-    v, a = stroke.speed, stroke.acceleration
+    v, a = stroke.speed or 0.0, stroke.acceleration
     centres = {name: curve for name, curve in bodies.items() if curve.kind == POINT}
 
     def both(figure: Callable[[Curve], Array], error: Callable[[Curve], Array]) -> tuple[dict[str, Array], dict[str, Array]]:
@@ -204,26 +232,31 @@ def _centres(bodies: Mapping[str, Curve], stroke: Stroke) -> tuple[tuple[dict[st
     )
 
 
-def _stroke_columns(machine: Machine, stroke: Stroke, passage: Passage) -> Iterator[tuple[str, Array]]:
-    """Every column of the CSV with the name that heads it, its unit in brackets."""
-    state, sliding = passage.state, stroke.sliding
-    figures = (state.phi, state.inertia, state.slope, state.moment, passage.driving)
-    yield from zip(_SLIDING_HEADS if sliding else _TURNING_HEADS, figures, strict=True)
+def _stroke_columns(
+    machine: Machine, stroke: Stroke, state: MachineState, passage: Passage | None
+) -> Iterator[tuple[str, Array]]:
+    """Every column of the CSV with the name that heads it, its unit in brackets; without a speed fewer of them."""
+    sliding = stroke.sliding
+    figures = [state.phi, state.inertia, state.slope, state.moment, *([] if passage is None else [passage.driving])]
+    yield from zip(_SLIDING_HEADS if sliding else _TURNING_HEADS, figures, strict=False)
     if not sliding:
         yield "phi [deg]", np.degrees(state.phi)
     families = {
         "g": (state.gains, ("1", "1/m") if sliding else ("m", "1")),
         "dg/dx" if sliding else "dg/dphi": (state.gain_slopes, ("1/m", "1/m^2") if sliding else ("m", "1")),
-        "v": (passage.velocities, ("m/s", "rad/s")),
-        "a": (passage.accelerations, ("m/s^2", "rad/s^2")),
     }
+    if passage is not None:
+        families |= {"v": (passage.velocities, ("m/s", "rad/s")), "a": (passage.accelerations, ("m/s^2", "rad/s^2"))}
     for title, (values, units) in families.items():
         for name, array in values.items():
             yield f"{title} {name} [{units[not _translates(machine, name)]}]", array
     bodies = _bodies(machine, state.phi)
-    (speeds, _), (accelerations, _) = _centres(bodies, stroke)
-    yield from ((f"v {name} [m/s]", array) for name, array in speeds.items() if name not in passage.velocities)
-    yield from ((f"a {name} [m/s^2]", array) for name, array in accelerations.items() if name not in passage.accelerations)
+    if passage is not None:
+        (speeds, _), (accelerations, _) = _centres(bodies, stroke)
+        yield from ((f"v {name} [m/s]", array) for name, array in speeds.items() if name not in passage.velocities)
+        yield from (
+            (f"a {name} [m/s^2]", array) for name, array in accelerations.items() if name not in passage.accelerations
+        )
     yield from _position_columns(bodies)
 
 
@@ -238,8 +271,8 @@ def machine_graph(scene: Path, *, simplified: bool = False) -> tuple[BondGraph, 
     machine = machine_of(loaded)
     graph = machine.graph
     if loaded.stroke is None:  # a flywheel that sizing finds is a parameter without a value
-        graph = machine.with_values(0.0, 1.0 if loaded.inertia is None else loaded.inertia)
-        if loaded.inertia is None:
+        graph = machine.with_values(0.0, (loaded.inertia or 0.0) if loaded.irregularity is None else 1.0)
+        if loaded.irregularity is not None:
             name = next(element.name for element in graph.elements.values() if element.part == FLYWHEEL)
             wheel = I(name, lambda J_flywheel: J_flywheel, part=FLYWHEEL)
             graph = replace(graph, elements={**graph.elements, name: wheel}, parameters={"J_flywheel": None})

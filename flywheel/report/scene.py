@@ -134,7 +134,7 @@ def _regime(scene: Scene) -> str:
     if scene.stroke is not None:
         place, unit = (_length, "m/s") if scene.stroke.sliding else (_angle, "rad/s")
         ends = f"from {place(scene.stroke.start)} to {place(scene.stroke.end)}"
-        return f"{ends} at {figure(scene.stroke.speed, most=_DIGITS)} {unit}"
+        return ends if scene.stroke.speed is None else f"{ends} at {figure(scene.stroke.speed, most=_DIGITS)} {unit}"
     words = ["crank at its own speed" if scene.speed is None else f"crank at {figure(scene.speed * RPM, most=4)} rpm"]
     if scene.areas is None and abs(scene.cycle * DEGREES - 360) > 1e-6:
         words.append(f"cycle {_angle(scene.cycle)}")

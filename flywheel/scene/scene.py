@@ -195,12 +195,13 @@ class Areas(NamedTuple):
 class Stroke(NamedTuple):
     """A one-way motion of the driver from `start` to `end` (m, or rad where it turns), with its speed and acceleration.
 
-    `sliding` tells whether the reduction element slides (`slide`, in m) or turns (`crank`, in rad).
+    `speed` is None where none is given: what needs one then asks for it. `sliding` tells whether the reduction element
+    slides (`slide`, in m) or turns (`crank`, in rad).
     """
 
     start: float
     end: float
-    speed: float
+    speed: float | None = None
     acceleration: float = 0.0
     sliding: bool = True
 
@@ -227,12 +228,13 @@ class Scene(Frozen):
     """One machine and what is asked of it. Speeds in rad/s, angles in rad, everything SI.
 
     `speed` is the mean of the greatest and least speed *of the crank* (converted if the scene names another shaft); None
-    where the machine's own steady speed is to be found.
+    where none is given: the machine's own steady speed, if it has one, is then to be found.
     `unknown` is the name of the balance: "drive", a parameter's name, or None.
-    Exactly one of `irregularity` (size the flywheel) and `inertia` (analyse the given one, at its own shaft) is set.
+    One of `irregularity` (size the flywheel) and `inertia` (analyse the given one, at its own shaft) is set, or neither
+    where the scene has no flywheel: such a machine can be moved and drawn, reduced and followed, but not sized.
     """
 
-    speed: float | None
+    speed: float | None = None
     irregularity: float | None = None
     inertia: float | None = None
     flywheel_on: str = "crank"
@@ -311,6 +313,17 @@ class Scene(Frozen):
     def origin(self) -> float:
         """The coordinate (rad or m) at which the machine's own, from 0 to the cycle, begins: not 0 on a stroke."""
         return 0.0 if self.stroke is None else self.stroke.start
+
+    @property
+    def has_flywheel(self) -> bool:
+        """Whether a flywheel is given, or to be sized."""
+        return self.irregularity is not None or self.inertia is not None
+
+    @property
+    def depends_on_speed(self) -> bool:
+        """Whether a damper, or the law of a load or of the drive, depends on speed."""
+        laws = [load.law for load in (*self.loads, *([] if self.drive is None else [self.drive]))]
+        return bool(self.dampers) or any(isinstance(law, Expression) and law.uses_speed for law in laws)
 
     @property
     def rubs(self) -> bool:

@@ -72,7 +72,7 @@ def size(
     scene = machine.scene if isinstance(machine, Machine) else machine
     if not isinstance(scene, Scene):
         raise TypeError(f"expected a Machine or a Scene (flywheel.load makes one), found {type(machine).__name__}")
-    turning_moment.check_cycle(scene)
+    check_asked(scene)
     rtol = float(scene.rtol if rtol is None else rtol)
     if faults := levels.rtol_faults(rtol):
         raise SceneError(faults)
@@ -84,6 +84,24 @@ def size(
     except ArithmeticError:
         found = "numbers whose products leave the floating-point range"
         raise SceneError([Fault("scene", found, "masses, lengths and speeds in proportion", "check the units")]) from None
+
+
+def check_asked(scene: Scene) -> None:
+    """Refuse a scene that lacks what a sizing, or an analysis, is of: a cycle, a flywheel, a speed.
+
+    Without a speed the machine needs torques that depend on it, and nothing else that is unknown.
+    """
+    turning_moment.check_cycle(scene)
+    faults, expected = [], 'a speed such as "210 rpm" or a bare number in rad/s'
+    if not scene.has_flywheel:
+        faults.append(Fault("flywheel", "nothing", "a table with irregularity or inertia"))
+    if scene.speed is None and (scene.areas is not None or not scene.depends_on_speed):
+        advice = "" if scene.areas is not None else "or torques that depend on speed, which fix it"
+        faults.append(Fault("regime.speed", "nothing", expected, advice))
+    elif scene.speed is None and scene.unknown is not None:
+        faults.append(Fault("regime.speed", 'nothing, with a "balance"', expected, "one of the two must be known"))
+    if faults:
+        raise SceneError(faults)
 
 
 def _of_machine(machine: Machine, rtol: float, level: str, meter: Meter) -> Sizing:

@@ -21,11 +21,10 @@ from flywheel.numerics.faults import Fault, SceneError
 from flywheel.regime import constant_speed, periodic_motion, wittenbauer
 from flywheel.regime.joint_friction import machine_of
 from flywheel.regime.periodic_motion import Demand
-from flywheel.regime.turning_moment import check_cycle
 from flywheel.scene.accuracy import rtol_faults
 from flywheel.scene.scene import Scene
 from flywheel.sizing import speed_dependent
-from flywheel.sizing.sizing import size
+from flywheel.sizing.sizing import check_asked, size
 from flywheel.study import steppers
 from flywheel.study.reference import Question, Reference, answer, verified
 from flywheel.study.steppers import NoAnswerError, Revolve
@@ -460,7 +459,7 @@ def tradeoff(
     scene = machine.scene if isinstance(machine, Machine) else machine
     if not isinstance(scene, Scene):
         raise TypeError(f"expected a Machine or a Scene (flywheel.load makes one), found {type(machine).__name__}")
-    check_cycle(scene)
+    check_asked(scene)
     kept = scene.rtol if rtol is None else rtol
     faults = rtol_faults(kept)
     if scene.areas is not None:

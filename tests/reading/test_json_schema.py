@@ -81,7 +81,6 @@ def test_no_key_may_be_misspelt_and_no_value_of_another_type():
         ("irregularity = 0.1", "irregularity = 2"),
         ("irregularity = 0.1", "irregularity = 0.1\nflywheel.inertia = 3"),
         ("irregularity = 0.1", "shape = 'oval'\nflywheel.irregularity = 0.1"),
-        ("flywheel.irregularity = 0.1", ""),
         ("flywheel.irregularity = 0.1", "flywheel.on = 'crank'"),
         ("torque = '-500 N m', ", ""),
         ("torque = '-500 N m', ", "torque = 3, force = 3, "),

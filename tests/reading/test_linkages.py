@@ -291,7 +291,7 @@ def test_a_driver_that_slides():
 def test_a_driver_that_slides_needs_a_stroke_of_its_own():
     tree = on_a_stroke()
     del tree["stroke"]
-    assert "from, to and speed" in faults(tree)["stroke"]
+    assert "from and to" in faults(tree)["stroke"]
     both = table(SLIDER)
     both["mechanism"] = [tree["mechanism"] | {"name": "a"}, table(FOUR_BAR)["mechanism"] | {"name": "b"}]
     found = faults(both)

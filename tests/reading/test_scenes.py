@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+import flywheel
 from flywheel.numerics.faults import SceneError
 from flywheel.reading.fields import Faults, read_quantity
 from flywheel.reading.scenes import build_scene, load, parse_scene, read_scene
@@ -300,8 +301,24 @@ def test_torques_that_depend_on_speed_make_do_without_one(text):
         ("areas.values = [1, -1]", "a speed such as"),
     ],
 )
-def test_nothing_else_does(text, hint):
-    assert hint in faults(f"{text}\nflywheel.inertia = 3")["regime.speed"]
+def test_nothing_else_does_to_size_a_flywheel(text, hint):
+    scene = parse_scene(f"{text}\nflywheel.inertia = 3")
+    assert (scene.speed, scene.inertia) == (None, 3.0)
+    with pytest.raises(SceneError) as caught:
+        flywheel.size(scene)
+    (fault,) = caught.value.faults
+    assert fault.path == "regime.speed"
+    assert hint in str(fault)
+
+
+def test_what_a_sizing_lacks_is_told_at_once():
+    with pytest.raises(SceneError) as caught:
+        flywheel.size(parse_scene("inertia = [{on = 'crank', value = 1}]"))
+    assert [str(fault) for fault in caught.value.faults] == [
+        "flywheel: found nothing, expected a table with irregularity or inertia",
+        'regime.speed: found nothing, expected a speed such as "210 rpm" or a bare number in rad/s; '
+        "or torques that depend on speed, which fix it",
+    ]
 
 
 def test_efficiencies_are_of_meshes_that_lose_something():
@@ -309,9 +326,15 @@ def test_efficiencies_are_of_meshes_that_lose_something():
     assert (scene.efficiencies, scene.compliances) == ({"a": 0.94}, {})
 
 
-@pytest.mark.parametrize("text", ["flywheel = {}", "flywheel = {on = 'crank'}", "title = 'x'"])
-def test_a_flywheel_is_required_with_one_figure(text):
+@pytest.mark.parametrize("text", ["flywheel = {}", "flywheel = {on = 'crank'}"])
+def test_a_flywheel_has_one_figure(text):
     assert "flywheel" in faults(text + "\n[regime]\nspeed = 1")
+
+
+@pytest.mark.parametrize("text", ["", "title = 'x'", "regime.speed = 1", "gravity.g = 9.8", "accuracy.rtol = 1e-6"])
+def test_a_scene_has_a_machine(text):
+    found = "no machine" if text else "nothing"
+    assert faults(text)["scene"].startswith(f"scene: found {found}, expected a machine; one of mechanism, shafts, ")
 
 
 @pytest.mark.parametrize("irregularity", [0, 2, -0.1, "250 %"])

@@ -123,7 +123,7 @@ def test_whether_the_driver_slides(mechanism, slides):
         ({"to": "-60 mm"}, "stroke.to: found -0.06 m, expected more than from, which is -0.06 m; a return stroke"),
         ({"to": "-90 mm"}, "stroke.to: found -0.09 m, expected more than from"),
         ({"speed": "3 rpm"}, 'stroke.speed: found "3 rpm", expected a velocity'),
-        ({"speed": None}, "stroke.speed: found nothing"),
+        ({"speed": -1j}, "stroke.speed: found a value of type complex"),
         ({"acceleration": "3 m/s"}, 'stroke.acceleration: found "3 m/s", expected an acceleration'),
         (
             {"accelration": 1},
@@ -191,7 +191,7 @@ def test_a_crank_that_turns_in_cycles_has_no_stroke():
 @pytest.mark.parametrize("mechanism", [CLAMP, linkage(SLIDE)])
 def test_a_driver_that_slides_needs_a_stroke(mechanism):
     (line,) = faults({"mechanism": mechanism, "regime": {"speed": 1}, "flywheel": {"inertia": 1}})
-    assert line.startswith("stroke: found nothing, expected a table with from, to and speed")
+    assert line.startswith("stroke: found nothing, expected a table with from and to, between which")
 
 
 TURNING = {"mechanism": linkage(PIN), "stroke": {"from": 0, "to": 1, "speed": 1}}
@@ -223,4 +223,4 @@ def test_what_does_not_go_with_a_stroke(raw, start):
 def test_every_fault_is_reported_at_once():
     lines = faults(scene(stroke={"from": 0}, regime={}, load=[{"on": "plate", "force": 1}], gravity={"h": 1}))
     paths = {line.partition(":")[0] for line in lines}
-    assert paths == {"stroke.to", "stroke.speed", "regime", "load[0].on", "gravity.h"}
+    assert paths == {"stroke.to", "regime", "load[0].on", "gravity.h"}

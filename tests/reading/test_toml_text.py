@@ -177,7 +177,6 @@ def test_faults_of_a_scene_carry_their_lines():
 
 def test_what_is_missing_is_told_with_the_line_of_its_table():
     assert lines_of(PRESS.replace('on = "slider"\n', "")) == ["load[0].on (the 1st [[load]], line 9)"]
-    assert lines_of(PRESS.replace("[flywheel]\nirregularity = 0.04\n", "")) == ["flywheel"]
 
 
 def test_tables_within_tables_are_counted_each_in_its_own():
