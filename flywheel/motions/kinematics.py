@@ -6,10 +6,10 @@ g' = d²x/dq². With the driver's rate and acceleration they give v = g q̇ and 
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from functools import cached_property
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -19,18 +19,22 @@ from flywheel.machine.reactions import solution_of
 from flywheel.mechanisms import KINDS
 from flywheel.mechanisms.families import build
 from flywheel.mechanisms.linkages.positions import Track
-from flywheel.numerics import arguments
+from flywheel.motions.driver import DRIVER, Course, Driver, course_of, instants
+from flywheel.numerics import arguments, cells
 from flywheel.numerics.cells import ROUNDING, middles
 from flywheel.numerics.faults import Fault, SceneError
 from flywheel.regime import state
 from flywheel.scene.linkage import PIN, SLIDE, SLOT, straight
 from flywheel.scene.scene import TURN, Mechanism, Scene
 
+if TYPE_CHECKING:
+    from flywheel.motions.simulation import Motion
+    from flywheel.motions.transients import Transient
+
 Array = NDArray[np.float64]
 
 ANGLE, POINT, WAY = "angle", "point", "slide"
 UNITS = {ANGLE: "rad", POINT: "m", WAY: "m"}
-DRIVER, TIME = "driver", "time"
 DRIVERS = ("t", "q", "rate", "acceleration")
 POINTS = 361
 
@@ -195,8 +199,8 @@ class Curve(NamedTuple):
 
     `kind` is "angle", "point" or "slide" and `unit` that of the position, rad or m. Of n positions of the driver, angles and
     slides have arrays of shape (n,), points (2, n): x and y along the frame's axes. Velocity and acceleration are per unit
-    of the driver (g, g') or per second. `parts` are those of the acceleration that come from the driver's acceleration and from
-    its speed, g q̈ and g' q̇² (0 and g' per unit of the driver). `errors` are estimated absolute errors of position,
+    of the driver (g, g') or per second. `parts` are those of the acceleration that come from the driver's acceleration and
+    from its speed, g q̈ and g' q̇² (0 and g' per unit of the driver). `errors` are estimated absolute errors of position,
     velocity and acceleration.
     """
 
@@ -241,7 +245,22 @@ def _amount(vector: Array) -> Array:
     return np.abs(vector) if vector.ndim == 1 else np.hypot(vector[0], vector[1])
 
 
-@dataclass(frozen=True)
+class Extreme(NamedTuple):
+    """The least or greatest value of a quantity of a curve, and where on the axis (q or t) it is, with estimated errors.
+
+    `quantity` is "position", "velocity" or "acceleration", `component` "x", "y" or "total" of a point and else empty.
+    """
+
+    quantity: str
+    component: str
+    which: str
+    value: float
+    at: float
+    error: float
+    at_error: float
+
+
+@dataclass(frozen=True, eq=False)
 class Kinematics:
     """The motion of everything in a machine, by name, over the driver's coordinate or over time.
 
@@ -255,11 +274,10 @@ class Kinematics:
         acceleration: its acceleration; None per unit of the driver.
         curves: by name: bodies `rod`, centres of mass `rod.com`, points `rod.P`, joints `crank_pin`, angles between the
             bodies that a pin joins `crank_pin.angle`, slides `guide`, shafts `crank`; of several mechanisms `NAME.rod`.
-        breakpoints: where on the axis (q or t) something switches.
-        dead_centres: by curve, where its velocity passes zero.
         errors: estimated absolute errors of t, q, rate and acceleration.
-        other_names: names of the same curves that they may be asked by.
         messages: what is to be said beside.
+        other_names: names of the same curves that they may be asked by.
+        course: how the driver moves, everywhere.
 
     """
 
@@ -271,21 +289,48 @@ class Kinematics:
     rate: Array | None
     acceleration: Array | None
     curves: Mapping[str, Curve]
-    breakpoints: Array
-    dead_centres: Mapping[str, Array]
-    messages: tuple[str, ...] = ()
-    errors: Mapping[str, Array] = field(default_factory=dict)
-    other_names: Mapping[str, str] = field(default_factory=dict)
+    errors: Mapping[str, Array]
+    messages: tuple[str, ...]
+    other_names: Mapping[str, str]
+    course: Course
+
+    def __repr__(self) -> str:
+        """What it is of, instead of every curve."""
+        return f"Kinematics({len(self.curves)} curves at {self.q.size} positions over {self.over}, {self.condition!r})"
 
     @property
     def axis(self) -> Array:
         """What the curves are drawn over: q (rad or m) or t (s)."""
         return self.q if self.over == DRIVER or self.t is None else self.t
 
-    @cached_property
+    @property
     def sliding(self) -> bool:
         """Whether the driver slides."""
         return self.scene.reduction_element == "slide"
+
+    @cached_property
+    def _survey(self) -> Survey:
+        return survey(Moving(self.scene), self.course, self.over, tuple(self.curves))
+
+    @property
+    def breakpoints(self) -> Array:
+        """Where on the axis a velocity or an acceleration jumps."""
+        return self._survey.breakpoints
+
+    @property
+    def dead_centres(self) -> Mapping[str, Array]:
+        """By curve, where on the axis its velocity passes zero, within the whole motion."""
+        return self._survey.dead_centres
+
+    @property
+    def dead_centre_errors(self) -> Mapping[str, Array]:
+        """Estimated absolute errors of the dead centres."""
+        return self._survey.dead_centre_errors
+
+    @property
+    def extremes(self) -> Mapping[str, tuple[Extreme, ...]]:
+        """By curve, the least and greatest position, velocity and acceleration within the whole motion."""
+        return self._survey.extremes
 
     def __getitem__(self, name: str) -> Curve:
         """The curve of a name; a SceneError with the nearest one where there is none."""
@@ -302,53 +347,6 @@ def chosen(name: str, curves: Mapping[str, object], other: Mapping[str, str]) ->
     raise SceneError([fault._replace(expected=f"one of {', '.join(curves)}") for fault in faults])
 
 
-# -- how the driver moves ----------------------------------------------------------------------------------------------
-
-
-class Driver(NamedTuple):
-    """The driver at n instants: t (s), q (rad or m), rate and acceleration, and their estimated absolute errors.
-
-    Per unit of the driver there is neither time nor rate.
-    """
-
-    q: Array
-    t: Array | None = None
-    rate: Array | None = None
-    acceleration: Array | None = None
-    errors: tuple[Array | float, Array | float, Array | float, Array | float] = (0.0, 0.0, 0.0, 0.0)
-
-
-class Course(NamedTuple):
-    """How the driver moves: `at` gives it at values of a variable, its coordinate or time, from `start` to `end`."""
-
-    condition: str
-    variable: str
-    start: float
-    end: float
-    at: Callable[[Array], Driver]
-    switches: tuple[float, ...] = ()
-    messages: tuple[str, ...] = ()
-
-
-def _per_unit(scene: Scene) -> Course:
-    return Course("per unit of the driver", DRIVER, scene.origin, scene.origin + scene.cycle, Driver)
-
-
-def _constant_speed(scene: Scene, speed: float, over: str) -> Course:
-    """The driver at a constant speed (rad/s or m/s), through a cycle or along the stroke, from whichever end it comes."""
-    unit = "m/s" if scene.reduction_element == "slide" else "rad/s"
-    first = scene.origin if speed > 0.0 or scene.stroke is None else scene.origin + scene.cycle
-
-    def at(q: Array, t: Array) -> Driver:
-        off = 4 * ROUNDING * (np.abs(t) + abs(first / speed))
-        return Driver(q, t, np.full(q.size, speed), np.zeros(q.size), (off, off * abs(speed), 0.0, 0.0))
-
-    condition = f"at {speed:.10g} {unit}"
-    if over == TIME:
-        return Course(condition, TIME, 0.0, abs(scene.cycle / speed), lambda t: at(first + speed * t, t))
-    return Course(condition, DRIVER, scene.origin, scene.origin + scene.cycle, lambda q: at(q, (q - first) / speed))
-
-
 # -- the motion of everything ------------------------------------------------------------------------------------------
 
 
@@ -360,20 +358,33 @@ def motion(
     over: str | None = None,
     at: ArrayLike | None = None,
     points: int | None = None,
-    speed: float | None = None,
+    speed: float | str | None = None,
+    law: object = None,
+    until: float | None = None,
+    regime: bool = False,
+    transient: Transient | Motion | None = None,
 ) -> Kinematics:
     """Position, velocity and acceleration of everything that moves in a machine, with estimated errors.
+
+    Without `speed`, `law`, `regime` or `transient` they are per unit of the driver: x, g = dx/dq, g' = d²x/dq².
 
     Args:
         machine: a `Scene`, or a `Machine` of one.
         of: names of the curves that are wanted; all if empty.
-        over: "driver" or "time".
+        over: "driver" or "time"; time of a law and of a transient, else the driver, if None.
         at: positions of the driver (rad, or m where it slides), or times (s) where it is over time.
-        points: how many, evenly, in place of `at`; 361 if None.
-        speed: constant speed of the driver, rad/s, or m/s where it slides; if None everything is per unit of the driver.
+        points: how many, evenly from the beginning to the end, in place of `at`; 361 if None.
+        speed: constant speed of the driver, rad/s, or m/s where it slides; "scene": that of the scene, on a stroke with its
+            acceleration.
+        law: the driver's coordinate (rad or m) in time: an expression of `t`, the path of a CSV file with times and
+            positions or a pair of such arrays (cubic spline), or a function of t that gives position, rate, acceleration.
+        until: how long a law lasts, s.
+        regime: along the steady regime with the flywheel that is given or sized.
+        transient: along a motion that `flywheel.transient` or `flywheel.simulate` followed.
 
     Raises:
-        SceneError: for a name that there is not, with the nearest; for what cannot move so.
+        SceneError: for a name that there is not, with the nearest; for a law that leaves the stroke, or locks, with the
+            first instant; for what cannot move so.
 
     >>> import flywheel
     >>> press = {"type": "slider-crank", "crank": {"length": 1.0}, "rod": {"length": 2.0}}
@@ -386,50 +397,26 @@ def motion(
     scene = machine.scene if isinstance(machine, Machine) else machine
     if scene.areas is not None:
         raise SceneError([Fault("areas", "a diagram of areas", "a machine that moves", "give a mechanism instead")])
-    axis = over or DRIVER
-    if axis not in (DRIVER, TIME):
-        raise SceneError([Fault("over", arguments.shown(over), f'"{DRIVER}" or "{TIME}"')])
-    if speed is None and axis == TIME:
-        advice = "give speed, regime, law or transient"
-        raise SceneError([Fault("over", "time without a motion in time", "a motion in time", advice)])
-    if speed is not None:
-        arguments.refuse(arguments.number_faults("speed", speed))
-        if speed == 0.0:
-            raise SceneError([Fault("speed", "0", "a speed that is not 0")])
-    course = _per_unit(scene) if speed is None else _constant_speed(scene, float(speed), axis)
-    return _along(scene, course, axis, _instants(course, at, points), of)
-
-
-def _instants(course: Course, at: ArrayLike | None, points: int | None) -> Array:
-    """Values of a course's variable: those that are wanted, or so many evenly."""
-    if at is None:
-        return np.linspace(course.start, course.end, POINTS if points is None else points)
-    wanted = np.atleast_1d(arguments.array("at", at)).ravel()
-    if not wanted.size:
-        raise SceneError([Fault("at", "no position", "one at least, or None")])
-    return wanted
-
-
-def _along(scene: Scene, course: Course, over: str, instants: Array, of: Sequence[str]) -> Kinematics:
-    """The curves over a course, with their errors."""
+    if points is not None and points < 1:
+        raise SceneError([Fault("points", arguments.shown(points), "a whole number, 1 or above")])
+    course, axis = course_of(machine, over=over, speed=speed, law=law, until=until, regime=regime, transient=transient)
     moving = Moving(scene)
-    driver = course.at(instants)
+    driver = course.at(instants(course, axis, at, POINTS if points is None else points))
     curves, other = moving.curves(driver)
     wanted = list(dict.fromkeys(chosen(name, curves, other) for name in of)) or list(curves)
     return Kinematics(
         scene=scene,
         condition=course.condition,
-        over=over,
+        over=axis,
         t=driver.t,
         q=driver.q,
         rate=driver.rate,
         acceleration=driver.acceleration,
         curves={name: curves[name] for name in wanted},
-        breakpoints=np.array(course.switches),
-        dead_centres={},
-        messages=course.messages,
         errors={name: error + 0.0 * driver.q for name, error in zip(DRIVERS, driver.errors, strict=True)},
+        messages=course.messages,
         other_names=other,
+        course=course,
     )
 
 
@@ -477,27 +464,265 @@ class Moving:
         """Position, velocity and acceleration of everything as the driver moves, with errors; other names of them."""
         found, other = self.places(driver.q)
         errors = self.errors(driver.q, found)
+        off = driver.errors[1] + 0.0 * driver.q
+        if off.any():  # the driver's own place is not known better
+            for side in (-1.0, 1.0):
+                beside = self.places(self._within(driver.q + side * off))[0]
+                for name, (_, track, *_) in found.items():
+                    for error, there, here in zip(errors[name], beside[name].track, track, strict=True):
+                        error += np.abs(there - here)
         return {name: _curve(name, place, errors[name], driver) for name, place in found.items()}, other
+
+    def plain(self, driver: Driver, names: Sequence[str]) -> dict[str, tuple[Array, Array, Array]]:
+        """Position, velocity and acceleration of some curves, without errors."""
+        found = self.places(driver.q)[0]
+        return {name: _moved(found[name].track, driver)[:3] for name in names}
+
+    def _within(self, q: Array) -> Array:
+        stroke = self.scene.stroke
+        return q if stroke is None else np.clip(q, stroke.start, stroke.end)
+
+
+def _moved(track: Track, driver: Driver) -> tuple[Array, Array, Array, tuple[Array, Array]]:
+    """Place, velocity g q̇, acceleration g q̈ + g' q̇² and its two parts; x, g, g' per unit of the driver."""
+    x, g, bend = track
+    if driver.rate is None or driver.acceleration is None:
+        return x, g, bend, (0.0 * g, bend)
+    parts = g * driver.acceleration, bend * driver.rate**2
+    return x, g * driver.rate, parts[0] + parts[1], parts
 
 
 def _curve(name: str, place: Place, errors: tuple[Array, Array, Array], driver: Driver) -> Curve:
-    """Velocity g q̇ and acceleration g q̈ + g' q̇², with what all errors come to."""
-    x, g, bend = place.track
+    """A curve with what the errors of place, g, g' and of the driver's motion come to."""
+    x, v, a, parts = _moved(place.track, driver)
     if driver.rate is None or driver.acceleration is None:
-        return Curve(name, place.kind, UNITS[place.kind], x, g, bend, (0.0 * g, bend), errors)
-    rate, speeding, (_, off, slower, less) = driver.rate, driver.acceleration, driver.errors
-    of_x, of_g, of_bend = errors
-    parts = g * speeding, bend * rate**2
-    total = parts[0] + parts[1]
-    size = np.abs(rate)
+        return Curve(name, place.kind, UNITS[place.kind], x, v, a, parts, errors)
+    (_, g, bend), (of_x, of_g, of_bend) = place.track, errors
+    size, speeding, (_, _, slower, less) = np.abs(driver.rate), np.abs(driver.acceleration), driver.errors
     apart = (
-        of_x + np.abs(g) * off,
-        of_g * size + np.abs(g) * slower + np.abs(bend) * size * off,
-        of_g * np.abs(speeding)
+        of_x,
+        of_g * size + (np.abs(g) + of_g) * slower,
+        of_g * speeding
         + of_bend * size**2
-        + np.abs(g) * less
-        + 2 * np.abs(bend) * size * slower
-        + np.abs(bend) * off * np.abs(speeding)
+        + (np.abs(g) + of_g) * less
+        + (np.abs(bend) + of_bend) * (2 * size + slower) * slower
         + state.EVALUATED * ROUNDING * (np.abs(parts[0]) + np.abs(parts[1])),
     )
-    return Curve(name, place.kind, UNITS[place.kind], x, g * rate, total, parts, apart)
+    return Curve(name, place.kind, UNITS[place.kind], x, v, a, parts, apart)
+
+
+# -- extremes, dead centres and breakpoints ----------------------------------------------------------------------------
+
+_QUANTITIES = ("position", "velocity", "acceleration")
+_WIDEST = TURN / 8  # of a cell, in the angle of the fastest shaft: 17 nodes then resolve plain sines to rounding
+_FEWEST, _MOST = 16, 1500  # cells
+_JUMP = 1e-6  # of the greatest value: what a breakpoint changes at least
+_STILL = 1e-7  # of the greatest speed: what a point has at most where it turns back
+
+
+class Survey(NamedTuple):
+    """Where curves have their extremes and dead centres over a whole motion, and where something jumps."""
+
+    breakpoints: Array
+    dead_centres: Mapping[str, Array]
+    dead_centre_errors: Mapping[str, Array]
+    extremes: Mapping[str, tuple[Extreme, ...]]
+
+
+class _Row(NamedTuple):
+    """One function of the course's variable: which quantity and component of which curve (`total` squared)."""
+
+    name: str
+    order: int
+    component: str
+
+
+@np.errstate(all="ignore")
+def survey(moving: Moving, course: Course, over: str, names: Sequence[str]) -> Survey:
+    """Extremes, dead centres and breakpoints of curves over a whole course, by Chebyshev series on cells.
+
+    Cells are halved until the series of all velocities and accelerations agree with them to what the course is smooth to.
+    """
+    edges = _cell_edges(moving, course)
+    rows: list[_Row] = []
+
+    def values(mesh: cells.Cells) -> Array:
+        found = moving.plain(course.at(mesh.phi.ravel()), names)
+        table: list[Array] = []
+        rows.clear()
+        for name, parts in found.items():
+            for order, part in enumerate(parts):
+                components = (
+                    {"": part} if part.ndim == 1 else {"x": part[0], "y": part[1], "total": part[0] ** 2 + part[1] ** 2}
+                )
+                for component, column in components.items():
+                    if order or component != "total":
+                        rows.append(_Row(name, order, component))
+                        table.append(column.reshape(mesh.phi.shape))
+        return np.array(table)
+
+    def evaluate(edges: Array) -> tuple[tuple[cells.Cells, Array], float, cells.Coarse]:
+        mesh = cells.cells(edges)
+        series = cells.fit(values(mesh))
+        scale = np.abs(series).sum(axis=-1).max(axis=-1)[:, None]
+        size = {name: max(scale[k, 0] for k, row in enumerate(rows) if row.name == name) for name in names}
+        scale = np.maximum(scale, np.array([[1e-9 * size[row.name]] for row in rows]))
+        share = np.where(scale > 0.0, cells.tails(series) / np.maximum(scale, 1e-300), 0.0).max(axis=0)
+        return (mesh, series), float(share.max()), lambda least: share > least * share.max()
+
+    mesh, series = cells.refined(edges, evaluate, course.exactly, _MOST)
+    tail = cells.tails(series)
+    scale = np.abs(series).sum(axis=-1).max(axis=-1)
+    known = moving.curves(course.at(mesh.edges))[0]
+    noise = np.array([_noise(known[row.name], row) for row in rows])
+    level = np.maximum(noise[:, None], tail)
+    return Survey(
+        breakpoints=_axis(course, over, _jumps(mesh, series, rows, scale, noise)),
+        **_dead_centres(course, over, mesh, series, rows, scale, level),
+        extremes=_extremes(moving, course, over, mesh, series, rows, level),
+    )
+
+
+def _component(vector: Array, component: str) -> Array:
+    """A component of a curve's array: the array itself, x, y, or the amount of both."""
+    return vector if component == "" else _amount(vector) if component == "total" else vector["xy".index(component)]
+
+
+def _noise(curve: Curve, row: _Row) -> float:
+    """What the values of a function are known to, at the edges of cells, where it is worst."""
+    error = _component(curve.errors[row.order], row.component)
+    if row.component == "total":
+        value = _amount((curve.position, curve.velocity, curve.acceleration)[row.order])
+        return float((2 * value * error + error**2).max())
+    return float(error.max())
+
+
+def _cell_edges(moving: Moving, course: Course) -> Array:
+    """Edges of the first cells over a course: where it or what moves goes over, and close enough between these."""
+    scene = moving.scene
+    fastest = max(1.0, *map(abs, scene.shafts.values())) if scene.stroke is None else 1.0
+    grid = np.linspace(course.start, course.end, 2001)
+    q = course.at(grid).q
+    inner = moving.edges + scene.origin
+    if scene.stroke is None:
+        turns = np.arange(np.floor(q.min() / scene.cycle), np.ceil(q.max() / scene.cycle) + 1) * scene.cycle
+        inner = np.unique((moving.edges[:-1] + turns[:, None]).ravel()) if inner.size > 2 else np.array([])
+    passed = [v for v, _ in course.passages(inner)] if inner.size else []
+    known = np.unique([course.start, *course.edges, *passed, course.end])
+    known = known[(known >= course.start) & (known <= course.end)]
+    known = known[np.append(True, np.diff(known) > 1e-12 * (course.end - course.start))]
+    known[-1] = course.end
+    path = float(np.abs(np.diff(q)).sum()) * fastest
+    wanted = _FEWEST if scene.stroke is not None else min(max(_FEWEST, int(np.ceil(path / _WIDEST))), _MOST // 2)
+    even = np.linspace(course.start, course.end, wanted + 1)
+    near = np.abs(even[:, None] - known[None, :]).min(axis=1) > 0.1 * (even[1] - even[0])
+    return np.sort(np.concatenate((known, even[near])))
+
+
+def _axis(course: Course, over: str, variable: Array) -> Array:
+    """Values of a course's variable as places on the axis."""
+    return variable if over == course.variable or not variable.size else course.at(variable).q
+
+
+def _jumps(mesh: cells.Cells, series: Array, rows: Sequence[_Row], scale: Array, noise: Array) -> Array:
+    """Edges at which a velocity or an acceleration jumps."""
+    chosen = [k for k, row in enumerate(rows) if row.order and row.component != "total" and scale[k] > 100 * noise[k]]
+    if not chosen:
+        return np.array([])
+    rows_of = series[chosen]
+    left, right = (
+        np.moveaxis(rows_of, -1, 0) * np.reshape(side ** np.arange(series.shape[-1]), (-1, 1, 1)) for side in (1.0, -1.0)
+    )
+    gap = np.abs(right.sum(axis=0)[:, 1:] - left.sum(axis=0)[:, :-1])
+    jumps = (gap > _JUMP * scale[chosen][:, None]).any(axis=0)
+    return np.asarray(mesh.edges[1:-1][jumps])
+
+
+def _dead_centres(
+    course: Course, over: str, mesh: cells.Cells, series: Array, rows: Sequence[_Row], scale: Array, level: Array
+) -> dict[str, dict[str, Array]]:
+    """Where velocities pass zero: of a point both components at once."""
+    found: dict[str, Array] = {}
+    errors: dict[str, Array] = {}
+    for name in dict.fromkeys(row.name for row in rows):
+        mine = [k for k, row in enumerate(rows) if row.name == name and row.order == 1 and row.component != "total"]
+        first = max(mine, key=lambda k: float(scale[k]))
+        found[name] = errors[name] = np.array([])
+        if scale[first] <= 10 * level[first].min():
+            continue
+        crossed = cells.crossings(series[first][None], level[first][None])
+        keep = np.ones(crossed.t.size, dtype=bool)
+        for k in mine:
+            keep &= np.abs(cells.value(series[k][crossed.cell], crossed.t)) <= _STILL * scale[first] + level[k][crossed.cell]
+        cell, t = crossed.cell[keep], crossed.t[keep]
+        at = crossed._replace(cell=cell, t=t).angles(mesh)
+        steep = np.abs(cells.slope(series[first][cell], t)) / mesh.half[cell, 0]
+        off = np.minimum(2 * level[first][cell] / np.maximum(steep, 1e-300), 2 * mesh.half[cell, 0])
+        if course.variable == DRIVER and over == DRIVER and _turns_at_seam(mesh, series[mine], level[mine]):
+            at, off = np.append(course.start, at), np.append(2 * level[first][0] / _steepness(mesh, series[first]), off)
+        found[name], errors[name] = _axis(course, over, at), off
+        if over != course.variable and at.size:
+            driver = course.at(at)
+            assert driver.rate is not None
+            errors[name] = off * np.abs(driver.rate) + driver.errors[1]
+    return {"dead_centres": found, "dead_centre_errors": errors}
+
+
+def _turns_at_seam(mesh: cells.Cells, series: Array, level: Array) -> bool:
+    """Whether velocities pass zero where the cycle begins anew."""
+    begin, end = cells.value(series[:, 0], np.full(len(series), -1.0)), cells.value(series[:, -1], np.full(len(series), 1.0))
+    still = (np.abs(begin) <= 10 * level[:, 0]) & (np.abs(end) <= 10 * level[:, -1])
+    after, before = (
+        series[:, 0] @ (cells.basis(np.array([-0.9]))[0][: series.shape[-1]]),
+        series[:, -1] @ (cells.basis(np.array([0.9]))[0][: series.shape[-1]]),
+    )
+    return bool(still.all() and (after * before < 0.0).any())
+
+
+def _steepness(mesh: cells.Cells, series: Array) -> float:
+    return max(abs(float(cells.slope(series[:1], np.array([-1.0]))[0])) / float(mesh.half[0, 0]), 1e-300)
+
+
+def _extremes(
+    moving: Moving, course: Course, over: str, mesh: cells.Cells, series: Array, rows: Sequence[_Row], level: Array
+) -> dict[str, tuple[Extreme, ...]]:
+    """Least and greatest values: at the ends of cells, or where their slope is zero."""
+    slopes = cells.derivative(series)
+    bends = cells.derivative(slopes)
+    rounding = 64 * ROUNDING * np.abs(slopes).sum(axis=-1)
+    crossed = cells.crossings(slopes, rounding)
+    places: list[tuple[int, str, float, float, float]] = []  # row, which, variable, value, error of the variable
+    for k in range(len(rows)):
+        mine = crossed.function == k
+        cell = np.concatenate((crossed.cell[mine], np.arange(len(mesh.half)), np.arange(len(mesh.half))))
+        t = np.concatenate((crossed.t[mine], np.full(len(mesh.half), -1.0), np.full(len(mesh.half), 1.0)))
+        values = cells.value(series[k][cell], t)
+        for which, best in (("least", int(values.argmin())), ("greatest", int(values.argmax()))):
+            c, half = int(cell[best]), float(mesh.half[cell[best], 0])
+            bend = abs(float(cells.value(bends[k][c][None], t[best : best + 1])[0])) / half**2
+            steep = abs(float(cells.value(slopes[k][c][None], t[best : best + 1])[0])) / half
+            off = 2 * level[k, c] / max(bend, 1e-300)  # a polynomial's slope is off by at most (degree²/half) of its error
+            wide = min(np.sqrt(4 * off), cells.ORDER**2 * off / half, 2 * half)
+            if abs(t[best]) == 1.0 and steep * wide > 8 * level[k, c]:  # it runs on beyond the end of its cell
+                wide = 0.0
+            at = float(mesh.middle[c, 0] + half * t[best])
+            places.append((k, which, at, float(values[best]), float(wide)))
+    variable = np.clip(np.array([place[2] for place in places]), course.start, course.end)
+    driver = course.at(variable)
+    exact, axis = moving.curves(driver)[0], _axis(course, over, variable)
+    found: dict[str, list[Extreme]] = {}
+    for n, (k, which, _, value, wide) in enumerate(places):
+        name, order, component = rows[k]
+        curve = exact[name]
+        quantity, error = (curve.position, curve.velocity, curve.acceleration)[order], curve.errors[order]
+        now, off = float(_component(quantity, component)[n]), float(_component(error, component)[n])
+        value = float(np.sqrt(max(value, 0.0))) if component == "total" else value
+        size = float(np.abs(series[k]).sum(axis=-1).max()) ** (0.5 if component == "total" else 1.0)
+        if abs(now - value) > _JUMP * size:  # the side before a jump
+            now, off = value, off + float(level[k].max())
+        if over != course.variable and driver.rate is not None:
+            wide = wide * abs(float(driver.rate[n])) + float(np.broadcast_to(driver.errors[1], variable.shape)[n])
+        found.setdefault(name, []).append(
+            Extreme(_QUANTITIES[order], component, which, now, float(axis[n]), off, float(wide))
+        )
+    return {name: tuple(extremes) for name, extremes in found.items()}

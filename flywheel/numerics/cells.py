@@ -187,6 +187,11 @@ def slope(series: Array, t: Array) -> Array:
     return value(series @ _DIFFERENTIATE, t)
 
 
+def derivative(series: Array) -> Array:
+    """Series of the derivative by t of each row of coefficients."""
+    return series @ _DIFFERENTIATE
+
+
 def greatest(series: Array) -> float:
     """The greatest value of a function given by its series on cells, (cells, ORDER)."""
     return float(extents(series)[1].max())

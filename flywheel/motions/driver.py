@@ -1,0 +1,607 @@
+"""How the driver of a machine moves: per unit, at constant speed, in the steady regime, along a transient, by a law of time.
+
+Each gives a `Course`: position, rate and acceleration of the driver at values of its coordinate or of time, with errors.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Mapping, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from flywheel.machine.machine import Machine
+from flywheel.mechanisms.law import FormulaCurve
+from flywheel.numerics import arguments
+from flywheel.numerics.cells import ROUNDING
+from flywheel.numerics.expressions import Expression, ExpressionError, parse
+from flywheel.numerics.faults import Fault, SceneError, show, told
+from flywheel.numerics.intervals import NAMESPACE, Interval
+from flywheel.numerics.jets import Jet, jet_namespace
+from flywheel.numerics.switching import SwitchingError, breakpoints, resolved, roots_in_pieces
+from flywheel.numerics.units import QuantityError, Unit, convert, figure, parse_quantity, parse_unit
+from flywheel.regime import state
+from flywheel.regime.free_motion import of_time_as_angle
+from flywheel.scene.scene import Scene
+
+if TYPE_CHECKING:
+    from flywheel.motions.simulation import Motion
+    from flywheel.motions.transients import Transient
+
+Array = NDArray[np.float64]
+
+DRIVER, TIME = "driver", "time"
+UNSURE = state.EVALUATED * ROUNDING
+
+
+class Driver(NamedTuple):
+    """The driver at n instants: q (rad or m), t (s), rate and acceleration, and their estimated absolute errors.
+
+    Per unit of the driver there is neither time nor rate. `errors` are those of t, q, rate and acceleration.
+    """
+
+    q: Array
+    t: Array | None = None
+    rate: Array | None = None
+    acceleration: Array | None = None
+    errors: tuple[Array | float, Array | float, Array | float, Array | float] = (0.0, 0.0, 0.0, 0.0)
+
+
+class Course(NamedTuple):
+    """How the driver moves: `at` gives it at values of a variable, its coordinate or time, from `start` to `end`.
+
+    Between `edges` (values of the variable) it moves smoothly. `exactly` is what its curves are smooth to, relative.
+    """
+
+    condition: str
+    variable: str
+    start: float
+    end: float
+    at: Callable[[Array], Driver]
+    edges: tuple[float, ...] = ()
+    messages: tuple[str, ...] = ()
+    exactly: float = 1e-10
+
+    def passages(self, positions: Array, pieces: int = 4000) -> list[tuple[float, float]]:
+        """Where the driver passes positions: pairs of the variable and the position, in the order of the variable."""
+        grid = np.unique(np.concatenate((np.linspace(self.start, self.end, pieces + 1), self.edges)))
+        if self.variable == DRIVER:
+            return [(float(q), float(q)) for q in positions if self.start <= q <= self.end]
+        q = self.at(grid).q
+        low, high = np.minimum(q[:-1], q[1:]), np.maximum(q[:-1], q[1:])
+        found = [(k, position) for position in positions for k in np.flatnonzero((low <= position) & (position < high))]
+        at_end = [(self.end, float(position)) for position in positions if position == q[-1]]
+        if not found:
+            return at_end
+        cell, target = np.array([k for k, _ in found]), np.array([position for _, position in found])
+        a, b, rising = grid[cell], grid[cell + 1], np.sign(q[cell + 1] - q[cell])
+        for _ in range(60):
+            middle = 0.5 * (a + b)
+            above = rising * (self.at(middle).q - target) > 0.0
+            a, b = np.where(above, a, middle), np.where(above, middle, b)
+        pairs = zip((0.5 * (a + b)).tolist(), target.tolist(), strict=True)
+        return sorted([*pairs, *at_end])
+
+
+def per_unit(scene: Scene) -> Course:
+    """The driver's coordinate itself, through the cycle or along the stroke."""
+    return Course("per unit of the driver", DRIVER, scene.origin, scene.origin + scene.cycle, Driver)
+
+
+def constant_speed(scene: Scene, speed: float | str, over: str) -> Course:
+    """A constant speed (rad/s or m/s; "scene": the scene's own), through a cycle or along the stroke, from either end."""
+    stroke, acceleration = scene.stroke, 0.0
+    if speed == "scene":
+        given = scene.speed if stroke is None else stroke.speed
+        if given is None:
+            raise SceneError([Fault("speed", "a scene without a speed", "a speed", 'give one, such as "60 rpm"')])
+        speed, acceleration = given, 0.0 if stroke is None else stroke.acceleration
+    arguments.refuse(arguments.number_faults("speed", speed))
+    speed = float(speed)
+    if speed == 0.0:
+        raise SceneError([Fault("speed", "0", "a speed that is not 0", "leave it out for curves per unit of the driver")])
+    first = scene.origin if speed > 0.0 or stroke is None else scene.origin + scene.cycle
+
+    def at(q: Array, t: Array | None) -> Driver:
+        if t is None:
+            return Driver(q, None, np.full(q.size, speed), np.full(q.size, acceleration))
+        off = 4 * ROUNDING * (np.abs(t) + abs(first / speed))
+        return Driver(q, t, np.full(q.size, speed), np.zeros(q.size), (off, off * abs(speed), 0.0, 0.0))
+
+    condition = f"at {_speed(scene, speed)}"
+    if acceleration:
+        condition += f" and {figure(acceleration)} {'m/s^2' if scene.reduction_element == 'slide' else 'rad/s^2'}"
+        if over == TIME:
+            found = "time with a speed and an acceleration that hold at every position"
+            raise SceneError([Fault("over", found, "the driver", "give a law of time")])
+        return Course(condition, DRIVER, scene.origin, scene.origin + scene.cycle, lambda q: at(q, None))
+    if over == TIME:
+        return Course(condition, TIME, 0.0, abs(scene.cycle / speed), lambda t: at(first + speed * t, t))
+    return Course(condition, DRIVER, scene.origin, scene.origin + scene.cycle, lambda q: at(q, (q - first) / speed))
+
+
+def _speed(scene: Scene, speed: float) -> str:
+    if scene.reduction_element == "slide":
+        return f"{figure(speed)} m/s"
+    return f"{figure(speed)} rad/s ({figure(speed * 30 / np.pi)} rpm)"
+
+
+# -- the steady regime -------------------------------------------------------------------------------------------------
+
+_INVERTED = 1440  # angles between which the time along the cycle is inverted by Newton's method
+
+
+def steady(machine: Machine, over: str) -> Course:
+    """The steady regime with the scene's flywheel, given or sized, through one cycle."""
+    from flywheel.motions.joint_forces import steady_motion
+    from flywheel.motions.transients import time_along
+    from flywheel.sizing.results import speed_error_over_cycle
+    from flywheel.sizing.sizing import size
+
+    scene = machine.scene
+    if scene.stroke is not None:
+        raise SceneError(
+            [Fault("regime", "a stroke, which has no steady regime", "a cycle", 'give speed="scene", or a law')]
+        )
+    sizing = size(machine, simulate=False)
+    wheel, cycle = sizing.inertia, scene.cycle
+    steadily = sizing.cycle is not None and sizing.run is not None
+
+    def time(q: Array) -> Array:
+        return time_along(sizing, q) if steadily else q / sizing.speed
+
+    period = float(time(np.array([cycle]))[0])
+    share = speed_error_over_cycle(sizing) + 0.1 * sizing.rtol + UNSURE
+
+    def along(q: Array, t: Array, late: Array) -> Driver:
+        """At angles q, which are passed at times t, give or take `late`."""
+        turned = q - np.floor(q / cycle) * cycle
+        found, (off, slower) = steady_motion(machine, sizing, turned)
+        error, speeding = late * np.abs(found.omega), 0.0 * q
+        if late.any():  # what the angle's error makes of the acceleration
+            for side in (-1.0, 1.0):
+                beside = steady_motion(machine, sizing, (turned + side * error) % cycle)[0].alpha
+                speeding = np.maximum(speeding, np.abs(beside - found.alpha))
+        return Driver(
+            q,
+            t,
+            found.omega,
+            found.alpha,
+            (share * np.abs(t) + 4 * ROUNDING * period, error, off + np.abs(found.alpha) * late, slower + speeding),
+        )
+
+    condition = f"steady regime at {_speed(scene, sizing.speed)}"
+    if wheel is not None:
+        condition += f" with a flywheel of {figure(wheel)} kg m^2" + (
+            "" if scene.inertia is not None else ", as it is sized"
+        )
+    edges = np.asarray(machine.breakpoints)
+    if over == DRIVER:
+        return Course(
+            condition, DRIVER, 0.0, cycle, lambda q: along(q, time(q), 0.0 * q), tuple(edges.tolist()), exactly=1e-9
+        )
+    table = np.linspace(0.0, cycle, _INVERTED + 1)
+    times = time(table)
+
+    def at(t: Array) -> Driver:
+        turns = np.floor(t / period)
+        left = t - turns * period
+        q = np.interp(left, times, table)
+        for _ in range(4):
+            q = q - (time(q) - left) * steady_motion(machine, sizing, q % cycle)[0].omega
+        return along(q + turns * cycle, t, share * np.abs(t) + 4 * ROUNDING * period)
+
+    return Course(condition, TIME, 0.0, period, at, tuple(time(edges).tolist()), exactly=1e-9)
+
+
+# -- a transient -------------------------------------------------------------------------------------------------------
+
+
+def along_transient(scene: Scene, given: Transient | Motion) -> Course:
+    """A motion that `flywheel.transient` or `flywheel.simulate` followed, with its own estimated error."""
+    from flywheel.motions.transients import Transient, sampled, switching
+
+    motion = given.motion if isinstance(given, Transient) else given
+    trail = motion.trail
+    if trail is None:
+        found = "a motion of a machine with compliant shafts"
+        raise SceneError(
+            [Fault("transient", found, "one with rigid shafts", "its own `run` holds the motion of every shaft")]
+        )
+    other = trail.dynamics.machine.scene
+    if (other.mechanisms, other.shafts, other.stroke) != (scene.mechanisms, scene.shafts, scene.stroke):
+        raise SceneError([Fault("transient", "the motion of another machine", "one of this scene")])
+    rough = trail if motion.rough is None or not motion.rough.stretches else motion.rough
+    origin = scene.origin
+    way = max(float(np.ptp(motion.phi)), scene.cycle / (2 * np.pi))
+    fastest = float(np.abs(motion.omega).max())
+    last = float(motion.t[-1])
+
+    def at(t: Array) -> Driver:
+        _within(t, 0.0, last)
+        t = np.clip(t, 0.0, last)
+        now = sampled(trail, t)
+        before = sampled(rough, np.minimum(t, rough.t[-1])).acceleration
+        least = 2 * motion.error * float(np.abs(now.acceleration).max(initial=0.0))
+        q = now.phi + origin
+        q = q if scene.stroke is None else np.clip(q, scene.stroke.start, scene.stroke.end)
+        off = motion.share * np.abs(now.acceleration - before) + least
+        error = np.full(t.size, motion.error)
+        return Driver(q, t, now.omega, now.acceleration, (0.0 * t, error * way, error * fastest, off))
+
+    ended = given.ended if isinstance(given, Transient) else motion.ended
+    start = f"from {told(float(motion.phi[0]), scene.reduction_element == 'slide')}, {_speed(scene, float(motion.omega[0]))}"
+    edges = np.unique(switching(trail)[0])
+    return Course(
+        f"{start}: {ended or f'followed for {figure(last)} s'}",
+        TIME,
+        0.0,
+        last,
+        at,
+        tuple(edges[(edges > 0.0) & (edges < last)].tolist()),
+        exactly=max(1e-9, motion.error),
+    )
+
+
+def _within(t: Array, low: float, high: float) -> None:
+    """Refuse times outside a motion."""
+    slack = 1e-12 * max(abs(low), abs(high))
+    outside = (t < low - slack) | (t > high + slack)
+    if outside.any():
+        raise SceneError([Fault("at", f"{t[outside][0]:.9g} s", f"a time within the motion, {low:.9g} s to {high:.9g} s")])
+
+
+# -- a law of time -----------------------------------------------------------------------------------------------------
+
+_NODES = 0.5 - 0.5 * np.cos(np.linspace(0.0, np.pi, 17))
+_SHOWN = 9
+_JUMP = 1e-9  # of the range: less is rounding
+_CORNER = 1e-7  # of the greatest rate
+_FEWEST = 4  # rows of a table
+_PROBED = 32
+
+
+class _Law(NamedTuple):
+    """A position in time, with two derivatives by the formula that holds at an anchor, smooth between edges.
+
+    `passes` gives the times at which it has a value.
+    """
+
+    words: str
+    jet: Callable[[Array, Array], tuple[Array, Array, Array]]
+    edges: Array
+    breaks: tuple[float, ...]
+    passes: Callable[[float], Array]
+
+
+def imposed(
+    scene: Scene, law: object, until: float | None, limits: Mapping[str, tuple[float, float]] | None = None
+) -> Course:
+    """A driver that is moved by a law of time.
+
+    Args:
+        scene: whose driver it is; its parameters may stand in an expression.
+        law: an expression of `t` (its value the driver's coordinate, rad or m), the path of a CSV file with times and
+            positions, a pair of such arrays, or a function of t that gives position, rate and acceleration.
+        until: duration (s); of a table its last time, if None.
+        limits: what the driver may not pass (rad or m), by what is there, in words.
+
+    Raises:
+        SceneError: for a law that is not finite, or that jumps; for one that passes a limit, with the first instant.
+
+    """
+    if until is not None:
+        arguments.refuse(arguments.number_faults("until", until, arguments.POSITIVE))
+    found = _law_of(scene, law, until)
+    edges = found.edges
+    low, high = edges[:-1, None], edges[1:, None]
+    nodes = low + (high - low) * _NODES
+    nodes[:, -1] = edges[1:]
+    anchor = np.broadcast_to(0.5 * (low + high), nodes.shape)
+    values = [np.broadcast_to(part, nodes.shape) for part in found.jet(nodes, anchor)]
+    for what, part in zip(("position", "rate", "acceleration"), values, strict=True):
+        if not np.isfinite(part).all():
+            t = float(nodes[~np.isfinite(part)][0])
+            where = f"{found.words}, whose {what} is not finite at t = {t:.{_SHOWN}g} s"
+            raise SceneError([Fault("law", where, "a law with a finite position, rate and acceleration")])
+    q, rate, _ = values
+    scale = max(float(np.ptp(q)), UNSURE * float(np.abs(q).max()), 1e-300)
+    jumps = np.abs(q[1:, 0] - q[:-1, -1])
+    if (jumps > _JUMP * scale).any():
+        worst = int(np.argmax(jumps > _JUMP * scale))
+        unit = "m" if scene.reduction_element == "slide" else "rad"
+        where = f"{found.words}, which jumps by {jumps[worst]:.6g} {unit} at t = {edges[worst + 1]:.{_SHOWN}g} s"
+        raise SceneError([Fault("law", where, "a law whose position does not jump")])
+    corners = np.abs(rate[1:, 0] - rate[:-1, -1]) > _CORNER * float(np.abs(rate).max())
+    messages = [
+        f"the driver's speed jumps at t = {t:.{_SHOWN}g} s: an acceleration without end there" for t in edges[1:-1][corners]
+    ]
+    _check_limits(scene, found, {**_ends_of_stroke(scene), **(limits or {})})
+    first, last = float(edges[0]), float(edges[-1])
+    size = [float(np.abs(part).max()) for part in values]
+
+    def at(t: Array) -> Driver:
+        _within(t, first, last)
+        t = np.clip(t, first, last)
+        place = np.clip(np.searchsorted(edges, t, side="right") - 1, 0, edges.size - 2)
+        middle = 0.5 * (edges[place] + edges[place + 1])
+        parts = [part + 0.0 * t for part in found.jet(t, middle)]
+        aside = 16 * ROUNDING * max(abs(first), abs(last)) * np.where(middle < t, -1.0, 1.0)
+        others = [found.jet(t + share * aside, middle) for share in (1.0, 0.4)]
+        errors = [state.spread(part, [other[k] for other in others]) + UNSURE * size[k] for k, part in enumerate(parts)]
+        return Driver(parts[0], t, parts[1], parts[2], (0.0 * t, *errors))
+
+    edge = tuple(edges[1:-1].tolist())
+    return Course(f"imposed: {found.words}", TIME, first, last, at, edge, tuple(messages))
+
+
+def _ends_of_stroke(scene: Scene) -> dict[str, tuple[float, float]]:
+    stroke = scene.stroke
+    return {} if stroke is None else {"out of its stroke": tuple(sorted((stroke.start, stroke.end)))}  # type: ignore[dict-item]
+
+
+def _check_limits(scene: Scene, law: _Law, limits: Mapping[str, tuple[float, float]]) -> None:
+    """A SceneError with the first instant at which a law passes a limit."""
+    first, last = float(law.edges[0]), float(law.edges[-1])
+    faults: list[tuple[float, Fault]] = []
+    sliding = scene.reduction_element == "slide"
+    for what, (low, high) in limits.items():
+        for end, sense in ((low, -1.0), (high, 1.0)):
+            if not np.isfinite(end):
+                continue
+            slack = 1e-12 * max(abs(end), high - low if np.isfinite(high - low) else 1.0)
+            passed = law.passes(end + sense * slack)
+            times = np.unique(np.concatenate(([first], passed[(passed > first) & (passed < last)], [last])))
+            middles = 0.5 * (times[1:] + times[:-1])
+            place = np.clip(np.searchsorted(law.edges, middles, side="right") - 1, 0, law.edges.size - 2)
+            q = law.jet(middles, 0.5 * (law.edges[place] + law.edges[place + 1]))[0] + 0.0 * middles
+            beyond = sense * (q - end) > slack
+            if beyond.any():
+                t = float(times[int(np.argmax(beyond))])
+                found = f"{law.words}, which drives the machine {what} at t = {t:.{_SHOWN}g} s, past {told(end, sliding)}"
+                expected = "a law within " + " to ".join(told(x, sliding) for x in (low, high) if np.isfinite(x))
+                faults.append((t, Fault("law", found, expected)))
+    if faults:
+        raise SceneError([min(faults, key=lambda one: one[0])[1]])
+
+
+def _law_of(scene: Scene, law: object, until: float | None) -> _Law:
+    if isinstance(law, Path) or (isinstance(law, str) and law.strip().lower().endswith(".csv")):
+        return _table(scene, *_columns(scene, Path(law)), until, f"the table {Path(law).name}")
+    if isinstance(law, str):
+        return _formula(scene, law, _needed(until))
+    if callable(law):
+        return _function(law, _needed(until))
+    if isinstance(law, Sequence | np.ndarray) and len(law) == 2:
+        times, positions = (arguments.array("law", column).ravel() for column in law)
+        return _table(scene, times, positions, until, "a table")
+    expected = "an expression of t, a CSV file, a pair of times and positions, or a function of t"
+    raise SceneError([Fault("law", arguments.shown(law), expected)])
+
+
+def _needed(until: float | None) -> float:
+    if until is None:
+        raise SceneError([Fault("until", "a law without an end", "how long it lasts", 'such as until=2 or --until "2 s"')])
+    return float(until)
+
+
+def _formula(scene: Scene, text: str, until: float) -> _Law:
+    """A law by an expression of t and the scene's parameters."""
+    dimension = "velocity" if scene.reduction_element == "slide" else "speed"
+    try:
+        parse_quantity(text, dimension)
+    except QuantityError:
+        pass
+    else:
+        if re.search(r"[^\d.eE+\-\s]", text):
+            raise SceneError(
+                [Fault("law", f"{show(text)}, a speed", "a position as an expression of t", "give it as speed")]
+            )
+    try:
+        given = parse(text, frozenset(scene.parameters))
+    except ExpressionError as error:
+        raise SceneError([Fault("law", error.found, error.expected, error.advice)]) from None
+    if foreign := sorted(given.names - {"t", *scene.parameters}):
+        raise SceneError([Fault("law", f"an expression of {', '.join(foreign)}", "one of t and the scene's parameters")])
+    law = Expression(text, of_time_as_angle(given.tree))
+    curve = FormulaCurve(law, scene.parameters)
+    constants = dict(scene.parameters)
+
+    def enclosed(lo: Array, hi: Array, anchor: Array) -> Mapping[str, Any]:
+        return {**constants, "phi": Jet(Interval(lo, hi), 1.0)}
+
+    def valued(t: Array, anchor: Array) -> Mapping[str, Any]:
+        return {**constants, "phi": t}
+
+    def jet(t: Array, anchor: Array) -> tuple[Array, Array, Array]:
+        found = curve.jet(t, anchor, np)
+        return found.value + 0.0 * t, found.first + 0.0 * t, found.second + 0.0 * t
+
+    try:
+        breaks = breakpoints(law, 0.0, until, enclosed, valued)
+        edges = np.array([0.0, *breaks, until])
+        edges = np.unique(np.concatenate((edges, resolved(law, edges[:-1], edges[1:], enclosed, valued))))
+    except SwitchingError as error:
+        told_in_time = re.sub(r"\bphi\b", "t", str(error))
+        raise SceneError([Fault("law", told_in_time, f"a law that can be followed to {until:g} s")]) from None
+
+    def passes(end: float) -> Array:
+        def enclose(lo: Array, hi: Array, anchor: Array) -> tuple[Any, Any]:
+            found = law.evaluate(enclosed(lo, hi, anchor), _JETS, valued(anchor, anchor))
+            return (found.value - end, found.first) if isinstance(found, Jet) else (found - end, 0.0)
+
+        return roots_in_pieces(enclose, lambda t, anchor: jet(t, anchor)[0] - end, edges)
+
+    return _Law(text.strip(), jet, edges, tuple(breaks), passes)
+
+
+_JETS = jet_namespace(NAMESPACE)
+
+
+def _table(scene: Scene, times: Array, positions: Array, until: float | None, words: str) -> _Law:
+    """A law by the cubic spline through a table (C², not periodic, not-a-knot ends)."""
+    from scipy.interpolate import CubicSpline  # only a table pays for it
+
+    if times.size != positions.size:
+        found = f"{times.size} times and {positions.size} positions"
+        raise SceneError([Fault("law", found, "as many of the one as of the other")])
+    if times.size < _FEWEST:
+        raise SceneError([Fault("law", f"{words} of {times.size} rows", f"{_FEWEST} rows at least")])
+    falling = np.flatnonzero(np.diff(times) <= 0.0)
+    if falling.size:
+        k = int(falling[0])
+        raise SceneError([Fault("law", f"{times[k + 1]:g} s after {times[k]:g} s", "times that ascend")])
+    last = float(times[-1])
+    if until is not None and until > last * (1 + 1e-12):
+        raise SceneError([Fault("until", f"{until:g} s", f"a time within {words}, to {last:g} s")])
+    spline = CubicSpline(times, positions)
+    end = last if until is None else min(float(until), last)
+    edges = np.unique(np.concatenate((times[times < end], [end])))
+
+    def jet(t: Array, anchor: Array) -> tuple[Array, Array, Array]:
+        k = np.clip(np.searchsorted(times, anchor, side="right") - 1, 0, times.size - 2)
+        c3, c2, c1, c0 = spline.c[:, k]
+        step = t - times[k]
+        value = ((c3 * step + c2) * step + c1) * step + c0
+        return value, (3 * c3 * step + 2 * c2) * step + c1, 6 * c3 * step + 2 * c2
+
+    def passes(value: float) -> Array:
+        found = spline.solve(value, extrapolate=False)
+        return np.asarray(found[np.isfinite(found)])
+
+    return _Law(f"{words} by a cubic spline", jet, edges, (), passes)
+
+
+_UNIT = re.compile(r"\[([^\]]*)\]|\(([^)]*)\)")
+
+
+def _columns(scene: Scene, path: Path) -> tuple[Array, Array]:
+    """Times (s) and positions (rad or m) of a CSV file, in the units that its header has in brackets."""
+    from flywheel.reading.fields import Faults
+    from flywheel.reading.tables import read_columns
+
+    if not path.is_file():
+        raise SceneError([Fault("law", f"no file {show(str(path))}", "a CSV file with times and positions")])
+    faults = Faults()
+    columns = read_columns(path.name, None, path.parent, "law", faults)
+    if columns is None:
+        raise SceneError(list(faults))
+    position = "length" if scene.reduction_element == "slide" else "angle"
+    with path.open(encoding="utf-8-sig") as stream:
+        head = next((line for line in stream if line.strip() and not line.lstrip().startswith("#")), "")
+    units = [match[1] or match[2] for match in _UNIT.finditer(head)]
+    try:
+        given = [parse_unit(unit, what) for unit, what in zip(units[:2], ("time", position), strict=False)]
+    except QuantityError as error:
+        raise SceneError([Fault("law", error.found, error.expected, f"in the header of {path.name}")]) from None
+    known = given if len(given) == len(columns) else [Unit(), Unit()]
+    times, positions = (
+        np.array([convert(number, unit) for number in column]) for column, unit in zip(columns, known, strict=True)
+    )
+    return times, positions
+
+
+def _function(law: Callable[..., Any], until: float) -> _Law:
+    """A law by a function of t that gives position, rate and acceleration, checked against its own differences."""
+
+    def jet(t: Array, anchor: Array) -> tuple[Array, Array, Array]:
+        flat = np.asarray(t, dtype=float).ravel()
+        found = np.array([_triple(law(float(one))) for one in flat]).reshape(flat.size, 3).T
+        return tuple(part.reshape(np.shape(t)) for part in found)  # type: ignore[return-value]
+
+    edges = np.linspace(0.0, until, 65)
+    probes = until * (np.arange(_PROBED) + 0.37) / _PROBED
+    step = 1e-5 * until
+    before, now, after = (jet(probes + side * step, probes) for side in (-1.0, 0.0, 1.0))
+    for k, name in ((0, "second value is not the rate of its first"), (1, "third value is not the rate of its second")):
+        slope = (after[k] - before[k]) / (2 * step)
+        off = np.abs(slope - now[k + 1]) > 1e-3 * (np.abs(now[k + 1]).max() + np.ptp(now[k]) / until)
+        if np.mean(off) > 0.5:
+            raise SceneError([Fault("law", f"a function whose {name}", "position, rate and acceleration at t")])
+
+    def passes(value: float) -> Array:
+        grid = np.linspace(0.0, until, 4001)
+        q = jet(grid, grid)[0] - value
+        at = np.flatnonzero(np.sign(q[1:]) != np.sign(q[:-1]))
+        a, b, rising = grid[at], grid[at + 1], np.sign(q[at + 1] - q[at])
+        for _ in range(55 if at.size else 0):
+            middle = 0.5 * (a + b)
+            above = rising * (jet(middle, middle)[0] - value) > 0.0
+            a, b = np.where(above, a, middle), np.where(above, middle, b)
+        return 0.5 * (a + b)
+
+    return _Law("a function of t", jet, edges, (), passes)
+
+
+def _triple(found: Any) -> tuple[float, float, float]:
+    parts = np.asarray(found, dtype=float).ravel()
+    if parts.size != 3:
+        what = f"a function that gives {parts.size} value{'s' if parts.size != 1 else ''}"
+        raise SceneError([Fault("law", what, "position, rate and acceleration at t")])
+    return float(parts[0]), float(parts[1]), float(parts[2])
+
+
+def course_of(
+    machine: Machine | Scene,
+    *,
+    over: str | None,
+    speed: float | str | None,
+    law: object,
+    until: float | None,
+    regime: bool,
+    transient: Transient | Motion | None,
+    limits: Callable[[], Mapping[str, tuple[float, float]]] | None = None,
+) -> tuple[Course, str]:
+    """The course that is asked for, and what its curves are drawn over."""
+    scene = machine.scene if isinstance(machine, Machine) else machine
+    given = {"speed": speed, "law": law, "regime": regime or None, "transient": transient}
+    named = [name for name, value in given.items() if value is not None]
+    if len(named) > 1:
+        raise SceneError([Fault(named[1], f"{named[1]} beside {named[0]}", "one motion of the driver", "leave one out")])
+    axis = over or (TIME if named and named[0] in ("law", "transient") else DRIVER)
+    if axis not in (DRIVER, TIME):
+        raise SceneError([Fault("over", arguments.shown(over), f'"{DRIVER}" or "{TIME}"')])
+    if until is not None and law is None:
+        raise SceneError([Fault("until", arguments.shown(until), "none without a law", "give a law of time")])
+    if not named and axis == TIME:
+        expected, advice = "a motion in time", "give speed, regime, law or transient"
+        raise SceneError([Fault("over", "time without a motion in time", expected, advice)])
+    if speed is not None:
+        return constant_speed(scene, speed, axis), axis
+    if regime:
+        return steady(machine if isinstance(machine, Machine) else _machine(scene), axis), axis
+    if transient is not None:
+        return along_transient(scene, transient), axis
+    if law is not None:
+        return imposed(scene, law, until, None if limits is None else limits()), axis
+    return per_unit(scene), axis
+
+
+def _machine(scene: Scene) -> Machine:
+    from flywheel.regime.joint_friction import machine_of
+
+    return machine_of(scene)
+
+
+def instants(course: Course, over: str, at: ArrayLike | None, points: int) -> Array:
+    """Values of a course's variable: those of positions or times that are wanted, or so many evenly.
+
+    Positions of a motion in time are those that the driver passes first.
+    """
+    if at is None:
+        return np.linspace(course.start, course.end, points)
+    wanted = np.atleast_1d(arguments.array("at", at)).ravel()
+    if not wanted.size:
+        raise SceneError([Fault("at", "no position or time", "one at least, or None")])
+    if over == course.variable:
+        return wanted
+    first = {q: t for t, q in reversed(course.passages(wanted))}
+    missing = [q for q in wanted.tolist() if q not in first]
+    if missing:
+        ends = course.at(np.array([course.start, course.end])).q
+        found = f"{missing[0]:.9g}, which the driver does not pass"
+        raise SceneError([Fault("at", found, f"a position that it passes on its way from {ends[0]:.9g} to {ends[1]:.9g}")])
+    return np.array([first[q] for q in wanted.tolist()])
