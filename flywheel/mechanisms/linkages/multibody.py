@@ -12,17 +12,20 @@ second time derivative that needs no accelerations: d²phi/dt² = phi_x a + bend
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping
-from math import sqrt
+from math import acos, floor, isfinite, sqrt
+from operator import mul
 from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.integrate import DOP853
+from scipy.linalg.lapack import dgesv
 
 from bondgraph.motion.stepping import instant
-from flywheel.mechanisms.linkages.equations import check
+from flywheel.mechanisms.linkages.equations import check, lift_at
 from flywheel.mechanisms.linkages.positions import Poses
 from flywheel.numerics.arguments import POSITIVE, array, name_faults, number_faults, refuse, require, shown, vector
+from flywheel.numerics.cells import NODES, ORDER, ROUNDING, fit, tails
 from flywheel.numerics.faults import Fault, SceneError
 from flywheel.scene.linkage import FIXED, PIN, SLIDE, SLOT, Coupling, Linkage
 
@@ -78,12 +81,13 @@ class Actions(NamedTuple):
 
 
 class State(NamedTuple):
-    """A linkage at coordinates x and velocities v, shape (3 moving bodies,).
+    """A linkage at coordinates x and velocities v, shape (3 moving bodies,), or at many at once, shape (n, 3 bodies).
 
-    value: what the closure equations Phi(x) lack (m or rad), shape (equations,); jacobian Phi_x; gamma = -(Phi_x v)_x v, so
-    that Phi_x a = gamma. `q`, `qdot`, `along` and `bend` are the driver's coordinate, rate, gradient and bend. As complex
-    numbers, of all bodies, the frame first: `centres` (m), `turns` exp(i theta); of all relations: their direction in the
-    frame's axes and the second body's point (m). `slopes`: of every coupling's second coordinate by its first.
+    Of many states everything has a first axis more. value: what the closure equations Phi(x) lack (m or rad), shape
+    (equations,); jacobian Phi_x; gamma = -(Phi_x v)_x v, so that Phi_x a = gamma. `q`, `qdot`, `along` and `bend` are the
+    driver's coordinate, rate, gradient and bend. As complex numbers, of all bodies, the frame first: `centres` (m), `turns`
+    exp(i theta); of all relations: their direction in the frame's axes and the second body's point (m). `slopes`: of every
+    coupling's second coordinate by its first.
     """
 
     x: Array
@@ -91,15 +95,15 @@ class State(NamedTuple):
     value: Array
     jacobian: Array
     gamma: Array
-    q: float
-    qdot: float
+    q: Any
+    qdot: Any
     along: Array
-    bend: float
+    bend: Any
     centres: Complex
     turns: Complex
     directions: Complex
     places: Complex
-    slopes: list[float]
+    slopes: list[Any]
 
 
 class UnreachableError(ValueError):
@@ -137,11 +141,13 @@ class Model:
         self.arms = np.array(
             [[complex(*at[1:]) - complex(*linkage.link(body).com) for body, at in pair] for pair in sides]
         ).T
-        self.turning = np.array([part in ("normal", "along") for _, part in rows])
-        self.angular = np.array([float(part == "moment") for _, part in rows])
+        turning = np.array([part in ("normal", "along") for _, part in rows])
+        self.turning, self.angular = turning.astype(float), np.array([float(part == "moment") for _, part in rows])
         axes = {"x": 1.0, "y": 1j, "normal": 1j, "along": 1.0, "moment": 0.0}
-        self.axes = np.array([axes[part] for _, part in rows], dtype=complex)
-        self.axes[self.turning] *= np.exp(1j * np.array([joint.direction for joint, _ in rows]))[self.turning]
+        ways = np.array([axes[part] for _, part in rows]) * np.exp(
+            1j * turning * np.array([joint.direction for joint, _ in rows])
+        )
+        self.still, self.turned = np.where(turning, 0.0, ways), np.where(turning, ways, 0.0)
         self.kept, self.closures = len(kept), len(kept) + len(couplings)
         self.angles = np.array(
             [joint.angle if part == "moment" and k < self.kept else 0.0 for k, (joint, part) in enumerate(rows)]
@@ -152,89 +158,124 @@ class Model:
         bodies = len(linkage.links)
         columns = 3 * (bodies + 1)
         self.entries = columns * np.arange(len(rows)) + 3 * self.ends[:, None] + np.arange(3)[:, None]
+        self.ground = np.array((*linkage.ground.com, 0.0))
         self.scale = np.tile((self.length, self.length, 1.0), bodies)
         self.weights = self.masses * np.tile((*actions.gravity, 0.0), bodies)
-        self.loads: list[tuple[int, complex, Wrench]] = []
+        self.loads: list[tuple[int, complex]] = []
+        self.laws: list[Law] = [actions.drive]
         for wrench in actions.wrenches:
             link = linkage.link(wrench.body)
             at = link.com if wrench.at is None else wrench.at
             place = link.point(at)[-2:] if isinstance(at, str) else at
-            self.loads.append((linkage.names.index(wrench.body), complex(*place) - complex(*link.com), wrench))
+            self.loads.append((linkage.names.index(wrench.body), complex(*place) - complex(*link.com)))
+            self.laws += [*wrench.force, wrench.torque]
+        self.constant = np.array([0.0 if callable(law) else float(law) for law in self.laws])
+        self.varying = [(k, law) for k, law in enumerate(self.laws) if callable(law)]
         jacobian = self.state(start, np.zeros_like(start)).jacobian
         self.redundant = bool(np.linalg.matrix_rank(jacobian, rtol=_RANK) < len(jacobian))
 
-    def state(self, x: Array, v: Array) -> State:
-        """The closure equations and the driver's coordinate at x with velocities v.
+    def state(self, x: Array, v: Array | None = None) -> State:
+        """The closure equations and the driver's coordinate at x with velocities v (none if None), of one pose or of many.
 
         With arms a1, a2, directions e and gap d = x2 + a2 - x1 - a1 as complex numbers, e · d = Re(e* d) has the gradient
         (-e, e × (a1 + d)) by the first pose where e turns, (-e, e × a1) where it stands still, and (e, -e × a2) by the
         second. Its bend is e · (omega1² a1 - omega2² a2), and where e turns 2 omega1 e_perp · d' - omega1² e · d besides.
         """
-        pose = np.concatenate(((*self.linkage.ground.com, 0.0), x))
-        centres, angles = pose[0::3] + 1j * pose[1::3], pose[2::3][self.ends]
-        turns = np.exp(1j * pose[2::3])
-        turned, turning = turns[self.ends], self.turning
+        pose = np.empty((*x.shape[:-1], x.shape[-1] + 3))
+        pose[..., :3], pose[..., 3:] = self.ground, x
+        centres, angles = pose[..., 0::3] + 1j * pose[..., 1::3], pose[..., 2::3]
+        turns = np.exp(1j * angles)
+        turned = turns[..., self.ends]
         arms = turned * self.arms
-        places = centres[self.ends] + arms
-        directions = np.where(turning, self.axes * turned[0], self.axes)
+        places = centres[..., self.ends] + arms
+        directions = self.still + self.turned * turned[..., 0, :]
         back = directions.conj()
-        across = back * (places[1] - places[0])
-        value = across.real + self.angular * (angles[1] - angles[0]) - self.angles
+        across = back * (places[..., 1, :] - places[..., 0, :])
+        both = angles[..., self.ends]
+        value = across.real + self.angular * (both[..., 1, :] - both[..., 0, :]) - self.angles
         value -= self.whole * np.round(value / (2 * np.pi))  # whole turns of what is kept at zero
-        signed = _SIGNS * back
-        entries = np.empty(self.entries.shape)
-        entries[:, 0], entries[:, 1] = signed.real, -signed.imag
-        entries[:, 2] = _SIGNS * self.angular - (signed * arms).imag
-        entries[0, 2] += turning * across.imag
-        gradients = np.zeros((value.size, pose.size))
-        gradients.flat[self.entries] = entries
-        gradient, bend = gradients[:, 3:], np.zeros(value.size)
-        if v.any():
-            rate = np.concatenate((np.zeros(3), v))
-            omega = rate[2::3][self.ends]
+        signed = _SIGNS * back[..., None, :]
+        entries = np.empty((*x.shape[:-1], *self.entries.shape))
+        entries[..., 0, :], entries[..., 1, :] = signed.real, -signed.imag
+        entries[..., 2, :] = _SIGNS * self.angular - (signed * arms).imag
+        entries[..., 0, 2, :] += self.turning * across.imag
+        flat = np.zeros((*x.shape[:-1], value.shape[-1] * pose.shape[-1]))
+        flat[..., self.entries] = entries
+        gradient = flat.reshape(*value.shape, -1)[..., 3:]
+        if v is None:
+            v, bend = np.zeros_like(x), np.zeros_like(value)
+        else:
+            rate = np.zeros_like(pose)
+            rate[..., 3:] = v
+            omega = rate[..., 2::3][..., self.ends]
             swept = omega * arms
-            speeds = (rate[0::3] + 1j * rate[1::3])[self.ends] + 1j * swept
-            pull = omega * swept
-            bend = (back * (pull[0] - pull[1])).real
-            bend += turning * omega[0] * (2 * (back * (speeds[1] - speeds[0])).imag - omega[0] * across.real)
+            speeds = (rate[..., 0::3] + 1j * rate[..., 1::3])[..., self.ends] + 1j * swept
+            pull, first = omega * swept, omega[..., 0, :]
+            bend = (back * (pull[..., 0, :] - pull[..., 1, :])).real
+            spun = 2 * (back * (speeds[..., 1, :] - speeds[..., 0, :])).imag - first * across.real
+            bend += self.turning * first * spun
         slopes = []
         for k, coupling in enumerate(self.linkage.couplings, self.kept):  # q2 - f(q1)
-            first = k + len(self.linkage.couplings)
-            driven, slope, curvature = _coupled(coupling, float(value[first]))
+            first_one = k + len(self.linkage.couplings)
+            driven, slope, curvature = _coupled(coupling, value[..., first_one])
             slopes.append(slope)
-            value[k] -= driven
-            bend[k] -= slope * bend[first] + curvature * float(gradient[first] @ v) ** 2
-            gradient[k] -= slope * gradient[first]
-        closures, along = slice(self.closures), gradient[-1]
+            value[..., k] -= driven
+            bend[..., k] -= slope * bend[..., first_one] + curvature * _dot(gradient[..., first_one, :], v) ** 2
+            gradient[..., k, :] -= slope[..., None] * gradient[..., first_one, :]
+        along, count = gradient[..., -1, :], self.closures
         return State(
             x=x,
             v=v,
-            value=value[closures],
-            jacobian=gradient[closures],
-            gamma=-bend[closures],
-            q=float(value[-1]),
-            qdot=float(along @ v),
+            value=value[..., :count],
+            jacobian=gradient[..., :count, :],
+            gamma=-bend[..., :count],
+            q=value[..., -1],
+            qdot=_dot(along, v),
             along=along,
-            bend=float(bend[-1]),
+            bend=bend[..., -1],
             centres=centres,
             turns=turns,
             directions=directions,
-            places=places[1],
+            places=places[..., 1, :],
             slopes=slopes,
         )
 
-    def forces(self, t: float, state: State) -> Array:
+    def amounts(self, t: float, q: float, qdot: float) -> Array:
+        """Values of all laws: of the drive, and of every wrench's force along x and y and torque."""
+        if not self.varying:
+            return self.constant
+        found = self.constant.copy()
+        for k, law in self.varying:
+            found[k] = law(t, q, qdot)
+        return found
+
+    def forces(self, t: Any, state: State) -> Array:
         """Generalised forces of gravity, drive and wrenches on every coordinate, shape (3 moving bodies,)."""
+        if state.x.ndim == 1:
+            return self.forces_by(state, self.amounts(t, float(state.q), float(state.qdot)))
+        told = zip(t.tolist(), state.q.tolist(), state.qdot.tolist(), strict=True)
+        return self.forces_by(state, np.array([self.amounts(*one) for one in told]))
 
-        def at(law: Law) -> float:
-            return law(t, state.q, state.qdot) if callable(law) else law
-
-        total = self.weights + at(self.actions.drive) * state.along
-        for k, arm, wrench in self.loads:
-            force = complex(at(wrench.force[0]), at(wrench.force[1]))
-            moment = ((state.turns[k] * arm).conjugate() * force).imag + at(wrench.torque)
-            total[3 * k - 3 : 3 * k] += force.real, force.imag, moment
+    def forces_by(self, state: State, amounts: Array) -> Array:
+        """The same by the values of all laws; of many states with an axis more, the values too."""
+        total = self.weights + amounts[..., :1] * state.along
+        for j, (k, arm) in enumerate(self.loads):
+            parts = amounts[..., 3 * j + 1 : 3 * j + 4]
+            force = parts[..., 0] + 1j * parts[..., 1]
+            total[..., 3 * k - 3] += parts[..., 0]
+            total[..., 3 * k - 2] += parts[..., 1]
+            total[..., 3 * k - 1] += ((state.turns[..., k] * arm).conjugate() * force).imag + parts[..., 2]
         return np.asarray(total)
+
+    def load_columns(self, state: State) -> Array:
+        """Forces of all that is constant, then of a unit of every law that varies: (n, 3 bodies, columns)."""
+        constant = self.forces_by(state, np.tile(self.constant, (len(state.x), 1)))
+        units = [np.tile(np.arange(self.constant.size) == k, (len(state.x), 1)) for k, _ in self.varying]
+        return np.stack([constant, *(self.forces_by(state, unit) - self.weights for unit in units)], axis=-1)
+
+    def load_amounts(self, t: float, q: float, qdot: float) -> list[float]:
+        """What the columns are multiplied by: 1, then the value of every law that varies."""
+        return [1.0, *(law(t, q, qdot) for _, law in self.varying)]
 
     def reaction_wrenches(self, state: State) -> Array:
         """What a unit of every reaction does to every coordinate, from free bodies, shape (3 bodies, equations).
@@ -243,40 +284,66 @@ class Model:
         the opposite. A coupling's effort acts on its second coordinate, and reversed, times its ratio, on its first: a
         couple at a pin, a force along the guide at a slide.
         """
-        forces = state.directions
-        moments = ((state.places - state.centres[self.ends]).conj() * forces).imag + self.angular
-        wrenches = np.zeros((forces.size, 3 * state.centres.size))
-        for entries, sign, moment in zip(self.entries, (-1.0, 1.0), moments, strict=True):
-            wrenches.flat[entries] = sign * np.array((forces.real, forces.imag, moment))
+        forces = state.directions[..., None, :]
+        parts = np.empty((*state.x.shape[:-1], *self.entries.shape))
+        parts[..., 0, :], parts[..., 1, :] = _SIGNS * forces.real, _SIGNS * forces.imag
+        arms = state.places[..., None, :] - state.centres[..., self.ends]
+        parts[..., 2, :] = _SIGNS * ((arms.conj() * forces).imag + self.angular)
+        rows = state.directions.shape[-1]
+        flat = np.zeros((*state.x.shape[:-1], rows * 3 * state.centres.shape[-1]))
+        flat[..., self.entries] = parts
+        wrenches = flat.reshape(*state.directions.shape, -1)
         for k, slope in enumerate(state.slopes, self.kept):
-            wrenches[k] -= slope * wrenches[k + len(state.slopes)]
-        return np.asarray(wrenches[: self.closures, 3:].T)
+            wrenches[..., k, :] -= slope[..., None] * wrenches[..., k + len(state.slopes), :]
+        return np.swapaxes(wrenches[..., : self.closures, 3:], -1, -2)
 
     def solved(self, matrix: Array, right: Array) -> Array:
-        """Solution of a linear system; by least squares where redundant closures make it consistent but singular."""
+        """Solution of a linear system, right sides as columns where there are many systems.
+
+        It is one by least squares where redundant closures make systems consistent but singular.
+        """
         try:
             if self.redundant:
-                return np.asarray(np.linalg.lstsq(matrix, right, rcond=1e-12)[0])
-            return np.asarray(np.linalg.solve(matrix, right))
+                return np.asarray(np.linalg.pinv(matrix, rcond=1e-12) @ right)
+            if matrix.ndim > 2:
+                return np.asarray(np.linalg.solve(matrix, right))
+            *_, found, singular = dgesv(matrix, right)
+            if not singular:
+                return np.asarray(found)
         except np.linalg.LinAlgError:
-            found = "a position where joints or masses leave the motion open"
-            fault = Fault(self.linkage.path, found, "a motion that is determined", "end before it")
-            raise UnreachableError(fault) from None
+            pass
+        found = "a position where joints or masses leave the motion open"
+        raise UnreachableError(Fault(self.linkage.path, found, "a motion that is determined", "end before it"))
+
+    def driven(self, state: State, row: Array, right: Array, last: Array | float) -> Array:
+        """The change of all coordinates with Phi_x d = right, row · d = last."""
+        matrix = np.concatenate((state.jacobian, row[..., None, :]), axis=-2)
+        wanted = np.empty(matrix.shape[:-1])
+        wanted[..., :-1], wanted[..., -1] = right, last
+        if wanted.ndim == 1:
+            return self.solved(matrix, wanted)
+        return self.solved(matrix, wanted[..., None])[..., 0]
 
     def influence(self, state: State, row: Array) -> Array:
         """The change of all coordinates that keeps the closures and makes `row` 1: Phi_x g = 0, row · g = 1."""
-        return self.solved(np.vstack((state.jacobian, row)), np.append(np.zeros_like(state.value), 1.0))
+        return self.driven(state, row, np.zeros(state.value.shape), 1.0)
 
-    def margin(self, state: State, row: Array) -> tuple[float, float]:
+    def margin(self, state: State, row: Array) -> tuple[Any, Any]:
         """How far the closures are from a lock or branch, over one more row that goes along the motion.
 
         The sign of the determinant of both, which turns where assemblies meet (0 where redundant closures leave no square
         matrix), and the smallest singular value, of rows of length 1.
         """
-        rows = np.vstack((state.jacobian, row)) * self.scale
-        rows /= np.linalg.norm(rows, axis=1, keepdims=True)
-        sense = 0.0 if self.redundant else float(np.linalg.slogdet(rows)[0])
-        return sense, float(np.linalg.svd(rows, compute_uv=False)[-1])
+        rows = np.concatenate((state.jacobian, row[..., None, :]), axis=-2) * self.scale
+        rows /= np.sqrt((rows * rows).sum(axis=-1, keepdims=True))
+        least = np.linalg.svd(rows, compute_uv=False)[..., -1]
+        return 0.0 * least if self.redundant else np.linalg.slogdet(rows)[0], least
+
+    def heavy(self, inertia: float, q: float) -> None:
+        """Refuse a reduced inertia that is not above 0."""
+        if not inertia > 0.0:
+            found = f"I* = {inertia:g} at {self.where(q)}"
+            raise UnreachableError(Fault(self.linkage.path, found, "an inertia above 0", "give a body mass"))
 
     def where(self, q: float) -> str:
         """A driver's coordinate with its unit, for messages."""
@@ -294,13 +361,17 @@ class Model:
         return UnreachableError(Fault(self.linkage.path, found, "a motion within one assembly", advice))
 
 
-def _coupled(coupling: Coupling, q: float) -> tuple[float, float, float]:
+def _dot(a: Array, b: Array) -> Any:
+    """Sum of products along the last axis."""
+    return a @ b if a.ndim == 1 else (a * b).sum(axis=-1)
+
+
+def _coupled(coupling: Coupling, q: Array) -> tuple[Array, Array, Array]:
     """A coupling's second coordinate by its first, with two derivatives: ratio q + phase, or a cam's lift(q) + phase."""
     if coupling.lift is None:
-        return coupling.ratio * q + coupling.phase, coupling.ratio, 0.0
-    angle = q - np.floor(q / coupling.lift.period) * coupling.lift.period
-    jet = coupling.lift.curve.jet(angle, angle, np)
-    return float(jet.value) + coupling.phase, float(jet.first), float(jet.second)
+        return coupling.ratio * q + coupling.phase, np.full(np.shape(q), coupling.ratio), np.zeros(np.shape(q))
+    lift, slope, curvature = lift_at(coupling.lift, np.asarray(q))
+    return lift + coupling.phase, slope, curvature
 
 
 def coordinates(poses: Poses) -> Array:
@@ -341,8 +412,8 @@ class Closure:
 
     def __init__(self, model: Model) -> None:
         self.model, self.x = model, model.start
-        state = model.state(self.x, np.zeros_like(self.x))
-        self.q, self.g = state.q, model.influence(state, state.along)
+        state = model.state(self.x)
+        self.q, self.g = float(state.q), model.influence(state, state.along)
         self.sense = model.margin(state, state.along)[0]
 
     def at(self, q: float) -> tuple[Array, Array]:
@@ -357,14 +428,12 @@ class Closure:
         while self.q != q:
             ahead = q if abs(step) >= abs(q - self.q) else self.q + step
             state = self._corrected(ahead)
-            if state is None:
+            sense, least = model.margin(state, state.along) if state else (self.sense, 0.0)
+            if state is None or sense != self.sense:
                 if abs(step) < _SMALLEST * model.unit:
-                    raise model.locked(self.q)
+                    raise model.locked(self.q) if state is None else model.branched(self.q)
                 step *= 0.5
                 continue
-            sense, least = model.margin(state, state.along)
-            if sense != self.sense:
-                raise model.branched(self.q)
             g = model.influence(state, state.along)
             if least < LEAST_MARGIN:
                 stuck = float(np.abs(g / model.scale).max()) * model.unit * least > _STUCK
@@ -375,14 +444,13 @@ class Closure:
 
     def _corrected(self, q: float) -> State | None:
         """The pose at q from the tangent at the last one; None if corrections do not shrink fast enough."""
-        model, rest = self.model, np.zeros_like(self.x)
+        model = self.model
         ahead = self.g * (q - self.q)
         x, last = self.x + ahead, float(np.abs(ahead / model.scale).max())
         for _ in range(_MOST_CORRECTIONS):
-            state = model.state(x, rest)
+            state = model.state(x)
             try:
-                lacking = np.append(-state.value, q - state.q)
-                correction = model.solved(np.vstack((state.jacobian, state.along)), lacking)
+                correction = model.driven(state, state.along, -state.value, q - state.q)
             except UnreachableError:
                 return None
             size = float(np.abs(correction / model.scale).max())
@@ -390,8 +458,142 @@ class Closure:
                 return None
             x, last = x + correction, size
             if size <= _CLOSED:
-                return model.state(x, rest)
+                return model.state(x)
         return None
+
+
+# -- what depends on the driver's position alone, as Chebyshev series --------------------------------------------------
+
+_CELLS = 12  # in a turn of the driver, or where it slides in 2 pi lengths
+_HALVINGS = 5  # of a cell, until positions in it are found one by one
+_RESOLVED = 1e-13  # of its size: tail of a series that counts as exact
+_AGAIN = 1e-11  # of the scale: poses that are the same
+_TERMS = np.arange(float(ORDER))
+
+
+class Quantity(NamedTuple):
+    """Values at many poses, shape (n, k), and the sizes that their rounding errors go by, shape (k,)."""
+
+    values: Array
+    sizes: Array
+
+
+class Interpolant:
+    """Poses and a quantity that follows from them, over the driver's coordinate, exact to rounding.
+
+    They are found at the Chebyshev nodes of cells, all at once, when the motion comes there; a cell is taken if its ends
+    are reached by the closure's own steps, all its poses are of the same assembly, and the series have decayed. It is halved
+    otherwise; in the least cells (towards a lock, at a cam's break) every position is found for itself.
+    """
+
+    def __init__(self, model: Model, quantity: Callable[[Model, State], Quantity]) -> None:
+        self.model, self.closure, self.quantity = model, Closure(model), quantity
+        self.width = 2 * np.pi / _CELLS * model.unit
+        self.origin = self.closure.q - 0.5 * self.width
+        self.found: dict[tuple[int, int], Array | None] = {}  # series by how often the cell is halved, and its number
+        self.low = self.high = np.nan  # the cell that was come to last
+        self.series: Array | None = None
+
+    def at(self, q: float) -> Array:
+        """The quantity at the driver's coordinate, shape (k,).
+
+        Raises:
+            UnreachableError: where the linkage locks or branches before.
+
+        """
+        if not self.low <= q <= self.high:
+            self._enter(q)
+        if self.series is None:
+            x, g = self.closure.at(q)
+            return self.quantity(self.model, self.model.state(x[None], g[None])).values[0]
+        return np.asarray(self._basis(q) @ self.series[:, self.model.masses.size :])
+
+    def states(self, q: Array, qdot: Array) -> State:
+        """All bodies at many coordinates and rates of the driver, poses closed to rounding."""
+        model, x = self.model, np.empty((q.size, self.model.masses.size))
+        for k, place in enumerate(q.tolist()):
+            if not self.low <= place <= self.high:
+                self._enter(place)
+            if self.series is None:
+                x[k] = self.closure.at(place)[0]
+            else:
+                x[k] = self._basis(place) @ self.series[:, : model.masses.size]
+        state = model.state(x)
+        state = model.state(x + model.driven(state, state.along, -state.value, q - state.q))
+        return model.state(state.x, model.influence(state, state.along) * qdot[:, None])
+
+    def _basis(self, q: float) -> Array:
+        share = (2.0 * q - self.low - self.high) / (self.high - self.low)
+        return np.cos(_TERMS * acos(min(max(share, -1.0), 1.0)))
+
+    def _enter(self, q: float) -> None:
+        """Go to the cell that holds q; it is found when the motion first comes there."""
+        for depth in range(_HALVINGS + 1):
+            width = self.width / 2**depth
+            k = floor((q - self.origin) / width)
+            self.low, self.high = self.origin + k * width, self.origin + (k + 1) * width
+            if (depth, k) not in self.found:
+                again = None if depth else self._repeated(k)
+                self.found[depth, k] = self._fitted(self.low, self.high) if again is None else again
+            self.series = self.found[depth, k]
+            if self.series is not None:
+                return
+
+    def _repeated(self, k: int) -> Array | None:
+        """The series of the cell a turn before, or after: the linkage repeats itself if its pose there comes back."""
+        if self.model.linkage.sliding or any(coupling.lift for coupling in self.model.linkage.couplings):
+            return None
+        for way in (1, -1):  # from which the motion comes: the cell's end there, in the cell beside and a turn off
+            beside, before = self.found.get((0, k - way)), self.found.get((0, k - way * _CELLS))
+            if beside is None or before is None:
+                continue
+            n, end = self.model.masses.size, float(way) ** _TERMS
+            gone = end @ beside[:, :n] - (-1.0) ** _TERMS * end @ before[:, :n]
+            whole = 2 * np.pi * np.round(gone / (2 * np.pi))
+            whole[0::3] = whole[1::3] = 0.0
+            if np.all(np.abs(gone - whole) < _AGAIN * self.model.scale):
+                series = before.copy()
+                series[0, :n] += whole
+                return series
+        return None
+
+    def _fitted(self, low: float, high: float) -> Array | None:
+        """Series over a cell, shape (ORDER, columns), x first; None where it has to be halved."""
+        model, closure = self.model, self.closure
+        try:
+            ends = {q: closure.at(q) for q in sorted((low, high), key=lambda q: abs(q - closure.q))}
+        except UnreachableError:
+            return None
+        (x0, g0), (x1, g1) = ends[low], ends[high]
+        half, s = 0.5 * (high - low), 0.5 * (1.0 + NODES[:, None])
+        q = low + half * (1.0 + NODES)
+        x = (1 + 2 * s) * (1 - s) ** 2 * x0 + s * s * (3 - 2 * s) * x1
+        x += 2 * half * (s * (1 - s) ** 2 * g0 - s * s * (1 - s) * g1)
+        last = float(np.abs((x1 - x0) / model.scale).max())
+        try:
+            for _ in range(_MOST_CORRECTIONS):
+                state = model.state(x)
+                correction = model.driven(state, state.along, -state.value, q - state.q)
+                size = float(np.abs(correction / model.scale).max())
+                if not size <= max(_CONTRACTION * last, _CLOSED):
+                    return None
+                x, last = x + correction, size
+                if size <= _CLOSED:
+                    break
+            state = model.state(x)
+            sense, least = model.margin(state, state.along)
+            worst = float(least.min())
+            if worst < LEAST_MARGIN or np.any(sense != closure.sense):
+                return None
+            g = model.influence(state, state.along)
+            values, sizes = self.quantity(model, model.state(x, g))
+        except UnreachableError:
+            return None
+        scales = np.concatenate((np.maximum(model.scale, np.abs(x).max(axis=0)), sizes))
+        series = fit(np.concatenate((x, values), axis=1).T)
+        allowed = max(_RESOLVED, 4 * ROUNDING / worst**2)
+        resolved = np.all(tails(series) <= allowed * scales)
+        return series.T if resolved else None
 
 
 # -- equations of motion: Newton's law with reactions, Lagrange's multipliers, one reduced coordinate --------------------
@@ -405,19 +607,25 @@ class Accelerations(NamedTuple):
 
 
 def system(model: Model, forces: Array, state: State, wrenches: Array) -> tuple[Array, Array]:
-    """Matrix and right side of [[M, -B], [Phi_x, 0]] (a, R) = (Q, gamma).
+    """Matrix and right side of [[M, -B], [Phi_x, 0]] (a, R) = (Q, gamma), of one state or of many.
 
     For the four-bar 9 accelerations and 8 reactions: 17 equations for 17 unknowns.
     """
-    n, m = wrenches.shape
-    matrix = np.zeros((n + m, n + m))
-    matrix[range(n), range(n)] = model.masses
-    matrix[:n, n:] = -wrenches
-    matrix[n:, :n] = state.jacobian
-    return matrix, np.concatenate((forces, state.gamma))
+    n, m = wrenches.shape[-2:]
+    matrix = np.zeros((*state.x.shape[:-1], n + m, n + m))
+    matrix[..., np.arange(n), np.arange(n)] = model.masses
+    matrix[..., :n, n:] = -wrenches
+    matrix[..., n:, :n] = state.jacobian
+    return matrix, np.concatenate((forces, state.gamma), axis=-1)
 
 
-def by_newton(model: Model, t: float, state: State) -> Accelerations:
+def _accelerations(model: Model, t: Any, state: State, wrenches: Array) -> Accelerations:
+    matrix, right = system(model, model.forces(t, state), state, wrenches)
+    found = model.solved(matrix, right) if right.ndim == 1 else model.solved(matrix, right[..., None])[..., 0]
+    return Accelerations(found[..., : model.masses.size], found[..., model.masses.size :])
+
+
+def by_newton(model: Model, t: Any, state: State) -> Accelerations:
     """Accelerations and reactions together, from Newton's law of every body cut free.
 
     m a_G = sum F, J alpha = sum M_G for every body, reactions entering as the forces they are (`reaction_wrenches`), and
@@ -425,7 +633,7 @@ def by_newton(model: Model, t: float, state: State) -> Accelerations:
 
     Args:
         model: the linkage.
-        t: time (s).
+        t: time (s), or times (n,) of as many states.
         state: where it stands and how fast.
 
     Raises:
@@ -435,11 +643,10 @@ def by_newton(model: Model, t: float, state: State) -> Accelerations:
     and Dynamics of Mechanical Systems, Allyn and Bacon 1989, chapter 6.
 
     """
-    found = model.solved(*system(model, model.forces(t, state), state, model.reaction_wrenches(state)))
-    return Accelerations(found[: model.masses.size], found[model.masses.size :])
+    return _accelerations(model, t, state, model.reaction_wrenches(state))
 
 
-def by_multipliers(model: Model, t: float, state: State) -> Accelerations:
+def by_multipliers(model: Model, t: Any, state: State) -> Accelerations:
     """Accelerations and Lagrange's multipliers of the closure equations: M a - Phi_x^T lambda = Q, Phi_x a = gamma.
 
     A multiplier is the reaction itself: the force (N) or moment (N m) that does work on what its equation keeps at zero.
@@ -450,8 +657,7 @@ def by_multipliers(model: Model, t: float, state: State) -> Accelerations:
     Source: Haug as above; E. Hairer, G. Wanner, Solving Ordinary Differential Equations II, 2nd ed., section VII.1.
 
     """
-    found = model.solved(*system(model, model.forces(t, state), state, state.jacobian.T))
-    return Accelerations(found[: model.masses.size], found[model.masses.size :])
+    return _accelerations(model, t, state, np.swapaxes(state.jacobian, -1, -2))
 
 
 class Reduced(NamedTuple):
@@ -477,12 +683,10 @@ def reduced(model: Model, t: float, x: Array, g: Array, qdot: float) -> Reduced:
 
     """
     unit = model.state(x, g)
-    slope = model.solved(np.vstack((unit.jacobian, unit.along)), np.append(unit.gamma, -unit.bend))  # g' = d²x/dq²
+    slope = model.driven(unit, unit.along, unit.gamma, -unit.bend)  # g' = d²x/dq²
     inertia, half = float(g @ (model.masses * g)), float(g @ (model.masses * slope))
     moment = float(g @ model.forces(t, unit._replace(qdot=qdot)))  # no force sees other velocities
-    if not inertia > 0.0:
-        found = f"I* = {inertia:g} at {model.where(unit.q)}"
-        raise UnreachableError(Fault(model.linkage.path, found, "an inertia above 0", "give a body mass"))
+    model.heavy(inertia, unit.q)
     return Reduced(inertia, 2 * half, moment, (moment - half * qdot**2) / inertia)
 
 
@@ -490,24 +694,34 @@ def reduced(model: Model, t: float, x: Array, g: Array, qdot: float) -> Reduced:
 
 TIGHTEST = 3e-14  # tolerance of a step: below it the integrator's own rounding wins
 _MOST_STEPS = 100_000
+Rates = Callable[[float, Array], Array]
 _CREEPING = 1e-9  # of the way so far: steps below it, before what cannot be reached, have come to its edge
 
 
-class Steps(NamedTuple):
-    """Accepted steps: ends `s` and states there, from the start on; dense output of each; evaluations of the rates."""
+class Steps:
+    """Accepted steps: ends `s` and `states` there, from the start on; evaluations of the rates."""
 
-    s: Array
-    states: Array
-    dense: tuple[Callable[[float], Array], ...]
-    evaluations: int
+    def __init__(self, rates: Rates, s: Array, states: Array, evaluations: int) -> None:
+        self.rates, self.s, self.states, self.evaluations = rates, s, states, evaluations
+        self.dense: dict[int, Callable[[float], Array]] = {}
 
     def at(self, s: float) -> Array:
-        """State at any s on the way."""
-        return self.dense[min(int(np.searchsorted(self.s[1:], s)), len(self.dense) - 1)](s)
+        """State at any s on the way, by the dense output of the step there."""
+        k = min(int(np.searchsorted(self.s[1:], s)), len(self.s) - 2)
+        if k not in self.dense:
+            self.dense[k] = one_step(self.rates, float(self.s[k]), self.states[k], float(self.s[k + 1])).dense_output()
+        return self.dense[k](s)
+
+
+def one_step(rates: Rates, low: float, state: Array, high: float) -> Any:
+    """DOP853 after a single step from low to high, whatever its error."""
+    solver: Any = DOP853(rates, low, state, high, first_step=high - low, rtol=1.0, atol=np.inf)
+    solver.step()
+    return solver
 
 
 def integrate(
-    rates: Callable[[float, Array], Array],
+    rates: Rates,
     state: Array,
     until: float,
     rtol: float,
@@ -535,14 +749,14 @@ def integrate(
     def guarded(s: float, state: Array) -> Array:
         nonlocal reason, barred
         try:
-            return rates(s, state) if np.isfinite(state).all() else np.full_like(state, np.nan)
+            return rates(s, state) if isfinite(state.sum()) else np.full_like(state, np.nan)
         except UnreachableError as error:
             reason, barred = error.fault, True
             return np.full_like(state, np.nan)
 
     absolute: Any = atol  # one for each variable, which the stubs do not know
     solver: Any = DOP853(guarded, 0.0, state, until, rtol=max(rtol, TIGHTEST), atol=absolute)
-    s, states, dense = [0.0], [np.array(state)], []
+    s, states = [0.0], [np.array(state)]
     while solver.status == "running" and not (reached and reached(solver.y)):
         solver.step()
         creeping = solver.t - s[-1] < _CREEPING * solver.t
@@ -555,10 +769,9 @@ def integrate(
             solver.nfev += 1
         s.append(float(solver.t))
         states.append(np.array(solver.y))
-        dense.append(solver.dense_output())
-        if len(dense) >= _MOST_STEPS:
+        if len(s) > _MOST_STEPS:
             raise SceneError([Fault("until", f"{_MOST_STEPS} steps that lead only to {s[-1]:.6g}", "a shorter way")])
-    return Steps(np.array(s), np.array(states), tuple(dense), int(solver.nfev))
+    return Steps(guarded, np.array(s), np.array(states), int(solver.nfev))
 
 
 # -- the routes: which state each integrates, and how all bodies follow from it -----------------------------------------
@@ -573,17 +786,19 @@ _NUDGE = 1e-6  # of the way: where the slope of E/u² at the start is taken from
 
 
 class Solution(NamedTuple):
-    """A motion: times, work done since the start (J; None on the energy route), evaluations, greatest drift of a step.
+    """A motion: times, all bodies there, work done since the start (J; None on the energy route), evaluations.
 
-    `state(t)` gives all bodies at any time; `law` the accelerations and reactions there, if the route finds them.
+    drift: greatest one of a step. `at(t)` gives the driver's coordinate and rate at any time; `law` the accelerations and
+    reactions, if the route finds them.
     """
 
     t: Array
+    states: State
     work: Array | None
     evaluations: int
     drift: float
-    state: Callable[[float], State]
-    law: Callable[[Model, float, State], Accelerations] | None
+    at: Callable[[float], tuple[float, float]]
+    law: Callable[[Model, Any, State], Accelerations] | None
 
 
 def by_driver(model: Model, q: float, qdot: float, until: float, rtol: float, newton: bool) -> Solution:
@@ -592,28 +807,58 @@ def by_driver(model: Model, q: float, qdot: float, until: float, rtol: float, ne
     Its acceleration is that of one reduced equation, I* and M* by the closures' influence coefficients; or by Newton's law,
     together with all reactions.
     """
-    closure = Closure(model)
-
-    def carried(q: float, qdot: float) -> State:
-        x, g = closure.at(q)
-        return model.state(x, g * qdot)
+    loads = 1 + len(model.varying)
+    interpolant = Interpolant(model, _newton_columns if newton else _reduced_columns)
 
     def rates(t: float, y: Array) -> Array:
-        q, qdot = float(y[0]), float(y[1])
+        q, qdot, _ = y.tolist()
+        found = interpolant.at(q).tolist()
+        amounts = model.load_amounts(t, q, qdot)
+        moment = sum(map(mul, found, amounts))
         if newton:
-            state = carried(q, qdot)
-            acceleration = float(state.along @ by_newton(model, t, state).accelerations) + state.bend
-            return np.array([qdot, acceleration, float(closure.g @ model.forces(t, state)) * qdot])
-        found = reduced(model, t, *closure.at(q), qdot)
-        return np.array([qdot, found.acceleration, found.moment * qdot])
+            acceleration = sum(map(mul, found[loads:], amounts)) + found[-1] * qdot**2
+        else:
+            acceleration = (moment - found[-1] * qdot**2) / found[-2]
+        return np.array([qdot, acceleration, moment * qdot])
 
     atol = np.array([rtol * model.unit, rtol * model.unit, np.inf])
     steps = integrate(rates, np.array([q, qdot, 0.0]), until, rtol, atol)
+    states = interpolant.states(steps.states[:, 0], steps.states[:, 1])
 
-    def state(t: float) -> State:
-        return carried(*steps.at(t)[:2].tolist())
+    def at(t: float) -> tuple[float, float]:
+        q, qdot, _ = steps.at(t).tolist()
+        return q, qdot
 
-    return Solution(steps.s, steps.states[:, 2], steps.evaluations, 0.0, state, by_newton if newton else None)
+    return Solution(steps.s, states, steps.states[:, 2], steps.evaluations, 0.0, at, by_newton if newton else None)
+
+
+def _reduced_columns(model: Model, state: State) -> Quantity:
+    """M* of every column of loads, I* and ½ dI*/dq, of poses with the velocities g = dx/dq."""
+    columns, momentum = model.load_columns(state), model.masses * state.v
+    slope = model.driven(state, state.along, state.gamma, -state.bend)  # g' = d²x/dq²
+    inertia, half = (momentum * state.v).sum(axis=1), (momentum * slope).sum(axis=1)
+    for one, place in zip(inertia.tolist(), state.q.tolist(), strict=True):
+        model.heavy(one, place)
+    greatest = inertia.max()
+    sizes = np.einsum("ni,nic->nc", np.abs(state.v), np.abs(columns)).max(axis=0)
+    values = np.column_stack((np.einsum("ni,nic->nc", state.v, columns), inertia, half))
+    return Quantity(values, np.append(sizes, (greatest, greatest / model.unit)))
+
+
+def _newton_columns(model: Model, state: State) -> Quantity:
+    """M* of every column of loads, then the driver's acceleration by each and by its own speed's square."""
+    columns, n = model.load_columns(state), model.masses.size
+    loads = columns.shape[2]
+    matrix, _ = system(model, columns[..., 0], state, model.reaction_wrenches(state))
+    right = np.zeros((*matrix.shape[:2], loads + 1))
+    right[:, :n, :loads], right[:, n:, loads] = columns, state.gamma
+    accelerations = model.solved(matrix, right)[:, :n]
+    found = np.einsum("ni,nic->nc", state.along, accelerations)
+    found[:, loads] += state.bend
+    values = np.concatenate((np.einsum("ni,nic->nc", state.v, columns), found), axis=1)
+    parts = model.unit * (np.abs(accelerations) / model.scale[:, None]).max(axis=1)
+    sizes = np.concatenate((np.einsum("ni,nic->nc", np.abs(state.v), np.abs(columns)), parts), axis=1)
+    return Quantity(values, sizes.max(axis=0))
 
 
 def projection(model: Model, x: Array, v: Array) -> tuple[State, float]:
@@ -660,7 +905,11 @@ def in_all_coordinates(model: Model, q: float, qdot: float, until: float, rtol: 
 
     def rates(t: float, y: Array) -> Array:
         state = model.state(y[:n], y[n : 2 * n])
-        return np.concatenate((state.v, by_multipliers(model, t, state).accelerations, [state.v @ model.forces(t, state)]))
+        forces = model.forces(t, state)
+        matrix, right = system(model, forces, state, state.jacobian.T)
+        found = np.empty_like(y)
+        found[:n], found[n : 2 * n], found[2 * n] = state.v, model.solved(matrix, right)[:n], state.v @ forces
+        return found
 
     def correct(y: Array) -> Array:
         nonlocal last, tangent
@@ -668,18 +917,20 @@ def in_all_coordinates(model: Model, q: float, qdot: float, until: float, rtol: 
         drifts.append(drift)
         (before, _), (after, least) = model.margin(last, tangent), model.margin(state, tangent)
         if after != before or least < LEAST_MARGIN:
-            raise model.branched(last.q)
+            raise model.branched(float(last.q))
         last, tangent = state, model.influence(state, tangent) / model.scale**2
         return np.concatenate((state.x, state.v, y[2 * n :]))
 
     atol = rtol * np.concatenate((model.scale, model.scale, [np.inf]))
     steps = integrate(rates, np.concatenate((x, g * qdot, [0.0])), until, rtol, atol, correct)
+    states = model.state(steps.states[:, :n], steps.states[:, n : 2 * n])
 
-    def state(t: float) -> State:
+    def at(t: float) -> tuple[float, float]:
         y = steps.at(t)
-        return projection(model, y[:n], y[n : 2 * n])[0]
+        state = projection(model, y[:n], y[n : 2 * n])[0]
+        return float(state.q), float(state.qdot)
 
-    return Solution(steps.s, steps.states[:, 2 * n], steps.evaluations, max(drifts), state, by_multipliers)
+    return Solution(steps.s, states, steps.states[:, 2 * n], steps.evaluations, max(drifts), at, by_multipliers)
 
 
 def by_energy(model: Model, q: float, qdot: float, until: float, rtol: float) -> Solution:
@@ -689,14 +940,13 @@ def by_energy(model: Model, q: float, qdot: float, until: float, rtol: float) ->
     else; then t = integral of dq/omega. Only first influence coefficients are needed. omega has to keep its sign.
     From rest q = start + sense u², in which y = E/u² and omega/u are smooth: dy/du = (2/u)(sense M* - y), dt/du = 2u/omega.
     """
-    closure, rest = Closure(model), qdot == 0.0
+    interpolant, rest = Interpolant(model, _energy_columns), qdot == 0.0
 
-    def inertia_and_moment(t: float, q: float, qdot: float) -> tuple[float, float]:
-        """I* = g^T M g and M* = g^T Q at a position and speed of the driver."""
-        x, g = closure.at(q)
-        return float(g @ (model.masses * g)), float(g @ model.forces(t, model.state(x, g * qdot)))
+    def moment_by(found: list[float], t: float, q: float, qdot: float) -> float:
+        return float(sum(map(mul, found, model.load_amounts(t, q, qdot))))
 
-    inertia, moment = inertia_and_moment(0.0, q, qdot)
+    *parts, inertia = interpolant.at(q).tolist()
+    moment = moment_by(parts, 0.0, q, qdot)
     if rest and moment == 0.0:
         raise SceneError([Fault("qdot", "a machine at rest that nothing moves", "a speed, or a load that moves it")])
     sense = float(np.sign(qdot or moment))
@@ -704,24 +954,24 @@ def by_energy(model: Model, q: float, qdot: float, until: float, rtol: float) ->
     if rest:  # the first step alone sees the slope of E/u² at 0: two thirds of that of M* along the motion, by a difference
         begin = abs(moment)
         rate = sqrt(2 * begin / inertia)
-        _, ahead = inertia_and_moment(2 * _NUDGE / rate, q + sense * _NUDGE**2, sense * _NUDGE * rate)
+        near = q + sense * _NUDGE**2
+        ahead = moment_by(interpolant.at(near).tolist(), 2 * _NUDGE / rate, near, sense * _NUDGE * rate)
         growth = 2 / 3 * (sense * ahead - begin) / _NUDGE
 
-    def moving(u: float, y: float) -> tuple[State, float]:
-        """All bodies at a point of the way, and |omega|, or |omega|/u from rest: sqrt(2 y/I*)."""
+    def moving(u: float, y: float) -> tuple[float, list[float], float]:
+        """Driver's coordinate, quantities there, and |omega|, or |omega|/u from rest: sqrt(2 y/I*)."""
         place = q + sense * (u * u if rest else u)
         if not y > 0.0:
             found = f"a motion that stops at {model.where(place)}"
             advice = "take another route, or end before"
             raise UnreachableError(Fault("route", found, "a speed that keeps its sign on the energy route", advice))
-        x, g = closure.at(place)
-        speed = sqrt(2 * y / float(g @ (model.masses * g)))
-        return model.state(x, g * (sense * speed * (u if rest else 1.0))), speed
+        parts = interpolant.at(place).tolist()
+        return place, parts, sqrt(2 * y / parts[-1])
 
     def rates(u: float, both: Array) -> Array:
-        y, t = float(both[0]), float(both[1])
-        state, speed = moving(u, y)
-        push = sense * float(closure.g @ model.forces(t, state))
+        y, t = both.tolist()
+        place, parts, speed = moving(u, y)
+        push = sense * moment_by(parts, t, place, sense * speed * (u if rest else 1.0))
         if not rest:
             return np.array([push, 1 / speed])
         return np.array([2 / u * (push - y) if u > 0.0 else growth, 2 / speed])
@@ -729,16 +979,32 @@ def by_energy(model: Model, q: float, qdot: float, until: float, rtol: float) ->
     atol = np.array([0.0, rtol * until])
     steps = integrate(rates, np.array([begin, 0.0]), np.inf, rtol, atol, None, lambda both: both[1] >= until)
 
-    def state(t: float) -> State:
-        u = 0.0
-        if t > 0.0:
-            k = min(max(int(np.searchsorted(steps.states[:, 1], t)), 1), len(steps.s) - 1)
-            u = float(steps.s[k - 1])
-            if steps.dense[k - 1](u)[1] < t:
-                u = instant(lambda u: float(steps.dense[k - 1](u)[1]) - t, u, float(steps.s[k]))
-        return moving(u, float(steps.at(u)[0]))[0]
+    def driver(u: float, y: float) -> tuple[float, float]:
+        place, _, speed = moving(u, y)
+        return place, sense * speed * (u if rest else 1.0)
 
-    return Solution(np.append(steps.states[:-1, 1], until), None, steps.evaluations, 0.0, state, None)
+    def at(t: float) -> tuple[float, float]:
+        if not t > 0.0:
+            return q, qdot
+        k = min(max(int(np.searchsorted(steps.states[:, 1], t)), 1), len(steps.s) - 1)
+        u = float(steps.s[k - 1])
+        if steps.states[k - 1, 1] < t:
+            u = instant(lambda u: float(steps.at(u)[1]) - t, u, float(steps.s[k]))
+        return driver(u, float(steps.at(u)[0]))
+
+    t = np.append(steps.states[:-1, 1], until)
+    told = [driver(float(u), float(both[0])) for u, both in zip(steps.s[:-1], steps.states[:-1], strict=True)]
+    states = interpolant.states(*np.array([*told, at(until)]).T)
+    return Solution(t, states, None, steps.evaluations, 0.0, at, None)
+
+
+def _energy_columns(model: Model, state: State) -> Quantity:
+    """M* of every column of loads, and I*."""
+    columns, inertia = model.load_columns(state), (model.masses * state.v**2).sum(axis=1)
+    for one, place in zip(inertia.tolist(), state.q.tolist(), strict=True):
+        model.heavy(one, place)
+    sizes = np.einsum("ni,nic->nc", np.abs(state.v), np.abs(columns)).max(axis=0)
+    return Quantity(np.column_stack((np.einsum("ni,nic->nc", state.v, columns), inertia)), np.append(sizes, inertia.max()))
 
 
 # -- the call -------------------------------------------------------------------------------------------------------------
@@ -829,31 +1095,32 @@ def simulate(
             found = by_driver(model, q, qdot, until, rtol, route == NEWTON)
         else:
             found = (in_all_coordinates if route == MULTIPLIERS else by_energy)(model, q, qdot, until, rtol)
-        states = [found.state(float(t)) for t in found.t]
+        states = found.states
         reactions = None if found.law is None else _reactions(model, found.t, states, found.law)
     except UnreachableError as error:
         raise SceneError([error.fault]) from None
-    poses, speeds = np.array([state.x for state in states]), np.array([state.v for state in states])
-
-    def driver(states: list[State]) -> tuple[Array, Array]:
-        return np.array([state.q for state in states]), np.array([state.qdot for state in states])
-
     residual = None
     if found.work is not None:
-        kinetic = 0.5 * (speeds**2 @ model.masses)
+        kinetic = 0.5 * (states.v**2 @ model.masses)
         residual = float(np.abs(kinetic - kinetic[0] - found.work).max() / max(float(kinetic.max()), 1e-300))
+
+    def at(times: ArrayLike) -> tuple[Array, Array]:
+        told = np.array([found.at(float(t)) for t in np.atleast_1d(array("times", times))]).reshape(-1, 2)
+        return told[:, 0], told[:, 1]
+
     return Run(
         route,
         found.t,
-        *driver(states),
-        poses.reshape(len(states), -1, 3),
-        speeds.reshape(len(states), -1, 3),
+        states.q,
+        states.qdot,
+        states.x.reshape(found.t.size, -1, 3),
+        states.v.reshape(found.t.size, -1, 3),
         reactions,
         drift=found.drift,
-        closure=max(float(np.abs(state.value).max(initial=0.0)) for state in states),
+        closure=float(np.abs(states.value).max(initial=0.0)),
         energy_residual=residual,
         evaluations=found.evaluations,
-        at=lambda times: driver([found.state(float(t)) for t in np.atleast_1d(array("times", times))]),
+        at=at,
     )
 
 
@@ -891,16 +1158,14 @@ def _actions(linkage: Linkage, gravity: tuple[float, float] | None, drive: Law, 
 
 
 def _reactions(
-    model: Model, times: Array, states: list[State], law: Callable[[Model, float, State], Accelerations]
+    model: Model, times: Array, states: State, law: Callable[[Model, Any, State], Accelerations]
 ) -> dict[str, Array]:
     """Reactions by joint; NaN where a redundant linkage leaves them open: those with a part in the null space of Phi_x^T."""
-    rows = []
-    for t, state in zip(times, states, strict=True):
-        row = law(model, float(t), state).reactions
-        if model.redundant:
-            left, sizes, _ = np.linalg.svd(state.jacobian)
-            rank = int((sizes > _RANK * sizes.max()).sum())
-            row = np.where(np.abs(left[:, rank:]).max(axis=1, initial=0.0) > _RANK, np.nan, row)
-        rows.append(row)
-    table, names = np.array(rows), [joint for joint, _ in components(model.linkage)]
+    table = law(model, times, states).reactions
+    if model.redundant:
+        left, sizes, _ = np.linalg.svd(states.jacobian)
+        null = np.ones(left.shape[::2], dtype=bool)
+        null[:, : sizes.shape[1]] = sizes <= _RANK * sizes.max(axis=1, keepdims=True)
+        table = np.where((np.abs(left) * null[:, None]).max(axis=2) > _RANK, np.nan, table)
+    names = [joint for joint, _ in components(model.linkage)]
     return {name: table[:, [k for k, joint in enumerate(names) if joint == name]] for name in dict.fromkeys(names)}
