@@ -39,6 +39,7 @@ if TYPE_CHECKING:
     from flywheel.motions.kinetic_energy import cycle_shares, shares
     from flywheel.motions.simulation import Motion, simulate
     from flywheel.motions.transients import Transient, run_down, run_up, time_along, transient
+    from flywheel.motions.velocities import instant_centres
     from flywheel.numerics.faults import Fault, SceneError
     from flywheel.pictures.mechanisms import animate, draw
     from flywheel.reading.scenes import load
@@ -67,6 +68,7 @@ _HOMES = {
     "cycle_shares": "motions.kinetic_energy",
     "draw": "pictures.mechanisms",
     "explain": "report.explanation",
+    "instant_centres": "motions.velocities",
     "joint_forces": "motions.joint_forces",
     "load": "reading.scenes",
     "motion": "motions.kinematics",
@@ -139,6 +141,7 @@ __all__ = [
     "every_shaft",
     "explain",
     "gearing",
+    "instant_centres",
     "joint_forces",
     "kinetostatics",
     "load",

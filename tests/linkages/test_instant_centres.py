@@ -7,7 +7,7 @@ import mpmath as mp
 import numpy as np
 import pytest
 
-from flywheel.mechanisms.linkages.instant_centres import ANYWHERE, FINITE, INFINITE, instant_centres, velocity
+from flywheel.mechanisms.linkages.instant_centres import ANYWHERE, FINITE, INFINITE, centres_of, velocity
 from flywheel.numerics.faults import SceneError
 from flywheel.scene.linkage import FRAME
 from tests.linkages.linkages import CASES, four_bar_reference, slider_crank, slider_crank_reference, solve, whole
@@ -26,7 +26,7 @@ def off(centre, k, true):
 
 
 def test_those_of_a_four_bar_are_where_its_bars_meet():
-    found = instant_centres(whole("four-bar").poses(ANGLES))
+    found = centres_of(whole("four-bar").poses(ANGLES))
     for k, phi in enumerate(map(mp.mpf, ANGLES.tolist())):
         angles = four_bar_reference(phi)
         a, b, d = mp.mpf("0.1") * mp.expj(phi), mp.mpf("0.4") + mp.mpf("0.3") * mp.expj(angles["rocker"]), mp.mpf("0.4")
@@ -40,7 +40,7 @@ def test_those_of_a_four_bar_are_where_its_bars_meet():
 def test_far_away_the_error_is_told():
     """The rod's is on the crank's line, above the slider: it goes to infinity as the crank comes to stand across."""
     away = np.concatenate([[s * 10.0**-k for s in (-1, 1)] for k in range(1, 15)])
-    found = instant_centres(whole("slider-crank").poses(pi / 2 + away))[FRAME, "rod"]
+    found = centres_of(whole("slider-crank").poses(pi / 2 + away))[FRAME, "rod"]
     seen = 0
     for k, phi in enumerate((pi / 2 + away).tolist()):
         true = slider_crank_reference(mp.mpf(phi))["guide"] * mp.mpc(1, mp.tan(mp.mpf(phi)))
@@ -57,7 +57,7 @@ def test_far_away_the_error_is_told():
 def test_at_infinity_there_is_the_direction_alone():
     inline = slider_crank(e=0.0)
     poses = solve(inline, 0.0, 7.0).poses([pi / 2, 1.0])
-    found = instant_centres(poses)
+    found = centres_of(poses)
     rod, guide = found[FRAME, "rod"], found[FRAME, "slider"]
     assert rod.kind.tolist() == [INFINITE, FINITE]
     assert not rod.permanent
@@ -72,7 +72,7 @@ def test_at_infinity_there_is_the_direction_alone():
 @pytest.mark.parametrize("case", CASES)
 def test_three_bodies_have_three_centres_on_a_line(case):
     linkage = CASES[case][0]
-    found = instant_centres(whole(case).poses(ANGLES))
+    found = centres_of(whole(case).poses(ANGLES))
     tried = 0
     for triple in combinations(linkage.names, 3):
         centres = [found[pair] for pair in combinations(triple, 2)]
@@ -89,7 +89,7 @@ def test_three_bodies_have_three_centres_on_a_line(case):
 @pytest.mark.parametrize("case", CASES)
 def test_they_give_the_velocities_that_influence_coefficients_give(case):
     linkage, poses = CASES[case][0], whole(case).poses(ANGLES)
-    found = instant_centres(poses)
+    found = centres_of(poses)
     for link in linkage.links:
         centre = found[FRAME, link.name]
         for point in link.points:
@@ -101,7 +101,7 @@ def test_they_give_the_velocities_that_influence_coefficients_give(case):
 def test_the_sliders_speed_is_omega_times_the_distance_of_the_shared_point():
     """And, as the source has it, omega r PB/PA with the rod's centre P."""
     poses = whole("slider-crank").poses(ANGLES)
-    found = instant_centres(poses)
+    found = centres_of(poses)
     slider = np.abs(poses.point("slider", (0.0, 0.0)).rate[0])
     np.testing.assert_allclose(np.hypot(*found["crank", "slider"].place), slider, rtol=1e-12)
     pin, end, centre = poses.point("rod", (0, 0)).value, poses.point("rod", (0.3, 0)).value, found[FRAME, "rod"].place
@@ -110,12 +110,12 @@ def test_the_sliders_speed_is_omega_times_the_distance_of_the_shared_point():
 
 def test_gears_touch_in_their_pitch_point():
     """Between the axes, at their distance shared out as the radii."""
-    found = instant_centres(whole("geared five-bar").poses(ANGLES))["crank", "second"]
+    found = centres_of(whole("geared five-bar").poses(ANGLES))["crank", "second"]
     np.testing.assert_allclose(found.place, np.outer([0.2, 0.0], np.ones(9)), atol=1e-14)
 
 
 def test_a_follower_that_dwells_has_no_motion_of_its_own():
-    found = instant_centres(whole("cam and lever").poses([0.0]))
+    found = centres_of(whole("cam and lever").poses([0.0]))
     assert found[FRAME, "lever"].kind[0] == FINITE
     assert found[FRAME, "lever"].permanent
     assert found[FRAME, "bar"].kind[0] == ANYWHERE
@@ -127,4 +127,4 @@ def test_a_follower_that_dwells_has_no_motion_of_its_own():
 
 def test_what_is_no_pose_is_refused():
     with pytest.raises(SceneError, match="expected Poses"):
-        instant_centres("poses")
+        centres_of("poses")

@@ -74,7 +74,7 @@ class _Field(NamedTuple):
     velocity_rounding: Array
 
 
-def instant_centres(poses: Poses, others: Sequence[Poses] = ()) -> dict[tuple[str, str], InstantCentre]:
+def centres_of(poses: Poses, others: Sequence[Poses] = ()) -> dict[tuple[str, str], InstantCentre]:
     """The centres of every two bodies, absolute ones first, by the names of the two.
 
     Args:
@@ -89,7 +89,7 @@ def instant_centres(poses: Poses, others: Sequence[Poses] = ()) -> dict[tuple[st
     >>> from flywheel.mechanisms.linkages.positions import solve
     >>> from flywheel.scene.scene import Mechanism
     >>> press = Mechanism("slider-crank", "press", geometry={"crank.length": 3.0, "rod.length": 5.0})
-    >>> found = instant_centres(solve(linkage_of(press), 0.0, 7.0).poses([0.0, np.arctan2(4, 3)]))
+    >>> found = centres_of(solve(linkage_of(press), 0.0, 7.0).poses([0.0, np.arctan2(4, 3)]))
     >>> found["frame", "rod"].place[:, 0].round(9).tolist()
     [8.0, 0.0]
     >>> shared = found["crank", "slider"].place  # O P across the slider's travel: v = omega |OP|

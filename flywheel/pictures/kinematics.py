@@ -1,0 +1,263 @@
+"""Pictures of a motion: position, velocity and acceleration of chosen curves, stacked over the driver or over time.
+
+Angles have a column of panels, lengths another; of points x is drawn full, y dashed. Extremes are marked with value and
+place, found between the samples; where something switches a curve is broken, so that a jump is no stroke.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from math import ceil
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+from matplotlib.ticker import MultipleLocator
+from numpy.typing import NDArray
+
+from flywheel.motions.kinematics import ANGLE, POINT, Curve, Kinematics
+from flywheel.numerics.faults import Fault, SceneError
+from flywheel.pictures import figures
+from flywheel.pictures.figures import BLACK, BODIES, GREY, told
+
+Array = NDArray[np.float64]
+
+_MOST = 8  # curves of a column, unless they were named
+_NAMED = 4  # lines in a panel whose own extremes are written beside them; of more, those of the panel alone
+_DASHES: tuple[Any, ...] = ("-", (0, (5, 1.5, 1, 1.5)), (0, (1, 1)))
+_SAMPLES_APART = 8.0  # times its neighbours' steps: a change that is a jump
+_RESTS = 1e-12  # of the largest value of a panel: an extreme below it is none
+
+
+class Line(NamedTuple):
+    """One line of a panel: its label, colour and dashes, its places on the axis and its values, broken by NaN at jumps.
+
+    `slope` is its derivative by the axis, None where that is not known.
+    """
+
+    label: str
+    colour: str
+    dashes: Any
+    x: Array
+    y: Array
+    slope: Array | None
+
+
+def plot(found: Kinematics, path: str | Path) -> None:
+    """Draw a motion into a file: PNG, SVG or PDF, as its ending says; the same one every time.
+
+    Raises ValueError for any other ending, SceneError for fewer than two positions, OSError where it cannot be written.
+    """
+    figures.save(draw(found), path)
+
+
+def draw(found: Kinematics) -> Figure:
+    """The figure: three panels for angles and three for lengths, as far as there are such curves."""
+    if np.unique(found.axis).size < 2:
+        raise SceneError([Fault("points", "a single position", "two at least, for a curve between them")])
+    wanted, left_out = shown(list(found.curves.values()))
+    columns = [[curve for curve in wanted if (curve.kind == ANGLE) == turning] for turning in (True, False)]
+    columns = [column for column in columns if column]
+    title = ": ".join(part for part in (found.scene.title or "", f"motion {found.condition}") if part)
+    if left_out:
+        title += f"\n({left_out} more curves can be drawn by name)"
+    made = figures.figure(6.8 * len(columns) + 1.2 * (len(columns) == 1), 9.6, title)
+    panels = made.subplots(3, len(columns), sharex=True, squeeze=False)
+    scale, label = axis_of(found)
+    for column, curves in zip(panels.T, columns, strict=True):
+        for order, panel in enumerate(column):
+            _draw_panel(panel, found, curves, order, scale)
+        column[-1].set_xlabel(label)
+        _legend(column[0], found, curves)
+    made.draw_without_rendering()
+    for column, curves in zip(panels.T, columns, strict=True):
+        for order, panel in enumerate(column):
+            _mark_extremes(panel, found, curves, order, scale)
+    return made
+
+
+def shown(curves: Sequence[Curve]) -> tuple[list[Curve], int]:
+    """The curves that are drawn: all that were named; of everything, bodies and slides that move; how many are left out."""
+    if len(curves) <= _MOST:
+        return list(curves), 0
+    moving = [c for c in curves if c.kind != POINT and not c.name.endswith(".angle") and np.ptp(c.velocity) > 0.0]
+    chosen = [c for turning in (True, False) for c in [c for c in moving if (c.kind == ANGLE) == turning][:_MOST]]
+    chosen = chosen or list(curves[:_MOST])
+    return chosen, len(curves) - len(chosen)
+
+
+def axis_of(found: Kinematics) -> tuple[float, str]:
+    """What the axis is multiplied by, and its label with the unit."""
+    axis = found.axis
+    if found.over == "time" and found.t is not None:
+        return (1000.0, "time, ms") if float(np.ptp(axis)) < 0.1 else (1.0, "time, s")
+    if found.sliding:
+        return (
+            (1000.0, "position of the driver, mm") if float(np.abs(axis).max()) < 1.0 else (1.0, "position of the driver, m")
+        )
+    return 180.0 / np.pi, "driver's angle φ, deg"
+
+
+def scale_of(found: Kinematics, curves: Sequence[Curve], order: int) -> tuple[float, str]:
+    """What values are multiplied by, and the label of their panel: order 0 for positions, 1 velocities, 2 accelerations."""
+    turning = curves[0].kind == ANGLE
+    by = "x" if found.sliding else "φ"
+    if turning and order == 0:
+        return 180.0 / np.pi, "angle, deg"
+    if found.rate is None:
+        prime = ("", "'", "''")[order]
+        if turning:
+            unit = ("", "rad/m", "rad/m²")[order] if found.sliding else "1"
+            return 1.0, f"θ{prime} = {('', 'dθ/d', 'd²θ/d')[order]}{by}{'²' * (order == 2)}, {unit}"
+        largest = max(float(np.nanmax(np.abs(_figure(curve, order)))) for curve in curves)
+        factor, length = (1000.0, "mm") if largest < 1.0 and not (found.sliding and order) else (1.0, "m")
+        if order == 0:
+            return factor, f"displacement, {length}"
+        unit = ("", "1", "1/m")[order] if found.sliding else f"{length}/rad{'²' * (order == 2)}"
+        return factor, f"s{prime} = {('', 'ds/d', 'd²s/d')[order]}{by}{'²' * (order == 2)}, {unit}"
+    if turning:
+        return 1.0, ("", "angular velocity, rad/s", "angular acceleration, rad/s²")[order]
+    largest = max(float(np.nanmax(np.abs(_figure(curve, order)))) for curve in curves)
+    factor, length = (1000.0, "mm") if largest < (1.0 if order == 0 else 0.1) else (1.0, "m")
+    return factor, (f"displacement, {length}", f"velocity, {length}/s", f"acceleration, {length}/s²")[order]
+
+
+def _figure(curve: Curve, order: int) -> Array:
+    return (curve.position, curve.velocity, curve.acceleration)[order]
+
+
+def lines(found: Kinematics, curves: Sequence[Curve], order: int) -> Iterator[Line]:
+    """The lines of a panel, in SI: a point has two, x and y."""
+    axis = found.axis
+    rising = np.argsort(axis, kind="stable") if found.t is None else np.arange(axis.size)
+    per = np.ones(axis.size)
+    if found.over != "time" and found.rate is not None:
+        per = np.where(found.rate == 0.0, np.nan, found.rate)
+    for k, curve in enumerate(curves):
+        values, slopes = _figure(curve, order), None if order == 2 else _figure(curve, order + 1) / per
+        colour, dashes = BODIES[k % len(BODIES)], _DASHES[k // len(BODIES) % len(_DASHES)]
+        for i, part in enumerate("xy" if curve.kind == POINT else ("",)):
+            y = values[i] if part else values
+            slope = slopes if slopes is None or not part else slopes[i]
+            x, y, slope = broken(axis[rising], y[rising], None if slope is None else slope[rising], found.breakpoints)
+            yield Line(f"{curve.name}.{part}" if part else curve.name, colour, "--" if part == "y" else dashes, x, y, slope)
+
+
+def broken(x: Array, y: Array, slope: Array | None, breakpoints: Array) -> tuple[Array, Array, Array | None]:
+    """A curve with NaN between two samples where it jumps: across a breakpoint, by far more than its neighbours' steps."""
+    steps = np.abs(np.diff(y))
+    usual = np.maximum(np.append(steps[1:], 0.0), np.append(0.0, steps[:-1]))
+    low, high = np.minimum(x[:-1], x[1:]), np.maximum(x[:-1], x[1:])
+    near = 1e-9 * float(np.ptp(x))
+    across = np.zeros(steps.size, dtype=bool)
+    for at in breakpoints:
+        across |= (low - near <= at) & (at <= high + near)
+    jumps = np.flatnonzero(across & (steps > _SAMPLES_APART * usual) & (steps > 1e-9 * np.abs(y).max())) + 1
+    if not jumps.size:
+        return x, y, slope
+    gap = np.full(jumps.size, np.nan)
+    return np.insert(x, jumps, gap), np.insert(y, jumps, gap), None if slope is None else np.insert(slope, jumps, gap)
+
+
+# -- one panel -------------------------------------------------------------------------------------------------------
+
+
+def _draw_panel(panel: Axes, found: Kinematics, curves: Sequence[Curve], order: int, scale: float) -> None:
+    factor, label = scale_of(found, curves, order)
+    figures.name_axes(panel, "", "", label)
+    for at in found.breakpoints:
+        panel.axvline(scale * at, color=GREY, lw=0.7, ls=":", zorder=1.2)
+    for k, curve in enumerate(curves):
+        for at in found.dead_centres.get(curve.name, ()):
+            panel.axvline(scale * float(at), color=BODIES[k % len(BODIES)], lw=0.7, ls="-.", zorder=1.3)
+    for line in lines(found, curves, order):
+        panel.plot(scale * line.x, factor * line.y, color=line.colour, ls=line.dashes, lw=1.6, zorder=3)
+    low, high = scale * float(np.min(found.axis)), scale * float(np.max(found.axis))
+    panel.set_xlim(low, high)
+    if "deg" in axis_of(found)[1] and high - low >= 180.0:
+        panel.xaxis.set_major_locator(MultipleLocator(45.0 * ceil((high - low) / 540.0)))
+    if order:
+        panel.axhline(0.0, color=BLACK, lw=0.6, zorder=1.5)
+    panel.margins(y=0.16)
+
+
+def _legend(panel: Axes, found: Kinematics, curves: Sequence[Curve]) -> None:
+    """Names of the lines above the uppermost panel, with what the thin lines are."""
+    handles = [
+        panel.plot([], [], color=line.colour, ls=line.dashes, lw=1.6, label=line.label)[0]
+        for line in lines(found, curves, 0)
+    ]  # type: ignore[arg-type]
+    if any(np.size(found.dead_centres.get(curve.name, ())) for curve in curves):
+        handles += panel.plot([], [], color=GREY, lw=0.9, ls="-.", label="dead centres (in its colour)")
+    if found.breakpoints.size:
+        handles += panel.plot([], [], color=GREY, lw=0.9, ls=":", label="something switches")
+    longest = max(len(str(handle.get_label())) for handle in handles)
+    columns = max(min(len(handles), int(78 / (longest + 6))), 1)
+    panel.legend(handles=handles, loc="lower center", bbox_to_anchor=(0.5, 1.01), ncols=columns, fontsize=8.5, frameon=False)
+
+
+# -- extremes --------------------------------------------------------------------------------------------------------
+
+
+def extremes(x: Array, y: Array, slope: Array | None) -> list[tuple[float, float]]:
+    """Place and value of a line's least and its greatest value, found between its samples.
+
+    Beside the least (greatest) sample the curve is taken as Hermite's cubic through values and slopes, or as a parabola
+    through three samples where slopes are not known; not across a gap.
+    """
+    found = []
+    for sense in (-1.0, 1.0):
+        k = int(np.nanargmax(sense * y))
+        best = (float(x[k]), float(y[k]))
+        if slope is None:
+            near = slice(k - 1, k + 2)
+            if 0 < k < y.size - 1 and np.isfinite(y[near]).all() and np.all(np.diff(x[near]) > 0.0):
+                bend, tilt, base = np.polyfit((x[near] - x[k]) / np.ptp(x[near]), y[near], 2)
+                at = -tilt / (2 * bend) if bend * sense < 0.0 else 0.0
+                best = (float(x[k] + at * np.ptp(x[near])), float(base + at * (tilt + at * bend)))
+        else:
+            for a in (k - 1, k):
+                best = max(best, _cubic(x, y, slope, a, sense), key=lambda pair: sense * pair[1])
+        found.append(best)
+    return found
+
+
+def _cubic(x: Array, y: Array, slope: Array, a: int, sense: float) -> tuple[float, float]:
+    """The greatest (least) value of Hermite's cubic between samples a and a + 1, as place and value."""
+    b = a + 1
+    if a < 0 or b >= x.size or not np.isfinite([x[a], x[b], y[a], y[b], slope[a], slope[b]]).all() or x[a] == x[b]:
+        return float("nan"), -sense * np.inf
+    h = x[b] - x[a]
+    first, last, rise = h * slope[a], h * slope[b], y[b] - y[a]
+    cubic = np.polynomial.Polynomial([y[a], first, 3 * rise - 2 * first - last, first + last - 2 * rise])
+    inside = [s.real for s in cubic.deriv().roots() if abs(s.imag) < 1e-9 and 0.0 < s.real < 1.0]
+    at = max((0.0, 1.0, *inside), key=lambda s: sense * float(cubic(s)))
+    return float(x[a] + at * h), float(cubic(at))
+
+
+def _mark_extremes(panel: Axes, found: Kinematics, curves: Sequence[Curve], order: int, scale: float) -> None:
+    """Dots at extremes, with value and place where there are few lines; else those of the panel alone."""
+    factor, _ = scale_of(found, curves, order)
+    unit = {"deg": "°", "mm": " mm", "m": " m", "s": " s", "ms": " ms"}[axis_of(found)[1].rpartition(", ")[2]]
+    drawn = list(lines(found, curves, order))
+    largest = max(float(np.nanmax(np.abs(line.y))) for line in drawn)
+    marks = []
+    for line in drawn:
+        if np.nanmax(line.y) - np.nanmin(line.y) > _RESTS * largest:
+            marks += [(*pair, line.colour) for pair in extremes(line.x, line.y, line.slope)]
+    if len(drawn) > _NAMED and marks:
+        marks = [min(marks, key=lambda mark: mark[1]), max(marks, key=lambda mark: mark[1])]
+    spots = np.array([(scale * x, factor * y) for x, y, _ in marks]).reshape(-1, 2)
+    texts = []
+    for (x, y), (_, _, colour) in zip(spots, marks, strict=True):
+        panel.plot(x, y, "o", color=colour, ms=4.5, zorder=4)
+        rest = _RESTS * factor * largest
+        label = (
+            f"{told(0.0 if abs(y) < 1e3 * rest else y)} at {told(x, 4, 1e-9 * abs(scale) * float(np.ptp(found.axis)))}{unit}"
+        )
+        texts.append(panel.text(0.0, 0.0, label, fontsize=8.0, color=figures.shade(colour, -0.2), zorder=5))
+    paths = [np.stack((scale * line.x, factor * line.y)) for line in drawn]
+    figures.settle(panel, texts, spots, paths)

@@ -1,0 +1,108 @@
+"""Pictures of a motion: panels, units, extremes between the samples, jumps that are no strokes."""
+
+from dataclasses import replace
+from math import pi
+
+import numpy as np
+import pytest
+
+import flywheel
+from flywheel.motions.kinematics import motion
+from flywheel.numerics.faults import SceneError
+from flywheel.pictures.kinematics import broken, draw, extremes, plot
+
+PRESS = {"type": "slider-crank", "crank": {"length": 0.3}, "rod": {"length": 0.5, "mass": 1.0, "com": 0.2}}
+SCENE = {"title": "Press", "mechanism": PRESS, "regime": {"speed": 10}, "flywheel": {"inertia": 1}}
+
+
+@pytest.fixture(scope="module")
+def scene():
+    return flywheel.load(SCENE)
+
+
+def texts(axes):
+    return [text.get_text() for text in axes.texts]
+
+
+def test_three_panels_for_angles_and_three_for_lengths(scene):
+    axes = draw(motion(scene, of=["rod", "slider"], points=73)).axes
+    assert [panel.get_ylabel() for panel in axes] == [
+        *("angle, deg", "displacement, mm"),
+        *("θ' = dθ/dφ, 1", "s' = ds/dφ, mm/rad"),
+        *("θ'' = d²θ/dφ², 1", "s'' = d²s/dφ², mm/rad²"),
+    ]
+    assert axes[4].get_xlabel() == axes[5].get_xlabel() == "driver's angle φ, deg"
+    assert texts(axes[0]) == ["−36.87 at 90°", "36.87 at 270°"]
+    assert texts(axes[1]) == ["200 at 180°", "800 at 0°"]
+    rod = axes[0].lines[0]
+    assert rod.get_ydata()[18] == pytest.approx(-np.degrees(np.arcsin(0.6)), rel=1e-12)
+
+
+def test_over_time_units_are_those_of_time(scene):
+    figure = draw(motion(scene, of=["rod.com"], points=73, speed=10.0, over="time"))
+    assert [panel.get_ylabel() for panel in figure.axes] == ["displacement, mm", "velocity, m/s", "acceleration, m/s²"]
+    assert figure.axes[2].get_xlabel() == "time, s"
+    assert [text.get_text() for text in figure.axes[0].get_legend().get_texts()] == ["rod.com.x", "rod.com.y"]
+    assert figure.axes[0].lines[0].get_linestyle() == "-"
+    assert figure.axes[0].lines[1].get_linestyle() == "--"
+    assert figure.get_suptitle() == "Press: motion at 10 rad/s"
+    assert figure.axes[1].lines[2].get_ydata()[0] == pytest.approx(0.0, abs=1e-15)
+
+
+def test_extremes_lie_between_samples():
+    """Of sin(x) by values and slopes to the fourth order, by values alone to the third; of a ramp at its ends."""
+    x = np.linspace(0.1, 6.0, 60)
+    (least_at, least), (most_at, most) = extremes(x, np.sin(x), np.cos(x))
+    assert (least_at, least) == (pytest.approx(1.5 * pi, abs=1e-5), pytest.approx(-1.0, abs=1e-7))
+    assert (most_at, most) == (pytest.approx(0.5 * pi, abs=1e-5), pytest.approx(1.0, abs=1e-7))
+    assert extremes(x, np.sin(x), None)[1] == (pytest.approx(0.5 * pi, abs=1e-4), pytest.approx(1.0, abs=1e-6))
+    assert extremes(x, 2 * x, np.full(60, 2.0)) == [(0.1, 0.2), (6.0, pytest.approx(12.0))]
+
+
+def test_a_jump_is_a_gap_and_a_corner_is_none():
+    x = np.linspace(0.0, 1.0, 101)
+    stepped = np.where(x < 0.505, x, x + 3.0)
+    cut = broken(x, stepped, None, np.array([0.505]))[1]
+    assert np.flatnonzero(np.isnan(cut)).tolist() == [51]
+    assert broken(x, stepped, None, np.array([0.3]))[1].size == 101  # nothing switches there
+    assert broken(x, np.abs(x - 0.5), None, np.array([0.5]))[1].size == 101
+    both_sides = np.sort(np.append(x, 0.5))
+    jump = np.where(np.arange(102) < 51, 0.0, 1.0)
+    assert np.flatnonzero(np.isnan(broken(both_sides, jump, jump, np.array([0.5]))[2])).tolist() == [51]
+
+
+def test_dead_centres_and_breakpoints_are_drawn_and_named(scene):
+    found = motion(scene, of=["slider"], points=73)
+    (name,) = found.curves
+    found = replace(found, dead_centres={name: np.array([0.0, pi])}, breakpoints=np.array([1.0]))
+    panel = draw(found).axes[1]
+    assert [text.get_text() for text in draw(found).axes[0].get_legend().get_texts()][1:] == [
+        "dead centres (in its colour)",
+        "something switches",
+    ]
+    assert sorted(line.get_xdata()[0] for line in panel.lines[:3]) == pytest.approx([0.0, np.degrees(1.0), 180.0])
+
+
+def test_of_everything_bodies_and_slides_are_drawn(scene):
+    figure = draw(motion(scene, points=13))
+    names = [[text.get_text() for text in panel.get_legend().get_texts()] for panel in figure.axes[:2]]
+    assert names == [["rod"], ["guide"]]
+    assert "more curves can be drawn by name" in figure.get_suptitle()
+
+
+def test_a_single_position_is_refused(scene):
+    with pytest.raises(SceneError, match="two at least"):
+        draw(motion(scene, at=[1.0]))
+
+
+def test_other_endings_are_refused(scene, tmp_path):
+    with pytest.raises(ValueError, match=r"\.txt"):
+        plot(motion(scene, of=["rod"], points=5), tmp_path / "a.txt")
+
+
+@pytest.mark.slow
+def test_files_are_the_same_every_time(scene, tmp_path):
+    found = motion(scene, of=["rod", "slider"], points=25)
+    for name in ("a.svg", "b.svg"):
+        plot(found, tmp_path / name)
+    assert (tmp_path / "a.svg").read_bytes() == (tmp_path / "b.svg").read_bytes()
