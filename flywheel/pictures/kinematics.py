@@ -14,7 +14,6 @@ from typing import Any, NamedTuple
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from matplotlib.lines import Line2D
 from matplotlib.ticker import MultipleLocator
 from numpy.typing import NDArray
 
@@ -189,7 +188,7 @@ def _legend(panel: Axes, found: Kinematics, curves: Sequence[Curve]) -> None:
     handles = [
         panel.plot([], [], color=line.colour, ls=line.dashes, lw=1.6, label=line.label)[0]
         for line in lines(found, curves, 0)
-    ]  # type: ignore[arg-type]
+    ]
     if any(np.size(found.dead_centres.get(curve.name, ())) for curve in curves):
         handles += panel.plot([], [], color=GREY, lw=0.9, ls="-.", label="dead centres (in its colour)")
     if found.breakpoints.size:
@@ -233,7 +232,8 @@ def _cubic(x: Array, y: Array, slope: Array, a: int, sense: float) -> tuple[floa
     h = x[b] - x[a]
     first, last, rise = h * slope[a], h * slope[b], y[b] - y[a]
     cubic = np.polynomial.Polynomial([y[a], first, 3 * rise - 2 * first - last, first + last - 2 * rise])
-    inside = [s.real for s in cubic.deriv().roots() if abs(s.imag) < 1e-9 and 0.0 < s.real < 1.0]
+    turns = [complex(s) for s in cubic.deriv().roots()]
+    inside = [s.real for s in turns if abs(s.imag) < 1e-9 and 0.0 < s.real < 1.0]
     at = max((0.0, 1.0, *inside), key=lambda s: sense * float(cubic(s)))
     return float(x[a] + at * h), float(cubic(at))
 
