@@ -31,7 +31,7 @@ if TYPE_CHECKING:
     from flywheel.components import robot_arm as arm
     from flywheel.components import wheels as wheel
     from flywheel.machine.machine import Machine
-    from flywheel.mechanisms.linkages import multibody
+    from flywheel.mechanisms.linkages import freedoms, multibody
     from flywheel.mechanisms.linkages import reactions as kinetostatics
     from flywheel.motions import transients
     from flywheel.motions.joint_forces import JointForces, joint_forces
@@ -90,6 +90,7 @@ _MODULES = {
     "arm.motion": "components.robot_arm",
     "energy": "components.energy",
     "every_shaft": "components.gear_trains",
+    "freedoms": "mechanisms.linkages.freedoms",
     "gearing": "components.gear_trains",
     "kinetostatics": "mechanisms.linkages.reactions",
     "linkage": "mechanisms.linkages",
@@ -140,6 +141,7 @@ __all__ = [
     "energy",
     "every_shaft",
     "explain",
+    "freedoms",
     "gearing",
     "instant_centres",
     "joint_forces",

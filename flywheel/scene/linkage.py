@@ -123,13 +123,21 @@ class Side(NamedTuple):
     sense: int
 
 
+class Driver(NamedTuple):
+    """A joint that drives beside the first one: its name, and its coordinate (rad or m) where guesses and sides hold."""
+
+    joint: str
+    start: float = 0.0
+
+
 @dataclass(frozen=True)
 class Linkage:
-    """A linkage of one degree of freedom and how it is driven.
+    """A linkage and how it is driven.
 
     links: the moving bodies, in any order; ground: the fixed body's points.
     driver: name of the pin or slide whose coordinate drives; guesses and sides hold where it stands at `start` (rad or m).
     path: where it stands in a scene, for messages.
+    further: the other drivers of a linkage of several degrees of freedom (see `flywheel.freedoms`).
     """
 
     ground: Link
@@ -140,6 +148,12 @@ class Linkage:
     sides: tuple[Side, ...] = ()
     start: float = 0.0
     path: str = "mechanism"
+    further: tuple[Driver, ...] = ()
+
+    @property
+    def drivers(self) -> tuple[Driver, ...]:
+        """All drivers, the first one first."""
+        return (Driver(self.driver, self.start), *self.further)
 
     @cached_property
     def names(self) -> tuple[str, ...]:

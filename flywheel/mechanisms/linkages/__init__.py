@@ -10,6 +10,19 @@ It is `flywheel.linkage` to users, and the home of what describes a linkage and 
 """
 
 from flywheel.mechanisms.linkages.positions import Poses, Solution, solve, solve_over
-from flywheel.scene.linkage import Coupling, Joint, Lift, Link, Linkage, Point, Side
+from flywheel.scene.linkage import Coupling, Driver, Joint, Lift, Link, Linkage, Point, Side
 
-__all__ = ["Coupling", "Joint", "Lift", "Link", "Linkage", "Point", "Poses", "Side", "Solution", "solve", "solve_over"]
+__all__ = [
+    "Coupling",
+    "Driver",
+    "Joint",
+    "Lift",
+    "Link",
+    "Linkage",
+    "Point",
+    "Poses",
+    "Side",
+    "Solution",
+    "solve",
+    "solve_over",
+]

@@ -79,7 +79,8 @@ def mobility(loops: Loops, jacobian: Array) -> Mobility:
         """The loop or the coupling that an equation stands for."""
         coupling = row - 2 * len(loops.closures)
         if coupling >= 0:
-            return f"coupling {loops.linkage.couplings[coupling].name}"
+            couplings = [f"coupling {pair.name}" for pair in loops.linkage.couplings]
+            return [*couplings, *(f"driver {name}" for name, _ in loops.linkage.drivers)][coupling]
         return f"loop {' - '.join(loops.paths[row // 2])}"
 
     redundant = [f"the turning of {joint}, which other joints hold already" for joint in loops.doubled]
@@ -275,7 +276,7 @@ def _lock(equations: Equations, found: Array) -> Fault:
     loops, jacobian = equations.loops, _expanded(equations, found)[1]
     path = loops.linkage.path
     left, _, right = np.linalg.svd(jacobian[:, 1:])
-    where = f"driver {loops.linkage.driver} at {place(equations, float(found[0]))}"
+    where = standing(equations, float(found[0]))
     moving = _described(loops, found, _movers(right[-1]))
     if np.abs(left[:, loops.unknowns - 1 :].T @ jacobian[:, 0]).max() > _SMALL * np.abs(jacobian[:, 0]).max():
         advice = f"two assemblies meet there, {moving} may go either way"
@@ -308,7 +309,7 @@ def _branch(equations: Equations, found: Array, rate: Array | None) -> Fault:
         kind = _PARALLELOGRAM if rate is None or not ways else called(rate)
         names = [f"{called(way)}: " for way in ways]
     ring = f" ({', '.join(sorted(bodies))})" if bodies else ""
-    where = f"driver {loops.linkage.driver} at {place(equations, float(found[0]))}"
+    where = standing(equations, float(found[0]))
     what = f"{kind}{ring} that branches (a change point) with the {where}"
     if not ways:
         free = _described(loops, found, _movers(_singular_values(equations, found[None])[1][0, -1]))
@@ -377,9 +378,13 @@ def _onward(loops: Loops, way: Array, ways: list[Array]) -> str:
     for k in unlike[:_NAMED]:
         kind, _, what = loops.names[k].partition(" of ")
         turns = loops.angles[loops.linkage.names.index(what)].weights if kind == "angle" else np.eye(way.size)[k]
-        size = (1.0 if kind == "angle" else loops.unit) / (loops.unit if loops.linkage.sliding else 1.0)
+        size = (1.0 if kind == "angle" else loops.unit) / (
+            loops.unit if loops.linkage.sliding and loops.way is None else 1.0
+        )
         rate = round(float(turns @ way / way[0]) * size, 9) + 0.0
         parts.append(f"{what} {rate:.4g} {'rad' if kind == 'angle' else 'm'}")
+    if loops.way is not None:
+        return f"{', '.join(parts)} over the way of the drivers"
     return f"{', '.join(parts)} per {'m' if loops.linkage.sliding else 'rad'} of the driver"
 
 
@@ -403,9 +408,32 @@ def _and(names: Sequence[str]) -> str:
 
 def place(equations: Equations, driver: float) -> str:
     """Where the driver stands, in its own unit."""
-    if equations.loops.linkage.sliding:
-        return f"{round(driver, 12) * equations.loops.unit + 0.0:.9g} m"
+    return _place(equations.loops, driver, equations.loops.linkage.sliding)
+
+
+def _place(loops: Loops, driver: float, sliding: bool) -> str:
+    if sliding:
+        return f"{round(driver, 12) * loops.unit + 0.0:.9g} m"
     return f"{round(degrees(driver), 9) + 0.0:.9g} deg"
+
+
+def standing(equations: Equations, driver: float) -> str:
+    """The driver and where it stands; all of several, by the share of their way.
+
+    >>> from flywheel.mechanisms.linkages.equations import loops
+    >>> from flywheel.scene.linkage import Joint, Link
+    >>> o, pivot = Point("o"), Joint("pivot", "pin", "frame", "crank", Point("o"), Point("o"))
+    >>> standing(Equations(loops(Linkage(Link("frame", (o,)), (Link("crank", (o,)),), (pivot,), "pivot"))), 0.5)
+    'driver pivot at 28.6478898 deg'
+    """
+    loops = equations.loops
+    if loops.way is None:
+        return f"driver {loops.linkage.driver} at {place(equations, driver)}"
+    low, high = loops.way
+    names = [name for name, _ in loops.linkage.drivers]
+    sliding = [loops.linkage.joint(name).kind == SLIDE for name in names]
+    stands = zip(names, (low + driver * (high - low)).tolist(), sliding, strict=True)
+    return f"drivers {_and([f'{name} at {_place(loops, at, slides)}' for name, at, slides in stands])}"
 
 
 def _described(loops: Loops, z: Array, variables: Sequence[int] = ()) -> str:
@@ -473,7 +501,7 @@ def assembled(equations: Equations) -> Array:
         raise SceneError([_open_fault(equations)])
     if not loops.unknowns:
         isolated, family = found, found[:0]
-    elif _loose_everywhere(equations):
+    elif loose_everywhere(equations):
         raise SceneError(_position_faults(equations, found[0]))
     else:
         isolated, family = _isolated(equations, found)
@@ -526,7 +554,7 @@ def _position_faults(equations: Equations, z: Array) -> list[Fault]:
     jacobian = equations.jacobian(z[None], equations.bases(z[None]))[0]
     found = freedom_faults(loops, jacobian)
     near = loops.unknowns and np.linalg.matrix_rank(jacobian[:, 1:], rtol=_SINGULAR) < loops.unknowns
-    if not (found or near) or _loose_everywhere(equations):
+    if not (found or near) or loose_everywhere(equations):
         return found
     if near and (fault := singular_fault(equations, z, float(z[0]) - _BLURRED, float(z[0]) + _BLURRED)):
         return [fault]
@@ -537,7 +565,7 @@ def _position_faults(equations: Equations, z: Array) -> list[Fault]:
     return [Fault(loops.linkage.path, what, "a position that the driver settles", advice)]
 
 
-def _loose_everywhere(equations: Equations) -> bool:
+def loose_everywhere(equations: Equations) -> bool:
     """Whether the unknowns are not settled at positions at random either: that is no matter of a special position."""
     loops = equations.loops
     if loops.equations < loops.unknowns:
@@ -559,7 +587,7 @@ def assemblies(equations: Equations) -> Array:
     of them miss would stay unknown, which is why there are many.
     """
     loops = equations.loops
-    z, square = _starts(loops), loops.equations == loops.unknowns and not _loose_everywhere(equations)
+    z, square = _starts(loops), loops.equations == loops.unknowns and not loose_everywhere(equations)
     done = []
     for _ in range(_ITERATIONS):
         move, gap = _step(equations, z, square)
@@ -737,8 +765,9 @@ def _on_sides(equations: Equations, z: Array) -> NDArray[np.bool_]:
 
 def _where(loops: Loops) -> str:
     linkage = loops.linkage
-    value = f"{linkage.start:.6g} m" if linkage.sliding else f"{degrees(linkage.start):.6g} deg"
-    return f"with {linkage.driver} at {value}"
+    sliding = {joint.name: joint.kind == SLIDE for joint in linkage.joints}
+    each = [(name, f"{at:.6g} m" if sliding[name] else f"{degrees(at):.6g} deg") for name, at in linkage.drivers]
+    return "with " + _and([f"{name} at {value}" for name, value in each])
 
 
 def _fault(loops: Loops, key: str, what: str, found: Array, expected: str) -> Fault:

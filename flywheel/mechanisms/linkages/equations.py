@@ -38,6 +38,7 @@ from flywheel.scene.linkage import (
     SLIDE,
     SLOT,
     Coupling,
+    Driver,
     Joint,
     Lift,
     Link,
@@ -54,7 +55,7 @@ Chain = dict[tuple[str, int], complex]
 
 # -- description -------------------------------------------------------------------------------------------------------
 
-_PARTS: dict[str, type] = {"links": Link, "joints": Joint, "couplings": Coupling, "sides": Side}
+_PARTS: dict[str, type] = {"links": Link, "joints": Joint, "couplings": Coupling, "sides": Side, "further": Driver}
 _NUMBERS: dict[type, dict[str, str]] = {
     Point: {"x": ANY, "y": ANY},
     Link: {"mass": NOT_NEGATIVE, "inertia": NOT_NEGATIVE},
@@ -172,6 +173,14 @@ def _content_faults(linkage: Linkage) -> Iterator[Fault]:
     drivers = {name: None for name, joint in joints.items() if joint.kind in (PIN, SLIDE)}
     yield from name_faults(f"{linkage.path}.driver", linkage.driver, drivers)
     yield from number_faults(f"{linkage.path}.start", linkage.start)
+    driven = {linkage.driver}
+    for k, driver in enumerate(linkage.further):
+        path = f"{linkage.path}.further[{k}]"
+        yield from name_faults(f"{path}.joint", driver.joint, drivers)
+        yield from number_faults(f"{path}.start", driver.start)
+        if driver.joint in driven:
+            yield Fault(f"{path}.joint", shown(driver.joint), "another joint", "it drives already")
+        driven.add(driver.joint)
 
 
 def _numbers(path: str, item: object) -> Iterator[Fault]:
@@ -238,6 +247,8 @@ class Loops(NamedTuple):
     the loops' complex coefficients, `origins` (bodies, bases) those of the bodies' origins; `angles` holds every body's
     angle as a form. `paths` names for every closure the joints of its loop.
     `names` says what each variable is; `doubled` the joints whose angle is held by others already.
+    `way`: the scaled coordinates of all drivers at both ends of a straight way, (2, drivers), where several drive: the first
+    variable is then the share of that way, and the last relations say where each driver stands on it.
     """
 
     linkage: Linkage
@@ -251,6 +262,7 @@ class Loops(NamedTuple):
     relations: tuple[Relation, ...]
     paths: tuple[tuple[str, ...], ...]
     doubled: tuple[str, ...]
+    way: Array | None = None
 
     @property
     def unknowns(self) -> int:
@@ -264,23 +276,34 @@ class Loops(NamedTuple):
 
     @property
     def start(self) -> float:
-        """The driver's coordinate at which the linkage is assembled, scaled."""
+        """The driver's coordinate at which the linkage is assembled, scaled; the beginning of the way of several."""
+        if self.way is not None:
+            return 0.0
         return self.linkage.start / self.unit if self.linkage.sliding else self.linkage.start
 
 
-def loops(linkage: Linkage) -> Loops:
+def loops(linkage: Linkage, *, several: bool = False) -> Loops:
     """The loops of a linkage: every body placed along the tree of joints, every other joint a closure.
 
+    several: whether any number of drivers may be held, each by a relation, at their starts (`on_way` moves them).
+
     Raises:
-        SceneError: where a body hangs on nothing, or slides and rigid joints hold it at two angles at once.
+        SceneError: where a body hangs on nothing, or slides and rigid joints hold it at two angles at once; for further
+            drivers, unless there may be several.
 
     """
+    if linkage.further and not several:
+        several_names = ", ".join(driver.joint for driver in linkage.drivers)
+        found, expected = f"{len(linkage.drivers)} drivers ({several_names})", "one driver, of one degree of freedom"
+        advice = "for several use flywheel.freedoms (see flywheel reference freedoms)"
+        raise SceneError([Fault(f"{linkage.path}.driver", found, expected, advice)])
     unit = _unit(linkage)
     offset, leader, doubled = _rigid_angles(linkage)
-    names, angles = _variables(linkage, offset, leader)
+    driving = None if several else linkage.driver
+    names, angles = _variables(linkage, offset, leader, driving)
 
     def variable(joint: Joint) -> int:
-        return 0 if joint.name == linkage.driver else names.index(f"slide of {joint.name}")
+        return 0 if joint.name == driving else names.index(f"slide of {joint.name}")
 
     def step(joint: Joint) -> Chain:
         """From the origin of the joint's first body to that of its second."""
@@ -336,7 +359,7 @@ def loops(linkage: Linkage) -> Loops:
         ratio = 0.0 if lift else coupling.ratio * units[0] / units[1]
         return Relation(coordinate(first), coordinate(second), ratio, coupling.phase / units[1], lift, 1.0 / units[1])
 
-    return Loops(
+    described = Loops(
         linkage=linkage,
         unit=unit,
         names=names,
@@ -349,6 +372,28 @@ def loops(linkage: Linkage) -> Loops:
         paths=tuple(around(joint) for joint in closing),
         doubled=doubled,
     )
+    if not several:
+        return described
+    still = Form(np.zeros(len(names)), 0.0)
+    held = tuple(Relation(still, coordinate(linkage.joint(name)), 0.0, 0.0, None, 1.0) for name, _ in linkage.drivers)
+    described = described._replace(relations=(*described.relations, *held))
+    starts = np.array([driver.start for driver in linkage.drivers]) / driver_scales(described)
+    return on_way(described, starts, starts)
+
+
+def driver_scales(loops: Loops) -> Array:
+    """What a driver's scaled coordinate stands for, (drivers,): `unit` m of one that slides, 1 rad of one that turns."""
+    kinds = [loops.linkage.joint(name).kind for name, _ in loops.linkage.drivers]
+    return np.array([loops.unit if kind == SLIDE else 1.0 for kind in kinds])
+
+
+def on_way(loops: Loops, low: Array, high: Array) -> Loops:
+    """The same loops, with all drivers on the straight way between two sets of scaled coordinates, (drivers,) each."""
+    first = Form(np.eye(len(loops.names))[0], 0.0)
+    others, held = loops.relations[: -len(low)], loops.relations[-len(low) :]
+    ways = zip(held, (high - low).tolist(), low.tolist(), strict=True)
+    moved = tuple(relation._replace(first=first, ratio=step, phase=start) for relation, step, start in ways)
+    return loops._replace(relations=(*others, *moved), way=np.stack((low, high)))
 
 
 def _sum(*chains: Chain) -> Chain:
@@ -379,17 +424,19 @@ def _unit(linkage: Linkage) -> float:
 
 
 def _variables(
-    linkage: Linkage, offset: dict[str, float], leader: dict[str, str]
+    linkage: Linkage, offset: dict[str, float], leader: dict[str, str], driving: str | None
 ) -> tuple[tuple[str, ...], dict[str, Form]]:
     """Names of the variables, the driver's coordinate first, and every body's angle as a form of them.
+
+    driving: the driver whose coordinate is the first variable; None where that is the share of a way.
 
     A body's angle is its leader's, and what it is turned against that for good; the leader that a pin drives has the angle
     of that pin's other body, and the driver's coordinate.
     """
-    driver = linkage.joint(linkage.driver)
+    driver = None if driving is None else linkage.joint(driving)
     turning = {leader[body] for body in linkage.names} - {leader[FRAME]}
     driven, carrier, sign = "", "", 1.0
-    if driver.kind == PIN:
+    if driver is not None and driver.kind == PIN:
         first, second = leader[driver.first], leader[driver.second]
         if first == second:
             found = f"{driver.name} between {driver.first} and {driver.second}, which cannot turn against each other"
@@ -397,14 +444,14 @@ def _variables(
         driven, carrier, sign = (second, first, 1.0) if second in turning else (first, second, -1.0)
     sliding = [joint.name for joint in linkage.joints if joint.kind in (SLIDE, SLOT) and joint is not driver]
     names = (
-        f"coordinate of {driver.name}",
+        "share of the way" if driver is None else f"coordinate of {driver.name}",
         *(f"angle of {body}" for body in linkage.names if body in turning and body != driven),
         *(f"slide of {name}" for name in sliding),
     )
     angles = {}
     for body in linkage.names:
         weights, constant, follows = np.zeros(len(names)), offset[body], leader[body]
-        if follows == driven:
+        if driver is not None and follows == driven:
             weights[0] += sign
             constant += sign * (offset[driver.first] - offset[driver.second])
             follows = carrier

@@ -25,7 +25,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from flywheel.mechanisms.linkages.assembly import Mobility, assembled, mobility, place, singular_fault
+from flywheel.mechanisms.linkages.assembly import Mobility, assembled, mobility, place, singular_fault, standing
 from flywheel.mechanisms.linkages.equations import SETTLED, WINDOW, Equations, check, correction, inverse, loops, settle
 from flywheel.numerics.arguments import array, known, number_faults, refuse, shown
 from flywheel.numerics.faults import Fault, SceneError
@@ -87,6 +87,20 @@ class Poses(NamedTuple):
 
     def _index(self, body: str) -> int:
         return known("body", body, {name: k for k, name in enumerate(self.linkage.names)})
+
+
+def placed(equations: Equations, movement: Movement) -> tuple[Array, Array, Array]:
+    """x, y (m) of the origins and angles (rad) of all bodies with two derivatives along a movement, (bodies, 3, n) each."""
+    loops, (z, rate, slope) = equations.loops, movement
+    places = equations.origins(equations.bases(z), rate, slope)
+    turns = np.array([form.weights for form in loops.angles])
+    constants = np.array([form.constant for form in loops.angles])
+    angles = (z @ turns.T + constants, rate @ turns.T, slope @ turns.T)
+    first, second, third = (
+        np.stack((origin.real.T * loops.unit, origin.imag.T * loops.unit, angle.T), axis=1)
+        for origin, angle in zip(places, angles, strict=True)
+    )
+    return first, second, third
 
 
 # -- continuation ------------------------------------------------------------------------------------------------------
@@ -228,7 +242,7 @@ def _certified(equations: Equations, z: Array, inverse: Array, rate: Array, size
 
 def _lost(equations: Equations, z: Array) -> Fault:
     """Where no step can be certified any more."""
-    where = f"driver {equations.loops.linkage.driver} at {place(equations, float(z[0]))}"
+    where = standing(equations, float(z[0]))
     found = f"a linkage that locks or branches with the {where}, or comes too near to it to tell"
     return Fault(equations.loops.linkage.path, found, "one assembly over the whole range of the driver", "change a length")
 
@@ -275,16 +289,8 @@ class Solution:
             at, *ends = (place(self.equations, x / self.scale) for x in (float(wanted[outside][0]), self.low, self.high))
             found, expected = f"a position of the driver of {at}", f"one from {' to '.join(ends)}, which was followed"
             raise SceneError([Fault(self.linkage.path, found, expected)])
-        loops, (z, rate, slope) = self.equations.loops, self.movement(wanted)
-        places = self.equations.origins(self.equations.bases(z), rate, slope)
-        turns = np.array([form.weights for form in loops.angles])
-        constants = np.array([form.constant for form in loops.angles])
-        angles = (z @ turns.T + constants, rate @ turns.T, slope @ turns.T)
-        parts = []
-        for order, (origin, angle) in enumerate(zip(places, angles, strict=True)):
-            part = np.stack((origin.real.T * self.unit, origin.imag.T * self.unit, angle.T), axis=1)
-            parts.append(part / self.scale**order)
-        return Poses(self.linkage, wanted, *parts)
+        value, rate, slope = placed(self.equations, self.movement(wanted))
+        return Poses(self.linkage, wanted, value, rate / self.scale, slope / self.scale**2)
 
     def movement(self, q: Array) -> Movement:
         """All variables at coordinates q, a little outside the range too, by Newton from the quintic."""

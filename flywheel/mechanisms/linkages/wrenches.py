@@ -142,16 +142,16 @@ def centres(poses: Poses) -> Track:
 def weights(poses: Poses, gravity: tuple[float, float]) -> Array:
     """Weights m (gx, gy) of all bodies; gravity in m/s²."""
     pull = np.array((*vector("gravity", gravity, "m/s²"), 0.0))
-    return np.asarray(_masses(poses) * pull[:, None] + np.zeros_like(poses.value))
+    return np.asarray(masses(poses) * pull[:, None] + np.zeros_like(poses.value))
 
 
 def inertial(poses: Poses, speed: Array, acceleration: Array) -> Array:
     """D'Alembert's forces of all bodies, -m a_G and -J alpha, with a = g qddot + g' qdot²."""
     middle = centres(poses)
-    return np.asarray(-_masses(poses) * (middle.rate * acceleration + middle.slope * speed**2))
+    return np.asarray(-masses(poses) * (middle.rate * acceleration + middle.slope * speed**2))
 
 
-def _masses(poses: Poses) -> Array:
+def masses(poses: Poses) -> Array:
     """Mass, mass and inertia of every body, shape (bodies, 3, 1); 0 of the frame."""
     return np.array([(0.0,) * 3, *((link.mass, link.mass, link.inertia) for link in poses.linkage.links)])[:, :, None]
 
