@@ -1,7 +1,7 @@
 """Pictures of a motion: position, velocity and acceleration of chosen curves, stacked over the driver or over time.
 
 Angles have a column of panels, lengths another; of points x is drawn full, y dashed. Extremes are marked with value and
-place, found between the samples; where something switches a curve is broken, so that a jump is no stroke.
+place; where something switches a curve is broken, so that a jump is no stroke.
 """
 
 from __future__ import annotations
@@ -28,21 +28,27 @@ _MOST = 8  # curves of a column, unless they were named
 _NAMED = 4  # lines in a panel whose own extremes are written beside them; of more, those of the panel alone
 _DASHES: tuple[Any, ...] = ("-", (0, (5, 1.5, 1, 1.5)), (0, (1, 1)))
 _SAMPLES_APART = 8.0  # times its neighbours' steps: a change that is a jump
+_VAGUE = 1e-4  # of the axis: an extreme that may lie so far aside is told as one about there
 _RESTS = 1e-12  # of the largest value of a panel: an extreme below it is none
 
 
 class Line(NamedTuple):
-    """One line of a panel: its label, colour and dashes, its places on the axis and its values, broken by NaN at jumps.
+    """One line of a panel: its curve and component, colour and dashes, its places on the axis and its values.
 
-    `slope` is its derivative by the axis, None where that is not known.
+    They are broken by NaN where it jumps.
     """
 
-    label: str
+    curve: str
+    component: str
     colour: str
     dashes: Any
     x: Array
     y: Array
-    slope: Array | None
+
+    @property
+    def label(self) -> str:
+        """What it is called."""
+        return f"{self.curve}.{self.component}" if self.component else self.curve
 
 
 def plot(found: Kinematics, path: str | Path) -> None:
@@ -132,20 +138,16 @@ def lines(found: Kinematics, curves: Sequence[Curve], order: int) -> Iterator[Li
     """The lines of a panel, in SI: a point has two, x and y."""
     axis = found.axis
     rising = np.argsort(axis, kind="stable") if found.t is None else np.arange(axis.size)
-    per = np.ones(axis.size)
-    if found.over != "time" and found.rate is not None:
-        per = np.where(found.rate == 0.0, np.nan, found.rate)
     for k, curve in enumerate(curves):
-        values, slopes = _figure(curve, order), None if order == 2 else _figure(curve, order + 1) / per
+        values = _figure(curve, order)
         colour, dashes = BODIES[k % len(BODIES)], _DASHES[k // len(BODIES) % len(_DASHES)]
         for i, part in enumerate("xy" if curve.kind == POINT else ("",)):
             y = values[i] if part else values
-            slope = slopes if slopes is None or not part else slopes[i]
-            x, y, slope = broken(axis[rising], y[rising], None if slope is None else slope[rising], found.breakpoints)
-            yield Line(f"{curve.name}.{part}" if part else curve.name, colour, "--" if part == "y" else dashes, x, y, slope)
+            line = broken(axis[rising], y[rising], found.breakpoints)
+            yield Line(curve.name, part, colour, "--" if part == "y" else dashes, *line)
 
 
-def broken(x: Array, y: Array, slope: Array | None, breakpoints: Array) -> tuple[Array, Array, Array | None]:
+def broken(x: Array, y: Array, breakpoints: Array) -> tuple[Array, Array]:
     """A curve with NaN between two samples where it jumps: across a breakpoint, by far more than its neighbours' steps."""
     steps = np.abs(np.diff(y))
     usual = np.maximum(np.append(steps[1:], 0.0), np.append(0.0, steps[:-1]))
@@ -155,10 +157,7 @@ def broken(x: Array, y: Array, slope: Array | None, breakpoints: Array) -> tuple
     for at in breakpoints:
         across |= (low - near <= at) & (at <= high + near)
     jumps = np.flatnonzero(across & (steps > _SAMPLES_APART * usual) & (steps > 1e-9 * np.abs(y).max())) + 1
-    if not jumps.size:
-        return x, y, slope
-    gap = np.full(jumps.size, np.nan)
-    return np.insert(x, jumps, gap), np.insert(y, jumps, gap), None if slope is None else np.insert(slope, jumps, gap)
+    return np.insert(x, jumps, np.nan), np.insert(y, jumps, np.nan)
 
 
 # -- one panel -------------------------------------------------------------------------------------------------------
@@ -201,63 +200,29 @@ def _legend(panel: Axes, found: Kinematics, curves: Sequence[Curve]) -> None:
 # -- extremes --------------------------------------------------------------------------------------------------------
 
 
-def extremes(x: Array, y: Array, slope: Array | None) -> list[tuple[float, float]]:
-    """Place and value of a line's least and its greatest value, found between its samples.
-
-    Beside the least (greatest) sample the curve is taken as Hermite's cubic through values and slopes, or as a parabola
-    through three samples where slopes are not known; not across a gap.
-    """
-    found = []
-    for sense in (-1.0, 1.0):
-        k = int(np.nanargmax(sense * y))
-        best = (float(x[k]), float(y[k]))
-        if slope is None:
-            near = slice(k - 1, k + 2)
-            if 0 < k < y.size - 1 and np.isfinite(y[near]).all() and np.all(np.diff(x[near]) > 0.0):
-                bend, tilt, base = np.polyfit((x[near] - x[k]) / np.ptp(x[near]), y[near], 2)
-                at = -tilt / (2 * bend) if bend * sense < 0.0 else 0.0
-                best = (float(x[k] + at * np.ptp(x[near])), float(base + at * (tilt + at * bend)))
-        else:
-            for a in (k - 1, k):
-                best = max(best, _cubic(x, y, slope, a, sense), key=lambda pair: sense * pair[1])
-        found.append(best)
-    return found
-
-
-def _cubic(x: Array, y: Array, slope: Array, a: int, sense: float) -> tuple[float, float]:
-    """The greatest (least) value of Hermite's cubic between samples a and a + 1, as place and value."""
-    b = a + 1
-    if a < 0 or b >= x.size or not np.isfinite([x[a], x[b], y[a], y[b], slope[a], slope[b]]).all() or x[a] == x[b]:
-        return float("nan"), -sense * np.inf
-    h = x[b] - x[a]
-    first, last, rise = h * slope[a], h * slope[b], y[b] - y[a]
-    cubic = np.polynomial.Polynomial([y[a], first, 3 * rise - 2 * first - last, first + last - 2 * rise])
-    turns = [complex(s) for s in cubic.deriv().roots()]
-    inside = [s.real for s in turns if abs(s.imag) < 1e-9 and 0.0 < s.real < 1.0]
-    at = max((0.0, 1.0, *inside), key=lambda s: sense * float(cubic(s)))
-    return float(x[a] + at * h), float(cubic(at))
-
-
 def _mark_extremes(panel: Axes, found: Kinematics, curves: Sequence[Curve], order: int, scale: float) -> None:
     """Dots at extremes, with value and place where there are few lines; else those of the panel alone."""
     factor, _ = scale_of(found, curves, order)
     unit = {"deg": "°", "mm": " mm", "m": " m", "s": " s", "ms": " ms"}[axis_of(found)[1].rpartition(", ")[2]]
     drawn = list(lines(found, curves, order))
     largest = max(float(np.nanmax(np.abs(line.y))) for line in drawn)
+    low, high = float(np.min(found.axis)), float(np.max(found.axis))
+    quantity = ("position", "velocity", "acceleration")[order]
     marks = []
     for line in drawn:
         if np.nanmax(line.y) - np.nanmin(line.y) > _RESTS * largest:
-            marks += [(*pair, line.colour) for pair in extremes(line.x, line.y, line.slope)]
+            mine = [e for e in found.extremes[line.curve] if (e.quantity, e.component) == (quantity, line.component)]
+            marks += [(extreme, line.colour) for extreme in mine if low <= extreme.at <= high]
     if len(drawn) > _NAMED and marks:
-        marks = [min(marks, key=lambda mark: mark[1]), max(marks, key=lambda mark: mark[1])]
-    spots = np.array([(scale * x, factor * y) for x, y, _ in marks]).reshape(-1, 2)
-    texts = []
-    for (x, y), (_, _, colour) in zip(spots, marks, strict=True):
+        ordered = sorted(marks, key=lambda mark: mark[0].value)
+        marks = [ordered[0], ordered[-1]]
+    texts, spots = [], np.array([(scale * mark.at, factor * mark.value) for mark, _ in marks]).reshape(-1, 2)
+    for (x, y), (mark, colour) in zip(spots, marks, strict=True):
         panel.plot(x, y, "o", color=colour, ms=4.5, zorder=4)
-        rest = _RESTS * factor * largest
-        label = (
-            f"{told(0.0 if abs(y) < 1e3 * rest else y)} at {told(x, 4, 1e-9 * abs(scale) * float(np.ptp(found.axis)))}{unit}"
-        )
-        texts.append(panel.text(0.0, 0.0, label, fontsize=8.0, color=figures.shade(colour, -0.2), zorder=5))
-    paths = [np.stack((scale * line.x, factor * line.y)) for line in drawn]
-    figures.settle(panel, texts, spots, paths)
+        rest = max(factor * mark.error, _RESTS * factor * largest)
+        value = told(0.0 if abs(y) <= rest else y, 5, rest)
+        vague = "about " if mark.at_error > _VAGUE * (high - low) else ""
+        place = vague + told(0.0 if abs(mark.at) <= min(mark.at_error, _VAGUE * (high - low)) else x, 4)
+        texts.append(panel.text(0.0, 0.0, f"{value} at {place}{unit}", fontsize=8.0, zorder=5))
+        texts[-1].set_color(figures.shade(colour, -0.2))
+    figures.settle(panel, texts, spots, [np.stack((scale * line.x, factor * line.y)) for line in drawn])
