@@ -83,8 +83,8 @@ def _wheel(context: click.Context, parameter: click.Parameter, text: str | None)
     "end",
     callback=_end,
     metavar="END",
-    help='"5 s", "10 turns", "200 rpm", "95 %" of the regime\'s speed, regime, or stop (default: regime; with --no-drive '
-    "stop; on a stroke its end).",
+    help='"5 s", "2 turns", "90 deg" or "50 mm" of way, "200 rpm", "95 %" of the regime\'s speed, regime, or stop (default: '
+    "regime; with --no-drive stop; on a stroke its end).",
 )
 @click.option("--no-drive", is_flag=True, help="Let the machine run down without its drive.")
 @click.option("--flywheel", "wheel", callback=_wheel, metavar="INERTIA", help='Such as "2 kg m^2" (default: the scene\'s).')
@@ -136,7 +136,7 @@ def simulate(
             given,
             start=start if start in ("rest", "regime") else speed_of(start, sliding, "--from"),
             at=None if place is None else coordinates((place,), sliding)[0],
-            end=end or ("stop" if no_drive or given.stroke is not None else "regime"),
+            end=end,
             drive=not no_drive,
             inertia=wheel,
             rtol=rtol,

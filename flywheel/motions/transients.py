@@ -39,24 +39,46 @@ Indices = NDArray[np.intp]
 # -- what ends a motion -----------------------------------------------------------------------------------------------
 
 Kind = Literal["time", "way", "speed", "share", "regime", "stop"]
-_DIMENSIONS: tuple[tuple[Kind, str], ...] = (("time", "time"), ("way", "angle"), ("speed", "speed"), ("speed", "velocity"))
+_DIMENSIONS: tuple[tuple[Kind, str, bool | None], ...] = (
+    ("time", "time", None),
+    ("way", "angle", False),
+    ("way", "length", True),
+    ("speed", "speed", False),
+    ("speed", "velocity", True),
+)
+"""What ends a motion, by its dimension, and whether the driver then slides."""
 _TURNS = re.compile(r"\s*([-+.\deE]+)\s*turns?\s*")
 _SHARE = re.compile(r"\s*([-+.\deE]+)\s*%\s*")
-_EXPECTED = '"regime", "stop", or a time, a number of turns, a speed or a share of the regime\'s, such as "5 s" or "95 %"'
+_EXPECTED = '"regime", "stop", or a time, a way, a speed or a share of the regime\'s, such as "5 s", "90 deg" or "95 %"'
 
 
 class Until(NamedTuple):
-    """The end of a motion: time (s), way (rad), speed (rad/s; m/s where a driver slides), share of the regime's speed."""
+    """The end of a motion: time (s), way (rad), speed (rad/s), share of the regime's speed; m and m/s where a driver slides.
+
+    `sliding` tells a way or a speed of a driver that slides from one of a crank; None where a number says neither.
+    """
 
     kind: Kind
     value: float = 0.0
+    sliding: bool | None = None
+
+    def told(self, sliding: bool) -> str:
+        """The end in words, with its unit."""
+        way, speed = ("m", "m/s") if sliding else ("rad", "rad/s")
+        if self.kind == "way" and not sliding:
+            return f"{self.value:.6g} rad ({self.value / TURN:.6g} turns) on"
+        return {
+            "time": f"{self.value:.6g} s",
+            "way": f"{self.value:.6g} {way} on",
+            "speed": f"{self.value:.6g} {speed}",
+        }.get(self.kind, f"{100 * self.value:.6g} % of its regime's speed")
 
 
 def until(text: str) -> Until:
     """What a text says of the end of a motion; a SceneError where it says nothing that is known.
 
     >>> until("5 s"), until("2 turns").kind, until("95 %"), until("regime").kind
-    (Until(kind='time', value=5.0), 'way', Until(kind='share', value=0.95), 'regime')
+    (Until(kind='time', value=5.0, sliding=None), 'way', Until(kind='share', value=0.95, sliding=None), 'regime')
     """
     word = text.strip()
     if word == "regime":
@@ -66,15 +88,15 @@ def until(text: str) -> Until:
     found = None
     with suppress(ValueError):
         if match := _TURNS.fullmatch(text):
-            found = Until("way", float(match[1]) * TURN)
+            found = Until("way", float(match[1]) * TURN, False)
         elif match := _SHARE.fullmatch(text):
             found = Until("share", float(match[1]) / 100)
     try:
         float(text)  # a number without a unit could be anything
     except ValueError:
-        for kind, dimension in _DIMENSIONS:
+        for kind, dimension, sliding in _DIMENSIONS:
             with suppress(QuantityError):
-                found = found or Until(kind, parse_quantity(text, dimension))
+                found = found or Until(kind, parse_quantity(text, dimension), sliding)
     if found is None or not 0.0 < found.value < float("inf"):
         raise SceneError([Fault("until", show(text), _EXPECTED)])
     return found
@@ -89,6 +111,7 @@ _CREEPING = 1e-12  # of the speed at the start: slower than this it stands, or n
 _SUDDEN = 1e-6  # of the time gone: a machine that would stop within this has stopped
 _SETTLED = 1e-6  # of the speed: what is still missing to the regime
 _SHORT = 1e-9  # the same, before a speed counts as out of reach
+_SHORT_OF_IT = ("stop", "stall", "creep", "stroke")
 _NAMES = {"regime": "regime", "stop": "steady", "speed": "settled", "share": "settled"}
 _BALANCED = 64 * ROUNDING
 _MORE = 1e-9  # current than balances the load: so that the machine moves on, and not back
@@ -103,7 +126,7 @@ def transient(
     *,
     start: float | str = "rest",
     at: float | None = None,
-    end: Until | str | float = "regime",
+    end: Until | str | float | None = None,
     drive: bool = True,
     inertia: float | None = None,
     balance: float | None = None,
@@ -116,11 +139,13 @@ def transient(
         machine: a `Machine`, or a `Scene`, of which one is then built.
         start: "rest", "regime" (its steady speed at the position), or a speed of the crank, rad/s (m/s of a slide).
         at: the position at the start, rad (m where a driver slides); 0, or where a stroke begins, if None.
-        end: a time (s), or what `until` reads: "5 s", "10 turns", "200 rpm", "95 %" (of the regime's mean speed),
-            "regime" (its speed at phi = 0 repeats to 1e-6), "stop". A machine that settles before it comes to a speed ends
-            with that: `reason` is "limit".
+        end: a time (s), or what `until` reads: "5 s", "10 turns", "90 deg" (or "50 mm") of the driver's way, "200 rpm",
+            "95 %" (of the regime's mean speed), "regime" (its speed at phi = 0 repeats to 1e-6), "stop". A machine that
+            settles before it comes to a speed ends with that: `reason` is "limit". If None the regime; without a drive, or
+            on a stroke, a stop.
         drive: whether the drive drives; without it the machine runs down.
-        inertia: the flywheel's, kg m² at its own shaft; if None the scene's own, or the one that it is sized to.
+        inertia: the flywheel's, kg m² at its own shaft; if None the scene's own, or the one that it is sized to; 0 where the
+            scene has no flywheel.
         balance: value (SI) of the scene's unknown; if None the one that balances the regime.
         rtol: error allowed of position and speed.
         watching: is told time (s) and position (rad) as the motion goes on; a motion is followed twice at least, so that
@@ -141,6 +166,8 @@ def transient(
 
     """
     machine = machine_of(machine)
+    if end is None:
+        end = "regime" if drive and machine.scene.stroke is None else "stop"
     goal = end if isinstance(end, Until) else until(end) if isinstance(end, str) else Until("time", float(end))
     _check(machine, goal, start, rtol)
     setting = _setting(machine, drive, inertia, balance)
@@ -152,13 +179,16 @@ def transient(
     reason, ended = _ending(setting, trail, motion, goal, limit)
     samples, owners = samples_of(trail)
     regime, scene = setting.regime, setting.machine.scene
+    if reason in _SHORT_OF_IT and goal.kind not in ("regime", "stop"):
+        ended += f"; it did not come to {goal.told(scene.reduction_element == 'slide')}"
     messages = []
     if motion.error > rtol:
         messages.append(f"rtol {rtol:.1g} not reached: the motion is good to {motion.error:.2g} (estimated, relative)")
     if begin.omega == 0.0 and begin.current > 0.0:
         held = f"{begin.current:.6g} A, with which its motor carries the load at rest"
         messages.append(f"held at rest until the current has risen to {held}; time counts from then on")
-    if regime is None and scene.stroke is None and setting.no_regime:
+    expected = scene.has_flywheel or goal.kind == "regime"
+    if regime is None and scene.stroke is None and expected and not _is_driven_freely(scene):
         messages.append(f"no regime: {setting.no_regime}")
     return Transient(
         scene=scene,
@@ -183,7 +213,7 @@ def transient(
 
 def run_up(
     machine: Machine | Scene,
-    end: Until | str | float = "regime",
+    end: Until | str | float | None = None,
     *,
     at: float | None = None,
     inertia: float | None = None,
@@ -220,7 +250,15 @@ def _check(machine: Machine, goal: Until, start: float | str, rtol: float) -> No
     wanted = [goal.kind in ("regime", "share"), start == "regime"]
     if scene.stroke is not None and any(wanted):
         faults.append(Fault("until" if wanted[0] else "from", "a regime", "a time, a speed or the end of the stroke"))
-    if goal.kind == "regime" and machine.depends_on_time:
+    if goal.sliding is not None and goal.sliding != (scene.reduction_element == "slide"):
+        what, other = ("slides", "turns")[:: 1 if goal.sliding else -1]
+        found = f"a {goal.kind} of a driver that {what}, where it {other}"
+        faults.append(Fault("until", found, f'a {goal.kind} such as "{_EXAMPLES[goal.kind, not goal.sliding]}"'))
+    if goal.kind == "regime" and _is_driven_freely(scene):
+        found = f"a regime, to which nothing holds this machine: {_FREELY}"
+        expected = 'a way, a speed or a time, such as --until "2 turns", "90 deg", "20 rad/s" or "5 s"'
+        faults.append(Fault("until", found, expected))
+    elif goal.kind == "regime" and machine.depends_on_time:
         found = "a regime of a machine whose loads or drive depend on time"
         faults.append(Fault("until", found, "a time, a way or a speed", 'such as --until "5 s"'))
     if isinstance(start, str) and start not in ("rest", "regime"):
@@ -229,6 +267,16 @@ def _check(machine: Machine, goal: Until, start: float | str, rtol: float) -> No
         faults.append(Fault("from", f"{start}", "a finite speed, at least 0"))
     if faults:
         raise SceneError(faults)
+
+
+_EXAMPLES = {("way", False): "90 deg", ("way", True): "50 mm", ("speed", False): "200 rpm", ("speed", True): "0.3 m/s"}
+_FREELY = "neither regime.speed nor a torque that depends on speed"
+
+
+def _is_driven_freely(scene: Scene) -> bool:
+    """Whether a machine that turns in cycles has no speed of its own, nor one that it is to have: it has no regime."""
+    fixed = scene.speed is not None or scene.depends_on_speed or scene.unknown is not None
+    return scene.stroke is None and not fixed
 
 
 class Setting(NamedTuple):
@@ -265,12 +313,14 @@ def _setting(machine: Machine, drive: bool, inertia: float | None, balance: floa
             sizing = size(scene, simulate=False)
             inertia, inertia_error = sizing.flywheel.exact or 0.0, sizing.error.exact or 0.0
         except SceneError as error:
-            found = f"an irregularity, to which no flywheel can be sized: {'; '.join(f.found for f in error.faults)}"
+            found = f"an irregularity, to which no flywheel can be sized ({'; '.join(map(str, error.faults))})"
             advice = 'give its inertia: --flywheel "0.3 kg m^2" (in Python inertia=0.3)'
             raise SceneError([Fault("flywheel", found, "a flywheel to follow the machine with", advice)]) from error
     regime, no_regime = None, ""
     if scene.stroke is not None:
         no_regime = "a stroke has no regime"
+    elif _is_driven_freely(scene):
+        no_regime = _FREELY
     elif machine.depends_on_time:
         no_regime = "loads or drive that depend on time have no regime"
     else:
