@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from functools import partial
 from math import isfinite
 from pathlib import Path
 from threading import Event, Thread
 from time import monotonic
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import click
 
@@ -36,10 +36,14 @@ from flywheel.cli.common import (
     written,
 )
 from flywheel.cli.common import speed as speed_of
+from flywheel.cli.motions import Course, course_options, watched
 from flywheel.scene.accuracy import LEVELS, NORMAL, RTOL
 
 if TYPE_CHECKING:
+    from flywheel.machine.machine import Machine
     from flywheel.motions.joint_forces import JointForces
+    from flywheel.motions.transients import Transient
+    from flywheel.scene.scene import Scene
 
 
 @click.command(short_help="Size the flywheel of a scene, or analyse a given one.")
@@ -166,16 +170,32 @@ def graph(scene: Path, plot: Path | None, form: str, simpler: bool) -> None:
 _FEW, _MANY = 24, 360  # positions in tables for reading; in data, pictures and the search for the largest forces
 
 
-@click.command(short_help="Print the driving action and the forces in every joint.")
+def _words(context: click.Context, parameter: click.Parameter, values: tuple[str, ...]) -> tuple[str, ...]:
+    """Values of a repeatable option, each of which may hold several names with commas between."""
+    return tuple(name.strip() for value in values for name in value.split(",") if name.strip())
+
+
+def _components(context: click.Context, parameter: click.Parameter, values: tuple[str, ...]) -> tuple[str, ...]:
+    from flywheel.motions.joint_forces import COMPONENTS
+    from flywheel.numerics.faults import suggestion
+
+    names = _words(context, parameter, values)
+    for name in names:
+        if name not in COMPONENTS:
+            raise click.BadParameter(f"{name!r} is no component; {suggestion(name, COMPONENTS)}")
+    return names
+
+
+@click.command(short_help="Print and draw the driving action and the forces in every joint.")
 @SCENE
 @json_flag()
 @csv_flag()
 @click.option(
     "--points",
     type=click.IntRange(1, MOST_POINTS),
-    help="Number of positions (default 24; 360 for CSV, JSON and the picture).",
+    help="Number of positions, or of times (default 24; 360 for CSV, JSON and the picture).",
 )
-@at_option()
+@at_option("repeatable. Of a motion in time: where it starts.")
 @click.option(
     "--speed",
     callback=_speed,
@@ -184,9 +204,30 @@ _FEW, _MANY = 24, 360  # positions in tables for reading; in data, pictures and 
 )
 @click.option("--quasi-static", is_flag=True, help="Leave inertia forces out.")
 @click.option("--no-friction", is_flag=True, help="Leave friction in the joints out.")
+@click.option(
+    "--over", type=click.Choice(["driver", "time"]), help="Tables and curves over the driver's position or the time."
+)
+@click.option(
+    "--of", multiple=True, callback=_words, metavar="JOINT", help="A joint; repeatable, or with commas (default: all)."
+)
+@click.option(
+    "--component",
+    "components",
+    multiple=True,
+    callback=_components,
+    metavar="NAME",
+    help="x, y, normal, moment, resultant, driving, friction, ...; repeatable, or with commas (default: all but x and y of "
+    "what is no pin).",
+)
+@click.option("--together", is_flag=True, help="Draw one panel for each component with all joints, not one for each joint.")
+@click.option("--hodograph", is_flag=True, help="Draw the reactions as hodographs where curves would be drawn.")
+@click.option(
+    "--breaks", is_flag=True, help="Add to CSV and JSON both sides of the positions or times at which laws switch."
+)
+@course_options(start=None)
 @plot_option(
-    "Draw the reactions of every joint: polar for pins, over the motion for slides. Several mechanisms are drawn into "
-    "a file each, named after them: FILE-NAME.png."
+    "Draw the reactions: as curves with --over, or along a motion in time; else polar for pins, over the motion for slides, "
+    "several mechanisms then into a file each, named after them: FILE-NAME.png."
 )
 @OUTPUT
 def reactions(
@@ -198,49 +239,144 @@ def reactions(
     speed: str | None,
     quasi_static: bool,
     no_friction: bool,
+    over: str | None,
+    of: tuple[str, ...],
+    components: tuple[str, ...],
+    together: bool,
+    hodograph: bool,
+    breaks: bool,
+    start: str | None,
+    end: str | None,
+    no_drive: bool,
+    wheel: float | None,
     plot: Path | None,
     output: Path | None,
 ) -> None:
-    """Print the driving action of every mechanism in SCENE and the reactions in its joints, as the machine runs."""
+    """Print the driving action of every mechanism in SCENE and the reactions in its joints, as the machine runs.
+
+    That is in the steady regime, along the stroke, at a constant --speed, or along a motion in time: --from rest --until
+    "5 s", as in `flywheel simulate`.
+    """
+    course = Course(start, end, no_drive, wheel)
     exclusive(json=as_json, csv=as_csv)
-    exclusive(at=at, points=points)
+    exclusive(hodograph=hodograph, together=together)
+    exclusive(**{"speed": speed, "a motion in time (from, until, no-drive)": course.wanted})
+    if course.wanted and len(at) > 1:
+        raise click.UsageError("A motion in time starts at one place: give --at once.")
+    if not course.wanted:
+        exclusive(at=at, points=points)
+        if wheel is not None:
+            raise click.UsageError("--flywheel belongs to a motion in time: give --from or --until.")
+    over = over or ("time" if course.wanted else "driver" if components or together else None)
+    kinds: dict[str, Any] = {"inertia": not quasi_static, "friction": not no_friction}
+    as_data = as_json or as_csv
+    count = points or (_MANY if as_data else _FEW)
     spare(scene, output, plot)
-    with reported(scene):
+    with reported(scene), watched(end) as watching:
         import numpy as np
 
-        from flywheel.machine.machine import Machine
-        from flywheel.machine.reactions import close_positions
-        from flywheel.motions.joint_forces import joint_errors, joint_forces, spread
+        from flywheel.motions.joint_forces import joint_errors, joint_forces
         from flywheel.report import forces
 
-        found, as_data = loaded(scene), as_json or as_csv
-        phi = coordinates(at, slides(found)) if at else spread(found, points or (_MANY if as_data else _FEW))
-        own = None if speed is None else speed_of(speed, slides(found), "--speed")
-        machine, inertia, friction = Machine(found), not quasi_static, not no_friction
-        run = partial(joint_forces, machine, speed=own, inertia=inertia, friction=friction)
-        result, dense = run(phi), None
-        if not at and (plot is not None or not as_data):
-            dense = run(close_positions(machine, max(points or 0, _MANY)))
-        if plot is not None:
-            drawn = run(np.unique(phi)) if at else result if points or not dense else dense
-            _draw_forces(forces.cleared(drawn), plot)
-        if as_json:
-            text = forces.json(found, result, joint_errors(machine, result, inertia=inertia, friction=friction))
+        found = loaded(scene)
+        if course.wanted:
+            watching.sliding = slides(found)
+            run = course.follow(found, at[0] if at else None, watching)
+            machine, result, closely = _along(run, count, breaks, kinds)
         else:
-            text = forces.csv(found, result) if as_csv else forces.text(found, result, dense)
+            own = None if speed is None else speed_of(speed, slides(found), "--speed")
+            machine, result, closely = _at(found, coordinates(at, slides(found)), count, breaks, own, kinds)
+        dense = closely() if closely is not None and (plot is not None or not as_data) else None
+        if plot is not None:
+            drawn = dense or joint_forces(machine, np.unique(result.motion.phi), speed=own, **kinds)
+            if over is not None and not hodograph:
+                _draw_curves(found, machine, forces.cleared(drawn), (over, of, components, together), plot)
+            else:
+                _draw_hodographs(forces.cleared(result if points and not course.wanted else drawn), of, plot)
+        if as_json:
+            text = forces.json(found, result, joint_errors(machine, result, **kinds), of, components)
+        elif as_csv:
+            text = forces.csv(found, result, over, of, components)
+        elif over is None and not of:
+            text = forces.text(found, result, dense)
+        else:
+            text = forces.curves_text(machine, result, dense, over or "driver", of, components)
+    for message in result.messages if as_data else ():
+        click.echo(message, err=True)
     hand_over(text, output, scene)
 
 
-def _draw_forces(found: JointForces, path: Path) -> None:
+def _at(
+    scene: Scene, places: Sequence[float], count: int, breaks: bool, speed: float | None, kinds: Mapping[str, Any]
+) -> tuple[Machine, JointForces, Callable[[], JointForces] | None]:
+    """The machine, its forces at positions, evenly where none are named, and what gives them close to one another."""
+    import numpy as np
+
+    from flywheel.machine.machine import Machine
+    from flywheel.machine.reactions import close_positions
+    from flywheel.motions.joint_forces import joint_forces, spread
+
+    machine = Machine(scene)
+    phi = np.asarray(places) if places else spread(scene, count)
+    if breaks:
+        phi = np.unique(np.concatenate((phi, close_positions(machine, 2))))
+    closely = partial(joint_forces, machine, close_positions(machine, max(count, _MANY)), speed=speed, **kinds)
+    return machine, joint_forces(machine, phi, speed=speed, **kinds), None if places else closely
+
+
+def _along(
+    run: Transient, count: int, breaks: bool, kinds: Mapping[str, Any]
+) -> tuple[Machine, JointForces, Callable[[], JointForces] | None]:
+    """The same along a motion in time, from its start to its end."""
+    from flywheel.motions.joint_forces import along_run, close_times
+    from flywheel.motions.transients import evenly
+
+    trail = run.motion.trail
+    assert trail is not None
+    return (
+        trail.dynamics.machine,
+        along_run(run, *evenly(trail, count, breaks), **kinds),
+        partial(along_run, run, *close_times(run), **kinds),
+    )
+
+
+def _draw_hodographs(found: JointForces, of: Sequence[str], path: Path) -> None:
     """One picture for each mechanism, over the machine's position; with several their names go into the files' names."""
+    from flywheel.motions.joint_forces import joints_named
     from flywheel.pictures.reactions import polar
 
-    for name, own in found.mechanisms.items():
+    wanted: dict[str, list[str]] = {}
+    for mechanism, joint in joints_named(found, of):
+        wanted.setdefault(mechanism, []).append(joint)
+    for name, joints in wanted.items():
+        own = found.mechanisms[name]
         forces = own._replace(poses=own.poses._replace(q=found.motion.phi))
         file = path if len(found.mechanisms) == 1 else path.with_stem(f"{path.stem}-{name}")
         with written(file):
-            polar(forces, file)
+            polar(forces, file, joints)
         click.echo(f"wrote {file}", err=True)
+
+
+def _draw_curves(
+    scene: Scene,
+    machine: Machine,
+    found: JointForces,
+    asked: tuple[str, Sequence[str], Sequence[str], bool],
+    path: Path,
+) -> None:
+    """Curves over the driver's position or the time, all in one picture."""
+    from flywheel.motions.joint_forces import RESULTANT, axis, force_curves
+    from flywheel.pictures.reactions import curves
+
+    over, of, components, together = asked
+    chosen, along = force_curves(found, of, components), axis(machine, found, over)
+    if not components:  # its size beside a force would hide it
+        chosen = [curve for curve in chosen if curve.component != RESULTANT]
+    with written(path):
+        curves(
+            chosen, along, f"{scene.title or 'Machine'}: forces in the joints, {found.condition}", path, together=together
+        )
+    click.echo(f"wrote {path}", err=True)
 
 
 # -- tradeoff --------------------------------------------------------------------------------------------------------

@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import os
 import sys
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from math import pi
 from pathlib import Path
 from time import monotonic
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import click
 
@@ -31,13 +32,18 @@ from flywheel.cli.common import (
 )
 from flywheel.cli.common import speed as speed_of
 
+if TYPE_CHECKING:
+    from flywheel.motions.transients import Transient
+    from flywheel.regime.free_motion import Watching
+    from flywheel.scene.scene import Scene
+
 _RTOL = (1e-13, 0.1)
 _POINTS = 500
 _EVERY = 5.0  # seconds between two words on a long motion
 
 
-def _start(context: click.Context, parameter: click.Parameter, text: str) -> str:
-    if text in ("rest", "regime"):
+def _start(context: click.Context, parameter: click.Parameter, text: str | None) -> str | None:
+    if text in (None, "rest", "regime"):
         return text
     speed = quantity(text, "speed", "velocity")
     if speed is None:
@@ -74,20 +80,74 @@ def _wheel(context: click.Context, parameter: click.Parameter, text: str | None)
     return value
 
 
+_END = (
+    '"5 s", "2 turns", "90 deg" or "50 mm" of way, "200 rpm", "95 %" of the regime\'s speed, regime, or stop (default: '
+    "regime; with --no-drive stop; on a stroke its end)."
+)
+
+
+class Course(NamedTuple):
+    """What options say of a motion in time: its start, its end, whether the drive is off, the flywheel (kg m²)."""
+
+    start: str | None
+    end: str | None
+    no_drive: bool
+    wheel: float | None
+
+    @property
+    def wanted(self) -> bool:
+        """Whether a motion in time is asked for."""
+        return self.start is not None or self.end is not None or self.no_drive
+
+    def follow(self, scene: Scene, place: str | None, watching: Watching | None, rtol: float = 1e-9) -> Transient:
+        """The motion of a scene from a place, as the options say."""
+        from flywheel.motions.transients import transient
+
+        sliding, start = slides(scene), self.start or "rest"
+        return transient(
+            scene,
+            start=start if start in ("rest", "regime") else speed_of(start, sliding, "--from"),
+            at=None if place is None else coordinates((place,), sliding)[0],
+            end=self.end,
+            drive=not self.no_drive,
+            inertia=self.wheel,
+            rtol=rtol,
+            watching=watching,
+        )
+
+
+def course_options(*, start: str | None) -> Callable[[Any], Any]:
+    """The options of a motion in time, but for where it begins; `start` is its start where nothing is said."""
+    words = 'rest, regime, or "200 rpm".'
+    found = (
+        click.option(
+            "--from",
+            "start",
+            default=start,
+            show_default=bool(start),
+            callback=_start,
+            metavar="START",
+            help=words if start else f"Along a motion in time, as `flywheel simulate` follows it: {words}",
+        ),
+        click.option("--until", "end", callback=_end, metavar="END", help=_END),
+        click.option("--no-drive", is_flag=True, help="Let the machine run down without its drive."),
+        click.option(
+            "--flywheel", "wheel", callback=_wheel, metavar="INERTIA", help='Such as "2 kg m^2" (default: the scene\'s).'
+        ),
+    )
+
+    def options(command: Any) -> Any:
+        for option in reversed(found):
+            command = option(command)
+        return command
+
+    return options
+
+
 @click.command(short_help="Follow a machine in time: run-up, run-down, load step, stall.")
 @SCENE
-@click.option("--from", "start", default="rest", show_default=True, callback=_start, help='rest, regime, or "200 rpm".')
+@course_options(start="rest")
 @click.option("--at", "place", callback=_place, metavar="ANGLE", help='Where it starts, such as "90 deg" (default 0).')
-@click.option(
-    "--until",
-    "end",
-    callback=_end,
-    metavar="END",
-    help='"5 s", "2 turns", "90 deg" or "50 mm" of way, "200 rpm", "95 %" of the regime\'s speed, regime, or stop (default: '
-    "regime; with --no-drive stop; on a stroke its end).",
-)
-@click.option("--no-drive", is_flag=True, help="Let the machine run down without its drive.")
-@click.option("--flywheel", "wheel", callback=_wheel, metavar="INERTIA", help='Such as "2 kg m^2" (default: the scene\'s).')
 @click.option("--csv", "csv_file", metavar="FILE", help="Write the motion as CSV, SI throughout; - prints it.")
 @json_flag("Print JSON, SI throughout, with the motion.")
 @plot_option("Draw speed, torques and energy over time into a file.")
@@ -126,22 +186,12 @@ def simulate(
     spare(scene, output, table, plot)
     if csv_file == "-" and as_json and output is None:
         raise click.UsageError("--csv - and --json exclude each other.")
-    with reported(scene), _followed(end) as watching:
-        from flywheel.motions.transients import transient
+    with reported(scene), watched(end) as watching:
         from flywheel.report import transients
 
         given = loaded(scene)
-        watching.sliding = sliding = slides(given)
-        found = transient(
-            given,
-            start=start if start in ("rest", "regime") else speed_of(start, sliding, "--from"),
-            at=None if place is None else coordinates((place,), sliding)[0],
-            end=end,
-            drive=not no_drive,
-            inertia=wheel,
-            rtol=rtol,
-            watching=watching,
-        )
+        watching.sliding = slides(given)
+        found = Course(start, end, no_drive, wheel).follow(given, place, watching, rtol)
         if plot is not None:
             from flywheel.pictures import transients as picture
 
@@ -155,7 +205,7 @@ def simulate(
 
 
 @contextmanager
-def _followed(end: str | None) -> Iterator[_Watching]:
+def watched(end: str | None) -> Iterator[_Watching]:
     """What tells of a long motion on standard error, every few seconds; Ctrl-C ends it with a line and exit code 130."""
     watching = _Watching(end)
     try:

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from bondgraph.elements import Here
+from flywheel.machine.dynamics import Anchor
 from flywheel.machine.machine import Machine, spring_effort
 from flywheel.mechanisms import KINDS
 from flywheel.mechanisms.linkage import followed, linkage_of
@@ -24,11 +25,24 @@ _BESIDE = 1e-9  # of the cycle: how near to an edge its two sides are looked at
 
 
 class MachineMotion(NamedTuple):
-    """The motion that forces belong to: crank angle (rad; m on a sliding stroke), its rate and its acceleration, (n,)."""
+    """The motion that forces belong to: crank angle (rad; m on a sliding stroke), its rate and its acceleration, (n,).
+
+    `time` (s) is known of a motion in time; `gone` is what of the angle are whole cycles gone by. Branches of laws are
+    decided at `anchor`: if None in the middle of the smooth piece of each angle, at the speed and time there. `creeps`: it
+    moves forwards so slowly that its speed counts for nothing but the sense of friction.
+    """
 
     phi: Array
     omega: Array
     alpha: Array
+    time: Array | None = None
+    gone: Array | float = 0.0
+    anchor: Anchor | None = None
+    creeps: bool = False
+
+    def own(self, machine: Machine) -> Array:
+        """The machine's coordinate from 0 to the cycle."""
+        return np.clip(self.phi - machine.scene.origin - self.gone, 0.0, machine.scene.cycle)
 
 
 def port_forces(
@@ -46,10 +60,10 @@ def port_forces(
     """
     scene = machine.scene
     ratio = scene.shafts[mechanism.shaft]
-    poses = poses_of(mechanism, ratio * (motion.phi - scene.origin) + mechanism.phase)
+    poses = poses_of(mechanism, ratio * motion.own(machine) + mechanism.phase)
     return reactions_at(
         poses,
-        ratio * motion.omega,
+        1.0 if motion.creeps else ratio * motion.omega,
         ratio * motion.alpha,
         gravity=scene.gravity,
         loads=tuple(_port_loads(machine, motion, balance, mechanism, inertia)),
@@ -96,8 +110,9 @@ def _port_loads(
     The last are forces -m (g alpha + g' omega²) by the influence coefficient g of the port's velocity.
     """
     scene, kinematics, prefix = machine.scene, machine.kinematics, f"{mechanism.name}."
-    phi = motion.phi - scene.origin
-    anchor = machine.anchors(phi)
+    phi, time = motion.own(machine), 0.0 if motion.time is None else motion.time
+    decided = motion.anchor or Anchor(machine.anchors(phi), motion.omega, time)
+    anchor = decided.phi
     own = machine.motion_of(prefix)
     ratio = scene.shafts[mechanism.shaft]
 
@@ -109,11 +124,10 @@ def _port_loads(
     def seen(place: str) -> tuple[Here, Here]:
         """Positions as a law at a place sees them, and in the middles of their pieces."""
         found = []
-        for at in (phi, anchor):
+        for at, omega, then in ((phi, motion.omega, time), (anchor, decided.omega, decided.time)):
             here = Here(ratio * at, own.position(ratio * at, np, ratio * anchor), np)
-            if machine.depends_on_speed:
-                flow = of_velocity(place, at)[0] * motion.omega
-                here = here._replace(speed=ratio * motion.omega, flow=flow, time=0.0)
+            if machine.depends_on_speed or machine.depends_on_time:
+                here = here._replace(speed=ratio * omega, flow=of_velocity(place, at)[0] * omega, time=then)
             found.append(here)
         return found[0], found[1]
 

@@ -1,44 +1,73 @@
 """Forces in the joints of a scene's mechanisms, as the machine runs: kinetostatics with the scene's own loads.
 
-Every mechanism is taken as a linkage, its shaft's motion is that of the steady regime (or of the stroke), and whatever
-acts on its ports acts on its bodies. What its crank asks of the shaft is the driving action.
+Every mechanism is taken as a linkage, and whatever acts on its ports acts on its bodies. What its crank asks of the shaft
+is the driving action. The motion is the steady regime, the stroke's own, one at a constant speed, or one that was followed
+in time: a run-up, a run-down, any transient.
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from functools import partial
+from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from flywheel.machine.dynamics import Anchor
 from flywheel.machine.machine import Machine
 from flywheel.machine.reactions import MachineMotion, port_forces
 from flywheel.mechanisms.linkages.reactions import Reactions
 from flywheel.numerics import cells
 from flywheel.numerics.cells import ROUNDING
-from flywheel.numerics.faults import Fault, SceneError
+from flywheel.numerics.faults import Fault, SceneError, nearest
+from flywheel.numerics.units import figure as number
 from flywheel.regime import constant_speed, state, turning_moment
 from flywheel.regime.joint_friction import machine_of
 from flywheel.scene.linkage import PIN
 from flywheel.scene.scene import Scene
 
 if TYPE_CHECKING:
+    from flywheel.motions.transients import Transient
     from flywheel.sizing.results import Sizing
 
 Array = NDArray[np.float64]
+Indices = NDArray[np.intp]
+
+EVENLY = 500  # times of a motion that was followed, where none are named
+_BESIDE = 1e-9  # of a stretch of motion: how near to its ends its forces are looked at
+_STANDING = 1e-12  # of the greatest speed: slower than this it stands
+_IN_A_STRETCH = (3, 60)  # positions in every stretch of a motion, over which the largest forces are sought: least and most
+_CLOSELY = 12_000  # positions in all
+
+
+class MotionErrors(NamedTuple):
+    """Estimated absolute errors of a motion: angle, speed, acceleration, time, the scene's unknown (SI); 0 if given."""
+
+    phi: Array | float = 0.0
+    omega: Array | float = 0.0
+    alpha: Array | float = 0.0
+    time: Array | float = 0.0
+    balance: float = 0.0
 
 
 class JointForces(NamedTuple):
     """Forces in the joints of every mechanism of a machine, by the mechanism's name, over a motion.
 
-    `motion_errors` are the estimated errors of that motion's speed and acceleration, 0 of a motion that is given.
+    `condition` says in words which motion; `errors` are its estimated errors, `balance` the value (SI) of the scene's
+    unknown. `messages` say what a reader must not miss.
     """
 
     motion: MachineMotion
     mechanisms: Mapping[str, Reactions]
-    motion_errors: tuple[Array | float, Array | float] = (0.0, 0.0)
+    errors: MotionErrors = MotionErrors()
+    balance: float = 0.0
+    condition: str = ""
+    messages: tuple[str, ...] = ()
+
+    @property
+    def motion_errors(self) -> tuple[Array | float, Array | float]:
+        """Estimated errors of speed and acceleration."""
+        return self.errors.omega, self.errors.alpha
 
 
 def joint_forces(
@@ -49,6 +78,8 @@ def joint_forces(
     acceleration: float = 0.0,
     inertia: bool = True,
     friction: bool = True,
+    transient: Transient | None = None,
+    t: ArrayLike | None = None,
 ) -> JointForces:
     """Driving action and reactions of every joint of a machine, with the loads, weights and added masses of its scene.
 
@@ -60,13 +91,20 @@ def joint_forces(
             where one is asked for, with the acceleration that belongs to it; without a flywheel, the scene's speed or the
             machine's own, constant. On a stroke the scene's.
         acceleration: beside a given `speed`, rad/s² or m/s².
-        inertia: False leaves inertia forces out: quasi-static; a speed is then needed for loads that depend on it alone.
+        inertia: False leaves inertia forces out: quasi-static. A speed is then needed for loads that depend on it alone:
+            without one the machine creeps forwards.
         friction: False leaves Coulomb friction in the joints out.
+        transient: a motion of the machine that was followed in time (`flywheel.transient`): forces are those of its own
+            angle, speed, acceleration and time, with loads taken at that instant.
+        t: times (s) of that motion, shape (n,); 500 from its start to its end if None.
 
     Raises:
-        SceneError: for a scene without mechanisms, or with a law, which has no joints; where there is no speed.
+        SceneError: for a scene without mechanisms, or with a law, which has no joints; where there is no speed; for times
+            outside the motion.
 
-    A joint's reaction is what its first body does to its second; see `flywheel.kinetostatics`.
+    At a constant speed time counts from crank angle 0 (from where a stroke begins). Friction in joints opposes the motion of
+    the instant; at standstill it takes no side, and is left out. A joint's reaction is what its first body does to its
+    second; see `flywheel.kinetostatics`.
 
     >>> import flywheel
     >>> press = {"type": "slider-crank", "crank": {"length": 3}, "rod": {"length": 5}, "slider": {}}
@@ -77,13 +115,14 @@ def joint_forces(
     ([-300.0], [75.0])
 
     """
-    machine = machine if isinstance(machine, Machine) else Machine(machine)
-    scene = machine.scene
-    if scene.areas is not None:
-        raise SceneError([Fault("areas", "a diagram of areas", "a machine with joints", "give mechanism and loads instead")])
-    if not scene.mechanisms:
-        raise SceneError([Fault("mechanism", "no mechanism", "one at least, as joints are asked for")])
-    stroke = scene.stroke
+    if transient is not None:
+        return _along(machine, transient, phi, speed, t, inertia, friction)
+    if t is not None:
+        raise SceneError(
+            [Fault("t", "times without a motion in time", "a transient that they belong to", "give phi instead")]
+        )
+    scene = _with_joints(machine)
+    machine, stroke = machine if isinstance(machine, Machine) else Machine(machine), scene.stroke
     if phi is None:
         positions = spread(scene, 360 if stroke is None else 181)
     else:
@@ -93,106 +132,96 @@ def joint_forces(
         positions = state.own_coordinate(scene, wanted) + scene.origin
     if speed is None and stroke is not None and stroke.speed is not None:
         speed, acceleration = stroke.speed, stroke.acceleration
-    if speed is None and (not scene.has_flywheel or stroke is not None):
-        speed = _constant(machine, inertia)
-    balance = _balance(machine, speed)[0]
-    if speed is None:
-        from flywheel.sizing.sizing import size  # a given motion has no regime to find
-
+    if speed is None and scene.has_flywheel and stroke is None:
         machine = machine_of(machine)
-        motion, errors = steady_motion(machine, size(machine, simulate=False), positions)
+        motion, errors, balance, condition = _steady(machine, positions)
     else:
-        rates = np.full(positions.size, float(speed)), np.full(positions.size, float(acceleration))
-        motion, errors = MachineMotion(positions, *rates), (0.0, 0.0)
-    ask = partial(port_forces, machine, motion, balance, inertia=inertia, friction=friction)
-    return JointForces(motion, {mechanism.name: ask(mechanism) for mechanism in scene.mechanisms}, errors)
+        speed = _constant(machine, inertia) if speed is None else float(speed)
+        motion, condition = _at_speed(machine, positions, speed, float(acceleration))
+        balance, off = _balance(machine, speed)
+        errors = MotionErrors(time=0.0 if motion.time is None else 2 * ROUNDING * np.abs(motion.time), balance=off)
+    return _found(machine, motion, errors, balance, condition, inertia, friction)
 
 
-@np.errstate(all="ignore")
-def joint_errors(
-    machine: Machine, forces: JointForces, *, inertia: bool = True, friction: bool = True
-) -> dict[str, dict[str, Any]]:
-    """Estimated absolute errors of forces in joints, by mechanism, in the arrangement of `figures_of`.
-
-    As with `flywheel.regime.state.state_errors` they are found again a few roundings aside, with lengths a few roundings
-    off, in a motion as far off as it may be: linkages' positions and the equations of equilibrium then answer by other
-    roundings. What equilibrium and the iteration of friction leave is added.
-
-    Args:
-        machine: the machine.
-        forces: as `joint_forces` found them.
-        inertia: as they were asked for.
-        friction: as they were asked for.
-
-    """
-    motion, origin = forces.motion, machine.scene.origin
-    balance, off = _balance(machine, float(motion.omega[0]))
-    own = motion.phi - origin
-    anchor = machine.anchors(own)
-    others, errors = state.rounded_otherwise(machine), {}
-    for k, mechanism in enumerate(machine.scene.mechanisms):
-        found, again = forces.mechanisms[mechanism.name], []
-        for other, share, sense in zip(others, (1.0, 0.4), (1.0, -1.0), strict=True):
-            phi = origin + state.beside(own, anchor, machine.scene.cycle, share)
-            rates = [rate + sense * np.asarray(error) for rate, error in zip(motion[1:], forces.motion_errors, strict=True)]
-            options = {"inertia": inertia, "friction": friction}
-            beside = MachineMotion(phi, *rates)
-            again.append(port_forces(other, beside, balance + share * off, other.scene.mechanisms[k], **options))
-        apart = state.spread(figures_of(found), [figures_of(other) for other in again])
-        friction_gap, linkage = found.friction.gap, found.poses.linkage
-        left = found.residual + np.where(np.isfinite(friction_gap), friction_gap, 0.0) + state.EVALUATED * ROUNDING
-        force, moment = found.scales()  # what equilibrium and the iteration of friction leave over is a share of these
-        sizes = {"N": force, "N m": moment}
-        drive = {name: moment if linkage.joint(name).kind == PIN else force for name in found.actions}
-        iterated = bool(found.friction.iterations) * (force if linkage.sliding else moment)
-        errors[mechanism.name] = {
-            "driving": {name: error + left * drive[name] for name, error in apart["driving"].items()},
-            "joints": {
-                joint: {part: error + left * sizes[found.units[joint].get(part, "N")] for part, error in parts.items()}
-                for joint, parts in apart["joints"].items()
-            },
-            "friction": {"moment": apart["friction"]["moment"] + left * iterated},
-        }
-    return errors
+def _with_joints(given: Machine | Scene) -> Scene:
+    scene = given.scene if isinstance(given, Machine) else given
+    if scene.areas is not None:
+        raise SceneError([Fault("areas", "a diagram of areas", "a machine with joints", "give mechanism and loads instead")])
+    if not scene.mechanisms:
+        raise SceneError([Fault("mechanism", "no mechanism", "one at least, as joints are asked for")])
+    return scene
 
 
-def figures_of(found: Reactions) -> dict[str, Any]:
-    """Driving actions, and components and resultant of every joint, by their names."""
-    joints = {name: {**parts, "resultant": found.resultant(name)} for name, parts in found.components.items()}
-    return {"driving": dict(found.actions), "joints": joints, "friction": {"moment": found.friction.moment}}
+def _found(
+    machine: Machine,
+    motion: MachineMotion,
+    errors: MotionErrors,
+    balance: float,
+    condition: str,
+    inertia: bool,
+    friction: bool,
+) -> JointForces:
+    """The forces in a motion, and what is to be said of standstill."""
+    mechanisms = machine.scene.mechanisms
+    found = {m.name: port_forces(machine, motion, balance, m, inertia=inertia, friction=friction) for m in mechanisms}
+    messages = []
+    still = np.abs(motion.omega) <= _STANDING * float(np.abs(motion.omega).max(initial=0.0))
+    if friction and machine.scene.rubs and still.any() and not motion.creeps:
+        when = "" if motion.time is None else f" (t = {number(float(motion.time[still][0]))} s)"
+        messages.append(f"at standstill{when} friction in joints takes no side: the forces there are without it")
+    words = condition if inertia else f"{condition}, without inertia forces"
+    return JointForces(motion, found, errors, balance, words, tuple(messages))
 
 
-def spread(scene: Scene, count: int) -> Array:
-    """So many positions evenly over the cycle, from 0 and without its end, or over the stroke from end to end."""
-    if scene.stroke is not None:
-        return np.linspace(scene.stroke.start, scene.stroke.end, count)
-    return scene.cycle * np.arange(count) / count
+# -- motions -----------------------------------------------------------------------------------------------------------
 
 
-def _constant(machine: Machine, inertia: bool) -> float:
+def _constant(machine: Machine, inertia: bool) -> float | None:
     """The constant speed (rad/s, or m/s) of a machine without a flywheel: the scene's, or the machine's own.
 
-    Where neither inertia forces nor loads depend on it, any will do.
+    None where neither inertia forces nor loads depend on it.
     """
     scene = machine.scene
     if scene.stroke is None and scene.speed is not None:
         return scene.speed
     if machine.depends_on_speed and scene.stroke is None and scene.unknown is None:
         return constant_speed.operating_point(machine_of(machine))[0] or 0.0
-    if inertia or machine.depends_on_speed:
+    if inertia or machine.depends_on_speed or machine.depends_on_time:
         quasi = "" if machine.depends_on_speed else ", or leave inertia forces out: --quasi-static (inertia=False)"
         fault = constant_speed.no_speed(scene, "for inertia forces, and for what depends on it")
-        raise SceneError([fault._replace(advice=fault.advice + quasi)])
-    return 1.0
+        follow = "; or follow a motion in time: --from rest --until ... (in Python transient=)"
+        raise SceneError([fault._replace(advice=fault.advice + quasi + follow)])
+    return None
+
+
+def _at_speed(machine: Machine, positions: Array, speed: float | None, acceleration: float) -> tuple[MachineMotion, str]:
+    """A motion at a constant speed, which has a time where it does not accelerate; without a speed it creeps forwards."""
+    scene = machine.scene
+    if speed is None:
+        still = np.zeros(positions.size)
+        return MachineMotion(positions, still, still, creeps=True), "creeping forwards"
+    rates = np.full(positions.size, speed), np.full(positions.size, acceleration)
+    time = (positions - scene.origin) / speed if speed and not acceleration else None
+    if time is None and machine.depends_on_time:
+        paths = [effort.path for effort in machine.efforts if effort.uses_time]
+        expected = "a constant speed without acceleration, so that every position has its time"
+        advice = "or follow the machine in time (--from rest --until ...)"
+        raise SceneError([Fault(path, "a law that depends on time", expected, advice) for path in paths])
+    unit = _unit_of_speed(scene)
+    words = f"at {number(speed)} {unit}"
+    return MachineMotion(positions, *rates, time), f"{words} and {number(acceleration)} {unit}²" if acceleration else words
 
 
 def _balance(machine: Machine, speed: float | None) -> tuple[float, float]:
-    """The value (SI) of the scene's unknown and its error: at the scene's speed, or without one at that of the motion."""
+    """The value (SI) of the scene's unknown and its error: at the scene's speed, or without one at that of the motion.
+
+    Where it acts on no port, no joint depends on it.
+    """
     scene = machine.scene
-    if scene.unknown is None:
+    if not any(effort.depends_on_unknown and effort.load.on not in scene.shafts for effort in machine.efforts):
         return 0.0, 0.0
     at, value = constant_speed.operating_point(machine, speed if scene.speed is None else None)
-    return value, value * constant_speed.operating_point_errors(machine, at)[1]
+    return value, abs(value) * constant_speed.operating_point_errors(machine, at)[1]
 
 
 def steady_motion(machine: Machine, sizing: Sizing, phi: Array) -> tuple[MachineMotion, tuple[Array | float, Array | float]]:
@@ -214,3 +243,332 @@ def steady_motion(machine: Machine, sizing: Sizing, phi: Array) -> tuple[Machine
     heavy = (sizing.error.exact or 0.0) * sizing.run.inertia / total
     slower = (noise[0] + 0.5 * omega**2 * noise[1] + np.abs(reduced.slope) * omega * off) / total + np.abs(alpha) * heavy
     return MachineMotion(phi, omega, alpha), (off, slower)
+
+
+def _steady(machine: Machine, phi: Array) -> tuple[MachineMotion, MotionErrors, float, str]:
+    """The steady regime with the scene's flywheel, its errors, the scene's unknown there, and the condition in words."""
+    from flywheel.sizing.sizing import size
+
+    sizing = size(machine, simulate=False)
+    motion, (omega, alpha) = steady_motion(machine, sizing, phi)
+    balance = sizing.balance
+    off = 0.0 if balance is None else abs(balance.value) * balance.error
+    wheel = "" if sizing.inertia is None else f" with {number(sizing.inertia, most=6)} kg m^2"
+    if sizing.cycle is None or sizing.run is None:
+        time, late = phi / sizing.speed, 0.0 * phi
+    else:
+        from flywheel.motions.transients import time_along
+
+        time = np.where(phi == 0.0, 0.0, time_along(sizing, phi))
+        late = time * float(np.max(omega / motion.omega)) + 0.1 * sizing.rtol * machine.scene.cycle / sizing.speed
+    errors = MotionErrors(0.0, omega, alpha, late + 4 * ROUNDING * time, off)
+    return motion._replace(time=time), errors, 0.0 if balance is None else balance.value, f"steady regime{wheel}"
+
+
+def _along(
+    machine: Machine | Scene,
+    run: Transient,
+    phi: ArrayLike | None,
+    speed: float | None,
+    t: ArrayLike | None,
+    inertia: bool,
+    friction: bool,
+) -> JointForces:
+    """Forces at times of a motion that was followed."""
+    scene = _with_joints(machine)
+    given = {"phi": phi, "speed": speed}
+    faults = [Fault(name, "a value", "none, as the motion tells it") for name, value in given.items() if value is not None]
+    if scene.mechanisms != run.scene.mechanisms:
+        faults.append(Fault("transient", "a motion of another scene", "one of this scene"))
+    if faults:
+        raise SceneError(faults)
+    times = np.linspace(0.0, run.time, EVENLY) if t is None else np.atleast_1d(np.asarray(t, dtype=float)).ravel()
+    outside = ~((times >= 0.0) & (times <= run.time * (1.0 + ROUNDING)))
+    if not times.size or outside.any():
+        found = "no time" if not times.size else f"{times[outside][0]:.6g} s"
+        raise SceneError([Fault("t", found, f"times of the motion, from 0 to {run.time:.6g} s")])
+    return along_run(run, times, inertia=inertia, friction=friction)
+
+
+def along_run(
+    run: Transient, times: Array, owners: Indices | None = None, *, inertia: bool = True, friction: bool = True
+) -> JointForces:
+    """Forces in the joints at times (s) of a motion that was followed; at a switch `owners` tell the stretch (the side)."""
+    from flywheel.motions.transients import sampled
+
+    trail = run.motion.trail
+    assert trail is not None
+    owners = trail.owners(times) if owners is None else owners
+    machine, samples = trail.dynamics.machine, sampled(trail, times, owners)
+    stretches = [trail.stretches[k] for k in owners]
+    places = np.array([stretch.anchor[:3] for stretch in stretches], dtype=float)
+    gone = np.array([stretch.offset for stretch in stretches])
+    origin = machine.scene.origin
+    motion = MachineMotion(
+        samples.phi + origin,
+        samples.omega,
+        samples.acceleration,
+        times,
+        gone,
+        Anchor(places[:, 0], places[:, 1], places[:, 2]),
+    )
+    words = f"followed from {number(float(run.motion.omega[0]))} {_unit_of_speed(machine.scene)}: {run.ended}"
+    errors = _errors_along(run, motion, samples.current)
+    return _found(machine, motion, errors, run.balance, words, inertia, friction)
+
+
+def _unit_of_speed(scene: Scene) -> str:
+    return "m/s" if scene.reduction_element == "slide" else "rad/s"
+
+
+def _errors_along(run: Transient, motion: MachineMotion, current: Array | None) -> MotionErrors:
+    """What the error of a run makes of angle, speed and acceleration: the last found again with the others that far off."""
+    trail, anchor, time = run.motion.trail, motion.anchor, motion.time
+    assert trail is not None
+    assert anchor is not None
+    assert time is not None
+    dynamics, machine = trail.dynamics, trail.dynamics.machine
+    way = max(float(np.ptp(run.motion.phi)), machine.scene.cycle / (2 * np.pi))
+    phi, omega = run.error * way, run.error * float(np.abs(run.motion.omega).max())
+    own, amperes = motion.own(machine), 0.0 if current is None else current
+
+    def acceleration(dphi: float, domega: float, share: float) -> Array:
+        place = np.clip(own + dphi, 0.0, machine.scene.cycle)
+        found = dynamics.along(place, anchor, motion.omega + domega, time, np.multiply(amperes, 1.0 + share))
+        return np.asarray(found.acceleration)
+
+    apart = [
+        np.abs(acceleration(*off) - motion.alpha) for off in ((phi, 0.0, 0.0), (0.0, omega, 0.0), (0.0, 0.0, run.error))
+    ]
+    alpha = np.nan_to_num(np.sum(apart, axis=0)) + state.EVALUATED * ROUNDING * np.abs(motion.alpha)
+    return MotionErrors(phi, omega, alpha, ROUNDING * time)
+
+
+def close_times(run: Transient) -> tuple[Array, Indices]:
+    """Times in every stretch of a motion, close to both its ends and between, and the stretches: few forces slip through."""
+    from flywheel.motions.transients import within
+
+    trail = run.motion.trail
+    assert trail is not None
+    count = int(np.clip(_CLOSELY // len(trail.stretches), *_IN_A_STRETCH))
+    shares = np.concatenate(([_BESIDE], np.arange(1, count) / count, [1.0 - _BESIDE]))
+    times, owners = within(trail, shares)
+    inner = np.tile(np.arange(shares.size + 2), len(trail.stretches))
+    kept = (inner > 0) & (inner <= shares.size)
+    kept[[0, -1]] = True  # start and end themselves
+    return times[kept], owners[kept].astype(np.intp)
+
+
+# -- curves ------------------------------------------------------------------------------------------------------------
+
+DRIVER, TIME = "driver", "time"
+DRIVING, RESULTANT = "driving", "resultant"
+COMPONENTS = (
+    "x", "y", "normal", "moment", RESULTANT, DRIVING, "friction", "front", "rear", "tangential", "radial",
+)  # fmt: skip
+"""What may be asked for of a joint: `x` and `y` (of the whole force, in the frame's axes) of every one."""
+
+
+class ForceCurve(NamedTuple):
+    """One component of a joint's reaction, or its driving action, over a motion: its values (n,) in N or N m."""
+
+    name: str
+    mechanism: str
+    joint: str
+    component: str
+    unit: str
+    values: Array
+
+
+def force_curves(forces: JointForces, of: Sequence[str] = (), components: Sequence[str] = ()) -> list[ForceCurve]:
+    """Components of the reactions by joint, the driving action of a driven joint before them.
+
+    Args:
+        forces: as `joint_forces` found them.
+        of: joints and couplings by name (with the mechanism's before it where several have that name); all if empty.
+        components: of `COMPONENTS`; what each joint has, and the resultant, if empty.
+
+    Raises:
+        SceneError: for a joint that there is not, with the nearest; for a component that none of the joints has.
+
+    """
+    places = joints_named(forces, of)
+    several = len(forces.mechanisms) > 1
+    found = []
+    for mechanism, joint in places:
+        parts = _parts(forces.mechanisms[mechanism], joint)
+        own = (
+            [name for name in parts if name in components] if components else [n for n, (_, _, own) in parts.items() if own]
+        )
+        prefix = f"{mechanism}.{joint}" if several else joint
+        found += [ForceCurve(f"{prefix}.{name}", mechanism, joint, name, *parts[name][:2]) for name in own]
+    missing = [name for name in components if name not in {curve.component for curve in found}]
+    if missing:
+        known = dict.fromkeys(name for place in places for name in _parts(forces.mechanisms[place[0]], place[1]))
+        raise SceneError(
+            [Fault("component", f"{n!r}, which no joint asked for has", f"one of {', '.join(known)}") for n in missing]
+        )
+    return found
+
+
+class Axis(NamedTuple):
+    """What curves are drawn over: name and unit, values (n,), and the places between them at which something switches."""
+
+    name: str
+    unit: str
+    values: Array
+    edges: Array
+
+
+def axis(machine: Machine, forces: JointForces, over: str) -> Axis:
+    """The driver's position (deg, or m where it slides) or the time (s) of forces, in the order that they stand in.
+
+    Raises:
+        SceneError: for a motion without a time.
+
+    """
+    motion, anchor = forces.motion, forces.motion.anchor
+    switched = np.diff(machine.anchors(motion.own(machine) if anchor is None else anchor.phi)) != 0.0
+    if anchor is not None:  # a new stretch without a new piece begins at a time or a speed
+        piece = (
+            np.searchsorted(machine.restarts, anchor.phi)
+            + np.asarray(motion.gone) / machine.scene.cycle * machine.restarts.size
+        )
+        switched |= (np.diff(anchor.time) != 0.0) & (np.diff(piece) == 0.0)
+    first = np.flatnonzero(switched) + 1
+    if over == TIME and motion.time is None:
+        expected, advice = (
+            "a motion in time",
+            "without acceleration every speed has its time; or follow one: --from, --until",
+        )
+        raise SceneError([Fault("over", f"time, of forces {forces.condition}", expected, advice)])
+    if over == TIME and motion.time is not None:
+        return Axis("t", "s", motion.time, motion.time[first])
+    if machine.scene.reduction_element == "slide":
+        return Axis("x", "m", motion.phi, motion.phi[first])
+    return Axis("phi", "deg", degrees := np.degrees(motion.phi), degrees[first])
+
+
+def _parts(found: Reactions, joint: str) -> dict[str, tuple[str, Array, bool]]:
+    """Unit and values of all that may be told of a joint, and whether it is told unasked."""
+    parts: dict[str, tuple[str, Array, bool]] = {}
+    if joint in found.actions:
+        kind = found.poses.linkage.joint(joint).kind
+        parts[DRIVING] = "N m" if kind == PIN else "N", found.actions[joint], True
+    units = found.units[joint]
+    parts |= {name: (units[name], values, True) for name, values in found.components[joint].items()}
+    for name, values in zip(("x", "y"), found.forces[joint], strict=True):
+        parts.setdefault(name, ("N", values, False))
+    return parts | {RESULTANT: ("N", found.resultant(joint), True)}
+
+
+def joints_named(forces: JointForces, of: Sequence[str] = ()) -> list[tuple[str, str]]:
+    """Mechanism and joint of each name; of all joints if there is none."""
+    every = [(mechanism, joint) for mechanism, found in forces.mechanisms.items() for joint in found.components]
+    names: dict[str, list[tuple[str, str]]] = {}
+    for place in every:
+        for name in {place[1], ".".join(place)}:
+            names.setdefault(name, []).append(place)
+    faults = []
+    for name in of:
+        if name not in names:
+            expected = f"one of {', '.join(j if len(names[j]) == 1 else f'{m}.{j}' for m, j in every)}"
+            near = nearest(name, list(names))
+            faults.append(Fault("joints", repr(name), expected, f"did you mean {near!r}?" if near else ""))
+        elif len(names[name]) > 1:
+            expected = " or ".join(f"{mechanism}.{joint}" for mechanism, joint in names[name])
+            faults.append(Fault("joints", f"{name!r}, which several mechanisms have", expected))
+    if faults:
+        raise SceneError(faults)
+    return list(dict.fromkeys(names[name][0] for name in of)) if of else every
+
+
+# -- errors ------------------------------------------------------------------------------------------------------------
+
+
+@np.errstate(all="ignore")
+def joint_errors(
+    machine: Machine, forces: JointForces, *, inertia: bool = True, friction: bool = True
+) -> dict[str, dict[str, Any]]:
+    """Estimated absolute errors of forces in joints, by mechanism, in the arrangement of `figures_of`.
+
+    As with `flywheel.regime.state.state_errors` they are found again a few roundings aside, with lengths a few roundings
+    off: linkages' positions and the equations of equilibrium then answer by other roundings. What it makes of them that
+    angle, speed, acceleration or unknown are as far off as they may be is added, each by itself, and what equilibrium and
+    the iteration of friction leave.
+
+    Args:
+        machine: the machine.
+        forces: as `joint_forces` found them.
+        inertia: as they were asked for.
+        friction: as they were asked for.
+
+    """
+    motion, off, origin = forces.motion, forces.errors, machine.scene.origin
+    own = motion.own(machine)
+    anchor = machine.anchors(own) if motion.anchor is None else np.asarray(motion.anchor.phi)
+    options = {"inertia": inertia, "friction": friction}
+
+    def beside(share: float) -> MachineMotion:
+        return motion._replace(phi=origin + motion.gone + state.beside(own, anchor, machine.scene.cycle, share))
+
+    inwards = np.where(anchor < own, -1.0, 1.0)
+    changes = [
+        (motion._replace(phi=motion.phi + inwards * off.phi), 0.0, off.phi),
+        (motion._replace(omega=motion.omega + np.where(motion.omega < 0.0, -1.0, 1.0) * off.omega), 0.0, off.omega),
+        (motion._replace(alpha=motion.alpha + off.alpha), 0.0, off.alpha),
+        (motion, off.balance, off.balance),
+    ]
+    moved = [(other, more) for other, more, size in changes if np.any(size)]
+    others = state.rounded_otherwise(machine)
+    errors = {}
+    for k, mechanism in enumerate(machine.scene.mechanisms):
+        found = forces.mechanisms[mechanism.name]
+        again = [
+            port_forces(other, beside(share), forces.balance, other.scene.mechanisms[k], **options)
+            for other, share in zip(others, (1.0, 0.4), strict=True)
+        ]
+        apart = state.spread(figures_of(found), [figures_of(other) for other in again])
+        for other, more in moved:
+            there = figures_of(port_forces(machine, other, forces.balance + more, mechanism, **options))
+            apart = _sum(apart, there, figures_of(found))
+        friction_gap, linkage = found.friction.gap, found.poses.linkage
+        left = found.residual + np.where(np.isfinite(friction_gap), friction_gap, 0.0) + state.EVALUATED * ROUNDING
+        force, moment = found.scales()  # what equilibrium and the iteration of friction leave over is a share of these
+        sizes = {"N": force, "N m": moment}
+        drive = {name: moment if linkage.joint(name).kind == PIN else force for name in found.actions}
+        iterated = bool(found.friction.iterations) * (force if linkage.sliding else moment)
+        errors[mechanism.name] = {
+            "driving": {name: error + left * drive[name] for name, error in apart["driving"].items()},
+            "joints": {
+                joint: {part: error + left * sizes[found.units[joint].get(part, "N")] for part, error in parts.items()}
+                for joint, parts in apart["joints"].items()
+            },
+            "friction": {"moment": apart["friction"]["moment"] + left * iterated},
+        }
+    return errors
+
+
+def _sum(errors: Any, there: Any, here: Any) -> Any:
+    """Errors, and how far figures of another motion are from these, with a tenth for what is not linear."""
+    if isinstance(errors, Mapping):
+        return {name: _sum(value, there[name], here[name]) for name, value in errors.items()}
+    return errors + 1.1 * np.abs(there - here)
+
+
+def figures_of(found: Reactions) -> dict[str, Any]:
+    """Driving actions; components, x and y of the whole force and its size for every joint, by their names."""
+
+    def of_joint(name: str) -> dict[str, Array]:
+        x, y = found.forces[name]
+        return {"x": x, "y": y, **found.components[name], RESULTANT: found.resultant(name)}
+
+    joints = {name: of_joint(name) for name in found.components}
+    return {"driving": dict(found.actions), "joints": joints, "friction": {"moment": found.friction.moment}}
+
+
+def spread(scene: Scene, count: int) -> Array:
+    """So many positions evenly over the cycle, from 0 and without its end, or over the stroke from end to end."""
+    if scene.stroke is not None:
+        return np.linspace(scene.stroke.start, scene.stroke.end, count)
+    return scene.cycle * np.arange(count) / count

@@ -206,11 +206,13 @@ def motion_from(
         if not fine.stretches:
             raise SceneError([_at_rest(fine)])
         error = share * _difference(rough, fine) + ROUNDING * (64 + len(fine.stretches) + _UNSURE * fine.repeated)
-        if error <= rtol or tight <= TIGHTEST:
+        same = np.array_equal(rough.t, fine.t)  # steps that no tolerance has shortened tell nothing of their error
+        if (error <= rtol and not same) or tight <= TIGHTEST:
             break
         rough, last = fine, tight
-        tight = max(min(0.3 * rtol / error, _TIGHTER) * tight, TIGHTEST)
-        share = min(1.0, tight / (_TIGHTER * last))  # of the difference, where the tolerances lie further apart
+        tight = max(min(0.3 * rtol / error, _TIGHTER**2 if same else _TIGHTER) * tight, TIGHTEST)
+        # of the difference, where the tolerances lie further apart
+        share = 1.0 if same else min(1.0, tight / (_TIGHTER * last))
     states, machine = fine.ends(), dynamics.machine
     cycle = machine.scene.cycle
     inside = np.clip(states[0], 0.0, cycle) if machine.scene.stroke is not None else states[0] % cycle

@@ -713,6 +713,17 @@ def switching(trail: Trail) -> tuple[Array, Indices]:
     return np.repeat(trail.t[last + 1], 2), np.column_stack((last, last + 1)).ravel()
 
 
+def evenly(trail: Trail, points: int, breaks: bool = False) -> tuple[Array, Indices]:
+    """So many times from start to end, and their stretches; with `breaks` also where laws switch, once for each side."""
+    times = np.linspace(0.0, float(trail.t[-1]), points)
+    owners = trail.owners(times)
+    if not breaks:
+        return times, owners
+    more, sides = switching(trail)
+    rows = np.unique(np.column_stack((np.append(owners, sides), np.append(times, more))), axis=0)
+    return np.asarray(rows[:, 1], dtype=float), rows[:, 0].astype(np.intp)
+
+
 def within(trail: Trail, inside: Array) -> tuple[Array, Indices]:
     """Times in every stretch, at its ends and at shares (0 to 1) of it, and the stretches that they belong to."""
     shares = np.concatenate(([0.0], inside, [1.0]))

@@ -1,4 +1,4 @@
-"""Reactions of joints over the motion: the force vector's tip of every pin, the normal force of every slide.
+"""Reactions of joints over the motion: as curves over the driver or the time, or as hodographs.
 
 A hodograph is drawn in the frame's own directions, with equal scales; numbers along it tell where the driver stands.
 """
@@ -8,6 +8,8 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from math import ceil, sqrt
 from pathlib import Path
+from textwrap import wrap
+from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -17,10 +19,11 @@ from numpy.typing import NDArray
 
 from flywheel.mechanisms.linkages.positions import Poses
 from flywheel.mechanisms.linkages.reactions import Reactions
+from flywheel.motions.joint_forces import Axis, ForceCurve
 from flywheel.numerics.faults import Fault, SceneError, nearest
 from flywheel.numerics.units import figure as number
 from flywheel.pictures import figures
-from flywheel.pictures.figures import BLACK, BLUE, GREY, PURPLE, VERMILLION
+from flywheel.pictures.figures import BLACK, BLUE, GREEN, GREY, ORANGE, PURPLE, VERMILLION
 from flywheel.scene.linkage import SLIDE
 from flywheel.scene.scene import TURN
 
@@ -191,3 +194,135 @@ def over_motion(panel: Axes, name: str, x: Array, parts: Mapping[str, Array], sl
         other.set_ylabel("moment, N m (dotted)", color=PURPLE)
     if len(forces) > 1:
         panel.legend(loc="best", fontsize=8.5)
+
+
+# -- curves over the driver or the time ------------------------------------------------------------------------------
+
+_WIDTH, _ROW, _TALL = 11.0, 2.9, 4.2  # inches: of a picture, of a panel, and of one with the curves of several joints
+_DASHES = ("-", "--", "-.", (0, (1, 1)), (0, (5, 1, 1, 1, 1, 1)))
+_STYLES = {
+    "x": (BLUE, "-"),
+    "y": (VERMILLION, "--"),
+    "normal": (BLUE, "-"),
+    "tangential": (BLUE, "-"),
+    "radial": (VERMILLION, "--"),
+    "front": (GREEN, "-."),
+    "rear": (ORANGE, (0, (3, 1))),
+    "friction": (ORANGE, "-."),
+    "moment": (PURPLE, ":"),
+    "driving": (GREEN, "-"),
+    "resultant": (BLACK, "-"),
+}
+_SYMBOLS = {"x": "$F_x$", "y": "$F_y$"}
+_MOST_EDGES = 40  # breakpoints that are drawn
+_MOST_TURNS = 8.0  # from which on the crank's way is told in turns
+_SEAM = 1e-4  # deg: how near to the cycle's end its last value stands
+_POSITIONS = {"phi": "crank angle φ", "x": "position x of the driver"}
+
+
+def curves(found: Sequence[ForceCurve], over: Axis, title: str, path: str | Path | None = None, *, together: bool) -> Figure:
+    """Draw reactions and driving actions over the driver or the time, and save the picture if a file is named.
+
+    Every curve's least and greatest value are marked, and told beside its name.
+
+    Args:
+        found: what `flywheel.motions.joint_forces.force_curves` gives, at positions as close as the picture needs, both
+            sides of every jump among them.
+        over: the axis.
+        title: of the picture.
+        path: where to save the picture, ending in .png, .svg or .pdf.
+        together: one panel for each component with the curves of all joints, instead of one for each joint.
+
+    """
+    scale, unit = {"m": (1000.0, "mm")}.get(over.unit, (1.0, over.unit))
+    if unit == "deg" and np.ptp(over.values) > _MOST_TURNS * 360.0:
+        scale, unit = 1.0 / 360.0, "turns"
+    x, edges = scale * over.values, scale * over.edges
+    groups: dict[str, list[ForceCurve]] = {}
+    for curve in found:
+        joint = curve.name.removesuffix(f".{curve.component}")
+        driving = f"{joint}: driving action" if curve.component == "driving" else joint
+        groups.setdefault(f"{curve.component}|{curve.unit}" if together else driving, []).append(curve)
+    height = (_TALL if together else _ROW) * len(groups) + 0.8
+    made = figures.figure(_WIDTH, height, "\n".join(wrap(title.replace(" kg m^2", "\u00a0kg\u00a0m²"), 100)))
+    panels = made.subplots(len(groups), 1, squeeze=False, sharex=True).ravel().tolist()
+    for panel, (name, group) in zip(panels, groups.items(), strict=True):
+        (_together if together else _singly)(panel, name, group, x)
+        for edge in edges if edges.size <= _MOST_EDGES else ():
+            panel.axvline(edge, color=GREY, lw=0.6, ls=(0, (1, 3)), zorder=0.5)
+        panel.axhline(0.0, color=GREY, lw=0.8, zorder=1)
+        panel.grid(color=figures.PALE, linewidth=0.6)
+        panel.set_axisbelow(True)
+    low, high = float(np.min(x)), float(np.max(x))
+    if unit == "deg" and abs(high - round(high)) < _SEAM:
+        high = round(high)
+    panels[-1].set_xlim(low, high)
+    if unit == "deg" and 180.0 < high - low <= 1440.0:
+        panels[-1].xaxis.set_major_locator(MultipleLocator(45.0 * ceil((high - low) / 360.0 - 1e-9)))
+    panels[-1].set_xlabel(f"{_POSITIONS.get(over.name, 'time')}, {unit}")
+    if path is not None:
+        figures.save(made, path)
+    return made
+
+
+def _singly(panel: Axes, name: str, group: Sequence[ForceCurve], x: Array) -> None:
+    """The components of one joint: forces on the left, couples on a scale of their own on the right."""
+    forces = [curve for curve in group if curve.unit == "N"]
+    couples = [curve for curve in group if curve.unit != "N"]
+    right = bool(forces) and any(np.nanmax(np.abs(curve.values), initial=0.0) > 0.0 for curve in couples)
+    for mine, axes in ((forces, panel), (couples, panel.twinx() if right else panel)):
+        if not mine:
+            continue
+        scale, unit = _scaled(mine)
+        for curve in mine:
+            words = _SYMBOLS.get(curve.component, "" if curve.component == "driving" else curve.component), unit
+            _line(axes, panel, x, scale * curve.values, words, *_STYLES.get(curve.component, (GREY, "-")))
+        if mine is forces or right or not forces:
+            kind = "force" if mine is forces else "moment"
+            axes.set_ylabel(f"{kind}, {unit}" + (" (dotted)" if right and mine is couples else ""))
+    panel.set_title(name, parse_math=False, loc="left")
+    _beside(panel, right=right)
+
+
+def _together(panel: Axes, name: str, group: Sequence[ForceCurve], x: Array) -> None:
+    """One component of several joints."""
+    scale, unit = _scaled(group)
+    for k, curve in enumerate(group):
+        dashes = _DASHES[k % len(_DASHES)]
+        joint = curve.name.removesuffix(f".{curve.component}")
+        _line(panel, panel, x, scale * curve.values, (joint, unit), figures.BODIES[k % len(figures.BODIES)], dashes)
+    component = name.partition("|")[0]
+    words = {"driving": "driving action"}.get(component, _SYMBOLS.get(component, component))
+    panel.set_ylabel(f"{words}, {unit}")
+    _beside(panel, right=False)
+
+
+def _line(axes: Axes, legend: Axes, x: Array, values: Array, words: tuple[str, str], colour: str, dashes: Any) -> None:
+    """A curve with its least and greatest value marked, and told in the legend of a panel."""
+    name, unit = words
+    if np.isnan(values).all():
+        legend.plot([], [], color=colour, ls=dashes, label=f"{name}: not known")
+        return
+    low, high = int(np.nanargmin(values)), int(np.nanargmax(values))
+    least, greatest = (number(float(values[k]), 0.0, 4).replace("-", "−") for k in (low, high))
+    axes.plot(x, values, color=colour, ls=dashes, lw=1.6, zorder=3)
+    extent = f"{least} {unit}" if values[low] == values[high] else f"{least} to {greatest} {unit}"
+    label = f"{name}: {extent}" if name else extent
+    legend.plot([], [], color=colour, ls=dashes, lw=1.6, label=label)
+    if values[low] < values[high]:
+        axes.plot(x[low], values[low], "v", x[high], values[high], "^", color=colour, ms=5.5, zorder=4, clip_on=False)
+
+
+def _beside(panel: Axes, *, right: bool) -> None:
+    """The legend to the right of a panel, clear of its curves and of a scale there."""
+    panel.legend(
+        loc="upper left", bbox_to_anchor=(1.09 if right else 1.01, 1.02), fontsize=8.5, frameon=False, handlelength=2.6
+    )
+
+
+def _scaled(group: Sequence[ForceCurve]) -> tuple[float, str]:
+    """What the values of curves of one unit are multiplied by, and the unit that they then have."""
+    largest = max(
+        (float(np.nanmax(np.abs(c.values), initial=0.0)) for c in group if not np.isnan(c.values).all()), default=0.0
+    )
+    return (1e-3, f"k{group[0].unit}") if largest >= _KILO else (1.0, group[0].unit)

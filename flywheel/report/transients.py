@@ -7,7 +7,8 @@ from collections.abc import Iterator
 import numpy as np
 from numpy.typing import NDArray
 
-from flywheel.motions.transients import Peak, Samples, Transient, estimates, of_samples, sampled, switching
+from flywheel.motions.transients import Peak, Samples, Transient, estimates, of_samples, sampled
+from flywheel.motions.transients import evenly as instants
 from flywheel.numerics.units import columns, figure, short
 from flywheel.report import rows as written
 from flywheel.report.rows import DEGREES, RPM, page, sentences, wrapped
@@ -22,13 +23,7 @@ def evenly(transient: Transient, points: int, breaks: bool = False) -> Samples:
     """
     trail = transient.motion.trail
     assert trail is not None
-    times = np.linspace(0.0, transient.time, points)
-    owners = trail.owners(times)
-    if breaks:
-        more, sides = switching(trail)
-        rows = np.unique(np.column_stack((np.append(owners, sides), np.append(times, more))), axis=0)
-        owners, times = rows[:, 0].astype(np.intp), np.asarray(rows[:, 1], dtype=float)
-    found = sampled(trail, times, owners)
+    found = sampled(trail, *instants(trail, points, breaks))
     return found._replace(phi=found.phi + transient.scene.origin)
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -10,7 +11,8 @@ import pytest
 
 import flywheel
 from flywheel.machine.machine import Machine
-from flywheel.motions.joint_forces import joint_forces
+from flywheel.motions.joint_forces import along_run, axis, figures_of, force_curves, joint_errors, joint_forces
+from flywheel.motions.transients import evenly
 from flywheel.numerics.faults import SceneError
 from tests import regimes
 from tests.limits import sample
@@ -166,3 +168,142 @@ def test_driving_actions_follow_the_machine_s_own_motion(name: str, inertia: flo
 
 def _kloss(slip: Any) -> Any:
     return 2 * 49.7 * 0.1916 * slip / (slip**2 + 0.1916**2)
+
+
+# -- along a motion in time ---------------------------------------------------------------------------------------------
+
+PUSHED: dict[str, Any] = {
+    "mechanism": {
+        "type": "slider-crank",
+        "crank": {"length": 0.1, "mass": 2, "inertia": 0.01},
+        "rod": {"length": 0.3, "mass": 3, "inertia": 0.03, "com": 0.12},
+        "slider": {"mass": 5},
+    },
+    "load": [
+        {"on": "slider", "force": "-200 - 50*sin(20*t) - 3*v - (400 if t > 0.03 else 0)"},
+        {"on": "slider", "force": -300, "from": "10 deg", "to": "20 deg"},
+    ],
+    "damper": [{"on": "rod", "coefficient": 0.4}],
+    "drive": {"torque": 100},
+    "regime": {"speed": 30},
+    "flywheel": {"inertia": 0.2},
+}
+
+
+@cache
+def pushed(rtol: float = 1e-9) -> flywheel.Transient:
+    return flywheel.transient(flywheel.load(PUSHED), end=0.06, rtol=rtol)
+
+
+def test_along_a_run_up_the_shaft_gives_what_the_drive_leaves() -> None:
+    """Loads of the instant: whatever acts on the slider, the crank gets T - J alpha of the motion that was followed."""
+    found = joint_forces(flywheel.load(PUSHED), transient=pushed())
+    assert found.motion.time is not None
+    assert found.motion.phi.size == 500
+    action = found.mechanisms["slider-crank"].action
+    np.testing.assert_allclose(action, 100.0 - 0.2 * found.motion.alpha, rtol=0, atol=1e-11 * np.abs(action).max())
+    phi, t = found.motion.phi, found.motion.time
+    beta = -np.arcsin(np.sin(phi) / 3)
+    reach = -0.1 * (np.sin(phi) - np.cos(phi) * np.tan(beta))
+    slope = np.gradient(reach * found.motion.omega, t)  # the slider's acceleration
+    force = -200 - 50 * np.sin(20 * t) - 3 * reach * found.motion.omega - 400 * (t > 0.03)
+    force -= 300 * ((np.degrees(phi) >= 10) & (np.degrees(phi) < 20))
+    inside = (np.abs(t - 0.03) > 3e-4) & (np.abs(np.degrees(phi) - 15) > 5.5) & (np.abs(np.degrees(phi) - 15) > 4.5)
+    given = found.mechanisms["slider-crank"].components["slider_pin"]["x"]
+    np.testing.assert_allclose(given[inside][1:-1], (5 * slope - force)[inside][1:-1], rtol=2e-3, atol=0.5)
+
+
+def test_forces_of_a_run_are_as_good_as_they_say() -> None:
+    scene, t = flywheel.load(PUSHED), np.linspace(0.0, 0.06, 41)
+    rough, fine = (joint_forces(scene, transient=pushed(rtol), t=t) for rtol in (1e-5, 1e-9))
+    errors = joint_errors(Machine(scene), rough)["slider-crank"]["joints"]
+    true, close = (figures_of(found.mechanisms["slider-crank"])["joints"] for found in (fine, rough))
+    for joint, parts in true.items():
+        for part, values in parts.items():
+            off, told = np.abs(values - close[joint][part]), errors[joint][part]
+            assert (off <= told).all()
+            assert told.max() <= 1e-2 * np.abs(values).max() or not values.any()
+
+
+def test_a_switch_of_a_run_has_two_sides() -> None:
+    run = pushed()
+    times, owners = evenly(run.motion.trail, 2, breaks=True)
+    found = along_run(run, times, owners)
+    at = np.flatnonzero(np.abs(times - 0.03) < 1e-12)
+    assert at.size == 2
+    before, after = found.mechanisms["slider-crank"].components["slider_pin"]["x"][at]
+    alpha = found.motion.alpha[at]
+    gain = float(np.diff(alpha)[0])  # at one place: the slider's acceleration changes by g dalpha
+    phi = float(found.motion.phi[at[0]])
+    reach = -0.1 * (np.sin(phi) + np.cos(phi) * np.sin(phi) / np.sqrt(9 - np.sin(phi) ** 2))
+    assert after - before == pytest.approx(400 + 5 * reach * gain, rel=1e-9)
+
+
+def test_a_run_down_of_a_stroke_has_its_forces() -> None:
+    ram = {"points": {"P": [0, 0]}, "mass": 2.0}
+    guide = {"name": "O", "type": "slide", "between": ["frame.O", "ram.origin"]}
+    bodies = {"frame": {"points": {"O": [0, 0]}}, "ram": ram}
+    linkage = {"type": "linkage", "driver": "O", "bodies": bodies, "joints": [guide]}
+    load = [{"on": "O", "force": "-3*v - 2*t"}]
+    scene = flywheel.load({"mechanism": linkage, "load": load, "stroke": {"from": 0, "to": 10, "speed": 1}})
+    run = flywheel.transient(scene, start=4.0, end=0.5)
+    found = joint_forces(scene, transient=run, t=[0.0, 0.25, 0.5])
+    np.testing.assert_allclose(found.mechanisms["linkage"].action, 0.0, atol=1e-9)  # nothing but its load slows it
+    v = found.motion.omega
+    np.testing.assert_allclose(found.motion.alpha, (-3 * v - 2 * np.array([0.0, 0.25, 0.5])) / 2, rtol=1e-12)
+
+
+def test_what_does_not_go_with_a_run_is_told() -> None:
+    scene = flywheel.load(PUSHED)
+    with pytest.raises(SceneError, match=r"t: found 0\.07 s, expected times of the motion, from 0 to 0\.06 s"):
+        joint_forces(scene, transient=pushed(), t=[0.07])
+    with pytest.raises(SceneError, match="phi: found a value, expected none, as the motion tells it"):
+        joint_forces(scene, [0.1], transient=pushed())
+    with pytest.raises(SceneError, match="transient: found a motion of another scene"):
+        joint_forces(flywheel.load(press()), transient=pushed())
+    with pytest.raises(SceneError, match="t: found times without a motion in time"):
+        joint_forces(scene, t=[0.1])
+
+
+def test_a_constant_speed_has_its_time_and_so_have_its_loads() -> None:
+    scene = flywheel.load(PUSHED)
+    found = joint_forces(scene, [0.5, 1.0], speed=10.0)
+    np.testing.assert_allclose(found.motion.time, [0.05, 0.1])
+    held = PUSHED | {"load": [{"on": "slider", "force": f"{-600 - 50 * float(np.sin(1.0))!r} - 3*v"}]}
+    same = joint_forces(flywheel.load(held), [0.5], speed=10.0)
+    actions = [f.mechanisms["slider-crank"].action[0] for f in (found, same)]
+    assert actions[0] == pytest.approx(actions[1], rel=1e-12)
+    with pytest.raises(SceneError, match=r"load\[0\]\.force: found a law that depends on time, expected a constant speed"):
+        joint_forces(scene, [0.5], speed=10.0, acceleration=1.0)
+
+
+# -- curves -------------------------------------------------------------------------------------------------------------
+
+
+def test_curves_are_found_by_the_names_of_joints_and_components() -> None:
+    found = joint_forces(flywheel.load(press()), PHI, speed=5.0)
+    assert [curve.name for curve in force_curves(found, ["pivot"])] == [
+        "pivot.driving",
+        "pivot.x",
+        "pivot.y",
+        "pivot.resultant",
+    ]
+    (across,) = force_curves(found, ["press.guide"], ["y"])
+    np.testing.assert_array_equal(across.values, found.mechanisms["press"].components["guide"]["normal"])
+    with pytest.raises(SceneError, match=r"joints: found 'guid', expected one of pivot, .*; did you mean 'guide'\?"):
+        force_curves(found, ["guid"])
+    with pytest.raises(
+        SceneError, match="component: found 'normal', which no joint asked for has, expected one of driving, x"
+    ):
+        force_curves(found, ["pivot"], ["normal"])
+
+
+def test_the_axis_is_the_angle_or_the_time_with_its_switches() -> None:
+    scene = flywheel.load(press())
+    machine = Machine(scene)
+    found = joint_forces(machine, np.linspace(0.0, 6.2, 400), speed=5.0)
+    over = axis(machine, found, "time")
+    assert (over.name, over.unit) == ("t", "s")
+    np.testing.assert_allclose(over.edges[-2:] * 5.0, np.radians([300.0, 345.0]), atol=0.02)
+    with pytest.raises(SceneError, match="over: found time, of forces at 5 rad/s and 1 rad/s², expected a motion in time"):
+        axis(machine, joint_forces(machine, PHI, speed=5.0, acceleration=1.0), "time")
