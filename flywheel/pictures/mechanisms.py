@@ -21,14 +21,16 @@ from numpy.typing import NDArray
 from PIL import Image
 
 from bondgraph.storage.files import replacement
+from flywheel.mechanisms.linkages.instant_centres import FINITE, INFINITE, InstantCentre
 from flywheel.mechanisms.linkages.positions import Poses
+from flywheel.motions.velocities import Centres, InstantCentres
 from flywheel.numerics.faults import Fault, SceneError
 from flywheel.numerics.units import figure as number
 from flywheel.pictures import figures, sketch
 from flywheel.pictures.figures import BLACK, BODIES, shade
 from flywheel.pictures.sketch import CLOSED, Shape, View, placed
 from flywheel.regime import turning_moment
-from flywheel.report.rows import RPM
+from flywheel.report.rows import RPM, wrapped
 from flywheel.scene.linkage import FRAME, SLIDE
 from flywheel.scene.scene import Scene
 from flywheel.sizing.sizing import size
@@ -201,19 +203,130 @@ def _moved(made: Artist, outline: Array) -> Artist:
     return made
 
 
-def _write_names(panel: Axes, view: View, poses: Poses, scale: float) -> None:
-    """The names of joints, points and bodies, clear of the figures of the bold position and of the paths."""
+def _write_names(
+    panel: Axes,
+    view: View,
+    poses: Poses,
+    scale: float,
+    more: Sequence[tuple[str, str, tuple[float, float]]] = (),
+    rays: Sequence[Array] = (),
+) -> None:
+    """The names of joints, points and bodies, clear of the figures of the bold position and of the paths.
+
+    more: further names with their colours and places; rays: lines that are drawn beside the paths.
+    """
     labels, ink = view.sketch.labels, colours(view)
-    spots = np.array([scale * poses.point(*label.at).value[:, 0] for label in labels])
-    texts = [panel.text(0.0, 0.0, label.text, fontsize=9.0, parse_math=False, zorder=6.0) for label in labels]
-    for label, text in zip(labels, texts, strict=True):
+    spots = np.array([scale * poses.point(*label.at).value[:, 0] for label in labels] + [spot for _, _, spot in more])
+    words = [label.text for label in labels] + [text for text, _, _ in more]
+    texts = [panel.text(0.0, 0.0, word, fontsize=9.0, parse_math=False, zorder=6.0) for word in words]
+    for label, text in zip(labels, texts, strict=False):
         text.set_color(shade(ink[label.body], -0.15))
         text.set_fontweight("normal" if label.body == FRAME else "bold")
-    lines = [scale * trace.path for trace in view.sketch.traces]
+    for (_, colour, _), text in zip(more, texts[len(labels) :], strict=True):
+        text.set_color(shade(colour, -0.15))
+    lines = [*rays, *(scale * trace.path for trace in view.sketch.traces)]
     for shape in view.sketch.shapes:
         outline = scale * placed(shape, poses)[:, :, 0]
         lines.append(np.concatenate((outline, outline[:, :1]), axis=1) if shape.kind in CLOSED else outline)
     figures.settle(panel, texts, spots, lines)
+
+
+# -- instant centres ---------------------------------------------------------------------------------------------------
+
+_SHOWN = 4  # positions that are drawn of many
+_BEYOND = 1.2  # extents of the mechanism, to every side: how far away a centre is still drawn
+
+
+def draw_centres(found: InstantCentres, path: str | Path | None = None) -> Figure:
+    """Draw mechanisms at positions with their instant centres: P(rod) of a body, P(crank, slider) of two.
+
+    Centres that a joint makes for good bear no name of their own: a pin's is the pin. From the centre of a body rays go to
+    its points, across which these move. What lies far away or at infinity is told above the picture.
+
+    Args:
+        found: what `flywheel.instant_centres` gives; of more than four positions four are drawn.
+        path: where to save the picture, ending in .png, .svg or .pdf.
+
+    Raises:
+        ValueError: for any other file ending.
+
+    """
+    views = {view.mechanism.name: view for view in sketch.views(found.scene)}
+    picked = np.unique(np.linspace(0, found.q.size - 1, min(found.q.size, _SHOWN)).round().astype(int)).tolist()
+    jobs = [(views[name], centres, k) for k in picked for name, centres in found.mechanisms.items()]
+    boxes = [_box_with_centres(extent(view), centres, k) for view, centres, k in jobs]
+    columns = columns_for(boxes)
+    rows = -(-len(boxes) // columns)
+    width = _WIDEST if columns == 1 else _ONE * columns
+    height = rows * min(max(_tallest(boxes) * (width / columns - 0.9), 2.6), _TALLEST / max(rows - 0.5, 1.0)) + 1.6
+    made = figures.figure(width, height, f"{sketch.headline(found.scene)}: instant centres")
+    panels = made.subplots(rows, columns, squeeze=False).ravel().tolist()
+    for panel in panels[len(jobs) :]:
+        panel.set_axis_off()
+    symbol = "x" if found.scene.stroke is not None and found.scene.stroke.sliding else "φ"
+    for panel, (view, centres, k), box in zip(panels, jobs, boxes, strict=False):
+        title = f"{view.mechanism.name}: {symbol} = {sketch.told(found.scene, float(found.q[k]))}"
+        _draw_axes_and_paths(panel, view, box, "\n".join((title, *_not_drawn(centres, k, box))))
+        panel.title.set_fontsize(9.5)
+        _draw_bodies(panel, view, view.poses(found.q[k]), box)
+    made.draw_without_rendering()
+    for panel, (view, centres, k), box in zip(panels, jobs, boxes, strict=False):
+        _mark_centres(panel, view, view.poses(found.q[k]), centres, k, box)
+    if path is not None:
+        figures.save(made, path)
+    return made
+
+
+def _name(centre: InstantCentre) -> str:
+    return f"P({centre.second})" if centre.absolute else f"P({centre.first}, {centre.second})"
+
+
+def _box_with_centres(box: Array, centres: Centres, k: int) -> Array:
+    """The box of a mechanism, widened to hold the centres that are near."""
+    size = float(np.ptp(box, axis=1).max())
+    places = np.array([c.place[:, k] for c in centres.centres.values() if c.kind[k] == FINITE]).reshape(-1, 2).T
+    low, high = box[:, :1] - _BEYOND * size, box[:, 1:] + _BEYOND * size
+    near = places[:, ((places >= low) & (places <= high)).all(axis=0)]
+    spare = 0.5 * _MARGIN * size
+    least, most = near.min(axis=1, initial=np.inf) - spare, near.max(axis=1, initial=-np.inf) + spare
+    return np.stack((np.minimum(box[:, 0], least), np.maximum(box[:, 1], most)), axis=1)
+
+
+def _not_drawn(centres: Centres, k: int, box: Array) -> Iterator[str]:
+    """Lines that tell of the centres beyond the picture, and of those at infinity."""
+    scale, unit = factor(box)
+    away, infinite = [], []
+    for centre in centres.centres.values():
+        x, y = centre.place[:, k]
+        if centre.kind[k] == INFINITE:
+            infinite.append(f"{_name(centre)} along {number(np.degrees(centre.direction[k]), 1e-9, 4)}°".replace("-", "−"))
+        elif centre.kind[k] == FINITE and not (box[0, 0] <= x <= box[0, 1] and box[1, 0] <= y <= box[1, 1]):
+            place = "; ".join(number(scale * float(value), scale * float(centre.error[k]), 4) for value in (x, y))
+            away.append(f"{_name(centre)} at ({place}) {unit}".replace("-", "−"))
+    for what, names in (("far away", away), ("at infinity", infinite)):
+        if names:
+            yield from wrapped(f"{what}: {', '.join(names)}", "   ", "")
+
+
+def _mark_centres(panel: Axes, view: View, poses: Poses, centres: Centres, k: int, box: Array) -> None:
+    """Centres as crosses with their names, and rays from those of bodies to the bodies' points."""
+    (scale, _), ink, linkage = factor(box), colours(view), view.solution.linkage
+    names, rays = [], []
+    for centre in centres.centres.values():
+        x, y = scale * centre.place[:, k]
+        inside = centre.kind[k] == FINITE and bool(
+            (scale * box[:, 0] <= (x, y)).all() and ((x, y) <= scale * box[:, 1]).all()
+        )
+        if not inside or centre.permanent:
+            continue
+        colour = ink[centre.second] if centre.absolute else BLACK
+        for point in linkage.link(centre.second).points if centre.absolute else ():
+            end = scale * centres.poses.point(centre.second, point).value[:, k]
+            rays.append(np.stack(((x, y), end), axis=1))
+            panel.plot(*rays[-1], color=colour, lw=0.8, ls=(0, (6, 3)), zorder=2.4)
+        panel.plot(x, y, "x" if centre.absolute else "+", color=colour, ms=9, mew=2.0, zorder=5.0)
+        names.append((_name(centre), colour, (x, y)))
+    _write_names(panel, view, poses, scale, names, rays)
 
 
 # -- timing ------------------------------------------------------------------------------------------------------------

@@ -140,3 +140,19 @@ def test_panels_are_arranged_to_the_shape_of_a_page() -> None:
 def test_shades_go_to_white_and_to_black() -> None:
     assert figures.shade("#204060", 1.0) == (1.0, 1.0, 1.0)
     assert figures.shade("#204060", -1.0) == (0.0, 0.0, 0.0)
+
+
+def test_instant_centres_are_marked_named_or_told():
+    """The rod's where the crank's line meets the one across the slider's; the slider's own is at infinity."""
+    press = {"type": "slider-crank", "crank": {"length": 0.1}, "rod": {"length": 0.3}}
+    scene = flywheel.load({"mechanism": press})
+    figure = mechanisms.draw_centres(flywheel.instant_centres(scene, [0.5, np.pi / 2 - 1e-3]))
+    near, far = figure.axes
+    crosses = [line.get_xydata()[0] for line in near.lines if line.get_marker() == "x"]
+    x = 100 * np.cos(0.5) + np.sqrt(9e4 - 1e4 * np.sin(0.5) ** 2)
+    np.testing.assert_allclose(crosses, [(x, x * np.tan(0.5))])
+    names = {text.get_text() for text in near.texts}
+    assert {"P(rod)", "P(crank, slider)"} < names
+    assert "P(slider)" not in names
+    assert near.get_title() == "slider-crank: φ = 28.6479°\nat infinity: P(slider) along 90°"
+    assert "far away: P(rod) at (282.9; 2.829e+05) mm" in far.get_title()

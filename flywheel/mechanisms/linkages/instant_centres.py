@@ -74,6 +74,7 @@ class _Field(NamedTuple):
     velocity_rounding: Array
 
 
+@np.errstate(all="ignore")
 def centres_of(poses: Poses, others: Sequence[Poses] = ()) -> dict[tuple[str, str], InstantCentre]:
     """The centres of every two bodies, absolute ones first, by the names of the two.
 
@@ -116,13 +117,11 @@ def _centre(poses: Poses, others: Sequence[Poses], first: str, second: str) -> I
     off = np.hypot(*_apart(place, [_place(other, own, joint) for other, own in zip(others, fields, strict=True)]))
     off = off + _ROUNDINGS * ROUNDING * np.hypot(*field.place)
     if joint is None:
-        with np.errstate(all="ignore"):
-            off = off + (field.velocity_rounding + speed / np.abs(field.rate) * field.rate_rounding) / np.abs(field.rate)
+        off = off + (field.velocity_rounding + speed / np.abs(field.rate) * field.rate_rounding) / np.abs(field.rate)
     direction = _direction(poses, field, joint)
     turns = [_direction(other, own, joint) - direction for other, own in zip(others, fields, strict=True)]
     tilt = 2 * np.max([np.abs((turn + np.pi / 2) % np.pi - np.pi / 2) for turn in turns], axis=0, initial=0.0)
-    with np.errstate(all="ignore"):
-        tilt = tilt + _ROUNDINGS * ROUNDING + (field.velocity_rounding / speed if joint is None else 0.0)
+    tilt = tilt + _ROUNDINGS * ROUNDING + (field.velocity_rounding / speed if joint is None else 0.0)
     return InstantCentre(
         first,
         second,
@@ -159,8 +158,7 @@ def _place(poses: Poses, field: _Field, joint: Joint | None) -> Array:
     """P = r + J v/theta' (m), wherever it lies; a pin's own place."""
     if joint is not None and joint.kind == PIN:
         return poses.point(joint.first, joint.first_at).value
-    with np.errstate(all="ignore"):
-        return np.asarray(field.place + np.stack((-field.velocity[1], field.velocity[0])) / field.rate)
+    return np.asarray(field.place + np.stack((-field.velocity[1], field.velocity[0])) / field.rate)
 
 
 def _direction(poses: Poses, field: _Field, joint: Joint | None) -> Array:
