@@ -56,7 +56,6 @@ moment: positive counter-clockwise (N m). The first body feels the opposite at t
 Law = float | Callable[[float, float, float], float]
 """A constant, or a function of time (s), the driver's coordinate (rad or m) and its rate."""
 
-_SIGNS = np.array([[-1.0], [1.0]])  # of the first body's part in a relation, and of the second's
 _RANK = 1e-9  # of the largest: a singular value below it is nought
 
 
@@ -85,9 +84,8 @@ class State(NamedTuple):
 
     Of many states everything has a first axis more. value: what the closure equations Phi(x) lack (m or rad), shape
     (equations,); jacobian Phi_x; gamma = -(Phi_x v)_x v, so that Phi_x a = gamma. `q`, `qdot`, `along` and `bend` are the
-    driver's coordinate, rate, gradient and bend. As complex numbers, of all bodies, the frame first: `centres` (m), `turns`
-    exp(i theta); of all relations: their direction in the frame's axes and the second body's point (m). `slopes`: of every
-    coupling's second coordinate by its first.
+    driver's coordinate, rate, gradient and bend. `turns`: exp(i theta) of all moving bodies. `slopes`: of every coupling's
+    second coordinate by its first.
     """
 
     x: Array
@@ -99,10 +97,7 @@ class State(NamedTuple):
     qdot: Any
     along: Array
     bend: Any
-    centres: Complex
     turns: Complex
-    directions: Complex
-    places: Complex
     slopes: list[Any]
 
 
@@ -131,6 +126,7 @@ class Model:
         self.masses = np.array(
             [part for link in linkage.links for part in (link.mass, link.mass, link.inertia)], dtype=float
         )
+        self.inertia = np.diag(self.masses)
         kept = [(joint, part) for joint in linkage.joints for part in COMPONENTS[joint.kind]]
         couplings = linkage.couplings
         names = *(coupling.second for coupling in couplings), *(coupling.first for coupling in couplings), linkage.driver
@@ -142,12 +138,10 @@ class Model:
             [[complex(*at[1:]) - complex(*linkage.link(body).com) for body, at in pair] for pair in sides]
         ).T
         turning = np.array([part in ("normal", "along") for _, part in rows])
-        self.turning, self.angular = turning.astype(float), np.array([float(part == "moment") for _, part in rows])
+        self.angular = np.array([float(part == "moment") for _, part in rows])
         axes = {"x": 1.0, "y": 1j, "normal": 1j, "along": 1.0, "moment": 0.0}
-        ways = np.array([axes[part] for _, part in rows]) * np.exp(
-            1j * turning * np.array([joint.direction for joint, _ in rows])
-        )
-        self.still, self.turned = np.where(turning, 0.0, ways), np.where(turning, ways, 0.0)
+        angles = turning * np.array([joint.direction for joint, _ in rows])
+        ways = np.array([axes[part] for _, part in rows]) * np.exp(1j * angles)
         self.kept, self.closures = len(kept), len(kept) + len(couplings)
         self.angles = np.array(
             [joint.angle if part == "moment" and k < self.kept else 0.0 for k, (joint, part) in enumerate(rows)]
@@ -156,9 +150,23 @@ class Model:
         self.length = float(np.abs([self.arms.real, self.arms.imag]).max()) or 1.0
         self.unit = self.length if linkage.sliding else 1.0
         bodies = len(linkage.links)
-        columns = 3 * (bodies + 1)
-        self.entries = columns * np.arange(len(rows)) + 3 * self.ends[:, None] + np.arange(3)[:, None]
-        self.ground = np.array((*linkage.ground.com, 0.0))
+        every = np.arange(len(rows))
+        joined, turned = np.zeros((len(rows), 2, bodies + 1), dtype=complex), np.zeros((len(rows), bodies + 1), complex)
+        for sign, end, arm in zip((-1.0, 1.0), self.ends, self.arms, strict=True):
+            joined[every, 0, end], joined[every, 1, end] = sign, sign * arm
+        turned[every, self.ends[0]] = turning * ways
+        fixed = np.array((complex(*linkage.ground.com), 1.0))  # the frame's centre and turn
+        self.gap, self.still = joined[:, :, 0] @ fixed, turned[:, 0] + ~turning * ways
+        steady, self.swung, self.turned = joined[:, 0, 1:].real, joined[:, 1, 1:], turned[:, 1:]  # by centres and turns
+        self.apart = self.angular[:, None] * steady  # of the angle of second less first
+        self.linear = np.zeros((len(rows), 3 * bodies))  # gradients where directions stand still and arms do not turn
+        self.linear[:, 0::3], self.linear[:, 1::3] = self.still.real[:, None] * steady, self.still.imag[:, None] * steady
+        self.linear[:, 2::3] = self.apart
+        self.across = self.linear.T.copy()
+        self.begin = (self.still.conj() * self.gap).real - self.angles
+        self.swing = self.still.conj()[:, None] * self.swung
+        self.guides = np.flatnonzero(self.turned.any(axis=1))  # relations whose direction turns with a moving body
+        self.steady, self.rigid = steady[self.guides], np.flatnonzero(self.whole)
         self.scale = np.tile((self.length, self.length, 1.0), bodies)
         self.weights = self.masses * np.tile((*actions.gravity, 0.0), bodies)
         self.loads: list[tuple[int, complex]] = []
@@ -181,39 +189,23 @@ class Model:
         (-e, e × (a1 + d)) by the first pose where e turns, (-e, e × a1) where it stands still, and (e, -e × a2) by the
         second. Its bend is e · (omega1² a1 - omega2² a2), and where e turns 2 omega1 e_perp · d' - omega1² e · d besides.
         """
-        pose = np.empty((*x.shape[:-1], x.shape[-1] + 3))
-        pose[..., :3], pose[..., 3:] = self.ground, x
-        centres, angles = pose[..., 0::3] + 1j * pose[..., 1::3], pose[..., 2::3]
-        turns = np.exp(1j * angles)
-        turned = turns[..., self.ends]
-        arms = turned * self.arms
-        places = centres[..., self.ends] + arms
-        directions = self.still + self.turned * turned[..., 0, :]
-        back = directions.conj()
-        across = back * (places[..., 1, :] - places[..., 0, :])
-        both = angles[..., self.ends]
-        value = across.real + self.angular * (both[..., 1, :] - both[..., 0, :]) - self.angles
-        value -= self.whole * np.round(value / (2 * np.pi))  # whole turns of what is kept at zero
-        signed = _SIGNS * back[..., None, :]
-        entries = np.empty((*x.shape[:-1], *self.entries.shape))
-        entries[..., 0, :], entries[..., 1, :] = signed.real, -signed.imag
-        entries[..., 2, :] = _SIGNS * self.angular - (signed * arms).imag
-        entries[..., 0, 2, :] += self.turning * across.imag
-        flat = np.zeros((*x.shape[:-1], value.shape[-1] * pose.shape[-1]))
-        flat[..., self.entries] = entries
-        gradient = flat.reshape(*value.shape, -1)[..., 3:]
+        turns = np.exp(1j * x[..., 2::3])
+        arms = self.swing * turns[..., None, :]
+        lengths = arms.real.copy()
+        value = x @ self.across + lengths.sum(axis=-1) + self.begin
+        gradient = np.empty((*value.shape, x.shape[-1]))
+        gradient[...] = self.linear
+        gradient[..., 2::3] -= arms.imag
         if v is None:
             v, bend = np.zeros_like(x), np.zeros_like(value)
         else:
-            rate = np.zeros_like(pose)
-            rate[..., 3:] = v
-            omega = rate[..., 2::3][..., self.ends]
-            swept = omega * arms
-            speeds = (rate[..., 0::3] + 1j * rate[..., 1::3])[..., self.ends] + 1j * swept
-            pull, first = omega * swept, omega[..., 0, :]
-            bend = (back * (pull[..., 0, :] - pull[..., 1, :])).real
-            spun = 2 * (back * (speeds[..., 1, :] - speeds[..., 0, :])).imag - first * across.real
-            bend += self.turning * first * spun
+            bend = -_rows(lengths, v[..., 2::3] ** 2)
+        if self.guides.size:
+            self._turning(x, v, turns, value, gradient, bend)
+        if self.rigid.size:
+            kept = value[..., self.rigid]
+            if abs(kept).max() > np.pi:
+                value[..., self.rigid] = kept - 2 * np.pi * (kept / (2 * np.pi)).round()  # less whole turns
         slopes = []
         for k, coupling in enumerate(self.linkage.couplings, self.kept):  # q2 - f(q1)
             first_one = k + len(self.linkage.couplings)
@@ -233,12 +225,28 @@ class Model:
             qdot=_dot(along, v),
             along=along,
             bend=bend[..., -1],
-            centres=centres,
             turns=turns,
-            directions=directions,
-            places=places[..., 1, :],
             slopes=slopes,
         )
+
+    def _turning(self, x: Array, v: Array, turns: Complex, value: Array, gradient: Array, bend: Array) -> None:
+        """Put in the relations whose direction turns with a moving body: slides and slots on it."""
+        which, steady = self.guides, self.steady
+        swung, turned = self.swung[which], self.turned[which]
+        directions = turns @ turned.T
+        gap = (x[..., 0::3] + 1j * x[..., 1::3]) @ steady.T + turns @ swung.T + self.gap[which]
+        value[..., which] = (directions.conj() * gap).real - self.angles[which]
+        entries = np.empty((*directions.shape, x.shape[-1]))
+        entries[..., 0::3], entries[..., 1::3] = directions.real[..., None] * steady, directions.imag[..., None] * steady
+        sweep = directions.conj()[..., None] * swung + gap.conj()[..., None] * turned
+        entries[..., 2::3] = self.apart[which] - (sweep * turns[..., None, :]).imag
+        gradient[..., which, :] = entries
+        once = 1j * v[..., 2::3] * turns  # first and second derivative of the turns
+        twice = 1j * v[..., 2::3] * once
+        speed = (v[..., 0::3] + 1j * v[..., 1::3]) @ steady.T + once @ swung.T
+        bend[..., which] = (
+            directions.conj() * (twice @ swung.T) + 2 * (once @ turned.T).conj() * speed + (twice @ turned.T).conj() * gap
+        ).real
 
     def amounts(self, t: float, q: float, qdot: float) -> Array:
         """Values of all laws: of the drive, and of every wrench's force along x and y and torque."""
@@ -264,7 +272,7 @@ class Model:
             force = parts[..., 0] + 1j * parts[..., 1]
             total[..., 3 * k - 3] += parts[..., 0]
             total[..., 3 * k - 2] += parts[..., 1]
-            total[..., 3 * k - 1] += ((state.turns[..., k] * arm).conjugate() * force).imag + parts[..., 2]
+            total[..., 3 * k - 1] += ((state.turns[..., k - 1] * arm).conjugate() * force).imag + parts[..., 2]
         return np.asarray(total)
 
     def load_columns(self, state: State) -> Array:
@@ -275,7 +283,7 @@ class Model:
 
     def load_amounts(self, t: float, q: float, qdot: float) -> list[float]:
         """What the columns are multiplied by: 1, then the value of every law that varies."""
-        return [1.0, *(law(t, q, qdot) for _, law in self.varying)]
+        return [1.0, *[law(t, q, qdot) for _, law in self.varying]]
 
     def reaction_wrenches(self, state: State) -> Array:
         """What a unit of every reaction does to every coordinate, from free bodies, shape (3 bodies, equations).
@@ -284,15 +292,17 @@ class Model:
         the opposite. A coupling's effort acts on its second coordinate, and reversed, times its ratio, on its first: a
         couple at a pin, a force along the guide at a slide.
         """
-        forces = state.directions[..., None, :]
-        parts = np.empty((*state.x.shape[:-1], *self.entries.shape))
-        parts[..., 0, :], parts[..., 1, :] = _SIGNS * forces.real, _SIGNS * forces.imag
-        arms = state.places[..., None, :] - state.centres[..., self.ends]
-        parts[..., 2, :] = _SIGNS * ((arms.conj() * forces).imag + self.angular)
-        rows = state.directions.shape[-1]
-        flat = np.zeros((*state.x.shape[:-1], rows * 3 * state.centres.shape[-1]))
-        flat[..., self.entries] = parts
-        wrenches = flat.reshape(*state.directions.shape, -1)
+        frame = np.ones((*state.x.shape[:-1], 1))
+        moving = state.x[..., 0::3] + 1j * state.x[..., 1::3]
+        centres = np.concatenate((complex(*self.linkage.ground.com) * frame, moving), axis=-1)
+        turns = np.concatenate((frame, state.turns), axis=-1)
+        forces, rows = state.turns @ self.turned.T + self.still, len(self.gap)
+        places = (centres[..., self.ends] + turns[..., self.ends] * self.arms)[..., 1, :]
+        wrenches = np.zeros((*forces.shape, centres.shape[-1], 3))
+        for sign, end in zip((-1.0, 1.0), self.ends, strict=True):
+            moments = ((places - centres[..., end]).conj() * forces).imag + self.angular
+            wrenches[..., np.arange(rows), end, :] = sign * np.stack((forces.real, forces.imag, moments), axis=-1)
+        wrenches = wrenches.reshape(*forces.shape, -1)
         for k, slope in enumerate(state.slopes, self.kept):
             wrenches[..., k, :] -= slope[..., None] * wrenches[..., k + len(state.slopes), :]
         return np.swapaxes(wrenches[..., : self.closures, 3:], -1, -2)
@@ -328,16 +338,23 @@ class Model:
         """The change of all coordinates that keeps the closures and makes `row` 1: Phi_x g = 0, row · g = 1."""
         return self.driven(state, row, np.zeros(state.value.shape), 1.0)
 
-    def margin(self, state: State, row: Array) -> tuple[Any, Any]:
+    def margin(self, state: State, row: Array) -> Any:
         """How far the closures are from a lock or branch, over one more row that goes along the motion.
 
-        The sign of the determinant of both, which turns where assemblies meet (0 where redundant closures leave no square
-        matrix), and the smallest singular value, of rows of length 1.
+        The smallest singular value of both, of rows of length 1.
         """
         rows = np.concatenate((state.jacobian, row[..., None, :]), axis=-2) * self.scale
         rows /= np.sqrt((rows * rows).sum(axis=-1, keepdims=True))
-        least = np.linalg.svd(rows, compute_uv=False)[..., -1]
-        return 0.0 * least if self.redundant else np.linalg.slogdet(rows)[0], least
+        return np.linalg.svd(rows, compute_uv=False)[..., -1]
+
+    def sense(self, state: State, row: Array) -> Any:
+        """Sign of the determinant of the same rows, which turns where assemblies meet.
+
+        It is 0 where redundant closures leave no square matrix.
+        """
+        if self.redundant:
+            return np.zeros(state.q.shape)
+        return np.linalg.slogdet(np.concatenate((state.jacobian, row[..., None, :]), axis=-2) * self.scale)[0]
 
     def heavy(self, inertia: float, q: float) -> None:
         """Refuse a reduced inertia that is not above 0."""
@@ -359,6 +376,11 @@ class Model:
         found = f"assemblies that meet at or just past {self.where(q)}"
         advice = "change a length, or end before"
         return UnreachableError(Fault(self.linkage.path, found, "a motion within one assembly", advice))
+
+
+def _rows(matrix: Array, a: Array) -> Array:
+    """Product of a matrix, or of many, with a vector each."""
+    return np.asarray(matrix @ a if a.ndim == 1 else (matrix @ a[..., None])[..., 0])
 
 
 def _dot(a: Array, b: Array) -> Any:
@@ -414,7 +436,12 @@ class Closure:
         self.model, self.x = model, model.start
         state = model.state(self.x)
         self.q, self.g = float(state.q), model.influence(state, state.along)
-        self.sense = model.margin(state, state.along)[0]
+        self.sense = model.sense(state, state.along)
+
+    def put(self, q: float, x: Array) -> None:
+        """Go on from a pose x that is known at the driver's coordinate q."""
+        state = self.model.state(x)
+        self.q, self.x, self.g = q, x, self.model.influence(state, state.along)
 
     def at(self, q: float) -> tuple[Array, Array]:
         """Coordinates x at the driver's coordinate q, and their influence coefficients g = dx/dq.
@@ -428,13 +455,12 @@ class Closure:
         while self.q != q:
             ahead = q if abs(step) >= abs(q - self.q) else self.q + step
             state = self._corrected(ahead)
-            sense, least = model.margin(state, state.along) if state else (self.sense, 0.0)
-            if state is None or sense != self.sense:
+            if state is None or model.sense(state, state.along) != self.sense:
                 if abs(step) < _SMALLEST * model.unit:
                     raise model.locked(self.q) if state is None else model.branched(self.q)
                 step *= 0.5
                 continue
-            g = model.influence(state, state.along)
+            g, least = model.influence(state, state.along), float(model.margin(state, state.along))
             if least < LEAST_MARGIN:
                 stuck = float(np.abs(g / model.scale).max()) * model.unit * least > _STUCK
                 raise model.locked(ahead) if stuck else model.branched(ahead)
@@ -514,13 +540,15 @@ class Interpolant:
         for k, place in enumerate(q.tolist()):
             if not self.low <= place <= self.high:
                 self._enter(place)
-            if self.series is None:
-                x[k] = self.closure.at(place)[0]
-            else:
-                x[k] = self._basis(place) @ self.series[:, : model.masses.size]
+            x[k] = self.closure.at(place)[0] if self.series is None else self._pose(place)
         state = model.state(x)
         state = model.state(x + model.driven(state, state.along, -state.value, q - state.q))
         return model.state(state.x, model.influence(state, state.along) * qdot[:, None])
+
+    def _pose(self, q: float) -> Array:
+        """The coordinates at a place in the cell."""
+        assert self.series is not None
+        return np.asarray(self._basis(q) @ self.series[:, : self.model.masses.size])
 
     def _basis(self, q: float) -> Array:
         share = (2.0 * q - self.low - self.high) / (self.high - self.low)
@@ -528,16 +556,23 @@ class Interpolant:
 
     def _enter(self, q: float) -> None:
         """Go to the cell that holds q; it is found when the motion first comes there."""
+        left = None if self.series is None else (edge := self.low if q < self.low else self.high, self._pose(edge))
         for depth in range(_HALVINGS + 1):
             width = self.width / 2**depth
             k = floor((q - self.origin) / width)
             self.low, self.high = self.origin + k * width, self.origin + (k + 1) * width
             if (depth, k) not in self.found:
-                again = None if depth else self._repeated(k)
-                self.found[depth, k] = self._fitted(self.low, self.high) if again is None else again
+                self.found[depth, k] = None if depth else self._repeated(k)
+                if self.found[depth, k] is None:
+                    if left:
+                        self.closure.put(*left)
+                        left = None
+                    self.found[depth, k] = self._fitted(self.low, self.high)
             self.series = self.found[depth, k]
             if self.series is not None:
                 return
+        if left:
+            self.closure.put(*left)
 
     def _repeated(self, k: int) -> Array | None:
         """The series of the cell a turn before, or after: the linkage repeats itself if its pose there comes back."""
@@ -558,22 +593,22 @@ class Interpolant:
         return None
 
     def _fitted(self, low: float, high: float) -> Array | None:
-        """Series over a cell, shape (ORDER, columns), x first; None where it has to be halved."""
+        """Series over a cell, shape (ORDER, columns), x first; None where it has to be halved.
+
+        From the pose known next to it by Newton's method at all nodes; the series, which have to decay and to come back to
+        that pose, and the determinant's sign at the nodes keep it in its assembly.
+        """
         model, closure = self.model, self.closure
         try:
-            ends = {q: closure.at(q) for q in sorted((low, high), key=lambda q: abs(q - closure.q))}
-        except UnreachableError:
-            return None
-        (x0, g0), (x1, g1) = ends[low], ends[high]
-        half, s = 0.5 * (high - low), 0.5 * (1.0 + NODES[:, None])
-        q = low + half * (1.0 + NODES)
-        x = (1 + 2 * s) * (1 - s) ** 2 * x0 + s * s * (3 - 2 * s) * x1
-        x += 2 * half * (s * (1 - s) ** 2 * g0 - s * s * (1 - s) * g1)
-        last = float(np.abs((x1 - x0) / model.scale).max())
-        try:
+            closure.at(min(max(closure.q, low), high))
+            way = low + 0.5 * (high - low) * (1.0 + NODES) - closure.q
+            begun = model.state(closure.x, closure.g)
+            bend = model.driven(begun, begun.along, begun.gamma, -begun.bend)
+            ahead = way[:, None] * closure.g + 0.5 * way[:, None] ** 2 * bend
+            x, last = closure.x + ahead, float(np.abs(ahead / model.scale).max())
             for _ in range(_MOST_CORRECTIONS):
                 state = model.state(x)
-                correction = model.driven(state, state.along, -state.value, q - state.q)
+                correction = model.driven(state, state.along, -state.value, closure.q + way - state.q)
                 size = float(np.abs(correction / model.scale).max())
                 if not size <= max(_CONTRACTION * last, _CLOSED):
                     return None
@@ -581,19 +616,23 @@ class Interpolant:
                 if size <= _CLOSED:
                     break
             state = model.state(x)
-            sense, least = model.margin(state, state.along)
-            worst = float(least.min())
-            if worst < LEAST_MARGIN or np.any(sense != closure.sense):
+            if np.any(model.sense(state, state.along) != closure.sense):
                 return None
-            g = model.influence(state, state.along)
-            values, sizes = self.quantity(model, model.state(x, g))
+            some = state._replace(jacobian=state.jacobian[::4])
+            worst = float(model.margin(some, state.along[::4]).min())
+            if worst < LEAST_MARGIN:
+                return None
+            values, sizes = self.quantity(model, model.state(x, model.influence(state, state.along)))
         except UnreachableError:
             return None
         scales = np.concatenate((np.maximum(model.scale, np.abs(x).max(axis=0)), sizes))
         series = fit(np.concatenate((x, values), axis=1).T)
         allowed = max(_RESOLVED, 4 * ROUNDING / worst**2)
-        resolved = np.all(tails(series) <= allowed * scales)
-        return series.T if resolved else None
+        if np.any(tails(series) > allowed * scales):
+            return None
+        share = min(max((2.0 * closure.q - low - high) / (high - low), -1.0), 1.0)
+        back = series[: closure.x.size] @ np.cos(_TERMS * acos(share)) - closure.x
+        return series.T.copy() if np.all(np.abs(back) < _AGAIN * scales[: closure.x.size]) else None
 
 
 # -- equations of motion: Newton's law with reactions, Lagrange's multipliers, one reduced coordinate --------------------
@@ -613,7 +652,7 @@ def system(model: Model, forces: Array, state: State, wrenches: Array) -> tuple[
     """
     n, m = wrenches.shape[-2:]
     matrix = np.zeros((*state.x.shape[:-1], n + m, n + m))
-    matrix[..., np.arange(n), np.arange(n)] = model.masses
+    matrix[..., :n, :n] = model.inertia
     matrix[..., :n, n:] = -wrenches
     matrix[..., n:, :n] = state.jacobian
     return matrix, np.concatenate((forces, state.gamma), axis=-1)
@@ -749,7 +788,7 @@ def integrate(
     def guarded(s: float, state: Array) -> Array:
         nonlocal reason, barred
         try:
-            return rates(s, state) if isfinite(state.sum()) else np.full_like(state, np.nan)
+            return rates(s, state) if isfinite(state.dot(state)) else np.full_like(state, np.nan)
         except UnreachableError as error:
             reason, barred = error.fault, True
             return np.full_like(state, np.nan)
@@ -915,8 +954,7 @@ def in_all_coordinates(model: Model, q: float, qdot: float, until: float, rtol: 
         nonlocal last, tangent
         state, drift = projection(model, y[:n], y[n : 2 * n])
         drifts.append(drift)
-        (before, _), (after, least) = model.margin(last, tangent), model.margin(state, tangent)
-        if after != before or least < LEAST_MARGIN:
+        if model.sense(state, tangent) != model.sense(last, tangent) or model.margin(state, tangent) < LEAST_MARGIN:
             raise model.branched(float(last.q))
         last, tangent = state, model.influence(state, tangent) / model.scale**2
         return np.concatenate((state.x, state.v, y[2 * n :]))
