@@ -11,7 +11,8 @@ from numpy.typing import NDArray
 
 from flywheel.machine.machine import Machine
 from flywheel.mechanisms.linkages.reactions import Reactions
-from flywheel.motions.joint_forces import DRIVER, TIME, Axis, ForceCurve, JointForces, axis, figures_of, force_curves
+from flywheel.mechanisms.linkages.statics import DRIVE
+from flywheel.motions.joint_forces import DRIVER, DRIVING, TIME, Axis, ForceCurve, JointForces, axis, figures_of, force_curves
 from flywheel.numerics.units import columns, figure
 from flywheel.report import rows
 from flywheel.scene.scene import Scene
@@ -127,7 +128,8 @@ def csv(
         yield from moved
         if of or components:
             for curve in force_curves(forces, of, components):
-                yield f"{curve.mechanism}.{curve.joint}.{curve.component} [{curve.unit}]", curve.values
+                part = DRIVE if curve.component == DRIVING else curve.component
+                yield f"{curve.mechanism}.{curve.joint}.{part} [{curve.unit}]", curve.values
             return
         for name, found in forces.mechanisms.items():
             for part, unit, values in list(found.columns())[1:]:

@@ -9,14 +9,20 @@ from typing import Any
 import numpy as np
 import pytest
 from matplotlib.axes import Axes
+from matplotlib.figure import Figure
 
+import flywheel
+from flywheel.machine.machine import Machine
+from flywheel.machine.reactions import close_positions
 from flywheel.mechanisms.linkages.positions import solve
 from flywheel.mechanisms.linkages.reactions import Reactions
 from flywheel.mechanisms.linkages.reactions import reactions as reactions_along
+from flywheel.motions.joint_forces import JointForces, axis, force_curves, joint_forces
 from flywheel.numerics.faults import SceneError
 from flywheel.pictures import reactions
 from flywheel.scene.linkage import Linkage
 from tests.linkages.linkages import slider_crank
+from tests.scenes import press
 
 TURN = 2 * np.pi
 
@@ -136,3 +142,60 @@ def test_the_same_reactions_give_the_same_file(ending: str, tmp_path: Path) -> N
     for path in paths:
         reactions.polar(found(), path, ["A"])
     assert paths[0].read_bytes() == paths[1].read_bytes()
+
+
+# -- curves over the driver or the time -----------------------------------------------------------------------------------
+
+
+@cache
+def pressed() -> tuple[Machine, JointForces]:
+    """A press at constant speed, with both sides of its load's edges among the positions."""
+    machine = Machine(flywheel.load(press()))
+    return machine, joint_forces(machine, close_positions(machine, 90), speed=5.0)
+
+
+def drawn_curves(over: str, *, together: bool, **asked: Any) -> Figure:
+    machine, forces = pressed()
+    return reactions.curves(force_curves(forces, **asked), axis(machine, forces, over), "Press", together=together)
+
+
+def labels(panel: Axes) -> list[str]:
+    legend = panel.get_legend()
+    assert legend is not None
+    return [text.get_text() for text in legend.get_texts()]
+
+
+def test_each_joint_has_a_panel_with_its_components_and_their_extremes() -> None:
+    made = drawn_curves("driver", together=False, of=["crank_pin", "guide"], components=["x", "y", "moment"])
+    pin, guide = made.axes[:2]
+    assert [panel.get_title(loc="left") for panel in (pin, guide)] == ["crank_pin", "guide"]
+    x, y = curve(pin)
+    forces = pressed()[1]
+    np.testing.assert_array_equal(x, np.degrees(forces.motion.phi))
+    np.testing.assert_allclose(y, 1e-3 * forces.mechanisms["press"].components["crank_pin"]["x"])
+    assert labels(pin)[0] == f"$F_x$: {y.min():.4g} to {y.max():.4g} kN".replace("-", "−")
+    low = next(line for line in pin.lines if line.get_marker() == "v")
+    assert low.get_ydata()[0] == y.min()
+    jumps = np.flatnonzero(np.diff(x) < 1e-6)
+    assert np.abs(np.diff(y))[jumps].max() > 19.0  # 20 kN set in: both sides are there
+    assert guide.get_xlabel() == "crank angle φ, deg"
+
+
+def test_joints_stand_together_under_each_component_over_the_time() -> None:
+    made = drawn_curves("time", together=True, components=["x", "driving"])
+    driving, across = made.axes
+    assert [label.split(":")[0] for label in labels(across)] == ["pivot", "crank_pin", "slider_pin", "guide"]
+    assert driving.get_ylabel() == "driving action, N m"
+    assert across.get_xlabel() == "time, s"
+    np.testing.assert_allclose(curve(across)[0] * 5.0, pressed()[1].motion.phi, rtol=1e-14)
+    colours = {line.get_color() for line in across.lines if line.get_marker() == "None" and line.get_linewidth() == 1.6}
+    assert len(colours) == 4
+
+
+def test_no_legend_covers_a_curve() -> None:
+    made = drawn_curves("driver", together=False, of=["guide"])
+    made.draw_without_rendering()
+    for panel in made.axes:
+        if (legend := panel.get_legend()) is not None:
+            assert not legend.get_window_extent().overlaps(panel.get_window_extent())
+            assert legend.get_window_extent().x1 <= made.bbox.x1
