@@ -70,3 +70,78 @@ def test_it_prints_its_rounds(run):
     printed = run[1]()
     assert "coupler (mm, kg)" in printed
     assert printed.count(" % of the thrust allowed") == 3
+
+
+CLAMP = Path(__file__).parents[2] / "examples" / "joint_forces" / "injection_clamp.py"
+STROKE = Path(__file__).parents[2] / "examples" / "machines" / "injection_clamp.py"
+
+
+@pytest.fixture(scope="module")
+def clamp():
+    return runpy.run_path(str(CLAMP), run_name="example")
+
+
+@pytest.fixture(scope="module")
+def stroke():
+    return runpy.run_path(str(STROKE), run_name="example")
+
+
+def test_the_clamps_reactions_are_those_of_13_equations_by_hand(clamp):
+    a4 = np.array([-60.0, -36.0, 14.0, 82.0, 130.0, 190.0])
+    ours, by_hand = clamp["by_library"](a4), clamp["by_newton"](clamp["Clamp"](), a4)
+    for joint, force in by_hand.items():
+        np.testing.assert_allclose(ours[joint], force, rtol=0, atol=1e-10 * np.abs(force).max(), err_msg=joint)
+
+
+def test_the_sources_differences_are_averaged_again(clamp):
+    means = [clamp["told"](joint)[1].mean() for joint in clamp["JOINTS"]]
+    assert means == pytest.approx([5.86, 8.36, 11.69, 17.66, 3.12], abs=0.005)
+    assert [clamp["told"](joint)[0].size for joint in clamp["JOINTS"]] == [27, 27, 25, 27, 27]
+    assert max(clamp["told"](joint)[1].max() for joint in clamp["JOINTS"]) == pytest.approx(66.997, abs=1e-3)
+
+
+@pytest.mark.slow
+def test_the_clamps_table_and_figures(clamp, tmp_path, capsys):
+    clamp["main"](str(tmp_path / "clamp.png"))
+    printed = capsys.readouterr().out
+    assert "a3       17.65   17.66   62.51 (102)" in printed
+    assert printed.count("-53") == 3
+    assert {path.stem for path in tmp_path.glob("*.png")} == {f"clamp_{n}" for n in ("together", "singly", "differences")}
+
+
+@pytest.mark.slow
+def test_the_clamps_reactions_by_another_program(clamp):
+    pytest.importorskip("exudyn")
+    a4 = np.arange(-50.0, 191.0, 20.0)
+    by_hand = clamp["by_newton"](clamp["Clamp"](), a4)
+    stepped = clamp["by_exudyn"](clamp["Clamp"](), a4)
+    for joint, force in by_hand.items():
+        np.testing.assert_allclose(stepped[joint], force, rtol=0, atol=2e-6 * np.abs(force).max(), err_msg=joint)
+
+
+def test_the_clamps_motion_is_that_of_its_loops_by_hand(clamp, stroke):
+    a4 = np.array([-60.0, 40.0, 190.0])
+    links, centres = stroke["course"](a4)
+    for k, x in enumerate(a4):
+        at = clamp["place"](clamp["Clamp"](), 1e-3 * x)
+        names = ("theta3", "theta2", "theta6")
+        assert [links[name].velocity[k] for name in names] == pytest.approx(at.rates, abs=1e-10)
+        assert [links[name].acceleration[k] for name in names] == pytest.approx(at.alphas, abs=1e-9)
+        for curve, centre in zip(centres.values(), at.centres, strict=True):
+            assert 1e-3 * curve.acceleration[:, k] == pytest.approx([centre.real, centre.imag], abs=1e-10)
+        assert links["s"].position[k] == pytest.approx(1e3 * at.platen.real, abs=1e-9)
+
+
+def test_the_clamps_read_out_has_two_misprints(stroke, capsys):
+    stroke["main"]()
+    printed = capsys.readouterr().out
+    wrong = [line.split() for line in printed.splitlines() if "MISPRINT" in line]
+    assert [(line[0], line[-1]) for line in wrong] == [("theta2", "-0.0037"), ("theta5", "-0.0193")]
+    assert printed.count("  cut off") == 4
+    assert "-344.800 and -943.597, the other sign" in printed
+
+
+@pytest.mark.slow
+def test_the_clamps_motion_is_drawn(stroke, tmp_path):
+    stroke["plot"](tmp_path / "clamp.png")
+    assert len(list(tmp_path.glob("clamp_*.png"))) == 4
