@@ -1,4 +1,4 @@
-"""Commands that follow or draw motion: `simulate`, `draw`, `animate`."""
+"""Commands that follow or draw motion: `simulate`, `motion`, `draw`, `animate`."""
 
 from __future__ import annotations
 
@@ -18,6 +18,7 @@ from flywheel.cli.common import (
     SCENE,
     at_option,
     coordinates,
+    exclusive,
     hand_over,
     json_flag,
     loaded,
@@ -238,6 +239,128 @@ class _Watching:
         return f" at {self.t:.4g} s, {place}, run {self.run}" if self.run else ""
 
 
+# -- the motion of everything ----------------------------------------------------------------------------------------
+
+
+@click.command(short_help="Position, velocity and acceleration of every body, joint and point.")
+@SCENE
+@click.option(
+    "--of",
+    multiple=True,
+    metavar="NAME",
+    help="A body, joint, point, slide or shaft; repeatable, or with commas (default: all).",
+)
+@click.option(
+    "--over",
+    type=click.Choice(["driver", "time"]),
+    help="What the curves are over (default: the driver; with --law and --from time).",
+)
+@click.option(
+    "--at",
+    multiple=True,
+    metavar="PLACE",
+    help='A position such as "30 deg" or "190 mm", over time "0.2 s"; repeatable. With --from a position is where it starts.',
+)
+@click.option("--points", type=click.IntRange(2, MOST_POINTS), help="How many, evenly, in place of --at (default 361).")
+@click.option("--speed", "pace", metavar="SPEED", help='A constant speed such as "210 rpm", or scene: that of the scene.')
+@click.option("--regime", is_flag=True, help="Along the steady regime, with the flywheel given or sized.")
+@click.option("--law", metavar="LAW", help='The driver in time: an expression such as "sin(t)" (rad or m), or a CSV file.')
+@course_options(start=None)
+@click.option("--csv", "as_csv", is_flag=True, help="Print CSV, SI throughout.")
+@json_flag("Print JSON, SI throughout, with every figure's error.")
+@plot_option("Draw position, velocity and acceleration into a file.")
+@click.option(
+    "-o", "--output", type=click.Path(path_type=Path), metavar="FILE", help="Write the text, CSV or JSON to a file."
+)
+def motion(
+    scene: Path,
+    of: tuple[str, ...],
+    over: str | None,
+    at: tuple[str, ...],
+    points: int | None,
+    pace: str | None,
+    regime: bool,
+    law: str | None,
+    start: str | None,
+    end: str | None,
+    no_drive: bool,
+    wheel: float | None,
+    as_csv: bool,
+    as_json: bool,
+    plot: Path | None,
+    output: Path | None,
+) -> None:
+    """Position, velocity and acceleration of everything that moves in SCENE, over the driver or over time.
+
+    Per unit of the driver (g and g'), unless it moves at a constant --speed, in the steady --regime, by a --law of time
+    that lasts --until "2 s", or along a motion in time: --from rest --until "5 s", as in `flywheel simulate`.
+    """
+    course = Course(start, None if law else end, no_drive, wheel)
+    exclusive(json=as_json, csv=as_csv)
+    given = {"speed": pace, "regime": regime, "law": law, "a motion in time (from, until, no-drive)": course.wanted}
+    named = [name for name, value in given.items() if value]
+    if len(named) > 1:
+        exclusive(**dict.fromkeys(named[:2], True))
+    if wheel is not None and not (regime or course.wanted):
+        raise click.UsageError("--flywheel goes with --regime or --from.")
+    timed = over == "time" or (over is None and bool(law or course.wanted))
+    begins = [text for text in at if course.wanted and quantity(text, "angle", "length") is not None]
+    rows = [text for text in at if text not in begins]
+    exclusive(at=rows, points=points)
+    if len(begins) > 1:
+        raise click.UsageError("A motion in time starts at one place: give --at once.")
+    spare(scene, output, plot)
+    with reported(scene), watched(end) as watching:
+        from dataclasses import replace
+
+        from flywheel.motions import kinematics
+        from flywheel.report import kinematics as page
+
+        machine = loaded(scene)
+        watching.sliding = sliding = slides(machine)
+        if wheel is not None and regime:
+            machine = replace(machine, inertia=wheel, irregularity=None)
+        found = kinematics.motion(
+            machine,
+            of=[name.strip() for names in of for name in names.split(",")],
+            over=over,
+            at=(_times(rows) if timed or course.wanted else coordinates(tuple(rows), sliding)) or None,
+            points=points,
+            speed=pace if pace in (None, "scene") else speed_of(pace, sliding, "--speed"),
+            law=law,
+            until=None if law is None or end is None else _duration(end),
+            regime=regime,
+            transient=course.follow(machine, begins[0] if begins else None, watching) if course.wanted else None,
+        )
+        if plot is not None:
+            from flywheel.pictures import kinematics as picture
+
+            with written(plot):
+                picture.plot(found, plot)
+        listed = bool(rows) or points is not None
+        tables = bool(of) or listed
+        text = page.csv(found) if as_csv else page.json(found) if as_json else page.text(found, listed=listed, tables=tables)
+    for message in found.messages if as_csv else ():
+        click.echo(message, err=True)
+    hand_over(text, output, scene)
+
+
+def _duration(text: str) -> float:
+    found = quantity(text, "time")
+    if found is None or found <= 0.0:
+        raise click.BadParameter(f'{text!r} is no duration such as "2 s".', param_hint="--until")
+    return found
+
+
+def _times(texts: list[str]) -> list[float]:
+    """Times (s) given to --at."""
+    found = [quantity(text, "time") for text in texts]
+    for text, value in zip(texts, found, strict=True):
+        if value is None:
+            raise click.BadParameter(f'{text!r} is no time with its unit, such as "0.2 s".', param_hint="--at")
+    return [value for value in found if value is not None]
+
+
 # -- pictures --------------------------------------------------------------------------------------------------------
 
 
@@ -325,4 +448,4 @@ def animate_mechanisms(scene: Path, output: Path | None, frames: int, fps: int) 
     _tell(output, target)
 
 
-COMMANDS = (simulate, draw_mechanisms, animate_mechanisms)
+COMMANDS = (simulate, motion, draw_mechanisms, animate_mechanisms)

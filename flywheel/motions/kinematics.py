@@ -233,6 +233,13 @@ class Curve(NamedTuple):
         """A point's acceleration to the left of its velocity, v²/radius of its path, (n,); NaN where it stands still."""
         return self._along(np.stack((-self.velocity[1], self.velocity[0])))
 
+    @property
+    def direction_error(self) -> Array:
+        """Estimated error of the tangential and of the normal acceleration, (n,): theirs, and that of the direction."""
+        speed, off = _amount(self.velocity), _amount(self.errors[1])
+        turned = np.divide(2 * off, speed, out=np.full_like(speed, np.nan), where=speed > off)
+        return np.asarray(_amount(self.errors[2]) + turned * self.total)
+
     def _along(self, direction: Array) -> Array:
         if self.kind != POINT:
             raise SceneError([Fault(self.name, f"one of kind {self.kind}", "a point, which has a path")])
@@ -316,6 +323,11 @@ class Kinematics:
     def breakpoints(self) -> Array:
         """Where on the axis a velocity or an acceleration jumps."""
         return self._survey.breakpoints
+
+    @property
+    def breakpoint_errors(self) -> Array:
+        """Estimated absolute errors of the breakpoints."""
+        return self._survey.breakpoint_errors
 
     @property
     def dead_centres(self) -> Mapping[str, Array]:
@@ -524,6 +536,7 @@ class Survey(NamedTuple):
     """Where curves have their extremes and dead centres over a whole motion, and where something jumps."""
 
     breakpoints: Array
+    breakpoint_errors: Array
     dead_centres: Mapping[str, Array]
     dead_centre_errors: Mapping[str, Array]
     extremes: Mapping[str, tuple[Extreme, ...]]
@@ -576,8 +589,10 @@ def survey(moving: Moving, course: Course, over: str, names: Sequence[str]) -> S
     known = moving.curves(course.at(mesh.edges))[0]
     noise = np.array([_noise(known[row.name], row) for row in rows])
     level = np.maximum(noise[:, None], tail)
+    breaks = _jumps(mesh, series, rows, scale, noise)
     return Survey(
-        breakpoints=_axis(course, over, _jumps(mesh, series, rows, scale, noise)),
+        breakpoints=_axis(course, over, breaks),
+        breakpoint_errors=_break_errors(course, over, breaks),
         **_dead_centres(course, over, mesh, series, rows, scale, level),
         extremes=_extremes(moving, course, over, mesh, series, rows, level),
     )
@@ -636,6 +651,17 @@ def _jumps(mesh: cells.Cells, series: Array, rows: Sequence[_Row], scale: Array,
     gap = np.abs(right.sum(axis=0)[:, 1:] - left.sum(axis=0)[:, :-1])
     jumps = (gap > _JUMP * scale[chosen][:, None]).any(axis=0)
     return np.asarray(mesh.edges[1:-1][jumps])
+
+
+def _break_errors(course: Course, over: str, breaks: Array) -> Array:
+    """What rounding makes of breakpoints, and in time what the driver's place is not known to."""
+    rounding = 64 * ROUNDING * max(abs(course.start), abs(course.end)) * np.ones(breaks.size)
+    if course.variable == DRIVER or not breaks.size:
+        return rounding
+    driver = course.at(breaks)
+    assert driver.rate is not None
+    off = driver.errors[1] + 0.0 * breaks
+    return np.asarray(off if over == DRIVER else rounding + off / np.maximum(np.abs(driver.rate), 1e-300))
 
 
 def _dead_centres(
@@ -697,7 +723,10 @@ def _extremes(
         cell = np.concatenate((crossed.cell[mine], np.arange(len(mesh.half)), np.arange(len(mesh.half))))
         t = np.concatenate((crossed.t[mine], np.full(len(mesh.half), -1.0), np.full(len(mesh.half), 1.0)))
         values = cells.value(series[k][cell], t)
-        for which, best in (("least", int(values.argmin())), ("greatest", int(values.argmax()))):
+        where = mesh.middle[cell, 0] + mesh.half[cell, 0] * t
+        for which, sense in (("least", -1.0), ("greatest", 1.0)):
+            near = np.flatnonzero(sense * values >= (sense * values).max() - 4 * level[k][cell])
+            best = int(near[where[near].argmin()])  # the first of equal ones
             c, half = int(cell[best]), float(mesh.half[cell[best], 0])
             bend = abs(float(cells.value(bends[k][c][None], t[best : best + 1])[0])) / half**2
             steep = abs(float(cells.value(slopes[k][c][None], t[best : best + 1])[0])) / half

@@ -14,7 +14,19 @@ if TYPE_CHECKING:
 _BEFORE = ("overview", "quantities", "expressions", "parameters", "shafts", "mechanism")
 _AFTER = (
     *("inertia", "load", "load-models", "tables", "spring", "gravity", "drive", "motor", "regime", "flywheel", "wheel"),
-    *("stroke", "areas", "accuracy", "faults", "results", "reactions", "simulate", "tradeoff", "joints", "bond-graphs"),
+    *(
+        "stroke",
+        "areas",
+        "accuracy",
+        "faults",
+        "results",
+        "motion",
+        "reactions",
+        "simulate",
+        "tradeoff",
+        "joints",
+        "bond-graphs",
+    ),
 )
 
 
