@@ -259,7 +259,7 @@ class _Watching:
     "--at",
     multiple=True,
     metavar="PLACE",
-    help='A position such as "30 deg" or "190 mm", over time "0.2 s"; repeatable. With --from a position is where it starts.',
+    help='A position such as "30 deg" or "190 mm", over time "0.2 s"; repeatable. With --from an angle is where it starts.',
 )
 @click.option("--points", type=click.IntRange(2, MOST_POINTS), help="How many, evenly, in place of --at (default 361).")
 @click.option("--speed", "pace", metavar="SPEED", help='A constant speed such as "210 rpm", or scene: that of the scene.')
