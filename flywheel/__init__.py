@@ -31,7 +31,8 @@ if TYPE_CHECKING:
     from flywheel.components import robot_arm as arm
     from flywheel.components import wheels as wheel
     from flywheel.machine.machine import Machine
-    from flywheel.mechanisms.linkages import freedoms, multibody
+    from flywheel.mechanisms.linkages import lagrange as freedoms
+    from flywheel.mechanisms.linkages import multibody
     from flywheel.mechanisms.linkages import reactions as kinetostatics
     from flywheel.motions import transients
     from flywheel.motions.joint_forces import JointForces, joint_forces
@@ -90,7 +91,7 @@ _MODULES = {
     "arm.motion": "components.robot_arm",
     "energy": "components.energy",
     "every_shaft": "components.gear_trains",
-    "freedoms": "mechanisms.linkages.freedoms",
+    "freedoms": "mechanisms.linkages.lagrange",
     "gearing": "components.gear_trains",
     "kinetostatics": "mechanisms.linkages.reactions",
     "linkage": "mechanisms.linkages",
