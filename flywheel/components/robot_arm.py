@@ -23,7 +23,7 @@ bars of any make. (It prints the cross term of v_G2² as 2 l1 l2 in one line; l1
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import TYPE_CHECKING, Any, NamedTuple
@@ -295,11 +295,12 @@ def pair_of(name: str, values: ArrayLike) -> Array:
 class LagrangeEquations(NamedTuple):
     """The equations in symbols: `left` = `right`, one a coordinate; `mass` is the matrix of the accelerations in `left`.
 
-    `parameters` are l1, m1, I1, c1, m2, I2, c2, g; `torques` T1, T2; `values(arm)` gives the parameters their numbers.
+    `parameters` of two bars are l1, m1, I1, c1, m2, I2, c2, g; `torques` T1, T2, of slides forces F; `values(arm)` gives the
+    parameters their numbers.
     """
 
     t: sp.Symbol
-    q: tuple[sp.Expr, sp.Expr]
+    q: tuple[sp.Expr, ...]
     parameters: tuple[sp.Symbol, ...]
     torques: tuple[sp.Symbol, ...]
     kinetic: sp.Expr
@@ -308,39 +309,74 @@ class LagrangeEquations(NamedTuple):
     right: tuple[sp.Expr, ...]
     mass: sp.Matrix
 
-    def values(self, arm: TwoLinkArm) -> dict[sp.Symbol, float]:
-        """Numbers (SI) for the parameters."""
-        (l1, m1, i1, c1), (_, m2, i2, c2) = arm.first, arm.second
-        return dict(zip(self.parameters, (l1, m1, i1, c1, m2, i2, c2, arm.gravity), strict=True))
+    def values(self, arm: TwoLinkArm | Sequence[Bar], gravity: float = 9.80665) -> dict[sp.Symbol, float]:
+        """Numbers (SI) for the parameters, of an arm with its own gravity or of bars."""
+        bars = [arm.first, arm.second] if isinstance(arm, TwoLinkArm) else list(arm)
+        if len(bars) != len(self.q):
+            raise SceneError([Fault("arm", f"{len(bars)} bars", f"one a joint, {len(self.q)} in all")])
+        numbers = [(bar.length, bar.mass, bar.inertia, bar.com) for bar in bars]
+        pull = arm.gravity if isinstance(arm, TwoLinkArm) else gravity
+        flat = [number for bar in numbers[:-1] for number in bar] + [*numbers[-1][1:], pull]
+        return dict(zip(self.parameters, flat, strict=True))
 
 
-def lagrange_equations() -> LagrangeEquations:
-    """Lagrange's equations of the arm in symbols: T and V from the centres' positions, then by differentiation alone.
+_MOST_JOINTS = 6
 
-    d/dt(dL/dq_i') - dL/dq_i = Q_i, L = T - V.
+
+def lagrange_equations(joints: str = "RR", *, relative: bool = False) -> LagrangeEquations:
+    """Lagrange's equations of an open arm in symbols: T and V from the centres' positions, then by differentiation alone.
+
+    d/dt(dL/dq_i') - dL/dq_i = Q_i, L = T - V, with Q_i from the power of all drives, T_k (omega_k - omega_k-1) and F_k s_k'.
+    `flywheel.freedoms` has the same in numbers, for linkages of any make.
+
+    Args:
+        joints: the joint before each bar, from the frame on: `R` a pin at the end of the bar before, `P` a slide along that
+            bar from its end on (one on the frame is level, along +x, and its bar upright). `RR` is the two-link arm.
+        relative: whether an angle counts from the bar before; else from the upward vertical, as `TwoLinkArm`'s do.
+
+    Raises:
+        SceneError: for other letters, or more than six joints.
 
     >>> found = lagrange_equations()
     >>> found.mass[0, 1]
     c2*l1*m2*cos(q1(t) - q2(t))
+    >>> cart = lagrange_equations("PR")  # with a pendulum
+    >>> cart.mass[0, 1], cart.right
+    (-c2*m2*cos(q2(t)), (F1, T2))
 
     """
     import sympy as sp
     from sympy.simplify.fu import TR8  # type: ignore[import-untyped]
 
-    t = sp.Symbol("t", real=True)
-    q = sp.Function("q1", real=True)(t), sp.Function("q2", real=True)(t)
-    l1, m1, i1, c1, m2, i2, c2, g = parameters = sp.symbols("l1 m1 I1 c1 m2 I2 c2 g", positive=True)
-    t1, t2 = torques = sp.symbols("T1 T2", real=True)
-    along = [sp.Matrix([-sp.sin(angle), sp.cos(angle)]) for angle in q]
-    centres = c1 * along[0], l1 * along[0] + c2 * along[1]
-    bodies = tuple(zip((m1, m2), (i1, i2), centres, q, strict=True))
-    twice = sum(m * p.diff(t).dot(p.diff(t)) + i * angle.diff(t) ** 2 for m, i, p, angle in bodies)
+    if not isinstance(joints, str) or not 0 < len(joints) <= _MOST_JOINTS or set(joints) - set("RP"):
+        raise SceneError([Fault("joints", shown(joints), f"1 to {_MOST_JOINTS} letters R (pin) and P (slide)")])
+    count, t = len(joints), sp.Symbol("t", real=True)
+    q = tuple(sp.Function(f"q{k}", real=True)(t) for k in range(1, count + 1))
+    names = [f"{letter}{k}" for k in range(1, count + 1) for letter in "lmIc"]
+    names.remove(f"l{count}")
+    given = dict(zip(names, sp.symbols(names, positive=True), strict=True)) | {"g": sp.Symbol("g", positive=True)}
+    torques = tuple(sp.Symbol(f"{'T' if kind == 'R' else 'F'}{k}", real=True) for k, kind in enumerate(joints, 1))
+    end, angle, twice, potential, power = sp.zeros(2, 1), sp.Integer(0), sp.Integer(0), sp.Integer(0), sp.Integer(0)
+    for k, (kind, own, drive) in enumerate(zip(joints, q, torques, strict=True), 1):
+        along = sp.Matrix([-sp.sin(angle), sp.cos(angle)])
+        if kind == "P":
+            end = end + own * (along if k > 1 else sp.Matrix([1, 0]))
+            power += drive * own.diff(t)
+        else:
+            before, angle = angle, angle + own if relative else own
+            along = sp.Matrix([-sp.sin(angle), sp.cos(angle)])
+            power += drive * (angle - before).diff(t)
+        centre = end + given[f"c{k}"] * along
+        twice += given[f"m{k}"] * centre.diff(t).dot(centre.diff(t)) + given[f"I{k}"] * angle.diff(t) ** 2
+        potential += given[f"m{k}"] * given["g"] * centre[1]
+        end = end + given.get(f"l{k}", 0) * along
     kinetic = sp.expand(TR8(sp.expand(twice / 2)))  # products of sines and cosines to sums: all that there is to simplify
-    potential = sp.expand(sum(m * g * p[1] for m, _, p, _ in bodies))
+    potential, rates = sp.expand(potential), [own.diff(t) for own in q]
     lagrangian = kinetic - potential
-    left = [sp.expand(lagrangian.diff(a.diff(t)).diff(t) - lagrangian.diff(a)) for a in q]
-    mass = sp.Matrix(2, 2, lambda i, j: sp.factor(left[i].expand().coeff(q[j].diff(t, 2))))
-    return LagrangeEquations(t, q, parameters, torques, kinetic, potential, tuple(left), (t1 - t2, t2), mass)
+    left = [sp.expand(lagrangian.diff(rate).diff(t) - lagrangian.diff(own)) for own, rate in zip(q, rates, strict=True)]
+    mass = sp.Matrix(count, count, lambda i, j: sp.factor(kinetic.diff(rates[i]).diff(rates[j])))
+    right = tuple(sp.expand(power).diff(rate) for rate in rates)
+    return LagrangeEquations(t, q, tuple(given.values()), torques, kinetic, potential, tuple(left), right, mass)
 
 
 Torques = Callable[[float, Array, Array], ArrayLike]

@@ -67,6 +67,42 @@ def test_torques_do_work_between_the_bars(found):
     assert sp.expand(found.right[0] * w1 + found.right[1] * w2 - t1 * w1 - t2 * (w2 - w1)) == 0
 
 
+def test_a_cart_with_a_pendulum_in_symbols():
+    """By hand: m1 + m2, m2 c sin and cos of the pendulum's angle from the upward vertical; absolute and relative alike."""
+    for relative in (False, True):
+        cart = lagrange_equations("PR", relative=relative)
+        _, m1, _, _, m2, i2, c2, g = cart.parameters
+        (x, a), (force, torque) = cart.q, cart.torques
+        xdd, ad, add = x.diff(cart.t, 2), a.diff(cart.t), a.diff(cart.t, 2)
+        wanted = (
+            (m1 + m2) * xdd - m2 * c2 * (add * sp.cos(a) - ad**2 * sp.sin(a)),
+            (i2 + m2 * c2**2) * add - m2 * c2 * xdd * sp.cos(a) - m2 * g * c2 * sp.sin(a),
+        )
+        assert [sp.expand(left - side) for left, side in zip(cart.left, wanted, strict=True)] == [0, 0]
+        assert cart.right == (force, torque)
+
+
+@pytest.mark.slow
+def test_absolute_and_relative_angles_are_one_motion():
+    """T and V of three bars, the absolute angles being sums of the relative ones."""
+    one, other = lagrange_equations("RRR"), lagrange_equations("RRR", relative=True)
+    sums = {q: sum(other.q[: k + 1]) for k, q in enumerate(one.q)}
+    gap = (one.kinetic - one.potential).subs(sums).doit() - (other.kinetic - other.potential)
+    assert sp.expand(gap) == 0
+    assert [str(side) for side in one.right] == ["T1 - T2", "T2 - T3", "T3"]
+
+
+@pytest.mark.parametrize("joints", ["", "RX", "RRRRRRR", 2])
+def test_joints_that_are_none_are_refused(joints):
+    with pytest.raises(SceneError, match=r"joints: found .* expected 1 to 6 letters R"):
+        lagrange_equations(joints)
+
+
+def test_values_are_one_bar_a_joint(found):
+    with pytest.raises(SceneError, match="arm: found 1 bars, expected one a joint, 2 in all"):
+        found.values([slender(1.0, 1.0)])
+
+
 def states(count=30):
     """Angles, speeds, accelerations: shape (2, count)."""
     rng = np.random.default_rng(5)

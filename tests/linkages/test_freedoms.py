@@ -8,7 +8,7 @@ from pathlib import Path
 import mpmath as mp
 import numpy as np
 import pytest
-from flywheel.kinetostatics import Effort, Force, Torque
+from flywheel.kinetostatics import Effort, Force, Motion, Torque, chain_reactions
 from flywheel.linkage import Coupling, Driver, Link, Linkage, solve
 from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
@@ -117,6 +117,37 @@ def test_cart_with_pendulum_against_its_closed_form():
     assert found.forces == pytest.approx([0.0, -lever * 9.81 * s], abs=1e-14)
     assert found.slope[:, :, 1] == pytest.approx(np.array([[0.0, -lever * s], [-lever * s, 0.0]]), abs=1e-15)
     assert not found.slope[:, :, 0].any()
+
+
+def test_three_link_arm_against_newton_and_euler_bar_by_bar():
+    linkage = chain([(0.7, 4.0, 0.25, 0.4), (0.5, 2.5, 0.09, 0.3), (0.4, 1.5, 0.05, 0.15)])
+    motion = np.random.default_rng(5).normal(size=(3, 3, 4))
+    given = {f"pin{k}": Motion(*motion[:, k - 1]) for k in (1, 2, 3)}
+    wanted = chain_reactions(linkage, given, np.arange(4.0), gravity=DOWN, loads=[Torque("bar3", 2.0)])
+    found = freedoms.driving_actions(linkage, *motion, gravity=DOWN, loads=[Torque("bar3", 2.0)])
+    for name, action in found.items():
+        assert action == pytest.approx(wanted.actions[name], rel=1e-12, abs=1e-12)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("joints", ["RRR", "RPR"])
+def test_arms_of_three_bars_against_the_equations_in_symbols(joints):
+    """Turned from the upward vertical there, from +x here: the first angle differs by a right angle."""
+    bars = [arm.Bar(0.7, 4.0, 0.25, 0.4), arm.Bar(0.5, 2.5, 0.09, 0.3), arm.Bar(0.4, 1.5, 0.05, 0.15)]
+    linkage = chain(bars)
+    if joints == "RPR":
+        slide = linkage.joints[1]._replace(kind=SLIDE)
+        linkage = replace(linkage, joints=(linkage.joints[0], slide, linkage.joints[2]))
+    q, qdot, qddot = np.array([0.8, -0.6, 1.1]), np.array([2.5, -1.5, 3.0]), np.array([4.0, 1.0, -7.0])
+    found = arm.lagrange_equations(joints, relative=True)
+    put = found.values(bars, gravity=9.81)
+    for order, numbers in ((2, qddot), (1, qdot), (0, q)):
+        put |= {own.diff(found.t, order): number for own, number in zip(found.q, numbers, strict=True)}
+    wanted = [float(left.subs(put, simultaneous=True)) for left in found.left]
+    right = [float(side.subs(dict(zip(found.torques, (1.0, 2.0, 3.0), strict=True)))) for side in found.right]
+    actions = freedoms.driving_actions(linkage, [q[0] + np.pi / 2, *q[1:]], qdot, qddot, gravity=DOWN)
+    assert list(actions.values()) == pytest.approx(wanted, rel=1e-12)
+    assert right == [1.0, 2.0, 3.0]
 
 
 def test_springs_struts_dampers_and_loads_by_virtual_work():
