@@ -348,8 +348,10 @@ def lagrange_equations(joints: str = "RR", *, relative: bool = False) -> Lagrang
     import sympy as sp
     from sympy.simplify.fu import TR8  # type: ignore[import-untyped]
 
-    if not isinstance(joints, str) or not 0 < len(joints) <= _MOST_JOINTS or set(joints) - set("RP"):
-        raise SceneError([Fault("joints", shown(joints), f"1 to {_MOST_JOINTS} letters R (pin) and P (slide)")])
+    wanted = f"1 to {_MOST_JOINTS} letters R (pin) and P (slide)"
+    require("joints", joints, str, wanted)
+    if not 0 < len(joints) <= _MOST_JOINTS or set(joints) - set("RP"):
+        raise SceneError([Fault("joints", shown(joints), wanted)])
     count, t = len(joints), sp.Symbol("t", real=True)
     q = tuple(sp.Function(f"q{k}", real=True)(t) for k in range(1, count + 1))
     names = [f"{letter}{k}" for k in range(1, count + 1) for letter in "lmIc"]
