@@ -12,7 +12,17 @@ from numpy.typing import NDArray
 from flywheel.machine.machine import Machine
 from flywheel.mechanisms.linkages.reactions import Reactions
 from flywheel.mechanisms.linkages.statics import DRIVE
-from flywheel.motions.joint_forces import DRIVER, DRIVING, TIME, Axis, ForceCurve, JointForces, axis, figures_of, force_curves
+from flywheel.motions.joint_forces import (
+    DRIVER,
+    DRIVING,
+    TIME,
+    Axis,
+    ForceCurve,
+    JointForces,
+    axis,
+    figures_of,
+    force_curves,
+)
 from flywheel.numerics.units import columns, figure
 from flywheel.report import rows
 from flywheel.scene.scene import Scene

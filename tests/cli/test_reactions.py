@@ -50,7 +50,22 @@ def test_curves_of_some_joints_are_listed_over_the_time(scene: Path) -> None:
 
 def test_a_motion_in_time_is_taken_as_simulate_takes_it(scene: Path, tmp_path: Path) -> None:
     picture = tmp_path / "forces.png"
-    result = run(scene, "--from", "rest", "--at", "30 deg", "--until", "0.05 s", "--csv", "--points", 4, "--of", "pivot", "--plot", picture)
+    result = run(
+        scene,
+        "--from",
+        "rest",
+        "--at",
+        "30 deg",
+        "--until",
+        "0.05 s",
+        "--csv",
+        "--points",
+        4,
+        "--of",
+        "pivot",
+        "--plot",
+        picture,
+    )
     assert result.exit_code == 0
     head, *rows = csv.reader(result.stdout.splitlines())
     assert head[:4] == ["t [s]", "phi [rad]", "omega [rad/s]", "alpha [rad/s^2]"]
