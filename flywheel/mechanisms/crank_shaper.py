@@ -139,10 +139,16 @@ def _breakpoints(r: float, d: float) -> tuple[float, ...]:
 def locks(mechanism: Mechanism) -> list[Fault]:
     """A crank as long as the frame brings the pin onto the rocker's pivot, where the rocker may turn either way."""
     r, d, _ = _lengths(mechanism)
-    if f.exceeds(r, d) or f.exceeds(d, r):
+    if not (angles := lock_angles(mechanism)):
         return []
     expected = f"a length other than crank.length = {float(r):.9g} m"
-    return [f.lock_fault(f"{mechanism.path}.frame.length", d, expected, [pi])]
+    return [f.lock_fault(f"{mechanism.path}.frame.length", d, expected, angles)]
+
+
+def lock_angles(mechanism: Mechanism) -> list[float]:
+    """Where the pin stands on the rocker's pivot (rad), if the crank is as long as the frame."""
+    r, d, _ = _lengths(mechanism)
+    return [] if f.exceeds(r, d) or f.exceeds(d, r) else [pi]
 
 
 def skeleton(mechanism: Mechanism, position: ShaperPosition) -> f.Skeleton:
@@ -187,4 +193,5 @@ KIND = f.Kind(
     locks=locks,
     skeleton=skeleton,
     guides={"ram": "guide"},
+    lock_angles=lock_angles,
 )

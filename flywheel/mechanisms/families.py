@@ -8,10 +8,10 @@ records are parts that chains share, limits where a crank locks, and the ends of
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from functools import cached_property
 from itertools import chain, pairwise
-from math import acos, acosh, degrees, inf, pi, tau
+from math import acos, acosh, ceil, degrees, floor, inf, pi, tau
 from operator import attrgetter
 from types import MappingProxyType
 from typing import Any, NamedTuple
@@ -175,7 +175,8 @@ class Kind(NamedTuple):
     locks: the faults of lengths with which it cannot turn, or go through its stroke.
     skeleton: its members and joints, from its record and its position where it starts; without one there is no picture, no
         reaction and no friction. guides: the slide along which a port moves; other ports are members that turn.
-    driver: "turns" in cycles, "slides" one way along a stroke, or "either".
+    driver: "turns" in cycles, or from one end of a stroke to the other; "slides" along a stroke; or "either".
+    lock_angles: the angles in a turn at which a crank locks that does not turn fully.
     """
 
     name: str
@@ -188,6 +189,7 @@ class Kind(NamedTuple):
     skeleton: Callable[[Mechanism, Any], Skeleton] | None = None
     guides: Mapping[str, str] = MappingProxyType({})
     driver: str = "turns"
+    lock_angles: Callable[[Mechanism], list[float]] | None = None
 
 
 def has_joints(mechanism: Mechanism) -> bool:
@@ -199,14 +201,47 @@ def build(mechanism: Mechanism, parameters: Mapping[str, float] = MappingProxyTy
     """The mechanism as a chain of velocities with positions; `parameters` (SI) are in scope of a law's expressions.
 
     Raises `SceneError` for a mechanism that cannot turn: each fault names the length's path and the angles of the crank
-    where it locks.
+    where it locks. On a stroke it must not lock between its ends.
     """
     if mechanism.type not in KINDS:
         raise SceneError([Fault(f"{mechanism.path}.type", repr(mechanism.type), "one of " + ", ".join(KINDS))])
     kind = KINDS[mechanism.type]
-    if kind.locks is not None and (faults := kind.locks(mechanism)):
+    partly = mechanism.stroke is not None and kind.lock_angles is not None
+    if kind.locks is not None and not partly and (faults := kind.locks(mechanism)):
         raise SceneError(faults)
-    return kind.family(mechanism, parameters)
+    family = kind.family(mechanism, parameters)
+    if mechanism.stroke is None or kind.driver != "turns":
+        return family
+    if kind.lock_angles is not None and kind.locks is not None and kind.locks(mechanism):
+        _check_stroke(mechanism, family, within_turn(kind.lock_angles(mechanism)))
+    return family._replace(breakpoints=tuple(_unrolled(family.breakpoints, *mechanism.stroke)))
+
+
+def _unrolled(angles: Iterable[float], low: float, high: float) -> list[float]:
+    """Angles of a turn (rad), on every turn between two ends, ascending."""
+    turns = range(floor(low / tau), ceil(high / tau) + 1)
+    return sorted(at for angle in angles for turn in turns if low < (at := angle + turn * tau) < high)
+
+
+def _check_stroke(mechanism: Mechanism, family: Family, locks: Sequence[float]) -> None:
+    """Refuse a stroke on which the mechanism locks, or cannot be put together."""
+    assert mechanism.stroke is not None
+    low, high = mechanism.stroke
+
+    def closes(psi: float) -> bool:
+        position = family.position(np.float64(psi), np)
+        return all(bool(np.isfinite(port.position(position))) for port in family.ports.values())
+
+    with np.errstate(invalid="ignore"):
+        met = _unrolled(locks, low - TOUCH, high + TOUCH)
+        if not met and closes(0.5 * (low + high)):
+            return
+        ends = [*locks, *(angle + tau for angle in locks[:1])]
+        moves = [(a, b) for a, b in pairwise(ends) if closes(0.5 * (a + b))]
+    listed = [f"{degrees(a - tau * (b > tau)):.6g} to {degrees(b - tau * (b > tau)):.6g} deg" for a, b in moves]
+    where = f"the crank locks at {degrees(met[0]):.6g} deg" if met else "the bars do not meet"
+    expected = f"a stroke within {' or '.join(listed)}" if listed else "lengths that meet"
+    raise SceneError([Fault("stroke", f"{degrees(low):.6g} to {degrees(high):.6g} deg, where {where}", expected)])
 
 
 class Position:

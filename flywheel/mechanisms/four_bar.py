@@ -171,9 +171,10 @@ def family(mechanism: Mechanism, _: Mapping[str, float]) -> f.Family:
         f.point(f.line("rocker"), "rocker.pin", bars.rocker, 0.0, "rocker"),
     )
     returns = bool(bars.ground > bars.crank)  # otherwise a drag-link: all bars turn with the crank
+    ends = _dead_centres(bars) if returns and mechanism.stroke is None else ()
     ports = {
         "coupler": f.Port("coupler", attrgetter("coupler"), returns),
-        "rocker": f.Port("rocker", attrgetter("rocker"), returns, dead_centres=_dead_centres(bars) if returns else ()),
+        "rocker": f.Port("rocker", attrgetter("rocker"), returns, dead_centres=ends),
     }
     return f.Family(*parts, ports, partial(FourBarPosition, bars), _breakpoints(bars))
 
@@ -213,8 +214,7 @@ def locks(mechanism: Mechanism) -> list[Fault]:
     slack, shorter = abs(ground - crank), min(ground, crank)
     if f.exceeds(coupler + rocker, ground + crank) and f.exceeds(slack + min(coupler, rocker), max(coupler, rocker)):
         return []
-    cosines = _cosine(bars, coupler - rocker), _cosine(bars, coupler + rocker)
-    angles = [angle for cosine in cosines for angle in f.where_cosine(cosine)]
+    angles = lock_angles(mechanism)
     if not f.exceeds(ground, crank) and not f.exceeds(crank, ground):
         expected = f"a length other than ground.length = {float(ground):.9g} m"
         return [f.lock_fault(f"{path}.crank.length", crank, expected, angles)]
@@ -223,6 +223,13 @@ def locks(mechanism: Mechanism) -> list[Fault]:
     least = max(ground + crank - rocker, rocker - slack)
     expected = f"between {float(least):.9g} and {float(rocker + slack):.9g} m"
     return [f.lock_fault(f"{path}.coupler.length", coupler, expected, angles)]
+
+
+def lock_angles(mechanism: Mechanism) -> list[float]:
+    """Where coupler and rocker lie in one line, D = |c - L| or D = c + L (rad)."""
+    bars = _bars(mechanism)
+    cosines = _cosine(bars, bars.coupler - bars.rocker), _cosine(bars, bars.coupler + bars.rocker)
+    return [angle for cosine in cosines for angle in f.where_cosine(cosine)]
 
 
 def skeleton(mechanism: Mechanism, position: FourBarPosition) -> f.Skeleton:
@@ -269,4 +276,5 @@ KIND = f.Kind(
     ),
     locks,
     skeleton,
+    lock_angles=lock_angles,
 )

@@ -109,9 +109,10 @@ def family(mechanism: Mechanism, _: Mapping[str, float]) -> f.Family:
         f.floating(f.line("rod"), mechanism, "rod", lengths[0]),
         f.sliding(mechanism, "slider", 0.0),
     )
+    turns = mechanism.stroke is None
     ports = {
-        "slider": f.Port("slider", attrgetter("slider"), dead_centres=_dead_centres(*lengths)),
-        "rod": f.Port("rod", attrgetter("rod"), dead_centres=(pi / 2, 3 * pi / 2)),
+        "slider": f.Port("slider", attrgetter("slider"), dead_centres=_dead_centres(*lengths) if turns else ()),
+        "rod": f.Port("rod", attrgetter("rod"), dead_centres=(pi / 2, 3 * pi / 2) if turns else ()),
     }
     return f.Family(*parts, ports, partial(SliderPosition, *lengths), _breakpoints(*lengths))
 
@@ -135,9 +136,14 @@ def locks(mechanism: Mechanism) -> list[Fault]:
     most = r + abs(e)
     if f.exceeds(rod, most):
         return []
-    angles = f.where_sine((e + rod) / r) + f.where_sine((e - rod) / r)
     expected = f"a rod longer than crank + |offset| = {float(most):.9g} m"
-    return [f.lock_fault(f"{mechanism.path}.rod.length", rod, expected, angles)]
+    return [f.lock_fault(f"{mechanism.path}.rod.length", rod, expected, lock_angles(mechanism))]
+
+
+def lock_angles(mechanism: Mechanism) -> list[float]:
+    """Where the rod stands across the line of travel, |r sin psi - e| = l (rad)."""
+    r, rod, e = _lengths(mechanism)
+    return f.where_sine((e + rod) / r) + f.where_sine((e - rod) / r)
 
 
 def skeleton(mechanism: Mechanism, position: SliderPosition) -> f.Skeleton:
@@ -179,4 +185,5 @@ KIND = f.Kind(
     locks=locks,
     skeleton=skeleton,
     guides={"slider": "guide"},
+    lock_angles=lock_angles,
 )

@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from flywheel.mechanisms import KINDS
-from flywheel.mechanisms.families import build
+from flywheel.mechanisms.families import Kind, build
 from flywheel.numerics.faults import SceneError, quote, show, suggestion, told
 from flywheel.numerics.units import QuantityError, parse_quantity
 from flywheel.reading.fields import (
@@ -57,9 +57,9 @@ def read_stroke(raw: Mapping[str, Any], faults: Faults) -> Stroke | None:
         faults.add("mechanism", found, "one mechanism, whose driver makes the stroke")
     elif tables and isinstance(tables[0], Mapping):
         path, kind = "mechanism" if isinstance(mechanism, Mapping) else "mechanism[0]", tables[0].get("type")
-        if isinstance(kind, str) and kind in KINDS and KINDS[kind].driver == "turns":
-            expected = " or ".join(f'"{name}"' for name, known in KINDS.items() if known.driver != "turns")
-            advice = "for a crank that turns in cycles give [regime] and [flywheel] instead of [stroke]"
+        if isinstance(kind, str) and kind in KINDS and not _goes_one_way(KINDS[kind]):
+            expected = " or ".join(f'"{name}"' for name, known in KINDS.items() if _goes_one_way(known))
+            advice = "for a crank that turns in cycles leave out [stroke]"
             faults.add(f"{path}.type", f"{show(kind)} beside [stroke]", expected, advice)
         for name in ("phase", "shaft"):
             if name in tables[0]:
@@ -86,6 +86,11 @@ def read_stroke(raw: Mapping[str, Any], faults: Faults) -> Stroke | None:
     else:
         return Stroke(start, end, speed, acceleration, slides)
     return unread._replace(sliding=slides)
+
+
+def _goes_one_way(kind: Kind) -> bool:
+    """Whether a mechanism may have a stroke: all but laws, whose outputs are written for whole turns."""
+    return kind.driver != "turns" or kind.skeleton is not None
 
 
 def driver_slides(raw: Mapping[str, Any]) -> bool | None:
@@ -153,7 +158,9 @@ def read_mechanisms(raw: object, setting: Setting) -> tuple[tuple[Mechanism, ...
                 family = build(item.mechanism, setting.parameters)
                 returns = {name: port.returns or once for name, port in family.ports.items()}
             except SceneError as error:  # it locks
-                faults.extend(error.faults)
+                between = "; between them it moves, with [stroke] from and to" if not once and len(found) == 1 else ""
+                partly = KINDS[item.mechanism.type].lock_angles is not None
+                faults.extend(fault._replace(advice=fault.advice + between * partly) for fault in error.faults)
             except ArithmeticError:
                 advice = "lengths whose squares can be computed"
                 faults.add(item.mechanism.path, "lengths out of all proportion", advice)

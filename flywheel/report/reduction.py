@@ -96,15 +96,16 @@ def _conditions(machine: Machine, speed: float | None) -> str:
     found = []
     if machine.depends_on_speed and speed is not None:
         found.append(f"what depends on speed is taken at a constant {speed:.9g} {'m/s' if sliding else 'rad/s'}")
-    if scene.stroke is not None and scene.stroke.speed is None:
-        found.append("no speed is given, and so neither driving action nor velocities")
     if machine.friction is not None and speed is None and scene.speed is None:
-        found.append("no speed is given, so that friction in joints is that without inertia forces")
+        found.append("friction in joints is that without inertia forces, as no speed is given")
     if machine.depends_on_time:
         found.append("what depends on time is taken at t = 0")
     if any(efficiency < 1.0 for efficiency in machine.scene.efficiencies.values()):
         found.append("losses in meshes are left out")
-    return f"of {'F*' if sliding else 'M*'}: {'; '.join(found)}" if found else ""
+    told = [f"of {'F*' if sliding else 'M*'}: {'; '.join(found)}"] if found else []
+    if scene.stroke is not None and scene.stroke.speed is None:
+        told.append("no speed is given, and so neither the driving action nor velocities: [stroke] speed, or --speed")
+    return "\n".join(told)
 
 
 def _translates(machine: Machine, name: str) -> bool:

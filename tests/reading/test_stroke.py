@@ -181,11 +181,68 @@ def test_what_cannot_stand_beside_a_stroke(changes, start):
     assert line.startswith(start)
 
 
-def test_a_crank_that_turns_in_cycles_has_no_stroke():
-    raw = scenes.press(stroke={"from": 0, "to": 1, "speed": 1})
-    lines = faults({key: raw[key] for key in ("mechanism", "stroke")})
-    (line,) = (line for line in lines if line.startswith("mechanism.type"))
-    assert '"slider-crank" beside [stroke], expected "toggle-clamp" or "linkage"' in line
+def test_a_law_has_no_stroke():
+    law = {"type": "law", "outputs": {"ram": {"x": "sin(phi)"}}}
+    (line,) = faults({"mechanism": law, "stroke": {"from": 0, "to": 1, "speed": 1}})
+    assert line.startswith('mechanism.type: found "law" beside [stroke], expected "scotch-yoke" or "slider-crank" or ')
+
+
+BODY = {"mass": 1.3, "inertia": 0.02, "com": 0.05, "com_angle": 0.3}
+BARS = {
+    "type": "four-bar",
+    "ground": {"length": 0.2},
+    "coupler": {"length": 0.1, **BODY},
+    "rocker": {"length": 0.12, **BODY},
+}
+SLIDER = {"type": "slider-crank", "rod": {"length": 0.2, **BODY}, "slider": {"mass": 2.0, "offset": 0.05}}
+SHAPER = {"type": "crank-shaper", "frame": {"length": 0.2}, "rocker": {"length": 0.5, **BODY}, "ram": {"mass": 3}}
+
+
+@pytest.mark.parametrize(
+    ("mechanism", "start", "end"),
+    [
+        (SLIDER | {"crank": {"length": 0.3, **BODY}}, -25, 30),
+        (SLIDER | {"crank": {"length": 0.3, **BODY}}, 360 + 180, 360 + 200),
+        (BARS | {"crank": {"length": 0.15, **BODY}}, -70, 70),
+        (BARS | {"crank": {"length": 0.15, **BODY}, "assembly": "crossed"}, 300, 420),
+        (SHAPER | {"crank": {"length": 0.2, **BODY}}, 190, 530),
+        (SHAPER | {"crank": {"length": 0.1, **BODY}}, -100, 500),
+    ],
+)
+def test_named_mechanisms_move_between_the_angles_where_they_lock(mechanism, start, end):
+    """Virtual power of the closed form against d'Alembert on the positions that Newton finds: T = ½ dI*/dphi omega² - M*."""
+    scene = load({"mechanism": mechanism, "stroke": {"from": f"{start} deg", "to": f"{end} deg"}, "gravity": {}})
+    q = np.radians(np.linspace(start + 0.01, end - 0.01, 9))
+    reduced = flywheel.reduce(scene, q)
+    (found,) = flywheel.joint_forces(scene, q, speed=3.0).mechanisms.values()
+    wanted = 4.5 * reduced.slope - reduced.moment
+    np.testing.assert_allclose(found.action, wanted, rtol=0, atol=1e-12 * np.abs(wanted).max())
+
+
+@pytest.mark.parametrize(
+    ("mechanism", "start", "end", "told"),
+    [
+        (BARS, 20, 100, "20 to 100 deg, where the crank locks at 76.4084 deg, expected a stroke within -76.4084 to 76.4084"),
+        (BARS, 100, 200, "100 to 200 deg, where the bars do not meet, expected a stroke within -76.4084 to 76.4084 deg"),
+        (
+            SHAPER | {"crank": {"length": 0.2}},
+            0,
+            200,
+            "where the crank locks at 180 deg, expected a stroke within -180 to 180",
+        ),
+    ],
+)
+def test_a_stroke_beyond_a_lock_is_told_how_far_it_may_go(mechanism, start, end, told):
+    crank = {"crank": {"length": 0.15}}
+    (line,) = faults({"mechanism": crank | mechanism, "stroke": {"from": f"{start} deg", "to": f"{end} deg"}})
+    assert line.startswith("stroke: found ")
+    assert told in line
+
+
+def test_a_crank_that_cannot_turn_is_told_of_strokes():
+    (line,) = faults({"mechanism": BARS | {"crank": {"length": 0.15}}})
+    assert line.startswith("mechanism.rocker.length: found 0.12 m")
+    assert "locks at 76.4084 and 283.592 deg; between them it moves, with [stroke] from and to" in line
 
 
 @pytest.mark.parametrize("mechanism", [CLAMP, linkage(SLIDE)])

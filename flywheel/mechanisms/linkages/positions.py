@@ -240,11 +240,14 @@ def _certified(equations: Equations, z: Array, inverse: Array, rate: Array, size
     return step, radius * sizes
 
 
+_LESS_FAR = "change a length, or let the driver go less far: [stroke] from and to"
+
+
 def _lost(equations: Equations, z: Array) -> Fault:
     """Where no step can be certified any more."""
     where = standing(equations, float(z[0]))
     found = f"a linkage that locks or branches with the {where}, or comes too near to it to tell"
-    return Fault(equations.loops.linkage.path, found, "one assembly over the whole range of the driver", "change a length")
+    return Fault(equations.loops.linkage.path, found, "one assembly over the whole range of the driver", _LESS_FAR)
 
 
 # -- solution ----------------------------------------------------------------------------------------------------------
