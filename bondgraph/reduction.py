@@ -343,6 +343,19 @@ class Station:
         gain = self._at.flows.gain
         return _by_part((e, value * gain[f] ** 2) for e, value, f in self._reduction._resistors)
 
+    def efforts(
+        self, speed: Any, time: Any = 0.0, anchor_speed: Any = None, anchor_time: Any = None, unknown: float = 0.0
+    ) -> dict[str, Any]:
+        """The effort of every source with a law that acts there, by its own name, before it is reduced."""
+        still = {e.name: sign * self._at.effort(e, unknown) for e, _, sign in self._reduction._acting(self._at)[0]}
+        moving = zip(self._reduction._acting(self._at)[1], self.places(speed, time, anchor_speed, anchor_time), strict=True)
+        for (element, _, sign), (_, here, anchor) in moving:
+            law = element.law
+            assert isinstance(law, Law)
+            per_unknown = 0.0 if law.per_unknown is None else law.per_unknown(here, anchor)
+            still[element.name] = sign * (law.effort(here, anchor) + unknown * per_unknown)
+        return still
+
     def contributions(
         self, speed: Any, time: Any = 0.0, anchor_speed: Any = None, anchor_time: Any = None, *, local: bool = False
     ) -> list[tuple[Element, Any, Any]]:

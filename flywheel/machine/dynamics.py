@@ -16,8 +16,8 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator, Sequence
-from functools import partial
-from typing import Any, NamedTuple
+from functools import cached_property, partial
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -30,6 +30,9 @@ from flywheel.numerics.cells import MIDDLE, ROUNDING, Cells, wide
 from flywheel.numerics.expressions import Expression
 from flywheel.numerics.jets import Jet
 from flywheel.scene.scene import Scene
+
+if TYPE_CHECKING:
+    from flywheel.machine.passive_resistances import PassiveResistances
 
 Array = NDArray[np.float64]
 
@@ -291,6 +294,9 @@ def _with_slope(value: Any, omega: Array) -> tuple[Array, Array]:
 
 # -- at instants ------------------------------------------------------------------------------------------------------
 
+ONSET = 1e-12  # of the typical speed: the speed by which branches are decided at rest
+_NO_FORCE = 1e-12  # of the largest force, or rate: what is smaller has no sign
+_MOST_FACTORS = 8  # rounds in which the sides of meshes and friction settle
 _INSET = 1e-10  # of a piece: how far from its ends a law is read that is not defined there
 
 
@@ -298,13 +304,17 @@ class Anchor(NamedTuple):
     """Where branches are decided: a position (rad), a crank speed (rad/s) and a time (s) inside a smooth stretch of motion.
 
     Without a speed and a time those that depend on them are decided at every instant itself.
-    `factors` are those of the meshes there (see `Instant`); None where they are to be found at every instant.
+    `factors` are those of the meshes there (see `Instant`); None where they are to be found at every instant. `sides` are
+    signs of what rough joints do there, (..., 2 actions): of their rates, against which friction acts, and of the forces
+    that it follows; None where they are to be found at every instant. A speed of 0 is that of a machine that rests: rough
+    joints then hold it.
     """
 
     phi: Any
     omega: Any
     time: Any
     factors: tuple[Any, ...] | None = None
+    sides: Array | None = None
 
 
 class Instant(NamedTuple):
@@ -312,7 +322,8 @@ class Instant(NamedTuple):
 
     `loss` is what the meshes take of the moment (N m), `current_rate` the rate of a motor's current (A/s). The energy of the
     machine changes by moment * omega. `passed` is what the crank passes to every stage (N m), and `factors` what it gives
-    for that: 1/efficiency where it drives, efficiency where it is driven.
+    for that: 1/efficiency where it drives, efficiency where it is driven. `friction` is that of rough joints: it is part of
+    the moment; NaN where it leaves no motion.
     """
 
     acceleration: Any
@@ -322,6 +333,32 @@ class Instant(NamedTuple):
     current_rate: Any = 0.0
     passed: tuple[Any, ...] = ()
     factors: tuple[Any, ...] = ()
+    friction: Rubbing | None = None
+
+
+class Rubbing(NamedTuple):
+    """Friction in joints at instants: what each passive action gives (N m, on the crank), by the order of their labels.
+
+    moments: shape (n, actions); sides: see `Anchor`; decisive: what changes its sign where a smooth stretch of it ends,
+    (rows, n): rates, forces, and the determinant on whose root friction leaves no motion.
+    """
+
+    moments: Array
+    sides: Array
+    decisive: Array
+
+
+class Standstill(NamedTuple):
+    """A machine with rough joints at rest: its acceleration (rad/s²) if it moved on, and if it moved back.
+
+    It starts forwards where `forwards` > 0, backwards where `backwards` < 0. `moment` is M* without friction (N m), and
+    `holding` how much of it joints can hold: infinite where no moment on the crank would move it, as friction grows with it.
+    """
+
+    forwards: float
+    backwards: float
+    moment: float
+    holding: float
 
 
 class _Contribution(NamedTuple):
@@ -329,12 +366,18 @@ class _Contribution(NamedTuple):
     inertia: Any
     slope: Any
     moment: Any
+    efforts: dict[str, Any] | None = None  # of loads, by path, where joints rub
 
 
 def _interior(ends: tuple[float, float]) -> tuple[float, float]:
     """The ends of a piece, drawn in to where its laws are defined."""
     inset = max(_INSET * (ends[1] - ends[0]), 64 * ROUNDING * ends[1])
     return ends[0] + inset, ends[1] - inset
+
+
+def _one(value: Any) -> float:
+    """The only number of an array."""
+    return float(np.ravel(value)[0])
 
 
 class Dynamics:
@@ -349,6 +392,15 @@ class Dynamics:
         drive = machine.scene.drive
         self.ratio = 1.0 if drive is None else machine.scene.shafts[drive.on]
         self._efforts = {effort.path: effort for effort in machine.efforts}
+
+    @cached_property
+    def resistances(self) -> PassiveResistances | None:
+        """Friction in the joints at the actual motion; None where nothing rubs, or its moment is given."""
+        if not self.machine.resists:
+            return None
+        from flywheel.machine.passive_resistances import PassiveResistances  # only linkages have friction
+
+        return PassiveResistances(self.machine)
 
     def __reduce__(self) -> tuple[Any, ...]:
         return Dynamics, (self.machine, self.inertia, self.balance)
@@ -379,6 +431,16 @@ class Dynamics:
             return self.at(held, middle, omega, time, current=current, anchor=anchor)
         if beyond:
             parts[0] = parts[0]._replace(inertia=parts[0].inertia + beyond * sum(part.slope for part in parts))
+        if self.resistances is not None:
+            found = self._resisted(parts, np.array([phi]), place, np.array([omega]), current)
+            return found._replace(
+                acceleration=_one(found.acceleration),
+                moment=_one(found.moment),
+                inertia=_one(found.inertia),
+                loss=_one(found.loss),
+                passed=tuple(map(_one, found.passed)),
+                factors=tuple(map(_one, found.factors)),
+            )
         return self._instant(parts, omega, current, place.factors)
 
     def along(
@@ -399,7 +461,10 @@ class Dynamics:
         if ends is not None and not all(np.isfinite(part.moment).all() for part in parts):
             return self.along(np.clip(phi, *_interior(ends)), anchor, omega, time, current)
         factors = anchor.factors or tuple(1.0 for _ in parts)
-        found = self._instant(parts, omega, current, factors)
+        if self.resistances is not None:
+            found = self._resisted(parts, phi, anchor._replace(factors=factors), omega, current)
+        else:
+            found = self._instant(parts, omega, current, factors)
         whole = partial(wide, shape=phi.shape)
         return found._replace(
             acceleration=whole(found.acceleration),
@@ -420,6 +485,11 @@ class Dynamics:
             rows += self._moving(station, stage, anchor, omega, time, current)
             for part, value in rows:
                 found[part] = found.get(part, 0.0) + value
+        if self.resistances is not None:
+            friction = self.along(phi, anchor, omega, time, current).friction
+            assert friction is not None
+            for label, moment in zip(self.resistances.labels, friction.moments.T, strict=True):
+                found[label] = found.get(label, 0.0) + moment
         return {part: wide(value, phi.shape) for part, value in found.items()}
 
     def switches(self, phi: Any, anchor: Anchor, omega: Any, time: Any) -> list[Any]:
@@ -435,15 +505,20 @@ class Dynamics:
     def sides(self, phi: Array, anchor: Anchor, omega: Array, time: Array, current: Any = 0.0) -> list[Array]:
         """What changes its sign where a stretch of motion ends: switches, and what meshes with losses pass."""
         rows = [wide(value, phi.shape) for value in self.switches(phi, anchor, omega, time)]
-        if anchor.factors is not None:
-            rows += self.along(phi, anchor, omega, time, current).passed[1:]
+        if anchor.factors is not None or self.resistances is not None:
+            now = self.along(phi, anchor, omega, time, current)
+            rows += now.passed[1:]
+            if now.friction is not None:
+                rows += list(now.friction.decisive)
         return rows
 
     @property
     def branching(self) -> bool:
-        """Whether some branch depends on speed or time, or on which side of a mesh drives."""
+        """Whether some branch depends on speed or time, on which side of a mesh drives, or on how joints rub."""
         moving = [effort for effort in self.machine.efforts if effort.uses_speed or effort.uses_time]
         laws = [effort.load.law for effort in moving]
+        if self.machine.resists:
+            return True
         return len(self.machine.stages) > 1 or any(isinstance(law, Expression) and moving_switches(law) for law in laws)
 
     def _inside(self, phi: Any) -> tuple[Any, Any]:
@@ -460,7 +535,10 @@ class Dynamics:
         for _, value in self._moving(station, stage, anchor, omega, time, current):
             moment = moment + value
         inertia = reduced.inertia + (self.inertia if stage.carries_flywheel else 0.0)
-        return _Contribution(stage.efficiency, inertia, reduced.slope, moment)
+        pressing = None
+        if self.resistances is not None:
+            pressing = station.efforts(omega, time, anchor.omega, anchor.time, self.balance)
+        return _Contribution(stage.efficiency, inertia, reduced.slope, moment, pressing)
 
     def _moving(
         self, station: Station, stage: Stage, anchor: Anchor, omega: Any, time: Any, current: Any
@@ -478,7 +556,94 @@ class Dynamics:
         """Whether a source is the quasi-static law of a motor whose current is followed instead."""
         return self.circuit is not None and name.startswith(DRIVE)
 
-    def _instant(self, parts: Sequence[_Contribution], omega: Any, current: Any, factors: tuple[Any, ...] | None) -> Instant:
+    def _resisted(self, parts: Sequence[_Contribution], phi: Array, anchor: Anchor, omega: Array, current: Any) -> Instant:
+        """The instants with friction in joints, at positions and speeds (n,): one linear system for each (see `Rubbing`).
+
+        Which way the meshes pass power, and how friction acts, is found in turn where the anchor does not tell.
+        """
+        resistances = self.resistances
+        assert resistances is not None
+        sense = np.sign(omega if anchor.omega is None else anchor.omega) + np.zeros(phi.shape)
+        efforts = {path: value for part in parts for path, value in (part.efforts or {}).items()}
+        terms = resistances.terms(phi, omega, efforts)
+        count = resistances.curved.size
+        if anchor.sides is None:
+            sliding, signs = resistances.sliding(terms.ways, sense), None
+        else:
+            sliding, signs = np.split(np.broadcast_to(anchor.sides, (phi.size, 2 * count)), 2, axis=1)
+        factors = resistances.factors(sliding)
+        moments = [part.moment for part in parts]
+        used = anchor.factors or tuple(np.ones(phi.shape) for _ in parts)
+        for _ in range(_MOST_FACTORS):
+            total = sum(k * part.inertia for k, part in zip(used, parts, strict=True)) + np.zeros(phi.shape)
+            bare = [part.slope * (0.5 * omega * omega) - moment for part, moment in zip(parts, moments, strict=True)]
+            alone = -sum(k * b for k, b in zip(used, bare, strict=True)) / total
+            shares = np.stack([np.broadcast_to(k / total, phi.shape) for k in used], axis=1)
+            gains = shares[:, resistances.stages] * terms.ways
+            found = resistances.resisted(terms, alone, gains, factors, signs)
+            moved = terms.ways * found.amounts
+            rubbed = [
+                part._replace(moment=moment + moved[:, resistances.stages == k].sum(axis=1))
+                for k, (part, moment) in enumerate(zip(parts, moments, strict=True))
+            ]
+            instant = self._instant(rubbed, omega, current, anchor.factors, sense)
+            if (
+                len(parts) == 1
+                or anchor.factors is not None
+                or all(np.array_equal(a, b) for a, b in zip(instant.factors, used, strict=True))
+            ):
+                break
+            used = instant.factors
+        level = _NO_FORCE * np.maximum(terms.scale, np.abs(found.sizes).max(axis=1))
+        forces = np.where(np.abs(found.sizes) > level[:, None], found.sizes, 0.0)
+        rates = np.where(np.abs(terms.ways) > _NO_FORCE * resistances.rates, terms.ways, 0.0)
+        if signs is None:
+            signs = np.where(resistances.curved, 0.0, np.where(forces < 0.0, -1.0, 1.0))
+        decisive = np.concatenate((rates, np.where(resistances.curved, 0.0, forces), found.determinant[:, None]), axis=1).T
+        rests = sense == 0.0  # what each joint then holds is not determined
+        return instant._replace(
+            acceleration=np.where(rests, 0.0, instant.acceleration),
+            moment=np.where(rests, 0.0, instant.moment),
+            loss=np.where(rests, 0.0, instant.loss),
+            friction=Rubbing(moved, np.concatenate((sliding, signs), axis=1), decisive),
+        )
+
+    def standstill(self, phi: float, ahead: float, behind: float, time: float, current: float = 0.0) -> Standstill:
+        """What a machine with rough joints at rest would do; `ahead` and `behind` are in the pieces on either side."""
+        onset = ONSET * self.machine.typical_speed
+        found = []
+        for place, omega in ((ahead, onset), (behind, -onset)):
+            now = self.at(phi, place, omega, time, current=current, anchor=Anchor(place, omega, time))
+            found.append(now.acceleration if math.isfinite(now.acceleration) else 0.0)  # friction leaves no motion
+        sense = 1.0 if self._free(phi, ahead, time, current)[0] >= 0.0 else -1.0
+        moment, holding = self._free(phi, ahead if sense > 0.0 else behind, time, current, sense)
+        return Standstill(found[0], found[1], moment, holding)
+
+    def _free(self, phi: float, place: float, time: float, current: float, sense: float = 0.0) -> tuple[float, float]:
+        """M* without friction at rest, and the friction that a motion in a sense would set against it."""
+        resistances = self.resistances
+        assert resistances is not None
+        omega = (sense or 1.0) * ONSET * self.machine.typical_speed
+        phi = float(self._inside(phi)[0])
+        parts = [self._part(stage, phi, Anchor(place, omega, time), omega, time, current) for stage in self.machine.stages]
+        moment = float(sum(part.moment for part in parts))
+        if not sense:
+            return moment, 0.0
+        efforts = {path: value for part in parts for path, value in (part.efforts or {}).items()}
+        terms = resistances.terms(np.array([phi]), np.array([omega]), efforts)
+        factors = resistances.factors(resistances.sliding(terms.ways, np.array([sense])))
+        found = resistances.resisted(terms, 0.0, np.zeros_like(factors), factors, None)
+        held = -sense * float((terms.ways * found.amounts).sum())
+        return moment, held if math.isfinite(held) else math.inf
+
+    def _instant(
+        self,
+        parts: Sequence[_Contribution],
+        omega: Any,
+        current: Any,
+        factors: tuple[Any, ...] | None,
+        sense: Any = None,
+    ) -> Instant:
         square = 0.5 * omega * omega
         bare = [part.slope * square - part.moment for part in parts]
         loss: Any = 0.0
@@ -487,7 +652,7 @@ class Dynamics:
         if len(parts) == 1:
             acceleration = -bare[0] / parts[0].inertia if np.all(parts[0].inertia) else math.inf
         else:
-            forwards = 1.0 if factors is not None or omega >= 0.0 else -1.0
+            forwards = 1.0 if factors is not None or np.all((omega if sense is None else sense) >= 0.0) else -1.0
 
             def fitting(passed: tuple[Any, ...]) -> tuple[Any, ...]:
                 pairs = zip(parts, passed, strict=True)

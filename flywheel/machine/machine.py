@@ -571,6 +571,15 @@ class Machine:
         """The breakpoints but for the angles at which expressions switch."""
         return merged([0.0, self.scene.cycle, *(angle for _, angle in self._own_breakpoints())], self.scene.cycle)
 
+    def corners_of(self, mechanism: Mechanism) -> tuple[float, ...]:
+        """Positions of a mechanism's own driver (rad or m) at which it is not smooth, or near to a lock."""
+        return tuple(self._families[mechanism.name].breakpoints)
+
+    @property
+    def resists(self) -> bool:
+        """Whether joints rub whose friction follows the actual motion: it is not given as a moment of position."""
+        return self.scene.rubs and self.friction is None
+
     def _own_breakpoints(self) -> Iterator[tuple[str, float]]:
         yield from self._mechanism_breakpoints()
         if self.friction is not None:

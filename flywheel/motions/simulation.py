@@ -137,7 +137,7 @@ def simulate(
     (6.0, 9.0)
 
     """
-    machine = machine_of(machine)
+    machine = actual(machine)
     finite = {"phi": phi, "omega": omega, "until": until, "rtol": rtol, "current": current}
     faults = [Fault(name, f"{value}", "a finite number") for name, value in finite.items() if not np.isfinite(value)]
     positive = {"until": until, "rtol": rtol}
@@ -150,7 +150,7 @@ def simulate(
     own = (scene.inertia or 0.0) if inertia is None else inertia
     total = own * scene.flywheel_ratio**2
     if balance is None and scene.unknown is not None:
-        rigid = machine_of(replace(scene, compliances={})) if scene.compliances else machine
+        rigid = machine_of(replace(scene, compliances={}) if scene.compliances else machine)
         if rigid.depends_on_speed:
             from flywheel.sizing.sizing import size  # only such scenes need a regime first
 
@@ -173,6 +173,21 @@ def simulate(
     if motion.ended is None and motion.t[-1] < until:
         return motion._replace(ended=end_of_stroke(scene, float(motion.phi[-1]), float(motion.t[-1])))
     return motion
+
+
+def actual(given: Machine | Scene) -> Machine:
+    """The machine of a scene, or the one given, whose joints rub as they move: not by a moment at a constant speed.
+
+    Raises:
+        SceneError: where shafts twist in a scene with friction in joints.
+
+    """
+    machine = given if isinstance(given, Machine) else Machine(given)
+    if machine.scene.rubs and machine.scene.compliances:
+        found, expected = "a shaft that twists in a machine with friction in joints", "one or the other"
+        advice = "leave stiffness out to follow the machine with friction, or friction out to follow the twist"
+        raise SceneError([Fault(f"shafts.{name}.stiffness", found, expected, advice) for name in machine.scene.compliances])
+    return machine if machine.friction is None else Machine(machine.scene)
 
 
 def motion_from(
@@ -206,6 +221,7 @@ def motion_from(
         if not fine.stretches:
             raise SceneError([_at_rest(fine)])
         error = share * _difference(rough, fine) + ROUNDING * (64 + len(fine.stretches) + _UNSURE * fine.repeated)
+        error += 0.0 if dynamics.resistances is None else dynamics.resistances.error
         same = np.array_equal(rough.t, fine.t)  # steps that no tolerance has shortened tell nothing of their error
         if (error <= rtol and not same) or tight <= TIGHTEST:
             break

@@ -18,15 +18,15 @@ from numpy.typing import ArrayLike, NDArray
 
 from bondgraph.motion.stepping import instant
 from flywheel.components.motors import DC, Induction
-from flywheel.machine.dynamics import Anchor, Dynamics
+from flywheel.machine.dynamics import ONSET, Anchor, Dynamics
 from flywheel.machine.machine import Machine
-from flywheel.motions.simulation import Motion, motion_from
+from flywheel.motions.simulation import Motion, actual, motion_from
 from flywheel.numerics import cells
 from flywheel.numerics.cells import ROUNDING
 from flywheel.numerics.faults import Fault, SceneError, show, told
 from flywheel.numerics.units import QuantityError, parse_quantity
 from flywheel.regime import turning_moment
-from flywheel.regime.free_motion import ONSET, Goal, Passing, Start, Trail, Watching, end_of_stroke
+from flywheel.regime.free_motion import Goal, Passing, Start, Trail, Watching, end_of_stroke
 from flywheel.regime.joint_friction import machine_of
 from flywheel.regime.state import own_coordinate
 from flywheel.scene.scene import TURN, Scene
@@ -165,7 +165,7 @@ def transient(
     ('share', 5.9914645, 5.9914645)
 
     """
-    machine = machine_of(machine)
+    machine = actual(machine)
     if end is None:
         end = "regime" if drive and machine.scene.stroke is None else "stop"
     goal = end if isinstance(end, Until) else until(end) if isinstance(end, str) else Until("time", float(end))
@@ -336,11 +336,11 @@ def _setting(machine: Machine, drive: bool, inertia: float | None, balance: floa
         if machine.depends_on_speed or machine.depends_on_time:
             found = '"balance" with torques that depend on speed or time, and without a regime to balance'
             raise SceneError([Fault("balance", found, "a value", "give the unknown its value")])
-        cycle = turning_moment.balanced(machine)
+        cycle = turning_moment.balanced(machine_of(machine))
         balance, balance_error = cycle.balance or 0.0, cycle.balance_error
     if not drive:
         unknown = None if scene.unknown == "drive" else scene.unknown
-        machine = machine_of(replace(scene, drive=None, motor=None, unknown=unknown))
+        machine = Machine(replace(scene, drive=None, motor=None, unknown=unknown))
     dynamics = Dynamics(machine, inertia * scene.flywheel_ratio**2, balance)
     return Setting(machine, dynamics, inertia, balance, regime, no_regime, inertia_error, balance_error)
 
@@ -683,7 +683,10 @@ def _along(trail: Trail, times: Array, owners: Indices) -> Iterator[tuple[slice,
         factors: tuple[Any, ...] | None = None
         if stretches[0].anchor.factors is not None:
             factors = tuple(np.array([stretch.anchor.factors for stretch in stretches])[where].T)
-        anchor = Anchor(anchors[:, 0], anchors[:, 1], anchors[:, 2], factors)
+        sides = None
+        if stretches[0].anchor.sides is not None:
+            sides = np.array([stretch.anchor.sides for stretch in stretches])[where]
+        anchor = Anchor(anchors[:, 0], anchors[:, 1], anchors[:, 2], factors, sides)
         stepped = states[3] if states.shape[0] > 3 else None
         here = _Here(states[0] - offset, anchor, states[1], times[portion], 0.0 if stepped is None else stepped)
         if stepped is None and isinstance(motor, DC):

@@ -19,7 +19,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from flywheel.machine.dynamics import Anchor, Dynamics
+from flywheel.components.motors import DC
+from flywheel.machine.dynamics import ONSET, Anchor, Dynamics
 from flywheel.machine.machine import Effort, Machine
 from flywheel.numerics.budget import BudgetError, counted, limited, spend
 from flywheel.numerics.cells import Array, Index
@@ -150,7 +151,9 @@ def returns(machine: Machine, balance: float) -> bool:
     True only where no load depends on speed or time, and the net work is no more than its own rounding.
     """
     scene = machine.scene
-    if machine.depends_on_speed or machine.depends_on_time or scene.stroke is not None or len(machine.stages) > 1:
+    if machine.depends_on_speed or machine.depends_on_time or machine.resists:
+        return False
+    if scene.stroke is not None or len(machine.stages) > 1:
         return False
     cycle = turning_moment.balanced(machine, _ROUNDING)
     settled = cycle.balance is None or abs(cycle.balance - balance) <= _ROUNDING * abs(balance)
@@ -165,10 +168,11 @@ _AHEAD = 1e-7  # of a piece: how far beyond a switch its side is looked up
 _WITHIN = 1e-9  # of a piece: how near to its ends
 _MOST_CROSSINGS = 500  # of switches, one after the other within a piece
 _TRIES = 8  # changes of side at one instant, before the motion counts as stuck
-ONSET = 1e-12  # of the typical speed: the speed by which branches are decided at rest
 _LIGHT, _NOTHING = 1e-7, 1e-11  # of the greatest inertia: where a zero is looked for, and what counts as one
 _RETURNED = 1e4  # tolerances of a step: how far off a cycle may be that comes back to its speed
 _LOOKED_AT = np.array([0.1, 0.35, 0.6, 0.85])  # of a piece: where it is seen how large its inertia is
+_BALANCED = 1e-12  # of the acceleration that friction makes: a push that counts as none
+_WAITED = 0.5 - 0.5 * np.cos(np.pi * np.arange(1, 65) / 64)  # of the time to the next switch: when a machine at rest is seen
 _STILL = 1e-9  # of the typical speed: slower than this it stands
 
 
@@ -248,6 +252,32 @@ class Trail(NamedTuple):
         return ends
 
 
+class _Rest(NamedTuple):
+    """The states of a machine at rest from a time on: a motor's current alone goes on."""
+
+    time: float
+    state: Array
+    circuit: DC | None
+
+    def at(self, t: Any) -> Array:
+        """The states at times t."""
+        times = np.asarray(t, dtype=float)
+        found = np.broadcast_to(self.state.reshape(-1, *(1,) * times.ndim), (self.state.size, *times.shape)).copy()
+        if self.circuit is not None:
+            final, rate = self.circuit.voltage / self.circuit.resistance, self.circuit.resistance / self.circuit.inductance
+            found[3] = final + (self.state[3] - final) * np.exp(-rate * (times - self.time))
+        return found
+
+
+def instant_of(push: Callable[[float], float], before: float, after: float) -> float:
+    """The first instant (s), to rounding, at which something pushes that does not `before`: bisection."""
+    while True:
+        middle = 0.5 * (before + after)
+        if not before < middle < after:
+            return after
+        before, after = (before, middle) if push(middle) else (middle, after)
+
+
 Passing = Callable[[float, float], str | None]
 Watching = Callable[[float, float], None]
 
@@ -298,6 +328,8 @@ class _Motion:
         self.state = np.array([start.phi - self.offset, start.omega, 0.0, start.current])[: len(absolute)]
         self.t, self.stretches = 0.0, list[Stretch]()
         self.branching = dynamics.branching
+        self.rough = 0 if dynamics.resistances is None else dynamics.resistances.curved.size  # passive actions in joints
+        self.sense = 1.0  # of a machine with rough joints that leaves its rest
         edges = self.machine.restarts  # a piece may be the whole cycle, with a dead centre in its middle
         places = (edges[:-1, None] + np.diff(edges)[:, None] * _LOOKED_AT).ravel()
         self.light = _LIGHT * (float(np.max(self.machine.reduce(places).inertia)) + dynamics.inertia)
@@ -315,6 +347,11 @@ class _Motion:
         self._add([])
         while self.t < self.until and goal is None:
             self._check_friction()
+            if self.rough and self.state[1] == 0.0 and not self._sets_out():
+                if self._rests():
+                    continue
+                stuck = self._stuck()
+                break
             if self.once and self._leaves():
                 break
             piece = self._piece()
@@ -328,12 +365,15 @@ class _Motion:
                 raise SceneError([self._undefined(anchor) or error.faults[0]]) from None
             self.t, crossed = steps[-1].end, steps[-1].crossed
             self.state = np.array(steps[-1].dense(self.t))
+            stopped = self.rough > 0 and events is not None and crossed == events.sides.size - 1  # the speed is the last
+            if stopped:
+                self.state[1] = 0.0
             self._add([Stretch(step, self.offset, anchor) for step in steps if step.end > step.start])
             stops = stops + 1 if crossed is not None and self.t == steps[-1].start else 0
             crossings = crossings + 1 if crossed is not None else 0
             # a switch may lie where the piece ends, so near that the motion goes on in the next one
             near = ends[1] if self.state[1] > 0.0 else ends[0]
-            at_end = crossed is None or abs(float(self.state[0]) - near) <= 2 * _AHEAD * width
+            at_end = crossed is None or (not stopped and abs(float(self.state[0]) - near) <= 2 * _AHEAD * width)
             if crossed is not None and crossed < len(self.goals):
                 goal = self.goals[crossed].name
             elif at_end and self.t < stop:  # the state is put there exactly
@@ -359,13 +399,73 @@ class _Motion:
             raise SceneError([Fault("until", f"{self.until:g} s", expected)])
 
     def _check_friction(self) -> None:
-        """Refuse to follow a motion that turns back where joints rub: their friction is known for one sense alone."""
+        """Refuse to follow a motion that turns back where friction is a moment of position, known for one sense alone."""
         stroke = self.machine.scene.stroke
         sense = 1.0 if stroke is None or (stroke.speed or 1.0) > 0.0 else -1.0
         if self.machine.friction is not None and float(self.state[1]) * sense < 0.0:
             found = f"a motion that turns back by {self.t:.6g} s, with friction in joints"
             expected = "one that keeps the sense for which that friction was found"
             raise SceneError([Fault("until", found, expected, "a shorter time, or leave friction out")])
+
+    # -- rough joints at rest --------------------------------------------------------------------------------------------
+
+    def _sides(self) -> tuple[float, float]:
+        """Places in the pieces behind and ahead of the position."""
+        edges, phi = self.machine.restarts, float(self.state[0])
+        turn = 0.0 if self.once else self.cycle
+        ahead = int(np.searchsorted(edges, phi - turn * (turn > 0.0 and phi >= self.cycle), side="right")) - 1
+        behind = int(np.searchsorted(edges, phi + turn * (turn > 0.0 and phi <= 0.0), side="left")) - 1
+        ahead, behind = min(max(ahead, 0), edges.size - 2), min(max(behind, 0), edges.size - 2)
+        back = turn * (turn > 0.0 and phi <= 0.0)
+        on = turn * (turn > 0.0 and phi >= self.cycle)
+        return 0.5 * float(edges[behind] + edges[behind + 1]) - back, 0.5 * float(edges[ahead] + edges[ahead + 1]) + on
+
+    def _push_at_rest(self, t: float, current: float) -> float:
+        """The acceleration with which a machine with rough joints leaves its rest; 0 where they hold it."""
+        behind, ahead = self._sides()
+        found = self.dynamics.standstill(float(self.state[0]), ahead, behind, t, current)
+        least = _BALANCED * max(abs(found.forwards), abs(found.backwards))
+        forwards, backwards = found.forwards > least, found.backwards < -least
+        if forwards and backwards:
+            raise SceneError([self._ambiguous("that may start either way")])
+        return found.forwards if forwards else found.backwards if backwards else 0.0
+
+    def _sets_out(self) -> bool:
+        """Whether a machine at rest moves on, one way or the other: `sense` is which."""
+        current = float(self.state[3]) if self.state.size > 3 else 0.0
+        self.sense = float(np.sign(self._push_at_rest(self.t, current)))
+        return self.sense != 0.0
+
+    def _rests(self) -> bool:
+        """Whether time goes on while rough joints hold the machine: until it breaks away, or a law switches.
+
+        False where nothing that time changes acts on it: it then stands for good.
+        """
+        circuit, stop = self.dynamics.circuit, min(self.times.after(self.t), self.until)
+        if not (self.machine.depends_on_time or circuit is not None) or not np.isfinite(stop):
+            return False
+        rest = _Rest(self.t, self.state.copy(), circuit)
+
+        def push(t: float) -> float:
+            return self._push_at_rest(t, float(rest.at(t)[3]) if self.state.size > 3 else 0.0)
+
+        start, end = self.t, stop
+        for t in (start + (stop - start) * _WAITED).tolist():
+            if push(t):
+                end = instant_of(push, start, t)
+                break
+            start = t
+        anchor = Anchor(float(self.state[0]), 0.0, 0.5 * (self.t + end), sides=np.zeros(2 * self.rough))
+        anchor = anchor._replace(factors=None if len(self.machine.stages) == 1 else (1.0,) * len(self.machine.stages))
+        self._add([Stretch(Step(rest.at, self.t, end), self.offset, anchor)])
+        self.t, self.state = end, rest.at(end)
+        return True
+
+    def _ambiguous(self, what: str) -> Fault:
+        """The fault of friction that leaves no motion, or several."""
+        where = self.machine.where(float(self.state[0]))
+        found = f"a motion {what} at {where} after {self.t:.6g} s: friction in its joints decides nothing there"
+        return Fault("simulation", found, "joints with less friction", "less friction, larger shoes, smaller pins")
 
     def _stuck(self) -> str:
         """Where the machine stands still for good; a SceneError where it sticks to a switch while running."""
@@ -484,6 +584,8 @@ class _Motion:
         here = Anchor(middle, omega, self.t)
         if not self.branching:
             return here
+        if self.rough and omega == 0.0:
+            here = here._replace(omega=self.sense * ONSET * self.typical)
         rate = self._rates(ends, here)(self.t, self.state)
         acceleration = float(rate[1])
         ahead = _AHEAD * min(width / max(abs(omega), 1e-3 * self.typical), stop - self.t)
@@ -494,7 +596,11 @@ class _Motion:
         anchor = Anchor(held, coming, self.t + ahead)
         current = float(self.state[3] + ahead * rate[3]) if self.state.size > 3 else 0.0
         now = self.dynamics.at(held, held, anchor.omega, anchor.time, current=current, ends=ends, anchor=anchor)
-        return anchor._replace(factors=now.factors or None)
+        if now.friction is None:
+            return anchor._replace(factors=now.factors or None)
+        if not np.isfinite(now.friction.moments).all():
+            raise SceneError([self._ambiguous("that jams")])
+        return anchor._replace(factors=now.factors or None, sides=now.friction.sides[0])
 
     def _events(self, anchor: Anchor) -> Events | None:
         """Goals, and what changes its sign where the stretch ends; meshes with losses also watch the speed's own sign."""
@@ -502,7 +608,7 @@ class _Motion:
 
         def sides(phi: Array, omega: Array, t: Array, current: Any) -> list[Array]:
             rows = self.dynamics.sides(phi, anchor, omega, t, current) if self.branching else []
-            return rows if anchor.factors is None else [*rows, omega]
+            return rows if anchor.factors is None and not self.rough else [*rows, omega]
 
         def values(t: Array, states: Array) -> Array:
             phi, omega, current = states[0], states[1], states[3] if states.shape[0] > 3 else 0.0
@@ -519,7 +625,9 @@ class _Motion:
     # -- from piece to piece ---------------------------------------------------------------------------------------------
 
     def _push(self, low: float, high: float) -> float:
-        """The acceleration at rest in a piece."""
+        """The acceleration at rest in a piece; of rough joints, which were asked before, the sense alone."""
+        if self.rough:
+            return self.sense
         anchor = Anchor(0.5 * (low + high), float(self.state[1]), self.t)
         return float(self._rates(None, anchor)(self.t, self.state)[1])
 

@@ -131,12 +131,6 @@ def straight_drive() -> dict[str, Any]:
     return crank_press(0.0, mechanism=linkage, load=[{"on": "bore", "force": "-2 kN", "while": "v > 0"}])
 
 
-def test_a_motion_that_turns_back_is_refused() -> None:
-    scene = straight_drive() | {"drive": {"torque": "-80 N m"}, "load": [], "flywheel": {"inertia": 0.5}}
-    with pytest.raises(SceneError, match=r"turns back by .* with friction in joints"):
-        flywheel.simulate(flywheel.load(scene), 0.3, 2.0, 5.0)
-
-
 def test_a_normal_force_of_rounding_has_no_corners() -> None:
     curve = friction_curve(flywheel.Machine(flywheel.load(straight_drive())))
     assert curve.breakpoints == ()

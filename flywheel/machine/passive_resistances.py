@@ -1,0 +1,359 @@
+"""Passive resistances: friction in the joints of linkages at the actual speed, with the reactions of the same instant.
+
+The law is that of `mechanisms.linkages.statics`: Coulomb's, mu N or r R mu/sqrt(1 + mu²), against the motion of the joint.
+In the direct problem the acceleration alpha is not known, and reactions and friction depend on it as it does on them. The
+forces z_j that friction follows are linear in all that acts: with p the friction of all joints,
+
+    z = z_0 + z_w omega + z_ww omega² + z_a alpha + z_L loads + Z p,     p_j = -c_j sign(g_j omega) |z_j|,
+    sum over the parts of k (I alpha + ½ dI/dphi omega² - M) = sum k g_j p_j,
+
+with g_j the rate of joint j by the crank's. Put into the first line, the second leaves |z| = |a + Q |z||, piecewise linear
+(a pin's resultant aside), which is solved as in kinetostatics. All coefficients are functions of the driver's coordinate
+alone: they are fitted once by series on cells, and evaluated together.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from functools import cached_property
+from itertools import product
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bondgraph.elements import Here
+from flywheel.machine.machine import Machine, spring_effort
+from flywheel.machine.reactions import port_load, poses_of
+from flywheel.mechanisms.linkage import followed
+from flywheel.mechanisms.linkages.positions import Poses
+from flywheel.mechanisms.linkages.statics import FRICTION, Passive, friction_sizes, response, size_forms, unknowns
+from flywheel.mechanisms.linkages.wrenches import applied, centres, inertial, weights
+from flywheel.numerics import cells
+from flywheel.numerics.cells import Cells
+from flywheel.scene.scene import Mechanism
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+Array = NDArray[np.float64]
+
+BY_ONE, BY_SPEED, BY_SQUARE, BY_ACCELERATION = range(4)  # the first columns of a table of coefficients
+
+_FINE = 1e-13  # of the largest coefficient of a column: error of a cell that is left as it is
+_MOST_CELLS = 4000
+_WIDEST = np.pi / 4  # of a cell to begin with, rad; of a stroke an eighth
+_NOTHING = 1e-12  # of the largest: what is smaller is rounding
+_SETTLED = 1e-15  # of the largest force: a change after which Newton's iteration stops
+_LOST = 1e-9  # and what it must have come to
+_LIMIT = 30
+_MOST_TRIED = 10  # forces with a sign, up to which all combinations of signs are tried
+_APART = 1e-6  # of the largest force: solutions that differ by less are one
+_SURE = 0.99  # norm of a map that certainly contracts
+
+
+class Terms(NamedTuple):
+    """The forces z that friction follows at n instants, each (x, y) of a pin or (normal, 0), but for their signs.
+
+    free: without friction and acceleration, (n, forces, 2); by_acceleration: for a unit of the crank's, (n, forces, 2);
+    pull: for a unit of each passive action, (n, forces, 2, forces); ways: rate of the friction's joint by the crank's,
+    (n, forces); scale: the largest of what adds up, N, (n,).
+    """
+
+    free: Array
+    by_acceleration: Array
+    pull: Array
+    ways: Array
+    scale: Array
+
+
+class Resisted(NamedTuple):
+    """Passive actions (n, forces), the forces that they follow, with their signs, and det(1 - Q) on their branch, (n,)."""
+
+    amounts: Array
+    sizes: Array
+    determinant: Array
+
+
+class _Table(NamedTuple):
+    """Coefficients of one mechanism's forces, by series on cells of the driver's coordinate: (cells, entries, order)."""
+
+    mechanism: Mechanism
+    ratio: float
+    period: float | None
+    mesh: Cells
+    series: Array
+    inputs: int
+    passives: tuple[Passive, ...]
+    strengths: Array
+    curved: NDArray[np.bool_]
+    rates: Array
+    error: float
+
+    def at(self, phi: Array) -> tuple[Array, Array]:
+        """Coefficients (n, forces, 2, inputs + forces) and rates of the joints by the crank's (n, forces)."""
+        psi = self.ratio * phi + self.mechanism.phase
+        if self.period is not None:
+            psi = psi - self.period * np.floor(psi / self.period)
+        cell, t = cells.located(self.mesh, psi)
+        values = (self.series[cell] @ cells.basis(t, cells.ORDER)[..., None])[..., 0]
+        count = len(self.passives)
+        split = values.shape[1] - count
+        return values[:, :split].reshape(-1, count, 2, self.inputs + count), self.ratio * values[:, split:]
+
+
+class PassiveResistances:
+    """Friction in all joints of a machine's linkages, at any position, speed, acceleration and loads.
+
+    `labels` name every passive action for the energy's table, `paths` are those of the loads that press on the joints.
+    """
+
+    def __init__(self, machine: Machine) -> None:
+        self.machine = machine
+        rough = [m for m in machine.scene.mechanisms if m.linkage is not None and m.linkage.rubs]
+        self.paths = [[e.path for e in machine.efforts if e.load.on.startswith(f"{m.name}.")] for m in rough]
+        self.tables = [_fitted(machine, mechanism) for mechanism in rough]
+        self.labels = [f"friction in {t.mechanism.name}.{one.joint}" for t in self.tables for one in t.passives]
+        self.strengths = np.concatenate([table.strengths for table in self.tables])
+        self.curved = np.concatenate([table.curved for table in self.tables])
+        self.rates = np.concatenate([table.rates for table in self.tables])
+        self.error = max(table.error for table in self.tables)
+        stages = [stage.shaft for stage in machine.stages]
+        owners = [t.mechanism.shaft if t.mechanism.shaft in stages else "crank" for t in self.tables]
+        counts = [len(table.passives) for table in self.tables]
+        self.stages = np.repeat([stages.index(owner) for owner in owners], counts)
+
+    @cached_property
+    def rubbing(self) -> NDArray[np.bool_]:
+        """Which passive actions are friction; the others are what inclined teeth add."""
+        return np.array([one.name == FRICTION for table in self.tables for one in table.passives])
+
+    def terms(self, phi: Array, omega: Any, efforts: Mapping[str, Any]) -> Terms:
+        """What the forces come to at positions (n,) and speeds, under efforts on ports by the paths of their loads."""
+        parts = []
+        for table, paths in zip(self.tables, self.paths, strict=True):
+            matrix, ways = table.at(phi)
+            inputs = np.zeros((phi.size, table.inputs))
+            inputs[:, BY_ONE], inputs[:, BY_SPEED], inputs[:, BY_SQUARE] = 1.0, omega, omega * omega
+            for k, path in enumerate(paths, start=BY_ACCELERATION + 1):
+                inputs[:, k] = efforts.get(path, 0.0)
+            known = matrix[..., : table.inputs]
+            free = np.einsum("npkc,nc->npk", known, inputs)
+            scale = np.einsum("npkc,nc->npk", np.abs(known), np.abs(inputs)).max(axis=(1, 2))
+            parts.append(Terms(free, known[..., BY_ACCELERATION], matrix[..., table.inputs :], ways, scale))
+        if len(parts) == 1:
+            return parts[0]
+        pull = np.zeros((phi.size, self.curved.size, 2, self.curved.size))
+        first = 0
+        for part in parts:
+            last = first + part.ways.shape[1]
+            pull[:, first:last, :, first:last] = part.pull
+            first = last
+        free, by, ways = (np.concatenate([getattr(p, name) for p in parts], axis=1) for name in (*Terms._fields[:2], "ways"))
+        return Terms(free, by, pull, ways, np.max([part.scale for part in parts], axis=0))
+
+    def sliding(self, ways: Array, sense: Any) -> Array:
+        """Sign (n, forces) of each joint's motion where the crank moves in a sense (1, -1); 0 where it is at rest."""
+        moving = np.abs(ways) > _NOTHING * self.rates
+        return np.asarray(np.where(moving, np.sign(ways), 0.0) * np.asarray(sense)[..., None])
+
+    def factors(self, sliding: Array) -> Array:
+        """Passive action (n, forces) for a unit of the force that it follows."""
+        return np.asarray(np.where(self.rubbing, -sliding, 1.0) * self.strengths)
+
+    def resisted(self, terms: Terms, acceleration: Any, gains: Array, factors: Array, signs: Array | None) -> Resisted:
+        """All passive actions, where the acceleration is `acceleration` without them and `gains` (n, forces) for each unit.
+
+        signs: of the forces with a sign, (n, forces), as they are continued from an anchor; None where they are to be found:
+        then NaN stands where friction leaves no motion.
+        """
+        alpha = np.asarray(acceleration, dtype=float).reshape(-1, 1, 1)
+        free = terms.free + terms.by_acceleration * alpha
+        pull = (terms.pull + terms.by_acceleration[..., None] * gains[:, None, None, :]) * factors[:, None, None, :]
+        if signs is None:
+            return self._found(free, pull, factors)
+        return self._continued(free, pull, factors, signs)
+
+    def _continued(self, free: Array, pull: Array, factors: Array, signs: Array) -> Resisted:
+        """Linear where forces keep their signs; Newton's iteration for resultants."""
+        unit = np.zeros_like(free)
+        unit[..., 0] = signs
+        one, parts = np.eye(free.shape[1]), free
+        size: Array
+        for _ in range(_LIMIT):
+            if self.curved.any():
+                length = np.hypot(parts[..., 0], parts[..., 1])[..., None]
+                along = np.divide(parts, length, out=np.zeros_like(parts), where=length > 0.0)
+                unit = np.where(self.curved[:, None], along, unit)
+            matrix = one - np.einsum("npk,npkj->npj", unit, pull)
+            size = _solution(matrix, (unit * free).sum(axis=-1))
+            if not self.curved.any():
+                break
+            parts = free + np.einsum("npkj,nj->npk", pull, size)
+            gap = np.abs(np.hypot(parts[..., 0], parts[..., 1]) - size)[:, self.curved].max(axis=1)
+            most = np.abs(size).max(axis=1)
+            if not (gap > _SETTLED * most).any():
+                break
+        if self.curved.any():
+            size = np.where((gap <= _LOST * most)[:, None], size, np.nan)
+        signed = np.where(self.curved, size, signs * size)
+        return Resisted(factors * size, signed, np.linalg.det(matrix))
+
+    def _found(self, free: Array, pull: Array, factors: Array) -> Resisted:
+        """The solution that grows out of the one without friction."""
+        count, forces = free.shape[:2]
+        forms = np.zeros((forces, 2, forces, 2))
+        for k in range(2):
+            forms[np.arange(forces), k, np.arange(forces), k] = 1.0
+        flat = free.reshape(count, -1), pull.reshape(count, 2 * forces, forces)
+        found = friction_sizes(*flat, np.ones_like(factors), forms.reshape(forces, 2, -1))
+        sizes = np.where(found.converged[:, None], found.sizes, np.nan)
+        parts = free + np.einsum("npkj,nj->npk", pull, sizes)
+        signed = np.where(self.curved, sizes, parts[..., 0])
+        return Resisted(factors * sizes, signed, np.where(found.converged, 1.0, np.nan))
+
+    def solutions(self, terms: Terms, acceleration: float, gains: Array, factors: Array) -> int:
+        """How many motions there are at one instant: friction may leave none, or several, where it is large."""
+        free = terms.free + terms.by_acceleration * acceleration
+        pull = (terms.pull + terms.by_acceleration[..., None] * gains[:, None, None, :]) * factors[:, None, None, :]
+        bound = np.hypot(pull[0, :, 0], pull[0, :, 1])
+        if np.abs(np.linalg.eigvals(bound)).max(initial=0.0) < _SURE:  # a contraction in some norm
+            return 1
+        flat = np.flatnonzero(~self.curved & (np.abs(bound).max(axis=1) > 0.0))
+        if flat.size > _MOST_TRIED:
+            return 1
+        found: list[Array] = []
+        for tried in product((1.0, -1.0), repeat=flat.size):
+            signs = np.ones((1, self.curved.size))
+            signs[0, flat] = tried
+            sizes = self._continued(free, pull, np.ones_like(factors), signs).amounts[0]
+            most = np.abs(sizes).max()
+            holds = bool(np.isfinite(most) and (sizes >= -_NOTHING * most).all())
+            if holds and all(np.abs(sizes - other).max() > _APART * most for other in found):
+                found.append(sizes)
+        return len(found)
+
+
+def _solution(matrix: Array, right: Array) -> Array:
+    """Solutions of n systems; NaN where they are singular."""
+    try:
+        return np.asarray(np.linalg.solve(matrix, right[..., None])[..., 0])
+    except np.linalg.LinAlgError:
+        return np.full_like(right, np.nan)
+
+
+# -- coefficients ------------------------------------------------------------------------------------------------------
+
+
+def _fitted(machine: Machine, mechanism: Mechanism) -> _Table:
+    """The table of one mechanism, on cells that are halved until its series follow it."""
+    ratio = machine.scene.shafts[mechanism.shaft]
+    cycle = followed(mechanism)
+    low, high = (0.0, cycle.period) if cycle.period is not None else (cycle.solution.low, cycle.solution.high)
+    widest = _WIDEST if cycle.period is not None else (high - low) / 8
+    inner = [at for at in machine.corners_of(mechanism) if low < at < high]
+    edges = np.unique(np.concatenate((np.linspace(low, high, int(np.ceil((high - low) / widest)) + 1), inner)))
+    first = _Coefficients.of(machine, mechanism, 0.5 * (edges[1:] + edges[:-1]))  # where joints move
+    inputs, passives = first.rows.shape[3] - len(first.passives), first.passives
+
+    def values(psi: Array) -> tuple[Array, Array]:
+        """All entries (entries, n), and the size of each one's column, (entries,)."""
+        found = _Coefficients.of(machine, mechanism, psi)
+        largest = np.abs(found.rows).max(axis=(0, 1, 2))
+        scale = np.broadcast_to(largest, found.rows.shape[1:]).ravel()
+        rates = np.abs(found.ways).max(axis=0, initial=0.0)
+        kinds = np.array([one.unit for one in passives])
+        speeds = np.array([rates[kinds == unit].max() for unit in kinds])
+        entries = np.concatenate((found.rows.reshape(psi.size, -1), found.ways), axis=1).T
+        return entries, np.concatenate((scale, speeds))
+
+    def evaluated(edges: Array) -> tuple[tuple[Cells, Array, Array], float, cells.Coarse]:
+        mesh = cells.cells(edges)
+        entries, sizes = values(mesh.phi.ravel())
+        series = cells.fit(entries.reshape(-1, *mesh.phi.shape))
+        share = np.divide(cells.tails(series), sizes[:, None], out=np.zeros(series.shape[:2]), where=sizes[:, None] > 0.0)
+        worst = share.max(axis=0)
+        return (mesh, series, sizes), float(worst.max()), lambda _: worst > _FINE
+
+    mesh, series, sizes = cells.refined(edges, evaluated, _FINE, _MOST_CELLS)
+    series[np.abs(series).sum(axis=2).max(axis=1) <= _NOTHING * sizes] = 0.0  # what is nothing but rounding
+    error = float(np.divide(cells.tails(series).max(axis=1), sizes, out=np.zeros_like(sizes), where=sizes > 0.0).max())
+    rates = ratio * sizes[-len(passives) :]
+    still = np.abs(series[-len(passives) :]).sum(axis=(1, 2)) == 0.0
+    rubs = np.array([one.name == FRICTION for one in passives])
+    strengths = np.array([float(np.abs(one.factor).max()) for one in passives])
+    return _Table(
+        mechanism,
+        ratio,
+        cycle.period,
+        mesh,
+        np.ascontiguousarray(series.transpose(1, 0, 2)),
+        inputs,
+        passives,
+        np.where(rubs & still, 0.0, strengths),
+        np.array([len(one.forms) > 1 for one in passives]),
+        rates,
+        error,
+    )
+
+
+class _Coefficients(NamedTuple):
+    """Coefficients at n positions: `rows` (n, forces, 2, inputs + forces), `ways` (n, forces) by the driver's coordinate."""
+
+    rows: Array
+    ways: Array
+    passives: tuple[Passive, ...]
+
+    @classmethod
+    def of(cls, machine: Machine, mechanism: Mechanism, psi: Array) -> _Coefficients:
+        """By Newton's and Euler's equations of all bodies, with one load alone in each column."""
+        poses = poses_of(mechanism, psi)
+        drivers = (poses.linkage.driver,)
+        parts = unknowns(poses, drivers, np.ones(psi.size), friction=True)
+        found = response(poses, parts, np.stack(list(_loads(machine, mechanism, poses, psi))))
+        forms = size_forms(poses, parts, found.loose)
+        rows = np.einsum("pkm,nmc->npkc", forms, found.values)
+        middle = centres(poses)
+        ways = [
+            np.einsum("bin,bin->n", one.pair.on_bodies(middle.value), middle.rate) * (one.name == FRICTION)
+            for one in parts.passives
+        ]
+        return cls(rows, np.stack(ways, axis=1), parts.passives)
+
+
+def _loads(machine: Machine, mechanism: Mechanism, poses: Poses, psi: Array) -> Iterator[Array]:
+    """Wrenches (bodies, 3, n): of what acts always, by the crank's speed, its square, its acceleration, by each load."""
+    scene, prefix, ratio = machine.scene, f"{mechanism.name}.", machine.scene.shafts[mechanism.shaft]
+    phi = (psi - mechanism.phase) / ratio
+    if mechanism.stroke is None:
+        phi = phi - scene.cycle * np.floor(phi / scene.cycle)
+    one, none = np.ones(psi.size), np.zeros_like(poses.value)
+
+    def on(place: str, value: Any) -> Array:
+        return applied(poses, [port_load(mechanism, place.removeprefix(prefix), value * one)])
+
+    def mine(items: Sequence[Any]) -> list[Any]:
+        return [item for item in items if item.on.startswith(prefix)]
+
+    always = none if scene.gravity is None else weights(poses, scene.gravity)
+    for spring in mine(scene.springs):
+        motion = machine.motion_of(prefix)
+        here = Here(ratio * phi, motion.position(ratio * phi, np, ratio * phi), np)
+        always = always - on(spring.on, spring_effort(spring, machine.places[spring.on])(here, here))
+    by_speed = none
+    by_square = ratio * ratio * inertial(poses, one, 0.0 * one)
+    by_acceleration = ratio * inertial(poses, 0.0 * one, one)
+    moved = [*mine(scene.dampers), *mine(scene.inertias)]
+    flows = machine.kinematics.flows(phi, phi) if moved else None
+    for item in moved:
+        assert flows is not None
+        k = machine.kinematics.variable[machine.places[item.on].junction]
+        if item in scene.dampers:
+            by_speed = by_speed - on(item.on, item.coefficient * flows.gain[k])
+        else:
+            by_square = by_square - on(item.on, item.value * flows.slope[k])
+            by_acceleration = by_acceleration - on(item.on, item.value * flows.gain[k])
+    yield from (always, by_speed, by_square, by_acceleration)
+    for effort in machine.efforts:
+        if effort.load.on.startswith(prefix):
+            yield on(effort.load.on, 1.0)
