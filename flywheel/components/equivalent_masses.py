@@ -1,7 +1,8 @@
 """Point masses in place of a rigid body: with its mass and centre (static), with its inertia too (complete).
 
 Places are coordinates (m) from the body's centre of mass, one row a point: (n, 1) on a line, (n, 2) in the plane of motion,
-(n, 3) in space. Each condition is linear in the masses, so that as many points as conditions decide them:
+(n, 3) in space. Each condition is linear in the masses, so that as many points as conditions decide them. Of more points
+the others' masses are chosen at will: n - 3 of n points on a line, n - 4 in the plane, n - 10 in space.
 
 | | conditions | static | complete | no answer if the points lie |
 | --- | --- | --- | --- | --- |
@@ -12,12 +13,13 @@ Places are coordinates (m) from the body's centre of mass, one row a point: (n, 
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from flywheel.numerics.arguments import NOT_NEGATIVE, POSITIVE, array, number_faults, refuse, require
+from flywheel.numerics.arguments import NOT_NEGATIVE, POSITIVE, array, number_faults, refuse, require, shown
 from flywheel.numerics.faults import Fault, SceneError
 
 Array = NDArray[np.float64]
@@ -195,37 +197,57 @@ def ten_masses(mass: float, tensor: ArrayLike, places: ArrayLike | None = None) 
     return equivalent_masses(mass, tensor, _ten_places(mass, np.asarray(tensor, float)) if places is None else places)
 
 
-def equivalent_masses(mass: float, inertia: ArrayLike, places: ArrayLike) -> Equivalent:
-    """Masses at given places: 2 on a line, 3 in a plane, 4 in space are static, 3, 4 and 10 complete.
+def equivalent_masses(
+    mass: float, inertia: ArrayLike, places: ArrayLike, chosen: Mapping[int, float] | None = None
+) -> Equivalent:
+    """Masses at n given places, some of them chosen: those to be found are static or complete by their number.
+
+    sum m_i = m, sum m_i p_i = 0 and the sums of second powers are the body's; what the chosen masses contribute goes to the
+    right-hand side. To be found: 2 on a line, 3 in a plane, 4 in space (static), or 3, 4 and 10 (complete).
 
     Args:
         mass: of the body, kg.
         inertia: about the centre of mass, kg m²; in space the tensor, shape (3, 3).
         places: (m) from the centre, shape (n, dimensions).
+        chosen: masses (kg) by the number of their point, from 0: n - 3, n - 4 or n - 10 of them for a complete set.
 
     Raises:
-        SceneError: if the number of points decides no masses, the points lie on the surface that leaves them open
-            (see the module), or mass or inertia is no body's.
+        SceneError: if the number of points without a chosen mass decides no masses, these points lie on the surface that
+            leaves them open (see the module), or mass or inertia is no body's.
+
+    Source: the course's equivalent masses (5a), n points on a line; plane and space by the same argument.
 
     >>> equivalent_masses(2.0, 0.1, [[0.3, 0.0], [-0.1, 0.2], [-0.1, -0.2]]).complete
     False
+    >>> rod = equivalent_masses(3.0, 0.25, [[-0.5], [-0.25], [0.0], [0.25], [0.5]], {1: 0.8, 3: 0.8})
+    >>> rod.masses.round(12).tolist(), rod.complete
+    ([0.3, 0.8, 0.8, 0.8, 0.3], True)
 
     """
     points = _checked_places(places)
-    count, dimensions = points.shape
+    dimensions = points.shape[1]
+    given = _checked_choice(chosen, points)
+    free = np.array([k for k in range(len(points)) if k not in given], dtype=np.intp)
     _check_body(mass, inertia, dimensions)
-    complete = _COMPLETE.get(count) == dimensions
+    complete = _COMPLETE.get(len(free)) == dimensions
     reach = float(np.abs(points).max()) or 1.0
     powers = _powers(points / reach, complete)
-    sizes = np.linalg.svd(powers, compute_uv=False)
+    sizes = np.linalg.svd(powers[:, free], compute_uv=False)
     if sizes[-1] <= _FLAT * sizes[0]:
-        expected = "points in general position"
-        raise SceneError([Fault("places", _SURFACES[count, dimensions], expected, "they leave the masses open: move one")])
-    wanted = np.zeros(count)
+        found = _SURFACES[len(free), dimensions] + (" to be found" if given else "")
+        advice = "they leave the masses open: move one"
+        if dimensions == 2 and np.linalg.svd(points, compute_uv=False)[-1] <= _FLAT * reach:
+            advice += "; points in line with the centre are given by one number each, shape (n, 1)"
+        raise SceneError([Fault("places", found, "points in general position", advice)])
+    wanted = np.zeros(len(free))
     wanted[0] = mass
     if complete:
         wanted[dimensions + 1 :] = _second_moments(np.asarray(inertia, dtype=float), dimensions) / reach**2
-    return _judged(np.asarray(np.linalg.solve(powers, wanted), dtype=float), points, mass, inertia)
+    masses = np.zeros(len(points))
+    masses[list(given)] = list(given.values())
+    masses[free] = np.linalg.solve(powers[:, free], wanted - powers @ masses)
+    masses[free] += np.linalg.solve(powers[:, free], wanted - powers @ masses)
+    return _judged(masses, points, mass, inertia)
 
 
 def compare(masses: ArrayLike, places: ArrayLike, mass: float, inertia: ArrayLike) -> Residual:
@@ -326,11 +348,34 @@ def _judged(masses: Array, points: Array, mass: float, inertia: ArrayLike) -> Eq
 
 def _checked_places(places: ArrayLike) -> Array:
     points = array("places", places)
-    shape = points.shape
-    if len(shape) != 2 or shape[1] not in (_STATIC.get(shape[0]), _COMPLETE.get(shape[0])):
-        expected = "2 or 3 points on a line, 3 or 4 in a plane, 4 or 10 in space, one a row"
-        raise SceneError([Fault("places", f"an array of shape {shape}", expected)])
+    if points.ndim != 2 or points.shape[1] not in (1, 2, 3):
+        expected = "one row a point, of 1 to 3 coordinates"
+        raise SceneError([Fault("places", f"an array of shape {points.shape}", expected)])
     return points
+
+
+def _checked_choice(chosen: Mapping[int, float] | None, points: Array) -> dict[int, float]:
+    """Chosen masses by point; SceneError where the rest is not as many points as decide the masses."""
+    given = {} if chosen is None else chosen
+    require("chosen", given, Mapping, "masses (kg) by the number of their point, from 0")
+    count, dimensions = points.shape
+    faults = []
+    for k, value in given.items():
+        if isinstance(k, bool) or not isinstance(k, (int, np.integer)) or not 0 <= k < count:
+            faults.append(Fault("chosen", f"point {shown(k)}", f"one from 0 to {count - 1}"))
+        faults += number_faults(f"chosen[{k}]", value, unit="kg")
+    refuse(faults)
+    left = count - len(given)
+    if dimensions in (_STATIC.get(left), _COMPLETE.get(left)):
+        return {int(k): float(value) for k, value in given.items()}
+    if not given and count <= max(k for k, d in _COMPLETE.items() if d == dimensions):
+        expected = "2 or 3 points on a line, 3 or 4 in a plane, 4 or 10 in space, one a row"
+        raise SceneError([Fault("places", f"an array of shape {points.shape}", expected)])
+    static, complete = (next(k for k, d in table.items() if d == dimensions) for table in (_STATIC, _COMPLETE))
+    found = f"{len(given)} masses for {count} points"
+    expected = f"{max(count - complete, 0)} of them, or {max(count - static, 0)} for a static set"
+    advice = f"the conditions decide {complete} masses, or {static} without the inertia"
+    raise SceneError([Fault("chosen", found, expected, advice)])
 
 
 def _check_body(mass: float, inertia: ArrayLike, dimensions: int) -> None:

@@ -150,6 +150,53 @@ def test_ten_masses_at_30_digits(rng):
     assert_allclose(found, np.array(true.tolist(), dtype=float)[:, 0], rtol=1e-10)
 
 
+@pytest.mark.parametrize(("count", "dimensions", "conditions"), [(4, 1, 3), (9, 1, 3), (5, 2, 4), (8, 2, 4), (13, 3, 10)])
+def test_all_but_as_many_as_conditions_are_chosen(rng, count, dimensions, conditions):
+    """Any of n points: n - 3 on a line, n - 4 in the plane, n - 10 in space."""
+    masses, places, inertia = grains(rng, dimensions)
+    points = rng.normal(size=(count, dimensions))
+    picked = rng.permutation(count)[: count - conditions]
+    chosen = {int(k): float(m) for k, m in zip(picked, rng.uniform(0.1, 2.0, picked.size), strict=True)}
+    found = equivalent_masses(float(masses.sum()), inertia, points, chosen)
+    assert_complete(found, masses, places)
+    assert found.masses[picked].tolist() == [chosen[int(k)] for k in picked]
+    scale = np.abs(found.masses) @ (1.0 + (points**2).sum(axis=1))
+    gaps = np.abs(found.residual.mass), *np.abs(found.residual.centre), *np.abs(found.residual.inertia).flat
+    assert max(gaps) < 1e-15 * scale
+
+
+def test_the_choice_that_the_determinate_set_makes_gives_that_set():
+    """Four masses of which one is 0 are three; a fifth point in the plane takes from the others what it brings."""
+    three = three_masses(6.0, 0.5, 0.2, 0.3)
+    four = equivalent_masses(6.0, 0.5, [[-0.2], [0.1], [0.3], [0.0]], {1: 0.0})
+    assert_allclose(four.masses[[0, 2, 3]], three.masses, rtol=1e-14)
+    both = equivalent_masses(6.0, 0.5, [[-0.2], [0.1], [0.3], [0.0]], {1: 2.0})
+    moved = np.linalg.solve([[1, 1, 1], [-0.2, 0.3, 0.0], [0.04, 0.09, 0.0]], [2.0, 0.2, 0.02])
+    assert_allclose(both.masses[[0, 2, 3]], three.masses - moved, rtol=1e-13)
+    static = equivalent_masses(6.0, 0.5, [[-0.2], [0.1], [0.3]], {1: 1.0})
+    assert not static.complete
+    assert_allclose([static.residual.mass, *static.residual.centre], 0.0, atol=1e-15)
+
+
+@pytest.mark.parametrize(
+    ("places", "chosen", "text"),
+    [
+        ([[0.0], [1.0], [1.0], [2.0]], {0: 1.0}, "points of which two lie at one place to be found"),
+        ([[1.0, 0.0], [0.0, 1.0], [-1.0, 0.0], [0.0, -1.0], [0.3, 0.2]], {4: 1.0}, "on one line or circle to be found"),
+        ([[-1.0, 0.0], [0.5, 0.0], [0.2, 0.0], [0.7, 0.0]], None, "given by one number each, shape (n, 1)"),
+        ([[0.0], [1.0], [2.0], [3.0]], {4: 1.0}, "chosen: found point 4, expected one from 0 to 3"),
+        ([[0.0], [1.0], [2.0], [3.0]], {0: np.nan}, "chosen[0]: found nan kg, expected a finite number"),
+        ([[0.0], [1.0], [2.0], [3.0], [4.0]], {0: 1.0}, "chosen: found 1 masses for 5 points, expected 2 of them, or 3"),
+        ([[0.0], [1.0], [2.0], [3.0]], [1.0], "chosen: found a value of type list, expected masses (kg)"),
+    ],
+)
+def test_choices_that_decide_nothing_are_refused(places, chosen, text):
+    with pytest.raises(SceneError) as refused:
+        equivalent_masses(2.0, 0.1, places, chosen)
+    assert text in str(refused.value)
+    assert "\n" not in str(refused.value)
+
+
 def test_negative_masses_are_reported():
     found = three_masses(1.0, 0.5, 0.3, 0.4)
     assert found.masses[2] < 0
@@ -209,7 +256,10 @@ def test_with_two_masses_a_four_bar_is_out_by_their_inertia():
         (lambda: two_masses(1.0, -0.1, 0.2), "inertia: found -0.1 kg m²"),
         (lambda: four_masses(1.0, 0.1, CIRCLE), "four points on one line or circle"),
         (lambda: four_masses(1.0, 0.1, np.ones((2, 2))), "shape (2, 2)"),
-        (lambda: equivalent_masses(1.0, 0.1, np.ones((5, 2))), "shape (5, 2)"),
+        (
+            lambda: equivalent_masses(1.0, 0.1, np.ones((5, 2))),
+            "chosen: found 0 masses for 5 points, expected 1 of them, or 2 for a static set",
+        ),
         (lambda: equivalent_masses(1.0, 0.1, [[0.0, 1.0], [1.0, 2.0], [2.0, 3.0]]), "three points on one line"),
         (lambda: equivalent_masses(1.0, 0.1, [[np.nan], [1.0]]), "not finite"),
         (lambda: equivalent_masses(1.0, 0.1, np.eye(4)[:, :3]), "shape ()"),
