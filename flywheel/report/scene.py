@@ -135,7 +135,8 @@ def _regime(scene: Scene) -> str:
         place, unit = (_length, "m/s") if scene.stroke.sliding else (_angle, "rad/s")
         ends = f"from {place(scene.stroke.start)} to {place(scene.stroke.end)}"
         return ends if scene.stroke.speed is None else f"{ends} at {figure(scene.stroke.speed, most=_DIGITS)} {unit}"
-    words = ["crank at its own speed" if scene.speed is None else f"crank at {figure(scene.speed * RPM, most=4)} rpm"]
+    own = "crank at its own speed" if scene.depends_on_speed else "crank at no given speed"
+    words = [own if scene.speed is None else f"crank at {figure(scene.speed * RPM, most=4)} rpm"]
     if scene.areas is None and abs(scene.cycle * DEGREES - 360) > 1e-6:
         words.append(f"cycle {_angle(scene.cycle)}")
     if scene.irregularity is not None:

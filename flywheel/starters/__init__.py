@@ -1,4 +1,4 @@
-"""Commented scenes to start from: one per type of mechanism, and some whole machines."""
+"""Commented scenes to start from: one per type of mechanism, a mechanism alone, and some whole machines."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from pathlib import Path
 
 from flywheel.mechanisms import KINDS
 
-_MACHINES = ("rotor", "areas", "press", "motor-press", "shaper", "pump", "compressor", "engine")
+_MACHINES = ("mechanism", "rotor", "areas", "press", "motor-press", "shaper", "pump", "compressor", "engine")
 
 
 def kinds() -> list[str]:
@@ -23,7 +23,7 @@ def _file(kind: str) -> Path:
 
 
 def starter(kind: str) -> str:
-    """The text of a starter scene, which can be sized (on a one-way stroke: reduced) as it is.
+    """The text of a starter scene, which can be sized as it is; one on a stroke and a mechanism alone can be moved.
 
     Raises KeyError for a kind that does not exist.
 

@@ -1,4 +1,4 @@
-"""Starters load, size (on a one-way stroke: reduce), say what they are, and never overwrite a file."""
+"""Starters load, size (on a one-way stroke, and a mechanism alone: reduce), say what they are, never overwrite a file."""
 
 import numpy as np
 import pytest
@@ -9,6 +9,7 @@ from flywheel.reading.scenes import load
 from flywheel.starters import kinds, starter, write_starter
 
 ONE_WAY = ["toggle-clamp"]
+ALONE = ["mechanism"]
 
 
 def test_there_is_one_for_every_type():
@@ -19,7 +20,7 @@ def test_all_but_the_one_way_ones_have_a_cycle():
     assert [kind for kind in kinds() if load(starter(kind)).stroke is not None] == ONE_WAY
 
 
-@pytest.mark.parametrize("kind", [kind for kind in kinds() if kind not in ONE_WAY])
+@pytest.mark.parametrize("kind", [kind for kind in kinds() if kind not in ONE_WAY + ALONE])
 def test_starters_can_be_sized_as_they_are(kind):
     scene = load(starter(kind))
     result = flywheel.size(scene, simulate=False)
@@ -27,6 +28,12 @@ def test_starters_can_be_sized_as_they_are(kind):
     assert result.flywheel.exact > 0
     assert result.reached
     assert scene.title
+
+
+def test_a_mechanism_alone_has_no_idle_tables():
+    scene = load(starter("mechanism"))
+    assert (scene.speed, scene.irregularity, scene.inertia, scene.drive, scene.loads) == (None, None, None, None, ())
+    assert flywheel.reduce(scene, [0.0, 1.0]).inertia.min() > 0.0
 
 
 @pytest.mark.parametrize("kind", ONE_WAY)
