@@ -110,6 +110,14 @@ def _speed(context: click.Context, parameter: click.Parameter, text: str | None)
     metavar="SPEED",
     help='A constant speed such as "60 rpm", at which to take what depends on it (default: the scene\'s, or its own).',
 )
+@plot_option("Draw I*, M* with what every load adds, and influence coefficients over the whole cycle or stroke into a file.")
+@click.option(
+    "--of",
+    multiple=True,
+    metavar="NAME",
+    help="With --plot: a body, slide, joint or point whose influence coefficient is drawn; repeatable (default: bodies and "
+    "slides).",
+)
 @OUTPUT
 def reduce(
     scene: Path,
@@ -118,21 +126,30 @@ def reduce(
     points: int | None,
     at: tuple[str, ...],
     speed: str | None,
+    plot: Path | None,
+    of: tuple[str, ...],
     output: Path | None,
 ) -> None:
-    """Print I*, dI*/dphi, M* and every influence coefficient of SCENE over the crank angle.
+    """Print I*, dI*/dphi, M*, every influence coefficient and position of SCENE over the crank angle.
 
     Where a driver slides these are m*, dm*/dx and F* over its position. Along a stroke whose speed is known there are also
     the driving action, and the speeds and accelerations that go with the driver's. A mechanism alone will do.
     """
     exclusive(json=as_json, csv=as_csv)
     exclusive(at=at, points=points)
-    spare(scene, output)
+    if of and plot is None:
+        raise click.UsageError("--of goes with --plot.")
+    spare(scene, output, plot)
     with reported(scene):
         from flywheel.report.reduction import reduced
 
         found = loaded(scene)
         own = None if speed is None else speed_of(speed, slides(found), "--speed")
+        if plot is not None:
+            from flywheel.pictures import reduction as picture
+
+            with written(plot):
+                picture.plot(found, plot, of=of, speed=own)
         text, conditions = reduced(found, coordinates(at, slides(found)), points or 360, speed=own, as_json=as_json)
     if conditions:
         click.echo(conditions, err=True)

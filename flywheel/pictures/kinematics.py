@@ -74,9 +74,9 @@ def draw(found: Kinematics) -> Figure:
     scale, label = axis_of(found)
     for column, curves in zip(panels.T, columns, strict=True):
         for order, panel in enumerate(column):
-            _draw_panel(panel, found, curves, order, scale)
+            draw_panel(panel, found, curves, order, scale)
         column[-1].set_xlabel(label)
-        _legend(column[0], found, curves)
+        legend(column[0], found, curves)
     made.draw_without_rendering()
     for column, curves in zip(panels.T, columns, strict=True):
         for order, panel in enumerate(column):
@@ -163,7 +163,8 @@ def broken(x: Array, y: Array, breakpoints: Array) -> tuple[Array, Array]:
 # -- one panel -------------------------------------------------------------------------------------------------------
 
 
-def _draw_panel(panel: Axes, found: Kinematics, curves: Sequence[Curve], order: int, scale: float) -> None:
+def draw_panel(panel: Axes, found: Kinematics, curves: Sequence[Curve], order: int, scale: float) -> None:
+    """The lines of curves, in an order of derivative, with what switches and stands still."""
     factor, label = scale_of(found, curves, order)
     figures.name_axes(panel, "", "", label)
     for at in found.breakpoints:
@@ -173,17 +174,23 @@ def _draw_panel(panel: Axes, found: Kinematics, curves: Sequence[Curve], order: 
             panel.axvline(scale * float(at), color=BODIES[k % len(BODIES)], lw=0.7, ls="-.", zorder=1.3)
     for line in lines(found, curves, order):
         panel.plot(scale * line.x, factor * line.y, color=line.colour, ls=line.dashes, lw=1.6, zorder=3)
-    low, high = scale * float(np.min(found.axis)), scale * float(np.max(found.axis))
-    panel.set_xlim(low, high)
-    if "deg" in axis_of(found)[1] and high - low >= 180.0:
-        panel.xaxis.set_major_locator(MultipleLocator(45.0 * ceil((high - low) / 540.0)))
+    ticks(panel, found)
     if order:
         panel.axhline(0.0, color=BLACK, lw=0.6, zorder=1.5)
     panel.margins(y=0.16)
 
 
-def _legend(panel: Axes, found: Kinematics, curves: Sequence[Curve]) -> None:
-    """Names of the lines above the uppermost panel, with what the thin lines are."""
+def ticks(panel: Axes, found: Kinematics) -> None:
+    """Limits of the axis, and ticks at parts of a turn where it counts degrees."""
+    scale, label = axis_of(found)
+    low, high = scale * float(np.min(found.axis)), scale * float(np.max(found.axis))
+    panel.set_xlim(low, high)
+    if "deg" in label and high - low >= 180.0:
+        panel.xaxis.set_major_locator(MultipleLocator(45.0 * ceil((high - low) / 540.0)))
+
+
+def legend(panel: Axes, found: Kinematics, curves: Sequence[Curve], *, beside: bool = False) -> None:
+    """Names of the lines above a panel, or beside it, with what the thin lines are."""
     handles = [
         panel.plot([], [], color=line.colour, ls=line.dashes, lw=1.6, label=line.label)[0]
         for line in lines(found, curves, 0)
@@ -192,6 +199,9 @@ def _legend(panel: Axes, found: Kinematics, curves: Sequence[Curve]) -> None:
         handles += panel.plot([], [], color=GREY, lw=0.9, ls="-.", label="dead centres (in its colour)")
     if found.breakpoints.size:
         handles += panel.plot([], [], color=GREY, lw=0.9, ls=":", label="something switches")
+    if beside:
+        panel.legend(handles=handles, loc="center left", bbox_to_anchor=(1.01, 0.5), fontsize=8.5, frameon=False)
+        return
     longest = max(len(str(handle.get_label())) for handle in handles)
     columns = max(min(len(handles), int(78 / (longest + 6))), 1)
     panel.legend(handles=handles, loc="lower center", bbox_to_anchor=(0.5, 1.01), ncols=columns, fontsize=8.5, frameon=False)

@@ -65,18 +65,14 @@ def reduced(
     none has no driving action, velocities and accelerations either. Raises SceneError for a scene of areas, which has no
     machine, and where loads depend on a speed that nothing tells.
     """
-    if scene.areas is not None:
-        advice = "give mechanism, inertia or load instead"
-        raise SceneError([Fault("areas", "a diagram of areas", "a machine to reduce", advice)])
-    if speed is not None:
-        scene = replace(scene, speed=speed, stroke=scene.stroke and scene.stroke._replace(speed=speed))
-    machine, stroke = machine_of(scene, speed), scene.stroke
+    machine = at_speed(scene, speed)
+    stroke = machine.scene.stroke
     if stroke is not None:
         q = np.array(angles) if angles else np.linspace(stroke.start, stroke.end, points)
         passage = None if stroke.speed is None else along(machine, q)
         state = reduce(machine, q) if passage is None else passage.state
         write = (machine, stroke, state, passage)
-        return encoded(_stroke_data(*write)) if as_json else csv(_stroke_columns(*write)), _conditions(machine, stroke.speed)
+        return encoded(_stroke_data(*write)) if as_json else csv(_stroke_columns(*write)), conditions(machine, stroke.speed)
     phi = np.array(angles, dtype=float) if angles else np.arange(points, dtype=float) * (scene.cycle / points)
     at, value = constant_speed.operating_point(machine, speed)
     state = reduce(machine, phi, balance=value, speed=at)
@@ -86,10 +82,20 @@ def reduced(
         text = encoded(_data(machine, phi, state, value, at, off))
     else:
         text = csv(chain(_columns(machine, phi, state), _position_columns(_bodies(machine, phi))))
-    return text, _conditions(machine, at)
+    return text, conditions(machine, at)
 
 
-def _conditions(machine: Machine, speed: float | None) -> str:
+def at_speed(scene: Scene, speed: float | None) -> Machine:
+    """The machine of a scene that has one, at a constant speed (rad/s or m/s) in place of the scene's, if one is given."""
+    if scene.areas is not None:
+        advice = "give mechanism, inertia or load instead"
+        raise SceneError([Fault("areas", "a diagram of areas", "a machine to reduce", advice)])
+    if speed is not None:
+        scene = replace(scene, speed=speed, stroke=scene.stroke and scene.stroke._replace(speed=speed))
+    return machine_of(scene, speed)
+
+
+def conditions(machine: Machine, speed: float | None) -> str:
     """What M* holds for: the speed and the time at which loads were taken, and the losses that it leaves out."""
     scene = machine.scene
     sliding = scene.reduction_element == "slide"

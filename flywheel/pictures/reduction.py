@@ -1,0 +1,127 @@
+"""A picture of the reduced machine: I*, M* with every load's part, and influence coefficients, stacked over the driver."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from pathlib import Path
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from numpy.typing import NDArray
+
+from flywheel.machine.machine import Machine
+from flywheel.machine.reactions import close_positions
+from flywheel.motions.kinematics import ANGLE, motion
+from flywheel.pictures import figures
+from flywheel.pictures.figures import BLACK, BODIES, GREY, told
+from flywheel.pictures.kinematics import axis_of, broken, draw_panel, legend, shown, ticks
+from flywheel.regime import constant_speed
+from flywheel.regime.state import MachineState, reduce
+from flywheel.report.reduction import at_speed, conditions
+from flywheel.scene.scene import Scene
+
+Array = NDArray[np.float64]
+
+_POINTS = 721
+_MOST = 8  # parts that are drawn; of more, the largest and the sum of the others
+_JUMP, _CORNER, _DOZEN = 1e-6, 8.0, 12
+_NOTHING = 1e-12  # of the largest: parts below it are none
+
+
+def plot(scene: Scene, path: str | Path, *, of: Sequence[str] = (), speed: float | None = None) -> None:
+    """Draw the machine of a scene, reduced to its driver, over its cycle or stroke: PNG, SVG or PDF.
+
+    Args:
+        scene: any with a machine.
+        path: where the picture goes; the same scene gives the same file every time.
+        of: bodies, slides, joints or points whose influence coefficients are drawn; those of bodies and slides if empty.
+        speed: rad/s or m/s, at which what depends on it is taken; the scene's, or the machine's own, if None.
+
+    Raises:
+        SceneError: for a scene without a machine, a name that there is not, a speed that nothing tells.
+        ValueError: for any other file ending.
+
+    """
+    figures.save(draw(scene, of=of, speed=speed), path)
+
+
+def draw(scene: Scene, *, of: Sequence[str] = (), speed: float | None = None) -> Figure:
+    """The figure, not yet written anywhere."""
+    machine = at_speed(scene, speed)
+    phi = close_positions(machine, _POINTS)
+    pace, balance = constant_speed.operating_point(machine, speed)
+    state = reduce(machine, phi, balance=balance, speed=pace)
+    found = motion(machine.scene, of=of)
+    curves, left_out = shown(list(found.curves.values()))
+    columns = [[curve for curve in curves if (curve.kind == ANGLE) == turning] for turning in (True, False)]
+    columns = [column for column in columns if column and any(np.any(curve.velocity) for curve in column)]
+    told_of = conditions(machine, pace if machine.depends_on_speed else None)
+    title = ": ".join(part for part in (machine.scene.title or "", f"reduced to the {scene.reduction_element}") if part)
+    made = figures.figure(9.6, 2.9 * (2 + len(columns)) + 0.6, f"{title}\n{told_of}" if told_of else title)
+    panels = made.subplots(2 + len(columns), 1, sharex=True)
+    scale, label = axis_of(found)
+    inner = switches(machine, phi, (state.moment, *state.moment_parts.values(), state.inertia, state.slope))
+    sliding = found.sliding
+    names = ("m*, kg", "F*, N") if sliding else ("I*, kg m²", "M*, N m")
+    _draw_parts(panels[0], machine, phi, state, state.inertia, state.inertia_parts, names[0], scale)
+    _draw_parts(panels[1], machine, phi, state, state.moment, state.moment_parts, names[1], scale)
+    for panel, column in zip(panels[2:], columns, strict=True):
+        draw_panel(panel, found, column, 1, scale)
+        legend(panel, found, column, beside=True)
+    for panel in panels:
+        for at in inner:
+            panel.axvline(scale * at, color=GREY, lw=0.7, ls=":", zorder=1.2)
+        ticks(panel, found)
+    if inner.size:
+        panels[1].plot([], [], color=GREY, lw=0.9, ls=":", label="a load or a law switches")
+    panels[1].legend(loc="center left", bbox_to_anchor=(1.01, 0.5), fontsize=8.5, frameon=False)
+    panels[-1].set_xlabel(label + (f" ({left_out} more coefficients can be drawn by name)" if left_out else ""))
+    return made
+
+
+def switches(machine: Machine, phi: Array, values: Iterable[Array]) -> Array:
+    """Breakpoints (rad or m) at which a figure jumps or has a corner; of more than a dozen those at which one jumps."""
+    edges = machine.scene.origin + machine.breakpoints[1:-1]
+    at = np.searchsorted(phi, edges)  # of three neighbours, before, at and beyond an edge, the middle one
+    jumps, corners = np.zeros(edges.size, dtype=bool), np.zeros(edges.size, dtype=bool)
+    for y in values if edges.size else ():
+        size = float(np.abs(y).max())
+        jumps |= np.abs(y[at] - y[at - 1]) > _JUMP * size
+        steep = np.diff(y) / np.diff(phi)
+        before, after = steep[np.maximum(at - 2, 0)], steep[np.minimum(at + 1, steep.size - 1)]
+        bends = np.abs(before - steep[np.maximum(at - 3, 0)]) + np.abs(steep[np.minimum(at + 2, steep.size - 1)] - after)
+        corners |= np.abs(after - before) > _CORNER * bends + _JUMP * size / float(np.ptp(phi))
+    corners |= jumps
+    return edges[corners if np.count_nonzero(corners) <= _DOZEN else jumps]
+
+
+def _draw_parts(
+    panel: Axes,
+    machine: Machine,
+    phi: Array,
+    state: MachineState,
+    total: Array,
+    parts: Mapping[str, Array],
+    label: str,
+    scale: float,
+) -> None:
+    """The whole in black with its extremes in the legend, and what every body or load adds to it."""
+    figures.name_axes(panel, "", "", label)
+    edges = machine.scene.origin + machine.breakpoints
+    size = max((float(np.abs(part).max()) for part in parts.values()), default=0.0)
+    some = {name: part for name, part in parts.items() if float(np.abs(part).max()) > _NOTHING * size}
+    if len(some) > _MOST:
+        largest = sorted(some, key=lambda name: -float(np.abs(some[name]).max()))[: _MOST - 1]
+        rest = [part for name, part in some.items() if name not in largest]
+        some = {name: part for name, part in some.items() if name in largest} | {f"{len(rest)} others": np.sum(rest, axis=0)}
+    for k, (name, part) in enumerate(some.items() if len(some) > 1 or not np.array_equal(total, *some.values()) else ()):
+        x, y = broken(phi, part, edges)
+        panel.plot(scale * x, y, color=BODIES[k % len(BODIES)], lw=1.3, label=name)
+    x, y = broken(phi, total, edges)
+    symbol = label.partition(",")[0]
+    span = f", from {told(float(total.min()))} to {told(float(total.max()))}"
+    panel.plot(scale * x, y, color=BLACK, lw=1.8, label=symbol + span)
+    panel.axhline(0.0, color=BLACK, lw=0.6, zorder=1.5)
+    panel.margins(y=0.1)
+    panel.legend(loc="center left", bbox_to_anchor=(1.01, 0.5), fontsize=8.5, frameon=False)
