@@ -115,7 +115,8 @@ def _draw_parts(
         largest = sorted(some, key=lambda name: -float(np.abs(some[name]).max()))[: _MOST - 1]
         rest = [part for name, part in some.items() if name not in largest]
         some = {name: part for name, part in some.items() if name in largest} | {f"{len(rest)} others": np.sum(rest, axis=0)}
-    for k, (name, part) in enumerate(some.items() if len(some) > 1 or not np.array_equal(total, *some.values()) else ()):
+    alone = len(some) == 1 and all(np.array_equal(total, part) for part in some.values())
+    for k, (name, part) in enumerate(() if alone else some.items()):
         x, y = broken(phi, part, edges)
         panel.plot(scale * x, y, color=BODIES[k % len(BODIES)], lw=1.3, label=name)
     x, y = broken(phi, total, edges)

@@ -43,7 +43,7 @@ def test_jumps_are_gaps_at_the_ends_of_the_load(panels):
 
 def test_coefficients_are_those_of_the_names(panels):
     assert [panel.get_ylabel() for panel in panels[1:]] == ["M*, N m", "θ' = dθ/dφ, 1", "s' = ds/dφ, mm/rad"]
-    assert list(lines(panels[2]))[0] == "rod"
+    assert next(iter(lines(panels[2]))) == "rod"
 
 
 def test_the_command_draws_and_refuses(tmp_path):
