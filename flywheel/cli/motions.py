@@ -40,6 +40,7 @@ if TYPE_CHECKING:
 
 _RTOL = (1e-13, 0.1)
 _POINTS = 500
+_FEW = 4  # positions of a motion whose instant centres are told where none were asked for
 _EVERY = 5.0  # seconds between two words on a long motion
 
 
@@ -268,7 +269,13 @@ class _Watching:
 @course_options(start=None)
 @click.option("--csv", "as_csv", is_flag=True, help="Print CSV, SI throughout.")
 @json_flag("Print JSON, SI throughout, with every figure's error.")
-@plot_option("Draw position, velocity and acceleration into a file.")
+@plot_option("Draw position, velocity and acceleration into a file; with --instant-centres these, at up to four positions.")
+@click.option(
+    "--instant-centres",
+    "with_centres",
+    is_flag=True,
+    help="Add the instant centres of every two bodies, and the velocities of points by them.",
+)
 @click.option(
     "-o", "--output", type=click.Path(path_type=Path), metavar="FILE", help="Write the text, CSV or JSON to a file."
 )
@@ -288,6 +295,7 @@ def motion(
     as_csv: bool,
     as_json: bool,
     plot: Path | None,
+    with_centres: bool,
     output: Path | None,
 ) -> None:
     """Position, velocity and acceleration of everything that moves in SCENE, over the driver or over time.
@@ -332,14 +340,31 @@ def motion(
             regime=regime,
             transient=course.follow(machine, begins[0] if begins else None, watching) if course.wanted else None,
         )
-        if plot is not None:
-            from flywheel.pictures import kinematics as picture
-
-            with written(plot):
-                picture.plot(found, plot)
         listed = bool(rows) or points is not None
         tables = bool(of) or listed
-        text = page.csv(found) if as_csv else page.json(found) if as_json else page.text(found, listed=listed, tables=tables)
+        centres = None
+        if with_centres:
+            from flywheel.motions.velocities import instant_centres
+            from flywheel.report import velocities
+
+            count = found.q.size
+            few = list(range(count)) if as_csv or as_json or listed else [k * (count - 1) // _FEW for k in range(_FEW)]
+            centres = instant_centres(machine, found.q[few], speed=None if found.rate is None else found.rate[few])
+        if plot is not None:
+            with written(plot):
+                if centres is not None:
+                    from flywheel.pictures.mechanisms import draw_centres
+
+                    draw_centres(centres, plot)
+                else:
+                    from flywheel.pictures import kinematics as picture
+
+                    picture.plot(found, plot)
+        if as_csv or as_json:
+            text = (page.csv if as_csv else page.json)(found, centres)
+        else:
+            text = page.text(found, listed=listed, tables=tables)
+            text += "" if centres is None else f"\n{velocities.text(centres)}"
     for message in found.messages if as_csv else ():
         click.echo(message, err=True)
     hand_over(text, output, scene)

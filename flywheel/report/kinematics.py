@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from itertools import chain
 from typing import Any
 
 import numpy as np
@@ -10,8 +11,10 @@ from numpy.typing import NDArray
 
 from flywheel.motions.driver import DRIVER
 from flywheel.motions.kinematics import ANGLE, POINT, WAY, Curve, Extreme, Kinematics
+from flywheel.motions.velocities import InstantCentres
 from flywheel.numerics.units import columns, figure
 from flywheel.report import rows as written
+from flywheel.report import velocities
 from flywheel.report.rows import DEGREES, page, sentences, wrapped
 
 Array = NDArray[np.float64]
@@ -194,9 +197,12 @@ def _part(array: Array, part: str) -> Array:
 # -- CSV ---------------------------------------------------------------------------------------------------------------
 
 
-def csv(found: Kinematics) -> str:
-    """One row for every position: the driver's motion, then position, velocity and acceleration of every curve; SI."""
-    return written.csv(_table(found))
+def csv(found: Kinematics, centres: InstantCentres | None = None) -> str:
+    """One row for every position: the driver's motion, then position, velocity and acceleration of every curve; SI.
+
+    centres: instant centres at the same positions, whose columns follow.
+    """
+    return written.csv(chain(_table(found), () if centres is None else velocities.table(centres)))
 
 
 def _table(found: Kinematics) -> Iterator[tuple[str, Array]]:
@@ -225,7 +231,7 @@ def _table(found: Kinematics) -> Iterator[tuple[str, Array]]:
 # -- JSON --------------------------------------------------------------------------------------------------------------
 
 
-def json(found: Kinematics) -> str:
+def json(found: Kinematics, centres: InstantCentres | None = None) -> str:
     """All figures and their estimated errors as JSON, SI; null where a point stands still and has no direction."""
     data: dict[str, Any] = {
         "title": found.scene.title,
@@ -245,6 +251,8 @@ def json(found: Kinematics) -> str:
             "curves": {name: _errors(found, curve) for name, curve in found.curves.items()},
         },
     }
+    if centres is not None:
+        data["instant_centres"] = velocities.data(centres)
     return written.encoded(data, indent=2)
 
 

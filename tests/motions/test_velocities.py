@@ -5,8 +5,10 @@ import json
 import mpmath as mp
 import numpy as np
 import pytest
+from click.testing import CliRunner
 
 import flywheel
+from flywheel.cli import main
 from flywheel.numerics.faults import SceneError
 from flywheel.report.rows import encoded
 from flywheel.report.velocities import data, table, text
@@ -75,3 +77,24 @@ def test_what_has_no_bodies_has_no_centres(scene):
         flywheel.instant_centres(scene, [0.0], speed=[1.0, 2.0])
     with pytest.raises(SceneError, match="finite"):
         flywheel.instant_centres(scene, [float("nan")])
+
+
+def test_the_command_lists_and_draws_them(tmp_path):
+    scene = tmp_path / "press.toml"
+    scene.write_text('mechanism = {type = "slider-crank", crank = {length = 0.1}, rod = {length = 0.3}}\n')
+    run = CliRunner().invoke
+    command = ["motion", str(scene), "--instant-centres", "--of", "rod", "--at", "30 deg", "--speed", "60 rpm"]
+    page = run(main, [*command, "--plot", str(tmp_path / "a.png")])
+    assert page.exit_code == 0, page.output
+    assert "slider-crank: instant centres at phi = 30 deg" in page.stdout
+    assert "velocities by them, and by influence coefficients, m/s" in page.stdout
+    assert (tmp_path / "a.png").read_bytes().startswith(b"\x89PNG")
+    told = json.loads(run(main, [*command, "--json"]).stdout)["instant_centres"]["slider-crank"]
+    slider = next(point for point in told["velocities"] if point["point"] == "slider.guide")
+    reach = np.sqrt(0.09 - 0.0025)
+    assert slider["by_centre"]["x"] == pytest.approx([-2 * np.pi * 0.05 * (1 + 0.1 * np.cos(np.pi / 6) / reach)])
+    assert run(main, [*command, "--csv"]).stdout.splitlines()[0].count("P(frame rod)") == 5
+    few = run(main, ["motion", str(scene), "--instant-centres", "--of", "rod"]).stdout
+    assert [line.rpartition("phi = ")[2] for line in few.splitlines() if "instant centres at" in line] == [
+        *("0 deg", "90 deg", "180 deg", "270 deg"),
+    ]
