@@ -340,25 +340,27 @@ class Rubbing(NamedTuple):
     """Friction in joints at instants: what each passive action gives (N m, on the crank), by the order of their labels.
 
     moments: shape (n, actions); sides: see `Anchor`; decisive: what changes its sign where a smooth stretch of it ends,
-    (rows, n): rates, forces, and the determinant on whose root friction leaves no motion.
+    (rows, n): rates, forces, and the determinant on whose root friction leaves no motion. Of a single instant without
+    sides to begin with, `solutions` is how many motions there are, and `joint` what makes it so that there is not one.
     """
 
     moments: Array
     sides: Array
     decisive: Array
+    solutions: int = 1
+    joint: str = ""
 
 
-class Standstill(NamedTuple):
-    """A machine with rough joints at rest: its acceleration (rad/s²) if it moved on, and if it moved back.
+class Hold(NamedTuple):
+    """Friction that holds a machine at rest: M* without it (N m), and how much friction a motion from there would meet.
 
-    It starts forwards where `forwards` > 0, backwards where `backwards` < 0. `moment` is M* without friction (N m), and
-    `holding` how much of it joints can hold: infinite where no moment on the crank would move it, as friction grows with it.
+    The latter is infinite where no driving action would move the mechanism. `locking` are the loads, by path, that push but
+    do not move it however large they are: the friction that follows each alone is as large as what it pushes with.
     """
 
-    forwards: float
-    backwards: float
     moment: float
-    holding: float
+    friction: float
+    locking: tuple[str, ...]
 
 
 class _Contribution(NamedTuple):
@@ -597,7 +599,10 @@ class Dynamics:
         level = _NO_FORCE * np.maximum(terms.scale, np.abs(found.sizes).max(axis=1))
         forces = np.where(np.abs(found.sizes) > level[:, None], found.sizes, 0.0)
         rates = np.where(np.abs(terms.ways) > _NO_FORCE * resistances.rates, terms.ways, 0.0)
+        solutions = 1, ""
         if signs is None:
+            if phi.size == 1:
+                solutions = resistances.solutions(terms, alone, gains, factors)
             signs = np.where(resistances.curved, 0.0, np.where(forces < 0.0, -1.0, 1.0))
         decisive = np.concatenate((rates, np.where(resistances.curved, 0.0, forces), found.determinant[:, None]), axis=1).T
         rests = sense == 0.0  # what each joint then holds is not determined
@@ -605,36 +610,59 @@ class Dynamics:
             acceleration=np.where(rests, 0.0, instant.acceleration),
             moment=np.where(rests, 0.0, instant.moment),
             loss=np.where(rests, 0.0, instant.loss),
-            friction=Rubbing(moved, np.concatenate((sliding, signs), axis=1), decisive),
+            friction=Rubbing(moved, np.concatenate((sliding, signs), axis=1), decisive, *solutions),
         )
 
-    def standstill(self, phi: float, ahead: float, behind: float, time: float, current: float = 0.0) -> Standstill:
-        """What a machine with rough joints at rest would do; `ahead` and `behind` are in the pieces on either side."""
+    def from_rest(self, phi: float, ahead: float, behind: float, time: float, current: float = 0.0) -> tuple[float, float]:
+        """The acceleration (rad/s²) of a machine with rough joints at rest if it moved forwards, and if it moved backwards.
+
+        It does the one where that is above 0, the other where that is below; `ahead` and `behind` lie in the pieces on
+        either side of the position.
+        """
         onset = ONSET * self.machine.typical_speed
         found = []
         for place, omega in ((ahead, onset), (behind, -onset)):
             now = self.at(phi, place, omega, time, current=current, anchor=Anchor(place, omega, time))
             found.append(now.acceleration if math.isfinite(now.acceleration) else 0.0)  # friction leaves no motion
-        sense = 1.0 if self._free(phi, ahead, time, current)[0] >= 0.0 else -1.0
-        moment, holding = self._free(phi, ahead if sense > 0.0 else behind, time, current, sense)
-        return Standstill(found[0], found[1], moment, holding)
+        return found[0], found[1]
 
-    def _free(self, phi: float, place: float, time: float, current: float, sense: float = 0.0) -> tuple[float, float]:
-        """M* without friction at rest, and the friction that a motion in a sense would set against it."""
+    def hold(self, phi: float, ahead: float, behind: float, time: float, current: float = 0.0) -> Hold:
+        """What keeps a machine with rough joints at rest, at a position between places ahead of it and behind."""
         resistances = self.resistances
         assert resistances is not None
-        omega = (sense or 1.0) * ONSET * self.machine.typical_speed
-        phi = float(self._inside(phi)[0])
-        parts = [self._part(stage, phi, Anchor(place, omega, time), omega, time, current) for stage in self.machine.stages]
-        moment = float(sum(part.moment for part in parts))
-        if not sense:
-            return moment, 0.0
+        at = np.array([float(self._inside(phi)[0])])
+        for sense, place in ((1.0, ahead), (-1.0, behind)):
+            omega = sense * ONSET * self.machine.typical_speed
+            anchor = Anchor(place, omega, time)
+            parts = [self._part(stage, float(at[0]), anchor, omega, time, current) for stage in self.machine.stages]
+            moment = float(sum(part.moment for part in parts))
+            if sense * moment >= 0.0:
+                break
+        total = sum(part.inertia for part in parts)
+        shares: dict[str, float] = {}  # of M*, by the paths of loads
+        for stage in self.machine.stages:
+            station = stage.reduction.at(float(at[0]), anchor.phi)
+            shares |= station.moments(self.balance, by_name=True)
+            moving = station.contributions(omega, time, anchor.omega, anchor.time) if stage.reduction.moves else []
+            shares |= {element.name: effort + self.balance * factor for element, effort, factor in moving}
+
+        def resisted(efforts: dict[str, Any], always: float, moment: float | None) -> tuple[float, float]:
+            """Friction against the motion; with a moment, what it leaves of that when the crank is accelerated by it."""
+            terms = resistances.terms(at, np.zeros(1), efforts, always)
+            factors = resistances.factors(resistances.sliding(terms.ways, np.array([sense])))
+            gains = terms.ways / total if moment is not None else np.zeros_like(terms.ways)
+            found = resistances.resisted(terms, (moment or 0.0) / total, gains, factors, None)
+            against = -sense * float((terms.ways * found.amounts).sum())
+            return (against if math.isfinite(against) else math.inf), sense * (moment or 0.0) - against
+
         efforts = {path: value for part in parts for path, value in (part.efforts or {}).items()}
-        terms = resistances.terms(np.array([phi]), np.array([omega]), efforts)
-        factors = resistances.factors(resistances.sliding(terms.ways, np.array([sense])))
-        found = resistances.resisted(terms, 0.0, np.zeros_like(factors), factors, None)
-        held = -sense * float((terms.ways * found.amounts).sum())
-        return moment, held if math.isfinite(held) else math.inf
+        locking = [
+            path
+            for path, share in shares.items()
+            if path in self._efforts and sense * share > 0.0
+            if not resisted({path: efforts[path]}, 0.0, float(share))[1] > 0.0
+        ]
+        return Hold(moment, resisted(efforts, 1.0, None)[0], tuple(locking))
 
     def _instant(
         self,

@@ -128,13 +128,16 @@ class PassiveResistances:
         """Which passive actions are friction; the others are what inclined teeth add."""
         return np.array([one.name == FRICTION for table in self.tables for one in table.passives])
 
-    def terms(self, phi: Array, omega: Any, efforts: Mapping[str, Any]) -> Terms:
-        """What the forces come to at positions (n,) and speeds, under efforts on ports by the paths of their loads."""
+    def terms(self, phi: Array, omega: Any, efforts: Mapping[str, Any], always: float = 1.0) -> Terms:
+        """What the forces come to at positions (n,) and speeds, under efforts on ports by the paths of their loads.
+
+        always: share of weights and springs.
+        """
         parts = []
         for table, paths in zip(self.tables, self.paths, strict=True):
             matrix, ways = table.at(phi)
             inputs = np.zeros((phi.size, table.inputs))
-            inputs[:, BY_ONE], inputs[:, BY_SPEED], inputs[:, BY_SQUARE] = 1.0, omega, omega * omega
+            inputs[:, BY_ONE], inputs[:, BY_SPEED], inputs[:, BY_SQUARE] = always, omega, omega * omega
             for k, path in enumerate(paths, start=BY_ACCELERATION + 1):
                 inputs[:, k] = efforts.get(path, 0.0)
             known = matrix[..., : table.inputs]
@@ -212,16 +215,21 @@ class PassiveResistances:
         signed = np.where(self.curved, sizes, parts[..., 0])
         return Resisted(factors * sizes, signed, np.where(found.converged, 1.0, np.nan))
 
-    def solutions(self, terms: Terms, acceleration: float, gains: Array, factors: Array) -> int:
-        """How many motions there are at one instant: friction may leave none, or several, where it is large."""
+    def solutions(self, terms: Terms, acceleration: Any, gains: Array, factors: Array) -> tuple[int, str]:
+        """How many motions there are at one instant, and which joint makes it so that there is none, or more than one.
+
+        Friction leaves none or several where it is large (Painlevé's paradox).
+        """
         free = terms.free + terms.by_acceleration * acceleration
         pull = (terms.pull + terms.by_acceleration[..., None] * gains[:, None, None, :]) * factors[:, None, None, :]
         bound = np.hypot(pull[0, :, 0], pull[0, :, 1])
-        if np.abs(np.linalg.eigvals(bound)).max(initial=0.0) < _SURE:  # a contraction in some norm
-            return 1
+        values, vectors = np.linalg.eig(bound)
+        if np.abs(values).max(initial=0.0) < _SURE:  # a contraction in some norm
+            return 1, ""
+        joint = self.labels[int((np.abs(vectors[:, np.abs(values).argmax()]) * self.rubbing).argmax())]
         flat = np.flatnonzero(~self.curved & (np.abs(bound).max(axis=1) > 0.0))
         if flat.size > _MOST_TRIED:
-            return 1
+            return 1, joint
         found: list[Array] = []
         for tried in product((1.0, -1.0), repeat=flat.size):
             signs = np.ones((1, self.curved.size))
@@ -231,7 +239,7 @@ class PassiveResistances:
             holds = bool(np.isfinite(most) and (sizes >= -_NOTHING * most).all())
             if holds and all(np.abs(sizes - other).max() > _APART * most for other in found):
                 found.append(sizes)
-        return len(found)
+        return len(found), joint
 
 
 def _solution(matrix: Array, right: Array) -> Array:

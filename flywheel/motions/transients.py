@@ -26,7 +26,7 @@ from flywheel.numerics.cells import ROUNDING
 from flywheel.numerics.faults import Fault, SceneError, show, told
 from flywheel.numerics.units import QuantityError, parse_quantity
 from flywheel.regime import turning_moment
-from flywheel.regime.free_motion import Goal, Passing, Start, Trail, Watching, end_of_stroke
+from flywheel.regime.free_motion import Goal, Passing, Start, Trail, Watching, end_of_stroke, held_by, neighbours
 from flywheel.regime.joint_friction import machine_of
 from flywheel.regime.state import own_coordinate
 from flywheel.scene.scene import TURN, Scene
@@ -171,8 +171,10 @@ def transient(
     goal = end if isinstance(end, Until) else until(end) if isinstance(end, str) else Until("time", float(end))
     _check(machine, goal, start, rtol)
     setting = _setting(machine, drive, inertia, balance)
-    begin = _start(setting, start, at)
+    goes_on = goal.kind == "time" and setting.dynamics.resistances is not None
+    begin = _start(setting, start, at, goes_on)
     goals, limit = _goals(setting, begin, goal)
+    goals = goals[goes_on:]
     motion = motion_from(setting.dynamics, begin, limit, rtol, goals, _settling(setting, goal, rtol), watching)
     trail = motion.trail
     assert trail is not None
@@ -345,7 +347,7 @@ def _setting(machine: Machine, drive: bool, inertia: float | None, balance: floa
     return Setting(machine, dynamics, inertia, balance, regime, no_regime, inertia_error, balance_error)
 
 
-def _start(setting: Setting, start: float | str, at: float | None) -> Start:
+def _start(setting: Setting, start: float | str, at: float | None, goes_on: bool) -> Start:
     """The start; a SceneError for a machine that stays at rest, or goes back, when it is let go.
 
     A motor with inductance has no torque at first. Where the load would turn it back until then, it is held until the
@@ -363,6 +365,8 @@ def _start(setting: Setting, start: float | str, at: float | None) -> Start:
     begin = Start(phi, omega, float(current))
     if omega > 0.0:
         return begin
+    if dynamics.resistances is not None:
+        return _rough_start(setting, begin, goes_on)
     locked = begin if circuit is None else begin._replace(current=float(circuit.current(0.0)))
     moment, scale = _moment_at_rest(dynamics, locked)
     if moment > _BALANCED * scale:
@@ -380,6 +384,29 @@ def _start(setting: Setting, start: float | str, at: float | None) -> Start:
         speed = "0.1 m/s" if scene.reduction_element == "slide" else "200 rpm"
         regime = "" if scene.stroke is not None else "--from regime, or "
         advice = f'nothing drives it: start at a speed, {regime}--from "{speed}"'
+    raise SceneError([Fault("from", found, "a moment that sets it going", advice)])
+
+
+def _rough_start(setting: Setting, begin: Start, goes_on: bool) -> Start:
+    """The start of a machine with rough joints, which may hold it until loads or its motor's current move it.
+
+    goes_on: whether it is followed backwards too.
+    """
+    machine, dynamics, circuit = setting.machine, setting.dynamics, setting.dynamics.circuit
+    phi = begin.phi if machine.scene.stroke is not None else begin.phi % machine.scene.cycle
+    forwards, backwards = dynamics.from_rest(phi, *neighbours(machine, phi), 0.0)
+    least = _BALANCED * max(abs(forwards), abs(backwards))
+    if forwards > least or machine.depends_on_time or (goes_on and backwards < -least):
+        return begin
+    if circuit is not None and dynamics.from_rest(phi, *neighbours(machine, phi), 0.0, circuit.current(0.0))[0] > least:
+        return begin
+    where = machine.where(phi)
+    if backwards < -least:
+        found = f"a machine that goes back: at rest at {where} friction in its joints does not hold it"
+        advice = 'start at another angle, with a larger drive, or follow it for a time: --until "5 s"'
+    else:
+        found = f"a machine that does not start: at rest at {where} {held_by(dynamics, phi, 0.0, begin.current)}"
+        advice = "a larger drive, less friction, or a start at a speed"
     raise SceneError([Fault("from", found, "a moment that sets it going", advice)])
 
 
@@ -461,11 +488,16 @@ def _ending(setting: Setting, trail: Trail, motion: Motion, goal: Until, limit: 
         acceleration = abs(float(sampled(trail, np.array([last])).acceleration[0]))
         if trail.start.omega > 0.0 and omega > 0.0 and omega > _SUDDEN * last * acceleration:
             return "creep", f"slows down for ever, as only what grows with speed brakes it: {omega:.3g} rad/s {at}"
-        if scene.drive is None:
-            return "stop", f"stopped {at}"
-        if not _drive_acts(setting.dynamics, trail, last):
-            return "stop", f"stopped {at}, where its drive no longer pushes it on"
         states = trail.states(np.array([last]))
+        why = ""
+        if setting.dynamics.resistances is not None:
+            why = f": {_rough_rest(setting.dynamics, trail, states[:, 0], last)}"
+        if scene.drive is None:
+            return "stop", f"stopped {at}{why}"
+        if not _drive_acts(setting.dynamics, trail, last):
+            return "stop", f"stopped {at}, where its drive no longer pushes it on{why}"
+        if why:
+            return "stall", f"stalled {at}{why}"
         stall = Start(float(states[0, 0]), 0.0, float(states[3, 0]) if states.shape[0] > 3 else 0.0)
         moment, _ = _moment_at_rest(setting.dynamics, stall, last)
         lossy = any(stage.efficiency < 1.0 for stage in machine.stages)
@@ -484,6 +516,16 @@ def _ending(setting: Setting, trail: Trail, motion: Motion, goal: Until, limit: 
     if trail.goal in ("speed", "share"):
         return trail.goal, f"reached {speed(omega)} {at}"
     return trail.goal or "time", f"ended {at}, at {omega:.6g} rad/s"
+
+
+def _rough_rest(dynamics: Dynamics, trail: Trail, state: Array, last: float) -> str:
+    """What a machine with rough joints does at the end of its motion: friction holds it, or it would move."""
+    machine, current = dynamics.machine, float(state[3]) if state.size > 3 else 0.0
+    phi = float(state[0]) if machine.scene.stroke is not None else float(state[0]) % machine.scene.cycle
+    forwards, backwards = dynamics.from_rest(phi, *neighbours(machine, phi), last, current)
+    if trail.stuck or not (forwards > 0.0 or backwards < 0.0):
+        return held_by(dynamics, phi, last, current)
+    return f"friction in its joints does not hold it there, and it would {'move on' if forwards > 0.0 else 'turn back'}"
 
 
 def _drive_acts(dynamics: Dynamics, trail: Trail, last: float) -> bool:

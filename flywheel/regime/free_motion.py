@@ -269,6 +269,32 @@ class _Rest(NamedTuple):
         return found
 
 
+def neighbours(machine: Machine, phi: float) -> tuple[float, float]:
+    """Places in the pieces ahead of a position within the cycle, and behind it."""
+    edges, turn = machine.restarts, 0.0 if machine.scene.stroke is not None else machine.scene.cycle
+    on, back = turn * (phi >= edges[-1]), turn * (phi <= 0.0)
+    ahead = int(np.searchsorted(edges, phi - on, side="right")) - 1
+    behind = int(np.searchsorted(edges, phi + back, side="left")) - 1
+    found = [min(max(k, 0), edges.size - 2) for k in (ahead, behind)]
+    places = [0.5 * float(edges[k] + edges[k + 1]) for k in found]
+    return places[0] + on, places[1] - back
+
+
+def held_by(dynamics: Dynamics, phi: float, t: float, current: float = 0.0) -> str:
+    """Why a machine with rough joints stays at rest at a position within the cycle, in words."""
+    machine = dynamics.machine
+    found = dynamics.hold(phi, *neighbours(machine, phi), t, current)
+    unit = "N" if machine.scene.reduction_element == "slide" else "N m"
+    if found.moment == 0.0:
+        return f"M* = 0 {unit}, so that nothing moves it"
+    what = f"friction in its joints holds M* = {found.moment:.6g} {unit}"
+    if found.locking:
+        return f"{what}: it locks itself, as no size of {' or '.join(found.locking)} moves it (self-locking)"
+    if not math.isfinite(found.friction):
+        return f"{what}: it locks itself, as no action of its driver moves it (self-locking)"
+    return f"{what}, and would hold up to {found.friction:.6g} {unit}"
+
+
 def instant_of(push: Callable[[float], float], before: float, after: float) -> float:
     """The first instant (s), to rounding, at which something pushes that does not `before`: bisection."""
     while True:
@@ -409,26 +435,14 @@ class _Motion:
 
     # -- rough joints at rest --------------------------------------------------------------------------------------------
 
-    def _sides(self) -> tuple[float, float]:
-        """Places in the pieces behind and ahead of the position."""
-        edges, phi = self.machine.restarts, float(self.state[0])
-        turn = 0.0 if self.once else self.cycle
-        ahead = int(np.searchsorted(edges, phi - turn * (turn > 0.0 and phi >= self.cycle), side="right")) - 1
-        behind = int(np.searchsorted(edges, phi + turn * (turn > 0.0 and phi <= 0.0), side="left")) - 1
-        ahead, behind = min(max(ahead, 0), edges.size - 2), min(max(behind, 0), edges.size - 2)
-        back = turn * (turn > 0.0 and phi <= 0.0)
-        on = turn * (turn > 0.0 and phi >= self.cycle)
-        return 0.5 * float(edges[behind] + edges[behind + 1]) - back, 0.5 * float(edges[ahead] + edges[ahead + 1]) + on
-
     def _push_at_rest(self, t: float, current: float) -> float:
         """The acceleration with which a machine with rough joints leaves its rest; 0 where they hold it."""
-        behind, ahead = self._sides()
-        found = self.dynamics.standstill(float(self.state[0]), ahead, behind, t, current)
-        least = _BALANCED * max(abs(found.forwards), abs(found.backwards))
-        forwards, backwards = found.forwards > least, found.backwards < -least
-        if forwards and backwards:
-            raise SceneError([self._ambiguous("that may start either way")])
-        return found.forwards if forwards else found.backwards if backwards else 0.0
+        ahead, behind = neighbours(self.machine, float(self.state[0]))
+        forwards, backwards = self.dynamics.from_rest(float(self.state[0]), ahead, behind, t, current)
+        least = _BALANCED * max(abs(forwards), abs(backwards))
+        if forwards > least and backwards < -least:
+            raise SceneError([self._undecided("friction in its joints lets it start either way")])
+        return forwards if forwards > least else backwards if backwards < -least else 0.0
 
     def _sets_out(self) -> bool:
         """Whether a machine at rest moves on, one way or the other: `sense` is which."""
@@ -461,17 +475,19 @@ class _Motion:
         self.t, self.state = end, rest.at(end)
         return True
 
-    def _ambiguous(self, what: str) -> Fault:
+    def _undecided(self, what: str) -> Fault:
         """The fault of friction that leaves no motion, or several."""
         where = self.machine.where(float(self.state[0]))
-        found = f"a motion {what} at {where} after {self.t:.6g} s: friction in its joints decides nothing there"
-        return Fault("simulation", found, "joints with less friction", "less friction, larger shoes, smaller pins")
+        found = f"a machine that jams at {where} after {self.t:.6g} s: {what} (Painlevé's paradox)"
+        return Fault("simulation", found, "one motion", "less friction, longer shoes, or smaller pins")
 
     def _stuck(self) -> str:
         """Where the machine stands still for good; a SceneError where it sticks to a switch while running."""
         where = self.machine.where(float(self.state[0]))
         if abs(self.state[1]) <= _STILL * self.typical:
-            return f"stands still at {where} after {self.t:.6g} s"
+            stands = f"stands still at {where} after {self.t:.6g} s"
+            current = float(self.state[3]) if self.state.size > 3 else 0.0
+            return f"{stands}: {held_by(self.dynamics, float(self.state[0]), self.t, current)}" if self.rough else stands
         found = f"a motion that sticks at {where}, {self.state[1]:.6g} rad/s, {self.t:.6g} s: two laws drive it back"
         advice = "let the law pass over within a band, such as min(40, max(0, 4*(110 - omega)))"
         raise SceneError([Fault("simulation", found, "laws that let the motion pass", advice)])
@@ -599,7 +615,10 @@ class _Motion:
         if now.friction is None:
             return anchor._replace(factors=now.factors or None)
         if not np.isfinite(now.friction.moments).all():
-            raise SceneError([self._ambiguous("that jams")])
+            raise SceneError([self._undecided(f"{now.friction.joint} leaves it no acceleration")])
+        if now.friction.solutions > 1:
+            what = f"{now.friction.joint} leaves {now.friction.solutions} accelerations possible"
+            raise SceneError([self._undecided(what)])
         return anchor._replace(factors=now.factors or None, sides=now.friction.sides[0])
 
     def _events(self, anchor: Anchor) -> Events | None:
