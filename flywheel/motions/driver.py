@@ -53,7 +53,8 @@ class Driver(NamedTuple):
 class Course(NamedTuple):
     """How the driver moves: `at` gives it at values of a variable, its coordinate or time, from `start` to `end`.
 
-    Between `edges` (values of the variable) it moves smoothly. `exactly` is what its curves are smooth to, relative.
+    Between `edges` (values of the variable) it moves smoothly. `exactly` is what its curves are smooth to, relative;
+    `cyclic` tells whether it begins anew where it ends.
     """
 
     condition: str
@@ -64,6 +65,7 @@ class Course(NamedTuple):
     edges: tuple[float, ...] = ()
     messages: tuple[str, ...] = ()
     exactly: float = 1e-10
+    cyclic: bool = False
 
     def passages(self, positions: Array, pieces: int = 4000) -> list[tuple[float, float]]:
         """Where the driver passes positions: pairs of the variable and the position, in the order of the variable."""
@@ -88,7 +90,9 @@ class Course(NamedTuple):
 
 def per_unit(scene: Scene) -> Course:
     """The driver's coordinate itself, through the cycle or along the stroke."""
-    return Course("per unit of the driver", DRIVER, scene.origin, scene.origin + scene.cycle, Driver)
+    return Course(
+        "per unit of the driver", DRIVER, scene.origin, scene.origin + scene.cycle, Driver, cyclic=scene.stroke is None
+    )
 
 
 def constant_speed(scene: Scene, speed: float | str, over: str) -> Course:
@@ -119,8 +123,17 @@ def constant_speed(scene: Scene, speed: float | str, over: str) -> Course:
             raise SceneError([Fault("over", found, "the driver", "give a law of time")])
         return Course(condition, DRIVER, scene.origin, scene.origin + scene.cycle, lambda q: at(q, None))
     if over == TIME:
-        return Course(condition, TIME, 0.0, abs(scene.cycle / speed), lambda t: at(first + speed * t, t))
-    return Course(condition, DRIVER, scene.origin, scene.origin + scene.cycle, lambda q: at(q, (q - first) / speed))
+        return Course(
+            condition, TIME, 0.0, abs(scene.cycle / speed), lambda t: at(first + speed * t, t), cyclic=stroke is None
+        )
+    return Course(
+        condition,
+        DRIVER,
+        scene.origin,
+        scene.origin + scene.cycle,
+        lambda q: at(q, (q - first) / speed),
+        cyclic=stroke is None,
+    )
 
 
 def _speed(scene: Scene, speed: float) -> str:
@@ -181,7 +194,14 @@ def steady(machine: Machine, over: str) -> Course:
     edges = np.asarray(machine.breakpoints)
     if over == DRIVER:
         return Course(
-            condition, DRIVER, 0.0, cycle, lambda q: along(q, time(q), 0.0 * q), tuple(edges.tolist()), exactly=1e-9
+            condition,
+            DRIVER,
+            0.0,
+            cycle,
+            lambda q: along(q, time(q), 0.0 * q),
+            tuple(edges.tolist()),
+            exactly=1e-9,
+            cyclic=True,
         )
     table = np.linspace(0.0, cycle, _INVERTED + 1)
     times = time(table)
@@ -194,7 +214,7 @@ def steady(machine: Machine, over: str) -> Course:
             q = q - (time(q) - left) * steady_motion(machine, sizing, q % cycle)[0].omega
         return along(q + turns * cycle, t, share * np.abs(t) + 4 * ROUNDING * period)
 
-    return Course(condition, TIME, 0.0, period, at, tuple(time(edges).tolist()), exactly=1e-9)
+    return Course(condition, TIME, 0.0, period, at, tuple(time(edges).tolist()), exactly=1e-9, cyclic=True)
 
 
 # -- a transient -------------------------------------------------------------------------------------------------------

@@ -590,10 +590,12 @@ def survey(moving: Moving, course: Course, over: str, names: Sequence[str]) -> S
     noise = np.array([_noise(known[row.name], row) for row in rows])
     level = np.maximum(noise[:, None], tail)
     breaks = _jumps(mesh, series, rows, scale, noise)
+    centres = _dead_centres(course, mesh, series, rows, scale, level)
     return Survey(
         breakpoints=_axis(course, over, breaks),
-        breakpoint_errors=_break_errors(course, over, breaks),
-        **_dead_centres(course, over, mesh, series, rows, scale, level),
+        breakpoint_errors=_axis_errors(course, over, breaks, 64 * ROUNDING * max(abs(course.start), abs(course.end))),
+        dead_centres={name: _axis(course, over, at) for name, (at, _) in centres.items()},
+        dead_centre_errors={name: _axis_errors(course, over, at, off) for name, (at, off) in centres.items()},
         extremes=_extremes(moving, course, over, mesh, series, rows, level),
     )
 
@@ -653,105 +655,104 @@ def _jumps(mesh: cells.Cells, series: Array, rows: Sequence[_Row], scale: Array,
     return np.asarray(mesh.edges[1:-1][jumps])
 
 
-def _break_errors(course: Course, over: str, breaks: Array) -> Array:
-    """What rounding makes of breakpoints, and in time what the driver's place is not known to."""
-    rounding = 64 * ROUNDING * max(abs(course.start), abs(course.end)) * np.ones(breaks.size)
-    if course.variable == DRIVER or not breaks.size:
-        return rounding
-    driver = course.at(breaks)
+def _axis_errors(course: Course, over: str, at: Array, off: Array | float) -> Array:
+    """Errors on the axis of values of the variable that are off by so much, and of the driver's own place."""
+    if course.variable == DRIVER or not at.size:
+        return off + 0.0 * at
+    driver = course.at(at)
     assert driver.rate is not None
-    off = driver.errors[1] + 0.0 * breaks
-    return np.asarray(off if over == DRIVER else rounding + off / np.maximum(np.abs(driver.rate), 1e-300))
+    rate = np.abs(driver.rate)
+    if over == DRIVER:
+        return np.asarray(off * rate + driver.errors[1])
+    return np.asarray(off + driver.errors[1] / np.maximum(rate, 1e-300))
 
 
 def _dead_centres(
-    course: Course, over: str, mesh: cells.Cells, series: Array, rows: Sequence[_Row], scale: Array, level: Array
-) -> dict[str, dict[str, Array]]:
-    """Where velocities pass zero: of a point both components at once."""
-    found: dict[str, Array] = {}
-    errors: dict[str, Array] = {}
-    for name in dict.fromkeys(row.name for row in rows):
-        mine = [k for k, row in enumerate(rows) if row.name == name and row.order == 1 and row.component != "total"]
-        first = max(mine, key=lambda k: float(scale[k]))
-        found[name] = errors[name] = np.array([])
-        if scale[first] <= 10 * level[first].min():
-            continue
-        crossed = cells.crossings(series[first][None], level[first][None])
-        keep = np.ones(crossed.t.size, dtype=bool)
-        for k in mine:
-            keep &= np.abs(cells.value(series[k][crossed.cell], crossed.t)) <= _STILL * scale[first] + level[k][crossed.cell]
-        cell, t = crossed.cell[keep], crossed.t[keep]
+    course: Course, mesh: cells.Cells, series: Array, rows: Sequence[_Row], scale: Array, level: Array
+) -> dict[str, tuple[Array, Array]]:
+    """Where velocities pass zero (values of the course's variable), with errors: of a point both components at once."""
+    names = list(dict.fromkeys(row.name for row in rows))
+    mine = [[k for k, row in enumerate(rows) if row[:2] == (name, 1) and row.component != "total"] for name in names]
+    first = [max(of, key=lambda k: float(scale[k])) for of in mine]
+    crossed = cells.crossings(series[first], level[first])
+    found = {}
+    for n, (name, of, k) in enumerate(zip(names, mine, first, strict=True)):
+        here = (crossed.function == n) & (scale[k] > 10 * level[k].min())
+        for other in of:
+            slow = (
+                np.abs(cells.value(series[other][crossed.cell], crossed.t)) <= _STILL * scale[k] + level[other][crossed.cell]
+            )
+            here &= slow
+        cell, t = crossed.cell[here], crossed.t[here]
         at = crossed._replace(cell=cell, t=t).angles(mesh)
-        steep = np.abs(cells.slope(series[first][cell], t)) / mesh.half[cell, 0]
-        off = np.minimum(2 * level[first][cell] / np.maximum(steep, 1e-300), 2 * mesh.half[cell, 0])
-        if course.variable == DRIVER and over == DRIVER and _turns_at_seam(mesh, series[mine], level[mine]):
-            at, off = np.append(course.start, at), np.append(2 * level[first][0] / _steepness(mesh, series[first]), off)
-        found[name], errors[name] = _axis(course, over, at), off
-        if over != course.variable and at.size:
-            driver = course.at(at)
-            assert driver.rate is not None
-            errors[name] = off * np.abs(driver.rate) + driver.errors[1]
-    return {"dead_centres": found, "dead_centre_errors": errors}
+        steep = np.abs(cells.slope(series[k][cell], t)) / mesh.half[cell, 0]
+        off = np.minimum(2 * level[k][cell] / np.maximum(steep, 1e-300), 2 * mesh.half[cell, 0])
+        if course.cyclic and scale[k] > 10 * level[k].min() and _turns_at_seam(series[of], level[of]):
+            steepness = abs(float(cells.slope(series[k][:1], np.array([-1.0]))[0])) / float(mesh.half[0, 0])
+            at, off = np.append(course.start, at), np.append(2 * level[k][0] / max(steepness, 1e-300), off)
+        found[name] = at, off
+    return found
 
 
-def _turns_at_seam(mesh: cells.Cells, series: Array, level: Array) -> bool:
+def _turns_at_seam(series: Array, level: Array) -> bool:
     """Whether velocities pass zero where the cycle begins anew."""
-    begin, end = cells.value(series[:, 0], np.full(len(series), -1.0)), cells.value(series[:, -1], np.full(len(series), 1.0))
-    still = (np.abs(begin) <= 10 * level[:, 0]) & (np.abs(end) <= 10 * level[:, -1])
-    after, before = (
-        series[:, 0] @ (cells.basis(np.array([-0.9]))[0][: series.shape[-1]]),
-        series[:, -1] @ (cells.basis(np.array([0.9]))[0][: series.shape[-1]]),
-    )
-    return bool(still.all() and (after * before < 0.0).any())
-
-
-def _steepness(mesh: cells.Cells, series: Array) -> float:
-    return max(abs(float(cells.slope(series[:1], np.array([-1.0]))[0])) / float(mesh.half[0, 0]), 1e-300)
+    ends = [
+        cells.value(series[:, cell], np.full(len(series), t)) for cell, t in ((0, -1.0), (-1, 1.0), (0, -0.9), (-1, 0.9))
+    ]
+    still = (np.abs(ends[0]) <= 10 * level[:, 0]) & (np.abs(ends[1]) <= 10 * level[:, -1])
+    return bool(still.all() and (ends[2] * ends[3] < 0.0).any())
 
 
 def _extremes(
     moving: Moving, course: Course, over: str, mesh: cells.Cells, series: Array, rows: Sequence[_Row], level: Array
 ) -> dict[str, tuple[Extreme, ...]]:
-    """Least and greatest values: at the ends of cells, or where their slope is zero."""
-    slopes = cells.derivative(series)
-    bends = cells.derivative(slopes)
-    rounding = 64 * ROUNDING * np.abs(slopes).sum(axis=-1)
-    crossed = cells.crossings(slopes, rounding)
-    places: list[tuple[int, str, float, float, float]] = []  # row, which, variable, value, error of the variable
+    """Least and greatest values: at the ends of cells, or where their slope is zero, in cells that may hold them."""
+    left, right = (series * (-1.0) ** np.arange(series.shape[-1])).sum(axis=-1), series.sum(axis=-1)
+    reach = np.abs(series[..., 1:]).sum(axis=-1)
+    candidates = series[..., 0] + reach >= np.maximum(left, right).max(axis=1, keepdims=True)
+    candidates |= series[..., 0] - reach <= np.minimum(left, right).min(axis=1, keepdims=True)
+    steady = np.ptp(np.concatenate((left, right), axis=1), axis=1) + reach.max(axis=1) <= 4 * level.max(axis=1)
+    candidates[steady] = np.arange(series.shape[1]) == 0  # what never changes has its extremes anywhere
+    row, cell = np.nonzero(candidates)
+    slopes = cells.derivative(series[row, cell])
+    crossed = cells.crossings(slopes[:, None, :], 64 * ROUNDING * np.abs(slopes).sum(axis=-1)[:, None])
+    row = np.concatenate((row, row, row[crossed.function]))
+    cell = np.concatenate((cell, cell, cell[crossed.function]))
+    t = np.concatenate((np.full(len(slopes), -1.0), np.full(len(slopes), 1.0), crossed.t))
+    found_values, where = cells.value(series[row, cell], t), mesh.middle[cell, 0] + mesh.half[cell, 0] * t
+    half, slope = mesh.half[cell, 0], cells.derivative(series[row, cell])
+    steep, bend = np.abs(cells.value(slope, t)) / half, np.abs(cells.slope(slope, t)) / half**2
+    off = (
+        2 * level[row, cell] / np.maximum(bend, 1e-300)
+    )  # a polynomial's slope is off by at most (degree²/half) of its error
+    wide = np.minimum(np.minimum(np.sqrt(4 * off), cells.ORDER**2 * off / half), 2 * half)
+    wide = np.where((np.abs(t) == 1.0) & (steep * wide > 8 * level[row, cell]), 0.0, wide)  # it runs on beyond its cell
+    places: list[tuple[int, str, float, float, float, float]] = []  # row, which, variable, value, errors of both
     for k in range(len(rows)):
-        mine = crossed.function == k
-        cell = np.concatenate((crossed.cell[mine], np.arange(len(mesh.half)), np.arange(len(mesh.half))))
-        t = np.concatenate((crossed.t[mine], np.full(len(mesh.half), -1.0), np.full(len(mesh.half), 1.0)))
-        values = cells.value(series[k][cell], t)
-        where = mesh.middle[cell, 0] + mesh.half[cell, 0] * t
+        mine = np.flatnonzero(row == k)
         for which, sense in (("least", -1.0), ("greatest", 1.0)):
-            near = np.flatnonzero(sense * values >= (sense * values).max() - 4 * level[k][cell])
-            best = int(near[where[near].argmin()])  # the first of equal ones
-            c, half = int(cell[best]), float(mesh.half[cell[best], 0])
-            bend = abs(float(cells.value(bends[k][c][None], t[best : best + 1])[0])) / half**2
-            steep = abs(float(cells.value(slopes[k][c][None], t[best : best + 1])[0])) / half
-            off = 2 * level[k, c] / max(bend, 1e-300)  # a polynomial's slope is off by at most (degree²/half) of its error
-            wide = min(np.sqrt(4 * off), cells.ORDER**2 * off / half, 2 * half)
-            if abs(t[best]) == 1.0 and steep * wide > 8 * level[k, c]:  # it runs on beyond the end of its cell
-                wide = 0.0
-            at = float(mesh.middle[c, 0] + half * t[best])
-            places.append((k, which, at, float(values[best]), float(wide)))
+            values = sense * found_values[mine]
+            near = mine[values >= values.max() - 64 * ROUNDING * np.abs(values).max()]
+            best = near[where[near].argmin()]  # the first of equal ones
+            short = 0.5 * bend[best] * wide[best] ** 2
+            places.append((k, which, float(where[best]), float(found_values[best]), float(wide[best]), float(short)))
     variable = np.clip(np.array([place[2] for place in places]), course.start, course.end)
     driver = course.at(variable)
     exact, axis = moving.curves(driver)[0], _axis(course, over, variable)
     found: dict[str, list[Extreme]] = {}
-    for n, (k, which, _, value, wide) in enumerate(places):
+    for n, (k, which, _, value, width, short) in enumerate(places):
         name, order, component = rows[k]
         curve = exact[name]
         quantity, error = (curve.position, curve.velocity, curve.acceleration)[order], curve.errors[order]
         now, off = float(_component(quantity, component)[n]), float(_component(error, component)[n])
-        value = float(np.sqrt(max(value, 0.0))) if component == "total" else value
+        if component == "total":  # its square was looked at
+            value, short = float(np.sqrt(max(value, 0.0))), short / max(2 * now, float(np.sqrt(short)), 1e-300)
         size = float(np.abs(series[k]).sum(axis=-1).max()) ** (0.5 if component == "total" else 1.0)
         if abs(now - value) > _JUMP * size:  # the side before a jump
-            now, off = value, off + float(level[k].max())
+            now, off = value, off + float(level[k].max()) ** (0.5 if component == "total" else 1.0)
         if over != course.variable and driver.rate is not None:
-            wide = wide * abs(float(driver.rate[n])) + float(np.broadcast_to(driver.errors[1], variable.shape)[n])
+            width = width * abs(float(driver.rate[n])) + float(np.broadcast_to(driver.errors[1], variable.shape)[n])
         found.setdefault(name, []).append(
-            Extreme(_QUANTITIES[order], component, which, now, float(axis[n]), off, float(wide))
+            Extreme(_QUANTITIES[order], component, which, now, float(axis[n]), off + short, width)
         )
     return {name: tuple(extremes) for name, extremes in found.items()}
