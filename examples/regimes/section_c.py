@@ -1,20 +1,26 @@
 """Section C's machine: its steady regime without and with a flywheel, flywheels for an irregularity, its first seconds.
 
-    python section_c.py
+    python section_c.py [figure.png]
 
 A slider-crank under its rod's weight, on a motor with T = 10 - 2.387 omega2: nothing gives it a speed but that line. Every
 figure stands beside one found apart from this library, at 30 digits, by shooting; the script fails where they differ. The
-first seconds, from rest at theta2 = 90 deg, also stand beside the digits that three_routes.py finds.
+first seconds, from rest at theta2 = 90 deg, also stand beside the digits that three_routes.py finds; the coupler's angle and
+speed with them follow from the crank's by the closed loop. With a file name, draws the source's two figures, angles and
+speeds of crank and coupler over time (figure_seconds.png).
 """
 
 from __future__ import annotations
 
+import sys
 from collections.abc import Iterable
 from dataclasses import replace
-from math import pi
+from math import asin, cos, pi, sin
 from pathlib import Path
 
+import numpy as np
+
 import flywheel
+from flywheel.motions.kinematics import Kinematics
 from flywheel.scene.scene import Scene
 
 AGREEMENT = 1e-8
@@ -90,27 +96,63 @@ def sizings(scene: Scene, table: Table) -> None:
         table.row(f"{eps:g}", (exact, sizing.speed, constant), true)
 
 
-def seconds(scene: Scene, table: Table) -> None:
-    """The motion from rest at theta2 = 90 deg."""
-    print(f"\nfrom rest at theta2 = 90 deg\n  {'t, s':>8}{'theta2, rad':>18}{'omega2, rad/s':>18}")
-    motion = flywheel.simulate(scene, phi=pi / 2, omega=0.0, until=max(SECONDS), rtol=1e-10)
+def coupler(theta2: float, omega2: float) -> tuple[float, float]:
+    """Angle (rad) and speed (rad/s) of the coupler: sin theta3 = -sin theta2/3."""
+    theta3 = 2 * pi - asin(sin(theta2) / 3)
+    return theta3, -cos(theta2) * omega2 / (3 * cos(theta3))
+
+
+def seconds(scene: Scene, table: Table) -> Kinematics:
+    """The motion from rest at theta2 = 90 deg: crank and coupler over time."""
+    heads = ("theta2, rad", "omega2, rad/s", "theta3, rad", "omega3, rad/s")
+    print(f"\nfrom rest at theta2 = 90 deg\n  {'t, s':>8}" + "".join(f"{head:>18}" for head in heads))
+    run = flywheel.simulate(scene, phi=pi / 2, omega=0.0, until=max(SECONDS), rtol=1e-10)
+    t = np.unique([*SECONDS, *np.linspace(0.0, max(SECONDS), 501)])
+    found = flywheel.motion(scene, transient=run, of=("crank", "rod"), at=t)
+    crank, rod = found["crank"], found["rod"]
     for time, true in SECONDS.items():
-        phi, omega = motion.at(time)
-        table.row(f"{time:g}", (float(phi[0]), float(omega[0])), true)
+        k = int(np.searchsorted(t, time))
+        angles = crank.position[k], crank.velocity[k], 2 * pi + rod.position[k], rod.velocity[k]
+        table.row(f"{time:g}", map(float, angles), (*true, *coupler(*true)))
+    return found
 
 
-def main() -> None:
-    """Print the tables."""
+def plot(found: Kinematics, path: Path) -> None:
+    """Angles and speeds of crank and coupler over time, one below the other."""
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+    from matplotlib.figure import Figure
+
+    figure = Figure(figsize=(9.0, 6.5), layout="constrained")
+    FigureCanvasAgg(figure)
+    panels = figure.subplots(2, 1, sharex=True)
+    crank, rod = found["crank"], found["rod"]
+    panels[0].plot(found.t, crank.position, color="#0072B2", label="theta2, crank")
+    panels[0].plot(found.t, 2 * pi + rod.position, color="#D55E00", label="theta3, coupler")
+    panels[1].plot(found.t, crank.velocity, color="#0072B2", label="omega2, crank")
+    panels[1].plot(found.t, rod.velocity, color="#D55E00", label="omega3, coupler")
+    panels[0].set(title="From rest at 90 deg, T = 10 - 2.387 omega2", ylabel="angle, rad")
+    panels[1].set(ylabel="speed, rad/s", xlabel="t, s", xlim=(0.0, max(SECONDS)))
+    for panel in panels:
+        panel.grid(color="#DDDDDD", linewidth=0.6)
+        panel.legend(loc="center left", bbox_to_anchor=(1.0, 0.5), frameon=False)
+    figure.savefig(path, dpi=100)
+
+
+def main(path: str | None = None) -> None:
+    """Print the tables; draw the figures if a name is given."""
     scene, table = flywheel.load(Path(__file__).with_suffix(".toml")), Table()
     regimes(scene, table)
     sizings(scene, table)
-    seconds(scene, table)
+    found = seconds(scene, table)
     print("\nwhere the print errs")
     for erratum in ERRATA:
         print(f"  {erratum}")
+    if path is not None:
+        file = Path(path)
+        plot(found, file.with_stem(f"{file.stem}_seconds"))
     if table.wrong:
         raise SystemExit(f"{table.wrong} rows disagree")
 
 
 if __name__ == "__main__":
-    main()
+    main(*sys.argv[1:2])
