@@ -1,6 +1,7 @@
 """Write README.md beside this file, the index of the examples, and the picture of each in pictures/.
 
-    python examples/make_index.py
+    python examples/make_index.py                       # all of it, some minutes
+    python examples/make_index.py regimes/ press.toml   # the pictures of these alone, words of all
 
 A scene's picture is its mechanism at a handful of angles, or the plot of its sizing where it has none; a script's are those
 that it draws beside the file that it is given, or that of the machine that it is about. The words are the scenes' titles and
@@ -40,17 +41,29 @@ ALIKE = {
 STARTERS = {"joint_forces/dimensioning": "four-bar"}  # the machine of a starter scene
 
 
-def main() -> None:
-    """The pictures and the page."""
+HEAD = """Every scene runs with `flywheel size SCENE`, or with `flywheel reduce SCENE` and `flywheel motion SCENE` where its
+driver slides one way (`[stroke]`); every script with `python SCRIPT`, and with `python SCRIPT figure.png` where it has
+pictures of its own.
+"""
+
+
+def main(*redrawn: str) -> None:
+    """The pictures, all of them or those of what is named so, and the page."""
     PICTURES.mkdir(exist_ok=True)
-    page = ["# Examples\n", "Every scene runs with `flywheel size SCENE`, every script with `python SCRIPT`.\n"]
+    old = [line.split(" | ") for line in (HERE / "README.md").read_text(encoding="utf-8").splitlines() if "](" in line]
+    page, drawn = ["# Examples\n", HEAD], {links.removeprefix("| "): pictures[:-2] for links, _, pictures in old}
     for folder, heading in FOLDERS.items():
         page += [f"\n## {heading}\n", "| example | what it is | |", "| --- | --- | --- |"]
         stems = sorted({path.stem for path in (HERE / folder).iterdir() if path.suffix in (".toml", ".py")})
         for stem in stems:
             files = [path for suffix in (".toml", ".py") if (path := HERE / folder / f"{stem}{suffix}").exists()]
             links = ", ".join(f"[{path.name}]({folder}/{path.name})" for path in files)
-            page.append(f"| {links} | {words(files[0])} | {picture(folder, stem)} |")
+            again = (
+                links not in drawn
+                or not redrawn
+                or any(word in f"{folder}/{path.name}" for word in redrawn for path in files)
+            )
+            page.append(f"| {links} | {words(files[0])} | {picture(folder, stem) if again else drawn[links]} |")
     (HERE / "README.md").write_text("\n".join(page) + "\n", encoding="utf-8")
 
 
@@ -104,4 +117,4 @@ def shrink(path: Path) -> Path:
 
 
 if __name__ == "__main__":
-    main()
+    main(*sys.argv[1:])

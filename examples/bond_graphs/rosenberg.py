@@ -1,4 +1,4 @@
-"""A slider-crank from two planar rigid bodies, two pins and a slide, simplified to the graph that one would draw by hand.
+"""A slider-crank from two rigid bodies, simplified to the graph that one would draw by hand, and what a step too many costs.
 
 Prints how many bonds each rule leaves, and that the expanded graph and the condensed one reduce to the same inertia and
 moment at every crank angle. Then what it costs to simplify too far. A thesis on the slider-crank ends with 17 bonds; the

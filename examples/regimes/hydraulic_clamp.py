@@ -1,15 +1,17 @@
 """The injection clamp closed by a hydraulic cylinder: its stroke in time, and what the size of the orifice does to it.
 
-    python hydraulic_clamp.py
+    python hydraulic_clamp.py [figure.png]
 
 The cylinder pushes with p A - k v|v|: the oil behind its piston leaves through an orifice. Prints the stroke for three
 orifices (time, greatest speed, speed at the lock, where the pump's energy goes), then the motion with the scene's own one,
 with what the tie bars pull and what it takes to hold them. At the lock they pull with stiffness times stretch whatever
-the cylinder does, and it holds them with next to nothing.
+the cylinder does, and it holds them with next to nothing. With a file name, draws block and platen and the forces in the
+pins over the time of the stroke (figure_stroke.png).
 """
 
 from __future__ import annotations
 
+import sys
 import tomllib
 from math import sqrt
 from pathlib import Path
@@ -79,8 +81,41 @@ def _time_at(motion: Motion, x: float) -> float:
     return time
 
 
-def main() -> None:
-    """Print the tables."""
+PINS = {"block_pin": "#56B4E9", "coupler_pin": "#D55E00", "pivot": "#009E73", "rod_pin": "#CC79A7", "platen_pin": "#000000"}
+
+
+def plot(scene: Scene, path: Path) -> None:
+    """Position, velocity and acceleration of block and platen over time, and the resultants in the pins."""
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+    from matplotlib.figure import Figure
+
+    run = flywheel.transient(scene, end=LONGEST, rtol=1e-7)
+    moved, forces = flywheel.motion(scene, transient=run, points=501), flywheel.joint_forces(scene, transient=run)
+    figure = Figure(figsize=(9.0, 11.0), layout="constrained")
+    FigureCanvasAgg(figure)
+    *panels, last = figure.subplots(4, 1, sharex=True)
+    for name, colour in (("block", "#0072B2"), ("platen", "#D55E00")):
+        curve = moved[f"{name}_guide"]
+        for panel, values, unit in zip(panels, curve[3:6], ("m", "m/s", "m/s²"), strict=True):
+            panel.plot(moved.t, values, color=colour, label=name)
+            panel.set(ylabel=unit)
+    for panel, title in zip(panels, ("Position", "Velocity", "Acceleration"), strict=True):
+        panel.set(title=title)
+    found = forces.mechanisms["toggle-clamp"]
+    for pin, colour in PINS.items():
+        wide = 5.0 if pin == "block_pin" else 1.6  # under the coupler's other pin: the coupler is light
+        last.semilogy(
+            forces.motion.time, found.resultant(pin) / 1e3, color=colour, label=pin.replace("_", " "), linewidth=wide
+        )
+    last.set(title="Forces in the pins", ylabel="kN", xlabel="t, s", xlim=(0.0, run.time))
+    for panel in (*panels, last):
+        panel.grid(color="#DDDDDD", linewidth=0.6)
+        panel.legend(loc="center left", bbox_to_anchor=(1.0, 0.5), frameon=False)
+    figure.savefig(path, dpi=100)
+
+
+def main(path: str | None = None) -> None:
+    """Print the tables; draw the figure if a name is given."""
     throttles = {share: THROTTLE / share**2 for share in SHARES}
     motions = {share: closed(clamp(throttle)) for share, throttle in throttles.items()}
     rows = [stroke_row(share, motions[share], throttles[share]) for share in SHARES]
@@ -94,7 +129,9 @@ def main() -> None:
     print(f"\n  tie bars at the lock    {STIFFNESS * STRETCH / 1e3:.1f} kN")
     print(f"  cylinder at rest        {PRESSURE * AREA / 1e3:.3f} kN")
     print(f"  most to hold the block  {needed.max() / 1e3:.3f} kN on the way, {needed[-1] / 1e3:.3f} kN at the lock")
+    if path is not None:
+        plot(own, Path(path).with_stem(f"{Path(path).stem}_stroke"))
 
 
 if __name__ == "__main__":
-    main()
+    main(*sys.argv[1:2])

@@ -25,8 +25,9 @@ def load(name: str) -> flywheel.Scene:
     return flywheel.load(FOLDER / f"{name}.toml")
 
 
-def printed(name: str, capsys: pytest.CaptureFixture[str]) -> str:
-    runpy.run_path(str(FOLDER / f"{name}.py"), run_name="__main__")
+def printed(name: str, capsys: pytest.CaptureFixture[str], picture: Path | None = None) -> str:
+    main = runpy.run_path(str(FOLDER / f"{name}.py"), run_name="example")["main"]
+    main(*([] if picture is None else [str(picture)]))
     return capsys.readouterr().out
 
 
@@ -66,11 +67,12 @@ def slider(phi: float, r: float, length: float, com: float) -> Slider:
 
 
 @pytest.mark.slow
-def test_section_c_agrees_with_figures_found_apart(capsys: pytest.CaptureFixture[str]) -> None:
-    text = printed("section_c", capsys)
+def test_section_c_agrees_with_figures_found_apart(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
+    text = printed("section_c", capsys, tmp_path / "c.png")
+    assert (tmp_path / "c_seconds.png").stat().st_size > 10_000
     assert "DISAGREES" not in text
     assert text.count(" ok ") == 6 + 4 + 4
-    for figure in ("0.4832273725", "4.12272990", "1.53853639318", "20.27035683", "5.71404870"):
+    for figure in ("0.4832273725", "4.12272990", "1.53853639318", "20.27035683", "5.71404870", "6.03220864521"):
         assert figure in text
     assert text.count("printed") == 3
     assert "2 pi - asin(1/3)" in text
@@ -282,8 +284,9 @@ def clamp_stroke(throttle: float) -> tuple[Any, Any, Any]:
 
 
 @pytest.mark.slow
-def test_hydraulic_clamp_moves_as_its_energy_says(capsys: pytest.CaptureFixture[str]) -> None:
-    lines = printed("hydraulic_clamp", capsys).splitlines()
+def test_hydraulic_clamp_moves_as_its_energy_says(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
+    lines = printed("hydraulic_clamp", capsys, tmp_path / "clamp.png").splitlines()
+    assert (tmp_path / "clamp_stroke.png").stat().st_size > 10_000
     x, v, t = clamp_stroke(18.6e3)
     share, time, limit, greatest, last, pump, heat = numbers(lines[1])
     assert (share, time, last) == pytest.approx((1.0, t[-1], v[-1]), abs=2e-5)
