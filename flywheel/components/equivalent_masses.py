@@ -14,7 +14,7 @@ the others' masses are chosen at will: n - 3 of n points on a line, n - 4 in the
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -356,7 +356,7 @@ def _checked_places(places: ArrayLike) -> Array:
 
 def _checked_choice(chosen: Mapping[int, float] | None, points: Array) -> dict[int, float]:
     """Chosen masses by point; SceneError where the rest is not as many points as decide the masses."""
-    given = {} if chosen is None else chosen
+    given: Mapping[Any, float] = {} if chosen is None else chosen
     require("chosen", given, Mapping, "masses (kg) by the number of their point, from 0")
     count, dimensions = points.shape
     faults = []
