@@ -43,7 +43,7 @@ if TYPE_CHECKING:
     from flywheel.motions.velocities import instant_centres
     from flywheel.numerics.faults import Fault, SceneError
     from flywheel.pictures.mechanisms import animate, draw
-    from flywheel.reading.scenes import load
+    from flywheel.reading.scenes import load, load_linkage
     from flywheel.regime.state import MachineState, along, reduce
     from flywheel.report.explanation import Explanation, explain
     from flywheel.scene.scene import Scene
@@ -72,6 +72,7 @@ _HOMES = {
     "instant_centres": "motions.velocities",
     "joint_forces": "motions.joint_forces",
     "load": "reading.scenes",
+    "load_linkage": "reading.scenes",
     "motion": "motions.kinematics",
     "reduce": "regime.state",
     "run_down": "motions.transients",
@@ -148,6 +149,7 @@ __all__ = [
     "joint_forces",
     "kinetostatics",
     "load",
+    "load_linkage",
     "load_models",
     "masses",
     "motion",

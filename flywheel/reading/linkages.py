@@ -49,6 +49,7 @@ from flywheel.scene.linkage import (
     SLIDE,
     SLOT,
     Coupling,
+    Driver,
     Joint,
     Lift,
     Link,
@@ -390,25 +391,32 @@ class Drawn(NamedTuple):
     complete: bool = True
 
 
-def read_linkage(raw: Mapping[str, Any], fields: Fields, path: str, setting: Setting) -> Drawn:
-    """The linkage in a mechanism's table, whose keys are in `fields`; faults are noted in the setting."""
+def read_linkage(raw: Mapping[str, Any], fields: Fields, path: str, setting: Setting, *, several: bool = False) -> Drawn:
+    """The linkage in a mechanism's table, whose keys are in `fields`; faults are noted in the setting.
+
+    several: whether any pins and slides may drive, as many as there are degrees of freedom.
+    """
     faults = setting.faults
     bodies = read_bodies(raw["bodies"], f"{path}.bodies", faults) if "bodies" in raw else {}
     joints = read_joints(raw["joints"], f"{path}.joints", bodies, faults) if "joints" in raw else Joints({}, {}, False)
-    driver = _driver(fields["driver"], f"{path}.driver", joints, setting)
-    start = None
-    if driver is not None:
-        key = Key("start", "length" if driver.kind == SLIDE else "angle", "of the driver")
-        start = read_quantity(raw.get("start", 0.0), key.kind, key, f"{path}.start", faults)
+    driver, further = None, tuple[Driver, ...]()
+    if several:
+        first, *others = _drivers(raw, path, joints, faults) or (Driver(""),)
+        name, start, further = first.joint, first.start, tuple(others)
+    else:
+        driver = _driver(fields["driver"], f"{path}.driver", joints, setting)
+        name = fields["driver"] if isinstance(fields["driver"], str) else ""
+        start = 0.0 if driver is None else _start(raw.get("start", 0.0), driver, f"{path}.start", faults)
     linkage = Linkage(
         ground=bodies.get(FRAME, Link(FRAME)),
         links=tuple(body for name, body in bodies.items() if name != FRAME),
         joints=tuple(joints.named.values()),
-        driver=fields["driver"] if isinstance(fields["driver"], str) else "",
+        driver=name,
         couplings=read_couplings(raw.get("couplings", ()), f"{path}.couplings", bodies, joints, setting),
         sides=tuple(_sides(raw.get("assembly", ()), f"{path}.assembly", bodies, faults)),
-        start=start or 0.0,
+        start=start,
         path=path,
+        further=further,
     )
     points = _port_points(raw.get("ports", {}), f"{path}.ports", bodies, faults)
     named = {body for joint in joints.named.values() for body in (joint.first, joint.second)}
@@ -422,6 +430,39 @@ def read_linkage(raw: Mapping[str, Any], fields: Fields, path: str, setting: Set
     told = all(isinstance(kind, str) and kind in JOINT_KEYS for kind in kinds)
     complete = told and slides == sum(joint.kind in (SLIDE, SLOT) for joint in joints.named.values())
     return Drawn(offered(linkage, points), linkage, good, bool(bodies) and complete)
+
+
+def _start(raw: object, driver: Joint, path: str, faults: Faults) -> float:
+    """Where a driver stands when guesses and sides hold, m or rad; 0 after noting a fault."""
+    key = Key("start", "length" if driver.kind == SLIDE else "angle", "of the driver")
+    return read_quantity(raw, key.kind, key, path, faults) or 0.0
+
+
+def _drivers(raw: Mapping[str, Any], path: str, joints: Joints, faults: Faults) -> tuple[Driver, ...]:
+    """The pins and slides that drive, by a name or a list of names, and where they start; none after noting faults."""
+    before, names, starts = len(faults), raw.get("driver"), raw.get("start", 0.0)
+    names = [names] if isinstance(names, str) else items(names)
+    if not names:
+        if "driver" in raw:
+            faults.add(f"{path}.driver", show(raw["driver"]), 'names of pins or slides, such as ["O", "D"]')
+        return ()
+    given = items(starts) if items(starts) is not None else [starts] * (len(names) if starts == 0.0 else 1)
+    if given is None or len(given) != len(names):
+        faults.add(f"{path}.start", show(starts), f"a list of {len(names)}, one for each driver")
+        return ()
+    found = []
+    for k, (name, start) in enumerate(zip(names, given, strict=True)):
+        at = f"[{k}]" if len(names) > 1 else ""
+        joint = joints.find(name, f"{path}.driver{at}", faults)
+        if joint is None or not joint.kind:
+            continue
+        if joint.kind not in (PIN, SLIDE):
+            faults.add(f"{path}.driver{at}", f"{quote(joint.name)}, a {joint.kind} joint", "a pin or a slide")
+        elif joint.name in [driver.joint for driver in found]:
+            faults.add(f"{path}.driver{at}", f"{quote(joint.name)} twice", "another joint")
+        else:
+            found.append(Driver(joint.name, _start(start, joint, f"{path}.start{at}", faults)))
+    return tuple(found) if len(faults) == before else ()
 
 
 def _driver(name: object, path: str, joints: Joints, setting: Setting) -> Joint | None:

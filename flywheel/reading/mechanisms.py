@@ -187,6 +187,11 @@ def _mechanism(raw: Mapping[str, Any], path: str, alone: bool, setting: Setting)
         fields = read_fields({key.name: raw[key.name] for key in common if key.name in raw}, common, path, faults)
         _travel(fields["shaft"], f"{path}.shaft", setting)
         return None
+    if kind.name == "linkage" and (names := items(raw.get("driver"))) is not None:
+        found = f"{len(names)} drivers ({', '.join(map(str, names))})" if len(names) != 1 else "a list of one driver"
+        advice = "several are read by flywheel.load_linkage (see flywheel reference freedoms)"
+        faults.add(f"{path}.driver", found, "the name of one, of one degree of freedom", advice)
+        return None
     parts = tuple(Key(part.name, "part", part.about) for part in kind.parts)
     fields = read_fields(raw, (*MECHANISM.keys, *kind.keys, *parts), path, faults)
     name = fields["name"] or kind.name

@@ -5,18 +5,19 @@ from __future__ import annotations
 import keyword
 import math
 import re
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import suppress
 from dataclasses import replace
 from functools import partial
 from itertools import accumulate, chain
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 
 from flywheel.components.wheel_stresses import material
 from flywheel.components.wheels import EXACT, GREATEST, WHEEL_SHAPES, WheelAsked, asked_faults
+from flywheel.mechanisms import KINDS
 from flywheel.numerics.expressions import RESERVED
 from flywheel.numerics.faults import Fault, Remark, SceneError, quote
 from flywheel.numerics.units import QuantityError, Unit, parse_quantity, parse_unit, plain_number, split_quantity
@@ -37,9 +38,12 @@ from flywheel.reading.fields import (
 )
 from flywheel.reading.loads import read_dampers, read_drive, read_inertias, read_loads, read_springs
 from flywheel.reading.mechanisms import read_mechanisms, read_stroke
-from flywheel.reading.schema import AREAS_EXCLUDE, MACHINE, MATERIAL_KEYS, SECTIONS, TOP, TURN, WHEEL_KEYS
+from flywheel.reading.schema import AREAS_EXCLUDE, MACHINE, MATERIAL_KEYS, MECHANISM, SECTIONS, TOP, TURN, WHEEL_KEYS
 from flywheel.reading.tables import is_utf16
+from flywheel.scene.linkage import Linkage
 from flywheel.scene.scene import Areas, Compliance, Inertia, Scene, Stroke
+
+T = TypeVar("T")
 
 # Remarks on good numbers that are hardly those that were meant: each is held against a limit of the trade, none is refused.
 
@@ -164,6 +168,58 @@ def load(source: str | Path | Mapping[str, Any]) -> Scene:
     return read_scene(source)
 
 
+def load_linkage(source: str | Path | Mapping[str, Any]) -> Linkage:
+    r"""The linkage of any number of drivers in a TOML file (a path), in a TOML text, or in a mapping.
+
+    It holds `[mechanism]` of type `linkage` as a scene does, its `driver` and `start` being lists of as many pins and slides
+    as there are degrees of freedom; besides that `title`, `source` and `[parameters]`. What drives and loads it is for the
+    calls of `flywheel.freedoms` to say. Raises SceneError with every fault.
+
+    >>> pendulum = {"bodies": {"rod": {"mass": "2 kg", "com": ["0.5 m", 0]}}, "driver": ["pivot"], "joints": [
+    ...     {"name": "pivot", "type": "pin", "between": ["frame.origin", "rod.origin"]}]}
+    >>> load_linkage({"mechanism": {"type": "linkage"} | pendulum}).drivers
+    (Driver(joint='pivot', start=0.0),)
+    """
+    if isinstance(source, Mapping):
+        return _linkage(source, None)
+    if isinstance(source, str) and not source.endswith(".toml") and ("\n" in source or "=" in source):
+        return _parsed(source, "scene", partial(_linkage, folder=None))
+    file = Path(source)
+    return _parsed(_content(file), file.name, partial(_linkage, folder=file.parent))
+
+
+def _linkage(mapping: Mapping[str, Any], folder: Path | None) -> Linkage:
+    """The linkage in a mapping, which holds nothing else that would go unheard."""
+    from flywheel.reading.linkages import read_linkage
+
+    faults = Faults()
+    raw = as_table(mapping, "linkage", faults) or {}
+    read_fields({key.name: raw[key.name] for key in TOP if key.name in raw}, TOP, "", faults)
+    known = (*(key.name for key in TOP), "parameters", "mechanism")
+    for name in raw:
+        if name in SECTIONS and name not in known:
+            advice = "the calls of flywheel.freedoms take gravity, loads, springs and drives"
+            faults.add(name, f"{name} beside a linkage of several drivers", "none", advice)
+        elif name not in known:
+            faults.unknown(name, name, known)
+    parameters, _, unknowns = _parameters(raw.get("parameters"), faults)
+    faults.extend(Fault(child("parameters", name), '"balance"', "a value") for name in unknowns)
+    table, read = as_table(raw.get("mechanism", {}), "mechanism", faults), None
+    if table is not None:
+        kind, own = KINDS["linkage"], ("type", "name")
+        keys = [key for key in MECHANISM.keys if key.name in own]
+        keys += [key._replace(kind="list") if key.name in ("driver", "start") else key for key in kind.keys]
+        keys = [key for key in keys if key.name != "ports"]
+        fields = read_fields(table, keys, "mechanism", faults)
+        if fields["type"] not in (None, kind.name):
+            faults.add("mechanism.type", quote(fields["type"]), kind.name)
+        setting = Setting(TURN, {}, parameters, frozenset(parameters), folder, faults)
+        read = read_linkage(table, fields, "mechanism", setting, several=True)
+    if faults or read is None:
+        raise SceneError(faults)
+    return read.linkage
+
+
 def read_scene(path: str | Path) -> Scene:
     """The scene in a TOML file; its CSV files lie beside it.
 
@@ -184,6 +240,20 @@ def parse_scene(text: str, folder: str | Path | None = None, file: str | Path | 
     import tomllib
 
     name = Path(file).name if file is not None else "scene"
+    scene = _parsed(text, name, partial(build_scene, folder=folder, file=file))
+    if not scene.remarks:
+        return scene
+    from flywheel.reading import toml_text
+
+    clean = _lines(text)
+    found = replace(scene, remarks=tuple(toml_text.placed(scene.remarks, clean, tomllib.loads(clean))))
+    return found if scene.document is None else found.with_document(*scene.document)
+
+
+def _parsed(text: str, name: str, build: Callable[[Mapping[str, Any]], T]) -> T:
+    """What is built from a TOML text, with the line of every fault."""
+    import tomllib
+
     if len(text) > LARGEST:
         raise SceneError([Fault(name, f"{len(text)} characters", f"at most {LARGEST}")])
     bare = _QUOTED.sub("s", text).translate({ord(" "): None, ord("\t"): None})
@@ -201,17 +271,11 @@ def parse_scene(text: str, folder: str | Path | None = None, file: str | Path | 
 
         raise SceneError(toml_text.troubles(text, name, str(error))) from None
     try:
-        scene = build_scene(mapping, folder, file)
+        return build(mapping)
     except SceneError as error:
         from flywheel.reading import toml_text
 
         raise SceneError(toml_text.placed(error.faults, text, mapping)) from None
-    if not scene.remarks:
-        return scene
-    from flywheel.reading import toml_text
-
-    found = replace(scene, remarks=tuple(toml_text.placed(scene.remarks, text, mapping)))
-    return found if scene.document is None else found.with_document(*scene.document)
 
 
 def placed(faults: Iterable[Fault], file: Path) -> list[Fault]:

@@ -25,6 +25,7 @@ _AFTER = (
         "simulate",
         "tradeoff",
         "joints",
+        "freedoms",
         "bond-graphs",
     ),
 )

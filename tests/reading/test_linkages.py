@@ -13,12 +13,13 @@ from typing import Any
 import numpy as np
 import pytest
 
+import flywheel
 from flywheel.numerics.faults import SceneError
 from flywheel.reading.fields import Faults, Setting
 from flywheel.reading.linkages import Joints, read_bodies, read_couplings, read_joints
 from flywheel.reading.scenes import build_scene
 from flywheel.reference import text as topic
-from flywheel.scene.linkage import Coupling, Joint, Link, Linkage, Point, Side
+from flywheel.scene.linkage import Coupling, Driver, Joint, Link, Linkage, Point, Side
 from flywheel.scene.scene import PointPort, Scene
 from tests.reading.test_any_text import check, mutate
 
@@ -571,3 +572,69 @@ def test_a_fixed_body_of_another_name() -> None:
     faults = Faults()
     read_bodies({"ground": {"points": {"O": [0, 0]}}, "crank": {}}, "mechanism.bodies", faults)
     assert str(faults[0]).startswith("mechanism.bodies.frame: found nothing, expected the fixed body's points")
+
+
+# Linkages of several drivers
+
+TWO_MOTORS = """
+title = "Five-bar with two motors"
+parameters = { arm = "250 mm" }
+[mechanism]
+type = "linkage"
+driver = ["left", "right"]
+start = ["115 deg", "65 deg"]
+assembly = [{ point = "left_rod.E", side = "left", from = "one.E", to = "two.E" }]
+joints = [
+  { name = "left", type = "pin", between = ["frame.O", "one.origin"] },
+  { name = "right", type = "pin", between = ["frame.D", "two.origin"] },
+  { name = "A", type = "pin", between = ["one.E", "left_rod.origin"] },
+  { name = "B", type = "pin", between = ["two.E", "right_rod.origin"] },
+  { name = "P", type = "pin", between = ["left_rod.E", "right_rod.E"] },
+]
+[mechanism.bodies]
+frame.points = { O = [0, 0], D = ["0.3 m", 0] }
+one = { points = { E = [0.25, 0] }, mass = 1 }
+two = { points = { E = [0.25, 0] }, mass = 1 }
+left_rod = { points = { E = [0.4, 0] }, mass = 1 }
+right_rod = { points = { E = [0.4, 0] }, mass = 1 }
+"""
+
+
+def test_several_drivers_are_read_from_text_file_and_mapping(tmp_path):
+    file = tmp_path / "five_bar.toml"
+    file.write_text(TWO_MOTORS, encoding="utf-8")
+    read = [flywheel.load_linkage(source) for source in (TWO_MOTORS, file, str(file), tomllib.loads(TWO_MOTORS))]
+    assert read[0] == read[1] == read[2] == read[3]
+    assert read[0].drivers == (Driver("left", math.radians(115)), Driver("right", math.radians(65)))
+    place = flywheel.freedoms.positions(read[0], [math.radians(115), math.radians(65)])
+    assert place.by("left").point("left_rod", (0.4, 0.0)).value[1, 0] > 0.3
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "text"),
+    [
+        ('["left", "right"]', '["left", "rigt"]', 'mechanism.driver[1] (line 6): found joint "rigt"'),
+        ('["left", "right"]', '["left", "left"]', 'driver[1] (line 6): found "left" twice, expected another joint'),
+        ('["left", "right"]', "[]", "driver (line 6): found a list, expected names of pins or slides"),
+        ('["left", "right"]', '["left"]', "start (line 7): found a list, expected a list of 1"),
+        ('"65 deg"', '"65 mm"', "start[1] (line 7): found "),
+        ('title = "Five-bar with two motors"', "gravity = {}", "expected none; the calls of flywheel.freedoms take gravity"),
+        ('title = "Five-bar with two motors"', "gravty = {}", 'gravty (line 2): found key "gravty"'),
+        ('type = "linkage"', 'type = "four-bar"', "expected linkage"),
+        ('"250 mm"', '"balance"', "parameters.arm"),
+    ],
+)
+def test_faults_of_several_drivers_are_told_in_a_line_each(old, new, text):
+    assert old in TWO_MOTORS
+    with pytest.raises(SceneError) as refused:
+        flywheel.load_linkage(TWO_MOTORS.replace(old, new))
+    assert text in str(refused.value)
+    assert str(refused.value).count("\n") <= 0 + ("rigt" in new)
+
+
+def test_scenes_have_one_driver():
+    with pytest.raises(SceneError) as refused:
+        flywheel.load(TWO_MOTORS)
+    text = "mechanism.driver (line 6): found 2 drivers (left, right), expected the name of one, of one degree of freedom"
+    assert str(refused.value).startswith(text)
+    assert "\n" not in str(refused.value)

@@ -112,9 +112,9 @@ def assembly(linkage: Linkage) -> Assembly:
     if loose_everywhere(held):
         generic = freedom(anywhere)
         if generic > count:
-            raise wrong(generic, ": with them held it may still move")
+            raise wrong(generic, ", which may move with the drivers held")
         found, advice = (
-            f"{drivers} that depend on each other: with them held the linkage may still move",
+            f"{drivers} that depend on each other: the linkage may move with them held",
             "drive another joint",
         )
         raise SceneError([Fault(f"{linkage.path}.driver", found, "drivers that determine the position", advice)])
