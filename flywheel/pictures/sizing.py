@@ -53,6 +53,7 @@ _LINES = {
     "approximate": (VERMILLION, "--", 1.8),
     "inertia_torque_flywheel": (GREEN, ":", 2.2),
 }
+_OFF_THE_SCALE = 6.0  # times the greatest M*: curves beyond it are named alone
 _MOST_NUMBERED = 40  # areas that get their numbers written in
 
 
@@ -152,12 +153,29 @@ def _moment(panel: Axes, sizing: Sizing, samples: Samples, along: Samples | None
     for side, colour, label in ((1, SKY, "speeds up"), (-1, ORANGE, "slows down")):
         panel.fill_between(phi, np.where(side * moment > 0, moment, 0.0), color=colour, alpha=0.75, lw=0, label=label)
     panel.plot(phi, moment, color=BLACK, lw=1.4, label="M*")
+    _sides(panel, phi, samples)
     if along is not None:
         panel.plot(np.degrees(along.phi), along.moment, color=GREEN, lw=1.0, label="M* along the motion")
     _balance(panel, sizing, samples)
     panel.axhline(0.0, color=BLACK, lw=0.8)
     _number_areas(panel, sizing, samples)
     legend(panel)
+
+
+def _sides(panel: Axes, phi: Array, samples: Samples) -> None:
+    """What drives and what resists; a note where both are so far above their sum that its areas could not be seen."""
+    driving, resisting, fit = samples.driving, samples.moment - samples.driving, _sides_fit(samples)
+    for values, colour, label in ((driving, BLUE, "$M_m^*$, drives"), (resisting, VERMILLION, "$M_r^*$, resists")):
+        if fit:
+            panel.plot(phi, values, color=colour, lw=1.0, label=label)
+        else:
+            panel.plot([], [], " ", label=f"{label} (off the scale)")
+
+
+def _sides_fit(samples: Samples) -> bool:
+    """Whether what drives and what resists leave the areas of their sum to be seen."""
+    largest = max(np.abs(samples.driving).max(), np.abs(samples.moment - samples.driving).max())
+    return bool(largest <= _OFF_THE_SCALE * np.abs(samples.moment).max())
 
 
 def _balance(panel: Axes, sizing: Sizing, samples: Samples) -> None:
@@ -170,7 +188,7 @@ def _balance(panel: Axes, sizing: Sizing, samples: Samples) -> None:
     unit = "" if sizing.balance_unit is None else f" {sizing.balance_unit}"
     unit += "" if drive is None or drive.on == "crank" else f" on {drive.on}"
     label = f"balance: {sizing.balance.name} = {value}{unit}"
-    if np.abs(samples.balance).max() > 1.5 * np.abs(samples.moment).max():
+    if np.abs(samples.balance).max() > max(1.5, _OFF_THE_SCALE * _sides_fit(samples)) * np.abs(samples.moment).max():
         panel.plot([], [], " ", label=f"{label} (off the scale)")
     else:
         panel.plot(np.degrees(samples.phi), samples.balance, color=PURPLE, lw=1.6, ls="--", label=label)
@@ -316,14 +334,16 @@ def _eps(run: Run | None) -> str:
 # -- curves ------------------------------------------------------------------------------------------------------------
 
 _POINTS = 3000
+_NOTHING = 1e-3  # of what a load gives and takes in a cycle: it does no work if less is left, as a weight does
 _FEWEST, _MOST = 3, 65  # points in one cell, both ends included
 MOST_BODIES = 8  # in a stacked picture
 
 
 class Samples(NamedTuple):
-    """One cycle, point by point: phi (rad), M* (N m), W (J), I* (kg m²), and the share of the balance in M* (N m).
+    """One cycle, point by point: phi (rad), M* (N m), W (J), I* (kg m²), the share of the balance in M*, and what drives.
 
-    Two points stand at every edge of a cell, one for each side.
+    `driving` is M_m* (N m): the sum of the loads that do positive work in the cycle, the drive most often; M* less it is
+    M_r*, with losses in meshes. Two points stand at every edge of a cell, one for each side.
     """
 
     phi: Array
@@ -331,6 +351,7 @@ class Samples(NamedTuple):
     work: Array
     inertia: Array
     balance: Array | None
+    driving: Array
 
 
 def sampled(machine: Machine, cycle: Cycle, speed: float | None = None) -> Samples:
@@ -357,7 +378,20 @@ def sampled(machine: Machine, cycle: Cycle, speed: float | None = None) -> Sampl
         work=work,
         inertia=cycle.inertia_at_start + variation,
         balance=share,
+        driving=_driving(machine, cycle, phi, speed).ravel(),
     )
+
+
+def _driving(machine: Machine, cycle: Cycle, phi: Array, speed: float | None) -> Array:
+    """M_m* (N m) at the samples of cells: what every load adds that does positive work in the cycle."""
+    moving = speed if machine.depends_on_speed or machine.depends_on_time else None
+    parts = machine.reduction.moments(phi, cycle.mesh.anchor, cycle.balance or 0.0, speed=moving)
+    found = np.zeros_like(phi)
+    for part in parts.values():
+        there = part + found * 0.0
+        if np.trapezoid(there.ravel(), phi.ravel()) > _NOTHING * np.trapezoid(np.abs(there).ravel(), phi.ravel()):
+            found = found + there
+    return found
 
 
 def bodies(machine: Machine, samples: Samples) -> dict[str, Array]:

@@ -280,3 +280,15 @@ def test_a_number_of_an_area_stands_where_there_is_room() -> None:
     assert centre == pytest.approx(np.pi / 2, abs=0.05)
     assert room == pytest.approx(50.0)
     assert plots.roomiest(samples, 0.0, 0.1, -1.0, 0.3)[1] == 0.0
+
+
+def test_what_drives_and_what_resists_are_drawn_beside_their_sum() -> None:
+    """The yoke of p. 103: a drive of 500/pi N m against 1000 sin phi /2 over half a turn; a weight does no work."""
+    panel = drawn(yoke(gravity={"direction": 0})).axes[0]
+    found = {str(line.get_label()).partition(",")[0]: np.asarray(line.get_xydata(), dtype=float) for line in panel.lines}
+    drives, resists, both = found["$M_m^*$"], found["$M_r^*$"], found["M*"]
+    assert drives[:, 1] == pytest.approx(500 / np.pi, rel=1e-9)
+    phi = np.radians(resists[:, 0])
+    load = np.where(phi <= np.pi, -500 * np.sin(phi), 0.0) - 0.5 * 20 * 9.80665 * np.sin(phi)
+    np.testing.assert_allclose(resists[:, 1], load, atol=1e-6)
+    np.testing.assert_allclose(drives[:, 1] + resists[:, 1], both[:, 1], atol=1e-9)
