@@ -450,7 +450,7 @@ def _drivers(raw: Mapping[str, Any], path: str, joints: Joints, faults: Faults) 
     if given is None or len(given) != len(names):
         faults.add(f"{path}.start", show(starts), f"a list of {len(names)}, one for each driver")
         return ()
-    found = []
+    found: list[Driver] = []
     for k, (name, start) in enumerate(zip(names, given, strict=True)):
         at = f"[{k}]" if len(names) > 1 else ""
         joint = joints.find(name, f"{path}.driver{at}", faults)

@@ -31,6 +31,7 @@ from flywheel.mechanisms.linkages.equations import (
     SETTLED,
     Bases,
     Equations,
+    Loops,
     check,
     driver_scales,
     inverse,
@@ -55,13 +56,16 @@ _RANK = 1e-9  # of the greatest singular value
 class Assembly(NamedTuple):
     """A linkage where its guesses and sides hold.
 
-    equations: with every driver's relation set to 0, so that its residual is the driver's scaled coordinate; z: the
-    variables at the start, (variables,); scales: m or rad of a unit of each driver's scaled coordinate, (g,). Of all bodies,
-    the frame first: angles as turns · z + constants, mass (kg), inertia (kg m²), coms (m) in the body's own frame.
+    loops: with a relation for every driver; equations: without these. The drivers' scaled coordinates are weights · z +
+    offsets, (g,), in units of scales (m or rad). z: the variables at the start, (variables,). Of all bodies, the frame
+    first: angles as turns · z + constants, mass (kg), inertia (kg m²), coms (m) in the body's own frame.
     """
 
+    loops: Loops
     equations: Equations
     z: Array
+    weights: Array
+    offsets: Array
     scales: Array
     turns: Array
     constants: Array
@@ -72,7 +76,7 @@ class Assembly(NamedTuple):
     @property
     def linkage(self) -> Linkage:
         """The linkage."""
-        return self.equations.loops.linkage
+        return self.loops.linkage
 
     @property
     def freedoms(self) -> int:
@@ -81,7 +85,7 @@ class Assembly(NamedTuple):
 
     def drivers(self, z: Array) -> Array:
         """Scaled coordinates of the drivers at z (variables,), shape (g,)."""
-        return np.array([relation.second.at(z) for relation in self.equations.loops.relations[-self.freedoms :]])
+        return np.asarray(self.weights @ z + self.offsets)
 
 
 @lru_cache(maxsize=32)
@@ -113,10 +117,7 @@ def assembly(linkage: Linkage) -> Assembly:
         generic = freedom(anywhere)
         if generic > count:
             raise wrong(generic, ", which may move with the drivers held")
-        found, advice = (
-            f"{drivers} that depend on each other: the linkage may move with them held",
-            "drive another joint",
-        )
+        found, advice = f"{drivers} that depend on each other: the linkage may move with them held", "drive another"
         raise SceneError([Fault(f"{linkage.path}.driver", found, "drivers that determine the position", advice)])
     try:
         z = assembled(held)
@@ -126,12 +127,15 @@ def assembly(linkage: Linkage) -> Assembly:
         raise
     if freedom(z) != count:
         raise wrong(freedom(z))
-    scales = driver_scales(held.loops)
+    forms = [relation.second for relation in held.loops.relations[-count:]]
     bodies = (linkage.ground._replace(mass=0.0, inertia=0.0), *linkage.links)
     return Assembly(
-        Equations(on_way(held.loops, 0.0 * scales, 0.0 * scales)),
+        held.loops,
+        Equations(held.loops._replace(relations=held.loops.relations[:-count])),
         z,
-        scales,
+        weights=np.array([form.weights for form in forms]),
+        offsets=np.array([form.constant for form in forms]),
+        scales=driver_scales(held.loops),
         turns=np.array([form.weights for form in held.loops.angles]),
         constants=np.array([form.constant for form in held.loops.angles]),
         mass=np.array([body.mass for body in bodies]),
@@ -150,20 +154,23 @@ def end_of_way(assembly: Assembly, z: Array, q: Array) -> Array:
     low = assembly.drivers(z)
     if np.array_equal(low, q):
         return z
-    equations = Equations(on_way(assembly.equations.loops, low, q))
+    equations = Equations(on_way(assembly.loops, low, q))
     end = follow(equations, np.concatenate(([0.0], z[1:])), 0.0, 1.0).z[-1]
     return np.concatenate(([0.0], end[1:]))
 
 
 def lock_fault(assembly: Assembly, q: Array) -> Fault:
     """Where the linkage comes too near to a lock or a branch, with its drivers at scaled coordinates q."""
-    at = standing(Equations(on_way(assembly.equations.loops, q, q)), 0.0)
+    at = standing(Equations(on_way(assembly.loops, q, q)), 0.0)
     found = f"a linkage that locks or branches with the {at}, or comes too near to it to tell"
     return Fault(assembly.linkage.path, found, "one assembly all along the motion", "end before it, or change a length")
 
 
 class Local(NamedTuple):
-    """The equations at a position z (variables,): `inverse` of their Jacobian, basis functions, sign of its determinant."""
+    """The equations at a position z (variables,), and those of the drivers: inverse and sign of their determinant (0: none).
+
+    The columns of `inverse` are first those of the equations, then those of the drivers.
+    """
 
     z: Array
     inverse: Array
@@ -171,12 +178,18 @@ class Local(NamedTuple):
     sense: float
 
     @classmethod
-    def at(cls, equations: Equations, z: Array) -> Local:
+    def at(cls, assembly: Assembly, z: Array) -> Local:
         """The equations there; LinAlgError where they are singular."""
-        bases = equations.bases(z[None])
-        jacobian = equations.jacobian(z[None], bases)[0, :, 1:]
+        bases, jacobian = linear(assembly, z)
         square = jacobian.shape[0] == jacobian.shape[1]
         return cls(z, inverse(jacobian), bases, float(np.linalg.slogdet(jacobian)[0]) if square else 0.0)
+
+
+def linear(assembly: Assembly, z: Array) -> tuple[Bases, Array]:
+    """Basis functions at z (variables,), and the Jacobian of equations and drivers by the unknowns."""
+    bases = assembly.equations.bases(z[None])
+    closures = assembly.equations.jacobian(z[None], bases)[0]
+    return bases, np.concatenate((closures, assembly.weights))[:, 1:]
 
 
 _FARTHEST = 1e5  # rad or units the unknowns move by one of a driver: beyond it rounding, squared, spoils accelerations
@@ -193,13 +206,13 @@ class Follower:
 
     def __init__(self, assembly: Assembly, z: Array) -> None:
         self.assembly = assembly
-        self.local = Local.at(assembly.equations, z)
+        self.local = Local.at(assembly, z)
 
     def at(self, q: Array) -> Local:
         """The equations at scaled coordinates q, (g,)."""
         found = self._corrected(q)
         if found is None or found.sense != self.local.sense:
-            found = Local.at(self.assembly.equations, end_of_way(self.assembly, self.local.z, q))
+            found = Local.at(self.assembly, end_of_way(self.assembly, self.local.z, q))
         if np.abs(found.inverse).max() > _FARTHEST:
             raise SceneError([lock_fault(self.assembly, q)])
         self.local = found
@@ -207,24 +220,22 @@ class Follower:
 
     def _corrected(self, q: Array) -> Local | None:
         """The position at q from the tangent at the last one; None if corrections do not shrink fast enough."""
-        equations, count, last = self.assembly.equations, self.assembly.freedoms, self.local
-        move = last.inverse[:, -count:] @ (q - self.assembly.drivers(last.z))
+        own, last = self.assembly, self.local
+        move = last.inverse[:, -own.freedoms :] @ (q - own.drivers(last.z))
         z, size = last.z.copy(), float(np.abs(move).max())
         z[1:] += move
         for _ in range(_MOST_CORRECTIONS):
-            bases = equations.bases(z[None])
-            gap = equations.residual(z[None], bases)
-            gap[0, -count:] -= q
-            jacobian = equations.jacobian(z[None], bases)[:, :, 1:]
-            square = jacobian.shape[1] == jacobian.shape[2]
-            change = solved(jacobian, -gap)[0] if square else -(np.linalg.pinv(jacobian[0]) @ gap[0])
+            bases, jacobian = linear(own, z)
+            gap = np.concatenate((own.equations.residual(z[None], bases)[0], own.drivers(z) - q))
+            square = jacobian.shape[0] == jacobian.shape[1]
+            change = solved(jacobian[None], -gap[None])[0] if square else -(np.linalg.pinv(jacobian) @ gap)
             moved = float(np.abs(change).max())
             if not moved <= max(_CONTRACTION * size, SETTLED):
                 return None
             z[1:] += change
             size = moved
             if moved <= SETTLED:
-                return Local.at(equations, z)
+                return Local.at(own, z)
         return None
 
 
@@ -252,7 +263,7 @@ def fields(assembly: Assembly, local: Local, directions: Array) -> Fields:
     rates = np.zeros((len(directions), own.turns.shape[1]))
     rates[:, 1:] = (directions / assembly.scales) @ local.inverse[:, -count:].T
     slopes = np.zeros_like(rates)
-    slopes[:, 1:] = -equations.bending(local.bases, rates) @ local.inverse.T
+    slopes[:, 1:] = -equations.bending(local.bases, rates) @ local.inverse[:, :-count].T
     place, speed, bend = (own.unit * part for part in equations.origins(local.bases, rates, slopes))
     angles = assembly.turns @ local.z + assembly.constants
     arms = assembly.coms * np.exp(1j * angles)
@@ -352,7 +363,7 @@ def stations(start: Assembly, wanted: Array) -> Iterator[Local]:
     z = start.z
     for column in wanted.T:
         z = end_of_way(start, z, column / start.scales)
-        yield Local.at(start.equations, z)
+        yield Local.at(start, z)
 
 
 def driver_rows(linkage: Linkage, q: ArrayLike, **others: ArrayLike) -> tuple[Assembly, Array, dict[str, Array]]:

@@ -679,8 +679,8 @@ def _run(start: Assembly, z: Array, actions: Actions, steps: Any, error: float, 
         now = instant(start, local, float(t), speeds, actions)
         kinetic.append(0.5 * float(speeds @ now.mass @ speeds))
         potential.append(now.potential)
-        gaps = start.equations.residual(local.z[None], local.bases)[0, :-count]
-        closure = max(closure, float(np.abs(gaps).max(initial=0.0)) * start.equations.loops.unit)
+        gaps = start.equations.residual(local.z[None], local.bases)[0]
+        closure = max(closure, float(np.abs(gaps).max(initial=0.0)) * start.loops.unit)
     energies, work = np.array([kinetic, potential]), steps.states[:, -1]
     total = energies.sum(axis=0)
     scale = max(float(energies[0].max()), float(np.ptp(energies[1])), 1e-300)
