@@ -31,7 +31,7 @@ FOLDERS = {
     "joint_forces": "Forces in the joints",
     "dynamics": "Direct dynamics by several routes",
     "bond_graphs": "Bond graphs",
-    "robot": "A two-link arm",
+    "robot": "Several degrees of freedom",
     "root_finding": "Positions",
 }
 ALIKE = {

@@ -70,9 +70,8 @@ def motors(tip, velocity, acceleration):
 
     def solved(vector):
         """Rates of the motors at which the tip has a velocity."""
-        return np.linalg.solve(coefficients.transpose(2, 1, 0), np.stack((vector.real, vector.imag), axis=-1)[..., None])[
-            ..., 0
-        ].T
+        columns = np.stack((vector.real, vector.imag), axis=-1)[..., None]
+        return np.linalg.solve(coefficients.transpose(2, 1, 0), columns)[..., 0].T
 
     qdot = solved(velocity)
     x, y = place.motion(qdot).point(*TIP).slope  # of the tip with both motors at a constant speed
