@@ -17,14 +17,13 @@ from flywheel.machine.machine import Machine
 from flywheel.mechanisms.law import FormulaCurve
 from flywheel.numerics import arguments
 from flywheel.numerics.cells import ROUNDING
-from flywheel.numerics.expressions import Expression, ExpressionError, parse
+from flywheel.numerics.expressions import Expression, ExpressionError, parse, renamed
 from flywheel.numerics.faults import Fault, SceneError, show, told
 from flywheel.numerics.intervals import NAMESPACE, Interval
 from flywheel.numerics.jets import Jet, jet_namespace
 from flywheel.numerics.switching import SwitchingError, breakpoints, resolved, roots_in_pieces
 from flywheel.numerics.units import QuantityError, Unit, convert, figure, parse_quantity, parse_unit
 from flywheel.regime import state
-from flywheel.regime.free_motion import of_time_as_angle
 from flywheel.scene.scene import Scene
 
 if TYPE_CHECKING:
@@ -381,6 +380,7 @@ def _check_limits(scene: Scene, law: _Law, limits: Mapping[str, tuple[float, flo
             beyond = sense * (q - end) > slack
             if beyond.any():
                 t = float(times[int(np.argmax(beyond))])
+                t = max((float(one) for one in law.passes(end) if one <= t), default=t)  # without the slack
                 found = f"{law.words}, which drives the machine {what} at t = {t:.{_SHOWN}g} s, past {told(end, sliding)}"
                 expected = "a law within " + " to ".join(told(x, sliding) for x in (low, high) if np.isfinite(x))
                 faults.append((t, Fault("law", found, expected)))
@@ -426,7 +426,7 @@ def _formula(scene: Scene, text: str, until: float) -> _Law:
         raise SceneError([Fault("law", error.found, error.expected, error.advice)]) from None
     if foreign := sorted(given.names - {"t", *scene.parameters}):
         raise SceneError([Fault("law", f"an expression of {', '.join(foreign)}", "one of t and the scene's parameters")])
-    law = Expression(text, of_time_as_angle(given.tree))
+    law = Expression(text, renamed(given.tree, "t", "phi"))
     curve = FormulaCurve(law, scene.parameters)
     constants = dict(scene.parameters)
 

@@ -24,7 +24,7 @@ from flywheel.numerics import arguments, cells
 from flywheel.numerics.cells import ROUNDING, middles
 from flywheel.numerics.faults import Fault, SceneError
 from flywheel.regime import state
-from flywheel.scene.linkage import PIN, SLIDE, SLOT, straight
+from flywheel.scene.linkage import CRANK, PIN, SLIDE, SLOT, straight
 from flywheel.scene.scene import TURN, Mechanism, Scene
 
 if TYPE_CHECKING:
@@ -76,23 +76,16 @@ def places(
         else:
             moving, names = _bodies_and_joints(mechanism, psi)
         prefix = f"{mechanism.name}."
+        turns_so = mechanism.shaft == CRANK and mechanism.phase == scene.origin
         for name, place in moving.items():
+            alone = len(mechanisms) == 1 and (name not in scene.shafts or (name == CRANK and turns_so))
+            other[f"{prefix}{name}"] = title = name if alone else f"{prefix}{name}"
             track = Track(place.track.value, ratio * place.track.rate, ratio**2 * place.track.slope)
-            other[f"{prefix}{name}"] = title = _free(
-                name if len(mechanisms) == 1 else f"{prefix}{name}", found, track, prefix
-            )
-            found[title] = place._replace(track=track)
+            found.setdefault(title, place._replace(track=track))
         other |= {f"{prefix}{name}": other[f"{prefix}{of}"] for name, of in names.items()}
     ends = [name.partition(".")[2] for name in other]
     bare = {name.partition(".")[2]: of for name, of in other.items() if ends.count(name.partition(".")[2]) == 1}
     return found, {name: of for name, of in (bare | other).items() if name not in found}
-
-
-def _free(name: str, taken: Mapping[str, Place], track: Track, prefix: str) -> str:
-    """The name, with its mechanism's before it where it is that of a shaft that turns otherwise."""
-    if name not in taken or all(np.array_equal(a, b) for a, b in zip(taken[name].track, track, strict=True)):
-        return name
-    return prefix + name
 
 
 def _outputs(mechanism: Mechanism, psi: Array, anchor: Array, parameters: Mapping[str, float]) -> dict[str, Place]:
@@ -593,7 +586,7 @@ def survey(moving: Moving, course: Course, over: str, names: Sequence[str]) -> S
     centres = _dead_centres(course, mesh, series, rows, scale, level)
     return Survey(
         breakpoints=_axis(course, over, breaks),
-        breakpoint_errors=_axis_errors(course, over, breaks, 64 * ROUNDING * max(abs(course.start), abs(course.end))),
+        breakpoint_errors=_axis_errors(course, over, breaks, _break_errors(course, breaks)),
         dead_centres={name: _axis(course, over, at) for name, (at, _) in centres.items()},
         dead_centre_errors={name: _axis_errors(course, over, at, off) for name, (at, off) in centres.items()},
         extremes=_extremes(moving, course, over, mesh, series, rows, level),
@@ -655,16 +648,28 @@ def _jumps(mesh: cells.Cells, series: Array, rows: Sequence[_Row], scale: Array,
     return np.asarray(mesh.edges[1:-1][jumps])
 
 
-def _axis_errors(course: Course, over: str, at: Array, off: Array | float) -> Array:
-    """Errors on the axis of values of the variable that are off by so much, and of the driver's own place."""
-    if course.variable == DRIVER or not at.size:
-        return off + 0.0 * at
+def _axis_errors(course: Course, over: str, at: Array, off: Array) -> Array:
+    """Errors on the axis of values of the variable that are off by so much: over a motion in time by the driver's place."""
+    if over == course.variable or not at.size:
+        return off
     driver = course.at(at)
     assert driver.rate is not None
-    rate = np.abs(driver.rate)
-    if over == DRIVER:
-        return np.asarray(off * rate + driver.errors[1])
-    return np.asarray(off + driver.errors[1] / np.maximum(rate, 1e-300))
+    return np.asarray(off * np.abs(driver.rate) + driver.errors[1])
+
+
+def _break_errors(course: Course, breaks: Array) -> Array:
+    """Errors of breakpoints: rounding, and in time what the driver is late where its place is not known better."""
+    rounding = np.full(breaks.size, 64 * ROUNDING * max(abs(course.start), abs(course.end)))
+    if course.variable == DRIVER or not breaks.size:
+        return rounding
+    driver = course.at(breaks)
+    assert driver.rate is not None
+    assert driver.acceleration is not None
+    off = driver.errors[1] + 0.0 * breaks
+    late = np.minimum(
+        off / np.maximum(np.abs(driver.rate), 1e-300), np.sqrt(2 * off / np.maximum(np.abs(driver.acceleration), 1e-300))
+    )
+    return np.asarray(rounding + np.minimum(late, course.end - course.start))
 
 
 def _dead_centres(

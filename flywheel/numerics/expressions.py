@@ -76,6 +76,12 @@ def depends(node: Node, name: str) -> bool:
     return node.name == name or any(depends(arg, name) for arg in node.args)
 
 
+def renamed(node: Node, old: str, new: str) -> Node:
+    """The tree with another name for a variable: bounds over `phi` then serve laws of `t`."""
+    name = new if node.name == old else node.name
+    return node._replace(name=name, args=tuple(renamed(arg, old, new) for arg in node.args))
+
+
 def value(node: Node, at: At) -> Any:
     """Value of a tree as a number; a truth value counts 1 or 0."""
     return _RULES[node.op](node, at)

@@ -24,7 +24,7 @@ from flywheel.machine.dynamics import ONSET, Anchor, Dynamics
 from flywheel.machine.machine import Effort, Machine
 from flywheel.numerics.budget import BudgetError, counted, limited, spend
 from flywheel.numerics.cells import Array, Index
-from flywheel.numerics.expressions import Expression, Node, written
+from flywheel.numerics.expressions import Expression, Node, renamed, written
 from flywheel.numerics.faults import Fault, SceneError, told
 from flywheel.numerics.intervals import Interval
 from flywheel.numerics.jets import Jet
@@ -53,8 +53,8 @@ class SwitchingTimes:
             law = effort.load.law
             if isinstance(law, Expression) and effort.uses_time:
                 parts = [part for part in (*law.switches(), *law.branch_points()) if effort.is_timed(part)]
-                self._switches += [(effort, Expression(p.text, Node("sign", (of_time_as_angle(p.tree),)))) for p in parts]
-                self._smooth += [(effort, Expression(p.text, of_time_as_angle(p.tree))) for p in _timed(effort, law.tree)]
+                self._switches += [(effort, Expression(p.text, Node("sign", (renamed(p.tree, "t", "phi"),)))) for p in parts]
+                self._smooth += [(effort, Expression(p.text, renamed(p.tree, "t", "phi"))) for p in _timed(effort, law.tree)]
         self._window = min(until, _WINDOW * machine.scene.cycle / machine.typical_speed)
         self._seen = 0.0
         self._times: list[float] = []
@@ -89,12 +89,6 @@ def _timed(effort: Effort, node: Node) -> Iterator[Expression]:
     elif "t" in part.names:
         for arg in node.args:
             yield from _timed(effort, arg)
-
-
-def of_time_as_angle(node: Node) -> Node:
-    """With `phi` for `t`, so that bounds over phi serve."""
-    name = "phi" if node.name == "t" else node.name
-    return node._replace(name=name, args=tuple(of_time_as_angle(arg) for arg in node.args))
 
 
 def _found(search: Callable[..., Iterable[float]], laws: list[tuple[Effort, Expression]], low: Any, high: Any) -> set[float]:

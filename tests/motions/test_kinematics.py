@@ -1,0 +1,432 @@
+"""The motion of everything: against positions to 30 digits and their derivatives, closed forms in time, and at its edges."""
+
+from __future__ import annotations
+
+from functools import cache, partial
+from pathlib import Path
+from typing import Any
+
+import mpmath as mp
+import numpy as np
+import pytest
+
+import flywheel
+from flywheel.machine.reactions import solution_of
+from flywheel.numerics.faults import SceneError
+
+EXAMPLES = Path(__file__).parents[2] / "examples"
+CRANK = {"type": "slider-crank", "crank": {"length": 1.0, "mass": 1}, "rod": {"length": 2.0, "mass": 1, "com": 1.0}}
+ALONE: dict[str, Any] = {"mechanism": CRANK}
+
+
+def holds(curve: Any, k: int, true: Any, *, loose: float = 1e4) -> None:
+    """Position, velocity and acceleration at a place are the true ones within their estimates, which are not absurd."""
+    for value, error, exact in zip(curve[3:6], curve.errors, true, strict=True):
+        for v, e, x in zip(
+            np.atleast_2d(value)[:, k],
+            np.atleast_2d(error)[:, k],
+            exact if isinstance(exact, tuple) else (exact,),
+            strict=True,
+        ):
+            assert abs(mp.mpf(float(v)) - x) <= e
+            assert e <= loose * 2.3e-16 * max(abs(float(x)), 1.0)
+
+
+def derivatives(position: Any, q: float) -> tuple[Any, Any, Any]:
+    at = mp.mpf(q)
+    with mp.workdps(40):
+        return position(at), mp.diff(position, at), mp.diff(position, at, 2)
+
+
+def angle(y: Any, x: Any, near: float) -> Any:
+    """The angle of a vector in the turn nearest to a value."""
+    found = mp.atan2(y, x)
+    return found + 2 * mp.pi * mp.nint((near - found) / (2 * mp.pi))
+
+
+def slider(r: float, rod: float, e: float, q: Any) -> Any:
+    r, rod, e = map(mp.mpf, (r, rod, e))
+    return r * mp.cos(q) + mp.sqrt(rod**2 - (r * mp.sin(q) - e) ** 2)
+
+
+@pytest.mark.parametrize("offset", [0.0, 0.3])
+def test_a_slider_crank_is_true_to_thirty_digits(offset):
+    scene = flywheel.load({"mechanism": {**CRANK, "slider": {"offset": offset}}})
+    q = [0.0, 0.7, np.pi, 4.9, 40.3]
+    found = flywheel.motion(scene, at=q)
+    x = partial(slider, 1.0, 2.0, offset)
+
+    def half_way(p: Any) -> Any:
+        return (mp.sin(p) + mp.mpf(offset)) / 2
+
+    for k, at in enumerate(q):
+        holds(found["slider"], k, derivatives(x, at))
+        pairs = zip(derivatives(lambda p: (mp.cos(p) + x(p)) / 2, at), derivatives(half_way, at), strict=True)
+        holds(found["rod.com"], k, tuple(pairs))
+
+
+@pytest.mark.parametrize("assembly", ["open", "crossed"])
+def test_a_four_bar_is_true_to_thirty_digits_in_both_assemblies(assembly):
+    lengths = {"ground": 0.4, "crank": 0.1, "coupler": 0.35, "rocker": 0.3}
+    bars = {"type": "four-bar", "assembly": assembly, **{name: {"length": value} for name, value in lengths.items()}}
+    q = [0.3, 2.0, 5.1]
+    found = flywheel.motion(flywheel.load({"mechanism": bars}), at=q)
+    d, r, c, b = map(mp.mpf, lengths.values())
+
+    def pin(q: Any) -> tuple[Any, Any]:
+        """The coupler's far pin, left of the line from the crank pin to the rocker's pivot where it is open."""
+        x, y = r * mp.cos(q), r * mp.sin(q)
+        ex, ey = d - x, -y
+        s = mp.sqrt(ex**2 + ey**2)
+        along = (s**2 + c**2 - b**2) / (2 * s)
+        aside = mp.sqrt(c**2 - along**2) * (1 if assembly == "open" else -1)
+        return x + (along * ex - aside * ey) / s, y + (along * ey + aside * ex) / s
+
+    def rocker(p: Any, near: float) -> Any:
+        return angle(pin(p)[1], pin(p)[0] - d, near)
+
+    def coupler(p: Any, near: float) -> Any:
+        return angle(pin(p)[1] - r * mp.sin(p), pin(p)[0] - r * mp.cos(p), near)
+
+    for k, at in enumerate(q):
+        for name, formula in (("rocker", rocker), ("coupler", coupler)):
+            holds(found[name], k, derivatives(partial(formula, near=float(found[name].position[k])), at))
+
+
+def test_a_shaper_is_true_to_thirty_digits():
+    shaper = {"type": "crank-shaper", "crank": {"length": 0.1}, "frame": {"length": 0.25}, "rocker": {"length": 0.5}}
+    q = [0.4, 3.0, 5.5]
+    found = flywheel.motion(flywheel.load({"mechanism": shaper}), at=q)
+    r, d = mp.mpf(0.1), mp.mpf(0.25)
+
+    def rocker(p: Any) -> Any:
+        return mp.atan2(r * mp.sin(p), d + r * mp.cos(p))
+
+    for k, at in enumerate(q):
+        holds(found["rocker"], k, derivatives(rocker, at))
+        holds(found["ram"], k, derivatives(lambda p: mp.mpf(0.5) * mp.sin(rocker(p)), at))
+
+
+def test_a_cam_lifts_its_follower_as_its_law_says():
+    frame = {"points": {"shaft": [0, 0], "guide": [0, 0]}}
+    bodies = {"frame": frame, "cam": {"mass": 1}, "follower": {"mass": 1}}
+    joints = [
+        {"name": "shaft", "type": "pin", "between": ["frame.shaft", "cam.origin"]},
+        {"name": "guide", "type": "slide", "between": ["frame.guide", "follower.origin"], "direction": "90 deg"},
+    ]
+    lift = {"type": "cam", "name": "lift", "between": ["shaft", "guide"], "lift": "0.1 + 0.02*sin(phi)**3"}
+    scene = flywheel.load(
+        {"mechanism": {"type": "linkage", "driver": "shaft", "bodies": bodies, "joints": joints, "couplings": [lift]}}
+    )
+    found = flywheel.motion(scene, at=[1.0, 4.0])
+    for k, at in enumerate((1.0, 4.0)):
+        holds(found["follower"], k, derivatives(lambda p: mp.mpf(0.1) + mp.mpf(0.02) * mp.sin(p) ** 3, at))
+
+
+# -- any linkage, in absolute coordinates to 40 digits -----------------------------------------------------------------
+
+
+def closure(linkage: Any, z: list[Any], q: Any) -> tuple[Any, Any]:
+    """Residuals of joints, couplings and driver in x, y, angle of every moving body, and their Jacobian."""
+
+    def row(terms: Any) -> tuple[Any, dict[int, Any]]:
+        total, slopes = mp.mpf(0), dict[int, Any]()
+        for weight, (value, grads) in terms:
+            total += weight * value
+            for k, g in grads.items():
+                slopes[k] = slopes.get(k, 0) + weight * g
+        return total, slopes
+
+    def turn(body: str) -> Any:
+        k = 3 * linkage.names.index(body) - 3
+        return (mp.mpf(0), {}) if k < 0 else (z[k + 2], {k + 2: 1})
+
+    def point(body: str, at: Any) -> Any:
+        k, (theta, _) = 3 * linkage.names.index(body) - 3, turn(body)
+        c, s, a, b = mp.cos(theta), mp.sin(theta), mp.mpf(at.x), mp.mpf(at.y)
+        x, y = a * c - b * s, a * s + b * c
+        return ((x, {}), (y, {})) if k < 0 else ((z[k] + x, {k: 1, k + 2: -y}), (z[k + 1] + y, {k + 1: 1, k + 2: x}))
+
+    def times(u: Any, v: Any) -> Any:
+        return u[0] * v[0], {k: u[1].get(k, 0) * v[0] + v[1].get(k, 0) * u[0] for k in {*u[1], *v[1]}}
+
+    def gap(joint: Any) -> Any:
+        ends = point(joint.first, joint.first_at), point(joint.second, joint.second_at)
+        return tuple(row(((1, b), (-1, a))) for a, b in zip(*ends, strict=True))
+
+    def coordinate(joint: Any) -> Any:
+        """A pin's angle; of a slide the way along its guide, and across it."""
+        if joint.kind == "pin":
+            return (row(((1, turn(joint.second)), (-1, turn(joint.first)))),)
+        theta, grads = turn(joint.first)
+        c, s = mp.cos(theta + mp.mpf(joint.direction)), mp.sin(theta + mp.mpf(joint.direction))
+        along, across = (c, {k: -s * g for k, g in grads.items()}), (s, {k: c * g for k, g in grads.items()})
+        x, y = gap(joint)
+        return row(((1, times(along, x)), (1, times(across, y)))), row(((-1, times(across, x)), (1, times(along, y))))
+
+    rows = []
+    for joint in linkage.joints:
+        rows += list(gap(joint)) if joint.kind in ("pin", "fixed") else [coordinate(joint)[1]]
+        if joint.kind in ("slide", "fixed"):
+            rows.append(row(((1, turn(joint.second)), (-1, turn(joint.first)), (-1, (mp.mpf(joint.angle), {})))))
+        if joint.name == linkage.driver:
+            rows.append(row(((1, coordinate(joint)[0]), (-1, (q, {})))))
+    for pair in linkage.couplings:
+        first, second = (coordinate(linkage.joint(name))[0] for name in (pair.first, pair.second))
+        rows.append(row(((1, second), (-mp.mpf(pair.ratio), first), (-1, (mp.mpf(pair.phase), {})))))
+    jacobian = mp.matrix(len(rows), len(z))
+    for i, (_, slopes) in enumerate(rows):
+        for k, g in slopes.items():
+            jacobian[i, k] += g
+    return mp.matrix([value for value, _ in rows]), jacobian
+
+
+def absolute(linkage: Any, start: list[float], q: float, step: float) -> tuple[list[Any], list[Any], list[Any]]:
+    """x, y, angle of every moving body at a driver's coordinate with two derivatives, by differences of fourth order."""
+
+    def settled(z: list[Any], q: Any) -> list[Any]:
+        for _ in range(9):
+            residual, jacobian = closure(linkage, z, q)
+            move = mp.lu_solve(jacobian, -residual)
+            z = [a + b for a, b in zip(z, move, strict=True)]
+            if max(map(abs, move)) < mp.mpf(10) ** -32:
+                break
+        return z
+
+    with mp.workdps(40):
+        h, q = mp.mpf(step), mp.mpf(q)
+        here = settled([mp.mpf(x) for x in start], q)
+        a, b, c, d = (settled(here, q + k * h) for k in (1, -1, 2, -2))
+        first = [(8 * (u - v) - (w - x)) / (12 * h) for u, v, w, x in zip(a, b, c, d, strict=True)]
+        second = [(16 * (u + v) - (w + x) - 30 * y) / (12 * h**2) for u, v, w, x, y in zip(a, b, c, d, here, strict=True)]
+    return here, first, second
+
+
+def check_by_absolute_coordinates(file: str, at: list[float]) -> None:
+    scene = flywheel.load(EXAMPLES / file)
+    (mechanism,) = scene.mechanisms
+    solution, period = solution_of(mechanism)
+    linkage, found = solution.linkage, flywheel.motion(scene, at=at)
+    own = [q - scene.origin + mechanism.phase for q in at]
+    poses = solution.poses([q if period is None else q % period for q in own])
+    for k, q in enumerate(own):
+        z, g, bend = absolute(linkage, poses.value[1:, :, k].ravel().tolist(), q if period is None else q % period, 1e-6)
+        for n, link in enumerate(linkage.links):
+            (x, y, theta), (vx, vy, w), (ax, ay, turning) = (part[3 * n : 3 * n + 3] for part in (z, g, bend))
+            if link.name in found.curves and found[link.name].kind == "angle":
+                turns = round((float(found[link.name].position[k]) - float(theta)) / (2 * np.pi))
+                holds(found[link.name], k, (theta + 2 * mp.pi * turns, w, turning), loose=1e6)
+            if f"{link.name}.com" in found.curves:
+                a, b = map(mp.mpf, link.com)
+                u, v = a * mp.cos(theta) - b * mp.sin(theta), a * mp.sin(theta) + b * mp.cos(theta)
+                true = (x + u, y + v), (vx - w * v, vy + w * u), (ax - turning * v - w**2 * u, ay + turning * u - w**2 * v)
+                holds(found[f"{link.name}.com"], k, true, loose=1e6)
+
+
+def test_a_linkage_with_gears_is_true_to_thirty_digits():
+    check_by_absolute_coordinates("linkages/geared_five_bar.toml", [2.3])
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("file", "at"),
+    [
+        ("linkages/whitworth.toml", [2.3]),
+        ("linkages/six_bar.toml", [4.4]),
+        ("linkages/toggle_press.toml", [1.1, 5.0]),
+        ("machines/injection_clamp.toml", [0.19, 0.16, -0.05]),
+        ("machines/shaper.toml", [0.5, 3.7]),
+    ],
+)
+def test_more_linkages_are_true_to_thirty_digits(file, at):
+    check_by_absolute_coordinates(file, at)
+
+
+def test_the_clamp_at_its_dead_centre_has_the_figures_of_its_source():
+    found = flywheel.motion(flywheel.load(EXAMPLES / "machines/injection_clamp.toml"), at=[0.19], speed="scene")
+    printed = {
+        "bell_crank": (2.83967, -0.76165, -11.972),
+        "coupler": (1.89156, 4.06981, 13.152),
+        "rod": (0.0, 0.64447, 10.130),
+    }
+    for name, figures in printed.items():
+        for value, figure in zip(found[name][3:6], figures, strict=True):
+            assert float(value[0]) == pytest.approx(figure, rel=5e-5, abs=1e-4)
+    assert float(found["platen"].velocity[0]) == pytest.approx(2.179e-5, rel=1e-3)
+    assert float(found["platen"].acceleration[0]) == pytest.approx(-0.23527, rel=1e-4)
+    assert float(abs(found["bell_crank.com"].normal[0])) == pytest.approx(0.11 * 0.76165**2, rel=1e-4)
+    assert float(abs(found["bell_crank.com"].tangential[0])) == pytest.approx(1.3169, rel=1e-4)
+
+
+# -- in time -----------------------------------------------------------------------------------------------------------
+
+
+def test_laws_of_time_hold_with_their_derivatives():
+    scene = flywheel.load(ALONE)
+    for text, law in (
+        ("sin(t)", mp.sin),
+        ("(t - sin(t))/2 + 0.3*exp(-t)", lambda t: (t - mp.sin(t)) / 2 + mp.mpf("0.3") * mp.exp(-t)),
+    ):
+        found = flywheel.motion(scene, law=text, until=9.0, points=7)
+        for k, t in enumerate(found.t):
+            holds(found["slider"], k, derivatives(lambda t, law=law: slider(1.0, 2.0, 0.0, law(t)), float(t)))
+    assert found.over == "time"
+
+
+def test_every_form_of_a_law_moves_alike(tmp_path):
+    scene, t = flywheel.load(ALONE), np.linspace(0.0, 2.0, 401)
+    at = np.linspace(0.0, 2.0, 9)
+    table = tmp_path / "law.csv"
+    table.write_text("t [ms],phi [deg]\n" + "".join(f"{1e3 * x!r},{float(np.degrees(np.sin(x)))!r}\n" for x in t.tolist()))
+    wanted = flywheel.motion(scene, law="sin(t)", until=2.0, at=at)["slider"]
+    for law in ((t, np.sin(t)), str(table), lambda t: (np.sin(t), np.cos(t), -np.sin(t))):
+        found = flywheel.motion(scene, law=law, until=2.0, at=at)["slider"]
+        for mine, other, close in zip(found[3:6], wanted[3:6], (1e-10, 1e-7, 1e-4), strict=True):
+            assert np.abs(mine - other).max() < close
+
+
+def test_a_start_by_a_cycloid_tells_where_it_goes_over():
+    rise = "(t - sin(t))*(t < 2*pi) + 2*pi*(t >= 2*pi)"
+    found = flywheel.motion(flywheel.load(ALONE), law=rise, until=8.0)
+    assert found.messages == ()
+    assert found.breakpoints.size == 0  # it stops without a jump of its acceleration
+    found = flywheel.motion(flywheel.load(ALONE), law="t**2*(t < 1) + (2*t - 1)*(t >= 1)", until=2.0)
+    assert found.breakpoints == pytest.approx([1.0], abs=1e-13)
+    assert abs(found.breakpoints[0] - 1.0) <= found.breakpoint_errors[0]
+    found = flywheel.motion(flywheel.load(ALONE), law="abs(t - 1)", until=2.0)
+    assert "speed jumps at t = 1 s" in found.messages[0]
+
+
+def test_a_constant_speed_is_the_influence_coefficients_scaled():
+    scene = flywheel.load(ALONE)
+    unit, turning = flywheel.motion(scene, points=5), flywheel.motion(scene, speed=-5.0, points=5)
+    for name in ("rod", "slider", "rod.com", "crank_pin.angle"):
+        assert np.allclose(turning[name].velocity, -5.0 * unit[name].velocity)
+        assert np.allclose(turning[name].acceleration, 25.0 * unit[name].acceleration)
+    over_time = flywheel.motion(scene, speed=5.0, over="time", points=5)
+    assert np.allclose(over_time.q, 5.0 * over_time.t)
+
+
+def test_a_transient_moves_everything_within_its_own_error():
+    rotor = {"mechanism": {"type": "scotch-yoke", "crank": {"length": 0.5}}, "drive": {"torque": 6}}
+    scene = flywheel.load({**rotor, "inertia": [{"on": "crank", "value": 2}]})
+    run = flywheel.transient(scene, end=3.0)
+    found = flywheel.motion(scene, transient=run, points=7)
+    for k, t in enumerate(found.t):  # phi = 1.5 t²
+        holds(found["yoke"], k, derivatives(lambda t: mp.mpf(0.5) * mp.cos(mp.mpf(1.5) * t**2), float(t)), loose=1e10)
+    over = flywheel.motion(scene, transient=run, over="driver", at=[1.0, 6.0])
+    assert over.t == pytest.approx(np.sqrt(np.array([1.0, 6.0]) / 1.5), abs=1e-9)
+
+
+def test_the_steady_regime_over_time_is_the_derivative_of_itself():
+    press = {
+        "mechanism": {**CRANK, "name": "press"},
+        "load": [{"on": "slider", "force": "-100*(phi < 2)"}],
+        "drive": {"torque": "balance"},
+    }
+    scene = flywheel.load({**press, "regime": {"speed": 10}, "flywheel": {"inertia": 30}})
+    found = flywheel.motion(scene, regime=True, over="time", points=1001)
+    assert found.t[-1] == pytest.approx(flywheel.size(scene).simulation.period, rel=1e-9)
+    assert found.q[-1] == pytest.approx(2 * np.pi, abs=1e-9)
+    assert float(np.interp(found.breakpoints[0], found.t, found.q)) == pytest.approx(2.0, abs=1e-6)
+    for name in ("slider", "rod", "crank"):
+        curve, smooth = found[name], np.abs(found.t[1:-1] - found.breakpoints[0]) > 5e-3
+        for one, next_one in ((curve.position, curve.velocity), (curve.velocity, curve.acceleration)):
+            slope = (one[2:] - one[:-2]) / (found.t[2:] - found.t[:-2])
+            assert np.abs(slope - next_one[1:-1])[smooth].max() < 3e-4 * np.abs(next_one).max()
+
+
+# -- extremes, dead centres, names -------------------------------------------------------------------------------------
+
+
+def test_extremes_and_dead_centres_are_within_their_errors():
+    x = partial(slider, 1.0, 2.0, 0.0)
+    found = flywheel.motion(flywheel.load(ALONE), points=5)  # however few positions are listed
+    for extreme in found.extremes["guide"]:
+        order = ("position", "velocity", "acceleration").index(extreme.quantity)
+        with mp.workdps(30):
+            at = mp.findroot(lambda p, order=order: mp.diff(x, p, order + 1), extreme.at)
+            assert abs(at - extreme.at) <= extreme.at_error < 1e-7
+            assert abs(mp.diff(x, at, order) - extreme.value) <= extreme.error < 1e-12
+    assert found.dead_centres["guide"] == pytest.approx([0.0, np.pi], abs=1e-12)
+    assert found.dead_centres["slider_pin"] == pytest.approx([0.0, np.pi], abs=1e-12)
+    assert not found.dead_centres["crank_pin"].size
+    law = flywheel.motion(flywheel.load(ALONE), law="sin(t)", until=5.0)
+    assert (
+        np.abs(law.dead_centres["guide"] - np.array([0.5, 1.0, 1.5]) * np.pi).max()
+        <= law.dead_centre_errors["guide"].max()
+        < 1e-10
+    )
+
+
+def test_several_mechanisms_turn_on_their_own_shafts():
+    mechanisms = [{**CRANK, "name": "one"}, {**CRANK, "name": "two", "shaft": "fast", "phase": "90 deg"}]
+    outputs = {"pusher": {"x": "0.1*cos(2*phi)"}}
+    scene = flywheel.load(
+        {"mechanism": [*mechanisms, {"type": "law", "name": "law", "outputs": outputs}], "shafts": {"fast": {"ratio": 2}}}
+    )
+    found = flywheel.motion(scene, at=[0.4])
+    assert {"crank", "fast", "one.rod", "two.rod.com", "law.pusher"} <= found.curves.keys()
+    holds(found["two.slider"], 0, derivatives(lambda p: slider(1.0, 2.0, 0.0, 2 * p + mp.mpf(np.pi / 2)), 0.4))
+    holds(found["pusher"], 0, derivatives(lambda p: mp.mpf(0.1) * mp.cos(2 * p), 0.4))
+    holds(found["fast"], 0, (2 * mp.mpf(0.4), mp.mpf(2), mp.mpf(0)))
+
+
+def test_shafts_alone_and_names():
+    rotor = flywheel.motion(
+        flywheel.load({"shafts": {"motor": {"ratio": 3}}, "inertia": [{"on": "motor", "value": 1}]}), points=3
+    )
+    assert rotor["motor"].position[-1] == pytest.approx(6 * np.pi)
+    found = flywheel.motion(flywheel.load(ALONE), of=["slider", "slider-crank.rod"], points=3)
+    assert list(found.curves) == ["guide", "rod"]
+    assert found["slider"] is found["guide"]
+
+
+@cache
+def alone() -> Any:
+    return flywheel.load(ALONE)
+
+
+@pytest.mark.parametrize(
+    ("options", "told"),
+    [
+        ({"of": ["sldier"]}, 'did you mean "slider"'),
+        ({"over": "time"}, "time without a motion in time"),
+        ({"over": "tme"}, '"driver" or "time"'),
+        ({"at": []}, "no position"),
+        ({"at": [np.nan]}, "finite"),
+        ({"points": 0}, "points"),
+        ({"speed": 0}, "not 0"),
+        ({"speed": "scene"}, "without a speed"),
+        ({"speed": 1.0, "regime": True}, "one motion"),
+        ({"until": 2.0}, "none without a law"),
+        ({"law": "sin(t)"}, "how long it lasts"),
+        ({"law": "tan(t)", "until": 2.0}, "1.5708"),
+        ({"law": "sqrt(t)", "until": 2.0}, "rate is not finite at t = 0 s"),
+        ({"law": "1.0*(t > 1)", "until": 2.0}, "jumps by 1 rad at t = 1 s"),
+        ({"law": "sin(phi)", "until": 2.0}, "an expression of phi"),
+        ({"law": "5 rad/s", "until": 2.0}, "give it as speed"),
+        ({"law": "t", "until": 1.0, "at": [3.0]}, "0 s to 1 s"),
+        ({"law": "t", "until": 1.0, "over": "driver", "at": [3.0]}, "does not pass"),
+        ({"law": "none.csv"}, "no file"),
+        ({"law": ([0, 1, 1, 2], [0, 1, 2, 3])}, "ascend"),
+        ({"law": lambda t: (np.sin(t), 1.0, 0.0), "until": 3.0}, "not the rate"),
+        ({"law": lambda t: np.sin(t), "until": 3.0}, "gives 1 value"),
+    ],
+)
+def test_what_cannot_move_so_is_one_line(options, told):
+    with pytest.raises(SceneError) as error:
+        flywheel.motion(alone(), **options)
+    (fault,) = error.value.faults
+    assert told in str(fault)
+    assert "\n" not in str(fault)
+
+
+def test_a_law_that_leaves_the_stroke_is_told_with_its_first_instant():
+    scene = flywheel.load(EXAMPLES / "machines/injection_clamp.toml")
+    with pytest.raises(SceneError, match=r"out of its stroke at t = 0\.76 s, past 0\.19 m"):
+        flywheel.motion(scene, law="0.25*t", until=3.0)
+    with pytest.raises(SceneError, match=r"at t = 0\.5 s, past -0\.06 m"):  # a short excursion between two that stay
+        flywheel.motion(scene, law="-0.06 + 0.2*(t - 0.5)*(t - 0.5001)", until=0.55)
+    touching = flywheel.motion(scene, law="-0.06 + 0.25*sin(t)**2", until=3.0, of=["platen"])
+    assert touching.q.max() <= 0.19
