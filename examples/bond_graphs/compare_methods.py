@@ -6,7 +6,8 @@ Prints how position, velocity and acceleration (imposed motion), the motion that
 torque that imposes a motion agree between the methods, what each method assumes and costs, and how a step that divides by
 the transformer's modulus fares at the dead centres. With a file name, draws curves over one another with their residuals:
 velocities and torque into that file, and every quantity over time into one beside it for each motion (figure_sine.png,
-figure_steady.png, figure_rest.png, figure_free.png).
+figure_steady.png, figure_rest.png, figure_free.png). Beside them stands what `flywheel.motion` finds for the scene
+compare_methods.toml.
 
 - Kinematics (`compare_kinematics`): a source of flow imposes the crank's motion; the slider's position, velocity and
   acceleration follow from the graph by integration, and from the triangle in closed form. Beside them: the velocity by the
@@ -32,6 +33,7 @@ import sys
 import time
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from functools import partial
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -41,6 +43,7 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 from scipy.integrate import solve_ivp
 
+import flywheel
 from bondgraph import Builder, GraphError, I, R, Run, Se, Sf, simulate
 
 Array = NDArray[np.float64]
@@ -633,7 +636,7 @@ def compare_kinematics(
     return Comparison(f"slider, {imposed.name} imposed on the crank", t, quantities, clock.seconds)
 
 
-POLE, SHORT, LONG = "instant centre", "small lambda", "endless rod"
+POLE, SHORT, LONG, LIBRARY = "instant centre", "small lambda", "endless rod", "flywheel.motion"
 
 
 class Clock:
@@ -787,6 +790,7 @@ STYLES: dict[str, Any] = {
     "DOP853": {"color": BLACK, "linewidth": 1.0},
     "bond graph": {"color": BLACK, "linewidth": 1.0},
     SHORT: {"color": SKY, "linestyle": "--"},
+    LIBRARY: {"color": "#882255", "linewidth": 1.0, "linestyle": (0, (6, 3))},
     LONG: {"color": ORANGE, "linestyle": "-."},
     "small lambda, m l²/3": {"color": VERMILLION, "linestyle": "-."},
     "theta overwritten, as printed": {"color": PURPLE, "linestyle": ":"},
@@ -827,7 +831,8 @@ def draw(columns: list[tuple[Comparison, str]], path: str) -> None:
 
 def course(comparison: Comparison, rows: Sequence[str], path: Path, until: float | None = None) -> None:
     """Quantities over time, one below the other: the curves on the left, their residuals on the right, one legend."""
-    figure = Figure(figsize=(13.0, 2.6 * len(rows) + 1.0), layout="constrained")
+    height = 2.6 * len(rows) + 1.0
+    figure = Figure(figsize=(13.0, height))
     FigureCanvasAgg(figure)
     panels = figure.subplots(len(rows), 2, sharex=True, squeeze=False)
     lines: dict[str, Any] = {}
@@ -841,8 +846,20 @@ def course(comparison: Comparison, rows: Sequence[str], path: Path, until: float
         right.set_ylabel(f"|residual|, {comparison[row].unit}")
     panels[0][0].set_title(comparison.title)
     panels[0][1].set_title(f"residual to {comparison.quantities[0].reference}")
-    figure.legend(lines.values(), lines.keys(), loc="outside lower center", ncols=5, frameon=False)
+    figure.legend(lines.values(), lines.keys(), loc="lower center", ncols=6, frameon=False)
+    figure.subplots_adjust(0.06, 1.2 / height, 0.98, 1.0 - 0.4 / height, wspace=0.15, hspace=0.1)
     figure.savefig(path, dpi=100)
+
+
+def with_library(comparison: Comparison, found: flywheel.Kinematics) -> Comparison:
+    """The comparison with the library's own motion of crank and slider at the same times."""
+    crank, slider = found["crank"], found["slider"]
+    names = dict(zip(CRANK + SLIDER, (*crank[3:6], *slider[3:6]), strict=True))
+    quantities = tuple(
+        replace(quantity, curves={**quantity.curves, LIBRARY: names[quantity.name]}) if quantity.name in names else quantity
+        for quantity in comparison.quantities
+    )
+    return replace(comparison, quantities=quantities)
 
 
 CRANK, SLIDER = ("theta", "omega", "alpha"), ("position", "velocity", "acceleration")
@@ -875,11 +892,27 @@ def methods(kinematics: Comparison, rest: Comparison) -> str:
     return "\n".join(lines)
 
 
+def imposed_on(imposed: Imposed, t: Array) -> tuple[Any, Any, Any]:
+    """A motion of the crank as `flywheel.motion` takes it."""
+    return imposed.theta(t), imposed.omega(t), imposed.alpha(t)
+
+
 def main(path: str | None = None) -> None:
     """Print the tables; draw the figures if the name of one is given."""
-    machine = SliderCrank()
-    kinematics = [compare_kinematics(machine, imposed, step=0.02) for imposed in (HARMONIC, STEADY)]
+    machine, scene = SliderCrank(), flywheel.load(Path(__file__).with_suffix(".toml"))
+    kinematics = []
+    for imposed in (HARMONIC, STEADY):
+        found = compare_kinematics(machine, imposed, step=0.02)
+        law = partial(imposed_on, imposed)
+        kinematics.append(with_library(found, flywheel.motion(scene, law=law, until=found.t[-1], at=found.t)))
     free, rest = compare_motion(machine), compare_motion(machine, omega=0.0, torque=1.0, until=5.0)
+    runs = [
+        flywheel.simulate(moved, phi=0.0, omega=omega, until=until, rtol=1e-10)
+        for moved, omega, until in ((replace(scene, drive=None), 1.0, 10.0), (scene, 0.0, 5.0))
+    ]
+    free, rest = (
+        with_library(c, flywheel.motion(scene, transient=run, at=c.t)) for c, run in zip((free, rest), runs, strict=True)
+    )
     torques = [compare_torques(machine, imposed) for imposed in (HARMONIC, STEADY)]
     for comparison in (*kinematics, free, rest, *torques):
         print(comparison.table(), end="\n\n")

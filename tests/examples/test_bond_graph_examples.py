@@ -41,6 +41,9 @@ def test_main_prints_and_draws(script, tmp_path, monkeypatch, capsys):
         assert "small lambda, m l²/3" in printed
         assert printed.count("alpha left at 0") == 1  # at a constant speed there is none to leave
         assert len(list(tmp_path.glob("picture_*.png"))) == 4
+        beside = [line.split() for line in printed.splitlines() if ": flywheel.motion" in line]
+        assert len(beside) == 2 * 3 + 2 * 6
+        assert max(float(words[-3]) for words in beside) < 1e-9  # greatest residual
     if script.stem == "rosenberg":
         assert "23 bonds  by the rules; I*(0.5 rad) = 0.1416 kg m²" in printed
         assert "19 bonds  rod's centre held on the line, as there; I*(0.5 rad) = 0.2052 kg m²" in printed

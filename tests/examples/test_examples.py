@@ -16,6 +16,8 @@ EXAMS, MACHINES = EXAMPLES / "exams", EXAMPLES / "machines"
 SCRIPTS = sorted(path for path in EXAMS.glob("*.py") if path.name != "steps.py")
 SCENES = sorted(EXAMPLES.glob("*/*.toml"))
 ONE_WAY = [path for path in SCENES if "\n[stroke]" in path.read_text(encoding="utf-8")]
+ALONE = [path for path in SCENES if not {"[stroke]", "[flywheel]"} & set(path.read_text(encoding="utf-8").split())]
+SIZED = [path for path in SCENES if path not in (*ONE_WAY, *ALONE)]
 
 
 def name(path: Path) -> str:
@@ -58,7 +60,15 @@ def test_scene_of_one_way_is_reduced_from_end_to_end(scene):
         flywheel.size(loaded)
 
 
-@pytest.mark.parametrize("scene", sample([scene for scene in SCENES if scene not in ONE_WAY], 4), ids=name)
+@pytest.mark.parametrize("scene", ALONE, ids=name)
+def test_scene_of_a_mechanism_alone_moves_and_has_no_flywheel_to_size(scene):
+    loaded = flywheel.load(scene)
+    assert flywheel.motion(loaded, points=5).curves
+    with pytest.raises(flywheel.SceneError, match="flywheel"):
+        flywheel.size(loaded)
+
+
+@pytest.mark.parametrize("scene", sample(SIZED, 4), ids=name)
 def test_scene_documents_itself_and_sizes_to_its_irregularity(scene):
     loaded, text = flywheel.load(scene), scene.read_text(encoding="utf-8")
     assert text.startswith("# ")
