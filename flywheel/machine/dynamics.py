@@ -32,7 +32,7 @@ from flywheel.numerics.jets import Jet
 from flywheel.scene.scene import Scene
 
 if TYPE_CHECKING:
-    from flywheel.machine.passive_resistances import PassiveResistances
+    from flywheel.machine.passive_resistances import Coefficients, PassiveResistances
 
 Array = NDArray[np.float64]
 
@@ -426,15 +426,15 @@ class Dynamics:
         """
         place = anchor or Anchor(middle, None, None)
         phi, beyond = self._inside(phi)
-        parts = [self._part(stage, phi, place, omega, time, current) for stage in self.machine.stages]
-        if ends is not None and not all(math.isfinite(part.moment) for part in parts):
+        parts, table = self._parts(phi, place, omega, time, current)
+        if ends is not None and not all(np.all(np.isfinite(part.moment)) for part in parts):
             low, high = _interior(ends)
             held = min(max(phi, low), high)
             return self.at(held, middle, omega, time, current=current, anchor=anchor)
         if beyond:
             parts[0] = parts[0]._replace(inertia=parts[0].inertia + beyond * sum(part.slope for part in parts))
         if self.resistances is not None:
-            found = self._resisted(parts, np.array([phi]), place, np.array([omega]), current)
+            found = self._resisted(parts, table, np.array([phi]), place, np.array([omega]), current)
             return found._replace(
                 acceleration=_one(found.acceleration),
                 moment=_one(found.moment),
@@ -459,12 +459,12 @@ class Dynamics:
         With the `ends` of a piece, a law that stops being defined there is read just inside, as by `at`.
         """
         phi = np.asarray(self._inside(phi)[0])
-        parts = [self._part(stage, phi, anchor, omega, time, current) for stage in self.machine.stages]
+        parts, table = self._parts(phi, anchor, omega, time, current)
         if ends is not None and not all(np.isfinite(part.moment).all() for part in parts):
             return self.along(np.clip(phi, *_interior(ends)), anchor, omega, time, current)
         factors = anchor.factors or tuple(1.0 for _ in parts)
         if self.resistances is not None:
-            found = self._resisted(parts, phi, anchor._replace(factors=factors), omega, current)
+            found = self._resisted(parts, table, phi, anchor._replace(factors=factors), omega, current)
         else:
             found = self._instant(parts, omega, current, factors)
         whole = partial(wide, shape=phi.shape)
@@ -496,7 +496,9 @@ class Dynamics:
 
     def switches(self, phi: Any, anchor: Anchor, omega: Any, time: Any) -> list[Any]:
         """What decides branches by its sign and depends on speed or time, in the order of the loads."""
-        phi, found = self._inside(phi)[0], []
+        phi, found = self._inside(phi)[0], list[Any]()
+        if not self._switching:
+            return found
         for stage in self.machine.stages:
             places = stage.reduction.at(phi, anchor.phi).places(omega, time, anchor.omega, anchor.time)
             for element, here, there in places:
@@ -517,11 +519,14 @@ class Dynamics:
     @property
     def branching(self) -> bool:
         """Whether some branch depends on speed or time, on which side of a mesh drives, or on how joints rub."""
+        return self.machine.resists or len(self.machine.stages) > 1 or self._switching
+
+    @cached_property
+    def _switching(self) -> bool:
+        """Whether some branch of a load depends on speed or time."""
         moving = [effort for effort in self.machine.efforts if effort.uses_speed or effort.uses_time]
         laws = [effort.load.law for effort in moving]
-        if self.machine.resists:
-            return True
-        return len(self.machine.stages) > 1 or any(isinstance(law, Expression) and moving_switches(law) for law in laws)
+        return any(isinstance(law, Expression) and moving_switches(law) for law in laws)
 
     def _inside(self, phi: Any) -> tuple[Any, Any]:
         """The position, or the end of the stroke that it lies past, and by how much it does."""
@@ -529,6 +534,29 @@ class Dynamics:
             return phi, 0.0
         held = np.clip(phi, 0.0, self.machine.scene.cycle)
         return held, phi - held
+
+    def _parts(
+        self, phi: Any, anchor: Anchor, omega: Any, time: Any, current: Any
+    ) -> tuple[list[_Contribution], tuple[Coefficients, ...]]:
+        """All parts of the machine; with rough joints also what their tables give, and the parts from these if they can."""
+        resistances, stages = self.resistances, self.machine.stages
+        if resistances is None:
+            return [self._part(stage, phi, anchor, omega, time, current) for stage in stages], ()
+        table = resistances.at(np.atleast_1d(phi))
+        if not resistances.complete:
+            return [self._part(stage, phi, anchor, omega, time, current) for stage in stages], table
+        counting.count(phi)
+        acting = resistances.acting(table, np.atleast_1d(phi), anchor, omega, time, self.balance, self._of_circuit)
+        rows = zip(stages, acting.inertia, acting.slope, acting.moment, strict=True)
+        parts = [
+            _Contribution(stage.efficiency, inertia + self.inertia * stage.carries_flywheel, slope, moment, acting.efforts)
+            for stage, inertia, slope, moment in rows
+        ]
+        if self.circuit is not None:
+            k = next(k for k, stage in enumerate(stages) if stage.drives)
+            torque = self.ratio * self.circuit.torque_of_current(self.ratio * omega, current)
+            parts[k] = parts[k]._replace(moment=parts[k].moment + torque)
+        return parts, table
 
     def _part(self, stage: Stage, phi: Any, anchor: Anchor, omega: Any, time: Any, current: Any) -> _Contribution:
         station = stage.reduction.at(phi, anchor.phi)
@@ -558,7 +586,15 @@ class Dynamics:
         """Whether a source is the quasi-static law of a motor whose current is followed instead."""
         return self.circuit is not None and name.startswith(DRIVE)
 
-    def _resisted(self, parts: Sequence[_Contribution], phi: Array, anchor: Anchor, omega: Array, current: Any) -> Instant:
+    def _resisted(
+        self,
+        parts: Sequence[_Contribution],
+        table: tuple[Coefficients, ...],
+        phi: Array,
+        anchor: Anchor,
+        omega: Array,
+        current: Any,
+    ) -> Instant:
         """The instants with friction in joints, at positions and speeds (n,): one linear system for each (see `Rubbing`).
 
         Which way the meshes pass power, and how friction acts, is found in turn where the anchor does not tell.
@@ -567,7 +603,7 @@ class Dynamics:
         assert resistances is not None
         sense = np.sign(omega if anchor.omega is None else anchor.omega) + np.zeros(phi.shape)
         efforts = {path: value for part in parts for path, value in (part.efforts or {}).items()}
-        terms = resistances.terms(phi, omega, efforts)
+        terms = resistances.terms(table, omega, efforts)
         count = resistances.curved.size
         if anchor.sides is None:
             sliding, signs = resistances.sliding(terms.ways, sense), None
@@ -604,7 +640,8 @@ class Dynamics:
             if phi.size == 1:
                 solutions = resistances.solutions(terms, alone, gains, factors)
             signs = np.where(resistances.curved, 0.0, np.where(forces < 0.0, -1.0, 1.0))
-        decisive = np.concatenate((rates, np.where(resistances.curved, 0.0, forces), found.determinant[:, None]), axis=1).T
+        rubs, signed = resistances.rubbing & (resistances.strengths > 0.0), ~resistances.curved
+        decisive = np.concatenate((rates[:, rubs], forces[:, signed], found.determinant[:, None]), axis=1).T
         rests = sense == 0.0  # what each joint then holds is not determined
         return instant._replace(
             acceleration=np.where(rests, 0.0, instant.acceleration),
@@ -634,8 +671,8 @@ class Dynamics:
         for sense, place in ((1.0, ahead), (-1.0, behind)):
             omega = sense * ONSET * self.machine.typical_speed
             anchor = Anchor(place, omega, time)
-            parts = [self._part(stage, float(at[0]), anchor, omega, time, current) for stage in self.machine.stages]
-            moment = float(sum(part.moment for part in parts))
+            parts, table = self._parts(float(at[0]), anchor, omega, time, current)
+            moment = float(np.ravel(sum(part.moment for part in parts))[0])
             if sense * moment >= 0.0:
                 break
         total = sum(part.inertia for part in parts)
@@ -648,7 +685,7 @@ class Dynamics:
 
         def resisted(efforts: dict[str, Any], always: float, moment: float | None) -> tuple[float, float]:
             """Friction against the motion; with a moment, what it leaves of that when the crank is accelerated by it."""
-            terms = resistances.terms(at, np.zeros(1), efforts, always)
+            terms = resistances.terms(table, np.zeros(1), efforts, always)
             factors = resistances.factors(resistances.sliding(terms.ways, np.array([sense])))
             gains = terms.ways / total if moment is not None else np.zeros_like(terms.ways)
             found = resistances.resisted(terms, (moment or 0.0) / total, gains, factors, None)

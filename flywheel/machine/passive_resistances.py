@@ -23,7 +23,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bondgraph.elements import Here
-from flywheel.machine.machine import Machine, spring_effort
+from flywheel.machine.machine import Effort, Machine, spring_effort
 from flywheel.machine.reactions import port_load, poses_of
 from flywheel.mechanisms.linkage import followed
 from flywheel.mechanisms.linkages.positions import Poses
@@ -34,7 +34,9 @@ from flywheel.numerics.cells import Cells
 from flywheel.scene.scene import Mechanism
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Callable, Sequence
+
+    from flywheel.machine.dynamics import Anchor
 
 Array = NDArray[np.float64]
 
@@ -45,11 +47,33 @@ _MOST_CELLS = 4000
 _WIDEST = np.pi / 4  # of a cell to begin with, rad; of a stroke an eighth
 _NOTHING = 1e-12  # of the largest: what is smaller is rounding
 _SETTLED = 1e-15  # of the largest force: a change after which Newton's iteration stops
+_SQUARED = 1e-9  # change after which one more step is the last
 _LOST = 1e-9  # and what it must have come to
 _LIMIT = 30
 _MOST_TRIED = 10  # forces with a sign, up to which all combinations of signs are tried
 _APART = 1e-6  # of the largest force: solutions that differ by less are one
 _SURE = 0.99  # norm of a map that certainly contracts
+
+
+class Coefficients(NamedTuple):
+    """What a mechanism's table gives at n positions.
+
+    rows: of the forces that friction follows, by every input and every passive action, (n, forces, 2, inputs + forces);
+    powers: of the inputs themselves by the crank's speed, (n, inputs); ways: rates of joints by the crank's, (n, forces).
+    """
+
+    rows: Array
+    powers: Array
+    ways: Array
+
+
+class Acting(NamedTuple):
+    """Inertia, its slope and the moment on the crank for each stage (n,), and the efforts of all loads by their paths."""
+
+    inertia: list[Any]
+    slope: list[Any]
+    moment: list[Any]
+    efforts: dict[str, Any]
 
 
 class Terms(NamedTuple):
@@ -90,16 +114,16 @@ class _Table(NamedTuple):
     rates: Array
     error: float
 
-    def at(self, phi: Array) -> tuple[Array, Array]:
-        """Coefficients (n, forces, 2, inputs + forces) and rates of the joints by the crank's (n, forces)."""
+    def at(self, phi: Array) -> Coefficients:
+        """The coefficients at crank angles (n,)."""
         psi = self.ratio * phi + self.mechanism.phase
         if self.period is not None:
             psi = psi - self.period * np.floor(psi / self.period)
         cell, t = cells.located(self.mesh, psi)
         values = (self.series[cell] @ cells.basis(t, cells.ORDER)[..., None])[..., 0]
         count = len(self.passives)
-        split = values.shape[1] - count
-        return values[:, :split].reshape(-1, count, 2, self.inputs + count), self.ratio * values[:, split:]
+        rows, powers, ways = np.split(values, (-self.inputs - count, -count), axis=1)
+        return Coefficients(rows.reshape(-1, count, 2, self.inputs + count), self.ratio * powers, self.ratio * ways)
 
 
 class PassiveResistances:
@@ -118,35 +142,107 @@ class PassiveResistances:
         self.curved = np.concatenate([table.curved for table in self.tables])
         self.rates = np.concatenate([table.rates for table in self.tables])
         self.error = max(table.error for table in self.tables)
-        stages = [stage.shaft for stage in machine.stages]
-        owners = [t.mechanism.shaft if t.mechanism.shaft in stages else "crank" for t in self.tables]
         counts = [len(table.passives) for table in self.tables]
-        self.stages = np.repeat([stages.index(owner) for owner in owners], counts)
+        self.stages = np.repeat([self._stage(table.mechanism.shaft) for table in self.tables], counts)
 
     @cached_property
     def rubbing(self) -> NDArray[np.bool_]:
         """Which passive actions are friction; the others are what inclined teeth add."""
         return np.array([one.name == FRICTION for table in self.tables for one in table.passives])
 
-    def terms(self, phi: Array, omega: Any, efforts: Mapping[str, Any], always: float = 1.0) -> Terms:
+    def at(self, phi: Array) -> tuple[Coefficients, ...]:
+        """The coefficients of every rough mechanism at crank angles (n,)."""
+        return tuple(table.at(phi) for table in self.tables)
+
+    @cached_property
+    def complete(self) -> bool:
+        """Whether the tables hold all mechanisms, so that they give the machine's inertia and moment as well."""
+        scene = self.machine.scene
+        loaded = [item for item in scene.springs if item.on in scene.shafts]
+        return len(self.tables) == len(scene.mechanisms) and not loaded
+
+    def acting(
+        self,
+        found: tuple[Coefficients, ...],
+        phi: Array,
+        anchor: Anchor,
+        omega: Any,
+        time: Any,
+        unknown: float,
+        left_out: Callable[[str], bool],
+    ) -> Acting:
+        """The equation of motion but for friction, where the tables are complete; without the loads `left_out`, by path."""
+        scene, machine = self.machine.scene, self.machine
+        stages = [stage.shaft for stage in machine.stages]
+        inertia: list[Any] = [0.0] * len(stages)
+        slope, moment = inertia.copy(), inertia.copy()
+        efforts: dict[str, Any] = {}
+        gains: dict[str, tuple[int, Any]] = {}
+        for table, paths, own in zip(self.tables, self.paths, found, strict=True):
+            k = self._stage(table.mechanism.shaft)
+            always, by_speed, by_square, by_acceleration, *each = own.powers.T
+            inertia[k], slope[k] = inertia[k] - by_acceleration, slope[k] - 2.0 * by_square
+            moment[k] = moment[k] + always + by_speed * omega
+            gains |= {path: (k, gain) for path, gain in zip(paths, each, strict=True)}
+        for mass in scene.inertias:
+            if mass.on in scene.shafts:
+                k = self._stage(mass.on)
+                inertia[k] = inertia[k] + mass.value * scene.shafts[mass.on] ** 2
+        for damper in scene.dampers:
+            if damper.on in scene.shafts:
+                k = self._stage(damper.on)
+                moment[k] = moment[k] - damper.coefficient * scene.shafts[damper.on] ** 2 * omega
+        at_anchor = anchor.omega if anchor.omega is not None else omega
+        then = time if anchor.time is None else anchor.time
+        for effort in machine.efforts:
+            if left_out(effort.path):
+                continue
+            k, gain = gains.get(effort.path) or (self._stage(effort.load.on), scene.shafts[effort.load.on])
+            motion = machine.motion_of(effort.load.on)
+            rate = scene.shafts.get(motion.of, 1.0)
+            q, q_anchor = rate * phi, rate * anchor.phi
+            here = Here(q, motion.position(q, np, q_anchor), np, rate * omega, gain * omega, time)
+            middle = Here(q_anchor, motion.position(q_anchor, np, q_anchor), np, rate * at_anchor, None, then)
+            if "flow" in effort.sees or effort.uses_speed:
+                middle = middle._replace(flow=self._gain(effort, anchor.phi) * at_anchor)
+            value = effort(here, middle)
+            if effort.depends_on_unknown:
+                value = value + unknown * effort.per_unknown(here, middle)
+            efforts[effort.path] = value
+            moment[k] = moment[k] + gain * value
+        return Acting(inertia, slope, moment, efforts)
+
+    def _stage(self, shaft: str) -> int:
+        """The number of the stage that a shaft belongs to."""
+        names = [stage.shaft for stage in self.machine.stages]
+        return names.index(shaft) if shaft in names else 0
+
+    def _gain(self, effort: Effort, phi: Any) -> Any:
+        """Rate of a load's place by the crank's, at crank angles."""
+        for table, paths in zip(self.tables, self.paths, strict=True):
+            if effort.path in paths:
+                powers = table.at(np.atleast_1d(np.asarray(phi, dtype=float))).powers
+                return powers[:, BY_ACCELERATION + 1 + paths.index(effort.path)]
+        return self.machine.scene.shafts[effort.load.on]
+
+    def terms(self, found: tuple[Coefficients, ...], omega: Any, efforts: Mapping[str, Any], always: float = 1.0) -> Terms:
         """What the forces come to at positions (n,) and speeds, under efforts on ports by the paths of their loads.
 
         always: share of weights and springs.
         """
-        parts = []
-        for table, paths in zip(self.tables, self.paths, strict=True):
-            matrix, ways = table.at(phi)
-            inputs = np.zeros((phi.size, table.inputs))
+        parts, count = [], len(found[0].ways)
+        for table, paths, own in zip(self.tables, self.paths, found, strict=True):
+            inputs = np.zeros((count, table.inputs))
             inputs[:, BY_ONE], inputs[:, BY_SPEED], inputs[:, BY_SQUARE] = always, omega, omega * omega
             for k, path in enumerate(paths, start=BY_ACCELERATION + 1):
                 inputs[:, k] = efforts.get(path, 0.0)
-            known = matrix[..., : table.inputs]
+            known = own.rows[..., : table.inputs]
             free = np.einsum("npkc,nc->npk", known, inputs)
-            scale = np.einsum("npkc,nc->npk", np.abs(known), np.abs(inputs)).max(axis=(1, 2))
-            parts.append(Terms(free, known[..., BY_ACCELERATION], matrix[..., table.inputs :], ways, scale))
+            scale = np.abs(known * inputs[:, None, None, :]).max(axis=(1, 2, 3))
+            parts.append(Terms(free, known[..., BY_ACCELERATION], own.rows[..., table.inputs :], own.ways, scale))
         if len(parts) == 1:
             return parts[0]
-        pull = np.zeros((phi.size, self.curved.size, 2, self.curved.size))
+        pull = np.zeros((count, self.curved.size, 2, self.curved.size))
         first = 0
         for part in parts:
             last = first + part.ways.shape[1]
@@ -178,29 +274,28 @@ class PassiveResistances:
         return self._continued(free, pull, factors, signs)
 
     def _continued(self, free: Array, pull: Array, factors: Array, signs: Array) -> Resisted:
-        """Linear where forces keep their signs; Newton's iteration for resultants."""
+        """Linear where forces keep their signs; Newton's iteration for resultants, whose errors are squared each time."""
+        one, gap, most, size = np.eye(free.shape[1]), np.inf, 0.0, np.zeros(signs.shape)
         unit = np.zeros_like(free)
         unit[..., 0] = signs
-        one, parts = np.eye(free.shape[1]), free
-        size: Array
-        for _ in range(_LIMIT):
-            if self.curved.any():
-                length = np.hypot(parts[..., 0], parts[..., 1])[..., None]
-                along = np.divide(parts, length, out=np.zeros_like(parts), where=length > 0.0)
-                unit = np.where(self.curved[:, None], along, unit)
-            matrix = one - np.einsum("npk,npkj->npj", unit, pull)
+        matrix, parts, curved = unit, free, self.curved
+        for _ in range(_LIMIT if curved.any() else 1):
+            if curved.any():
+                bent = parts[:, curved]
+                length = np.hypot(bent[..., 0], bent[..., 1])[..., None]
+                unit[:, curved] = np.divide(bent, length, out=np.zeros_like(bent), where=length > 0.0)
+            matrix = one - (unit[:, :, None, :] @ pull)[:, :, 0]
             size = _solution(matrix, (unit * free).sum(axis=-1))
-            if not self.curved.any():
+            if gap <= _SQUARED * most or not curved.any():
+                gap = 0.0
                 break
-            parts = free + np.einsum("npkj,nj->npk", pull, size)
-            gap = np.abs(np.hypot(parts[..., 0], parts[..., 1]) - size)[:, self.curved].max(axis=1)
-            most = np.abs(size).max(axis=1)
-            if not (gap > _SETTLED * most).any():
+            parts = free + (pull @ size[:, None, :, None])[..., 0]
+            gap = float(np.abs(np.hypot(parts[:, curved, 0], parts[:, curved, 1]) - size[:, curved]).max())
+            most = float(np.abs(size).max())
+            if gap <= _SETTLED * most:
                 break
-        if self.curved.any():
-            size = np.where((gap <= _LOST * most)[:, None], size, np.nan)
-        signed = np.where(self.curved, size, signs * size)
-        return Resisted(factors * size, signed, np.linalg.det(matrix))
+        size = size if gap <= _LOST * most else np.full_like(size, np.nan)
+        return Resisted(factors * size, np.where(curved, size, signs * size), np.linalg.det(matrix))
 
     def _found(self, free: Array, pull: Array, factors: Array) -> Resisted:
         """The solution that grows out of the one without friction."""
@@ -261,19 +356,20 @@ def _fitted(machine: Machine, mechanism: Mechanism) -> _Table:
     widest = _WIDEST if cycle.period is not None else (high - low) / 8
     inner = [at for at in machine.corners_of(mechanism) if low < at < high]
     edges = np.unique(np.concatenate((np.linspace(low, high, int(np.ceil((high - low) / widest)) + 1), inner)))
-    first = _Coefficients.of(machine, mechanism, 0.5 * (edges[1:] + edges[:-1]))  # where joints move
-    inputs, passives = first.rows.shape[3] - len(first.passives), first.passives
+    first, passives = _coefficients(machine, mechanism, 0.5 * (edges[1:] + edges[:-1]))  # where joints move
+    inputs = first.powers.shape[1]
 
     def values(psi: Array) -> tuple[Array, Array]:
         """All entries (entries, n), and the size of each one's column, (entries,)."""
-        found = _Coefficients.of(machine, mechanism, psi)
+        found, _ = _coefficients(machine, mechanism, psi)
         largest = np.abs(found.rows).max(axis=(0, 1, 2))
         scale = np.broadcast_to(largest, found.rows.shape[1:]).ravel()
         rates = np.abs(found.ways).max(axis=0, initial=0.0)
         kinds = np.array([one.unit for one in passives])
         speeds = np.array([rates[kinds == unit].max() for unit in kinds])
-        entries = np.concatenate((found.rows.reshape(psi.size, -1), found.ways), axis=1).T
-        return entries, np.concatenate((scale, speeds))
+        entries = np.concatenate((found.rows.reshape(psi.size, -1), found.powers, found.ways), axis=1).T
+        powers = np.abs(found.powers).max(axis=0)
+        return entries, np.concatenate((scale, powers, speeds))
 
     def evaluated(edges: Array) -> tuple[tuple[Cells, Array, Array], float, cells.Coarse]:
         mesh = cells.cells(edges)
@@ -305,28 +401,20 @@ def _fitted(machine: Machine, mechanism: Mechanism) -> _Table:
     )
 
 
-class _Coefficients(NamedTuple):
-    """Coefficients at n positions: `rows` (n, forces, 2, inputs + forces), `ways` (n, forces) by the driver's coordinate."""
+def _coefficients(machine: Machine, mechanism: Mechanism, psi: Array) -> tuple[Coefficients, tuple[Passive, ...]]:
+    """Coefficients at n positions of the driver, by Newton's and Euler's equations of all bodies with one load alone.
 
-    rows: Array
-    ways: Array
-    passives: tuple[Passive, ...]
-
-    @classmethod
-    def of(cls, machine: Machine, mechanism: Mechanism, psi: Array) -> _Coefficients:
-        """By Newton's and Euler's equations of all bodies, with one load alone in each column."""
-        poses = poses_of(mechanism, psi)
-        drivers = (poses.linkage.driver,)
-        parts = unknowns(poses, drivers, np.ones(psi.size), friction=True)
-        found = response(poses, parts, np.stack(list(_loads(machine, mechanism, poses, psi))))
-        forms = size_forms(poses, parts, found.loose)
-        rows = np.einsum("pkm,nmc->npkc", forms, found.values)
-        middle = centres(poses)
-        ways = [
-            np.einsum("bin,bin->n", one.pair.on_bodies(middle.value), middle.rate) * (one.name == FRICTION)
-            for one in parts.passives
-        ]
-        return cls(rows, np.stack(ways, axis=1), parts.passives)
+    Powers and ways are by the driver's coordinate.
+    """
+    poses = poses_of(mechanism, psi)
+    parts = unknowns(poses, (poses.linkage.driver,), np.ones(psi.size), friction=True)
+    loads = np.stack(list(_loads(machine, mechanism, poses, psi)))
+    found = response(poses, parts, loads)
+    rows = np.einsum("pkm,nmc->npkc", size_forms(poses, parts, found.loose), found.values)
+    middle = centres(poses)
+    powers = np.einsum("cbin,bin->nc", loads, middle.rate)
+    wrenches = [one.pair.on_bodies(middle.value) * (one.name == FRICTION) for one in parts.passives]
+    return Coefficients(rows, powers, np.einsum("pbin,bin->np", np.stack(wrenches), middle.rate)), parts.passives
 
 
 def _loads(machine: Machine, mechanism: Mechanism, poses: Poses, psi: Array) -> Iterator[Array]:

@@ -338,6 +338,7 @@ def _implicit_steps(
 
 
 _SHARES = 0.5 - 0.5 * np.cos(np.pi * np.arange(10) / 9)  # of a step: where what is watched is looked at
+_NEAR_ROOT = 1e-5  # of a step: how far beside the root of a polynomial that of the motion is looked for
 _TO_SERIES = np.linalg.inv(chebyshev.chebvander(2.0 * _SHARES - 1.0, 9))
 
 
@@ -372,11 +373,22 @@ def crossing(events: Events, step: Step) -> Step:
         elif heights[at - 1] == 0.0:
             share = float(shares[at - 1])
         else:
-            ends = float(shares[at - 1]), float(shares[at])
+            ends = _closer(inside, k, float(shares[at - 1]), float(shares[at]), found)
             share = instant(lambda share: float(inside(np.array([share]))[k, 0]), *ends)  # noqa: B023 - called at once
         if first is None or share < first[0]:
             first = share, k
     return step if first is None else step._replace(end=step.start + width * first[0], crossed=first[1])
+
+
+def _closer(inside: Callable[[Array], Array], k: int, low: float, high: float, found: Array) -> tuple[float, float]:
+    """Shares between which value k passes zero: close about a root of its polynomial, where that is one of its own."""
+    near = found[(found > low) & (found < high)]
+    if near.size:
+        tried = np.clip(near[0] + np.array([-_NEAR_ROOT, _NEAR_ROOT]), low, high)
+        before, after = inside(tried)[k]
+        if before > 0.0 > after:
+            return float(tried[0]), float(tried[1])
+    return low, high
 
 
 # -- one steady cycle --------------------------------------------------------------------------------------------------
