@@ -650,17 +650,25 @@ class Dynamics:
             friction=Rubbing(moved, np.concatenate((sliding, signs), axis=1), decisive, *solutions),
         )
 
-    def from_rest(self, phi: float, ahead: float, behind: float, time: float, current: float = 0.0) -> tuple[float, float]:
+    def from_rest(self, phi: float, ahead: float, behind: float, times: Array, current: Any = 0.0) -> tuple[Array, Array]:
         """The acceleration (rad/s²) of a machine with rough joints at rest if it moved forwards, and if it moved backwards.
 
-        It does the one where that is above 0, the other where that is below; `ahead` and `behind` lie in the pieces on
-        either side of the position.
+        At times (n,) it does the one where that is above 0, the other where that is below; `ahead` and `behind` lie in the
+        pieces on either side of the position. 0 stands where friction leaves no motion.
         """
-        onset = ONSET * self.machine.typical_speed
-        found = []
+        onset, found = ONSET * self.machine.typical_speed, list[Array]()
         for place, omega in ((ahead, onset), (behind, -onset)):
-            now = self.at(phi, place, omega, time, current=current, anchor=Anchor(place, omega, time))
-            found.append(now.acceleration if math.isfinite(now.acceleration) else 0.0)  # friction leaves no motion
+            if len(self.machine.stages) == 1:
+                anchor = Anchor(place, np.full(times.shape, omega), times)
+                one = self.along(np.full(times.shape, phi), anchor, anchor.omega, times, current).acceleration
+            else:  # the sides of meshes are found one instant at a time
+                currents = np.broadcast_to(current, times.shape)
+                each = [
+                    self.at(phi, place, omega, float(t), current=float(i), anchor=Anchor(place, omega, float(t)))
+                    for t, i in zip(times, currents, strict=True)
+                ]
+                one = np.array([now.acceleration for now in each])
+            found.append(np.where(np.isfinite(one), one, 0.0))
         return found[0], found[1]
 
     def hold(self, phi: float, ahead: float, behind: float, time: float, current: float = 0.0) -> Hold:

@@ -394,11 +394,12 @@ def _rough_start(setting: Setting, begin: Start, goes_on: bool) -> Start:
     """
     machine, dynamics, circuit = setting.machine, setting.dynamics, setting.dynamics.circuit
     phi = begin.phi if machine.scene.stroke is not None else begin.phi % machine.scene.cycle
-    forwards, backwards = dynamics.from_rest(phi, *neighbours(machine, phi), 0.0)
+    sides, now = neighbours(machine, phi), np.zeros(1)
+    forwards, backwards = (float(one[0]) for one in dynamics.from_rest(phi, *sides, now))
     least = _BALANCED * max(abs(forwards), abs(backwards))
     if forwards > least or machine.depends_on_time or (goes_on and backwards < -least):
         return begin
-    if circuit is not None and dynamics.from_rest(phi, *neighbours(machine, phi), 0.0, circuit.current(0.0))[0] > least:
+    if circuit is not None and float(dynamics.from_rest(phi, *sides, now, circuit.current(0.0))[0][0]) > least:
         return begin
     where = machine.where(phi)
     if backwards < -least:
@@ -522,7 +523,8 @@ def _rough_rest(dynamics: Dynamics, trail: Trail, state: Array, last: float) -> 
     """What a machine with rough joints does at the end of its motion: friction holds it, or it would move."""
     machine, current = dynamics.machine, float(state[3]) if state.size > 3 else 0.0
     phi = float(state[0]) if machine.scene.stroke is not None else float(state[0]) % machine.scene.cycle
-    forwards, backwards = dynamics.from_rest(phi, *neighbours(machine, phi), last, current)
+    sides = neighbours(machine, phi)
+    forwards, backwards = (float(one[0]) for one in dynamics.from_rest(phi, *sides, np.array([last]), current))
     if trail.stuck or not (forwards > 0.0 or backwards < 0.0):
         return held_by(dynamics, phi, last, current)
     return f"friction in its joints does not hold it there, and it would {'move on' if forwards > 0.0 else 'turn back'}"

@@ -19,6 +19,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from bondgraph.motion.stepping import instant
 from flywheel.components.motors import DC
 from flywheel.machine.dynamics import ONSET, Anchor, Dynamics
 from flywheel.machine.machine import Effort, Machine
@@ -289,15 +290,6 @@ def held_by(dynamics: Dynamics, phi: float, t: float, current: float = 0.0) -> s
     return f"{what}, and would hold up to {found.friction:.6g} {unit}"
 
 
-def instant_of(push: Callable[[float], float], before: float, after: float) -> float:
-    """The first instant (s), to rounding, at which something pushes that does not `before`: bisection."""
-    while True:
-        middle = 0.5 * (before + after)
-        if not before < middle < after:
-            return after
-        before, after = (before, middle) if push(middle) else (middle, after)
-
-
 Passing = Callable[[float, float], str | None]
 Watching = Callable[[float, float], None]
 
@@ -429,19 +421,22 @@ class _Motion:
 
     # -- rough joints at rest --------------------------------------------------------------------------------------------
 
-    def _push_at_rest(self, t: float, current: float) -> float:
-        """The acceleration with which a machine with rough joints leaves its rest; 0 where they hold it."""
-        ahead, behind = neighbours(self.machine, float(self.state[0]))
-        forwards, backwards = self.dynamics.from_rest(float(self.state[0]), ahead, behind, t, current)
-        least = _BALANCED * max(abs(forwards), abs(backwards))
-        if forwards > least and backwards < -least:
-            raise SceneError([self._undecided("friction in its joints lets it start either way")])
-        return forwards if forwards > least else backwards if backwards < -least else 0.0
+    def _pushes(self, times: Array, currents: Any) -> Array:
+        """Accelerations (2, n) with which a machine with rough joints would leave its rest, forwards and backwards.
+
+        Less what counts as none: it leaves where the first is above 0, or the second below.
+        """
+        phi = float(self.state[0])
+        found = np.array(self.dynamics.from_rest(phi, *neighbours(self.machine, phi), times, currents))
+        least = _BALANCED * np.abs(found).max(axis=0)
+        return np.asarray(found - np.array([[1.0], [-1.0]]) * least)
 
     def _sets_out(self) -> bool:
         """Whether a machine at rest moves on, one way or the other: `sense` is which."""
-        current = float(self.state[3]) if self.state.size > 3 else 0.0
-        self.sense = float(np.sign(self._push_at_rest(self.t, current)))
+        (forwards,), (backwards,) = self._pushes(np.array([self.t]), float(self.state[3]) if self.state.size > 3 else 0.0)
+        if forwards > 0.0 and backwards < 0.0:
+            raise SceneError([self._undecided("friction in its joints lets it start either way")])
+        self.sense = 1.0 if forwards > 0.0 else -1.0 if backwards < 0.0 else 0.0
         return self.sense != 0.0
 
     def _rests(self) -> bool:
@@ -454,18 +449,25 @@ class _Motion:
             return False
         rest = _Rest(self.t, self.state.copy(), circuit)
 
-        def push(t: float) -> float:
-            return self._push_at_rest(t, float(rest.at(t)[3]) if self.state.size > 3 else 0.0)
+        def pushes(times: Array) -> Array:
+            """The accelerations less twice what counts as none, above 0 where it leaves: forwards, backwards."""
+            found = self._pushes(times, rest.at(times)[3] if self.state.size > 3 else 0.0)
+            return np.asarray(found * np.array([[1.0], [-1.0]]))
 
-        start, end = self.t, stop
-        for t in (start + (stop - start) * _WAITED).tolist():
-            if push(t):
-                end = instant_of(push, start, t)
-                break
-            start = t
+        times = np.append(self.t, self.t + (stop - self.t) * _WAITED)
+        leaves = np.argwhere(pushes(times).T > 0.0)
+        end = stop
+        if leaves.size:
+            k, side = leaves[0]
+            least = _BALANCED * float(np.abs(pushes(times)).max())
+
+            def push(t: float) -> float:
+                return float(pushes(np.array([t]))[side, 0]) - least
+
+            end = instant(push, float(times[max(k - 1, 0)]), float(times[k]))
         anchor = Anchor(float(self.state[0]), 0.0, 0.5 * (self.t + end), sides=np.zeros(2 * self.rough))
         anchor = anchor._replace(factors=None if len(self.machine.stages) == 1 else (1.0,) * len(self.machine.stages))
-        self._add([Stretch(Step(rest.at, self.t, end), self.offset, anchor)])
+        self._add([Stretch(Step(rest.at, self.t, end), self.offset, anchor)] if end > self.t else [])
         self.t, self.state = end, rest.at(end)
         return True
 
