@@ -37,7 +37,7 @@ if TYPE_CHECKING:
     from flywheel.motions import transients
     from flywheel.motions.joint_forces import JointForces, joint_forces
     from flywheel.motions.kinematics import Kinematics, motion
-    from flywheel.motions.kinetic_energy import cycle_shares, shares
+    from flywheel.motions.kinetic_energy import cycle_shares, shares, stored_energy
     from flywheel.motions.simulation import Motion, simulate
     from flywheel.motions.transients import Transient, run_down, run_up, time_along, transient
     from flywheel.motions.velocities import instant_centres
@@ -80,6 +80,7 @@ _HOMES = {
     "shares": "motions.kinetic_energy",
     "simulate": "motions.simulation",
     "size": "sizing.sizing",
+    "stored_energy": "motions.kinetic_energy",
     "time_along": "motions.transients",
     "tradeoff": "study.tradeoff",
     "transient": "motions.transients",
@@ -163,6 +164,7 @@ __all__ = [
     "shares",
     "simulate",
     "size",
+    "stored_energy",
     "time_along",
     "tradeoff",
     "transient",

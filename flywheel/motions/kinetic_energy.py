@@ -1,4 +1,6 @@
-"""Quinn's energy shares: what part of the kinetic energy each body holds. They depend on position alone, not on speed.
+"""Energy in the stores of a machine, and Quinn's shares: what part of the kinetic energy each body holds.
+
+Shares depend on position alone, not on speed.
 
     e_j = T_j/T = (m_j g_Gj² + J_j g_j²)/I*,   sum e_j = 1
 
@@ -21,12 +23,16 @@ from numpy.polynomial import chebyshev
 from numpy.typing import ArrayLike, NDArray
 
 from flywheel.machine.machine import FLYWHEEL, Machine
+from flywheel.mechanisms.families import has_joints
+from flywheel.mechanisms.linkage import linkage_of
 from flywheel.mechanisms.linkages.positions import Poses
+from flywheel.motions.kinematics import motion
 from flywheel.numerics import cells
 from flywheel.numerics.arguments import NOT_NEGATIVE, POSITIVE, array, number_faults, refuse, require
+from flywheel.numerics.cells import ROUNDING
 from flywheel.numerics.faults import Fault, SceneError, told
 from flywheel.regime.joint_friction import machine_of
-from flywheel.regime.state import reduce
+from flywheel.regime.state import EVALUATED, beside, own_coordinate, reduce, rounded_otherwise, spread
 from flywheel.scene.scene import Scene
 
 Array = NDArray[np.float64]
@@ -160,6 +166,95 @@ def speed_from_energy(machine: Machine | Scene, phi: ArrayLike, energy: ArrayLik
         found = f"{float(held[short].flat[0]):g} J at {where}"
         raise SceneError([Fault("energy", found, "0 or above", "the machine stops before it gets there")])
     return np.asarray(np.sqrt(2.0 * held / total))
+
+
+class StoredEnergy(NamedTuple):
+    """What every store of a machine holds at n positions (J), by name: the energy forms E(p) and E(q).
+
+    kinetic: of every body with mass or inertia, and of what is fixed on places; p²/(2 m), as ½ I_j* omega².
+    potential: of every spring, ½ k (x - rest)², and of every weight, -m (g · r) with r from the frame's origin, which is
+        where a weight's is zero. A law, whose outputs have no place in the frame, has no weights.
+    errors: estimated absolute errors under the same names.
+    """
+
+    kinetic: Mapping[str, Array]
+    potential: Mapping[str, Array]
+    errors: Mapping[str, Array]
+
+    @property
+    def total(self) -> Array:
+        """All of it, J, shape (n,)."""
+        return np.asarray(sum((*self.kinetic.values(), *self.potential.values()), np.zeros(1)))
+
+
+@np.errstate(all="ignore")
+def stored_energy(
+    machine: Machine | Scene, phi: ArrayLike, speed: ArrayLike = 0.0, *, flywheel: float = 0.0
+) -> StoredEnergy:
+    """Energy in every body, spring and weight at positions and speeds of the driver.
+
+    Args:
+        machine: a `Machine`, or a `Scene`, of which one is then built.
+        phi: crank angles (rad), not reduced to a turn where they come from a motion; on a stroke the driver's coordinates.
+        speed: of the driver (rad/s or m/s) there, one or as many; 0 leaves the potential energy.
+        flywheel: inertia of a flywheel at its own shaft, kg m², counted as one more body.
+
+    Raises:
+        SceneError: for positions that are not there, speeds of another number.
+
+    >>> import flywheel
+    >>> press = {"type": "slider-crank", "crank": {"length": 3.0}, "rod": {"length": 5.0}, "slider": {"mass": 2.0}}
+    >>> spring = [{"on": "slider", "stiffness": 10.0, "rest": 7.0}]
+    >>> scene = flywheel.load({"mechanism": press, "spring": spring, "gravity": {"g": 10, "direction": "180 deg"}})
+    >>> found = stored_energy(scene, [0.0, np.pi / 2], 2.0)
+    >>> found.kinetic["slider-crank.slider"].round(9).tolist()
+    [0.0, 36.0]
+    >>> {name: values.round(9).tolist() for name, values in found.potential.items()}
+    {'spring[0] on slider-crank.slider': [5.0, 45.0], 'weight of slider-crank.slider': [160.0, 80.0]}
+
+    """
+    machine = machine if isinstance(machine, Machine) else Machine(machine)
+    scene = machine.scene
+    refuse(number_faults("flywheel", flywheel, NOT_NEGATIVE, "kg m²"))
+    positions, pace = array("phi", phi).ravel(), array("speed", speed).ravel()
+    if pace.size not in (1, positions.size):
+        raise SceneError([Fault("speed", f"{pace.size} speeds", f"one, or {positions.size} as there are positions")])
+    kinetic, errors = _kinetic(machine, own_coordinate(scene, positions), pace)
+    if flywheel:
+        kinetic[FLYWHEEL] = 0.5 * flywheel * scene.flywheel_ratio**2 * pace**2 + np.zeros_like(positions)
+        errors[FLYWHEEL] = EVALUATED * ROUNDING * kinetic[FLYWHEEL]
+    record, potential = motion(scene, at=positions), {}
+    for spring in scene.springs:
+        driven = spring.on == scene.reduction_element
+        place, off = (record.q, 0.0 * record.q) if driven else (record[spring.on].position, record[spring.on].errors[0])
+        name, stretch = f"{spring.path} on {spring.on}", place - spring.rest
+        potential[name] = 0.5 * spring.stiffness * stretch**2
+        errors[name] = spring.stiffness * np.abs(stretch) * off + EVALUATED * ROUNDING * potential[name]
+    for mechanism in scene.mechanisms if scene.gravity is not None and any(scene.gravity) else ():
+        for link in linkage_of(mechanism).links if has_joints(mechanism) else ():
+            if link.mass:
+                name, centre = f"weight of {mechanism.name}.{link.name}", record[f"{mechanism.name}.{link.name}.com"]
+                along = -link.mass * np.reshape(scene.gravity, (2, 1))
+                potential[name] = (along * centre.position).sum(axis=0)
+                errors[name] = (np.abs(along) * (centre.errors[0] + EVALUATED * ROUNDING * np.abs(centre.position))).sum(
+                    axis=0
+                )
+    return StoredEnergy(kinetic, potential, errors)
+
+
+def _kinetic(machine: Machine, own: Array, speed: Array) -> tuple[dict[str, Array], dict[str, Array]]:
+    """½ I_j* omega² of every body at the machine's own coordinates, and estimated errors: found again by other roundings."""
+    anchor, shape = machine.anchors(own), own.shape
+
+    def held(machine: Machine, at: Array) -> dict[str, Array]:
+        chain = machine.kinematics
+        return {
+            name: 0.5 * part * speed**2 + np.zeros(shape) for name, part in chain.inertias(chain.flows(at, anchor)).items()
+        }
+
+    found, cycle = held(machine, own), machine.scene.cycle
+    others = zip(rounded_otherwise(machine), (1.0, 0.4), strict=True)
+    return found, spread(found, [held(other, beside(own, anchor, cycle, share)) for other, share in others])
 
 
 def linkage_shares(poses: Poses) -> dict[str, Array]:
