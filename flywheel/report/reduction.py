@@ -16,6 +16,7 @@ import bondgraph
 from bondgraph import BondGraph, GraphError, I
 from flywheel.machine.machine import FLYWHEEL, Machine
 from flywheel.motions.kinematics import POINT, Curve, motion
+from flywheel.motions.kinetic_energy import stored_energy
 from flywheel.numerics.faults import Fault, SceneError
 from flywheel.reading.scenes import load
 from flywheel.regime import constant_speed
@@ -81,7 +82,7 @@ def reduced(
         off = constant_speed.operating_point_errors(machine, at, given=speed is not None)
         text = encoded(_data(machine, phi, state, value, at, off))
     else:
-        text = csv(chain(_columns(machine, phi, state), _position_columns(_bodies(machine, phi))))
+        text = csv(chain(_columns(machine, phi, state), _position_columns(machine, phi, _bodies(machine, phi))))
     return text, conditions(machine, at)
 
 
@@ -141,10 +142,13 @@ def _by_axis(bodies: Mapping[str, Curve], figure: Callable[[Curve], Array]) -> d
     return found
 
 
-def _position_columns(bodies: Mapping[str, Curve]) -> Iterator[tuple[str, Array]]:
+def _position_columns(machine: Machine, phi: Array, bodies: Mapping[str, Curve]) -> Iterator[tuple[str, Array]]:
+    """Positions, and what springs and weights hold there."""
     units = _by_axis(bodies, lambda curve: curve.position)
     for name, values in units.items():
         yield f"position {name} [{bodies[name].unit if name in bodies else 'm'}]", values
+    for name, energy in stored_energy(machine, phi).potential.items():
+        yield f"energy {name} [J]", energy
 
 
 # -- over a cycle ----------------------------------------------------------------------------------------------------
@@ -157,7 +161,7 @@ def _data(
 
     off: relative errors of speed and balance.
     """
-    unknown, found = machine.scene.unknown, _bodies(machine, phi)
+    unknown, found, held = machine.scene.unknown, _bodies(machine, phi), stored_energy(machine, phi)
     off_speed, off_balance = off
     return {
         "title": machine.scene.title,
@@ -168,7 +172,9 @@ def _data(
         **state._asdict(),
         "phi": phi,
         "positions": _by_axis(found, lambda curve: curve.position),
+        "potential_energy": held.potential,
         "errors": {
+            "potential_energy": {name: held.errors[name] for name in held.potential},
             "positions": _by_axis(found, lambda curve: curve.errors[0]),
             "balance": None if unknown is None else abs(balance) * off_balance,
             "speed": None if speed is None else speed * off_speed,
@@ -194,7 +200,7 @@ def _stroke_data(machine: Machine, stroke: Stroke, state: MachineState, passage:
     """What `flywheel reduce --json` prints for a scene with a stroke, SI throughout; without a speed there is no passage."""
     names = _SLIDING if stroke.sliding else {"driving": "driving_torque"}
     figures = {**state._asdict(), "driving": passage and passage.driving}
-    bodies = _bodies(machine, state.phi)
+    bodies, held = _bodies(machine, state.phi), stored_energy(machine, state.phi)
     rates: dict[str, Any] = dict.fromkeys(("velocities", "accelerations"))
     if passage is None:
         errors = {**state_errors(machine, state), "driving": None, **rates}
@@ -218,7 +224,9 @@ def _stroke_data(machine: Machine, stroke: Stroke, state: MachineState, passage:
         **{names.get(name, name): figure for name, figure in figures.items()},
         **rates,
         "positions": _by_axis(bodies, lambda curve: curve.position),
+        "potential_energy": held.potential,
         "errors": {
+            "potential_energy": {name: held.errors[name] for name in held.potential},
             **{names.get(name, name): error for name, error in errors.items()},
             "positions": _by_axis(bodies, lambda curve: curve.errors[0]),
         },
@@ -264,7 +272,7 @@ def _stroke_columns(
         yield from (
             (f"a {name} [m/s^2]", array) for name, array in accelerations.items() if name not in passage.accelerations
         )
-    yield from _position_columns(bodies)
+    yield from _position_columns(machine, state.phi, bodies)
 
 
 # -- the bond graph ----------------------------------------------------------------------------------------------------
