@@ -230,11 +230,12 @@ def stored_energy(
         name, stretch = f"{spring.path} on {spring.on}", place - spring.rest
         potential[name] = 0.5 * spring.stiffness * stretch**2
         errors[name] = spring.stiffness * np.abs(stretch) * off + EVALUATED * ROUNDING * potential[name]
-    for mechanism in scene.mechanisms if scene.gravity is not None and any(scene.gravity) else ():
+    gravity = np.reshape(scene.gravity or (0.0, 0.0), (2, 1))
+    for mechanism in scene.mechanisms if gravity.any() else ():
         for link in linkage_of(mechanism).links if has_joints(mechanism) else ():
             if link.mass:
                 name, centre = f"weight of {mechanism.name}.{link.name}", record[f"{mechanism.name}.{link.name}.com"]
-                along = -link.mass * np.reshape(scene.gravity, (2, 1))
+                along = -link.mass * gravity
                 potential[name] = (along * centre.position).sum(axis=0)
                 errors[name] = (np.abs(along) * (centre.errors[0] + EVALUATED * ROUNDING * np.abs(centre.position))).sum(
                     axis=0

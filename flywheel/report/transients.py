@@ -7,6 +7,7 @@ from collections.abc import Iterator
 import numpy as np
 from numpy.typing import NDArray
 
+from flywheel.motions.kinetic_energy import StoredEnergy, stored_energy
 from flywheel.motions.transients import Peak, Samples, Transient, estimates, of_samples, sampled
 from flywheel.motions.transients import evenly as instants
 from flywheel.numerics.units import columns, figure, short
@@ -123,8 +124,21 @@ def table(transient: Transient, points: int, breaks: bool = False) -> Iterator[t
     yield "drive power [W]", found.power
     yield "mesh losses [W]", found.loss
     yield "kinetic energy [J]", found.kinetic
+    held = _stores(transient, found)
+    for kind, stores in (("kinetic", held.kinetic), ("potential", held.potential)) if held is not None else ():
+        yield from ((f"{kind} energy {name} [J]", energy) for name, energy in stores.items())
     if found.current is not None:
         yield "current [A]", found.current
+
+
+def _stores(transient: Transient, found: Samples) -> StoredEnergy | None:
+    """What bodies, springs and weights hold along a motion; None where shafts twist, so that one angle does not tell."""
+    scene = transient.scene
+    if scene.compliances:
+        return None
+    stroke = scene.stroke
+    phi = found.phi if stroke is None else np.clip(found.phi, stroke.start, stroke.end)
+    return stored_energy(transient.scene, phi, found.omega, flywheel=transient.inertia or 0.0)
 
 
 def csv(transient: Transient, points: int, breaks: bool = False) -> str:
@@ -135,5 +149,9 @@ def csv(transient: Transient, points: int, breaks: bool = False) -> str:
 def json(transient: Transient, points: int, breaks: bool = False) -> str:
     """Everything of a motion, with the motion itself at so many times (see `evenly`), as JSON, SI throughout."""
     errors = {**estimates(transient), "samples": of_samples(transient, points)}
-    data = {**transient.as_dict(), "errors": errors, "samples": evenly(transient, points, breaks)._asdict()}
+    samples = evenly(transient, points, breaks)
+    held = _stores(transient, samples)
+    stores = None if held is None else {"kinetic": held.kinetic, "potential": held.potential}
+    errors["stores"] = held and {kind: {name: held.errors[name] for name in of} for kind, of in (stores or {}).items()}
+    data = {**transient.as_dict(), "errors": errors, "samples": samples._asdict(), "stores": stores}
     return written.encoded(data, indent=2)

@@ -8,6 +8,7 @@ import pytest
 import flywheel
 from flywheel.motions.transients import run_down, run_up, transient
 from flywheel.report import transients
+from tests.scenes import press
 
 SCENE = {
     "title": "Fan",
@@ -115,3 +116,13 @@ def test_moments_before_and_after_losses_are_told_apart(found, stalled):
     assert "M* at rest is -40 N m, before losses in meshes" in text
     assert ",M* after losses [N m]," in transients.csv(found, 2)
     assert "losses" not in stalled
+
+
+def test_every_store_has_its_energy():
+    """Kinetic energies of the bodies and the flywheel add up to the whole."""
+    found = transients.json(flywheel.transient(flywheel.load(press()), end="0.5 s"), 5)
+    data = json.loads(found)
+    kinetic = np.sum(list(data["stores"]["kinetic"].values()), axis=0)
+    np.testing.assert_allclose(kinetic, data["samples"]["kinetic"], rtol=1e-12)
+    assert set(data["stores"]["potential"]) == {f"weight of press.{body}" for body in ("crank", "rod", "slider")}
+    assert set(data["errors"]["stores"]["potential"]) == set(data["stores"]["potential"])
