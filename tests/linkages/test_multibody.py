@@ -406,6 +406,7 @@ def test_arguments_at_fault_are_named_together():
     assert caught.value.faults[0].expected == "one of reduced, newton, multipliers, energy"
 
 
+RUBBED = replace(published(), joints=(published().joints[0]._replace(friction=0.1, radius=0.02), *published().joints[1:]))
 RUBBING = replace(published(), joints=(published().joints[0]._replace(friction=0.1), *published().joints[1:]))
 
 
@@ -427,7 +428,14 @@ RUBBING = replace(published(), joints=(published().joints[0]._replace(friction=0
         ({"wrenches": [Wrench("crank", at=0.1)]}, r"wrenches\[0\].at: found 0.1, expected two numbers"),
         ({"wrenches": [Wrench("frame", at="E")]}, r"wrenches\[0\].body: found 'frame', expected a moving body: crank, rod"),
         ({"wrenches": [Wrench("crank", at="X")]}, r"wrenches\[0\].at: found 'X', expected a point of crank: O, E"),
-        ({"linkage": RUBBING}, r"mechanism\.pivot\.friction: found friction, expected none"),
+        (
+            {"linkage": RUBBING},
+            r"mechanism\.joints\.pivot\.radius: found 0 m, expected the radius of a pin that has friction",
+        ),
+        (
+            {"linkage": RUBBED, "route": REDUCED},
+            r"route: found reduced for joints with friction, .* expected newton or mult",
+        ),
         ({"start": 0.5}, "start: found 0.5, expected Poses"),
         ({"linkage": None}, "linkage: found nothing, expected a Linkage"),
     ],

@@ -1,0 +1,804 @@
+"""Bodies of a plane linkage in absolute coordinates: closure, equations of motion as a linear system, steps in time.
+
+All bodies keep their absolute coordinates, the pose x, y (m), theta (rad) of their centres of mass; joints are equations
+between them. Every relation phi of two poses gives its value, its gradient, and its bend (phi_x v)_x v, the part of its
+second time derivative that needs no accelerations: d²phi/dt² = phi_x a + bend.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from math import acos, floor, isfinite
+from types import MappingProxyType
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.integrate import DOP853
+from scipy.linalg.lapack import dgesv
+
+from flywheel.mechanisms.linkages.equations import lift_at
+from flywheel.mechanisms.linkages.positions import Poses
+from flywheel.numerics.cells import NODES, ORDER, ROUNDING, fit, tails
+from flywheel.numerics.faults import Fault, SceneError
+from flywheel.scene.linkage import FIXED, PIN, SLIDE, SLOT, Coupling, Linkage
+
+Array = NDArray[np.float64]
+Complex = NDArray[np.complex128]
+
+COMPONENTS = {PIN: ("x", "y"), SLIDE: ("normal", "moment"), SLOT: ("normal",), FIXED: ("x", "y", "moment")}
+"""What the first body does to the second through each kind of joint, at the second's point.
+
+x, y: forces along the frame's axes (N); normal: force across the guide, positive to the left of its direction (N);
+moment: positive counter-clockwise (N m). The first body feels the opposite at the same place.
+"""
+
+Law = float | Callable[[float, float, float], float]
+"""A constant, or a function of time (s), the driver's coordinate (rad or m) and its rate."""
+
+RANK = 1e-9  # of the largest: a singular value below it is nought
+
+
+class Wrench(NamedTuple):
+    """What acts on a body from outside: a force along the frame's x and y (N) at a point of it, a torque (N m).
+
+    `at` names a point of the body, or is a place in its own frame (m); the centre of mass if None.
+    """
+
+    body: str
+    force: tuple[Law, Law] = (0.0, 0.0)
+    torque: Law = 0.0
+    at: str | tuple[float, float] | None = None
+
+
+class Actions(NamedTuple):
+    """All that drives and loads a linkage: gravity (m/s²), the driver's torque (N m) or force (N), wrenches on bodies."""
+
+    gravity: tuple[float, float] = (0.0, 0.0)
+    drive: Law = 0.0
+    wrenches: tuple[Wrench, ...] = ()
+
+
+class State(NamedTuple):
+    """A linkage at coordinates x and velocities v, shape (3 moving bodies,), or at many at once, shape (n, 3 bodies).
+
+    Of many states everything has a first axis more. value: what the closure equations Phi(x) lack (m or rad), shape
+    (equations,); jacobian Phi_x; gamma = -(Phi_x v)_x v, so that Phi_x a = gamma. `q`, `qdot`, `along` and `bend` are the
+    driver's coordinate, rate, gradient and bend. `slips`: gradients of the coordinates of joints with friction, then, where
+    anything rubs, of the couplings' first ones. `turns`: exp(i theta) of all moving bodies. `slopes`: of every coupling's
+    second coordinate by its first.
+    """
+
+    x: Array
+    v: Array
+    value: Array
+    jacobian: Array
+    gamma: Array
+    q: Any
+    qdot: Any
+    along: Array
+    bend: Any
+    slips: Array
+    turns: Complex
+    slopes: list[Any]
+
+
+class UnreachableError(ValueError):
+    """A state that no motion of the linkage reaches; `fault` says why."""
+
+    def __init__(self, fault: Fault) -> None:
+        self.fault = fault
+        super().__init__(str(fault))
+
+
+class Model:
+    """A linkage with its actions, prepared for the routes at a closed pose `start` of coordinates x, shape (3 bodies,).
+
+    masses: m, m, J of every moving body, shape (3 bodies,); scale: size of each coordinate, the linkage's largest length (m)
+    and 1 rad; redundant: some closure equations follow from others, so that not all reactions are determined.
+
+    Its relations are the components that joints keep at zero, then the second coordinates of all couplings, which they tie
+    to the first, then those first ones, then the driver's, then those of all joints with friction.
+    Each is the component e · d of the gap d from the joint's point on the first body to that on the second, or the second
+    body's angle less the first's. The direction e stands still, or turns with the first body.
+    """
+
+    def __init__(self, linkage: Linkage, actions: Actions, start: Array) -> None:
+        self.linkage, self.actions, self.start = linkage, actions, start
+        self.masses = np.array(
+            [part for link in linkage.links for part in (link.mass, link.mass, link.inertia)], dtype=float
+        )
+        self.inertia = np.diag(self.masses)
+        kept = [(joint, part) for joint in linkage.joints for part in COMPONENTS[joint.kind]]
+        couplings = linkage.couplings
+        self.rough = [joint for joint in linkage.joints if joint.friction > 0.0]
+        names = *(coupling.second for coupling in couplings), *(coupling.first for coupling in couplings), linkage.driver
+        moving = [*(linkage.joint(name) for name in names), *self.rough]
+        rows = [*kept, *((joint, "moment" if joint.kind == PIN else "along") for joint in moving)]
+        sides = [((joint.first, joint.first_at), (joint.second, joint.second_at)) for joint, _ in rows]
+        self.ends = np.array([[linkage.names.index(body) for body, _ in pair] for pair in sides]).T
+        self.arms = np.array(
+            [[complex(*at[1:]) - complex(*linkage.link(body).com) for body, at in pair] for pair in sides]
+        ).T
+        turning = np.array([part in ("normal", "along") for _, part in rows])
+        self.angular = np.array([float(part == "moment") for _, part in rows])
+        axes = {"x": 1.0, "y": 1j, "normal": 1j, "along": 1.0, "moment": 0.0}
+        angles = turning * np.array([joint.direction for joint, _ in rows])
+        ways = np.array([axes[part] for _, part in rows]) * np.exp(1j * angles)
+        self.kept, self.closures = len(kept), len(kept) + len(couplings)
+        self.angles = np.array(
+            [joint.angle if part == "moment" and k < self.kept else 0.0 for k, (joint, part) in enumerate(rows)]
+        )
+        self.whole = 2 * np.pi * self.angular * (np.arange(len(rows)) < self.kept)
+        self.length = float(np.abs([self.arms.real, self.arms.imag]).max()) or 1.0
+        self.unit = self.length if linkage.sliding else 1.0
+        bodies = len(linkage.links)
+        every = np.arange(len(rows))
+        joined, turned = np.zeros((len(rows), 2, bodies + 1), dtype=complex), np.zeros((len(rows), bodies + 1), complex)
+        for sign, end, arm in zip((-1.0, 1.0), self.ends, self.arms, strict=True):
+            joined[every, 0, end], joined[every, 1, end] = sign, sign * arm
+        turned[every, self.ends[0]] = turning * ways
+        fixed = np.array((complex(*linkage.ground.com), 1.0))  # the frame's centre and turn
+        self.gap, self.still = joined[:, :, 0] @ fixed, turned[:, 0] + ~turning * ways
+        steady, self.swung, self.turned = joined[:, 0, 1:].real, joined[:, 1, 1:], turned[:, 1:]  # by centres and turns
+        self.apart = self.angular[:, None] * steady  # of the angle of second less first
+        self.linear = np.zeros((len(rows), 3 * bodies))  # gradients where directions stand still and arms do not turn
+        self.linear[:, 0::3], self.linear[:, 1::3] = self.still.real[:, None] * steady, self.still.imag[:, None] * steady
+        self.linear[:, 2::3] = self.apart
+        self.across = self.linear.T.copy()
+        self.begin = (self.still.conj() * self.gap).real - self.angles
+        self.swing = self.still.conj()[:, None] * self.swung
+        self.guides = np.flatnonzero(self.turned.any(axis=1))  # relations whose direction turns with a moving body
+        ahead = self.closures + len(couplings)
+        self.slipping = [*range(ahead + 1, len(rows)), *(range(self.closures, ahead) if linkage.rubs else ())]
+        self.steady, self.rigid = steady[self.guides], np.flatnonzero(self.whole)
+        self.scale = np.tile((self.length, self.length, 1.0), bodies)
+        self.weights = self.masses * np.tile((*actions.gravity, 0.0), bodies)
+        self.loads: list[tuple[int, complex]] = []
+        self.laws: list[Law] = [actions.drive]
+        for wrench in actions.wrenches:
+            link = linkage.link(wrench.body)
+            at = link.com if wrench.at is None else wrench.at
+            place = link.point(at)[-2:] if isinstance(at, str) else at
+            self.loads.append((linkage.names.index(wrench.body), complex(*place) - complex(*link.com)))
+            self.laws += [*wrench.force, wrench.torque]
+        self.constant = np.array([0.0 if callable(law) else float(law) for law in self.laws])
+        self.varying = [(k, law) for k, law in enumerate(self.laws) if callable(law)]
+        jacobian = self.state(start, np.zeros_like(start)).jacobian
+        self.redundant = bool(np.linalg.matrix_rank(jacobian, rtol=RANK) < len(jacobian))
+
+    def state(self, x: Array, v: Array | None = None) -> State:
+        """The closure equations and the driver's coordinate at x with velocities v (none if None), of one pose or of many.
+
+        With arms a1, a2, directions e and gap d = x2 + a2 - x1 - a1 as complex numbers, e · d = Re(e* d) has the gradient
+        (-e, e × (a1 + d)) by the first pose where e turns, (-e, e × a1) where it stands still, and (e, -e × a2) by the
+        second. Its bend is e · (omega1² a1 - omega2² a2), and where e turns 2 omega1 e_perp · d' - omega1² e · d besides.
+        """
+        turns = np.exp(1j * x[..., 2::3])
+        arms = self.swing * turns[..., None, :]
+        lengths = arms.real.copy()
+        value = x @ self.across + lengths.sum(axis=-1) + self.begin
+        gradient = np.empty((*value.shape, x.shape[-1]))
+        gradient[...] = self.linear
+        gradient[..., 2::3] -= arms.imag
+        if v is None:
+            v, bend = np.zeros_like(x), np.zeros_like(value)
+        else:
+            bend = -_rows(lengths, v[..., 2::3] ** 2)
+        if self.guides.size:
+            self._turning(x, v, turns, value, gradient, bend)
+        if self.rigid.size:
+            kept = value[..., self.rigid]
+            if abs(kept).max() > np.pi:
+                value[..., self.rigid] = kept - 2 * np.pi * (kept / (2 * np.pi)).round()  # less whole turns
+        slopes = []
+        for k, coupling in enumerate(self.linkage.couplings, self.kept):  # q2 - f(q1)
+            first_one = k + len(self.linkage.couplings)
+            driven, slope, curvature = _coupled(coupling, value[..., first_one])
+            slopes.append(slope)
+            value[..., k] -= driven
+            bend[..., k] -= slope * bend[..., first_one] + curvature * _dot(gradient[..., first_one, :], v) ** 2
+            gradient[..., k, :] -= slope[..., None] * gradient[..., first_one, :]
+        count, driver = self.closures, self.closures + len(self.linkage.couplings)
+        along = gradient[..., driver, :]
+        return State(
+            x=x,
+            v=v,
+            value=value[..., :count],
+            jacobian=gradient[..., :count, :],
+            gamma=-bend[..., :count],
+            q=value[..., driver],
+            qdot=_dot(along, v),
+            along=along,
+            bend=bend[..., driver],
+            slips=gradient[..., self.slipping, :],
+            turns=turns,
+            slopes=slopes,
+        )
+
+    def _turning(self, x: Array, v: Array, turns: Complex, value: Array, gradient: Array, bend: Array) -> None:
+        """Put in the relations whose direction turns with a moving body: slides and slots on it."""
+        which, steady = self.guides, self.steady
+        swung, turned = self.swung[which], self.turned[which]
+        directions = turns @ turned.T
+        gap = (x[..., 0::3] + 1j * x[..., 1::3]) @ steady.T + turns @ swung.T + self.gap[which]
+        value[..., which] = (directions.conj() * gap).real - self.angles[which]
+        entries = np.empty((*directions.shape, x.shape[-1]))
+        entries[..., 0::3], entries[..., 1::3] = directions.real[..., None] * steady, directions.imag[..., None] * steady
+        sweep = directions.conj()[..., None] * swung + gap.conj()[..., None] * turned
+        entries[..., 2::3] = self.apart[which] - (sweep * turns[..., None, :]).imag
+        gradient[..., which, :] = entries
+        once = 1j * v[..., 2::3] * turns  # first and second derivative of the turns
+        twice = 1j * v[..., 2::3] * once
+        speed = (v[..., 0::3] + 1j * v[..., 1::3]) @ steady.T + once @ swung.T
+        bend[..., which] = (
+            directions.conj() * (twice @ swung.T) + 2 * (once @ turned.T).conj() * speed + (twice @ turned.T).conj() * gap
+        ).real
+
+    def amounts(self, t: float, q: float, qdot: float) -> Array:
+        """Values of all laws: of the drive, and of every wrench's force along x and y and torque."""
+        if not self.varying:
+            return self.constant
+        found = self.constant.copy()
+        for k, law in self.varying:
+            found[k] = law(t, q, qdot)
+        return found
+
+    def forces(self, t: Any, state: State) -> Array:
+        """Generalised forces of gravity, drive and wrenches on every coordinate, shape (3 moving bodies,)."""
+        if state.x.ndim == 1:
+            return self.forces_by(state, self.amounts(t, float(state.q), float(state.qdot)))
+        told = zip(t.tolist(), state.q.tolist(), state.qdot.tolist(), strict=True)
+        return self.forces_by(state, np.array([self.amounts(*one) for one in told]))
+
+    def forces_by(self, state: State, amounts: Array) -> Array:
+        """The same by the values of all laws; of many states with an axis more, the values too."""
+        total = self.weights + amounts[..., :1] * state.along
+        for j, (k, arm) in enumerate(self.loads):
+            parts = amounts[..., 3 * j + 1 : 3 * j + 4]
+            force = parts[..., 0] + 1j * parts[..., 1]
+            total[..., 3 * k - 3] += parts[..., 0]
+            total[..., 3 * k - 2] += parts[..., 1]
+            total[..., 3 * k - 1] += ((state.turns[..., k - 1] * arm).conjugate() * force).imag + parts[..., 2]
+        return np.asarray(total)
+
+    def load_columns(self, state: State) -> Array:
+        """Forces of all that is constant, then of a unit of every law that varies: (n, 3 bodies, columns)."""
+        constant = self.forces_by(state, np.tile(self.constant, (len(state.x), 1)))
+        units = [np.tile(np.arange(self.constant.size) == k, (len(state.x), 1)) for k, _ in self.varying]
+        return np.stack([constant, *(self.forces_by(state, unit) - self.weights for unit in units)], axis=-1)
+
+    def load_amounts(self, t: float, q: float, qdot: float) -> list[float]:
+        """What the columns are multiplied by: 1, then the value of every law that varies."""
+        return [1.0, *[law(t, q, qdot) for _, law in self.varying]]
+
+    def reaction_wrenches(self, state: State) -> Array:
+        """What a unit of every reaction does to every coordinate, from free bodies, shape (3 bodies, equations).
+
+        A force f at the joint's point p acts on the second body as f and (p - c) × f about its centre c, on the first as
+        the opposite. A coupling's effort acts on its second coordinate, and reversed, times its ratio, on its first: a
+        couple at a pin, a force along the guide at a slide.
+        """
+        frame = np.ones((*state.x.shape[:-1], 1))
+        moving = state.x[..., 0::3] + 1j * state.x[..., 1::3]
+        centres = np.concatenate((complex(*self.linkage.ground.com) * frame, moving), axis=-1)
+        turns = np.concatenate((frame, state.turns), axis=-1)
+        forces, rows = state.turns @ self.turned.T + self.still, len(self.gap)
+        places = (centres[..., self.ends] + turns[..., self.ends] * self.arms)[..., 1, :]
+        wrenches = np.zeros((*forces.shape, centres.shape[-1], 3))
+        for sign, end in zip((-1.0, 1.0), self.ends, strict=True):
+            moments = ((places - centres[..., end]).conj() * forces).imag + self.angular
+            wrenches[..., np.arange(rows), end, :] = sign * np.stack((forces.real, forces.imag, moments), axis=-1)
+        wrenches = wrenches.reshape(*forces.shape, -1)
+        for k, slope in enumerate(state.slopes, self.kept):
+            wrenches[..., k, :] -= slope[..., None] * wrenches[..., k + len(state.slopes), :]
+        return np.swapaxes(wrenches[..., : self.closures, 3:], -1, -2)
+
+    def solved(self, matrix: Array, right: Array) -> Array:
+        """Solution of a linear system, right sides as columns where there are many systems.
+
+        It is one by least squares where redundant closures make systems consistent but singular.
+        """
+        try:
+            if self.redundant:
+                return np.asarray(np.linalg.pinv(matrix, rcond=1e-12) @ right)
+            if matrix.ndim > 2:
+                return np.asarray(np.linalg.solve(matrix, right))
+            *_, found, singular = dgesv(matrix, right)
+            if not singular:
+                return np.asarray(found)
+        except np.linalg.LinAlgError:
+            pass
+        found = "a position where joints or masses leave the motion open"
+        raise UnreachableError(Fault(self.linkage.path, found, "a motion that is determined", "end before it"))
+
+    def driven(self, state: State, row: Array, right: Array, last: Array | float) -> Array:
+        """The change of all coordinates with Phi_x d = right, row · d = last."""
+        matrix = np.concatenate((state.jacobian, row[..., None, :]), axis=-2)
+        wanted = np.empty(matrix.shape[:-1])
+        wanted[..., :-1], wanted[..., -1] = right, last
+        if wanted.ndim == 1:
+            return self.solved(matrix, wanted)
+        return self.solved(matrix, wanted[..., None])[..., 0]
+
+    def influence(self, state: State, row: Array) -> Array:
+        """The change of all coordinates that keeps the closures and makes `row` 1: Phi_x g = 0, row · g = 1."""
+        return self.driven(state, row, np.zeros(state.value.shape), 1.0)
+
+    def margin(self, state: State, row: Array) -> Any:
+        """How far the closures are from a lock or branch, over one more row that goes along the motion.
+
+        The smallest singular value of both, of rows of length 1.
+        """
+        rows = np.concatenate((state.jacobian, row[..., None, :]), axis=-2) * self.scale
+        rows /= np.sqrt((rows * rows).sum(axis=-1, keepdims=True))
+        return np.linalg.svd(rows, compute_uv=False)[..., -1]
+
+    def sense(self, state: State, row: Array) -> Any:
+        """Sign of the determinant of the same rows, which turns where assemblies meet.
+
+        It is 0 where redundant closures leave no square matrix.
+        """
+        if self.redundant:
+            return np.zeros(state.q.shape)
+        return np.linalg.slogdet(np.concatenate((state.jacobian, row[..., None, :]), axis=-2) * self.scale)[0]
+
+    def heavy(self, inertia: float, q: float) -> None:
+        """Refuse a reduced inertia that is not above 0."""
+        if not inertia > 0.0:
+            found = f"I* = {inertia:g} at {self.where(q)}"
+            raise UnreachableError(Fault(self.linkage.path, found, "an inertia above 0", "give a body mass"))
+
+    def where(self, q: float) -> str:
+        """A driver's coordinate with its unit, for messages."""
+        return f"{q:.9g} m" if self.linkage.sliding else f"{np.degrees(q):.9g} deg"
+
+    def locked(self, q: float) -> UnreachableError:
+        """A linkage that cannot follow its driver."""
+        found = f"a lock at {self.where(q)}"
+        return UnreachableError(Fault(f"{self.linkage.path}.driver", found, "a motion that the joints allow"))
+
+    def branched(self, q: float) -> UnreachableError:
+        """Assemblies that meet, so that it is open in which one the motion goes on."""
+        found = f"assemblies that meet at or just past {self.where(q)}"
+        advice = "change a length, or end before"
+        return UnreachableError(Fault(self.linkage.path, found, "a motion within one assembly", advice))
+
+
+def _rows(matrix: Array, a: Array) -> Array:
+    """Product of a matrix, or of many, with a vector each."""
+    return np.asarray(matrix @ a if a.ndim == 1 else (matrix @ a[..., None])[..., 0])
+
+
+def _dot(a: Array, b: Array) -> Any:
+    """Sum of products along the last axis."""
+    return a @ b if a.ndim == 1 else (a * b).sum(axis=-1)
+
+
+def _coupled(coupling: Coupling, q: Array) -> tuple[Array, Array, Array]:
+    """A coupling's second coordinate by its first, with two derivatives: ratio q + phase, or a cam's lift(q) + phase."""
+    if coupling.lift is None:
+        return coupling.ratio * q + coupling.phase, np.full(np.shape(q), coupling.ratio), np.zeros(np.shape(q))
+    lift, slope, curvature = lift_at(coupling.lift, np.asarray(q))
+    return lift + coupling.phase, slope, curvature
+
+
+def coordinates(poses: Poses) -> Array:
+    """Absolute coordinates x_G, y_G, theta of every moving body at the first of the poses, shape (3 bodies,)."""
+    names = [link.name for link in poses.linkage.links]
+    rows = [(*poses.centre(name).value[:, 0], poses.angle(name).value[0]) for name in names]
+    return np.array(rows, dtype=float).ravel()
+
+
+def components(linkage: Linkage) -> list[tuple[str, str]]:
+    """Joint and component of every reaction, in the order of the closure equations; couplings have one `effort` each.
+
+    A coupling's effort is that on its second coordinate: a moment (N m) at a pin, a force (N) along a slide. It stands for
+    the contact force by its work alone: the pins' reactions are those of the contact force only with it.
+    """
+    found = [(joint.name, part) for joint in linkage.joints for part in COMPONENTS[joint.kind]]
+    return found + [(coupling.name, "effort") for coupling in linkage.couplings]
+
+
+# -- closure: poses at a driver's coordinate, from the closure equations alone ------------------------------------------
+
+_CLOSED = 1e-9  # of the scale: after a correction this small the next one, its square, is below rounding
+_CONTRACTION = 0.25  # of each correction to the one before, and of the first to the step itself
+_MOST_CORRECTIONS = 8
+_SMALLEST = 1e-7  # of the scale: a step of the driver below it that still fails has met a lock
+
+LEAST_MARGIN = 5e-5  # below it rounding, divided by its square, spoils accelerations: a lock or a branch is met
+_STUCK = 1e-2  # g times the margin: at a lock g grows as the margin shrinks, at a branch it does not
+
+
+class Closure:
+    """Poses that follow the driver's coordinate from the model's start, by tangent and Newton's method.
+
+    It starts each time from the pose found last; what it finds is exact to rounding and does not depend on that, as long
+    as the way there is one assembly's. Steps are halved until every correction is at most a quarter of the one before, and
+    doubled after.
+    """
+
+    def __init__(self, model: Model) -> None:
+        self.model, self.x = model, model.start
+        state = model.state(self.x)
+        self.q, self.g = float(state.q), model.influence(state, state.along)
+        self.sense = model.sense(state, state.along)
+
+    def put(self, q: float, x: Array) -> None:
+        """Go on from a pose x that is known at the driver's coordinate q."""
+        state = self.model.state(x)
+        self.q, self.x, self.g = q, x, self.model.influence(state, state.along)
+
+    def at(self, q: float) -> tuple[Array, Array]:
+        """Coordinates x at the driver's coordinate q, and their influence coefficients g = dx/dq.
+
+        Raises:
+            UnreachableError: where the linkage locks or branches before q.
+
+        """
+        model = self.model
+        step = q - self.q
+        while self.q != q:
+            ahead = q if abs(step) >= abs(q - self.q) else self.q + step
+            state = self._corrected(ahead)
+            if state is None or model.sense(state, state.along) != self.sense:
+                if abs(step) < _SMALLEST * model.unit:
+                    raise model.locked(self.q) if state is None else model.branched(self.q)
+                step *= 0.5
+                continue
+            g, least = model.influence(state, state.along), float(model.margin(state, state.along))
+            if least < LEAST_MARGIN:
+                stuck = float(np.abs(g / model.scale).max()) * model.unit * least > _STUCK
+                raise model.locked(ahead) if stuck else model.branched(ahead)
+            self.q, self.x, self.g = ahead, state.x, g
+            step *= 2.0
+        return self.x, self.g
+
+    def _corrected(self, q: float) -> State | None:
+        """The pose at q from the tangent at the last one; None if corrections do not shrink fast enough."""
+        model = self.model
+        ahead = self.g * (q - self.q)
+        x, last = self.x + ahead, float(np.abs(ahead / model.scale).max())
+        for _ in range(_MOST_CORRECTIONS):
+            state = model.state(x)
+            try:
+                correction = model.driven(state, state.along, -state.value, q - state.q)
+            except UnreachableError:
+                return None
+            size = float(np.abs(correction / model.scale).max())
+            if size > max(_CONTRACTION * last, _CLOSED):
+                return None
+            x, last = x + correction, size
+            if size <= _CLOSED:
+                return model.state(x)
+        return None
+
+
+# -- what depends on the driver's position alone, as Chebyshev series --------------------------------------------------
+
+_CELLS = 12  # in a turn of the driver, or where it slides in 2 pi lengths
+_HALVINGS = 5  # of a cell, until positions in it are found one by one
+_RESOLVED = 1e-13  # of its size: tail of a series that counts as exact
+_AGAIN = 1e-11  # of the scale: poses that are the same
+_TERMS = np.arange(float(ORDER))
+
+
+class Quantity(NamedTuple):
+    """Values at many poses, shape (n, k), and the sizes that their rounding errors go by, shape (k,)."""
+
+    values: Array
+    sizes: Array
+
+
+class Interpolant:
+    """Poses and a quantity that follows from them, over the driver's coordinate, exact to rounding.
+
+    They are found at the Chebyshev nodes of cells, all at once, when the motion comes there; a cell is taken if its ends
+    are reached by the closure's own steps, all its poses are of the same assembly, and the series have decayed. It is halved
+    otherwise; in the least cells (towards a lock, at a cam's break) every position is found for itself.
+    """
+
+    def __init__(self, model: Model, quantity: Callable[[Model, State], Quantity]) -> None:
+        self.model, self.closure, self.quantity = model, Closure(model), quantity
+        self.width = 2 * np.pi / _CELLS * model.unit
+        self.origin = self.closure.q - 0.5 * self.width
+        self.found: dict[tuple[int, int], Array | None] = {}  # series by how often the cell is halved, and its number
+        self.low = self.high = np.nan  # the cell that was come to last
+        self.series: Array | None = None
+
+    def at(self, q: float) -> Array:
+        """The quantity at the driver's coordinate, shape (k,).
+
+        Raises:
+            UnreachableError: where the linkage locks or branches before.
+
+        """
+        if not self.low <= q <= self.high:
+            self._enter(q)
+        if self.series is None:
+            x, g = self.closure.at(q)
+            values = self.quantity(self.model, self.model.state(x[None], g[None])).values
+            return np.asarray(values[0])
+        return np.asarray(self._basis(q) @ self.series[:, self.model.masses.size :])
+
+    def states(self, q: Array, qdot: Array) -> State:
+        """All bodies at many coordinates and rates of the driver, poses closed to rounding."""
+        model, x = self.model, np.empty((q.size, self.model.masses.size))
+        for k, place in enumerate(q.tolist()):
+            if not self.low <= place <= self.high:
+                self._enter(place)
+            x[k] = self.closure.at(place)[0] if self.series is None else self._pose(place)
+        state = model.state(x)
+        state = model.state(x + model.driven(state, state.along, -state.value, q - state.q))
+        return model.state(state.x, model.influence(state, state.along) * qdot[:, None])
+
+    def _pose(self, q: float) -> Array:
+        """The coordinates at a place in the cell."""
+        assert self.series is not None
+        return np.asarray(self._basis(q) @ self.series[:, : self.model.masses.size])
+
+    def _basis(self, q: float) -> Array:
+        share = (2.0 * q - self.low - self.high) / (self.high - self.low)
+        return np.cos(_TERMS * acos(min(max(share, -1.0), 1.0)))
+
+    def _enter(self, q: float) -> None:
+        """Go to the cell that holds q; it is found when the motion first comes there."""
+        left = None if self.series is None else (edge := self.low if q < self.low else self.high, self._pose(edge))
+        for depth in range(_HALVINGS + 1):
+            width = self.width / 2**depth
+            k = floor((q - self.origin) / width)
+            self.low, self.high = self.origin + k * width, self.origin + (k + 1) * width
+            if (depth, k) not in self.found:
+                self.found[depth, k] = None if depth else self._repeated(k)
+                if self.found[depth, k] is None:
+                    if left:
+                        self.closure.put(*left)
+                        left = None
+                    self.found[depth, k] = self._fitted(self.low, self.high)
+            self.series = self.found[depth, k]
+            if self.series is not None:
+                return
+        if left:
+            self.closure.put(*left)
+
+    def _repeated(self, k: int) -> Array | None:
+        """The series of the cell a turn before, or after: the linkage repeats itself if its pose there comes back."""
+        if self.model.linkage.sliding or any(coupling.lift for coupling in self.model.linkage.couplings):
+            return None
+        for way in (1, -1):  # from which the motion comes: the cell's end there, in the cell beside and a turn off
+            beside, before = self.found.get((0, k - way)), self.found.get((0, k - way * _CELLS))
+            if beside is None or before is None:
+                continue
+            n, end = self.model.masses.size, float(way) ** _TERMS
+            gone = end @ beside[:, :n] - (-1.0) ** _TERMS * end @ before[:, :n]
+            whole = 2 * np.pi * np.round(gone / (2 * np.pi))
+            whole[0::3] = whole[1::3] = 0.0
+            if np.all(np.abs(gone - whole) < _AGAIN * self.model.scale):
+                series = before.copy()
+                series[0, :n] += whole
+                return series
+        return None
+
+    def _fitted(self, low: float, high: float) -> Array | None:
+        """Series over a cell, shape (ORDER, columns), x first; None where it has to be halved.
+
+        From the pose known next to it by Newton's method at all nodes; the series, which have to decay and to come back to
+        that pose, and the determinant's sign at the nodes keep it in its assembly.
+        """
+        model, closure = self.model, self.closure
+        try:
+            closure.at(min(max(closure.q, low), high))
+            way = low + 0.5 * (high - low) * (1.0 + NODES) - closure.q
+            begun = model.state(closure.x, closure.g)
+            bend = model.driven(begun, begun.along, begun.gamma, -begun.bend)
+            ahead = way[:, None] * closure.g + 0.5 * way[:, None] ** 2 * bend
+            x, last = closure.x + ahead, float(np.abs(ahead / model.scale).max())
+            for _ in range(_MOST_CORRECTIONS):
+                state = model.state(x)
+                correction = model.driven(state, state.along, -state.value, closure.q + way - state.q)
+                size = float(np.abs(correction / model.scale).max())
+                if not size <= max(_CONTRACTION * last, _CLOSED):
+                    return None
+                x, last = x + correction, size
+                if size <= _CLOSED:
+                    break
+            state = model.state(x)
+            if np.any(model.sense(state, state.along) != closure.sense):
+                return None
+            some = state._replace(jacobian=state.jacobian[::4])
+            worst = float(model.margin(some, state.along[::4]).min())
+            if worst < LEAST_MARGIN:
+                return None
+            values, sizes = self.quantity(model, model.state(x, model.influence(state, state.along)))
+        except UnreachableError:
+            return None
+        scales = np.concatenate((np.maximum(model.scale, np.abs(x).max(axis=0)), sizes))
+        series = fit(np.concatenate((x, values), axis=1).T)
+        allowed = max(_RESOLVED, 4 * ROUNDING / worst**2)
+        if np.any(tails(series) > allowed * scales):
+            return None
+        share = min(max((2.0 * closure.q - low - high) / (high - low), -1.0), 1.0)
+        back = series[: closure.x.size] @ np.cos(_TERMS * acos(share)) - closure.x
+        return series.T.copy() if np.all(np.abs(back) < _AGAIN * scales[: closure.x.size]) else None
+
+
+# -- equations of motion as one linear system ------------------------------------------------------------------------------
+
+
+class Accelerations(NamedTuple):
+    """Accelerations of every coordinate, shape (3 bodies,), and the reactions, shape (equations,)."""
+
+    accelerations: Array
+    reactions: Array
+
+
+def system(model: Model, forces: Array, state: State, wrenches: Array) -> tuple[Array, Array]:
+    """Matrix and right side of [[M, -B], [Phi_x, 0]] (a, R) = (Q, gamma), of one state or of many.
+
+    For the four-bar 9 accelerations and 8 reactions: 17 equations for 17 unknowns.
+    """
+    n, m = wrenches.shape[-2:]
+    matrix = np.zeros((*state.x.shape[:-1], n + m, n + m))
+    matrix[..., :n, :n] = model.inertia
+    matrix[..., :n, n:] = -wrenches
+    matrix[..., n:, :n] = state.jacobian
+    return matrix, np.concatenate((forces, state.gamma), axis=-1)
+
+
+def accelerations(model: Model, t: Any, state: State, wrenches: Array) -> Accelerations:
+    """Accelerations and reactions, by the wrenches of unit reactions."""
+    matrix, right = system(model, model.forces(t, state), state, wrenches)
+    found = model.solved(matrix, right) if right.ndim == 1 else model.solved(matrix, right[..., None])[..., 0]
+    return Accelerations(found[..., : model.masses.size], found[..., model.masses.size :])
+
+
+_PROJECTED = 4e-16  # of the length: what rounding leaves open
+_LOST = 1e-9  # of the length: what is still open after all corrections is no closure
+_CORRECTIONS = 4
+
+
+def projection(model: Model, x: Array, v: Array) -> tuple[State, float]:
+    """The state nearest in the kinetic measure d^T M d that fulfils Phi = 0 and Phi_x v = 0, and |Phi| before (m or rad).
+
+    Raises:
+        UnreachableError: if there is none near.
+
+    Source: E. Hairer, G. Wanner, Solving Ordinary Differential Equations II, 2nd ed., section VII.2.
+
+    """
+    n = x.size
+
+    def least(state: State, wanted: Array) -> Array:
+        """The change d of least d^T M d with Phi_x d = wanted."""
+        change = state._replace(gamma=wanted)
+        return model.solved(*system(model, np.zeros(n), change, -state.jacobian.T))[:n]
+
+    def gap(state: State) -> float:
+        return float(np.abs(state.value).max(initial=0.0))
+
+    state = model.state(x, v)
+    drift = gap(state)
+    for _ in range(_CORRECTIONS):
+        if gap(state) <= _PROJECTED * model.length:
+            break
+        state = model.state(state.x + least(state, -state.value), v)
+    left = gap(state)
+    if not left <= _LOST * model.length:
+        raise UnreachableError(Fault(model.linkage.path, f"closures open by {left:g} m or rad", "bodies that stay joined"))
+    return model.state(state.x, v + least(state, -state.jacobian @ v)), drift
+
+
+# -- stepping: the eighth order, with a correction after each step where a route asks for one --------------------------
+
+TIGHTEST = 3e-14  # tolerance of a step: below it the integrator's own rounding wins
+_MOST_STEPS = 100_000
+Rates = Callable[[float, Array], Array]
+CREEPING = 1e-9  # of the way so far: steps below it, before what cannot be reached, have come to its edge
+
+
+class Steps:
+    """Accepted steps: ends `s` and `states` there, from the start on; evaluations of the rates."""
+
+    def __init__(self, rates: Rates, s: Array, states: Array, evaluations: int, dense: Sequence[Any] = ()) -> None:
+        self.rates, self.s, self.states, self.evaluations = rates, s, states, evaluations
+        self.dense: dict[int, Callable[[float], Array]] = dict(enumerate(dense))
+
+    def at(self, s: float) -> Array:
+        """State at any s on the way, by the dense output of the step there."""
+        k = min(int(np.searchsorted(self.s[1:], s)), len(self.s) - 2)
+        if k not in self.dense:
+            self.dense[k] = one_step(self.rates, float(self.s[k]), self.states[k], float(self.s[k + 1])).dense_output()
+        return self.dense[k](s)
+
+
+def one_step(rates: Rates, low: float, state: Array, high: float) -> Any:
+    """DOP853 after a single step from low to high, whatever its error."""
+    solver: Any = DOP853(rates, low, state, high, first_step=high - low, rtol=1.0, atol=np.inf)
+    solver.step()
+    return solver
+
+
+def integrate(
+    rates: Rates,
+    state: Array,
+    until: float,
+    rtol: float,
+    atol: Array,
+    correct: Callable[[Array], Array] | None = None,
+    reached: Callable[[Array], bool] | None = None,
+    event: Callable[[float, float, Callable[[float], Array]], float | None] | None = None,
+    begin: float = 0.0,
+    dense: bool = False,
+) -> Steps:
+    """Follow dy/ds = rates(s, y) from `begin` by DOP853 to `until`, or to the step after which `reached` says so.
+
+    rtol, atol: error allowed in a step, relative, and absolute for each variable (infinite: not watched). `correct` puts a
+    state back onto what the exact one fulfils, after every step. Rates are not numbers where no motion gets to, so that the
+    integrator tries a shorter step; the reason is kept. `event` is given a step's ends and its dense output; where it
+    returns a place within, the last step is taken anew to there. `dense`: keep every step's dense output, for who looks
+    into most steps; otherwise a step that is looked into is taken anew.
+
+    Raises:
+        SceneError: where the motion ends before, with the reason that the rates give.
+
+    Source: E. Hairer, S. P. Norsett, G. Wanner, Solving Ordinary Differential Equations I, 2nd ed., section II.5.
+
+    """
+    if not np.isfinite(rates(begin, state)).all():  # the start itself must be sound
+        raise SceneError([Fault("simulate", "loads that are not finite at the start", "finite ones")])
+    reason = Fault("rtol", "a motion that cannot be followed at this tolerance", "another one", "loosen it")
+    barred = False  # since the last step that did not creep
+
+    def guarded(s: float, state: Array) -> Array:
+        nonlocal reason, barred
+        try:
+            return rates(s, state) if isfinite(state.dot(state)) else np.full_like(state, np.nan)
+        except UnreachableError as error:
+            reason, barred = error.fault, True
+            return np.full_like(state, np.nan)
+
+    absolute: Any = atol  # one for each variable, which the stubs do not know
+    solver: Any = DOP853(guarded, begin, state, until, rtol=max(rtol, TIGHTEST), atol=absolute)
+    s, states, evaluations, outputs = [begin], [np.array(state)], 0, list[Any]()
+    while solver.status == "running" and not (reached and reached(solver.y)):
+        solver.step()
+        if event is not None and solver.status != "failed":
+            end = event(s[-1], float(solver.t), solver.dense_output())
+            if end is not None:
+                evaluations, solver = evaluations + int(solver.nfev), one_step(guarded, s[-1], states[-1], end)
+        creeping = solver.t - s[-1] < CREEPING * solver.t
+        if solver.status == "failed" or (creeping and barred):
+            raise SceneError([reason])
+        barred = barred and creeping
+        if dense:
+            outputs.append(solver.dense_output())
+        if correct is not None:
+            solver.y = correct(solver.y)
+            solver.f = guarded(solver.t, solver.y)
+            solver.nfev += 1
+        s.append(float(solver.t))
+        states.append(np.array(solver.y))
+        if len(s) > _MOST_STEPS:
+            raise SceneError([Fault("until", f"{_MOST_STEPS} steps that lead only to {s[-1]:.6g}", "a shorter way")])
+    return Steps(guarded, np.array(s), np.array(states), evaluations + int(solver.nfev), outputs)
+
+
+class Solution(NamedTuple):
+    """A motion: times, all bodies there, work done since the start (J; None on the energy route), evaluations.
+
+    drift: greatest one of a step. `at(t)` gives the driver's coordinate and rate at any time; reactions: in the order of the
+    closure equations, shape (times, equations), if the route finds them. friction, friction_work: by joint; rests: from when
+    until when it stands still.
+    """
+
+    t: Array
+    states: State
+    work: Array | None
+    evaluations: int
+    drift: float
+    at: Callable[[float], tuple[float, float]]
+    reactions: Array | None = None
+    friction: Mapping[str, Array] = MappingProxyType({})
+    friction_work: Mapping[str, Array] = MappingProxyType({})
+    rests: tuple[tuple[float, float], ...] = ()

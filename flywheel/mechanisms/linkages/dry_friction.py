@@ -1,0 +1,609 @@
+"""Motion of linkages with friction, by Newton's law or by Lagrange's multipliers, with standstills and breakaway.
+
+Friction is that at the actual speed, with the reactions of the same instant.
+The laws are those of `flywheel.mechanisms.linkages.statics`: passive actions f = -mu s(R) against the slip, with s(R) the
+size of the reaction each follows. Reactions and accelerations are linear in them: R = R0 + G f, a = a0 + A f, of which one
+linear system gives all columns. While every slip and every normal force keeps its sign, f follows smoothly.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.linalg.lapack import dgesv
+
+from flywheel.mechanisms.linkages.bodies import (
+    CREEPING,
+    LEAST_MARGIN,
+    RANK,
+    Closure,
+    Interpolant,
+    Model,
+    Quantity,
+    Solution,
+    State,
+    Steps,
+    UnreachableError,
+    components,
+    integrate,
+    projection,
+    system,
+)
+from flywheel.mechanisms.linkages.positions import Poses
+from flywheel.mechanisms.linkages.statics import friction_sizes, shoe_ends
+from flywheel.mechanisms.linkages.wrenches import Pair, contact
+from flywheel.numerics.faults import Fault, SceneError
+from flywheel.scene.linkage import PIN
+
+Array = NDArray[np.float64]
+
+_STILL = 1e-12  # share of the largest rate of its kind below which a joint rests: rounding
+_LIFTED = 1e-11  # share of the largest normal by which one has to have turned
+_LOOKS = np.arange(1, 7) / 6  # places in a step where signs are looked at
+_AHEAD = 1e-6  # of the driver's unit: where a joint that turns back is looked at
+_WAITS = 1000  # instants at which a machine at rest is looked at
+_MOST_SIZES = 30
+_BISECTIONS = 44
+_CLOSE = 6.0  # of its change in a sixth of a step: how near to zero a pin's resultant turns for the step to end there
+_SHORT = 50  # pieces in turn without a way
+_MOST_PIECES = 20_000
+_AGAINST = "friction that locks the mechanism"
+
+
+class Mode(NamedTuple):
+    """How a rough linkage moves for a while: forwards (1) or backwards (-1), or not at all (0).
+
+    factors: of the passive actions' sizes, with the sign against each joint's motion; bearing: sign of each normal force,
+    1 for a pin.
+    """
+
+    sense: float
+    factors: Array
+    bearing: Array
+
+
+class Instant(NamedTuple):
+    """Reactions and accelerations at an instant: without passive actions, and by a unit of each of p.
+
+    free (p, 2), response (p, 2, p): of the forces whose resultant is the size of each passive action; own, by: of the
+    accelerations, the latter with a last axis more; push: power of a unit of each at the speeds; power: of the loads.
+    """
+
+    free: Array
+    response: Array
+    own: Any
+    by: Array
+    push: Array
+    power: float
+
+
+class Resistances:
+    """Passive actions of a linkage with friction, by the laws of `flywheel.mechanisms.linkages.statics`.
+
+    names: joint or coupling; factors: size of the action by that of the reaction it follows; forms (p, 2, reactions); slips:
+    which slip it opposes, -1 for what a tooth's inclined flank adds; single: follows one normal force.
+    """
+
+    def __init__(self, model: Model) -> None:
+        self.model, linkage = model, model.linkage
+        index = {pair: k for k, pair in enumerate(components(linkage))}
+        names, factors, forms, slips = list[str](), list[float](), list[dict[int, float]](), list[int]()
+        second: list[int] = []  # the other component of a pin's resultant, or -1
+        for k, joint in enumerate(model.rough):
+            if joint.kind == PIN:
+                names.append(joint.name)
+                factors.append(joint.radius * joint.friction / float(np.hypot(1.0, joint.friction)))
+                forms.append({index[joint.name, "x"]: 1.0})
+                second.append(index[joint.name, "y"])
+                slips.append(k)
+                continue
+            for size in shoe_ends(joint).values() or ({"normal": 1.0},):
+                names.append(joint.name)
+                factors.append(joint.friction)
+                forms.append({index[joint.name, part]: weight for part, weight in size.items()})
+                second.append(-1)
+                slips.append(k)
+        for k, coupling in enumerate(linkage.couplings, len(model.rough)):
+            if coupling.friction or coupling.pressure_angle:
+                names.append(coupling.name)
+                factors.append(coupling.friction or -float(np.tan(abs(coupling.pressure_angle))))
+                forms.append({index[coupling.name, "effort"]: 1.0})
+                second.append(-1)
+                slips.append(k if coupling.friction else -1)
+        self.names, self.factors, self.slips = names, np.array(factors), np.array(slips)
+        self.single = np.array(second) < 0
+        self.forms = np.zeros((len(names), 2, model.closures))
+        for p, (form, other) in enumerate(zip(forms, second, strict=True)):
+            for k, weight in form.items():
+                self.forms[p, 0, k] = weight
+            if other >= 0:
+                self.forms[p, 1, other] = 1.0
+        self.unit, self.pins = np.eye(len(names)), np.flatnonzero(~self.single)
+        sliding = [
+            linkage.joint(name).kind != PIN
+            for name in (*(j.name for j in model.rough), *(c.first for c in linkage.couplings))
+        ]
+        self.reach = np.where(sliding, model.length, 1.0)  # size of each slip for bodies of unit speed
+
+    def determined(self) -> None:
+        """Refuse friction that follows a reaction which redundant constraints leave open."""
+        model = self.model
+        left, sizes, _ = np.linalg.svd(model.state(model.start).jacobian)
+        null = left[:, int((sizes > RANK * sizes.max()).sum()) :]
+        faults = dict.fromkeys(
+            Fault(
+                f"{model.linkage.path}.{name}.friction",
+                "friction that follows a force which redundant constraints leave open",
+                "a force that the equations determine",
+                "take the friction away, or the constraint that is one too many",
+            )
+            for name, forms in zip(self.names, self.forms, strict=True)
+            if np.any(np.abs(forms.any(axis=0) @ np.abs(null)) > RANK)
+        )
+        if faults:
+            raise SceneError(faults)
+
+    def wrenches(self, state: State, reactions: Array) -> tuple[Array, Array]:
+        """Wrenches of unit reactions, those of couplings replaced by their contact forces, and of unit passive actions.
+
+        For many states; shapes (n, 3 bodies, reactions) and (n, 3 bodies, p).
+        """
+        linkage = self.model.linkage
+        columns = [state.slips[:, k] for k in self.slips if 0 <= k < len(self.model.rough)]
+        if linkage.couplings:
+            origins = np.zeros((len(state.x), len(linkage.names), 3))
+            origins[:, 1:] = state.x.reshape(len(state.x), -1, 3)
+            places = origins.transpose(1, 2, 0)
+            coms = np.array([complex(*linkage.link(name).com) for name in linkage.names])
+            centres = places[:, 0] + 1j * places[:, 1]
+            centres[0] = coms[0]
+            bodies = centres - coms[:, None] * np.exp(1j * places[:, 2])
+            value = np.stack((bodies.real, bodies.imag, places[:, 2]), axis=1)
+            poses = Poses(linkage, state.q, value, np.zeros_like(value), np.zeros_like(value))
+            middle, reactions = np.stack((centres.real, centres.imag), axis=1), reactions.copy()
+            for k, coupling in enumerate(linkage.couplings):
+                touch = contact(poses, coupling)
+                ends = (touch.first, touch.second)
+                sides = [
+                    Pair(*ends, way, touch.at, np.zeros(len(state.x))).on_bodies(middle)[1:].reshape(-1, len(state.x)).T
+                    for way in (touch.push, touch.aside)
+                ]
+                reactions[:, :, self.model.kept + k] = sides[0]
+                if coupling.friction or coupling.pressure_angle:
+                    columns.append(sides[1])
+        return reactions, np.stack(columns, axis=-1)
+
+    def mode(self, sense: float, slips: Array) -> Mode:
+        """A motion with the slips' signs in its sense; the normals' signs are still open."""
+        signs = np.where(self.slips >= 0, sense * slips[self.slips], 1.0)
+        return Mode(sense, -self.factors * signs, np.ones(len(self.names)))
+
+    def settled(self, mode: Mode, instant: Instant, q: float) -> tuple[Mode, Array]:
+        """The mode with the signs of the normals at an instant, and the passive actions' sizes."""
+        p = len(self.names)
+        forms = np.eye(2 * p).reshape(p, 2, 2 * p)
+        response = instant.response.reshape(1, 2 * p, p)
+        found = friction_sizes(instant.free.reshape(1, -1), response, mode.factors[None], forms)
+        if not found.converged[0]:
+            raise self.locked(q, instant.response * mode.factors)
+        parts = instant.free + instant.response @ (mode.factors * found.sizes[0])
+        bearing = np.where(self.single & (parts[:, 0] < 0.0), -1.0, 1.0)
+        return mode._replace(bearing=bearing), bearing * found.sizes[0]
+
+    def sizes(self, mode: Mode, instant: Instant, q: float) -> Array:
+        """Sizes of the passive actions, signs of the normals being kept: y = s'(x) x, by Newton's iteration for pins."""
+        pull = instant.response * mode.factors
+        y, y_scale = np.zeros(len(self.names)), 0.0
+        for _ in range(_MOST_SIZES):
+            parts = instant.free + pull @ y
+            size = np.hypot(parts[:, 0], parts[:, 1])
+            ways = parts / np.where(size > 0.0, size, 1.0)[:, None]
+            ways[self.single, 0], ways[self.single, 1] = mode.bearing[self.single], 0.0
+            lu, pivots, found, singular = dgesv(
+                self.unit - (ways[:, :, None] * pull).sum(axis=1), (ways * instant.free).sum(axis=1)
+            )
+            swaps = int((pivots != np.arange(pivots.size)).sum())
+            if singular or not np.prod(np.diag(lu)) * (-1.0) ** swaps > 0.0:
+                raise self.locked(q, pull)
+            change, y = float(np.abs(found - y).max()), found
+            y_scale = max(y_scale, float(np.abs(y).max()))
+            if self.single.all() or change <= 1e-14 * y_scale:
+                return np.asarray(y)
+        if change <= 1e-11 * y_scale:
+            return np.asarray(y)
+        raise self.locked(q, pull)
+
+    def locked(self, q: float, pull: Array) -> UnreachableError:
+        """No reactions that grow out of those without friction: at a position, by the joint that feeds most on itself."""
+        worst = self.names[int(np.abs(pull).sum(axis=(1, 2)).argmax())]
+        found = f"{_AGAINST} at {self.model.where(q)}"
+        return UnreachableError(
+            Fault(f"{self.model.linkage.path}.{worst}.friction", found, "forces in balance", "lower it, or end before")
+        )
+
+    def several(self, q: float) -> UnreachableError:
+        """Friction that would let a machine at rest go either way."""
+        found = f"friction at {self.model.where(q)} that lets the mechanism start both forwards and backwards"
+        fault = Fault(
+            f"{self.model.linkage.path}.{self.names[0]}.friction", found, "one motion", "lower it, or give a speed"
+        )
+        return UnreachableError(fault)
+
+
+class RoughByDriver:
+    """Newton's law with friction over the driver's coordinate: y = q, qdot, work of the loads, work of each resistance."""
+
+    def __init__(self, model: Model, resistances: Resistances) -> None:
+        self.model, self.rub = model, resistances
+        self.interpolant = Interpolant(model, self._columns)
+        self.count, self.loads = len(resistances.names), 1 + len(model.varying)
+
+    def _columns(self, model: Model, state: State) -> Quantity:
+        """Slips and passive actions' power by unit speed, M* by loads, then acceleration and sized forces by each column."""
+        columns, n = model.load_columns(state), model.masses.size
+        reactions, pushes = self.rub.wrenches(state, model.reaction_wrenches(state))
+        count, loads, p = len(state.x), self.loads, self.count
+        matrix, _ = system(model, columns[..., 0], state, reactions)
+        right = np.zeros((*matrix.shape[:2], loads + 1 + p))
+        right[:, :n, :loads], right[:, n:, loads], right[:, :n, loads + 1 :] = columns, state.gamma, pushes
+        found = model.solved(matrix, right)
+        alpha = np.einsum("ni,nic->nc", state.along, found[:, :n])
+        alpha[:, loads] += state.bend
+        forces = np.einsum("pkm,nmc->npkc", self.rub.forms, found[:, n:]).reshape(count, -1)
+        slips, power = np.einsum("nsi,ni->ns", state.slips, state.v), np.einsum("nip,ni->np", pushes, state.v)
+        moment, motion = np.einsum("nic,ni->nc", columns, state.v), np.linalg.norm(state.v / model.scale, axis=1)
+        alphas = model.unit * (np.abs(found[:, :n]) / model.scale[:, None]).max(axis=(0, 1))
+        lengths = np.array([model.length if part == "moment" else 1.0 for _, part in components(model.linkage)])
+        sizes = (
+            motion.max() * self.rub.reach,
+            [motion.max()],
+            np.einsum("ni,nip->np", np.abs(state.v), np.abs(pushes)).max(axis=0),
+            np.einsum("ni,nic->nc", np.abs(state.v), np.abs(columns)).max(axis=0),
+            alphas,
+            np.tile((np.abs(found[:, n:]) / lengths[:, None]).max(axis=(0, 1)), 2 * p),
+        )
+        values = np.concatenate((slips, motion[:, None], power, moment, alpha, forces), axis=1)
+        return Quantity(values, np.concatenate(sizes))
+
+    def instant(self, t: float, y: Array) -> Instant:
+        """What acts at a time and state."""
+        q, qdot, p, loads = float(y[0]), float(y[1]), self.count, self.loads
+        found = self.interpolant.at(q)[self.rub.reach.size + 1 :]
+        amounts = np.array([*self.model.load_amounts(t, q, qdot), qdot * qdot])
+        power, moment, alpha = found[:p], found[p : p + loads], found[p + loads : 2 * p + 2 * loads + 1]
+        forces = found[2 * p + 2 * loads + 1 :].reshape(p, 2, -1)
+        return Instant(
+            free=forces[:, :, : loads + 1] @ amounts,
+            response=forces[:, :, loads + 1 :],
+            own=float(alpha[: loads + 1] @ amounts),
+            by=alpha[loads + 1 :],
+            push=power * qdot,
+            power=float(moment @ amounts[:-1]) * qdot,
+        )
+
+    def rates(self, y: Array, instant: Instant, amounts: Array) -> Array:
+        """Derivative of y."""
+        return np.concatenate(([y[1], self.acceleration(y, instant, amounts), instant.power], instant.push * amounts))
+
+    def acceleration(self, y: Array, instant: Instant, amounts: Array) -> float:
+        """That of the driver."""
+        return float(instant.own + instant.by @ amounts)
+
+    def slips(self, y: Array, ahead: float = 0.0) -> Array:
+        """Rates of the slips as shares of the bodies' own, for a driver that goes forwards; a little ahead if wanted."""
+        found = self.interpolant.at(float(y[0]) + ahead * self.model.unit)
+        return np.asarray(found[: self.rub.reach.size] / (self.rub.reach * found[self.rub.reach.size]))
+
+    def speed(self, y: Array) -> float:
+        """That of the driver."""
+        return float(y[1])
+
+    def place(self, y: Array) -> float:
+        """The driver's coordinate."""
+        return float(y[0])
+
+    def rested(self, y: Array) -> Array:
+        """The state at rest."""
+        return np.array((y[0], 0.0, *y[2:]))
+
+    def states(self, y: Array) -> State:
+        """All bodies at many states y, shape (n, 3 + p)."""
+        return self.interpolant.states(y[:, 0], y[:, 1])
+
+    def wrenches(self, state: State) -> Array:
+        """Of unit reactions."""
+        return self.model.reaction_wrenches(state)
+
+
+class RoughInAllCoordinates:
+    """Lagrange's multipliers with friction: y = all coordinates, all velocities, works as above.
+
+    Forwards is along the tangent of the motion, which turns with the bodies, not with the driver.
+    """
+
+    def __init__(self, model: Model, resistances: Resistances, x: Array, g: Array) -> None:
+        self.model, self.rub, self.n = model, resistances, x.size
+        self.last, self.tangent = model.state(x, g), g / model.scale**2
+        self.drifts = [0.0]
+
+    def instant(self, t: float, y: Array) -> Instant:
+        """What acts at a time and state."""
+        n, model = self.n, self.model
+        state = model.state(y[:n], y[n : 2 * n])
+        forces = model.forces(t, state)
+        reactions, pushes = self.rub.wrenches(_many(state), state.jacobian.T[None])
+        matrix, first = system(model, forces, state, reactions[0])
+        right = np.zeros((first.size, 1 + pushes.shape[2]))
+        right[:, 0], right[:n, 1:] = first, pushes[0]
+        found = model.solved(matrix, right)
+        sized = self.rub.forms @ found[n:]
+        return Instant(
+            sized[..., 0], sized[..., 1:], found[:n, 0], found[:n, 1:], state.v @ pushes[0], float(state.v @ forces)
+        )
+
+    def rates(self, y: Array, instant: Instant, amounts: Array) -> Array:
+        """Derivative of y."""
+        n = self.n
+        return np.concatenate((y[n : 2 * n], instant.own + instant.by @ amounts, [instant.power], instant.push * amounts))
+
+    def acceleration(self, y: Array, instant: Instant, amounts: Array) -> float:
+        """That along the tangent."""
+        return float(self.tangent @ (instant.own + instant.by @ amounts))
+
+    def slips(self, y: Array, ahead: float = 0.0) -> Array:
+        """Rates of the slips as shares of the bodies' own, forwards; a little ahead if wanted."""
+        n, model = self.n, self.model
+        state = model.state(y[:n])
+        g = model.influence(state, self.tangent)
+        if ahead:
+            state = model.state(y[:n] + g * (ahead / float(np.linalg.norm(g / model.scale))))
+            g = model.influence(state, self.tangent)
+        return np.asarray(state.slips @ g / (self.rub.reach * np.linalg.norm(g / model.scale)))
+
+    def speed(self, y: Array) -> float:
+        """That along the tangent."""
+        return float(self.tangent @ y[self.n : 2 * self.n])
+
+    def place(self, y: Array) -> float:
+        """The driver's coordinate."""
+        return float(self.model.state(y[: self.n]).q)
+
+    def rested(self, y: Array) -> Array:
+        """The state at rest."""
+        return np.concatenate((y[: self.n], np.zeros(self.n), y[2 * self.n :]))
+
+    def correct(self, y: Array) -> Array:
+        """Put a state back onto the closures, within its assembly; the tangent turns with it."""
+        model, n = self.model, self.n
+        state, drift = projection(model, y[:n], y[n : 2 * n])
+        self.drifts.append(drift)
+        if model.sense(state, self.tangent) != model.sense(self.last, self.tangent):
+            raise model.branched(float(self.last.q))
+        if model.margin(state, self.tangent) < LEAST_MARGIN:
+            raise model.branched(float(self.last.q))
+        self.last, self.tangent = state, model.influence(state, self.tangent) / model.scale**2
+        return np.concatenate((state.x, state.v, y[2 * n :]))
+
+    def states(self, y: Array) -> State:
+        """All bodies at many states y, shape (times, 2 n + 1 + p)."""
+        return self.model.state(y[:, : self.n], y[:, self.n : 2 * self.n])
+
+    def wrenches(self, state: State) -> Array:
+        """Of unit reactions."""
+        return np.swapaxes(state.jacobian, -1, -2)
+
+
+Rough = RoughByDriver | RoughInAllCoordinates
+
+
+def _many(state: State) -> State:
+    """One state as an array of one."""
+    parts: list[Any] = [[part[None] for part in one] if isinstance(one, list) else np.asarray(one)[None] for one in state]
+    return State(*parts)
+
+
+def _first(happened: Callable[[float], bool], low: float, high: float) -> float:
+    """The first instant, but for rounding, at which something has happened that has not at low and has at high."""
+    for _ in range(_BISECTIONS):
+        middle = 0.5 * (low + high)
+        if not low < middle < high:
+            break
+        low, high = (low, middle) if happened(middle) else (middle, high)
+    return high
+
+
+class Pieces:
+    """Motion with friction as pieces in which every joint and normal force keeps its sign, and standstills between them.
+
+    A piece ends, to rounding, where a joint turns back against its neighbour, a normal force changes sides, or the machine
+    stops; integration begins anew there. At rest all joints stick together: the machine starts forwards where friction
+    against it leaves an acceleration above 0, backwards where one below 0, and waits otherwise until loads change with
+    time; it is looked at a thousand times in what is left, so that a shorter push is missed.
+    """
+
+    def __init__(self, motion: Rough, rub: Resistances, y: Array, until: float, rtol: float, atol: Array) -> None:
+        self.motion, self.rub = motion, rub
+        self.parts: list[tuple[Steps, Mode]] = []
+        t, short = 0.0, 0
+        while t < until:
+            mode, signs = self.start(t, y)
+            if mode.sense:
+                steps, stops = self.moved(t, y, mode, signs, until, rtol, atol)
+            else:
+                steps, stops = self.waited(t, y, until), True
+            short = short + 1 if steps.s[-1] - t < CREEPING * until else 0
+            t, y = float(steps.s[-1]), steps.states[-1]
+            if stops:
+                y = motion.rested(y)
+                steps.states[-1] = y
+            self.parts.append((steps, mode))
+            if short > _SHORT or len(self.parts) > _MOST_PIECES:
+                found = f"friction that changes sides without end at {rub.model.where(motion.place(y))}"
+                fault = Fault(f"{rub.model.linkage.path}.{rub.names[0]}.friction", found, "one motion", "lower it")
+                raise UnreachableError(fault)
+
+    def signs(self, y: Array, sense: float) -> Array:
+        """Signs of the slips in a sense of the motion; those of joints that turn back here as they are just after."""
+        slips = self.motion.slips(y)
+        if np.any(np.abs(slips) < _AHEAD):
+            slips = np.where(np.abs(slips) < _AHEAD, self.motion.slips(y, sense * _AHEAD), slips)
+        return np.where(np.abs(slips) > _STILL, np.sign(slips), 0.0)
+
+    def leaving(self, t: float, y: Array, sense: float) -> float:
+        """Acceleration in a sense that friction leaves a machine at rest; none where it locks."""
+        instant = self.motion.instant(t, y)
+        try:
+            mode, sizes = self.rub.settled(self.rub.mode(sense, self.signs(y, sense)), instant, self.motion.place(y))
+        except UnreachableError:
+            return -np.inf
+        return sense * self.motion.acceleration(y, instant, mode.factors * sizes)
+
+    def start(self, t: float, y: Array) -> tuple[Mode, Array]:
+        """The mode that begins at an instant, its sense 0 at a standstill, and the signs of the slips."""
+        sense, place = float(np.sign(self.motion.speed(y))), self.motion.place(y)
+        if not sense:
+            goes = [side for side in (1.0, -1.0) if self.leaving(t, y, side) > 0.0]
+            if len(goes) == 2:
+                raise self.rub.several(place)
+            if not goes:
+                return Mode(0.0, np.full(len(self.rub.names), np.nan), np.ones(len(self.rub.names))), np.zeros(0)
+            sense = goes[0]
+        signs = self.signs(y, sense)
+        return self.rub.settled(self.rub.mode(sense, signs), self.motion.instant(t, y), place)[0], signs
+
+    def waited(self, t: float, y: Array, until: float) -> Steps:
+        """A standstill, until loads break it."""
+
+        def leaves(t: float) -> bool:
+            return max(self.leaving(t, y, 1.0), self.leaving(t, y, -1.0)) > 0.0
+
+        end = until
+        if self.rub.model.varying:
+            looks = np.linspace(t, until, _WAITS + 1).tolist()
+            found = next((k for k, look in enumerate(looks[1:], 1) if leaves(look)), None)
+            end = until if found is None else _first(leaves, looks[found - 1], looks[found])
+        return Steps(lambda t, y: np.zeros_like(y), np.array([t, end]), np.array([y, y]), 2)
+
+    def moved(
+        self, t: float, y: Array, mode: Mode, signs: Array, until: float, rtol: float, atol: Array
+    ) -> tuple[Steps, bool]:
+        """A piece, and whether the machine stops at its end."""
+        motion, rub, stopped = self.motion, self.rub, False
+
+        def rates(t: float, y: Array) -> Array:
+            instant = motion.instant(t, y)
+            return motion.rates(y, instant, mode.factors * rub.sizes(mode, instant, motion.place(y)))
+
+        def parts(t: float, y: Array) -> Array:
+            """The forces that the passive actions follow, (p, 2)."""
+            instant = motion.instant(t, y)
+            sizes = rub.sizes(mode, instant, motion.place(y))
+            return np.asarray(instant.free + instant.response @ (mode.factors * sizes))
+
+        def changed(t: float, y: Array) -> bool:
+            nonlocal stopped
+            stopped = motion.speed(y) * mode.sense < 0.0
+            if stopped:
+                return True
+            slips = motion.slips(y)
+            slips = np.where(np.abs(slips) > _STILL, np.sign(slips), 0.0)
+            if np.any(slips * signs < 0.0) or np.any((signs == 0.0) & (slips != 0.0)):
+                return True
+            forces = parts(t, y)
+            against = mode.bearing * forces[:, 0] < -_LIFTED * np.abs(forces).max()
+            return bool(np.any(rub.single & against))
+
+        def event(low: float, high: float, dense: Callable[[float], Array]) -> float | None:
+            before, nudge = low, 1e-6 * (high - low)
+            for look in (low + _LOOKS * (high - low)).tolist():
+                if changed(look, dense(look)):
+                    end = _first(lambda t: changed(t, dense(t)), before, look)
+                    changed(end, dense(end))
+                    return end
+                if rub.pins.size:  # a resultant that passes close by zero is as good as one that turns there
+                    first, last = (parts(t, dense(t))[rub.pins] for t in (before, look))
+                    way = last - first
+                    turns = ((first * way).sum(axis=1) < 0.0) & ((last * way).sum(axis=1) > 0.0)
+                    passing = np.abs(first[:, 0] * last[:, 1] - first[:, 1] * last[:, 0]) < _CLOSE * (way**2).sum(axis=1)
+                    for p in np.flatnonzero(turns & passing).tolist():
+
+                        def leaves(t: float, p: int = int(rub.pins[p])) -> bool:
+                            here = parts(t, dense(t))[p]
+                            return float(here @ (parts(t + nudge, dense(t + nudge))[p] - here)) > 0.0
+
+                        end = _first(leaves, before, look)
+                        if end - low > 1e-3 * (high - low):
+                            return end
+                before = look
+            return None
+
+        correct = getattr(motion, "correct", None)
+        steps = integrate(rates, y, until, rtol, atol, correct, None, event, t)
+        return steps, stopped
+
+    def at(self, t: float) -> Array:
+        """State at any time."""
+        begins = [steps.s[0] for steps, _ in self.parts]
+        return self.parts[max(int(np.searchsorted(begins, t, side="right")) - 1, 0)][0].at(t)
+
+
+def with_friction(model: Model, q: float, qdot: float, until: float, rtol: float, newton: bool) -> Solution:
+    """Motion with friction in joints, at the actual speed and with the reactions of the same instant."""
+    rub = Resistances(model)
+    rub.determined()
+    motion: Rough
+    x, g = Closure(model).at(q)
+    begun = model.state(x, g * qdot)
+    energy = 0.5 * float(model.masses @ begun.v**2) + float(np.abs(model.forces(0.0, begun)) @ model.scale)
+    works = [rtol * energy or np.inf] * (1 + len(rub.names))
+    if newton:
+        motion = RoughByDriver(model, rub)
+        y, atol = np.zeros(3 + len(rub.names)), np.array((rtol * model.unit, rtol * model.unit, *works))
+        y[:2] = q, qdot
+    else:
+        motion = RoughInAllCoordinates(model, rub, x, g)
+        y = np.concatenate((x, g * qdot, np.zeros(len(works))))
+        atol = np.concatenate((rtol * model.scale, rtol * model.scale, works))
+    pieces = Pieces(motion, rub, y, until, 0.1 * rtol, 0.1 * atol)  # many restarts add up, and resultants turn sharply
+    rows = np.concatenate([steps.states for steps, _ in pieces.parts])
+    t = np.concatenate([steps.s for steps, _ in pieces.parts])
+    modes = [mode for steps, mode in pieces.parts for _ in steps.s]
+    states, p = motion.states(rows), len(rub.names)
+    reactions, pushes = rub.wrenches(states, motion.wrenches(states))
+    n = model.masses.size
+    matrix, first = system(model, model.forces(t, states), states, reactions)
+    right = np.zeros((*first.shape, 1 + p))
+    right[..., 0], right[:, :n, 1:] = first, pushes
+    found = model.solved(matrix, right)[:, n:]
+    amounts = np.full((t.size, p), np.nan)
+    for k, mode in enumerate(modes):
+        if mode.sense:
+            sized = rub.forms @ found[k]
+            instant = Instant(sized[..., 0], sized[..., 1:], 0.0, np.zeros(p), np.zeros(p), 0.0)
+            amounts[k] = mode.factors * rub.sizes(mode, instant, float(states.q[k]))
+
+    def by_joint(columns: Array) -> dict[str, Array]:
+        which = [
+            (name, rub.slips >= 0, np.array([other == name for other in rub.names])) for name in dict.fromkeys(rub.names)
+        ]
+        return {name: columns[:, rubs & own].sum(axis=1) for name, rubs, own in which if np.any(rubs & own)}
+
+    def at(t: float) -> tuple[float, float]:
+        state = motion.states(pieces.at(t)[None])
+        return float(state.q[0]), float(state.qdot[0])
+
+    return Solution(
+        t,
+        states,
+        rows[:, -1 - p],
+        sum(steps.evaluations for steps, _ in pieces.parts),
+        max(getattr(motion, "drifts", [0.0])),
+        at,
+        found[..., 0] + np.einsum("nmp,np->nm", found[..., 1:], amounts),
+        by_joint(amounts),
+        by_joint(rows[:, -p:]),
+        tuple((float(steps.s[0]), float(steps.s[-1])) for steps, mode in pieces.parts if not mode.sense),
+    )
