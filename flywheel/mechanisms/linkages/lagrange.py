@@ -637,7 +637,7 @@ def simulate(
 
 def _steps(start: Assembly, z: Array, state: Array, until: float, tolerance: float, actions: Actions) -> Any:
     """The run at one tolerance: q, qdot and the work of all but weights and springs as state."""
-    from flywheel.mechanisms.linkages.multibody import UnreachableError, integrate  # which need SciPy
+    from flywheel.mechanisms.linkages.bodies import UnreachableError, integrate  # which need SciPy
 
     follower, count = Follower(start, z), start.freedoms
 
@@ -652,7 +652,7 @@ def _steps(start: Assembly, z: Array, state: Array, until: float, tolerance: flo
 
     atol = tolerance * np.concatenate((start.scales, start.scales, [np.inf]))
     try:
-        return integrate(rates, state, until, tolerance, atol)
+        return integrate(rates, state, until, tolerance, atol, dense=True)
     except UnreachableError as error:
         raise SceneError([error.fault]) from None
 
