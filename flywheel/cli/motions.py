@@ -25,6 +25,7 @@ from flywheel.cli.common import (
     plot_option,
     plot_path,
     quantity,
+    remarked,
     reported,
     slides,
     spare,
@@ -56,12 +57,13 @@ def _start(context: click.Context, parameter: click.Parameter, text: str | None)
 
 
 def _end(context: click.Context, parameter: click.Parameter, text: str | None) -> str | None:
+    if text is None:
+        return None
     from flywheel.motions.transients import until
     from flywheel.numerics.faults import SceneError
 
     try:
-        if text is not None:
-            until(text)
+        until(text)
     except SceneError as error:
         raise click.BadParameter(f"found {error.faults[0].found}, expected {error.faults[0].expected}.") from None
     return text
@@ -321,10 +323,12 @@ def motion(
     with reported(scene), watched(end) as watching:
         from dataclasses import replace
 
-        from flywheel.motions import kinematics
+        from flywheel.motions import driver, kinematics
         from flywheel.report import kinematics as page
 
-        machine = loaded(scene)
+        lasting = None if law is None or end is None else _duration(end)
+        machine = loaded(scene) if law is None else driver.scene_moved(scene, law, lasting)
+        remarked(scene, machine.remarks if law is not None else ())
         watching.sliding = sliding = slides(machine)
         if wheel is not None and regime:
             machine = replace(machine, inertia=wheel, irregularity=None)
@@ -336,7 +340,7 @@ def motion(
             points=points,
             speed=pace if pace in (None, "scene") else speed_of(pace, sliding, "--speed"),
             law=law,
-            until=None if law is None or end is None else _duration(end),
+            until=lasting,
             regime=regime,
             transient=course.follow(machine, begins[0] if begins else None, watching) if course.wanted else None,
         )

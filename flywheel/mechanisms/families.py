@@ -241,7 +241,8 @@ def _check_stroke(mechanism: Mechanism, family: Family, locks: Sequence[float]) 
     listed = [f"{degrees(a - tau * (b > tau)):.6g} to {degrees(b - tau * (b > tau)):.6g} deg" for a, b in moves]
     where = f"the crank locks at {degrees(met[0]):.6g} deg" if met else "the bars do not meet"
     expected = f"a stroke within {' or '.join(listed)}" if listed else "lengths that meet"
-    raise SceneError([Fault("stroke", f"{degrees(low):.6g} to {degrees(high):.6g} deg, where {where}", expected)])
+    found = f"{degrees(low):.6g} to {degrees(high):.6g} deg, where {where}"
+    raise SceneError([Fault("stroke", found, expected, locks=tuple(met))])
 
 
 class Position:

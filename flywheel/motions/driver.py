@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from flywheel.machine.machine import Machine
+from flywheel.machine.reactions import solution_of
 from flywheel.mechanisms.law import FormulaCurve
 from flywheel.numerics import arguments
 from flywheel.numerics.cells import ROUNDING
@@ -357,6 +358,50 @@ def imposed(
     return Course(f"imposed: {found.words}", TIME, first, last, at, edge, tuple(messages))
 
 
+def scene_moved(path: Path, law: object, until: float | None) -> Scene:
+    """The scene in a file for a motion by a law of time: also of a mechanism that moves along the law's way, but no further.
+
+    Raises:
+        SceneError: of the scene; for a law that drives its mechanism into a lock, with the first instant.
+
+    """
+    import tomllib
+
+    from flywheel.reading.scenes import build_scene, load
+
+    try:
+        return load(path)
+    except SceneError as error:
+        failed = error
+    try:
+        tables = tomllib.loads(path.read_text(encoding="utf-8-sig"))
+        kept: dict[str, Any] = {
+            name: tables[name] for name in ("title", "source", "parameters", "shafts", "mechanism") if name in tables
+        }
+        numbers = {name: parse_quantity(value, None) for name, value in tables.get("parameters", {}).items()}
+        course = imposed(Scene(None, parameters=numbers), law, until)
+    except (OSError, ValueError, AttributeError):
+        raise failed from None
+    if "stroke" in tables:
+        raise failed
+    q = course.at(np.unique(np.concatenate((np.linspace(course.start, course.end, 4001), course.edges)))).q
+    first, room = float(q[0]), 1e-6 * float(np.ptp(q)) + 1e-12
+    least, most = float(q.min()) - room, float(q.max()) + room
+    limits = [-np.inf, np.inf]
+    for k, ends in enumerate(((first - room, first + room), (least, first), (first, most))):
+        try:
+            for mechanism in build_scene({**kept, "stroke": {"from": ends[0], "to": ends[1]}}, path.parent).mechanisms:
+                solution_of(mechanism)
+        except SceneError as error:
+            locks = [lock for fault in error.faults for lock in fault.locks]
+            if not locks or not k:  # it cannot even be put together where the law begins
+                raise failed from None
+            limits[k - 1] = max(locks) if k == 1 else min(locks)
+    if np.isfinite(limits).any():
+        imposed(Scene(None, parameters=numbers), law, until, {"into a lock": (limits[0], limits[1])})
+    return build_scene({**kept, "stroke": {"from": least, "to": most}}, path.parent, path)
+
+
 def _ends_of_stroke(scene: Scene) -> dict[str, tuple[float, float]]:
     stroke = scene.stroke
     return {} if stroke is None else {"out of its stroke": tuple(sorted((stroke.start, stroke.end)))}  # type: ignore[dict-item]
@@ -382,7 +427,8 @@ def _check_limits(scene: Scene, law: _Law, limits: Mapping[str, tuple[float, flo
                 t = float(times[int(np.argmax(beyond))])
                 t = max((float(one) for one in law.passes(end) if one <= t), default=t)  # without the slack
                 found = f"{law.words}, which drives the machine {what} at t = {t:.{_SHOWN}g} s, past {told(end, sliding)}"
-                expected = "a law within " + " to ".join(told(x, sliding) for x in (low, high) if np.isfinite(x))
+                words = [f"{word} {told(x, sliding)}" for word, x in (("from", low), ("to", high)) if np.isfinite(x)]
+                expected = f"a law {' '.join(words)}"
                 faults.append((t, Fault("law", found, expected)))
     if faults:
         raise SceneError([min(faults, key=lambda one: one[0])[1]])

@@ -17,7 +17,8 @@ class Fault(NamedTuple):
     """One thing that is wrong: where, what was found, what was expected, and what to do about it.
 
     In a scene that was read from a text it stands in a `line` (and a `column`, where the text is no TOML), and perhaps in an
-    `item` of an array of tables, counted from 1. The path counts from 0.
+    `item` of an array of tables, counted from 1. The path counts from 0. `locks` are the driver's coordinates (rad or m) at
+    which a mechanism was found to lock.
 
     >>> print(Fault("load[0].on", "3", "a text", line=12, item="the 1st [[load]]"))
     load[0].on (the 1st [[load]], line 12): found 3, expected a text
@@ -30,6 +31,7 @@ class Fault(NamedTuple):
     line: int | None = None
     column: int | None = None
     item: str = ""
+    locks: tuple[float, ...] = ()
 
     def __str__(self) -> str:
         return f"{self.path}{self.told}"

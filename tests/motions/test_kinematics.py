@@ -12,6 +12,7 @@ import pytest
 
 import flywheel
 from flywheel.machine.reactions import solution_of
+from flywheel.motions.driver import scene_moved
 from flywheel.numerics.faults import SceneError
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
@@ -430,3 +431,35 @@ def test_a_law_that_leaves_the_stroke_is_told_with_its_first_instant():
         flywheel.motion(scene, law="-0.06 + 0.2*(t - 0.5)*(t - 0.5001)", until=0.55)
     touching = flywheel.motion(scene, law="-0.06 + 0.25*sin(t)**2", until=3.0, of=["platen"])
     assert touching.q.max() <= 0.19
+
+
+@pytest.mark.parametrize("type_", ["four-bar", "linkage"])
+def test_a_law_that_locks_is_told_with_place_and_instant(tmp_path, type_):
+    lengths = {"ground": 1.0, "crank": 0.8, "coupler": 0.5, "rocker": 0.6}
+    named = 'type = "four-bar"\n' + "".join(f"{name}.length = {value}\n" for name, value in lengths.items())
+    path = tmp_path / "bars.toml"
+    path.write_text("[mechanism]\n" + (named if type_ == "four-bar" else LOCKING), encoding="utf-8")
+    lock = np.arccos((0.8**2 + 1.0 - 1.1**2) / (2 * 0.8))
+    for law, t in (("t", lock), ("-2*t", lock / 2), ("1.5*sin(t)", np.arcsin(lock / 1.5))):
+        with pytest.raises(SceneError, match=rf"into a lock at t = {t:.9g} s, past -?74\.41010189 deg"):
+            scene_moved(path, law, 3.0)
+    scene = scene_moved(path, "0.3*sin(t)", 3.0)
+    found = flywheel.motion(scene, law="0.3*sin(t)", until=3.0, points=5)
+    assert found["crank"].position == pytest.approx(0.3 * np.sin(found.t))
+
+
+LOCKING = """
+type = "linkage"
+driver = "A"
+bodies.frame.points = {A = [0, 0], D = [1, 0]}
+bodies.crank.points = {A = [0, 0], B = [0.8, 0]}
+bodies.coupler.points = {B = [0, 0], C = [0.5, 0]}
+bodies.rocker.points = {D = [0, 0], C = [0.6, 0]}
+joints = [
+    {name = "A", type = "pin", between = ["frame.A", "crank.A"]},
+    {name = "B", type = "pin", between = ["crank.B", "coupler.B"]},
+    {name = "C", type = "pin", between = ["coupler.C", "rocker.C"]},
+    {name = "D", type = "pin", between = ["frame.D", "rocker.D"]},
+]
+assembly = [{point = "coupler.C", from = "crank.B", to = "frame.D", side = "left"}]
+"""

@@ -195,11 +195,14 @@ def singular_fault(equations: Equations, z: Array, low: float, high: float, rate
 
     rate: how the assembly moves that is followed, where one is.
     """
+    scale = equations.loops.unit if equations.loops.linkage.sliding else 1.0
     found = _change_point(equations, z)
     if found is not None and low <= found[0] <= high:
-        return _branch(equations, found, rate)
+        return _branch(equations, found, rate)._replace(locks=(float(found[0]) * scale,))
     found = _fold(equations, z)
-    return None if found is None or not low <= found[0] <= high else _lock(equations, found)
+    if found is None or not low <= found[0] <= high:
+        return None
+    return _lock(equations, found)._replace(locks=(float(found[0]) * scale,))
 
 
 def _fold(equations: Equations, z: Array) -> Array | None:
