@@ -360,6 +360,18 @@ def test_extremes_and_dead_centres_are_within_their_errors():
     )
 
 
+def test_no_sample_lies_beyond_an_extreme_at_the_end_of_a_stroke():
+    found = flywheel.motion(flywheel.load(EXAMPLES / "machines" / "injection_clamp.toml"), speed="scene", points=501)
+    for name in ("rod", "bell_crank", "coupler", "platen_guide"):
+        curve = found[name]
+        for extreme in found.extremes[name]:
+            sampled = getattr(curve, extreme.quantity)
+            furthest = sampled.min() if extreme.which == "least" else sampled.max()
+            assert abs(furthest - extreme.value) <= 2e-4 * np.ptp(sampled)
+            sense = 1.0 if extreme.which == "greatest" else -1.0
+            assert sense * (furthest - extreme.value) <= 1e-12 * np.abs(sampled).max()
+
+
 def test_several_mechanisms_turn_on_their_own_shafts():
     mechanisms = [{**CRANK, "name": "one"}, {**CRANK, "name": "two", "shaft": "fast", "phase": "90 deg"}]
     outputs = {"pusher": {"x": "0.1*cos(2*phi)"}}
