@@ -296,11 +296,12 @@ def moving_switches(law: Expression) -> tuple[Expression, ...]:
 class FrictionCurve:
     """The moment (N m, or N) of friction in joints on the reduction element, on its coordinate from 0 to the cycle.
 
-    It is not smooth at `breakpoints`. `error` (J) bounds what its fit adds to the work of the cycle.
+    It is not smooth at `breakpoints`. `error` (J) bounds what its fit adds to the work of the cycle. `speed` is the constant
+    one (rad/s) that it was found at; None of one that was found along a motion with speeds of its own.
     """
 
-    def __init__(self, mesh: Cells, values: Array, corners: Array) -> None:
-        self.mesh, self.series = mesh, cells.fit(values)
+    def __init__(self, mesh: Cells, values: Array, corners: Array, speed: float | None = None) -> None:
+        self.mesh, self.series, self.speed = mesh, cells.fit(values), speed
         self.breakpoints = tuple(corners.tolist())
         self.error = float((cells.tails(self.series) * 2 * mesh.half[:, 0]).sum())
 
@@ -308,6 +309,11 @@ class FrictionCurve:
         """The moment at positions `here.q`."""
         cell, t = cells.located(self.mesh, np.asarray(here.q, dtype=float))
         return cells.value(self.series[cell], t)
+
+    def apart(self, other: FrictionCurve) -> float:
+        """Integral of the difference to another curve over the cycle, whatever its sign (J)."""
+        here = Here(self.mesh.phi, None, np)
+        return float(cells.integral(np.abs(self(here, here) - other(here, here)), self.mesh.half).sum())
 
 
 def spring_effort(spring: Spring, place: Place) -> Callable[[Here, Here], Any]:

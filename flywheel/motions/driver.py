@@ -638,18 +638,12 @@ def course_of(
     if speed is not None:
         return constant_speed(scene, speed, axis), axis
     if regime:
-        return steady(machine if isinstance(machine, Machine) else _machine(scene), axis), axis
+        return steady(machine if isinstance(machine, Machine) else Machine(scene), axis), axis
     if transient is not None:
         return along_transient(scene, transient), axis
     if law is not None:
         return imposed(scene, law, until, None if limits is None else limits()), axis
     return per_unit(scene), axis
-
-
-def _machine(scene: Scene) -> Machine:
-    from flywheel.regime.joint_friction import machine_of
-
-    return machine_of(scene)
 
 
 def instants(course: Course, over: str, at: ArrayLike | None, points: int) -> Array:

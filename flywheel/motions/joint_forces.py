@@ -133,7 +133,6 @@ def joint_forces(
     if speed is None and stroke is not None and stroke.speed is not None:
         speed, acceleration = stroke.speed, stroke.acceleration
     if speed is None and scene.has_flywheel and stroke is None:
-        machine = machine_of(machine)
         motion, errors, balance, condition = _steady(machine, positions)
     else:
         speed = _constant(machine, inertia) if speed is None else float(speed)
@@ -227,6 +226,8 @@ def _balance(machine: Machine, speed: float | None) -> tuple[float, float]:
 def steady_motion(machine: Machine, sizing: Sizing, phi: Array) -> tuple[MachineMotion, tuple[Array | float, Array | float]]:
     """The steady regime of a sizing at crank angles phi (rad), and errors: alpha = (M* - ½ dI*/dphi omega²)/(I* + J)."""
     from flywheel.sizing.results import speed_error_over_cycle
+
+    machine = sizing.machine or machine  # with friction in joints as it is in that regime
 
     if sizing.cycle is None or sizing.run is None:
         return MachineMotion(phi, np.full(phi.size, sizing.speed), np.zeros(phi.size)), (0.0, 0.0)

@@ -151,7 +151,7 @@ def simulate(
     total = own * scene.flywheel_ratio**2
     if balance is None and scene.unknown is not None:
         rigid = machine_of(replace(scene, compliances={}) if scene.compliances else machine)
-        if rigid.depends_on_speed:
+        if rigid.depends_on_speed or (scene.rubs and scene.speed is not None):
             from flywheel.sizing.sizing import size  # only such scenes need a regime first
 
             found = size(replace(rigid.scene, inertia=own, irregularity=None), simulate=False).balance

@@ -1,14 +1,15 @@
 """Friction in a linkage's joints as a moment on the crank, over the cycle or along the stroke.
 
 Friction follows the reactions, these the loads, weights and inertia forces: kinetostatics gives its share of the reduced
-moment at any position. It is taken at a constant speed, the scene's or where none is given the machine's own, so that it
-depends on position alone and is fitted once by series on cells, which close in on the angles where it is not smooth: where
-a joint turns back, or a force passes zero.
+moment at any position. It is taken along a motion that is known, so that it depends on position alone and is fitted once by
+series on cells, which close in on the angles where it is not smooth: where a joint turns back, or a force passes zero. That
+motion is one at a constant speed, the scene's or where none is given the machine's own (`friction_curve`), or one with its
+own speeds and accelerations (`friction_along`), as of the steady regime.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator, Sequence
 from functools import lru_cache
 from typing import TYPE_CHECKING
 
@@ -24,7 +25,10 @@ from flywheel.scene.linkage import PIN
 from flywheel.scene.scene import Scene
 
 if TYPE_CHECKING:
+    from flywheel.machine.reactions import MachineMotion
     from flywheel.mechanisms.linkages.reactions import Reactions
+
+    Course = Callable[[Array], MachineMotion]
 
 _FINE = 1e-11  # of the largest moment: error of a cell that is left as it is
 _ROUNDING = 1e-11  # of the largest force, or rate: what is smaller has no sign, and its friction no shape
@@ -33,7 +37,8 @@ _MOST_CELLS = 2000  # from which on no cell is cut; what that leaves is told as 
 _SCANNED = 97  # positions in every cell at which signs are compared, closer to each other towards its ends
 _END = 1e-9  # of a cell: how near to its ends that goes
 _PROBES = (-0.93, -0.41, 0.37, 0.88)  # places in a cell, off its nodes, where the fit is checked
-_HALVINGS = 52
+_HALVINGS = 100  # and secants in between
+_BEYOND = 0.01  # of the way to a secant's root
 _BALANCED = 1e-12
 _MOST_BALANCES = 60
 
@@ -69,8 +74,10 @@ def friction_curve(machine: Machine, speed: float | None = None) -> FrictionCurv
     speed = found if speed is None else speed
     speed = asked if speed is None else speed
     on_ports = any(effort.depends_on_unknown and effort.load.on not in scene.shafts for effort in machine.efforts)
+    course = _at_constant_speed(scene, speed)
     for _ in range(_MOST_BALANCES):
-        curve = _fitted(machine, speed, balance)
+        curve = friction_along(machine, course, balance)
+        curve.speed = speed
         with_it = constant_speed.operating_point(Machine(scene, curve), speed)[1] if on_ports else balance
         if abs(with_it - balance) <= _BALANCED * abs(with_it):
             return curve
@@ -78,10 +85,37 @@ def friction_curve(machine: Machine, speed: float | None = None) -> FrictionCurv
     raise SceneError([Fault("mechanism", "friction that grows with the balance without end", "less friction in the joints")])
 
 
-def _fitted(machine: Machine, speed: float | None, balance: float) -> FrictionCurve:
-    """The curve on cells between its corners, cut until they follow it; its error is checked off the nodes."""
+def _at_constant_speed(scene: Scene, speed: float | None) -> Course:
+    """The motion at a constant speed, along a stroke with its acceleration; None: forwards, without inertia forces."""
+    from flywheel.machine.reactions import MachineMotion  # only linkages have friction
+
+    acceleration = 0.0 if scene.stroke is None else scene.stroke.acceleration
+    rate, creeps = (0.0, True) if speed is None else (speed, False)
+
+    def course(q: Array) -> MachineMotion:
+        rates = np.full(q.size, rate), np.full(q.size, acceleration)
+        return MachineMotion(q + scene.origin, *rates, creeps=creeps)
+
+    return course
+
+
+def friction_along(machine: Machine, course: Course, balance: float, bends: Sequence[float] = ()) -> FrictionCurve:
+    """The friction of all joints along a motion, by kinetostatics at its speeds and accelerations.
+
+    On cells between its corners, which are cut until they follow it; its error is checked off the nodes.
+
+    Args:
+        machine: whose joints rub.
+        course: the motion at coordinates of the machine from 0 to the cycle, (n,).
+        balance: value (SI) of the scene's unknown.
+        bends: positions at which the accelerations of the motion jump or bend.
+
+    Raises:
+        SceneError: where friction locks a mechanism, naming the position.
+
+    """
     width = machine.scene.cycle
-    corners = _corners(machine, speed, balance)
+    corners = _corners(machine, course, balance)
 
     def moments(forces: list[tuple[float, Reactions]]) -> Array:
         """Friction's share of the reduced moment."""
@@ -89,7 +123,7 @@ def _fitted(machine: Machine, speed: float | None, balance: float) -> FrictionCu
 
     def evaluated(edges: Array) -> tuple[tuple[cells.Cells, Array], float, cells.Coarse]:
         mesh = cells.cells(edges)
-        forces = _forces(machine, mesh.phi.ravel(), speed, balance)
+        forces = _forces(machine, mesh.phi.ravel(), course, balance)
         values = moments(forces).reshape(mesh.phi.shape)
         # what friction's moment would be if the largest force of a mechanism pressed all of its joints
         most = sum(abs(ratio) * found.scales()[0] * float(found.friction.lever.max(initial=0.0)) for ratio, found in forces)
@@ -100,29 +134,25 @@ def _fitted(machine: Machine, speed: float | None, balance: float) -> FrictionCu
             lambda share: (tails > enough) & (2 * mesh.half[:, 0] > _NARROW * width),
         )
 
-    mesh, values = cells.refined(merged([*machine.mesh, *corners], width), evaluated, 1.0, _MOST_CELLS)
+    known = np.array([*machine.mesh, *corners])
+    more = [at for at in bends if np.abs(known - at).min() > _NARROW * width]
+    mesh, values = cells.refined(merged([*known, *more], width), evaluated, 1.0, _MOST_CELLS)
     curve = FrictionCurve(mesh, values, corners)
     probes = (mesh.middle + mesh.half * np.array(_PROBES)).ravel()
-    off = np.abs(curve(Here(probes, None, np), Here(probes, None, np)) - moments(_forces(machine, probes, speed, balance)))
+    off = np.abs(curve(Here(probes, None, np), Here(probes, None, np)) - moments(_forces(machine, probes, course, balance)))
     curve.error += float((off.reshape(-1, len(_PROBES)).max(axis=1) * 2 * mesh.half[:, 0]).sum())
     return curve
 
 
-def _forces(machine: Machine, q: Array, speed: float | None, balance: float) -> list[tuple[float, Reactions]]:
-    """Reactions in every linkage at coordinates q from 0 to the cycle, with the ratio of its shaft.
+def _forces(machine: Machine, q: Array, course: Course, balance: float) -> list[tuple[float, Reactions]]:
+    """Reactions in every linkage at coordinates q from 0 to the cycle of a motion, with the ratio of its shaft."""
+    from flywheel.machine.reactions import port_forces
 
-    speed: None for a motion forwards without inertia forces.
-    """
-    from flywheel.machine.reactions import MachineMotion, port_forces  # only linkages have friction
-
-    scene = machine.scene
-    acceleration = 0.0 if scene.stroke is None else scene.stroke.acceleration
-    rate = 1.0 if speed is None else speed
-    motion = MachineMotion(q + scene.origin, np.full(q.size, rate), np.full(q.size, acceleration))
+    scene, motion = machine.scene, course(q)
     found = []
     for mechanism in scene.mechanisms:
         if mechanism.linkage is not None:
-            forces = port_forces(machine, motion, balance, mechanism, inertia=speed is not None)
+            forces = port_forces(machine, motion, balance, mechanism, inertia=not motion.creeps)
             if forces.locked.size:
                 what = f"friction that locks the mechanism at {machine.where(float(q[~forces.friction.converged][0]))}"
                 advice = "less friction, smaller pins, or other angles"
@@ -147,38 +177,47 @@ def _deciding(forces: list[tuple[float, Reactions]]) -> Iterator[tuple[Array, fl
             yield from ((parts[part], force) for part in ("normal", "front", "rear") if part in parts)
 
 
-def _signs(forces: list[tuple[float, Reactions]], least: Array | None = None) -> tuple[Array, Array]:
-    """Which way every rough joint moves and its normal forces point, shape (signs, n), 0 for rounding; what is rounding.
-
-    least: the latter, from other positions.
-    """
+def _rows(forces: list[tuple[float, Reactions]]) -> tuple[Array, Array]:
+    """How fast every rough joint moves, and its normal forces, shape (rows, n); which sizes of these are rounding."""
     values, sizes = zip(*_deciding(forces), strict=True)
-    rows = np.array(values)
-    least = _ROUNDING * np.array(sizes)[:, None] if least is None else least
-    return np.where(np.abs(rows) > least, np.sign(rows), 0.0), least
+    return np.array(values), _ROUNDING * np.array(sizes)[:, None]
 
 
-def _corners(machine: Machine, speed: float | None, balance: float) -> Array:
+def _corners(machine: Machine, course: Course, balance: float) -> Array:
     """Coordinates where a rough joint turns back or a normal force changes sign.
 
     They are looked for inside every cell of the machine's first mesh, densely towards its ends, where loads set in; then
-    they are halved down, all at once. What changes sign across an edge of that mesh does so at the edge.
+    they are closed in on, all at once. What changes sign across an edge of that mesh does so at the edge.
     """
     share = 0.5 - 0.5 * np.cos(np.linspace(0.0, np.pi, _SCANNED))
     share[[0, -1]] = _END, 1.0 - _END
-    edges = machine.mesh
+    edges, width = machine.mesh, machine.scene.cycle
     inside = edges[:-1, None] + np.diff(edges)[:, None] * share
-    flat, least = _signs(_forces(machine, inside.ravel(), speed, balance))
-    signs = flat.reshape(-1, *inside.shape)
+    flat, least = _rows(_forces(machine, inside.ravel(), course, balance))
+    values = np.where(np.abs(flat) > least, flat, 0.0).reshape(-1, *inside.shape)
+    signs = np.sign(values)
     turned = (signs[:, :-1, -1] * signs[:, 1:, 0] < 0.0).any(axis=0)
     at_edges = edges[1:-1][turned & ~np.isin(edges[1:-1], machine.breakpoints)]  # the latter cut every cycle anyway
     row, cell, place = np.nonzero(signs[:, :, 1:] != signs[:, :, :-1])
     if not row.size:
         return at_edges
-    low, high, first = inside[cell, place], inside[cell, place + 1], signs[row, cell, place]
+    low, high = inside[cell, place], inside[cell, place + 1]
+    before, after = values[row, cell, place], values[row, cell, place + 1]
+    first, closest, crossing = np.sign(before), 2 * cells.ROUNDING * width, before * after < 0.0
+    slow = ~crossing
     for _ in range(_HALVINGS):
-        middle = 0.5 * (low + high)
-        same = _signs(_forces(machine, middle, speed, balance), least)[0][row, np.arange(row.size)] == first
-        low, high = np.where(same, middle, low), np.where(same, high, middle)
-    found = merged([*high, *at_edges], machine.scene.cycle)[1:-1]
-    return found[np.diff(found, prepend=-1.0) > _NARROW * machine.scene.cycle]
+        wide = high - low
+        if not (wide > closest).any():
+            break
+        share = np.where(crossing, before / np.where(crossing, before - after, 1.0), 0.5)
+        share += _BEYOND * np.where(share < 0.5, share, share - 1.0)  # a little past the secant's root, to have it between
+        at = low + np.where(slow, 0.5, share) * wide
+        at = np.clip(at, low + 0.5 * closest, np.maximum(high - 0.5 * closest, low))
+        there = _rows(_forces(machine, at, course, balance))[0][row, np.arange(row.size)]
+        there = np.where(crossing | (np.abs(there) > least[row, 0]), there, 0.0)
+        same = np.sign(there) == first
+        low, before = np.where(same, at, low), np.where(same, there, before)
+        high, after = np.where(same, high, at), np.where(same, after, there)
+        slow = ~crossing | (high - low > 0.5 * wide)
+    found = merged([*high, *at_edges], width)[1:-1]
+    return found[np.diff(found, prepend=-1.0) > _NARROW * width]

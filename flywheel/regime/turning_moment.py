@@ -451,6 +451,17 @@ def speed_over_cycle(cycle: Cycle, speed: float, motion: Run, phi: Array) -> Arr
     return np.asarray(speed * np.sqrt(np.maximum(1.0 + s, 0.0)))
 
 
+def acceleration_over_cycle(cycle: Cycle, motion: Run, phi: Array, omega: Array) -> Array:
+    """Crank acceleration (rad/s²) of a run at angles phi (rad) and its speeds there (rad/s).
+
+    alpha = (M* - ½ dI*/dphi omega²)/(I* + J). A run that brings its own cycle is taken by that.
+    """
+    cycle = motion.cycle or cycle
+    cell, t = cycle.where(phi)
+    moment, slope, inertia = (cells.value(row[cell], t) for row in cycle.series)
+    return np.asarray((moment - 0.5 * slope * omega**2) / (inertia + motion.inertia))
+
+
 def period(cycle: Cycle, speed: float, motion: Run, rtol: float) -> tuple[float, float]:
     """Time of one cycle (s), the integral of dphi/omega, and its estimated relative error; cells are halved as needed.
 

@@ -84,6 +84,31 @@ class Cyclic(NamedTuple):
     constant_speed_error: float = 0.0
 
 
+class ConstantSpeed(NamedTuple):
+    """What friction in joints would make of a machine if it were that of a constant crank speed (rad/s).
+
+    The exact flywheel (kg m² at its own shaft; None in an analysis), the irregularity with it or with the given one, the
+    scene's balance (SI), and the fluctuation of energy (J).
+    """
+
+    speed: float
+    exact: float | None
+    irregularity: float | None
+    balance: float | None
+    energy_fluctuation: float
+
+
+class JointFriction(NamedTuple):
+    """How friction in joints was found along the steady motion, whose speeds and accelerations depend on it in turn.
+
+    `rounds`: how often one was found from the other; `left`: what they may still be off by (J in a cycle).
+    """
+
+    rounds: int
+    left: float
+    constant_speed: ConstantSpeed
+
+
 class Confirmed(NamedTuple):
     """A motion that was found, its error relative to what it confirms, that of its period, and what is to be said of it."""
 
@@ -165,6 +190,7 @@ class Sizing:
     `cycle` is the one along the motion, `constant` the one at a constant speed that areas and approximate figures are taken
     from, and `cyclic` tells how the motion holds itself; both are None elsewhere. `built` is the wheel, if asked for.
 
+    `friction` tells of friction in joints, where there is any: it is that of the motion's own speeds and accelerations.
     `accuracy` is the level of accuracy, `left_out` what the sizing did not do there, `cost` what all this took.
     """
 
@@ -193,6 +219,7 @@ class Sizing:
     constant: Cycle | None = None
     cyclic: Cyclic | None = None
     built: Built | None = None
+    friction: JointFriction | None = None
     accuracy: str = AUDIT
     left_out: tuple[str, ...] = ()
     cost: Cost = FREE
@@ -288,6 +315,8 @@ class Sizing:
             "engine": self.engine and self.engine.as_dict(),
             "multiplier": self.cyclic and self.cyclic.multiplier,
             "constant_speed": self.constant_speed,
+            "friction": self.friction
+            and {**self.friction._asdict(), "constant_speed": self.friction.constant_speed._asdict()},
             "gd2": None if self.inertia is None else 4.0 * self.inertia,
             "shafts": [row.as_dict() for row in self.shafts],
             "wheel": self.built and self.built.as_dict(),

@@ -3,24 +3,42 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from functools import partial
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from flywheel.components.wheels import ARMS, LIGHTEST, MEAN, choose
 from flywheel.machine.machine import Machine
 from flywheel.numerics import cells
-from flywheel.numerics.budget import Meter, metered
-from flywheel.numerics.cells import ROUNDING
+from flywheel.numerics.budget import Cost, Meter, metered
+from flywheel.numerics.cells import ROUNDING, Array
 from flywheel.numerics.faults import Fault, SceneError
 from flywheel.regime import turning_moment, wittenbauer
-from flywheel.regime.joint_friction import machine_of
+from flywheel.regime.joint_friction import friction_along, machine_of
 from flywheel.regime.turning_moment import NoMotionError, Run
 from flywheel.regime.wittenbauer import Area, Flywheel
 from flywheel.scene import accuracy as levels
 from flywheel.scene.scene import Scene
-from flywheel.sizing.results import Balance, Built, Confirmation, Confirmed, Errors, Regime, Sizing, drive_work
+from flywheel.sizing.results import (
+    Balance,
+    Built,
+    Confirmation,
+    Confirmed,
+    ConstantSpeed,
+    Errors,
+    JointFriction,
+    Regime,
+    Sizing,
+    drive_work,
+)
 
-_FRICTION = "friction in joints is taken at a constant crank speed of {:.6g} rad/s, and so is its share of the moment"
+if TYPE_CHECKING:
+    from flywheel.machine.reactions import MachineMotion
+
+_MOST_ROUNDS = 12  # of motion and friction in turn
+_LEFT = 0.05  # of the error asked for: what these may leave
+_SLOWEST = 0.95  # of a round's change: what the next may change and be trusted to settle
 _TITLES = {
     "exact": "exact inertia",
     "approximate": "approximate inertia",
@@ -80,7 +98,7 @@ def size(
         with np.errstate(all="ignore"), metered() as meter:  # values that are not finite are reported with their place
             if scene.areas is not None:
                 return _of_diagram(scene, rtol, level, meter)
-            return _of_machine(machine_of(machine), rtol, level, meter)
+            return _of_machine(machine if isinstance(machine, Machine) else Machine(scene), rtol, level, meter)
     except ArithmeticError:
         found = "numbers whose products leave the floating-point range"
         raise SceneError([Fault("scene", found, "masses, lengths and speeds in proportion", "check the units")]) from None
@@ -108,14 +126,9 @@ def _of_machine(machine: Machine, rtol: float, level: str, meter: Meter) -> Sizi
     """The sizing of a machine: every stage takes what those before it return, and the record is made at the end."""
     scene = machine.scene
 
-    # cycle, figures and motion, by the cheapest formulation that the machine allows
-    if machine.sets_its_speed or machine.depends_on_time:
-        from flywheel.sizing import speed_dependent  # Newton's method is for machines that set their own speed
-
-        regime, of_motion = speed_dependent.regime(machine, rtol)
-    else:
-        figures, run = wittenbauer.resolved_figures(machine, rtol)
-        regime, of_motion = Regime(machine, rtol, figures, run, run, figures.cycle, figures.speed), {}
+    # cycle, figures and motion, with friction in joints as it is along that motion
+    regime, of_motion, friction = _with_friction(machine, rtol) if machine.resists else (*_regime(machine, rtol), None)
+    machine = regime.machine
     figures, cycle, speed = regime.figures, regime.cycle, regime.speed
     reduced_inertia = wittenbauer.reduced_inertia(figures)
     even = _even(regime)
@@ -146,7 +159,7 @@ def _of_machine(machine: Machine, rtol: float, level: str, meter: Meter) -> Sizi
         *_redundant(scene),
         *(() if scene.motor is None else scene.motor.doubts),
         *confirmed.messages,
-        *(() if machine.friction is None else (_FRICTION.format(speed),)),
+        *_of_friction(regime, friction, flywheel.exact),
         *of_wheel,
     )
     return Sizing(
@@ -175,6 +188,7 @@ def _of_machine(machine: Machine, rtol: float, level: str, meter: Meter) -> Sizi
         constant=regime.constant,
         cyclic=regime.cyclic,
         built=built,
+        friction=friction,
         accuracy=level,
         left_out=levels.left_out(confirmed.motion and confirmed.motion.route, moves=regime.run is not None),
         cost=meter.cost._replace(stages={"figures": of_figures, "simulation": of_confirmation}),
@@ -182,6 +196,83 @@ def _of_machine(machine: Machine, rtol: float, level: str, meter: Meter) -> Sizi
 
 
 # -- the stages --------------------------------------------------------------------------------------------------------
+
+
+def _regime(machine: Machine, rtol: float) -> tuple[Regime, dict[str, Cost]]:
+    """The steady regime, by the cheapest formulation that the machine allows, and what its motion costs."""
+    if machine.sets_its_speed or machine.depends_on_time:
+        from flywheel.sizing import speed_dependent  # Newton's method is for machines that set their own speed
+
+        return speed_dependent.regime(machine, rtol)
+    figures, run = wittenbauer.resolved_figures(machine, rtol)
+    return Regime(machine, rtol, figures, run, run, figures.cycle, figures.speed), {}
+
+
+def _with_friction(machine: Machine, rtol: float) -> tuple[Regime, dict[str, Cost], JointFriction]:
+    """The steady regime of a machine whose joints rub, with their friction at its own speeds and accelerations.
+
+    Friction follows the motion, flywheel and balance, and these follow friction: from that of a constant speed on, one is
+    found from the other until what the rounds to come may change is next to nothing beside the error asked for. Each
+    changes a share of what the one before did, from which that follows; it is part of the friction's error.
+    """
+    regime, costs = _regime(machine_of(machine), rtol)
+    at_constant, left, rounds, before = _at_constant_speed(regime), 0.0, 0, None
+    while regime.run is not None and regime.confirmed is None and rounds < _MOST_ROUNDS:
+        known = regime.machine.friction
+        assert known is not None
+        balance = regime.cycle.balance or 0.0
+        curve = friction_along(machine, partial(_motion_of, regime), balance, known.breakpoints)
+        enough = max(_LEFT * rtol * regime.figures.fluctuation, curve.error)
+        changed = curve.apart(known)
+        share = _SLOWEST if before is None else min(changed / before, _SLOWEST)
+        left = changed if changed <= curve.error else 2 * changed * share / (1.0 - share)
+        curve.error += left
+        regime, costs = _regime(Machine(machine.scene, curve), rtol)
+        rounds, before = rounds + 1, changed
+        if left <= enough:
+            break
+    return regime, costs, JointFriction(rounds, left, at_constant)
+
+
+def _motion_of(regime: Regime, phi: Array) -> MachineMotion:
+    """The motion of a regime at crank angles (rad)."""
+    from flywheel.machine.reactions import MachineMotion  # only linkages have friction
+
+    assert regime.run is not None
+    omega = turning_moment.speed_over_cycle(regime.cycle, regime.speed, regime.run, phi)
+    return MachineMotion(phi, omega, turning_moment.acceleration_over_cycle(regime.cycle, regime.run, phi, omega))
+
+
+def _at_constant_speed(regime: Regime) -> ConstantSpeed:
+    """The figures of a regime whose friction is that of a constant speed."""
+    friction, even = regime.machine.friction, _even(regime)
+    return ConstantSpeed(
+        speed=regime.speed if friction is None or friction.speed is None else friction.speed,
+        exact=_flywheel(regime, even).exact,
+        irregularity=None if regime.run is None else regime.run.irregularity,
+        balance=regime.cycle.balance,
+        energy_fluctuation=regime.figures.fluctuation,
+    )
+
+
+def _of_friction(regime: Regime, friction: JointFriction | None, exact: float | None) -> Iterator[str]:
+    """What is to be said of friction in joints: at which speed it was taken, and what another would make of it."""
+    curve = regime.machine.friction
+    if curve is not None and curve.speed is not None:
+        taken = f"friction in joints is taken at a constant crank speed of {curve.speed:.6g} rad/s"
+        yield f"{taken}, and so is its share of the moment"
+    if friction is None or not friction.rounds:
+        return
+    constant, run = friction.constant_speed, regime.run
+    figure, other, words = exact, constant.exact, "{:.6g} kg m^2"
+    if exact is None and run is not None:
+        figure, other, words = run.irregularity, constant.irregularity, "an irregularity of {:.6g}"
+    found = "friction in joints is that of the motion's own speed and acceleration"
+    if figure and other is not None:
+        off = 100.0 * (other / figure - 1.0)
+        found += f"; at a constant {constant.speed:.6g} rad/s it would give {words.format(other)}, "
+        found += f"{abs(off):.2g} % {'more' if off > 0.0 else 'less'}"
+    yield found
 
 
 def _even(regime: Regime) -> bool:

@@ -19,7 +19,6 @@ from flywheel.machine.machine import Machine
 from flywheel.numerics.budget import Tally, counted
 from flywheel.numerics.faults import Fault, SceneError
 from flywheel.regime import constant_speed, periodic_motion, wittenbauer
-from flywheel.regime.joint_friction import machine_of
 from flywheel.regime.periodic_motion import Demand
 from flywheel.scene.accuracy import rtol_faults
 from flywheel.scene.scene import Scene
@@ -210,7 +209,8 @@ def methods(question: Question) -> list[Method]:
     between = "what happens between angles" + (", torques that depend on speed at a constant one" if own else "")
     exact = ALONG_THE_MOTION if own else CLOSED_FORM
     # an analysis takes the same fluctuations of energy as a sizing; for which irregularity does not matter to them
-    sizing = machine if question.sized else machine_of(replace(machine.scene, inertia=None, irregularity=_ANY, wheel=None))
+    scene = machine.scene if question.sized else replace(machine.scene, inertia=None, irregularity=_ANY, wheel=None)
+    sizing = machine if question.sized else Machine(scene, machine.friction)
     first = [
         Method(AREAS, "", "areas", partial(_by_fluctuation, question, sizing, False), varying),
         Method(INERTIA_TORQUE, "", "inertia torque", partial(_by_fluctuation, question, sizing, True), frozen),
@@ -469,7 +469,9 @@ def tradeoff(
         faults.append(Fault("budget", f"{budget}", "a number of seconds above 0"))
     if faults:
         raise SceneError(faults)
-    machine = machine_of(machine)
+    machine = machine if isinstance(machine, Machine) else Machine(machine)
+    if machine.resists:  # with friction in joints as it is in the steady regime
+        machine = size(machine, accuracy="normal").machine or machine
     begun = time.perf_counter()
     question, reference = verified(machine)
     runs, interrupted, seconds = measured(methods(question), budget, progress, time.perf_counter() - begun)
