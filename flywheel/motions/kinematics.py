@@ -714,9 +714,7 @@ def _extremes(
     """Least and greatest values: at the ends of cells, or where their slope is zero, in cells that may hold them."""
     left, right = (series * (-1.0) ** np.arange(series.shape[-1])).sum(axis=-1), series.sum(axis=-1)
     reach = np.abs(series[..., 1:]).sum(axis=-1)
-    reach += (
-        64 * ROUNDING * (reach + np.abs(series[..., 0]))
-    )  # where all of a cell's terms add up at its end, it is that end
+    reach += 64 * ROUNDING * (reach + np.abs(series[..., 0]))  # all of a cell's terms may add up at its end
     candidates = series[..., 0] + reach >= np.maximum(left, right).max(axis=1, keepdims=True)
     candidates |= series[..., 0] - reach <= np.minimum(left, right).min(axis=1, keepdims=True)
     steady = np.ptp(np.concatenate((left, right), axis=1), axis=1) + reach.max(axis=1) <= 4 * level.max(axis=1)
