@@ -382,7 +382,7 @@ def _start(setting: Setting, start: float | str, at: float | None, goes_on: bool
     )
     if scene.drive is None:
         speed = "0.1 m/s" if scene.reduction_element == "slide" else "200 rpm"
-        regime = "" if scene.stroke is not None else "--from regime, or "
+        regime = "" if scene.stroke is not None or _is_driven_freely(scene) else "--from regime, or "
         advice = f'nothing drives it: start at a speed, {regime}--from "{speed}"'
     raise SceneError([Fault("from", found, "a moment that sets it going", advice)])
 

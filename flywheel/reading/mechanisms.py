@@ -44,7 +44,8 @@ def read_stroke(raw: Mapping[str, Any], faults: Faults) -> Stroke | None:
     if "stroke" not in raw:
         if not slides:
             return None
-        advice = "the mechanism's driver slides, so that there is no cycle: leave out [regime] and [flywheel]"
+        beside = " and ".join(f"[{name}]" for name in ("regime", "flywheel") if name in raw)
+        advice = "the mechanism's driver slides, so that there is no cycle" + (f": leave out {beside}" if beside else "")
         faults.add("stroke", "nothing", "a table with from and to, between which the driver moves", advice)
         return unread
     for name in STROKE_EXCLUDE:

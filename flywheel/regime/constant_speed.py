@@ -319,7 +319,7 @@ def operating_point(machine: Machine, speed: float | None = None) -> tuple[float
         raise SceneError([fault._replace(advice=f"{fault.advice}; or {GIVE_SPEED}") for fault in error.faults]) from error
 
 
-GIVE_SPEED = 'give one: --speed "60 rpm" (in Python speed=6.28)'
+GIVE_SPEED = 'give a constant speed: --speed "60 rpm" (in Python speed=6.28)'
 
 
 def no_speed(scene: Scene, wanted: str = "at which to take what depends on it") -> Fault:

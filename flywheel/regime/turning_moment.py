@@ -242,8 +242,10 @@ def weightless(machine: Machine, phi: float, total: float) -> Fault:
     """The fault of an inertia that is not above 0 at a position."""
     where = machine.where(phi)
     if machine.scene.stroke is None:
-        path, advice = ("flywheel.inertia", "add inertia") if machine.scene.has_flywheel else ("inertia", "add [[inertia]]")
-        return Fault(path, f"I* + J = {total:g} kg m² at {where}", "a positive inertia everywhere", advice)
+        path, name, advice = "flywheel.inertia", "I* + J", "add inertia"
+        if not machine.scene.has_flywheel:
+            path, name, advice = "inertia", "I*", 'give the bodies mass, or add [[inertia]] on = "crank"'
+        return Fault(path, f"{name} = {total:g} kg m² at {where}", "a positive inertia everywhere", advice)
     name, unit = ("m*", "kg") if machine.scene.stroke.sliding else ("I*", "kg m²")
     return Fault(
         "inertia", f"{name} = {total:g} {unit} at {where}", "a positive one all along the stroke", "add [[inertia]]"
