@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bondgraph.builder import Builder
-from bondgraph.elements import C, Here, I, Law, Modulus, Motion, R, Se
+from bondgraph.elements import C, Here, I, Law, Modulus, Motion, R, Se, Sf
 from bondgraph.graph import BondGraph
 from bondgraph.reduction import Reduced, Reduction
 from flywheel.components.motors import DC
@@ -47,6 +47,7 @@ Array = NDArray[np.float64]
 
 FLYWHEEL = "the flywheel"  # whose part its inertia is
 FRICTION = "friction in joints"  # whose part its moment is
+SPEED = "speed of the driver"  # whose part its source is
 _MOTOR = "drive.motor"  # the name of its graph as a part
 
 _WIDEST = TURN / 4  # of a cell, in the angle of the fastest mechanism: 17 nodes then resolve plain sines to rounding
@@ -448,9 +449,13 @@ class Machine:
             for shaft, names in mine.items()
         )
 
-    def with_values(self, balance: float, flywheel: float) -> BondGraph:
-        """The graph with a value (SI) for the scene's unknown, a flywheel (kg m²) on its shaft, and its motor's circuit."""
-        return self._graph(balance=balance, flywheel=flywheel, circuit=True)
+    def with_values(self, balance: float, flywheel: float, *, moved: bool = False) -> BondGraph:
+        """The graph with a value (SI) for the scene's unknown, a flywheel (kg m²) on its shaft, and its motor's circuit.
+
+        moved: a source of flow moves the driver, at unit speed, and with it every shaft and port: causality of what has no
+        inertia then follows from that.
+        """
+        return self._graph(balance=balance, flywheel=flywheel, circuit=True, moved=moved)
 
     def where(self, phi: float) -> str:
         """A position of the machine in words: `crank angle 30 deg`, or `slide position 0.19 m`."""
@@ -709,13 +714,17 @@ class Machine:
         balance: float = 0.0,
         flywheel: float = 0.0,
         circuit: bool = False,
+        moved: bool = False,
     ) -> BondGraph:
-        """The graph; `bare`: every shaft and port, without loads. `rigid`: no shaft twists. `circuit`: of the motor too."""
+        """The graph; `bare`: every shaft and port, without loads. `rigid`: no shaft twists. `circuit`: of the motor too.
+
+        moved: with a source of flow on the driver.
+        """
         scene, element = self.scene, self.scene.reduction_element
         builder = Builder().one(element, self._domain, displacement="x" if element == "slide" else "phi")
         acting: Iterable[Any] = (*(effort.load for effort in self.efforts), *scene.springs, *scene.dampers, *scene.inertias)
         occupied = {*(item.on for item in acting), *([scene.flywheel_on] * bool(flywheel))}
-        needed = self._needed(self.places if bare else occupied)
+        needed = self._needed(self.places if bare or moved else occupied)
         for name, ratio in scene.shafts.items():
             if name == element or name not in needed:
                 continue
@@ -740,11 +749,13 @@ class Machine:
             builder.port(self.places[item.on].junction, I(item.path, item.value, part=f"inertia on {item.on}"))
         if flywheel:
             builder.port(scene.flywheel_on, I(_free(builder, "flywheel"), flywheel, part=FLYWHEEL))
+        if moved:
+            builder.port(element, Sf(_free(builder, "speed"), 1.0, part=SPEED))
         if not bare:
             self._load(builder, balance, circuit)
         if len(builder) == 1:
             builder.port(element, I("nothing", 0.0))
-        return builder.build(loose=bare)
+        return builder.build(loose=bare or moved)
 
     def _needed(self, places: Iterable[str]) -> set[str]:
         """Junctions at these places, those that carry something, and those that lead to them."""

@@ -277,8 +277,7 @@ _FREELY = "neither regime.speed nor a torque that depends on speed"
 
 def _is_driven_freely(scene: Scene) -> bool:
     """Whether a machine that turns in cycles has no speed of its own, nor one that it is to have: it has no regime."""
-    fixed = scene.speed is not None or scene.depends_on_speed or scene.unknown is not None
-    return scene.stroke is None and not fixed
+    return scene.stroke is None and not scene.has_speed and scene.unknown is None
 
 
 class Setting(NamedTuple):

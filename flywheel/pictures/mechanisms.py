@@ -357,13 +357,13 @@ class Timing(NamedTuple):
 
 
 def timing(scene: Scene, view: View) -> Timing:
-    """That of the steady cycle with the flywheel given or sized; without one, that of an even motion of the driver.
+    """That of the steady cycle with the flywheel given or sized; without one or a speed, of an even motion of the driver.
 
     Raises:
         SceneError: where the machine does not run as the scene says, or stands still.
 
     """
-    if scene.stroke is not None or not scene.has_flywheel:
+    if scene.stroke is not None or not (scene.has_flywheel and scene.has_speed):
         return _of_even_motion(scene, view)
     sizing = size(scene, simulate=False)
     phi = np.linspace(0.0, scene.cycle, _POINTS)
@@ -401,22 +401,16 @@ def _of_even_motion(scene: Scene, view: View) -> Timing:
     else:
         name = linkage.names[-1]
         gain, label = poses.angle(name).rate, f"angular velocity of {name}"
-    curve, driver = view.ratio * speed * gain, "driver's speed" if stroke is not None else "crank's speed"
-    unit = ("m/s" if slides else "rad/s") if given is not None else ("m" if slides else "1")
-    unit = unit if given is not None or not sliding else ("1" if slides else "1/m")
-    label += f", {unit}" if given is not None else f" per {driver}, {unit}"
-    way = "Stroke" if stroke is not None else "Cycle, without a flywheel,"
-    at = (
-        f"at {number(speed, 0.0, 5)} {'m/s' if sliding else 'rad/s'}"
-        if stroke is not None
-        else f"at a constant {number(RPM * speed, 0.0, 5)} rpm"
-    )
-    title = (
-        f"{way} {at}"
-        if given is not None
-        else f"{'Stroke' if stroke is not None else 'Cycle'} with an even motion of the driver: no speed is given"
-    )
-    return Timing(q, np.abs(q - q[0]) / abs(speed), curve, title, label, stroke is None, given is not None)
+    along, driver = ("m", "1") if slides else ("1", "1/m"), "driver" if stroke is not None else "crank"
+    whole = "Stroke" if stroke is not None else "Cycle without a flywheel"
+    if given is None:
+        title, label = f"{whole}, the {driver} moving evenly:\nno speed is given", f"{label} per speed of the {driver}"
+        unit = along[sliding]
+    else:
+        at = f"{number(speed, 0.0, 5)} m/s" if sliding else f"{number(RPM * speed, 0.0, 5)} rpm"
+        title, unit = f"{whole} at {at}", "m/s" if slides else "rad/s"
+    time = np.abs(q - q[0]) / abs(speed)
+    return Timing(q, time, view.ratio * speed * gain, title, f"{label}, {unit}", stroke is None, given is not None)
 
 
 # -- animation ---------------------------------------------------------------------------------------------------------

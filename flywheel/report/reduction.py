@@ -284,9 +284,11 @@ def machine_graph(scene: Path, *, simplified: bool = False) -> tuple[BondGraph, 
     if loaded.areas is not None:
         raise SceneError([Fault("areas", "areas without a mechanism", "a machine, to draw its bond graph")])
     machine = machine_of(loaded)
+    sized, heavy = loaded.irregularity is not None, [e for e in machine.graph.elements.values() if e.kind == "I"]
+    moved = not sized and not loaded.inertia and all(element.law == 0.0 for element in heavy)
     graph = machine.graph
-    if loaded.stroke is None:  # a flywheel that sizing finds is a parameter without a value
-        graph = machine.with_values(0.0, (loaded.inertia or 0.0) if loaded.irregularity is None else 1.0)
+    if loaded.stroke is None or moved:  # a flywheel that sizing finds is a parameter without a value
+        graph = machine.with_values(0.0, 1.0 if sized else loaded.inertia or 0.0, moved=moved)
         if loaded.irregularity is not None:
             name = next(element.name for element in graph.elements.values() if element.part == FLYWHEEL)
             wheel = I(name, lambda J_flywheel: J_flywheel, part=FLYWHEEL)
@@ -296,6 +298,8 @@ def machine_graph(scene: Path, *, simplified: bool = False) -> tuple[BondGraph, 
         for name, efficiency in loaded.efficiencies.items()
         if efficiency < 1.0
     )
+    if moved:
+        left_out += ("nothing has inertia: a source of flow moves the driver at unit speed",)
     if not simplified:
         return graph, (*left_out, "") if left_out else ()
     found = bondgraph.simplify(graph, keep=(loaded.reduction_element,))

@@ -326,6 +326,11 @@ class Scene(Frozen):
         return bool(self.dampers) or any(isinstance(law, Expression) and law.uses_speed for law in laws)
 
     @property
+    def has_speed(self) -> bool:
+        """Whether something fixes the speed of steady running: it is given, or torques depend on it."""
+        return self.speed is not None or self.depends_on_speed
+
+    @property
     def rubs(self) -> bool:
         """Whether any joint of a linkage has friction."""
         return any(mechanism.linkage is not None and mechanism.linkage.rubs for mechanism in self.mechanisms)
