@@ -522,6 +522,7 @@ _QUANTITIES = ("position", "velocity", "acceleration")
 _WIDEST = TURN / 8  # of a cell, in the angle of the fastest shaft: 17 nodes then resolve plain sines to rounding
 _FEWEST, _MOST = 16, 1500  # cells
 _JUMP = 1e-6  # of the greatest value: what a breakpoint changes at least
+_INSIDE = 1e-6  # of half a cell: how far within it the errors of its ends are taken
 _STILL = 1e-7  # of the greatest speed: what a point has at most where it turns back
 
 
@@ -579,7 +580,8 @@ def survey(moving: Moving, course: Course, over: str, names: Sequence[str]) -> S
     mesh, series = cells.refined(edges, evaluate, course.exactly, _MOST)
     tail = cells.tails(series)
     scale = np.abs(series).sum(axis=-1).max(axis=-1)
-    known = moving.curves(course.at(mesh.edges))[0]
+    inside = mesh.middle + (1.0 - _INSIDE) * mesh.half * np.array([-1.0, 1.0])  # at a jump itself either side may be meant
+    known = moving.curves(course.at(inside.ravel()))[0]
     noise = np.array([_noise(known[row.name], row) for row in rows])
     level = np.maximum(noise[:, None], tail)
     breaks = _jumps(mesh, series, rows, scale, noise)
@@ -733,7 +735,7 @@ def _extremes(
     )  # a polynomial's slope is off by at most (degree²/half) of its error
     wide = np.minimum(np.minimum(np.sqrt(4 * off), cells.ORDER**2 * off / half), 2 * half)
     wide = np.where((np.abs(t) == 1.0) & (steep * wide > 8 * level[row, cell]), 0.0, wide)  # it runs on beyond its cell
-    places: list[tuple[int, str, float, float, float, float]] = []  # row, which, variable, value, errors of both
+    places: list[tuple[int, str, float, float, float, float, float]] = []  # row, which, variable, value, errors, inside
     for k in range(len(rows)):
         mine = np.flatnonzero(row == k)
         for which, sense in (("least", -1.0), ("greatest", 1.0)):
@@ -741,15 +743,18 @@ def _extremes(
             near = mine[values >= values.max() - 64 * ROUNDING * np.abs(values).max()]
             best = near[where[near].argmin()]  # the first of equal ones
             short = 0.5 * bend[best] * wide[best] ** 2
-            places.append((k, which, float(where[best]), float(found_values[best]), float(wide[best]), float(short)))
+            inner = where[best] - np.trunc(t[best]) * _INSIDE * half[best]
+            place, value, width = float(where[best]), float(found_values[best]), float(wide[best])
+            places.append((k, which, place, value, width, float(short), float(inner)))
     variable = np.clip(np.array([place[2] for place in places]), course.start, course.end)
     driver = course.at(variable)
     exact, axis = moving.curves(driver)[0], _axis(course, over, variable)
+    inside = moving.curves(course.at(np.clip([place[6] for place in places], course.start, course.end)))[0]
     found: dict[str, list[Extreme]] = {}
-    for n, (k, which, _, value, width, short) in enumerate(places):
+    for n, (k, which, _, value, width, short, _) in enumerate(places):
         name, order, component = rows[k]
         curve = exact[name]
-        quantity, error = (curve.position, curve.velocity, curve.acceleration)[order], curve.errors[order]
+        quantity, error = (curve.position, curve.velocity, curve.acceleration)[order], inside[name].errors[order]
         now, off = float(_component(quantity, component)[n]), float(_component(error, component)[n])
         if component == "total":  # its square was looked at
             value, short = float(np.sqrt(max(value, 0.0))), short / max(2 * now, float(np.sqrt(short)), 1e-300)

@@ -476,3 +476,15 @@ joints = [
 ]
 assembly = [{point = "coupler.C", from = "crank.B", to = "frame.D", side = "left"}]
 """
+
+
+@pytest.mark.parametrize("given", [{}, {"speed": 10.0}, {"speed": 10.0, "over": "time"}])
+def test_a_jump_leaves_extremes_and_breakpoints_their_digits(given):
+    """At the jump itself either side may be meant, in time above all; what is beside it is known."""
+    law = {"type": "law", "outputs": {"follower": {"x": "0.01*(1 - cos(2*phi)) if phi < pi else 0"}}}
+    found = flywheel.motion(flywheel.load({"mechanism": law}), of=["follower"], points=9, **given)
+    scale = 100.0 if given else 1.0
+    least, greatest = (extreme for extreme in found.extremes["follower"] if extreme.quantity == "acceleration")
+    assert (least.value, greatest.value) == pytest.approx((-0.04 * scale, 0.04 * scale), rel=1e-12)
+    assert least.error + greatest.error < 1e-9 * scale
+    assert found.breakpoints == pytest.approx([np.pi / (10.0 if given.get("over") else 1.0)])
