@@ -2,19 +2,25 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from functools import cache
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
 import pytest
+from scipy.integrate import solve_ivp
+from scipy.optimize import brentq
 
 import flywheel
 from bondgraph.elements import Here
 from flywheel.machine.machine import Machine
 from flywheel.motions.joint_forces import joint_forces
+from flywheel.motions.transients import speed_at
 from flywheel.numerics.faults import SceneError
 from flywheel.regime import joint_friction
 from flywheel.regime.joint_friction import friction_curve, machine_of
+from tests.motions.slider_crank_by_hand import SliderCrank
 
 W = 20.0
 
@@ -109,8 +115,9 @@ def test_other_mechanisms_beside_a_rough_one() -> None:
     yoke = {"type": "scotch-yoke", "name": "yoke", "crank": {"length": 0.1}, "yoke": {"mass": 5}}
     both = linkage | {"mechanism": [linkage["mechanism"] | {"name": "press"}, yoke]}
     both["load"] = [linkage["load"][0] | {"on": "press.ram"}]
-    alone = flywheel.size(flywheel.load(linkage), simulate=False).balance.value
-    assert flywheel.size(flywheel.load(both), simulate=False).balance.value == pytest.approx(alone, rel=1e-9)
+    alone, found = (flywheel.size(flywheel.load(scene), simulate=False) for scene in (linkage, both))
+    assert found.friction.constant_speed.balance == pytest.approx(alone.friction.constant_speed.balance, rel=1e-9)
+    assert found.balance.value == pytest.approx(alone.balance.value, rel=1e-4)  # the yoke makes another motion
 
 
 def straight_drive() -> dict[str, Any]:
@@ -146,3 +153,92 @@ def test_cells_are_cut_no_more_at_their_largest_number(monkeypatch: pytest.Monke
     coarse = friction_curve(flywheel.Machine(flywheel.load(crank_press(0.1))))
     assert coarse.mesh.edges.size < fine.mesh.edges.size
     assert coarse.error > fine.error
+
+
+# -- the steady regime with friction at its own speed ----------------------------------------------------------------------
+
+
+@cache
+def steady(mu: float, eps: float) -> flywheel.Sizing:
+    return flywheel.size(flywheel.load(crank_press(mu, flywheel={"irregularity": eps})), simulate=False)
+
+
+def test_friction_in_a_steady_regime_is_that_of_its_own_speeds_and_accelerations() -> None:
+    """Against shooting by hand-written equations of Newton and Euler, solved to 3e-12 (see the slow test below)."""
+    found = steady(0.1, 0.03)
+    assert found.flywheel.exact == pytest.approx(7.802957683474, rel=1e-11)
+    assert found.balance.value == pytest.approx(27.713716075703, rel=1e-11)
+    assert found.error.exact < 1e-10
+    assert found.friction.left < 1e-8
+    constant = found.friction.constant_speed
+    assert (constant.speed, constant.exact) == (W, pytest.approx(7.80294591212, rel=1e-11))
+    assert constant.balance == pytest.approx(27.714399558469, rel=1e-11)
+    assert "at a constant 20 rad/s it would give 7.80295 kg m^2, 0.00015 % less" in found.messages[-1]
+    assert found.as_dict()["friction"]["constant_speed"]["balance"] == constant.balance
+
+
+def one_turn(machine: SliderCrank, energy: float) -> tuple[float, float, float]:
+    """Half the square of the speed after a turn from phi = 0, and the greatest and least speed, by scipy over the angle."""
+    start, extremes = energy, [float(np.sqrt(2 * energy))]
+    for low, high in pairwise(np.arange(5) * np.pi / 2):  # between the angles where pin B, or the ram, turns back
+        senses = np.sign(machine.senses(0.5 * (low + high), 1.0))
+        pushed = replace(machine, force=lambda t, phi, v, back=senses[3] > 0: -800.0 if back else 0.0)
+        while low < high:
+            normal = pushed.solved(0.0, low + 1e-9, np.sqrt(2 * energy), np.append(senses, 1.0))[1][6]
+            signs = np.append(senses, np.sign(normal))
+
+            def rate(phi: float, e: Any, pushed: SliderCrank = pushed, signs: Any = signs) -> list[float]:
+                return [pushed.solved(0.0, phi, np.sqrt(2 * e[0]), signs)[0]]
+
+            def turns(phi: float, e: Any, pushed: SliderCrank = pushed, signs: Any = signs) -> float:
+                return float(pushed.solved(0.0, phi, np.sqrt(2 * e[0]), signs)[1][6] * signs[4])
+
+            turns.terminal, turns.direction = True, -1.0  # type: ignore[attr-defined]
+            options = {"rtol": 1e-11, "atol": 1e-13, "events": turns, "max_step": 0.2, "dense_output": True}
+            run = solve_ivp(rate, (low, high), [energy], "DOP853", **options)
+            grid = np.linspace(run.t[0], run.t[-1], 25)
+            slopes = [rate(phi, run.sol(phi))[0] for phi in grid]
+            for k in np.flatnonzero(np.diff(np.sign(slopes))):
+                top = brentq(lambda phi: rate(phi, run.sol(phi))[0], grid[k], grid[k + 1], xtol=1e-12)  # noqa: B023
+                extremes.append(float(np.sqrt(2 * run.sol(top)[0])))
+            low, energy = float(run.t[-1]), float(run.y[0, -1])
+            extremes.append(float(np.sqrt(2 * energy)))
+    assert start > 0.0
+    return energy, max(extremes), min(extremes)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("mu", "eps"), [(0.1, 0.03), (0.15, 0.5)])
+def test_the_steady_regime_returns_by_hand_written_equations(mu: float, eps: float) -> None:
+    found = steady(mu, eps)
+    begun = 0.5 * float(speed_at(found, 0.0)) ** 2
+    torque = found.balance.value
+    machine = SliderCrank(mu=mu, mu_guide=mu, wheel=found.flywheel.exact, torque=lambda t, phi, omega: torque)
+    ended, fastest, slowest = one_turn(machine, begun)
+    assert ended == pytest.approx(begun, rel=1e-10)
+    assert 0.5 * (fastest + slowest) == pytest.approx(W, rel=1e-10)
+    assert 2 * (fastest - slowest) / (fastest + slowest) == pytest.approx(eps, rel=1e-9)
+    off = found.friction.constant_speed
+    assert abs(off.balance / torque - 1.0) > 1e-5
+
+
+@pytest.mark.slow
+def test_a_simulation_with_friction_of_each_instant_confirms_the_steady_regime() -> None:
+    found = steady(0.15, 0.5)
+    scene = flywheel.load(crank_press(0.15, flywheel={"inertia": found.flywheel.exact}))
+    again = flywheel.size(scene, simulate=False)
+    assert again.simulation.irregularity == pytest.approx(0.5, rel=1e-9)
+    begun = float(speed_at(found, 0.0))
+    motion = flywheel.simulate(scene, 0.0, begun, again.simulation.period, balance=found.balance.value, rtol=1e-9)
+    assert motion.phi[-1] == pytest.approx(2 * np.pi, rel=1e-8)
+    assert motion.omega[-1] == pytest.approx(begun, rel=1e-8)
+    times = np.linspace(0.0, motion.t[-1], 20001)
+    omega = motion.at(times)[1]
+    assert 2 * np.ptp(omega) / (omega.max() + omega.min()) == pytest.approx(0.5, rel=1e-6)
+
+
+def test_a_machine_with_its_friction_given_keeps_it() -> None:
+    found = flywheel.size(rough(), simulate=False)
+    assert found.friction is None
+    assert found.machine is not None
+    assert found.machine.friction is rough().friction
