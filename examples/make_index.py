@@ -47,11 +47,49 @@ pictures of its own.
 """
 
 
+METHODS, CLAMP = (
+    "[compare_methods.py](bond_graphs/compare_methods.py)",
+    "[injection_clamp.py](joint_forces/injection_clamp.py)",
+)
+SOURCES = (  # whose figure, what it shows, where it is drawn again
+    (
+        "thesis, slider-crank by bond graph",
+        "37-39, table 8: Rosenberg's graph",
+        "[rosenberg.py](bond_graphs/rosenberg.py): not 17 bonds",
+    ),
+    ("", "40, 41, 54-56: triangle, instant centre, theta = sin t", f"{METHODS}, `_sine`; steps over |T| in its last tables"),
+    (
+        "",
+        "43-46: crank and slider by Lagrange",
+        f"{METHODS}, `_free` with theta overwritten as in print; `_rest` under a torque",
+    ),
+    ("", "52, 53: 5 rad/s; eq. 86", f"{METHODS}, `_steady`, and a row of its table"),
+    (
+        "paper, slider-crank as DAE",
+        "4, 5: angles and speeds of crank and coupler",
+        "[section_c.py](regimes/section_c.py), `_seconds`",
+    ),
+    ("slides, injection clamp", "positions to accelerations, read-out", "[injection_clamp.py](machines/injection_clamp.py)"),
+    ("", "centres of mass", "the same, `_centres`: the coupler's is printed with the other sign"),
+    ("", "reactions along x, together and singly", f"{CLAMP}, `_together`, `_singly`"),
+    ("", "joints against a finite-element program", f"{CLAMP}, `_differences`: against equations by hand and Exudyn"),
+    ("course on mechanisms", "worked exams", "[exams](exams)"),
+)
+
+
 def main(*redrawn: str) -> None:
     """The pictures, all of them or those of what is named so, and the page."""
     PICTURES.mkdir(exist_ok=True)
-    old = [line.split(" | ") for line in (HERE / "README.md").read_text(encoding="utf-8").splitlines() if "](" in line]
-    page, drawn = ["# Examples\n", HEAD], {links.removeprefix("| "): pictures[:-2] for links, _, pictures in old}
+    old = [line.split(" | ") for line in (HERE / "README.md").read_text(encoding="utf-8").splitlines() if "![" in line]
+    drawn = {links.removeprefix("| "): pictures[:-2] for links, _, pictures in old}
+    page = [
+        "# Examples\n",
+        HEAD,
+        "\n## Figures of the sources, drawn again\n",
+        "| source | figures | here |",
+        "| --- | --- | --- |",
+    ]
+    page += [f"| {' | '.join(row)} |" for row in SOURCES]
     for folder, heading in FOLDERS.items():
         page += [f"\n## {heading}\n", "| example | what it is | |", "| --- | --- | --- |"]
         stems = sorted({path.stem for path in (HERE / folder).iterdir() if path.suffix in (".toml", ".py")})
