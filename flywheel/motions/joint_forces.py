@@ -132,12 +132,7 @@ def joint_forces(
         positions = state.own_coordinate(scene, wanted) + scene.origin
     if speed is None and stroke is not None and stroke.speed is not None:
         speed, acceleration = stroke.speed, stroke.acceleration
-<<<<<<< HEAD
-    if speed is None and scene.has_flywheel and stroke is None:
-=======
     if speed is None and scene.has_flywheel and scene.has_speed and stroke is None:
-        machine = machine_of(machine)
->>>>>>> 24ccef1 (wip)
         motion, errors, balance, condition = _steady(machine, positions)
     else:
         speed = _constant(machine, inertia) if speed is None else float(speed)
