@@ -440,6 +440,7 @@ class Dynamics:
                 moment=_one(found.moment),
                 inertia=_one(found.inertia),
                 loss=_one(found.loss),
+                current_rate=_one(found.current_rate),
                 passed=tuple(map(_one, found.passed)),
                 factors=tuple(map(_one, found.factors)),
             )

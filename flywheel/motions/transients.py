@@ -171,6 +171,11 @@ def transient(
     goal = end if isinstance(end, Until) else until(end) if isinstance(end, str) else Until("time", float(end))
     _check(machine, goal, start, rtol)
     setting = _setting(machine, drive, inertia, balance)
+    if goal.kind == "stop" and machine.resists and not _is_pressed(setting.machine):
+        found = (
+            "a stop of a machine whose joints nothing presses but its own inertia: friction falls with the speed, for ever"
+        )
+        raise SceneError([Fault("until", found, "a time, a way or a speed", 'such as --until "5 s", or give it [gravity]')])
     goes_on = goal.kind == "time" and setting.dynamics.resistances is not None
     begin = _start(setting, start, at, goes_on)
     goals, limit = _goals(setting, begin, goal)
@@ -273,6 +278,12 @@ def _check(machine: Machine, goal: Until, start: float | str, rtol: float) -> No
 
 _EXAMPLES = {("way", False): "90 deg", ("way", True): "50 mm", ("speed", False): "200 rpm", ("speed", True): "0.3 m/s"}
 _FREELY = "neither regime.speed nor a torque that depends on speed"
+
+
+def _is_pressed(machine: Machine) -> bool:
+    """Whether anything but inertia acts on a machine: weights, loads, a drive, springs, dampers."""
+    scene = machine.scene
+    return bool(scene.gravity or machine.efforts or scene.springs or scene.dampers)
 
 
 def _is_driven_freely(scene: Scene) -> bool:
