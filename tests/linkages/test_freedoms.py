@@ -366,6 +366,99 @@ def test_redundant_joints_and_inner_drivers():
     assert matrix == pytest.approx(freedoms.mass_matrix(linkage, START), rel=1e-12)
 
 
+def excavator(boom: float = 0.6, stick: float = -0.9) -> Linkage:
+    """A boom and a stick at these angles (rad), each moved by a cylinder: two slides whose guides turn, in two loops."""
+    foot, eye, ear, end, heel = 0.5 - 0.3j, 1.5 + 0.4j, 1.6 + 0.5j, 3.0 + 0.0j, -0.4 + 0.2j
+
+    def point(name, place):
+        return Point(name, place.real, place.imag)
+
+    frame = Link(FRAME, (O, point("foot", foot)))
+    one = Link("boom", (O, point("eye", eye), point("ear", ear), point("end", end)), 300.0, 250.0, (1.4, 0.2), boom)
+    two = Link("stick", (O, point("heel", heel)), 150.0, 60.0, (0.6, 0.0), stick)
+    barrels = [Link(name, (O,), 20.0, 2.0, (0.4, 0.0), at) for name, at in (("barrel1", 0.8), ("barrel2", 0.4))]
+    pistons = [Link(name, (O,), 12.0, 1.5, (-0.3, 0.0)) for name in ("piston1", "piston2")]
+    joints = (
+        pin("base", FRAME, "boom"),
+        pin("elbow", "boom", "stick", one.point("end")),
+        pin("foot", FRAME, "barrel1", frame.point("foot")),
+        Joint("lift", SLIDE, "barrel1", "piston1", O, O),
+        pin("eye", "piston1", "boom", O, one.point("eye")),
+        pin("ear", "boom", "barrel2", one.point("ear")),
+        Joint("curl", SLIDE, "barrel2", "piston2", O, O),
+        pin("heel", "piston2", "stick", O, two.point("heel")),
+    )
+    turned = np.exp(1j * boom)
+    lengths = abs(eye * turned - foot), abs(end * turned + heel * np.exp(1j * stick) - ear * turned)
+    links = (one, two, barrels[0], pistons[0], barrels[1], pistons[1])
+    return Linkage(frame, links, joints, "lift", start=lengths[0], further=(Driver("curl", lengths[1]),))
+
+
+def platform() -> Linkage:
+    """A platform on three arms, each a crank with a motor and a rod: three degrees of freedom."""
+    feet, pins = ([size * np.exp(1j * (2 * np.pi * k / 3 + np.pi / 2)) for k in range(3)] for size in (0.5, 0.12))
+    frame = Link(FRAME, (O, *(Point(f"F{k}", z.real, z.imag) for k, z in enumerate(feet))))
+    plate = Link("plate", tuple(Point(f"P{k}", z.real, z.imag) for k, z in enumerate(pins)), 2.0, 0.02, (0.01, 0.0), 0.1)
+    links, joints, drivers = [plate], [], []
+    for k in range(3):
+        reach = pins[k] * np.exp(0.1j) - feet[k]
+        turn = np.angle(reach) + np.arccos(abs(reach) / 0.6)  # crank and rod are 0.3 m long
+        crank = bar(f"crank{k}", 0.3)._replace(mass=1.0, inertia=0.008, com=(0.14, 0.01))
+        rod = bar(f"rod{k}", 0.3, float(np.angle(reach - 0.3 * np.exp(1j * turn))))
+        rod = rod._replace(mass=0.6, inertia=0.005, com=(0.15, 0.0))
+        links += [crank, rod]
+        joints += [
+            pin(f"motor{k}", FRAME, crank.name, frame.point(f"F{k}")),
+            pin(f"knee{k}", crank.name, rod.name, crank.point("E")),
+            pin(f"pin{k}", rod.name, "plate", rod.point("E"), plate.point(f"P{k}")),
+        ]
+        drivers.append(Driver(f"motor{k}", float(turn)))
+    first, *further = drivers
+    return Linkage(frame, tuple(links), tuple(joints), first.joint, start=first.start, further=tuple(further))
+
+
+@pytest.mark.parametrize("linkage", [excavator(), platform()], ids=["excavator", "platform"])
+def test_coefficients_are_derivatives_and_both_routes_find_the_same_actions(linkage):
+    q = np.array([driver.start for driver in linkage.drivers]) + [0.08, -0.06, 0.05][: len(linkage.drivers)]
+    place, step = freedoms.positions(linkage, q), 1e-5
+    still = place.motion(0.0)
+    for joint in linkage.joints:
+        ends = still.point(joint.first, joint.first_at).value, still.point(joint.second, joint.second_at).value
+        turn = float(still.angle(joint.first).value[0])
+        across = (ends[1] - ends[0])[:, 0] @ [-np.sin(turn), np.cos(turn)] if joint.kind == SLIDE else ends[1] - ends[0]
+        assert np.abs(across).max() < 1e-14
+    for k, shift in enumerate(step * np.eye(q.size)):
+        one, other = freedoms.positions(linkage, q + shift), freedoms.positions(linkage, q - shift)
+        assert (one.value - other.value) / (2 * step) == pytest.approx(place.rate[k], abs=1e-8)
+        assert (one.rate - other.rate) / (2 * step) == pytest.approx(place.slope[:, k], abs=2e-8)
+    motion = np.random.default_rng(1).normal(size=(2, q.size))
+    found = freedoms.driving_actions(linkage, q, *motion, gravity=DOWN)
+    forces = freedoms.reactions(linkage, q, *motion, gravity=DOWN)
+    assert [float(forces.actions[name][0]) for name in found] == pytest.approx([float(a) for a in found.values()], rel=1e-12)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("linkage", [excavator(), platform(), cart()], ids=["excavator", "platform", "cart"])
+def test_the_estimate_of_a_motion_holds_and_is_not_far_off(linkage):
+    q = [driver.start + 0.05 for driver in linkage.drivers]
+    tight = freedoms.simulate(linkage, q, np.full(len(q), 0.3), 0.2, gravity=DOWN, rtol=1e-11)
+    times = np.linspace(0.0, 0.2, 37)
+    for rtol in (1e-5, 1e-8):
+        run = freedoms.simulate(linkage, q, np.full(len(q), 0.3), 0.2, gravity=DOWN, rtol=rtol)
+        pairs = list(zip(run.at(times), tight.at(times), strict=True))
+        sizes = np.abs(pairs[0][1] - pairs[0][1][:, :1]).max(), np.abs(pairs[1][1]).max()
+        off = max(np.abs(one - other).max() / size for (one, other), size in zip(pairs, sizes, strict=True))
+        assert off <= run.error <= rtol
+        assert run.error < 1e4 * off
+        assert run.energy_residual < max(10 * rtol, 1e-12)
+
+
+def test_a_tolerance_beyond_rounding_is_told():
+    run = freedoms.simulate(cart(), [0.0, 0.5], [0.0, 0.0], 0.05, gravity=DOWN, rtol=1e-15)
+    assert run.messages[0].startswith("rtol 1e-15 not reached: the motion is good to ")
+    assert run.error > 1e-15
+
+
 def test_couplings_take_freedoms_away():
     """A five-bar with gears, driven at one crank or at the other."""
     linkage = heavy(geared_five_bar(-2.0, 0.7))

@@ -730,6 +730,7 @@ def integrate(
     event: Callable[[float, float, Callable[[float], Array]], float | None] | None = None,
     begin: float = 0.0,
     dense: bool = False,
+    longest: float = np.inf,
 ) -> Steps:
     """Follow dy/ds = rates(s, y) from `begin` by DOP853 to `until`, or to the step after which `reached` says so.
 
@@ -737,7 +738,7 @@ def integrate(
     state back onto what the exact one fulfils, after every step. Rates are not numbers where no motion gets to, so that the
     integrator tries a shorter step; the reason is kept. `event` is given a step's ends and its dense output; where it
     returns a place within, the last step is taken anew to there. `dense`: keep every step's dense output, for who looks
-    into most steps; otherwise a step that is looked into is taken anew.
+    into most steps; otherwise a step that is looked into is taken anew. `longest`: of all steps.
 
     Raises:
         SceneError: where the motion ends before, with the reason that the rates give.
@@ -759,7 +760,7 @@ def integrate(
             return np.full_like(state, np.nan)
 
     absolute: Any = atol  # one for each variable, which the stubs do not know
-    solver: Any = DOP853(guarded, begin, state, until, rtol=max(rtol, TIGHTEST), atol=absolute)
+    solver: Any = DOP853(guarded, begin, state, until, rtol=max(rtol, TIGHTEST), atol=absolute, max_step=longest)
     s, states, evaluations, outputs = [begin], [np.array(state)], 0, list[Any]()
     while solver.status == "running" and not (reached and reached(solver.y)):
         solver.step()

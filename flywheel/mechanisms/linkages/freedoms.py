@@ -29,7 +29,6 @@ from numpy.typing import ArrayLike, NDArray
 from flywheel.mechanisms.linkages.assembly import assembled, gruebler, loose_everywhere, standing
 from flywheel.mechanisms.linkages.equations import (
     SETTLED,
-    Bases,
     Equations,
     Loops,
     check,
@@ -37,7 +36,6 @@ from flywheel.mechanisms.linkages.equations import (
     inverse,
     loops,
     on_way,
-    solved,
 )
 from flywheel.mechanisms.linkages.positions import Poses, follow
 from flywheel.numerics.arguments import array, known, require
@@ -56,13 +54,14 @@ _RANK = 1e-9  # of the greatest singular value
 class Assembly(NamedTuple):
     """A linkage where its guesses and sides hold.
 
-    loops: with a relation for every driver; equations: without these. The drivers' scaled coordinates are weights · z +
-    offsets, (g,), in units of scales (m or rad). z: the variables at the start, (variables,). Of all bodies, the frame
-    first: angles as turns · z + constants, mass (kg), inertia (kg m²), coms (m) in the body's own frame.
+    loops: with a relation for every driver, the last ones; `slides` (bases, variables): 1 where a basis function is
+    stretched. The drivers' scaled coordinates are weights · z + offsets, (g,), in units of scales (m or rad). z: the
+    variables at the start, (variables,). Of all bodies, the frame first: angles as turns · z + constants, mass (kg),
+    inertia (kg m²), coms (m) in the body's own frame.
     """
 
     loops: Loops
-    equations: Equations
+    slides: Array
     z: Array
     weights: Array
     offsets: Array
@@ -131,8 +130,8 @@ def assembly(linkage: Linkage) -> Assembly:
     bodies = (linkage.ground._replace(mass=0.0, inertia=0.0), *linkage.links)
     return Assembly(
         held.loops,
-        Equations(held.loops._replace(relations=held.loops.relations[:-count])),
-        z,
+        slides=np.eye(z.size)[held.slide] * held.sliding[:, None],
+        z=z,
         weights=np.array([form.weights for form in forms]),
         offsets=np.array([form.constant for form in forms]),
         scales=driver_scales(held.loops),
@@ -167,29 +166,58 @@ def lock_fault(assembly: Assembly, q: Array) -> Fault:
 
 
 class Local(NamedTuple):
-    """The equations at a position z (variables,), and those of the drivers: inverse and sign of their determinant (0: none).
+    """The equations of loops and couplings, then of the drivers, at one position z (variables,).
 
-    The columns of `inverse` are first those of the equations, then those of the drivers.
+    whole, bare: basis functions with and without their displacements, (bases,); slopes: their derivatives by all
+    variables, (bases, variables); laws: of every coupling, with two derivatives, (3,). gaps: what loops and couplings lack.
+    jacobian: of all equations by the unknowns.
     """
 
     z: Array
+    whole: Complex
+    bare: Complex
+    slopes: Complex
+    laws: list[Array]
+    gaps: Array
+    jacobian: Array
+
+    @property
+    def square(self) -> bool:
+        """Whether there are no redundant constraints."""
+        return bool(self.jacobian.shape[0] == self.jacobian.shape[1])
+
+
+def local(assembly: Assembly, z: Array) -> Local:
+    """The equations at z: those of `Equations`, of one position alone and so without its axis of positions."""
+    own = assembly.loops
+    bare = np.exp(1j * (own.turns @ z))
+    stretched = assembly.slides.any()
+    whole = bare * np.where(own.slides >= 0, z[own.slides], 1.0) if stretched else bare
+    slopes = 1j * whole[:, None] * own.turns
+    if stretched:
+        slopes += bare[:, None] * assembly.slides
+    couplings = own.relations[: -assembly.freedoms]
+    laws = [np.concatenate(pair.law(z[None])) for pair in couplings]
+    gap, rows = own.closures @ whole, own.closures @ slopes
+    second = [float(pair.second.at(z)) - law[0] - pair.phase for pair, law in zip(couplings, laws, strict=True)]
+    ties = [pair.second.weights - law[1] * pair.first.weights for pair, law in zip(couplings, laws, strict=True)]
+    gaps = np.concatenate((gap.real, gap.imag, second))
+    jacobian = np.concatenate((rows.real, rows.imag, *(tie[None] for tie in ties), assembly.weights))[:, 1:]
+    return Local(z, whole, bare, slopes, laws, gaps, jacobian)
+
+
+class Station(NamedTuple):
+    """A position: its equations, their Jacobian's inverse, and the sign of its determinant (0: redundant constraints)."""
+
+    local: Local
     inverse: Array
-    bases: Bases
     sense: float
 
-    @classmethod
-    def at(cls, assembly: Assembly, z: Array) -> Local:
-        """The equations there; LinAlgError where they are singular."""
-        bases, jacobian = linear(assembly, z)
-        square = jacobian.shape[0] == jacobian.shape[1]
-        return cls(z, inverse(jacobian), bases, float(np.linalg.slogdet(jacobian)[0]) if square else 0.0)
 
-
-def linear(assembly: Assembly, z: Array) -> tuple[Bases, Array]:
-    """Basis functions at z (variables,), and the Jacobian of equations and drivers by the unknowns."""
-    bases = assembly.equations.bases(z[None])
-    closures = assembly.equations.jacobian(z[None], bases)[0]
-    return bases, np.concatenate((closures, assembly.weights))[:, 1:]
+def station(assembly: Assembly, z: Array) -> Station:
+    """The position z; LinAlgError where its equations are singular."""
+    here = local(assembly, z)
+    return Station(here, inverse(here.jacobian), float(np.linalg.slogdet(here.jacobian)[0]) if here.square else 0.0)
 
 
 _FARTHEST = 1e5  # rad or units the unknowns move by one of a driver: beyond it rounding, squared, spoils accelerations
@@ -206,36 +234,38 @@ class Follower:
 
     def __init__(self, assembly: Assembly, z: Array) -> None:
         self.assembly = assembly
-        self.local = Local.at(assembly, z)
+        self.station = station(assembly, z)
 
-    def at(self, q: Array) -> Local:
-        """The equations at scaled coordinates q, (g,)."""
+    def at(self, q: Array) -> Station:
+        """The position at scaled coordinates q, (g,)."""
         found = self._corrected(q)
-        if found is None or found.sense != self.local.sense:
-            found = Local.at(self.assembly, end_of_way(self.assembly, self.local.z, q))
+        if found is None or found.sense != self.station.sense:
+            found = station(self.assembly, end_of_way(self.assembly, self.station.local.z, q))
         if np.abs(found.inverse).max() > _FARTHEST:
             raise SceneError([lock_fault(self.assembly, q)])
-        self.local = found
+        self.station = found
         return found
 
-    def _corrected(self, q: Array) -> Local | None:
+    def _corrected(self, q: Array) -> Station | None:
         """The position at q from the tangent at the last one; None if corrections do not shrink fast enough."""
-        own, last = self.assembly, self.local
-        move = last.inverse[:, -own.freedoms :] @ (q - own.drivers(last.z))
-        z, size = last.z.copy(), float(np.abs(move).max())
-        z[1:] += move
+        own, last = self.assembly, self.station
+        rates = np.zeros((1, last.local.z.size))
+        rates[0, 1:] = last.inverse[:, -own.freedoms :] @ (q - own.drivers(last.local.z))
+        z, size = last.local.z + rates[0] + 0.5 * curvature(own, last, rates)[1][0], float(np.abs(rates).max())
         for _ in range(_MOST_CORRECTIONS):
-            bases, jacobian = linear(own, z)
-            gap = np.concatenate((own.equations.residual(z[None], bases)[0], own.drivers(z) - q))
-            square = jacobian.shape[0] == jacobian.shape[1]
-            change = solved(jacobian[None], -gap[None])[0] if square else -(np.linalg.pinv(jacobian) @ gap)
+            here = local(own, z)
+            gap = np.concatenate((here.gaps, own.drivers(z) - q))
+            try:
+                change = np.linalg.solve(here.jacobian, -gap) if here.square else -(np.linalg.pinv(here.jacobian) @ gap)
+            except np.linalg.LinAlgError:
+                return None
             moved = float(np.abs(change).max())
             if not moved <= max(_CONTRACTION * size, SETTLED):
                 return None
+            z, size = z.copy(), moved
             z[1:] += change
-            size = moved
             if moved <= SETTLED:
-                return Local.at(own, z)
+                return station(own, z)
         return None
 
 
@@ -256,20 +286,33 @@ class Fields(NamedTuple):
     turnings: Array
 
 
-def fields(assembly: Assembly, local: Local, directions: Array) -> Fields:
-    """Velocity fields at a position, for directions (k, g) in rad and m."""
-    equations, count = assembly.equations, assembly.freedoms
-    own = equations.loops
-    rates = np.zeros((len(directions), own.turns.shape[1]))
-    rates[:, 1:] = (directions / assembly.scales) @ local.inverse[:, -count:].T
+def curvature(assembly: Assembly, position: Station, rates: Array) -> tuple[Complex, Array]:
+    """Second derivatives along rates of all variables (k, variables) that the drivers keep: basis functions, variables."""
+    own, here, count = assembly.loops, position.local, assembly.freedoms
+    turning = rates @ own.turns.T
+    bent = -(turning**2) * here.whole + 2j * turning * (rates @ assembly.slides.T) * here.bare
+    gap = bent @ own.closures.T
+    pairs = zip(own.relations[:-count], here.laws, strict=True)
+    couplings = [-law[2] * (rates @ pair.first.weights) ** 2 for pair, law in pairs]
+    second = np.concatenate((gap.real, gap.imag, *(column[:, None] for column in couplings)), axis=1)
     slopes = np.zeros_like(rates)
-    slopes[:, 1:] = -equations.bending(local.bases, rates) @ local.inverse[:, :-count].T
-    place, speed, bend = (own.unit * part for part in equations.origins(local.bases, rates, slopes))
-    angles = assembly.turns @ local.z + assembly.constants
+    slopes[:, 1:] = -second @ position.inverse[:, :-count].T
+    return bent + slopes @ here.slopes.T, slopes
+
+
+def fields(assembly: Assembly, position: Station, directions: Array) -> Fields:
+    """Velocity fields at a position, for directions (k, g) in rad and m."""
+    own, here, count = assembly.loops, position.local, assembly.freedoms
+    rates = np.zeros((len(directions), here.z.size))
+    rates[:, 1:] = (directions / assembly.scales) @ position.inverse[:, -count:].T
+    bent, slopes = curvature(assembly, position, rates)
+    speed = own.unit * (rates @ here.slopes.T) @ own.origins.T
+    bend = own.unit * bent @ own.origins.T
+    angles = assembly.turns @ here.z + assembly.constants
     arms = assembly.coms * np.exp(1j * angles)
     spins, turnings = rates @ assembly.turns.T, slopes @ assembly.turns.T
-    velocities = speed + 1j * spins * arms
-    return Fields(place[0], arms, angles, velocities, spins, bend + (1j * turnings - spins**2) * arms, turnings)
+    velocities, accelerations = speed + 1j * spins * arms, bend + (1j * turnings - spins**2) * arms
+    return Fields(own.unit * (own.origins @ here.whole), arms, angles, velocities, spins, accelerations, turnings)
 
 
 def inner_products(assembly: Assembly, v: Complex, spins: Array, a: Complex, turnings: Array) -> Array:
@@ -327,8 +370,8 @@ def positions(linkage: Linkage, q: ArrayLike) -> Positions:
     start, wanted, _ = driver_rows(linkage, q)
     directions, polarised = pair_directions(start.freedoms)
     parts = []
-    for local in stations(start, wanted):
-        found = fields(start, local, directions)
+    for position in stations(start, wanted):
+        found = fields(start, position, directions)
         speeds = found.velocities - 1j * found.spins * found.arms
         bends = found.accelerations - (1j * found.turnings - found.spins**2) * found.arms
         value, rate = pose_array(found.origins, found.angles), pose_array(speeds, found.spins)[: start.freedoms]
@@ -358,12 +401,12 @@ def pose_array(points: Complex, angles: Array) -> Array:
     return np.stack((points.real, points.imag, angles), axis=-1)
 
 
-def stations(start: Assembly, wanted: Array) -> Iterator[Local]:
+def stations(start: Assembly, wanted: Array) -> Iterator[Station]:
     """The equations at coordinates (g, n), one after the other."""
     z = start.z
     for column in wanted.T:
         z = end_of_way(start, z, column / start.scales)
-        yield Local.at(start, z)
+        yield station(start, z)
 
 
 def driver_rows(linkage: Linkage, q: ArrayLike, **others: ArrayLike) -> tuple[Assembly, Array, dict[str, Array]]:

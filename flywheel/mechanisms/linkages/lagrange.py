@@ -40,8 +40,8 @@ from numpy.typing import ArrayLike, NDArray
 from flywheel.mechanisms.linkages.freedoms import (
     Assembly,
     Follower,
-    Local,
     Positions,
+    Station,
     driver_rows,
     end_of_way,
     fields,
@@ -243,7 +243,7 @@ def _coordinate(poses: Poses, joint: Joint) -> Array:
 
 # -- Lagrange's equations -------------------------------------------------------------------------------------------------
 
-_SINGULAR = 1e-13  # least eigenvalue of the inertia matrix, scaled to ones on its diagonal
+_SINGULAR = 1e13  # greatest element of the inverse of the inertia matrix, scaled to ones on its diagonal
 
 
 class Instant(NamedTuple):
@@ -259,10 +259,10 @@ class Instant(NamedTuple):
     potential: float
 
 
-def instant(start: Assembly, local: Local, t: float, qdot: Array, actions: Actions) -> Instant:
+def instant(start: Assembly, position: Station, t: float, qdot: Array, actions: Actions) -> Instant:
     """Lagrange's equations where the drivers move at qdot (rad/s, m/s)."""
     linkage, count = start.linkage, start.freedoms
-    found = fields(start, local, np.vstack((np.eye(count), qdot)))
+    found = fields(start, position, np.vstack((np.eye(count), qdot)))
     v, spins = found.velocities[:count], found.spins[:count]
     inertia = inner_products(start, v, spins, v, spins)
     rest = inner_products(start, v, spins, found.accelerations[count:], found.turnings[count:])[:, 0]
@@ -280,7 +280,7 @@ def instant(start: Assembly, local: Local, t: float, qdot: Array, actions: Actio
             force = wrench[:, 0] + 1j * wrench[:, 1]
             return np.asarray((v.conj() * force).real.sum(axis=1) + spins @ wrench[:, 2])
 
-        q = start.drivers(local.z) * start.scales
+        q = start.drivers(position.local.z) * start.scales
         other = powers(_loads_at(actions, t, q, qdot))
         for spring in actions.springs:
             elastic, damping, energy = _elastic(spring, poses)
@@ -294,8 +294,12 @@ def solution(linkage: Linkage, matrix: Array, right: Array, scales: Array) -> Ar
     if (diagonal > 0.0).all():
         size = 1.0 / np.sqrt(diagonal)
         scaled = size[:, None] * matrix * size
-        if len(matrix) == 1 or np.linalg.eigvalsh(scaled)[0] > _SINGULAR:
-            return np.asarray(size * np.linalg.solve(scaled, size * right))
+        try:
+            inverse = np.linalg.inv(scaled)
+            if np.abs(inverse).max() < _SINGULAR:
+                return np.asarray(size * (inverse @ (size * right)))
+        except np.linalg.LinAlgError:
+            pass
         moved = np.linalg.eigh(scaled)[1][:, 0] * size / scales
     else:
         moved = (diagonal <= 0.0).astype(float)
@@ -361,8 +365,8 @@ def equations(
     count = start.freedoms
     directions, polarised = pair_directions(count)
     parts = []
-    for local, rates in zip(stations(start, wanted), rows["qdot"].T, strict=True):
-        found, now = fields(start, local, directions), instant(start, local, t, rates, actions)
+    for position, rates in zip(stations(start, wanted), rows["qdot"].T, strict=True):
+        found, now = fields(start, position, directions), instant(start, position, t, rates, actions)
         bends, turnings = polarised(found.accelerations), polarised(found.turnings)
         v, spins = found.velocities[:count], found.spins[:count]
         christoffel = np.stack([inner_products(start, v, spins, a, b) for a, b in zip(bends, turnings, strict=True)], axis=1)
@@ -436,16 +440,18 @@ def accelerations(
     start, wanted, rows = driver_rows(linkage, q, qdot=qdot)
     actions = _actions(linkage, gravity, loads, springs, drives)
     found = [
-        acceleration(start, local, t, rates, actions)[0]
-        for local, rates in zip(stations(start, wanted), rows["qdot"].T, strict=True)
+        acceleration(start, position, t, rates, actions)[0]
+        for position, rates in zip(stations(start, wanted), rows["qdot"].T, strict=True)
     ]
     return shaped_as(np.stack(found, axis=-1), q)
 
 
-def acceleration(start: Assembly, local: Local, t: float, qdot: Array, actions: Actions) -> tuple[Array, Instant, Array]:
+def acceleration(
+    start: Assembly, position: Station, t: float, qdot: Array, actions: Actions
+) -> tuple[Array, Instant, Array]:
     """qddot, the equations it solves, and the driving actions (g,), at one position and speed."""
-    now = instant(start, local, t, qdot, actions)
-    q = start.drivers(local.z) * start.scales
+    now = instant(start, position, t, qdot, actions)
+    q = start.drivers(position.local.z) * start.scales
     names = [driver.joint for driver in start.linkage.drivers]
     drives = np.array([_number(law, t, q, qdot, f"drives.{n}") for n, law in zip(names, actions.drives, strict=True)])
     return solution(start.linkage, now.mass, now.stored + now.other + drives - now.rest, start.scales), now, drives
@@ -543,7 +549,10 @@ def reactions(
 # -- simulation -----------------------------------------------------------------------------------------------------------
 
 _FINEST = 1e-13  # tolerance of a step below which the integrator's own rounding wins
+_FIRST = 0.05  # of rtol: the tolerance of a step in the first run
 _RATIO = 16.0  # of the tolerances of the two runs that are compared
+_SHORTER = 0.7  # of the longest step of the first run: where no tolerance made it short, nor would it the second's
+_BETTER = 4.0  # the second run is better than the first by this, and surely by more, until rounding wins
 _ROUNDING = 4e-16  # of every step
 
 
@@ -620,12 +629,12 @@ def simulate(
     refuse([Fault(f"{linkage.path}.{name}.friction", f"{size:.9g}", *ideal) for name, size in rubbing.items()])
     z = end_of_way(start, start.z, wanted[:, 0] / start.scales)
     state = np.concatenate((wanted[:, 0], rows["qdot"][:, 0], [0.0]))
-    tolerance = max(0.25 * rtol, _FINEST)
+    tolerance = max(_FIRST * rtol, _RATIO * _FINEST)
     coarse = _steps(start, z, state, until, tolerance, actions)
     while True:
         tolerance = max(tolerance / _RATIO, _FINEST)
-        fine = _steps(start, z, state, until, tolerance, actions)
-        error = _difference(coarse, fine, start)
+        fine = _steps(start, z, state, until, tolerance, actions, _SHORTER * float(np.diff(coarse.s).max()))
+        error = _difference(coarse, fine, start) / (_BETTER if tolerance > _FINEST else 1.0) + _ROUNDING * len(fine.s)
         if error <= rtol or tolerance <= _FINEST:
             break
         coarse = fine
@@ -635,7 +644,9 @@ def simulate(
     return _run(start, z, actions, fine, error, messages)
 
 
-def _steps(start: Assembly, z: Array, state: Array, until: float, tolerance: float, actions: Actions) -> Any:
+def _steps(
+    start: Assembly, z: Array, state: Array, until: float, tolerance: float, actions: Actions, longest: float = np.inf
+) -> Any:
     """The run at one tolerance: q, qdot and the work of all but weights and springs as state."""
     from flywheel.mechanisms.linkages.bodies import UnreachableError, integrate  # which need SciPy
 
@@ -644,21 +655,21 @@ def _steps(start: Assembly, z: Array, state: Array, until: float, tolerance: flo
     def rates(t: float, y: Array) -> Array:
         speeds = y[count : 2 * count]
         try:
-            local = follower.at(y[:count] / start.scales)
+            position = follower.at(y[:count] / start.scales)
         except SceneError as error:
             raise UnreachableError(error.faults[0]) from None
-        turning, now, drives = acceleration(start, local, t, speeds, actions)
+        turning, now, drives = acceleration(start, position, t, speeds, actions)
         return np.concatenate((speeds, turning, [(now.other + drives) @ speeds]))
 
     atol = tolerance * np.concatenate((start.scales, start.scales, [np.inf]))
     try:
-        return integrate(rates, state, until, tolerance, atol, dense=True)
+        return integrate(rates, state, until, tolerance, atol, dense=True, longest=longest)
     except UnreachableError as error:
         raise SceneError([error.fault]) from None
 
 
 def _difference(coarse: Any, fine: Any, start: Assembly) -> float:
-    """How far two runs differ at and between the steps of the second, over the greatest travel and speed; and rounding."""
+    """How far two runs differ at and between the steps of the second, over the greatest travel and speed."""
     times = np.sort(np.concatenate((fine.s, 0.5 * (fine.s[1:] + fine.s[:-1]))))
     one, other = (np.array([steps.at(t) for t in times])[:, :-1] / np.tile(start.scales, 2) for steps in (coarse, fine))
     count = start.freedoms
@@ -666,7 +677,7 @@ def _difference(coarse: Any, fine: Any, start: Assembly) -> float:
     for part, origin in ((slice(count), other[0, :count]), (slice(count, None), 0.0)):
         gap, size = np.abs(one[:, part] - other[:, part]).max(), np.abs(other[:, part] - origin).max()
         found = max(found, float(gap) / max(float(size), 1e-300))
-    return found + _ROUNDING * len(fine.s)
+    return found
 
 
 def _run(start: Assembly, z: Array, actions: Actions, steps: Any, error: float, messages: tuple[str, ...]) -> Run:
@@ -674,13 +685,12 @@ def _run(start: Assembly, z: Array, actions: Actions, steps: Any, error: float, 
     count, follower = start.freedoms, Follower(start, z)
     kinetic, potential, closure = [], [], 0.0
     for t, y in zip(steps.s, steps.states, strict=True):
-        local = follower.at(y[:count] / start.scales)
+        position = follower.at(y[:count] / start.scales)
         speeds = y[count : 2 * count]
-        now = instant(start, local, float(t), speeds, actions)
+        now = instant(start, position, float(t), speeds, actions)
         kinetic.append(0.5 * float(speeds @ now.mass @ speeds))
         potential.append(now.potential)
-        gaps = start.equations.residual(local.z[None], local.bases)[0]
-        closure = max(closure, float(np.abs(gaps).max(initial=0.0)) * start.loops.unit)
+        closure = max(closure, float(np.abs(position.local.gaps).max(initial=0.0)) * start.loops.unit)
     energies, work = np.array([kinetic, potential]), steps.states[:, -1]
     total = energies.sum(axis=0)
     scale = max(float(energies[0].max()), float(np.ptp(energies[1])), 1e-300)
