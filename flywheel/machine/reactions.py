@@ -21,6 +21,7 @@ from flywheel.scene.scene import TURN, Mechanism
 
 Array = NDArray[np.float64]
 
+_SLOWLY = 1e-150  # rad/s: a speed that has a sense, and nothing else
 _BESIDE = 1e-9  # of the cycle: how near to an edge its two sides are looked at
 
 
@@ -44,6 +45,14 @@ class MachineMotion(NamedTuple):
         """The machine's coordinate from 0 to the cycle."""
         return np.clip(self.phi - machine.scene.origin - self.gone, 0.0, machine.scene.cycle)
 
+    @property
+    def sense(self) -> Array:
+        """Which way it goes, 1 or -1, or is about to go or has come, at an instant of rest; 0 where it rests."""
+        if self.creeps:
+            return np.ones_like(self.phi)
+        coming = 0.0 if self.anchor is None else self.anchor.omega
+        return np.sign(np.where(self.omega == 0.0, coming, self.omega))
+
 
 def port_forces(
     machine: Machine,
@@ -63,7 +72,7 @@ def port_forces(
     poses = poses_of(mechanism, ratio * motion.own(machine) + mechanism.phase)
     return reactions_at(
         poses,
-        1.0 if motion.creeps else ratio * motion.omega,
+        np.where(motion.omega == 0.0, _SLOWLY * motion.sense, ratio * motion.omega),
         ratio * motion.alpha,
         gravity=scene.gravity,
         loads=tuple(_port_loads(machine, motion, balance, mechanism, inertia)),

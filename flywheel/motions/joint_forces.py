@@ -13,7 +13,6 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from flywheel.machine.dynamics import Anchor
 from flywheel.machine.machine import Machine
 from flywheel.machine.reactions import MachineMotion, port_forces
 from flywheel.mechanisms.linkages.reactions import Reactions
@@ -34,8 +33,7 @@ Array = NDArray[np.float64]
 Indices = NDArray[np.intp]
 
 EVENLY = 500  # times of a motion that was followed, where none are named
-_BESIDE = 1e-9  # of a stretch of motion: how near to its ends its forces are looked at
-_STANDING = 1e-12  # of the greatest speed: slower than this it stands
+_BESIDE = 1e-7  # of a stretch of motion: how near to its ends its forces are looked at
 _IN_A_STRETCH = (3, 60)  # positions in every stretch of a motion, over which the largest forces are sought: least and most
 _CLOSELY = 12_000  # positions in all
 
@@ -103,8 +101,8 @@ def joint_forces(
             outside the motion.
 
     At a constant speed time counts from crank angle 0 (from where a stroke begins). Friction in joints opposes the motion of
-    the instant; at standstill it takes no side, and is left out. A joint's reaction is what its first body does to its
-    second; see `flywheel.kinetostatics`.
+    the instant; in a standstill that lasts it takes no side, and is left out. A joint's reaction is what its first body
+    does to its second; see `flywheel.kinetostatics`.
 
     >>> import flywheel
     >>> press = {"type": "slider-crank", "crank": {"length": 3}, "rod": {"length": 5}, "slider": {}}
@@ -164,10 +162,10 @@ def _found(
     mechanisms = machine.scene.mechanisms
     found = {m.name: port_forces(machine, motion, balance, m, inertia=inertia, friction=friction) for m in mechanisms}
     messages = []
-    still = np.abs(motion.omega) <= _STANDING * float(np.abs(motion.omega).max(initial=0.0))
-    if friction and machine.scene.rubs and still.any() and not motion.creeps:
+    still = motion.sense == 0.0
+    if friction and machine.scene.rubs and still.any():
         when = "" if motion.time is None else f" (t = {number(float(motion.time[still][0]))} s)"
-        messages.append(f"at standstill{when} friction in joints takes no side: the forces there are without it")
+        messages.append(f"standing still{when}, friction in joints takes no side: the forces there are without it")
     words = condition if inertia else f"{condition}, without inertia forces"
     return JointForces(motion, found, errors, balance, words, tuple(messages))
 
@@ -295,24 +293,14 @@ def along_run(
     run: Transient, times: Array, owners: Indices | None = None, *, inertia: bool = True, friction: bool = True
 ) -> JointForces:
     """Forces in the joints at times (s) of a motion that was followed; at a switch `owners` tell the stretch (the side)."""
-    from flywheel.motions.transients import sampled
+    from flywheel.motions.transients import anchors_along, sampled
 
     trail = run.motion.trail
     assert trail is not None
     owners = trail.owners(times) if owners is None else owners
     machine, samples = trail.dynamics.machine, sampled(trail, times, owners)
-    stretches = [trail.stretches[k] for k in owners]
-    places = np.array([stretch.anchor[:3] for stretch in stretches], dtype=float)
-    gone = np.array([stretch.offset for stretch in stretches])
-    origin = machine.scene.origin
-    motion = MachineMotion(
-        samples.phi + origin,
-        samples.omega,
-        samples.acceleration,
-        times,
-        gone,
-        Anchor(places[:, 0], places[:, 1], places[:, 2]),
-    )
+    gone, anchor = anchors_along(trail, owners)
+    motion = MachineMotion(samples.phi + machine.scene.origin, samples.omega, samples.acceleration, times, gone, anchor)
     words = f"followed from {number(float(run.motion.omega[0]))} {_unit_of_speed(machine.scene)}: {run.ended}"
     errors = _errors_along(run, motion, samples.current)
     return _found(machine, motion, errors, run.balance, words, inertia, friction)

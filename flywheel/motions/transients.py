@@ -730,22 +730,27 @@ def _along(trail: Trail, times: Array, owners: Indices) -> Iterator[tuple[slice,
     for k in range(0, times.size, _TOGETHER):
         portion = slice(k, k + _TOGETHER)
         states = trail.states(times[portion], owners[portion])
-        used, where = np.unique(owners[portion], return_inverse=True)
-        stretches = [trail.stretches[k] for k in used]
-        offset = np.array([stretch.offset for stretch in stretches])[where]
-        anchors = np.array([stretch.anchor[:3] for stretch in stretches])[where]
-        factors: tuple[Any, ...] | None = None
-        if stretches[0].anchor.factors is not None:
-            factors = tuple(np.array([stretch.anchor.factors for stretch in stretches])[where].T)
-        sides = None
-        if stretches[0].anchor.sides is not None:
-            sides = np.array([stretch.anchor.sides for stretch in stretches])[where]
-        anchor = Anchor(anchors[:, 0], anchors[:, 1], anchors[:, 2], factors, sides)
+        offset, anchor = anchors_along(trail, owners[portion])
         stepped = states[3] if states.shape[0] > 3 else None
         here = _Here(states[0] - offset, anchor, states[1], times[portion], 0.0 if stepped is None else stepped)
         if stepped is None and isinstance(motor, DC):
             stepped = np.asarray(motor.current(ratio * states[1]))
         yield portion, states, here, stepped
+
+
+def anchors_along(trail: Trail, owners: Indices) -> tuple[Array, Anchor]:
+    """What is to be taken off the positions in stretches of a motion, and where the branches of laws are decided there."""
+    used, where = np.unique(owners, return_inverse=True)
+    stretches = [trail.stretches[k] for k in used]
+    offset = np.array([stretch.offset for stretch in stretches])[where]
+    anchors = np.array([stretch.anchor[:3] for stretch in stretches])[where]
+    factors: tuple[Any, ...] | None = None
+    if stretches[0].anchor.factors is not None:
+        factors = tuple(np.array([stretch.anchor.factors for stretch in stretches])[where].T)
+    sides = None
+    if stretches[0].anchor.sides is not None:
+        sides = np.array([stretch.anchor.sides for stretch in stretches])[where]
+    return offset, Anchor(anchors[:, 0], anchors[:, 1], anchors[:, 2], factors, sides)
 
 
 def sampled(trail: Trail, times: Array, owners: Indices | None = None) -> Samples:

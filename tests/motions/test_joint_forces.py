@@ -11,11 +11,12 @@ import pytest
 
 import flywheel
 from flywheel.machine.machine import Machine
-from flywheel.motions.joint_forces import along_run, axis, figures_of, force_curves, joint_errors, joint_forces
+from flywheel.motions.joint_forces import along_run, axis, close_times, figures_of, force_curves, joint_errors, joint_forces
 from flywheel.motions.transients import evenly
 from flywheel.numerics.faults import SceneError
 from tests import regimes
 from tests.limits import sample
+from tests.machine.test_joint_friction import crank_press
 from tests.scenes import press, shaper, yoke
 
 PHI = np.linspace(0.1, 6.2, 23)
@@ -307,3 +308,16 @@ def test_the_axis_is_the_angle_or_the_time_with_its_switches() -> None:
     np.testing.assert_allclose(over.edges[-2:] * 5.0, np.radians([300.0, 345.0]), atol=0.02)
     with pytest.raises(SceneError, match="over: found time, of forces at 5 rad/s and 1 rad/s², expected a motion in time"):
         axis(machine, joint_forces(machine, PHI, speed=5.0, acceleration=1.0), "time")
+
+
+def test_along_a_run_with_friction_the_reactions_have_the_friction_of_the_instant() -> None:
+    """What the crank asks of its shaft, friction included, is what drive and flywheel leave; its work is the energy's."""
+    scene = flywheel.load(crank_press(0.1, drive={"torque": 60}, flywheel={"inertia": 3}, regime={}))
+    run = flywheel.transient(scene, end=0.3)
+    forces = along_run(run, *close_times(run))
+    found, alpha = forces.mechanisms["linkage"], forces.motion.alpha
+    left = np.abs(found.action + 3.0 * alpha - 60.0)
+    assert (left <= 1e-9 * 60.0).mean() > 0.99  # where a joint turns back its friction is open
+    work = np.trapezoid(found.friction.moment * forces.motion.omega, forces.motion.time)
+    assert work == pytest.approx(sum(v for k, v in run.energy.works.items() if "friction" in k), rel=1e-5)
+    assert not forces.messages
