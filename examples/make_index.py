@@ -57,12 +57,13 @@ SOURCES = (  # whose figure, what it shows, where it is drawn again
         "37-39, table 8: Rosenberg's graph",
         "[rosenberg.py](bond_graphs/rosenberg.py): not 17 bonds",
     ),
-    ("", "40, 41, 54-56: triangle, instant centre, theta = sin t", f"{METHODS}, `_sine`; steps over |T| in its last tables"),
+    ("", "40, 41, 54-56: triangle, instant centre, theta = sin t", f"{METHODS}, `_sine`"),
     (
         "",
         "43-46: crank and slider by Lagrange",
         f"{METHODS}, `_free` with theta overwritten as in print; `_rest` under a torque",
     ),
+    ("", "47, 51: velocity by the transformer, by the dynamics", f"{METHODS}, `_dynamics`: it divides by the modulus"),
     ("", "52, 53: 5 rad/s; eq. 86", f"{METHODS}, `_steady`, and a row of its table"),
     (
         "paper, slider-crank as DAE",

@@ -6,8 +6,8 @@ Prints how position, velocity and acceleration (imposed motion), the motion that
 torque that imposes a motion agree between the methods, what each method assumes and costs, and how a step that divides by
 the transformer's modulus fares at the dead centres. With a file name, draws curves over one another with their residuals:
 velocities and torque into that file, and every quantity over time into one beside it for each motion (figure_sine.png,
-figure_steady.png, figure_rest.png, figure_free.png). Beside them stands what `flywheel.motion` finds for the scene
-compare_methods.toml.
+figure_steady.png, figure_rest.png, figure_free.png; figure_dynamics.png is the programme found in print). Beside the
+methods stands what `flywheel.motion` finds for the scene compare_methods.toml.
 
 - Kinematics (`compare_kinematics`): a source of flow imposes the crank's motion; the slider's position, velocity and
   acceleration follow from the graph by integration, and from the triangle in closed form. Beside them: the velocity by the
@@ -410,7 +410,8 @@ def printed_programme(
     if torque not in ("none", "needed"):
         raise GraphError(f"torque: found {torque!r}, expected 'none' or 'needed'")
     machine = machine or SliderCrank()
-    return tuple(_printed(machine, imposed, _count(until, step), step, torque == "needed") for step in steps)
+    curves = (printed_velocities(machine, imposed, _count(until, step), step, torque == "needed") for step in steps)
+    return tuple(float(np.abs(stepped - true).max()) for _, stepped, true in curves)
 
 
 def _check(until: float, steps: Sequence[float], floor: float) -> None:
@@ -471,7 +472,10 @@ def _passage(scheme: str, step: float, path: list[tuple[float, float]], exact: R
     return Passage(scheme, step, float(np.abs(v + exact.flow("slider", times)).max()), float(theta.max()))
 
 
-def _printed(machine: SliderCrank, imposed: Imposed, count: int, step: float, needed: bool) -> float:
+def printed_velocities(
+    machine: SliderCrank, imposed: Imposed, count: int, step: float, needed: bool
+) -> tuple[Array, Array, Array]:
+    """Times, the slider's velocity as that programme steps it, and T omega, both counted inwards."""
     t = step * np.arange(count + 2)
     theta = np.asarray(imposed.theta(t), dtype=float)
     omega, alpha = imposed.omega(t), imposed.alpha(t)
@@ -483,7 +487,7 @@ def _printed(machine: SliderCrank, imposed: Imposed, count: int, step: float, ne
     with np.errstate(divide="ignore", invalid="ignore"):
         rate = (torque[inside] - machine.crank_inertia * differences[inside]) / (np.abs(slope[inside]) * machine.slider)
     v = np.concatenate(([0.0], np.cumsum(step * rate)))
-    return float(np.abs(v - (-slope * omega)[1 : count + 1]).max())
+    return t[1 : count + 1], v, (-slope * omega)[1 : count + 1]
 
 
 # -- statistics ---------------------------------------------------------------------------------------------------------
@@ -829,6 +833,21 @@ def draw(columns: list[tuple[Comparison, str]], path: str) -> None:
     figure.savefig(path, dpi=100)
 
 
+def stepped(machine: SliderCrank, path: Path) -> None:
+    """The slider's velocity by the transformer and by the dynamics that divides by |T|, for both imposed motions."""
+    figure = Figure(figsize=(13.0, 4.2), layout="constrained")
+    FigureCanvasAgg(figure)
+    for panel, imposed in zip(figure.subplots(1, 2), (HARMONIC, STEADY), strict=True):
+        for needed, label, style in ((False, "no torque, as printed", "euler"), (True, "the torque that it takes", "rk4")):
+            t, dynamics, transformer = printed_velocities(machine, imposed, 1000, 0.01, needed)
+            panel.plot(t, dynamics, label=f"by v' = (M - J alpha)/(|T| m): {label}", **STYLES[style])
+        panel.plot(t, transformer, label="by the transformer, v = T omega", **STYLES["triangle"])
+        panel.set(title=imposed.name, xlabel="t, s", ylabel="slider's velocity inwards, m/s", xlim=(0.0, 10.0))
+        panel.grid(color="#DDDDDD", linewidth=0.6)
+    figure.legend(*panel.get_legend_handles_labels(), loc="outside lower center", ncols=3, frameon=False)
+    figure.savefig(path, dpi=100)
+
+
 def course(comparison: Comparison, rows: Sequence[str], path: Path, until: float | None = None) -> None:
     """Quantities over time, one below the other: the curves on the left, their residuals on the right, one legend."""
     height = 2.6 * len(rows) + 1.0
@@ -919,6 +938,11 @@ def main(path: str | None = None) -> None:
     print(methods(kinematics[0], rest), end="\n\n")
     for torque in (0.0, 1.0):
         print(f"M = {torque:g} N m: {divided_by_modulus(machine, Loads(torque), steps=(1e-2, 1e-3)).table()}", end="\n\n")
+    print("the programme found in print, greatest |v - T omega|, m/s, at steps of 0.01 and 0.001 s")
+    for imposed in (HARMONIC, STEADY):
+        for torque_taken in ("none", "needed"):
+            errors = printed_programme(machine, imposed, steps=(1e-2, 1e-3), torque=torque_taken)
+            print(f"{imposed.name:16s}torque: {torque_taken:8s}" + "".join(f"{error:10.3g}" for error in errors))
     if path is not None:
         draw([(kinematics[0], "velocity"), (free, "velocity"), (torques[0], "torque")], path)
         file = Path(path)
@@ -929,7 +953,8 @@ def main(path: str | None = None) -> None:
             ("free", free, CRANK + SLIDER, None),
         ):
             course(comparison, rows, file.with_stem(f"{file.stem}_{name}"), until)
-        print(f"drawn: {path} and four beside it")
+        stepped(machine, file.with_stem(f"{file.stem}_dynamics"))
+        print(f"drawn: {path} and five beside it")
 
 
 if __name__ == "__main__":

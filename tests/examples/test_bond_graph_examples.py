@@ -40,7 +40,7 @@ def test_main_prints_and_draws(script, tmp_path, monkeypatch, capsys):
         assert (printed.count("Pearson r"), printed.count("crank side")) == (6, 4)
         assert "small lambda, m l²/3" in printed
         assert printed.count("alpha left at 0") == 1  # at a constant speed there is none to leave
-        assert len(list(tmp_path.glob("picture_*.png"))) == 4
+        assert len(list(tmp_path.glob("picture_*.png"))) == 5
         beside = [line.split() for line in printed.splitlines() if ": flywheel.motion" in line]
         assert len(beside) == 2 * 3 + 2 * 6
         assert max(float(words[-3]) for words in beside) < 1e-9  # greatest residual
