@@ -7,8 +7,10 @@ place; where something switches a curve is broken, so that a jump is no stroke.
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from dataclasses import replace
 from math import ceil
 from pathlib import Path
+from textwrap import wrap
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -17,7 +19,8 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import MultipleLocator
 from numpy.typing import NDArray
 
-from flywheel.motions.kinematics import ANGLE, POINT, Curve, Kinematics
+from flywheel.motions.driver import TIME
+from flywheel.motions.kinematics import ANGLE, POINT, Curve, Kinematics, Moving
 from flywheel.numerics.faults import Fault, SceneError
 from flywheel.pictures import figures
 from flywheel.pictures.figures import BLACK, BODIES, GREY, told
@@ -27,6 +30,7 @@ Array = NDArray[np.float64]
 _MOST = 8  # curves of a column, unless they were named
 _NAMED = 4  # lines in a panel whose own extremes are written beside them; of more, those of the panel alone
 _DASHES: tuple[Any, ...] = ("-", (0, (5, 1.5, 1, 1.5)), (0, (1, 1)))
+_POINTS, _BESIDE = 1201, 1e-9  # places of a curve, and of the axis: how far beside a jump
 _SAMPLES_APART = 8.0  # times its neighbours' steps: a change that is a jump
 _VAGUE = 1e-4  # of the axis: an extreme that may lie so far aside is told as one about there
 _RESTS = 1e-12  # of the largest value of a panel: an extreme below it is none
@@ -67,9 +71,9 @@ def draw(found: Kinematics) -> Figure:
     columns = [[curve for curve in wanted if (curve.kind == ANGLE) == turning] for turning in (True, False)]
     columns = [column for column in columns if column]
     title = ": ".join(part for part in (found.scene.title or "", f"motion {found.condition}") if part)
-    if left_out:
-        title += f"\n({left_out} more curves can be drawn by name)"
-    made = figures.figure(6.8 * len(columns) + 1.2 * (len(columns) == 1), 9.6, title)
+    told_of = wrap(title, 62 * len(columns)) + [f"({left_out} more curves can be drawn by name)"] * bool(left_out)
+    made = figures.figure(6.8 * len(columns) + 1.2 * (len(columns) == 1), 9.6, "\n".join(told_of))
+    found, columns = close(found, columns)
     panels = made.subplots(3, len(columns), sharex=True, squeeze=False)
     scale, label = axis_of(found)
     for column, curves in zip(panels.T, columns, strict=True):
@@ -82,6 +86,27 @@ def draw(found: Kinematics) -> Figure:
         for order, panel in enumerate(column):
             _mark_extremes(panel, found, curves, order, scale)
     return made
+
+
+def close(found: Kinematics, columns: list[list[Curve]]) -> tuple[Kinematics, list[list[Curve]]]:
+    """The same motion between its first and last place at many places, and at both sides of where something switches."""
+    course = found.course
+    of = found.t if course.variable == TIME else found.q
+    assert of is not None
+    low, high = float(of.min()), float(of.max())
+    at = found.breakpoints if found.over == course.variable else np.array([])
+    beside = _BESIDE * (high - low)
+    variable = np.unique(np.concatenate((of, np.linspace(low, high, _POINTS), at - beside, at + beside)))
+    driver = course.at(variable[(variable >= low) & (variable <= high)])
+    known = Moving(found.scene).plain(driver, [curve.name for column in columns for curve in column])
+
+    def along(curve: Curve) -> Curve:
+        position, velocity, acceleration = known[curve.name]
+        return curve._replace(position=position, velocity=velocity, acceleration=acceleration)
+
+    many = replace(found, t=driver.t, q=driver.q, rate=driver.rate, acceleration=driver.acceleration)
+    many.__dict__["_survey"] = found.__dict__["_survey"]  # what is known of the whole motion is not found again
+    return many, [[along(curve) for curve in column] for column in columns]
 
 
 def shown(curves: Sequence[Curve]) -> tuple[list[Curve], int]:
@@ -137,7 +162,7 @@ def _figure(curve: Curve, order: int) -> Array:
 def lines(found: Kinematics, curves: Sequence[Curve], order: int) -> Iterator[Line]:
     """The lines of a panel, in SI: a point has two, x and y."""
     axis = found.axis
-    rising = np.argsort(axis, kind="stable") if found.t is None else np.arange(axis.size)
+    rising = np.argsort(axis, kind="stable") if found.course.variable != TIME else np.arange(axis.size)
     for k, curve in enumerate(curves):
         values = _figure(curve, order)
         colour, dashes = BODIES[k % len(BODIES)], _DASHES[k // len(BODIES) % len(_DASHES)]
