@@ -97,7 +97,8 @@ def close(found: Kinematics, columns: list[list[Curve]]) -> tuple[Kinematics, li
     at = found.breakpoints if found.over == course.variable else np.array([])
     beside = _BESIDE * (high - low)
     variable = np.unique(np.concatenate((of, np.linspace(low, high, _POINTS), at - beside, at + beside)))
-    driver = course.at(variable[(variable >= low) & (variable <= high)])
+    variable = np.clip(variable, low, high - beside)  # at its very end a cycle may have begun anew
+    driver = course.at(np.unique(variable))
     known = Moving(found.scene).plain(driver, [curve.name for column in columns for curve in column])
 
     def along(curve: Curve) -> Curve:
