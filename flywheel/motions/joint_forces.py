@@ -130,14 +130,19 @@ def joint_forces(
         positions = state.own_coordinate(scene, wanted) + scene.origin
     if speed is None and stroke is not None and stroke.speed is not None:
         speed, acceleration = stroke.speed, stroke.acceleration
+    taken: tuple[str, ...] = ()
     if speed is None and scene.has_flywheel and scene.has_speed and stroke is None:
         motion, errors, balance, condition = _steady(machine, positions)
     else:
-        speed = _constant(machine, inertia) if speed is None else float(speed)
+        own = None if speed is not None else _constant(machine, inertia)
+        if own is not None and stroke is None:
+            taken = (f"no flywheel is given: the speed is taken as a constant {number(own)} rad/s",)
+        speed = own if speed is None else float(speed)
         motion, condition = _at_speed(machine, positions, speed, float(acceleration))
         balance, off = _balance(machine, speed)
         errors = MotionErrors(time=0.0 if motion.time is None else 2 * ROUNDING * np.abs(motion.time), balance=off)
-    return _found(machine, motion, errors, balance, condition, inertia, friction)
+    found = _found(machine, motion, errors, balance, condition, inertia, friction)
+    return found._replace(messages=(*taken, *found.messages))
 
 
 def _with_joints(given: Machine | Scene) -> Scene:

@@ -404,7 +404,7 @@ def _of_even_motion(scene: Scene, view: View) -> Timing:
     along, driver = ("m", "1") if slides else ("1", "1/m"), "driver" if stroke is not None else "crank"
     whole = "Stroke" if stroke is not None else "Cycle without a flywheel"
     if given is None:
-        title, label = f"{whole}, the {driver} moving evenly:\nno speed is given", f"{label} per speed of the {driver}"
+        title, label = f"{whole}, the {driver} moving evenly:\nno speed is given", f"{label}\nper speed of the {driver}"
         unit = along[sliding]
     else:
         at = f"{number(speed, 0.0, 5)} m/s" if sliding else f"{number(RPM * speed, 0.0, 5)} rpm"
