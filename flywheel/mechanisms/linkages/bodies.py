@@ -19,7 +19,7 @@ from scipy.linalg.lapack import dgesv
 
 from flywheel.mechanisms.linkages.equations import lift_at
 from flywheel.mechanisms.linkages.positions import Poses
-from flywheel.numerics.cells import NODES, ORDER, ROUNDING, fit, tails
+from flywheel.numerics.cells import NODES, ORDER, ROUNDING, fit
 from flywheel.numerics.faults import Fault, SceneError
 from flywheel.scene.linkage import FIXED, PIN, SLIDE, SLOT, Coupling, Linkage
 
@@ -479,7 +479,7 @@ class Closure:
 
 _CELLS = 12  # in a turn of the driver, or where it slides in 2 pi lengths
 _HALVINGS = 5  # of a cell, until positions in it are found one by one
-_RESOLVED = 1e-13  # of its size: tail of a series that counts as exact
+_RESOLVED = 3e-14  # of its size: last coefficients of a series that counts as exact
 _AGAIN = 1e-11  # of the scale: poses that are the same
 _TERMS = np.arange(float(ORDER))
 
@@ -616,7 +616,7 @@ class Interpolant:
         scales = np.concatenate((np.maximum(model.scale, np.abs(x).max(axis=0)), sizes))
         series = fit(np.concatenate((x, values), axis=1).T)
         allowed = max(_RESOLVED, 4 * ROUNDING / worst**2)
-        if np.any(tails(series) > allowed * scales):
+        if np.any(np.abs(series[:, -3:]).max(axis=1) > allowed * scales):
             return None
         share = min(max((2.0 * closure.q - low - high) / (high - low), -1.0), 1.0)
         back = series[: closure.x.size] @ np.cos(_TERMS * acos(share)) - closure.x
@@ -644,6 +644,17 @@ def system(model: Model, forces: Array, state: State, wrenches: Array) -> tuple[
     matrix[..., :n, n:] = -wrenches
     matrix[..., n:, :n] = state.jacobian
     return matrix, np.concatenate((forces, state.gamma), axis=-1)
+
+
+def acceleration_sizes(model: Model, right: Array, found: Array) -> Array:
+    """Sizes by which rounding errors of the driver's acceleration go, for every column of right sides (n, equations, c).
+
+    Those of all bodies, as they are and as they would be without joints; the driver's own may be nought.
+    """
+    n, masses = model.masses.size, np.where(model.masses > 0.0, model.masses, np.inf)
+    every = np.maximum(np.abs(found[:, :n]), np.abs(right[:, :n]) / masses[:, None]) / model.scale[:, None]
+    bends = np.abs(right[:, n:]).max(axis=1, initial=0.0) / model.length
+    return np.asarray(model.unit * np.maximum(every.max(axis=1), bends).max(axis=0))
 
 
 def accelerations(model: Model, t: Any, state: State, wrenches: Array) -> Accelerations:

@@ -27,6 +27,7 @@ from flywheel.mechanisms.linkages.bodies import (
     State,
     Steps,
     UnreachableError,
+    acceleration_sizes,
     components,
     integrate,
     projection,
@@ -45,7 +46,8 @@ _LIFTED = 1e-11  # share of the largest normal by which one has to have turned
 _LOOKS = np.arange(1, 7) / 6  # places in a step where signs are looked at
 _AHEAD = 1e-6  # of the driver's unit: where a joint that turns back is looked at
 _WAITS = 1000  # instants at which a machine at rest is looked at
-_MOST_SIZES = 30
+_MOST_SIZES = 12
+_SETTLED = 1e-9  # of a size: a correction whose square, the next one, is rounding
 _BISECTIONS = 44
 _CLOSE = 6.0  # of its change in a sixth of a step: how near to zero a pin's resultant turns for the step to end there
 _SHORT = 50  # pieces in turn without a way
@@ -121,7 +123,8 @@ class Resistances:
                 self.forms[p, 0, k] = weight
             if other >= 0:
                 self.forms[p, 1, other] = 1.0
-        self.unit, self.pins = np.eye(len(names)), np.flatnonzero(~self.single)
+        self.unit = np.eye(len(names))
+        self.order, self.near = np.arange(len(names)), np.zeros(len(names))  # sizes found last
         sliding = [
             linkage.joint(name).kind != PIN
             for name in (*(j.name for j in model.rough), *(c.first for c in linkage.couplings))
@@ -195,26 +198,25 @@ class Resistances:
 
     def sizes(self, mode: Mode, instant: Instant, q: float) -> Array:
         """Sizes of the passive actions, signs of the normals being kept: y = s'(x) x, by Newton's iteration for pins."""
-        pull = instant.response * mode.factors
-        y, y_scale = np.zeros(len(self.names)), 0.0
+        pull, single = instant.response * mode.factors, self.single
+        y = self.near
         for _ in range(_MOST_SIZES):
             parts = instant.free + pull @ y
             size = np.hypot(parts[:, 0], parts[:, 1])
-            ways = parts / np.where(size > 0.0, size, 1.0)[:, None]
-            ways[self.single, 0], ways[self.single, 1] = mode.bearing[self.single], 0.0
-            lu, pivots, found, singular = dgesv(
-                self.unit - (ways[:, :, None] * pull).sum(axis=1), (ways * instant.free).sum(axis=1)
-            )
-            swaps = int((pivots != np.arange(pivots.size)).sum())
-            if singular or not np.prod(np.diag(lu)) * (-1.0) ** swaps > 0.0:
-                raise self.locked(q, pull)
-            change, y = float(np.abs(found - y).max()), found
-            y_scale = max(y_scale, float(np.abs(y).max()))
-            if self.single.all() or change <= 1e-14 * y_scale:
+            ways = parts / (size + (size == 0.0))[:, None]
+            ways[single, 0], ways[single, 1] = mode.bearing[single], 0.0
+            slopes = (ways[:, :, None] * pull).sum(axis=1)
+            lu, pivots, found, singular = dgesv(self.unit - slopes, (ways * instant.free).sum(axis=1))
+            sign = -1.0 if np.count_nonzero(pivots != self.order) % 2 else 1.0
+            if singular or not sign * lu.diagonal().prod() > 0.0:
+                break
+            settled = single.all() or bool(np.all(np.abs(found - y) <= _SETTLED * np.abs(found)))
+            y = found
+            if settled:
+                self.near = y
                 return np.asarray(y)
-        if change <= 1e-11 * y_scale:
-            return np.asarray(y)
-        raise self.locked(q, pull)
+        mode, y = self.settled(mode, instant, q)  # by stages, where there is an answer
+        return y
 
     def locked(self, q: float, pull: Array) -> UnreachableError:
         """No reactions that grow out of those without friction: at a position, by the joint that feeds most on itself."""
@@ -223,14 +225,6 @@ class Resistances:
         return UnreachableError(
             Fault(f"{self.model.linkage.path}.{worst}.friction", found, "forces in balance", "lower it, or end before")
         )
-
-    def several(self, q: float) -> UnreachableError:
-        """Friction that would let a machine at rest go either way."""
-        found = f"friction at {self.model.where(q)} that lets the mechanism start both forwards and backwards"
-        fault = Fault(
-            f"{self.model.linkage.path}.{self.names[0]}.friction", found, "one motion", "lower it, or give a speed"
-        )
-        return UnreachableError(fault)
 
 
 class RoughByDriver:
@@ -255,15 +249,14 @@ class RoughByDriver:
         forces = np.einsum("pkm,nmc->npkc", self.rub.forms, found[:, n:]).reshape(count, -1)
         slips, power = np.einsum("nsi,ni->ns", state.slips, state.v), np.einsum("nip,ni->np", pushes, state.v)
         moment, motion = np.einsum("nic,ni->nc", columns, state.v), np.linalg.norm(state.v / model.scale, axis=1)
-        alphas = model.unit * (np.abs(found[:, :n]) / model.scale[:, None]).max(axis=(0, 1))
         lengths = np.array([model.length if part == "moment" else 1.0 for _, part in components(model.linkage)])
         sizes = (
             motion.max() * self.rub.reach,
             [motion.max()],
             np.einsum("ni,nip->np", np.abs(state.v), np.abs(pushes)).max(axis=0),
             np.einsum("ni,nic->nc", np.abs(state.v), np.abs(columns)).max(axis=0),
-            alphas,
-            np.tile((np.abs(found[:, n:]) / lengths[:, None]).max(axis=(0, 1)), 2 * p),
+            acceleration_sizes(model, right, found),
+            np.outer(np.abs(self.rub.forms) @ lengths, (np.abs(found[:, n:]) / lengths[:, None]).max(axis=(0, 1))).ravel(),
         )
         values = np.concatenate((slips, motion[:, None], power, moment, alpha, forces), axis=1)
         return Quantity(values, np.concatenate(sizes))
@@ -421,7 +414,8 @@ class Pieces:
     A piece ends, to rounding, where a joint turns back against its neighbour, a normal force changes sides, or the machine
     stops; integration begins anew there. At rest all joints stick together: the machine starts forwards where friction
     against it leaves an acceleration above 0, backwards where one below 0, and waits otherwise until loads change with
-    time; it is looked at a thousand times in what is left, so that a shorter push is missed.
+    time; it is looked at a thousand times in what is left, so that a shorter push is missed. It can never go both ways, as
+    friction takes power.
     """
 
     def __init__(self, motion: Rough, rub: Resistances, y: Array, until: float, rtol: float, atol: Array) -> None:
@@ -466,8 +460,6 @@ class Pieces:
         sense, place = float(np.sign(self.motion.speed(y))), self.motion.place(y)
         if not sense:
             goes = [side for side in (1.0, -1.0) if self.leaving(t, y, side) > 0.0]
-            if len(goes) == 2:
-                raise self.rub.several(place)
             if not goes:
                 return Mode(0.0, np.full(len(self.rub.names), np.nan), np.ones(len(self.rub.names))), np.zeros(0)
             sense = goes[0]
@@ -503,7 +495,7 @@ class Pieces:
             sizes = rub.sizes(mode, instant, motion.place(y))
             return np.asarray(instant.free + instant.response @ (mode.factors * sizes))
 
-        def changed(t: float, y: Array) -> bool:
+        def changed(t: float, y: Array, forces: Array) -> bool:
             nonlocal stopped
             stopped = motion.speed(y) * mode.sense < 0.0
             if stopped:
@@ -512,32 +504,35 @@ class Pieces:
             slips = np.where(np.abs(slips) > _STILL, np.sign(slips), 0.0)
             if np.any(slips * signs < 0.0) or np.any((signs == 0.0) & (slips != 0.0)):
                 return True
-            forces = parts(t, y)
             against = mode.bearing * forces[:, 0] < -_LIFTED * np.abs(forces).max()
             return bool(np.any(rub.single & against))
 
         def event(low: float, high: float, dense: Callable[[float], Array]) -> float | None:
-            before, nudge = low, 1e-6 * (high - low)
+            def has_changed(t: float) -> bool:
+                y = dense(t)
+                return changed(t, y, parts(t, y))
+
+            before, first, nudge = low, parts(low, dense(low)), 1e-6 * (high - low)
             for look in (low + _LOOKS * (high - low)).tolist():
-                if changed(look, dense(look)):
-                    end = _first(lambda t: changed(t, dense(t)), before, look)
-                    changed(end, dense(end))
+                y = dense(look)
+                last = parts(look, y)
+                if changed(look, y, last):
+                    end = _first(has_changed, before, look)
+                    has_changed(end)  # whether it stops there
                     return end
-                if rub.pins.size:  # a resultant that passes close by zero is as good as one that turns there
-                    first, last = (parts(t, dense(t))[rub.pins] for t in (before, look))
-                    way = last - first
-                    turns = ((first * way).sum(axis=1) < 0.0) & ((last * way).sum(axis=1) > 0.0)
-                    passing = np.abs(first[:, 0] * last[:, 1] - first[:, 1] * last[:, 0]) < _CLOSE * (way**2).sum(axis=1)
-                    for p in np.flatnonzero(turns & passing).tolist():
+                way = last - first  # a resultant that passes close by zero is as good as one that turns there
+                turns = ((first * way).sum(axis=1) < 0.0) & ((last * way).sum(axis=1) > 0.0)
+                passing = np.abs(first[:, 0] * last[:, 1] - first[:, 1] * last[:, 0]) < _CLOSE * (way**2).sum(axis=1)
+                for p in np.flatnonzero(turns & passing & ~rub.single).tolist():
 
-                        def leaves(t: float, p: int = int(rub.pins[p])) -> bool:
-                            here = parts(t, dense(t))[p]
-                            return float(here @ (parts(t + nudge, dense(t + nudge))[p] - here)) > 0.0
+                    def leaves(t: float, p: int = p) -> bool:
+                        here = parts(t, dense(t))[p]
+                        return float(here @ (parts(t + nudge, dense(t + nudge))[p] - here)) > 0.0
 
-                        end = _first(leaves, before, look)
-                        if end - low > 1e-3 * (high - low):
-                            return end
-                before = look
+                    end = _first(leaves, before, look)
+                    if end - low > 1e-3 * (high - low):
+                        return end
+                before, first = look, last
             return None
 
         correct = getattr(motion, "correct", None)

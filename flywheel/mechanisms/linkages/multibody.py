@@ -35,6 +35,7 @@ from flywheel.mechanisms.linkages.bodies import (
     State,
     UnreachableError,
     Wrench,
+    acceleration_sizes,
     accelerations,
     components,
     coordinates,
@@ -194,13 +195,12 @@ def _newton_columns(model: Model, state: State) -> Quantity:
     matrix, _ = system(model, columns[..., 0], state, model.reaction_wrenches(state))
     right = np.zeros((*matrix.shape[:2], loads + 1))
     right[:, :n, :loads], right[:, n:, loads] = columns, state.gamma
-    accelerations = model.solved(matrix, right)[:, :n]
-    found = np.einsum("ni,nic->nc", state.along, accelerations)
+    solution = model.solved(matrix, right)
+    found = np.einsum("ni,nic->nc", state.along, solution[:, :n])
     found[:, loads] += state.bend
     values = np.concatenate((np.einsum("ni,nic->nc", state.v, columns), found), axis=1)
-    parts = model.unit * (np.abs(accelerations) / model.scale[:, None]).max(axis=1)
-    sizes = np.concatenate((np.einsum("ni,nic->nc", np.abs(state.v), np.abs(columns)), parts), axis=1)
-    return Quantity(values, sizes.max(axis=0))
+    work = np.einsum("ni,nic->nc", np.abs(state.v), np.abs(columns)).max(axis=0)
+    return Quantity(values, np.concatenate((work, acceleration_sizes(model, right, solution))))
 
 
 def in_all_coordinates(model: Model, q: float, qdot: float, until: float, rtol: float) -> Solution:
@@ -390,8 +390,8 @@ def simulate(
 
     Raises:
         SceneError: where an argument is no finite number or of another type, where the linkage is ill described, locks or
-            branches, where friction locks it, would let it start both ways or meets a route without reactions, or where it
-            stops on the energy route.
+            branches, where friction locks it while it moves or meets a route without reactions, or where it stops on the
+            energy route.
 
     >>> from flywheel.scene.linkage import Joint, Link, Linkage, Point
     >>> o = Point("o")
