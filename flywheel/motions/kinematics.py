@@ -337,6 +337,11 @@ class Kinematics:
         """By curve, the least and greatest position, velocity and acceleration within the whole motion."""
         return self._survey.extremes
 
+    @property
+    def remarks(self) -> tuple[str, ...]:
+        """What is to be said beside the curves, and beside their extremes."""
+        return (*self.messages, *filter(None, [self._survey.message]))
+
     def __getitem__(self, name: str) -> Curve:
         """The curve of a name; a SceneError with the nearest one where there is none."""
         return self.curves[chosen(name, self.curves, self.other_names)]
@@ -520,7 +525,7 @@ def _curve(name: str, place: Place, errors: tuple[Array, Array, Array], driver: 
 
 _QUANTITIES = ("position", "velocity", "acceleration")
 _WIDEST = TURN / 8  # of a cell, in the angle of the fastest shaft: 17 nodes then resolve plain sines to rounding
-_FEWEST, _MOST = 16, 1500  # cells
+_FEWEST, _SIZE = 16, 20_000_000  # cells; values of all curves at the nodes of all cells
 _JUMP = 1e-6  # of the greatest value: what a breakpoint changes at least
 _INSIDE = 1e-6  # of half a cell: how far within it the errors of its ends are taken
 _STILL = 1e-7  # of the greatest speed: what a point has at most where it turns back
@@ -534,6 +539,7 @@ class Survey(NamedTuple):
     dead_centres: Mapping[str, Array]
     dead_centre_errors: Mapping[str, Array]
     extremes: Mapping[str, tuple[Extreme, ...]]
+    message: str
 
 
 class _Row(NamedTuple):
@@ -550,7 +556,8 @@ def survey(moving: Moving, course: Course, over: str, names: Sequence[str]) -> S
 
     Cells are halved until the series of all velocities and accelerations agree with them to what the course is smooth to.
     """
-    edges = _cell_edges(moving, course)
+    most = _SIZE // (cells.ORDER * 12 * max(len(names), 1))
+    edges, close = _cell_edges(moving, course, most // 2)
     rows: list[_Row] = []
 
     def values(mesh: cells.Cells) -> Array:
@@ -577,7 +584,7 @@ def survey(moving: Moving, course: Course, over: str, names: Sequence[str]) -> S
         share = np.where(scale > 0.0, cells.tails(series) / np.maximum(scale, 1e-300), 0.0).max(axis=0)
         return (mesh, series), float(share.max()), lambda least: share > least * share.max()
 
-    mesh, series = cells.refined(edges, evaluate, course.exactly, _MOST)
+    mesh, series = cells.refined(edges, evaluate, course.exactly, most)
     tail = cells.tails(series)
     scale = np.abs(series).sum(axis=-1).max(axis=-1)
     inside = mesh.middle + (1.0 - _INSIDE) * mesh.half * np.array([-1.0, 1.0])  # at a jump itself either side may be meant
@@ -592,6 +599,9 @@ def survey(moving: Moving, course: Course, over: str, names: Sequence[str]) -> S
         dead_centres={name: _axis(course, over, at) for name, (at, _) in centres.items()},
         dead_centre_errors={name: _axis_errors(course, over, at, off) for name, (at, off) in centres.items()},
         extremes=_extremes(moving, course, over, mesh, series, rows, level),
+        message=""
+        if close
+        else "too many turns to be sure of extremes and dead centres: choose fewer curves, or a part of it",
     )
 
 
@@ -609,8 +619,8 @@ def _noise(curve: Curve, row: _Row) -> float:
     return float(error.max())
 
 
-def _cell_edges(moving: Moving, course: Course) -> Array:
-    """Edges of the first cells over a course: where it or what moves goes over, and close enough between these."""
+def _cell_edges(moving: Moving, course: Course, most: int) -> tuple[Array, bool]:
+    """Edges of the first cells over a course: where it or what moves goes over, and between these; whether close enough."""
     scene = moving.scene
     fastest = max(1.0, *map(abs, scene.shafts.values())) if scene.stroke is None else 1.0
     grid = np.linspace(course.start, course.end, 2001)
@@ -625,10 +635,11 @@ def _cell_edges(moving: Moving, course: Course) -> Array:
     known = known[np.append(True, np.diff(known) > 1e-12 * (course.end - course.start))]
     known[-1] = course.end
     path = float(np.abs(np.diff(q)).sum()) * fastest
-    wanted = _FEWEST if scene.stroke is not None else min(max(_FEWEST, int(np.ceil(path / _WIDEST))), _MOST // 2)
+    wanted = _FEWEST if scene.stroke is not None else max(_FEWEST, int(np.ceil(path / _WIDEST)))
+    close, wanted = wanted <= most, min(wanted, most)
     even = np.linspace(course.start, course.end, wanted + 1)
     near = np.abs(even[:, None] - known[None, :]).min(axis=1) > 0.1 * (even[1] - even[0])
-    return np.sort(np.concatenate((known, even[near])))
+    return np.sort(np.concatenate((known, even[near]))), close
 
 
 def _axis(course: Course, over: str, variable: Array) -> Array:
@@ -759,7 +770,9 @@ def _extremes(
         if component == "total":  # its square was looked at
             value, short = float(np.sqrt(max(value, 0.0))), short / max(2 * now, float(np.sqrt(short)), 1e-300)
         size = float(np.abs(series[k]).sum(axis=-1).max()) ** (0.5 if component == "total" else 1.0)
-        if abs(now - value) > _JUMP * size:  # the side before a jump
+        if abs(now - value) > _JUMP * size + 4 * float(level[k].max()) ** (
+            0.5 if component == "total" else 1.0
+        ):  # before a jump
             now, off = value, off + float(level[k].max()) ** (0.5 if component == "total" else 1.0)
         if over != course.variable and driver.rate is not None:
             width = width * abs(float(driver.rate[n])) + float(np.broadcast_to(driver.errors[1], variable.shape)[n])

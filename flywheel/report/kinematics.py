@@ -43,7 +43,7 @@ def text(found: Kinematics, *, listed: bool = False, tables: bool = True) -> str
     resting = [name for name, curve in found.curves.items() if _rests(curve)]
     moving = [name for name in found.curves if name not in resting]
     heads = wrapped(f"{found.scene.title or 'Machine'}: motion {found.condition}", "")
-    blocks = [[*heads, *sentences(found.messages)]]
+    blocks = [[*heads, *sentences(found.remarks)]]
     if listed and found.q.size <= 3:
         blocks += [_at(found, k, moving) for k in range(found.q.size)]
     else:
@@ -238,7 +238,7 @@ def json(found: Kinematics, centres: InstantCentres | None = None) -> str:
         "reduction": found.scene.reduction_element,
         "condition": found.condition,
         "over": found.over,
-        "messages": list(found.messages),
+        "messages": list(found.remarks),
         "t": found.t,
         "q": found.q,
         "rate": found.rate,
