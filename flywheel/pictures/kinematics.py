@@ -210,7 +210,7 @@ def ticks(panel: Axes, found: Kinematics) -> None:
     """Limits of the axis, and ticks at parts of a turn where it counts degrees."""
     scale, label = axis_of(found)
     low, high = scale * float(np.min(found.axis)), scale * float(np.max(found.axis))
-    panel.set_xlim(low, high)
+    panel.set_xlim(low, high + 2 * _BESIDE * (high - low))  # the whole turn has its tick
     if "deg" in label and high - low >= 180.0:
         panel.xaxis.set_major_locator(MultipleLocator(45.0 * ceil((high - low) / 540.0)))
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -131,14 +132,35 @@ def table(transient: Transient, points: int, breaks: bool = False) -> Iterator[t
         yield "current [A]", found.current
 
 
-def _stores(transient: Transient, found: Samples) -> StoredEnergy | None:
-    """What bodies, springs and weights hold along a motion; None where shafts twist, so that one angle does not tell."""
-    scene = transient.scene
+def _stores(transient: Transient, found: Samples, off: float = 0.0) -> StoredEnergy | None:
+    """What bodies, springs and weights hold along a motion; None where shafts twist, so that one angle does not tell.
+
+    off: by how many of its errors position and speed are taken aside.
+    """
+    scene, motion, stroke = transient.scene, transient.motion, transient.scene.stroke
     if scene.compliances:
         return None
-    stroke = scene.stroke
-    phi = found.phi if stroke is None else np.clip(found.phi, stroke.start, stroke.end)
-    return stored_energy(transient.scene, phi, found.omega, flywheel=transient.inertia or 0.0)
+    way = max(float(np.ptp(motion.phi)), scene.cycle / (2 * np.pi))
+    phi = found.phi + off * motion.error * way
+    phi = phi if stroke is None else np.clip(phi, stroke.start, stroke.end)
+    omega = found.omega + off * motion.error * float(np.abs(motion.omega).max())
+    return stored_energy(scene, phi, omega, flywheel=transient.inertia or 0.0)
+
+
+def _stored(transient: Transient, samples: Samples) -> tuple[dict[str, Any] | None, dict[str, Any] | None]:
+    """What the stores hold, and estimated errors: their own, and what those of the motion make of it to either side."""
+    held, *beside = (_stores(transient, samples, off) for off in (0.0, 1.0, -1.0))
+    if held is None:
+        return None, None
+    found: dict[str, Any] = {"kinetic": held.kinetic, "potential": held.potential}
+    errors = {
+        kind: {
+            name: held.errors[name] + np.max([np.abs(getattr(other, kind)[name] - value) for other in beside], axis=0)
+            for name, value in values.items()
+        }
+        for kind, values in found.items()
+    }
+    return found, errors
 
 
 def csv(transient: Transient, points: int, breaks: bool = False) -> str:
@@ -150,8 +172,6 @@ def json(transient: Transient, points: int, breaks: bool = False) -> str:
     """Everything of a motion, with the motion itself at so many times (see `evenly`), as JSON, SI throughout."""
     errors = {**estimates(transient), "samples": of_samples(transient, points)}
     samples = evenly(transient, points, breaks)
-    held = _stores(transient, samples)
-    stores = None if held is None else {"kinetic": held.kinetic, "potential": held.potential}
-    errors["stores"] = held and {kind: {name: held.errors[name] for name in of} for kind, of in (stores or {}).items()}
+    stores, errors["stores"] = _stored(transient, samples)
     data = {**transient.as_dict(), "errors": errors, "samples": samples._asdict(), "stores": stores}
     return written.encoded(data, indent=2)
