@@ -55,7 +55,7 @@ def test_a_wheel_runs_down_and_stays(route):
     assert_allclose(run.at([1.0, 7.5]), [[10.0 - 0.5 * DRAG / 0.2, run.q[-1]], [10.0 - DRAG / 0.2, 0.0]], atol=1e-9)
 
 
-@pytest.mark.parametrize("route", sample([NEWTON, MULTIPLIERS], 1))
+@pytest.mark.parametrize("route", sample([NEWTON, MULTIPLIERS], 2))
 def test_a_rising_torque_breaks_it_away(route):
     """0.1 t against the drag: it starts when they are equal, and goes by J omega = 0.05 (t² - t0²) - M (t - t0)."""
     run = simulate(wheel(), route, 0.0, 0.0, 8.0, gravity=GRAVITY, drive=lambda t, q, qdot: -0.1 * t)
@@ -88,7 +88,7 @@ def test_a_shoe_jams_under_a_high_centre_of_mass(route):
     assert len(caught.value.faults) == 1
 
 
-@pytest.mark.parametrize("route", sample([NEWTON, MULTIPLIERS], 1))
+@pytest.mark.parametrize("route", sample([NEWTON, MULTIPLIERS], 2))
 def test_a_pendulum_swings_out_beside_its_lowest_place(route):
     """It comes to rest where its weight's moment is below that of the friction circle; what it lost went into its pivot."""
     base = pendulum()
@@ -191,9 +191,9 @@ def test_a_rough_slider_crank_under_a_falling_torque(route):
 
 def test_its_first_quarter_turn_by_both_routes():
     ends = [
-        simulate(rough_slider_crank(), r, pi / 2, 0.0, 0.5, gravity=GRAVITY, drive=falling) for r in (NEWTON, MULTIPLIERS)
+        simulate(rough_slider_crank(), r, pi / 2, 0.0, 0.3, gravity=GRAVITY, drive=falling) for r in (NEWTON, MULTIPLIERS)
     ]
-    phi, omega, work = by_hand(0.5)
+    phi, omega, work = by_hand(0.3)
     for run in ends:
         assert (run.q[-1], run.qdot[-1]) == pytest.approx((phi, omega), abs=1e-8)
         assert sum(part[-1] for part in run.friction_work.values()) == pytest.approx(work, rel=1e-8)
@@ -218,7 +218,7 @@ def roughened(linkage: Linkage, mu=0.08) -> Linkage:
     return replace(linkage, joints=joints, couplings=couplings)
 
 
-@pytest.mark.parametrize("name", sample(list(MACHINES), 2))
+@pytest.mark.parametrize("name", sample(list(MACHINES), 4))
 def test_friction_and_reactions_are_those_of_kinetostatics(name):
     """The inverse problem at the acceleration that needs just this drive has the same friction and reactions everywhere."""
     linkage, q = roughened(MACHINES[name]), STARTS[name]
@@ -245,7 +245,7 @@ def test_friction_and_reactions_are_those_of_kinetostatics(name):
         assert found.components[name]["friction"][0] == pytest.approx(part[0], abs=1e-9 * size)
 
 
-@pytest.mark.parametrize("name", sample(list(MACHINES), 2))
+@pytest.mark.parametrize("name", sample(list(MACHINES), 4))
 def test_both_routes_agree_with_friction_on_linkages_of_every_kind(name):
     linkage, q = roughened(MACHINES[name]), STARTS[name]
     speed = 0.6 if linkage.sliding else 8.0

@@ -446,20 +446,29 @@ class Pieces:
             slips = np.where(np.abs(slips) < _AHEAD, self.motion.slips(y, sense * _AHEAD), slips)
         return np.where(np.abs(slips) > _STILL, np.sign(slips), 0.0)
 
-    def leaving(self, t: float, y: Array, sense: float) -> float:
-        """Acceleration in a sense that friction leaves a machine at rest; none where it locks."""
-        instant = self.motion.instant(t, y)
-        try:
-            mode, sizes = self.rub.settled(self.rub.mode(sense, self.signs(y, sense)), instant, self.motion.place(y))
-        except UnreachableError:
-            return -np.inf
-        return sense * self.motion.acceleration(y, instant, mode.factors * sizes)
+    def leaving(self, y: Array) -> Callable[[float], list[float]]:
+        """The senses in which loads break a standstill at y by time: one, or none, as also where friction locks."""
+        place, modes = self.motion.place(y), [self.rub.mode(sense, self.signs(y, sense)) for sense in (1.0, -1.0)]
+
+        def goes(mode: Mode, instant: Instant) -> bool:
+            try:
+                mode, sizes = self.rub.settled(mode, instant, place)
+            except UnreachableError:
+                return False
+            return mode.sense * self.motion.acceleration(y, instant, mode.factors * sizes) > 0.0
+
+        def at(t: float) -> list[float]:
+            instant = self.motion.instant(t, y)
+            free = self.motion.acceleration(y, instant, np.zeros(len(self.rub.names)))
+            return [mode.sense for mode in modes if mode.sense * free > 0.0 and goes(mode, instant)]
+
+        return at
 
     def start(self, t: float, y: Array) -> tuple[Mode, Array]:
         """The mode that begins at an instant, its sense 0 at a standstill, and the signs of the slips."""
         sense, place = float(np.sign(self.motion.speed(y))), self.motion.place(y)
         if not sense:
-            goes = [side for side in (1.0, -1.0) if self.leaving(t, y, side) > 0.0]
+            goes = self.leaving(y)(t)
             if not goes:
                 return Mode(0.0, np.full(len(self.rub.names), np.nan), np.ones(len(self.rub.names))), np.zeros(0)
             sense = goes[0]
@@ -468,15 +477,11 @@ class Pieces:
 
     def waited(self, t: float, y: Array, until: float) -> Steps:
         """A standstill, until loads break it."""
-
-        def leaves(t: float) -> bool:
-            return max(self.leaving(t, y, 1.0), self.leaving(t, y, -1.0)) > 0.0
-
-        end = until
+        leaves, end = self.leaving(y), until
         if self.rub.model.varying:
             looks = np.linspace(t, until, _WAITS + 1).tolist()
             found = next((k for k, look in enumerate(looks[1:], 1) if leaves(look)), None)
-            end = until if found is None else _first(leaves, looks[found - 1], looks[found])
+            end = until if found is None else _first(lambda t: bool(leaves(t)), looks[found - 1], looks[found])
         return Steps(lambda t, y: np.zeros_like(y), np.array([t, end]), np.array([y, y]), 2)
 
     def moved(
