@@ -40,7 +40,6 @@ from flywheel.cli.motions import Course, course_options, watched
 from flywheel.scene.accuracy import LEVELS, NORMAL, RTOL
 
 if TYPE_CHECKING:
-    from flywheel.machine.machine import Machine
     from flywheel.motions.joint_forces import JointForces
     from flywheel.motions.transients import Transient
     from flywheel.scene.scene import Scene
@@ -292,69 +291,67 @@ def reactions(
     with reported(scene), watched(end) as watching:
         import numpy as np
 
+        from flywheel.machine.machine import Machine
         from flywheel.motions.joint_forces import joint_errors, joint_forces
         from flywheel.report import forces
 
         found = loaded(scene)
         if course.wanted:
             watching.sliding = slides(found)
-            run = course.follow(found, at[0] if at else None, watching)
-            machine, result, closely = _along(run, count, breaks, kinds)
+            result, closely = _along(course.follow(found, at[0] if at else None, watching), count, breaks, kinds)
         else:
-            own = None if speed is None else speed_of(speed, slides(found), "--speed")
-            machine, result, closely = _at(found, coordinates(at, slides(found)), count, breaks, own, kinds)
+            kinds["speed"] = None if speed is None else speed_of(speed, slides(found), "--speed")
+            result, closely = _at(found, coordinates(at, slides(found)), count, breaks, kinds)
         dense = closely() if closely is not None and (plot is not None or not as_data) else None
         if plot is not None:
-            drawn = dense or joint_forces(machine, np.unique(result.motion.phi), speed=own, **kinds)
+            drawn = dense or joint_forces(found, np.unique(result.motion.phi), **kinds)
             if over is not None and not hodograph:
-                _draw_curves(found, machine, forces.cleared(drawn), (over, of, components, together), plot)
+                _draw_curves(found, forces.cleared(drawn), (over, of, components, together), plot)
             else:
                 _draw_hodographs(forces.cleared(result if points and not course.wanted else drawn), of, plot)
         if as_json:
-            text = forces.json(found, result, joint_errors(machine, result, **kinds), of, components)
+            errors = joint_errors(
+                result.machine or Machine(found), result, inertia=kinds["inertia"], friction=kinds["friction"]
+            )
+            text = forces.json(found, result, errors, of, components)
         elif as_csv:
             text = forces.csv(found, result, over, of, components)
         elif over is None and not of:
             text = forces.text(found, result, dense)
         else:
-            text = forces.curves_text(machine, result, dense, over or "driver", of, components)
+            text = forces.curves_text(found, result, dense, over or "driver", of, components)
     for message in result.messages if as_data else ():
         click.echo(message, err=True)
     hand_over(text, output, scene)
 
 
 def _at(
-    scene: Scene, places: Sequence[float], count: int, breaks: bool, speed: float | None, kinds: Mapping[str, Any]
-) -> tuple[Machine, JointForces, Callable[[], JointForces] | None]:
-    """The machine, its forces at positions, evenly where none are named, and what gives them close to one another."""
+    scene: Scene, places: Sequence[float], count: int, breaks: bool, kinds: Mapping[str, Any]
+) -> tuple[JointForces, Callable[[], JointForces] | None]:
+    """Forces at positions, evenly where none are named, and what gives them close to one another."""
     import numpy as np
 
     from flywheel.machine.machine import Machine
-    from flywheel.machine.reactions import close_positions
-    from flywheel.motions.joint_forces import joint_forces, spread
+    from flywheel.motions.joint_forces import close_angles, joint_forces, spread
 
     machine = Machine(scene)
-    phi = np.asarray(places) if places else spread(scene, count)
+    found = joint_forces(machine, places or spread(scene, count), **kinds)
     if breaks:
-        phi = np.unique(np.concatenate((phi, close_positions(machine, 2))))
-    closely = partial(joint_forces, machine, close_positions(machine, max(count, _MANY)), speed=speed, **kinds)
-    return machine, joint_forces(machine, phi, speed=speed, **kinds), None if places else closely
+        found = joint_forces(machine, np.unique(np.concatenate((found.motion.phi, close_angles(found, 2)))), **kinds)
+    closely = None if places else lambda: joint_forces(machine, close_angles(found, max(count, _MANY)), **kinds)
+    return found, closely
 
 
 def _along(
     run: Transient, count: int, breaks: bool, kinds: Mapping[str, Any]
-) -> tuple[Machine, JointForces, Callable[[], JointForces] | None]:
+) -> tuple[JointForces, Callable[[], JointForces] | None]:
     """The same along a motion in time, from its start to its end."""
     from flywheel.motions.joint_forces import along_run, close_times
     from flywheel.motions.transients import evenly
 
     trail = run.motion.trail
     assert trail is not None
-    return (
-        trail.dynamics.machine,
-        along_run(run, *evenly(trail, count, breaks), **kinds),
-        partial(along_run, run, *close_times(run), **kinds),
-    )
+    return along_run(run, *evenly(trail, count, breaks), **kinds), partial(along_run, run, *close_times(run), **kinds)
 
 
 def _draw_hodographs(found: JointForces, of: Sequence[str], path: Path) -> None:
@@ -376,7 +373,6 @@ def _draw_hodographs(found: JointForces, of: Sequence[str], path: Path) -> None:
 
 def _draw_curves(
     scene: Scene,
-    machine: Machine,
     found: JointForces,
     asked: tuple[str, Sequence[str], Sequence[str], bool],
     path: Path,
@@ -386,7 +382,7 @@ def _draw_curves(
     from flywheel.pictures.reactions import curves
 
     over, of, components, together = asked
-    chosen, along = force_curves(found, of, components), axis(machine, found, over)
+    chosen, along = force_curves(found, of, components), axis(found, over)
     if not components:  # its size beside a force would hide it
         chosen = [curve for curve in chosen if curve.component != RESULTANT]
     with written(path):

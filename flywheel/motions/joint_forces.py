@@ -8,13 +8,14 @@ in time: a run-up, a run-down, any transient.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from contextlib import suppress
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from flywheel.machine.machine import Machine
-from flywheel.machine.reactions import MachineMotion, port_forces
+from flywheel.machine.reactions import MachineMotion, close_positions, port_forces
 from flywheel.mechanisms.linkages.reactions import Reactions
 from flywheel.numerics import cells
 from flywheel.numerics.cells import ROUNDING
@@ -51,8 +52,9 @@ class MotionErrors(NamedTuple):
 class JointForces(NamedTuple):
     """Forces in the joints of every mechanism of a machine, by the mechanism's name, over a motion.
 
-    `condition` says in words which motion; `errors` are its estimated errors, `balance` the value (SI) of the scene's
-    unknown. `messages` say what a reader must not miss.
+    `machine` is the one that moves, with friction in joints as it is in that motion. `condition` says in words which motion;
+    `errors` are its estimated errors, `balance` the value (SI) of the scene's unknown. `messages` say what a reader must not
+    miss.
     """
 
     motion: MachineMotion
@@ -61,6 +63,7 @@ class JointForces(NamedTuple):
     balance: float = 0.0
     condition: str = ""
     messages: tuple[str, ...] = ()
+    machine: Machine | None = None
 
     @property
     def motion_errors(self) -> tuple[Array | float, Array | float]:
@@ -132,7 +135,7 @@ def joint_forces(
         speed, acceleration = stroke.speed, stroke.acceleration
     taken: tuple[str, ...] = ()
     if speed is None and scene.has_flywheel and scene.has_speed and stroke is None:
-        motion, errors, balance, condition = _steady(machine, positions)
+        motion, errors, balance, condition, machine = _steady(machine, positions)
     else:
         own = None if speed is not None else _constant(machine, inertia)
         if own is not None and stroke is None:
@@ -172,7 +175,7 @@ def _found(
         when = "" if motion.time is None else f" (t = {number(float(motion.time[still][0]))} s)"
         messages.append(f"standing still{when}, friction in joints takes no side: the forces there are without it")
     words = condition if inertia else f"{condition}, without inertia forces"
-    return JointForces(motion, found, errors, balance, words, tuple(messages))
+    return JointForces(motion, found, errors, balance, words, tuple(messages), machine)
 
 
 # -- motions -----------------------------------------------------------------------------------------------------------
@@ -249,8 +252,8 @@ def steady_motion(machine: Machine, sizing: Sizing, phi: Array) -> tuple[Machine
     return MachineMotion(phi, omega, alpha), (off, slower)
 
 
-def _steady(machine: Machine, phi: Array) -> tuple[MachineMotion, MotionErrors, float, str]:
-    """The steady regime with the scene's flywheel, its errors, the scene's unknown there, and the condition in words."""
+def _steady(machine: Machine, phi: Array) -> tuple[MachineMotion, MotionErrors, float, str, Machine]:
+    """The steady regime with the scene's flywheel, its errors, the scene's unknown there, words for it, and the machine."""
     from flywheel.sizing.sizing import size
 
     sizing = size(machine, simulate=False)
@@ -266,7 +269,8 @@ def _steady(machine: Machine, phi: Array) -> tuple[MachineMotion, MotionErrors, 
         time = np.where(phi == 0.0, 0.0, time_along(sizing, phi))
         late = time * float(np.max(omega / motion.omega)) + 0.1 * sizing.rtol * machine.scene.cycle / sizing.speed
     errors = MotionErrors(0.0, omega, alpha, late + 4 * ROUNDING * time, off)
-    return motion._replace(time=time), errors, 0.0 if balance is None else balance.value, f"steady regime{wheel}"
+    words, value = f"steady regime{wheel}", 0.0 if balance is None else balance.value
+    return motion._replace(time=time), errors, value, words, sizing.machine or machine
 
 
 def _along(
@@ -405,6 +409,20 @@ def force_curves(forces: JointForces, of: Sequence[str] = (), components: Sequen
     return found
 
 
+def close_angles(forces: JointForces, count: int) -> Array:
+    """Coordinates so close to one another that hardly a largest force is missed: both sides of every jump among them.
+
+    Those of loads, and where a joint with friction turns back.
+    """
+    machine = forces.machine
+    assert machine is not None
+    omega = forces.motion.omega
+    if machine.resists and omega.size and (omega == omega[0]).all():
+        with suppress(SceneError):  # where friction locks there is no moment of it
+            machine = machine_of(machine, None if forces.motion.creeps else float(omega[0]))
+    return close_positions(machine, count)
+
+
 class Axis(NamedTuple):
     """What curves are drawn over: name and unit, values (n,), and the places between them at which something switches."""
 
@@ -414,14 +432,15 @@ class Axis(NamedTuple):
     edges: Array
 
 
-def axis(machine: Machine, forces: JointForces, over: str) -> Axis:
+def axis(forces: JointForces, over: str) -> Axis:
     """The driver's position (deg, or m where it slides) or the time (s) of forces, in the order that they stand in.
 
     Raises:
         SceneError: for a motion without a time.
 
     """
-    motion, anchor = forces.motion, forces.motion.anchor
+    machine, motion, anchor = forces.machine, forces.motion, forces.motion.anchor
+    assert machine is not None
     switched = np.diff(machine.anchors(motion.own(machine) if anchor is None else anchor.phi)) != 0.0
     if anchor is not None:  # a new stretch without a new piece begins at a time or a speed
         piece = (
@@ -514,7 +533,7 @@ def joint_errors(
         (motion, off.balance, off.balance),
     ]
     moved = [(other, more) for other, more, size in changes if np.any(size)]
-    others = state.rounded_otherwise(machine)
+    others = state.rounded_otherwise(machine, friction=False)
     errors = {}
     for k, mechanism in enumerate(machine.scene.mechanisms):
         found = forces.mechanisms[mechanism.name]

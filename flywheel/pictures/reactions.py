@@ -278,8 +278,8 @@ def _singly(panel: Axes, name: str, group: Sequence[ForceCurve], x: Array) -> No
             words = _SYMBOLS.get(curve.component, "" if curve.component == "driving" else curve.component), unit
             _line(axes, panel, x, scale * curve.values, words, *_STYLES.get(curve.component, (GREY, "-")))
         if mine is forces or right or not forces:
-            kind = "force" if mine is forces else "moment"
-            axes.set_ylabel(f"{kind}, {unit}" + (" (dotted)" if right and mine is couples else ""))
+            rotating = "moment" if group[0].component == "driving" else ", ".join(curve.component for curve in couples)
+            axes.set_ylabel(f"{'force' if mine is forces else rotating}, {unit}")
     panel.set_title(name, parse_math=False, loc="left")
     _beside(panel, right=right)
 

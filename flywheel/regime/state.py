@@ -149,12 +149,16 @@ def state_errors(
     return found
 
 
-def rounded_otherwise(machine: Machine) -> list[Machine]:
-    """Two machines with the lengths of all mechanisms a few roundings off, each its own way, but equal ones alike."""
+def rounded_otherwise(machine: Machine, *, friction: bool = True) -> list[Machine]:
+    """Two machines with the lengths of all mechanisms a few roundings off, each its own way, but equal ones alike.
+
+    friction: False leaves out the moment of friction in their joints, which takes long to find.
+    """
     found = []
     for mechanisms in mechanisms_rounded_otherwise(machine.scene.mechanisms):
         try:
-            found.append(machine_of(replace(machine.scene, mechanisms=mechanisms)))
+            other = Machine(replace(machine.scene, mechanisms=mechanisms))
+            found.append(machine_of(other) if friction else other)
         except SceneError:  # at the very limit of what can be built
             found.append(machine)
     return found

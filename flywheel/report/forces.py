@@ -9,7 +9,6 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from flywheel.machine.machine import Machine
 from flywheel.mechanisms.linkages.reactions import Reactions
 from flywheel.mechanisms.linkages.statics import DRIVE
 from flywheel.motions.joint_forces import (
@@ -57,7 +56,7 @@ def text(scene: Scene, forces: JointForces, dense: JointForces | None = None) ->
 
 
 def curves_text(
-    machine: Machine,
+    scene: Scene,
     forces: JointForces,
     dense: JointForces | None,
     over: str,
@@ -70,16 +69,16 @@ def curves_text(
     """
     chosen = force_curves(cleared(forces, dense), of, components)
     closer = cleared(dense or forces)
-    axes = [axis(machine, forces, over)[:3]]
+    axes = [axis(forces, over)[:3]]
     if forces.motion.time is not None:
-        axes.append(axis(machine, forces, DRIVER if over == TIME else TIME)[:3])
-    blocks = [f"{machine.scene.title or 'Machine'}: forces in the joints, {forces.condition}"]
+        axes.append(axis(forces, DRIVER if over == TIME else TIME)[:3])
+    blocks = [f"{scene.title or 'Machine'}: forces in the joints, {forces.condition}"]
     for joint, mine in groupby(chosen, lambda curve: curve.name.removesuffix(f".{curve.component}")):
         names, units, values = zip(*axes, *((c.component, c.unit, c.values) for c in mine), strict=True)
         table = [["none" if np.isnan(v) else f"{float(v):.6g}" for v in row] for row in zip(*values, strict=True)]
         heads = [f"{name} ({unit})" for name, unit in zip(names, units, strict=True)]
         blocks.append("\n".join((joint, *columns(table, heads))))
-    where = axis(machine, closer, over)
+    where = axis(closer, over)
     extents = [row for curve in force_curves(closer, of, components) if (row := _extent(curve, where))]
     title = "least and greatest" if dense else "least and greatest of these positions"
     blocks.append("\n".join((title, *columns(extents))))

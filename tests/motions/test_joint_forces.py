@@ -303,11 +303,11 @@ def test_the_axis_is_the_angle_or_the_time_with_its_switches() -> None:
     scene = flywheel.load(press())
     machine = Machine(scene)
     found = joint_forces(machine, np.linspace(0.0, 6.2, 400), speed=5.0)
-    over = axis(machine, found, "time")
+    over = axis(found, "time")
     assert (over.name, over.unit) == ("t", "s")
     np.testing.assert_allclose(over.edges[-2:] * 5.0, np.radians([300.0, 345.0]), atol=0.02)
     with pytest.raises(SceneError, match="over: found time, of forces at 5 rad/s and 1 rad/s², expected a motion in time"):
-        axis(machine, joint_forces(machine, PHI, speed=5.0, acceleration=1.0), "time")
+        axis(joint_forces(machine, PHI, speed=5.0, acceleration=1.0), "time")
 
 
 def test_along_a_run_with_friction_the_reactions_have_the_friction_of_the_instant() -> None:

@@ -148,15 +148,15 @@ def test_the_same_reactions_give_the_same_file(ending: str, tmp_path: Path) -> N
 
 
 @cache
-def pressed() -> tuple[Machine, JointForces]:
+def pressed() -> JointForces:
     """A press at constant speed, with both sides of its load's edges among the positions."""
     machine = Machine(flywheel.load(press()))
-    return machine, joint_forces(machine, close_positions(machine, 90), speed=5.0)
+    return joint_forces(machine, close_positions(machine, 90), speed=5.0)
 
 
 def drawn_curves(over: str, *, together: bool, **asked: Any) -> Figure:
-    machine, forces = pressed()
-    return reactions.curves(force_curves(forces, **asked), axis(machine, forces, over), "Press", together=together)
+    forces = pressed()
+    return reactions.curves(force_curves(forces, **asked), axis(forces, over), "Press", together=together)
 
 
 def labels(panel: Axes) -> list[str]:
@@ -170,7 +170,7 @@ def test_each_joint_has_a_panel_with_its_components_and_their_extremes() -> None
     pin, guide = made.axes[:2]
     assert [panel.get_title(loc="left") for panel in (pin, guide)] == ["crank_pin", "guide"]
     x, y = curve(pin)
-    forces = pressed()[1]
+    forces = pressed()
     np.testing.assert_array_equal(x, np.degrees(forces.motion.phi))
     np.testing.assert_allclose(y, 1e-3 * forces.mechanisms["press"].components["crank_pin"]["x"])
     assert labels(pin)[0] == f"$F_x$: {y.min():.4g} to {y.max():.4g} kN".replace("-", "−")
@@ -187,7 +187,7 @@ def test_joints_stand_together_under_each_component_over_the_time() -> None:
     assert [label.split(":")[0] for label in labels(across)] == ["pivot", "crank_pin", "slider_pin", "guide"]
     assert driving.get_ylabel() == "driving action, N m"
     assert across.get_xlabel() == "time, s"
-    np.testing.assert_allclose(curve(across)[0] * 5.0, pressed()[1].motion.phi, rtol=1e-14)
+    np.testing.assert_allclose(curve(across)[0] * 5.0, pressed().motion.phi, rtol=1e-14)
     colours = {line.get_color() for line in across.lines if line.get_marker() == "None" and line.get_linewidth() == 1.6}
     assert len(colours) == 4
 
