@@ -432,8 +432,8 @@ def test_coefficients_are_derivatives_and_both_routes_find_the_same_actions(link
         assert (one.value - other.value) / (2 * step) == pytest.approx(place.rate[k], abs=1e-8)
         assert (one.rate - other.rate) / (2 * step) == pytest.approx(place.slope[:, k], abs=2e-8)
     motion = np.random.default_rng(1).normal(size=(2, q.size))
-    found = freedoms.driving_actions(linkage, q, *motion, gravity=DOWN)
-    forces = freedoms.reactions(linkage, q, *motion, gravity=DOWN)
+    found = freedoms.driving_actions(linkage, q, *motion, gravity=(1.3, -9.81))
+    forces = freedoms.reactions(linkage, q, *motion, gravity=(1.3, -9.81))
     assert [float(forces.actions[name][0]) for name in found] == pytest.approx([float(a) for a in found.values()], rel=1e-12)
 
 
@@ -487,6 +487,9 @@ def test_wrong_numbers_of_drivers_are_refused():
     many = replace(five_bar(), further=(Driver("D", START[1]), Driver("A", 0.3)))
     text = one_line(freedoms.mass_matrix, many, [2.0, 1.1, 0.3])
     assert "3 drivers (O, D, A) of a linkage of 2 degrees of freedom" in text
+    place = freedoms.positions(five_bar(), START).value[:, 2, 0]
+    agreeing = replace(five_bar(), further=(Driver("D", START[1]), Driver("A", float(place[3] - place[1]))))
+    assert "3 drivers (O, D, A)" in one_line(freedoms.mass_matrix, agreeing, [*START, float(place[3] - place[1])])
     parallel = six_bar()
     assert "expected 1 driver" in one_line(freedoms.positions, replace(parallel, further=(Driver("D", 1.0),)), [0.0, 1.0])
 

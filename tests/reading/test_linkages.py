@@ -638,3 +638,12 @@ def test_scenes_have_one_driver():
     text = "mechanism.driver (line 6): found 2 drivers (left, right), expected the name of one, of one degree of freedom"
     assert str(refused.value).startswith(text)
     assert "\n" not in str(refused.value)
+
+
+def test_the_page_on_freedoms_runs_as_it_stands(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "five_bar.toml").write_text(TWO_MOTORS, encoding="utf-8")
+    names: dict[str, Any] = {}
+    for block in re.findall(r"```python\n(.*?)```", topic("freedoms"), re.DOTALL):
+        exec(compile(block, "freedoms", "exec"), names)
+    assert names["run"].error < 1e-9
