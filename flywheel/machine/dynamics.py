@@ -305,9 +305,9 @@ class Anchor(NamedTuple):
 
     Without a speed and a time those that depend on them are decided at every instant itself.
     `factors` are those of the meshes there (see `Instant`); None where they are to be found at every instant. `sides` are
-    signs of what rough joints do there, (..., 2 actions): of their rates, against which friction acts, and of the forces
-    that it follows; None where they are to be found at every instant. A speed of 0 is that of a machine that rests: rough
-    joints then hold it.
+    signs of what rough joints do there, (..., 3 actions): of their rates, against which friction acts, and of the forces
+    that it follows, then directions (rad) of those in pins that keep to a line (else NaN); None where they are to be found
+    at every instant. A speed of 0 is that of a machine that rests: rough joints then hold it.
     """
 
     phi: Any
@@ -607,9 +607,9 @@ class Dynamics:
         terms = resistances.terms(table, omega, efforts)
         count = resistances.curved.size
         if anchor.sides is None:
-            sliding, signs = resistances.sliding(terms.ways, sense), None
+            sliding, signs, lines = resistances.sliding(terms.ways, sense), None, None
         else:
-            sliding, signs = np.split(np.broadcast_to(anchor.sides, (phi.size, 2 * count)), 2, axis=1)
+            sliding, signs, lines = np.split(np.broadcast_to(anchor.sides, (phi.size, 3 * count)), 3, axis=1)
         factors = resistances.factors(sliding)
         moments = [part.moment for part in parts]
         used = anchor.factors or tuple(np.ones(phi.shape) for _ in parts)
@@ -619,7 +619,7 @@ class Dynamics:
             alone = -sum(k * b for k, b in zip(used, bare, strict=True)) / total
             shares = np.stack([np.broadcast_to(k / total, phi.shape) for k in used], axis=1)
             gains = shares[:, resistances.stages] * terms.ways
-            found = resistances.resisted(terms, alone, gains, factors, signs)
+            found = resistances.resisted(terms, alone, gains, factors, signs, lines)
             moved = terms.ways * found.amounts
             rubbed = [
                 part._replace(moment=moment + moved[:, resistances.stages == k].sum(axis=1))
@@ -637,18 +637,20 @@ class Dynamics:
         forces = np.where(np.abs(found.sizes) > level[:, None], found.sizes, 0.0)
         rates = np.where(np.abs(terms.ways) > _NO_FORCE * resistances.rates, terms.ways, 0.0)
         solutions = 1, ""
-        if signs is None:
+        if signs is None or lines is None:
             if phi.size == 1:
                 solutions = resistances.solutions(terms, alone, gains, factors)
             signs = np.where(resistances.curved, 0.0, np.where(forces < 0.0, -1.0, 1.0))
-        rubs, signed = resistances.rubbing & (resistances.strengths > 0.0), ~resistances.curved
-        decisive = np.concatenate((rates[:, rubs], forces[:, signed], found.determinant[:, None]), axis=1).T
+            lines = np.where(terms.lined, found.directions, np.nan)
+        rubs = resistances.rubbing & (resistances.strengths > 0.0)
+        forces = np.where(resistances.curved & np.isnan(lines), 1.0, forces)  # a resultant that turns has no sign
+        decisive = np.concatenate((rates[:, rubs], forces, found.determinant[:, None]), axis=1).T
         rests = sense == 0.0  # what each joint then holds is not determined
         return instant._replace(
             acceleration=np.where(rests, 0.0, instant.acceleration),
             moment=np.where(rests, 0.0, instant.moment),
             loss=np.where(rests, 0.0, instant.loss),
-            friction=Rubbing(moved, np.concatenate((sliding, signs), axis=1), decisive, *solutions),
+            friction=Rubbing(moved, np.concatenate((sliding, signs, lines), axis=1), decisive, *solutions),
         )
 
     def from_rest(self, phi: float, ahead: float, behind: float, times: Array, current: Any = 0.0) -> tuple[Array, Array]:
@@ -697,7 +699,7 @@ class Dynamics:
             terms = resistances.terms(table, np.zeros(1), efforts, always)
             factors = resistances.factors(resistances.sliding(terms.ways, np.array([sense])))
             gains = terms.ways / total if moment is not None else np.zeros_like(terms.ways)
-            found = resistances.resisted(terms, (moment or 0.0) / total, gains, factors, None)
+            found = resistances.resisted(terms, (moment or 0.0) / total, gains, factors)
             against = -sense * float((terms.ways * found.amounts).sum())
             return (against if math.isfinite(against) else math.inf), sense * (moment or 0.0) - against
 

@@ -51,6 +51,7 @@ _SQUARED = 1e-9  # change after which one more step is the last
 _LOST = 1e-9  # and what it must have come to
 _LIMIT = 30
 _MOST_TRIED = 10  # forces with a sign, up to which all combinations of signs are tried
+_PARALLEL = 1e-10  # sine of the angle between forces on one line
 _APART = 1e-6  # of the largest force: solutions that differ by less are one
 _SURE = 0.99  # norm of a map that certainly contracts
 
@@ -81,7 +82,8 @@ class Terms(NamedTuple):
 
     free: without friction and acceleration, (n, forces, 2); by_acceleration: for a unit of the crank's, (n, forces, 2);
     pull: for a unit of each passive action, (n, forces, 2, forces); ways: rate of the friction's joint by the crank's,
-    (n, forces); scale: the largest of what adds up, N, (n,).
+    (n, forces); scale: the largest of what adds up, N, (n,); lined: pins whose force keeps to one line whatever acts, as
+    in a rod without mass, so that it may pass zero, (n, forces).
     """
 
     free: Array
@@ -89,14 +91,19 @@ class Terms(NamedTuple):
     pull: Array
     ways: Array
     scale: Array
+    lined: NDArray[np.bool_]
 
 
 class Resisted(NamedTuple):
-    """Passive actions (n, forces), the forces that they follow, with their signs, and det(1 - Q) on their branch, (n,)."""
+    """Passive actions (n, forces), the forces that they follow, with their signs, and det(1 - Q) on their branch, (n,).
+
+    directions: of resultants in pins (rad), (n, forces).
+    """
 
     amounts: Array
     sizes: Array
     determinant: Array
+    directions: Array
 
 
 class _Table(NamedTuple):
@@ -239,7 +246,8 @@ class PassiveResistances:
             known = own.rows[..., : table.inputs]
             free = np.einsum("npkc,nc->npk", known, inputs)
             scale = np.abs(known * inputs[:, None, None, :]).max(axis=(1, 2, 3))
-            parts.append(Terms(free, known[..., BY_ACCELERATION], own.rows[..., table.inputs :], own.ways, scale))
+            lined = _lined(known) & table.curved
+            parts.append(Terms(free, known[..., BY_ACCELERATION], own.rows[..., table.inputs :], own.ways, scale, lined))
         if len(parts) == 1:
             return parts[0]
         pull = np.zeros((count, self.curved.size, 2, self.curved.size))
@@ -248,8 +256,9 @@ class PassiveResistances:
             last = first + part.ways.shape[1]
             pull[:, first:last, :, first:last] = part.pull
             first = last
-        free, by, ways = (np.concatenate([getattr(p, name) for p in parts], axis=1) for name in (*Terms._fields[:2], "ways"))
-        return Terms(free, by, pull, ways, np.max([part.scale for part in parts], axis=0))
+        names = ("free", "by_acceleration", "ways", "lined")
+        free, by, ways, lined = (np.concatenate([getattr(part, name) for part in parts], axis=1) for name in names)
+        return Terms(free, by, pull, ways, np.max([part.scale for part in parts], axis=0), lined)
 
     def sliding(self, ways: Array, sense: Any) -> Array:
         """Sign (n, forces) of each joint's motion where the crank moves in a sense (1, -1); 0 where it is at rest."""
@@ -260,29 +269,41 @@ class PassiveResistances:
         """Passive action (n, forces) for a unit of the force that it follows."""
         return np.asarray(np.where(self.rubbing, -sliding, 1.0) * self.strengths)
 
-    def resisted(self, terms: Terms, acceleration: Any, gains: Array, factors: Array, signs: Array | None) -> Resisted:
+    def resisted(
+        self,
+        terms: Terms,
+        acceleration: Any,
+        gains: Array,
+        factors: Array,
+        signs: Array | None = None,
+        directions: Array | None = None,
+    ) -> Resisted:
         """All passive actions, where the acceleration is `acceleration` without them and `gains` (n, forces) for each unit.
 
-        signs: of the forces with a sign, (n, forces), as they are continued from an anchor; None where they are to be found:
-        then NaN stands where friction leaves no motion.
+        signs, directions: of the forces with a sign, and of those in pins that keep to a line (rad, else NaN), (n, forces),
+        as they are continued from an anchor; None where they are to be found: then NaN stands where friction leaves no
+        motion.
         """
         alpha = np.asarray(acceleration, dtype=float).reshape(-1, 1, 1)
         free = terms.free + terms.by_acceleration * alpha
         pull = (terms.pull + terms.by_acceleration[..., None] * gains[:, None, None, :]) * factors[:, None, None, :]
-        if signs is None:
+        if signs is None or directions is None:
             return self._found(free, pull, factors)
-        return self._continued(free, pull, factors, signs)
+        return self._continued(free, pull, factors, signs, directions)
 
-    def _continued(self, free: Array, pull: Array, factors: Array, signs: Array) -> Resisted:
+    def _continued(self, free: Array, pull: Array, factors: Array, signs: Array, directions: Array) -> Resisted:
         """Linear where forces keep their signs; Newton's iteration for resultants, whose errors are squared each time."""
         one, gap, most, size = np.eye(free.shape[1]), np.inf, 0.0, np.zeros(signs.shape)
         unit = np.zeros_like(free)
         unit[..., 0] = signs
         matrix, parts, curved = unit, free, self.curved
+        ways = np.stack((np.cos(directions), np.sin(directions)), axis=-1)
         for _ in range(_LIMIT if curved.any() else 1):
             if curved.any():
                 bent = parts[:, curved]
                 length = np.hypot(bent[..., 0], bent[..., 1])[..., None]
+                back = np.where((bent * ways[:, curved]).sum(axis=-1) < 0.0, -1.0, 1.0)  # 1 where there is no line
+                bent = bent * back[..., None]
                 unit[:, curved] = np.divide(bent, length, out=np.zeros_like(bent), where=length > 0.0)
             matrix = one - (unit[:, :, None, :] @ pull)[:, :, 0]
             size = _solution(matrix, (unit * free).sum(axis=-1))
@@ -290,12 +311,12 @@ class PassiveResistances:
                 gap = 0.0
                 break
             parts = free + (pull @ size[:, None, :, None])[..., 0]
-            gap = float(np.abs(np.hypot(parts[:, curved, 0], parts[:, curved, 1]) - size[:, curved]).max())
+            gap = float(np.abs(np.hypot(parts[:, curved, 0], parts[:, curved, 1]) - np.abs(size[:, curved])).max())
             most = float(np.abs(size).max())
             if gap <= _SETTLED * most:
                 break
         size = size if gap <= _LOST * most else np.full_like(size, np.nan)
-        return Resisted(factors * size, np.where(curved, size, signs * size), np.linalg.det(matrix))
+        return Resisted(factors * size, np.where(curved, size, signs * size), np.linalg.det(matrix), directions)
 
     def _found(self, free: Array, pull: Array, factors: Array) -> Resisted:
         """The solution that grows out of the one without friction."""
@@ -308,7 +329,8 @@ class PassiveResistances:
         sizes = np.where(found.converged[:, None], found.sizes, np.nan)
         parts = free + np.einsum("npkj,nj->npk", pull, sizes)
         signed = np.where(self.curved, sizes, parts[..., 0])
-        return Resisted(factors * sizes, signed, np.where(found.converged, 1.0, np.nan))
+        directions = np.arctan2(parts[..., 1], parts[..., 0])
+        return Resisted(factors * sizes, signed, np.where(found.converged, 1.0, np.nan), directions)
 
     def solutions(self, terms: Terms, acceleration: Any, gains: Array, factors: Array) -> tuple[int, str]:
         """How many motions there are at one instant, and which joint makes it so that there is none, or more than one.
@@ -329,12 +351,22 @@ class PassiveResistances:
         for tried in product((1.0, -1.0), repeat=flat.size):
             signs = np.ones((1, self.curved.size))
             signs[0, flat] = tried
-            sizes = self._continued(free, pull, np.ones_like(factors), signs).amounts[0]
+            sizes = self._continued(free, pull, np.ones_like(factors), signs, np.full_like(signs, np.nan)).amounts[0]
             most = np.abs(sizes).max()
             holds = bool(np.isfinite(most) and (sizes >= -_NOTHING * most).all())
             if holds and all(np.abs(sizes - other).max() > _APART * most for other in found):
                 found.append(sizes)
         return len(found), joint
+
+
+def _lined(known: Array) -> NDArray[np.bool_]:
+    """Whether forces keep to one line (n, forces) whatever acts: their coefficients (n, forces, 2, inputs) are parallel."""
+    largest = np.abs(known).max(axis=(1, 2), keepdims=True)
+    shares = np.divide(known, largest, out=np.zeros_like(known), where=largest > 0.0)
+    length = np.hypot(shares[:, :, 0], shares[:, :, 1])
+    first = np.take_along_axis(shares, length.argmax(axis=2)[:, :, None, None], axis=3)
+    across = np.abs(shares[:, :, 0] * first[:, :, 1] - shares[:, :, 1] * first[:, :, 0])
+    return np.asarray((across <= _PARALLEL * length.max(axis=2, keepdims=True) ** 2).all(axis=2))
 
 
 def _solution(matrix: Array, right: Array) -> Array:

@@ -280,7 +280,7 @@ def held_by(dynamics: Dynamics, phi: float, t: float, current: float = 0.0) -> s
     machine = dynamics.machine
     found = dynamics.hold(phi, *neighbours(machine, phi), t, current)
     unit = "N" if machine.scene.reduction_element == "slide" else "N m"
-    if found.moment == 0.0:
+    if abs(found.moment) <= _BALANCED * min(found.friction, 1e300):
         return f"M* = 0 {unit}, so that nothing moves it"
     what = f"friction in its joints holds M* = {found.moment:.6g} {unit}"
     if found.locking:
@@ -465,7 +465,7 @@ class _Motion:
                 return float(pushes(np.array([t]))[side, 0]) - least
 
             end = instant(push, float(times[max(k - 1, 0)]), float(times[k]))
-        anchor = Anchor(float(self.state[0]), 0.0, 0.5 * (self.t + end), sides=np.zeros(2 * self.rough))
+        anchor = Anchor(float(self.state[0]), 0.0, 0.5 * (self.t + end), sides=np.zeros(3 * self.rough))
         anchor = anchor._replace(factors=None if len(self.machine.stages) == 1 else (1.0,) * len(self.machine.stages))
         self._add([Stretch(Step(rest.at, self.t, end), self.offset, anchor)] if end > self.t else [])
         self.t, self.state = end, rest.at(end)
@@ -474,7 +474,7 @@ class _Motion:
     def _undecided(self, what: str) -> Fault:
         """The fault of friction that leaves no motion, or several."""
         where = self.machine.where(float(self.state[0]))
-        found = f"a machine that jams at {where} after {self.t:.6g} s: {what} (Painlevé's paradox)"
+        found = f"friction that leaves no one motion at {where} after {self.t:.6g} s: {what} (Painlevé's paradox)"
         return Fault("simulation", found, "one motion", "less friction, longer shoes, or smaller pins")
 
     def _stuck(self) -> str:
@@ -611,9 +611,9 @@ class _Motion:
         if now.friction is None:
             return anchor._replace(factors=now.factors or None)
         if not np.isfinite(now.friction.moments).all():
-            raise SceneError([self._undecided(f"{now.friction.joint} leaves it no acceleration")])
+            raise SceneError([self._undecided(f"{now.friction.joint} jams the machine, as no acceleration fits it")])
         if now.friction.solutions > 1:
-            what = f"{now.friction.joint} leaves {now.friction.solutions} accelerations possible"
+            what = f"{now.friction.solutions} accelerations fit {now.friction.joint}"
             raise SceneError([self._undecided(what)])
         return anchor._replace(factors=now.factors or None, sides=now.friction.sides[0])
 

@@ -94,6 +94,7 @@ def test_a_ramp_of_force_breaks_it_away_at_the_instant_when_it_exceeds_friction(
     assert still.acceleration[0] == still.omega[0] == 0.0
 
 
+@pytest.mark.slow
 def test_stick_and_slip_under_a_force_that_swings() -> None:
     """8 sin 2t N on 2 kg with mu = 0.3: it sticks twice a period, each slip from where |8 sin 2t| > mu m g."""
     limit = 0.3 * 2.0 * G
@@ -217,6 +218,41 @@ def test_turns_of_a_run_up_with_a_falling_torque(gravity: float) -> None:
 def test_a_crank_that_gravity_swings_until_friction_holds_it() -> None:
     machine = SliderCrank(gravity=G, mu=0.05, mu_guide=0.05)
     follows_by_hand(machine, press(0.05, gravity={}, flywheel={"inertia": 0.0}), 0.3, 0.0, 30.0)
+
+
+@pytest.mark.slow
+def test_a_rod_without_mass_whose_force_passes_zero_in_all_pins_at_once() -> None:
+    """Its pins' resultants have a kink there, which is found like a normal force that changes its sign."""
+    machine = SliderCrank(torque=lambda t, phi, omega: 30.0 - 1.5 * omega, wheel=0.5, rod=(0.0, 0.0))
+    scene = press(drive={"torque": "30 - 1.5*omega"})
+    scene["mechanism"]["bodies"]["rod"] |= {"mass": 0, "inertia": 0}
+    follows_by_hand(machine, scene, 0.3, 0.0, 0.6)
+
+
+def test_friction_that_allows_two_accelerations_is_named_with_its_joint() -> None:
+    scene = press(3.0, drive={"torque": "30 - 1.5*omega"})
+    for joint in scene["mechanism"]["joints"][:3]:
+        joint["radius"] = 0.09
+    with pytest.raises(SceneError, match=r"no one motion at crank angle 17.1887 deg after 0 s: 2 .* linkage.B \(Painlevé"):
+        flywheel.simulate(flywheel.load(scene), 0.3, 10.0, 0.3)
+
+
+@pytest.mark.slow
+def test_everything_that_acts_on_ports_presses_on_the_joints() -> None:
+    """Loads of v and x, a damper, a spring, added inertia, weights, a mesh with losses: kinetostatics gives the torque back."""
+    scene = press(
+        drive={"torque": "30 - 1.5*omega"},
+        load=[{"on": "ram", "force": "-100*v", "while": "v>0"}, {"on": "ram", "force": "-50 - 20*x"}],
+        damper=[{"on": "ram", "coefficient": 5}],
+        spring=[{"on": "ram", "stiffness": 200, "rest": 0.3}],
+        inertia=[{"on": "ram", "value": 1.5}],
+        gravity={},
+    )
+    run = flywheel.transient(flywheel.load(scene), end=0.4, at=1.3)
+    assert run.energy.residual < 1e-10
+    machine, now = run.motion.trail.dynamics.machine, sampled(run.motion.trail, np.array([0.1, 0.2, 0.35]))
+    found = port_forces(machine, MachineMotion(now.phi, now.omega, now.acceleration), 0.0, machine.scene.mechanisms[0])
+    np.testing.assert_allclose(found.action, 30.0 - 1.5 * now.omega - 0.5 * now.acceleration, rtol=1e-9)
 
 
 def test_friction_over_a_run_is_that_of_kinetostatics_at_its_instants_and_closes_the_energy() -> None:
