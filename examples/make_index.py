@@ -21,7 +21,7 @@ from PIL import Image
 
 HERE = Path(__file__).parent
 PICTURES = HERE / "pictures"
-WIDTH, COLOURS = 480, 64
+WIDTH, WIDER, COLOURS = 480, 900, 64  # of scenes' pictures, of scripts'; points
 
 FOLDERS = {
     "machines": "Machines to start from",
@@ -127,11 +127,12 @@ def picture(folder: str, stem: str) -> str:
                 subprocess.run(
                     [sys.executable, "-m", "flywheel", "new", STARTERS[f"{folder}/{stem}"], str(scene)], check=True
                 )
+            draws = script.exists() and "sys.argv[1" in script.read_text(encoding="utf-8")
             if scene.exists():
                 draw(scene, Path(here) / f"{name}.png")
-            if script.exists() and "sys.argv[1" in script.read_text(encoding="utf-8"):
+            if draws:
                 command(script, Path(here) / f"{name}.png")
-            found = [shrink(path) for path in sorted(Path(here).glob("*.png"), key=lambda path: len(path.stem) > len(name))]
+            found = [shrink(path, WIDER if draws else WIDTH) for path in sorted(Path(here).glob("*.png"))]
     return " ".join(f"![{path.stem.removeprefix(folder + '_').replace('_', ' ')}](pictures/{path.name})" for path in found)
 
 
@@ -147,10 +148,10 @@ def command(*words: str | Path) -> None:
     subprocess.run([sys.executable, *map(str, words)], capture_output=True, check=False, cwd=HERE.parent)
 
 
-def shrink(path: Path) -> Path:
+def shrink(path: Path, width: int) -> Path:
     """A small copy of a picture beside the others."""
     with Image.open(path) as large:
-        small = large.convert("RGB").resize((WIDTH, round(large.height * WIDTH / large.width)), Image.Resampling.LANCZOS)
+        small = large.convert("RGB").resize((width, round(large.height * width / large.width)), Image.Resampling.LANCZOS)
     small.quantize(COLOURS).save(PICTURES / path.name, optimize=True)
     return PICTURES / path.name
 
