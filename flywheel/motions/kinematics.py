@@ -410,6 +410,10 @@ def motion(
     if points is not None and points < 1:
         raise SceneError([Fault("points", arguments.shown(points), "a whole number, 1 or above")])
     course, axis = course_of(machine, over=over, speed=speed, law=law, until=until, regime=regime, transient=transient)
+    if scene.compliances:
+        course = course._replace(
+            messages=(*course.messages, f"taken as rigid: {', '.join(scene.compliances)}, which twists")
+        )
     moving = Moving(scene)
     driver = course.at(instants(course, axis, at, POINTS if points is None else points))
     curves, other = moving.curves(driver)
