@@ -54,6 +54,25 @@ def test_far_away_the_error_is_told():
     assert found.error[20] > 1e3 * found.error[10]
 
 
+def test_far_away_a_rate_that_is_a_small_difference_counts():
+    """The coupler of a four-bar comes to a translation, its centre to infinity, where crank and rocker are parallel."""
+    solution = whole("four-bar")
+    low, high = 1.7, 2.3
+    for _ in range(60):
+        middle = 0.5 * (low + high)
+        signs = np.sign(solution.poses([low, middle]).angle("coupler").rate)
+        low, high = (low, middle) if signs[0] != signs[1] else (middle, high)
+    phi = low + 10.0 ** -np.arange(2.0, 13.0)
+    found = centres_of(solution.poses(phi))[FRAME, "coupler"]
+    assert np.count_nonzero(found.kind == FINITE) >= 10
+    for k in np.flatnonzero(found.kind == FINITE):
+        with mp.workdps(30):
+            angle = four_bar_reference(mp.mpf(float(phi[k])))["rocker"]
+            b, d = mp.mpf("0.4") + mp.mpf("0.3") * mp.expj(angle), mp.mpf("0.4")
+            true = crossing(mp.mpf(0), mp.expj(mp.mpf(float(phi[k]))), d, b)
+            assert off(found, k, true) <= found.error[k] < 1e-11 * abs(true) ** 2
+
+
 def test_at_infinity_there_is_the_direction_alone():
     inline = slider_crank(e=0.0)
     poses = solve(inline, 0.0, 7.0).poses([pi / 2, 1.0])
