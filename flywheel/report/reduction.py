@@ -285,7 +285,7 @@ def machine_graph(scene: Path, *, simplified: bool = False) -> tuple[BondGraph, 
         raise SceneError([Fault("areas", "areas without a mechanism", "a machine, to draw its bond graph")])
     machine = machine_of(loaded)
     sized, heavy = loaded.irregularity is not None, [e for e in machine.graph.elements.values() if e.kind == "I"]
-    moved = not sized and not loaded.inertia and all(element.law == 0.0 for element in heavy)
+    moved = not loaded.has_flywheel and all(element.law == 0.0 for element in heavy)
     graph = machine.graph
     if loaded.stroke is None or moved:  # a flywheel that sizing finds is a parameter without a value
         graph = machine.with_values(0.0, 1.0 if sized else loaded.inertia or 0.0, moved=moved)
