@@ -298,11 +298,13 @@ def reactions(
         found = loaded(scene)
         if course.wanted:
             watching.sliding = slides(found)
-            result, closely = _along(course.follow(found, at[0] if at else None, watching), count, breaks, kinds)
+            run = course.follow(found, at[0] if at else None, watching)
+            result, dense_forces = _along(run, count, breaks, kinds)
         else:
             kinds["speed"] = None if speed is None else speed_of(speed, slides(found), "--speed")
-            result, closely = _at(found, coordinates(at, slides(found)), count, breaks, kinds)
-        dense = closely() if closely is not None and (plot is not None or not as_data) else None
+            curves = over is not None or bool(of)
+            result, dense_forces = _at(found, coordinates(at, slides(found)), count, breaks, kinds, curves=curves)
+        dense = dense_forces() if dense_forces is not None and (plot is not None or not as_data) else None
         if plot is not None:
             drawn = dense or joint_forces(found, np.unique(result.motion.phi), **kinds)
             if over is not None and not hodograph:
@@ -326,32 +328,34 @@ def reactions(
 
 
 def _at(
-    scene: Scene, places: Sequence[float], count: int, breaks: bool, kinds: Mapping[str, Any]
+    scene: Scene, places: Sequence[float], count: int, breaks: bool, kinds: Mapping[str, Any], *, curves: bool
 ) -> tuple[JointForces, Callable[[], JointForces] | None]:
-    """Forces at positions, evenly where none are named, and what gives them close to one another."""
+    """Forces at positions, evenly where none are named, and what gives them close to one another, as `curves` ask."""
     import numpy as np
 
     from flywheel.machine.machine import Machine
-    from flywheel.motions.joint_forces import close_angles, joint_forces, spread
+    from flywheel.motions.joint_forces import close_angles, closely, joint_forces, spread
 
     machine = Machine(scene)
     found = joint_forces(machine, places or spread(scene, count), **kinds)
     if breaks:
         found = joint_forces(machine, np.unique(np.concatenate((found.motion.phi, close_angles(found, 2)))), **kinds)
-    closely = None if places else lambda: joint_forces(machine, close_angles(found, max(count, _MANY)), **kinds)
-    return found, closely
+    along, many = partial(joint_forces, machine, **kinds), max(count, _MANY)
+    if curves:
+        return found, None if places else lambda: closely(found, along, many)
+    return found, None if places else lambda: along(close_angles(found, many))
 
 
 def _along(
     run: Transient, count: int, breaks: bool, kinds: Mapping[str, Any]
 ) -> tuple[JointForces, Callable[[], JointForces] | None]:
     """The same along a motion in time, from its start to its end."""
-    from flywheel.motions.joint_forces import along_run, close_times
+    from flywheel.motions.joint_forces import along_run, closely_along
     from flywheel.motions.transients import evenly
 
     trail = run.motion.trail
     assert trail is not None
-    return along_run(run, *evenly(trail, count, breaks), **kinds), partial(along_run, run, *close_times(run), **kinds)
+    return along_run(run, *evenly(trail, count, breaks), **kinds), partial(closely_along, run, **kinds)
 
 
 def _draw_hodographs(found: JointForces, of: Sequence[str], path: Path) -> None:

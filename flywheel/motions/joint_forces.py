@@ -7,8 +7,9 @@ in time: a run-up, a run-down, any transient.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
+from functools import lru_cache
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
@@ -37,6 +38,7 @@ EVENLY = 500  # times of a motion that was followed, where none are named
 _BESIDE = 1e-7  # of a stretch of motion: how near to its ends its forces are looked at
 _IN_A_STRETCH = (3, 60)  # positions in every stretch of a motion, over which the largest forces are sought: least and most
 _CLOSELY = 12_000  # positions in all
+_FINER, _ROUNDS = 33, 2  # places about an extreme, and how often they are laid closer
 
 
 class MotionErrors(NamedTuple):
@@ -252,11 +254,16 @@ def steady_motion(machine: Machine, sizing: Sizing, phi: Array) -> tuple[Machine
     return MachineMotion(phi, omega, alpha), (off, slower)
 
 
-def _steady(machine: Machine, phi: Array) -> tuple[MachineMotion, MotionErrors, float, str, Machine]:
-    """The steady regime with the scene's flywheel, its errors, the scene's unknown there, words for it, and the machine."""
+@lru_cache(maxsize=2)  # positions of one machine are asked for several times
+def _steady_sizing(machine: Machine) -> Sizing:
     from flywheel.sizing.sizing import size
 
-    sizing = size(machine, simulate=False)
+    return size(machine, simulate=False)
+
+
+def _steady(machine: Machine, phi: Array) -> tuple[MachineMotion, MotionErrors, float, str, Machine]:
+    """The steady regime with the scene's flywheel, its errors, the scene's unknown there, words for it, and the machine."""
+    sizing = _steady_sizing(machine)
     motion, (omega, alpha) = steady_motion(machine, sizing, phi)
     balance = sizing.balance
     off = 0.0 if balance is None else abs(balance.value) * balance.error
@@ -421,6 +428,45 @@ def close_angles(forces: JointForces, count: int) -> Array:
         with suppress(SceneError):  # where friction locks there is no moment of it
             machine = machine_of(machine, None if forces.motion.creeps else float(omega[0]))
     return close_positions(machine, count)
+
+
+def closely(forces: JointForces, along: Callable[[Array], JointForces], count: int) -> JointForces:
+    """Forces at coordinates close to one another (see `close_angles`), the closer about the extremes of every curve.
+
+    along: gives forces at coordinates. Extremes that are smooth are found to about 1e-9 of what they are.
+    """
+    phi = close_angles(forces, count)
+    found = along(phi)
+    for _ in range(_ROUNDS):
+        phi = np.unique(np.concatenate((phi, _about_extremes(found, found.motion.phi))))
+        found = along(phi)
+    return found
+
+
+def closely_along(run: Transient, *, inertia: bool = True, friction: bool = True) -> JointForces:
+    """Forces at times close to one another along a motion that was followed, the closer about extremes of curves."""
+    times, owners = close_times(run)
+    found = along_run(run, times, owners, inertia=inertia, friction=friction)
+    trail = run.motion.trail
+    assert trail is not None
+    for _ in range(_ROUNDS):
+        more = _about_extremes(found, times)
+        rows = np.column_stack((np.append(owners, trail.owners(more)), np.append(times, more)))
+        rows = np.unique(rows, axis=0)
+        times, owners = np.asarray(rows[:, 1], dtype=float), rows[:, 0].astype(np.intp)
+        found = along_run(run, times, owners, inertia=inertia, friction=friction)
+    return found
+
+
+def _about_extremes(forces: JointForces, places: Array) -> Array:
+    """Places between the neighbours of the least and the greatest value of every curve."""
+    found = [np.empty(0)]
+    for curve in force_curves(forces):
+        if not np.isnan(curve.values).all():
+            extremes = int(np.nanargmin(curve.values)), int(np.nanargmax(curve.values))
+            ends = [places[[max(k - 1, 0), min(k + 1, places.size - 1)]] for k in extremes]
+            found += [np.linspace(*end, _FINER) for end in ends]
+    return np.concatenate(found)
 
 
 class Axis(NamedTuple):

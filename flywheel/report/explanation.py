@@ -263,7 +263,10 @@ def _forced(sizing: Sizing) -> Iterator[str]:
     if solved:
         yield f"positions by Newton-Raphson: {', '.join(solved)}"
     if machine.friction is not None:
-        yield "friction in joints, whose moment was found by kinetostatics beforehand"
+        rounds = "beforehand"
+        if sizing.friction is not None:
+            rounds = f"in {_counted(sizing.friction.rounds, 'round')} with the motion that it follows"
+        yield f"friction in joints, whose moment was found by kinetostatics {rounds}"
     switching = [
         effort.path
         for effort in machine.efforts
