@@ -15,6 +15,7 @@ from flywheel.mechanisms.linkages.reactions import reactions
 from flywheel.numerics.faults import SceneError
 from flywheel.scene.linkage import CAM, FIXED, FRAME, PIN, SLIDE, Joint, Link, Linkage, Point
 from tests.limits import sample
+from tests.linkages.linkages import four_bar
 from tests.linkages.machines import GRAVITY, MACHINES, STARTS, double_guided, heavy, pendulum, published
 
 ORIGIN = Point("o")
@@ -32,6 +33,8 @@ def wheel(mu=0.3, radius=0.02):
     return alone(joint, Link("wheel", (ORIGIN,), mass=5.0, inertia=0.2))
 
 
+LOCKING = replace(heavy(four_bar(d=0.4, r=0.3, c=0.35, length=0.1)), start=0.9)
+"""A four-bar driven at a bar that cannot turn."""
 DRAG = 0.02 * 0.3 / hypot(1.0, 0.3) * 5.0 * 9.81  # N m, the friction circle under the wheel's weight
 
 
@@ -64,6 +67,7 @@ def test_a_rising_torque_breaks_it_away(route):
     assert run.qdot[-1] == pytest.approx(-(0.05 * (64 - start**2) - DRAG * (8 - start)) / 0.2, rel=1e-12)
     stays = simulate(wheel(), route, 0.0, 0.0, 8.0, gravity=GRAVITY, drive=0.999 * DRAG)
     assert stays.rests == ((0.0, 8.0),)
+    assert stays.messages == ("mechanism: friction that holds it at 0 deg: it stands still from 0 s on",)
     assert stays.q[-1] == 0.0
 
 
@@ -86,6 +90,11 @@ def test_a_shoe_jams_under_a_high_centre_of_mass(route):
     with pytest.raises(SceneError, match=r"mechanism\.guide\.friction: found friction that locks .* at 0 m") as caught:
         simulate(block(0.2, 0.05, (0.0, 0.2)), route, 0.0, 1.0, 0.1, gravity=(0.0, -10.0))
     assert len(caught.value.faults) == 1
+    push = Wrench("block", (500.0, 0.0))  # through its centre of mass
+    rests = simulate(block(0.2, 0.05, (0.0, 0.2)), route, 0.0, 0.0, 0.1, gravity=(0.0, -10.0), wrenches=[push])
+    assert rests.messages == (
+        "mechanism.guide.friction: friction that locks the mechanism at 0 m: it stands still from 0 s on",
+    )
 
 
 @pytest.mark.parametrize("route", sample([NEWTON, MULTIPLIERS], 2))
@@ -93,13 +102,13 @@ def test_a_pendulum_swings_out_beside_its_lowest_place(route):
     """It comes to rest where its weight's moment is below that of the friction circle; what it lost went into its pivot."""
     base = pendulum()
     rough = replace(base, joints=(base.joints[0]._replace(friction=0.5, radius=0.15),))
-    run = simulate(rough, route, 0.2, 0.0, 4.0, gravity=GRAVITY)
+    run = simulate(rough, route, 0.2, 0.0, 4.0, gravity=GRAVITY, rtol=1e-8)
     ((begin, end),) = run.rests
     assert 1.0 < begin < end == 4.0
     circle = 0.15 * 0.5 / hypot(1.0, 0.5)
     assert 0.0 < abs(run.q[-1] + pi / 2) < asin(circle / 0.5)
-    assert run.friction_work["O"][-1] == pytest.approx(2.0 * 9.81 * 0.5 * (sin(run.q[-1]) - sin(0.2)), rel=1e-9)
-    assert run.energy_residual < 1e-9
+    assert run.friction_work["O"][-1] == pytest.approx(2.0 * 9.81 * 0.5 * (sin(run.q[-1]) - sin(0.2)), rel=1e-7)
+    assert run.energy_residual < 1e-8
 
 
 # -- a slider-crank with four rough joints ----------------------------------------------------------------------------------
@@ -199,6 +208,39 @@ def test_its_first_quarter_turn_by_both_routes():
         assert sum(part[-1] for part in run.friction_work.values()) == pytest.approx(work, rel=1e-8)
     for name, found in ends[0].reactions.items():
         assert_allclose(found[-1], ends[1].reactions[name][-1], rtol=0, atol=1e-6)
+
+
+def test_joints_hold_it_fast():
+    """Pins as thick as the crank is long: from rest no drive moves it, and a push does not get far."""
+    base = rough_slider_crank()
+    pins = tuple(joint._replace(friction=3.0, radius=0.15) for joint in base.joints[:3])
+    held = replace(base, joints=(*pins, base.joints[3]._replace(friction=3.0)))
+    run = simulate(held, NEWTON, 0.3, 0.0, 2.0, gravity=GRAVITY, drive=500.0)
+    assert run.rests == ((0.0, 2.0),)
+    assert run.messages == ("mechanism: friction that holds it at 17.1887339 deg: it stands still from 0 s on",)
+    moved = simulate(held, NEWTON, 0.3, 5.0, 2.0, gravity=GRAVITY)
+    assert 0.0 < moved.rests[0][0] < 0.5
+    assert moved.energy_residual < 1e-9
+
+
+def test_loads_that_are_no_numbers_at_rest():
+    def drive(t, q, qdot):
+        return np.nan if t > 0.1 else 0.0
+
+    with pytest.raises(SceneError, match=r"simulate: found loads that are not finite at 0\.1"):
+        simulate(wheel(), NEWTON, 0.0, 0.0, 1.0, drive=drive)
+    with pytest.raises(SceneError, match=r"simulate: found loads that are not finite at the start"):
+        simulate(wheel(), NEWTON, 0.0, 0.0, 1.0, drive=lambda t, q, qdot: np.nan)
+
+
+@pytest.mark.slow
+def test_multipliers_with_friction_pass_a_dead_centre_of_the_driver():
+    """Forwards is along the motion of all bodies: friction opposes it on, while the driver turns back."""
+    run = simulate(roughened(LOCKING, 0.02), MULTIPLIERS, 0.9, 4.0, 0.3)
+    assert run.q.min() < run.q.max() - 0.3
+    assert not run.rests
+    assert all((np.diff(part) <= 1e-12).all() for part in run.friction_work.values())
+    assert run.energy_residual < 1e-9
 
 
 # -- linkages of every kind -------------------------------------------------------------------------------------------------

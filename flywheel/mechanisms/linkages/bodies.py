@@ -801,7 +801,7 @@ class Solution(NamedTuple):
 
     drift: greatest one of a step. `at(t)` gives the driver's coordinate and rate at any time; reactions: in the order of the
     closure equations, shape (times, equations), if the route finds them. friction, friction_work: by joint; rests: from when
-    until when it stands still.
+    until when it stands still; messages: where it does for good.
     """
 
     t: Array
@@ -814,3 +814,4 @@ class Solution(NamedTuple):
     friction: Mapping[str, Array] = MappingProxyType({})
     friction_work: Mapping[str, Array] = MappingProxyType({})
     rests: tuple[tuple[float, float], ...] = ()
+    messages: tuple[str, ...] = ()

@@ -421,6 +421,8 @@ class Pieces:
     def __init__(self, motion: Rough, rub: Resistances, y: Array, until: float, rtol: float, atol: Array) -> None:
         self.motion, self.rub = motion, rub
         self.parts: list[tuple[Steps, Mode]] = []
+        self.messages: list[str] = []
+        self.lock = ""  # what locks the machine at the standstill looked at last
         t, short = 0.0, 0
         while t < until:
             mode, signs = self.start(t, y)
@@ -428,6 +430,10 @@ class Pieces:
                 steps, stops = self.moved(t, y, mode, signs, until, rtol, atol)
             else:
                 steps, stops = self.waited(t, y, until), True
+                if steps.s[-1] >= until:
+                    path, place = rub.model.linkage.path, rub.model.where(motion.place(y))
+                    held = self.lock or f"{path}: friction that holds it at {place}"
+                    self.messages.append(f"{held}: it stands still from {t:.6g} s on")
             short = short + 1 if steps.s[-1] - t < CREEPING * until else 0
             t, y = float(steps.s[-1]), steps.states[-1]
             if stops:
@@ -453,13 +459,18 @@ class Pieces:
         def goes(mode: Mode, instant: Instant) -> bool:
             try:
                 mode, sizes = self.rub.settled(mode, instant, place)
-            except UnreachableError:
+            except UnreachableError as error:
+                self.lock = f"{error.fault.path}: {error.fault.found}"
                 return False
             return mode.sense * self.motion.acceleration(y, instant, mode.factors * sizes) > 0.0
 
         def at(t: float) -> list[float]:
             instant = self.motion.instant(t, y)
             free = self.motion.acceleration(y, instant, np.zeros(len(self.rub.names)))
+            self.lock = ""
+            if not np.isfinite(free):
+                when = f"at {t:.6g} s" if t else "at the start"
+                raise SceneError([Fault("simulate", f"loads that are not finite {when}", "finite ones")])
             return [mode.sense for mode in modes if mode.sense * free > 0.0 and goes(mode, instant)]
 
         return at
@@ -606,4 +617,5 @@ def with_friction(model: Model, q: float, qdot: float, until: float, rtol: float
         by_joint(amounts),
         by_joint(rows[:, -p:]),
         tuple((float(steps.s[0]), float(steps.s[-1])) for steps, mode in pieces.parts if not mode.sense),
+        tuple(pieces.messages),
     )

@@ -334,7 +334,8 @@ class Run(NamedTuple):
 
     Of joints with friction: `friction`, by joint or coupling, what it does to the second body along the joint's coordinate
     (N m in a pin, N elsewhere); `friction_work` (J) since the start, below 0. `rests`: from when until when the machine
-    stands still: friction and reactions are not determined then (NaN). A time stands twice where a piece of the motion
+    stands still: friction and reactions are not determined then (NaN); `messages`: where friction holds or locks it to the
+    end. A time stands twice where a piece of the motion
     ends and another begins: before and after a joint turns back, or the machine stops.
     """
 
@@ -353,6 +354,7 @@ class Run(NamedTuple):
     friction: Mapping[str, Array]
     friction_work: Mapping[str, Array]
     rests: tuple[tuple[float, float], ...]
+    messages: tuple[str, ...]
 
 
 def simulate(
@@ -457,6 +459,7 @@ def simulate(
         friction=found.friction,
         friction_work=found.friction_work,
         rests=found.rests,
+        messages=found.messages,
     )
 
 
