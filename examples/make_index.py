@@ -21,7 +21,7 @@ from PIL import Image
 
 HERE = Path(__file__).parent
 PICTURES = HERE / "pictures"
-WIDTH, WIDER, COLOURS = 480, 900, 64  # of scenes' pictures, of scripts'; points
+SMALL, LARGE = (480, 64), (900, 256)  # points across and colours of scenes' pictures, of scripts'
 
 FOLDERS = {
     "machines": "Machines to start from",
@@ -132,7 +132,7 @@ def picture(folder: str, stem: str) -> str:
                 draw(scene, Path(here) / f"{name}.png")
             if draws:
                 command(script, Path(here) / f"{name}.png")
-            found = [shrink(path, WIDER if draws else WIDTH) for path in sorted(Path(here).glob("*.png"))]
+            found = [shrink(path, *(LARGE if draws else SMALL)) for path in sorted(Path(here).glob("*.png"))]
     return " ".join(f"![{path.stem.removeprefix(folder + '_').replace('_', ' ')}](pictures/{path.name})" for path in found)
 
 
@@ -148,11 +148,11 @@ def command(*words: str | Path) -> None:
     subprocess.run([sys.executable, *map(str, words)], capture_output=True, check=False, cwd=HERE.parent)
 
 
-def shrink(path: Path, width: int) -> Path:
+def shrink(path: Path, width: int, colours: int) -> Path:
     """A small copy of a picture beside the others."""
     with Image.open(path) as large:
         small = large.convert("RGB").resize((width, round(large.height * width / large.width)), Image.Resampling.LANCZOS)
-    small.quantize(COLOURS).save(PICTURES / path.name, optimize=True)
+    small.quantize(colours).save(PICTURES / path.name, optimize=True)
     return PICTURES / path.name
 
 

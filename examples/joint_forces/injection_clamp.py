@@ -12,8 +12,9 @@ With a file name, draws the reactions over the stroke (figure_together.png, figu
 The source tells its means, 5.86, 8.36, 11.69, 17.65 and 3.11 %, and calls the fourth its greatest error; its rows give
 17.66 and 3.12 for the last two, and its greatest error is 67 %. Two things are known to stand between its two programs: the
 acceleration of the coupler's centre has the wrong sign, and the finite-element model has other masses than the equations.
-What they cost is found here too. Where a0 differs most, at 82 mm, its force passes by zero (16 N of 998); the greatest
-differences of the other joints stand at ordinary forces, and neither cause explains them.
+What they cost is found here too: the masses as much as the source's differences in a0 and a4. Where a0 differs most, at
+82 mm, its force passes by zero (16 N of 998). The greatest differences of a1, a2 and a3 stand at ordinary forces, and
+neither cause explains them.
 """
 
 from __future__ import annotations

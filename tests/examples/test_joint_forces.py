@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import runpy
+import sys
 from contextlib import redirect_stdout
 from io import StringIO
 from pathlib import Path
@@ -101,11 +102,13 @@ def test_the_sources_differences_are_averaged_again(clamp):
 
 
 @pytest.mark.slow
-def test_the_clamps_table_and_figures(clamp, tmp_path, capsys):
+def test_the_clamps_table_and_figures_without_the_other_program(clamp, tmp_path, capsys, monkeypatch):
+    monkeypatch.setitem(sys.modules, "exudyn", None)
     clamp["main"](str(tmp_path / "clamp.png"))
     printed = capsys.readouterr().out
     assert "a3       17.65   17.66   62.51 (102)" in printed
     assert printed.count("-53") == 3
+    assert "Exudyn is not installed: its column is left out" in printed
     assert {path.stem for path in tmp_path.glob("*.png")} == {f"clamp_{n}" for n in ("together", "singly", "differences")}
 
 
