@@ -188,7 +188,8 @@ def _mechanism(raw: Mapping[str, Any], path: str, alone: bool, setting: Setting)
         fields = read_fields({key.name: raw[key.name] for key in common if key.name in raw}, common, path, faults)
         _travel(fields["shaft"], f"{path}.shaft", setting)
         return None
-    if kind.name == "linkage" and (names := items(raw.get("driver"))) is not None:
+    names = items(raw.get("driver")) if kind.name == "linkage" else None
+    if names is not None and all(isinstance(driver, str) for driver in names):
         found = f"{len(names)} drivers ({', '.join(map(str, names))})" if len(names) != 1 else "a list of one driver"
         advice = "several are read by flywheel.load_linkage (see flywheel reference freedoms)"
         faults.add(f"{path}.driver", found, "the name of one, of one degree of freedom", advice)
