@@ -40,6 +40,7 @@ from flywheel.cli.motions import Course, course_options, watched
 from flywheel.scene.accuracy import LEVELS, NORMAL, RTOL
 
 if TYPE_CHECKING:
+    from flywheel.machine.reactions import Array
     from flywheel.motions.joint_forces import JointForces
     from flywheel.motions.transients import Transient
     from flywheel.scene.scene import Scene
@@ -340,7 +341,11 @@ def _at(
     found = joint_forces(machine, places or spread(scene, count), **kinds)
     if breaks:
         found = joint_forces(machine, np.unique(np.concatenate((found.motion.phi, close_angles(found, 2)))), **kinds)
-    along, many = partial(joint_forces, machine, **kinds), max(count, _MANY)
+
+    def along(phi: Array) -> JointForces:
+        return joint_forces(machine, phi, **kinds)
+
+    many = max(count, _MANY)
     if curves:
         return found, None if places else lambda: closely(found, along, many)
     return found, None if places else lambda: along(close_angles(found, many))

@@ -465,7 +465,7 @@ def _about_extremes(forces: JointForces, places: Array) -> Array:
         if not np.isnan(curve.values).all():
             extremes = int(np.nanargmin(curve.values)), int(np.nanargmax(curve.values))
             ends = [places[[max(k - 1, 0), min(k + 1, places.size - 1)]] for k in extremes]
-            found += [np.linspace(*end, _FINER) for end in ends]
+            found += [np.linspace(low, high, _FINER) for low, high in ends]
     return np.concatenate(found)
 
 
