@@ -10,6 +10,7 @@ import pytest
 from numpy.testing import assert_allclose
 from scipy.integrate import solve_ivp
 
+import flywheel
 from flywheel.mechanisms.linkages.multibody import MULTIPLIERS, NEWTON, Wrench, components, simulate
 from flywheel.mechanisms.linkages.reactions import reactions
 from flywheel.numerics.faults import SceneError
@@ -241,6 +242,32 @@ def test_multipliers_with_friction_pass_a_dead_centre_of_the_driver():
     assert not run.rests
     assert all((np.diff(part) <= 1e-12).all() for part in run.friction_work.values())
     assert run.energy_residual < 1e-9
+
+
+@pytest.mark.slow
+@both_routes
+def test_simulated_machines_with_friction_move_the_same(route):
+    """The reduced equation of a scene, another integration of the same law, for the same slider-crank."""
+    pins = {"pivot": (FRAME, "crank", "origin"), "crank_pin": ("crank", "rod", "E"), "slider_pin": ("rod", "slider", "E")}
+    joints = [
+        {"name": name, "type": "pin", "between": [f"{one}.{at}", f"{two}.origin"], "friction": MU, "radius": radius}
+        for (name, (one, two, at)), radius in zip(pins.items(), RADII, strict=True)
+    ]
+    joints.append(
+        {"name": "guide", "type": "slide", "between": ["frame.origin", "slider.origin"], "friction": MU_GUIDE, "length": 0.1}
+    )
+    bodies = {
+        "crank": {"points": {"E": [R, 0.0]}, "mass": M2, "inertia": I2},
+        "rod": {"points": {"E": [L, 0.0]}, "mass": M3, "inertia": I3, "com": [C, 0.0], "guess": 0.0},
+        "slider": {"mass": M4},
+    }
+    mechanism = {"type": "linkage", "driver": "pivot", "bodies": bodies, "joints": joints}
+    scene = {"mechanism": mechanism, "gravity": {"g": G}, "drive": {"torque": "40 - 8*omega"}}
+    machine = flywheel.load(scene)
+    motion = flywheel.simulate(machine, 1.0, 0.0, 1.0, rtol=1e-11)
+    run = simulate(machine.mechanisms[0].linkage, route, 1.0, 0.0, 1.0, gravity=(0.0, -G), drive=falling)
+    assert run.q[-1] == pytest.approx(motion.phi[-1], abs=1e-8)
+    assert run.qdot[-1] == pytest.approx(motion.omega[-1], abs=1e-8)
 
 
 # -- linkages of every kind -------------------------------------------------------------------------------------------------
