@@ -16,7 +16,7 @@ from scipy.optimize import brentq
 import flywheel
 from flywheel import SceneError, arm, freedoms
 from flywheel.scene.linkage import FRAME, GEAR, SLIDE, Joint, Point
-from tests.linkages.linkages import O, bar, dyad, geared_five_bar, ground, pin, six_bar
+from tests.linkages.linkages import O, bar, dyad, geared_five_bar, ground, pin
 from tests.linkages.machines import double_guided, heavy
 
 DOWN = (0.0, -9.81)
@@ -187,7 +187,7 @@ def test_one_driver_is_the_reduced_machine():
     scene = flywheel.load(EXAMPLES / "linkages" / "geared_five_bar.toml").with_({"inertia": None})
     linkage = scene.mechanisms[0].linkage
     assert linkage is not None
-    for phi in (0.3, 2.0, 5.0):
+    for phi in (0.3, 2.0):
         wanted = flywheel.reduce(scene, phi)
         found = freedoms.equations(linkage, [phi], [1.0])
         assert float(found.mass[0, 0]) == pytest.approx(float(wanted.inertia), rel=1e-12)
@@ -490,8 +490,8 @@ def test_wrong_numbers_of_drivers_are_refused():
     place = freedoms.positions(five_bar(), START).value[:, 2, 0]
     agreeing = replace(five_bar(), further=(Driver("D", START[1]), Driver("A", float(place[3] - place[1]))))
     assert "3 drivers (O, D, A)" in one_line(freedoms.mass_matrix, agreeing, [*START, float(place[3] - place[1])])
-    parallel = six_bar()
-    assert "expected 1 driver" in one_line(freedoms.positions, replace(parallel, further=(Driver("D", 1.0),)), [0.0, 1.0])
+    geared = replace(geared_five_bar(), further=(Driver("D", 1.0),))
+    assert "expected 1 driver" in one_line(freedoms.positions, geared, [0.0, 1.0])
 
 
 def test_drivers_that_depend_on_each_other_are_refused():
@@ -549,6 +549,11 @@ def test_arguments_are_refused_in_a_line():
     assert "springs[0].first[1]" in one_line(freedoms.equations, linkage, START, springs=[strut])
     text = one_line(freedoms.accelerations, linkage, START, drives={"O": lambda t, q, w: [1.0, 2.0]})
     assert text == "drives.O: found an array of shape (2,), expected a finite number"
+    strut = freedoms.Strut(("left", "E"), ("frame", ("a", 0.0)), 1.0)
+    assert 'springs[0].second[1][0]: found "a"' in one_line(freedoms.equations, linkage, START, springs=[strut])
+    assert "t: found an array of shape (2,)" in one_line(freedoms.reactions, linkage, START, t=[1.0, 2.0])
+    assert 't: found "1 s"' in one_line(freedoms.equations, linkage, START, t="1 s")
+    assert "mechanism.further: found" in one_line(freedoms.mass_matrix, replace(linkage, further=[Driver("D")]), START)
     rubbing = replace(linkage, joints=(linkage.joints[0]._replace(friction=0.1, radius=0.01), *linkage.joints[1:]))
     assert "mechanism.O.friction: found 0.1" in one_line(freedoms.simulate, rubbing, START, [0.0, 0.0], 1.0)
     assert "2 drivers (O, D), expected one driver" in one_line(solve, linkage, 0.0, 1.0)

@@ -640,6 +640,7 @@ def test_scenes_have_one_driver():
     assert "\n" not in str(refused.value)
 
 
+@pytest.mark.slow
 def test_the_page_on_freedoms_runs_as_it_stands(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     (tmp_path / "five_bar.toml").write_text(TWO_MOTORS, encoding="utf-8")

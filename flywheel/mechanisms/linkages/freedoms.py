@@ -38,7 +38,7 @@ from flywheel.mechanisms.linkages.equations import (
     on_way,
 )
 from flywheel.mechanisms.linkages.positions import Poses, follow
-from flywheel.numerics.arguments import array, known, require
+from flywheel.numerics.arguments import array, known
 from flywheel.numerics.faults import Fault, SceneError
 from flywheel.scene.linkage import Linkage
 
@@ -96,7 +96,6 @@ def assembly(linkage: Linkage) -> Assembly:
             drivers that depend on each other.
 
     """
-    check(linkage)
     held = Equations(loops(linkage, several=True))
     count = len(linkage.drivers)
     names = [driver.joint for driver in linkage.drivers]
@@ -349,8 +348,10 @@ class Positions(NamedTuple):
         rate = np.einsum("jbin,jn->bin", self.rate, first)
         slope = np.einsum("jkbin,jn,kn->bin", self.slope, first, first) + np.einsum("jbin,jn->bin", self.rate, second)
         count = self.q.shape[1]
-        times = np.arange(float(count)) if t is None else np.broadcast_to(array("t", t), (count,))
-        return Poses(self.linkage, np.array(times, dtype=float), self.value, rate, slope)
+        times = np.arange(float(count)) if t is None else array("t", t)
+        if times.shape not in ((), (count,)):
+            raise SceneError([Fault("t", f"an array of shape {times.shape}", f"a number, or shape ({count},)")])
+        return Poses(self.linkage, np.full(count, times), self.value, rate, slope)
 
 
 def positions(linkage: Linkage, q: ArrayLike) -> Positions:
@@ -411,7 +412,7 @@ def stations(start: Assembly, wanted: Array) -> Iterator[Station]:
 
 def driver_rows(linkage: Linkage, q: ArrayLike, **others: ArrayLike) -> tuple[Assembly, Array, dict[str, Array]]:
     """The assembly, coordinates as (g, n), and further rows of the same shape."""
-    require("linkage", linkage, Linkage, "a Linkage")
+    check(linkage)
     start = assembly(linkage)
     wanted = array("q", q)
     if wanted.ndim == 0 or len(wanted) != start.freedoms or not wanted.size or wanted.ndim > 2:

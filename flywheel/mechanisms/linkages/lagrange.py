@@ -185,7 +185,9 @@ def _end_faults(linkage: Linkage, path: str, end: Any) -> list[Fault]:
         return faults
     if isinstance(at, str):
         return name_faults(f"{path}[1]", at, {point.name: None for point in linkage.link(body).points})
-    return [] if isinstance(at, tuple) and len(at) == 2 else [Fault(f"{path}[1]", shown(at), "a point's name or a place")]
+    if not isinstance(at, tuple) or len(at) != 2:
+        return [Fault(f"{path}[1]", shown(at), "a point's name or a place")]
+    return [fault for k, part in enumerate(at) for fault in number_faults(f"{path}[1][{k}]", part, unit="m")]
 
 
 def _number(law: Any, t: float, q: Array, qdot: Array, path: str) -> float:
@@ -360,6 +362,7 @@ def equations(
     ([[3.0, 0.0], [0.0, 0.25]], [-2.0, 0.0], [0.0, -5.0])
 
     """
+    refuse(number_faults("t", t, unit="s"))
     start, wanted, rows = driver_rows(linkage, q, qdot=qdot)
     actions = _actions(linkage, gravity, loads, springs)
     count = start.freedoms
