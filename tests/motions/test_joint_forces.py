@@ -310,6 +310,7 @@ def test_the_axis_is_the_angle_or_the_time_with_its_switches() -> None:
         axis(joint_forces(machine, PHI, speed=5.0, acceleration=1.0), "time")
 
 
+@pytest.mark.slow
 def test_along_a_run_with_friction_the_reactions_have_the_friction_of_the_instant() -> None:
     """What the crank asks of its shaft, friction included, is what drive and flywheel leave; its work is the energy's."""
     scene = flywheel.load(crank_press(0.1, drive={"torque": 60}, flywheel={"inertia": 3}, regime={}))
