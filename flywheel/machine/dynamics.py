@@ -491,8 +491,9 @@ class Dynamics:
         if self.resistances is not None:
             friction = self.along(phi, anchor, omega, time, current).friction
             assert friction is not None
-            for label, moment in zip(self.resistances.labels, friction.moments.T, strict=True):
-                found[label] = found.get(label, 0.0) + moment
+            for k in np.flatnonzero(self.resistances.rubbing):
+                label = self.resistances.labels[k]
+                found[label] = found.get(label, 0.0) + friction.moments[:, k]
         return {part: wide(value, phi.shape) for part, value in found.items()}
 
     def switches(self, phi: Any, anchor: Anchor, omega: Any, time: Any) -> list[Any]:

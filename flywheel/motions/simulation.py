@@ -109,6 +109,8 @@ def simulate(
 
     M* holds loads, drive and dampers, less what meshes with an efficiency lose. Stepping starts afresh at every breakpoint:
     of position, of time, and where a law switches at a speed. A motor with inductance adds its current as a state.
+    Friction in joints is found with the reactions of the same instant; at rest it holds the machine until something breaks
+    it away, or for good, where the motion ends.
 
     A machine with compliant shafts has more than one angle: its whole bond graph is followed, from a state without twist.
     A machine with a stroke is followed until it reaches one of the stroke's ends.
@@ -127,7 +129,8 @@ def simulate(
 
     Raises:
         SceneError: if I* + J vanishes somewhere, so that the motion is not determined; if the machine starts outside its
-            stroke, or at an end of it that it is pushed out of.
+            stroke, or at an end of it that it is pushed out of; if friction in joints never lets it start, or leaves no
+            acceleration or several; if shafts twist where joints rub.
 
     >>> import flywheel
     >>> rotor = {"inertia": [{"on": "crank", "value": 2}], "drive": {"torque": 6}, "regime": {"speed": 1},

@@ -239,7 +239,7 @@ def test_friction_that_allows_two_accelerations_is_named_with_its_joint() -> Non
 
 @pytest.mark.slow
 def test_everything_that_acts_on_ports_presses_on_the_joints() -> None:
-    """Loads of v and x, a damper, a spring, added inertia, weights, a mesh with losses: kinetostatics gives the torque back."""
+    """Loads of v and x, a damper, a spring, added inertia, weights: kinetostatics gives the torque back."""
     scene = press(
         drive={"torque": "30 - 1.5*omega"},
         load=[{"on": "ram", "force": "-100*v", "while": "v>0"}, {"on": "ram", "force": "-50 - 20*x"}],
