@@ -340,6 +340,8 @@ class PassiveResistances:
         free = terms.free + terms.by_acceleration * acceleration
         pull = (terms.pull + terms.by_acceleration[..., None] * gains[:, None, None, :]) * factors[:, None, None, :]
         bound = np.hypot(pull[0, :, 0], pull[0, :, 1])
+        if not np.isfinite(bound).all():
+            return 0, self.labels[0]
         values, vectors = np.linalg.eig(bound)
         if np.abs(values).max(initial=0.0) < _SURE:  # a contraction in some norm
             return 1, ""

@@ -170,7 +170,8 @@ def transient(
         end = "regime" if drive and machine.scene.stroke is None else "stop"
     goal = end if isinstance(end, Until) else until(end) if isinstance(end, str) else Until("time", float(end))
     _check(machine, goal, start, rtol)
-    setting = _setting(machine, drive, inertia, balance)
+    asked = goal.kind in ("regime", "share") or start == "regime" or (machine.scene.unknown is not None and balance is None)
+    setting = _setting(machine, drive, inertia, balance, asked or not machine.resists)
     if goal.kind == "stop" and machine.resists and not _is_pressed(setting.machine):
         found = (
             "a stop of a machine whose joints nothing presses but its own inertia: friction falls with the speed, for ever"
@@ -314,8 +315,11 @@ class Setting(NamedTuple):
         return goal.value * (self.needed().speed if goal.kind == "share" else 1.0)
 
 
-def _setting(machine: Machine, drive: bool, inertia: float | None, balance: float | None) -> Setting:
-    """The flywheel that is given, the scene's or the one that it is sized to; the regime with it; the unknown's value."""
+def _setting(machine: Machine, drive: bool, inertia: float | None, balance: float | None, regimes: bool) -> Setting:
+    """The flywheel that is given, the scene's or the one that it is sized to; the regime with it; the unknown's value.
+
+    regimes: whether the regime is looked for.
+    """
     scene = machine.scene
     inertia_error = balance_error = 0.0
     if inertia is None and scene.irregularity is None:
@@ -335,6 +339,8 @@ def _setting(machine: Machine, drive: bool, inertia: float | None, balance: floa
         no_regime = _FREELY
     elif machine.depends_on_time:
         no_regime = "loads or drive that depend on time have no regime"
+    elif not regimes:
+        no_regime = "not looked for, as with friction in joints it takes long; --until regime finds it"
     else:
         try:
             regime = regime_of(machine, inertia)

@@ -599,7 +599,7 @@ class _Motion:
         if self.rough and omega == 0.0:
             here = here._replace(omega=self.sense * ONSET * self.typical)
         rate = self._rates(ends, here)(self.t, self.state)
-        acceleration = float(rate[1])
+        acceleration = float(rate[1]) if np.isfinite(rate[1]) or not self.rough else 0.0  # friction may leave none
         ahead = _AHEAD * min(width / max(abs(omega), 1e-3 * self.typical), stop - self.t)
         ahead = max(ahead, 64 * np.finfo(float).eps * self.t)
         soon = phi + ahead * (omega + 0.5 * ahead * acceleration)
@@ -610,11 +610,10 @@ class _Motion:
         now = self.dynamics.at(held, held, anchor.omega, anchor.time, current=current, ends=ends, anchor=anchor)
         if now.friction is None:
             return anchor._replace(factors=now.factors or None)
+        if now.friction.solutions > 1:
+            raise SceneError([self._undecided(f"{now.friction.solutions} accelerations fit {now.friction.joint}")])
         if not np.isfinite(now.friction.moments).all():
             raise SceneError([self._undecided(f"{now.friction.joint} jams the machine, as no acceleration fits it")])
-        if now.friction.solutions > 1:
-            what = f"{now.friction.solutions} accelerations fit {now.friction.joint}"
-            raise SceneError([self._undecided(what)])
         return anchor._replace(factors=now.factors or None, sides=now.friction.sides[0])
 
     def _events(self, anchor: Anchor) -> Events | None:
