@@ -52,6 +52,7 @@ _MOTOR = "drive.motor"  # the name of its graph as a part
 
 _WIDEST = TURN / 4  # of a cell, in the angle of the fastest mechanism: 17 nodes then resolve plain sines to rounding
 _CLOSEST = 1e-7  # of a cycle, between two restarts of the time stepping that are no breakpoints
+_LOOKED_AT = np.linspace(0.01, 0.99, 33)  # of a cycle or stroke, where moments and inertias tell a speed
 _MOST_SOLVED = 4_000  # cells in which a linkage's dead centres are looked for; a stroke without a dwell takes 32
 
 
@@ -474,13 +475,27 @@ class Machine:
 
     @property
     def typical_speed(self) -> float:
-        """A speed of the crank (rad/s) about which the machine runs: the one asked for, or that of its idle motor, or 1."""
+        """A speed (rad/s, m/s) about which the machine runs: the one asked for, that of its idle motor, or by its loads."""
         scene = self.scene
         if scene.stroke is not None:
-            return abs(scene.stroke.speed or 1.0)
+            return abs(scene.stroke.speed or 0.0) or self._speed_by_loads
         if scene.speed is None and scene.motor is not None and scene.drive is not None:
             return (scene.motor.no_load_speed or 1.0) / scene.shafts[scene.drive.on]
-        return scene.speed or 1.0
+        return scene.speed or self._speed_by_loads
+
+    @cached_property
+    def _speed_by_loads(self) -> float:
+        """The speed that the greatest moment gives the greatest inertia over a cycle or stroke, sqrt(2 M* phi/I*).
+
+        1 where loads depend on speed, for which a speed is looked for about that, or where there is no such moment.
+        """
+        if self.scene.depends_on_speed or self.scene.unknown is not None:
+            return 1.0
+        phi = self.scene.cycle * _LOOKED_AT
+        with np.errstate(all="ignore"):
+            moment = sum(self.reduction.moments(phi, phi, 0.0, speed=0.0).values()) + 0.0 * phi
+            square = 2.0 * np.abs(moment).max() * self.scene.cycle / np.max(self.reduction(phi, phi).inertia)
+        return float(np.sqrt(square)) if 0.0 < square < np.inf else 1.0
 
     @cached_property
     def sets_its_speed(self) -> bool:

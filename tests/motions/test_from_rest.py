@@ -72,6 +72,13 @@ def test_until_an_angle_a_speed_and_a_time():
     assert flywheel.transient(scene, end="0.1 s", rtol=1e-6).time == 0.1
 
 
+@pytest.mark.parametrize("torque", [1e-9, 1e9])
+def test_the_way_is_reached_however_weak_or_strong_the_torque(torque):
+    run = flywheel.transient(flywheel.load(YOKE | {"drive": {"torque": torque}}), end="90 deg", rtol=1e-6)
+    assert run.reason == "way"
+    assert run.omega == pytest.approx(np.sqrt(np.pi * torque / inertia_of_yoke(np.pi / 2)), rel=1e-6)
+
+
 def test_an_end_must_be_said_where_nothing_fixes_a_speed():
     with pytest.raises(SceneError, match=r"until: found a regime, to which nothing holds this machine.*--until \"2 turns\""):
         flywheel.transient(flywheel.load(YOKE))
