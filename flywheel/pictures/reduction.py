@@ -24,6 +24,7 @@ from flywheel.scene.scene import Scene
 Array = NDArray[np.float64]
 
 _POINTS = 721
+_SHARES = np.arange(1, 16) / 16  # of the way between two landmarks
 _MOST = 8  # parts that are drawn; of more, the largest and the sum of the others
 _JUMP, _CORNER, _DOZEN = 1e-6, 8.0, 12
 _NOTHING = 1e-12  # of the largest: parts below it are none
@@ -49,7 +50,9 @@ def plot(scene: Scene, path: str | Path, *, of: Sequence[str] = (), speed: float
 def draw(scene: Scene, *, of: Sequence[str] = (), speed: float | None = None) -> Figure:
     """The figure, not yet written anywhere."""
     machine = at_speed(scene, speed)
-    phi = close_positions(machine, _POINTS)
+    marks = machine.landmarks
+    fine = marks[:-1, None] + np.diff(marks)[:, None] * _SHARES  # a narrow feature lies between its own landmarks
+    phi = np.unique(np.concatenate((close_positions(machine, _POINTS), machine.scene.origin + fine.ravel())))
     pace, balance = constant_speed.operating_point(machine, speed)
     state = reduce(machine, phi, balance=balance, speed=pace)
     found = motion(machine.scene, of=of)
@@ -121,7 +124,8 @@ def _draw_parts(
         panel.plot(scale * x, y, color=BODIES[k % len(BODIES)], lw=1.3, label=name)
     x, y = broken(phi, total, edges)
     symbol = label.partition(",")[0]
-    span = f", from {told(float(total.min()))} to {told(float(total.max()))}"
+    least, most = (told(float(f"{value:.4g}"), 12) for value in (float(total.min()), float(total.max())))
+    span = f", from {least} to {most}"
     panel.plot(scale * x, y, color=BLACK, lw=1.8, label=symbol + span)
     panel.axhline(0.0, color=BLACK, lw=0.6, zorder=1.5)
     panel.margins(y=0.1)

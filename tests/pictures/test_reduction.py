@@ -57,3 +57,13 @@ def test_the_command_draws_and_refuses(tmp_path):
     drawn = run(main, ["reduce", str(scene), "--at", "0 deg", "--plot", str(tmp_path / "a.png"), "--of", "rod"])
     assert drawn.exit_code == 0, drawn.output
     assert (tmp_path / "a.png").read_bytes().startswith(b"\x89PNG")
+
+
+def test_a_narrow_load_is_not_missed():
+    """A peak of 100 N m a thousandth of a radian wide, that lies between evenly spread positions."""
+    scene = {
+        "inertia": [{"on": "crank", "value": 1}],
+        "load": [{"on": "crank", "torque": "100*exp(-((phi - 2.0137)/0.001)**2)"}],
+    }
+    moment = lines(draw(flywheel.load(scene)).axes[1])["M*"]
+    assert np.nanmax(moment.get_ydata()) == pytest.approx(100.0, rel=0.02)
