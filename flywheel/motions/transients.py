@@ -155,7 +155,8 @@ def transient(
         SceneError: where the machine does not start, has no regime where one is asked for, or cannot be followed.
 
     A motion ends early where the machine stops, with its angle: `stall` where the drive pushes but is too weak, `stop`
-    without one, or where it is off by then or brakes. At a step of load or drive (an expression of `t`) stepping starts
+    without one, or where it is off by then or brakes. For a time, what has neither drive nor loads is let go and swings both
+    ways, as a pendulum does; so does what has friction in its joints. At a step of load or drive (an expression of `t`) stepping starts
     afresh.
 
     >>> import math, flywheel
@@ -177,7 +178,8 @@ def transient(
             "a stop of a machine whose joints nothing presses but its own inertia: friction falls with the speed, for ever"
         )
         raise SceneError([Fault("until", found, "a time, a way or a speed", 'such as --until "5 s", or give it [gravity]')])
-    goes_on = goal.kind == "time" and setting.dynamics.resistances is not None
+    let_go = setting.machine.scene.drive is None and not setting.machine.scene.loads  # weights and springs alone move it
+    goes_on = goal.kind == "time" and (let_go or setting.dynamics.resistances is not None)
     begin = _start(setting, start, at, goes_on)
     goals, limit = _goals(setting, begin, goal)
     goals = goals[goes_on:]
@@ -390,6 +392,8 @@ def _start(setting: Setting, start: float | str, at: float | None, goes_on: bool
         return begin if unfed >= 0.0 else begin._replace(current=locked.current * (1 + _MORE) * unfed / (unfed - moment))
     balanced = abs(moment) <= _BALANCED * scale
     if machine.depends_on_time and balanced:
+        return begin
+    if goes_on and not balanced:
         return begin
     share = "M* = 0, so that nothing moves it" if balanced else f"M* = {moment:.6g} N m, which holds it or turns it back"
     found = f"a machine that does not start: at rest at {machine.where(begin.phi)} it has {share}"
@@ -852,12 +856,17 @@ def peak(trail: Trail, name: str, samples: Samples, owners: Indices) -> Peak:
     return max(summits(trail, name, samples, owners), key=lambda one: one.value)
 
 
+def _column(samples: Samples, name: str) -> Array:
+    """A column of samples; of the speed its size, as a machine that swings back is fastest either way."""
+    return np.asarray(np.abs(samples.omega) if name == "omega" else getattr(samples, name))
+
+
 def summits(trail: Trail, name: str, samples: Samples, owners: Indices) -> list[Peak]:
     """The greatest values about each of the highest samples; the very greatest sample first.
 
     The highest are those that no neighbour in their stretch exceeds. Each is then refined on times ever closer.
     """
-    times, values = samples.t, getattr(samples, name)
+    times, values = samples.t, _column(samples, name)
 
     def beside(which: Indices, side: int) -> Indices:
         """The neighbours of samples, or they themselves where their stretch ends."""
@@ -871,7 +880,7 @@ def summits(trail: Trail, name: str, samples: Samples, owners: Indices) -> list[
     low, high = times[beside(tops, -1)], times[beside(tops, 1)]
     for _ in range(_ROUNDS):
         grid = np.linspace(low, high, _FINER, axis=1)
-        finer = getattr(sampled(trail, grid.ravel(), np.repeat(owners[tops], _FINER)), name).reshape(grid.shape)
+        finer = _column(sampled(trail, grid.ravel(), np.repeat(owners[tops], _FINER)), name).reshape(grid.shape)
         rows, column = np.arange(tops.size), finer.argmax(axis=1)
         here = map(Peak, finer[rows, column].tolist(), grid[rows, column].tolist())
         summit[1:] = [max(pair, key=lambda one: one.value) for pair in zip(summit[1:], here, strict=True)]
@@ -977,7 +986,7 @@ def _peak_width(trail: Trail, name: str, samples: Samples, owners: Indices, top:
     The column falls from a peak at least as a parabola does, or evenly, to its samples on either side; other summits count
     where they may be as great.
     """
-    values = getattr(samples, name)
+    values = _column(samples, name)
     near = [one for one in summits(trail, name, samples, owners) if one.value >= top.value - 2 * off]
     far = max(abs(one.time - top.time) for one in near)
     lower = np.flatnonzero(values < top.value - 2 * off)

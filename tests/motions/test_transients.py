@@ -436,3 +436,22 @@ def test_every_kind_of_end(text, expected):
 def test_what_is_no_end_is_a_fault(text):
     with pytest.raises(flywheel.SceneError, match="until"):
         until(text)
+
+
+# -- let go ----------------------------------------------------------------------------------------------------------
+
+
+def test_what_weights_alone_move_swings_both_ways():
+    """A crank let go level swings over half a turn: T = 4 K(1/2)/omega0, greatest speed sqrt 2 omega0."""
+    crank = {"length": 0.1, "mass": 2.0, "inertia": 0.03, "com": 0.2}
+    alone = {"type": "slider-crank", "crank": crank, "rod": {"length": 0.3}, "slider": {}}
+    scene = flywheel.load({"mechanism": alone, "gravity": {"g": 10.0}})
+    slow = math.sqrt(2.0 * 10.0 * 0.2 / (0.03 + 2.0 * 0.2**2))
+    period = 4 * 1.8540746773013719 / slow
+    found = transient(scene, end=period / 2)
+    assert found.reason == "time"
+    assert found.phi == pytest.approx(-math.pi, rel=1e-9)
+    assert transient(scene, end=period).phi == pytest.approx(0.0, abs=1e-8)
+    assert found.peaks.speed.value == pytest.approx(math.sqrt(2.0) * slow, rel=1e-9)
+    with pytest.raises(flywheel.SceneError, match="holds it or turns it back"):
+        transient(scene, end="2 turns")
