@@ -28,7 +28,9 @@ SCENES = {
 }
 
 
-@pytest.mark.parametrize("name", SCENES)
+@pytest.mark.parametrize(
+    "name", ["clamp", *(pytest.param(name, marks=pytest.mark.slow) for name in SCENES if name != "clamp")]
+)
 def test_its_slope_is_the_stores_own_moment(name):
     scene = flywheel.load(SCENES[name])
     low, high = (scene.origin, scene.origin + scene.cycle)
@@ -44,6 +46,7 @@ def test_its_slope_is_the_stores_own_moment(name):
     assert set(ahead) >= {store for store in parts if store.startswith(("weight", "spring"))}
 
 
+@pytest.mark.slow
 def test_a_machine_left_alone_keeps_its_energy():
     """A slider-crank with a spring and weights, let go with 4 rad/s, for 3 s: the sum against an independent stepping."""
     alone = {

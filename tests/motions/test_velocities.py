@@ -79,6 +79,7 @@ def test_what_has_no_bodies_has_no_centres(scene):
         flywheel.instant_centres(scene, [float("nan")])
 
 
+@pytest.mark.slow
 def test_the_command_lists_and_draws_them(tmp_path):
     scene = tmp_path / "press.toml"
     scene.write_text('mechanism = {type = "slider-crank", crank = {length = 0.1}, rod = {length = 0.3}}\n')

@@ -36,6 +36,7 @@ def test_three_panels_for_angles_and_three_for_lengths(scene):
     assert rod.get_ydata()[k] == pytest.approx(-np.degrees(np.arcsin(0.6)), rel=1e-6)
 
 
+@pytest.mark.slow
 def test_over_time_units_are_those_of_time(scene):
     figure = draw(motion(scene, of=["rod.com"], points=73, speed=10.0, over="time"))
     assert [panel.get_ylabel() for panel in figure.axes] == ["displacement, mm", "velocity, m/s", "acceleration, m/s²"]
@@ -47,6 +48,7 @@ def test_over_time_units_are_those_of_time(scene):
     assert figure.axes[1].lines[2].get_ydata()[0] == pytest.approx(0.0, abs=1e-15)
 
 
+@pytest.mark.slow
 def test_extremes_are_not_those_of_the_samples(scene):
     """The slider's greatest velocity lies between two of nine positions."""
     panel = draw(motion(scene, of=["slider"], points=9)).axes[1]
@@ -80,6 +82,7 @@ def test_dead_centres_and_breakpoints_are_drawn_and_named():
     assert np.isnan(panels[2].lines[2].get_ydata()).sum() == 1
 
 
+@pytest.mark.slow
 def test_of_everything_bodies_and_slides_are_drawn(scene):
     figure = draw(motion(scene, points=13))
     names = [[text.get_text() for text in panel.get_legend().get_texts()] for panel in figure.axes[:2]]

@@ -142,6 +142,7 @@ def test_shades_go_to_white_and_to_black() -> None:
     assert figures.shade("#204060", -1.0) == (0.0, 0.0, 0.0)
 
 
+@pytest.mark.slow
 def test_instant_centres_are_marked_named_or_told():
     """The rod's where the crank's line meets the one across the slider's; the slider's own is at infinity."""
     press = {"type": "slider-crank", "crank": {"length": 0.1}, "rod": {"length": 0.3}}

@@ -46,6 +46,7 @@ def test_coefficients_are_those_of_the_names(panels):
     assert next(iter(lines(panels[2]))) == "rod"
 
 
+@pytest.mark.slow
 def test_the_command_draws_and_refuses(tmp_path):
     scene = tmp_path / "arm.toml"
     scene.write_text('mechanism = {type = "slider-crank", crank = {length = 0.1}, rod = {length = 0.3}}\n')
@@ -59,6 +60,7 @@ def test_the_command_draws_and_refuses(tmp_path):
     assert (tmp_path / "a.png").read_bytes().startswith(b"\x89PNG")
 
 
+@pytest.mark.slow
 def test_a_narrow_load_is_not_missed():
     """A peak of 100 N m a thousandth of a radian wide, that lies between evenly spread positions."""
     scene = {
