@@ -17,6 +17,8 @@ from numpy.typing import ArrayLike, NDArray
 
 from flywheel.machine.machine import Machine
 from flywheel.machine.reactions import MachineMotion, close_positions, port_forces
+from flywheel.mechanisms.families import has_joints
+from flywheel.mechanisms.linkage import linkage_of
 from flywheel.mechanisms.linkages.reactions import Reactions
 from flywheel.numerics import cells
 from flywheel.numerics.cells import ROUNDING
@@ -156,6 +158,9 @@ def _with_joints(given: Machine | Scene) -> Scene:
         raise SceneError([Fault("areas", "a diagram of areas", "a machine with joints", "give mechanism and loads instead")])
     if not scene.mechanisms:
         raise SceneError([Fault("mechanism", "no mechanism", "one at least, as joints are asked for")])
+    for mechanism in scene.mechanisms:
+        if not has_joints(mechanism):
+            linkage_of(mechanism)  # which says why
     return scene
 
 

@@ -97,6 +97,12 @@ def test_forces_ask_for_a_speed_or_none(kind, scene):
         assert run("reactions", path, "--points", 2, *option).exit_code == 0
 
 
+def test_a_law_is_told_to_have_no_joints_before_anything_is_asked_for(scene):
+    refused = run("reactions", scene(text("law")))
+    assert "mechanism.type (line 2): found a mechanism of type law" in refused.stderr
+    assert "--speed" not in refused.stderr
+
+
 def test_a_speed_without_a_flywheel_is_constant():
     loaded = flywheel.load(text(LINKED, "[regime]\nspeed = 10"))
     found = flywheel.joint_forces(loaded, [0.3, 2.0])
