@@ -156,8 +156,8 @@ def transient(
 
     A motion ends early where the machine stops, with its angle: `stall` where the drive pushes but is too weak, `stop`
     without one, or where it is off by then or brakes. For a time, what has neither drive nor loads is let go and swings both
-    ways, as a pendulum does; so does what has friction in its joints. At a step of load or drive (an expression of `t`) stepping starts
-    afresh.
+    ways, as a pendulum does; so does what has friction in its joints. At a step of load or drive (an expression of `t`)
+    stepping starts afresh.
 
     >>> import math, flywheel
     >>> fan = {"inertia": [{"on": "crank", "value": 2}], "drive": {"torque": "10 - omega"}, "flywheel": {"inertia": 0}}
