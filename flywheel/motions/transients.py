@@ -536,7 +536,11 @@ def _ending(setting: Setting, trail: Trail, motion: Motion, goal: Until, limit: 
         return "regime", f"settled to its regime after {last:.6g} s, {turns:.6g} turns"
     if trail.goal in ("speed", "share"):
         return trail.goal, f"reached {speed(omega)} {at}"
-    return trail.goal or "time", f"ended {at}, at {omega:.6g} rad/s"
+    if setting.dynamics.resistances is not None and omega == 0.0 and trail.goal is None:
+        state = trail.states(np.array([last]))[:, 0]
+        return "time", f"ended {at}, at rest: {_rough_rest(setting.dynamics, trail, state, last)}"
+    unit = "m/s" if scene.reduction_element == "slide" else "rad/s"
+    return trail.goal or "time", f"ended {at}, at {omega:.6g} {unit}"
 
 
 def _rough_rest(dynamics: Dynamics, trail: Trail, state: Array, last: float) -> str:

@@ -90,6 +90,8 @@ def test_a_ramp_of_force_breaks_it_away_at_the_instant_when_it_exceeds_friction(
     assert run.phi == pytest.approx(4.0 * (3.0 - start) ** 3 / 12.0, rel=1e-12)
     assert run.energy.works["friction in linkage.S"] == pytest.approx(-0.3 * 2.0 * G * run.phi, rel=1e-12)
     assert run.energy.residual < 1e-12
+    waiting = flywheel.transient(flywheel.load(block(0.3, force="4*t")), end=1.0)
+    assert "at rest: friction in its joints holds M* = 4 N, and would hold up to 5.88399 N" in waiting.ended
     still = sampled(run.motion.trail, np.array([0.5 * start]))
     assert still.acceleration[0] == still.omega[0] == 0.0
 
