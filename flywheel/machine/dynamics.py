@@ -25,7 +25,7 @@ from numpy.typing import NDArray
 from bondgraph import reduction as counting
 from bondgraph.reduction import Station
 from flywheel.components.motors import DC
-from flywheel.machine.machine import Machine, Stage, moving_switches
+from flywheel.machine.machine import Anchor, Machine, Stage, moving_switches
 from flywheel.numerics.cells import MIDDLE, ROUNDING, Cells, wide
 from flywheel.numerics.expressions import Expression
 from flywheel.numerics.jets import Jet
@@ -298,23 +298,6 @@ ONSET = 1e-12  # of the typical speed: the speed by which branches are decided a
 _NO_FORCE = 1e-12  # of the largest force, or rate: what is smaller has no sign
 _MOST_FACTORS = 8  # rounds in which the sides of meshes and friction settle
 _INSET = 1e-10  # of a piece: how far from its ends a law is read that is not defined there
-
-
-class Anchor(NamedTuple):
-    """Where branches are decided: a position (rad), a crank speed (rad/s) and a time (s) inside a smooth stretch of motion.
-
-    Without a speed and a time those that depend on them are decided at every instant itself.
-    `factors` are those of the meshes there (see `Instant`); None where they are to be found at every instant. `sides` are
-    signs of what rough joints do there, (..., 3 actions): of their rates, against which friction acts, and of the forces
-    that it follows, then directions (rad) of those in pins that keep to a line (else NaN); None where they are to be found
-    at every instant. A speed of 0 is that of a machine that rests: rough joints then hold it.
-    """
-
-    phi: Any
-    omega: Any
-    time: Any
-    factors: tuple[Any, ...] | None = None
-    sides: Array | None = None
 
 
 class Instant(NamedTuple):

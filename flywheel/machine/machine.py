@@ -350,6 +350,23 @@ class Stage(NamedTuple):
     reduction: Reduction
 
 
+class Anchor(NamedTuple):
+    """Where branches are decided: a position (rad), a crank speed (rad/s) and a time (s) inside a smooth stretch of motion.
+
+    Without a speed and a time those that depend on them are decided at every instant itself.
+    `factors` are those of the meshes there (see `Instant`); None where they are to be found at every instant. `sides` are
+    signs of what rough joints do there, (..., 3 actions): of their rates, against which friction acts, and of the forces
+    that it follows, then directions (rad) of those in pins that keep to a line (else NaN); None where they are to be found
+    at every instant. A speed of 0 is that of a machine that rests: rough joints then hold it.
+    """
+
+    phi: Any
+    omega: Any
+    time: Any
+    factors: tuple[Any, ...] | None = None
+    sides: Array | None = None
+
+
 class Machine:
     """A machine of one degree of freedom: its scene, its bond graph, and the crank angles that it breaks at.
 

@@ -23,7 +23,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bondgraph.elements import Here
-from flywheel.machine.machine import Effort, Machine, spring_effort
+from flywheel.machine.machine import Anchor, Effort, Machine, spring_effort
 from flywheel.machine.reactions import port_load, poses_of
 from flywheel.mechanisms.linkage import followed
 from flywheel.mechanisms.linkages.positions import Poses
@@ -36,7 +36,6 @@ from flywheel.scene.scene import Mechanism
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
 
-    from flywheel.machine.dynamics import Anchor
 
 Array = NDArray[np.float64]
 

@@ -9,8 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from bondgraph.elements import Here
-from flywheel.machine.dynamics import Anchor
-from flywheel.machine.machine import Machine, spring_effort
+from flywheel.machine.machine import Anchor, Machine, spring_effort
 from flywheel.mechanisms import KINDS
 from flywheel.mechanisms.linkage import followed, linkage_of
 from flywheel.mechanisms.linkages.positions import Poses, Solution, solve

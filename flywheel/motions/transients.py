@@ -18,8 +18,8 @@ from numpy.typing import ArrayLike, NDArray
 
 from bondgraph.motion.stepping import instant
 from flywheel.components.motors import DC, Induction
-from flywheel.machine.dynamics import ONSET, Anchor, Dynamics
-from flywheel.machine.machine import Machine
+from flywheel.machine.dynamics import ONSET, Dynamics
+from flywheel.machine.machine import Anchor, Machine
 from flywheel.motions.simulation import Motion, actual, motion_from
 from flywheel.numerics import cells
 from flywheel.numerics.cells import ROUNDING

@@ -21,8 +21,8 @@ import numpy as np
 
 from bondgraph.motion.stepping import instant
 from flywheel.components.motors import DC
-from flywheel.machine.dynamics import ONSET, Anchor, Dynamics
-from flywheel.machine.machine import Effort, Machine
+from flywheel.machine.dynamics import ONSET, Dynamics
+from flywheel.machine.machine import Anchor, Effort, Machine
 from flywheel.numerics.budget import BudgetError, counted, limited, spend
 from flywheel.numerics.cells import Array, Index
 from flywheel.numerics.expressions import Expression, Node, renamed, written

@@ -25,8 +25,8 @@ from numpy.polynomial import chebyshev, legendre
 from scipy.integrate import DOP853
 
 from bondgraph.motion.stepping import JUST_STARTED, instant, roots
-from flywheel.machine.dynamics import Anchor, Dynamics
-from flywheel.machine.machine import Machine
+from flywheel.machine.dynamics import Dynamics
+from flywheel.machine.machine import Anchor, Machine
 from flywheel.numerics.cells import ROUNDING, Array
 from flywheel.numerics.faults import Fault, SceneError
 

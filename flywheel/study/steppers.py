@@ -21,8 +21,8 @@ from scipy import integrate
 from scipy.optimize import root
 
 from bondgraph.motion.stepping import FIXED, hermite, instant, runge_kutta_step
-from flywheel.machine.dynamics import Anchor, Dynamics, circuit_of
-from flywheel.machine.machine import Machine
+from flywheel.machine.dynamics import Dynamics, circuit_of
+from flywheel.machine.machine import Anchor, Machine
 from flywheel.mechanisms.families import has_joints
 from flywheel.mechanisms.linkage import linkage_of
 from flywheel.mechanisms.linkages import multibody

@@ -10,8 +10,8 @@ from scipy.integrate import solve_ivp
 import flywheel
 from bondgraph import state_equations
 from flywheel.components.motors import DC
-from flywheel.machine.dynamics import Anchor, Dynamics, Moments
-from flywheel.machine.machine import Machine
+from flywheel.machine.dynamics import Dynamics, Moments
+from flywheel.machine.machine import Anchor, Machine
 from flywheel.numerics import cells
 from tests import regimes, scenes
 from tests.regimes import SECTION_C
