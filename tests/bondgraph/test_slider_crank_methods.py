@@ -167,6 +167,7 @@ def test_motion_from_rest_has_the_energy_of_its_torque():
     assert_allclose(np.stack([x, v, a]), triangle(machine, theta, omega, alpha), atol=1e-9)
 
 
+@pytest.mark.slow
 def test_approximate_and_printed_curves_beside_the_triangle():
     found = compare_kinematics(imposed=STEADY, until=2 * np.pi / 5, step=np.pi / 50)
     mean = found["position less its mean"].agreement("small lambda (eq. 86)")

@@ -295,15 +295,15 @@ def test_version() -> None:
 # -- as processes ----------------------------------------------------------------------------------------------------
 
 
-def test_a_closed_pipe_leaves_no_traceback(scene: Path) -> None:
+@pytest.mark.parametrize("command", sample(["reference", "reduce"], 2))
+def test_a_closed_pipe_leaves_no_traceback(command: str, scene: Path) -> None:
     reader, writer = os.pipe()
     os.close(reader)
     try:
-        for arguments in (["reduce", scene, "--points", "2000"], ["reference"]):
-            command = [sys.executable, "-m", "flywheel", *map(str, arguments)]
-            environment = os.environ | {"PYTHONPATH": str(ROOT)}
-            result = subprocess.run(command, stdout=writer, stderr=subprocess.PIPE, text=True, env=environment, timeout=600)
-            assert result.stderr == ""
+        arguments = [command, *([str(scene), "--points", "2000"] if command == "reduce" else [])]
+        line, environment = [sys.executable, "-m", "flywheel", *arguments], os.environ | {"PYTHONPATH": str(ROOT)}
+        result = subprocess.run(line, stdout=writer, stderr=subprocess.PIPE, text=True, env=environment, timeout=600)
+        assert result.stderr == ""
     finally:
         os.close(writer)
 

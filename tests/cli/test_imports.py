@@ -7,6 +7,8 @@ import subprocess
 import sys
 from pathlib import Path
 
+import pytest
+
 import flywheel
 
 ROOT = Path(flywheel.__file__).parents[1]
@@ -49,6 +51,7 @@ def test_the_library_and_its_commands_open_only_the_doors_that_they_need(tmp_pat
     assert "sympy" not in arm
 
 
+@pytest.mark.slow
 def test_a_flywheel_that_is_confirmed_needs_scipy_alone() -> None:
     _, confirmed = loaded("import flywheel.cli; from flywheel.cli import main", f"size {PRESS}")
     assert confirmed.isdisjoint(DOORS[1:])

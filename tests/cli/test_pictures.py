@@ -7,6 +7,7 @@ from pathlib import Path
 import pytest
 
 from tests.cli.test_cli import YOKE, run
+from tests.limits import sample
 
 CLAMP = Path(__file__).parents[2] / "examples" / "machines" / "injection_clamp.toml"
 AREAS = Path(__file__).parents[2] / "examples" / "machines" / "diagram.toml"
@@ -28,12 +29,14 @@ def test_draw_writes_and_overwrites(scene: Path, tmp_path: Path, name: str) -> N
     assert path.stat().st_size > 4000
 
 
+@pytest.mark.slow
 def test_a_stroke_is_drawn_at_positions(tmp_path: Path) -> None:
     path = tmp_path / "clamp.svg"
     assert run("draw", CLAMP, "--at", "190 mm", "-o", path).exit_code == 0
     assert path.exists()
 
 
+@pytest.mark.slow
 def test_animate_writes(scene: Path, tmp_path: Path) -> None:
     path = tmp_path / "yoke.gif"
     result = run("animate", scene, "-o", path, "--frames", "2", "--fps", "5")
@@ -41,7 +44,7 @@ def test_animate_writes(scene: Path, tmp_path: Path) -> None:
     assert path.read_bytes()[:6] == b"GIF89a"
 
 
-@pytest.mark.parametrize(("command", "name"), [("draw", "yoke.png"), ("animate", "yoke.gif")])
+@pytest.mark.parametrize(("command", "name"), sample([("draw", "yoke.png"), ("animate", "yoke.gif")], 2))
 def test_a_file_of_the_scenes_name_is_written_once(
     command: str, name: str, scene: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

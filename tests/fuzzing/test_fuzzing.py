@@ -36,7 +36,12 @@ def test_a_mutant_goes_through_a_command(seed):
 
 def test_mutants_are_the_same_every_time_and_of_every_kind():
     assert mutant(12345) == mutant(12345)
-    assert {mutant(seed).kind for seed in SAMPLE} == set(KINDS)
+    seen = set()
+    for seed in SAMPLE:
+        seen.add(mutant(seed).kind)
+        if seen == set(KINDS):
+            break
+    assert seen == set(KINDS)
 
 
 @pytest.mark.parametrize("name", _ONCE_FAILED)

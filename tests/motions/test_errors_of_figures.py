@@ -23,6 +23,7 @@ from flywheel.regime.state import state_errors
 from flywheel.report import forces, reduction, transients
 from flywheel.report.transients import evenly
 from tests import scenes
+from tests.limits import sample
 
 ROOT = Path(__file__).parents[2]
 PRESS = ROOT / "examples/machines/press.toml"
@@ -63,7 +64,7 @@ def test_every_figure_of_the_reduced_machine_has_its_error(name: str) -> None:
 @pytest.mark.parametrize("name", ["machines/injection_clamp", "linkages/whitworth"])
 def test_every_force_has_its_error(name: str) -> None:
     scene = flywheel.load(ROOT / f"examples/{name}.toml")
-    found = joint_forces(scene, np.linspace(0.1, 6.0, 9) if scene.stroke is None else [0.0, 0.1])
+    found = joint_forces(scene, np.linspace(0.1, 6.0, 3) if scene.stroke is None else [0.0, 0.1])
     result = json.loads(forces.json(scene, found, joint_errors(Machine(scene), found)))
     missing = {path for path in without_error(result) if not set(path.split(".")) & {"largest", "iterations", "residual"}}
     assert missing == set()
@@ -101,7 +102,9 @@ def linkage(crank: float, rod: float) -> dict[str, Any]:
     return {"type": "linkage", "name": "press", "driver": "O", "bodies": bodies, "joints": joints, "start": 0.2}
 
 
-@pytest.mark.parametrize(("kind", "rod"), [("slider-crank", 0.3), ("slider-crank", 0.100001), ("linkage", 0.100001)])
+@pytest.mark.parametrize(
+    ("kind", "rod"), sample([("slider-crank", 0.100001), ("slider-crank", 0.3), ("linkage", 0.100001)], 3)
+)
 def test_the_reduced_machine_is_off_by_no_more_than_told(kind: str, rod: float) -> None:
     """A rod hardly longer than the crank all but locks at a quarter turn: figures lose digits there, and say so."""
     named = {"type": kind, "name": "press", "crank": {"length": 0.1}, "rod": {"length": rod}, "slider": {"mass": 3.0}}
@@ -189,7 +192,7 @@ def motion_by_hand(until: float) -> Any:
     return solve_ivp(rates, (0, until), [0.0] * 5, "DOP853", rtol=1e-13, atol=1e-14, dense_output=True)
 
 
-@pytest.mark.parametrize("rtol", [1e-5, 1e-7])
+@pytest.mark.parametrize("rtol", sample([1e-5, 1e-7], 2))
 def test_a_run_up_is_off_by_no_more_than_told(rtol: float) -> None:
     found = transient(flywheel.load(MACHINE), end=2.0, rtol=rtol)
     errors, by_hand = estimates(found), motion_by_hand(2.0)
@@ -240,7 +243,7 @@ def test_peaks_that_come_again_each_turn_have_no_one_time() -> None:
     assert estimates(found)["peaks"]["speed"]["time"] > 1.0
 
 
-@pytest.mark.parametrize("options", [{"end": "1.2 s"}, {"start": "regime", "drive": False, "end": "stop"}])
+@pytest.mark.parametrize("options", sample([{"start": "regime", "drive": False, "end": "stop"}, {"end": "1.2 s"}], 2))
 def test_every_figure_of_a_motion_has_its_error(options: dict[str, Any]) -> None:
     found = transient(flywheel.load(MACHINE), rtol=1e-6, **options)
     result = json.loads(transients.json(found, 20, breaks=True))

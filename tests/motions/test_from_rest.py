@@ -8,6 +8,7 @@ from scipy.integrate import quad
 
 import flywheel
 from flywheel.numerics.faults import SceneError
+from tests.limits import sample
 
 YOKE = {
     "mechanism": {
@@ -51,7 +52,7 @@ def inertia_of_shaper(phi):
 
 
 @pytest.mark.parametrize(
-    ("scene", "inertia"), [(YOKE, inertia_of_yoke), (SHAPER, inertia_of_shaper)], ids=["yoke", "shaper"]
+    ("scene", "inertia"), sample([(SHAPER, inertia_of_shaper), (YOKE, inertia_of_yoke)], 2), ids=["shaper", "yoke"]
 )
 def test_a_constant_torque_from_rest(scene, inertia):
     """The energy theorem in closed form: omega² = 2 T phi/I*(phi), t = integral of dphi/omega, with phi = u²."""

@@ -262,6 +262,7 @@ def test_everything_that_acts_on_ports_presses_on_the_joints() -> None:
     np.testing.assert_allclose(found.action, 30.0 - 1.5 * now.omega - 0.5 * now.acceleration, rtol=1e-9)
 
 
+@pytest.mark.slow
 def test_friction_over_a_run_is_that_of_kinetostatics_at_its_instants_and_closes_the_energy() -> None:
     run = flywheel.transient(flywheel.load(press(drive={"torque": "30 - 1.5*omega"})), at=1.3, end=0.15)
     assert run.energy.residual < 1e-9

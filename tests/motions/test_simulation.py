@@ -24,6 +24,7 @@ def test_the_free_slider_crank_after_one_second():
     assert motion.energy_residual < 1e-11
 
 
+@pytest.mark.slow
 def test_the_driven_slider_crank_from_rest():
     """Lengths 0.1 and 0.3 m, uniform rods, 0.1 N m from rest at 0: the reduced model of a published test machine."""
     crank = {
@@ -97,6 +98,7 @@ def test_senseless_arguments_are_refused(argument, value):
         flywheel.simulate(scene, **arguments)
 
 
+@pytest.mark.slow
 def test_steps_that_try_too_much_are_taken_again_without_a_warning():
     """A heavy slider on a crank of next to no inertia of its own: it turns by jerks, from dead centre to dead centre."""
     scene = {

@@ -9,6 +9,7 @@ from flywheel.machine.machine import Effort
 from flywheel.numerics import cells
 from flywheel.numerics.budget import Cost, count, counted, metered
 from tests import regimes, scenes
+from tests.limits import sample
 
 
 def test_laps_add_up_to_the_whole():
@@ -76,7 +77,9 @@ def windows(count, **load):
     return scenes.press(load=[{"on": "slider"} | place | load for place in places])
 
 
-@pytest.mark.parametrize("load", [{"force": "-1 kN"}, {"force": "-1000 - 9*v"}, {"force": "-1 kN", "while": "v > 0"}])
+@pytest.mark.parametrize(
+    "load", sample([{"force": "-1 kN", "while": "v > 0"}, {"force": "-1 kN"}, {"force": "-1000 - 9*v"}], 3)
+)
 def test_stepping_asks_only_the_loads_that_act(load, monkeypatch):
     asked = []
     law = Effort.__call__

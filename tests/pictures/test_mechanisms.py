@@ -94,6 +94,7 @@ def test_paths_are_the_points_over_the_whole_turn() -> None:
     assert path.get_gid() == "path crank_pin"
 
 
+@pytest.mark.slow
 def test_units_follow_the_size() -> None:
     (small,) = panels(drawn("press"))
     (large,) = panels(drawn("yoke"))

@@ -136,6 +136,7 @@ def test_unknown_joints_are_refused_with_the_nearest() -> None:
         drawn("guid")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("ending", ["svg"])
 def test_the_same_reactions_give_the_same_file(ending: str, tmp_path: Path) -> None:
     paths = [tmp_path / f"{name}.{ending}" for name in ("one", "two")]

@@ -20,6 +20,7 @@ from flywheel.reading.schema import MECHANISM, SECTIONS, TOP, WHEEL_KEYS
 from flywheel.reference import text
 from tests.fuzzing.corpus import corpus
 from tests.fuzzing.structure import at, places
+from tests.limits import sample
 
 SCHEMA = json_schema()
 VALID = Draft7Validator(SCHEMA).is_valid
@@ -56,10 +57,11 @@ def test_every_scene_of_the_project_is_valid():
         assert not list(Draft7Validator(SCHEMA).iter_errors(scene)), name
 
 
-def test_no_key_may_be_misspelt_and_no_value_of_another_type():
-    kinds = every_kind_of_place()
+@pytest.mark.parametrize("part", sample(range(4), 4))
+def test_no_key_may_be_misspelt_and_no_value_of_another_type(part):
+    kinds = list(every_kind_of_place())
     assert len(kinds) > 300
-    for name, scene, path in kinds:
+    for name, scene, path in kinds[part::4]:
         value, tree = at(scene, path), copy.deepcopy(scene)
         table, key = at(tree, path[:-1]), path[-1]
         table[key] = True

@@ -101,7 +101,7 @@ def test_a_stroke_has_positions_and_velocities() -> None:
 
 def test_friction_is_reported() -> None:
     scene = flywheel.load(crank_press(0.1))
-    shown = text(scene, joint_forces(scene, [0.3, 2.0]))
+    shown = text(scene, joint_forces(scene, [0.3, 2.0], speed=20.0))
     assert "friction: " in shown
     assert "its share of the moment is -" in shown
 
@@ -114,6 +114,7 @@ def test_a_constant_speed_and_no_inertia() -> None:
     np.testing.assert_allclose(np.array(first, float), np.array(second, float), rtol=1e-9)
 
 
+@pytest.mark.slow
 def test_plot(tmp_path: Path) -> None:
     path = tmp_path / "forces.svg"
     result = run("reactions", PUMP, "--plot", path, "--at", "30 deg", "--at", "60 deg")

@@ -147,6 +147,7 @@ def test_motions_and_comparisons_pickle() -> None:
     assert again(rows) == rows
 
 
+@pytest.mark.slow
 def test_a_pool_sizes_scenes() -> None:
     given, size = [read("rotor"), read("wheel")], partial(flywheel.size, accuracy="normal")
     with ProcessPoolExecutor(1, mp_context=get_context("forkserver")) as pool:

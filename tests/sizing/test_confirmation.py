@@ -18,6 +18,7 @@ def test_a_time_simulation_confirms_the_irregularity_asked_for(make):
     assert found.speed_time_mean == pytest.approx(result.scene.cycle / found.period, rel=1e-14)
 
 
+@pytest.mark.slow
 def test_the_approximate_flywheel_gives_another_irregularity():
     result = flywheel.size(flywheel.load(scenes.yoke(regime={"speed": 100})))
     assert result.simulation.irregularity_approximate == pytest.approx(0.7393285787, rel=1e-8)

@@ -13,6 +13,7 @@ def machine(scene):
     return Machine(flywheel.load(scene))
 
 
+@pytest.mark.slow
 def test_they_agree_to_their_tolerance():
     built = machine(press(load=[{"on": "press.slider", "force": "-900*sin(phi)"}]))
     trial = Trial(inertia=40.0, balance=10.0, speed=12.0, current=0.0, period=0.52)

@@ -213,7 +213,7 @@ def test_fixed_steps_converge_at_their_order_and_estimate_their_error(method, or
     assert all(run.reached and run.error >= error for run, error in zip(runs, errors, strict=True))
 
 
-@pytest.mark.parametrize("method", ["LSODA", "Radau", "BDF"])
+@pytest.mark.parametrize("method", sample(["LSODA", "Radau", "BDF"], 3))
 def test_small_inductances_are_for_the_stiff_methods(method):
     b = Builder().one("a").one("w").on("a", Se("V", 10.0), R("r", 1.0), I("L", 1e-6)).gyrate("a", "w", 0.5)
     run = simulate(b.on("w", I("J", 0.1), R("d", 0.01)).build(), 0.5, method=method, rtol=1e-6)
@@ -240,6 +240,7 @@ def test_a_spring_on_a_source_follows_it():
         simulate(graph.with_law("E", 3.0), 1.0)
 
 
+@pytest.mark.slow
 def test_a_mechanism_driven_at_a_given_speed():
     theta, t = sympy.symbols("theta t")
     b = Builder().one("crank", displacement="theta").one("ram", displacement="x").on("ram", I("m", 1.0))
@@ -404,6 +405,7 @@ def test_equal_steps_that_cannot_be_afforded_are_refused_before_the_first():
         simulate(mass(), 1.0, method="rk4", step=1e-6)
 
 
+@pytest.mark.slow
 def test_a_light_crank_passes_its_dead_centres():
     """A thirtieth of the mass before it: the motion is followed, as the energy says."""
     b = Builder().one("crank", displacement="phi").one("s").transform("crank", "s", lambda phi: np.sin(phi))
@@ -485,7 +487,7 @@ def twins(spring):
     [
         ("DOP853", balanced_bridge(), 0.1),
         ("LSODA", twins(C("k", stiffness=50.0)), 2.0),
-        ("BDF", twins(C("k", lambda q: 50.0 * q + 900.0 * q**3)), 2.0),
+        pytest.param("BDF", twins(C("k", lambda q: 50.0 * q + 900.0 * q**3)), 2.0, marks=pytest.mark.slow),
     ],
 )
 def test_a_state_that_stays_at_rounding_asks_for_nothing(graph, until, method):
