@@ -323,8 +323,9 @@ class Rubbing(NamedTuple):
     """Friction in joints at instants: what each passive action gives (N m, on the crank), by the order of their labels.
 
     moments: shape (n, actions); sides: see `Anchor`; decisive: what changes its sign where a smooth stretch of it ends,
-    (rows, n): rates, forces, and the determinant on whose root friction leaves no motion. Of a single instant without
-    sides to begin with, `solutions` is how many motions there are, and `joint` what makes it so that there is not one.
+    (rows, n): rates, forces, and the determinant on whose root friction leaves no motion; none where it is not watched.
+    Of a single instant without sides to begin with, `solutions` is how many motions there are, and `joint` what makes it so
+    that there is not one.
     """
 
     moments: Array
@@ -437,18 +438,21 @@ class Dynamics:
         time: Array,
         current: Any = 0.0,
         ends: tuple[float, float] | None = None,
+        *,
+        watched: bool = False,
     ) -> Instant:
         """The instants at arrays of positions, speeds and times; all of `anchor` is given, as arrays or numbers.
 
-        With the `ends` of a piece, a law that stops being defined there is read just inside, as by `at`.
+        With the `ends` of a piece, a law that stops being defined there is read just inside, as by `at`. What decides the
+        branches of friction is told where it is `watched`.
         """
         phi = np.asarray(self._inside(phi)[0])
         parts, table = self._parts(phi, anchor, omega, time, current)
         if ends is not None and not all(np.isfinite(part.moment).all() for part in parts):
-            return self.along(np.clip(phi, *_interior(ends)), anchor, omega, time, current)
+            return self.along(np.clip(phi, *_interior(ends)), anchor, omega, time, current, watched=watched)
         factors = anchor.factors or tuple(1.0 for _ in parts)
         if self.resistances is not None:
-            found = self._resisted(parts, table, phi, anchor._replace(factors=factors), omega, current)
+            found = self._resisted(parts, table, phi, anchor._replace(factors=factors), omega, current, watched)
         else:
             found = self._instant(parts, omega, current, factors)
         whole = partial(wide, shape=phi.shape)
@@ -460,8 +464,21 @@ class Dynamics:
             passed=tuple(map(whole, found.passed)),
         )
 
-    def moments(self, phi: Array, anchor: Anchor, omega: Array, time: Array, current: Any = 0.0) -> dict[str, Array]:
-        """The moment (N m, on the crank) of all that pushes or drags, by its part: loads, weights, springs, dampers."""
+    def moments(
+        self,
+        phi: Array,
+        anchor: Anchor,
+        omega: Array,
+        time: Array,
+        current: Any = 0.0,
+        now: Instant | None = None,
+        *,
+        rubbing: bool = True,
+    ) -> dict[str, Array]:
+        """The moment (N m, on the crank) of all that pushes or drags, by its part: loads, weights, springs, dampers.
+
+        now: the instants there, as `along` gives them, if they are known; rubbing: with friction in joints.
+        """
         phi = np.asarray(self._inside(phi)[0])
         found: dict[str, Any] = {}
         for stage in self.machine.stages:
@@ -471,8 +488,8 @@ class Dynamics:
             rows += self._moving(station, stage, anchor, omega, time, current)
             for part, value in rows:
                 found[part] = found.get(part, 0.0) + value
-        if self.resistances is not None:
-            friction = self.along(phi, anchor, omega, time, current).friction
+        if self.resistances is not None and rubbing:
+            friction = (now or self.along(phi, anchor, omega, time, current)).friction
             assert friction is not None
             for k in np.flatnonzero(self.resistances.rubbing):
                 label = self.resistances.labels[k]
@@ -495,7 +512,7 @@ class Dynamics:
         """What changes its sign where a stretch of motion ends: switches, and what meshes with losses pass."""
         rows = [wide(value, phi.shape) for value in self.switches(phi, anchor, omega, time)]
         if anchor.factors is not None or self.resistances is not None:
-            now = self.along(phi, anchor, omega, time, current)
+            now = self.along(phi, anchor, omega, time, current, watched=True)
             rows += now.passed[1:]
             if now.friction is not None:
                 rows += list(now.friction.decisive)
@@ -579,6 +596,7 @@ class Dynamics:
         anchor: Anchor,
         omega: Array,
         current: Any,
+        watched: bool = True,
     ) -> Instant:
         """The instants with friction in joints, at positions and speeds (n,): one linear system for each (see `Rubbing`).
 
@@ -617,18 +635,19 @@ class Dynamics:
             ):
                 break
             used = instant.factors
-        level = _NO_FORCE * np.maximum(terms.scale, np.abs(found.sizes).max(axis=1))
-        forces = np.where(np.abs(found.sizes) > level[:, None], found.sizes, 0.0)
-        rates = np.where(np.abs(terms.ways) > _NO_FORCE * resistances.rates, terms.ways, 0.0)
-        solutions = 1, ""
-        if signs is None or lines is None:
-            if phi.size == 1:
-                solutions = resistances.solutions(terms, alone, gains, factors)
-            signs = np.where(resistances.curved, 0.0, np.where(forces < 0.0, -1.0, 1.0))
-            lines = np.where(terms.lined, found.directions, np.nan)
-        rubs = resistances.rubbing & (resistances.strengths > 0.0)
-        forces = np.where(resistances.curved & np.isnan(lines), 1.0, forces)  # a resultant that turns has no sign
-        decisive = np.concatenate((rates[:, rubs], forces, found.determinant[:, None]), axis=1).T
+        solutions, decisive = (1, ""), np.empty((0, phi.size))
+        if watched or signs is None or lines is None:
+            level = _NO_FORCE * np.maximum(terms.scale, np.abs(found.sizes).max(axis=1))
+            forces = np.where(np.abs(found.sizes) > level[:, None], found.sizes, 0.0)
+            rates = np.where(np.abs(terms.ways) > _NO_FORCE * resistances.rates, terms.ways, 0.0)
+            if signs is None or lines is None:
+                if phi.size == 1:
+                    solutions = resistances.solutions(terms, alone, gains, factors)
+                signs = np.where(resistances.curved, 0.0, np.where(forces < 0.0, -1.0, 1.0))
+                lines = np.where(terms.lined, found.directions, np.nan)
+            rubs = resistances.rubbing & (resistances.strengths > 0.0)
+            forces = np.where(resistances.curved & np.isnan(lines), 1.0, forces)  # a resultant that turns has no sign
+            decisive = np.concatenate((rates[:, rubs], forces, found.determinant[:, None]), axis=1).T
         rests = sense == 0.0  # what each joint then holds is not determined
         return instant._replace(
             acceleration=np.where(rests, 0.0, instant.acceleration),

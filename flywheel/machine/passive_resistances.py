@@ -15,6 +15,7 @@ alone: they are fitted once by series on cells, and evaluated together.
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
 from functools import cached_property
 from itertools import product
 from typing import TYPE_CHECKING, Any, NamedTuple
@@ -49,6 +50,7 @@ _SETTLED = 1e-15  # of the largest force: a change after which Newton's iteratio
 _SQUARED = 1e-9  # change after which one more step is the last
 _LOST = 1e-9  # and what it must have come to
 _LIMIT = 30
+_NO_LENGTH = float(np.finfo(float).tiny)  # N, of a force that has no direction
 _MOST_TRIED = 10  # forces with a sign, up to which all combinations of signs are tried
 _PARALLEL = 1e-10  # sine of the angle between forces on one line
 _APART = 1e-6  # of the largest force: solutions that differ by less are one
@@ -76,33 +78,49 @@ class Acting(NamedTuple):
     efforts: dict[str, Any]
 
 
-class Terms(NamedTuple):
+@dataclass(frozen=True, eq=False)
+class Terms:
     """The forces z that friction follows at n instants, each (x, y) of a pin or (normal, 0), but for their signs.
 
     free: without friction and acceleration, (n, forces, 2); by_acceleration: for a unit of the crank's, (n, forces, 2);
     pull: for a unit of each passive action, (n, forces, 2, forces); ways: rate of the friction's joint by the crank's,
-    (n, forces); scale: the largest of what adds up, N, (n,); lined: pins whose force keeps to one line whatever acts, as
-    in a rod without mass, so that it may pass zero, (n, forces).
+    (n, forces); known: of each mechanism its coefficients (n, forces, 2, inputs), its inputs (n, inputs), and which of its
+    forces are resultants, (forces,).
     """
 
     free: Array
     by_acceleration: Array
     pull: Array
     ways: Array
-    scale: Array
-    lined: NDArray[np.bool_]
+    known: tuple[tuple[Array, Array, NDArray[np.bool_]], ...]
+
+    @cached_property
+    def scale(self) -> Array:
+        """The largest of what adds up, N, (n,)."""
+        largest = [np.abs(rows * inputs[:, None, None, :]).max(axis=(1, 2, 3)) for rows, inputs, _ in self.known]
+        return np.asarray(np.max(largest, axis=0))
+
+    @cached_property
+    def lined(self) -> NDArray[np.bool_]:
+        """Pins whose force keeps to a line whatever acts, so that it may pass zero (a rod without mass), (n, forces)."""
+        return np.concatenate([_lined(rows) & curved for rows, _, curved in self.known], axis=1)
 
 
 class Resisted(NamedTuple):
-    """Passive actions (n, forces), the forces that they follow, with their signs, and det(1 - Q) on their branch, (n,).
+    """Passive actions (n, forces), the forces that they follow, with their signs, and 1 - Q on their branch.
 
     directions: of resultants in pins (rad), (n, forces).
     """
 
     amounts: Array
     sizes: Array
-    determinant: Array
+    matrix: Array
     directions: Array
+
+    @property
+    def determinant(self) -> Array:
+        """det(1 - Q), (n,)."""
+        return np.asarray(np.linalg.det(self.matrix))
 
 
 class _Table(NamedTuple):
@@ -126,9 +144,13 @@ class _Table(NamedTuple):
         if self.period is not None:
             psi = psi - self.period * np.floor(psi / self.period)
         cell, t = cells.located(self.mesh, psi)
-        values = (self.series[cell] @ cells.basis(t, cells.ORDER)[..., None])[..., 0]
+        basis, values = cells.basis(t, cells.ORDER), np.empty((t.size, self.series.shape[1]))
+        used = {*cell.tolist()}
+        for k in used:  # few, as a stretch of motion lies in one or two
+            mine = cell == k if len(used) > 1 else slice(None)
+            values[mine] = basis[mine] @ self.series[k].T
         count = len(self.passives)
-        rows, powers, ways = np.split(values, (-self.inputs - count, -count), axis=1)
+        rows, powers, ways = values[:, : -self.inputs - count], values[:, -self.inputs - count : -count], values[:, -count:]
         return Coefficients(rows.reshape(-1, count, 2, self.inputs + count), self.ratio * powers, self.ratio * ways)
 
 
@@ -244,9 +266,8 @@ class PassiveResistances:
                 inputs[:, k] = efforts.get(path, 0.0)
             known = own.rows[..., : table.inputs]
             free = np.einsum("npkc,nc->npk", known, inputs)
-            scale = np.abs(known * inputs[:, None, None, :]).max(axis=(1, 2, 3))
-            lined = _lined(known) & table.curved
-            parts.append(Terms(free, known[..., BY_ACCELERATION], own.rows[..., table.inputs :], own.ways, scale, lined))
+            all_known = ((known, inputs, table.curved),)
+            parts.append(Terms(free, known[..., BY_ACCELERATION], own.rows[..., table.inputs :], own.ways, all_known))
         if len(parts) == 1:
             return parts[0]
         pull = np.zeros((count, self.curved.size, 2, self.curved.size))
@@ -255,9 +276,9 @@ class PassiveResistances:
             last = first + part.ways.shape[1]
             pull[:, first:last, :, first:last] = part.pull
             first = last
-        names = ("free", "by_acceleration", "ways", "lined")
-        free, by, ways, lined = (np.concatenate([getattr(part, name) for part in parts], axis=1) for name in names)
-        return Terms(free, by, pull, ways, np.max([part.scale for part in parts], axis=0), lined)
+        names = ("free", "by_acceleration", "ways")
+        free, by, ways = (np.concatenate([getattr(part, name) for part in parts], axis=1) for name in names)
+        return Terms(free, by, pull, ways, tuple(one for part in parts for one in part.known))
 
     def sliding(self, ways: Array, sense: Any) -> Array:
         """Sign (n, forces) of each joint's motion where the crank moves in a sense (1, -1); 0 where it is at rest."""
@@ -292,30 +313,31 @@ class PassiveResistances:
 
     def _continued(self, free: Array, pull: Array, factors: Array, signs: Array, directions: Array) -> Resisted:
         """Linear where forces keep their signs; Newton's iteration for resultants, whose errors are squared each time."""
-        one, gap, most, size = np.eye(free.shape[1]), np.inf, 0.0, np.zeros(signs.shape)
-        unit = np.zeros_like(free)
-        unit[..., 0] = signs
-        matrix, parts, curved = unit, free, self.curved
-        ways = np.stack((np.cos(directions), np.sin(directions)), axis=-1)
-        for _ in range(_LIMIT if curved.any() else 1):
-            if curved.any():
-                bent = parts[:, curved]
-                length = np.hypot(bent[..., 0], bent[..., 1])[..., None]
-                back = np.where((bent * ways[:, curved]).sum(axis=-1) < 0.0, -1.0, 1.0)  # 1 where there is no line
-                bent = bent * back[..., None]
-                unit[:, curved] = np.divide(bent, length, out=np.zeros_like(bent), where=length > 0.0)
-            matrix = one - (unit[:, :, None, :] @ pull)[:, :, 0]
-            size = _solution(matrix, (unit * free).sum(axis=-1))
-            if gap <= _SQUARED * most or not curved.any():
+        one, bends, curved = np.eye(free.shape[1]), bool(self.curved.any()), self.curved
+        along, across, pull_along, pull_across = free[..., 0], free[..., 1], pull[:, :, 0], pull[:, :, 1]
+        x, y, length = along, across, np.hypot(along, across) if bends else across
+        lined = bends and bool(np.isfinite(directions).any())
+        cosine, sine = (np.cos(directions), np.sin(directions)) if lined else (directions, directions)
+        unit, normal = signs, np.zeros_like(signs)
+        gap, most = np.inf, 0.0
+        for _ in range(_LIMIT):
+            if bends:
+                back = np.where(x * cosine + y * sine < 0.0, -1.0, 1.0) if lined else 1.0  # 1 where there is no line
+                share = back / np.maximum(length, _NO_LENGTH)
+                unit, normal = np.where(curved, x * share, signs), np.where(curved, y * share, 0.0)
+            matrix = one - (unit[:, :, None] * pull_along + normal[:, :, None] * pull_across)
+            size = _solution(matrix, unit * along + normal * across)
+            if gap <= _SQUARED * most or not bends:
                 gap = 0.0
                 break
-            parts = free + (pull @ size[:, None, :, None])[..., 0]
-            gap = float(np.abs(np.hypot(parts[:, curved, 0], parts[:, curved, 1]) - np.abs(size[:, curved])).max())
-            most = float(np.abs(size).max())
+            x = along + (pull_along @ size[:, :, None])[..., 0]
+            y = across + (pull_across @ size[:, :, None])[..., 0]
+            length, sizes = np.hypot(x, y), np.abs(size)
+            gap, most = float((np.abs(length - sizes) * curved).max()), float(sizes.max())
             if gap <= _SETTLED * most:
                 break
         size = size if gap <= _LOST * most else np.full_like(size, np.nan)
-        return Resisted(factors * size, np.where(curved, size, signs * size), np.linalg.det(matrix), directions)
+        return Resisted(factors * size, np.where(curved, size, signs * size), matrix, directions)
 
     def _found(self, free: Array, pull: Array, factors: Array) -> Resisted:
         """The solution that grows out of the one without friction."""
@@ -329,7 +351,8 @@ class PassiveResistances:
         parts = free + np.einsum("npkj,nj->npk", pull, sizes)
         signed = np.where(self.curved, sizes, parts[..., 0])
         directions = np.arctan2(parts[..., 1], parts[..., 0])
-        return Resisted(factors * sizes, signed, np.where(found.converged, 1.0, np.nan), directions)
+        matrix = np.where(found.converged, 1.0, np.nan)[:, None, None]
+        return Resisted(factors * sizes, signed, matrix, directions)
 
     def solutions(self, terms: Terms, acceleration: Any, gains: Array, factors: Array) -> tuple[int, str]:
         """How many motions there are at one instant, and which joint makes it so that there is none, or more than one.

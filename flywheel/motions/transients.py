@@ -772,7 +772,7 @@ def sampled(trail: Trail, times: Array, owners: Indices | None = None) -> Sample
     dynamics, parts = trail.dynamics, []
     for portion, states, here, current in _along(trail, times, trail.owners(times) if owners is None else owners):
         now, omega = dynamics.along(*here), states[1]
-        drive = dynamics.moments(*here).get(DRIVE, np.zeros_like(omega))
+        drive = dynamics.moments(*here, now).get(DRIVE, np.zeros_like(omega))
         kinetic, shaft = 0.5 * now.inertia * omega**2, drive / dynamics.ratio
         figures = now.acceleration, now.moment, shaft, drive * omega, now.loss * omega, kinetic, current
         parts.append(Samples(times[portion], states[0], omega, *figures))
@@ -834,9 +834,10 @@ def energy_of(trail: Trail, kinetic: Array) -> Energy:
     meshes = 0.0
     for portion, states, here, current in _along(trail, times, owners):
         way = lasting[portion] * states[1]
-        for part, moment in trail.dynamics.moments(*here).items():
+        now = trail.dynamics.along(*here)
+        for part, moment in trail.dynamics.moments(*here, now).items():
             works[part] = works.get(part, 0.0) + float(way @ moment)
-        meshes += float(way @ trail.dynamics.along(*here).loss)
+        meshes += float(way @ now.loss)
         if isinstance(motor, DC) and copper is not None and current is not None:
             copper += float(lasting[portion] @ motor.copper_heat(current))
         if isinstance(motor, Induction) and rotor is not None:
@@ -865,6 +866,20 @@ def _column(samples: Samples, name: str) -> Array:
     return np.asarray(np.abs(samples.omega) if name == "omega" else getattr(samples, name))
 
 
+def _figure(trail: Trail, name: str, times: Array, owners: Indices) -> Array:
+    """A column of samples, by no more than it takes: a speed needs no laws, and what drives no friction in joints."""
+    dynamics = trail.dynamics
+    if name == "omega":
+        return np.asarray(np.abs(trail.states(times, owners)[1]))
+    if name not in ("drive", "power"):
+        return _column(sampled(trail, times, owners), name)
+    parts = [np.zeros(0)]
+    for _, states, here, _ in _along(trail, times, owners):
+        drive = dynamics.moments(*here, rubbing=False).get(DRIVE, np.zeros_like(states[1]))
+        parts.append(drive / dynamics.ratio if name == "drive" else drive * states[1])
+    return np.concatenate(parts)
+
+
 def summits(trail: Trail, name: str, samples: Samples, owners: Indices) -> list[Peak]:
     """The greatest values about each of the highest samples; the very greatest sample first.
 
@@ -884,7 +899,7 @@ def summits(trail: Trail, name: str, samples: Samples, owners: Indices) -> list[
     low, high = times[beside(tops, -1)], times[beside(tops, 1)]
     for _ in range(_ROUNDS):
         grid = np.linspace(low, high, _FINER, axis=1)
-        finer = _column(sampled(trail, grid.ravel(), np.repeat(owners[tops], _FINER)), name).reshape(grid.shape)
+        finer = _figure(trail, name, grid.ravel(), np.repeat(owners[tops], _FINER)).reshape(grid.shape)
         rows, column = np.arange(tops.size), finer.argmax(axis=1)
         here = map(Peak, finer[rows, column].tolist(), grid[rows, column].tolist())
         summit[1:] = [max(pair, key=lambda one: one.value) for pair in zip(summit[1:], here, strict=True)]

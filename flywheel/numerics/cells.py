@@ -86,9 +86,9 @@ def middles(edges: Array, phi: Any) -> Any:
 
 def located(mesh: Cells, phi: Array) -> tuple[Index, Array]:
     """Cell and local abscissa of angles; those beyond the mesh are taken to its ends."""
-    cell = np.clip(np.searchsorted(mesh.edges, phi, side="right") - 1, 0, mesh.edges.size - 2)
+    cell = np.searchsorted(mesh.edges[1:-1], phi, side="right")
     t = (phi - mesh.middle[cell, 0]) / mesh.half[cell, 0]
-    return cell, np.clip(t, -1.0, 1.0)
+    return cell, np.minimum(np.maximum(t, -1.0), 1.0)
 
 
 def bisected(edges: Array, which: NDArray[np.bool_]) -> Array:

@@ -188,6 +188,11 @@ class Implicit:
             rough = (size > _ROUGH * (np.abs(states).max(axis=1) + self.absolute)).any()
             if now <= _SETTLED or (now > _STALLED * before and not rough):
                 return gained, size
+            rate = now / before if before < np.inf else 1.0
+            ahead = rate / (1.0 - rate) if rate < 1.0 else np.inf  # all the changes to come, of this one
+            # where the step is then too long, it matters how much of them is rounding
+            if now * ahead <= _SETTLED and self._change(gained, size * ahead) >= 1.0:
+                return gained, size * ahead
             before = now
         return None
 
