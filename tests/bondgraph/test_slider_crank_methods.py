@@ -192,6 +192,7 @@ def test_torque_that_imposes_a_motion(imposed, off):
         assert slip.coefficient < sound.coefficient - 0.005
 
 
+@pytest.mark.slow
 def test_motion_that_does_not_start_at_zero():
     imposed = Imposed("theta = 1 + t²", lambda t: 1.0 + t * t, lambda t: 2.0 * t, lambda t: 2.0 + 0.0 * t)
     assert compare_torques(imposed=imposed, until=0.2, points=51)["torque"].agreement("bond graph").greatest < 1e-8

@@ -377,12 +377,15 @@ def test_no_file_is_named_for_two_outputs(tmp_path: Path, monkeypatch: pytest.Mo
 
 @pytest.mark.parametrize(
     ("arguments", "name", "content"),
-    [
-        (["draw", "-o"], "a.png", "GIF89a..."),
-        (["reduce", "--output"], "a.csv", "phi,M\n1,2\n"),
-        (["reduce", "--json", "--output"], "a.json", '{"title": 1, "mine": 2}'),
-        (["reactions", "--output"], "a.txt", "a letter\n"),
-    ],
+    sample(
+        [
+            (["draw", "-o"], "a.png", "GIF89a..."),
+            (["reduce", "--output"], "a.csv", "phi,M\n1,2\n"),
+            (["reduce", "--json", "--output"], "a.json", '{"title": 1, "mine": 2}'),
+            (["reactions", "--output"], "a.txt", "a letter\n"),
+        ],
+        2,
+    ),
 )
 def test_what_is_there_is_replaced_only_by_its_like(
     arguments: list[str], name: str, content: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch

@@ -75,6 +75,7 @@ def test_json_stands_alone_on_standard_output(scene, asked):
     assert result.stderr == "NOT WHOLE: 9 of 10 methods were run to their end within 60 s; --budget 120 runs more.\n"
 
 
+@pytest.mark.slow
 def test_a_picture_is_drawn(scene, monkeypatch, tmp_path):
     gives(monkeypatch, compared(row("plain grid")))
     picture = tmp_path / "errors.svg"

@@ -59,7 +59,7 @@ def test_estimates_are_not_far_above_the_true_errors(outcomes: list[Outcome]) ->
     assert float(whole.split("median")[1].split(",")[0]) < 1000
 
 
-@pytest.mark.parametrize("seed", sample(FOUND, 5))
+@pytest.mark.parametrize("seed", sample(FOUND, 10))
 def test_what_was_found_stays_mended(seed: int) -> None:
     found = outcome(seed)
     assert found.counts

@@ -484,12 +484,10 @@ def test_wrong_numbers_of_drivers_are_refused():
     few = one_line(freedoms.mass_matrix, replace(five_bar(), further=()), [2.0])
     assert "1 driver (O) of a linkage of 2 degrees of freedom" in few
     assert "expected 2 drivers" in few
-    many = replace(five_bar(), further=(Driver("D", START[1]), Driver("A", 0.3)))
-    text = one_line(freedoms.mass_matrix, many, [2.0, 1.1, 0.3])
-    assert "3 drivers (O, D, A) of a linkage of 2 degrees of freedom" in text
     place = freedoms.positions(five_bar(), START).value[:, 2, 0]
     agreeing = replace(five_bar(), further=(Driver("D", START[1]), Driver("A", float(place[3] - place[1]))))
-    assert "3 drivers (O, D, A)" in one_line(freedoms.mass_matrix, agreeing, [*START, float(place[3] - place[1])])
+    many = one_line(freedoms.mass_matrix, agreeing, [*START, float(place[3] - place[1])])
+    assert "3 drivers (O, D, A) of a linkage of 2 degrees of freedom" in many
     geared = replace(geared_five_bar(), further=(Driver("D", 1.0),))
     assert "expected 1 driver" in one_line(freedoms.positions, geared, [0.0, 1.0])
 

@@ -288,7 +288,7 @@ def roughened(linkage: Linkage, mu=0.08) -> Linkage:
     return replace(linkage, joints=joints, couplings=couplings)
 
 
-@pytest.mark.parametrize("name", sample(list(MACHINES), 4))
+@pytest.mark.parametrize("name", sample(list(MACHINES), 8))
 def test_friction_and_reactions_are_those_of_kinetostatics(name):
     """The inverse problem at the acceleration that needs just this drive has the same friction and reactions everywhere."""
     linkage, q = roughened(MACHINES[name]), STARTS[name]

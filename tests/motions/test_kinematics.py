@@ -69,7 +69,7 @@ def test_a_slider_crank_is_true_to_thirty_digits(offset):
         holds(found["crank_pin.angle"], k, derivatives(lambda p: mp.asin((mp.mpf(offset) - mp.sin(p)) / 2) - p, at))
 
 
-@pytest.mark.parametrize("assembly", ["open", "crossed"])
+@pytest.mark.parametrize("assembly", sample(["crossed", "open"], 2))
 def test_a_four_bar_is_true_to_thirty_digits_in_both_assemblies(assembly):
     lengths = {"ground": 0.4, "crank": 0.1, "coupler": 0.35, "rocker": 0.3}
     bars = {"type": "four-bar", "assembly": assembly, **{name: {"length": value} for name, value in lengths.items()}}

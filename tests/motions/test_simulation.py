@@ -9,6 +9,7 @@ import flywheel
 from tests import scenes
 
 
+@pytest.mark.slow
 def test_the_free_slider_crank_after_one_second():
     """r = 0.2, l = 0.6 m, no loads, from phi = 0 at 10 rad/s: quadrature at 25 digits."""
     crank = {

@@ -12,6 +12,7 @@ from flywheel.motions.transients import Until, run_down, run_up, transient, unti
 from flywheel.report.transients import text as page
 from flywheel.scene.scene import TURN
 from tests import regimes
+from tests.limits import sample
 
 DEG = math.pi / 180
 
@@ -237,7 +238,7 @@ def test_a_speed_that_only_a_later_law_gives_is_waited_for():
     assert (found.reason, found.time) == ("speed", pytest.approx(6 + 0.05 * math.log(5), rel=1e-8))
 
 
-@pytest.mark.parametrize("sign", ["", "*sign(omega)"])
+@pytest.mark.parametrize("sign", sample(["*sign(omega)", ""], 2))
 def test_a_load_holds_a_machine_until_its_motors_current_is_strong_enough(sign):
     """A load that would turn it back, or friction, until k i > 10 N m: from 40 A on two exponentials."""
     motor = {"type": "dc", "voltage": 48, "resistance": 0.4, "constant": 0.25, "inductance": 0.02}
@@ -377,14 +378,17 @@ DRAG = {"on": "crank", "torque": "-3*sign(omega)"}
 
 @pytest.mark.parametrize(
     ("drive", "brake", "reason"),
-    [
-        ("20*(t < 0.2)", "0", "stop"),
-        ("20 if t < 0.2 else -20", "0", "stop"),
-        ("20*max(0, 1 - t/0.2)", "0", "stop"),
-        ("20", "-30*sign(omega)*(t > 0.2)", "stall"),
-        ("20*(phi > 1)*(phi < 1.5)", "0", "stall"),
-        ("0 if omega < 5 else 20", "-30*sign(omega)*(t > 0.2)", "stall"),
-    ],
+    sample(
+        [
+            ("20*(t < 0.2)", "0", "stop"),
+            ("20 if t < 0.2 else -20", "0", "stop"),
+            ("20*max(0, 1 - t/0.2)", "0", "stop"),
+            ("20", "-30*sign(omega)*(t > 0.2)", "stall"),
+            ("20*(phi > 1)*(phi < 1.5)", "0", "stall"),
+            ("0 if omega < 5 else 20", "-30*sign(omega)*(t > 0.2)", "stall"),
+        ],
+        3,
+    ),
 )
 def test_a_machine_whose_drive_is_off_stops_and_one_whose_drive_is_too_weak_stalls(drive, brake, reason):
     scene = WHEEL | {"drive": {"torque": drive}, "load": [DRAG, {"on": "crank", "torque": brake}]}
@@ -448,10 +452,10 @@ def test_what_weights_alone_move_swings_both_ways():
     scene = flywheel.load({"mechanism": alone, "gravity": {"g": 10.0}})
     slow = math.sqrt(2.0 * 10.0 * 0.2 / (0.03 + 2.0 * 0.2**2))
     period = 4 * 1.8540746773013719 / slow
-    found = transient(scene, end=period / 2)
+    found = transient(scene, end=period)
     assert found.reason == "time"
-    assert found.phi == pytest.approx(-math.pi, rel=1e-9)
-    assert transient(scene, end=period).phi == pytest.approx(0.0, abs=1e-8)
+    assert found.motion.at(period / 2)[0] == pytest.approx(-math.pi, rel=1e-9)
+    assert found.phi == pytest.approx(0.0, abs=1e-8)
     assert found.peaks.speed.value == pytest.approx(math.sqrt(2.0) * slow, rel=1e-9)
     with pytest.raises(flywheel.SceneError, match="holds it or turns it back"):
         transient(scene, end="2 turns")

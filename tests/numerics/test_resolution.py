@@ -36,7 +36,7 @@ def integral(text, a=0.0, b=TURN, most=10_000):
     return float(((np.broadcast_to(values, (half.size, 17)) @ WEIGHTS) * half[:, 0]).sum())
 
 
-@pytest.mark.parametrize(("place", "width"), [(2.0, 1e-1), (5.5, 1e-2), (2.0, 1e-3), (0.7123, 1e-5)])
+@pytest.mark.parametrize(("place", "width"), sample([(0.7123, 1e-5), (2.0, 1e-1), (5.5, 1e-2), (2.0, 1e-3)], 4))
 def test_no_peak_is_missed(place, width):
     found = integral(f"sin(phi) + 100*exp(-((phi - {place})/{width})**2)", most=120)
     assert found == pytest.approx(100 * width * np.sqrt(np.pi), rel=1e-6, abs=1e-14)
@@ -82,7 +82,7 @@ STEPS = [
 
 @pytest.mark.parametrize(
     ("text", "steepness"),
-    sample([(text, k) for text in STEPS for k in ("10", "1e4", "1e8") if text is not STEPS[3] or k != "1e8"], 2),
+    sample([(text, k) for text in STEPS for k in ("10", "1e4", "1e8") if text is not STEPS[3] or k != "1e8"], 4),
 )
 def test_smooth_steps_of_any_steepness_are_followed(text, steepness):
     k = float(steepness)

@@ -34,7 +34,7 @@ def off(found: Any, true: str, scale: Any = 0) -> float:
     return float(abs(found - exact) / max(abs(exact), abs(Real(scale)), Real("1e-300")))
 
 
-@pytest.mark.parametrize("name", sample(SCENES, 5))
+@pytest.mark.parametrize("name", sample(SCENES, 10))
 def test_figures_that_know_no_speed(name: str) -> None:
     true = REFERENCES[name]
     scene = tomllib.loads((FOLDER / "scenes" / f"{name}.toml").read_text(), parse_float=Real)

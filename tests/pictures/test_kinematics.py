@@ -17,12 +17,17 @@ def scene():
     return flywheel.load(SCENE)
 
 
+@pytest.fixture(scope="module")
+def found(scene):
+    return motion(scene, of=["rod", "slider"], points=73)
+
+
 def texts(axes):
     return [text.get_text() for text in axes.texts]
 
 
-def test_three_panels_for_angles_and_three_for_lengths(scene):
-    axes = draw(motion(scene, of=["rod", "slider"], points=73)).axes
+def test_three_panels_for_angles_and_three_for_lengths(found):
+    axes = draw(found).axes
     assert [panel.get_ylabel() for panel in axes] == [
         *("angle, deg", "displacement, mm"),
         *("θ' = dθ/dφ, 1", "s' = ds/dφ, mm/rad"),
@@ -101,8 +106,7 @@ def test_other_endings_are_refused(scene, tmp_path):
 
 
 @pytest.mark.slow
-def test_files_are_the_same_every_time(scene, tmp_path):
-    found = motion(scene, of=["rod", "slider"], points=25)
+def test_files_are_the_same_every_time(found, tmp_path):
     for name in ("a.svg", "b.svg"):
         plot(found, tmp_path / name)
     assert (tmp_path / "a.svg").read_bytes() == (tmp_path / "b.svg").read_bytes()

@@ -57,7 +57,7 @@ def panels(figure: Figure) -> list[Axes]:
     return [panel for panel in figure.axes if panel.axison]
 
 
-@pytest.mark.parametrize("kind", sample([*TYPES, *CASES], 4))
+@pytest.mark.parametrize("kind", sample([*TYPES, *CASES], 8))
 def test_every_figure_is_drawn_within_equal_axes(kind: str) -> None:
     scene = loaded(kind)
     shown = views(scene)

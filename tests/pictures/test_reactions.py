@@ -85,10 +85,10 @@ def part(*, upto: int, step: int = 1) -> Reactions:
 
 def test_a_whole_turn_is_closed() -> None:
     of = part(upto=360, step=10)
-    line = curve(drawn("A", of=of)[0])
+    pin, panel, _ = drawn("A", "guide", of=of)
+    line = curve(pin)
     np.testing.assert_array_equal(line[:, :-1], of.forces["A"])
     np.testing.assert_array_equal(line[:, -1], of.forces["A"][:, 0])
-    panel, _ = drawn("guide", of=of)
     assert panel.get_xlim() == pytest.approx((0.0, 360.0))
     assert curve(panel)[0, -1] == pytest.approx(360.0)
     assert curve(panel)[1, -1] == of.components["guide"]["normal"][0]

@@ -72,7 +72,7 @@ def test_the_end_of_every_cycle_is_asked():
     np.testing.assert_allclose(seen, [((2 * math.pi * k - 1) / 2, 2.0) for k in (1, 2, 3)], rtol=1e-12)
 
 
-@pytest.mark.parametrize(("name", "rtol"), [("section-c", 1e-5), ("governor", 1e-9)])
+@pytest.mark.parametrize(("name", "rtol"), sample([("governor", 1e-9), ("section-c", 1e-5)], 2))
 def test_the_error_told_is_not_below_the_true_one_nor_far_above(name, rtol):
     machine = flywheel.Machine(flywheel.load(regimes.scene(name, inertia=0.4)))
     motion = flywheel.simulate(machine, 0.5, 3.0, 1.0, rtol=rtol)

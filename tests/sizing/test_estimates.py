@@ -78,7 +78,7 @@ SCENES = {
 
 
 @pytest.mark.parametrize(
-    ("name", "accuracy"), [*sample([(n, "normal") for n in SCENES], 2), *sample([(n, "audit") for n in SCENES], 9)]
+    ("name", "accuracy"), [*sample([(n, "normal") for n in SCENES], 2), *sample([(n, "audit") for n in SCENES], 18)]
 )
 def test_every_number_has_its_error(name: str, accuracy: str) -> None:
     assert without_error(sized(SCENES[name], accuracy=accuracy)) == set()

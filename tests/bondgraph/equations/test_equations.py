@@ -70,6 +70,7 @@ def test_causality_says_which_momentum():
     assert found.derivatives == (M * J2 / (J1 + J2),)
 
 
+@pytest.mark.slow
 def test_several_branches_from_one_crank():
     branches = 2
     b = Builder().one("crank", displacement="theta").on("crank", I("J", 2.0), Se("M", 3.0))
@@ -327,6 +328,7 @@ def test_a_spring_alone_behind_a_gyrator_is_refused():
         state_equations(gyrated(C("c", 0.5)))
 
 
+@pytest.mark.slow
 def test_a_planar_four_bar_has_the_same_rates_in_symbols_and_in_numbers():
     linkage = four_bar(4.0, Bar(1.0, 1.0, 0.5, 0.5), Bar(3.0, 2.0, 0.6, 1.5), Bar(3.0, 3.0, 0.7, 1.5))
     graph = simplify(linkage.graph, keep=(linkage.coordinate,)).graph

@@ -137,9 +137,9 @@ STATES = ("f_circuit", "f_rotor", "f_crank", "alpha", "phi", "q_k")
 
 
 def test_motor_shaft_and_slider_crank_move_as_the_equations_by_hand():
-    times = np.linspace(0.0, 0.3, 60)
-    by_hand = solve_ivp(motor_press_by_hand, (0, 0.3), [0, 0, 0, 0, 0.3, 0], "DOP853", times, rtol=1e-12, atol=1e-13).y
-    run = simulate(motor_press(), 0.3, rtol=1e-8, tolerance=1e-7)
+    times = np.linspace(0.0, 0.1, 21)
+    by_hand = solve_ivp(motor_press_by_hand, (0, 0.1), [0, 0, 0, 0, 0.3, 0], "DOP853", times, rtol=1e-12, atol=1e-13).y
+    run = simulate(motor_press(), 0.1, rtol=1e-8, tolerance=1e-7)
     states = run.states(times)
     assert set(states) == set(STATES)
     assert run.reached
@@ -204,7 +204,7 @@ def test_states_of_any_size_keep_rtol():
     assert not simulate(b.build(), 5.0, initial={"a": 1.0}, rtol=1e-15).reached
 
 
-@pytest.mark.parametrize(("method", "order"), [("euler", 1), ("rk2", 2), ("rk4", 4)])
+@pytest.mark.parametrize(("method", "order"), sample([("rk4", 4), ("rk2", 2), ("euler", 1)], 3))
 def test_fixed_steps_converge_at_their_order_and_estimate_their_error(method, order):
     graph = Builder().one("a", displacement="x").on("a", I("m", 1.0), C("k", 1.0)).build()
     runs = [simulate(graph, 2.0, initial={"a": 1.0}, method=method, step=step) for step in (0.02, 0.01)]
@@ -233,9 +233,9 @@ def test_springs_in_series_are_one_spring():
 
 def test_a_spring_on_a_source_follows_it():
     graph = Builder().one("w").on("w", Se("E", lambda t: np.sin(t)), C("k", 2.0)).build()
-    run = simulate(graph, 0.3, rtol=1e-7)
-    assert_allclose(run.displacement("k", 0.3), 2.0 * np.sin(0.3), rtol=1e-9)
-    assert_allclose(run.power("k", 0.3), 2.0 * np.sin(0.3) * np.cos(0.3), rtol=1e-9)
+    run = simulate(graph, 0.1, rtol=1e-7)
+    assert_allclose(run.displacement("k", 0.1), 2.0 * np.sin(0.1), rtol=1e-9)
+    assert_allclose(run.power("k", 0.1), 2.0 * np.sin(0.1) * np.cos(0.1), rtol=1e-9)
     with pytest.raises(GraphError, match="Se:E, C:k alone hold the flow of w"):
         simulate(graph.with_law("E", 3.0), 1.0)
 
@@ -426,6 +426,7 @@ def test_near_rounding_the_estimate_is_still_a_difference():
     assert not run.reached or abs(run.displacement("theta", 1.0)[0] / 9.605127434380 - 1.0) < rtol + 1e-12
 
 
+@pytest.mark.slow
 def test_a_law_of_plain_numbers_can_be_stepped_and_looked_at():
     def law(x):
         return math.cos(x) if x < 0.2 else math.cos(0.2) + 0.2 - max(x, 0.1)
@@ -451,7 +452,7 @@ def test_a_law_of_the_speed_that_drives_of_its_own_and_of_time():
     line = Law(lambda here, anchor: 20.0 - 1.5 * here.flow + np.sin(2.0 * here.time), Motion("crank"), moving=True)
     b = Builder().one("crank", "rotation", displacement="phi").one("yoke", "translation")
     b.transform("crank", "yoke", stroke).on("crank", I("J", 0.5), Se("T", line)).on("yoke", I("m", 4.0), Se("F", drag))
-    run = simulate(b.build(), 0.2, initial={"crank": 2.0}, rtol=1e-6)
+    run = simulate(b.build(), 0.05, initial={"crank": 2.0}, rtol=1e-6)
 
     def rate(t, state):
         phi, omega = state
@@ -460,8 +461,8 @@ def test_a_law_of_the_speed_that_drives_of_its_own_and_of_time():
         moment = 20.0 - 1.5 * omega + np.sin(2.0 * t) + force * gain - 4.0 * gain * bend * omega**2
         return [omega, moment / (0.5 + 4.0 * gain**2)]
 
-    true = solve_ivp(rate, (0, 0.2), [0.0, 2.0], method="DOP853", rtol=1e-12, atol=1e-12).y[:, -1]
-    assert_allclose([run.displacement("phi", 0.2)[0], run.flow("crank", 0.2)[0]], true, rtol=1e-7)
+    true = solve_ivp(rate, (0, 0.05), [0.0, 2.0], method="DOP853", rtol=1e-12, atol=1e-12).y[:, -1]
+    assert_allclose([run.displacement("phi", 0.05)[0], run.flow("crank", 0.05)[0]], true, rtol=1e-7)
 
 
 def balanced_bridge():
@@ -533,9 +534,9 @@ def test_what_needs_its_steps_is_not_handed_over():
 def test_a_motion_that_takes_too_long_is_refused_with_the_time_it_reached():
     graph = Builder().one("m").on("m", I("M", 1e-3), C("k", stiffness=1e9)).build()
     with pytest.raises(
-        GraphError, match=r"20000 evaluations of the rates by DOP853 are spent at t = .* s of 1000 s: ask for"
+        GraphError, match=r"2000 evaluations of the rates by DOP853 are spent at t = .* s of 1000 s: ask for"
     ):
-        simulate(graph, 1000.0, initial={"m": 1.0}, evaluations=20_000)
+        simulate(graph, 1000.0, initial={"m": 1.0}, evaluations=2_000)
     with pytest.raises(
         GraphError, match=r"steps of 1e-09 s for 1000 s.* take \d+ evaluations of the rates by euler, 1000 are"
     ):
@@ -544,7 +545,7 @@ def test_a_motion_that_takes_too_long_is_refused_with_the_time_it_reached():
 
 @pytest.mark.parametrize(
     ("method", "rtol"),
-    [("DOP853", 1e-6), ("RK45", 1e-3), ("LSODA", 1e-7)],
+    sample([("DOP853", 1e-6), ("RK45", 1e-3), ("LSODA", 1e-7)], 3),
 )
 def test_the_estimate_holds_where_steps_are_capped_by_a_load_that_varies(method, rtol):
     """m v' + c v = F sin(w t): with every step at T/400 two runs told no difference at all."""
