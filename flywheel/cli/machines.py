@@ -303,8 +303,7 @@ def reactions(
             result, dense_forces = _along(run, count, breaks, kinds)
         else:
             kinds["speed"] = None if speed is None else speed_of(speed, slides(found), "--speed")
-            curves = over is not None or bool(of)
-            result, dense_forces = _at(found, coordinates(at, slides(found)), count, breaks, kinds, curves=curves)
+            result, dense_forces = _at(found, coordinates(at, slides(found)), count, breaks, kinds)
         dense = dense_forces() if dense_forces is not None and (plot is not None or not as_data) else None
         if plot is not None:
             drawn = dense or joint_forces(found, np.unique(result.motion.phi), **kinds)
@@ -329,9 +328,9 @@ def reactions(
 
 
 def _at(
-    scene: Scene, places: Sequence[float], count: int, breaks: bool, kinds: Mapping[str, Any], *, curves: bool
+    scene: Scene, places: Sequence[float], count: int, breaks: bool, kinds: Mapping[str, Any]
 ) -> tuple[JointForces, Callable[[], JointForces] | None]:
-    """Forces at positions, evenly where none are named, and what gives them close to one another, as `curves` ask."""
+    """Forces at positions, evenly where none are named, and what gives them close to one another."""
     import numpy as np
 
     from flywheel.machine.machine import Machine
@@ -345,10 +344,7 @@ def _at(
     def along(phi: Array) -> JointForces:
         return joint_forces(machine, phi, **kinds)
 
-    many = max(count, _MANY)
-    if curves:
-        return found, None if places else lambda: closely(found, along, many)
-    return found, None if places else lambda: along(close_angles(found, many))
+    return found, None if places else lambda: closely(found, along, max(count, _MANY))
 
 
 def _along(

@@ -40,7 +40,8 @@ EVENLY = 500  # times of a motion that was followed, where none are named
 _BESIDE = 1e-7  # of a stretch of motion: how near to its ends its forces are looked at
 _IN_A_STRETCH = (3, 60)  # positions in every stretch of a motion, over which the largest forces are sought: least and most
 _CLOSELY = 12_000  # positions in all
-_FINER, _ROUNDS = 33, 2  # places about an extreme, and how often they are laid closer
+_TOPS = 4  # samples of a curve about which its greatest value is looked for
+_FINER, _ROUNDS = 13, 9  # places about an extreme, and how often they are laid closer
 
 
 class MotionErrors(NamedTuple):
@@ -436,42 +437,70 @@ def close_angles(forces: JointForces, count: int) -> Array:
 
 
 def closely(forces: JointForces, along: Callable[[Array], JointForces], count: int) -> JointForces:
-    """Forces at coordinates close to one another (see `close_angles`), the closer about the extremes of every curve.
+    """Forces at coordinates close to one another (see `close_angles`), and where every curve is least and greatest.
 
-    along: gives forces at coordinates. Extremes that are smooth are found to about 1e-9 of what they are.
+    along: gives forces at coordinates. Extremes are found to about 1e-9 of the largest force: on either side of a jump, too.
     """
     phi = close_angles(forces, count)
     found = along(phi)
-    for _ in range(_ROUNDS):
-        phi = np.unique(np.concatenate((phi, _about_extremes(found, found.motion.phi))))
-        found = along(phi)
-    return found
+    ends = np.arange(phi.size)
+    before, after = np.maximum(ends - 1, 0), np.minimum(ends + 1, phi.size - 1)
+    places, _ = _extreme_places(found, phi, before, after, lambda q, _: along(q))
+    return along(np.unique(np.concatenate((phi, places))))
 
 
 def closely_along(run: Transient, *, inertia: bool = True, friction: bool = True) -> JointForces:
-    """Forces at times close to one another along a motion that was followed, the closer about extremes of curves."""
+    """Forces at times close to one another along a motion that was followed, and where every curve is least and greatest."""
     times, owners = close_times(run)
-    found = along_run(run, times, owners, inertia=inertia, friction=friction)
-    trail = run.motion.trail
-    assert trail is not None
-    for _ in range(_ROUNDS):
-        more = _about_extremes(found, times)
-        rows = np.column_stack((np.append(owners, trail.owners(more)), np.append(times, more)))
-        rows = np.unique(rows, axis=0)
-        times, owners = np.asarray(rows[:, 1], dtype=float), rows[:, 0].astype(np.intp)
-        found = along_run(run, times, owners, inertia=inertia, friction=friction)
-    return found
+
+    def along(t: Array, stretches: Indices) -> JointForces:
+        return along_run(run, t, stretches, inertia=inertia, friction=friction)
+
+    every = np.arange(times.size)
+    before, after = np.maximum(every - 1, 0), np.minimum(every + 1, times.size - 1)
+    before = np.where(owners[before] == owners, before, every)
+    after = np.where(owners[after] == owners, after, every)
+    more, which = _extreme_places(along(times, owners), times, before, after, lambda t, tops: along(t, owners[tops]))
+    rows = np.unique(np.column_stack((np.append(owners, owners[which]), np.append(times, more))), axis=0)
+    return along(np.asarray(rows[:, 1], dtype=float), rows[:, 0].astype(np.intp))
 
 
-def _about_extremes(forces: JointForces, places: Array) -> Array:
-    """Places between the neighbours of the least and the greatest value of every curve."""
-    found = [np.empty(0)]
-    for curve in force_curves(forces):
-        if not np.isnan(curve.values).all():
-            extremes = int(np.nanargmin(curve.values)), int(np.nanargmax(curve.values))
-            ends = [places[[max(k - 1, 0), min(k + 1, places.size - 1)]] for k in extremes]
-            found += [np.linspace(low, high, _FINER) for low, high in ends]
-    return np.concatenate(found)
+def _extreme_places(
+    forces: JointForces, places: Array, before: Indices, after: Indices, along: Callable[[Array, Indices], JointForces]
+) -> tuple[Array, Indices]:
+    """Where every curve is least and greatest, with places on either side of it, and the samples that they are near.
+
+    places: of the forces; before, after: the neighbours of each. along: gives forces at other places, with those samples.
+    Samples as low or as high as the extreme one, but for as much as a curve changes beside them, are looked at as well.
+    """
+    values = _both_ways(forces)
+    sides = np.maximum(values - values[:, before], values - values[:, after])
+    peaks = (values >= values[:, before]) & (values >= values[:, after]) & np.isfinite(values)
+    greatest = values.max(axis=1, keepdims=True, initial=-np.inf)
+    rivals = peaks & (sides > 0.0) & (greatest - values <= sides)
+    pairs = [(row, k) for row, near in enumerate(rivals) for k in _highest(values[row], np.flatnonzero(near))]
+    rows, tops = np.array(pairs, dtype=np.intp).reshape(-1, 2).T
+    low, high = places[before[tops]], places[after[tops]]
+    found, many = np.empty((3, 0)), np.arange(tops.size)
+    for _ in range(_ROUNDS if tops.size else 0):
+        grid = np.linspace(low, high, _FINER, axis=1)
+        there = _both_ways(along(grid.ravel(), np.repeat(tops, _FINER))).reshape(-1, *grid.shape)[rows, many]
+        best = there.argmax(axis=1)
+        low, high = grid[many, np.maximum(best - 1, 0)], grid[many, np.minimum(best + 1, _FINER - 1)]
+        found = np.stack((low, grid[many, best], high))
+    return found.ravel(), np.tile(tops, 3) if tops.size else tops
+
+
+def _both_ways(forces: JointForces) -> Array:
+    """The values of all curves and their negatives, (2m, n); -inf where they are not known."""
+    values = np.array([curve.values for curve in force_curves(forces)])
+    both = np.concatenate((values, -values))
+    return np.where(np.isnan(both), -np.inf, both)
+
+
+def _highest(values: Array, which: Indices) -> Indices:
+    """The few of some samples with the greatest values."""
+    return np.asarray(which[np.argsort(values[which], kind="stable")[-_TOPS:]])
 
 
 class Axis(NamedTuple):

@@ -502,13 +502,16 @@ def _ending(setting: Setting, trail: Trail, motion: Motion, goal: Until, limit: 
     place = machine.where(phi % scene.cycle) if stroke is None else told(phi + scene.origin, stroke.sliding)
     at, turns = f"at {place} after {last:.6g} s", (phi - trail.start.phi) / TURN
 
+    sliding = scene.reduction_element == "slide"
+    unit, effort, unit_of_effort = ("m/s", "F*", "N") if sliding else ("rad/s", "M*", "N m")
+
     def speed(omega: float) -> str:
-        return f"{omega:.6g} rad/s ({omega * 60 / TURN:.6g} rpm)"
+        return f"{omega:.6g} {unit}" + ("" if sliding else f" ({omega * 60 / TURN:.6g} rpm)")
 
     if trail.stuck or trail.goal == "stop":
         acceleration = abs(float(sampled(trail, np.array([last])).acceleration[0]))
         if trail.start.omega > 0.0 and omega > 0.0 and omega > _SUDDEN * last * acceleration:
-            return "creep", f"slows down for ever, as only what grows with speed brakes it: {omega:.3g} rad/s {at}"
+            return "creep", f"slows down for ever, as only what grows with speed brakes it: {omega:.3g} {unit} {at}"
         states = trail.states(np.array([last]))
         why = ""
         if setting.dynamics.resistances is not None:
@@ -522,7 +525,8 @@ def _ending(setting: Setting, trail: Trail, motion: Motion, goal: Until, limit: 
         stall = Start(float(states[0, 0]), 0.0, float(states[3, 0]) if states.shape[0] > 3 else 0.0)
         moment, _ = _moment_at_rest(setting.dynamics, stall, last)
         lossy = any(stage.efficiency < 1.0 for stage in machine.stages)
-        return "stall", f"stalled {at}: M* at rest is {moment:.6g} N m{', before losses in meshes' if lossy else ''}"
+        left = f"{effort} at rest is {moment:.6g} {unit_of_effort}"
+        return "stall", f"stalled {at}: {left}{', before losses in meshes' if lossy else ''}"
     if stroke is not None and trail.goal is None and last < limit:
         return "stroke", end_of_stroke(scene, phi + scene.origin, last)
     if trail.goal == "settled":
@@ -531,7 +535,7 @@ def _ending(setting: Setting, trail: Trail, motion: Motion, goal: Until, limit: 
         wanted = {"regime": "its regime", "stop": "a stop"}.get(goal.kind, "what was asked for")
         return "limit", f"did not come to {wanted} within {turns:.6g} turns and {last:.6g} s"
     if trail.goal == "steady":
-        return "limit", f"does not slow down to a stop: {omega:.6g} rad/s {at}, as a cycle before"
+        return "limit", f"does not slow down to a stop: {omega:.6g} {unit} {at}, as a cycle before"
     if trail.goal == "regime":
         return "regime", f"settled to its regime after {last:.6g} s, {turns:.6g} turns"
     if trail.goal in ("speed", "share"):
@@ -539,7 +543,6 @@ def _ending(setting: Setting, trail: Trail, motion: Motion, goal: Until, limit: 
     if setting.dynamics.resistances is not None and omega == 0.0 and trail.goal is None:
         state = trail.states(np.array([last]))[:, 0]
         return "time", f"ended {at}, at rest: {_rough_rest(setting.dynamics, trail, state, last)}"
-    unit = "m/s" if scene.reduction_element == "slide" else "rad/s"
     return trail.goal or "time", f"ended {at}, at {omega:.6g} {unit}"
 
 

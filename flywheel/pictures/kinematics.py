@@ -20,7 +20,7 @@ from matplotlib.ticker import MultipleLocator
 from numpy.typing import NDArray
 
 from flywheel.motions.driver import TIME
-from flywheel.motions.kinematics import ANGLE, POINT, Curve, Kinematics, Moving
+from flywheel.motions.kinematics import ANGLE, POINT, WAY, Curve, Kinematics, Moving
 from flywheel.numerics.faults import Fault, SceneError
 from flywheel.pictures import figures
 from flywheel.pictures.figures import BLACK, BODIES, GREY, told
@@ -217,8 +217,10 @@ def ticks(panel: Axes, found: Kinematics) -> None:
 
 def legend(panel: Axes, found: Kinematics, curves: Sequence[Curve], *, beside: bool = False) -> None:
     """Names of the lines above a panel, or beside it, with what the thin lines are."""
+    slides = {of: f"{other} ({of})" for other, of in found.other_names.items() if "." not in other and "." not in of}
+    bodies = {curve.name: slides.get(curve.name) for curve in curves if curve.kind == WAY}
     handles = [
-        panel.plot([], [], color=line.colour, ls=line.dashes, lw=1.6, label=line.label)[0]
+        panel.plot([], [], color=line.colour, ls=line.dashes, lw=1.6, label=bodies.get(line.curve) or line.label)[0]
         for line in lines(found, curves, 0)
     ]
     if any(np.size(found.dead_centres.get(curve.name, ())) for curve in curves):

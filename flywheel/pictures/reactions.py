@@ -67,7 +67,8 @@ def polar(found: Reactions, path: str | Path | None = None, joints: Sequence[str
     slides = {joint.name for joint in linkage.joints if joint.kind == SLIDE}
     columns = ceil(sqrt(len(wanted)))
     rows = -(-len(wanted) // max(columns, 1))
-    made = figures.figure(_PANEL * columns, _PANEL * rows, "Reactions: what the first body of each joint does to the second")
+    title = "Reactions: what the first body of each joint does to the second"
+    made = figures.figure(_PANEL * columns, _PANEL * rows, title if columns > 1 else title.replace(": ", ":\n"))
     panels = made.subplots(rows, columns, squeeze=False).ravel().tolist()
     for panel in panels[len(wanted) :]:
         panel.set_axis_off()

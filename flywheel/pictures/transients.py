@@ -57,7 +57,7 @@ def _draw_speed(axis: Axes, transient: Transient, samples: Samples) -> None:
     steady, when = transient.regime_speed, transient.time_to_regime
     if steady is None:
         return
-    label = f"regime, mean over time: {steady:.5g} rad/s"
+    label = f"regime, mean over time: {steady:.5g} {'m/s' if sliding else 'rad/s'}"
     axis.axhline(steady, color=GREY, lw=1.0, ls="--", label=label)
     if when is not None and when > 0.0:
         axis.plot([when], [0.95 * steady], "o", color=VERMILLION, ms=6, label=f"95 % of it after {when:.4g} s")

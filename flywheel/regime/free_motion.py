@@ -484,7 +484,8 @@ class _Motion:
             stands = f"stands still at {where} after {self.t:.6g} s"
             current = float(self.state[3]) if self.state.size > 3 else 0.0
             return f"{stands}: {held_by(self.dynamics, float(self.state[0]), self.t, current)}" if self.rough else stands
-        found = f"a motion that sticks at {where}, {self.state[1]:.6g} rad/s, {self.t:.6g} s: two laws drive it back"
+        unit = "m/s" if self.machine.scene.reduction_element == "slide" else "rad/s"
+        found = f"a motion that sticks at {where}, {self.state[1]:.6g} {unit}, {self.t:.6g} s: two laws drive it back"
         advice = "let the law pass over within a band, such as min(40, max(0, 4*(110 - omega)))"
         raise SceneError([Fault("simulation", found, "laws that let the motion pass", advice)])
 

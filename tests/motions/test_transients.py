@@ -2,6 +2,7 @@
 
 import math
 from itertools import pairwise
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -344,6 +345,15 @@ def test_a_hydraulic_stroke_goes_to_its_end():
     assert 2.5 * (time - (1 - math.exp(-20 * time)) / 20) == pytest.approx(0.4, rel=1e-9)
     assert found.omega == pytest.approx(2.5 * (1 - math.exp(-20 * time)), rel=1e-9)
     assert "0.5 m" in found.ended
+
+
+@pytest.mark.parametrize("end", ["0.1 m/s", "20 mm"])
+def test_speeds_of_what_slides_are_in_metres_per_second(end):
+    scene = flywheel.load(Path(__file__).parents[2] / "examples" / "regimes" / "hydraulic_clamp.toml")
+    found = flywheel.transient(scene, end=end, rtol=1e-6)
+    assert found.ended.count("m/s") == 1
+    assert "rad" not in found.ended
+    assert "rpm" not in found.ended
 
 
 @pytest.mark.parametrize(

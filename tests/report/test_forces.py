@@ -12,7 +12,7 @@ import pytest
 
 import flywheel
 from flywheel.machine.reactions import close_positions
-from flywheel.motions.joint_forces import joint_forces
+from flywheel.motions.joint_forces import closely, force_curves, joint_forces
 from flywheel.report.forces import csv as csv_text
 from flywheel.report.forces import text
 from tests.cli.test_cli import YOKE, run
@@ -164,3 +164,15 @@ def test_usage_errors(arguments: list[str]) -> None:
     result = run("reactions", PUMP, *arguments)
     assert result.exit_code == 2
     assert "Traceback" not in result.output
+
+
+def test_extremes_are_found_between_the_positions() -> None:
+    """An 1e9th of the largest force, from 40 positions as from 7000; the least resultant is a sharp one."""
+    machine = flywheel.Machine(flywheel.load(CLAMP))
+    start = joint_forces(machine, [0.0])
+    few, many = (
+        {c.name: c.values for c in force_curves(closely(start, lambda x: joint_forces(machine, x), n))} for n in (40, 2000)
+    )
+    for name, values in few.items():
+        assert [values.min(), values.max()] == pytest.approx([many[name].min(), many[name].max()], rel=0, abs=1e-9 * 4370)
+    assert few["block_pin.x"].max() == pytest.approx(990.7962, abs=5e-5)
