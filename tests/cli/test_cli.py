@@ -141,6 +141,7 @@ def test_usage_errors_come_before_any_work(arguments: list[str]) -> None:
     assert "missing.toml" not in result.stderr.replace("another.toml", "")
 
 
+@pytest.mark.slow
 def test_the_levels_of_accuracy(scene: Path) -> None:
     found = {level: json.loads(run("size", scene, "--json", "--accuracy", level).stdout) for level in LEVELS}
     assert {level: data["accuracy"] for level, data in found.items()} == {level: level for level in LEVELS} | {

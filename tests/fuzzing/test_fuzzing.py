@@ -22,7 +22,7 @@ _ONCE_FAILED = [
 ]
 
 
-@pytest.mark.parametrize("seed", sample([seed for seed in SAMPLE if way_of(seed) == "library"][:60], 3))
+@pytest.mark.parametrize("seed", sample([seed for seed in SAMPLE if way_of(seed) == "library"][:60], 6))
 def test_a_mutant_is_sized_or_refused(seed):
     found = tried(seed)
     assert found.verdict.outcome != "failed", found.verdict.detail

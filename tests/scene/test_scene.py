@@ -110,7 +110,7 @@ def again(value: Any) -> Any:
     return pickle.loads(pickle.dumps(value))
 
 
-@pytest.mark.parametrize("source", [*sample(EXAMPLES, 3), *FEATURES], ids=lambda source: getattr(source, "stem", source))
+@pytest.mark.parametrize("source", [*sample(EXAMPLES, 6), *FEATURES], ids=lambda source: getattr(source, "stem", source))
 def test_a_scene_is_frozen_and_its_machine_pickles(source: Path | str) -> None:
     scene = read(source) if isinstance(source, str) else flywheel.load(source)
     copy = again(scene)

@@ -10,6 +10,7 @@ import flywheel
 from flywheel.study import steppers, tradeoff
 from flywheel.study.reference import Question
 from flywheel.study.tradeoff import FAMILIES, Measured, Run
+from tests.limits import sample
 from tests.scenes import press, rotor, yoke
 
 FOLDER = Path(__file__).parents[1] / "references"
@@ -29,7 +30,7 @@ def few(monkeypatch, names=FEW):
     monkeypatch.setattr(tradeoff, "_ROUNDS", 2)
 
 
-@pytest.fixture(scope="module", params=["rotor-window", "yoke-analysis"])
+@pytest.fixture(scope="module", params=sample(["rotor-window", "yoke-analysis"], 2))
 def found_and_true(request):
     name = f"{request.param}.toml"
     scene, true = flywheel.load(FOLDER / "scenes" / name), REFERENCES[name]

@@ -369,7 +369,7 @@ PLACES = [(0.0, "0,"), (np.pi, "3.141"), (-np.pi, "-3.141"), (7 * np.pi, "21.991
 
 @pytest.mark.parametrize(
     ("method", "phi", "place"),  # a start and two places on the way by one method, one by every other
-    sample([(m, *PLACES[p]) for k, m in enumerate(METHODS) for p in ((0, 4, 5) if not k else (k % 6,))], 2),
+    sample([(m, *PLACES[p]) for k, m in enumerate(METHODS) for p in ((0, 4, 5) if not k else (k % 6,))], 4),
 )
 def test_a_dead_centre_that_nothing_carries_the_motion_through_ends_a_run_at_once(method, phi, place, monkeypatch):
     """At the start by whatever rounding leaves of sin(phi), on the way, and with a million equal steps to take."""
