@@ -68,7 +68,7 @@ def polar(found: Reactions, path: str | Path | None = None, joints: Sequence[str
     columns = ceil(sqrt(len(wanted)))
     rows = -(-len(wanted) // max(columns, 1))
     title = "Reactions: what the first body of each joint does to the second"
-    made = figures.figure(_PANEL * columns, _PANEL * rows, title if columns > 1 else title.replace(": ", ":\n"))
+    made = figures.figure(_PANEL * columns, _PANEL * rows, title if columns > 1 else title.replace("body ", "body\n"))
     panels = made.subplots(rows, columns, squeeze=False).ravel().tolist()
     for panel in panels[len(wanted) :]:
         panel.set_axis_off()
