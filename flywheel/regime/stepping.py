@@ -60,10 +60,9 @@ class RateField(NamedTuple):
 def stiffness(machine: Machine) -> float:
     """How many time constants ahead make a machine's motion stiff (see `RateField`).
 
-    Of a linkage many positions cost as much as one, so that implicit steps, which ask for many, are taken anyway; but not
-    with friction in its joints, whose moment is put together of pieces that long steps stumble over.
+    Of a linkage many positions cost as much as one, so that implicit steps, which ask for many, are taken anyway.
     """
-    if machine.friction is None and any(mechanism.linkage is not None for mechanism in machine.scene.mechanisms):
+    if any(mechanism.linkage is not None for mechanism in machine.scene.mechanisms):
         return 0.0
     return STIFF if machine.depends_on_speed else np.inf
 
