@@ -156,7 +156,13 @@ def refined(
         error = max(work_error(cycle), motion.error if motion else 0.0, of_inertia)
         if (wheels := flywheel_errors(figures)) is not None:
             error = max(error, figures.error / figures.scale, wheels.approximate, wheels.inertia_torque_flywheel)
-        return (whole, figures, motion), error, turning_moment.coarse(cycle, speed * (1 + (eps or 0.0) / 2))
+        coarse = turning_moment.coarse(cycle, speed * (1 + (eps or 0.0) / 2))
+        given = np.searchsorted(edges, cycle.mesh.middle[:, 0]) - 1  # where laws switch at a speed, cells have been cut
+        return (
+            (whole, figures, motion),
+            error,
+            lambda share: np.bincount(given, weights=coarse(share), minlength=edges.size - 1) > 0,
+        )
 
     whole, figures, motion = cells.refined(machine.mesh, evaluated, 0.5 * rtol)
     if not whole.errors.residual:

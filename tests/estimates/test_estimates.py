@@ -26,6 +26,7 @@ FOUND = {  # what these once had wrong
     1000182: "a balance beside inertial energies a million times its work",
     1000193: "an extreme of speed close to the end of a cell",
     1000722: "a speed that has settled, and is least nowhere",
+    1000728: "cells that torques which switch at a speed had cut, to be halved",
     1000784: "a machine in which nothing varies",
 }
 
