@@ -893,6 +893,14 @@ class Machine:
         return Motion(mechanism.shaft, position if stroke is None else along_stroke)
 
 
+def scene_of(given: Machine | Scene) -> Scene:
+    """The scene of a machine, or the one given; a TypeError for anything else."""
+    scene = given.scene if isinstance(given, Machine) else given
+    if not isinstance(scene, Scene):
+        raise TypeError(f"expected a Machine or a Scene (flywheel.load makes one), found {type(given).__name__}")
+    return scene
+
+
 def dead_centres(reduction: Reduction, junction: str, edges: Array, *, solved: bool = False) -> Array:
     """Crank angles at which the velocity of a 1-junction changes sign, between edges inside which it is smooth.
 

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from flywheel.machine.machine import Machine
+from flywheel.machine.machine import Machine, scene_of
 from flywheel.machine.reactions import solution_of
 from flywheel.mechanisms.law import FormulaCurve
 from flywheel.numerics import arguments
@@ -157,7 +157,14 @@ def steady(machine: Machine, over: str) -> Course:
     scene = machine.scene
     if scene.stroke is not None:
         raise SceneError(
-            [Fault("regime", "a stroke, which has no steady regime", "a cycle", 'give speed="scene", or a law')]
+            [
+                Fault(
+                    "regime",
+                    "a stroke, which has no steady regime",
+                    "a cycle",
+                    'give --speed scene or --law (in Python speed="scene" or law=)',
+                )
+            ]
         )
     sizing = size(machine, simulate=False)
     wheel, cycle = sizing.inertia, scene.cycle
@@ -558,12 +565,14 @@ def _columns(scene: Scene, path: Path) -> tuple[Array, Array]:
     position = "length" if scene.reduction_element == "slide" else "angle"
     with path.open(encoding="utf-8-sig") as stream:
         head = next((line for line in stream if line.strip() and not line.lstrip().startswith("#")), "")
-    units = [match[1] or match[2] for match in _UNIT.finditer(head)]
+    units = [_UNIT.search(name) for name in (*re.split(r"[,;\t]", head), "")[:2]]
     try:
-        given = [parse_unit(unit, what) for unit, what in zip(units[:2], ("time", position), strict=False)]
+        known = [
+            parse_unit(unit[1] or unit[2], what) if unit else Unit()
+            for unit, what in zip(units, ("time", position), strict=True)
+        ]
     except QuantityError as error:
         raise SceneError([Fault("law", error.found, error.expected, f"in the header of {path.name}")]) from None
-    known = given if len(given) == len(columns) else [Unit(), Unit()]
     times, positions = (
         np.array([convert(number, unit) for number in column]) for column, unit in zip(columns, known, strict=True)
     )
@@ -622,7 +631,7 @@ def course_of(
     limits: Callable[[], Mapping[str, tuple[float, float]]] | None = None,
 ) -> tuple[Course, str]:
     """The course that is asked for, and what its curves are drawn over."""
-    scene = machine.scene if isinstance(machine, Machine) else machine
+    scene = scene_of(machine)
     given = {"speed": speed, "law": law, "regime": regime or None, "transient": transient}
     named = [name for name, value in given.items() if value is not None]
     if len(named) > 1:
@@ -633,7 +642,10 @@ def course_of(
     if until is not None and law is None:
         raise SceneError([Fault("until", arguments.shown(until), "none without a law", "give a law of time")])
     if not named and axis == TIME:
-        expected, advice = "a motion in time", "give speed, regime, law or transient"
+        expected, advice = (
+            "a motion in time",
+            "give --speed, --regime, --law or --from (in Python speed, regime, law or transient)",
+        )
         raise SceneError([Fault("over", "time without a motion in time", expected, advice)])
     if speed is not None:
         return constant_speed(scene, speed, axis), axis

@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from flywheel.machine.machine import Machine
+from flywheel.machine.machine import Machine, scene_of
 from flywheel.machine.reactions import MachineMotion, close_positions, port_forces
 from flywheel.mechanisms.families import has_joints
 from flywheel.mechanisms.linkage import linkage_of
@@ -154,7 +154,7 @@ def joint_forces(
 
 
 def _with_joints(given: Machine | Scene) -> Scene:
-    scene = given.scene if isinstance(given, Machine) else given
+    scene = scene_of(given)
     if scene.areas is not None:
         raise SceneError([Fault("areas", "a diagram of areas", "a machine with joints", "give mechanism and loads instead")])
     if not scene.mechanisms:

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from flywheel.machine.machine import Machine
+from flywheel.machine.machine import Machine, scene_of
 from flywheel.machine.reactions import solution_of
 from flywheel.mechanisms import KINDS
 from flywheel.mechanisms.families import build
@@ -404,7 +404,7 @@ def motion(
     ([1.732051], [-5.0], [14.433757])
 
     """
-    scene = machine.scene if isinstance(machine, Machine) else machine
+    scene = scene_of(machine)
     if scene.areas is not None:
         raise SceneError([Fault("areas", "a diagram of areas", "a machine that moves", "give a mechanism instead")])
     if points is not None and points < 1:

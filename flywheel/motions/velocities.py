@@ -12,7 +12,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from flywheel.machine.machine import Machine
+from flywheel.machine.machine import Machine, scene_of
 from flywheel.machine.reactions import poses_of
 from flywheel.mechanisms.families import has_joints
 from flywheel.mechanisms.linkages.instant_centres import InstantCentre, centres_of, velocity
@@ -86,7 +86,7 @@ def instant_centres(machine: Machine | Scene, q: ArrayLike, *, speed: ArrayLike 
     [[8.0], [0.0]]
 
     """
-    scene = machine.scene if isinstance(machine, Machine) else machine
+    scene = scene_of(machine)
     arguments.require("scene", scene, Scene, "a Scene, or a Machine")
     wanted = np.atleast_1d(arguments.array("q", q)).ravel()
     if not wanted.size:

@@ -154,7 +154,13 @@ def _forces(machine: Machine, q: Array, course: Course, balance: float) -> list[
         if mechanism.linkage is not None:
             forces = port_forces(machine, motion, balance, mechanism, inertia=not motion.creeps)
             if forces.locked.size:
-                what = f"friction that locks the mechanism at {machine.where(float(q[~forces.friction.converged][0]))}"
+                free, high = forces.friction.converged, float(q[~forces.friction.converged].min())
+                low = float(q[free & (q < high)].max(initial=0.0))
+                for _ in range(_HALVINGS):  # the first position that locks, between two that were looked at
+                    middle = course(np.array([0.5 * (low + high)]))
+                    moves = not port_forces(machine, middle, balance, mechanism, inertia=not motion.creeps).locked.size
+                    low, high = (0.5 * (low + high), high) if moves else (low, 0.5 * (low + high))
+                what = f"friction that locks the mechanism at {machine.where(high)}"
                 advice = "less friction, smaller pins, or other angles"
                 raise SceneError([Fault(mechanism.path, what, "joints that let it move", advice)])
             found.append((scene.shafts[mechanism.shaft], forces))

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from flywheel.components.wheels import ARMS, LIGHTEST, MEAN, choose
-from flywheel.machine.machine import Machine
+from flywheel.machine.machine import Machine, scene_of
 from flywheel.numerics import cells
 from flywheel.numerics.budget import Cost, Meter, metered
 from flywheel.numerics.cells import ROUNDING, Array
@@ -87,9 +87,7 @@ def size(
 
     """
     level = levels.level(accuracy, simulate)
-    scene = machine.scene if isinstance(machine, Machine) else machine
-    if not isinstance(scene, Scene):
-        raise TypeError(f"expected a Machine or a Scene (flywheel.load makes one), found {type(machine).__name__}")
+    scene = scene_of(machine)
     check_asked(scene)
     rtol = float(scene.rtol if rtol is None else rtol)
     if faults := levels.rtol_faults(rtol):

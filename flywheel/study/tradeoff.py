@@ -15,7 +15,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from flywheel.machine.machine import Machine
+from flywheel.machine.machine import Machine, scene_of
 from flywheel.numerics.budget import Tally, counted
 from flywheel.numerics.faults import Fault, SceneError
 from flywheel.regime import constant_speed, periodic_motion, wittenbauer
@@ -456,9 +456,7 @@ def tradeoff(
     ('exact flywheel', 14.915494309, True)
 
     """
-    scene = machine.scene if isinstance(machine, Machine) else machine
-    if not isinstance(scene, Scene):
-        raise TypeError(f"expected a Machine or a Scene (flywheel.load makes one), found {type(machine).__name__}")
+    scene = scene_of(machine)
     check_asked(scene)
     kept = scene.rtol if rtol is None else rtol
     faults = rtol_faults(kept)

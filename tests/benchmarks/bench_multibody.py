@@ -220,7 +220,7 @@ def measured(route: str, until: float, repeats: int) -> Row:
 def main() -> int:
     """Print the table; 1 where a ratio is above its limit."""
     quick = "--quick" in sys.argv[1:]
-    until, repeats = (6.0, 5) if quick else (6.0, 15)
+    until, repeats = (6.0, 10) if quick else (6.0, 15)
     print(
         f"{until:g} s of the published slider-crank, from rest, rtol {RTOL:g}; errors of the angle at the last exact time\n"
     )

@@ -242,3 +242,28 @@ def test_a_machine_with_its_friction_given_keeps_it() -> None:
     assert found.friction is None
     assert found.machine is not None
     assert found.machine.friction is rough().friction
+
+
+@pytest.mark.slow
+def test_the_first_position_that_locks_is_found() -> None:
+    """A rod between two rough slides at right angles locks where its slope is mu: x = l cos(atan mu)."""
+    joints = [
+        {"name": "x", "type": "slide", "between": ["frame.O", "across.origin"], "friction": 0.4},
+        {
+            "name": "y",
+            "type": "slide",
+            "between": ["frame.O", "up.origin"],
+            "direction": "90 deg",
+            "guess": 0.29,
+            "friction": 0.4,
+        },
+        {"name": "A", "type": "pin", "between": ["across.origin", "rod.origin"]},
+        {"name": "U", "type": "pin", "between": ["rod.U", "up.origin"]},
+    ]
+    bodies = {"frame": {"points": {"O": [0, 0]}}, "across": {"mass": 1}, "up": {"mass": 1}}
+    bodies["rod"] = {"points": {"U": [0.3, 0]}, "guess": "100 deg"}
+    trammel = {"type": "linkage", "driver": "x", "start": 0.05, "bodies": bodies, "joints": joints}
+    load = [{"on": "slide", "force": "-200 N"}, {"on": "y", "force": "150 N"}]
+    scene = flywheel.load({"mechanism": trammel, "load": load, "stroke": {"from": 0.02, "to": 0.28}})
+    with pytest.raises(SceneError, match=r"locks the mechanism at slide position 0\.278543 m"):
+        flywheel.reduce(scene, [0.2])

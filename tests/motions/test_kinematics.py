@@ -290,6 +290,22 @@ def test_every_form_of_a_law_moves_alike(tmp_path):
             assert np.abs(mine - other).max() < close
 
 
+@pytest.mark.parametrize("header", ["t,phi [deg]", "t [s];phi (deg)", "t [ms],phi"])
+def test_each_column_of_a_law_has_its_own_unit(tmp_path, header):
+    """Without brackets a column is in SI, whatever the other one has."""
+    separator, milli, degrees = header[header.index("phi") - 1], "ms" in header, "deg" in header
+    rows = [(t * (1e3 if milli else 1.0), 0.1 * t * t * (180 / np.pi if degrees else 1.0)) for t in (0.0, 0.5, 1.0, 2.0)]
+    (tmp_path / "law.csv").write_text("\n".join([header, *(f"{t!r}{separator}{float(q)!r}" for t, q in rows)]))
+    found = flywheel.motion(flywheel.load(ALONE), law=str(tmp_path / "law.csv"), of=["crank"], at=[1.5])["crank"]
+    assert found.position == pytest.approx([0.225], rel=1e-12)
+
+
+@pytest.mark.parametrize("call", ["motion", "joint_forces", "size", "tradeoff", "simulate"])
+def test_a_file_name_is_no_scene(call):
+    with pytest.raises(TypeError, match=r"flywheel\.load makes one"):
+        getattr(flywheel, call)("press.toml", *((0.0, 1.0, 2.0) if call == "simulate" else ()))
+
+
 def test_a_start_by_a_cycloid_tells_where_it_goes_over():
     rise = "(t - sin(t))*(t < 2*pi) + 2*pi*(t >= 2*pi)"
     found = flywheel.motion(flywheel.load(ALONE), law=rise, until=8.0)

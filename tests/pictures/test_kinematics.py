@@ -91,7 +91,7 @@ def test_dead_centres_and_breakpoints_are_drawn_and_named():
 def test_of_everything_bodies_and_slides_are_drawn(scene):
     figure = draw(motion(scene, points=13))
     names = [[text.get_text() for text in panel.get_legend().get_texts()] for panel in figure.axes[:2]]
-    assert [labels[0] for labels in names] == ["rod", "guide"]
+    assert [labels[0] for labels in names] == ["rod", "slider (guide)"]
     assert "more curves can be drawn by name" in figure.get_suptitle()
 
 

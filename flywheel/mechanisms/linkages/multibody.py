@@ -213,11 +213,12 @@ def in_all_coordinates(model: Model, q: float, qdot: float, until: float, rtol: 
     n = x.size
     drifts = [0.0]
     last, tangent = model.state(x, g), g / model.scale**2
+    matrix, right = system(model, np.zeros(n), last, last.jacobian.T)  # filled anew at every state
 
     def rates(t: float, y: Array) -> Array:
         state = model.state(y[:n], y[n : 2 * n])
         forces = model.forces(t, state)
-        matrix, right = system(model, forces, state, state.jacobian.T)
+        matrix[:n, n:], matrix[n:, :n], right[:n], right[n:] = -state.jacobian.T, state.jacobian, forces, state.gamma
         found = np.empty_like(y)
         found[:n], found[n : 2 * n], found[2 * n] = state.v, model.solved(matrix, right)[:n], state.v @ forces
         return found
