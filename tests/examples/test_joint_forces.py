@@ -31,6 +31,7 @@ def rounds(example):
     return example["rounds"]
 
 
+@pytest.mark.slow
 def test_every_bar_is_used_to_its_limit(example, rounds):
     sides = rounds[-1].sides
     found = example["analysed"](sides)

@@ -71,6 +71,7 @@ def test_the_geared_cranks_carry_the_ram_along_a_line():
     assert ram[1] == pytest.approx(depth, abs=1e-12)
 
 
+@pytest.mark.slow
 def test_the_cam_swings_the_bell_crank_by_a_cycloid():
     found = poses("cam_press")
     rise, dwell, fall = (math.radians(angle) for angle in (120.0, 30.0, 90.0))

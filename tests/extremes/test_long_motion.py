@@ -108,6 +108,7 @@ def test_a_balanced_machine_returns_and_one_out_of_balance_by_little_does_not() 
     assert off.trail.repeated == 0
 
 
+@pytest.mark.slow
 def test_a_transient_of_many_turns_ends_with_its_last_turn() -> None:
     ended = flywheel.transient(flywheel.load(scene()), start=SPEED, end="2 turns", rtol=RTOL)
     assert ended.reason == "way"

@@ -66,6 +66,7 @@ def test_enclosures_hold_on_a_narrow_bump(width: float) -> None:
             assert (np.abs(value - middle) <= reach).all()
 
 
+@pytest.mark.slow
 def test_a_bump_that_the_bar_cannot_follow_locks() -> None:
     with pytest.raises(SceneError, match=r"locks with the driver O at 11[34]\."):
         solve(with_lift(bump(0.3, 5e-3)), 0.0, 2.2)

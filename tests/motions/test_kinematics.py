@@ -341,6 +341,7 @@ def test_a_transient_moves_everything_within_its_own_error():
     assert over.t == pytest.approx(np.sqrt(np.array([1.0, 6.0]) / 1.5), abs=1e-9)
 
 
+@pytest.mark.slow
 def test_the_steady_regime_over_time_is_the_derivative_of_itself():
     press = {
         "mechanism": {**CRANK, "name": "press"},

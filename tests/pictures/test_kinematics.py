@@ -26,6 +26,7 @@ def texts(axes):
     return [text.get_text() for text in axes.texts]
 
 
+@pytest.mark.slow
 def test_three_panels_for_angles_and_three_for_lengths(found):
     axes = draw(found).axes
     assert [panel.get_ylabel() for panel in axes] == [

@@ -115,6 +115,7 @@ def test_names_do_not_overlap_and_stay_inside(kind: str) -> None:
         assert box.y1 <= panel.bbox.y1
 
 
+@pytest.mark.slow
 def test_a_cam_is_drawn_by_its_profile() -> None:
     (panel,) = panels(mechanisms.draw(of_linkage(eccentric())))
     (cam,) = artists(panel, "cam")

@@ -46,6 +46,7 @@ def curve(panel: Axes, k: int = 0) -> Any:
     return np.array([np.asarray(data, dtype=float) for data in panel.lines[k].get_data()])
 
 
+@pytest.mark.slow
 def test_every_joint_has_a_panel_with_its_largest_force() -> None:
     panels = [panel for panel in drawn() if panel.get_title()]
     assert [panel.get_title().split(":")[0] for panel in panels] == ["O", "A", "B", "guide"]

@@ -221,6 +221,7 @@ def test_a_source_law_that_moves_is_a_function_of_flows_and_time():
     assert str(motion_equation(b.build()).moment) == "M(crank, crankdot)"
 
 
+@pytest.mark.slow
 def test_a_modulated_gyrator_and_its_opaque_form():
     b = slider_crank().one("circuit").on("circuit", I("L", 0.1), Se("U", 1.0))
     graph = b.gyrate("circuit", "crank", lambda theta: 1.0 + 0.5 * np.cos(theta), name="K").build()

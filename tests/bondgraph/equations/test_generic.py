@@ -23,6 +23,7 @@ def test_all_values_open():
     assert found.others == ((q1, w), (q2, w * T))
 
 
+@pytest.mark.slow
 def test_it_is_the_other_sides_equation_where_the_ratio_does_not_vanish():
     found = generic_equation(T, opaque=True)
     acceleration, ratio = found.acceleration, sympy.Function("T")(theta)

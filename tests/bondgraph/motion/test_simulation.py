@@ -52,6 +52,7 @@ def test_slider_crank_without_loads_after_one_second():
     assert run.audit.energy < 1e-11
 
 
+@pytest.mark.slow
 def test_exudyn_slider_crank_driven_for_a_time():
     rod = (0.2, 0.2 * 0.3**2 / 12)
     b = slider_crank(0.2 * 0.1**2 / 3, rod, 0.4, 0.1, 0.3).on("crank", Se("M", 0.1))
@@ -136,6 +137,7 @@ def motor_press_by_hand(t, y):
 STATES = ("f_circuit", "f_rotor", "f_crank", "alpha", "phi", "q_k")
 
 
+@pytest.mark.slow
 def test_motor_shaft_and_slider_crank_move_as_the_equations_by_hand():
     times = np.linspace(0.0, 0.1, 21)
     by_hand = solve_ivp(motor_press_by_hand, (0, 0.1), [0, 0, 0, 0, 0.3, 0], "DOP853", times, rtol=1e-12, atol=1e-13).y
@@ -153,6 +155,7 @@ def test_motor_shaft_and_slider_crank_move_as_the_equations_by_hand():
 
 @settings(max_examples=4, deadline=None, derandomize=True)
 @given(st.integers(0, 10_000), st.sampled_from([1e-3, 1e-6, 1e-8, 1e-10]))
+@pytest.mark.slow
 def test_the_true_error_of_random_chains_is_within_rtol(seed, rtol):
     """Masses, springs and dampers in a row, a gyrator in the middle: linear, so that expm is the truth."""
     rng = np.random.default_rng(seed)
@@ -231,6 +234,7 @@ def test_springs_in_series_are_one_spring():
         simulate(graph, 3.0, initial={"k1": 0.1})
 
 
+@pytest.mark.slow
 def test_a_spring_on_a_source_follows_it():
     graph = Builder().one("w").on("w", Se("E", lambda t: np.sin(t)), C("k", 2.0)).build()
     run = simulate(graph, 0.1, rtol=1e-7)
@@ -445,6 +449,7 @@ def test_a_load_that_lasts_for_a_small_part_of_the_run_is_not_passed_over():
     assert run.reached
 
 
+@pytest.mark.slow
 def test_a_law_of_the_speed_that_drives_of_its_own_and_of_time():
     """Quadratic drag on a yoke and a motor's line on its crank, against the reduced equation."""
     stroke = Modulus(lambda q: -0.3 * np.sin(q), lambda q: -0.3 * np.cos(q), Motion("crank"))
