@@ -45,14 +45,14 @@ if TYPE_CHECKING:
     from flywheel.pictures.mechanisms import animate, draw
     from flywheel.reading.scenes import load, load_linkage
     from flywheel.regime.state import MachineState, along, reduce
-    from flywheel.report.explanation import Explanation, explain
     from flywheel.scene.scene import Scene
     from flywheel.sizing.results import Sizing
     from flywheel.sizing.sizing import size
     from flywheel.study.tradeoff import Tradeoff, tradeoff
+    from flywheel.tables.explanation import Explanation, explain
 
 _HOMES = {
-    "Explanation": "report.explanation",
+    "Explanation": "tables.explanation",
     "Fault": "numerics.faults",
     "JointForces": "motions.joint_forces",
     "Kinematics": "motions.kinematics",
@@ -68,7 +68,7 @@ _HOMES = {
     "animate": "pictures.mechanisms",
     "cycle_shares": "motions.kinetic_energy",
     "draw": "pictures.mechanisms",
-    "explain": "report.explanation",
+    "explain": "tables.explanation",
     "instant_centres": "motions.velocities",
     "joint_forces": "motions.joint_forces",
     "load": "reading.scenes",
@@ -118,7 +118,7 @@ _MODULES = {
     "transients": "motions.transients",
     "two_speeds": "components.press_work",
     "wheel": "components.wheels",
-    "writing": "report",
+    "writing": "tables",
     "writing.digits": "numerics.units",
 }
 """Parts of the library by the names under which users import them: `flywheel.wheel.choose`."""

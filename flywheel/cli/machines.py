@@ -68,9 +68,9 @@ def size(
     spare(scene, plot)
     with reported(scene):
         from flywheel.reading.scenes import load
-        from flywheel.report import sizing as page
-        from flywheel.report.explanation import explanation
         from flywheel.sizing import sizing
+        from flywheel.tables import sizing as page
+        from flywheel.tables.explanation import explanation
 
         found = sizing.size(load(scene), rtol, accuracy=NORMAL if no_simulate else accuracy)
         told = explanation(found) if explain else None
@@ -141,7 +141,7 @@ def reduce(
         raise click.UsageError("--of goes with --plot.")
     spare(scene, output, plot)
     with reported(scene):
-        from flywheel.report.reduction import reduced
+        from flywheel.tables.reduction import reduced
 
         found = loaded(scene)
         own = None if speed is None else speed_of(speed, slides(found), "--speed")
@@ -172,7 +172,7 @@ def graph(scene: Path, plot: Path | None, form: str, simpler: bool) -> None:
     """Print the bond graph of the machine in SCENE: of every bond its half arrow, causal stroke, effort and flow."""
     spare(scene, plot)
     with reported(scene):
-        from flywheel.report.reduction import draw_graph, graph_table, machine_graph
+        from flywheel.tables.reduction import draw_graph, graph_table, machine_graph
 
         shown, log = machine_graph(scene, simplified=simpler)
         text = "\n".join([*log, graph_table(shown, form)])
@@ -294,7 +294,7 @@ def reactions(
 
         from flywheel.machine.machine import Machine
         from flywheel.motions.joint_forces import joint_errors, joint_forces
-        from flywheel.report import forces
+        from flywheel.tables import forces
 
         found = loaded(scene)
         if course.wanted:
@@ -435,7 +435,7 @@ def tradeoff(scene: Path, rtol: float | None, budget: float, plot: Path | None, 
             from flywheel.study import tradeoff as study
 
             found = study.tradeoff(loaded(scene), rtol, budget=budget, progress=progress)
-        from flywheel.report import tradeoffs
+        from flywheel.tables import tradeoffs
 
         show(tradeoffs.json(found) if as_json else tradeoffs.text(found))
         for told in tradeoffs.unfinished(found) if as_json else ():

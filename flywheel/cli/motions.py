@@ -191,7 +191,7 @@ def simulate(
     if csv_file == "-" and as_json and output is None:
         raise click.UsageError("--csv - and --json exclude each other.")
     with reported(scene), watched(end) as watching:
-        from flywheel.report import transients
+        from flywheel.tables import transients
 
         given = loaded(scene)
         watching.sliding = slides(given)
@@ -324,7 +324,7 @@ def motion(
         from dataclasses import replace
 
         from flywheel.motions import driver, kinematics
-        from flywheel.report import kinematics as page
+        from flywheel.tables import kinematics as page
 
         lasting = None if law is None or end is None else _duration(end)
         machine = loaded(scene) if law is None else driver.scene_moved(scene, law, lasting)
@@ -349,7 +349,7 @@ def motion(
         centres = None
         if with_centres:
             from flywheel.motions.velocities import instant_centres
-            from flywheel.report import velocities
+            from flywheel.tables import velocities
 
             count = found.q.size
             few = list(range(count)) if as_csv or as_json or listed else [k * (count - 1) // _FEW for k in range(_FEW)]

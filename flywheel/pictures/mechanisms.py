@@ -30,10 +30,10 @@ from flywheel.pictures import figures, sketch
 from flywheel.pictures.figures import BLACK, BODIES, shade
 from flywheel.pictures.sketch import CLOSED, Shape, View, placed
 from flywheel.regime import turning_moment
-from flywheel.report.rows import RPM, wrapped
 from flywheel.scene.linkage import FRAME, SLIDE
 from flywheel.scene.scene import Scene
 from flywheel.sizing.sizing import size
+from flywheel.tables.rows import RPM, wrapped
 
 Array = NDArray[np.float64]
 Artist = Line2D | Polygon

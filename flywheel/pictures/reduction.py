@@ -18,8 +18,8 @@ from flywheel.pictures.figures import BLACK, BODIES, GREY, told
 from flywheel.pictures.kinematics import axis_of, broken, draw_panel, legend, shown, ticks
 from flywheel.regime import constant_speed
 from flywheel.regime.state import MachineState, reduce
-from flywheel.report.reduction import at_speed, conditions
 from flywheel.scene.scene import Scene
+from flywheel.tables.reduction import at_speed, conditions
 
 Array = NDArray[np.float64]
 

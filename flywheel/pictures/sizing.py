@@ -37,11 +37,11 @@ from flywheel.pictures.figures import (
 )
 from flywheel.regime import turning_moment
 from flywheel.regime.turning_moment import Cycle, Run
-from flywheel.report.flywheels import candidates, work_error
-from flywheel.report.power import balance_error
-from flywheel.report.rows import RPM
-from flywheel.report.sizing import headline
 from flywheel.sizing.results import Sizing
+from flywheel.tables.flywheels import candidates, work_error
+from flywheel.tables.power import balance_error
+from flywheel.tables.rows import RPM
+from flywheel.tables.sizing import headline
 
 Array = NDArray[np.float64]
 

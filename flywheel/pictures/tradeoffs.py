@@ -16,8 +16,8 @@ from numpy.typing import NDArray
 
 from flywheel.numerics.units import figure as number
 from flywheel.pictures.figures import BLACK, BLUE, DPI, GREEN, GREY, ORANGE, PURPLE, SKY, VERMILLION, figure, name_axes, save
-from flywheel.report.rows import plain, printable
 from flywheel.study.tradeoff import FAMILIES, RESTARTED, Row, Tradeoff, ordered
+from flywheel.tables.rows import plain, printable
 
 Array = NDArray[np.float64]
 

@@ -10,7 +10,7 @@ from matplotlib.figure import Figure
 
 from flywheel.motions.transients import Samples, Transient, sampled, within
 from flywheel.pictures.figures import BLACK, BLUE, GREEN, GREY, ORANGE, PURPLE, VERMILLION, figure, save
-from flywheel.report.rows import RPM
+from flywheel.tables.rows import RPM
 
 _POINTS, _FEWEST, _MOST = 4000, 3, 200  # in all, and within a step of the motion
 

@@ -1,1 +1,1 @@
-"""Results as text, CSV and JSON, a file for each command's subject; uses all but `pictures` and `cli`."""
+"""The worked report of a scene: every step as formula, substitution and result, as one HTML file or PDF."""

@@ -8,7 +8,7 @@ import pytest
 
 from flywheel.components.gear_trains import Shaft, Stage, gd2, geared_acceleration, geared_torque, on_every_shaft, with_rope
 from flywheel.numerics.faults import SceneError
-from flywheel.report.flywheels import shafts_table as table
+from flywheel.tables.flywheels import shafts_table as table
 
 
 def drawn(seed):

@@ -13,8 +13,8 @@ import numpy as np
 
 import flywheel
 from flywheel.numerics.faults import SceneError
-from flywheel.report.sizing import text as report
 from flywheel.sizing.results import Sizing
+from flywheel.tables.sizing import text as report
 from tests.fuzzing.guards import MEMORY, TooSlow, Watched, watched
 from tests.fuzzing.mutants import Mutant
 from tests.fuzzing.tables import lay_traps

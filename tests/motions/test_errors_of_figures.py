@@ -20,8 +20,8 @@ from flywheel.machine.machine import Machine
 from flywheel.motions.joint_forces import joint_errors, joint_forces
 from flywheel.motions.transients import estimates, of_samples, transient
 from flywheel.regime.state import state_errors
-from flywheel.report import forces, reduction, transients
-from flywheel.report.transients import evenly
+from flywheel.tables import forces, reduction, transients
+from flywheel.tables.transients import evenly
 from tests import scenes
 from tests.limits import sample
 

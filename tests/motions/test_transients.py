@@ -10,8 +10,8 @@ import pytest
 import flywheel
 from flywheel.motions import transients
 from flywheel.motions.transients import Until, run_down, run_up, transient, until
-from flywheel.report.transients import text as page
 from flywheel.scene.scene import TURN
+from flywheel.tables.transients import text as page
 from tests import regimes
 from tests.limits import sample
 

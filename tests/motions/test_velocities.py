@@ -10,8 +10,8 @@ from click.testing import CliRunner
 import flywheel
 from flywheel.cli import main
 from flywheel.numerics.faults import SceneError
-from flywheel.report.rows import encoded
-from flywheel.report.velocities import data, table, text
+from flywheel.tables.rows import encoded
+from flywheel.tables.velocities import data, table, text
 
 PRESS = {"type": "slider-crank", "crank": {"length": 0.1}, "rod": {"length": 0.3}, "slider": {"offset": 0.02}}
 GEARED = {"shafts": {"pinion": {"ratio": 2}}, "mechanism": PRESS | {"shaft": "pinion", "phase": 0.4}}

@@ -15,8 +15,8 @@ from matplotlib.figure import Figure
 import flywheel
 from flywheel.pictures import sizing as plots
 from flywheel.regime import turning_moment
-from flywheel.report.flywheels import candidates
 from flywheel.sizing.results import Sizing
+from flywheel.tables.flywheels import candidates
 from tests.limits import sample
 from tests.regimes import GEARED, KLOSS, PUMP, SECTION_C
 from tests.scenes import press, rotor, shaper, yoke

@@ -3,8 +3,8 @@ import pytest
 
 import flywheel
 from flywheel.regime import turning_moment
-from flywheel.report import sizing as report
 from flywheel.sizing.results import Sizing
+from flywheel.tables import sizing as report
 from tests import regimes
 
 PRESS = {

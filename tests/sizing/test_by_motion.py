@@ -6,7 +6,7 @@ import pytest
 import flywheel
 from flywheel.numerics.cells import ROUNDING
 from flywheel.numerics.faults import SceneError
-from flywheel.report.sizing import text
+from flywheel.tables.sizing import text
 from tests import regimes, scenes
 from tests.limits import sample
 

@@ -11,8 +11,8 @@ from scipy.integrate import quad
 
 import flywheel
 from flywheel.numerics.faults import SceneError
-from flywheel.report import sizing as report
 from flywheel.sizing.results import mean_effective_pressure, mechanical_efficiency
+from flywheel.tables import sizing as report
 
 BORE, CRANK, ROD = 0.084, 0.045, 0.145
 AREA = pi * BORE**2 / 4

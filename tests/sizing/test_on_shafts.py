@@ -6,7 +6,7 @@ import pytest
 
 import flywheel
 from flywheel.components.wheels import parts
-from flywheel.report import sizing as report
+from flywheel.tables import sizing as report
 from tests import scenes
 
 SHAFTS = {"slow": {"ratio": 0.5}, "fast": {"ratio": 4, "efficiency": 0.9}}

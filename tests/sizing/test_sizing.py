@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import flywheel
-from flywheel.report import sizing as report
+from flywheel.tables import sizing as report
 from tests import scenes
 
 

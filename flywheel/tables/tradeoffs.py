@@ -5,8 +5,8 @@ from __future__ import annotations
 from itertools import groupby
 
 from flywheel.numerics.units import columns, figure
-from flywheel.report.rows import encoded, page, plain, sentences, wrapped
 from flywheel.study.tradeoff import RESTARTED, Row, Tradeoff, ordered
+from flywheel.tables.rows import encoded, page, plain, sentences, wrapped
 
 _HEADER = ("", "error", "keeps", "time, ms", "ratio", "positions", "runs", "")
 _RATIO = 4  # the column that is left out where nothing keeps rtol

@@ -14,7 +14,8 @@ from flywheel.components.wheels import ROUNDING, Wheel
 from flywheel.numerics.units import columns, figure
 from flywheel.regime import turning_moment
 from flywheel.regime.turning_moment import NoMotionError, Run
-from flywheel.report.rows import (
+from flywheel.sizing.results import Sizing
+from flywheel.tables.rows import (
     NOTHING,
     WIDTH,
     Row,
@@ -27,7 +28,6 @@ from flywheel.report.rows import (
     sentences,
     wrapped,
 )
-from flywheel.sizing.results import Sizing
 
 _FAR_OFF = 1.5  # a factor between approximate and exact that deserves a sentence
 _SAME = 1e-9  # share by which a wheel's inertia may pass the one it is made for, and still be that one

@@ -12,9 +12,9 @@ import pytest
 
 import flywheel
 from flywheel.regime import turning_moment
-from flywheel.report import rows as outcome
-from flywheel.report import sizing as report
 from flywheel.sizing.results import Sizing
+from flywheel.tables import rows as outcome
+from flywheel.tables import sizing as report
 from tests.limits import sample
 from tests.scenes import press, rotor, yoke
 

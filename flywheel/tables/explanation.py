@@ -12,11 +12,11 @@ from typing import Any
 from flywheel.machine.machine import Machine, moving_switches
 from flywheel.mechanisms import KINDS
 from flywheel.numerics.units import columns, figure
-from flywheel.report.rows import DEGREES, page, sentences, wrapped
 from flywheel.scene.accuracy import CONFIRM
 from flywheel.scene.scene import Mechanism, Scene
 from flywheel.sizing.results import Sizing
 from flywheel.sizing.sizing import size
+from flywheel.tables.rows import DEGREES, page, sentences, wrapped
 
 _ELSEWHERE = "What other methods and tolerances cost on this scene: flywheel tradeoff measures it."
 

@@ -10,7 +10,7 @@ from click.testing import CliRunner
 
 import flywheel
 from flywheel.cli import main
-from flywheel.report.reduction import reduced
+from flywheel.tables.reduction import reduced
 from tests.regimes import GEARED, PUMP, SECTION_C
 from tests.scenes import yoke
 

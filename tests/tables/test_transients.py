@@ -7,7 +7,7 @@ import pytest
 
 import flywheel
 from flywheel.motions.transients import run_down, run_up, transient
-from flywheel.report import transients
+from flywheel.tables import transients
 from tests.scenes import press
 
 SCENE = {

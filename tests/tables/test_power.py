@@ -6,11 +6,11 @@ import re
 
 import pytest
 
-from flywheel.report import power as figures
 from flywheel.sizing.results import Sizing
+from flywheel.tables import power as figures
 from tests.regimes import SECTION_C
-from tests.report.test_regimes import PRESS, sized
 from tests.scenes import rotor, yoke
+from tests.tables.test_regimes import PRESS, sized
 
 RPM = 0.10471975511965977  # rad/s
 

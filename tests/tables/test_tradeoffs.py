@@ -2,9 +2,9 @@
 
 import pytest
 
-from flywheel.report.rows import plain
-from flywheel.report.tradeoffs import error, text, unfinished
 from flywheel.study.tradeoff import ordered
+from flywheel.tables.rows import plain
+from flywheel.tables.tradeoffs import error, text, unfinished
 from tests.study.made import compared, row, whole
 
 

@@ -29,8 +29,8 @@ from flywheel.regime.state import (
     reduce,
     state_errors,
 )
-from flywheel.report.rows import csv, encoded
 from flywheel.scene.scene import Scene, Stroke
+from flywheel.tables.rows import csv, encoded
 
 Array = NDArray[np.float64]
 

@@ -12,10 +12,12 @@ from math import log, log1p
 from flywheel.numerics.faults import Remark
 from flywheel.numerics.units import columns, figure, short
 from flywheel.reading.scenes import of_drive, of_rim
-from flywheel.report import flywheels, power
-from flywheel.report.explanation import Explanation
-from flywheel.report.flywheels import inertia_errors, work_error
-from flywheel.report.rows import (
+from flywheel.scene.accuracy import AUDIT, CONFIRM, NORMAL
+from flywheel.sizing.results import Cyclic, Sizing
+from flywheel.tables import flywheels, power
+from flywheel.tables.explanation import Explanation
+from flywheel.tables.flywheels import inertia_errors, work_error
+from flywheel.tables.rows import (
     DEGREES,
     RPM,
     WIDTH,
@@ -28,9 +30,7 @@ from flywheel.report.rows import (
     sentences,
     wrapped,
 )
-from flywheel.report.scene import scene_rows
-from flywheel.scene.accuracy import AUDIT, CONFIRM, NORMAL
-from flywheel.sizing.results import Cyclic, Sizing
+from flywheel.tables.scene import scene_rows
 
 _CONCLUSIVE = 0.01  # relative error of a simulation that confirms something
 

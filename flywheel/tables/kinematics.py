@@ -13,9 +13,9 @@ from flywheel.motions.driver import DRIVER
 from flywheel.motions.kinematics import ANGLE, POINT, WAY, Curve, Extreme, Kinematics
 from flywheel.motions.velocities import InstantCentres
 from flywheel.numerics.units import columns, figure
-from flywheel.report import rows as written
-from flywheel.report import velocities
-from flywheel.report.rows import DEGREES, page, sentences, wrapped
+from flywheel.tables import rows as written
+from flywheel.tables import velocities
+from flywheel.tables.rows import DEGREES, page, sentences, wrapped
 
 Array = NDArray[np.float64]
 

@@ -10,10 +10,10 @@ from typing import Any
 import pytest
 
 import flywheel
-from flywheel.report import rows
-from flywheel.report import sizing as report
-from flywheel.report.flywheels import candidates
 from flywheel.sizing.results import Cyclic, Sizing
+from flywheel.tables import rows
+from flywheel.tables import sizing as report
+from flywheel.tables.flywheels import candidates
 from tests.regimes import GEARED, KLOSS, PUMP, SECTION_C, figures
 from tests.scenes import rotor, yoke
 

@@ -13,8 +13,8 @@ import pytest
 import flywheel
 from flywheel.machine.reactions import close_positions
 from flywheel.motions.joint_forces import closely, force_curves, joint_forces
-from flywheel.report.forces import csv as csv_text
-from flywheel.report.forces import text
+from flywheel.tables.forces import csv as csv_text
+from flywheel.tables.forces import text
 from tests.cli.test_cli import YOKE, run
 from tests.machine.test_joint_friction import crank_press, straight_drive
 

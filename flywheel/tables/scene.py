@@ -7,9 +7,9 @@ from collections.abc import Iterable, Iterator, Mapping
 from flywheel.mechanisms import KINDS
 from flywheel.numerics.expressions import Expression
 from flywheel.numerics.units import figure
-from flywheel.report.rows import DEGREES, RPM, wrapped
 from flywheel.scene.linkage import Linkage, offered
 from flywheel.scene.scene import Body, Law, Load, Mechanism, Scene, Table
+from flywheel.tables.rows import DEGREES, RPM, wrapped
 
 _MOST = 6  # rows of one kind
 _DIGITS = 6

@@ -8,7 +8,7 @@ import pytest
 
 from flywheel.components.wheel_stresses import material
 from flywheel.components.wheels import WheelAsked, choose
-from flywheel.report.flywheels import wheel_rows as rows
+from flywheel.tables.flywheels import wheel_rows as rows
 
 IRON = material("grey cast iron")
 ARMED = WheelAsked("arms", IRON, outer_radius=1.0, bore=0.1, torque=100.0)

@@ -23,8 +23,8 @@ from flywheel.motions.joint_forces import (
     force_curves,
 )
 from flywheel.numerics.units import columns, figure
-from flywheel.report import rows
 from flywheel.scene.scene import Scene
+from flywheel.tables import rows
 
 Array = NDArray[np.float64]
 

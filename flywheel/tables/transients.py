@@ -12,8 +12,8 @@ from flywheel.motions.kinetic_energy import StoredEnergy, stored_energy
 from flywheel.motions.transients import Peak, Samples, Transient, estimates, of_samples, sampled
 from flywheel.motions.transients import evenly as instants
 from flywheel.numerics.units import columns, figure, short
-from flywheel.report import rows as written
-from flywheel.report.rows import DEGREES, RPM, page, sentences, wrapped
+from flywheel.tables import rows as written
+from flywheel.tables.rows import DEGREES, RPM, page, sentences, wrapped
 
 Array = NDArray[np.float64]
 

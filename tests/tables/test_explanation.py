@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 import flywheel
-from flywheel.report.explanation import explanation
+from flywheel.tables.explanation import explanation
 from tests import regimes, scenes
 from tests.references.test_references import FOLDER
 

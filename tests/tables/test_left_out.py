@@ -1,7 +1,7 @@
 import pytest
 
 import flywheel
-from flywheel.report.sizing import text
+from flywheel.tables.sizing import text
 from tests import scenes
 
 

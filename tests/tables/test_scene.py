@@ -8,9 +8,9 @@ from click.testing import CliRunner
 import flywheel
 from flywheel.cli import main
 from flywheel.reading.scenes import build_scene, parse_scene, read_scene
-from flywheel.report import sizing as report
-from flywheel.report.scene import scene_rows
 from flywheel.starters import kinds, starter
+from flywheel.tables import sizing as report
+from flywheel.tables.scene import scene_rows
 from tests.limits import sample
 
 ROOT = Path(__file__).parents[2]

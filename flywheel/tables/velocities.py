@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from flywheel.mechanisms.linkages.instant_centres import ANYWHERE, FINITE, INFINITE, InstantCentre
 from flywheel.motions.velocities import Centres, InstantCentres
 from flywheel.numerics.units import columns, figure, short
-from flywheel.report.rows import DEGREES, page
+from flywheel.tables.rows import DEGREES, page
 
 Array = NDArray[np.float64]
 

@@ -9,9 +9,9 @@ from flywheel.components.energy import HOUR, Energy, kilowatt_hours
 from flywheel.components.motors import DC, Engine, Induction, Motor
 from flywheel.numerics import cells as piecewise
 from flywheel.numerics.units import columns, figure
-from flywheel.report.flywheels import work_error
-from flywheel.report.rows import RPM, Row, block, sentences
 from flywheel.sizing.results import EngineCycle, Sizing
+from flywheel.tables.flywheels import work_error
+from flywheel.tables.rows import RPM, Row, block, sentences
 
 _HORSEPOWER = 745.6998715822702  # W: 550 ft lbf/s
 _METRIC_HORSEPOWER = 735.49875  # W: 75 kgf m/s

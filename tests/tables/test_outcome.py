@@ -3,7 +3,7 @@
 import pytest
 
 import flywheel
-from flywheel.report.flywheels import candidates
+from flywheel.tables.flywheels import candidates
 
 
 def test_a_machine_without_inertia_has_the_irregularity_that_its_torques_leave():
