@@ -1,0 +1,54 @@
+"""No text that is marked lacks its translation; and the gatherer sees what is marked, wherever it stands."""
+
+import pytest
+
+from tests.language import texts
+
+
+def test_a_module_is_read_by_the_names_it_imports():
+    source = (
+        'from flywheel.language import text as _\nfrom flywheel import language\n_("a {n} " "b", n=1)\nlanguage.text("c")\n'
+    )
+    found = list(texts.module_texts(source + '_(x)\nother.text("d")\ntext("e")\n', "m"))
+    assert [(text.text, text.values) for text in found] == [("a {n} b", {"n"}), ("", None), ("c", frozenset())]
+    assert [bool(text.fault) for text in found] == [False, True, False]
+
+
+@pytest.mark.parametrize(
+    ("written", "text", "values"),
+    [
+        ('_("a {n} b", {n: 3})', "a {n} b", {"n"}),
+        ("text('it\\'s', {a, \"b\": 2})", "it's", {"a", "b"}),
+        ('_("one " +\n  `two`)', "one two", frozenset()),
+        ('_("\\u00b0 x", values)', "° x", None),
+        ('node.textContent = text("é")', "é", frozenset()),
+    ],
+)
+def test_a_script_is_read_without_its_comments(written, text, values):
+    (found,) = texts.one_script(f'// _("no")\nawait answer.text(); /* text("no") */ {written}', "x.js")
+    assert (found.text, found.values, found.fault) == (text, values, "")
+
+
+def test_a_script_that_marks_a_name_is_told():
+    source = "export function text(message) {}\nhost.append(text(label));"
+    (found,) = texts.one_script(source, "x.js")
+    assert found.place == "x.js:2"
+    assert found.fault
+
+
+def test_html_gives_texts_and_labels_but_not_what_is_kept():
+    page = '<p title="A b">Hello <b translate="no">X</b> you<br> all</p><script>var x</script><svg><text>z</text></svg>'
+    assert [found.text for found in texts.one_html(page, "i.html")] == ["A b", "Hello", "you", "all"]
+
+
+def test_a_catalogue_gives_all_its_entries(tmp_path):
+    po = tmp_path / "x.po"
+    po.write_text(
+        'msgid ""\nmsgstr "Language: es\\n"\n\n# a.py:3\nmsgid "one"\nmsgstr ""\n"uno "\n"solo"\n\n'
+        '#, fuzzy\nmsgid "two"\nmsgstr "dos"\n\nmsgid "three"\nmsgstr ""\n'
+    )
+    assert [(entry.text, entry.told, entry.fuzzy) for entry in texts.catalogue(po)] == [
+        ("one", "uno solo", False),
+        ("two", "dos", True),
+        ("three", "", False),
+    ]

@@ -1,0 +1,293 @@
+"""Every text of the project that is marked for translation, and what the catalogues lack of it.
+
+    python -m tests.language.texts              # what is missing, stale or wrong, a line each
+    python -m tests.language.texts --missing    # entries to fill in, as a catalogue wants them
+
+Python marks a text as `_("...")` with flywheel.language's `text`, a script of the page as `_("...")` or `text("...")`; of an
+HTML file every text and label counts, but for elements with translate="no".
+"""
+
+import ast
+import re
+import string
+import sys
+from collections.abc import Iterator
+from html.parser import HTMLParser
+from pathlib import Path
+from typing import NamedTuple
+
+from flywheel.language import LANGUAGES
+
+ROOT = Path(__file__).parents[2]
+PACKAGE = ROOT / "flywheel"
+
+
+class Marked(NamedTuple):
+    """A text where it stands; `values` names what is put in, None where it cannot be seen, `fault` what is wrong there."""
+
+    place: str
+    text: str
+    values: frozenset[str] | None = None
+    fault: str = ""
+
+
+class Entry(NamedTuple):
+    """One entry of a catalogue, with the line of its msgid."""
+
+    place: str
+    text: str
+    told: str
+    fuzzy: bool = False
+
+
+# -- Python ------------------------------------------------------------------------------------------------------------
+
+
+def python_texts(folder: Path = PACKAGE) -> Iterator[Marked]:
+    """The marked texts of all modules."""
+    for path in sorted(folder.rglob("*.py")):
+        source = path.read_text("utf-8")
+        if "language" in source:
+            yield from module_texts(source, path.relative_to(folder.parent).as_posix())
+
+
+def module_texts(source: str, name: str) -> Iterator[Marked]:
+    """The marked texts of one module: calls of flywheel.language's `text`, by whatever names it was imported."""
+    tree = ast.parse(source)
+    marks, modules = set(), set()
+    for node in ast.walk(tree):
+        if isinstance(node, ast.ImportFrom) and node.module == "flywheel.language":
+            marks |= {alias.asname or alias.name for alias in node.names if alias.name == "text"}
+        elif isinstance(node, ast.ImportFrom) and node.module == "flywheel":
+            modules |= {alias.asname or alias.name for alias in node.names if alias.name == "language"}
+    for node in ast.walk(tree):
+        if not isinstance(node, ast.Call):
+            continue
+        by_module = isinstance(node.func, ast.Attribute) and isinstance(node.func.value, ast.Name)
+        if isinstance(node.func, ast.Name) and node.func.id in marks:
+            yield _call(node, f"{name}:{node.lineno}")
+        elif by_module and node.func.value.id in modules and node.func.attr == "text":  # type: ignore[attr-defined]
+            yield _call(node, f"{name}:{node.lineno}")
+
+
+def _call(node: ast.Call, place: str) -> Marked:
+    first = node.args[0] if node.args else None
+    if not isinstance(first, ast.Constant) or not isinstance(first.value, str):
+        return Marked(place, "", None, "marks something else than a text that stands there")
+    names = {key.arg for key in node.keywords}
+    values = None if None in names else frozenset(name for name in names if name)
+    return Marked(place, first.value, values)
+
+
+# -- scripts and HTML --------------------------------------------------------------------------------------------------
+
+_MARK = re.compile(r"(?<![\w.$])(?:_|text)\(\s*(?!\))")
+_LITERAL = re.compile(r""""(?:[^"\\\n]|\\.)*"|'(?:[^'\\\n]|\\.)*'|`(?:[^`\\$]|\\.|\$(?!\{))*`""")
+_PLUS = re.compile(r"\s*\+\s*")
+_COMMENT = re.compile(r"""("(?:[^"\\\n]|\\.)*"|'(?:[^'\\\n]|\\.)*'|`(?:[^`\\]|\\.)*`)|//[^\n]*|/\*.*?\*/""", re.DOTALL)
+_KEYS = re.compile(r"\s*,\s*\{([^{}]*)\}\s*,?\s*\)")
+_ESCAPES = {"n": "\n", "t": "\t"}
+
+
+def script_texts(folder: Path = PACKAGE) -> Iterator[Marked]:
+    """The marked texts of all scripts of the page."""
+    for path in sorted(folder.rglob("*.js")):
+        yield from one_script(path.read_text("utf-8"), path.relative_to(folder.parent).as_posix())
+
+
+def one_script(source: str, name: str) -> Iterator[Marked]:
+    """The marked texts of a script; comments do not count, nor does the definition of `text` itself."""
+    source = _COMMENT.sub(lambda found: found[1] or re.sub(r"[^\n]", " ", found[0]), source)
+    for found in _MARK.finditer(source):
+        if re.search(r"function\s+$", source[: found.start()]):
+            continue
+        place = f"{name}:{source.count(chr(10), 0, found.start()) + 1}"
+        pieces, at = [], found.end()
+        while piece := _LITERAL.match(source, at):
+            pieces.append(_unquoted(piece[0]))
+            plus = _PLUS.match(source, piece.end())
+            at = plus.end() if plus else piece.end()
+            if not plus:
+                break
+        if not pieces or source[at : at + 1].strip() not in (",", ")", ""):
+            yield Marked(place, "", None, "marks something else than a text that stands there")
+            continue
+        yield Marked(place, "".join(pieces), _keys(source, at))
+
+
+def _keys(source: str, at: int) -> frozenset[str] | None:
+    if source[at:].lstrip().startswith(")"):
+        return frozenset()
+    given = _KEYS.match(source, at)
+    names = [part.partition(":")[0].strip().strip("\"'") for part in given[1].split(",")] if given else [""]
+    names = [name for name in names if name] if given else names
+    return frozenset(names) if all(name.isidentifier() for name in names) else None
+
+
+def _unquoted(literal: str) -> str:
+    def char(found: re.Match[str]) -> str:
+        code = found[1]
+        if code[0] == "u":
+            return chr(int(code[1:].strip("{}"), 16))
+        return _ESCAPES.get(code, code)
+
+    return re.sub(r"\\(u[0-9a-fA-F]{4}|u\{[0-9a-fA-F]+\}|.)", char, literal[1:-1])
+
+
+class _Page(HTMLParser):
+    """Gathers the texts and labels of an HTML file."""
+
+    LABELS = ("aria-label", "title", "placeholder", "alt", "aria-description", "aria-roledescription")
+    EMPTY = ("meta", "link", "input", "br", "hr", "img", "base", "col", "source", "wbr")
+
+    def __init__(self, name: str) -> None:
+        super().__init__(convert_charrefs=True)
+        self.name, self.found = name, list[Marked]()
+        self.open = list[tuple[str, bool]]()
+
+    @property
+    def silent(self) -> bool:
+        return any(kept for _, kept in self.open)
+
+    def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
+        given = dict(attrs)
+        keep = tag in ("script", "style", "svg", "code") or given.get("translate") == "no"
+        if not (self.silent or keep):
+            for label in self.LABELS:
+                self.add(given.get(label) or "")
+        if tag not in self.EMPTY:
+            self.open.append((tag, keep))
+
+    def handle_endtag(self, tag: str) -> None:
+        while self.open and self.open.pop()[0] != tag:
+            pass
+
+    def handle_data(self, data: str) -> None:
+        if not self.silent:
+            self.add(data)
+
+    def add(self, text: str) -> None:
+        words = " ".join(text.split())
+        if any(c.isalpha() for c in words):
+            self.found.append(Marked(f"{self.name}:{self.getpos()[0]}", words, frozenset()))
+
+
+def html_texts(folder: Path = PACKAGE) -> Iterator[Marked]:
+    """The texts and labels of all HTML files."""
+    for path in sorted(folder.rglob("*.html")):
+        yield from one_html(path.read_text("utf-8"), path.relative_to(folder.parent).as_posix())
+
+
+def one_html(source: str, name: str) -> list[Marked]:
+    """The texts and labels of an HTML file."""
+    page = _Page(name)
+    page.feed(source)
+    page.close()
+    return page.found
+
+
+# -- catalogues --------------------------------------------------------------------------------------------------------
+
+_STRING = re.compile(r'"(?:[^"\\]|\\.)*"')
+
+
+def catalogue(path: Path) -> Iterator[Entry]:
+    """The entries of a catalogue, those too that lack their translation; its head is left out."""
+    kept: dict[str, str] = {}
+    part, line, fuzzy = "", 0, False
+    for k, written in enumerate([*path.read_text("utf-8").splitlines(), 'msgid ""'], 1):
+        stripped = written.strip()
+        if stripped.startswith("msgid"):
+            if kept.get("msgid"):
+                yield Entry(f"{path.parent.name}/{path.name}:{line}", kept["msgid"], kept.get("msgstr", ""), fuzzy)
+                fuzzy = False
+            kept, line = {}, k
+        if stripped.startswith("#"):
+            if kept.get("msgstr") is not None and kept.get("msgid"):
+                yield Entry(f"{path.parent.name}/{path.name}:{line}", kept["msgid"], kept["msgstr"], fuzzy)
+                kept, fuzzy = {}, False
+            fuzzy = fuzzy or (stripped.startswith("#,") and "fuzzy" in stripped)
+            continue
+        if word := re.match(r"msg\w+", stripped):
+            part = word[0]
+        if part and stripped:
+            kept[part] = kept.get(part, "") + "".join(ast.literal_eval(text) for text in _STRING.findall(stripped))
+
+
+def fields(text: str) -> frozenset[str]:
+    """The names of what is put into a text."""
+    return frozenset(name for _, name, _, _ in string.Formatter().parse(text) if name is not None)
+
+
+def marked() -> list[Marked]:
+    """Every marked text."""
+    return [*python_texts(), *script_texts(), *html_texts()]
+
+
+def languages() -> list[str]:
+    """The languages that have catalogues."""
+    return [language for language in LANGUAGES if language != "en"]
+
+
+def entries(language: str) -> list[Entry]:
+    """The entries of a language's catalogues."""
+    return [entry for path in sorted((PACKAGE / "language" / language).glob("*.po")) for entry in catalogue(path)]
+
+
+# -- findings ----------------------------------------------------------------------------------------------------------
+
+
+def missing(texts: list[Marked], language: str) -> list[Marked]:
+    """Texts without a translation, each once."""
+    known = {entry.text for entry in entries(language) if entry.told}
+    first = {text.text: text for text in reversed(texts) if not text.fault and text.text not in known}
+    return sorted(first.values())
+
+
+def findings(texts: list[Marked], language: str) -> list[str]:
+    """What is wrong, a line each: texts without translation, placeholders that differ, stale, fuzzy, or told twice."""
+    lines = [f"{text.place}: {text.fault}" for text in texts if text.fault]
+    lines += [f'{text.place}: "{text.text}" has no translation ({language})' for text in missing(texts, language)]
+    for text in texts:
+        if text.values is not None and not text.fault and text.values != _fields(text.text):
+            lines.append(f'{text.place}: "{text.text}" is given {sorted(text.values)}')
+    used = {text.text for text in texts if not text.fault}
+    seen: dict[str, Entry] = {}
+    for entry in entries(language):
+        if entry.fuzzy:
+            lines.append(f'{entry.place}: "{entry.text}" is marked fuzzy')
+        if not entry.told:
+            lines.append(f'{entry.place}: "{entry.text}" is not translated')
+        elif _fields(entry.text) != _fields(entry.told):
+            lines.append(f'{entry.place}: "{entry.text}" and "{entry.told}" take different values')
+        if entry.text not in used:
+            lines.append(f'{entry.place}: "{entry.text}" stands nowhere')
+        if (other := seen.setdefault(entry.text, entry)).told != entry.told:
+            lines.append(f'{entry.place}: "{entry.text}" is told otherwise in {other.place}')
+    return sorted(set(lines))
+
+
+def _fields(text: str) -> frozenset[str]:
+    try:
+        return fields(text)
+    except ValueError:  # a brace that is no placeholder: such a text takes no values
+        return frozenset()
+
+
+def main() -> int:
+    """Tell what is wrong; how many lines."""
+    texts, wrong = marked(), 0
+    for language in languages():
+        if "--missing" in sys.argv:
+            for text in missing(texts, language):
+                quoted = '"' + text.text.replace("\\", "\\\\").replace('"', '\\"').replace("\n", "\\n") + '"'
+                print(f'# {text.place}\nmsgid {quoted}\nmsgstr ""\n')
+            continue
+        lines = findings(texts, language)
+        wrong += len(lines)
+        print(*lines, f"{len(texts)} marked texts, {len(entries(language))} entries, {len(lines)} findings", sep="\n")
+    return min(wrong, 1)
+
+
+if __name__ == "__main__":
+    sys.exit(main())
