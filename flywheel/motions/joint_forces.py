@@ -70,11 +70,6 @@ class JointForces(NamedTuple):
     messages: tuple[str, ...] = ()
     machine: Machine | None = None
 
-    @property
-    def motion_errors(self) -> tuple[Array | float, Array | float]:
-        """Estimated errors of speed and acceleration."""
-        return self.errors.omega, self.errors.alpha
-
 
 def joint_forces(
     machine: Machine | Scene,

@@ -8,7 +8,7 @@ linear system gives all columns. While every slip and every normal force keeps i
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -34,7 +34,7 @@ from flywheel.mechanisms.linkages.bodies import (
     system,
 )
 from flywheel.mechanisms.linkages.positions import Poses
-from flywheel.mechanisms.linkages.statics import friction_sizes, shoe_ends
+from flywheel.mechanisms.linkages.statics import coulomb, friction_sizes
 from flywheel.mechanisms.linkages.wrenches import Pair, contact
 from flywheel.numerics.faults import Fault, SceneError
 from flywheel.scene.linkage import PIN
@@ -92,37 +92,27 @@ class Resistances:
     def __init__(self, model: Model) -> None:
         self.model, linkage = model, model.linkage
         index = {pair: k for k, pair in enumerate(components(linkage))}
-        names, factors, forms, slips = list[str](), list[float](), list[dict[int, float]](), list[int]()
-        second: list[int] = []  # the other component of a pin's resultant, or -1
+        names, factors, slips = list[str](), list[float](), list[int]()
+        forms: list[tuple[Mapping[str, float], ...]] = []  # one, or both components of a pin's resultant
         for k, joint in enumerate(model.rough):
-            if joint.kind == PIN:
+            for factor, form in coulomb(joint):
                 names.append(joint.name)
-                factors.append(joint.radius * joint.friction / float(np.hypot(1.0, joint.friction)))
-                forms.append({index[joint.name, "x"]: 1.0})
-                second.append(index[joint.name, "y"])
-                slips.append(k)
-                continue
-            for size in shoe_ends(joint).values() or ({"normal": 1.0},):
-                names.append(joint.name)
-                factors.append(joint.friction)
-                forms.append({index[joint.name, part]: weight for part, weight in size.items()})
-                second.append(-1)
+                factors.append(factor)
+                forms.append(form)
                 slips.append(k)
         for k, coupling in enumerate(linkage.couplings, len(model.rough)):
             if coupling.friction or coupling.pressure_angle:
                 names.append(coupling.name)
                 factors.append(coupling.friction or -float(np.tan(abs(coupling.pressure_angle))))
-                forms.append({index[coupling.name, "effort"]: 1.0})
-                second.append(-1)
+                forms.append(({"effort": 1.0},))
                 slips.append(k if coupling.friction else -1)
         self.names, self.factors, self.slips = names, np.array(factors), np.array(slips)
-        self.single = np.array(second) < 0
+        self.single = np.array([len(form) == 1 for form in forms], bool)
         self.forms = np.zeros((len(names), 2, model.closures))
-        for p, (form, other) in enumerate(zip(forms, second, strict=True)):
-            for k, weight in form.items():
-                self.forms[p, 0, k] = weight
-            if other >= 0:
-                self.forms[p, 1, other] = 1.0
+        for p, (name, form) in enumerate(zip(names, forms, strict=True)):
+            for k, parts in enumerate(form):
+                for part, weight in parts.items():
+                    self.forms[p, k, index[name, part]] = weight
         self.unit = np.eye(len(names))
         self.order, self.near = np.arange(len(names)), np.zeros(len(names))  # sizes found last
         sliding = [

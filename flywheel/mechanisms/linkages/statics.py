@@ -140,8 +140,6 @@ def _of_joint(poses: Poses, joint: Joint) -> list[Component]:
 def _friction(path: str, joint: Joint, pair: Pair, sliding: Array) -> list[Passive]:
     """Coulomb's friction of a joint, from the pair of a unit effort along its coordinate and the sense of its motion (n,).
 
-    A pin of radius r: a couple r R sin(atan mu) = r R mu/sqrt(1 + mu²). Others: mu N, for each end of a shoe with a length.
-
     Raises:
         SceneError: for a fixed joint with friction, and for a pin without radius.
 
@@ -150,11 +148,21 @@ def _friction(path: str, joint: Joint, pair: Pair, sliding: Array) -> list[Passi
         raise SceneError([Fault(f"{path}.friction", f"{joint.friction:.9g}", "none", "a fixed joint does not slide")])
     if joint.kind == PIN and not joint.radius > 0:
         raise SceneError([Fault(f"{path}.radius", f"{joint.radius:.9g} m", "the radius of a pin that has friction")])
+    action = COUPLE if joint.kind == PIN else FORCE
+    return [Passive(joint.name, FRICTION, action, pair, -size * sliding, sizes) for size, sizes in coulomb(joint)]
+
+
+def coulomb(joint: Joint) -> list[tuple[float, tuple[Mapping[str, float], ...]]]:
+    """Coulomb's friction of a joint: its size by that of the reaction it follows, and that reaction's components.
+
+    A pin of radius r: a couple r R sin(atan mu) = r R mu/sqrt(1 + mu²). Others: mu N, for each end of a shoe with a length.
+
+    >>> coulomb(Joint("guide", SLIDE, "frame", "ram", "O", "P", friction=0.1))
+    [(0.1, ({'normal': 1.0},))]
+    """
     if joint.kind == PIN:
-        circle = joint.radius * joint.friction / float(np.hypot(1.0, joint.friction))
-        return [Passive(joint.name, FRICTION, COUPLE, pair, -circle * sliding, ({"x": 1.0}, {"y": 1.0}))]
-    sizes = shoe_ends(joint).values() or ({"normal": 1.0},)
-    return [Passive(joint.name, FRICTION, FORCE, pair, -joint.friction * sliding, (size,)) for size in sizes]
+        return [(joint.radius * joint.friction / float(np.hypot(1.0, joint.friction)), ({"x": 1.0}, {"y": 1.0}))]
+    return [(joint.friction, (size,)) for size in shoe_ends(joint).values() or ({"normal": 1.0},)]
 
 
 def shoe_ends(joint: Joint) -> dict[str, Mapping[str, float]]:
