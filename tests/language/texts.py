@@ -60,14 +60,13 @@ def module_texts(source: str, name: str) -> Iterator[Marked]:
             marks |= {alias.asname or alias.name for alias in node.names if alias.name == "text"}
         elif isinstance(node, ast.ImportFrom) and node.module == "flywheel":
             modules |= {alias.asname or alias.name for alias in node.names if alias.name == "language"}
-    for node in ast.walk(tree):
-        if not isinstance(node, ast.Call):
-            continue
-        by_module = isinstance(node.func, ast.Attribute) and isinstance(node.func.value, ast.Name)
-        if isinstance(node.func, ast.Name) and node.func.id in marks:
-            yield _call(node, f"{name}:{node.lineno}")
-        elif by_module and node.func.value.id in modules and node.func.attr == "text":  # type: ignore[attr-defined]
-            yield _call(node, f"{name}:{node.lineno}")
+    calls = [node for node in ast.walk(tree) if isinstance(node, ast.Call)]
+    for node in sorted(calls, key=lambda node: (node.lineno, node.col_offset)):
+        match node.func:
+            case ast.Name(id=own) if own in marks:
+                yield _call(node, f"{name}:{node.lineno}")
+            case ast.Attribute(value=ast.Name(id=owner), attr="text") if owner in modules:
+                yield _call(node, f"{name}:{node.lineno}")
 
 
 def _call(node: ast.Call, place: str) -> Marked:
