@@ -7,11 +7,12 @@ from tests.language import texts
 
 def test_a_module_is_read_by_the_names_it_imports():
     source = (
-        'from flywheel.language import text as _\nfrom flywheel import language\n_("a {n} " "b", n=1)\nlanguage.text("c")\n'
+        "from flywheel.language import text as _\nfrom flywheel import language\n"
+        '_("a {n} " "b", n=1)\nlanguage.text("c")\n_(x)\nother.text("d")\ntext("e")\n'
     )
-    found = list(texts.module_texts(source + '_(x)\nother.text("d")\ntext("e")\n', "m"))
-    assert [(text.text, text.values) for text in found] == [("a {n} b", {"n"}), ("", None), ("c", frozenset())]
-    assert [bool(text.fault) for text in found] == [False, True, False]
+    found = list(texts.module_texts(source, "m"))
+    assert [(text.text, text.values) for text in found] == [("a {n} b", {"n"}), ("c", frozenset()), ("", None)]
+    assert [bool(text.fault) for text in found] == [False, False, True]
 
 
 @pytest.mark.parametrize(
