@@ -1,0 +1,197 @@
+"""A browser for the tests of the page: where one is found, the live page in it, what it asked for and complained of.
+
+FLYWHEEL_BROWSER=/opt/chrome/chrome   the browser to take, before any that is found
+FLYWHEEL_BROWSER_TESTS=required       no browser, or no playwright, is a failure instead of a skip
+FLYWHEEL_SCREENSHOTS=/tmp/pictures    a folder in which tests leave pictures of what they saw, to be looked at
+"""
+
+from __future__ import annotations
+
+import os
+import re
+import shutil
+import subprocess
+import sys
+import threading
+from collections.abc import Iterable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from queue import Empty, Queue
+from typing import TYPE_CHECKING, Any
+from urllib.parse import urlsplit
+
+if TYPE_CHECKING:
+    from playwright.sync_api import Browser, BrowserContext, Page, Playwright
+
+ROOT = Path(__file__).parents[2]
+EXAMPLES = ROOT / "examples"
+BROWSER, REQUIRED, PICTURES = "FLYWHEEL_BROWSER", "FLYWHEEL_BROWSER_TESTS", "FLYWHEEL_SCREENSHOTS"
+
+_NAMES = (
+    *("chromium", "chromium-browser", "google-chrome", "google-chrome-stable", "chrome"),
+    *("microsoft-edge", "microsoft-edge-stable", "msedge", "brave-browser"),
+)
+_PLACES = (
+    "/usr/bin/chromium",
+    "/snap/bin/chromium",
+    "/opt/google/chrome/chrome",
+    "/Applications/Google Chrome.app/Contents/MacOS/Google Chrome",
+    "/Applications/Chromium.app/Contents/MacOS/Chromium",
+    "/Applications/Microsoft Edge.app/Contents/MacOS/Microsoft Edge",
+    "C:/Program Files/Google/Chrome/Application/chrome.exe",
+    "C:/Program Files (x86)/Microsoft/Edge/Application/msedge.exe",
+)
+_ADDRESS = re.compile(r"http://127\.0\.0\.1:\d+/\S+")
+_SECONDS = 30.0
+
+
+class Missing(Exception):
+    """No browser, or nothing to drive it with; the message says which, and what to install."""
+
+
+# -- a browser ---------------------------------------------------------------------------------------------------------
+
+
+def executable(playwright: Playwright | None = None) -> str:
+    """The browser to take: the one that is named, one on the path, one in a usual place, playwright's own."""
+    named = os.environ.get(BROWSER)
+    if named:
+        found = shutil.which(named)
+        if found is None:
+            raise Missing(f"{BROWSER} names {named}, which is no program")
+        return found
+    own = [playwright.chromium.executable_path] if playwright else []
+    for place in (*filter(None, map(shutil.which, _NAMES)), *_PLACES, *own):
+        if os.access(place, os.X_OK):
+            return place
+    raise Missing(f"no browser is found: install chromium, or name one in {BROWSER}")
+
+
+@contextmanager
+def browser() -> Iterator[Browser]:
+    """A browser without a window; Missing where there is none."""
+    try:
+        from playwright.sync_api import sync_playwright
+    except ImportError as reason:
+        raise Missing("playwright is not installed: pip install -e '.[dev,browser]'") from reason
+    with sync_playwright() as playwright:
+        root = hasattr(os, "geteuid") and os.geteuid() == 0  # which Chromium runs without its sandbox alone
+        options = ["--disable-gpu", "--disable-background-networking", "--no-first-run", *(["--no-sandbox"] if root else [])]
+        found = playwright.chromium.launch(executable_path=executable(playwright), args=options)
+        try:
+            yield found
+        finally:
+            found.close()
+
+
+# -- the server --------------------------------------------------------------------------------------------------------
+
+
+class Served:
+    """The program `flywheel open` on a scene: its address, the scene's file, what it has printed."""
+
+    def __init__(self, process: subprocess.Popen[str], scene: Path) -> None:
+        self.process, self.scene = process, scene
+        self.lines = Queue[str]()
+        self.printed = list[str]()
+        threading.Thread(target=self._listen, daemon=True).start()
+        self.address = self._address()
+
+    @property
+    def origin(self) -> str:
+        """Scheme, host and port."""
+        return "{0.scheme}://{0.netloc}".format(urlsplit(self.address))
+
+    @property
+    def port(self) -> int:
+        """The port on which it listens."""
+        return int(urlsplit(self.address).port or 0)
+
+    def _listen(self) -> None:
+        for line in self.process.stdout or ():
+            self.lines.put(line)
+
+    def _address(self) -> str:
+        while True:
+            try:
+                self.printed.append(self.lines.get(timeout=_SECONDS))
+            except Empty:
+                self.process.kill()
+                raise AssertionError(f"no address within {_SECONDS:g} s; printed: {''.join(self.printed)}") from None
+            if found := _ADDRESS.search(self.printed[-1]):
+                return found[0]
+
+
+@contextmanager
+def served(scene: Path, *options: str) -> Iterator[Served]:
+    """The page of a scene, by a process of its own that ends with the block."""
+    command = [sys.executable, "-m", "flywheel", "open", str(scene), "--no-browser", "--port", "0", *options]
+    environment = os.environ | {"PYTHONUNBUFFERED": "1"}
+    with subprocess.Popen(
+        command, cwd=scene.parent, env=environment, text=True, stdout=subprocess.PIPE, stderr=subprocess.STDOUT
+    ) as process:
+        try:
+            yield Served(process, scene)
+        finally:
+            process.terminate()
+            try:
+                process.wait(10)
+            except subprocess.TimeoutExpired:
+                process.kill()
+
+
+# -- a page ------------------------------------------------------------------------------------------------------------
+
+
+class Watched:
+    """What pages of a context asked for beyond this machine, and complained of."""
+
+    def __init__(self) -> None:
+        self.left, self.complaints = list[str](), list[str]()
+        self.expected = list[str]()
+
+    def watch(self, context: BrowserContext, allowed: Iterable[str] = ("127.0.0.1",)) -> None:
+        """Record every request to another host, which is stopped, and every error that is told on the console."""
+        hosts = tuple(allowed)
+
+        def passed(route: Any) -> None:
+            address = urlsplit(route.request.url)
+            if address.scheme in ("blob", "data", "about") or address.hostname in hosts:
+                route.continue_()
+                return
+            self.left.append(route.request.url)
+            route.abort()
+
+        context.route("**/*", passed)
+        context.on("console", lambda message: self.complain(message.type, message.text))
+        context.on("weberror", lambda error: self.complain("error", str(error.error)))
+
+    def complain(self, kind: str, text: str) -> None:
+        """Record an error or a warning, unless it is one that the test expects."""
+        if kind in ("error", "warning") and not any(part in text for part in self.expected):
+            self.complaints.append(f"{kind}: {text}")
+
+    def check(self) -> None:
+        """Nothing left this machine and nothing was complained of."""
+        assert not self.left, f"asked for beyond this machine: {self.left}"
+        assert not self.complaints, f"told on the console: {self.complaints}"
+
+
+def picture(page: Page, name: str, **options: Any) -> None:
+    """A picture of the page, where pictures are asked for."""
+    folder = os.environ.get(PICTURES)
+    if folder:
+        Path(folder).mkdir(parents=True, exist_ok=True)
+        page.screenshot(path=str(Path(folder) / f"{name}.png"), **options)
+
+
+def violations(page: Page, context: Any = None) -> list[str]:
+    """What axe-core finds wrong with the page as it stands, a line each: rule, elements, and what it says of them."""
+    from axe_playwright_python.sync_playwright import Axe
+
+    found = Axe().run(page, context).response["violations"]
+    return [
+        f"{rule['id']} ({rule['impact']}) {node['target']}: {node['failureSummary']}".replace("\n", " ")
+        for rule in found
+        for node in rule["nodes"]
+    ]
