@@ -13,6 +13,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 import flywheel
+from flywheel.pictures import samples as samples_of
 from flywheel.pictures import sizing as plots
 from flywheel.regime import turning_moment
 from flywheel.sizing.results import Sizing
@@ -119,7 +120,7 @@ def test_shaded_areas_add_up() -> None:
     sizing = sized(press())
     assert sizing.machine is not None
     assert sizing.cycle is not None
-    samples = plots.sampled(sizing.machine, sizing.cycle)
+    samples = samples_of.sampled(sizing.machine, sizing.cycle)
     for area in sizing.areas:
         inside = (samples.phi >= area.start) & (samples.phi <= area.end)
         positive = np.maximum(np.sign(area.work) * samples.moment[inside], 0.0)
@@ -131,7 +132,7 @@ def test_a_jump_is_a_vertical_line() -> None:
     sizing = sized(press())
     assert sizing.machine is not None
     assert sizing.cycle is not None
-    samples = plots.sampled(sizing.machine, sizing.cycle)
+    samples = samples_of.sampled(sizing.machine, sizing.cycle)
     at = samples.phi == sizing.cycle.mesh.edges[np.abs(sizing.cycle.mesh.edges - np.radians(300)).argmin()]
     values = samples.moment[at]
     assert values.size == 2
@@ -142,8 +143,8 @@ def test_bodies_stack_to_the_total() -> None:
     sizing = sized(press())
     assert sizing.machine is not None
     assert sizing.cycle is not None
-    samples = plots.sampled(sizing.machine, sizing.cycle)
-    parts = plots.bodies(sizing.machine, samples)
+    samples = samples_of.sampled(sizing.machine, sizing.cycle)
+    parts = samples_of.bodies(sizing.machine, samples)
     assert set(parts) == {"press.crank", "press.rod", "press.slider"}
     np.testing.assert_allclose(sum(parts.values()), samples.inertia, rtol=1e-9)
     assert labels(drawn(press()).axes[1]) == [*parts, "I* total"]
@@ -166,8 +167,8 @@ def test_tangents_touch_the_loop_and_meet_at_the_flywheel(kind: str) -> None:
     assert sizing.machine is not None
     assert sizing.cycle is not None
     assert sizing.run is not None
-    samples = plots.sampled(sizing.machine, sizing.cycle)
-    loop = plots.loop(sizing.cycle, samples, sizing.speed, sizing.run)
+    samples = samples_of.sampled(sizing.machine, sizing.cycle)
+    loop = samples_of.loop(sizing.cycle, samples, sizing.speed, sizing.run)
     scale = np.ptp(loop.energy) + loop.inertia.max()
     above = loop.intercept_fast + loop.slope_fast * loop.inertia - loop.energy
     below = loop.energy - loop.intercept_slow - loop.slope_slow * loop.inertia
@@ -275,11 +276,11 @@ def test_a_number_of_an_area_stands_where_there_is_room() -> None:
     sizing = sized(rotor(load=[{"on": "crank", "torque": "-100 N m", "from": 0, "to": "180 deg"}]))
     assert sizing.machine is not None
     assert sizing.cycle is not None
-    samples = plots.sampled(sizing.machine, sizing.cycle)
-    centre, room = plots.roomiest(samples, 0.0, np.pi, -1.0, 0.3)
+    samples = samples_of.sampled(sizing.machine, sizing.cycle)
+    centre, room = samples_of.roomiest(samples, 0.0, np.pi, -1.0, 0.3)
     assert centre == pytest.approx(np.pi / 2, abs=0.05)
     assert room == pytest.approx(50.0)
-    assert plots.roomiest(samples, 0.0, 0.1, -1.0, 0.3)[1] == 0.0
+    assert samples_of.roomiest(samples, 0.0, 0.1, -1.0, 0.3)[1] == 0.0
 
 
 def test_what_drives_and_what_resists_are_drawn_beside_their_sum() -> None:
