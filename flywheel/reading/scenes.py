@@ -185,7 +185,7 @@ def load_linkage(source: str | Path | Mapping[str, Any]) -> Linkage:
     if isinstance(source, str) and not source.endswith(".toml") and ("\n" in source or "=" in source):
         return _parsed(source, "scene", partial(_linkage, folder=None))
     file = Path(source)
-    return _parsed(_content(file), file.name, partial(_linkage, folder=file.parent))
+    return _parsed(file_text(file), file.name, partial(_linkage, folder=file.parent))
 
 
 def _linkage(mapping: Mapping[str, Any], folder: Path | None) -> Linkage:
@@ -226,7 +226,7 @@ def read_scene(path: str | Path) -> Scene:
     Raises SceneError with every fault, also where the file cannot be read.
     """
     file = Path(path)
-    return parse_scene(_content(file), folder=file.parent, file=file)
+    return parse_scene(file_text(file), folder=file.parent, file=file)
 
 
 def parse_scene(text: str, folder: str | Path | None = None, file: str | Path | None = None) -> Scene:
@@ -245,7 +245,7 @@ def parse_scene(text: str, folder: str | Path | None = None, file: str | Path | 
         return scene
     from flywheel.reading import toml_text
 
-    clean = _lines(text)
+    clean = plain_lines(text)
     found = replace(scene, remarks=tuple(toml_text.placed(scene.remarks, clean, tomllib.loads(clean))))
     return found if scene.document is None else found.with_document(*scene.document)
 
@@ -261,7 +261,7 @@ def _parsed(text: str, name: str, build: Callable[[Mapping[str, Any]], T]) -> T:
         max(token.count(".") for token in re.split(r"[\n,=\[\]{}]", bare)) > _DEEPEST_KEY
     ):  # tomllib takes their square in time
         raise SceneError([Fault(name, f"a key of more than {_DEEPEST_KEY} parts", "a scene in TOML")])
-    text = _lines(text)
+    text = plain_lines(text)
     try:
         mapping = tomllib.loads(text)
     except (RecursionError, MemoryError):
@@ -280,6 +280,17 @@ def _parsed(text: str, name: str, build: Callable[[Mapping[str, Any]], T]) -> T:
 
 def placed(faults: Iterable[Fault], file: Path) -> list[Fault]:
     """Faults of the machine in a file, each with the line that it comes from; as they are where that is not known."""
+    found = list(faults)
+    if all(fault.line is not None for fault in found):
+        return found
+    try:
+        return placed_in(found, plain_lines(file_text(file)))
+    except SceneError:
+        return found
+
+
+def placed_in(faults: Iterable[Fault], text: str) -> list[Fault]:
+    """Faults of the machine in a text, each with the line that it comes from; as they are where that is not known."""
     import tomllib
 
     from flywheel.reading import toml_text
@@ -288,13 +299,12 @@ def placed(faults: Iterable[Fault], file: Path) -> list[Fault]:
     if all(fault.line is not None for fault in found):
         return found
     try:
-        text = _lines(_content(file))
         return toml_text.placed(found, text, tomllib.loads(text))
     except (ValueError, RecursionError, MemoryError):
         return found
 
 
-def _lines(text: str) -> str:
+def plain_lines(text: str) -> str:
     """The text with line ends as TOML has them, without the mark that some editors put at its beginning."""
     text = text.removeprefix("\ufeff").replace("\r\n", "\n")
     return text if "\n" in text else text.replace("\r", "\n")
@@ -319,7 +329,7 @@ def build_scene(mapping: Mapping[str, Any], folder: str | Path | None = None, fi
     return scene.with_document(raw, partial(build_scene, folder=folder, file=file))
 
 
-def _content(file: Path) -> str:
+def file_text(file: Path) -> str:
     """The text of a scene's file, which must be a plain one of bearable size."""
     name, what, content = quote(file.name or str(file))[1:-1], "", b""
     try:
@@ -611,5 +621,5 @@ def input_files(file: Path) -> list[Path]:
                 collect(inner)
 
     with suppress(SceneError, ValueError, RecursionError):  # such a scene is refused when it is read
-        collect(tomllib.loads(_content(file).replace("\r\n", "\n")))
+        collect(tomllib.loads(file_text(file).replace("\r\n", "\n")))
     return found

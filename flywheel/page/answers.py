@@ -1,0 +1,98 @@
+"""What the page asks to be computed: the form of a text, its faults, the figures; and the worked report."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable, Mapping
+from importlib import import_module
+from pathlib import Path
+from time import perf_counter
+from typing import Any
+
+import numpy as np
+
+from flywheel import language
+from flywheel.numerics.faults import Fault, Remark, SceneError
+from flywheel.reading.scenes import parse_scene, placed_in, plain_lines
+from flywheel.scene.scene import Scene
+
+
+def answer(request: Mapping[str, Any]) -> bytes:
+    """Form, faults, remarks and figures of a text after its edits, as JSON."""
+    begin = perf_counter()
+    text = plain_lines(request["text"])
+    form: list[Any] = []
+    faults: list[Fault] = []
+    remarks: list[Remark] = []
+    figures = None
+    with language.use(spoken(request)), np.errstate(all="ignore"):
+        try:
+            scene = scene_of(text, request)
+            remarks = list(scene.remarks)
+            figures = _figures(scene, request)
+        except SceneError as error:
+            faults = placed_in(error.faults, text)
+        told = {
+            "text": text,
+            "form": form,
+            "faults": [as_fault(fault) for fault in faults],
+            "remarks": [as_remark(remark) for remark in remarks],
+            "answer": figures,
+            "milliseconds": round(1e3 * (perf_counter() - begin), 3),
+        }
+    return json.dumps(told, allow_nan=False, separators=(",", ":")).encode()
+
+
+def scene_of(text: str, request: Mapping[str, Any]) -> Scene:
+    """The scene of a text, whose CSV files lie in the request's folder."""
+    folder = Path(request["folder"])
+    return parse_scene(text, folder=folder, file=folder / request["name"])
+
+
+def spoken(request: Mapping[str, Any]) -> str:
+    """The language that is asked for; English where there is no such language."""
+    asked = request.get("language", "en")
+    return asked if asked in language.LANGUAGES else "en"
+
+
+def _figures(scene: Scene, request: Mapping[str, Any]) -> dict[str, Any] | None:
+    try:
+        data = import_module("flywheel.page.data")
+    except ModuleNotFoundError:
+        return None
+    view = request.get("view")
+    found: dict[str, Any] = data.answer(
+        scene,
+        view=view if isinstance(view, dict) else {},
+        rest=request.get("rest") is True,
+        units=str(request.get("units", "si")),
+    )
+    return found
+
+
+def report(request: Mapping[str, Any]) -> bytes:
+    """The worked report as the bytes of its file; a JSON object with the faults of a scene that has some."""
+    raise NotImplementedError
+
+
+def as_fault(fault: Fault) -> dict[str, Any]:
+    """A fault as the page shows it, at its line and beside its field."""
+    tail = f"; {fault.advice}" if fault.advice else ""
+    return {
+        "path": fault.path,
+        "line": fault.line,
+        "column": fault.column,
+        "found": fault.found,
+        "expected": fault.expected,
+        "advice": fault.advice,
+        "message": f"found {fault.found}, expected {fault.expected}{tail}",
+    }
+
+
+def as_remark(remark: Remark) -> dict[str, Any]:
+    """A remark alike."""
+    message = f"{remark.found}; {remark.advice}"
+    return {"path": remark.path, "line": remark.line, "found": remark.found, "advice": remark.advice, "message": message}
+
+
+CALLS: dict[str, Callable[[Mapping[str, Any]], bytes]] = {"answer": answer, "report": report}

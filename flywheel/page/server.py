@@ -1,0 +1,400 @@
+"""The server of the live page: on 127.0.0.1 alone, below a secret, static files from a fixed table, calls as JSON.
+
+A page of another site, or a name that somebody bends to this machine, gets nothing: every request must name this address
+as its host, come from this page where a browser says whence, and know the secret, which stands in the address and nowhere
+else. A refusal says no more than its kind.
+"""
+
+from __future__ import annotations
+
+import hmac
+import json
+import socket
+import sys
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager, suppress
+from http import HTTPStatus
+from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
+from importlib.resources import files
+from io import BufferedReader, RawIOBase
+from secrets import token_urlsafe
+from threading import Lock
+from time import monotonic
+from typing import Any, NamedTuple
+from urllib.parse import parse_qsl
+
+from flywheel import language
+from flywheel.page.computation import OvertakenError, Workers
+from flywheel.page.session import Conflict, Refusal, Session
+
+HOST = "127.0.0.1"
+SECRET_BYTES = 24
+LARGEST_BODY = 2**20
+_MOST_CONNECTIONS = 48
+_SECONDS_TO_ASK = 10.0  # from the first byte to the last of a request
+_SECONDS_TO_ANSWER = 30.0  # to a client that reads slowly
+_DISCARDED = 2**25  # bytes of a refused body that are read off, so that the refusal arrives
+
+POLICY = (
+    "default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self' data: blob:; connect-src 'self'; "
+    "base-uri 'none'; form-action 'none'; frame-ancestors 'none'"
+)
+_HEADERS = {
+    "Content-Security-Policy": POLICY,
+    "X-Content-Type-Options": "nosniff",
+    "X-Frame-Options": "DENY",
+    "Referrer-Policy": "no-referrer",
+    "Cache-Control": "no-store",
+    "Cross-Origin-Resource-Policy": "same-origin",
+    "Cross-Origin-Opener-Policy": "same-origin",
+    "Permissions-Policy": "camera=(), geolocation=(), microphone=()",
+}
+_TYPES = {
+    "html": "text/html; charset=utf-8",
+    "js": "text/javascript; charset=utf-8",
+    "css": "text/css; charset=utf-8",
+    "json": "application/json",
+    "svg": "image/svg+xml",
+    "png": "image/png",
+    "pdf": "application/pdf",
+}
+
+
+class Reply(NamedTuple):
+    """What a call answers: a status, a body and its kind; the name under which a browser keeps a file."""
+
+    body: bytes
+    kind: str = "json"
+    status: HTTPStatus = HTTPStatus.OK
+    name: str = ""
+
+
+class RefusedError(Exception):
+    """A request that gets a status and nothing else."""
+
+    def __init__(self, status: HTTPStatus) -> None:
+        self.status = status
+        super().__init__(status.phrase)
+
+
+def _json(value: Mapping[str, Any], status: HTTPStatus = HTTPStatus.OK) -> Reply:
+    return Reply(json.dumps(value, allow_nan=False, separators=(",", ":")).encode(), status=status)
+
+
+def static_files() -> dict[str, Any]:
+    """Every file of the page by its address below the secret: nothing else is ever sent from the disk."""
+    found: dict[str, Any] = {}
+
+    def collect(folder: Any, address: str) -> None:
+        for entry in folder.iterdir():
+            if entry.is_dir():
+                collect(entry, f"{address}{entry.name}/")
+            elif entry.name.rpartition(".")[2] in _TYPES:
+                found[f"{address}{entry.name}"] = entry
+
+    collect(files(__package__) / "static", "static/")
+    found[""] = found.pop("static/index.html")
+    return found
+
+
+class PageServer(ThreadingHTTPServer):
+    """The page of one scene.
+
+    The address with the secret is `address`; `serve_forever` serves until `shutdown`, `server_close` ends what computes.
+    """
+
+    daemon_threads = True
+    request_queue_size = 64
+
+    def __init__(self, session: Session, port: int = 0) -> None:
+        super().__init__((HOST, port), _Handler)
+        self.session = session
+        self.secret = token_urlsafe(SECRET_BYTES)
+        self.files = static_files()
+        self.workers = Workers()
+        self._lock = Lock()
+        self._open: dict[socket.socket, float] = {}  # since when each asks; inf: it is answered
+
+    @property
+    def port(self) -> int:
+        """The port on which it listens."""
+        return int(self.server_address[1])
+
+    @property
+    def address(self) -> str:
+        """What to type into the browser; whoever has it may use the page."""
+        return f"http://{HOST}:{self.port}/{self.secret}/"
+
+    def server_bind(self) -> None:
+        """Bind without asking a name server for this machine's name."""
+        self.socket.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1) if sys.platform != "win32" else None
+        self.socket.bind(self.server_address)
+        self.server_address = self.socket.getsockname()
+        self.server_name, self.server_port = HOST, int(self.server_address[1])
+
+    def server_close(self) -> None:
+        """Free the port, and end the processes that compute."""
+        super().server_close()
+        self.workers.close()
+
+    def process_request(self, request: Any, client_address: Any) -> None:
+        """A thread for the request; where there are too many, that which has not finished asking for longest gives way."""
+        with self._lock:
+            if len(self._open) >= _MOST_CONNECTIONS:
+                oldest = min(self._open, key=lambda connection: self._open[connection])
+                with suppress(OSError):
+                    (oldest if self._open[oldest] < float("inf") else request).shutdown(socket.SHUT_RDWR)
+            self._open[request] = monotonic()
+        super().process_request(request, client_address)
+
+    def asked(self, request: socket.socket) -> None:
+        """Note that a request has come in whole, so that it is answered."""
+        with self._lock:
+            if request in self._open:
+                self._open[request] = float("inf")
+
+    def shutdown_request(self, request: Any) -> None:
+        """Close a connection: send what there is, and read off what a refused client still sends, up to a limit."""
+        with suppress(OSError):
+            request.shutdown(socket.SHUT_WR)
+            end, left = monotonic() + 1.0, _DISCARDED
+            while (seconds := end - monotonic()) > 0 and left > 0:
+                request.settimeout(seconds)
+                got = len(request.recv(2**16))
+                if not got:
+                    break
+                left -= got
+        with self._lock:
+            self._open.pop(request, None)
+        self.close_request(request)
+
+    def handle_error(self, request: Any, client_address: Any) -> None:
+        """Clients that go away are none of our business; nothing is printed, as addresses hold the secret."""
+
+
+class _Unhurried(RawIOBase):
+    """A socket's bytes until a deadline: a client that sends one now and then does not hold a thread for long."""
+
+    def __init__(self, connection: socket.socket, seconds: float) -> None:
+        self._connection, self._end = connection, monotonic() + seconds
+
+    def readable(self) -> bool:
+        return True
+
+    def readinto(self, buffer: Any) -> int:
+        left = self._end - monotonic()
+        if left <= 0:
+            raise TimeoutError
+        self._connection.settimeout(left)
+        return self._connection.recv_into(buffer)
+
+
+class _Handler(BaseHTTPRequestHandler):
+    """One request, one answer, and the connection is closed."""
+
+    server: PageServer
+    protocol_version = "HTTP/1.0"
+    server_version, sys_version = "flywheel", ""
+
+    def setup(self) -> None:
+        super().setup()
+        self.rfile = BufferedReader(_Unhurried(self.connection, _SECONDS_TO_ASK))
+
+    def do_GET(self) -> None:
+        """A file of the page, or a call that changes nothing."""
+        self._answered(self._get)
+
+    def do_HEAD(self) -> None:
+        """As GET, without the body."""
+        self._answered(self._get)
+
+    def do_POST(self) -> None:
+        """A call with JSON."""
+        self._answered(self._post)
+
+    def __getattr__(self, name: str) -> Any:
+        """Every other method is answered alike."""
+        if name.startswith("do_"):
+            return lambda: self._answered(self._no_method)
+        raise AttributeError(name)
+
+    def _no_method(self) -> Reply:
+        self._below_secret()
+        raise RefusedError(HTTPStatus.METHOD_NOT_ALLOWED)
+
+    def _answered(self, answer: Callable[[], Reply]) -> None:
+        """Send what a call answers, or why not; never a traceback."""
+        try:
+            reply = answer()
+        except RefusedError as refused:
+            reply = Reply(f"{refused.status.value} {refused.status.phrase}\n".encode(), "txt", refused.status)
+        except TimeoutError:
+            status = HTTPStatus.REQUEST_TIMEOUT
+            reply = Reply(f"{status.value} {status.phrase}\n".encode(), "txt", status)
+        except OSError:
+            return
+        except Exception as error:
+            reply = _json({"message": f"the server failed ({type(error).__name__})"}, HTTPStatus.INTERNAL_SERVER_ERROR)
+        self._send(reply)
+
+    def _send(self, reply: Reply) -> None:
+        self.server.asked(self.connection)
+        self.connection.settimeout(_SECONDS_TO_ANSWER)
+        self.send_response(reply.status)
+        self.send_header("Content-Type", _TYPES.get(reply.kind, "text/plain; charset=utf-8"))
+        self.send_header("Content-Length", str(len(reply.body)))
+        for name, value in _HEADERS.items():
+            self.send_header(name, value)
+        if reply.name:
+            self.send_header("Content-Disposition", f'attachment; filename="{reply.name}"')
+        if reply.status == HTTPStatus.METHOD_NOT_ALLOWED:
+            self.send_header("Allow", "GET, HEAD, POST")
+        self.send_header("Connection", "close")
+        self.close_connection = True
+        with suppress(OSError):
+            self.end_headers()
+            if self.command != "HEAD":
+                self.wfile.write(reply.body)
+
+    def send_error(self, code: int, message: str | None = None, explain: str | None = None) -> None:
+        """What is no request gets its status alone."""
+        status = HTTPStatus(code)
+        self.command = getattr(self, "command", None) or "GET"
+        self.request_version = "HTTP/1.0"
+        self._send(Reply(f"{status.value} {status.phrase}\n".encode(), "txt", status))
+
+    def handle_expect_100(self) -> bool:
+        """A client that asks before it sends its body is answered by the answer itself."""
+        return True
+
+    def log_message(self, format: str, *args: Any) -> None:
+        """No log: addresses hold the secret."""
+
+    # -- who may ask
+
+    def _below_secret(self) -> tuple[str, dict[str, str]]:
+        """The address below the secret and its query, of a request that may be answered."""
+        hosts = self.headers.get_all("Host") or []
+        if len(hosts) != 1 or hosts[0] not in (f"{HOST}:{self.server.port}", f"localhost:{self.server.port}"):
+            raise RefusedError(HTTPStatus.FORBIDDEN)
+        address, _, query = self.path.partition("?")
+        secret, slash, below = address.removeprefix("/").partition("/")
+        if not hmac.compare_digest(secret.encode(), self.server.secret.encode()) or not slash:
+            raise RefusedError(HTTPStatus.NOT_FOUND)
+        origins, site = self.headers.get_all("Origin") or [], self.headers.get("Sec-Fetch-Site", "same-origin")
+        opened = self.command == "GET" and not below and self.headers.get("Sec-Fetch-Mode") == "navigate"
+        if any(origin != f"http://{hosts[0]}" for origin in origins):
+            raise RefusedError(HTTPStatus.FORBIDDEN)
+        if site not in ("same-origin", "none") and not opened:
+            raise RefusedError(HTTPStatus.FORBIDDEN)
+        return below, dict(parse_qsl(query[:1000], max_num_fields=10, keep_blank_values=True))
+
+    def _body(self) -> bytes:
+        """The JSON that a call brings; its length must be told, and is not large."""
+        if (self.headers.get("Content-Type") or "").partition(";")[0].strip().lower() != "application/json":
+            raise RefusedError(HTTPStatus.UNSUPPORTED_MEDIA_TYPE)
+        lengths = self.headers.get_all("Content-Length") or []
+        if "Transfer-Encoding" in self.headers:  # of a length that nobody knows
+            raise RefusedError(HTTPStatus.REQUEST_ENTITY_TOO_LARGE)
+        if len(lengths) != 1 or not (lengths[0].isascii() and lengths[0].isdigit()):
+            raise RefusedError(HTTPStatus.LENGTH_REQUIRED)
+        if len(lengths[0]) > 9 or int(lengths[0]) > LARGEST_BODY:
+            raise RefusedError(HTTPStatus.REQUEST_ENTITY_TOO_LARGE)
+        body = self.rfile.read(int(lengths[0]))
+        if len(body) < int(lengths[0]):
+            raise RefusedError(HTTPStatus.BAD_REQUEST)
+        return body
+
+    # -- what is answered
+
+    def _get(self) -> Reply:
+        below, query = self._below_secret()
+        if below in self.server.files:
+            name = self.server.files[below].name
+            return Reply(self.server.files[below].read_bytes(), name.rpartition(".")[2])
+        with _refusals():
+            if below == "api/scene":
+                return _json(self.server.session.scene())
+            if below == "api/watch":
+                return _json(self.server.session.watch(query.get("seen", "")))
+            if below == "api/language":
+                if query.get("of") not in language.LANGUAGES:
+                    raise RefusedError(HTTPStatus.BAD_REQUEST)
+                return _json(dict(language.catalogue(query["of"])))
+        raise RefusedError(HTTPStatus.METHOD_NOT_ALLOWED if below in _CALLS else HTTPStatus.NOT_FOUND)
+
+    def _post(self) -> Reply:
+        below, _ = self._below_secret()
+        if below not in _CALLS:
+            raise RefusedError(HTTPStatus.NOT_FOUND)
+        body = self._body()
+        self.server.asked(self.connection)
+        try:
+            given = json.loads(body)
+        except (ValueError, RecursionError):
+            raise RefusedError(HTTPStatus.BAD_REQUEST) from None
+        if not isinstance(given, dict):
+            raise RefusedError(HTTPStatus.BAD_REQUEST)
+        with _refusals():
+            return _CALLS[below](self.server, given)
+
+
+@contextmanager
+def _refusals() -> Iterator[None]:
+    """A call with values of the wrong kind is a bad request."""
+    try:
+        yield
+    except (TypeError, KeyError, ValueError):
+        raise RefusedError(HTTPStatus.BAD_REQUEST) from None
+
+
+def _text(given: Mapping[str, Any], name: str, default: str = "") -> str:
+    """A text of a call; what is no Unicode becomes the sign of that."""
+    value = given.get(name, default)
+    if not isinstance(value, str):
+        raise TypeError(name)
+    return value.encode("utf-8", "replace").decode("utf-8")
+
+
+def _answer(server: PageServer, given: dict[str, Any]) -> Reply:
+    """Form, faults and figures of a text."""
+    folder = server.session.folder_of(_text(given, "origin"))
+    request = {**given, "text": _text(given, "text"), "folder": str(folder), "name": server.session.name}
+    try:
+        return Reply(server.workers.ask("answer", request, _text(given, "page"), bool(given.get("rest"))))
+    except OvertakenError:
+        return _json({"reason": "overtaken"}, HTTPStatus.CONFLICT)
+
+
+def _report(server: PageServer, given: dict[str, Any]) -> Reply:
+    """The worked report as a file."""
+    kind = _text(given, "format", "html")
+    if kind not in ("html", "pdf"):
+        raise ValueError(kind)
+    folder = server.session.folder_of(_text(given, "origin"))
+    request = {**given, "text": _text(given, "text"), "folder": str(folder), "name": server.session.name, "format": kind}
+    answer = server.workers.report(request)
+    if answer[:1] == b"{":
+        return Reply(answer, status=HTTPStatus.UNPROCESSABLE_ENTITY)
+    return Reply(answer, kind, name=f"{server.session.stem}.{kind}")
+
+
+def _save(server: PageServer, given: dict[str, Any]) -> Reply:
+    """The text to the disk, or why not."""
+    path = given.get("path")
+    try:
+        place = None if path is None else _text(given, "path")
+        saved = server.session.save(_text(given, "text"), place, given.get("over") is True, _text(given, "seen"))
+    except Conflict as conflict:
+        return _json(conflict.told, HTTPStatus.CONFLICT)
+    except Refusal as refusal:
+        return _json({"reason": "refused", "message": str(refusal)}, HTTPStatus.UNPROCESSABLE_ENTITY)
+    return _json(saved)
+
+
+def _start(server: PageServer, given: dict[str, Any]) -> Reply:
+    """A starter or an example."""
+    return _json(server.session.start(_text(given, "id")))
+
+
+_CALLS = {"api/answer": _answer, "api/report": _report, "api/save": _save, "api/start": _start}
