@@ -1,0 +1,463 @@
+"""The document of a report: sections of steps, tables, figures and notes, and its HTML in one file.
+
+A `Step` says what is done, shows the formula, the same with numbers and units, and the result; under it stands where each
+number comes from, with a link to the step or the table that gave it. So every symbol has one place where it is found: the
+`result` of a step, a `Quantity` with a symbol in a table, or a `definition`, which a step that only states a formula has.
+Text is plain text in the language in use (`flywheel.language.text`); the HTML is written in that language too.
+
+>>> from flywheel.report.formulas import Quantity
+>>> n, omega = Quantity("n", 2 * 3.141592653589793, "rpm"), Quantity("omega", 6.283185307179586, "rad/s")
+>>> step = Step("Speed of the crank", "omega = 2*pi*n/60", (Quantity("n", 60.0),), omega)
+>>> substitution(step)[0].written, round(formulas.value(step.formula, {"n": 60.0}), 5)
+('60', 6.28319)
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+from html import escape
+from typing import NamedTuple
+
+from flywheel import language
+from flywheel.language import text as _
+from flywheel.report import formulas
+from flywheel.report.formulas import MOST_DIGITS, Quantity
+
+
+class Formula(NamedTuple):
+    """A symbol or a formula in a table's cell."""
+
+    text: str
+
+
+Cell = str | Quantity | Formula
+
+
+@dataclass(frozen=True)
+class Step:
+    """What is done in a sentence, its formula, the numbers of the formula's symbols, and what comes out.
+
+    Without `numbers` only the formula is shown (`definitions`: the symbols it defines, for later steps). With numbers and a
+    formula that can be worked out, the substitution is shown as well. `how` says how the result was found where the formula
+    is not worked out by hand, such as "by quadrature"; `note` is a sentence after the result. `digits` of the result are in
+    the result itself.
+    """
+
+    what: str
+    formula: str = ""
+    numbers: tuple[Quantity, ...] = ()
+    result: Quantity | None = None
+    how: str = ""
+    note: str = ""
+    definitions: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True)
+class Table:
+    """Rows of texts and numbers under a heading; a number's unit stands in it, unless the column's head names one.
+
+    `formula`, if there is one, is shown above: how the columns come about. `numbers` are those that it takes from elsewhere.
+    """
+
+    caption: str
+    head: tuple[str, ...]
+    rows: tuple[tuple[Cell, ...], ...]
+    formula: str = ""
+    numbers: tuple[Quantity, ...] = ()
+    emphasis: frozenset[int] = frozenset()
+    kind: str = ""
+
+
+@dataclass(frozen=True)
+class Figure:
+    """A picture as SVG text, with what it shows in a few words (title) and in sentences (description)."""
+
+    svg: str
+    title: str
+    description: str
+
+
+@dataclass(frozen=True)
+class Note:
+    """A paragraph; `kind`: "" for plain text, "remark" for what a reader must not miss, "left out" for what is not there."""
+
+    text: str
+    kind: str = ""
+
+
+@dataclass(frozen=True)
+class Listing:
+    """Text that keeps its lines: a scene."""
+
+    text: str
+    caption: str
+
+
+@dataclass(frozen=True)
+class Items:
+    """A list of sentences, in their order where it counts."""
+
+    items: tuple[str, ...]
+    ordered: bool = False
+
+
+@dataclass(frozen=True)
+class Section:
+    """A heading and what stands under it."""
+
+    title: str
+    parts: tuple[Part, ...]
+
+
+Part = Step | Table | Figure | Note | Listing | Items | Section
+
+
+@dataclass(frozen=True)
+class Document:
+    """A whole report. `subtitle` is a line under the title; `customary` has results in US units beside the SI ones."""
+
+    title: str
+    subtitle: str
+    parts: tuple[Part, ...]
+    customary: bool = False
+    places: dict[str, str] = field(default_factory=dict, compare=False)
+
+
+# -- numbers ----------------------------------------------------------------------------------------------------------
+
+
+def substitution(step: Step) -> tuple[Quantity, ...]:
+    """A step's numbers with as many digits as make the shown formula give the shown result; none where it has no such line.
+
+    Six are enough unless large numbers are taken from one another.
+    """
+    if not step.numbers or step.result is None or not formulas.computable(step.formula):
+        return ()
+    if not formulas.symbols(step.formula) <= {number.symbol for number in step.numbers}:
+        return ()
+    for digits in range(MOST_DIGITS + 1):
+        numbers = tuple(n._replace(digits=max(n.digits, digits)) for n in step.numbers)
+        if agrees(step, numbers):
+            return numbers
+    return ()
+
+
+def agrees(step: Step, numbers: Sequence[Quantity]) -> bool:
+    """Whether a step's formula, worked out with numbers as they are shown, gives its result to the digits shown."""
+    result = step.result
+    assert result is not None
+    try:
+        found = formulas.value(step.formula, {number.symbol: number.shown for number in numbers})
+    except (ArithmeticError, ValueError):
+        return False
+    if result._replace(value=found).written == result.written:
+        return True
+    exact = result.value / formulas.factor(result.unit)  # it may stand in the middle between two shown numbers
+    shown, off = float(result.written), found / formulas.factor(result.unit)
+    most = max(numbers, key=lambda number: number.digits).digits
+    return most >= MOST_DIGITS and abs(off - exact) <= 1e-9 * max(abs(exact), abs(shown), 1e-300)
+
+
+def steps(parts: Iterable[Part]) -> Iterator[Step]:
+    """All steps of a document's parts, in their order."""
+    for part in parts:
+        if isinstance(part, Step):
+            yield part
+        elif isinstance(part, Section):
+            yield from steps(part.parts)
+
+
+def untraced(document: Document) -> list[str]:
+    """What a lecturer would ask for in vain: numbers that no earlier step or table has, as `step: symbol`."""
+    known: set[str] = set()
+    missing: list[str] = []
+
+    def walk(parts: Iterable[Part]) -> None:
+        for part in parts:
+            match part:
+                case Section():
+                    walk(part.parts)
+                case Step():
+                    missing.extend(f"{part.what}: {n.symbol}" for n in part.numbers if n.symbol not in known)
+                    known.update(part.definitions, [part.result.symbol] if part.result else [])
+                case Table():
+                    missing.extend(f"{part.caption}: {n.symbol}" for n in part.numbers if n.symbol not in known)
+                    known.update(cell.symbol for row in part.rows for cell in row if isinstance(cell, Quantity))
+
+    walk(document.parts)
+    return missing
+
+
+def unreproduced(document: Document) -> list[str]:
+    """Steps whose formula can be worked out, but not so that the shown numbers give the shown result."""
+    return [
+        step.what
+        for step in steps(document.parts)
+        if step.numbers and step.result and formulas.computable(step.formula) and not substitution(step)
+    ]
+
+
+# -- HTML -------------------------------------------------------------------------------------------------------------
+
+STYLE = """
+:root { color-scheme: light; --ink: #1a1a1a; --quiet: #555; --line: #bbb; --tint: #f3f5f8; --mark: #8a3b00; }
+* { box-sizing: border-box; }
+body { margin: 0 auto; padding: 1.5rem 1rem 3rem; max-width: 46rem; color: var(--ink); background: #fff;
+  font: 11pt/1.45 "Source Serif 4", "Noto Serif", Georgia, "Times New Roman", serif; }
+h1 { font-size: 1.7em; line-height: 1.2; margin: 0 0 .3em; }
+h2 { font-size: 1.3em; margin: 2em 0 .5em; border-bottom: 1px solid var(--line); padding-bottom: .15em; }
+h3 { font-size: 1.08em; margin: 1.4em 0 .4em; }
+h4 { font-size: 1em; font-style: italic; margin: 1.2em 0 .3em; }
+p { margin: .5em 0; }
+a { color: #0b4a8f; }
+.subtitle, .from, .how { color: var(--quiet); }
+.from, .how { font-size: .85em; margin: .1em 0 0; }
+.step { margin: .9em 0 1.1em; padding-left: 2.6em; position: relative; }
+.step > .what { margin: 0; }
+.step > .what > .number { position: absolute; left: 0; color: var(--quiet); }
+math { font-size: 1.08em; }
+.formula { margin: .35em 0; overflow-x: auto; overflow-y: hidden; }
+.formula.substitution { font-size: .95em; }
+.result math { font-weight: 600; }
+.customary { color: var(--quiet); }
+.scroll { overflow-x: auto; }
+table { border-collapse: collapse; margin: .8em 0; font-size: .92em; }
+caption { text-align: left; font-style: italic; padding-bottom: .3em; }
+th, td { text-align: left; vertical-align: top; padding: .16em .7em .16em 0; border-bottom: 1px solid #e3e3e3; }
+thead th { border-bottom: 1px solid #777; }
+td.number, th.number { text-align: right; font-variant-numeric: tabular-nums; white-space: nowrap; }
+tr.emphasis td, tr.emphasis th { font-weight: 700; background: var(--tint); }
+table.printed { border: 2px solid #444; }
+table.printed caption { padding: .3em 0; font-style: normal; font-weight: 700; }
+table.printed th, table.printed td { padding-left: .6em; }
+figure { margin: 1em 0; }
+figure svg { display: block; width: 100%; height: auto; max-height: 24cm; stroke-linejoin: round; stroke-linecap: butt; }
+figcaption { font-size: .9em; margin-top: .3em; }
+.remark { border-left: 4px solid var(--mark); background: #fdf6ef; padding: .4em .8em; }
+.left-out { border-left: 4px solid #666; background: var(--tint); padding: .4em .8em; }
+pre { font: .78em/1.35 "DejaVu Sans Mono", Consolas, monospace; white-space: pre-wrap; overflow-wrap: anywhere;
+  background: var(--tint); padding: .7em; margin: .4em 0; }
+nav ol { columns: 2; padding-left: 1.4em; margin: .4em 0 1em; }
+@page { size: A4; margin: 18mm 18mm 20mm; @bottom-center { content: counter(page) " / " counter(pages); font: 9pt serif; } }
+@media print {
+  body { max-width: none; padding: 0; font-size: 10pt; }
+  a { color: inherit; text-decoration: none; }
+  h1, h2, h3, h4, caption { break-after: avoid; }
+  figure, .step, tr, .remark, .formula { break-inside: avoid; }
+  table.printed { break-inside: avoid; }
+  thead { display: table-header-group; }
+  p, li { orphans: 3; widows: 3; }
+  figure svg { max-height: 21cm; }
+  .formula, .scroll { overflow: visible; }
+}
+"""
+
+POLICY = "default-src 'none'; style-src 'unsafe-inline'; img-src data:"
+"""What a browser may load for the file: nothing. It asks no network and runs no script."""
+
+
+class _Writer:
+    """Writes a document's parts, numbers its steps, tables and figures, and knows where each symbol was found."""
+
+    def __init__(self, customary: bool) -> None:
+        self.customary = customary
+        self.found: dict[str, tuple[str, str]] = {}  # symbol -> (address, name of the place)
+        self.counts = {"section": 0, "step": 0, "table": 0, "figure": 0, "formula": 0}
+
+    def next(self, kind: str) -> int:
+        self.counts[kind] += 1
+        return self.counts[kind]
+
+    def parts(self, parts: Iterable[Part], level: int) -> str:
+        return "\n".join(self.part(part, level) for part in parts)
+
+    def part(self, part: Part, level: int) -> str:
+        match part:
+            case Section():
+                return self.section(part, level)
+            case Step():
+                return self.step(part)
+            case Table():
+                return self.table(part)
+            case Figure():
+                return self.figure(part)
+            case Note():
+                kind = f' class="{part.kind.replace(" ", "-")}"' if part.kind else ""
+                return f"<p{kind}>{escape(part.text)}</p>"
+            case Listing():
+                lines = f"<figcaption>{escape(part.caption)}</figcaption>"
+                return f"<figure>\n{lines}\n<pre>{escape(part.text)}</pre>\n</figure>"
+            case Items():
+                kind = "ol" if part.ordered else "ul"
+                return f"<{kind}>\n" + "\n".join(f"<li>{escape(item)}</li>" for item in part.items) + f"\n</{kind}>"
+
+    def section(self, section: Section, level: int) -> str:
+        n = self.next("section")
+        head = f'<h{level} id="section-{n}-title">{escape(section.title)}</h{level}>'
+        inner = self.parts(section.parts, min(level + 1, 6))
+        return f'<section id="section-{n}" aria-labelledby="section-{n}-title">\n{head}\n{inner}\n</section>'
+
+    def step(self, step: Step) -> str:
+        n = self.next("step")
+        place = f"step-{n}"
+        lines = [f'<p class="what"><span class="number">({n})</span> {escape(step.what)}</p>']
+        if step.formula:
+            lines.append(f'<div class="formula">{formulas.mathml(step.formula)}</div>')
+        numbers = substitution(step)
+        if numbers:
+            shown = formulas.mathml(step.formula, {number.symbol: number for number in numbers})
+            lines.append(f'<div class="formula substitution">{shown}</div>')
+        if step.result is not None:
+            beside = self.in_customary_units(step.result)
+            lines.append(f'<div class="formula result">{formulas.equation(step.result)}{beside}</div>')
+        if step.how:
+            lines.append(f'<p class="how">{escape(step.how)}</p>')
+        if step.note:
+            lines.append(f"<p>{escape(step.note)}</p>")
+        lines.append(self.sources(numbers or step.numbers))
+        for symbol in (*step.definitions, *([step.result.symbol] if step.result is not None else ())):
+            self.found[symbol] = (place, f"({n})")
+        return f'<div class="step" id="{place}">\n' + "\n".join(filter(None, lines)) + "\n</div>"
+
+    def sources(self, numbers: Sequence[Quantity]) -> str:
+        """Where the numbers of a step come from, with links."""
+        named = dict.fromkeys(number.symbol for number in numbers if number.symbol in self.found)
+        told = []
+        for symbol in named:
+            place, name = self.found[symbol]
+            told.append(f'{formulas.symbol_element(symbol)} <a href="#{place}">{escape(name)}</a>')
+        return f'<p class="from">{escape(_("from"))} {"; ".join(told)}</p>' if told else ""
+
+    def in_customary_units(self, quantity: Quantity) -> str:
+        told = customary(quantity) if self.customary else None
+        if told is None:
+            return ""
+        shown = formulas.number_shown(told)
+        return f' <span class="customary">{formulas.element(f"<mo>(</mo>{shown.math}<mo>)</mo>", shown.text)}</span>'
+
+    def table(self, table: Table) -> str:
+        n = self.next("table")
+        place, name = f"table-{n}", _("table {n}", n=n)
+        numeric = [any(isinstance(row[k], Quantity) for row in table.rows if k < len(row)) for k in range(len(table.head))]
+
+        of_number, emphasis = ' class="number"', ' class="emphasis"'
+
+        def cell(value: Cell, k: int) -> str:
+            match value:
+                case Quantity():
+                    told = in_cell(value, table.head[k])
+                case Formula():
+                    told = formulas.mathml(value.text, display=False)
+                case _:
+                    told = escape(value)
+            if k == 0 and isinstance(value, str):
+                return f'<th scope="row">{told}</th>'
+            return f"<td{of_number if numeric[k] else ''}>{told}</td>"
+
+        for row in table.rows:
+            self.found |= {c.symbol: (place, name) for c in row if isinstance(c, Quantity) and c.symbol}
+        columns = "".join(
+            f'<th scope="col"{of_number if number else ""}>{escape(head)}</th>'
+            for head, number in zip(table.head, numeric, strict=True)
+        )
+        rows = "\n".join(
+            f"<tr{emphasis if r in table.emphasis else ''}>{''.join(cell(value, k) for k, value in enumerate(row))}</tr>"
+            for r, row in enumerate(table.rows)
+        )
+        kind = f' class="{table.kind}"' if table.kind else ""
+        above = f'<div class="formula">{formulas.mathml(table.formula)}</div>\n' if table.formula else ""
+        caption = f"<caption>{escape(_('Table {n}', n=n))}. {escape(table.caption)}</caption>"
+        body = f"<table{kind}>\n{caption}\n<thead><tr>{columns}</tr></thead>\n<tbody>\n{rows}\n</tbody>\n</table>"
+        return f'<div id="{place}">\n{above}<div class="scroll">{body}</div>\n{self.sources(table.numbers)}\n</div>'
+
+    def figure(self, figure: Figure) -> str:
+        n = self.next("figure")
+        drawn = inline_svg(figure.svg, f"figure-{n}", figure.title, figure.description)
+        caption = f"{_('Figure {n}', n=n)}. {figure.title}. {figure.description}"
+        return f'<figure id="figure-{n}">\n{drawn}\n<figcaption>{escape(caption)}</figcaption>\n</figure>'
+
+
+def html(document: Document) -> str:
+    """A document as one HTML file in the language in use, which asks for nothing else."""
+    writer = _Writer(document.customary)
+    body = writer.parts(document.parts, 2)
+    top = [part.title for part in document.parts if isinstance(part, Section)]
+    numbers = re.findall(r'^<h2 id="(section-\d+)-title">', body, re.MULTILINE)
+    entries = "\n".join(
+        f'<li><a href="#{place}">{escape(title)}</a></li>' for place, title in zip(numbers, top, strict=True)
+    )
+    contents = f'<nav aria-label="{escape(_("Contents"))}">\n<ol>\n{entries}\n</ol>\n</nav>' if entries else ""
+    subtitle = f'<p class="subtitle">{escape(document.subtitle)}</p>' if document.subtitle else ""
+    return (
+        f'<!DOCTYPE html>\n<html lang="{language.current()}">\n<head>\n<meta charset="utf-8">\n'
+        f'<meta http-equiv="Content-Security-Policy" content="{POLICY}">\n'
+        f'<meta name="viewport" content="width=device-width, initial-scale=1">\n<title>{escape(document.title)}</title>\n'
+        f"<style>{STYLE}</style>\n</head>\n<body>\n<header>\n<h1>{escape(document.title)}</h1>\n{subtitle}\n</header>\n"
+        f"{contents}\n<main>\n{body}\n</main>\n</body>\n</html>\n"
+    )
+
+
+def in_cell(quantity: Quantity, head: str) -> str:
+    """A number of a table as HTML, with its unit where the column's head does not name it."""
+    bare = bool(quantity.unit) and head.endswith((f", {quantity.unit}", f"({quantity.unit})"))
+    return escape(formulas.number_shown(quantity._replace(unit="") if bare else quantity).text)
+
+
+# -- SVG --------------------------------------------------------------------------------------------------------------
+
+_ID = re.compile(r'\bid="([^"]+)"')
+_REFERENCE = re.compile(r'(url\(#|href="#)([^)"]+)')
+
+
+def inline_svg(svg: str, prefix: str, title: str, description: str) -> str:
+    """A drawing as an element of a page: with a title and a description, and ids that no other drawing there has.
+
+    >>> drawn = '<?xml version="1.0"?><svg width="2" height="1"><path id="a"/></svg>'
+    >>> inline_svg(drawn, "f", "A path", "One line.").replace("<desc", chr(10) + "<desc").splitlines()[1]
+    '<desc id="f-about">One line.</desc><path id="f-a"/></svg>'
+    """
+    drawn = svg[svg.index("<svg") :].strip()
+    drawn = re.sub(r"<metadata>.*?</metadata>|<style[^>]*>.*?</style>|<!--.*?-->", "", drawn, flags=re.DOTALL)
+    drawn = _ID.sub(lambda m: f'id="{prefix}-{m[1]}"', drawn)
+    drawn = _REFERENCE.sub(lambda m: f"{m[1]}{prefix}-{m[2]}", drawn).replace("xlink:href=", "href=")
+    head, inner = drawn[: drawn.index(">") + 1], drawn[drawn.index(">") + 1 :]
+    box = re.search(r'viewBox="([^"]+)"', head)
+    if box is None:
+        sizes = [re.search(rf'\b{side}="([0-9.]+)', head) for side in ("width", "height")]
+        view = " ".join(["0 0", *(size[1] for size in sizes if size is not None)])
+    else:
+        view = box[1]
+    inner = re.sub(r"^\s*<title[^>]*>.*?</title>|<defs>\s*</defs>", "", inner, flags=re.DOTALL).strip()
+    named = f'role="img" aria-labelledby="{prefix}-title {prefix}-about" viewBox="{view}"'
+    told = f'<title id="{prefix}-title">{escape(title)}</title><desc id="{prefix}-about">{escape(description)}</desc>'
+    return f"<svg {named}>{told}{inner}"
+
+
+# -- US units ---------------------------------------------------------------------------------------------------------
+
+
+_US: Mapping[str, str] = {
+    "kg m²": "lb ft²",
+    "kg": "lb",
+    "N": "lbf",
+    "kN": "lbf",
+    "N m": "lbf ft",
+    "J": "lbf ft",
+    "kJ": "lbf ft",
+    "W": "hp",
+    "kW": "hp",
+    "rad/s": "rpm",
+    "m": "in",
+    "mm": "in",
+    "m/s": "ft/s",
+    "MPa": "psi",
+    "Pa": "psi",
+}
+
+
+def customary(quantity: Quantity) -> Quantity | None:
+    """A result in US customary units; None where it has none, or is no more than a ratio."""
+    unit = _US.get(quantity.unit)
+    return None if unit is None else quantity._replace(unit=unit, digits=min(quantity.digits, 6))

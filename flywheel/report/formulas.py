@@ -1,0 +1,422 @@
+"""Formulas of the report: one text is shown as a formula, shown again with numbers and units, and worked out.
+
+A formula is written as in Python, `"J = (W_max - W_min)/(epsilon*omega**2)"`, so that what a reader sees and what a test
+works out are the same tree. Names are symbols: `phi` is a Greek letter, what follows `_` an index, `I_star` is I with a
+star, `g_prime` a g with a prime, `omega_mean` has the index "mean". Beside functions there are `integral(f, phi, a, b)`,
+`total(f, k)` (the sum over k), `derivative(f, phi)`, `greatest(f, phi)` and `least(f, phi)` (over the angle), which are
+shown and not worked out. Any name may be called: `W(phi)`.
+"""
+
+from __future__ import annotations
+
+import ast
+import math
+from collections.abc import Callable, Mapping
+from functools import cache
+from html import escape
+from typing import NamedTuple
+
+from flywheel import language
+from flywheel.numerics.units import parse_unit
+
+DIGITS = 6
+"""Significant digits of a number that is shown."""
+MOST_DIGITS = 12
+
+_LETTERS = "alpha beta gamma delta epsilon zeta eta theta kappa mu nu xi rho sigma tau phi psi omega lamda chi pi"
+_GREEK = dict(zip(_LETTERS.split(" "), "αβγδεζηθκμνξρστφψωλχπ", strict=True)) | {
+    "Delta": "Δ",
+    "Omega": "Ω",
+    "Sigma": "Σ",
+    "Phi": "Φ",
+    "Psi": "Ψ",
+    "Theta": "Θ",
+}
+_MARKS = {"star": "*", "prime": "′", "second": "″", "plus": "+", "minus": "−"}
+_FUNCTIONS: Mapping[str, Callable[..., float]] = {
+    "sin": math.sin,
+    "cos": math.cos,
+    "tan": math.tan,
+    "asin": math.asin,
+    "acos": math.acos,
+    "atan": math.atan,
+    "atan2": math.atan2,
+    "sqrt": math.sqrt,
+    "exp": math.exp,
+    "log": math.log,
+    "abs": abs,
+    "min": min,
+    "max": max,
+    "sign": lambda x: float((x > 0) - (x < 0)),
+}
+_SHOWN_ALONE = ("integral", "total", "derivative", "greatest", "least")
+_ESCAPES = {"-": "‿", ".": "·", " ": "⁔", "_": "⁀"}  # in an index: letters that a name in Python may have
+_RELATIONS = {ast.Lt: "<", ast.LtE: "≤", ast.Gt: ">", ast.GtE: "≥", ast.Eq: "=", ast.NotEq: "≠"}
+_LOOSE, _SUM, _PRODUCT, _POWER, _ATOM = range(5)
+"""How tightly the parts of a formula hold together: what is looser than its place asks is put in brackets."""
+
+
+class FormulaError(ValueError):
+    """A text that is no formula, or one that cannot be worked out."""
+
+
+class Quantity(NamedTuple):
+    """A number that is shown: its symbol as in formulas, its value in SI, and the unit and digits it is shown with."""
+
+    symbol: str
+    value: float
+    unit: str = ""
+    digits: int = DIGITS
+
+    @property
+    def written(self) -> str:
+        """The number as shown, in English and without its unit, `353.521` or `1.2e-07`."""
+        return written(self.value / factor(self.unit), self.digits)
+
+    @property
+    def shown(self) -> float:
+        """What the shown number says, in SI."""
+        return float(self.written) * factor(self.unit)
+
+
+def written(value: float, digits: int = DIGITS) -> str:
+    """A number with its significant digits, zeros at its end left away.
+
+    >>> written(353.5214273), written(0.5), written(-0.0), written(1234567.0)
+    ('353.521', '0.5', '0', '1.23457e+06')
+    """
+    return f"{value + 0.0:.{digits}g}" if value else "0"
+
+
+@cache
+def factor(unit: str) -> float:
+    """The SI value of a unit as it is shown.
+
+    >>> factor("kg m²"), factor("kN"), factor("")
+    (1.0, 1000.0, 1.0)
+    """
+    if not unit:
+        return 1.0
+    found = parse_unit(unit, None)
+    return found.numerator / found.denominator
+
+
+def index(name: str) -> str:
+    """A name of the scene (a body, a load, a shaft) as an index of a symbol.
+
+    >>> "g_" + index("scotch-yoke.yoke")
+    'g_scotch‿yoke·yoke'
+    """
+    return "".join(_ESCAPES.get(c, c) for c in name if c in _ESCAPES or ("a" + c).isidentifier())
+
+
+# -- a symbol ---------------------------------------------------------------------------------------------------------
+
+
+def _split(symbol: str) -> tuple[str, str, str]:
+    """The letter, the index and the marks of a symbol, as they are shown."""
+    head, *rest = symbol.split("_")
+    base = _GREEK.get(head, head)
+    marks = "".join(_MARKS[part] for part in rest if part in _MARKS)
+    parts = [_GREEK.get(part, part) for part in rest if part not in _MARKS and part]
+    below = ",".join(parts)
+    for plain, stand_in in _ESCAPES.items():
+        below = below.replace(stand_in, plain)
+    return base, below, marks
+
+
+def symbol_text(symbol: str) -> str:
+    """A symbol in plain text.
+
+    >>> symbol_text("I_star"), symbol_text("omega_max"), symbol_text("g_slider_prime")
+    ('I*', 'ω_max', 'g′_slider')
+    """
+    base, below, marks = _split(symbol)
+    return base + marks + (f"_{below}" if below else "")
+
+
+def symbol_math(symbol: str) -> str:
+    """A symbol in MathML.
+
+    >>> symbol_math("I_star")
+    '<msup><mi>I</mi><mo>*</mo></msup>'
+    """
+    base, below, marks = _split(symbol)
+    upright = ' mathvariant="normal"' if base in "πΔ" else ""
+    letter = f"<mi{upright}>{escape(base)}</mi>"
+    kind = "mn" if below.isdigit() else "mi" if len(below) == 1 else "mtext"
+    lower = f"<{kind}>{escape(below)}</{kind}>"
+    upper = f"<mo>{escape(marks)}</mo>"
+    if below and marks:
+        return f"<msubsup>{letter}{lower}{upper}</msubsup>"
+    if below:
+        return f"<msub>{letter}{lower}</msub>"
+    return f"<msup>{letter}{upper}</msup>" if marks else letter
+
+
+# -- a formula --------------------------------------------------------------------------------------------------------
+
+
+class _Shown(NamedTuple):
+    """A part of a formula as MathML and as text, and how tightly it holds together."""
+
+    math: str
+    text: str
+    binds: int = _ATOM
+
+
+@cache
+def sides(formula: str) -> tuple[ast.expr, ...]:
+    """The expressions of a formula, one for each side of its equals signs.
+
+    Raises:
+        FormulaError: for a text that is none.
+
+    """
+    try:
+        return tuple(ast.parse(side.strip(), mode="eval").body for side in formula.split(" = "))
+    except SyntaxError as error:
+        raise FormulaError(f"{formula!r} is no formula: {error}") from None
+
+
+def symbols(formula: str) -> frozenset[str]:
+    """The symbols of a formula's last side, which its numbers stand for: those of what is shown alone left out.
+
+    >>> sorted(symbols("J = (W_max - W_min)/(epsilon*omega**2)"))
+    ['W_max', 'W_min', 'epsilon', 'omega']
+    """
+    return frozenset(_names(sides(formula)[-1]))
+
+
+def _names(node: ast.AST) -> set[str]:
+    if isinstance(node, ast.Name):
+        return set() if node.id == "pi" else {node.id}
+    if isinstance(node, ast.Call):
+        return set().union(*(_names(argument) for argument in node.args))
+    return set().union(*(_names(child) for child in ast.iter_child_nodes(node)))
+
+
+def value(formula: str, numbers: Mapping[str, float]) -> float:
+    """A formula's last side worked out with numbers (SI).
+
+    Raises:
+        FormulaError: where a number is missing, or something in it is not worked out (an integral).
+
+    >>> value("v = r*omega*sin(pi/2)", {"r": 0.5, "omega": 4.0})
+    2.0
+
+    """
+    return _value(sides(formula)[-1], numbers)
+
+
+def _value(node: ast.expr, numbers: Mapping[str, float]) -> float:
+    match node:
+        case ast.Constant(value=int() | float() as number):
+            return float(number)
+        case ast.Name(id=name) if name in numbers:
+            return numbers[name]
+        case ast.Name(id="pi"):
+            return math.pi
+        case ast.UnaryOp(op=ast.USub(), operand=inner):
+            return -_value(inner, numbers)
+        case ast.UnaryOp(op=ast.UAdd(), operand=inner):
+            return _value(inner, numbers)
+        case ast.BinOp(left=left, op=op, right=right):
+            a, b = _value(left, numbers), _value(right, numbers)
+            match op:
+                case ast.Add():
+                    return a + b
+                case ast.Sub():
+                    return a - b
+                case ast.Mult():
+                    return a * b
+                case ast.Div():
+                    return a / b
+                case ast.Pow():
+                    return float(a**b)
+        case ast.Call(func=ast.Name(id=name), args=arguments) if name in _FUNCTIONS:
+            return _FUNCTIONS[name](*(_value(argument, numbers) for argument in arguments))
+    raise FormulaError(f"{ast.unparse(node)!r} is not worked out")
+
+
+def computable(formula: str) -> bool:
+    """Whether a formula can be worked out once its symbols have numbers."""
+    for node in ast.walk(sides(formula)[-1]):
+        if isinstance(node, ast.Call) and not (isinstance(node.func, ast.Name) and node.func.id in _FUNCTIONS):
+            return False
+        if isinstance(node, ast.Compare | ast.IfExp | ast.BoolOp):
+            return False
+    return True
+
+
+def mathml(formula: str, numbers: Mapping[str, Quantity] | None = None, *, display: bool = True) -> str:
+    """A formula as MathML, in a line of its own or not, read out by its text; with numbers, those stand in its last side.
+
+    The numbers have the decimal mark of the language in use.
+    """
+    *heads, last = sides(formula)
+    parts = [_shown(side, {}) for side in (heads[:1] if numbers else heads)]
+    parts.append(_shown(last, numbers or {}))
+    text = " = ".join(part.text for part in parts)
+    return element("<mo>=</mo>".join(part.math for part in parts), text, display=display)
+
+
+def equation(quantity: Quantity) -> str:
+    """A symbol and its number as MathML in a line of its own."""
+    shown = number_shown(quantity)
+    if not quantity.symbol:
+        return element(shown.math, shown.text)
+    return element(f"{symbol_math(quantity.symbol)}<mo>=</mo>{shown.math}", f"{symbol_text(quantity.symbol)} = {shown.text}")
+
+
+def element(inner: str, text: str, *, display: bool = True) -> str:
+    """A MathML element around its content, with the text that a screen reader without MathML reads."""
+    block = ' display="block"' if display else ""
+    return f'<math{block} alttext="{escape(text)}"><mrow>{inner}</mrow></math>'
+
+
+def symbol_element(symbol: str) -> str:
+    """A symbol as MathML within a line of text."""
+    return element(symbol_math(symbol), symbol_text(symbol), display=False)
+
+
+def number_shown(quantity: Quantity) -> _Shown:
+    """A number with its unit, a power of ten written as such."""
+    return _with_unit(_number(quantity.written), quantity.unit)
+
+
+def _number(english: str) -> _Shown:
+    sign, digits = ('<mo form="prefix">−</mo>', english[1:]) if english.startswith("-") else ("", english)
+    digits, _, power = digits.partition("e")
+    told = language.number(digits)
+    shown, text = f"{sign}<mn>{told}</mn>", ("−" if sign else "") + told
+    if power:
+        exponent = str(int(power)).replace("-", "−")
+        shown = f"{shown}<mo>·</mo><msup><mn>10</mn><mn>{exponent}</mn></msup>"
+        text = f"{text}·10^{exponent}"
+    return _Shown(shown, text, _SUM if sign else _PRODUCT if power else _ATOM)
+
+
+def _with_unit(number: _Shown, unit: str) -> _Shown:
+    if not unit:
+        return number
+    gap = "" if unit in ("°",) else '<mspace width="0.2em"></mspace>'
+    told = unit if unit in ("°",) else f" {unit}"
+    binds = min(number.binds, _PRODUCT)
+    return _Shown(f"{number.math}{gap}<mtext>{escape(unit)}</mtext>", number.text + told, binds)
+
+
+def _bracketed(shown: _Shown, least: int) -> _Shown:
+    if shown.binds >= least:
+        return shown
+    return _Shown(f"<mrow><mo>(</mo>{shown.math}<mo>)</mo></mrow>", f"({shown.text})")
+
+
+def _shown(node: ast.expr, numbers: Mapping[str, Quantity]) -> _Shown:
+    def show(inner: ast.expr, least: int = _LOOSE) -> _Shown:
+        return _bracketed(_shown(inner, numbers), least)
+
+    match node:
+        case ast.Constant(value=int() | float() as number):
+            return _number(written(number, MOST_DIGITS))
+        case ast.Name(id=name) if name in numbers:
+            return number_shown(numbers[name])
+        case ast.Name(id=name):
+            return _Shown(symbol_math(name), symbol_text(name))
+        case ast.UnaryOp(op=ast.USub(), operand=inner):
+            part = show(inner, _PRODUCT)
+            return _Shown(f'<mo form="prefix">−</mo>{part.math}', f"−{part.text}", _SUM)
+        case ast.UnaryOp(op=ast.Not(), operand=inner):
+            part = show(inner, _POWER)
+            return _Shown(f"<mo>¬</mo>{part.math}", f"not {part.text}", _SUM)
+        case ast.UnaryOp(operand=inner):
+            return show(inner)
+        case ast.BinOp(left=left, op=op, right=right):
+            return _operation(left, op, right, numbers)
+        case ast.Compare(left=left, ops=ops, comparators=others):
+            first, marks = show(left, _SUM), [_RELATIONS.get(type(op), "?") for op in ops]
+            parts = [show(other, _SUM) for other in others]
+            shown = first.math + "".join(f"<mo>{escape(m)}</mo>{p.math}" for m, p in zip(marks, parts, strict=True))
+            text = first.text + "".join(f" {m} {p.text}" for m, p in zip(marks, parts, strict=True))
+            return _Shown(shown, text, _LOOSE)
+        case ast.BoolOp(op=op, values=values):
+            word = language.text("and") if isinstance(op, ast.And) else language.text("or")
+            parts = [show(one, _SUM) for one in values]
+            joined = f"<mtext>&nbsp;{word}&nbsp;</mtext>".join(part.math for part in parts)
+            return _Shown(joined, f" {word} ".join(part.text for part in parts), _LOOSE)
+        case ast.IfExp(test=test, body=body, orelse=other):
+            return _piecewise(show(body), show(test), show(other))
+        case ast.Call(func=ast.Name(id=name), args=arguments):
+            return _call(name, [_shown(argument, numbers) for argument in arguments])
+    raise FormulaError(f"{ast.unparse(node)!r} is no part of a formula")
+
+
+def _operation(left: ast.expr, op: ast.operator, right: ast.expr, numbers: Mapping[str, Quantity]) -> _Shown:
+    a, b = _shown(left, numbers), _shown(right, numbers)
+    match op:
+        case ast.Add() | ast.Sub():
+            sign = "+" if isinstance(op, ast.Add) else "−"
+            a = _bracketed(a, _SUM)
+            # a negative number, or a sum that is taken away, is put in brackets
+            b = _bracketed(b, _PRODUCT if sign == "−" or b.text.startswith("−") else _SUM)
+            return _Shown(f"{a.math}<mo>{sign}</mo>{b.math}", f"{a.text} {sign} {b.text}", _SUM)
+        case ast.Mult():
+            a, b = _bracketed(a, _PRODUCT), _bracketed(b, _PRODUCT)
+            times = isinstance(left, ast.Constant) or isinstance(right, ast.Constant) or bool(numbers)
+            mark, word = ("<mo>·</mo>", " · ") if times and numbers else ("<mo>&#x2062;</mo>", " ")
+            return _Shown(f"{a.math}{mark}{b.math}", f"{a.text}{word}{b.text}", _PRODUCT)
+        case ast.Div():
+            up, down = _bracketed(a, _PRODUCT), _bracketed(b, _POWER)
+            return _Shown(f"<mfrac><mrow>{a.math}</mrow><mrow>{b.math}</mrow></mfrac>", f"{up.text}/{down.text}", _PRODUCT)
+        case ast.Pow():
+            a, up = _bracketed(a, _ATOM), _bracketed(b, _ATOM)
+            return _Shown(f"<msup><mrow>{a.math}</mrow><mrow>{b.math}</mrow></msup>", f"{a.text}^{up.text}", _POWER)
+        case ast.Mod():
+            a, b = _bracketed(a, _PRODUCT), _bracketed(b, _PRODUCT)
+            return _Shown(f"{a.math}<mo>mod</mo>{b.math}", f"{a.text} mod {b.text}", _PRODUCT)
+    raise FormulaError(f"{type(op).__name__} is no operation of a formula")
+
+
+def _piecewise(body: _Shown, test: _Shown, other: _Shown) -> _Shown:
+    word, otherwise = language.text("if"), language.text("otherwise")
+    rows = (
+        f"<mtr><mtd>{body.math}</mtd><mtd><mtext>{word}&nbsp;</mtext>{test.math}</mtd></mtr>"
+        f"<mtr><mtd>{other.math}</mtd><mtd><mtext>{otherwise}</mtext></mtd></mtr>"
+    )
+    shown = f'<mrow><mo fence="true">{{</mo><mtable columnalign="left">{rows}</mtable></mrow>'
+    return _Shown(shown, f"({body.text} {word} {test.text}, {otherwise} {other.text})")
+
+
+def _call(name: str, arguments: list[_Shown]) -> _Shown:
+    shown, texts = [a.math for a in arguments], [a.text for a in arguments]
+    match name, arguments:
+        case "integral", [f, x, low, high]:
+            f = _bracketed(f, _PRODUCT)
+            sign = f"<msubsup><mo>∫</mo><mrow>{low.math}</mrow><mrow>{high.math}</mrow></msubsup>"
+            text = f"∫ from {low.text} to {high.text} of {f.text} d{x.text}"
+            return _Shown(
+                f'{sign}{f.math}<mspace width="0.2em"></mspace><mi mathvariant="normal">d</mi>{x.math}', text, _PRODUCT
+            )
+        case "total", [f, k]:
+            f = _bracketed(f, _PRODUCT)
+            return _Shown(f"<munder><mo>∑</mo><mrow>{k.math}</mrow></munder>{f.math}", f"∑_{k.text} {f.text}", _PRODUCT)
+        case "derivative", [f, x]:
+            f, d = _bracketed(f, _ATOM), '<mi mathvariant="normal">d</mi>'
+            return _Shown(f"<mfrac><mrow>{d}{f.math}</mrow><mrow>{d}{x.math}</mrow></mfrac>", f"d{f.text}/d{x.text}", _POWER)
+        case (("greatest" | "least"), [f, x]):
+            word = "max" if name == "greatest" else "min"
+            f = _bracketed(f, _ATOM)
+            return _Shown(
+                f"<munder><mo>{word}</mo><mrow>{x.math}</mrow></munder>{f.math}", f"{word}_{x.text} {f.text}", _PRODUCT
+            )
+        case "sqrt", [x]:
+            return _Shown(f"<msqrt>{x.math}</msqrt>", f"√({x.text})")
+        case "abs", [x]:
+            return _Shown(f'<mrow><mo fence="true">|</mo>{x.math}<mo fence="true">|</mo></mrow>', f"|{x.text}|")
+        case "exp", [x]:
+            return _Shown(f"<msup><mi>e</mi><mrow>{x.math}</mrow></msup>", f"e^({x.text})", _POWER)
+    told = {"asin": "arcsin", "acos": "arccos", "atan": "arctan", "log": "ln"}.get(name, name)
+    head = f"<mi>{told}</mi>" if name in _FUNCTIONS else symbol_math(name)
+    text = told if name in _FUNCTIONS else symbol_text(name)
+    between = "<mo>,</mo>".join(shown)
+    return _Shown(f"{head}<mo>&#x2061;</mo><mrow><mo>(</mo>{between}<mo>)</mo></mrow>", f"{text}({', '.join(texts)})")
