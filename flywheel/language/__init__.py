@@ -2,6 +2,8 @@
 
 A folder for each language holds one catalogue for each subject, `es/report.po`: the English text and its translation. A
 text is marked where it stands, `_("Exact flywheel")`, with `_` this module's `text`; scripts of the page mark theirs alike.
+Faults, remarks and messages are put together where they arise, without marks: `message` knows them by the templates of
+the catalogue `faults.po`, `"{0} beside {1}"`.
 
 >>> with use("es"):
 ...     text("Exact flywheel"), number("3.14")
@@ -15,7 +17,7 @@ import re
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from contextvars import ContextVar
-from functools import cache
+from functools import cache, lru_cache
 from importlib.resources import files
 from types import MappingProxyType
 
@@ -26,6 +28,9 @@ _current: ContextVar[str] = ContextVar("language", default="en")
 _ENTRY = re.compile(r'^msgid ((?:"(?:[^"\\]|\\.)*"\s*)+)^msgstr ((?:"(?:[^"\\]|\\.)*"\s*)+)', re.MULTILINE)
 _PIECE = re.compile(r'"(?:[^"\\]|\\.)*"')
 _DECIMAL_POINT = re.compile(r"(?<=\d)\.(?=\d)")
+_FIGURE = re.compile(r"(?<![=\w.,])(\d+)\.(?=\d)")
+_QUOTED = re.compile(r'("[^"]*")')
+_PLACEHOLDER = re.compile(r"\{\d+\}")
 
 
 @contextmanager
@@ -54,6 +59,55 @@ def text(message: str, **values: object) -> str:
 def number(written: str) -> str:
     """A number as written in English, with the decimal mark of the language in use: 0.5 is 0,5 in Spanish."""
     return _DECIMAL_POINT.sub(",", written) if _current.get() == "es" else written
+
+
+def message(told: str, numbers: bool = True) -> str:
+    """A fault, remark or message in the language in use, what is in quotes as it is; English where no template fits.
+
+    Numbers get the decimal mark of the language, unless they are those of a scene's text, which has points.
+
+    >>> with use("es"):
+    ...     print(message('did you mean "slider"?'), message("not confirmed in time: the motion takes too many steps"))
+    ¿quería decir "slider"? sin confirmar en el tiempo: el movimiento necesita demasiados pasos
+    """
+    language = _current.get()
+    if language == "en" or not told:
+        return told
+    translated = catalogue(language).get(told) or _by_templates(language, told)
+    if not numbers:
+        return translated
+    pieces = _QUOTED.split(translated)
+    return "".join(piece if k % 2 else _FIGURE.sub(r"\1,", piece) for k, piece in enumerate(pieces))
+
+
+@lru_cache(2048)
+def _by_templates(language: str, told: str) -> str:
+    """A text by the template with most words that fits, what is put into it translated alike."""
+    known, templates = _templates(language)
+    if told in known:
+        return known[told]
+    for longest, pattern, translation in templates:
+        if longest not in told:
+            continue
+        fit = pattern.fullmatch(told)
+        if fit and not any(value.count('"') % 2 for value in fit.groups()):
+            return translation.format(*(_by_templates(language, value) for value in fit.groups()))
+    return told
+
+
+@cache
+def _templates(language: str) -> tuple[Mapping[str, str], tuple[tuple[str, re.Pattern[str], str], ...]]:
+    """The faults without placeholders, and the templates: their longest words, a pattern, the translation."""
+    known, templates = {}, []
+    for english, translation in entries(files(__package__).joinpath(language, "faults.po").read_text("utf-8")).items():
+        pieces = _PLACEHOLDER.split(english)
+        if len(pieces) == 1:
+            known[english] = translation
+            continue
+        pattern = re.compile("(.*?)".join(map(re.escape, pieces)), re.DOTALL)
+        templates.append((len("".join(pieces)), max(pieces, key=len), pattern, translation))
+    templates.sort(key=lambda template: -template[0])
+    return MappingProxyType(known), tuple(template[1:] for template in templates)
 
 
 @cache

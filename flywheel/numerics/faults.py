@@ -12,6 +12,9 @@ from numbers import Real
 from types import MappingProxyType
 from typing import NamedTuple
 
+from flywheel.language import message
+from flywheel.language import text as _
+
 
 class Fault(NamedTuple):
     """One thing that is wrong: where, what was found, what was expected, and what to do about it.
@@ -44,9 +47,14 @@ class Fault(NamedTuple):
     @property
     def told(self) -> str:
         """What follows the path."""
-        place = f" ({self.place})" if self.place else ""
-        tail = f"; {self.advice}" if self.advice else ""
-        return f"{place}: found {self.found}, expected {self.expected}{tail}"
+        return f"{f' ({self.place})' if self.place else ''}: {self.sentence}"
+
+    @property
+    def sentence(self) -> str:
+        """What was found and expected, and the advice, in the language in use."""
+        words = {"found": message(self.found, numbers=False), "expected": message(self.expected, numbers=False)}
+        tail = f"; {message(self.advice, numbers=False)}" if self.advice else ""
+        return _("found {found}, expected {expected}", **words) + tail
 
 
 class Remark(NamedTuple):
@@ -64,11 +72,17 @@ class Remark(NamedTuple):
 
     def __str__(self) -> str:
         place = _place(self.item, self.line, None)
-        return f"{self.path}{f' ({place})' if place else ''}: {self.found}; {self.advice}"
+        return f"{self.path}{f' ({place})' if place else ''}: {self.sentence}"
+
+    @property
+    def sentence(self) -> str:
+        """What it comes to and the advice, in the language in use."""
+        return f"{message(self.found)}; {message(self.advice)}"
 
 
 def _place(item: str, line: int | None, column: int | None) -> str:
-    words = (item, "" if line is None else f"line {line}", "" if column is None else f"column {column}")
+    in_line = "" if line is None else _("line {n}", n=line)
+    words = (message(item), in_line, "" if column is None else _("column {n}", n=column))
     return ", ".join(filter(None, words))
 
 

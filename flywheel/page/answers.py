@@ -76,23 +76,15 @@ def report(request: Mapping[str, Any]) -> bytes:
 
 
 def as_fault(fault: Fault) -> dict[str, Any]:
-    """A fault as the page shows it, at its line and beside its field."""
-    tail = f"; {fault.advice}" if fault.advice else ""
-    return {
-        "path": fault.path,
-        "line": fault.line,
-        "column": fault.column,
-        "found": fault.found,
-        "expected": fault.expected,
-        "advice": fault.advice,
-        "message": f"found {fault.found}, expected {fault.expected}{tail}",
-    }
+    """A fault as the page shows it, at its line and beside its field, in the language in use."""
+    words = {part: language.message(getattr(fault, part), numbers=False) for part in ("found", "expected", "advice")}
+    return {"path": fault.path, "line": fault.line, "column": fault.column, **words, "message": fault.sentence}
 
 
 def as_remark(remark: Remark) -> dict[str, Any]:
     """A remark alike."""
-    message = f"{remark.found}; {remark.advice}"
-    return {"path": remark.path, "line": remark.line, "found": remark.found, "advice": remark.advice, "message": message}
+    words = {part: language.message(getattr(remark, part)) for part in ("found", "advice")}
+    return {"path": remark.path, "line": remark.line, **words, "message": remark.sentence}
 
 
 CALLS: dict[str, Callable[[Mapping[str, Any]], bytes]] = {"answer": answer, "report": report}
