@@ -255,6 +255,27 @@ def steady_motion(machine: Machine, sizing: Sizing, phi: Array) -> tuple[Machine
     return MachineMotion(phi, omega, alpha), (off, slower)
 
 
+def regime_forces(sizing: Sizing, phi: Array, mechanisms: Sequence[str] = ()) -> JointForces:
+    """Forces in the joints of a machine's mechanisms, or of some, in the steady regime that its sizing has found.
+
+    Args:
+        sizing: of a machine.
+        phi: crank angles from 0 to the cycle (rad), shape (n,).
+        mechanisms: names; all if empty.
+
+    """
+    machine = sizing.machine
+    assert machine is not None
+    motion, (omega, alpha) = steady_motion(machine, sizing, phi)
+    balance = 0.0 if sizing.balance is None else sizing.balance.value
+    found = {
+        mechanism.name: port_forces(machine, motion, balance, mechanism)
+        for mechanism in machine.scene.mechanisms
+        if mechanism.name in mechanisms or not mechanisms
+    }
+    return JointForces(motion, found, MotionErrors(0.0, omega, alpha), balance, "steady regime", (), machine)
+
+
 @lru_cache(maxsize=2)  # positions of one machine are asked for several times
 def _steady_sizing(machine: Machine) -> Sizing:
     from flywheel.sizing.sizing import size

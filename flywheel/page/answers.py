@@ -30,6 +30,7 @@ def answer(request: Mapping[str, Any]) -> bytes:
             scene = scene_of(text, request)
             remarks = list(scene.remarks)
             figures = _figures(scene, request)
+            faults = placed_in(figures.pop("faults", []), text) if figures else []
         except SceneError as error:
             faults = placed_in(error.faults, text)
         told = {

@@ -62,14 +62,28 @@ def sampled(machine: Machine, cycle: Cycle, speed: float | None = None, points: 
         work=work,
         inertia=cycle.inertia_at_start + variation,
         balance=share,
-        driving=_driving(machine, cycle, phi, speed).ravel(),
+        driving=_driving(machine, cycle, phi, mesh.anchor, speed).ravel(),
     )
 
 
-def _driving(machine: Machine, cycle: Cycle, phi: Array, speed: float | None) -> Array:
-    """M_m* (N m) at the samples of cells: what every load adds that does positive work in the cycle."""
+def samples_at(machine: Machine, cycle: Cycle, phi: Array, speed: float | None = None) -> Samples:
+    """A resolved cycle at angles (rad) that ascend; at an edge the value of the cell that begins there."""
+    cell, t = cycle.where(phi)
+    work, variation = cycle.at(cell, t)
+    return Samples(
+        phi=phi,
+        moment=cells.value(cycle.series[0, cell], t),
+        work=work,
+        inertia=cycle.inertia_at_start + variation,
+        balance=None,
+        driving=_driving(machine, cycle, phi, machine.anchors(phi), speed),
+    )
+
+
+def _driving(machine: Machine, cycle: Cycle, phi: Array, anchor: Array, speed: float | None) -> Array:
+    """M_m* (N m) at angles (rad) that ascend: what every load adds that does positive work in the cycle."""
     moving = speed if machine.depends_on_speed or machine.depends_on_time else None
-    parts = machine.reduction.moments(phi, cycle.mesh.anchor, cycle.balance or 0.0, speed=moving)
+    parts = machine.reduction.moments(phi, anchor, cycle.balance or 0.0, speed=moving)
     found = np.zeros_like(phi)
     for part in parts.values():
         there = part + found * 0.0
@@ -79,13 +93,14 @@ def _driving(machine: Machine, cycle: Cycle, phi: Array, speed: float | None) ->
 
 
 def bodies(machine: Machine, samples: Samples) -> dict[str, Array]:
-    """What each body adds to I* (kg m²) at the samples; bodies that add nothing are left out.
-
-    Beyond `MOST_BODIES` the smallest ones are shown as one.
-    """
+    """What each body adds to I* (kg m²) at the samples; bodies that add nothing are left out."""
     phi = samples.phi % machine.scene.cycle
     parts = machine.kinematics.inertias(machine.kinematics.flows(phi, machine.anchors(phi)))
-    found = {name: np.broadcast_to(part, phi.shape) for name, part in parts.items() if np.any(part)}
+    return most({name: np.broadcast_to(part, phi.shape) for name, part in parts.items() if np.any(part)})
+
+
+def most(found: dict[str, Array]) -> dict[str, Array]:
+    """Bodies with what each adds to I*; beyond `MOST_BODIES` the smallest ones as one."""
     if len(found) <= MOST_BODIES:
         return found
     largest = sorted(found, key=lambda name: -float(found[name].max()))[: MOST_BODIES - 1]

@@ -72,30 +72,15 @@ def turned(outline: Array, angle: float, shift: tuple[float, float] = (0.0, 0.0)
 
 
 def rounded(points: Array, radius: float) -> Array:
-    """The outline of a bar or plate through points (2, m): their convex hull, a radius wider on every side."""
-    rim = circle(radius)[:, :-1]
-    return hull((points[:, :, None] + rim[:, None, :]).reshape(2, -1))
+    """The outline of a bar or plate through points (2, m): their convex hull, a radius wider on every side.
 
+    In each direction the point that lies furthest bears the rim.
 
-def hull(points: Array) -> Array:
-    """The convex hull of points (2, m), counter-clockwise.
-
-    >>> hull(np.array([[0.0, 2.0, 1.0, 1.0], [0.0, 0.0, 1.0, 0.2]])).T.tolist()
-    [[0.0, 0.0], [2.0, 0.0], [1.0, 1.0]]
+    >>> rounded(np.array([[0.0, 2.0, 1.0], [0.0, 0.0, 0.0]]), 1.0)[0, [0, 48]].round(9).tolist()
+    [3.0, -1.0]
     """
-    ordered = sorted(set(map(tuple, points.T.tolist())))
-    found: list[tuple[float, float]] = []
-    for side in (ordered, ordered[::-1]):
-        kept: list[tuple[float, float]] = []
-        for x, y in side:  # a point is kept where the outline turns left
-            while len(kept) > 1:
-                (ax, ay), (bx, by) = kept[-2:]
-                if (bx - ax) * (y - ay) - (by - ay) * (x - ax) > 0.0:
-                    break
-                kept.pop()
-            kept.append((x, y))
-        found += kept[:-1]
-    return np.array(found).T
+    rim = circle(1.0)[:, :-1]
+    return np.asarray(points[:, (rim.T @ points).argmax(axis=1)] + radius * rim)
 
 
 def in_line(points: Array) -> bool:
