@@ -142,6 +142,7 @@ def test_graph_agrees_with_triangle_to_the_order_of_the_method():
         assert fine[name].agreement("DOP853").pearson == pytest.approx(1.0, abs=1e-12)
 
 
+@pytest.mark.slow
 def test_steady_crank_has_its_angle_right_by_any_method():
     found = compare_kinematics(imposed=STEADY, until=0.3, step=0.02)
     assert found["velocity"].agreement("euler").greatest < 1e-11
@@ -181,7 +182,8 @@ def test_approximate_and_printed_curves_beside_the_triangle():
     assert_allclose(printed, 25.0 * middle, atol=1e-9)
 
 
-@pytest.mark.parametrize(("imposed", "off"), [pytest.param(HARMONIC, 0.716, marks=pytest.mark.slow), (STEADY, 22.0)])
+@pytest.mark.slow
+@pytest.mark.parametrize(("imposed", "off"), [(HARMONIC, 0.716), (STEADY, 22.0)])
 def test_torque_that_imposes_a_motion(imposed, off):
     torque = compare_torques(imposed=imposed, until=3.0 if imposed is STEADY else 10.0)["torque"]
     assert torque.agreement("bond graph").greatest < 1e-9

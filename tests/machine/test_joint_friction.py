@@ -163,6 +163,7 @@ def steady(mu: float, eps: float) -> flywheel.Sizing:
     return flywheel.size(flywheel.load(crank_press(mu, flywheel={"irregularity": eps})), simulate=False)
 
 
+@pytest.mark.slow
 def test_friction_in_a_steady_regime_is_that_of_its_own_speeds_and_accelerations() -> None:
     """Against shooting by hand-written equations of Newton and Euler, solved to 3e-12 (see the slow test below)."""
     found = steady(0.1, 0.03)

@@ -61,7 +61,7 @@ def test_every_figure_of_the_reduced_machine_has_its_error(name: str) -> None:
     assert without_error(json.loads(text)) == set()
 
 
-@pytest.mark.parametrize("name", ["machines/injection_clamp", "linkages/whitworth"])
+@pytest.mark.parametrize("name", ["machines/injection_clamp", pytest.param("linkages/whitworth", marks=pytest.mark.slow)])
 def test_every_force_has_its_error(name: str) -> None:
     scene = flywheel.load(ROOT / f"examples/{name}.toml")
     found = joint_forces(scene, np.linspace(0.1, 6.0, 3) if scene.stroke is None else [0.0, 0.1])
@@ -226,6 +226,7 @@ def test_a_run_up_is_off_by_no_more_than_told(rtol: float) -> None:
         assert np.abs(getattr(columns, name) - true).max() <= error + 1e-12 * np.abs(true).max(), name
 
 
+@pytest.mark.slow
 def test_the_time_of_a_flat_peak_is_as_open_as_it_is() -> None:
     """Power of a line is greatest at half its no-load speed: w = w0 (1 - exp(-t/T)), so at t = T ln 2."""
     line = {"type": "line", "starting_torque": 10.0, "slope": 1.0}

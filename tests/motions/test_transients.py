@@ -185,6 +185,7 @@ def test_drag_alone_never_stops_a_machine():
     assert "for ever" in found.ended
 
 
+@pytest.mark.slow
 def test_a_machine_without_losses_does_not_slow_down(monkeypatch):
     monkeypatch.setattr(transients, "MOST_CYCLES", 3.0)
     found = transient(flywheel.load(regimes.scene("section-c", inertia=0)), start=4.0, end="stop", drive=False, rtol=1e-7)
@@ -310,6 +311,7 @@ def test_a_law_with_kinks_in_time_is_followed():
     assert found.omega == pytest.approx(50 / 9 * (1 - math.exp(-4.5 * end)) - 5 * humps, rel=1e-8)
 
 
+@pytest.mark.slow
 def test_a_short_pulse_in_time_is_not_stepped_over():
     """1000 N m within 2 ms take 1000*0.002*sqrt(pi) N m s; J omega' = 50 - 9 omega else."""
     found = run_up(rotor(2, drive={"torque": "50 - 9*omega"}, load=[load("-1000*exp(-((t - 1)/0.002)**2)")]), 1.05)
@@ -455,6 +457,7 @@ def test_what_is_no_end_is_a_fault(text):
 # -- let go ----------------------------------------------------------------------------------------------------------
 
 
+@pytest.mark.slow
 def test_what_weights_alone_move_swings_both_ways():
     """A crank let go level swings over half a turn: T = 4 K(1/2)/omega0, greatest speed sqrt 2 omega0."""
     crank = {"length": 0.1, "mass": 2.0, "inertia": 0.03, "com": 0.2}

@@ -134,6 +134,7 @@ def test_every_method_has_a_name_of_its_own(scene):
     } <= families
 
 
+@pytest.mark.slow
 def test_torques_that_depend_on_speed_have_a_reference_in_time(monkeypatch):
     scene = {
         "inertia": [{"on": "crank", "value": 2}],

@@ -40,6 +40,7 @@ def test_the_order_of_a_rule(name, order, scene, restart):
     assert np.log2(rough / fine) / 3 == pytest.approx(order, abs=0.3)
 
 
+@pytest.mark.slow
 def test_a_jump_within_a_step_takes_the_order():
     counts = (32, 64)
     over, restarted = (errors(JUMP, "RK4", counts, restart) for restart in (False, True))
