@@ -57,18 +57,45 @@ if TYPE_CHECKING:
     help="normal, or fast: the exact figures. confirm: these, and the motion by collocation. audit (default): these, and "
     "the motion stepped in time.",
 )
+@click.option("--full", is_flag=True, help="Print every figure there is, to all its digits, in SI.")
+@click.option(
+    "--units",
+    type=click.Choice(["si", "us"]),
+    help="Of the page of answers: si (default), or us for WR² in lb ft², hp, psi, lbf ft, in.",
+)
+@click.option("--language", type=click.Choice(["en", "es"]), help="Of the page of answers (default en).")
 @click.option("--explain", is_flag=True, help="Tell how it was worked out and why so, what was left out, and what it cost.")
 @plot_option("Draw moment, inertia, Wittenbauer's loop and speed into a file.")
 def size(
-    scene: Path, as_json: bool, rtol: float | None, no_simulate: bool, accuracy: str | None, explain: bool, plot: Path | None
+    scene: Path,
+    as_json: bool,
+    rtol: float | None,
+    no_simulate: bool,
+    accuracy: str | None,
+    full: bool,
+    units: str | None,
+    language: str | None,
+    explain: bool,
+    plot: Path | None,
 ) -> None:
-    """Size (or analyse) the flywheel of the machine in SCENE, a TOML file."""
+    """Size (or analyse) the flywheel of the machine in SCENE, a TOML file, and print what a designer acts on.
+
+    --full prints every figure there is, areas and reduced inertia among them.
+    """
+    for option, given in (("units", units), ("language", language)):
+        if given is not None and (full or as_json):
+            raise click.UsageError(
+                f"--{option} is for the page of answers: --{'json' if as_json else 'full'} is SI, in English."
+            )
+    exclusive(full=full, json=as_json)
     if no_simulate and accuracy not in (None, "fast", NORMAL):
         raise click.UsageError(f"--no-simulate means --accuracy normal, and contradicts --accuracy {accuracy}.")
     spare(scene, plot)
     with reported(scene):
+        from flywheel.language import use
         from flywheel.reading.scenes import load
         from flywheel.sizing import sizing
+        from flywheel.tables import answers
         from flywheel.tables import sizing as page
         from flywheel.tables.explanation import explanation
 
@@ -80,7 +107,9 @@ def size(
             for message in found.messages:
                 click.echo(message, err=True)
         else:
-            show(page.text(found) if told is None else f"{page.text(found)}\n{told.text()}")
+            with use(language or "en"):
+                text = page.text(found) if full else answers.text(found, units or "si")
+            show(text if told is None else f"{text}\n{told.text()}")
         if plot is not None:
             from flywheel.pictures import sizing as picture
 

@@ -4,14 +4,18 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
+from typing import NamedTuple
 
 from flywheel.components.energy import HOUR, Energy, kilowatt_hours
 from flywheel.components.motors import DC, Engine, Induction, Motor
+from flywheel.language import number
+from flywheel.language import text as _
 from flywheel.numerics import cells as piecewise
 from flywheel.numerics.units import columns, figure
 from flywheel.sizing.results import EngineCycle, Sizing
 from flywheel.tables.flywheels import work_error
 from flywheel.tables.rows import RPM, Row, block, sentences
+from flywheel.tables.trade_units import SI, TradeUnits
 
 _HORSEPOWER = 745.6998715822702  # W: 550 ft lbf/s
 _METRIC_HORSEPOWER = 735.49875  # W: 75 kgf m/s
@@ -104,7 +108,7 @@ def with_and_without(sizing: Sizing) -> list[str]:
         del rows[2]
     header = ("", "with the flywheel", "without one, at constant speed")
     title = "Power of the drive over the time of a cycle (mean: its work over the period)"
-    told = [] if motor is None else [*_rated(sizing, motor, energy), *_heat(sizing, motor, energy), *_range(sizing, motor)]
+    told = [] if motor is None else [*_rated(sizing, motor, energy), *_heat(sizing, motor, energy), *warnings(sizing, motor)]
     return [title, *columns(rows, header), *sentences(told)]
 
 
@@ -118,7 +122,7 @@ def _signed(value: float) -> str:
 
 
 def _share(part: float, whole: float) -> str:
-    return f"{figure(100 * part / whole, 0.0, 3)} %"
+    return f"{number(figure(100 * part / whole, 0.0, 3))} %"
 
 
 # -- the motor -------------------------------------------------------------------------------------------------------
@@ -158,64 +162,124 @@ def _rated(sizing: Sizing, motor: Motor, energy: Energy) -> Iterator[str]:
     yield f"{rms}, {_share(energy.rms_torque, rated.torque)} of the rated one."
 
 
-def _heat(sizing: Sizing, motor: Motor, energy: Energy) -> Iterator[str]:
-    """What heats the motor, where its kind tells; of others, that it is not known."""
+class Heat(NamedTuple):
+    """What heats a motor on the mean over time (W): the heat, that at its rated point, that at a speed that does not vary.
+
+    `share` is the heat over that at the rated point, `error` its relative error; None where no rated point is known.
+    """
+
+    heat: float
+    share: float | None
+    error: float
+    rated: float | None
+    even: float | None
+
+    @property
+    def too_hot(self) -> bool:
+        """Whether it is more than what the motor is rated for, beyond its error."""
+        return self.share is not None and self.share > 1.0 + max(self.share * self.error, _TIE)
+
+
+def heat_of(sizing: Sizing, motor: Motor, energy: Energy) -> Heat | None:
+    """The heat of a rotor (induction) or an armature (DC); None where a motor's kind does not tell it."""
     even = _ratio(sizing) * (sizing.constant_speed or sizing.speed)
     if isinstance(motor, Induction) and energy.rotor_heat is not None:
-        rated = float(motor.rotor_heat(motor.speed))
-        heat = f"Heat of its rotor, torque times slip speed on the mean over time: {_number(energy.rotor_heat)} W"
-        yield f"{heat}, {_verdict(energy, 'rotor_heat', rated, float(motor.rotor_heat(even)))}"
-    elif isinstance(motor, DC) and energy.copper_heat is not None:
+        rated, at_even = (float(motor.rotor_heat(speed)) for speed in (motor.speed, even))
+        return Heat(energy.rotor_heat, energy.rotor_heat_share, energy.errors["rotor_heat_share"], rated, at_even)
+    if not isinstance(motor, DC) or energy.copper_heat is None:
+        return None
+    if motor.rated_current is None:
+        return Heat(energy.copper_heat, None, energy.errors["copper_heat"], None, None)
+    rated, at_even = (float(motor.copper_heat(current)) for current in (motor.rated_current, motor.current(even)))
+    return Heat(energy.copper_heat, energy.copper_heat_share, energy.errors["copper_heat_share"], rated, at_even)
+
+
+def _heat(sizing: Sizing, motor: Motor, energy: Energy) -> Iterator[str]:
+    """What heats the motor, where its kind tells; of others, that it is not known."""
+    found = heat_of(sizing, motor, energy)
+    if isinstance(motor, Induction) and found is not None:
+        heat = f"Heat of its rotor, torque times slip speed on the mean over time: {_number(found.heat)} W"
+        yield f"{heat}, {_verdict(energy, found)}"
+    elif isinstance(motor, DC) and found is not None:
         rms, peak, limit = energy.current_rms or 0.0, energy.current_peak or 0.0, motor.rated_current
         beside = ["" if limit is None else f", {_share(abs(current), limit)} of the rated one" for current in (rms, peak)]
         means = f"root of its mean square over time {_number(rms)} A{beside[0]}"
         yield f"Current of its armature: {means}; greatest {_signed(peak)} A{beside[1]}."
-        heat = f"Copper heat of its armature, R i² on the mean over time: {_number(energy.copper_heat)} W"
-        if motor.rated_current is None:
+        heat = f"Copper heat of its armature, R i² on the mean over time: {_number(found.heat)} W"
+        if found.share is None:
             yield f"{heat}; what it may be is not known without a rated point."
         else:
-            rated, at_even = (motor.copper_heat(current) for current in (motor.rated_current, motor.current(even)))
-            yield f"{heat}, {_verdict(energy, 'copper_heat', rated, at_even)}"
+            yield f"{heat}, {_verdict(energy, found)}"
     elif not isinstance(motor, Engine):
         yield "Torque against speed alone does not tell what heats it: give the motor as induction or dc for that."
         if motor.rated is not None and energy.mean_power > motor.rated.power * (1 + _TIE):
             yield "The mean power is more than the rated one."
 
 
-def _verdict(energy: Energy, name: str, rated: float, even: float) -> str:
-    """What a heat means beside that at the rated point; `even` is the heat at a speed that does not vary (both W)."""
-    share, error = getattr(energy, f"{name}_share"), energy.errors[f"{name}_share"]
-    beside = f"{figure(100 * share, 0.0, 5)} % of the {_number(rated)} W at the rated point"
-    if share > 1.0 + max(share * error, _TIE):
-        hot, steadily = f"{beside}, too hot for continuous running", f"at a constant speed it would be {_share(even, rated)}"
-        return f"{hot}. Choose a larger motor{f': even {steadily}' if even > rated else f', or more flywheel: {steadily}'}."
+def _verdict(energy: Energy, heat: Heat) -> str:
+    """What a heat means beside that at the rated point."""
+    assert heat.share is not None
+    assert heat.rated is not None
+    assert heat.even is not None
+    beside = f"{figure(100 * heat.share, 0.0, 5)} % of the {_number(heat.rated)} W at the rated point"
+    if heat.too_hot:
+        steadily = f"at a constant speed it would be {_share(heat.even, heat.rated)}"
+        larger = f": even {steadily}" if heat.even > heat.rated else f", or more flywheel: {steadily}"
+        return f"{beside}, too hot for continuous running. Choose a larger motor{larger}."
     long = f"; but in a cycle of {_number(energy.period)} s it grows hotter for a while than on the mean"
-    return f"{beside}, within what it is rated for{long if energy.period > _LONG else ''}."
+    return f"{beside}, within what it is rated for{long if is_long(energy) else ''}."
 
 
-def _range(sizing: Sizing, motor: Motor) -> Iterator[str]:
+def is_long(energy: Energy) -> bool:
+    """Whether windings warm up and cool down within a cycle."""
+    return energy.period > _LONG
+
+
+def warnings(sizing: Sizing, motor: Motor, units: TradeUnits = SI) -> Iterator[str]:
     """Warnings where the motor comes near the end of its running branch or beyond it, or runs where its data say nothing."""
     run, ratio = sizing.run, _ratio(sizing)
     slow, fast = (sizing.speed, sizing.speed) if run is None else (run.speed_min, run.speed_max)
     least, greatest, breakdown = ratio * slow, ratio * fast, motor.breakdown
-    falls = f"Its speed falls to {_number(least * RPM)} rpm"
+    falls = _("Its speed falls to {speed}", speed=_rpm(least))
     if isinstance(motor, Engine):
         if least < motor.speed * (1 - _TIE):
-            governed = f"below the {_number(motor.speed * RPM)} rpm up to which it is at full load"
-            yield f"{falls}, {governed}: what the load takes beyond that comes from the flywheel."
+            governed = _("below the {speed} up to which it is at full load", speed=_rpm(motor.speed))
+            yield _(
+                "{falls}, {governed}: what the load takes beyond that comes from the flywheel.",
+                falls=falls,
+                governed=governed,
+            )
     elif breakdown is not None:
-        name = "the breakdown torque" if isinstance(motor, Induction) else "the greatest torque of its running branch"
-        there = f"{_number(breakdown.torque)} N m at {_number(breakdown.speed * RPM)} rpm"
+        induction = isinstance(motor, Induction)
+        name = _("the breakdown torque") if induction else _("the greatest torque of its running branch")
+        there = _("{torque} at {speed}", torque=_torque(breakdown.torque, units), speed=_rpm(breakdown.speed))
         torque = float(motor.torque(least))
         if least < breakdown.speed * (1 - _TIE):
-            yield f"{falls}, past {name}, {there}: slower than that it gives less, and stalls if the load goes on."
-            if isinstance(motor, Induction):
-                yield "Kloss's formula, and the heat by it, is rough there."
+            past = {"falls": falls, "name": name, "there": there}
+            yield _("{falls}, past {name}, {there}: slower than that it gives less, and stalls if the load goes on.", **past)
+            if induction:
+                yield _("Kloss's formula, and the heat by it, is rough there.")
         elif torque > _NEAR * breakdown.torque:
-            share = f"At its least speed it gives {_share(torque, breakdown.torque)} of {name}, {there}"
-            yield f"{share}: slower than that it gives less."
+            near = {"share": _share(torque, breakdown.torque), "name": name, "there": there}
+            yield _("At its least speed it gives {share} of {name}, {there}: slower than that it gives less.", **near)
     low, high = motor.covers
     if least < low * (1 - _TIE) or greatest > high * (1 + _TIE):
-        runs = f"It runs from {_number(least * RPM)} to {_number(greatest * RPM)} rpm"
-        known = f"to {_number(high * RPM)} rpm" if math.isfinite(high) else "upwards"
-        yield f"{runs}, but its data hold from {_number(low * RPM)} {known}: its torque beyond is a guess."
+        span = {"least": _revolutions(least), "greatest": _rpm(greatest), "low": _revolutions(low)}
+        if math.isfinite(high):
+            known = _("but its data hold from {low} to {high}", low=span["low"], high=_rpm(high))
+        else:
+            known = _("but its data hold from {low} upwards", low=_rpm(low))
+        runs = _("It runs from {least} to {greatest}", least=span["least"], greatest=span["greatest"])
+        yield _("{runs}, {known}: its torque beyond is a guess.", runs=runs, known=known)
+
+
+def _revolutions(speed: float) -> str:
+    return number(_number(speed * RPM))
+
+
+def _rpm(speed: float) -> str:
+    return f"{_revolutions(speed)} rpm"
+
+
+def _torque(torque: float, units: TradeUnits) -> str:
+    return f"{number(_number(torque))} N m" if units is SI else str(units.shown(torque, "torque"))

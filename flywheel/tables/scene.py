@@ -1,61 +1,99 @@
-"""The machine as it was read, in the units of the trade."""
+"""The machine as it was read, in the units of the trade: part by part, and as a block of a page."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterator, Mapping
+from typing import NamedTuple
 
+from flywheel.language import number
+from flywheel.language import text as _
 from flywheel.mechanisms import KINDS
 from flywheel.numerics.expressions import Expression
 from flywheel.numerics.units import figure
 from flywheel.scene.linkage import Linkage, offered
 from flywheel.scene.scene import Body, Law, Load, Mechanism, Scene, Table
-from flywheel.tables.rows import DEGREES, RPM, wrapped
+from flywheel.tables.rows import DEGREES, wrapped
+from flywheel.tables.trade_units import SI, TradeUnits
 
 _MOST = 6  # rows of one kind
 _DIGITS = 6
 
 
+class Part(NamedTuple):
+    """A part of the machine: its kind, the label of its row, where it acts or what it is, its figures; its phase or "".
+
+    `phase` (an angle as text) is that of a mechanism, so that cylinders of one engine can be told together.
+    """
+
+    kind: str
+    label: str
+    head: str
+    told: str
+    phase: str = ""
+
+    @property
+    def row(self) -> str:
+        """What stands beside the label."""
+        at = ", " + _("phase {angle}", angle=self.phase) if self.phase else ""
+        return f"{self.head}{at}: {self.told}" if self.head else self.told
+
+
 def scene_rows(scene: Scene) -> list[str]:
-    """What the program understood, a row for each part of the machine."""
-    rows = list(_rows(scene))
-    width = max((len(name) for name, _ in rows), default=0)
-    lines = ["The machine as it was read"] if rows else []
+    """What the program understood, a row for each part of the machine; the first few of a kind, and how many more."""
+    rows: list[tuple[str, str]] = []
+    count: dict[str, int] = {}
+    for part in parts(scene):
+        count[part.kind] = count.get(part.kind, 0) + 1
+        if count[part.kind] <= _MOST:
+            rows.append((part.label, part.row))
+        elif count[part.kind] == _MOST + 1:
+            more = sum(other.kind == part.kind for other in parts(scene)) - _MOST
+            rows.append(("", _("and {n} more", n=more)))
+    width = max((len(name) for name, _row in rows), default=0)
+    lines = [_("The machine as it was read")] if rows else []
     for name, told in rows:
         head = f"  {name.ljust(width)}  "
         lines += wrapped(told, " " * len(head), head)
     return lines
 
 
-def _rows(scene: Scene) -> Iterator[tuple[str, str]]:
+def parts(scene: Scene, units: TradeUnits = SI) -> Iterator[Part]:
+    """The parts of the machine in the order of the scene's kinds, and how it runs."""
     if scene.areas is not None:
-        values = ", ".join(figure(value, most=_DIGITS) for value in scene.areas.values[: 2 * _MOST])
+        values = ", ".join(number(figure(value, most=_DIGITS)) for value in scene.areas.values[: 2 * _MOST])
         more = f"... ({len(scene.areas.values)})" if len(scene.areas.values) > 2 * _MOST else ""
-        yield "areas", f"{values}{more}, times {figure(scene.areas.scale, most=_DIGITS)} J"
-    yield from _few(("mechanism" if m.name == m.type else m.name, _mechanism(m)) for m in scene.mechanisms)
-    shafts = [(name, ratio) for name, ratio in scene.shafts.items() if name not in ("crank", "slide")]
-    yield from _few((f"shaft {name}", _shaft(name, ratio, scene)) for name, ratio in shafts)
-    yield from _few(("inertia", f"{_mass(i.value, _turns(i.on, scene))} on {i.on}") for i in scene.inertias)
-    yield from _few(("load", f"on {load.on}: {_load(load, scene)}") for load in scene.loads)
-    yield from _few(("spring", f"on {s.on}: {_per(s.stiffness, _turns(s.on, scene), '')}") for s in scene.springs)
-    yield from _few(("damper", f"on {d.on}: {_per(d.coefficient, _turns(d.on, scene), ' s')}") for d in scene.dampers)
+        told = _("{values}, times {scale}", values=values + more, scale=units.read(scene.areas.scale, "energy"))
+        yield Part("areas", _("areas"), "", told)
+    for m in scene.mechanisms:
+        yield _mechanism(m, units)
+    for name, ratio in scene.shafts.items():
+        if name not in ("crank", "slide"):
+            yield Part("shaft", _("shaft {name}", name=name), "", _shaft(name, ratio, scene, units))
+    for i in scene.inertias:
+        value = _mass(i.value, _turns(i.on, scene), units)
+        yield Part("inertia", _("inertia"), "", _("{value} on {place}", value=value, place=i.on))
+    for load in scene.loads:
+        yield Part("load", _("load"), _on(load.on), _load(load, scene, units))
+    for s in scene.springs:
+        kind = "angular_stiffness" if _turns(s.on, scene) else "stiffness"
+        yield Part("spring", _("spring"), _on(s.on), str(units.read(s.stiffness, kind)))
+    for d in scene.dampers:
+        kind = "angular_damping" if _turns(d.on, scene) else "damping"
+        yield Part("damper", _("damper"), _on(d.on), str(units.read(d.coefficient, kind)))
     if scene.drive is not None:
-        yield "drive", f"on {scene.drive.on}: {_load(scene.drive, scene)}"
-    yield "runs", _regime(scene)
+        yield Part("drive", _("drive"), _on(scene.drive.on), _load(scene.drive, scene, units))
+    yield Part("runs", _("runs"), "", ", ".join([*running(scene, units), *_flywheel(scene, units)]))
 
 
-def _few(rows: Iterable[tuple[str, str]]) -> Iterator[tuple[str, str]]:
-    """The first rows of a kind, and how many more there are."""
-    found = list(rows)
-    yield from found[:_MOST]
-    if len(found) > _MOST:
-        yield "", f"and {len(found) - _MOST} more"
+def _on(place: str) -> str:
+    return _("on {place}", place=place)
 
 
 def _turns(place: str, scene: Scene) -> bool:
     """Whether a shaft or a port rotates."""
     if place in scene.shafts:
         return place != "slide"
-    name, _, port = place.rpartition(".")
+    name, _dot, port = place.rpartition(".")
     mechanism = next(m for m in scene.mechanisms if m.name == name)
     if mechanism.linkage is not None:
         return offered(mechanism.linkage, [point.name for point in mechanism.points])[port]
@@ -64,117 +102,112 @@ def _turns(place: str, scene: Scene) -> bool:
     return next(known.rotating for known in KINDS[mechanism.type].ports if known.name == port)
 
 
-def _mechanism(mechanism: Mechanism) -> str:
-    head = mechanism.type + ("" if mechanism.shaft in ("crank", "slide") else f" on {mechanism.shaft}")
-    if mechanism.phase and mechanism.stroke is None:
-        head += f", phase {_angle(mechanism.phase)}"
+def _mechanism(mechanism: Mechanism, units: TradeUnits) -> Part:
+    label = _("mechanism") if mechanism.name == mechanism.type else mechanism.name
+    head = mechanism.type + ("" if mechanism.shaft in ("crank", "slide") else " " + _on(mechanism.shaft))
+    phase = str(units.read(mechanism.phase, "angle")) if mechanism.phase and mechanism.stroke is None else ""
     if mechanism.linkage is not None:
-        return f"{head}: {'; '.join(_links(mechanism.linkage))}"
-    outputs = [f"{o.name} {_mass(o.inertia, o.rotating)}" if o.inertia else o.name for o in mechanism.outputs]
-    return f"{head}: {'; '.join([*_parts(mechanism.geometry, mechanism.bodies), *outputs])}"
+        return Part("mechanism", label, head, "; ".join(_links(mechanism.linkage, units)), phase)
+    outputs = [f"{o.name} {_mass(o.inertia, o.rotating, units)}" if o.inertia else o.name for o in mechanism.outputs]
+    told = "; ".join([*_parts(mechanism.geometry, mechanism.bodies, units), *outputs])
+    return Part("mechanism", label, head, told, phase)
 
 
-def _parts(geometry: Mapping[str, float], bodies: Mapping[str, Body]) -> Iterator[str]:
+def _parts(geometry: Mapping[str, float], bodies: Mapping[str, Body], units: TradeUnits) -> Iterator[str]:
     """Lengths, angles and masses of a mechanism, part by part."""
-    parts = dict.fromkeys([*(path.partition(".")[0] for path in geometry), *bodies])
-    for part in parts:
+    owners = dict.fromkeys([*(path.partition(".")[0] for path in geometry), *bodies])
+    for part in owners:
         sizes = []
         for path, value in geometry.items():
-            owner, _, key = path.partition(".")
+            owner, _dot, key = path.partition(".")
             if owner == part and (value or key == "length"):
-                size = _angle(value) if key in ("angle", "direction") else _length(value)
+                size = str(units.read(value, "angle" if key in ("angle", "direction") else "length"))
                 sizes.append(size if key == "length" else f"{key.replace('_', ' ')} {size}")
-        body = bodies.get(part, Body())
-        sizes += [_mass(body.mass, False)] * (body.mass != 0.0) + [_mass(body.inertia, True)] * (body.inertia != 0.0)
+        sizes += _masses(bodies.get(part, Body()), units)
         if sizes:
             yield f"{part.replace('_', ' ')} {', '.join(sizes)}"
 
 
-def _links(linkage: Linkage) -> Iterator[str]:
+def _links(linkage: Linkage, units: TradeUnits) -> Iterator[str]:
     """The bodies of a linkage: how far their points lie apart at most, and what they weigh."""
     for link in linkage.links:
         spans = [((a.x - b.x) ** 2 + (a.y - b.y) ** 2) ** 0.5 for a in link.points for b in link.points]
-        sizes = [_length(max(spans))] if spans and max(spans) > 0.0 else []
-        sizes += [_mass(link.mass, False)] * (link.mass != 0.0) + [_mass(link.inertia, True)] * (link.inertia != 0.0)
+        sizes = [str(units.read(max(spans), "length"))] if spans and max(spans) > 0.0 else []
+        sizes += _masses(Body(mass=link.mass, inertia=link.inertia), units)
         yield f"{link.name} {', '.join(sizes)}".strip()
 
 
-def _shaft(name: str, ratio: float, scene: Scene) -> str:
-    words = [f"{figure(ratio, most=_DIGITS)} turns to one of the crank"]
+def _shaft(name: str, ratio: float, scene: Scene, units: TradeUnits) -> str:
+    words = [_("{n} turns to one of the crank", n=number(figure(ratio, most=_DIGITS)))]
     if name in scene.efficiencies:
-        words.append(f"efficiency {figure(100 * scene.efficiencies[name], most=_DIGITS)} %")
+        words.append(_("efficiency {n} %", n=number(figure(100 * scene.efficiencies[name], most=_DIGITS))))
     if name in scene.compliances:
-        words.append(f"stiffness {figure(scene.compliances[name].stiffness, most=_DIGITS)} N m/rad")
+        words.append(_("stiffness {value}", value=units.read(scene.compliances[name].stiffness, "angular_stiffness")))
     return ", ".join(words)
 
 
-def _load(load: Load, scene: Scene) -> str:
+def _load(load: Load, scene: Scene, units: TradeUnits) -> str:
     """A load's law, and when it acts."""
-    unit = "N m" if _turns(load.on, scene) else "N"
-    words = load.model or _law(load.law, unit)
+    words = load.model or _law(load.law, _turns(load.on, scene), units)
     if load.start is not None and load.end is not None:
-        place = _length if load.once and scene.reduction_element == "slide" else _angle
-        words += f" from {place(load.start)} to {place(load.end)}"
+        kind = "length" if load.once and scene.reduction_element == "slide" else "angle"
+        start, end = (units.read(place, kind) for place in (load.start, load.end))
+        words += " " + _("from {start} to {end}", start=start, end=end)
     if load.sense:
-        words += f" while v {'>' if load.sense > 0 else '<'} 0"
+        words += " " + _("while {condition}", condition=f"v {'>' if load.sense > 0 else '<'} 0")
     return words
 
 
-def _law(law: Law | None, unit: str) -> str:
+def _law(law: Law | None, turns: bool, units: TradeUnits) -> str:
+    """A force or torque; expressions are SI as they were written."""
+    kind = "torque" if turns else "force"
     if law is None:
-        return f"balance, a constant {'torque' if unit == 'N m' else 'force'}"
+        return _("balance, a constant torque") if turns else _("balance, a constant force")
     if isinstance(law, Expression):
-        return f"{law.shown} {unit}"
+        return f"{law.shown} {'N m' if turns else 'N'}"
     if isinstance(law, Table):
-        return f"{law.angle.size} rows, {_force(float(law.value.min()), unit)} to {_force(float(law.value.max()), unit)}"
-    return _force(law, unit)
+        least, greatest = (units.read(float(value), kind) for value in (law.value.min(), law.value.max()))
+        return _("{n} rows, {least} to {greatest}", n=law.angle.size, least=least, greatest=greatest)
+    return str(units.read(law, kind))
 
 
-def _regime(scene: Scene) -> str:
+def running(scene: Scene, units: TradeUnits = SI) -> list[str]:
+    """How the machine runs, without its flywheel: speed and cycle, or stroke."""
     if scene.stroke is not None:
-        place, unit = (_length, "m/s") if scene.stroke.sliding else (_angle, "rad/s")
-        ends = f"from {place(scene.stroke.start)} to {place(scene.stroke.end)}"
-        return ends if scene.stroke.speed is None else f"{ends} at {figure(scene.stroke.speed, most=_DIGITS)} {unit}"
-    own = "crank at its own speed" if scene.depends_on_speed else "crank at no given speed"
-    words = [own if scene.speed is None else f"crank at {figure(scene.speed * RPM, most=4)} rpm"]
+        start, end = (
+            units.read(place, "length" if scene.stroke.sliding else "angle")
+            for place in (scene.stroke.start, scene.stroke.end)
+        )
+        ends = _("from {start} to {end}", start=start, end=end)
+        if scene.stroke.speed is None:
+            return [ends]
+        speed = units.read(scene.stroke.speed, "velocity" if scene.stroke.sliding else "angular_speed")
+        return [_("{ends} at {speed}", ends=ends, speed=speed)]
+    if scene.speed is not None:
+        words = [_("crank at {speed}", speed=units.read(scene.speed, "speed", 4))]
+    else:
+        words = [_("crank at its own speed") if scene.depends_on_speed else _("crank at no given speed")]
     if scene.areas is None and abs(scene.cycle * DEGREES - 360) > 1e-6:
-        words.append(f"cycle {_angle(scene.cycle)}")
-    if scene.irregularity is not None:
-        words.append(f"flywheel on {scene.flywheel_on} for irregularity {figure(scene.irregularity, most=_DIGITS)}")
-    if scene.inertia is not None:
-        words.append(f"flywheel of {_mass(scene.inertia, True)} on {scene.flywheel_on}")
-    return ", ".join(words)
+        words.append(_("cycle {angle}", angle=units.read(scene.cycle, "angle")))
+    return words
+
+
+def _flywheel(scene: Scene, units: TradeUnits) -> Iterator[str]:
+    """What is asked of the flywheel, or the one that is given."""
+    if scene.stroke is None and scene.irregularity is not None:
+        eps = number(figure(scene.irregularity, most=_DIGITS))
+        yield _("flywheel on {place} for irregularity {eps}", place=scene.flywheel_on, eps=eps)
+    if scene.stroke is None and scene.inertia is not None:
+        yield _("flywheel of {inertia} on {place}", inertia=units.read(scene.inertia, "inertia"), place=scene.flywheel_on)
 
 
 # -- figures ---------------------------------------------------------------------------------------------------------
 
 
-def _length(value: float) -> str:
-    """A length in mm below a metre, in m above.
-
-    >>> _length(0.48), _length(80.0)
-    ('480 mm', '80 m')
-    """
-    return f"{figure(value, most=_DIGITS)} m" if abs(value) >= 1.0 else f"{figure(1000 * value, most=_DIGITS)} mm"
+def _masses(body: Body, units: TradeUnits) -> list[str]:
+    """Mass and inertia of a body, as far as it has them."""
+    return [_mass(value, turns, units) for value, turns in ((body.mass, False), (body.inertia, True)) if value != 0.0]
 
 
-def _angle(value: float) -> str:
-    return f"{figure(value * DEGREES, most=_DIGITS)} deg"
-
-
-def _mass(value: float, turns: bool) -> str:
-    return f"{figure(value, most=_DIGITS)} {'kg m²' if turns else 'kg'}"
-
-
-def _force(value: float, unit: str) -> str:
-    """A force or torque, from ten thousand on in kN or kN m.
-
-    >>> _force(-40.0, "N"), _force(40_000.0, "N m")
-    ('-40 N', '40 kN m')
-    """
-    return f"{figure(value / 1000, most=_DIGITS)} k{unit}" if abs(value) >= 1e4 else f"{figure(value, most=_DIGITS)} {unit}"
-
-
-def _per(value: float, turns: bool, time: str) -> str:
-    """A stiffness, or with a time a damping."""
-    return f"{figure(value, most=_DIGITS)} {f'N m{time}/rad' if turns else f'N{time}/m'}"
+def _mass(value: float, turns: bool, units: TradeUnits) -> str:
+    return str(units.read(value, "inertia" if turns else "mass"))

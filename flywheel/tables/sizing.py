@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from math import log, log1p
+from typing import NamedTuple
 
 from flywheel.numerics.faults import Remark
 from flywheel.numerics.units import columns, figure, short
@@ -32,7 +33,7 @@ from flywheel.tables.rows import (
 )
 from flywheel.tables.scene import scene_rows
 
-_CONCLUSIVE = 0.01  # relative error of a simulation that confirms something
+CONCLUSIVE = 0.01  # relative error of a simulation that confirms something
 
 
 def text(sizing: Sizing) -> str:
@@ -98,26 +99,40 @@ def _scene(sizing: Sizing) -> list[str]:
 # -- speeds ----------------------------------------------------------------------------------------------------------
 
 
-def _speeds(sizing: Sizing) -> list[str]:
-    """The speeds of the crank, as simulated or else those of the periodic motion, and of the flywheel's shaft."""
-    scene, confirmed, motion = sizing.scene, sizing.simulation, sizing.run
+class SpeedBand(NamedTuple):
+    """The greatest and the least speed of the crank (rad/s), and their error."""
+
+    greatest: float
+    least: float
+    error: float
+
+
+def speed_band(sizing: Sizing) -> SpeedBand | None:
+    """The speeds of the crank as simulated, or else those of the periodic motion; None where there is no motion."""
+    confirmed, motion = sizing.simulation, sizing.run
     if confirmed is not None and confirmed.speed_max is not None and confirmed.speed_min is not None:
-        greatest, least = confirmed.speed_max, confirmed.speed_min
         off = (sizing.error.simulation or 0.0) * confirmed.irregularity * sizing.speed
-    elif motion is not None:
-        greatest, least, off = motion.speed_max, motion.speed_min, motion.error * motion.irregularity * sizing.speed
-    else:
+        return SpeedBand(confirmed.speed_max, confirmed.speed_min, off)
+    if motion is None:
+        return None
+    return SpeedBand(motion.speed_max, motion.speed_min, motion.error * motion.irregularity * sizing.speed)
+
+
+def _speeds(sizing: Sizing) -> list[str]:
+    """The speeds of the crank and of the flywheel's shaft."""
+    scene, confirmed, band = sizing.scene, sizing.simulation, speed_band(sizing)
+    if band is None:
         return []
     rows: list[tuple[str, float, float, float | None]] = []
     if sizing.cyclic is not None and scene.unknown is None and scene.speed is not None:  # it takes a speed of its own
         rows.append(("asked for", scene.speed, 0.0, None))
     rows += [
         ("mean of extremes", sizing.speed, 0.0, None),
-        ("greatest", greatest, off, sizing.angle_speed_max),
-        ("least", least, off, sizing.angle_speed_min),
+        ("greatest", band.greatest, band.error, sizing.angle_speed_max),
+        ("least", band.least, band.error, sizing.angle_speed_min),
     ]
     if confirmed is not None and confirmed.speed_time_mean is not None:
-        rows.append(("mean over time", confirmed.speed_time_mean, off, None))
+        rows.append(("mean over time", confirmed.speed_time_mean, band.error, None))
     if scene.flywheel_on != "crank":
         rows.append((f"mean, shaft {scene.flywheel_on}", sizing.speed * scene.flywheel_ratio, 0.0, None))
     cells = []
@@ -145,9 +160,9 @@ def _holding(sizing: Sizing) -> list[str]:
     rows = [Row("cycle multiplier", figure(cyclic.multiplier, 0.0, 6), change)]
     if _NOTHING < abs(cyclic.damping) < _NEAR_ONE:
         rows.append(Row("1 - multiplier", short(cyclic.damping)))
-    if cyclic.damping < -_NOTHING or cyclic.multiplier > 1.0 + _ALIKE:
+    if grows(cyclic):
         rows.append(Row("settles", "no", "a change grows from cycle to cycle"))
-    elif cyclic.damping <= _NOTHING:
+    elif not settles(cyclic):
         rows.append(Row("settles", "no", "no torque brings a change of speed back"))
     else:
         cycles = settling_cycles(cyclic)
@@ -157,6 +172,16 @@ def _holding(sizing: Sizing) -> list[str]:
     at = f"{figure(speed, 0.0, 7)} rad/s ({figure(speed * RPM, 0.0, 7)} rpm)"
     told = [f"Areas and approximate figures take the torques at a constant {at}."]
     return block("How the motion holds itself", rows) + sentences(told)
+
+
+def grows(cyclic: Cyclic) -> bool:
+    """Whether a small change of speed grows from cycle to cycle."""
+    return cyclic.damping < -_NOTHING or cyclic.multiplier > 1.0 + _ALIKE
+
+
+def settles(cyclic: Cyclic) -> bool:
+    """Whether a small change of speed fades."""
+    return not grows(cyclic) and cyclic.damping > _NOTHING
 
 
 def settling_cycles(cyclic: Cyclic) -> float:
@@ -223,10 +248,8 @@ def _simulation(sizing: Sizing) -> list[str]:
     if motion.period is not None:
         own = sizing.error.period if sizing.error.period is not None else error
         rows.append(Row("period of a cycle", figure(motion.period, own * motion.period), "s"))
-    if motion.closure is not None:
-        rows.append(Row("closure", short(motion.closure), "omega at the end / omega at the start - 1"))
     title = _ROUTES.get(motion.route, "Motion over a cycle")
-    return block(title if relative < _CONCLUSIVE else "Motion over a cycle, too uncertain to confirm anything", rows)
+    return block(title if relative < CONCLUSIVE else "Motion over a cycle, too uncertain to confirm anything", rows)
 
 
 # -- errors, messages ------------------------------------------------------------------------------------------------
@@ -246,6 +269,9 @@ def _errors(sizing: Sizing) -> list[str]:
         return []
     state = "reached" if sizing.reached else "NOT reached"
     told = [f"Estimated relative errors: {', '.join(known)}; {short(sizing.rtol)} asked, {state}."]
+    motion = sizing.simulation
+    if motion is not None and motion.closure is not None and motion.route != "areas":
+        told.append(f"The motion closes to {short(motion.closure)}: omega at the end over omega at the start, less 1.")
     if sizing.closure and sizing.scene.unknown is None:
         share = "swing" if diagram else "work exchanged"
         told.append(f"The work of a cycle closes to {short(sizing.closure)} of the {share}.")

@@ -157,7 +157,7 @@ def test_no_simulate_is_normal_and_may_be_said_twice(scene: Path) -> None:
     alone, both = (run("size", scene, "--no-simulate", *more) for more in ([], ["--accuracy", "normal"]))
     assert alone.exit_code == both.exit_code == 0
     assert alone.stdout == both.stdout
-    assert "(normal)" in alone.stdout
+    assert "NOT confirmed at accuracy normal" in alone.stdout
 
 
 def test_another_level_is_refused_with_the_four_that_are(scene: Path) -> None:
