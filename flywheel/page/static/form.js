@@ -1,0 +1,311 @@
+// The scene as a form: groups that fold, a field for every key with its number, unit and slider, its help and its fault.
+//
+// The form is made from the server's list of groups and fields, and kept while its structure stays: then values alone are
+// put in, so that the focus, the hand on a slider and the folds are not disturbed.
+
+import { element } from "./elements.js";
+import { number, text, typed } from "./language.js";
+
+const PAUSE = 800; // ms without an event after which a slider moved by keys begins a new step
+const shapes = new WeakMap(); // of a group's element: the structure it was made for
+const ranges = new Map(); // of a slider, by path and unit: kept while the value lies within
+const folded = new Set(); // paths of groups that are closed
+const helped = new Set(); // paths of fields whose help is open
+
+let arriving = null; // the path of what was added: it takes the focus when it is there
+let host = null;
+let send = () => {};
+let gesture = { path: "", at: -Infinity, count: 0, held: false };
+
+/** Put the form into an element; `change(edit, step, event time)` is called for every edit. */
+export function formIn(into, change) {
+  host = into;
+  send = change;
+  host.addEventListener("pointerdown", () => (gesture.held = true));
+  for (const name of ["pointerup", "pointercancel"]) {
+    window.addEventListener(name, () => {
+      gesture.held = false;
+      gesture.at = -Infinity;
+    });
+  }
+}
+
+/** Show these groups with their values and faults. */
+export function showForm(groups) {
+  const focus = document.activeElement?.id;
+  const inside = host.contains(document.activeElement);
+  const old = new Map([...host.children].map((child) => [child.dataset.path, child]));
+  const wanted = groups.map((group) => {
+    const shape = structure(group);
+    const known = old.get(group.path);
+    if (known && shapes.get(known) === shape) return known;
+    const made = groupOf(group);
+    shapes.set(made, shape);
+    return made;
+  });
+  if (wanted.length !== host.children.length || wanted.some((child, k) => host.children[k] !== child)) {
+    host.replaceChildren(...wanted);
+    if (inside) (document.getElementById(focus) ?? host.querySelector("summary"))?.focus({ preventScroll: true });
+  }
+  groups.forEach((group, k) => {
+    group.fields.forEach(fill);
+    const fault = wanted[k].querySelector(":scope > .fault");
+    fault.hidden = !group.fault;
+    fault.textContent = group.fault ?? "";
+  });
+  if (arriving !== null && leadTo(arriving, true)) arriving = null;
+}
+
+/** Make every group anew: another language. */
+export function renewForm(groups) {
+  host.replaceChildren();
+  showForm(groups);
+}
+
+/** Lead to the field or group of a fault's path; false where the form has none. */
+export function leadTo(path, exact = false) {
+  let target = document.getElementById(idOf(path)) ?? host.querySelector(`[data-path="${CSS.escape(path)}"] summary`);
+  for (let part = path; !exact && !target && part; part = part.replace(/(\.[^.[\]]*|\[\d+\]|^[^.[\]]+)$/, "")) {
+    target = host.querySelector(`[data-path="${CSS.escape(part)}"] summary`);
+  }
+  if (!target) return false;
+  for (let fold = target.closest("details"); fold; fold = fold.parentElement.closest("details")) fold.open = true;
+  target.focus();
+  target.scrollIntoView({ block: "center" });
+  return true;
+}
+
+function idOf(path) {
+  return `at-${path.replace(/[^\w-]/g, "_")}`;
+}
+
+function structure(group) {
+  const fields = group.fields.map(({ path, label, about, kind, unit, units, choices, range }) => [path, label, about, kind, unit, units, choices, !!range]);
+  return JSON.stringify([group.path, group.title, group.about, group.removable, group.more, fields]);
+}
+
+// -- groups -----------------------------------------------------------------------------------------------------------
+
+function groupOf(group) {
+  const made = element(
+    "details",
+    { class: `group level-${group.level ?? 0}`, "data-path": group.path, ontoggle: () => fold(group.path, made.open) },
+    element("summary", {}, element("h3", {}, group.title)),
+    group.about ? element("p", { class: "about" }, group.about) : null,
+    element("p", { class: "fault", hidden: true }),
+    group.fields.map(fieldOf),
+    footOf(group),
+  );
+  made.open = !folded.has(group.path);
+  return made;
+}
+
+function fold(path, open) {
+  if (open) folded.delete(path);
+  else folded.add(path);
+}
+
+function footOf(group) {
+  const more = group.more?.length ? adderOf(group) : null;
+  const remove = group.removable ? removerOf(group.path, text("Remove"), text("Remove {name}", { name: group.title })) : null;
+  return more || remove ? element("div", { class: "foot" }, more, remove) : null;
+}
+
+function removerOf(path, words, label) {
+  return element(
+    "button",
+    { type: "button", class: "quiet", "aria-label": label, onclick: () => send({ path, value: null, key: `${path} removed` }, null) },
+    words,
+  );
+}
+
+function adderOf(group) {
+  const id = `${idOf(group.path)}-more`;
+  const label = text("What to add to {name}", { name: group.title });
+  const choice = element("select", { id, "aria-label": label }, group.more.map((key) => element("option", { value: key.path }, key.label)));
+  const name = element("input", { type: "text", spellcheck: "false", autocomplete: "off", "aria-label": text("Its name") });
+  const about = element("p", { class: "about", id: `${id}-about` });
+  choice.setAttribute("aria-describedby", about.id);
+  const chosen = () => group.more.find((key) => key.path === choice.value);
+  const told = () => {
+    about.textContent = chosen().about ?? "";
+    name.hidden = !chosen().named;
+    if (chosen().named) name.value = chosen().path.slice(chosen().path.lastIndexOf(".") + 1);
+  };
+  const add = () => {
+    const { path, value, named } = chosen();
+    const whole = named && /^[\w-]+$/.test(name.value.trim()) ? path.slice(0, path.lastIndexOf(".") + 1) + name.value.trim() : path;
+    arriving = whole;
+    send({ path: whole, value }, null);
+  };
+  choice.addEventListener("change", told);
+  told();
+  const button = element("button", { type: "button", class: "quiet", "aria-label": text("Add to {name}", { name: group.title }), onclick: add }, text("Add"));
+  return element("div", { class: "adder" }, choice, name, button, about);
+}
+
+// -- fields -----------------------------------------------------------------------------------------------------------
+
+function fieldOf(field) {
+  const id = idOf(field.path);
+  const about = element("p", { class: "about", id: `${id}-about`, hidden: !helped.has(field.path) }, field.about ? `${field.about} ` : "", element("code", {}, field.path));
+  const help = element("button", { type: "button", class: "help", "aria-label": text("Help on {name}", { name: field.label }), "aria-expanded": String(!about.hidden), "aria-controls": about.id }, "?");
+  help.addEventListener("click", () => {
+    about.hidden = !about.hidden;
+    help.setAttribute("aria-expanded", String(!about.hidden));
+    if (about.hidden) helped.delete(field.path);
+    else helped.add(field.path);
+  });
+  const wide = ["text", "expression", "table", "list"].includes(field.kind);
+  return element(
+    "div",
+    { class: wide ? "field wide" : "field", "data-field": field.path },
+    element("label", { for: id }, field.label),
+    element("span", { class: "value" }, inputOf(field, id), unitOf(field, id)),
+    help,
+    sliderOf(field, id),
+    field.kind !== "choice" && field.choices?.length ? element("datalist", { id: `${id}-choices` }, field.choices.map((value) => element("option", { value }))) : null,
+    element("p", { class: "fault", id: `${id}-fault`, hidden: true }),
+    about,
+  );
+}
+
+function inputOf(field, id) {
+  const described = { id, "data-of": field.path, "aria-describedby": `${id}-fault ${id}-about` };
+  if (field.kind === "choice") {
+    const options = field.choices.map((choice) => element("option", { value: choice }, choice || "–"));
+    const made = element("select", described, options);
+    made.addEventListener("change", () => commit(field.path, made.value));
+    return made;
+  }
+  if (field.kind === "boolean") {
+    const made = element("input", { ...described, type: "checkbox" });
+    made.addEventListener("change", () => commit(field.path, String(made.checked)));
+    return made;
+  }
+  if (!field.choices?.length && ["table", "list", "expression"].includes(field.kind)) {
+    const made = element("textarea", { ...described, rows: 1, spellcheck: "false", autocomplete: "off" });
+    made.addEventListener("change", () => commit(field.path, made.value.trim()));
+    made.addEventListener("keydown", (event) => {
+      if (event.key === "Enter" && !event.shiftKey) {
+        event.preventDefault();
+        made.dispatchEvent(new Event("change"));
+      }
+    });
+    return made;
+  }
+  const numeric = field.kind === "quantity" || field.kind === "number";
+  const made = element("input", { ...described, type: "text", inputmode: numeric ? "decimal" : null, spellcheck: "false", autocomplete: "off", list: field.choices?.length ? `${id}-choices` : null });
+  made.addEventListener("change", () => commit(field.path, numeric ? quantity(made.value, unitIn(field.path)) : made.value));
+  made.addEventListener("keydown", (event) => {
+    if (event.key === "Enter") made.dispatchEvent(new Event("change"));
+  });
+  return made;
+}
+
+function unitOf(field, id) {
+  const units = field.units ?? [];
+  if (units.length < 2) return field.unit ? element("span", { class: "unit" }, field.unit) : null;
+  const made = element(
+    "select",
+    { id: `${id}-unit`, class: "unit", "data-unit-of": field.path, "aria-label": text("Unit of {name}", { name: field.label }) },
+    units.map((unit) => element("option", { value: unit }, unit || "–")),
+  );
+  made.addEventListener("change", () => {
+    const input = document.getElementById(id);
+    if (input.value.trim()) send({ path: field.path, unit: made.value, key: `${field.path} unit` }, null);
+  });
+  return made;
+}
+
+function sliderOf(field, id) {
+  if (!field.range) return null;
+  const made = element("input", { id: `${id}-slider`, class: "slider", type: "range", "data-slider-of": field.path, "aria-label": text("{name}, slider", { name: field.label }) });
+  made.addEventListener("input", (event) => {
+    const unit = unitIn(field.path);
+    const value = String(Number(made.valueAsNumber.toPrecision(10)));
+    document.getElementById(id).value = number(value);
+    made.setAttribute("aria-valuetext", `${number(value)} ${unit}`.trim());
+    commit(field.path, quantity(value, unit), stepOf(field.path), Math.min(event.timeStamp, performance.now()));
+  });
+  return made;
+}
+
+function stepOf(path) {
+  // A drag is one step from the pointer's going down to its coming up; keys make one step as long as they follow quickly.
+  const now = performance.now();
+  if (gesture.path !== path || (!gesture.held && now - gesture.at > PAUSE)) {
+    gesture = { path, at: now, count: gesture.count + 1, held: gesture.held };
+  }
+  gesture.at = now;
+  return `${path} ${gesture.count}`;
+}
+
+function commit(path, value, step = null, event = performance.now()) {
+  const field = host.querySelector(`[data-field="${CSS.escape(path)}"]`);
+  if (field.dataset.value === value) return;
+  field.dataset.value = value;
+  send({ path, value }, step, event);
+}
+
+function unitIn(path) {
+  const select = host.querySelector(`[data-unit-of="${CSS.escape(path)}"]`);
+  return select ? select.value : (host.querySelector(`[data-field="${CSS.escape(path)}"] .unit`)?.textContent ?? "");
+}
+
+function quantity(written, unit) {
+  const plain = typed(written);
+  return /^[-+]?(\d+\.?\d*|\.\d+)(e[-+]?\d+)?$/i.test(plain) && unit ? `${plain} ${unit}` : plain;
+}
+
+// -- values -----------------------------------------------------------------------------------------------------------
+
+function fill(field) {
+  const id = idOf(field.path);
+  const input = document.getElementById(id);
+  const box = input.closest(".field");
+  const focused = document.activeElement === input;
+  box.dataset.value = field.value ?? "";
+  if (input.type === "checkbox") input.checked = field.value === "true" || field.value === true;
+  else if (!(focused && input.matches("input, textarea") && input.value !== input.dataset.shown)) show(input, field);
+  const unit = document.getElementById(`${id}-unit`);
+  if (unit) unit.value = field.unit ?? "";
+  const slider = document.getElementById(`${id}-slider`);
+  if (slider) slide(slider, field);
+  tell(input, document.getElementById(`${id}-fault`), field.fault);
+}
+
+function show(input, field) {
+  const plain = field.kind === "quantity" || field.kind === "number";
+  const value = plain && field.number !== null && field.number !== undefined ? number(Number(field.number.toPrecision(12))) : (field.value ?? "");
+  if (input.matches("select") && ![...input.options].some((option) => option.value === value)) {
+    input.prepend(element("option", { value }, value || "–"));
+  }
+  input.value = value;
+  input.dataset.shown = value;
+  if (input.matches("textarea")) input.rows = Math.min(6, Math.max(1, Math.ceil(value.length / 30), value.split("\n").length));
+}
+
+function slide(slider, field) {
+  if (field.number === null || field.number === undefined || !field.range) {
+    slider.disabled = true;
+    return;
+  }
+  slider.disabled = false;
+  if (gesture.held && document.activeElement === slider) return;
+  const key = `${field.path} ${field.unit}`;
+  const kept = ranges.get(key);
+  const inside = kept && field.number > kept.least && field.number < kept.most;
+  const range = inside || (document.activeElement === slider && kept) ? kept : field.range;
+  ranges.set(key, range);
+  Object.assign(slider, { min: range.least, max: range.most, step: range.step ?? "any" });
+  slider.value = field.number;
+  slider.setAttribute("aria-valuetext", `${number(Number(field.number.toPrecision(6)))} ${field.unit ?? ""}`.trim());
+}
+
+function tell(input, place, fault) {
+  place.hidden = !fault;
+  place.textContent = fault ?? "";
+  if (fault) input.setAttribute("aria-invalid", "true");
+  else input.removeAttribute("aria-invalid");
+}

@@ -1,0 +1,49 @@
+// The numbers of the page of answers: blocks of rows, tables and sentences, as the library words them.
+
+import { element } from "./elements.js";
+import { text } from "./language.js";
+
+let open = false; // the machine as it was read
+
+/** Show the blocks in an element. */
+export function showNumbers(host, blocks) {
+  host.replaceChildren(...blocks.filter((block) => block.name !== "title").map(blockOf));
+}
+
+function blockOf(block) {
+  const parts = [block.rows?.length ? rowsOf(block) : null, block.table?.length ? tableOf(block) : null, sentencesOf(block)];
+  if (block.name !== "machine") {
+    return element("section", { class: `block ${block.name}` }, block.title ? element("h3", {}, block.title) : null, parts);
+  }
+  const made = element("details", { class: "block machine", ontoggle: () => (open = made.open) }, element("summary", {}, block.title || text("The machine as it was read")), parts);
+  made.open = open;
+  return made;
+}
+
+function rowsOf(block) {
+  const wordy = block.rows.every((row) => !row.unit && !row.note);
+  const rows = block.rows.map((row) =>
+    element(
+      "tr",
+      {},
+      element("th", { scope: "row" }, row.label),
+      element("td", { class: wordy ? "words" : "figure" }, row.value, row.unit ? ` ${row.unit}` : ""),
+      wordy ? null : element("td", { class: "note" }, row.note ?? ""),
+    ),
+  );
+  return element("div", { class: "wide-table" }, element("table", { "aria-label": block.title || text("Results") }, element("tbody", {}, rows)));
+}
+
+function tableOf(block) {
+  const head = block.header?.length ? element("thead", {}, element("tr", {}, block.header.map((cell, k) => headOf(cell, k)))) : null;
+  const rows = block.table.map((cells) => element("tr", {}, cells.map((cell, k) => (k ? element("td", { class: "figure" }, cell) : element("th", { scope: "row" }, cell)))));
+  return element("div", { class: "wide-table" }, element("table", { "aria-label": block.title || text("Results") }, head, element("tbody", {}, rows)));
+}
+
+function headOf(cell, k) {
+  return cell ? element("th", { scope: "col", class: k ? "figure" : null }, cell) : element("td");
+}
+
+function sentencesOf(block) {
+  return (block.sentences ?? []).map((sentence) => element("p", {}, sentence));
+}

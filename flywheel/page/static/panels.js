@@ -1,0 +1,235 @@
+// The figures of an answer: which are shown, one cursor through all of them, their motion, and each as a file.
+
+import { byId, download, element, fileName } from "./elements.js";
+import { number, text, typed } from "./language.js";
+import { remember, remembered } from "./memory.js";
+
+const { draw, panels } = await import("./figures/index.js").catch(() => ({ draw: null, panels: () => [] }));
+const SECONDS = 4; // of a turn, or of a stroke, at speed 1
+const STILL_STEP = Math.PI / 12; // where motion is to be reduced, Play moves in steps
+const STILL_SECONDS = 0.8;
+const TURN = 2 * Math.PI;
+const DEGREE = Math.PI / 180;
+const PNG_SCALE = 2;
+
+const shown = new Map(); // id -> {box, host, figure}
+const still = matchMedia("(prefers-reduced-motion: reduce)");
+let hidden = new Set(remembered("hidden", []));
+let answer = null;
+let units = "si";
+let driver = { turns: true, least: 0, span: TURN, unit: "deg", scale: DEGREE };
+let at = 0;
+let frame = 0;
+let before = 0;
+
+/** Make the controls of the cursor work. */
+export function cursorIn() {
+  byId("angle-range").addEventListener("input", () => move(byId("angle-range").valueAsNumber * driver.scale));
+  byId("angle").addEventListener("change", () => {
+    const given = Number(typed(byId("angle").value));
+    byId("angle").toggleAttribute("aria-invalid", !Number.isFinite(given) || byId("angle").value.trim() === "");
+    if (Number.isFinite(given) && byId("angle").value.trim() !== "") move(given * driver.scale);
+  });
+  byId("angle").addEventListener("keydown", (event) => {
+    if (event.key === "Enter") byId("angle").dispatchEvent(new Event("change"));
+  });
+  byId("play").addEventListener("click", play);
+  byId("panels").addEventListener("cursor", (event) => move(event.detail.phi));
+  window.addEventListener("blur", () => (before = 0));
+}
+
+/** Put the cursor at a crank angle (rad), in every figure. */
+export function move(phi) {
+  const { turns, least, span } = driver;
+  const past = phi < least || phi > least + span;
+  const inside = turns && past ? least + ((((phi - least) % span) + span) % span) : Math.min(Math.max(phi, least), least + span);
+  if (!Number.isFinite(inside)) return;
+  at = inside;
+  const value = Number((at / driver.scale).toFixed(2));
+  byId("angle-range").value = value;
+  byId("angle-range").setAttribute("aria-valuetext", `${number(value)} ${driver.unit}`);
+  if (document.activeElement !== byId("angle") || frame) byId("angle").value = number(value);
+  for (const { figure } of shown.values()) figure?.move(at);
+}
+
+/** Let the cursor run through the cycle, or stop it. */
+export function play() {
+  if (frame) return pause();
+  before = 0;
+  frame = requestAnimationFrame(run);
+  label();
+}
+
+function pause() {
+  cancelAnimationFrame(frame);
+  frame = 0;
+  label();
+}
+
+function run(now) {
+  before ||= now;
+  const passed = (now - before) / 1000;
+  const pace = Number(byId("pace").value);
+  if (!still.matches) {
+    advance((Math.min(passed, 0.1) * pace * (driver.turns ? TURN : driver.span)) / SECONDS);
+    before = now;
+  } else if (passed * pace > STILL_SECONDS) {
+    advance(driver.turns ? STILL_STEP : driver.span / 24);
+    before = now;
+  }
+  frame = requestAnimationFrame(run);
+}
+
+function advance(by) {
+  const end = driver.least + driver.span;
+  move(at + by >= end ? driver.least + ((at + by - end) % driver.span) : at + by);
+}
+
+function label() {
+  byId("play").textContent = frame ? text("Pause") : text("Play");
+  byId("play").setAttribute("aria-pressed", String(frame !== 0));
+}
+
+/** Draw an answer in every figure that is shown; `whole`: make them anew, for another language or other units. */
+export function showPanels(given, system, whole = false) {
+  answer = given;
+  units = system;
+  span();
+  const all = panels(answer);
+  if (whole) clear();
+  choices(all, whole);
+  const wanted = all.filter((panel) => !hidden.has(panel.id));
+  arrange(wanted);
+  for (const panel of wanted) drawn(panel);
+  if (whole) label();
+  move(at);
+}
+
+function span() {
+  const { sliding = false, stroke = false, from = 0, to = answer.cycle } = answer.driver ?? {};
+  driver = { turns: !sliding && !stroke, least: from, span: to - from || TURN, unit: sliding ? "mm" : "deg", scale: sliding ? 1e-3 : DEGREE };
+  const step = sliding ? driver.span / driver.scale / 1000 : 0.5;
+  Object.assign(byId("angle-range"), { min: driver.least / driver.scale, max: (driver.least + driver.span) / driver.scale, step });
+  byId("cursor-name").textContent = sliding ? text("Position of the driver") : text("Crank angle");
+  byId("angle-unit").textContent = driver.unit;
+}
+
+function clear() {
+  shown.clear();
+  byId("panels").replaceChildren();
+}
+
+function arrange(wanted) {
+  for (const [id, { box }] of shown) {
+    if (wanted.some((panel) => panel.id === id)) continue;
+    box.remove();
+    shown.delete(id);
+  }
+  let last = null;
+  for (const panel of wanted) {
+    if (!shown.has(panel.id)) shown.set(panel.id, boxOf(panel));
+    const { box } = shown.get(panel.id);
+    const place = last ? last.nextElementSibling : byId("panels").firstElementChild;
+    if (place !== box) byId("panels").insertBefore(box, place);
+    last = box;
+  }
+}
+
+function boxOf(panel) {
+  const name = `panel-${panel.id}`;
+  const heading = element("h3", { id: name }, panel.title);
+  const host = element("div", { class: "host" });
+  const why = element("p", { class: "why", hidden: true });
+  const files = ["SVG", "PNG", "CSV"].map((kind) =>
+    element("button", { type: "button", class: "quiet", "aria-label": `${kind}: ${panel.title}`, onclick: () => file(panel.id, kind) }, kind),
+  );
+  const head = element("div", { class: "panel-head" }, heading, element("div", { class: "files", role: "group", "aria-label": text("{title} as a file", { title: panel.title }) }, files));
+  return { box: element("section", { class: "panel", "data-panel": panel.id, "aria-labelledby": name }, head, host, why), heading, host, why, figure: null };
+}
+
+function drawn(panel) {
+  const kept = shown.get(panel.id);
+  kept.heading.textContent = panel.title;
+  kept.why.hidden = !panel.why;
+  kept.why.textContent = panel.why ?? "";
+  kept.host.hidden = Boolean(panel.why);
+  kept.box.querySelector(".files").hidden = Boolean(panel.why);
+  if (panel.why) {
+    kept.figure = null;
+    kept.host.replaceChildren();
+  } else if (kept.figure) kept.figure.update(answer);
+  else kept.figure = draw(kept.host, panel.id, answer, { text, number, units });
+}
+
+function choices(all, whole) {
+  const place = byId("choice");
+  if (!whole && place.dataset.of === all.map((panel) => panel.id).join()) return;
+  place.dataset.of = all.map((panel) => panel.id).join();
+  place.replaceChildren(
+    ...all.map((panel) => {
+      const box = element("input", { type: "checkbox", checked: !hidden.has(panel.id) });
+      box.addEventListener("change", () => {
+        if (box.checked) hidden.delete(panel.id);
+        else hidden.add(panel.id);
+        remember("hidden", [...hidden]);
+        showPanels(answer, units);
+      });
+      return element("label", {}, box, " ", panel.title);
+    }),
+  );
+}
+
+// -- files ------------------------------------------------------------------------------------------------------------
+
+async function file(id, kind) {
+  const { figure, heading } = shown.get(id);
+  const name = fileName(`${answer.title ?? ""} ${heading.textContent}`, kind.toLowerCase());
+  if (kind === "CSV") return download(name, new Blob([figure.csv()], { type: "text/csv" }));
+  const svg = standalone(figure.svg());
+  const source = `<?xml version="1.0" encoding="UTF-8"?>\n${new XMLSerializer().serializeToString(svg)}`;
+  const drawing = new Blob([source], { type: "image/svg+xml" });
+  download(name, kind === "SVG" ? drawing : await raster(drawing, svg));
+}
+
+const PAINT = ["fill", "fill-opacity", "stroke", "stroke-width", "stroke-dasharray", "stroke-linecap", "stroke-linejoin", "stroke-opacity"];
+const TYPE = ["font-family", "font-size", "font-style", "font-weight", "text-anchor", "dominant-baseline"];
+const BOTH = ["opacity", "visibility", "display"];
+
+/** A drawing that needs no style sheet: its colours, those of paper, and its type stand in it as attributes. */
+function standalone(svg) {
+  const stage = element("div", { class: "print", "aria-hidden": "true" });
+  const copy = svg.cloneNode(true);
+  stage.append(copy);
+  document.body.append(stage);
+  const box = copy.viewBox.baseVal;
+  const parts = [copy, ...copy.querySelectorAll("*")];
+  const styles = parts.map((part) => {
+    const style = getComputedStyle(part);
+    return [...PAINT, ...BOTH, ...(part.matches("text, tspan, g, svg") ? TYPE : [])].map((name) => [name, style.getPropertyValue(name)]);
+  });
+  stage.remove();
+  parts.forEach((part, k) => {
+    part.removeAttribute("style");
+    part.removeAttribute("tabindex");
+    for (const [name, value] of styles[k]) if (value && value !== "normal" && value !== "auto") part.setAttribute(name, value);
+  });
+  copy.setAttribute("xmlns", "http://www.w3.org/2000/svg");
+  copy.setAttribute("width", box.width);
+  copy.setAttribute("height", box.height);
+  const paper = document.createElementNS("http://www.w3.org/2000/svg", "rect");
+  for (const [name, value] of Object.entries({ x: box.x, y: box.y, width: box.width, height: box.height, fill: "#ffffff" })) paper.setAttribute(name, value);
+  const first = [...copy.children].findIndex((child) => !["title", "desc", "defs"].includes(child.localName));
+  copy.insertBefore(paper, copy.children[Math.max(first, 0)] ?? null);
+  return copy;
+}
+
+async function raster(drawing, svg) {
+  const address = URL.createObjectURL(drawing);
+  const image = new Image();
+  image.src = address;
+  await image.decode();
+  const canvas = element("canvas", { width: svg.viewBox.baseVal.width * PNG_SCALE, height: svg.viewBox.baseVal.height * PNG_SCALE });
+  canvas.getContext("2d").drawImage(image, 0, 0, canvas.width, canvas.height);
+  URL.revokeObjectURL(address);
+  return new Promise((given) => canvas.toBlob(given, "image/png"));
+}

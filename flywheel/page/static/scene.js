@@ -1,0 +1,221 @@
+// The scene that is edited: its text, the steps back and forward, and what the server answers to it.
+//
+// The text is the one truth. An edit in the form is made in the text by the server; what comes back is the new text, the
+// form, the faults and the answer. At most one request is under way, and the newest edit of every place wins. While a hand
+// moves nothing is stepped in time; when it rests, one more request has the answer confirmed.
+
+import { call } from "./server.js";
+import { language } from "./language.js";
+import { note } from "./timings.js";
+
+const REST = 300; // ms after the last change
+const STEPS = 300; // that can be taken back
+const PAGE = Array.from(crypto.getRandomValues(new Uint32Array(3)), (part) => part.toString(36)).join("-"); // among other pages of the server
+
+export const scene = {
+  text: "", // as it is edited
+  saved: "", // as it was read or saved
+  path: null, // of its file
+  name: "", // shown, and proposed for files
+  seen: "", // hash of the file as it was read or saved
+  origin: "", // the example that the text comes from, beside which its tables lie
+  form: [],
+  faults: [],
+  remarks: [],
+  answer: null, // the last good one
+  current: false, // the answer is that of the text
+  confirmed: "", // "": not asked yet; "waiting", "done"
+  error: null, // what went wrong with the request itself
+  view: {},
+  units: "si",
+};
+
+let listener = () => {};
+let waiting = null; // the next request: {edits: Map path -> edit, step, event}
+let flight = null; // the one under way: {rest, controller, asked}
+let timer = 0;
+let changed = 0; // time of the last change
+let generation = 0; // of the text as a whole: replies to an earlier one are dropped
+let past = [];
+let future = [];
+let step = null; // edits of one step (a whole drag) have one name
+
+/** Call `heard(scene, reply)` after every reply, and after every change of the text. */
+export function onScene(heard) {
+  listener = heard;
+}
+
+/** Whether the text differs from its file. */
+export function unsaved() {
+  return scene.text !== scene.saved || (waiting?.edits.size ?? 0) > 0;
+}
+
+/** Edits that no reply has taken up yet. */
+export function pending() {
+  return [...(flight?.asked?.edits.values() ?? []), ...(waiting?.edits.values() ?? [])];
+}
+
+/** Change the value at a place of the form; edits of one `name` are one step back. */
+export function edit(change, name, event = performance.now()) {
+  ask(event);
+  const key = change.key ?? change.path;
+  waiting.edits.delete(key);
+  waiting.edits.set(key, change);
+  waiting.step = name;
+}
+
+/** Put a whole text in the place of the present one. */
+export function write(text, name) {
+  if (text === scene.text) return;
+  record(scene.text, name);
+  replace(text);
+}
+
+/** Ask for the answer once more: another view, language or system of units. */
+export function ask(event = null) {
+  waiting ??= { edits: new Map(), step: null, event: null };
+  waiting.event = event ?? waiting.event;
+  changed = performance.now();
+  scene.confirmed = "";
+  clearTimeout(timer);
+  if (flight?.rest) flight.controller.abort();
+  if (!flight) queueMicrotask(next);
+}
+
+/** Open another scene in the place of this one: its own file, no step back. */
+export function open(given) {
+  past = [];
+  future = [];
+  step = null;
+  Object.assign(scene, { path: null, name: "", seen: "", saved: given.text, answer: null, current: false }, given);
+  replace(given.text);
+}
+
+export function canUndo() {
+  return past.length > 0;
+}
+
+export function canRedo() {
+  return future.length > 0;
+}
+
+/** One step back. */
+export async function undo() {
+  await settled();
+  if (!past.length) return;
+  future.push(scene.text);
+  step = null;
+  replace(past.pop());
+}
+
+/** One step forward. */
+export async function redo() {
+  await settled();
+  if (!future.length) return;
+  past.push(scene.text);
+  step = null;
+  replace(future.pop());
+}
+
+/** When every edit of the form stands in the text; at most two seconds, should the server be gone. */
+export async function settled() {
+  const until = performance.now() + 2000;
+  while (pending().length && performance.now() < until) await new Promise((after) => setTimeout(after, 5));
+}
+
+/** Tell anew what there is: the file has changed its state. */
+export function announce() {
+  listener(scene, null);
+}
+
+/** Send again what was not answered: the server is back. */
+export function retry() {
+  ask();
+}
+
+function record(before, name) {
+  if (name !== null && name === step) return;
+  past.push(before);
+  if (past.length > STEPS) past.shift();
+  future = [];
+  step = name;
+}
+
+function replace(text) {
+  generation += 1;
+  waiting?.edits.clear();
+  scene.text = text;
+  ask();
+  listener(scene, null);
+}
+
+function next() {
+  if (flight) return;
+  if (waiting) send(waiting, false);
+  else timer = setTimeout(() => send(null, true), Math.max(0, changed + REST - performance.now()));
+}
+
+async function send(asked, rest) {
+  if (flight) return;
+  waiting = null;
+  flight = { rest, asked, controller: new AbortController() };
+  if (rest) {
+    scene.confirmed = "waiting";
+    listener(scene, null);
+  }
+  const of = generation;
+  const sent = performance.now();
+  const body = {
+    text: scene.text,
+    edits: asked ? [...asked.edits.values()].map(({ key, ...change }) => change) : [],
+    view: scene.view,
+    rest,
+    language: language(),
+    units: scene.units,
+    origin: scene.origin,
+    page: PAGE,
+  };
+  try {
+    const reply = await call("answer", body, flight.controller.signal);
+    const received = performance.now();
+    flight = null;
+    if (of === generation) take(reply, asked, rest);
+    if (asked?.event && of === generation) note(asked.event, sent, received, performance.now(), reply.data?.milliseconds ?? null);
+  } catch (error) {
+    const aborted = flight?.controller.signal.aborted;
+    flight = null;
+    if (!aborted) return lost(asked, of, error);
+  }
+  if (waiting || !rest) next();
+}
+
+function lost(asked, of, error) {
+  // Nobody answered: the edits wait for the server; a fault of the page itself is not hidden.
+  if (asked && of === generation) {
+    for (const [key, change] of waiting?.edits ?? []) asked.edits.set(key, change);
+    waiting = asked;
+  }
+  scene.confirmed = "";
+  if (error && !(error instanceof TypeError)) throw error;
+}
+
+function take({ status, data }, asked, rest) {
+  if (data?.reason === "overtaken") return lost(asked, generation, null);
+  scene.error = status === 200 ? null : (data?.message ?? data?.error ?? `HTTP ${status}`);
+  if (scene.error !== null) {
+    scene.current = false;
+    scene.confirmed = "";
+    return listener(scene, null);
+  }
+  if (data.text !== scene.text) {
+    record(scene.text, asked?.step ?? null);
+    scene.text = data.text;
+  }
+  if (data.form?.length) scene.form = data.form;
+  scene.faults = data.faults ?? [];
+  scene.remarks = data.remarks ?? [];
+  scene.current = data.answer !== null && data.answer !== undefined;
+  if (scene.current) scene.answer = data.answer;
+  scene.confirmed = rest && scene.current ? "done" : "";
+  listener(scene, data);
+}
