@@ -21,6 +21,7 @@ from types import ModuleType
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
+    from flywheel import report
     from flywheel.components import energy, load_models, motors
     from flywheel.components import equivalent_masses as masses
     from flywheel.components import gear_trains as every_shaft
@@ -159,6 +160,7 @@ __all__ = [
     "presses",
     "recovery",
     "reduce",
+    "report",
     "run_down",
     "run_up",
     "shares",
@@ -180,8 +182,8 @@ def __getattr__(name: str) -> Any:
         from importlib.metadata import version
 
         return version("flywheel-design")
-    if name in _MODULES:
-        return import_module(f"flywheel.{_MODULES[name]}")
+    if name in _MODULES or name == "report":
+        return import_module(f"flywheel.{_MODULES.get(name, name)}")
     if name not in _HOMES:
         raise AttributeError(f"module 'flywheel' has no attribute {name!r}")
     value = getattr(import_module(f"flywheel.{_HOMES[name]}"), name)

@@ -1,4 +1,4 @@
-"""Commands that show a scene as a page: `open`."""
+"""Commands that show a scene as pages: `report`, `open`."""
 
 from __future__ import annotations
 
@@ -8,7 +8,8 @@ from pathlib import Path
 
 import click
 
-from flywheel.cli.common import reported, show
+from flywheel.cli.common import SCENE, reported, show, spare, within, written
+from flywheel.scene.accuracy import LEVELS, RTOL
 
 
 @click.command("open", short_help="Open a scene as a live page in the browser.")
@@ -43,4 +44,65 @@ def open_page(scene: Path | None, port: int, no_browser: bool, language: str) ->
         server.server_close()
 
 
-COMMANDS = (open_page,)
+def _report_path(context: click.Context, parameter: click.Parameter, path: Path) -> Path:
+    if path.suffix.lower() not in (".html", ".htm", ".pdf"):
+        raise click.BadParameter(f"{str(path)!r} does not end in .html or .pdf.")
+    return path
+
+
+@click.command(short_help="Write a worked report, every step with its numbers, as HTML or PDF.")
+@SCENE
+@click.option(
+    "-o",
+    "--output",
+    required=True,
+    type=click.Path(path_type=Path),
+    callback=_report_path,
+    metavar="FILE.(html|pdf)",
+    help="The report's file; a PDF is printed by a browser that is installed.",
+)
+@click.option("--language", type=click.Choice(["en", "es"]), default="en", help="English (default) or Spanish.")
+@click.option("--units", type=click.Choice(["si", "us"]), default="si", help="us: results in US units beside those in SI.")
+@click.option("--rtol", type=float, callback=within(*RTOL), help="Relative accuracy asked of every figure.")
+@click.option("--accuracy", type=click.Choice(LEVELS), help="normal, confirm or audit (default), as of size.")
+@click.option(
+    "--printed",
+    type=click.Path(path_type=Path),
+    metavar="FILE",
+    help="A TOML file with a printed solution, which is set beside ours.",
+)
+def report(
+    scene: Path, output: Path, language: str, units: str, rtol: float | None, accuracy: str | None, printed: Path | None
+) -> None:
+    """Write the worked report of SCENE, a TOML file: every step as formula, substitution with numbers, and result.
+
+    One file without anything from the network, to be printed on A4 and handed out. A scene without a flywheel gives the
+    steps that it has.
+    """
+    spare(scene, output)
+    with reported(scene):
+        from flywheel import language as languages
+        from flywheel.reading.scenes import input_files, load
+        from flywheel.report import files
+        from flywheel.report.report import sized
+        from flywheel.report.solutions import solution
+
+        if output.suffix.lower() == ".pdf":
+            try:
+                files.browser()
+            except files.PrintError as error:
+                click.echo(f"{output}: {error}", err=True)
+                sys.exit(1)
+        with languages.use(language):
+            beside = None if printed is None else solution(printed, scene)
+            found = sized(load(scene), rtol, accuracy)
+            with written(output):
+                try:
+                    read = [*input_files(scene), *([] if printed is None else [printed])]
+                    files.write(found, output, units=units, printed=beside, inputs=read)
+                except files.PrintError as error:
+                    click.echo(f"{output}: {error}", err=True)
+                    sys.exit(1)
+
+
+COMMANDS = (open_page, report)

@@ -223,7 +223,7 @@ math { font-size: 1.08em; }
 .result math { font-weight: 600; }
 .customary { color: var(--quiet); }
 .scroll { overflow-x: auto; }
-table { border-collapse: collapse; margin: .8em 0; font-size: .92em; }
+table { border-collapse: collapse; margin: .8em 0; font-size: .92em; min-width: min(100%, 30rem); }
 caption { text-align: left; font-style: italic; padding-bottom: .3em; }
 th, td { text-align: left; vertical-align: top; padding: .16em .7em .16em 0; border-bottom: 1px solid #e3e3e3; }
 thead th { border-bottom: 1px solid #777; }
@@ -246,7 +246,7 @@ nav ol { columns: 2; padding-left: 1.4em; margin: .4em 0 1em; }
   a { color: inherit; text-decoration: none; }
   h1, h2, h3, h4, caption { break-after: avoid; }
   figure, .step, tr, .remark, .formula { break-inside: avoid; }
-  table.printed { break-inside: avoid; }
+  table.short, table.printed { break-inside: avoid; }
   thead { display: table-header-group; }
   p, li { orphans: 3; widows: 3; }
   figure svg { max-height: 21cm; }
@@ -254,6 +254,10 @@ nav ol { columns: 2; padding-left: 1.4em; margin: .4em 0 1em; }
 }
 """
 
+_WHOLE = 14  # rows of a table that is not split between pages
+
+FIRST_LINE = "<!DOCTYPE html><!-- flywheel report -->"
+"""By which a report is told from other pages, which are never replaced by one."""
 POLICY = "default-src 'none'; style-src 'unsafe-inline'; img-src data:"
 """What a browser may load for the file: nothing. It asks no network and runs no script."""
 
@@ -366,7 +370,8 @@ class _Writer:
             f"<tr{emphasis if r in table.emphasis else ''}>{''.join(cell(value, k) for k, value in enumerate(row))}</tr>"
             for r, row in enumerate(table.rows)
         )
-        kind = f' class="{table.kind}"' if table.kind else ""
+        names = " ".join(filter(None, [table.kind, "short" if len(table.rows) <= _WHOLE else ""]))
+        kind = f' class="{names}"' if names else ""
         above = f'<div class="formula">{formulas.mathml(table.formula)}</div>\n' if table.formula else ""
         caption = f"<caption>{escape(_('Table {n}', n=n))}. {escape(table.caption)}</caption>"
         body = f"<table{kind}>\n{caption}\n<thead><tr>{columns}</tr></thead>\n<tbody>\n{rows}\n</tbody>\n</table>"
@@ -391,7 +396,7 @@ def html(document: Document) -> str:
     contents = f'<nav aria-label="{escape(_("Contents"))}">\n<ol>\n{entries}\n</ol>\n</nav>' if entries else ""
     subtitle = f'<p class="subtitle">{escape(document.subtitle)}</p>' if document.subtitle else ""
     return (
-        f'<!DOCTYPE html>\n<html lang="{language.current()}">\n<head>\n<meta charset="utf-8">\n'
+        f'{FIRST_LINE}\n<html lang="{language.current()}">\n<head>\n<meta charset="utf-8">\n'
         f'<meta http-equiv="Content-Security-Policy" content="{POLICY}">\n'
         f'<meta name="viewport" content="width=device-width, initial-scale=1">\n<title>{escape(document.title)}</title>\n'
         f"<style>{STYLE}</style>\n</head>\n<body>\n<header>\n<h1>{escape(document.title)}</h1>\n{subtitle}\n</header>\n"
@@ -402,7 +407,7 @@ def html(document: Document) -> str:
 def in_cell(quantity: Quantity, head: str) -> str:
     """A number of a table as HTML, with its unit where the column's head does not name it."""
     bare = bool(quantity.unit) and head.endswith((f", {quantity.unit}", f"({quantity.unit})"))
-    return escape(formulas.number_shown(quantity._replace(unit="") if bare else quantity).text)
+    return escape(formulas.bare(quantity) if bare else formulas.number_shown(quantity).text)
 
 
 # -- SVG --------------------------------------------------------------------------------------------------------------

@@ -52,6 +52,7 @@ _FUNCTIONS: Mapping[str, Callable[..., float]] = {
 _SHOWN_ALONE = ("integral", "total", "derivative", "greatest", "least")
 _ESCAPES = {"-": "‿", ".": "·", " ": "⁔", "_": "⁀"}  # in an index: letters that a name in Python may have
 _RELATIONS = {ast.Lt: "<", ast.LtE: "≤", ast.Gt: ">", ast.GtE: "≥", ast.Eq: "=", ast.NotEq: "≠"}
+_RAISED = str.maketrans("0123456789−", "⁰¹²³⁴⁵⁶⁷⁸⁹⁻")
 _LOOSE, _SUM, _PRODUCT, _POWER, _ATOM = range(5)
 """How tightly the parts of a formula hold together: what is looser than its place asks is put in brackets."""
 
@@ -116,7 +117,7 @@ def index(name: str) -> str:
 def _split(symbol: str) -> tuple[str, str, str]:
     """The letter, the index and the marks of a symbol, as they are shown."""
     head, *rest = symbol.split("_")
-    base = _GREEK.get(head, head)
+    base = "Δ" + head[5:] if head.startswith("Delta") else _GREEK.get(head, head)
     marks = "".join(_MARKS[part] for part in rest if part in _MARKS)
     parts = [_GREEK.get(part, part) for part in rest if part not in _MARKS and part]
     below = ",".join(parts)
@@ -285,6 +286,15 @@ def number_shown(quantity: Quantity) -> _Shown:
     return _with_unit(_number(quantity.written), quantity.unit)
 
 
+def bare(quantity: Quantity) -> str:
+    """A number without its unit, in which it still is, as text.
+
+    >>> bare(Quantity("phi", 0.5235987755982988, "°"))
+    '30'
+    """
+    return _number(quantity.written).text
+
+
 def _number(english: str) -> _Shown:
     sign, digits = ('<mo form="prefix">−</mo>', english[1:]) if english.startswith("-") else ("", english)
     digits, _, power = digits.partition("e")
@@ -293,7 +303,7 @@ def _number(english: str) -> _Shown:
     if power:
         exponent = str(int(power)).replace("-", "−")
         shown = f"{shown}<mo>·</mo><msup><mn>10</mn><mn>{exponent}</mn></msup>"
-        text = f"{text}·10^{exponent}"
+        text = f"{text}·10{exponent.translate(_RAISED)}"
     return _Shown(shown, text, _SUM if sign else _PRODUCT if power else _ATOM)
 
 

@@ -1,0 +1,947 @@
+"""The steps of the steady regime: balance, areas, approximate and exact flywheel, speeds, and the check of them all.
+
+Each function gives a section of the report, or None where the scene has nothing of the kind. Numbers are those that the
+sizing holds, or what its own cycle says at an angle that it found; a symbol that a step uses was shown before.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Iterator, Mapping
+from functools import cached_property
+from typing import NamedTuple
+
+import numpy as np
+
+from flywheel import language
+from flywheel.language import text as _
+from flywheel.numerics import cells
+from flywheel.numerics.cells import Array
+from flywheel.regime import turning_moment, wittenbauer
+from flywheel.regime.turning_moment import Cycle
+from flywheel.report import formulas
+from flywheel.report.document import Cell, Formula, Items, Note, Part, Section, Step, Table
+from flywheel.report.formulas import MOST_DIGITS, Quantity
+from flywheel.sizing.results import Sizing
+from flywheel.tables.flywheels import candidates
+from flywheel.tables.sizing import settling_cycles
+
+_NOTHING = 1e-9  # of the work exchanged: what is no more than that does no work over the cycle
+_MOST_AREAS = 40  # that a table shows
+
+
+def number(value: float, digits: int = formulas.DIGITS) -> str:
+    """A number within a sentence, with the decimal mark of the language in use."""
+    return formulas.number_shown(Quantity("", value, "", digits)).text
+
+
+def quantity(value: float, unit: str, digits: int = formulas.DIGITS) -> str:
+    """A number with its unit within a sentence."""
+    return formulas.number_shown(Quantity("", value, unit, digits)).text
+
+
+class Point(NamedTuple):
+    """What the cycle says at one crank angle: phi (rad), W (J), I* (kg m²)."""
+
+    phi: float
+    work: float
+    inertia: float
+
+
+class Known:
+    """A sizing with what its steps have in common: the quantities of its regime by their symbols.
+
+    `cycle` is the one along the motion, `constant` that at the constant speed of the areas (the same where no torque
+    depends on speed).
+    """
+
+    def __init__(self, sizing: Sizing) -> None:
+        self.sizing = sizing
+        self.scene = sizing.scene
+        self.cycle = sizing.cycle
+        self.constant = sizing.constant or sizing.cycle
+        self.ratio = sizing.scene.flywheel_ratio
+        self.eps = sizing.scene.irregularity
+        self.speed = Quantity("omega", sizing.speed, "rad/s")
+        self.epsilon = Quantity("epsilon", self.eps or 0.0)
+        self.turn = Quantity("Phi", sizing.scene.cycle, "rad")
+        self.at_flywheel = Quantity("i_f", self.ratio)
+
+    def at(self, phi: float, cycle: Cycle | None = None) -> Point:
+        """W and I* at a crank angle, from the cycle itself."""
+        cycle = cycle or self.cycle
+        assert cycle is not None
+        work, variation = cycle.at(*cycle.where(np.array([phi])))
+        return Point(phi, float(work[0]), float(cycle.inertia_at_start + variation[0]))
+
+    @cached_property
+    def works(self) -> Mapping[str, float]:
+        """The work (J) over the cycle along the motion of everything that adds to M*, by its name."""
+        machine, cycle = self.sizing.machine, self.cycle
+        assert machine is not None
+        assert cycle is not None
+        return {name: float(cells.integral(part, cycle.mesh.half).sum()) for name, part in moments(self.sizing).items()}
+
+
+def moments(sizing: Sizing) -> dict[str, Array]:
+    """What everything adds to M* (N m) at the nodes of the cycle along the motion, by its name."""
+    machine, cycle = sizing.machine, sizing.cycle
+    assert machine is not None
+    assert cycle is not None
+    mesh, omega = cycle.mesh, None
+    if machine.depends_on_speed:
+        omega = np.full(mesh.phi.shape, sizing.speed)
+        if sizing.run is not None:
+            omega = turning_moment.speed_over_cycle(cycle, sizing.speed, sizing.run, mesh.phi.ravel())
+            omega = omega.reshape(mesh.phi.shape)
+    found = machine.reduction.moments(mesh.phi, mesh.anchor, cycle.balance or 0.0, speed=omega)
+    return {name: np.asarray(part + np.zeros_like(mesh.phi)) for name, part in found.items()}
+
+
+# -- what is asked ----------------------------------------------------------------------------------------------------
+
+
+def asked(known: Known) -> Section:
+    """The speed, the cycle and the irregularity as symbols, with what follows from them at once."""
+    scene, sizing = known.scene, known.sizing
+    rows: list[tuple[Cell, ...]] = []
+    parts: list[Part] = []
+    if scene.areas is None:
+        rows.append((_("angle of a cycle, on the crank"), Formula("Phi"), known.turn))
+    if scene.speed is not None:
+        rows.append((_("speed of the crank asked for"), Formula("n"), Quantity("n", scene.speed, "rpm")))
+    if scene.irregularity is not None:
+        rows.append((_("irregularity allowed"), Formula("epsilon"), known.epsilon))
+    if scene.inertia is not None:
+        rows.append(
+            (_("flywheel given, on {shaft}", shaft=scene.flywheel_on), Formula("J"), Quantity("J", scene.inertia, "kg m²"))
+        )
+    if known.ratio != 1.0:
+        told = _("turns of the flywheel's shaft {shaft} for one of the crank", shaft=scene.flywheel_on)
+        rows.append((told, Formula("i_f"), known.at_flywheel))
+    if scene.drive is not None and scene.shafts[scene.drive.on] != 1.0:
+        told = _("turns of the drive's shaft {shaft} for one of the crank", shaft=scene.drive.on)
+        rows.append((told, Formula("i_d"), Quantity("i_d", scene.shafts[scene.drive.on])))
+    head = (_("quantity"), _("symbol"), _("value"))
+    parts.append(Table(_("What is asked of the machine"), head, tuple(rows)))
+    if scene.speed is not None and (sizing.cyclic is None or scene.unknown is not None):
+        parts.append(
+            Step(
+                _("Mean speed of the crank, the mean of the greatest and the least"),
+                "omega = 2*pi*n/60",
+                (Quantity("n", scene.speed * 30 / math.pi, ""),),
+                known.speed,
+            )
+        )
+    elif sizing.cyclic is not None:
+        parts.append(
+            Step(
+                _("Mean speed that the machine takes by itself: the mean of the greatest and the least of its motion"),
+                "omega = (omega_max + omega_min)/2",
+                (),
+                known.speed,
+                how=_("from the periodic motion below, in which the work of a cycle is zero"),
+            )
+        )
+    return Section(_("What is asked"), tuple(parts))
+
+
+# -- balance of the cycle ---------------------------------------------------------------------------------------------
+
+
+def balance(known: Known) -> Section | None:
+    """The work of everything over the cycle, and the unknown that makes their sum zero."""
+    sizing, scene, cycle = known.sizing, known.scene, known.cycle
+    if cycle is None:
+        return None
+    parts: list[Part] = [
+        Step(
+            _("In the steady regime the kinetic energy is the same after every cycle: the net work of a cycle is zero"),
+            "total(W_k, k) = total(integral(M_star_k(phi), phi, 0, Phi), k) = 0",
+            definitions=("W_k",),
+        )
+    ]
+    others = {name: work for name, work in known.works.items() if name != "drive"}
+    named = {name: Quantity(f"W_{k}", work, "J") for k, (name, work) in enumerate(others.items(), 1)}
+    rows: list[tuple[Cell, ...]] = [(name, Formula(work.symbol), work) for name, work in named.items()]
+    if rows:
+        told = _("Work of everything but the drive over a cycle, the integral of its share of the moment")
+        parts.append(Table(told, (_("load"), _("symbol"), _("work, J")), tuple(rows)))
+    drive, found = scene.drive, sizing.balance
+    if found is not None and found.name == "drive" and drive is not None:
+        parts += _drive_balance(known, list(named.values()))
+    elif found is not None:
+        parts += _parameter_balance(known)
+    elif drive is not None and sizing.drive_work is not None:
+        told = _("Work of the drive over a cycle along the motion")
+        parts.append(
+            Step(
+                told,
+                "W_d = integral(M_star_d(phi), phi, 0, Phi)",
+                (),
+                Quantity("W_d", sizing.drive_work, "J"),
+                how=_by_quadrature(),
+            )
+        )
+    closure = _("What is left of the net work: {net}; the work exchanged is {exchanged}.")
+    parts.append(Note(closure.format(net=quantity(cycle.net, "J", 2), exchanged=quantity(cycle.exchanged, "J"))))
+    if sizing.power is not None and sizing.drive_work is not None:
+        parts.append(
+            Step(
+                _("Mean power of the drive: its work in a cycle over the cycle's angle, times the mean speed"),
+                "P_d = W_d*omega/Phi",
+                (Quantity("W_d", sizing.drive_work, "J"), known.speed, known.turn),
+                Quantity("P_d", sizing.power, "W"),
+                note=_("It is negative: the drive brakes.") if sizing.power < 0.0 else "",
+            )
+        )
+    return Section(_("Balance of the cycle"), tuple(parts))
+
+
+def _by_quadrature() -> str:
+    return _("by quadrature over the cycle, piece by piece between the angles where a law switches")
+
+
+def _drive_balance(known: Known, works: list[Quantity]) -> Iterator[Part]:
+    """The constant torque of the drive."""
+    scene, found, drive = known.scene, known.sizing.balance, known.scene.drive
+    assert found is not None
+    assert drive is not None
+    ratio = scene.shafts[drive.on]
+    geared = ratio != 1.0
+    numbers = [*works, *([Quantity("i_d", ratio)] if geared else []), known.turn]
+    sum_of = " + ".join(work.symbol for work in works) or "0"
+    below = "(i_d*Phi)" if geared else "Phi"
+    done = abs(sum(work.value for work in works) + found.value * ratio * scene.cycle)
+    torque = Quantity("M_d", found.value, "N m")
+    what = _("The constant torque of the drive, on shaft {shaft}, makes the sum zero", shaft=drive.on)
+    if done > 1e-6 * max(abs(work.value) for work in works) if works else True:
+        yield Step(
+            what,
+            "M_d*i_d*Phi = -total(W_k, k)" if geared else "M_d*Phi = -total(W_k, k)",
+            (),
+            torque,
+            how=_("found with the losses, which follow the torque in turn"),
+        )
+    else:
+        yield Step(what, f"M_d = -({sum_of})/{below}", tuple(numbers), torque)
+    if known.sizing.drive_work is not None:
+        yield Step(
+            _("Work of the drive in a cycle"),
+            "W_d = M_d*i_d*Phi" if geared else "W_d = M_d*Phi",
+            (torque, *numbers[len(works) :]),
+            Quantity("W_d", known.sizing.drive_work, "J"),
+        )
+
+
+def _parameter_balance(known: Known) -> Iterator[Part]:
+    """An unknown parameter, in which the net work is linear."""
+    sizing, found, cycle = known.sizing, known.sizing.balance, known.cycle
+    assert found is not None
+    assert cycle is not None
+    assert sizing.machine is not None
+    name, unit = formulas.index(found.name) or "u", sizing.balance_unit or ""
+    symbol = name if name.isidentifier() and name not in ("pi", "phi", "omega") else "u"
+    value = Quantity(symbol, found.value, unit)
+    reduced = sizing.machine.reduce(cycle.mesh.phi, cycle.mesh.anchor)
+    slope = float(cells.integral(reduced.per_unknown + np.zeros_like(cycle.mesh.phi), cycle.mesh.half).sum())
+    if sizing.cyclic is None:
+        rest, per = Quantity("N_0", -found.value * slope, "J"), Quantity("N_1", slope, f"J/({unit})" if unit else "J")
+        per = per._replace(unit="")
+        yield Table(
+            _("The net work of a cycle is linear in the unknown {name}: N = N₀ + N₁ {name}", name=found.name),
+            (_("part"), _("symbol"), _("value")),
+            (
+                (_("net work of all that does not depend on it, J"), Formula("N_0"), rest._replace(unit="J")),
+                (_("net work for each unit (SI) of it"), Formula("N_1"), per),
+            ),
+        )
+        yield Step(_("The unknown makes the net work zero"), f"{symbol} = -N_0/N_1", (rest, per), value)
+    else:
+        yield Step(
+            _("The unknown makes the net work of the motion zero"),
+            "total(W_k, k) = 0",
+            (),
+            value,
+            how=_("found with the motion, on whose speed other torques depend"),
+        )
+
+
+# -- areas ------------------------------------------------------------------------------------------------------------
+
+
+def areas(known: Known) -> Section | None:
+    """Crossings, areas, accumulated areas with the greatest and the least, and the fluctuation of energy."""
+    sizing, constant = known.sizing, known.constant
+    if not sizing.areas:
+        return None
+    parts: list[Part] = []
+    if sizing.cyclic is not None:
+        speed = Quantity("omega_c", sizing.cyclic.constant_speed, "rad/s")
+        if known.scene.unknown is not None:
+            told = _("Areas take the torques at a constant speed, the one asked for, with the balance found anew there")
+        else:
+            told = _("Areas take the torques at the constant speed at which the net work of a cycle is zero")
+        parts.append(Step(told, "integral(M_star(phi, omega_c), phi, 0, Phi) = 0", (), speed))
+    if constant is not None and known.scene.areas is None:
+        parts += [
+            Step(
+                _("The work of the reduced moment from the beginning of the cycle on"),
+                "W(phi) = integral(M_star(psi), psi, 0, phi)",
+                definitions=("W",),
+            ),
+            _crossings(known, constant),
+        ]
+    parts += _area_table(known)
+    marks = _extreme_sums(sizing)
+    greatest = Quantity("W_max", sizing.accumulated_max, "J")
+    least = Quantity("W_min", sizing.accumulated_min, "J")
+    table = (
+        (_("greatest accumulated work, {name}", name=marks[0]), Formula("W_max"), greatest),
+        (_("least accumulated work, {name}", name=marks[1]), Formula("W_min"), least),
+    )
+    parts.append(Table(_("The extremes of the accumulated work"), (_("quantity"), _("symbol"), _("value")), table))
+    parts.append(
+        Step(
+            _("The fluctuation of energy"),
+            "DeltaW = W_max - W_min",
+            (greatest, least),
+            Quantity("DeltaW", sizing.energy_fluctuation, "J"),
+        )
+    )
+    if sizing.coefficient_of_energy is not None and sizing.drive_work and sizing.cyclic is None:
+        parts.append(
+            Step(
+                _("The same as a share of the drive's work, the coefficient of energy"),
+                "k_e = DeltaW/W_d",
+                (Quantity("DeltaW", sizing.energy_fluctuation, "J"), Quantity("W_d", sizing.drive_work, "J")),
+                Quantity("k_e", sizing.coefficient_of_energy),
+            )
+        )
+    return Section(_("Crossings, areas and accumulated areas"), tuple(parts))
+
+
+def _extreme_sums(sizing: Sizing) -> tuple[str, str]:
+    """Which sums are the greatest and the least: S0, S1..."""
+    sums = [0.0, *(area.accumulated for area in sizing.areas)]
+
+    def nearest(extreme: float) -> str:
+        return f"S{min(range(len(sums)), key=lambda k: abs(sums[k] - extreme))}"
+
+    return nearest(sizing.accumulated_max), nearest(sizing.accumulated_min)
+
+
+def _crossings(known: Known, cycle: Cycle) -> Part:
+    """Where the moment changes its sign: through zero, or in a jump where a load switches."""
+    rows: list[tuple[Cell, ...]] = []
+    for k, area in enumerate(known.sizing.areas[:-1][:_MOST_AREAS], 1):
+        phi = area.end
+        assert phi is not None
+        before, after = _both_sides(cycle, phi)
+        size = float(np.abs(cycle.series[0]).sum(axis=-1).max())
+        if abs(after - before) > 1e-6 * size:
+            how = _("jumps from {before} to {after}", before=quantity(before, "N m", 5), after=quantity(after, "N m", 5))
+        else:
+            how = _("rises through zero") if area.work < 0 else _("falls through zero")
+        rows.append((Formula(f"phi_{k}"), Quantity(f"phi_{k}", phi, "°"), Quantity("", phi, "rad"), how))
+    if not rows:
+        return Note(_("The reduced moment does not change its sign within the cycle."))
+    error = known.sizing.error.angles
+    caption = _("Crossings: angles where the reduced moment changes its sign")
+    if error is not None:
+        caption += "; " + _("found to {error}", error=quantity(error, "rad", 2))
+    return Table(caption, ("", _("angle, °"), _("angle, rad"), _("the moment")), tuple(rows))
+
+
+def _both_sides(cycle: Cycle, phi: float) -> tuple[float, float]:
+    """The moment just before and just behind an angle."""
+    edges = cycle.mesh.edges
+    edge = int(np.abs(edges - phi).argmin())
+    if abs(edges[edge] - phi) > 1e-12 * edges[-1] or edge in (0, edges.size - 1):
+        cell, t = cycle.where(np.array([phi]))
+        value = float(cells.value(cycle.series[0, cell], t)[0])
+        return value, value
+    before = cells.value(cycle.series[0, edge - 1 : edge], np.array([1.0]))
+    after = cells.value(cycle.series[0, edge : edge + 1], np.array([-1.0]))
+    return float(before[0]), float(after[0])
+
+
+def _area_table(known: Known) -> list[Part]:
+    """Areas and their accumulated sums, with as many digits as make the sums come out."""
+    sizing = known.sizing
+    found = sizing.areas
+    digits = next((d for d in range(formulas.DIGITS, MOST_DIGITS) if _adds_up(sizing, d)), MOST_DIGITS)
+    sums = [0.0, *(area.accumulated for area in found)]
+    scale = max(map(abs, [*sums, *(area.work for area in found), 1e-300]))
+    sums = [0.0 if abs(value) <= 1e-12 * scale else value for value in sums]
+    greatest, least = _extreme_sums(sizing)
+    rows: list[tuple[Cell, ...]] = []
+    emphasis = set()
+    for k, value in enumerate(sums):
+        area = found[k - 1] if k else None
+        mark = _("greatest") if f"S{k}" == greatest else _("least") if f"S{k}" == least else ""
+        if mark:
+            emphasis.add(k)
+        row: list[Cell] = [f"A{k}" if k else ""]
+        if known.scene.areas is None:
+            ends = (None, None) if area is None else (area.start, area.end)
+            row += ["" if end is None else Quantity("", end, "°") for end in ends]
+        elif area is not None:
+            row.append(Quantity("", known.scene.areas.values[k - 1]))
+        else:
+            row.append("")
+        row.append("" if area is None else Quantity(f"A_{k}", area.work, "J", digits))
+        rows.append((*row, f"S{k}", Quantity(f"S_{k}", value, "J"), mark))
+    head = [_("area")]
+    head += [_("from, °"), _("to, °")] if known.scene.areas is None else [_("measured")]
+    head += [_("work, J"), _("sum"), _("accumulated, J"), ""]
+    shown = rows if len(rows) <= _MOST_AREAS else [rows[k] for k in range(len(rows)) if k < _MOST_AREAS or k in emphasis]
+    marked = frozenset(k for k, row in enumerate(shown) if row[-1])
+    parts: list[Part] = [
+        Step(
+            _("The area between two crossings is the work of the moment there; accumulated, their sum up to its end"),
+            "S_k = S_before + A_k",
+            definitions=("S_k", "A_k"),
+        ),
+        Table(
+            _("Areas and accumulated areas, the greatest and the least marked"), tuple(head), tuple(shown), emphasis=marked
+        ),
+    ]
+    if len(shown) < len(rows):
+        parts.append(Note(_("{n} further areas are not shown.", n=len(rows) - len(shown)), "left out"))
+    return parts
+
+
+def _adds_up(sizing: Sizing, digits: int) -> bool:
+    """Whether the areas, shown with these digits, add up to the sums as shown."""
+    total = 0.0
+    for area in sizing.areas[:-1]:
+        total += Quantity("", area.work, "J", digits).shown
+        if Quantity("", total).written != Quantity("", area.accumulated).written:
+            return False
+    return True
+
+
+# -- approximate flywheels --------------------------------------------------------------------------------------------
+
+
+def approximate(known: Known) -> Section | None:
+    """The flywheel by the accumulated areas."""
+    sizing, wheel, eps = known.sizing, known.sizing.flywheel, known.eps
+    if eps is None or wheel.approximate_total is None or wheel.approximate is None:
+        return None
+    square = known.ratio**2
+    total, left = wheel.approximate_total * square, wheel.approximate * square
+    parts: list[Part] = [
+        Step(
+            _(
+                "With a constant inertia the energy stored between the two extremes is ½ J (ω_max² − ω_min²) = J ε ω²; so "
+                "the total inertia on the crank is"
+            ),
+            "J_total = DeltaW/(epsilon*omega**2)",
+            (Quantity("DeltaW", sizing.energy_fluctuation, "J"), known.epsilon, known.speed),
+            Quantity("J_total", total, "kg m²"),
+        )
+    ]
+    if sizing.scene.areas is not None:
+        parts.append(
+            Note(_("A diagram of areas tells nothing of the machine's own inertia: this is the total that is needed."))
+        )
+    elif sizing.reduced_inertia is not None:
+        parts += _less_least(known, "J_total", total, "J_areas", left)
+    parts += on_own_shaft(known, "J_areas" if sizing.scene.areas is None else "J_total", left, wheel.approximate)
+    return Section(_("Approximate flywheel, by the accumulated areas"), tuple(parts))
+
+
+def _less_least(known: Known, of: str, total: float, symbol: str, left: float) -> Iterator[Part]:
+    """The flywheel's share of a total: less the least I*, or none."""
+    assert known.sizing.reduced_inertia is not None
+    least = Quantity("I_min", known.sizing.reduced_inertia.least, "kg m²")
+    whole, found = Quantity(of, total, "kg m²"), Quantity(symbol, left, "kg m²")
+    if left > 0.0:
+        told = _("Less the machine's own least reduced inertia, which is part of it, the flywheel is")
+        yield Step(told, f"{symbol} = {of} - I_min", (whole, least), found)
+    else:
+        told = _("The machine's own least reduced inertia is at least as large: by this figure no flywheel is needed")
+        yield Step(told, f"{symbol} = max({of} - I_min, 0)", (whole, least), found)
+
+
+def on_own_shaft(known: Known, symbol: str, on_crank: float, own: float) -> Iterator[Part]:
+    """A flywheel on a shaft of another speed, with the same energy."""
+    if known.ratio != 1.0:
+        yield Step(
+            _("On the flywheel's own shaft {shaft}, with the same energy", shaft=known.scene.flywheel_on),
+            f"{symbol}_f = {symbol}/i_f**2",
+            (Quantity(symbol, on_crank, "kg m²"), known.at_flywheel),
+            Quantity(f"{symbol}_f", own, "kg m²"),
+        )
+
+
+def inertia_extremes(known: Known) -> Section | None:
+    """The least, mean and greatest I*."""
+    found = known.sizing.reduced_inertia
+    if found is None:
+        return None
+    rows = (
+        (_("least"), Formula("I_min"), Quantity("I_min", found.least, "kg m²")),
+        (_("mean over the angle"), Formula("I_mean"), Quantity("I_mean", found.mean, "kg m²")),
+        (_("greatest"), Formula("I_max"), Quantity("I_max", found.greatest, "kg m²")),
+    )
+    caption = _("The reduced inertia over the cycle, without the flywheel: extremes where its slope is zero")
+    return Section(
+        _("Extremes of the reduced inertia"),
+        (Table(caption, (_("value"), _("symbol"), _("inertia")), rows),),
+    )
+
+
+def inertia_torque(known: Known) -> Section | None:
+    """The short way of English textbooks: the turning moment less the inertia torque at constant speed."""
+    sizing, wheel, eps, cycle = known.sizing, known.sizing.flywheel, known.eps, known.constant
+    if eps is None or cycle is None or wheel.inertia_torque is None or wheel.inertia_torque_flywheel is None:
+        return None
+    if wheel.needed is False and wheel.exact == 0.0 and wheel.inertia_torque == 0.0:
+        return None
+    extremes, _found = turning_moment.combined(cycle, np.array([[1.0, -0.5 * sizing.speed**2]]))
+    high, low = (known.at(float(phi[0]), cycle) for phi in (extremes.angle_greatest, extremes.angle_least))
+    square = known.ratio**2
+    total, left = wheel.inertia_torque * square, wheel.inertia_torque_flywheel * square
+    parts: list[Part] = [
+        Step(
+            _(
+                "At a constant speed the bodies take the torque ½ ω² dI*/dφ from the moment and give it back; the work of "
+                "what is left, with I* counted from zero, is"
+            ),
+            "T(phi) = W(phi) - omega**2*I_star(phi)/2",
+            definitions=("T",),
+        )
+    ]
+    values = []
+    for name, point, told in (("a", high, _("greatest")), ("b", low, _("least"))):
+        work, inertia = Quantity(f"W_{name}", point.work, "J"), Quantity(f"I_{name}", point.inertia, "kg m²")
+        value = Quantity(f"T_{name}", point.work - 0.5 * sizing.speed**2 * point.inertia, "J")
+        parts.append(_point_table(point, work, inertia, told, f"phi_{name}"))
+        parts.append(
+            Step(
+                _("Its {extreme} value", extreme=told),
+                f"T_{name} = W_{name} - omega**2*I_{name}/2",
+                (work, known.speed, inertia),
+                value,
+            )
+        )
+        values.append(value)
+    parts.append(
+        Step(
+            _("The total inertia, the machine's own included"),
+            "J_torque = (T_a - T_b)/(epsilon*omega**2)",
+            (*values, known.epsilon, known.speed),
+            Quantity("J_torque", total, "kg m²"),
+        )
+    )
+    parts += _less_least(known, "J_torque", total, "J_short", left)
+    parts += on_own_shaft(known, "J_short", left, wheel.inertia_torque_flywheel)
+    return Section(_("The short way of English textbooks, with the inertia torque"), tuple(parts))
+
+
+def _point_table(point: Point, work: Quantity, inertia: Quantity, told: str, angle: str) -> Table:
+    """W and I* at an angle that was found."""
+    caption = _("Where it is {extreme}: the angle, the work up to it, the reduced inertia there", extreme=told)
+    row = (Quantity(angle, point.phi, "°"), work, inertia)
+    return Table(caption, (_("angle, °"), _("W, J"), _("I*, kg m²")), (row,))
+
+
+# -- Wittenbauer ------------------------------------------------------------------------------------------------------
+
+
+def exact(known: Known) -> Section | None:
+    """Wittenbauer's construction with its tangents, and the exact flywheel."""
+    sizing, eps, cycle, wheel = known.sizing, known.eps, known.cycle, known.sizing.flywheel
+    if eps is None or cycle is None or wheel.exact is None:
+        return None
+    figures = wittenbauer.figures_of(cycle, sizing.speed, eps)
+    extremes = figures.extremes
+    fast, slow = known.at(float(extremes.angle_greatest[1])), known.at(float(extremes.angle_least[2]))
+    own = figures.total - cycle.inertia_at_start
+    on_crank = wheel.exact * known.ratio**2
+    if on_crank > 0.0 and abs(own - on_crank) > 1e-6 * on_crank:
+        return Section(_("Exact flywheel"), (_by_motion(known, on_crank), *on_own_shaft(known, "J", on_crank, wheel.exact)))
+    high, low = sizing.speed * (1 + eps / 2), sizing.speed * (1 - eps / 2)
+    omega_max, omega_min = Quantity("omega_max", high, "rad/s"), Quantity("omega_min", low, "rad/s")
+    parts: list[Part] = []
+    if sizing.cyclic is not None:
+        parts.append(
+            Note(
+                _(
+                    "Torques that depend on speed are taken along the motion itself, which was found with its flywheel "
+                    "by Newton's method: W is the work of the moment along it."
+                )
+            )
+        )
+    parts += [
+        Step(
+            _("At every angle the kinetic energy is that at the beginning and the work done since"),
+            "(J + I_star(phi))*omega(phi)**2/2 = E_0 + W(phi)",
+            definitions=("E_0",),
+        ),
+        Note(
+            _(
+                "Drawn with I* to the right and W upwards, the cycle is a closed curve (Wittenbauer's). Seen from the point "
+                "P(−J, −E₀), the line to a point of the curve has the slope (E₀ + W)/(J + I*) = ½ ω²: the speed there. "
+                "The two tangents from P have the slopes of the greatest and of the least speed. These are known, so they "
+                "can be drawn first, and P is where they meet."
+            )
+        ),
+        Step(_("Greatest speed allowed"), "omega_max = omega*(1 + epsilon/2)", (known.speed, known.epsilon), omega_max),
+        Step(_("Least speed allowed"), "omega_min = omega*(1 - epsilon/2)", (known.speed, known.epsilon), omega_min),
+    ]
+    slopes, cuts = [], []
+    for point, limit, name, far, told in (
+        (fast, omega_max, "u", "M", _("upper tangent, which touches where W − tan ψ · I* is greatest")),
+        (slow, omega_min, "l", "N", _("lower tangent, which touches where W − tan ψ · I* is least")),
+    ):
+        tangent = Quantity(f"t_{name}", 0.5 * limit.value**2, "J/(kg m²)")._replace(unit="")
+        slopes.append(tangent)
+        parts.append(
+            Step(
+                _("Slope of the {tangent} (J for each kg m²)", tangent=told),
+                f"t_{name} = {limit.symbol}**2/2",
+                (limit,),
+                tangent,
+            )
+        )
+        work, inertia = Quantity(f"W_{far}", point.work, "J"), Quantity(f"I_{far}", point.inertia, "kg m²")
+        parts.append(
+            Table(
+                _("The point where it touches: the angle, the work up to it, the reduced inertia there"),
+                (_("angle, °"), _("W, J"), _("I*, kg m²")),
+                ((Quantity(f"phi_{far}", point.phi, "°"), work, inertia),),
+            )
+        )
+        cut = Quantity(f"h_{far}", point.work - tangent.value * point.inertia, "J")
+        cuts.append(cut)
+        parts.append(
+            Step(
+                _("Where it cuts the axis of energy, I* = 0: the height of {point}", point=far),
+                f"h_{far} = W_{far} - t_{name}*I_{far}",
+                (work, tangent, inertia),
+                cut,
+            )
+        )
+    distance = Quantity("MN", cuts[0].value - cuts[1].value, "J")
+    parts.append(Step(_("The distance of the two cuts"), "MN = h_M - h_N", tuple(cuts), distance))
+    told = _("P lies where the tangents meet, J to the left of the axis; their slopes differ by ε ω²")
+    needed = on_crank > 0.0
+    parts.append(
+        Step(
+            told if needed else told + _(": the machine's own inertia suffices, and no flywheel is needed"),
+            "J = MN/(epsilon*omega**2)" if needed else "J = max(MN/(epsilon*omega**2), 0)",
+            (distance, known.epsilon, known.speed),
+            Quantity("J", on_crank, "kg m²"),
+        )
+    )
+    if needed:
+        parts.append(
+            Step(
+                _("Energy at the beginning of the cycle: P lies E₀ below the origin"),
+                "E_0 = t_u*J - h_M",
+                (slopes[0], Quantity("J", on_crank, "kg m²"), cuts[0]),
+                Quantity("E_0", slopes[0].value * on_crank - cuts[0].value, "J"),
+            )
+        )
+        parts += _drawing_scales(known, cycle, slopes, on_crank)
+    parts += on_own_shaft(known, "J", on_crank, wheel.exact)
+    return Section(_("Exact flywheel: Wittenbauer's construction"), tuple(parts))
+
+
+def _by_motion(known: Known, on_crank: float) -> Step:
+    return Step(
+        _("The exact flywheel is the one with which the periodic motion itself has the irregularity asked for"),
+        "(omega_max - omega_min)/omega = epsilon",
+        (),
+        Quantity("J", on_crank, "kg m²"),
+        how=_("by Newton's method: flywheel, energy level and balance are found together"),
+    )
+
+
+def _drawing_scales(known: Known, cycle: Cycle, slopes: list[Quantity], flywheel: float) -> Iterator[Part]:
+    """Scales for a drawing by hand, and the angles of the tangents in it."""
+    inertia = known.sizing.reduced_inertia
+    assert inertia is not None
+    width = flywheel + inertia.greatest
+    height = max(slopes[0].value * width, 1e-300)
+    across, upwards = _round_scale(width / 150), _round_scale(height / 200)
+    x, y = Quantity("mu_I", across, ""), Quantity("mu_W", upwards, "")
+    rows = (
+        (_("kg m² for each mm to the right"), Formula("mu_I"), x),
+        (_("J for each mm upwards"), Formula("mu_W"), y),
+    )
+    yield Table(_("Scales for a drawing by hand"), (_("scale"), _("symbol"), _("value")), rows)
+    for slope, name, told in ((slopes[0], "psi_u", _("upper tangent")), (slopes[1], "psi_l", _("lower tangent"))):
+        angle = math.atan(slope.value * across / upwards)
+        yield Step(
+            _("Angle of the {tangent} in that drawing", tangent=told),
+            f"{name} = atan({slope.symbol}*mu_I/mu_W)",
+            (slope, x, y),
+            Quantity(name, angle, "°"),
+        )
+
+
+def _round_scale(value: float) -> float:
+    """The next of 1, 2, 5, 10... not below a value."""
+    power = 10.0 ** math.floor(math.log10(value))
+    return next(step * power for step in (1.0, 2.0, 5.0, 10.0) if step * power >= value * (1 - 1e-9))
+
+
+# -- speeds -----------------------------------------------------------------------------------------------------------
+
+
+def speeds(known: Known) -> Section | None:
+    """Greatest and least speed with the exact or the given flywheel, from the energy at their angles."""
+    sizing, run, cycle = known.sizing, known.sizing.run, known.cycle
+    if run is None or cycle is None:
+        return None
+    cycle = run.cycle or cycle
+    mean = run.speed or sizing.speed
+    start = Quantity("E_0", 0.5 * (run.inertia + cycle.inertia_at_start) * mean**2 + run.offset, "J")
+    flywheel = Quantity("J" if sizing.scene.inertia is None or known.ratio == 1.0 else "J_c", run.inertia, "kg m²")
+    parts: list[Part] = []
+    if flywheel.symbol == "J_c":
+        told = _("The given flywheel as one on the crank, with the same energy")
+        given = Quantity("J", sizing.scene.inertia or 0.0, "kg m²")
+        parts.append(Step(told, "J_c = J*i_f**2", (given, known.at_flywheel), flywheel))
+    if sizing.scene.irregularity is None or sizing.flywheel.needed is False:
+        parts.append(
+            Step(
+                _(
+                    "At every angle the kinetic energy is that at the start and the work done since; E₀ is such that the "
+                    "mean of the greatest and the least speed is the one above"
+                ),
+                f"({flywheel.symbol} + I_star(phi))*omega(phi)**2/2 = E_0 + W(phi)",
+                (),
+                start,
+                how=_("by Newton's method"),
+            )
+        )
+    if sizing.flywheel.needed is False and sizing.scene.inertia is None:
+        parts.append(Note(_("The machine runs without a flywheel: J = 0.")))
+        flywheel = flywheel._replace(value=0.0)
+    found = []
+    for name, angle, speed, told in (
+        ("max", run.angle_speed_max, run.speed_max, _("greatest")),
+        ("min", run.angle_speed_min, run.speed_min, _("least")),
+    ):
+        point = known.at(angle, cycle)
+        work, inertia = Quantity(f"W_{name}_omega", point.work, "J"), Quantity(f"I_{name}_omega", point.inertia, "kg m²")
+        parts.append(_point_table(point, work, inertia, _("{extreme} speed", extreme=told), f"phi_{name}_omega"))
+        result = Quantity(f"omega_{name}", speed, "rad/s")
+        parts.append(
+            Step(
+                _("The {extreme} speed", extreme=told),
+                f"omega_{name} = sqrt(2*(E_0 + {work.symbol})/({flywheel.symbol} + {inertia.symbol}))",
+                (start, work, flywheel, inertia),
+                result,
+                note=_("That is {speed}.", speed=quantity(speed, "rpm")),
+            )
+        )
+        found.append(result)
+    parts.append(
+        Step(
+            _("The irregularity"),
+            "epsilon_r = (omega_max - omega_min)/((omega_max + omega_min)/2)",
+            tuple(found),
+            Quantity("epsilon_r", run.irregularity),
+        )
+    )
+    confirmed = sizing.simulation
+    if confirmed is not None and confirmed.period is not None and confirmed.speed_time_mean is not None:
+        rows = ((_("period of a cycle"), Formula("tau"), Quantity("tau", confirmed.period, "s")),)
+        parts.append(Table(_("Time of a cycle, the integral of dφ/ω"), (_("quantity"), _("symbol"), _("value")), rows))
+        parts.append(
+            Step(
+                _("Mean speed over time"),
+                "omega_time = Phi/tau",
+                (known.turn, Quantity("tau", confirmed.period, "s")),
+                Quantity("omega_time", confirmed.speed_time_mean, "rad/s"),
+            )
+        )
+    return Section(_("Speeds over the cycle"), tuple(parts))
+
+
+# -- torques that depend on speed -------------------------------------------------------------------------------------
+
+
+def holding(known: Known) -> Section | None:
+    """How a motion whose torques depend on speed holds itself: the multiplier of a cycle."""
+    cyclic = known.sizing.cyclic
+    if cyclic is None:
+        return None
+    multiplier = Quantity("lamda", cyclic.multiplier)
+    parts: list[Part] = [
+        Step(
+            _("What a cycle leaves of a small change of energy at its start, the cycle multiplier; E is the kinetic energy"),
+            "lamda = exp(integral(derivative(M_star, E), phi, 0, Phi))",
+            (),
+            multiplier,
+            how=_("along the periodic motion, found in {n} steps of Newton's method", n=cyclic.steps),
+        )
+    ]
+    if 0.0 < cyclic.multiplier < 1.0 - 1e-12 and cyclic.damping > 1e-9:
+        cycles = settling_cycles(cyclic)
+        if cycles > 0.0 and cyclic.multiplier < 0.99:
+            parts.append(
+                Step(
+                    _("The regime is stable: cycles until a hundredth of a change is left"),
+                    "k = log(0.01)/log(lamda)",
+                    (multiplier,),
+                    Quantity("k", cycles, "", 4),
+                )
+            )
+        else:
+            parts.append(
+                Note(_("The regime is stable: after {n} cycles a hundredth of a change is left.", n=number(cycles, 3)))
+            )
+    elif cyclic.damping < -1e-12:
+        parts.append(Note(_("The regime does not settle: a change grows from cycle to cycle."), "remark"))
+    else:
+        parts.append(Note(_("No torque brings a change of speed back: the regime does not settle by itself."), "remark"))
+    return Section(_("How the motion holds itself"), tuple(parts))
+
+
+# -- the check --------------------------------------------------------------------------------------------------------
+
+
+def check(known: Known) -> Section | None:
+    """The motion found on a route of its own, beside what was asked."""
+    sizing = known.sizing
+    found = sizing.simulation
+    if found is None or found.speed_max is None or found.speed_min is None:
+        return None
+    if found.route == "areas":
+        return None
+    told = {
+        "time": _(
+            "One cycle was stepped in time from the equation of motion, by a method that shares only I* and M* with the "
+            "steps above, restarted wherever a law switches; the extremes of its speed are found by root finding."
+        ),
+        "collocation": _("The periodic motion was found again by collocation, on cells of its own."),
+        "quadrature": _("The motion is that of the energy equation, by quadrature; no second route was asked for."),
+    }
+    parts: list[Part] = [
+        Step(
+            _("Equation of motion of the machine with its flywheel"),
+            "(J + I_star)*derivative(omega, t) + derivative(I_star, phi)*omega**2/2 = M_star",
+        ),
+        Note(told.get(found.route, told["quadrature"])),
+    ]
+    high = Quantity("omega_max_sim", found.speed_max, "rad/s", 8)
+    low = Quantity("omega_min_sim", found.speed_min, "rad/s", 8)
+    rows = (
+        (_("greatest speed"), Formula(high.symbol), high),
+        (_("least speed"), Formula(low.symbol), low),
+    )
+    parts.append(Table(_("Speeds that came out"), (_("quantity"), _("symbol"), _("value")), rows))
+    parts.append(
+        Step(
+            _("Irregularity that came out"),
+            "epsilon_sim = (omega_max_sim - omega_min_sim)/((omega_max_sim + omega_min_sim)/2)",
+            (high, low),
+            Quantity("epsilon_sim", found.irregularity),
+        )
+    )
+    error = sizing.error.simulation
+    if known.eps is not None and sizing.flywheel.needed:
+        parts.append(
+            Note(
+                _(
+                    "{asked} was asked for; the two routes differ by {share} of it.",
+                    asked=number(known.eps),
+                    share=number(abs(found.irregularity / known.eps - 1.0), 2),
+                )
+            )
+        )
+    if error is not None:
+        parts.append(Note(_("Estimated relative error of this irregularity: {error}.", error=number(error, 2))))
+    if found.closure is not None:
+        parts.append(
+            Note(
+                _(
+                    "The speed at the end of the cycle differs from that at its start by {share} of it.",
+                    share=number(found.closure, 2),
+                )
+            )
+        )
+    return Section(_("Check by a route of its own"), tuple(parts))
+
+
+def accuracy(known: Known, remarks: Iterable[str]) -> Section:
+    """What is approximate and by how much: the approximate flywheels, the estimated errors, what was left out."""
+    sizing, wheel = known.sizing, known.sizing.flywheel
+    parts: list[Part] = []
+    if known.eps is not None and wheel.exact is not None and known.scene.areas is None and wheel.exact > 0.0:
+        names = {
+            "exact": _("exact (Wittenbauer)"),
+            "approximate": _("accumulated areas"),
+            "inertia_torque_flywheel": _("inertia torque"),
+        }
+        rows: list[tuple[Cell, ...]] = []
+        for candidate in candidates(sizing):
+            gives: Cell = _("no steady motion") if candidate.gives is None else Quantity("", candidate.gives[0])
+            off: Cell = "" if candidate.off is None else Quantity("", candidate.off, "%", 4)
+            rows.append((names[candidate.key], Quantity("", candidate.inertia, "kg m²"), off, gives))
+        head = (_("figure"), _("inertia, kg m²"), _("off the exact one, %"), _("irregularity that it gives"))
+        parts.append(Table(_("What each figure is off by, and what the machine would do with it"), head, tuple(rows)))
+        parts += _bounds(known)
+    titles = {
+        "exact": _("exact flywheel"),
+        "approximate": _("flywheel by the areas"),
+        "inertia_torque": _("flywheel by the inertia torque"),
+        "work": _("works, as a share of the work exchanged"),
+        "simulation": _("irregularity of the check"),
+    }
+    errors = {title: getattr(sizing.error, key) for key, title in titles.items()}
+    shown = tuple((title, Quantity("", error, "", 2)) for title, error in errors.items() if error is not None)
+    if shown:
+        parts.append(Table(_("Estimated relative errors"), (_("figure"), _("relative error")), shown))
+    reached = _("This was reached.") if sizing.reached else _("This was NOT reached.")
+    asked_for = _("A relative error of {rtol} was asked for.", rtol=number(sizing.rtol, 2))
+    parts.append(Note(f"{asked_for} {reached}", "" if sizing.reached else "remark"))
+    parts += [Note(_("Remark: {text}", text=text), "remark") for text in (*sizing.messages, *remarks)]
+    if sizing.left_out:
+        parts.append(
+            Note(
+                _(
+                    "Left out at this level of accuracy ({level}): {what}.",
+                    level=sizing.accuracy,
+                    what="; ".join(language.text(one) for one in sizing.left_out),
+                ),
+                "left out",
+            )
+        )
+    return Section(_("What is approximate, and by how much"), tuple(parts))
+
+
+def _bounds(known: Known) -> Iterator[Part]:
+    """The proven bounds of the exact flywheel."""
+    wheel = known.sizing.flywheel
+    if wheel.bracket is None or wheel.torque_bracket is None:
+        return
+    rows = tuple(
+        (name, Quantity("", max(pair[0], 0.0), "kg m²"), Quantity("", max(pair[1], 0.0), "kg m²"))
+        for name, pair in ((_("by the areas"), wheel.bracket), (_("by the inertia torque"), wheel.torque_bracket))
+    )
+    head = (_("given"), _("not below, kg m²"), _("not above, kg m²"))
+    yield Table(_("Bounds proven for the exact flywheel, whatever I* does between its extremes"), head, rows)
+
+
+def references(known: Known | None, sources: Iterable[str]) -> Section:
+    """Where the methods, and the scene, come from."""
+    items = [
+        *sources,
+        _("F. Wittenbauer, Graphische Dynamik, Springer, Berlin 1923: the diagram of energy over inertia and its tangents."),
+        _(
+            "H. M. Paynter, Analysis and Design of Engineering Systems, MIT Press 1961; D. C. Karnopp, D. L. Margolis, "
+            "R. C. Rosenberg, System Dynamics: bond graphs."
+        ),
+    ]
+    if known is not None and known.sizing.built is not None:
+        items.append(_("S. Timoshenko, Strength of Materials, part II: rotating discs, and rims on spokes."))
+    return Section(_("References"), (Items(tuple(items)),))

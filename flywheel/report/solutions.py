@@ -1,0 +1,183 @@
+"""Printed solutions beside ours: a TOML file with a table for each scene, named as its file.
+
+```toml
+[p103_1]
+source = "the course's answers, p. 103"
+remarks = [{ en = "The print writes ...", es = "El impreso escribe ..." }]
+
+[[p103_1.row]]
+what = { en = "Flywheel by the areas", es = "Volante por áreas" }
+figure = "flywheel.approximate"   # as `flywheel size --json` has it; with `at`, as `flywheel reduce --json` has it there
+printed = "348.989"
+unit = "kg m²"
+misprint = { en = "...", es = "..." }   # where the print is wrong: why
+```
+
+`factor` multiplies our figure before it is compared (a quantity that follows from it), `at` is a crank angle ("30 deg").
+A printed figure is met when ours, rounded or cut to its digits, is the same: hand work does both.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from decimal import ROUND_DOWN, Decimal, InvalidOperation
+from pathlib import Path
+from typing import Any, NamedTuple
+
+from flywheel import language
+from flywheel.language import text as _
+from flywheel.numerics.faults import Fault, SceneError, suggestion
+from flywheel.numerics.units import QuantityError, parse_quantity
+from flywheel.regime.state import reduce
+from flywheel.report.document import Cell, Note, Part, Section, Table
+from flywheel.report.formulas import Quantity
+from flywheel.sizing.results import Sizing
+
+_KEYS = {"what", "figure", "printed", "unit", "at", "factor", "misprint"}
+
+
+class Row(NamedTuple):
+    """One figure of a printed solution: what it is, the path of ours, and the print as text."""
+
+    what: str
+    figure: str
+    printed: str
+    unit: str = ""
+    at: float | None = None
+    factor: float = 1.0
+    misprint: str = ""
+
+
+class Solution(NamedTuple):
+    """A printed solution of a scene, in the language in use."""
+
+    rows: tuple[Row, ...]
+    source: str = ""
+    remarks: tuple[str, ...] = ()
+
+
+def solution(path: str | Path, scene: str | Path) -> Solution:
+    """The printed solution of a scene's file, from a file of solutions, in the language in use.
+
+    Raises:
+        SceneError: if the file cannot be read, has nothing of that scene, or something in it is wrong.
+
+    """
+    import tomllib
+
+    place = Path(path)
+    try:
+        tables = tomllib.loads(place.read_text("utf-8"))
+    except (OSError, UnicodeDecodeError, tomllib.TOMLDecodeError) as error:
+        raise SceneError([Fault(str(path), f"a file that cannot be read ({error})", "a TOML file of solutions")]) from None
+    name = Path(scene).stem
+    found = tables.get(name)
+    if not isinstance(found, dict):
+        known = suggestion(name, list(tables))
+        raise SceneError([Fault(str(path), f"no table {name!r}", "one named as the scene's file", known)])
+    rows, faults = [], []
+    for k, entry in enumerate(found.get("row", [])):
+        here = f"{name}.row[{k}]"
+        try:
+            rows.append(_row(entry))
+        except (KeyError, TypeError, ValueError, QuantityError, InvalidOperation) as error:
+            faults.append(Fault(here, f"{error.args[0] if error.args else error}", "what, figure, printed as texts"))
+    if faults:
+        raise SceneError(faults)
+    return Solution(tuple(rows), _told(found.get("source", "")), tuple(map(_told, found.get("remarks", ()))))
+
+
+def _row(entry: Mapping[str, Any]) -> Row:
+    if unknown := sorted(set(entry) - _KEYS):
+        raise ValueError(f"key {unknown[0]!r}")
+    if not isinstance(entry["printed"], str) or not isinstance(entry["figure"], str):
+        raise TypeError("printed or figure that is no text")
+    Decimal(entry["printed"])
+    at = entry.get("at")
+    return Row(
+        what=_told(entry["what"]),
+        figure=entry["figure"],
+        printed=entry["printed"],
+        unit=str(entry.get("unit", "")),
+        at=None if at is None else parse_quantity(at, "angle"),
+        factor=float(entry.get("factor", 1.0)),
+        misprint=_told(entry.get("misprint", "")),
+    )
+
+
+def _told(value: Any) -> str:
+    """A text, or the one of the language in use from a table of them."""
+    if isinstance(value, Mapping):
+        return str(value.get(language.current(), value["en"]))
+    if not isinstance(value, str):
+        raise TypeError("a text that is none")
+    return value
+
+
+def ours(sizing: Sizing, row: Row) -> float | None:
+    """Our figure of a row, or None where there is none."""
+    if row.at is None:
+        tables: Any = sizing.as_dict()
+    else:
+        state = reduce(sizing.machine or sizing.scene, [row.at])
+        tables = {
+            **{name: float(value[0]) for name, value in zip(state._fields[1:4], state[1:4], strict=True)},
+            **{part: {key: float(v[0]) for key, v in getattr(state, part).items()} for part in state._fields[4:]},
+        }
+    found = _within(tables, row.figure)
+    if isinstance(found, bool) or not isinstance(found, int | float) or not math.isfinite(found):
+        return None
+    return found * row.factor
+
+
+def _within(tables: Any, path: str) -> Any:
+    """A value by its path: keys joined by dots, which may hold dots themselves; places in lists from 0."""
+    if not path:
+        return tables
+    if isinstance(tables, Sequence) and not isinstance(tables, str):
+        place, _dot, rest = path.partition(".")
+        return _within(tables[int(place)], rest) if place.isdecimal() and int(place) < len(tables) else None
+    if not isinstance(tables, Mapping):
+        return None
+    for key, inner in tables.items():
+        if path == key or path.startswith(f"{key}."):
+            return _within(inner, path[len(key) + 1 :])
+    return None
+
+
+def meets(printed: str, found: float) -> bool:
+    """Whether ours has the printed digits: rounded to them, or (behind a decimal point) cut to them.
+
+    >>> meets("27", 27.0095), meets("-60", -60.76), meets("678.22", 678.2297), meets("7.72767", 7.727687)
+    (True, False, True, False)
+    """
+    ours, print_ = Decimal(found), Decimal(printed)
+    digit = Decimal(1).scaleb(int(print_.as_tuple().exponent))
+    cut = digit < 1 and ours.quantize(digit, ROUND_DOWN) == print_
+    return abs(ours - print_) <= digit / 2 or cut
+
+
+def section(sizing: Sizing, printed: Solution) -> Section:
+    """The box: printed figures beside ours, and where the print errs."""
+    rows: list[tuple[Cell, ...]] = []
+    misprints: list[str] = []
+    for row in printed.rows:
+        value = ours(sizing, row)
+        own: Cell = _("not found") if value is None else Quantity("", value, "", 7)
+        if row.misprint and row.misprint not in misprints:
+            misprints.append(row.misprint)
+        if value is None:
+            verdict = _("no figure of ours")
+        elif row.misprint:
+            verdict = _("misprint [{n}]", n=misprints.index(row.misprint) + 1)
+        else:
+            verdict = _("agrees") if meets(row.printed, value) else _("differs")
+        rows.append((row.what, language.number(row.printed).replace("-", "−"), own, row.unit, verdict))
+    head = (_("figure"), _("printed"), _("ours"), _("unit"), _("verdict"))
+    caption = _("Printed solution beside ours") + (f": {printed.source}" if printed.source else "")
+    parts: list[Part] = [Table(caption, head, tuple(rows), kind="printed")]
+    for k, told in enumerate(misprints, 1):
+        parts.append(Note(_("Misprint [{n}]: {why}. Ours is the true figure.", n=k, why=told.rstrip(".")), "remark"))
+    parts += [Note(remark) for remark in printed.remarks]
+    return Section(_("The printed solution"), tuple(parts))
