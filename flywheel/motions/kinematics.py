@@ -725,10 +725,23 @@ def _turns_at_seam(series: Array, level: Array) -> bool:
     return bool(still.all() and (ends[2] * ends[3] < 0.0).any())
 
 
-def _extremes(
-    moving: Moving, course: Course, over: str, mesh: cells.Cells, series: Array, rows: Sequence[_Row], level: Array
-) -> dict[str, tuple[Extreme, ...]]:
-    """Least and greatest values: at the ends of cells, or where their slope is zero, in cells that may hold them."""
+class _Turning(NamedTuple):
+    """Ends of cells and zeros of slopes where rows may have their extremes: row, variable and its share t of a cell, value.
+
+    half: of the cell; bend: second derivative; wide: how far the place is open, for a series that is off by its level.
+    """
+
+    row: NDArray[np.intp]
+    where: Array
+    t: Array
+    value: Array
+    half: Array
+    bend: Array
+    wide: Array
+
+
+def _turning_points(mesh: cells.Cells, series: Array, level: Array) -> _Turning:
+    """Ends of cells and zeros of slopes, in the cells whose terms may reach beyond what the ends of all cells hold."""
     left, right = (series * (-1.0) ** np.arange(series.shape[-1])).sum(axis=-1), series.sum(axis=-1)
     reach = np.abs(series[..., 1:]).sum(axis=-1)
     reach += 64 * ROUNDING * (reach + np.abs(series[..., 0]))  # all of a cell's terms may add up at its end
@@ -739,17 +752,21 @@ def _extremes(
     row, cell = np.nonzero(candidates)
     slopes = cells.derivative(series[row, cell])
     crossed = cells.crossings(slopes[:, None, :], 64 * ROUNDING * np.abs(slopes).sum(axis=-1)[:, None])
-    row = np.concatenate((row, row, row[crossed.function]))
-    cell = np.concatenate((cell, cell, cell[crossed.function]))
+    row, cell = (np.concatenate((of, of, of[crossed.function])) for of in (row, cell))
     t = np.concatenate((np.full(len(slopes), -1.0), np.full(len(slopes), 1.0), crossed.t))
-    found_values, where = cells.value(series[row, cell], t), mesh.middle[cell, 0] + mesh.half[cell, 0] * t
-    half, slope = mesh.half[cell, 0], cells.derivative(series[row, cell])
+    half, slope, noise = mesh.half[cell, 0], cells.derivative(series[row, cell]), level[row, cell]
     steep, bend = np.abs(cells.value(slope, t)) / half, np.abs(cells.slope(slope, t)) / half**2
-    off = (
-        2 * level[row, cell] / np.maximum(bend, 1e-300)
-    )  # a polynomial's slope is off by at most (degree²/half) of its error
+    off = 2 * noise / np.maximum(bend, 1e-300)  # a polynomial's slope is off by at most (degree²/half) of its error
     wide = np.minimum(np.minimum(np.sqrt(4 * off), cells.ORDER**2 * off / half), 2 * half)
-    wide = np.where((np.abs(t) == 1.0) & (steep * wide > 8 * level[row, cell]), 0.0, wide)  # it runs on beyond its cell
+    wide = np.where((np.abs(t) == 1.0) & (steep * wide > 8 * noise), 0.0, wide)  # it runs on beyond its cell
+    return _Turning(row, mesh.middle[cell, 0] + half * t, t, cells.value(series[row, cell], t), half, bend, wide)
+
+
+def _extremes(
+    moving: Moving, course: Course, over: str, mesh: cells.Cells, series: Array, rows: Sequence[_Row], level: Array
+) -> dict[str, tuple[Extreme, ...]]:
+    """Least and greatest values: at the ends of cells, or where their slope is zero, in cells that may hold them."""
+    row, where, t, found_values, half, bend, wide = _turning_points(mesh, series, level)
     places: list[tuple[int, str, float, float, float, float, float]] = []  # row, which, variable, value, errors, inside
     for k in range(len(rows)):
         mine = np.flatnonzero(row == k)
@@ -773,11 +790,10 @@ def _extremes(
         now, off = float(_component(quantity, component)[n]), float(_component(error, component)[n])
         if component == "total":  # its square was looked at
             value, short = float(np.sqrt(max(value, 0.0))), short / max(2 * now, float(np.sqrt(short)), 1e-300)
-        size = float(np.abs(series[k]).sum(axis=-1).max()) ** (0.5 if component == "total" else 1.0)
-        if abs(now - value) > _JUMP * size + 4 * float(level[k].max()) ** (
-            0.5 if component == "total" else 1.0
-        ):  # before a jump
-            now, off = value, off + float(level[k].max()) ** (0.5 if component == "total" else 1.0)
+        power = 0.5 if component == "total" else 1.0
+        size, noise = (float(of) ** power for of in (np.abs(series[k]).sum(axis=-1).max(), level[k].max()))
+        if abs(now - value) > _JUMP * size + 4 * noise:  # before a jump
+            now, off = value, off + noise
         if over != course.variable and driver.rate is not None:
             width = width * abs(float(driver.rate[n])) + float(np.broadcast_to(driver.errors[1], variable.shape)[n])
         found.setdefault(name, []).append(
