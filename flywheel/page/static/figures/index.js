@@ -1,0 +1,28 @@
+// The figures of an answer: which there are, why others are not, and each drawn in its place.
+
+import { figureIn } from "./panel.js";
+import { moment } from "./moment.js";
+import { text } from "../language.js";
+
+const KINDS = { moment };
+
+/** Every figure of an answer by its id and title; `why` tells why it cannot be drawn, null where it can. */
+export function panels(answer) {
+  const titles = {
+    mechanism: text("Mechanism"),
+    moment: text("Turning moment"),
+    inertia: text("Reduced inertia by body"),
+    wittenbauer: text("Wittenbauer's diagram"),
+    speed: text("Speed over the cycle"),
+    reactions: text("Reactions in the joints"),
+    motion: text("Motion"),
+  };
+  return Object.keys(titles)
+    .filter((id) => answer.figures.includes(id) || answer.why[id])
+    .map((id) => ({ id, title: titles[id], why: answer.figures.includes(id) ? null : answer.why[id] }));
+}
+
+/** Draw a figure in its place; see `figureIn` for what it can do. */
+export function draw(host, id, answer, tools) {
+  return KINDS[id].inPlace ? KINDS[id].inPlace(host, answer, tools) : figureIn(host, answer, tools, KINDS[id]);
+}
