@@ -15,7 +15,7 @@ from flywheel.components.energy import Energy
 from flywheel.components.gear_trains import gd2
 from flywheel.components.motors import Engine, Motor
 from flywheel.components.wheels import ROUNDING, Wheel
-from flywheel.language import number
+from flywheel.language import message, number
 from flywheel.language import text as _
 from flywheel.numerics.units import columns, figure
 from flywheel.sizing.results import Sizing
@@ -28,7 +28,7 @@ from flywheel.tables.trade_units import SI, SYSTEMS, US, Shown, TradeUnits, five
 
 WIDTH = 80
 _LINES = 24
-_LEAST = 4  # lines that the machine takes at least, however long the rest is
+_LEAST = 6  # lines that the machine takes at least, however long the rest is
 _SAME = 5e-6  # share below which two flywheels are the same to five digits
 _RISKY = 0.05  # share by which a flywheel too small is a danger, not an inaccuracy
 _TIE = 1e-9  # share within which two powers are one
@@ -129,7 +129,7 @@ def _shaft(sizing: Sizing) -> str:
     on, ratio = sizing.flywheel.on, sizing.scene.flywheel_ratio
     if on == "crank":
         return _("the crank")
-    return _("shaft {name} ({n} to 1 of the crank)", name=on, n=number(figure(ratio, most=6)))
+    return _("shaft {name} ({n} × the crank's speed)", name=on, n=number(figure(ratio, most=6)))
 
 
 def _deviation(eps: float, error: float = 0.0) -> str:
@@ -204,9 +204,9 @@ def _given(sizing: Sizing, units: TradeUnits) -> Block:
         deviation = "" if motion.irregularity <= max(error, NOTHING) else _deviation(motion.irregularity, error)
         rows.append(Row(_("irregularity"), told, "", deviation))
     if units.name == "us":
-        rows.append(Row(_("inertia"), *units.shown(scene.inertia, "inertia"), _("(WR²)")))
+        rows.append(Row(_("inertia"), *units.shown(scene.inertia, "inertia")))
     else:
-        rows.append(Row("GD²", *units.shown(gd2(scene.inertia), "inertia"), _("(4 J)")))
+        rows.append(Row("GD²", *units.shown(gd2(scene.inertia), "inertia")))
     value = units.read(scene.inertia, "inertia", 5)
     return Block("flywheel", _("Given flywheel of {inertia} on {shaft}", inertia=value, shaft=_shaft(sizing)), tuple(rows))
 
@@ -255,7 +255,7 @@ def _times(factor: float) -> str:
 
 
 def _percent(share: float) -> str:
-    return f"{number(figure(100 * share, 0.0, 2))} %"
+    return f"{number(figure(100 * share, 0.0, 3))} %"
 
 
 def _wheel(sizing: Sizing, units: TradeUnits) -> Block:
@@ -270,7 +270,7 @@ def _wheel(sizing: Sizing, units: TradeUnits) -> Block:
         size += ", " + _("rim {size} thick", size=units.shown(wheel.body.thickness, "length"))
     shape = {"disc": _("disc"), "rim": _("rim"), "arms": _("rim on arms")}[wheel.shape]
     mass = units.shown(wheel.mass, "mass")
-    rows = [Row(_("wheel"), f"{shape}, {wheel.material.name}, {size}, {mass}")]
+    rows = [Row(_("wheel"), f"{shape}, {_material(wheel.material.name)}, {size}, {mass}")]
     if wheel.stresses:
         rows.append(Row(_("stress"), *units.shown(wheel.greatest_stress, "stress"), _against_allowable(wheel, units)))
     note = ""
@@ -292,6 +292,20 @@ def _against_allowable(wheel: Wheel, units: TradeUnits) -> str:
     if wheel.safety is not None:
         words.append(_("safety {n}", n=number(figure(wheel.safety, 0.0, 2))))
     return ", ".join(words)
+
+
+def _material(name: str) -> str:
+    """One of the usual metals, or a material by its own name."""
+    names = {
+        "grey cast iron": _("grey cast iron"),
+        "ductile iron": _("ductile iron"),
+        "cast steel": _("cast steel"),
+        "carbon steel": _("carbon steel"),
+        "alloy steel": _("alloy steel"),
+        "aluminium": _("aluminium"),
+        "own material": _("own material"),
+    }
+    return names.get(name, name)
 
 
 def _place(place: str) -> str:
@@ -481,7 +495,7 @@ def _parts_of(error: float) -> str:
 def _notes(sizing: Sizing, units: TradeUnits) -> Block:
     """Remarks on what was read, and messages that must not be missed."""
     found = [_("Remark: {remark}", remark=remark) for remark in remarks(sizing)]
-    found += [_("Note: {note}", note=message) for message in sizing.messages]
+    found += [_("Note: {note}", note=message(told)) for told in sizing.messages]
     return Block("notes", sentences=tuple(found))
 
 
@@ -513,7 +527,7 @@ def text(sizing: Sizing, units: str = "si") -> str:
 
 
 _GAPS = {"flywheel", "drive"}  # blocks with an empty line before them
-_LABELS, _FIGURES = 18, 11  # columns of labels and of figures with their units
+_LABELS, _FIGURES = 18, 12  # columns of labels and of figures with their units
 
 
 def _lines(block: Block) -> list[str]:

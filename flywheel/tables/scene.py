@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from typing import NamedTuple
 
-from flywheel.language import number
+from flywheel.language import message, number
 from flywheel.language import text as _
 from flywheel.mechanisms import KINDS
 from flywheel.numerics.expressions import Expression
@@ -148,7 +148,7 @@ def _shaft(name: str, ratio: float, scene: Scene, units: TradeUnits) -> str:
 
 def _load(load: Load, scene: Scene, units: TradeUnits) -> str:
     """A load's law, and when it acts."""
-    words = load.model or _law(load.law, _turns(load.on, scene), units)
+    words = message(load.model) or _law(load.law, _turns(load.on, scene), units)
     if load.start is not None and load.end is not None:
         kind = "length" if load.once and scene.reduction_element == "slide" else "angle"
         start, end = (units.read(place, kind) for place in (load.start, load.end))
