@@ -30,7 +30,7 @@ _PIECE = re.compile(r'"(?:[^"\\]|\\.)*"')
 _DECIMAL_POINT = re.compile(r"(?<=\d)\.(?=\d)")
 _FIGURE = re.compile(r"(?<![=\w.,])(\d+)\.(?=\d)")
 _QUOTED = re.compile(r'("[^"]*")')
-_PLACEHOLDER = re.compile(r"\{\d+\}")
+_PLACEHOLDER = re.compile(r"\{(\d+)\}")
 
 
 @contextmanager
@@ -84,14 +84,17 @@ def message(told: str, numbers: bool = True) -> str:
 def _by_templates(language: str, told: str) -> str:
     """A text by the template with most words that fits, what is put into it translated alike."""
     known, templates = _templates(language)
-    if told in known:
-        return known[told]
+    words = told.strip()
+    if not words or (words[0] == words[-1] == '"' and words.count('"') == 2):
+        return told
+    if words in known:
+        return told.replace(words, known[words])
     for longest, pattern, translation in templates:
-        if longest not in told:
-            continue
-        fit = pattern.fullmatch(told)
-        if fit and not any(value.count('"') % 2 for value in fit.groups()):
-            return translation.format(*(_by_templates(language, value) for value in fit.groups()))
+        fit = pattern.fullmatch(words) if longest in words else None
+        if fit is None or sum(value.count('"') % 2 for value in fit.groups()) > words.count('"') % 2:
+            continue  # or the template would part what is in quotes
+        values = [value if value.count('"') % 2 else _by_templates(language, value) for value in fit.groups()]
+        return told.replace(words, _PLACEHOLDER.sub(lambda place: values[int(place[1])], translation))  # noqa: B023
     return told
 
 
@@ -100,7 +103,7 @@ def _templates(language: str) -> tuple[Mapping[str, str], tuple[tuple[str, re.Pa
     """The faults without placeholders, and the templates: their longest words, a pattern, the translation."""
     known, templates = {}, []
     for english, translation in entries(files(__package__).joinpath(language, "faults.po").read_text("utf-8")).items():
-        pieces = _PLACEHOLDER.split(english)
+        pieces = _PLACEHOLDER.split(english)[::2]
         if len(pieces) == 1:
             known[english] = translation
             continue
