@@ -433,7 +433,8 @@ def _check_limits(scene: Scene, law: _Law, limits: Mapping[str, tuple[float, flo
             if beyond.any():
                 t = float(times[int(np.argmax(beyond))])
                 t = max((float(one) for one in law.passes(end) if one <= t), default=t)  # without the slack
-                found = f"{law.words}, which drives the machine {what} at t = {t:.{_SHOWN}g} s, past {told(end, sliding)}"
+                side = "above" if sense > 0 else "below"
+                found = f"{law.words}, which drives the machine {what} at t = {t:.{_SHOWN}g} s, {side} {told(end, sliding)}"
                 words = [f"{word} {told(x, sliding)}" for word, x in (("from", low), ("to", high)) if np.isfinite(x)]
                 expected = f"a law {' '.join(words)}"
                 faults.append((t, Fault("law", found, expected)))
