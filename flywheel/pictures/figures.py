@@ -1,12 +1,16 @@
 """What all pictures share: colours, one way to make a figure and one to write it, the same every time.
 
 Figures are objects of their own: no global state is touched, nothing is shown. Colours are those of Okabe and Ito, which
-the colour-blind can tell apart.
+the colour-blind can tell apart; in the form for print they become greys, with a dash for each line and a hatch for each
+fill. Texts of an SVG stay texts: that is why there is no mathematical typesetting and no effect on texts.
 """
 
 from __future__ import annotations
 
+import re
 from collections.abc import Sequence
+from html import escape
+from io import StringIO
 from pathlib import Path
 from typing import Any
 
@@ -14,13 +18,20 @@ import numpy as np
 from matplotlib import rc_context
 from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.collections import Collection
+from matplotlib.colors import to_hex, to_rgba_array
 from matplotlib.figure import Figure
-from matplotlib.patheffects import withStroke
+from matplotlib.lines import Line2D
+from matplotlib.patches import Patch
 from matplotlib.text import Text
+from matplotlib.ticker import ScalarFormatter
 from numpy.typing import NDArray
 
 from bondgraph.storage.files import replacement
+from flywheel import language
+from flywheel.language import text as _
 from flywheel.numerics.units import figure as number
+from flywheel.pictures import current_form
 
 Array = NDArray[np.float64]
 
@@ -28,7 +39,15 @@ BLACK, GREY, PALE = "#000000", "#6E6E6E", "#DDDDDD"
 BLUE, VERMILLION, GREEN, PURPLE, ORANGE, SKY = "#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9"
 BODIES = (BLUE, VERMILLION, GREEN, PURPLE, ORANGE, SKY, "#8C6D31", "#999999")
 FORMATS: dict[str, dict[str, Any]] = {"png": {}, "svg": {"Date": None}, "pdf": {"CreationDate": None}}
-STYLE: Any = {"font.size": 10.0, "axes.titlesize": 11.5, "svg.hashsalt": "flywheel", "pdf.fonttype": 42}
+STYLE: Any = {
+    "font.size": 10.0,
+    "font.sans-serif": ["DejaVu Sans", "Verdana", "sans-serif"],
+    "axes.titlesize": 11.5,
+    "hatch.linewidth": 0.6,
+    "svg.fonttype": "none",
+    "svg.hashsalt": "flywheel",
+    "pdf.fonttype": 42,
+}
 DPI = 125
 
 
@@ -49,9 +68,120 @@ def save(made: Figure, path: str | Path) -> None:
     kind = Path(path).suffix.lower().lstrip(".")
     if kind not in FORMATS:
         raise ValueError(f"found {str(path)!r}, expected a file name ending in .png, .svg or .pdf")
+    finish(made)
     with replacement(path, kind) as fresh, rc_context(STYLE), warnings.catch_warnings():
         warnings.filterwarnings("ignore", message="Glyph .* missing")  # of a title; the picture has a box there
         made.savefig(fresh, format=kind, dpi=DPI, metadata=FORMATS[kind])
+
+
+class Numbers(ScalarFormatter):
+    """The numbers along an axis, with the decimal mark of the language in use."""
+
+    def __call__(self, x: float, pos: int | None = None) -> str:
+        """A number as text."""
+        return language.number(super().__call__(x, pos))
+
+    def get_offset(self) -> str:
+        """What all numbers have in common."""
+        return language.number(super().get_offset())
+
+
+def finish(made: Figure) -> None:
+    """Numbers in the language in use, greys in the form for print: what is done last, to the finished figure."""
+    if language.current() != "en":
+        for panel in made.findobj(Axes):
+            for axis in (panel.xaxis, panel.yaxis):
+                if type(axis.get_major_formatter()) is ScalarFormatter:
+                    axis.set_major_formatter(Numbers())
+    if current_form() == "print":
+        in_greys(made)
+
+
+_IN_PRINT: dict[str, tuple[str, Any, str]] = {  # of a colour: its grey, the dash of its lines, the hatch of its fills
+    BLUE: ("#000000", (0, (9, 2)), "///"),
+    VERMILLION: ("#000000", (0, (4, 2)), "---"),
+    GREEN: ("#000000", (0, (7, 2, 1, 2)), "xxx"),
+    PURPLE: ("#000000", (0, (1, 1.5)), "|||"),
+    ORANGE: ("#555555", (0, (4, 2)), "\\\\\\"),
+    SKY: ("#555555", "-", "///"),
+    "#8C6D31": ("#555555", (0, (7, 2, 1, 2)), "++"),
+    "#F0E442": ("#777777", (0, (1, 1.5)), "+++"),
+}
+
+
+def in_greys(made: Figure) -> None:
+    """Turn a figure into the form for print: lines told apart by dashes, fills by hatches, all colours greys."""
+    for panel in made.findobj(Axes):
+        lines = panel.findobj(Line2D)
+        colours = {to_hex(line.get_color()).upper() for line in lines if line.get_linestyle() != "None"}
+        several = len(colours & _IN_PRINT.keys()) > 1
+        for line in lines:
+            colour = to_hex(line.get_color()).upper()
+            grey, dash, _ = _IN_PRINT.get(colour, (_grey(colour), "-", ""))
+            if several and colour in _IN_PRINT and line.get_linestyle() == "-":
+                line.set_linestyle(dash)
+            line.set(color=grey, markerfacecolor=grey, markeredgecolor=grey)
+    for text in made.findobj(Text):
+        text.set_color(_grey(to_hex(text.get_color())))
+    for fill in [*made.findobj(Patch), *made.findobj(Collection)]:
+        faces = to_rgba_array(fill.get_facecolor())  # type: ignore[attr-defined]
+        edges = to_rgba_array(fill.get_edgecolor())  # type: ignore[attr-defined]
+        colour = to_hex(faces[0]).upper() if len(faces) else ""
+        if colour in _IN_PRINT and faces[0, 3] > 0.0:
+            fill.set(facecolor="white", edgecolor="#555555", hatch=_IN_PRINT[colour][2], alpha=1.0)
+            continue
+        fill.set_facecolor([(*_level(face), face[3]) for face in faces] if isinstance(fill, Collection) else _of(faces))  # type: ignore[attr-defined]
+        fill.set_edgecolor([(*_level(edge), edge[3]) for edge in edges] if isinstance(fill, Collection) else _of(edges))  # type: ignore[attr-defined]
+
+
+def _level(colour: Array) -> tuple[float, float, float]:
+    """The grey as bright as a colour."""
+    bright = float(np.dot(colour[:3], (0.2126, 0.7152, 0.0722)))
+    return bright, bright, bright
+
+
+def _of(colours: Array) -> Any:
+    """The grey of the first of some colours, with its opacity."""
+    return (*_level(colours[0]), colours[0, 3])
+
+
+def _grey(colour: str) -> str:
+    """The grey of a colour, dark enough to be read if it is no grey already."""
+    red, green, blue, _ = to_rgba_array(colour)[0]
+    return colour if red == green == blue else "#000000"
+
+
+_DECIMALS = re.compile(r"-?\d+\.\d+")
+
+
+def _hundredths(found: re.Match[str]) -> str:
+    """A coordinate to a hundredth of a point."""
+    return f"{float(found[0]):.2f}".rstrip("0").rstrip(".")
+
+
+def svg(made: Figure, name: str, title: str, description: str) -> str:
+    """A figure as an SVG element to stand in a page, as wide as there is room; its ids begin with `name`, unique there.
+
+    A screen reader reads the title and the description.
+    """
+    finish(made)
+    into = StringIO()
+    with rc_context(STYLE):
+        made.savefig(into, format="svg", metadata=dict.fromkeys(("Date", "Creator", "Format", "Type")))
+    drawn = into.getvalue()
+    box = re.search(r'viewBox="([^"]*)"', drawn)
+    assert box is not None
+    body = drawn[drawn.index("<g id=") : drawn.rindex("</svg>")]
+    used = set(re.findall(r'(?:href="#|url\(#)([^")]+)', body))
+    body = re.sub(r' id="([^"]*)"', lambda found: f' id="{name}-{found[1]}"' if found[1] in used else "", body)
+    body = re.sub(r' d="([^"]*)"', lambda found: f' d="{_DECIMALS.sub(_hundredths, found[1])}"', body)
+    body = re.sub(r'(href="#|url\(#)', rf"\g<1>{name}-", body)
+    head = (
+        f'<svg xmlns="http://www.w3.org/2000/svg" xmlns:xlink="http://www.w3.org/1999/xlink" viewBox="{box[1]}" role="img" '
+        f'aria-labelledby="{name}-title {name}-desc" stroke-linejoin="round" stroke-linecap="butt">\n'
+        f'<title id="{name}-title">{escape(title)}</title>\n<desc id="{name}-desc">{escape(description)}</desc>\n'
+    )
+    return f"{head}{body}</svg>\n"
 
 
 def name_axes(panel: Axes, title: str, xlabel: str, ylabel: str) -> None:
@@ -75,8 +205,8 @@ def shade(colour: str, light: float) -> tuple[float, float, float]:
 
 
 def told(value: float, most: int = 5, error: float = 0.0) -> str:
-    """A number with a true minus sign."""
-    return number(value, error, most).replace("-", "−")
+    """A number with a true minus sign and the decimal mark of the language in use."""
+    return language.number(number(value, error, most).replace("-", "−"))
 
 
 def say(panel: Axes, title: str, why: str) -> None:
@@ -130,19 +260,110 @@ def along(path: Array, step: float) -> Array:
     return np.concatenate((between, end[-1:]))
 
 
-def settle(panel: Axes, texts: Sequence[Text], spots: Array, lines: Sequence[Array], towards: Array | None = None) -> None:
+def scale(panel: Axes) -> tuple[float, float]:
+    """Points for each unit along a panel's axes, which must have their places already."""
+    origin, unit = panel.transData.transform([(0.0, 0.0), (1.0, 1.0)])
+    across, up = 72.0 / panel.figure.dpi * (unit - origin)
+    return float(across), float(up)
+
+
+def size(panel: Axes, text: Text) -> tuple[float, float]:
+    """The width and the height of a text, points."""
+    box = text.get_window_extent()
+    return 72.0 / panel.figure.dpi * box.width, 72.0 / panel.figure.dpi * box.height
+
+
+def name(panel: Axes, words: str, **style: Any) -> Text:
+    """A name inside a panel, to be put in place by `settle` when the figure has its layout."""
+    return panel.text(0.5, 0.5, words, in_layout=False, ha="center", va="center", **style)
+
+
+def thinned(x: Array, *curves: Array, tolerance: float = 3e-4) -> list[Array]:
+    """X and curves over it with the points left out that lie on lines between others, to a share of the whole heights.
+
+    >>> [part.tolist() for part in thinned(np.array([0.0, 1.0, 2.0, 3.0]), np.array([0.0, 1.0, 2.0, 0.0]))]
+    [[0.0, 2.0, 3.0], [0.0, 2.0, 0.0]]
+    """
+    points = np.stack([x, *curves])
+    heights = points[1:] / max(float(np.ptp(points[1:])), 1e-300)
+    keep = np.zeros(x.size, dtype=bool)
+    keep[[0, -1]] = True
+    pieces = [(0, x.size - 1)]
+    while pieces:
+        first, last = pieces.pop()
+        if last - first < 2:
+            continue
+        wide = x[last] - x[first]
+        share = (x[first : last + 1] - x[first]) / wide if wide > 0.0 else np.zeros(last + 1 - first)
+        between = heights[:, first, None] + share * (heights[:, last] - heights[:, first])[:, None]
+        off = np.abs(heights[:, first : last + 1] - between).max(axis=0)
+        worst = int(off.argmax())
+        if off[worst] > tolerance:
+            keep[first + worst] = True
+            pieces += [(first, first + worst), (first + worst, last)]
+    return list(points[:, keep])
+
+
+def settle(
+    panel: Axes,
+    texts: Sequence[Text],
+    spots: Array,
+    lines: Sequence[Array],
+    towards: Array | None = None,
+    *,
+    keep: int | None = None,
+    leaders: bool = False,
+) -> None:
     """Put texts beside spots (k, 2), clear of lines (2, m) and of each other; all in the units of the panel's axes.
 
-    `towards` (k, 2) are the directions in which texts would like to go. The panel must have its place already.
+    `towards` (k, 2) are the directions in which texts would like to go. The panel must have its place already. Of the texts
+    from number `keep` on, those that would lie upon another or outside are left out. With leaders a thin line joins a
+    spot and its text where they are apart.
     """
     if not texts:
         return
     for text in texts:
         text.set(ha="center", va="center", in_layout=False)
-        text.set_path_effects([withStroke(linewidth=2.0, foreground="white", alpha=0.8)])
+        text.set_bbox({"facecolor": "white", "edgecolor": "none", "alpha": 0.7, "pad": 0.4})
     points, to_pixels = 72.0 / panel.figure.dpi, panel.transData.transform
     sizes = points * np.array([text.get_window_extent().size for text in texts])
     drawn = np.concatenate([along(points * to_pixels(line.T).T, 3.0) for line in lines])
-    centres = settled(points * to_pixels(spots), sizes, drawn, points * np.array(panel.bbox.extents), towards)
-    for text, centre in zip(texts, panel.transData.inverted().transform(centres / points), strict=True):
+    anchors, bounds = points * to_pixels(spots), points * np.array(panel.bbox.extents)
+    centres = settled(anchors, sizes, drawn, bounds, towards)
+    taken: list[int] = []
+    for k, (text, centre) in enumerate(zip(texts, panel.transData.inverted().transform(centres / points), strict=True)):
         text.set_position(centre)
+        half = 0.5 * sizes[k]
+        upon = any((np.abs(centres[k] - centres[j]) < half + 0.5 * sizes[j]).all() for j in taken)
+        outside = bool((centres[k] - half < bounds[:2]).any() or (centres[k] + half > bounds[2:]).any())
+        if keep is not None and k >= keep and (upon or outside):
+            text.remove()
+            continue
+        taken.append(k)
+        apart = np.abs(centres[k] - anchors[k]) - half
+        if leaders and apart.max() > 6.0:
+            panel.plot(*np.stack((spots[k], centre), axis=1), color=GREY, lw=0.6, zorder=5.5)
+
+
+def noun(name: str) -> str:
+    """The name of a body in the language in use, with its mechanism's: `press.rod` is "rod (press)"."""
+    nouns = {
+        "crank": _("crank"),
+        "rod": _("rod"),
+        "slider": _("slider"),
+        "coupler": _("coupler"),
+        "rocker": _("rocker"),
+        "yoke": _("yoke"),
+        "follower": _("follower"),
+        "lever": _("lever"),
+        "block": _("block"),
+        "ram": _("ram"),
+    }
+    mechanism, _dot, body = name.rpartition(".")
+    return f"{nouns.get(body, body)} ({mechanism})" if mechanism else nouns.get(name, name)
+
+
+def rgb(colour: str) -> tuple[float, float, float]:
+    """A colour's red, green and blue, from 0 to 1."""
+    red, green, blue = (int(colour[k : k + 2], 16) / 255 for k in (1, 3, 5))
+    return red, green, blue

@@ -26,8 +26,9 @@ MOST_BODIES = 8  # in a stacked picture
 class Samples(NamedTuple):
     """One cycle, point by point: phi (rad), M* (N m), W (J), I* (kg m²), the share of the balance in M*, and what drives.
 
-    `driving` is M_m* (N m): the sum of the loads that do positive work in the cycle, the drive most often; M* less it is
-    M_r*, with losses in meshes. Two points stand at every edge of a cell, one for each side.
+    `driving` is M_m* (N m): the sum of the drive, whichever way it pushes, and of the loads that do positive work in the
+    cycle; M* less it is M_r*, with losses in meshes. `drive` is the drive's own part, None without one. Two points stand at
+    every edge of a cell, one for each side.
     """
 
     phi: Array
@@ -36,6 +37,7 @@ class Samples(NamedTuple):
     inertia: Array
     balance: Array | None
     driving: Array
+    drive: Array | None
 
 
 def sampled(machine: Machine, cycle: Cycle, speed: float | None = None, points: int = _POINTS) -> Samples:
@@ -56,13 +58,15 @@ def sampled(machine: Machine, cycle: Cycle, speed: float | None = None, points: 
         moving = [] if speed is None else station.contributions(speed)
         factor = station.reduced.per_unknown + np.zeros_like(phi)
         share = np.asarray(cycle.balance * (factor + sum(part for _, _, part in moving))).ravel()
+    driving, drive = _driving(machine, cycle, phi, mesh.anchor, speed)
     return Samples(
         phi=phi.ravel(),
         moment=(cycle.series[0] @ cells.basis(t, cells.ORDER).T).ravel(),
         work=work,
         inertia=cycle.inertia_at_start + variation,
         balance=share,
-        driving=_driving(machine, cycle, phi, mesh.anchor, speed).ravel(),
+        driving=driving.ravel(),
+        drive=None if drive is None else drive.ravel(),
     )
 
 
@@ -70,26 +74,31 @@ def samples_at(machine: Machine, cycle: Cycle, phi: Array, speed: float | None =
     """A resolved cycle at angles (rad) that ascend; at an edge the value of the cell that begins there."""
     cell, t = cycle.where(phi)
     work, variation = cycle.at(cell, t)
+    driving, drive = _driving(machine, cycle, phi, machine.anchors(phi), speed)
     return Samples(
         phi=phi,
         moment=cells.value(cycle.series[0, cell], t),
         work=work,
         inertia=cycle.inertia_at_start + variation,
         balance=None,
-        driving=_driving(machine, cycle, phi, machine.anchors(phi), speed),
+        driving=driving,
+        drive=drive,
     )
 
 
-def _driving(machine: Machine, cycle: Cycle, phi: Array, anchor: Array, speed: float | None) -> Array:
-    """M_m* (N m) at angles (rad) that ascend: what every load adds that does positive work in the cycle."""
+def _driving(machine: Machine, cycle: Cycle, phi: Array, anchor: Array, speed: float | None) -> tuple[Array, Array | None]:
+    """M_m* (N m) at the samples of cells, of the drive and of every load that does positive work; and the drive's own."""
     moving = speed if machine.depends_on_speed or machine.depends_on_time else None
     parts = machine.reduction.moments(phi, anchor, cycle.balance or 0.0, speed=moving)
-    found = np.zeros_like(phi)
-    for part in parts.values():
-        there = part + found * 0.0
-        if np.trapezoid(there.ravel(), phi.ravel()) > _NOTHING * np.trapezoid(np.abs(there).ravel(), phi.ravel()):
+    found, drive = np.zeros_like(phi), None
+    for name, part in parts.items():
+        there = part + np.zeros_like(phi)
+        if name == "drive":
+            drive = there
+        work, size = np.trapezoid(there.ravel(), phi.ravel()), np.trapezoid(np.abs(there).ravel(), phi.ravel())
+        if name == "drive" or work > _NOTHING * size:
             found = found + there
-    return found
+    return found, drive
 
 
 def bodies(machine: Machine, samples: Samples) -> dict[str, Array]:
@@ -127,6 +136,11 @@ class Loop(NamedTuple):
     angle_fast: float
     angle_slow: float
     flywheel: float
+
+    @property
+    def lines(self) -> tuple[tuple[float, float], tuple[float, float]]:
+        """The tangents of the greatest and of the least speed, each as (slope, intercept)."""
+        return (self.slope_fast, self.intercept_fast), (self.slope_slow, self.intercept_slow)
 
     @property
     def far_point(self) -> tuple[float, float]:

@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
 
 import flywheel
 from flywheel.pictures import samples as samples_of
@@ -67,14 +68,19 @@ def texts(panel: Axes) -> list[str]:
     return [text.get_text() for text in panel.texts]
 
 
+def words(line: Line2D) -> str:
+    """What a line's name is before its figures."""
+    return str(line.get_label()).partition(" kg")[0].rpartition(" ")[0]
+
+
 def labels(panel: Axes) -> list[str]:
     return [str(label) for label in panel.get_legend_handles_labels()[1]]
 
 
 @pytest.mark.parametrize("kind", sample(KINDS, 8))
-def test_four_panels_each_drawn_or_explained(kind: str) -> None:
+def test_five_panels_each_drawn_or_explained(kind: str) -> None:
     panels = drawn(KINDS[kind]).axes
-    assert len(panels) == 4
+    assert len(panels) == 5
     for panel in panels:
         assert panel.get_title()
         if panel.axison:
@@ -86,12 +92,12 @@ def test_four_panels_each_drawn_or_explained(kind: str) -> None:
 
 
 @pytest.mark.parametrize("kind", sample(["nothing", "slow yoke", "areas"], 3))
-def test_png_is_1600_by_1200(kind: str, tmp_path: Path) -> None:
+def test_png_is_1600_by_1600(kind: str, tmp_path: Path) -> None:
     path = tmp_path / "plot.png"
     plots.plot(sized(KINDS[kind]), path)
     header = path.read_bytes()[:24]
     assert header[:8] == b"\x89PNG\r\n\x1a\n"
-    assert (int.from_bytes(header[16:20]), int.from_bytes(header[20:24])) == (1600, 1200)
+    assert (int.from_bytes(header[16:20]), int.from_bytes(header[20:24])) == (1600, 1600)
 
 
 @pytest.mark.slow
@@ -107,13 +113,13 @@ def test_the_same_picture_is_the_same_file(ending: str, tmp_path: Path) -> None:
 
 def test_areas_are_numbered_and_the_balance_visible() -> None:
     moment = drawn(yoke()).axes[0]
-    assert texts(moment) == ["A1", "A2", "A3"]
+    assert sorted(text.partition("\n")[0] for text in texts(moment)) == ["A1", "A2", "A3"]
     assert "balance: drive = 159.15 N m" in labels(moment)
 
 
-def test_a_balance_off_the_scale_is_named() -> None:
+def test_what_is_off_the_scale_is_named_with_its_extent() -> None:
     scene = rotor(load=[{"on": "crank", "torque": "-1000 + 5*sin(phi)"}])
-    assert any("off the scale" in label for label in labels(drawn(scene).axes[0]))
+    assert "resisting: −1005 to −995 N m, off the scale" in labels(drawn(scene).axes[0])
 
 
 def test_shaded_areas_add_up() -> None:
@@ -147,7 +153,8 @@ def test_bodies_stack_to_the_total() -> None:
     parts = samples_of.bodies(sizing.machine, samples)
     assert set(parts) == {"press.crank", "press.rod", "press.slider"}
     np.testing.assert_allclose(sum(parts.values()), samples.inertia, rtol=1e-9)
-    assert labels(drawn(press()).axes[1]) == [*parts, "I* total"]
+    named = ["crank (press)", "rod (press)", "slider (press)", "I*, from 0.15 to 0.72319 kg m²"]
+    assert labels(drawn(press()).axes[2]) == named
 
 
 OF_MOTION = [
@@ -185,30 +192,42 @@ def test_tangents_touch_the_loop_and_meet_at_the_flywheel(kind: str) -> None:
     assert y == pytest.approx(loop.slope_slow * x + loop.intercept_slow, rel=1e-8, abs=1e-8 * scale)
 
 
-def test_loop_panel_names_intercepts_and_far_point() -> None:
-    panel = drawn(yoke()).axes[2]
-    assert texts(panel)[:2] == ["M", "N"]
-    (inset,) = panel.child_axes
-    assert texts(inset) == ["P"]
-    assert "−353.5" in inset.get_title()
-    assert texts(drawn(KINDS["heavy rotor"]).axes[2]) == ["M, N"]
+def test_the_loop_panel_names_its_points_and_tangents() -> None:
+    """The yoke of p. 103: I = 353.52 kg m², so MN = 2 eps I, far from I* = 5 kg m²."""
+    panel = drawn(yoke()).axes[3]
+    assert {"M", "N", "ψmax", "ψmin", "90°"} <= set(texts(panel))
+    told = " ".join(labels(panel))
+    assert "I = MN/(2 ε) = 353.52 kg m²" in told
+    assert "I* = −353.52 kg m²" in told
+    assert "tan ψmax = 1.0404" in told
+    assert (panel.get_ylabel(), panel.child_axes[0].get_ylabel()) == ("work W, J", "F = 2 W/ω², kg m²")
+
+
+def test_a_constant_reduced_inertia_has_no_loop_but_a_sentence() -> None:
+    """A rotor: the flywheel is the fluctuation of energy over eps w², less I*."""
+    sizing = sized(rotor())
+    panel = drawn(rotor()).axes[3]
+    assert not panel.axison
+    (told,) = texts(panel)
+    assert "I* is constant" in told
+    assert f"− I* = {sizing.flywheel.exact:.5g} kg m²" in told
 
 
 def test_speed_stays_in_the_band_with_the_exact_flywheel_alone() -> None:
     sizing = sized(yoke(regime={"speed": 100}))
-    panel = plots.draw(sizing).axes[3]
-    lines = {str(line.get_label()).split()[0]: np.asarray(line.get_ydata(), dtype=float) for line in panel.lines}
+    panel = plots.draw(sizing).axes[4]
+    lines = {words(line): np.asarray(line.get_ydata(), dtype=float) for line in panel.lines}
     low, high = (sizing.speed * (1 + side * 0.02) * 30 / np.pi for side in (-1, 1))
     assert lines["exact"].min() == pytest.approx(low, rel=1e-4)
     assert lines["exact"].max() == pytest.approx(high, rel=1e-4)
-    assert lines["areas"].max() > 1.2 * high
+    assert lines["by the areas"].max() > 1.2 * high
     assert "band asked, ±2 %" in labels(panel)
 
 
 def test_small_fluctuations_are_drawn_about_the_mean() -> None:
-    panel = drawn(KINDS["small irregularity"]).axes[3]
+    panel = drawn(KINDS["small irregularity"]).axes[4]
     assert "− 120 rpm" in panel.get_ylabel()
-    assert np.abs(panel.lines[-1].get_ydata()).max() < 1e-6
+    assert np.abs(panel.lines[-3].get_ydata()).max() < 1e-6
 
 
 def test_no_steady_motion_is_said_in_the_legend(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -218,7 +237,7 @@ def test_no_steady_motion_is_said_in_the_legend(monkeypatch: pytest.MonkeyPatch)
         raise turning_moment.NoMotionError
 
     monkeypatch.setattr(turning_moment, "run", stops)
-    assert sum("no steady motion" in label for label in labels(plots.draw(sizing).axes[3])) == 2
+    assert sum("no steady motion" in label for label in labels(plots.draw(sizing).axes[4])) == 2
 
 
 def test_areas_scene_draws_bars_sums_and_speeds() -> None:
@@ -227,7 +246,9 @@ def test_areas_scene_draws_bars_sums_and_speeds() -> None:
     assert heights == pytest.approx([-1240, 520, 720])
     np.testing.assert_allclose(figure.axes[1].lines[0].get_ydata(), [0, 520, -720, 0])
     assert [label[:12] for label in labels(figure.axes[1])] == ["greatest: S1", "least: S2 = "]
-    speeds = np.asarray(figure.axes[3].lines[-1].get_ydata(), dtype=float) * np.pi / 30
+    assert texts(figure.axes[0]) == ["+520 J", "−1240 J", "+720 J"]
+    assert "ΔW = 1240 J" in texts(figure.axes[1])
+    speeds = np.asarray(figure.axes[4].lines[-1].get_ydata(), dtype=float) * np.pi / 30
     assert speeds.max() == pytest.approx(60.6)
     assert speeds.min() == pytest.approx(59.4)
 
@@ -237,35 +258,20 @@ def test_torques_that_depend_on_speed_are_drawn_at_constant_speed_and_along_the_
     panel = drawn(KINDS[kind]).axes[0]
     assert "at a constant" in panel.get_title()
     lines = {str(line.get_label()): np.asarray(line.get_xydata(), dtype=float) for line in panel.lines}
-    for label in ("M*", "M* along the motion"):
+    for label in ("M*, net", "M* along the motion"):
         phi, moment = lines[label].T
         work = np.trapezoid(moment, np.radians(phi))  # both close: at that speed, and along the motion
         assert abs(work) < 1e-3 * np.trapezoid(np.abs(moment), np.radians(phi))
-    along = np.interp(lines["M*"][:, 0], *lines["M* along the motion"].T)
-    assert np.abs(along - lines["M*"][:, 1]).max() > 1e-3 * np.ptp(along)
+    along = np.interp(lines["M*, net"][:, 0], *lines["M* along the motion"].T)
+    assert np.abs(along - lines["M*, net"][:, 1]).max() > 1e-3 * np.ptp(along)
     assert "at a constant" not in drawn(yoke()).axes[0].get_title()
-
-
-def test_the_share_of_a_balance_that_depends_on_speed_is_drawn() -> None:
-    scene = PUMP | {
-        "parameters": {"c": "balance"},
-        "drive": {"torque": "c*(30 - omega)"},
-        "flywheel": {"irregularity": 0.05},
-    }
-    sizing = sized(scene)
-    panel = drawn(scene).axes[0]
-    (line,) = [line for line in panel.lines if str(line.get_label()).startswith("balance: c = ")]
-    assert sizing.constant is not None
-    assert sizing.constant.balance is not None
-    expected = sizing.constant.balance * (30 - sizing.speed)
-    np.testing.assert_allclose(np.asarray(line.get_ydata(), dtype=float), expected, rtol=1e-12)
 
 
 def test_speeds_of_candidates_are_those_of_their_own_motions() -> None:
     sizing = sized(SECTION_C | {"flywheel": {"irregularity": 0.4}})
-    panel = plots.draw(sizing).axes[3]
-    lines = {str(line.get_label()).split()[0]: np.asarray(line.get_ydata(), dtype=float) for line in panel.lines}
-    for candidate, key in zip(candidates(sizing)[:2], ("exact", "areas"), strict=True):
+    panel = plots.draw(sizing).axes[4]
+    lines = {words(line): np.asarray(line.get_ydata(), dtype=float) for line in panel.lines}
+    for candidate, key in zip(candidates(sizing)[:2], ("exact", "by the areas"), strict=True):
         given = sized(SECTION_C | {"flywheel": {"inertia": candidate.inertia}})
         assert given.run is not None
         assert lines[key].max() == pytest.approx(given.run.speed_max * 30 / np.pi, rel=1e-5)
@@ -287,7 +293,7 @@ def test_what_drives_and_what_resists_are_drawn_beside_their_sum() -> None:
     """The yoke of p. 103: a drive of 500/pi N m against 1000 sin phi /2 over half a turn; a weight does no work."""
     panel = drawn(yoke(gravity={"direction": 0})).axes[0]
     found = {str(line.get_label()).partition(",")[0]: np.asarray(line.get_xydata(), dtype=float) for line in panel.lines}
-    drives, resists, both = found["$M_m^*$"], found["$M_r^*$"], found["M*"]
+    drives, resists, both = found["driving"], found["resisting"], found["M*"]
     assert drives[:, 1] == pytest.approx(500 / np.pi, rel=1e-9)
     phi = np.radians(resists[:, 0])
     load = np.where(phi <= np.pi, -500 * np.sin(phi), 0.0) - 0.5 * 20 * 9.80665 * np.sin(phi)
