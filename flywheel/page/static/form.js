@@ -122,15 +122,17 @@ function removerOf(path, words, label) {
 function adderOf(group) {
   const id = `${idOf(group.path)}-more`;
   const label = text("What to add to {name}", { name: group.title });
-  const choice = element("select", { id, "aria-label": label }, group.more.map((key) => element("option", { value: key.path }, key.label)));
+  const options = group.more.map((key) => element("option", { value: key.path }, key.label));
+  const choice = element("select", { id, "aria-label": label }, element("option", { value: "" }, text("add …")), options);
   const name = element("input", { type: "text", spellcheck: "false", autocomplete: "off", "aria-label": text("Its name") });
   const about = element("p", { class: "about", id: `${id}-about` });
   choice.setAttribute("aria-describedby", about.id);
   const chosen = () => group.more.find((key) => key.path === choice.value);
   const told = () => {
-    about.textContent = chosen().about ?? "";
-    name.hidden = !chosen().named;
-    if (chosen().named) name.value = chosen().path.slice(chosen().path.lastIndexOf(".") + 1);
+    about.textContent = chosen()?.about ?? "";
+    button.disabled = !chosen();
+    name.hidden = !chosen()?.named;
+    if (chosen()?.named) name.value = chosen().path.slice(chosen().path.lastIndexOf(".") + 1);
   };
   const add = () => {
     const { path, value, named } = chosen();
@@ -138,9 +140,9 @@ function adderOf(group) {
     arriving = whole;
     send({ path: whole, value }, null);
   };
+  const button = element("button", { type: "button", class: "quiet", "aria-label": text("Add to {name}", { name: group.title }), onclick: add }, text("Add"));
   choice.addEventListener("change", told);
   told();
-  const button = element("button", { type: "button", class: "quiet", "aria-label": text("Add to {name}", { name: group.title }), onclick: add }, text("Add"));
   return element("div", { class: "adder" }, choice, name, button, about);
 }
 
@@ -205,17 +207,22 @@ function inputOf(field, id) {
 
 function unitOf(field, id) {
   const units = field.units ?? [];
-  if (units.length < 2) return field.unit ? element("span", { class: "unit" }, field.unit) : null;
+  if (units.length < 2) return field.unit ? element("span", { class: "unit", "data-unit": field.unit }, symbol(field.unit)) : null;
   const made = element(
     "select",
     { id: `${id}-unit`, class: "unit", "data-unit-of": field.path, "aria-label": text("Unit of {name}", { name: field.label }) },
-    units.map((unit) => element("option", { value: unit }, unit || "–")),
+    units.map((unit) => element("option", { value: unit }, symbol(unit))),
   );
   made.addEventListener("change", () => {
     const input = document.getElementById(id);
     if (input.value.trim()) send({ path: field.path, unit: made.value, key: `${field.path} unit` }, null);
   });
   return made;
+}
+
+/** A unit of a scene as it is read: kg m^2 as kg m². */
+function symbol(unit) {
+  return unit.replace(/\^2/g, "²").replace(/\^3/g, "³").replace(/\^4/g, "⁴").replace("*", "·") || "–";
 }
 
 function sliderOf(field, id) {
@@ -250,7 +257,7 @@ function commit(path, value, step = null, event = performance.now()) {
 
 function unitIn(path) {
   const select = host.querySelector(`[data-unit-of="${CSS.escape(path)}"]`);
-  return select ? select.value : (host.querySelector(`[data-field="${CSS.escape(path)}"] .unit`)?.textContent ?? "");
+  return select ? select.value : (host.querySelector(`[data-field="${CSS.escape(path)}"] .unit`)?.dataset.unit ?? "");
 }
 
 function quantity(written, unit) {

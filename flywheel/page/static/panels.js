@@ -1,10 +1,10 @@
 // The figures of an answer: which are shown, one cursor through all of them, their motion, and each as a file.
 
 import { byId, download, element, fileName } from "./elements.js";
+import { draw, panels } from "./figures/index.js";
 import { number, text, typed } from "./language.js";
 import { remember, remembered } from "./memory.js";
 
-const { draw, panels } = await import("./figures/index.js").catch(() => ({ draw: null, panels: () => [] }));
 const SECONDS = 4; // of a turn, or of a stroke, at speed 1
 const STILL_STEP = Math.PI / 12; // where motion is to be reduced, Play moves in steps
 const STILL_SECONDS = 0.8;
@@ -100,7 +100,15 @@ export function showPanels(given, system, whole = false) {
   choices(all, whole);
   const wanted = all.filter((panel) => !hidden.has(panel.id));
   arrange(wanted);
-  for (const panel of wanted) drawn(panel);
+  for (const panel of wanted) {
+    try {
+      drawn(panel);
+    } catch (error) {
+      console.error(error); // a defect of one figure is no reason to lose the others
+      Object.assign(shown.get(panel.id), { figure: null });
+      drawn({ ...panel, why: text("This figure could not be drawn.") });
+    }
+  }
   if (whole) label();
   move(at);
 }
@@ -150,15 +158,15 @@ function boxOf(panel) {
 function drawn(panel) {
   const kept = shown.get(panel.id);
   kept.heading.textContent = panel.title;
-  kept.why.hidden = !panel.why;
-  kept.why.textContent = panel.why ?? "";
-  kept.host.hidden = Boolean(panel.why);
-  kept.box.querySelector(".files").hidden = Boolean(panel.why);
   if (panel.why) {
     kept.figure = null;
     kept.host.replaceChildren();
   } else if (kept.figure) kept.figure.update(answer);
   else kept.figure = draw(kept.host, panel.id, answer, { text, number, units });
+  kept.why.textContent = panel.why ?? "";
+  kept.why.hidden = !panel.why;
+  kept.host.hidden = Boolean(panel.why);
+  kept.box.querySelector(".files").hidden = Boolean(panel.why);
 }
 
 function choices(all, whole) {
@@ -185,50 +193,19 @@ async function file(id, kind) {
   const { figure, heading } = shown.get(id);
   const name = fileName(`${answer.title ?? ""} ${heading.textContent}`, kind.toLowerCase());
   if (kind === "CSV") return download(name, new Blob([figure.csv()], { type: "text/csv" }));
-  const svg = standalone(figure.svg());
+  const svg = figure.svg();
+  const { width, height } = svg.viewBox.baseVal;
   const source = `<?xml version="1.0" encoding="UTF-8"?>\n${new XMLSerializer().serializeToString(svg)}`;
   const drawing = new Blob([source], { type: "image/svg+xml" });
-  download(name, kind === "SVG" ? drawing : await raster(drawing, svg));
+  return download(name, kind === "SVG" ? drawing : await raster(drawing, width, height));
 }
 
-const PAINT = ["fill", "fill-opacity", "stroke", "stroke-width", "stroke-dasharray", "stroke-linecap", "stroke-linejoin", "stroke-opacity"];
-const TYPE = ["font-family", "font-size", "font-style", "font-weight", "text-anchor", "dominant-baseline"];
-const BOTH = ["opacity", "visibility", "display"];
-
-/** A drawing that needs no style sheet: its colours, those of paper, and its type stand in it as attributes. */
-function standalone(svg) {
-  const stage = element("div", { class: "print", "aria-hidden": "true" });
-  const copy = svg.cloneNode(true);
-  stage.append(copy);
-  document.body.append(stage);
-  const box = copy.viewBox.baseVal;
-  const parts = [copy, ...copy.querySelectorAll("*")];
-  const styles = parts.map((part) => {
-    const style = getComputedStyle(part);
-    return [...PAINT, ...BOTH, ...(part.matches("text, tspan, g, svg") ? TYPE : [])].map((name) => [name, style.getPropertyValue(name)]);
-  });
-  stage.remove();
-  parts.forEach((part, k) => {
-    part.removeAttribute("style");
-    part.removeAttribute("tabindex");
-    for (const [name, value] of styles[k]) if (value && value !== "normal" && value !== "auto") part.setAttribute(name, value);
-  });
-  copy.setAttribute("xmlns", "http://www.w3.org/2000/svg");
-  copy.setAttribute("width", box.width);
-  copy.setAttribute("height", box.height);
-  const paper = document.createElementNS("http://www.w3.org/2000/svg", "rect");
-  for (const [name, value] of Object.entries({ x: box.x, y: box.y, width: box.width, height: box.height, fill: "#ffffff" })) paper.setAttribute(name, value);
-  const first = [...copy.children].findIndex((child) => !["title", "desc", "defs"].includes(child.localName));
-  copy.insertBefore(paper, copy.children[Math.max(first, 0)] ?? null);
-  return copy;
-}
-
-async function raster(drawing, svg) {
+async function raster(drawing, width, height) {
   const address = URL.createObjectURL(drawing);
   const image = new Image();
   image.src = address;
   await image.decode();
-  const canvas = element("canvas", { width: svg.viewBox.baseVal.width * PNG_SCALE, height: svg.viewBox.baseVal.height * PNG_SCALE });
+  const canvas = element("canvas", { width: PNG_SCALE * width, height: PNG_SCALE * height });
   canvas.getContext("2d").drawImage(image, 0, 0, canvas.width, canvas.height);
   URL.revokeObjectURL(address);
   return new Promise((given) => canvas.toBlob(given, "image/png"));
