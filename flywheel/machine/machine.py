@@ -519,6 +519,10 @@ class Machine:
         """Whether the moment depends on more than position, so that the motion itself must be found: speeds, losses."""
         return self.depends_on_speed or len(self.stages) > 1
 
+    def family(self, mechanism: Mechanism) -> families.Family:
+        """One of its mechanisms as a chain of velocities, with its masses, weights, ports and positions."""
+        return self._families[mechanism.name]
+
     @property
     def omitted(self) -> tuple[str, ...]:
         """Velocities that the model leaves out because nothing hangs on them and nothing is reached through them."""

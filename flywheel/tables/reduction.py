@@ -278,12 +278,9 @@ def _stroke_columns(
 # -- the bond graph ----------------------------------------------------------------------------------------------------
 
 
-def machine_graph(scene: Path, *, simplified: bool = False) -> tuple[BondGraph, tuple[str, ...]]:
-    """The graph of the machine in a scene's file with its flywheel; what it leaves out and what simplifying did."""
-    loaded = load(scene)
-    if loaded.areas is not None:
-        raise SceneError([Fault("areas", "areas without a mechanism", "a machine, to draw its bond graph")])
-    machine = machine_of(loaded)
+def graph_with_flywheel(machine: Machine) -> tuple[BondGraph, tuple[str, ...]]:
+    """The graph of a machine with its flywheel, which is a parameter where it is to be sized; and what it leaves out."""
+    loaded = machine.scene
     sized, heavy = loaded.irregularity is not None, [e for e in machine.graph.elements.values() if e.kind == "I"]
     moved = not loaded.has_flywheel and all(element.law == 0.0 for element in heavy)
     graph = machine.graph
@@ -300,6 +297,15 @@ def machine_graph(scene: Path, *, simplified: bool = False) -> tuple[BondGraph, 
     )
     if moved:
         left_out += ("nothing has inertia: a source of flow moves the driver at unit speed",)
+    return graph, left_out
+
+
+def machine_graph(scene: Path, *, simplified: bool = False) -> tuple[BondGraph, tuple[str, ...]]:
+    """The graph of the machine in a scene's file with its flywheel; what it leaves out and what simplifying did."""
+    loaded = load(scene)
+    if loaded.areas is not None:
+        raise SceneError([Fault("areas", "areas without a mechanism", "a machine, to draw its bond graph")])
+    graph, left_out = graph_with_flywheel(machine_of(loaded))
     if not simplified:
         return graph, (*left_out, "") if left_out else ()
     found = bondgraph.simplify(graph, keep=(loaded.reduction_element,))

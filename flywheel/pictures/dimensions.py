@@ -1,0 +1,326 @@
+"""Pictures of the worked report: a mechanism with its dimensions, its bond graph, and shares of I* and M* over the cycle.
+
+All are SVG text whose letters stay letters. Lengths, angles and masses stand beside what they measure, at one position.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from io import StringIO
+from typing import Any, NamedTuple
+
+import numpy as np
+from matplotlib import rc_context
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from numpy.typing import NDArray
+
+import bondgraph
+from flywheel.language import number as localized
+from flywheel.language import text as _
+from flywheel.machine.machine import Machine
+from flywheel.mechanisms.linkages.positions import Poses
+from flywheel.numerics.units import figure as number
+from flywheel.pictures import figures, sketch
+from flywheel.pictures.figures import BLACK, BODIES, GREY
+from flywheel.pictures.mechanisms import _draw_bodies, _write_names, colours, extent
+from flywheel.pictures.sketch import CLOSED, View, placed
+from flywheel.scene.linkage import FRAME, PIN, SLIDE, SLOT, Linkage
+from flywheel.scene.scene import Scene
+from flywheel.tables.reduction import graph_with_flywheel
+
+Array = NDArray[np.float64]
+
+_WIDTH, _TALLEST = 7.4, 7.6  # inches
+_OFFSETS = (4.0, -4.0, 7.5, -7.5, 11.0, -11.0)  # of a dimension line from what it measures, in pins' radii
+_SHORT = 1e-3  # of the mechanism's size: distances below it are none
+_MOST = 18  # dimensions in one picture
+_MOST_PARTS = 8
+
+_SYMBOLS: Mapping[tuple[str, str], str] = {
+    ("slider-crank", "crank"): "r",
+    ("slider-crank", "rod"): "l",
+    ("four-bar", "crank"): "r",
+    ("four-bar", "coupler"): "c",
+    ("four-bar", "rocker"): "L",
+    ("four-bar", FRAME): "d",
+    ("scotch-yoke", "crank"): "R",
+    ("crank-shaper", "crank"): "r",
+    ("crank-shaper", "rocker"): "L",
+    ("crank-shaper", FRAME): "d",
+    ("toggle-clamp", "coupler"): "a₃",
+    ("toggle-clamp", "rod"): "a₆",
+}
+
+
+class Dimension(NamedTuple):
+    """A distance between two places (m) with its text, and whose it is."""
+
+    start: Array
+    end: Array
+    text: str
+    body: str
+
+
+def drawn(scene: Scene, phi: float) -> Iterator[tuple[str, str, str]]:
+    """Every mechanism that has bodies, once of those that are alike: its name, its picture as SVG, what is not drawn."""
+    seen = []
+    for view in sketch.views(scene):
+        alike = (view.mechanism.type, str(view.mechanism.geometry), str(view.mechanism.bodies), view.mechanism.linkage)
+        if alike in seen:
+            continue
+        seen.append(alike)
+        made, left = _drawing(scene, view, phi)
+        yield view.mechanism.name, svg(made), left
+
+
+def svg(made: Figure) -> str:
+    """A figure as SVG whose texts are texts."""
+    into = StringIO()
+    with rc_context({**figures.STYLE, "svg.fonttype": "none"}):
+        made.savefig(into, format="svg", metadata={"Date": None})
+    return into.getvalue()
+
+
+def _drawing(scene: Scene, view: View, phi: float) -> tuple[Figure, str]:
+    """One mechanism at a position, with dimension lines, masses, angle, sense and gravity; and what was too much."""
+    poses, box = view.poses(phi), _box(view, view.poses(phi))
+    size = np.ptp(box, axis=1)
+    height = min(max(_WIDTH * float(size[1] / size[0]), 2.4), _TALLEST)
+    made = figures.figure(_WIDTH, height, "")
+    panel = made.subplots()
+    panel.set_axis_off()
+    panel.set_aspect("equal")
+    panel.set_xlim(*box[0])
+    panel.set_ylim(*box[1])
+    _scale_to_metres(panel, view, poses)
+    dimensions = list(_dimensions(view, poses))
+    left = dimensions[_MOST:]
+    names: list[tuple[str, str, tuple[float, float]]] = []
+    lines: list[Array] = [_outline(view, poses)]
+    for dimension in dimensions[:_MOST]:
+        line, spot = _dimension_line(panel, view, dimension, lines)
+        lines.append(line)
+        names.append((dimension.text, BLACK, spot))
+    names += _masses(panel, view, poses)
+    names += _angle(panel, scene, view, poses, phi, lines)
+    _gravity(panel, scene, view, box)
+    made.draw_without_rendering()
+    _write_names(panel, view, poses, 1.0, names, lines[1:])
+    told = _("Not drawn for want of room: {listed}.", listed=", ".join(d.text for d in left)) if left else ""
+    return made, told
+
+
+def _box(view: View, poses: Poses) -> Array:
+    """The box (m) of the mechanism at this position and of its driver's whole way, with room for dimension lines."""
+    box = extent(view)
+    spare = 9.0 * view.sketch.unit
+    return np.stack((box[:, 0] - spare, box[:, 1] + spare), axis=1)
+
+
+def _scale_to_metres(panel: Axes, view: View, poses: Poses) -> None:
+    """Draw the bodies in metres."""
+    metres = np.array([[0.0, 2.0], [0.0, 2.0]])  # a box from which no mm are taken
+    _draw_bodies(panel, view, poses, metres)
+
+
+def _outline(view: View, poses: Poses) -> Array:
+    """Points along everything drawn of the bodies, (2, m)."""
+    found = []
+    for shape in view.sketch.shapes:
+        outline = placed(shape, poses)[:, :, 0]
+        found.append(np.concatenate((outline, outline[:, :1]), axis=1) if shape.kind in CLOSED else outline)
+        found.append(np.full((2, 1), np.nan))
+    return np.concatenate(found, axis=1)
+
+
+# -- what is measured --------------------------------------------------------------------------------------------------
+
+
+def _dimensions(view: View, poses: Poses) -> Iterator[Dimension]:
+    """Distances between the joints of every body, the frame's last; each once."""
+    linkage, mechanism = view.solution.linkage, view.mechanism
+    least = _SHORT * view.sketch.size
+    for body in (*linkage.names[1:], FRAME):
+        nodes = _nodes(linkage, body)
+        first = nodes[0] if nodes else None
+        for node in nodes[1:]:
+            assert first is not None
+            ends = [poses.point(body, place).value[:, 0] for place in (first, node)]
+            length = float(np.hypot(*(ends[1] - ends[0])))
+            if length > least:
+                symbol = _SYMBOLS.get((mechanism.type, body), "") if len(nodes) == 2 else ""
+                symbol = symbol or _clamp_arm(mechanism.type, body, node == nodes[1])
+                yield Dimension(ends[0], ends[1], (f"{symbol} = " if symbol else "") + length_text(length), body)
+    offset = mechanism.geometry.get("slider.offset", 0.0)
+    if offset:
+        x = float(poses.point("slider", (0.0, 0.0)).value[0, 0]) + 6 * view.sketch.unit
+        yield Dimension(np.array([x, 0.0]), np.array([x, offset]), f"e = {length_text(offset)}", FRAME)
+    height = mechanism.geometry.get("frame.height", 0.0)
+    if height:
+        yield Dimension(np.array([0.0, 0.0]), np.array([0.0, height]), f"a₁ = {length_text(height)}", FRAME)
+
+
+def _clamp_arm(kind: str, body: str, first: bool) -> str:
+    if (kind, body) != ("toggle-clamp", "bell_crank"):
+        return ""
+    return "a₂" if first else "a₅"
+
+
+def _nodes(linkage: Linkage, body: str) -> list[tuple[float, float]]:
+    """Places of a body's joints in its own frame, each once, in the order of the joints."""
+    found: dict[tuple[float, float], None] = {}
+    for joint in linkage.joints:
+        if joint.first == body and joint.kind not in (SLIDE, SLOT):
+            found[joint.first_at.x, joint.first_at.y] = None
+        if joint.second == body and (joint.kind == PIN or body != FRAME):
+            found[joint.second_at.x, joint.second_at.y] = None
+    return list(found)
+
+
+def length_text(length: float) -> str:
+    """A length as designers write it: mm, or m from 10 m on."""
+    by, unit = (1.0, "m") if abs(length) >= 10.0 else (1000.0, "mm")
+    return localized(number(by * length, 0.0, 5)).replace("-", "−") + f" {unit}"
+
+
+# -- how it is drawn ---------------------------------------------------------------------------------------------------
+
+
+def _dimension_line(panel: Axes, view: View, dimension: Dimension, lines: list[Array]) -> tuple[Array, tuple[float, float]]:
+    """A line with arrows beside what it measures, on the side where there is room; and where its text belongs."""
+    unit, start, end = view.sketch.unit, dimension.start, dimension.end
+    way = (end - start) / np.hypot(*(end - start))
+    across = np.array([-way[1], way[0]])
+    points = np.concatenate(lines, axis=1)
+    points = points[:, np.isfinite(points).all(axis=0)]
+
+    def clash(offset: float) -> float:
+        middle = 0.5 * (start + end) + offset * unit * across
+        length = 0.5 * float(np.hypot(*(end - start)))
+        relative = points - middle[:, None]
+        along, aside = np.abs(way @ relative), np.abs(across @ relative)
+        return float(((along < length + unit) & (aside < 2.2 * unit)).sum()) + 2.0 * abs(offset)
+
+    offset = min(_OFFSETS, key=clash) * unit
+    a, b = start + offset * across, end + offset * across
+    for base, tip in ((start, a), (end, b)):
+        over = tip + np.sign(offset) * unit * across
+        panel.plot([base[0], over[0]], [base[1], over[1]], color=GREY, lw=0.6, zorder=4.2)
+    arrows = {"arrowstyle": "<->", "color": GREY, "lw": 0.8, "shrinkA": 0.0, "shrinkB": 0.0, "mutation_scale": 9.0}
+    panel.annotate("", xy=tuple(b), xytext=tuple(a), arrowprops=arrows, zorder=4.3)
+    line = np.stack([a + share * (b - a) for share in np.linspace(0.0, 1.0, 25)], axis=1)
+    middle = 0.5 * (a + b)
+    return line, (float(middle[0]), float(middle[1]))
+
+
+def _masses(panel: Axes, view: View, poses: Poses) -> list[tuple[str, str, tuple[float, float]]]:
+    """A quartered circle at every centre of mass, with the body's mass."""
+    linkage, ink, names = view.solution.linkage, colours(view), []
+    bodies = view.mechanism.bodies
+    for body in linkage.names[1:]:
+        link = linkage.link(body)
+        mass = link.mass or (bodies[body].mass if body in bodies else 0.0)
+        if not mass:
+            continue
+        x, y = poses.centre(body).value[:, 0]
+        radius = 1.25 * view.sketch.unit
+        for quarter in range(4):
+            angle = np.linspace(0.5 * np.pi * quarter, 0.5 * np.pi * (quarter + 1), 12)
+            outline = np.stack((x + radius * np.cos(angle), y + radius * np.sin(angle)), axis=1)
+            outline = np.concatenate((outline, [[x, y]]))
+            face = "white" if quarter % 2 else BLACK
+            panel.fill(outline[:, 0], outline[:, 1], facecolor=face, edgecolor=BLACK, lw=0.7, zorder=5.0)
+        names.append(
+            (_("{body}: {mass} kg", body=body, mass=localized(number(mass, 0.0, 5))), ink[body], (float(x), float(y)))
+        )
+    return names
+
+
+def _angle(
+    panel: Axes, scene: Scene, view: View, poses: Poses, phi: float, lines: list[Array]
+) -> list[tuple[str, str, tuple[float, float]]]:
+    """The crank's angle from +x as an arc with an arrow in its sense; of a slide its way from where it counts."""
+    linkage = view.solution.linkage
+    joint = linkage.joint(linkage.driver)
+    if joint.kind != PIN or FRAME not in (joint.first, joint.second):
+        return []
+    centre = poses.point(joint.first, joint.first_at).value[:, 0]
+    psi = view.ratio * phi + view.phase
+    nodes = _nodes(linkage, joint.second if joint.first == FRAME else joint.first)
+    reach = max((float(np.hypot(*node)) for node in nodes), default=0.0)
+    radius = max(0.55 * reach, 5.0 * view.sketch.unit)
+    turn = float(psi % (2 * np.pi))
+    angle = np.linspace(0.0, turn, 60)
+    arc = centre[:, None] + radius * np.stack((np.cos(angle), np.sin(angle)))
+    panel.plot([centre[0], centre[0] + 1.5 * radius], [centre[1], centre[1]], color=GREY, lw=0.7, ls="-.", zorder=2.0)
+    panel.plot(arc[0], arc[1], color=GREY, lw=0.9, zorder=4.1)
+    if turn > 0.05:
+        arrow = {"arrowstyle": "->", "color": GREY, "lw": 0.9, "shrinkA": 0.0, "shrinkB": 0.0}
+        panel.annotate("", xy=tuple(arc[:, -1]), xytext=tuple(arc[:, -4]), arrowprops=arrow, zorder=4.1)
+    lines.append(arc)
+    symbol = "φ" if view.ratio == 1.0 and not view.phase else "ψ"
+    middle = arc[:, arc.shape[1] // 2]
+    text = f"{symbol} = {localized(number(np.degrees(psi), 0.0, 5))}°".replace("-", "−")
+    return [(text, GREY, (float(middle[0]), float(middle[1])))]
+
+
+def _gravity(panel: Axes, scene: Scene, view: View, box: Array) -> None:
+    """An arrow in a corner, along which weights act."""
+    if scene.gravity is None:
+        return
+    pull = np.array(scene.gravity)
+    size = float(np.hypot(*pull))
+    if not size:
+        return
+    way = 6.0 * view.sketch.unit * pull / size
+    start = np.array([box[0, 0] + 7.0 * view.sketch.unit, box[1, 1] - 7.0 * view.sketch.unit]) - 0.5 * way
+    arrow = {"arrowstyle": "-|>", "color": BLACK, "lw": 1.2, "shrinkA": 0.0, "shrinkB": 0.0}
+    panel.annotate("", xy=tuple(start + way), xytext=tuple(start), arrowprops=arrow)
+    across = 2.0 * view.sketch.unit * np.array([-pull[1], pull[0]]) / size
+    spot = start + 0.5 * way + across
+    panel.text(float(spot[0]), float(spot[1]), "g", fontsize=9.0, ha="center", va="center")
+
+
+# -- the bond graph, and shares over the cycle -------------------------------------------------------------------------
+
+
+def bond_graph(machine: Machine) -> str:
+    """The machine's bond graph with half arrows, causal strokes and numbers, as SVG."""
+    graph, _left_out = graph_with_flywheel(machine)
+    return svg(bondgraph.draw(graph))
+
+
+def shares(machine: Machine, q: Array, total: Array, parts: Mapping[str, Array], label: str, sliding: bool) -> str:
+    """What every body or load adds, in colours, and their sum in black, over the driver's coordinate; as SVG.
+
+    At equal neighbours of q the curves jump.
+    """
+    made = figures.figure(_WIDTH, 3.2, "")
+    panel = made.subplots()
+    x = 1000.0 * q if sliding else np.degrees(q)
+    figures.name_axes(panel, "", _("position x of the driver, mm") if sliding else _("crank angle φ, °"), label)
+    some = {name: part + 0.0 * q for name, part in parts.items() if np.any(part)}
+    if len(some) > _MOST_PARTS:
+        largest = sorted(some, key=lambda name: -float(np.abs(some[name]).max()))[: _MOST_PARTS - 1]
+        rest = [part for name, part in some.items() if name not in largest]
+        some = {name: part for name, part in some.items() if name in largest} | {_("others"): np.sum(rest, axis=0)}
+    for k, (name, part) in enumerate(some.items()):
+        _line(panel, x, part, color=BODIES[k % len(BODIES)], lw=1.3, label=name)
+    _line(panel, x, total, color=BLACK, lw=1.9, label=label.partition(",")[0])
+    panel.axhline(0.0, color=BLACK, lw=0.6, zorder=1.5)
+    panel.set_xlim(float(x.min()), float(x.max()))
+    if not sliding:
+        whole = float(x.max() - x.min())
+        panel.set_xticks(np.arange(0.0, whole + 1.0, 30.0 if whole < 400.0 else 60.0 if whole < 800 else 180.0))
+    panel.legend(loc="upper center", bbox_to_anchor=(0.5, -0.2), ncols=3, fontsize=8.5, frameon=False)
+    return svg(made)
+
+
+def _line(panel: Axes, x: Array, y: Array, **style: Any) -> None:
+    """A curve with gaps where it jumps, and a thin vertical line there."""
+    jump = (np.diff(x) == 0.0) & (np.abs(np.diff(y)) > 1e-9 * max(float(np.abs(y).max()), 1e-300))
+    cuts = np.flatnonzero(jump) + 1
+    panel.plot(np.insert(x, cuts, np.nan), np.insert(y, cuts, np.nan), **style)
+    for k in cuts:
+        panel.plot([x[k], x[k]], [y[k - 1], y[k]], color=style["color"], lw=0.7, ls=":")

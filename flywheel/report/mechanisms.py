@@ -1,0 +1,293 @@
+"""From the mechanism to I* and M*: every step of a report that leads to the reduced machine.
+
+At one crank angle, the same throughout, everything is worked out by hand; tables and figures show it over the cycle. The
+numbers are the library's own, and the formulas those of the books: each step shows that the two agree.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Sequence
+from typing import Any
+
+import numpy as np
+
+from flywheel.language import number as localized
+from flywheel.language import text as _
+from flywheel.numerics.cells import Array
+from flywheel.regime.state import reduce
+from flywheel.report.document import Cell, Figure, Formula, Note, Part, Section, Step, Table
+from flywheel.report.formulas import Quantity, index
+from flywheel.report.reduction import (
+    Steps,
+    grid,
+    head_of,
+    inertia,
+    moment,
+    rows_of,
+    split,
+    unit_head,
+    where_text,
+)
+from flywheel.scene.scene import Mechanism, Scene
+
+
+def sections(scene: Scene, phi: float | None = None) -> tuple[Section, ...]:
+    """All steps from the mechanism to I* and M*, for a scene that has a machine.
+
+    phi: the position (rad, or m where the driver slides) at which everything is worked out; one that tells most if None.
+    """
+    at = Steps(scene, phi)
+    found = [_mechanism(at), _graph(at), *_kinematics(at), inertia(at), moment(at)]
+    return tuple(section for section in found if section.parts)
+
+
+# -- the mechanism and its data ----------------------------------------------------------------------------------------
+
+
+def _mechanism(at: Steps) -> Section:
+    """The mechanism drawn with its dimensions, what is given of it, and the position at which all is worked out."""
+    parts: list[Part] = []
+    if at.scene.mechanisms:
+        parts += _pictures(at)
+    for group in at.groups:
+        parts += list(_given(at, group))
+    shafts = [name for name in at.scene.shafts if name != at.scene.reduction_element]
+    if shafts:
+        rows = tuple(
+            (name, Quantity(f"i_{index(name)}", at.scene.shafts[name]), Quantity("", at.scene.efficiencies.get(name, 1.0)))
+            for name in shafts
+        )
+        parts.append(Table(_("Shafts, which mesh with the crank"), (_("shaft"), _("speed ratio i"), _("efficiency")), rows))
+    if at.scene.parameters or at.scene.unknown not in (None, "drive"):
+        parts.append(_parameters(at))
+    if at.scene.gravity is not None:
+        parts.append(_gravity(at))
+    parts.append(Step(_where(at), result=Quantity(at.symbol, at.phi, "m" if at.sliding else "°"), note=_prime(at)))
+    return Section(_("The mechanism"), tuple(parts))
+
+
+def _where(at: Steps) -> str:
+    if at.scene.stroke is not None:
+        return _("The position of the driver at which every step is worked out, as most loads act there")
+    return _("The crank angle at which every step is worked out, as most loads act there")
+
+
+def _prime(at: Steps) -> str:
+    by = "x" if at.sliding else "φ"
+    return _(
+        "A prime is the derivative by {by}: the influence coefficient g of a place is its prime, g′ the next one.", by=by
+    )
+
+
+def _given(at: Steps, group: Sequence[Mechanism]) -> Iterator[Part]:
+    """The data of a mechanism as the scene gives them, with the symbols that they have in the formulas."""
+    mechanism = group[0]
+    made = at.sheets[mechanism.name]
+    rows: list[tuple[Cell, ...]] = []
+    keys = {key: symbol for symbol, key in made.keys.items()}
+    for key, value in mechanism.geometry.items():
+        symbol = keys.get(key)
+        if symbol is not None:
+            rows.append((f"{mechanism.name}.{key}", Formula(symbol), made.values[symbol]._replace(value=value)))
+    bodies = mechanism.bodies if mechanism.linkage is None else {}
+    for name, found in bodies.items():
+        for key, head, value, unit in (
+            ("mass", "m", found.mass, "kg"),
+            ("inertia", "J", found.inertia, "kg m²"),
+            ("com", "s", found.com, "m"),
+            ("com_angle", "alpha", found.com_angle, "°"),
+        ):
+            if value:
+                symbol = f"{head}_{index(name)}"
+                rows.append((f"{mechanism.name}.{name}.{key}", Formula(symbol), Quantity(symbol, value, unit)))
+    for output in mechanism.outputs:
+        if output.inertia:
+            symbol = f"{'J' if output.rotating else 'm'}_{index(output.name)}"
+            unit = "kg m²" if output.rotating else "kg"
+            rows.append((f"{mechanism.name}.{output.name}", Formula(symbol), Quantity(symbol, output.inertia, unit)))
+    if mechanism.linkage is not None:
+        for link in mechanism.linkage.links:
+            for head, value, unit in (("m", link.mass, "kg"), ("J", link.inertia, "kg m²")):
+                if value:
+                    symbol = f"{head}_{index(link.name)}"
+                    key = "mass" if head == "m" else "inertia"
+                    rows.append((f"{mechanism.name}.{link.name}.{key}", Formula(symbol), Quantity(symbol, value, unit)))
+    if made.driver == "psi":
+        rows.append((_("phase"), Formula("psi_0"), made.values["psi_0"]))
+        if made.rate != 1.0:
+            rows.append((_("turns for each of the crank's"), Formula("i"), made.values["i"]))
+    if rows:
+        yield Table(_("Given for {name}", name=mechanism.name), (_("in the scene"), _("symbol"), _("value")), tuple(rows))
+    if len(group) > 1:
+        others = ", ".join(f"{m.name} (ψ = φ + {localized(f'{np.degrees(m.phase):.6g}')}°)" for m in group[1:])
+        yield Note(
+            _("Alike, with the same formulas at their own angles: {others}. They are listed in the tables.", others=others)
+        )
+
+
+def _parameters(at: Steps) -> Table:
+    values = dict(at.scene.parameters)
+    rows = []
+    for name, value in values.items():
+        unit = at.scene.units.get(name)
+        rows.append((name, Quantity(name, value, "" if unit is None else _si(unit))))
+    if at.scene.unknown not in (None, "drive"):
+        rows.append((_("{name}, by the balance of the cycle", name=at.scene.unknown), _unknown(at)))
+    return Table(_("Parameters, in SI units"), (_("name"), _("value")), tuple(rows))
+
+
+def _si(unit: Any) -> str:
+    from flywheel.numerics.expressions import shown
+
+    return (shown(unit) or "").replace("^2", "²").replace("^3", "³")
+
+
+def _unknown(at: Steps) -> Quantity:
+    return Quantity(at.scene.unknown or "", at.balance)
+
+
+def _gravity(at: Steps) -> Table:
+    gx, gy = at.scene.gravity or (0.0, 0.0)
+    rows = ((_("along +x"), Quantity("g_x", gx, "m/s²")), (_("along +y"), Quantity("g_y", gy, "m/s²")))
+    return Table(_("Gravity"), (_("direction"), _("acceleration")), rows)
+
+
+def _pictures(at: Steps) -> Iterator[Part]:
+    from flywheel.mechanisms.families import has_joints
+
+    if not any(has_joints(mechanism) for mechanism in at.scene.mechanisms):
+        names = ", ".join(mechanism.name for mechanism in at.scene.mechanisms)
+        yield Note(_("{names}: given by its motion alone, without bodies to draw.", names=names))
+        return
+    from flywheel.pictures import dimensions
+
+    for name, svg, listed in dimensions.drawn(at.scene, at.phi):
+        told = _("Drawn at {where}, to scale. {listed}", where=where_text(at, at.phi), listed=listed)
+        yield Figure(svg, _("{name} with its dimensions", name=name), told)
+
+
+# -- the bond graph ----------------------------------------------------------------------------------------------------
+
+
+def _graph(at: Steps) -> Section:
+    from flywheel.pictures import dimensions
+
+    svg = dimensions.bond_graph(at.machine)
+    how = _(
+        "Each half arrow is a bond that carries power, with the stroke at the end where the effort is received; a 1 stands "
+        "for one velocity, and a TF or MTF for a ratio of velocities, constant or with the position. So every velocity is "
+        "found from the crank along the arrows, each ratio multiplied by the next, and every force comes back to the crank "
+        "through the same ratios: that is why I* has g² and M* has g."
+    )
+    parts: list[Part] = [Note(how), Figure(svg, _("Bond graph of the machine"), _("Causal strokes and moduli included."))]
+    ratios = list(_ratios(at))
+    if ratios:
+        where = where_text(at, at.phi)
+        head = (_("from"), _("to"), _("ratio T"))
+        parts.append(Table(_("Ratios of its transformers at {where}", where=where), head, tuple(ratios)))
+    return Section(_("The bond graph"), tuple(parts))
+
+
+def _ratios(at: Steps) -> Iterator[tuple[Cell, ...]]:
+    """The local ratios of the graph's transformers, of mechanisms that are explained."""
+    for made in at.sheets.values():
+        needed = set(at.machine.graph.elements)
+        for velocity in made.family.velocities:
+            if f"{made.mechanism.name}.{velocity.name}" not in needed:
+                continue
+            for source, ratio in velocity.terms:
+                value = ratio if isinstance(ratio, float | int) else float(np.asarray(ratio.value(made.position)))
+                name = made.mechanism.shaft if source == "crank" else f"{made.mechanism.name}.{source}"
+                yield name, f"{made.mechanism.name}.{velocity.name}", Quantity("", float(value))
+
+
+# -- positions and influence coefficients ------------------------------------------------------------------------------
+
+
+def _kinematics(at: Steps) -> Iterator[Section]:
+    for group in at.groups:
+        made = at.sheets[group[0].name]
+        parts: list[Part] = list(made.shown())
+        table = list(_by_graph(at, group[0]))
+        parts += table
+        parts += list(_over_cycle(at, group))
+        yield Section(_("Positions and influence coefficients of {name}", name=group[0].name), tuple(parts))
+
+
+def _by_graph(at: Steps, mechanism: Mechanism) -> Iterator[Part]:
+    """Coefficients that the bond graph's chain of ratios gives, where no formula stands above."""
+    rows: list[tuple[Cell, ...]] = []
+    for junction in dict.fromkeys(element.junction for element in at.elements):
+        if junction.partition(".")[0] == mechanism.name and at.tabulated(junction):
+            (value,) = at.gain(junction)[1]
+            slope = Quantity(f"g_prime_{index(junction)}", float(at.state.gain_slopes[junction][0]), at.unit_of(junction, 1))
+            rows.append((junction, value, slope))
+    if rows:
+        head = (_("velocity of"), _("g"), _("g′"))
+        yield Table(
+            _("Influence coefficients at {where}, by the ratios of the graph", where=where_text(at, at.phi)),
+            head,
+            tuple(rows),
+        )
+
+
+def _over_cycle(at: Steps, group: Sequence[Mechanism]) -> Iterator[Part]:
+    """Places and coefficients of the ports over the cycle, with the extreme positions."""
+    mechanism = group[0]
+    family = at.machine.family(mechanism)
+    ports = [name for name in family.ports if f"{mechanism.name}.{name}" in at.machine.places]
+    phi = _with_extremes(at, [f"{mechanism.name}.{family.ports[name].velocity}" for name in ports])
+    state = reduce(at.machine, phi, balance=at.balance, speed=at.speed)
+    rate = at.scene.shafts[mechanism.shaft] if mechanism.stroke is None else 1.0
+    psi = rate * phi + (mechanism.phase if mechanism.stroke is None else 0.0)
+    with np.errstate(all="ignore"):
+        position = family.position(psi, np)
+    for some in split(ports, 2):
+        head, columns = [head_of(at)], []
+        for name in some:
+            junction = f"{mechanism.name}.{family.ports[name].velocity}"
+            line = at.translates(junction)
+            place = np.asarray(family.ports[name].position(position), dtype=float) + 0.0 * phi
+            head += [
+                f"{name}, {'mm' if line else '°'}",
+                unit_head("g", at.unit_of(junction)),
+                unit_head("g′", at.unit_of(junction, 1)),
+            ]
+            columns += [1000.0 * place if line else np.degrees(place), state.gains[junction], state.gain_slopes[junction]]
+        rows = rows_of(at, phi, columns)
+        told = _("Over the cycle, with the extreme positions") if at.scene.stroke is None else _("Along the stroke")
+        yield Table(f"{mechanism.name}. {told}", tuple(head), rows)
+
+
+def _with_extremes(at: Steps, junctions: Iterable[str]) -> Array:
+    """The grid with the positions at which a velocity changes its sign."""
+    phi = grid(at)
+    fine = (
+        np.linspace(phi[0], phi[0] + at.scene.cycle, 1441)[:-1]
+        if at.scene.stroke is None
+        else np.linspace(phi[0], phi[-1], 721)
+    )
+    state = reduce(at.machine, fine, balance=at.balance, speed=at.speed)
+    found: list[float] = []
+    for junction in junctions:
+        gain = state.gains[junction]
+        changes = np.flatnonzero((np.sign(gain[1:]) * np.sign(gain[:-1])) < 0)
+        found += [_root(at, junction, float(fine[k]), float(fine[k + 1])) for k in changes]
+    every = np.sort(np.concatenate((phi, found)))
+    return every[np.diff(every, prepend=-np.inf) > 1e-7]
+
+
+def _root(at: Steps, junction: str, low: float, high: float) -> float:
+    """Where a coefficient changes its sign between two positions."""
+
+    def gain(q: float) -> float:
+        return float(reduce(at.machine, [q], balance=at.balance, speed=at.speed).gains[junction][0])
+
+    first = gain(low)
+    for _k in range(50):
+        middle = 0.5 * (low + high)
+        if (gain(middle) > 0) == (first > 0):
+            low = middle
+        else:
+            high = middle
+    return 0.5 * (low + high)
