@@ -13,6 +13,7 @@ import numpy as np
 
 from flywheel.language import number as localized
 from flywheel.language import text as _
+from flywheel.machine.machine import Machine
 from flywheel.numerics.cells import Array
 from flywheel.regime.state import reduce
 from flywheel.report.document import Cell, Figure, Formula, Note, Part, Section, Step, Table
@@ -29,14 +30,19 @@ from flywheel.report.reduction import (
     where_text,
 )
 from flywheel.scene.scene import Mechanism, Scene
+from flywheel.sizing.results import Sizing
 
 
-def sections(scene: Scene, phi: float | None = None) -> tuple[Section, ...]:
-    """All steps from the mechanism to I* and M*, for a scene that has a machine.
+def sections(given: Sizing | Machine | Scene, phi: float | None = None) -> tuple[Section, ...]:
+    """All steps from the mechanism to I* and M*; none for a scene of areas, which has no machine.
 
     phi: the position (rad, or m where the driver slides) at which everything is worked out; one that tells most if None.
     """
-    at = Steps(scene, phi)
+    scene = given if isinstance(given, Scene) else given.scene
+    if scene.areas is not None:
+        return ()
+    machine = given if isinstance(given, Machine) else given.machine if isinstance(given, Sizing) else None
+    at = Steps(machine or scene, phi)
     found = [_mechanism(at), _graph(at), *_kinematics(at), inertia(at), moment(at)]
     return tuple(section for section in found if section.parts)
 

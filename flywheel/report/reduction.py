@@ -12,7 +12,7 @@ import numpy as np
 from bondgraph.elements import Here
 from flywheel.language import number as localized
 from flywheel.language import text as _
-from flywheel.machine.machine import FRICTION, Effort, Pieces
+from flywheel.machine.machine import FRICTION, Effort, Machine, Pieces
 from flywheel.numerics import cells
 from flywheel.numerics.cells import Array
 from flywheel.numerics.expressions import Expression
@@ -49,8 +49,9 @@ class Steps:
     taken, None where nothing does; `balance` the value of the scene's unknown.
     """
 
-    def __init__(self, scene: Scene, phi: float | None = None) -> None:
-        self.scene, self.machine = scene, machine_of(scene)
+    def __init__(self, given: Machine | Scene, phi: float | None = None) -> None:
+        self.machine = machine_of(given)
+        self.scene = scene = self.machine.scene
         self.sliding = scene.reduction_element == "slide"
         stroke = scene.stroke
         self.speed, self.balance = constant_speed.operating_point(self.machine, None if stroke is None else stroke.speed)
