@@ -12,6 +12,7 @@ import tomllib
 from bisect import bisect_right
 from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping
+from contextlib import suppress
 from functools import reduce
 from typing import Any, NamedTuple, TypeVar
 
@@ -126,8 +127,88 @@ def _joined_path(path: str, part: str | int) -> str:
     return child(path, part) if isinstance(part, str) else f"{path}[{part}]"
 
 
+class Value(NamedTuple):
+    """Where a value stands: its key begins `at` (an item of a list itself), it runs from `start` to `stop`.
+
+    It is a `statement` where it has its line to itself, below the heading of that `block`. One that is no TOML is not
+    `good`, and runs to the end of its line.
+    """
+
+    at: int
+    start: int
+    stop: int
+    statement: bool
+    block: int
+    good: bool
+
+
+class Block(NamedTuple):
+    """A heading, from its first bracket `at` to behind its last, and the path of the table that follows."""
+
+    path: Path
+    at: int
+    stop: int
+
+
+class Outline(NamedTuple):
+    """A text with the place of everything in it; `mapping` holds as much as can be read where it is no TOML.
+
+    `troubles` counts what stands in the way of reading it. `places` has paths as faults write them.
+    """
+
+    text: str
+    mapping: dict[str, Any]
+    values: Mapping[Path, Value]
+    blocks: tuple[Block, ...]
+    places: Mapping[str, Path]
+    troubles: int
+
+
+def outline(text: str) -> Outline:
+    r"""Where every value of a text stands, also of one that is no TOML.
+
+    >>> found = outline("[regime]\nspeed = '60 rpm' # of the crank\ncycle = 720 deg\n")
+    >>> found.mapping, found.troubles, found.text[slice(*found.values["regime", "speed"][1:3])]
+    ({'regime': {'speed': '60 rpm'}}, 1, "'60 rpm'")
+    """
+    scanner, troubles = _Scanner(text), 0
+    with suppress(RecursionError):
+        troubles = sum(1 for _ in scanner.troubles())
+    try:
+        mapping = tomllib.loads(text)
+        troubles = 0
+    except (ValueError, RecursionError):
+        mapping, troubles = _readable(scanner), max(troubles, 1)
+    shown: dict[Path, str] = {(): ""}
+    for path in sorted(scanner.lines, key=len):
+        shown[path] = _joined_path(shown.get(path[:-1], ""), path[-1])
+    places = {name: path for path, name in shown.items() if path}
+    return Outline(text, mapping, scanner.pairs, tuple(scanner.blocks), places, troubles)
+
+
+def _readable(scanner: _Scanner) -> dict[str, Any]:
+    """The tables and values that stand in good order in a text that is no TOML."""
+    mapping: dict[str, Any] = {}
+    given: list[tuple[Path, Any]] = [(block.path, {}) for block in scanner.blocks[1:]]
+    for path, value in scanner.pairs.items():
+        if value.statement and value.good:
+            with suppress(ValueError, RecursionError):
+                given.append((path, tomllib.loads(f"value = {scanner.text[value.start : value.stop]}")["value"]))
+    for path, found in given:
+        place: Any = mapping
+        for part, after in zip(path, (*path[1:], None), strict=True):
+            fresh: Any = found if after is None else [] if isinstance(after, int) else {}
+            if isinstance(place, list) and isinstance(part, int):
+                if part >= len(place):
+                    place.append(fresh)
+                place = place[min(part, len(place) - 1)]
+            elif isinstance(place, dict):
+                place = place.setdefault(part, fresh)
+    return mapping
+
+
 class _Scanner:
-    """A walk over a text, statement by statement: what it notes are the lines of paths, and the tables written [[so]]."""
+    """A walk over a text, statement by statement: what it notes are the places of paths, and the tables written [[so]]."""
 
     def __init__(self, text: str) -> None:
         self.text = text
@@ -138,6 +219,8 @@ class _Scanner:
         self.values: dict[Path, int] = {}  # lines of keys that were given a value, which nothing may be added to
         self.tables: dict[Path, int] = {}  # lines of the headings of tables
         self.dotted: dict[Path, int] = {}  # lines of tables that came to be by a dotted key
+        self.pairs: dict[Path, Value] = {}
+        self.blocks = [Block((), 0, 0)]
         self.prefix: Path = ()
         self.braces = 0  # inline tables that are open
 
@@ -218,6 +301,7 @@ class _Scanner:
         else:
             self.prefix = path
             self.tables[path] = self.lines[path] = line
+        self.blocks.append(Block(self.prefix, at, match.end()))
         return match.end()
 
     def _pair(self, at: int, prefix: Path, match: re.Match[str] | None = None) -> int:
@@ -244,9 +328,11 @@ class _Scanner:
             raise _Trouble(at, f"{key} as a value", f"one {key}", f"line {self.lines[path]} has it as a table")
         self.lines[path] = self.values[path] = line
         start = self._skip(equals + 1, _GAP)
+        self.pairs[path] = pair = Value(at, start, self.end(start), ending, len(self.blocks) - 1, False)
         stop = self._value(start, path, key if ending else "")
         if ending and self._skip(stop, _BLANK) < self.end(stop):
             raise _value_trouble(start, key, self.text[start : self.end(stop)], stop - start)
+        self.pairs[path] = pair._replace(stop=stop, good=True)
         return stop
 
     def _value(self, at: int, path: Path, key: str) -> int:
@@ -292,7 +378,9 @@ class _Scanner:
         at = self._within(at + 1, opening)
         while self.text[at] != "]":
             self.lines[(*path, number)] = self.line(at)
-            at = self._within(self._value(at, (*path, number), ""), opening)
+            stop = self._value(at, (*path, number), "")
+            self.pairs[(*path, number)] = Value(at, at, stop, False, len(self.blocks) - 1, True)
+            at = self._within(stop, opening)
             if self.text[at] not in ",]":
                 start = max(self.text.rfind(mark, 0, at) for mark in ",[\n") + 1
                 item = re.split(r"[,\]\n#]", self.text[start:], maxsplit=1)[0].strip()

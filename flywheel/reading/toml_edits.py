@@ -1,0 +1,339 @@
+"""Changes of a scene's text at the place of a value, a key or a table: comments and layout stay as they are.
+
+Every change is checked by reading the text again: it says what it said, but for the one place. One that cannot be made so
+is refused, and the text stays.
+"""
+
+from __future__ import annotations
+
+import re
+import tomllib
+from collections.abc import Iterator, Mapping
+from typing import Any
+
+from flywheel.reading.toml_text import Outline, Path, Value, outline
+
+_BARE = re.compile(r"[A-Za-z0-9_-]+")
+_ESCAPES = {"\\": "\\\\", '"': '\\"', "\n": "\\n", "\r": "\\r", "\t": "\\t", "\b": "\\b", "\f": "\\f"}
+
+
+class EditError(ValueError):
+    """A change that cannot be made at its place."""
+
+
+# -- values in TOML ------------------------------------------------------------------------------------------------------
+
+
+def quoted(text: str, like: str = "") -> str:
+    r"""A text as a value of TOML on one line, in single quotes where those that stood there are, or where that is plainer.
+
+    >>> print(quoted("80 mm"), quoted('5" pipe'), quoted("a\nb'c"), quoted("x", like="'y'"))
+    "80 mm" '5" pipe' "a\nb'c" 'x'
+    """
+    plain = "'" not in text and text.isprintable()
+    if plain and (like.startswith("'") or '"' in text or "\\" in text):
+        return f"'{text}'"
+    return '"' + "".join(_escaped(c) for c in text) + '"'
+
+
+def _escaped(c: str) -> str:
+    """A character between double quotes; half of a surrogate pair is no character."""
+    if "\ud800" <= c <= "\udfff":
+        return "\ufffd"
+    return _ESCAPES.get(c) or (f"\\u{ord(c):04x}" if c < " " or "\x7f" <= c <= "\x9f" else c)
+
+
+def literal(value: object) -> str:
+    """A value of TOML for a number, a truth value, a text, a list or a table.
+
+    >>> literal({"on": "crank", "table": {"angle": [0, 1.5]}})
+    '{on = "crank", table = {angle = [0, 1.5]}}'
+    """
+    if isinstance(value, bool):
+        return "true" if value else "false"
+    if isinstance(value, (int, float)):
+        return repr(value)
+    if isinstance(value, Mapping):
+        return "{" + ", ".join(f"{key_text(key)} = {literal(item)}" for key, item in value.items()) + "}"
+    if isinstance(value, (list, tuple)):
+        return "[" + ", ".join(literal(item) for item in value) + "]"
+    return quoted(str(value))
+
+
+def key_text(key: str) -> str:
+    """A key as it is written."""
+    return key if _BARE.fullmatch(key) else quoted(key)
+
+
+def _dotted(path: Path) -> str:
+    return ".".join(key_text(str(part)) for part in path)
+
+
+def _heading(path: Path) -> str:
+    """The heading of a table, or of an item of an array of tables."""
+    name = _dotted(tuple(part for part in path if isinstance(part, str)))
+    return f"[[{name}]]" if isinstance(path[-1], int) else f"[{name}]"
+
+
+# -- changes -------------------------------------------------------------------------------------------------------------
+
+
+def with_value(found: Outline, path: Path, written: str) -> Outline:
+    r"""The text with another value (as TOML writes it) of a key that is there, or with a key or table that is not.
+
+    >>> print(with_value(outline("[regime]\nspeed = 1 # of the crank\n"), ("regime", "speed"), '"60 rpm"').text.rstrip())
+    [regime]
+    speed = "60 rpm" # of the crank
+    """
+    if (value := found.values.get(path)) is not None:
+        text = f"{found.text[: value.start]}{written}{found.text[value.stop :]}"
+    elif _has(found.mapping, path):
+        raise EditError("a table that stands in several places")
+    else:
+        text = _added(found, path, written)
+    changed = outline(text)
+    wanted = tomllib.loads(f"value = {written}")["value"]
+    kept = _leaves(found.mapping, path)
+    if changed.troubles > found.troubles or _at(changed.mapping, path) != wanted or _leaves(changed.mapping, path) != kept:
+        raise EditError("a place where that cannot be written")
+    return changed
+
+
+def without(found: Outline, path: Path) -> Outline:
+    r"""The text without a key, a table or an item of a list, and without the comments right above a table's heading.
+
+    >>> text = "[regime]\nspeed = 1\n\n# Weight.\n[gravity]\ng = 9.8\n\n[drive]\ntorque = 1\n"
+    >>> print(without(outline(text), ("gravity",)).text.rstrip())
+    [regime]
+    speed = 1
+    <BLANKLINE>
+    [drive]
+    torque = 1
+    """
+    inline = _inline(found, path)
+    text = _without_inline(found, inline, path) if inline else _without_lines(found, path)
+    changed = outline(text)
+    kept = _leaves(found.mapping, path)
+    if isinstance(path[-1], int):  # items behind it move up
+        several = [len(_at(which.mapping, path[:-1]) or ()) for which in (found, changed)]
+        good = several[1] == several[0] - 1 and _leaves(changed.mapping, path[:-1]) == _leaves(found.mapping, path[:-1])
+    else:
+        good = not _has(changed.mapping, path) and _leaves(changed.mapping, path) == kept
+    if changed.troubles > found.troubles or not good:
+        raise EditError("a place from which that cannot be taken")
+    return changed
+
+
+def _at(mapping: Any, path: Path) -> Any:
+    """What stands at a path; None where there is nothing."""
+    for part in path:
+        try:
+            mapping = mapping[part]
+        except (KeyError, IndexError, TypeError):
+            return None
+    return mapping
+
+
+def _has(mapping: Any, path: Path) -> bool:
+    above = _at(mapping, path[:-1])
+    if isinstance(above, dict):
+        return path[-1] in above
+    return isinstance(above, list) and isinstance(path[-1], int) and path[-1] < len(above)
+
+
+def _leaves(value: Any, leave: Path, path: Path = ()) -> dict[Path, Any]:
+    """Every value by its path that is no table or list, but for what stands at one path."""
+    if path == leave:
+        return {}
+    if isinstance(value, dict):
+        return {k: v for key, item in value.items() for k, v in _leaves(item, leave, (*path, key)).items()}
+    if isinstance(value, list):
+        return {k: v for i, item in enumerate(value) for k, v in _leaves(item, leave, (*path, i)).items()}
+    return {path: repr(value)}
+
+
+# -- where something is added ----------------------------------------------------------------------------------------------
+
+
+def _added(found: Outline, path: Path, written: str) -> str:
+    """The text with a key or a table that is not there: beside its like, else below the heading of what it belongs to."""
+    for k in range(len(path) - 1, -1, -1):
+        above, rest = path[:k], path[k:]
+        if above in found.values:
+            return _added_inline(found, found.values[above], rest, written)
+        headed = len(rest) > 1 and any(block.path[: k + 1] == path[: k + 1] for block in found.blocks)
+        if headed or written.startswith("{"):  # a table gets a heading of its own
+            break
+        if any(isinstance(part, int) for part in rest):
+            continue
+        if k and (table := _statements(found, above)):
+            return _line(found, table[-1].stop, found.blocks[table[-1].block].path, path, written)
+        blocks = [i for i, block in enumerate(found.blocks) if block.path == above]
+        if blocks and (k or len(path) == 1):
+            return _below_heading(found, blocks[-1], path, written)
+    return _with_table(found, path, written)
+
+
+def _statements(found: Outline, path: Path) -> list[Value]:
+    """The lines that give what stands at a path or below it, written with dots below another heading."""
+    below = [
+        value
+        for at, value in found.values.items()
+        if value.statement and at[: len(path)] == path and len(found.blocks[value.block].path) < len(path)
+    ]
+    return sorted(below, key=lambda value: value.at)
+
+
+def _line(found: Outline, stop: int, block: Path, path: Path, written: str) -> str:
+    """The text with a line more behind the one in which a value stops."""
+    end = _line_end(found.text, stop)
+    return f"{found.text[:end]}\n{_dotted(path[len(block) :])} = {written}{found.text[end:]}"
+
+
+def _below_heading(found: Outline, number: int, path: Path, written: str) -> str:
+    """The text with a line more behind the last one below a heading."""
+    block = found.blocks[number]
+    own = [value.stop for value in found.values.values() if value.statement and value.block == number]
+    if own or block.path:
+        return _line(found, max(own, default=block.stop), block.path, path, written)
+    line = f"{_dotted(path)} = {written}\n"
+    head = re.match(r"(?:#[^\n]*\n)*(?=\s*\n)", found.text)  # comments at the top are those of the whole scene
+    at = head.end() if head else 0
+    return f"{found.text[:at]}{line}{found.text[at:]}" if at else f"{line}{'' if not found.text else chr(10)}{found.text}"
+
+
+def _with_table(found: Outline, path: Path, written: str) -> str:
+    """The text with a table of its own heading: a key's own where the key is not in one yet."""
+    value = tomllib.loads(f"value = {written}")["value"]
+    table = path if isinstance(value, dict) or isinstance(path[-1], int) else path[:-1]
+    if not table or (isinstance(path[-1], int) and not isinstance(value, dict)):
+        raise EditError("a place that has no heading")
+    lines = [_heading(table), *(_lines_of(value) if table == path else [f"{key_text(str(path[-1]))} = {written}"])]
+    at = _behind_kin(found, table)
+    before, behind = found.text[:at].rstrip("\n"), found.text[at:].lstrip("\n")
+    return "\n\n".join(filter(None, (before, "\n".join(lines), behind))) + ("" if behind else "\n")
+
+
+def _lines_of(table: Mapping[str, Any], prefix: Path = ()) -> Iterator[str]:
+    """A table line by line, tables within it with dots."""
+    for key, value in table.items():
+        if isinstance(value, dict) and value:
+            yield from _lines_of(value, (*prefix, key))
+        else:
+            yield f"{_dotted((*prefix, key))} = {literal(value)}"
+
+
+def _behind_kin(found: Outline, table: Path) -> int:
+    """Where a heading goes: behind the last one that has most of its path in common with it."""
+    shared = [_shared(block.path, table) for block in found.blocks]
+    last = max(i for i, count in enumerate(shared) if count == max(shared))
+    return _begin(found, last + 1)
+
+
+def _shared(one: Path, other: Path) -> int:
+    for k, (a, b) in enumerate(zip(one, other, strict=False)):
+        if a != b:
+            return k
+    return min(len(one), len(other))
+
+
+def _begin(found: Outline, number: int) -> int:
+    """Where a heading begins with the comments right above it; the text's end where there is none."""
+    if number >= len(found.blocks):
+        return len(found.text)
+    at = found.text.rfind("\n", 0, found.blocks[number].at) + 1
+    while at:
+        above = found.text.rfind("\n", 0, at - 1) + 1
+        if not found.text[above:at].lstrip().startswith("#"):
+            break
+        at = above
+    return at
+
+
+def _line_end(text: str, at: int) -> int:
+    end = text.find("\n", at)
+    return len(text) if end < 0 else end
+
+
+def _added_inline(found: Outline, value: Value, rest: Path, written: str) -> str:
+    """The text with one more item in a list, or one more key in a table between braces."""
+    inner = found.text[value.start + 1 : value.stop - 1]
+    mark = found.text[value.start : value.start + 1]
+    if (mark == "[") != isinstance(rest[0], int) or mark not in "[{" or not all(isinstance(p, str) for p in rest[1:]):
+        raise EditError("a place that takes nothing more")
+    if mark == "[" and len(rest) > 1:
+        written = f"{{{_dotted(rest[1:])} = {written}}}"
+    item = written if mark == "[" else f"{_dotted(rest)} = {written}"
+    at = value.stop - 1
+    if mark == "[" and "\n" in inner:  # the last line may end with a comma, and with a comment
+        last = max((v.stop for v in found.values.values() if value.start < v.start and v.stop < value.stop), default=None)
+        if last is None:
+            return f"{found.text[: value.start + 1]}{item}{found.text[value.start + 1 :]}"
+        return f"{found.text[:last]}, {item}{found.text[last:]}"
+    stripped = inner.rstrip()
+    gap = inner[len(stripped) :]
+    joint = "" if not stripped.strip() else " " if stripped.endswith(",") else ", "
+    lead = " " if not stripped.strip() and gap else ""
+    return f"{found.text[: at - len(gap)]}{joint}{lead}{item}{gap}{found.text[at:]}"
+
+
+# -- what is taken away --------------------------------------------------------------------------------------------------
+
+
+def _inline(found: Outline, path: Path) -> Path:
+    """The list or table between brackets in which a path stands; nothing where it has lines of its own."""
+    for k in range(len(path) - 1, 0, -1):
+        if path[:k] in found.values:
+            return path[:k]
+    return ()
+
+
+def _without_inline(found: Outline, inline: Path, path: Path) -> str:
+    """The text without what stands at a path, or below it, between brackets."""
+    inside = found.values[inline]
+    while taken := _first(found, path):
+        value = found.values[taken]
+        siblings = sorted(
+            (v.at, v.stop)
+            for p, v in found.values.items()
+            if not v.statement and inside.start < v.at and v.stop < inside.stop and _within(p, inline, found)
+        )
+        k = siblings.index((value.at, value.stop))
+        if k + 1 < len(siblings):
+            begin, end = value.at, siblings[k + 1][0]
+        elif k:
+            begin, end = siblings[k - 1][1], value.stop
+        else:
+            begin, end = value.at, value.stop
+        text = f"{found.text[:begin]}{found.text[end:]}"
+        if isinstance(taken[-1], int) or taken == path:
+            return text
+        found = outline(text)
+        if found.troubles or inline not in found.values:
+            raise EditError("a place from which that cannot be taken")
+        inside = found.values[inline]
+    return found.text
+
+
+def _within(path: Path, inline: Path, found: Outline) -> bool:
+    """Whether a value stands in a list or table itself, not in one that this one holds."""
+    return path[: len(inline)] == inline and not any(path[:k] in found.values for k in range(len(inline) + 1, len(path)))
+
+
+def _first(found: Outline, path: Path) -> Path | None:
+    """The first value at a path or below it."""
+    return min((p for p in found.values if p[: len(path)] == path), key=len, default=None)
+
+
+def _without_lines(found: Outline, path: Path) -> str:
+    """The text without the headings and lines of what stands at a path or below it."""
+    gone = [i for i, block in enumerate(found.blocks) if block.path[: len(path)] == path]
+    cuts = [(_begin(found, i), _begin(found, i + 1)) for i in gone]
+    for at, value in found.values.items():
+        if value.statement and at[: len(path)] == path and value.block not in gone:
+            start = found.text.rfind("\n", 0, value.at) + 1
+            cuts.append((start, min(_line_end(found.text, value.stop) + 1, len(found.text))))
+    text = found.text
+    for begin, end in sorted(cuts, reverse=True):
+        text = text[:begin] + text[end:]
+    return f"{text.rstrip()}\n" if cuts and max(cuts)[1] == len(found.text) and text.strip() else text
