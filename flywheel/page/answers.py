@@ -13,6 +13,8 @@ import numpy as np
 
 from flywheel import language
 from flywheel.numerics.faults import Fault, Remark, SceneError
+from flywheel.page.edits import MOST_EDITS, Draft
+from flywheel.page.form import as_groups
 from flywheel.reading.scenes import parse_scene, placed_in, plain_lines
 from flywheel.scene.scene import Scene
 
@@ -20,28 +22,36 @@ from flywheel.scene.scene import Scene
 def answer(request: Mapping[str, Any]) -> bytes:
     """Form, faults, remarks and figures of a text after its edits, as JSON."""
     begin = perf_counter()
-    text = plain_lines(request["text"])
-    form: list[Any] = []
-    faults: list[Fault] = []
-    remarks: list[Remark] = []
-    figures = None
     with language.use(spoken(request)), np.errstate(all="ignore"):
+        draft = edited(plain_lines(request["text"]), request.get("edits"))
+        text = draft.outline.text
+        faults, remarks, figures = list(draft.faults), list[Remark](), None
         try:
             scene = scene_of(text, request)
             remarks = list(scene.remarks)
             figures = _figures(scene, request)
             faults = placed_in(figures.pop("faults", []), text) if figures else []
         except SceneError as error:
-            faults = placed_in(error.faults, text)
+            faults += placed_in(error.faults, text)
         told = {
             "text": text,
-            "form": form,
+            "form": as_groups(draft.form, draft.outline, faults),
             "faults": [as_fault(fault) for fault in faults],
             "remarks": [as_remark(remark) for remark in remarks],
             "answer": figures,
             "milliseconds": round(1e3 * (perf_counter() - begin), 3),
         }
     return json.dumps(told, allow_nan=False, separators=(",", ":")).encode()
+
+
+def edited(text: str, edits: object) -> Draft:
+    """The text after the edits of a form: `path` with a `value`, with a `unit` to convert to, or with null to take away."""
+    draft = Draft(text)
+    for edit in edits[:MOST_EDITS] if isinstance(edits, list) else ():
+        path, value, unit = (edit.get(key) for key in ("path", "value", "unit")) if isinstance(edit, dict) else (None,) * 3
+        if isinstance(path, str) and (value is None or isinstance(value, str)) and (unit is None or isinstance(unit, str)):
+            draft.edit(path, value, unit)
+    return draft
 
 
 def scene_of(text: str, request: Mapping[str, Any]) -> Scene:

@@ -94,7 +94,11 @@ def with_value(found: Outline, path: Path, written: str) -> Outline:
     changed = outline(text)
     wanted = tomllib.loads(f"value = {written}")["value"]
     kept = _leaves(found.mapping, path)
-    if changed.troubles > found.troubles or _at(changed.mapping, path) != wanted or _leaves(changed.mapping, path) != kept:
+    if (
+        changed.troubles > found.troubles
+        or repr(_at(changed.mapping, path)) != repr(wanted)
+        or _leaves(changed.mapping, path) != kept
+    ):
         raise EditError("a place where that cannot be written")
     return changed
 

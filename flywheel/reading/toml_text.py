@@ -160,8 +160,13 @@ class Outline(NamedTuple):
     mapping: dict[str, Any]
     values: Mapping[Path, Value]
     blocks: tuple[Block, ...]
+    lines: Mapping[Path, int]
     places: Mapping[str, Path]
     troubles: int
+
+    def line(self, path: Path) -> int | None:
+        """The line on which a key, a table or an item stands."""
+        return self.lines.get(path)
 
 
 def outline(text: str) -> Outline:
@@ -183,7 +188,7 @@ def outline(text: str) -> Outline:
     for path in sorted(scanner.lines, key=len):
         shown[path] = _joined_path(shown.get(path[:-1], ""), path[-1])
     places = {name: path for path, name in shown.items() if path}
-    return Outline(text, mapping, scanner.pairs, tuple(scanner.blocks), places, troubles)
+    return Outline(text, mapping, scanner.pairs, tuple(scanner.blocks), scanner.lines, places, troubles)
 
 
 def _readable(scanner: _Scanner) -> dict[str, Any]:

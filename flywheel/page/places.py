@@ -1,0 +1,183 @@
+"""What a form can offer of a scene, good or not: shafts, ports, points and joints by their names, values to begin with."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Iterator, Mapping
+from typing import Any, NamedTuple
+
+from flywheel.mechanisms import KINDS
+from flywheel.numerics.units import DIMENSIONS
+from flywheel.reading.mechanisms import driver_slides
+from flywheel.reading.toml_edits import literal
+from flywheel.scene.keys import Key
+
+
+class Port(NamedTuple):
+    """A port by its own name and that of its mechanism."""
+
+    name: str
+    mechanism: str
+    rotating: bool
+
+
+class Places(NamedTuple):
+    """The places of a scene, as far as they can be told without reading it in earnest."""
+
+    shafts: tuple[str, ...]
+    ports: tuple[Port, ...]
+    points: tuple[str, ...]
+    joints: tuple[str, ...]
+    drivers: tuple[str, ...]
+    sliding: bool
+
+    def all(self, present: object) -> tuple[str, ...]:
+        """Shafts and ports, each by its bare name where that is unique, or as it is written at present."""
+        many = Counter(port.name for port in self.ports)
+        full = {f"{port.mechanism}.{port.name}": port.name for port in self.ports}
+        names = [name if name == present or many[bare] > 1 or bare in self.shafts else bare for name, bare in full.items()]
+        return (*self.shafts, *names)
+
+    def rotates(self, name: object) -> bool | None:
+        """Whether a place rotates; None where there is no such place."""
+        if name in self.shafts:
+            return not self.sliding
+        found = {port.rotating for port in self.ports if name in (port.name, f"{port.mechanism}.{port.name}")}
+        return found.pop() if len(found) == 1 else None
+
+    def begun(self, section: str) -> str:
+        """A table to begin with, or a parameter: as TOML writes it, of little effect."""
+        slides = next((port for port in self.ports if not port.rotating), None)
+        on = self.shafts[0] if slides is None else self.all(None)[len(self.shafts) + self.ports.index(slides)]
+        rotating = self.rotates(on) is not False
+        ends = {"from": "0 mm", "to": "50 mm"} if self.sliding else {"from": "0 deg", "to": "90 deg"}
+        lengths = {"crank": {"length": "80 mm"}, "rod": {"length": "300 mm"}}
+        begun: dict[str, object] = {
+            "parameters": 1,
+            "shafts": {"ratio": 2},
+            "mechanism": {"type": "slider-crank", **lengths},
+            "inertia": {"on": on, "value": "1 kg m^2" if rotating else "1 kg"},
+            "load": {"on": on} | ({"torque": "0 N m"} if rotating else {"force": "0 N"}),
+            "spring": {"on": on, "stiffness": "10 N m/rad" if rotating else "1 kN/m"},
+            "damper": {"on": on, "coefficient": "0.1 N m s/rad" if rotating else "10 N s/m"},
+            "gravity": {"direction": "-90 deg"},
+            "drive": {"force": "100 N"} if self.sliding else {"torque": "balance"},
+            "regime": {"speed": "60 rpm"},
+            "flywheel": {"irregularity": "5 %"},
+            "stroke": ends,
+            "areas": {"values": [1, -1], "scale": "100 J"},
+            "accuracy": {"rtol": 1e-9},
+        }
+        return literal(begun[section])
+
+    def begun_key(self, path: str, key: Key, dimension: str | None, table: Mapping[str, Any]) -> tuple[str, str]:
+        """A value of a key to begin with, as it is typed into its field, and the field's kind."""
+        if key.kind == "model":
+            rotating = self.rotates(table.get("on"))
+            begun = {"type": "constant"} | ({"torque": "1 N m"} if rotating is not False else {"force": "1 N"})
+            if path.startswith("drive"):
+                begun = {"type": "constant", "torque": "40 N m"}
+            return literal(begun), "table"
+        if key.kind in ("table", "position"):
+            if key.kind == "position":
+                return "0.01*sin(phi)", "expression"
+            return literal({"angle": [0, 360], "value": [0, 0], "angle_unit": "deg"}), "table"
+        if key.kind == "law":
+            return ("0 N m" if key.name == "torque" else "0 N"), "expression"
+        if dimension is not None:
+            return self._begun_quantity(key, dimension), "number" if dimension == "number" else "quantity"
+        if key.kind == "flag":
+            return "true", "boolean"
+        if key.choices:
+            return str(key.choices[0] if key.default is None else key.default), "choice"
+        if key.kind in ("numbers", "list"):
+            return {"com": "0, 0", "teeth": "20, 40"}.get(key.name, "0, 0"), "list"
+        if key.name == "on" or key.name == "shaft":
+            return self.shafts[0], "choice"
+        if key.name == "contact":
+            return (self.points or ("",))[-1], "choice"
+        return "" if key.default is None else str(key.default), "text"
+
+    def _begun_quantity(self, key: Key, dimension: str) -> str:
+        """The default of a quantity, or the example of its dimension."""
+        if isinstance(key.default, (int, float)):
+            for unit, size in _ROUND.get(dimension, ()):
+                if abs(round(key.default / size, 9) - key.default / size) < 1e-12:
+                    return f"{round(key.default / size, 9):.10g} {unit}".strip()
+            return f"{key.default:.10g} {DIMENSIONS[dimension].si}".strip()
+        example = key.example or DIMENSIONS[dimension].example
+        return example if dimension != "number" or key.range.low <= 0.04 else f"{max(key.range.low, 1.0):g}"
+
+
+_ROUND = {"length": (("mm", 1e-3),), "angle": (("deg", 3.141592653589793 / 180),)}
+
+
+def places_of(raw: Mapping[str, Any]) -> Places:
+    """The places of a scene's tables, good ones or not.
+
+    >>> places = places_of({"shafts": {"pinion": {"ratio": 5}}, "mechanism": {"type": "slider-crank", "name": "press"}})
+    >>> places.all("press.slider")
+    ('crank', 'pinion', 'press.slider', 'rod')
+    """
+    named = raw.get("shafts")
+    sliding = driver_slides(raw) is True
+    shafts = dict.fromkeys(("slide",) if sliding else ("crank", *(named if isinstance(named, Mapping) else ())))
+    ports: list[Port] = []
+    points: dict[str, None] = {}
+    joints: dict[str, None] = {}
+    drivers: dict[str, None] = {}
+    for table in _mechanisms(raw):
+        kind, name = table.get("type"), table.get("name")
+        if not isinstance(kind, str) or kind not in KINDS:
+            continue
+        name = name if isinstance(name, str) else kind
+        ports += [Port(port.name, name, port.rotating) for port in KINDS[kind].ports]
+        if kind == "law":
+            outputs = _table(table.get("outputs"))
+            ports += [Port(key, name, "theta" in _table(output)) for key, output in outputs.items()]
+        elif kind == "linkage":
+            ports += _linkage_ports(name, table)
+            for body, of in _table(table.get("bodies")).items():
+                points |= dict.fromkeys(f"{body}.{point}" for point in ("origin", *_table(_table(of).get("points"))))
+            if points and "frame.origin" not in points:
+                points = {"frame.origin": None} | points
+            for joint in _tables(table.get("joints")):
+                if isinstance(joint.get("name"), str):
+                    joints[joint["name"]] = None
+                    if joint.get("type") in ("pin", "slide"):
+                        drivers[joint["name"]] = None
+    return Places(tuple(shafts), tuple(ports), tuple(points), tuple(joints), tuple(drivers), sliding)
+
+
+def _linkage_ports(name: str, table: Mapping[str, Any]) -> Iterator[Port]:
+    """Ports of a linkage: its slides but the driver, its points along a direction, bodies that may turn."""
+    driver = table.get("driver")
+    joints = _tables(table.get("joints"))
+    for joint in joints:
+        if joint.get("type") in ("slide", "pin-in-slot") and isinstance(joint.get("name"), str) and joint["name"] != driver:
+            yield Port(joint["name"], name, False)
+    for port in _table(table.get("ports")):
+        yield Port(port, name, False)
+    straight = {body for joint in joints if joint.get("type") == "slide" for body in _bodies(joint)}
+    driven = {body for joint in joints if joint.get("name") == driver for body in _bodies(joint)}
+    for body in _table(table.get("bodies")):
+        if body != "frame" and body not in straight | driven:
+            yield Port(body, name, True)
+
+
+def _bodies(joint: Mapping[str, Any]) -> list[str]:
+    between = joint.get("between")
+    return [point.partition(".")[0] for point in between if isinstance(point, str)] if isinstance(between, list) else []
+
+
+def _mechanisms(raw: Mapping[str, Any]) -> list[Mapping[str, Any]]:
+    mechanism = raw.get("mechanism")
+    return [mechanism] if isinstance(mechanism, Mapping) else _tables(mechanism)
+
+
+def _table(raw: object) -> Mapping[str, Any]:
+    return raw if isinstance(raw, Mapping) else {}
+
+
+def _tables(raw: object) -> list[Mapping[str, Any]]:
+    return [item for item in raw if isinstance(item, Mapping)] if isinstance(raw, list) else []
