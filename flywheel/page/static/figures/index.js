@@ -1,10 +1,15 @@
 // The figures of an answer: which there are, why others are not, and each drawn in its place.
 
 import { figureIn } from "./panel.js";
+import { inertia } from "./inertia.js";
 import { moment } from "./moment.js";
+import { motion } from "./motion.js";
+import { reactions } from "./reactions.js";
+import { speed } from "./speed.js";
+import { wittenbauer } from "./wittenbauer.js";
 import { text } from "../language.js";
 
-const KINDS = { moment };
+const KINDS = { moment, inertia, wittenbauer, speed, reactions, motion };
 
 /** Every figure of an answer by its id and title; `why` tells why it cannot be drawn, null where it can. */
 export function panels(answer) {
