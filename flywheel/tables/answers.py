@@ -182,7 +182,7 @@ def _inertia(value: float, error: float, units: TradeUnits) -> str:
 def _off(one: Candidate) -> str:
     if one.off is None:
         return ""
-    percent = five_digits(100 * one.off, 100 * one.off_error, 3)
+    percent = number(figure(100 * one.off, 100 * one.off_error, 3))
     return f"{'+' if one.off > 0 and percent != '0' else ''}{percent} %"
 
 
@@ -475,8 +475,13 @@ def _confirmed(sizing: Sizing) -> Iterator[str]:
             yield _("Confirmed by periodic collocation: {eps}, to {parts}.", **found)
     if sizing.reached:
         return
-    worst = max(filter(None, (*sizing.error[:6],)), default=0.0)
-    yield _("The accuracy asked for was NOT reached: a figure may be off by {parts}.", parts=_parts_of(worst))
+    worst = max(filter(None, sizing.error[:6]), default=0.0)
+    if worst < _MILLION:
+        yield _("The accuracy asked for was NOT reached, but every figure is good to 1 part in a million.")
+    elif worst < 1.0:
+        yield _("The accuracy asked for was NOT reached: a figure may be off by {parts}.", parts=_parts_of(worst))
+    else:
+        yield _("The accuracy asked for was NOT reached: a figure may be off by more than its own size.")
 
 
 def _parts_of(error: float) -> str:
@@ -534,7 +539,8 @@ def _lines(block: Block) -> list[str]:
     """A block as lines of the page."""
     lines = _wrapped(block.title, "", "") if block.title else []
     if block.table:
-        lines += columns(block.table, block.header)
+        table = columns(block.table, block.header)
+        lines += table if max(map(len, table)) <= WIDTH else columns(block.table, block.header, gap=" ", indent=" ")
     for row in block.rows:
         shown = " ".join(filter(None, (row.value, row.unit)))
         told = (
