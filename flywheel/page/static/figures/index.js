@@ -2,6 +2,7 @@
 
 import { figureIn } from "./panel.js";
 import { inertia } from "./inertia.js";
+import { mechanismIn } from "./mechanism.js";
 import { moment } from "./moment.js";
 import { motion } from "./motion.js";
 import { reactions } from "./reactions.js";
@@ -29,5 +30,5 @@ export function panels(answer) {
 
 /** Draw a figure in its place; see `figureIn` for what it can do. */
 export function draw(host, id, answer, tools) {
-  return KINDS[id].inPlace ? KINDS[id].inPlace(host, answer, tools) : figureIn(host, answer, tools, KINDS[id]);
+  return id === "mechanism" ? mechanismIn(host, answer, tools) : figureIn(host, answer, tools, KINDS[id]);
 }

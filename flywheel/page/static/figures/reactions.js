@@ -5,7 +5,7 @@ import { lineOf, note, setAll } from "./curves.js";
 import { clear, driverOf, driverTicks, placeOf } from "./panel.js";
 import { marksOf, nearest, planeCurve, planeMarks } from "./plane.js";
 
-const CELL = 250; // px, about
+const CELL = 215; // px, about
 
 export const reactions = {
   draw(answer, width, tools) {
@@ -15,18 +15,19 @@ export const reactions = {
     const phi = answer.phi;
     const columns = Math.max(Math.floor((width + 12) / (CELL + 12)), 1);
     const size = (width - 12 * (columns - 1)) / columns;
+    const tall = Math.min(0.86 * size, 230);
     const children = [];
     let y = note(children, text("What the first body of each joint does to the second, in N."), width, 0);
     if (data.without_inertia) y = note(children, text("Without inertia forces, as no speed is given."), width, y);
     const cells = [];
     const jobs = [...data.joints.map((joint) => [joint, joint.normal ? curveCell : hodograph]), ...data.driving.map((drive) => [drive, drivingCell])];
     jobs.forEach(([part, draw], k) => {
-      const place = { left: (k % columns) * (size + 12), top: y + Math.floor(k / columns) * (size * 0.86 + 44), size, height: size * 0.86 };
+      const place = { left: (k % columns) * (size + 12), top: y + Math.floor(k / columns) * (tall + 44), size, height: tall };
       const cell = draw(part, place, { answer, phi, driver, tools });
       children.push(...cell.children);
       cells.push({ ...cell, place });
     });
-    const height = y + Math.ceil(jobs.length / columns) * (size * 0.86 + 44);
+    const height = y + Math.ceil(jobs.length / columns) * (tall + 44);
     const largest = data.joints.map((joint) => `${headOf(joint, text)}: ${largestOf(joint, driver, tools)}`);
     return {
       title: text("Reactions in the joints"),
@@ -58,13 +59,13 @@ function largestOf({ largest }, driver, tools) {
 }
 
 /** The head of a cell: whose force it is, its largest value, and the value at the cursor. */
-function head(words, about, { left, top, size }) {
+function head(words, about, { left, top, size }, below) {
   const cut = (line, width) => {
     while (line.length > 4 && wide(line) > width) line = `${line.slice(0, -2).trimEnd()}…`;
     return line;
   };
-  const value = label(left + size - 2, top + 27, "", { anchor: "end", bold: true });
-  return { nodes: [label(left + 2, top + 12, cut(words, size - 6), { bold: true }), label(left + 2, top + 27, cut(about, size - 90), { colour: "muted" }), value], value };
+  const value = label(left + size - 7, top + 33 + below, "", { anchor: "end", bold: true, halo: true });
+  return { nodes: [label(left + 2, top + 12, cut(words, size - 6), { bold: true }), label(left + 2, top + 27, cut(about, size - 6), { colour: "muted" })], value };
 }
 
 // -- hodographs -------------------------------------------------------------------------------------------------------
@@ -72,7 +73,7 @@ function head(words, about, { left, top, size }) {
 function hodograph(joint, place, { phi, driver, tools }) {
   const { left, top, size, height } = place;
   const { number, text } = tools;
-  const begin = head(headOf(joint, text), largestOf(joint, driver, tools), place);
+  const begin = head(headOf(joint, text), largestOf(joint, driver, tools), place, height - 7);
   const children = begin.nodes;
   const [x0, y0, x1, y1] = [left + 1, top + 33, left + size - 1, top + 33 + height];
   children.push(node("rect", { x: round(x0), y: round(y0), width: round(x1 - x0), height: round(y1 - y0), fill: "none", stroke: paint("edge") }));
@@ -97,7 +98,7 @@ function hodograph(joint, place, { phi, driver, tools }) {
   };
   children.push(...planeMarks(marksOf(driver), spot, driver, free, number, { bounds: [x0, y0, x1, y1] }));
   const arrow = node("path", { fill: "none", stroke: paint("vermillion"), "stroke-width": 2, visibility: "hidden" });
-  children.push(arrow);
+  children.push(arrow, begin.value);
   return {
     children,
     point: (x, y) => nearest(phi, xs, ys, x, y, 60),
@@ -150,7 +151,7 @@ function drivingCell(drive, place, shared) {
 
 function overDriver(words, about, values, si, name, colour, place, { phi, driver, tools }) {
   const { left, top, size, height } = place;
-  const begin = head(words, about, place);
+  const begin = head(words, about, place, 15);
   const children = begin.nodes;
   const [least, most] = extent(values, [0]);
   const unit = scaled(si, Math.max(Math.abs(least), Math.abs(most)));
@@ -177,7 +178,7 @@ function overDriver(words, about, values, si, name, colour, place, { phi, driver
   children.push(label(x0 + 4, y0 + 12, `${name ? `${name}, ` : ""}${unit.unit}`, { colour: "muted", size: 10, halo: true }));
   const line = node("line", { y1: round(y0), y2: round(y1), stroke: paint("ink"), "stroke-dasharray": "4 3" });
   const dot = node("circle", { r: 3.5, fill: paint(colour), stroke: paint("paper") });
-  children.push(line, dot);
+  children.push(line, dot, begin.value);
   return {
     children,
     point: (x) => Math.min(Math.max(driver.least + ((x - x0) / (x1 - x0)) * (driver.greatest - driver.least), driver.least), driver.greatest),

@@ -31,9 +31,11 @@ function curves(answer, data, width, tools) {
   const driver = driverOf(answer, tools);
   const named = names(text);
   const told = (value) => `${number(figure(value * RPM, 6))} rpm`;
-  const lines = data.traces.map((trace) => ({ ...LINES[trace.key], name: named[trace.key], values: trace.values }));
-  const notes = data.traces.map((trace) =>
-    text("{name}: {inertia} kg m², irregularity {eps}", { name: named[trace.key], inertia: number(figure(trace.inertia, 5)), eps: number(figure(trace.irregularity)) }) + ".");
+  const lines = data.traces.map((trace) => ({
+    ...LINES[trace.key], values: trace.values,
+    name: text("{name}, {inertia} kg m², ε = {eps}", { name: named[trace.key], inertia: number(figure(trace.inertia, 5)), eps: number(figure(trace.irregularity)) }),
+  }));
+  const notes = [];
   for (const key of data.stops ?? []) notes.push(text("With the {name} the machine would stop within the cycle.", { name: named[key] }));
   notes.push(...confirmed(data, tools));
   const marks = [["greatest", "up"], ["least", "down"]].map(([which, kind]) => ({
@@ -41,7 +43,7 @@ function curves(answer, data, width, tools) {
   }));
   return curvesOf(answer, width, tools, {
     title: text("Speed of the crank over the cycle"),
-    about: `${text("Greatest {greatest}, least {least}.", { greatest: marks[0].words, least: marks[1].words })} ${notes.join(" ")}`,
+    about: `${text("Greatest {greatest}, least {least}.", { greatest: marks[0].words, least: marks[1].words })} ${lines.map((each) => each.name).join("; ")}. ${notes.join(" ")}`,
     notes,
     rows: [{
       name: text("crank speed"), unit: { unit: "rpm", factor: RPM }, height: Math.round(Math.min(Math.max(0.38 * width, 140), 200)),
@@ -79,7 +81,7 @@ function crossings(data, width, tools) {
   const values = data.crossings.map((value) => value * RPM);
   const legend = legendOf([{ name: text("speed at the crossings"), colour: "blue", line: 0, mark: (x, y) => `M${round(x - 4)} ${round(y)}a4 4 0 1 0 8 0a4 4 0 1 0 -8 0` }], width, 0, tools);
   const children = [...legend.nodes];
-  const words = text("{name}: {inertia} kg m², irregularity {eps}", { name: text("flywheel"), inertia: number(figure(data.inertia, 5)), eps: number(figure(data.irregularity)) });
+  const words = text("{name}, {inertia} kg m², ε = {eps}", { name: text("flywheel"), inertia: number(figure(data.inertia, 5)), eps: number(figure(data.irregularity)) });
   const top = note(children, `${words}.`, width, legend.height) + 20;
   const bottom = top + 160;
   const all = [...values, ...(data.band ?? []).map((value) => value * RPM)];
