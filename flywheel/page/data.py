@@ -29,6 +29,7 @@ from flywheel.scene.linkage import FRAME, PIN, SLIDE
 from flywheel.scene.scene import Scene
 from flywheel.sizing.results import Sizing
 from flywheel.sizing.sizing import size
+from flywheel.tables import answers
 from flywheel.tables.flywheels import candidates
 
 Array = NDArray[np.float64]
@@ -108,7 +109,7 @@ def answer(
         "cycle": scene.cycle,
         "driver": _driver(scene),
         "phi": _plain(part.axis.shown, digits) if scene.areas is None else [],
-        "numbers": _numbers(sizing, units),
+        "numbers": _numbers(sizing, units, rest),
         "figures": list(found),
         "why": why,
         "faults": faults,
@@ -137,9 +138,12 @@ def _scene_of(subject: Scene | Machine | Sizing) -> Scene:
     return subject if isinstance(subject, Scene) else subject.scene
 
 
-def _numbers(sizing: Sizing | None, units: str) -> list[Any]:
-    """The page of answers, as rows."""
-    return []
+def _numbers(sizing: Sizing | None, units: str, rest: bool) -> list[Any]:
+    """The page of answers, as rows; while a hand moves without what a second route says, as none has been taken yet."""
+    if sizing is None:
+        return []
+    blocks = answers.answers(sizing, units)
+    return [(block if rest or block.name != "run" else block._replace(sentences=())).as_dict() for block in blocks]
 
 
 # -- plain numbers -----------------------------------------------------------------------------------------------------
