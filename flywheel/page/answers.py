@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable, Mapping
-from importlib import import_module
 from pathlib import Path
 from time import perf_counter
 from typing import Any
@@ -13,6 +12,7 @@ import numpy as np
 
 from flywheel import language
 from flywheel.numerics.faults import Fault, Remark, SceneError
+from flywheel.page import data
 from flywheel.page.edits import MOST_EDITS, Draft
 from flywheel.page.form import as_groups
 from flywheel.reading.scenes import parse_scene, placed_in, plain_lines
@@ -25,12 +25,18 @@ def answer(request: Mapping[str, Any]) -> bytes:
     with language.use(spoken(request)), np.errstate(all="ignore"):
         draft = edited(plain_lines(request["text"]), request.get("edits"))
         text = draft.outline.text
-        faults, remarks, figures = list(draft.faults), list[Remark](), None
+        faults, remarks = list(draft.faults), list[Remark]()
+        figures: dict[str, Any] | None = None
         try:
             scene = scene_of(text, request)
             remarks = list(scene.remarks)
-            figures = _figures(scene, request)
-            faults = placed_in(figures.pop("faults", []), text) if figures else []
+            figures = data.answer(
+                scene,
+                request["view"] if isinstance(request.get("view"), dict) else {},
+                rest=request.get("rest") is True,
+                units="us" if request.get("units") == "us" else "si",
+            )
+            faults += placed_in(figures.pop("faults"), text)
         except SceneError as error:
             faults += placed_in(error.faults, text)
         told = {
@@ -66,24 +72,22 @@ def spoken(request: Mapping[str, Any]) -> str:
     return asked if asked in language.LANGUAGES else "en"
 
 
-def _figures(scene: Scene, request: Mapping[str, Any]) -> dict[str, Any] | None:
-    try:
-        data = import_module("flywheel.page.data")
-    except ModuleNotFoundError:
-        return None
-    view = request.get("view")
-    found: dict[str, Any] = data.answer(
-        scene,
-        view=view if isinstance(view, dict) else {},
-        rest=request.get("rest") is True,
-        units=str(request.get("units", "si")),
-    )
-    return found
-
-
 def report(request: Mapping[str, Any]) -> bytes:
-    """The worked report as the bytes of its file; a JSON object with the faults of a scene that has some."""
-    raise NotImplementedError
+    """The worked report as the bytes of its file; a JSON object with the reason where there is none."""
+    from flywheel.report import files
+    from flywheel.report.report import html
+
+    text = plain_lines(request["text"])
+    with language.use(spoken(request)):
+        try:
+            page = html(scene_of(text, request), units="us" if request.get("units") == "us" else "si")
+            return files.pdf(page) if request["format"] == "pdf" else page.encode()
+        except SceneError as error:
+            faults = placed_in(error.faults, text)
+            told = {"message": "; ".join(map(str, faults)), "faults": [as_fault(fault) for fault in faults]}
+        except files.PrintError as error:
+            told = {"message": str(error), "faults": []}
+    return json.dumps(told).encode()
 
 
 def as_fault(fault: Fault) -> dict[str, Any]:

@@ -150,17 +150,10 @@ class Workers:
 
 def failure(found: str, request: Mapping[str, Any]) -> bytes:
     """What a page gets where nothing could be computed: the text as it was, and why."""
-    message = f"found {found}, expected an answer in time"
-    fault = {
-        "path": "scene",
-        "line": None,
-        "found": found,
-        "expected": "an answer in time",
-        "advice": "",
-        "message": message,
-    }
-    told = {"text": request.get("text", ""), "form": None, "faults": [fault], "remarks": [], "answer": None}
-    return json.dumps(told | {"milliseconds": 0}).encode()
+    fault = {"path": "scene", "line": None, "found": found, "expected": "an answer in time", "advice": ""}
+    fault["message"] = message = f"found {found}, expected {fault['expected']}"
+    told = {"message": message, "text": request.get("text", ""), "form": None, "faults": [fault], "remarks": []}
+    return json.dumps(told | {"answer": None, "milliseconds": 0}).encode()
 
 
 @contextmanager
