@@ -316,8 +316,11 @@ class _Writer:
         if step.result is not None:
             beside = self.in_customary_units(step.result)
             lines.append(f'<div class="formula result">{formulas.equation(step.result)}{beside}</div>')
-        if step.how:
-            lines.append(f'<p class="how">{escape(step.how)}</p>')
+        how = step.how
+        if not how and not numbers and step.numbers and step.result is not None and formulas.computable(step.formula):
+            how = _("large numbers are taken from one another here: by hand their digits do not suffice")
+        if how:
+            lines.append(f'<p class="how">{escape(how)}</p>')
         if step.note:
             lines.append(f"<p>{escape(step.note)}</p>")
         lines.append(self.sources(numbers or step.numbers))

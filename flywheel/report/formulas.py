@@ -21,7 +21,7 @@ from flywheel.numerics.units import parse_unit
 
 DIGITS = 6
 """Significant digits of a number that is shown."""
-MOST_DIGITS = 12
+MOST_DIGITS = 15
 
 _LETTERS = "alpha beta gamma delta epsilon zeta eta theta kappa mu nu xi rho sigma tau phi psi omega lamda chi pi"
 _GREEK = dict(zip(_LETTERS.split(" "), "αβγδεζηθκμνξρστφψωλχπ", strict=True)) | {
@@ -328,7 +328,7 @@ def _shown(node: ast.expr, numbers: Mapping[str, Quantity]) -> _Shown:
 
     match node:
         case ast.Constant(value=int() | float() as number):
-            return _number(written(number, MOST_DIGITS))
+            return _number(written(number, 12))
         case ast.Name(id=name) if name in numbers:
             return number_shown(numbers[name])
         case ast.Name(id=name):

@@ -66,6 +66,8 @@ class Known:
         self.epsilon = Quantity("epsilon", self.eps or 0.0)
         self.turn = Quantity("Phi", sizing.scene.cycle, "rad")
         self.at_flywheel = Quantity("i_f", self.ratio)
+        even = sizing.cyclic and sizing.cyclic.constant_speed
+        self.area_speed = self.speed if even is None else Quantity("omega_c", even, "rad/s")
 
     def at(self, phi: float, cycle: Cycle | None = None) -> Point:
         """W and I* at a crank angle, from the cycle itself."""
@@ -170,19 +172,13 @@ def balance(known: Known) -> Section | None:
     drive, found = scene.drive, sizing.balance
     if found is not None and found.name == "drive" and drive is not None:
         parts += _drive_balance(known, list(named.values()))
-    elif found is not None:
-        parts += _parameter_balance(known)
-    elif drive is not None and sizing.drive_work is not None:
-        told = _("Work of the drive over a cycle along the motion")
-        parts.append(
-            Step(
-                told,
-                "W_d = integral(M_star_d(phi), phi, 0, Phi)",
-                (),
-                Quantity("W_d", sizing.drive_work, "J"),
-                how=_by_quadrature(),
-            )
-        )
+    else:
+        if found is not None:
+            parts += _parameter_balance(known)
+        if drive is not None and sizing.drive_work is not None:
+            told = _("Work of the drive over a cycle along the motion")
+            work = Quantity("W_d", sizing.drive_work, "J")
+            parts.append(Step(told, "W_d = integral(M_star_d(phi), phi, 0, Phi)", (), work, how=_by_quadrature()))
     closure = _("What is left of the net work: {net}; the work exchanged is {exchanged}.")
     parts.append(Note(closure.format(net=quantity(cycle.net, "J", 2), exchanged=quantity(cycle.exchanged, "J"))))
     if sizing.power is not None and sizing.drive_work is not None:
@@ -438,8 +434,8 @@ def approximate(known: Known) -> Section | None:
                 "With a constant inertia the energy stored between the two extremes is ½ J (ω_max² − ω_min²) = J ε ω²; so "
                 "the total inertia on the crank is"
             ),
-            "J_total = DeltaW/(epsilon*omega**2)",
-            (Quantity("DeltaW", sizing.energy_fluctuation, "J"), known.epsilon, known.speed),
+            f"J_total = DeltaW/(epsilon*{known.area_speed.symbol}**2)",
+            (Quantity("DeltaW", sizing.energy_fluctuation, "J"), known.epsilon, known.area_speed),
             Quantity("J_total", total, "kg m²"),
         )
     ]
@@ -496,14 +492,14 @@ def inertia_extremes(known: Known) -> Section | None:
 
 def inertia_torque(known: Known) -> Section | None:
     """The short way of English textbooks: the turning moment less the inertia torque at constant speed."""
-    sizing, wheel, eps, cycle = known.sizing, known.sizing.flywheel, known.eps, known.constant
+    wheel, eps, cycle = known.sizing.flywheel, known.eps, known.constant
     if eps is None or cycle is None or wheel.inertia_torque is None or wheel.inertia_torque_flywheel is None:
         return None
     if wheel.needed is False and wheel.exact == 0.0 and wheel.inertia_torque == 0.0:
         return None
-    extremes, _found = turning_moment.combined(cycle, np.array([[1.0, -0.5 * sizing.speed**2]]))
+    extremes, _found = turning_moment.combined(cycle, np.array([[1.0, -0.5 * known.area_speed.value**2]]))
     high, low = (known.at(float(phi[0]), cycle) for phi in (extremes.angle_greatest, extremes.angle_least))
-    square = known.ratio**2
+    square, omega = known.ratio**2, known.area_speed.symbol
     total, left = wheel.inertia_torque * square, wheel.inertia_torque_flywheel * square
     parts: list[Part] = [
         Step(
@@ -511,20 +507,20 @@ def inertia_torque(known: Known) -> Section | None:
                 "At a constant speed the bodies take the torque ½ ω² dI*/dφ from the moment and give it back; the work of "
                 "what is left, with I* counted from zero, is"
             ),
-            "T(phi) = W(phi) - omega**2*I_star(phi)/2",
+            f"T(phi) = W(phi) - {omega}**2*I_star(phi)/2",
             definitions=("T",),
         )
     ]
     values = []
     for name, point, told in (("a", high, _("greatest")), ("b", low, _("least"))):
         work, inertia = Quantity(f"W_{name}", point.work, "J"), Quantity(f"I_{name}", point.inertia, "kg m²")
-        value = Quantity(f"T_{name}", point.work - 0.5 * sizing.speed**2 * point.inertia, "J")
+        value = Quantity(f"T_{name}", point.work - 0.5 * known.area_speed.value**2 * point.inertia, "J")
         parts.append(_point_table(point, work, inertia, told, f"phi_{name}"))
         parts.append(
             Step(
                 _("Its {extreme} value", extreme=told),
-                f"T_{name} = W_{name} - omega**2*I_{name}/2",
-                (work, known.speed, inertia),
+                f"T_{name} = W_{name} - {omega}**2*I_{name}/2",
+                (work, known.area_speed, inertia),
                 value,
             )
         )
@@ -532,8 +528,8 @@ def inertia_torque(known: Known) -> Section | None:
     parts.append(
         Step(
             _("The total inertia, the machine's own included"),
-            "J_torque = (T_a - T_b)/(epsilon*omega**2)",
-            (*values, known.epsilon, known.speed),
+            f"J_torque = (T_a - T_b)/(epsilon*{omega}**2)",
+            (*values, known.epsilon, known.area_speed),
             Quantity("J_torque", total, "kg m²"),
         )
     )

@@ -12,7 +12,7 @@ from flywheel.machine.machine import Machine
 from flywheel.numerics.faults import SceneError
 from flywheel.numerics.units import QuantityError, parse_quantity
 from flywheel.report import document as documents
-from flywheel.report import regime, solutions
+from flywheel.report import drive, regime, solutions, wheel
 from flywheel.report.document import Cell, Document, Listing, Note, Part, Section, Table
 from flywheel.report.regime import Known
 from flywheel.report.solutions import Solution
@@ -103,14 +103,19 @@ def _parts(scene: Scene, sizing: Sizing | None, given: Given, printed: Solution 
     known = Known(sizing)
     order = (
         regime.asked,
+        drive.motor,
         regime.balance,
+        drive.engine,
         regime.inertia_extremes,
         regime.areas,
         regime.approximate,
         regime.inertia_torque,
         regime.exact,
+        wheel.every_shaft,
         regime.speeds,
+        drive.power,
         regime.holding,
+        wheel.wheel,
         regime.check,
     )
     for section in order:

@@ -1,0 +1,296 @@
+"""The steps of the drive: its torque against speed, its power and heat with the flywheel and without, an engine's gas."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from flywheel.components.motors import DC, Constant, Curve, Engine, Induction, Line, Motor
+from flywheel.language import text as _
+from flywheel.report.document import Cell, Formula, Note, Part, Section, Step, Table
+from flywheel.report.formulas import Quantity
+from flywheel.report.regime import Known, quantity
+from flywheel.tables.power import with_and_without
+
+_MOST_POINTS = 30  # of a curve that a table shows
+
+
+def motor(known: Known) -> Section | None:
+    """The motor's torque against its speed, from its name plate."""
+    found = known.scene.motor
+    if found is None:
+        return None
+    parts: list[Part] = []
+    if found.rated is not None and not isinstance(found, Engine):
+        parts += _rated(found)
+    match found:
+        case Induction():
+            parts += _induction(found)
+        case DC():
+            parts += _dc(found)
+        case Line():
+            parts.append(_line(found.at_rest, found.fall, ()))
+        case Curve():
+            rows = tuple(
+                (Quantity("", speed, "rpm"), Quantity("", torque, "N m"))
+                for speed, torque in zip(found.speeds, found.torques, strict=True)
+            )
+            parts.append(
+                Table(
+                    _("Its torque against its speed, by a table"), (_("speed, rpm"), _("torque, N m")), rows[:_MOST_POINTS]
+                )
+            )
+        case Engine():
+            parts += _engine_curve(found)
+        case Constant():
+            parts.append(Note(_("Its torque is the same at every speed.")))
+    if (breakdown := found.breakdown) is not None and not isinstance(found, Induction):
+        told = _("Slower than {speed}, where it gives {torque}, its torque falls: it would stall.")
+        parts.append(
+            Note(told.format(speed=quantity(breakdown.speed, "rpm"), torque=quantity(breakdown.torque, "N m")), "remark")
+        )
+    return Section(_("The motor: {kind}", kind=_kind(found)), tuple(parts))
+
+
+def _kind(found: Motor) -> str:
+    names = {
+        "constant torque": _("constant torque"),
+        "motor with a straight line": _("motor with a straight line"),
+        "motor by a table": _("motor by a table"),
+        "DC motor": _("DC motor"),
+        "governed engine": _("governed engine"),
+        "induction motor": _("induction motor"),
+    }
+    return names.get(found.title, found.title)
+
+
+def _rated(found: Motor) -> Iterator[Part]:
+    """The rated point of the name plate, and its torque."""
+    point = found.rated
+    assert point is not None
+    power, speed = Quantity("P_n", point.power, "W"), Quantity("omega_n", point.speed, "rad/s")
+    rows: tuple[tuple[Cell, ...], ...] = (
+        (_("rated power"), Formula("P_n"), power),
+        (_("rated speed"), Formula("omega_n"), speed),
+    )
+    yield Table(_("Name plate"), (_("quantity"), _("symbol"), _("value")), rows)
+    yield Step(_("Rated torque"), "T_n = P_n/omega_n", (power, speed), Quantity("T_n", point.torque, "N m"))
+
+
+def _induction(found: Induction) -> Iterator[Part]:
+    """Kloss's formula with the motor's numbers."""
+    frequency, poles = Quantity("f", found.frequency, "1/s"), Quantity("p", float(found.poles))
+    ratio = Quantity("lamda", found.breakdown_ratio)
+    field = Quantity("omega_s", found.synchronous_speed, "rad/s")
+    rated, slip = Quantity("omega_n", found.speed, "rad/s"), Quantity("s_n", found.rated_slip)
+    rows: tuple[tuple[Cell, ...], ...] = (
+        (_("frequency of the mains"), Formula("f"), frequency._replace(unit="")),
+        (_("number of poles"), Formula("p"), poles),
+        (_("breakdown torque over rated torque"), Formula("lamda"), ratio),
+    )
+    frequency = frequency._replace(unit="")
+    yield Table(_("Mains (Hz) and catalogue"), (_("quantity"), _("symbol"), _("value")), rows)
+    yield Step(_("Synchronous speed"), "omega_s = 4*pi*f/p", (frequency, poles), field)
+    yield Step(_("Rated slip"), "s_n = (omega_s - omega_n)/omega_s", (field, rated), slip)
+    yield Step(
+        _("Breakdown torque"),
+        "T_b = lamda*T_n",
+        (ratio, Quantity("T_n", found.rated.torque, "N m")),
+        Quantity("T_b", found.breakdown_torque, "N m"),
+    )
+    yield Step(
+        _("Breakdown slip, such that the curve passes through the rated point"),
+        "s_b = s_n*(lamda + sqrt(lamda**2 - 1))",
+        (slip, ratio),
+        Quantity("s_b", found.breakdown_slip),
+    )
+    yield Step(_("Slip at any speed"), "s = (omega_s - omega)/omega_s", definitions=("s",))
+    yield Step(_("Torque (Kloss)"), "T(s) = 2*T_b/(s/s_b + s_b/s)", definitions=("T",))
+
+
+def _dc(found: DC) -> Iterator[Part]:
+    """The straight line of a DC motor."""
+    voltage, resistance = Quantity("U", found.voltage, "V"), Quantity("R_a", found.resistance, "Ω")
+    constant, friction = Quantity("k_m", found.constant, "N m/A"), Quantity("b", found.friction, "N m s")
+    rows: list[tuple[Cell, ...]] = [
+        (_("voltage at the armature"), Formula("U"), voltage),
+        (_("resistance of the armature"), Formula("R_a"), resistance),
+        (_("motor constant"), Formula("k_m"), constant),
+        (_("friction"), Formula("b"), friction),
+    ]
+    if found.inductance:
+        rows.append((_("inductance of the armature"), Formula("L_a"), Quantity("L_a", found.inductance, "H")))
+    yield Table(_("Constants of the motor"), (_("quantity"), _("symbol"), _("value")), tuple(rows))
+    yield Step(_("Current at any speed, when it is steady"), "i = (U - k_m*omega)/R_a", definitions=("i",))
+    yield Step(
+        _("Torque at rest"),
+        "T_0 = k_m*U/R_a",
+        (constant, voltage, resistance),
+        Quantity("T_0", found.quasi_static.at_rest, "N m"),
+    )
+    yield Step(
+        _("Fall of the torque with speed"),
+        "c = k_m**2/R_a + b",
+        (constant, resistance, friction),
+        Quantity("c", found.quasi_static.fall, "N m s"),
+    )
+    yield Step(_("Torque at any speed"), "T(omega) = T_0 - c*omega", definitions=("T",))
+    if found.inductance:
+        yield Note(_("The current has an inertia of its own: along the motion L di/dt = U − R i − k ω is solved with it."))
+
+
+def _line(at_rest: float, fall: float, numbers: tuple[Quantity, ...]) -> Part:
+    rows: tuple[tuple[Cell, ...], ...] = (
+        (_("torque at rest"), Formula("T_0"), Quantity("T_0", at_rest, "N m")),
+        (_("fall of the torque with speed"), Formula("c"), Quantity("c", fall, "N m s")),
+    )
+    return Table(
+        _("Its torque falls in a straight line with its speed"),
+        (_("quantity"), _("symbol"), _("value")),
+        rows,
+        formula="T(omega) = T_0 - c*omega",
+        numbers=numbers,
+    )
+
+
+def _engine_curve(found: Engine) -> Iterator[Part]:
+    rows: tuple[tuple[Cell, ...], ...] = (
+        (_("speed up to which it is at full load"), Quantity("", found.speed, "rad/s")),
+        (_("torque at full load there"), Quantity("", found.rated.torque, "N m")),
+        (_("droop of the governor, as a share of that speed"), Quantity("", found.droop)),
+        (_("speed without load"), Quantity("", found.no_load_speed, "rad/s")),
+    )
+    yield Table(_("Engine and governor"), (_("quantity"), _("value")), rows)
+
+
+# -- power, energy, heat ----------------------------------------------------------------------------------------------
+
+
+def power(known: Known) -> Section | None:
+    """Power over the time of a cycle, with the flywheel and without one, and what heats the motor."""
+    sizing, energy = known.sizing, known.sizing.energy
+    if energy is None or not with_and_without(sizing):
+        return None
+    period = Quantity("tau", energy.period, "s")
+    work = Quantity("W_d", energy.work, "J")
+    parts: list[Part] = []
+    if sizing.simulation is None or sizing.simulation.period is None:
+        rows: tuple[tuple[Cell, ...], ...] = ((_("period of a cycle"), Formula("tau"), period),)
+        parts.append(Table(_("Time of a cycle, the integral of dφ/ω"), (_("quantity"), _("symbol"), _("value")), rows))
+    mean = Quantity("P_mean", energy.mean_power, "W")
+    parts.append(Step(_("Mean power over time, with the flywheel"), "P_mean = W_d/tau", (work, period), mean))
+    peak, alone = Quantity("P_max", energy.peak_power, "W"), Quantity("P_alone", energy.peak_power_alone, "W")
+    parts.append(
+        Step(
+            _("Greatest power with the flywheel: torque times speed, where it is largest in size"),
+            "P_max = greatest(M_star_d(phi)*omega(phi), phi)",
+            (),
+            peak,
+            note=_("It brakes there.") if energy.peak_power < 0.0 else "",
+        )
+    )
+    parts.append(
+        Step(
+            _("Greatest power of a motor without a flywheel, which follows the loads at constant speed"),
+            "P_alone = greatest(-omega*total(M_star_k(phi), k), phi)",
+            (),
+            alone,
+            note=_("It brakes there.") if energy.peak_power_alone < 0.0 else "",
+        )
+    )
+    if energy.mean_power > 0.0 and energy.peak_power > 0.0 and energy.peak_to_mean is not None:
+        told = _("Greatest over mean power with the flywheel")
+        parts.append(Step(told, "q = P_max/P_mean", (peak, mean), Quantity("q", energy.peak_to_mean)))
+    if known.scene.motor is not None:
+        parts += _of_motor(known, mean)
+    return Section(_("Power and heat of the drive"), tuple(parts))
+
+
+def _of_motor(known: Known, mean: Quantity) -> Iterator[Part]:
+    """The motor's power beside its rating, and what heats it."""
+    found, energy = known.scene.motor, known.sizing.energy
+    assert energy is not None
+    assert found is not None
+    rated = found.rated
+    if rated is not None and not isinstance(found, Engine):
+        yield Step(
+            _("Share of the rated power"),
+            "u = P_mean/P_n",
+            (mean, Quantity("P_n", rated.power, "W")),
+            Quantity("u", mean.value / rated.power),
+        )
+        yield Step(
+            _("Root of the mean square of its torque over time, which heats it"),
+            "T_rms = sqrt(integral(T**2, t, 0, tau)/tau)",
+            (),
+            Quantity("T_rms", energy.rms_torque, "N m"),
+        )
+        yield Step(
+            _("As a share of the rated torque"),
+            "u_T = T_rms/T_n",
+            (Quantity("T_rms", energy.rms_torque, "N m"), Quantity("T_n", rated.torque, "N m")),
+            Quantity("u_T", energy.rms_torque / rated.torque),
+        )
+    if isinstance(found, Induction) and energy.rotor_heat is not None:
+        yield Step(
+            _("Heat of the rotor on the mean over time: torque times slip speed"),
+            "Q_r = integral(T*(omega_s - omega_d), t, 0, tau)/tau",
+            (),
+            Quantity("Q_r", energy.rotor_heat, "W"),
+            note=_verdict(energy.rotor_heat_share),
+        )
+    elif isinstance(found, DC) and energy.copper_heat is not None and energy.current_rms is not None:
+        current = Quantity("i_rms", energy.current_rms, "A")
+        yield Step(
+            _("Root of the mean square of the armature's current over time"),
+            "i_rms = sqrt(integral(i**2, t, 0, tau)/tau)",
+            (),
+            current,
+        )
+        yield Step(
+            _("Copper heat of the armature"),
+            "Q_c = R_a*i_rms**2",
+            (Quantity("R_a", found.resistance, "Ω"), current),
+            Quantity("Q_c", energy.copper_heat, "W"),
+            note=_verdict(energy.copper_heat_share),
+        )
+    elif not isinstance(found, Engine):
+        yield Note(_("Torque against speed alone does not tell what heats this motor."), "left out")
+
+
+def _verdict(share: float | None) -> str:
+    if share is None:
+        return _("What it may be is not known without a rated point.")
+    told = _("That is {share} of the heat at the rated point", share=quantity(share, "%", 4))
+    return told + (_(": too hot for continuous running.") if share > 1.0 + 1e-9 else _(", which it is rated for."))
+
+
+# -- an engine's gas --------------------------------------------------------------------------------------------------
+
+
+def engine(known: Known) -> Section | None:
+    """What the gas of an engine's cylinders does, and what is left of it for the loads."""
+    found = known.sizing.engine
+    if found is None:
+        return None
+    work = Quantity("W_i", found.indicated_work, "J")
+    parts: list[Part] = [
+        Step(_("Indicated work of a cycle: that of the gas in all cylinders"), "W_i = total(W_k, k)", (), work),
+        Step(
+            _("Indicated power, at the mean speed"),
+            "P_i = W_i*omega/Phi",
+            (work, known.speed, known.turn),
+            Quantity("P_i", found.indicated_power, "W"),
+        ),
+    ]
+    if found.swept_volume is not None and found.mean_effective_pressure is not None:
+        volume = Quantity("V_h", found.swept_volume, "m³")
+        rows: tuple[tuple[Cell, ...], ...] = ((_("volume swept in a cycle"), Formula("V_h"), volume),)
+        parts.append(Table(_("Bore and stroke of the cylinders give"), (_("quantity"), _("symbol"), _("value")), rows))
+        pressure = Quantity("p_i", found.mean_effective_pressure, "bar")
+        parts.append(Step(_("Mean effective pressure"), "p_i = W_i/V_h", (work, volume), pressure))
+    if found.brake_work is not None and found.mechanical_efficiency is not None:
+        brake = Quantity("W_b", found.brake_work, "J")
+        parts.append(Step(_("Work that the loads take in a cycle"), "W_b = -total(W_k, k)", (), brake))
+        efficiency = Quantity("eta_m", found.mechanical_efficiency)
+        parts.append(Step(_("Mechanical efficiency"), "eta_m = W_b/W_i", (brake, work), efficiency))
+    return Section(_("What the engine's gas does"), tuple(parts))

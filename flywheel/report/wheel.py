@@ -1,0 +1,289 @@
+"""The steps of the wheel of metal: masses and inertias part by part, rim speed, stresses; and the wheel on every shaft."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from math import pi
+
+from flywheel.components.wheel_stresses import ring_constant, ring_factors
+from flywheel.components.wheels import DISC, Wheel
+from flywheel.language import text as _
+from flywheel.report.document import Cell, Formula, Note, Part, Section, Step, Table
+from flywheel.report.formulas import Quantity
+from flywheel.report.regime import Known, quantity
+
+_SAME = 1e-9  # share by which a wheel's inertia may pass the one it is made for, and still be that one
+
+
+def wheel(known: Known) -> Section | None:
+    """The wheel as built: its dimensions, and from them its mass, inertia and stresses."""
+    built = known.sizing.built
+    if built is None:
+        return None
+    found = built.wheel
+    parts: list[Part] = [_material(found), _dimensions(found), *_parts(found), *_inertia(known, found)]
+    parts += _stresses(known, found, built.torque)
+    if built.irregularity is not None:
+        parts.append(
+            Step(
+                _("Irregularity of the machine with the wheel as built"),
+                "(omega_max - omega_min)/omega = epsilon_b",
+                (),
+                Quantity("epsilon_b", built.irregularity),
+                how=_("by the same steps as above, with the wheel's inertia"),
+            )
+        )
+    parts += [Note(warning, "remark") for warning in found.warnings]
+    return Section(_("The wheel"), tuple(parts))
+
+
+def _head() -> tuple[str, str, str]:
+    return _("quantity"), _("symbol"), _("value")
+
+
+def _material(found: Wheel) -> Table:
+    material = found.material
+    rows: list[tuple[Cell, ...]] = [(_("density"), Formula("rho"), Quantity("rho", material.density, "kg/m³"))]
+    rows.append((_("Poisson's ratio"), Formula("nu"), Quantity("nu", material.poisson)))
+    if material.strength is not None:
+        rows.append((_("strength"), Formula("R_m"), Quantity("R_m", material.strength, "MPa")))
+    if material.allowable is not None:
+        rows.append((_("allowable stress"), Formula("sigma_a"), Quantity("sigma_a", material.allowable, "MPa")))
+    return Table(_("Material: {name}", name=material.name), _head(), tuple(rows))
+
+
+def _dimensions(found: Wheel) -> Table:
+    """What follows is worked out from these, in metres."""
+    body = found.body
+    rows: list[tuple[Cell, ...]] = [(_("outer radius"), Formula("R"), Quantity("R", body.outer, "m"))]
+    if body.shape != DISC or body.inner > 0.0:
+        rows.append((_("inner radius"), Formula("r"), Quantity("r", body.inner, "m")))
+    if body.shape != DISC:
+        rows.append((_("mean radius"), Formula("R_0"), Quantity("R_0", body.mean, "m")))
+        rows.append((_("radial thickness of the rim"), Formula("h"), Quantity("h", body.thickness, "m")))
+    rows.append((_("width along the axis"), Formula("b"), Quantity("b", body.width, "m")))
+    if body.arms is not None and body.hub is not None:
+        rows += [
+            (_("number of arms"), Formula("z"), Quantity("z", float(body.arms.number))),
+            (_("width of an arm, in the plane of rotation"), Formula("a_1"), Quantity("a_1", body.arms.width, "m")),
+            (_("thickness of an arm, across"), Formula("a_2"), Quantity("a_2", body.arms.thickness, "m")),
+            (_("radius of the hub"), Formula("r_h"), Quantity("r_h", body.hub.diameter / 2, "m")),
+            (_("radius of the bore"), Formula("r_b"), Quantity("r_b", body.hub.bore / 2, "m")),
+            (_("length of the hub"), Formula("l_h"), Quantity("l_h", body.hub.length, "m")),
+        ]
+    shapes = {"disc": _("disc"), "rim": _("rim"), "arms": _("rim on arms")}
+    return Table(_("Dimensions of the wheel, a {shape}", shape=shapes[body.shape]), _head(), tuple(rows))
+
+
+def _parts(found: Wheel) -> Iterator[Part]:
+    """Mass and inertia of rim or disc, arms and hub."""
+    body, density = found.body, Quantity("rho", found.material.density, "kg/m³")
+    outer, inner = Quantity("R", body.outer, "m"), Quantity("r", body.inner, "m")
+    mean, width, thick = Quantity("R_0", body.mean, "m"), Quantity("b", body.width, "m"), Quantity("h", body.thickness, "m")
+    named = {part.name: part for part in found.parts}
+    main = named.get("disc") or named["rim"]
+    mass, own = Quantity("m", main.mass or 0.0, "kg"), Quantity("I_1", main.inertia, "kg m²")
+    if body.shape == DISC and body.inner <= 0.0:
+        yield Step(_("Mass of the disc"), "m = pi*rho*b*R**2", (density, width, outer), mass)
+        yield Step(_("Its inertia"), "I_1 = m*R**2/2", (mass, outer), own)
+    elif body.shape == DISC:
+        yield Step(_("Mass of the disc"), "m = pi*rho*b*(R**2 - r**2)", (density, width, outer, inner), mass)
+        yield Step(_("Its inertia"), "I_1 = m*(R**2 + r**2)/2", (mass, outer, inner), own)
+    else:
+        yield Step(_("Mass of the rim"), "m = 2*pi*rho*R_0*h*b", (density, mean, thick, width), mass)
+        if body.thin:
+            yield Step(_("Its inertia, all of it at the mean radius"), "I_1 = m*R_0**2", (mass, mean), own)
+        else:
+            yield Step(_("Its inertia"), "I_1 = m*(R**2 + r**2)/2", (mass, outer, inner), own)
+    if body.arms is not None and body.hub is not None:
+        yield from _arms_and_hub(found, density, inner)
+
+
+def _arms_and_hub(found: Wheel, density: Quantity, inner: Quantity) -> Iterator[Part]:
+    body = found.body
+    assert body.arms is not None
+    assert body.hub is not None
+    named = {part.name: part for part in found.parts}
+    number, across = Quantity("z", float(body.arms.number)), Quantity("a_1", body.arms.width, "m")
+    thick, hub = Quantity("a_2", body.arms.thickness, "m"), Quantity("r_h", body.hub.diameter / 2, "m")
+    bore, length = Quantity("r_b", body.hub.bore / 2, "m"), Quantity("l_h", body.hub.length, "m")
+    section = Quantity("S_1", body.arms.area, "m²")
+    mass, own = Quantity("m_arms", named["arms"].mass or 0.0, "kg"), Quantity("I_2", named["arms"].inertia, "kg m²")
+    around, of_hub = Quantity("m_hub", named["hub"].mass or 0.0, "kg"), Quantity("I_3", named["hub"].inertia, "kg m²")
+    yield Step(_("Section of an arm, an ellipse"), "S_1 = pi*a_1*a_2/4", (across, thick), section)
+    told = _("Mass of the arms, from the hub to the rim")
+    yield Step(told, "m_arms = z*rho*S_1*(r - r_h)", (number, density, section, inner, hub), mass)
+    yield Step(
+        _("Their inertia"),
+        "I_2 = z*rho*S_1*(r**3 - r_h**3)/3 + m_arms*a_1**2/16",
+        (number, density, section, inner, hub, mass, across),
+        own,
+    )
+    yield Step(_("Mass of the hub"), "m_hub = pi*rho*l_h*(r_h**2 - r_b**2)", (density, length, hub, bore), around)
+    yield Step(_("Its inertia"), "I_3 = m_hub*(r_h**2 + r_b**2)/2", (around, hub, bore), of_hub)
+
+
+def _inertia(known: Known, found: Wheel) -> Iterator[Part]:
+    """The wheel's inertia beside the one that it was made for."""
+    body = found.body
+    whole = Quantity("I_w", found.inertia, "kg m²")
+    first = Quantity("I_1", found.parts[0].inertia, "kg m²")
+    if body.share < 1.0:
+        share = Quantity("c_r", body.share)
+        told = _("The rim has a share of the inertia of the whole wheel; hub and arms have the rest")
+        yield Table(told, _head(), ((_("share of the rim"), Formula("c_r"), share),))
+        yield Step(_("Inertia of the wheel"), "I_w = I_1/c_r", (first, share), whole)
+    elif len(found.parts) > 1:
+        numbers = tuple(Quantity(f"I_{k}", part.inertia, "kg m²") for k, part in enumerate(found.parts, 1))
+        yield Step(_("Inertia of the wheel"), "I_w = " + " + ".join(n.symbol for n in numbers), numbers, whole)
+    else:
+        yield Step(_("Inertia of the wheel"), "I_w = I_1", (first,), whole)
+    asked = known.sizing.inertia
+    if asked:
+        told = _("It was made for {asked}", asked=quantity(asked, "kg m²"))
+        rounded = _(", rounded up to the next size") if found.inertia > asked * (1 + _SAME) else ""
+        yield Note(f"{told}{rounded}.")
+    yield Step(_("The same in handbooks' terms, GD²"), "G_D = 4*I_w", (whole,), Quantity("G_D", 4 * found.inertia, "kg m²"))
+
+
+def _stresses(known: Known, found: Wheel, torque: float | None) -> Iterator[Part]:
+    """Rim speed, and the stresses by place."""
+    body, allowable = found.body, found.material.allowable
+    speed, density = Quantity("omega_w", found.speed, "rad/s"), Quantity("rho", found.material.density, "kg/m³")
+    at_mean = abs(found.speed - known.sizing.speed * known.ratio) <= 1e-9 * found.speed
+    told = _("Speed of the wheel's shaft, the mean one") if at_mean else _("Speed of the wheel's shaft, the greatest")
+    yield Table(told, _head(), ((told, Formula("omega_w"), speed),))
+    name, running = ("R_0", body.mean) if body.thin else ("R", body.outer)
+    rim = Quantity("v", found.rim_speed, "m/s")
+    yield Step(_("Speed of the rim"), f"v = omega_w*{name}", (speed, Quantity(name, running, "m")), rim)
+    greatest = Quantity("sigma", found.greatest_stress, "MPa")
+    outer, inner, poisson = (
+        Quantity("R", body.outer, "m"),
+        Quantity("r", body.inner, "m"),
+        Quantity("nu", found.material.poisson),
+    )
+    if body.arms is not None:
+        yield from _on_arms(found, torque, speed, density)
+        greatest = Quantity("sigma", found.greatest_stress, "MPa")
+        yield Table(
+            _("The greatest of them, {place}", place=_place(found.place)),
+            _head(),
+            ((_("stress"), Formula("sigma"), greatest),),
+        )
+    elif body.thin:
+        yield Step(_("Hoop stress of the thin rim"), "sigma = rho*v**2", (density, rim), greatest)
+    elif body.inner <= 0.0:
+        numbers = (poisson, density, speed, outer)
+        yield Step(_("Greatest stress, in the centre"), "sigma = (3 + nu)/8*rho*(omega_w*R)**2", numbers, greatest)
+    else:
+        yield Step(
+            _("Greatest stress, {place}", place=_place(found.place)),
+            "sigma = rho*omega_w**2/4*((3 + nu)*R**2 + (1 - nu)*r**2)",
+            (density, speed, poisson, outer, inner),
+            greatest,
+        )
+    reference = found.material.reference
+    if found.safety is not None and reference is not None:
+        symbol = "R_m" if found.material.strength is not None else "sigma_a"
+        yield Step(
+            _("Safety factor"),
+            f"S = {symbol}/sigma",
+            (Quantity(symbol, reference, "MPa"), greatest),
+            Quantity("S", found.safety),
+        )
+    if allowable is not None and found.greatest_stress > allowable * (1 + _SAME):
+        yield Note(_("The stress is above the allowable one."), "remark")
+
+
+def _place(place: str) -> str:
+    names = {
+        "rim at the arms": _("rim at the arms"),
+        "rim between the arms": _("rim between the arms"),
+        "arms at the rim": _("arms at the rim"),
+        "arms at the hub": _("arms at the hub"),
+        "rim": _("rim"),
+        "inside of the rim": _("inside of the rim"),
+        "centre": _("centre"),
+        "edge of the bore": _("edge of the bore"),
+    }
+    return names.get(place, place)
+
+
+def _on_arms(found: Wheel, torque: float | None, speed: Quantity, density: Quantity) -> Iterator[Part]:
+    """Stresses of a rim on arms (Timoshenko): the arms hold the rim back as it grows."""
+    body = found.body
+    arms, hub = body.arms, body.hub
+    assert arms is not None
+    assert hub is not None
+    mean, thick, width = Quantity("R_0", body.mean, "m"), Quantity("h", body.thickness, "m"), Quantity("b", body.width, "m")
+    section, number = Quantity("S_1", arms.area, "m²"), Quantity("z", float(arms.number))
+    first, second = ring_factors(arms.number)
+    f1, f2 = Quantity("f_1", first), Quantity("f_2", second)
+    velocity = Quantity("v_0", found.speed * body.mean, "m/s")
+    alpha = Quantity("alpha", pi / arms.number, "rad")
+    ratio = Quantity("q_A", body.section / arms.area)
+    constant = Quantity("C", ring_constant(arms.number, body.mean, body.thickness, body.section / arms.area))
+    yield Step(_("Half the angle between two arms"), "alpha = pi/z", (number,), alpha)
+    told = _("Factors of a ring on arms")
+    yield Step(told, "f_1 = (sin(2*alpha)/4 + alpha/2)/(2*sin(alpha)**2)", (alpha,), f1)
+    yield Step(told, "f_2 = f_1 - 1/(2*alpha)", (f1, alpha), f2)
+    yield Step(_("Section of the rim over that of an arm"), "q_A = h*b/S_1", (thick, width, section), ratio)
+    yield Step(
+        _("How the arms hold the rim back"), "C = 12*f_2*R_0**2/h**2 + f_1 + q_A", (f2, mean, thick, f1, ratio), constant
+    )
+    yield Step(_("Speed of the rim's mean radius"), "v_0 = omega_w*R_0", (speed, mean), velocity)
+    stress = found.stresses
+    common = (density, velocity, constant, alpha, mean, thick)
+    yield Step(
+        _("Stress in the rim at the arms"),
+        "sigma_1 = rho*v_0**2*(1 - cos(alpha)/(3*C*sin(alpha)) + 2*R_0/(C*h)*abs(1/alpha - cos(alpha)/sin(alpha)))",
+        common,
+        Quantity("sigma_1", stress["rim at the arms"], "MPa"),
+    )
+    yield Step(
+        _("Stress in the rim between the arms"),
+        "sigma_2 = rho*v_0**2*(1 - 1/(3*C*sin(alpha)) + 2*R_0/(C*h)*abs(1/alpha - 1/sin(alpha)))",
+        common,
+        Quantity("sigma_2", stress["rim between the arms"], "MPa"),
+    )
+    at_rim = Quantity("sigma_3", stress["arms at the rim"], "MPa")
+    numbers = (density, velocity, ratio, constant)
+    yield Step(_("Stress in the arms at the rim, by its pull"), "sigma_3 = 2/3*rho*v_0**2*q_A/C", numbers, at_rim)
+    inner, root = Quantity("r", body.inner, "m"), Quantity("r_h", hub.diameter / 2, "m")
+    bent = torque is not None and torque > 0.0
+    formula, more = "sigma_4 = sigma_3 + rho*omega_w**2*(r**2 - r_h**2)/2", (at_rim, density, speed, inner, root)
+    if bent:
+        moment, modulus = Quantity("T_w", torque or 0.0, "N m"), Quantity("Z", arms.modulus, "m³")
+        yield Table(
+            _("Torque between hub and rim that bends the arms: given, or the inertia times the greatest acceleration"),
+            _head(),
+            ((_("torque"), Formula("T_w"), moment),),
+        )
+        across, thickness = Quantity("a_1", arms.width, "m"), Quantity("a_2", arms.thickness, "m")
+        yield Step(_("Section modulus of an arm"), "Z = pi*a_1**2*a_2/32", (across, thickness), modulus)
+        formula, more = f"{formula} + T_w*(R_0 - r_h)/(R_0*z*Z)", (*more, moment, mean, number, modulus)
+    told = (
+        _("Stress in the arms at the hub: that pull, their own, and bending") if bent else _("Stress in the arms at the hub")
+    )
+    yield Step(told, formula, more, Quantity("sigma_4", stress["arms at the hub"], "MPa"))
+
+
+def every_shaft(known: Known) -> Section | None:
+    """The same flywheel on every shaft, where there are several."""
+    sizing = known.sizing
+    if len(sizing.shafts) < 2 or sizing.flywheel.needed is False:
+        return None
+    rows = tuple(
+        (row.shaft, Quantity("", row.speed, "rpm"), Quantity("", row.inertia, "kg m²"), Quantity("", row.gd2, "kg m²"))
+        for row in sizing.shafts
+    )
+    parts: list[Part] = [
+        Table(
+            _("The flywheel that stores the same energy, on every shaft: J by the square of the ratio of speeds"),
+            (_("shaft"), _("speed, rpm"), _("inertia, kg m²"), _("GD², kg m²")),
+            rows,
+        )
+    ]
+    if sizing.built is not None:
+        parts.append(Note(_("Inertias are those of the wheel as built.")))
+    return Section(_("The same flywheel on every shaft"), tuple(parts))
