@@ -249,7 +249,7 @@ nav ol { columns: 2; padding-left: 1.4em; margin: .4em 0 1em; }
   table.short, table.printed { break-inside: avoid; }
   thead { display: table-header-group; }
   p, li { orphans: 3; widows: 3; }
-  figure svg { max-height: 21cm; }
+  figure svg { max-height: 12.5cm; }
   .formula, .scroll { overflow: visible; }
 }
 """
@@ -437,7 +437,8 @@ def inline_svg(svg: str, prefix: str, title: str, description: str) -> str:
         view = " ".join(["0 0", *(size[1] for size in sizes if size is not None)])
     else:
         view = box[1]
-    inner = re.sub(r"^\s*<title[^>]*>.*?</title>|<defs>\s*</defs>", "", inner, flags=re.DOTALL).strip()
+    inner = re.sub(r"^\s*<title[^>]*>.*?</title>(\s*<desc[^>]*>.*?</desc>)?|<defs>\s*</defs>", "", inner, flags=re.DOTALL)
+    inner = inner.strip()
     named = f'role="img" aria-labelledby="{prefix}-title {prefix}-about" viewBox="{view}"'
     told = f'<title id="{prefix}-title">{escape(title)}</title><desc id="{prefix}-about">{escape(description)}</desc>'
     return f"<svg {named}>{told}{inner}"

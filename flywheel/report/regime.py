@@ -7,8 +7,10 @@ sizing holds, or what its own cycle says at an angle that it found; a symbol tha
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Iterable, Iterator, Mapping
 from functools import cached_property
+from html import unescape
 from typing import NamedTuple
 
 import numpy as np
@@ -20,7 +22,7 @@ from flywheel.numerics.cells import Array
 from flywheel.regime import turning_moment, wittenbauer
 from flywheel.regime.turning_moment import Cycle
 from flywheel.report import formulas
-from flywheel.report.document import Cell, Formula, Items, Note, Part, Section, Step, Table
+from flywheel.report.document import Cell, Figure, Formula, Items, Note, Part, Section, Step, Table
 from flywheel.report.formulas import MOST_DIGITS, Quantity
 from flywheel.sizing.results import Sizing
 from flywheel.tables.flywheels import candidates
@@ -82,7 +84,9 @@ class Known:
         machine, cycle = self.sizing.machine, self.cycle
         assert machine is not None
         assert cycle is not None
-        return {name: float(cells.integral(part, cycle.mesh.half).sum()) for name, part in moments(self.sizing).items()}
+        found = {name: float(cells.integral(part, cycle.mesh.half).sum()) for name, part in moments(self.sizing).items()}
+        least = _NOTHING * cycle.exchanged  # a weight that comes back does no work
+        return {name: work if abs(work) > least else 0.0 for name, work in found.items()}
 
 
 def moments(sizing: Sizing) -> dict[str, Array]:
@@ -98,6 +102,15 @@ def moments(sizing: Sizing) -> dict[str, Array]:
             omega = omega.reshape(mesh.phi.shape)
     found = machine.reduction.moments(mesh.phi, mesh.anchor, cycle.balance or 0.0, speed=omega)
     return {name: np.asarray(part + np.zeros_like(mesh.phi)) for name, part in found.items()}
+
+
+def panel(sizing: Sizing, kind: str) -> Figure:
+    """A panel of the sizing's picture, in colours with dashes and hatches that a copy in greys keeps apart."""
+    from flywheel.pictures import sizing as pictures
+
+    svg = pictures.panel(sizing, kind)
+    title = re.search(r"<title[^>]*>(.*?)</title>", svg, re.DOTALL)
+    return Figure(svg, unescape(title[1]) if title else kind, pictures.description(sizing, kind))
 
 
 # -- what is asked ----------------------------------------------------------------------------------------------------
@@ -288,7 +301,9 @@ def areas(known: Known) -> Section | None:
             ),
             _crossings(known, constant),
         ]
+    parts.append(panel(sizing, "moment"))
     parts += _area_table(known)
+    parts.append(panel(sizing, "work"))
     marks = _extreme_sums(sizing)
     greatest = Quantity("W_max", sizing.accumulated_max, "J")
     least = Quantity("W_min", sizing.accumulated_min, "J")
@@ -486,7 +501,7 @@ def inertia_extremes(known: Known) -> Section | None:
     caption = _("The reduced inertia over the cycle, without the flywheel: extremes where its slope is zero")
     return Section(
         _("Extremes of the reduced inertia"),
-        (Table(caption, (_("value"), _("symbol"), _("inertia")), rows),),
+        (Table(caption, (_("value"), _("symbol"), _("inertia")), rows), panel(known.sizing, "inertia")),
     )
 
 
@@ -643,7 +658,8 @@ def exact(known: Known) -> Section | None:
                 Quantity("E_0", slopes[0].value * on_crank - cuts[0].value, "J"),
             )
         )
-        parts += _drawing_scales(known, cycle, slopes, on_crank)
+    parts += _angles_drawn(known)
+    parts.append(panel(sizing, "wittenbauer"))
     parts += on_own_shaft(known, "J", on_crank, wheel.exact)
     return Section(_("Exact flywheel: Wittenbauer's construction"), tuple(parts))
 
@@ -658,33 +674,21 @@ def _by_motion(known: Known, on_crank: float) -> Step:
     )
 
 
-def _drawing_scales(known: Known, cycle: Cycle, slopes: list[Quantity], flywheel: float) -> Iterator[Part]:
-    """Scales for a drawing by hand, and the angles of the tangents in it."""
-    inertia = known.sizing.reduced_inertia
-    assert inertia is not None
-    width = flywheel + inertia.greatest
-    height = max(slopes[0].value * width, 1e-300)
-    across, upwards = _round_scale(width / 150), _round_scale(height / 200)
-    x, y = Quantity("mu_I", across, ""), Quantity("mu_W", upwards, "")
-    rows = (
-        (_("kg m² for each mm to the right"), Formula("mu_I"), x),
-        (_("J for each mm upwards"), Formula("mu_W"), y),
-    )
-    yield Table(_("Scales for a drawing by hand"), (_("scale"), _("symbol"), _("value")), rows)
-    for slope, name, told in ((slopes[0], "psi_u", _("upper tangent")), (slopes[1], "psi_l", _("lower tangent"))):
-        angle = math.atan(slope.value * across / upwards)
-        yield Step(
-            _("Angle of the {tangent} in that drawing", tangent=told),
-            f"{name} = atan({slope.symbol}*mu_I/mu_W)",
-            (slope, x, y),
-            Quantity(name, angle, "°"),
+def _angles_drawn(known: Known) -> Iterator[Part]:
+    """The angles of the tangents where energy is drawn as 2 W/omega², in kg m² as I* is."""
+    assert known.eps is not None
+    yield Note(
+        _(
+            "Drawn by hand, the energy is best drawn as F = 2 W/ω², which is in kg m² as I* is, both to one scale: the "
+            "angles of the tangents are then"
         )
-
-
-def _round_scale(value: float) -> float:
-    """The next of 1, 2, 5, 10... not below a value."""
-    power = 10.0 ** math.floor(math.log10(value))
-    return next(step * power for step in (1.0, 2.0, 5.0, 10.0) if step * power >= value * (1 - 1e-9))
+    )
+    for name, sign, told in (("psi_max", "+", _("upper tangent")), ("psi_min", "-", _("lower tangent"))):
+        share = known.eps / 2 if sign == "+" else -known.eps / 2
+        angle = Quantity(name, math.atan((1 + share) ** 2), "°")
+        yield Step(
+            _("Angle of the {tangent}", tangent=told), f"{name} = atan((1 {sign} epsilon/2)**2)", (known.epsilon,), angle
+        )
 
 
 # -- speeds -----------------------------------------------------------------------------------------------------------
@@ -759,6 +763,7 @@ def speeds(known: Known) -> Section | None:
                 Quantity("omega_time", confirmed.speed_time_mean, "rad/s"),
             )
         )
+    parts.append(panel(sizing, "speed"))
     return Section(_("Speeds over the cycle"), tuple(parts))
 
 
