@@ -68,7 +68,7 @@ def executable(playwright: Playwright | None = None) -> str:
 
 
 @contextmanager
-def browser() -> Iterator[Browser]:
+def browser(*options: str) -> Iterator[Browser]:
     """A browser without a window; Missing where there is none."""
     try:
         from playwright.sync_api import sync_playwright
@@ -76,8 +76,8 @@ def browser() -> Iterator[Browser]:
         raise Missing("playwright is not installed: pip install -e '.[dev,browser]'") from reason
     with sync_playwright() as playwright:
         root = hasattr(os, "geteuid") and os.geteuid() == 0  # which Chromium runs without its sandbox alone
-        options = ["--disable-gpu", "--disable-background-networking", "--no-first-run", *(["--no-sandbox"] if root else [])]
-        found = playwright.chromium.launch(executable_path=executable(playwright), args=options)
+        usual = ["--disable-gpu", "--disable-background-networking", "--no-first-run", *(["--no-sandbox"] if root else [])]
+        found = playwright.chromium.launch(executable_path=executable(playwright), args=[*usual, *options])
         try:
             yield found
         finally:
@@ -175,6 +175,19 @@ class Watched:
         """Nothing left this machine and nothing was complained of."""
         assert not self.left, f"asked for beyond this machine: {self.left}"
         assert not self.complaints, f"told on the console: {self.complaints}"
+
+
+def shown(page: Page, address: str) -> Page:
+    """The page at an address, with its scene read; what is computed of it may still be coming."""
+    page.goto(address)
+    page.wait_for_selector("#file:not(:empty)")
+    return page
+
+
+def answered(page: Page) -> Page:
+    """The page with the answer to its scene as it stands, confirmed in time where that is possible."""
+    page.wait_for_selector("#state[data-state=done]", state="attached", timeout=30_000)
+    return page
 
 
 def picture(page: Page, name: str, **options: Any) -> None:

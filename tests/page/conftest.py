@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 import pytest
 
-from tests.page.browsers import EXAMPLES, REQUIRED, Missing, Served, Watched, browser, served
+from tests.page.browsers import EXAMPLES, REQUIRED, Missing, Served, Watched, browser, served, shown
 
 if TYPE_CHECKING:
     from playwright.sync_api import Browser, BrowserContext, Page
@@ -88,7 +88,7 @@ def window(chromium: Browser, watched: Watched) -> Iterator[Callable[..., Browse
         def begin(**options: Any) -> BrowserContext:
             settings = {"viewport": {"width": 1280, "height": 800}, "locale": "en-GB", "accept_downloads": True} | options
             context = chromium.new_context(**settings)
-            context.set_default_timeout(10_000)
+            context.set_default_timeout(20_000)
             stack.callback(context.close)
             watched.watch(context)
             return context
@@ -100,6 +100,4 @@ def window(chromium: Browser, watched: Watched) -> Iterator[Callable[..., Browse
 @pytest.fixture
 def page(window: Callable[..., BrowserContext], opened: Callable[..., Served]) -> Page:
     """The live page of a copy of the press."""
-    tab = window().new_page()
-    tab.goto(opened().address)
-    return tab
+    return shown(window().new_page(), opened().address)
