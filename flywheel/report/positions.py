@@ -6,9 +6,9 @@ chain of transformers, so that each checks the other. A prime is the derivative 
 
 from __future__ import annotations
 
-from collections.abc import Callable, Container, Mapping
+from collections.abc import Callable, Container, Mapping, Sequence
 from math import tau
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -16,9 +16,13 @@ from flywheel.language import text as _
 from flywheel.machine.machine import Machine
 from flywheel.mechanisms import KINDS
 from flywheel.mechanisms.families import Family, body
+from flywheel.mechanisms.linkage import Cyclic, followed
+from flywheel.mechanisms.linkages.equations import Form, Relation
+from flywheel.numerics.cells import Array
 from flywheel.report import formulas
-from flywheel.report.document import Section, Step
-from flywheel.report.formulas import Quantity, index
+from flywheel.report.document import Cell, Formula, Part, Section, Step, Table
+from flywheel.report.formulas import Quantity, index, symbol_text
+from flywheel.scene.linkage import CAM, GEAR, Coupling
 from flywheel.scene.scene import Mechanism
 
 ONE = ""
@@ -42,6 +46,7 @@ class Sheet:
         self.names: dict[str, str] = {}
         self.keys: dict[str, str] = {}
         self.sections: list[tuple[str, list[Step]]] = []
+        self.tables: list[tuple[str, Table]] = []
         self.gains: dict[str, str] = {}
         self.slopes: dict[str, str] = {}
         self.coordinates: dict[str, str] = {}
@@ -95,8 +100,14 @@ class Sheet:
             self.give(symbol, self.mechanism.geometry.get(key, 0.0), unit)
 
     def shown(self) -> tuple[Section, ...]:
-        """The stretches of steps under their titles."""
-        return tuple(Section(title, tuple(steps)) for title, steps in self.sections if steps)
+        """The stretches of steps under their titles, with the tables that belong to them before the steps."""
+        found = []
+        for title, steps in self.sections:
+            parts: list[Part] = [table for where, table in self.tables if where == title]
+            parts += steps
+            if parts:
+                found.append(Section(title, tuple(parts)))
+        return tuple(found)
 
 
 _NOTHING = 1e-12  # of the largest number in a formula: a result below it is 0
@@ -420,10 +431,296 @@ def _toggle_clamp(made: Sheet) -> None:
     _floating(made, "rod", "theta_6", ("a_5", "theta_5", "theta_5_prime", "theta_5_second"))
 
 
+# -- any linkage -------------------------------------------------------------------------------------------------------
+
+
+class Swing(NamedTuple):
+    """A term of a place: an arm of a length, or of a slide, along an angle; all by their symbols, with their derivatives.
+
+    `sign` and `length` stand before the cosine; `slide` is the symbol of a displacement, or nothing; `angle` is a sum of
+    symbols, `rate` and `slope` its derivatives ("0" where it keeps still).
+    """
+
+    sign: str
+    length: str
+    slide: str
+    angle: str
+    rate: str
+    slope: str
+
+    def _times(self, *factors: str) -> str:
+        return "*".join(factor for factor in (self.length, *factors) if factor)
+
+    def along(self, function: str) -> list[str]:
+        """The term itself, by cos along x and by sin along y."""
+        return [self.sign + self._times(self.slide, f"{function}({self.angle})")]
+
+    def first(self, function: str, across: str, turned: str) -> list[str]:
+        """Its derivative; `across` is what the function becomes, with the sign `turned`."""
+        found = []
+        if self.rate != "0":
+            rate = "" if self.rate == "1" else self.rate
+            found.append(_signed(self.sign, turned) + self._times(self.slide, f"{across}({self.angle})", rate))
+        if self.slide:
+            found.append(self.sign + self._times(f"{self.slide}_prime", f"{function}({self.angle})"))
+        return found
+
+    def second(self, function: str, across: str, turned: str) -> list[str]:
+        """Its second derivative."""
+        found = []
+        if self.rate != "0":
+            rate = "" if self.rate == "1" else f"{self.rate}**2"
+            found.append(_signed(self.sign, "-") + self._times(self.slide, f"{function}({self.angle})", rate))
+            if self.slope != "0":
+                found.append(_signed(self.sign, turned) + self._times(self.slide, f"{across}({self.angle})", self.slope))
+        if self.slide:
+            found.append(self.sign + self._times(f"{self.slide}_second", f"{function}({self.angle})"))
+            if self.rate != "0":
+                rate = "" if self.rate == "1" else self.rate
+                sign = _signed(self.sign, turned)
+                found.append(sign + "2*" + self._times(f"{self.slide}_prime", f"{across}({self.angle})", rate))
+        return found
+
+
+def _signed(one: str, other: str) -> str:
+    return "" if one == other else "-"
+
+
+class _Arms:
+    """The arms of a linkage's bodies: a symbol for every length and every fixed angle, listed as they are met."""
+
+    def __init__(self, made: Sheet, symbols: Sequence[str]) -> None:
+        self.made, self.symbols = made, symbols
+        self.rows: list[tuple[Cell, ...]] = []
+        self._known: dict[tuple[float, float], tuple[str, str]] = {}
+
+    def swing(self, coefficient: complex, weights: Array, slide: str, unit: float) -> Swing:
+        """One term: a coefficient (scaled by `unit` where it is a length) at a sum of angles."""
+        length, angle = abs(coefficient) * (1.0 if slide else unit), float(np.angle(coefficient))
+        sign = ""
+        if angle > 0.5 * np.pi + 1e-9 or angle <= -0.5 * np.pi + 1e-9:
+            angle, sign = (angle - np.pi if angle > 0 else angle + np.pi), "-"
+        angle = 0.0 if abs(angle) < 1e-12 else angle
+        one = slide and abs(length - 1.0) < 1e-12
+        symbol, fixed = ("", "") if one and not angle else self._symbols(length, angle, bool(slide))
+        terms = [(float(w), self.symbols[k]) for k, w in enumerate(weights) if w]
+        text = _weighted(terms) if terms else ""
+        rate = _weighted([(w, _rate_of(k)) for w, k in terms if _rate_of(k) != "1"])
+        driver = sum(w for w, k in terms if _rate_of(k) == "1")
+        rate = _plus_number(rate, driver)
+        slope = _weighted([(w, f"{k}_second") for w, k in terms if _rate_of(k) != "1"]) or "0"
+        whole = " + ".join(filter(None, (text, fixed))) or "0"
+        bracketed = f"({rate})" if " " in rate else rate
+        return Swing(sign, symbol if not one else "", slide, whole, bracketed, f"({slope})" if " " in slope else slope)
+
+    def _symbols(self, length: float, angle: float, slides: bool) -> tuple[str, str]:
+        key = round(length, 12), round(angle, 12)
+        if key not in self._known:
+            n = len(self._known) + 1
+            symbol, fixed = f"l_{n}", f"gamma_{n}" if angle else ""
+            self.made.give(symbol, length, ONE if slides else "m")
+            row: tuple[Cell, ...] = (Formula(symbol), self.made.values[symbol], "")
+            if fixed:
+                self.made.give(fixed, angle, "°")
+                row = (*row[:2], self.made.values[fixed])
+            self.rows.append(row)
+            self._known[key] = symbol, fixed
+        return self._known[key]
+
+
+def _rate_of(symbol: str) -> str:
+    return "1" if symbol in ("phi", "psi", "x") else f"{symbol}_prime"
+
+
+def _weighted(terms: Sequence[tuple[float, str]]) -> str:
+    """A sum of symbols with weights, which are 1 or -1 most often."""
+    text = ""
+    for weight, symbol in terms:
+        size = "" if abs(abs(weight) - 1.0) < 1e-12 else f"{abs(weight):.12g}*"
+        sign = (" - " if weight < 0 else " + ") if text else ("-" if weight < 0 else "")
+        text += f"{sign}{size}{symbol}"
+    return text
+
+
+def _plus_number(text: str, number: float) -> str:
+    if not number:
+        return text or "0"
+    return f"{number:.12g} + {text}" if text else f"{number:.12g}"
+
+
+def _linkage(made: Sheet) -> None:
+    """The loop equations of any linkage as they are solved, the unknowns, and every centre of mass by its arms."""
+    cycle = followed(made.mechanism)
+    loops, linkage = cycle.solution.equations.loops, cycle.solution.linkage
+    symbols = [made.driver]
+    for name in loops.names[1:]:
+        what, of = name.split(" of ", 1)
+        symbols.append(f"{'theta' if what == 'angle' else 's'}_{index(of)}")
+    arms = _Arms(made, symbols)
+
+    def swings(coefficients: Any, more: Sequence[tuple[complex, Array]] = ()) -> list[Swing]:
+        bases = zip(coefficients, loops.turns, loops.slides, strict=True)
+        found = [
+            (complex(c), w, symbols[k] if k > 0 else made.driver if k == 0 else "") for c, w, k in bases if abs(c) > 1e-13
+        ]
+        found += [(c, w, "") for c, w in more if abs(c) > 1e-13]
+        return [arms.swing(c, w, slide, loops.unit) for c, w, slide in found]
+
+    made.part(_("Loop equations"))
+    closed = [swings(closure) for closure in loops.closures]
+    steps = made.sections[-1][1]
+    for path, terms in zip(loops.paths, closed, strict=True):
+        what = _("The loop over {joints} closes along x", joints=", ".join(path))
+        for function, words in (("cos", what), ("sin", _("and along y"))):
+            steps.append(Step(words, _added([text for term in terms for text in term.along(function)]) + " = 0"))
+    for coupling, relation in zip(linkage.couplings, loops.relations, strict=False):
+        steps.append(_coupled(made, coupling, relation, symbols))
+    made.part(_("Positions"))
+    _unknowns(made, cycle, symbols)
+    if loops.names[1:]:
+        _system(made, cycle, symbols)
+    _bodies(made, cycle, symbols, swings)
+    made.tables.insert(0, (_("Loop equations"), _arm_table(arms)))
+
+
+def _arm_table(arms: _Arms) -> Table:
+    head = (_("arm"), _("length"), _("angle in its body"))
+    return Table(_("Lengths and fixed angles of the arms, from the points of the bodies"), head, tuple(arms.rows))
+
+
+def _coupled(made: Sheet, coupling: Coupling, relation: Relation, symbols: Sequence[str]) -> Step:
+    """A gear, a wheel that rolls, or a cam, as an equation between two coordinates."""
+
+    def side(form: Form) -> str:
+        text = _weighted([(float(w), symbols[k]) for k, w in enumerate(form.weights) if w])
+        turned = f" {'+' if form.constant > 0 else '-'} {abs(np.degrees(form.constant)):.6g}*pi/180"
+        return text + (turned if abs(form.constant) > 1e-12 else "")
+
+    first, second = side(relation.first), side(relation.second)
+    if coupling.kind == CAM:
+        return Step(_("The cam {name} asks for its lift h", name=coupling.name), f"{second} = h({first})")
+    phase = f" {'+' if coupling.phase > 0 else '-'} {abs(coupling.phase):.6g}" if coupling.phase else ""
+    kind = (
+        _("The gear {name} meshes", name=coupling.name) if coupling.kind == GEAR else _("{name} rolls", name=coupling.name)
+    )
+    return Step(kind, f"{second} = {coupling.ratio:.10g}*({first}){phase}")
+
+
+def _unknowns(made: Sheet, cycle: Cyclic, symbols: Sequence[str]) -> None:
+    """The unknowns at the position, as Newton's method finds them, with both derivatives."""
+    rows: list[tuple[Cell, ...]] = []
+    for k, name in enumerate(cycle.solution.equations.loops.names[1:], start=1):
+        what, of = name.split(" of ", 1)
+        turning = what == "angle"
+        found = made.position.variable(k)
+        along = made.driver == "x"
+        units = (
+            ("°", *(("1/m", "1/m²") if along else (ONE, ONE)))
+            if turning
+            else ("m", *((ONE, "1/m") if along else ("m", "m")))
+        )
+        symbol = symbols[k]
+        for end, value, unit in zip(("", "_prime", "_second"), found, units, strict=True):
+            made.give(symbol + end, np.asarray(value), unit)
+        told = _("angle of {name}", name=of) if turning else _("way along {name}", name=of)
+        rows.append((told, Formula(symbol), *(made.values[symbol + end] for end in ("", "_prime", "_second"))))
+        made.gains[of], made.slopes[of], made.coordinates[of] = f"{symbol}_prime", f"{symbol}_second", symbol
+    if rows:
+        head = (_("unknown"), _("symbol"), _("value"), _("g"), _("g′"))
+        told = _("The unknowns of the loops, by Newton-Raphson from the assembly; g and g′ by the linear equations below")
+        made.tables.append((_("Positions"), Table(told, head, tuple(rows))))
+
+
+def _system(made: Sheet, cycle: Cyclic, symbols: Sequence[str]) -> None:
+    """The linear equations of the influence coefficients: the loops' derivatives by the unknowns, and by the driver."""
+    equations = cycle.solution.equations
+    loops, scale = equations.loops, cycle.solution.scale
+    psi = made.position.psi if cycle.period is None else made.position.psi % cycle.period
+    z = cycle.solution.movement(np.array([float(psi)])).z
+    jacobian = equations.jacobian(z, equations.bases(z))[0]
+    sliding = np.array([made.driver == "x", *(name.startswith("slide") for name in loops.names[1:])])
+    by = np.where(sliding, 1.0, loops.unit)  # from a row in units of length to one in m
+    rows = []
+    for k, row in enumerate(jacobian):
+        metres = row * by if k < 2 * len(loops.closures) else row * np.where(sliding, 1.0 / loops.unit, 1.0)
+        name = (
+            f"{k // 2 + 1}, {'xy'[k % 2]}"
+            if k < 2 * len(loops.closures)
+            else loops.linkage.couplings[k - 2 * len(loops.closures)].name
+        )
+        rows.append((name, *(Quantity("", float(v) + 0.0) for v in metres[1:]), Quantity("", -float(metres[0]) + 0.0)))
+    del scale
+    head = (_("equation"), *(_("× {symbol}′", symbol=symbol_text(s)) for s in symbols[1:]), _("= right side"))
+    told = _("The derivatives of the equations, in SI: linear in the influence coefficients, which solve them")
+    made.tables.append((_("Positions"), Table(told, head, tuple(rows))))
+
+
+def _bodies(made: Sheet, cycle: Cyclic, symbols: Sequence[str], swings: Callable[..., list[Swing]]) -> None:
+    """Angles of bodies that are no unknowns themselves, centres of mass and ports, each by its arms."""
+    loops, linkage = cycle.solution.equations.loops, cycle.solution.linkage
+    along = made.driver == "x"
+    for k, body_name in enumerate(linkage.names):
+        form = loops.angles[k]
+        if body_name in made.gains or body_name not in made.needed or not form.weights.any():
+            continue
+        terms = [(float(w), symbols[j]) for j, w in enumerate(form.weights) if w]
+        of = f"theta_{index(body_name)}"
+        made.part(_("Angle of {body}", body=body_name))
+        constant = (
+            f" {'+' if form.constant > 0 else '-'} {abs(float(form.constant / np.pi)):.12g}*pi" if form.constant else ""
+        )
+        made.find(of, _weighted(terms) + constant, "°", _("Angle of {body}", body=body_name))
+        moving = [(w, _rate_of(s)) for w, s in terms if _rate_of(s) != "1"]
+        rate = _plus_number(_weighted(moving), sum(w for w, s in terms if _rate_of(s) == "1"))
+        made.find(f"{of}_prime", rate, "1/m" if along else ONE)
+        made.gains[body_name], made.coordinates[body_name] = f"{of}_prime", of
+        if moving:
+            made.find(f"{of}_second", _weighted([(w, f"{s[:-6]}_second") for w, s in moving]), "1/m²" if along else ONE)
+            made.slopes[body_name] = f"{of}_second"
+    for k, link in enumerate(linkage.links, start=1):
+        form = loops.angles[k]
+        own = complex(*link.com) / loops.unit * complex(np.exp(1j * form.constant))
+        wanted = [axis for axis in "xy" if f"{link.name}.com.{axis}" in made.needed]
+        if link.mass and wanted:
+            made.part(_("Centre of mass of {body}", body=link.name))
+            terms = swings(loops.origins[k], [(own, form.weights)])
+            for axis in wanted:
+                of = f"{axis}_G_{index(link.name)}"
+                what = _("Centre of mass of {body}: {axis}", body=link.name, axis=axis)
+                _by_arms(made, terms, axis, of, f"{link.name}.com.{axis}", what)
+    for port in made.mechanism.points:
+        if port.name not in made.needed:
+            continue
+        k = linkage.names.index(port.body)
+        at, form = linkage.link(port.body).point(port.point), loops.angles[k]
+        turned = complex(np.exp(-1j * port.direction))
+        own = complex(at.x, at.y) / loops.unit * complex(np.exp(1j * form.constant)) * turned
+        made.part(_("Place of {port}, along its direction", port=port.name))
+        terms = swings(loops.origins[k] * turned, [(own, form.weights)])
+        _by_arms(made, terms, "x", f"x_{index(port.name)}", port.name, _("Place of {port}", port=port.name))
+
+
+def _by_arms(made: Sheet, terms: Sequence[Swing], axis: str, of: str, where: str, what: str) -> None:
+    """A place as a sum of arms, with two derivatives."""
+    along = made.driver == "x"
+    function, across, turned = ("cos", "sin", "-") if axis == "x" else ("sin", "cos", "")
+    made.find(of, _added([text for term in terms for text in term.along(function)]), "m", what)
+    first = [text for term in terms for text in term.first(function, across, turned)]
+    if not first:
+        return
+    made.find(f"{of}_prime", _added(first), ONE if along else "m")
+    second = [text for term in terms for text in term.second(function, across, turned)]
+    made.gains[where], made.coordinates[where] = f"{of}_prime", of
+    if second:
+        made.find(f"{of}_second", _added(second), "1/m" if along else "m")
+        made.slopes[where] = f"{of}_second"
+
+
 SHEETS: Mapping[str, Callable[[Sheet], None]] = {
     "slider-crank": _slider_crank,
     "four-bar": _four_bar,
     "scotch-yoke": _scotch_yoke,
     "crank-shaper": _crank_shaper,
     "toggle-clamp": _toggle_clamp,
+    "linkage": _linkage,
 }
