@@ -8,7 +8,7 @@ export function element(name, attributes = {}, ...children) {
     else if (key in { value: 0, checked: 0, disabled: 0, hidden: 0, selected: 0 }) made[key] = value;
     else if (value !== null && value !== undefined && value !== false) made.setAttribute(key, value === true ? "" : value);
   }
-  made.append(...children.flat().filter((child) => child !== null && child !== undefined));
+  made.append(...children.flat(Infinity).filter((child) => child !== null && child !== undefined));
   return made;
 }
 

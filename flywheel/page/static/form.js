@@ -30,8 +30,8 @@ export function formIn(into, change) {
   }
 }
 
-/** Show these groups with their values and faults. */
-export function showForm(groups) {
+/** Show these groups with their values and faults; the values at `moving` paths are newer in the form than here. */
+export function showForm(groups, moving = new Set()) {
   const focus = document.activeElement?.id;
   const inside = host.contains(document.activeElement);
   const old = new Map([...host.children].map((child) => [child.dataset.path, child]));
@@ -48,7 +48,7 @@ export function showForm(groups) {
     if (inside) (document.getElementById(focus) ?? host.querySelector("summary"))?.focus({ preventScroll: true });
   }
   groups.forEach((group, k) => {
-    group.fields.forEach(fill);
+    for (const field of group.fields) if (!moving.has(field.path)) fill(field);
     const fault = wanted[k].querySelector(":scope > .fault");
     fault.hidden = !group.fault;
     fault.textContent = group.fault ?? "";

@@ -5,9 +5,16 @@ import { text } from "./language.js";
 
 let open = false; // the machine as it was read
 
-/** Show the blocks in an element. */
+/** Show the blocks in an element: what is chosen, beside it how the machine then runs, below it how it was read. */
 export function showNumbers(host, blocks) {
-  host.replaceChildren(...blocks.filter((block) => block.name !== "title").map(blockOf));
+  const of = (...names) => blocks.filter((block) => names.includes(block.name)).map(blockOf);
+  const rest = blocks.filter((block) => !["title", "machine", "flywheel", "wheel"].includes(block.name)).map(blockOf);
+  host.replaceChildren(element("div", {}, of("flywheel", "wheel")), element("div", {}, rest), ...of("machine"));
+}
+
+/** What a second route says of the answer: it stands beside the heading, so that nothing moves when it comes. */
+export function secondRoute(blocks) {
+  return (blocks.find((block) => block.name === "run")?.sentences ?? []).join(" ");
 }
 
 function blockOf(block) {
@@ -45,5 +52,5 @@ function headOf(cell, k) {
 }
 
 function sentencesOf(block) {
-  return (block.sentences ?? []).map((sentence) => element("p", {}, sentence));
+  return (block.name === "run" ? [] : (block.sentences ?? [])).map((sentence) => element("p", {}, sentence));
 }

@@ -5,10 +5,10 @@ import { editorIn, leadToLine, nameEditor, showText } from "./editor.js";
 import { byId, element } from "./elements.js";
 import * as files from "./files.js";
 import { formIn, leadTo, renewForm, showForm } from "./form.js";
-import { number, speak, text } from "./language.js";
+import { speak, text } from "./language.js";
 import { remember, remembered } from "./memory.js";
 import { drop, notice } from "./notices.js";
-import { showNumbers } from "./numbers.js";
+import { secondRoute, showNumbers } from "./numbers.js";
 import { cursorIn, play, showPanels } from "./panels.js";
 import * as model from "./scene.js";
 import { call, onContact } from "./server.js";
@@ -132,7 +132,7 @@ function show(_scene = scene, reply = null) {
   if (asText) showText(scene.text, scene.faults, scene.remarks);
   if (!reply) return;
   if (renew) renewForm(scene.form);
-  else showForm(scene.form);
+  else showForm(scene.form, new Set(model.pending().map((change) => change.path)));
   faults();
   if (asText) showText(scene.text, scene.faults, scene.remarks);
   if (scene.current) {
@@ -161,25 +161,20 @@ function names() {
 }
 
 function state() {
-  const words = { waiting: text("being confirmed …"), done: confirmation(), "": "" };
+  const words = { waiting: text("being confirmed …"), done: scene.answer ? secondRoute(scene.answer.numbers ?? []) : "", "": "" };
   const old = !scene.current && scene.answer !== null && (scene.faults.length > 0 || scene.error !== null);
   byId("state").textContent = scene.current ? words[scene.confirmed] : "";
   byId("state").dataset.state = scene.confirmed;
+  byId("state").classList.toggle("good", scene.confirmed === "done" && confirmed(scene.answer));
   byId("results").classList.toggle("old", old);
   const why = scene.error ?? text("These are the results of the earlier scene. The scene as it stands has faults and no results.");
   byId("earlier").replaceChildren(...(old || scene.error ? [element("p", { class: "warning" }, why)] : []));
 }
 
-/** What the run in time says of the answer: it gives the irregularity asked for, another one, or there was none. */
-function confirmation() {
-  const speed = scene.answer?.speed;
-  if (!speed) return "";
-  if (!speed.confirmed) return text("not confirmed by a run in time");
-  const { irregularity, error } = speed.confirmed;
-  const eps = number(Number((100 * irregularity).toPrecision(4)));
-  const off = speed.asked ? Math.abs(irregularity / speed.asked - 1) : 0;
-  if (off > 1e-3 + 2 * (error ?? 0)) return text("a run in time gives irregularity {eps} %, not what was asked", { eps });
-  return text("confirmed by a run in time: irregularity {eps} %", { eps });
+/** Whether a second route found the irregularity that was asked for. */
+function confirmed({ speed }) {
+  const found = speed?.confirmed;
+  return Boolean(found) && (!speed.asked || Math.abs(found.irregularity / speed.asked - 1) < 1e-3 + 2 * (found.error ?? 0));
 }
 
 function faults() {
