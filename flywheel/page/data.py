@@ -42,6 +42,7 @@ _BESIDE = 1e-9  # of the cycle: how near to a jump its two sides are looked at
 _JUMP = 1e-6  # of the greatest M*: what a jump is at least
 _NARROW = 0.15  # of the distance of positions: half the width of a cell whose own ones are looked at
 _DIGITS = 7
+_NOTHING = 1e-12  # of the largest force: less is rounding
 _CONSTANT = 1e-9  # of I*: less is no variation
 
 
@@ -70,8 +71,8 @@ def answer(
 
     Args:
         subject: a scene, its machine, or its sizing where that is known already.
-        view: `panels`, the ids of those wanted (all of `PANELS` if missing); `motion`, with `of` and `quantity`;
-            `reactions`, with `mechanism`; names that there are not give the first there is.
+        view: `panels`, the ids of those wanted (all of `PANELS` if missing); of the motion `kind`, one of `QUANTITIES`, and
+            `of`, what it is of; `mechanism`, whose reactions are wanted; names that there are not give the first there is.
         rest: False while a hand moves: nothing is stepped in time.
         units: of the page of answers, "si" or "us".
 
@@ -111,6 +112,7 @@ def answer(
         "phi": _plain(part.axis.shown, digits) if scene.areas is None else [],
         "numbers": _numbers(sizing, units, rest),
         "figures": list(found),
+        "views": _views(found.get("motion")),
         "why": why,
         "faults": faults,
         **{panel: _finite(made, digits) for panel, made in found.items()},
@@ -144,6 +146,15 @@ def _numbers(sizing: Sizing | None, units: str, rest: bool) -> list[Any]:
         return []
     blocks = answers.answers(sizing, units)
     return [(block if rest or block.name != "run" else block._replace(sentences=())).as_dict() for block in blocks]
+
+
+def _views(motion: dict[str, Any] | None) -> dict[str, Any] | None:
+    """What of the motion may be chosen, and what is."""
+    if motion is None:
+        return None
+    of = [{"id": name, "label": name} for name in motion.pop("choices")]
+    kinds = QUANTITIES if motion.pop("reacts") else QUANTITIES[:3]
+    return {"kinds": list(kinds), "of": of, "chosen": {"kind": motion["quantity"], "of": motion["of"]}}
 
 
 # -- plain numbers -----------------------------------------------------------------------------------------------------
@@ -183,6 +194,7 @@ def _driver(scene: Scene) -> dict[str, Any]:
     """What the driver does: turns through a cycle, or goes from one end of a stroke to the other, in rad or m."""
     sliding = scene.reduction_element == "slide"
     return {
+        "kind": "length" if sliding else "angle",
         "sliding": sliding,
         "stroke": scene.stroke is not None,
         "from": scene.origin,
@@ -515,8 +527,8 @@ def _forces(part: Part) -> tuple[JointForces | None, str]:
     drawn = [mechanism.name for mechanism in scene.mechanisms if has_joints(mechanism)]
     if machine is None or not drawn:
         return None, _("The machine has no joints whose reactions could be told.")
-    asked = part.view.get("reactions", {}).get("mechanism")
-    names = [asked if asked in drawn else drawn[0]]
+    asked = part.view.get("mechanism")
+    names = drawn if part.view.get("kind") == QUANTITIES[3] else [asked if asked in drawn else drawn[0]]
     try:
         if sizing is not None:
             return regime_forces(sizing, part.axis.taken, names), ""
@@ -538,26 +550,40 @@ def _reactions(part: Part, forces: JointForces | None) -> dict[str, Any] | str:
     found = forces.mechanisms[name]
     linkage, shown = found.poses.linkage, part.axis.shown
     joints = []
-    for joint, force in found.forces.items():
+    forces_known = _without_noise(found.forces)
+    for joint, force in forces_known.items():
         kind, first, second = _joint_kind(linkage, joint)
         size_ = np.hypot(*force)
         one: dict[str, Any] = {"name": joint, "kind": kind, "first": first, "second": second, "x": force[0], "y": force[1]}
         one["largest"] = _peak(shown, size_, 1.0)
         parts = found.components.get(joint, {})
         if kind == SLIDE and "normal" in parts:
-            one |= {"normal": parts["normal"], "moment": parts.get("moment")}
+            one["normal"] = parts["normal"] if np.any(force) else np.zeros_like(size_)
         joints.append(one)
     driving = []
     for joint, action in found.actions.items():
         unit = "N m" if linkage.joint(joint).kind == PIN else "N"
         driving.append({"name": joint, "unit": unit, "values": action, **_extremes(shown, action)})
     drawn = [mechanism.name for mechanism in part.scene.mechanisms if has_joints(mechanism)]
-    quasi = bool(forces.condition.endswith("without inertia forces"))
-    return {"mechanism": name, "mechanisms": drawn, "joints": joints, "driving": driving, "without_inertia": quasi}
+    told = {"mechanism": name, "mechanisms": drawn, "without_inertia": _quasi_static(forces)}
+    return told | {"joints": joints, "driving": driving}
+
+
+def _quasi_static(forces: JointForces) -> bool:
+    return forces.condition.endswith("without inertia forces")
+
+
+def _without_noise(forces: Mapping[str, Array]) -> dict[str, Array]:
+    """Forces with those as zero that are no more than the rounding of the others."""
+    largest = max((float(np.nanmax(np.abs(force), initial=0.0)) for force in forces.values()), default=0.0)
+    level = _NOTHING * largest
+    return {
+        name: np.zeros_like(force) if np.all(np.abs(force) <= level) else np.asarray(force) for name, force in forces.items()
+    }
 
 
 def _mechanism_seen(part: Part, forces: JointForces) -> str:
-    asked = part.view.get("reactions", {}).get("mechanism")
+    asked = part.view.get("mechanism")
     return str(asked) if asked in forces.mechanisms else next(iter(forces.mechanisms))
 
 
@@ -603,17 +629,17 @@ def _motion(part: Part, forces: JointForces | None) -> dict[str, Any] | str:
     moving = Moving(scene)
     driver, condition = _driver_motion(part, forces)
     found = moving.places(part.axis.taken)[0]
-    asked = part.view.get("motion", {})
-    quantity = asked.get("quantity") if asked.get("quantity") in QUANTITIES else QUANTITIES[1]
-    joints = {} if forces is None else forces.mechanisms[_mechanism_seen(part, forces)].forces
-    choices = [{"name": name, "kind": place.kind} for name, place in found.items()]
+    joints = {} if forces is None else _joints(forces)
+    asked, kinds = part.view.get("kind"), QUANTITIES if joints else QUANTITIES[:3]
+    quantity = asked if asked in kinds else QUANTITIES[1]
     known: Sequence[str] = list(joints) if quantity == QUANTITIES[3] else list(found)
     if not known:
-        return _("There are no joints whose reactions could be told.") if found else _("Nothing moves.")
-    of = asked.get("of") if asked.get("of") in known else _first(scene, known)
-    result = {"of": of, "quantity": quantity, "choices": choices, "joints": list(joints), "condition": condition}
-    if quantity == QUANTITIES[3]:
+        return _("Nothing moves.")
+    of = part.view.get("of") if part.view.get("of") in known else _first(known)
+    result = {"of": of, "quantity": quantity, "choices": known, "reacts": bool(joints), "condition": condition}
+    if quantity == QUANTITIES[3] and forces is not None:
         force = joints[of]
+        condition["without_inertia"] = _quasi_static(forces)
         rows = {"x": force[0], "y": force[1], "amount": np.hypot(*force)}
         unit = "N"
     else:
@@ -656,7 +682,17 @@ def _driver_motion(part: Part, forces: JointForces | None) -> tuple[Driver, dict
     return Driver(q), {"kind": "unit", "speed": None}
 
 
-def _first(scene: Scene, known: Iterable[str]) -> str:
+def _joints(forces: JointForces) -> dict[str, Array]:
+    """The whole force of every joint (2, n), by its name; of several mechanisms with the mechanism's before it."""
+    several = len(forces.mechanisms) > 1
+    return {
+        f"{mechanism}.{joint}" if several else joint: force
+        for mechanism, found in forces.mechanisms.items()
+        for joint, force in _without_noise(found.forces).items()
+    }
+
+
+def _first(known: Iterable[str]) -> str:
     """What is shown where nothing is asked for: a body that slides or a port of the mechanism, else the last but points."""
     names = list(known)
     ports = [name for name in names if name.rpartition(".")[2] in ("guide", "slider", "ram", "platen", "yoke", "rocker")]

@@ -5,12 +5,12 @@ import { inertia } from "./inertia.js";
 import { mechanismIn } from "./mechanism.js";
 import { moment } from "./moment.js";
 import { motion } from "./motion.js";
-import { reactions } from "./reactions.js";
+import { reactionsIn } from "./reactions.js";
 import { speed } from "./speed.js";
 import { wittenbauer } from "./wittenbauer.js";
 import { text } from "../language.js";
 
-const KINDS = { moment, inertia, wittenbauer, speed, reactions, motion };
+const KINDS = { moment, inertia, wittenbauer, speed, motion };
 
 /** Every figure of an answer by its id and title; `why` tells why it cannot be drawn, null where it can. */
 export function panels(answer) {
@@ -30,5 +30,6 @@ export function panels(answer) {
 
 /** Draw a figure in its place; see `figureIn` for what it can do. */
 export function draw(host, id, answer, tools) {
-  return id === "mechanism" ? mechanismIn(host, answer, tools) : figureIn(host, answer, tools, KINDS[id]);
+  const own = { mechanism: mechanismIn, reactions: reactionsIn }[id];
+  return own ? own(host, answer, tools) : figureIn(host, answer, tools, KINDS[id]);
 }

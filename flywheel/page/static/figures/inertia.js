@@ -3,7 +3,7 @@
 import { figure, label, node, paint, path, round, scaled, wide } from "./svg.js";
 import { curvesOf } from "./curves.js";
 
-const COLOURS = ["sky", "orange", "green", "purple", "blue", "vermillion", "yellow", "muted"];
+const COLOURS = ["sky", "orange", "green", "purple", "vermillion", "yellow", "blue", "muted"];
 const OPACITY = [0.45, 0.5, 0.4, 0.4, 0.35, 0.35, 0.45, 0.3];
 const DASHES = [null, "6 3", "2 2", "8 3 2 3", "1 3", "10 4", "4 2", "3 5"];
 
@@ -23,7 +23,7 @@ export const inertia = {
       about: `${text("From {least} to {greatest}.", { least: told(data.least), greatest: told(data.greatest) })}${mean} ${bodies.map((body) => body.name).join(", ")}.`,
       notes: [`${symbol}: ${text("from {least} to {greatest}.", { least: told(data.least), greatest: told(data.greatest) })}${mean}`],
       rows: [{
-        name: `${symbol}, ${text("without the flywheel")}`, unit, height: Math.round(Math.min(Math.max(0.4 * width, 150), 210)), zero: true,
+        name: answer.driver.stroke ? symbol : `${symbol}, ${text("without the flywheel")}`, unit, height: Math.round(Math.min(Math.max(0.4 * width, 150), 210)), zero: true,
         also: [0, data.greatest],
         curves: [...bodies, { name: text("total"), values: data.total, colour: "ink", line: 2 }],
         under: (place) => layers(bodies, place),
@@ -38,7 +38,8 @@ export function coloursOf(answer) {
   const names = (answer.mechanism?.views ?? []).flatMap((view) => Object.keys(view.bodies).map((body) => `${view.name}.${body}`));
   return (name, k) => {
     const plain = name.replace(/ .*$/, "");
-    const found = names.findIndex((each) => each === plain || each.endsWith(`.${plain}`) || plain.endsWith(`.${each.split(".")[1]}`));
+    const exact = names.indexOf(plain);
+    const found = exact < 0 ? names.findIndex((each) => each.endsWith(`.${plain}`)) : exact;
     return COLOURS[(found < 0 ? k : found) % COLOURS.length];
   };
 }

@@ -103,7 +103,7 @@ function numbers(data, place) {
     const [at, high] = top_of(data.net, phi, from, to, side);
     const words = [`A${k + 1}: ${place.tools.number(figure(work * joule.factor))} ${joule.unit}`, `A${k + 1}`];
     for (const word of words) {
-      const w = wide(word, 11);
+      const w = 1.1 * wide(word, 11) + 4;
       const spots = [];
       const middle = X((from + to) / 2);
       if (X(to) - X(from) > w + 6 && Math.abs(Y(high) - Y(0)) > 20) spots.push([X(at) - w / 2, (Y(0) + Y(high)) / 2 - 6], [middle - w / 2, Y(0) + (side > 0 ? -16 : 4)]);

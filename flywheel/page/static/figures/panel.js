@@ -121,10 +121,13 @@ export function legendOf(entries, width, top, { number }) {
       y += 17;
     }
     if (room) nodes.push(swatch(entry, x, y));
-    const told = label(x + room + wide(entry.name) + 6, y, "", { bold: true });
-    nodes.push(label(x + room, y, entry.name), told);
+    nodes.push(label(x + room, y, entry.name));
+    const below = x === 4 && needed - 14 > width;
+    if (below) y += 15;
+    const told = label(below ? x + room : x + room + wide(entry.name) + 6, y, "", { bold: true });
+    nodes.push(told);
     values.push(told);
-    x += needed;
+    x += below ? width : needed;
   }
   function tell(k, found, factor) {
     const unit = entries[k].unit;

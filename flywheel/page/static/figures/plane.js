@@ -12,24 +12,26 @@ export function marksOf(driver) {
   return Array.from({ length: driver.cyclic ? count : count + 1 }, (_, k) => driver.least + k * step);
 }
 
-/** Where a curve has jumps: indices of the points behind them. */
-export function jumpsOf(phi, xs, ys, size) {
-  const found = new Set();
-  for (let k = 1; k < phi.length; k++) {
-    if (phi[k] === phi[k - 1] && Math.hypot(xs[k] - xs[k - 1], ys[k] - ys[k - 1]) > 0.004 * size) found.add(k);
-  }
+/** Where a curve in px jumps: pairs of the points before and behind; where it ends elsewhere than it began, too. */
+function jumpPairs(phi, xs, ys, size, cyclic) {
+  const last = phi.length - 1;
+  const apart = (a, b) => xs[a] !== null && xs[b] !== null && Math.hypot(xs[a] - xs[b], ys[a] - ys[b]) > 0.004 * size;
+  const found = [];
+  for (let k = 1; k <= last; k++) if (phi[k] === phi[k - 1] && apart(k - 1, k)) found.push([k - 1, k]);
+  if (cyclic && apart(last, 0)) found.push([last, 0]);
   return found;
+}
+
+/** The ends of jumps: {spot, position}. */
+export function jumpEnds(phi, xs, ys, size, cyclic) {
+  return jumpPairs(phi, xs, ys, size, cyclic).flat().map((k) => ({ spot: [xs[k], ys[k]], position: phi[k] }));
 }
 
 /** The line of a curve in px, broken at its jumps, which are dotted with open ends. */
 export function planeCurve(phi, xs, ys, size, cyclic, { colour = "blue", line = 1.8 } = {}) {
-  const jumps = jumpsOf(phi, xs, ys, size);
-  const last = xs.length - 1;
-  const drawn = [node("path", { d: path(xs, ys, jumps), fill: "none", stroke: paint(colour), "stroke-width": line, "stroke-linejoin": "round" })];
-  const pairs = [...jumps].map((k) => [k - 1, k]);
-  if (cyclic && xs[0] !== null && xs[last] !== null && Math.hypot(xs[0] - xs[last], ys[0] - ys[last]) > 0.004 * size) pairs.push([last, 0]);
+  const pairs = jumpPairs(phi, xs, ys, size, cyclic);
+  const drawn = [node("path", { d: path(xs, ys, new Set(pairs.map(([, k]) => k))), fill: "none", stroke: paint(colour), "stroke-width": line, "stroke-linejoin": "round" })];
   for (const [a, b] of pairs) {
-    if (xs[a] === null || xs[b] === null) continue;
     drawn.push(node("line", { x1: round(xs[a]), y1: round(ys[a]), x2: round(xs[b]), y2: round(ys[b]), stroke: paint("muted"), "stroke-width": 1, "stroke-dasharray": "1 4" }));
     for (const k of [a, b]) drawn.push(node("circle", { cx: round(xs[k]), cy: round(ys[k]), r: 2.6, fill: paint("paper"), stroke: paint(colour) }));
   }
@@ -37,7 +39,7 @@ export function planeCurve(phi, xs, ys, size, cyclic, { colour = "blue", line = 
 }
 
 /** Dots along a curve with the positions beside them; those of one place are told together, those without room not at all. */
-export function planeMarks(marks, at, driver, free, number, { colour = "blue", bounds = null } = {}) {
+export function planeMarks(marks, at, driver, free, number, { colour = "blue", bounds = null, ends = [] } = {}) {
   const drawn = [];
   const groups = [];
   for (const position of marks) {
@@ -48,10 +50,13 @@ export function planeMarks(marks, at, driver, free, number, { colour = "blue", b
     if (group) group.positions.push(position);
     else groups.push({ spot, positions: [position] });
   }
+  for (const { spot, position } of ends) {
+    if (!groups.some((each) => Math.hypot(each.spot[0] - spot[0], each.spot[1] - spot[1]) < NEAR)) groups.push({ spot, positions: [position] });
+  }
   const middle = groups.reduce((sum, { spot }) => [sum[0] + spot[0] / groups.length, sum[1] + spot[1] / groups.length], [0, 0]);
   for (const { spot } of groups) free.block(spot[0] - 3, spot[1] - 3, 6, 6);
   for (const { spot, positions } of groups) {
-    const words = number(together(positions, driver));
+    const words = number(together(positions, driver, marks[1] - marks[0]));
     const w = wide(words, 10);
     const [dx, dy] = [spot[0] - middle[0], spot[1] - middle[1]];
     const length = Math.hypot(dx, dy) || 1;
@@ -66,15 +71,13 @@ export function planeMarks(marks, at, driver, free, number, { colour = "blue", b
 }
 
 /** Positions of one place: 30°, or 30–150°. */
-function together(positions, driver) {
+function together(positions, driver, step) {
   const written = (value) => String(Number((value * driver.factor).toFixed(1))).replace("-", "−");
   const sign = driver.sliding ? "" : "°";
-  if (positions.length === 1) return written(positions[0]) + sign;
-  const step = positions[1] - positions[0];
-  const even = positions.every((each, k) => k === 0 || Math.abs(each - positions[k - 1] - step) < 1e-6);
-  if (even && positions.length > 2) return `${written(positions[0])}–${written(positions[positions.length - 1])}${sign}`;
-  const shown = positions.slice(0, 2).map(written).join(", ");
-  return `${shown}${positions.length > 2 ? "…" : ""}${sign}`;
+  const row = positions.every((each, k) => k === 0 || Math.abs(each - positions[k - 1] - step) < 1e-6);
+  if (row && positions.length > 2) return `${written(positions[0])}–${written(positions[positions.length - 1])}${sign}`;
+  const shown = positions.slice(0, 4).map(written).join(", ");
+  return `${shown}${positions.length > 4 ? "…" : ""}${sign}`;
 }
 
 /** The position whose point is nearest to a place (px), within a distance. */

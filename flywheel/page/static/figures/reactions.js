@@ -2,12 +2,38 @@
 
 import { axis, csv, extent, figure, label, node, paint, path, round, scaled, valueAt, valuesAt, wide } from "./svg.js";
 import { lineOf, note, setAll } from "./curves.js";
-import { clear, driverOf, driverTicks, placeOf } from "./panel.js";
-import { marksOf, nearest, planeCurve, planeMarks } from "./plane.js";
+import { clear, driverOf, driverTicks, figureIn, placeOf } from "./panel.js";
+import { jumpEnds, marksOf, nearest, planeCurve, planeMarks } from "./plane.js";
 
 const CELL = 215; // px, about
 
-export const reactions = {
+/** The reactions in their place; of several mechanisms one is chosen, which the page is told by a "view" event. */
+export function reactionsIn(host, answer, tools) {
+  const select = document.createElement("select");
+  const choice = document.createElement("label");
+  const place = document.createElement("div");
+  choice.append(`${tools.text("Mechanism")} `, select);
+  host.replaceChildren(choice, place);
+  select.addEventListener("change", () => host.dispatchEvent(new CustomEvent("view", { bubbles: true, detail: { mechanism: select.value } })));
+  function choices({ mechanism, mechanisms }) {
+    choice.hidden = mechanisms.length < 2;
+    if (select.options.length !== mechanisms.length || mechanisms.some((name, k) => select.options[k].value !== name)) {
+      select.replaceChildren(...mechanisms.map((name) => new Option(name, name)));
+    }
+    select.value = mechanism;
+  }
+  choices(answer.reactions);
+  const figure = figureIn(place, answer, tools, reactions);
+  return {
+    ...figure,
+    update(next) {
+      choices(next.reactions);
+      figure.update(next);
+    },
+  };
+}
+
+const reactions = {
   draw(answer, width, tools) {
     const { text, number } = tools;
     const data = answer.reactions;
@@ -17,17 +43,18 @@ export const reactions = {
     const size = (width - 12 * (columns - 1)) / columns;
     const tall = Math.min(0.86 * size, 230);
     const children = [];
-    let y = note(children, text("What the first body of each joint does to the second, in N."), width, 0);
+    let y = note(children, text("What the first body of each joint does to the second."), width, 0);
+    if (driver.sliding) y = note(children, text("Figures along the curves are positions of the driver in mm."), width, y);
     if (data.without_inertia) y = note(children, text("Without inertia forces, as no speed is given."), width, y);
     const cells = [];
     const jobs = [...data.joints.map((joint) => [joint, joint.normal ? curveCell : hodograph]), ...data.driving.map((drive) => [drive, drivingCell])];
     jobs.forEach(([part, draw], k) => {
-      const place = { left: (k % columns) * (size + 12), top: y + Math.floor(k / columns) * (tall + 44), size, height: tall };
+      const place = { left: (k % columns) * (size + 12), top: y + Math.floor(k / columns) * (tall + 58), size, height: tall };
       const cell = draw(part, place, { answer, phi, driver, tools });
       children.push(...cell.children);
       cells.push({ ...cell, place });
     });
-    const height = y + Math.ceil(jobs.length / columns) * (tall + 44);
+    const height = y + Math.ceil(jobs.length / columns) * (tall + 58);
     const largest = data.joints.map((joint) => `${headOf(joint, text)}: ${largestOf(joint, driver, tools)}`);
     return {
       title: text("Reactions in the joints"),
@@ -35,7 +62,7 @@ export const reactions = {
       height,
       children,
       point(x, yy) {
-        const cell = cells.find(({ place }) => x >= place.left && x <= place.left + size && yy >= place.top && yy <= place.top + place.height + 44);
+        const cell = cells.find(({ place }) => x >= place.left && x <= place.left + size && yy >= place.top && yy <= place.top + place.height + 58);
         return cell ? cell.point(x, yy) : null;
       },
       move: (at) => cells.forEach((cell) => cell.move(at)),
@@ -59,12 +86,12 @@ function largestOf({ largest }, driver, tools) {
 }
 
 /** The head of a cell: whose force it is, its largest value, and the value at the cursor. */
-function head(words, about, { left, top, size }, below) {
+function head(words, about, { left, top, size }) {
   const cut = (line, width) => {
     while (line.length > 4 && wide(line) > width) line = `${line.slice(0, -2).trimEnd()}…`;
     return line;
   };
-  const value = label(left + size - 7, top + 33 + below, "", { anchor: "end", bold: true, halo: true });
+  const value = label(left + 2, top + 42, "", {});
   return { nodes: [label(left + 2, top + 12, cut(words, size - 6), { bold: true }), label(left + 2, top + 27, cut(about, size - 6), { colour: "muted" })], value };
 }
 
@@ -73,9 +100,9 @@ function head(words, about, { left, top, size }, below) {
 function hodograph(joint, place, { phi, driver, tools }) {
   const { left, top, size, height } = place;
   const { number, text } = tools;
-  const begin = head(headOf(joint, text), largestOf(joint, driver, tools), place, height - 7);
+  const begin = head(headOf(joint, text), largestOf(joint, driver, tools), place);
   const children = begin.nodes;
-  const [x0, y0, x1, y1] = [left + 1, top + 33, left + size - 1, top + 33 + height];
+  const [x0, y0, x1, y1] = [left + 1, top + 48, left + size - 1, top + 48 + height];
   children.push(node("rect", { x: round(x0), y: round(y0), width: round(x1 - x0), height: round(y1 - y0), fill: "none", stroke: paint("edge") }));
   if (!joint.largest) return { children, move: () => {}, point: () => null };
   const unit = scaled("N", joint.largest.value);
@@ -96,7 +123,7 @@ function hodograph(joint, place, { phi, driver, tools }) {
     const [x, y] = [valueAt(phi, joint.x, at, false), valueAt(phi, joint.y, at, false)];
     return x === null || y === null ? null : [X(x), Y(y)];
   };
-  children.push(...planeMarks(marksOf(driver), spot, driver, free, number, { bounds: [x0, y0, x1, y1] }));
+  children.push(...planeMarks(marksOf(driver), spot, driver, free, number, { bounds: [x0, y0, x1, y1], ends: jumpEnds(phi, xs, ys, y1 - y0, driver.cyclic) }));
   const arrow = node("path", { fill: "none", stroke: paint("vermillion"), "stroke-width": 2, visibility: "hidden" });
   children.push(arrow, begin.value);
   return {
@@ -105,7 +132,7 @@ function hodograph(joint, place, { phi, driver, tools }) {
     move(at) {
       const tip = spot(at);
       const found = [valueAt(phi, joint.x, at, driver.cyclic), valueAt(phi, joint.y, at, driver.cyclic)];
-      begin.value.textContent = tip ? `${number(figure(Math.hypot(...found) * unit.factor))} ${unit.unit}` : "–";
+      begin.value.textContent = `${driver.symbol} = ${placeOf(driver, at, tools)}: ${tip ? `${number(figure(Math.hypot(...found) * unit.factor))} ${unit.unit}` : "–"}`;
       setAll(arrow, tip ? { d: arrowTo([X(0), Y(0)], tip), visibility: "visible" } : { visibility: "hidden" });
     },
   };
@@ -151,11 +178,11 @@ function drivingCell(drive, place, shared) {
 
 function overDriver(words, about, values, si, name, colour, place, { phi, driver, tools }) {
   const { left, top, size, height } = place;
-  const begin = head(words, about, place, 15);
+  const begin = head(words, about, place);
   const children = begin.nodes;
   const [least, most] = extent(values, [0]);
   const unit = scaled(si, Math.max(Math.abs(least), Math.abs(most)));
-  const [y0, y1] = [top + 33, top + 33 + height - 16];
+  const [y0, y1] = [top + 48, top + 48 + height - 16];
   const room = 0.08 * (most - least);
   const scale = axis((least - room) * unit.factor, (most + room) * unit.factor, y1, y0, { every: 34, number: tools.number });
   const x0 = left + Math.min(Math.max(...scale.ticks.map((tick) => wide(tick.words, 10))) + 8, 0.3 * size);
@@ -185,7 +212,7 @@ function overDriver(words, about, values, si, name, colour, place, { phi, driver
     move(at) {
       const found = valuesAt(phi, values, at, driver.cyclic);
       const value = found[found.length - 1];
-      begin.value.textContent = `${found.map((each) => tools.number(figure(each === null ? null : each * unit.factor))).join(" → ")} ${unit.unit}`;
+      begin.value.textContent = `${driver.symbol} = ${placeOf(driver, at, tools)}: ${found.map((each) => tools.number(figure(each === null ? null : each * unit.factor))).join(" → ")} ${unit.unit}`;
       setAll(line, { x1: round(X(at)), x2: round(X(at)) });
       setAll(dot, value === null ? { visibility: "hidden" } : { cx: round(X(at)), cy: round(Y(value)), visibility: "visible" });
     },

@@ -1,10 +1,11 @@
 // The speed over the cycle with each flywheel, the band that was asked for, and where it is greatest and least.
 
-import { axis, csv, figure, label, node, paint, round } from "./svg.js";
+import { axis, csv, figure, label, node, paint, round, wide } from "./svg.js";
 import { curvesOf, note } from "./curves.js";
 import { driverOf, legendOf, placeOf } from "./panel.js";
 
 const RPM = 30 / Math.PI;
+const CONFIRMED = 1e-4; // of the irregularity
 const LINES = {
   exact: { colour: "blue", line: 2.2 },
   given: { colour: "blue", line: 2.2 },
@@ -55,20 +56,21 @@ function curves(answer, data, width, tools) {
 
 function confirmed({ confirmed: found }, { text, number }) {
   if (!found || found.error === null) return [];
-  const off = number(figure(found.error, 2));
-  const eps = number(figure(found.irregularity, 6));
-  return [found.route === "time"
-    ? text("Stepped in time, the irregularity is {eps}: confirmed to {off} of it.", { eps, off })
-    : text("Found by another route, the irregularity is {eps}: confirmed to {off} of it.", { eps, off })];
+  const eps = number(figure(found.irregularity, 5));
+  const words = found.route === "time" ? text("Stepped in time, the irregularity is {eps}", { eps }) : text("Found by another route, the irregularity is {eps}", { eps });
+  const off = found.error < CONFIRMED ? text("confirmed") : text("give or take {off} %", { off: number(figure(100 * found.error, 2)) });
+  return [`${words}: ${off}.`];
 }
 
-function band({ band: asked, mean }, { Y, left, right, tools }) {
+function band({ band: asked, mean }, { Y, left, right, tools, free }) {
   const drawn = [];
   if (asked) {
     const [low, high] = asked.map(Y);
     drawn.push(node("rect", { x: round(left), y: round(high), width: round(right - left), height: round(low - high), fill: paint("grid"), "fill-opacity": 0.6 }));
     for (const y of [low, high]) drawn.push(node("line", { x1: round(left), x2: right, y1: round(y), y2: round(y), stroke: paint("muted"), "stroke-dasharray": "1 3" }));
-    drawn.push(label(left + 5, high - 4, tools.text("band asked"), { colour: "muted", halo: true }));
+    const words = tools.text("band asked");
+    drawn.push(label(left + 5, high + 16, words, { colour: "muted", halo: true }));
+    free?.block(left + 5, high + 3, wide(words), 16);
   }
   drawn.push(node("line", { x1: round(left), x2: right, y1: round(Y(mean)), y2: round(Y(mean)), stroke: paint("muted"), "stroke-dasharray": "8 3 1 3" }));
   return drawn;

@@ -6,108 +6,151 @@ import { clear, driverOf, legendOf, placeOf } from "./panel.js";
 import { marksOf, nearest, planeCurve, planeMarks } from "./plane.js";
 
 const WITHIN = 2.5; // times the greatest I*: a pole that is nearer is drawn
+const SMALL_LOOP = 0.12; // of the diagram: a loop that is smaller both ways is drawn once more, enlarged
 
 export const wittenbauer = {
   draw(answer, width, tools) {
     const { text, number } = tools;
     const data = answer.wittenbauer;
     const driver = driverOf(answer, tools);
-    const phi = answer.phi;
     const most = Math.max(...data.inertia);
-    const near = data.flywheel <= WITHIN * most;
-    const first = near ? -1.08 * data.flywheel : 0;
-    const end = 1.06 * most;
-    const line = ({ slope, intercept }, x) => slope * x + intercept;
-    const seen = [...data.energy, ...data.tangents.flatMap((tangent) => [line(tangent, end), tangent.intercept, tangent.contact[1], near ? line(tangent, data.pole[0]) : 0])];
-    const joule = scaled("J", Math.max(...seen.map(Math.abs)));
+    const joule = scaled("J", Math.max(...data.energy.map(Math.abs), ...data.tangents.map(({ intercept }) => Math.abs(intercept))));
     const kilo = scaled("kg m²", most);
-    const told = (value, digits = 5) => `${number(figure(value * joule.factor, digits))} ${joule.unit}`;
-    const names = [text("fastest"), text("slowest")];
-    const entries = [
+    const shared = { data, phi: answer.phi, driver, joule, kilo, tools, width, near: data.flywheel <= WITHIN * most };
+    const legend = legendOf([
       { name: driver.symbol, unit: driver.unit, swatchless: true },
       { name: "I*", unit: kilo.unit, swatchless: true },
-      { name: "W", unit: joule.unit, colour: "ink", line: 2, jumps: false },
-    ];
-    const legend = legendOf(entries, width, 0, tools);
+      { name: "W", unit: joule.unit, colour: "ink", line: 2 },
+    ], width, 0, tools);
     const children = [...legend.nodes];
-    let y = legend.height;
-    data.tangents.forEach((tangent, k) => {
-      const words = text("ψ = {angle}° at the {which} point, {phi} (tan ψ = ½ ω² = {slope} J/(kg m²), ω = {speed} rpm)", {
-        angle: number(tangent.steepness.toFixed(2)), which: names[k], phi: placeOf(driver, tangent.angle, tools),
-        slope: number(figure(tangent.slope)), speed: number(figure((tangent.speed * 30) / Math.PI, 5)),
-      });
-      const before = y;
-      const inner = [];
-      y = note(inner, words, width - 28, y);
-      for (const each of inner) each.setAttribute("x", 28);
-      children.push(node("line", { x1: 4, x2: 22, y1: before + 7, y2: before + 7, stroke: paint(k ? "vermillion" : "blue"), "stroke-width": 2, "stroke-dasharray": k ? "7 3" : null }), ...inner);
-    });
+    const told = (value, digits = 5) => `${number(figure(value * joule.factor, digits))} ${joule.unit}`;
+    let y = tangentsTold(children, shared, legend.height);
     const pole = `P: I* = ${number(figure(data.pole[0] * kilo.factor, 5))} ${kilo.unit}, W = ${told(data.pole[1])}`;
-    y = note(children, `MN = ${told(data.mn)}. ${pole}${near ? "" : ` (${text("left of the picture")})`}.`, width, y);
-
-    const top = y + 20;
-    const bottom = top + Math.round(Math.min(Math.max(0.6 * width, 220), 320));
-    const room = 0.06 * (Math.max(...seen) - Math.min(...seen));
-    const up = axis((Math.min(...seen) - room) * joule.factor, (Math.max(...seen) + room) * joule.factor, bottom, top, { every: 34, number });
-    const left = Math.min(Math.max(...up.ticks.map((tick) => wide(tick.words)), 24) + 12, 0.25 * width);
-    const second = axis(up.least / joule.factor / data.joule, up.greatest / joule.factor / data.joule, bottom, top, { every: 34, number });
-    const right = width - Math.min(Math.max(...second.ticks.map((tick) => wide(tick.words))) + 10, 0.2 * width);
-    const gap = near ? 0 : 0.07 * (right - left);
-    const along = axis(first * kilo.factor, end * kilo.factor, left + gap, right, { every: 60, number });
-    const X = (value) => along.at(value * kilo.factor);
-    const Y = (value) => up.at(value * joule.factor);
-    for (const tick of up.ticks) {
-      children.push(node("line", { x1: round(left), x2: round(right), y1: round(tick.at), y2: round(tick.at), stroke: paint("grid") }));
-      children.push(label(left - 5, tick.at + 4, tick.words, { anchor: "end", colour: "muted" }));
-    }
-    for (const tick of second.ticks) children.push(label(right + 5, tick.at + 4, tick.words, { colour: "muted" }));
-    for (const tick of along.ticks) {
-      children.push(node("line", { x1: round(tick.at), x2: round(tick.at), y1: top, y2: bottom, stroke: paint("grid") }));
-      children.push(label(tick.at, bottom + 14, tick.words, { anchor: "middle", colour: "muted" }));
-    }
-    children.push(label(2, top - 7, `W, ${joule.unit}`, { bold: true }), label(width - 2, top - 7, "2 W/ω², kg m²", { anchor: "end", bold: true }));
-    children.push(label((left + right) / 2, bottom + 29, `I*, ${kilo.unit}`, { anchor: "middle", colour: "muted" }));
-    children.push(node("line", { x1: round(X(0)), x2: round(X(0)), y1: top, y2: bottom, stroke: paint("ink") }));
-
-    const xs = data.inertia.map(X);
-    const ys = data.energy.map(Y);
-    const free = clear();
-    const [from, to] = [near ? data.pole[0] : 0, end];
-    data.tangents.forEach((tangent, k) => {
-      children.push(node("line", { x1: round(X(from)), y1: round(Y(line(tangent, from))), x2: round(X(to)), y2: round(Y(line(tangent, to))), stroke: paint(k ? "vermillion" : "blue"), "stroke-width": 1.8, "stroke-dasharray": k ? "7 3" : null }));
+    y = note(children, `MN = ${told(data.mn)}. ${pole}${shared.near ? "" : ` (${text("left of the picture")})`}.`, width, y);
+    const height = Math.round(Math.min(Math.max(0.6 * width, 220), 320));
+    const windows = windowsOf(data, shared.near);
+    const plots = windows.map((window, k) => {
+      const plot = plotOf({ ...shared, told }, window, y + 20, k === windows.length - 1 ? height : 0.6 * height);
+      children.push(...plot.children);
+      y = plot.bottom + 34;
+      return plot;
     });
-    children.push(...planeCurve(phi, xs, ys, bottom - top, driver.cyclic, { colour: "ink", line: 1.5 }));
-    children.push(...arrows(xs, ys));
-    data.tangents.forEach((tangent, k) => {
-      children.push(node("circle", { cx: round(X(tangent.contact[0])), cy: round(Y(tangent.contact[1])), r: 4.5, fill: paint(k ? "vermillion" : "blue") }));
-    });
-    children.push(...secant(data, { X, Y, told, free, near }));
-    if (near) {
-      children.push(node("circle", { cx: round(X(data.pole[0])), cy: round(Y(data.pole[1])), r: 4, fill: paint("purple") }));
-      children.push(label(X(data.pole[0]), Y(data.pole[1]) - 9, "P", { bold: true, anchor: "middle" }));
-    }
-    const spot = (at) => [X(valueAt(phi, data.inertia, at, false)), Y(valueAt(phi, data.energy, at, false))];
-    children.push(...planeMarks(marksOf(driver), spot, driver, free, number, { colour: "ink", bounds: [left, top, right, bottom] }));
-    children.push(node("rect", { x: round(left), y: top, width: round(right - left), height: bottom - top, fill: "none", stroke: paint("edge") }));
-    const cursor = node("circle", { r: 6, fill: "none", stroke: paint("ink"), "stroke-width": 2.4, visibility: "hidden" });
-    children.push(cursor);
     return {
       title: text("Wittenbauer's diagram"),
       about: `MN = ${told(data.mn)}. ${pole}. ${text("Flywheel {inertia} kg m², irregularity {eps}.", { inertia: number(figure(data.flywheel, 5)), eps: number(figure(data.irregularity)) })}`,
-      height: bottom + 34,
+      height: y,
       children,
-      point: (x, yy) => nearest(phi, xs, ys, x, yy, 60),
+      point: (x, yy) => (plots.find((plot) => yy < plot.bottom + 30) ?? plots[0]).point(x, yy),
       move(at) {
-        const [inertia, work] = [valueAt(phi, data.inertia, at, false), valueAt(phi, data.energy, at, false)];
+        const [inertia, work] = [valueAt(answer.phi, data.inertia, at, false), valueAt(answer.phi, data.energy, at, false)];
         legend.tell(0, [at], driver.factor);
         legend.tell(1, [inertia], kilo.factor);
         legend.tell(2, [work], joule.factor);
-        setAll(cursor, { cx: round(X(inertia)), cy: round(Y(work)), visibility: "visible" });
+        for (const plot of plots) plot.move(inertia, work);
       },
-      csv: () => csv([{ name: driver.name, unit: driver.si, values: phi }, { name: "I*", unit: "kg m²", values: data.inertia }, { name: "W", unit: "J", values: data.energy }]),
+      csv: () => csv([{ name: driver.name, unit: driver.si, values: answer.phi }, { name: "I*", unit: "kg m²", values: data.inertia }, { name: "W", unit: "J", values: data.energy }]),
     };
   },
 };
+
+const line = ({ slope, intercept }, x) => slope * x + intercept;
+
+/** The tangents told with their angles: tan ψ = ½ ω² in the units of the axes. */
+function tangentsTold(children, { data, driver, tools, width }, y) {
+  const { text, number } = tools;
+  const names = [text("fastest"), text("slowest")];
+  data.tangents.forEach((tangent, k) => {
+    const words = text("ψ = {angle}° at the {which} point, {phi}: tan ψ = ½ ω² = {slope} J/(kg m²), ω = {speed} rpm", {
+      angle: number(tangent.steepness.toFixed(2)), which: names[k], phi: placeOf(driver, tangent.angle, tools),
+      slope: number(figure(tangent.slope)), speed: number(figure((tangent.speed * 30) / Math.PI, 5)),
+    });
+    const inner = [];
+    children.push(node("line", { x1: 4, x2: 22, y1: y + 7, y2: y + 7, stroke: paint(k ? "vermillion" : "blue"), "stroke-width": 2, "stroke-dasharray": k ? "7 3" : null }));
+    y = note(inner, words, width - 28, y);
+    for (const each of inner) each.setAttribute("x", 28);
+    children.push(...inner);
+  });
+  return y;
+}
+
+/** What is to be seen, [x0, x1, y0, y1] in SI: the whole diagram from M and N (or P) on, and a small loop by itself. */
+function windowsOf(data, near) {
+  const end = 1.06 * Math.max(...data.inertia);
+  const first = near ? -1.08 * data.flywheel : 0;
+  const seen = [...data.energy, ...data.tangents.flatMap((tangent) => [line(tangent, end), tangent.intercept, tangent.contact[1], near ? line(tangent, data.pole[0]) : 0])];
+  const whole = [first, end, Math.min(...seen), Math.max(...seen)];
+  const loop = [Math.min(...data.inertia), Math.max(...data.inertia), Math.min(...data.energy), Math.max(...data.energy)];
+  const small = loop[1] - loop[0] < SMALL_LOOP * (end - first) && loop[3] - loop[2] < SMALL_LOOP * (whole[3] - whole[2]);
+  if (!small) return [whole];
+  const room = 0.15 * (loop[1] - loop[0]);
+  return [whole, [loop[0] - room, loop[1] + room, loop[2], loop[3]]];
+}
+
+/** The diagram within a window. */
+function plotOf({ data, phi, driver, joule, kilo, tools, width, near, told }, [x0, x1, y0, y1], top, height) {
+  const { number } = tools;
+  const bottom = top + height;
+  const room = 0.07 * (y1 - y0);
+  const up = axis((y0 - room) * joule.factor, (y1 + room) * joule.factor, bottom, top, { every: 34, number });
+  const left = Math.min(Math.max(...up.ticks.map((tick) => wide(tick.words)), 24) + 12, 0.25 * width);
+  const second = axis(up.least / joule.factor / data.joule, up.greatest / joule.factor / data.joule, bottom, top, { every: 34, number });
+  const right = width - Math.min(Math.max(...second.ticks.map((tick) => wide(tick.words))) + 10, 0.2 * width);
+  const gap = x0 === 0 ? 0.07 * (right - left) : 0;
+  const along = axis(x0 * kilo.factor, x1 * kilo.factor, left + gap, right, { every: 60, number });
+  const X = (value) => along.at(value * kilo.factor);
+  const Y = (value) => up.at(value * joule.factor);
+  const children = [];
+  for (const tick of up.ticks) {
+    children.push(node("line", { x1: round(left), x2: round(right), y1: round(tick.at), y2: round(tick.at), stroke: paint("grid") }));
+    children.push(label(left - 5, tick.at + 4, tick.words, { anchor: "end", colour: "muted" }));
+  }
+  for (const tick of second.ticks) children.push(label(right + 5, tick.at + 4, tick.words, { colour: "muted" }));
+  for (const tick of along.ticks) {
+    children.push(node("line", { x1: round(tick.at), x2: round(tick.at), y1: top, y2: bottom, stroke: paint("grid") }));
+    children.push(label(tick.at, bottom + 14, tick.words, { anchor: "middle", colour: "muted" }));
+  }
+  const less = ({ origin }) => (origin ? ` − ${number(String(Number(origin.toPrecision(8))))}` : "");
+  children.push(label(2, top - 7, `W${less(up)}, ${joule.unit}`, { bold: true }), label(width - 2, top - 7, `2 W/ω²${less(second)}, kg m²`, { anchor: "end", bold: true }));
+  children.push(label((left + right) / 2, bottom + 29, `I*${less(along)}, ${kilo.unit}`, { anchor: "middle", colour: "muted" }));
+
+  const [xs, ys] = [data.inertia.map(X), data.energy.map(Y)];
+  const free = clear();
+  data.tangents.forEach((tangent, k) => {
+    const ends = clipped(tangent, Math.max(near ? data.pole[0] : 0, x0), x1, up.least / joule.factor, up.greatest / joule.factor);
+    if (!ends) return;
+    children.push(node("line", { x1: round(X(ends[0])), y1: round(Y(line(tangent, ends[0]))), x2: round(X(ends[1])), y2: round(Y(line(tangent, ends[1]))), stroke: paint(k ? "vermillion" : "blue"), "stroke-width": 1.8, "stroke-dasharray": k ? "7 3" : null }));
+  });
+  if (x0 <= 0) children.push(node("line", { x1: round(X(0)), x2: round(X(0)), y1: top, y2: bottom, stroke: paint("ink") }), ...secant(data, { X, Y, told, free, near }));
+  children.push(...planeCurve(phi, xs, ys, height, driver.cyclic, { colour: "ink", line: 1.5 }));
+  children.push(...arrows(xs, ys));
+  data.tangents.forEach((tangent, k) => {
+    children.push(node("circle", { cx: round(X(tangent.contact[0])), cy: round(Y(tangent.contact[1])), r: 4.5, fill: paint(k ? "vermillion" : "blue") }));
+  });
+  if (near && x0 <= data.pole[0]) {
+    children.push(node("circle", { cx: round(X(data.pole[0])), cy: round(Y(data.pole[1])), r: 4, fill: paint("purple") }));
+    children.push(label(X(data.pole[0]), Y(data.pole[1]) - 9, "P", { bold: true, anchor: "middle" }));
+  }
+  const spot = (at) => [X(valueAt(phi, data.inertia, at, false)), Y(valueAt(phi, data.energy, at, false))];
+  children.push(...planeMarks(marksOf(driver), spot, driver, free, number, { colour: "ink", bounds: [left, top, right, bottom] }));
+  children.push(node("rect", { x: round(left), y: top, width: round(right - left), height, fill: "none", stroke: paint("edge") }));
+  const cursor = node("circle", { r: 6, fill: "none", stroke: paint("ink"), "stroke-width": 2.4, visibility: "hidden" });
+  children.push(cursor);
+  return {
+    children,
+    bottom,
+    point: (x, y) => nearest(phi, xs, ys, x, y, 60),
+    move: (inertia, work) => setAll(cursor, { cx: round(X(inertia)), cy: round(Y(work)), visibility: "visible" }),
+  };
+}
+
+/** The stretch of a tangent between two inertias that lies between two energies; null where none does. */
+function clipped(tangent, from, to, low, high) {
+  if (tangent.slope > 0) {
+    from = Math.max(from, (low - tangent.intercept) / tangent.slope);
+    to = Math.min(to, (high - tangent.intercept) / tangent.slope);
+  }
+  return from < to ? [from, to] : null;
+}
 
 /** The stretch MN that the tangents cut off where I* = 0. */
 function secant(data, { X, Y, told, free, near }) {
