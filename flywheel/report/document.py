@@ -219,6 +219,7 @@ a { color: #0b4a8f; }
 .step > .what > .number { position: absolute; left: 0; color: var(--quiet); }
 math { font-size: 1.08em; }
 .formula { margin: .35em 0; overflow-x: auto; overflow-y: hidden; }
+.formula mtable.lines mtd { text-align: left; }
 .formula.substitution { font-size: .95em; }
 .result math { font-weight: 600; }
 .customary { color: var(--quiet); }

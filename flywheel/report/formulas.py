@@ -53,6 +53,7 @@ _SHOWN_ALONE = ("integral", "total", "derivative", "greatest", "least")
 _ESCAPES = {"-": "‿", ".": "·", " ": "⁔", "_": "⁀"}  # in an index: letters that a name in Python may have
 _RELATIONS = {ast.Lt: "<", ast.LtE: "≤", ast.Gt: ">", ast.GtE: "≥", ast.Eq: "=", ast.NotEq: "≠"}
 _RAISED = str.maketrans("0123456789−", "⁰¹²³⁴⁵⁶⁷⁸⁹⁻")
+_WIDEST = 115  # characters of a formula in one line
 _LOOSE, _SUM, _PRODUCT, _POWER, _ATOM = range(5)
 """How tightly the parts of a formula hold together: what is looser than its place asks is put in brackets."""
 
@@ -259,7 +260,30 @@ def mathml(formula: str, numbers: Mapping[str, Quantity] | None = None, *, displ
     parts = [_shown(side, {}) for side in (heads[:1] if numbers else heads)]
     parts.append(_shown(last, numbers or {}))
     text = " = ".join(part.text for part in parts)
-    return element("<mo>=</mo>".join(part.math for part in parts), text, display=display)
+    inner = "<mo>=</mo>".join(part.math for part in parts)
+    if display and len(text) > _WIDEST:
+        inner = _in_lines("".join(f"{part.math}<mo>=</mo>" for part in parts[:-1]), last, numbers or {}) or inner
+    return element(inner, text, display=display)
+
+
+def _in_lines(head: str, node: ast.expr, numbers: Mapping[str, Quantity]) -> str:
+    """A long sum in lines that a page holds, broken before its signs; nothing for what is no sum."""
+    terms: list[tuple[str, _Shown]] = []
+    while isinstance(node, ast.BinOp) and isinstance(node.op, ast.Add | ast.Sub):
+        sign = "+" if isinstance(node.op, ast.Add) else "−"
+        term = _shown(node.right, numbers)
+        terms.insert(0, (sign, _bracketed(term, _PRODUCT if sign == "−" or term.text.startswith("−") else _SUM)))
+        node = node.left
+    if not terms:
+        return ""
+    lines, length = [head + _bracketed(_shown(node, numbers), _SUM).math], len(_shown(node, numbers).text) + 12
+    for sign, term in terms:
+        length += len(term.text) + 3
+        if length > _WIDEST:
+            lines, length = [*lines, ""], len(term.text) + 3
+        lines[-1] += f"<mo>{sign}</mo>{term.math}"
+    rows = "".join(f"<mtr><mtd><mrow>{line}</mrow></mtd></mtr>" for line in lines)
+    return f'<mtable class="lines" displaystyle="true">{rows}</mtable>'
 
 
 def equation(quantity: Quantity) -> str:

@@ -634,13 +634,13 @@ def _unknowns(made: Sheet, cycle: Cyclic, symbols: Sequence[str]) -> None:
 def _system(made: Sheet, cycle: Cyclic, symbols: Sequence[str]) -> None:
     """The linear equations of the influence coefficients: the loops' derivatives by the unknowns, and by the driver."""
     equations = cycle.solution.equations
-    loops, scale = equations.loops, cycle.solution.scale
+    loops = equations.loops
     psi = made.position.psi if cycle.period is None else made.position.psi % cycle.period
     z = cycle.solution.movement(np.array([float(psi)])).z
     jacobian = equations.jacobian(z, equations.bases(z))[0]
     sliding = np.array([made.driver == "x", *(name.startswith("slide") for name in loops.names[1:])])
     by = np.where(sliding, 1.0, loops.unit)  # from a row in units of length to one in m
-    rows = []
+    rows: list[tuple[Cell, ...]] = []
     for k, row in enumerate(jacobian):
         metres = row * by if k < 2 * len(loops.closures) else row * np.where(sliding, 1.0 / loops.unit, 1.0)
         name = (
@@ -649,7 +649,6 @@ def _system(made: Sheet, cycle: Cyclic, symbols: Sequence[str]) -> None:
             else loops.linkage.couplings[k - 2 * len(loops.closures)].name
         )
         rows.append((name, *(Quantity("", float(v) + 0.0) for v in metres[1:]), Quantity("", -float(metres[0]) + 0.0)))
-    del scale
     head = (_("equation"), *(_("× {symbol}′", symbol=symbol_text(s)) for s in symbols[1:]), _("= right side"))
     told = _("The derivatives of the equations, in SI: linear in the influence coefficients, which solve them")
     made.tables.append((_("Positions"), Table(told, head, tuple(rows))))
@@ -683,11 +682,11 @@ def _bodies(made: Sheet, cycle: Cyclic, symbols: Sequence[str], swings: Callable
         wanted = [axis for axis in "xy" if f"{link.name}.com.{axis}" in made.needed]
         if link.mass and wanted:
             made.part(_("Centre of mass of {body}", body=link.name))
-            terms = swings(loops.origins[k], [(own, form.weights)])
+            arms = swings(loops.origins[k], [(own, form.weights)])
             for axis in wanted:
                 of = f"{axis}_G_{index(link.name)}"
                 what = _("Centre of mass of {body}: {axis}", body=link.name, axis=axis)
-                _by_arms(made, terms, axis, of, f"{link.name}.com.{axis}", what)
+                _by_arms(made, arms, axis, of, f"{link.name}.com.{axis}", what)
     for port in made.mechanism.points:
         if port.name not in made.needed:
             continue
@@ -696,8 +695,8 @@ def _bodies(made: Sheet, cycle: Cyclic, symbols: Sequence[str], swings: Callable
         turned = complex(np.exp(-1j * port.direction))
         own = complex(at.x, at.y) / loops.unit * complex(np.exp(1j * form.constant)) * turned
         made.part(_("Place of {port}, along its direction", port=port.name))
-        terms = swings(loops.origins[k] * turned, [(own, form.weights)])
-        _by_arms(made, terms, "x", f"x_{index(port.name)}", port.name, _("Place of {port}", port=port.name))
+        arms = swings(loops.origins[k] * turned, [(own, form.weights)])
+        _by_arms(made, arms, "x", f"x_{index(port.name)}", port.name, _("Place of {port}", port=port.name))
 
 
 def _by_arms(made: Sheet, terms: Sequence[Swing], axis: str, of: str, where: str, what: str) -> None:

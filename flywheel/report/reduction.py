@@ -287,13 +287,12 @@ def _body(at: Steps, part: str, mine: Sequence[Element], share: Quantity, slope:
         factor = f"({gain})**2" if "*" in gain else f"{gain}**2"
         terms.append(mass.symbol if gain == "1" else f"{mass.symbol}*{factor}")
         if second != "0" and float(at.state.gain_slopes[element.junction][0]):
-            bent.append(f"{mass.symbol}*{gain}*{second}")
+            bent.append("*".join(("2", mass.symbol, *(() if gain == "1" else (gain,)), second)))
             more |= {mass.symbol: mass} | {n.symbol: n for n in (*of_gain, *of_slope)}
     text = f"{share.symbol} = {' + '.join(terms)}"
     yield _checked(Step(_("Share of {body}", body=part), text, tuple(numbers.values()), share))
     if bent and slope.value:
-        inner = " + ".join(bent)
-        text = f"{slope.symbol} = 2*({inner})" if len(bent) > 1 else f"{slope.symbol} = 2*{inner}"
+        text = f"{slope.symbol} = {' + '.join(bent)}"
         yield _checked(Step(_("and its slope"), text, tuple(more.values()), slope))
 
 
