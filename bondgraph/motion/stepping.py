@@ -266,14 +266,19 @@ def roots(series: Array) -> Array:
 def instant(value: Callable[[float], float], low: float, high: float) -> float:
     """When a value changes its sign between two instants, to the last digit (Brent's method); `high` where it does not.
 
+    An instant next to zero is found to 1e-25 of the interval.
+
     >>> abs(instant(lambda t: t * t - 2.0, 0.0, 2.0) - 2.0**0.5) < 1e-15
+    True
+    >>> instant(lambda t: t**3 - 1e-100, 0.0, 1.0) < 1e-24
     True
     """
     from scipy.optimize import brentq
 
     if not float(value(low)) * float(value(high)) < 0.0:
         return high
-    return float(brentq(value, low, high, xtol=1e-300, rtol=4 * np.finfo(float).eps))
+    close = max(1e-25 * (high - low), 1e-300)
+    return float(brentq(value, low, high, xtol=close, rtol=4 * np.finfo(float).eps, maxiter=2000))
 
 
 def hermite(a: float, b: float, ya: Array, yb: Array, fa: Array, fb: Array) -> Callable[[Any], Array]:
