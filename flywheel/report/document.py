@@ -336,7 +336,7 @@ class _Writer:
         for symbol in named:
             place, name = self.found[symbol]
             told.append(f'{formulas.symbol_element(symbol)} <a href="#{place}">{escape(name)}</a>')
-        return f'<p class="from">{escape(_("from"))} {"; ".join(told)}</p>' if told else ""
+        return f'<p class="from">{escape(_("The numbers come from"))} {"; ".join(told)}</p>' if told else ""
 
     def in_customary_units(self, quantity: Quantity) -> str:
         told = customary(quantity) if self.customary else None

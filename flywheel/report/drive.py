@@ -44,10 +44,12 @@ def motor(known: Known) -> Section | None:
         case Constant():
             parts.append(Note(_("Its torque is the same at every speed.")))
     if (breakdown := found.breakdown) is not None and not isinstance(found, Induction):
-        told = _("Slower than {speed}, where it gives {torque}, its torque falls: it would stall.")
-        parts.append(
-            Note(told.format(speed=quantity(breakdown.speed, "rpm"), torque=quantity(breakdown.torque, "N m")), "remark")
+        told = _(
+            "Slower than {speed}, where it gives {torque}, its torque falls: it would stall.",
+            speed=quantity(breakdown.speed, "rpm"),
+            torque=quantity(breakdown.torque, "N m"),
         )
+        parts.append(Note(told, "remark"))
     return Section(_("The motor: {kind}", kind=_kind(found)), tuple(parts))
 
 
@@ -260,8 +262,10 @@ def _of_motor(known: Known, mean: Quantity) -> Iterator[Part]:
 def _verdict(share: float | None) -> str:
     if share is None:
         return _("What it may be is not known without a rated point.")
-    told = _("That is {share} of the heat at the rated point", share=quantity(share, "%", 4))
-    return told + (_(": too hot for continuous running.") if share > 1.0 + 1e-9 else _(", which it is rated for."))
+    shown = quantity(share, "%", 4)
+    if share > 1.0 + 1e-9:
+        return _("That is {share} of the heat at the rated point: too hot for continuous running.", share=shown)
+    return _("That is {share} of the heat at the rated point, which it is rated for.", share=shown)
 
 
 # -- an engine's gas --------------------------------------------------------------------------------------------------

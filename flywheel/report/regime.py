@@ -15,7 +15,6 @@ from typing import NamedTuple
 
 import numpy as np
 
-from flywheel import language
 from flywheel.language import text as _
 from flywheel.numerics import cells
 from flywheel.numerics.cells import Array
@@ -192,8 +191,12 @@ def balance(known: Known) -> Section | None:
             told = _("Work of the drive over a cycle along the motion")
             work = Quantity("W_d", sizing.drive_work, "J")
             parts.append(Step(told, "W_d = integral(M_star_d(phi), phi, 0, Phi)", (), work, how=_by_quadrature()))
-    closure = _("What is left of the net work: {net}; the work exchanged is {exchanged}.")
-    parts.append(Note(closure.format(net=quantity(cycle.net, "J", 2), exchanged=quantity(cycle.exchanged, "J"))))
+    told = _(
+        "What is left of the net work: {net}; the work exchanged is {exchanged}.",
+        net=quantity(cycle.net, "J", 2),
+        exchanged=quantity(cycle.exchanged, "J"),
+    )
+    parts.append(Note(told))
     if sizing.power is not None and sizing.drive_work is not None:
         parts.append(
             Step(
@@ -530,7 +533,8 @@ def inertia_torque(known: Known) -> Section | None:
     for name, point, told in (("a", high, _("greatest")), ("b", low, _("least"))):
         work, inertia = Quantity(f"W_{name}", point.work, "J"), Quantity(f"I_{name}", point.inertia, "kg m²")
         value = Quantity(f"T_{name}", point.work - 0.5 * known.area_speed.value**2 * point.inertia, "J")
-        parts.append(_point_table(point, work, inertia, told, f"phi_{name}"))
+        where = _("Where it is {extreme}: the angle, the work up to it, the reduced inertia there", extreme=told)
+        parts.append(_point_table(point, work, inertia, where, f"phi_{name}"))
         parts.append(
             Step(
                 _("Its {extreme} value", extreme=told),
@@ -555,9 +559,8 @@ def inertia_torque(known: Known) -> Section | None:
 
 def _point_table(point: Point, work: Quantity, inertia: Quantity, told: str, angle: str) -> Table:
     """W and I* at an angle that was found."""
-    caption = _("Where it is {extreme}: the angle, the work up to it, the reduced inertia there", extreme=told)
     row = (Quantity(angle, point.phi, "°"), work, inertia)
-    return Table(caption, (_("angle, °"), _("W, J"), _("I*, kg m²")), (row,))
+    return Table(told, (_("angle, °"), _("W, J"), _("I*, kg m²")), (row,))
 
 
 # -- Wittenbauer ------------------------------------------------------------------------------------------------------
@@ -726,16 +729,21 @@ def speeds(known: Known) -> Section | None:
         flywheel = flywheel._replace(value=0.0)
     found = []
     for name, angle, speed, told in (
-        ("max", run.angle_speed_max, run.speed_max, _("greatest")),
-        ("min", run.angle_speed_min, run.speed_min, _("least")),
+        ("max", run.angle_speed_max, run.speed_max, _("The greatest speed")),
+        ("min", run.angle_speed_min, run.speed_min, _("The least speed")),
     ):
         point = known.at(angle, cycle)
         work, inertia = Quantity(f"W_{name}_omega", point.work, "J"), Quantity(f"I_{name}_omega", point.inertia, "kg m²")
-        parts.append(_point_table(point, work, inertia, _("{extreme} speed", extreme=told), f"phi_{name}_omega"))
+        where = (
+            _("Where the speed is greatest: the angle, the work up to it, the reduced inertia there")
+            if name == "max"
+            else _("Where the speed is least: the angle, the work up to it, the reduced inertia there")
+        )
+        parts.append(_point_table(point, work, inertia, where, f"phi_{name}_omega"))
         result = Quantity(f"omega_{name}", speed, "rad/s")
         parts.append(
             Step(
-                _("The {extreme} speed", extreme=told),
+                told,
                 f"omega_{name} = sqrt(2*(E_0 + {work.symbol})/({flywheel.symbol} + {inertia.symbol}))",
                 (start, work, flywheel, inertia),
                 result,
@@ -912,7 +920,7 @@ def accuracy(known: Known, remarks: Iterable[str]) -> Section:
                 _(
                     "Left out at this level of accuracy ({level}): {what}.",
                     level=sizing.accuracy,
-                    what="; ".join(language.text(one) for one in sizing.left_out),
+                    what="; ".join(sizing.left_out),
                 ),
                 "left out",
             )

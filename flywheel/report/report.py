@@ -86,8 +86,13 @@ def _subtitle(scene: Scene, sizing: Sizing | None) -> str:
     if sizing.flywheel.needed is False:
         return _("Worked report: no flywheel is needed for irregularity {eps}, crank at {speed}", eps=eps, speed=speed)
     exact = regime.quantity(sizing.flywheel.exact or 0.0, "kg m²", 5)
-    told = _("Worked report: flywheel of {exact} on {on} for irregularity {eps}, crank at {speed}")
-    return told.format(exact=exact, on=on, eps=eps, speed=speed)
+    return _(
+        "Worked report: flywheel of {exact} on {on} for irregularity {eps}, crank at {speed}",
+        exact=exact,
+        on=on,
+        eps=eps,
+        speed=speed,
+    )
 
 
 def _parts(scene: Scene, sizing: Sizing | None, given: Given, printed: Solution | None) -> Iterator[Part]:

@@ -140,9 +140,11 @@ def _inertia(known: Known, found: Wheel) -> Iterator[Part]:
         yield Step(_("Inertia of the wheel"), "I_w = I_1", (first,), whole)
     asked = known.sizing.inertia
     if asked:
-        told = _("It was made for {asked}", asked=quantity(asked, "kg m²"))
-        rounded = _(", rounded up to the next size") if found.inertia > asked * (1 + _SAME) else ""
-        yield Note(f"{told}{rounded}.")
+        shown = quantity(asked, "kg m²")
+        if found.inertia > asked * (1 + _SAME):
+            yield Note(_("It was made for {asked}, rounded up to the next size.", asked=shown))
+        else:
+            yield Note(_("It was made for {asked}.", asked=shown))
     yield Step(_("The same in handbooks' terms, GD²"), "G_D = 4*I_w", (whole,), Quantity("G_D", 4 * found.inertia, "kg m²"))
 
 
@@ -251,6 +253,7 @@ def _on_arms(found: Wheel, torque: float | None, speed: Quantity, density: Quant
     yield Step(_("Stress in the arms at the rim, by its pull"), "sigma_3 = 2/3*rho*v_0**2*q_A/C", numbers, at_rim)
     inner, root = Quantity("r", body.inner, "m"), Quantity("r_h", hub.diameter / 2, "m")
     bent = torque is not None and torque > 0.0
+    more: tuple[Quantity, ...]
     formula, more = "sigma_4 = sigma_3 + rho*omega_w**2*(r**2 - r_h**2)/2", (at_rim, density, speed, inner, root)
     if bent:
         moment, modulus = Quantity("T_w", torque or 0.0, "N m"), Quantity("Z", arms.modulus, "m³")
