@@ -9,7 +9,8 @@ import { number, text, typed } from "./language.js";
 const PAUSE = 800; // ms without an event after which a slider moved by keys begins a new step
 const shapes = new WeakMap(); // of a group's element: the structure it was made for
 const ranges = new Map(); // of a slider, by path and unit: kept while the value lies within
-const folded = new Set(); // paths of groups that are closed
+const narrow = matchMedia("(max-width: 56.24em)").matches; // where all groups are closed at first
+const folded = new Map(); // paths of groups that were closed (true) or opened
 const helped = new Set(); // paths of fields whose help is open
 
 let arriving = null; // the path of what was added: it takes the focus when it is there
@@ -89,20 +90,15 @@ function structure(group) {
 function groupOf(group) {
   const made = element(
     "details",
-    { class: `group level-${group.level ?? 0}`, "data-path": group.path, ontoggle: () => fold(group.path, made.open) },
+    { class: `group level-${group.level ?? 0}`, "data-path": group.path, ontoggle: () => folded.set(group.path, !made.open) },
     element("summary", {}, element("h3", {}, group.title)),
     group.about ? element("p", { class: "about" }, group.about) : null,
     element("p", { class: "fault", hidden: true }),
     group.fields.map(fieldOf),
     footOf(group),
   );
-  made.open = !folded.has(group.path);
+  made.open = !(folded.get(group.path) ?? (narrow && group.path !== arriving));
   return made;
-}
-
-function fold(path, open) {
-  if (open) folded.delete(path);
-  else folded.add(path);
 }
 
 function footOf(group) {

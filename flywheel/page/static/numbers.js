@@ -12,6 +12,13 @@ export function showNumbers(host, blocks) {
   host.replaceChildren(element("div", {}, of("flywheel", "wheel")), element("div", {}, rest), ...of("machine"));
 }
 
+/** Let the keyboard scroll the tables that are wider than their place. */
+export function reachable(host) {
+  for (const box of host.querySelectorAll(".wide-table")) {
+    if (box.scrollWidth > box.clientWidth) Object.assign(box, { tabIndex: 0, role: "group", ariaLabel: box.firstElementChild.ariaLabel });
+  }
+}
+
 /** What a second route says of the answer: it stands beside the heading, so that nothing moves when it comes. */
 export function secondRoute(blocks) {
   return (blocks.find((block) => block.name === "run")?.sentences ?? []).join(" ");
@@ -28,16 +35,16 @@ function blockOf(block) {
 }
 
 function rowsOf(block) {
-  const wordy = block.rows.every((row) => !row.unit && !row.note);
-  const rows = block.rows.map((row) =>
-    element(
+  const rows = block.rows.map((row) => {
+    const wordy = !row.unit && !row.note;
+    return element(
       "tr",
       {},
       element("th", { scope: "row" }, row.label),
-      element("td", { class: wordy ? "words" : "figure" }, row.value, row.unit ? ` ${row.unit}` : ""),
+      element("td", { class: wordy ? "words" : "figure", colspan: wordy ? 2 : null }, row.value, row.unit ? ` ${row.unit}` : ""),
       wordy ? null : element("td", { class: "note" }, row.note ?? ""),
-    ),
-  );
+    );
+  });
   return element("div", { class: "wide-table" }, element("table", { "aria-label": block.title || text("Results") }, element("tbody", {}, rows)));
 }
 

@@ -8,7 +8,7 @@ import { formIn, leadTo, renewForm, showForm } from "./form.js";
 import { speak, text } from "./language.js";
 import { remember, remembered } from "./memory.js";
 import { drop, notice } from "./notices.js";
-import { secondRoute, showNumbers } from "./numbers.js";
+import { reachable, secondRoute, showNumbers } from "./numbers.js";
 import { cursorIn, play, showPanels } from "./panels.js";
 import * as model from "./scene.js";
 import { call, onContact } from "./server.js";
@@ -142,6 +142,7 @@ function show(_scene = scene, reply = null) {
     names();
     renew = false;
   }
+  if (scene.confirmed === "done") reachable(byId("numbers"));
   if (scene.confirmed === "done" || scene.faults.length) say();
 }
 
