@@ -69,7 +69,7 @@ def _report_path(context: click.Context, parameter: click.Parameter, path: Path)
     "--printed",
     type=click.Path(path_type=Path),
     metavar="FILE",
-    help="A TOML file with a printed solution, which is set beside ours.",
+    help="A file with a printed solution, JSON or TOML, which is set beside ours (topic report).",
 )
 def report(
     scene: Path, output: Path, language: str, units: str, rtol: float | None, accuracy: str | None, printed: Path | None

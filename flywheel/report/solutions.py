@@ -1,19 +1,17 @@
-"""Printed solutions beside ours: a TOML file with a table for each scene, named as its file.
+"""Printed solutions beside ours: a file, JSON or TOML, with a table for each scene, named as the scene's file.
 
-```toml
-[p103_1]
-source = "the course's answers, p. 103"
-remarks = [{ en = "The print writes ...", es = "El impreso escribe ..." }]
+    [p103_1]
+    source = "the course's answers, p. 103"
+    remarks = [{ en = "The print writes ...", es = "El impreso escribe ..." }]
 
-[[p103_1.row]]
-what = { en = "Flywheel by the areas", es = "Volante por áreas" }
-figure = "flywheel.approximate"   # as `flywheel size --json` has it; with `at`, as `flywheel reduce --json` has it there
-printed = "348.989"
-unit = "kg m²"
-misprint = { en = "...", es = "..." }   # where the print is wrong: why
-```
+    [[p103_1.row]]
+    what = { en = "Flywheel by the areas", es = "Volante por áreas" }
+    figure = "flywheel.approximate"   # a path in `flywheel size --json`; with `at`, a field of `flywheel.reduce` there
+    printed = "348.989"               # a text, so that its digits are known
+    unit = "kg m²"
+    misprint = { en = "...", es = "..." }   # where the print is wrong: why
 
-`factor` multiplies our figure before it is compared (a quantity that follows from it), `at` is a crank angle ("30 deg").
+`factor` multiplies our figure before it is compared (for a quantity that follows from it), `at` is a crank angle ("30 deg").
 A printed figure is met when ours, rounded or cut to its digits, is the same: hand work does both.
 """
 
@@ -64,17 +62,21 @@ def solution(path: str | Path, scene: str | Path) -> Solution:
         SceneError: if the file cannot be read, has nothing of that scene, or something in it is wrong.
 
     """
+    import json
     import tomllib
 
-    place = Path(path)
+    place, expected = Path(path), "a file of solutions, JSON or TOML"
     try:
-        tables = tomllib.loads(place.read_text("utf-8"))
-    except (OSError, UnicodeDecodeError, tomllib.TOMLDecodeError) as error:
-        raise SceneError([Fault(str(path), f"a file that cannot be read ({error})", "a TOML file of solutions")]) from None
+        text = place.read_text("utf-8")
+        tables = json.loads(text) if place.suffix.lower() == ".json" else tomllib.loads(text)
+    except OSError as error:
+        raise SceneError([Fault(str(path), f"a file that cannot be read ({error.strerror})", expected)]) from None
+    except ValueError as error:
+        raise SceneError([Fault(str(path), f"what is no such file ({error})", expected)]) from None
     name = Path(scene).stem
-    found = tables.get(name)
+    found = tables.get(name) if isinstance(tables, dict) else None
     if not isinstance(found, dict):
-        known = suggestion(name, list(tables))
+        known = suggestion(name, list(tables)) if isinstance(tables, dict) else ""
         raise SceneError([Fault(str(path), f"no table {name!r}", "one named as the scene's file", known)])
     rows, faults = [], []
     for k, entry in enumerate(found.get("row", [])):
