@@ -6,6 +6,7 @@ of a page wins; those that it overtakes are dropped. What takes too long is ende
 
 from __future__ import annotations
 
+import gc
 import json
 import signal
 from collections.abc import Iterator, Mapping
@@ -174,6 +175,9 @@ def _compute(connection: Any) -> None:
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     from flywheel.page.answers import CALLS
 
+    gc.collect()
+    gc.freeze()  # what has been imported stays: it is not searched for waste again and again
+    gc.set_threshold(20_000, 20, 20)
     while True:
         try:
             call, request = json.loads(connection.recv_bytes())

@@ -224,18 +224,19 @@ def title_of(name: str) -> str:
 @cache
 def translated() -> frozenset[str]:
     """Every text of forms that comes from the lists of keys: labels, titles, what keys and tables are about."""
-    found: set[str] = set()
     sections = [*SECTIONS.values(), FRAME_BODY, LINK, JOINT, COUPLING, SIDE, POINT_PORT, OUTPUT, TABLE, CURVE]
     sections += [*MOTORS.values(), *LOAD_MODELS.values()]
-    sections += [Section(kind.name, kind.about, kind.keys) for kind in KINDS.values()]
-    sections += [Section(part.name, part.about, part.keys) for kind in KINDS.values() for part in kind.parts]
-    sections.append(Section("scene", "", (*TOP, *WHEEL_KEYS)))
-    for section in sections:
-        name = section.name.removeprefix("mechanism.").removesuffix(".NAME")
-        found |= {name.replace("_", " "), section.about}
-        for key in section.keys:
-            found |= {key.name.replace("_", " "), key.about}
-    return frozenset(found - {""})
+    sections += [Section("", kind.about, kind.keys) for kind in KINDS.values()]
+    sections += [Section("", part.about, part.keys) for kind in KINDS.values() for part in kind.parts]
+    sections.append(Section("", "", (*TOP, *WHEEL_KEYS)))
+    names = {*SECTIONS, *_TITLES, *(part.name for kind in KINDS.values() for part in kind.parts)}
+    names |= {key.name for section in sections for key in section.keys}
+    abouts = {section.about for section in sections} | {key.about for section in sections for key in section.keys}
+    return frozenset(({name.replace("_", " ") for name in names} | abouts) - {""})
+
+
+_TITLES = ("assembly", "body", "coupling", "joint", "output", "parameter", "point", "port", "shaft")
+"""Titles of tables that have other names in the format."""
 
 
 # -- groups --------------------------------------------------------------------------------------------------------------
