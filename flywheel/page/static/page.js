@@ -34,6 +34,7 @@ async function begin() {
   formIn(byId("form"), model.edit);
   editorIn(byId("editor"), model.write);
   cursorIn();
+  byId("panels").addEventListener("view", (event) => choose_view(event.detail));
   controls();
   model.onScene(show);
   onContact(contact);
@@ -147,7 +148,7 @@ function show(_scene = scene, reply = null) {
 }
 
 function choose_view(view) {
-  scene.view = view;
+  scene.view = { ...scene.view, ...view };
   model.ask();
 }
 

@@ -16,6 +16,7 @@ let count = 0;
 
 /** The mechanism in its place: a slider of the crank's angle for keyboard and screen reader, dragged by hand on any body. */
 export function mechanismIn(host, answer, tools) {
+  const { text } = tools;
   const name = `mechanism-${++count}`;
   const svg = node("svg", { role: "img", "aria-labelledby": `${name}-title ${name}-about` });
   const slider = document.createElement("div");
@@ -45,13 +46,13 @@ export function mechanismIn(host, answer, tools) {
       }
       top += Math.max(...drawn.map((each) => each.height));
     }
-    if (without.length) children.push(label(4, (top += 16) - 4, tools.text("Not drawn, as they have no bodies: {names}", { names: without.join(", ") }), { colour: "muted" }));
-    if (views.some((view) => view.schematic)) children.push(label(4, (top += 16) - 4, tools.text("Shafts as discs, not to scale."), { colour: "muted" }));
+    if (without.length) children.push(label(4, (top += 16) - 4, text("Not drawn, as they have no bodies: {names}", { names: without.join(", ") }), { colour: "muted" }));
+    if (views.some((view) => view.schematic)) children.push(label(4, (top += 16) - 4, text("Shafts as discs, not to scale."), { colour: "muted" }));
     svg.setAttribute("viewBox", `0 0 ${width} ${Math.ceil(top + 4)}`);
-    const title = tools.text("Mechanism");
+    const title = text("Mechanism");
     svg.replaceChildren(node("title", { id: `${name}-title` }, title), node("desc", { id: `${name}-about` }, aboutOf(views, tools)), ...children);
     setAll(slider, {
-      "aria-label": driver.sliding ? tools.text("Position of the driver: drag a body, or use the arrow keys") : tools.text("Crank angle: drag a body, or use the arrow keys"),
+      "aria-label": driver.sliding ? text("Position of the driver: drag a body, or use the arrow keys") : text("Crank angle: drag a body, or use the arrow keys"),
       "aria-valuemin": shown(driver, driver.least), "aria-valuemax": shown(driver, driver.greatest),
     });
     move(held.at);
@@ -316,26 +317,27 @@ const AROUND = [[0, -14], [12, -10], [12, 8], [0, 16], [-12, 8], [-12, -10], [18
 /** Names beside their places, clear of one another: each stays on the side where it was as long as that is free. */
 function write(texts, spotOf, centres, bounds) {
   const free = clear();
-  for (const at of [...texts.filter((text) => !text.isBody).map((text) => text.at), ...centres]) {
+  for (const at of [...texts.filter((name) => !name.isBody).map((name) => name.at), ...centres]) {
     const [x, y] = spotOf(at);
     free.block(x - 5, y - 5, 10, 10);
   }
-  for (const text of texts) {
-    const [x, y] = spotOf(text.at);
+  for (const name of texts) {
+    const [x, y] = spotOf(name.at);
     const h = 12;
-    const places = AROUND.map(([dx, dy]) => [x + dx + (dx > 0 ? 0 : dx < 0 ? -text.w : -text.w / 2), y + dy - h / 2]);
-    const inside = ([a, b]) => a >= bounds[0] && b >= bounds[1] && a + text.w <= bounds[2] && b + h <= bounds[3] && free.free(a, b, text.w, h);
-    let k = inside(places[text.last]) ? text.last : places.findIndex(inside);
-    text.drawn.setAttribute("visibility", k < 0 ? "hidden" : "visible");
+    const places = AROUND.map(([dx, dy]) => [x + dx + (dx > 0 ? 0 : dx < 0 ? -name.w : -name.w / 2), y + dy - h / 2]);
+    const inside = ([a, b]) => a >= bounds[0] && b >= bounds[1] && a + name.w <= bounds[2] && b + h <= bounds[3] && free.free(a, b, name.w, h);
+    let k = inside(places[name.last]) ? name.last : places.findIndex(inside);
+    name.drawn.setAttribute("visibility", k < 0 ? "hidden" : "visible");
     if (k < 0) continue;
-    text.last = k;
-    free.block(places[k][0], places[k][1], text.w, h);
-    setAll(text.drawn, { x: round(places[k][0]), y: round(places[k][1] + 10) });
+    name.last = k;
+    free.block(places[k][0], places[k][1], name.w, h);
+    setAll(name.drawn, { x: round(places[k][0]), y: round(places[k][1] + 10) });
   }
 }
 
 /** Places of all points and angles of all bodies as CSV. */
 function placesOf(answer, tools) {
+  const { text } = tools;
   const driver = driverOf(answer, tools);
   const columns = [{ name: driver.name, unit: driver.si, values: answer.phi }];
   for (const view of answer.mechanism.views) {
@@ -344,7 +346,7 @@ function placesOf(answer, tools) {
       const points = answer.phi.map((_, k) => place(view, trace.at, k));
       columns.push({ name: `${before}${trace.name} x`, unit: "m", values: points.map(([x]) => x) }, { name: `${before}${trace.name} y`, unit: "m", values: points.map(([, y]) => y) });
     }
-    for (const [body, { turn }] of Object.entries(view.bodies)) columns.push({ name: `${before}${body} ${tools.text("angle")}`, unit: "rad", values: turn });
+    for (const [body, { turn }] of Object.entries(view.bodies)) columns.push({ name: `${before}${body} ${text("angle")}`, unit: "rad", values: turn });
   }
   return csv(columns);
 }

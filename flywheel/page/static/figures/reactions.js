@@ -9,10 +9,11 @@ const CELL = 215; // px, about
 
 /** The reactions in their place; of several mechanisms one is chosen, which the page is told by a "view" event. */
 export function reactionsIn(host, answer, tools) {
+  const { text } = tools;
   const select = document.createElement("select");
   const choice = document.createElement("label");
   const place = document.createElement("div");
-  choice.append(`${tools.text("Mechanism")} `, select);
+  choice.append(`${text("Mechanism")} `, select);
   host.replaceChildren(choice, place);
   select.addEventListener("change", () => host.dispatchEvent(new CustomEvent("view", { bubbles: true, detail: { mechanism: select.value } })));
   function choices({ mechanism, mechanisms }) {
@@ -80,9 +81,10 @@ function headOf({ name, first, second }, text) {
 }
 
 function largestOf({ largest }, driver, tools) {
-  if (!largest) return tools.text("not known: redundant constraints leave it open, or friction locks");
+  const { text, number } = tools;
+  if (!largest) return text("not known: redundant constraints leave it open, or friction locks");
   const unit = scaled("N", largest.value);
-  return tools.text("at most {force} at {place}", { force: `${tools.number(figure(largest.value * unit.factor))} ${unit.unit}`, place: placeOf(driver, largest.at, tools) });
+  return text("at most {force} at {place}", { force: `${number(figure(largest.value * unit.factor))} ${unit.unit}`, place: placeOf(driver, largest.at, tools) });
 }
 
 /** The head of a cell: whose force it is, its largest value, and the value at the cursor. */
@@ -165,8 +167,9 @@ function arrowTo([ax, ay], [bx, by]) {
 // -- over the driver --------------------------------------------------------------------------------------------------
 
 function curveCell(joint, place, shared) {
-  const words = headOf(joint, shared.tools.text);
-  return overDriver(words, largestOf(joint, shared.driver, shared.tools), joint.normal, "N", shared.tools.text("normal force"), "blue", place, shared);
+  const { text } = shared.tools;
+  const words = headOf(joint, text);
+  return overDriver(words, largestOf(joint, shared.driver, shared.tools), joint.normal, "N", text("normal force"), "blue", place, shared);
 }
 
 function drivingCell(drive, place, shared) {

@@ -63,12 +63,13 @@ function confirmed({ confirmed: found }, { text, number }) {
 }
 
 function band({ band: asked, mean }, { Y, left, right, tools, free }) {
+  const { text } = tools;
   const drawn = [];
   if (asked) {
     const [low, high] = asked.map(Y);
     drawn.push(node("rect", { x: round(left), y: round(high), width: round(right - left), height: round(low - high), fill: paint("grid"), "fill-opacity": 0.6 }));
     for (const y of [low, high]) drawn.push(node("line", { x1: round(left), x2: right, y1: round(y), y2: round(y), stroke: paint("muted"), "stroke-dasharray": "1 3" }));
-    const words = tools.text("band asked");
+    const words = text("band asked");
     drawn.push(label(left + 5, high + 16, words, { colour: "muted", halo: true }));
     free?.block(left + 5, high + 3, wide(words), 16);
   }

@@ -61,7 +61,7 @@ function tangentsTold(children, { data, driver, tools, width }, y) {
   const names = [text("fastest"), text("slowest")];
   data.tangents.forEach((tangent, k) => {
     const words = text("ψ = {angle}° at the {which} point, {phi}: tan ψ = ½ ω² = {slope} J/(kg m²), ω = {speed} rpm", {
-      angle: number(tangent.steepness.toFixed(2)), which: names[k], phi: placeOf(driver, tangent.angle, tools),
+      angle: number(tangent.steepness.toFixed(tangent.steepness > 89.9 ? 4 : 2)), which: names[k], phi: placeOf(driver, tangent.angle, tools),
       slope: number(figure(tangent.slope)), speed: number(figure((tangent.speed * 30) / Math.PI, 5)),
     });
     const inner = [];
