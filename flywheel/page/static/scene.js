@@ -175,32 +175,36 @@ async function send(asked, rest) {
     origin: scene.origin,
     page: PAGE,
   };
+  let reply = null;
   try {
-    const reply = await call("answer", body, flight.controller.signal);
-    const received = performance.now();
+    reply = await call("answer", body, flight.controller.signal);
+  } catch {
+    const aborted = flight.controller.signal.aborted;
     flight = null;
+    return aborted ? next() : lost(asked, of);
+  }
+  const received = performance.now();
+  flight = null;
+  try {
     if (of === generation) take(reply, asked, rest);
     if (asked?.event && of === generation) note(asked.event, sent, received, performance.now(), reply.data?.milliseconds ?? null);
-  } catch (error) {
-    const aborted = flight?.controller.signal.aborted;
-    flight = null;
-    if (!aborted) return lost(asked, of, error);
+  } finally {
+    if (waiting || !rest) next();
   }
-  if (waiting || !rest) next();
+  return undefined;
 }
 
-function lost(asked, of, error) {
-  // Nobody answered: the edits wait for the server; a fault of the page itself is not hidden.
+function lost(asked, of) {
+  // Nobody answered, or the server dropped the request: its edits wait for the next one.
   if (asked && of === generation) {
     for (const [key, change] of waiting?.edits ?? []) asked.edits.set(key, change);
     waiting = asked;
   }
   scene.confirmed = "";
-  if (error && !(error instanceof TypeError)) throw error;
 }
 
 function take({ status, data }, asked, rest) {
-  if (data?.reason === "overtaken") return lost(asked, generation, null);
+  if (data?.reason === "overtaken") return lost(asked, generation);
   scene.error = status === 200 ? null : (data?.message ?? data?.error ?? `HTTP ${status}`);
   if (scene.error !== null) {
     scene.current = false;

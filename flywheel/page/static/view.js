@@ -5,30 +5,26 @@ import { text } from "./language.js";
 
 /** Put the choices into an element; `choose(view)` is called with the view that was chosen. */
 export function viewIn(host, answer, view, anew, choose) {
-  const { motion, reactions } = answer;
-  const known = motion ? [motion.quantity, motion.of, motion.quantity === "reaction" ? motion.joints : motion.choices] : null;
-  const shape = JSON.stringify([known, reactions?.mechanisms, reactions?.mechanism]);
+  const { views, reactions } = answer;
+  const shape = JSON.stringify([views, reactions?.mechanisms, reactions?.mechanism]);
   if (!anew && host.dataset.shape === shape) return;
   host.dataset.shape = shape;
   const focus = host.contains(document.activeElement) ? document.activeElement.id : null;
-  const parts = [...(motion ? ofMotion(motion, view, choose) : []), ...(reactions?.mechanisms.length > 1 ? ofReactions(reactions, view, choose) : [])];
-  host.replaceChildren(...parts);
+  const several = reactions?.mechanisms?.length > 1;
+  host.replaceChildren(...(views ? ofMotion(views, view, choose) : []), ...(several ? [ofReactions(reactions, view, choose)] : []));
   if (focus) document.getElementById(focus)?.focus();
 }
 
-function ofMotion({ quantity, of, choices, joints }, view, choose) {
-  const kinds = [["position", text("position")], ["velocity", text("velocity")], ["acceleration", text("acceleration")]];
-  if (joints.length) kinds.push(["reaction", text("reaction")]);
-  const names = quantity === "reaction" ? joints : choices.map((choice) => choice.name);
-  return [
-    selectOf("view-quantity", text("Motion:"), kinds, quantity, (chosen) => choose({ ...view, motion: { quantity: chosen, of } })),
-    selectOf("view-of", text("of"), names.map((name) => [name, name]), of, (chosen) => choose({ ...view, motion: { quantity, of: chosen } })),
-  ];
+function ofMotion({ kinds, of, chosen }, view, choose) {
+  const words = { position: text("position"), velocity: text("velocity"), acceleration: text("acceleration"), reaction: text("reaction") };
+  const kind = selectOf("view-kind", text("Motion:"), kinds.map((name) => [name, words[name] ?? name]), chosen.kind, (name) => choose({ ...view, ...chosen, kind: name }));
+  const body = selectOf("view-of", text("of"), of.map(({ id, label }) => [id, label]), chosen.of, (name) => choose({ ...view, ...chosen, of: name }));
+  return [kind, body];
 }
 
 function ofReactions({ mechanism, mechanisms }, view, choose) {
-  const choice = (chosen) => choose({ ...view, reactions: { mechanism: chosen } });
-  return [selectOf("view-mechanism", text("Reactions of"), mechanisms.map((name) => [name, name]), mechanism, choice)];
+  const options = mechanisms.map((name) => [name, name]);
+  return selectOf("view-mechanism", text("Reactions of"), options, mechanism, (name) => choose({ ...view, mechanism: name }));
 }
 
 function selectOf(id, label, options, chosen, act) {
