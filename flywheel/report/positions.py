@@ -306,6 +306,14 @@ def _four_bar(made: Sheet) -> None:
     _pivoted(made, "rocker", "theta", "rocker")
 
 
+def _block(made: Sheet, radius: str) -> None:
+    """The block on the crank's pin."""
+    if body(made.mechanism, "block").mass:
+        made.part(_("Block on the crank's pin"))
+        _point(made, "block", [(radius, made.driver, "1", "0")], "crank.pin")
+        made.gains["crank.pin"] = radius
+
+
 def _scotch_yoke(made: Sheet) -> None:
     """Loop: x = R cos(phi - delta)."""
     p, phi = made.position, made.driver
@@ -319,8 +327,7 @@ def _scotch_yoke(made: Sheet) -> None:
     made.part(_("Their derivatives g′"))
     made.find("x_second", f"-(R*cos({at}))", "m", found=p.yoke_slope)
     made.gains["yoke"], made.slopes["yoke"], made.coordinates["yoke"] = "x_prime", "x_second", "x"
-    if body(made.mechanism, "block").mass:
-        made.gains["crank.pin"] = "R"
+    _block(made, "R")
     _crank(made)
 
 
@@ -350,8 +357,7 @@ def _crank_shaper(made: Sheet) -> None:
     made.coordinates |= {"rocker": "theta", "ram": "y"}
     made.gains |= {"rocker": "theta_prime", "ram": "y_prime"}
     made.slopes |= {"rocker": "theta_second", "ram": "y_second"}
-    if body(made.mechanism, "block").mass:
-        made.gains["crank.pin"] = "r"
+    _block(made, "r")
     if body(made.mechanism, "rocker_pin").mass:
         made.part(_("Pin at the rocker's end"))
         _point(made, "pin", [("L", "theta", "theta_prime", "theta_second")], "rocker.pin")

@@ -347,7 +347,9 @@ def _inertia_over_cycle(at: Steps, bodies: Sequence[str], star: str, unit: str, 
     least, most = float(every.inertia.min()), float(every.inertia.max())
     if at.scene.stroke is None:
         mean = _mean_inertia(at)
-        where = [where_text(at, float(fine[int(k)])) for k in (every.inertia.argmin(), every.inertia.argmax())]
+        places = [_turning_point(at, fine, int(k)) for k in (every.inertia.argmin(), every.inertia.argmax())]
+        least, most = map(float, reduce(at.machine, places, balance=at.balance, speed=at.speed).inertia)
+        where = [where_text(at, q) for q in places]
         constant = most - least <= 1e-12 * most
         note = (
             _("I* is the same at every angle.")
@@ -365,6 +367,22 @@ def _inertia_over_cycle(at: Steps, bodies: Sequence[str], star: str, unit: str, 
 
     picture = dimensions.shares(at.machine, fine, every.inertia, every.inertia_parts, f"{symbol}, {unit}", at.sliding)
     yield Figure(picture, _("{symbol} by body", symbol=symbol), _("Every body's share, and their sum in black."))
+
+
+def _turning_point(at: Steps, fine: Array, k: int) -> float:
+    """Where I* is least or greatest, near one of close positions: the root of its slope, if it turns back smoothly there."""
+    low, high = float(fine[max(k - 1, 0)]), float(fine[min(k + 1, fine.size - 1)])
+
+    def rising(q: float) -> bool:
+        return bool(reduce(at.machine, [q], balance=at.balance, speed=at.speed).slope[0] > 0.0)
+
+    first = rising(low)
+    if k in (0, fine.size - 1) or first == rising(high):
+        return float(fine[k])
+    for _k in range(40):
+        middle = 0.5 * (low + high)
+        low, high = (middle, high) if rising(middle) == first else (low, middle)
+    return 0.5 * (low + high)
 
 
 def _columns(parts: Mapping[str, Array], most: int) -> dict[str, Array]:
