@@ -30,9 +30,9 @@ class Draft:
     """A text that is being edited, its outline and its form."""
 
     def __init__(self, text: str, known: Draft | None = None) -> None:
-        self.outline = outline(text) if known is None else known.outline
+        self.outline: Outline = outline(text) if known is None else known.outline
         self.faults: list[Fault] = []
-        self._form = None if known is None else known.form
+        self._form: Form | None = None if known is None else known.form
 
     @property
     def form(self) -> Form:

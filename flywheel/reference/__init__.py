@@ -20,6 +20,7 @@ _AFTER = (
         "accuracy",
         "faults",
         "results",
+        "page",
         "motion",
         "reactions",
         "simulate",
