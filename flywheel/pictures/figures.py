@@ -8,7 +8,7 @@ fill. Texts of an SVG stay texts: that is why there is no mathematical typesetti
 from __future__ import annotations
 
 import re
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from html import escape
 from io import StringIO
 from pathlib import Path
@@ -51,9 +51,26 @@ STYLE: Any = {
 DPI = 125
 
 
-def figure(width: float, height: float, title: str, apart: float = 0.08) -> Figure:
+class Picture(Figure):
+    """A figure whose names inside panels get their places when it is drawn first, by functions that know how (`later`)."""
+
+    def __init__(self, **options: Any) -> None:
+        super().__init__(**options)
+        self.later: list[Callable[[], None]] = []
+
+    def draw(self, renderer: Any) -> None:
+        """Draw it; for the first time to give it its layout."""
+        later, self.later = self.later, []
+        if later:
+            super().draw(renderer)
+            for rest in later:
+                rest()
+        super().draw(renderer)
+
+
+def figure(width: float, height: float, title: str, apart: float = 0.08) -> Picture:
     """An empty figure (inches), laid out so that nothing overlaps; panels stand `apart` (inches, on each side)."""
-    made = Figure(figsize=(width, height), layout="constrained")
+    made = Picture(figsize=(width, height), layout="constrained")
     FigureCanvasAgg(made)
     made.get_layout_engine().set(w_pad=apart, h_pad=apart)  # type: ignore[union-attr, call-arg]
     if title:
@@ -87,12 +104,14 @@ class Numbers(ScalarFormatter):
 
 
 def finish(made: Figure) -> None:
-    """Numbers in the language in use, greys in the form for print: what is done last, to the finished figure."""
+    """Numbers in the language in use, names in their places, greys in the form for print: what is done last."""
     if language.current() != "en":
         for panel in made.findobj(Axes):
             for axis in (panel.xaxis, panel.yaxis):
                 if type(axis.get_major_formatter()) is ScalarFormatter:
                     axis.set_major_formatter(Numbers())
+    if isinstance(made, Picture) and made.later:
+        made.draw_without_rendering()
     if current_form() == "print":
         in_greys(made)
 
@@ -269,13 +288,14 @@ def scale(panel: Axes) -> tuple[float, float]:
 
 def size(panel: Axes, text: Text) -> tuple[float, float]:
     """The width and the height of a text, points."""
+    text.set_visible(True)
     box = text.get_window_extent()
     return 72.0 / panel.figure.dpi * box.width, 72.0 / panel.figure.dpi * box.height
 
 
 def name(panel: Axes, words: str, **style: Any) -> Text:
     """A name inside a panel, to be put in place by `settle` when the figure has its layout."""
-    return panel.text(0.5, 0.5, words, in_layout=False, ha="center", va="center", **style)
+    return panel.text(0.5, 0.5, words, in_layout=False, visible=False, ha="center", va="center", **style)
 
 
 def thinned(x: Array, *curves: Array, tolerance: float = 3e-4) -> list[Array]:
@@ -323,7 +343,7 @@ def settle(
     if not texts:
         return
     for text in texts:
-        text.set(ha="center", va="center", in_layout=False)
+        text.set(ha="center", va="center", in_layout=False, visible=True)
         text.set_bbox({"facecolor": "white", "edgecolor": "none", "alpha": 0.7, "pad": 0.4})
     points, to_pixels = 72.0 / panel.figure.dpi, panel.transData.transform
     sizes = points * np.array([text.get_window_extent().size for text in texts])

@@ -1,6 +1,7 @@
 """Reactions of joints over the motion: as curves over the driver or the time, or as hodographs.
 
-A hodograph is drawn in the frame's own directions, with equal scales; numbers along it tell where the driver stands.
+A hodograph is drawn in the frame's own directions, with equal scales; numbers along it tell where the driver stands. Where
+a force jumps, its curve is broken, and a dotted line says so.
 """
 
 from __future__ import annotations
@@ -12,19 +13,21 @@ from textwrap import wrap
 from typing import Any
 
 import numpy as np
+from matplotlib import rc_context
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import MultipleLocator
 from numpy.typing import NDArray
 
+from flywheel import pictures
+from flywheel.language import text as _
 from flywheel.mechanisms.linkages.positions import Poses
 from flywheel.mechanisms.linkages.reactions import Reactions
 from flywheel.motions.joint_forces import Axis, ForceCurve
 from flywheel.numerics.faults import Fault, SceneError, nearest
-from flywheel.numerics.units import figure as number
 from flywheel.pictures import figures
-from flywheel.pictures.figures import BLACK, BLUE, GREEN, GREY, ORANGE, PURPLE, VERMILLION
-from flywheel.scene.linkage import SLIDE
+from flywheel.pictures.figures import BLACK, BLUE, GREEN, GREY, ORANGE, PURPLE, VERMILLION, told
+from flywheel.scene.linkage import FRAME, SLIDE, Linkage
 from flywheel.scene.scene import TURN
 
 Array = NDArray[np.float64]
@@ -36,14 +39,16 @@ _ALONG = 11  # marks along a stroke
 _FEWEST = 12  # positions of a curve that is closed
 _WIDER = 1.01  # times the widest step: what the step that closes it may be
 _NOTHING = 1e-9  # of the largest value: smaller ones are none
+_JUMP, _STEEPER = 0.02, 8.0  # of the largest force, times as steep as the steps beside it: such a step is a jump
 
 
 def polar(found: Reactions, path: str | Path | None = None, joints: Sequence[str] | None = None) -> Figure:
     """Draw the reactions of joints over the motion, and save the picture if a file is named.
 
     Pins, slots, fixed joints and couplings are drawn as hodographs: the tip of the force that the first body exerts on the
-    second, marked every 30 deg of the crank. Slides are drawn as normal force (and moment) over the driver's coordinate.
-    Where the positions go once round, up to the one before the first, the curves are closed; rounding is drawn as 0.
+    second, marked every 30 deg of the crank. Slides are drawn as normal force (and moment) over the driver's coordinate;
+    so is the driving action, in a panel of its own. Where the positions go once round, up to the one before the first, the
+    curves are closed; rounding is drawn as 0.
 
     Args:
         found: what `flywheel.kinetostatics.reactions` gives, at positions in ascending order.
@@ -56,6 +61,33 @@ def polar(found: Reactions, path: str | Path | None = None, joints: Sequence[str
 
     """
     wanted = list(found.forces) if joints is None else list(joints)
+    _check(found, wanted)
+    columns = ceil(sqrt(len(wanted) + 1))
+    rows = -(-(len(wanted) + 1) // columns)
+    title = _("Reactions: what the first body of each joint does to the second")
+    made = figures.figure(_PANEL * columns, _PANEL * rows, "\n".join(wrap(title, 30 * columns)))
+    panels = made.subplots(rows, columns, squeeze=False).ravel().tolist()
+    for panel in panels[len(wanted) + 1 :]:
+        panel.set_axis_off()
+    _fill(found, made, dict(zip([*wanted, None], panels, strict=False)))
+    if path is not None:
+        figures.save(made, path)
+    return made
+
+
+def panel(found: Reactions, joint: str | None, *, form: str = "screen", name: str = "") -> str:
+    """The reaction of one joint as an SVG element, or for None the driving action; see `flywheel.pictures.sizing.panel`."""
+    _check(found, [] if joint is None else [joint])
+    with rc_context(figures.STYLE), pictures.form(form):
+        made = figures.figure(_PANEL * 1.2, _PANEL * 1.2, "")
+        axes = made.subplots()
+        _fill(found, made, {joint: axes})
+        title = axes.get_title()
+        return figures.svg(made, name or (joint or "driving"), title.partition("\n")[0], title.replace("\n", ", "))
+
+
+def _check(found: Reactions, wanted: Sequence[str]) -> None:
+    """Refuse names of joints that there are not, and a single position."""
     unknown = [name for name in wanted if name not in found.forces]
     if unknown:
         near = {name: nearest(name, list(found.forces)) for name in unknown}
@@ -63,38 +95,46 @@ def polar(found: Reactions, path: str | Path | None = None, joints: Sequence[str
         raise SceneError([Fault("joints", repr(n), known, f"did you mean {near[n]!r}?" if near[n] else "") for n in unknown])
     if np.unique(found.poses.q).size < 2:
         raise SceneError([Fault("positions", "a single one", "two at least, for a curve between them")])
+
+
+def _fill(found: Reactions, made: Figure, panels: Mapping[str | None, Axes]) -> None:
+    """Draw the reaction of each joint into its panel, the driving action into that of None."""
     linkage, found = found.poses.linkage, found.cleared()
     slides = {joint.name for joint in linkage.joints if joint.kind == SLIDE}
-    columns = ceil(sqrt(len(wanted)))
-    rows = -(-len(wanted) // max(columns, 1))
-    title = "Reactions: what the first body of each joint does to the second"
-    made = figures.figure(_PANEL * columns, _PANEL * rows, title if columns > 1 else title.replace("body ", "body\n"))
-    panels = made.subplots(rows, columns, squeeze=False).ravel().tolist()
-    for panel in panels[len(wanted) :]:
-        panel.set_axis_off()
     round_ = _whole_round(found.poses)
     x = np.asarray(1000.0 * found.poses.q if linkage.sliding else np.degrees(found.poses.q))  # mm, or degrees
     if round_:
         x = np.append(x, x[0] + round_)
-    forces = {name: _ended(values, x.size) for name, values in found.forces.items()}
-    for panel, name in zip(panels, wanted, strict=False):
-        if not np.isfinite(forces[name]).any():
-            why = "Nothing is known of this force:\nredundant constraints leave it open,\nor friction locks everywhere."
-            panel.set_title(name, parse_math=False)
-            panel.set_axis_off()
-            panel.text(0.5, 0.5, why, ha="center", va="center", transform=panel.transAxes, color=GREY)
+    marked = []
+    for name, panel in panels.items():
+        if name is None:
+            _driving(panel, x, _ended(found.action, x.size), linkage)
+            continue
+        heading = heading_of(linkage, name)
+        force = _ended(found.forces[name], x.size)
+        if not np.isfinite(force).any():
+            why = _("Nothing is known of this force:\nredundant constraints leave it open,\nor friction locks everywhere.")
+            figures.say(panel, heading, why)
         elif name in slides:
             parts = {part: _ended(values, x.size) for part, values in found.components[name].items()}
-            over_motion(panel, name, x, parts, linkage.sliding)
+            over_motion(panel, heading, x, parts, linkage.sliding)
         else:
-            hodograph(panel, name, x, forces[name], linkage.sliding)
+            hodograph(panel, heading, x, force, linkage.sliding)
+            marked.append((panel, force))
     made.draw_without_rendering()
-    for panel, name in zip(panels, wanted, strict=False):
-        if panel.axison and name not in slides:
-            _mark(panel, x, forces[name], linkage.sliding)
-    if path is not None:
-        figures.save(made, path)
-    return made
+    for panel, force in marked:
+        panel.autoscale(enable=False)  # its limits are those that make scales equal
+        panel.set_adjustable("box")
+        _mark(panel, x, force, linkage.sliding)
+
+
+def heading_of(linkage: Linkage, name: str) -> str:
+    """A joint's name with the bodies between which its force acts: "slider_pin: rod on slider"."""
+    for joint in linkage.joints:
+        if joint.name == name:
+            first, second = (_("frame") if body == FRAME else figures.noun(body) for body in (joint.first, joint.second))
+            return _("{joint}: {first} on {second}", joint=name, first=first, second=second)
+    return name
 
 
 def _whole_round(poses: Poses) -> float:
@@ -124,28 +164,61 @@ def _unit(force: Array) -> tuple[float, str]:
     return (1e-3, "kN") if float(np.nanmax(np.abs(force))) >= _KILO else (1.0, "N")
 
 
-def _title(name: str, x: Array, size: Array, sliding: bool) -> str:
-    """The joint's name and its largest force, with its place."""
+def _title(heading: str, x: Array, size: Array, sliding: bool) -> str:
+    """The joint's name and bodies, and its largest force with its place."""
     scale, unit = _unit(size)
     worst = int(np.nanargmax(size))
-    place = f"{x[worst]:.4g}".replace("-", "−") + (" mm" if sliding else "°")
-    return f"{name}: at most {number(scale * float(size[worst]), 0.0, 4)} {unit}, at {place}"
+    place = told(float(x[worst]), 4) + (" mm" if sliding else "°")
+    most = _("at most {force} {unit}, at {place}", force=told(scale * float(size[worst]), 4), unit=unit, place=place)
+    return f"{heading}\n{most}"
+
+
+def parted(x: Array, values: Array) -> tuple[Array, Array]:
+    """X and a curve (m, n) over it, both broken where the curve jumps: with NaN there.
+
+    A jump is a step at one place, or one that is far steeper than those beside it and no small part of the whole.
+    """
+    values = np.atleast_2d(values)
+    steps, ways = np.hypot.reduce(np.abs(np.diff(values, axis=1)), axis=0), np.abs(np.diff(x))
+    whole = float(np.nanmax(np.abs(values), initial=0.0))
+    at_once = (ways <= 1e-3 * np.median(ways)) & (steps > 1e-3 * whole)
+    steep = steps / np.maximum(ways, 1e-6 * np.median(ways))
+    beside = np.fmax(np.concatenate(([0.0], steep[:-1])), np.concatenate((steep[1:], [0.0])))
+    found = np.flatnonzero(at_once | ((steep > _STEEPER * beside) & (steps > _JUMP * whole)))
+    return np.insert(x, found + 1, np.nan), np.insert(values, found + 1, np.nan, axis=1)
+
+
+def _jumps(x: Array, values: Array) -> list[Array]:
+    """The two ends (m, 2) of each jump of a curve that is broken there."""
+    return [values[:, [k - 1, k + 1]] for k in np.flatnonzero(np.isnan(x))]
 
 
 # -- hodographs ------------------------------------------------------------------------------------------------------
 
+_NEAR, _MANY = 0.14, 4  # of the largest force, marks within it: what is enlarged in a corner
+_CORNERS = ((0.6, 0.61), (0.12, 0.61), (0.6, 0.09), (0.12, 0.09))
+_WIDE, _TALL_CORNER = 0.37, 0.31  # of a panel's width and height: what is enlarged in a corner
 
-def hodograph(panel: Axes, name: str, x: Array, force: Array, sliding: bool = False) -> None:
+
+def hodograph(panel: Axes, heading: str, x: Array, force: Array, sliding: bool = False) -> None:
     """The tip of a force (2, n) in N over the motion; x is the driver's coordinate in deg (mm where it slides)."""
     scale, unit = _unit(force)
-    figures.name_axes(panel, _title(name, x, np.hypot(*force), sliding), f"$F_x$, {unit}", f"$F_y$, {unit}")
-    panel.plot(*(scale * force), color=BLUE, lw=1.6, zorder=3)
+    figures.name_axes(panel, _title(heading, x, np.hypot(*force), sliding), f"Fx, {unit}", f"Fy, {unit}")
+    _draw_path(panel, x, scale * force)
     worst = scale * force[:, int(np.nanargmax(np.hypot(*force)))]
-    panel.plot([0.0, worst[0]], [0.0, worst[1]], color=VERMILLION, lw=1.2, zorder=2.5)
-    panel.plot(0.0, 0.0, "+", color=BLACK, ms=9, zorder=4)
+    panel.plot([0.0, worst[0]], [0.0, worst[1]], color=VERMILLION, ls="--", lw=1.2, zorder=2.5)
     panel.set_aspect("equal", adjustable="datalim")
     panel.margins(0.14)
     panel.locator_params(nbins=5)
+
+
+def _draw_path(panel: Axes, x: Array, path: Array) -> None:
+    """A hodograph, broken where the force jumps, with dotted lines over the gaps; and the origin."""
+    places, broken = parted(x, path)
+    panel.plot(*broken, color=BLUE, lw=1.6, zorder=3)
+    for ends in _jumps(places, broken):
+        panel.plot(*ends, color=GREY, ls=":", lw=1.2, zorder=2.8)
+    panel.plot(0.0, 0.0, "+", color=BLACK, ms=9, zorder=4)
 
 
 def marks(x: Array, sliding: bool) -> Array:
@@ -159,42 +232,136 @@ def marks(x: Array, sliding: bool) -> Array:
 
 
 def _mark(panel: Axes, x: Array, force: Array, sliding: bool) -> None:
-    """Dots with the driver's coordinate beside them, clear of the curve."""
-    scale, _ = _unit(force)
+    """Dots with the driver's coordinate beside them; those that crowd about the origin in a corner, enlarged."""
+    scale, unit = _unit(force)
+    path = scale * force
     places = marks(x, sliding)
-    spots = scale * np.stack([np.interp(places, x, part) for part in force], axis=1)
+    spots = np.stack([np.interp(places, x, part) for part in path], axis=1)
     places, spots = places[np.isfinite(spots).all(axis=1)], spots[np.isfinite(spots).all(axis=1)]
     if len(places) > 1 and (places[-1] - places[0]) % 360.0 == 0.0 and not sliding and np.allclose(spots[0], spots[-1]):
         places, spots = places[:-1], spots[:-1]  # a curve that is closed ends where it begins
+    most, unit_of_place = float(np.nanmax(np.hypot(*path))), "" if sliding else "°"
+    crowd = np.hypot(*spots.T) <= _NEAR * most
     panel.plot(*spots.T, "o", color=BLUE, ms=4, zorder=4)
-    texts = [panel.text(0.0, 0.0, f"{place:.4g}".replace("-", "−"), fontsize=8.0, zorder=5) for place in places]
-    outwards = spots - scale * np.nanmean(force, axis=1)
-    figures.settle(panel, texts, spots, [scale * force], outwards)
+    corner = _free_corner(panel, parted(x, path)[1]) if np.count_nonzero(crowd) >= _MANY else None
+    jumps = [ends for ends in _jumps(*parted(x, path)) if _NEAR * most < np.hypot(*np.diff(ends)[:, 0])]
+    words = [(panel, places[~crowd], spots[~crowd], jumps)]
+    if corner is not None and (radius := float(np.hypot(*spots[crowd].T).max())) > 0.0:
+        near = panel.inset_axes((*corner, _WIDE, _TALL_CORNER))
+        _draw_path(near, x, path)
+        near.plot(*spots[crowd].T, "o", color=BLUE, ms=3.5, zorder=4)
+        middle = 0.5 * (spots[crowd].max(axis=0) + spots[crowd].min(axis=0))
+        half = 0.6 * np.maximum(np.ptp(spots[crowd], axis=0), 0.2 * radius) + 0.12 * radius
+        box = np.array(panel.bbox.size) * (_WIDE, _TALL_CORNER)
+        half = float((half / box).max()) * box  # equal scales
+        near.set(xlim=(middle[0] - half[0], middle[0] + half[0]), ylim=(middle[1] - half[1], middle[1] + half[1]))
+        near.tick_params(labelsize=7)
+        near.locator_params(nbins=3)
+        near.set_title(_("enlarged, {unit}", unit=unit), fontsize=8, pad=3)
+        words.append((near, places[crowd], spots[crowd], []))
+        panel.figure.draw_without_rendering()  # type: ignore[union-attr]
+    elif corner is None:
+        words = [(panel, places, spots, jumps)]
+    for where, at, dots, leaps in words:
+        names = [figures.name(where, _("jump"), fontsize=8.0, color=GREY, zorder=5) for ends in leaps[:1]]
+        anchors = [ends[:, np.argsort(np.hypot(*ends))] @ (0.3, 0.7) for ends in leaps[:1]]
+        names += [
+            figures.name(where, told(float(place), 4) + unit_of_place, fontsize=7.0 if where is not panel else 8.0, zorder=5)
+            for place in at
+        ]
+        away = (1.0, 1.0 if corner is None or corner[1] < 0.5 else -1.0)
+        outwards = np.concatenate([np.tile(away, (len(anchors), 1)), dots - np.nanmean(path, axis=1)])
+        spread = np.array([*anchors, *dots]).reshape(-1, 2)
+        figures.settle(where, names, spread, [path], outwards, keep=len(anchors))
+
+
+def _free_corner(panel: Axes, path: Array) -> tuple[float, float] | None:
+    """A corner of a panel (a share of its width and height) that no part of a path comes into, None if all are taken."""
+    drawn = figures.along(panel.transAxes.inverted().transform(panel.transData.transform(path.T)).T, 0.01)
+    for corner in _CORNERS:
+        low = np.array(corner) - 0.06
+        high = low + np.array([_WIDE + 0.08, _TALL_CORNER + 0.12])
+        if not ((drawn >= low) & (drawn <= high)).all(axis=1).any():
+            return corner
+    return None
 
 
 # -- slides ----------------------------------------------------------------------------------------------------------
 
 
-def over_motion(panel: Axes, name: str, x: Array, parts: Mapping[str, Array], sliding: bool = False) -> None:
+def over_motion(panel: Axes, heading: str, x: Array, parts: Mapping[str, Array], sliding: bool = False) -> None:
     """The normal forces (N) of a slide over the driver's coordinate, and its moment (N m) on a scale of its own."""
     forces = {part: values for part, values in parts.items() if part in ("normal", "front", "rear")}
     size = np.max([np.abs(values) for values in forces.values()], axis=0)
     scale, unit = _unit(size)
-    xlabel = "position x of the driver, mm" if sliding else "crank angle φ, deg"
-    figures.name_axes(panel, _title(name, x, size, sliding), xlabel, f"normal force, {unit}")
+    label = _("normal force, {unit}", unit=unit)
+    figures.name_axes(panel, _title(heading, x, size, sliding), _position(sliding), label)
     for (part, values), colour, dashes in zip(forces.items(), (BLUE, VERMILLION), ("-", "--"), strict=False):
-        panel.plot(x, scale * values, color=colour, ls=dashes, lw=1.6, label=part)
+        _broken(panel, x, scale * values, color=colour, ls=dashes, lw=1.6, label=_part(part))
+    _over(panel, x, sliding)
+    moment = parts.get("moment")
+    if moment is not None and float(np.nanmax(np.abs(moment))) > _NOTHING * float(np.nanmax(size)):
+        other = panel.twinx()
+        _broken(other, x, moment, color=PURPLE, ls=":", lw=1.6)
+        other.set_ylabel(_("moment, N m (dotted)"), color=PURPLE)
+    if len(forces) > 1:
+        panel.legend(loc="upper center", bbox_to_anchor=(0.5, 0.0), borderaxespad=4.2, ncols=2, fontsize=8.5, frameon=False)
+
+
+def _driving(panel: Axes, x: Array, action: Array, linkage: Linkage) -> None:
+    """The driving torque or force over the driver's coordinate."""
+    scale, unit = _unit(action)
+    unit = unit if linkage.sliding else f"{unit} m"
+    name, heading = _("driving torque"), _("driving torque at {joint}", joint=linkage.driver)
+    if linkage.sliding:
+        name, heading = _("driving force"), _("driving force at {joint}", joint=linkage.driver)
+    if not np.isfinite(action).any():
+        figures.say(panel, heading, _("Nothing is known of it: friction locks everywhere."))
+        return
+    least, most = (told(scale * float(value), 4) for value in (np.nanmin(action), np.nanmax(action)))
+    extent = _("from {least} to {most} {unit}", least=least, most=most, unit=unit)
+    figures.name_axes(panel, f"{heading}\n{extent}", _position(linkage.sliding), f"{name}, {unit}")
+    _broken(panel, x, scale * action, color=GREEN, lw=1.6)
+    _over(panel, x, linkage.sliding)
+
+
+def _position(sliding: bool) -> str:
+    """What a position of the driver is called along an axis."""
+    return _("position x of the driver, mm") if sliding else _("crank angle φ, deg")
+
+
+def _part(component: str) -> str:
+    """A component of a force in words."""
+    words = {
+        "x": "Fx",
+        "y": "Fy",
+        "normal": _("normal"),
+        "tangential": _("tangential"),
+        "radial": _("radial"),
+        "front": _("front"),
+        "rear": _("rear"),
+        "friction": _("friction"),
+        "moment": _("moment"),
+        "driving": _("driving action"),
+        "resultant": _("resultant"),
+    }
+    return words.get(component, component)
+
+
+def _broken(panel: Axes, x: Array, values: Array, **style: Any) -> None:
+    """A curve over the driver that is broken where it jumps, with a dotted line there."""
+    places, (drawn,) = parted(x, values)
+    panel.plot(places, drawn, **style)
+    for k in np.flatnonzero(np.isnan(places)):
+        panel.plot(places[[k - 1, k + 1]], drawn[[k - 1, k + 1]], color=GREY, ls=":", lw=1.0, zorder=2.5)
+
+
+def _over(panel: Axes, x: Array, sliding: bool) -> None:
+    """The axis of the driver's positions, and a line at zero."""
     panel.axhline(0.0, color=BLACK, lw=0.8)
     panel.set_xlim(float(np.min(x)), float(np.max(x)))
     if not sliding and np.ptp(x) > 180.0:
         panel.xaxis.set_major_locator(MultipleLocator(90.0 * ceil(np.ptp(x) / 720.0)))
-    moment = parts.get("moment")
-    if moment is not None and float(np.nanmax(np.abs(moment))) > _NOTHING * float(np.nanmax(size)):
-        other = panel.twinx()
-        other.plot(x, moment, color=PURPLE, ls=":", lw=1.6)
-        other.set_ylabel("moment, N m (dotted)", color=PURPLE)
-    if len(forces) > 1:
-        panel.legend(loc="best", fontsize=8.5)
 
 
 # -- curves over the driver or the time ------------------------------------------------------------------------------
@@ -214,11 +381,9 @@ _STYLES = {
     "driving": (GREEN, "-"),
     "resultant": (BLACK, "-"),
 }
-_SYMBOLS = {"x": "$F_x$", "y": "$F_y$"}
 _MOST_EDGES = 40  # breakpoints that are drawn
 _MOST_TURNS = 8.0  # from which on the crank's way is told in turns
 _SEAM = 1e-4  # deg: how near to the cycle's end its last value stands
-_POSITIONS = {"phi": "crank angle φ", "x": "position x of the driver"}
 
 
 def curves(found: Sequence[ForceCurve], over: Axis, title: str, path: str | Path | None = None, *, together: bool) -> Figure:
@@ -242,7 +407,7 @@ def curves(found: Sequence[ForceCurve], over: Axis, title: str, path: str | Path
     groups: dict[str, list[ForceCurve]] = {}
     for curve in found:
         joint = curve.name.removesuffix(f".{curve.component}")
-        driving = f"{joint}: driving action" if curve.component == "driving" else joint
+        driving = _("{joint}: driving action", joint=joint) if curve.component == "driving" else joint
         groups.setdefault(f"{curve.component}|{curve.unit}" if together else driving, []).append(curve)
     height = (_TALL if together else _ROW) * len(groups) + 0.8
     made = figures.figure(_WIDTH, height, "\n".join(wrap(title.replace(" kg m^2", "\u00a0kg\u00a0m²"), 100)))
@@ -260,7 +425,9 @@ def curves(found: Sequence[ForceCurve], over: Axis, title: str, path: str | Path
     panels[-1].set_xlim(low, high)
     if unit == "deg" and 180.0 < high - low <= 1440.0:
         panels[-1].xaxis.set_major_locator(MultipleLocator(45.0 * ceil((high - low) / 360.0 - 1e-9)))
-    panels[-1].set_xlabel(f"{_POSITIONS.get(over.name, 'time')}, {unit}")
+    names = {"phi": _("crank angle φ"), "x": _("position x of the driver")}
+    units = {"deg": _("deg"), "turns": _("turns")}
+    panels[-1].set_xlabel(f"{names.get(over.name, _('time'))}, {units.get(unit, unit)}")
     if path is not None:
         figures.save(made, path)
     return made
@@ -276,11 +443,12 @@ def _singly(panel: Axes, name: str, group: Sequence[ForceCurve], x: Array) -> No
             continue
         scale, unit = _scaled(mine)
         for curve in mine:
-            words = _SYMBOLS.get(curve.component, "" if curve.component == "driving" else curve.component), unit
+            words = "" if curve.component == "driving" else _part(curve.component), unit
             _line(axes, panel, x, scale * curve.values, words, *_STYLES.get(curve.component, (GREY, "-")))
         if mine is forces or right or not forces:
-            rotating = "moment" if group[0].component == "driving" else ", ".join(curve.component for curve in couples)
-            axes.set_ylabel(f"{'force' if mine is forces else rotating}, {unit}")
+            rotating = ", ".join(_part(curve.component) for curve in couples)
+            rotating = _("moment") if group[0].component == "driving" else rotating
+            axes.set_ylabel(f"{_('force') if mine is forces else rotating}, {unit}")
     panel.set_title(name, parse_math=False, loc="left")
     _beside(panel, right=right)
 
@@ -293,8 +461,7 @@ def _together(panel: Axes, name: str, group: Sequence[ForceCurve], x: Array) -> 
         joint = curve.name.removesuffix(f".{curve.component}")
         _line(panel, panel, x, scale * curve.values, (joint, unit), figures.BODIES[k % len(figures.BODIES)], dashes)
     component = name.partition("|")[0]
-    words = {"driving": "driving action"}.get(component, _SYMBOLS.get(component, component))
-    panel.set_ylabel(f"{words}, {unit}")
+    panel.set_ylabel(f"{_part(component)}, {unit}")
     _beside(panel, right=False)
 
 
@@ -302,12 +469,13 @@ def _line(axes: Axes, legend: Axes, x: Array, values: Array, words: tuple[str, s
     """A curve with its least and greatest value marked, and told in the legend of a panel."""
     name, unit = words
     if np.isnan(values).all():
-        legend.plot([], [], color=colour, ls=dashes, label=f"{name}: not known")
+        legend.plot([], [], color=colour, ls=dashes, label=_("{name}: not known", name=name))
         return
     low, high = int(np.nanargmin(values)), int(np.nanargmax(values))
-    least, greatest = (number(float(values[k]), 0.0, 4).replace("-", "−") for k in (low, high))
-    axes.plot(x, values, color=colour, ls=dashes, lw=1.6, zorder=3)
-    extent = f"{least} {unit}" if values[low] == values[high] else f"{least} to {greatest} {unit}"
+    least, most = (told(float(values[k]), 4) for k in (low, high))
+    _broken(axes, x, values, color=colour, ls=dashes, lw=1.6, zorder=3)
+    extent = _("{least} to {most} {unit}", least=least, most=most, unit=unit)
+    extent = f"{least} {unit}" if values[low] == values[high] else extent
     label = f"{name}: {extent}" if name else extent
     legend.plot([], [], color=colour, ls=dashes, lw=1.6, label=label)
     if values[low] < values[high]:

@@ -161,8 +161,8 @@ def view(sizing: Sizing) -> View | None:
     return View(sizing, machine, sizing.constant, samples, motion, along)
 
 
-def _fill(sizing: Sizing, made: Figure, axes: dict[str, Axes]) -> None:
-    """Draw panels, give the figure its layout, and put the names inside panels in place."""
+def _fill(sizing: Sizing, made: figures.Picture, axes: dict[str, Axes]) -> None:
+    """Draw panels; the names inside them get their places with the figure's layout."""
     seen = view(sizing)
     if seen is None:
         later = [_OF_AREAS[kind](panel, sizing) for kind, panel in axes.items()]
@@ -172,10 +172,7 @@ def _fill(sizing: Sizing, made: Figure, axes: dict[str, Axes]) -> None:
         for kind, panel in axes.items():
             if panel.axison and kind != "wittenbauer":
                 angle_axis(panel, degrees)
-    made.draw_without_rendering()
-    for rest in later:
-        if rest is not None:
-            rest()
+    made.later = [rest for rest in later if rest is not None]
 
 
 def angle_axis(panel: Axes, degrees: float) -> None:

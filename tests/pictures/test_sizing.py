@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import re
 from ast import literal_eval
 from functools import cache
 from pathlib import Path
 from typing import Any
+from xml.etree import ElementTree
 
 import numpy as np
 import pytest
@@ -14,10 +16,12 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
 import flywheel
+from flywheel import language
 from flywheel.pictures import samples as samples_of
 from flywheel.pictures import sizing as plots
 from flywheel.regime import turning_moment
 from flywheel.sizing.results import Sizing
+from flywheel.tables import sizing as pages
 from flywheel.tables.flywheels import candidates
 from tests.limits import sample
 from tests.regimes import GEARED, KLOSS, PUMP, SECTION_C
@@ -111,10 +115,8 @@ def test_the_same_picture_is_the_same_file(ending: str, tmp_path: Path) -> None:
     assert first.stat().st_size > 10_000
 
 
-def test_areas_are_numbered_and_the_balance_visible() -> None:
-    moment = drawn(yoke()).axes[0]
-    assert sorted(text.partition("\n")[0] for text in texts(moment)) == ["A1", "A2", "A3"]
-    assert "balance: drive = 159.15 N m" in labels(moment)
+def test_the_balance_is_told() -> None:
+    assert "balance: drive = 159.15 N m" in labels(drawn(yoke()).axes[0])
 
 
 def test_what_is_off_the_scale_is_named_with_its_extent() -> None:
@@ -194,8 +196,8 @@ def test_tangents_touch_the_loop_and_meet_at_the_flywheel(kind: str) -> None:
 
 def test_the_loop_panel_names_its_points_and_tangents() -> None:
     """The yoke of p. 103: I = 353.52 kg m², so MN = 2 eps I, far from I* = 5 kg m²."""
+    assert {"M", "N", "ψmax", "ψmin", "90°"} <= set(re.findall(">([^<]+)</text>", plots.panel(sized(yoke()), "wittenbauer")))
     panel = drawn(yoke()).axes[3]
-    assert {"M", "N", "ψmax", "ψmin", "90°"} <= set(texts(panel))
     told = " ".join(labels(panel))
     assert "I = MN/(2 ε) = 353.52 kg m²" in told
     assert "I* = −353.52 kg m²" in told
@@ -299,3 +301,57 @@ def test_what_drives_and_what_resists_are_drawn_beside_their_sum() -> None:
     load = np.where(phi <= np.pi, -500 * np.sin(phi), 0.0) - 0.5 * 20 * 9.80665 * np.sin(phi)
     np.testing.assert_allclose(resists[:, 1], load, atol=1e-6)
     np.testing.assert_allclose(drives[:, 1] + resists[:, 1], both[:, 1], atol=1e-9)
+
+
+# -- single panels -------------------------------------------------------------------------------------------------------
+
+
+def test_a_panel_stands_in_a_page_with_its_texts_as_texts() -> None:
+    """Title and description are there for screen readers, ids are its own, and no letter is a path."""
+    drawn = plots.panel(sized(yoke()), "moment", name="first")
+    root = ElementTree.fromstring(drawn)
+    told = ["".join(text.itertext()) for text in root.iter("{http://www.w3.org/2000/svg}text")]
+    assert {
+        "Turning moment and its areas",
+        "crank angle φ, deg",
+        "reduced moment M*, N m",
+        "driving",
+        "A1",
+        "A2",
+        "A3",
+    } <= set(told)
+    assert root.get("aria-labelledby") == "first-title first-desc"
+    assert root.findtext("{http://www.w3.org/2000/svg}title") == "Turning moment and its areas"
+    ids = [element.get("id") for element in root.iter() if element.get("id")]
+    assert len(ids) == len(set(ids))
+    assert all(str(name).startswith("first-") for name in ids)
+    assert set(re.findall(r'(?:href="#|url\(#)([^")]+)', drawn)) <= set(ids)
+    assert drawn == plots.panel(sized(yoke()), "moment", name="first")
+    assert len(drawn) < 60_000
+
+
+def test_works_in_the_picture_are_those_of_the_table() -> None:
+    sizing = sized(yoke())
+    table = {line.split()[0]: line.split() for line in pages.text(sizing).splitlines() if re.match(r"  A\d", line)}
+    drawn = re.findall(r">([+−][\d.]+) J<", plots.panel(sizing, "moment"))
+    written = [f"{float(table[f'A{k}'][3]):+.5g}".replace("-", "−") for k in (1, 2, 3)]
+    assert sorted(drawn) == sorted(written)
+
+
+def test_a_panel_for_print_has_no_colour_and_one_in_spanish_its_decimal_comma() -> None:
+    with language.use("es"):
+        drawn = plots.panel(sized(yoke()), "work", form="print")
+    colours = set(re.findall(r"#([0-9a-f]{6})", drawn))
+    assert all(colour[:2] == colour[2:4] == colour[4:] for colour in colours)
+    assert "trabajo acumulado W, J" in drawn
+    assert re.search(r"ΔW = \d+,\d+ J", drawn)
+
+
+def test_a_drive_that_brakes_is_drawn_below_zero() -> None:
+    """A rotor that a weightless push drives half the time: its drive holds back."""
+    scene = rotor(drive={"torque": "balance"}, load=[{"on": "crank", "torque": "100*(1 + sin(phi))"}])
+    panel = drawn(scene).axes[0]
+    lines = {str(line.get_label()): np.asarray(line.get_ydata(), dtype=float) for line in panel.lines}
+    driving = np.trapezoid(lines["driving"] - 100 * (1 + np.sin(np.radians(panel.lines[0].get_xdata()))))
+    assert driving < 0.0
+    assert "the drive brakes" in labels(panel)
