@@ -37,7 +37,8 @@ def open_page(scene: Path | None, port: int, no_browser: bool, language: str) ->
     if not no_browser:
         import webbrowser
 
-        webbrowser.open(server.address)
+        with suppress(webbrowser.Error):
+            webbrowser.open(server.invitation())
     with suppress(KeyboardInterrupt):
         server.serve_forever()
     with suppress(KeyboardInterrupt):

@@ -69,6 +69,10 @@ class Reply(NamedTuple):
     name: str = ""
 
 
+class InvitedError(Exception):
+    """A browser that was opened with an invitation, and is led to the page."""
+
+
 class RefusedError(Exception):
     """A request that gets a status and nothing else."""
 
@@ -110,6 +114,7 @@ class PageServer(ThreadingHTTPServer):
         super().__init__((HOST, port), _Handler)
         self.session = session
         self.secret = token_urlsafe(SECRET_BYTES)
+        self._invitation = ""
         self.files = static_files()
         self.workers = Workers()
         self._lock = Lock()
@@ -124,6 +129,18 @@ class PageServer(ThreadingHTTPServer):
     def address(self) -> str:
         """What to type into the browser; whoever has it may use the page."""
         return f"http://{HOST}:{self.port}/{self.secret}/"
+
+    def invitation(self) -> str:
+        """An address that leads to the page once: other users of this machine see what a browser was started with."""
+        self._invitation = token_urlsafe(SECRET_BYTES)
+        return f"http://{HOST}:{self.port}/{self._invitation}/"
+
+    def invited(self, token: str) -> bool:
+        """Whether somebody comes by an invitation, which then is used up."""
+        with self._lock:
+            invited = bool(self._invitation) and hmac.compare_digest(token.encode(), self._invitation.encode())
+            self._invitation = "" if invited else self._invitation
+            return invited
 
     def server_bind(self) -> None:
         """Bind without asking a name server for this machine's name."""
@@ -226,6 +243,8 @@ class _Handler(BaseHTTPRequestHandler):
         """Send what a call answers, or why not; never a traceback."""
         try:
             reply = answer()
+        except InvitedError:
+            reply = Reply(b"", "txt", HTTPStatus.SEE_OTHER)
         except RefusedError as refused:
             reply = Reply(f"{refused.status.value} {refused.status.phrase}\n".encode(), "txt", refused.status)
         except TimeoutError:
@@ -247,6 +266,8 @@ class _Handler(BaseHTTPRequestHandler):
             self.send_header(name, value)
         if reply.name:
             self.send_header("Content-Disposition", f'attachment; filename="{reply.name}"')
+        if reply.status == HTTPStatus.SEE_OTHER:
+            self.send_header("Location", f"/{self.server.secret}/")
         if reply.status == HTTPStatus.METHOD_NOT_ALLOWED:
             self.send_header("Allow", "GET, HEAD, POST")
         self.send_header("Connection", "close")
@@ -275,11 +296,14 @@ class _Handler(BaseHTTPRequestHandler):
     def _below_secret(self) -> tuple[str, dict[str, str]]:
         """The address below the secret and its query, of a request that may be answered."""
         hosts = self.headers.get_all("Host") or []
-        if len(hosts) != 1 or hosts[0] not in (f"{HOST}:{self.server.port}", f"localhost:{self.server.port}"):
+        port = "" if self.server.port == 80 else f":{self.server.port}"  # which browsers leave out
+        if len(hosts) != 1 or hosts[0] not in (f"{HOST}{port}", f"localhost{port}"):
             raise RefusedError(HTTPStatus.FORBIDDEN)
         address, _, query = self.path.partition("?")
         secret, slash, below = address.removeprefix("/").partition("/")
         if not hmac.compare_digest(secret.encode(), self.server.secret.encode()) or not slash:
+            if self.command == "GET" and slash and not below and self.server.invited(secret):
+                raise InvitedError
             raise RefusedError(HTTPStatus.NOT_FOUND)
         origins, site = self.headers.get_all("Origin") or [], self.headers.get("Sec-Fetch-Site", "same-origin")
         opened = self.command == "GET" and not below and self.headers.get("Sec-Fetch-Mode") == "navigate"
@@ -316,7 +340,7 @@ class _Handler(BaseHTTPRequestHandler):
             if below == "api/scene":
                 return _json(self.server.session.scene())
             if below == "api/watch":
-                return _json(self.server.session.watch(query.get("seen", "")))
+                return _json(self.server.session.watch(query.get("seen", ""), query.get("path", "")))
             if below == "api/language":
                 if query.get("of") not in language.LANGUAGES:
                     raise RefusedError(HTTPStatus.BAD_REQUEST)

@@ -67,6 +67,7 @@ class Session:
         self.path = None if path is None else Path(os.path.abspath(path))
         self.folder = Path.cwd() if self.path is None else self.path.parent
         self.language = language
+        self._own = set() if self.path is None else {str(self.path)}  # files that pages have opened or saved
         self._lock = Lock()
         if self.path is not None:
             on_disk(self.path)
@@ -95,10 +96,12 @@ class Session:
             "version": _version(),
         }
 
-    def watch(self, seen: str) -> dict[str, Any]:
-        """Whether the file differs from what a page has seen of it, with its text if so."""
-        there = self._there(self.path)
-        return {"seen": there.seen, "changed": False} if there.seen == seen else {**there._asdict(), "changed": True}
+    def watch(self, seen: str, path: str = "") -> dict[str, Any]:
+        """Whether a page's file, the scene's own unless it says another, differs from what it has seen."""
+        there = self._there(Path(path) if path in self._own else self.path)
+        if there.seen == seen:
+            return {"seen": seen, "changed": False}
+        return {"seen": there.seen, "changed": True, "text": there.text}
 
     def folder_of(self, origin: str) -> Path:
         """Where a scene's CSV files lie: beside the example that it comes from, else beside the scene."""
@@ -128,7 +131,7 @@ class Session:
             file = self._place(path)
             there = self._there(file)
             if there.seen != _NO_FILE and there.seen != seen:
-                raise Conflict("exists" if file != self.path else "changed", there.text, there.seen)
+                raise Conflict("changed" if str(file) in self._own else "exists", there.text, there.seen)
             if there.seen != _NO_FILE and not over:
                 raise Conflict("exists", there.text, there.seen)
             lines = text.replace("\r\n", "\n").replace("\n", there.line_end)
@@ -142,6 +145,7 @@ class Session:
                 raise Refusal(_("{name} cannot be written ({why})", name=file.name, why=error.strerror or error)) from None
             if self.path is None:
                 self.path = file
+            self._own.add(str(file))
             return {"seen": sha256(content).hexdigest(), "path": str(file), "name": file.name}
 
     def _there(self, file: Path | None) -> OnDisk:
@@ -155,7 +159,9 @@ class Session:
 
     def _place(self, path: str | None) -> Path:
         """The file that a name stands for: a `.toml` in the scene's folder or below it, which must be there."""
-        if path is None or path == str(self.path):
+        if path in self._own:
+            return Path(path)
+        if path is None:
             if self.path is None:
                 raise Refusal(_("give the scene a name that ends in .toml"))
             return self.path

@@ -261,3 +261,17 @@ def test_a_script_in_a_title_stays_a_text(served: PageServer, tmp_path: Path) ->
         assert evil.encode() not in asked(served)[2]
     finally:
         served.session = session
+
+
+def test_an_invitation_leads_to_the_page_once(served: PageServer) -> None:
+    """What a browser is started with, others on the machine can see: it holds no secret that lasts."""
+    invitation = served.invitation()
+    assert served.secret not in invitation
+    path = "/" + invitation.split("/", 3)[3]
+    opened = {"Sec_Fetch_Site": "none", "Sec_Fetch_Mode": "navigate"}
+    assert asked(served, path, Host="evil.example", **opened)[0] == 403
+    assert asked(served, f"{path}api/scene")[0] == 404
+    status, head, _ = asked(served, path, **opened)
+    assert status == 303
+    assert f"Location: /{served.secret}/".encode() in head
+    assert asked(served, path, **opened)[0] == 404

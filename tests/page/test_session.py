@@ -130,3 +130,16 @@ def test_what_is_no_scene_is_not_opened(tmp_path: Path, name: str) -> None:
     (tmp_path / "folder").mkdir()
     with pytest.raises(SceneError):
         Session(tmp_path / name)
+
+
+def test_a_page_that_has_another_file_saves_and_watches_that_one(press: Path) -> None:
+    """A new scene, begun in the page of another one and saved under a name of its own."""
+    session = Session(press)
+    saved = session.save("a = 1\n", "mine.toml", False, "")
+    mine = str(press.with_name("mine.toml"))
+    assert saved["path"] == mine
+    assert session.watch(saved["seen"], mine)["changed"] is False
+    session.save("a = 2\n", mine, True, saved["seen"])
+    assert (press.read_text(), Path(mine).read_text()) == (TEXT, "a = 2\n")
+    assert session.watch(saved["seen"], mine)["text"] == "a = 2\n"
+    assert session.watch("", "/etc/passwd")["text"] == TEXT

@@ -19,7 +19,7 @@ export async function save() {
   if (!scene.path) return saveAs();
   if (!unsaved()) return told(text("There is nothing to save."));
   if (!sure && !(await mayReplace())) return false;
-  return write_to(null, true, scene.seen);
+  return write_to(scene.path, true, scene.seen);
 }
 
 /** Save the scene under another name. True where it was saved. */
@@ -104,7 +104,7 @@ function take({ text: theirs, seen }) {
 export function watch() {
   const look = async () => {
     try {
-      const { status, data } = await call(`watch?seen=${encodeURIComponent(scene.seen ?? "")}`);
+      const { status, data } = await call(`watch?seen=${encodeURIComponent(scene.seen ?? "")}&path=${encodeURIComponent(scene.path ?? "")}`);
       if (status === 200 && scene.path) seenOnDisk(data);
     } catch {
       // The notice that the program is gone is told elsewhere.
