@@ -13,6 +13,7 @@ const narrow = matchMedia("(max-width: 56.24em)").matches; // where all groups a
 const folded = new Map(); // paths of groups that were closed (true) or opened
 const helped = new Set(); // paths of fields whose help is open
 
+const typing = new WeakSet(); // controls in which something was typed that is not entered yet
 let arriving = null; // the path of what was added: it takes the focus when it is there
 let host = null;
 let send = () => {};
@@ -22,6 +23,8 @@ let gesture = { path: "", at: -Infinity, count: 0, held: false };
 export function formIn(into, change) {
   host = into;
   send = change;
+  host.addEventListener("input", (event) => typing.add(event.target));
+  host.addEventListener("change", (event) => typing.delete(event.target));
   host.addEventListener("pointerdown", () => (gesture.held = true));
   for (const name of ["pointerup", "pointercancel"]) {
     window.addEventListener(name, () => {
@@ -81,7 +84,7 @@ function idOf(path) {
 }
 
 function structure(group) {
-  const fields = group.fields.map(({ path, label, about, kind, unit, units, choices, range }) => [path, label, about, kind, unit, units, choices, !!range]);
+  const fields = group.fields.map(({ path, label, about, kind, units, choices, range }) => [path, label, about, kind, units, choices, !!range]);
   return JSON.stringify([group.path, group.title, group.about, group.removable, group.more, fields]);
 }
 
@@ -187,7 +190,7 @@ function inputOf(field, id) {
     made.addEventListener("keydown", (event) => {
       if (event.key === "Enter" && !event.shiftKey) {
         event.preventDefault();
-        made.dispatchEvent(new Event("change"));
+        made.dispatchEvent(new Event("change", { bubbles: true }));
       }
     });
     return made;
@@ -196,7 +199,7 @@ function inputOf(field, id) {
   const made = element("input", { ...described, type: "text", inputmode: numeric ? "decimal" : null, spellcheck: "false", autocomplete: "off", list: field.choices?.length ? `${id}-choices` : null });
   made.addEventListener("change", () => commit(field.path, numeric ? quantity(made.value, unitIn(field.path)) : made.value));
   made.addEventListener("keydown", (event) => {
-    if (event.key === "Enter") made.dispatchEvent(new Event("change"));
+    if (event.key === "Enter") made.dispatchEvent(new Event("change", { bubbles: true }));
   });
   return made;
 }
@@ -267,10 +270,9 @@ function fill(field) {
   const id = idOf(field.path);
   const input = document.getElementById(id);
   const box = input.closest(".field");
-  const focused = document.activeElement === input;
   box.dataset.value = field.value ?? "";
   if (input.type === "checkbox") input.checked = field.value === "true" || field.value === true;
-  else if (!(focused && input.matches("input, textarea") && input.value !== input.dataset.shown)) show(input, field);
+  else if (!typing.has(input)) show(input, field);
   const unit = document.getElementById(`${id}-unit`);
   if (unit) unit.value = field.unit ?? "";
   const slider = document.getElementById(`${id}-slider`);
@@ -285,7 +287,6 @@ function show(input, field) {
     input.prepend(element("option", { value }, value || "–"));
   }
   input.value = value;
-  input.dataset.shown = value;
   if (input.matches("textarea")) input.rows = Math.min(6, Math.max(1, Math.ceil(value.length / 30), value.split("\n").length));
 }
 

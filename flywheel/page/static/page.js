@@ -91,7 +91,7 @@ function keys(event) {
   if (!found || (document.querySelector("dialog[open]") && name !== "s")) return;
   event.preventDefault();
   if (document.querySelector("dialog[open]")) return;
-  if (control && document.activeElement.matches?.("#form input[type=text], #form textarea")) document.activeElement.dispatchEvent(new Event("change"));
+  if (control && document.activeElement.matches?.("#form input[type=text], #form textarea")) document.activeElement.dispatchEvent(new Event("change", { bubbles: true }));
   found();
 }
 
