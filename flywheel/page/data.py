@@ -6,7 +6,7 @@ and the one behind. While a hand moves there are fewer of them, with seven digit
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping
 from math import floor, log10
 from typing import Any, NamedTuple
 
@@ -16,6 +16,7 @@ from numpy.typing import ArrayLike, NDArray
 from flywheel.language import text as _
 from flywheel.machine.machine import Machine
 from flywheel.mechanisms.families import has_joints
+from flywheel.mechanisms.linkages.positions import Track
 from flywheel.motions import driver as courses
 from flywheel.motions.driver import Driver
 from flywheel.motions.joint_forces import JointForces, joint_forces, regime_forces, steady_motion
@@ -92,19 +93,17 @@ def answer(
     found: dict[str, Any] = {}
     why: dict[str, str] = {}
     with np.errstate(all="ignore"):
-        forces, without = _forces(part) if {"reactions", "motion"} & set(wanted) else (None, "")
+        reacts = "reactions" in wanted or view.get("kind") == QUANTITIES[3]
+        forces = _forces(part) if reacts else ""
         for panel in wanted:
             try:
-                made = _MAKERS[panel](part, forces) if panel not in ("reactions", "motion") or forces else None
-                if made is None and panel == "motion":
-                    made = _motion(part, None)
-                found[panel] = without if made is None else made
+                made = _MAKERS[panel](part, forces)
             except SceneError as error:
-                found[panel] = str(error)
-    for panel, made in list(found.items()):
-        if isinstance(made, str):
-            why[panel] = made or _("There is nothing to draw.")
-            del found[panel]
+                made = str(error)
+            if isinstance(made, str):
+                why[panel] = made
+            else:
+                found[panel] = made
     return {
         "title": scene.title or "",
         "cycle": scene.cycle,
@@ -261,15 +260,29 @@ def _narrow(cycle: turning_moment.Cycle, width: float) -> Array:
 _FEW = {"pin": 4, "dot": 4, "plate": 2, "bar": 2, "rail": 2, "wheel": 2}  # of the points of an outline, one in so many
 
 
-def _mechanism(part: Part, forces: JointForces | None) -> dict[str, Any] | str:
+def _mechanism(part: Part, forces: JointForces | str) -> dict[str, Any] | str:
     """Bodies as they move, figures on them, points whose paths are drawn; discs where there are no bodies."""
     scene = part.scene
     if scene.areas is not None:
         return _("A diagram of areas tells nothing of the mechanism.")
     drawn = [mechanism for mechanism in scene.mechanisms if has_joints(mechanism)]
     others = [mechanism.name for mechanism in scene.mechanisms if mechanism not in drawn]
-    views = [_one_mechanism(view, part.axis.taken) for view in sketch.views(scene)] if drawn else [_discs(scene, part.axis)]
+    views = [_one_mechanism(view, part.axis.taken) for view in _views_of(scene)] if drawn else [_discs(scene, part.axis)]
     return {"views": views, "without": others}
+
+
+_kept: list[tuple[Any, tuple[sketch.View, ...]]] = []
+"""The mechanisms that were drawn last: a load or a speed that changes leaves their figures as they are."""
+
+
+def _views_of(scene: Scene) -> tuple[sketch.View, ...]:
+    """The mechanisms of a scene with their figures, those of the last scene where they are the same."""
+    shape = scene.mechanisms, scene.stroke, dict(scene.shafts)
+    if _kept and _kept[0][0] == shape:
+        return _kept[0][1]
+    found = sketch.views(scene)
+    _kept[:] = [(shape, found)]
+    return found
 
 
 def _one_mechanism(view: sketch.View, q: Array) -> dict[str, Any]:
@@ -351,7 +364,7 @@ def _samples(part: Part) -> Samples | None:
     return samples.samples_at(part.machine, sizing.constant, part.axis.taken, sizing.cyclic.constant_speed)
 
 
-def _moment(part: Part, forces: JointForces | None) -> dict[str, Any] | str:
+def _moment(part: Part, forces: JointForces | str) -> dict[str, Any] | str:
     """M* with what drives and what resists, its areas, and W."""
     sizing = part.sizing
     if sizing is None:
@@ -385,7 +398,7 @@ def _balance(sizing: Sizing) -> dict[str, Any] | None:
     return {"name": sizing.balance.name, "value": cycle.balance, "unit": sizing.balance_unit or ""}
 
 
-def _inertia(part: Part, forces: JointForces | None) -> dict[str, Any] | str:
+def _inertia(part: Part, forces: JointForces | str) -> dict[str, Any] | str:
     """I* body by body."""
     if part.scene.areas is not None:
         return _("A diagram of areas gives no reduced inertia: all of it counts as flywheel.")
@@ -411,7 +424,7 @@ def _inertia(part: Part, forces: JointForces | None) -> dict[str, Any] | str:
     }
 
 
-def _wittenbauer(part: Part, forces: JointForces | None) -> dict[str, Any] | str:
+def _wittenbauer(part: Part, forces: JointForces | str) -> dict[str, Any] | str:
     """The loop W(I*), its tangents as energies (J), MN and P."""
     sizing, record = part.sizing, _samples(part)
     if part.scene.areas is not None:
@@ -459,7 +472,7 @@ def _wittenbauer(part: Part, forces: JointForces | None) -> dict[str, Any] | str
     }
 
 
-def _speed(part: Part, forces: JointForces | None) -> dict[str, Any] | str:
+def _speed(part: Part, forces: JointForces | str) -> dict[str, Any] | str:
     """The speed over the cycle with the flywheel given or sized; at rest beside those with the approximate ones."""
     sizing = part.sizing
     if sizing is None:
@@ -521,31 +534,31 @@ def _confirmed(sizing: Sizing) -> dict[str, Any] | None:
 # -- reactions ---------------------------------------------------------------------------------------------------------
 
 
-def _forces(part: Part) -> tuple[JointForces | None, str]:
+def _forces(part: Part) -> JointForces | str:
     """The forces in the joints of the mechanism that is looked at, or why there are none."""
     scene, machine, sizing = part.scene, part.machine, part.sizing
     drawn = [mechanism.name for mechanism in scene.mechanisms if has_joints(mechanism)]
     if machine is None or not drawn:
-        return None, _("The machine has no joints whose reactions could be told.")
+        return _("The machine has no joints whose reactions could be told.")
     asked = part.view.get("mechanism")
     names = drawn if part.view.get("kind") == QUANTITIES[3] else [asked if asked in drawn else drawn[0]]
     try:
         if sizing is not None:
-            return regime_forces(sizing, part.axis.taken, names), ""
+            return regime_forces(sizing, part.axis.taken, names)
         if len(drawn) < len(scene.mechanisms):
-            return None, _("The reactions need a flywheel and a speed where a law moves with the linkages.")
+            return _("The reactions need a flywheel and a speed where a law moves with the linkages.")
         try:
-            return joint_forces(machine, part.axis.taken), ""
+            return joint_forces(machine, part.axis.taken)
         except SceneError:
-            return joint_forces(machine, part.axis.taken, inertia=False), ""
+            return joint_forces(machine, part.axis.taken, inertia=False)
     except SceneError as error:
-        return None, str(error)
+        return str(error)
 
 
-def _reactions(part: Part, forces: JointForces | None) -> dict[str, Any] | str:
+def _reactions(part: Part, forces: JointForces | str) -> dict[str, Any] | str:
     """The force in every joint of a mechanism, and its driving action."""
-    if forces is None:
-        return _("The machine has no joints whose reactions could be told.")
+    if isinstance(forces, str):
+        return forces
     name = _mechanism_seen(part, forces)
     found = forces.mechanisms[name]
     linkage, shown = found.poses.linkage, part.axis.shown
@@ -621,7 +634,7 @@ def _extremes(shown: Array, values: Array) -> dict[str, Any]:
 # -- motion ------------------------------------------------------------------------------------------------------------
 
 
-def _motion(part: Part, forces: JointForces | None) -> dict[str, Any] | str:
+def _motion(part: Part, forces: JointForces | str) -> dict[str, Any] | str:
     """Position, velocity or acceleration of what is asked for, or the reaction of a joint, against the driver."""
     scene = part.scene
     if scene.areas is not None:
@@ -629,22 +642,24 @@ def _motion(part: Part, forces: JointForces | None) -> dict[str, Any] | str:
     moving = Moving(scene)
     driver, condition = _driver_motion(part, forces)
     found = moving.places(part.axis.taken)[0]
-    joints = {} if forces is None else _joints(forces)
+    joints = {} if isinstance(forces, str) else _joints(forces)
     asked, kinds = part.view.get("kind"), QUANTITIES if joints else QUANTITIES[:3]
+    reacts = bool(joints) or (not forces and any(map(has_joints, scene.mechanisms)))
     quantity = asked if asked in kinds else QUANTITIES[1]
-    known: Sequence[str] = list(joints) if quantity == QUANTITIES[3] else list(found)
+    known = list(joints) if quantity == QUANTITIES[3] else list(found)
     if not known:
         return _("Nothing moves.")
-    of = part.view.get("of") if part.view.get("of") in known else _first(known)
-    result = {"of": of, "quantity": quantity, "choices": known, "reacts": bool(joints), "condition": condition}
-    if quantity == QUANTITIES[3] and forces is not None:
+    of = str(part.view.get("of"))
+    of = of if of in known else _first(known)
+    result: dict[str, Any] = {"of": of, "quantity": quantity, "choices": known, "reacts": reacts, "condition": condition}
+    if quantity == QUANTITIES[3] and not isinstance(forces, str):
         force = joints[of]
         condition["without_inertia"] = _quasi_static(forces)
         rows = {"x": force[0], "y": force[1], "amount": np.hypot(*force)}
         unit = "N"
     else:
         order = QUANTITIES.index(quantity)
-        values = moving.plain(driver, [of])[of][order]
+        values = _derivative(found[of].track, driver, order)
         kind = found[of].kind
         rows = {"": values}
         if kind == POINT:
@@ -655,6 +670,13 @@ def _motion(part: Part, forces: JointForces | None) -> dict[str, Any] | str:
     shown = part.axis.shown
     curves = [{"part": name, "values": values, **_extremes(shown, values)} for name, values in rows.items()]
     return result | {"unit": unit, "curves": curves}
+
+
+def _derivative(track: Track, driver: Driver, order: int) -> Array:
+    """The place itself, its velocity g q̇ or its acceleration g q̈ + g' q̇²; g or g' where the driver has no speed."""
+    if driver.rate is None or driver.acceleration is None or not order:
+        return track[order]
+    return track.rate * driver.rate if order == 1 else track.rate * driver.acceleration + track.slope * driver.rate**2
 
 
 def _unit(length: str, order: int, driver: Driver, scene: Scene) -> str:
@@ -668,11 +690,11 @@ def _unit(length: str, order: int, driver: Driver, scene: Scene) -> str:
     return f"{length}/rad" + "²" * (order == 2)
 
 
-def _driver_motion(part: Part, forces: JointForces | None) -> tuple[Driver, dict[str, Any]]:
+def _driver_motion(part: Part, forces: JointForces | str) -> tuple[Driver, dict[str, Any]]:
     """How the driver moves: as the forces say; by the steady regime; at the scene's speed; or per unit."""
     scene, q = part.scene, part.axis.taken
     if part.sizing is not None and part.machine is not None:
-        motion = forces.motion if forces is not None else steady_motion(part.machine, part.sizing, q)[0]
+        motion = steady_motion(part.machine, part.sizing, q)[0] if isinstance(forces, str) else forces.motion
         return Driver(q, None, motion.omega, motion.alpha), {"kind": "steady", "speed": part.sizing.speed}
     speed = scene.speed if scene.stroke is None else scene.stroke.speed
     if speed:
