@@ -264,16 +264,23 @@ def regime_forces(sizing: Sizing, phi: Array, mechanisms: Sequence[str] = ()) ->
         mechanisms: names; all if empty.
 
     """
-    machine = sizing.machine
+    machine, motion = sizing.machine, regime_motion(sizing, phi)
     assert machine is not None
-    motion, (omega, alpha) = steady_motion(machine, sizing, phi)
     balance = 0.0 if sizing.balance is None else sizing.balance.value
     found = {
         mechanism.name: port_forces(machine, motion, balance, mechanism)
         for mechanism in machine.scene.mechanisms
         if mechanism.name in mechanisms or not mechanisms
     }
-    return JointForces(motion, found, MotionErrors(0.0, omega, alpha), balance, "steady regime", (), machine)
+    return JointForces(motion, found, MotionErrors(), balance, "steady regime", (), machine)
+
+
+def regime_motion(sizing: Sizing, phi: Array) -> MachineMotion:
+    """The steady regime that a sizing has found at crank angles from 0 to the cycle (rad), without its errors."""
+    if sizing.cycle is None or sizing.run is None:
+        return MachineMotion(phi, np.full(phi.size, sizing.speed), np.zeros(phi.size))
+    omega = turning_moment.speed_over_cycle(sizing.cycle, sizing.speed, sizing.run, phi)
+    return MachineMotion(phi, omega, turning_moment.acceleration_over_cycle(sizing.cycle, sizing.run, phi, omega))
 
 
 @lru_cache(maxsize=2)  # positions of one machine are asked for several times

@@ -19,7 +19,7 @@ from flywheel.mechanisms.families import has_joints
 from flywheel.mechanisms.linkages.positions import Track
 from flywheel.motions import driver as courses
 from flywheel.motions.driver import Driver
-from flywheel.motions.joint_forces import JointForces, joint_forces, regime_forces, steady_motion
+from flywheel.motions.joint_forces import JointForces, joint_forces, regime_forces, regime_motion
 from flywheel.motions.kinematics import POINT, Moving
 from flywheel.numerics.faults import Fault, SceneError
 from flywheel.numerics.units import figure
@@ -37,7 +37,7 @@ Array = NDArray[np.float64]
 
 PANELS = ("mechanism", "moment", "inertia", "wittenbauer", "speed", "reactions", "motion")
 QUANTITIES = ("position", "velocity", "acceleration", "reaction")
-_MOVING, _RESTING = 241, 361  # positions, evenly
+_MOVING, _RESTING = 181, 361  # positions, evenly
 _MOST_JUMPS = 40  # breakpoints of a machine that all get both sides; of more, those at which M* jumps
 _BESIDE = 1e-9  # of the cycle: how near to a jump its two sides are looked at
 _JUMP = 1e-6  # of the greatest M*: what a jump is at least
@@ -55,7 +55,7 @@ class Axis(NamedTuple):
 
 
 class Part(NamedTuple):
-    """What all panels are made from; `forces` and `driver` are found where a panel of the view needs them."""
+    """What all panels are made from; `samples` are those of the cycle that the areas are of, where there is one."""
 
     scene: Scene
     machine: Machine | None
@@ -63,6 +63,7 @@ class Part(NamedTuple):
     axis: Axis
     view: Mapping[str, Any]
     rest: bool
+    samples: Samples | None = None
 
 
 def answer(
@@ -87,12 +88,14 @@ def answer(
     view = {} if view is None else view
     sizing, machine, faults = _found(subject, rest)
     scene = sizing.scene if sizing is not None else machine.scene if machine is not None else _scene_of(subject)
-    part = Part(scene, machine, sizing, _axis(scene, machine, sizing, rest), view, rest)
     wanted = [panel for panel in PANELS if panel in view.get("panels", PANELS)]
     digits = None if rest else _DIGITS
     found: dict[str, Any] = {}
     why: dict[str, str] = {}
     with np.errstate(all="ignore"):
+        axis = _axis(scene, machine, sizing, rest)
+        curves = _samples(machine, sizing, axis) if {"moment", "wittenbauer"} & set(wanted) else None
+        part = Part(scene, machine, sizing, axis, view, rest, curves)
         reacts = "reactions" in wanted or view.get("kind") == QUANTITIES[3]
         forces = _forces(part) if reacts else ""
         for panel in wanted:
@@ -108,7 +111,7 @@ def answer(
         "title": scene.title or "",
         "cycle": scene.cycle,
         "driver": _driver(scene),
-        "phi": _plain(part.axis.shown, digits) if scene.areas is None else [],
+        "phi": _plain(axis.shown, digits) if scene.areas is None else [],
         "numbers": _numbers(sizing, units, rest),
         "figures": list(found),
         "views": _views(found.get("motion")),
@@ -354,14 +357,13 @@ def _no_cycle(part: Part) -> str:
     return _("The machine does not run as the scene says: see the faults.")
 
 
-def _samples(part: Part) -> Samples | None:
+def _samples(machine: Machine | None, sizing: Sizing | None, axis: Axis) -> Samples | None:
     """The cycle that the areas are of, on the axis: that at a constant speed, where torques depend on speed."""
-    sizing = part.sizing
-    if sizing is None or sizing.cycle is None or part.machine is None:
+    if sizing is None or sizing.cycle is None or machine is None:
         return None
     if sizing.cyclic is None or sizing.constant is None:
-        return samples.samples_at(part.machine, sizing.cycle, part.axis.taken)
-    return samples.samples_at(part.machine, sizing.constant, part.axis.taken, sizing.cyclic.constant_speed)
+        return samples.samples_at(machine, sizing.cycle, axis.taken)
+    return samples.samples_at(machine, sizing.constant, axis.taken, sizing.cyclic.constant_speed)
 
 
 def _moment(part: Part, forces: JointForces | str) -> dict[str, Any] | str:
@@ -378,7 +380,7 @@ def _moment(part: Part, forces: JointForces | str) -> dict[str, Any] | str:
     for name, value in (("greatest", sizing.accumulated_max), ("least", sizing.accumulated_min)):
         k = int(np.abs(np.array(sums) - value).argmin())
         found[name] = {"value": value, "at": ends[k], "crossing": k}
-    record = _samples(part)
+    record = part.samples
     if record is None:
         return found | {"diagram": True}
     if not record.moment.any():
@@ -426,7 +428,7 @@ def _inertia(part: Part, forces: JointForces | str) -> dict[str, Any] | str:
 
 def _wittenbauer(part: Part, forces: JointForces | str) -> dict[str, Any] | str:
     """The loop W(I*), its tangents as energies (J), MN and P."""
-    sizing, record = part.sizing, _samples(part)
+    sizing, record = part.sizing, part.samples
     if part.scene.areas is not None:
         return _("The loop needs the reduced inertia of a machine; a diagram of areas gives none.")
     if sizing is None or sizing.cycle is None or record is None or part.machine is None:
@@ -694,7 +696,7 @@ def _driver_motion(part: Part, forces: JointForces | str) -> tuple[Driver, dict[
     """How the driver moves: as the forces say; by the steady regime; at the scene's speed; or per unit."""
     scene, q = part.scene, part.axis.taken
     if part.sizing is not None and part.machine is not None:
-        motion = steady_motion(part.machine, part.sizing, q)[0] if isinstance(forces, str) else forces.motion
+        motion = regime_motion(part.sizing, q) if isinstance(forces, str) else forces.motion
         return Driver(q, None, motion.omega, motion.alpha), {"kind": "steady", "speed": part.sizing.speed}
     speed = scene.speed if scene.stroke is None else scene.stroke.speed
     if speed:
