@@ -13,7 +13,7 @@ if TYPE_CHECKING:
     from bondgraph.builder import Builder, Part
     from bondgraph.causal.strokes import Causality, causality
     from bondgraph.causal.table import Table, table
-    from bondgraph.drawing.picture import draw
+    from bondgraph.drawing.picture import draw, svg
     from bondgraph.elements import (
         DOMAINS,
         GY,
@@ -77,7 +77,7 @@ _NAMES = {
     "motion.simulation": "Audit Run simulate",
     "motion.dynamics": "Dynamics",
     "storage.graphs": "as_data from_data load save",
-    "drawing.picture": "draw",
+    "drawing.picture": "draw svg",
 }
 _HOMES = {name: module for module, names in _NAMES.items() for name in names.split()}
 
@@ -88,7 +88,7 @@ __all__ = [
     "Table", "Zero", "absorb_junctions", "as_data", "causality", "draw", "drop_dangling", "drop_two_bond_junctions",
     "drop_zero_sources", "drop_zero_velocity", "from_data", "function", "generic", "generic_equation", "load",
     "merge_double_differences", "merge_equal_junctions", "motion_equation", "procedure", "reduce", "save", "simplify",
-    "simulate", "state_equations", "table",
+    "simulate", "state_equations", "svg", "table",
 ]  # fmt: skip
 
 

@@ -31,6 +31,8 @@ from bondgraph.laws import OWN, TIME, Function, GraphError, law_of, refuse
 
 T = TypeVar("T", bound=Hashable)
 
+_DRAWN = 40  # bonds that a notebook draws unasked: more take seconds to lay out
+
 
 def neighbours(names: Iterable[str], bonds: Iterable[Bond]) -> dict[str, list[str]]:
     """The names that each element has bonds with."""
@@ -389,6 +391,25 @@ class BondGraph:
             where = f"{self.title(element)}, bond {self.at(element)[0].number}"
             raise GraphError(f"parameter {parameter!r} ({where}) has no value: graph.with_parameters({parameter}=...)")
         return value
+
+    def __repr__(self) -> str:
+        """How large it is, instead of every element; `str(graph)` lists it."""
+        return f"BondGraph({len(self.elements)} elements, {len(self.bonds)} bonds)"
+
+    def _repr_svg_(self) -> str | None:
+        """The picture that a notebook shows, with causal strokes; None of a graph that takes long to lay out."""
+        return self._picture
+
+    @cached_property
+    def _picture(self) -> str | None:
+        import bondgraph
+
+        if len(self.bonds) > _DRAWN:
+            return None
+        try:
+            return bondgraph.svg(self)
+        except Exception:  # a notebook shows the text instead: to look at a graph must never fail
+            return None
 
     def __str__(self) -> str:
         lines = [f"bond graph: {len(self.elements)} elements, {len(self.bonds)} bonds ({CONVENTION})"]

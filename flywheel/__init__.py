@@ -43,11 +43,12 @@ if TYPE_CHECKING:
     from flywheel.motions.transients import Transient, run_down, run_up, time_along, transient
     from flywheel.motions.velocities import instant_centres
     from flywheel.numerics.faults import Fault, SceneError
+    from flywheel.pictures import notebooks
     from flywheel.pictures.mechanisms import animate, draw
     from flywheel.reading.scenes import load, load_linkage
     from flywheel.regime.state import MachineState, along, reduce
     from flywheel.scene.scene import Scene
-    from flywheel.sizing.results import Sizing
+    from flywheel.sizing.results import Sizing, Sizings
     from flywheel.sizing.sizing import size
     from flywheel.study.tradeoff import Tradeoff, tradeoff
     from flywheel.tables.explanation import Explanation, explain
@@ -63,6 +64,7 @@ _HOMES = {
     "Scene": "scene.scene",
     "SceneError": "numerics.faults",
     "Sizing": "sizing.results",
+    "Sizings": "sizing.results",
     "Tradeoff": "study.tradeoff",
     "Transient": "motions.transients",
     "along": "regime.state",
@@ -111,6 +113,7 @@ _MODULES = {
     "masses": "components.equivalent_masses",
     "motors": "components.motors",
     "multibody": "mechanisms.linkages.multibody",
+    "notebooks": "pictures.notebooks",
     "presses": "components.press_work",
     "recovery": "components.press_work",
     "results": "sizing.results",
@@ -135,6 +138,7 @@ __all__ = [
     "Scene",
     "SceneError",
     "Sizing",
+    "Sizings",
     "Tradeoff",
     "Transient",
     "along",
@@ -157,6 +161,7 @@ __all__ = [
     "motion",
     "motors",
     "multibody",
+    "notebooks",
     "presses",
     "recovery",
     "reduce",

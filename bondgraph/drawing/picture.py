@@ -129,6 +129,29 @@ def draw(
     return figure
 
 
+def svg(graph: BondGraph) -> str:
+    """The picture of a graph as SVG, with its causal strokes, or without them where they conflict.
+
+    >>> from bondgraph import Builder, I, Se
+    >>> svg(Builder().one("shaft").on("shaft", I("J", 2.0), Se("M", 3.0)).build())[:5]
+    '<?xml'
+
+    """
+    from io import StringIO
+
+    from matplotlib import rc_context
+
+    try:
+        figure = draw(graph)
+    except GraphError:
+        figure = draw(graph, causality={})
+    written = StringIO()
+    with rc_context({"svg.hashsalt": "bondgraph", "svg.fonttype": "none"}), warnings.catch_warnings():
+        warnings.filterwarnings("ignore", message="Glyph .* missing")
+        figure.savefig(written, format="svg", metadata=_DATES["svg"])
+    return written.getvalue()
+
+
 def _causes(graph: BondGraph, given: Causality | Mapping[int, str] | None) -> tuple[Mapping[int, str], frozenset[str]]:
     """The strokes, and the stores whose causality is derivative: those with their stroke at the wrong end."""
     if given is None:

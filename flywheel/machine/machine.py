@@ -22,7 +22,7 @@ from bondgraph.reduction import Reduced, Reduction
 from flywheel.components.motors import DC
 from flywheel.mechanisms import families
 from flywheel.mechanisms.families import Port, Ratio
-from flywheel.numerics import cells
+from flywheel.numerics import cells, notebook
 from flywheel.numerics.cells import Cells, middles
 from flywheel.numerics.expressions import Expression, shown, units_of_name
 from flywheel.numerics.faults import Fault, SceneError
@@ -405,6 +405,16 @@ class Machine:
 
     def __reduce__(self) -> tuple[Any, ...]:
         return Machine, (self.scene, self.friction)
+
+    def __repr__(self) -> str:
+        """What moves, instead of an address."""
+        kinds = dict.fromkeys(m.type for m in self.scene.mechanisms) or ("rotor",)
+        title = notebook.quoted(self.scene.title)
+        return f"Machine({title}{', '.join(kinds)}, {len(self.graph.bonds)} bonds, shafts {', '.join(self.scene.shafts)})"
+
+    def _repr_html_(self) -> str | None:
+        """What a notebook shows."""
+        return notebook.html(self)
 
     def reduce(self, phi: Any, anchor: Any = None) -> Reduced:
         """I*, dI*/dphi, M* at crank angles phi (rad) in [0, cycle], straight from the bond graph.

@@ -20,7 +20,7 @@ from flywheel.machine.reactions import MachineMotion, close_positions, port_forc
 from flywheel.mechanisms.families import has_joints
 from flywheel.mechanisms.linkage import linkage_of
 from flywheel.mechanisms.linkages.reactions import Reactions
-from flywheel.numerics import cells
+from flywheel.numerics import cells, notebook
 from flywheel.numerics.cells import ROUNDING
 from flywheel.numerics.faults import Fault, SceneError, nearest
 from flywheel.numerics.units import figure as number
@@ -69,6 +69,16 @@ class JointForces(NamedTuple):
     condition: str = ""
     messages: tuple[str, ...] = ()
     machine: Machine | None = None
+
+    def __repr__(self) -> str:
+        """Of how many joints and positions they are, instead of every array."""
+        joints = sum(len(found.components) for found in self.mechanisms.values())
+        of = f"{joints} joints of {', '.join(self.mechanisms)}"
+        return f"JointForces({of} at {self.motion.phi.size} positions, {self.condition!r})"
+
+    def _repr_html_(self) -> str | None:
+        """What a notebook shows."""
+        return notebook.html(self)
 
 
 def joint_forces(

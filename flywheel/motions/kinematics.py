@@ -20,7 +20,7 @@ from flywheel.mechanisms import KINDS
 from flywheel.mechanisms.families import build
 from flywheel.mechanisms.linkages.positions import Track
 from flywheel.motions.driver import DRIVER, Course, Driver, course_of, instants
-from flywheel.numerics import arguments, cells
+from flywheel.numerics import arguments, cells, notebook
 from flywheel.numerics.cells import ROUNDING, middles
 from flywheel.numerics.faults import Fault, SceneError
 from flywheel.regime import state
@@ -297,6 +297,10 @@ class Kinematics:
     def __repr__(self) -> str:
         """What it is of, instead of every curve."""
         return f"Kinematics({len(self.curves)} curves at {self.q.size} positions over {self.over}, {self.condition!r})"
+
+    def _repr_html_(self) -> str | None:
+        """What a notebook shows."""
+        return notebook.html(self)
 
     @property
     def axis(self) -> Array:

@@ -18,6 +18,7 @@ from bondgraph.graph import BondGraph
 from bondgraph.laws import TIME, GraphError
 from flywheel.machine.dynamics import Dynamics, circuit_of
 from flywheel.machine.machine import Machine
+from flywheel.numerics import notebook
 from flywheel.numerics.cells import ROUNDING
 from flywheel.numerics.faults import Fault, SceneError
 from flywheel.regime import turning_moment
@@ -91,6 +92,10 @@ class Motion(NamedTuple):
         """Its extent, instead of every point."""
         last = f"t = {self.t[-1]:.6g} s, phi = {self.phi[-1]:.6g}, omega = {self.omega[-1]:.6g}"
         return f"Motion({self.t.size} points to {last}, ended={self.ended!r}, error={self.error:.2g})"
+
+    def _repr_html_(self) -> str | None:
+        """What a notebook shows."""
+        return notebook.html(self)
 
 
 @np.errstate(all="ignore")  # a step that tries too much leaves the floating-point range, and is tried again shorter

@@ -21,7 +21,7 @@ from flywheel.components.motors import DC, Induction
 from flywheel.machine.dynamics import ONSET, Dynamics
 from flywheel.machine.machine import Anchor, Machine
 from flywheel.motions.simulation import Motion, actual, motion_from
-from flywheel.numerics import cells
+from flywheel.numerics import cells, notebook
 from flywheel.numerics.cells import ROUNDING
 from flywheel.numerics.faults import Fault, SceneError, show, told
 from flywheel.numerics.units import QuantityError, parse_quantity
@@ -644,6 +644,10 @@ class Transient:
         """How it ended, instead of the motion."""
         figures = f"time={self.time:.6g}, turns={self.turns:.6g}, omega={self.omega:.6g}"
         return f"Transient({self.reason}: {self.ended}; {figures})"
+
+    def _repr_html_(self) -> str | None:
+        """What a notebook shows."""
+        return notebook.html(self)
 
     @property
     def time(self) -> float:

@@ -18,7 +18,7 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Iterable, Sequence
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -221,6 +221,54 @@ def parse_quantity(value: object, dimension: str | None) -> float:
     if abs(number) > LARGEST:
         raise QuantityError(show(value), f"at most {LARGEST:g} in SI")
     return number
+
+
+_BASES = {
+    name: unit
+    for unit, names in {
+        "m": "meter metre m",
+        "kg": "kilogram kg",
+        "g": "gram g",
+        "s": "second s",
+        "rad": "radian rad",
+        "A": "ampere A",
+        "ft": "foot ft",
+        "in": "inch in",
+        "lb": "pound lb",
+        "": "dimensionless",
+    }.items()
+    for name in names.split()
+}
+"""Base units as libraries of quantities spell them."""
+
+
+def is_quantity(value: object) -> bool:
+    """Whether a value is a number with a unit of another library, such as pint's: it knows its base units."""
+    return all(hasattr(value, name) for name in ("to_base_units", "magnitude", "units"))
+
+
+def quantity_text(value: Any) -> Any:
+    """A quantity of another library as a text that a scene may hold; a list where it is an array; a number without a unit.
+
+    >>> class Length:  # as pint has them
+    ...     magnitude, units = 0.25, "meter"
+    ...     def to_base_units(self):
+    ...         return self
+    >>> quantity_text(Length())
+    '0.25 m'
+    """
+    base = value.to_base_units()
+    above, *below = re.split(r"\s*/\s*", str(base.units))
+
+    def spelt(factor: str) -> str:
+        name, _, power = (part.strip() for part in factor.replace("^", "**").partition("**"))
+        return _BASES.get(name, name) + (f"^{power.strip('()')}" if power else "")
+
+    unit = " ".join(filter(None, (spelt(factor) for factor in re.split(r"\s*(?<!\*)\*(?!\*)\s*", above) if factor != "1")))
+    unit = "/".join([unit or ("1" if below else ""), *(spelt(factor) for factor in below)])
+    numbers = np.asarray(base.magnitude, dtype=float)
+    texts = [f"{float(number)!r} {unit}" if unit else float(number) for number in numbers.ravel()]
+    return texts[0] if numbers.ndim == 0 else texts
 
 
 def plain_number(value: object) -> float | None:

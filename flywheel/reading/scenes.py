@@ -10,6 +10,7 @@ from contextlib import suppress
 from dataclasses import replace
 from functools import partial
 from itertools import accumulate, chain
+from os import PathLike
 from pathlib import Path
 from typing import Any, TypeVar
 
@@ -19,8 +20,17 @@ from flywheel.components.wheel_stresses import material
 from flywheel.components.wheels import EXACT, GREATEST, WHEEL_SHAPES, WheelAsked, asked_faults
 from flywheel.mechanisms import KINDS
 from flywheel.numerics.expressions import RESERVED
-from flywheel.numerics.faults import Fault, Remark, SceneError, quote
-from flywheel.numerics.units import QuantityError, Unit, parse_quantity, parse_unit, plain_number, split_quantity
+from flywheel.numerics.faults import Fault, Remark, SceneError, nearest, quote, show
+from flywheel.numerics.units import (
+    QuantityError,
+    Unit,
+    is_quantity,
+    parse_quantity,
+    parse_unit,
+    plain_number,
+    quantity_text,
+    split_quantity,
+)
 from flywheel.reading.fields import (
     Faults,
     Fields,
@@ -155,17 +165,60 @@ _QUARTER = 1e-12
 def load(source: str | Path | Mapping[str, Any]) -> Scene:
     r"""The scene in a TOML file (a path), in a TOML text, or in a mapping such as `tomllib` gives.
 
-    A text is a path if it ends in `.toml` or holds neither a line's end nor an equals sign. CSV files are looked for
-    beside the scene's file; a text or a mapping has none (see `parse_scene`, `build_scene`). Raises SceneError.
+    A text of several lines is TOML; a single line is a path if it ends in `.toml` or holds no equals sign. What it was
+    taken for stands in the scene's `given_as`, and with the faults of a scene that has some. CSV files are looked for beside
+    the scene's file; a text or a mapping has none (see `parse_scene`, `build_scene`). Quantities of pint, or of whatever
+    knows its base units alike, are taken wherever a quantity is. Raises SceneError.
 
-    >>> load('regime.speed = 10\nflywheel.inertia = "2 kg m^2"').inertia
-    2.0
+    >>> scene = load('regime.speed = 10\nflywheel.inertia = "2 kg m^2"')
+    >>> scene.inertia, scene.given_as
+    (2.0, 'a TOML text')
     """
+    given = _given_as(source)
+    try:
+        if isinstance(source, Mapping):
+            scene = build_scene(source)
+        elif is_toml(source):
+            scene = parse_scene(str(source))
+        else:
+            scene = read_scene(_path(source))
+    except SceneError as error:
+        error.add_note(f"taken for {given}")
+        raise
+    object.__setattr__(scene, "given_as", given)
+    return scene
+
+
+def is_toml(source: object) -> bool:
+    """Whether a source is a TOML text, and no path: it has several lines, or one that assigns and names no TOML file."""
+    if not isinstance(source, str):
+        return False
+    return "\n" in source.strip() or ("=" in source and not source.rstrip().endswith(".toml"))
+
+
+def _given_as(source: object) -> str:
+    """What a source is taken for, in words."""
     if isinstance(source, Mapping):
-        return build_scene(source)
-    if isinstance(source, str) and not source.endswith(".toml") and ("\n" in source or "=" in source):
-        return parse_scene(source)
-    return read_scene(source)
+        return "a dict"
+    if not isinstance(source, (str, PathLike)):
+        return f"a value of type {type(source).__name__}"
+    return "a TOML text" if is_toml(source) else f"the file {source}"
+
+
+def _path(source: object) -> Path:
+    """The path of a scene's file; a fault that names the nearest file there where it is none."""
+    if not isinstance(source, (str, PathLike)):
+        raise SceneError([Fault("scene", show(source), "a dict, the path of a TOML file, or a TOML text")])
+    file, names = Path(source), []
+    if not str(source).strip():
+        raise SceneError([Fault("scene", "an empty text", "a dict, the path of a TOML file, or a TOML text")])
+    with suppress(OSError, ValueError):
+        if file.exists() or file.is_symlink() or not file.parent.is_dir():
+            return file
+        names = [other.name for other in file.parent.glob("*.toml")]
+    near = nearest(file.name, names)
+    advice = f"did you mean {quote(near)}?" if near else "a TOML text has several lines, or an equals sign"
+    raise SceneError([Fault(quote(file.name)[1:-1], "no such file", "a scene in a TOML file", advice)])
 
 
 def load_linkage(source: str | Path | Mapping[str, Any]) -> Linkage:
@@ -319,7 +372,7 @@ def build_scene(mapping: Mapping[str, Any], folder: str | Path | None = None, fi
     (True, 0.04)
     """
     faults = Faults()
-    raw = as_table(mapping, "scene", faults)
+    raw = as_table(_plain(mapping), "scene", faults)
     if raw is None:
         raise SceneError(faults)
     scene = _scene(raw, None if folder is None else Path(folder), faults)
@@ -367,6 +420,19 @@ def file_text(file: Path) -> str:
         line = content[: error.start].count(b"\n") + 1
         found = f"bytes in line {line} that are not UTF-8"
         raise SceneError([Fault(name, found, "text in UTF-8", "save the file as UTF-8")]) from None
+
+
+def _plain(raw: Any, depth: int = 0) -> Any:
+    """A mapping with the quantities of other libraries as texts; what has none is the same object."""
+    if depth > _DEEPEST_KEY:
+        return raw
+    if isinstance(raw, Mapping):
+        items = {key: _plain(value, depth + 1) for key, value in raw.items()}
+        return items if any(items[key] is not value for key, value in raw.items()) else raw
+    if isinstance(raw, (list, tuple)):
+        found = [_plain(value, depth + 1) for value in raw]
+        return found if any(one is not other for one, other in zip(found, raw, strict=True)) else raw
+    return quantity_text(raw) if is_quantity(raw) else raw
 
 
 def _scene(raw: Mapping[str, Any], folder: Path | None, faults: Faults) -> Scene | None:

@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from flywheel.machine.machine import Machine
+from flywheel.numerics import notebook
 from flywheel.numerics.cells import ROUNDING, Array, tails, wide
 from flywheel.numerics.faults import Fault, SceneError, told
 from flywheel.regime import constant_speed, turning_moment
@@ -47,6 +48,16 @@ class MachineState(NamedTuple):
     gain_slopes: Mapping[str, Array]
     inertia_parts: Mapping[str, Array]
     moment_parts: Mapping[str, Array]
+
+    def __repr__(self) -> str:
+        """Of how many angles it is, instead of every array."""
+        inertia = np.atleast_1d(self.inertia)
+        ends = f"{inertia.min():.6g} to {inertia.max():.6g}" if inertia.size else "none"
+        return f"MachineState({inertia.size} positions, I* {ends}, {len(self.gains)} influence coefficients)"
+
+    def _repr_html_(self) -> str | None:
+        """What a notebook shows."""
+        return notebook.html(self)
 
 
 @np.errstate(all="ignore")  # a value that is not finite is shown as such, or refused, and is no warning

@@ -19,6 +19,7 @@ from numpy.typing import NDArray
 
 from flywheel.components.motors import Motor
 from flywheel.components.wheels import WheelAsked
+from flywheel.numerics import notebook
 from flywheel.numerics.expressions import Expression
 from flywheel.numerics.faults import Fault, Remark, SceneError, show, suggestion
 from flywheel.numerics.units import Unit
@@ -262,7 +263,19 @@ class Scene(Frozen):
     closure: float = 1e-9
     file: Path | None = None
     remarks: tuple[Remark, ...] = field(default=(), compare=False)  # on numbers that are hardly those that were meant
+    given_as: str = field(default="", compare=False)  # what it was read from, in words: "the file press.toml"
     document: Document | None = field(default=None, init=False, compare=False, repr=False)  # dataclasses.replace drops it
+
+    def __repr__(self) -> str:
+        """What is described, instead of every record."""
+        kinds = [m.type for m in self.mechanisms] or (["areas"] if self.areas is not None else ["rotor"])
+        counts = f"{len(self.loads)} load{'' if len(self.loads) == 1 else 's'}"
+        given = f", from {self.given_as}" if self.given_as else ""
+        return f"Scene({notebook.quoted(self.title)}{', '.join(dict.fromkeys(kinds))}, {counts}{given})"
+
+    def _repr_html_(self) -> str | None:
+        """What a notebook shows."""
+        return notebook.html(self)
 
     def with_document(self, tables: Mapping[str, Any], read: Callable[[Mapping[str, Any]], Scene]) -> Scene:
         """The same scene, with the tables that it was read from and what reads such tables."""
@@ -302,7 +315,9 @@ class Scene(Frozen):
         faults = [fault for path, value in changes.items() if (fault := _put(tables, path, value)) is not None]
         if faults:
             raise SceneError(faults)
-        return self.document.read(tables)
+        other = self.document.read(tables)
+        object.__setattr__(other, "given_as", f"changes of {self.given_as}" if self.given_as else "")
+        return other
 
     @property
     def reduction_element(self) -> str:

@@ -6,10 +6,12 @@ and are worked out for JSON alone, as are the drive's energy, the engine and the
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any, NamedTuple
+from html import escape
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
@@ -20,7 +22,7 @@ from flywheel.components.wheels import Wheel
 from flywheel.machine.dynamics import Moments
 from flywheel.machine.machine import Machine, balance_unit
 from flywheel.mechanisms.families import ends_of
-from flywheel.numerics import cells
+from flywheel.numerics import cells, notebook
 from flywheel.numerics.arguments import NOT_NEGATIVE, POSITIVE, number_faults, refuse
 from flywheel.numerics.budget import FREE, Cost
 from flywheel.numerics.cells import ROUNDING, Array, Cells, Coarse
@@ -31,11 +33,26 @@ from flywheel.regime.wittenbauer import Area, Figures, Flywheel, ReducedInertia
 from flywheel.scene.accuracy import AUDIT
 from flywheel.scene.scene import Scene
 
-__all__ = ["Area", "Balance", "Built", "Confirmation", "Cyclic", "Errors", "Flywheel", "ReducedInertia", "Sizing"]
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+__all__ = [
+    "Area",
+    "Balance",
+    "Built",
+    "Confirmation",
+    "Cyclic",
+    "Errors",
+    "Flywheel",
+    "ReducedInertia",
+    "Sizing",
+    "Sizings",
+]
 
 Estimate = float | None | dict[str, float | None]
 
 _READ = 4 * ROUNDING  # of a figure that is the scene's own, or a product of a few such
+_MOST_COLUMNS = 8  # of a table of sizings
 _TIE = 1e-9  # share within which two sizes are one
 _LEVEL_ROUNDING = 4 * ROUNDING  # of the energy's level
 _MOST_CELLS = 4_000  # that a mean over time is worth, beside those of the cycle itself
@@ -225,10 +242,63 @@ class Sizing:
     cost: Cost = FREE
 
     def __repr__(self) -> str:
-        wheel = self.flywheel
+        """The flywheel and what it gives; `figures` has all of them."""
+        wheel, title = self.flywheel, notebook.quoted(self.scene.title)
         what = f"inertia={wheel.inertia}" if self.scene.inertia is not None else f"exact={wheel.exact}"
         motion = "" if self.simulation is None else f", irregularity={self.simulation.irregularity}"
-        return f"Sizing(title={self.scene.title!r}, on={wheel.on!r}, {what}, speed={self.speed}{motion})"
+        return f"Sizing({title}on={wheel.on!r}, {what}, speed={self.speed}{motion})"
+
+    def _repr_html_(self) -> str | None:
+        """What a notebook shows."""
+        return notebook.html(self)
+
+    @property
+    def figures(self) -> dict[str, float | str | bool | None]:
+        """Every figure by its name in the JSON contract, SI, parts after a dot: `flywheel.exact`, `error.flywheel.exact`.
+
+        Made for tables of many sizings: `pandas.DataFrame([sizing.figures for sizing in sweep])`. Lists are left out, and
+        what a computation cost.
+
+        >>> import flywheel
+        >>> scene = flywheel.load({"areas": {"values": [100, -100], "scale": "1 J"}, "regime": {"speed": 10},
+        ...                        "flywheel": {"irregularity": 0.02}})
+        >>> figures = flywheel.size(scene).figures
+        >>> figures["flywheel.exact"], figures["error.exact"] < 1e-12
+        (50.0, True)
+        """
+        return dict(_flat("", {key: value for key, value in self.as_dict().items() if key not in ("cost", "explanation")}))
+
+    def report(self, path: str | Path | None = None, *, language: str | None = None, units: str = "si") -> HtmlPage | None:
+        """The worked report: written into a file, HTML or PDF as its ending says, or else as a page that a notebook shows.
+
+        Args:
+            path: ends in .html or .pdf; None to have the page itself.
+            language: "en" or "es"; the language in use if None.
+            units: "si" or "us".
+
+        Raises:
+            ValueError: for another ending.
+            OSError: if the file cannot be written.
+
+        """
+        import flywheel
+
+        if path is None:
+            return HtmlPage(flywheel.report.html(self, language=language, units=units))
+        flywheel.report.write(self, path, language=language, units=units)
+        return None
+
+    def plot(self, path: str | Path | None = None) -> Figure | None:
+        """The picture of `flywheel size --plot`: written into a file (PNG, SVG or PDF), or else as a figure of matplotlib.
+
+        Raises ValueError for another ending, OSError where the file cannot be written.
+        """
+        import flywheel
+
+        if path is None:
+            return flywheel.notebooks.picture(self)
+        flywheel.notebooks.save_picture(self, path)
+        return None
 
     @cached_property
     def energy(self) -> Energy | None:
@@ -330,6 +400,66 @@ class Sizing:
             "bounds": None,  # those of an exact figure that was left out: none is
             "cost": self.cost.as_dict(),
         }
+
+
+def _flat(prefix: str, data: dict[str, Any]) -> Iterator[tuple[str, Any]]:
+    """The figures of nested dictionaries, each under its keys with dots between."""
+    for key, value in data.items():
+        name = f"{prefix}.{key}" if prefix else key
+        if isinstance(value, dict):
+            yield from _flat(name, value)
+        elif value is None or isinstance(value, (float, int, str, bool, np.floating)):
+            yield name, float(value) if isinstance(value, np.floating) else value
+
+
+class HtmlPage(str):
+    """A page of HTML, which a notebook shows in a frame of its own."""
+
+    __slots__ = ()
+
+    def __repr__(self) -> str:
+        return f"HtmlPage({len(self)} characters)"
+
+    def _repr_html_(self) -> str:
+        """The page in a frame, so that its styles stay its own."""
+        return (
+            f'<iframe title="report" style="width:100%;height:40em;border:1px solid #8886" srcdoc="{escape(self)}"></iframe>'
+        )
+
+
+class Sizings(tuple[Sizing, ...]):
+    """Several sizings, a sweep: shown as a table of what differs between them.
+
+    >>> import flywheel
+    >>> scene = flywheel.load({"areas": {"values": [100, -100], "scale": "1 J"}, "regime": {"speed": 10},
+    ...                        "flywheel": {"irregularity": 0.02}})
+    >>> sweep = Sizings(flywheel.size(scene.with_({"flywheel.irregularity": eps})) for eps in (0.02, 0.04))
+    >>> sweep, [row["flywheel.exact"] for row in sweep.figures]
+    (Sizings(2 sizings), [50.0, 25.0])
+    """
+
+    __slots__ = ()
+
+    def __repr__(self) -> str:
+        return f"Sizings({len(self)} sizings)"
+
+    def _repr_html_(self) -> str | None:
+        """What a notebook shows."""
+        return notebook.html(self)
+
+    @property
+    def figures(self) -> list[dict[str, float | str | bool | None]]:
+        """The figures of each, for `pandas.DataFrame`."""
+        return [sizing.figures for sizing in self]
+
+    @property
+    def columns(self) -> list[str]:
+        """The names of the figures that differ and that are no errors, those that matter most first."""
+        rows = self.figures
+        names = dict.fromkeys(name for row in rows for name in row)
+        differ = [n for n in names if not n.startswith("error.") and len({repr(row.get(n)) for row in rows}) > 1]
+        first = ("irregularity", "flywheel.inertia", "flywheel.exact", "flywheel.approximate", "simulation.irregularity")
+        return [*(name for name in first if name in differ), *(name for name in differ if name not in first)][:_MOST_COLUMNS]
 
 
 # -- the drive ---------------------------------------------------------------------------------------------------------

@@ -16,6 +16,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from flywheel.machine.machine import Machine, scene_of
+from flywheel.numerics import notebook
 from flywheel.numerics.budget import Tally, counted
 from flywheel.numerics.faults import Fault, SceneError
 from flywheel.regime import constant_speed, periodic_motion, wittenbauer
@@ -81,6 +82,15 @@ class Tradeoff:
     seconds: float
     interrupted: bool
     messages: tuple[str, ...] = ()
+
+    def __repr__(self) -> str:
+        """What was compared, and what was the cheapest."""
+        best = f"cheapest {self.cheapest!r} at rtol {self.rtol:g}"
+        return f"Tradeoff({notebook.quoted(self.title)}{len(self.rows)} methods, {best})"
+
+    def _repr_html_(self) -> str | None:
+        """What a notebook shows."""
+        return notebook.html(self)
 
     def row(self, name: str) -> Row:
         """The row of that name."""

@@ -1,0 +1,24 @@
+"""What notebooks show of the library's objects: a page of HTML that a part of the library which comes later writes.
+
+Scenes, machines and results know nothing of tables and curves; they find who draws them under its public name, when asked.
+"""
+
+from __future__ import annotations
+
+
+def html(thing: object) -> str | None:
+    """The HTML of a scene, machine or result; None, so that its text is shown, where there is none or it cannot be made."""
+    import flywheel
+
+    try:
+        found: str | None = flywheel.notebooks.html(thing)
+    except Exception:  # a notebook shows the object's text instead: to look at a result must never fail
+        return None
+    return found
+
+
+def quoted(title: str | None) -> str:
+    """A title as the first part of a `repr`, cut where it runs on; empty without one."""
+    if not title:
+        return ""
+    return f"{title if len(title) <= 48 else title[:47] + '…'!r}, "
