@@ -12,6 +12,7 @@ from contextlib import suppress
 from functools import cache
 from typing import Any, NamedTuple
 
+from flywheel.language import current
 from flywheel.language import text as _
 from flywheel.mechanisms import KINDS
 from flywheel.numerics.faults import Fault
@@ -242,6 +243,10 @@ _TITLES = ("assembly", "body", "coupling", "joint", "output", "parameter", "poin
 # -- groups --------------------------------------------------------------------------------------------------------------
 
 
+_MOST_KEPT = 1000
+_kept: dict[tuple[Any, ...], tuple[Group, ...]] = {}
+
+
 class _Reader:
     """A walk over the tables of a scene in the order of the format."""
 
@@ -304,9 +309,20 @@ class _Reader:
 
     def table(
         self, path: str, title: str, section: Section, raw: object, *, removable: bool = False, level: int = 0
-    ) -> Iterator[Group]:
+    ) -> Iterable[Group]:
         """The group of a table, and those of the tables within it."""
         table = raw if isinstance(raw, Mapping) else {}
+        known = (path, title, section.name, section.about, removable, level, self.places, current(), repr(table))
+        if known not in _kept:
+            if len(_kept) >= _MOST_KEPT:
+                _kept.clear()
+            _kept[known] = tuple(self.new_table(path, title, section, table, removable, level))
+        return _kept[known]
+
+    def new_table(
+        self, path: str, title: str, section: Section, table: Mapping[str, Any], removable: bool, level: int
+    ) -> Iterator[Group]:
+        """The groups of a table as `table` has them, which keeps them: an edit changes one of many."""
         rotating = self.places.rotates(table.get("on"))
         inner = [
             key for key in section.keys if key.kind in ("table", "model", "tables") and isinstance(table.get(key.name), dict)

@@ -43,6 +43,7 @@ async function begin() {
   files.offerCopy();
   files.guard();
   files.watch();
+  if (!data.path && !data.text) files.start(examples);
 }
 
 function controls() {
