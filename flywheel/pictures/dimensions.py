@@ -5,7 +5,9 @@ All are SVG text whose letters stay letters. Lengths, angles and masses stand be
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+import re
+from collections.abc import Collection, Iterator, Mapping
+from dataclasses import replace
 from io import StringIO
 from typing import Any, NamedTuple
 
@@ -23,10 +25,10 @@ from flywheel.mechanisms.linkages.positions import Poses
 from flywheel.numerics.units import figure as number
 from flywheel.pictures import figures, sketch
 from flywheel.pictures.figures import BLACK, BODIES, GREY
-from flywheel.pictures.mechanisms import _draw_bodies, _write_names, colours, extent
+from flywheel.pictures.mechanisms import _draw_bodies, _write_names, colours
 from flywheel.pictures.sketch import CLOSED, View, placed
 from flywheel.scene.linkage import FRAME, PIN, SLIDE, SLOT, Linkage
-from flywheel.scene.scene import Scene
+from flywheel.scene.scene import Mechanism, Scene
 from flywheel.tables.reduction import graph_with_flywheel
 
 Array = NDArray[np.float64]
@@ -37,20 +39,19 @@ _SHORT = 1e-3  # of the mechanism's size: distances below it are none
 _MOST = 18  # dimensions in one picture
 _MOST_PARTS = 8
 
-_SYMBOLS: Mapping[tuple[str, str], str] = {
-    ("slider-crank", "crank"): "r",
-    ("slider-crank", "rod"): "l",
-    ("four-bar", "crank"): "r",
-    ("four-bar", "coupler"): "c",
-    ("four-bar", "rocker"): "L",
-    ("four-bar", FRAME): "d",
-    ("scotch-yoke", "crank"): "R",
-    ("crank-shaper", "crank"): "r",
-    ("crank-shaper", "rocker"): "L",
-    ("crank-shaper", FRAME): "d",
-    ("toggle-clamp", "coupler"): "a₃",
-    ("toggle-clamp", "rod"): "a₆",
+_SYMBOLS: Mapping[str, Mapping[str, str]] = {
+    "slider-crank": {"crank.length": "r", "rod.length": "l"},
+    "four-bar": {"crank.length": "r", "coupler.length": "c", "rocker.length": "L", "ground.length": "d"},
+    "scotch-yoke": {"crank.length": "R"},
+    "crank-shaper": {"crank.length": "r", "rocker.length": "L", "frame.length": "d"},
+    "toggle-clamp": {
+        "bell_crank.drive_length": "a₂",
+        "bell_crank.clamp_length": "a₅",
+        "coupler.length": "a₃",
+        "rod.length": "a₆",
+    },
 }
+"""Symbols of lengths in the formulas, by the keys of the mechanism; a distance has one where it is that length."""
 
 
 class Dimension(NamedTuple):
@@ -112,10 +113,9 @@ def _drawing(scene: Scene, view: View, phi: float) -> tuple[Figure, str]:
 
 
 def _box(view: View, poses: Poses) -> Array:
-    """The box (m) of the mechanism at this position and of its driver's whole way, with room for dimension lines."""
-    box = extent(view)
-    spare = 9.0 * view.sketch.unit
-    return np.stack((box[:, 0] - spare, box[:, 1] + spare), axis=1)
+    """The box (m) of the mechanism at this position, with room for dimension lines."""
+    outline, spare = _outline(view, poses), 9.0 * view.sketch.unit
+    return np.stack((np.nanmin(outline, axis=1) - spare, np.nanmax(outline, axis=1) + spare), axis=1)
 
 
 def _scale_to_metres(panel: Axes, view: View, poses: Poses) -> None:
@@ -138,19 +138,16 @@ def _outline(view: View, poses: Poses) -> Array:
 
 
 def _dimensions(view: View, poses: Poses) -> Iterator[Dimension]:
-    """Distances between the joints of every body, the frame's last; each once."""
+    """Distances between the joints of every body, from its origin if a joint is there; the frame's last."""
     linkage, mechanism = view.solution.linkage, view.mechanism
     least = _SHORT * view.sketch.size
     for body in (*linkage.names[1:], FRAME):
-        nodes = _nodes(linkage, body)
-        first = nodes[0] if nodes else None
+        nodes = sorted(_nodes(linkage, body), key=lambda node: node != (0.0, 0.0))
         for node in nodes[1:]:
-            assert first is not None
-            ends = [poses.point(body, place).value[:, 0] for place in (first, node)]
+            ends = [poses.point(body, place).value[:, 0] for place in (nodes[0], node)]
             length = float(np.hypot(*(ends[1] - ends[0])))
             if length > least:
-                symbol = _SYMBOLS.get((mechanism.type, body), "") if len(nodes) == 2 else ""
-                symbol = symbol or _clamp_arm(mechanism.type, body, node == nodes[1])
+                symbol = _symbol(mechanism, body, length)
                 yield Dimension(ends[0], ends[1], (f"{symbol} = " if symbol else "") + length_text(length), body)
     offset = mechanism.geometry.get("slider.offset", 0.0)
     if offset:
@@ -161,10 +158,13 @@ def _dimensions(view: View, poses: Poses) -> Iterator[Dimension]:
         yield Dimension(np.array([0.0, 0.0]), np.array([0.0, height]), f"a₁ = {length_text(height)}", FRAME)
 
 
-def _clamp_arm(kind: str, body: str, first: bool) -> str:
-    if (kind, body) != ("toggle-clamp", "bell_crank"):
-        return ""
-    return "a₂" if first else "a₅"
+def _symbol(mechanism: Mechanism, body: str, length: float) -> str:
+    """The symbol of a distance between two joints of a body, where the scene gives it as a length."""
+    for key, symbol in _SYMBOLS.get(mechanism.type, {}).items():
+        owner = key.partition(".")[0].replace("ground", FRAME)
+        if owner == body and abs(mechanism.geometry[key] - length) < 1e-9 * length:
+            return symbol
+    return ""
 
 
 def _nodes(linkage: Linkage, body: str) -> list[tuple[float, float]]:
@@ -285,10 +285,30 @@ def _gravity(panel: Axes, scene: Scene, view: View, box: Array) -> None:
 # -- the bond graph, and shares over the cycle -------------------------------------------------------------------------
 
 
-def bond_graph(machine: Machine) -> str:
-    """The machine's bond graph with half arrows, causal strokes and numbers, as SVG."""
+def bond_graph(machine: Machine, only: Collection[str] = ()) -> str:
+    """The machine's bond graph with half arrows, causal strokes and numbers, as SVG; of some mechanisms alone, by name."""
+    scene = machine.scene
+    if only and len(only) < len(scene.mechanisms):
+
+        def kept(item: Any) -> bool:
+            return "." not in item.on or item.on.partition(".")[0] in only
+
+        kinds = ("loads", "springs", "dampers", "inertias")
+        some: dict[str, Any] = {kind: tuple(filter(kept, getattr(scene, kind))) for kind in kinds}
+        mechanisms = tuple(mechanism for mechanism in scene.mechanisms if mechanism.name in only)
+        machine = Machine(replace(scene, mechanisms=mechanisms, **some))
     graph, _left_out = graph_with_flywheel(machine)
-    return svg(bondgraph.draw(graph))
+    drawn_graph = svg(bondgraph.draw(graph))
+    legend = {
+        "translation": _("translation"),
+        "rotation": _("rotation"),
+        "store in derivative causality": _("store in derivative causality"),
+        "transformer": _("transformer"),
+        "flywheel": _("flywheel"),
+    }
+    for english, told in legend.items():
+        drawn_graph = re.sub(rf"(>[^<]*)\b{english}\b(?=[^<]*</t)", rf"\g<1>{told}", drawn_graph)
+    return drawn_graph
 
 
 def shares(machine: Machine, q: Array, total: Array, parts: Mapping[str, Array], label: str, sliding: bool) -> str:

@@ -178,14 +178,17 @@ def _pictures(at: Steps) -> Iterator[Part]:
 def _graph(at: Steps) -> Section:
     from flywheel.pictures import dimensions
 
-    svg = dimensions.bond_graph(at.machine)
+    svg = dimensions.bond_graph(at.machine, tuple(at.sheets))
     how = _(
         "Each half arrow is a bond that carries power, with the stroke at the end where the effort is received; a 1 stands "
         "for one velocity, and a TF or MTF for a ratio of velocities, constant or with the position. So every velocity is "
         "found from the crank along the arrows, each ratio multiplied by the next, and every force comes back to the crank "
         "through the same ratios: that is why I* has g² and M* has g."
     )
-    parts: list[Part] = [Note(how), Figure(svg, _("Bond graph of the machine"), _("Causal strokes and moduli included."))]
+    alone = [group[0].name for group in at.groups if len(group) > 1]
+    told = _("Drawn with {names} alone; those that are alike hang on their shafts in the same way.", names=", ".join(alone))
+    about = _("Half arrows, causal strokes and bond numbers; the table has the ratios.") + (f" {told}" if alone else "")
+    parts: list[Part] = [Note(how), Figure(svg, _("Bond graph of the machine"), about)]
     ratios = list(_ratios(at))
     if ratios:
         where = where_text(at, at.phi)

@@ -151,11 +151,12 @@ class Steps:
             places = np.unique(np.concatenate((places, np.radians(narrow)))) if narrow else places
         state = reduce(machine, places, balance=self.balance, speed=self.speed)
         score = np.zeros(places.size)
-        for parts, weight in ((state.moment_parts, 1.0), (state.inertia_parts, 1.0), (state.gains, 0.25)):
+        shown = ((state.moment_parts, 1.0), (state.inertia_parts, 1.0), (state.gains, 0.25), (state.gain_slopes, 0.25))
+        for parts, weight in shown:
             for values in parts.values():
                 score += weight * (np.abs(values) > _NOTHING * max(float(np.abs(values).max()), 1e-300))
         degrees = np.degrees(places)
-        for every, bonus in ((15.0, 0.2), (5.0, 0.1)):
+        for every, bonus in ((30.0, 0.1), (15.0, 0.1), (5.0, 0.1)):
             score += bonus * (np.abs(degrees / every - np.round(degrees / every)) < 1e-9) if scene.stroke is None else 0.0
         size = np.abs(state.moment - state.moment_parts.get("drive", 0.0))
         return float(places[int(np.argmax(score + 0.05 * size / max(float(size.max()), 1e-300)))])
@@ -290,7 +291,7 @@ def _body(at: Steps, part: str, mine: Sequence[Element], share: Quantity, slope:
             bent.append("*".join(("2", mass.symbol, *(() if gain == "1" else (gain,)), second)))
             more |= {mass.symbol: mass} | {n.symbol: n for n in (*of_gain, *of_slope)}
     text = f"{share.symbol} = {' + '.join(terms)}"
-    yield _checked(Step(_("Share of {body}", body=part), text, tuple(numbers.values()), share))
+    yield _checked(Step(_("Share of {body}", body=label(at, part)), text, tuple(numbers.values()), share))
     if bent and slope.value:
         text = f"{slope.symbol} = {' + '.join(bent)}"
         yield _checked(Step(_("and its slope"), text, tuple(more.values()), slope))
@@ -327,7 +328,7 @@ def _listed(
     if len(at.scene.mechanisms) < 2 and len(shares) <= _MOST_TERMS:
         return
     symbol = "m*" if at.sliding else "I*"
-    rows = tuple((name, share, slope) for name, share, slope in zip(bodies, shares, slopes, strict=True))
+    rows = tuple((label(at, name), share, slope) for name, share, slope in zip(bodies, shares, slopes, strict=True))
     head = (_("body"), f"{symbol}, {shares[0].unit}", f"d{symbol}/d{'x' if at.sliding else 'φ'}, {slopes[0].unit}")
     yield Table(_("Every body at {where}", where=where_text(at, at.phi)), head, rows)
 
@@ -336,7 +337,7 @@ def _inertia_over_cycle(at: Steps, bodies: Sequence[str], star: str, unit: str, 
     phi = grid(at)
     state = reduce(at.machine, phi, balance=at.balance, speed=at.speed)
     symbol, by = ("m*", "x") if at.sliding else ("I*", "φ")
-    columns = _columns({name: state.inertia_parts[name] for name in bodies}, _MOST_COLUMNS - 2)
+    columns = _columns({label(at, name): state.inertia_parts[name] for name in bodies}, _MOST_COLUMNS - 2)
     head = (head_of(at), *columns, f"{symbol}, {unit}", f"d{symbol}/d{by}, {per}")
     values = (*columns.values(), state.inertia, state.slope)
     rows = rows_of(at, phi, list(values))
@@ -365,7 +366,14 @@ def _inertia_over_cycle(at: Steps, bodies: Sequence[str], star: str, unit: str, 
         yield Note(note)
     from flywheel.pictures import dimensions
 
-    picture = dimensions.shares(at.machine, fine, every.inertia, every.inertia_parts, f"{symbol}, {unit}", at.sliding)
+    picture = dimensions.shares(
+        at.machine,
+        fine,
+        every.inertia,
+        {label(at, k): v for k, v in every.inertia_parts.items()},
+        f"{symbol}, {unit}",
+        at.sliding,
+    )
     yield Figure(picture, _("{symbol} by body", symbol=symbol), _("Every body's share, and their sum in black."))
 
 
@@ -436,7 +444,7 @@ def moment(at: Steps) -> Section:
         if all(at.explained(element.junction) for element in mine):
             parts += list(_load(at, part, mine, share, n))
     if len(at.scene.mechanisms) > 1 or len(shares) > _MOST_TERMS:
-        rows = tuple((part, share) for part, share in zip(sources, shares, strict=True))
+        rows = tuple((label(at, part), share) for part, share in zip(sources, shares, strict=True))
         parts.append(
             Table(
                 _("Every load at {where}", where=where_text(at, at.phi)), (_("load"), unit_head(symbol_of(at), unit)), rows
@@ -474,6 +482,19 @@ def _number(at: Steps, part: str) -> int:
     """The number of a load, spring or damper in the scene, from 1, counted through."""
     items: list[Any] = [*at.scene.loads, *at.scene.springs, *at.scene.dampers]
     return next((k for k, item in enumerate(items, start=1) if part == f"{item.path} on {item.on}"), 0)
+
+
+def label(at: Steps, part: str) -> str:
+    """A part of I* or M* in the language in use."""
+    if part.startswith("weight of "):
+        return _("weight of {body}", body=part.removeprefix("weight of "))
+    if part.startswith("inertia on "):
+        return _("inertia on {place}", place=part.removeprefix("inertia on "))
+    n = _number(at, part)
+    if n:
+        kind = _("spring") if part.startswith("spring") else _("damper") if part.startswith("damper") else _("load")
+        return _("{kind} {n} on {place}", kind=kind, n=n, place=part.partition(" on ")[2])
+    return _("drive") if part == "drive" else _("friction in joints") if part == FRICTION else part
 
 
 def _name_of(at: Steps, part: str, n: int) -> str:
@@ -614,7 +635,7 @@ def _damper(at: Steps, coefficient: float, part: str, element: Element, share: Q
     line = at.translates(element.junction)
     c = Quantity(f"c_{n}", coefficient, "N s/m" if line else "N m s")
     omega = Quantity("v" if at.sliding else "omega", at.speed or 0.0, "m/s" if at.sliding else "rad/s")
-    yield Step(_("Coefficient of the damper, {part}", part=part), result=c)
+    yield Step(_("Coefficient of {part}", part=label(at, part)), result=c)
     text = f"{share.symbol} = -({c.symbol}*({gain})**2*{omega.symbol})"
     yield _checked(Step(_("Its force is −c v, and v = g ω"), text, (c, *numbers, omega), share))
 
@@ -650,7 +671,9 @@ def _window(at: Steps, effort: Effort) -> str:
     if load.start is not None and load.end is not None:
         low, high = (position_cell(at, q) for q in (load.start, load.end))
         unit = " mm" if at.sliding else "°"
-        symbol = "x" if at.sliding else "φ" if load.on in at.scene.shafts else _("the angle of its mechanism")
+        made = at.sheets.get(load.on.partition(".")[0])
+        own = load.on in at.scene.shafts or (made is not None and made.driver == "phi")
+        symbol = "x" if at.sliding else "φ" if own else _("the angle of its mechanism")
         told.append(_("It acts from {low} to {high} of {symbol}.", low=low + unit, high=high + unit, symbol=symbol))
     if load.sense:
         told.append(_("It acts while v > 0.") if load.sense > 0 else _("It acts while v < 0."))
@@ -872,7 +895,7 @@ def _moment_over_cycle(at: Steps, sources: Sequence[str], unit: str) -> Iterator
         before, behind = k and keep[k - 1] and phi[k - 1] == phi[k], k + 1 < phi.size and phi[k + 1] == phi[k]
         mark = " −" if behind else " +" if before else ""
         rows.append((position_cell(at, float(phi[k])) + mark, *(cell(column, int(k)) for column in columns.values())))
-    listed = ", ".join(drives) or _("nothing")
+    listed = ", ".join(label(at, part) for part in drives) or _("nothing")
     told = _(
         "What does positive work in a cycle drives, {letter}ₘ*: {drives}. All else is {letter}ᵣ*, weights and springs too.",
         letter=letter,
@@ -890,7 +913,7 @@ def _moment_over_cycle(at: Steps, sources: Sequence[str], unit: str) -> Iterator
         at.machine,
         every,
         total,
-        {name: by_part[name] for name in sources if name in by_part},
+        {label(at, name): by_part[name] for name in sources if name in by_part},
         f"{symbol}, {unit}",
         at.sliding,
     )
