@@ -17,6 +17,7 @@ if TYPE_CHECKING:
     from flywheel.scene.scene import Scene
 
 PLOT_FORMATS = (".png", ".svg", ".pdf")
+FORMS = ("screen", "print")  # of pictures
 MOST_POINTS = 1_000_000
 STANDARD_OUTPUT = "standard output"
 
@@ -102,9 +103,26 @@ def csv_flag(help: str = "Print CSV, SI throughout.") -> Callable[[Any], Any]:
 
 
 def plot_option(help: str) -> Callable[[Any], Any]:
-    """The option --plot, with the file of a picture."""
+    """The option --plot, with the file of a picture, and --style, its form."""
     file = click.Path(path_type=Path)
-    return click.option("--plot", type=file, callback=plot_path, metavar="FILE.(png|svg|pdf)", help=help)
+    plot = click.option("--plot", type=file, callback=plot_path, metavar="FILE.(png|svg|pdf)", help=help)
+    return lambda command: plot(style_option(command))
+
+
+def style_option(command: Any) -> Any:
+    """The option --style: the form in which a command's pictures are drawn."""
+    told = "Pictures for the screen, in colours, or for print: greys, dashes and hatches."
+    option = click.option(
+        "--style", type=click.Choice(FORMS), expose_value=False, callback=_in_form, default="screen", help=told
+    )
+    return option(command)
+
+
+def _in_form(context: click.Context, parameter: click.Parameter, style: str) -> None:
+    if style != FORMS[0]:
+        from flywheel import pictures
+
+        context.with_resource(pictures.form(style))
 
 
 def at_option(rest: str = "repeatable.") -> Callable[[Any], Any]:

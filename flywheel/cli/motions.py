@@ -29,6 +29,7 @@ from flywheel.cli.common import (
     reported,
     slides,
     spare,
+    style_option,
     within,
     written,
 )
@@ -434,6 +435,7 @@ def _tell(output: Path | None, target: Path) -> None:
     metavar="FILE.(png|svg|pdf)",
     help="Where the picture goes (default: the scene's name with .png, here, if there is no such file yet).",
 )
+@style_option
 def draw_mechanisms(scene: Path, at: tuple[str, ...], points: tuple[str, ...], output: Path | None) -> None:
     """Draw the mechanisms of SCENE at chosen positions, with the paths that their points describe."""
     spare(scene, output)

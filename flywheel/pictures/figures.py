@@ -117,7 +117,7 @@ def finish(made: Figure) -> None:
 
 
 _IN_PRINT: dict[str, tuple[str, Any, str]] = {  # of a colour: its grey, the dash of its lines, the hatch of its fills
-    BLUE: ("#000000", (0, (9, 2)), "///"),
+    BLUE: ("#000000", (0, (6, 1.5)), "///"),
     VERMILLION: ("#000000", (0, (4, 2)), "---"),
     GREEN: ("#000000", (0, (7, 2, 1, 2)), "xxx"),
     PURPLE: ("#000000", (0, (1, 1.5)), "|||"),
