@@ -223,9 +223,15 @@ def shade(colour: str, light: float) -> tuple[float, float, float]:
     return tuple(part + share * (end - part) for part in (red, green, blue))  # type: ignore[return-value]
 
 
+_PLAIN = 1e8  # below it numbers are written without a power of ten
+
+
 def told(value: float, most: int = 5, error: float = 0.0) -> str:
     """A number with a true minus sign and the decimal mark of the language in use."""
-    return language.number(number(value, error, most).replace("-", "−"))
+    written = number(value, error, most)
+    if "e+" in written and abs(value) < _PLAIN:
+        written = f"{float(written):.0f}"
+    return language.number(written.replace("-", "−"))
 
 
 def say(panel: Axes, title: str, why: str) -> None:
@@ -379,6 +385,10 @@ def noun(name: str) -> str:
         "block": _("block"),
         "ram": _("ram"),
     }
+    if name.startswith("inertia on "):
+        return _("inertia on {shaft}", shaft=nouns.get(name[11:], name[11:]))
+    if name.endswith(" others"):
+        return _("{number} others", number=name[:-7])
     mechanism, _dot, body = name.rpartition(".")
     return f"{nouns.get(body, body)} ({mechanism})" if mechanism else nouns.get(name, name)
 

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from functools import partial
+from math import floor, log10
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -499,7 +500,8 @@ def _constant_inertia(seen: View, found: Loop) -> str:
         if net <= 0.0:
             lines.append(_("Below 0: the machine's own inertia suffices."))
         elif scene.flywheel_on != "crank":
-            lines.append(_("on the crank"))
+            here = told(net / scene.flywheel_ratio**2, _FIGURES, inertia_errors(sizing).exact)
+            lines.append(_("on the crank, {inertia} kg m² on shaft {name}", inertia=here, name=scene.flywheel_on))
     return "\n".join(lines)
 
 
@@ -598,10 +600,15 @@ def _mark_loop(panel: Axes, seen: View, found: Loop, half: float, shown: str) ->
             ways.append(way)
         if not together and shown == "P":
             panel.plot(x, y, "s", color=PURPLE, ms=6, zorder=6)
+    low, high = panel.get_ylim()
     for (slope, cut), words, way in zip(found.lines, ("ψmax", "ψmin"), ((0, 1), (0, -1)), strict=True):
         ends = np.array([x if shown == "P" else panel.get_xlim()[0], right])
         lines.append(np.stack((ends, half * (slope * ends + cut))))
-        at = 0.5 * max(x, 0.0) + 0.5 * found.inertia.min() if shown != "loop" else ends[0] + 0.08 * (right - ends[0])
+        inside = np.linspace(*ends, 400)
+        inside = inside[(half * (slope * inside + cut) > low) & (half * (slope * inside + cut) < high)]
+        at = 0.5 * (max(x, 0.0) + float(found.inertia.min()))
+        if shown == "loop" or not inside.size:
+            at = float(inside[inside.size // 10]) if inside.size else float(ends[0])
         names.append(figures.name(panel, words, fontsize=9, style="italic", zorder=7))
         spots.append((at, half * (slope * at + cut)))
         ways.append(way)
@@ -697,7 +704,8 @@ def _speed(panel: Axes, seen: View) -> Later:
     ):
         panel.plot(np.degrees(at), RPM * speed - origin, marker, color=BLUE, ms=8, zorder=5, clip_on=False)
         off = RPM * sizing.run.error * sizing.run.irregularity * sizing.speed
-        words = _("{which}: {speed} rpm at {angle}", which=word, speed=told(RPM * speed, 6, off), angle=angle(at))
+        digits = max(6, min(10, 3 - floor(log10(sizing.run.irregularity or 1.0))))
+        words = _("{which}: {speed} rpm at {angle}", which=word, speed=told(RPM * speed, digits, off), angle=angle(at))
         texts.append(figures.name(panel, words, fontsize=9, zorder=6))
         spots.append((np.degrees(at), RPM * speed - origin))
     panel.margins(y=0.16)
