@@ -15,7 +15,7 @@ Text is plain text in the language in use (`flywheel.language.text`); the HTML i
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from html import escape
 from typing import NamedTuple
@@ -72,9 +72,9 @@ class Table:
 
 @dataclass(frozen=True)
 class Figure:
-    """A picture as SVG text, with what it shows in a few words (title) and in sentences (description)."""
+    """A picture, with what it shows in a few words (title) and in sentences (description): SVG text, or what draws it."""
 
-    svg: str
+    svg: str | Callable[[], str]
     title: str
     description: str
 
@@ -383,7 +383,8 @@ class _Writer:
 
     def figure(self, figure: Figure) -> str:
         n = self.next("figure")
-        drawn = inline_svg(figure.svg, f"figure-{n}", figure.title, figure.description)
+        svg = figure.svg if isinstance(figure.svg, str) else figure.svg()
+        drawn = inline_svg(svg, f"figure-{n}", figure.title, figure.description)
         caption = f"{_('Figure {n}', n=n)}. {figure.title}. {figure.description}"
         return f'<figure id="figure-{n}">\n{drawn}\n<figcaption>{escape(caption)}</figcaption>\n</figure>'
 

@@ -17,6 +17,7 @@ from html import escape
 from typing import NamedTuple
 
 from flywheel import language
+from flywheel.language import text as _
 from flywheel.numerics.units import parse_unit
 
 DIGITS = 6
@@ -120,7 +121,9 @@ def _split(symbol: str) -> tuple[str, str, str]:
     head, *rest = symbol.split("_")
     base = "Δ" + head[5:] if head.startswith("Delta") else _GREEK.get(head, head)
     marks = "".join(_MARKS[part] for part in rest if part in _MARKS)
-    parts = [_GREEK.get(part, part) for part in rest if part not in _MARKS and part]
+    words = {"mean": _("mean"), "time": _("time"), "total": _("total"), "areas": _("areas"), "before": _("before")}
+    words |= {"torque": _("torque"), "short": _("short"), "alone": _("alone"), "arms": _("arms"), "hub": _("hub")}
+    parts = [words.get(part, _GREEK.get(part, part)) for part in rest if part not in _MARKS and part]
     below = ",".join(parts)
     for plain, stand_in in _ESCAPES.items():
         below = below.replace(stand_in, plain)

@@ -7,10 +7,8 @@ sizing holds, or what its own cycle says at an angle that it found; a symbol tha
 from __future__ import annotations
 
 import math
-import re
 from collections.abc import Iterable, Iterator, Mapping
-from functools import cached_property
-from html import unescape
+from functools import cached_property, partial
 from typing import NamedTuple
 
 import numpy as np
@@ -107,9 +105,14 @@ def panel(sizing: Sizing, kind: str) -> Figure:
     """A panel of the sizing's picture, in colours with dashes and hatches that a copy in greys keeps apart."""
     from flywheel.pictures import sizing as pictures
 
-    svg = pictures.panel(sizing, kind)
-    title = re.search(r"<title[^>]*>(.*?)</title>", svg, re.DOTALL)
-    return Figure(svg, unescape(title[1]) if title else kind, pictures.description(sizing, kind))
+    titles = {
+        "moment": _("Turning moment and its areas"),
+        "work": _("Accumulated work of the net moment"),
+        "inertia": _("Reduced inertia by body, without the flywheel"),
+        "wittenbauer": _("Wittenbauer's diagram"),
+        "speed": _("Speed of the crank over the cycle"),
+    }
+    return Figure(partial(pictures.panel, sizing, kind), titles[kind], pictures.description(sizing, kind))
 
 
 # -- what is asked ----------------------------------------------------------------------------------------------------
@@ -754,7 +757,7 @@ def speeds(known: Known) -> Section | None:
     parts.append(
         Step(
             _("The irregularity"),
-            "epsilon_r = (omega_max - omega_min)/((omega_max + omega_min)/2)",
+            "epsilon_r = 2*(omega_max - omega_min)/(omega_max + omega_min)",
             tuple(found),
             Quantity("epsilon_r", run.irregularity),
         )
@@ -837,7 +840,7 @@ def check(known: Known) -> Section | None:
     parts: list[Part] = [
         Step(
             _("Equation of motion of the machine with its flywheel"),
-            "(J + I_star)*derivative(omega, t) + derivative(I_star, phi)*omega**2/2 = M_star",
+            "(J + I_star)*derivative(omega, t) + omega**2/2*derivative(I_star, phi) = M_star",
         ),
         Note(told.get(found.route, told["quadrature"])),
     ]
@@ -851,7 +854,7 @@ def check(known: Known) -> Section | None:
     parts.append(
         Step(
             _("Irregularity that came out"),
-            "epsilon_sim = (omega_max_sim - omega_min_sim)/((omega_max_sim + omega_min_sim)/2)",
+            "epsilon_sim = 2*(omega_max_sim - omega_min_sim)/(omega_max_sim + omega_min_sim)",
             (high, low),
             Quantity("epsilon_sim", found.irregularity),
         )

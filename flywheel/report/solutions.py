@@ -32,6 +32,7 @@ from flywheel.report.document import Cell, Note, Part, Section, Table
 from flywheel.report.formulas import Quantity
 from flywheel.sizing.results import Sizing
 
+_NOTHING = 1e-12  # of the greatest figure of a unit
 _KEYS = {"what", "figure", "printed", "unit", "at", "factor", "misprint"}
 
 
@@ -160,13 +161,19 @@ def meets(printed: str, found: float) -> bool:
     return abs(ours - print_) <= digit / 2 or cut
 
 
+def _whole(value: float, row: Row, rows: Sequence[Row], found: Sequence[float | None]) -> float:
+    """A figure, or 0 where it is nothing but rounding beside others of its unit."""
+    beside = [abs(other or 0.0) for one, other in zip(rows, found, strict=True) if one.unit == row.unit]
+    return 0.0 if abs(value) <= _NOTHING * max(beside) else value
+
+
 def section(sizing: Sizing, printed: Solution) -> Section:
     """The box: printed figures beside ours, and where the print errs."""
     rows: list[tuple[Cell, ...]] = []
     misprints: list[str] = []
-    for row in printed.rows:
-        value = ours(sizing, row)
-        own: Cell = _("not found") if value is None else Quantity("", value, "", 7)
+    found = [ours(sizing, row) for row in printed.rows]
+    for row, value in zip(printed.rows, found, strict=True):
+        own: Cell = _("not found") if value is None else Quantity("", _whole(value, row, printed.rows, found), "", 7)
         if row.misprint and row.misprint not in misprints:
             misprints.append(row.misprint)
         if value is None:
