@@ -72,11 +72,11 @@ class Table:
 
 @dataclass(frozen=True)
 class Figure:
-    """A picture, with what it shows in a few words (title) and in sentences (description): SVG text, or what draws it."""
+    """A picture as SVG, what it shows in a few words, and in sentences: texts, or what gives them when it is written."""
 
     svg: str | Callable[[], str]
     title: str
-    description: str
+    description: str | Callable[[], str]
 
 
 @dataclass(frozen=True)
@@ -202,7 +202,7 @@ def unreproduced(document: Document) -> list[str]:
 # -- HTML -------------------------------------------------------------------------------------------------------------
 
 STYLE = """
-:root { color-scheme: light; --ink: #1a1a1a; --quiet: #555; --line: #bbb; --tint: #f3f5f8; --mark: #8a3b00; }
+:root { --ink: #1a1a1a; --quiet: #555; --line: #bbb; --tint: #f3f5f8; --mark: #8a3b00; }
 * { box-sizing: border-box; }
 body { margin: 0 auto; padding: 1.5rem 1rem 3rem; max-width: 46rem; color: var(--ink); background: #fff;
   font: 11pt/1.45 "Source Serif 4", "Noto Serif", Georgia, "Times New Roman", serif; }
@@ -309,11 +309,11 @@ class _Writer:
         place = f"step-{n}"
         lines = [f'<p class="what"><span class="number">({n})</span> {escape(step.what)}</p>']
         if step.formula:
-            lines.append(f'<div class="formula">{formulas.mathml(step.formula)}</div>')
+            lines.append(_line(formulas.mathml(step.formula), "formula"))
         numbers = substitution(step)
         if numbers:
             shown = formulas.mathml(step.formula, {number.symbol: number for number in numbers})
-            lines.append(f'<div class="formula substitution">{shown}</div>')
+            lines.append(_line(shown, "formula substitution"))
         if step.result is not None:
             beside = self.in_customary_units(step.result)
             lines.append(f'<div class="formula result">{formulas.equation(step.result)}{beside}</div>')
@@ -383,10 +383,20 @@ class _Writer:
 
     def figure(self, figure: Figure) -> str:
         n = self.next("figure")
-        svg = figure.svg if isinstance(figure.svg, str) else figure.svg()
-        drawn = inline_svg(svg, f"figure-{n}", figure.title, figure.description)
-        caption = f"{_('Figure {n}', n=n)}. {figure.title}. {figure.description}"
+        svg, about = (one if isinstance(one, str) else one() for one in (figure.svg, figure.description))
+        drawn = inline_svg(svg, f"figure-{n}", figure.title, about)
+        caption = f"{_('Figure {n}', n=n)}. {figure.title}. {about}"
         return f'<figure id="figure-{n}">\n{drawn}\n<figcaption>{escape(caption)}</figcaption>\n</figure>'
+
+
+_LONG = 125  # characters of a formula read out that make it smaller
+
+
+def _line(shown: str, kind: str) -> str:
+    """A formula in a line of its own, smaller where it is long: a line of a formula is not broken on paper."""
+    text = re.search(r'alttext="([^"]*)"', shown)
+    longest = max((len(row) for row in (text[1] if text else "").split(formulas.BREAK)), default=0)
+    return f'<div class="{kind}{" long" if longest > _LONG else ""}">{shown}</div>'
 
 
 def html(document: Document) -> str:
@@ -417,21 +427,24 @@ def in_cell(quantity: Quantity, head: str) -> str:
 
 # -- SVG --------------------------------------------------------------------------------------------------------------
 
-_ID = re.compile(r'\bid="([^"]+)"')
+_ID = re.compile(r'\sid="([^"]*)"')
 _REFERENCE = re.compile(r'(url\(#|href="#)([^)"]+)')
 
 
 def inline_svg(svg: str, prefix: str, title: str, description: str) -> str:
     """A drawing as an element of a page: with a title and a description, and ids that no other drawing there has.
 
-    >>> drawn = '<?xml version="1.0"?><svg width="2" height="1"><path id="a"/></svg>'
+    Ids that nothing in the drawing refers to are left away.
+
+    >>> drawn = '<?xml version="1.0"?><svg width="2" height="1"><path id="a"/><use href="#a"/></svg>'
     >>> inline_svg(drawn, "f", "A path", "One line.").replace("<desc", chr(10) + "<desc").splitlines()[1]
-    '<desc id="f-about">One line.</desc><path id="f-a"/></svg>'
+    '<desc id="f-about">One line.</desc><path id="f-1"/><use href="#f-1"/></svg>'
     """
     drawn = svg[svg.index("<svg") :].strip()
     drawn = re.sub(r"<metadata>.*?</metadata>|<style[^>]*>.*?</style>|<!--.*?-->", "", drawn, flags=re.DOTALL)
-    drawn = _ID.sub(lambda m: f'id="{prefix}-{m[1]}"', drawn)
-    drawn = _REFERENCE.sub(lambda m: f"{m[1]}{prefix}-{m[2]}", drawn).replace("xlink:href=", "href=")
+    names = {name: f"{prefix}-{k}" for k, name in enumerate(dict.fromkeys(m[2] for m in _REFERENCE.finditer(drawn)), 1)}
+    drawn = _ID.sub(lambda m: f' id="{names[m[1]]}"' if m[1] in names else "", drawn)
+    drawn = _REFERENCE.sub(lambda m: m[1] + names[m[2]], drawn).replace("xlink:href=", "href=")
     head, inner = drawn[: drawn.index(">") + 1], drawn[drawn.index(">") + 1 :]
     box = re.search(r'viewBox="([^"]+)"', head)
     if box is None:

@@ -23,6 +23,9 @@ from flywheel.numerics.units import parse_unit
 DIGITS = 6
 """Significant digits of a number that is shown."""
 MOST_DIGITS = 15
+BREAK = "  "
+"""Between the rows of a formula as it is read out."""
+_WIDE = 88  # characters of a row
 
 _LETTERS = "alpha beta gamma delta epsilon zeta eta theta kappa mu nu xi rho sigma tau phi psi omega lamda chi pi"
 _GREEK = dict(zip(_LETTERS.split(" "), "αβγδεζηθκμνξρστφψωλχπ", strict=True)) | {
@@ -261,7 +264,7 @@ def mathml(formula: str, numbers: Mapping[str, Quantity] | None = None, *, displ
     """
     *heads, last = sides(formula)
     parts = [_shown(side, {}) for side in (heads[:1] if numbers else heads)]
-    parts.append(_shown(last, numbers or {}))
+    parts.append(_rows(last, numbers or {}) if display else _shown(last, {}))
     text = " = ".join(part.text for part in parts)
     inner = "<mo>=</mo>".join(part.math for part in parts)
     if display and len(text) > _WIDEST:
@@ -287,6 +290,31 @@ def _in_lines(head: str, node: ast.expr, numbers: Mapping[str, Quantity]) -> str
         lines[-1] += f"<mo>{sign}</mo>{term.math}"
     rows = "".join(f"<mtr><mtd><mrow>{line}</mrow></mtd></mtr>" for line in lines)
     return f'<mtable class="lines" displaystyle="true">{rows}</mtable>'
+
+
+def _rows(node: ast.expr, numbers: Mapping[str, Quantity]) -> _Shown:
+    """A side of a formula; a long sum in several rows, as a formula is not broken on paper."""
+    whole = _shown(node, numbers)
+    terms = _terms(node)
+    if len(whole.text) <= _WIDE or len(terms) < 2:
+        return whole
+    rows: list[tuple[str, str]] = []
+    for k, (sign, term) in enumerate(terms):
+        shown = _bracketed(_shown(term, numbers), _PRODUCT if k else _SUM)
+        math_, text = (f"<mo>{sign}</mo>{shown.math}", f" {sign} {shown.text}") if k else shown[:2]
+        if rows and len(rows[-1][1]) + len(text) <= _WIDE:
+            rows[-1] = rows[-1][0] + math_, rows[-1][1] + text
+        else:
+            rows.append((math_, text))
+    table = "".join(f"<mtr><mtd>{math_}</mtd></mtr>" for math_, _text in rows)
+    return _Shown(f'<mtable columnalign="left">{table}</mtable>', BREAK.join(text for _math, text in rows), _SUM)
+
+
+def _terms(node: ast.expr) -> list[tuple[str, ast.expr]]:
+    """The terms of a sum with their signs."""
+    if isinstance(node, ast.BinOp) and isinstance(node.op, ast.Add | ast.Sub):
+        return [*_terms(node.left), ("+" if isinstance(node.op, ast.Add) else "−", node.right)]
+    return [("", node)]
 
 
 def equation(quantity: Quantity) -> str:

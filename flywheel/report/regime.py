@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Iterator, Mapping
-from functools import cached_property, partial
+from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
@@ -103,8 +103,6 @@ def moments(sizing: Sizing) -> dict[str, Array]:
 
 def panel(sizing: Sizing, kind: str) -> Figure:
     """A panel of the sizing's picture, in colours with dashes and hatches that a copy in greys keeps apart."""
-    from flywheel.pictures import sizing as pictures
-
     titles = {
         "moment": _("Turning moment and its areas"),
         "work": _("Accumulated work of the net moment"),
@@ -112,7 +110,18 @@ def panel(sizing: Sizing, kind: str) -> Figure:
         "wittenbauer": _("Wittenbauer's diagram"),
         "speed": _("Speed of the crank over the cycle"),
     }
-    return Figure(partial(pictures.panel, sizing, kind), titles[kind], pictures.description(sizing, kind))
+
+    def drawn() -> str:
+        from flywheel.pictures import sizing as pictures  # which takes long to import
+
+        return pictures.panel(sizing, kind)
+
+    def about() -> str:
+        from flywheel.pictures import sizing as pictures
+
+        return pictures.description(sizing, kind)
+
+    return Figure(drawn, titles[kind], about)
 
 
 # -- what is asked ----------------------------------------------------------------------------------------------------
