@@ -5,12 +5,13 @@ import { download, element, fileName } from "./elements.js";
 import { language, text } from "./language.js";
 import { copyOf, keepCopy } from "./memory.js";
 import { drop, notice } from "./notices.js";
-import { announce, scene, settled, unsaved, write } from "./scene.js";
+import { announce, begin, scene, settled, unsaved, write } from "./scene.js";
 import { call, file } from "./server.js";
 
 const EVERY = 2000; // ms between two looks at the file
 
 let sure = false; // the reader wants no question before the scene's own file is replaced
+let key = ""; // of the copy of unsaved edits: the file with which the page was opened
 let elsewhere = ""; // hash of a change on the disk that was told
 
 /** Save the scene into its own file, or ask for a name where it has none. True where it was saved. */
@@ -60,14 +61,12 @@ async function write_to(path, over, seen) {
     told(text("The scene was not saved: {why}", { why: data?.message ?? status }), "save");
     return false;
   }
-  keepCopy(scene.path ?? scene.name, null);
-  const own = path === null || !scene.path || data.path === scene.path;
-  // A copy under another name is what is edited from now on only where the server watches it: its own file.
-  if (own) Object.assign(scene, { saved: written, seen: data.seen, path: data.path, name: data.name ?? path ?? scene.name });
+  Object.assign(scene, { saved: written, seen: data.seen, path: data.path, name: data.name });
+  copy();
   drop("changed");
   drop("save");
   elsewhere = "";
-  told(own ? text("Saved as {name}.", { name: scene.name }) : text("A copy was saved as {name}; this page still edits {own}.", { name: data.name ?? path, own: scene.name }), "saved", 6000);
+  told(text("Saved as {name}.", { name: scene.name }), "saved", 6000);
   announce();
   return true;
 }
@@ -157,22 +156,20 @@ export function guard() {
 
 /** Keep a copy of the present text, where it differs from its file. */
 export function copy() {
-  keepCopy(key(), unsaved() ? { text: scene.text, saved: scene.saved, origin: scene.origin } : null);
+  const { text: words, path, name, seen, saved, origin } = scene;
+  keepCopy(key, unsaved() ? { text: words, path, name, seen, saved, origin } : null);
 }
 
 /** Offer unsaved edits that this tab kept from before it was loaded anew. */
 export function offerCopy() {
-  const kept = copyOf(key());
+  key = scene.path ?? "";
+  const kept = copyOf(key);
   if (!kept || kept.text === scene.text) return;
   notice("copy", text("Edits of this scene were not saved when the page was left."), [
-    { words: text("Bring them back"), act: () => { drop("copy"); scene.origin = kept.origin ?? ""; write(kept.text, null); } },
+    { words: text("Bring them back"), act: () => { drop("copy"); begin(kept); } },
     { words: text("Show what differs"), act: () => ask(text("What differs"), [differences(scene.text, kept.text, { theirs: text("in this page"), mine: text("not saved") })], [{ value: "", words: text("Close"), main: true }]) },
     { words: text("Discard them"), act: () => { drop("copy"); copy(); } },
   ]);
-}
-
-function key() {
-  return scene.path ?? "scene";
 }
 
 // -- other scenes, reports --------------------------------------------------------------------------------------------
@@ -184,8 +181,8 @@ export async function start(examples) {
   if (id === null) return;
   const { status, data } = await call("start", { id });
   if (status !== 200) return void told(text("The example could not be read."), "save");
-  scene.origin = data.origin ?? "";
-  write(data.text, null);
+  drop("changed");
+  begin({ text: data.text, name: data.name, origin: data.origin ?? "" });
   return undefined;
 }
 

@@ -71,12 +71,25 @@ export function write(text, name) {
   replace(text);
 }
 
+/** Put another scene, which has a place of its own, in the place of this one: one step back leads to this one again. */
+export function begin({ text, ...given }) {
+  const place = placeOf(scene);
+  if (text !== scene.text) past.push({ text: scene.text, place });
+  future = [];
+  step = null;
+  Object.assign(scene, { path: null, name: "", seen: "", saved: text, origin: "" }, given);
+  replace(text);
+}
+
 /** Ask for the answer once more: another view, language or system of units. */
 export function ask(event = null) {
   waiting ??= { edits: new Map(), step: null, event: null };
   waiting.event = event ?? waiting.event;
   changed = performance.now();
-  scene.confirmed = "";
+  if (scene.confirmed !== "") {
+    scene.confirmed = "";
+    listener(scene, null);
+  }
   clearTimeout(timer);
   if (flight?.rest) flight.controller.abort();
   if (!flight) queueMicrotask(next);
@@ -102,19 +115,26 @@ export function canRedo() {
 /** One step back. */
 export async function undo() {
   await settled();
-  if (!past.length) return;
-  future.push(scene.text);
-  step = null;
-  replace(past.pop());
+  if (past.length) exchange(past, future);
 }
 
 /** One step forward. */
 export async function redo() {
   await settled();
-  if (!future.length) return;
-  past.push(scene.text);
+  if (future.length) exchange(future, past);
+}
+
+function exchange(from, to) {
+  const { text, place } = from.pop();
+  to.push({ text: scene.text, place: place && placeOf(scene) });
   step = null;
-  replace(future.pop());
+  Object.assign(scene, place);
+  replace(text);
+}
+
+/** Where a scene comes from and is saved to. */
+function placeOf({ path, name, seen, saved, origin }) {
+  return { path, name, seen, saved, origin };
 }
 
 /** When every edit of the form stands in the text; at most two seconds, should the server be gone. */
@@ -135,7 +155,7 @@ export function retry() {
 
 function record(before, name) {
   if (name !== null && name === step) return;
-  past.push(before);
+  past.push({ text: before, place: null });
   if (past.length > STEPS) past.shift();
   future = [];
   step = name;
