@@ -152,10 +152,28 @@ function tick(value, places, step) {
 
 // -- values at the cursor ---------------------------------------------------------------------------------------------
 
+const NOTHING = 1e-11; // of a curve's largest value: less is rounding
 const SAME = 2e-6; // of the axis: nearer positions are one
 
-/** Values of a curve at a position: one, between samples on the line that is drawn; or the two at a jump. */
+const sizes = new WeakMap(); // of a curve: its largest value
+
+function sizeOf(values) {
+  let found = sizes.get(values);
+  if (found === undefined) {
+    found = 0;
+    for (const value of values) if (Math.abs(value) > found) found = Math.abs(value);
+    sizes.set(values, found);
+  }
+  return found;
+}
+
+/** Values of a curve at a position: one, between samples on the line that is drawn; or the two at a jump. Rounding is 0. */
 export function valuesAt(phi, values, at, cyclic) {
+  const least = NOTHING * sizeOf(values);
+  return found(phi, values, at, cyclic).map((value) => (value !== null && Math.abs(value) < least ? 0 : value));
+}
+
+function found(phi, values, at, cyclic) {
   const last = phi.length - 1;
   const near = SAME * (phi[last] - phi[0]);
   if (cyclic && (at - phi[0] < near || phi[last] - at < near)) return apart(values[last], values[0], values);
@@ -176,9 +194,7 @@ export function valuesAt(phi, values, at, cyclic) {
 
 function apart(before, after, values) {
   if (before === null || after === null) return [before ?? after];
-  let largest = 0;
-  for (const value of values) if (Math.abs(value) > largest) largest = Math.abs(value);
-  return Math.abs(before - after) > 1e-5 * largest ? [before, after] : [after];
+  return Math.abs(before - after) > 1e-5 * sizeOf(values) ? [before, after] : [after];
 }
 
 /** One value between samples, of the side behind a jump. */
