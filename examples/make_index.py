@@ -43,7 +43,8 @@ STARTERS = {"joint_forces/dimensioning": "four-bar"}  # the machine of a starter
 
 HEAD = """Every scene runs with `flywheel size SCENE`, or with `flywheel reduce SCENE` and `flywheel motion SCENE` where its
 driver slides one way (`[stroke]`); every script with `python SCRIPT`, and with `python SCRIPT figure.png` where it has
-pictures of its own. [notebooks/gallery.ipynb](notebooks/gallery.ipynb) shows in Jupyter what the library's objects show of themselves.
+pictures of its own. [notebooks/gallery.ipynb](notebooks/gallery.ipynb) is for Jupyter: what the library's objects show
+of themselves.
 """
 
 
