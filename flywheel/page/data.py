@@ -146,7 +146,7 @@ def _numbers(sizing: Sizing | None, units: str, rest: bool) -> list[Any]:
     """The page of answers, as rows; while a hand moves without what a second route says, as none has been taken yet."""
     if sizing is None:
         return []
-    blocks = answers.answers(sizing, units)
+    blocks = answers.answers(sizing, units, motions=rest)
     return [(block if rest or block.name != "run" else block._replace(sentences=())).as_dict() for block in blocks]
 
 

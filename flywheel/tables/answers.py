@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Sequence
+from math import isnan
 from textwrap import wrap
 from typing import Any, NamedTuple
 
@@ -65,12 +66,13 @@ class Block(NamedTuple):
         }
 
 
-def answers(sizing: Sizing, units: str = "si") -> tuple[Block, ...]:
+def answers(sizing: Sizing, units: str = "si", *, motions: bool = True) -> tuple[Block, ...]:
     """The page of answers, in the language in use; blocks that have nothing to say are left out.
 
     Args:
         sizing: what `flywheel.size` gives.
         units: "si", or "us" for WR² in lb ft², hp, psi...
+        motions: False for a hand that moves: what irregularity the approximate flywheels give is left open.
 
     >>> import flywheel
     >>> scene = flywheel.load({"areas": {"values": [100, -100], "scale": "1 J"}, "regime": {"speed": "60 rpm"},
@@ -80,7 +82,7 @@ def answers(sizing: Sizing, units: str = "si") -> tuple[Block, ...]:
 
     """
     system = SYSTEMS[units]
-    found = (block(sizing, system) for block in BLOCKS)
+    found = (block(sizing, system) if block is not _flywheel else _flywheel(sizing, system, motions) for block in BLOCKS)
     return tuple(block for block in found if any(block[1:]))
 
 
@@ -137,7 +139,7 @@ def _deviation(eps: float, error: float = 0.0) -> str:
     return f"±{five_digits(50 * eps, 50 * error, 4)} %"
 
 
-def _flywheel(sizing: Sizing, units: TradeUnits) -> Block:
+def _flywheel(sizing: Sizing, units: TradeUnits, motions: bool = True) -> Block:
     """The exact flywheel beside the approximate ones, and how far these are off; or the irregularity of a given one."""
     scene, us = sizing.scene, units.name == "us"
     if scene.inertia is not None:
@@ -147,7 +149,7 @@ def _flywheel(sizing: Sizing, units: TradeUnits) -> Block:
     inertia = units.unit("inertia")
     header = ("", f"WR², {inertia}" if us else _("inertia, {unit}", unit=inertia), *(() if us else (f"GD², {inertia}",)))
     header += (_("off by"), _("irregularity"))
-    found = candidates(sizing)
+    found = candidates(sizing, motions)
     table = []
     for one in found:
         off, gives = _off(one), _gives(one)
@@ -190,6 +192,8 @@ def _gives(one: Candidate) -> str:
     if one.gives is None:
         return _("it stops")
     eps, error = one.gives
+    if isnan(eps):
+        return "…"
     return five_digits(eps, max(error, NOTHING if eps <= NOTHING else 0.0))
 
 

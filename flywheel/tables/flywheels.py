@@ -6,7 +6,7 @@ The figures (`candidates`, `speeds`, absolute errors) are shared by the page and
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from math import pi
+from math import nan, pi
 from typing import NamedTuple
 
 from flywheel.components.gear_trains import OnShaft, gd2
@@ -85,8 +85,11 @@ _CANDIDATES = {
 """The keys of the figures, each with its name in tables and in sentences."""
 
 
-def candidates(sizing: Sizing) -> list[Candidate]:
-    """The exact flywheel and the approximate ones; for a diagram of areas, where they are one, that one alone."""
+def candidates(sizing: Sizing, motions: bool = True) -> list[Candidate]:
+    """The exact flywheel and the approximate ones; for a diagram of areas, where they are one, that one alone.
+
+    Without `motions` it is not looked for what irregularity the approximate ones give, which is then NaN.
+    """
     wheel = sizing.flywheel
     exact, errors = wheel.exact or 0.0, inertia_errors(sizing)
     if sizing.scene.areas is not None:
@@ -97,17 +100,18 @@ def candidates(sizing: Sizing) -> list[Candidate]:
         inertia, error = getattr(wheel, key) or 0.0, getattr(errors, key)
         off = inertia / exact - 1 if exact > 0.0 and key != "exact" else None
         off_error = 2 * (error + errors.exact) / exact if exact > 0.0 else 0.0
-        motion = _motion_with(sizing, inertia)
+        looked = motions or key == "exact"
+        motion = _motion_with(sizing, inertia) if looked else None
         confirmed, simulated = sizing.simulation, None
         if confirmed is not None:
             own = {"exact": confirmed.irregularity, "approximate": confirmed.irregularity_approximate}
             simulated = own.get(key)
-        gives: tuple[float, float] | None = None
+        gives: tuple[float, float] | None = None if looked else (nan, 0.0)
         if simulated is not None:
             gives = simulated, (sizing.error.simulation or 0.0) * simulated
         elif motion is not None:
             gives = motion.irregularity, motion.error * motion.irregularity
-        elif sizing.run is None and sizing.energy_fluctuation <= work_error(sizing):
+        elif looked and sizing.run is None and sizing.energy_fluctuation <= work_error(sizing):
             gives = 0.0, 0.0  # nothing acts; else the machine would stop
         found.append(Candidate(key, name, inertia, error, off, off_error, gives, motion))
     return found
