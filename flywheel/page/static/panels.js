@@ -98,7 +98,8 @@ export function showPanels(given, system, whole = false) {
   const all = panels(answer);
   if (whole) clear();
   choices(all, whole);
-  const wanted = all.filter((panel) => !hidden.has(panel.id));
+  const chosen = all.filter((panel) => !hidden.has(panel.id));
+  const wanted = [...chosen.filter((panel) => !panel.why), ...chosen.filter((panel) => panel.why)];
   arrange(wanted);
   for (const panel of wanted) {
     try {
