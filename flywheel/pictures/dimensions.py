@@ -149,6 +149,15 @@ def _dimensions(view: View, poses: Poses) -> Iterator[Dimension]:
             if length > least:
                 symbol = _symbol(mechanism, body, length)
                 yield Dimension(ends[0], ends[1], (f"{symbol} = " if symbol else "") + length_text(length), body)
+    driver = linkage.joint(linkage.driver)
+    if driver.kind == SLIDE:
+        ends = [
+            poses.point(driver.first, driver.first_at).value[:, 0],
+            poses.point(driver.second, driver.second_at).value[:, 0],
+        ]
+        way = float(poses.q[0])
+        if abs(way) > least:
+            yield Dimension(ends[0], ends[1], f"x = {length_text(way)}", driver.second)
     offset = mechanism.geometry.get("slider.offset", 0.0)
     if offset:
         x = float(poses.point("slider", (0.0, 0.0)).value[0, 0]) + 6 * view.sketch.unit

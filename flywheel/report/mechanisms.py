@@ -7,7 +7,6 @@ numbers are the library's own, and the formulas those of the books: each step sh
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Sequence
-from typing import Any
 
 import numpy as np
 
@@ -18,6 +17,7 @@ from flywheel.numerics.cells import Array
 from flywheel.regime.state import reduce
 from flywheel.report.document import Cell, Figure, Formula, Note, Part, Section, Step, Table
 from flywheel.report.formulas import Quantity, index
+from flywheel.report.positions import unit_text
 from flywheel.report.reduction import (
     Steps,
     grid,
@@ -136,16 +136,10 @@ def _parameters(at: Steps) -> Table:
     rows = []
     for name, value in values.items():
         unit = at.scene.units.get(name)
-        rows.append((name, Quantity(name, value, "" if unit is None else _si(unit))))
+        rows.append((name, Quantity(name, value, unit_text(unit))))
     if at.scene.unknown not in (None, "drive"):
         rows.append((_("{name}, by the balance of the cycle", name=at.scene.unknown), _unknown(at)))
     return Table(_("Parameters, in SI units"), (_("name"), _("value")), tuple(rows))
-
-
-def _si(unit: Any) -> str:
-    from flywheel.numerics.expressions import shown
-
-    return (shown(unit) or "").replace("^2", "²").replace("^3", "³")
 
 
 def _unknown(at: Steps) -> Quantity:

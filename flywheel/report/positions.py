@@ -6,6 +6,9 @@ chain of transformers, so that each checks the other. A prime is the derivative 
 
 from __future__ import annotations
 
+import ast
+import operator
+import re
 from collections.abc import Callable, Container, Mapping, Sequence
 from math import tau
 from typing import Any, NamedTuple
@@ -19,6 +22,8 @@ from flywheel.mechanisms.families import Family, body
 from flywheel.mechanisms.linkage import Cyclic, followed
 from flywheel.mechanisms.linkages.equations import Form, Relation
 from flywheel.numerics.cells import Array
+from flywheel.numerics.expressions import Expression, shown
+from flywheel.numerics.units import Unit
 from flywheel.report import formulas
 from flywheel.report.document import Cell, Formula, Part, Section, Step, Table
 from flywheel.report.formulas import Quantity, index, symbol_text
@@ -113,6 +118,11 @@ class Sheet:
 _NOTHING = 1e-12  # of the largest number in a formula: a result below it is 0
 
 
+def unit_text(unit: Unit | None) -> str:
+    """A parameter's unit in SI, as it is shown; nothing where it has none."""
+    return "" if unit is None else (shown(unit) or "").replace("^2", "²").replace("^3", "³")
+
+
 def slides(mechanism: Mechanism) -> bool:
     """Whether a mechanism's driver slides."""
     if mechanism.linkage is not None:
@@ -126,6 +136,8 @@ def sheet(machine: Machine, mechanism: Mechanism, phi: float) -> Sheet:
     psi = rate * phi + mechanism.phase if mechanism.stroke is None else phi
     needed = {name.partition(".")[2] for name in machine.graph.elements if name.startswith(f"{mechanism.name}.")}
     made = Sheet(mechanism, machine.family(mechanism), psi, rate, needed)
+    for name, value in machine.scene.parameters.items():
+        made.give(name, value, unit_text(machine.scene.units.get(name)))
     if made.driver == "psi":
         made.part(_("The angle of its own crank"))
         made.give("phi", phi, "°")
@@ -721,6 +733,131 @@ def _by_arms(made: Sheet, terms: Sequence[Swing], axis: str, of: str, where: str
         made.slopes[where] = f"{of}_second"
 
 
+# -- laws --------------------------------------------------------------------------------------------------------------
+
+
+def _law(made: Sheet) -> None:
+    """Outputs whose place is an expression of the angle: the branch that holds, and its derivatives rule by rule."""
+    along = {True: ("°", ONE, ONE), False: ("m", "m", "m")}
+    for output in made.mechanism.outputs:
+        jet, symbol = made.position.jet(output.name), f"{'theta' if output.rotating else 'x'}_{index(output.name)}"
+        made.part(_("Place of {port}", port=output.name))
+        angle, units = made.driver, along[output.rotating]
+        values = [float(np.asarray(part)) for part in (jet.value, jet.first, jet.second)]
+        texts = _derivatives(made, output.law) if isinstance(output.law, Expression) else ["", "", ""]
+        names = ("", "_prime", "_second")
+        for end, text, value, unit in zip(names, texts, values, units, strict=True):
+            own = _worked_out(made, text, value)
+            if own:
+                made.find(symbol + end, text, unit, _("Place of {port}", port=output.name) if not end else "", value)
+                continue
+            made.values[symbol + end] = Quantity(symbol + end, value, unit)
+            how = _("By the periodic cubic spline through its table, at {angle}.", angle=symbol_text(angle))
+            if isinstance(output.law, Expression):
+                how = _("By its expression, differentiated rule by rule: {text}", text=output.law.shown)
+            what = (_("Place of {port}"), _("Influence coefficient g of: {what}"), _("Its derivative g′, of: {what}"))
+            told = what[names.index(end)].format(port=output.name, what=output.name)
+            made.sections[-1][1].append(Step(told, result=made.values[symbol + end], how=how))
+        made.gains[output.name], made.slopes[output.name] = f"{symbol}_prime", f"{symbol}_second"
+        made.coordinates[output.name] = symbol
+
+
+def _worked_out(made: Sheet, text: str, value: float) -> bool:
+    """Whether a formula comes to the library's value."""
+    try:
+        plain = {symbol: number.value for symbol, number in made.values.items()}
+        return bool(text) and abs(formulas.value(text, plain) - value) <= 1e-9 * max(1.0, abs(value))
+    except (ValueError, ArithmeticError):
+        return False
+
+
+def _derivatives(made: Sheet, law: Expression) -> list[str]:
+    """An expression, its branch that holds here, and two derivatives of that, as formulas; nothing for what is none."""
+    import sympy  # type: ignore[import-untyped]  # only reports of laws pay for it
+
+    psi = made.values[made.driver].value
+    local = psi - float(made.position.turns) * made.mechanism.period
+    if abs(local - psi) > 1e-12:
+        return ["", "", ""]
+    plain = {symbol: value.value for symbol, value in made.values.items()} | {"phi": local}
+    functions = {name: getattr(sympy, name) for name in ("sin", "cos", "tan", "asin", "acos", "atan", "sqrt", "exp", "log")}
+
+    def read(node: ast.expr) -> Any:
+        match node:
+            case ast.Constant(value=int() | float() as number):
+                return sympy.nsimplify(number) if float(number).is_integer() else sympy.Float(number)
+            case ast.Name(id=name):
+                return sympy.pi if name == "pi" else sympy.Symbol(name)
+            case ast.UnaryOp(op=ast.USub(), operand=inner):
+                return -read(inner)
+            case ast.BinOp(left=left, op=op, right=right):
+                a, b = read(left), read(right)
+                match op:
+                    case ast.Add():
+                        return a + b
+                    case ast.Sub():
+                        return a - b
+                    case ast.Mult():
+                        return a * b
+                    case ast.Div():
+                        return a / b
+                    case ast.Pow():
+                        return a**b
+            case ast.Call(func=ast.Name(id=name), args=[inner]) if name in functions:
+                return functions[name](read(inner))
+        raise ValueError(ast.unparse(node))
+
+    try:
+        tree = branch_of(ast.parse(law.text.replace("\\\n", " ").strip(), mode="eval").body, plain)
+        place = read(tree)
+    except (SyntaxError, ValueError, ArithmeticError):
+        return ["", "", ""]
+    phi, own = sympy.Symbol("phi"), made.driver
+    first = sympy.diff(place, phi)
+    found = [ast.unparse(tree), str(first), str(sympy.diff(first, phi))]
+    return [text if own == "phi" else re.sub(r"\bphi\b", own, text) for text in found]
+
+
+def branch_of(node: ast.expr, values: Mapping[str, float]) -> ast.expr:
+    """A tree with every condition decided."""
+
+    class Decided(ast.NodeTransformer):
+        def visit_IfExp(self, node: ast.IfExp) -> Any:
+            return self.visit(node.body if _holds(node.test, values) else node.orelse)
+
+    found = Decided().visit(node)
+    assert isinstance(found, ast.expr)
+    return found
+
+
+def _holds(test: ast.expr, values: Mapping[str, float]) -> bool:
+    """Whether a condition holds."""
+    match test:
+        case ast.BoolOp(op=op, values=parts):
+            return (all if isinstance(op, ast.And) else any)(_holds(part, values) for part in parts)
+        case ast.UnaryOp(op=ast.Not(), operand=inner):
+            return not _holds(inner, values)
+        case ast.Compare(left=left, ops=ops, comparators=others):
+            numbers = [formulas.value(ast.unparse(side), values) for side in (left, *others)]
+            compared = {ast.Lt: "lt", ast.LtE: "le", ast.Gt: "gt", ast.GtE: "ge", ast.Eq: "eq", ast.NotEq: "ne"}
+            return all(
+                getattr(operator, compared[type(op)])(a, b) for op, a, b in zip(ops, numbers, numbers[1:], strict=False)
+            )
+    return formulas.value(ast.unparse(test), values) != 0.0
+
+
+def renamed(node: ast.expr, names: Mapping[str, Quantity]) -> ast.expr:
+    """A tree with the symbols of the report for the names of the scene."""
+
+    class Named(ast.NodeTransformer):
+        def visit_Name(self, node: ast.Name) -> Any:
+            return ast.Name(id=names[node.id].symbol if node.id in names else node.id, ctx=ast.Load())
+
+    found = Named().visit(node)
+    assert isinstance(found, ast.expr)
+    return found
+
+
 SHEETS: Mapping[str, Callable[[Sheet], None]] = {
     "slider-crank": _slider_crank,
     "four-bar": _four_bar,
@@ -728,4 +865,5 @@ SHEETS: Mapping[str, Callable[[Sheet], None]] = {
     "crank-shaper": _crank_shaper,
     "toggle-clamp": _toggle_clamp,
     "linkage": _linkage,
+    "law": _law,
 }

@@ -22,7 +22,7 @@ from flywheel.regime.state import reduce
 from flywheel.report import formulas
 from flywheel.report.document import Cell, Figure, Note, Part, Section, Step, Table
 from flywheel.report.formulas import Quantity, index
-from flywheel.report.positions import ONE, Sheet, sheet
+from flywheel.report.positions import ONE, Sheet, branch_of, renamed, sheet, unit_text
 from flywheel.scene.scene import Mechanism, Scene, Spring
 from flywheel.scene.scene import Table as Rows
 
@@ -734,8 +734,8 @@ def _expression(at: Steps, effort: Effort, law: Expression, name: str, force: Qu
     text, values = law.text.replace("\\\n", " ").strip(), {symbol: value.value for symbol, value in names.items()}
     try:
         tree = ast.parse(text, mode="eval").body
-        branch = ast.unparse(_renamed(_branch(tree, values), names))
-        whole = ast.unparse(_renamed(ast.parse(text, mode="eval").body, names))
+        branch = ast.unparse(renamed(branch_of(tree, values), names))
+        whole = ast.unparse(renamed(ast.parse(text, mode="eval").body, names))
         found = formulas.value(f"{force.symbol} = {branch}", {value.symbol: value.value for value in names.values()})
     except (SyntaxError, ValueError, ArithmeticError, KeyError):
         branch = ""
@@ -759,7 +759,7 @@ def _names(at: Steps, effort: Effort, law: Expression) -> tuple[dict[str, Quanti
     steps: list[Part] = []
     found: dict[str, Quantity] = {}
     for name, value in at.scene.parameters.items():
-        found[name] = Quantity(name, value, _unit_text(at.scene.units.get(name)))
+        found[name] = Quantity(name, value, unit_text(at.scene.units.get(name)))
     if at.scene.unknown not in (None, "drive"):
         found[str(at.scene.unknown)] = Quantity(str(at.scene.unknown), at.balance)
     n = "d" if effort.load.path == "drive" else effort.load.path.strip("load[]")
@@ -789,58 +789,9 @@ def _names(at: Steps, effort: Effort, law: Expression) -> tuple[dict[str, Quanti
             steps.append(Step(_("The velocity of its place, g times the speed of the driver"), result=found["v"]))
         else:  # its sign alone matters, and the driver moves forwards
             found["v"] = numbers[-1] if numbers else Quantity("v", gain, unit)
+            if not numbers:
+                steps.append(Step(_("The driver moves forwards; of its velocity the sign alone matters"), result=found["v"]))
     return found, steps
-
-
-def _unit_text(unit: Any) -> str:
-    from flywheel.numerics.expressions import shown
-
-    return "" if unit is None else (shown(unit) or "").replace("^2", "²").replace("^3", "³")
-
-
-def _branch(node: ast.expr, values: Mapping[str, float]) -> ast.expr:
-    """A tree with every condition decided."""
-
-    class Decided(ast.NodeTransformer):
-        def visit_IfExp(self, node: ast.IfExp) -> Any:
-            return self.visit(node.body if _holds(node.test, values) else node.orelse)
-
-    found = Decided().visit(node)
-    assert isinstance(found, ast.expr)
-    return found
-
-
-def _holds(test: ast.expr, values: Mapping[str, float]) -> bool:
-    """Whether a condition holds."""
-    match test:
-        case ast.BoolOp(op=op, values=parts):
-            return (all if isinstance(op, ast.And) else any)(_holds(part, values) for part in parts)
-        case ast.UnaryOp(op=ast.Not(), operand=inner):
-            return not _holds(inner, values)
-        case ast.Compare(left=left, ops=ops, comparators=others):
-            numbers = [formulas.value(ast.unparse(side), values) for side in (left, *others)]
-            compared = {ast.Lt: "lt", ast.LtE: "le", ast.Gt: "gt", ast.GtE: "ge", ast.Eq: "eq", ast.NotEq: "ne"}
-            import operator
-
-            return all(
-                getattr(operator, compared[type(op)])(a, b) for op, a, b in zip(ops, numbers, numbers[1:], strict=False)
-            )
-    return formulas.value(ast.unparse(test), values) != 0.0
-
-
-def _renamed(node: ast.expr, names: Mapping[str, Quantity]) -> ast.expr:
-    """A tree with the symbols of the report for the names of the scene."""
-
-    class Named(ast.NodeTransformer):
-        def visit_Name(self, node: ast.Name) -> Any:
-            return ast.Name(id=names[node.id].symbol if node.id in names else node.id, ctx=ast.Load())
-
-    found = Named().visit(node)
-    assert isinstance(found, ast.expr)
-    return found
-
-
-# -- M* over the cycle -------------------------------------------------------------------------------------------------
 
 
 def driving(at: Steps) -> list[str]:
@@ -888,7 +839,7 @@ def _moment_over_cycle(at: Steps, sources: Sequence[str], unit: str) -> Iterator
     nothing = np.zeros(phi.size)
     drive = sum((parts[name] for name in drives), nothing)
     resists = sum((part for name, part in parts.items() if name not in drives), nothing)
-    keep = _changes(phi, [*parts.values()])
+    keep = _changes(phi, [*parts.values()], np.append(grid(at), at.scene.cycle if at.scene.stroke is None else np.nan))
     columns = {f"{letter}ₘ*, {unit}": drive, f"{letter}ᵣ*, {unit}": resists, f"{symbol}, {unit}": drive + resists}
     rows: list[tuple[Cell, ...]] = []
     for k in np.flatnonzero(keep):
@@ -922,11 +873,18 @@ def _moment_over_cycle(at: Steps, sources: Sequence[str], unit: str) -> Iterator
     )
 
 
-def _changes(phi: Array, parts: Sequence[Array]) -> Array:
-    """Which rows tell something: of two sides at one position only those between which something jumps."""
-    keep = np.ones(phi.size, dtype=bool)
+def _changes(phi: Array, parts: Sequence[Array], asked: Array) -> Array:
+    """Which rows tell something: those that are asked for, and both sides of what jumps."""
     sizes = [float(np.abs(part).max()) for part in parts]
-    for k in range(phi.size - 1):
-        if phi[k] == phi[k + 1] and all(abs(p[k + 1] - p[k]) <= 1e-9 * s for p, s in zip(parts, sizes, strict=True)):
-            keep[k] = False
+
+    def jumps(k: int) -> bool:
+        return bool(phi[k] == phi[k + 1]) and any(abs(p[k + 1] - p[k]) > 1e-9 * s for p, s in zip(parts, sizes, strict=True))
+
+    jump = [jumps(k) for k in range(phi.size - 1)]
+    keep = np.zeros(phi.size, dtype=bool)
+    for k in range(phi.size):
+        before, behind = k > 0 and jump[k - 1], k < phi.size - 1 and jump[k]
+        last = k == phi.size - 1 or phi[k + 1] != phi[k]
+        near = bool((np.abs(asked - phi[k]) <= 1e-9 * max(abs(float(phi[k])), 1.0)).any())
+        keep[k] = before or behind or (near and last)
     return keep
