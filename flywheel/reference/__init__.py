@@ -20,6 +20,7 @@ _AFTER = (
         "accuracy",
         "faults",
         "results",
+        "report",
         "page",
         "motion",
         "reactions",
