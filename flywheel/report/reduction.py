@@ -291,7 +291,7 @@ def _body(at: Steps, part: str, mine: Sequence[Element], share: Quantity, slope:
             bent.append("*".join(("2", mass.symbol, *(() if gain == "1" else (gain,)), second)))
             more |= {mass.symbol: mass} | {n.symbol: n for n in (*of_gain, *of_slope)}
     text = f"{share.symbol} = {' + '.join(terms)}"
-    yield _checked(Step(_("Share of {body}", body=label(at, part)), text, tuple(numbers.values()), share))
+    yield _checked(Step(_("Share of {body}", body=label(at.scene, part)), text, tuple(numbers.values()), share))
     if bent and slope.value:
         text = f"{slope.symbol} = {' + '.join(bent)}"
         yield _checked(Step(_("and its slope"), text, tuple(more.values()), slope))
@@ -328,7 +328,7 @@ def _listed(
     if len(at.scene.mechanisms) < 2 and len(shares) <= _MOST_TERMS:
         return
     symbol = "m*" if at.sliding else "I*"
-    rows = tuple((label(at, name), share, slope) for name, share, slope in zip(bodies, shares, slopes, strict=True))
+    rows = tuple((label(at.scene, name), share, slope) for name, share, slope in zip(bodies, shares, slopes, strict=True))
     head = (_("body"), f"{symbol}, {shares[0].unit}", f"d{symbol}/d{'x' if at.sliding else 'φ'}, {slopes[0].unit}")
     yield Table(_("Every body at {where}", where=where_text(at, at.phi)), head, rows)
 
@@ -337,7 +337,7 @@ def _inertia_over_cycle(at: Steps, bodies: Sequence[str], star: str, unit: str, 
     phi = grid(at)
     state = reduce(at.machine, phi, balance=at.balance, speed=at.speed)
     symbol, by = ("m*", "x") if at.sliding else ("I*", "φ")
-    columns = _columns({label(at, name): state.inertia_parts[name] for name in bodies}, _MOST_COLUMNS - 2)
+    columns = _columns({label(at.scene, name): state.inertia_parts[name] for name in bodies}, _MOST_COLUMNS - 2)
     head = (head_of(at), *columns, f"{symbol}, {unit}", f"d{symbol}/d{by}, {per}")
     values = (*columns.values(), state.inertia, state.slope)
     rows = rows_of(at, phi, list(values))
@@ -370,7 +370,7 @@ def _inertia_over_cycle(at: Steps, bodies: Sequence[str], star: str, unit: str, 
         at.machine,
         fine,
         every.inertia,
-        {label(at, k): v for k, v in every.inertia_parts.items()},
+        {label(at.scene, k): v for k, v in every.inertia_parts.items()},
         f"{symbol}, {unit}",
         at.sliding,
     )
@@ -437,14 +437,14 @@ def moment(at: Steps) -> Section:
         return Section(what, (Note(_("No load acts on this machine: M* is 0.")),))
     shares = []
     for part, mine in sources.items():
-        n = _number(at, part)
+        n = _number(at.scene, part)
         value = float(at.state.moment_parts[part][0])
         share = Quantity(f"{star}_{_name_of(at, part, n)}", value, unit)
         shares.append(share)
         if all(at.explained(element.junction) for element in mine):
             parts += list(_load(at, part, mine, share, n))
     if len(at.scene.mechanisms) > 1 or len(shares) > _MOST_TERMS:
-        rows = tuple((label(at, part), share) for part, share in zip(sources, shares, strict=True))
+        rows = tuple((label(at.scene, part), share) for part, share in zip(sources, shares, strict=True))
         parts.append(
             Table(
                 _("Every load at {where}", where=where_text(at, at.phi)), (_("load"), unit_head(symbol_of(at), unit)), rows
@@ -478,19 +478,19 @@ def _conditions(at: Steps) -> Iterator[Part]:
         yield Note(told, "remark")
 
 
-def _number(at: Steps, part: str) -> int:
+def _number(scene: Scene, part: str) -> int:
     """The number of a load, spring or damper in the scene, from 1, counted through."""
-    items: list[Any] = [*at.scene.loads, *at.scene.springs, *at.scene.dampers]
+    items: list[Any] = [*scene.loads, *scene.springs, *scene.dampers]
     return next((k for k, item in enumerate(items, start=1) if part == f"{item.path} on {item.on}"), 0)
 
 
-def label(at: Steps, part: str) -> str:
+def label(scene: Scene, part: str) -> str:
     """A part of I* or M* in the language in use."""
     if part.startswith("weight of "):
         return _("weight of {body}", body=part.removeprefix("weight of "))
     if part.startswith("inertia on "):
         return _("inertia on {place}", place=part.removeprefix("inertia on "))
-    n = _number(at, part)
+    n = _number(scene, part)
     if n:
         kind = _("spring") if part.startswith("spring") else _("damper") if part.startswith("damper") else _("load")
         return _("{kind} {n} on {place}", kind=kind, n=n, place=part.partition(" on ")[2])
@@ -635,7 +635,7 @@ def _damper(at: Steps, coefficient: float, part: str, element: Element, share: Q
     line = at.translates(element.junction)
     c = Quantity(f"c_{n}", coefficient, "N s/m" if line else "N m s")
     omega = Quantity("v" if at.sliding else "omega", at.speed or 0.0, "m/s" if at.sliding else "rad/s")
-    yield Step(_("Coefficient of {part}", part=label(at, part)), result=c)
+    yield Step(_("Coefficient of {part}", part=label(at.scene, part)), result=c)
     text = f"{share.symbol} = -({c.symbol}*({gain})**2*{omega.symbol})"
     yield _checked(Step(_("Its force is −c v, and v = g ω"), text, (c, *numbers, omega), share))
 
@@ -846,7 +846,7 @@ def _moment_over_cycle(at: Steps, sources: Sequence[str], unit: str) -> Iterator
         before, behind = k and keep[k - 1] and phi[k - 1] == phi[k], k + 1 < phi.size and phi[k + 1] == phi[k]
         mark = " −" if behind else " +" if before else ""
         rows.append((position_cell(at, float(phi[k])) + mark, *(cell(column, int(k)) for column in columns.values())))
-    listed = ", ".join(label(at, part) for part in drives) or _("nothing")
+    listed = ", ".join(label(at.scene, part) for part in drives) or _("nothing")
     told = _(
         "What does positive work in a cycle drives, {letter}ₘ*: {drives}. All else is {letter}ᵣ*, weights and springs too.",
         letter=letter,
@@ -864,7 +864,7 @@ def _moment_over_cycle(at: Steps, sources: Sequence[str], unit: str) -> Iterator
         at.machine,
         every,
         total,
-        {label(at, name): by_part[name] for name in sources if name in by_part},
+        {label(at.scene, name): by_part[name] for name in sources if name in by_part},
         f"{symbol}, {unit}",
         at.sliding,
     )

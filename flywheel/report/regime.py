@@ -21,6 +21,7 @@ from flywheel.regime.turning_moment import Cycle
 from flywheel.report import formulas
 from flywheel.report.document import Cell, Figure, Formula, Items, Note, Part, Section, Step, Table
 from flywheel.report.formulas import MOST_DIGITS, Quantity
+from flywheel.report.reduction import label
 from flywheel.sizing.results import Sizing
 from flywheel.tables.flywheels import candidates
 from flywheel.tables.sizing import settling_cycles
@@ -189,7 +190,7 @@ def balance(known: Known) -> Section | None:
     ]
     others = {name: work for name, work in known.works.items() if name != "drive"}
     named = {name: Quantity(f"W_{k}", work, "J") for k, (name, work) in enumerate(others.items(), 1)}
-    rows: list[tuple[Cell, ...]] = [(name, Formula(work.symbol), work) for name, work in named.items()]
+    rows: list[tuple[Cell, ...]] = [(label(scene, name), Formula(work.symbol), work) for name, work in named.items()]
     if rows:
         told = _("Work of everything but the drive over a cycle, the integral of its share of the moment")
         parts.append(Table(told, (_("load"), _("symbol"), _("work, J")), tuple(rows)))
