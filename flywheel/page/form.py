@@ -204,7 +204,9 @@ def as_groups(form: Form, outline: Outline, faults: Iterable[Fault]) -> list[dic
 
 
 def form_of(outline: Outline) -> Form:
-    """The form of a text, as far as that can be read."""
+    """The form of a text, as far as that can be read, and is not too long."""
+    if outline.text and not outline.values and len(outline.text) > 2**16:
+        return Form((Group("", _("Scene"), _("This scene is too long for a form: it is edited as text."), ()),))
     return Form(tuple(_Reader(outline.mapping).groups()))
 
 

@@ -309,10 +309,7 @@ def _parsed(text: str, name: str, build: Callable[[Mapping[str, Any]], T]) -> T:
 
     if len(text) > LARGEST:
         raise SceneError([Fault(name, f"{len(text)} characters", f"at most {LARGEST}")])
-    bare = _QUOTED.sub("s", text).translate({ord(" "): None, ord("\t"): None})
-    if (
-        max(token.count(".") for token in re.split(r"[\n,=\[\]{}]", bare)) > _DEEPEST_KEY
-    ):  # tomllib takes their square in time
+    if _deepest_key(text) > _DEEPEST_KEY:
         raise SceneError([Fault(name, f"a key of more than {_DEEPEST_KEY} parts", "a scene in TOML")])
     text = plain_lines(text)
     try:
@@ -342,6 +339,12 @@ def placed(faults: Iterable[Fault], file: Path) -> list[Fault]:
         return found
 
 
+def _deepest_key(text: str) -> int:
+    """The most dots of anything that may be a key, which `tomllib` takes the square of in time."""
+    bare = _QUOTED.sub("s", text).translate({ord(" "): None, ord("\t"): None})
+    return max(token.count(".") for token in re.split(r"[\n,=\[\]{}]", bare))
+
+
 def placed_in(faults: Iterable[Fault], text: str) -> list[Fault]:
     """Faults of the machine in a text, each with the line that it comes from; as they are where that is not known."""
     import tomllib
@@ -349,7 +352,7 @@ def placed_in(faults: Iterable[Fault], text: str) -> list[Fault]:
     from flywheel.reading import toml_text
 
     found = list(faults)
-    if all(fault.line is not None for fault in found):
+    if all(fault.line is not None for fault in found) or _deepest_key(text) > _DEEPEST_KEY:
         return found
     try:
         return toml_text.placed(found, text, tomllib.loads(text))

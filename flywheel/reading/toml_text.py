@@ -14,6 +14,7 @@ from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping
 from contextlib import suppress
 from functools import reduce
+from itertools import islice
 from typing import Any, NamedTuple, TypeVar
 
 from flywheel.numerics.faults import Fault, Remark, quote
@@ -25,6 +26,8 @@ Path = tuple[str | int, ...]
 """Keys, and numbers of items from 0."""
 
 _MOST_TROUBLES = 20
+_MOST_COUNTED = 200
+_MOST_PARTS = 100  # of a key: paths of more would take the square of their length
 _LARGEST = 2**17  # characters of a text whose lines are told: those of more would take longer than reading it
 _LONGEST = 80  # of a line that an advice writes out
 _PART = r"""(?:[A-Za-z0-9_-]+|"(?:[^"\\\n]|\\[^\n])*"|'[^'\n]*')"""
@@ -153,7 +156,8 @@ class Block(NamedTuple):
 class Outline(NamedTuple):
     """A text with the place of everything in it; `mapping` holds as much as can be read where it is no TOML.
 
-    `troubles` counts what stands in the way of reading it. `places` has paths as faults write them.
+    `troubles` counts what stands in the way of reading it. `places` has paths as faults write them. Of a text that is longer
+    than a scene that somebody writes by hand nothing is told.
     """
 
     text: str
@@ -176,12 +180,16 @@ def outline(text: str) -> Outline:
     >>> found.mapping, found.troubles, found.text[slice(*found.values["regime", "speed"][1:3])]
     ({'regime': {'speed': '60 rpm'}}, 1, "'60 rpm'")
     """
-    scanner, troubles = _Scanner(text), 0
-    with suppress(RecursionError):
-        troubles = sum(1 for _ in scanner.troubles())
+    if len(text) > _LARGEST:
+        return Outline(text, {}, {}, (Block((), 0, 0),), {}, {}, 0)
+    scanner, readable = _Scanner(text), True
     try:
-        mapping = tomllib.loads(text)
-        troubles = 0
+        troubles = sum(1 for _ in islice(scanner.troubles(), _MOST_COUNTED))
+    except RecursionError:
+        troubles, readable = 1, False
+    try:
+        mapping = tomllib.loads(text) if readable else _readable(scanner)
+        troubles = 0 if readable else troubles
     except (ValueError, RecursionError):
         mapping, troubles = _readable(scanner), max(troubles, 1)
     shown: dict[Path, str] = {(): ""}
@@ -255,7 +263,9 @@ class _Scanner:
         return at if match is None else match.end()
 
     def _keys(self, text: str) -> tuple[str, ...]:
-        """The parts of a dotted key."""
+        """The parts of a dotted key, which are not without end."""
+        if text.count(".") > _MOST_PARTS:
+            raise RecursionError
         if '"' not in text and "'" not in text:
             return tuple(part.strip() for part in text.split("."))
         keys: list[str] = []

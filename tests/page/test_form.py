@@ -181,3 +181,21 @@ def test_edits_that_make_no_sense_are_faults_and_leave_the_text() -> None:
 def test_labels_titles_and_help_have_their_spanish() -> None:
     spanish = language.catalogue("es")
     assert sorted(text for text in translated() if text not in spanish) == []
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        pytest.param("x y z\n" * 100000, id="no TOML"),
+        pytest.param(".".join("a" * 50000) + " = 1", id="a key of many parts"),
+        pytest.param("a = " + "[" * 3000 + "]" * 3000, id="deep lists"),
+        pytest.param(
+            "[parameters]\n" + "".join(f"p{i} = {i}\n" for i in range(9000)), id="many keys", marks=pytest.mark.slow
+        ),
+        pytest.param(f"title = '{'x' * 10**6}'\n", id="a long title", marks=pytest.mark.slow),
+    ],
+)
+def test_texts_beyond_measure_are_answered(text: str) -> None:
+    told = json.loads(answers.answer({"text": text, "folder": ".", "name": "x.toml"}))
+    assert told["faults"]
+    assert told["text"] == text
