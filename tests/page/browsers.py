@@ -42,7 +42,8 @@ _PLACES = (
     "C:/Program Files (x86)/Microsoft/Edge/Application/msedge.exe",
 )
 _ADDRESS = re.compile(r"http://127\.0\.0\.1:\d+/\S+")
-_SECONDS = 30.0
+_SECONDS = 60.0
+_PATIENCE = 120_000.0  # ms, on a machine that has much else to do
 
 
 class Missing(Exception):
@@ -186,7 +187,13 @@ def shown(page: Page, address: str) -> Page:
 
 def answered(page: Page) -> Page:
     """The page with the answer to its scene as it stands, confirmed in time where that is possible."""
-    page.wait_for_selector("#state[data-state=done]", state="attached", timeout=30_000)
+    page.wait_for_selector("#state[data-state=done]", state="attached", timeout=_PATIENCE)
+    return page
+
+
+def drawn(page: Page) -> Page:
+    """The page with figures of its scene, which a run in time need not have confirmed yet."""
+    page.wait_for_selector(".panel svg", state="attached", timeout=_PATIENCE)
     return page
 
 

@@ -88,7 +88,7 @@ def window(chromium: Browser, watched: Watched) -> Iterator[Callable[..., Browse
         def begin(**options: Any) -> BrowserContext:
             settings = {"viewport": {"width": 1280, "height": 800}, "locale": "en-GB", "accept_downloads": True} | options
             context = chromium.new_context(**settings)
-            context.set_default_timeout(20_000)
+            context.set_default_timeout(30_000)
             stack.callback(context.close)
             watched.watch(context)
             return context
@@ -97,7 +97,18 @@ def window(chromium: Browser, watched: Watched) -> Iterator[Callable[..., Browse
     watched.check()
 
 
+@pytest.fixture(scope="session")
+def press(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Served]:
+    """The page's server for a copy of the press, which all tests share that do not save."""
+    scene = tmp_path_factory.mktemp("press") / "press.toml"
+    shutil.copy(EXAMPLES / "machines/press.toml", scene)
+    before = scene.read_bytes()
+    with served(scene) as found:
+        yield found
+    assert scene.read_bytes() == before, "a test has saved the scene that all share"
+
+
 @pytest.fixture
-def page(window: Callable[..., BrowserContext], opened: Callable[..., Served]) -> Page:
-    """The live page of a copy of the press."""
-    return shown(window().new_page(), opened().address)
+def page(window: Callable[..., BrowserContext], press: Served) -> Page:
+    """The live page of the press in a window of its own: what is edited there no other test sees."""
+    return shown(window().new_page(), press.address)
