@@ -2,7 +2,46 @@
 
 import pytest
 
+from flywheel.language import message, use
+from flywheel.numerics.faults import Fault
 from tests.language import texts
+
+
+@pytest.mark.parametrize("language", texts.languages())
+def test_no_text_of_report_or_page_lacks_its_translation(language):
+    found = texts.findings(texts.marked(), language)
+    assert found == []
+
+
+@pytest.mark.parametrize("language", texts.languages())
+def test_no_fault_remark_or_message_lacks_its_translation(language):
+    known = {entry.text for entry in texts.entries(language) if entry.told} | texts.NOT_TRANSLATED
+    assert [f"{text.place}: {text.text}" for text in texts.built_texts() if text.text not in known] == []
+
+
+def test_a_fault_is_told_by_its_parts():
+    fault = Fault(
+        "mechanism.rod.length", '"0,6 m"', 'a length such as "250 mm" or a bare number in m', "write 0.6, not 0,6", 5
+    )
+    with use("es"):
+        assert fault.told == (
+            ' (línea 5): hay "0,6 m", se esperaba una longitud como "250 mm" o un número sin unidad en m; escriba 0.6, no 0,6'
+        )
+    assert "found" in fault.told
+
+
+@pytest.mark.parametrize(
+    ("english", "spanish"),
+    [
+        ('"a table of units"', '"a table of units"'),
+        ("the crank pin runs at 401.5 m/s", "el botón de la manivela corre a 401,5 m/s"),
+        ('write "0.5 mm" if millimetres are meant', 'escriba "0.5 mm" si quiere decir milímetros'),
+        ("nobody has heard of this", "nobody has heard of this"),
+    ],
+)
+def test_a_message_is_told_with_what_is_in_quotes_left_alone(english, spanish):
+    with use("es"):
+        assert message(english) == spanish
 
 
 def test_a_module_is_read_by_the_names_it_imports():

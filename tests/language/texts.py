@@ -78,6 +78,85 @@ def _call(node: ast.Call, place: str) -> Marked:
     return Marked(place, first.value, values)
 
 
+# -- faults, remarks, messages -----------------------------------------------------------------------------------------
+
+BUILT_IN = ("numerics", "components", "scene", "mechanisms", "reading", "machine", "regime", "sizing")
+"""Folders whose faults, remarks and messages reach the page or the report."""
+LIBRARY_ALONE = {  # modules of calls that take no scene, and so are never heard of there
+    *("components/robot_arm.py", "components/press_work.py", "components/equivalent_masses.py", "components/energy.py"),
+    *("mechanisms/linkages/lagrange.py", "mechanisms/linkages/freedoms.py", "mechanisms/linkages/multibody.py"),
+    *("mechanisms/linkages/instant_centres.py", "mechanisms/linkages/wrenches.py", "mechanisms/linkages/equations.py"),
+    *("mechanisms/linkages/reactions.py", "mechanisms/linkages/positions.py", "mechanisms/linkages/bodies.py"),
+    *("reading/json_schema.py", "scene/__init__.py", "mechanisms/__init__.py"),
+}
+_PROGRAMMING = {"TypeError", "AttributeError", "KeyError", "NotImplementedError", "RuntimeError", "compile", "cast"}
+_FIELD = re.compile(r"\{(?:\d+|[a-z_]+)?(?::[^{}]*)?\}")
+_FORMULA = re.compile(r"\*\(|\)\*|[(*] ?\{|if phi|if omega|\\[bdw]|^\{\d\} if|^v \{|\*omega|^- ?x|head")
+
+
+def built_texts() -> Iterator[Marked]:
+    """Texts of several words of which faults, remarks and messages are made, with {0} for what is put in."""
+    for folder in BUILT_IN:
+        for path in sorted((PACKAGE / folder).rglob("*.py")):
+            name = path.relative_to(PACKAGE).as_posix()
+            if name not in LIBRARY_ALONE:
+                yield from built_in_module(path.read_text("utf-8"), f"flywheel/{name}")
+
+
+def built_in_module(source: str, name: str) -> Iterator[Marked]:
+    """The texts of several words of one module, but for docstrings, formulas and errors of a programmer."""
+    tree = ast.parse(source)
+    silent = set[int]()
+    for node in ast.walk(tree):
+        if isinstance(node, (ast.Module, ast.FunctionDef, ast.ClassDef)):
+            silent |= {id(line.value) for line in node.body if isinstance(line, ast.Expr)}
+        elif isinstance(node, ast.JoinedStr):
+            silent |= {id(part) for part in node.values if isinstance(part, ast.Constant)}
+            specs = [part.format_spec for part in node.values if isinstance(part, ast.FormattedValue) and part.format_spec]
+            silent |= {id(part) for spec in specs for part in ast.walk(spec)}
+        elif isinstance(node, ast.Call):
+            called = getattr(node.func, "id", getattr(node.func, "attr", ""))
+            silent |= {id(part) for part in ast.walk(node)} if called in _PROGRAMMING else set()
+        if isinstance(node, ast.FunctionDef) and node.name == "__repr__":
+            silent |= {id(part) for part in ast.walk(node)}
+    for node in ast.walk(tree):
+        if id(node) in silent:
+            continue
+        if isinstance(node, ast.Constant) and isinstance(node.value, str):
+            text = node.value
+        elif isinstance(node, ast.JoinedStr):
+            text = "".join(part.value if isinstance(part, ast.Constant) else "{0}" for part in node.values)  # type: ignore[misc]
+        else:
+            continue
+        text = numbered(text)
+        bare = re.sub(r'\{\d+\}|"[^"]*"', "", text)
+        if " " in text and re.search("[A-Za-z]{2}", bare) and not (_FORMULA.search(text) or _UNITS.fullmatch(text)):
+            yield Marked(f"{name}:{node.lineno}", text)
+
+
+_UNITS = re.compile(
+    r"(value = |phi = )?(\{\d\}|[\d.]+)? ?(on )?((\{\d\}|[kMm]?[NJWmsgVH]|Pa|bar|kgf|rad|deg|rpm|Hz|ohm)[\^\d²]*[ /]?)*"
+)
+NOT_TRANSLATED = frozenset(  # names of units that people write, what a programmer's call is told, what is told by its parts
+    [
+        *("U Umdr Umdrehung vuelta turn tr tour r giri revolution", "upm vpm", "grado degree Grad", "radian radiane"),
+        *("metre meter metro mètre mt", "millimetre millimeter milímetro milimetro", "pulg pulgada inch Zoll pouce"),
+        *("foot feet pie", "sec seg second segundo Sekunde seconde", "minute minuto", "hr hour hora Stunde heure"),
+        *("kilo kilogram kilogramme kilogramo", "gr gram gramo Gramm", "tonne tonelada", "kp kilopond", "watt vatio"),
+        *("joule julio", "percent pct Prozent", "a WheelAsked", "a Material, such as material('carbon steel')"),
+        *("found {0}, expected {1}", "found {0}, expected {1}{2}", "line {0}", '{0} {1} such as "{2}"{3}'),
+        *("a unit of {0} such as {1}", "{0} of {1}", '{0} on "{1}"', "and x {0} {1}"),
+        'write {0} = {{1} = "{2}", ...}; see flywheel reference {3}',
+    ]
+)
+
+
+def numbered(text: str) -> str:
+    """A text with its placeholders numbered as they come, without blanks around it."""
+    pieces = _FIELD.split(text.strip())
+    return "".join(piece + (f"{{{k}}}" if k + 1 < len(pieces) else "") for k, piece in enumerate(pieces))
+
+
 # -- scripts and HTML --------------------------------------------------------------------------------------------------
 
 _MARK = re.compile(r"(?<![\w.$])(?:_|text)\(\s*(?!\))")
@@ -233,6 +312,10 @@ def entries(language: str) -> list[Entry]:
     return [entry for path in sorted((PACKAGE / "language" / language).glob("*.po")) for entry in catalogue(path)]
 
 
+BY_VARIABLES = ("faults.po", "form.po")
+"""Catalogues whose texts are told without marks: templates of what is put together, keys of the scene format."""
+
+
 # -- findings ----------------------------------------------------------------------------------------------------------
 
 
@@ -245,21 +328,22 @@ def missing(texts: list[Marked], language: str) -> list[Marked]:
 
 def findings(texts: list[Marked], language: str) -> list[str]:
     """What is wrong, a line each: texts without translation, placeholders that differ, stale, fuzzy, or told twice."""
-    lines = [f"{text.place}: {text.fault}" for text in texts if text.fault]
+    lines = [f"{text.place}: {text.fault}" for text in texts if text.fault and "page/form.py" not in text.place]
     lines += [f'{text.place}: "{text.text}" has no translation ({language})' for text in missing(texts, language)]
     for text in texts:
-        if text.values is not None and not text.fault and text.values != _fields(text.text):
+        if text.values and text.values != _fields(text.text):
             lines.append(f'{text.place}: "{text.text}" is given {sorted(text.values)}')
     used = {text.text for text in texts if not text.fault}
+    by_variables = tuple(f"{language}/{name}" for name in BY_VARIABLES)
     seen: dict[str, Entry] = {}
     for entry in entries(language):
         if entry.fuzzy:
             lines.append(f'{entry.place}: "{entry.text}" is marked fuzzy')
         if not entry.told:
             lines.append(f'{entry.place}: "{entry.text}" is not translated')
-        elif _fields(entry.text) != _fields(entry.told):
+        elif _fields(entry.text) != _fields(entry.told) and not entry.place.startswith(f"{language}/faults.po"):
             lines.append(f'{entry.place}: "{entry.text}" and "{entry.told}" take different values')
-        if entry.text not in used:
+        if entry.text not in used and not entry.place.startswith(by_variables):
             lines.append(f'{entry.place}: "{entry.text}" stands nowhere')
         if (other := seen.setdefault(entry.text, entry)).told != entry.told:
             lines.append(f'{entry.place}: "{entry.text}" is told otherwise in {other.place}')
