@@ -91,7 +91,7 @@ LIBRARY_ALONE = {  # modules of calls that take no scene, and so are never heard
 }
 _PROGRAMMING = {"TypeError", "AttributeError", "KeyError", "NotImplementedError", "RuntimeError", "compile", "cast"}
 _FIELD = re.compile(r"\{(?:\d+|[a-z_]+)?(?::[^{}]*)?\}")
-_FORMULA = re.compile(r"\*\(|\)\*|[(*] ?\{|if phi|if omega|\\[bdw]|^\{\d\} if|^v \{|\*omega|^- ?x|head")
+_FORMULA = re.compile(r"^<|\*\(|\)\*|[(*] ?\{|if phi|if omega|\\[bdw]|^\{\d\} if|^v \{|\*omega|^- ?x|head")
 
 
 def built_texts() -> Iterator[Marked]:
@@ -130,12 +130,16 @@ def built_in_module(source: str, name: str) -> Iterator[Marked]:
             continue
         text = numbered(text)
         bare = re.sub(r'\{\d+\}|"[^"]*"', "", text)
-        if " " in text and re.search("[A-Za-z]{2}", bare) and not (_FORMULA.search(text) or _UNITS.fullmatch(text)):
+        if (
+            " " in text
+            and re.search("[A-Za-z]{2}", bare)
+            and not (_FORMULA.search(text) or all(map(_UNIT.fullmatch, text.split())))
+        ):
             yield Marked(f"{name}:{node.lineno}", text)
 
 
-_UNITS = re.compile(
-    r"(value = |phi = )?(\{\d\}|[\d.]+)? ?(on )?((\{\d\}|[kMm]?[NJWmsgVH]|Pa|bar|kgf|rad|deg|rpm|Hz|ohm)[\^\d²]*[ /]?)*"
+_UNIT = re.compile(
+    r"\{\d\}|[\d.]+|on|=|phi|value|([kMm]?[NJWmsgVH]|Pa|bar|kgf|rad|deg|rpm|Hz|ohm)[\^\d²]*(/(rad|mm|m|s)[\^\d²]*)?"
 )
 NOT_TRANSLATED = frozenset(  # names of units that people write, what a programmer's call is told, what is told by its parts
     [
@@ -143,6 +147,10 @@ NOT_TRANSLATED = frozenset(  # names of units that people write, what a programm
         *("metre meter metro mètre mt", "millimetre millimeter milímetro milimetro", "pulg pulgada inch Zoll pouce"),
         *("foot feet pie", "sec seg second segundo Sekunde seconde", "minute minuto", "hr hour hora Stunde heure"),
         *("kilo kilogram kilogramme kilogramo", "gr gram gramo Gramm", "tonne tonelada", "kp kilopond", "watt vatio"),
+        *("meter metre m", "kilogram kg", "gram g", "second s", "radian rad", "ampere A", "foot ft", "inch in", "pound lb"),
+        *("changes of {0}", "a dict", "a TOML text", "the file {0}", "taken for {0}"),
+        "a TOML text has several lines, or an equals sign",
+        "a dict, the path of a TOML file, or a TOML text",
         *("joule julio", "percent pct Prozent", "a WheelAsked", "a Material, such as material('carbon steel')"),
         *("found {0}, expected {1}", "found {0}, expected {1}{2}", "line {0}", '{0} {1} such as "{2}"{3}'),
         *("a unit of {0} such as {1}", "{0} of {1}", '{0} on "{1}"', "and x {0} {1}"),
