@@ -24,10 +24,9 @@ def test_a_fault_is_told_by_its_parts():
     fault = Fault(
         "mechanism.rod.length", '"0,6 m"', 'a length such as "250 mm" or a bare number in m', "write 0.6, not 0,6", 5
     )
+    expected = 'una longitud como "250 mm" o un número sin unidad en m; escriba 0.6, no 0,6'
     with use("es"):
-        assert fault.told == (
-            ' (línea 5): hay "0,6 m", se esperaba una longitud como "250 mm" o un número sin unidad en m; revísela'
-        )
+        assert fault.told == f' (línea 5): hay "0,6 m", se esperaba {expected}'
     assert "found" in fault.told
 
 
