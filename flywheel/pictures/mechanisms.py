@@ -234,6 +234,7 @@ def _write_names(
 # -- instant centres ---------------------------------------------------------------------------------------------------
 
 _SHOWN = 4  # positions that are drawn of many
+_TOGETHER = 2e-3  # of the picture: centres that lie closer together than that are drawn as one
 _BEYOND = 1.2  # extents of the mechanism, to every side: how far away a centre is still drawn
 
 
@@ -325,7 +326,12 @@ def _mark_centres(panel: Axes, view: View, poses: Poses, centres: Centres, k: in
             rays.append(np.stack(((x, y), end), axis=1))
             panel.plot(*rays[-1], color=colour, lw=0.8, ls=(0, (6, 3)), zorder=2.4)
         panel.plot(x, y, "x" if centre.absolute else "+", color=colour, ms=9, mew=2.0, zorder=5.0)
-        names.append((_name(centre), colour, (x, y)))
+        near = [i for i, (_, _, at) in enumerate(names) if np.hypot(x - at[0], y - at[1]) < _TOGETHER * scale * np.ptp(box)]
+        if near:  # centres at one point have one name
+            others, ink_there, at = names[near[0]]
+            names[near[0]] = f"{others}, {_name(centre)}", ink_there, at
+        else:
+            names.append((_name(centre), colour, (x, y)))
     _write_names(panel, view, poses, scale, names, rays)
 
 

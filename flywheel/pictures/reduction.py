@@ -10,6 +10,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
+from flywheel.language import text as _
 from flywheel.machine.machine import Machine
 from flywheel.machine.reactions import close_positions
 from flywheel.motions.kinematics import ANGLE, motion
@@ -28,6 +29,7 @@ _SHARES = np.arange(1, 16) / 16  # of the way between two landmarks
 _MOST = 8  # parts that are drawn; of more, the largest and the sum of the others
 _JUMP, _CORNER, _DOZEN = 1e-6, 8.0, 12
 _NOTHING = 1e-12  # of the largest: parts below it are none
+_ROUNDED = 1e-14  # N m, N, kg m² or kg: rounding makes as much of nothing
 
 
 def plot(scene: Scene, path: str | Path, *, of: Sequence[str] = (), speed: float | None = None) -> None:
@@ -60,7 +62,8 @@ def draw(scene: Scene, *, of: Sequence[str] = (), speed: float | None = None) ->
     columns = [[curve for curve in curves if (curve.kind == ANGLE) == turning] for turning in (True, False)]
     columns = [column for column in columns if column and any(np.any(curve.velocity) for curve in column)]
     told_of = conditions(machine, pace if machine.depends_on_speed else None)
-    title = ": ".join(part for part in (machine.scene.title or "", f"reduced to the {scene.reduction_element}") if part)
+    reduced = _("reduced to the slide") if scene.reduction_element == "slide" else _("reduced to the crank")
+    title = ": ".join(part for part in (machine.scene.title or "", reduced) if part)
     made = figures.figure(9.6, 2.9 * (2 + len(columns)) + 0.6, f"{title}\n{told_of}" if told_of else title)
     panels = made.subplots(2 + len(columns), 1, sharex=True)
     scale, label = axis_of(found)
@@ -77,9 +80,11 @@ def draw(scene: Scene, *, of: Sequence[str] = (), speed: float | None = None) ->
             panel.axvline(scale * at, color=GREY, lw=0.7, ls=":", zorder=1.2)
         ticks(panel, found)
     if inner.size:
-        panels[1].plot([], [], color=GREY, lw=0.9, ls=":", label="a load or a law switches")
-    panels[1].legend(loc="center left", bbox_to_anchor=(1.01, 0.5), fontsize=8.5, frameon=False)
-    panels[-1].set_xlabel(label + (f" ({left_out} more coefficients can be drawn by name)" if left_out else ""))
+        panels[1].plot([], [], color=GREY, lw=0.9, ls=":", label=_("a load or a law switches"))
+    if panels[1].get_legend_handles_labels()[1]:
+        panels[1].legend(loc="center left", bbox_to_anchor=(1.01, 0.5), fontsize=8.5, frameon=False)
+    further = " " + _("({number} more coefficients can be drawn by name)", number=left_out)
+    panels[-1].set_xlabel(label + (further if left_out else ""))
     return made
 
 
@@ -113,6 +118,14 @@ def _draw_parts(
     figures.name_axes(panel, "", "", label)
     edges = machine.scene.origin + machine.breakpoints
     size = max((float(np.abs(part).max()) for part in parts.values()), default=0.0)
+    if size <= _ROUNDED:
+        symbol = label.partition(",")[0]
+        why = _("{symbol} = 0: no load, weight or drive acts here.", symbol=symbol)
+        if symbol in ("I*", "m*"):
+            why = _("{symbol} = 0: nothing has mass or inertia.", symbol=symbol)
+        panel.text(0.5, 0.5, why, ha="center", va="center", transform=panel.transAxes, color=GREY)
+        panel.set_yticks([])
+        return
     some = {name: part for name, part in parts.items() if float(np.abs(part).max()) > _NOTHING * size}
     if len(some) > _MOST:
         largest = sorted(some, key=lambda name: -float(np.abs(some[name]).max()))[: _MOST - 1]
@@ -121,12 +134,12 @@ def _draw_parts(
     alone = len(some) == 1 and all(np.array_equal(total, part) for part in some.values())
     for k, (name, part) in enumerate(() if alone else some.items()):
         x, y = broken(phi, part, edges)
-        panel.plot(scale * x, y, color=BODIES[k % len(BODIES)], lw=1.3, label=name)
+        panel.plot(scale * x, y, color=BODIES[k % len(BODIES)], lw=1.3, label=figures.noun(name))
     x, y = broken(phi, total, edges)
     symbol = label.partition(",")[0]
-    least, most = (told(float(f"{value:.4g}"), 12) for value in (float(total.min()), float(total.max())))
-    span = f", from {least} to {most}"
-    panel.plot(scale * x, y, color=BLACK, lw=1.8, label=symbol + span)
+    least, most = (told(value, 4) for value in (float(total.min()), float(total.max())))
+    whole = _("{symbol}, from {least} to {most}", symbol=symbol, least=least, most=most)
+    panel.plot(scale * x, y, color=BLACK, lw=1.8, label=whole)
     panel.axhline(0.0, color=BLACK, lw=0.6, zorder=1.5)
     panel.margins(y=0.1)
     panel.legend(loc="center left", bbox_to_anchor=(1.01, 0.5), fontsize=8.5, frameon=False)
