@@ -19,6 +19,7 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import MultipleLocator
 from numpy.typing import NDArray
 
+from flywheel.language import text as _
 from flywheel.motions.driver import TIME
 from flywheel.motions.kinematics import ANGLE, POINT, WAY, Curve, Kinematics, Moving
 from flywheel.numerics.faults import Fault, SceneError
@@ -70,8 +71,10 @@ def draw(found: Kinematics) -> Figure:
     wanted, left_out = shown(list(found.curves.values()))
     columns = [[curve for curve in wanted if (curve.kind == ANGLE) == turning] for turning in (True, False)]
     columns = [column for column in columns if column]
-    title = ": ".join(part for part in (found.scene.title or "", f"motion {found.condition}") if part)
-    told_of = wrap(title, 62 * len(columns)) + [f"({left_out} more curves can be drawn by name)"] * bool(left_out)
+    title = ": ".join(part for part in (found.scene.title or "", _("motion {condition}", condition=found.condition)) if part)
+    told_of = wrap(title, 62 * len(columns)) + [_("({number} more curves can be drawn by name)", number=left_out)] * bool(
+        left_out
+    )
     made = figures.figure(6.8 * len(columns) + 1.2 * (len(columns) == 1), 9.6, "\n".join(told_of))
     found, columns = close(found, columns)
     panels = made.subplots(3, len(columns), sharex=True, squeeze=False)
@@ -124,12 +127,19 @@ def axis_of(found: Kinematics) -> tuple[float, str]:
     """What the axis is multiplied by, and its label with the unit."""
     axis = found.axis
     if found.over == "time" and found.t is not None:
-        return (1000.0, "time, ms") if float(np.ptp(axis)) < 0.1 else (1.0, "time, s")
+        return (1000.0, _("time, ms")) if float(np.ptp(axis)) < 0.1 else (1.0, _("time, s"))
     if found.sliding:
         return (
-            (1000.0, "position of the driver, mm") if float(np.abs(axis).max()) < 1.0 else (1.0, "position of the driver, m")
+            (1000.0, _("position of the driver, mm"))
+            if float(np.abs(axis).max()) < 1.0
+            else (1.0, _("position of the driver, m"))
         )
-    return 180.0 / np.pi, "driver's angle φ, deg"
+    return 180.0 / np.pi, _("driver's angle φ, deg")
+
+
+def _turns(found: Kinematics) -> bool:
+    """Whether the axis counts degrees of a driver that turns."""
+    return not found.sliding and not (found.over == "time" and found.t is not None)
 
 
 def scale_of(found: Kinematics, curves: Sequence[Curve], order: int) -> tuple[float, str]:
@@ -137,7 +147,7 @@ def scale_of(found: Kinematics, curves: Sequence[Curve], order: int) -> tuple[fl
     turning = curves[0].kind == ANGLE
     by = "x" if found.sliding else "φ"
     if turning and order == 0:
-        return 180.0 / np.pi, "angle, deg"
+        return 180.0 / np.pi, _("angle, deg")
     if found.rate is None:
         prime = ("", "'", "''")[order]
         if turning:
@@ -146,14 +156,18 @@ def scale_of(found: Kinematics, curves: Sequence[Curve], order: int) -> tuple[fl
         largest = max(float(np.nanmax(np.abs(_figure(curve, order)))) for curve in curves)
         factor, length = (1000.0, "mm") if largest < 1.0 and not (found.sliding and order) else (1.0, "m")
         if order == 0:
-            return factor, f"displacement, {length}"
+            return factor, _("displacement, {length}", length=length)
         unit = ("", "1", "1/m")[order] if found.sliding else f"{length}/rad{'²' * (order == 2)}"
         return factor, f"s{prime} = {('', 'ds/d', 'd²s/d')[order]}{by}{'²' * (order == 2)}, {unit}"
     if turning:
-        return 1.0, ("", "angular velocity, rad/s", "angular acceleration, rad/s²")[order]
+        return 1.0, ("", _("angular velocity, rad/s"), _("angular acceleration, rad/s²"))[order]
     largest = max(float(np.nanmax(np.abs(_figure(curve, order)))) for curve in curves)
     factor, length = (1000.0, "mm") if largest < (1.0 if order == 0 else 0.1) else (1.0, "m")
-    return factor, (f"displacement, {length}", f"velocity, {length}/s", f"acceleration, {length}/s²")[order]
+    return factor, (
+        _("displacement, {length}", length=length),
+        _("velocity, {length}/s", length=length),
+        _("acceleration, {length}/s²", length=length),
+    )[order]
 
 
 def _figure(curve: Curve, order: int) -> Array:
@@ -208,10 +222,10 @@ def draw_panel(panel: Axes, found: Kinematics, curves: Sequence[Curve], order: i
 
 def ticks(panel: Axes, found: Kinematics) -> None:
     """Limits of the axis, and ticks at parts of a turn where it counts degrees."""
-    scale, label = axis_of(found)
+    scale = axis_of(found)[0]
     low, high = scale * float(np.min(found.axis)), scale * float(np.max(found.axis))
     panel.set_xlim(low, high + 2 * _BESIDE * (high - low))  # the whole turn has its tick
-    if "deg" in label and high - low >= 180.0:
+    if _turns(found) and high - low >= 180.0:
         panel.xaxis.set_major_locator(MultipleLocator(45.0 * ceil((high - low) / 540.0)))
 
 
@@ -224,9 +238,9 @@ def legend(panel: Axes, found: Kinematics, curves: Sequence[Curve], *, beside: b
         for line in lines(found, curves, 0)
     ]
     if any(np.size(found.dead_centres.get(curve.name, ())) for curve in curves):
-        handles += panel.plot([], [], color=GREY, lw=0.9, ls="-.", label="dead centres (in its colour)")
+        handles += panel.plot([], [], color=GREY, lw=0.9, ls="-.", label=_("dead centres (in its colour)"))
     if found.breakpoints.size:
-        handles += panel.plot([], [], color=GREY, lw=0.9, ls=":", label="something switches")
+        handles += panel.plot([], [], color=GREY, lw=0.9, ls=":", label=_("something switches"))
     if beside:
         panel.legend(handles=handles, loc="center left", bbox_to_anchor=(1.01, 0.5), fontsize=8.5, frameon=False)
         return
@@ -240,8 +254,9 @@ def legend(panel: Axes, found: Kinematics, curves: Sequence[Curve], *, beside: b
 
 def _mark_extremes(panel: Axes, found: Kinematics, curves: Sequence[Curve], order: int, scale: float) -> None:
     """Dots at extremes, with value and place where there are few lines; else those of the panel alone."""
-    factor, _ = scale_of(found, curves, order)
-    unit = {"deg": "°", "mm": " mm", "m": " m", "s": " s", "ms": " ms"}[axis_of(found)[1].rpartition(", ")[2]]
+    factor = scale_of(found, curves, order)[0]
+    label = axis_of(found)[1]
+    unit = "°" if _turns(found) else f" {label.rpartition(', ')[2]}"
     drawn = list(lines(found, curves, order))
     largest = max(float(np.nanmax(np.abs(line.y))) for line in drawn)
     low, high = float(np.min(found.axis)), float(np.max(found.axis))
@@ -254,13 +269,15 @@ def _mark_extremes(panel: Axes, found: Kinematics, curves: Sequence[Curve], orde
     if len(drawn) > _NAMED and marks:
         ordered = sorted(marks, key=lambda mark: mark[0].value)
         marks = [ordered[0], ordered[-1]]
-    texts, spots = [], np.array([(scale * mark.at, factor * mark.value) for mark, _ in marks]).reshape(-1, 2)
+    texts, spots = [], np.array([(scale * mark.at, factor * mark.value) for mark, colour in marks]).reshape(-1, 2)
     for (x, y), (mark, colour) in zip(spots, marks, strict=True):
         panel.plot(x, y, "o", color=colour, ms=4.5, zorder=4)
         rest = max(factor * mark.error, _RESTS * factor * largest)
         value = told(0.0 if abs(y) <= rest else y, 5, rest)
-        vague = "about " if mark.at_error > _VAGUE * (high - low) else ""
+        vague = _("about") + " " if mark.at_error > _VAGUE * (high - low) else ""
         place = vague + told(0.0 if abs(mark.at) <= min(mark.at_error, _VAGUE * (high - low)) else x, 4)
-        texts.append(panel.text(0.0, 0.0, f"{value} at {place}{unit}", fontsize=8.0, zorder=5))
+        texts.append(
+            panel.text(0.0, 0.0, _("{value} at {place}", value=value, place=f"{place}{unit}"), fontsize=8.0, zorder=5)
+        )
         texts[-1].set_color(figures.shade(colour, -0.2))
     figures.settle(panel, texts, spots, [np.stack((scale * line.x, factor * line.y)) for line in drawn])

@@ -312,7 +312,8 @@ def _not_drawn(centres: Centres, k: int, box: Array) -> Iterator[str]:
 def _mark_centres(panel: Axes, view: View, poses: Poses, centres: Centres, k: int, box: Array) -> None:
     """Centres as crosses with their names, and rays from those of bodies to the bodies' points."""
     (scale, _), ink, linkage = factor(box), colours(view), view.solution.linkage
-    names, rays = [], []
+    names: list[tuple[str, Any, tuple[float, float]]] = []
+    rays = []
     for centre in centres.centres.values():
         x, y = scale * centre.place[:, k]
         inside = centre.kind[k] == FINITE and bool(

@@ -240,6 +240,10 @@ def _moment(panel: Axes, seen: View) -> Later:
     panel.axhline(0.0, color=BLACK, lw=0.8)
     low, high = panel.get_ylim()
     panel.set_ylim(low - 0.14 * (high - low), high + 0.14 * (high - low))
+    if len(sizing.areas) > _MOST_WITH_WORKS:
+        panel.plot(
+            [], [], " ", label=_("A1 to A{last} from left to right, their works in the table", last=len(sizing.areas))
+        )
     legend(panel)
     return lambda: _name_areas(panel, seen, drawn)
 
@@ -263,13 +267,13 @@ def _sides(panel: Axes, seen: View) -> list[Array]:
             beyond = _("{name}: {least} to {most} N m, off the scale", name=label, least=least, most=most)
             panel.plot([], [], " ", label=beyond)
     if fit and samples.drive is not None:
-        _brakes(panel, phi, samples.drive)
+        _brakes(panel, phi, samples.drive, largest)
     return drawn
 
 
-def _brakes(panel: Axes, phi: Array, drive: Array) -> None:
-    """Where the drive brakes: its own moment below zero."""
-    if drive.min() < -1e-9 * np.abs(drive).max():
+def _brakes(panel: Axes, phi: Array, drive: Array, scale: float) -> None:
+    """Where the drive brakes: its own moment below zero, by more than what is nothing beside the scale."""
+    if drive.min() < -1e-9 * scale:
         x, shown = figures.thinned(phi, np.where(drive < 0.0, drive, 0.0))
         label = _("the drive brakes")
         panel.fill_between(x, shown, facecolor="none", edgecolor=BLUE, hatch="---", lw=0.6, label=label, zorder=2.1)
@@ -287,7 +291,7 @@ def _along_motion(panel: Axes, seen: View) -> list[Array]:
         drive = (cells.fit(values) @ cells.basis(np.linspace(-1.0, 1.0, local[0]), cells.ORDER).T).ravel()
         if np.abs(drive).max() <= _OFF_THE_SCALE * max(np.abs(seen.along.moment).max(), np.abs(seen.samples.moment).max()):
             panel.plot(phi, drive, color=PURPLE, ls=":", lw=1.8, label=_("drive along the motion"))
-            _brakes(panel, phi, drive)
+            _brakes(panel, phi, drive, float(np.abs(seen.along.moment).max()))
             drawn.append(np.stack((phi, drive)))
         else:
             least, most = told(float(drive.min())), told(float(drive.max()))
@@ -326,11 +330,12 @@ def _name_areas(panel: Axes, seen: View, drawn: list[Array]) -> None:
     texts, spots, ways, lines = [], [], [], [*drawn, np.array([[0.0, samples.phi[-1] * 57.3], [0.0, 0.0]])]
     error = _works(sizing)
     per_degree, per_moment = figures.scale(panel)
-    for rank, (k, area) in enumerate(named):
+    crowded = len(named) > _MOST_WITH_WORKS
+    for k, area in named:
         assert area.start is not None
         assert area.end is not None
-        words = f"A{k}" if rank >= _MOST_WITH_WORKS else f"A{k}\n{area_work(area.work, error)}"
-        text = figures.name(panel, words, fontsize=8.5, linespacing=1.05, zorder=6)
+        words = f"A{k}" if crowded else f"A{k}\n{area_work(area.work, error)}"
+        text = figures.name(panel, words, fontsize=7.0 if crowded else 8.5, linespacing=1.05, zorder=6)
         wide, tall = figures.size(panel, text)
         side = 1.0 if area.work > 0 else -1.0
         centre, room = roomiest(samples, area.start, area.end, side, np.radians((wide + 4.0) / per_degree))
@@ -345,7 +350,7 @@ def _name_areas(panel: Axes, seen: View, drawn: list[Array]) -> None:
         height = float(np.interp(centre, samples.phi, samples.moment))
         spots.append((np.degrees(centre), 0.7 * height))
         ways.append((0.0, side))
-    figures.settle(panel, texts, np.array(spots), lines, np.array(ways), leaders=True)
+    figures.settle(panel, texts, np.array(spots), lines, np.array(ways), keep=0 if crowded else None, leaders=True)
 
 
 def area_work(work: float, error: float) -> str:
@@ -604,7 +609,7 @@ def _mark_loop(panel: Axes, seen: View, found: Loop, half: float, shown: str) ->
     for (slope, cut), words, way in zip(found.lines, ("ψmax", "ψmin"), ((0, 1), (0, -1)), strict=True):
         ends = np.array([x if shown == "P" else panel.get_xlim()[0], right])
         lines.append(np.stack((ends, half * (slope * ends + cut))))
-        inside = np.linspace(*ends, 400)
+        inside = np.linspace(ends[0], ends[1], 400)
         inside = inside[(half * (slope * inside + cut) > low) & (half * (slope * inside + cut) < high)]
         at = 0.5 * (max(x, 0.0) + float(found.inertia.min()))
         if shown == "loop" or not inside.size:

@@ -8,8 +8,9 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from flywheel.language import text as _
 from flywheel.motions.transients import Samples, Transient, sampled, within
-from flywheel.pictures.figures import BLACK, BLUE, GREEN, GREY, ORANGE, PURPLE, VERMILLION, figure, save
+from flywheel.pictures.figures import BLACK, BLUE, GREEN, GREY, ORANGE, PURPLE, VERMILLION, figure, save, told
 from flywheel.tables.rows import RPM
 
 _POINTS, _FEWEST, _MOST = 4000, 3, 200  # in all, and within a step of the motion
@@ -35,7 +36,7 @@ def draw(transient: Transient) -> Figure:
         axis.margins(x=0.01)
     words = transient.ended[0].upper() + transient.ended[1:]
     axes[0].set_title(f"{words}", parse_math=False)
-    axes[-1].set_xlabel("time, s")
+    axes[-1].set_xlabel(_("time, s"))
     return made
 
 
@@ -50,39 +51,42 @@ def drawn(transient: Transient) -> Samples:
 def _draw_speed(axis: Axes, transient: Transient, samples: Samples) -> None:
     sliding = transient.scene.reduction_element == "slide"
     axis.plot(samples.t, samples.omega, color=BLUE, lw=1.6)
-    axis.set_ylabel("speed, m/s" if sliding else "crank speed, rad/s")
+    axis.set_ylabel(_("speed, m/s") if sliding else _("crank speed, rad/s"))
     if not sliding:
         there_and_back = (lambda speed: np.multiply(speed, RPM), lambda turns: np.divide(turns, RPM))
-        axis.secondary_yaxis("right", functions=there_and_back).set_ylabel("crank speed, rpm")
+        axis.secondary_yaxis("right", functions=there_and_back).set_ylabel(_("crank speed, rpm"))
     steady, when = transient.regime_speed, transient.time_to_regime
     if steady is None:
         return
-    label = f"regime, mean over time: {steady:.5g} {'m/s' if sliding else 'rad/s'}"
+    label = _("regime, mean over time: {speed} {unit}", speed=told(steady), unit="m/s" if sliding else "rad/s")
     axis.axhline(steady, color=GREY, lw=1.0, ls="--", label=label)
     if when is not None and when > 0.0:
-        axis.plot([when], [0.95 * steady], "o", color=VERMILLION, ms=6, label=f"95 % of it after {when:.4g} s")
+        axis.plot(
+            [when], [0.95 * steady], "o", color=VERMILLION, ms=6, label=_("95 % of it after {time} s", time=told(when, 4))
+        )
     axis.legend(loc="best", fontsize=9)
 
 
 def _draw_torque(axis: Axes, transient: Transient, samples: Samples) -> None:
     sliding = transient.scene.reduction_element == "slide"
     ratio = 1.0 if transient.scene.drive is None else transient.scene.shafts.get(transient.scene.drive.on, 1.0)
-    name = ("F* on the driver" if sliding else "M* on the crank") + (", after losses" if np.any(samples.loss) else "")
+    name = _("F* on the driver") if sliding else _("M* on the crank")
+    name += ", " + _("after losses") if np.any(samples.loss) else ""
     axis.plot(samples.t, samples.moment, color=BLACK, lw=1.0, label=name)
     if transient.scene.drive is not None:
-        reduced = "" if ratio == 1.0 else ", on the crank"
-        axis.plot(samples.t, samples.drive * ratio, color=ORANGE, lw=1.6, label=f"drive{reduced}")
+        drive = _("drive") if ratio == 1.0 else _("drive, on the crank")
+        axis.plot(samples.t, samples.drive * ratio, color=ORANGE, ls="--", lw=1.6, label=drive)
     axis.axhline(0.0, color=GREY, lw=0.8)
-    axis.set_ylabel("force, N" if sliding else "torque, N m")
+    axis.set_ylabel(_("force, N") if sliding else _("torque, N m"))
     axis.legend(loc="best", fontsize=9)
 
 
 def _draw_energy(axis: Axes, transient: Transient, samples: Samples) -> None:
     axis.plot(samples.t, samples.kinetic, color=GREEN, lw=1.6)
-    axis.set_ylabel("kinetic energy, J")
+    axis.set_ylabel(_("kinetic energy, J"))
 
 
 def _draw_current(axis: Axes, transient: Transient, samples: Samples) -> None:
     assert samples.current is not None
     axis.plot(samples.t, samples.current, color=PURPLE, lw=1.4)
-    axis.set_ylabel("current, A")
+    axis.set_ylabel(_("current, A"))
