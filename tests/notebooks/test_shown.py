@@ -93,6 +93,10 @@ def test_a_bond_graph_is_a_line_and_a_picture_with_its_text_as_text():
     assert ">shaft</text>" in re.sub(r"<text[^>]*>", "<text>", picture)
 
 
+def test_a_reduced_graph_is_a_line(scene):
+    assert repr(flywheel.Machine(scene).reduce(np.linspace(0.0, 6.0, 90))) == "Reduced(90 positions, I* 0 to 4.99977)"
+
+
 def test_a_graph_that_takes_long_to_lay_out_is_not_drawn_unasked():
     builder = bondgraph.Builder().one("shaft")
     for k in range(50):
