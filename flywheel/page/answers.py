@@ -52,18 +52,18 @@ def answer(request: Mapping[str, Any]) -> bytes:
 
 def edited(text: str, edits: object) -> Draft:
     """The text after the edits of a form: `path` with a `value`, with a `unit` to convert to, or with null to take away."""
-    draft = Draft(text, _known.get(text))
+    draft = Draft(text, _known.get((text, language.current())))
     for edit in edits[:MOST_EDITS] if isinstance(edits, list) else ():
         path, value, unit = (edit.get(key) for key in ("path", "value", "unit")) if isinstance(edit, dict) else (None,) * 3
         if isinstance(path, str) and (value is None or isinstance(value, str)) and (unit is None or isinstance(unit, str)):
             draft.edit(path, value, unit)
     _known.clear()
-    _known[draft.outline.text] = draft
+    _known[draft.outline.text, language.current()] = draft
     return draft
 
 
-_known: dict[str, Draft] = {}
-"""The last text, which the next request changes at one place."""
+_known: dict[tuple[str, str], Draft] = {}
+"""The last text and the language of its form, which the next request changes at one place."""
 
 
 def scene_of(text: str, request: Mapping[str, Any]) -> Scene:

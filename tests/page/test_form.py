@@ -199,3 +199,11 @@ def test_texts_beyond_measure_are_answered(text: str) -> None:
     told = json.loads(answers.answer({"text": text, "folder": ".", "name": "x.toml"}))
     assert told["faults"]
     assert told["text"] == text
+
+
+def test_the_form_of_the_same_text_follows_the_language() -> None:
+    titles = []
+    for spoken in ("en", "es", "en"):
+        with language.use(spoken):
+            titles.append(answers.edited(TEXTS["slider-crank"], []).form.groups[0].title)
+    assert titles == ["Scene", "Escena", "Scene"]
