@@ -1,4 +1,4 @@
-"""Two processes that compute for the page: one for what a moving hand asks, one for what takes its time.
+"""Processes that compute for the page: one for what a moving hand asks, one for what takes its time, one for a report.
 
 The server itself never computes, so that it answers whatever goes on. Of the requests that wait for a process the newest
 of a page wins; those that it overtakes are dropped. What takes too long is ended with its process, and another one begins.
@@ -19,7 +19,9 @@ from typing import Any
 QUICK_SECONDS = 20.0
 """The longest that an answer without time stepping may take."""
 REST_SECONDS = 120.0
-"""The longest that anything may take."""
+"""The longest that an answer may take."""
+REPORT_SECONDS = 300.0
+"""The longest that a report may take."""
 _LATE = 1.5  # seconds after which a computation that nobody waits for any more is ended
 
 
@@ -126,11 +128,12 @@ class _Worker:
 
 
 class Workers:
-    """The processes: `quick` for a hand that moves, `thorough` for one that rests, and for reports."""
+    """The processes for a hand that moves, and for one that rests; a report begins its own."""
 
     def __init__(self) -> None:
         self._quick = _Worker(QUICK_SECONDS)
         self._thorough = _Worker(REST_SECONDS)
+        self._report = Lock()
 
     def ask(self, call: str, request: Mapping[str, Any], page: str, rest: bool) -> bytes:
         """The answer to a page, as JSON; raises OvertakenError where it is no longer wanted."""
@@ -140,8 +143,13 @@ class Workers:
         return self._quick.ask(call, request, page)
 
     def report(self, request: Mapping[str, Any]) -> bytes:
-        """The bytes of a report, or a JSON object of faults."""
-        return self._thorough.ask("report", request, f"report {id(request)}")
+        """The bytes of a report, or a JSON object of faults, by a process of its own: one report at a time."""
+        with self._report:
+            worker = _Worker(REPORT_SECONDS)
+            try:
+                return worker.ask("report", request, "")
+            finally:
+                worker.close()
 
     def close(self) -> None:
         """End the processes."""

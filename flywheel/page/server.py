@@ -111,14 +111,20 @@ class PageServer(ThreadingHTTPServer):
     request_queue_size = 64
 
     def __init__(self, session: Session, port: int = 0) -> None:
-        super().__init__((HOST, port), _Handler)
+        super().__init__((HOST, port), _Handler, bind_and_activate=False)
         self.session = session
         self.secret = token_urlsafe(SECRET_BYTES)
         self._invitation = ""
         self.files = static_files()
-        self.workers = Workers()
         self._lock = Lock()
         self._open: dict[socket.socket, float] = {}  # since when each asks; inf: it is answered
+        try:
+            self.server_bind()
+            self.server_activate()
+        except OSError:
+            self.socket.close()
+            raise
+        self.workers = Workers()
 
     @property
     def port(self) -> int:

@@ -12,7 +12,9 @@ from http.client import HTTPConnection
 from pathlib import Path
 
 import pytest
+from click.testing import CliRunner
 
+from flywheel.cli import main
 from flywheel.page import server as module
 from flywheel.page.server import LARGEST_BODY, POLICY, PageServer
 from flywheel.page.session import Session
@@ -275,3 +277,11 @@ def test_an_invitation_leads_to_the_page_once(served: PageServer) -> None:
     assert status == 303
     assert f"Location: /{served.secret}/".encode() in head
     assert asked(served, path, **opened)[0] == 404
+
+
+def test_a_port_that_is_taken_is_told_in_a_line(served: PageServer, tmp_path: Path) -> None:
+    scene = tmp_path / "press.toml"
+    scene.write_text(starter("press"))
+    told = CliRunner().invoke(main, ["open", str(scene), "--no-browser", "--port", str(served.port)])
+    assert told.exit_code == 2
+    assert f"port {served.port} cannot be used" in told.output
