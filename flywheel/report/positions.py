@@ -471,6 +471,8 @@ class Swing(NamedTuple):
 
     def along(self, function: str) -> list[str]:
         """The term itself, by cos along x and by sin along y."""
+        if self.angle == "0":
+            return [self.sign + (self._times(self.slide) or "1")] if function == "cos" else []
         return [self.sign + self._times(self.slide, f"{function}({self.angle})")]
 
     def first(self, function: str, across: str, turned: str) -> list[str]:

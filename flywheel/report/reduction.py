@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import ast
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from functools import cached_property
 from typing import Any, NamedTuple
 
@@ -359,7 +359,7 @@ def _inertia_over_cycle(at: Steps, bodies: Sequence[str], star: str, unit: str, 
         )
         extremes = (
             (_("least"), Quantity("I_star_min", least, unit, 5)),
-            (_("mean"), Quantity("I_star_mean", mean, unit, 5)),
+            (_("mean over the angle"), Quantity("I_star_mean", mean, unit, 5)),
             (_("greatest"), Quantity("I_star_max", most, unit, 5)),
         )
         yield Table(_("I* over the cycle"), ("", unit_head("I*", unit)), extremes)
@@ -653,7 +653,7 @@ def _effort(at: Steps, effort: Effort, part: str, element: Element, share: Quant
     drive = effort.load.path == "drive"
     name = _("Drive on {place}", place=effort.load.on) if drive else _("Load {n}, on {place}", n=n, place=effort.load.on)
     force = _letter(at, element.junction, "d" if drive else n)._replace(value=value)
-    acts = " ".join(filter(None, (_model(effort), _window(at, effort))))
+    acts = " ".join(filter(None, (_model(at, effort), _window(at, effort))))
     if not bool(np.all(effort.active(anchor))):
         yield Step(name, result=force._replace(value=0.0), note=f"{acts} {_('Here it does not act.')}")
     else:
@@ -661,8 +661,38 @@ def _effort(at: Steps, effort: Effort, part: str, element: Element, share: Quant
     yield _work_step(at, force, element.junction, share)
 
 
-def _model(effort: Effort) -> str:
-    return _("It is a load of a known kind, {model}.", model=effort.load.model) if effort.load.model else ""
+def _model(at: Steps, effort: Effort) -> str:
+    """What a load of a known kind, or a motor, is, and by what formula its numbers come from the scene."""
+    load = effort.load
+    if not load.model:
+        return ""
+    told = (
+        _("A motor: {model}.", model=load.model)
+        if load.path == "drive"
+        else _("A load of a known kind, {model}.", model=load.model)
+    )
+    motor = at.scene.motor
+    kind = motor.title if load.path == "drive" and motor is not None else load.model.partition(":")[0]
+    return " ".join(filter(None, (told, _MODELS[kind]() if kind in _MODELS else "")))
+
+
+_MODELS: Mapping[str, Callable[[], str]] = {
+    "compressor": lambda: _(
+        "F = −A (p − p₀), A the piston's area, p₀ the pressure behind it; p = pₛ ((1 + c)/(c + s))ⁿ while it compresses and "
+        "p = p_d (c/(c + s))ᵐ while what is left in the clearance expands, c the clearance, s the share of the stroke."
+    ),
+    "indicator": lambda: _(
+        "F = −A (p − p₀), A the piston's area, p the pressure of the diagram, straight between its rows."
+    ),
+    "press": lambda: _("F = E/s if it stays, F = (2 E/s)(1 − p/s) if it falls, E the energy, s the way, p the penetration."),
+    "punch": lambda: _("F = E/s if it stays, F = (2 E/s)(1 − p/s) if it falls, E the energy, s the way, p the penetration."),
+    "fan": lambda: _("T = T₀ + c ω² against the motion, with c = (T₁ − T₀)/ω₁² by the point that is given."),
+    "pump": lambda: _("T = T₀ + c ω² against the motion, with c = (T₁ − T₀)/ω₁² by the point that is given."),
+    "losses": lambda: _("T = a + b ω + c ω² against the motion: constant, proportional and quadratic shares."),
+    "belt": lambda: _("T = (T₁ − T₂) r against the motion, tight side less slack side; by its power T = P/ω."),
+    "induction motor": lambda: _("Kloss: T = 2 Tₘ/(s/sₖ + sₖ/s), Tₘ the breakdown torque, sₖ its slip, s = 1 − ω/ω₀."),
+    "DC motor": lambda: _("T = k (U − k ω)/R − b ω, b its friction: a straight line that falls with speed."),
+}
 
 
 def _window(at: Steps, effort: Effort) -> str:
