@@ -15,7 +15,7 @@ from flywheel.numerics.units import columns, figure
 from flywheel.sizing.results import EngineCycle, Sizing
 from flywheel.tables.flywheels import work_error
 from flywheel.tables.rows import RPM, Row, block, sentences
-from flywheel.tables.trade_units import SI, TradeUnits
+from flywheel.tables.trade_units import TradeUnits
 
 _HORSEPOWER = 745.6998715822702  # W: 550 ft lbf/s
 _METRIC_HORSEPOWER = 735.49875  # W: 75 kgf m/s
@@ -235,7 +235,7 @@ def is_long(energy: Energy) -> bool:
     return energy.period > _LONG
 
 
-def warnings(sizing: Sizing, motor: Motor, units: TradeUnits = SI) -> Iterator[str]:
+def warnings(sizing: Sizing, motor: Motor, units: TradeUnits | None = None) -> Iterator[str]:
     """Warnings where the motor comes near the end of its running branch or beyond it, or runs where its data say nothing."""
     run, ratio = sizing.run, _ratio(sizing)
     slow, fast = (sizing.speed, sizing.speed) if run is None else (run.speed_min, run.speed_max)
@@ -281,5 +281,6 @@ def _rpm(speed: float) -> str:
     return f"{_revolutions(speed)} rpm"
 
 
-def _torque(torque: float, units: TradeUnits) -> str:
-    return f"{number(_number(torque))} N m" if units is SI else str(units.shown(torque, "torque"))
+def _torque(torque: float, units: TradeUnits | None) -> str:
+    """A torque in units of the trade to five digits, or to all of this table's in N m."""
+    return f"{number(_number(torque))} N m" if units is None else str(units.shown(torque, "torque"))
