@@ -565,8 +565,10 @@ def _reactions(part: Part, forces: JointForces | str) -> dict[str, Any] | str:
     found = forces.mechanisms[name]
     linkage, shown = found.poses.linkage, part.axis.shown
     joints = []
-    forces_known = _without_noise(found.forces)
-    for joint, force in forces_known.items():
+    known = _without_noise(found.forces)
+    if _quasi_static(forces) and not any(map(np.any, known.values())):
+        return _("No speed is given, and so no inertia force; nothing else acts on the joints: add regime.speed.")
+    for joint, force in known.items():
         kind, first, second = _joint_kind(linkage, joint)
         size_ = np.hypot(*force)
         one: dict[str, Any] = {"name": joint, "kind": kind, "first": first, "second": second, "x": force[0], "y": force[1]}

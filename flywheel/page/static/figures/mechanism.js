@@ -177,7 +177,7 @@ function drawnView(view, answer, tools, { left, top, width, alone }) {
     const drawn = label(0, 0, each.text, { bold: body, halo: true, size: body ? 11 : 10 });
     drawn.style.pointerEvents = "none";
     group.append(drawn);
-    return { ...each, drawn, w: wide(each.text, body ? 11 : 10), last: 0, isBody: body };
+    return { ...each, drawn, w: body ? 1.1 * wide(each.text, 11) : wide(each.text, 10), last: 0, isBody: body };
   });
   const bounds = [left + 2, top + 2, left + width - 2, top + head + tall + 14];
 

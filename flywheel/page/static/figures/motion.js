@@ -4,6 +4,7 @@ import { figure, scaled } from "./svg.js";
 import { curvesOf, extremeWords } from "./curves.js";
 import { driverOf } from "./panel.js";
 
+const FAR = 0.4; // of the largest value: a curve that comes no nearer to zero is drawn without it
 const LINES = {
   "": { colour: "blue", line: 2 },
   x: { colour: "blue", line: 2 },
@@ -23,6 +24,8 @@ export const motion = {
     const parts = { "": data.of, x: `${data.of} x`, y: `${data.of} y`, amount: text("amount") };
     const largest = Math.max(...data.curves.flatMap((curve) => [curve.least, curve.greatest]).map((each) => Math.abs(each?.value ?? 0)));
     const unit = scaled(data.unit, largest);
+    const ends = data.curves.flatMap((curve) => [curve.least?.value ?? 0, curve.greatest?.value ?? 0]);
+    const far = Math.min(...ends) > FAR * largest || Math.max(...ends) < -FAR * largest;
     const lines = data.curves.map((curve) => ({ ...LINES[curve.part], name: parts[curve.part], values: curve.values }));
     const marks = data.curves.flatMap((curve) => ["greatest", "least"]
       .filter((which) => curve[which] && curve.greatest.value !== curve.least.value)
@@ -32,7 +35,7 @@ export const motion = {
       title: names[data.quantity],
       about: `${condition(data.condition, driver, tools)} ${told.join("; ")}.`,
       notes: [condition(data.condition, driver, tools)],
-      rows: [{ name: names[data.quantity], unit, height: Math.round(Math.min(Math.max(0.42 * width, 160), 230)), zero: data.quantity !== "position", room: 0.14, curves: lines, marks }],
+      rows: [{ name: names[data.quantity], unit, height: Math.round(Math.min(Math.max(0.42 * width, 160), 230)), zero: data.quantity !== "position" && !far, room: 0.14, curves: lines, marks }],
       columns: lines.map((curve) => ({ name: curve.name, unit: data.unit, values: curve.values })),
     });
   },

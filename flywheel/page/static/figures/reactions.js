@@ -115,12 +115,12 @@ function hodograph(joint, place, { phi, driver, tools }) {
   const kept = Math.min(scale, (0.5 * Math.min(x1 - x0, y1 - y0)) / (0.25 * joint.largest.value || 1));
   const X = (value) => (x0 + x1) / 2 + (value - (a + b) / 2) * kept;
   const Y = (value) => (y0 + y1) / 2 - (value - (c + d) / 2) * kept;
-  children.push(...cross(X, Y, [x0, y0, x1, y1], unit, kept, number));
+  const free = clear();
+  free.block(X(0) - 4, Y(0) - 4, 8, 8);
+  children.push(...cross(X, Y, [x0, y0, x1, y1], unit, kept, number, free));
   const xs = joint.x.map((value) => (value === null ? null : X(value)));
   const ys = joint.y.map((value) => (value === null ? null : Y(value)));
   children.push(...planeCurve(phi, xs, ys, y1 - y0, driver.cyclic));
-  const free = clear();
-  free.block(X(0) - 4, Y(0) - 4, 8, 8);
   const spot = (at) => {
     const [x, y] = [valueAt(phi, joint.x, at, false), valueAt(phi, joint.y, at, false)];
     return x === null || y === null ? null : [X(x), Y(y)];
@@ -141,18 +141,24 @@ function hodograph(joint, place, { phi, driver, tools }) {
 }
 
 /** The axes through the origin of forces, with a scale. */
-function cross(X, Y, [x0, y0, x1, y1], unit, kept, number) {
+function cross(X, Y, [x0, y0, x1, y1], unit, kept, number, free) {
   const drawn = [];
-  const rough = 60 / kept / 1;
+  const rough = 60 / kept;
   const ten = 10 ** Math.floor(Math.log10(rough));
   const bar = [1, 2, 5, 10].map((part) => part * ten).filter((part) => part * kept < 0.45 * (x1 - x0)).pop() ?? ten;
   if (Y(0) >= y0 && Y(0) <= y1) drawn.push(node("line", { x1: round(x0), x2: round(x1), y1: round(Y(0)), y2: round(Y(0)), stroke: paint("grid"), "stroke-width": 1.4 }));
   if (X(0) >= x0 && X(0) <= x1) drawn.push(node("line", { x1: round(X(0)), x2: round(X(0)), y1: round(y0), y2: round(y1), stroke: paint("grid"), "stroke-width": 1.4 }));
   drawn.push(node("path", { d: `M${round(x0 + 8)} ${round(y1 - 12)}v4h${round(bar * kept)}v-4`, fill: "none", stroke: paint("ink") }));
-  drawn.push(label(x0 + 12 + bar * kept, y1 - 6, `${number(figure(bar * unit.factor, 2))} ${unit.unit}`, { size: 10, colour: "muted" }));
+  const put = (x, y, words, anchor) => {
+    const w = wide(words, 10);
+    drawn.push(label(x, y, words, { anchor, colour: "muted", size: 10 }));
+    free.block(anchor === "end" ? x - w - 2 : x - 2, y - 11, w + 4, 14);
+  };
+  free.block(x0 + 6, y1 - 14, bar * kept + 4, 10);
+  put(x0 + 12 + bar * kept, y1 - 6, `${number(figure(bar * unit.factor, 2))} ${unit.unit}`, "start");
+  put(x1 - 4, Math.min(Math.max(Y(0) - 4, y0 + 10), y1 - 4), "x", "end");
+  put(Math.min(Math.max(X(0) + 4, x0 + 4), x1 - 10), y0 + 10, "y", "start");
   drawn.push(node("circle", { cx: round(X(0)), cy: round(Y(0)), r: 2, fill: paint("ink") }));
-  drawn.push(label(x1 - 4, Math.min(Math.max(Y(0) - 4, y0 + 10), y1 - 4), "x", { anchor: "end", colour: "muted", size: 10 }));
-  drawn.push(label(Math.min(Math.max(X(0) + 4, x0 + 4), x1 - 10), y0 + 10, "y", { colour: "muted", size: 10 }));
   return drawn;
 }
 
