@@ -115,13 +115,13 @@ def _templates(language: str) -> tuple[Mapping[str, str], tuple[tuple[str, re.Pa
 
 @cache
 def catalogue(language: str) -> Mapping[str, str]:
-    """Every text of a language by its English, of all its catalogues; nothing for English itself."""
+    """Every text of a language by its English, of all its catalogues, marked texts before faults; nothing for English itself."""
     if language == "en":
         return MappingProxyType({})
     found: dict[str, str] = {}
-    for entry in files(__package__).joinpath(language).iterdir():
-        if entry.name.endswith(".po"):
-            found |= entries(entry.read_text("utf-8"))
+    catalogues = [entry for entry in files(__package__).joinpath(language).iterdir() if entry.name.endswith(".po")]
+    for entry in sorted(catalogues, key=lambda entry: (entry.name != "faults.po", entry.name)):
+        found |= entries(entry.read_text("utf-8"))
     return MappingProxyType(found)
 
 
