@@ -135,6 +135,8 @@ def asked(known: Known) -> Section:
     parts: list[Part] = []
     if scene.areas is None:
         rows.append((_("angle of a cycle, on the crank"), Formula("Phi"), known.turn))
+    if scene.areas is not None:
+        rows.append((_("work for each unit of a measured area, J"), Formula("mu_A"), Quantity("mu_A", scene.areas.scale)))
     if scene.speed is not None:
         rows.append((_("speed of the crank asked for"), Formula("n"), Quantity("n", scene.speed, "rpm")))
     if scene.irregularity is not None:
@@ -424,7 +426,11 @@ def _area_table(known: Known) -> list[Part]:
     head += [_("work, J"), _("sum"), _("accumulated, J"), ""]
     shown = rows if len(rows) <= _MOST_AREAS else [rows[k] for k in range(len(rows)) if k < _MOST_AREAS or k in emphasis]
     marked = frozenset(k for k, row in enumerate(shown) if row[-1])
-    parts: list[Part] = [
+    parts: list[Part] = []
+    if known.scene.areas is not None:
+        scaled = _("The work of an area is its measure times the scale of the diagram")
+        parts.append(Step(scaled, "A_k = a_k*mu_A", definitions=("a_k",)))
+    parts += [
         Step(
             _("The area between two crossings is the work of the moment there; accumulated, their sum up to its end"),
             "S_k = S_before + A_k",
@@ -441,9 +447,11 @@ def _area_table(known: Known) -> list[Part]:
 
 def _adds_up(sizing: Sizing, digits: int) -> bool:
     """Whether the areas, shown with these digits, add up to the sums as shown."""
-    total = 0.0
+    total, scale = 0.0, max(abs(area.work) for area in sizing.areas)
     for area in sizing.areas[:-1]:
         total += Quantity("", area.work, "J", digits).shown
+        if abs(area.accumulated) <= 1e-12 * scale:  # rounding: shown as 0
+            continue
         if Quantity("", total).written != Quantity("", area.accumulated).written:
             return False
     return True
