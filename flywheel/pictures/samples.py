@@ -26,9 +26,9 @@ MOST_BODIES = 8  # in a stacked picture
 class Samples(NamedTuple):
     """One cycle, point by point: phi (rad), M* (N m), W (J), I* (kg m²), the share of the balance in M*, and what drives.
 
-    `driving` is M_m* (N m): the sum of the drive, whichever way it pushes, and of the loads that do positive work in the
-    cycle; M* less it is M_r*, with losses in meshes. `drive` is the drive's own part, None without one. Two points stand at
-    every edge of a cell, one for each side.
+    `driving` is M_m* (N m): the sum of the drive, unless it brakes on the whole, and of the loads that do positive work in
+    the cycle; M* less it is M_r*, with losses in meshes. `drive` is the drive's own part, None without one. Two points stand
+    at every edge of a cell, one for each side.
     """
 
     phi: Array
@@ -87,7 +87,10 @@ def samples_at(machine: Machine, cycle: Cycle, phi: Array, speed: float | None =
 
 
 def _driving(machine: Machine, cycle: Cycle, phi: Array, anchor: Array, speed: float | None) -> tuple[Array, Array | None]:
-    """M_m* (N m) at the samples of cells, of the drive and of every load that does positive work; and the drive's own."""
+    """M_m* (N m) at angles that ascend: of the drive, unless it brakes on the whole, and of loads that do positive work.
+
+    Second the drive's own, None without one.
+    """
     moving = speed if machine.depends_on_speed or machine.depends_on_time else None
     parts = machine.reduction.moments(phi, anchor, cycle.balance or 0.0, speed=moving)
     found, drive = np.zeros_like(phi), None
@@ -96,7 +99,7 @@ def _driving(machine: Machine, cycle: Cycle, phi: Array, anchor: Array, speed: f
         if name == "drive":
             drive = there
         work, size = np.trapezoid(there.ravel(), phi.ravel()), np.trapezoid(np.abs(there).ravel(), phi.ravel())
-        if name == "drive" or work > _NOTHING * size:
+        if work > (-_NOTHING if name == "drive" else _NOTHING) * size:  # a drive that holds back on the whole resists
             found = found + there
     return found, drive
 

@@ -348,10 +348,10 @@ def test_a_panel_for_print_has_no_colour_and_one_in_spanish_its_decimal_comma() 
 
 
 def test_a_drive_that_brakes_is_drawn_below_zero() -> None:
-    """A rotor that a weightless push drives half the time: its drive holds back."""
+    """A rotor that is pushed throughout: its drive holds it back, and resists."""
     scene = rotor(drive={"torque": "balance"}, load=[{"on": "crank", "torque": "100*(1 + sin(phi))"}])
     panel = drawn(scene).axes[0]
-    lines = {str(line.get_label()): np.asarray(line.get_ydata(), dtype=float) for line in panel.lines}
-    driving = np.trapezoid(lines["driving"] - 100 * (1 + np.sin(np.radians(panel.lines[0].get_xdata()))))
-    assert driving < 0.0
+    lines = {str(line.get_label()): np.asarray(line.get_xydata(), dtype=float).T for line in panel.lines}
+    np.testing.assert_allclose(lines["resisting"][1], -100.0, rtol=1e-12)
+    np.testing.assert_allclose(lines["driving"][1], 100 * (1 + np.sin(np.radians(lines["driving"][0]))), atol=1e-9)
     assert "the drive brakes" in labels(panel)
