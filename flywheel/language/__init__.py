@@ -115,7 +115,7 @@ def _templates(language: str) -> tuple[Mapping[str, str], tuple[tuple[str, re.Pa
 
 @cache
 def catalogue(language: str) -> Mapping[str, str]:
-    """Every text of a language by its English, of all its catalogues, marked texts before faults; nothing for English itself."""
+    """Every text of a language by its English: marked texts before faults that read the same; nothing for English itself."""
     if language == "en":
         return MappingProxyType({})
     found: dict[str, str] = {}
