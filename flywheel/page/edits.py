@@ -17,7 +17,7 @@ from flywheel.reading.load_models import LOAD_MODELS
 from flywheel.reading.motors import MOTORS
 from flywheel.reading.scenes import LARGEST
 from flywheel.reading.schema import COUPLING, COUPLING_KEYS, JOINT, JOINT_KEYS, MECHANISM, keys_for
-from flywheel.reading.toml_edits import EditError, literal, quoted, with_value, without
+from flywheel.reading.toml_edits import EditError, literal, quoted, value_at, with_value, without
 from flywheel.reading.toml_text import Outline, Path, outline
 from flywheel.scene.keys import Key
 from flywheel.starters import starter
@@ -131,7 +131,7 @@ class Draft:
         """A table of another type: what fits is kept, what does not goes, and what the new type needs is put in."""
         found = with_value(self.outline, place, quoted(kind, self._snippet(place)))
         above = place[:-1]
-        table = _at(found.mapping, above)
+        table = value_at(found.mapping, above)
         needed = _needed(above, kind, table, found.mapping)
         if needed is None:
             return found
@@ -139,7 +139,7 @@ class Draft:
         for key in [key for key in table if key not in keep]:
             found = without(found, (*above, key))
         for path, value in begun.items():
-            if _at(found.mapping, (*above, *path)) is None:
+            if value_at(found.mapping, (*above, *path)) is None:
                 found = with_value(found, (*above, *path), value)
         return found
 
@@ -148,15 +148,6 @@ def _known(place: Path | None) -> Path:
     if place is None:
         raise EditError("a place that is none")
     return place
-
-
-def _at(mapping: Any, path: Path) -> Any:
-    for part in path:
-        try:
-            mapping = mapping[part]
-        except (KeyError, IndexError, TypeError):
-            return None
-    return mapping
 
 
 # -- what is typed, in TOML ----------------------------------------------------------------------------------------------
@@ -245,7 +236,7 @@ def _needed(
         if kind not in kinds:
             return None
         keep = {key.name for key in kinds[kind].keys}
-        rotating = places_of(mapping).rotates((_at(mapping, above[:-1]) or {}).get("on")) is not False
+        rotating = places_of(mapping).rotates((value_at(mapping, above[:-1]) or {}).get("on")) is not False
         begun = _begun(values[kind], rotating)
         fits = keep & table.keys() - {"type", "inertia"}
         required = {key.name for key in kinds[kind].keys if key.required}

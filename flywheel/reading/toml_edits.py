@@ -96,7 +96,7 @@ def with_value(found: Outline, path: Path, written: str) -> Outline:
     kept = _leaves(found.mapping, path)
     if (
         changed.troubles > found.troubles
-        or repr(_at(changed.mapping, path)) != repr(wanted)
+        or repr(value_at(changed.mapping, path)) != repr(wanted)
         or _leaves(changed.mapping, path) != kept
     ):
         raise EditError("a place where that cannot be written")
@@ -119,7 +119,7 @@ def without(found: Outline, path: Path) -> Outline:
     changed = outline(text)
     kept = _leaves(found.mapping, path)
     if isinstance(path[-1], int):  # items behind it move up
-        several = [len(_at(which.mapping, path[:-1]) or ()) for which in (found, changed)]
+        several = [len(value_at(which.mapping, path[:-1]) or ()) for which in (found, changed)]
         good = several[1] == several[0] - 1 and _leaves(changed.mapping, path[:-1]) == _leaves(found.mapping, path[:-1])
     else:
         good = not _has(changed.mapping, path) and _leaves(changed.mapping, path) == kept
@@ -128,7 +128,7 @@ def without(found: Outline, path: Path) -> Outline:
     return changed
 
 
-def _at(mapping: Any, path: Path) -> Any:
+def value_at(mapping: Any, path: Path) -> Any:
     """What stands at a path; None where there is nothing."""
     for part in path:
         try:
@@ -139,7 +139,7 @@ def _at(mapping: Any, path: Path) -> Any:
 
 
 def _has(mapping: Any, path: Path) -> bool:
-    above = _at(mapping, path[:-1])
+    above = value_at(mapping, path[:-1])
     if isinstance(above, dict):
         return path[-1] in above
     return isinstance(above, list) and isinstance(path[-1], int) and path[-1] < len(above)
