@@ -454,7 +454,8 @@ def _wittenbauer(part: Part, forces: JointForces | str) -> dict[str, Any] | str:
             "intercept": joule * intercept,
             "contact": [contact[0], joule * contact[1]],
             "angle": angle,
-            "steepness": float(np.degrees(np.arctan(joule * slope))),
+            "tangent": slope,
+            "inclination": float(np.degrees(np.arctan(slope))),
             "speed": limit,
         }
         for slope, intercept, contact, angle, limit in (

@@ -55,13 +55,13 @@ export const wittenbauer = {
 
 const line = ({ slope, intercept }, x) => slope * x + intercept;
 
-/** The tangents told with their angles: tan ψ = ½ ω² in the units of the axes. */
+/** The tangents told with their angles, as they are where F = 2 W/ω² (ω the mean speed) has the scale of I*. */
 function tangentsTold(children, { data, driver, tools, width }, y) {
   const { text, number } = tools;
-  const names = [text("fastest"), text("slowest")];
+  const names = [text("greatest speed"), text("least speed")];
   data.tangents.forEach((tangent, k) => {
-    const words = text("ψ = {angle}° at the {which} point, {phi}: tan ψ = ½ ω² = {slope} J/(kg m²), ω = {speed} rpm", {
-      angle: number(tangent.steepness.toFixed(tangent.steepness > 89.9 ? 4 : 2)), which: names[k], phi: placeOf(driver, tangent.angle, tools),
+    const words = text("{which} at {phi}, {speed} rpm: tan ψ = {tangent}, ψ = {angle}° (by F = 2 W/ω²), slope {slope} J/(kg m²)", {
+      tangent: number(figure(tangent.tangent, 5)), angle: number(figure(tangent.inclination, 5)), which: names[k], phi: placeOf(driver, tangent.angle, tools),
       slope: number(figure(tangent.slope)), speed: number(figure((tangent.speed * 30) / Math.PI, 5)),
     });
     const inner = [];
