@@ -241,16 +241,34 @@ figcaption { font-size: .9em; margin-top: .3em; }
 pre { font: .78em/1.35 "DejaVu Sans Mono", Consolas, monospace; white-space: pre-wrap; overflow-wrap: anywhere;
   background: var(--tint); padding: .7em; margin: .4em 0; }
 nav ol { columns: 2; padding-left: 1.4em; margin: .4em 0 1em; }
-@page { size: A4; margin: 18mm 18mm 20mm; @bottom-center { content: counter(page) " / " counter(pages); font: 9pt serif; } }
+.row { display: flex; flex-wrap: wrap; align-items: center; column-gap: 2.4em; }
+.row .formula { max-width: 100%; }
+.row math { text-align: left; }
+@page { size: A4; margin: 15mm 16mm 16mm; @bottom-center { content: counter(page) " / " counter(pages); font: 9pt serif; } }
 @media print {
-  body { max-width: none; padding: 0; font-size: 10pt; }
+  body { max-width: none; padding: 0; font-size: 9.5pt; line-height: 1.32; }
   a { color: inherit; text-decoration: none; }
+  h2 { margin: 1.2em 0 .35em; }
+  h3, h4 { margin: .8em 0 .25em; }
   h1, h2, h3, h4, caption { break-after: avoid; }
   figure, .step, tr, .remark, .formula { break-inside: avoid; }
   table.short, table.printed { break-inside: avoid; }
   thead { display: table-header-group; }
   p, li { orphans: 3; widows: 3; }
-  figure svg { max-height: 12.5cm; }
+  p { margin: .3em 0; }
+  .step { margin: .45em 0 .6em; }
+  .formula { margin: .15em 0; }
+  .from, .how { font-size: .8em; }
+  table { margin: .4em 0; font-size: .86em; min-width: 0; width: 100%; }
+  th, td { padding: .08em .6em .08em 0; }
+  .narrow { display: inline-block; vertical-align: top; width: 48%; margin-right: 1.6%; }
+  .tall .scroll { columns: 2; column-gap: 2em; }
+  .tall table { margin-top: 0; }
+  figure { margin: .5em 0; }
+  figure svg { max-height: 7cm; }
+  figcaption { font-size: .85em; }
+  pre { font-size: 6.6pt; line-height: 1.25; padding: .4em .6em; }
+  nav ol { margin: .2em 0; font-size: .9em; }
   .formula, .scroll { overflow: visible; }
 }
 """
@@ -308,15 +326,16 @@ class _Writer:
         n = self.next("step")
         place = f"step-{n}"
         lines = [f'<p class="what"><span class="number">({n})</span> {escape(step.what)}</p>']
-        if step.formula:
-            lines.append(_line(formulas.mathml(step.formula), "formula"))
+        row = [_line(formulas.mathml(step.formula), "formula")] if step.formula else []
         numbers = substitution(step)
         if numbers:
             shown = formulas.mathml(step.formula, {number.symbol: number for number in numbers})
-            lines.append(_line(shown, "formula substitution"))
+            row.append(_line(shown, "formula substitution"))
         if step.result is not None:
             beside = self.in_customary_units(step.result)
-            lines.append(f'<div class="formula result">{formulas.equation(step.result)}{beside}</div>')
+            row.append(f'<div class="formula result">{formulas.equation(step.result)}{beside}</div>')
+        if row:
+            lines.append('<div class="row">\n' + "\n".join(row) + "\n</div>")
         how = step.how
         if not how and not numbers and step.numbers and step.result is not None and formulas.computable(step.formula):
             how = _("large numbers are taken from one another here: by hand their digits do not suffice")
@@ -374,12 +393,14 @@ class _Writer:
             f"<tr{emphasis if r in table.emphasis else ''}>{''.join(cell(value, k) for k, value in enumerate(row))}</tr>"
             for r, row in enumerate(table.rows)
         )
-        names = " ".join(filter(None, [table.kind, "short" if len(table.rows) <= _WHOLE else ""]))
+        shape = _shape(table)
+        names = " ".join(filter(None, [table.kind, "short" if len(table.rows) <= _WHOLE and shape != "tall" else ""]))
         kind = f' class="{names}"' if names else ""
         above = f'<div class="formula">{formulas.mathml(table.formula)}</div>\n' if table.formula else ""
         caption = f"<caption>{escape(_('Table {n}', n=n))}. {escape(table.caption)}</caption>"
         body = f"<table{kind}>\n{caption}\n<thead><tr>{columns}</tr></thead>\n<tbody>\n{rows}\n</tbody>\n</table>"
-        return f'<div id="{place}">\n{above}<div class="scroll">{body}</div>\n{self.sources(table.numbers)}\n</div>'
+        held = f' class="{shape}"' if shape else ""
+        return f'<div id="{place}"{held}>\n{above}<div class="scroll">{body}</div>\n{self.sources(table.numbers)}\n</div>'
 
     def figure(self, figure: Figure) -> str:
         n = self.next("figure")
@@ -387,6 +408,20 @@ class _Writer:
         drawn = inline_svg(svg, f"figure-{n}", figure.title, about)
         caption = f"{_('Figure {n}', n=n)}. {figure.title}. {about}"
         return f'<figure id="figure-{n}">\n{drawn}\n<figcaption>{escape(caption)}</figcaption>\n</figure>'
+
+
+_TALL, _NARROW, _WORDS = 8, 3, 34
+
+
+def _shape(table: Table) -> str:
+    """How a table stands on paper: "tall" in two columns, "narrow" beside another, "" over the whole width."""
+    if table.formula or table.numbers or table.kind:
+        return ""
+    columns = len(table.head)
+    longest = max((len(cell) for row in table.rows for cell in row if isinstance(cell, str)), default=0)
+    if len(table.rows) > _TALL and columns <= _NARROW + 1 and longest <= _WORDS:
+        return "tall"
+    return "narrow" if columns <= _NARROW and longest <= _WORDS and len(table.rows) <= _WHOLE else ""
 
 
 _LONG = 125  # characters of a formula read out that make it smaller
