@@ -82,7 +82,7 @@ def answer(
         SceneError: for a scene of which nothing can be drawn.
 
     Returns a mapping for JSON. `faults` are those of a scene that cannot be sized but moved; `why` tells, by panel, why it
-    is not there.
+    is not there; `later` are the panels that were not asked for.
 
     """
     view = {} if view is None else view
@@ -116,6 +116,7 @@ def answer(
         "figures": list(found),
         "views": _views(found.get("motion")),
         "why": why,
+        "later": [panel for panel in PANELS if panel not in wanted],
         "faults": faults,
         **{panel: _finite(made, digits) for panel, made in found.items()},
     }

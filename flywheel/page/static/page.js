@@ -9,7 +9,7 @@ import { speak, text } from "./language.js";
 import { remember, remembered } from "./memory.js";
 import { drop, notice } from "./notices.js";
 import { reachable, secondRoute, showNumbers } from "./numbers.js";
-import { cursorIn, play, showPanels } from "./panels.js";
+import { cursorIn, play, sight, showPanels } from "./panels.js";
 import * as model from "./scene.js";
 import { call, onContact } from "./server.js";
 import { viewIn } from "./view.js";
@@ -35,6 +35,8 @@ async function begin() {
   editorIn(byId("editor"), model.write);
   cursorIn();
   byId("panels").addEventListener("view", (event) => choose_view(event.detail));
+  byId("panels").addEventListener("wanted", () => model.ask());
+  model.inSight(sight);
   controls();
   model.onScene(show);
   onContact(contact);

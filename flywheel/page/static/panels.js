@@ -2,6 +2,7 @@
 
 import { byId, download, element, fileName } from "./elements.js";
 import { draw, panels } from "./figures/index.js";
+import { bodiesOf } from "./figures/inertia.js";
 import { number, text, typed } from "./language.js";
 import { remember, remembered } from "./memory.js";
 
@@ -12,10 +13,15 @@ const TURN = 2 * Math.PI;
 const DEGREE = Math.PI / 180;
 const PNG_SCALE = 2;
 
-const shown = new Map(); // id -> {box, host, figure}
+const NEAR = "60px 0px"; // of the window: what is that near to it is drawn along
+
+const shown = new Map(); // id -> {box, host, figure, seen, old}
+const reasons = new Map(); // id -> why it cannot be drawn, null where it can, as the last answer that told of it
+const watch = new IntersectionObserver(sighted, { rootMargin: NEAR });
 const still = matchMedia("(prefers-reduced-motion: reduce)");
 let hidden = new Set(remembered("hidden", []));
 let answer = null;
+let bodies = []; // of the mechanisms: their order gives their colours
 let units = "si";
 let driver = { turns: true, least: 0, span: TURN, unit: "deg", scale: DEGREE };
 let at = 0;
@@ -40,16 +46,24 @@ export function cursorIn() {
 
 /** Put the cursor at a crank angle (rad), in every figure. */
 export function move(phi) {
-  const { turns, least, span } = driver;
-  const past = phi < least || phi > least + span;
-  const inside = turns && past ? least + ((((phi - least) % span) + span) % span) : Math.min(Math.max(phi, least), least + span);
+  const inside = within(phi);
   if (!Number.isFinite(inside)) return;
   at = inside;
+  tell();
+  for (const { figure } of shown.values()) figure?.move(at);
+}
+
+function within(phi) {
+  const { turns, least, span } = driver;
+  const past = phi < least || phi > least + span;
+  return turns && past ? least + ((((phi - least) % span) + span) % span) : Math.min(Math.max(phi, least), least + span);
+}
+
+function tell() {
   const value = Number((at / driver.scale).toFixed(2));
   byId("angle-range").value = value;
   byId("angle-range").setAttribute("aria-valuetext", `${number(value)} ${driver.unit}`);
   if (document.activeElement !== byId("angle") || frame) byId("angle").value = number(value);
-  for (const { figure } of shown.values()) figure?.move(at);
 }
 
 /** Let the cursor run through the cycle, or stop it. */
@@ -92,10 +106,12 @@ function label() {
 
 /** Draw an answer in every figure that is shown; `whole`: make them anew, for another language or other units. */
 export function showPanels(given, system, whole = false) {
-  answer = given;
+  if (given.mechanism) bodies = bodiesOf(given);
+  answer = { ...given, bodies };
   units = system;
   span();
-  const all = panels(answer);
+  const all = panels(answer).map((panel) => (panel.later ? { ...panel, why: reasons.get(panel.id) ?? null } : panel));
+  for (const { id, why } of all) reasons.set(id, why);
   if (whole) clear();
   choices(all, whole);
   const chosen = all.filter((panel) => !hidden.has(panel.id));
@@ -103,7 +119,8 @@ export function showPanels(given, system, whole = false) {
   arrange(wanted);
   for (const panel of wanted) {
     try {
-      drawn(panel);
+      if (panel.later) mark(panel.id, true);
+      else drawn(panel);
     } catch (error) {
       console.error(error); // a defect of one figure is no reason to lose the others
       Object.assign(shown.get(panel.id), { figure: null });
@@ -111,7 +128,8 @@ export function showPanels(given, system, whole = false) {
     }
   }
   if (whole) label();
-  move(at);
+  if (within(at) === at) tell();
+  else move(at);
 }
 
 function span() {
@@ -123,7 +141,31 @@ function span() {
   byId("angle-unit").textContent = driver.unit;
 }
 
+/** The figures in or near the window; null before the first answer. */
+export function sight() {
+  return answer && [...shown].filter(([, { seen }]) => seen).map(([id]) => id);
+}
+
+function sighted(entries) {
+  for (const { target, isIntersecting } of entries) {
+    const kept = shown.get(target.dataset.panel);
+    if (kept?.box !== target) continue;
+    kept.seen = isIntersecting;
+    if (isIntersecting && kept.old) byId("panels").dispatchEvent(new CustomEvent("wanted"));
+  }
+}
+
+/** A figure of an earlier answer is dimmed until it is drawn anew, at once when it comes in sight. */
+function mark(id, old) {
+  const kept = shown.get(id);
+  if (old && !kept.old && kept.seen) byId("panels").dispatchEvent(new CustomEvent("wanted"));
+  kept.old = old;
+  kept.box.classList.toggle("old", old);
+  kept.box.setAttribute("aria-busy", String(old));
+}
+
 function clear() {
+  watch.disconnect();
   shown.clear();
   byId("panels").replaceChildren();
 }
@@ -131,12 +173,16 @@ function clear() {
 function arrange(wanted) {
   for (const [id, { box }] of shown) {
     if (wanted.some((panel) => panel.id === id)) continue;
+    watch.unobserve(box);
     box.remove();
     shown.delete(id);
   }
   let last = null;
   for (const panel of wanted) {
-    if (!shown.has(panel.id)) shown.set(panel.id, boxOf(panel));
+    if (!shown.has(panel.id)) {
+      shown.set(panel.id, boxOf(panel));
+      watch.observe(shown.get(panel.id).box);
+    }
     const { box } = shown.get(panel.id);
     const place = last ? last.nextElementSibling : byId("panels").firstElementChild;
     if (place !== box) byId("panels").insertBefore(box, place);
@@ -153,17 +199,21 @@ function boxOf(panel) {
     element("button", { type: "button", class: "quiet", "aria-label": `${kind}: ${panel.title}`, onclick: () => file(panel.id, kind) }, kind),
   );
   const head = element("div", { class: "panel-head" }, heading, element("div", { class: "files", role: "group", "aria-label": text("{title} as a file", { title: panel.title }) }, files));
-  return { box: element("section", { class: "panel", "data-panel": panel.id, "aria-labelledby": name }, head, host, why), heading, host, why, figure: null };
+  return { box: element("section", { class: "panel", "data-panel": panel.id, "aria-labelledby": name }, head, host, why), heading, host, why, figure: null, seen: true, old: false };
 }
 
 function drawn(panel) {
   const kept = shown.get(panel.id);
-  kept.heading.textContent = panel.title;
+  mark(panel.id, false);
+  if (kept.heading.textContent !== panel.title) kept.heading.textContent = panel.title;
   if (panel.why) {
     kept.figure = null;
     kept.host.replaceChildren();
   } else if (kept.figure) kept.figure.update(answer);
-  else kept.figure = draw(kept.host, panel.id, answer, { text, number, units });
+  else {
+    kept.figure = draw(kept.host, panel.id, answer, { text, number, units });
+    kept.figure.move(at);
+  }
   kept.why.textContent = panel.why ?? "";
   kept.why.hidden = !panel.why;
   kept.host.hidden = Boolean(panel.why);
@@ -192,6 +242,7 @@ function choices(all, whole) {
 
 async function file(id, kind) {
   const { figure, heading } = shown.get(id);
+  if (!figure) return null;
   const name = fileName(`${answer.title ?? ""} ${heading.textContent}`, kind.toLowerCase());
   if (kind === "CSV") return download(name, new Blob([figure.csv()], { type: "text/csv" }));
   const svg = figure.svg();

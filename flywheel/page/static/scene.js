@@ -31,6 +31,7 @@ export const scene = {
 };
 
 let listener = () => {};
+let seen = () => null;
 let waiting = null; // the next request: {edits: Map path -> edit, step, event}
 let flight = null; // the one under way: {rest, controller, asked}
 let timer = 0;
@@ -43,6 +44,11 @@ let step = null; // edits of one step (a whole drag) have one name
 /** Call `heard(scene, reply)` after every reply, and after every change of the text. */
 export function onScene(heard) {
   listener = heard;
+}
+
+/** `ids()` tells the figures that are in sight, which alone follow a hand that moves; null where all are wanted. */
+export function inSight(ids) {
+  seen = ids;
 }
 
 /** Whether the text differs from its file. */
@@ -185,10 +191,11 @@ async function send(asked, rest) {
   }
   const of = generation;
   const sent = performance.now();
+  const panels = asked?.event && scene.current ? seen() : null;
   const body = {
     text: scene.text,
     edits: asked ? [...asked.edits.values()].map(({ key, ...change }) => change) : [],
-    view: scene.view,
+    view: panels ? { ...scene.view, panels } : scene.view,
     rest,
     language: language(),
     units: scene.units,

@@ -5,7 +5,8 @@ import { text } from "./language.js";
 
 /** Put the choices into an element; `choose(view)` is called with the view that was chosen. */
 export function viewIn(host, answer, view, anew, choose) {
-  const { views, reactions } = answer;
+  const { views, reactions, later } = answer;
+  if (later.includes("motion") || later.includes("reactions")) return; // what can be chosen comes with the whole answer
   const shape = JSON.stringify([views, reactions?.mechanisms, reactions?.mechanism]);
   if (!anew && host.dataset.shape === shape) return;
   host.dataset.shape = shape;

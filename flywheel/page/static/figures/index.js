@@ -12,7 +12,10 @@ import { text } from "../language.js";
 
 const KINDS = { moment, inertia, wittenbauer, speed, motion };
 
-/** Every figure of an answer by its id and title; `why` tells why it cannot be drawn, null where it can. */
+/**
+ * Every figure of an answer by its id and title; `why` tells why it cannot be drawn, null where it can; `later` that the
+ * answer says nothing of it, as it was not asked for.
+ */
 export function panels(answer) {
   const titles = {
     mechanism: text("Mechanism"),
@@ -24,8 +27,8 @@ export function panels(answer) {
     motion: text("Motion"),
   };
   return Object.keys(titles)
-    .filter((id) => answer.figures.includes(id) || answer.why[id])
-    .map((id) => ({ id, title: titles[id], why: answer.figures.includes(id) ? null : answer.why[id] }));
+    .filter((id) => answer.figures.includes(id) || answer.why[id] || answer.later.includes(id))
+    .map((id) => ({ id, title: titles[id], why: answer.why[id] ?? null, later: answer.later.includes(id) }));
 }
 
 /** Draw a figure in its place; see `figureIn` for what it can do. */

@@ -33,9 +33,14 @@ export const inertia = {
   },
 };
 
-/** A body's colour, the same in all figures. */
+/** The bodies of an answer's mechanisms. */
+export function bodiesOf(answer) {
+  return (answer.mechanism?.views ?? []).flatMap((view) => Object.keys(view.bodies).map((body) => `${view.name}.${body}`));
+}
+
+/** A body's colour, the same in all figures; `bodies` are those of an earlier answer where this one has no mechanism. */
 export function coloursOf(answer) {
-  const names = (answer.mechanism?.views ?? []).flatMap((view) => Object.keys(view.bodies).map((body) => `${view.name}.${body}`));
+  const names = answer.bodies ?? bodiesOf(answer);
   return (name, k) => {
     const plain = name.replace(/ .*$/, "");
     const exact = names.indexOf(plain);
