@@ -144,7 +144,9 @@ def of_rim(speed: float) -> Iterator[Remark]:
 def of_drive(work: float, fluctuation: float, balanced: bool) -> Iterator[Remark]:
     """A drive that brakes, as its `work` in a cycle (J) beside the energy fluctuation shows."""
     if work < -_ROUNDING * fluctuation:
-        found = "it brakes, as the loads drive the machine" + (": its balance is against the rotation" if balanced else "")
+        found = "it brakes, as the loads drive the machine"
+        if balanced:
+            found = "it brakes, as the loads drive the machine: its balance is against the rotation"
         yield Remark("drive", found, "right for an engine under its load, else check the signs of the loads")
 
 

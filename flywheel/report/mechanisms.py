@@ -33,17 +33,25 @@ from flywheel.scene.scene import Mechanism, Scene
 from flywheel.sizing.results import Sizing
 
 
-def sections(given: Sizing | Machine | Scene, phi: float | None = None) -> tuple[Section, ...]:
+def sections(
+    given: Sizing | Machine | Scene,
+    phi: float | None = None,
+    *,
+    extremes: tuple[Part, ...] | None = None,
+    moment_drawn: bool = True,
+) -> tuple[Section, ...]:
     """All steps from the mechanism to I* and M*; none for a scene of areas, which has no machine.
 
     phi: the position (rad, or m where the driver slides) at which everything is worked out; one that tells most if None.
+    extremes: the least, mean and greatest I* with its picture, where they are known; found here if None.
+    moment_drawn: whether M* is drawn load by load; the turning moment with its areas shows it too.
     """
     scene = given if isinstance(given, Scene) else given.scene
     if scene.areas is not None:
         return ()
     machine = given if isinstance(given, Machine) else given.machine if isinstance(given, Sizing) else None
     at = Steps(machine or scene, phi)
-    found = [_mechanism(at), _graph(at), *_kinematics(at), inertia(at), moment(at)]
+    found = [_mechanism(at), _graph(at), *_kinematics(at), inertia(at, extremes), moment(at, moment_drawn)]
     return tuple(section for section in found if section.parts)
 
 

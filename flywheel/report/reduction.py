@@ -10,6 +10,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from bondgraph.elements import Here
+from flywheel.language import message
 from flywheel.language import number as localized
 from flywheel.language import text as _
 from flywheel.machine.machine import FRICTION, Effort, Machine, Pieces
@@ -215,8 +216,8 @@ def split(items: Sequence[Any], most: int) -> Iterator[Sequence[Any]]:
 # -- reduced inertia ---------------------------------------------------------------------------------------------------
 
 
-def inertia(at: Steps) -> Section:
-    """I* body by body at one position, its slope, and both over the cycle."""
+def inertia(at: Steps, extremes: tuple[Part, ...] | None = None) -> Section:
+    """I* body by body at one position, its slope, and both over the cycle, with its extremes there."""
     star, what = ("m_star", _("Reduced mass m*")) if at.sliding else ("I_star", _("Reduced inertia I*"))
     unit = "kg" if at.sliding else "kg m²"
     per = "kg/m" if at.sliding else "kg m²"
@@ -228,10 +229,10 @@ def inertia(at: Steps) -> Section:
         bodies.setdefault(element.part, []).append(element)
     if not bodies:
         nothing = _("Nothing in this machine has mass or inertia but its flywheel: I* is 0.")
-        return Section(what, (Note(nothing),))
+        return Section(what, (Note(nothing), *(extremes or ())))
     if at.scene.inertias:
-        rows = tuple((item.on, _added_mass(at, item.on, item.path, item.value)) for item in at.scene.inertias)
-        parts.append(Table(_("Masses and inertias fixed on places"), (_("on"), _("value")), rows))
+        masses = tuple((item.on, _added_mass(at, item.on, item.path, item.value)) for item in at.scene.inertias)
+        parts.append(Table(_("Masses and inertias fixed on places"), (_("on"), _("value")), masses))
     shares, slopes = [], []
     for part, mine in bodies.items():
         share = Quantity(f"{star}_{_short(at, part)}", float(at.state.inertia_parts[part][0]), unit)
@@ -244,7 +245,7 @@ def inertia(at: Steps) -> Section:
     total = Quantity(star, float(at.state.inertia[0]), unit)
     parts.append(_sum(_("All bodies together"), total, shares))
     parts.append(_sum(_("Its slope"), Quantity(f"{star}_prime", float(at.state.slope[0]), per), slopes))
-    parts += list(_inertia_over_cycle(at, list(bodies), star, unit, per))
+    parts += list(_inertia_over_cycle(at, list(bodies), star, unit, per, extremes))
     return Section(what, tuple(parts))
 
 
@@ -257,6 +258,8 @@ def _added_mass(at: Steps, on: str, path: str, value: float) -> Quantity:
 def _short(at: Steps, part: str) -> str:
     """A part's name as an index: without its mechanism's where there is only one."""
     owner, _dot, body = part.partition(".")
+    if part.startswith("inertia on "):
+        return index(label(at.scene, part))
     only = len(at.scene.mechanisms) == 1 and at.scene.mechanisms[0].name == owner
     return index(body if only and body else part)
 
@@ -333,7 +336,9 @@ def _listed(
     yield Table(_("Every body at {where}", where=where_text(at, at.phi)), head, rows)
 
 
-def _inertia_over_cycle(at: Steps, bodies: Sequence[str], star: str, unit: str, per: str) -> Iterator[Part]:
+def _inertia_over_cycle(
+    at: Steps, bodies: Sequence[str], star: str, unit: str, per: str, extremes: tuple[Part, ...] | None
+) -> Iterator[Part]:
     phi = grid(at)
     state = reduce(at.machine, phi, balance=at.balance, speed=at.speed)
     symbol, by = ("m*", "x") if at.sliding else ("I*", "φ")
@@ -347,7 +352,6 @@ def _inertia_over_cycle(at: Steps, bodies: Sequence[str], star: str, unit: str, 
     every = reduce(at.machine, fine, balance=at.balance, speed=at.speed)
     least, most = float(every.inertia.min()), float(every.inertia.max())
     if at.scene.stroke is None:
-        mean = _mean_inertia(at)
         places = [_turning_point(at, fine, int(k)) for k in (every.inertia.argmin(), every.inertia.argmax())]
         least, most = map(float, reduce(at.machine, places, balance=at.balance, speed=at.speed).inertia)
         where = [where_text(at, q) for q in places]
@@ -357,13 +361,17 @@ def _inertia_over_cycle(at: Steps, bodies: Sequence[str], star: str, unit: str, 
             if constant
             else _("Least at {low}, greatest at {high}.", low=where[0], high=where[1])
         )
-        extremes = (
-            (_("least"), Quantity("I_star_min", least, unit, 5)),
-            (_("mean over the angle"), Quantity("I_star_mean", mean, unit, 5)),
-            (_("greatest"), Quantity("I_star_max", most, unit, 5)),
-        )
-        yield Table(_("I* over the cycle"), ("", unit_head("I*", unit)), extremes)
+        if extremes is None:
+            rows = (
+                (_("least"), Quantity("I_min", least, unit, 5)),
+                (_("mean over the angle"), Quantity("I_mean", _mean_inertia(at), unit, 5)),
+                (_("greatest"), Quantity("I_max", most, unit, 5)),
+            )
+            yield Table(_("I* over the cycle"), ("", unit_head("I*", unit)), rows)
         yield Note(note)
+    if extremes is not None:
+        yield from extremes
+        return
     from flywheel.pictures import dimensions
 
     picture = dimensions.shares(
@@ -421,8 +429,8 @@ def _mean_inertia(at: Steps) -> float:
 # -- reduced moment ----------------------------------------------------------------------------------------------------
 
 
-def moment(at: Steps) -> Section:
-    """M* load by load at one position, what drives and what resists, and both over the cycle."""
+def moment(at: Steps, drawn: bool = True) -> Section:
+    """M* load by load at one position, what drives and what resists, and both over the cycle, there drawn as well."""
     star, what = ("F_star", _("Reduced force F*")) if at.sliding else ("M_star", _("Reduced moment M*"))
     unit = "N" if at.sliding else "N m"
     law = _(
@@ -451,7 +459,7 @@ def moment(at: Steps) -> Section:
             )
         )
     parts.append(_sum(_("All together"), Quantity(star, float(at.state.moment[0]), unit), shares))
-    parts += list(_moment_over_cycle(at, list(sources), unit))
+    parts += list(_moment_over_cycle(at, list(sources), unit, drawn))
     return Section(what, tuple(parts))
 
 
@@ -666,10 +674,9 @@ def _model(at: Steps, effort: Effort) -> str:
     load = effort.load
     if not load.model:
         return ""
+    model = message(load.model)
     told = (
-        _("A motor: {model}.", model=load.model)
-        if load.path == "drive"
-        else _("A load of a known kind, {model}.", model=load.model)
+        _("A motor: {model}.", model=model) if load.path == "drive" else _("A load of a known kind, {model}.", model=model)
     )
     motor = at.scene.motor
     kind = motor.title if load.path == "drive" and motor is not None else load.model.partition(":")[0]
@@ -860,7 +867,7 @@ def _sides(at: Steps, phi: Array) -> tuple[Array, Array, dict[str, Array]]:
     return angles + at.scene.origin, middle, {name: part + 0.0 * angles for name, part in parts.items()}
 
 
-def _moment_over_cycle(at: Steps, sources: Sequence[str], unit: str) -> Iterator[Part]:
+def _moment_over_cycle(at: Steps, sources: Sequence[str], unit: str, drawn: bool) -> Iterator[Part]:
     symbol = symbol_of(at)
     letter = symbol[0]
     drives = driving(at)
@@ -885,6 +892,8 @@ def _moment_over_cycle(at: Steps, sources: Sequence[str], unit: str) -> Iterator
     yield Note(told)
     caption = _("{symbol} over the cycle; where it jumps both sides: − before, + behind", symbol=symbol)
     yield Table(caption, (head_of(at), *columns), tuple(rows))
+    if not drawn:
+        return
     fine = _fine(at)
     every, _anchors, by_part = _sides(at, fine)
     from flywheel.pictures import dimensions

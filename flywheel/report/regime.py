@@ -28,6 +28,7 @@ from flywheel.tables.sizing import settling_cycles
 
 _NOTHING = 1e-9  # of the work exchanged: what is no more than that does no work over the cycle
 _MOST_AREAS = 40  # that a table shows
+_ROUNDING = 1e-10  # of a figure: what is left that is no more is told to be 0
 
 
 def number(value: float, digits: int = formulas.DIGITS) -> str:
@@ -206,11 +207,11 @@ def balance(known: Known) -> Section | None:
             told = _("Work of the drive over a cycle along the motion")
             work = Quantity("W_d", sizing.drive_work, "J")
             parts.append(Step(told, "W_d = integral(M_star_d(phi), phi, 0, Phi)", (), work, how=_by_quadrature()))
-    told = _(
-        "What is left of the net work: {net}; the work exchanged is {exchanged}.",
-        net=quantity(cycle.net, "J", 2),
-        exchanged=quantity(cycle.exchanged, "J"),
-    )
+    told = _("The work exchanged in a cycle is {exchanged}; ", exchanged=quantity(cycle.exchanged, "J"))
+    if abs(cycle.net) <= _ROUNDING * cycle.exchanged:
+        told += _("the net work is 0: what is left of it is rounding.")
+    else:
+        told += _("what is left of the net work is {net}.", net=quantity(cycle.net, "J", 2))
     parts.append(Note(told))
     if sizing.power is not None and sizing.drive_work is not None:
         parts.append(
@@ -512,21 +513,20 @@ def on_own_shaft(known: Known, symbol: str, on_crank: float, own: float) -> Iter
         )
 
 
-def inertia_extremes(known: Known) -> Section | None:
-    """The least, mean and greatest I*."""
+def inertia_extremes(known: Known) -> Iterator[Part]:
+    """The least, mean and greatest I*, and what every body adds, drawn."""
     found = known.sizing.reduced_inertia
     if found is None:
-        return None
+        return
     rows = (
         (_("least"), Formula("I_min"), Quantity("I_min", found.least, "kg m²")),
         (_("mean over the angle"), Formula("I_mean"), Quantity("I_mean", found.mean, "kg m²")),
         (_("greatest"), Formula("I_max"), Quantity("I_max", found.greatest, "kg m²")),
     )
     caption = _("The reduced inertia over the cycle, without the flywheel: extremes where its slope is zero")
-    return Section(
-        _("Extremes of the reduced inertia"),
-        (Table(caption, (_("value"), _("symbol"), _("inertia")), rows), panel(known.sizing, "inertia")),
-    )
+    yield Table(caption, (_("value"), _("symbol"), _("inertia")), rows)
+    if found.greatest > 0.0:
+        yield panel(known.sizing, "inertia")
 
 
 def inertia_torque(known: Known) -> Section | None:
@@ -683,7 +683,12 @@ def exact(known: Known) -> Section | None:
             )
         )
     parts += _angles_drawn(known)
-    parts.append(panel(sizing, "wittenbauer"))
+    reduced = sizing.reduced_inertia
+    if reduced is not None and reduced.greatest - reduced.least <= 1e-9 * reduced.greatest:
+        told = _("I* is constant, {inertia} kg m²: the loop is an upright line.", inertia=number(reduced.greatest))
+        parts.append(Note(told))
+    else:
+        parts.append(panel(sizing, "wittenbauer"))
     parts += on_own_shaft(known, "J", on_crank, wheel.exact)
     return Section(_("Exact flywheel: Wittenbauer's construction"), tuple(parts))
 
@@ -879,25 +884,21 @@ def check(known: Known) -> Section | None:
     )
     error = sizing.error.simulation
     if known.eps is not None and sizing.flywheel.needed:
-        parts.append(
-            Note(
-                _(
-                    "{asked} was asked for; the two routes differ by {share} of it.",
-                    asked=number(known.eps),
-                    share=number(abs(found.irregularity / known.eps - 1.0), 2),
-                )
-            )
-        )
+        off, allowed = abs(found.irregularity / known.eps - 1.0), number(known.eps)
+        if off <= _ROUNDING:
+            told_off = _("{asked} was asked for; the two routes agree but for rounding.", asked=allowed)
+        else:
+            share = number(off, 2)
+            told_off = _("{asked} was asked for; the two routes differ by {share} of it.", asked=allowed, share=share)
+        parts.append(Note(told_off))
     if error is not None:
         parts.append(Note(_("Estimated relative error of this irregularity: {error}.", error=number(error, 2))))
-    if found.closure is not None:
+    if found.closure is not None and abs(found.closure) <= _ROUNDING:
+        parts.append(Note(_("The speed at the end of the cycle is that at its start, but for rounding.")))
+    elif found.closure is not None:
+        left = number(abs(found.closure), 2)
         parts.append(
-            Note(
-                _(
-                    "The speed at the end of the cycle differs from that at its start by {share} of it.",
-                    share=number(found.closure, 2),
-                )
-            )
+            Note(_("The speed at the end of the cycle differs from that at its start by {share} of it.", share=left))
         )
     return Section(_("Check by a route of its own"), tuple(parts))
 

@@ -98,20 +98,19 @@ def _subtitle(scene: Scene, sizing: Sizing | None) -> str:
 def _parts(scene: Scene, sizing: Sizing | None, given: Given, printed: Solution | None) -> Iterator[Part]:
     """The sections in their order."""
     yield _scene(scene, [str(remark) for remark in (scene.remarks if sizing is None else remarks(sizing))])
-    yield from _mechanisms(sizing, given)
+    known = None if sizing is None else Known(sizing)
+    yield from _mechanisms(known, given)
     sources = [scene.source] if scene.source else []
-    if sizing is None:
+    if sizing is None or known is None:
         why = _("{why} So there are no steps of a steady regime.", why=_missing(scene))
         yield Section(_("What is left out"), (Note(why, "left out"),))
         yield regime.references(None, sources)
         return
-    known = Known(sizing)
     order = (
         regime.asked,
         drive.motor,
         regime.balance,
         drive.engine,
-        regime.inertia_extremes,
         regime.areas,
         regime.approximate,
         regime.inertia_torque,
@@ -132,13 +131,17 @@ def _parts(scene: Scene, sizing: Sizing | None, given: Given, printed: Solution 
     yield regime.references(known, sources)
 
 
-def _mechanisms(sizing: Sizing | None, given: Given) -> Iterator[Section]:
-    """Mechanism, bond graph, positions and coefficients, I* and M*."""
+def _mechanisms(known: Known | None, given: Given) -> Iterator[Section]:
+    """Mechanism, bond graph, positions and coefficients, I* and M*: drawn where the steps of the regime do not."""
     try:
         from flywheel.report import mechanisms  # type: ignore[attr-defined, unused-ignore]
     except ImportError:
         return
-    yield from mechanisms.sections(sizing if sizing is not None else given)
+    if known is None:
+        yield from mechanisms.sections(given)
+    else:
+        extremes = tuple(regime.inertia_extremes(known))
+        yield from mechanisms.sections(known.sizing, extremes=extremes, moment_drawn=not known.sizing.areas)
 
 
 # -- the scene --------------------------------------------------------------------------------------------------------

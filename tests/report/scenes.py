@@ -10,8 +10,14 @@ from flywheel.sizing.results import Sizing
 
 ROOT = Path(__file__).parents[2]
 EXAMPLES = ROOT / "examples"
+
+
+def extremes(known: regime.Known) -> Section:
+    return Section("I*", tuple(regime.inertia_extremes(known)))
+
+
 SECTIONS = (
-    *(regime.asked, drive.motor, regime.balance, drive.engine, regime.inertia_extremes, regime.areas, regime.approximate),
+    *(regime.asked, drive.motor, regime.balance, drive.engine, extremes, regime.areas, regime.approximate),
     *(regime.inertia_torque, regime.exact, wheel.every_shaft, regime.speeds, drive.power, regime.holding, wheel.wheel),
     regime.check,
 )
