@@ -233,6 +233,30 @@ def test_panels_are_chosen_and_remembered(page):
     page.locator('[data-panel="moment"]').wait_for()
 
 
+def test_figures_out_of_sight_wait_until_they_are_seen_or_the_hand_rests(page):
+    answered(page)
+
+    def quick_alone(route):
+        if not route.request.post_data_json["rest"]:
+            route.continue_()
+
+    page.route("**/api/answer", quick_alone)
+    slider = field(page, LENGTH).locator("input[type=range]")
+    slider.focus()
+    page.keyboard.press("ArrowRight")
+    waiting = page.locator(".panel.old")
+    waiting.first.wait_for(state="attached")
+    assert page.locator('[data-panel="mechanism"].old').count() == 0
+    assert page.locator('[data-panel="motion"].old').get_attribute("aria-busy") == "true"
+    page.locator('[data-panel="motion"]').scroll_into_view_if_needed()
+    page.locator('[data-panel="motion"]:not(.old)').wait_for()
+    page.unroute("**/api/answer")
+    slider.focus()
+    page.keyboard.press("ArrowRight")
+    answered(page)
+    assert waiting.count() == 0
+
+
 def test_what_of_the_motion_is_shown(page):
     drawn(page)
     motion = page.locator('[data-panel="motion"]')
