@@ -31,6 +31,7 @@ _DECIMAL_POINT = re.compile(r"(?<=\d)\.(?=\d)")
 _FIGURE = re.compile(r"(?<![=\w.,])(\d+)\.(?=\d)")
 _QUOTED = re.compile(r'("[^"]*")')
 _PLACEHOLDER = re.compile(r"\{(\d+)\}")
+_ENGLISH = re.compile(r"\b(the|is|are|of|that|which|with|would|it|its|for|from|to|by|at|on|than|there|beyond)\b(?![.(\[=])")
 
 
 @contextmanager
@@ -82,7 +83,7 @@ def message(told: str, numbers: bool = True) -> str:
 
 @lru_cache(2048)
 def _by_templates(language: str, told: str) -> str:
-    """A text by the template with most words that fits, what is put into it translated alike."""
+    """A text by the template with most words that fits, what is put into it translated alike; else English as a whole."""
     known, templates = _templates(language)
     words = told.strip()
     if not words or (words[0] == words[-1] == '"' and words.count('"') == 2):
@@ -94,6 +95,8 @@ def _by_templates(language: str, told: str) -> str:
         if fit is None or sum(value.count('"') % 2 for value in fit.groups()) > words.count('"') % 2:
             continue  # or the template would part what is in quotes
         values = [value if value.count('"') % 2 else _by_templates(language, value) for value in fit.groups()]
+        if any(_ENGLISH.search(_QUOTED.sub("", value)) for value in values):
+            continue  # a whole sentence in English rather than one half in it
         return told.replace(words, _PLACEHOLDER.sub(lambda place: values[int(place[1])], translation))  # noqa: B023
     return told
 

@@ -37,6 +37,19 @@ def test_a_fault_is_told_by_its_parts():
         ("the crank pin runs at 401.5 m/s", "el botón de la manivela corre a 401,5 m/s"),
         ('write "0.5 mm" if millimetres are meant', 'escriba "0.5 mm" si quiere decir milímetros'),
         ("nobody has heard of this", "nobody has heard of this"),
+        ("nobody has heard of this and of that at all", "nobody has heard of this and of that at all"),
+        (
+            "friction in joints is that of the motion's own speed and acceleration; "
+            "at a constant 12.5 rad/s it would give 74.3 kg m^2, 0.3 % more",
+            "el rozamiento en las articulaciones es el de la velocidad y aceleración del propio movimiento; "
+            "a una velocidad constante de 12,5 rad/s daría 74,3 kg m^2, un 0,3 % más",
+        ),
+        (
+            "rtol 1e-09 not reached: 0.2 J of net work (0.01 of the swing) are left over in the cycle, and may belong "
+            "anywhere in it: the exact inertia is good to 0.01, the work is good to 0.01",
+            "rtol 1e-09 no alcanzado: quedan de sobra en el ciclo 0,2 J de trabajo neto (0,01 de la variación), que pueden "
+            "estar en cualquier punto de él: inercia exacta con un error de 0,01, trabajo con un error de 0,01",
+        ),
     ],
 )
 def test_a_message_is_told_with_what_is_in_quotes_left_alone(english, spanish):
