@@ -16,7 +16,7 @@ from collections import deque
 from collections.abc import Iterable, Iterator, Mapping
 from functools import lru_cache
 from itertools import combinations, pairwise, takewhile
-from math import pi
+from math import pi, prod
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -608,12 +608,14 @@ class Equations:
         self._turned = (1j * loops.closures[:, :, None] * loops.turns[None]).transpose(1, 0, 2).reshape(shape)
         self._moved = (loops.closures[:, :, None] * held[None]).transpose(1, 0, 2).reshape(shape)
         self._any_moved = bool(self._moved.any())
-        self._moduli = np.repeat(np.abs(loops.closures), 2, axis=0)  # a closure's two parts share one bound
+        self._any_sliding = bool(self.sliding.any())
+        self._moduli = np.repeat(np.abs(loops.closures), 2, axis=0).T  # a closure's two parts share one bound
+        self._sizes = np.abs(loops.turns).T
 
     def bases(self, z: Array) -> Bases:
         """Basis functions at positions z."""
         bare = np.exp(1j * (z @ self.loops.turns.T))
-        whole = bare * np.where(self.sliding, z[:, self.slide], 1.0) if self.sliding.any() else bare
+        whole = bare * np.where(self.sliding, z[:, self.slide], 1.0) if self._any_sliding else bare
         return Bases(whole, bare, tuple(relation.law(z) for relation in self.loops.relations))
 
     def residual(self, z: Array, bases: Bases) -> Array:
@@ -628,7 +630,9 @@ class Equations:
             flat = flat + _product(bases.bare, self._moved)
         closures, variables = len(self.loops.closures), z.shape[1]
         found = flat.reshape(len(z), closures, variables)
-        parts = np.stack((found.real, found.imag), axis=2).reshape(len(z), 2 * closures, variables)
+        both = np.empty((len(z), closures, 2, variables))
+        both[:, :, 0], both[:, :, 1] = found.real, found.imag
+        parts = both.reshape(len(z), 2 * closures, variables)
         if not self.loops.relations:
             return parts
         pairs = zip(self.loops.relations, bases.laws, strict=True)
@@ -644,7 +648,7 @@ class Equations:
     def _columns(self, functions: Complex, couplings: list[Array]) -> Array:
         """A column for each part of a sum of basis functions over the closures, then those of the couplings."""
         gaps = functions @ self.loops.closures.T
-        parts = np.stack((gaps.real, gaps.imag), axis=2).reshape(len(gaps), 2 * gaps.shape[1])
+        parts = np.ascontiguousarray(gaps).view(float)  # real and imaginary part beside one another
         return np.concatenate((parts, *(column[:, None] for column in couplings)), axis=1) if couplings else parts
 
     def _second(self, bases: Bases, rate: Array) -> Complex:
@@ -653,7 +657,7 @@ class Equations:
         return -(turning**2) * bases.whole + 2j * turning * sliding * bases.bare
 
     def _sliding_rate(self, rate: Array) -> Array | float:
-        return np.where(self.sliding, rate[:, self.slide], 0.0) if self.sliding.any() else 0.0
+        return np.where(self.sliding, rate[:, self.slide], 0.0) if self._any_sliding else 0.0
 
     def origins(self, bases: Bases, rate: Array, slope: Array) -> tuple[Complex, Complex, Complex]:
         """Bodies' origins (units) as complex numbers with first and second derivative, each of shape (n, bodies)."""
@@ -673,12 +677,14 @@ class Equations:
         reach: largest |displacement| of each basis function there, (n, bases); steps: absolute values, (n, variables).
         It holds as far from z as cams do not turn farther than `WINDOW`.
         """
-        turned = [step @ np.abs(self.loops.turns).T for step in steps]
-        total = reach * np.prod(turned, axis=0)
-        for k, step in enumerate(steps):
+        turned = [step @ self._sizes for step in steps]
+        total = reach * prod(turned)
+        for k, step in enumerate(steps if self._any_sliding else ()):
             held = np.where(self.sliding, step[:, self.slide], 0.0)
-            total = total + held * np.prod([t for j, t in enumerate(turned) if j != k], axis=0)
-        found = [total @ self._moduli.T]
+            total = total + held * prod([t for j, t in enumerate(turned) if j != k])
+        found = [total @ self._moduli]
+        if not self.loops.relations:
+            return np.asarray(found[0])
         for relation in self.loops.relations:
             along = np.prod([step @ np.abs(relation.first.weights) for step in steps], axis=0)
             if relation.lift is None:

@@ -210,9 +210,11 @@ def tangent(equations: Equations, z: Array) -> Tangent:
     if not inverted.size:
         return Tangent(rate, slope, np.inf, np.full(z.size, np.inf))
     step, radius = _certified(equations, z, inverted, rate, np.ones(z.size))
+    if step >= _SHORT:
+        return Tangent(rate, slope, step, radius)
     sliding = np.isin(np.arange(z.size), equations.loops.slides)
     own = np.where(sliding, np.minimum(np.abs(z), 1.0), 1.0)
-    if step < _SHORT and sliding[1:].any() and (own > 0.0).all():
+    if sliding[1:].any() and (own > 0.0).all():
         other = _certified(equations, z, inverted, rate, own)
         step, radius = other if other[0] > step else (step, radius)
     return Tangent(rate, slope, step, radius)
