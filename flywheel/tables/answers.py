@@ -6,6 +6,7 @@ trade, to five digits or as many as their errors leave. `flywheel size` prints t
 
 from __future__ import annotations
 
+import re
 from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from math import isnan
@@ -25,7 +26,7 @@ from flywheel.tables.flywheels import Candidate, candidates, work_error
 from flywheel.tables.rows import DEGREES, NOTHING, printable
 from flywheel.tables.scene import Part, parts, running
 from flywheel.tables.sizing import CONCLUSIVE, remarks, settles, speed_band
-from flywheel.tables.trade_units import SI, SYSTEMS, US, Shown, TradeUnits, five_digits
+from flywheel.tables.trade_units import SI, SYSTEMS, US, Shown, TradeUnits, few_digits, five_digits
 
 WIDTH = 80
 _LINES = 24
@@ -184,7 +185,7 @@ def _inertia(value: float, error: float, units: TradeUnits) -> str:
 def _off(one: Candidate) -> str:
     if one.off is None:
         return ""
-    percent = number(figure(100 * one.off, 100 * one.off_error, 3))
+    percent = few_digits(100 * one.off, 3, 100 * one.off_error)
     return f"{'+' if one.off > 0 and percent != '0' else ''}{percent} %"
 
 
@@ -259,7 +260,7 @@ def _times(factor: float) -> str:
 
 
 def _percent(share: float) -> str:
-    return f"{number(figure(100 * share, 0.0, 3))} %"
+    return f"{few_digits(100 * share, 3)} %"
 
 
 def _wheel(sizing: Sizing, units: TradeUnits) -> Block:
@@ -294,7 +295,7 @@ def _against_allowable(wheel: Wheel, units: TradeUnits) -> str:
         fits = wheel.greatest_stress <= allowable * (1 + ROUNDING)
         words.append(_("allowable {allowable}", **limit) if fits else _("TOO HIGH, allowable {allowable}", **limit))
     if wheel.safety is not None:
-        words.append(_("safety {n}", n=number(figure(wheel.safety, 0.0, 2))))
+        words.append(_("safety {n}", n=few_digits(wheel.safety, 2)))
     return ", ".join(words)
 
 
@@ -383,8 +384,8 @@ def _motor(sizing: Sizing, motor: Motor, energy: Energy, units: TradeUnits) -> I
     if rated is None:
         yield Row(_("motor"), title, "", _("without a rated point"))
     else:
-        shares = [number(figure(100 * part / rated.power, 0.0, 3)) for part in (energy.mean_power, energy.peak_power)]
-        speed = f"{number(figure(rated.speed / SI.scales['speed'][0].size, 0.0, 5))} rpm"
+        shares = [few_digits(100 * part / rated.power, 3) for part in (energy.mean_power, energy.peak_power)]
+        speed = f"{few_digits(rated.speed / SI.scales['speed'][0].size, 5)} rpm"
         name = _("{motor}, {power} at {speed}", motor=title, power=units.read(rated.power, "power", 4), speed=speed)
         yield Row(_("motor"), name, "", _("mean {mean} %, peak {peak} %", mean=shares[0], peak=shares[1]))
     heat = power.heat_of(sizing, motor, energy)
@@ -420,7 +421,7 @@ def _heat_beside(heat: power.Heat, energy: Energy) -> str:
     """A heat beside that at the rated point, and whether the motor stands it."""
     if heat.share is None or heat.rated is None or heat.even is None:
         return _("what it may be is not known without a rated point")
-    beside = _("{share} % of that at its rating", share=number(figure(100 * heat.share, 0.0, 3)))
+    beside = _("{share} % of that at its rating", share=few_digits(100 * heat.share, 3))
     if not heat.too_hot:
         words = f"{beside}, {_('within')}"
         return words + ("; " + _("in so long a cycle hotter for a while") if power.is_long(energy) else "")
@@ -498,7 +499,7 @@ def _parts_of(error: float) -> str:
         return _("better than 1 part in a million")
     if error < 1e-3:
         return _("1 part in {n}", n=f"{float(f'{1 / error:.2g}'):.0f}")
-    return f"{number(figure(100 * error, 0.0, 2))} %"
+    return f"{few_digits(100 * error, 2)} %"
 
 
 def _notes(sizing: Sizing, units: TradeUnits) -> Block:
@@ -557,8 +558,15 @@ def _lines(block: Block) -> list[str]:
     return lines
 
 
+_UNITS = {scale.name for system in SYSTEMS.values() for scales in system.scales.values() for scale in scales} | {"%", "J"}
+_QUANTITY = re.compile(rf"(?<=\d) ({'|'.join(map(re.escape, sorted(_UNITS, key=len, reverse=True)))})(?![\w²])")
+
+
 def _wrapped(told: str, first: str, rest: str) -> list[str]:
-    return wrap(printable(told), WIDTH, initial_indent=first, subsequent_indent=rest, drop_whitespace=True)
+    """Lines of a text, where a number stays with its unit."""
+    held = _QUANTITY.sub(lambda unit: unit[0].replace(" ", "\xa0"), printable(told))
+    lines = wrap(held, WIDTH, initial_indent=first, subsequent_indent=rest, drop_whitespace=True)
+    return [line.replace("\xa0", " ") for line in lines]
 
 
 def _machine_lines(block: Block, most: int) -> list[str]:

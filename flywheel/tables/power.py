@@ -15,7 +15,7 @@ from flywheel.numerics.units import columns, figure
 from flywheel.sizing.results import EngineCycle, Sizing
 from flywheel.tables.flywheels import work_error
 from flywheel.tables.rows import RPM, Row, block, sentences
-from flywheel.tables.trade_units import TradeUnits
+from flywheel.tables.trade_units import TradeUnits, few_digits
 
 _HORSEPOWER = 745.6998715822702  # W: 550 ft lbf/s
 _METRIC_HORSEPOWER = 735.49875  # W: 75 kgf m/s
@@ -122,7 +122,7 @@ def _signed(value: float) -> str:
 
 
 def _share(part: float, whole: float) -> str:
-    return f"{number(figure(100 * part / whole, 0.0, 3))} %"
+    return f"{few_digits(100 * part / whole, 3)} %"
 
 
 # -- the motor -------------------------------------------------------------------------------------------------------

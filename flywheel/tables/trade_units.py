@@ -105,6 +105,16 @@ def five_digits(value: float, error: float = 0.0, most: int = _FIVE) -> str:
     return number(f"{value:.{max(digits, 1)}g} ± {error:.1g}" if wide else f"{rounded:.{decimals}f} ± {error:.{decimals}f}")
 
 
+def few_digits(value: float, most: int, error: float = 0.0) -> str:
+    """A share or a factor to a few digits, without zeros that only pad and, below 1e7, without a power of ten.
+
+    >>> few_digits(3.04, 2), few_digits(108.2, 2), few_digits(1312.0, 3)
+    ('3', '110', '1310')
+    """
+    written = figure(value, error, most)
+    return number(f"{float(written):.0f}" if "e+" in written and abs(value) < _LONGEST else written)
+
+
 def _plain(value: float, digits: int) -> str:
     """A number to so many digits, without an exponent where one can read it without."""
     if 10.0**digits <= abs(value) < _LONGEST:

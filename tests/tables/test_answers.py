@@ -168,3 +168,5 @@ def test_every_example_and_starter_fits_on_its_page(path):
                 lines = answers.text(sizing, units).splitlines()
             assert len(lines) <= 26
             assert max(map(len, lines)) <= 80
+            parted = re.compile(r"\d\n +(kg|mm|N|kN|W|kW|J|rpm|deg|in|lb|hp|%)(?!\w)|(kg|lb)\n +(m²|ft²)")
+            assert not parted.search("\n".join(lines))  # a number and its unit
