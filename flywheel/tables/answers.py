@@ -9,7 +9,7 @@ from __future__ import annotations
 import re
 from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Sequence
-from math import isnan
+from math import atan2, hypot, isnan
 from textwrap import wrap
 from typing import Any, NamedTuple
 
@@ -106,6 +106,10 @@ def _machine(sizing: Sizing, units: TradeUnits) -> Block:
         else:
             heads = ", ".join(part.head for part in alike if part.head)
             rows.append(Row(first.label, f"{heads}: {first.told}" if heads else first.told))
+    if sizing.scene.gravity is not None and any(sizing.scene.gravity):
+        x, y = sizing.scene.gravity
+        size, angle = (number(figure(value, most=6)) for value in (hypot(x, y), atan2(y, x) * DEGREES))
+        rows.append(Row(_("gravity"), _("{size} m/s² at {angle} deg, on all that has a mass", size=size, angle=angle)))
     return Block("machine", rows=(*rows, Row(_("runs"), ", ".join(running(sizing.scene, units)))))
 
 

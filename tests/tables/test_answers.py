@@ -109,6 +109,11 @@ def test_spanish_has_its_words_and_its_decimal_mark():
     assert not re.search(r"\d\.\d", text)
 
 
+def test_weight_is_told_where_it_acts():
+    assert ("gravity", "9.80665 m/s² at -90 deg, on all that has a mass", "", "") in block(sized(gravity={}), "machine").rows
+    assert not any(row.label == "gravity" for row in block(sized(), "machine").rows)
+
+
 def test_a_long_machine_is_counted_and_not_cut():
     loads = [{"on": "crank", "torque": -float(k + 1), "from": k, "to": k + 1} for k in range(5)]
     text = answers.text(sized(load=[*YOKE["load"], *loads], inertia=[{"on": "crank", "value": 0.1}] * 9))
