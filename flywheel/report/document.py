@@ -241,6 +241,7 @@ figcaption { font-size: .9em; margin-top: .3em; }
 pre { font: .78em/1.35 "DejaVu Sans Mono", Consolas, monospace; white-space: pre-wrap; overflow-wrap: anywhere;
   background: var(--tint); padding: .7em; margin: .4em 0; }
 nav ol { columns: 2; padding-left: 1.4em; margin: .4em 0 1em; }
+@media (max-width: 40rem) { nav ol { columns: 1; } }
 .row { display: flex; flex-wrap: wrap; align-items: center; column-gap: 2.4em; }
 .row .formula { max-width: 100%; }
 .row math { text-align: left; }
@@ -264,8 +265,10 @@ nav ol { columns: 2; padding-left: 1.4em; margin: .4em 0 1em; }
   .narrow { display: inline-block; vertical-align: top; width: 48%; margin-right: 1.6%; }
   .tall .scroll { columns: 2; column-gap: 2em; }
   .tall table { margin-top: 0; }
+  .whole { break-inside: avoid; }
   figure { margin: .5em 0; }
   figure svg { max-height: 7cm; }
+  figure.high svg { max-height: 11cm; }
   figcaption { font-size: .85em; }
   pre { font-size: 6.6pt; line-height: 1.25; padding: .4em .6em; }
   nav ol { margin: .2em 0; font-size: .9em; }
@@ -333,7 +336,7 @@ class _Writer:
             row.append(_line(shown, "formula substitution"))
         if step.result is not None:
             beside = self.in_customary_units(step.result)
-            row.append(f'<div class="formula result">{formulas.equation(step.result)}{beside}</div>')
+            row.append(_line(formulas.equation(step.result) + beside, "formula result"))
         if row:
             lines.append('<div class="row">\n' + "\n".join(row) + "\n</div>")
         how = step.how
@@ -379,14 +382,14 @@ class _Writer:
                     told = formulas.mathml(value.text, display=False)
                 case _:
                     told = escape(value)
-            if k == 0 and isinstance(value, str):
+            if k == 0 and isinstance(value, str) and value:
                 return f'<th scope="row">{told}</th>'
             return f"<td{of_number if numeric[k] else ''}>{told}</td>"
 
         for row in table.rows:
             self.found |= {c.symbol: (place, name) for c in row if isinstance(c, Quantity) and c.symbol}
         columns = "".join(
-            f'<th scope="col"{of_number if number else ""}>{escape(head)}</th>'
+            f'<th scope="col"{of_number if number else ""}>{escape(head)}</th>' if head else "<td></td>"
             for head, number in zip(table.head, numeric, strict=True)
         )
         rows = "\n".join(
@@ -394,36 +397,41 @@ class _Writer:
             for r, row in enumerate(table.rows)
         )
         shape = _shape(table)
-        names = " ".join(filter(None, [table.kind, "short" if len(table.rows) <= _WHOLE and shape != "tall" else ""]))
+        names = " ".join(filter(None, [table.kind, "short" if len(table.rows) <= _WHOLE and "tall" not in shape else ""]))
         kind = f' class="{names}"' if names else ""
-        above = f'<div class="formula">{formulas.mathml(table.formula)}</div>\n' if table.formula else ""
+        above = _line(formulas.mathml(table.formula), "formula") + "\n" if table.formula else ""
         caption = f"<caption>{escape(_('Table {n}', n=n))}. {escape(table.caption)}</caption>"
         body = f"<table{kind}>\n{caption}\n<thead><tr>{columns}</tr></thead>\n<tbody>\n{rows}\n</tbody>\n</table>"
+        reached = f' tabindex="0" role="group" aria-label="{escape(table.caption)}"'
         held = f' class="{shape}"' if shape else ""
-        return f'<div id="{place}"{held}>\n{above}<div class="scroll">{body}</div>\n{self.sources(table.numbers)}\n</div>'
+        scrolled = f'<div class="scroll"{reached}>{body}</div>'
+        return f'<div id="{place}"{held}>\n{above}{scrolled}\n{self.sources(table.numbers)}\n</div>'
 
     def figure(self, figure: Figure) -> str:
         n = self.next("figure")
         svg, about = (one if isinstance(one, str) else one() for one in (figure.svg, figure.description))
         drawn = inline_svg(svg, f"figure-{n}", figure.title, about)
         caption = f"{_('Figure {n}', n=n)}. {figure.title}. {about}"
-        return f'<figure id="figure-{n}">\n{drawn}\n<figcaption>{escape(caption)}</figcaption>\n</figure>'
+        sides = re.search(r'viewBox="[^ "]+ [^ "]+ ([0-9.]+) ([0-9.]+)"', drawn)
+        high = ' class="high"' if sides is not None and float(sides[2]) > 0.7 * float(sides[1]) else ""
+        return f'<figure id="figure-{n}"{high}>\n{drawn}\n<figcaption>{escape(caption)}</figcaption>\n</figure>'
 
 
 _TALL, _NARROW, _WORDS = 8, 3, 34
 
 
 def _shape(table: Table) -> str:
-    """How a table stands on paper: "tall" in two columns, "narrow" beside another, "" over the whole width."""
+    """How a table stands on paper: "tall" in two columns ("whole": on one page), "narrow" beside another, or as it is."""
     if table.formula or table.numbers or table.kind:
         return ""
     columns = len(table.head)
     longest = max((len(cell) for row in table.rows for cell in row if isinstance(cell, str)), default=0)
     if len(table.rows) > _TALL and columns <= _NARROW + 1 and longest <= _WORDS:
-        return "tall"
+        return "tall whole" if len(table.rows) <= 2 * _WHOLE else "tall"
     return "narrow" if columns <= _NARROW and longest <= _WORDS and len(table.rows) <= _WHOLE else ""
 
 
+_SCROLLED = 30  # characters of a formula read out that a telephone may not hold
 _LONG = 125  # characters of a formula read out that make it smaller
 
 
@@ -431,7 +439,10 @@ def _line(shown: str, kind: str) -> str:
     """A formula in a line of its own, smaller where it is long: a line of a formula is not broken on paper."""
     text = re.search(r'alttext="([^"]*)"', shown)
     longest = max((len(row) for row in (text[1] if text else "").split(formulas.BREAK)), default=0)
-    return f'<div class="{kind}{" long" if longest > _LONG else ""}">{shown}</div>'
+    reached = (
+        ' tabindex="0"' if longest > _SCROLLED or "substitution" in kind else ""
+    )  # by keys, where a narrow screen scrolls it
+    return f'<div class="{kind}{" long" if longest > _LONG else ""}"{reached}>{shown}</div>'
 
 
 def html(document: Document) -> str:
