@@ -269,6 +269,7 @@ nav ol { columns: 2; padding-left: 1.4em; margin: .4em 0 1em; }
   figure { margin: .5em 0; }
   figure svg { max-height: 7cm; }
   figure.high svg { max-height: 11cm; }
+  figure:has(pre) { break-inside: auto; }
   figcaption { font-size: .85em; }
   pre { font-size: 6.6pt; line-height: 1.25; padding: .4em .6em; }
   nav ol { margin: .2em 0; font-size: .9em; }
@@ -417,7 +418,7 @@ class _Writer:
         return f'<figure id="figure-{n}"{high}>\n{drawn}\n<figcaption>{escape(caption)}</figcaption>\n</figure>'
 
 
-_TALL, _NARROW, _WORDS = 8, 3, 34
+_TALL, _NARROW, _WORDS = 8, 3, 44
 
 
 def _shape(table: Table) -> str:
