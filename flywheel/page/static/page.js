@@ -159,7 +159,8 @@ function names() {
   const title = scene.answer?.title || scene.name || "Flywheel";
   byId("title").textContent = title;
   document.title = `${model.unsaved() ? "• " : ""}${title} – Flywheel`;
-  byId("file").textContent = scene.path ?? text("no file yet");
+  byId("file").textContent = scene.path ? scene.name : text("no file yet");
+  byId("file").title = scene.path ?? "";
   byId("unsaved").textContent = model.unsaved() ? text("not saved") : "";
   byId("undo").disabled = !model.canUndo();
   byId("redo").disabled = !model.canRedo();
