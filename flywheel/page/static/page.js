@@ -173,8 +173,12 @@ function state() {
   byId("state").dataset.state = scene.confirmed;
   byId("state").classList.toggle("good", scene.confirmed === "done" && confirmed(scene.answer));
   byId("results").classList.toggle("old", old);
-  const why = scene.error ?? text("These are the results of the earlier scene. The scene as it stands has faults and no results.");
-  byId("earlier").replaceChildren(...(old || scene.error ? [element("p", { class: "warning" }, why)] : []));
+  const none = scene.answer === null && scene.faults.length > 0;
+  const faulty = none
+    ? text("There are no results: the scene has faults.")
+    : text("These are the results of the earlier scene. The scene as it stands has faults and no results.");
+  byId("earlier").replaceChildren(...(old || none || scene.error ? [element("p", { class: "warning" }, scene.error ?? faulty)] : []));
+  for (const tools of ["cursor", "choices"]) byId(tools).hidden = none;
 }
 
 /** Whether a second route found the irregularity that was asked for. */
