@@ -141,7 +141,7 @@ function show(_scene = scene, reply = null) {
   if (asText) showText(scene.text, scene.faults, scene.remarks);
   if (scene.current) {
     showNumbers(byId("numbers"), scene.answer.numbers ?? []);
-    viewIn(byId("view"), scene.answer, scene.view, renew, choose_view);
+    viewIn(byId("view"), scene.answer, renew, choose_view);
     showPanels(scene.answer, scene.units, renew);
     names();
     renew = false;
@@ -151,7 +151,7 @@ function show(_scene = scene, reply = null) {
 }
 
 function choose_view(view) {
-  scene.view = { ...scene.view, ...view };
+  scene.view = { ...scene.answer?.views?.chosen, ...scene.view, ...view };
   model.ask();
 }
 

@@ -3,8 +3,8 @@
 import { element } from "./elements.js";
 import { text } from "./language.js";
 
-/** Put the choices into an element; `choose(view)` is called with the view that was chosen. */
-export function viewIn(host, answer, view, anew, choose) {
+/** Put the choices into an element; `choose(part)` is called with the part of the view that was chosen. */
+export function viewIn(host, answer, anew, choose) {
   const { views, reactions, later } = answer;
   if (later.includes("motion") || later.includes("reactions")) return; // what can be chosen comes with the whole answer
   const shape = JSON.stringify([views, reactions?.mechanisms, reactions?.mechanism]);
@@ -12,20 +12,20 @@ export function viewIn(host, answer, view, anew, choose) {
   host.dataset.shape = shape;
   const focus = host.contains(document.activeElement) ? document.activeElement.id : null;
   const several = reactions?.mechanisms?.length > 1;
-  host.replaceChildren(...(views ? ofMotion(views, view, choose) : []), ...(several ? [ofReactions(reactions, view, choose)] : []));
+  host.replaceChildren(...(views ? ofMotion(views, choose) : []), ...(several ? [ofReactions(reactions, choose)] : []));
   if (focus) document.getElementById(focus)?.focus();
 }
 
-function ofMotion({ kinds, of, chosen }, view, choose) {
+function ofMotion({ kinds, of, chosen }, choose) {
   const words = { position: text("position"), velocity: text("velocity"), acceleration: text("acceleration"), reaction: text("reaction") };
-  const kind = selectOf("view-kind", text("Motion:"), kinds.map((name) => [name, words[name] ?? name]), chosen.kind, (name) => choose({ ...view, ...chosen, kind: name }));
-  const body = selectOf("view-of", text("of"), of.map(({ id, label }) => [id, label]), chosen.of, (name) => choose({ ...view, ...chosen, of: name }));
+  const kind = selectOf("view-kind", text("Motion:"), kinds.map((name) => [name, words[name] ?? name]), chosen.kind, (name) => choose({ kind: name }));
+  const body = selectOf("view-of", text("of"), of.map(({ id, label }) => [id, label]), chosen.of, (name) => choose({ of: name }));
   return [kind, body];
 }
 
-function ofReactions({ mechanism, mechanisms }, view, choose) {
+function ofReactions({ mechanism, mechanisms }, choose) {
   const options = mechanisms.map((name) => [name, name]);
-  return selectOf("view-mechanism", text("Reactions of"), options, mechanism, (name) => choose({ ...view, mechanism: name }));
+  return selectOf("view-mechanism", text("Reactions of"), options, mechanism, (name) => choose({ mechanism: name }));
 }
 
 function selectOf(id, label, options, chosen, act) {
