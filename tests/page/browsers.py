@@ -157,7 +157,7 @@ class Watched:
 
         def passed(route: Any) -> None:
             address = urlsplit(route.request.url)
-            if address.scheme in ("blob", "data", "about") or address.hostname in hosts:
+            if address.scheme in ("blob", "data", "about", "file") or address.hostname in hosts:
                 route.continue_()
                 return
             self.left.append(route.request.url)
