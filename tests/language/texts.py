@@ -272,6 +272,46 @@ def one_html(source: str, name: str) -> list[Marked]:
     return page.found
 
 
+# -- what is shown -----------------------------------------------------------------------------------------------------
+
+_STAY = frozenset(("min", "rad", "rev", "rpm", "deg", "turn", "kg", "mm", "lb", "lbf", "hp", "in", "ft"))  # units in both
+
+
+class _Shown(_Page):
+    """Gathers what a finished page shows, drawings and what the page itself translates among it."""
+
+    def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
+        given = dict(attrs)
+        named = tag == "option" and given.get("lang") is not None  # a language, by its own name
+        keep = named or tag in ("head", "script", "style", "code", "kbd", "textarea", "annotation")
+        if not (self.silent or keep):
+            for label in self.LABELS:
+                self.add(given.get(label) or "")
+        if tag not in self.EMPTY:
+            self.open.append((tag, keep))
+
+
+def shown(source: str) -> list[str]:
+    """The texts and labels that a finished page shows."""
+    page = _Shown("page")
+    page.feed(source)
+    page.close()
+    return [found.text for found in page.found]
+
+
+def left(english: str, translated: str, scene: str) -> list[str]:
+    """Texts of two and more words that a page has in both languages, and that are none of the scene's own."""
+    own = " ".join(scene.split())
+    both = set(shown(english)) & set(shown(translated))
+    return sorted(text for text in both if " " in text and text not in own and len(_words(text)) > 1)
+
+
+def _words(text: str) -> list[str]:
+    """The words of a text, without units and names such as crank_pin or crank.length."""
+    found = re.findall(r"(?<![\w.:])[A-Za-z]{2,}(?![\w*:]|\.\w)", text)
+    return [word for word in found if word not in _STAY]
+
+
 # -- catalogues --------------------------------------------------------------------------------------------------------
 
 _STRING = re.compile(r'"(?:[^"\\]|\\.)*"')
