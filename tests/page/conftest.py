@@ -88,7 +88,7 @@ def window(chromium: Browser, watched: Watched) -> Iterator[Callable[..., Browse
         def begin(**options: Any) -> BrowserContext:
             settings = {"viewport": {"width": 1280, "height": 800}, "locale": "en-GB", "accept_downloads": True} | options
             context = chromium.new_context(**settings)
-            context.set_default_timeout(30_000)
+            context.set_default_timeout(60_000)
             stack.callback(context.close)
             watched.watch(context)
             return context

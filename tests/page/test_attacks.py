@@ -41,14 +41,13 @@ def another_site():
 
 
 @pytest.fixture(params=["127.0.0.1", "localhost"])
-def elsewhere(request, chromium, opened):
+def elsewhere(request, chromium, press):
     """A page of another site, on this machine's own number or name, and the page that it attacks."""
-    served = opened()
     with another_site() as port:
         context = chromium.new_context()
         tab = context.new_page()
         tab.goto(f"http://{request.param}:{port}/")
-        yield tab, served
+        yield tab, press
         context.close()
 
 
@@ -127,11 +126,10 @@ def test_a_window_that_another_site_opens_is_out_of_its_reach(elsewhere):
     assert opening.value.evaluate("window.opener") is None
 
 
-def test_a_name_bent_to_this_machine_gets_nothing(opened):
-    served = opened()
+def test_a_name_bent_to_this_machine_gets_nothing(press):
     with browsers.browser("--host-resolver-rules=MAP rebound.test 127.0.0.1") as found:
         tab = found.new_page()
-        reply = tab.goto(served.address.replace("127.0.0.1", "rebound.test"))
+        reply = tab.goto(press.address.replace("127.0.0.1", "rebound.test"))
         assert reply.status == 403
         assert "Blanking" not in tab.content()
         assert tab.evaluate("fetch('api/scene').then((reply) => reply.status)") == 403

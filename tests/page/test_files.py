@@ -91,8 +91,7 @@ def test_a_change_on_the_disk_is_told_and_not_overwritten(own):
     page.locator("#notices").get_by_role("button", name="Take theirs").click()
     assert page.locator("#text").input_value() == theirs
     page.keyboard.press("Control+z")
-    page.wait_for_timeout(300)
-    assert '"85 mm"' in page.locator("#text").input_value()
+    page.wait_for_function("document.getElementById('text').value.includes('\"85 mm\"')")
     assert scene.read_text() == theirs
 
 
@@ -117,7 +116,6 @@ def test_two_pages_on_one_scene_lose_nothing(own):
 def test_edits_that_were_not_saved_come_back(own):
     page, scene = own
     write(page, '"80 mm"', '"85 mm"')
-    page.wait_for_timeout(400)
     page.on("dialog", lambda dialog: dialog.accept())
     page.reload()
     page.get_by_role("button", name="Bring them back").click()
