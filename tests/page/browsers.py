@@ -111,6 +111,7 @@ class Served:
     def _listen(self) -> None:
         for line in self.process.stdout or ():
             self.lines.put(line)
+        self.lines.put("")  # it has ended
 
     def _address(self) -> str:
         while True:
@@ -121,6 +122,7 @@ class Served:
                 raise AssertionError(f"no address within {_SECONDS:g} s; printed: {''.join(self.printed)}") from None
             if found := _ADDRESS.search(self.printed[-1]):
                 return found[0]
+            assert self.printed[-1], f"the server has ended with {self.process.wait()}; printed: {''.join(self.printed)}"
 
 
 @contextmanager
@@ -133,6 +135,7 @@ def served(scene: Path, *options: str) -> Iterator[Served]:
     ) as process:
         try:
             yield Served(process, scene)
+            assert process.poll() is None, f"the server has ended with {process.poll()} before its tests"
         finally:
             process.terminate()
             try:
