@@ -11,6 +11,7 @@ from flywheel.language import text as _
 from flywheel.report.document import Cell, Formula, Note, Part, Section, Step, Table
 from flywheel.report.formulas import Quantity
 from flywheel.report.regime import Known, quantity
+from flywheel.tables.answers import material_name
 
 _SAME = 1e-9  # share by which a wheel's inertia may pass the one it is made for, and still be that one
 
@@ -49,7 +50,7 @@ def _material(found: Wheel) -> Table:
         rows.append((_("strength"), Formula("R_m"), Quantity("R_m", material.strength, "MPa")))
     if material.allowable is not None:
         rows.append((_("allowable stress"), Formula("sigma_a"), Quantity("sigma_a", material.allowable, "MPa")))
-    return Table(_("Material: {name}", name=material.name), _head(), tuple(rows))
+    return Table(_("Material: {name}", name=material_name(material.name)), _head(), tuple(rows))
 
 
 def _dimensions(found: Wheel) -> Table:

@@ -279,7 +279,7 @@ def _wheel(sizing: Sizing, units: TradeUnits) -> Block:
         size += ", " + _("rim {size} thick", size=units.shown(wheel.body.thickness, "length"))
     shape = {"disc": _("disc"), "rim": _("rim"), "arms": _("rim on arms")}[wheel.shape]
     mass = units.shown(wheel.mass, "mass")
-    rows = [Row(_("wheel"), f"{shape}, {_material(wheel.material.name)}, {size}, {mass}")]
+    rows = [Row(_("wheel"), f"{shape}, {material_name(wheel.material.name)}, {size}, {mass}")]
     if wheel.stresses:
         rows.append(Row(_("stress"), *units.shown(wheel.greatest_stress, "stress"), _against_allowable(wheel, units)))
     note = ""
@@ -303,7 +303,7 @@ def _against_allowable(wheel: Wheel, units: TradeUnits) -> str:
     return ", ".join(words)
 
 
-def _material(name: str) -> str:
+def material_name(name: str) -> str:
     """One of the usual metals, or a material by its own name."""
     names = {
         "grey cast iron": _("grey cast iron"),
