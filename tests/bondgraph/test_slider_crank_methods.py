@@ -221,6 +221,7 @@ def test_arguments_that_mean_nothing():
         compare_motion(until=-1.0)
 
 
+@pytest.mark.slow
 def test_without_torque_the_printed_modulus_stops_at_the_first_dead_centre():
     found = divided_by_modulus(steps=(1e-2, 1e-3))
     assert_allclose(found.errors("|T|"), [1.12, 1.10], atol=0.01)

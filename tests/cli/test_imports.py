@@ -29,6 +29,7 @@ def loaded(*steps: str) -> list[set[str]]:
     return [set(line.split()) for line in run.stderr.splitlines() if line.startswith("loaded")]
 
 
+@pytest.mark.slow
 def test_the_library_and_its_commands_open_only_the_doors_that_they_need(tmp_path: Path) -> None:
     library, _, told, sized, plotted, drawn, arm = loaded(
         "import flywheel",

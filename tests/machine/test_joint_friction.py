@@ -104,6 +104,7 @@ def test_balance_within_the_mechanism_is_found_with_its_friction() -> None:
     assert back.balance.value == pytest.approx(60.0, rel=1e-9)
 
 
+@pytest.mark.slow
 def test_friction_that_locks_names_the_position() -> None:
     with pytest.raises(SceneError, match=r"friction that locks the mechanism at crank angle"):
         flywheel.size(flywheel.load(crank_press(3.0, 0.09)))

@@ -238,6 +238,7 @@ def test_the_time_of_a_flat_peak_is_as_open_as_it_is() -> None:
     assert abs(found.peaks.power.time - 2 * math.log(2)) <= errors["time"] < 1e-2
 
 
+@pytest.mark.slow
 def test_peaks_that_come_again_each_turn_have_no_one_time() -> None:
     """Without losses every turn is as the first: which of the equal peaks is the greatest is rounding."""
     found = transient(flywheel.load(scenes.yoke(flywheel={"inertia": 300})), start="regime", end="2 turns")

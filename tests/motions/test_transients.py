@@ -67,6 +67,7 @@ def test_an_induction_motor_from_rest():
     assert found.peaks.torque.value == pytest.approx(machine.breakdown_torque, rel=1e-9)
 
 
+@pytest.mark.slow
 def test_a_dc_motor_with_inductance_switched_on_at_rest():
     """J omega' = k i - b omega, L i' = U - R i - k omega: two exponentials."""
     voltage, resistance, constant, inductance, friction, inertia = 48.0, 0.4, 0.25, 0.02, 0.002, 0.01
@@ -179,6 +180,7 @@ def test_a_run_down_under_constant_friction():
     assert found.energy.works["load[0] on crank"] == pytest.approx(-0.5 * 2 * 14**2, rel=1e-9)
 
 
+@pytest.mark.slow
 def test_drag_alone_never_stops_a_machine():
     found = transient(rotor(0.5, damper=[{"on": "crank", "coefficient": 1}], **FREE), start=12.0, end="stop")
     assert found.reason == "creep"

@@ -170,6 +170,7 @@ def test_a_moving_hand_gets_fewer_positions_and_digits_of_the_same_curves(press:
     assert all(value == round(value, 6) for value in moving["moment"]["work"][:50])
 
 
+@pytest.mark.slow
 def test_a_narrow_peak_is_not_missed() -> None:
     load = {"on": "crank", "torque": "-5000*exp(-((phi-2)/1e-3)**2)"}
     wheel = {"load": [load], "drive": {"torque": "balance"}, "regime": {"speed": 10}, "flywheel": {"irregularity": 0.1}}

@@ -19,6 +19,7 @@ from tests.pictures.test_sketch_views import CLAMP
 from tests.scenes import press, rotor, shaper, yoke
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("scene", sample([press(), CLAMP], 2), ids=["press", "clamp"])
 def test_a_gif_with_the_frames_asked_for(scene: dict[str, object], tmp_path: Path) -> None:
     path = tmp_path / "made.gif"
@@ -37,6 +38,7 @@ def test_a_gif_with_the_frames_asked_for(scene: dict[str, object], tmp_path: Pat
     assert path.stat().st_size < 300_000
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", sample(["clamp", "shaper"], 2))
 def test_mechanism_and_marker_stand_where_the_machine_is(kind: str) -> None:
     scene = flywheel.load({"shaper": shaper(), "clamp": CLAMP}[kind])

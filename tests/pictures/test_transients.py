@@ -18,6 +18,7 @@ def axes(found):
     return draw(found).axes
 
 
+@pytest.mark.slow
 def test_every_panel_has_its_unit_and_its_curve(axes):
     labels = [axis.get_ylabel() for axis in axes]
     assert labels == ["crank speed, rad/s", "torque, N m", "kinetic energy, J", "current, A"]

@@ -218,7 +218,7 @@ def test_what_little_varies_is_not_taken_for_rounding():
 
 
 def test_a_sizing_is_told_in_a_line():
-    assert repr(sized(scenes.yoke(title="Yoke"))).startswith("Sizing(title='Yoke', on='crank', exact=353.52142732")
+    assert repr(sized(scenes.yoke(title="Yoke"))).startswith("Sizing('Yoke', on='crank', exact=353.52142732")
     given = flywheel.size(flywheel.load(scenes.yoke(flywheel={"inertia": 300})), simulate=False)
     assert len(repr(given)) < 200
     assert "inertia=300.0, speed=" in repr(given)

@@ -53,6 +53,7 @@ def test_losses_and_currents_are_named_by_their_paths():
     assert said(explain(quick), "what delays the motor's torque, such as its current: it follows the speed at once")
 
 
+@pytest.mark.slow
 def test_laws_that_switch_at_a_speed_are_named():
     assert said(explain(regimes.scene("governor", inertia=0.5)), "switch at a speed, where the motion itself cuts")
 
@@ -132,6 +133,7 @@ def test_the_motion_of_an_analysis_is_the_one_that_gave_its_figures():
     assert found.motion.startswith("that of the collocation on the cells of the figures")
 
 
+@pytest.mark.slow
 def test_implicit_steps_are_told():
     linkage = flywheel.explain(flywheel.load(EXAMPLES / "linkages" / "six_bar.toml"), 1e-4)
     assert linkage.motion.startswith("stepped in time, implicitly, as a linkage")

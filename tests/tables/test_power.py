@@ -172,6 +172,7 @@ def test_a_straight_line_and_a_table_are_judged_by_nothing_that_is_not_known() -
         assert word not in text
 
 
+@pytest.mark.slow
 def test_a_long_cycle_is_no_mean() -> None:
     slow = {
         "type": "induction",

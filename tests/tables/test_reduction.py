@@ -30,6 +30,7 @@ def test_a_balance_keeps_the_speed_asked():
     assert "12.5663706 rad/s" in conditions
 
 
+@pytest.mark.slow
 def test_position_alone_needs_no_words():
     text, conditions = reduced(flywheel.load(yoke()), points=5, as_json=True)
     assert json.loads(text)["speed"] is None

@@ -87,6 +87,7 @@ def test_cycles_to_settle(multiplier: float, damping: float, expected: float) ->
     assert report.settling_cycles(Cyclic(multiplier, damping, 1, 0.0, 1.0)) == pytest.approx(expected, rel=1e-12)
 
 
+@pytest.mark.slow
 def test_what_never_settles_is_said_to() -> None:
     lossy = yoke(
         shafts={"m": {"ratio": 5, "efficiency": 0.9}},

@@ -347,6 +347,7 @@ def test_numbers_that_leave_nothing_to_divide_by_are_refused_with_the_element():
         state_equations(b.build(), values=True)
 
 
+@pytest.mark.slow
 @settings(max_examples=20, deadline=None, derandomize=True)
 @given(st.integers(1, 4), st.integers(0, 2**32))
 def test_rates_solve_the_system_of_their_mass_matrix(size, seed):
