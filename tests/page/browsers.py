@@ -21,7 +21,7 @@ from typing import TYPE_CHECKING, Any
 from urllib.parse import urlsplit
 
 if TYPE_CHECKING:
-    from playwright.sync_api import Browser, BrowserContext, Page, Playwright
+    from playwright.sync_api import Browser, BrowserContext, BrowserType, Page
 
 ROOT = Path(__file__).parents[2]
 EXAMPLES = ROOT / "examples"
@@ -53,7 +53,7 @@ class Missing(Exception):
 # -- a browser ---------------------------------------------------------------------------------------------------------
 
 
-def executable(playwright: Playwright | None = None) -> str:
+def executable(kind: BrowserType | None = None) -> str:
     """The browser to take: the one that is named, one on the path, one in a usual place, playwright's own."""
     named = os.environ.get(BROWSER)
     if named:
@@ -61,7 +61,7 @@ def executable(playwright: Playwright | None = None) -> str:
         if found is None:
             raise Missing(f"{BROWSER} names {named}, which is no program")
         return found
-    own = [playwright.chromium.executable_path] if playwright else []
+    own = [kind.executable_path] if kind else []
     for place in (*filter(None, map(shutil.which, _NAMES)), *_PLACES, *own):
         if os.access(place, os.X_OK):
             return place
@@ -75,14 +75,20 @@ def browser(*options: str) -> Iterator[Browser]:
         from playwright.sync_api import sync_playwright
     except ImportError as reason:
         raise Missing("playwright is not installed: pip install -e '.[dev,browser]'") from reason
-    with sync_playwright() as playwright:
-        root = hasattr(os, "geteuid") and os.geteuid() == 0  # which Chromium runs without its sandbox alone
-        usual = ["--disable-gpu", "--disable-background-networking", "--no-first-run", *(["--no-sandbox"] if root else [])]
-        found = playwright.chromium.launch(executable_path=executable(playwright), args=[*usual, *options])
-        try:
-            yield found
-        finally:
-            found.close()
+    with sync_playwright() as playwright, launched(playwright.chromium, *options) as found:
+        yield found
+
+
+@contextmanager
+def launched(kind: BrowserType, *options: str) -> Iterator[Browser]:
+    """A browser of playwright's kind with options of its own."""
+    root = hasattr(os, "geteuid") and os.geteuid() == 0  # which Chromium runs without its sandbox alone
+    usual = ["--disable-gpu", "--disable-background-networking", "--no-first-run", *(["--no-sandbox"] if root else [])]
+    found = kind.launch(executable_path=executable(kind), args=[*usual, *options])
+    try:
+        yield found
+    finally:
+        found.close()
 
 
 # -- the server --------------------------------------------------------------------------------------------------------

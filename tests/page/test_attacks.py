@@ -126,8 +126,8 @@ def test_a_window_that_another_site_opens_is_out_of_its_reach(elsewhere):
     assert opening.value.evaluate("window.opener") is None
 
 
-def test_a_name_bent_to_this_machine_gets_nothing(press):
-    with browsers.browser("--host-resolver-rules=MAP rebound.test 127.0.0.1") as found:
+def test_a_name_bent_to_this_machine_gets_nothing(chromium, press):
+    with browsers.launched(chromium.browser_type, "--host-resolver-rules=MAP rebound.test 127.0.0.1") as found:
         tab = found.new_page()
         reply = tab.goto(press.address.replace("127.0.0.1", "rebound.test"))
         assert reply.status == 403
