@@ -85,7 +85,7 @@ def report(
         from flywheel import language as languages
         from flywheel.reading.scenes import input_files, load
         from flywheel.report import files
-        from flywheel.report.report import sized
+        from flywheel.report.contents import sized
         from flywheel.report.solutions import solution
 
         if output.suffix.lower() == ".pdf":

@@ -81,7 +81,7 @@ def spoken(request: Mapping[str, Any]) -> str:
 def report(request: Mapping[str, Any]) -> bytes:
     """The worked report as the bytes of its file; a JSON object with the reason where there is none."""
     from flywheel.report import files
-    from flywheel.report.report import html
+    from flywheel.report.contents import html
 
     text = plain_lines(request["text"])
     with language.use(spoken(request)):

@@ -12,12 +12,12 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
+    from flywheel.report.contents import html, worked
     from flywheel.report.files import write
-    from flywheel.report.report import html, worked
 
 __all__ = ["html", "worked", "write"]
 
-_HOMES = {"html": "report", "worked": "report", "write": "files"}
+_HOMES = {"html": "contents", "worked": "contents", "write": "files"}
 
 
 def __getattr__(name: str) -> Any:

@@ -11,7 +11,7 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 
 from bondgraph.storage.files import replacement, write_text
-from flywheel.report.report import Given, html
+from flywheel.report.contents import Given, html
 from flywheel.report.solutions import Solution
 
 FORMATS = (".html", ".htm", ".pdf")
