@@ -59,7 +59,7 @@ class JointForces(NamedTuple):
 
     `machine` is the one that moves, with friction in joints as it is in that motion. `condition` says in words which motion;
     `errors` are its estimated errors, `balance` the value (SI) of the scene's unknown. `messages` say what a reader must not
-    miss.
+    miss; `inertia` whether inertia forces are in them.
     """
 
     motion: MachineMotion
@@ -69,6 +69,7 @@ class JointForces(NamedTuple):
     condition: str = ""
     messages: tuple[str, ...] = ()
     machine: Machine | None = None
+    inertia: bool = True
 
     def __repr__(self) -> str:
         """Of how many joints and positions they are, instead of every array."""
@@ -188,7 +189,7 @@ def _found(
         when = "" if motion.time is None else f" (t = {number(float(motion.time[still][0]))} s)"
         messages.append(f"standing still{when}, friction in joints takes no side: the forces there are without it")
     words = condition if inertia else f"{condition}, without inertia forces"
-    return JointForces(motion, found, errors, balance, words, tuple(messages), machine)
+    return JointForces(motion, found, errors, balance, words, tuple(messages), machine, inertia)
 
 
 # -- motions -----------------------------------------------------------------------------------------------------------

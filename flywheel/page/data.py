@@ -568,7 +568,7 @@ def _reactions(part: Part, forces: JointForces | str) -> dict[str, Any] | str:
     linkage, shown = found.poses.linkage, part.axis.shown
     joints = []
     known = _without_noise(found.forces)
-    if _quasi_static(forces) and not any(map(np.any, known.values())):
+    if not forces.inertia and not any(map(np.any, known.values())):
         return _("No speed is given, and so no inertia force; nothing else acts on the joints: add regime.speed.")
     for joint, force in known.items():
         kind, first, second = _joint_kind(linkage, joint)
@@ -584,12 +584,8 @@ def _reactions(part: Part, forces: JointForces | str) -> dict[str, Any] | str:
         unit = "N m" if linkage.joint(joint).kind == PIN else "N"
         driving.append({"name": joint, "unit": unit, "values": action, **_extremes(shown, action)})
     drawn = [mechanism.name for mechanism in part.scene.mechanisms if has_joints(mechanism)]
-    told = {"mechanism": name, "mechanisms": drawn, "without_inertia": _quasi_static(forces)}
+    told = {"mechanism": name, "mechanisms": drawn, "without_inertia": not forces.inertia}
     return told | {"joints": joints, "driving": driving}
-
-
-def _quasi_static(forces: JointForces) -> bool:
-    return forces.condition.endswith("without inertia forces")
 
 
 def _without_noise(forces: Mapping[str, Array]) -> dict[str, Array]:
@@ -660,7 +656,7 @@ def _motion(part: Part, forces: JointForces | str) -> dict[str, Any] | str:
     result: dict[str, Any] = {"of": of, "quantity": quantity, "choices": known, "reacts": reacts, "condition": condition}
     if quantity == QUANTITIES[3] and not isinstance(forces, str):
         force = joints[of]
-        condition["without_inertia"] = _quasi_static(forces)
+        condition["without_inertia"] = not forces.inertia
         rows = {"x": force[0], "y": force[1], "amount": np.hypot(*force)}
         unit = "N"
     else:

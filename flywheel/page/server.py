@@ -202,9 +202,11 @@ class _Unhurried(RawIOBase):
         self._connection, self._end = connection, monotonic() + seconds
 
     def readable(self) -> bool:
+        """True: what a buffered reader asks first."""
         return True
 
     def readinto(self, buffer: Any) -> int:
+        """Bytes of the connection, as long as there is time."""
         left = self._end - monotonic()
         if left <= 0:
             raise TimeoutError
@@ -220,6 +222,7 @@ class _Handler(BaseHTTPRequestHandler):
     server_version, sys_version = "flywheel", ""
 
     def setup(self) -> None:
+        """A connection whose request has to come in time."""
         super().setup()
         self.rfile = BufferedReader(_Unhurried(self.connection, _SECONDS_TO_ASK))
 

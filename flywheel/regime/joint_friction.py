@@ -157,6 +157,8 @@ def _forces(machine: Machine, q: Array, course: Course, balance: float) -> list[
                 free, high = forces.friction.converged, float(q[~forces.friction.converged].min())
                 low = float(q[free & (q < high)].max(initial=0.0))
                 for _ in range(_HALVINGS):  # the first position that locks, between two that were looked at
+                    if not low < 0.5 * (low + high) < high:
+                        break
                     middle = course(np.array([0.5 * (low + high)]))
                     moves = not port_forces(machine, middle, balance, mechanism, inertia=not motion.creeps).locked.size
                     low, high = (0.5 * (low + high), high) if moves else (low, 0.5 * (low + high))

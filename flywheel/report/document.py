@@ -16,7 +16,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from html import escape
 from typing import NamedTuple
 
@@ -122,7 +122,6 @@ class Document:
     subtitle: str
     parts: tuple[Part, ...]
     customary: bool = False
-    places: dict[str, str] = field(default_factory=dict, compare=False)
 
 
 # -- numbers ----------------------------------------------------------------------------------------------------------
@@ -294,13 +293,16 @@ class _Writer:
         self.counts = {"section": 0, "step": 0, "table": 0, "figure": 0, "formula": 0}
 
     def next(self, kind: str) -> int:
+        """The number of the next section, step, table or figure."""
         self.counts[kind] += 1
         return self.counts[kind]
 
     def parts(self, parts: Iterable[Part], level: int) -> str:
+        """Parts one after the other, whose sections have headings of a level."""
         return "\n".join(self.part(part, level) for part in parts)
 
     def part(self, part: Part, level: int) -> str:
+        """One part as HTML."""
         match part:
             case Section():
                 return self.section(part, level)
@@ -321,12 +323,14 @@ class _Writer:
                 return f"<{kind}>\n" + "\n".join(f"<li>{escape(item)}</li>" for item in part.items) + f"\n</{kind}>"
 
     def section(self, section: Section, level: int) -> str:
+        """A heading and what stands under it."""
         n = self.next("section")
         head = f'<h{level} id="section-{n}-title">{escape(section.title)}</h{level}>'
         inner = self.parts(section.parts, min(level + 1, 6))
         return f'<section id="section-{n}" aria-labelledby="section-{n}-title">\n{head}\n{inner}\n</section>'
 
     def step(self, step: Step) -> str:
+        """Formula, substitution and result in a row, and where the numbers come from."""
         n = self.next("step")
         place = f"step-{n}"
         lines = [f'<p class="what"><span class="number">({n})</span> {escape(step.what)}</p>']
@@ -362,6 +366,7 @@ class _Writer:
         return f'<p class="from">{escape(_("The numbers come from"))} {"; ".join(told)}</p>' if told else ""
 
     def in_customary_units(self, quantity: Quantity) -> str:
+        """A result in US units, behind the SI one."""
         told = customary(quantity) if self.customary else None
         if told is None:
             return ""
@@ -369,6 +374,7 @@ class _Writer:
         return f' <span class="customary">{formulas.element(f"<mo>(</mo>{shown.math}<mo>)</mo>", shown.text)}</span>'
 
     def table(self, table: Table) -> str:
+        """A table with its caption, numbers to the right."""
         n = self.next("table")
         place, name = f"table-{n}", _("table {n}", n=n)
         numeric = [any(isinstance(row[k], Quantity) for row in table.rows if k < len(row)) for k in range(len(table.head))]
@@ -409,6 +415,7 @@ class _Writer:
         return f'<div id="{place}"{held}>\n{above}{scrolled}\n{self.sources(table.numbers)}\n</div>'
 
     def figure(self, figure: Figure) -> str:
+        """A picture with its caption, high ones marked."""
         n = self.next("figure")
         svg, about = (one if isinstance(one, str) else one() for one in (figure.svg, figure.description))
         drawn = inline_svg(svg, f"figure-{n}", figure.title, about)

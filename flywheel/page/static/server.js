@@ -8,11 +8,6 @@ export function onContact(listener) {
   told = listener;
 }
 
-/** Whether the last call was answered. */
-export function connected() {
-  return reached;
-}
-
 /** Send a call; {status, data}. An error where nobody answers, or where `signal` ended the call. */
 export async function call(name, body, signal) {
   const response = await send(name, body, signal);

@@ -130,7 +130,7 @@ function gridOf(driver, { X, top, bottom, left, right }) {
 }
 
 /** The axis of the driver under the rows. */
-export function driverAxis(driver, { X, left, right, y }, tools) {
+function driverAxis(driver, { X, left, right, y }, tools) {
   const found = driverTicks(driver, right - left).map((at) => {
     const words = tools.number(String(Number((at * driver.factor).toFixed(6))).replace("-", "−"));
     const half = wide(words) / 2;

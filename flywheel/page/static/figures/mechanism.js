@@ -2,7 +2,7 @@
 
 import { csv, label, node, paint, path, round, standalone, valueAt, wide } from "./svg.js";
 import { setAll } from "./curves.js";
-import { clear, driverOf, placeOf } from "./panel.js";
+import { clear, driverOf, followWidth, placeOf } from "./panel.js";
 import { coloursOf } from "./inertia.js";
 
 const FILLED = { plate: 0.3, bar: 0.75, rail: 0.65, block: 0.5, "fixed block": 0.5, wheel: 0.12, cam: 0.3, dot: 1 };
@@ -104,12 +104,7 @@ export function mechanismIn(host, answer, tools) {
       svg.style.cursor = "grab";
     });
   }
-  new ResizeObserver(([entry]) => {
-    const width = Math.floor(entry.contentRect.width);
-    if (width < 1 || width === held.width) return;
-    held.width = width;
-    draw();
-  }).observe(host);
+  followWidth(host, held, draw);
   draw();
   return {
     move,

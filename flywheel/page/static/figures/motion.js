@@ -42,7 +42,7 @@ export const motion = {
 };
 
 /** How the driver moves, in words. */
-export function condition({ kind, speed, acceleration, without_inertia: still }, driver, { text, number }) {
+function condition({ kind, speed, acceleration, without_inertia: still }, driver, { text, number }) {
   if (still) return text("Without inertia forces, as no speed is given.");
   if (kind === "steady") return text("In the steady regime, at {speed} rpm in the mean of extremes.", { speed: number(figure((speed * 30) / Math.PI, 5)) });
   if (kind === "unit") return text("Per unit of the driver, as no speed is given.");

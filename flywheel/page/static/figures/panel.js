@@ -41,12 +41,7 @@ export function figureIn(host, answer, tools, kind) {
   svg.addEventListener("pointermove", (event) => {
     if (svg.hasPointerCapture(event.pointerId)) tell(event);
   });
-  new ResizeObserver(([entry]) => {
-    const width = Math.floor(entry.contentRect.width);
-    if (width < 1 || width === held.width) return;
-    held.width = width;
-    draw();
-  }).observe(host);
+  followWidth(host, held, draw);
   draw();
   return {
     move(phi) {
@@ -60,6 +55,16 @@ export function figureIn(host, answer, tools, kind) {
     svg: () => standalone(svg),
     csv: () => held.made.csv(),
   };
+}
+
+/** Draw anew whenever the place of a figure has another width, which `held` keeps. */
+export function followWidth(host, held, draw) {
+  new ResizeObserver(([entry]) => {
+    const width = Math.floor(entry.contentRect.width);
+    if (width < 1 || width === held.width) return;
+    held.width = width;
+    draw();
+  }).observe(host);
 }
 
 function padding(host) {
