@@ -13,6 +13,7 @@ import shutil
 import subprocess
 import sys
 import threading
+import time
 from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -204,6 +205,14 @@ def drawn(page: Page) -> Page:
     """The page with figures of its scene, which a run in time need not have confirmed yet."""
     page.wait_for_selector(".panel svg", state="attached", timeout=_PATIENCE)
     return page
+
+
+def until(page: Page, script: str, arg: Any = None, seconds: float = 60.0) -> None:
+    """Ask until `script` is true; the page forbids scripts from texts, so that none may wait inside it."""
+    end = time.monotonic() + seconds
+    while not page.evaluate(script, arg):
+        assert time.monotonic() < end, f"not true after {seconds:g} s: {script}"
+        page.wait_for_timeout(50)
 
 
 def picture(page: Page, name: str, **options: Any) -> None:

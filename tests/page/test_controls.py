@@ -7,7 +7,7 @@ from xml.etree import ElementTree
 
 import pytest
 
-from tests.page.browsers import answered, drawn, picture
+from tests.page.browsers import answered, drawn, picture, until
 
 LENGTH = "mechanism.crank.length"
 
@@ -210,7 +210,7 @@ def test_play_and_pause(page):
     page.locator("#play").focus()
     page.keyboard.press("Enter")
     page.locator("#play[aria-pressed=true]").wait_for()
-    page.wait_for_function("document.getElementById('angle-range').valueAsNumber > 0")
+    until(page, "() => document.getElementById('angle-range').valueAsNumber > 0")
     page.keyboard.press("Control+Enter")
     page.locator("#play[aria-pressed=false]").wait_for()
     assert float(page.locator("#angle").input_value()) > 0

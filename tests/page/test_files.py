@@ -2,7 +2,7 @@
 
 import pytest
 
-from tests.page.browsers import drawn, picture, shown
+from tests.page.browsers import drawn, picture, shown, until
 
 pytestmark = pytest.mark.slow
 
@@ -91,7 +91,7 @@ def test_a_change_on_the_disk_is_told_and_not_overwritten(own):
     page.locator("#notices").get_by_role("button", name="Take theirs").click()
     assert page.locator("#text").input_value() == theirs
     page.keyboard.press("Control+z")
-    page.wait_for_function("document.getElementById('text').value.includes('\"85 mm\"')")
+    until(page, "() => document.getElementById('text').value.includes('\"85 mm\"')")
     assert scene.read_text() == theirs
 
 

@@ -2,7 +2,7 @@
 
 import pytest
 
-from tests.page.browsers import drawn, picture, shown
+from tests.page.browsers import drawn, picture, shown, until
 
 pytestmark = pytest.mark.slow
 
@@ -16,12 +16,13 @@ def curve(page, title, before=None):
     """The curves of the motion, once their figure has a title and they are no longer those before."""
     panel = page.locator('[data-panel="motion"]')
     panel.scroll_into_view_if_needed()
-    page.wait_for_function(
+    until(
+        page,
         """([title, before]) => {
           const svg = document.querySelector('[data-panel="motion"] svg');
           return svg?.textContent.includes(title) && svg.textContent !== before;
         }""",
-        arg=[title, before],
+        [title, before],
     )
     return panel.locator("svg").first.text_content()
 
