@@ -461,4 +461,5 @@ def read_gd2(value: object, path: str, faults: Faults) -> float | None:
     if found not in GD2.range:
         faults.add(path, show(value), f"a value {GD2.range} kg m^2")
         return None
+    faults.quantities[path] = Quantity(value, found, "inertia", False)
     return found / 4.0

@@ -384,7 +384,7 @@ def build_scene(mapping: Mapping[str, Any], folder: str | Path | None = None, fi
     if faults or scene is None:
         raise SceneError(faults)
     scene = scene if file is None else replace(scene, file=Path(file))
-    return scene.with_document(raw, partial(build_scene, folder=folder, file=file))
+    return scene.with_document(raw, partial(build_scene, folder=folder, file=file), faults.quantities)
 
 
 def file_text(file: Path) -> str:
@@ -593,6 +593,7 @@ def _parameters(raw: object, faults: Faults) -> tuple[dict[str, float], dict[str
                 values[name] = math.nan
                 faults.add(path, error.found, error.expected + ', or "balance"', error.advice)
                 continue
+            faults.quantities[path] = Quantity(value, values[name], "number", False)
             parts = split_quantity(value) if isinstance(value, str) else None
             if parts is not None and parts[1]:
                 with suppress(QuantityError):

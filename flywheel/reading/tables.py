@@ -16,7 +16,18 @@ from numpy.typing import NDArray
 from flywheel.numerics.expressions import Expression, ExpressionError, parse
 from flywheel.numerics.faults import nearest, quote, show, suggestion
 from flywheel.numerics.units import DIMENSIONS, QuantityError, Unit, convert, parse_quantity, split_quantity
-from flywheel.reading.fields import REPORTED, TOLERANCE, Faults, Item, Setting, as_table, read_item, read_unit, whole
+from flywheel.reading.fields import (
+    REPORTED,
+    TOLERANCE,
+    Faults,
+    Item,
+    Quantity,
+    Setting,
+    as_table,
+    read_item,
+    read_unit,
+    whole,
+)
 from flywheel.reading.schema import MOST_TURNS, TABLE
 from flywheel.scene.scene import Output, Table
 
@@ -354,10 +365,12 @@ def read_effort(value: object, dimension: str, path: str, setting: Setting) -> f
             return read_expression(value, path, setting)
     try:  # a text that is a number alone is SI, as it would be in an expression
         alone = parts is not None and isinstance(value, str) and value.strip() == parts[0]
-        return convert(parts[0], Unit()) if parts is not None and alone else parse_quantity(value, dimension)
+        number = convert(parts[0], Unit()) if parts is not None and alone else parse_quantity(value, dimension)
     except QuantityError as error:
         setting.faults.add(path, error.found, f"{error.expected}, or an expression", error.advice)
         return None
+    setting.faults.quantities[path] = Quantity(value, number, dimension, False)
+    return number
 
 
 def read_expression(text: str, path: str, setting: Setting) -> Expression | None:

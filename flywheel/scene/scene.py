@@ -218,10 +218,14 @@ class Stroke(NamedTuple):
 
 
 class Document(NamedTuple):
-    """What a scene was read from: the tables of its TOML text, and what reads a scene from such tables."""
+    """What a scene was read from: the tables of its TOML text, and what reads a scene from such tables.
+
+    `quantities` are the numbers that were read, by their paths as faults write them, each with its dimension.
+    """
 
     tables: Mapping[str, Any]
     read: Callable[[Mapping[str, Any]], Scene]
+    quantities: Mapping[str, Any]
 
 
 @dataclass(frozen=True)
@@ -277,9 +281,11 @@ class Scene(Frozen):
         """What a notebook shows."""
         return notebook.html(self)
 
-    def with_document(self, tables: Mapping[str, Any], read: Callable[[Mapping[str, Any]], Scene]) -> Scene:
-        """The same scene, with the tables that it was read from and what reads such tables."""
-        object.__setattr__(self, "document", Document(frozen(tables), read))
+    def with_document(
+        self, tables: Mapping[str, Any], read: Callable[[Mapping[str, Any]], Scene], quantities: Mapping[str, Any]
+    ) -> Scene:
+        """The same scene, with the tables that it was read from, what reads such tables, and the numbers in them."""
+        object.__setattr__(self, "document", Document(frozen(tables), read, read_only(quantities)))
         return self
 
     def with_(self, changes: Mapping[str, Any]) -> Scene:

@@ -815,29 +815,21 @@ def estimates(sizing: Sizing) -> dict[str, Estimate]:
     makes the work exchanged a power or a torque. Errors of power, balance and coefficient of energy are relative to the
     figure itself, unless that is no more than its error.
     """
-    error, cycle, scene = sizing.error, sizing.cycle, sizing.scene
+    error, cycle, scene, cyclic = sizing.error, sizing.cycle, sizing.scene, sizing.cyclic
     constant = sizing.constant or cycle  # the one of the areas
-    work, speed, of_drive, cyclic = error.work, speed_error(sizing), _drive_errors(sizing), sizing.cyclic
+    of_drive, speed = _drive_errors(sizing), speed_error(sizing)
     exact = _READ if scene.inertia is not None else error.exact
-    residue = 0.0 if sizing.constant is None else abs(sizing.constant.net) / max(sizing.constant.exchanged, 1e-300)
-    areas = None if work is None else work + 2 * residue
-    twice = None if areas is None else areas + (work or 0.0)
     of_shafts = None if exact is None or speed is None else exact + 2 * speed + _READ
+    own = _figure_errors(sizing, of_drive)
     found: dict[str, Estimate] = {
-        **error._asdict(),
-        "approximate_total": error.approximate,
-        "speed": speed,
-        "balance": None,
-        "power": None,
-        "areas": {"from": error.angles, "to": error.angles, "work": twice, "accumulated": areas},
-        "accumulated_max": areas,
-        "accumulated_min": areas,
-        "energy_fluctuation": twice,
-        "coefficient_of_energy": None,
-        "angle_speed_max": error.extremes,
-        "angle_speed_min": error.extremes,
-        "reduced_inertia": None if constant is None else _inertia_error(constant)[1],
-        "closure": work,
+        **own,
+        "areas": {
+            "from": error.angles,
+            "to": error.angles,
+            "work": own["energy_fluctuation"],
+            "accumulated": own["accumulated_max"],
+        },
+        "closure": error.work,
         "energy": _energy_error(sizing, of_drive, speed),
         "engine": None,
         "multiplier": _multiplier_error(sizing, speed),
@@ -847,21 +839,51 @@ def estimates(sizing: Sizing) -> dict[str, Estimate]:
         "wheel": None if sizing.built is None or of_shafts is None else _wheel_error(sizing, of_shafts),
         **_certificate_errors(sizing, constant),
     }
-    if cycle is not None and constant is not None:
-        balance, exchanged = sizing.balance, max(cycle.exchanged, 1e-300)
-        if balance is not None:
-            found["balance"] = balance.error + _READ if balance.value else cycle.errors.work / exchanged
-        if of_drive is not None:
-            relative = _relative(of_drive.work, sizing.drive_work or 0.0, cycle.exchanged)
-            found["power"] = None if speed is None else relative + speed + _READ
-            if sizing.coefficient_of_energy is not None:
-                own = 2 * (work or 0.0) * constant.exchanged
-                relative = _relative(of_drive.work, sizing.drive_work or 0.0, constant.exchanged)
-                found["coefficient_of_energy"] = _relative(own, sizing.energy_fluctuation, constant.exchanged) + relative
-        if sizing.engine is not None and speed is not None:
-            found["engine"] = sizing.engine.error / exchanged + speed + _READ
+    if cycle is not None and sizing.engine is not None and speed is not None:
+        found["engine"] = sizing.engine.error / max(cycle.exchanged, 1e-300) + speed + _READ
     # beyond the floating-point range nothing is known of an error
     return {key: None if isinstance(value, float) and not np.isfinite(value) else value for key, value in found.items()}
+
+
+@np.errstate(all="ignore")
+def figure_errors(sizing: Sizing) -> dict[str, float | None]:
+    """Those of `estimates` that need no more than the sizing has found; for many sizings."""
+    return _figure_errors(sizing, _drive_errors(sizing))
+
+
+def _figure_errors(sizing: Sizing, of_drive: _DriveErrors | None) -> dict[str, float | None]:
+    error, cycle = sizing.error, sizing.cycle
+    constant = sizing.constant or cycle
+    work, speed = error.work, speed_error(sizing)
+    residue = 0.0 if sizing.constant is None else abs(sizing.constant.net) / max(sizing.constant.exchanged, 1e-300)
+    areas = None if work is None else work + 2 * residue
+    found: dict[str, float | None] = {
+        **error._asdict(),
+        "approximate_total": error.approximate,
+        "speed": speed,
+        "balance": None,
+        "power": None,
+        "accumulated_max": areas,
+        "accumulated_min": areas,
+        "energy_fluctuation": None if areas is None else areas + (work or 0.0),
+        "coefficient_of_energy": None,
+        "angle_speed_max": error.extremes,
+        "angle_speed_min": error.extremes,
+        "reduced_inertia": None if constant is None else _inertia_error(constant)[1],
+    }
+    if cycle is None or constant is None:
+        return found
+    balance, exchanged = sizing.balance, max(cycle.exchanged, 1e-300)
+    if balance is not None:
+        found["balance"] = balance.error + _READ if balance.value else cycle.errors.work / exchanged
+    if of_drive is not None:
+        relative = _relative(of_drive.work, sizing.drive_work or 0.0, cycle.exchanged)
+        found["power"] = None if speed is None else relative + speed + _READ
+        if sizing.coefficient_of_energy is not None:
+            own = 2 * (work or 0.0) * constant.exchanged
+            relative = _relative(of_drive.work, sizing.drive_work or 0.0, constant.exchanged)
+            found["coefficient_of_energy"] = _relative(own, sizing.energy_fluctuation, constant.exchanged) + relative
+    return found
 
 
 def speed_error(sizing: Sizing) -> float | None:

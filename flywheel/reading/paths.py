@@ -1,0 +1,160 @@
+"""The numbers of a scene by their paths (`mechanism.crank.length`, `load.0.from`), and the scene with others in place."""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Iterator, Mapping
+from typing import Any, NamedTuple
+
+from flywheel.numerics.expressions import shown
+from flywheel.numerics.faults import Fault, SceneError, show, suggestion
+from flywheel.numerics.units import DIMENSIONS, plain_number
+from flywheel.scene.scene import Document, Scene
+
+_NO_NUMBERS = ("title", "source", "name", "file", "column")
+_INDEX = re.compile(r"\[(\d+)\]")
+_MOST = 10_000  # of numbers: a table of a hundred thousand rows is not looked through for a path
+
+
+class Number(NamedTuple):
+    """A number of a scene: its value in SI and the unit of that, empty where it has none; its dimension."""
+
+    value: float
+    unit: str
+    dimension: str = "number"
+
+
+def dotted(path: str) -> str:
+    """A path with the places in arrays between dots, as faults do not write them.
+
+    >>> dotted("load[0].from")
+    'load.0.from'
+    """
+    return _INDEX.sub(r".\1", path)
+
+
+def numbers(scene: Scene) -> dict[str, Number]:
+    """Every number that a scene gives, by its path, also those written as a text with a unit; expressions are none.
+
+    Args:
+        scene: one that was read.
+
+    Raises:
+        SceneError: for a scene made by `dataclasses.replace`, which has no text.
+
+    >>> import flywheel
+    >>> scene = flywheel.load({"load": [{"on": "crank", "torque": "-100 N m", "from": 0, "to": "180 deg"}],
+    ...                        "drive": {"torque": "balance"}, "regime": {"speed": "300 rpm"},
+    ...                        "flywheel": {"irregularity": "1 %"}})
+    >>> for path, number in list(numbers(scene).items())[:4]:
+    ...     print(path, round(number.value, 6), number.unit)
+    load.0.torque -100.0 N m
+    load.0.from 0.0 rad
+    load.0.to 3.141593 rad
+    regime.speed 31.415927 rad/s
+
+    """
+    document = _document(scene)
+    read = {dotted(path): quantity for path, quantity in document.quantities.items()}
+    found: dict[str, Number] = {}
+    for path, leaf in _leaves(document.tables, ""):
+        quantity, alone = read.get(path), plain_number(leaf)
+        if quantity is not None:
+            unit = DIMENSIONS[quantity.dimension].si
+            if path.startswith("parameters."):
+                unit = shown(scene.units.get(path.removeprefix("parameters."))) or ""
+            found[path] = Number(quantity.number, unit, quantity.dimension)
+        elif alone is not None:
+            found[path] = Number(alone, "")
+        if len(found) == _MOST:
+            break
+    return found
+
+
+def with_numbers(scene: Scene, values: Mapping[str, float]) -> Scene:
+    """The scene with other numbers (SI) in their places, read and checked as a whole again.
+
+    Args:
+        scene: one that was read.
+        values: numbers by their paths; one that the scene leaves to its default may be among them.
+
+    Raises:
+        SceneError: with every fault of the changed scene.
+
+    >>> import flywheel
+    >>> scene = flywheel.load({"areas": {"values": [100, -100], "scale": "1 J"}, "regime": {"speed": "60 rpm"},
+    ...                        "flywheel": {"irregularity": "2 %"}})
+    >>> with_numbers(scene, {"flywheel.irregularity": 0.04}).irregularity
+    0.04
+
+    """
+    known = _document(scene).quantities
+    units = {dotted(path): _unit(scene, path, quantity) for path, quantity in known.items() if dotted(path) in values}
+    return scene.with_({path: _written(value, units.get(path, "")) for path, value in values.items()})
+
+
+def path_faults(scene: Scene, columns: Mapping[str, Any]) -> list[Fault]:
+    """What is wrong with paths that shall take the numbers of columns: each must lead to a number of the scene.
+
+    A key that the scene leaves to its default is one where any of the first, the middle and the last number of its column
+    is read there.
+    """
+    document, known, faults = _document(scene), numbers(scene), []
+    leaves = dict(_leaves(document.tables, ""))
+    for path, column in columns.items():
+        if path in known:
+            continue
+        if path in leaves:
+            advice = "vary a parameter that it holds" if isinstance(leaves[path], str) and leaves[path] != "balance" else ""
+            faults.append(Fault(path, show(leaves[path]), "a number", advice))
+            continue
+        tried = [_trial(scene, path, column[k]) for k in sorted({0, len(column) // 2, len(column) - 1}) if len(column)]
+        if any(error is None for error in tried):
+            continue
+        own = [fault for error in tried if error is not None for fault in error.faults]
+        if any(fault.expected.startswith("a known") or dotted(fault.path) != path for fault in own):
+            faults.append(Fault(path, "no number of the scene", "the path of one", suggestion(path, known)))
+        else:
+            faults.append(own[0])
+    return faults
+
+
+def _trial(scene: Scene, path: str, value: float) -> SceneError | None:
+    try:
+        with_numbers(scene, {path: value})
+    except SceneError as error:
+        return error
+    return None
+
+
+def _document(scene: Scene) -> Document:
+    if scene.document is None:
+        advice = "change the scene that it was made from"
+        raise SceneError([Fault("scene", "one made by dataclasses.replace", "one that was read", advice)])
+    return scene.document
+
+
+def _leaves(value: Any, path: str) -> Iterator[tuple[str, Any]]:
+    """What stands in tables and lists, by its path; names, files and their columns are passed over."""
+    if isinstance(value, Mapping):
+        for key, inner in value.items():
+            if key not in _NO_NUMBERS or isinstance(inner, Mapping):
+                yield from _leaves(inner, f"{path}.{key}" if path else str(key))
+    elif isinstance(value, (list, tuple)):
+        for i, inner in enumerate(value):
+            yield from _leaves(inner, f"{path}.{i}")
+    else:
+        yield path, value
+
+
+def _unit(scene: Scene, path: str, quantity: Any) -> str:
+    """The unit with which a number is written: where one without would be refused, or lose what it is one of."""
+    if path.startswith("parameters."):
+        return shown(scene.units.get(path.removeprefix("parameters."))) or ""
+    return "rad" if quantity.dimension == "angle" else ""
+
+
+def _written(value: float, unit: str) -> float | str:
+    number = float(value)
+    return f"{number!r} {unit}" if unit and math.isfinite(number) else number

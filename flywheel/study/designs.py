@@ -1,0 +1,128 @@
+"""The figures of many designs of one scene: numbers of it vary, and each design is sized.
+
+Errors are those of `size`: relative to the larger of the figure and its scale, those of angles in rad.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from flywheel.numerics.faults import SceneError
+from flywheel.reading.paths import with_numbers
+from flywheel.scene.scene import Scene
+from flywheel.sizing.results import Estimate, Sizing, estimates, figure_errors
+from flywheel.sizing.sizing import size
+
+Array = NDArray[np.float64]
+
+
+class Figure(NamedTuple):
+    """A figure of a design: its unit in SI, what it is, and the key of its error, which several may share."""
+
+    unit: str
+    about: str
+    error: str
+
+
+FIGURES = {
+    "exact": Figure("kg m^2", "exact flywheel, at its own shaft", "exact"),
+    "approximate": Figure("kg m^2", "approximate flywheel, without the machine's least inertia", "approximate"),
+    "approximate_total": Figure("kg m^2", "approximate flywheel, the machine's least inertia included", "approximate_total"),
+    "inertia_torque": Figure("kg m^2", "total by the inertia torque at constant speed", "inertia_torque"),
+    "inertia_torque_flywheel": Figure("kg m^2", "the flywheel's share of that", "inertia_torque_flywheel"),
+    "needed": Figure("", "1 where a flywheel is needed, 0 where the machine's own inertia suffices", ""),
+    "irregularity": Figure("", "irregularity of the speed, with the flywheel that is given", "simulation"),
+    "speed": Figure("rad/s", "mean of the crank's greatest and least speed", "speed"),
+    "balance": Figure("", "the unknown that makes the net work zero", "balance"),
+    "power": Figure("W", "mean power of the drive", "power"),
+    "energy_fluctuation": Figure("J", "fluctuation of energy", "energy_fluctuation"),
+    "accumulated_max": Figure("J", "greatest accumulated area", "accumulated_max"),
+    "accumulated_min": Figure("J", "least accumulated area", "accumulated_min"),
+    "angle_speed_max": Figure("rad", "crank angle of the greatest speed", "angle_speed_max"),
+    "angle_speed_min": Figure("rad", "crank angle of the least speed", "angle_speed_min"),
+    "reduced_inertia_least": Figure("kg m^2", "least I* of the machine without flywheel", "reduced_inertia"),
+    "reduced_inertia_greatest": Figure("kg m^2", "greatest I*", "reduced_inertia"),
+    "reduced_inertia_mean": Figure("kg m^2", "mean I* over the cycle", "reduced_inertia"),
+    "mass": Figure("kg", "mass of the wheel that the scene asks for", "wheel"),
+}
+"""Figures of a design by their names; nan where a scene has none of a kind."""
+
+TRACED, REFINED, ALONE, REFUSED, MISSING = 0, 1, 2, 3, 255
+"""How a design was sized: with many at once, so and refined, one by one; refused; or not yet."""
+
+ENGINES = ("numpy", "numba", "size")
+"""What sizes designs: many at once by numpy or numba, or `size` one by one."""
+
+
+class Batch(NamedTuple):
+    """Figures of designs by their names, their errors (designs,), reasons of those refused by index, how each was sized."""
+
+    values: dict[str, Array]
+    errors: dict[str, Array]
+    reasons: dict[int, str]
+    ways: NDArray[np.uint8]
+
+
+def sized(scene: Scene, paths: tuple[str, ...], columns: Array, rtol: float, engine: str) -> Batch:
+    """The figures of designs whose numbers stand in columns.
+
+    Args:
+        scene: one that was read; see `flywheel.reading.paths`.
+        paths: of the numbers that vary.
+        columns: their values in SI (paths, designs).
+        rtol: relative error asked of every figure.
+        engine: one of `ENGINES`.
+
+    """
+    return one_by_one(scene, paths, columns, range(columns.shape[1]), rtol)
+
+
+def one_by_one(scene: Scene, paths: tuple[str, ...], columns: Array, which: Iterable[int], rtol: float) -> Batch:
+    """The figures of some of the designs, by `size` one after the other; nan for the others, whose way is `MISSING`."""
+    batch = empty(columns.shape[1])
+    for k in which:
+        try:
+            found = size(with_numbers(scene, dict(zip(paths, columns[:, k].tolist(), strict=True))), rtol, accuracy="normal")
+        except SceneError as error:
+            batch.ways[k], batch.reasons[k] = REFUSED, "; ".join(map(str, error.faults))
+            continue
+        batch.ways[k] = ALONE
+        for name, (value, error_of) in figures_of(found).items():
+            batch.values[name][k], batch.errors[name][k] = value, error_of
+    return batch
+
+
+def empty(count: int) -> Batch:
+    """A batch of designs of which nothing is known yet."""
+    values, errors = ({name: np.full(count, np.nan) for name in FIGURES} for _ in range(2))
+    return Batch(values, errors, {}, np.full(count, MISSING, np.uint8))
+
+
+def figures_of(sizing: Sizing) -> dict[str, tuple[float, float]]:
+    """The figures of one sizing, each with its error; nan where there is none."""
+    wheel, inertia, motion = sizing.flywheel, sizing.reduced_inertia, sizing.simulation
+    analysis = sizing.scene.inertia is not None
+    own: dict[str, float | None] = {
+        **{name: getattr(wheel, name) for name in ("exact", "approximate", "approximate_total")},
+        **{name: getattr(wheel, name) for name in ("inertia_torque", "inertia_torque_flywheel", "needed")},
+        "irregularity": motion.irregularity if analysis and motion is not None else None,
+        "balance": sizing.balance and sizing.balance.value,
+        **{name: getattr(sizing, name) for name in ("speed", "power", "energy_fluctuation")},
+        **{name: getattr(sizing, name) for name in ("accumulated_max", "accumulated_min")},
+        **{name: getattr(sizing, name) for name in ("angle_speed_max", "angle_speed_min")},
+        "reduced_inertia_least": inertia and inertia.least,
+        "reduced_inertia_greatest": inertia and inertia.greatest,
+        "reduced_inertia_mean": inertia and inertia.mean,
+        "mass": sizing.built and sizing.built.wheel.mass,
+    }
+    errors: Mapping[str, Estimate] = figure_errors(sizing) if sizing.built is None else estimates(sizing)
+    found = {}
+    for name, value in own.items():
+        error = errors.get(FIGURES[name].error) if FIGURES[name].error else 0.0
+        known = error if isinstance(error, float) else np.nan
+        found[name] = (np.nan, np.nan) if value is None else (float(value), known)
+    return found
