@@ -1,0 +1,626 @@
+"""Recording of arithmetic as straight-line programs: what is computed with recorded numbers, operation by operation.
+
+A walk over a graph does the same arithmetic at every state. Done once with numbers of a `Recorder`, it leaves a tape of
+operations behind, each one once. From the tape comes a `Program`: operations, the places of constants, the names of inputs,
+and nothing else. It runs over plain numbers, arrays of positions and of designs, numba's machine code, and any other numbers
+with the same functions (intervals, jets, many digits).
+
+An input with a value is a parameter: comparisons are answered by the value, and stand on the tape as guards, so that what
+was recorded is known to hold for all parameters that keep them. An input without a value is a variable: a comparison of
+it is an operation like any other, and what asks for its answer fails. What would lose the record fails too.
+
+Source: A. Griewank, A. Walther, Evaluating Derivatives, 2nd ed., SIAM 2008, chapter 2 (evaluation traces).
+"""
+
+from __future__ import annotations
+
+import math
+import operator
+from bisect import bisect_left, bisect_right
+from collections.abc import Callable, Iterable, Sequence
+from functools import lru_cache, partial, reduce
+from types import CodeType, FunctionType, SimpleNamespace
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from bondgraph.laws import Operand
+
+_SYMBOLS = {"add": "+", "subtract": "-", "multiply": "*", "divide": "/"}
+_COMPARISONS = {
+    "less": ("<", operator.lt),
+    "less_equal": ("<=", operator.le),
+    "greater": (">", operator.gt),
+    "greater_equal": (">=", operator.ge),
+    "equal": ("==", operator.eq),
+    "not_equal": ("!=", operator.ne),
+}
+_MIRRORED = {"greater": "less", "greater_equal": "less_equal"}
+_LOGIC = ("logical_and", "logical_or", "logical_not")
+_MATH = (  # functions that the math module has under this name
+    *("sqrt", "sin", "cos", "tan", "asin", "acos", "atan", "atan2", "exp", "log", "sinh", "cosh", "tanh", "hypot"),
+    *("log1p", "expm1", "floor", "ceil"),
+)
+_BY_NUMPY = {  # names of numpy's own functions, where they are others
+    "arcsin": "asin",
+    "arccos": "acos",
+    "arctan": "atan",
+    "arctan2": "atan2",
+    "absolute": "abs",
+    "fabs": "abs",
+    "positive": "add",
+    "float_power": "power",
+    "bitwise_and": "logical_and",
+    "bitwise_or": "logical_or",
+    "invert": "logical_not",
+}
+_NUMPY = {name: name for name in (*_SYMBOLS, *_COMPARISONS, *_LOGIC, *_MATH)}
+_NUMPY |= {name: name for name in ("power", "negative", "abs", "sign", "minimum", "maximum", "where")}
+LOST = "a recorded number has no plain value here: what is computed with it would be missing from the record"
+
+
+class Guard(NamedTuple):
+    """A comparison of parameters that the recording rests on: `difference` compares with 0 so, or not so (`holds`)."""
+
+    difference: Recorded
+    relation: str  # less, less_equal, equal
+    holds: bool
+
+
+class Recorder:
+    """The tape: takes down what is computed with its inputs.
+
+    >>> recorder = Recorder()
+    >>> r, phi = recorder.input("r", 0.5), recorder.input("phi")
+    >>> x = r * NAMESPACE.cos(phi) if r > 0.0 else 0.0 * phi
+    >>> program = recorder.program([x, x * x + 1.0])
+    >>> program.function("math")(0.5, 0.0), program.operations
+    ((0.5, 1.25), (('cos', 1), ('multiply', 0, 3), ('multiply', 4, 4), ('add', 5, 2)))
+    >>> recorder.conditions().kept(np.array([1.0, -1.0]), 0.0).tolist()
+    [True, False]
+    """
+
+    def __init__(self) -> None:
+        self.inputs: list[Recorded] = []
+        self.guards: list[Guard] = []
+        self._names: list[str] = []
+        self._tape: list[tuple[Any, ...]] = []  # of every node: operation and operands; ("input", k); ("place", value)
+        self._known: dict[tuple[Any, ...], Recorded] = {}
+        self._guarded: set[tuple[int, str]] = set()
+
+    def input(self, name: str, value: float | None = None) -> Recorded:
+        """A number still to come: a parameter with the value that it has now, or a variable."""
+        self._names.append(name)
+        node = self._node(("input", len(self.inputs)), None if value is None else float(value))
+        self.inputs.append(node)
+        return node
+
+    def operation(self, name: str, operands: Sequence[Any]) -> Any:
+        """What an operation gives; the same one twice is one node, and one that has no effect is left out."""
+        short = _SHORTER.get(name)
+        found = NotImplemented if short is None else short(*operands)
+        if found is not NotImplemented:
+            return found
+        nodes = [self._of(operand) for operand in operands]
+        key = (name, *[node.number for node in nodes])
+        known = self._known.get(key)
+        if known is not None:
+            return known
+        values = [node.value for node in nodes]
+        return self._node(key, None if None in values else _evaluated(name, values))
+
+    def compared(self, name: str, left: Any, right: Any) -> Any:
+        """A comparison: of parameters its answer, on record as a guard; of variables a recorded truth value."""
+        a, b = self._of(left), self._of(right)
+        if a.value is None or b.value is None:
+            return self.operation(name, (left, right))
+        answer: bool = _COMPARISONS[name][1](a.value, b.value)
+        relation, turned = _MIRRORED.get(name, name), name in _MIRRORED
+        difference = self.operation("subtract", (right, left) if turned else (left, right))
+        if isinstance(difference, Recorded):
+            relation, holds = ("equal", not answer) if relation == "not_equal" else (relation, answer)
+            if (difference.number, relation) not in self._guarded:
+                self._guarded.add((difference.number, relation))
+                self.guards.append(Guard(difference, relation, holds))
+        return answer
+
+    def program(self, outputs: Iterable[Any]) -> Program:
+        """What leads from the inputs to the outputs (recorded or plain numbers); nothing else of the tape."""
+        wanted = [self._of(output).number for output in outputs]
+        live, todo = set(wanted), list(wanted)
+        while todo:
+            entry = self._tape[todo.pop()]
+            if entry[0] not in ("input", "place"):
+                fresh = [n for n in entry[1:] if n not in live]
+                live.update(fresh)
+                todo += fresh
+        ordered = sorted(live)
+        places = [n for n in ordered if self._tape[n][0] == "place"]
+        new = {node.number: k for k, node in enumerate(self.inputs)}
+        new |= {n: len(new) + k for k, n in enumerate(places)}
+        operations = []
+        for n in ordered:
+            if n not in new:
+                new[n] = len(new)
+                name, *operands = self._tape[n]
+                operations.append((name, *[new[m] for m in operands]))
+        values = tuple(self._tape[n][1] for n in places)
+        return Program(tuple(self._names), values, tuple(operations), tuple(new[n] for n in wanted))
+
+    def conditions(self) -> Conditions:
+        """The guards so far, for any parameters."""
+        program = self.program(guard.difference for guard in self.guards)
+        return Conditions(program, tuple(g.relation for g in self.guards), tuple(g.holds for g in self.guards))
+
+    def _of(self, value: Any) -> Recorded:
+        """The node of a recorded number, or of a constant: places are told apart by the bits of their values."""
+        if isinstance(value, Recorded):
+            if value.recorder is not self:
+                raise TypeError("numbers of two recordings do not mix")
+            return value
+        plain = value if type(value) is bool else float(value)
+        key = ("place", plain, math.copysign(1.0, plain), type(plain))
+        known = self._known.get(key)
+        if known is None:
+            known = self._known[key] = Recorded(self, len(self._tape), plain)
+            self._tape.append(("place", plain))
+        return known
+
+    def _node(self, key: tuple[Any, ...], value: Any) -> Recorded:
+        node = self._known[key] = Recorded(self, len(self._tape), value)
+        self._tape.append(key)
+        return node
+
+
+class Recorded(Operand):
+    """A number on a tape; its present value, where it depends on parameters alone (None where variables matter)."""
+
+    __slots__ = ("number", "recorder", "value")
+
+    def __init__(self, recorder: Recorder, number: int, value: Any) -> None:
+        self.recorder, self.number, self.value = recorder, number, value
+
+    def __repr__(self) -> str:
+        return f"Recorded({self.recorder._tape[self.number][0]}, {self.value})"
+
+    def _apply(self, name: str, operands: tuple[Any, ...]) -> Any:
+        name = _BY_NUMPY.get(name, name)
+        for operand in operands:
+            if not isinstance(operand, _PLAIN):
+                if isinstance(operand, np.ndarray):
+                    return _over_arrays(name, operands)
+                return NotImplemented
+        if name in _COMPARISONS:
+            return self.recorder.compared(name, *operands)
+        if name in _NUMPY:
+            return self.recorder.operation(name, operands)
+        if name in _ARRAY_FUNCTIONS:
+            return _ARRAY_FUNCTIONS[name](*operands)
+        raise TypeError(f"numpy.{name} cannot be recorded")
+
+    def __array_function__(self, function: Any, types: Any, operands: Any, kwargs: Any) -> Any:
+        name = function.__name__
+        if name in _ARRAY_FUNCTIONS:
+            return _ARRAY_FUNCTIONS[name](*operands, **kwargs)
+        return super().__array_function__(function, types, operands, kwargs)
+
+    def __bool__(self) -> bool:
+        if self.value is None:
+            raise TypeError("a recording cannot branch on a value still to come")
+        return bool(self.recorder.compared("not_equal", self, 0.0))
+
+    def __float__(self) -> float:
+        raise TypeError(LOST)
+
+    def __hash__(self) -> int:  # type: ignore[override]  # as that of floats: equal numbers meet, and leave a guard
+        return hash((id(self.recorder), self.number)) if self.value is None else hash(self.value)
+
+    def __floordiv__(self, other: Any) -> Any:
+        return NAMESPACE.floor(self / other)
+
+    def __rfloordiv__(self, other: Any) -> Any:
+        return NAMESPACE.floor(other / self)
+
+    def __mod__(self, other: Any) -> Any:
+        return self - other * NAMESPACE.floor(self / other)
+
+    def __rmod__(self, other: Any) -> Any:
+        return other - self * NAMESPACE.floor(other / self)
+
+    def __floor__(self) -> Any:
+        return NAMESPACE.floor(self)
+
+    def __ceil__(self) -> Any:
+        return -NAMESPACE.floor(-self)
+
+    def __int__(self) -> int:
+        found = NAMESPACE.floor(self) if self >= 0.0 else -NAMESPACE.floor(-self)
+        if isinstance(found, Recorded):
+            raise TypeError(LOST)
+        return int(found)
+
+    def __round__(self, digits: int | None = None) -> int:
+        if digits is not None:
+            raise TypeError(LOST)
+        return int(NAMESPACE.floor(self + 0.5))
+
+
+for _name in ("sin", "cos", "tan", "arcsin", "arccos", "arctan", "arctan2", "sqrt", "exp", "log", "hypot"):
+
+    def _method(self: Recorded, *others: Any, name: str = _name) -> Any:
+        return self._apply(name, (self, *others))
+
+    setattr(Recorded, _name, _method)  # how numpy's functions reach the entries of an array of objects
+
+_PLAIN = (Recorded, float, int, bool, np.floating, np.integer, np.bool_)
+
+
+def _over_arrays(name: str, operands: tuple[Any, ...]) -> Any:
+    """An operation on arrays and recorded numbers, entry by entry."""
+    arrays = [np.asarray(o, dtype=object) if isinstance(o, Recorded) else np.asarray(o) for o in operands]
+    arrays = list(np.broadcast_arrays(*arrays))
+    function = getattr(NAMESPACE, name)
+    found = np.empty(arrays[0].shape, dtype=object)
+    for at in np.ndindex(found.shape):
+        found[at] = function(*(array[at] for array in arrays))
+    truths = name in _COMPARISONS and all(isinstance(value, bool | np.bool_) for value in found.flat)
+    return found.astype(bool) if truths else found[()]
+
+
+def _evaluated(name: str, values: Sequence[Any]) -> Any:
+    """The value of an operation on plain numbers, infinite or NaN where it is not defined."""
+    try:
+        return _OF_PLAIN[name](*values)
+    except (ValueError, ArithmeticError):
+        with np.errstate(all="ignore"):
+            return float(getattr(np, _NUMPY[name])(*values))
+
+
+_OF_PLAIN: dict[str, Callable[..., Any]] = {
+    **{name: getattr(math, name) for name in _MATH},
+    **{name: compare for name, (_, compare) in _COMPARISONS.items()},
+    "add": operator.add,
+    "subtract": operator.sub,
+    "multiply": operator.mul,
+    "divide": operator.truediv,
+    "power": math.pow,
+    "negative": operator.neg,
+    "abs": abs,
+    "sign": lambda a: float((a > 0.0) - (a < 0.0)),
+    "minimum": min,
+    "maximum": max,
+    "where": lambda test, yes, no: yes if test else no,
+    "logical_and": lambda a, b: bool(a and b),
+    "logical_or": lambda a, b: bool(a or b),
+    "logical_not": lambda a: not a,
+}
+
+
+# -- what is left out of a tape --------------------------------------------------------------------------------------------
+
+
+def _is(value: Any, number: float) -> bool:
+    return not isinstance(value, Recorded) and value == number
+
+
+def _sum(a: Any, b: Any = 0.0) -> Any:
+    return b if _is(a, 0.0) else a if _is(b, 0.0) else NotImplemented
+
+
+def _minus(a: Any, b: Any) -> Any:
+    if _is(b, 0.0):
+        return a
+    return 0.0 if isinstance(a, Recorded) and a is b else -b if _is(a, 0.0) else NotImplemented
+
+
+def _times(a: Any, b: Any) -> Any:
+    if _is(a, 0.0) or _is(b, 0.0):
+        return 0.0
+    return b if _is(a, 1.0) else a if _is(b, 1.0) else NotImplemented
+
+
+def _over(a: Any, b: Any) -> Any:
+    return 0.0 if _is(a, 0.0) else a if _is(b, 1.0) else NotImplemented
+
+
+def _to_power(a: Any, b: Any) -> Any:
+    if _is(b, 0.0):
+        return 1.0
+    return a if _is(b, 1.0) else a * a if _is(b, 2.0) else NotImplemented
+
+
+def _opposite(a: Any) -> Any:
+    entry = a.recorder._tape[a.number]
+    if entry[0] != "negative":
+        return NotImplemented
+    operand = entry[1]
+    return Recorded(a.recorder, operand, None if a.value is None else -a.value)
+
+
+def _chosen(test: Any, yes: Any, no: Any) -> Any:
+    if isinstance(test, Recorded) and test.value is None:
+        return yes if yes is no else NotImplemented
+    return yes if test else no
+
+
+def _both(a: Any, b: Any) -> Any:
+    if not isinstance(a, Recorded):
+        return b if a else False
+    return NotImplemented if isinstance(b, Recorded) else a if b else False
+
+
+def _either(a: Any, b: Any) -> Any:
+    if not isinstance(a, Recorded):
+        return True if a else b
+    return NotImplemented if isinstance(b, Recorded) else True if b else a
+
+
+def _lower(a: Any, b: Any) -> Any:
+    return NotImplemented if _varies(a, b) else b if b < a else a
+
+
+def _higher(a: Any, b: Any) -> Any:
+    return NotImplemented if _varies(a, b) else b if b > a else a
+
+
+def _size(a: Any) -> Any:
+    return NotImplemented if _varies(a) else -a if a < 0.0 else a
+
+
+def _sense(a: Any) -> Any:
+    return NotImplemented if _varies(a) else 1.0 if a > 0.0 else -1.0 if a < 0.0 else 0.0
+
+
+def _floor(a: Any) -> Any:
+    return NAMESPACE.floor(a)
+
+
+def _whole(a: Any) -> Any:
+    """The floor of a parameter is a plain number, with two guards."""
+    if _varies(a) or not math.isfinite(a.value):
+        return NotImplemented
+    below = float(math.floor(a.value))
+    return below if a >= below and a < below + 1.0 else NotImplemented
+
+
+def _varies(*operands: Any) -> bool:
+    """Whether some operand depends on a variable, so that no comparison is answered."""
+    return any(isinstance(operand, Recorded) and operand.value is None for operand in operands)
+
+
+_SHORTER: dict[str, Callable[..., Any]] = {
+    "add": _sum,
+    "subtract": _minus,
+    "multiply": _times,
+    "divide": _over,
+    "power": _to_power,
+    "negative": _opposite,
+    "where": _chosen,
+    "logical_and": _both,
+    "logical_or": _either,
+    "minimum": _lower,
+    "maximum": _higher,
+    "abs": _size,
+    "sign": _sense,
+    "floor": _whole,
+    "ceil": lambda a: NotImplemented if _varies(a) else -_floor(-a),
+}
+
+
+# -- functions by their names -----------------------------------------------------------------------------------------------
+
+
+def _function(name: str) -> Callable[..., Any]:
+    of_arrays = getattr(np, _NUMPY[name])
+
+    def function(*operands: Any) -> Any:
+        for operand in operands:
+            if isinstance(operand, Recorded):
+                return operand._apply(name, operands)
+            if isinstance(operand, np.ndarray) and operand.dtype == object:
+                return _over_arrays(name, operands)
+        return of_arrays(*operands)
+
+    function.__name__ = name
+    return function
+
+
+def _searchsorted(ascending: Any, value: Any, side: str = "left") -> Any:
+    if isinstance(value, np.ndarray):
+        return np.array([_searchsorted(ascending, one, side) for one in value.flat]).reshape(value.shape)
+    return (bisect_left if side == "left" else bisect_right)(list(ascending), value)
+
+
+def _where(test: Any, yes: Any, no: Any) -> Any:
+    if isinstance(test, bool | np.bool_):
+        return yes if test else no
+    if any(isinstance(operand, np.ndarray) for operand in (test, yes, no)):
+        return _over_arrays("where", (test, yes, no))
+    return test.recorder.operation("where", (test, yes, no))
+
+
+def _clip(value: Any, low: Any, high: Any) -> Any:
+    return NAMESPACE.minimum(NAMESPACE.maximum(value, low), high)
+
+
+_ARRAY_FUNCTIONS: dict[str, Callable[..., Any]] = {
+    "where": _where,
+    "clip": _clip,
+    "searchsorted": _searchsorted,
+    "shape": lambda value: (),
+    "ndim": lambda value: 0,
+    "size": lambda value: 1,
+    "broadcast_to": lambda value, shape: np.broadcast_to(np.asarray(value, dtype=object), shape)[()],
+    "square": lambda value: value * value,
+    "degrees": lambda value: value * (180.0 / math.pi),
+    "radians": lambda value: value * (math.pi / 180.0),
+}
+
+NAMESPACE: Any = SimpleNamespace(pi=math.pi, **{name: _function(name) for name in _NUMPY})
+NAMESPACE.where = _where
+NAMESPACE.clip = _clip
+
+
+# -- programs ---------------------------------------------------------------------------------------------------------------
+
+
+class Program(NamedTuple):
+    """Straight-line code as plain data. Nodes are numbered: the inputs, then the places, then the operations in turn.
+
+    Attributes:
+        inputs: names of the arguments.
+        places: values of the constants.
+        operations: name and numbers of the operands.
+        outputs: numbers of what is returned.
+
+    """
+
+    inputs: tuple[str, ...]
+    places: tuple[float, ...]
+    operations: tuple[tuple[Any, ...], ...]
+    outputs: tuple[int, ...]
+
+    def function(self, kind: Any = "numpy") -> Callable[..., tuple[Any, ...]]:
+        """The program as a function of its inputs, in turn, that returns a tuple of its outputs.
+
+        Args:
+            kind: `"numpy"` for arrays that broadcast and numpy's numbers, `"math"` for plain floats (where something is not
+                defined, ValueError or ArithmeticError), `"numba"` for arrays in machine code, or a namespace that gives the
+                functions by their numpy names, as `NAMESPACE` does, for numbers of any other kind.
+
+        Code depends on the operations alone: programs with other places share it.
+
+        """
+        if kind == "numba":
+            return _over_broadcast(self)
+        named = kind if isinstance(kind, str) else "space"
+        space = _GLOBALS[kind] if isinstance(kind, str) else _functions_of(kind)
+        code = _code(named, len(self.inputs), len(self.places), self.operations, self.outputs)
+        return FunctionType(code, space, "recorded", self.places)
+
+    def kernel(self) -> Any:
+        """The program for one state as a numba function of its inputs and an array of its places; numba compiles it."""
+        return _kernel(len(self.inputs), len(self.places), self.operations, self.outputs)
+
+    def at(self, values: dict[str, Any], kind: Any = "numpy") -> tuple[Any, ...]:
+        """The outputs at inputs by their names."""
+        return self.function(kind)(*(values[name] for name in self.inputs))
+
+
+class Conditions(NamedTuple):
+    """Guards as a program of differences, with the relation of each to 0 and whether it holds."""
+
+    program: Program
+    relations: tuple[str, ...]
+    holds: tuple[bool, ...]
+
+    def kept(self, *inputs: Any) -> Any:
+        """Whether every guard stands as it was recorded, at inputs that broadcast."""
+        with np.errstate(all="ignore"):
+            found = self.program.function()(*inputs)
+        rows = zip(found, self.relations, self.holds, strict=True)
+        answers = [getattr(np, relation)(difference, 0.0) == holds for difference, relation, holds in rows]
+        shape = np.broadcast_shapes(*(np.shape(value) for value in inputs))
+        return reduce(np.logical_and, answers, np.ones(shape, dtype=bool))
+
+
+_COMMON = {name: f"{{0}} {symbol} {{1}}" for name, symbol in _SYMBOLS.items()} | {"negative": "-{0}"}
+_SCALAR = {
+    **_COMMON,
+    **{name: f"{{0}} {symbol} {{1}}" for name, (symbol, _) in _COMPARISONS.items()},
+    "sign": "({0} > 0.0) - ({0} < 0.0) + 0.0",
+    "minimum": "{1} if {1} < {0} else {0}",
+    "maximum": "{1} if {1} > {0} else {0}",
+    "where": "{1} if {0} else {2}",
+    "logical_and": "{0} and {1}",
+    "logical_or": "{0} or {1}",
+    "logical_not": "not {0}",
+    "power": "pow({0}, {1})",
+}
+_TEMPLATES = {"math": _SCALAR, "numba": _SCALAR, "numpy": _COMMON, "space": _COMMON | {"divide": "divide({0}, {1})"}}
+_GLOBALS: dict[str, dict[str, Any]] = {
+    "math": {**{name: getattr(math, name) for name in _MATH}, "pow": math.pow, "abs": abs},
+    "numpy": {name: getattr(np, _NUMPY[name]) for name in _NUMPY},
+}
+
+
+def _functions_of(namespace: Any) -> dict[str, Any]:
+    """What a namespace gives by numpy's names; operators where it gives none."""
+    found: dict[str, Any] = {name: compare for name, (_, compare) in _COMPARISONS.items()}
+    found |= {"abs": abs, "power": operator.pow, "divide": operator.truediv}
+    found |= {name: getattr(namespace, name) for name in _NUMPY if hasattr(namespace, name)}
+    found.setdefault("hypot", lambda a, b: found["sqrt"](a * a + b * b))
+    return found
+
+
+@lru_cache(maxsize=512)
+def _code(kind: str, inputs: int, places: int, operations: tuple[Any, ...], outputs: tuple[int, ...]) -> CodeType:
+    """Code with the places as defaults of its last arguments: local variables are the fastest."""
+    space: dict[str, Any] = {}
+    exec(compile(_source(kind, inputs, places, operations, outputs), "<recorded>", "exec"), space)
+    code: CodeType = space["recorded"].__code__
+    return code
+
+
+def source(program: Program, kind: str) -> str:
+    """The text that is compiled for `"math"`, `"numpy"` or `"numba"`: names are numbered, and constants are arguments."""
+    return _source(kind, len(program.inputs), len(program.places), program.operations, program.outputs)
+
+
+def _source(kind: str, inputs: int, places: int, operations: tuple[Any, ...], outputs: tuple[int, ...]) -> str:
+    templates, last, names = _TEMPLATES[kind], dict[int, int](), [f"x{k}" for k in range(inputs + places)]
+    for k, (_, *operands) in enumerate(operations):
+        last.update(dict.fromkeys(operands, k))
+    lines, free, kept = [], list[str](), set(outputs)
+    for k, (name, *operands) in enumerate(operations):
+        given = [names[n] for n in operands]
+        if kind == "numpy":  # names whose arrays are no longer needed are used again, so that these are freed
+            free += [names[n] for n in set(operands) if last[n] == k and n not in kept and n >= inputs + places]
+        own = free.pop() if free else f"v{k}"
+        template = templates.get(name)
+        lines.append(f"{own} = " + (template.format(*given) if template else f"{name}({', '.join(given)})"))
+        names.append(own)
+    if kind == "numba":
+        opened = [f"x{inputs + k} = places[{k}]" for k in range(places)]
+        arguments, lines = [*names[:inputs], "places"], opened + lines
+    else:
+        arguments = names[: inputs + places]
+    returned = "".join(f"{names[n]}, " for n in outputs)
+    body = "\n    ".join([*lines, f"return ({returned})"])
+    return f"def recorded({', '.join(arguments)}):\n    {body}\n"
+
+
+@lru_cache(maxsize=64)
+def _kernel(inputs: int, places: int, operations: tuple[Any, ...], outputs: tuple[int, ...]) -> Any:
+    import numba  # an extra: only who asks for machine code pays for it
+
+    space = dict(_GLOBALS["math"])
+    exec(compile(_source("numba", inputs, places, operations, outputs), "<recorded>", "exec"), space)
+    return numba.njit(space["recorded"], error_model="numpy", nogil=True)
+
+
+def _over_broadcast(program: Program) -> Callable[..., tuple[Any, ...]]:
+    """A kernel over arrays that broadcast, one state after another."""
+    run = _loop(len(program.inputs), len(program.places), program.operations, program.outputs)
+    return partial(_run, run, np.array(program.places, dtype=float), len(program.outputs))
+
+
+def _run(run: Any, places: Any, outputs: int, *inputs: Any) -> tuple[Any, ...]:
+    arrays = np.broadcast_arrays(*(np.asarray(value, dtype=float) for value in inputs))
+    shape = arrays[0].shape if arrays else ()
+    found = np.empty((outputs, math.prod(shape)))
+    run(np.array([array.ravel() for array in arrays]).reshape(len(arrays), -1), places, found)
+    return tuple(row.reshape(shape)[()] for row in found)
+
+
+@lru_cache(maxsize=64)
+def _loop(inputs: int, places: int, operations: tuple[Any, ...], outputs: tuple[int, ...]) -> Any:
+    import numba
+
+    kernel = _kernel(inputs, places, operations, outputs)
+    space = {"kernel": kernel}
+    given = ", ".join(f"inputs[{k}, i]" for k in range(inputs))
+    assigned = "\n        ".join(f"found[{k}, i] = row[{k}]" for k in range(len(outputs)))
+    text = f"def run(inputs, places, found):\n    for i in range(found.shape[1]):\n        row = kernel({given}, places)"
+    exec(compile(f"{text}\n        {assigned}\n", "<recorded>", "exec"), space)
+    return numba.njit(space["run"], nogil=True)
