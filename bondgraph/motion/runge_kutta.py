@@ -1,0 +1,331 @@
+"""Explicit Runge-Kutta methods of order 5 and 8 of Dormand and Prince, for motions of a few states in plain numbers.
+
+The loose tolerances are met for the least work by order 5: 6 evaluations of the rates a step, and a polynomial of order 4
+within it that costs none. Order 8 takes 12; its error is an estimate of order 5 corrected by one of order 3; the motion
+within a step is a polynomial of order 7, whose 3 further evaluations are made when somebody asks for it. The arithmetic of a
+step is written out for the number of states, without arrays: of two or three states that is ten times as fast.
+
+Source: E. Hairer, S. P. Norsett, G. Wanner, Solving Ordinary Differential Equations I, Springer 1993, sections II.4 to II.6,
+with the coefficients of their codes DOPRI5 and DOP853.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from functools import cache
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+State = tuple[float, ...]
+Rates = Callable[[float, Any], Any]
+
+_SAFETY, _LEAST, _MOST = 0.9, 0.2, 10.0  # of one step's length over that of the one before
+_SHORTEST = 10.0  # spacings of the numbers at a step's time
+_LOOSE = 3e-7  # tolerance of a step: down to it order 5 takes less work than order 8
+
+
+class Method(NamedTuple):
+    """Weights of a method: of its stages and of the step (whose rates are the last slope, and the next step's first).
+
+    errors: e, or e and f, whose estimate is |e|²/sqrt(|e|² + 0.01 |f|²). within: the stages that the polynomial within a
+    step asks for beside, and dense the weights of its highest terms.
+    """
+
+    order: int
+    stages: tuple[tuple[float, ...], ...]
+    weights: tuple[float, ...]
+    errors: tuple[tuple[float, ...], ...]
+    within: tuple[tuple[float, ...], ...]
+    dense: tuple[tuple[float, ...], ...]
+
+
+# fmt: off
+ORDER_5 = Method(
+    order=5,
+    stages=(
+        (1 / 5,),
+        (3 / 40, 9 / 40),
+        (44 / 45, -56 / 15, 32 / 9),
+        (19372 / 6561, -25360 / 2187, 64448 / 6561, -212 / 729),
+        (9017 / 3168, -355 / 33, 46732 / 5247, 49 / 176, -5103 / 18656),
+    ),
+    weights=(35 / 384, 0.0, 500 / 1113, 125 / 192, -2187 / 6784, 11 / 84),
+    errors=((-71 / 57600, 0.0, 71 / 16695, -71 / 1920, 17253 / 339200, -22 / 525, 1 / 40),),
+    within=(),
+    dense=(
+        (-12715105075 / 11282082432, 0.0, 87487479700 / 32700410799, -10690763975 / 1880347072,
+         701980252875 / 199316789632, -1453857185 / 822651844, 69997945 / 29380423),
+    ),
+)
+ORDER_8 = Method(
+    order=8,
+    stages=(
+        (0.05260015195876773,),
+        (0.0197250569845379, 0.0591751709536137),
+        (0.02958758547680685, 0.0, 0.08876275643042054),
+        (0.2413651341592667, 0.0, -0.8845494793282861, 0.924834003261792),
+        (0.037037037037037035, 0.0, 0.0, 0.17082860872947386, 0.12546768756682242),
+        (0.037109375, 0.0, 0.0, 0.17025221101954405, 0.06021653898045596, -0.017578125),
+        (0.03709200011850479, 0.0, 0.0, 0.17038392571223998, 0.10726203044637328, -0.015319437748624402,
+         0.008273789163814023),
+        (0.6241109587160757, 0.0, 0.0, -3.3608926294469414, -0.868219346841726, 27.59209969944671, 20.154067550477894,
+         -43.48988418106996),
+        (0.47766253643826434, 0.0, 0.0, -2.4881146199716677, -0.590290826836843, 21.230051448181193, 15.279233632882423,
+         -33.28821096898486, -0.020331201708508627),
+        (-0.9371424300859873, 0.0, 0.0, 5.186372428844064, 1.0914373489967295, -8.149787010746927, -18.52006565999696,
+         22.739487099350505, 2.4936055526796523, -3.0467644718982196),
+        (2.273310147516538, 0.0, 0.0, -10.53449546673725, -2.0008720582248625, -17.9589318631188, 27.94888452941996,
+         -2.8589982771350235, -8.87285693353063, 12.360567175794303, 0.6433927460157636),
+    ),
+    weights=(
+        0.054293734116568765, 0.0, 0.0, 0.0, 0.0, 4.450312892752409, 1.8915178993145003, -5.801203960010585,
+        0.3111643669578199, -0.1521609496625161, 0.20136540080403034, 0.04471061572777259,
+    ),
+    errors=(
+        (
+            0.01312004499419488, 0.0, 0.0, 0.0, 0.0, -1.2251564463762044, -0.4957589496572502, 1.6643771824549864,
+            -0.35032884874997366, 0.3341791187130175, 0.08192320648511571, -0.022355307863886294,
+        ),
+        (
+            -0.18980075407240762, 0.0, 0.0, 0.0, 0.0, 4.450312892752409, 1.8915178993145003, -5.801203960010585,
+            -0.4226823213237919, -0.1521609496625161, 0.20136540080403034, 0.02265179219836082,
+        ),
+    ),
+    within=(
+        (0.056167502283047954, 0.0, 0.0, 0.0, 0.0, 0.0, 0.25350021021662483, -0.2462390374708025, -0.12419142326381637,
+         0.15329179827876568, 0.00820105229563469, 0.007567897660545699, -0.008298),
+        (0.03183464816350214, 0.0, 0.0, 0.0, 0.0, 0.028300909672366776, 0.053541988307438566, -0.05492374857139099, 0.0, 0.0,
+         -0.00010834732869724932, 0.0003825710908356584, -0.00034046500868740456, 0.1413124436746325),
+        (-0.42889630158379194, 0.0, 0.0, 0.0, 0.0, -4.697621415361164, 7.683421196062599, 4.06898981839711,
+         0.3567271874552811, 0.0, 0.0, 0.0, -0.0013990241651590145, 2.9475147891527724, -9.15095847217987),
+    ),
+    dense=(
+        (-8.428938276109013, 0.0, 0.0, 0.0, 0.0, 0.5667149535193777, -3.0689499459498917, 2.38466765651207,
+         2.117034582445028, -0.871391583777973, 2.2404374302607883, 0.6315787787694688, -0.08899033645133331,
+         18.148505520854727, -9.194632392478356, -4.436036387594894),
+        (10.427508642579134, 0.0, 0.0, 0.0, 0.0, 242.28349177525817, 165.20045171727028, -374.5467547226902,
+         -22.113666853125306, 7.733432668472264, -30.674084731089398, -9.332130526430229, 15.697238121770845,
+         -31.139403219565178, -9.35292435884448, 35.81684148639408),
+        (19.985053242002433, 0.0, 0.0, 0.0, 0.0, -387.0373087493518, -189.17813819516758, 527.8081592054236,
+         -11.57390253995963, 6.8812326946963, -1.0006050966910838, 0.7777137798053443, -2.778205752353508,
+         -60.19669523126412, 84.32040550667716, 11.99229113618279),
+        (-25.69393346270375, 0.0, 0.0, 0.0, 0.0, -154.18974869023643, -231.5293791760455, 357.6391179106141,
+         93.40532418362432, -37.45832313645163, 104.0996495089623, 29.8402934266605, -43.53345659001114, 96.32455395918828,
+         -39.17726167561544, -149.72683625798564),
+    ),
+)
+# fmt: on
+
+
+def method(tolerance: float) -> Method:
+    """The method that takes steps of a relative tolerance for the least work.
+
+    >>> method(1e-4).order, method(1e-10).order
+    (5, 8)
+    """
+    return ORDER_5 if tolerance >= _LOOSE else ORDER_8
+
+
+Stepping = Callable[..., tuple[float, State, tuple[State, ...]]]
+
+
+@cache
+def _written(method: Method, count: int) -> Stepping:
+    """A step of so many states, written out: its error in terms of what is allowed, the states after it, and its slopes.
+
+    Of rates, time, length, states, slopes at the start, relative and absolute error allowed; not a number for an error where
+    the states are not.
+    """
+
+    def total(row: Sequence[float], k: int) -> str:
+        return " + ".join(f"{weight!r} * s{j}_{k}" for j, weight in enumerate(row) if weight)
+
+    def each(text: Callable[[int], str]) -> str:
+        return "".join(text(k) + ", " for k in range(count))
+
+    def named(name: str) -> str:
+        return f"    {each(lambda k: f'{name}_{k}')}= {name}"
+
+    lines = ["def step(rates, t, h, y, s0, relative, absolute):", named("y"), named("s0"), named("absolute")]
+    for j, row in enumerate(method.stages, 1):
+        moved = each(lambda k: f"y_{k} + h * ({total(row, k)})")  # noqa: B023 - called at once
+        lines += [f"    s{j} = rates(t + {math.fsum(row)!r} * h, ({moved}))", named(f"s{j}")]
+    last = len(method.weights)
+    lines += [f"    z_{k} = y_{k} + h * ({total(method.weights, k)})" for k in range(count)]
+    lines += [f"    z = ({each(lambda k: f'z_{k}')})", f"    s{last} = rates(t + h, z)", named(f"s{last}")]
+    for k in range(count):
+        lines += [f"    a, b = abs(y_{k}), abs(z_{k})", f"    size_{k} = absolute_{k} + relative * (a if a > b else b)"]
+    for name, row in zip("ef", method.errors, strict=False):
+        squares = " + ".join(f"(({total(row, k)}) / size_{k}) ** 2" for k in range(count))
+        lines.append(f"    {name} = {squares or 0.0}")
+    error = "e / sqrt(total)" if len(method.errors) == 2 else "sqrt(e)"
+    lines.append(f"    total = e{' + 0.01 * f' if len(method.errors) == 2 else ''}")
+    slopes = ", ".join(f"s{j}" for j in range(last + 1))
+    lines.append(f"    return (h * {error} / {math.sqrt(max(count, 1))!r} if total else 0.0), z, ({slopes})")
+    names: dict[str, Any] = {"sqrt": math.sqrt}
+    exec("\n".join(lines), names)  # made of the coefficients above alone
+    return names["step"]  # type: ignore[no-any-return]
+
+
+class Step:
+    """A step: `state` (k,) at time `t`, and `after` at the end of its length `h`; `slopes` are the rates at its stages.
+
+    As a function of a time, or of times (n,), it gives the states there, (k,) or (k, n).
+    """
+
+    __slots__ = ("_series", "after", "h", "method", "rates", "slopes", "state", "t")
+
+    def __init__(
+        self, method: Method, rates: Rates | None, t: float, h: float, state: State, after: State, slopes: Sequence[State]
+    ) -> None:
+        self.method, self.rates, self.t, self.h = method, rates, t, h
+        self.state, self.after, self.slopes = state, after, slopes
+        self._series: Array | None = None
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return _kept, (self.method, self.t, self.h, self.state, self.after, self._complete())
+
+    def shortened(self, h: float) -> Step:
+        """The step from the same start over another length, whatever its error."""
+        assert self.rates is not None
+        nothing = (math.inf,) * len(self.state)
+        stepping = _written(self.method, len(self.state))
+        _, after, slopes = stepping(self.rates, self.t, h, self.state, self.slopes[0], 0.0, nothing)
+        return Step(self.method, self.rates, self.t, h, self.state, after, slopes)
+
+    def __call__(self, t: Any) -> Array:
+        """The states at a time within the step, or at times."""
+        if self._series is None:
+            self._series = _series([self])[0]
+        share = (np.asarray(t, dtype=float) - self.t) / self.h
+        wide = (slice(None), *(None,) * share.ndim)
+        return _evaluated(np.array(self.state)[wide], self._series[(..., *wide[1:])], share)
+
+    def one(self, k: int) -> Callable[[float], float]:
+        """A single state as a function of a time within the step, in plain numbers."""
+        slopes, state, h, t, method = self._complete(), self.state[k], self.h, self.t, self.method
+        gained, last = self.after[k] - state, len(method.weights)
+        first, second = h * slopes[0][k] - gained, 2.0 * gained - h * (slopes[last][k] + slopes[0][k])
+        rows = [h * sum(w * slope[k] for w, slope in zip(row, slopes, strict=False) if w) for row in method.dense]
+        terms = [gained, first, second, *rows]
+        ends = [*enumerate(terms)][::-1]
+
+        def value(time: float) -> float:
+            share = (time - t) / h
+            rest, found = 1.0 - share, 0.0
+            for j, term in ends:
+                found = (found + term) * (rest if j % 2 else share)
+            return found + state
+
+        return value
+
+    def _complete(self) -> Sequence[State]:
+        """The slopes at all stages, those of the polynomial within the step too."""
+        for row in self.method.within[len(self.slopes) - len(self.method.weights) - 1 :]:
+            assert self.rates is not None
+            used = [(self.h * w, slope) for w, slope in zip(row, self.slopes, strict=True) if w]
+            point = tuple(y + sum(w * slope[k] for w, slope in used) for k, y in enumerate(self.state))
+            self.slopes = (*self.slopes, tuple(self.rates(self.t + math.fsum(row) * self.h, point)))
+        return self.slopes
+
+
+def _kept(method: Method, t: float, h: float, state: State, after: State, slopes: Sequence[State]) -> Step:
+    """A step that has all its slopes."""
+    return Step(method, None, t, h, state, after, slopes)
+
+
+def _series(steps: Sequence[Step]) -> Array:
+    """Coefficients (steps, terms, k) of the states' gains in share (c0 + (1 - share) (c1 + share (c2 + ...)))."""
+    method = steps[0].method
+    slopes = np.array([step._complete() for step in steps])
+    gained = np.array([step.after for step in steps]) - np.array([step.state for step in steps])
+    h = np.array([step.h for step in steps])[:, None]
+    first, last = slopes[:, 0], slopes[:, len(method.weights)]
+    terms = [gained, h * first - gained, 2.0 * gained - h * (last + first)]
+    return np.concatenate((np.stack(terms, axis=1), h[:, None] * np.matmul(np.array(method.dense), slopes)), axis=1)
+
+
+def _evaluated(state: Array, series: Array, share: Array) -> Array:
+    """States of shape (k, ...), by their series (terms, k, ...) over shares of their steps."""
+    sides, found = (share, 1.0 - share), np.zeros(np.broadcast_shapes(state.shape, share.shape))
+    for j in range(series.shape[0] - 1, -1, -1):
+        found = (found + series[j]) * sides[j % 2]
+    return np.asarray(found + state)
+
+
+def at(steps: Sequence[Step], owners: NDArray[np.intp], times: Array) -> Array:
+    """States (k, n) at times (n,), each by the step that owns it, for steps of one method."""
+    used, where = np.unique(owners, return_inverse=True)
+    mine = [steps[owner] for owner in used.tolist()]
+    start, h = np.array([(step.t, step.h) for step in mine]).T
+    states = np.array([step.state for step in mine]).T[:, where]
+    return _evaluated(states, np.moveaxis(_series(mine), 0, -1)[..., where], (times - start[where]) / h[where])
+
+
+class DormandPrince:
+    """The motion dy/dt = rates(t, y) from (t, y) on, stepped within a relative error and one of each state.
+
+    `rates` takes a tuple of numbers and gives as many, as a tuple or an array. `f` are the rates at (t, y), and `h` is the
+    length of the step to come, which may be changed before that is taken. A state whose absolute error is infinite is
+    carried along, and shortens no step.
+    """
+
+    def __init__(
+        self,
+        rates: Rates,
+        t: float,
+        y: Sequence[float],
+        until: float,
+        relative: float,
+        absolute: Sequence[float],
+        h: float | None = None,
+        method: Method = ORDER_8,
+    ) -> None:
+        self.t, self.y, self.method = float(t), tuple(map(float, y)), method
+        first = rates(self.t, self.y)
+        self.rates: Rates = (lambda t, y: rates(t, y).tolist()) if isinstance(first, np.ndarray) else rates
+        self.f: State = tuple(map(float, first))
+        self.until, self.relative, self.absolute = float(until), relative, tuple(map(float, absolute))
+        self._step = _written(method, len(self.y))
+        self.h = self._first() if h is None else h
+
+    def step(self) -> Step | None:
+        """The next step, at most to `until`; None if none is short enough."""
+        t, y, repeated, power = self.t, self.y, False, -1.0 / self.method.order
+        shortest = _SHORTEST * math.ulp(t)
+        h = max(self.h, shortest)
+        while h >= shortest:
+            last = t + h >= self.until
+            if last:
+                h = self.until - t
+            try:
+                error, after, slopes = self._step(self.rates, t, h, y, self.f, self.relative, self.absolute)
+            except ArithmeticError:
+                error = math.nan
+            if error < 1.0:
+                growth = min(_MOST, _SAFETY * error**power) if error else _MOST
+                self.t, self.y, self.f = self.until if last else t + h, after, slopes[-1]
+                self.h = h * (min(growth, 1.0) if repeated else growth)
+                return Step(self.method, self.rates, t, h, y, after, slopes)
+            repeated = True
+            h *= max(_LEAST, _SAFETY * error**power) if error < math.inf else _LEAST
+        return None
+
+    def _first(self) -> float:
+        """The length of the first step, by the sizes of the states, their rates, and how these change."""
+
+        def size(values: Sequence[float]) -> float:
+            return math.sqrt(sum((v / s) ** 2 for v, s in zip(values, sizes, strict=True)) / max(len(sizes), 1))
+
+        sizes = [a + self.relative * abs(y) for a, y in zip(self.absolute, self.y, strict=True)]
+        of_state, of_rates = size(self.y), size(self.f)
+        h = min(1e-6 if of_state < 1e-5 or of_rates < 1e-5 else 0.01 * of_state / of_rates, self.until - self.t)
+        ahead = self.rates(self.t + h, tuple(y + h * f for y, f in zip(self.y, self.f, strict=True)))
+        bend = size([b - a for a, b in zip(self.f, ahead, strict=True)]) / h
+        largest = max(of_rates, bend)
+        second = max(1e-6, 1e-3 * h) if largest <= 1e-15 else (0.01 / largest) ** (1.0 / self.method.order)
+        return min(100.0 * h, second, self.until - self.t)
