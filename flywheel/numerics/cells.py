@@ -227,7 +227,11 @@ def tails(series: Array) -> Array:
     coefficients that swing in sign and size. A series that does not decay gets at least 90 times its last pair.
     """
     pairs = np.abs(series[..., -6:]).reshape(*series.shape[:-1], 3, 2).max(axis=-1)
-    first, middle, last = pairs[..., 0], pairs[..., 1], pairs[..., 2]
+    return tail(pairs[..., 0], pairs[..., 1], pairs[..., 2])
+
+
+def tail(first: Array, middle: Array, last: Array) -> Array:
+    """Estimated error by the last three pairs of coefficients, the greater size of each; see `tails`."""
     decay = np.maximum(last / np.maximum(middle, 1e-300), middle / np.maximum(first, 1e-300))
     decay = np.minimum(decay, 0.9)
     return np.asarray(10.0 * decay * np.maximum(last, middle * decay) / (1.0 - decay))

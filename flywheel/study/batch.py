@@ -1,0 +1,496 @@
+"""The cycles of many designs of one structure at once: the quadrature of `turning_moment` with a leading axis of designs.
+
+Designs of one structure have the same number of cells in every smooth piece, so that one array holds the values of M*,
+dI*/dphi and I* at the nodes of them all. From these follow the series, what they accumulate, and every root of M* - z w²
+dI*/dphi/2: all lobes of all designs in one search. What a cycle comes to is one column of `Sums`; figures and errors follow
+from those alone (`flywheel.study.figures`), whichever engine has found them.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from typing import Any, NamedTuple, Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from flywheel.numerics import cells
+from flywheel.numerics.cells import NODES, ORDER, ROUNDING, TAIL_OF_INTEGRAL, Array, Index
+
+WORK, FAST, SLOW, TORQUE, INERTIA = range(5)  # functions a W + b (I* - I*(0)) whose extremes are compared
+_EVALUATION = 24 * ROUNDING  # as in `turning_moment`
+_READ = 4 * ROUNDING  # of a figure that is the scene's own
+_INSIDE = 1.0 - 1e-12
+_NO_EFFECT = 1e-9  # of what an unknown does over the cycle: below that it balances nothing
+_ENORMOUS = 1e150  # of works and inertias: their squares and products would leave the floating-point range
+_CELLS = 3_000  # of a chunk of designs: arrays of their values then stay in the processor's cache
+_HALVINGS = 3  # of the cells of designs that miss rtol; what is then left is sized one by one
+_SHARE = 1e-6  # of a row's size: a series that is cut off above it is looked at on the finer grid
+POINTS: Array = np.concatenate(([-1.0], NODES, [1.0]))  # of a cell, where signs are looked at
+_LAST = POINTS.size - 1
+
+
+def _padded(matrix: Array) -> Array:
+    """A matrix for rows that have a place for each end of the cell beside the nodes."""
+    return np.concatenate((0.0 * matrix[:1], matrix, 0.0 * matrix[:1]))
+
+
+_DEGREES = np.arange(ORDER)
+_FIT, _WEIGHTS = _padded(cells.fit(np.eye(ORDER))).T, _padded(cells.fit(np.eye(ORDER)) @ cells.MEAN)
+_AT_ENDS = np.stack(((-1.0) ** _DEGREES, np.ones(ORDER)))  # series -> its values at the ends
+_SLOPE_AT_ENDS = np.stack(((-1.0) ** (_DEGREES + 1) * _DEGREES**2, 1.0 * _DEGREES**2))
+_TO_ENDS = _AT_ENDS @ _FIT
+_DIFFERENTIATE = cells.derivative(np.eye(ORDER)).T
+_INTEGRATE = cells.antiderivative(np.eye(ORDER), np.ones(1)).T
+
+Values = Callable[..., tuple[Any, Any, Any, Any, Any, Any]]
+Pieces = Sequence[tuple[slice, Values]]
+
+
+class Givens(NamedTuple):
+    """What every design asks for: w (rad/s), eps, the flywheel's ratio to the crank, and the cycle (rad).
+
+    `unknown` tells whether there is a balance; `drive` is the drive's ratio to the crank (None without one), `torque` its
+    torque (N m), None where that is the balance.
+    """
+
+    speed: Array
+    irregularity: Array
+    ratio: Array | float
+    span: float
+    unknown: bool
+    drive: Array | float | None = None
+    torque: Array | float | None = None
+
+
+class Structure(Protocol):
+    """Designs with the same smooth pieces: the edges of their cells, and the values in each piece by its program."""
+
+    def edges(self, columns: Array) -> Array:
+        """Edges of the cells (cells + 1, designs), rad."""
+
+    def pieces(self) -> Pieces:
+        """Consecutive cells with their values: (phi, *columns) -> I*, dI*/dphi, M*, dM*/du, |M*|, |dI*/dphi|."""
+
+    def givens(self, columns: Array) -> Givens:
+        """Speed and irregularity of every design."""
+
+
+class Sums(NamedTuple):
+    """What a cycle comes to, for every design.
+
+    `start`: I*(0) (kg m²); `balance` with `by_unknown`, the integral of dM*/du; `net` and `exchanged` work (J). `work` (J),
+    `variation` and `inertia` (kg m²) are the errors of W, of I* - I*(0) and of I*, `first` that in the first cell.
+    `greatest` and `least` (5, designs) are those of W, of W - z w²(I* - I*(0))/2 with z of the fastest and the slowest
+    point and 1, and of I* - I*(0); `fastest` and `slowest` (rad) where the second is greatest and the third least, with the
+    error `angle` of the worse one. `extent` (4, designs) has the least and greatest I* with their errors, `mean` (2,
+    designs) its mean with its error, `largest` what errors of I* are compared with.
+    """
+
+    start: Array
+    balance: Array
+    by_unknown: Array
+    net: Array
+    exchanged: Array
+    work: Array
+    variation: Array
+    inertia: Array
+    first: Array
+    greatest: Array
+    least: Array
+    fastest: Array
+    slowest: Array
+    angle: Array
+    extent: Array
+    mean: Array
+    largest: Array
+
+
+Engine = Callable[[Pieces, Givens, Array, Array], Sums]
+
+
+class Cycles(NamedTuple):
+    """The cycles of designs as series on cells, as `turning_moment.Cycle`; designs are the last axis, cells that before it.
+
+    `values` (2, points, cells, designs) holds M* and dI*/dphi at the nodes and the ends of every cell, `series` (3, ORDER,
+    cells, designs) M*, dI*/dphi and I*; `start` (2, cells + 1, designs), `noise` (2, cells, designs), `work` the error of W.
+    """
+
+    edges: Array
+    middle: Array
+    half: Array
+    values: Array
+    series: Array
+    start: Array
+    noise: Array
+    work: Array
+
+    def at(self, cell: Index, design: Index, t: Array) -> tuple[Array, Array]:
+        """W (J) and I* - I*(0) (kg m²) at local abscissas of cells of designs."""
+        rising = _INTEGRATE @ self.series[:2, :, cell, design]
+        local = (rising * cells.basis(t).T).sum(axis=1)
+        work, variation = self.start[:, cell, design] + local * self.half[cell, design]
+        return work, variation
+
+
+def _times(matrix: Array, values: Array) -> Array:
+    """A matrix times the second axis of (rows, points, cells, designs)."""
+    rows, points, *rest = values.shape
+    return (matrix @ values.reshape(rows, points, -1)).reshape(rows, -1, *rest)
+
+
+def sums(pieces: Pieces, givens: Givens, columns: Array, edges: Array) -> Sums:
+    """The cycles of a chunk of designs on cells between edges, with everything that figures and errors follow from."""
+    half = 0.5 * (edges[1:] - edges[:-1])
+    middle = edges[:-1] + half
+    phi = middle + half * NODES[:, None, None]
+    values = np.zeros((6, POINTS.size, *half.shape))  # M*, dI*/dphi, I*, sizes of the first two, dM*/du
+    for piece, program in pieces:
+        inertia, slope, moment, per_unknown, exchanged, steepness = program(phi[:, piece], *columns)
+        for row, value in enumerate((moment, slope, inertia, exchanged, steepness, per_unknown)):
+            values[row, 1:_LAST, piece] = value
+    count, end = edges.shape[1], edges[-1]
+    balance, by_unknown = np.zeros(count), np.zeros(count)
+    if givens.unknown:
+        net, by_unknown = (_times(_WEIGHTS[None], values[::5])[:, 0] * half).sum(axis=1)
+        size = (np.abs(values[5]).max(axis=0) * half).sum(axis=0)
+        balance = np.where(np.abs(by_unknown) > _NO_EFFECT * size, -net / by_unknown + 0.0, np.nan)
+        values[5] *= balance
+        values[0] += values[5]
+        values[3] += np.abs(values[5])
+    accumulated = _times(_WEIGHTS[None], values[:5])[:, 0] * half
+    start = np.zeros((2, *edges.shape))
+    np.cumsum(accumulated[:2], axis=1, out=start[:, 1:])
+    exchanged, slope_exchanged = accumulated[3:].sum(axis=1)
+    series = _times(_FIT, values[:3])
+    tails = cells.tail(*np.abs(series[:, -6:]).reshape(3, 3, 2, *half.shape).max(axis=2).swapaxes(0, 1))
+    shifts = 2.0 if givens.unknown else 1.0  # a balance shifts M* by what the net work errs
+    interpolation = TAIL_OF_INTEGRAL * (tails[:2] * half).sum(axis=1)
+    angle = 2 * ROUNDING * np.sqrt(_shifted(values[:2, 1:_LAST], phi))
+    slopes, sizes = np.abs(values[1:3]).max(axis=1)
+    inertias = tails[2] + _EVALUATION * sizes + 2 * ROUNDING * end * slopes
+    work = shifts * (interpolation[0] + _EVALUATION * exchanged + angle[0])
+    variation = interpolation[1] + _EVALUATION * slope_exchanged + angle[1]
+    steepness = np.abs(_times(_DIFFERENTIATE, series[:2])).sum(axis=1) / half
+    noise = tails[:2] + 32 * ROUNDING * values[3:5].max(axis=1) + ROUNDING * edges[1:] * steepness
+    values[:2, ::_LAST] = _times(_TO_ENDS, values[:2])
+    cycles = Cycles(edges, middle, half, values[:2], series, start, noise, work)
+    square, eps = givens.speed**2, givens.irregularity
+    factors = -0.5 * square * np.stack(((1 + eps / 2) ** 2, (1 - eps / 2) ** 2, np.ones(count)))
+    return Sums(
+        start=_AT_ENDS[0] @ series[2, :, 0],
+        balance=balance,
+        by_unknown=by_unknown,
+        net=start[0, -1],
+        exchanged=exchanged,
+        work=work,
+        variation=variation,
+        inertia=inertias.max(axis=0),
+        first=inertias[0],
+        **extremes_of(cycles, factors, tails[:2], inertias),
+        mean=np.stack((accumulated[2].sum(axis=0), TAIL_OF_INTEGRAL * (inertias * half).sum(axis=0))) / end,
+        largest=np.abs(series[2]).sum(axis=0).max(axis=0),
+    )
+
+
+def _shifted(values: Array, phi: Array) -> Array:
+    """Sum of the squares of what angles times differences of values come to, from node to node and cell to cell."""
+    inside = (values[:, 1:] - values[:, :-1]) * phi[1:]
+    between = (values[:, 0, 1:] - values[:, -1, :-1]) * phi[0, 1:]
+    inside *= inside
+    return np.asarray(inside.sum(axis=(1, 2)) + (between * between).sum(axis=1))
+
+
+def extremes_of(cycles: Cycles, factors: Array, tails: Array, errors: Array) -> dict[str, Array]:
+    """Extremes of W + factor (I* - I*(0)) over every edge and every root of M* + factor dI*/dphi, and those of I* itself."""
+    number, count = cycles.half.shape
+    rows = _combined(cycles.values, factors[:, None, None])
+    level, cut = (_combined(each, np.abs(factors)[:, None]) for each in (cycles.noise, tails))
+    which, cell, design, t = _roots(cycles, rows, level, cut, factors)
+    by_inertia = np.ones((5, count))
+    by_inertia[WORK], by_inertia[FAST:INERTIA] = 0.0, factors
+    work, variation = cycles.at(cell, design, t)
+    at_roots = np.where(which == INERTIA, 0.0, work) + by_inertia[which, design] * variation
+    at_edges = by_inertia[:, None] * cycles.start[1]
+    at_edges[:INERTIA] += cycles.start[0]
+    greatest, least = at_edges.max(axis=1), at_edges.min(axis=1)
+    np.maximum.at(greatest, (which, design), at_roots)
+    np.minimum.at(least, (which, design), at_roots)
+    angles, worst = [], np.zeros(count)
+    for row, extreme in ((FAST, greatest[FAST]), (SLOW, least[SLOW])):
+        edge = (at_edges[row] == extreme).argmax(axis=0)
+        place, local = np.minimum(edge, number - 1), np.where(edge == number, 1.0, -1.0)
+        inside = at_edges[row, edge, np.arange(count)] != extreme
+        hit = np.flatnonzero((which == row) & inside[design])
+        hit = hit[at_roots[hit] == extreme[design[hit]]]
+        place[design[hit]], local[design[hit]] = cell[hit], t[hit]
+        angle, error = _places(cycles, -factors[row - FAST], rows[row], level[row], place, local)
+        angles.append(angle)
+        worst = np.maximum(worst, error)
+    turning = np.flatnonzero(which == INERTIA)
+    extent = _extent(cycles.series[2], errors, cell[turning], design[turning], t[turning])
+    return {
+        "greatest": greatest,
+        "least": least,
+        "fastest": angles[0],
+        "slowest": angles[1],
+        "angle": worst,
+        "extent": extent,
+    }
+
+
+def _combined(both: Array, factors: Array) -> Array:
+    """Of M* and dI*/dphi: M*, M* + factor dI*/dphi for three factors, dI*/dphi."""
+    found = np.empty((5, *both.shape[1:]))
+    found[WORK], found[INERTIA] = both
+    np.multiply(factors, both[1], out=found[FAST:INERTIA])
+    found[FAST:INERTIA] += both[0]
+    return found
+
+
+def _extent(series: Array, errors: Array, cell: Index, design: Index, t: Array) -> Array:
+    """Least and greatest I* by its own series at ends of cells and roots of its slope, and their errors."""
+    ends = np.tensordot(_AT_ENDS, series, 1)
+    lowest, highest = ends.min(axis=0), ends.max(axis=0)
+    inside = cells.value(series[:, cell, design].T, t)
+    np.minimum.at(lowest, (cell, design), inside)
+    np.maximum.at(highest, (cell, design), inside)
+    least, greatest = lowest.min(axis=0), highest.max(axis=0)
+    return np.stack((least, greatest, (least - lowest + errors).max(axis=0), (highest - greatest + errors).max(axis=0)))
+
+
+def _roots(cycles: Cycles, rows: Array, level: Array, cut: Array, factors: Array) -> tuple[Index, Index, Index, Array]:
+    """Roots inside cells: of which function, in which cell, of which design, at which local abscissa.
+
+    Signs are looked at at the nodes and ends. Rows that come near to zero without a change of sign, that are no more than
+    noise somewhere, or that the nodes do not resolve, are looked at as those of one design are.
+    """
+    low, high = rows.min(axis=1), rows.max(axis=1)
+    nearest, farthest = np.where(low > 0.0, low, np.where(high < 0.0, -high, 0.0)), np.maximum(-low, high)
+    suspect = cut > _SHARE * farthest
+    near = np.nonzero((nearest <= 0.5 * (farthest - nearest)) | (nearest <= level) | suspect)  # 2 near <= far - near
+    values = rows[near[0], :, near[1], near[2]].T
+    size, positive = np.abs(values), values > 0.0
+    changes = positive[1:] != positive[:-1]
+    middle, before, after = size[1:-1], size[:-2], size[2:]
+    dip = (middle < 0.5 * (np.maximum(before, after) - middle)) & (middle <= before) & (middle <= after)
+    dip &= ~(changes[1:] | changes[:-1])
+    doubtful = dip.any(axis=0) | (size.min(axis=0) <= level[near]) | suspect[near]
+    changes &= ~doubtful
+    gap, row = np.nonzero(changes)
+    which, cell, design = (index[row] for index in near)
+    before, after, left, right = values[gap, row], values[gap + 1, row], POINTS[gap], POINTS[gap + 1]
+    series = _series(cycles, factors, which, cell, design)
+    t = cells.newton(series, left + (right - left) * before / (before - after), left, right)
+    if not doubtful.any():
+        return which, cell, design, t
+    near = tuple(index[doubtful] for index in near)
+    found = cells.crossings(np.ascontiguousarray(_series(cycles, factors, *near))[:, None], level[near][:, None])
+    inside = np.abs(found.t) < 1.0
+    further = (*(index[found.function[inside]] for index in near), found.t[inside])
+    which, cell, design, t = (np.concatenate(pair) for pair in zip((which, cell, design, t), further, strict=True))
+    return which, cell, design, t
+
+
+def _series(cycles: Cycles, factors: Array, which: Index, cell: Index, design: Index) -> Array:
+    """The series of the functions, one a row."""
+    moment, slope = cycles.series[:2, :, cell, design]
+    factor = np.where(which == INERTIA, 1.0, np.where(which == WORK, 0.0, factors[np.clip(which - FAST, 0, 2), design]))
+    return np.asarray((np.where(which == INERTIA, 0.0, 1.0) * moment + factor * slope).T)
+
+
+def _places(cycles: Cycles, factor: Array, rows: Array, level: Array, cell: Index, t: Array) -> tuple[Array, Array]:
+    """The angles (rad) of extremes in cells at local abscissas, and their errors as `turning_moment.error_of_extremes`."""
+    number, count = level.shape
+    design, end = np.arange(count), cycles.edges[-1]
+    half, edge = cycles.half[cell, design], cell + (t > 0.0)
+    level = level + cycles.work / end
+    series = cycles.series[0, :, cell, design] - factor[:, None] * cycles.series[1, :, cell, design]
+    angle = np.where(np.abs(t) < 1.0, cycles.middle[cell, design] + half * t, cycles.edges[edge, design])
+    slope = np.maximum(np.abs(cells.slope(series, t)) / half, 1e-300)
+    error = np.where(np.abs(t) < _INSIDE, np.minimum(level[cell, design] / slope, 2 * half), 0.0)
+    at_end = np.flatnonzero(np.abs(t) >= _INSIDE - 8 * ROUNDING * end / half)
+    edge = edge[at_end]
+    beside = np.stack(((edge - 1) % number, edge % number))
+    value = np.stack((rows[_LAST, beside[0], at_end], rows[0, beside[1], at_end]))
+    clear = (np.abs(value) > level[beside, at_end]).all(axis=0) & (value[0] * value[1] < 0.0)
+    design, edge, beside, value = at_end[~clear], edge[~clear], beside[:, ~clear], value[:, ~clear]
+    if not design.size:
+        return angle, error + 4 * ROUNDING * end
+    series = cycles.series[0][:, beside, design] - factor[design] * cycles.series[1][:, beside, design]
+    width, whole = 2 * cycles.half, cycles.series[0][:, :, design] - factor[design] * cycles.series[1][:, :, design]
+    slope = np.abs(np.stack((_SLOPE_AT_ENDS[1] @ series[:, 0], _SLOPE_AT_ENDS[0] @ series[:, 1])))
+    slope = np.maximum(slope / (0.5 * width[beside, design]), 1e-300)
+    near = np.minimum((np.abs(value) + level[beside, design]) / slope, width[beside, design]).min(axis=0)
+    quiet = np.abs(whole).sum(axis=0) <= level[:, design]
+    for k in np.flatnonzero(quiet.any(axis=0)).tolist():  # whole cells in which nothing tells the extreme's place
+        turned, widths = np.roll(quiet[:, k], -edge[k]), np.roll(width[:, design[k]], -edge[k])
+        ahead, back = (number if row.all() else int(np.argmin(row)) for row in (turned, turned[::-1]))
+        near[k] = max(near[k], min(widths[:ahead].sum() + widths[number - back :].sum(), widths.sum()))
+    error[design] = np.maximum(error[design], near)
+    return angle, error + 4 * ROUNDING * end
+
+
+# -- designs in chunks -----------------------------------------------------------------------------------------------------
+
+
+class Found(NamedTuple):
+    """Figures of designs by their names with their errors, and how often their cells were halved; -1 where none is known."""
+
+    values: dict[str, Array]
+    errors: dict[str, Array]
+    halvings: NDArray[np.int8]
+
+
+def sized(structure: Structure, columns: Array, rtol: float, sums_of: Engine = sums) -> Found:
+    """Figures of designs chunk by chunk, each on cells that are halved until the error is within rtol/2.
+
+    Not known are those of designs that this does not bring there, that need no flywheel, whose net work is left over, or
+    whose values are not finite.
+    """
+    count = columns.shape[1]
+    found = Found({}, {}, np.full(count, -1, np.int8))
+    left: Any = np.arange(count)
+    with np.errstate(all="ignore"):
+        for halvings in range(_HALVINGS + 1):
+            missed = [
+                _chunk(structure, columns, part, halvings, rtol, sums_of, found)
+                for part in _parts(structure, left, halvings)
+            ]
+            left = np.concatenate([*missed, left[:0]])
+    return found
+
+
+def _parts(structure: Structure, which: Index, halvings: int) -> list[Index]:
+    """Designs in chunks of about as many cells."""
+    size = max(1, _CELLS // (structure.pieces()[-1][0].stop << halvings))
+    return np.split(which, range(size, which.size, size)) if which.size else []
+
+
+def _chunk(
+    structure: Structure, columns: Array, which: Index, halvings: int, rtol: float, sums_of: Engine, found: Found
+) -> Index:
+    """Put the figures of a chunk of designs into what was found; the designs that miss rtol."""
+    columns = columns[:, which]
+    edges, givens = structure.edges(columns), structure.givens(columns)
+    for _ in range(halvings):
+        finer = np.empty((2 * edges.shape[0] - 1, edges.shape[1]))
+        finer[::2], finer[1::2] = edges, 0.5 * (edges[1:] + edges[:-1])
+        edges = finer
+    pieces = [(slice(piece.start << halvings, piece.stop << halvings), program) for piece, program in structure.pieces()]
+    values, errors, missed = figures(sums_of(pieces, givens, columns, edges), givens)
+    good = missed <= 0.5 * rtol
+    found.halvings[which[good]] = halvings
+    for into, given in ((found.values, values), (found.errors, errors)):
+        for name, value in given.items():
+            row = into.setdefault(name, np.full(found.halvings.size, np.nan))
+            row[which[good]] = np.broadcast_to(value, good.shape)[good]
+    return which[~good]
+
+
+# -- figures ---------------------------------------------------------------------------------------------------------------
+
+
+def figures(sums: Sums, givens: Givens) -> tuple[dict[str, Array], dict[str, Array], Array]:
+    """Figures by their names, their errors, and the one error that halving cells is to bring within rtol, of every design.
+
+    They are those of `wittenbauer.figures_of`, `flywheel` and `flywheel_errors`, and scaled as those; with the flywheel
+    that is needed the greatest and the least speed stand where the figure's two extremes do.
+    """
+    square, eps, start = givens.speed**2, givens.irregularity, sums.start
+    unit = np.maximum(eps * square, 5e-324)
+    fluctuation, torque = ((sums.greatest[row] - sums.least[row]) / unit for row in (WORK, TORQUE))
+    total = (sums.greatest[FAST] - sums.least[SLOW]) / unit
+    exact, torque = total - start, np.maximum(torque, 0.0)
+    error = (2 * sums.work + (1 + eps / 2) ** 2 * square * sums.variation) / unit
+    error += sums.inertia + 8 * ROUNDING * (np.abs(total) + start)
+    scale = np.maximum(exact, fluctuation)
+    scale = np.where(scale > 4 * error, scale, np.maximum(np.maximum(scale, sums.largest), sums.exchanged / unit))
+    error = np.where(exact < -error, 0.0, error)
+    least, greatest, least_error, greatest_error = sums.extent
+    by_slope = np.minimum(least_error, sums.variation)
+    least = np.maximum(np.where(sums.variation <= least_error, start + sums.least[INERTIA], least), 0.0)
+    of_areas, of_torque = 2 * sums.work / unit, (2 * sums.work + square * sums.variation) / unit
+
+    def relative(error: Array, figure: Array | float) -> Array:
+        size = np.maximum(figure, fluctuation)
+        return np.asarray(error / np.where(size > 4 * error, size, np.maximum(size, scale)))
+
+    def net(figure: Array, error: Array) -> Array:
+        """The error of a total less the least I*."""
+        whole = error + least_error + by_slope
+        return np.where(figure - sums.extent[0] < -whole, error, whole)
+
+    ratio, exchanged = givens.ratio**2, np.maximum(sums.exchanged, 1e-300)
+    of_work = sums.work / exchanged
+    values = {
+        "exact": np.maximum(exact, 0.0) / ratio,
+        "approximate": np.maximum(fluctuation - least, 0.0) / ratio,
+        "approximate_total": fluctuation / ratio,
+        "inertia_torque": torque / ratio,
+        "inertia_torque_flywheel": np.maximum(torque - least, 0.0) / ratio,
+        "needed": (exact > 0.0) + 0.0,
+        "speed": givens.speed,
+        "energy_fluctuation": sums.greatest[WORK] - sums.least[WORK],
+        "accumulated_max": sums.greatest[WORK],
+        "accumulated_min": sums.least[WORK],
+        "angle_speed_max": sums.fastest,
+        "angle_speed_min": sums.slowest,
+        "reduced_inertia_least": least,
+        "reduced_inertia_greatest": np.where(sums.variation <= greatest_error, start + sums.greatest[INERTIA], greatest),
+        "reduced_inertia_mean": sums.mean[0],
+    }
+    of_total = relative(of_torque, torque)
+    of_exact = error / scale
+    errors = {
+        "exact": np.where(of_exact == 0.0, of_total, of_exact),
+        "approximate": relative(net(fluctuation, of_areas), 0.0),
+        "inertia_torque": of_total,
+        "inertia_torque_flywheel": relative(net(torque, of_torque), np.maximum(torque - sums.extent[0], 0.0)),
+        "needed": 0.0 * exact,
+        "speed": 0.0 * exact + _READ,
+        "energy_fluctuation": 2 * of_work,
+        "accumulated_max": of_work,
+        "accumulated_min": of_work,
+        "angle_speed_max": sums.angle,
+        "angle_speed_min": sums.angle,
+    }
+    errors["approximate_total"] = errors["approximate"]
+    by_slope = sums.variation + sums.first
+    own = (np.where(sums.variation <= each, by_slope, each) for each in (least_error, greatest_error))
+    of_inertia = np.maximum(np.maximum(*own), sums.mean[1] + 32 * ROUNDING * greatest)
+    of_inertia = np.divide(of_inertia, greatest, out=np.zeros_like(greatest), where=greatest > 0.0)
+    errors |= {f"reduced_inertia_{name}": of_inertia for name in ("least", "greatest", "mean")}
+    _add_drive(values, errors, sums, givens)
+    missed = np.minimum(sums.inertia, sums.variation) / np.maximum(sums.largest, 1e-300)
+    for each in (
+        of_work,
+        error / np.maximum(total, 1e-300),
+        of_exact,
+        errors["approximate"],
+        errors["inertia_torque_flywheel"],
+    ):
+        missed = np.maximum(missed, each)
+    even = (fluctuation * unit <= 4 * sums.work) & (greatest - least <= np.maximum(4 * sums.variation, sums.inertia))
+    left_over = (not givens.unknown) & (np.abs(sums.net) > sums.work)
+    enormous = ~((sums.exchanged <= _ENORMOUS) & (sums.largest <= _ENORMOUS))
+    return values, errors, np.where(even | left_over | enormous | (exact <= 0.0), np.inf, missed)
+
+
+def _add_drive(values: dict[str, Array], errors: dict[str, Array], sums: Sums, givens: Givens) -> None:
+    """The balance and the drive's mean power, with their errors."""
+    exchanged = np.maximum(sums.exchanged, 1e-300)
+    by_balance = np.abs(sums.balance * sums.by_unknown)
+    of_balance = np.divide(sums.work, by_balance, out=np.zeros_like(by_balance), where=by_balance > 0.0)
+    torque = givens.torque
+    if givens.unknown:
+        values["balance"] = sums.balance
+        errors["balance"] = np.where(sums.balance != 0.0, of_balance + _READ, sums.work / exchanged)
+    if givens.drive is None:
+        return
+    work = (sums.balance if torque is None else torque) * givens.drive * givens.span
+    error = of_balance * np.abs(work) + sums.work if torque is None else _READ * np.abs(work)
+    work = np.where(np.abs(work) <= sums.work, 0.0, work)
+    size = np.abs(work)
+    values["power"] = work * givens.speed / givens.span
+    errors["power"] = error / np.where(size > error, size, np.maximum(size, exchanged)) + 2 * _READ
