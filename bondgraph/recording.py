@@ -124,8 +124,11 @@ class Recorder:
                 self.guards.append(Guard(difference, relation, holds))
         return answer
 
-    def program(self, outputs: Iterable[Any]) -> Program:
-        """What leads from the inputs to the outputs (recorded or plain numbers); nothing else of the tape."""
+    def program(self, outputs: Iterable[Any], inputs: Sequence[Recorded] | None = None) -> Program:
+        """What leads from the inputs to the outputs (recorded or plain numbers); nothing else of the tape.
+
+        inputs: the arguments, in turn; all there are where none are given. A TypeError where others are needed too.
+        """
         wanted = [self._of(output).number for output in outputs]
         live, todo = set(wanted), list(wanted)
         while todo:
@@ -136,20 +139,23 @@ class Recorder:
                 todo += fresh
         ordered = sorted(live)
         places = [n for n in ordered if self._tape[n][0] == "place"]
-        new = {node.number: k for k, node in enumerate(self.inputs)}
+        given = self.inputs if inputs is None else inputs
+        new = {node.number: k for k, node in enumerate(given)}
         new |= {n: len(new) + k for k, n in enumerate(places)}
         operations = []
         for n in ordered:
             if n not in new:
                 new[n] = len(new)
                 name, *operands = self._tape[n]
+                if name == "input":
+                    raise TypeError(f"the outputs need {self._names[operands[0]]}, which is not among the inputs")
                 operations.append((name, *[new[m] for m in operands]))
-        values = tuple(self._tape[n][1] for n in places)
-        return Program(tuple(self._names), values, tuple(operations), tuple(new[n] for n in wanted))
+        values, names = tuple(self._tape[n][1] for n in places), tuple(self._names[self._tape[n.number][1]] for n in given)
+        return Program(names, values, tuple(operations), tuple(new[n] for n in wanted))
 
-    def conditions(self) -> Conditions:
-        """The guards so far, for any parameters."""
-        program = self.program(guard.difference for guard in self.guards)
+    def conditions(self, inputs: Sequence[Recorded] | None = None) -> Conditions:
+        """The guards so far, for any parameters: a function of these inputs (of all where none are given)."""
+        program = self.program((guard.difference for guard in self.guards), inputs)
         return Conditions(program, tuple(g.relation for g in self.guards), tuple(g.holds for g in self.guards))
 
     def _of(self, value: Any) -> Recorded:

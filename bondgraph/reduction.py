@@ -220,9 +220,9 @@ class Reduction:
         """Whether some source depends on speed or time."""
         return bool(self._moving)
 
-    def at(self, phi: Any, anchor: Any = None) -> Station:
+    def at(self, phi: Any, anchor: Any = None, ns: Any = np) -> Station:
         """The positions phi, from which the moment of what depends on speed or time follows for any speeds."""
-        return Station(self, self._walked(phi, anchor))
+        return Station(self, self._walked(phi, anchor, ns))
 
     def flows(self, phi: Any, anchor: Any = None, ns: Any = np) -> Flows:
         """Flow gains and slopes alone."""

@@ -10,7 +10,7 @@ from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import replace
 from functools import cache, cached_property, partial
 from itertools import count
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -40,6 +40,9 @@ from flywheel.numerics.switching import (
 )
 from flywheel.numerics.units import DIMENSIONS, Unit, parse_unit
 from flywheel.scene.scene import TURN, Load, Mechanism, Scene, Spring, Table
+
+if TYPE_CHECKING:
+    from flywheel.machine.traced import TracedMachine
 
 __all__ = ["FLYWHEEL", "FRICTION", "Machine", "Stage", "merged"]
 
@@ -436,6 +439,13 @@ class Machine:
         expected = "rigid shafts, to reduce everything to the crank's angle"
         advice = "leave stiffness out to size with a rigid shaft, then follow the compliant machine with flywheel.simulate"
         raise SceneError([Fault(f"shafts.{name}.stiffness", found, expected, advice) for name in self.scene.compliances])
+
+    @cached_property
+    def traced(self) -> TracedMachine:
+        """The walk of its reduction as recorded programs, piece by piece."""
+        from flywheel.machine.traced import TracedMachine  # it rests on the equation of motion, which rests on machines
+
+        return TracedMachine(self)
 
     @cached_property
     def rigid(self) -> Reduction:

@@ -259,12 +259,12 @@ class Positions:
 
     def __init__(self, cycle: Cyclic) -> None:
         self._cycle = cycle
-        self._single = lru_cache(maxsize=_KEPT)(partial(LinkagePosition, cycle))
+        self._single = lru_cache(maxsize=_KEPT)(lambda psi, anchor: LinkagePosition(cycle, psi, np, anchor))
 
     def __call__(self, psi: Any, ns: Any, anchor: Any = None) -> LinkagePosition:
         """The position at psi; `anchor` lies in the turn that psi belongs to."""
         single = isinstance(psi, float) and isinstance(anchor, float | None)
-        return self._single(psi, ns, anchor) if single else LinkagePosition(self._cycle, psi, ns, anchor)
+        return self._single(psi, anchor) if single else LinkagePosition(self._cycle, psi, ns, anchor)
 
 
 class Angle(NamedTuple):

@@ -1,0 +1,139 @@
+"""Recorded programs of machines against the walk that they come from, and against thirty digits."""
+
+import pickle
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import flywheel
+from bondgraph.recording import source
+from flywheel.machine.dynamics import DRIVE, circuit_of
+from flywheel.machine.machine import Anchor, FrictionCurve
+from flywheel.numerics.cells import cells
+
+HERE = Path(__file__).parent
+SCENES = sorted(
+    path
+    for folder in (HERE.parent / "references" / "scenes", HERE.parents[1] / "examples")
+    for path in folder.rglob("*.toml")
+)
+PRESS = HERE.parent / "references" / "scenes" / "press.toml"
+
+
+def machine_of(path):
+    return flywheel.Machine(flywheel.load(path))
+
+
+def pieces(machine, most=6):
+    """Anchor and positions of smooth pieces."""
+    edges = machine.breakpoints
+    chosen = np.unique(np.linspace(0, edges.size - 2, most).round().astype(int))
+    return [(float(0.5 * (edges[k] + edges[k + 1])), np.linspace(edges[k], edges[k + 1], 7)[1:-1]) for k in chosen]
+
+
+def differences(found, expected, scales):
+    """Largest differences relative to scales."""
+    shape = np.broadcast_shapes(*(np.shape(value) for value in expected))
+    rows = zip(found, expected, scales, strict=True)
+    sizes = [(np.abs(a - np.asarray(b) + np.zeros(shape)).max(), np.abs(scale).max()) for a, b, scale in rows]
+    return max(size / scale if size else 0.0 for size, scale in sizes)
+
+
+def reduced_differences(machine, anchor, phi):
+    walk = machine.reduction(phi, np.full(phi.shape, anchor))
+    found = machine.traced.reduced(anchor).function()(phi)
+    scales = walk._replace(slope=walk.steepness, moment=walk.exchanged)
+    return differences(found, walk, scales)
+
+
+def motion_differences(machine, anchor, phi):
+    """Against the walk at speeds about the machine's own, and at times."""
+    omega, time = machine.typical_speed * np.linspace(0.97, 1.02, phi.size), np.linspace(0.0, 0.1, phi.size)
+    circuit, expected, scales = circuit_of(machine.scene), [], []
+    for stage in machine.stages:
+        station = stage.reduction.at(phi, anchor.phi)
+        reduced = station.reduced
+        shares = [reduced.moment, 2.0 * reduced.per_unknown, -reduced.resistance * omega]
+        for element, effort, factor in station.contributions(omega, time, anchor.omega, anchor.time):
+            shares += [] if circuit and element.name.startswith(DRIVE) else [effort + 2.0 * factor]
+        expected += [reduced.inertia, reduced.slope, sum(shares)]
+        scales += [reduced.inertia, reduced.steepness, sum(map(np.abs, shares)) + reduced.exchanged]
+    return differences(machine.traced.motion(anchor).function()(phi, omega, time, 2.0), expected, scales)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("path", SCENES, ids=lambda path: path.stem)
+def test_every_scene_gives_what_the_walk_gives(path):
+    try:
+        machine = machine_of(path)
+        chosen = pieces(machine)
+    except flywheel.SceneError:
+        pytest.skip("not a scene of one machine with rigid shafts")
+    for anchor, phi in chosen:
+        assert reduced_differences(machine, anchor, phi) <= 1e-13
+        for speed in (None, machine.typical_speed):
+            assert motion_differences(machine, Anchor(anchor, speed, 0.0 if speed else None), phi) <= 1e-13
+    assert not machine.traced.why
+
+
+def test_a_press_gives_what_its_walk_gives():
+    machine = machine_of(PRESS)
+    for anchor, phi in pieces(machine):
+        assert reduced_differences(machine, anchor, phi) <= 1e-13
+        program = machine.traced.reduced(anchor)
+        by_math = [program.function("math")(float(x)) for x in phi]
+        assert np.abs(np.array(by_math) - np.array([machine.reduction(float(x), anchor) for x in phi])).max() < 1e-10
+        assert not machine.traced.why
+
+
+def test_loads_that_do_not_act_cost_nothing():
+    machine = machine_of(PRESS)
+    sizes = {len(machine.traced.reduced(anchor).operations) for anchor, _ in pieces(machine)}
+    assert len(sizes) > 1
+
+
+BRANCHING = {
+    "inertia": [{"on": "crank", "value": 2}],
+    "regime": {"speed": 10},
+    "flywheel": {"irregularity": "4 %"},
+    "drive": {"torque": "balance"},
+    "load": [
+        {"on": "crank", "torque": "-3 if omega > 9 else 2*sin(phi)"},
+        {"on": "crank", "torque": "-0.1*abs(t - 1)*omega"},
+    ],
+}
+
+
+def test_branches_by_speed_and_time_are_those_at_the_anchor_or_at_every_instant():
+    machine = flywheel.Machine(flywheel.load(BRANCHING))
+    phi, speeds = np.linspace(0.1, 0.4, 5), (12.0, 8.0, 13.0)
+    programs = [machine.traced.motion(Anchor(1.0, speed, 0.5)) for speed in speeds]
+    assert programs[0] is programs[2] is not programs[1]  # it holds for all anchors that keep its guards
+    for speed in speeds:
+        for time in (0.5, 1.5):
+            assert motion_differences(machine, Anchor(1.0, speed, time), phi) <= 1e-13
+    local = machine.traced.motion(Anchor(1.0, None, None)).function("math")
+    expected = [-3.0 - 0.1 * 0.25 * 9.5, 2 * np.sin(0.3) - 0.1 * 0.5 * 8.5]
+    assert [local(0.3, 9.5, 0.75, 0.0)[2], local(0.3, 8.5, 1.5, 0.0)[2]] == pytest.approx(expected, rel=1e-14)
+
+
+def test_code_has_no_digits_of_a_scene_and_is_shared_between_designs():
+    scene = flywheel.load(PRESS)
+    machine, other = flywheel.Machine(scene), machine_of(PRESS.with_name("press-heavy.toml"))
+    anchor = float(pieces(machine)[0][0])
+    program = machine.traced.reduced(anchor)
+    assert pickle.loads(pickle.dumps(program)) == program
+    names = {line.split("(")[0].split()[-1] for line in source(program, "math").splitlines() if "(" in line}
+    assert names <= {"recorded", "sin", "cos", "sqrt", "abs", "return", "atan2"}
+    longer = other.traced.reduced(anchor)
+    assert program.places != longer.places
+    assert program.function("math").__code__ is longer.function("math").__code__
+
+
+def test_what_cannot_be_recorded_is_left_to_the_walk():
+    mesh = cells(np.linspace(0.0, 2 * np.pi, 5))
+    machine = flywheel.Machine(flywheel.load(PRESS), FrictionCurve(mesh, np.sin(mesh.phi), np.array([1.0])))
+    assert machine.traced.reduced(0.5) is None
+    assert machine.traced.motion(Anchor(0.5, None, None)) is None
+    assert "record" in machine.traced.why
