@@ -50,6 +50,7 @@ if TYPE_CHECKING:
     from flywheel.scene.scene import Scene
     from flywheel.sizing.results import Sizing, Sizings
     from flywheel.sizing.sizing import size
+    from flywheel.study.sensitivities import Sensitivities, sensitivities
     from flywheel.study.tradeoff import Tradeoff, tradeoff
     from flywheel.tables.explanation import Explanation, explain
 
@@ -63,6 +64,7 @@ _HOMES = {
     "Motion": "motions.simulation",
     "Scene": "scene.scene",
     "SceneError": "numerics.faults",
+    "Sensitivities": "study.sensitivities",
     "Sizing": "sizing.results",
     "Sizings": "sizing.results",
     "Tradeoff": "study.tradeoff",
@@ -80,6 +82,7 @@ _HOMES = {
     "reduce": "regime.state",
     "run_down": "motions.transients",
     "run_up": "motions.transients",
+    "sensitivities": "study.sensitivities",
     "shares": "motions.kinetic_energy",
     "simulate": "motions.simulation",
     "size": "sizing.sizing",
@@ -137,6 +140,7 @@ __all__ = [
     "Motion",
     "Scene",
     "SceneError",
+    "Sensitivities",
     "Sizing",
     "Sizings",
     "Tradeoff",
@@ -168,6 +172,7 @@ __all__ = [
     "report",
     "run_down",
     "run_up",
+    "sensitivities",
     "shares",
     "simulate",
     "size",
