@@ -101,13 +101,17 @@ class Recorder:
         found = NotImplemented if short is None else short(*operands)
         if found is not NotImplemented:
             return found
-        nodes = [self._of(operand) for operand in operands]
-        key = (name, *[node.number for node in nodes])
+        numbers, values = [], []
+        for operand in operands:
+            node = operand if type(operand) is Recorded and operand.recorder is self else self._of(operand)
+            numbers.append(node.number)
+            if node.value is not None:
+                values.append(node.value)
+        key = (name, *numbers)
         known = self._known.get(key)
         if known is not None:
             return known
-        values = [node.value for node in nodes]
-        return self._node(key, None if None in values else _evaluated(name, values))
+        return self._node(key, _evaluated(name, values) if len(values) == len(numbers) else None)
 
     def compared(self, name: str, left: Any, right: Any) -> Any:
         """A comparison: of parameters its answer, on record as a guard; of variables a recorded truth value."""
@@ -258,6 +262,20 @@ for _name in ("sin", "cos", "tan", "arcsin", "arccos", "arctan", "arctan2", "sqr
 
     setattr(Recorded, _name, _method)  # how numpy's functions reach the entries of an array of objects
 
+for _name in _SYMBOLS:
+
+    def _left(self: Recorded, other: Any, name: str = _name) -> Any:
+        usual = type(other) is Recorded or type(other) is float
+        return self.recorder.operation(name, (self, other)) if usual else self._apply(name, (self, other))
+
+    def _right(self: Recorded, other: Any, name: str = _name) -> Any:
+        usual = type(other) is float
+        return self.recorder.operation(name, (other, self)) if usual else self._apply(name, (other, self))
+
+    _python = {"subtract": "sub", "multiply": "mul", "divide": "truediv"}.get(_name, _name)
+    setattr(Recorded, f"__{_python}__", _left)  # the same as an `Operand` has, without a look at other kinds of numbers
+    setattr(Recorded, f"__r{_python}__", _right)
+
 _PLAIN = (Recorded, float, int, bool, np.floating, np.integer, np.bool_)
 
 
@@ -310,22 +328,28 @@ def _is(value: Any, number: float) -> bool:
 
 
 def _sum(a: Any, b: Any = 0.0) -> Any:
+    if type(a) is type(b):
+        return NotImplemented
     return b if _is(a, 0.0) else a if _is(b, 0.0) else NotImplemented
 
 
 def _minus(a: Any, b: Any) -> Any:
-    if _is(b, 0.0):
-        return a
-    return 0.0 if isinstance(a, Recorded) and a is b else -b if _is(a, 0.0) else NotImplemented
+    if type(a) is type(b):
+        return 0.0 if a is b else NotImplemented
+    return a if _is(b, 0.0) else -b if _is(a, 0.0) else NotImplemented
 
 
 def _times(a: Any, b: Any) -> Any:
+    if type(a) is type(b):
+        return NotImplemented
     if _is(a, 0.0) or _is(b, 0.0):
         return 0.0
     return b if _is(a, 1.0) else a if _is(b, 1.0) else NotImplemented
 
 
 def _over(a: Any, b: Any) -> Any:
+    if type(a) is type(b):
+        return NotImplemented
     return 0.0 if _is(a, 0.0) else a if _is(b, 1.0) else NotImplemented
 
 
@@ -543,6 +567,8 @@ _SCALAR = {
     "logical_not": "not {0}",
     "power": "pow({0}, {1})",
 }
+_TWICE = ("sign", "minimum", "maximum")  # templates that take an operand twice
+_DEEPEST = 24  # brackets in one statement
 _TEMPLATES = {"math": _SCALAR, "numba": _SCALAR, "numpy": _COMMON, "space": _COMMON | {"divide": "divide({0}, {1})"}}
 _GLOBALS: dict[str, dict[str, Any]] = {
     "math": {**{name: getattr(math, name) for name in _MATH}, "pow": math.pow, "abs": abs},
@@ -574,26 +600,59 @@ def source(program: Program, kind: str) -> str:
 
 
 def _source(kind: str, inputs: int, places: int, operations: tuple[Any, ...], outputs: tuple[int, ...]) -> str:
-    templates, last, names = _TEMPLATES[kind], dict[int, int](), [f"x{k}" for k in range(inputs + places)]
+    """A statement for each value that is used several times; the others stand where they are used.
+
+    For arrays every operation is a statement, and names whose values are no longer needed are used again, which frees these.
+    """
+    templates, first = _TEMPLATES[kind], inputs + places
+    statement = list(range(len(operations))) if kind == "numpy" else _statements(first, operations, outputs)
+    last = dict.fromkeys(outputs, len(operations))  # statement where a value is needed for the last time
     for k, (_, *operands) in enumerate(operations):
-        last.update(dict.fromkeys(operands, k))
-    lines, free, kept = [], list[str](), set(outputs)
+        for n in operands:
+            last[n] = max(last.get(n, 0), statement[k])
+    ending: dict[int, list[str]] = {}
+    texts, lines, free = [f"x{k}" for k in range(first)], [], list[str]()
     for k, (name, *operands) in enumerate(operations):
-        given = [names[n] for n in operands]
-        if kind == "numpy":  # names whose arrays are no longer needed are used again, so that these are freed
-            free += [names[n] for n in set(operands) if last[n] == k and n not in kept and n >= inputs + places]
-        own = free.pop() if free else f"v{k}"
-        template = templates.get(name)
-        lines.append(f"{own} = " + (template.format(*given) if template else f"{name}({', '.join(given)})"))
-        names.append(own)
+        given, template = [texts[n] for n in operands], templates.get(name)
+        text = template.format(*given) if template else f"{name}({', '.join(given)})"
+        if statement[k] == k:
+            free += ending.pop(k, []) if kind == "numpy" else []
+            own = free.pop() if free else f"v{k}"
+            ending.setdefault(last[first + k], []).append(own)
+            lines.append(f"{own} = {text}")
+            texts.append(own)
+        else:
+            texts.append(f"({text})" if template else text)
     if kind == "numba":
         opened = [f"x{inputs + k} = places[{k}]" for k in range(places)]
-        arguments, lines = [*names[:inputs], "places"], opened + lines
+        arguments, lines = [*texts[:inputs], "places"], opened + lines
     else:
-        arguments = names[: inputs + places]
-    returned = "".join(f"{names[n]}, " for n in outputs)
+        arguments = texts[:first]
+    returned = "".join(f"{texts[n]}, " for n in outputs)
     body = "\n    ".join([*lines, f"return ({returned})"])
     return f"def recorded({', '.join(arguments)}):\n    {body}\n"
+
+
+def _statements(first: int, operations: tuple[Any, ...], outputs: tuple[int, ...]) -> list[int]:
+    """The statement that each operation is part of, by the operation that it ends with."""
+    users: list[list[int]] = [[] for _ in operations]
+    for k, (name, *operands) in enumerate(operations):
+        for n in operands:
+            if n >= first:
+                users[n - first] += [k, k] if name in _TWICE else [k]
+    for n in outputs:
+        if n >= first:
+            users[n - first] += [len(operations)] * 2
+    statement, depth = list(range(len(operations))), [1] * len(operations)
+    for k, (_, *operands) in enumerate(operations):
+        inner = [depth[n - first] for n in operands if n >= first and len(users[n - first]) == 1]
+        depth[k] += max(inner, default=0)
+        if len(users[k]) == 1 and depth[k] == _DEEPEST:
+            users[k] *= 2
+    for k in reversed(range(len(operations))):
+        if len(users[k]) == 1:
+            statement[k] = statement[users[k][0]]
+    return statement
 
 
 @lru_cache(maxsize=64)
