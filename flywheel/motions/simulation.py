@@ -36,6 +36,7 @@ Array = NDArray[np.float64]
 
 _FIRST, _TIGHTER = 1 / 30, 0.1  # tolerance of a step to what is asked, and of each run's steps to those of the run before
 _COMPARED = 300  # times at which two runs are compared
+_SAME = 1e-3  # of a step: two runs whose steps differ by less take the same ones
 _UNSURE = 500.0  # roundings: what the net work of a cycle is known to be zero by
 SAFETY = 2.0  # between steps the error of a run does not fall in proportion to its tolerance
 
@@ -230,7 +231,7 @@ def motion_from(
             raise SceneError([_at_rest(fine)])
         error = share * _difference(rough, fine) + ROUNDING * (64 + len(fine.stretches) + _UNSURE * fine.repeated)
         error += 0.0 if dynamics.resistances is None else dynamics.resistances.error
-        same = np.array_equal(rough.t, fine.t)  # steps that no tolerance has shortened tell nothing of their error
+        same = _same_steps(rough.t, fine.t)  # steps that no tolerance has shortened tell nothing of their error
         if (error <= rtol and not same) or tight <= TIGHTEST:
             break
         rough, last = fine, tight
@@ -246,6 +247,11 @@ def motion_from(
     phi, omega, work = states[:3]
     found = Motion(fine.t, phi, omega, work, residual, None, fine.stuck, error, current, fine, fine.drift)
     return found._replace(rough=rough, share=SAFETY * share)
+
+
+def _same_steps(rough: Array, fine: Array) -> bool:
+    """Whether two runs take the same steps, but for what their errors make of these."""
+    return rough.size == fine.size and np.allclose(np.diff(rough), np.diff(fine), rtol=_SAME, atol=0.0)
 
 
 def _difference(rough: Trail, fine: Trail) -> float:

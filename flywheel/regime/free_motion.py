@@ -561,8 +561,8 @@ class _Motion:
         """d(phi, omega, work, current)/dt within a stretch."""
         dynamics, size = self.dynamics, self.state.size
 
-        def rates(t: float, state: Array) -> Array:
-            phi, omega, *rest = state.tolist()
+        def rates(t: float, state: Sequence[float]) -> Array:
+            phi, omega, *rest = state
             current = rest[1] if size > 3 else 0.0
             now = dynamics.at(phi, anchor.phi, omega, t, current=current, ends=ends, anchor=anchor)
             if not now.inertia > 0.0 and self.once and ends is not None and not ends[0] <= phi <= ends[1]:

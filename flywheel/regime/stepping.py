@@ -3,9 +3,9 @@
 Within a piece the loads are continued smoothly past its end, so that the step which finds the end keeps its order. The
 same holds for what switches at a speed: it is watched over every step, and found where it changes its sign.
 
-Steps are explicit (DOP853), and implicit where small changes die out many times over within a piece: an explicit step must
-stay within a few time constants of the fastest change, however smooth the motion is. Implicit ones take whole pieces at
-once: collocation at Radau points (Radau IIA), which damps what dies out at any step, by Newton's method.
+Steps are explicit (Dormand and Prince, order 8), and implicit where small changes die out many times over within a piece: an
+explicit step must stay within a few time constants of the fastest change, however smooth the motion is. Implicit ones take
+whole pieces at once: collocation at Radau points (Radau IIA), which damps what dies out at any step, by Newton's method.
 
 Source: E. Hairer, S. P. Norsett, G. Wanner, Solving Ordinary Differential Equations I, Springer 1993, section II.5, and II,
 1996, sections IV.5 and IV.8.
@@ -15,15 +15,16 @@ Source: E. Hairer, S. P. Norsett, G. Wanner, Solving Ordinary Differential Equat
 
 from __future__ import annotations
 
-from collections.abc import Callable, Generator, Iterator
+from collections.abc import Callable, Generator, Iterator, Sequence
 from dataclasses import dataclass
 from itertools import islice, pairwise
 from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.polynomial import chebyshev, legendre
-from scipy.integrate import DOP853
 
+from bondgraph.motion import runge_kutta
+from bondgraph.motion.runge_kutta import DormandPrince
 from bondgraph.motion.stepping import JUST_STARTED, instant, roots
 from flywheel.machine.dynamics import Dynamics
 from flywheel.machine.machine import Anchor, Machine
@@ -198,10 +199,14 @@ class Implicit:
 
 # -- steps through a piece ---------------------------------------------------------------------------------------------
 
-Rates = Callable[[float, Array], Array]
+Rates = Callable[[float, Any], Any]
 
 TIGHTEST = 3e-14  # tolerance of a step: below it the integrator's own rounding wins
 _BEYOND = 1.05  # of the way to a piece's end: how far a step may try
+_NEARLY = 0.95  # of that way: a step that is longer is made to end there
+_SHORT = 0.03  # of a step: by how much it may be made longer to end there
+_LINEAR = 1e-8  # of a step: its square is rounding
+_MOST_LANDINGS = 8
 _MANY = 128  # explicit steps in a stretch, after which implicit ones are tried
 _PARTS = 3  # in which an implicit step is told, each as smooth as an explicit step
 
@@ -211,12 +216,35 @@ class StepError(SceneError):
 
 
 class Step(NamedTuple):
-    """One accepted step: its dense output, the time it covers, and which watched value ended it, if one did."""
+    """One accepted step: its dense output, the time it covers, which watched value ended it, if any, the state after it."""
 
     dense: Callable[[Any], Array]
     start: float
     end: float
     crossed: int | None = None
+    after: Sequence[float] | None = None
+
+    @property
+    def first(self) -> Sequence[float]:
+        """The state at its start."""
+        return self.dense.state if isinstance(self.dense, runge_kutta.Step) else self.at(self.start)
+
+    @property
+    def last(self) -> Sequence[float]:
+        """The state at its end."""
+        return self.at(self.end) if self.after is None else self.after
+
+    def at(self, t: float) -> Sequence[float]:
+        """The state at a time within it: of an explicit step that of a shorter one, which is good to the same order."""
+        if isinstance(self.dense, runge_kutta.Step) and t > self.start:
+            return self.dense.shortened(t - self.start).after
+        return tuple(self.dense(t).tolist())
+
+    def steepest(self, k: int) -> float:
+        """The greatest rate of state k at the stages of an explicit step; infinite where it is not known."""
+        if isinstance(self.dense, runge_kutta.Step):
+            return max(abs(slope[k]) for slope in self.dense.slopes)
+        return np.inf
 
 
 class Events(NamedTuple):
@@ -262,50 +290,69 @@ def through(
             return
         along = None
     first = min(1.1 * hint, until - t) if hint else None  # a little more, so that an equal piece takes one step too
-    absolute: Any = tolerance.absolute  # one for each variable, which the stubs do not know
-    solver: Any = DOP853(rates, t, state, until, rtol=tolerance.relative, atol=absolute, first_step=first)
+    solver = DormandPrince(rates, t, state.tolist(), until, tolerance.relative, tolerance.absolute.tolist(), first)
     taken = 0
-    while solver.status == "running":
-        speed = float(solver.f[0])
+    while solver.t < until:
+        speed = solver.f[0]
         if speed:  # far past the piece's end the laws are only continued
-            far = abs((ends[1] if speed > 0.0 else ends[0]) - solver.y[0]) / abs(speed)
-            solver.h_abs = min(solver.h_abs, max(_BEYOND * far, 1e-9 * abs(solver.t - solver.t_bound)))
-        message = solver.step()
-        if solver.status == "failed":
-            found = f"a motion that no step is short enough for, after {solver.t:.6g} s ({message})"
+            far = abs(((ends[1] if speed > 0.0 else ends[0]) - solver.y[0]) / speed)
+            if solver.h > _NEARLY * far:
+                solver.h = min(solver.h, max(far, 1e-9 * (until - solver.t) if until < np.inf else 0.0))
+        accepted = solver.step()
+        if accepted is None:
+            found = f"a motion that no step is short enough for, after {solver.t:.6g} s"
             raise StepError([Fault("simulation", found, "a motion that can be followed", "look for what vanishes there")])
-        step = Step(solver.dense_output(), float(solver.t_old), float(solver.t))
-        step, over = _cut(rates, step, speed, float(solver.f[0]), ends, events)
+        step = _landing(accepted, ends)
+        over = step is not None
+        if step is None:
+            step = Step(accepted, accepted.t, solver.t, after=accepted.after)
+            step, over = _cut(rates, step, speed, solver.f[0], ends)
+        step = step if events is None else crossing(events, step)
         yield step
-        if over:
+        if over or step.crossed is not None:
             return
         taken += 1
         if along is not None and taken == _MANY:
             rest = along._replace(stiff=0.0)
-            yield from through(rates, solver.t, solver.y, ends, until, tolerance, None, events, rest)
+            yield from through(rates, solver.t, np.array(solver.y), ends, until, tolerance, None, events, rest)
             return
 
 
-def _cut(
-    rates: Rates, step: Step, before: float, after: float, ends: tuple[float, float], events: Events | None
-) -> tuple[Step, bool]:
-    """A step cut where phi leaves the piece or something watched leaves its side, and whether it was.
+def _landing(step: runge_kutta.Step, ends: tuple[float, float]) -> Step | None:
+    """The step made to end where phi leaves the piece, by Newton's method; None where it ends well inside, or turns back.
 
-    It may leave the piece, past the end, and turn back before the step is over.
+    What is missing at last is so little that the state changes in proportion to it.
     """
-    dense, start, turns, left = step.dense, step.start, step.end, False
+    start, speed = step.slopes[0][0], step.slopes[-1][0]
+    end = ends[1] if speed > 0.0 else ends[0]
+    for _ in range(_MOST_LANDINGS):
+        if start * speed < 0.0 or speed == 0.0:
+            return None
+        missing = (end - step.after[0]) / speed
+        missing *= 1.0 - 0.5 * missing * (speed - start) / (step.h * speed)
+        if not -step.h < missing < _SHORT * step.h:
+            return None
+        if abs(missing) <= _LINEAR * step.h:
+            after = [y + missing * rate for y, rate in zip(step.after, step.slopes[-1], strict=True)]
+            return Step(step, step.t, step.t + step.h + missing, after=(end, *after[1:]))
+        step = step.shortened(step.h + missing)
+        speed = step.slopes[-1][0]
+    return None
+
+
+def _cut(rates: Rates, step: Step, before: float, after: float, ends: tuple[float, float]) -> tuple[Step, bool]:
+    """A step cut where phi leaves the piece, and whether it does: it may leave it and turn back before the step is over."""
+    dense, start, turns = step.dense, step.start, step.end
     if before * after < 0.0:
         turns = instant(lambda t: float(rates(t, step.dense(t))[0]), step.start, step.end)
     for stop in turns, step.end:
-        phi = float(step.dense(stop)[0])
-        left = phi >= ends[1] or phi < ends[0]
-        if left:
+        phi = float(step.last[0] if stop == step.end else dense(stop)[0])
+        if phi >= ends[1] or phi < ends[0]:
             end = ends[1] if phi >= ends[1] else ends[0]
-            step = step._replace(end=instant(lambda t: float(dense(t)[0]) - end, start, stop))  # noqa: B023 - called at once
-            break
+            leaves = instant(lambda t: float(dense(t)[0]) - end, start, stop)  # noqa: B023 - called at once
+            return step._replace(end=leaves, after=None), True
         start = stop
-    step = step if events is None else crossing(events, step)
-    return step, left or step.crossed is not None
+    return step, False
 
 
 def _rest(speed: float, t: float, state: Array, ends: tuple[float, float], until: float) -> float:
@@ -334,9 +381,10 @@ def _implicit_steps(
         edges = np.linspace(start, solver.t, _PARTS + 1)
         speeds = along.rates(edges, dense(edges))[0].tolist()
         for (low, before), (high, speed) in pairwise(zip(edges.tolist(), speeds, strict=True)):
-            step, over = _cut(rates, Step(dense, low, high), before, speed, ends, events)
+            step, over = _cut(rates, Step(dense, low, high), before, speed, ends)
+            step = step if events is None else crossing(events, step)
             yield step
-            if over:
+            if over or step.crossed is not None:
                 return True, solver.t, solver.state
     return True, solver.t, solver.state
 
@@ -381,7 +429,7 @@ def crossing(events: Events, step: Step) -> Step:
             share = instant(lambda share: float(inside(np.array([share]))[k, 0]), *ends)  # noqa: B023 - called at once
         if first is None or share < first[0]:
             first = share, k
-    return step if first is None else step._replace(end=step.start + width * first[0], crossed=first[1])
+    return step if first is None else step._replace(end=step.start + width * first[0], crossed=first[1], after=None)
 
 
 def _closer(inside: Callable[[Array], Array], k: int, low: float, high: float, found: Array) -> tuple[float, float]:
@@ -446,7 +494,7 @@ def one_cycle(dynamics: Dynamics, speed: float, scale: float, first: Array, tigh
             if len(passed) == most or crossings > _MOST_CROSSINGS:
                 raise SlidingError
             tries = tries + 1 if last.end == tau else 0
-            state, tau = np.array(last.dense(last.end)), last.end
+            state, tau = np.array(last.last), last.end
             if last.crossed is None or high - state[0] <= 2 * _AHEAD * (high - low):
                 break
         hint = max((step.end - step.start for step in passed if step.end > step.start), default=hint)
@@ -466,12 +514,12 @@ class _Scaled(NamedTuple):
         dynamics, speed, scale = self
         middle = 0.5 * (ends[0] + ends[1]) if anchor is None else anchor.phi
 
-        def rates(tau: float, state: Array) -> Array:
-            ratio = 1.0 + scale * state[1]
-            current = float(state[2]) if state.size > 2 else 0.0
-            at = dynamics.at(float(state[0]), middle, float(speed * ratio), current=current, ends=ends, anchor=anchor)
-            found = [ratio, at.acceleration / (speed * speed * scale)]
-            return np.array(found if state.size == 2 else [*found, at.current_rate / speed])
+        def rates(tau: float, state: Sequence[float]) -> Sequence[float]:
+            phi, u, *rest = state
+            ratio = 1.0 + scale * u
+            at = dynamics.at(phi, middle, speed * ratio, current=rest[0] if rest else 0.0, ends=ends, anchor=anchor)
+            found = ratio, float(at.acceleration) / (speed * speed * scale)
+            return (*found, float(at.current_rate) / speed) if rest else found
 
         return rates
 

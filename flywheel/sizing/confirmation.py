@@ -182,7 +182,7 @@ def _cycle_in_time(machine: Machine, cycle: Cycle, speed: float, run: Run, rtol:
         steps = one_cycle(dynamics, speed, scale, first, tight)
     (_, high), (_, low) = extreme(steps, +1.0), extreme(steps, -1.0)
     last = steps[-1]
-    closing = scale * float(last.dense(last.end)[1] - u)
+    closing = scale * (last.last[1] - u)
     return SteadyCycle(
         irregularity=scale * (high - low) / (1 + 0.5 * scale * (high + low)),
         speed_max=speed * (1 + scale * high),
@@ -210,24 +210,30 @@ def _approximate_in_time(regime: Regime, inertia: float) -> tuple[float, float]:
 
 
 _SAMPLES = 0.5 - 0.5 * np.cos(np.pi * np.arange(9) / 8)
+_TO_POWERS = np.linalg.inv(np.vander(_SAMPLES, increasing=True))
 
 
 def extreme(steps: list[Step], sign: float) -> tuple[float, float]:
     """Time and value of the greatest (sign +1) or least u: roots of its derivative within every step that can hold it."""
-    times = np.array([step.start + (step.end - step.start) * _SAMPLES for step in steps])
-    values = sign * np.array([step.dense(row)[1] for step, row in zip(steps, times, strict=True)])
-    best = values.max()
-    reach = np.ptp(values, axis=1) + 1e-12 * abs(best)
-    found = [(float(times.ravel()[values.argmax()]), float(best))]
-    for k in np.flatnonzero(values.max(axis=1) + 0.25 * reach >= best):
-        series = np.polynomial.Polynomial.fit(_SAMPLES, values[k], 8, domain=[0.0, 1.0])
-        roots = series.deriv().roots()
+    ends = [(sign * float(step.first[1]), sign * float(step.last[1])) for step in steps]
+    time, best = max(((step.end, after) for step, (_, after) in zip(steps, ends, strict=True)), key=lambda item: item[1])
+    if ends[0][0] > best:
+        time, best = steps[0].start, ends[0][0]
+    for step, pair in zip(steps, ends, strict=True):
+        width = step.end - step.start
+        if max(pair) + 0.5 * width * step.steepest(1) < best:
+            continue
+        values = sign * step.dense(step.start + width * _SAMPLES)[1]
+        if values.max() + 0.25 * np.ptp(values) < best:
+            continue
+        roots = np.polynomial.Polynomial(_TO_POWERS @ (values - values[0])).deriv().roots()
         inside = (np.abs(roots.imag) < 1e-6) & (roots.real > 0.0) & (roots.real < 1.0)
         for share in roots.real[inside].tolist():
-            time = steps[k].start + (steps[k].end - steps[k].start) * share
-            found.append((time, sign * float(steps[k].dense(time)[1])))
-    time, value = max(found, key=lambda item: item[1])
-    return time, sign * value
+            at = step.start + width * share
+            value = sign * float(step.at(at)[1])
+            if value > best:
+                time, best = at, value
+    return time, sign * best
 
 
 def on_thirds(machine: Machine) -> Machine:
