@@ -165,8 +165,8 @@ def _wrong_laws(graph: BondGraph) -> Iterator[str]:
             continue
         if law is None:
             yield f"{where}: has no value; give it a number or a function"
-        elif isinstance(law, float | int):
-            if not math.isfinite(law):
+        elif isinstance(law, (float, Real)):
+            if not abs(law) < math.inf:
                 yield f"{where}: found {law}, expected a finite number"
             elif element.kind == "C" and law == 0.0:
                 yield f"{where}: found compliance 0, expected another number; a rigid joint is left out"
@@ -318,7 +318,7 @@ class BondGraph:
         law = self.elements[name].law
         if isinstance(law, Function):
             return all(n in self.parameters for n in law.of)
-        return isinstance(law, float | int)
+        return isinstance(law, (float, Real))
 
     def is_curve(self, name: str) -> bool:
         """Whether an element's law is a function of its own flow (a resistor's) or its own displacement (a compliance's)."""
@@ -342,7 +342,7 @@ class BondGraph:
     def label(self, name: str) -> str:
         """Kind, name and, where it is a number, value: `I:J = 2`."""
         law = self.elements[name].law
-        return self.title(name) + (f" = {law:g}" if isinstance(law, float | int) else "")
+        return self.title(name) + (f" = {law:g}" if isinstance(law, (float, Real)) else "")
 
     @property
     def motions(self) -> tuple[str, ...]:
@@ -378,8 +378,8 @@ class BondGraph:
     def constant(self, name: str) -> float:
         """The number that an element's constant law stands for, its parameters filled in."""
         law = self.elements[name].law
-        if isinstance(law, float | int):
-            return float(law)
+        if isinstance(law, (float, Real)):
+            return law
         if not isinstance(law, Function) or not self.is_linear(name):
             raise GraphError(f"{self.title(name)} is no constant")
         return float(law(*(self.parameter(n, name) for n in law.of)))
@@ -505,7 +505,7 @@ def _relations(
         if element.kind == "TF":
             scaled, source = (variable[bond.number] for bond in by_ratio(*graph.ends(element.name)))
             ratio = element.law
-            if not isinstance(ratio, float | int | Function | Modulus):
+            if not isinstance(ratio, (float, Real, Function, Modulus)):
                 raise GraphError(f"TF:{element.name} has no ratio")
             if isinstance(ratio, Function) and graph.is_linear(element.name):
                 ratio = graph.constant(element.name)  # a number, or the symbol that stands for one

@@ -398,6 +398,8 @@ def law_of(given: Any) -> Any:
         return given
     if isinstance(given, int | np.floating | np.integer):
         return float(given)
+    if getattr(given, "is_recorded", False) is True:
+        return given
     if is_symbolic(given) and not given.free_symbols:
         try:
             return float(given)

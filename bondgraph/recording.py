@@ -19,6 +19,7 @@ import operator
 from bisect import bisect_left, bisect_right
 from collections.abc import Callable, Iterable, Sequence
 from functools import lru_cache, partial, reduce
+from numbers import Real
 from types import CodeType, FunctionType, SimpleNamespace
 from typing import Any, NamedTuple
 
@@ -38,12 +39,13 @@ _COMPARISONS = {
 _MIRRORED = {"greater": "less", "greater_equal": "less_equal"}
 _LOGIC = ("logical_and", "logical_or", "logical_not")
 _MATH = (  # functions that the math module has under this name
-    *("sqrt", "sin", "cos", "tan", "asin", "acos", "atan", "atan2", "exp", "log", "sinh", "cosh", "tanh", "hypot"),
+    *("sqrt", "sin", "cos", "tan", "asin", "acos", "atan", "atan2", "acosh", "exp", "log", "sinh", "cosh", "tanh", "hypot"),
     *("log1p", "expm1", "floor", "ceil"),
 )
 _BY_NUMPY = {  # names of numpy's own functions, where they are others
     "arcsin": "asin",
     "arccos": "acos",
+    "arccosh": "acosh",
     "arctan": "atan",
     "arctan2": "atan2",
     "absolute": "abs",
@@ -186,6 +188,7 @@ class Recorded(Operand):
     """A number on a tape; its present value, where it depends on parameters alone (None where variables matter)."""
 
     __slots__ = ("number", "recorder", "value")
+    is_recorded = True  # for those that know it by this name alone
 
     def __init__(self, recorder: Recorder, number: int, value: Any) -> None:
         self.recorder, self.number, self.value = recorder, number, value
@@ -255,7 +258,8 @@ class Recorded(Operand):
         return int(NAMESPACE.floor(self + 0.5))
 
 
-for _name in ("sin", "cos", "tan", "arcsin", "arccos", "arctan", "arctan2", "sqrt", "exp", "log", "hypot"):
+Real.register(Recorded)
+for _name in ("sin", "cos", "tan", "arcsin", "arccos", "arccosh", "arctan", "arctan2", "sqrt", "exp", "log", "hypot"):
 
     def _method(self: Recorded, *others: Any, name: str = _name) -> Any:
         return self._apply(name, (self, *others))

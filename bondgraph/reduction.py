@@ -12,6 +12,7 @@ from collections.abc import Callable, Container, Iterator, Mapping
 from contextlib import contextmanager
 from contextvars import ContextVar
 from functools import cached_property
+from numbers import Real
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -154,7 +155,7 @@ class Reduction:
         self._steps = _planned(graph, self._flow, coordinate)
         self.uniform = {self.variable[coordinate]: 1.0}  # flow variables in a constant ratio to the coordinate, with it
         for step in self._steps:
-            if isinstance(step, Scale) and step.source in self.uniform and isinstance(step.ratio, float | int):
+            if isinstance(step, Scale) and step.source in self.uniform and isinstance(step.ratio, (float, Real)):
                 self.uniform[step.target] = step.ratio * self.uniform[step.source]
             elif isinstance(step, Sum) and all(source in self.uniform for source, _ in step.terms):
                 self.uniform[step.target] = sum(sign * self.uniform[source] for source, sign in step.terms)
@@ -502,7 +503,7 @@ class _Positions:
 
     def ratio(self, ratio: Ratio) -> Any:
         """The value of a transformer's ratio."""
-        if isinstance(ratio, float | int):
+        if isinstance(ratio, (float, Real)):
             return ratio
         if isinstance(ratio, Function):
             return self._partials(ratio)[0]
@@ -512,7 +513,7 @@ class _Positions:
 
     def ratio_slope(self, ratio: Ratio) -> Any:
         """How a ratio varies with phi: dT/dphi = sum of dT/dq times the gain of q's flow."""
-        if isinstance(ratio, float | int):
+        if isinstance(ratio, (float, Real)):
             return _ZERO
         if isinstance(ratio, Modulus):
             slope, rate = ratio.slope(self.both(ratio.motion)[0].position), self.rate(ratio.motion.of)

@@ -10,6 +10,7 @@ from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import replace
 from functools import cache, cached_property, partial
 from itertools import count
+from numbers import Real
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
@@ -26,6 +27,7 @@ from flywheel.numerics import cells, notebook
 from flywheel.numerics.cells import Cells, middles
 from flywheel.numerics.expressions import Expression, shown, units_of_name
 from flywheel.numerics.faults import Fault, SceneError
+from flywheel.numerics.functions import cos, sin
 from flywheel.numerics.intervals import NAMESPACE as INTERVALS
 from flywheel.numerics.intervals import Interval
 from flywheel.numerics.jets import Jet, jet_namespace
@@ -183,7 +185,7 @@ class Effort:
         law = self._law
         if law is None:
             return 0.0, 1.0
-        if isinstance(law, float | int):
+        if isinstance(law, (float, Real)):
             return law, 0.0
         if isinstance(law, Pieces):
             return law(*self._angles(here, anchor, law.first)), 0.0
@@ -242,7 +244,10 @@ class Effort:
     def _gated(self, effort: Any, anchor: Here) -> Any:
         if self._always:
             return effort
-        return (_jets() if isinstance(effort, Jet) else np).where(self.active(anchor), effort, 0.0)
+        active = self.active(anchor)
+        if isinstance(active, bool):  # one piece alone
+            return effort if active else 0.0
+        return (_jets() if isinstance(effort, Jet) else np).where(active, effort, 0.0)
 
     @property
     def acts(self) -> Callable[[Here], Any] | None:
@@ -332,7 +337,7 @@ def spring_effort(spring: Spring, place: Place) -> Callable[[Here, Here], Any]:
 
 def crank_angles(local: float | Array, every: float, place: Place, cycle: float) -> Array:
     """Every crank angle in [0, cycle) at which a place's angle, reduced modulo `every`, passes one of `local`."""
-    column = np.reshape(local, (-1, 1))
+    column = np.array(local, ndmin=1)[:, None]
     first = np.ceil((place.phase - column) / every - 1e-12)
     turns = first + np.arange(int(place.rate * cycle / every + 2))
     angles = (column + turns * every - place.phase) / place.rate
@@ -558,7 +563,7 @@ class Machine:
             velocities = {velocity.name: velocity for velocity in self._families[mechanism.name].velocities}
             for name, velocity in velocities.items():
                 source, ratio = velocity.terms[0]
-                if f"{name}.x" in velocities and isinstance(ratio, float | int):
+                if f"{name}.x" in velocities and isinstance(ratio, (float, Real)):
                     turning = mechanism.shaft if source == "crank" else f"{mechanism.name}.{source}"
                     found[f"{mechanism.name}.{name}"] = (turning, float(ratio))
         return found
@@ -594,8 +599,8 @@ class Machine:
                 for ends in (lo, hi):
                     with np.errstate(all="ignore"):
                         found = law.evaluate(values(ends, middle), np, values(middle, middle)) + 0.0 * ends
-                    if np.isinf(found).any():
-                        at = int(np.isinf(found).argmax())
+                    if (np.abs(found) == np.inf).any():
+                        at = int((np.abs(found) == np.inf).argmax())
                         reason = self.undefined(effort.path, ends[at], middle[at])
                         where = "phi = {near}" if effort.load.once else f"crank angle {np.degrees(ends[at]):.6g} deg"
                         raise SwitchingError(f"a value that is not finite at {where} ({reason})", float(ends[at]))
@@ -685,17 +690,15 @@ class Machine:
         known: Port | None = self._families[name].ports[port] if port else None
         if self.scene.stroke is None and known is not None and known.dead_centres:
             local = np.array(known.dead_centres)
-            position = known.position(self._families[name].position(local, np))
+            position = np.array([known.position(self._families[name].position(psi, np)) for psi in known.dead_centres])
             signs = np.sign(np.roll(position, -1) - position)
             found = np.sort(crank_angles(local, TURN, at, cycle))
             edges = np.concatenate(([0.0], found, [cycle]))
             psi = (at.rate * 0.5 * (edges[1:] + edges[:-1]) + at.phase) % TURN
             return Senses(found, signs[np.searchsorted(local, psi) - 1])
         own = (angle for _, angle in self._mechanism_breakpoints())
-        smooth = merged([0.0, cycle, *own], cycle)
         try:
-            solved = any(mechanism.linkage is not None for mechanism in self.scene.mechanisms)
-            found = dead_centres(self.kinematics, at.junction, smooth, solved=solved)
+            found = self._dead_centres(place, merged([0.0, cycle, *own], cycle))
         except SwitchingError:
             path = next(effort.load.path for effort in self.efforts if effort.load.on == place)
             what = f"{place}, whose velocity changes sign too often to follow, as if it stood still"
@@ -704,6 +707,11 @@ class Machine:
         halfway = 0.5 * (edges[1:] + edges[:-1])
         gain = self.kinematics.flows(halfway, halfway).gain[self.kinematics.variable[at.junction]]
         return Senses(found, np.broadcast_to(np.sign(gain), halfway.shape))
+
+    def _dead_centres(self, place: str, smooth: Array) -> Array:
+        """Crank angles between smooth pieces' edges at which a place turns back, where no closed form gives them."""
+        solved = any(mechanism.linkage is not None for mechanism in self.scene.mechanisms)
+        return dead_centres(self.kinematics, self.places[place].junction, smooth, solved=solved)
 
     def undefined(self, path: str, phi: float, anchor: float, speed: float | None = None, time: float = 0.0) -> str:
         """What leaves the expression of a load, by its path, without a finite value at a position, in words; or nothing.
@@ -719,21 +727,34 @@ class Machine:
             return effort.load.law.undefined({**values(here, middle), "t": time}, {**values(middle, middle), "t": time})
 
     def _environment(self, effort: Effort, speed: float | None = None) -> tuple[Enclosures, Values]:
-        """What the names of a load's expression stand for: jets of intervals over cells of phi, and plain values.
+        """What the names of a load's expression stand for: jets of intervals over cells of phi, and plain values."""
+        names = self._names(effort, speed)
 
-        Which turn of the load's angle they lie in is the anchor's to say, as at the end of a turn rounding could not. The
-        crank's `speed` (rad/s) is the machine's typical one where none is given.
+        def enclosures(lo: Array, hi: Array, anchor: Array) -> Mapping[str, Any]:
+            return names(Interval(lo, hi), anchor, INTERVALS)
+
+        def values(phi: Array, anchor: Array) -> Mapping[str, Any]:
+            return names(phi, anchor, np)
+
+        return enclosures, values
+
+    def _names(self, effort: Effort, speed: float | None = None) -> Callable[[Any, Any, Any], Mapping[str, Any]]:
+        """What the names of a load's expression stand for at crank angles, given their anchors and a namespace.
+
+        They are jets by the crank's angle, but plain values in numpy's. Which turn of the load's angle they lie in is the
+        anchor's to say, as at the end of a turn rounding could not. The crank's `speed` (rad/s) is the machine's typical one
+        where none is given.
         """
         place, names = effort.place, effort.load.law.names  # type: ignore[union-attr]
         reduction, motion = self.rigid, self.motion_of(effort.load.on)
         crank_speed = self.typical_speed if speed is None else speed
         variable = reduction.variable[place.junction]
         gains = reduction.flows(0.0, 0.0).gain
-        rate = float(gains[reduction.variable[motion.of]])
-        own_speed = crank_speed * (float(gains[variable]) if place.shaft else rate)
+        rate = gains[reduction.variable[motion.of]]
+        own_speed = crank_speed * (gains[variable] if place.shaft else rate)
 
-        def environment(phi: Any, anchor: Array, ns: Any) -> Mapping[str, Any]:
-            bounds = ns is INTERVALS
+        def environment(phi: Any, anchor: Any, ns: Any) -> Mapping[str, Any]:
+            bounds = ns is not np
             angle = place.rate * phi + (place.phase - effort.turns(place.rate * anchor + place.phase))
             found = {**effort.constants, "omega": own_speed, "t": 0.0, "phi": Jet(angle, place.rate) if bounds else angle}
             if "v" in names and effort.senses is not None:
@@ -747,13 +768,7 @@ class Machine:
                 found["x"] = Jet(x, gain) if bounds else x
             return found
 
-        def enclosures(lo: Array, hi: Array, anchor: Array) -> Mapping[str, Any]:
-            return environment(Interval(lo, hi), anchor, INTERVALS)
-
-        def values(phi: Array, anchor: Array) -> Mapping[str, Any]:
-            return environment(phi, anchor, np)
-
-        return enclosures, values
+        return environment
 
     # -- the graph ---------------------------------------------------------------------------------------------------
 
@@ -854,9 +869,9 @@ class Machine:
         """Velocity, force (N) along it and body of every weight."""
         gx, gy = self.scene.gravity or (0.0, 0.0)
         for weight in self._families[mechanism.name].weights if self.scene.gravity is not None else ():
-            force = weight.mass * (gx * np.cos(weight.direction) + gy * np.sin(weight.direction))
+            force = weight.mass * (gx * cos(weight.direction) + gy * sin(weight.direction))
             if abs(force) > 1e-15 * weight.mass * (abs(gx) + abs(gy)):
-                yield weight.velocity, float(force), weight.body
+                yield weight.velocity, force, weight.body
 
     def _load(self, builder: Builder, balance: float, circuit: bool) -> None:
         """Loads, drive, friction, springs and dampers; the motor's own graph, where it has one, in place of its law."""
@@ -945,7 +960,7 @@ def dead_centres(reduction: Reduction, junction: str, edges: Array, *, solved: b
 
 def merged(angles: Iterable[float], cycle: float) -> Array:
     """Ascending angles without those that only rounding tells apart; 0 and the cycle stay exact."""
-    ascending = np.sort(np.asarray(list(angles), dtype=float))  # np.unique would import numpy.ma
+    ascending = np.sort(np.array(list(angles)))  # np.unique would import numpy.ma
     near = 8 * np.finfo(float).eps * cycle
     inner = ascending[(ascending > near) & (ascending < cycle - near)]
     apart = np.diff(inner, prepend=-1.0) > near

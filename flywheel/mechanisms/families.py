@@ -11,7 +11,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from functools import cached_property
 from itertools import chain, pairwise
-from math import acos, acosh, ceil, degrees, floor, inf, pi, tau
+from math import ceil, degrees, floor, inf, pi, tau
 from operator import attrgetter
 from types import MappingProxyType
 from typing import Any, NamedTuple
@@ -21,6 +21,7 @@ from numpy.typing import NDArray
 
 from flywheel.mechanisms import KINDS
 from flywheel.numerics.faults import Fault, SceneError
+from flywheel.numerics.functions import acos, acosh
 from flywheel.numerics.intervals import NAMESPACE as INTERVALS
 from flywheel.numerics.intervals import Interval
 from flywheel.numerics.switching import SwitchingError, roots
@@ -435,7 +436,7 @@ def within_turn(angles: Iterable[float]) -> tuple[float, ...]:
 
 def above_one(value: float) -> float:
     """Distance (rad) from the real axis to where the sine or cosine of an angle takes `value` >= 1."""
-    return acosh(max(float(value), 1.0)) if value < inf else inf
+    return acosh(max(value, 1.0)) if value < inf else inf
 
 
 def where_cosine(value: float) -> list[float]:

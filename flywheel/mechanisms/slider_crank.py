@@ -4,12 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from functools import cached_property, partial
-from math import atan2, pi, sqrt
+from math import pi
 from operator import attrgetter
 from typing import Any
 
 from flywheel.mechanisms import families as f
 from flywheel.numerics.faults import Fault
+from flywheel.numerics.functions import atan2, sqrt
 from flywheel.scene.keys import BODY, POINT, Key, length
 from flywheel.scene.scene import Mechanism
 

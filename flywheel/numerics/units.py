@@ -18,7 +18,7 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Iterable, Sequence
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, TypeGuard
 
 import numpy as np
 
@@ -216,7 +216,7 @@ def parse_quantity(value: object, dimension: str | None) -> float:
     number = _parse_text(value, dimension) if isinstance(value, str) else plain_number(value)
     if number is None:
         raise QuantityError(show(value), _expected(dimension))
-    if not math.isfinite(number):
+    if not abs(number) < math.inf:
         raise QuantityError(show(value), f"{_expected(dimension)}, finite")
     if abs(number) > LARGEST:
         raise QuantityError(show(value), f"at most {LARGEST:g} in SI")
@@ -271,14 +271,21 @@ def quantity_text(value: Any) -> Any:
     return texts[0] if numbers.ndim == 0 else texts
 
 
+def is_recorded(value: object) -> TypeGuard[float]:
+    """Whether a value is a number on a tape (`bondgraph.recording`), which stands for those of many designs."""
+    return getattr(value, "is_recorded", False) is True
+
+
 def plain_number(value: object) -> float | None:
-    """The float of a Python or NumPy number; None for anything else, truth values included.
+    """The float of a Python or NumPy number, a recorded one as it is; None for anything else, truth values included.
 
     >>> plain_number(3), plain_number(np.float32(0.5)), plain_number(True), plain_number("3")
     (3.0, 0.5, None, None)
     """
-    if isinstance(value, (bool, np.bool_)) or not isinstance(value, (int, float, np.integer, np.floating)):
+    if isinstance(value, (bool, np.bool_)):
         return None
+    if not isinstance(value, (int, float, np.integer, np.floating)):
+        return value if is_recorded(value) else None
     try:
         return float(value)
     except OverflowError:

@@ -12,7 +12,16 @@ import numpy as np
 
 from flywheel.mechanisms import KINDS
 from flywheel.numerics.faults import Fault, nearest, quote, show, suggestion
-from flywheel.numerics.units import DIMENSIONS, QuantityError, Unit, parse_quantity, parse_unit, plain_number, split_quantity
+from flywheel.numerics.units import (
+    DIMENSIONS,
+    QuantityError,
+    Unit,
+    is_recorded,
+    parse_quantity,
+    parse_unit,
+    plain_number,
+    split_quantity,
+)
 from flywheel.reading.schema import GD2, MOST_TABLES, NAME_PATTERN, SECTIONS, TOP, TURN, Section
 from flywheel.scene.keys import Key
 from flywheel.scene.scene import Mechanism, Stroke
@@ -159,7 +168,7 @@ class Item(NamedTuple):
     def number(self, name: str) -> float:
         """A number; NaN where it has a fault, or is missing."""
         value = self.fields[name]
-        return math.nan if value is None else float(value)
+        return math.nan if value is None else value
 
 
 def read_item(raw: Mapping[str, Any], section: Section, path: str, faults: Faults, rotating: bool | None = None) -> Item:
@@ -248,7 +257,7 @@ def read_numbers(raw: object, path: str, faults: Faults) -> list[float] | None:
         faults.add(path, show(raw), "a list of numbers")
         return None
     plain = [plain_number(item) for item in found]
-    wrong = [i for i, number in enumerate(plain) if number is None or not math.isfinite(number)]
+    wrong = [i for i, number in enumerate(plain) if number is None or not abs(number) < math.inf]
     for i in wrong[:REPORTED]:
         faults.add(f"{path}[{i}]", show(found[i]), "a finite number")
     if len(wrong) > REPORTED:
@@ -281,7 +290,7 @@ def read_quantity(value: object, dimension: str, key: Key, path: str, faults: Fa
         advice = "the balance is that of [drive] torque, or of a parameter" if is_balance else error.advice
         faults.add(path, error.found, expected, advice)
         return None
-    written = isinstance(value, str)
+    written = isinstance(value, str) or is_recorded(value)
     if dimension == "angle" and not key.many_turns and not written and abs(number) > faults.longest * _ROUNDING:
         most = "one turn" if faults.longest == TURN else "the cycle"
         form = f'an angle with its unit such as "90 deg", or a bare number in rad of at most {faults.longest:.6g}, {most}'
@@ -423,7 +432,7 @@ def whole(count: float) -> int | None:
     >>> whole(3.0000000001), whole(2.5), whole(0.0)
     (3, None, None)
     """
-    if not math.isfinite(count) or count < 0.5:
+    if not 0.5 <= count < math.inf:
         return None
     number = round(count)
     return number if abs(count - number) <= TOLERANCE * number else None

@@ -367,7 +367,7 @@ def _cam(item: Item, pair: _Pair, bodies: Bodies, setting: Setting) -> dict[str,
     lift, key, before = None, item.one("lift", "table"), len(item.faults)
     path, rotating = f"{item.path}.{key}", second.kind == PIN
     law = read_law(item.raw[key], "theta" if rotating else "x", path, setting) if key else None
-    if law is not None and not any(map(math.isnan, setting.parameters.values())):
+    if law is not None and all(abs(value) < math.inf for value in setting.parameters.values()):
         output = fitted(Output(key, rotating, law, 1.0), TURN, item.path, item.faults)
         if len(item.faults) == before:  # it repeats with every turn, and is smooth and back where it was
             from flywheel.mechanisms.law import followed  # only scenes with a cam pay for it

@@ -149,7 +149,7 @@ def read_mechanisms(raw: object, setting: Setting) -> tuple[tuple[Mechanism, ...
             faults.add(f"{path}.name", quote(item.name), "a name of its own", f"{other} bears this one")
         seen.add(item.name)
     ports: dict[str, Place] = {}
-    known = not any(map(math.isnan, setting.parameters.values()))
+    known = all(abs(value) < math.inf for value in setting.parameters.values())
     for item in found:
         if item is None:
             continue

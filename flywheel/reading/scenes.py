@@ -21,10 +21,12 @@ from flywheel.components.wheels import EXACT, GREATEST, WHEEL_SHAPES, WheelAsked
 from flywheel.mechanisms import KINDS
 from flywheel.numerics.expressions import RESERVED
 from flywheel.numerics.faults import Fault, Remark, SceneError, nearest, quote, show
+from flywheel.numerics.functions import cos
 from flywheel.numerics.units import (
     QuantityError,
     Unit,
     is_quantity,
+    is_recorded,
     parse_quantity,
     parse_unit,
     plain_number,
@@ -515,6 +517,8 @@ def _scene(raw: Mapping[str, Any], folder: Path | None, faults: Faults) -> Scene
         rtol=accuracy["rtol"],
         closure=accuracy["rtol"] if accuracy["closure"] is None else accuracy["closure"],
     )
+    if any(is_recorded(quantity.value) for quantity in faults.quantities.values()):
+        return scene  # whose numbers stand for those of many designs
     quantities = (of_quantity(found, path) for path, found in faults.quantities.items())
     return replace(scene, remarks=(*of_texts(raw), *chain.from_iterable(quantities), *of_scene(scene)))
 
@@ -655,7 +659,7 @@ def _cosine(angle: float) -> float:
     quarters = angle / (math.pi / 2)
     if abs(quarters - round(quarters)) <= _QUARTER:
         return (1.0, 0.0, -1.0, 0.0)[round(quarters) % 4]
-    return math.cos(angle)
+    return cos(angle)
 
 
 def _areas(raw: Mapping[str, Any], faults: Faults) -> Areas | None:

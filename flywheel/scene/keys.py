@@ -9,6 +9,8 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
+from flywheel.numerics.units import is_recorded
+
 _TINIEST = 1e-50  # what is above 0 is at least this: squares and products of less leave the floating-point range
 
 
@@ -21,7 +23,7 @@ class Range(NamedTuple):
     high_open: bool = False
 
     def __contains__(self, value: object) -> bool:
-        if not isinstance(value, (int, float)):
+        if not isinstance(value, (int, float)) and not is_recorded(value):
             return False
         if self.low_open and self.low == 0.0 and value < _TINIEST:
             return False

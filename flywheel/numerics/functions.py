@@ -1,0 +1,39 @@
+"""Functions of one number at a time: Python's own for floats, which are fast; numpy's for numbers that record themselves.
+
+>>> sqrt(2.0) == math.sqrt(2.0), type(atan2(1.0, 2.0))
+(True, <class 'float'>)
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+
+
+def _of_any_number(plain: Callable[..., float], ufunc: Callable[..., Any]) -> Callable[..., float]:
+    """The function of `math`; what has no float goes to that of numpy, which asks the number itself."""
+
+    def function(*numbers: Any) -> float:
+        try:
+            return plain(*numbers)
+        except TypeError:
+            recorded: float = ufunc(*numbers)
+            return recorded
+
+    return function
+
+
+sqrt = _of_any_number(math.sqrt, np.sqrt)
+sin = _of_any_number(math.sin, np.sin)
+cos = _of_any_number(math.cos, np.cos)
+acos = _of_any_number(math.acos, np.arccos)
+acosh = _of_any_number(math.acosh, np.arccosh)
+asin = _of_any_number(math.asin, np.arcsin)
+atan2 = _of_any_number(math.atan2, np.arctan2)
+exp = _of_any_number(math.exp, np.exp)
+hypot = _of_any_number(math.hypot, np.hypot)
+log = _of_any_number(math.log, np.log)
+degrees = _of_any_number(math.degrees, np.degrees)
