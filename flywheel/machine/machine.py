@@ -55,7 +55,7 @@ FRICTION = "friction in joints"  # whose part its moment is
 SPEED = "speed of the driver"  # whose part its source is
 _MOTOR = "drive.motor"  # the name of its graph as a part
 
-_WIDEST = TURN / 4  # of a cell, in the angle of the fastest mechanism: 17 nodes then resolve plain sines to rounding
+WIDEST = TURN / 4  # of a cell, in the angle of the fastest mechanism: 17 nodes then resolve plain sines to rounding
 _CLOSEST = 1e-7  # of a cycle, between two restarts of the time stepping that are no breakpoints
 _LOOKED_AT = np.linspace(0.01, 0.99, 33)  # of a cycle or stroke, where moments and inertias tell a speed
 _MOST_SOLVED = 4_000  # cells in which a linkage's dead centres are looked for; a stroke without a dwell takes 32
@@ -621,11 +621,15 @@ class Machine:
     @cached_property
     def mesh(self) -> Array:
         """Edges of the first cells: the landmarks, with wide stretches cut evenly."""
-        fastest = max([self.scene.shafts[m.shaft] for m in self.scene.mechanisms], default=0.0)
-        counts = np.ceil(np.diff(self.landmarks) * fastest / _WIDEST * (1 - 1e-12)).astype(int).clip(1)
+        counts = np.ceil(np.diff(self.landmarks) * self.fastest / WIDEST * (1 - 1e-12)).astype(int).clip(1)
         start, steps = np.repeat(self.landmarks[:-1], counts), np.repeat(np.diff(self.landmarks) / counts, counts)
         first = np.repeat(np.cumsum(counts) - counts, counts)
         return np.append(start + (np.arange(start.size) - first) * steps, self.landmarks[-1])
+
+    @property
+    def fastest(self) -> float:
+        """Speed of the fastest mechanism's crank over that of the reduction element, 0 without a mechanism."""
+        return max([self.scene.shafts[m.shaft] for m in self.scene.mechanisms], default=0.0)
 
     @property
     def broken_by(self) -> dict[str, int]:

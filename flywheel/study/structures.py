@@ -1,0 +1,335 @@
+"""Designs of one scene that share a machine's structure: its pieces, and the walk in each as a program of what varies.
+
+The numbers are recorded all the way from reading to the walk over the graph (`bondgraph.recording`): every comparison that
+reading, mechanisms and breakpoints make with them is a guard. Designs that keep all guards have the same pieces with the
+same programs; the first that does not is recorded anew. A structure is taken when at two more designs it gives what the
+plain machine gives: no angle at which that breaks lies inside a cell, and all values at the nodes are the same.
+
+What cannot be recorded has its reason in words, and is left to be sized one by one.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+from itertools import pairwise
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bondgraph.laws import GraphError
+from bondgraph.recording import NAMESPACE, Conditions, Program, Recorded, Recorder
+from flywheel.machine.machine import WIDEST, Machine
+from flywheel.machine.recorded import RecordedMachine, UnrecordedError, deciders, plain
+from flywheel.numerics import cells
+from flywheel.numerics.cells import NODES
+from flywheel.numerics.faults import SceneError
+from flywheel.reading.paths import with_numbers
+from flywheel.scene.scene import Scene
+from flywheel.study.batch import Givens, Pieces
+
+Array = NDArray[np.float64]
+Index = NDArray[np.intp]
+Mask = NDArray[np.bool_]
+
+_NEAR = 1e-9  # of the cycle: how far a plain machine's breakpoint may lie from an edge
+_SAME = 1e-10  # of the greatest value in the cycle: how far the values of the two may lie apart
+_SLACK = 1e-12  # of a cell's width: what rounding may add
+_MOST, _TRIES = 64, 200  # structures of one set of paths, and designs tried for them
+_LONGEST = 100_000  # operations: those of tables with hundreds of rows, whose place varies, would take seconds
+
+
+class Walk(NamedTuple):
+    """What a stretch between landmarks has in common: from (phi, *columns) to parts of `Reduced`, and what decides there.
+
+    `decided` is what decides branches of laws and varies with the columns; its signs are `signs` all over the stretch.
+    """
+
+    program: Program
+    decided: Program | None
+    signs: tuple[float, ...]
+
+
+@dataclass(frozen=True)
+class Structure:
+    """Smooth pieces that designs share; its programs are functions of (phi, *columns), columns being the numbers that vary.
+
+    conditions: what the designs have in common. landmarks: edges between which one walk holds and nothing is narrow.
+    walks: one for each stretch between them, with as many cells as `counts` says. numbers: speed (rad/s), irregularity, the
+    flywheel's and the drive's ratio to the crank, the drive's torque (N m), and the greatest speed of a mechanism over the
+    crank's; NaN where there is none.
+    """
+
+    paths: tuple[str, ...]
+    cycle: float
+    unknown: bool
+    conditions: Conditions
+    landmarks: Program
+    walks: tuple[Walk, ...]
+    numbers: Program
+    counts: tuple[int, ...] = ()
+
+    def edges(self, columns: Array) -> Array:
+        """Edges of the cells (cells + 1, designs), rad."""
+        marks = _at(self.landmarks, columns)
+        stretch = np.repeat(np.arange(len(self.counts)), self.counts)
+        share = np.concatenate([np.arange(count) / count for count in self.counts])[:, None]
+        first = marks[stretch]
+        return np.concatenate((first + share * (marks[stretch + 1] - first), marks[-1:]))
+
+    @cached_property
+    def programs(self) -> list[tuple[slice, Program]]:
+        """Consecutive cells with the program that they share."""
+        found: list[tuple[slice, Program]] = []
+        end = 0
+        for walk, count in zip(self.walks, self.counts, strict=True):
+            same = bool(found) and found[-1][1] == walk.program
+            start = found.pop()[0].start if same else end
+            end += count
+            found.append((slice(start, end), walk.program))
+        return found
+
+    def pieces(self) -> Pieces:
+        """Consecutive cells with their values: (phi, *columns) -> I*, dI*/dphi, M*, dM*/du, |M*|, |dI*/dphi|."""
+        return [(part, program.function()) for part, program in self.programs]
+
+    def givens(self, columns: Array) -> Givens:
+        """Speed, irregularity and drive of every design."""
+        speed, irregularity, ratio, drive, torque, _ = _at(self.numbers, columns)
+        driven, given = (bool(np.isfinite(row).all()) for row in (drive, torque))
+        return Givens(
+            speed, irregularity, ratio, self.cycle, self.unknown, drive if driven else None, torque if given else None
+        )
+
+    def kept(self, columns: Array) -> Mask:
+        """Which designs have this structure: they keep its guards, cells are narrow enough, and no branch changes in one."""
+        with np.errstate(all="ignore"):
+            good = np.broadcast_to(self.conditions.kept(0.0, *columns), columns.shape[1:]).copy()
+            good[good] = (self._counts(columns[:, good]) <= np.array(self.counts)[:, None]).all(axis=0)
+            if any(walk.decided is not None for walk in self.walks):
+                good[good] = self._undivided(columns[:, good])
+        return good
+
+    def widened(self, columns: Array) -> Structure:
+        """The same with as many cells in each stretch as the widest of those designs that keep its guards needs."""
+        with np.errstate(all="ignore"):
+            kept = columns[:, np.broadcast_to(self.conditions.kept(0.0, *columns), columns.shape[1:])]
+            counts = self._counts(kept).max(axis=1, initial=1)
+        return replace(self, counts=tuple(counts.tolist()))
+
+    def _counts(self, columns: Array) -> Array:
+        """How many cells each stretch of each design takes, at least."""
+        widths = np.diff(_at(self.landmarks, columns), axis=0)
+        fastest = _at(self.numbers, columns)[-1]
+        counts = np.ceil(widths * fastest / WIDEST * (1.0 - _SLACK)).clip(1.0)
+        return np.where(np.isfinite(counts), counts, 1e6).astype(int)
+
+    def _undivided(self, columns: Array) -> Mask:
+        """Whether what decides branches has one sign at all nodes of every cell."""
+        edges, good, end = self.edges(columns), np.ones(columns.shape[1], bool), 0
+        for walk, count in zip(self.walks, self.counts, strict=True):
+            start, end = end, end + count
+            if walk.decided is None:
+                continue
+            low, high = edges[start:end], edges[start + 1 : end + 1]
+            phi = 0.5 * (low + high) + 0.5 * (high - low) * NODES[:, None, None]
+            for value, sign in zip(walk.decided.function()(phi, *columns), walk.signs, strict=True):
+                good &= np.broadcast_to(value * sign > 0.0, phi.shape).all(axis=(0, 1))
+        return good
+
+
+def _at(program: Program, columns: Array) -> Array:
+    """What a program gives at columns, one row for each output."""
+    return np.stack([np.broadcast_to(value, columns.shape[1:]) for value in program.function()(0.0, *columns)])
+
+
+# -- recording -------------------------------------------------------------------------------------------------------------
+
+
+def recorded(scene: Scene, paths: Sequence[str], values: Sequence[float]) -> Structure:
+    """The structure of a scene whose numbers at some paths have values (SI), with no cells cut yet.
+
+    Raises:
+        SceneError: for a scene with these values that is at fault.
+        UnrecordedError: where the machine cannot be followed with recorded numbers.
+
+    """
+    base = with_numbers(scene, dict(zip(paths, values, strict=True)))
+    _check(base)
+    twin, recorder = Machine(base), Recorder()
+    phi = recorder.input("phi")
+    numbers = {path: recorder.input(path, value) for path, value in zip(paths, values, strict=True)}
+    try:
+        with np.errstate(all="ignore"):
+            machine = RecordedMachine(base.with_(numbers), twin)
+            return _structure(machine, recorder, phi, tuple(paths))
+    except (TypeError, AttributeError, ValueError, GraphError) as error:
+        if isinstance(error, UnrecordedError):
+            raise
+        raise UnrecordedError(f"{', '.join(paths)} cannot be recorded ({error})") from error
+
+
+def _check(scene: Scene) -> None:
+    """Refuse what a program of position alone does not tell."""
+    drive = scene.drive
+    for found, what in (
+        (scene.areas is not None, "a diagram of areas has no machine"),
+        (scene.stroke is not None, "a stroke is no cycle"),
+        (scene.irregularity is None or scene.speed is None, "no flywheel is to be sized for a given speed"),
+        (scene.depends_on_speed, "torques depend on speed"),
+        (scene.rubs, "friction in joints follows from the motion"),
+        (any(efficiency < 1.0 for efficiency in scene.efficiencies.values()), "meshes have losses"),
+        (drive is not None and not isinstance(drive.law, float | int | None), "the drive's torque is no plain number"),
+    ):
+        if found:
+            raise UnrecordedError(what)
+
+
+def _structure(machine: RecordedMachine, recorder: Recorder, phi: Recorded, paths: tuple[str, ...]) -> Structure:
+    scene, twin = machine.scene, machine.twin
+    if machine.depends_on_time:
+        raise UnrecordedError("loads depend on time")
+    pieces, plain_marks = machine.breakpoints, twin.landmarks
+    landmarks = machine.landmarks
+    walks: dict[int, Walk] = {}
+    stretches = []
+    for low, high in pairwise(plain_marks.tolist()):
+        k = int(np.searchsorted(twin.breakpoints, 0.5 * (low + high))) - 1
+        if k not in walks:
+            walks[k] = _walk(machine, recorder, phi, 0.5 * (pieces[k] + pieces[k + 1]))
+        stretches.append(walks[k])
+        if len(recorder.guards) > _LONGEST:
+            raise UnrecordedError("tables are too long, and move with what varies")
+    drive, nothing = scene.drive, float("nan")
+    given: list[Any] = [scene.speed, scene.irregularity, scene.flywheel_ratio]
+    given += [nothing, nothing] if drive is None else [scene.shafts[drive.on], nothing if drive.law is None else drive.law]
+    return Structure(
+        paths=paths,
+        cycle=scene.cycle,
+        unknown=scene.unknown is not None,
+        conditions=recorder.conditions(),
+        landmarks=recorder.program(landmarks),
+        walks=tuple(stretches),
+        numbers=recorder.program([*given, machine.fastest]),
+        counts=(1,) * len(stretches),
+    )
+
+
+def _walk(machine: RecordedMachine, recorder: Recorder, phi: Recorded, anchor: Any) -> Walk:
+    """The walk in the piece of an anchor, and what decides branches there, as far as it varies from design to design."""
+    found = machine.reduction(phi, anchor, NAMESPACE)
+    rows = found.inertia, found.slope, found.moment, found.per_unknown, found.exchanged, found.steepness
+    decided, signs = [], []
+    for effort in machine.efforts:
+        for part in deciders(effort):
+            value = machine.decided(effort, part, phi, anchor).value
+            if _varies(recorder, value):
+                decided.append(value)
+                signs.append(float(np.sign(plain(machine.decided(effort, part, anchor, anchor).value))))
+    return Walk(recorder.program(rows), recorder.program(decided) if decided else None, tuple(signs))
+
+
+def _varies(recorder: Recorder, value: Any) -> bool:
+    """Whether a value depends on more than phi, the first input."""
+    if not isinstance(value, Recorded):
+        return False
+    program = recorder.program([value])
+    varying = set(range(1, len(program.inputs)))
+    return any(varying.intersection(operands) for _, *operands in program.operations)
+
+
+# -- proof -----------------------------------------------------------------------------------------------------------------
+
+
+def differs(structure: Structure, scene: Scene, values: Array) -> str:
+    """In what a structure and the plain machine of a design differ, in words; nothing where they agree."""
+    machine = Machine(with_numbers(scene, dict(zip(structure.paths, values.tolist(), strict=True))))
+    column = values[:, None]
+    edges = structure.edges(column)[:, 0]
+    away = np.abs(machine.breakpoints[:, None] - edges).min(axis=1).max()
+    if away > _NEAR * structure.cycle:
+        return f"an angle at which the machine breaks lies {away:.2g} rad from where it was recorded"
+    mesh = cells.cells(edges)
+    reduced = machine.reduce(mesh.phi, mesh.anchor)
+    wanted = reduced.inertia, reduced.slope, reduced.moment, reduced.per_unknown, reduced.exchanged, reduced.steepness
+    found = np.zeros((6, *mesh.phi.shape))
+    for part, program in structure.programs:
+        for row, value in enumerate(program.function()(mesh.phi[part], *values)):
+            found[row, part] = value
+    for value, want in zip(found, wanted, strict=True):
+        apart = np.abs(value - want).max()
+        if not apart <= _SAME * max(np.abs(want).max(), np.abs(value).max()):
+            return f"values differ by {apart:.2g}"
+    return ""
+
+
+class Sorted(NamedTuple):
+    """Designs by their structures, those left over, and why they are, in words."""
+
+    groups: list[tuple[Structure, Index]]
+    rest: Index
+    why: str
+
+
+class Structures:
+    """The structures of a scene whose numbers at some paths vary; they are found as designs need them."""
+
+    def __init__(self, scene: Scene, paths: Sequence[str]) -> None:
+        self.scene, self.paths, self.why = scene, tuple(paths), ""
+        self._known: list[Structure] = []
+        self._tries = 0
+
+    def sorted(self, columns: Array) -> Sorted:
+        """The designs whose numbers stand in columns (paths, designs; SI) by their structures."""
+        columns = np.asarray(columns, dtype=float)
+        left: Index = np.arange(columns.shape[1])
+        groups: list[tuple[Structure, Index]] = []
+        rest: list[Index] = []
+        known = 0
+        while left.size:
+            if known < len(self._known):
+                structure, known = self._known[known], known + 1
+            else:
+                at = int(left[left.size // 2])
+                found = self._another(columns[:, left], columns[:, at])
+                if found is None:
+                    rest.append(left if self._exhausted else np.array([at]))
+                    left = left[:0] if self._exhausted else left[left != at]
+                    continue
+                structure, known = found, known + 1
+            mine = structure.kept(columns[:, left])
+            if mine.any():
+                groups.append((structure, left[mine]))
+            left = left[~mine]
+        return Sorted(groups, np.sort(np.concatenate([*rest, left])).astype(int), self.why)
+
+    @property
+    def _exhausted(self) -> bool:
+        return bool(self.why) or len(self._known) >= _MOST or self._tries >= _TRIES
+
+    def _another(self, columns: Array, values: Array) -> Structure | None:
+        """The structure of a design, proven at two others of those that share it; None where there is none."""
+        if self._exhausted:
+            return None
+        self._tries += 1
+        try:
+            structure = recorded(self.scene, self.paths, values.tolist()).widened(columns)
+        except SceneError:  # sized one by one, it says what is wrong
+            return None
+        except UnrecordedError as error:
+            self.why = str(error)
+            return None
+        mine = columns[:, structure.kept(columns)]
+        if not mine.size:
+            return None
+        try:
+            trouble = [text for k in {0, mine.shape[1] - 1} if (text := differs(structure, self.scene, mine[:, k]))]
+        except SceneError as error:
+            trouble = [str(error)]
+        if trouble:
+            self.why = f"recorded and plain machine part: {trouble[0]}"
+            return None
+        self._known.append(structure)
+        return structure
