@@ -1,6 +1,7 @@
 """Recorded programs of machines against the walk that they come from, and against thirty digits."""
 
 import pickle
+import re
 from pathlib import Path
 
 import numpy as np
@@ -124,8 +125,10 @@ def test_code_has_no_digits_of_a_scene_and_is_shared_between_designs():
     anchor = float(pieces(machine)[0][0])
     program = machine.traced.reduced(anchor)
     assert pickle.loads(pickle.dumps(program)) == program
-    names = {line.split("(")[0].split()[-1] for line in source(program, "math").splitlines() if "(" in line}
-    assert names <= {"recorded", "sin", "cos", "sqrt", "abs", "return", "atan2"}
+    assert set(re.findall(r"[a-z]\w*", source(program, "math"))) <= {
+        *("def", "recorded", "return", "sin", "cos", "sqrt", "abs", "atan2"),
+        *(f"{kind}{k}" for kind in "xv" for k in range(len(program.operations))),
+    }
     longer = other.traced.reduced(anchor)
     assert program.places != longer.places
     assert program.function("math").__code__ is longer.function("math").__code__
