@@ -148,7 +148,7 @@ def _written(method: Method, count: int) -> Stepping:
         return "".join(text(k) + ", " for k in range(count))
 
     def named(name: str) -> str:
-        return f"    {each(lambda k: f'{name}_{k}')}= {name}"
+        return f"    {each(lambda k: f'{name}_{k}')}= {name}" if count else ""
 
     lines = ["def step(rates, t, h, y, s0, relative, absolute):", named("y"), named("s0"), named("absolute")]
     for j, row in enumerate(method.stages, 1):

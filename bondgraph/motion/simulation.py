@@ -1,6 +1,6 @@
 """Motion of any graph in numbers: several independent states, several domains, an error bound, and a power audit.
 
-`simulate` runs one of scipy's methods, or one with equal steps, at tighter tolerance and with shorter steps until two runs
+`simulate` runs an adaptive method, or one with equal steps, at tighter tolerance and with shorter steps until two runs
 agree. The audit tells whether every junction and two-port passes on exactly the power it gets, and whether the energy adds
 up: efforts of all one-ports follow from their laws, an inertia's from its own acceleration; the junction structure then has
 more equations than unknown efforts, and what is left over is checked, element by element. Energy is checked over the run:
@@ -22,15 +22,17 @@ from numpy.typing import NDArray
 from bondgraph.elements import ONE_PORTS
 from bondgraph.graph import BondGraph, Ratio, Scale, Sum, effort_relations, effort_variables, plan
 from bondgraph.laws import TIME, GraphError, refuse
+from bondgraph.motion import runge_kutta
 from bondgraph.motion.algebra import WEIGHTLESS
 from bondgraph.motion.dynamics import Dynamics, Instant, Walk
-from bondgraph.motion.stepping import ADAPTIVE, FIXED, Breaks, StepError, Stretch, adaptive, fixed, through_breaks
+from bondgraph.motion.stepping import ADAPTIVE, FIXED, PLAIN, Breaks, StepError, Stretch, adaptive, fixed, through_breaks
 from bondgraph.reduction import count
 
 Array = NDArray[np.float64]
 
-_PILOT = 1e-4  # tolerance of the run that only tells how large the states become
-_FIRST = 0.1  # tolerance of the next run's steps to what is asked
+_LOOSE = 1e-5  # of what is asked: down to it order 5 takes less work than order 8
+_PILOT, _PLAIN_PILOT = 1e-4, 1e-3  # tolerance of the run that only tells how large the states become
+_FIRST = 0.01  # tolerance of the next run's steps to what is asked: so that two more runs are mostly enough
 _TIGHTEST = 1e-13  # tolerance of a step: below it rounding wins
 _SHORTER = 0.7  # each further run's steps to those of the run before, at least
 _MOST_RUNS = 12  # at tolerances that get tighter
@@ -126,6 +128,12 @@ class Run:
         return audit(self.dynamics, self._bonds, self.stretches, self._instants)
 
     @cached_property
+    def _plain(self) -> bool:
+        """Whether all steps are explicit ones of one method, which are told all at once."""
+        steps = [stretch.dense for stretch in self.stretches]
+        return all(isinstance(one, runge_kutta.Step) for one in steps)
+
+    @cached_property
     def _bonds(self) -> Bonds:
         return Bonds(self.dynamics)
 
@@ -182,6 +190,9 @@ class Run:
         return np.clip(np.searchsorted(ends, times), 0, ends.size - 1)
 
     def _dense(self, times: Array, owners: NDArray[np.int_]) -> Array:
+        steps = [stretch.dense for stretch in self.stretches]
+        if self._plain:
+            return runge_kutta.at(steps, owners, times)  # type: ignore[arg-type]
         values = np.empty((len(self.dynamics.state.names), times.size))
         order = np.argsort(owners, kind="stable")
         found, firsts = np.unique(owners[order], return_index=True)
@@ -207,7 +218,7 @@ def simulate(
     initial: Mapping[str, float] | None = None,
     signals: Mapping[str, Any] | None = None,
     rtol: float = 1e-8,
-    method: str = "DOP853",
+    method: str | None = None,
     step: float | None = None,
     breaks: Mapping[str, Any] | None = None,
     tolerance: float | None = None,
@@ -223,7 +234,8 @@ def simulate(
         signals: a number or function of t for every declared signal.
         rtol: error asked of every state, relative to its greatest absolute value in the run; `Run.reached` says whether it
             was kept.
-        method: one of scipy's ("DOP853", "RK45", "RK23", "LSODA", "Radau", "BDF"), or "euler", "rk2" (trapezoidal), "rk4".
+        method: one of "DOP853", "RK45", "RK23", "LSODA", "Radau", "BDF", as scipy calls them, or of "euler", "rk2"
+            (trapezoidal), "rk4". None: explicit steps of the order that takes least work for rtol, RK45 or DOP853.
             On a stiff graph, where an explicit one would take more steps for its stability than Radau for its accuracy, the
             motion is found by Radau, and by LSODA where the inertia that the motion sees all but vanishes at a dead centre
             and a resistor carries it through: `Run.method` and `Run.messages` say so.
@@ -244,7 +256,8 @@ def simulate(
     (True, True, True)
 
     """
-    _check_arguments(until, rtol, method, step, evaluations)
+    _check_arguments(until, rtol, method or "DOP853", step, evaluations)
+    method = method or ("RK45" if rtol >= _LOOSE else "DOP853")
     dynamics = Dynamics(graph, signals)
     start = _start(dynamics, initial or {})
     refuse(dynamics.unbalanced(start.tolist()))
@@ -281,6 +294,7 @@ class _Stepper:
         self.anchors: list[Mapping[str, float]] = []
         self.undefined: tuple[float, list[float], Mapping[int, float]] | None = None  # where laws were, last
         self.scale, self.relative = np.maximum(np.abs(start), 1e-3), 1.0
+        self.most = np.zeros(start.size)
         self._field({})(0.0, start)  # a state without rates is an error before anything is stepped
         if self.undefined is not None:
             why = self._undefined_reason()
@@ -343,7 +357,9 @@ class _Stepper:
     def _tightened(self, rtol: float, tolerance: float) -> Run:
         """Runs at tighter tolerance and with shorter steps until two of them agree within rtol, or rounding wins."""
         longest, before, expected, idle = self._longest(), np.inf, 0.0, 0
-        self._rescale(self._run(max(_PILOT, rtol), longest=longest, dense=False))
+        pilot = self._run(max(_PLAIN_PILOT if self.method in PLAIN else _PILOT, rtol), longest=longest, dense=False)
+        self.most = self._energy_scales(pilot)
+        self._rescale(pilot)
         run = self._run(tolerance, longest=longest)
         for _ in range(_MOST_RUNS):
             self._rescale(run)
@@ -370,6 +386,7 @@ class _Stepper:
                 "steps; evaluations= allows more"
             )
         shorter, run = self._run(None, _FIXED_RATIO * step), self._run(None, step)
+        self.most = self._energy_scales(shorter)
         return self._finished(run, max(2.0 * _difference(shorter, run, self._scales(shorter)), _rounding(run)), None)
 
     def _check_dead_centres(self) -> None:
@@ -421,7 +438,7 @@ class _Stepper:
     ) -> Run:
         """One run; `beside` another, with shorter steps than that one everywhere."""
         self.anchors = []
-        plain, taken, began = self._field({}), 0, self.evaluations
+        anywhere, taken, began = self._field({}), 0, self.evaluations
         stretches: list[Stretch] = []
         within, lasts = dense or bool(self.breaks), [0.0]
         length: Callable[[float], float] | None = None
@@ -433,13 +450,15 @@ class _Stepper:
 
         def steps(t: float, state: Array, stop: float, anchors: Mapping[int, float]) -> Iterator[Stretch]:
             nonlocal taken
-            field = self._field(anchors, float(np.nextafter(stop, 0.0)))
+            last = float(np.nextafter(stop, 0.0))
+            field: Any = self._field(anchors, last)
             by_junction = {self.junctions[k]: value for k, value in anchors.items() if k in self.junctions}
             if rtol is None:
                 made = fixed(self.method, field, t, state, stop, step)
             else:
                 tolerances = rtol * self.relative, rtol * self.scale
-                made = adaptive(self.method, field, t, state, stop, tolerances, longest, dense=within, length=length)
+                plain = self._rates(anchors, last) if self.method in PLAIN else field
+                made = adaptive(self.method, plain, t, state, stop, tolerances, longest, dense=within, length=length)
             for stretch in made:
                 self.anchors.append(by_junction)
                 taken += 1
@@ -464,7 +483,7 @@ class _Stepper:
                     )
 
         try:
-            stretches.extend(through_breaks(steps, plain, self.breaks, self.times, self.start, self.until))
+            stretches.extend(through_breaks(steps, anywhere, self.breaks, self.times, self.start, self.until))
         except _DeadCentreError:
             raise
         except GraphError as error:
@@ -501,18 +520,26 @@ class _Stepper:
 
     def _scales(self, run: Run) -> Array:
         """What a run's states are measured by: each one's greatest value, or its share of the energy if it has none."""
+        greatest = np.abs(np.column_stack([self.start, run.ends.T])).max(axis=1, initial=0.0)
+        scale = np.where(greatest > _NO_ENERGY * self.most, greatest, self.most)
+        return np.where(scale > 0.0, scale, self.scale)
+
+    def _energy_scales(self, run: Run) -> Array:
+        """What each state would be if it held all the energy of a run."""
         some = np.unique(np.linspace(0, len(run.stretches) - 1, _SAMPLES).astype(int))
         anchors = {name: np.array([0.0, *(run.anchors[k][name] for k in some)]) for name in run.anchors[0]}
         for name, values in anchors.items():
             values[0] = run.anchors[0][name]
         states = np.column_stack([self.start, *(run.stretches[k].after for k in some)])
-        greatest = np.abs(np.column_stack([self.start, run.ends.T])).max(axis=1, initial=0.0)
-        most = energy_scales(self.dynamics, np.array([0.0, *(run.stretches[k].end for k in some)]), states, anchors)
-        scale = np.where(greatest > _NO_ENERGY * most, greatest, most)
-        return np.where(scale > 0.0, scale, self.scale)
+        return energy_scales(self.dynamics, np.array([0.0, *(run.stretches[k].end for k in some)]), states, anchors)
 
     def _field(self, anchors: Mapping[int, float], last: float = np.inf) -> Callable[[float, Array], Array]:
-        """The rates within one piece, as a field for the integrators; not a number where a law is not defined.
+        """The rates within one piece, as `_rates` gives them, as a field of arrays for the integrators."""
+        rates = self._rates(anchors, last)
+        return lambda t, state: np.array(rates(t, state.tolist()))
+
+    def _rates(self, anchors: Mapping[int, float], last: float = np.inf) -> Callable[[float, Any], tuple[float, ...]]:
+        """The rates within one piece, in plain numbers; not a number where a law is not defined.
 
         At the piece's end the time is `last`, just before: a law that jumps then is still on its branch.
         """
@@ -520,19 +547,19 @@ class _Stepper:
         places = {junction: k for k, junction in self.junctions.items()}
         anchored = [places[junction] for junction in self.dynamics.anchored]
 
-        def field(t: float, state: Array) -> Array:
+        def found(t: float, values: Any) -> tuple[float, ...]:
             self.evaluations += 1
             count(1)
-            t, values = t if t < last else last, state.tolist()
+            t = t if t < last else last
             try:
                 found = rates(t, *values, *[anchors.get(k, values[k]) for k in anchored]) if anchored else rates(t, *values)
             except (ValueError, ArithmeticError, TypeError):
                 found = (math.nan,) * size
             if not finite(sum(found)) and finite(sum(values)):
-                self.undefined = t, values, anchors
-            return np.array(found)
+                self.undefined = t, [*values], anchors
+            return found
 
-        return field
+        return found
 
     def _undefined_reason(self) -> str:
         """Why there were no rates where they were last asked in vain."""

@@ -1,4 +1,4 @@
-"""Time stepping: scipy's adaptive methods and three fixed-step ones, restarted where a law changes its branch.
+"""Time stepping: adaptive methods and three fixed-step ones, restarted where a law changes its branch.
 
 Every method gives the same thing, a chain of `Stretch`es with a dense output each, so that what is done with a motion does
 not depend on how it was found.
@@ -14,10 +14,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bondgraph.laws import GraphError
+from bondgraph.motion.runge_kutta import ORDER_5, ORDER_8, DormandPrince, Method
 
 Array = NDArray[np.float64]
 Field = Callable[[float, Array], Array]
 
+PLAIN: Mapping[str, Method] = {"RK45": ORDER_5, "DOP853": ORDER_8}  # stepped without arrays
 ADAPTIVE = ("DOP853", "RK45", "RK23", "LSODA", "Radau", "BDF")
 _NEAR = 1e-12  # of a period (or of 1): closer to a break than this is on it
 _MOST_STEPS = 1_000_000
@@ -87,10 +89,14 @@ def adaptive(
     dense: bool = True,
     length: Callable[[float], float] | None = None,
 ) -> Iterator[Stretch]:
-    """Steps of one of scipy's methods; `tolerance` is relative and, for every state, absolute; `longest` a step's, s.
+    """Steps of an adaptive method; `tolerance` is relative and, for every state, absolute; `longest` a step's, s.
 
-    `length` gives a step's longest by the time that it starts at, for methods of one step.
+    `length` gives a step's longest by the time that it starts at, for methods of one step. Explicit steps of order 5 and 8
+    are taken in plain numbers, of a `field` that takes and gives tuples; the others are scipy's.
     """
+    if method in PLAIN:
+        yield from _explicit(PLAIN[method], field, t, state, until, tolerance, longest, dense, length)
+        return
     from scipy import integrate
 
     relative, absolute = tolerance[0], tolerance[1]
@@ -115,6 +121,30 @@ def adaptive(
             raise StepError(f"the motion cannot be followed past t = {reached:.9g} s: {message}")
         if not stalled:
             yield Stretch(float(solver.t_old), float(solver.t), solver.y, solver.dense_output() if dense else None)
+
+
+def _explicit(
+    method: Method,
+    field: Callable[[float, Any], Any],
+    t: float,
+    state: Array,
+    until: float,
+    tolerance: tuple[float, Array],
+    longest: float,
+    dense: bool,
+    length: Callable[[float], float] | None,
+) -> Iterator[Stretch]:
+    """Explicit steps, as `adaptive` gives them."""
+    relative, absolute = max(tolerance[0], 3e-14), np.broadcast_to(tolerance[1], state.shape).tolist()
+    runner = DormandPrince(field, t, state.tolist(), until, relative, absolute, method=method)
+    while runner.t < until:
+        start = runner.t
+        runner.h = min(runner.h, longest, longest if length is None else length(start))
+        step = runner.step()
+        if step is None or not np.isfinite(sum(step.after)):
+            message = "Required step size is less than spacing between numbers." if step is None else "it is not finite"
+            raise StepError(f"the motion cannot be followed past t = {start:.9g} s: {message}")
+        yield Stretch(start, runner.t, np.array(step.after), step if dense else None)
 
 
 def fixed(method: str, field: Field, t: float, state: Array, until: float, step: float) -> Iterator[Stretch]:
