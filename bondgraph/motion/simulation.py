@@ -457,7 +457,7 @@ class _Stepper:
                 made = fixed(self.method, field, t, state, stop, step)
             else:
                 tolerances = rtol * self.relative, rtol * self.scale
-                plain = self._rates(anchors, last) if self.method in PLAIN else field
+                plain: Any = self._rates(anchors, last) if self.method in PLAIN else field
                 made = adaptive(self.method, plain, t, state, stop, tolerances, longest, dense=within, length=length)
             for stretch in made:
                 self.anchors.append(by_junction)
