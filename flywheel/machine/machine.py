@@ -55,7 +55,7 @@ FRICTION = "friction in joints"  # whose part its moment is
 SPEED = "speed of the driver"  # whose part its source is
 _MOTOR = "drive.motor"  # the name of its graph as a part
 
-WIDEST = TURN / 4  # of a cell, in the angle of the fastest mechanism: 17 nodes then resolve plain sines to rounding
+WIDEST = TURN / 4  # of a cell, in the angle of the fastest mechanism: 21 nodes then resolve plain sines to rounding
 _CLOSEST = 1e-7  # of a cycle, between two restarts of the time stepping that are no breakpoints
 _LOOKED_AT = np.linspace(0.01, 0.99, 33)  # of a cycle or stroke, where moments and inertias tell a speed
 _MOST_SOLVED = 4_000  # cells in which a linkage's dead centres are looked for; a stroke without a dwell takes 32

@@ -18,18 +18,17 @@ Index = NDArray[np.intp]
 T = TypeVar("T")
 Coarse = Callable[[float], NDArray[np.bool_]]
 
-ORDER = 17  # nodes in a cell: odd, so that its middle is one of them
+ORDER = 21  # nodes in a cell: odd, so that its middle is one of them
 MIDDLE = ORDER // 2
 ROUNDING = float(np.finfo(np.float64).eps)
 
-_ANGLES = np.pi * (np.arange(ORDER)[::-1] + 0.5) / ORDER
-NODES: Array = np.cos(_ANGLES)
-NODES[MIDDLE] = 0.0
+NODES: Array = np.sin(np.pi * (np.arange(ORDER) - MIDDLE) / ORDER)
 _MOST_STEPS, _SETTLED = 5, 1e-9  # of Newton's method towards a root; a step after which none is needed: its square counts
 _DEGREES = np.arange(ORDER + 1)
 _OF_ROUNDING = 24  # units of rounding: what the fit of a constant has beside it, at most
 MOST_CELLS = 40_000
 _NARROW = 1e-12  # of the whole: no cell is halved that is narrower
+_SAME = 64 * ROUNDING  # of the largest: values that differ by less are as great
 _RESOLVED = 0.1  # error from which on a halving gains, or what is left is rounding
 _MANY = 200  # abscissas, at which doubling is faster than so many cosines
 GRID: Array = np.cos(np.pi * np.arange(2 * ORDER, -1, -1) / (2 * ORDER))  # where signs are looked at: both ends included
@@ -37,7 +36,9 @@ GRID: Array = np.cos(np.pi * np.arange(2 * ORDER, -1, -1) / (2 * ORDER))  # wher
 
 def _matrices() -> tuple[Array, Array, Array]:
     """Of values at the nodes to coefficients; of those to the integral's from the cell's left end, and to the slope's."""
-    fitting = 2.0 / ORDER * np.cos(np.outer(np.arange(ORDER), _ANGLES))
+    degrees, places = np.arange(ORDER)[:, None], np.arange(2 * ORDER - 1, 0, -2)
+    quarters = (degrees * places) % (4 * ORDER)  # cos(k theta), with angles reduced before they are rounded
+    fitting = 2.0 / ORDER * np.sin(0.5 * np.pi / ORDER * (ORDER - np.minimum(quarters, 4 * ORDER - quarters)))
     fitting[0] /= 2
     integrating, differentiating = np.zeros((ORDER, ORDER + 1)), np.zeros((ORDER, ORDER))
     integrating[0, 1], integrating[1, 2] = 1.0, 0.25
@@ -51,6 +52,8 @@ def _matrices() -> tuple[Array, Array, Array]:
 
 
 _FIT, _INTEGRATE, _DIFFERENTIATE = _matrices()
+_ONES: Array = np.ones(ORDER + 1)
+_ENDS: Array = np.stack(((-1.0) ** _DEGREES, _ONES), axis=1)
 _ON_GRID: Array = np.cos(np.outer(_DEGREES, np.arccos(GRID)))
 TAIL_OF_INTEGRAL = 0.125  # of the cut-off terms and their aliases, T_k with k >= 15: |integral| <= 1/(k - 1)
 MEAN: Array = _INTEGRATE.sum(axis=1)  # series -> its integral over [-1, 1]
@@ -149,7 +152,7 @@ def fit(values: Array) -> Array:
 
 def integral(values: Array, half: Array) -> Array:
     """Integral over each cell of values at the nodes: the last axis is summed."""
-    return (values @ _WEIGHTS) * half[:, 0]
+    return np.asarray((values @ _WEIGHTS) * half[:, 0])
 
 
 def antiderivative(series: Array, half: Array) -> Array:
@@ -159,8 +162,10 @@ def antiderivative(series: Array, half: Array) -> Array:
 
 def accumulated(rising: Array) -> Array:
     """Value at every edge, 0 at the first, of antiderivative series (..., cells, ORDER + 1)."""
-    total = rising.sum(axis=-1).cumsum(axis=-1)
-    return np.concatenate((np.zeros((*total.shape[:-1], 1)), total), axis=-1)
+    gained = ends(rising)[..., 1]
+    total = np.zeros((*gained.shape[:-1], gained.shape[-1] + 1))
+    np.cumsum(gained, axis=-1, out=total[..., 1:])
+    return total
 
 
 def basis(t: Array, terms: int = ORDER + 1) -> Array:
@@ -197,26 +202,42 @@ def greatest(series: Array) -> float:
     return float(extents(series)[1].max())
 
 
+def ends(series: Array) -> Array:
+    """Values at the left and the right end of every cell, along a new last axis."""
+    return np.asarray(series @ _ENDS[: series.shape[-1]])
+
+
 def extents(series: Array) -> tuple[Array, Array]:
     """The least and the greatest value on each cell of a function by its series: at ends, or where its slope is zero."""
-    left, right = (series * (-1.0) ** _DEGREES[: series.shape[-1]]).sum(axis=-1), series.sum(axis=-1)
-    least, most = np.minimum(left, right), np.maximum(left, right)
-    slopes = series @ _DIFFERENTIATE
-    size, slope_size = np.abs(series), np.abs(slopes)
-    steady = slope_size[:, 0] > slope_size[:, 1:].sum(
-        axis=-1
-    )  # the slope keeps its sign: its first coefficient outweighs all
-    constant = (
-        size[:, 1:].sum(axis=-1) <= _OF_ROUNDING * ROUNDING * size[:, 0]
-    )  # rounding has roots of its own in every cell
+    slopes, size = series @ _DIFFERENTIATE, np.abs(series)
+    slope_size = np.abs(slopes)
+    # the slope keeps its sign where its first coefficient outweighs all; rounding has roots of its own in every cell
+    steady = slope_size[:, 0] > slope_size[:, 1:].sum(axis=-1)
+    constant = size[:, 1:].sum(axis=-1) <= _OF_ROUNDING * ROUNDING * size[:, 0]
     turning = np.flatnonzero(~(steady | constant))
     noise = 64 * ROUNDING * slope_size[turning].sum(axis=-1)
     found = crossings(slopes[None, turning], noise[None])
-    cell = turning[found.cell]
-    inside = value(series[cell], found.t)
+    return extents_at(series, turning[found.cell], found.t)
+
+
+def extents_at(series: Array, cell: Index, t: Array) -> tuple[Array, Array]:
+    """The same, where its slope is known to be zero at local abscissas t of cells."""
+    at_ends = ends(series)
+    least, most = np.minimum(*at_ends.T), np.maximum(*at_ends.T)
+    inside = value(series[cell], t)
     np.minimum.at(least, cell, inside)
     np.maximum.at(most, cell, inside)
     return least, most
+
+
+def peak(values: Array, places: Array) -> Index:
+    """Where along the last axis the greatest value stands: of those that only rounding tells apart, the first by place.
+
+    >>> int(peak(np.array([1.0, 3.0, 3.0 - 1e-15]), np.array([2.0, 1.0, 0.0])))
+    2
+    """
+    same = _SAME * np.abs(values).max(axis=-1, keepdims=True)
+    return np.asarray(np.where(values >= values.max(axis=-1, keepdims=True) - same, places, np.inf).argmin(axis=-1))
 
 
 def tails(series: Array) -> Array:
@@ -226,7 +247,8 @@ def tails(series: Array) -> Array:
     taken in pairs, so that even and odd functions count alike. Two of the five are due to aliasing, the rest covers
     coefficients that swing in sign and size. A series that does not decay gets at least 90 times its last pair.
     """
-    pairs = np.abs(series[..., -6:]).reshape(*series.shape[:-1], 3, 2).max(axis=-1)
+    size = np.abs(series[..., -6:])
+    pairs = np.maximum(size[..., ::2], size[..., 1::2])
     return tail(pairs[..., 0], pairs[..., 1], pairs[..., 2])
 
 
@@ -239,8 +261,8 @@ def tail(first: Array, middle: Array, last: Array) -> Array:
 
 def by_rounded_angles(series: Array, mesh: Cells) -> Array:
     """What rounding of the angles makes of series (..., cells, ORDER), at most, in each cell: a steep one feels it."""
-    steepness = np.abs(series @ _DIFFERENTIATE).sum(axis=-1) / mesh.half[:, 0]
-    return np.asarray(ROUNDING * mesh.edges[1:] * steepness)
+    steepness = np.abs(series @ _DIFFERENTIATE) @ _ONES[: series.shape[-1]]
+    return np.asarray(ROUNDING * mesh.edges[1:] / mesh.half[:, 0] * steepness)
 
 
 def wide(values: Any, shape: tuple[int, ...]) -> Array:
@@ -269,29 +291,33 @@ def crossings(series: Array, noise: Array) -> Crossings:
     coefficient outweighs all others and the noise, its sign is the cell's, and no grid is laid.
     """
     count, number, order = series.shape
-    rows, level = series.reshape(count * number, order), np.broadcast_to(noise, (count, number)).ravel()
+    rows, level = series.reshape(count * number, order), (noise + np.zeros((1, number))).reshape(-1)
     size = np.abs(rows)
-    looked = np.flatnonzero(~(size[:, 0] > size[:, 1:].sum(axis=-1) + level))
-    grid = rows[looked] @ _ON_GRID[:ORDER]
-    lengths = np.ones(len(rows), dtype=np.intp)
-    lengths[looked] = GRID.size
-    row, laid = np.repeat(np.arange(len(rows)), lengths), np.repeat(lengths > 1, lengths)
-    gap = np.full(row.size, GRID.size - 1)  # the place on its cell's grid of every value that is looked at
-    gap[laid] = np.tile(np.arange(GRID.size), looked.size)
-    values = rows[row, 0]
-    values[laid] = grid.ravel()
-    function = row // number
-    signs = np.where(np.abs(values) > level[row], np.sign(values), 0.0)
+    wavy = ~(2.0 * size[:, 0] > size @ _ONES[:order] + level)
+    looked = wavy.nonzero()[0]
+    grid = rows[looked] @ _ON_GRID[:order]
+    # all values in one line, row after row: those on the grid, or the one of a row without
+    lengths = np.where(wavy, GRID.size, 1)
+    past = lengths.cumsum()
+    starts = past[number - 1 : -1 : number] if count > 1 else past[:0]  # of the functions but the first
+    values = rows[:, 0].repeat(lengths)
+    values[wavy.repeat(lengths)] = grid.reshape(-1)
+    signs = np.sign(values) * (np.abs(values) > level.repeat(lengths))
     if not signs.all():
-        last = np.maximum.accumulate(np.where(signs != 0.0, np.arange(signs.size), 0))
-        signs = np.where(function[last] == function, signs[last], 0.0)
-    at = np.flatnonzero((signs[1:] * signs[:-1] < 0.0) & (function[1:] == function[:-1]))
+        last = np.where(signs != 0.0, np.arange(signs.size), 0)
+        last[starts] = starts
+        signs = signs[np.maximum.accumulate(last)]
+    changes = signs[1:] * signs[:-1]
+    changes[starts - 1] = 0.0
+    at = (changes < 0.0).nonzero()[0]
     # Newton's method from the secant's root, kept inside the gap; jumps stay at t = 1
-    low, high, jump = values[at], values[at + 1], gap[at] == GRID.size - 1
-    left, right, span = GRID[gap[at]], GRID[np.where(jump, gap[at], gap[at] + 1)], low - high
-    share = np.divide(low, span, out=np.full_like(low, 0.5), where=span != 0.0)
-    t = newton(rows[row[at]], left + (right - left) * np.clip(share, 0.0, 1.0), left, right)
-    found = Crossings(function[at], row[at] % number, np.where(jump, 1.0, t))
+    row = past.searchsorted(at, side="right")
+    gap = GRID.size + at - past[row]
+    low, left, right = values[at], GRID[gap], GRID[np.minimum(gap + 1, GRID.size - 1)]
+    span = low - values[at + 1]
+    share = low / np.where(span == 0.0, np.inf, span)
+    t = newton(rows[row], left + (right - left) * np.minimum(np.maximum(share, 0.0), 1.0), left, right)
+    found = Crossings(row // number, row % number, t)
     hidden = _hidden(grid, level[looked])
     if hidden is None:
         return found
@@ -303,14 +329,14 @@ def crossings(series: Array, noise: Array) -> Crossings:
 
 def newton(rows: Array, t: Array, left: Array, right: Array) -> Array:
     """Roots of series, one a row, from t within [left, right]: Newton's method, and bisection where that is lost."""
-    derivative = rows @ _DIFFERENTIATE
+    both = np.empty((len(rows), 2, ORDER))
+    both[:, 0], both[:, 1] = rows, rows @ _DIFFERENTIATE
     step = np.zeros_like(t)
-    for k in range(_MOST_STEPS):
-        powers = basis(t, ORDER)
-        steepness = (derivative * powers).sum(axis=-1)
-        step = np.divide((rows * powers).sum(axis=-1), steepness, out=np.zeros_like(t), where=steepness != 0.0)
-        t = np.minimum(np.maximum(t - step, left), right)
-        if k > 1 and not (np.abs(step) > _SETTLED).any():
+    for _ in range(_MOST_STEPS):
+        here, steepness = (both @ basis(t, ORDER)[..., None])[..., 0].T
+        step = here / np.where(steepness == 0.0, np.inf, steepness)
+        before, t = t, np.minimum(np.maximum(t - step, left), right)
+        if not (np.abs(t - before) > _SETTLED).any():
             break
     lost = (np.abs(step) > 1e-5) & (right > left)  # then even the next step would still be above 1e-10
     if lost.any():  # bisection, for rows that change sign between left and right; the others keep their t
@@ -327,13 +353,11 @@ def newton(rows: Array, t: Array, left: Array, right: Array) -> Array:
 
 def _hidden(grid: Array, noise: Array) -> tuple[Index, Index] | None:
     """Rows and points of the grid where a function dips towards zero so fast that it may cross twice between two of them."""
-    size = np.abs(grid)
-    middle, before, after = size[..., 1:-1], size[..., :-2], size[..., 2:]
-    lowest = (middle <= before) & (middle <= after) & (middle > noise[..., None])
-    bend = np.maximum(before, after) - middle
-    signs = np.sign(grid)  # products of the values might leave the floating-point range
-    same = (signs[..., :-2] * signs[..., 1:-1] > 0.0) & (signs[..., 1:-1] * signs[..., 2:] > 0.0)
-    suspect = lowest & same & (middle < 0.5 * bend)
+    middle = grid[:, 1:-1]
+    sign, size = np.sign(middle), np.abs(middle)  # products of the values might leave the floating-point range
+    before, after = sign * grid[:, :-2], sign * grid[:, 2:]
+    lowest = (np.minimum(before, after) >= size) & (size > noise[:, None])
+    suspect = lowest & (3.0 * size < np.maximum(before, after))
     if not suspect.any():
         return None
     row, point = np.nonzero(suspect)

@@ -259,7 +259,7 @@ _NEGLIGIBLE = 1e-20  # of the greatest value of the whole expression
 _PHASE = 3.0  # widest range of a sine's argument
 _POLE = 3.0  # greatest ratio of the distances from a pole
 _BRANCH = 6.0  # greatest ratio of the distances from a branch point
-_TAME_POWER = 8  # up to here a power of what 17 nodes resolve is resolved by them
+_TAME_POWER = 8  # up to here a power of what the nodes resolve is resolved by them
 _SCALED = scaled_namespace(NAMESPACE)
 
 
@@ -293,7 +293,7 @@ class _Cells(NamedTuple):
 
 
 def resolved(expression: Expression, lo: Array, hi: Array, env: Enclosures, env_value: Values) -> Array:
-    """Angles at which the cells from `lo` to `hi` (rad) must be split further for 17 nodes to follow an expression.
+    """Angles at which the cells from `lo` to `hi` (rad) must be split further for the nodes to follow an expression.
 
     The cells must lie between the expression's breakpoints; `env` and `env_value` are those of `breakpoints`.
     Raises SwitchingError where a denominator comes to zero, a tangent is infinite, or 10 000 cells more do not do.
@@ -432,7 +432,7 @@ def _of_arguments(node: Node, cells: _Cells, u: Scaled, tolerance: Array) -> lis
 
 
 def _unfollowed(node: Node, cells: _Cells) -> Mask:
-    """Cells in which 17 nodes do not follow a function, by the bounds of its arguments."""
+    """Cells in which the nodes do not follow a function, by the bounds of its arguments."""
     none = np.zeros(cells.share.shape, bool)
     if node.op == "product":
         below = [cells.factor(arg) for sign, arg in zip(node.signs, node.args, strict=True) if sign == "/"]

@@ -395,7 +395,7 @@ def closed_cycle_speed(machine: Machine, edges: Array, speed: float) -> tuple[fl
 def cycle_of(moments: Moments, rate: Rate, unknown: float | None) -> Cycle:
     """The cycle in which F is as given at the nodes; `unknown` is None where the scene has none."""
     values = np.stack((rate.moment, moments.slope, moments.inertia, rate.exchanged, moments.steepness))
-    by_unknown = None if unknown is None else rate.by_unknown
+    by_unknown = 0.0 if unknown is None else float(cells.integral(rate.by_unknown, moments.mesh.half).sum())
     return turning_moment.assembled(moments.mesh, values, unknown, by_unknown=by_unknown, closed=True)
 
 

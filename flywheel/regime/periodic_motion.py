@@ -454,7 +454,8 @@ class _Equations:
         s, _ = self._fluctuation(state, here, cell, t, settled)
         if not s.min() > -1.0:
             raise NoRegimeError(_STOPS)
-        ends = [int(s.argmax()), int(s.argmin())]
+        places = self.mesh.middle[cell, 0] + self.mesh.half[cell, 0] * t
+        ends = [int(cells.peak(s, places)), int(cells.peak(-s, places))]
         cell, t, s = cell[ends], t[ends], s[ends]
         if settled:
             steep = 0.5 * self.w**2 * (1.0 + s)[:, None] * cells.fit(self.moments.slope[cell])

@@ -97,26 +97,25 @@ def resolve(machine: Machine, edges: Array) -> Cycle:
         block = slice(first, first + _BLOCK)
         reduced, part = machine.reduce(mesh.phi[block], mesh.anchor[block]), values[:, block]
         part[0], part[1], part[2] = reduced.moment, reduced.slope, reduced.inertia
-        part[3], part[4], part[5] = reduced.per_unknown, reduced.exchanged, reduced.steepness
-    if not (np.abs(values) <= _ENORMOUS).all():
+        part[3], part[4], part[5] = reduced.exchanged, reduced.steepness, reduced.per_unknown
+    if not -_ENORMOUS <= values.min() <= values.max() <= _ENORMOUS:
         raise SceneError([undefined(machine, mesh, np.abs(values).max(axis=0))])
-    rows = [0, 1, 2, 4, 5]
     if machine.scene.unknown is None:
-        cycle = assembled(mesh, values[rows], None)
+        cycle = assembled(mesh, values[:5], None)
         residual = abs(cycle.net) if abs(cycle.net) > cycle.errors.work else 0.0
         return cycle._replace(errors=cycle.errors._replace(residual=residual))
-    net, per_unknown, size = cells.integral(np.stack((values[0], values[3], np.abs(values[3]))), mesh.half).sum(-1)
-    if abs(per_unknown) <= 1e-9 * size or size == 0.0:
+    by_unknown = values[5]
+    size = np.abs(by_unknown)
+    net, effect, of_sizes = (float(cells.integral(row, mesh.half).sum()) for row in (values[0], by_unknown, size))
+    if abs(effect) <= 1e-9 * of_sizes or of_sizes == 0.0:
         raise SceneError([no_effect(machine)])
-    balance = float(-net / per_unknown) + 0.0  # never -0
-    values[0] += balance * values[3]
-    values[4] += abs(balance) * np.abs(values[3])
-    return assembled(mesh, values[rows], balance, by_unknown=values[3])
+    balance = -net / effect + 0.0  # never -0
+    values[0] += balance * by_unknown
+    values[3] += abs(balance) * size
+    return assembled(mesh, values[:5], balance, by_unknown=effect)
 
 
-def assembled(
-    mesh: Cells, values: Array, balance: float | None, *, by_unknown: Array | None = None, closed: bool = False
-) -> Cycle:
+def assembled(mesh: Cells, values: Array, balance: float | None, *, by_unknown: float = 0.0, closed: bool = False) -> Cycle:
     """A cycle from its values at the nodes.
 
     Args:
@@ -124,41 +123,52 @@ def assembled(
         values: M* (balance included, N m), dI*/dphi, I* (kg m²), and the sums of |contributions| to M* and to dI*/dphi,
             shape (5, cells, nodes).
         balance: the unknown (SI), where there is one.
-        by_unknown: dM*/du at the nodes, by which the error of the balance follows from that of the net work.
+        by_unknown: the integral of dM*/du over the cycle, by which the error of the balance follows from that of the net
+            work.
         closed: whether the speed was chosen so that no work is left over: like a balance it shifts M* by what net work errs.
 
     """
+    half = mesh.half[:, 0]
     series = cells.fit(values[:3])
     rising = cells.antiderivative(series[:2], mesh.half)
     start = cells.accumulated(rising)
-    exchanged, slope_exchanged = cells.integral(values[3:], mesh.half).sum(axis=-1).tolist()
     tails = cells.tails(series)
     shifts = 2.0 if closed or balance is not None else 1.0  # a balance shifts M* by what the net work errs
-    by_cell = cells.TAIL_OF_INTEGRAL * tails[:2] * mesh.half[:, 0]
+    by_cell = cells.TAIL_OF_INTEGRAL * tails[:2] * half
     by_cell[0] *= shifts
-    # every angle is rounded by itself, nodes and breakpoints alike: what that shifts adds up as independent shares do
-    shifted = np.diff(values[:2].reshape(2, -1), axis=1) * mesh.phi.reshape(-1)[1:]
-    most = np.maximum(np.abs(shifted).max(axis=1, keepdims=True), 1e-300)  # squares must not leave the floating-point range
-    angle = 2 * ROUNDING * most[:, 0] * np.sqrt(((shifted / most) ** 2).sum(axis=1))
-    slopes, sizes = np.abs(values[1:3]).max(axis=-1)
-    inertias = tails[2] + _EVALUATION * sizes + 2 * ROUNDING * mesh.edges[-1] * slopes
-    interpolation = by_cell.sum(axis=1)
-    work = float(interpolation[0] + shifts * (_EVALUATION * exchanged + angle[0]))
-    variation = float(interpolation[1] + _EVALUATION * slope_exchanged + angle[1])
-    by_balance = 0.0 if by_unknown is None else (balance or 0.0) * float(cells.integral(by_unknown, mesh.half).sum())
+    peaks = np.abs(values[1:]).max(axis=-1)
+    inertias = tails[2] + _EVALUATION * peaks[1] + 2 * ROUNDING * mesh.edges[-1] * peaks[0]
+    exchanged, slope_exchanged = cells.integral(values[3:], mesh.half).sum(axis=-1).tolist()
+    by_angle = _by_independent_angles(values[:2], mesh)
+    interpolation = by_cell.sum(axis=1).tolist()
+    work = interpolation[0] + shifts * (_EVALUATION * exchanged + by_angle[0])
+    variation = interpolation[1] + _EVALUATION * slope_exchanged + by_angle[1]
     return Cycle(
         mesh=mesh,
         series=series,
         rising=rising,
         start=start,
-        inertia_at_start=float(cells.value(series[2, :1], np.array([-1.0]))[0]),
+        inertia_at_start=float(cells.ends(series[2, 0])[0]),
         balance=balance,
         net=float(start[0, -1]),
         exchanged=exchanged,
-        noise=tails[:2] + 32 * ROUNDING * values[3:].max(axis=-1) + cells.by_rounded_angles(series[:2], mesh),
+        noise=tails[:2] + 32 * ROUNDING * peaks[2:] + cells.by_rounded_angles(series[:2], mesh),
         errors=CycleErrors(work, variation, float(inertias.max()), by_cell, inertias),
-        balance_error=work / abs(by_balance) if by_balance else 0.0,
+        balance_error=work / abs(balance * by_unknown) if balance and by_unknown else 0.0,
     )
+
+
+def _by_independent_angles(values: Array, mesh: Cells) -> list[float]:
+    """What rounding of the angles makes of integrals of M* and dI*/dphi: every one is rounded by itself, breakpoints too.
+
+    What that shifts adds up as independent shares do.
+    """
+    phi = mesh.phi.reshape(-1)[1:]
+    rows = values.reshape(len(values), -1)
+    shifted = (rows[:, 1:] - rows[:, :-1]) * phi
+    most = np.maximum(np.abs(shifted).max(axis=1), 1e-300)  # squares must not leave the floating-point range
+    shares = shifted / most[:, None]
+    return (2 * ROUNDING * most * np.sqrt((shares * shares).sum(axis=1))).tolist()  # type: ignore[no-any-return]
 
 
 def check_cycle(scene: Scene) -> None:
@@ -186,12 +196,14 @@ class Extent(NamedTuple):
     greatest_error: float
 
 
-def inertia_extent(cycle: Cycle) -> Extent:
+def inertia_extent(cycle: Cycle, places: Crossings | None = None) -> Extent:
     """The extremes of I* by its own series: what its slope adds up to would lose a small I* beside a large one.
 
-    Each is as doubtful as its own cell is, or as another cell may be beyond it.
+    Each is as doubtful as its own cell is, or as another cell may be beyond it. They stand at ends of cells and at roots of
+    dI*/dphi, which are among the places, or else are looked for.
     """
-    least, greatest = cells.extents(cycle.series[2])
+    places = cells.crossings(cycle.series[1:2], cycle.noise[1:]) if places is None else places
+    least, greatest = cells.extents_at(cycle.series[2], places.cell, places.t)
     low, high, errors = int(least.argmin()), int(greatest.argmax()), cycle.errors.inertias
     return Extent(
         float(least[low]),
@@ -302,26 +314,43 @@ class Extremes(NamedTuple):
     angle_least: Array
 
 
-def combined(cycle: Cycle, factors: Array) -> tuple[Extremes, Crossings]:
+class Roots(NamedTuple):
+    """Sign changes of functions a M* + b dI*/dphi: where they stand (rad), with W (J) and I* - I*(0) (kg m²) there."""
+
+    crossings: Crossings
+    angles: Array
+    work: Array
+    variation: Array
+
+    def of(self, function: int) -> Roots:
+        """Those of one function."""
+        first, last = self.crossings.function.searchsorted((function, function + 1)).tolist()
+        (functions, cell, t), own = self.crossings, slice(first, last)
+        return Roots(Crossings(functions[own], cell[own], t[own]), self.angles[own], self.work[own], self.variation[own])
+
+
+def combined(cycle: Cycle, factors: Array) -> tuple[Extremes, Roots]:
     """Extremes of H = a W + b (I* - I*(0)) for each row (a, b) of factors, at roots of a M* + b dI*/dphi.
 
-    Every root in every cell counts, and both ends of every cell; nothing is sampled.
+    Every root in every cell counts, and both ends of every cell; nothing is sampled. Of places that only rounding tells
+    apart the first is taken.
     """
-    shape = cycle.series.shape[1:]
-    slopes = (factors @ cycle.series[:2].reshape(2, -1)).reshape(len(factors), *shape)
+    (count, _), shape = factors.shape, cycle.series.shape[1:]
+    slopes = (factors @ cycle.series[:2].reshape(2, -1)).reshape(count, *shape)
     found = cells.crossings(slopes, np.abs(factors) @ cycle.noise)
-    work, variation = cycle.at(found.cell, found.t)
-    at_roots = factors[found.function, 0] * work + factors[found.function, 1] * variation
-    angles = found.angles(cycle.mesh)
-    bounds = np.searchsorted(found.function, np.arange(len(factors) + 1))
-    columns = np.empty((4, len(factors)))
-    for j, at_edges in enumerate(factors @ cycle.start):
-        own = slice(bounds[j], bounds[j + 1])
-        values = np.concatenate((at_edges, at_roots[own]))
-        places = np.concatenate((cycle.mesh.edges, angles[own]))
-        top, bottom = values.argmax(), values.argmin()
-        columns[:, j] = values[top], values[bottom], places[top], places[bottom]
-    return Extremes(*columns), found
+    roots = Roots(found, found.angles(cycle.mesh), *cycle.at(found.cell, found.t))
+    # one row for every function: its values at the edges, then at its roots, filled up with what stands at phi = 0
+    edges, function = cycle.mesh.edges, found.function
+    at_edges, first = factors @ cycle.start, function.searchsorted(np.arange(count + 1))
+    most = int((first[1:] - first[:-1]).max())
+    values, places = np.empty((2, count, edges.size + most))
+    values[:, : edges.size], places[:, : edges.size] = at_edges, edges
+    values[:, edges.size :], places[:, edges.size :] = at_edges[:, :1], 0.0
+    column = np.arange(edges.size, edges.size + function.size) - first[function]
+    values[function, column] = factors[function, 0] * roots.work + factors[function, 1] * roots.variation
+    places[function, column] = roots.angles
+    every, top, bottom = np.arange(count), cells.peak(values, places), cells.peak(-values, places)
+    return Extremes(values[every, top], values[every, bottom], places[every, top], places[every, bottom]), roots
 
 
 # -- the speed over the cycle ----------------------------------------------------------------------------------------------
@@ -396,7 +425,8 @@ def run(cycle: Cycle, speed: float, inertia: float) -> Run:
         cell = np.concatenate((every, every, found.cell))
         t = np.concatenate((np.full(count, -1.0), np.ones(count), found.t))
         s, total = fluctuation(offset, *cycle.at(cell, t))
-        ends = [int(s.argmax()), int(s.argmin())]
+        places = mesh.middle[cell, 0] + mesh.half[cell, 0] * t
+        ends = [int(cells.peak(s, places)), int(cells.peak(-s, places))]
         cell, t = cell[ends], polished(cell[ends], t[ends], s[ends])
         return *fluctuation(offset, *cycle.at(cell, t)), cell, t, float(total.min())
 
@@ -490,20 +520,21 @@ def period(cycle: Cycle, speed: float, motion: Run, rtol: float) -> tuple[float,
 # -- errors of angles ------------------------------------------------------------------------------------------------------
 
 
-def error_of_crossings(cycle: Cycle, found: Crossings) -> float:
+def error_of_crossings(cycle: Cycle, roots: Roots) -> float:
     """Error (rad) of the angles where M* crosses zero.
 
     Each is off by the error of M* over its slope; where it is the end of a cell the moment jumps through zero, or its zeros
     end, or the cycle does, and only rounding is left. What the cycle leaves over may move it as far as that is the work of
     the moment on the way.
     """
-    end = cycle.mesh.edges[-1]
-    error = 4 * ROUNDING * float(end) + _root_error(cycle, found.cell, found.t, np.zeros_like(found.t), 0.0)
+    end, found = float(cycle.mesh.edges[-1]), roots.crossings
+    errors = _root_errors(cycle, found.cell, found.t, np.zeros_like(found.t))
+    error = 4 * ROUNDING * end + float(errors.max(initial=0.0))
     if not cycle.errors.residual or not found.t.size:
         return error
     phi, work = _at_nodes(cycle)[:2]
     beyond = 0.0
-    for angle, accumulated in zip(found.angles(cycle.mesh), cycle.at(found.cell, found.t)[0], strict=True):
+    for angle, accumulated in zip(roots.angles, roots.work, strict=True):
         far = phi[np.abs(work - accumulated) > cycle.errors.residual]
         beyond = max(beyond, angle - far[far < angle].max(initial=0.0), far[far > angle].min(initial=end) - angle)
     return error + float(beyond)
@@ -518,13 +549,18 @@ def error_of_extremes(cycle: Cycle, motion: Run, *, sized: bool) -> float:
     along = motion.cycle or cycle
     speeds, places = np.array([[motion.speed_max, motion.speed_min], [motion.angle_speed_max, motion.angle_speed_min]])
     cell, t = along.where(places)
+    factors = 0.5 * speeds**2
     known = sized and motion.inertia > 0.0 and motion.cycle is None
-    loose = 0.0 if known else 2 * motion.error * motion.irregularity * speeds.mean() / np.maximum(speeds, 1e-300)
-    errors = [_root_error(along, cell, t, 0.5 * speeds**2, loose)]
-    rounding = 8 * ROUNDING * along.mesh.edges[-1] / along.mesh.half[cell, 0]  # of t, in narrow cells
-    at_end = np.abs(t) >= _INSIDE - rounding
-    for edge, speed in zip((cell + (t > 0.0))[at_end].tolist(), speeds[at_end].tolist(), strict=True):
-        errors.append(_end_error(along, edge, 0.5 * speed**2))
+    loose = None if known else 2 * motion.error * motion.irregularity * speeds.mean() / np.maximum(speeds, 1e-300)
+    half = along.mesh.half[cell, 0]
+    at_end = np.abs(t) >= _INSIDE - 8 * ROUNDING * along.mesh.edges[-1] / half  # rounding of t
+    errors = [0.0]
+    if not at_end.all():
+        of_roots = _root_errors(along, cell, t, factors, loose)
+        errors += of_roots.tolist()
+        at_end |= of_roots >= 2 * half  # anywhere in the cell, and so perhaps in the next
+    for edge, factor in zip((cell + (t > 0.0))[at_end].tolist(), factors[at_end].tolist(), strict=True):
+        errors.append(_end_error(along, edge, factor))
     error = 4 * ROUNDING * float(cycle.mesh.edges[-1]) + max(errors)
     if not cycle.errors.residual:
         return error
@@ -549,18 +585,19 @@ def _at_nodes(cycle: Cycle) -> tuple[Array, Array, Array]:
     return cycle.mesh.middle[cell, 0] + cycle.mesh.half[cell, 0] * t, *cycle.at(cell, t)
 
 
-def _root_error(cycle: Cycle, cell: Index, t: Array, factor: Array, loose: Array | float) -> float:
-    """Largest error (rad) of roots of M* - factor dI*/dphi in cells, noise over slope, at most a cell's width.
+def _root_errors(cycle: Cycle, cell: Index, t: Array, factor: Array, loose: Array | None = None) -> Array:
+    """Errors (rad) of roots of M* - factor dI*/dphi in cells, noise over slope, at most a cell's width.
 
-    `loose` is the relative error of the factors.
+    `loose` are the relative errors of the factors, where they have any.
     """
-    half = cycle.mesh.half[cell, 0]
-    rows = cycle.series[0, cell] - factor[:, None] * cycle.series[1, cell]
-    slope = np.maximum(np.abs(cells.slope(rows, t)) / half, 1e-300)
-    noise = cycle.noise[0, cell] + factor * cycle.noise[1, cell] + cycle.errors.work / cycle.mesh.edges[-1]
-    noise = noise + loose * factor * np.abs(cells.value(cycle.series[1, cell], t))
-    error = np.where(np.abs(t) < _INSIDE, np.minimum(noise / slope, 2 * half), 0.0)
-    return float(error.max(initial=0.0))
+    half, (moment, slope), (noise, slope_noise) = cycle.mesh.half[cell, 0], cycle.series[:2, cell], cycle.noise[:, cell]
+    rows = moment - factor[:, None] * slope
+    noise = noise + factor * slope_noise + cycle.errors.work / cycle.mesh.edges[-1]
+    if loose is not None:
+        noise = noise + loose * factor * np.abs(cells.value(slope, t))
+    errors = np.minimum(noise / np.maximum(np.abs(cells.slope(rows, t)) / half, 1e-300), 2 * half)
+    errors = np.where(np.abs(rows).sum(axis=-1) <= noise, 2 * half, errors)  # no more than noise: anywhere in the cell
+    return np.where(np.abs(t) < _INSIDE, errors, 0.0)
 
 
 def _end_error(cycle: Cycle, edge: int, factor: float) -> float:
@@ -569,15 +606,17 @@ def _end_error(cycle: Cycle, edge: int, factor: float) -> float:
     0 where M* - factor dI*/dphi jumps through zero there. Else a root lies beside the end, so near that the speed at
     both is the same but for rounding; or the function cannot be told from zero in whole cells around: it is their width.
     """
-    count, widths = cycle.mesh.half.size, 2 * cycle.mesh.half[:, 0]
-    rows = cycle.series[0] - factor * cycle.series[1]
-    noise = cycle.noise[0] + factor * cycle.noise[1] + cycle.errors.work / cycle.mesh.edges[-1]
-    beside, ends = np.array([edge - 1, edge % count]), np.array([1.0, -1.0])
-    values = cells.value(rows[beside], ends)
-    if (np.abs(values) > noise[beside]).all() and np.sign(values).sum() == 0.0:
+    count = cycle.mesh.half.size
+    beside, least = np.array([edge - 1, edge % count]), cycle.errors.work / cycle.mesh.edges[-1]
+    row = cycle.series[0, beside] - factor * cycle.series[1, beside]
+    near = cycle.noise[0, beside] + factor * cycle.noise[1, beside] + least
+    (_, before), (after, _) = cells.ends(row).tolist()
+    if before * after < 0.0 and abs(before) > near[0] and abs(after) > near[1]:
         return 0.0
-    slope = np.maximum(np.abs(cells.slope(rows[beside], ends)) / (0.5 * widths[beside]), 1e-300)
-    near = float(np.minimum((np.abs(values) + noise[beside]) / slope, widths[beside]).min())
+    rows, noise = cycle.series[0] - factor * cycle.series[1], cycle.noise[0] + factor * cycle.noise[1] + least
+    widths = 2 * cycle.mesh.half[:, 0]
+    slope = np.maximum(np.abs(cells.slope(row, np.array([1.0, -1.0]))) / (0.5 * widths[beside]), 1e-300)
+    off = float(np.minimum((np.abs((before, after)) + near) / slope, widths[beside]).min())
     quiet, widths = (np.roll(each, -edge) for each in (np.abs(rows).sum(axis=-1) <= noise, widths))
     ahead, back = (count if row.all() else int(np.argmin(row)) for row in (quiet, quiet[::-1]))
-    return max(near, min(float(widths[:ahead].sum() + widths[count - back :].sum()), float(widths.sum())))
+    return max(off, min(float(widths[:ahead].sum() + widths[count - back :].sum()), float(widths.sum())))

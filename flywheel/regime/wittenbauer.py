@@ -14,13 +14,14 @@ from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from flywheel.machine.machine import Machine
 from flywheel.numerics import cells
-from flywheel.numerics.cells import ROUNDING, Array, Coarse, Crossings
+from flywheel.numerics.cells import ROUNDING, Array, Coarse
 from flywheel.numerics.faults import Fault, SceneError
 from flywheel.regime import turning_moment
-from flywheel.regime.turning_moment import Cycle, Extent, Extremes, NoMotionError, Run
+from flywheel.regime.turning_moment import Cycle, Extent, Extremes, NoMotionError, Roots, Run
 from flywheel.scene.scene import Scene
 
 _WORK, _FAST, _SLOW, _TORQUE, _INERTIA = range(5)  # rows of the functions H = a W + b I* whose extremes are compared
@@ -78,17 +79,19 @@ class FlywheelErrors(NamedTuple):
 class Figures(NamedTuple):
     """A resolved cycle with the extremes of everything that a sizing compares.
 
-    `speed` (rad/s) is the mean of extremes that the figures hold for, `irregularity` the one asked for. `crossings` are
-    those of M*, `extent` that of I* without the flywheel. `total` is I_exact + I*(0) before any floor, `error` its own
-    (kg m² on the crank), `scale` what errors of flywheels are relative to.
+    `speed` (rad/s) is the mean of extremes that the figures hold for, `irregularity` the one asked for. `roots` are those
+    of M*, `extent` that of I* without the flywheel by its own series, `reduced_inertia` by its slope where that tells it
+    better. `total` is I_exact + I*(0) before any floor, `error` its own (kg m² on the crank), `scale` what errors of
+    flywheels are relative to.
     """
 
     cycle: Cycle
     speed: float
     irregularity: float | None
     extremes: Extremes
-    crossings: Crossings
+    roots: Roots
     extent: Extent
+    reduced_inertia: ReducedInertia
     total: float = 0.0
     error: float = 0.0
     scale: float = 1.0
@@ -156,13 +159,13 @@ def refined(
         error = max(work_error(cycle), motion.error if motion else 0.0, of_inertia)
         if (wheels := flywheel_errors(figures)) is not None:
             error = max(error, figures.error / figures.scale, wheels.approximate, wheels.inertia_torque_flywheel)
-        coarse = turning_moment.coarse(cycle, speed * (1 + (eps or 0.0) / 2))
-        given = np.searchsorted(edges, cycle.mesh.middle[:, 0]) - 1  # where laws switch at a speed, cells have been cut
-        return (
-            (whole, figures, motion),
-            error,
-            lambda share: np.bincount(given, weights=coarse(share), minlength=edges.size - 1) > 0,
-        )
+
+        def coarse(share: float) -> NDArray[np.bool_]:
+            given = np.searchsorted(edges, cycle.mesh.middle[:, 0]) - 1  # where laws switch at a speed, cells have been cut
+            fine = turning_moment.coarse(cycle, speed * (1 + (eps or 0.0) / 2))(share)
+            return np.asarray(np.bincount(given, weights=fine, minlength=edges.size - 1) > 0)
+
+        return (whole, figures, motion), error, coarse
 
     whole, figures, motion = cells.refined(machine.mesh, evaluated, 0.5 * rtol)
     if not whole.errors.residual:
@@ -177,11 +180,12 @@ def figures_of(cycle: Cycle, speed: float, irregularity: float | None) -> Figure
     Raises SceneError where the flywheel leaves the floating-point range.
     """
     square, eps = speed**2, irregularity or 0.0
-    factors = [0.0, -0.5 * (1 + eps / 2) ** 2 * square, -0.5 * (1 - eps / 2) ** 2 * square, -0.5 * square]
-    extremes, found = turning_moment.combined(cycle, np.array([*([1.0, factor] for factor in factors), [0.0, 1.0]]))
-    of_moment = slice(0, int(np.searchsorted(found.function, 1)))
-    crossings = Crossings(found.function[of_moment], found.cell[of_moment], found.t[of_moment])
-    figures = Figures(cycle, speed, irregularity, extremes, crossings, turning_moment.inertia_extent(cycle))
+    fast, slow = -0.5 * (1 + eps / 2) ** 2 * square, -0.5 * (1 - eps / 2) ** 2 * square
+    factors = np.array([[1.0, 0.0], [1.0, fast], [1.0, slow], [1.0, -0.5 * square], [0.0, 1.0]])
+    extremes, roots = turning_moment.combined(cycle, factors)
+    extent = turning_moment.inertia_extent(cycle, roots.crossings)
+    inertia = _reduced_inertia(cycle, extremes, extent)
+    figures = Figures(cycle, speed, irregularity, extremes, roots.of(_WORK), extent, inertia)
     if not eps:
         return figures
     errors, unit = cycle.errors, max(eps * square, 5e-324)
@@ -239,24 +243,20 @@ def work_error(cycle: Cycle) -> float:
 
 def areas(figures: Figures) -> tuple[Area, ...]:
     """Areas of M* between its sign changes, from phi = 0 to the cycle's end."""
-    cycle = figures.cycle
-    angles = figures.crossings.angles(cycle.mesh)
-    work, _ = cycle.at(figures.crossings.cell, figures.crossings.t)
-    bounds = [0.0, *angles.tolist(), float(cycle.mesh.edges[-1])]
-    sums = [0.0, *work.tolist(), cycle.net]
+    bounds = [0.0, *figures.roots.angles.tolist(), float(figures.cycle.mesh.edges[-1])]
+    sums = [0.0, *figures.roots.work.tolist(), figures.cycle.net]
     return tuple(
         Area(a, b, end - start, end) for a, b, start, end in zip(bounds[:-1], bounds[1:], sums[:-1], sums[1:], strict=True)
     )
 
 
-def reduced_inertia(figures: Figures) -> ReducedInertia:
+def _reduced_inertia(cycle: Cycle, extremes: Extremes, extent: Extent) -> ReducedInertia:
     """I* without the flywheel over the cycle: extremes by its slope, summed up, or by its own series, as is known better.
 
     A sum keeps the small variation of a large I*, and loses the least I* beside a peak.
     """
-    cycle, extremes = figures.cycle, figures.extremes
-    mean = float((cycle.series[2] @ cells.MEAN * cycle.mesh.half[:, 0]).sum() / cycle.mesh.edges[-1])
-    least, greatest, error, greatest_error = figures.extent
+    mean = float((cycle.series[2] @ cells.MEAN) @ cycle.mesh.half[:, 0] / cycle.mesh.edges[-1])
+    least, greatest, error, greatest_error = extent
     if cycle.errors.variation <= error:
         least = cycle.inertia_at_start + float(extremes.least[_INERTIA])
     if cycle.errors.variation <= greatest_error:
@@ -269,7 +269,7 @@ def flywheel(figures: Figures, scene: Scene) -> Flywheel:
     eps, ratio_square = figures.irregularity, scene.flywheel_ratio**2
     if eps is None:
         return Flywheel(scene.flywheel_on, scene.inertia, None, None, None, None, None, None)
-    unit, inertia = eps * figures.speed**2, reduced_inertia(figures)
+    unit, inertia = eps * figures.speed**2, figures.reduced_inertia
     total = figures.fluctuation / unit
     exact = figures.total - figures.cycle.inertia_at_start
     torque = max(float(figures.extremes.greatest[_TORQUE] - figures.extremes.least[_TORQUE]) / unit, 0.0)

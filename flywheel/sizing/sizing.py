@@ -128,7 +128,7 @@ def _of_machine(machine: Machine, rtol: float, level: str, meter: Meter) -> Sizi
     regime, of_motion, friction = _with_friction(machine, rtol) if machine.resists else (*_regime(machine, rtol), None)
     machine = regime.machine
     figures, cycle, speed = regime.figures, regime.cycle, regime.speed
-    reduced_inertia = wittenbauer.reduced_inertia(figures)
+    reduced_inertia = figures.reduced_inertia
     even = _even(regime)
     flywheel = _flywheel(regime, even)
     regime = regime._replace(run=_even_run(regime) if even else regime.run)
@@ -275,7 +275,7 @@ def _of_friction(regime: Regime, friction: JointFriction | None, exact: float | 
 
 def _even(regime: Regime) -> bool:
     """Whether nothing but rounding varies the speed."""
-    errors, inertia = (regime.constant or regime.cycle).errors, wittenbauer.reduced_inertia(regime.figures)
+    errors, inertia = (regime.constant or regime.cycle).errors, regime.figures.reduced_inertia
     if regime.motion is None and regime.machine.sets_its_speed:  # nothing varies, and nothing stores energy
         return True
     if regime.figures.fluctuation > 4 * errors.work:
@@ -291,7 +291,7 @@ def _even_run(regime: Regime) -> Run | None:
     run = run._replace(irregularity=0.0, speed_max=speed, speed_min=speed, offset=0.0, error=0.0)
     if regime.machine.scene.irregularity is None:
         return run
-    greatest = wittenbauer.reduced_inertia(regime.figures).greatest
+    greatest = regime.figures.reduced_inertia.greatest
     return None if greatest <= (regime.constant or regime.cycle).errors.inertia else run._replace(inertia=0.0)
 
 
@@ -365,7 +365,7 @@ def _errors(regime: Regime, confirmed: Confirmed, even: bool) -> Errors:
         inertia_torque=torque,
         inertia_torque_flywheel=torque_flywheel,
         work=work + friction / max(regime.cycle.exchanged, 1e-300),
-        angles=turning_moment.error_of_crossings(figures.cycle, figures.crossings),
+        angles=turning_moment.error_of_crossings(figures.cycle, figures.roots),
         period=confirmed.period_error,
         extremes=extremes,
     )

@@ -265,7 +265,7 @@ def _motion(machine: Machine, figures: Figures, unknown: float, rtol: float) -> 
             return solved(given, 0.0)
         except (NoRegimeError, BudgetError) as error:
             raise refused(given, 0.0, error) from None
-    least = _LIGHT * max(wittenbauer.reduced_inertia(figures).greatest, figures.scale)
+    least = _LIGHT * max(figures.reduced_inertia.greatest, figures.scale)
     guess = max(figures.total - figures.cycle.inertia_at_start, least)
     try:
         motion = solved(None, guess)

@@ -282,7 +282,7 @@ def _by_fluctuation(question: Question, sizing: Machine, torque: bool) -> float:
         figures, _ = speed_dependent.at_constant_speed(sizing, speed, sizing.scene.rtol)
     else:
         figures, _ = wittenbauer.resolved_figures(sizing, sizing.scene.rtol)
-    wheel, inertia = wittenbauer.flywheel(figures, sizing.scene), wittenbauer.reduced_inertia(figures)
+    wheel, inertia = wittenbauer.flywheel(figures, sizing.scene), figures.reduced_inertia
     if question.sized:
         return (wheel.inertia_torque_flywheel if torque else wheel.approximate) or 0.0
     total = (wheel.inertia_torque if torque else wheel.approximate_total) or 0.0
