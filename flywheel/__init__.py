@@ -51,6 +51,7 @@ if TYPE_CHECKING:
     from flywheel.sizing.results import Sizing, Sizings
     from flywheel.sizing.sizing import size
     from flywheel.study.sensitivities import Sensitivities, sensitivities
+    from flywheel.study.sweep import Sweep, sweep
     from flywheel.study.tradeoff import Tradeoff, tradeoff
     from flywheel.tables.explanation import Explanation, explain
 
@@ -67,6 +68,7 @@ _HOMES = {
     "Sensitivities": "study.sensitivities",
     "Sizing": "sizing.results",
     "Sizings": "sizing.results",
+    "Sweep": "study.sweep",
     "Tradeoff": "study.tradeoff",
     "Transient": "motions.transients",
     "along": "regime.state",
@@ -87,6 +89,7 @@ _HOMES = {
     "simulate": "motions.simulation",
     "size": "sizing.sizing",
     "stored_energy": "motions.kinetic_energy",
+    "sweep": "study.sweep",
     "time_along": "motions.transients",
     "tradeoff": "study.tradeoff",
     "transient": "motions.transients",
@@ -122,6 +125,7 @@ _MODULES = {
     "results": "sizing.results",
     "simulation": "motions.simulation",
     "stroke": "regime.state",
+    "sweeps": "tables.sweeps",
     "transients": "motions.transients",
     "two_speeds": "components.press_work",
     "wheel": "components.wheels",
@@ -143,6 +147,7 @@ __all__ = [
     "Sensitivities",
     "Sizing",
     "Sizings",
+    "Sweep",
     "Tradeoff",
     "Transient",
     "along",
@@ -177,6 +182,7 @@ __all__ = [
     "simulate",
     "size",
     "stored_energy",
+    "sweep",
     "time_along",
     "tradeoff",
     "transient",

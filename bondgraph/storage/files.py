@@ -20,6 +20,8 @@ _SIGNATURES: dict[str, re.Pattern[bytes]] = {
     "svg": re.compile(rb"(\xef\xbb\xbf)?\s*(<\?xml.{0,2000})?(<!--.{0,2000}|<!DOCTYPE svg\s|<svg[\s>])", re.DOTALL),
     "pdf": re.compile(rb"%PDF-"),
     "gif": re.compile(rb"GIF8[79]a"),
+    "npz": re.compile(rb"PK\x03\x04.{26}flywheel_sweep\.npy", re.DOTALL),
+    "parquet": re.compile(rb"PAR1"),
 }
 _HEAD = 4096  # bytes of a file that tell its kind
 _COLUMNS, _KEYS = 3, 2  # of a CSV's header and a JSON object, which tell ours from others
@@ -38,7 +40,7 @@ class InputError(RefusalError):
 
 
 def check(path: str | Path, kind: str, inputs: Iterable[str | Path] = (), text: str = "") -> None:
-    """Refuse a place that a file of some kind ("png", "svg", "pdf", "gif", "text") cannot have.
+    """Refuse a place that a file of some kind ("png", "svg", "pdf", "gif", "npz", "parquet", "text") cannot have.
 
     Raises:
         OSError: with the reason as its `strerror`. `text` is what is to be written, where that is known.

@@ -28,6 +28,7 @@ if TYPE_CHECKING:
     from flywheel.regime.state import MachineState
     from flywheel.scene.scene import Scene
     from flywheel.sizing.results import Sizing, Sizings
+    from flywheel.study.sweep import Sweep
     from flywheel.study.tradeoff import Tradeoff
     from flywheel.tables.answers import Block
 
@@ -268,6 +269,11 @@ def _tradeoff(found: Tradeoff) -> Iterator[str]:
     yield table(rows, ("method", "relative error", "time"))
 
 
+def _sweep(found: Sweep) -> Iterator[str]:
+    """What is told on a terminal."""
+    yield f"<pre>{escape(found.table())}</pre>"
+
+
 _SHOWN: dict[str, Callable[[Any], Iterator[str]]] = {  # by the names of types: to look at a scene imports no results
     "Sizing": _sizing,
     "Sizings": _sizings,
@@ -279,6 +285,7 @@ _SHOWN: dict[str, Callable[[Any], Iterator[str]]] = {  # by the names of types: 
     "Kinematics": _kinematics,
     "JointForces": _forces,
     "Tradeoff": _tradeoff,
+    "Sweep": _sweep,
 }
 
 
@@ -293,8 +300,15 @@ def picture(sizing: Sizing) -> Figure:
         return draw(sizing)
 
 
-def save_picture(sizing: Sizing, path: str | Path) -> None:
-    """The same, written into a file: PNG, SVG or PDF, as its ending says."""
-    from flywheel.pictures.sizing import plot
+def save_picture(result: Sizing | Sweep, path: str | Path) -> None:
+    """The picture of a sizing or a sweep, written into a file: PNG, SVG or PDF, as its ending says."""
+    from flywheel.sizing.results import Sizing
 
-    plot(sizing, path)
+    if isinstance(result, Sizing):
+        from flywheel.pictures.sizing import plot
+
+        plot(result, path)
+    else:
+        from flywheel.pictures import sweeps
+
+        sweeps.plot(result, path)

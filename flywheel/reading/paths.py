@@ -13,6 +13,7 @@ from flywheel.numerics.units import DIMENSIONS, plain_number
 from flywheel.scene.scene import Document, Scene
 
 _NO_NUMBERS = ("title", "source", "name", "file", "column")
+_LAWS = ("force", "torque", "x", "theta", "lift")
 _INDEX = re.compile(r"\[(\d+)\]")
 _MOST = 10_000  # of numbers: a table of a hundred thousand rows is not looked through for a path
 
@@ -106,18 +107,35 @@ def path_faults(scene: Scene, columns: Mapping[str, Any]) -> list[Fault]:
         if path in known:
             continue
         if path in leaves:
-            advice = "vary a parameter that it holds" if isinstance(leaves[path], str) and leaves[path] != "balance" else ""
+            expression = path.rpartition(".")[2] in _LAWS and leaves[path] != "balance"
+            advice = "vary a parameter that it holds" if expression else ""
             faults.append(Fault(path, show(leaves[path]), "a number", advice))
+            continue
+        if below := [name for name in leaves if name.startswith(f"{path}.")]:
+            inside = [name for name in known if name in below]
+            faults.append(Fault(path, "a table", "a number", suggestion(path, inside)))
             continue
         tried = [_trial(scene, path, column[k]) for k in sorted({0, len(column) // 2, len(column) - 1}) if len(column)]
         if any(error is None for error in tried):
             continue
         own = [fault for error in tried if error is not None for fault in error.faults]
-        if any(fault.expected.startswith("a known") or dotted(fault.path) != path for fault in own):
+        if _beyond(document.tables, path) or any(fault.expected.startswith("a known") for fault in own):
             faults.append(Fault(path, "no number of the scene", "the path of one", suggestion(path, known)))
         else:
             faults.append(own[0])
     return faults
+
+
+def _beyond(value: Any, path: str) -> bool:
+    """Whether a path leads past the end of an array."""
+    for key in path.split("."):
+        if isinstance(value, (list, tuple)):
+            if not (key.isdecimal() and int(key) < len(value)):
+                return True
+            value = value[int(key)]
+        elif isinstance(value, Mapping):
+            value = value.get(key)
+    return False
 
 
 def _trial(scene: Scene, path: str, value: float) -> SceneError | None:

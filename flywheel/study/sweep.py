@@ -1,0 +1,722 @@
+"""A sweep: many designs of one scene, each with all figures and their errors, in a record of arrays.
+
+Designs are sized in chunks, here or by an executor. A chunk that is lost is sized again; what is finished is kept, also if
+the user interrupts. Figures of designs that were sized many at once are checked against `size` in a sample of them.
+"""
+
+from __future__ import annotations
+
+import math
+import pickle
+import sys
+from collections import Counter
+from collections.abc import Callable, Generator, Iterable, Iterator, Mapping, Sequence
+from concurrent.futures import FIRST_COMPLETED, BrokenExecutor, Executor, Future, wait
+from contextlib import ExitStack, contextmanager
+from dataclasses import dataclass
+from functools import lru_cache
+from importlib.util import find_spec
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from flywheel.machine.machine import Machine, balance_unit, scene_of
+from flywheel.numerics import notebook
+from flywheel.numerics.faults import Fault, SceneError, show, suggestion
+from flywheel.reading.paths import dotted, numbers, path_faults, with_numbers
+from flywheel.scene.accuracy import rtol_faults
+from flywheel.scene.scene import Scene, read_only
+from flywheel.sizing.sizing import check_asked, size
+from flywheel.study import designs
+from flywheel.study.designs import ALONE, ENGINES, FIGURES, MISSING, REFINED, REFUSED, TRACED, Batch
+
+Array = NDArray[np.float64]
+
+LEAST_CHUNK = 1_000
+"""Designs of a chunk at least: fewer are not worth being sent to another process."""
+_MOST_CHUNK, _CHUNKS = 20_000, 64
+MOST_DESIGNS = 20_000_000
+_OUTSTANDING = 64  # chunks that wait for an executor at a time
+_POOLS = 3  # of worker processes, before what is left is sized here
+_SAMPLE, _WORST = 8, 4  # designs that are checked: at random, and those with the largest estimates
+_KEPT = ("exact", "approximate", "inertia_torque", "inertia_torque_flywheel", "irregularity", "accumulated_max")
+_RELATIVE_TO_TOTAL = ("exact", "approximate", "approximate_total", "inertia_torque", "inertia_torque_flywheel")
+_ROUNDING = 1e-14
+_SLACK = 2.0  # by which two figures may differ beyond the sum of their estimated errors
+
+
+class Figures(Mapping[str, NDArray[Any]]):
+    """Arrays of figures by their names, also as attributes: `figures.exact`."""
+
+    def __init__(self, arrays: Mapping[str, NDArray[Any]]) -> None:
+        self._arrays = dict(arrays)
+        for array in self._arrays.values():
+            array.flags.writeable = False
+
+    def __getitem__(self, name: str) -> NDArray[Any]:
+        return self._arrays[name]
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self._arrays)
+
+    def __len__(self) -> int:
+        return len(self._arrays)
+
+    def __getattr__(self, name: str) -> NDArray[Any]:
+        arrays = self.__dict__.get("_arrays", {})
+        if name not in arrays:
+            raise AttributeError(f"a sweep has no figure {name!r}; it has {', '.join(arrays)}")
+        found: NDArray[Any] = arrays[name]
+        return found
+
+    def __dir__(self) -> list[str]:
+        return [*super().__dir__(), *self._arrays]
+
+    def __repr__(self) -> str:
+        return f"Figures({', '.join(self._arrays)})"
+
+
+class Check(NamedTuple):
+    """Designs sized many at once that `size` was asked for as well, by their index.
+
+    `ratio`: the largest difference of a figure over the sum of both estimated errors, `figure` and `design` where it is.
+    """
+
+    designs: tuple[int, ...]
+    ratio: float
+    figure: str
+    design: int
+    failed: tuple[int, ...] = ()
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Sweep:
+    """Many designs of one scene: numbers that vary, figures, errors; every array has one entry for each design.
+
+    Figures are attributes: `sweep.exact`, `sweep.balance`... (`designs.FIGURES` names all), `sweep.error.exact` is the
+    estimated error of the first, as `size` gives it: relative to the larger of the figure and its scale, in rad for angles.
+    A design that is refused has nan and a reason. `needed` is True where a flywheel is needed.
+
+    `columns`: the numbers that vary (SI), by their paths. `reasons`: of refused designs, by their index. `ways`: how each
+    was sized (0 with many at once, 1 so and refined, 2 one by one, 3 refused, 255 not yet: the sweep was interrupted).
+    `shape`: the number of designs, or of a grid how many values each path has; the last path varies fastest.
+    """
+
+    scene: Scene
+    columns: Mapping[str, Array]
+    values: Figures
+    error: Figures
+    reasons: Mapping[int, str]
+    ways: NDArray[np.uint8]
+    rtol: float
+    engine: str
+    shape: tuple[int, ...]
+    check: Check | None = None
+    messages: tuple[str, ...] = ()
+
+    def __len__(self) -> int:
+        return int(self.ways.size)
+
+    def __getattr__(self, name: str) -> NDArray[Any]:
+        values = self.__dict__.get("values")
+        if values is None or name not in values:
+            raise AttributeError(f"a sweep has no {name!r}; its figures are {', '.join(FIGURES)}")
+        found: NDArray[Any] = values[name]
+        return found
+
+    def __getitem__(self, name: str) -> NDArray[Any]:
+        """A figure by its name, or a column by its path."""
+        where = self.columns if name in self.columns else self.values
+        if name not in where:
+            raise SceneError([Fault("name", show(name), "a figure or a path", suggestion(name, self.names_and_paths))])
+        return where[name]
+
+    def __dir__(self) -> list[str]:
+        return [*super().__dir__(), *FIGURES]
+
+    def __repr__(self) -> str:
+        refused = int((self.ways == REFUSED).sum())
+        counts = f"{len(self)} designs" + (f", {refused} refused" if refused else "")
+        counts += f", {self.missing} missing" if self.missing else ""
+        return f"Sweep({notebook.quoted(self.scene.title)}{counts} of {', '.join(self.columns)})"
+
+    def _repr_html_(self) -> str | None:
+        """What a notebook shows."""
+        return notebook.html(self)
+
+    @property
+    def missing(self) -> int:
+        """How many designs are not sized yet."""
+        return int((self.ways == MISSING).sum())
+
+    @property
+    def names(self) -> list[str]:
+        """The figures that any design has."""
+        return [name for name in FIGURES if not np.isnan(self.error[name]).all()]
+
+    @property
+    def names_and_paths(self) -> list[str]:
+        """What `sweep[...]` knows."""
+        return [*self.columns, *self.names]
+
+    @property
+    def units(self) -> dict[str, str]:
+        """The units (SI) of columns and figures."""
+        known = numbers(self.scene)
+        units = {path: known[path].unit if path in known else "" for path in self.columns}
+        units |= {name: FIGURES[name].unit for name in self.names}
+        if "balance" in units:
+            units["balance"] = balance_unit(Machine(self.scene).efforts, self.scene) or ""
+        return units
+
+    @property
+    def worst(self) -> Array:
+        """The largest of the errors that `rtol` is asked of, of each design; nan where it is refused."""
+        return _worst(self.error)
+
+    @property
+    def reached(self) -> NDArray[np.bool_]:
+        """Whether every estimated relative error of a design is within rtol."""
+        return np.asarray(self.worst <= self.rtol)
+
+    def design(self, index: int) -> Scene:
+        """The scene of one design, as `size` and all other calls take it.
+
+        Raises:
+            SceneError: where the design is refused.
+
+        """
+        return with_numbers(self.scene, {path: float(column[index]) for path, column in self.columns.items()})
+
+    def argmin(self, of: str | Array = "exact", *, where: NDArray[np.bool_] | None = None) -> int:
+        """The index of the design with the least of a figure, or of an array of one value for each design.
+
+        Args:
+            of: a figure's name, a path, or an array.
+            where: the designs among which it is looked for; all if None.
+
+        Raises:
+            SceneError: for an unknown name; where no design is left.
+
+        """
+        objective = self._objective(of)
+        left = np.isfinite(objective) & (True if where is None else np.asarray(where, bool))
+        if not left.any():
+            what = of if isinstance(of, str) else "the values given"
+            raise SceneError([Fault("argmin", f"no design with {what}", "one at least", "see reasons, and where")])
+        return int(np.flatnonzero(left)[np.argmin(objective[left])])
+
+    def pareto(
+        self, *of: str | Array, greatest: Sequence[str] = (), where: NDArray[np.bool_] | None = None
+    ) -> NDArray[np.intp]:
+        """The indices of designs that no other one beats: none is at least as good in everything and better in something.
+
+        Args:
+            of: names of figures, paths or arrays of which less is better.
+            greatest: names of those of which more is better.
+            where: the designs among which they are looked for; all if None.
+
+        Returns: indices, ordered by the first of them.
+
+        """
+        if not of and not greatest:
+            raise SceneError([Fault("pareto", "nothing to compare by", 'figures such as "exact", "power"')])
+        columns = [*map(self._objective, of), *(-self._objective(name) for name in greatest)]
+        points = np.stack(columns, axis=1)
+        left = np.isfinite(points).all(axis=1) & (True if where is None else np.asarray(where, bool))
+        index = np.flatnonzero(left)
+        return index[front(points[index])]
+
+    def _objective(self, of: str | Array) -> Array:
+        if isinstance(of, str):
+            return np.asarray(self[of], float)
+        found = np.asarray(of, float)
+        if found.shape != (len(self),):
+            expected = f"a name, or an array of {len(self)} numbers"
+            raise SceneError([Fault("of", f"an array of shape {found.shape}", expected)])
+        return found
+
+    def table(self, rows: int = 20) -> str:
+        """What `flywheel sweep` prints: what varies, the best designs, a table of some, what is to be said of all."""
+        import flywheel
+
+        found: str = flywheel.sweeps.text(self, rows)
+        return found
+
+    def plot(self, path: str | Path) -> None:
+        """The picture of `flywheel sweep --plot`, written as PNG, SVG or PDF."""
+        import flywheel
+
+        flywheel.notebooks.save_picture(self, path)
+
+    def to_csv(self, path: str | Path) -> None:
+        """Write a table with a row for each design: its numbers, figures, errors, way and reason, SI throughout."""
+        from flywheel.study import sweep_files
+
+        sweep_files.write_csv(self, path)
+
+    def to_npz(self, path: str | Path) -> None:
+        """Write everything as arrays of NumPy, from which `sweep(..., file=path)` goes on."""
+        from flywheel.study import sweep_files
+
+        sweep_files.write_npz(self, path)
+
+    def to_parquet(self, path: str | Path) -> None:
+        """Write the table of `to_csv` as Parquet; needs pyarrow."""
+        from flywheel.study import sweep_files
+
+        sweep_files.write_parquet(self, path)
+
+    def to_pandas(self) -> Any:
+        """The table of `to_csv` as a data frame of pandas, errors under `error.exact`...."""
+        from flywheel.study import sweep_files
+
+        module: Any = needed("pandas", "to_pandas")
+        return module.DataFrame(dict(sweep_files.table_of(self)))
+
+    def to_xarray(self) -> Any:
+        """Figures and errors over the paths of a grid, else over designs with the numbers beside: a dataset of xarray."""
+        module: Any = needed("xarray", "to_xarray")
+        units, grid = self.units, len(self.shape) > 1 or len(self.columns) == 1
+        dims = tuple(self.columns) if grid else ("design",)
+        shape = self.shape if grid else (len(self),)
+        coords: dict[str, Any] = {}
+        for axis, (path, column) in enumerate(self.columns.items()):
+            values = np.moveaxis(column.reshape(shape), axis, 0).reshape(shape[axis], -1)[:, 0] if grid else column
+            coords[path] = (path if grid else "design", values, {"units": units[path]})
+        data: dict[str, Any] = {}
+        for name in self.names:
+            about = {"units": units[name], "long_name": FIGURES[name].about}
+            data[name] = (dims, self.values[name].reshape(shape), about)
+            data[f"error.{name}"] = (dims, self.error[name].reshape(shape))
+        return module.Dataset(data, coords, {"title": self.scene.title or "", "rtol": self.rtol})
+
+
+def front(points: Array) -> NDArray[np.intp]:
+    """Indices of the points that no other one is at most as large as in every coordinate and smaller in one.
+
+    Args:
+        points: shape (n, m).
+
+    Returns: in ascending order of the first coordinate.
+
+    >>> front(np.array([[1.0, 4.0], [2.0, 2.0], [3.0, 3.0], [4.0, 1.0]])).tolist()
+    [0, 1, 3]
+
+    """
+    order = np.lexsort(points.T[::-1])
+    left, found = points[order], []
+    while left.size:
+        found.append(order[0])
+        stays = (left < left[0]).any(axis=1) | (left == left[0]).all(axis=1)
+        stays[0] = False
+        order, left = order[stays], left[stays]
+    return np.array(found, np.intp)
+
+
+def needed(module: str, what: str) -> Any:
+    """An optional library, or the line that says what to install."""
+    from importlib import import_module
+
+    try:
+        return import_module(module)
+    except ImportError:
+        raise SceneError([Fault(what, f"no {module}", f"{module}, which it needs", f"pip install {module}")]) from None
+
+
+def _worst(errors: Mapping[str, NDArray[Any]]) -> Array:
+    rows = [errors[name] for name in _KEPT if name in errors]
+    return np.asarray(np.fmax.reduce(rows))
+
+
+# -- what is asked -----------------------------------------------------------------------------------------------------
+
+
+def sweep(
+    scene: Scene | Machine,
+    columns: Mapping[str, Any],
+    rtol: float = 1e-10,
+    *,
+    grid: bool = False,
+    executor: Any = None,
+    engine: str | None = None,
+    file: str | Path | None = None,
+    chunk: int | None = None,
+    progress: bool | None = None,
+) -> Sweep:
+    """Size many designs of a scene, in which some of its numbers vary.
+
+    Args:
+        scene: one that was read.
+        columns: values (SI) of numbers of the scene by their paths (`mechanism.crank.length`, `load.0.from`); of equal
+            length, a single number for all designs.
+        rtol: relative error asked of every figure.
+        grid: all combinations of the columns' values instead, which may then differ in length; the last varies fastest.
+        executor: a `concurrent.futures.Executor`, a client of dask, or a number of worker processes; sized here if None.
+        engine: "numpy", "numba" (which must be installed) or "size", which sizes one by one; "numpy" if None.
+        file: an NPZ file that what is finished is written to, every now and then; a sweep that was interrupted goes on
+            from it.
+        chunk: designs that are sized together, 1,000 at least; by the number of designs if None.
+        progress: whether to show a bar on standard error; None where that is a terminal.
+
+    Returns: a record of arrays; where it is interrupted by Ctrl-C, of what is finished.
+
+    Raises:
+        SceneError: for a path that is no number of the scene, columns of unequal length, an unknown engine, an executor that
+            is none, a file of another scene, rtol, version or other columns. A design at fault is refused alone.
+
+    >>> import flywheel
+    >>> scene = flywheel.load({"load": [{"on": "crank", "torque": "-100 N m", "from": 0, "to": "180 deg"}],
+    ...                        "drive": {"torque": "balance"}, "regime": {"speed": "300 rpm"},
+    ...                        "flywheel": {"irregularity": 0.01}})
+    >>> found = flywheel.sweep(scene, {"flywheel.irregularity": [0.01, 0.02, -1.0]}, engine="size")
+    >>> found.exact.round(6).tolist(), found.argmin("exact"), found.reasons[2]
+    ([15.915494, 7.957747, nan], 1, 'flywheel.irregularity: found -1.0, expected a value above 0 and below 2')
+
+    """
+    scene = scene_of(scene)
+    check_asked(scene)
+    named, shape = columns_of(scene, columns, grid)
+    faults = [] if isinstance(rtol, (int, float)) and not isinstance(rtol, bool) else [Fault("rtol", show(rtol), "a number")]
+    faults += (faults or rtol_faults(float(rtol))) + _engine_faults(engine) + _executor_faults(executor)
+    if chunk is not None and not (isinstance(chunk, int) and chunk >= LEAST_CHUNK):
+        faults.append(Fault("chunk", show(chunk), f"{LEAST_CHUNK} designs or more"))
+    if faults:
+        raise SceneError(list(dict.fromkeys(faults)))
+    plan = Plan(scene, named, shape, float(rtol), engine or ENGINES[0])
+    return _swept(plan, executor, None if file is None else Path(file), chunk, progress)
+
+
+def columns_of(scene: Scene, columns: Mapping[str, Any], grid: bool = False) -> tuple[dict[str, Array], tuple[int, ...]]:
+    """Columns of numbers by their dotted paths, as long as there are designs, and the shape of the sweep; or all faults."""
+    if not isinstance(columns, Mapping) or not columns:
+        given = show(columns) if columns else "nothing"
+        raise SceneError([Fault("columns", given, "a mapping from paths to numbers")])
+    faults: list[Fault] = []
+    found: dict[str, Array] = {}
+    for path, values in columns.items():
+        name = dotted(path) if isinstance(path, str) else show(path)
+        try:
+            array = np.asarray(values, float)
+        except (TypeError, ValueError):
+            array = np.zeros((0, 0))
+        if name in found:
+            faults.append(Fault(name, "two columns", "one"))
+        elif array.ndim > 1 or array.size == 0:
+            faults.append(Fault(name, "no numbers" if array.size == 0 else "a table", "a row of numbers in SI"))
+        found[name] = array if array.ndim == 1 else np.atleast_1d(array.ravel())
+    if not faults:
+        faults = path_faults(scene, found)
+    single = [path for path, values in columns.items() if np.ndim(values) == 0]
+    lengths = {path: len(column) for path, column in found.items() if path not in map(dotted, map(str, single))}
+    if not faults and not grid and len(set(lengths.values())) > 1:
+        usual = Counter(lengths.values()).most_common(1)[0][0]
+        other = next(path for path, length in lengths.items() if length != usual)
+        advice = "grid=True takes all combinations"
+        faults.append(Fault(other, f"{lengths[other]} numbers", f"{usual}, as many as the others", advice))
+    shape = tuple(map(len, found.values())) if grid else (max(lengths.values(), default=1),)
+    if not faults and (count := math.prod(shape)) > MOST_DESIGNS:
+        faults.append(Fault("columns", f"{count} designs", f"at most {MOST_DESIGNS}"))
+    if faults:
+        raise SceneError(faults)
+    if grid:
+        axes = np.meshgrid(*found.values(), indexing="ij")
+        return {path: np.ravel(axis) for path, axis in zip(found, axes, strict=True)}, shape
+    return {path: np.array(np.broadcast_to(column, shape)) for path, column in found.items()}, shape
+
+
+def _engine_faults(engine: str | None) -> list[Fault]:
+    if engine is None or engine in ENGINES:
+        lacking = engine == "numba" and find_spec("numba") is None
+        advice = 'pip install "flywheel-design[numba]", or engine="numpy"'
+        return [Fault("engine", "no numba", "numba, which it needs", advice)] if lacking else []
+    return [Fault("engine", show(engine), f"one of {', '.join(ENGINES)}", suggestion(str(engine), ENGINES))]
+
+
+def _executor_faults(executor: Any) -> list[Fault]:
+    if executor is None or hasattr(executor, "submit") or hasattr(executor, "get_executor"):
+        return []
+    if isinstance(executor, int) and not isinstance(executor, bool) and executor >= 1:
+        return []
+    expected = "an executor of concurrent.futures, a client of dask, or a number of worker processes"
+    return [Fault("executor", show(executor), expected)]
+
+
+# -- the work ----------------------------------------------------------------------------------------------------------
+
+
+class Plan(NamedTuple):
+    """A sweep that is to be made."""
+
+    scene: Scene
+    columns: dict[str, Array]
+    shape: tuple[int, ...]
+    rtol: float
+    engine: str
+
+    @property
+    def total(self) -> int:
+        """How many designs there are."""
+        return math.prod(self.shape)
+
+    def chunk(self, which: NDArray[np.intp]) -> tuple[tuple[str, ...], Array, float, str]:
+        """What `designs.sized` takes beside the scene, for some of the designs."""
+        rows = np.stack([column[which] for column in self.columns.values()])
+        return tuple(self.columns), rows, self.rtol, self.engine
+
+
+def sized_elsewhere(scene: bytes, paths: tuple[str, ...], columns: Array, rtol: float, engine: str) -> Batch:
+    """The figures of a chunk in another process, to which the scene goes pickled."""
+    return designs.sized(_unpickled(scene), paths, columns, rtol, engine)
+
+
+@lru_cache(maxsize=4)
+def _unpickled(scene: bytes) -> Scene:
+    """The scene that chunks carry, the same one for all of a sweep in a process."""
+    found: Scene = pickle.loads(scene)
+    return found
+
+
+class _Table:
+    """The figures of a sweep as they come in, chunk by chunk, and the file that they are kept in."""
+
+    def __init__(self, plan: Plan, file: Path | None) -> None:
+        from flywheel.study import sweep_files
+
+        self.plan, self.batch = plan, designs.empty(plan.total)
+        self.keeper = None
+        if file is not None:
+            self.keeper = sweep_files.Keeper(file, plan)
+            if (before := self.keeper.before()) is not None:
+                self.batch = before
+        self.messages: list[str] = []
+
+    @property
+    def missing(self) -> NDArray[np.intp]:
+        """The designs that are not sized yet."""
+        return np.flatnonzero(self.batch.ways == MISSING)
+
+    def add(self, which: NDArray[np.intp], batch: Batch) -> None:
+        """Put the figures of a chunk into their places."""
+        for mine, theirs in ((self.batch.values, batch.values), (self.batch.errors, batch.errors)):
+            for name, values in theirs.items():
+                if name not in mine:
+                    mine[name] = np.full(self.plan.total, np.nan)
+                mine[name][which] = values
+        self.batch.ways[which] = batch.ways
+        self.batch.reasons.update({int(which[k]): reason for k, reason in batch.reasons.items()})
+        if self.keeper is not None:
+            self.keeper.keep(self.batch)
+
+
+def _swept(plan: Plan, executor: Any, file: Path | None, chunk: int | None, progress: bool | None) -> Sweep:
+    table = _Table(plan, file)
+    missing, check = table.missing, None
+    length = chunk or max(LEAST_CHUNK, min(_MOST_CHUNK, -(-missing.size // _CHUNKS)))
+    pending = [missing[k : k + length] for k in range(0, missing.size, length)]
+    try:
+        with _bar(missing.size, progress) as told, ExitStack() as stack:
+            for which, batch in _batches(plan, pending, executor, table.messages, stack):
+                table.add(which, batch)
+                told(which.size)
+        check = _checked(plan, table.batch)
+    except KeyboardInterrupt:
+        left = table.missing.size
+        what = f"{left} of {plan.total} designs are missing" if left else "the designs are not checked"
+        table.messages.append(f"interrupted: {what}" + (f"; the same sweep goes on from {file}" if file and left else ""))
+    finally:
+        if table.keeper is not None:
+            table.keeper.keep(table.batch, last=True)
+    return record(plan, table.batch, check, table.messages)
+
+
+def record(plan: Plan, batch: Batch, check: Check | None, messages: Iterable[str]) -> Sweep:
+    """The record of a sweep, with what is to be said of it."""
+    values: dict[str, NDArray[Any]] = dict(batch.values)
+    batch.errors["needed"] = np.where(np.isnan(values["needed"]), np.nan, 0.0)
+    values["needed"] = values["needed"] == 1.0
+    refused = {k: reason for k, reason in sorted(batch.reasons.items()) if batch.ways[k] == REFUSED}
+    said = (*messages, *_said(plan, batch, check))
+    return Sweep(
+        plan.scene,
+        read_only(plan.columns),
+        Figures(values),
+        Figures(batch.errors),
+        refused,
+        batch.ways,
+        plan.rtol,
+        plan.engine,
+        plan.shape,
+        check,
+        said,
+    )
+
+
+def _said(plan: Plan, batch: Batch, check: Check | None) -> Iterator[str]:
+    alone = np.flatnonzero(batch.ways == ALONE)
+    if alone.size and plan.engine != "size":
+        why = Counter(batch.reasons[k] for k in alone.tolist() if k in batch.reasons).most_common(1)
+        yield f"{alone.size} of {plan.total} designs were sized one by one" + (f": {why[0][0]}" if why else "")
+    if refined := int((batch.ways == REFINED).sum()):
+        yield f"{refined} of {plan.total} designs were refined to reach rtol {plan.rtol:g}"
+    worst = _worst(batch.errors)
+    if missed := int((worst > plan.rtol).sum()):
+        k = int(np.nanargmax(worst))
+        yield f"rtol {plan.rtol:g} not reached by {missed} of {plan.total} designs: design {k} is good to {worst[k]:.2g}"
+    if check is not None and check.failed:
+        yield (
+            f"{len(check.failed)} of {len(check.designs)} designs that were checked differ from those of size by more than "
+            f"the estimated errors: {check.figure} of design {check.design} by {check.ratio:.2g} times them; "
+            'engine="size" sizes one by one'
+        )
+
+
+# -- executors ---------------------------------------------------------------------------------------------------------
+
+_Chunks = list[NDArray[np.intp]]
+
+
+def _batches(
+    plan: Plan, pending: _Chunks, executor: Any, messages: list[str], stack: ExitStack
+) -> Iterator[tuple[NDArray[np.intp], Batch]]:
+    """The chunks' figures as they are finished: by the executor, and here what that loses."""
+    lost = pending
+    if isinstance(executor, int):
+        for _ in range(_POOLS):
+            if lost:
+                lost = yield from _by_executor(plan, lost, stack.enter_context(_pool(executor)), messages)
+    elif executor is not None:
+        if hasattr(executor, "get_executor"):  # a client of dask
+            executor = executor.get_executor()
+        lost = yield from _by_executor(plan, pending, executor, messages)
+    for which in lost:
+        yield which, designs.sized(plan.scene, *plan.chunk(which))
+
+
+@contextmanager
+def _pool(workers: int) -> Iterator[Executor]:
+    """Worker processes of this sweep's own, which leave Ctrl-C to it."""
+    from concurrent.futures import ProcessPoolExecutor
+    from multiprocessing import get_context
+
+    pool = ProcessPoolExecutor(workers, mp_context=get_context("spawn"), initializer=_deaf_to_interrupts)
+    try:
+        yield pool
+    except KeyboardInterrupt:  # chunks that nobody will take are not waited for
+        for worker in list((getattr(pool, "_processes", None) or {}).values()):
+            worker.terminate()
+        raise
+    finally:
+        pool.shutdown(wait=True, cancel_futures=True)
+
+
+def _deaf_to_interrupts() -> None:
+    import signal
+
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+
+
+def _by_executor(
+    plan: Plan, pending: _Chunks, executor: Any, messages: list[str]
+) -> Generator[tuple[NDArray[np.intp], Batch], None, _Chunks]:
+    """The figures of chunks as an executor finishes them; those that it loses are returned, with a word on it."""
+    waiting, lost, causes = list(reversed(pending)), _Chunks(), Counter[str]()
+    running: dict[Future[Batch], NDArray[np.intp]] = {}
+    packed = pickle.dumps(plan.scene)
+    try:
+        while waiting or running:
+            while waiting and len(running) < _OUTSTANDING:
+                try:
+                    running[executor.submit(sized_elsewhere, packed, *plan.chunk(waiting[-1]))] = waiting[-1]
+                except (BrokenExecutor, RuntimeError) as error:  # broken, or shut down
+                    causes[_cause(error)] += len(waiting)
+                    lost += reversed(waiting)
+                    waiting = []
+                else:
+                    waiting.pop()
+            for future in wait(running, return_when=FIRST_COMPLETED).done if running else ():
+                which = running.pop(future)
+                try:
+                    batch = future.result()
+                except Exception as error:
+                    causes[_cause(error)] += 1
+                    lost.append(which)
+                else:
+                    yield which, batch
+    finally:
+        for future in running:
+            future.cancel()
+    if lost:
+        why = causes.most_common(1)[0][0]
+        messages.append(f"the executor lost {len(lost)} of {len(pending)} chunks ({why}); they were sized again")
+    return lost
+
+
+def _cause(error: BaseException) -> str:
+    first = str(error).strip().splitlines()
+    return f"{type(error).__name__}: {first[0][:120]}" if first else type(error).__name__
+
+
+@contextmanager
+def _bar(count: int, progress: bool | None) -> Iterator[Callable[[int], object]]:
+    """What tells of finished designs: a bar on standard error where that is a terminal."""
+    shown = sys.stderr is not None and sys.stderr.isatty() if progress is None else progress
+    if not shown or not count:
+        yield lambda finished: None
+        return
+    import click
+
+    with click.progressbar(length=count, label="designs", file=sys.stderr, show_pos=True) as bar:
+        yield bar.update
+
+
+# -- the check ---------------------------------------------------------------------------------------------------------
+
+
+def _checked(plan: Plan, batch: Batch) -> Check | None:
+    """A sample of the designs that were sized many at once, and those with the largest estimates, beside `size`."""
+    many = np.flatnonzero((batch.ways == TRACED) | (batch.ways == REFINED))
+    if not many.size:
+        return None
+    chosen = np.random.default_rng(many.size).choice(many, min(_SAMPLE, many.size), replace=False)
+    worst = many[np.argsort(_worst(batch.errors)[many])[-_WORST:]]
+    found: dict[int, tuple[float, str]] = {}
+    for k in dict.fromkeys([*chosen.tolist(), *worst.tolist()]):
+        values = {path: float(column[k]) for path, column in plan.columns.items()}
+        try:
+            sizing = size(with_numbers(plan.scene, values), plan.rtol, accuracy="normal")
+        except SceneError as error:
+            found[k] = (math.inf, f"which size refuses ({error.faults[0]}): exact")
+            continue
+        theirs = designs.figures_of(sizing)
+        exchanged = 0.0 if sizing.cycle is None else sizing.cycle.exchanged
+        mine = {name: (float(batch.values[name][k]), float(batch.errors[name][k])) for name in batch.values}
+        found[k] = max((_apart(name, mine, theirs, exchanged, plan.scene.cycle), name) for name in mine)
+    k = max(found, key=lambda k: found[k][0])
+    failed = tuple(k for k, (ratio, _) in found.items() if not ratio <= _SLACK)
+    return Check(tuple(found), *found[k], k, failed)
+
+
+def _apart(
+    name: str, mine: Mapping[str, tuple[float, float]], theirs: Mapping[str, tuple[float, float]], work: float, cycle: float
+) -> float:
+    """By how many times both estimated errors two values of a figure differ; infinite where only one of them is there."""
+    (value, error), (other, of_other) = mine[name], theirs.get(name, (math.nan, math.nan))
+    if math.isnan(value) or math.isnan(other):
+        return 0.0 if math.isnan(value) and math.isnan(other) else math.inf
+    scale = max(abs(value), abs(other))
+    if name in _RELATIVE_TO_TOTAL:
+        scale = max(scale, abs(theirs["approximate_total"][0]))
+    elif name.startswith(("accumulated", "energy")):
+        scale = max(scale, work)
+    elif name.startswith("reduced_inertia"):
+        scale = max(scale, theirs["reduced_inertia_greatest"][0])
+    elif name == "balance":
+        scale = max(scale, work / cycle)
+    difference = abs(value - other)
+    if name.startswith("angle"):
+        scale, difference = 1.0, abs(math.remainder(value - other, cycle))
+    allowed = (np.nan_to_num(error) + np.nan_to_num(of_other) + _ROUNDING) * scale
+    return difference / allowed if difference else 0.0
