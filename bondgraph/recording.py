@@ -17,8 +17,9 @@ from __future__ import annotations
 import math
 import operator
 from bisect import bisect_left, bisect_right
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from functools import lru_cache, partial, reduce
+from itertools import accumulate, combinations
 from numbers import Real
 from types import CodeType, FunctionType, SimpleNamespace
 from typing import Any, NamedTuple
@@ -159,6 +160,13 @@ class Recorder:
         values, names = tuple(self._tape[n][1] for n in places), tuple(self._names[self._tape[n.number][1]] for n in given)
         return Program(names, values, tuple(operations), tuple(new[n] for n in wanted))
 
+    def tabulated(self, at: Recorded, knots: Sequence[float], columns: Sequence[Sequence[float]]) -> list[Any]:
+        """The entries of columns in the interval of `at` between ascending knots; one entry more than there are knots."""
+        interval = self.operation("interval", (at, tuple(knots)))
+        steady = [len(set(column)) == 1 for column in columns]
+        rows = zip(steady, columns, strict=True)
+        return [column[0] if same else self.operation("entry", (tuple(column), interval)) for same, column in rows]
+
     def conditions(self, inputs: Sequence[Recorded] | None = None) -> Conditions:
         """The guards so far, for any parameters: a function of these inputs (of all where none are given)."""
         program = self.program((guard.difference for guard in self.guards), inputs)
@@ -170,8 +178,12 @@ class Recorder:
             if value.recorder is not self:
                 raise TypeError("numbers of two recordings do not mix")
             return value
-        plain = value if type(value) is bool else float(value)
-        key = ("place", plain, math.copysign(1.0, plain), type(plain))
+        if type(value) is tuple:
+            key: tuple[Any, ...] = ("place", value)
+            plain: Any = value
+        else:
+            plain = value if type(value) is bool else float(value)
+            key = ("place", plain, math.copysign(1.0, plain), type(plain))
         known = self._known.get(key)
         if known is None:
             known = self._known[key] = Recorded(self, len(self._tape), plain)
@@ -202,6 +214,9 @@ class Recorded(Operand):
             if not isinstance(operand, _PLAIN):
                 if isinstance(operand, np.ndarray):
                     return _over_arrays(name, operands)
+                if isinstance(operand, complex) and name in _SYMBOLS:
+                    a, b = (o if isinstance(o, Complex) else Complex(o.real, o.imag) for o in operands)
+                    return _OF_PLAIN[name](a, b)
                 return NotImplemented
         if name in _COMPARISONS:
             return self.recorder.compared(name, *operands)
@@ -216,6 +231,16 @@ class Recorded(Operand):
         if name in _ARRAY_FUNCTIONS:
             return _ARRAY_FUNCTIONS[name](*operands, **kwargs)
         return super().__array_function__(function, types, operands, kwargs)
+
+    @property
+    def real(self) -> Recorded:
+        """Itself."""
+        return self
+
+    @property
+    def imag(self) -> float:
+        """Nothing."""
+        return 0.0
 
     def __bool__(self) -> bool:
         if self.value is None:
@@ -280,7 +305,32 @@ for _name in _SYMBOLS:
     setattr(Recorded, f"__{_python}__", _left)  # the same as an `Operand` has, without a look at other kinds of numbers
     setattr(Recorded, f"__r{_python}__", _right)
 
-_PLAIN = (Recorded, float, int, bool, np.floating, np.integer, np.bool_)
+_PLAIN: Any = (Recorded, float, int, bool, np.floating, np.integer, np.bool_)
+
+
+class Complex:
+    """A complex number of two recorded parts, for sums and products."""
+
+    __slots__ = ("imag", "real")
+    __array_ufunc__ = None
+
+    def __init__(self, real: Any, imag: Any) -> None:
+        self.real, self.imag = real, imag
+
+    def __add__(self, other: Any) -> Complex:
+        return Complex(self.real + other.real, self.imag + other.imag)
+
+    def __sub__(self, other: Any) -> Complex:
+        return Complex(self.real - other.real, self.imag - other.imag)
+
+    def __mul__(self, other: Any) -> Complex:
+        a, b, c, d = self.real, self.imag, other.real, other.imag
+        return Complex(a * c - b * d, a * d + b * c)
+
+    def __neg__(self) -> Complex:
+        return Complex(-self.real, -self.imag)
+
+    __radd__, __rmul__ = __add__, __mul__
 
 
 def _over_arrays(name: str, operands: tuple[Any, ...]) -> Any:
@@ -495,6 +545,84 @@ NAMESPACE.where = _where
 NAMESPACE.clip = _clip
 
 
+# -- linear systems -------------------------------------------------------------------------------------------------------
+
+
+def solved(matrix: Sequence[Sequence[Any]], right: Sequence[Any]) -> list[Any]:
+    """The solution x of A x = b, of recorded and plain numbers; entries that are plain zeros cost nothing.
+
+    Blocks of one and two unknowns are solved by themselves, which divides by nothing but their determinants; the rest is
+    eliminated with rows exchanged where a pivot is the larger one. Rows may be more than unknowns where they agree.
+
+    >>> recorder = Recorder()
+    >>> a = recorder.input("a")
+    >>> program = recorder.program(solved([[0.0, a], [2.0, 1.0]], [6.0, 7.0]))
+    >>> program.function("math")(3.0)
+    (2.5, 2.0)
+    """
+    rows = [_Row({k: v for k, v in enumerate(row) if not _is(v, 0.0)}, b) for row, b in zip(matrix, right, strict=True)]
+    found: dict[int, Any] = {}
+    while len(found) < len(matrix[0]):
+        rows = [row for row in (row.without(found) for row in rows) if row.entries]
+        if len(rows) < len(matrix[0]) - len(found):
+            raise TypeError("a linear system that is singular")
+        block = next((pair for pair in _blocks(rows)), None)
+        found |= _eliminated(rows) if block is None else block
+    return [found[k] for k in sorted(found)]
+
+
+class _Row(NamedTuple):
+    """One equation: its entries by unknown, and its right side."""
+
+    entries: dict[int, Any]
+    right: Any
+
+    def without(self, found: dict[int, Any]) -> _Row:
+        """With what is found taken to the right."""
+        right = self.right
+        for k in self.entries.keys() & found.keys():
+            right = right - self.entries[k] * found[k]
+        return _Row({k: v for k, v in self.entries.items() if k not in found}, right)
+
+
+def _blocks(rows: Sequence[_Row]) -> Iterator[dict[int, Any]]:
+    """Unknowns that one equation gives, or two."""
+    for row in rows:
+        if len(row.entries) == 1:
+            ((k, entry),) = row.entries.items()
+            yield {k: row.right / entry}
+    for one, two in combinations(rows, 2):
+        if len(one.entries.keys() | two.entries.keys()) == 2:
+            j, k = sorted(one.entries.keys() | two.entries.keys())
+            a, b, c, d = (row.entries.get(n, 0.0) for row in (one, two) for n in (j, k))
+            determinant = a * d - b * c
+            if not _is(determinant, 0.0):
+                yield {
+                    j: (one.right * d - b * two.right) / determinant,
+                    k: (a * two.right - one.right * c) / determinant,
+                }
+
+
+def _eliminated(rows: Sequence[_Row]) -> dict[int, Any]:
+    """All unknowns of the equations, by Gauss's elimination with partial pivoting."""
+    columns = sorted({k for row in rows for k in row.entries})
+    table = [[*(row.entries.get(k, 0.0) for k in columns), row.right] for row in rows]
+    for k in range(len(columns)):
+        for i in range(k + 1, len(table)):
+            larger = abs(table[i][k]) > abs(table[k][k])
+            pairs = list(zip(table[k], table[i], strict=True))
+            table[k] = [NAMESPACE.where(larger, b, a) for a, b in pairs]
+            table[i] = [NAMESPACE.where(larger, a, b) for a, b in pairs]
+        for i in range(k + 1, len(table)):
+            factor = table[i][k] / table[k][k]
+            table[i] = [0.0 if j <= k else b - factor * a for j, (a, b) in enumerate(zip(table[k], table[i], strict=True))]
+    found: dict[int, Any] = {}
+    for k in reversed(range(len(columns))):
+        known = sum((table[k][j] * found[columns[j]] for j in range(k + 1, len(columns))), 0.0)
+        found[columns[k]] = (table[k][-1] - known) / table[k][k]
+    return found
+
+
 # -- programs ---------------------------------------------------------------------------------------------------------------
 
 
@@ -503,14 +631,14 @@ class Program(NamedTuple):
 
     Attributes:
         inputs: names of the arguments.
-        places: values of the constants.
+        places: values of the constants; a tuple is a table.
         operations: name and numbers of the operands.
         outputs: numbers of what is returned.
 
     """
 
     inputs: tuple[str, ...]
-    places: tuple[float, ...]
+    places: tuple[Any, ...]
     operations: tuple[tuple[Any, ...], ...]
     outputs: tuple[int, ...]
 
@@ -529,12 +657,24 @@ class Program(NamedTuple):
             return _over_broadcast(self)
         named = kind if isinstance(kind, str) else "space"
         space = _GLOBALS[kind] if isinstance(kind, str) else _functions_of(kind)
-        code = _code(named, len(self.inputs), len(self.places), self.operations, self.outputs)
-        return FunctionType(code, space, "recorded", self.places)
+        code = _code(named, len(self.inputs), self._lengths, self.operations, self.outputs)
+        tables = named == "numpy" and any(type(place) is tuple for place in self.places)
+        places = tuple(np.array(p) if type(p) is tuple else p for p in self.places) if tables else self.places
+        return FunctionType(code, space, "recorded", places)
 
     def kernel(self) -> Any:
-        """The program for one state as a numba function of its inputs and an array of its places; numba compiles it."""
-        return _kernel(len(self.inputs), len(self.places), self.operations, self.outputs)
+        """The program for one state as a numba function of its inputs and its `constants`; numba compiles it."""
+        return _kernel(len(self.inputs), self._lengths, self.operations, self.outputs)
+
+    @property
+    def constants(self) -> Any:
+        """Its places in one array, tables one entry after another."""
+        return np.concatenate([np.ravel(np.asarray(place, dtype=float)) for place in self.places] or [np.empty(0)])
+
+    @property
+    def _lengths(self) -> tuple[int, ...]:
+        """How many entries the table at each place has; 0 of a number."""
+        return tuple(len(place) if type(place) is tuple else 0 for place in self.places)
 
     def at(self, values: dict[str, Any], kind: Any = "numpy") -> tuple[Any, ...]:
         """The outputs at inputs by their names."""
@@ -558,7 +698,8 @@ class Conditions(NamedTuple):
         return reduce(np.logical_and, answers, np.ones(shape, dtype=bool))
 
 
-_COMMON = {name: f"{{0}} {symbol} {{1}}" for name, symbol in _SYMBOLS.items()} | {"negative": "-{0}"}
+_COMMON = {name: f"{{0}} {symbol} {{1}}" for name, symbol in _SYMBOLS.items()}
+_COMMON |= {"negative": "-{0}", "entry": "{0}[{1}]", "interval": 'searchsorted({1}, {0}, "right")'}
 _SCALAR = {
     **_COMMON,
     **{name: f"{{0}} {symbol} {{1}}" for name, (symbol, _) in _COMPARISONS.items()},
@@ -570,27 +711,35 @@ _SCALAR = {
     "logical_or": "{0} or {1}",
     "logical_not": "not {0}",
     "power": "pow({0}, {1})",
+    "interval": "bisect_right({1}, {0})",
 }
 _TWICE = ("sign", "minimum", "maximum")  # templates that take an operand twice
 _DEEPEST = 24  # brackets in one statement
-_TEMPLATES = {"math": _SCALAR, "numba": _SCALAR, "numpy": _COMMON, "space": _COMMON | {"divide": "divide({0}, {1})"}}
+_TEMPLATES = {
+    "math": _SCALAR,
+    "numba": _SCALAR | {"interval": _COMMON["interval"]},
+    "numpy": _COMMON,
+    "space": _COMMON | {"interval": _SCALAR["interval"], "divide": "divide({0}, {1})"},
+}
 _GLOBALS: dict[str, dict[str, Any]] = {
-    "math": {**{name: getattr(math, name) for name in _MATH}, "pow": math.pow, "abs": abs},
-    "numpy": {name: getattr(np, _NUMPY[name]) for name in _NUMPY},
+    "math": {**{name: getattr(math, name) for name in _MATH}, "pow": math.pow, "abs": abs, "bisect_right": bisect_right},
+    "numpy": {**{name: getattr(np, name) for name in _NUMPY}, "searchsorted": np.searchsorted},
 }
 
 
 def _functions_of(namespace: Any) -> dict[str, Any]:
     """What a namespace gives by numpy's names; operators where it gives none."""
     found: dict[str, Any] = {name: compare for name, (_, compare) in _COMPARISONS.items()}
-    found |= {"abs": abs, "power": operator.pow, "divide": operator.truediv}
+    found |= {"bisect_right": bisect_right, "abs": abs, "power": operator.pow, "divide": operator.truediv}
     found |= {name: getattr(namespace, name) for name in _NUMPY if hasattr(namespace, name)}
     found.setdefault("hypot", lambda a, b: found["sqrt"](a * a + b * b))
     return found
 
 
 @lru_cache(maxsize=512)
-def _code(kind: str, inputs: int, places: int, operations: tuple[Any, ...], outputs: tuple[int, ...]) -> CodeType:
+def _code(
+    kind: str, inputs: int, places: tuple[int, ...], operations: tuple[Any, ...], outputs: tuple[int, ...]
+) -> CodeType:
     """Code with the places as defaults of its last arguments: local variables are the fastest."""
     space: dict[str, Any] = {}
     exec(compile(_source(kind, inputs, places, operations, outputs), "<recorded>", "exec"), space)
@@ -600,15 +749,15 @@ def _code(kind: str, inputs: int, places: int, operations: tuple[Any, ...], outp
 
 def source(program: Program, kind: str) -> str:
     """The text that is compiled for `"math"`, `"numpy"` or `"numba"`: names are numbered, and constants are arguments."""
-    return _source(kind, len(program.inputs), len(program.places), program.operations, program.outputs)
+    return _source(kind, len(program.inputs), program._lengths, program.operations, program.outputs)
 
 
-def _source(kind: str, inputs: int, places: int, operations: tuple[Any, ...], outputs: tuple[int, ...]) -> str:
+def _source(kind: str, inputs: int, places: tuple[int, ...], operations: tuple[Any, ...], outputs: tuple[int, ...]) -> str:
     """A statement for each value that is used several times; the others stand where they are used.
 
     For arrays every operation is a statement, and names whose values are no longer needed are used again, which frees these.
     """
-    templates, first = _TEMPLATES[kind], inputs + places
+    templates, first = _TEMPLATES[kind], inputs + len(places)
     statement = list(range(len(operations))) if kind == "numpy" else _statements(first, operations, outputs)
     last = dict.fromkeys(outputs, len(operations))  # statement where a value is needed for the last time
     for k, (_, *operands) in enumerate(operations):
@@ -628,7 +777,9 @@ def _source(kind: str, inputs: int, places: int, operations: tuple[Any, ...], ou
         else:
             texts.append(f"({text})" if template else text)
     if kind == "numba":
-        opened = [f"x{inputs + k} = places[{k}]" for k in range(places)]
+        ends = list(accumulate(length or 1 for length in places))
+        parts = [f"{end - n}:{end}" if n else f"{end - 1}" for n, end in zip(places, ends, strict=True)]
+        opened = [f"x{inputs + k} = places[{part}]" for k, part in enumerate(parts)]
         arguments, lines = [*texts[:inputs], "places"], opened + lines
     else:
         arguments = texts[:first]
@@ -660,18 +811,18 @@ def _statements(first: int, operations: tuple[Any, ...], outputs: tuple[int, ...
 
 
 @lru_cache(maxsize=64)
-def _kernel(inputs: int, places: int, operations: tuple[Any, ...], outputs: tuple[int, ...]) -> Any:
+def _kernel(inputs: int, places: tuple[int, ...], operations: tuple[Any, ...], outputs: tuple[int, ...]) -> Any:
     import numba  # an extra: only who asks for machine code pays for it
 
-    space = dict(_GLOBALS["math"])
+    space = {**_GLOBALS["math"], "searchsorted": np.searchsorted}
     exec(compile(_source("numba", inputs, places, operations, outputs), "<recorded>", "exec"), space)
     return numba.njit(space["recorded"], error_model="numpy", nogil=True)
 
 
 def _over_broadcast(program: Program) -> Callable[..., tuple[Any, ...]]:
     """A kernel over arrays that broadcast, one state after another."""
-    run = _loop(len(program.inputs), len(program.places), program.operations, program.outputs)
-    return partial(_run, run, np.array(program.places, dtype=float), len(program.outputs))
+    run = _loop(len(program.inputs), program._lengths, program.operations, program.outputs)
+    return partial(_run, run, program.constants, len(program.outputs))
 
 
 def _run(run: Any, places: Any, outputs: int, *inputs: Any) -> tuple[Any, ...]:
@@ -683,7 +834,7 @@ def _run(run: Any, places: Any, outputs: int, *inputs: Any) -> tuple[Any, ...]:
 
 
 @lru_cache(maxsize=64)
-def _loop(inputs: int, places: int, operations: tuple[Any, ...], outputs: tuple[int, ...]) -> Any:
+def _loop(inputs: int, places: tuple[int, ...], operations: tuple[Any, ...], outputs: tuple[int, ...]) -> Any:
     import numba
 
     kernel = _kernel(inputs, places, operations, outputs)

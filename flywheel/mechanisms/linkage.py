@@ -16,6 +16,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from bondgraph.recording import Recorded
 from flywheel.mechanisms import KINDS, families
 from flywheel.mechanisms.families import Family, Kind, Mass, Port, Ratio, Term, Velocity, Weight
 from flywheel.mechanisms.linkages.equations import WINDOW, Form, inverse
@@ -238,6 +239,8 @@ class LinkagePosition:
                 with np.errstate(all="ignore"):
                     ends = [(middle + sign * reach).T.reshape(-1, *shape) for sign in (-1.0, 1.0)]
                 parts.append([Interval(a, b) for a, b in zip(*ends, strict=True)])
+        elif isinstance(psi, Recorded):
+            parts = [part[0] for part in solution.recorded(psi)]
         else:
             q = np.asarray(psi, dtype=float)
             parts = [part.T.reshape(-1, *q.shape) for part in solution.movement(np.atleast_1d(q).ravel())]

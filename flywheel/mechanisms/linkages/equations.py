@@ -22,6 +22,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from bondgraph import recording
 from flywheel.numerics.arguments import ANY, NOT_NEGATIVE, fits, name_faults, number_faults, refuse, require, shown
 from flywheel.numerics.faults import Fault, SceneError
 from flywheel.numerics.intervals import NAMESPACE as INTERVALS
@@ -614,7 +615,7 @@ class Equations:
 
     def bases(self, z: Array) -> Bases:
         """Basis functions at positions z."""
-        bare = np.exp(1j * (z @ self.loops.turns.T))
+        bare = turned(z @ self.loops.turns.T)
         whole = bare * np.where(self.sliding, z[:, self.slide], 1.0) if self._any_sliding else bare
         return Bases(whole, bare, tuple(relation.law(z) for relation in self.loops.relations))
 
@@ -630,9 +631,7 @@ class Equations:
             flat = flat + _product(bases.bare, self._moved)
         closures, variables = len(self.loops.closures), z.shape[1]
         found = flat.reshape(len(z), closures, variables)
-        both = np.empty((len(z), closures, 2, variables))
-        both[:, :, 0], both[:, :, 1] = found.real, found.imag
-        parts = both.reshape(len(z), 2 * closures, variables)
+        parts = np.stack(split(found), axis=2).reshape(len(z), 2 * closures, variables)
         if not self.loops.relations:
             return parts
         pairs = zip(self.loops.relations, bases.laws, strict=True)
@@ -648,7 +647,7 @@ class Equations:
     def _columns(self, functions: Complex, couplings: list[Array]) -> Array:
         """A column for each part of a sum of basis functions over the closures, then those of the couplings."""
         gaps = functions @ self.loops.closures.T
-        parts = np.ascontiguousarray(gaps).view(float)  # real and imaginary part beside one another
+        parts = np.stack(split(gaps), axis=2).reshape(len(gaps), -1)  # real and imaginary part beside one another
         return np.concatenate((parts, *(column[:, None] for column in couplings)), axis=1) if couplings else parts
 
     def _second(self, bases: Bases, rate: Array) -> Complex:
@@ -695,9 +694,26 @@ class Equations:
         return np.concatenate(found, axis=1)
 
 
+def turned(angle: Array) -> Complex:
+    """exp(i angle), also of recorded angles."""
+    if angle.dtype != object:
+        return np.asarray(np.exp(1j * angle))
+    found = [recording.Complex(recording.NAMESPACE.cos(a), recording.NAMESPACE.sin(a)) for a in angle.flat]
+    return np.array(found, dtype=object).reshape(angle.shape)
+
+
+def split(table: Complex) -> tuple[Any, Any]:
+    """Real and imaginary parts, also of recorded numbers."""
+    if table.dtype != object:
+        return table.real, table.imag
+    parts = ([getattr(value, part) for value in table.flat] for part in ("real", "imag"))
+    real, imag = (np.array(part, dtype=object).reshape(table.shape) for part in parts)
+    return real, imag
+
+
 def _product(table: Complex, matrix: Complex) -> Complex:
     """The product of a long table and a small matrix: BLAS would spend its time on starting threads."""
-    if matrix.size > _SMALL:
+    if matrix.size > _SMALL or table.dtype == object:
         return np.asarray(table @ matrix)
     return np.asarray(np.einsum("nk,km->nm", table, matrix))
 
@@ -730,7 +746,7 @@ def correction(equations: Equations, z: Array) -> Array:
     """One Newton step of the unknowns, shape (n, unknowns)."""
     bases = equations.bases(z)
     gap, jacobian = equations.residual(z, bases), equations.jacobian(z, bases)[:, :, 1:]
-    if jacobian.shape[1] == jacobian.shape[2]:
+    if jacobian.shape[1] == jacobian.shape[2] or gap.dtype == object:
         return solved(jacobian, -gap)
     return np.asarray(-(inverse(jacobian) @ gap[..., None])[..., 0])
 
@@ -746,7 +762,12 @@ def inverse(matrix: Array) -> Array:
 
 
 def solved(matrix: Array, right: Array) -> Array:
-    """Solutions of n systems, (n, m, m) and (n, m) or (n, m, k); NaN for those that are singular."""
+    """Solutions of n systems, (n, m, m) and (n, m) or (n, m, k); NaN for those that are singular.
+
+    One system of recorded numbers and a vector may have redundant rows.
+    """
+    if matrix.dtype == object or right.dtype == object:
+        return np.array([recording.solved(matrix[0].tolist(), right[0].tolist())], dtype=object)
     vector = right.ndim == 2
     columns = right[..., None] if vector else right
     try:

@@ -18,15 +18,26 @@ Certified numerical homotopy tracking, Experimental Mathematics 21 (2012) 69-83.
 
 from __future__ import annotations
 
-from functools import lru_cache
+from functools import cached_property, lru_cache
 from math import sqrt
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from bondgraph.recording import NAMESPACE, Recorded
 from flywheel.mechanisms.linkages.assembly import Mobility, assembled, mobility, place, singular_fault, standing
-from flywheel.mechanisms.linkages.equations import SETTLED, WINDOW, Equations, check, correction, inverse, loops, settle
+from flywheel.mechanisms.linkages.equations import (
+    SETTLED,
+    WINDOW,
+    Equations,
+    check,
+    correction,
+    inverse,
+    loops,
+    settle,
+    solved,
+)
 from flywheel.numerics.arguments import array, known, number_faults, refuse, shown
 from flywheel.numerics.faults import Fault, SceneError
 from flywheel.scene.linkage import Linkage, Point
@@ -255,6 +266,7 @@ def _lost(equations: Equations, z: Array) -> Fault:
 # -- solution ----------------------------------------------------------------------------------------------------------
 
 _REFINEMENTS = 3
+_MOST_RECORDED = 3  # Newton steps in what is recorded
 _BEYOND = 1e-9  # of the range: how far outside it a position may be asked for
 
 
@@ -279,6 +291,7 @@ class Solution:
             between = self.movement(middles * self.scale)
             order = np.argsort(np.concatenate((driver, middles)), kind="stable")
             self._nodes = Movement(*(np.concatenate(pair)[order] for pair in zip(self._nodes, between, strict=True)))
+            del self._quintics
 
     def poses(self, q: ArrayLike) -> Poses:
         """Poses of all bodies at driver coordinates q (rad or m), any shape: taken as one row.
@@ -319,23 +332,64 @@ class Solution:
         slope[:, 1:] = -(inverted @ equations.bending(bases, rate)[:, :, None])[..., 0]
         return Movement(z, rate, slope)
 
-    def _predicted(self, x: Array) -> Array:
-        """Variables at scaled coordinates x by Hermite's quintic through the nodes on both sides."""
+    def recorded(self, q: Recorded) -> Movement:
+        """All variables at one recorded coordinate, as `movement` finds them, with a number of Newton steps that will do.
+
+        Raises TypeError where none is known to.
+        """
+        z, equations, nothing = self._predicted(np.array([q / self.scale])), self.equations, np.zeros((1, 1))
+        for _ in range(self.steps if z.shape[1] > 1 else 0):
+            z = np.concatenate((z[:, :1], z[:, 1:] + correction(equations, z)), axis=1)
+        if not z.shape[1] > 1:
+            return Movement(z, 1.0 + nothing, nothing)
+        bases = equations.bases(z)
+        jacobian = equations.jacobian(z, bases)
+        rate = np.concatenate((1.0 + nothing, -solved(jacobian[:, :, 1:], jacobian[:, :, 0])), axis=1)
+        slope = np.concatenate((nothing, -solved(jacobian[:, :, 1:], equations.bending(bases, rate))), axis=1)
+        return Movement(z, rate, slope)
+
+    @cached_property
+    def steps(self) -> int:
+        """Newton steps after which the last was lost in its own square, wherever the quintic predicts worst."""
+        driver, sizes = self._nodes.z[:, 0], list[float]()
+        z = self._predicted(0.5 * (driver[1:] + driver[:-1]))
+        for _ in range(_MOST_RECORDED):
+            move = correction(self.equations, z)
+            z[:, 1:] += move
+            sizes.append(float(np.abs(move).max(initial=0.0)))
+            if sizes[-1] < SETTLED:
+                return len(sizes)
+        raise TypeError(f"a linkage whose positions are not settled after {len(sizes)} steps of Newton's iteration")
+
+    @cached_property
+    def _quintics(self) -> Array:
+        """Start and width of every stretch between nodes, then six coefficients of all variables there, (stretches, ...)."""
         trace = self._nodes
-        if len(trace.z) == 1:
-            return np.asarray(trace.z[0] + trace.rate[0] * (x - trace.z[0, 0])[:, None])
-        k = np.clip(np.searchsorted(trace.z[:, 0], x, side="right") - 1, 0, len(trace.z) - 2)
-        width = (trace.z[k + 1, 0] - trace.z[k, 0])[:, None]
-        s = np.clip((x - trace.z[k, 0])[:, None] / width, 0.0, 1.0)
-        first, last = width * trace.rate[k], width * trace.rate[k + 1]
-        bent, bending = 0.5 * width**2 * trace.slope[k], 0.5 * width**2 * trace.slope[k + 1]
-        gap = trace.z[k + 1] - trace.z[k] - first - bent
+        width = np.diff(trace.z[:, :1], axis=0)
+        first, last = width * trace.rate[:-1], width * trace.rate[1:]
+        bent, bending = 0.5 * width**2 * trace.slope[:-1], 0.5 * width**2 * trace.slope[1:]
+        gap = trace.z[1:] - trace.z[:-1] - first - bent
         tilt = last - first - 2 * bent
         curl = bending - bent
         c3 = 10 * gap - 4 * tilt + curl
         c4 = -15 * gap + 7 * tilt - 2 * curl
         c5 = 6 * gap - 3 * tilt + curl
-        z = np.asarray(trace.z[k] + s * (first + s * (bent + s * (c3 + s * (c4 + s * c5)))))
+        return np.concatenate((trace.z[:-1, :1], width, trace.z[:-1], first, bent, c3, c4, c5), axis=1)
+
+    def _predicted(self, x: Array) -> Array:
+        """Variables at scaled coordinates x by Hermite's quintic through the nodes on both sides; also at a recorded one."""
+        trace = self._nodes
+        if len(trace.z) == 1:
+            return np.asarray(trace.z[0] + trace.rate[0] * (x - trace.z[0, 0])[:, None])
+        inner, recorder = trace.z[1:-1, 0], getattr(x[0], "recorder", None) if x.size else None
+        if recorder is None:
+            table = self._quintics[np.searchsorted(inner, x, side="right")]
+        else:
+            table = np.array([recorder.tabulated(x[0], inner.tolist(), self._quintics.T.tolist())], dtype=object)
+        start, width = table[:, :1], table[:, 1:2]
+        series = np.split(table[:, 2:], 6, axis=1)
+        s = (np if recorder is None else NAMESPACE).clip((x[:, None] - start) / width, 0.0, 1.0)
+        z = np.asarray(series[0] + s * (series[1] + s * (series[2] + s * (series[3] + s * (series[4] + s * series[5])))))
         z[:, 0] = x
         return z
 
