@@ -15,6 +15,7 @@ Source: E. Hairer, S. P. Norsett, G. Wanner, Solving Ordinary Differential Equat
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Generator, Iterator, Sequence
 from dataclasses import dataclass
 from itertools import islice, pairwise
@@ -28,6 +29,7 @@ from bondgraph.motion.runge_kutta import DormandPrince
 from bondgraph.motion.stepping import JUST_STARTED, instant, roots
 from flywheel.machine.dynamics import Dynamics
 from flywheel.machine.machine import Anchor, Machine
+from flywheel.numerics.budget import count
 from flywheel.numerics.cells import ROUNDING, Array
 from flywheel.numerics.faults import Fault, SceneError
 
@@ -445,6 +447,7 @@ def _closer(inside: Callable[[Array], Array], k: int, low: float, high: float, f
 
 # -- one steady cycle --------------------------------------------------------------------------------------------------
 
+_COUNTED = 12  # evaluations that are counted at once: those of a step
 _AHEAD = 1e-7  # of a piece: how far beyond a switch its side is looked up
 _MOST_STEPS, _MOST_CROSSINGS = 4_000, 500  # in a stretch, and in a cycle
 _FEW_STEPS = 1000  # in a stretch where switches are no longer looked for
@@ -520,6 +523,33 @@ class _Scaled(NamedTuple):
             at = dynamics.at(phi, middle, speed * ratio, current=rest[0] if rest else 0.0, ends=ends, anchor=anchor)
             found = ratio, float(at.acceleration) / (speed * speed * scale)
             return (*found, float(at.current_rate) / speed) if rest else found
+
+        law = dynamics.law(anchor or Anchor(middle, None, None))
+        return rates if law is None else self._recorded(law, rates)
+
+    def _recorded(self, law: Callable[..., tuple[float, ...]], walked: Rates) -> Rates:
+        """The same rates by the recorded walk; where a law is not defined, as the walk reads it."""
+        inertia, balance = self.dynamics.inertia, self.dynamics.balance
+        speed, scale = self.speed, self.scale
+        unit, calls = 1.0 / (speed * speed * scale), 0
+
+        def rates(tau: float, state: Sequence[float]) -> Sequence[float]:
+            nonlocal calls
+            calls += 1
+            if calls == _COUNTED:
+                count(calls)
+                calls = 0
+            phi, u = state
+            ratio = 1.0 + scale * u
+            omega = speed * ratio
+            try:
+                own, slope, moment = law(phi, omega, 0.0, balance)
+                rate = (moment - 0.5 * slope * omega * omega) / (own + inertia) * unit
+            except (ValueError, ArithmeticError):
+                rate = math.nan
+            if rate - rate != 0.0:
+                return walked(tau, state)
+            return ratio, rate
 
         return rates
 
