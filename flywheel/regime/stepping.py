@@ -548,7 +548,8 @@ class _Scaled(NamedTuple):
             except (ValueError, ArithmeticError):
                 rate = math.nan
             if rate - rate != 0.0:
-                return walked(tau, state)
+                walks: Sequence[float] = walked(tau, state)
+                return walks
             return ratio, rate
 
         return rates
