@@ -8,12 +8,16 @@ from those alone (`flywheel.study.figures`), whichever engine has found them.
 
 from __future__ import annotations
 
+import os
 from collections.abc import Callable, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from functools import partial
 from typing import Any, NamedTuple, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
+from bondgraph.recording import Program
 from flywheel.numerics import cells
 from flywheel.numerics.cells import NODES, ORDER, ROUNDING, TAIL_OF_INTEGRAL, Array, Index
 
@@ -24,6 +28,9 @@ _INSIDE = 1.0 - 1e-12
 _NO_EFFECT = 1e-9  # of what an unknown does over the cycle: below that it balances nothing
 _ENORMOUS = 1e150  # of works and inertias: their squares and products would leave the floating-point range
 _CELLS = 3_000  # of a chunk of designs: arrays of their values then stay in the processor's cache
+_DESIGNS = 512  # of a chunk, at most
+_TOGETHER = 800  # roots that are polished together: more would be split over threads, which costs more than it gains
+_LARGE = 100_000  # of one for machine code, which keeps little of it at a time
 _HALVINGS = 3  # of the cells of designs that miss rtol; what is then left is sized one by one
 _SHARE = 1e-6  # of a row's size: a series that is cut off above it is looked at on the finer grid
 POINTS: Array = np.concatenate(([-1.0], NODES, [1.0]))  # of a cell, where signs are looked at
@@ -36,15 +43,16 @@ def _padded(matrix: Array) -> Array:
 
 
 _DEGREES = np.arange(ORDER)
-_FIT, _WEIGHTS = _padded(cells.fit(np.eye(ORDER))).T, _padded(cells.fit(np.eye(ORDER)) @ cells.MEAN)
+_FIT = _padded(cells.fit(np.eye(ORDER))).T
+_WEIGHTS = np.outer((1.0, 0.0), cells.MEAN @ _FIT)  # values -> integral; with a row of zeros it is a product of matrices
 _AT_ENDS = np.stack(((-1.0) ** _DEGREES, np.ones(ORDER)))  # series -> its values at the ends
 _SLOPE_AT_ENDS = np.stack(((-1.0) ** (_DEGREES + 1) * _DEGREES**2, 1.0 * _DEGREES**2))
 _TO_ENDS = _AT_ENDS @ _FIT
 _DIFFERENTIATE = cells.derivative(np.eye(ORDER)).T
-_INTEGRATE = cells.antiderivative(np.eye(ORDER), np.ones(1)).T
+_HALF_OVER_K = 0.5 / np.arange(1.0, ORDER + 1)[:, None]
+_SIGNS = (-1.0) ** np.arange(1, ORDER + 1)[:, None]
 
-Values = Callable[..., tuple[Any, Any, Any, Any, Any, Any]]
-Pieces = Sequence[tuple[slice, Values]]
+Pieces = Sequence[tuple[slice, Program]]
 
 
 class Givens(NamedTuple):
@@ -69,8 +77,9 @@ class Structure(Protocol):
     def edges(self, columns: Array) -> Array:
         """Edges of the cells (cells + 1, designs), rad."""
 
-    def pieces(self) -> Pieces:
-        """Consecutive cells with their values: (phi, *columns) -> I*, dI*/dphi, M*, dM*/du, |M*|, |dI*/dphi|."""
+    @property
+    def programs(self) -> Pieces:
+        """Consecutive cells with the program (phi, *columns) -> I*, dI*/dphi, M*, dM*/du, |M*|, |dI*/dphi|."""
 
     def givens(self, columns: Array) -> Givens:
         """Speed and irregularity of every design."""
@@ -127,16 +136,22 @@ class Cycles(NamedTuple):
 
     def at(self, cell: Index, design: Index, t: Array) -> tuple[Array, Array]:
         """W (J) and I* - I*(0) (kg m²) at local abscissas of cells of designs."""
-        rising = _INTEGRATE @ self.series[:2, :, cell, design]
-        local = (rising * cells.basis(t).T).sum(axis=1)
+        series = self.series[:2, :, cell, design]
+        rising = np.concatenate((series[:, :1], series), axis=1)  # of T_k: (c[k-1] - c[k+1])/2k, and 2 c[0] for c[0]
+        rising[:, 1] += series[:, 0]
+        rising[:, 1:-2] -= series[:, 2:]
+        rising[:, 1:] *= _HALF_OVER_K
+        local = (rising[:, 1:] * (cells.basis(t).T[1:] - _SIGNS)).sum(axis=1)
         work, variation = self.start[:, cell, design] + local * self.half[cell, design]
         return work, variation
 
 
 def _times(matrix: Array, values: Array) -> Array:
-    """A matrix times the second axis of (rows, points, cells, designs)."""
-    rows, points, *rest = values.shape
-    return (matrix @ values.reshape(rows, points, -1)).reshape(rows, -1, *rest)
+    """A matrix times the second axis of (rows, points, cells, designs), in products too small to be split over threads."""
+    rows, _, *rest = values.shape
+    found = np.empty((rows, matrix.shape[0], *rest))
+    np.matmul(matrix, values.swapaxes(1, 2), out=found.swapaxes(1, 2))
+    return found
 
 
 def sums(pieces: Pieces, givens: Givens, columns: Array, edges: Array) -> Sums:
@@ -146,19 +161,19 @@ def sums(pieces: Pieces, givens: Givens, columns: Array, edges: Array) -> Sums:
     phi = middle + half * NODES[:, None, None]
     values = np.zeros((6, POINTS.size, *half.shape))  # M*, dI*/dphi, I*, sizes of the first two, dM*/du
     for piece, program in pieces:
-        inertia, slope, moment, per_unknown, exchanged, steepness = program(phi[:, piece], *columns)
+        inertia, slope, moment, per_unknown, exchanged, steepness = program.function()(phi[:, piece], *columns)
         for row, value in enumerate((moment, slope, inertia, exchanged, steepness, per_unknown)):
             values[row, 1:_LAST, piece] = value
     count, end = edges.shape[1], edges[-1]
     balance, by_unknown = np.zeros(count), np.zeros(count)
     if givens.unknown:
-        net, by_unknown = (_times(_WEIGHTS[None], values[::5])[:, 0] * half).sum(axis=1)
+        net, by_unknown = (_times(_WEIGHTS, values[::5])[:, 0] * half).sum(axis=1)
         size = (np.abs(values[5]).max(axis=0) * half).sum(axis=0)
         balance = np.where(np.abs(by_unknown) > _NO_EFFECT * size, -net / by_unknown + 0.0, np.nan)
         values[5] *= balance
         values[0] += values[5]
         values[3] += np.abs(values[5])
-    accumulated = _times(_WEIGHTS[None], values[:5])[:, 0] * half
+    accumulated = _times(_WEIGHTS, values[:5])[:, 0] * half
     start = np.zeros((2, *edges.shape))
     np.cumsum(accumulated[:2], axis=1, out=start[:, 1:])
     exchanged, slope_exchanged = accumulated[3:].sum(axis=1)
@@ -270,18 +285,24 @@ def _roots(cycles: Cycles, rows: Array, level: Array, cut: Array, factors: Array
     suspect = cut > _SHARE * farthest
     near = np.nonzero((nearest <= 0.5 * (farthest - nearest)) | (nearest <= level) | suspect)  # 2 near <= far - near
     values = rows[near[0], :, near[1], near[2]].T
-    size, positive = np.abs(values), values > 0.0
+    size, quiet = np.abs(values), level[near]
+    for end, beside in ((0, 1), (_LAST, _LAST - 1)):  # an end that is no more than noise is an extreme's place as it is
+        values[end] = np.where(size[end] <= quiet, values[beside], values[end])
+    positive = values > 0.0
     changes = positive[1:] != positive[:-1]
     middle, before, after = size[1:-1], size[:-2], size[2:]
     dip = (middle < 0.5 * (np.maximum(before, after) - middle)) & (middle <= before) & (middle <= after)
     dip &= ~(changes[1:] | changes[:-1])
-    doubtful = dip.any(axis=0) | (size.min(axis=0) <= level[near]) | suspect[near]
+    doubtful = dip.any(axis=0) | (size[1:-1].min(axis=0) <= quiet) | suspect[near]
     changes &= ~doubtful
     gap, row = np.nonzero(changes)
     which, cell, design = (index[row] for index in near)
     before, after, left, right = values[gap, row], values[gap + 1, row], POINTS[gap], POINTS[gap + 1]
     series = _series(cycles, factors, which, cell, design)
-    t = cells.newton(series, left + (right - left) * before / (before - after), left, right)
+    t = left + (right - left) * before / (before - after)
+    for first in range(0, t.size, _TOGETHER):
+        some = slice(first, first + _TOGETHER)
+        t[some] = cells.newton(series[some], t[some], left[some], right[some])
     if not doubtful.any():
         return which, cell, design, t
     near = tuple(index[doubtful] for index in near)
@@ -342,50 +363,63 @@ class Found(NamedTuple):
     halvings: NDArray[np.int8]
 
 
-def sized(structure: Structure, columns: Array, rtol: float, sums_of: Engine = sums) -> Found:
+def sized(structure: Structure, columns: Array, rtol: float, engine: str = "numpy") -> Found:
     """Figures of designs chunk by chunk, each on cells that are halved until the error is within rtol/2.
 
     Not known are those of designs that this does not bring there, that need no flywheel, whose net work is left over, or
     whose values are not finite.
     """
-    count = columns.shape[1]
+    count, sums_of, size, threads = columns.shape[1], sums, _CELLS, 1
+    if engine == "numba":
+        from flywheel.study import kernels  # an extra
+
+        sums_of, size, threads = kernels.sums, _LARGE, os.cpu_count() or 1
     found = Found({}, {}, np.full(count, -1, np.int8))
     left: Any = np.arange(count)
-    with np.errstate(all="ignore"):
-        for halvings in range(_HALVINGS + 1):
-            missed = [
-                _chunk(structure, columns, part, halvings, rtol, sums_of, found)
-                for part in _parts(structure, left, halvings)
-            ]
-            left = np.concatenate([*missed, left[:0]])
+    for halvings in range(_HALVINGS + 1):
+        most = size // structure.programs[-1][0].stop >> halvings
+        parts = _parts(left, min(most, _DESIGNS) if engine == "numpy" else most, threads)
+        chunk = partial(_chunk, structure, columns, halvings=halvings, rtol=rtol, sums_of=sums_of)
+        if threads == 1 or len(parts) < 2:
+            missed = [_put(found, part, *chunk(part)) for part in parts]
+        else:
+            with ThreadPoolExecutor(threads) as pool:
+                missed = [_put(found, part, *given) for part, given in zip(parts, pool.map(chunk, parts), strict=True)]
+        left = np.concatenate([*missed, left[:0]])
     return found
 
 
-def _parts(structure: Structure, which: Index, halvings: int) -> list[Index]:
-    """Designs in chunks of about as many cells."""
-    size = max(1, _CELLS // (structure.pieces()[-1][0].stop << halvings))
+def _parts(which: Index, size: int, threads: int) -> list[Index]:
+    """Designs in chunks of a size, or less where every thread is to have one."""
+    size = max(1, min(size, -(-which.size // threads)))
     return np.split(which, range(size, which.size, size)) if which.size else []
 
 
-def _chunk(
-    structure: Structure, columns: Array, which: Index, halvings: int, rtol: float, sums_of: Engine, found: Found
-) -> Index:
+def _put(found: Found, which: Index, values: dict[str, Array], errors: dict[str, Array], halvings: Array) -> Index:
     """Put the figures of a chunk of designs into what was found; the designs that miss rtol."""
+    good = halvings >= 0
+    known = which[good]
+    found.halvings[known] = halvings[good]
+    for into, given in ((found.values, values), (found.errors, errors)):
+        for name, value in given.items():
+            if name not in into:
+                into[name] = np.full(found.halvings.size, np.nan)
+            into[name][known] = np.broadcast_to(value, good.shape)[good]
+    return which[~good]
+
+
+@np.errstate(all="ignore")
+def _chunk(structure: Structure, columns: Array, which: Index, *, halvings: int, rtol: float, sums_of: Engine) -> Any:
+    """Figures and errors of a chunk of designs, and how often their cells were halved; -1 where rtol is missed."""
     columns = columns[:, which]
     edges, givens = structure.edges(columns), structure.givens(columns)
     for _ in range(halvings):
         finer = np.empty((2 * edges.shape[0] - 1, edges.shape[1]))
         finer[::2], finer[1::2] = edges, 0.5 * (edges[1:] + edges[:-1])
         edges = finer
-    pieces = [(slice(piece.start << halvings, piece.stop << halvings), program) for piece, program in structure.pieces()]
+    pieces = [(slice(piece.start << halvings, piece.stop << halvings), program) for piece, program in structure.programs]
     values, errors, missed = figures(sums_of(pieces, givens, columns, edges), givens)
-    good = missed <= 0.5 * rtol
-    found.halvings[which[good]] = halvings
-    for into, given in ((found.values, values), (found.errors, errors)):
-        for name, value in given.items():
-            row = into.setdefault(name, np.full(found.halvings.size, np.nan))
-            row[which[good]] = np.broadcast_to(value, good.shape)[good]
-    return which[~good]
+    return values, errors, np.where(missed <= 0.5 * rtol, halvings, -1)
 
 
 # -- figures ---------------------------------------------------------------------------------------------------------------

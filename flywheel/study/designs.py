@@ -16,6 +16,8 @@ from flywheel.reading.paths import with_numbers
 from flywheel.scene.scene import Scene
 from flywheel.sizing.results import Estimate, Sizing, estimates, figure_errors
 from flywheel.sizing.sizing import size
+from flywheel.study import batch as cycles
+from flywheel.study.structures import Structures
 
 Array = NDArray[np.float64]
 
@@ -78,7 +80,38 @@ def sized(scene: Scene, paths: tuple[str, ...], columns: Array, rtol: float, eng
         engine: one of `ENGINES`.
 
     """
-    return one_by_one(scene, paths, columns, range(columns.shape[1]), rtol)
+    if engine == "size":
+        return one_by_one(scene, paths, columns, range(columns.shape[1]), rtol)
+    batch, groups = empty(columns.shape[1]), _structures(scene, paths).sorted(columns).groups
+    for structure, which in groups:
+        found = cycles.sized(structure, columns[:, which], rtol, engine)
+        known = found.halvings >= 0
+        batch.ways[which[known]] = np.where(found.halvings[known] > 0, REFINED, TRACED)
+        for into, given in ((batch.values, found.values), (batch.errors, found.errors)):
+            for name, value in given.items():
+                into[name][which[known]] = value[known]
+    left = np.flatnonzero(batch.ways == MISSING)
+    alone = one_by_one(scene, paths, columns[:, left], range(left.size), rtol)
+    for into, given in ((batch.values, alone.values), (batch.errors, alone.errors)):
+        for name, value in given.items():
+            into[name][left] = value
+    batch.ways[left] = alone.ways
+    batch.reasons.update({int(left[k]): reason for k, reason in alone.reasons.items()})
+    return batch
+
+
+_recent: list[tuple[Scene, Structures]] = []
+
+
+def _structures(scene: Scene, paths: tuple[str, ...]) -> Structures:
+    """The structures of a scene and paths; those of the last are kept, as a sweep asks for them chunk by chunk."""
+    for known, structures in _recent:
+        same = known is scene or (scene.document and known.document and scene.document.tables == known.document.tables)
+        if same and structures.paths == paths:
+            return structures
+    found = Structures(scene, paths)
+    _recent[:] = [(scene, found)]
+    return found
 
 
 def one_by_one(scene: Scene, paths: tuple[str, ...], columns: Array, which: Iterable[int], rtol: float) -> Batch:

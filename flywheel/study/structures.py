@@ -28,7 +28,7 @@ from flywheel.numerics.cells import NODES
 from flywheel.numerics.faults import SceneError
 from flywheel.reading.paths import with_numbers
 from flywheel.scene.scene import Scene
-from flywheel.study.batch import Givens, Pieces
+from flywheel.study.batch import Givens
 
 Array = NDArray[np.float64]
 Index = NDArray[np.intp]
@@ -90,10 +90,6 @@ class Structure:
             end += count
             found.append((slice(start, end), walk.program))
         return found
-
-    def pieces(self) -> Pieces:
-        """Consecutive cells with their values: (phi, *columns) -> I*, dI*/dphi, M*, dM*/du, |M*|, |dI*/dphi|."""
-        return [(part, program.function()) for part, program in self.programs]
 
     def givens(self, columns: Array) -> Givens:
         """Speed, irregularity and drive of every design."""
