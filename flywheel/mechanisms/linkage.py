@@ -226,6 +226,7 @@ class LinkagePosition:
         self._cycle = cycle
         middle = np.asarray(psi if anchor is None else anchor, dtype=float)
         self._turns = 0.0 if cycle.period is None else np.floor(middle / cycle.period)
+        self._middle = middle
 
     @cached_property
     def _all(self) -> tuple[Variable, ...]:
@@ -240,7 +241,7 @@ class LinkagePosition:
                     ends = [(middle + sign * reach).T.reshape(-1, *shape) for sign in (-1.0, 1.0)]
                 parts.append([Interval(a, b) for a, b in zip(*ends, strict=True)])
         elif isinstance(psi, Recorded):
-            parts = [part[0] for part in solution.recorded(psi)]
+            parts = [part[0] for part in solution.recorded(psi, float(self._middle - self._turns * (period or 0.0)))]
         else:
             q = np.asarray(psi, dtype=float)
             parts = [part.T.reshape(-1, *q.shape) for part in solution.movement(np.atleast_1d(q).ravel())]

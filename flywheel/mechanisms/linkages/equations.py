@@ -232,12 +232,12 @@ class Relation(NamedTuple):
     lift: Lift | None
     scale: float  # of the lift: 1/unit for a sliding follower
 
-    def law(self, z: Array) -> tuple[Array, Array, Array]:
-        """What `second` should be but for the phase, with two derivatives by `first`, (n,) each."""
+    def law(self, z: Array, at: Array | None = None) -> tuple[Array, Array, Array]:
+        """What `second` should be but for the phase, with two derivatives by `first`, (n,) each; a lift's as in `bases`."""
         angle = self.first.at(z)
         if self.lift is None:
             return self.ratio * angle, np.full_like(angle, self.ratio), np.zeros_like(angle)
-        value, first, second = lift_at(self.lift, angle)
+        value, first, second = lift_at(self.lift, angle, None if at is None else self.first.at(at))
         return self.scale * value, self.scale * first, self.scale * second
 
 
@@ -532,10 +532,15 @@ _TIGHT = 4.0  # times what is found by sampling: bounds that are looser are made
 _MOST_STRETCHES = 4000
 
 
-def lift_at(lift: Lift, angle: Array) -> tuple[Array, Array, Array]:
-    """Lift, slope and second derivative at angles (rad) of any turn, shape (n,)."""
-    local = angle - lift.period * np.floor(angle / lift.period)
-    jet = lift.curve.jet(local, local, np)
+def lift_at(lift: Lift, angle: Array, anchor: Array | None = None) -> tuple[Array, Array, Array]:
+    """Lift, slope and second derivative at angles (rad) of any turn, shape (n,), in their own pieces or those of anchors."""
+    middle = angle if anchor is None else anchor
+    turns = lift.period * np.floor(middle / lift.period)
+    if angle.dtype == object:
+        jet = lift.curve.jet(angle[0] - turns[0], float(middle[0] - turns[0]), recording.NAMESPACE)
+        value, first, second = (np.array([part], dtype=object) for part in (jet.value, jet.first, jet.second))
+        return value, first, second
+    jet = lift.curve.jet(angle - turns, middle - turns, np)
     value, first, second = (
         np.broadcast_to(np.asarray(part, dtype=float), angle.shape) for part in (jet.value, jet.first, jet.second)
     )
@@ -613,11 +618,11 @@ class Equations:
         self._moduli = np.repeat(np.abs(loops.closures), 2, axis=0).T  # a closure's two parts share one bound
         self._sizes = np.abs(loops.turns).T
 
-    def bases(self, z: Array) -> Bases:
-        """Basis functions at positions z."""
+    def bases(self, z: Array, at: Array | None = None) -> Bases:
+        """Basis functions at positions z; `at` lies in the same pieces of cams, where those of z are not known."""
         bare = turned(z @ self.loops.turns.T)
         whole = bare * np.where(self.sliding, z[:, self.slide], 1.0) if self._any_sliding else bare
-        return Bases(whole, bare, tuple(relation.law(z) for relation in self.loops.relations))
+        return Bases(whole, bare, tuple(relation.law(z, at) for relation in self.loops.relations))
 
     def residual(self, z: Array, bases: Bases) -> Array:
         """Left sides of all equations."""
@@ -742,9 +747,9 @@ def settle(equations: Equations, z: Array) -> tuple[Array, Array]:
     return z, last
 
 
-def correction(equations: Equations, z: Array) -> Array:
-    """One Newton step of the unknowns, shape (n, unknowns)."""
-    bases = equations.bases(z)
+def correction(equations: Equations, z: Array, at: Array | None = None) -> Array:
+    """One Newton step of the unknowns, shape (n, unknowns); `at`: see `Equations.bases`."""
+    bases = equations.bases(z, at)
     gap, jacobian = equations.residual(z, bases), equations.jacobian(z, bases)[:, :, 1:]
     if jacobian.shape[1] == jacobian.shape[2] or gap.dtype == object:
         return solved(jacobian, -gap)

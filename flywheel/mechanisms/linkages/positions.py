@@ -332,17 +332,20 @@ class Solution:
         slope[:, 1:] = -(inverted @ equations.bending(bases, rate)[:, :, None])[..., 0]
         return Movement(z, rate, slope)
 
-    def recorded(self, q: Recorded) -> Movement:
+    def recorded(self, q: Recorded, anchor: float) -> Movement:
         """All variables at one recorded coordinate, as `movement` finds them, with a number of Newton steps that will do.
+
+        Cams follow the formula that holds at the anchor.
 
         Raises TypeError where none is known to.
         """
         z, equations, nothing = self._predicted(np.array([q / self.scale])), self.equations, np.zeros((1, 1))
+        at = self.movement(np.array([anchor])).z
         for _ in range(self.steps if z.shape[1] > 1 else 0):
-            z = np.concatenate((z[:, :1], z[:, 1:] + correction(equations, z)), axis=1)
+            z = np.concatenate((z[:, :1], z[:, 1:] + correction(equations, z, at)), axis=1)
         if not z.shape[1] > 1:
             return Movement(z, 1.0 + nothing, nothing)
-        bases = equations.bases(z)
+        bases = equations.bases(z, at)
         jacobian = equations.jacobian(z, bases)
         rate = np.concatenate((1.0 + nothing, -solved(jacobian[:, :, 1:], jacobian[:, :, 0])), axis=1)
         slope = np.concatenate((nothing, -solved(jacobian[:, :, 1:], equations.bending(bases, rate))), axis=1)
