@@ -13,7 +13,7 @@ from typing import Any
 
 import click
 
-from flywheel.cli import machines, motions, pages
+from flywheel.cli import machines, motions, pages, studies
 from flywheel.cli.common import STANDARD_OUTPUT, show, written
 
 __all__ = ["main"]
@@ -137,5 +137,5 @@ def reference(topic: str | None, schema: bool) -> None:
         show(f"\nTopics: {', '.join(_names('topic'))}")
 
 
-for _command in (*machines.COMMANDS, *motions.COMMANDS, *pages.COMMANDS, new, reference):
+for _command in (*machines.COMMANDS, *studies.COMMANDS, *motions.COMMANDS, *pages.COMMANDS, new, reference):
     main.add_command(_command)

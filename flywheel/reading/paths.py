@@ -9,7 +9,14 @@ from typing import Any, NamedTuple
 
 from flywheel.numerics.expressions import shown
 from flywheel.numerics.faults import Fault, SceneError, show, suggestion
-from flywheel.numerics.units import DIMENSIONS, plain_number
+from flywheel.numerics.units import (
+    DIMENSIONS,
+    QuantityError,
+    parse_quantity,
+    parse_unit,
+    plain_number,
+    split_quantity,
+)
 from flywheel.scene.scene import Document, Scene
 
 _NO_NUMBERS = ("title", "source", "name", "file", "column")
@@ -176,3 +183,24 @@ def _unit(scene: Scene, path: str, quantity: Any) -> str:
 def _written(value: float, unit: str) -> float | str:
     number = float(value)
     return f"{number!r} {unit}" if unit and math.isfinite(number) else number
+
+
+def parsed(scene: Scene, path: str, text: str) -> float:
+    """A value (SI) for a number of the scene, from a text: a quantity of its dimension, or a bare number in SI.
+
+    Raises:
+        QuantityError: for anything else, a unit that its number does not have among it.
+
+    >>> import flywheel
+    >>> parsed(flywheel.load({"regime": {"speed": 6}, "flywheel": {"inertia": 2}}), "regime.speed", "60 rpm") == math.tau
+    True
+
+    """
+    number = numbers(scene).get(path)
+    if number is None or path.startswith("parameters."):
+        value, parts = parse_quantity(text, None), split_quantity(text)
+        unit = scene.units.get(path.removeprefix("parameters."))
+        if parts is not None and parts[1] and unit is not None and parse_unit(parts[1], None).powers != unit.powers:
+            raise QuantityError(show(text), f"a quantity in {shown(unit)}, as the parameter is one, or a bare number in SI")
+        return value
+    return parse_quantity(text, number.dimension)

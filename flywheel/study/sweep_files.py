@@ -128,8 +128,7 @@ class Keeper:
                 raise SceneError([Fault(str(path), "a file that is no sweep", "a new file, or that of this sweep", advice)])
             for key, words in _COMPARED.items():
                 if there.get(key) != self.head[key]:
-                    shown = (f" {value}" if key in ("rtol", "version") else "" for value in (there.get(key), self.head[key]))
-                    was, now = shown
+                    was, now = (_value(key, value) for value in (there.get(key), self.head[key]))
                     faults.append(Fault(str(path), f"a sweep of another {words}{was}", f"one of this {words}{now}", _OTHER))
             if not faults and not _same_columns(path, plan):
                 faults.append(Fault(str(path), "a sweep of other numbers", "one of these columns", _OTHER))
@@ -173,7 +172,16 @@ class Keeper:
         self.next = now + max(_EVERY, _SHARE * (now - begun))
 
 
-_COMPARED = {"scene": "scene", "rtol": "rtol", "version": "version of flywheel", "paths": "paths", "shape": "shape"}
+_COMPARED = {"scene": "scene", "rtol": "rtol", "version": "version of flywheel", "paths": "set of numbers", "shape": "size"}
+
+
+def _value(key: str, value: Any) -> str:
+    if key == "scene":
+        return ""
+    listed = (", " if key == "paths" else " x ").join(map(str, value)) if isinstance(value, list) else str(value)
+    return f", {listed}" if key == "paths" else f" {listed}"
+
+
 _OTHER = "give another file, or take this one away"
 
 

@@ -122,12 +122,15 @@ def _table(found: Sweep, rows: int) -> list[str]:
     for name in names:
         cells[name] = [_figure(found, name, k) for k in chosen]
         heads[name] = name, units[name]
-    cells["error"] = ["" if math.isnan(found.worst[k]) else f"{found.worst[k]:.0e}" for k in chosen]
-    heads["error"] = "error", ""
+    if np.isfinite(found.worst[chosen]).any():
+        heads["error"] = "error", ""
+        cells["error"] = ["" if math.isnan(found.worst[k]) else f"{found.worst[k]:.0e}" for k in chosen]
     blocks: list[list[str]] = []
     width = -2
-    for key in _fitting([*names[:1], *found.columns, *names[1:2], "error", *names[2:]], cells, heads):
-        lines = [*heads[key], *aligned(cells[key])]
+    order = [*names[:1], *found.columns, *names[1:2], *(["error"] if "error" in cells else []), *names[2:]]
+    with_units = any(unit for _, unit in heads.values())
+    for key in _fitting(order, cells, heads):
+        lines = [*heads[key][: 2 if with_units else 1], *aligned(cells[key])]
         wide = max(map(len, lines))
         width += wide + 2
         blocks.append([line.rjust(wide) for line in lines])
