@@ -50,8 +50,10 @@ if TYPE_CHECKING:
     from flywheel.scene.scene import Scene
     from flywheel.sizing.results import Sizing, Sizings
     from flywheel.sizing.sizing import size
+    from flywheel.study.optimum import Optimum, optimize
     from flywheel.study.sensitivities import Sensitivities, sensitivities
     from flywheel.study.sweep import Sweep, sweep
+    from flywheel.study.tolerance import Tolerance, tolerance
     from flywheel.study.tradeoff import Tradeoff, tradeoff
     from flywheel.tables.explanation import Explanation, explain
 
@@ -63,12 +65,14 @@ _HOMES = {
     "Machine": "machine.machine",
     "MachineState": "regime.state",
     "Motion": "motions.simulation",
+    "Optimum": "study.optimum",
     "Scene": "scene.scene",
     "SceneError": "numerics.faults",
     "Sensitivities": "study.sensitivities",
     "Sizing": "sizing.results",
     "Sizings": "sizing.results",
     "Sweep": "study.sweep",
+    "Tolerance": "study.tolerance",
     "Tradeoff": "study.tradeoff",
     "Transient": "motions.transients",
     "along": "regime.state",
@@ -81,6 +85,7 @@ _HOMES = {
     "load": "reading.scenes",
     "load_linkage": "reading.scenes",
     "motion": "motions.kinematics",
+    "optimize": "study.optimum",
     "reduce": "regime.state",
     "run_down": "motions.transients",
     "run_up": "motions.transients",
@@ -91,6 +96,7 @@ _HOMES = {
     "stored_energy": "motions.kinetic_energy",
     "sweep": "study.sweep",
     "time_along": "motions.transients",
+    "tolerance": "study.tolerance",
     "tradeoff": "study.tradeoff",
     "transient": "motions.transients",
 }
@@ -142,12 +148,14 @@ __all__ = [
     "Machine",
     "MachineState",
     "Motion",
+    "Optimum",
     "Scene",
     "SceneError",
     "Sensitivities",
     "Sizing",
     "Sizings",
     "Sweep",
+    "Tolerance",
     "Tradeoff",
     "Transient",
     "along",
@@ -171,6 +179,7 @@ __all__ = [
     "motors",
     "multibody",
     "notebooks",
+    "optimize",
     "presses",
     "recovery",
     "reduce",
@@ -184,6 +193,7 @@ __all__ = [
     "stored_energy",
     "sweep",
     "time_along",
+    "tolerance",
     "tradeoff",
     "transient",
     "transients",

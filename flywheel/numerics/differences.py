@@ -26,7 +26,7 @@ _CENTRAL, _SIDE, _CORNER = (2, 4, 6, 8, 10), (1, 2, 3, 4, 5), (1, 3, 5, 7, 9)  #
 _ENOUGH, _NEGLIGIBLE = 1e-9, 1e-10  # of a derivative; of a figure over the variable's scale
 _CERTAIN, _VISIBLE = 10.0, 1e-7  # of a corner: beside its error, and beside the derivative
 _STILL = 0.5  # of a change over a step: what is left of it over a quarter of that step, where the figure jumps
-_FINE = 2.0**-16  # of a variable's scale: the step of `gradient`
+FINE = 2.0**-20  # of a variable's scale: the step of `gradient`
 
 
 class Slopes(NamedTuple):
@@ -64,8 +64,8 @@ def slopes(values: Values, x: Array, scales: Array, most: int = _GROUPS) -> Slop
     >>> found = slopes(values, np.array([0.0]), np.array([1.0]))
     >>> bool(abs(found.both[0, 0] - 1.0) < found.error[0, 0] < 1e-9)
     True
-    >>> found.corner[:, 0], found.left[1, 0], found.right[1, 0]
-    (array([False,  True]), 0.0, 1.0)
+    >>> found.corner[:, 0].tolist(), [float(side[1, 0]) for side in (found.left, found.right)]
+    ([False, True], [0.0, 1.0])
 
     """
     count = len(x)
@@ -97,12 +97,12 @@ def slopes(values: Values, x: Array, scales: Array, most: int = _GROUPS) -> Slop
     return _judged(centre, centre_error, scales, best, plus, minus, noise, steps)
 
 
-def gradient(values: Values, x: Array, scales: Array) -> tuple[Array, Array]:
+def gradient(values: Values, x: Array, scales: Array, step: float = FINE) -> tuple[Array, Array]:
     """Figures, and their derivatives (figures, variables) by one small step to either side; a side without a value is left.
 
-    Good to about 1e-7, and next to a corner those of the nearer piece.
+    Good to about 1e-6, and as near as the step (a share of the scales) to a corner a mean of those of both pieces.
     """
-    steps = _FINE * 2.0 ** np.round(np.log2(scales))
+    steps = step * 2.0 ** np.round(np.log2(scales))
     moved = np.diag(steps)
     points = x[:, None] + np.concatenate([np.zeros((len(x), 1)), moved, -moved], axis=1)
     found, _ = values(points)

@@ -46,8 +46,9 @@ _CONTRACT = {  # names in the JSON contract of `size`, where they differ from th
 }
 NAMES = tuple(name for name in FIGURES if name != "needed")
 """The figures that change by degrees."""
-_NAMES = {name: name for name in NAMES} | _CONTRACT
-_WITHOUT = {"mass": "give the flywheel a shape, such as disc", "irregularity": "an analysis has one: give flywheel.inertia"}
+BY_NAME = {name: name for name in NAMES} | _CONTRACT
+"""The names of figures in a sweep, by these and by those of the JSON contract."""
+WITHOUT = {"mass": "give the flywheel a shape, such as disc", "irregularity": "an analysis has one: give flywheel.inertia"}
 _ABSOLUTE = ("angle_speed_max", "angle_speed_min")  # figures whose errors are no shares of them
 _OF_WHEELS = ("exact", "approximate", "approximate_total", "inertia_torque", "inertia_torque_flywheel")
 _OF_WORK = ("energy_fluctuation", "accumulated_max", "accumulated_min")
@@ -62,9 +63,9 @@ def figure_name(path: str, name: object) -> str:
     Traceback (most recent call last):
     flywheel.numerics.faults.SceneError: minimize: found "flywheel.exakt", expected a figure; did you mean "flywheel.exact"?
     """
-    if isinstance(name, str) and name in _NAMES:
-        return _NAMES[name]
-    raise SceneError([Fault(path, shown(name), "a figure", suggestion(str(name), _NAMES) or f"known: {', '.join(NAMES)}")])
+    if isinstance(name, str) and name in BY_NAME:
+        return BY_NAME[name]
+    raise SceneError([Fault(path, shown(name), "a figure", suggestion(str(name), BY_NAME) or f"known: {', '.join(NAMES)}")])
 
 
 def figure_names(names: str | Iterable[str]) -> list[str]:
@@ -121,7 +122,7 @@ class Variation:
         wanted = own if names is None else list(dict.fromkeys(names))
         refuse(
             [
-                Fault(name, "no figure of this scene", f"one of {', '.join(own)}", _WITHOUT.get(name, ""))
+                Fault(name, "no figure of this scene", f"one of {', '.join(own)}", WITHOUT.get(name, ""))
                 for name in wanted
                 if name not in own
             ]
@@ -139,6 +140,8 @@ class Variation:
         self.count += columns.shape[1]
         for k, reason in batch.reasons.items():
             self.reasons[tuple(columns[:, k].tolist())] = reason
+        if self.scene.wheel is not None:  # a wheel that is not needed has no mass
+            batch.values["mass"][batch.values["exact"] == 0.0] = 0.0
         values = np.array([batch.values[name] for name in NAMES])
         return values, np.array([self._error(name, batch) for name in NAMES])
 

@@ -1,0 +1,491 @@
+"""What a design's figures come to as its numbers lie within intervals, or scatter: extremes, statistics, and who causes it.
+
+Shares of the variance: of first order, what a number causes by itself; in total, with all that it does together with others.
+
+    S_i = V[E(y | x_i)]/V(y),   T_i = E[V(y | x_~i)]/V(y) = E[(y(A) - y(A_B,i))²]/(2 V)
+
+Source: M. Jansen, Computer Physics Communications 117 (1999), 35; A. Saltelli et al., ibid. 181 (2010), 259; points of
+Sobol, scrambled several times over, whose means tell the sampling error (A. Owen, Monte Carlo Theory, 17).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+from functools import partial
+from itertools import product
+from math import factorial, sqrt
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from flywheel.machine.machine import Machine, scene_of
+from flywheel.numerics import notebook
+from flywheel.numerics.arguments import require, shown
+from flywheel.numerics.differences import gradient
+from flywheel.numerics.faults import Fault, SceneError
+from flywheel.numerics.optima import minimum
+from flywheel.scene.scene import Scene
+from flywheel.study.variation import NAMES, Array, Variation, figure_name, figure_names, quantity
+
+QUANTILES = (0.01, 0.05, 0.5, 0.95, 0.99)
+SAMPLES = 512
+_REPEATS = 8  # independent scrambles of the points
+_MOST_CORNERS = 256
+_RTOL = 1e-10
+_INNER = 2.0**-40  # of normal numbers, which would be infinite at the ends of (0, 1)
+_NOTHING = 1e-10  # of a figure: a deviation that rounding makes
+
+
+class Share(NamedTuple):
+    """What of a figure's variance one number causes: alone, and with others, each with its sampling error."""
+
+    first: float
+    first_error: float
+    total: float
+    total_error: float
+
+
+class Extreme(NamedTuple):
+    """The least or greatest value of a figure within the intervals, its error, and the numbers (SI) at which it is so."""
+
+    value: float
+    error: float
+    at: dict[str, float]
+
+
+class Spread(NamedTuple):
+    """How one figure (SI) spreads: each statistic with its sampling error, extremes where intervals are given.
+
+    `quantiles` are those of `QUANTILES`; `least` and `greatest` of intervals alone. `shares` is empty for a figure that does
+    not vary.
+    """
+
+    nominal: float
+    mean: float
+    mean_error: float
+    deviation: float
+    deviation_error: float
+    quantiles: tuple[float, ...]
+    quantile_errors: tuple[float, ...]
+    shares: dict[str, Share]
+    least: Extreme | None = None
+    greatest: Extreme | None = None
+
+
+@dataclass(frozen=True, repr=False, eq=False)
+class Tolerance:
+    """How the figures of a design spread as its numbers do.
+
+    `intervals` or `deviations` is what was given (SI). `samples` are the numbers (paths, designs) at which figures were
+    taken, `figures[name]` these; `refused` counts those of them that are no machine, with `reason` for one.
+    """
+
+    scene: Scene
+    numbers: dict[str, float]
+    units: dict[str, str]
+    intervals: dict[str, tuple[float, float]]
+    deviations: dict[str, float]
+    spreads: dict[str, Spread]
+    figure_units: dict[str, str]
+    samples: Array
+    figures: dict[str, Array]
+    refused: int
+    reason: str
+    designs: int
+
+    def __repr__(self) -> str:
+        """What spreads, and by what."""
+        by = f"{len(self.numbers)} {'intervals' if self.intervals else 'deviations'}"
+        return f"Tolerance({notebook.quoted(self.scene.title)}{len(self.spreads)} figures by {by})"
+
+    def __getitem__(self, figure: str) -> Spread:
+        """How a figure spreads; SceneError where there is no such figure."""
+        name = figure_name("figure", figure)
+        if name not in self.spreads:
+            raise SceneError([Fault(figure, "no figure of this scene", f"one of {', '.join(self.spreads)}")])
+        return self.spreads[name]
+
+    def as_dict(self) -> dict[str, Any]:
+        """For JSON, SI throughout, without the samples."""
+        numbers = {
+            path: {
+                "nominal": value,
+                "unit": self.units[path],
+                "interval": list(self.intervals[path]) if path in self.intervals else None,
+                "deviation": self.deviations.get(path),
+            }
+            for path, value in self.numbers.items()
+        }
+        figures = {
+            name: {
+                "unit": self.figure_units[name],
+                **spread._asdict(),
+                "quantiles": [
+                    {"share": q, "value": value, "error": error}
+                    for q, value, error in zip(QUANTILES, spread.quantiles, spread.quantile_errors, strict=True)
+                ],
+                "shares": {path: share._asdict() for path, share in spread.shares.items()},
+                "least": spread.least and spread.least._asdict(),
+                "greatest": spread.greatest and spread.greatest._asdict(),
+            }
+            for name, spread in self.spreads.items()
+        }
+        for found in figures.values():
+            found.pop("quantile_errors")
+        return {
+            "title": self.scene.title,
+            "numbers": numbers,
+            "figures": figures,
+            "samples": self.samples.shape[1],
+            "designs": self.designs,
+            "refused": self.refused,
+            "reason": self.reason or None,
+        }
+
+
+def tolerance(
+    scene: Scene | Machine,
+    vary: Mapping[str, Any],
+    *,
+    figures: Iterable[str] | None = None,
+    samples: int = SAMPLES,
+    seed: int = 0,
+    rtol: float = _RTOL,
+    engine: str | None = None,
+) -> Tolerance:
+    """How the figures of a design spread as some of its numbers lie within intervals, or are scattered normally.
+
+    Intervals: the least and the greatest value of every figure by optimisation, from quasi-random points and corners; no
+    sample lies outside of these. Numbers are then evenly spread for the statistics. Deviations: mean, deviation and
+    quantiles, each with the sampling error that independent repeats show.
+
+    Args:
+        scene: one that was read.
+        vary: of each path the interval (low, high), or the standard deviation about the scene's own value; SI, or texts with
+            units. All of one kind.
+        figures: by their names, all that there are if None.
+        samples: points, a power of two at least 64; times the count of paths and 2 are sized for the shares.
+        seed: of the points.
+        rtol: relative error asked of the figures.
+        engine: as of a sweep.
+
+    Raises:
+        SceneError: where the scene itself is refused, a number or figure is not there, or an interval is none.
+
+    >>> import flywheel
+    >>> rotor = {"load": [{"on": "crank", "torque": "-100 N m", "from": 0, "to": "180 deg"}], "regime": {"speed": 30},
+    ...          "drive": {"torque": "balance"}, "flywheel": {"irregularity": 0.01}}
+    >>> found = flywheel.tolerance(flywheel.load(rotor), {"regime.speed": (29, 31)}, samples=64)["power"]
+    >>> round(found.least.value, 6), round(found.greatest.value, 6), round(found.mean)
+    (1450.0, 1550.0, 1500)
+
+    """
+    scene = scene_of(scene)
+    require("vary", vary, Mapping, "paths, each with (low, high) or a standard deviation")
+    family = Variation(scene, vary, rtol, engine)
+    intervals, deviations = _given(family, vary)
+    if samples < 64 or samples & (samples - 1):
+        raise SceneError([Fault("samples", shown(samples), "a power of two, 64 or more")])
+    centre = family.centre()
+    chosen = [NAMES.index(name) for name in family.there(centre, None if figures is None else figure_names(figures))]
+    nominal, _ = family(family.nominal[:, None])
+    sample = _sampled(family, intervals, deviations, samples, seed)
+    extremes: dict[int, tuple[Extreme, Extreme]] = {}
+    if intervals:
+        extremes = _extremes(family, np.array(list(intervals.values())).T, chosen, sample)
+    kept = slice(2 * samples)
+    lost = np.isnan(sample.values[chosen, kept]).any(axis=0)
+    refused = (family.reasons.get(tuple(sample.points[:, k].tolist()), "") for k in np.flatnonzero(lost))
+    return Tolerance(
+        scene=scene,
+        numbers=dict(zip(family.paths, family.nominal.tolist(), strict=True)),
+        units=dict(zip(family.paths, family.units, strict=True)),
+        intervals=intervals,
+        deviations=deviations,
+        spreads={NAMES[i]: _spread(sample, i, float(nominal[i, 0]), family.paths, samples, extremes.get(i)) for i in chosen},
+        figure_units={NAMES[i]: family.unit(NAMES[i]) for i in chosen},
+        samples=sample.points[:, kept],
+        figures={NAMES[i]: sample.values[i, kept] for i in chosen},
+        refused=int(lost.sum()),
+        reason=next(refused, ""),
+        designs=family.count,
+    )
+
+
+def _given(family: Variation, vary: Mapping[str, Any]) -> tuple[dict[str, tuple[float, float]], dict[str, float]]:
+    """Intervals, or deviations, in SI."""
+    intervals, deviations, faults = dict[str, tuple[float, float]](), dict[str, float](), list[Fault]()
+    for path, dimension in zip(family.paths, family.dimensions, strict=True):
+        value = vary[path]
+        pair = isinstance(value, (tuple, list, np.ndarray))
+        if pair and len(value) != 2:
+            faults.append(Fault(path, f"{len(value)} numbers", "(low, high), or one standard deviation"))
+            continue
+        try:
+            found = [quantity(part, dimension, path) for part in (value if pair else [value])]
+        except SceneError as error:
+            faults.extend(error.faults)
+            continue
+        if pair:
+            intervals[path] = (found[0], found[1])
+            if not found[0] < found[1]:
+                faults.append(Fault(path, f"from {found[0]:g} to {found[1]:g}", "a low end below the high one"))
+        else:
+            deviations[path] = found[0]
+            if not found[0] > 0.0:
+                faults.append(Fault(path, f"a standard deviation of {found[0]:g}", "one above 0"))
+    if not faults and intervals and deviations:
+        path = next(iter(deviations))
+        advice = "a tolerance of extremes and one of statistics are two questions"
+        faults.append(Fault(path, "a standard deviation beside intervals", "all of one kind", advice))
+    if faults:
+        raise SceneError(faults)
+    return intervals, deviations
+
+
+# -- samples -----------------------------------------------------------------------------------------------------------
+
+
+class _Sample(NamedTuple):
+    """Points (paths, designs), figures there with their errors, and a polynomial basis there.
+
+    First all of A, then all of B, then for every number A with that of B in its place. `powers` (terms, paths) are the
+    degrees of the basis, which is orthonormal for the numbers' distribution and begins with 1.
+    """
+
+    points: Array
+    values: Array
+    errors: Array
+    basis: Array
+    powers: NDArray[np.int64]
+
+
+def _sampled(
+    family: Variation,
+    intervals: Mapping[str, tuple[float, float]],
+    deviations: Mapping[str, float],
+    samples: int,
+    seed: int,
+) -> _Sample:
+    """Designs at points of Sobol, scrambled anew for every repeat."""
+    from scipy.special import ndtri
+    from scipy.stats import qmc
+
+    count, parts = len(family.paths), []
+    for repeat in range(_REPEATS):
+        source = qmc.Sobol(2 * count, scramble=True, rng=np.random.default_rng([seed, repeat]))
+        parts.append(np.clip(source.random(samples // _REPEATS).T, _INNER, 1.0 - _INNER))
+    unit = np.concatenate(parts, axis=1)
+    first, second = unit[:count], unit[count:]
+    mixed = []
+    for i in range(count if count > 1 else 0):
+        own = first.copy()
+        own[i] = second[i]
+        mixed.append(own)
+    unit = np.concatenate([first, second, *mixed], axis=1)
+    if intervals:
+        low, high = np.array(list(intervals.values())).T[:, :, None]
+        points, standard = np.clip(low + (high - low) * unit, low, high), 2.0 * unit - 1.0
+    else:
+        standard = ndtri(unit)
+        points = family.nominal[:, None] + np.array(list(deviations.values()))[:, None] * standard
+    powers = _powers(count, samples // 4)
+    return _Sample(points, *family(points), _basis(standard, powers, normal=not intervals), powers)
+
+
+def _powers(count: int, most: int) -> NDArray[np.int64]:
+    """Degrees of the terms of a polynomial of as high a degree, up to 4, as leaves it few terms enough."""
+    rows, found = [(0,) * count], [(0,) * count]
+    for _ in range(4):
+        rows = sorted({(*row[:i], row[i] + 1, *row[i + 1 :]) for row in rows for i in range(count)}, reverse=True)
+        if len(found) + len(rows) > most:
+            break
+        found += rows
+    return np.array(found, dtype=np.int64)
+
+
+def _basis(standard: Array, powers: NDArray[np.int64], *, normal: bool) -> Array:
+    """Products of orthonormal polynomials: of Hermite for normal numbers, of Legendre for even ones; (terms, designs)."""
+    from numpy.polynomial import hermite_e, legendre
+
+    greatest = int(powers.max())
+    if normal:
+        of_one = hermite_e.hermevander(standard, greatest) / np.sqrt([factorial(k) for k in range(greatest + 1)])
+    else:
+        of_one = legendre.legvander(standard, greatest) * np.sqrt(2.0 * np.arange(greatest + 1) + 1.0)
+    found = np.ones((len(powers), standard.shape[1]))
+    for i in range(len(standard)):
+        found *= of_one[i, :, powers[:, i]]
+    return found
+
+
+def _spread(
+    sample: _Sample, i: int, nominal: float, paths: tuple[str, ...], samples: int, extremes: tuple[Extreme, Extreme] | None
+) -> Spread:
+    """The statistics of a figure, each from all samples, with the error that the repeats show.
+
+    A polynomial of the numbers, whose statistics are known exactly, is taken away as a control variate: what is left to the
+    samples is what it fails to be.
+    """
+    values = sample.values[i]
+    of_plain = values[: 2 * samples]
+    known = np.isfinite(of_plain)
+    weights = np.zeros(len(sample.powers))
+    if known.all():
+        weights = np.linalg.lstsq(sample.basis[:, : 2 * samples].T, of_plain, rcond=None)[0]
+    model = weights @ sample.basis
+    blocks, models = (row.reshape(-1, _REPEATS, samples // _REPEATS) for row in (values, model))
+    each = np.array([_moments(blocks[:2, k], models[:2, k], weights) for k in range(_REPEATS)])
+    mean, variance = _moments(blocks[:2], models[:2], weights)
+    deviation = sqrt(max(variance, 0.0))
+    varies = deviation > _NOTHING * max(abs(nominal), abs(mean))
+    shares = {}
+    for j, path in enumerate(paths if varies else ()):
+        if len(paths) == 1:
+            shares[path] = Share(1.0, 0.0, 1.0, 0.0)
+            continue
+        three, of_model = [0, 1, 2 + j], (weights, sample.powers[:, j] > 0, sample.powers.sum(axis=1) > sample.powers[:, j])
+        repeats = np.array([_shares(blocks[three, k], models[three, k], *of_model, variance) for k in range(_REPEATS)])
+        first, total = _shares(blocks[three], models[three], *of_model, variance)
+        errors = _repeated(repeats)
+        shares[path] = Share(min(max(first, 0.0), 1.0), float(errors[0]), max(total, 0.0), float(errors[1]))
+    quantiles, doubts = _quantiles(of_plain[known])
+    wrong = _repeated(each)
+    return Spread(
+        nominal=nominal,
+        mean=mean,
+        mean_error=float(wrong[0]),
+        deviation=deviation if varies else 0.0,
+        deviation_error=float(wrong[1]) / (2 * deviation) if varies else 0.0,
+        quantiles=quantiles,
+        quantile_errors=doubts,
+        shares=shares,
+        least=None if extremes is None else extremes[0],
+        greatest=None if extremes is None else extremes[1],
+    )
+
+
+def _moments(values: Array, model: Array, weights: Array) -> tuple[float, float]:
+    """Mean and variance of those values that there are."""
+    known = np.isfinite(values)
+    y, p, constant = values[known], model[known], float(weights[0])
+    mean = float((y - p).mean()) + constant if y.size else float("nan")
+    variance = float(((y - mean) ** 2 - (p - constant) ** 2).mean()) + float((weights[1:] ** 2).sum())
+    return mean, variance
+
+
+def _shares(
+    values: Array,
+    model: Array,
+    weights: Array,
+    own: NDArray[np.bool_],
+    others: NDArray[np.bool_],
+    variance: float,
+) -> tuple[float, float]:
+    """Shares of first order and in total of one number, from values at A, at B and at A with that number of B.
+
+    `own` and `others` tell which terms of the model depend on the number, and on others.
+    """
+    known = np.isfinite(values).all(axis=0)
+    (a, b, c), (model_a, model_b, model_c) = values[:, known], model[:, known]
+    square = weights**2
+    by_others = 0.5 * float(((b - c) ** 2 - (model_b - model_c) ** 2).mean()) + float(square[others].sum())
+    by_own = 0.5 * float(((a - c) ** 2 - (model_a - model_c) ** 2).mean()) + float(square[own].sum())
+    return 1.0 - by_others / variance, by_own / variance
+
+
+def _repeated(rows: Array) -> Array:
+    """The standard error of what independent repeats (the first axis) give together."""
+    return np.asarray(np.nanstd(rows, axis=0, ddof=1) / np.sqrt(len(rows)))
+
+
+def _quantiles(values: Array) -> tuple[tuple[float, ...], tuple[float, ...]]:
+    """Quantiles of samples, with half the distance of those as many ranks beside them as chance makes."""
+    count = values.size
+    if count < 2:
+        return (float("nan"),) * len(QUANTILES), (float("nan"),) * len(QUANTILES)
+    apart = [sqrt(q * (1.0 - q) / count) for q in QUANTILES]
+    low, middle, high = (
+        np.quantile(values, np.clip([q + sign * d for q, d in zip(QUANTILES, apart, strict=True)], 0.0, 1.0))
+        for sign in (-1.0, 0.0, 1.0)
+    )
+    return tuple(middle.tolist()), tuple((0.5 * (high - low)).tolist())
+
+
+# -- extremes ----------------------------------------------------------------------------------------------------------
+
+
+def _extremes(family: Variation, bounds: Array, chosen: list[int], sample: _Sample) -> dict[int, tuple[Extreme, Extreme]]:
+    """The least and the greatest value of figures within bounds: the best points known, where gradients point outwards.
+
+    Corners and middles of sides are among these, as extremes of narrow intervals are there. Elsewhere a search goes on from
+    the best point; what it finds counts for every figure.
+    """
+    known, ends = _Known(bounds, sample.points, sample.values, sample.errors), _ends(bounds)
+    known.add(ends, *family(ends))
+    slopes: dict[int, Array] = {}
+    for i in chosen:
+        for sign in (-1.0, 1.0):
+            k = known.best(i, sign)
+            if k is None:
+                continue
+            if k not in slopes:
+                slopes[k] = gradient(family, known.points[:, k], family.scales)[1]
+            ascent, x = sign * np.nan_to_num(slopes[k][i]), known.points[:, k]
+            inward = np.where(ascent > 0.0, x < bounds[1], x > bounds[0]) & (ascent != 0.0)
+            if inward.any():  # not held by the bounds alone
+                minimum(partial(known.rows, family, i, -sign), x, bounds[0], bounds[1], family.scales)
+    result = {}
+    for i in chosen:
+        both = []
+        for sign in (-1.0, 1.0):
+            k = known.best(i, sign)
+            if k is None:
+                break
+            at = dict(zip(family.paths, known.points[:, k].tolist(), strict=True))
+            both.append(Extreme(float(known.values[i, k]), float(known.errors[i, k]), at))
+        if len(both) == 2:
+            result[i] = (both[0], both[1])
+    return result
+
+
+class _Known:
+    """All designs that were sized within the intervals."""
+
+    def __init__(self, bounds: Array, points: Array, values: Array, errors: Array) -> None:
+        self.bounds, self.points, self.values, self.errors = bounds, points, values, errors
+
+    def rows(self, family: Variation, figure: int, sign: float, columns: Array) -> Array:
+        """A figure, to be least, at designs, of which those within the bounds are kept."""
+        values, errors = family(columns)
+        within = ((columns >= self.bounds[0][:, None]) & (columns <= self.bounds[1][:, None])).all(axis=0)
+        self.add(columns[:, within], values[:, within], errors[:, within])
+        return np.asarray(sign * values[figure][None])
+
+    def add(self, points: Array, values: Array, errors: Array) -> None:
+        """More of them."""
+        self.points = np.concatenate([self.points, points], axis=1)
+        self.values = np.concatenate([self.values, values], axis=1)
+        self.errors = np.concatenate([self.errors, errors], axis=1)
+
+    def best(self, figure: int, sign: float) -> int | None:
+        """The first design with the greatest (sign +1) or the least figure; None where none is known."""
+        row = sign * self.values[figure]
+        return None if bool(np.isnan(row).all()) else int(np.nanargmax(row))
+
+
+def _ends(bounds: Array) -> Array:
+    """Corners, the middle, and the middles of sides of a box, shape (variables, points); corners only where they are few."""
+    count = bounds.shape[1]
+    middle = 0.5 * (bounds[0] + bounds[1])
+    found: list[NDArray[np.float64]] = [middle]
+    for i in range(count):
+        for side in (0, 1):
+            point = middle.copy()
+            point[i] = bounds[side, i]
+            found.append(point)
+    if 2**count <= _MOST_CORNERS:
+        found += [bounds[list(corner), np.arange(count)] for corner in product((0, 1), repeat=count)]
+    return np.array(found).T
