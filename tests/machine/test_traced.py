@@ -84,7 +84,7 @@ def test_every_scene_gives_what_the_walk_gives(path):
 
 
 WRITTEN_OUT = (
-    "press press-offset-up near-lock four-bar-open four-bar-crossed drag-link shaper yoke-inclined springs "
+    "press press-offset-up press-tight four-bar-open four-bar-crossed drag-link shaper yoke-inclined springs "
     "expressions windows law-dwell"
 )
 ORACLE = """
