@@ -32,6 +32,7 @@ from flywheel.numerics.jets import Jet
 from flywheel.scene.scene import Scene
 
 if TYPE_CHECKING:
+    from bondgraph.recording import Program
     from flywheel.machine.passive_resistances import Coefficients, PassiveResistances
 
 Array = NDArray[np.float64]
@@ -378,6 +379,7 @@ class Dynamics:
         drive = machine.scene.drive
         self.ratio = 1.0 if drive is None else machine.scene.shafts[drive.on]
         self._efforts = {effort.path: effort for effort in machine.efforts}
+        self._laws: dict[int, tuple[Program, Callable[..., tuple[float, ...]]]] = {}
 
     @cached_property
     def resistances(self) -> PassiveResistances | None:
@@ -440,6 +442,54 @@ class Dynamics:
             return None
         program = machine.traced.motion(anchor)
         return None if program is None else program.function("math")
+
+    def plainly(self, anchor: Anchor) -> Callable[[float, float, float, float], tuple[float, float, float, float]] | None:
+        """What `at` gives in the piece of an anchor, in plain numbers.
+
+        From phi, omega, t and current to acceleration, moment, inertia and the current's rate (see `Instant`). Where a law
+        is not defined it raises ValueError or ArithmeticError, or gives what is not finite. None where joints rub, on a
+        stroke, where the anchor does not tell the sides of meshes, or where the walk cannot be recorded.
+        """
+        machine, circuit, ratio = self.machine, self.circuit, self.ratio
+        if machine.resists or machine.scene.stroke is not None or (len(machine.stages) > 1 and not anchor.factors):
+            return None
+        program = machine.traced.motion(anchor)
+        if program is None:
+            return None
+        known = self._laws.get(id(program))
+        if known is None:
+            known = self._laws[id(program)] = program, program.function("math")
+        law, unknown, flywheel = known[1], self.balance, self.inertia
+        driving = next((k for k, stage in enumerate(machine.stages) if stage.drives), 0)
+
+        def single(phi: float, omega: float, t: float, current: float) -> tuple[float, float, float, float]:
+            inertia, slope, moment = law(phi, omega, t, unknown)
+            inertia, rate = inertia + flywheel, 0.0
+            if circuit is not None:
+                moment += ratio * circuit.torque_of_current(ratio * omega, current)
+                rate = circuit.current_rate(ratio * omega, current)
+            return (moment - slope * (0.5 * omega * omega)) / inertia, moment, inertia, rate
+
+        def several(phi: float, omega: float, t: float, current: float) -> tuple[float, float, float, float]:
+            found, square, rate = law(phi, omega, t, unknown), 0.5 * omega * omega, 0.0
+            assert anchor.factors is not None
+            total = weight = bare = moment = 0.0
+            rows = []
+            for k, (stage, factor) in enumerate(zip(machine.stages, anchor.factors, strict=True)):
+                inertia, slope, acting = found[3 * k : 3 * k + 3]
+                inertia += flywheel * stage.carries_flywheel
+                if circuit is not None and k == driving:
+                    acting += ratio * circuit.torque_of_current(ratio * omega, current)
+                    rate = circuit.current_rate(ratio * omega, current)
+                left = slope * square - acting
+                rows.append((factor, inertia, left))
+                total, moment = total + inertia, moment + acting
+                weight, bare = weight + factor * inertia, bare + factor * left
+            acceleration = -bare / weight
+            loss = sum((factor - 1.0) * (inertia * acceleration + left) for factor, inertia, left in rows)
+            return acceleration, moment - loss, total, rate
+
+        return single if len(machine.stages) == 1 else several
 
     def along(
         self,

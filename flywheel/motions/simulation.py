@@ -34,7 +34,7 @@ if TYPE_CHECKING:
 
 Array = NDArray[np.float64]
 
-_FIRST, _TIGHTER = 1 / 30, 0.1  # tolerance of a step to what is asked, and of each run's steps to those of the run before
+_FIRST, _TIGHTER = 1 / 300, 0.1  # tolerance of a step to what is asked, and of each run's steps to those of the run before
 _COMPARED = 300  # times at which two runs are compared
 _SAME = 1e-3  # of a step: two runs whose steps differ by less take the same ones
 _UNSURE = 500.0  # roundings: what the net work of a cycle is known to be zero by
@@ -235,7 +235,7 @@ def motion_from(
         if (error <= rtol and not same) or tight <= TIGHTEST:
             break
         rough, last = fine, tight
-        tight = max(min(0.3 * rtol / error, _TIGHTER**2 if same else _TIGHTER) * tight, TIGHTEST)
+        tight = max(min(0.5 * rtol / error, _TIGHTER**2 if same else _TIGHTER) * tight, TIGHTEST)
         # of the difference, where the tolerances lie further apart
         share = 1.0 if same else min(1.0, tight / (_TIGHTER * last))
     states, machine = fine.ends(), dynamics.machine

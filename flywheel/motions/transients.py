@@ -26,7 +26,7 @@ from flywheel.numerics.cells import ROUNDING
 from flywheel.numerics.faults import Fault, SceneError, show, told
 from flywheel.numerics.units import QuantityError, parse_quantity
 from flywheel.regime import turning_moment
-from flywheel.regime.free_motion import Goal, Passing, Start, Trail, Watching, end_of_stroke, held_by, neighbours
+from flywheel.regime.free_motion import Goal, Passing, Start, Trail, Watching, end_of_stroke, held_by, neighbours, straight
 from flywheel.regime.joint_friction import machine_of
 from flywheel.regime.state import own_coordinate
 from flywheel.scene.scene import TURN, Scene
@@ -455,16 +455,16 @@ def _around(machine: Machine) -> Array:
 def _goals(setting: Setting, begin: Start, goal: Until) -> tuple[list[Goal], float]:
     """What ends the motion, stopping always; and the time (s) that was wanted, or at which it is given up."""
     slow = _CREEPING * begin.omega
-    found = [Goal("stop", lambda t, phi, omega: omega - slow)]
+    found = [straight("stop", 1, -slow, 1.0)]
     if goal.kind == "time":
         return found, goal.value
     machine = setting.machine
     way = goal.value if goal.kind == "way" else MOST_CYCLES * machine.scene.cycle
-    found.append(Goal("way" if goal.kind == "way" else "limit", lambda t, phi, omega: begin.phi + way - phi))
+    found.append(straight("way" if goal.kind == "way" else "limit", 0, begin.phi + way, -1.0))
     if goal.kind in ("speed", "share"):
         target = setting.target(goal)
         sense = 1.0 if target > begin.omega else -1.0
-        found.append(Goal(goal.kind, lambda t, phi, omega: sense * (target - omega)))
+        found.append(straight(goal.kind, 1, sense * target, -sense))
     speed = max(machine.typical_speed, begin.omega) if setting.regime is None else setting.regime.speed
     return found, _MOST_TIME * MOST_CYCLES * machine.scene.cycle / speed
 

@@ -19,11 +19,12 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from bondgraph.motion import runge_kutta
 from bondgraph.motion.stepping import instant
 from flywheel.components.motors import DC
 from flywheel.machine.dynamics import ONSET, Dynamics
 from flywheel.machine.machine import Anchor, Effort, Machine
-from flywheel.numerics.budget import BudgetError, counted, limited, spend
+from flywheel.numerics.budget import BudgetError, count, counted, limited, spend
 from flywheel.numerics.cells import Array, Index
 from flywheel.numerics.expressions import Expression, Node, renamed, written
 from flywheel.numerics.faults import Fault, SceneError, told
@@ -172,10 +173,23 @@ _STILL = 1e-9  # of the typical speed: slower than this it stands
 
 
 class Goal(NamedTuple):
-    """What ends a motion: a value of times, positions (not reduced) and speeds that is above 0 until then."""
+    """What ends a motion: a value of times, positions (not reduced) and speeds that is above 0 until then.
+
+    `line` says of a value that is a straight line of one state which one (0 position, 1 speed), and its level and slope.
+    """
 
     name: str
     value: Callable[[Array, Array, Array], Array]
+    line: tuple[int, float, float] | None = None
+
+
+def straight(name: str, state: int, level: float, slope: float) -> Goal:
+    """The goal whose value is level + slope * state (0: position, rad; 1: speed, rad/s).
+
+    >>> float(straight("stop", 1, -2.0, 1.0).value(0.0, 0.0, np.float64(3.0)))
+    1.0
+    """
+    return Goal(name, lambda t, phi, omega: level + slope * (omega if state else phi), (state, level, slope))
 
 
 class Start(NamedTuple):
@@ -224,12 +238,16 @@ class Trail(NamedTuple):
         """The states at times, by dense output: (states, times)."""
         which = self.owners(times) if owners is None else owners
         found = np.empty((3 + (self.dynamics.circuit is not None), times.size))
+        steps = [stretch.step.dense for stretch in self.stretches]
+        explicit = np.array([isinstance(step, runge_kutta.Step) for step in steps])[which]
         order = np.argsort(which, kind="stable")
+        if explicit.any():
+            found[:, explicit] = runge_kutta.at(steps, which[explicit], times[explicit])  # type: ignore[arg-type]
+            order = order[~explicit[order]]
         firsts = np.flatnonzero(np.diff(which[order], prepend=-1))
-        for mine in np.split(order, firsts[1:]) if times.size else ():
-            stretch = self.stretches[which[mine[0]]]
-            found[:, mine] = stretch.step.dense(times[mine])
-            found[0, mine] += stretch.offset
+        for mine in np.split(order, firsts[1:]) if order.size else ():
+            found[:, mine] = steps[which[mine[0]]](times[mine])
+        found[0] += np.array([stretch.offset for stretch in self.stretches])[which]
         return found
 
     def __repr__(self) -> str:
@@ -240,8 +258,8 @@ class Trail(NamedTuple):
         """The states at the ends of all steps, the start included: (states, steps + 1)."""
         first = self.stretches[0]
         found = {id(source(step)): step for step, _, _ in self.stretches}
-        last = {key: step.dense(step.end) for key, step in found.items()}
-        rows = [first.step.dense(first.step.start), *(last[id(source(step))] for step, _, _ in self.stretches)]
+        last = {key: step.last for key, step in found.items()}
+        rows = [first.step.first, *(last[id(source(step))] for step, _, _ in self.stretches)]
         ends = np.array(rows).T
         ends[0] += [first.offset, *(offset for _, offset, _ in self.stretches)]
         return ends
@@ -376,7 +394,7 @@ class _Motion:
             except StepError as error:
                 raise SceneError([self._undefined(anchor) or error.faults[0]]) from None
             self.t, crossed = steps[-1].end, steps[-1].crossed
-            self.state = np.array(steps[-1].dense(self.t))
+            self.state = np.array(steps[-1].last, dtype=float)
             stopped = self.rough > 0 and events is not None and crossed == events.sides.size - 1  # the speed is the last
             if stopped:
                 self.state[1] = 0.0
@@ -555,25 +573,41 @@ class _Motion:
             acceleration = np.where(now.inertia > 0.0, now.acceleration, np.nan)
             return np.array([omega, acceleration, now.moment * omega, now.current_rate][:size])
 
-        return RateField(rates, np.array(self.sizes), stiffness(self.machine))
+        return RateField(rates, np.array(self.sizes), stiffness(self.machine), dynamics.plainly(anchor) is not None)
 
     def _rates(self, ends: tuple[float, float] | None, anchor: Anchor) -> Rates:
         """d(phi, omega, work, current)/dt within a stretch."""
         dynamics, size = self.dynamics, self.state.size
 
-        def rates(t: float, state: Sequence[float]) -> Array:
+        def walked(t: float, state: Sequence[float]) -> tuple[float, ...]:
             phi, omega, *rest = state
             current = rest[1] if size > 3 else 0.0
             now = dynamics.at(phi, anchor.phi, omega, t, current=current, ends=ends, anchor=anchor)
             if not now.inertia > 0.0 and self.once and ends is not None and not ends[0] <= phi <= ends[1]:
-                return np.full(size, np.nan)  # a step that tries beyond the stroke is too long
+                return (math.nan,) * size  # a step that tries beyond the stroke is too long
             if not now.inertia > 0.0:
                 raise SceneError([turning_moment.weightless(self.machine, phi, now.inertia)])
             if now.inertia < self.light and ends is not None:
                 self._check_weighs(ends, anchor)
             if math.isfinite(phi * omega) and not math.isfinite(now.moment):
                 self.undefined = phi, omega, t
-            return np.array([omega, now.acceleration, now.moment * omega, now.current_rate][:size])
+            return (omega, now.acceleration, now.moment * omega, now.current_rate)[:size]
+
+        equation = dynamics.plainly(anchor)
+        if equation is None:
+            return walked
+
+        def rates(t: float, state: Sequence[float]) -> tuple[float, ...]:
+            phi, omega = state[0], state[1]
+            try:
+                acceleration, moment, inertia, current_rate = equation(phi, omega, t, state[3] if size > 3 else 0.0)
+            except (ValueError, ArithmeticError):
+                return walked(t, state)
+            work = moment * omega
+            if not (inertia >= self.light and work - work == 0.0):
+                return walked(t, state)
+            count(1)
+            return (omega, acceleration, work) if size == 3 else (omega, acceleration, work, current_rate)
 
         return rates
 
@@ -631,11 +665,22 @@ class _Motion:
                 [goal.value(t, phi + offset, omega) for goal in goals] + sides(phi, omega, t, current), dtype=float
             )
 
+        def clear(step: runge_kutta.Step) -> bool:
+            for goal in goals:
+                assert goal.line is not None
+                k, level, slope = goal.line
+                middle = 0.5 * (step.state[k] + step.after[k]) + (0.0 if k else offset)
+                if not level + slope * middle > abs(slope) * step.h * max(abs(rate[k]) for rate in step.slopes):
+                    return False
+            return True
+
         if not (self.branching or goals):
             return None
+        straight = not self.branching and all(goal.line is not None for goal in goals)
         current = np.array([self.state[3] if self.state.size > 3 else 0.0])
         here = np.array([anchor.phi]), np.array([anchor.omega]), np.array([anchor.time]), current
-        return Events(values, np.array([1.0] * len(goals) + [1.0 if side[0] >= 0.0 else -1.0 for side in sides(*here)]))
+        found = [1.0] * len(goals) + [1.0 if side[0] >= 0.0 else -1.0 for side in sides(*here)]
+        return Events(values, np.array(found), clear if straight else None)
 
     # -- from piece to piece ---------------------------------------------------------------------------------------------
 
@@ -684,7 +729,6 @@ _FASTER = 10.0  # times the speed at the start: a machine that gets there runs a
 _RTOL = 1e-6
 _WORK, _HURRIED = 20_000.0, 12_000.0  # walks of a rotor's graph, at most about a second: a message is worth no more
 _AT_ONCE = 16  # positions within a walk that take as long as the walk itself
-_LOOK = 4.0  # walks that a step takes as long as, beside those that are counted
 _ELEMENTS = 8  # of a graph that take as long to walk as a rotor's
 
 
@@ -720,13 +764,6 @@ def outcome_of(machine: Machine, speed: float, inertia: float, balance: float, *
     """
     cycle = machine.scene.cycle
 
-    def stops(t: Array, phi: Array, omega: Array) -> Array:
-        spend(_LOOK)
-        return omega
-
-    def races(t: Array, phi: Array, omega: Array) -> Array:
-        return _FASTER * speed - omega
-
     passed = 0
 
     def passing(t: float, omega: float) -> str | None:
@@ -734,7 +771,7 @@ def outcome_of(machine: Machine, speed: float, inertia: float, balance: float, *
         passed += 1
         return Outcome.UNKNOWN.value if passed >= _CYCLES else None
 
-    goals = (Goal(Outcome.STALLS.value, stops), Goal(Outcome.RUNS_AWAY.value, races))
+    goals = (straight(Outcome.STALLS.value, 1, 0.0, 1.0), straight(Outcome.RUNS_AWAY.value, 1, _FASTER * speed, -1.0))
     dynamics, until = Dynamics(machine, inertia, balance), 100 * _CYCLES * cycle / speed
     current = 0.0 if dynamics.circuit is None else float(dynamics.circuit.current(dynamics.ratio * speed))
     each, known = 1 + len(machine.kinematics.graph.elements) // _ELEMENTS, 0

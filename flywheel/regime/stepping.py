@@ -52,12 +52,14 @@ class RateField(NamedTuple):
 
     `sizes` are sizes of the k states by which small changes of them are measured. `stiff` is how many time constants of the
     fastest change must lie ahead for implicit steps to be the cheaper ones: 0 where instants are costly one at a time,
-    infinite where nothing brakes.
+    infinite where nothing brakes. `plain` are rates that cost next to nothing one at a time: whether these are stiff is
+    looked into once many steps were taken.
     """
 
     rates: Callable[[Array, Array], Array]
     sizes: Array
     stiff: float = STIFF
+    plain: bool = False
 
 
 def stiffness(machine: Machine) -> float:
@@ -209,6 +211,7 @@ _NEARLY = 0.95  # of that way: a step that is longer is made to end there
 _SHORT = 0.03  # of a step: by how much it may be made longer to end there
 _LINEAR = 1e-8  # of a step: its square is rounding
 _MOST_LANDINGS = 8
+_STABLE = {5: 3.3, 8: 6.1}  # step times decay rate that explicit steps of an order bear
 _MANY = 128  # explicit steps in a stretch, after which implicit ones are tried
 _PARTS = 3  # in which an implicit step is told, each as smooth as an explicit step
 
@@ -252,11 +255,13 @@ class Step(NamedTuple):
 class Events(NamedTuple):
     """Values that end the stepping where one of them leaves its side: `values(t, states)` for times (n,) and states (k, n).
 
-    It gives an array (values, n); `sides` are the signs (1.0 or -1.0) that they have within the stretch.
+    It gives an array (values, n); `sides` are the signs (1.0 or -1.0) that they have within the stretch. `clear` tells of an
+    explicit step, without looking closer, that nothing can leave its side there.
     """
 
     values: Callable[[Array, Array], Array]
     sides: Array
+    clear: Callable[[runge_kutta.Step], bool] | None = None
 
 
 class Tolerance(NamedTuple):
@@ -282,17 +287,18 @@ def through(
     The last one ends exactly there. With `along`, the same rates at many instants at once, stretches in which small changes
     die out many times over are stepped implicitly, and what is left of one that takes many steps.
     """
-    if along is not None and 0.0 < along.stiff < np.inf:  # explicit steps would be held up by so many time constants ahead
+    if along is not None and not along.plain and 0.0 < along.stiff < np.inf:  # so many time constants ahead hold steps up
         stiff = decay(along, t, state) * _rest(float(rates(t, state)[0]), t, state, ends, until) > along.stiff
     else:
-        stiff = along is not None and along.stiff == 0.0
+        stiff = along is not None and along.stiff == 0.0 and not along.plain
     if along is not None and stiff:
         done, t, state = yield from _implicit_steps(rates, along, t, state, ends, until, tolerance, events)
         if done:
             return
         along = None
     first = min(1.1 * hint, until - t) if hint else None  # a little more, so that an equal piece takes one step too
-    solver = DormandPrince(rates, t, state.tolist(), until, tolerance.relative, tolerance.absolute.tolist(), first)
+    method = runge_kutta.method(tolerance.relative)
+    solver = DormandPrince(rates, t, state.tolist(), until, tolerance.relative, tolerance.absolute.tolist(), first, method)
     taken = 0
     while solver.t < until:
         speed = solver.f[0]
@@ -314,10 +320,23 @@ def through(
         if over or step.crossed is not None:
             return
         taken += 1
-        if along is not None and taken == _MANY:
-            rest = along._replace(stiff=0.0)
+        if along is not None and taken % _MANY == 0 and _held_up(along, solver, solver.t - t, taken, ends):
+            rest = along._replace(stiff=0.0, plain=False)
             yield from through(rates, solver.t, np.array(solver.y), ends, until, tolerance, None, events, rest)
             return
+
+
+def _held_up(along: RateField, solver: DormandPrince, gone: float, taken: int, ends: tuple[float, float]) -> bool:
+    """Whether implicit steps are the cheaper ones for the rest of a stretch, of which so many explicit ones were taken.
+
+    Of plain rates only where explicit steps are as long as their stability lets them be, and many are to come.
+    """
+    if not along.plain:
+        return True
+    h, state = gone / taken, np.array(solver.y)
+    left = _rest(solver.f[0], solver.t, state, ends, solver.until)
+    limit = _STABLE[solver.method.order] / decay(along, solver.t, state) if left > _MANY * h else np.inf
+    return h > 0.5 * limit
 
 
 def _landing(step: runge_kutta.Step, ends: tuple[float, float]) -> Step | None:
@@ -403,6 +422,8 @@ def crossing(events: Events, step: Step) -> Step:
     """
     width = step.end - step.start
     if not (events.sides.size and width > 0.0):
+        return step
+    if events.clear is not None and isinstance(step.dense, runge_kutta.Step) and events.clear(step.dense):
         return step
 
     def inside(shares: Array) -> Array:
