@@ -19,7 +19,7 @@ Array = NDArray[np.float64]
 
 _POINTS = 3000
 _NOTHING = 1e-3  # of what a load gives and takes in a cycle: it does no work if less is left, as a weight does
-_FEWEST, _MOST = 3, 65  # points in one cell, both ends included
+_FEWEST, _MOST = 3, 129  # points in one cell, both ends included
 MOST_BODIES = 8  # in a stacked picture
 
 
