@@ -324,6 +324,19 @@ class Reduction:
                     slope[variable] = found[..., k]
 
 
+class _MovingSource(NamedTuple):
+    """A source that depends on speed or time, at positions: its flow variable and gain, its displacement's rate, places."""
+
+    element: Element
+    law: Law
+    flow: int
+    sign: float
+    gain: Any
+    rate: float
+    here: Here
+    anchor: Here
+
+
 class Station:
     """Positions of a graph at which sources that depend on speed or time are evaluated, as often as wanted."""
 
@@ -373,13 +386,9 @@ class Station:
         for every position (`local`), switches that depend on speed are decided at the positions themselves.
         """
         found = []
-        for (element, flow, sign), (_, here, anchor) in zip(
-            self._reduction._acting(self._at)[1],
-            self.places(speed, time, anchor_speed, anchor_time, local=local),
-            strict=True,
-        ):
-            law, gain = element.law, sign * self._at.flows.gain[flow]
-            assert isinstance(law, Law)
+        places = self.places(speed, time, anchor_speed, anchor_time, local=local)
+        for source, (element, here, anchor) in zip(self._moving, places, strict=True):
+            law, gain = source.law, source.sign * source.gain
             per_unknown = 0.0 if law.per_unknown is None else law.per_unknown(here, anchor) * gain
             found.append((element, law.effort(here, anchor) * gain, per_unknown))
         return found
@@ -388,18 +397,24 @@ class Station:
         self, speed: Any, time: Any = 0.0, anchor_speed: Any = None, anchor_time: Any = None, *, local: bool = False
     ) -> list[tuple[Element, Here, Here]]:
         """What the law of every such source sees, and what it sees at the anchors."""
-        if not self._reduction.moves:
-            return []
         middle, found = speed if anchor_speed is None else anchor_speed, []
         then = time if anchor_time is None else anchor_time
-        deciding = self._at.flows if local or anchor_speed is None else self._anchor_flows
-        for element, flow, _ in self._reduction._acting(self._at)[1]:
-            assert isinstance(element.law, Law)
-            rate = self._at.rate(element.law.motion.of)
-            here, anchor = self._at.both(element.law.motion)
-            here = here._replace(speed=rate * speed, flow=self._at.flows.gain[flow] * speed, time=time)
-            anchor = anchor._replace(speed=rate * middle, flow=deciding.gain[flow] * middle, time=then)
+        for element, _, flow, _, gain, rate, here, anchor in self._moving:
+            deciding = gain if local or anchor_speed is None else self._anchor_flows.gain[flow]
+            here = here._replace(speed=rate * speed, flow=gain * speed, time=time)
+            anchor = anchor._replace(speed=rate * middle, flow=deciding * middle, time=then)
             found.append((element, here, anchor))
+        return found
+
+    @cached_property
+    def _moving(self) -> list[_MovingSource]:
+        """The sources that depend on speed or time and act there, with what of them does not."""
+        found = []
+        for element, flow, sign in self._reduction._acting(self._at)[1] if self._reduction.moves else ():
+            law = element.law
+            assert isinstance(law, Law)
+            gain, rate = self._at.flows.gain[flow], self._at.rate(law.motion.of)
+            found.append(_MovingSource(element, law, flow, sign, gain, rate, *self._at.both(law.motion)))
         return found
 
 

@@ -16,6 +16,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator, Sequence
+from copy import copy
 from functools import cached_property, partial
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -25,9 +26,9 @@ from numpy.typing import NDArray
 from bondgraph import reduction as counting
 from bondgraph.reduction import Station
 from flywheel.components.motors import DC
-from flywheel.machine.machine import Anchor, Machine, Stage, moving_switches
+from flywheel.machine.machine import Anchor, Machine, Stage
+from flywheel.numerics import cells
 from flywheel.numerics.cells import MIDDLE, ROUNDING, Cells, wide
-from flywheel.numerics.expressions import Expression
 from flywheel.numerics.jets import Jet
 from flywheel.scene.scene import Scene
 
@@ -36,6 +37,8 @@ if TYPE_CHECKING:
     from flywheel.machine.passive_resistances import Coefficients, PassiveResistances
 
 Array = NDArray[np.float64]
+
+_KEPT = 4  # meshes of a machine
 
 DRIVE = "drive."  # how the names of the drive's elements begin
 
@@ -127,20 +130,26 @@ class Moments:
             station = stage.reduction.at(mesh.phi, mesh.anchor)
             values = station.reduced._asdict()
             self.parts.append(_Part(stage, station, *(wide(values[name], mesh.phi.shape) for name in _Part._fields[2:])))
-        self.inertia: Array = np.sum([part.inertia for part in self.parts], axis=0)
-        self.slope: Array = np.sum([part.slope for part in self.parts], axis=0)
-        self.steepness: Array = np.sum([part.steepness for part in self.parts], axis=0)
+        self.inertia: Array = np.asarray(sum(part.inertia for part in self.parts))
+        self.slope: Array = np.asarray(sum(part.slope for part in self.parts))
+        self.steepness: Array = np.asarray(sum(part.steepness for part in self.parts))
         self.lossy = any(part.stage.efficiency < 1.0 for part in self.parts)
         self.circuit = circuit_of(machine.scene)
         self.drive_ratio = 1.0 if machine.scene.drive is None else machine.scene.shafts[machine.scene.drive.on]
 
+    @cached_property
+    def locally(self) -> Moments:
+        """The same, with branches decided at every node."""
+        found = copy(self)
+        found.local = True
+        return found
+
     def rate(self, omega: Array, unknown: float, inertia: float, current: Array | None = None) -> Rate:
         """F at crank speeds omega (rad/s) on the mesh, for a value of the unknown and a flywheel (kg m², on the crank)."""
         acting = [self._acting(part, omega, unknown, current) for part in self.parts]
-        plain = _Acting(*(np.sum(columns, axis=0) for columns in zip(*acting, strict=True)))
+        plain = _together(acting)
         if not self.lossy:
-            zero = np.zeros_like(omega)
-            return Rate(plain.moment, plain.by_speed, plain.by_unknown, zero, plain.by_current, plain.exchanged)
+            return _lossless(plain)
         bend, _, factors = self._bend(acting, omega, inertia)
         inertias = [part.inertia + inertia * part.stage.carries_flywheel for part in self.parts]
         total = np.sum([k * i for k, i in zip(factors, inertias, strict=True)], axis=0)
@@ -170,11 +179,23 @@ class Moments:
         """
         omega = np.asarray(speed, dtype=float)[..., None, None] + np.zeros_like(self.mesh.phi)
         acting, transmitted = self._unaccelerated(omega, unknown)
+        plain = _together(acting)
+        if not self.lossy:
+            return _lossless(plain)
         efficiencies = [part.stage.efficiency for part in self.parts]
         factors = [np.where(tau > 0.0, 1.0 / eta, eta) for eta, tau in zip(efficiencies, transmitted, strict=True)]
         moment, by_unknown, exchanged = _felt(factors, acting, [0.5 * part.slope * omega**2 for part in self.parts])
-        by_speed, by_current = (np.sum([act[k] for act in acting], axis=0) for k in (1, 3))
-        return Rate(moment, by_speed, by_unknown, np.zeros_like(omega), by_current, exchanged)
+        return Rate(moment, plain.by_speed, by_unknown, np.zeros_like(omega), plain.by_current, exchanged)
+
+    def net_work(self, speed: float | Array, unknown: float = 0.0) -> Array:
+        """Net work (J) of a cycle run at a constant crank speed (rad/s), or at each of several (n,)."""
+        omega = np.asarray(speed, dtype=float)[..., None, None]
+        if self.lossy:
+            moment = self.constant(speed, unknown).moment
+        else:
+            current = None if self.circuit is None else self.steady_current(omega)
+            moment = sum(self._moment(part, omega, unknown, current) for part in self.parts)
+        return np.asarray(cells.integral(moment, self.mesh.half).sum(axis=-1))
 
     def constant_losses(self, speed: float, unknown: float) -> list[Array]:
         """What each lossy mesh transmits from the crank at a constant speed: its losses have a kink where that is zero."""
@@ -212,12 +233,7 @@ class Moments:
             by_current = np.full_like(omega, ratio * circuit.constant)
             moment, exchanged = moment + driving, exchanged + np.abs(driving)
             by_speed = by_speed - ratio * ratio * circuit.friction
-        moving = part.station.contributions(Jet(omega, 1.0), 0.0, self._deciding(omega), local=self.local)
-        if moving:
-            counting.count(omega)
-        for element, effort, factor in moving:
-            if self.circuit is not None and element.name.startswith(DRIVE):
-                continue
+        for effort, factor in self._moving(part, Jet(omega, 1.0)):
             value, slope = _with_slope(effort, omega)
             factor_value, factor_slope = _with_slope(factor, omega)
             moment = moment + value + unknown * factor_value
@@ -225,6 +241,24 @@ class Moments:
             by_unknown = by_unknown + factor_value
             exchanged = exchanged + np.abs(value + unknown * factor_value)
         return _Acting(moment, by_speed, by_unknown, by_current, exchanged)
+
+    def _moment(self, part: _Part, omega: Array, unknown: float, current: Array | None) -> Array:
+        """The moment alone."""
+        moment = part.moment + unknown * part.per_unknown - part.resistance * omega
+        if self.circuit is not None and part.stage.drives and current is not None:
+            moment = moment + self.drive_ratio * self.circuit.torque_of_current(self.drive_ratio * omega, current)
+        for effort, factor in self._moving(part, omega):
+            moment = moment + effort + unknown * factor
+        return np.asarray(moment)
+
+    def _moving(self, part: _Part, omega: Any) -> list[tuple[Any, Any]]:
+        """What depends on speed: moments, and their factors of the unknown, without those of a motor's circuit."""
+        plain = omega.value if isinstance(omega, Jet) else omega
+        found = part.station.contributions(omega, 0.0, self._deciding(plain), local=self.local)
+        if found:
+            counting.count(plain)
+        by_circuit = self.circuit is not None
+        return [(effort, factor) for element, effort, factor in found if not (by_circuit and element.name.startswith(DRIVE))]
 
     def _bend(
         self, acting: list[_Acting], omega: Array, inertia: float
@@ -253,6 +287,8 @@ class Moments:
 
     def switches(self, omega: Array) -> list[Array]:
         """What decides branches of laws by its sign and depends on speed, on (cells, nodes)."""
+        if not self.machine.switches_at_speeds:
+            return []
         by_path = {effort.path: effort for effort in self.machine.efforts}
         found: list[Array] = []
         for part in self.parts:
@@ -263,13 +299,34 @@ class Moments:
 
     def _deciding(self, values: Array) -> Array:
         """Values where branches are decided."""
-        return values if self.local else values[..., MIDDLE : MIDDLE + 1]
+        return values if self.local or values.shape[-1] == 1 else values[..., MIDDLE : MIDDLE + 1]
+
+
+def moments_on(machine: Machine, edges: Array, *, local: bool = False) -> Moments:
+    """The machine on cells between edges (rad): the last few are kept, as one search asks for the same again and again."""
+    kept, key = machine.on_meshes, edges.tobytes()
+    if key not in kept:
+        if len(kept) >= _KEPT:
+            kept.pop(next(iter(kept)))
+        kept[key] = Moments(machine, cells.cells(edges))
+    found: Moments = kept[key]
+    return found.locally if local else found
 
 
 def circuit_of(scene: Scene) -> DC | None:
     """The drive's motor where its current is a state of its own."""
     motor = scene.motor
     return motor if isinstance(motor, DC) and motor.inductance > 0.0 else None
+
+
+def _together(acting: list[_Acting]) -> _Acting:
+    """What acts on all parts."""
+    return acting[0] if len(acting) == 1 else _Acting(*(sum(columns) for columns in zip(*acting, strict=True)))
+
+
+def _lossless(plain: _Acting) -> Rate:
+    zero = np.zeros_like(plain.moment)
+    return Rate(plain.moment, plain.by_speed, plain.by_unknown, zero, plain.by_current, plain.exchanged)
 
 
 def _felt(factors: Sequence[Array], acting: list[_Acting], moved: list[Array]) -> tuple[Array, Array, Array]:
@@ -560,7 +617,7 @@ class Dynamics:
     def switches(self, phi: Any, anchor: Anchor, omega: Any, time: Any) -> list[Any]:
         """What decides branches by its sign and depends on speed or time, in the order of the loads."""
         phi, found = self._inside(phi)[0], list[Any]()
-        if not self._switching:
+        if not self.machine.switches_at_speeds:
             return found
         for stage in self.machine.stages:
             places = stage.reduction.at(phi, anchor.phi).places(omega, time, anchor.omega, anchor.time)
@@ -582,14 +639,7 @@ class Dynamics:
     @property
     def branching(self) -> bool:
         """Whether some branch depends on speed or time, on which side of a mesh drives, or on how joints rub."""
-        return self.machine.resists or len(self.machine.stages) > 1 or self._switching
-
-    @cached_property
-    def _switching(self) -> bool:
-        """Whether some branch of a load depends on speed or time."""
-        moving = [effort for effort in self.machine.efforts if effort.uses_speed or effort.uses_time]
-        laws = [effort.load.law for effort in moving]
-        return any(isinstance(law, Expression) and moving_switches(law) for law in laws)
+        return self.machine.resists or len(self.machine.stages) > 1 or self.machine.switches_at_speeds
 
     def _inside(self, phi: Any) -> tuple[Any, Any]:
         """The position, or the end of the stroke that it lies past, and by how much it does."""

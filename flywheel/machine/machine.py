@@ -189,7 +189,7 @@ class Effort:
             return law, 0.0
         if isinstance(law, Pieces):
             return law(*self._angles(here, anchor, law.first)), 0.0
-        angle, middle = self._angles(here, anchor)
+        angle, middle = self._angles(here, anchor) if "phi" in law.names else (0.0, 0.0)
         values, there = self._values(law, here, angle, anchor), self._values(law, anchor, middle, anchor)
         ns = _jets() if isinstance(here.speed, Jet) else here.ns  # where slopes by speed are wanted
         if self._unknown is None:
@@ -410,6 +410,7 @@ class Machine:
             Effort(load, self.places[load.on], scene.parameters, scene.unknown, partial(senses, load.on)) for load in loads
         )
         self.graph = self._graph()
+        self.on_meshes: dict[bytes, Any] = {}  # what `dynamics.moments_on` keeps
 
     def __reduce__(self) -> tuple[Any, ...]:
         return Machine, (self.scene, self.friction)
@@ -434,6 +435,12 @@ class Machine:
     def anchors(self, phi: Any) -> Any:
         """The middle of the smooth piece that each angle lies in (at a breakpoint: the piece that begins there)."""
         return middles(self.breakpoints, phi)
+
+    @cached_property
+    def switches_at_speeds(self) -> bool:
+        """Whether some branch of a load depends on speed or time."""
+        laws = [effort.load.law for effort in self.efforts if effort.uses_speed or effort.uses_time]
+        return any(isinstance(law, Expression) and moving_switches(law) for law in laws)
 
     @cached_property
     def reduction(self) -> Reduction:

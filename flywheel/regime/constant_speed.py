@@ -12,7 +12,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from flywheel.machine.dynamics import Moments, Rate
+from flywheel.machine.dynamics import Moments, Rate, moments_on
 from flywheel.machine.machine import Machine, merged
 from flywheel.numerics import cells
 from flywheel.numerics.budget import spend
@@ -63,7 +63,7 @@ def check_steady(machine: Machine) -> None:
 def reference_point(machine: Machine) -> tuple[float, float, tuple[str, ...]]:
     """The speed (rad/s) that approximate figures hold for, the unknown (SI) there, and what is to be said of it."""
     scene = machine.scene
-    moments = Moments(machine, cells.cells(machine.mesh), local=True)
+    moments = moments_on(machine, machine.mesh, local=True)
     if scene.unknown is None:
         speed, messages = chosen_speed(moments)
         return speed, 0.0, messages
@@ -71,19 +71,11 @@ def reference_point(machine: Machine) -> tuple[float, float, tuple[str, ...]]:
     return scene.speed, balance_at(moments, scene.speed), ()
 
 
-def net_work(moments: Moments, speed: float, unknown: float = 0.0) -> float:
-    """Net work (J) of a cycle run at a constant crank speed (rad/s)."""
-    force = moments.constant(speed, unknown).moment
-    return float(cells.integral(force, moments.mesh.half).sum())
-
-
 def net_works(moments: Moments, speeds: Array) -> Array:
-    """The same at many speeds (n,), a handful at a time."""
-    half = moments.mesh.half
+    """Net works (J) of a cycle run at constant crank speeds (rad/s), a handful at a time."""
     spend(_PER_SPEED * moments.mesh.phi.size * speeds.size)
     few = max(_AT_ONCE // moments.mesh.phi.size, 1)
-    pieces = [speeds[k : k + few] for k in range(0, speeds.size, few)]
-    return np.concatenate([cells.integral(moments.constant(piece, 0.0).moment, half).sum(axis=-1) for piece in pieces])
+    return np.concatenate([moments.net_work(speeds[k : k + few]) for k in range(0, speeds.size, few)])
 
 
 def exchanged_work(moments: Moments, speed: float) -> float:
@@ -93,9 +85,9 @@ def exchanged_work(moments: Moments, speed: float) -> float:
 
 def speed_error(machine: Machine, speed: float) -> float:
     """Relative error of a steady speed (rad/s) that rounding of the torques makes: the less they hold it, the greater."""
-    moments = Moments(machine, cells.cells(machine.mesh), local=True)
+    moments = moments_on(machine, machine.mesh, local=True)
     slower, faster = speed * (1.0 - _APART), speed * (1.0 + _APART)  # a steady current follows the speed: no slope at one
-    gained = abs(net_work(moments, faster) - net_work(moments, slower)) / (2 * _APART)
+    gained = abs(float(moments.net_work(faster)) - float(moments.net_work(slower))) / (2 * _APART)
     return 24 * cells.ROUNDING * exchanged_work(moments, speed) / max(gained, 1e-300)
 
 
@@ -109,7 +101,7 @@ def steady_speeds(moments: Moments) -> list[SteadySpeed]:
         grid, works = _scanned(moments, decades)
         points = sorted([*zip(grid.tolist(), works.tolist(), strict=True), *_humps(moments, grid, works)])
         found = [
-            SteadySpeed(_root(lambda w: net_work(moments, w), a, b), before > 0.0)
+            SteadySpeed(_root(lambda w: float(moments.net_work(w)), a, b), before > 0.0)
             for (a, before), (b, after) in pairwise(points)
             if before * after < 0.0 or (after == 0.0 and before != 0.0)
         ]
@@ -133,7 +125,7 @@ def _scanned(moments: Moments, decades: int) -> tuple[Array, Array]:
         good, bad = grid[[k, k + 1]] if finite[k] else grid[[k + 1, k]]
         for _ in range(_SECTIONS):
             middle = 0.5 * (good + bad)
-            good, bad = (middle, bad) if np.isfinite(net_work(moments, middle)) else (good, middle)
+            good, bad = (middle, bad) if np.isfinite(float(moments.net_work(middle))) else (good, middle)
         ends.append(good)
     if not ends:
         return grid, works
@@ -176,7 +168,7 @@ def _summit(moments: Moments, a: float, b: float, sign: float) -> tuple[float, f
     """
 
     def at(x: float) -> tuple[float, float, float]:
-        work = net_work(moments, float(np.exp(x)))
+        work = float(moments.net_work(float(np.exp(x))))
         return sign * work, x, work
 
     low, high = np.log(a), np.log(b)
@@ -314,7 +306,7 @@ def operating_point(machine: Machine, speed: float | None = None) -> tuple[float
     if speed is not None:
         return speed, 0.0
     try:
-        return chosen_speed(Moments(machine, cells.cells(machine.mesh), local=True))[0], 0.0
+        return chosen_speed(moments_on(machine, machine.mesh, local=True))[0], 0.0
     except SceneError as error:
         raise SceneError([fault._replace(advice=f"{fault.advice}; or {GIVE_SPEED}") for fault in error.faults]) from error
 
@@ -343,14 +335,14 @@ def operating_point_errors(machine: Machine, speed: float | None, *, given: bool
         cycle = resolve(machine, machine.mesh, speed or 0.0) if sets else turning_moment.balanced(machine)
         return 0.0, cycle.balance_error + 4 * cells.ROUNDING
     assert speed is not None
-    closer, loose = closed_cycle_speed(machine, machine.mesh, speed)
+    closer, loose = closed_cycle_speed(machine, resolve(machine, machine.mesh, speed), speed)
     return loose + abs(closer / speed - 1.0) + 4 * cells.ROUNDING, 0.0
 
 
 def resolve(machine: Machine, edges: Array, speed: float) -> Cycle:
     """The cycle at a constant speed, on cells between given edges and where laws switch at that speed."""
     for _ in range(_MOST_ROUNDS):
-        moments = Moments(machine, cells.cells(edges))
+        moments = moments_on(machine, edges)
         omega = np.full(moments.mesh.phi.shape, speed)
         unknown = balance_at(moments, speed) if machine.scene.unknown is not None else None
         switching = moments.switches(omega) + moments.constant_losses(speed, unknown or 0.0)
@@ -376,11 +368,12 @@ def _finite_rate(moments: Moments, speed: float, unknown: float) -> Rate:
     return rate
 
 
-def closed_cycle_speed(machine: Machine, edges: Array, speed: float) -> tuple[float, float]:
-    """The speed (rad/s) near another at which cells between these edges leave no net work, and its relative error."""
-    cycle = resolve(machine, edges, speed)
+def closed_cycle_speed(machine: Machine, cycle: Cycle, speed: float) -> tuple[float, float]:
+    """The speed (rad/s) near that of a cycle at which its cells leave no net work, and its relative error."""
+    edges = cycle.mesh.edges
     for _ in range(_CLOSINGS):
-        beside = net_work(Moments(machine, cycle.mesh), speed * (1.0 + _BESIDE))  # a motor's current follows the speed
+        # a motor's current follows the speed
+        beside = float(moments_on(machine, cycle.mesh.edges).net_work(speed * (1.0 + _BESIDE)))
         slope = (beside - cycle.net) / (_BESIDE * speed)
         step = cycle.net / slope if slope else 0.0
         if not 4 * cells.ROUNDING < abs(step) / speed < _NEAR:

@@ -17,7 +17,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from flywheel.machine.dynamics import Moments, Rate
+from flywheel.machine.dynamics import Moments, Rate, moments_on
 from flywheel.machine.machine import Machine, merged
 from flywheel.numerics import cells, collocation
 from flywheel.numerics.budget import spend
@@ -640,7 +640,7 @@ class _Search(NamedTuple):
     def moments(self, base: Array, cuts: Array, *, local: bool = False) -> Moments:
         """The machine on cells between edges, cut where the motion switches."""
         edges = merged([*base.tolist(), *cuts.tolist()], float(base[-1]))
-        return Moments(self.machine, cells.cells(edges), local=local)
+        return moments_on(self.machine, edges, local=local)
 
     def switches(self) -> bool:
         """Whether a law switches at a speed, or a mesh has losses, so that cells are cut by the motion itself."""

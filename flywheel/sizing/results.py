@@ -19,7 +19,7 @@ from flywheel.components.energy import Energy
 from flywheel.components.gear_trains import OnShaft, on_every_shaft
 from flywheel.components.motors import DC, Induction
 from flywheel.components.wheels import Wheel
-from flywheel.machine.dynamics import Moments
+from flywheel.machine.dynamics import moments_on
 from flywheel.machine.machine import Machine, balance_unit
 from flywheel.mechanisms.families import ends_of
 from flywheel.numerics import cells, notebook
@@ -928,7 +928,7 @@ def _drive_errors(sizing: Sizing) -> _DriveErrors | None:
     moment = drive_moment(machine, cycle, sizing.run, sizing.speed)
     by_speed = np.zeros_like(moment)  # what the error of the speed moves it by
     if sizing.cyclic is not None and sizing.run is not None:
-        moments, omega = Moments(machine, cycle.mesh, local=True), _omega(sizing, cycle)
+        moments, omega = moments_on(machine, cycle.mesh.edges, local=True), _omega(sizing, cycle)
         here, beside = (
             moments.drive(w, cycle.balance or 0.0, None if moments.circuit is None else moments.steady_current(w))
             for w in (omega, omega * (1.0 + _APART))
@@ -974,7 +974,7 @@ def _multiplier_error(sizing: Sizing, speed: float | None) -> float | None:
     cyclic, cycle, run, machine = sizing.cyclic, sizing.cycle, sizing.run, sizing.machine
     if cyclic is None or cycle is None or run is None or machine is None:
         return None
-    moments, omega = Moments(machine, cycle.mesh), _omega(sizing, cycle)
+    moments, omega = moments_on(machine, cycle.mesh.edges), _omega(sizing, cycle)
 
     def growth(w: Array) -> Array:
         """dF/dE (1/rad) at speeds w."""

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from flywheel.machine.dynamics import Moments
+from flywheel.machine.dynamics import Moments, moments_on
 from flywheel.machine.machine import Machine
 from flywheel.numerics import cells
 from flywheel.numerics.budget import BudgetError, Cost, limited, metered
@@ -94,7 +94,7 @@ def at_constant_speed(machine: Machine, speed: float, rtol: float) -> tuple[Figu
     figures = figures_at(speed)
     if machine.scene.unknown is not None:
         return figures, 0.0
-    closer, loose = constant_speed.closed_cycle_speed(machine, figures.cycle.mesh.edges, speed)
+    closer, loose = constant_speed.closed_cycle_speed(machine, figures.cycle, speed)
     return (figures if closer == speed else figures_at(closer)), loose
 
 
@@ -111,7 +111,7 @@ def _inertialess_run(machine: Machine, speed: float, unknown: float, rtol: float
     held = scene.speed if scene.unknown is not None else None
 
     def evaluated(edges: Array) -> tuple[tuple[Moments, Array, float, float] | None, float, Coarse]:
-        moments = Moments(machine, cells.cells(edges))
+        moments = moments_on(machine, edges)
         if scene.inertia or moments.lossy or moments.circuit or moments.switches(np.full(moments.mesh.phi.shape, speed)):
             return None, 0.0, cells.above(np.zeros(1))
         balanced = _equilibrium_at_mean(moments, held, unknown) if held else (_equilibrium(moments, speed, unknown), unknown)
@@ -334,7 +334,7 @@ def _too_much(fault: Fault, machine: Machine, speed: float, inertia: float, unkn
 
     With the given flywheel; where one is sought, light ones are tried as well, and so with none.
     """
-    moments = Moments(machine, cells.cells(machine.mesh), local=True)
+    moments = moments_on(machine, machine.mesh, local=True)
     total = inertia + moments.inertia
     if float(total.min()) <= _NOTHING * float(total.max()):
         where = machine.where(float(moments.mesh.phi.ravel()[total.argmin()]))
