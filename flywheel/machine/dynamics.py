@@ -194,7 +194,7 @@ class Moments:
             moment = self.constant(speed, unknown).moment
         else:
             current = None if self.circuit is None else self.steady_current(omega)
-            moment = sum(self._moment(part, omega, unknown, current) for part in self.parts)
+            moment = np.asarray(sum(self._moment(part, omega, unknown, current) for part in self.parts))
         return np.asarray(cells.integral(moment, self.mesh.half).sum(axis=-1))
 
     def constant_losses(self, speed: float, unknown: float) -> list[Array]:
