@@ -242,6 +242,9 @@ class Recorded(Operand):
         """Nothing."""
         return 0.0
 
+    def __format__(self, form: str) -> str:  # in texts it stands for what it is now
+        return repr(self) if self.value is None else format(self.value, form)
+
     def __bool__(self) -> bool:
         if self.value is None:
             raise TypeError("a recording cannot branch on a value still to come")

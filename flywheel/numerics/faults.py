@@ -140,6 +140,8 @@ def _other(value: object) -> str:
         return f"a {name}"
     if isinstance(value, int):
         return str(value) if abs(value) < 10**15 else "a whole number of more than 15 digits"
+    if getattr(value, "is_recorded", False):
+        return f"{value}"
     return repr(float(value)) if isinstance(value, Real) else f"a value of type {name}"
 
 

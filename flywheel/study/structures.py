@@ -38,7 +38,7 @@ _NEAR = 1e-9  # of the cycle: how far a plain machine's breakpoint may lie from 
 _SAME = 1e-10  # of the greatest value in the cycle: how far the values of the two may lie apart
 _SLACK = 1e-12  # of a cell's width: what rounding may add
 _MOST, _TRIES = 64, 200  # structures of one set of paths, and designs tried for them
-_LONGEST = 100_000  # operations: those of tables with hundreds of rows, whose place varies, would take seconds
+_LONGEST = 5_000  # guards: those of tables with hundreds of rows, whose place varies, would take seconds
 
 
 class Walk(NamedTuple):
@@ -167,6 +167,20 @@ def recorded(scene: Scene, paths: Sequence[str], values: Sequence[float]) -> Str
         raise UnrecordedError(f"{', '.join(paths)} cannot be recorded ({error})") from error
 
 
+def refused(scene: Scene, paths: Sequence[str], values: Sequence[float]) -> Conditions | None:
+    """What designs have in common that are refused as that with these values is; None where it cannot be recorded."""
+    recorder = Recorder()
+    recorder.input("phi")
+    numbers = {path: recorder.input(path, value) for path, value in zip(paths, values, strict=True)}
+    try:
+        scene.with_(numbers)
+    except SceneError:
+        return recorder.conditions()
+    except (TypeError, AttributeError, ValueError):
+        return None
+    return None
+
+
 def _check(scene: Scene) -> None:
     """Refuse what a program of position alone does not tell."""
     drive = scene.drive
@@ -176,6 +190,7 @@ def _check(scene: Scene) -> None:
         (scene.irregularity is None or scene.speed is None, "no flywheel is to be sized for a given speed"),
         (scene.depends_on_speed, "torques depend on speed"),
         (scene.rubs, "friction in joints follows from the motion"),
+        (scene.wheel is not None, "a wheel is to be chosen"),
         (any(efficiency < 1.0 for efficiency in scene.efficiencies.values()), "meshes have losses"),
         (drive is not None and not isinstance(drive.law, float | int | None), "the drive's torque is no plain number"),
     ):
@@ -187,8 +202,9 @@ def _structure(machine: RecordedMachine, recorder: Recorder, phi: Recorded, path
     scene, twin = machine.scene, machine.twin
     if machine.depends_on_time:
         raise UnrecordedError("loads depend on time")
-    pieces, plain_marks = machine.breakpoints, twin.landmarks
-    landmarks = machine.landmarks
+    pieces, landmarks, plain_marks = machine.breakpoints, machine.landmarks, twin.landmarks
+    if len(recorder.guards) > _LONGEST:
+        raise UnrecordedError("tables are too long, and move with what varies")
     walks: dict[int, Walk] = {}
     stretches = []
     for low, high in pairwise(plain_marks.tolist()):
@@ -196,8 +212,6 @@ def _structure(machine: RecordedMachine, recorder: Recorder, phi: Recorded, path
         if k not in walks:
             walks[k] = _walk(machine, recorder, phi, 0.5 * (pieces[k] + pieces[k + 1]))
         stretches.append(walks[k])
-        if len(recorder.guards) > _LONGEST:
-            raise UnrecordedError("tables are too long, and move with what varies")
     drive, nothing = scene.drive, float("nan")
     given: list[Any] = [scene.speed, scene.irregularity, scene.flywheel_ratio]
     given += [nothing, nothing] if drive is None else [scene.shafts[drive.on], nothing if drive.law is None else drive.law]
@@ -275,6 +289,7 @@ class Structures:
     def __init__(self, scene: Scene, paths: Sequence[str]) -> None:
         self.scene, self.paths, self.why = scene, tuple(paths), ""
         self._known: list[Structure] = []
+        self._refused: list[Conditions] = []
         self._tries = 0
 
     def sorted(self, columns: Array) -> Sorted:
@@ -283,21 +298,24 @@ class Structures:
         left: Index = np.arange(columns.shape[1])
         groups: list[tuple[Structure, Index]] = []
         rest: list[Index] = []
-        known = 0
+        known = refusals = 0
         while left.size:
             if known < len(self._known):
                 structure, known = self._known[known], known + 1
+                mine = structure.kept(columns[:, left])
+                groups += [(structure, left[mine])] if mine.any() else []
+            elif refusals < len(self._refused):
+                conditions, refusals = self._refused[refusals], refusals + 1
+                mine = conditions.kept(0.0, *columns[:, left])
+                rest.append(left[mine])
+            elif self._exhausted:
+                break
             else:
-                at = int(left[left.size // 2])
-                found = self._another(columns[:, left], columns[:, at])
-                if found is None:
-                    rest.append(left if self._exhausted else np.array([at]))
-                    left = left[:0] if self._exhausted else left[left != at]
+                at = left.size // 2
+                if self._record(columns[:, left], columns[:, left[at]]):
                     continue
-                structure, known = found, known + 1
-            mine = structure.kept(columns[:, left])
-            if mine.any():
-                groups.append((structure, left[mine]))
+                mine = np.arange(left.size) == at
+                rest.append(left[mine])
             left = left[~mine]
         return Sorted(groups, np.sort(np.concatenate([*rest, left])).astype(int), self.why)
 
@@ -305,27 +323,27 @@ class Structures:
     def _exhausted(self) -> bool:
         return bool(self.why) or len(self._known) >= _MOST or self._tries >= _TRIES
 
-    def _another(self, columns: Array, values: Array) -> Structure | None:
-        """The structure of a design, proven at two others of those that share it; None where there is none."""
-        if self._exhausted:
-            return None
+    def _record(self, columns: Array, values: Array) -> bool:
+        """Record the structure of a design, proven at two others of those that share it, or why it is refused."""
         self._tries += 1
         try:
             structure = recorded(self.scene, self.paths, values.tolist()).widened(columns)
         except SceneError:  # sized one by one, it says what is wrong
-            return None
+            conditions = refused(self.scene, self.paths, values.tolist())
+            self._refused += [] if conditions is None else [conditions]
+            return conditions is not None
         except UnrecordedError as error:
             self.why = str(error)
-            return None
+            return False
         mine = columns[:, structure.kept(columns)]
-        if not mine.size:
-            return None
         try:
-            trouble = [text for k in {0, mine.shape[1] - 1} if (text := differs(structure, self.scene, mine[:, k]))]
+            ends = {0, mine.shape[1] - 1} if mine.size else set()
+            trouble = [text for k in ends if (text := differs(structure, self.scene, mine[:, k]))]
         except SceneError as error:
             trouble = [str(error)]
         if trouble:
             self.why = f"recorded and plain machine part: {trouble[0]}"
-            return None
+        if trouble or not mine.size:
+            return False
         self._known.append(structure)
-        return structure
+        return True
