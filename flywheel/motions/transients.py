@@ -11,6 +11,7 @@ import re
 from collections.abc import Iterator, Mapping
 from contextlib import suppress
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 from typing import Any, Literal, NamedTuple
 
 import numpy as np
@@ -187,7 +188,6 @@ def transient(
     trail = motion.trail
     assert trail is not None
     reason, ended = _ending(setting, trail, motion, goal, limit)
-    samples, owners = samples_of(trail)
     regime, scene = setting.regime, setting.machine.scene
     if reason in _SHORT_OF_IT and goal.kind not in ("regime", "stop"):
         ended += f"; it did not come to {goal.told(scene.reduction_element == 'slide')}"
@@ -208,9 +208,7 @@ def transient(
         inertia=setting.inertia,
         balance=setting.balance,
         regime_speed=None if regime is None else regime.speed,
-        time_to_regime=None if regime is None else time_to(trail, SHARE * regime.speed, samples),
-        peaks=peaks_of(trail, samples, owners),
-        energy=energy_of(trail, samples.kinetic),
+        time_to_regime=None if regime is None else time_to(trail, SHARE * regime.speed),
         rtol=rtol,
         messages=tuple(messages),
         given_errors={
@@ -634,11 +632,29 @@ class Transient:
     balance: float
     regime_speed: float | None
     time_to_regime: float | None
-    peaks: Peaks
-    energy: Energy
     rtol: float
     messages: tuple[str, ...] = ()
     given_errors: Mapping[str, float | None] = field(default_factory=dict)
+
+    @cached_property
+    def samples(self) -> tuple[Samples, Indices]:
+        """The motion in every stretch, and the stretches that samples belong to."""
+        assert self.motion.trail is not None
+        return samples_of(self.motion.trail)
+
+    @cached_property
+    def peaks(self) -> Peaks:
+        """Greatest speed, and of a driven machine torque, power and current."""
+        assert self.motion.trail is not None
+        with np.errstate(all="ignore"):
+            return peaks_of(self.motion.trail, *self.samples)
+
+    @cached_property
+    def energy(self) -> Energy:
+        """Works and heats from start to end, and how far they close."""
+        assert self.motion.trail is not None
+        with np.errstate(all="ignore"):
+            return energy_of(self.motion.trail, self.samples[0].kinetic)
 
     def __repr__(self) -> str:
         """How it ended, instead of the motion."""
@@ -914,17 +930,20 @@ def summits(trail: Trail, name: str, samples: Samples, owners: Indices) -> list[
     return summit
 
 
-def time_to(trail: Trail, speed: float, samples: Samples) -> float | None:
+def time_to(trail: Trail, speed: float) -> float | None:
     """The first time (s) at which a speed (rad/s) is reached; None if it never is."""
-    above = np.flatnonzero(samples.omega >= speed)
+    points, _ = np.polynomial.legendre.leggauss(_GAUSS)
+    times, owners = within(trail, 0.5 * (1.0 + points))
+    speeds = trail.states(times, owners)[1]
+    above = np.flatnonzero(speeds >= speed)
     if not above.size:
         return None
     if above[0] == 0:
         return 0.0
-    low, high = float(samples.t[above[0] - 1]), float(samples.t[above[0]])
+    low, high = float(times[above[0] - 1]), float(times[above[0]])
 
     def faster(t: float) -> float:
-        return float(trail.states(np.array([t]))[1, 0]) - speed
+        return float(trail.states(np.array([t]), owners[above[:1]])[1, 0]) - speed
 
     return low if low == high or faster(low) >= 0.0 else instant(faster, low, high)  # equal on both sides of a switch
 
@@ -944,7 +963,7 @@ def estimates(transient: Transient) -> dict[str, Any]:
     motion, energy = transient.motion, transient.energy
     fine, other, share = motion.trail, _rough(motion), motion.share
     assert fine is not None
-    (samples, owners), (before, sides) = samples_of(fine), samples_of(other)
+    (samples, owners), (before, sides) = transient.samples, samples_of(other)
     way = max(float(np.ptp(samples.phi)), fine.dynamics.machine.scene.cycle / (2 * np.pi))
     fastest = float(np.abs(samples.omega).max())
     position, speed, time = motion.error * way, motion.error * fastest, motion.error * transient.time
@@ -959,7 +978,7 @@ def estimates(transient: Transient) -> dict[str, Any]:
     if when == 0.0:
         late = 0.0
     elif when is not None and steady_speed is not None:  # what speed and regime are off by, over the acceleration there
-        then = time_to(other, SHARE * steady_speed, before)
+        then = time_to(other, SHARE * steady_speed)
         acceleration = abs(float(sampled(fine, np.array([when])).acceleration[0]))
         off = (speed + SHARE * (transient.given_errors["regime_speed"] or 0.0)) / acceleration
         late = None if then is None else share * abs(when - then) + off + time
