@@ -354,6 +354,7 @@ def _with_slope(value: Any, omega: Array) -> tuple[Array, Array]:
 
 ONSET = 1e-12  # of the typical speed: the speed by which branches are decided at rest
 _NO_FORCE = 1e-12  # of the largest force, or rate: what is smaller has no sign
+_SELDOM = 8  # instants of a piece for which a recording does not pay
 _MOST_FACTORS = 8  # rounds in which the sides of meshes and friction settle
 _INSET = 1e-10  # of a piece: how far from its ends a law is read that is not defined there
 
@@ -436,7 +437,8 @@ class Dynamics:
         drive = machine.scene.drive
         self.ratio = 1.0 if drive is None else machine.scene.shafts[drive.on]
         self._efforts = {effort.path: effort for effort in machine.efforts}
-        self._laws: dict[int, tuple[Program, Callable[..., tuple[float, ...]]]] = {}
+        self._laws: dict[tuple[int, str], tuple[Program, Callable[..., tuple[Any, ...]]]] = {}  # with it, so that ids stay
+        self._asked: dict[float, int] = {}
 
     @cached_property
     def resistances(self) -> PassiveResistances | None:
@@ -513,10 +515,7 @@ class Dynamics:
         program = machine.traced.motion(anchor)
         if program is None:
             return None
-        known = self._laws.get(id(program))
-        if known is None:
-            known = self._laws[id(program)] = program, program.function("math")
-        law, unknown, flywheel = known[1], self.balance, self.inertia
+        law, unknown, flywheel = self._compiled(program, "math"), self.balance, self.inertia
         driving = next((k for k, stage in enumerate(machine.stages) if stage.drives), 0)
 
         def single(phi: float, omega: float, t: float, current: float) -> tuple[float, float, float, float]:
@@ -654,7 +653,8 @@ class Dynamics:
         """All parts of the machine; with rough joints also what their tables give, and the parts from these if they can."""
         resistances, stages = self.resistances, self.machine.stages
         if resistances is None:
-            return [self._part(stage, phi, anchor, omega, time, current) for stage in stages], ()
+            recorded = self._recorded_parts(phi, anchor, omega, time, current)
+            return recorded or [self._part(stage, phi, anchor, omega, time, current) for stage in stages], ()
         table = resistances.at(np.atleast_1d(phi))
         if not resistances.complete:
             return [self._part(stage, phi, anchor, omega, time, current) for stage in stages], table
@@ -670,6 +670,37 @@ class Dynamics:
             torque = self.ratio * self.circuit.torque_of_current(self.ratio * omega, current)
             parts[k] = parts[k]._replace(moment=parts[k].moment + torque)
         return parts, table
+
+    def _recorded_parts(self, phi: Any, anchor: Anchor, omega: Any, time: Any, current: Any) -> list[_Contribution] | None:
+        """All parts by the recorded walk, in a piece that is asked for often enough; None where the walk itself serves."""
+        if not (isinstance(anchor.phi, float) and isinstance(anchor.omega, float | None)):
+            return None
+        asked = self._asked[anchor.phi] = self._asked.get(anchor.phi, 0) + 1
+        program = self.machine.traced.motion(anchor) if asked > _SELDOM else None
+        if program is None:
+            return None
+        plain = isinstance(phi, float) and isinstance(omega, float)
+        try:
+            found = self._compiled(program, "math" if plain else "numpy")(phi, omega, time, self.balance)
+        except (ValueError, ArithmeticError):
+            return None
+        if not (math.isfinite(sum(found)) if plain else all(np.isfinite(value).all() for value in found)):
+            return None
+        counting.count(phi)
+        parts = []
+        for k, stage in enumerate(self.machine.stages):
+            inertia, slope, moment = found[3 * k : 3 * k + 3]
+            if self.circuit is not None and stage.drives:
+                moment = moment + self.ratio * self.circuit.torque_of_current(self.ratio * omega, current)
+            parts.append(_Contribution(stage.efficiency, inertia + self.inertia * stage.carries_flywheel, slope, moment))
+        return parts
+
+    def _compiled(self, program: Program, kind: str) -> Callable[..., tuple[Any, ...]]:
+        """A program as a function, made once."""
+        key = id(program), kind
+        if key not in self._laws:
+            self._laws[key] = program, program.function(kind)
+        return self._laws[key][1]
 
     def _part(self, stage: Stage, phi: Any, anchor: Anchor, omega: Any, time: Any, current: Any) -> _Contribution:
         station = stage.reduction.at(phi, anchor.phi)
