@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flywheel.machine.machine import Machine, scene_of
-from flywheel.numerics import notebook
+from flywheel.numerics import lattices, notebook
 from flywheel.numerics.arguments import refuse, require, shown
 from flywheel.numerics.expressions import Expression, ExpressionError, parse
 from flywheel.numerics.faults import Fault, SceneError, show
@@ -335,12 +335,10 @@ def _held(family: Variation, name: str, pair: Any) -> _Held:
 
 def _survey(problem: _Problem, samples: int, seed: int) -> Array:
     """Designs all over the bounds, the scene's own among them; SceneError where none is a machine, or has the figure."""
-    from scipy.stats import qmc
-
     family, count = problem.family, len(problem.low)
     if samples < 2 or samples & (samples - 1):
         raise SceneError([Fault("samples", shown(samples), "a power of two, 2 or more")])
-    unit = qmc.Sobol(count, scramble=True, rng=np.random.default_rng(seed)).random(samples).T
+    unit = lattices.points(samples, count, [seed])
     columns = problem.low[:, None] + unit * (problem.high - problem.low)[:, None]
     own = np.clip(family.nominal, problem.low, problem.high)
     columns = np.concatenate([own[:, None], 0.5 * (problem.low + problem.high)[:, None], columns], axis=1)

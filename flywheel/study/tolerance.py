@@ -5,7 +5,7 @@ Shares of the variance: of first order, what a number causes by itself; in total
     S_i = V[E(y | x_i)]/V(y),   T_i = E[V(y | x_~i)]/V(y) = E[(y(A) - y(A_B,i))²]/(2 V)
 
 Source: M. Jansen, Computer Physics Communications 117 (1999), 35; A. Saltelli et al., ibid. 181 (2010), 259; points of
-Sobol, scrambled several times over, whose means tell the sampling error (A. Owen, Monte Carlo Theory, 17).
+`flywheel.numerics.lattices`, whose repeats tell the sampling error.
 """
 
 from __future__ import annotations
@@ -15,13 +15,14 @@ from dataclasses import dataclass
 from functools import partial
 from itertools import product
 from math import factorial, sqrt
+from statistics import NormalDist
 from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from flywheel.machine.machine import Machine, scene_of
-from flywheel.numerics import notebook
+from flywheel.numerics import lattices, notebook
 from flywheel.numerics.arguments import require, shown
 from flywheel.numerics.differences import gradient
 from flywheel.numerics.faults import Fault, SceneError
@@ -31,7 +32,7 @@ from flywheel.study.variation import NAMES, Array, Variation, figure_name, figur
 
 QUANTILES = (0.01, 0.05, 0.5, 0.95, 0.99)
 SAMPLES = 512
-_REPEATS = 8  # independent scrambles of the points
+_REPEATS = 8  # independent shifts of the points
 _MOST_CORNERS = 256
 _RTOL = 1e-10
 _INNER = 2.0**-40  # of normal numbers, which would be infinite at the ends of (0, 1)
@@ -269,15 +270,10 @@ def _sampled(
     samples: int,
     seed: int,
 ) -> _Sample:
-    """Designs at points of Sobol, scrambled anew for every repeat."""
-    from scipy.special import ndtri
-    from scipy.stats import qmc
-
-    count, parts = len(family.paths), []
-    for repeat in range(_REPEATS):
-        source = qmc.Sobol(2 * count, scramble=True, rng=np.random.default_rng([seed, repeat]))
-        parts.append(np.clip(source.random(samples // _REPEATS).T, _INNER, 1.0 - _INNER))
-    unit = np.concatenate(parts, axis=1)
+    """Designs at points of a lattice, shifted anew for every repeat."""
+    count = len(family.paths)
+    parts = [lattices.points(samples // _REPEATS, 2 * count, [seed, repeat]) for repeat in range(_REPEATS)]
+    unit = np.clip(np.concatenate(parts, axis=1), _INNER, 1.0 - _INNER)
     first, second = unit[:count], unit[count:]
     mixed = []
     for i in range(count if count > 1 else 0):
@@ -289,7 +285,7 @@ def _sampled(
         low, high = np.array(list(intervals.values())).T[:, :, None]
         points, standard = np.clip(low + (high - low) * unit, low, high), 2.0 * unit - 1.0
     else:
-        standard = ndtri(unit)
+        standard = np.vectorize(NormalDist().inv_cdf)(unit)
         points = family.nominal[:, None] + np.array(list(deviations.values()))[:, None] * standard
     powers = _powers(count, samples // 4)
     return _Sample(points, *family(points), _basis(standard, powers, normal=not intervals), powers)
