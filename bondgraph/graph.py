@@ -75,14 +75,14 @@ _KINDS = ONE_PORTS | TWO_PORTS | JUNCTIONS
 
 def structural_faults(graph: BondGraph) -> Iterator[str]:
     """Everything that is wrong with a graph's elements, bonds, names and domains."""
-    from difflib import get_close_matches
-
     elements, bonds = graph.elements, graph.bonds
     faults = [f"{e.kind}:{name}: no such kind of element" for name, e in elements.items() if e.kind not in _KINDS]
     faults += [f"{e.kind}:{e.name} is listed as {n!r}; use its own name" for n, e in elements.items() if e.name != n]
     for bond in bonds:
         for name in bond[1:]:
             if name not in elements:
+                from difflib import get_close_matches  # wanted only once something is wrong
+
                 other, near = elements.get(bond.other(name)), get_close_matches(str(name), list(elements), 1)
                 joined = f" to join {other.kind}:{other.name} to" if other is not None else ""
                 junctions = ", ".join(n for n, e in elements.items() if e.kind in JUNCTIONS) or "none"

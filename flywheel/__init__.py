@@ -15,7 +15,6 @@ from __future__ import annotations
 
 import sys
 from importlib import import_module
-from importlib.abc import Loader, MetaPathFinder
 from importlib.machinery import ModuleSpec
 from types import ModuleType
 from typing import TYPE_CHECKING, Any
@@ -217,8 +216,11 @@ def __getattr__(name: str) -> Any:
     return value
 
 
-class _Names(MetaPathFinder, Loader):
-    """Imports a part of the library by its public name: `from flywheel.wheel import choose`."""
+class _Names:
+    """Imports a part of the library by its public name: `from flywheel.wheel import choose`.
+
+    A finder and a loader by what it does: the classes of `importlib.abc` take as long to import as a tenth of numpy.
+    """
 
     def find_spec(self, fullname: str, path: object = None, target: object = None) -> ModuleSpec | None:
         """Where a public name leads; None for every other module."""

@@ -8,15 +8,17 @@ from __future__ import annotations
 
 import os
 import sys
+from importlib import import_module
 from pathlib import Path
 from typing import Any
 
 import click
 
-from flywheel.cli import machines, motions, pages, studies
 from flywheel.cli.common import STANDARD_OUTPUT, show, written
 
 __all__ = ["main"]
+
+_MODULES = ("machines", "studies", "motions", "pages")  # of commands, those that are asked for most often first
 
 
 def _version(context: click.Context, parameter: click.Parameter, wanted: bool) -> None:
@@ -32,13 +34,33 @@ def _version(context: click.Context, parameter: click.Parameter, wanted: bool) -
 
 
 class _Program(click.Group):
-    """A group of commands; standard output that is closed or full ends any of them with a line and exit code 1."""
+    """A group of commands; standard output that is closed or full ends any of them with a line and exit code 1.
+
+    A module of commands is imported when one of them is asked for, or all.
+    """
 
     def main(self, *args: Any, **kwargs: Any) -> Any:
         """Run a command; where standard output is closed, a file that refuses what is written takes its place."""
         if sys.stdout is None:
             sys.stdout = open(os.open(os.devnull, os.O_RDONLY), "w", encoding="utf-8")  # noqa: SIM115
         return super().main(*args, **kwargs)
+
+    def list_commands(self, context: click.Context) -> list[str]:
+        """The names of all commands."""
+        for module in _MODULES:
+            self._add(module)
+        return super().list_commands(context)
+
+    def get_command(self, context: click.Context, name: str) -> click.Command | None:
+        """The command of a name, if there is one."""
+        for module in _MODULES:
+            if name not in self.commands:
+                self._add(module)
+        return super().get_command(context, name)
+
+    def _add(self, module: str) -> None:
+        for command in import_module(f"flywheel.cli.{module}").COMMANDS:
+            self.add_command(command)
 
     def make_context(self, *args: Any, **kwargs: Any) -> click.Context:
         """Read the arguments, which may write to standard output: help, the version."""
@@ -137,5 +159,5 @@ def reference(topic: str | None, schema: bool) -> None:
         show(f"\nTopics: {', '.join(_names('topic'))}")
 
 
-for _command in (*machines.COMMANDS, *studies.COMMANDS, *motions.COMMANDS, *pages.COMMANDS, new, reference):
+for _command in (new, reference):
     main.add_command(_command)

@@ -230,10 +230,12 @@ def spare(scene: Path, *outputs: Path | None) -> None:
 
     A picture is told by its ending; a text is compared with what is there when it is written.
     """
+    named = [output for output in outputs if output is not None]
+    if not named:
+        return
     from bondgraph.storage.files import InputError, check
     from flywheel.reading.scenes import input_files
 
-    named = [output for output in outputs if output is not None]
     for output in named:
         ending = output.suffix.lower()
         with written(output):

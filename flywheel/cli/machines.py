@@ -92,21 +92,25 @@ def size(
         raise click.UsageError(f"--no-simulate means --accuracy normal, and contradicts --accuracy {accuracy}.")
     spare(scene, plot)
     with reported(scene):
-        from flywheel.language import use
         from flywheel.reading.scenes import load
         from flywheel.sizing import sizing
-        from flywheel.tables import answers
-        from flywheel.tables import sizing as page
-        from flywheel.tables.explanation import explanation
 
-        found = sizing.size(load(scene), rtol, accuracy=NORMAL if no_simulate else accuracy)
-        told = explanation(found) if explain else None
+        found, told = sizing.size(load(scene), rtol, accuracy=NORMAL if no_simulate else accuracy), None
+        if explain:
+            from flywheel.tables.explanation import explanation
+
+            told = explanation(found)
+        if as_json or full:
+            from flywheel.tables import sizing as page
         if as_json:
             show(page.json(found, told))
             remarked(scene, page.remarks(found))
             for message in found.messages:
                 click.echo(message, err=True)
         else:
+            from flywheel.language import use
+            from flywheel.tables import answers
+
             with use(language or "en"):
                 text = page.text(found) if full else answers.text(found, units or "si")
             show(text if told is None else f"{text}\n{told.text()}")

@@ -18,8 +18,8 @@ from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from contextvars import ContextVar
 from functools import cache, lru_cache
-from importlib.resources import files
 from types import MappingProxyType
+from typing import Any
 
 LANGUAGES: Mapping[str, str] = MappingProxyType({"en": "English", "es": "Español"})
 """The languages that there are, each by its own name."""
@@ -105,7 +105,7 @@ def _by_templates(language: str, told: str) -> str:
 def _templates(language: str) -> tuple[Mapping[str, str], tuple[tuple[str, re.Pattern[str], str], ...]]:
     """The faults without placeholders, and the templates: their longest words, a pattern, the translation."""
     known, templates = {}, []
-    for english, translation in entries(files(__package__).joinpath(language, "faults.po").read_text("utf-8")).items():
+    for english, translation in entries(_folder(language).joinpath("faults.po").read_text("utf-8")).items():
         pieces = _PLACEHOLDER.split(english)[::2]
         if len(pieces) == 1:
             known[english] = translation
@@ -122,10 +122,16 @@ def catalogue(language: str) -> Mapping[str, str]:
     if language == "en":
         return MappingProxyType({})
     found: dict[str, str] = {}
-    catalogues = [entry for entry in files(__package__).joinpath(language).iterdir() if entry.name.endswith(".po")]
+    catalogues = [entry for entry in _folder(language).iterdir() if entry.name.endswith(".po")]
     for entry in sorted(catalogues, key=lambda entry: (entry.name != "faults.po", entry.name)):
         found |= entries(entry.read_text("utf-8"))
     return MappingProxyType(found)
+
+
+def _folder(language: str) -> Any:
+    from importlib.resources import files  # English needs none
+
+    return files(__package__).joinpath(language)
 
 
 def entries(po: str) -> dict[str, str]:

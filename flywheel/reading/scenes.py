@@ -422,7 +422,7 @@ def file_text(file: Path) -> str:
     if b"\0" in content:
         raise SceneError([Fault(name, "a file that is no text", "a scene in a TOML file")])
     try:
-        return content.decode("utf-8-sig")
+        return content.removeprefix(b"\xef\xbb\xbf").decode()
     except UnicodeDecodeError as error:
         line = content[: error.start].count(b"\n") + 1
         found = f"bytes in line {line} that are not UTF-8"

@@ -413,8 +413,12 @@ def run(cycle: Cycle, speed: float, inertia: float) -> Run:
 
     def polished(cell: Index, t: Array, s: Array) -> Array:
         """Extremes as roots of M* - ½ omega² dI*/dphi itself, not of its interpolant; ends of cells stay."""
-        rows = cycle.series[0, cell] - 0.5 * square * (1.0 + s)[:, None] * cycle.series[1, cell]
-        return np.where(np.abs(t) < 1.0, cells.newton(rows, t, np.full_like(t, -1.0), np.ones_like(t)), t)
+        found, inside = t.copy(), (np.abs(t) < 1.0).nonzero()[0]
+        if inside.size:
+            cell, t, s = cell[inside], t[inside], s[inside]
+            rows = cycle.series[0, cell] - 0.5 * square * (1.0 + s)[:, None] * cycle.series[1, cell]
+            found[inside] = cells.newton(rows, t, np.full_like(t, -1.0), np.ones_like(t))
+        return found
 
     def extremes(offset: float) -> tuple[Array, Array, Index, Array, float]:
         """Fastest and slowest point, at such roots or at ends of cells: s, J + I*, cell and abscissa; the least J + I*."""

@@ -9,7 +9,6 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from functools import cached_property
-from html import escape
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -422,6 +421,8 @@ class HtmlPage(str):
 
     def _repr_html_(self) -> str:
         """The page in a frame, so that its styles stay its own."""
+        from html import escape  # notebooks alone show it so
+
         return (
             f'<iframe title="report" style="width:100%;height:40em;border:1px solid #8886" srcdoc="{escape(self)}"></iframe>'
         )

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import math
 from collections.abc import Iterable, Mapping
 from typing import Any, NamedTuple
@@ -119,6 +118,8 @@ def encoded(data: Mapping[str, Any], indent: int | None = None) -> str:
     >>> encoded({"a": np.float64(0.1), "b": float("inf"), "c": np.array([1.0, 2.0])})
     '{"a": 0.1, "b": null, "c": [1.0, 2.0]}'
     """
+    import json  # pages and CSV do without
+
     return json.dumps(_plain(data), indent=indent, allow_nan=False)
 
 
