@@ -224,7 +224,8 @@ class _Names:
 
     def find_spec(self, fullname: str, path: object = None, target: object = None) -> ModuleSpec | None:
         """Where a public name leads; None for every other module."""
-        return ModuleSpec(fullname, self) if fullname.removeprefix("flywheel.") in _MODULES else None
+        loader: Any = self
+        return ModuleSpec(fullname, loader) if fullname.removeprefix("flywheel.") in _MODULES else None
 
     def create_module(self, spec: ModuleSpec) -> None:
         """An empty module, whose place its home takes."""
