@@ -82,8 +82,8 @@ def sized(scene: Scene, paths: tuple[str, ...], columns: Array, rtol: float, eng
     """
     if engine == "size":
         return one_by_one(scene, paths, columns, range(columns.shape[1]), rtol)
-    batch, groups = empty(columns.shape[1]), _structures(scene, paths).sorted(columns).groups
-    for structure, which in groups:
+    batch, by_structure = empty(columns.shape[1]), _structures(scene, paths).sorted(columns)
+    for structure, which in by_structure.groups:
         found = cycles.sized(structure, columns[:, which], rtol, engine)
         known = found.halvings >= 0
         batch.ways[which[known]] = np.where(found.halvings[known] > 0, REFINED, TRACED)
@@ -97,6 +97,8 @@ def sized(scene: Scene, paths: tuple[str, ...], columns: Array, rtol: float, eng
             into[name][left] = value
     batch.ways[left] = alone.ways
     batch.reasons.update({int(left[k]): reason for k, reason in alone.reasons.items()})
+    if by_structure.why:
+        batch.reasons.update(dict.fromkeys(left[alone.ways == ALONE].tolist(), by_structure.why))
     return batch
 
 

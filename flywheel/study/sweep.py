@@ -26,8 +26,10 @@ from flywheel.machine.machine import Machine, balance_unit, scene_of
 from flywheel.numerics import notebook
 from flywheel.numerics.faults import Fault, SceneError, show, suggestion
 from flywheel.reading.paths import dotted, numbers, path_faults, with_numbers
+from flywheel.regime.turning_moment import speed_over_cycle
 from flywheel.scene.accuracy import rtol_faults
 from flywheel.scene.scene import Scene, read_only
+from flywheel.sizing.results import Sizing
 from flywheel.sizing.sizing import check_asked, size
 from flywheel.study import designs
 from flywheel.study.designs import ALONE, ENGINES, FIGURES, MISSING, REFINED, REFUSED, TRACED, Batch
@@ -44,6 +46,7 @@ _SAMPLE, _WORST = 8, 4  # designs that are checked: at random, and those with th
 _KEPT = ("exact", "approximate", "inertia_torque", "inertia_torque_flywheel", "irregularity", "accumulated_max")
 _RELATIVE_TO_TOTAL = ("exact", "approximate", "approximate_total", "inertia_torque", "inertia_torque_flywheel")
 _ROUNDING = 1e-14
+_TIE = 1e-9  # of the fluctuation of speed, within which two extremes are one
 _SLACK = 2.0  # by which two figures may differ beyond the sum of their estimated errors
 
 
@@ -691,32 +694,35 @@ def _checked(plan: Plan, batch: Batch) -> Check | None:
             found[k] = (math.inf, f"which size refuses ({error.faults[0]}): exact")
             continue
         theirs = designs.figures_of(sizing)
-        exchanged = 0.0 if sizing.cycle is None else sizing.cycle.exchanged
         mine = {name: (float(batch.values[name][k]), float(batch.errors[name][k])) for name in batch.values}
-        found[k] = max((_apart(name, mine, theirs, exchanged, plan.scene.cycle), name) for name in mine)
+        apart = (_apart(name, mine[name], theirs, sizing) for name in mine)
+        found[k] = max(zip(apart, mine, strict=True))
     k = max(found, key=lambda k: found[k][0])
     failed = tuple(k for k, (ratio, _) in found.items() if not ratio <= _SLACK)
     return Check(tuple(found), *found[k], k, failed)
 
 
-def _apart(
-    name: str, mine: Mapping[str, tuple[float, float]], theirs: Mapping[str, tuple[float, float]], work: float, cycle: float
-) -> float:
+def _apart(name: str, mine: tuple[float, float], theirs: Mapping[str, tuple[float, float]], sizing: Sizing) -> float:
     """By how many times both estimated errors two values of a figure differ; infinite where only one of them is there."""
-    (value, error), (other, of_other) = mine[name], theirs.get(name, (math.nan, math.nan))
+    (value, error), (other, of_other) = mine, theirs[name]
     if math.isnan(value) or math.isnan(other):
         return 0.0 if math.isnan(value) and math.isnan(other) else math.inf
-    scale = max(abs(value), abs(other))
+    cycle, period = sizing.cycle, sizing.scene.cycle
+    exchanged = 0.0 if cycle is None else cycle.exchanged
+    scale, difference = max(abs(value), abs(other)), abs(value - other)
     if name in _RELATIVE_TO_TOTAL:
         scale = max(scale, abs(theirs["approximate_total"][0]))
     elif name.startswith(("accumulated", "energy")):
-        scale = max(scale, work)
+        scale = max(scale, exchanged)
     elif name.startswith("reduced_inertia"):
         scale = max(scale, theirs["reduced_inertia_greatest"][0])
     elif name == "balance":
-        scale = max(scale, work / cycle)
-    difference = abs(value - other)
-    if name.startswith("angle"):
-        scale, difference = 1.0, abs(math.remainder(value - other, cycle))
+        scale = max(scale, exchanged / period)
+    elif name.startswith("angle"):
+        scale, difference = 1.0, abs(math.remainder(value - other, period))
+        if difference > _ROUNDING and cycle is not None and sizing.run is not None:
+            speeds = speed_over_cycle(sizing.run.cycle or cycle, sizing.speed, sizing.run, np.array([value, other]))
+            if np.ptp(speeds) <= _TIE * sizing.run.irregularity * sizing.speed:
+                return 0.0  # two angles of one extreme speed
     allowed = (np.nan_to_num(error) + np.nan_to_num(of_other) + _ROUNDING) * scale
-    return difference / allowed if difference else 0.0
+    return float(difference / allowed) if difference else 0.0
