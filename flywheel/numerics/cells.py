@@ -89,7 +89,7 @@ def middles(edges: Array, phi: Any) -> Any:
 
 def located(mesh: Cells, phi: Array) -> tuple[Index, Array]:
     """Cell and local abscissa of angles; those beyond the mesh are taken to its ends."""
-    cell = np.searchsorted(mesh.edges[1:-1], phi, side="right")
+    cell = mesh.edges[1:-1].searchsorted(phi, side="right")
     t = (phi - mesh.middle[cell, 0]) / mesh.half[cell, 0]
     return cell, np.minimum(np.maximum(t, -1.0), 1.0)
 
@@ -164,7 +164,7 @@ def accumulated(rising: Array) -> Array:
     """Value at every edge, 0 at the first, of antiderivative series (..., cells, ORDER + 1)."""
     gained = ends(rising)[..., 1]
     total = np.zeros((*gained.shape[:-1], gained.shape[-1] + 1))
-    np.cumsum(gained, axis=-1, out=total[..., 1:])
+    gained.cumsum(axis=-1, out=total[..., 1:])
     return total
 
 
@@ -217,14 +217,14 @@ def extents(series: Array) -> tuple[Array, Array]:
     turning = np.flatnonzero(~(steady | constant))
     noise = 64 * ROUNDING * slope_size[turning].sum(axis=-1)
     found = crossings(slopes[None, turning], noise[None])
-    return extents_at(series, turning[found.cell], found.t)
+    cell = turning[found.cell]
+    return extents_with(series, cell, value(series[cell], found.t))
 
 
-def extents_at(series: Array, cell: Index, t: Array) -> tuple[Array, Array]:
-    """The same, where its slope is known to be zero at local abscissas t of cells."""
+def extents_with(series: Array, cell: Index, inside: Array) -> tuple[Array, Array]:
+    """The same, by the function's values inside cells where its slope is zero."""
     at_ends = ends(series)
     least, most = np.minimum(*at_ends.T), np.maximum(*at_ends.T)
-    inside = value(series[cell], t)
     np.minimum.at(least, cell, inside)
     np.maximum.at(most, cell, inside)
     return least, most
@@ -271,11 +271,19 @@ def wide(values: Any, shape: tuple[int, ...]) -> Array:
 
 
 class Crossings(NamedTuple):
-    """Sign changes of several functions, ordered by function and angle: which one, in which cell, at which local t."""
+    """Sign changes of several functions, ordered by function and angle: which one, in which cell, at which local t.
+
+    `slope` is that of the function by t there.
+    """
 
     function: Index
     cell: Index
     t: Array
+    slope: Array
+
+    def only(self, chosen: Any) -> Crossings:
+        """Some of them."""
+        return Crossings(self.function[chosen], self.cell[chosen], self.t[chosen], self.slope[chosen])
 
     def angles(self, mesh: Cells) -> Array:
         """Angles (rad) of the crossings; exactly an edge where the function jumps there."""
@@ -316,27 +324,31 @@ def crossings(series: Array, noise: Array) -> Crossings:
     low, left, right = values[at], GRID[gap], GRID[np.minimum(gap + 1, GRID.size - 1)]
     span = low - values[at + 1]
     share = low / np.where(span == 0.0, np.inf, span)
-    t = newton(rows[row], left + (right - left) * np.minimum(np.maximum(share, 0.0), 1.0), left, right)
-    found = Crossings(row // number, row % number, t)
+    t, slope = _roots(rows[row], left + (right - left) * np.minimum(np.maximum(share, 0.0), 1.0), left, right)
+    function, cell = np.divmod(row, number)
+    found = Crossings(function, cell, t, slope)
     hidden = _hidden(grid, level[looked])
     if hidden is None:
         return found
     both = zip(found, _inside_gaps(rows, looked[hidden[0]], hidden[1], number), strict=True)
-    function, cell, t = (np.concatenate(pair) for pair in both)
-    order = np.lexsort((t, cell, function))
-    return Crossings(function[order], cell[order], t[order])
+    every = Crossings(*(np.concatenate(pair) for pair in both))
+    return every.only(np.lexsort((every.t, every.cell, every.function)))
 
 
 def newton(rows: Array, t: Array, left: Array, right: Array) -> Array:
     """Roots of series, one a row, from t within [left, right]: Newton's method, and bisection where that is lost."""
-    both = np.empty((len(rows), 2, ORDER))
+    return _roots(rows, t, left, right)[0]
+
+
+def _roots(rows: Array, t: Array, left: Array, right: Array) -> tuple[Array, Array]:
+    """The same, with the slopes there."""
+    both = np.empty((len(rows), 2, rows.shape[-1]))
     both[:, 0], both[:, 1] = rows, rows @ _DIFFERENTIATE
-    step = np.zeros_like(t)
     for _ in range(_MOST_STEPS):
-        here, steepness = (both @ basis(t, ORDER)[..., None])[..., 0].T
-        step = here / np.where(steepness == 0.0, np.inf, steepness)
+        here, slope = (both @ basis(t, ORDER)[..., None])[..., 0].T
+        step = here / np.where(slope == 0.0, np.inf, slope)
         before, t = t, np.minimum(np.maximum(t - step, left), right)
-        if not (np.abs(t - before) > _SETTLED).any():
+        if not np.abs(t - before).max(initial=0.0) > _SETTLED:
             break
     lost = (np.abs(step) > 1e-5) & (right > left)  # then even the next step would still be above 1e-10
     if lost.any():  # bisection, for rows that change sign between left and right; the others keep their t
@@ -348,7 +360,7 @@ def newton(rows: Array, t: Array, left: Array, right: Array) -> Array:
             above = rising * value(rows, middle) > 0.0
             low, high = np.where(above, low, middle), np.where(above, middle, high)
         t[lost] = np.where(bracketed, 0.5 * (low + high), t[lost])
-    return t
+    return t, slope
 
 
 def _hidden(grid: Array, noise: Array) -> tuple[Index, Index] | None:
@@ -374,6 +386,7 @@ def _inside_gaps(rows: Array, row: Index, point: Index, number: int) -> Crossing
         if at.size == 2:  # an odd one is already known from the signs of the grid
             left, right = fine[at], fine[at + 1]
             start = left + values[at] / (values[at] - values[at + 1]) * (right - left)
-            found += [(k // number, k % number, t) for t in newton(rows[[k, k]], start, left, right)]
-    columns = np.array(found, dtype=float).reshape(-1, 3)
-    return Crossings(columns[:, 0].astype(np.intp), columns[:, 1].astype(np.intp), columns[:, 2])
+            roots = zip(*_roots(rows[[k, k]], start, left, right), strict=True)
+            found += [(k // number, k % number, t, slope) for t, slope in roots]
+    columns = np.array(found, dtype=float).reshape(-1, 4)
+    return Crossings(columns[:, 0].astype(np.intp), columns[:, 1].astype(np.intp), columns[:, 2], columns[:, 3])

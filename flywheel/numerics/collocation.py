@@ -66,15 +66,18 @@ def round_cycle(half: Array, jacobian: Array, by_parameter: Array, at_nodes: Arr
     growth = np.concatenate(([0.0], np.cumsum(half * (jacobian[:, 0, 0] @ _WHOLE))))
     ended = at_edges.copy()
     ended[-1] += gap
-    first = int(growth.argmax()) % half.size
-    backwards = bool(growth[-1] > 0.0)
-    if jacobian.shape[1] > 1 or not np.ptp(growth) > _STEEP:
+    first, backwards = int(growth.argmax()) % half.size, bool(growth[-1] > 0.0)
+    if jacobian.shape[1] > 1 or not growth.max() - growth.min() > _STEEP:
         first, backwards = 0, False
-    rolled = [np.roll(rows, -first, axis=0) for rows in (half, jacobian, by_parameter, at_nodes, ended)]
+    rows = half, jacobian, by_parameter, at_nodes, ended
+    rolled = [np.roll(each, -first, axis=0) for each in rows] if first else rows
     found = _backwards(*rolled) if backwards else changes(*rolled)
     base = 0 if backwards else -1
     around = np.concatenate((found.edge_start[base], found.edge_by[base], found.edge_rest[base][:, None]), axis=-1)
-    return _unrolled(found, first, gap)._replace(around=around, growth=float(growth[-1]) if backwards else 0.0)
+    if first:
+        found = _unrolled(found, first)
+    found.edge_rest[-1] -= gap
+    return found._replace(around=around, growth=float(growth[-1]) if backwards else 0.0)
 
 
 def _backwards(half: Array, jacobian: Array, by_parameter: Array, at_nodes: Array, at_edges: Array) -> Changes:
@@ -87,12 +90,10 @@ def _backwards(half: Array, jacobian: Array, by_parameter: Array, at_nodes: Arra
     return Changes(*nodes, found.edge_start[::-1], found.edge_by[::-1], found.edge_rest[::-1])
 
 
-def _unrolled(found: Changes, first: int, gap: Array) -> Changes:
-    """Changes found from the cell `first` round to itself, from phi = 0 on; the end keeps the gap that it is to lose."""
+def _unrolled(found: Changes, first: int) -> Changes:
+    """Changes found from the cell `first` round to itself, from phi = 0 on."""
     start, by, rest = (np.roll(rows, first, axis=0) for rows in found[:3])
-    edge_start, edge_by, edge_rest = (_end_for_end(rows, first) for rows in found[3:6])
-    edge_rest[-1] -= gap
-    return Changes(start, by, rest, edge_start, edge_by, edge_rest)
+    return Changes(start, by, rest, *(_end_for_end(rows, first) for rows in found[3:6]))
 
 
 def _end_for_end(rows: Array, first: int) -> Array:

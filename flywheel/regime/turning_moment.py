@@ -196,14 +196,14 @@ class Extent(NamedTuple):
     greatest_error: float
 
 
-def inertia_extent(cycle: Cycle, places: Crossings | None = None) -> Extent:
+def inertia_extent(cycle: Cycle, roots: Roots | None = None) -> Extent:
     """The extremes of I* by its own series: what its slope adds up to would lose a small I* beside a large one.
 
     Each is as doubtful as its own cell is, or as another cell may be beyond it. They stand at ends of cells and at roots of
-    dI*/dphi, which are among the places, or else are looked for.
+    dI*/dphi, which are among those given, or else are looked for.
     """
-    places = cells.crossings(cycle.series[1:2], cycle.noise[1:]) if places is None else places
-    least, greatest = cells.extents_at(cycle.series[2], places.cell, places.t)
+    roots = combined(cycle, np.array([[0.0, 1.0]]))[1] if roots is None else roots
+    least, greatest = cells.extents_with(cycle.series[2], roots.crossings.cell, roots.inertia)
     low, high, errors = int(least.argmin()), int(greatest.argmax()), cycle.errors.inertias
     return Extent(
         float(least[low]),
@@ -315,18 +315,21 @@ class Extremes(NamedTuple):
 
 
 class Roots(NamedTuple):
-    """Sign changes of functions a M* + b dI*/dphi: where they stand (rad), with W (J) and I* - I*(0) (kg m²) there."""
+    """Sign changes of functions a M* + b dI*/dphi: where they stand (rad), with W (J) and I* - I*(0) (kg m²) there.
+
+    `inertia` is I* (kg m²) by its own series.
+    """
 
     crossings: Crossings
     angles: Array
     work: Array
     variation: Array
+    inertia: Array
 
     def of(self, function: int) -> Roots:
         """Those of one function."""
-        first, last = self.crossings.function.searchsorted((function, function + 1)).tolist()
-        (functions, cell, t), own = self.crossings, slice(first, last)
-        return Roots(Crossings(functions[own], cell[own], t[own]), self.angles[own], self.work[own], self.variation[own])
+        own = slice(*self.crossings.function.searchsorted((function, function + 1)).tolist())
+        return Roots(self.crossings.only(own), self.angles[own], self.work[own], self.variation[own], self.inertia[own])
 
 
 def combined(cycle: Cycle, factors: Array) -> tuple[Extremes, Roots]:
@@ -338,19 +341,22 @@ def combined(cycle: Cycle, factors: Array) -> tuple[Extremes, Roots]:
     (count, _), shape = factors.shape, cycle.series.shape[1:]
     slopes = (factors @ cycle.series[:2].reshape(2, -1)).reshape(count, *shape)
     found = cells.crossings(slopes, np.abs(factors) @ cycle.noise)
-    roots = Roots(found, found.angles(cycle.mesh), *cycle.at(found.cell, found.t))
-    # one row for every function: its values at the edges, then at its roots, filled up with what stands at phi = 0
-    edges, function = cycle.mesh.edges, found.function
-    at_edges, first = factors @ cycle.start, function.searchsorted(np.arange(count + 1))
-    most = int((first[1:] - first[:-1]).max())
-    values, places = np.empty((2, count, edges.size + most))
-    values[:, : edges.size], places[:, : edges.size] = at_edges, edges
-    values[:, edges.size :], places[:, edges.size :] = at_edges[:, :1], 0.0
+    function, cell, powers = found.function, found.cell, cells.basis(found.t)
+    work, variation = cycle.start[:, cell] + (cycle.rising[:, cell] * powers).sum(axis=-1)
+    inertia = (cycle.series[2, cell] * powers[:, :ORDER]).sum(axis=-1)
+    roots = Roots(found, found.angles(cycle.mesh), work, variation, inertia)
+    # a row for every function and its negative: values at the edges, then at the roots, filled up with that at phi = 0
+    edges, at_edges, first = cycle.mesh.edges, factors @ cycle.start, function.searchsorted(np.arange(count + 1))
+    width = edges.size + int((first[1:] - first[:-1]).max())
+    values, places = np.empty((2, count, width)), np.zeros((count, width))
+    values[0] = at_edges[:, :1]
+    values[0, :, : edges.size], places[:, : edges.size] = at_edges, edges
     column = np.arange(edges.size, edges.size + function.size) - first[function]
-    values[function, column] = factors[function, 0] * roots.work + factors[function, 1] * roots.variation
+    values[0, function, column] = (factors[function] * np.stack((work, variation), axis=1)).sum(axis=1)
     places[function, column] = roots.angles
-    every, top, bottom = np.arange(count), cells.peak(values, places), cells.peak(-values, places)
-    return Extremes(values[every, top], values[every, bottom], places[every, top], places[every, bottom]), roots
+    values[1] = -values[0]
+    every, (top, bottom) = np.arange(count), cells.peak(values, places)
+    return Extremes(values[0, every, top], values[0, every, bottom], places[every, top], places[every, bottom]), roots
 
 
 # -- the speed over the cycle ----------------------------------------------------------------------------------------------
@@ -532,8 +538,9 @@ def error_of_crossings(cycle: Cycle, roots: Roots) -> float:
     the moment on the way.
     """
     end, found = float(cycle.mesh.edges[-1]), roots.crossings
-    errors = _root_errors(cycle, found.cell, found.t, np.zeros_like(found.t))
-    error = 4 * ROUNDING * end + float(errors.max(initial=0.0))
+    half, noise = cycle.mesh.half[found.cell, 0], cycle.noise[0, found.cell] + cycle.errors.work / end
+    errors = half * np.minimum(noise / np.maximum(np.abs(found.slope), 1e-300), 2.0)
+    error = 4 * ROUNDING * end + float(errors[found.t < _INSIDE].max(initial=0.0))
     if not cycle.errors.residual or not found.t.size:
         return error
     phi, work = _at_nodes(cycle)[:2]

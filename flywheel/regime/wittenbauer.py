@@ -183,7 +183,7 @@ def figures_of(cycle: Cycle, speed: float, irregularity: float | None) -> Figure
     fast, slow = -0.5 * (1 + eps / 2) ** 2 * square, -0.5 * (1 - eps / 2) ** 2 * square
     factors = np.array([[1.0, 0.0], [1.0, fast], [1.0, slow], [1.0, -0.5 * square], [0.0, 1.0]])
     extremes, roots = turning_moment.combined(cycle, factors)
-    extent = turning_moment.inertia_extent(cycle, roots.crossings)
+    extent = turning_moment.inertia_extent(cycle, roots)
     inertia = _reduced_inertia(cycle, extremes, extent)
     figures = Figures(cycle, speed, irregularity, extremes, roots.of(_WORK), extent, inertia)
     if not eps:
