@@ -491,17 +491,6 @@ class Dynamics:
             )
         return self._instant(parts, omega, current, place.factors)
 
-    def law(self, anchor: Anchor) -> Callable[..., tuple[float, ...]] | None:
-        """I*, dI*/dphi and M* in the piece of an anchor, by phi, omega, t and the unknown's value, in plain numbers.
-
-        The flywheel is left out. None where the equation of motion takes more than these, or the walk cannot be recorded.
-        """
-        machine = self.machine
-        if machine.resists or self.circuit is not None or machine.scene.stroke is not None or len(machine.stages) > 1:
-            return None
-        program = machine.traced.motion(anchor)
-        return None if program is None else program.function("math")
-
     def plainly(self, anchor: Anchor) -> Callable[[float, float, float, float], tuple[float, float, float, float]] | None:
         """What `at` gives in the piece of an anchor, in plain numbers.
 

@@ -545,12 +545,11 @@ class _Scaled(NamedTuple):
             found = ratio, float(at.acceleration) / (speed * speed * scale)
             return (*found, float(at.current_rate) / speed) if rest else found
 
-        law = dynamics.law(anchor or Anchor(middle, None, None))
+        law = dynamics.plainly(anchor or Anchor(middle, None, None))
         return rates if law is None else self._recorded(law, rates)
 
     def _recorded(self, law: Callable[..., tuple[float, ...]], walked: Rates) -> Rates:
         """The same rates by the recorded walk; where a law is not defined, as the walk reads it."""
-        inertia, balance = self.dynamics.inertia, self.dynamics.balance
         speed, scale = self.speed, self.scale
         unit, calls = 1.0 / (speed * speed * scale), 0
 
@@ -560,18 +559,16 @@ class _Scaled(NamedTuple):
             if calls == _COUNTED:
                 count(calls)
                 calls = 0
-            phi, u = state
+            phi, u, *rest = state
             ratio = 1.0 + scale * u
-            omega = speed * ratio
             try:
-                own, slope, moment = law(phi, omega, 0.0, balance)
-                rate = (moment - 0.5 * slope * omega * omega) / (own + inertia) * unit
+                acceleration, _, _, rate = law(phi, speed * ratio, 0.0, rest[0] if rest else 0.0)
             except (ValueError, ArithmeticError):
-                rate = math.nan
-            if rate - rate != 0.0:
-                walks: Sequence[float] = walked(tau, state)
-                return walks
-            return ratio, rate
+                acceleration = math.nan
+            if acceleration - acceleration != 0.0:
+                found: Sequence[float] = walked(tau, state)
+                return found
+            return (ratio, acceleration * unit, rate / speed) if rest else (ratio, acceleration * unit)
 
         return rates
 
