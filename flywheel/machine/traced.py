@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from typing import Any, NamedTuple
 
+from bondgraph.elements import Here
 from bondgraph.recording import NAMESPACE, Conditions, Program, Recorder
 from flywheel.machine.dynamics import DRIVE, circuit_of
 from flywheel.machine.machine import Anchor, Machine
@@ -49,6 +50,21 @@ class TracedMachine:
         if anchor not in self._reduced:
             self._reduced[anchor] = self._recorded_reduction(anchor)
         return self._reduced[anchor]
+
+    def positions(self, anchor: float) -> Program | None:
+        """Where everything stands in the piece of an anchor (rad), by phi (rad): rad or m, in the order of `machine.places`."""
+        recorder, scene = Recorder(), self.machine.scene
+        phi, outputs = recorder.input("phi"), list[Any]()
+        try:
+            for name, place in self.machine.places.items():
+                motion = self.machine.motion_of(name)
+                rate = scene.shafts.get(motion.of, 1.0)
+                position = motion.position(rate * phi, NAMESPACE, rate * anchor)
+                outputs.append(place.displacement(Here(rate * phi, position, NAMESPACE)))
+            return recorder.program(outputs)
+        except Exception as error:
+            self.why = self.why or str(error)
+            return None
 
     def motion(self, anchor: Anchor) -> Program | None:
         """What moves the machine in the piece of an anchor, as the equation of motion takes it.

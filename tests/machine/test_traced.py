@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 
 import flywheel
+from bondgraph.elements import Here
 from bondgraph.recording import source
 from flywheel.machine.dynamics import DRIVE, circuit_of
 from flywheel.machine.machine import Anchor, FrictionCurve
@@ -67,6 +68,16 @@ def motion_differences(machine, anchor, phi):
     return differences(machine.traced.motion(anchor).function()(phi, omega, time, 2.0), expected, scales)
 
 
+def position_differences(machine, anchor, phi):
+    """Against the laws' own positions."""
+    found, expected = machine.traced.positions(anchor).function()(phi), []
+    for name, place in machine.places.items():
+        motion = machine.motion_of(name)
+        q, middle = (machine.scene.shafts.get(motion.of, 1.0) * angle for angle in (phi, np.full(phi.shape, anchor)))
+        expected.append(place.displacement(Here(q, motion.position(q, np, middle), np)))
+    return differences(found, expected, [np.maximum(np.abs(value), 0.1) for value in expected])
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize("path", SCENES, ids=lambda path: path.stem)
 def test_every_scene_gives_what_the_walk_gives(path):
@@ -78,6 +89,7 @@ def test_every_scene_gives_what_the_walk_gives(path):
     limit = 1e-12 if any(mechanism.linkage for mechanism in machine.scene.mechanisms) else 1e-13  # rounding of positions
     for anchor, phi in chosen:
         assert reduced_differences(machine, anchor, phi) <= limit
+        assert position_differences(machine, anchor, phi) <= 1e-14
         for speed in (None, machine.typical_speed):
             assert motion_differences(machine, Anchor(anchor, speed, 0.0 if speed else None), phi) <= limit
     assert not machine.traced.why
@@ -142,10 +154,24 @@ def test_a_press_gives_what_its_walk_gives():
     machine = machine_of(PRESS)
     for anchor, phi in pieces(machine):
         assert reduced_differences(machine, anchor, phi) <= 1e-13
+        assert position_differences(machine, anchor, phi) <= 1e-14
         program = machine.traced.reduced(anchor)
         by_math = [program.function("math")(float(x)) for x in phi]
         assert np.abs(np.array(by_math) - np.array([machine.reduction(float(x), anchor) for x in phi])).max() < 1e-10
         assert not machine.traced.why
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    "path", [PRESS, HERE.parents[1] / "examples" / "linkages" / "whitworth.toml"], ids=["press", "linkage"]
+)
+def test_machine_code_gives_the_same(path):
+    pytest.importorskip("numba")
+    machine = machine_of(path)
+    anchor, phi = pieces(machine)[0]
+    program = machine.traced.reduced(anchor)
+    rows = zip(program.function("numba")(phi), program.function()(phi), strict=True)
+    assert all(np.abs(a - b).max() <= 1e-14 * np.abs(b).max() for a, b in rows)
 
 
 def test_loads_that_do_not_act_cost_nothing():
