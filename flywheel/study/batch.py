@@ -28,8 +28,8 @@ _INSIDE = 1.0 - 1e-12
 _NO_EFFECT = 1e-9  # of what an unknown does over the cycle: below that it balances nothing
 _ENORMOUS = 1e150  # of works and inertias: their squares and products would leave the floating-point range
 _CELLS = 3_000  # of a chunk of designs: arrays of their values then stay in the processor's cache
-_DESIGNS = 512  # of a chunk, at most
-_TOGETHER = 800  # roots that are polished together: more would be split over threads, which costs more than it gains
+_DESIGNS = 110_000 // ORDER // ORDER * 2  # of a chunk, at most: greater products are split over threads, which costs more
+_TOGETHER = _DESIGNS  # roots that are polished together
 _LARGE = 100_000  # of one for machine code, which keeps little of it at a time
 _HALVINGS = 3  # of the cells of designs that miss rtol; what is then left is sized one by one
 _SHARE = 1e-6  # of a row's size: a series that is cut off above it is looked at on the finer grid
@@ -193,7 +193,7 @@ def sums(pieces: Pieces, givens: Givens, columns: Array, edges: Array) -> Sums:
     square, eps = givens.speed**2, givens.irregularity
     factors = -0.5 * square * np.stack(((1 + eps / 2) ** 2, (1 - eps / 2) ** 2, np.ones(count)))
     return Sums(
-        start=_AT_ENDS[0] @ series[2, :, 0],
+        start=(_AT_ENDS @ series[2, :, 0])[0],
         balance=balance,
         by_unknown=by_unknown,
         net=start[0, -1],

@@ -30,7 +30,7 @@ from flywheel.study.batch import FAST, INERTIA, POINTS, SLOW, Givens, Pieces, Su
 LANES = 16
 _L = LANES
 _P = POINTS.size
-_MOST_ROOTS = 48  # of a design's five functions; what has more is left to numpy
+_ROOTS = 48 * LANES  # of the five functions of all lanes; designs that have more are left to numpy
 _FIT: Array = np.ascontiguousarray(cells.fit(np.eye(ORDER)).T)
 _MEAN = np.ascontiguousarray(cells.MEAN)
 _WEIGHTS = np.ascontiguousarray(_FIT.T @ _MEAN)
@@ -158,7 +158,7 @@ def lanes(program: Program) -> Lanes:
         lines += _loop(own, operations, base, len(names), place)
         lines += _calls(calls.get(level, []), operations, base, len(names), place)
     for row, n in enumerate(outputs):
-        target, value = f"values[group, {_ROW_OF[row]}, node + 1, cell, i]", _value(n, len(names), base, place)
+        target, value = f"values[group, cell, {_ROW_OF[row]}, node + 1, i]", _value(n, len(names), base, place)
         lines += ["for i in range(_L):", f"    {target} = {value}"]
     body = "\n                ".join(lines)
     constants = [f"x{len(names) + k} = places[{k}]" for k in range(len(places))]
@@ -279,206 +279,231 @@ def filler(program: Program) -> tuple[Lanes, Any]:
 
 # -- one group of lanes ----------------------------------------------------------------------------------------------------
 
-(_START, _BALANCE, _BY_UNKNOWN, _NET, _EXCHANGED, _WORK_ERROR, _VARIATION, _INERTIA_ERROR, _FIRST) = range(9)
+(_START_AT, _BALANCE, _BY_UNKNOWN, _NET, _EXCHANGED, _WORK_ERROR, _VARIATION, _INERTIA_ERROR, _FIRST) = range(9)
 _GREATEST, _LEAST, _FASTEST, _SLOWEST, _ANGLE, _EXTENT, _MEAN_AT, _LARGEST, _DOUBT = 9, 14, 19, 20, 21, 22, 26, 28, 29
 _EVALUATION = 24 * ROUNDING
 _TAIL = cells.TAIL_OF_INTEGRAL
 _INSIDE = 1.0 - 1e-12
 _SHARE, _NO_EFFECT = 1e-6, 1e-9
 _EPS = ROUNDING
+# rows of LANES numbers that belong to one cell
+(_HALF, _MIDDLE, _RIGHT, _END, _TAILS, _NOISE, _INERTIA, _LOW, _HIGH, _START, _STOP, _CELL) = (
+    k * _L for k in (0, 1, 2, 3, 4, 7, 9, 10, 11, 12, 14, 16)
+)
+# and to the whole cycle: sums over cells, and the values at the last node
+(_SHIFTED, _CUT, _SIZE, _WORST, _MOST, _AREA, _AREA_ERROR, _BEFORE, _CYCLE) = (k * _L for k in (0, 2, 4, 6, 7, 8, 9, 10, 12))
 
 
 @_compiled
-def balanced(values: Any, half: Any, unknown: bool, out: Any) -> None:
+def balanced(values: Any, cellwise: Any, unknown: bool, out: Any) -> None:
     """The balance of the net work, and M* and its sizes with it."""
-    number = half.shape[0]
     for i in range(_L):
         out[_BALANCE, i] = 0.0
         out[_BY_UNKNOWN, i] = 0.0
     if not unknown:
         return
     net, own, size = np.zeros(_L), np.zeros(_L), np.zeros(_L)
-    for cell in range(number):
-        for node in range(ORDER):
-            weight = _WEIGHTS[node]
-            for i in range(_L):
-                share = weight * half[cell, i]
-                net[i] += share * values[0, node + 1, cell, i]
-                own[i] += share * values[5, node + 1, cell, i]
-                size[i] += share * abs(values[5, node + 1, cell, i])
+    for cell in range(values.shape[0]):
+        v, w = values[cell].reshape(-1), cellwise[cell].reshape(-1)
+        for i in range(_L):
+            a, b, c = 0.0, 0.0, 0.0
+            for node in range(ORDER):
+                per_unknown = v[(5 * _P + node + 1) * _L + i]
+                a += _WEIGHTS[node] * v[(node + 1) * _L + i]
+                b += _WEIGHTS[node] * per_unknown
+                c += _WEIGHTS[node] * abs(per_unknown)
+            net[i] += a * w[_HALF + i]
+            own[i] += b * w[_HALF + i]
+            size[i] += c * w[_HALF + i]
     for i in range(_L):
         out[_BY_UNKNOWN, i] = own[i]
         out[_BALANCE, i] = -net[i] / own[i] + 0.0 if abs(own[i]) > _NO_EFFECT * size[i] else np.nan
-    for node in range(1, ORDER + 1):
-        for cell in range(number):
+        net[i] = out[_BALANCE, i]
+    for cell in range(values.shape[0]):
+        v = values[cell].reshape(-1)
+        for node in range(1, ORDER + 1):
             for i in range(_L):
-                added = out[_BALANCE, i] * values[5, node, cell, i]
-                values[0, node, cell, i] += added
-                values[3, node, cell, i] += abs(added)
+                added = net[i] * v[(5 * _P + node) * _L + i]
+                v[node * _L + i] += added
+                v[(3 * _P + node) * _L + i] += abs(added)
 
 
 @_compiled
-def fitted(values: Any, series: Any, row: int, cell: int) -> None:
-    """The series of one row of values on one cell, and for M* and dI*/dphi the values at the cell's ends."""
-    for k in range(ORDER):
-        sign = 1.0 if k % 2 == 0 else -1.0
+def fitted(v: Any, s: Any, folded: Any) -> None:
+    """Series of M*, dI*/dphi and I* on one cell: even coefficients from sums of values at ±t, odd ones from differences."""
+    for row in range(3):
+        base, to = row * _P * _L, row * ORDER * _L
         for i in range(_L):
-            series[row, k, cell, i] = _FIT[k, _HALF_ORDER] * values[row, _HALF_ORDER + 1, cell, i]
-        for node in range(_HALF_ORDER):
-            weight = _FIT[k, node]
+            for node in range(_HALF_ORDER):
+                left, right = v[base + (node + 1) * _L + i], v[base + (ORDER - node) * _L + i]
+                folded[node * _L + i] = left + right
+                folded[(_HALF_ORDER + 1 + node) * _L + i] = left - right
+            folded[_HALF_ORDER * _L + i] = v[base + (_HALF_ORDER + 1) * _L + i]
+        for k in range(0, ORDER, 2):
             for i in range(_L):
-                series[row, k, cell, i] += weight * (
-                    values[row, node + 1, cell, i] + sign * values[row, ORDER - node, cell, i]
-                )
-    if row == 2:
-        return
-    for i in range(_L):
-        values[row, 0, cell, i] = 0.0
-        values[row, _P - 1, cell, i] = 0.0
-    for k in range(ORDER):
-        sign = 1.0 if k % 2 == 0 else -1.0
-        for i in range(_L):
-            values[row, 0, cell, i] += sign * series[row, k, cell, i]
-            values[row, _P - 1, cell, i] += series[row, k, cell, i]
+                even = 0.0
+                for node in range(_HALF_ORDER + 1):
+                    even += _FIT[k, node] * folded[node * _L + i]
+                s[to + k * _L + i] = even
+        for k in range(1, ORDER, 2):
+            for i in range(_L):
+                odd = 0.0
+                for node in range(_HALF_ORDER):
+                    odd += _FIT[k, node] * folded[(_HALF_ORDER + 1 + node) * _L + i]
+                s[to + k * _L + i] = odd
 
 
 @_compiled
-def cut_off(series: Any, row: int, cell: int, tails: Any) -> None:
-    """The error of the interpolant, as `cells.tail` has it."""
+def at_ends(v: Any, s: Any, w: Any) -> None:
+    """M* and dI*/dphi at the ends of a cell, and I* there."""
     for i in range(_L):
-        first = max(abs(series[row, ORDER - 6, cell, i]), abs(series[row, ORDER - 5, cell, i]))
-        middle = max(abs(series[row, ORDER - 4, cell, i]), abs(series[row, ORDER - 3, cell, i]))
-        last = max(abs(series[row, ORDER - 2, cell, i]), abs(series[row, ORDER - 1, cell, i]))
-        decay = min(max(last / max(middle, _TINY), middle / max(first, _TINY)), 0.9)
-        tails[row, cell, i] = 10.0 * decay * max(last, middle * decay) / (1.0 - decay)
-
-
-@_compiled
-def errors_of(
-    values: Any,
-    series: Any,
-    tails: Any,
-    edges: Any,
-    middle: Any,
-    half: Any,
-    noise: Any,
-    start: Any,
-    extents: Any,
-    unknown: bool,
-    out: Any,
-) -> None:
-    """Series, accumulated values and every error of a cycle, as `turning_moment.assembled` has them."""
-    number = half.shape[0]
-    last = np.zeros((2, _L))  # the value at the node before, from which it differs
-    shifted, interpolation, size = np.zeros((2, _L)), np.zeros((2, _L)), np.zeros((2, _L))
-    inertias = np.zeros((number, _L))
-    steep, most, slope, before, two = np.zeros(_L), np.zeros(_L), np.zeros(_L), np.zeros(_L), np.zeros(_L)
-    for i in range(_L):
-        for k in (_MEAN_AT, _MEAN_AT + 1, _LARGEST, _INERTIA_ERROR):
-            out[k, i] = 0.0
-        start[0, 0, i] = 0.0
-        start[1, 0, i] = 0.0
-    for cell in range(number):
-        for row in range(3):
-            fitted(values, series, row, cell)
-            cut_off(series, row, cell, tails)
         for row in range(2):
-            for i in range(_L):
-                steep[i] = 0.0
-                slope[i] = 0.0
-                before[i] = 0.0
-                start[row, cell + 1, i] = 0.0
-                most[i] = 0.0
-            for k in range(ORDER - 1, 0, -1):  # coefficients of the slope: d[k-1] = d[k+1] + 2 k c[k]
-                for i in range(_L):
-                    two[i] = before[i] + 2.0 * k * series[row, k, cell, i]
-                    steep[i] += abs(two[i]) if k > 1 else 0.5 * abs(two[i])
-                    before[i] = slope[i]
-                    slope[i] = two[i]
-            for k in range(0, ORDER, 2):
-                for i in range(_L):
-                    start[row, cell + 1, i] += _MEAN[k] * series[row, k, cell, i]
-            for node in range(1, ORDER + 1):
-                for i in range(_L):
-                    size[row, i] += _WEIGHTS[node - 1] * half[cell, i] * values[row + 3, node, cell, i]
-                    most[i] = max(most[i], values[row + 3, node, cell, i])
-            for i in range(_L):
-                start[row, cell + 1, i] = start[row, cell, i] + half[cell, i] * start[row, cell + 1, i]
-                noise[row, cell, i] = (
-                    tails[row, cell, i] + 32 * _EPS * most[i] + _EPS * edges[cell + 1, i] * steep[i] / half[cell, i]
-                )
-                interpolation[row, i] += _TAIL * tails[row, cell, i] * half[cell, i]
+            even, odd = 0.0, 0.0
+            for k in range(ORDER // 2):
+                even += s[(row * ORDER + 2 * k) * _L + i]
+                odd += s[(row * ORDER + 2 * k + 1) * _L + i]
+            even += s[(row * ORDER + ORDER - 1) * _L + i]
+            v[row * _P * _L + i] = even - odd
+            v[(row * _P + _P - 1) * _L + i] = even + odd
+    for i in range(_L):
+        even, odd = 0.0, 0.0
+        for k in range(ORDER // 2):
+            even += s[(2 * ORDER + 2 * k) * _L + i]
+            odd += s[(2 * ORDER + 2 * k + 1) * _L + i]
+        even += s[(2 * ORDER + ORDER - 1) * _L + i]
+        w[_LOW + i] = even - odd
+        w[_HIGH + i] = even + odd
+
+
+@_compiled
+def cut_off(s: Any, w: Any) -> None:
+    """The errors of the interpolants, as `cells.tail` has them."""
+    for row in range(3):
+        base = row * ORDER + ORDER - 6
+        for i in range(_L):
+            first = max(abs(s[base * _L + i]), abs(s[(base + 1) * _L + i]))
+            middle = max(abs(s[(base + 2) * _L + i]), abs(s[(base + 3) * _L + i]))
+            last = max(abs(s[(base + 4) * _L + i]), abs(s[(base + 5) * _L + i]))
+            decay = min(max(last / max(middle, _TINY), middle / max(first, _TINY)), 0.9)
+            w[_TAILS + row * _L + i] = 10.0 * decay * max(last, middle * decay) / (1.0 - decay)
+
+
+@_compiled
+def summed(v: Any, s: Any, w: Any, c: Any, first: bool) -> None:
+    """What one cell adds to the sums of a cycle, and the noise of its series; see `turning_moment.assembled`."""
+    for row in range(2):
+        own, size = row * _L, (row + 3) * _P
+        for i in range(_L):  # steepness: sizes of the slope's coefficients, d[k-1] = d[k+1] + 2 k c[k]
+            steep, after, here = 0.0, 0.0, 0.0
+            for k in range(ORDER - 1, 1, -1):
+                found = after + 2.0 * k * s[(row * ORDER + k) * _L + i]
+                steep += abs(found)
+                after, here = here, found
+            steep += 0.5 * abs(after + 2.0 * s[(row * ORDER + 1) * _L + i])
+            w[_NOISE + own + i] = _EPS * w[_RIGHT + i] * steep / w[_HALF + i] + w[_TAILS + own + i]
+        for i in range(_L):
+            most, total = 0.0, 0.0
             for node in range(ORDER):
-                here = NODES[node]
-                for i in range(_L):
-                    value = values[row, node + 1, cell, i]
-                    moved = (value - last[row, i]) * (middle[cell, i] + half[cell, i] * here)
-                    shifted[row, i] += moved * moved if node + cell > 0 else 0.0
-                    last[row, i] = value
+                value = v[(size + node + 1) * _L + i]
+                most = max(most, value)
+                total += _WEIGHTS[node] * value
+            w[_NOISE + own + i] += 32 * _EPS * most
+            c[_SIZE + own + i] += total * w[_HALF + i]
+            c[_CUT + own + i] += _TAIL * w[_TAILS + own + i] * w[_HALF + i]
         for i in range(_L):
-            steep[i] = 0.0
-            most[i] = 0.0
-            slope[i] = 0.0
-            two[i] = 0.0
-            extents[0, cell, i] = 0.0
-            extents[1, cell, i] = 0.0
+            mean = 0.0
+            for k in range(0, ORDER, 2):
+                mean += _MEAN[k] * s[(row * ORDER + k) * _L + i]
+            w[_STOP + own + i] = w[_START + own + i] + mean * w[_HALF + i]
+        for i in range(_L):
+            total, last = 0.0, c[_BEFORE + own + i]
+            if first:
+                last = v[(row * _P + 1) * _L + i]
+            for node in range(ORDER):
+                value = v[(row * _P + node + 1) * _L + i]
+                moved = (value - last) * (w[_MIDDLE + i] + w[_HALF + i] * NODES[node])
+                total += moved * moved
+                last = value
+            c[_SHIFTED + own + i] += total
+            c[_BEFORE + own + i] = last
+    for i in range(_L):
+        steep, most, largest, mean = 0.0, 0.0, 0.0, 0.0
         for k in range(ORDER):
-            sign = 1.0 if k % 2 == 0 else -1.0
-            for i in range(_L):
-                extents[0, cell, i] += sign * series[2, k, cell, i]
-                extents[1, cell, i] += series[2, k, cell, i]
-                steep[i] = max(steep[i], abs(values[1, k + 1, cell, i]))
-                most[i] = max(most[i], abs(values[2, k + 1, cell, i]))
-                slope[i] += abs(series[2, k, cell, i])
-                two[i] += _MEAN[k] * series[2, k, cell, i]
-        for i in range(_L):
-            inertias[cell, i] = tails[2, cell, i] + _EVALUATION * most[i] + 2 * _EPS * edges[number, i] * steep[i]
-            out[_INERTIA_ERROR, i] = max(out[_INERTIA_ERROR, i], inertias[cell, i])
-            out[_LARGEST, i] = max(out[_LARGEST, i], slope[i])
-            out[_MEAN_AT, i] += two[i] * half[cell, i] / edges[number, i]
-            extents[2, cell, i] = inertias[cell, i]
-            out[_MEAN_AT + 1, i] += _TAIL * inertias[cell, i] * half[cell, i] / edges[number, i]
+            steep = max(steep, abs(v[(_P + k + 1) * _L + i]))
+            most = max(most, abs(v[(2 * _P + k + 1) * _L + i]))
+        for k in range(ORDER):
+            largest += abs(s[(2 * ORDER + k) * _L + i])
+            mean += _MEAN[k] * s[(2 * ORDER + k) * _L + i]
+        error = w[_TAILS + 2 * _L + i] + _EVALUATION * most + 2 * _EPS * w[_END + i] * steep
+        w[_INERTIA + i] = error
+        c[_WORST + i] = max(c[_WORST + i], error)
+        c[_MOST + i] = max(c[_MOST + i], largest)
+        c[_AREA + i] += mean * w[_HALF + i]
+        c[_AREA_ERROR + i] += _TAIL * error * w[_HALF + i]
+
+
+@_compiled
+def errors_of(values: Any, series: Any, cellwise: Any, c: Any, folded: Any, unknown: bool, out: Any) -> None:
+    """Series, accumulated values and every error of a cycle."""
+    number = values.shape[0]
+    c[:] = 0.0
+    for cell in range(number):
+        v, s, w = values[cell].reshape(-1), series[cell].reshape(-1), cellwise[cell].reshape(-1)
+        for i in range(2 * _L):
+            w[_START + i] = 0.0 if cell == 0 else cellwise[cell - 1, _STOP // _L + i // _L, i % _L]
+        fitted(v, s, folded)
+        at_ends(v, s, w)
+        cut_off(s, w)
+        summed(v, s, w, c, cell == 0)
     shifts = 2.0 if unknown else 1.0
     for i in range(_L):
-        out[_FIRST, i] = inertias[0, i]
-        out[_NET, i] = start[0, number, i]
-        out[_EXCHANGED, i] = size[0, i]
-        angle = 2 * _EPS * math.sqrt(shifted[0, i])
-        out[_WORK_ERROR, i] = shifts * (interpolation[0, i] + _EVALUATION * size[0, i] + angle)
-        out[_VARIATION, i] = interpolation[1, i] + _EVALUATION * size[1, i] + 2 * _EPS * math.sqrt(shifted[1, i])
-        out[_START, i] = extents[0, 0, i]
-    for cell in range(number):  # the ends of each cell, in order of size
+        end = cellwise[0, _END // _L, i]
+        out[_START_AT, i] = cellwise[0, _LOW // _L, i]
+        out[_FIRST, i] = cellwise[0, _INERTIA // _L, i]
+        out[_NET, i] = cellwise[number - 1, _STOP // _L, i]
+        out[_EXCHANGED, i] = c[_SIZE + i]
+        angle, turn = 2 * _EPS * math.sqrt(c[_SHIFTED + i]), 2 * _EPS * math.sqrt(c[_SHIFTED + _L + i])
+        out[_WORK_ERROR, i] = shifts * (c[_CUT + i] + _EVALUATION * c[_SIZE + i] + angle)
+        out[_VARIATION, i] = c[_CUT + _L + i] + _EVALUATION * c[_SIZE + _L + i] + turn
+        out[_INERTIA_ERROR, i] = c[_WORST + i]
+        out[_LARGEST, i] = c[_MOST + i]
+        out[_MEAN_AT, i] = c[_AREA + i] / end
+        out[_MEAN_AT + 1, i] = c[_AREA_ERROR + i] / end
+    for cell in range(number):
+        w = cellwise[cell].reshape(-1)
         for i in range(_L):
-            left, right = extents[0, cell, i], extents[1, cell, i]
-            extents[0, cell, i] = min(left, right)
-            extents[1, cell, i] = max(left, right)
+            left, right = w[_LOW + i], w[_HIGH + i]
+            w[_LOW + i], w[_HIGH + i] = min(left, right), max(left, right)
 
 
 @_compiled
-def candidates(values: Any, tails: Any, noise: Any, factors: Any, doubt: Any, where: Any, between: Any) -> int:
-    """Gaps of the points between which a function changes its sign, for all lanes: as `batch.crossings` finds them.
+def candidates(values: Any, cellwise: Any, factors: Any, doubt: Any, row: Any, where: Any, between: Any) -> int:
+    """Gaps of the points between which a function changes its sign, for all lanes; see `batch._roots`.
 
     `where` takes function, cell and lane, `between` the gap's ends and the secant's root. What is in doubt is marked.
     """
-    number, found, most = noise.shape[1], 0, where.shape[1]
-    row, low, high = np.zeros((_P, _L)), np.zeros(_L), np.zeros(_L)
+    found, most = 0, where.shape[1]
+    low, high = np.zeros(_L), np.zeros(_L)
     for function in range(5):
-        of_work = 0.0 if function == INERTIA else 1.0
-        for cell in range(number):
-            for i in range(_L):
-                low[i], high[i] = np.inf, -np.inf
+        of_work, factor = 0.0 if function == INERTIA else 1.0, factors[function]
+        for cell in range(values.shape[0]):
+            v, w = values[cell].reshape(-1), cellwise[cell].reshape(-1)
             for point in range(_P):
                 for i in range(_L):
-                    value = of_work * values[0, point, cell, i] + factors[function, i] * values[1, point, cell, i]
-                    row[point, i] = value
-                    low[i] = min(low[i], value)
-                    high[i] = max(high[i], value)
+                    row[point * _L + i] = of_work * v[point * _L + i] + factor[i] * v[(_P + point) * _L + i]
             for i in range(_L):
-                size = abs(factors[function, i])
-                level = of_work * noise[0, cell, i] + size * noise[1, cell, i]
+                low[i] = high[i] = row[i]
+            for point in range(1, _P):
+                for i in range(_L):
+                    value = row[point * _L + i]
+                    low[i] = value if value < low[i] else low[i]
+                    high[i] = value if value > high[i] else high[i]
+            for i in range(_L):
+                size = abs(factor[i])
+                level = of_work * w[_NOISE + i] + size * w[_NOISE + _L + i]
                 far = max(-low[i], high[i])
                 near = low[i] if low[i] > 0.0 else -high[i] if high[i] < 0.0 else 0.0
-                if of_work * tails[0, cell, i] + size * tails[1, cell, i] > _SHARE * far:
+                if of_work * w[_TAILS + i] + size * w[_TAILS + _L + i] > _SHARE * far:
                     doubt[i] = 1.0
                 elif near <= 0.5 * (far - near) or near <= level:
                     found = _gaps(row, i, level, function, cell, found, most, doubt, where, between)
@@ -491,16 +516,16 @@ def _gaps(
 ) -> int:
     """The changes of sign of one row of one lane."""
     first, last = 1, _P - 2  # points that may be the lowest of a dip
-    if abs(row[0, i]) <= level:  # an end that is no more than noise is an extreme's place as it is
-        row[0, i] = row[1, i]
+    if abs(row[i]) <= level:  # an end that is no more than noise is an extreme's place as it is
+        row[i] = row[_L + i]
         first = 2
-    if abs(row[_P - 1, i]) <= level:
-        row[_P - 1, i] = row[_P - 2, i]
+    if abs(row[(_P - 1) * _L + i]) <= level:
+        row[(_P - 1) * _L + i] = row[(_P - 2) * _L + i]
         last = _P - 3
     for point in range(_P - 1):
-        here, after = row[point, i], row[point + 1, i]
+        here, after = row[point * _L + i], row[(point + 1) * _L + i]
         if point > 0:
-            before, size = row[point - 1, i], abs(here)
+            before, size = row[(point - 1) * _L + i], abs(here)
             same = (before > 0.0) == (here > 0.0) and (after > 0.0) == (here > 0.0)
             lowest = same and size <= abs(before) and size <= abs(after) and first <= point <= last
             if size <= level or (lowest and size < 0.5 * (max(abs(before), abs(after)) - size)):
@@ -522,109 +547,88 @@ def _gaps(
 def polished(series: Any, factors: Any, where: Any, between: Any, found: int, doubt: Any, rows: Any, state: Any) -> None:
     """Newton's method towards all roots at once, kept in their gaps; what does not settle is in doubt.
 
-    `rows` (3 * ORDER, roots) holds the series of M*, of dI*/dphi, and the function's; `state` intermediate rows.
+    `rows` (3 * ORDER roots) holds the series of M*, of dI*/dphi, and the function's; `state` intermediate rows.
     """
     for r in range(found):
         function, cell, i = where[0, r], where[1, r], where[2, r]
         of_work, factor = 0.0 if function == INERTIA else 1.0, factors[function, i]
         for k in range(ORDER):
-            moment, slope = series[0, k, cell, i], series[1, k, cell, i]
-            rows[k, r] = moment
-            rows[ORDER + k, r] = slope
-            rows[2 * ORDER + k, r] = of_work * moment + factor * slope
+            moment, slope = series[cell, 0, k, i], series[cell, 1, k, i]
+            rows[k * _ROOTS + r] = moment
+            rows[(ORDER + k) * _ROOTS + r] = slope
+            rows[(2 * ORDER + k) * _ROOTS + r] = of_work * moment + factor * slope
     for step in range(5):
-        largest = 0.0
-        for r in range(found):
-            for k in range(6):
-                state[k, r] = 0.0
         # values by Clenshaw's recurrence, slopes by the one of the second kind: T_k' = k U_(k-1)
-        for k in range(ORDER - 1, 0, -1):
-            for r in range(found):
-                t, c = between[2, r], rows[2 * ORDER + k, r]
-                b = c + 2.0 * t * state[0, r] - state[1, r]
-                state[1, r] = state[0, r]
-                state[0, r] = b
-                d = k * c + 2.0 * t * state[2, r] - state[3, r]
-                state[3, r] = state[2, r]
-                state[2, r] = d
         for r in range(found):
             t = between[2, r]
-            value, slope = rows[2 * ORDER, r] + t * state[0, r] - state[1, r], state[2, r]
-            moved = value / slope if slope != 0.0 else 0.0
-            state[4, r] = moved
-            between[2, r] = min(max(t - moved, between[0, r]), between[1, r])
-            largest = max(largest, abs(moved))
+            value, before, slope, earlier = 0.0, 0.0, 0.0, 0.0
+            for k in range(ORDER - 1, 0, -1):
+                c = rows[(2 * ORDER + k) * _ROOTS + r]
+                value, before = c + 2.0 * t * value - before, value
+                slope, earlier = k * c + 2.0 * t * slope - earlier, slope
+            value = rows[2 * ORDER * _ROOTS + r] + t * value - before
+            state[r] = value / slope if slope != 0.0 else 0.0
+        largest = 0.0
+        for r in range(found):
+            between[2, r] = min(max(between[2, r] - state[r], between[0, r]), between[1, r])
+            largest = max(largest, abs(state[r]))
         if step > 1 and largest <= 1e-9:
             break
     for r in range(found):
-        if abs(state[4, r]) > 1e-5 and between[1, r] > between[0, r]:
+        if abs(state[r]) > 1e-5 and between[1, r] > between[0, r]:
             doubt[where[2, r]] = 1.0
 
 
 @_compiled
-def accumulated(half: Any, start: Any, where: Any, between: Any, found: int, rows: Any, state: Any) -> None:
-    """W and I* - I*(0) at all roots, from the series of M* and dI*/dphi integrated: into the first two rows of `state`."""
+def accumulated(cellwise: Any, where: Any, between: Any, found: int, rows: Any, state: Any) -> None:
+    """W and I* - I*(0) at all roots, from the series of M* and dI*/dphi integrated: into the first rows of `state`."""
     for which in range(2):
         base = which * ORDER
         for r in range(found):
-            for k in range(2, 5):
-                state[k, r] = 0.0
-        for k in range(ORDER, 0, -1):
-            share, sign = 0.5 / k, 1.0 if k % 2 == 0 else -1.0
-            for r in range(found):
-                t = between[2, r]
-                c = (2.0 if k == 1 else 1.0) * rows[base + k - 1, r]
-                c -= rows[base + k + 1, r] if k + 1 < ORDER else 0.0
-                c *= share
-                b = c + 2.0 * t * state[2, r] - state[3, r]
-                state[3, r] = state[2, r]
-                state[2, r] = b
-                state[4, r] -= sign * c
-        for r in range(found):
-            state[which, r] = state[4, r] + between[2, r] * state[2, r] - state[3, r]
+            t = between[2, r]
+            value, before, start = 0.0, 0.0, 0.0
+            for k in range(ORDER, 0, -1):  # of T_k: (c[k-1] - c[k+1])/2k, and 2 c[0] for c[0]
+                c = (2.0 if k == 1 else 1.0) * rows[(base + k - 1) * _ROOTS + r]
+                c = (c - (rows[(base + k + 1) * _ROOTS + r] if k + 1 < ORDER else 0.0)) * (0.5 / k)
+                value, before = c + 2.0 * t * value - before, value
+                start += c if k % 2 == 0 else -c
+            state[which * _ROOTS + r] = t * value - before - start
     for r in range(found):
         cell, i = where[1, r], where[2, r]
-        state[0, r] = start[0, cell, i] + half[cell, i] * state[0, r]
-        state[1, r] = start[1, cell, i] + half[cell, i] * state[1, r]
+        half = cellwise[cell, _HALF // _L, i]
+        state[r] = cellwise[cell, _START // _L, i] + half * state[r]
+        state[_ROOTS + r] = cellwise[cell, _START // _L + 1, i] + half * state[_ROOTS + r]
 
 
 @_compiled
 def compared(
-    edges: Any,
-    series: Any,
-    start: Any,
-    factors: Any,
-    where: Any,
-    between: Any,
-    found: int,
-    state: Any,
-    extents: Any,
-    places: Any,
-    out: Any,
+    series: Any, cellwise: Any, factors: Any, where: Any, between: Any, found: int, state: Any, places: Any, out: Any
 ) -> None:
     """The extremes of every function over edges and roots, the places of the fastest and the slowest point, those of I*."""
-    number = start.shape[1] - 1
+    number = series.shape[0]
     for function in range(5):
         of_work = 0.0 if function == INERTIA else 1.0
         for i in range(_L):
-            out[_GREATEST + function, i], out[_LEAST + function, i] = -np.inf, np.inf
-        for edge in range(number + 1):
+            out[_GREATEST + function, i], out[_LEAST + function, i] = 0.0, 0.0  # at the first edge
+        for k in range(2):
+            if function == FAST + k:
+                for i in range(_L):
+                    places[k, i], places[k + 2, i] = 0.0, -1.0
+        for cell in range(number):
             for i in range(_L):
-                value = of_work * start[0, edge, i] + factors[function, i] * start[1, edge, i]
-                if function == FAST and value > out[_GREATEST + FAST, i]:
-                    places[0, i] = edge
-                if function == SLOW and value < out[_LEAST + SLOW, i]:
-                    places[1, i] = edge
-                out[_GREATEST + function, i] = max(out[_GREATEST + function, i], value)
-                out[_LEAST + function, i] = min(out[_LEAST + function, i], value)
-    for k in range(2):
-        for i in range(_L):
-            edge = places[k, i]
-            places[k, i] = min(edge, number - 1)
-            places[k + 2, i] = 1.0 if edge == number else -1.0
+                value = of_work * cellwise[cell, _STOP // _L, i] + factors[function, i] * cellwise[cell, _STOP // _L + 1, i]
+                place, t = (cell + 1, -1.0) if cell + 1 < number else (cell, 1.0)
+                if value > out[_GREATEST + function, i]:
+                    out[_GREATEST + function, i] = value
+                    if function == FAST:
+                        places[0, i], places[2, i] = place, t
+                if value < out[_LEAST + function, i]:
+                    out[_LEAST + function, i] = value
+                    if function == SLOW:
+                        places[1, i], places[3, i] = place, t
     for r in range(found):
         function, cell, i = where[0, r], where[1, r], where[2, r]
-        value = factors[function, i] * state[1, r] + (0.0 if function == INERTIA else state[0, r])
+        value = factors[function, i] * state[_ROOTS + r] + (0.0 if function == INERTIA else state[r])
         if value > out[_GREATEST + function, i]:
             out[_GREATEST + function, i] = value
             if function == FAST:
@@ -634,20 +638,23 @@ def compared(
             if function == SLOW:
                 places[1, i], places[3, i] = cell, between[2, r]
         if function == INERTIA:
-            inside = value_at(series, 2, cell, i, between[2, r])
-            extents[0, cell, i] = min(extents[0, cell, i], inside)
-            extents[1, cell, i] = max(extents[1, cell, i], inside)
+            inside, w = value_at(series, 2, cell, i, between[2, r]), cellwise[cell]
+            w[_LOW // _L, i] = min(w[_LOW // _L, i], inside)
+            w[_HIGH // _L, i] = max(w[_HIGH // _L, i], inside)
     for i in range(_L):
         out[_EXTENT, i], out[_EXTENT + 1, i] = np.inf, -np.inf
         out[_EXTENT + 2, i], out[_EXTENT + 3, i] = -np.inf, -np.inf
     for cell in range(number):
+        w = cellwise[cell]
         for i in range(_L):
-            out[_EXTENT, i] = min(out[_EXTENT, i], extents[0, cell, i])
-            out[_EXTENT + 1, i] = max(out[_EXTENT + 1, i], extents[1, cell, i])
+            out[_EXTENT, i] = min(out[_EXTENT, i], w[_LOW // _L, i])
+            out[_EXTENT + 1, i] = max(out[_EXTENT + 1, i], w[_HIGH // _L, i])
     for cell in range(number):
+        w = cellwise[cell]
         for i in range(_L):
-            out[_EXTENT + 2, i] = max(out[_EXTENT + 2, i], out[_EXTENT, i] - extents[0, cell, i] + extents[2, cell, i])
-            out[_EXTENT + 3, i] = max(out[_EXTENT + 3, i], extents[1, cell, i] - out[_EXTENT + 1, i] + extents[2, cell, i])
+            error = w[_INERTIA // _L, i]
+            out[_EXTENT + 2, i] = max(out[_EXTENT + 2, i], out[_EXTENT, i] - w[_LOW // _L, i] + error)
+            out[_EXTENT + 3, i] = max(out[_EXTENT + 3, i], w[_HIGH // _L, i] - out[_EXTENT + 1, i] + error)
 
 
 @_compiled
@@ -655,8 +662,8 @@ def value_at(series: Any, row: int, cell: int, i: int, t: float) -> Any:
     """A series at a local abscissa, by Clenshaw's recurrence."""
     b, after = 0.0, 0.0
     for k in range(ORDER - 1, 0, -1):
-        b, after = series[row, k, cell, i] + 2.0 * t * b - after, b
-    return series[row, 0, cell, i] + t * b - after
+        b, after = series[cell, row, k, i] + 2.0 * t * b - after, b
+    return series[cell, row, 0, i] + t * b - after
 
 
 @_compiled
@@ -664,34 +671,36 @@ def slope_at(series: Any, row: int, cell: int, i: int, t: float) -> Any:
     """A series' derivative by the local abscissa, from T_k' = k U_(k-1)."""
     b, after = 0.0, 0.0
     for k in range(ORDER - 1, 0, -1):
-        b, after = k * series[row, k, cell, i] + 2.0 * t * b - after, b
+        b, after = k * series[cell, row, k, i] + 2.0 * t * b - after, b
     return b
 
 
 @_compiled
-def placed(
-    edges: Any, middle: Any, half: Any, values: Any, series: Any, noise: Any, factors: Any, places: Any, doubt: Any, out: Any
-) -> None:
+def placed(values: Any, series: Any, cellwise: Any, factors: Any, places: Any, doubt: Any, out: Any) -> None:
     """The angles of the fastest and the slowest point, with the error of the worse; see `batch._places`."""
-    number = half.shape[0]
+    number, of_half, of_noise = series.shape[0], _HALF // _L, _NOISE // _L
     for i in range(_L):
-        out[_ANGLE, i] = 0.0
-        end = edges[number, i]
+        end = cellwise[0, _END // _L, i]
         own = out[_WORK_ERROR, i] / end
+        out[_ANGLE, i] = 4 * _EPS * end
         for k in range(2):
             cell, t, factor = int(places[k, i]), places[k + 2, i], factors[FAST + k, i]
-            wide, size, error = half[cell, i], abs(factor), 0.0
+            w, size, error = cellwise[cell], abs(factor), 0.0
+            half = w[of_half, i]
             edge = cell + (1 if t > 0.0 else 0)
-            out[_FASTEST + k, i] = middle[cell, i] + wide * t if abs(t) < 1.0 else edges[edge, i]
+            if abs(t) < 1.0:
+                out[_FASTEST + k, i] = w[_MIDDLE // _L, i] + half * t
+            else:
+                out[_FASTEST + k, i] = 0.0 if edge == 0 else cellwise[edge - 1, _RIGHT // _L, i]
             if abs(t) < _INSIDE:
-                slope = max(abs(slope_at(series, 0, cell, i, t) + factor * slope_at(series, 1, cell, i, t)) / wide, _TINY)
-                error = min((noise[0, cell, i] + size * noise[1, cell, i] + own) / slope, 2 * wide)
-            if abs(t) >= _INSIDE - 8 * _EPS * end / wide:
+                slope = abs(slope_at(series, 0, cell, i, t) + factor * slope_at(series, 1, cell, i, t)) / half
+                error = min((w[of_noise, i] + size * w[of_noise + 1, i] + own) / max(slope, _TINY), 2 * half)
+            if abs(t) >= _INSIDE - 8 * _EPS * end / half:
                 before, after = (edge - 1) % number, edge % number
-                left = values[0, _P - 1, before, i] + factor * values[1, _P - 1, before, i]
-                right = values[0, 0, after, i] + factor * values[1, 0, after, i]
-                of_left = noise[0, before, i] + size * noise[1, before, i] + own
-                of_right = noise[0, after, i] + size * noise[1, after, i] + own
+                left = values[before, 0, _P - 1, i] + factor * values[before, 1, _P - 1, i]
+                right = values[after, 0, 0, i] + factor * values[after, 1, 0, i]
+                of_left = cellwise[before, of_noise, i] + size * cellwise[before, of_noise + 1, i] + own
+                of_right = cellwise[after, of_noise, i] + size * cellwise[after, of_noise + 1, i] + own
                 if not (abs(left) > of_left and abs(right) > of_right and (left > 0.0) != (right > 0.0)):
                     doubt[i] = 1.0
             out[_ANGLE, i] = max(out[_ANGLE, i], error + 4 * _EPS * end)
@@ -701,20 +710,25 @@ def placed(
 def cycles(values: Any, edges: Any, middle: Any, half: Any, factors: Any, unknown: bool, out: Any) -> None:
     """Everything about the cycles of groups of lanes: (groups, rows, LANES) of sums."""
     number = half.shape[1]
-    series, tails, noise = np.zeros((3, ORDER, number, _L)), np.zeros((3, number, _L)), np.zeros((2, number, _L))
-    start, extents, places, doubt = np.zeros((2, number + 1, _L)), np.zeros((3, number, _L)), np.zeros((4, _L)), np.zeros(_L)
-    most = _MOST_ROOTS * _L
-    where, between = np.zeros((3, most), np.int64), np.zeros((3, most))
-    rows, state = np.zeros((3 * ORDER, most)), np.zeros((6, most))
+    series, cellwise, sums_of = np.zeros((number, 3, ORDER, _L)), np.zeros((number, _CELL // _L, _L)), np.zeros(_CYCLE)
+    folded, row, places, doubt = np.zeros(ORDER * _L), np.zeros(_P * _L), np.zeros((4, _L)), np.zeros(_L)
+    where, between = np.zeros((3, _ROOTS), np.int64), np.zeros((3, _ROOTS))
+    rows, state = np.zeros(3 * ORDER * _ROOTS), np.zeros(2 * _ROOTS)
     for g in range(values.shape[0]):
         doubt[:] = 0.0
-        balanced(values[g], half[g], unknown, out[g])
-        errors_of(values[g], series, tails, edges[g], middle[g], half[g], noise, start, extents, unknown, out[g])
-        found = candidates(values[g], tails, noise, factors[g], doubt, where, between)
+        for cell in range(number):
+            for i in range(_L):
+                cellwise[cell, _HALF // _L, i] = half[g, cell, i]
+                cellwise[cell, _MIDDLE // _L, i] = middle[g, cell, i]
+                cellwise[cell, _RIGHT // _L, i] = edges[g, cell + 1, i]
+                cellwise[cell, _END // _L, i] = edges[g, number, i]
+        balanced(values[g], cellwise, unknown, out[g])
+        errors_of(values[g], series, cellwise, sums_of, folded, unknown, out[g])
+        found = candidates(values[g], cellwise, factors[g], doubt, row, where, between)
         polished(series, factors[g], where, between, found, doubt, rows, state)
-        accumulated(half[g], start, where, between, found, rows, state)
-        compared(edges[g], series, start, factors[g], where, between, found, state, extents, places, out[g])
-        placed(edges[g], middle[g], half[g], values[g], series, noise, factors[g], places, doubt, out[g])
+        accumulated(cellwise, where, between, found, rows, state)
+        compared(series, cellwise, factors[g], where, between, found, state, places, out[g])
+        placed(values[g], series, cellwise, factors[g], places, doubt, out[g])
         for i in range(_L):
             out[g, _DOUBT, i] = doubt[i]
 
@@ -749,7 +763,7 @@ def sums(pieces: Pieces, givens: Givens, columns: Array, edges: Array) -> Sums:
         table = np.zeros((split.rows, _L))
         prepared.append((fill, piece, given, np.array([*program.places, 0.0]), table, table.reshape(-1)))
     size = max(1, _BLOCK // half.shape[1])
-    values, out = np.zeros((size, 6, _P, half.shape[1], _L)), np.empty((groups, _DOUBT + 1, _L))
+    values, out = np.zeros((size, half.shape[1], 6, _P, _L)), np.empty((groups, _DOUBT + 1, _L))
     for first in range(0, groups, size):
         part = slice(first, min(first + size, groups))
         block = values[: part.stop - first]
