@@ -310,6 +310,12 @@ def front(points: Array) -> NDArray[np.intp]:
 
     """
     order = np.lexsort(points.T[::-1])
+    if points.shape[1] <= 2 and order.size:  # each group of equal points is beaten by one before it, or by none
+        last = points[order, -1]
+        new = np.append(True, (np.diff(points[order], axis=0) != 0.0).any(axis=1))
+        least = np.append(np.inf, np.minimum.accumulate(last))[:-1] if points.shape[1] == 2 else np.append(np.inf, last[:-1])
+        good = np.flatnonzero(new)[(last < least)[new]]
+        return order[np.isin(np.cumsum(new), np.cumsum(new)[good])]
     left, found = points[order], []
     while left.size:
         found.append(order[0])
@@ -648,6 +654,11 @@ def _by_executor(
                     lost.append(which)
                 else:
                     yield which, batch
+    except KeyboardInterrupt:
+        for future in running:
+            if future.done() and not future.cancelled() and future.exception() is None:
+                yield running[future], future.result()
+        raise
     finally:
         for future in running:
             future.cancel()

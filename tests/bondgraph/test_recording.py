@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from bondgraph.recording import NAMESPACE, Recorder, source
+from tests.extras import extra
 
 X = np.linspace(-2.0, 2.0, 9)
 
@@ -129,7 +130,7 @@ def test_what_has_no_effect_is_left_out():
 
 @pytest.mark.slow
 def test_machine_code_gives_the_same():
-    pytest.importorskip("numba")
+    extra("numba")
     program = recorded()[1]
     designs = np.array([[0.2], [0.7]])
     found = program.function("numba")(X, designs)

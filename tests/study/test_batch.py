@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import importlib.util
 from typing import Any
 
 import numpy as np
@@ -10,6 +9,7 @@ import pytest
 
 import flywheel
 from flywheel.study import designs
+from tests.extras import extra
 
 PRESS = {
     "mechanism": {
@@ -80,8 +80,8 @@ def compared(scene: flywheel.Scene, paths: tuple[str, ...], columns: np.ndarray,
 @pytest.mark.parametrize("engine", ENGINES)
 @pytest.mark.parametrize("name", RANGES)
 def test_designs_at_once_are_those_one_by_one(name: str, engine: str) -> None:
-    if engine == "numba" and importlib.util.find_spec("numba") is None:
-        pytest.skip("numba is not installed")
+    if engine == "numba":
+        extra("numba")
     tables, ranges = RANGES[name]
     low, high = np.array(list(ranges.values())).T[:, :, None]
     columns = low + (high - low) * np.random.default_rng(5).random((len(ranges), 12))

@@ -1,0 +1,383 @@
+"""Sweeps: every design is what `size` makes of it, whoever sizes it; nothing finished is lost, nobody's file is replaced."""
+
+import csv
+import math
+import os
+import signal
+import threading
+import time
+from concurrent.futures import BrokenExecutor, Executor, Future, ProcessPoolExecutor, ThreadPoolExecutor
+from itertools import product
+from multiprocessing import get_context
+
+import numpy as np
+import pytest
+
+import flywheel
+from flywheel.numerics.faults import SceneError
+from flywheel.study import designs
+from flywheel.study.sweep import ALONE, MISSING, REFUSED, Figures, front
+from tests.extras import extra
+from tests.scenes import press, rotor, yoke
+
+EPS, SPEED = "flywheel.irregularity", "regime.speed"
+
+
+@pytest.fixture(scope="module")
+def rotors():
+    """A scene and 2,400 designs of it, four of which are refused."""
+    scene = flywheel.load(rotor())
+    return scene, {EPS: np.linspace(-0.0004, 0.2396, 2401)[:-1], SPEED: np.linspace(10.0, 30.0, 2400)}
+
+
+@pytest.fixture(scope="module")
+def whole(rotors):
+    return flywheel.sweep(*rotors)
+
+
+def same(one, other):
+    """Whether two sweeps have the same figures, but for rounding, the same refusals, and errors within rtol."""
+    figures = all(
+        np.allclose(np.float64(one[name]), np.float64(other[name]), rtol=1e-11, atol=1e-11, equal_nan=True)
+        for name in one.names_and_paths
+    )
+    refused = one.reasons == other.reasons and one.names == other.names and np.array_equal(one.reached, other.reached)
+    return figures and refused
+
+
+def test_every_design_is_the_one_that_size_gives():
+    scene = flywheel.load(press())
+    columns = {
+        "mechanism.crank.length": np.linspace(0.08, 0.12, 5),
+        "load[0].from": np.radians([290.0, 295.0, 300.0, 305.0, 310.0]),
+        EPS: np.array([0.02, 0.03, 5.0, 0.05, 0.06]),
+    }
+    found = flywheel.sweep(scene, columns)
+    assert found.ways.tolist() == [0, 0, REFUSED, 0, 0]
+    assert found.reasons == {2: 'flywheel.irregularity: found 5.0, expected a value above 0 and below 2; write "5 %"'}
+    assert list(found.columns) == ["mechanism.crank.length", "load.0.from", EPS]
+    for k in (0, 1, 3, 4):
+        sizing = flywheel.size(found.design(k), 1e-10, simulate=False)
+        assert found.design(k).loads[0].start == columns["load[0].from"][k]
+        assert math.isclose(found.exact[k], sizing.flywheel.exact, rel_tol=2e-11)
+        assert math.isclose(found.balance[k], sizing.balance.value, rel_tol=2e-11)
+        assert 0.0 < found.error.exact[k] <= 1e-10
+    assert np.isnan(found.exact[2])
+    assert np.isnan(found.error.exact[2])
+    assert found.reached.tolist() == [True, True, False, True, True]
+    assert found.units["balance"] == "N m"
+    assert found.needed.tolist() == [True, True, False, True, True]
+
+
+def test_a_grid_takes_all_combinations_in_their_order():
+    lengths, irregularities = [0.4, 0.5, 0.6], [0.02, 0.04]
+    found = flywheel.sweep(
+        flywheel.load(yoke()), {"mechanism.crank.length": lengths, EPS: irregularities}, grid=True, engine="size"
+    )
+    assert found.shape == (3, 2)
+    assert list(zip(found["mechanism.crank.length"], found[EPS], strict=True)) == list(product(lengths, irregularities))
+    assert (found.ways == ALONE).all()
+    assert found.messages == ()
+
+
+@pytest.mark.parametrize(
+    ("columns", "options", "told"),
+    [
+        ({"flywheel.iregularity": [0.01]}, {}, 'the path of one; did you mean "flywheel.irregularity"?'),
+        ({"load.3.from": [0.1]}, {}, 'the path of one; did you mean "load.0.from"?'),
+        ({"load.0": [0.1]}, {}, "load.0: found a table, expected a number"),
+        ({"drive.torque": [1.0]}, {}, 'drive.torque: found "balance", expected a number'),
+        ({"flywheel.inertia": [1.0]}, {}, "found irregularity and inertia, expected exactly one of"),
+        ({EPS: [0.1, 0.2, 0.3], SPEED: [1.0, 2.0]}, {}, "regime.speed: found 2 numbers, expected 3, as many as the others"),
+        ({EPS: []}, {}, "flywheel.irregularity: found no numbers, expected a row of numbers in SI"),
+        ({EPS: ["a"]}, {}, "flywheel.irregularity: found no numbers"),
+        ({"load[0].to": [1.0], "load.0.to": [1.0]}, {}, "load.0.to: found two columns, expected one"),
+        ({}, {}, "columns: found nothing, expected a mapping from paths to numbers"),
+        ({EPS: np.ones(5000), SPEED: np.ones(5000)}, {"grid": True}, "columns: found 25000000 designs, expected at most"),
+        ({EPS: [0.1]}, {"engine": "nunpy"}, 'engine: found "nunpy", expected one of numpy, numba, size; did you mean'),
+        ({EPS: [0.1]}, {"executor": "dask"}, 'executor: found "dask", expected an executor of concurrent.futures'),
+        ({EPS: [0.1]}, {"rtol": 2.0}, "rtol: found 2.0, expected a number from 1e-14 to 0.1"),
+        ({EPS: [0.1]}, {"chunk": 10}, "chunk: found 10, expected 1000 designs or more"),
+    ],
+)
+def test_what_is_wrong_with_a_sweep_is_one_line(columns, options, told):
+    with pytest.raises(SceneError) as raised:
+        flywheel.sweep(flywheel.load(rotor()), columns, **options)
+    assert told in str(raised.value)
+    assert len(raised.value.faults) == 1
+
+
+def test_a_number_alone_holds_for_all_designs_and_a_default_may_vary():
+    scene = flywheel.load(yoke())
+    found = flywheel.sweep(
+        scene, {EPS: [0.02, 0.04], "mechanism.phase": 0.3, "mechanism.block.mass": [0.0, 2.0]}, engine="size"
+    )
+    assert found["mechanism.phase"].tolist() == [0.3, 0.3]
+    assert found.reduced_inertia_least[1] > found.reduced_inertia_least[0]
+
+
+# -- selection -----------------------------------------------------------------------------------------------------------
+
+
+def test_least_design_and_front(whole):
+    known = ~np.isnan(whole.exact)
+    assert whole.argmin("exact") == np.nanargmin(whole.exact)
+    assert whole.argmin(-whole[SPEED], where=whole.exact > 1.0) == np.flatnonzero(whole.exact > 1.0)[-1]
+    assert whole.pareto("exact").tolist() == [whole.argmin("exact")]
+    ahead = set(whole.pareto("exact", EPS).tolist())
+    assert ahead == set(np.flatnonzero(known).tolist())  # whatever takes less irregularity takes more flywheel
+    assert whole.pareto("exact", greatest=["speed"]).tolist() == [2399]
+    with pytest.raises(SceneError, match='did you mean "exact"'):
+        whole.argmin("exakt")
+    with pytest.raises(SceneError, match="no design with exact"):
+        whole.argmin("exact", where=~known)
+
+
+@pytest.mark.parametrize("dimensions", [1, 2, 3])
+def test_the_front_is_that_of_all_comparisons(dimensions):
+    points = np.random.default_rng(3).integers(0, 9, (200, dimensions)).astype(float)
+    beaten = [
+        (((other <= point).all(axis=1)) & (other < point).any(axis=1)).any()
+        for point, other in ((p, points) for p in points)
+    ]
+    found = front(points)
+    assert sorted(found.tolist()) == np.flatnonzero(~np.array(beaten)).tolist()
+    assert (np.diff(points[found, 0]) >= 0.0).all()
+
+
+# -- executors -----------------------------------------------------------------------------------------------------------
+
+
+class Loses(Executor):
+    """An executor that does the first of its chunks, fails the second and then is broken."""
+
+    def __init__(self, error):
+        self.error, self.count = error, 0
+
+    def submit(self, function, *arguments):
+        self.count += 1
+        if self.count == 3:
+            raise self.error
+        future = Future()
+        if self.count == 1:
+            future.set_result(function(*arguments))
+        else:
+            future.set_exception(self.error)
+        return future
+
+
+@pytest.mark.slow
+def test_threads_size_the_same(rotors, whole):
+    with ThreadPoolExecutor(2) as threads:
+        assert same(flywheel.sweep(*rotors, executor=threads), whole)
+
+
+def test_chunks_that_an_executor_loses_are_sized_again(rotors, whole):
+    found = flywheel.sweep(*rotors, executor=Loses(BrokenExecutor("it died")))
+    assert same(found, whole)
+    assert found.messages[0] == "the executor lost 2 of 3 chunks (BrokenExecutor: it died); they were sized again"
+
+
+def test_an_interrupted_sweep_keeps_what_is_finished_and_goes_on(rotors, whole, tmp_path, monkeypatch):
+    file = tmp_path / "rotor.npz"
+    found = flywheel.sweep(*rotors, executor=Loses(KeyboardInterrupt()), file=file)
+    assert found.missing == 1400
+    assert found.messages[0] == f"interrupted: 1400 of 2400 designs are missing; the same sweep goes on from {file}"
+    assert np.array_equal(found.exact[:1000], whole.exact[:1000], equal_nan=True)
+    assert np.isnan(found.exact[1000:]).all()
+    assert (found.ways[1000:] == MISSING).all()
+    counted = []
+    sized = designs.sized
+    monkeypatch.setattr(designs, "sized", lambda *given: counted.append(given[2].shape[1]) or sized(*given))
+    assert same(flywheel.sweep(*rotors, file=file), whole)
+    assert sum(counted) == 1400
+    assert same(flywheel.sweep(*rotors, file=file), whole)
+    assert sum(counted) == 1400
+
+
+def test_a_chunk_that_fails_leaves_the_others_in_the_file(rotors, tmp_path, monkeypatch):
+    sized = designs.sized
+
+    def second_fails(*given):
+        if given[2][0, 0] > 0.0:
+            raise ZeroDivisionError
+        return sized(*given)
+
+    monkeypatch.setattr(designs, "sized", second_fails)
+    with pytest.raises(ZeroDivisionError):
+        flywheel.sweep(*rotors, file=tmp_path / "a.npz")
+    with np.load(tmp_path / "a.npz") as kept:
+        assert (kept["ways"] == MISSING).sum() == 1400
+
+
+# -- files ---------------------------------------------------------------------------------------------------------------
+
+
+def test_a_file_of_another_sweep_is_refused(rotors, whole, tmp_path):
+    scene, columns = rotors
+    file = tmp_path / "a.npz"
+    whole.to_npz(file)
+    before = file.read_bytes()
+    other = flywheel.load(rotor(drive={"torque": "balance", "on": "crank"}, title="Another title"))
+    assert same(flywheel.sweep(other, columns, file=file), whole)
+    before = file.read_bytes()
+    changed = {**columns, EPS: columns[EPS] + 1e-9}
+    cases = {
+        "a sweep of another rtol 1e-10, expected one of this rtol 1e-08": lambda: flywheel.sweep(
+            scene, columns, 1e-8, file=file
+        ),
+        "a sweep of another scene": lambda: flywheel.sweep(
+            flywheel.load(rotor(inertia=[{"on": "crank", "value": 2}])), columns, file=file
+        ),
+        "a sweep of other numbers": lambda: flywheel.sweep(scene, changed, file=file),
+        "a sweep of another set of numbers": lambda: flywheel.sweep(scene, {EPS: columns[EPS]}, file=file),
+        "a sweep of another size 2400, expected one of this size 2": lambda: flywheel.sweep(
+            scene, {path: column[:2] for path, column in columns.items()}, file=file
+        ),
+    }
+    for told, call in cases.items():
+        with pytest.raises(SceneError) as raised:
+            call()
+        assert told in str(raised.value)
+        assert len(raised.value.faults) == 1
+    assert file.read_bytes() == before
+
+
+def test_a_file_of_another_version_is_refused(rotors, whole, tmp_path, monkeypatch):
+    from flywheel.study import sweep_files
+
+    whole.to_npz(tmp_path / "a.npz")
+    monkeypatch.setattr(sweep_files, "version", lambda name: "99.0")
+    with pytest.raises(
+        SceneError, match=r"another version of flywheel [\w.]+, expected one of this version of flywheel 99.0"
+    ):
+        flywheel.sweep(*rotors, file=tmp_path / "a.npz")
+
+
+def test_files_of_others_are_never_replaced(rotors, whole, tmp_path):
+    file = tmp_path / "mine.npz"
+    np.savez(file, mine=np.arange(3))
+    with pytest.raises(SceneError, match="a file that is no sweep"):
+        flywheel.sweep(*rotors, file=file)
+    text = tmp_path / "mine.csv"
+    text.write_text("a,b\n1,2\n")
+    for call in (lambda: whole.to_npz(file), lambda: whole.to_csv(text), lambda: whole.to_npz(text)):
+        with pytest.raises(OSError, match="give another name"):
+            call()
+    assert text.read_text() == "a,b\n1,2\n"
+    with np.load(file) as kept:
+        assert kept.files == ["mine"]
+
+
+def test_csv_holds_every_design_to_the_last_digit(whole, tmp_path):
+    whole.to_csv(tmp_path / "a.csv")
+    with (tmp_path / "a.csv").open(newline="") as file:
+        rows = list(csv.DictReader(file))
+    assert len(rows) == 2400
+    assert rows[0]["exact [kg m^2]"] == ""
+    assert rows[0]["way"] == "refused"
+    assert rows[0]["reason"].startswith("flywheel.irregularity: found -0.0004")
+    assert [float(row["exact [kg m^2]"]) for row in rows[1500:]] == whole.exact[1500:].tolist()
+    assert [float(row["error.exact"]) for row in rows[1500:]] == whole.error.exact[1500:].tolist()
+    assert {row["needed"] for row in rows} == {"0", "1"}
+
+
+# -- the check -----------------------------------------------------------------------------------------------------------
+
+
+def test_figures_that_are_not_those_of_size_are_told(rotors, monkeypatch):
+    sized = designs.sized
+
+    def off(*given):
+        batch = sized(*given)
+        batch.values["exact"][:] *= 1.0 + 1e-9
+        return batch
+
+    monkeypatch.setattr(designs, "sized", off)
+    found = flywheel.sweep(*rotors)
+    assert found.check.figure == "exact"
+    assert set(found.check.failed) == set(found.check.designs)
+    assert any(
+        "differ from those of size by more than the estimated errors: exact of design" in told for told in found.messages
+    )
+
+
+def test_arrays_of_a_sweep_cannot_be_written(whole):
+    with pytest.raises(ValueError, match="read-only"):
+        whole.exact[0] = 1.0
+    assert isinstance(whole.error, Figures)
+    with pytest.raises(AttributeError, match="its figures are exact, approximate"):
+        _ = whole.exakt
+
+
+# -- dearer --------------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.slow
+def test_a_worker_killed_in_mid_sweep_loses_nothing(rotors, whole):
+    class Killing(ProcessPoolExecutor):
+        def submit(self, *given):
+            future = super().submit(*given)
+            future.add_done_callback(self.kill)
+            return future
+
+        def kill(self, future):
+            for pid in list(self._processes or {})[:1]:
+                os.kill(pid, signal.SIGKILL)
+
+    with Killing(2, mp_context=get_context("spawn")) as pool:
+        found = flywheel.sweep(*rotors, executor=pool)
+    assert same(found, whole)
+    assert "BrokenProcessPool" in found.messages[0]
+    assert same(flywheel.sweep(*rotors, executor=2), whole)
+
+
+@pytest.mark.slow
+def test_a_client_of_dask_loses_no_chunk_with_a_worker(rotors, whole):
+    distributed = extra("distributed")
+    killed = []
+    with (
+        distributed.LocalCluster(2, threads_per_worker=1, dashboard_address=None, silence_logs=50) as cluster,
+        distributed.Client(cluster) as client,
+    ):
+
+        def kill():
+            end = time.monotonic() + 60.0
+            while not killed and time.monotonic() < end:
+                busy = [address for address, tasks in client.processing().items() if tasks]
+                for worker in cluster.workers.values():
+                    if worker.worker_address in busy and not killed:
+                        os.kill(worker.pid, signal.SIGKILL)
+                        killed.append(worker.pid)
+
+        killer = threading.Thread(target=kill)
+        killer.start()
+        found = flywheel.sweep(*rotors, executor=client)
+        killer.join()
+        assert same(flywheel.sweep(*rotors, executor=client.get_executor()), whole)
+    assert killed
+    assert same(found, whole)
+
+
+@pytest.mark.slow
+def test_tables_of_other_libraries_hold_the_same(whole, tmp_path):
+    extra("pyarrow")
+    frame = extra("pandas").DataFrame(whole.to_pandas())
+    assert frame["exact"].equals(extra("pandas").Series(whole.exact, name="exact"))
+    whole.to_parquet(tmp_path / "a.parquet")
+    whole.to_parquet(tmp_path / "a.parquet")
+    read = extra("pyarrow.parquet").read_table(tmp_path / "a.parquet")
+    assert read.column_names == list(frame.columns)
+    assert np.array_equal(read["error.exact"].to_numpy(), whole.error.exact, equal_nan=True)
+    extra("pyarrow.parquet").write_table(read.select(["exact"]).replace_schema_metadata({}), tmp_path / "mine.parquet")
+    with pytest.raises(OSError, match="is not this sweep's"):
+        whole.to_parquet(tmp_path / "mine.parquet")
+    extra("xarray")
+    scene = flywheel.load(rotor())
+    grid = flywheel.sweep(scene, {EPS: [0.01, 0.02, 0.03], SPEED: [10.0, 20.0]}, grid=True).to_xarray()
+    assert grid.exact.dims == (EPS, SPEED)
+    assert grid[EPS].values.tolist() == [0.01, 0.02, 0.03]
+    alone = flywheel.sweep(scene, {EPS: [0.02], SPEED: [20.0]})
+    assert math.isclose(grid.exact.sel({EPS: 0.02, SPEED: 20.0}), alone.exact[0], rel_tol=1e-11)
+    assert grid.exact.attrs["units"] == "kg m^2"
+    assert whole.to_xarray().exact.dims == ("design",)
