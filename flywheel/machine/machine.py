@@ -56,6 +56,7 @@ SPEED = "speed of the driver"  # whose part its source is
 _MOTOR = "drive.motor"  # the name of its graph as a part
 
 WIDEST = TURN / 4  # of a cell, in the angle of the fastest mechanism: 21 nodes then resolve plain sines to rounding
+_SELDOM = 5  # walks: they take as long as a record
 _CLOSEST = 1e-7  # of a cycle, between two restarts of the time stepping that are no breakpoints
 _LOOKED_AT = np.linspace(0.01, 0.99, 33)  # of a cycle or stroke, where moments and inertias tell a speed
 _MOST_SOLVED = 4_000  # cells in which a linkage's dead centres are looked for; a stroke without a dwell takes 32
@@ -410,6 +411,7 @@ class Machine:
             Effort(load, self.places[load.on], scene.parameters, scene.unknown, partial(senses, load.on)) for load in loads
         )
         self.graph = self._graph()
+        self._walks = 0
         self.on_meshes: dict[bytes, Any] = {}  # what `dynamics.moments_on` keeps
 
     def __reduce__(self) -> tuple[Any, ...]:
@@ -431,6 +433,12 @@ class Machine:
         `anchor` (same shape, or broadcastable) is an angle inside the smooth piece that each phi belongs to.
         """
         return self.reduction(phi, self.anchors(phi) if anchor is None else anchor)
+
+    def reduce_cells(self, phi: Array, anchor: Array) -> Reduced:
+        """The same for cells of any pieces: recorded once that is asked for so often that a record pays."""
+        self._walks += 1
+        recorded = self.traced.over_cycle if self._walks > _SELDOM else None
+        return self.reduction(phi, anchor) if recorded is None else recorded(phi, anchor)
 
     def anchors(self, phi: Any) -> Any:
         """The middle of the smooth piece that each angle lies in (at a breakpoint: the piece that begins there)."""

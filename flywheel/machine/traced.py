@@ -8,11 +8,14 @@ keep its guards. What cannot be recorded is left to the walk, and `why` says wha
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from functools import cached_property
 from typing import Any, NamedTuple
 
 from bondgraph.elements import Here
 from bondgraph.recording import NAMESPACE, Conditions, Program, Recorder
-from flywheel.machine.dynamics import DRIVE, circuit_of
+from bondgraph.reduction import Reduced, count
+from flywheel.machine.dynamics import DRIVE, Array, circuit_of
 from flywheel.machine.machine import Anchor, Machine
 
 _MOST = 64  # programs kept for one piece: each is another way for branches that speed or time decides
@@ -65,6 +68,27 @@ class TracedMachine:
         except Exception as error:
             self.why = self.why or str(error)
             return None
+
+    @cached_property
+    def over_cycle(self) -> Callable[[Array, Array], Reduced] | None:
+        """What `machine.reduce` gives at angles and anchors of any pieces: what changes between pieces does so by anchors.
+
+        None where more than a choice of values does.
+        """
+        if any(mechanism.linkage is not None for mechanism in self.machine.scene.mechanisms):
+            return None  # of these every piece follows a branch of its own
+        recorder = Recorder()
+        places = [recorder.input(name) for name in ("phi", "anchor")]
+        try:
+            values = recorder.program(self.machine.reduction(places[0], places[1], NAMESPACE), places).function("numpy")
+        except Exception:  # whatever a law does with a number still to come
+            return None
+
+        def reduced(phi: Array, anchor: Array) -> Reduced:
+            count(phi)
+            return Reduced(*values(phi, anchor))
+
+        return reduced
 
     def motion(self, anchor: Anchor) -> Program | None:
         """What moves the machine in the piece of an anchor, as the equation of motion takes it.

@@ -93,7 +93,8 @@ def _backwards(half: Array, jacobian: Array, by_parameter: Array, at_nodes: Arra
 def _unrolled(found: Changes, first: int) -> Changes:
     """Changes found from the cell `first` round to itself, from phi = 0 on."""
     start, by, rest = (np.roll(rows, first, axis=0) for rows in found[:3])
-    return Changes(start, by, rest, *(_end_for_end(rows, first) for rows in found[3:6]))
+    edge_start, edge_by, edge_rest = (_end_for_end(rows, first) for rows in found[3:6])
+    return Changes(start, by, rest, edge_start, edge_by, edge_rest)
 
 
 def _end_for_end(rows: Array, first: int) -> Array:

@@ -95,7 +95,7 @@ def resolve(machine: Machine, edges: Array) -> Cycle:
     values = np.empty((6, *mesh.phi.shape))
     for first in range(0, len(mesh.phi), _BLOCK):
         block = slice(first, first + _BLOCK)
-        reduced, part = machine.reduce(mesh.phi[block], mesh.anchor[block]), values[:, block]
+        reduced, part = machine.reduce_cells(mesh.phi[block], mesh.anchor[block]), values[:, block]
         part[0], part[1], part[2] = reduced.moment, reduced.slope, reduced.inertia
         part[3], part[4], part[5] = reduced.exchanged, reduced.steepness, reduced.per_unknown
     if not -_ENORMOUS <= values.min() <= values.max() <= _ENORMOUS:

@@ -174,6 +174,18 @@ def test_machine_code_gives_the_same(path):
     assert all(np.abs(a - b).max() <= 1e-14 * np.abs(b).max() for a, b in rows)
 
 
+def test_cells_of_all_pieces_are_recorded_at_once_when_that_pays():
+    machine = machine_of(PRESS)
+    mesh = cells(machine.mesh)
+    walks = [machine.reduce_cells(mesh.phi, mesh.anchor) for _ in range(8)]
+    assert "over_cycle" in vars(machine.traced)
+    for walk in walks[1:]:
+        for value, expected in zip(walk, walks[0], strict=True):
+            np.testing.assert_allclose(value, expected, rtol=0, atol=1e-14 * np.abs(expected).max())
+    table = machine_of(PRESS.with_name("table-linear.toml"))  # its pieces are told apart by more than a choice of values
+    assert table.traced.over_cycle is None
+
+
 def test_loads_that_do_not_act_cost_nothing():
     machine = machine_of(PRESS)
     sizes = {len(machine.traced.reduced(anchor).operations) for anchor, _ in pieces(machine)}
