@@ -59,6 +59,14 @@ class RecordedMachine(Machine):
         found = part.evaluate(names(phi, anchor, NAMESPACE), _JETS, names(anchor, anchor, np))
         return found if isinstance(found, Jet) else Jet(found, 0.0)
 
+    def named(self, effort: Effort, phi: Any, anchor: Any) -> dict[str, Any]:
+        """What the names of a load's expression stand for at a crank angle."""
+        law = effort.load.law
+        if not isinstance(law, Expression):
+            return {}
+        found = self._names(effort)(phi, anchor, NAMESPACE)
+        return {name: value.value if isinstance(value, Jet) else value for name, value in found.items() if name in law.names}
+
     def _switch_angles(self, known: Array) -> Iterator[tuple[str, float]]:
         efforts = {effort.path: effort for effort in self.efforts}
 
@@ -96,7 +104,8 @@ class RecordedMachine(Machine):
                 value, slope = function(phi)
                 step = value / slope
                 phi = phi - step
-            if abs(step) <= _SETTLED * self.scene.cycle:
+            settled = _SETTLED * self.scene.cycle
+            if -settled <= step <= settled:
                 return phi
         raise UnrecordedError("an angle at which a law only touches its switch, or a place only stands still")
 

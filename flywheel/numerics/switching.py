@@ -316,8 +316,7 @@ def resolved(expression: Expression, lo: Array, hi: Array, env: Enclosures, env_
             found = np.abs(np.broadcast_to(expression.evaluate(centre, np, centre), lo.shape))
             peak = float(np.max(found[np.isfinite(found)], initial=peak))
             inside = {name: u.value if isinstance(u, Jet) else u for name, u in env(lo, hi, middle).items()}
-            bounds = At(inside, _SCALED, At(centre, _SCALED))
-            cells = _Cells(bounds, At(centre, scaled_namespace(np)), (hi - lo) / span, [])
+            cells = _examined(inside, centre, (hi - lo) / span)
             wide = _too_wide(expression.tree, cells, np.full(lo.shape, _NEGLIGIBLE * peak), {})
             count += int(np.count_nonzero(wide))
             finest = wide & (cells.share <= FINEST_CELL)
@@ -328,6 +327,34 @@ def resolved(expression: Expression, lo: Array, hi: Array, env: Enclosures, env_
             splits.append(middle)
             lo, hi = np.concatenate((lo, middle)), np.concatenate((middle, hi))
     return np.sort(np.concatenate(splits or [lo]))
+
+
+def _examined(inside: Mapping[str, Any], centre: Mapping[str, Any], share: Array) -> _Cells:
+    """Cells by what names stand for over them (intervals, or what is constant) and in their middles."""
+    return _Cells(At(inside, _SCALED, At(centre, _SCALED)), At(centre, scaled_namespace(np)), share, [])
+
+
+def narrow(expression: Expression, inside: Mapping[str, Any], centre: Mapping[str, Any], share: Array, peak: Array) -> Mask:
+    """Which cells (cells, machines) are narrow enough for the nodes to follow an expression, as `resolved` would have them.
+
+    Args:
+        expression: of which no branch changes inside a cell.
+        inside: what names stand for over the cells: intervals, or what is constant there.
+        centre: the same in the middle of each cell.
+        share: width of each cell as a share of the range.
+        peak: the greatest size of the expression in any cell of a machine.
+
+    >>> from flywheel.numerics.expressions import parse
+    >>> lo, hi = np.array([[0.0], [1.0]]), np.array([[1.0], [3.0]])
+    >>> of = lambda k: ({"phi": Interval(lo, hi), "k": k}, {"phi": 0.5 * (lo + hi), "k": k}, (hi - lo) / 3.0)
+    >>> narrow(parse("sin(k*phi)", frozenset("k")), *of(np.array([1.0, 2.0])), np.ones(2)).tolist()
+    [[True, True], [True, False]]
+
+    """
+    shape = np.broadcast_shapes(share.shape, peak.shape)
+    with np.errstate(all="ignore"):
+        cells = _examined(inside, centre, np.broadcast_to(share, shape))
+        return np.asarray(~_too_wide(expression.tree, cells, np.broadcast_to(_NEGLIGIBLE * peak, shape), {}))
 
 
 def _refusal(

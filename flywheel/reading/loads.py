@@ -210,7 +210,8 @@ def _window(item: Item, every: float | None, setting: Setting) -> Window:
         item.add("to", found, f"one of {period} deg at most, after which it repeats")
     # brought into [0, every), the period's end being its beginning
     start, end = (angle + every if angle < 0 else angle for angle in (start, end))
-    start, end = (0.0 if min(abs(angle - every), angle) <= _ROUNDED * every else angle for angle in (start, end))
+    seam = _ROUNDED * every
+    start, end = (0.0 if angle <= seam or angle >= every - seam else angle for angle in (start, end))
     if abs(start - end) <= _SAME * every and len(item.faults) == before:
         item.add("to", f"{show(item.raw['to'])}, where the load begins", "another angle")
     return UNREAD if len(item.faults) > before else (start, end or every)

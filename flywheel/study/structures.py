@@ -10,22 +10,27 @@ What cannot be recorded has its reason in words, and is left to be sized one by 
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
-from itertools import pairwise
+from itertools import groupby, pairwise
 from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
+from bondgraph.elements import Here
 from bondgraph.laws import GraphError
 from bondgraph.recording import NAMESPACE, Conditions, Program, Recorded, Recorder
 from flywheel.machine.machine import WIDEST, Machine
 from flywheel.machine.recorded import RecordedMachine, UnrecordedError, deciders, plain
-from flywheel.numerics import cells
+from flywheel.numerics import cells, expressions
 from flywheel.numerics.cells import NODES
+from flywheel.numerics.expressions import Expression
 from flywheel.numerics.faults import SceneError
+from flywheel.numerics.intervals import NAMESPACE as INTERVALS
+from flywheel.numerics.intervals import Interval
+from flywheel.numerics.switching import narrow
 from flywheel.reading.paths import with_numbers
 from flywheel.scene.scene import Scene
 from flywheel.study.batch import Givens
@@ -38,18 +43,37 @@ _NEAR = 1e-9  # of the cycle: how far a plain machine's breakpoint may lie from 
 _SAME = 1e-10  # of the greatest value in the cycle: how far the values of the two may lie apart
 _SLACK = 1e-12  # of a cell's width: what rounding may add
 _MOST, _TRIES = 64, 200  # structures of one set of paths, and designs tried for them
+_FEWEST, _LEAST = 12, 0.02  # designs, and their share of those left, that a structure is worth
+_MOST_POOR = 4  # structures that are not
+_SAMPLE, _MOST_DOUBLED = 100, 4  # designs by which cells are made narrow enough for the rest, and how often
+_BLOCK = 2_000  # designs whose cells are looked at together
 _LONGEST = 5_000  # guards: those of tables with hundreds of rows, whose place varies, would take seconds
+
+
+class Narrow(NamedTuple):
+    """The law of a load, by its path, that may be narrow somewhere; its names as a program of (phi, *columns)."""
+
+    path: str
+    law: Expression
+    names: tuple[str, ...]
+    program: Program
+
+    def at(self, phi: Any, columns: Array, namespace: Any = "numpy") -> dict[str, Any]:
+        """What its names stand for."""
+        return dict(zip(self.names, self.program.function(namespace)(phi, *columns), strict=True))
 
 
 class Walk(NamedTuple):
     """What a stretch between landmarks has in common: from (phi, *columns) to parts of `Reduced`, and what decides there.
 
     `decided` is what decides branches of laws and varies with the columns; its signs are `signs` all over the stretch.
+    `laws` are those that act there and may be narrow.
     """
 
     program: Program
     decided: Program | None
     signs: tuple[float, ...]
+    laws: tuple[Narrow, ...]
 
 
 @dataclass(frozen=True)
@@ -104,16 +128,25 @@ class Structure:
         with np.errstate(all="ignore"):
             good = np.broadcast_to(self.conditions.kept(0.0, *columns), columns.shape[1:]).copy()
             good[good] = (self._counts(columns[:, good]) <= np.array(self.counts)[:, None]).all(axis=0)
-            if any(walk.decided is not None for walk in self.walks):
-                good[good] = self._undivided(columns[:, good])
+            for first in range(0, columns.shape[1], _BLOCK):
+                block = good[first : first + _BLOCK]
+                block[block] = self._followed(columns[:, first : first + _BLOCK][:, block])
         return good
 
     def widened(self, columns: Array) -> Structure:
-        """The same with as many cells in each stretch as the widest of those designs that keep its guards needs."""
+        """The same with as many cells in each stretch as those designs need that keep its guards."""
         with np.errstate(all="ignore"):
             kept = columns[:, np.broadcast_to(self.conditions.kept(0.0, *columns), columns.shape[1:])]
-            counts = self._counts(kept).max(axis=1, initial=1)
-        return replace(self, counts=tuple(counts.tolist()))
+            found = replace(self, counts=tuple(self._counts(kept).max(axis=1, initial=1).tolist()))
+            some = kept[:, :: max(1, kept.shape[1] // _SAMPLE)]
+            for _ in range(_MOST_DOUBLED if any(walk.laws for walk in self.walks) else 0):
+                narrow_enough = found._narrow(some).all(axis=1)
+                if narrow_enough.all():
+                    break
+                counts = np.array(found.counts)
+                wide = ~np.logical_and.reduceat(narrow_enough, np.cumsum(counts) - counts)
+                found = replace(found, counts=tuple((counts * (1 + wide)).tolist()))
+        return found
 
     def _counts(self, columns: Array) -> Array:
         """How many cells each stretch of each design takes, at least."""
@@ -122,18 +155,42 @@ class Structure:
         counts = np.ceil(widths * fastest / WIDEST * (1.0 - _SLACK)).clip(1.0)
         return np.where(np.isfinite(counts), counts, 1e6).astype(int)
 
-    def _undivided(self, columns: Array) -> Mask:
-        """Whether what decides branches has one sign at all nodes of every cell."""
-        edges, good, end = self.edges(columns), np.ones(columns.shape[1], bool), 0
-        for walk, count in zip(self.walks, self.counts, strict=True):
-            start, end = end, end + count
-            if walk.decided is None:
-                continue
-            low, high = edges[start:end], edges[start + 1 : end + 1]
+    def _followed(self, columns: Array) -> Mask:
+        """Whether no branch changes and no law is too narrow, in any cell of a design."""
+        good = np.ones(columns.shape[1], bool)
+        for walk, low, high in self._stretches(columns) if any(walk.decided for walk in self.walks) else ():
             phi = 0.5 * (low + high) + 0.5 * (high - low) * NODES[:, None, None]
-            for value, sign in zip(walk.decided.function()(phi, *columns), walk.signs, strict=True):
+            for value, sign in zip(walk.decided.function()(phi, *columns) if walk.decided else (), walk.signs, strict=True):
                 good &= np.broadcast_to(value * sign > 0.0, phi.shape).all(axis=(0, 1))
+        if any(walk.laws for walk in self.walks):
+            good &= self._narrow(columns).all(axis=0)
         return good
+
+    def _stretches(self, columns: Array) -> Iterator[tuple[Walk, Array, Array]]:
+        """Every walk with the left and the right edges of its cells; stretches of one piece stand together."""
+        edges, end = self.edges(columns), 0
+        for _, group in groupby(zip(self.walks, self.counts, strict=True), lambda each: id(each[0])):
+            walks, counts = zip(*group, strict=True)
+            start, end = end, end + sum(counts)
+            yield walks[0], edges[start:end], edges[start + 1 : end + 1]
+
+    def _narrow(self, columns: Array) -> Mask:
+        """Which cells (cells, designs) are narrow enough for all laws that act there."""
+        stretches, peaks = list(self._stretches(columns)), dict[str, Array]()
+        centres = [[each.at(0.5 * (low + high), columns) for each in walk.laws] for walk, low, high in stretches]
+        for (walk, low, _), found in zip(stretches, centres, strict=True):
+            for each, centre in zip(walk.laws, found, strict=True):
+                size = np.abs(np.broadcast_to(each.law.evaluate(centre, np, centre), low.shape))
+                size = np.where(np.isfinite(size), size, 0.0).max(axis=0)
+                peaks[each.path] = np.maximum(size, peaks.get(each.path, 0.0))
+        masks = []
+        for (walk, low, high), found in zip(stretches, centres, strict=True):
+            good, share = np.ones(low.shape, bool), (high - low) / self.cycle
+            for each, centre in zip(walk.laws, found, strict=True):
+                inside = each.at(Interval(low, high), columns, INTERVALS)
+                good &= narrow(each.law, inside, centre, share, peaks[each.path])
+            masks.append(good)
+        return np.concatenate(masks)
 
 
 def _at(program: Program, columns: Array) -> Array:
@@ -231,14 +288,25 @@ def _walk(machine: RecordedMachine, recorder: Recorder, phi: Recorded, anchor: A
     """The walk in the piece of an anchor, and what decides branches there, as far as it varies from design to design."""
     found = machine.reduction(phi, anchor, NAMESPACE)
     rows = found.inertia, found.slope, found.moment, found.per_unknown, found.exchanged, found.steepness
-    decided, signs = [], []
+    decided, signs, laws = [], [], []
     for effort in machine.efforts:
+        law = effort.load.law
+        active = effort.active(Here(effort.place.rate * anchor, None, np))
+        if isinstance(law, Expression) and active and _may_be_narrow(law):
+            names = machine.named(effort, phi, anchor)
+            laws.append(Narrow(effort.path, law, tuple(names), recorder.program(names.values())))
         for part in deciders(effort):
             value = machine.decided(effort, part, phi, anchor).value
             if _varies(recorder, value):
                 decided.append(value)
                 signs.append(float(np.sign(plain(machine.decided(effort, part, anchor, anchor).value))))
-    return Walk(recorder.program(rows), recorder.program(decided) if decided else None, tuple(signs))
+    return Walk(recorder.program(rows), recorder.program(decided) if decided else None, tuple(signs), tuple(laws))
+
+
+def _may_be_narrow(law: Expression) -> bool:
+    """Whether an expression is more than polynomials of low degree."""
+    tame = ("number", "name", "pi", "sum", "product", "neg", "if", "abs", "sign", "min", "max", *expressions.BOOLEAN)
+    return any(node.op not in tame or (node.op == "product" and "/" in node.signs) for node in expressions.walk(law.tree))
 
 
 def _varies(recorder: Recorder, value: Any) -> bool:
@@ -290,7 +358,7 @@ class Structures:
         self.scene, self.paths, self.why = scene, tuple(paths), ""
         self._known: list[Structure] = []
         self._refused: list[Conditions] = []
-        self._tries = 0
+        self._tries = self._poor = 0
 
     def sorted(self, columns: Array) -> Sorted:
         """The designs whose numbers stand in columns (paths, designs; SI) by their structures."""
@@ -321,7 +389,7 @@ class Structures:
 
     @property
     def _exhausted(self) -> bool:
-        return bool(self.why) or len(self._known) >= _MOST or self._tries >= _TRIES
+        return self._poor >= _MOST_POOR or len(self._known) >= _MOST or self._tries >= _TRIES
 
     def _record(self, columns: Array, values: Array) -> bool:
         """Record the structure of a design, proven at two others of those that share it, or why it is refused."""
@@ -333,7 +401,7 @@ class Structures:
             self._refused += [] if conditions is None else [conditions]
             return conditions is not None
         except UnrecordedError as error:
-            self.why = str(error)
+            self.why, self._poor = str(error), self._poor + 1
             return False
         mine = columns[:, structure.kept(columns)]
         try:
@@ -342,8 +410,12 @@ class Structures:
         except SceneError as error:
             trouble = [str(error)]
         if trouble:
-            self.why = f"recorded and plain machine part: {trouble[0]}"
+            self.why, self._poor = f"recorded and plain machine part: {trouble[0]}", self._poor + 1
         if trouble or not mine.size:
             return False
         self._known.append(structure)
+        if mine.shape[1] < max(_FEWEST, _LEAST * columns.shape[1]):
+            self._poor += 1
+            if self._poor >= _MOST_POOR:
+                self.why = self.why or "designs differ in too many ways: in the order of angles, in what is narrow"
         return True

@@ -1,0 +1,108 @@
+"""Designs sized many at once by what they share: families, windows, switches and narrow laws that move with their numbers.
+
+Each is held against `size` of that design alone; how many were found together is held too, as a loss would show nowhere.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+
+import flywheel
+from flywheel.reading.paths import numbers
+
+FOUR_BAR = {
+    "type": "four-bar",
+    "ground": {"length": 0.4},
+    "crank": {"length": 0.1, "mass": 2, "com": 0.05},
+    "coupler": {"length": 0.35, "mass": 3, "inertia": 0.05, "com": 0.1, "com_angle": "20 deg"},
+    "rocker": {"length": 0.25, "mass": 4, "inertia": 0.1},
+}
+SHAPER = {
+    "type": "crank-shaper",
+    "crank": {"length": 0.1, "mass": 1},
+    "frame": {"length": 0.25},
+    "rocker": {"length": 0.5, "mass": 10, "inertia": 0.3, "com": 0.25},
+    "ram": {"mass": 30},
+}
+YOKE = {"type": "scotch-yoke", "crank": {"length": 0.3}, "yoke": {"mass": 20, "direction": "30 deg"}}
+SLIDER = {"type": "slider-crank", "crank": {"length": 0.1}, "rod": {"length": 0.4, "mass": 5}, "slider": {"offset": 0.02}}
+SCENES: dict[str, dict[str, Any]] = {
+    "windows that wrap": {
+        "mechanism": FOUR_BAR,
+        "gravity": {},
+        "load": [
+            {"on": "rocker", "torque": -300, "from": "300 deg", "to": "40 deg"},
+            {"on": "coupler", "torque": "-5*sign(v)"},
+        ],
+    },
+    "dead centres": {
+        "mechanism": SHAPER,
+        "load": [{"on": "ram", "force": -2000, "while": "v < 0"}, {"on": "crank", "torque": "-30*sin(2*phi)"}],
+    },
+    "switches": {
+        "mechanism": YOKE,
+        "parameters": {"F": "800 N", "level": 0.4},
+        "load": [{"on": "yoke", "force": "-F*max(sin(phi) - level, 0)"}, {"on": "yoke", "force": "F*x if x > 0.1 else 0"}],
+    },
+    "a narrow peak": {
+        "mechanism": SLIDER,
+        "parameters": {"width": 0.05, "peak": "2 kN"},
+        "load": [{"on": "slider", "force": "-peak*exp(-((phi - 2)/width)**2)"}],
+    },
+    "shafts, a table and a spring": {
+        "mechanism": [{**SLIDER, "name": "a"}, {**YOKE, "name": "b", "shaft": "fast", "phase": "40 deg"}],
+        "shafts": {"fast": {"ratio": 2}},
+        "spring": [{"on": "a.slider", "stiffness": 4000, "rest": 0.4}],
+        "load": [
+            {"on": "fast", "torque": -20, "from": "20 deg", "to": "100 deg"},
+            {"on": "crank", "table": {"angle": [0, 100, 200, 360], "value": [0, -50, 10, 0], "angle_unit": "deg"}},
+        ],
+    },
+}
+RUN = {"drive": {"torque": "balance"}, "regime": {"speed": "90 rpm"}, "flywheel": {"irregularity": 0.02}}
+
+
+DEAR = ("windows that wrap", "a narrow peak")
+
+
+@pytest.mark.parametrize("name", [pytest.param(n, marks=pytest.mark.slow if n in DEAR else ()) for n in SCENES])
+def test_designs_at_once_are_those_sized_alone(name: str):
+    scene, rng = flywheel.load({**SCENES[name], **RUN}), np.random.default_rng(7)
+    known = {path: number for path, number in numbers(scene).items() if "table" not in path and "ratio" not in path}
+    columns = {path: number.value * rng.uniform(0.98, 1.02, 20) for path, number in known.items()}
+    found = flywheel.sweep(scene, columns, rtol=1e-9)
+    assert np.isin(found.ways, (0, 1)).sum() >= 16
+    for k in (0, 19):
+        alone = flywheel.size(found.design(k), 1e-9, accuracy="normal")
+        error = found.error.exact[k] + alone.error.exact
+        assert abs(found.exact[k] - alone.flywheel.exact) <= error * max(
+            alone.flywheel.exact, alone.flywheel.approximate_total
+        )
+        assert found.balance[k] == pytest.approx(alone.balance.value, rel=1e-9)
+        assert found.power[k] == pytest.approx(alone.power, rel=1e-9)
+
+
+@pytest.mark.slow
+def test_a_switch_that_appears_and_a_peak_that_narrows_are_not_missed():
+    """Far from where they were recorded: the load acts nowhere for a high level, and all peaks from wide to narrow."""
+    for name, path, values in (
+        ("switches", "parameters.level", np.linspace(-1.3, 1.3, 25)),
+        ("a narrow peak", "parameters.width", np.geomspace(0.003, 0.5, 25)),
+    ):
+        scene = flywheel.load({**SCENES[name], **RUN})
+        found, alone = (flywheel.sweep(scene, {path: values}, rtol=1e-9, engine=engine) for engine in ("numpy", "size"))
+        error = (found.error.exact + alone.error.exact) * np.maximum(alone.exact, alone.approximate_total)
+        assert (np.abs(found.exact - alone.exact) <= error).all()
+
+
+def test_designs_that_are_refused_stand_beside_those_that_are_not():
+    scene = flywheel.load({"mechanism": SLIDER, "load": [{"on": "slider", "force": "-900*sign(v)"}], **RUN})
+    found = flywheel.sweep(scene, {"mechanism.rod.length": np.linspace(0.05, 0.4, 20)}, rtol=1e-9)
+    short = found.columns["mechanism.rod.length"] <= 0.12
+    assert (np.isnan(found.exact) == short).all()
+    assert set(found.reasons) == set(np.flatnonzero(short).tolist())
+    assert "rod.length" in found.reasons[0]
+    assert np.isin(found.ways[~short], (0, 1)).mean() > 0.5
