@@ -167,6 +167,34 @@ class Recorder:
         rows = zip(steady, columns, strict=True)
         return [column[0] if same else self.operation("entry", (tuple(column), interval)) for same, column in rows]
 
+    def call(self, function: Callable[..., Any], arguments: Sequence[Any], results: int = 0) -> Any:
+        """A call that stays a call: one number (results = 0), or as many as the tuple that it returns holds."""
+        nodes = [self._of(value) for value in (function, *arguments)]
+        key = ("call", *[node.number for node in nodes])
+        found = self._known.get(key) or self._node(key, None)
+        if not results:
+            return found
+        keys = [("entry", found.number, self._place(("index", k), k).number) for k in range(results)]
+        return [self._known.get(key) or self._node(key, None) for key in keys]
+
+    def through(self, function: Callable[..., Any], arguments: Sequence[Any], results: int = 0) -> Any:
+        """What a function computes with recorded numbers, operation by operation; a call where that cannot be recorded.
+
+        It stays a call also where it chooses between values: what it does not choose may not be defined.
+        """
+        before = len(self._tape)
+        try:
+            found = function(*arguments)
+            entries = found if results else (found,)
+            plain = all(isinstance(entry, Recorded | float | int) for entry in entries) and len(entries) == (results or 1)
+            if plain and not any(entry[0] == "where" for entry in self._tape[before:]):
+                return found
+        except Exception:  # whatever it is that a function does with a number still to come
+            pass
+        del self._tape[before:]
+        self._known = {key: node for key, node in self._known.items() if node.number < before}
+        return self.call(function, arguments, results)
+
     def conditions(self, inputs: Sequence[Recorded] | None = None) -> Conditions:
         """The guards so far, for any parameters: a function of these inputs (of all where none are given)."""
         program = self.program((guard.difference for guard in self.guards), inputs)
@@ -179,15 +207,18 @@ class Recorder:
                 raise TypeError("numbers of two recordings do not mix")
             return value
         if type(value) is tuple:
-            key: tuple[Any, ...] = ("place", value)
-            plain: Any = value
-        else:
-            plain = value if type(value) is bool else float(value)
-            key = ("place", plain, math.copysign(1.0, plain), type(plain))
+            return self._place(value, value)
+        if callable(value):
+            return self._place(("function", id(value)), value)
+        plain = value if type(value) is bool else float(value)
+        return self._place((plain, math.copysign(1.0, plain), type(plain)), plain)
+
+    def _place(self, known_by: tuple[Any, ...], value: Any) -> Recorded:
+        key = ("place", known_by)
         known = self._known.get(key)
         if known is None:
-            known = self._known[key] = Recorded(self, len(self._tape), plain)
-            self._tape.append(("place", plain))
+            known = self._known[key] = Recorded(self, len(self._tape), value)
+            self._tape.append(("place", value))
         return known
 
     def _node(self, key: tuple[Any, ...], value: Any) -> Recorded:
@@ -634,7 +665,7 @@ class Program(NamedTuple):
 
     Attributes:
         inputs: names of the arguments.
-        places: values of the constants; a tuple is a table.
+        places: values of the constants; a tuple is a table, and what is called stands there too.
         operations: name and numbers of the operands.
         outputs: numbers of what is returned.
 
@@ -706,7 +737,7 @@ _COMMON |= {"negative": "-{0}", "entry": "{0}[{1}]", "interval": 'searchsorted({
 _SCALAR = {
     **_COMMON,
     **{name: f"{{0}} {symbol} {{1}}" for name, (symbol, _) in _COMPARISONS.items()},
-    "sign": "({0} > 0.0) - ({0} < 0.0) + 0.0",
+    "sign": "1.0 if {0} > 0.0 else -1.0 if {0} < 0.0 else 0.0",
     "minimum": "{1} if {1} < {0} else {0}",
     "maximum": "{1} if {1} > {0} else {0}",
     "where": "{1} if {0} else {2}",
@@ -770,6 +801,8 @@ def _source(kind: str, inputs: int, places: tuple[int, ...], operations: tuple[A
     texts, lines, free = [f"x{k}" for k in range(first)], [], list[str]()
     for k, (name, *operands) in enumerate(operations):
         given, template = [texts[n] for n in operands], templates.get(name)
+        if name == "call":
+            name, *given = given
         text = template.format(*given) if template else f"{name}({', '.join(given)})"
         if statement[k] == k:
             free += ending.pop(k, []) if kind == "numpy" else []

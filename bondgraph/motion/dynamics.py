@@ -18,8 +18,9 @@ import numpy as np
 from bondgraph.elements import Element, Here, Law, Modulus, Motion
 from bondgraph.graph import BondGraph, Ratio, Scale, Solve, Sum, as_graph
 from bondgraph.laws import OWN, OWN_DISPLACEMENT, OWN_FLOW, TIME, Function, GraphError, function, is_symbolic, refuse
-from bondgraph.motion.algebra import Balance, Node, Recorder, settle, solve, solve_symmetric, total
+from bondgraph.motion.algebra import Balance, settle, solve, solve_symmetric, total
 from bondgraph.motion.formulation import Formulation, Port, ratios
+from bondgraph.recording import Recorded, Recorder
 
 
 class Tables(NamedTuple):
@@ -136,7 +137,7 @@ class Walk:
 
     def _call(self, called: Callable[..., Any], arguments: Sequence[Any], results: int = 0) -> Any:
         """Call a law, or take it down where the walk is being recorded; `results` is the length of the tuple it gives."""
-        node = next((a for a in arguments if isinstance(a, Node)), None)
+        node = next((a for a in arguments if isinstance(a, Recorded)), None)
         if node is not None:
             return node.recorder.through(called, arguments, results)
         try:
@@ -548,10 +549,10 @@ class Dynamics:
     def _recorded(self, what: Callable[[Walk], Sequence[Any]], massless: int = 0) -> Rates:
         """What follows from a walk as straight-line code of (t, *state, *anchors, *massless flows)."""
         count, recorder = len(self.state.names), Recorder()
-        t, *values = recorder.inputs(1 + count + len(self.anchored) + massless)
+        t, *values = (recorder.input(str(k)) for k in range(1 + count + len(self.anchored) + massless))
         anchors = dict(zip(self.anchored, values[count:], strict=False))
         given = values[len(values) - massless :] if massless else None
-        return recorder.function(what(Walk(self.tables, t, values[:count], anchors, given)))
+        return recorder.program(what(Walk(self.tables, t, values[:count], anchors, given))).function("math")
 
 
 def _checked_signals(graph: BondGraph, signals: Mapping[str, Any]) -> dict[str, Function]:

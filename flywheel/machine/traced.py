@@ -55,7 +55,7 @@ class TracedMachine:
         return self._reduced[anchor]
 
     def positions(self, anchor: float) -> Program | None:
-        """Where everything stands in the piece of an anchor (rad), by phi (rad): rad or m, in the order of `machine.places`."""
+        """Where everything stands in the piece of an anchor (rad), by phi: rad or m, in the order of `machine.places`."""
         recorder, scene = Recorder(), self.machine.scene
         phi, outputs = recorder.input("phi"), list[Any]()
         try:

@@ -11,12 +11,17 @@ from numpy.testing import assert_allclose
 
 from bondgraph import GraphError, function
 from bondgraph.laws import Dual
-from bondgraph.motion.algebra import Recorder, settle, solve, solve_symmetric
+from bondgraph.motion.algebra import settle, solve, solve_symmetric
+from bondgraph.recording import Recorder
+
+
+def inputs(recorder, count):
+    return [recorder.input(f"x{k}") for k in range(count)]
 
 
 def recorded(given, count):
     recorder = Recorder()
-    return recorder.function(given(*recorder.inputs(count)))
+    return recorder.program(given(*inputs(recorder, count))).function("math")
 
 
 def test_arithmetic_and_functions_are_taken_down():
@@ -44,7 +49,7 @@ def test_sign_takes_numpys_numbers_too(value):
 
 def test_zeros_and_ones_leave_no_code():
     recorder = Recorder()
-    (x,) = recorder.inputs(1)
+    (x,) = inputs(recorder, 1)
     assert x * 1.0 is x
     assert x + 0.0 is x
     assert isinstance(0.0 * x, float)
@@ -57,8 +62,9 @@ def test_what_branches_stays_a_call():
         return 2.0 * x if x > 0.0 else -x
 
     recorder = Recorder()
-    (x,) = recorder.inputs(1)
-    compiled = recorder.function([recorder.through(branching, [x], 0), recorder.through(math.floor, [x], 0)])
+    (x,) = inputs(recorder, 1)
+    program = recorder.program([recorder.through(branching, [x]), recorder.through(math.floor, [x])])
+    compiled = program.function("math")
     assert compiled(1.5) == (3.0, 1)
     assert compiled(-1.5) == (1.5, -2)
 
@@ -66,18 +72,18 @@ def test_what_branches_stays_a_call():
 def test_slopes_with_respect_to_each_of_several_arguments_are_recorded():
     law = function(lambda a, b: a * np.sin(b) + a / b - np.hypot(a, b) + (2.0 - a) ** 3)
     recorder = Recorder()
-    x, y = recorder.inputs(2)
+    x, y = inputs(recorder, 2)
     value, slopes = law.partials(x, y)
     assert not any(isinstance(found, Dual) for found in (value, *slopes))
     expected, exact = law.partials(0.7, 1.3)
-    assert_allclose(recorder.function([value, *slopes])(0.7, 1.3), [expected, *exact], rtol=1e-15)
+    assert_allclose(recorder.program([value, *slopes]).function("math")(0.7, 1.3), [expected, *exact], rtol=1e-15)
 
 
 def test_names_are_no_code():
     recorder = Recorder()
-    (x,) = recorder.inputs(1)
+    (x,) = inputs(recorder, 1)
     called = []
-    recorder.function([recorder.call(called.append, (x,), 0)])("); raise SystemExit")
+    recorder.program([recorder.call(called.append, (x,))]).function("math")("); raise SystemExit")
     assert called == ["); raise SystemExit"]
 
 
@@ -111,9 +117,10 @@ def test_arrays_symbols_and_recordings_give_what_floats_give(size):
     assert_allclose([row[0] for row in solve(stacked, [[r] for r in right])], np.transpose(each), rtol=1e-12)
     assert_allclose(solve_symmetric(stacked, right), np.transpose(each), rtol=1e-12)
     recorder = Recorder()
-    nodes = recorder.inputs(size * size)
+    nodes = inputs(recorder, size * size)
     rows = [nodes[size * i : size * (i + 1)] for i in range(size)]
-    solved = recorder.function([*(row[0] for row in solve(rows, [[r] for r in right])), *solve_symmetric(rows, right)])
+    outputs = [*(row[0] for row in solve(rows, [[r] for r in right])), *solve_symmetric(rows, right)]
+    solved = recorder.program(outputs).function("math")
     assert_allclose(solved(*matrices[0].ravel().tolist()), each[0] * 2, rtol=1e-12)
     symbols = [[sympy.Symbol(f"a{i}{j}") for j in range(size)] for i in range(size)]
     at = {symbols[i][j]: matrices[0][i, j] for i in range(size) for j in range(size)}
