@@ -276,5 +276,5 @@ def _parallel(found: Sweep, varied: list[str], known: NDArray[np.bool_]) -> Figu
     handles.append(Line2D([], [], color=GREY, lw=0.8, label="other designs" if some.size == index.size else "some others"))
     if light.any():
         handles.append(Line2D([], [], color=VERMILLION, lw=0.8, label=_DANGER))
-    made.legend(handles=handles, loc="outside lower center", ncols=2, fontsize=9, frameon=False)
+    made.legend(handles=handles, loc="outside lower center", ncols=1, fontsize=9, frameon=False)
     return made
