@@ -1,14 +1,17 @@
-"""Commands that compare designs: `sweep`."""
+"""Commands that compare designs: `sweep`, `sensitivities`, `tolerance`, `optimize`."""
 
 from __future__ import annotations
 
+import re
 import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import click
 
-from flywheel.cli.common import SCENE, loaded, plot_option, reported, show, spare, within, written
+from flywheel.cli.common import SCENE, json_flag, loaded, plot_option, reported, show, spare, within, written
 
 if TYPE_CHECKING:
     from flywheel.numerics.faults import SceneError
@@ -17,6 +20,7 @@ if TYPE_CHECKING:
 _RTOL = (1e-14, 0.1)
 _MOST = 1_000_000  # values of one number
 _ROWS = 20
+_ENGINE = "What sizes many designs at once, or size for one by one (default: numpy)."
 
 
 def varied(context: click.Context, parameter: click.Parameter, texts: tuple[str, ...]) -> list[tuple[str, list[str], int]]:
@@ -99,7 +103,7 @@ def npz_path(context: click.Context, parameter: click.Parameter, path: Path | No
 @click.option(
     "--engine",
     type=click.Choice(["numpy", "numba", "size"]),
-    help="What sizes many designs at once, or size for one by one (default: numpy).",
+    help=_ENGINE,
 )
 @click.option("--rows", type=click.IntRange(2, 1000), default=_ROWS, show_default=True, help="Designs in the table shown.")
 def sweep(
@@ -166,4 +170,230 @@ def _refuse_arguments(error: SceneError, npz: Path | None, columns: dict[str, An
     sys.exit(1)
 
 
-COMMANDS = (sweep,)
+# -- sensitivities, tolerance, optimize --------------------------------------------------------------------------------
+
+_PLOT_OF = "Figures in table and picture; repeatable, or with commas (default: mass, exact, irregularity, power)."
+_OWN = ("paths", "figures", "figure", "samples", "engine", "vary", "over", "minimize", "maximize", "subject_to")
+_COMPARED = re.compile(r"<=|>=|<|>")
+
+
+def _names(context: click.Context, parameter: click.Parameter, values: tuple[str, ...]) -> tuple[str, ...]:
+    """Names of a repeatable option, each of which may hold several with commas between."""
+    return tuple(name.strip() for value in values for name in value.split(",") if name.strip())
+
+
+_OF = click.option("--of", multiple=True, callback=_names, metavar="FIGURE", help=_PLOT_OF)
+
+
+def _value(text: str) -> str | float:
+    """A text with a unit as it is, a number alone as that (SI)."""
+    try:
+        return float(text)
+    except ValueError:
+        return text
+
+
+def spans(context: click.Context, parameter: click.Parameter, texts: tuple[str, ...]) -> dict[str, Any]:
+    """Of each path the two ends, or for `tolerance` the one standard deviation after a sign ±."""
+    alone, found = parameter.name == "vary", dict[str, Any]()
+    for text in texts:
+        path, equals, values = (part.strip() for part in text.partition("="))
+        sigma = next((values[len(sign) :].strip() for sign in ("±", "+-", "+/-") if values.startswith(sign)), "")
+        parts = (sigma,) if sigma and alone else tuple(part.strip() for part in values.split(":"))
+        if not equals or not path or not all(parts) or (len(parts) != 2 and not sigma):
+            told = "PATH=LOW:HIGH, such as mechanism.rod.length=590mm:610mm"
+            raise click.BadParameter(f"{text!r} is no {told}{', nor PATH=±SIGMA' if alone else ''}.")
+        if path in found:
+            raise click.BadParameter(f"{path} is given twice.")
+        values_found = [_value(part) for part in parts]
+        found[path] = values_found[0] if sigma else tuple(values_found)
+    return found
+
+
+def limits(context: click.Context, parameter: click.Parameter, texts: tuple[str, ...]) -> dict[str, tuple[Any, Any]]:
+    """Limits of figures from `power<=5kW`, `power >= 2 kW` or `2kW <= power <= 5kW`, those of one figure together."""
+    found: dict[str, tuple[Any, Any]] = {}
+    for text in texts:
+        parts, signs = [part.strip() for part in _COMPARED.split(text)], [sign[0] for sign in _COMPARED.findall(text)]
+        if len(parts) not in (2, 3) or not all(parts) or len(set(signs)) != 1:
+            raise click.BadParameter(f"{text!r} is no limit such as power<=5kW, power>=2kW or 2kW<=power<=5kW.")
+        if signs[0] == ">":
+            parts = parts[::-1]  # from the lowest on
+        if len(parts) == 3:
+            found[parts[1]] = (_value(parts[0]), _value(parts[2]))
+        elif signs[0] == "<":
+            found[parts[0]] = (found.get(parts[0], (None, None))[0], _value(parts[1]))
+        else:
+            found[parts[1]] = (_value(parts[0]), found.get(parts[1], (None, None))[1])
+    return found
+
+
+@contextmanager
+def _arguments(*options: dict[str, Any]) -> Iterator[None]:
+    """What is wrong with arguments is told of these, not of a line of the scene."""
+    from flywheel.numerics.faults import SceneError
+    from flywheel.reading.paths import dotted
+    from flywheel.study.variation import NAMES
+
+    own = {dotted(name) for option in options for name in option} | {*_OWN, *NAMES}
+    try:
+        yield
+    except SceneError as error:
+        if not all(fault.path in own or fault.path.startswith("subject_to ") for fault in error.faults):
+            raise
+        for fault in error.faults:
+            click.echo(str(fault), err=True)
+        sys.exit(1)
+
+
+def _drawn(picture: Any, found: Any, plot: Path | None, names: tuple[str, ...] = ()) -> None:
+    if plot is not None:
+        with written(plot):
+            picture(found, plot, *([names] if names else []))
+
+
+@click.command(short_help="Print what figures change by as numbers of a scene change.")
+@SCENE
+@click.argument("paths", nargs=-1)
+@_OF
+@json_flag()
+@plot_option("Draw what figures change by: bars, the longest first.")
+@click.option("--engine", type=click.Choice(["numpy", "numba", "size"]), help=_ENGINE)
+def sensitivities(
+    scene: Path, paths: tuple[str, ...], of: tuple[str, ...], as_json: bool, plot: Path | None, engine: str | None
+) -> None:
+    """Print the derivatives of the figures of SCENE by its numbers at PATHS (such as load.0.from), or by all of them.
+
+    They are good to 1e-8 where the figures are smooth. Where two lobes are equal, or a number is at the end of its range,
+    the slopes of both sides are given, with the reason.
+    """
+    spare(scene, plot)
+    with reported(scene):
+        from flywheel.study import sensitivities as study
+        from flywheel.study.variation import figure_names
+        from flywheel.tables import designs
+        from flywheel.tables.rows import encoded
+
+        given = loaded(scene)
+        with _arguments(dict.fromkeys((*paths, *of))):
+            names = tuple(figure_names(of))
+            found = study.sensitivities(given, paths or None, engine=engine)
+            study.known_figures(found, names)
+        if plot is not None:
+            from flywheel.pictures import designs as picture
+
+            _drawn(picture.plot_sensitivities, found, plot, names)
+        show(encoded(found.as_dict(), indent=2) if as_json else designs.sensitivities_text(found, names))
+
+
+@click.command(short_help="Print what figures come to as numbers lie within tolerances.")
+@SCENE
+@click.option(
+    "--vary",
+    callback=spans,
+    multiple=True,
+    required=True,
+    metavar="PATH=LOW:HIGH|±SIGMA",
+    help="An interval, mechanism.rod.length=595mm:605mm, or a standard deviation, load.0.from=±1deg; repeatable, all alike.",
+)
+@_OF
+@click.option("--samples", type=int, default=512, show_default=True, help="A power of two; the double of it is sampled.")
+@click.option("--seed", type=click.IntRange(0, 2**32 - 1), default=0, show_default=True, help="Of the samples.")
+@json_flag()
+@plot_option("Draw histograms of figures, and who causes their variance.")
+@click.option("--engine", type=click.Choice(["numpy", "numba", "size"]), help=_ENGINE)
+def tolerance(
+    scene: Path,
+    vary: dict[str, Any],
+    of: tuple[str, ...],
+    samples: int,
+    seed: int,
+    as_json: bool,
+    plot: Path | None,
+    engine: str | None,
+) -> None:
+    """Print how the figures of SCENE spread as some of its numbers do, and which of these cause it.
+
+    Intervals: the least and greatest value of every figure, by optimisation. Deviations: mean, deviation and quantiles.
+    """
+    spare(scene, plot)
+    with reported(scene):
+        from flywheel.study import tolerance as study
+        from flywheel.study.variation import figure_names
+        from flywheel.tables import designs
+        from flywheel.tables.rows import encoded
+
+        given, asked = loaded(scene), dict[str, Any](samples=samples, seed=seed, engine=engine)
+        with _arguments(vary, dict.fromkeys(of)):
+            names = tuple(figure_names(of))
+            found = study.tolerance(given, vary, figures=names or None, **asked)
+        if plot is not None:
+            from flywheel.pictures import designs as picture
+
+            _drawn(picture.plot_tolerance, found, plot, names)
+        show(encoded(found.as_dict(), indent=2) if as_json else designs.tolerance_text(found, names))
+
+
+@click.command(short_help="Find the numbers of a scene that make a figure least, or greatest.")
+@SCENE
+@click.option("--minimize", metavar="FIGURE", help="Such as flywheel.exact, flywheel.mass, power; or an expression of some.")
+@click.option("--maximize", metavar="FIGURE", help="The same, to be made greatest.")
+@click.option(
+    "--over",
+    callback=spans,
+    multiple=True,
+    required=True,
+    metavar="PATH=LOW:HIGH",
+    help="A number of the scene and its bounds, such as mechanism.rod.length=400mm:800mm; repeatable.",
+)
+@click.option(
+    "--subject-to",
+    "limits",
+    callback=limits,
+    multiple=True,
+    metavar="FIGURE<=VALUE",
+    help='A limit that figures keep, such as "power<=5kW"; repeatable.',
+)
+@click.option("--starts", type=click.IntRange(1, 1000), default=4, show_default=True, help="Searches, from as many designs.")
+@click.option("--seed", type=click.IntRange(0, 2**32 - 1), default=0, show_default=True, help="Of the first designs.")
+@json_flag()
+@plot_option("Draw the course of the search.")
+@click.option("--engine", type=click.Choice(["numpy", "numba", "size"]), help=_ENGINE)
+def optimize(
+    scene: Path,
+    minimize: str | None,
+    maximize: str | None,
+    over: dict[str, Any],
+    limits: dict[str, tuple[Any, Any]],
+    starts: int,
+    seed: int,
+    as_json: bool,
+    plot: Path | None,
+    engine: str | None,
+) -> None:
+    """Find the numbers of SCENE, within bounds, that make a figure least or greatest while others keep their limits.
+
+    The best design is sized by itself, and designs around it are sized too: none of them may be better.
+    """
+    if (minimize is None) == (maximize is None):
+        raise click.UsageError("Give --minimize FIGURE or --maximize FIGURE.")
+    spare(scene, plot)
+    with reported(scene):
+        from flywheel.study import optimum as study
+        from flywheel.tables import designs
+        from flywheel.tables.rows import encoded
+
+        asked: dict[str, Any] = {"maximize": maximize, "over": over, "subject_to": limits, "starts": starts, "seed": seed}
+        given = loaded(scene)
+        with _arguments(over, limits):
+            found = study.optimize(given, minimize, **asked, engine=engine)
+        if plot is not None:
+            from flywheel.pictures import designs as picture
+
+            _drawn(picture.plot_optimum, found, plot)
+        show(encoded(found.as_dict(), indent=2) if as_json else designs.optimum_text(found))
+        for message in found.messages if as_json else ():
+            click.echo(message, err=True)
+
+
+COMMANDS = (sweep, sensitivities, tolerance, optimize)

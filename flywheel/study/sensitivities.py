@@ -20,7 +20,7 @@ from flywheel.numerics.faults import Fault, SceneError
 from flywheel.regime import wittenbauer
 from flywheel.scene.scene import Scene
 from flywheel.sizing.results import Sizing
-from flywheel.study.variation import NAMES, RTOL, Array, Variation, figure_name, figure_names, paths_of
+from flywheel.study.variation import NAMES, RTOL, WITHOUT, Array, Variation, figure_name, figure_names, paths_of
 
 _BESIDE = 1e-6  # of a number's scale: how far on both sides of a corner one looks for what makes it
 _SAME_ANGLE = 1e-2  # rad
@@ -114,7 +114,8 @@ class Sensitivities:
     def _known(self, figure: str) -> str:
         name = figure_name("figure", figure)
         if name not in self.derivatives:
-            raise SceneError([Fault(figure, "no figure of this scene", f"one of {', '.join(self.derivatives)}")])
+            expected = f"one of {', '.join(self.derivatives)}"
+            raise SceneError([Fault(figure, "no figure of this scene", expected, WITHOUT.get(name, ""))])
         return name
 
 
@@ -174,6 +175,12 @@ def sensitivities(
         rtol=rtol,
         designs=family.count,
     )
+
+
+def known_figures(found: Sensitivities, names: Iterable[str]) -> None:
+    """SceneError where a figure is none of those that were derived."""
+    for name in names:
+        found._known(name)
 
 
 def _derivative(found: Slopes, i: int, j: int, reasons: _Reasons, figure: str) -> Derivative:

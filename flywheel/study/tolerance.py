@@ -35,6 +35,7 @@ SAMPLES = 512
 _REPEATS = 8  # independent shifts of the points
 _MOST_CORNERS = 256
 _RTOL = 1e-10
+_MANY = 2**13  # points at which quantiles of the model are taken
 _INNER = 2.0**-40  # of normal numbers, which would be infinite at the ends of (0, 1)
 _NOTHING = 1e-10  # of a figure: a deviation that rounding makes
 
@@ -253,7 +254,8 @@ class _Sample(NamedTuple):
     """Points (paths, designs), figures there with their errors, and a polynomial basis there.
 
     First all of A, then all of B, then for every number A with that of B in its place. `powers` (terms, paths) are the
-    degrees of the basis, which is orthonormal for the numbers' distribution and begins with 1.
+    degrees of the basis, which is orthonormal for the numbers' distribution and begins with 1; `many` is it at
+    many other points, for quantiles.
     """
 
     points: Array
@@ -261,6 +263,7 @@ class _Sample(NamedTuple):
     errors: Array
     basis: Array
     powers: NDArray[np.int64]
+    many: Array
 
 
 def _sampled(
@@ -285,10 +288,18 @@ def _sampled(
         low, high = np.array(list(intervals.values())).T[:, :, None]
         points, standard = np.clip(low + (high - low) * unit, low, high), 2.0 * unit - 1.0
     else:
-        standard = np.vectorize(NormalDist().inv_cdf)(unit)
+        standard = _standard(unit)
         points = family.nominal[:, None] + np.array(list(deviations.values()))[:, None] * standard
     powers = _powers(count, samples // 4)
-    return _Sample(points, *family(points), _basis(standard, powers, normal=not intervals), powers)
+    more = np.clip(lattices.points(_MANY, count, [seed, _REPEATS]), _INNER, 1.0 - _INNER)
+    further = 2.0 * more - 1.0 if intervals else _standard(more)
+    basis, many = (_basis(each, powers, normal=not intervals) for each in (standard, further))
+    return _Sample(points, *family(points), basis, powers, many)
+
+
+def _standard(unit: Array) -> Array:
+    """Standard normal numbers from even ones."""
+    return np.asarray(np.vectorize(NormalDist().inv_cdf, otypes=[float])(unit))
 
 
 def _powers(count: int, most: int) -> NDArray[np.int64]:
@@ -347,7 +358,9 @@ def _spread(
         first, total = _shares(blocks[three], models[three], *of_model, variance)
         errors = _repeated(repeats)
         shares[path] = Share(min(max(first, 0.0), 1.0), float(errors[0]), max(total, 0.0), float(errors[1]))
-    quantiles, doubts = _quantiles(of_plain[known])
+    further: Array = weights @ sample.many if known.all() else of_plain[known]
+    beside = model[: 2 * samples][known] if known.all() else np.full(int(known.sum()), np.inf)
+    quantiles, doubts = _quantiles(of_plain[known], beside, further)
     wrong = _repeated(each)
     return Spread(
         nominal=nominal,
@@ -397,17 +410,23 @@ def _repeated(rows: Array) -> Array:
     return np.asarray(np.nanstd(rows, axis=0, ddof=1) / np.sqrt(len(rows)))
 
 
-def _quantiles(values: Array) -> tuple[tuple[float, ...], tuple[float, ...]]:
-    """Quantiles of samples, with half the distance of those as many ranks beside them as chance makes."""
-    count = values.size
+def _quantiles(values: Array, model: Array, many: Array) -> tuple[tuple[float, ...], tuple[float, ...]]:
+    """Quantiles of samples, with half the distance of those as many ranks beside them as chance makes.
+
+    They are those of the model at `many` points, moved by as many ranks as samples and model differ there in the mean.
+    """
+    count, found, doubts = values.size, [], []
     if count < 2:
         return (float("nan"),) * len(QUANTILES), (float("nan"),) * len(QUANTILES)
-    apart = [sqrt(q * (1.0 - q) / count) for q in QUANTILES]
-    low, middle, high = (
-        np.quantile(values, np.clip([q + sign * d for q, d in zip(QUANTILES, apart, strict=True)], 0.0, 1.0))
-        for sign in (-1.0, 0.0, 1.0)
-    )
-    return tuple(middle.tolist()), tuple((0.5 * (high - low)).tolist())
+    ranked = np.sort(many)
+    for q in QUANTILES:
+        at = np.quantile(ranked, q)
+        apart = (values <= at).astype(float) - (model <= at)
+        rank, doubt = q - float(apart.mean()), sqrt(float((apart**2).sum()) + 1.0) / count
+        low, middle, high = np.quantile(ranked, np.clip([rank - doubt, rank, rank + doubt], 0.0, 1.0)).tolist()
+        found.append(middle)
+        doubts.append(0.5 * (high - low))
+    return tuple(found), tuple(doubts)
 
 
 # -- extremes ----------------------------------------------------------------------------------------------------------
