@@ -1,4 +1,4 @@
-"""Pictures of sweeps: curves, maps and parallel coordinates show every design, and where the approximate one is too light."""
+"""Pictures of sweeps: curves, maps and parallel coordinates show every design, and where the approximate one is light."""
 
 import numpy as np
 import pytest
