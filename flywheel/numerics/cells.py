@@ -155,6 +155,11 @@ def integral(values: Array, half: Array) -> Array:
     return np.asarray((values @ _WEIGHTS) * half[:, 0])
 
 
+def total(values: Array, half: Array) -> Array:
+    """Integral over all cells of values at the nodes (..., cells, ORDER)."""
+    return np.asarray(values.reshape(*values.shape[:-2], -1) @ (half * _WEIGHTS).reshape(-1))
+
+
 def antiderivative(series: Array, half: Array) -> Array:
     """Series of the integral from each cell's left end; one coefficient more."""
     return (series @ _INTEGRATE) * half

@@ -104,9 +104,8 @@ def resolve(machine: Machine, edges: Array) -> Cycle:
         cycle = assembled(mesh, values[:5], None)
         residual = abs(cycle.net) if abs(cycle.net) > cycle.errors.work else 0.0
         return cycle._replace(errors=cycle.errors._replace(residual=residual))
-    by_unknown = values[5]
-    size = np.abs(by_unknown)
-    net, effect, of_sizes = (float(cells.integral(row, mesh.half).sum()) for row in (values[0], by_unknown, size))
+    by_unknown, size = values[5], np.abs(values[5])
+    net, effect, of_sizes = (float(cells.total(row, mesh.half)) for row in (values[0], by_unknown, size))
     if abs(effect) <= 1e-9 * of_sizes or of_sizes == 0.0:
         raise SceneError([no_effect(machine)])
     balance = -net / effect + 0.0  # never -0
@@ -138,8 +137,10 @@ def assembled(mesh: Cells, values: Array, balance: float | None, *, by_unknown: 
     by_cell[0] *= shifts
     peaks = np.abs(values[1:]).max(axis=-1)
     inertias = tails[2] + _EVALUATION * peaks[1] + 2 * ROUNDING * mesh.edges[-1] * peaks[0]
-    exchanged, slope_exchanged = cells.integral(values[3:], mesh.half).sum(axis=-1).tolist()
-    by_angle = _by_independent_angles(values[:2], mesh)
+    exchanged, slope_exchanged = cells.total(values[3:], mesh.half).tolist()
+    # every angle is rounded by itself, nodes and breakpoints alike: what that shifts adds up as independent shares do
+    rows = values[:2].reshape(2, -1)
+    by_angle = (2 * ROUNDING * np.hypot.reduce((rows[:, 1:] - rows[:, :-1]) * mesh.phi.reshape(-1)[1:], axis=1)).tolist()
     interpolation = by_cell.sum(axis=1).tolist()
     work = interpolation[0] + shifts * (_EVALUATION * exchanged + by_angle[0])
     variation = interpolation[1] + _EVALUATION * slope_exchanged + by_angle[1]
@@ -156,19 +157,6 @@ def assembled(mesh: Cells, values: Array, balance: float | None, *, by_unknown: 
         errors=CycleErrors(work, variation, float(inertias.max()), by_cell, inertias),
         balance_error=work / abs(balance * by_unknown) if balance and by_unknown else 0.0,
     )
-
-
-def _by_independent_angles(values: Array, mesh: Cells) -> list[float]:
-    """What rounding of the angles makes of integrals of M* and dI*/dphi: every one is rounded by itself, breakpoints too.
-
-    What that shifts adds up as independent shares do.
-    """
-    phi = mesh.phi.reshape(-1)[1:]
-    rows = values.reshape(len(values), -1)
-    shifted = (rows[:, 1:] - rows[:, :-1]) * phi
-    most = np.maximum(np.abs(shifted).max(axis=1), 1e-300)  # squares must not leave the floating-point range
-    shares = shifted / most[:, None]
-    return (2 * ROUNDING * most * np.sqrt((shares * shares).sum(axis=1))).tolist()  # type: ignore[no-any-return]
 
 
 def check_cycle(scene: Scene) -> None:
@@ -352,7 +340,7 @@ def combined(cycle: Cycle, factors: Array) -> tuple[Extremes, Roots]:
     values[0] = at_edges[:, :1]
     values[0, :, : edges.size], places[:, : edges.size] = at_edges, edges
     column = np.arange(edges.size, edges.size + function.size) - first[function]
-    values[0, function, column] = (factors[function] * np.stack((work, variation), axis=1)).sum(axis=1)
+    values[0, function, column] = factors[function, 0] * work + factors[function, 1] * variation
     places[function, column] = roots.angles
     values[1] = -values[0]
     every, (top, bottom) = np.arange(count), cells.peak(values, places)
@@ -570,8 +558,8 @@ def error_of_extremes(cycle: Cycle, motion: Run, *, sized: bool) -> float:
         of_roots = _root_errors(along, cell, t, factors, loose)
         errors += of_roots.tolist()
         at_end |= of_roots >= 2 * half  # anywhere in the cell, and so perhaps in the next
-    for edge, factor in zip((cell + (t > 0.0))[at_end].tolist(), factors[at_end].tolist(), strict=True):
-        errors.append(_end_error(along, edge, factor))
+    if at_end.any():
+        errors += _end_errors(along, (cell + (t > 0.0))[at_end], factors[at_end])
     error = 4 * ROUNDING * float(cycle.mesh.edges[-1]) + max(errors)
     if not cycle.errors.residual:
         return error
@@ -611,23 +599,26 @@ def _root_errors(cycle: Cycle, cell: Index, t: Array, factor: Array, loose: Arra
     return np.where(np.abs(t) < _INSIDE, errors, 0.0)
 
 
-def _end_error(cycle: Cycle, edge: int, factor: float) -> float:
-    """Error (rad) of an extreme of speed at the end of a cell.
+def _end_errors(cycle: Cycle, edges: Index, factors: Array) -> list[float]:
+    """Errors (rad) of extremes of speed at ends of cells.
 
     0 where M* - factor dI*/dphi jumps through zero there. Else a root lies beside the end, so near that the speed at
     both is the same but for rounding; or the function cannot be told from zero in whole cells around: it is their width.
     """
-    count = cycle.mesh.half.size
-    beside, least = np.array([edge - 1, edge % count]), cycle.errors.work / cycle.mesh.edges[-1]
-    row = cycle.series[0, beside] - factor * cycle.series[1, beside]
-    near = cycle.noise[0, beside] + factor * cycle.noise[1, beside] + least
-    (_, before), (after, _) = cells.ends(row).tolist()
-    if before * after < 0.0 and abs(before) > near[0] and abs(after) > near[1]:
-        return 0.0
-    rows, noise = cycle.series[0] - factor * cycle.series[1], cycle.noise[0] + factor * cycle.noise[1] + least
-    widths = 2 * cycle.mesh.half[:, 0]
-    slope = np.maximum(np.abs(cells.slope(row, np.array([1.0, -1.0]))) / (0.5 * widths[beside]), 1e-300)
-    off = float(np.minimum((np.abs((before, after)) + near) / slope, widths[beside]).min())
-    quiet, widths = (np.roll(each, -edge) for each in (np.abs(rows).sum(axis=-1) <= noise, widths))
-    ahead, back = (count if row.all() else int(np.argmin(row)) for row in (quiet, quiet[::-1]))
-    return max(off, min(float(widths[:ahead].sum() + widths[count - back :].sum()), float(widths.sum())))
+    count, least = cycle.mesh.half.size, cycle.errors.work / cycle.mesh.edges[-1]
+    beside = np.array([edges - 1, edges % count])
+    rows = cycle.series[0, beside] - factors[:, None] * cycle.series[1, beside]
+    noise = cycle.noise[0, beside] + factors * cycle.noise[1, beside] + least
+    values = cells.ends(rows)[[0, 1], :, [1, 0]]
+    jumps = (values[0] * values[1] < 0.0) & (np.abs(values) > noise).all(axis=0)
+    errors, widths = [0.0], 2 * cycle.mesh.half[:, 0]
+    for k in (~jumps).nonzero()[0].tolist():
+        slope = np.abs(cells.slope(rows[:, k], np.array([1.0, -1.0]))) / (0.5 * widths[beside[:, k]])
+        near = (np.abs(values[:, k]) + noise[:, k]) / np.maximum(slope, 1e-300)
+        size = np.abs(cycle.series[0] - factors[k] * cycle.series[1]).sum(axis=-1)
+        level = cycle.noise[0] + factors[k] * cycle.noise[1] + least
+        quiet, turned = (np.roll(each, -edges[k]) for each in (size <= level, widths))
+        ahead, back = (count if row.all() else int(np.argmin(row)) for row in (quiet, quiet[::-1]))
+        errors.append(min(float(turned[:ahead].sum() + turned[count - back :].sum()), float(turned.sum())))
+        errors.append(float(np.minimum(near, widths[beside[:, k]]).min()))
+    return errors
