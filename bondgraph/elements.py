@@ -10,9 +10,10 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable
-from typing import Any, NamedTuple
+from typing import Any
 
 from bondgraph.laws import Function, GraphError, law_of
+from bondgraph.records import NamedTuple
 
 
 class Quantity(NamedTuple):

@@ -12,7 +12,7 @@ from collections.abc import Callable, Hashable, Iterable, Iterator, Mapping, Seq
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from numbers import Real
-from typing import Any, NamedTuple, TypeVar
+from typing import Any, TypeVar
 
 from bondgraph.elements import (
     DOMAINS,
@@ -28,6 +28,7 @@ from bondgraph.elements import (
     Modulus,
 )
 from bondgraph.laws import OWN, TIME, Function, GraphError, law_of, refuse
+from bondgraph.records import NamedTuple
 
 T = TypeVar("T", bound=Hashable)
 

@@ -22,11 +22,12 @@ from functools import lru_cache, partial, reduce
 from itertools import accumulate, combinations
 from numbers import Real
 from types import CodeType, FunctionType, SimpleNamespace
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
 from bondgraph.laws import Operand
+from bondgraph.records import NamedTuple
 
 _SYMBOLS = {"add": "+", "subtract": "-", "multiply": "*", "divide": "/"}
 _COMPARISONS = {

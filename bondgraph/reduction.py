@@ -13,7 +13,7 @@ from contextlib import contextmanager
 from contextvars import ContextVar
 from functools import cached_property
 from numbers import Real
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
@@ -34,6 +34,7 @@ from bondgraph.graph import (
     plan,
 )
 from bondgraph.laws import OWN_DISPLACEMENT, TIME, Function, GraphError
+from bondgraph.records import NamedTuple
 
 
 class Tally:

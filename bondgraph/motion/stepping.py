@@ -8,13 +8,14 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from itertools import pairwise
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from bondgraph.laws import GraphError
 from bondgraph.motion.runge_kutta import ORDER_5, ORDER_8, DormandPrince, Method
+from bondgraph.records import NamedTuple
 
 Array = NDArray[np.float64]
 Field = Callable[[float, Array], Array]

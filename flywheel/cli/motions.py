@@ -9,10 +9,11 @@ from contextlib import contextmanager
 from math import pi
 from pathlib import Path
 from time import monotonic
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any
 
 import click
 
+from bondgraph.records import NamedTuple
 from flywheel.cli.common import (
     MOST_POINTS,
     SCENE,

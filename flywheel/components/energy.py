@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from bondgraph.records import NamedTuple
 from flywheel.numerics.arguments import POSITIVE, array, number_faults, refuse
 from flywheel.numerics.faults import Fault, SceneError
 

@@ -9,8 +9,9 @@ drives and r tau eta where it is driven, r being the far speed over the near one
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import Any, NamedTuple
+from typing import Any
 
+from bondgraph.records import NamedTuple
 from flywheel.numerics.arguments import ANY, NOT_NEGATIVE, POSITIVE, known, name_faults, number_faults, refuse
 from flywheel.numerics.faults import Fault, SceneError
 

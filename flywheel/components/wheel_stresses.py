@@ -19,11 +19,11 @@ is 1.2 m and the stress of the arms comes out 7 % too high.
 from __future__ import annotations
 
 from math import cos, pi, sin
-from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from bondgraph.records import NamedTuple
 from flywheel.numerics.arguments import POSITIVE, fits, known, number_faults, refuse
 from flywheel.numerics.faults import Fault, SceneError
 

@@ -10,8 +10,9 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
 from math import ceil, floor, inf, nextafter, pi
-from typing import Any, NamedTuple
+from typing import Any
 
+from bondgraph.records import NamedTuple
 from flywheel.components.wheel_stresses import (
     FEWEST,
     MOST,

@@ -18,12 +18,13 @@ import math
 from collections.abc import Callable, Iterator, Sequence
 from copy import copy
 from functools import cached_property, partial
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from bondgraph import reduction as counting
+from bondgraph.records import NamedTuple
 from bondgraph.reduction import Station
 from flywheel.components.motors import DC
 from flywheel.machine.machine import Anchor, Machine, Stage

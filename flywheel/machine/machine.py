@@ -11,7 +11,7 @@ from dataclasses import replace
 from functools import cache, cached_property, partial
 from itertools import count
 from numbers import Real
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,6 +19,7 @@ from numpy.typing import NDArray
 from bondgraph.builder import Builder
 from bondgraph.elements import C, Here, I, Law, Modulus, Motion, R, Se, Sf
 from bondgraph.graph import BondGraph
+from bondgraph.records import NamedTuple
 from bondgraph.reduction import Reduced, Reduction
 from flywheel.components.motors import DC
 from flywheel.mechanisms import families

@@ -10,10 +10,11 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from functools import cached_property
-from typing import Any, NamedTuple
+from typing import Any
 
 from bondgraph.elements import Here
 from bondgraph.recording import NAMESPACE, Conditions, Program, Recorder
+from bondgraph.records import NamedTuple
 from bondgraph.reduction import Reduced, count
 from flywheel.machine.dynamics import DRIVE, Array, circuit_of
 from flywheel.machine.machine import Anchor, Machine

@@ -14,11 +14,12 @@ from itertools import chain, pairwise
 from math import ceil, degrees, floor, inf, pi, tau
 from operator import attrgetter
 from types import MappingProxyType
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from bondgraph.records import NamedTuple
 from flywheel.mechanisms import KINDS
 from flywheel.numerics.faults import Fault, SceneError
 from flywheel.numerics.functions import acos, acosh

@@ -6,8 +6,9 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from contextvars import ContextVar
 from time import perf_counter
-from typing import Any, NamedTuple
+from typing import Any
 
+from bondgraph.records import NamedTuple
 from bondgraph.reduction import Tally, count, counted
 from flywheel.numerics.faults import Fault, SceneError
 

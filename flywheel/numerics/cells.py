@@ -8,10 +8,12 @@ looks at its own ends, where a load may jump. The middle node is the cell's anch
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Any, NamedTuple, TypeVar
+from typing import Any, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
+
+from bondgraph.records import NamedTuple
 
 Array = NDArray[np.float64]
 Index = NDArray[np.intp]

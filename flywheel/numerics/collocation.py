@@ -10,11 +10,10 @@ U. M. Ascher, R. M. M. Mattheij, R. D. Russell, Numerical Solution of Boundary V
 
 from __future__ import annotations
 
-from typing import NamedTuple
-
 import numpy as np
 from numpy.typing import NDArray
 
+from bondgraph.records import NamedTuple
 from flywheel.numerics import cells as piecewise
 from flywheel.numerics.cells import NODES, ORDER
 

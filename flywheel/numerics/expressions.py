@@ -18,10 +18,11 @@ import warnings
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property, reduce
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
+from bondgraph.records import NamedTuple
 from flywheel.numerics.faults import LONGEST_SHOWN
 from flywheel.numerics.intervals import NAMESPACE, plain, scaled_namespace
 from flywheel.numerics.units import DIMENSIONS, Unit

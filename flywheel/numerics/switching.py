@@ -15,11 +15,12 @@ where it rises, and not where it is 1.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from bondgraph.records import NamedTuple
 from flywheel.numerics import expressions
 from flywheel.numerics.expressions import At, Expression, Node
 from flywheel.numerics.intervals import NAMESPACE, Interval, Powers, Scaled, interval, plain, scaled_namespace

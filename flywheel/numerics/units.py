@@ -18,10 +18,11 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Iterable, Sequence
-from typing import Any, NamedTuple, TypeGuard
+from typing import Any, TypeGuard
 
 import numpy as np
 
+from bondgraph.records import NamedTuple
 from flywheel.numerics.faults import quote, show, suggestion
 
 _PI = (3141592653589793238462643383279502884197169399375105820974944592307816, 10**69)

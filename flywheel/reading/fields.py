@@ -6,10 +6,11 @@ import math
 import re
 from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
+from bondgraph.records import NamedTuple
 from flywheel.mechanisms import KINDS
 from flywheel.numerics.faults import Fault, nearest, quote, show, suggestion
 from flywheel.numerics.units import (

@@ -5,10 +5,10 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Iterator, Mapping
-from typing import NamedTuple
 
 import numpy as np
 
+from bondgraph.records import NamedTuple
 from flywheel.components.gas_forces import piston_area
 from flywheel.components.motors import Motor
 from flywheel.numerics.faults import show, told

@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
+from bondgraph.records import NamedTuple
 from flywheel.mechanisms import KINDS
 from flywheel.mechanisms.families import Kind, build
 from flywheel.numerics.faults import SceneError, quote, show, suggestion, told

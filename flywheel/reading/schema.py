@@ -8,8 +8,9 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from typing import Any, NamedTuple
+from typing import Any
 
+from bondgraph.records import NamedTuple
 from flywheel.components.wheel_stresses import FEWEST, MATERIALS, MOST
 from flywheel.components.wheels import METHODS, SPEEDS, WHEEL_SHAPES
 from flywheel.mechanisms import KINDS

@@ -8,10 +8,10 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from itertools import pairwise
-from typing import NamedTuple
 
 import numpy as np
 
+from bondgraph.records import NamedTuple
 from flywheel.machine.dynamics import Moments, Rate, moments_on
 from flywheel.machine.machine import Machine, merged
 from flywheel.numerics import cells

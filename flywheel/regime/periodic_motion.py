@@ -13,10 +13,9 @@ Source: U. M. Ascher, R. M. M. Mattheij, R. D. Russell, Numerical Solution of Bo
 
 from __future__ import annotations
 
-from typing import NamedTuple
-
 import numpy as np
 
+from bondgraph.records import NamedTuple
 from flywheel.machine.dynamics import Moments, Rate, moments_on
 from flywheel.machine.machine import Machine, merged
 from flywheel.numerics import cells, collocation

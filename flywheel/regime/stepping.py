@@ -19,7 +19,7 @@ import math
 from collections.abc import Callable, Generator, Iterator, Sequence
 from dataclasses import dataclass
 from itertools import islice, pairwise
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 from numpy.polynomial import chebyshev, legendre
@@ -27,6 +27,7 @@ from numpy.polynomial import chebyshev, legendre
 from bondgraph.motion import runge_kutta
 from bondgraph.motion.runge_kutta import DormandPrince
 from bondgraph.motion.stepping import JUST_STARTED, instant, roots
+from bondgraph.records import NamedTuple
 from flywheel.machine.dynamics import Dynamics
 from flywheel.machine.machine import Anchor, Machine
 from flywheel.numerics.budget import count

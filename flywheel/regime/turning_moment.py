@@ -8,10 +8,10 @@ where the moment crosses zero, where the speed is extreme.
 from __future__ import annotations
 
 import math
-from typing import NamedTuple
 
 import numpy as np
 
+from bondgraph.records import NamedTuple
 from flywheel.machine.machine import Machine
 from flywheel.numerics import cells
 from flywheel.numerics.cells import NODES, ORDER, ROUNDING, Array, Cells, Coarse, Crossings, Index

@@ -11,11 +11,11 @@ Source: F. Wittenbauer, Graphische Dynamik (1923); the energy balance over a cyc
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
+from bondgraph.records import NamedTuple
 from flywheel.machine.machine import Machine
 from flywheel.numerics import cells
 from flywheel.numerics.cells import ROUNDING, Array, Coarse

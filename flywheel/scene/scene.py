@@ -12,11 +12,12 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from types import MappingProxyType
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from bondgraph.records import NamedTuple
 from flywheel.components.motors import Motor
 from flywheel.components.wheels import WheelAsked
 from flywheel.numerics import notebook

@@ -13,10 +13,10 @@ from __future__ import annotations
 from collections.abc import Callable
 from copy import copy
 from functools import partial
-from typing import NamedTuple
 
 import numpy as np
 
+from bondgraph.records import NamedTuple
 from flywheel.machine.dynamics import Dynamics
 from flywheel.machine.machine import Machine
 from flywheel.numerics.budget import BudgetError, counted, limited

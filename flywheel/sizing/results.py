@@ -10,10 +10,11 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from bondgraph.records import NamedTuple
 from flywheel.components.energy import Energy
 from flywheel.components.gear_trains import OnShaft, on_every_shaft
 from flywheel.components.motors import DC, Induction

@@ -11,8 +11,9 @@ from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from math import atan2, hypot, isnan
 from textwrap import wrap
-from typing import Any, NamedTuple
+from typing import Any
 
+from bondgraph.records import NamedTuple
 from flywheel.components.energy import Energy
 from flywheel.components.gear_trains import gd2
 from flywheel.components.motors import Engine, Motor

@@ -7,8 +7,8 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from math import nan, pi
-from typing import NamedTuple
 
+from bondgraph.records import NamedTuple
 from flywheel.components.gear_trains import OnShaft, gd2
 from flywheel.components.wheels import ROUNDING, Wheel
 from flywheel.numerics.units import columns, figure

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
-from typing import NamedTuple
 
+from bondgraph.records import NamedTuple
 from flywheel.components.energy import HOUR, Energy, kilowatt_hours
 from flywheel.components.motors import DC, Engine, Induction, Motor
 from flywheel.language import number

@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Mapping
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from bondgraph.records import NamedTuple
 from flywheel.numerics.units import MOST, columns, figure
 
 WIDTH = 100

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from typing import NamedTuple
 
+from bondgraph.records import NamedTuple
 from flywheel.language import message, number
 from flywheel.language import text as _
 from flywheel.mechanisms import KINDS

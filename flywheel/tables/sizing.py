@@ -8,8 +8,8 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from math import log, log1p
-from typing import NamedTuple
 
+from bondgraph.records import NamedTuple
 from flywheel.numerics.faults import Remark
 from flywheel.numerics.units import columns, figure, short
 from flywheel.reading.scenes import of_drive, of_rim

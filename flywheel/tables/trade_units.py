@@ -9,8 +9,8 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from types import MappingProxyType
-from typing import NamedTuple
 
+from bondgraph.records import NamedTuple
 from flywheel.language import number
 from flywheel.numerics.units import figure
 
