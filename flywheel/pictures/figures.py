@@ -130,7 +130,7 @@ _IN_PRINT: dict[str, tuple[str, Any, str]] = {  # of a colour: its grey, the das
 
 def in_greys(made: Figure) -> None:
     """Turn a figure into the form for print: lines told apart by dashes, fills by hatches, all colours greys."""
-    for panel in made.findobj(Axes):
+    for panel in (*made.findobj(Axes), *made.legends):
         lines = panel.findobj(Line2D)
         colours = {to_hex(line.get_color()).upper() for line in lines if line.get_linestyle() != "None"}
         several = len(colours & _IN_PRINT.keys()) > 1
@@ -149,8 +149,9 @@ def in_greys(made: Figure) -> None:
         if colour in _IN_PRINT and faces[0, 3] > 0.0:
             fill.set(facecolor="white", edgecolor="#555555", hatch=_IN_PRINT[colour][2], alpha=1.0)
             continue
-        fill.set_facecolor([(*_level(face), face[3]) for face in faces] if isinstance(fill, Collection) else _of(faces))  # type: ignore[attr-defined]
-        fill.set_edgecolor([(*_level(edge), edge[3]) for edge in edges] if isinstance(fill, Collection) else _of(edges))  # type: ignore[attr-defined]
+        for own, shades in ((fill.set_facecolor, faces), (fill.set_edgecolor, edges)):  # type: ignore[attr-defined]
+            if len(shades):
+                own([(*_level(shade), shade[3]) for shade in shades] if isinstance(fill, Collection) else _of(shades))
 
 
 def _level(colour: Array) -> tuple[float, float, float]:

@@ -5,8 +5,9 @@ Exact and approximate flywheel stand together, and where the approximate one is 
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -16,6 +17,7 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 from numpy.typing import NDArray
 
+from flywheel.pictures import current_form
 from flywheel.pictures.figures import BLUE, DPI, GREY, ORANGE, PALE, VERMILLION, figure, name_axes, save, told
 from flywheel.study.designs import FIGURES
 from flywheel.study.sweep import Sweep
@@ -29,6 +31,8 @@ _WIDE = 100.0  # ratio from which on an axis is logarithmic
 _NEAR = 1e-9
 _LINES = 600  # of designs in parallel coordinates
 _LEVELS = 12
+_MANIFOLD = 10.0  # ratio of values from which on their contours are logarithmic
+_FEW, _FINER = 3000, 3  # designs between which contours are drawn more finely, and how often triangles are halved for it
 _DANGER = "approximate below exact: too light, danger"
 _COLOURS = "cividis"
 
@@ -44,8 +48,8 @@ def draw(found: Sweep) -> Figure:
     known = np.isfinite(found.values[objective(found)])
     if len(varied) == 1 and known.any():
         return _curves(found, varied[0])
-    if len(varied) == 2 and (triangles := _map_of(found, varied, known)) is not None:
-        return _map(found, varied, triangles)
+    if len(varied) == 2 and known.any() and (ground := _ground(found, varied, known)) is not None:
+        return _map(found, varied, ground)
     return _parallel(found, varied, known)
 
 
@@ -134,42 +138,63 @@ def _shade_refused(panels: Any, x: Array, refused: NDArray[np.bool_]) -> None:
 # -- two numbers -------------------------------------------------------------------------------------------------------
 
 
-def _map_of(found: Sweep, varied: list[str], known: NDArray[np.bool_]) -> Any:
-    """The triangles that a map of two numbers is drawn on; None where the designs lie on a line."""
-    from matplotlib.tri import Triangulation
+class _Ground(NamedTuple):
+    """What a map is drawn on: triangles between designs in their own coordinates, and what puts values on their corners."""
 
-    points = np.stack([found.columns[path][known] for path in varied])
-    if points.shape[1] < 4:
-        return None
-    low, span = points.min(axis=1), np.ptp(points, axis=1)
-    if not (span > 0.0).all() or np.linalg.svd((points.T - low) / span - 0.5, compute_uv=False)[-1] < 1e-6:
-        return None
-    scaled = (points - low[:, None]) / span[:, None]
-    made = Triangulation(*scaled)
-    x, y = points
-    return Triangulation(x, y, triangles=made.triangles, mask=_holes(found, varied, known, scaled, made.triangles))
+    triangles: Any
+    values: Callable[[Array], Array]
 
 
-def _holes(found: Sweep, varied: list[str], known: NDArray[np.bool_], scaled: Array, triangles: Any) -> Any:
-    """The triangles over refused designs, which are left empty: those with one of these within their frame's middle."""
-    if known.all():
+def _ground(found: Sweep, varied: list[str], known: NDArray[np.bool_]) -> _Ground | None:
+    """The ground of a map of two numbers, logarithmic ones by their logarithms; None where the designs lie on a line."""
+    from matplotlib.tri import LinearTriInterpolator, Triangulation, UniformTriRefiner
+
+    wide = [_wide(found.columns[path][known]) for path in varied]
+    every = np.stack([found.columns[path] for path in varied])
+    with np.errstate(invalid="ignore", divide="ignore"):
+        every = np.stack([np.log(row) if log else row for row, log in zip(every, wide, strict=True)])
+    low, span = every[:, known].min(axis=1), np.ptp(every[:, known], axis=1)
+    if known.sum() < 4 or not (span > 0.0).all():
         return None
-    everything = np.stack([found.columns[path] for path in varied])
-    low, span = (np.stack([found.columns[path][known] for path in varied]) for _ in range(2))
-    everything = (everything - low.min(axis=1)[:, None]) / np.ptp(span, axis=1)[:, None]
-    lost = everything[:, ~known]
-    corners = scaled[:, triangles]  # (2, triangles, 3)
+    every = (every - low[:, None]) / span[:, None]
+    points = every[:, known]
+    if np.linalg.svd(points - points.mean(axis=1)[:, None], compute_uv=False)[-1] < 1e-6:
+        return None
+    ground = Triangulation(*points)
+    lost = every[:, ~known & np.isfinite(every).all(axis=0)]
+    if lost.size:
+        ground.set_mask(_holes(points[:, ground.triangles], lost))
+    corners = ground
+    finer = any(wide) and points.shape[1] <= _FEW
+    if finer:  # a straight line in logarithms bends between the corners
+        corners, _ = UniformTriRefiner(ground).refine_triangulation(return_tri_index=True, subdiv=_FINER)
+
+    def values(column: Array) -> Array:
+        if not finer:
+            return column
+        return np.ma.filled(LinearTriInterpolator(ground, column)(corners.x, corners.y), float(column.min()))
+
+    places = np.stack([corners.x, corners.y]) * span[:, None] + low[:, None]
+    x, y = (np.exp(row) if log else row for row, log in zip(places, wide, strict=True))
+    return _Ground(Triangulation(x, y, triangles=corners.triangles, mask=corners.mask), values)
+
+
+def _holes(corners: Array, lost: Array) -> NDArray[np.bool_]:
+    """Which triangles (2, triangles, 3) lie over refused designs: those whose centre is nearer to one than to a corner."""
     centres = corners.mean(axis=2)
-    nearest_known = np.full(centres.shape[1], np.inf)
-    nearest_lost = np.full(centres.shape[1], np.inf)
+    nearest = np.full(centres.shape[1], np.inf)
     for start in range(0, lost.shape[1], 256):
         part = lost[:, None, start : start + 256]
-        nearest_lost = np.minimum(nearest_lost, np.hypot(*(centres[:, :, None] - part)).min(axis=1))
-    nearest_known = np.hypot(*(corners - centres[:, :, None])).min(axis=1)
-    return nearest_lost < nearest_known
+        nearest = np.minimum(nearest, np.hypot(*(centres[:, :, None] - part)).min(axis=1))
+    return np.asarray(nearest < np.hypot(*(corners - centres[:, :, None])).min(axis=1))
 
 
-def _map(found: Sweep, varied: list[str], triangles: Any) -> Figure:
+def _wide(column: Array) -> bool:
+    """Whether numbers are better shown by their logarithms."""
+    return bool(column.min() > 0.0 and column.max() > _WIDE * column.min())
+
+
+def _map(found: Sweep, varied: list[str], ground: _Ground) -> Figure:
     """Contours of the exact flywheel over two numbers, its least place, and where the approximate one is too light."""
     name = objective(found)
     known = np.isfinite(found.values[name])
@@ -180,27 +205,15 @@ def _map(found: Sweep, varied: list[str], triangles: Any) -> Figure:
     panel.grid(visible=False)
     handles: list[Any] = []
     if np.ptp(values) > 0.0:
-        norm = None
-        if values.min() > 0.0 and values.max() > 10.0 * values.min():
-            from matplotlib.colors import LogNorm
-
-            levels: Any = np.geomspace(values.min(), values.max(), _LEVELS)
-            norm = LogNorm(values.min(), values.max())
-        else:
-            levels = np.linspace(values.min(), values.max(), _LEVELS)
-        filled = panel.tricontourf(triangles, values, levels=levels, cmap=_COLOURS, norm=norm, zorder=0)
-        lines = panel.tricontour(triangles, values, levels=levels, colors="white", linewidths=0.7)
-        panel.clabel(lines, levels=levels[1:-1:2], fmt=lambda value: told(value, most=3), fontsize=8.5)
-        bar = made.colorbar(filled, ax=panel, ticks=levels[::2], format=lambda value, _: told(value, most=3))
-        bar.set_label(_label(found, name))
-    light = too_light(found)[known] if name == "exact" else np.zeros(values.size, bool)
-    if light.any():
-        share = (found.values["approximate"][known] - found.values["exact"][known]) / np.maximum(values, 1e-300)
-        least = min(2.0 * float(share.min()), -1e-300)
-        area = panel.tricontourf(triangles, share, levels=[least, -_NEAR], colors="none", hatches=["xxx"], zorder=3)
+        _draw_contours(panel, ground, values, _label(found, name))
+    if name == "exact" and (light := too_light(found)[known]).any():
+        share = (found.values["approximate"][known] - values) / np.maximum(values, 1e-300)
+        fine = ground.values(share)
+        least = min(2.0 * float(fine.min()), -1.0)
+        area = panel.tricontourf(ground.triangles, fine, levels=[least, -_NEAR], colors="none", hatches=["xxx"], zorder=3)
         area.set_edgecolor(VERMILLION)
         if not light.all():
-            panel.tricontour(triangles, share, levels=[-_NEAR], colors=VERMILLION, linewidths=1.6, linestyles="-", zorder=4)
+            panel.tricontour(ground.triangles, fine, levels=[-_NEAR], colors=VERMILLION, linewidths=1.6, zorder=4)
         handles.append(Patch(facecolor="none", edgecolor=VERMILLION, hatch="xxx", lw=1.2, label=_DANGER))
     if not known.all():
         lost = [found.columns[path][~known] for path in varied]
@@ -208,14 +221,31 @@ def _map(found: Sweep, varied: list[str], triangles: Any) -> Figure:
         handles.append(mark)
     best = found.argmin(name)
     place = [found.columns[path][best] for path in varied]
-    least_told = f"least: {told(float(found.values[name][best]), most=4)}"
-    (star,) = panel.plot(*place, "*", color=VERMILLION, mec="white", ms=16, label=least_told, zorder=6, clip_on=False)
+    words = f"least: {told(float(found.values[name][best]), most=4)}"
+    (star,) = panel.plot(*place, "*", color=VERMILLION, mec="white", ms=16, label=words, zorder=6, clip_on=False)
     made.legend(handles=[star, *handles], loc="outside lower center", ncols=3, fontsize=9, frameon=False)
     for axis, path in (("x", varied[0]), ("y", varied[1])):
-        column = found.columns[path]
-        if column.min() > 0.0 and column.max() > _WIDE * column.min():
+        if _wide(found.columns[path][known]):
             getattr(panel, f"set_{axis}scale")("log")
     return made
+
+
+def _draw_contours(panel: Axes, ground: _Ground, values: Array, label: str) -> None:
+    """Filled contours with lines between them and their numbers, logarithmic where values differ much, and a bar beside."""
+    log = values.min() > 0.0 and values.max() > _MANIFOLD * values.min()
+    level = np.log(values) if log else values
+    fine = ground.values(level)
+    levels = np.linspace(level.min(), level.max(), _LEVELS)
+    colours = "Greys_r" if current_form() == "print" else _COLOURS
+
+    def number(height: float, place: object = None) -> str:
+        return told(float(np.exp(height) if log else height), most=3)
+
+    filled = panel.tricontourf(ground.triangles, fine, levels=levels, cmap=colours, zorder=0, extend="neither")
+    lines = panel.tricontour(ground.triangles, fine, levels=levels, colors="white", linewidths=0.7, linestyles="-")
+    panel.clabel(lines, levels=levels[1:-1:2], fmt=number, fontsize=8.5)
+    bar = panel.figure.colorbar(filled, ax=panel, ticks=levels[::2], format=number)
+    bar.set_label(label)
 
 
 # -- more --------------------------------------------------------------------------------------------------------------
