@@ -31,6 +31,7 @@ _CELLS = 3_000  # of a chunk of designs: arrays of their values then stay in the
 _DESIGNS = 110_000 // ORDER // ORDER * 2  # of a chunk, at most: greater products are split over threads, which costs more
 _TOGETHER = _DESIGNS  # roots that are polished together
 _LARGE = 100_000  # of one for machine code, which keeps little of it at a time
+_NEWTON, _SETTLED = 20, 1e-14  # steps towards an irregularity, and the last one's size
 _HALVINGS = 3  # of the cells of designs that miss rtol; what is then left is sized one by one
 _SHARE = 1e-6  # of a row's size: a series that is cut off above it is looked at on the finer grid
 POINTS: Array = np.concatenate(([-1.0], NODES, [1.0]))  # of a cell, where signs are looked at
@@ -59,7 +60,8 @@ class Givens(NamedTuple):
     """What every design asks for: w (rad/s), eps, the flywheel's ratio to the crank, and the cycle (rad).
 
     `unknown` tells whether there is a balance; `drive` is the drive's ratio to the crank (None without one), `torque` its
-    torque (N m), None where that is the balance.
+    torque (N m), None where that is the balance. `inertia` (kg m², at its own shaft) is that of a flywheel that is given:
+    its irregularity is then to be found. `loose` is the relative error of the squares of the extreme speeds.
     """
 
     speed: Array
@@ -69,6 +71,13 @@ class Givens(NamedTuple):
     unknown: bool
     drive: Array | float | None = None
     torque: Array | float | None = None
+    inertia: Array | None = None
+    loose: Array | float = 0.0
+
+    def of(self, which: Index) -> Givens:
+        """Those of some designs."""
+        asked: dict[str, Any] = self._asdict()
+        return self._replace(**{name: value[which] for name, value in asked.items() if np.ndim(value)})
 
 
 class Structure(Protocol):
@@ -92,8 +101,8 @@ class Sums(NamedTuple):
     `variation` and `inertia` (kg m²) are the errors of W, of I* - I*(0) and of I*, `first` that in the first cell.
     `greatest` and `least` (5, designs) are those of W, of W - z w²(I* - I*(0))/2 with z of the fastest and the slowest
     point and 1, and of I* - I*(0); `fastest` and `slowest` (rad) where the second is greatest and the third least, with the
-    error `angle` of the worse one. `extent` (4, designs) has the least and greatest I* with their errors, `mean` (2,
-    designs) its mean with its error, `largest` what errors of I* are compared with.
+    error `angle` of the worse one, and `moving` (2, designs) I* - I*(0) there. `extent` (4, designs) has the least and
+    greatest I* with their errors, `mean` (2, designs) its mean with its error, `largest` what errors of I* are compared with.
     """
 
     start: Array
@@ -110,6 +119,7 @@ class Sums(NamedTuple):
     fastest: Array
     slowest: Array
     angle: Array
+    moving: Array
     extent: Array
     mean: Array
     largest: Array
@@ -202,7 +212,7 @@ def sums(pieces: Pieces, givens: Givens, columns: Array, edges: Array) -> Sums:
         variation=variation,
         inertia=inertias.max(axis=0),
         first=inertias[0],
-        **extremes_of(cycles, factors, tails[:2], inertias),
+        **extremes_of(cycles, factors, tails[:2], inertias, np.broadcast_to(givens.loose, count)),
         mean=np.stack((accumulated[2].sum(axis=0), TAIL_OF_INTEGRAL * (inertias * half).sum(axis=0))) / end,
         largest=np.abs(series[2]).sum(axis=0).max(axis=0),
     )
@@ -216,7 +226,7 @@ def _shifted(values: Array, phi: Array) -> Array:
     return np.asarray(inside.sum(axis=(1, 2)) + (between * between).sum(axis=1))
 
 
-def extremes_of(cycles: Cycles, factors: Array, tails: Array, errors: Array) -> dict[str, Array]:
+def extremes_of(cycles: Cycles, factors: Array, tails: Array, errors: Array, loose: Array) -> dict[str, Array]:
     """Extremes of W + factor (I* - I*(0)) over every edge and every root of M* + factor dI*/dphi, and those of I* itself."""
     number, count = cycles.half.shape
     rows = _combined(cycles.values, factors[:, None, None])
@@ -231,7 +241,7 @@ def extremes_of(cycles: Cycles, factors: Array, tails: Array, errors: Array) -> 
     greatest, least = at_edges.max(axis=1), at_edges.min(axis=1)
     np.maximum.at(greatest, (which, design), at_roots)
     np.minimum.at(least, (which, design), at_roots)
-    angles, worst = [], np.zeros(count)
+    angles, moving, worst = [], [], np.zeros(count)
     for row, extreme in ((FAST, greatest[FAST]), (SLOW, least[SLOW])):
         edge = (at_edges[row] == extreme).argmax(axis=0)
         place, local = np.minimum(edge, number - 1), np.where(edge == number, 1.0, -1.0)
@@ -239,8 +249,10 @@ def extremes_of(cycles: Cycles, factors: Array, tails: Array, errors: Array) -> 
         hit = np.flatnonzero((which == row) & inside[design])
         hit = hit[at_roots[hit] == extreme[design[hit]]]
         place[design[hit]], local[design[hit]] = cell[hit], t[hit]
-        angle, error = _places(cycles, -factors[row - FAST], rows[row], level[row], place, local)
+        angle, error = _places(cycles, -factors[row - FAST], loose, rows[row], level[row], place, local)
         angles.append(angle)
+        moving.append(cycles.start[1, edge, np.arange(count)])
+        moving[-1][design[hit]] = variation[hit]
         worst = np.maximum(worst, error)
     turning = np.flatnonzero(which == INERTIA)
     extent = _extent(cycles.series[2], errors, cell[turning], design[turning], t[turning])
@@ -250,6 +262,7 @@ def extremes_of(cycles: Cycles, factors: Array, tails: Array, errors: Array) -> 
         "fastest": angles[0],
         "slowest": angles[1],
         "angle": worst,
+        "moving": np.stack(moving),
         "extent": extent,
     }
 
@@ -320,7 +333,9 @@ def _series(cycles: Cycles, factors: Array, which: Index, cell: Index, design: I
     return np.asarray((np.where(which == INERTIA, 0.0, 1.0) * moment + factor * slope).T)
 
 
-def _places(cycles: Cycles, factor: Array, rows: Array, level: Array, cell: Index, t: Array) -> tuple[Array, Array]:
+def _places(
+    cycles: Cycles, factor: Array, loose: Array, rows: Array, level: Array, cell: Index, t: Array
+) -> tuple[Array, Array]:
     """The angles (rad) of extremes in cells at local abscissas, and their errors as `turning_moment.error_of_extremes`."""
     number, count = level.shape
     design, end = np.arange(count), cycles.edges[-1]
@@ -329,7 +344,8 @@ def _places(cycles: Cycles, factor: Array, rows: Array, level: Array, cell: Inde
     series = cycles.series[0, :, cell, design] - factor[:, None] * cycles.series[1, :, cell, design]
     angle = np.where(np.abs(t) < 1.0, cycles.middle[cell, design] + half * t, cycles.edges[edge, design])
     slope = np.maximum(np.abs(cells.slope(series, t)) / half, 1e-300)
-    error = np.where(np.abs(t) < _INSIDE, np.minimum(level[cell, design] / slope, 2 * half), 0.0)
+    noise = level[cell, design] + loose * factor * np.abs(cells.value(cycles.series[1, :, cell, design], t))
+    error = np.where(np.abs(t) < _INSIDE, np.minimum(noise / slope, 2 * half), 0.0)
     at_end = np.flatnonzero(np.abs(t) >= _INSIDE - 8 * ROUNDING * end / half)
     edge = edge[at_end]
     beside = np.stack(((edge - 1) % number, edge % number))
@@ -418,8 +434,48 @@ def _chunk(structure: Structure, columns: Array, which: Index, *, halvings: int,
         finer[::2], finer[1::2] = edges, 0.5 * (edges[1:] + edges[:-1])
         edges = finer
     pieces = [(slice(piece.start << halvings, piece.stop << halvings), program) for piece, program in structure.programs]
-    values, errors, missed = figures(sums_of(pieces, givens, columns, edges), givens)
+    if givens.inertia is not None:
+        given, inertia = givens._replace(irregularity=0.0 * givens.speed), givens.inertia * givens.ratio**2
+        sums, givens, error = _moved(partial(sums_of, pieces, columns=columns, edges=edges), given, inertia)
+        values, errors, missed = _of_cycle(sums, givens)
+        values["irregularity"], errors["irregularity"] = givens.irregularity, error
+        return values, errors, np.where(np.maximum(missed, error) <= 0.5 * rtol, halvings, -1)
+    sums = sums_of(pieces, givens, columns, edges)
+    values, errors, missed = figures(sums, givens)
+    alone = np.flatnonzero((values["needed"] == 0.0) & (missed <= 0.5 * rtol))
+    if alone.size:  # the machine runs without a flywheel, at its own irregularity
+        engine = partial(sums_of, pieces, columns=columns[:, alone], edges=edges[:, alone])
+        moved, _, missed[alone] = _moved(engine, givens.of(alone), np.zeros(alone.size))
+        values["angle_speed_max"][alone], values["angle_speed_min"][alone] = moved.fastest, moved.slowest
+        errors["angle_speed_max"][alone] = errors["angle_speed_min"][alone] = moved.angle
     return values, errors, np.where(missed <= 0.5 * rtol, halvings, -1)
+
+
+def _moved(engine: Callable[[Givens], Sums], givens: Givens, inertia: Array) -> tuple[Sums, Givens, Array]:
+    """The motion with an inertia J on the crank (kg m²), by Newton's method on its irregularity eps; its relative error.
+
+    max(W - z+ w²V/2) - min(W - z- w²V/2) = eps w² (J + I*(0)), V = I* - I*(0), z± = (1 ± eps/2)²: with this irregularity
+    the given flywheel is the exact one. By eps the two sides differ by -w²/2 times the sum of (1 ± eps/2) (J + I*) at the
+    two points. The error is infinite where no motion is found: the machine would stop.
+    """
+    square, eps = givens.speed**2, 0.0 * givens.speed
+    sums, error = engine(givens._replace(irregularity=eps)), np.full_like(eps, np.inf)
+    for _ in range(_NEWTON):
+        total = inertia + sums.start
+        excess = sums.greatest[FAST] - sums.least[SLOW] - eps * square * total
+        steepness = total + 0.5 * ((1 + eps / 2) * sums.moving[0] + (1 - eps / 2) * sums.moving[1])
+        step = excess / (square * steepness)
+        eps = np.clip(eps + step, 0.0, 2.0)
+        lightest = total + sums.least[INERTIA]
+        error = (2 * sums.work + square * sums.variation) / (square * lightest * eps)
+        error += 2 * (sums.inertia / lightest + 4 * ROUNDING)
+        settled = np.abs(step) <= np.maximum(_SETTLED, 0.1 * error) * eps
+        givens = givens._replace(irregularity=eps, loose=2 * error * eps / (1 - eps / 2))
+        sums = engine(givens)
+        if (settled | ~(np.abs(step) < np.inf) | ((eps >= 2.0) & (step > 0.0))).all():
+            break
+    weighs = (inertia + sums.extent[0] > sums.extent[2]) & (lightest > sums.variation)
+    return sums, givens, np.where(settled & weighs & (eps > 0.0) & (eps < 2.0), error, np.inf)
 
 
 # -- figures ---------------------------------------------------------------------------------------------------------------
@@ -441,9 +497,8 @@ def figures(sums: Sums, givens: Givens) -> tuple[dict[str, Array], dict[str, Arr
     scale = np.maximum(exact, fluctuation)
     scale = np.where(scale > 4 * error, scale, np.maximum(np.maximum(scale, sums.largest), sums.exchanged / unit))
     error = np.where(exact < -error, 0.0, error)
-    least, greatest, least_error, greatest_error = sums.extent
+    least, least_error = _least_inertia(sums), sums.extent[2]
     by_slope = np.minimum(least_error, sums.variation)
-    least = np.maximum(np.where(sums.variation <= least_error, start + sums.least[INERTIA], least), 0.0)
     of_areas, of_torque = 2 * sums.work / unit, (2 * sums.work + square * sums.variation) / unit
 
     def relative(error: Array, figure: Array | float) -> Array:
@@ -455,60 +510,78 @@ def figures(sums: Sums, givens: Givens) -> tuple[dict[str, Array], dict[str, Arr
         whole = error + least_error + by_slope
         return np.where(figure - sums.extent[0] < -whole, error, whole)
 
-    ratio, exchanged = givens.ratio**2, np.maximum(sums.exchanged, 1e-300)
-    of_work = sums.work / exchanged
-    values = {
+    ratio = givens.ratio**2
+    values, errors, missed = _of_cycle(sums, givens)
+    values |= {
         "exact": np.maximum(exact, 0.0) / ratio,
         "approximate": np.maximum(fluctuation - least, 0.0) / ratio,
         "approximate_total": fluctuation / ratio,
         "inertia_torque": torque / ratio,
         "inertia_torque_flywheel": np.maximum(torque - least, 0.0) / ratio,
         "needed": (exact > 0.0) + 0.0,
+    }
+    of_total, of_exact = relative(of_torque, torque), error / scale
+    of_areas = relative(net(fluctuation, of_areas), 0.0)
+    of_torque = relative(net(torque, of_torque), np.maximum(torque - sums.extent[0], 0.0))
+    errors |= {
+        "exact": np.where(of_exact == 0.0, of_total, of_exact),
+        "approximate": of_areas,
+        "approximate_total": of_areas,
+        "inertia_torque": of_total,
+        "inertia_torque_flywheel": of_torque,
+        "needed": 0.0 * exact,
+    }
+    for each in (np.where(exact > 0.0, error / np.maximum(total, 1e-300), 0.0), of_exact, of_areas, of_torque):
+        missed = np.maximum(missed, each)
+    return values, errors, missed
+
+
+def _of_cycle(sums: Sums, givens: Givens) -> tuple[dict[str, Array], dict[str, Array], Array]:
+    """Figures of the cycle itself, which do not tell what flywheel it needs; their errors, and the one to bring within rtol.
+
+    That is infinite where nothing but rounding varies the speed, where net work is left over, and beyond all proportion.
+    """
+    of_work = sums.work / np.maximum(sums.exchanged, 1e-300)
+    least, greatest, least_error, greatest_error = sums.extent
+    by_slope = sums.variation + sums.first
+    own = (np.where(sums.variation <= each, by_slope, each) for each in (least_error, greatest_error))
+    of_inertia = np.maximum(np.maximum(*own), sums.mean[1] + 32 * ROUNDING * greatest)
+    of_inertia = np.divide(of_inertia, greatest, out=np.zeros_like(greatest), where=greatest > 0.0)
+    fluctuation = sums.greatest[WORK] - sums.least[WORK]
+    values = {
         "speed": givens.speed,
-        "energy_fluctuation": sums.greatest[WORK] - sums.least[WORK],
+        "energy_fluctuation": fluctuation,
         "accumulated_max": sums.greatest[WORK],
         "accumulated_min": sums.least[WORK],
         "angle_speed_max": sums.fastest,
         "angle_speed_min": sums.slowest,
-        "reduced_inertia_least": least,
-        "reduced_inertia_greatest": np.where(sums.variation <= greatest_error, start + sums.greatest[INERTIA], greatest),
+        "reduced_inertia_least": _least_inertia(sums),
+        "reduced_inertia_greatest": np.where(
+            sums.variation <= greatest_error, sums.start + sums.greatest[INERTIA], greatest
+        ),
         "reduced_inertia_mean": sums.mean[0],
     }
-    of_total = relative(of_torque, torque)
-    of_exact = error / scale
     errors = {
-        "exact": np.where(of_exact == 0.0, of_total, of_exact),
-        "approximate": relative(net(fluctuation, of_areas), 0.0),
-        "inertia_torque": of_total,
-        "inertia_torque_flywheel": relative(net(torque, of_torque), np.maximum(torque - sums.extent[0], 0.0)),
-        "needed": 0.0 * exact,
-        "speed": 0.0 * exact + _READ,
+        "speed": 0.0 * givens.speed + _READ,
         "energy_fluctuation": 2 * of_work,
         "accumulated_max": of_work,
         "accumulated_min": of_work,
         "angle_speed_max": sums.angle,
         "angle_speed_min": sums.angle,
+        **{f"reduced_inertia_{name}": of_inertia for name in ("least", "greatest", "mean")},
     }
-    errors["approximate_total"] = errors["approximate"]
-    by_slope = sums.variation + sums.first
-    own = (np.where(sums.variation <= each, by_slope, each) for each in (least_error, greatest_error))
-    of_inertia = np.maximum(np.maximum(*own), sums.mean[1] + 32 * ROUNDING * greatest)
-    of_inertia = np.divide(of_inertia, greatest, out=np.zeros_like(greatest), where=greatest > 0.0)
-    errors |= {f"reduced_inertia_{name}": of_inertia for name in ("least", "greatest", "mean")}
     _add_drive(values, errors, sums, givens)
-    missed = np.minimum(sums.inertia, sums.variation) / np.maximum(sums.largest, 1e-300)
-    for each in (
-        of_work,
-        error / np.maximum(total, 1e-300),
-        of_exact,
-        errors["approximate"],
-        errors["inertia_torque_flywheel"],
-    ):
-        missed = np.maximum(missed, each)
-    even = (fluctuation * unit <= 4 * sums.work) & (greatest - least <= np.maximum(4 * sums.variation, sums.inertia))
+    missed = np.maximum(of_work, np.minimum(sums.inertia, sums.variation) / np.maximum(sums.largest, 1e-300))
+    even = (fluctuation <= 4 * sums.work) & (greatest - least <= np.maximum(4 * sums.variation, sums.inertia))
     left_over = (not givens.unknown) & (np.abs(sums.net) > sums.work)
     enormous = ~((sums.exchanged <= _ENORMOUS) & (sums.largest <= _ENORMOUS))
-    return values, errors, np.where(even | left_over | enormous | (exact <= 0.0), np.inf, missed)
+    return values, errors, np.where(even | left_over | enormous, np.inf, missed)
+
+
+def _least_inertia(sums: Sums) -> Array:
+    """The least I* (kg m²): by what its slope sums up to, or by its own series, as is known better."""
+    least, _, error, _ = sums.extent
+    return np.maximum(np.where(sums.variation <= error, sums.start + sums.least[INERTIA], least), 0.0)
 
 
 def _add_drive(values: dict[str, Array], errors: dict[str, Array], sums: Sums, givens: Givens) -> None:

@@ -280,7 +280,18 @@ def filler(program: Program) -> tuple[Lanes, Any]:
 # -- one group of lanes ----------------------------------------------------------------------------------------------------
 
 (_START_AT, _BALANCE, _BY_UNKNOWN, _NET, _EXCHANGED, _WORK_ERROR, _VARIATION, _INERTIA_ERROR, _FIRST) = range(9)
-_GREATEST, _LEAST, _FASTEST, _SLOWEST, _ANGLE, _EXTENT, _MEAN_AT, _LARGEST, _DOUBT = 9, 14, 19, 20, 21, 22, 26, 28, 29
+_GREATEST, _LEAST, _FASTEST, _SLOWEST, _ANGLE, _MOVING, _EXTENT, _MEAN_AT, _LARGEST, _DOUBT = (
+    9,
+    14,
+    19,
+    20,
+    21,
+    22,
+    24,
+    28,
+    30,
+    31,
+)
 _EVALUATION = 24 * ROUNDING
 _TAIL = cells.TAIL_OF_INTEGRAL
 _INSIDE = 1.0 - 1e-12
@@ -613,7 +624,7 @@ def compared(
         for k in range(2):
             if function == FAST + k:
                 for i in range(_L):
-                    places[k, i], places[k + 2, i] = 0.0, -1.0
+                    places[k, i], places[k + 2, i], out[_MOVING + k, i] = 0.0, -1.0, 0.0
         for cell in range(number):
             for i in range(_L):
                 value = of_work * cellwise[cell, _STOP // _L, i] + factors[function, i] * cellwise[cell, _STOP // _L + 1, i]
@@ -621,22 +632,22 @@ def compared(
                 if value > out[_GREATEST + function, i]:
                     out[_GREATEST + function, i] = value
                     if function == FAST:
-                        places[0, i], places[2, i] = place, t
+                        places[0, i], places[2, i], out[_MOVING, i] = place, t, cellwise[cell, _STOP // _L + 1, i]
                 if value < out[_LEAST + function, i]:
                     out[_LEAST + function, i] = value
                     if function == SLOW:
-                        places[1, i], places[3, i] = place, t
+                        places[1, i], places[3, i], out[_MOVING + 1, i] = place, t, cellwise[cell, _STOP // _L + 1, i]
     for r in range(found):
         function, cell, i = where[0, r], where[1, r], where[2, r]
         value = factors[function, i] * state[_ROOTS + r] + (0.0 if function == INERTIA else state[r])
         if value > out[_GREATEST + function, i]:
             out[_GREATEST + function, i] = value
             if function == FAST:
-                places[0, i], places[2, i] = cell, between[2, r]
+                places[0, i], places[2, i], out[_MOVING, i] = cell, between[2, r], state[_ROOTS + r]
         if value < out[_LEAST + function, i]:
             out[_LEAST + function, i] = value
             if function == SLOW:
-                places[1, i], places[3, i] = cell, between[2, r]
+                places[1, i], places[3, i], out[_MOVING + 1, i] = cell, between[2, r], state[_ROOTS + r]
         if function == INERTIA:
             inside, w = value_at(series, 2, cell, i, between[2, r]), cellwise[cell]
             w[_LOW // _L, i] = min(w[_LOW // _L, i], inside)
@@ -694,7 +705,9 @@ def placed(values: Any, series: Any, cellwise: Any, factors: Any, places: Any, d
                 out[_FASTEST + k, i] = 0.0 if edge == 0 else cellwise[edge - 1, _RIGHT // _L, i]
             if abs(t) < _INSIDE:
                 slope = abs(slope_at(series, 0, cell, i, t) + factor * slope_at(series, 1, cell, i, t)) / half
-                error = min((w[of_noise, i] + size * w[of_noise + 1, i] + own) / max(slope, _TINY), 2 * half)
+                noise = w[of_noise, i] + size * w[of_noise + 1, i] + own
+                noise += factors[5, i] * size * abs(value_at(series, 1, cell, i, t))
+                error = min(noise / max(slope, _TINY), 2 * half)
             if abs(t) >= _INSIDE - 8 * _EPS * end / half:
                 before, after = (edge - 1) % number, edge % number
                 left = values[before, 0, _P - 1, i] + factor * values[before, 1, _P - 1, i]
@@ -751,7 +764,7 @@ def sums(pieces: Pieces, givens: Givens, columns: Array, edges: Array) -> Sums:
 
     square, eps = givens.speed**2, givens.irregularity
     fast, slow = (-0.5 * (1 + sign * eps / 2) ** 2 * square for sign in (1, -1))
-    factors = grouped(np.stack(np.broadcast_arrays(0.0 * square, fast, slow, -0.5 * square, 0.0 * square + 1.0)))
+    factors = grouped(np.stack(np.broadcast_arrays(0.0 * square, fast, slow, -0.5 * square, 1.0, givens.loose)))
     at = grouped(edges)
     half = 0.5 * (at[:, 1:] - at[:, :-1])
     middle = at[:, :-1] + half
@@ -778,14 +791,14 @@ def sums(pieces: Pieces, givens: Givens, columns: Array, edges: Array) -> Sums:
         fastest=rows[_FASTEST],
         slowest=rows[_SLOWEST],
         angle=rows[_ANGLE],
+        moving=rows[_MOVING:_EXTENT],
         extent=rows[_EXTENT:_MEAN_AT],
         mean=rows[_MEAN_AT:_LARGEST],
         largest=rows[_LARGEST],
     )
     doubtful = np.flatnonzero(rows[_DOUBT])
     if doubtful.size:
-        asked: dict[str, Any] = givens._asdict()
-        own = givens._replace(**{name: each[doubtful] for name, each in asked.items() if np.ndim(each)})
+        own = givens.of(doubtful)
         for into, value in zip(found, batch.sums(pieces, own, columns[:, doubtful], edges[:, doubtful]), strict=True):
             into[..., doubtful] = value
     return found

@@ -117,10 +117,17 @@ class Structure:
 
     def givens(self, columns: Array) -> Givens:
         """Speed, irregularity and drive of every design."""
-        speed, irregularity, ratio, drive, torque, _ = _at(self.numbers, columns)
-        driven, given = (bool(np.isfinite(row).all()) for row in (drive, torque))
+        speed, irregularity, ratio, drive, torque, inertia, _ = _at(self.numbers, columns)
+        driven, given, analysed = (bool(np.isfinite(row).all()) for row in (drive, torque, inertia))
         return Givens(
-            speed, irregularity, ratio, self.cycle, self.unknown, drive if driven else None, torque if given else None
+            speed=speed,
+            irregularity=irregularity,
+            ratio=ratio,
+            span=self.cycle,
+            unknown=self.unknown,
+            drive=drive if driven else None,
+            torque=torque if given else None,
+            inertia=inertia if analysed else None,
         )
 
     def kept(self, columns: Array) -> Mask:
@@ -244,7 +251,8 @@ def _check(scene: Scene) -> None:
     for found, what in (
         (scene.areas is not None, "a diagram of areas has no machine"),
         (scene.stroke is not None, "a stroke is no cycle"),
-        (scene.irregularity is None or scene.speed is None, "no flywheel is to be sized for a given speed"),
+        (scene.speed is None or not scene.has_flywheel, "no speed or no flywheel is given"),
+        (scene.wheel is not None, "a wheel is to be chosen for each"),
         (scene.depends_on_speed, "torques depend on speed"),
         (scene.rubs, "friction in joints follows from the motion"),
         (scene.wheel is not None, "a wheel is to be chosen"),
@@ -270,7 +278,7 @@ def _structure(machine: RecordedMachine, recorder: Recorder, phi: Recorded, path
             walks[k] = _walk(machine, recorder, phi, 0.5 * (pieces[k] + pieces[k + 1]))
         stretches.append(walks[k])
     drive, nothing = scene.drive, float("nan")
-    given: list[Any] = [scene.speed, scene.irregularity, scene.flywheel_ratio]
+    given: list[Any] = [scene.speed, nothing if scene.irregularity is None else scene.irregularity, scene.flywheel_ratio]
     given += [nothing, nothing] if drive is None else [scene.shafts[drive.on], nothing if drive.law is None else drive.law]
     return Structure(
         paths=paths,
@@ -279,7 +287,7 @@ def _structure(machine: RecordedMachine, recorder: Recorder, phi: Recorded, path
         conditions=recorder.conditions(),
         landmarks=recorder.program(landmarks),
         walks=tuple(stretches),
-        numbers=recorder.program([*given, machine.fastest]),
+        numbers=recorder.program([*given, nothing if scene.inertia is None else scene.inertia, machine.fastest]),
         counts=(1,) * len(stretches),
     )
 
