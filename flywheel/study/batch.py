@@ -102,7 +102,7 @@ class Sums(NamedTuple):
     `greatest` and `least` (5, designs) are those of W, of W - z w²(I* - I*(0))/2 with z of the fastest and the slowest
     point and 1, and of I* - I*(0); `fastest` and `slowest` (rad) where the second is greatest and the third least, with the
     error `angle` of the worse one, and `moving` (2, designs) I* - I*(0) there. `extent` (4, designs) has the least and
-    greatest I* with their errors, `mean` (2, designs) its mean with its error, `largest` what errors of I* are compared with.
+    greatest I* with their errors, `mean` (2, designs) its mean with its error, `largest` what those are compared with.
     """
 
     start: Array
@@ -379,17 +379,26 @@ class Found(NamedTuple):
     halvings: NDArray[np.int8]
 
 
-def sized(structure: Structure, columns: Array, rtol: float, engine: str = "numpy") -> Found:
+def sized(structure: Structure, columns: Array, rtol: float, engine: str = "numpy", threads: int | None = None) -> Found:
     """Figures of designs chunk by chunk, each on cells that are halved until the error is within rtol/2.
 
-    Not known are those of designs that this does not bring there, that need no flywheel, whose net work is left over, or
-    whose values are not finite.
+    Not known are those of designs that this does not bring there, whose net work is left over, whose speed nothing varies,
+    or whose values are not finite.
+
+    Args:
+        structure: that the designs share.
+        columns: their numbers (paths, designs), SI.
+        rtol: relative error allowed.
+        engine: "numpy" or "numba".
+        threads: of machine code; as many as there are processors if None. Numpy has one.
+
     """
-    count, sums_of, size, threads = columns.shape[1], sums, _CELLS, 1
+    count, sums_of, size = columns.shape[1], sums, _CELLS
     if engine == "numba":
         from flywheel.study import kernels  # an extra
 
-        sums_of, size, threads = kernels.sums, _LARGE, os.cpu_count() or 1
+        sums_of, size = kernels.sums, _LARGE
+    threads = 1 if engine == "numpy" else threads or os.cpu_count() or 1
     found = Found({}, {}, np.full(count, -1, np.int8))
     left: Any = np.arange(count)
     for halvings in range(_HALVINGS + 1):
@@ -436,7 +445,7 @@ def _chunk(structure: Structure, columns: Array, which: Index, *, halvings: int,
     pieces = [(slice(piece.start << halvings, piece.stop << halvings), program) for piece, program in structure.programs]
     if givens.inertia is not None:
         given, inertia = givens._replace(irregularity=0.0 * givens.speed), givens.inertia * givens.ratio**2
-        sums, givens, error = _moved(partial(sums_of, pieces, columns=columns, edges=edges), given, inertia)
+        sums, givens, error = _moved(lambda asked: sums_of(pieces, asked, columns, edges), given, inertia)
         values, errors, missed = _of_cycle(sums, givens)
         values["irregularity"], errors["irregularity"] = givens.irregularity, error
         return values, errors, np.where(np.maximum(missed, error) <= 0.5 * rtol, halvings, -1)
@@ -444,8 +453,10 @@ def _chunk(structure: Structure, columns: Array, which: Index, *, halvings: int,
     values, errors, missed = figures(sums, givens)
     alone = np.flatnonzero((values["needed"] == 0.0) & (missed <= 0.5 * rtol))
     if alone.size:  # the machine runs without a flywheel, at its own irregularity
-        engine = partial(sums_of, pieces, columns=columns[:, alone], edges=edges[:, alone])
-        moved, _, missed[alone] = _moved(engine, givens.of(alone), np.zeros(alone.size))
+        few, at = columns[:, alone], edges[:, alone]
+        moved, _, missed[alone] = _moved(
+            lambda asked: sums_of(pieces, asked, few, at), givens.of(alone), np.zeros(alone.size)
+        )
         values["angle_speed_max"][alone], values["angle_speed_min"][alone] = moved.fastest, moved.slowest
         errors["angle_speed_max"][alone] = errors["angle_speed_min"][alone] = moved.angle
     return values, errors, np.where(missed <= 0.5 * rtol, halvings, -1)
@@ -581,7 +592,7 @@ def _of_cycle(sums: Sums, givens: Givens) -> tuple[dict[str, Array], dict[str, A
 def _least_inertia(sums: Sums) -> Array:
     """The least I* (kg m²): by what its slope sums up to, or by its own series, as is known better."""
     least, _, error, _ = sums.extent
-    return np.maximum(np.where(sums.variation <= error, sums.start + sums.least[INERTIA], least), 0.0)
+    return np.asarray(np.maximum(np.where(sums.variation <= error, sums.start + sums.least[INERTIA], least), 0.0))
 
 
 def _add_drive(values: dict[str, Array], errors: dict[str, Array], sums: Sums, givens: Givens) -> None:

@@ -82,7 +82,7 @@ def sized(scene: Scene, paths: tuple[str, ...], columns: Array, rtol: float, eng
     """
     if engine == "size":
         return one_by_one(scene, paths, columns, range(columns.shape[1]), rtol)
-    batch, by_structure = empty(columns.shape[1]), _structures(scene, paths).sorted(columns)
+    batch, by_structure = empty(columns.shape[1]), structures_of(scene, paths).sorted(columns)
     for structure, which in by_structure.groups:
         found = cycles.sized(structure, columns[:, which], rtol, engine)
         known = found.halvings >= 0
@@ -105,7 +105,7 @@ def sized(scene: Scene, paths: tuple[str, ...], columns: Array, rtol: float, eng
 _recent: list[tuple[Scene, Structures]] = []
 
 
-def _structures(scene: Scene, paths: tuple[str, ...]) -> Structures:
+def structures_of(scene: Scene, paths: tuple[str, ...]) -> Structures:
     """The structures of a scene and paths; those of the last are kept, as a sweep asks for them chunk by chunk."""
     for known, structures in _recent:
         same = known is scene or (scene.document and known.document and scene.document.tables == known.document.tables)

@@ -1,0 +1,186 @@
+"""How many designs a CPU second sizes: one by one, many at once with numpy, in machine code, on two cores, by workers.
+
+    python tests/benchmarks/bench_sweep.py [--quick]
+
+Random designs of a slider-crank press: crank, rod, window, irregularity and speed vary. All figures with their errors at
+rtol 1e-10. One by one is `flywheel.load` and `flywheel.size(..., simulate=False)` of each. Ratios are of CPU time, but for
+those of threads and workers, which are of time; each from the best of interleaved repeats. The first call in machine code
+is told apart: it compiles, unless the code of an earlier run is still on disk.
+"""
+
+from __future__ import annotations
+
+import copy
+import os
+import subprocess
+import sys
+import time
+from collections.abc import Callable
+from concurrent.futures import ProcessPoolExecutor
+
+import numpy as np
+
+import flywheel
+from flywheel.study import batch, designs
+
+PRESS = {
+    "mechanism": {
+        "type": "slider-crank",
+        "crank": {"length": 0.15, "mass": 30, "inertia": 0.4, "com": 0.02, "com_angle": "180 deg"},
+        "rod": {"length": 0.6, "mass": 18, "inertia": 0.7, "com": 0.2},
+        "slider": {"mass": 60},
+    },
+    "gravity": {},
+    "load": [{"on": "slider", "force": "-80 kN", "from": "300 deg", "to": "355 deg"}],
+    "drive": {"torque": "balance"},
+    "regime": {"speed": "120 rpm"},
+    "flywheel": {"irregularity": 0.05},
+}
+RANGES = {
+    "mechanism.crank.length": (0.1, 0.2),
+    "mechanism.rod.length": (0.45, 0.9),
+    "load.0.from": (5.0, 5.4),
+    "load.0.to": (5.9, 6.25),
+    "flywheel.irregularity": (0.01, 0.1),
+    "regime.speed": (6.0, 16.0),
+}
+PATHS, RTOL = tuple(RANGES), 1e-10
+NUMPY, NUMBA = 100.0, 600.0  # times one by one, at least
+
+
+def columns(count: int, seed: int = 1) -> np.ndarray:
+    """Random designs within the ranges, (paths, designs)."""
+    low, high = np.array(list(RANGES.values())).T[:, :, None]
+    return low + (high - low) * np.random.default_rng(seed).random((len(RANGES), count))
+
+
+def alone(column: np.ndarray) -> float:
+    """One design as people do it today: its tables, its scene, its sizing."""
+    tables = copy.deepcopy(PRESS)
+    crank, rod, start, end, irregularity, speed = column.tolist()
+    tables["mechanism"]["crank"]["length"], tables["mechanism"]["rod"]["length"] = crank, rod
+    tables["load"][0]["from"], tables["load"][0]["to"] = start, end
+    tables["flywheel"]["irregularity"], tables["regime"]["speed"] = irregularity, speed
+    return flywheel.size(flywheel.load(tables), RTOL, simulate=False).flywheel.exact or 0.0
+
+
+def best(
+    calls: dict[str, Callable[[], object]], repeats: int, clock: Callable[[], float] = time.process_time
+) -> dict[str, float]:
+    """The least time of each call, s; they take turns, so that other load on the machine falls on all."""
+    found = dict.fromkeys(calls, np.inf)
+    for _ in range(repeats):
+        for name, call in calls.items():
+            start = clock()
+            call()
+            found[name] = min(found[name], clock() - start)
+    return found
+
+
+def engines(scene: flywheel.Scene, count: int, repeats: int) -> bool:
+    """Designs a CPU second by every engine, beside one by one; whether the ratios are what they should be."""
+    few, many = columns(max(count // 400, 20), 2), columns(count)
+    names = ["numpy", *(["numba"] if has_numba() else [])]
+    for name in names:
+        start = time.process_time()
+        designs.sized(scene, PATHS, many[:, :64], RTOL, name)
+        print(f"{name}: first call {time.process_time() - start:.2f} s")
+    calls: dict[str, Callable[[], object]] = {"one by one": lambda: [alone(column) for column in few.T]}
+    for name in names:
+        calls[name] = lambda name=name: designs.sized(scene, PATHS, many, RTOL, name)
+    took = best(calls, repeats)
+    rates = {name: (few if name == "one by one" else many).shape[1] / seconds for name, seconds in took.items()}
+    print(f"\n{'designs a CPU second':24}{'':>10}{'times one by one':>20}")
+    for name, rate in rates.items():
+        print(f"{name:24}{rate:10.0f}{rate / rates['one by one']:20.0f}")
+    found = {name: designs.sized(scene, PATHS, many, RTOL, name) for name in names}
+    wanted = np.array([alone(column) for column in many.T[:20]])
+    for name in names:
+        exact, error = found[name].values["exact"], found[name].errors["exact"]
+        ways = np.bincount(found[name].ways, minlength=3)
+        apart = np.abs(exact[:20] / wanted - 1.0).max()
+        print(f"{name}: {ways[0]} at once, {ways[1]} refined, {ways[2]} alone; errors told up to {error.max():.1e}; "
+              f"from one by one {apart:.1e}")  # fmt: skip
+    limits = {"numpy": NUMPY, "numba": NUMBA}
+    return all(rates[name] >= limits[name] * rates["one by one"] for name in names)
+
+
+def has_numba() -> bool:
+    """Whether the extra is installed."""
+    try:
+        import numba  # noqa: F401
+    except ImportError:
+        return False
+    return True
+
+
+def chunks(scene: flywheel.Scene, count: int, repeats: int) -> None:
+    """Throughput over the size of a chunk, and over threads and workers."""
+    many = columns(count)
+    print(f"\n{'designs in a chunk':24}{'numpy':>10}{'numba':>10}{'':4}designs a second")
+    for size in (100, 1_000, 10_000):
+        if size > count:
+            break
+        parts = [many[:, k : k + size] for k in range(0, min(count, 40 * size), size)]
+        calls = {
+            name: lambda name=name, parts=parts: [designs.sized(scene, PATHS, part, RTOL, name) for part in parts]
+            for name in ("numpy", *(["numba"] if has_numba() else []))
+        }
+        took = best(calls, repeats)
+        total = sum(part.shape[1] for part in parts)
+        print(f"{size:<24}" + "".join(f"{total / seconds:10.0f}" for seconds in took.values()))
+    if has_numba():
+        calls = {}
+        for threads in (1, 2):
+            calls[f"{threads} threads"] = lambda threads=threads: batch.sized(
+                designs.structures_of(scene, PATHS).sorted(many).groups[0][0], many, RTOL, "numba", threads
+            )
+        took = best(calls, 2 * repeats, time.perf_counter)
+        one, two = took.values()
+        print(f"\nnumba: {count / one:.0f} designs/s on one thread, {count / two:.0f} on two: {one / two:.2f} times")
+    for workers in (1, 2):
+        with ProcessPoolExecutor(workers) as pool:
+            list(pool.map(worker, [many[:, :100]] * 2 * workers))
+            parts = np.array_split(many, max(2 * workers, count // 5_000), axis=1)
+            took = best(
+                {"workers": lambda pool=pool, parts=parts: list(pool.map(worker, parts))}, repeats, time.perf_counter
+            )
+        print(f"numpy: {count / took['workers']:.0f} designs/s by {workers} worker processes")
+
+
+def worker(part: np.ndarray) -> float:
+    """What a worker process does with a chunk."""
+    return float(np.nansum(designs.sized(flywheel.load(PRESS), PATHS, part, RTOL, "numpy").values["exact"]))
+
+
+def memory(count: int) -> bool:
+    """The peak memory of a sweep of many designs, in a process of its own; whether it is below 1 GB."""
+    code = f"""
+import resource, sys
+sys.path.insert(0, {os.path.dirname(os.path.abspath(__file__))!r})
+import bench_sweep as b
+import flywheel
+engine = "numba" if b.has_numba() else "numpy"
+grid = dict(zip(b.PATHS, b.columns({count})))
+found = flywheel.sweep(flywheel.load(b.PRESS), grid, rtol=b.RTOL, engine=engine)
+peak = resource.getrusage(resource.RUSAGE_SELF)
+took = peak.ru_utime + peak.ru_stime
+print(f"{{found.exact.size}} designs: {{peak.ru_maxrss / 1e6:.2f}} GB at most, {{took:.1f}} CPU seconds with {{engine}}")
+sys.exit(peak.ru_maxrss > 1_000_000)
+"""
+    print(flush=True)
+    return subprocess.run([sys.executable, "-c", code], check=False).returncode == 0
+
+
+def main(quick: bool) -> int:
+    """All tables; 1 where a ratio or the memory is not what it should be."""
+    scene = flywheel.load(PRESS)
+    count = 4_000 if quick else 40_000
+    good = engines(scene, count, 3 if quick else 5)
+    chunks(scene, count, 2 if quick else 4)
+    good &= memory(100_000 if quick else 1_000_000)
+    return 0 if good or quick else 1
+
+
+if __name__ == "__main__":
+    sys.exit(main("--quick" in sys.argv))
