@@ -190,13 +190,34 @@ class Moments:
 
     def net_work(self, speed: float | Array, unknown: float = 0.0) -> Array:
         """Net work (J) of a cycle run at a constant crank speed (rad/s), or at each of several (n,)."""
-        omega = np.asarray(speed, dtype=float)[..., None, None]
         if self.lossy:
-            moment = self.constant(speed, unknown).moment
-        else:
-            current = None if self.circuit is None else self.steady_current(omega)
-            moment = np.asarray(sum(self._moment(part, omega, unknown, current) for part in self.parts))
-        return np.asarray(cells.integral(moment, self.mesh.half).sum(axis=-1))
+            return self._total(self.constant(speed, unknown).moment)
+        still, by_unknown, resistance = self._still
+        speed = np.asarray(speed, dtype=float)
+        omega, found = speed[..., None, None], still + unknown * by_unknown - resistance * speed
+        for part in self.parts:
+            for effort, factor in self._moving(part, omega):
+                found = found + self._total(effort + unknown * factor)
+            if self.circuit is not None and part.stage.drives:
+                turned = self.drive_ratio * speed
+                torque = self.circuit.torque_of_current(turned, self.steady_current(speed))
+                found = found + self.drive_ratio * torque * self.mesh.edges[-1]
+        return np.asarray(found)
+
+    def _total(self, moment: Any) -> Array:
+        """The work (J) over the cycle of a moment on (..., cells, nodes), or of one that is the same all over it."""
+        moment = np.asarray(moment, dtype=float)
+        if moment.shape[-2:] == self.mesh.phi.shape:
+            return cells.total(moment, self.mesh.half)
+        if np.prod(moment.shape[-2:]) == 1:
+            return np.asarray(moment.reshape(moment.shape[:-2]) * self.mesh.edges[-1])
+        return cells.total(np.broadcast_to(moment, (*moment.shape[:-2], *self.mesh.phi.shape)), self.mesh.half)
+
+    @cached_property
+    def _still(self) -> Array:
+        """The work over the cycle of what does not depend on speed; by the unknown; and of resistance, by the speed."""
+        rows = [[part.moment, part.per_unknown, part.resistance] for part in self.parts]
+        return cells.total(np.sum(rows, axis=0), self.mesh.half)
 
     def constant_losses(self, speed: float, unknown: float) -> list[Array]:
         """What each lossy mesh transmits from the crank at a constant speed: its losses have a kink where that is zero."""
@@ -242,15 +263,6 @@ class Moments:
             by_unknown = by_unknown + factor_value
             exchanged = exchanged + np.abs(value + unknown * factor_value)
         return _Acting(moment, by_speed, by_unknown, by_current, exchanged)
-
-    def _moment(self, part: _Part, omega: Array, unknown: float, current: Array | None) -> Array:
-        """The moment alone."""
-        moment = part.moment + unknown * part.per_unknown - part.resistance * omega
-        if self.circuit is not None and part.stage.drives and current is not None:
-            moment = moment + self.drive_ratio * self.circuit.torque_of_current(self.drive_ratio * omega, current)
-        for effort, factor in self._moving(part, omega):
-            moment = moment + effort + unknown * factor
-        return np.asarray(moment)
 
     def _moving(self, part: _Part, omega: Any) -> list[tuple[Any, Any]]:
         """What depends on speed: moments, and their factors of the unknown, without those of a motor's circuit."""

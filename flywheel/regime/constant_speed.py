@@ -224,7 +224,8 @@ def chosen_speed(moments: Moments) -> tuple[float, tuple[str, ...]]:
         return resolve(machine, edges, w).net
 
     def sharpened(speed: float) -> float:
-        if resolve(machine, edges, speed).mesh.edges.size == edges.size:
+        switches = machine.switches_at_speeds or moments.lossy
+        if not switches or resolve(machine, edges, speed).mesh.edges.size == edges.size:
             return speed
         for reach in (1e-3, 1e-2, 1e-1, 0.5):
             low, high = speed * (1.0 - reach), speed * (1.0 + reach)

@@ -164,8 +164,8 @@ def periodic(moments: Moments, reference: float, demand: Demand, start: State) -
         stays = size <= _OFF and size >= 0.3 * last
         settled = size <= _SETTLED or (stays and final and size <= max(_LOST, equations.rounding_step(state, change)))
         if settled and not final:  # near the reference speed, by the measure of the fluctuation?
-            excess = equations.extremes(state, equations.speeds(state)).excess
-            final = bool(abs(float(excess.sum())) <= _FAR * float(np.ptp(excess)) + ROUNDING)
+            high, low = (s / (1.0 + np.sqrt(1.0 + s)) for s in (here.s.max(), here.s.min()))
+            final = bool(abs(high + low) <= _FAR * (high - low) + ROUNDING)
         if settled and final:
             return equations.result(state, change, step)
         if settled or (

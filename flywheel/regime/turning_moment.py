@@ -252,12 +252,11 @@ def weightless(machine: Machine, phi: float, total: float) -> Fault:
     )
 
 
-def check_weighs(machine: Machine, cycle: Cycle, inertia: float) -> None:
+def check_weighs(machine: Machine, cycle: Cycle, extent: Extent, inertia: float) -> None:
     """Refuse to run a machine that with its flywheel (kg m² on the crank) has no inertia at some angle.
 
     All its masses stand there, at a dead centre, and no finite torque tells how fast the crank goes on.
     """
-    extent = inertia_extent(cycle)
     if inertia + extent.least <= extent.error:
         fault = weightless(machine, float(combined(cycle, np.array([[0.0, 1.0]]))[0].angle_least[0]), 0.0)
         raise SceneError([fault._replace(found=f"{fault.found} (to within {extent.error:.1g} kg m²)")])

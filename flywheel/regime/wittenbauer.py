@@ -214,7 +214,7 @@ def _motion(machine: Machine, figures: Figures) -> Run | None:
         inertia = 0.0 if scene.inertia is None else scene.inertia * scene.flywheel_ratio**2
         if scene.inertia is None and figures.extent.least <= figures.extent.error:
             return None  # nothing moves that could store energy, and nothing acts
-        turning_moment.check_weighs(machine, cycle, inertia)
+        turning_moment.check_weighs(machine, cycle, figures.extent, inertia)
         try:
             return turning_moment.run(cycle, speed, inertia)
         except NoMotionError:

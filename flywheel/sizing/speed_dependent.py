@@ -260,7 +260,7 @@ def _motion(machine: Machine, figures: Figures, unknown: float, rtol: float) -> 
 
     if scene.inertia is not None:
         given = scene.inertia * scene.flywheel_ratio**2
-        turning_moment.check_weighs(machine, figures.cycle, given)
+        turning_moment.check_weighs(machine, figures.cycle, figures.extent, given)
         try:
             return solved(given, 0.0)
         except (NoRegimeError, BudgetError) as error:
