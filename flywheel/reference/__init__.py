@@ -26,6 +26,7 @@ _AFTER = (
         "reactions",
         "simulate",
         "tradeoff",
+        "sweep",
         "joints",
         "freedoms",
         "bond-graphs",
