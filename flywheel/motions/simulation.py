@@ -34,8 +34,9 @@ if TYPE_CHECKING:
 
 Array = NDArray[np.float64]
 
-_FIRST, _TIGHTER = 1 / 300, 0.1  # tolerance of a step to what is asked, and of each run's steps to those of the run before
-_COMPARED = 300  # times at which two runs are compared
+_FIRST, _TIGHTER = 1 / 150, 0.1  # tolerance of a step to what is asked, and of each run's steps to those of the run before
+_COMPARED, _MOST_COMPARED = 300, 20_000  # times at which two runs are compared, evenly, and within steps at the most
+_WITHIN = np.array([0.27, 0.61, 1.0])  # parts of a step at which they are
 _SAME = 1e-3  # of a step: two runs whose steps differ by less take the same ones
 _UNSURE = 500.0  # roundings: what the net work of a cycle is known to be zero by
 SAFETY = 2.0  # between steps the error of a run does not fall in proportion to its tolerance
@@ -226,7 +227,7 @@ def motion_from(
 
     again = None if rough.goal in (None, *(one.name for one in goals)) else same_cycle
     while True:
-        fine = follow(dynamics, start, until, tight, goals, again, watching)
+        fine = follow(dynamics, start, until, tight, goals, again, watching, rough)
         if not fine.stretches:
             raise SceneError([_at_rest(fine)])
         error = share * _difference(rough, fine) + ROUNDING * (64 + len(fine.stretches) + _UNSURE * fine.repeated)
@@ -259,7 +260,9 @@ def _difference(rough: Trail, fine: Trail) -> float:
     if not rough.stretches:
         return 1.0
     last = min(rough.t[-1], fine.t[-1])
-    times = np.linspace(0.0, last, _COMPARED)
+    within = (fine.t[:-1, None] + np.diff(fine.t)[:, None] * _WITHIN).ravel()  # what is short lies between times evenly
+    times = np.concatenate((np.linspace(0.0, last, _COMPARED), within[:: 1 + within.size // _MOST_COMPARED]))
+    times = np.minimum(times, last)
     a, b = rough.states(times)[:2], fine.states(times)[:2]
     way = max(float(np.ptp(b[0])), fine.dynamics.machine.scene.cycle / (2 * np.pi))
     scales = np.array([way, max(float(np.abs(b[1]).max()), 1e-300)])

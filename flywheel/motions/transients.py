@@ -1059,8 +1059,9 @@ def regime_of(machine: Machine, inertia: float) -> Regime:
 
     Raises SceneError where there is none.
     """
-    scene = replace(machine.scene, inertia=inertia, irregularity=None)
-    sizing = size(scene, simulate=False)
+    scene = machine.scene
+    same = scene.inertia == inertia and scene.irregularity is None and machine.friction is None
+    sizing = size(machine if same else replace(scene, inertia=inertia, irregularity=None), simulate=False)
     found = sizing.simulation
     if found is None or found.period is None or found.speed_time_mean is None:
         raise SceneError([Fault("regime", "a machine whose steady motion has no period", "one that has inertia")])

@@ -13,6 +13,7 @@ from __future__ import annotations
 
 import math
 import re
+from bisect import bisect_right
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from enum import Enum
 from typing import Any, NamedTuple
@@ -169,6 +170,8 @@ _RETURNED = 1e4  # tolerances of a step: how far off a cycle may be that comes b
 _LOOKED_AT = np.array([0.1, 0.35, 0.6, 0.85])  # of a piece: where it is seen how large its inertia is
 _BALANCED = 1e-12  # of the acceleration that friction makes: a push that counts as none
 _WAITED = 0.5 - 0.5 * np.cos(np.pi * np.arange(1, 65) / 64)  # of the time to the next switch: when a machine at rest is seen
+_SHORTER = 0.7  # of steps beside
+_CAREFUL = 0.6  # of the longest step of the stretch before
 _STILL = 1e-9  # of the typical speed: slower than this it stands
 
 
@@ -320,15 +323,17 @@ def follow(
     goals: Sequence[Goal] = (),
     passing: Passing | None = None,
     watching: Watching | None = None,
+    beside: Trail | None = None,
 ) -> Trail:
     """The motion from a start until a time (s), or until a goal is reached.
 
     `rtol` is the tolerance of a step. `passing(t, omega)` is asked at the end of every cycle;
     what it answers ends the motion. `watching(t, phi)` is told of the start, and of the end of every stretch.
+    Steps are shorter than those of the motion `beside` everywhere, so that what they pass over is not the same.
 
     Raises SceneError where the motion is not determined, or sticks at a switch that both sides drive it back to.
     """
-    return _Motion(dynamics, start, until, rtol, goals, passing or (lambda t, omega: None), watching).trail()
+    return _Motion(dynamics, start, until, rtol, goals, passing or (lambda t, omega: None), watching, beside).trail()
 
 
 class _Motion:
@@ -343,6 +348,7 @@ class _Motion:
         goals: Sequence[Goal],
         passing: Passing,
         watching: Watching | None,
+        beside: Trail | None,
     ) -> None:
         self.dynamics, self.machine, self.start, self.until = dynamics, dynamics.machine, start, until
         self.goals, self.passing, self.watching = goals, passing, watching
@@ -368,6 +374,7 @@ class _Motion:
         self.cycles, self.repeated, self.drift = 0, 0, 0.0
         self.passed: tuple[int, float, Array] | None = None  # the last cycle: its first stretch, its start and state then
         self.returns: bool | None = None  # not looked into yet
+        self.length = None if beside is None or not beside.stretches else _shorter(beside.t)
 
     def trail(self) -> Trail:
         """Stretch after stretch in either direction."""
@@ -390,7 +397,7 @@ class _Motion:
             anchor = self._anchor(ends, stop)
             rates, along, events = self._rates(ends, anchor), self._along(ends, anchor), self._events(anchor)
             try:
-                steps = [*through(rates, self.t, self.state, ends, stop, self.tolerance, hint, events, along)]
+                steps = [*through(rates, self.t, self.state, ends, stop, self.tolerance, hint, events, along, self.length)]
             except StepError as error:
                 raise SceneError([self._undefined(anchor) or error.faults[0]]) from None
             self.t, crossed = steps[-1].end, steps[-1].crossed
@@ -415,7 +422,9 @@ class _Motion:
             if stops > _TRIES or crossings > _MOST_CROSSINGS:
                 stuck = self._stuck()
                 break
-            hint = max((step.end - step.start for step in steps if step.end > step.start), default=hint)
+            taken = [step.end - step.start for step in steps if step.end > step.start]
+            if taken:  # the estimate of a step that begins a piece may be wrong: it is no long one, but where one is enough
+                hint = max(taken) * (1.0 if len(taken) == 1 else _CAREFUL)
         stretches = tuple(self.stretches)
         return Trail(self.dynamics, self.start, stretches, goal, stuck, self.cycles, self.repeated, self.drift)
 
@@ -714,6 +723,13 @@ class _Motion:
         if forwards:
             return min(int(np.searchsorted(ends, phi - shift, side="right")) - 1, ends.size - 2)
         return max(int(np.searchsorted(ends, phi - shift, side="left")) - 1, 0)
+
+
+def _shorter(t: Array) -> Callable[[float], float]:
+    """The longest of steps beside those between times (s), by the time that they start at."""
+    ends, widths = t[1:].tolist(), (_SHORTER * np.diff(t)).tolist()
+    last = len(widths) - 1
+    return lambda t: float(widths[min(bisect_right(ends, t), last)])
 
 
 def end_of_stroke(scene: Scene, phi: float, last: float) -> str:

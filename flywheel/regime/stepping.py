@@ -282,11 +282,13 @@ def through(
     hint: float | None,
     events: Events | None = None,
     along: RateField | None = None,
+    length: Callable[[float], float] | None = None,
 ) -> Iterator[Step]:
     """Steps from a state until phi leaves (low, high), t reaches `until`, or what is watched leaves its side.
 
     The last one ends exactly there. With `along`, the same rates at many instants at once, stretches in which small changes
-    die out many times over are stepped implicitly, and what is left of one that takes many steps.
+    die out many times over are stepped implicitly, and what is left of one that takes many steps. `length` gives the longest
+    of explicit steps by the time that they start at.
     """
     if along is not None and not along.plain and 0.0 < along.stiff < np.inf:  # so many time constants ahead hold steps up
         stiff = decay(along, t, state) * _rest(float(rates(t, state)[0]), t, state, ends, until) > along.stiff
@@ -307,6 +309,8 @@ def through(
             far = abs(((ends[1] if speed > 0.0 else ends[0]) - solver.y[0]) / speed)
             if solver.h > _NEARLY * far:
                 solver.h = min(solver.h, max(far, 1e-9 * (until - solver.t) if until < np.inf else 0.0))
+        if length is not None:
+            solver.h = min(solver.h, length(solver.t))
         accepted = solver.step()
         if accepted is None:
             found = f"a motion that no step is short enough for, after {solver.t:.6g} s"
@@ -323,7 +327,7 @@ def through(
         taken += 1
         if along is not None and taken % _MANY == 0 and _held_up(along, solver, solver.t - t, taken, ends):
             rest = along._replace(stiff=0.0, plain=False)
-            yield from through(rates, solver.t, np.array(solver.y), ends, until, tolerance, None, events, rest)
+            yield from through(rates, solver.t, np.array(solver.y), ends, until, tolerance, None, events, rest, length)
             return
 
 
