@@ -166,7 +166,7 @@ _WITHIN = 1e-9  # of a piece: how near to its ends
 _MOST_CROSSINGS = 500  # of switches, one after the other within a piece
 _TRIES = 8  # changes of side at one instant, before the motion counts as stuck
 _LIGHT, _NOTHING = 1e-7, 1e-11  # of the greatest inertia: where a zero is looked for, and what counts as one
-_RETURNED = 1e4  # tolerances of a step: how far off a cycle may be that comes back to its speed
+_RETURNED, _RETURNED_AT_BEST = 1e4, 1e-8  # tolerances of a step: how far off a cycle may be that comes back to its speed
 _LOOKED_AT = np.array([0.1, 0.35, 0.6, 0.85])  # of a piece: where it is seen how large its inertia is
 _BALANCED = 1e-12  # of the acceleration that friction makes: a push that counts as none
 _WAITED = 0.5 - 0.5 * np.cos(np.pi * np.arange(1, 65) / 64)  # of the time to the next switch: when a machine at rest is seen
@@ -541,7 +541,7 @@ class _Motion:
         period = self.t - start
         count = int(min((self.until - self.t) / period, _MOST_STEPS))  # a motion may be followed without a last time
         off = abs(self.state[1] / before[1] - 1.0)
-        if count < FEWEST or not off <= _RETURNED * self.tolerance.relative:
+        if count < FEWEST or not off <= max(_RETURNED * self.tolerance.relative, _RETURNED_AT_BEST):
             return None
         if self.returns is None:
             self.returns = returns(self.machine, self.dynamics.balance)
