@@ -90,9 +90,10 @@ class RecordedMachine(Machine):
 
     def _followed(self, angle: float, functions: list[Function]) -> Any:
         """The zero that one of some functions has at an angle now, by Newton's method from there."""
-        near = _NEAR * self.scene.cycle
-        for function in functions:
-            value, slope = function(angle)
+        near, found = _NEAR * self.scene.cycle, [function(angle) for function in functions]
+        if not any(isinstance(value, Recorded) for value, _ in found):
+            return angle
+        for function, (value, slope) in zip(functions, found, strict=True):
             now, steep = abs(plain(value)), abs(plain(slope))
             if steep == 0.0 or not now <= near * steep:
                 continue

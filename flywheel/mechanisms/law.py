@@ -19,6 +19,7 @@ from flywheel.numerics.faults import Fault, SceneError
 from flywheel.numerics.intervals import Interval
 from flywheel.numerics.jets import Jet, jet_namespace
 from flywheel.numerics.switching import SwitchingError, breakpoints, resolved
+from flywheel.numerics.units import present
 from flywheel.scene.keys import Key
 from flywheel.scene.scene import Mechanism, Output, Samples, Table, read_only
 
@@ -131,7 +132,7 @@ class LawPosition:
     """
 
     def __init__(self, curves: Mapping[str, Curve], period: float, psi: Any, ns: Any, anchor: Any = None) -> None:
-        middle = np.asarray(psi if anchor is None else anchor, dtype=float)
+        middle = np.asarray(present(psi if anchor is None else anchor), dtype=float)
         self.psi, self.ns = psi, ns
         self.turns = np.floor(middle / period)
         self._curves, self._period, self._middle = curves, period, middle

@@ -9,6 +9,7 @@ wide for the proof get bounds without end, so that they are cut. Rounding is cov
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
+from dataclasses import replace
 from functools import cached_property, lru_cache, partial, reduce
 from math import cos, sin, tau
 from typing import Any, NamedTuple
@@ -23,6 +24,7 @@ from flywheel.mechanisms.linkages.equations import WINDOW, Form, inverse
 from flywheel.mechanisms.linkages.positions import Solution, solve
 from flywheel.numerics.faults import Fault, SceneError
 from flywheel.numerics.intervals import Interval
+from flywheel.numerics.units import is_recorded, present
 from flywheel.scene.keys import Key
 from flywheel.scene.linkage import PIN, SLIDE, SLOT, Joint, Link, Linkage, Point, Side
 from flywheel.scene.scene import Mechanism
@@ -123,6 +125,9 @@ def followed(mechanism: Mechanism) -> Cyclic:
     linkage = mechanism.linkage
     if linkage is None:
         raise ValueError("a mechanism of type linkage needs its linkage")
+    if any(is_recorded(link.mass) or is_recorded(link.inertia) for link in linkage.links):  # no position depends on them
+        links = (link._replace(mass=present(link.mass), inertia=present(link.inertia)) for link in linkage.links)
+        linkage = replace(linkage, links=tuple(links))
     if mechanism.stroke is not None:
         solution = solve(linkage, *mechanism.stroke)
         return Cyclic(solution, None, np.zeros(len(solution.equations.loops.names)))
@@ -224,7 +229,7 @@ class LinkagePosition:
     def __init__(self, cycle: Cyclic, psi: Any, ns: Any, anchor: Any = None) -> None:
         self.psi, self.ns = psi, ns
         self._cycle = cycle
-        middle = np.asarray(psi if anchor is None else anchor, dtype=float)
+        middle = np.asarray(present(psi if anchor is None else anchor), dtype=float)
         self._turns = 0.0 if cycle.period is None else np.floor(middle / cycle.period)
         self._middle = middle
 
@@ -343,6 +348,7 @@ def family(mechanism: Mechanism, _: Mapping[str, float]) -> Family:
     """
     cycle = followed(mechanism)
     linkage, loops = cycle.solution.linkage, cycle.solution.equations.loops
+    weighed = {link.name: link for link in mechanism.linkage.links} if mechanism.linkage is not None else {}
     forms = dict(zip(linkage.names, loops.angles, strict=True))
     velocities: dict[str, Velocity] = {}
     masses: list[Mass] = []
@@ -362,7 +368,7 @@ def family(mechanism: Mechanism, _: Mapping[str, float]) -> Family:
         sources.append(body)
 
     for body in linkage.names[1:]:  # a body's rotation; that of the driver, where it is called `crank`, is the shaft itself
-        form, inertia = forms[body], linkage.link(body).inertia
+        form, inertia = forms[body], weighed[body].inertia
         terms = tuple(Term(sources[k], float(form.weights[k])) for k in np.flatnonzero(form.weights))
         if not terms:
             continue
@@ -415,12 +421,12 @@ def family(mechanism: Mechanism, _: Mapping[str, float]) -> Family:
         return bool(ratios)
 
     for body in linkage.names[1:]:
-        link = linkage.link(body)
-        for axis, direction in (("x", 0.0), ("y", np.pi / 2)) if link.mass else ():
+        link, mass = linkage.link(body), weighed[body].mass
+        for axis, direction in (("x", 0.0), ("y", np.pi / 2)) if mass else ():
             name = f"{body}.com.{axis}"
             if move(name, _seen(arms(body, *link.com), direction)):
-                masses.append(Mass(name, link.mass, body))
-                weights.append(Weight(name, link.mass, direction, body))
+                masses.append(Mass(name, mass, body))
+                weights.append(Weight(name, mass, direction, body))
     for port in mechanism.points:
         at = linkage.link(port.body).point(port.point)
         seen = _seen(arms(port.body, at.x, at.y), port.direction)

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flywheel.numerics.faults import Fault, SceneError, show, suggestion
+from flywheel.numerics.units import is_recorded
 
 Array = NDArray[np.float64]
 T = TypeVar("T")
@@ -26,6 +27,8 @@ def fits(value: Any, expected: str = ANY) -> bool:
     >>> fits(0), fits(float("nan")), fits("1"), fits(True), fits(0.0, POSITIVE), fits(0.0, NOT_NEGATIVE)
     (True, False, False, False, False, True)
     """
+    if is_recorded(value):
+        return bool(abs(value) <= _GREATEST and (expected == ANY or value > 0 or (expected == NOT_NEGATIVE and value == 0)))
     if not _numeric(value):
         return False
     number = value if isinstance(value, int) else float(value)

@@ -277,6 +277,14 @@ def is_recorded(value: object) -> TypeGuard[float]:
     return getattr(value, "is_recorded", False) is True
 
 
+def present(value: Any) -> Any:
+    """What a number stands for now, where it is recorded; anything else as it is.
+
+    What depends on it is not on record: only a choice that guards elsewhere hold, such as that of a piece by its anchor.
+    """
+    return value.value if is_recorded(value) else value  # type: ignore[attr-defined]
+
+
 def plain_number(value: object) -> float | None:
     """The float of a Python or NumPy number, a recorded one as it is; None for anything else, truth values included.
 

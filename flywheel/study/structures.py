@@ -20,7 +20,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bondgraph.elements import Here
-from bondgraph.laws import GraphError
 from bondgraph.recording import NAMESPACE, Conditions, Program, Recorded, Recorder
 from flywheel.machine.machine import WIDEST, Machine
 from flywheel.machine.recorded import RecordedMachine, UnrecordedError, deciders, plain
@@ -225,9 +224,9 @@ def recorded(scene: Scene, paths: Sequence[str], values: Sequence[float]) -> Str
         with np.errstate(all="ignore"):
             machine = RecordedMachine(base.with_(numbers), twin)
             return _structure(machine, recorder, phi, tuple(paths))
-    except (TypeError, AttributeError, ValueError, GraphError) as error:
-        if isinstance(error, UnrecordedError):
-            raise
+    except UnrecordedError:
+        raise
+    except Exception as error:  # whatever reading or a mechanism does with a number that stands for many
         raise UnrecordedError(f"{', '.join(paths)} cannot be recorded ({error})") from error
 
 
@@ -240,7 +239,7 @@ def refused(scene: Scene, paths: Sequence[str], values: Sequence[float]) -> Cond
         scene.with_(numbers)
     except SceneError:
         return recorder.conditions()
-    except (TypeError, AttributeError, ValueError):
+    except Exception:
         return None
     return None
 
@@ -301,8 +300,9 @@ def _walk(machine: RecordedMachine, recorder: Recorder, phi: Recorded, anchor: A
         law = effort.load.law
         active = effort.active(Here(effort.place.rate * anchor, None, np))
         if isinstance(law, Expression) and active and _may_be_narrow(law):
-            names = machine.named(effort, phi, anchor)
+            names, at = machine.named(effort, phi, anchor), plain(anchor)
             laws.append(Narrow(effort.path, law, tuple(names), recorder.program(names.values())))
+            laws[-1].at(Interval(at, at), np.array([each.value for each in recorder.inputs[1:]]), INTERVALS)  # it is bounded
         for part in deciders(effort):
             value = machine.decided(effort, part, phi, anchor).value
             if _varies(recorder, value):

@@ -106,3 +106,35 @@ def test_designs_that_are_refused_stand_beside_those_that_are_not():
     assert set(found.reasons) == set(np.flatnonzero(short).tolist())
     assert "rod.length" in found.reasons[0]
     assert np.isin(found.ways[~short], (0, 1)).mean() > 0.5
+
+
+@pytest.mark.slow
+def test_masses_and_windows_of_a_linkage_vary_together():
+    """Its positions are those of one linkage; lengths, with which these change, are sized a length at a time."""
+    crank = {"points": {"pin": [0.1, 0]}, "mass": 4, "inertia": 0.02}
+    rod = {"points": {"end": [0.4, 0]}, "mass": 5, "com": [0.15, 0], "inertia": 0.1, "guess": 0}
+    joints = [
+        {"name": "main", "type": "pin", "between": ["frame.origin", "crank.origin"]},
+        {"name": "pin", "type": "pin", "between": ["crank.pin", "rod.origin"]},
+        {"name": "end", "type": "pin", "between": ["rod.end", "ram.origin"]},
+        {"name": "guide", "type": "slide", "between": ["frame.origin", "ram.origin"], "guess": 0.5},
+    ]
+    bodies = {"crank": crank, "rod": rod, "ram": {"mass": 20}}
+    mechanism = {"type": "linkage", "bodies": bodies, "joints": joints, "driver": "main"}
+    load = {"on": "guide", "force": -3000, "from": "200 deg", "to": "300 deg"}
+    scene, rng = flywheel.load({"mechanism": mechanism, "load": [load], **RUN}), np.random.default_rng(2)
+    ranges = {
+        "mechanism.bodies.ram.mass": (10, 30),
+        "load.0.from": (3.3, 3.6),
+        "load.0.to": (5.0, 5.5),
+        "regime.speed": (5, 9),
+    }
+    found = flywheel.sweep(scene, {path: rng.uniform(*ends, 20) for path, ends in ranges.items()}, rtol=1e-9)
+    assert (found.ways < 2).all()
+    alone = flywheel.size(found.design(11), 1e-9, accuracy="normal")
+    assert found.exact[11] == pytest.approx(alone.flywheel.exact, rel=1e-9)
+    grid = {"mechanism.bodies.crank.points.pin.0": [0.09, 0.11], "load.0.force": np.linspace(-4000, -2000, 15)}
+    found = flywheel.sweep(scene, grid, rtol=1e-9, grid=True)
+    assert (found.ways < 2).all()
+    alone = flywheel.size(found.design(20), 1e-9, accuracy="normal")
+    assert found.exact[20] == pytest.approx(alone.flywheel.exact, rel=1e-9)
