@@ -26,7 +26,6 @@ from numpy.typing import NDArray
 from bondgraph import reduction as counting
 from bondgraph.records import NamedTuple
 from bondgraph.reduction import Station
-from flywheel.components.motors import DC
 from flywheel.machine.machine import Anchor, Machine, Stage
 from flywheel.numerics import cells
 from flywheel.numerics.cells import MIDDLE, ROUNDING, Cells, wide
@@ -35,6 +34,7 @@ from flywheel.scene.scene import Scene
 
 if TYPE_CHECKING:
     from bondgraph.recording import Program
+    from flywheel.components.motors import DC
     from flywheel.machine.passive_resistances import Coefficients, PassiveResistances
 
 Array = NDArray[np.float64]
@@ -329,6 +329,10 @@ def moments_on(machine: Machine, edges: Array, *, local: bool = False) -> Moment
 def circuit_of(scene: Scene) -> DC | None:
     """The drive's motor where its current is a state of its own."""
     motor = scene.motor
+    if motor is None:
+        return None
+    from flywheel.components.motors import DC  # only machines with a motor pay for it
+
     return motor if isinstance(motor, DC) and motor.inductance > 0.0 else None
 
 

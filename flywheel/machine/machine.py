@@ -21,7 +21,6 @@ from bondgraph.elements import C, Here, I, Law, Modulus, Motion, R, Se, Sf
 from bondgraph.graph import BondGraph
 from bondgraph.records import NamedTuple
 from bondgraph.reduction import Reduced, Reduction
-from flywheel.components.motors import DC
 from flywheel.mechanisms import families
 from flywheel.mechanisms.families import Port, Ratio
 from flywheel.numerics import cells, notebook
@@ -897,10 +896,13 @@ class Machine:
         """Loads, drive, friction, springs and dampers; the motor's own graph, where it has one, in place of its law."""
         scene = self.scene
         for effort in self.efforts:
-            if circuit and effort.load is scene.drive and isinstance(scene.motor, DC):
-                rotorless = replace(scene.motor, inertia=0.0)  # the rotor is an inertia of the scene
-                builder.include(_MOTOR, rotorless.graph()).bond(f"{_MOTOR}.rotor", effort.place.junction)
-                continue
+            if circuit and effort.load is scene.drive and scene.motor is not None:
+                from flywheel.components.motors import DC  # only machines with a motor pay for it
+
+                if isinstance(scene.motor, DC):
+                    rotorless = replace(scene.motor, inertia=0.0)  # the rotor is an inertia of the scene
+                    builder.include(_MOTOR, rotorless.graph()).bond(f"{_MOTOR}.rotor", effort.place.junction)
+                    continue
             moving = effort.uses_speed or effort.uses_time
             per_unknown = effort.per_unknown if effort.depends_on_unknown else None
             law = Law(effort, self.motion_of(effort.load.on), per_unknown, moving, effort.sees, effort.acts)

@@ -5,12 +5,11 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Iterator, Mapping
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from bondgraph.records import NamedTuple
-from flywheel.components.gas_forces import piston_area
-from flywheel.components.motors import Motor
 from flywheel.numerics.faults import show, told
 from flywheel.reading.fields import (
     TOLERANCE,
@@ -29,6 +28,9 @@ from flywheel.reading.fields import (
 from flywheel.reading.schema import MOST_TABLES, MOST_TURNS, SECTIONS, Section
 from flywheel.reading.tables import fit_period, fit_stroke, fit_window, read_effort, read_table
 from flywheel.scene.scene import Damper, Inertia, Law, Load, Spring, Table
+
+if TYPE_CHECKING:
+    from flywheel.components.motors import Motor
 
 _SAME = 1e-12  # share of a period within which two angles are one
 _ROUNDED = 1e-15  # share of a period by which rounding alone may miss its seam
@@ -124,6 +126,8 @@ def _load(item: Item, place: Place | None, places: Places, setting: Setting) -> 
             item.add("bore", "a bore beside a model", "none", "an indicator diagram has a bore of its own")
         elif place is not None and (place.rotating or place.name in places.shafts):
             item.add("bore", f'a bore on "{place.name}"', "a port that translates, as a piston does")
+        from flywheel.components.gas_forces import piston_area  # only cylinders have a bore
+
         piston = piston_area(fields["bore"])
     if isinstance(law, Table) and every is not None and window is not UNREAD:
         table = f"{path}.model.table" if model else f"{path}.table"

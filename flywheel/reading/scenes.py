@@ -12,7 +12,7 @@ from functools import partial
 from itertools import accumulate, chain
 from os import PathLike
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import TYPE_CHECKING, Any, TypeVar
 
 import numpy as np
 
@@ -52,8 +52,10 @@ from flywheel.reading.loads import read_dampers, read_drive, read_inertias, read
 from flywheel.reading.mechanisms import read_mechanisms, read_stroke
 from flywheel.reading.schema import AREAS_EXCLUDE, MACHINE, MATERIAL_KEYS, MECHANISM, SECTIONS, TOP, TURN, WHEEL_KEYS
 from flywheel.reading.tables import is_utf16
-from flywheel.scene.linkage import Linkage
 from flywheel.scene.scene import Areas, Compliance, Inertia, Scene, Stroke
+
+if TYPE_CHECKING:
+    from flywheel.scene.linkage import Linkage
 
 T = TypeVar("T")
 

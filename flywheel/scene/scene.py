@@ -12,20 +12,22 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from types import MappingProxyType
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from bondgraph.records import NamedTuple
-from flywheel.components.motors import Motor
-from flywheel.components.wheels import WheelAsked
 from flywheel.numerics import notebook
 from flywheel.numerics.expressions import Expression
 from flywheel.numerics.faults import Fault, Remark, SceneError, show, suggestion
 from flywheel.numerics.units import Unit
 from flywheel.scene.accuracy import DEFAULT_RTOL
-from flywheel.scene.linkage import Linkage
+
+if TYPE_CHECKING:
+    from flywheel.components.motors import Motor
+    from flywheel.components.wheels import WheelAsked
+    from flywheel.scene.linkage import Linkage
 
 TURN = 2 * np.pi
 

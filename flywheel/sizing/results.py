@@ -17,8 +17,6 @@ import numpy as np
 from bondgraph.records import NamedTuple
 from flywheel.components.energy import Energy
 from flywheel.components.gear_trains import OnShaft, on_every_shaft
-from flywheel.components.motors import DC, Induction
-from flywheel.components.wheels import Wheel
 from flywheel.machine.dynamics import moments_on
 from flywheel.machine.machine import Machine, balance_unit
 from flywheel.mechanisms.families import ends_of
@@ -35,6 +33,9 @@ from flywheel.scene.scene import Scene
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
+
+    from flywheel.components.motors import DC, Induction
+    from flywheel.components.wheels import Wheel
 
 __all__ = [
     "Area",
@@ -528,6 +529,10 @@ def energy(sizing: Sizing) -> Energy | None:
         peak_power_alone=_above(_peak(cells.fit(load * speed)), noise * speed),
         rms_torque=_above(greatest * float(np.sqrt(square / time)), noise) / scene.shafts[scene.drive.on],
     )
+    if scene.motor is None:
+        return found
+    from flywheel.components.motors import DC, Induction  # only machines with a motor pay for it
+
     if isinstance(scene.motor, DC):
         return found._replace(**_copper_heat(scene.motor, _MotorShaft(sizing, cycle, run)))
     if isinstance(scene.motor, Induction):

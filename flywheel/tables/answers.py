@@ -11,12 +11,11 @@ from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from math import atan2, hypot, isnan
 from textwrap import wrap
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from bondgraph.records import NamedTuple
 from flywheel.components.energy import Energy
 from flywheel.components.gear_trains import gd2
-from flywheel.components.motors import Engine, Motor
 from flywheel.components.wheels import ROUNDING, Wheel
 from flywheel.language import message, number
 from flywheel.language import text as _
@@ -28,6 +27,9 @@ from flywheel.tables.rows import DEGREES, NOTHING, printable
 from flywheel.tables.scene import Part, parts, running
 from flywheel.tables.sizing import CONCLUSIVE, remarks, settles, speed_band
 from flywheel.tables.trade_units import SI, SYSTEMS, US, Shown, TradeUnits, few_digits, five_digits
+
+if TYPE_CHECKING:
+    from flywheel.components.motors import Motor
 
 WIDTH = 80
 _LINES = 24
@@ -385,6 +387,8 @@ def _power(label: str, value: float, note: str, units: TradeUnits) -> Row:
 
 def _motor(sizing: Sizing, motor: Motor, energy: Energy, units: TradeUnits) -> Iterator[Row]:
     """A motor's load beside its rated point, and its heat."""
+    from flywheel.components.motors import Engine  # only machines with a motor pay for it
+
     title, rated = _motor_name(motor), motor.rated
     if rated is None:
         yield Row(_("motor"), title, "", _("without a rated point"))

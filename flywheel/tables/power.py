@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
+from typing import TYPE_CHECKING
 
 from bondgraph.records import NamedTuple
 from flywheel.components.energy import HOUR, Energy, kilowatt_hours
-from flywheel.components.motors import DC, Engine, Induction, Motor
 from flywheel.language import number
 from flywheel.language import text as _
 from flywheel.numerics import cells as piecewise
@@ -16,6 +16,9 @@ from flywheel.sizing.results import EngineCycle, Sizing
 from flywheel.tables.flywheels import work_error
 from flywheel.tables.rows import RPM, Row, block, sentences
 from flywheel.tables.trade_units import TradeUnits, few_digits
+
+if TYPE_CHECKING:
+    from flywheel.components.motors import Motor
 
 _HORSEPOWER = 745.6998715822702  # W: 550 ft lbf/s
 _METRIC_HORSEPOWER = 735.49875  # W: 75 kgf m/s
@@ -136,6 +139,8 @@ def _ratio(sizing: Sizing) -> float:
 
 def _rated(sizing: Sizing, motor: Motor, energy: Energy) -> Iterator[str]:
     """Power and torque that the machine asks of its motor, beside what the motor is rated for."""
+    from flywheel.components.motors import Engine, Induction  # only machines with a motor pay for it
+
     rated, run, ratio = motor.rated, sizing.run, _ratio(sizing)
     if run is None or run.drive is None:
         torque = float(motor.torque(ratio * sizing.speed))
@@ -182,6 +187,8 @@ class Heat(NamedTuple):
 
 def heat_of(sizing: Sizing, motor: Motor, energy: Energy) -> Heat | None:
     """The heat of a rotor (induction) or an armature (DC); None where a motor's kind does not tell it."""
+    from flywheel.components.motors import DC, Induction  # only machines with a motor pay for it
+
     even = _ratio(sizing) * (sizing.constant_speed or sizing.speed)
     if isinstance(motor, Induction) and energy.rotor_heat is not None:
         rated, at_even = (float(motor.rotor_heat(speed)) for speed in (motor.speed, even))
@@ -196,6 +203,8 @@ def heat_of(sizing: Sizing, motor: Motor, energy: Energy) -> Heat | None:
 
 def _heat(sizing: Sizing, motor: Motor, energy: Energy) -> Iterator[str]:
     """What heats the motor, where its kind tells; of others, that it is not known."""
+    from flywheel.components.motors import DC, Engine, Induction  # only machines with a motor pay for it
+
     found = heat_of(sizing, motor, energy)
     if isinstance(motor, Induction) and found is not None:
         heat = f"Heat of its rotor, torque times slip speed on the mean over time: {_number(found.heat)} W"
@@ -237,6 +246,8 @@ def is_long(energy: Energy) -> bool:
 
 def warnings(sizing: Sizing, motor: Motor, units: TradeUnits | None = None) -> Iterator[str]:
     """Warnings where the motor comes near the end of its running branch or beyond it, or runs where its data say nothing."""
+    from flywheel.components.motors import Engine, Induction  # only machines with a motor pay for it
+
     run, ratio = sizing.run, _ratio(sizing)
     slow, fast = (sizing.speed, sizing.speed) if run is None else (run.speed_min, run.speed_max)
     least, greatest, breakdown = ratio * slow, ratio * fast, motor.breakdown

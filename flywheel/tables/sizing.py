@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from math import log, log1p
+from typing import TYPE_CHECKING
 
 from bondgraph.records import NamedTuple
 from flywheel.numerics.faults import Remark
@@ -16,7 +17,6 @@ from flywheel.reading.scenes import of_drive, of_rim
 from flywheel.scene.accuracy import AUDIT, CONFIRM, NORMAL
 from flywheel.sizing.results import Cyclic, Sizing
 from flywheel.tables import flywheels, power
-from flywheel.tables.explanation import Explanation
 from flywheel.tables.flywheels import inertia_errors, work_error
 from flywheel.tables.rows import (
     DEGREES,
@@ -32,6 +32,9 @@ from flywheel.tables.rows import (
     wrapped,
 )
 from flywheel.tables.scene import scene_rows
+
+if TYPE_CHECKING:
+    from flywheel.tables.explanation import Explanation
 
 CONCLUSIVE = 0.01  # relative error of a simulation that confirms something
 
