@@ -170,13 +170,10 @@ class Recorder:
 
     def call(self, function: Callable[..., Any], arguments: Sequence[Any], results: int = 0) -> Any:
         """A call that stays a call: one number (results = 0), or as many as the tuple that it returns holds."""
-        nodes = [self._of(value) for value in (function, *arguments)]
-        key = ("call", *[node.number for node in nodes])
-        found = self._known.get(key) or self._node(key, None)
+        found = self._kept(("call", *[self._of(value).number for value in (function, *arguments)]))
         if not results:
             return found
-        keys = [("entry", found.number, self._place(("index", k), k).number) for k in range(results)]
-        return [self._known.get(key) or self._node(key, None) for key in keys]
+        return [self._kept(("entry", found.number, self._place(("index", k), k).number)) for k in range(results)]
 
     def through(self, function: Callable[..., Any], arguments: Sequence[Any], results: int = 0) -> Any:
         """What a function computes with recorded numbers, operation by operation; a call where that cannot be recorded.
@@ -221,6 +218,11 @@ class Recorder:
             known = self._known[key] = Recorded(self, len(self._tape), value)
             self._tape.append(("place", value))
         return known
+
+    def _kept(self, key: tuple[Any, ...]) -> Recorded:
+        """The node of an operation on whatever there is, made where it is not there yet."""
+        known = self._known.get(key)
+        return self._node(key, None) if known is None else known
 
     def _node(self, key: tuple[Any, ...], value: Any) -> Recorded:
         node = self._known[key] = Recorded(self, len(self._tape), value)

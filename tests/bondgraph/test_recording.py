@@ -8,7 +8,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from bondgraph.recording import NAMESPACE, Recorder, source
+from bondgraph.recording import NAMESPACE, Recorder, solved, source
 from tests.extras import extra
 
 X = np.linspace(-2.0, 2.0, 9)
@@ -63,6 +63,21 @@ def test_comparisons_of_parameters_are_guards():
     kept = recorder.conditions().kept
     assert kept(np.array([2.0, 2.9, 3.5, 1.0, 0.0]), 3.0).tolist() == [True, True, False, False, False]
     assert kept(np.array([2.0, 2.0]), np.array([[3.0], [4.5]])).tolist() == [[True, True], [False, False]]
+
+
+def test_guards_hold_at_equality_as_the_comparison_does():
+    recorder = Recorder()
+    a = recorder.input("a", 2.0)
+    assert a > 1.0
+    assert a >= 1.5
+    assert not a > 3.0
+    assert not a >= 4.0
+    kept = recorder.conditions().kept
+    assert kept(np.array([1.0, 1.5, 3.0, 4.0])).tolist() == [False, True, True, False]
+    other = Recorder()
+    assert other.input("a", 2.0) >= 1.5
+    assert not other.inputs[0] > 1e9
+    assert other.conditions().kept(np.array([1.5, 1e9, 2e9])).tolist() == [True, True, False]
 
 
 def test_guards_of_signs_and_extremes():
@@ -126,6 +141,34 @@ def test_what_has_no_effect_is_left_out():
     program = recorder.program([x * 2.0 + x * 2.0, NAMESPACE.where(False, x, 3.0)])
     assert program.operations == (("multiply", 0, 1), ("add", 3, 3))
     assert program.function("math")(2.0) == (8.0, 3.0)
+
+
+def test_systems_are_solved_whatever_pivots_vanish():
+    recorder = Recorder()
+    entries = [recorder.input(str(k)) for k in range(12)]
+    rows = [entries[4 * i : 4 * i + 3] for i in range(3)]
+    program = recorder.program(solved([*rows, [0.0, 0.0, 0.0]], [*entries[3::4], 0.0]))
+    for seed in range(5):
+        table = np.random.default_rng(seed).normal(size=(3, 4))
+        for hidden in ((), (0, 0), (1, 1), (2, 2)):
+            if hidden:
+                table[hidden] = 1e-14 * table[hidden]
+            found = program.function("math")(*table.ravel().tolist())
+            assert np.abs(table[:, :3] @ found - table[:, 3]).max() < 1e-12 * (1.0 + np.abs(found).max())
+
+
+def test_what_chooses_between_values_is_called_where_it_may_not_be_defined():
+    recorder = Recorder()
+    x = recorder.input("x")
+
+    def law(x):
+        with np.errstate(invalid="ignore"):
+            found = np.where(x > 0.0, np.sqrt(x) * np.sqrt(x), 0.0)
+        return float(found) if isinstance(x, float) else found
+
+    for _ in range(2):
+        compiled = recorder.program([recorder.through(law, [x]), x]).function("math")
+        assert compiled(-1.0) == (0.0, -1.0)
 
 
 @pytest.mark.slow
