@@ -314,7 +314,7 @@ def _confirmed(regime: Regime, approximate: float | None, level: str) -> Confirm
         return regime.confirmed if analysis or level != levels.NORMAL else Confirmed()
     if level == levels.NORMAL:
         return _by_quadrature(regime) if analysis else Confirmed()
-    from flywheel.sizing.confirmation import UnconfirmedError, by_collocation, in_time  # scipy steps in time
+    from flywheel.sizing.confirmation import UnconfirmedError, by_collocation, in_time  # the figures do without
 
     try:
         return (by_collocation if level == levels.CONFIRM else in_time)(regime, approximate)

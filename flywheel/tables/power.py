@@ -67,7 +67,7 @@ def torque_and_work(sizing: Sizing) -> list[str]:
 
 def _power(name: str, power: float, error: float) -> Row:
     """A power in W or kW, and in both horsepowers."""
-    scale, unit = (1e3, "kW") if abs(power) >= 1e3 else (1.0, "W")
+    scale, unit = (1e3, "kW") if abs(power) >= 1e3 * (1 - _TIE) else (1.0, "W")
     horses = " = ".join(
         f"{figure(power / size, error / size, 5)} {name}"
         for size, name in ((_HORSEPOWER, "hp"), (_METRIC_HORSEPOWER, "metric hp"))
