@@ -207,12 +207,19 @@ def _at(program: Program, columns: Array) -> Array:
 # -- recording -------------------------------------------------------------------------------------------------------------
 
 
-def recorded(scene: Scene, paths: Sequence[str], values: Sequence[float]) -> Structure:
+class LostError(UnrecordedError):
+    """Numbers that a machine needs as they are, such as a count of teeth, or the lengths of a linkage."""
+
+
+def recorded(scene: Scene, paths: Sequence[str], values: Sequence[float], held: Sequence[str] = ()) -> Structure:
     """The structure of a scene whose numbers at some paths have values (SI), with no cells cut yet.
+
+    held: paths whose numbers designs of the structure have in common.
 
     Raises:
         SceneError: for a scene with these values that is at fault.
-        UnrecordedError: where the machine cannot be followed with recorded numbers.
+        LostError: where the numbers at these paths cannot be recorded.
+        UnrecordedError: where the machine cannot be followed with recorded numbers, whichever they are.
 
     """
     base = with_numbers(scene, dict(zip(paths, values, strict=True)))
@@ -222,12 +229,25 @@ def recorded(scene: Scene, paths: Sequence[str], values: Sequence[float]) -> Str
     numbers = {path: recorder.input(path, value) for path, value in zip(paths, values, strict=True)}
     try:
         with np.errstate(all="ignore"):
-            machine = RecordedMachine(base.with_(numbers), twin)
+            for path in held:
+                recorder.compared("equal", numbers[path], numbers[path].value)
+            machine = RecordedMachine(base.with_({path: numbers[path] for path in paths if path not in held}), twin)
             return _structure(machine, recorder, phi, tuple(paths))
     except UnrecordedError:
         raise
     except Exception as error:  # whatever reading or a mechanism does with a number that stands for many
-        raise UnrecordedError(f"{', '.join(paths)} cannot be recorded ({error})") from error
+        raise LostError(f"{', '.join(paths)} cannot vary in a program ({error})") from error
+
+
+def lost(scene: Scene, paths: Sequence[str], values: Sequence[float]) -> tuple[str, ...]:
+    """Those of some paths whose numbers cannot be recorded even alone."""
+    base, found = with_numbers(scene, dict(zip(paths, values, strict=True))), []
+    for path, value in zip(paths, values, strict=True):
+        try:
+            recorded(base, [path], [value])
+        except LostError:
+            found.append(path)
+    return tuple(found)
 
 
 def refused(scene: Scene, paths: Sequence[str], values: Sequence[float]) -> Conditions | None:
@@ -254,7 +274,6 @@ def _check(scene: Scene) -> None:
         (scene.wheel is not None, "a wheel is to be chosen for each"),
         (scene.depends_on_speed, "torques depend on speed"),
         (scene.rubs, "friction in joints follows from the motion"),
-        (scene.wheel is not None, "a wheel is to be chosen"),
         (any(efficiency < 1.0 for efficiency in scene.efficiencies.values()), "meshes have losses"),
         (drive is not None and not isinstance(drive.law, float | int | None), "the drive's torque is no plain number"),
     ):
@@ -363,7 +382,7 @@ class Structures:
     """The structures of a scene whose numbers at some paths vary; they are found as designs need them."""
 
     def __init__(self, scene: Scene, paths: Sequence[str]) -> None:
-        self.scene, self.paths, self.why = scene, tuple(paths), ""
+        self.scene, self.paths, self.held, self.why = scene, tuple(paths), tuple[str, ...](), ""
         self._known: list[Structure] = []
         self._refused: list[Conditions] = []
         self._tries = self._poor = 0
@@ -403,7 +422,7 @@ class Structures:
         """Record the structure of a design, proven at two others of those that share it, or why it is refused."""
         self._tries += 1
         try:
-            structure = recorded(self.scene, self.paths, values.tolist()).widened(columns)
+            structure = self._of(values.tolist()).widened(columns)
         except SceneError:  # sized one by one, it says what is wrong
             conditions = refused(self.scene, self.paths, values.tolist())
             self._refused += [] if conditions is None else [conditions]
@@ -425,5 +444,16 @@ class Structures:
         if mine.shape[1] < max(_FEWEST, _LEAST * columns.shape[1]):
             self._poor += 1
             if self._poor >= _MOST_POOR:
-                self.why = self.why or "designs differ in too many ways: in the order of angles, in what is narrow"
+                way = f"in {', '.join(self.held)}" if self.held else "in the order of angles, in what is narrow"
+                self.why = self.why or f"designs differ in too many ways: {way}"
         return True
+
+    def _of(self, values: list[float]) -> Structure:
+        """The structure of a design; numbers that cannot be recorded are held."""
+        try:
+            return recorded(self.scene, self.paths, values, self.held)
+        except LostError:
+            self.held = () if self.held else lost(self.scene, self.paths, values)
+            if not self.held:
+                raise
+            return recorded(self.scene, self.paths, values, self.held)
