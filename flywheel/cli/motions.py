@@ -9,11 +9,10 @@ from contextlib import contextmanager
 from math import pi
 from pathlib import Path
 from time import monotonic
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import click
 
-from bondgraph.records import NamedTuple
 from flywheel.cli.common import (
     MOST_POINTS,
     SCENE,

@@ -10,8 +10,8 @@ from itertools import accumulate
 from math import degrees
 from numbers import Real
 from types import MappingProxyType
+from typing import NamedTuple
 
-from bondgraph.records import NamedTuple
 from flywheel.language import message
 from flywheel.language import text as _
 
