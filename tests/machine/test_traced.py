@@ -14,7 +14,7 @@ import pytest
 import flywheel
 from bondgraph.elements import Here
 from bondgraph.recording import source
-from flywheel.machine.dynamics import DRIVE, circuit_of
+from flywheel.machine.dynamics import DRIVE, Dynamics, circuit_of
 from flywheel.machine.machine import Anchor, FrictionCurve
 from flywheel.numerics.cells import cells
 
@@ -215,6 +215,38 @@ def test_branches_by_speed_and_time_are_those_at_the_anchor_or_at_every_instant(
     local = machine.traced.motion(Anchor(1.0, None, None)).function("math")
     expected = [-3.0 - 0.1 * 0.25 * 9.5, 2 * np.sin(0.3) - 0.1 * 0.5 * 8.5]
     assert [local(0.3, 9.5, 0.75, 0.0)[2], local(0.3, 8.5, 1.5, 0.0)[2]] == pytest.approx(expected, rel=1e-14)
+
+
+LOSSY = {
+    "mechanism": {
+        "type": "slider-crank",
+        "crank": {"length": 0.1, "inertia": 0.2},
+        "rod": {"length": 0.4},
+        "slider": {"mass": 5},
+    },
+    "shafts": {"motor": {"ratio": 3, "efficiency": 0.9}},
+    "inertia": [{"on": "motor", "value": 0.05}],
+    "damper": [{"on": "slider", "coefficient": 40}, {"on": "motor", "coefficient": 0.1}],
+    "load": [{"on": "slider", "force": "-300*v", "while": "v < 0"}],
+    "drive": {
+        "on": "motor",
+        "motor": {"type": "dc", "voltage": 48, "resistance": 0.3, "constant": 0.4, "inductance": 2e-3},
+    },
+    "flywheel": {"inertia": 0.1, "on": "motor"},
+}
+
+
+def test_instants_of_a_machine_with_losses_and_a_circuit_are_those_of_the_walk():
+    dynamics = Dynamics(flywheel.Machine(flywheel.load(LOSSY)), 0.9)
+    middle = float(dynamics.machine.anchors(4.0))
+    walked = [dynamics.at(phi, middle, 20.0, current=30.0) for phi in (3.9, 4.2)]
+    for _ in range(9):
+        recorded = [dynamics.at(phi, middle, 20.0, current=30.0) for phi in (3.9, 4.2)]
+    for one, other in zip(walked, recorded, strict=True):
+        for name in ("acceleration", "moment", "inertia", "loss", "current_rate"):
+            assert getattr(one, name) == pytest.approx(getattr(other, name), rel=1e-13)
+    assert motion_differences(dynamics.machine, Anchor(middle, None, None), np.linspace(3.9, 4.2, 5)) <= 1e-13
+    assert dynamics.machine.traced.motion(Anchor(middle, None, None)) is not None
 
 
 def test_code_has_no_digits_of_a_scene_and_is_shared_between_designs():
