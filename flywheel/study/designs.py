@@ -61,12 +61,16 @@ ENGINES = ("numpy", "numba", "size")
 
 
 class Batch(NamedTuple):
-    """Figures of designs by their names, their errors (designs,), reasons of those refused by index, how each was sized."""
+    """Figures of designs by their names, their errors (designs,), reasons of those refused by index, how each was sized.
+
+    `interrupted`: by the user, before all were sized.
+    """
 
     values: dict[str, Array]
     errors: dict[str, Array]
     reasons: dict[int, str]
     ways: NDArray[np.uint8]
+    interrupted: bool = False
 
 
 def sized(scene: Scene, paths: tuple[str, ...], columns: Array, rtol: float, engine: str) -> Batch:
@@ -99,7 +103,7 @@ def sized(scene: Scene, paths: tuple[str, ...], columns: Array, rtol: float, eng
     batch.reasons.update({int(left[k]): reason for k, reason in alone.reasons.items()})
     if by_structure.why:
         batch.reasons.update(dict.fromkeys(left[alone.ways == ALONE].tolist(), by_structure.why))
-    return batch
+    return batch._replace(interrupted=alone.interrupted)
 
 
 _recent: list[tuple[Scene, Structures]] = []
@@ -117,7 +121,10 @@ def structures_of(scene: Scene, paths: tuple[str, ...]) -> Structures:
 
 
 def one_by_one(scene: Scene, paths: tuple[str, ...], columns: Array, which: Iterable[int], rtol: float) -> Batch:
-    """The figures of some of the designs, by `size` one after the other; nan for the others, whose way is `MISSING`."""
+    """The figures of some of the designs, by `size` one after the other; nan for the others, whose way is `MISSING`.
+
+    Where the user interrupts it, those that are finished are returned.
+    """
     batch = empty(columns.shape[1])
     for k in which:
         try:
@@ -125,6 +132,8 @@ def one_by_one(scene: Scene, paths: tuple[str, ...], columns: Array, which: Iter
         except SceneError as error:
             batch.ways[k], batch.reasons[k] = REFUSED, "; ".join(map(str, error.faults))
             continue
+        except KeyboardInterrupt:
+            return batch._replace(interrupted=True)
         batch.ways[k] = ALONE
         for name, (value, error_of) in figures_of(found).items():
             batch.values[name][k], batch.errors[name][k] = value, error_of

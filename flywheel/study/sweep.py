@@ -12,11 +12,12 @@ import sys
 from collections import Counter
 from collections.abc import Callable, Generator, Iterable, Iterator, Mapping, Sequence
 from concurrent.futures import FIRST_COMPLETED, BrokenExecutor, Executor, Future, wait
-from contextlib import ExitStack, contextmanager
+from contextlib import ExitStack, contextmanager, suppress
 from dataclasses import dataclass
-from functools import lru_cache
+from functools import cached_property, lru_cache
 from importlib.util import find_spec
 from pathlib import Path
+from time import process_time
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -40,6 +41,7 @@ LEAST_CHUNK = 1_000
 """Designs of a chunk at least: fewer are not worth being sent to another process."""
 _MOST_CHUNK, _CHUNKS = 20_000, 64
 MOST_DESIGNS = 20_000_000
+_SLOW = 100  # designs a second, one by one: below it a few are tried first, as many at once may not do
 _OUTSTANDING = 64  # chunks that wait for an executor at a time
 _POOLS = 3  # of worker processes, before what is left is sized here
 _SAMPLE, _WORST = 8, 4  # designs that are checked: at random, and those with the largest estimates
@@ -154,7 +156,7 @@ class Sweep:
         """How many designs are not sized yet."""
         return int((self.ways == MISSING).sum())
 
-    @property
+    @cached_property
     def names(self) -> list[str]:
         """The figures that any design has."""
         return [name for name in FIGURES if not np.isnan(self.error[name]).all()]
@@ -164,7 +166,7 @@ class Sweep:
         """What `sweep[...]` knows."""
         return [*self.columns, *self.names]
 
-    @property
+    @cached_property
     def units(self) -> dict[str, str]:
         """The units (SI) of columns and figures."""
         known = numbers(self.scene)
@@ -174,7 +176,7 @@ class Sweep:
             units["balance"] = balance_unit(Machine(self.scene).efforts, self.scene) or ""
         return units
 
-    @property
+    @cached_property
     def worst(self) -> Array:
         """The largest of the errors that `rtol` is asked of, of each design; nan where it is refused."""
         return _worst(self.error)
@@ -530,6 +532,8 @@ def _swept(plan: Plan, executor: Any, file: Path | None, chunk: int | None, prog
             for which, batch in _batches(plan, pending, executor, table.messages, stack):
                 table.add(which, batch)
                 told(which.size)
+                if batch.interrupted:
+                    raise KeyboardInterrupt
         check = _checked(plan, table.batch)
     except KeyboardInterrupt:
         left = table.missing.size
@@ -567,9 +571,9 @@ def _said(plan: Plan, batch: Batch, check: Check | None) -> Iterator[str]:
     alone = np.flatnonzero(batch.ways == ALONE)
     if alone.size and plan.engine != "size":
         why = Counter(batch.reasons[k] for k in alone.tolist() if k in batch.reasons).most_common(1)
-        yield f"{alone.size} of {plan.total} designs were sized one by one" + (f": {why[0][0]}" if why else "")
+        yield f"{_counted(alone.size, plan)} sized one by one" + (f": {why[0][0]}" if why else "")
     if refined := int((batch.ways == REFINED).sum()):
-        yield f"{refined} of {plan.total} designs were refined to reach rtol {plan.rtol:g}"
+        yield f"{_counted(refined, plan)} refined to reach rtol {plan.rtol:g}"
     worst = _worst(batch.errors)
     if missed := int((worst > plan.rtol).sum()):
         k = int(np.nanargmax(worst))
@@ -580,6 +584,18 @@ def _said(plan: Plan, batch: Batch, check: Check | None) -> Iterator[str]:
             f"the estimated errors: {check.figure} of design {check.design} by {check.ratio:.2g} times them; "
             'engine="size" sizes one by one'
         )
+
+
+def _seconds(plan: Plan) -> float:
+    """What one design takes alone, s."""
+    begun = process_time()
+    with suppress(SceneError):
+        size(plan.scene, plan.rtol, accuracy="normal")
+    return max(process_time() - begun, 1e-6)
+
+
+def _counted(count: int, plan: Plan) -> str:
+    return f"{count} of {plan.total} design{'s' if plan.total > 1 else ''} {'was' if count == 1 else 'were'}"
 
 
 # -- executors ---------------------------------------------------------------------------------------------------------
@@ -600,8 +616,20 @@ def _batches(
         if hasattr(executor, "get_executor"):  # a client of dask
             executor = executor.get_executor()
         lost = yield from _by_executor(plan, pending, executor, messages)
-    for which in lost:
-        yield which, designs.sized(plan.scene, *plan.chunk(which))
+    yield from _here(plan, lost)
+
+
+def _here(plan: Plan, pending: _Chunks) -> Iterator[tuple[NDArray[np.intp], Batch]]:
+    """The figures of chunks, sized here; where that goes one by one, in parts of about a second, so that it shows."""
+    few = max(1, min(LEAST_CHUNK, int(1.0 / min(_seconds(plan), _seconds(plan)))))  # the first one imports, too
+    alone = plan.engine == "size" or few < _SLOW
+    for chunk in pending:
+        left = chunk
+        while left.size:
+            part, left = (left[:few], left[few:]) if alone else (left, left[:0])
+            batch = designs.sized(plan.scene, *plan.chunk(part))
+            alone = int((batch.ways == ALONE).sum()) > part.size // 2
+            yield part, batch
 
 
 @contextmanager
