@@ -32,6 +32,7 @@ FOLDERS = {
     "dynamics": "Direct dynamics by several routes",
     "bond_graphs": "Bond graphs",
     "robot": "Several degrees of freedom",
+    "designs": "The best of many designs",
     "root_finding": "Positions",
 }
 ALIKE = {

@@ -27,6 +27,7 @@ _AFTER = (
         "simulate",
         "tradeoff",
         "sweep",
+        "designs",
         "joints",
         "freedoms",
         "bond-graphs",

@@ -21,6 +21,7 @@ def loads(*starts):
     return [{"on": "crank", "torque": -100, "from": f"{a} deg", "to": f"{a + 60} deg"} for a in starts]
 
 
+@pytest.mark.slow
 def test_a_limit_that_binds_beside_a_sweep_along_it():
     """Two loads whose power together is 900 W at least: along the limit none of a sweep is better."""
     scene = flywheel.load({**ROTOR, "load": loads(0, 100)})
@@ -45,6 +46,7 @@ def test_the_least_swing_is_where_lobes_are_equal():
     assert found.unit == ""
 
 
+@pytest.mark.slow
 def test_an_optimum_inside_and_one_at_a_bound():
     scene = flywheel.load(ROTOR)
     over = {"load.0.to": ("60 deg", "300 deg"), "regime.speed": (20, 40)}
@@ -58,6 +60,7 @@ def test_an_optimum_inside_and_one_at_a_bound():
     assert found.as_dict()["numbers"]["regime.speed"]["before"] == 30.0
 
 
+@pytest.mark.slow
 def test_a_wheel_whose_mass_is_least():
     """A disc of given radius: mass 2 J/R², the largest allowed radius is best."""
     wheel = {"irregularity": 0.01, "shape": "disc", "outer_radius": 0.3, "material": "cast steel"}
@@ -93,6 +96,7 @@ def test_what_cannot_be_is_one_line(options, words):
     assert "\n" not in str(error.value)
 
 
+@pytest.mark.slow
 def test_an_optimum_that_does_not_exist_is_said():
     """Nothing depends on the irregularity; and the flywheel falls on to where designs are refused."""
     scene = flywheel.load(ROTOR)

@@ -90,6 +90,7 @@ def test_the_slopes_of_two_equal_lobes_are_given_with_the_reason():
     assert not found.derivative("power", "load.0.torque").reason
 
 
+@pytest.mark.slow
 def test_a_lobe_that_takes_over_nearby_is_not_in_the_derivative():
     """With the first load larger by a ten-thousandth its own slope holds, and steps are smaller than that."""
     loads = [{"on": "crank", "torque": t, "from": f"{a} deg", "to": f"{a + 90} deg"} for a, t in ((0, -100.01), (180, -100))]
@@ -97,6 +98,7 @@ def test_a_lobe_that_takes_over_nearby_is_not_in_the_derivative():
     assert found.derivative("energy_fluctuation", "load.0.torque").value == pytest.approx(-0.75 * math.pi / 2, rel=1e-8)
 
 
+@pytest.mark.slow
 def test_where_a_flywheel_stops_being_needed_both_slopes_are_given():
     """The machine's own inertia is what is asked for: less of it is missing one to one, more of it changes nothing."""
     whole = 50 * math.pi / (0.01 * 30**2)
@@ -107,6 +109,7 @@ def test_where_a_flywheel_stops_being_needed_both_slopes_are_given():
     assert flips.reason == "the flywheel is needed on one side alone"
 
 
+@pytest.mark.slow
 def test_a_number_at_the_end_of_its_range_has_the_slope_of_one_side():
     """Crank and motor shaft without losses: an efficiency above 1 is refused."""
     raw = {**ROTOR, "shafts": {"motor": {"ratio": 5, "efficiency": 1}}, "drive": {"on": "motor", "torque": "balance"}}
@@ -132,6 +135,7 @@ def test_faults_name_the_nearest():
         assert words in str(error.value)
 
 
+@pytest.mark.slow
 def test_all_numbers_are_taken_where_none_is_named_and_the_record_is_plain():
     found = flywheel.sensitivities(flywheel.load(ROTOR), figures=["exact"])
     assert list(found.numbers) == ["load.0.torque", "load.0.from", "load.0.to", "regime.speed", "flywheel.irregularity"]
