@@ -86,6 +86,11 @@ def count(positions: Any) -> None:
         tally.add(size if isinstance(size, int) else 1)
 
 
+def counting() -> bool:
+    """Whether anybody counts what is evaluated, in this thread."""
+    return _TALLY.get() is not None
+
+
 Positions = Mapping[str, Callable[[Any], Any]]
 _Source = tuple[Element, int, float]  # with its flow variable, and the sign of its effort on the coordinate
 

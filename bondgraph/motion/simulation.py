@@ -26,13 +26,13 @@ from bondgraph.motion import runge_kutta
 from bondgraph.motion.algebra import WEIGHTLESS
 from bondgraph.motion.dynamics import Dynamics, Instant, Walk
 from bondgraph.motion.stepping import ADAPTIVE, FIXED, PLAIN, Breaks, StepError, Stretch, adaptive, fixed, through_breaks
-from bondgraph.reduction import count
+from bondgraph.reduction import count, counting
 
 Array = NDArray[np.float64]
 
 _LOOSE = 1e-5  # of what is asked: down to it order 5 takes less work than order 8
 _PILOT, _PLAIN_PILOT = 1e-4, 1e-3  # tolerance of the run that only tells how large the states become
-_FIRST = 0.01  # tolerance of the next run's steps to what is asked: so that two more runs are mostly enough
+_FIRST, _FIRST_LOOSE = 0.002, 0.02  # tolerance of the next run's steps to what is asked (order 5): mostly two more runs
 _TIGHTEST = 1e-13  # tolerance of a step: below it rounding wins
 _SHORTER = 0.7  # each further run's steps to those of the run before, at least
 _MOST_RUNS = 12  # at tolerances that get tighter
@@ -303,7 +303,8 @@ class _Stepper:
 
     def adaptive(self, rtol: float) -> Run:
         """The motion within rtol, through dead centres by the method that can."""
-        given, tolerance = self.method, max(_FIRST * rtol, 10.0 * _TIGHTEST)
+        first = _FIRST_LOOSE if self.method == "RK45" else _FIRST
+        given, tolerance = self.method, max(first * rtol, 10.0 * _TIGHTEST)
         if self._rounded_away():
             self._check_dead_centres()
         try:
@@ -547,9 +548,12 @@ class _Stepper:
         places = {junction: k for k, junction in self.junctions.items()}
         anchored = [places[junction] for junction in self.dynamics.anchored]
 
+        tallied = counting()
+
         def found(t: float, values: Any) -> tuple[float, ...]:
             self.evaluations += 1
-            count(1)
+            if tallied:
+                count(1)
             t = t if t < last else last
             try:
                 found = rates(t, *values, *[anchors.get(k, values[k]) for k in anchored]) if anchored else rates(t, *values)

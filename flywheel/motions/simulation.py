@@ -16,6 +16,7 @@ from bondgraph.elements import Element, Here, Law, Modulus
 from bondgraph.elements import Motion as Position
 from bondgraph.graph import BondGraph
 from bondgraph.laws import TIME, GraphError
+from bondgraph.motion import runge_kutta
 from flywheel.machine.dynamics import Dynamics, circuit_of
 from flywheel.machine.machine import Machine
 from flywheel.numerics import notebook
@@ -34,7 +35,10 @@ if TYPE_CHECKING:
 
 Array = NDArray[np.float64]
 
-_FIRST, _TIGHTER = 1 / 150, 0.1  # tolerance of a step to what is asked, and of each run's steps to those of the run before
+_FIRST, _FIRST_LOOSE = 1 / 150, 1 / 75  # tolerance of a step to what is asked; of order 5
+_LOOSEST = 7e-6  # looser steps do not err in proportion to their tolerance
+_TIGHTER = 0.1  # of each run's steps to those of the run before
+_LITTLE = 0.3  # the same of further runs, at the most
 _COMPARED, _MOST_COMPARED = 300, 20_000  # times at which two runs are compared, evenly, and within steps at the most
 _WITHIN = np.array([0.27, 0.61, 1.0])  # parts of a step at which they are
 _SAME = 1e-3  # of a step: two runs whose steps differ by less take the same ones
@@ -214,7 +218,8 @@ def motion_from(
     `passing` is asked at the end of every cycle of the first run (see `follow`); the others end with the same cycle.
     `watching` is told of the stretches of every run.
     """
-    tight = max(_FIRST * rtol, TIGHTEST)
+    first = _FIRST_LOOSE if runge_kutta.method(_FIRST * rtol).order == 5 else _FIRST
+    tight = max(min(first * rtol, _LOOSEST), TIGHTEST)
     share = 1.0
     rough = follow(dynamics, start, until, tight / _TIGHTER, goals, passing, watching)
     goal, cycles = rough.goal, rough.cycles
@@ -236,7 +241,7 @@ def motion_from(
         if (error <= rtol and not same) or tight <= TIGHTEST:
             break
         rough, last = fine, tight
-        tight = max(min(0.5 * rtol / error, _TIGHTER**2 if same else _TIGHTER) * tight, TIGHTEST)
+        tight = max(min(0.5 * rtol / error, _TIGHTER**2 if same else _LITTLE) * tight, TIGHTEST)
         # of the difference, where the tolerances lie further apart
         share = 1.0 if same else min(1.0, tight / (_TIGHTER * last))
     states, machine = fine.ends(), dynamics.machine

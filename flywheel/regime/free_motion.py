@@ -22,6 +22,7 @@ import numpy as np
 
 from bondgraph.motion import runge_kutta
 from bondgraph.motion.stepping import instant
+from bondgraph.reduction import counting
 from flywheel.components.motors import DC
 from flywheel.machine.dynamics import ONSET, Dynamics
 from flywheel.machine.machine import Anchor, Effort, Machine
@@ -602,7 +603,7 @@ class _Motion:
                 self.undefined = phi, omega, t
             return (omega, now.acceleration, now.moment * omega, now.current_rate)[:size]
 
-        equation = dynamics.plainly(anchor)
+        equation, tallied = dynamics.plainly(anchor), counting()
         if equation is None:
             return walked
 
@@ -615,7 +616,8 @@ class _Motion:
             work = moment * omega
             if not (inertia >= self.light and work - work == 0.0):
                 return walked(t, state)
-            count(1)
+            if tallied:
+                count(1)
             return (omega, acceleration, work) if size == 3 else (omega, acceleration, work, current_rate)
 
         return rates

@@ -315,9 +315,14 @@ def through(
         if accepted is None:
             found = f"a motion that no step is short enough for, after {solver.t:.6g} s"
             raise StepError([Fault("simulation", found, "a motion that can be followed", "look for what vanishes there")])
-        step = _landing(accepted, ends)
+        missing = (ends[1] if solver.f[0] > 0.0 else ends[0]) - accepted.after[0]
+        inside = speed * solver.f[0] > 0.0 and abs(missing) > 2.0 * _SHORT * accepted.h * abs(solver.f[0])
+        inside = inside and ends[0] < accepted.after[0] < ends[1]
+        step = None if inside else _landing(accepted, ends)
         over = step is not None
-        if step is None:
+        if inside:
+            step = Step(accepted, accepted.t, solver.t, after=accepted.after)
+        elif step is None:
             step = Step(accepted, accepted.t, solver.t, after=accepted.after)
             step, over = _cut(rates, step, speed, solver.f[0], ends)
         step = step if events is None else crossing(events, step)
