@@ -11,11 +11,13 @@ from math import isfinite
 import numpy as np
 from numpy.typing import NDArray
 
+from flywheel.components.wheels import ARMS, LIGHTEST, MEAN, choose
 from flywheel.numerics.arguments import name_faults, refuse, shown
 from flywheel.numerics.cells import ROUNDING
 from flywheel.numerics.faults import Fault, SceneError, suggestion
 from flywheel.numerics.units import QuantityError, parse_quantity
 from flywheel.reading.paths import Number, dotted, numbers, with_numbers
+from flywheel.reading.schema import WHEEL_KEYS
 from flywheel.scene.accuracy import rtol_faults
 from flywheel.scene.scene import Scene
 from flywheel.sizing.results import Sizing
@@ -27,6 +29,8 @@ Array = NDArray[np.float64]
 RTOL = 1e-12
 """The relative error asked of figures of which differences are taken."""
 _SMALL = 1e-2  # of the largest number of a unit: below it, a number's own size says nothing of how it may vary
+_IRREGULARITY = "flywheel.irregularity"
+_WHEEL = tuple(f"flywheel.{key.name}" for key in WHEEL_KEYS)
 _EXCLUDED = ("accuracy", "areas")  # tables whose numbers are no part of a machine
 
 
@@ -99,6 +103,7 @@ class Variation:
         self.units = tuple(known[path].unit for path in self.paths)
         self.dimensions = tuple(known[path].dimension for path in self.paths)
         self.scales = np.array([_scale(known[path], known) for path in self.paths], dtype=float)
+        self.bare = _without_wheel(scene) if self.engine != ENGINES[-1] else None
         self.exchanged = 0.0  # work (J) in a cycle, to which errors of areas are relative
         self.reasons: dict[tuple[float, ...], str] = {}
         self.count = 0
@@ -136,7 +141,10 @@ class Variation:
 
     def __call__(self, columns: Array) -> tuple[Array, Array]:
         """The figures of designs (paths, designs) and their absolute errors, both (figures, designs); NaN where refused."""
-        batch = sized(self.scene, self.paths, columns, self.rtol, self.engine)
+        if self.bare is None:
+            batch = sized(self.scene, self.paths, columns, self.rtol, self.engine)
+        else:
+            batch = self._with_wheels(self.bare, columns)
         self.count += columns.shape[1]
         for k, reason in batch.reasons.items():
             self.reasons[tuple(columns[:, k].tolist())] = reason
@@ -144,6 +152,30 @@ class Variation:
             batch.values["mass"][batch.values["exact"] == 0.0] = 0.0
         values = np.array([batch.values[name] for name in NAMES])
         return values, np.array([self._error(name, batch) for name in NAMES])
+
+    def _with_wheels(self, bare: Scene, columns: Array) -> Batch:
+        """Designs of a scene that is many at once without its wheel, and the wheel of each chosen as `size` does."""
+        others = [i for i, path in enumerate(self.paths) if path not in _WHEEL]
+        paths, given = tuple(self.paths[i] for i in others), columns[others]
+        if not others:
+            paths, given = (_IRREGULARITY,), np.full((1, columns.shape[1]), bare.irregularity)
+        batch = sized(bare, paths, given, self.rtol, self.engine)
+        same = not any(path in _WHEEL or path == _IRREGULARITY or path.startswith("shafts.") for path in self.paths)
+        for k in np.flatnonzero(np.isfinite(batch.values["exact"])):
+            inertia, speed = float(batch.values["exact"][k]), float(batch.values["speed"][k])
+            try:
+                there = dict(zip(self.paths, columns[:, k].tolist(), strict=True))
+                scene = self.scene if same else with_numbers(self.scene, there)
+                assert scene.wheel is not None
+                greatest = speed if scene.wheel.at == MEAN else speed * (1 + (scene.irregularity or 0.0) / 2)
+                mass = choose(inertia, scene.flywheel_ratio * greatest, scene.wheel).mass if inertia else 0.0
+            except SceneError as error:
+                batch.reasons[int(k)] = "; ".join(map(str, error.faults))
+                for values in batch.values.values():
+                    values[k] = np.nan
+                continue
+            batch.values["mass"][k], batch.errors["mass"][k] = mass, batch.errors["exact"][k]
+        return batch
 
     def _error(self, name: str, batch: Batch) -> Array:
         """The absolute error of a figure: of a flywheel relative to the total, of an area to the work exchanged."""
@@ -173,6 +205,17 @@ def quantity(value: object, dimension: str, path: str) -> float:
         return parse_quantity(value, None if dimension == "number" and isinstance(value, str) else dimension)
     except QuantityError as error:
         raise SceneError([Fault(path, error.found, error.expected, error.advice)]) from None
+
+
+def _without_wheel(scene: Scene) -> Scene | None:
+    """The scene without the wheel that is to be chosen; None where there is none, or where its arms ask for the motion."""
+    wheel = scene.wheel
+    if wheel is None or scene.irregularity is None or scene.document is None:
+        return None
+    hub = wheel.bore is not None or wheel.hub_diameter is not None
+    if (wheel.shape == ARMS or (wheel.shape == LIGHTEST and hub)) and wheel.torque is None:
+        return None
+    return scene.with_({path: None for path in _WHEEL if path.partition(".")[2] in scene.document.tables["flywheel"]})
 
 
 def _scale(number: Number, known: Mapping[str, Number]) -> float:

@@ -8,7 +8,7 @@ from textwrap import wrap
 
 from flywheel.numerics.units import columns, figure
 from flywheel.study.designs import FIGURES
-from flywheel.study.optimum import Optimum
+from flywheel.study.optimum import Limit, Optimum
 from flywheel.study.sensitivities import Derivative, Sensitivities
 from flywheel.study.tolerance import QUANTILES, Share, Tolerance
 from flywheel.tables.rows import page, printable
@@ -218,8 +218,7 @@ def optimum_text(found: Optimum) -> str:
         )
         for (path, value), (low, high) in zip(found.numbers.items(), found.bounds.values(), strict=True)
     ]
-    limits = [(limit.name, figure(limit.value, most=_DIGITS), limit.unit, limit.text, _binds(limit.binds))
-              for limit in found.limits]  # fmt: skip
+    limits = [(limit.name, *_limit(limit), "binds" if limit.binds else "kept") for limit in found.limits]
     names = shown(found.figures, (*MAIN, "energy_fluctuation"))
     figures = [
         (
@@ -243,8 +242,11 @@ def optimum_text(found: Optimum) -> str:
     )
 
 
-def _binds(end: str) -> str:
-    return "binds" if end else "kept"
+def _limit(limit: Limit) -> tuple[str, str, str]:
+    """What a limited figure comes to, its unit, and the limits."""
+    ends = [f">= {figure(limit.low, most=_DIGITS)}"] if limit.low is not None else []
+    ends += [f"<= {figure(limit.high, most=_DIGITS)}"] if limit.high is not None else []
+    return figure(limit.value, most=_DIGITS), limit.unit, " and ".join(ends)
 
 
 def _sentence(message: str) -> str:
