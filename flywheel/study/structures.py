@@ -132,7 +132,7 @@ class Structure:
     def kept(self, columns: Array) -> Mask:
         """Which designs have this structure: they keep its guards, cells are narrow enough, and no branch changes in one."""
         with np.errstate(all="ignore"):
-            good = np.broadcast_to(self.conditions.kept(0.0, *columns), columns.shape[1:]).copy()
+            good = _kept(self.conditions, columns)
             good[good] = (self._counts(columns[:, good]) <= np.array(self.counts)[:, None]).all(axis=0)
             for first in range(0, columns.shape[1], _BLOCK):
                 block = good[first : first + _BLOCK]
@@ -142,7 +142,7 @@ class Structure:
     def widened(self, columns: Array) -> Structure:
         """The same with as many cells in each stretch as those designs need that keep its guards."""
         with np.errstate(all="ignore"):
-            kept = columns[:, np.broadcast_to(self.conditions.kept(0.0, *columns), columns.shape[1:])]
+            kept = columns[:, _kept(self.conditions, columns)]
             found = replace(self, counts=tuple(self._counts(kept).max(axis=1, initial=1).tolist()))
             some = kept[:, :: max(1, kept.shape[1] // _SAMPLE)]
             for _ in range(_MOST_DOUBLED if any(walk.laws for walk in self.walks) else 0):
@@ -202,6 +202,13 @@ class Structure:
 def _at(program: Program, columns: Array) -> Array:
     """What a program gives at columns, one row for each output."""
     return np.stack([np.broadcast_to(value, columns.shape[1:]) for value in program.function()(0.0, *columns)])
+
+
+def _kept(conditions: Conditions, columns: Array) -> Mask:
+    """Which designs keep all guards, a block at a time: hundreds of differences for each take much room."""
+    blocks = [columns[:, first : first + _BLOCK] for first in range(0, columns.shape[1], _BLOCK)]
+    found = [np.broadcast_to(conditions.kept(0.0, *block), block.shape[1:]) for block in blocks]
+    return np.concatenate([*found, np.zeros(0, bool)])
 
 
 # -- recording -------------------------------------------------------------------------------------------------------------
@@ -401,7 +408,7 @@ class Structures:
                 groups += [(structure, left[mine])] if mine.any() else []
             elif refusals < len(self._refused):
                 conditions, refusals = self._refused[refusals], refusals + 1
-                mine = conditions.kept(0.0, *columns[:, left])
+                mine = _kept(conditions, columns[:, left])
                 rest.append(left[mine])
             elif self._exhausted:
                 break
