@@ -87,7 +87,7 @@ def test_a_scene_whose_estimates_are_too_small_is_found_out(monkeypatch: pytest.
         return replace(found, error=found.error._replace(work=0.0, extremes=0.0))
 
     monkeypatch.setattr(flywheel, "size", boastful)
-    assert any("estimate 0" in fault for fault in outcome(SPAN + 1).faults)
+    assert any("estimate 0" in fault for fault in outcome(SPAN + 7).faults)
 
 
 def test_areas_that_are_rounding_are_put_together() -> None:

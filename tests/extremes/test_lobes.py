@@ -77,7 +77,7 @@ def results() -> list[Row]:
 def test_the_value_is_right_whichever_lobe_is_taken(count: int, tilt: float) -> None:
     error, estimate = off(count, tilt)
     assert error <= estimate + ROUNDING
-    assert estimate < 1e-10
+    assert estimate <= 0.5e-9  # half of what is asked by default
     assert len(flywheel.size(flywheel.load(wave(count, tilt)), simulate=False).areas) == 2 * count
 
 
