@@ -31,7 +31,7 @@ def machine_of(path):
     return flywheel.Machine(flywheel.load(path))
 
 
-def pieces(machine, most=4):
+def pieces(machine, most=3):
     """Anchor and positions of smooth pieces."""
     edges = machine.breakpoints
     chosen = np.unique(np.linspace(0, edges.size - 2, most).round().astype(int))
@@ -95,10 +95,7 @@ def test_every_scene_gives_what_the_walk_gives(path):
     assert not machine.traced.why
 
 
-WRITTEN_OUT = (
-    "press press-offset-up press-tight four-bar-open four-bar-crossed drag-link shaper yoke-inclined springs "
-    "expressions windows law-dwell"
-)
+WRITTEN_OUT = "press press-offset-up four-bar-open shaper yoke-inclined springs"
 ORACLE = """
 import sys, tomllib, numpy as np
 from pathlib import Path
@@ -163,7 +160,7 @@ def test_a_press_gives_what_its_walk_gives():
 
 @pytest.mark.slow
 @pytest.mark.parametrize(
-    "path", [PRESS, HERE.parents[1] / "examples" / "linkages" / "whitworth.toml"], ids=["press", "linkage"]
+    "path", [PRESS, HERE.parents[1] / "examples" / "linkages" / "offset_slider_crank.toml"], ids=["press", "linkage"]
 )
 def test_machine_code_gives_the_same(path):
     pytest.importorskip("numba")
