@@ -478,6 +478,8 @@ def _closer(inside: Callable[[Array], Array], k: int, low: float, high: float, f
 
 # -- one steady cycle --------------------------------------------------------------------------------------------------
 
+_CHECKED = 0.3  # of a piece: where a recorded walk is compared with the walk
+_ALIKE = 1e-10  # of a moment: by how much they may differ
 _COUNTED = 12  # evaluations that are counted at once: those of a step
 _AHEAD = 1e-7  # of a piece: how far beyond a switch its side is looked up
 _MOST_STEPS, _MOST_CROSSINGS = 4_000, 500  # in a stretch, and in a cycle
@@ -556,7 +558,30 @@ class _Scaled(NamedTuple):
             return (*found, float(at.current_rate) / speed) if rest else found
 
         law = dynamics.plainly(anchor or Anchor(middle, None, None))
-        return rates if law is None else self._recorded(law, rates)
+        if law is None:
+            return rates
+        self._check(law, ends, middle, anchor)
+        return self._recorded(law, rates)
+
+    def _check(
+        self, law: Callable[..., tuple[float, ...]], ends: tuple[float, float], middle: float, anchor: Anchor | None
+    ) -> None:
+        """Refuse a recorded walk that is not the walk itself: the figures may rest on the recording too."""
+        phi, omega = ends[0] + _CHECKED * (ends[1] - ends[0]), self.speed
+        now = self.dynamics.at(phi, middle, omega, ends=ends, anchor=anchor)
+        try:
+            acceleration, moment, inertia, _ = law(phi, omega, 0.0, 0.0)
+        except (ValueError, ArithmeticError):
+            return  # the walk itself is taken where a law is not defined
+        allowed = _ALIKE * (abs(moment) + 0.01 * inertia * omega * omega)
+        apart = (
+            abs(moment - now.moment),
+            abs(inertia - now.inertia) * omega * omega,
+            abs(acceleration - now.acceleration) * inertia,
+        )
+        if max(apart) > allowed:
+            found = f"a recording that is not the machine at {phi:.6g} rad"
+            raise StepError([Fault("simulation", found, "the walk of its bond graph", "report this")])
 
     def _recorded(self, law: Callable[..., tuple[float, ...]], walked: Rates) -> Rates:
         """The same rates by the recorded walk; where a law is not defined, as the walk reads it."""
