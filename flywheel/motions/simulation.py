@@ -58,7 +58,7 @@ class Motion(NamedTuple):
     `at` refuses later times.
 
     `error` is the estimated error of phi (of the way gone, a radian at least) and of omega (of the greatest speed): the
-    difference to a second run with a ten times larger tolerance, doubled (in proportion where that was larger still).
+    difference to a run with up to ten times the tolerance and longer steps, doubled (in proportion beyond ten times).
     Where the speed at phi = 0 must return, each cycle starts from it anew: `drift` is the share of the kinetic energy by
     which stepping one cycle is off, which is so kept from adding up.
     `current` is that of a motor with inductance (A). `trail` is the motion as it was stepped, `rough` the run before it and
