@@ -4,6 +4,7 @@ import csv
 import math
 import os
 import signal
+import sys
 import threading
 import time
 from concurrent.futures import BrokenExecutor, Executor, Future, ProcessPoolExecutor, ThreadPoolExecutor
@@ -313,7 +314,7 @@ def test_figures_that_are_not_those_of_size_are_told(rotors, monkeypatch):
         return batch
 
     monkeypatch.setattr(designs, "sized", off)
-    found = flywheel.sweep(*rotors)
+    found = flywheel.sweep(rotors[0], {EPS: np.linspace(0.01, 0.02, 20)})
     assert found.check.figure == "exact"
     assert set(found.check.failed) == set(found.check.designs)
     assert any(
@@ -327,6 +328,21 @@ def test_arrays_of_a_sweep_cannot_be_written(whole):
     assert isinstance(whole.error, Figures)
     with pytest.raises(AttributeError, match="its figures are exact, approximate"):
         _ = whole.exakt
+
+
+def test_a_library_that_is_missing_is_one_line(rotors, whole, tmp_path, monkeypatch):
+    from flywheel.study import sweep as module
+
+    monkeypatch.setattr(module, "find_spec", lambda name: None)
+    with pytest.raises(
+        SceneError, match=r'engine: found no numba, expected numba, which it needs; pip install "flywheel-design'
+    ):
+        flywheel.sweep(*rotors, engine="numba")
+    for name in ("pandas", "xarray", "pyarrow"):
+        monkeypatch.setitem(sys.modules, name, None)
+    for call in (whole.to_pandas, whole.to_xarray, lambda: whole.to_parquet(tmp_path / "a.parquet")):
+        with pytest.raises(SceneError, match=r"found no [a-z]+, expected [a-z]+, which it needs; pip install [a-z]+"):
+            call()
 
 
 # -- dearer --------------------------------------------------------------------------------------------------------------
