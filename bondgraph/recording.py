@@ -679,6 +679,11 @@ class Program(NamedTuple):
     operations: tuple[tuple[Any, ...], ...]
     outputs: tuple[int, ...]
 
+    @property
+    def plain(self) -> bool:
+        """Whether it is arithmetic of numbers alone, without tables and calls: then there is machine code for it."""
+        return all(isinstance(value, float | int) for value in self.places)
+
     def function(self, kind: Any = "numpy") -> Callable[..., tuple[Any, ...]]:
         """The program as a function of its inputs, in turn, that returns a tuple of its outputs.
 

@@ -389,11 +389,12 @@ def sized(structure: Structure, columns: Array, rtol: float, engine: str = "nump
         structure: that the designs share.
         columns: their numbers (paths, designs), SI.
         rtol: relative error allowed.
-        engine: "numpy" or "numba".
+        engine: "numpy" or "numba"; numpy takes the structures whose programs hold more than numbers.
         threads: of machine code; as many as there are processors if None. Numpy has one.
 
     """
     count, sums_of, size = columns.shape[1], sums, _CELLS
+    engine = engine if all(program.plain for _, program in structure.programs) else "numpy"
     if engine == "numba":
         from flywheel.study import kernels  # an extra
 
