@@ -34,6 +34,7 @@ def test_one_number_gives_curves_and_where_they_part(scene):
     assert legend(made) == ["exact", "approximate", DANGER, "refused"]
 
 
+@pytest.mark.slow
 def test_more_numbers_give_a_map_or_parallel_coordinates(scene):
     grid = {SPEED: np.linspace(5.0, 120.0, 6), LENGTH: np.append(np.linspace(0.05, 0.2, 4), 0.7)}
     found = flywheel.sweep(scene, grid, grid=True)
