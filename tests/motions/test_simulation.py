@@ -121,3 +121,18 @@ def test_steps_that_try_too_much_are_taken_again_without_a_warning():
     assert sum(quad(slowness, *part, epsabs=0.0)[0] for part in halves(motion)) == pytest.approx(5.0, rel=1e-8)
     energy = 0.5 * np.asarray(machine.reduce(motion.phi % (2 * np.pi)).inertia) * motion.omega**2
     np.testing.assert_allclose(energy, 0.5e-4, rtol=1e-9)
+
+
+@pytest.mark.parametrize("rtol", [1e-3, 1e-5, 1e-8])
+def test_every_rtol_is_kept_and_its_estimate_too(rtol):
+    """A rotor of 0.01 kg m² on a DC motor with inductance, from rest: two exponentials."""
+    motor = {"type": "dc", "voltage": 48, "resistance": 0.4, "constant": 0.25, "inductance": 0.02}
+    rotor = {"inertia": [{"on": "crank", "value": 0.01}], "drive": {"motor": motor}, "flywheel": {"inertia": 0}}
+    found = flywheel.simulate(flywheel.load(rotor), 0.0, 0.0, 0.5, rtol=rtol)
+    matrix = np.array([[0.0, 0.25 / 0.01], [-0.25 / 0.02, -0.4 / 0.02]])
+    values, vectors = np.linalg.eig(matrix)
+    steady, times = np.array([48 / 0.25, 0.0]), np.linspace(0.0, 0.5, 201)
+    parts = np.linalg.solve(vectors, -steady.astype(complex))
+    omega = (steady[:, None] + vectors @ (np.exp(np.outer(values, times)) * parts[:, None])).real[0]
+    error = np.abs(found.at(times)[1] - omega).max() / omega.max()
+    assert error <= found.error <= rtol
