@@ -45,6 +45,7 @@ class TracedMachine:
 
     def __init__(self, machine: Machine) -> None:
         self.machine, self.why = machine, ""
+        self.compared = set[tuple[Any, ...]]()  # places and branches where a program was found to be the walk
         self._reduced: dict[float, Program | None] = {}
         self._circuit = circuit_of(machine.scene) is not None
         self._pieces: dict[tuple[float, bool], list[Piece] | None] = {}

@@ -568,6 +568,10 @@ class _Scaled(NamedTuple):
     ) -> None:
         """Refuse a recorded walk that is not the walk itself: the figures may rest on the recording too."""
         phi, omega = ends[0] + _CHECKED * (ends[1] - ends[0]), self.speed
+        compared = self.dynamics.machine.traced.compared
+        place = phi, None if anchor is None else (anchor.omega, anchor.factors)
+        if place in compared:
+            return
         now = self.dynamics.at(phi, middle, omega, ends=ends, anchor=anchor)
         try:
             acceleration, moment, inertia, _ = law(phi, omega, 0.0, 0.0)
@@ -582,6 +586,7 @@ class _Scaled(NamedTuple):
         if max(apart) > allowed:
             found = f"a recording that is not the machine at {phi:.6g} rad"
             raise StepError([Fault("simulation", found, "the walk of its bond graph", "report this")])
+        compared.add(place)
 
     def _recorded(self, law: Callable[..., tuple[float, ...]], walked: Rates) -> Rates:
         """The same rates by the recorded walk; where a law is not defined, as the walk reads it."""

@@ -1,6 +1,7 @@
 import pytest
 
 import flywheel
+from flywheel.machine.traced import TracedMachine
 from tests import scenes
 from tests.limits import sample
 
@@ -93,3 +94,20 @@ def test_no_motion_with_the_approximate_flywheel_is_null_with_a_message():
     )  # areas ask for no flywheel, the dead centres have no inertia
     assert result.simulation.irregularity_approximate is None
     assert any("approximate" in message for message in result.messages)
+
+
+def test_a_recording_that_is_not_the_machine_confirms_nothing(monkeypatch):
+    """A constant of the recorded walk is off by a millionth: the figures may rest on it, the motion in time does not."""
+    recorded = TracedMachine._recorded_motion
+
+    def off(traced, anchor):
+        piece = recorded(traced, anchor)
+        assert piece is not None
+        first, *rest = piece.program.places
+        return piece._replace(program=piece.program._replace(places=(first * (1.0 + 1e-6), *rest)))
+
+    monkeypatch.setattr(TracedMachine, "_recorded_motion", off)
+    sizing = flywheel.size(flywheel.load(scenes.ALL["press"]()))
+    assert sizing.simulation is not None
+    assert sizing.simulation.route == "quadrature"
+    assert any("a recording that is not the machine" in message for message in sizing.messages)
