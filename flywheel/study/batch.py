@@ -151,7 +151,7 @@ class Cycles(NamedTuple):
         rising[:, 1] += series[:, 0]
         rising[:, 1:-2] -= series[:, 2:]
         rising[:, 1:] *= _HALF_OVER_K
-        local = (rising[:, 1:] * (cells.basis(t).T[1:] - _SIGNS)).sum(axis=1)
+        local = np.einsum("ikr,kr->ir", rising[:, 1:], cells.basis(t).T[1:] - _SIGNS)
         work, variation = self.start[:, cell, design] + local * self.half[cell, design]
         return work, variation
 
@@ -229,9 +229,7 @@ def _shifted(values: Array, phi: Array) -> Array:
 def extremes_of(cycles: Cycles, factors: Array, tails: Array, errors: Array, loose: Array) -> dict[str, Array]:
     """Extremes of W + factor (I* - I*(0)) over every edge and every root of M* + factor dI*/dphi, and those of I* itself."""
     number, count = cycles.half.shape
-    rows = _combined(cycles.values, factors[:, None, None])
-    level, cut = (_combined(each, np.abs(factors)[:, None]) for each in (cycles.noise, tails))
-    which, cell, design, t = _roots(cycles, rows, level, cut, factors)
+    which, cell, design, t = _roots(cycles, factors, tails)
     by_inertia = np.ones((5, count))
     by_inertia[WORK], by_inertia[FAST:INERTIA] = 0.0, factors
     work, variation = cycles.at(cell, design, t)
@@ -249,7 +247,7 @@ def extremes_of(cycles: Cycles, factors: Array, tails: Array, errors: Array, loo
         hit = np.flatnonzero((which == row) & inside[design])
         hit = hit[at_roots[hit] == extreme[design[hit]]]
         place[design[hit]], local[design[hit]] = cell[hit], t[hit]
-        angle, error = _places(cycles, -factors[row - FAST], loose, rows[row], level[row], place, local)
+        angle, error = _places(cycles, -factors[row - FAST], loose, place, local)
         angles.append(angle)
         moving.append(cycles.start[1, edge, np.arange(count)])
         moving[-1][design[hit]] = variation[hit]
@@ -267,15 +265,6 @@ def extremes_of(cycles: Cycles, factors: Array, tails: Array, errors: Array, loo
     }
 
 
-def _combined(both: Array, factors: Array) -> Array:
-    """Of M* and dI*/dphi: M*, M* + factor dI*/dphi for three factors, dI*/dphi."""
-    found = np.empty((5, *both.shape[1:]))
-    found[WORK], found[INERTIA] = both
-    np.multiply(factors, both[1], out=found[FAST:INERTIA])
-    found[FAST:INERTIA] += both[0]
-    return found
-
-
 def _extent(series: Array, errors: Array, cell: Index, design: Index, t: Array) -> Array:
     """Least and greatest I* by its own series at ends of cells and roots of its slope, and their errors."""
     ends = np.tensordot(_AT_ENDS, series, 1)
@@ -287,18 +276,16 @@ def _extent(series: Array, errors: Array, cell: Index, design: Index, t: Array) 
     return np.stack((least, greatest, (least - lowest + errors).max(axis=0), (highest - greatest + errors).max(axis=0)))
 
 
-def _roots(cycles: Cycles, rows: Array, level: Array, cut: Array, factors: Array) -> tuple[Index, Index, Index, Array]:
+def _roots(cycles: Cycles, factors: Array, tails: Array) -> tuple[Index, Index, Index, Array]:
     """Roots inside cells: of which function, in which cell, of which design, at which local abscissa.
 
     Signs are looked at at the nodes and ends. Rows that come near to zero without a change of sign, that are no more than
     noise somewhere, or that the nodes do not resolve, are looked at as those of one design are.
     """
-    low, high = rows.min(axis=1), rows.max(axis=1)
-    nearest, farthest = np.where(low > 0.0, low, np.where(high < 0.0, -high, 0.0)), np.maximum(-low, high)
-    suspect = cut > _SHARE * farthest
-    near = np.nonzero((nearest <= 0.5 * (farthest - nearest)) | (nearest <= level) | suspect)  # 2 near <= far - near
-    values = rows[near[0], :, near[1], near[2]].T
-    size, quiet = np.abs(values), level[near]
+    found = [_near(cycles, function, factors, tails) for function in range(5)]
+    which, cell, design = (np.concatenate([each[k] for each in found]) for k in range(3))
+    values, quiet = (np.concatenate([each[k] for each in found], axis=-1) for k in (3, 4))
+    size, unresolved = np.abs(values), np.concatenate([each[5] for each in found])
     for end, beside in ((0, 1), (_LAST, _LAST - 1)):  # an end that is no more than noise is an extreme's place as it is
         values[end] = np.where(size[end] <= quiet, values[beside], values[end])
     positive = values > 0.0
@@ -306,41 +293,74 @@ def _roots(cycles: Cycles, rows: Array, level: Array, cut: Array, factors: Array
     middle, before, after = size[1:-1], size[:-2], size[2:]
     dip = (middle < 0.5 * (np.maximum(before, after) - middle)) & (middle <= before) & (middle <= after)
     dip &= ~(changes[1:] | changes[:-1])
-    doubtful = dip.any(axis=0) | (size[1:-1].min(axis=0) <= quiet) | suspect[near]
+    doubtful = dip.any(axis=0) | (size[1:-1].min(axis=0) <= quiet) | unresolved
     changes &= ~doubtful
     gap, row = np.nonzero(changes)
-    which, cell, design = (index[row] for index in near)
     before, after, left, right = values[gap, row], values[gap + 1, row], POINTS[gap], POINTS[gap + 1]
-    series = _series(cycles, factors, which, cell, design)
-    t = left + (right - left) * before / (before - after)
-    for first in range(0, t.size, _TOGETHER):
-        some = slice(first, first + _TOGETHER)
-        t[some] = cells.newton(series[some], t[some], left[some], right[some])
+    roots = which[row], cell[row], design[row]
+    t = _polished(_series(cycles, factors, *roots), left + (right - left) * before / (before - after), left, right)
     if not doubtful.any():
-        return which, cell, design, t
-    near = tuple(index[doubtful] for index in near)
-    found = cells.crossings(np.ascontiguousarray(_series(cycles, factors, *near))[:, None], level[near][:, None])
-    inside = np.abs(found.t) < 1.0
-    further = (*(index[found.function[inside]] for index in near), found.t[inside])
-    which, cell, design, t = (np.concatenate(pair) for pair in zip((which, cell, design, t), further, strict=True))
+        return *roots, t
+    near = which[doubtful], cell[doubtful], design[doubtful]
+    further = cells.crossings(_series(cycles, factors, *near).T.copy()[:, None], quiet[doubtful][:, None])
+    inside = np.abs(further.t) < 1.0
+    rest = (*(index[further.function[inside]] for index in near), further.t[inside])
+    which, cell, design, t = (np.concatenate(pair) for pair in zip((*roots, t), rest, strict=True))
     return which, cell, design, t
 
 
+def _near(cycles: Cycles, function: int, factors: Array, tails: Array) -> tuple[Index, Index, Index, Array, Array, Any]:
+    """Rows of a function that come near to zero: function, cell, design; values, noise, and whether it is not resolved."""
+    if function in (WORK, INERTIA):
+        row = 0 if function == WORK else 1
+        values, level, cut = cycles.values[row], cycles.noise[row], tails[row]
+    else:
+        factor = factors[function - FAST]
+        values = factor * cycles.values[1]
+        values += cycles.values[0]
+        level, cut = (each[0] + np.abs(factor) * each[1] for each in (cycles.noise, tails))
+    low, high = values.min(axis=0), values.max(axis=0)
+    nearest, farthest = np.where(low > 0.0, low, np.where(high < 0.0, -high, 0.0)), np.maximum(-low, high)
+    unresolved = cut > _SHARE * farthest
+    cell, design = np.nonzero((nearest <= 0.5 * (farthest - nearest)) | (nearest <= level) | unresolved)
+    here = cell, design
+    return np.full(cell.size, function), *here, values[:, cell, design], level[here], unresolved[here]
+
+
+def _polished(series: Array, t: Array, left: Array, right: Array) -> Array:
+    """Roots of series (ORDER, roots) from t within [left, right] by Newton's method; where that is lost as of one design."""
+    found = np.empty_like(t)
+    for first in range(0, t.size, _TOGETHER):
+        some = slice(first, first + _TOGETHER)
+        own, here, low, high = series[:, some], t[some], left[some], right[some]
+        slopes, step = _DIFFERENTIATE @ own, np.zeros_like(here)
+        for _ in range(5):
+            powers = cells.basis(here, ORDER).T
+            steep = np.einsum("kr,kr->r", slopes, powers)
+            step = np.einsum("kr,kr->r", own, powers) / np.where(steep == 0.0, np.inf, steep)
+            here = np.minimum(np.maximum(here - step, low), high)
+            if not (np.abs(step) > 1e-9).any():
+                break
+        lost = np.abs(step) > 1e-5
+        if lost.any():
+            here[lost] = cells.newton(own[:, lost].T, here[lost], low[lost], high[lost])
+        found[some] = here
+    return found
+
+
 def _series(cycles: Cycles, factors: Array, which: Index, cell: Index, design: Index) -> Array:
-    """The series of the functions, one a row."""
+    """The series of functions, (ORDER, rows)."""
     moment, slope = cycles.series[:2, :, cell, design]
     factor = np.where(which == INERTIA, 1.0, np.where(which == WORK, 0.0, factors[np.clip(which - FAST, 0, 2), design]))
-    return np.asarray((np.where(which == INERTIA, 0.0, 1.0) * moment + factor * slope).T)
+    return np.asarray(np.where(which == INERTIA, 0.0, 1.0) * moment + factor * slope)
 
 
-def _places(
-    cycles: Cycles, factor: Array, loose: Array, rows: Array, level: Array, cell: Index, t: Array
-) -> tuple[Array, Array]:
+def _places(cycles: Cycles, factor: Array, loose: Array, cell: Index, t: Array) -> tuple[Array, Array]:
     """The angles (rad) of extremes in cells at local abscissas, and their errors as `turning_moment.error_of_extremes`."""
-    number, count = level.shape
+    number, count = cycles.half.shape
+    level = cycles.noise[0] + factor * cycles.noise[1] + cycles.work / cycles.edges[-1]
     design, end = np.arange(count), cycles.edges[-1]
     half, edge = cycles.half[cell, design], cell + (t > 0.0)
-    level = level + cycles.work / end
     series = cycles.series[0, :, cell, design] - factor[:, None] * cycles.series[1, :, cell, design]
     angle = np.where(np.abs(t) < 1.0, cycles.middle[cell, design] + half * t, cycles.edges[edge, design])
     slope = np.maximum(np.abs(cells.slope(series, t)) / half, 1e-300)
@@ -349,7 +369,8 @@ def _places(
     at_end = np.flatnonzero(np.abs(t) >= _INSIDE - 8 * ROUNDING * end / half)
     edge = edge[at_end]
     beside = np.stack(((edge - 1) % number, edge % number))
-    value = np.stack((rows[_LAST, beside[0], at_end], rows[0, beside[1], at_end]))
+    moment, slope = (np.stack((row[_LAST, beside[0], at_end], row[0, beside[1], at_end])) for row in cycles.values)
+    value = moment - factor[at_end] * slope
     clear = (np.abs(value) > level[beside, at_end]).all(axis=0) & (value[0] * value[1] < 0.0)
     design, edge, beside, value = at_end[~clear], edge[~clear], beside[:, ~clear], value[:, ~clear]
     if not design.size:
