@@ -29,7 +29,6 @@ _NO_EFFECT = 1e-9  # of what an unknown does over the cycle: below that it balan
 _ENORMOUS = 1e150  # of works and inertias: their squares and products would leave the floating-point range
 _CELLS = 3_000  # of a chunk of designs: arrays of their values then stay in the processor's cache
 _DESIGNS = 110_000 // ORDER // ORDER * 2  # of a chunk, at most: greater products are split over threads, which costs more
-_TOGETHER = _DESIGNS  # roots that are polished together
 _LARGE = 100_000  # of one for machine code, which keeps little of it at a time
 _NEWTON, _SETTLED = 20, 1e-14  # steps towards an irregularity, and the last one's size
 _HALVINGS = 3  # of the cells of designs that miss rtol; what is then left is sized one by one
@@ -329,23 +328,20 @@ def _near(cycles: Cycles, function: int, factors: Array, tails: Array) -> tuple[
 
 def _polished(series: Array, t: Array, left: Array, right: Array) -> Array:
     """Roots of series (ORDER, roots) from t within [left, right] by Newton's method; where that is lost as of one design."""
-    found = np.empty_like(t)
-    for first in range(0, t.size, _TOGETHER):
-        some = slice(first, first + _TOGETHER)
-        own, here, low, high = series[:, some], t[some], left[some], right[some]
-        slopes, step = _DIFFERENTIATE @ own, np.zeros_like(here)
-        for _ in range(5):
-            powers = cells.basis(here, ORDER).T
-            steep = np.einsum("kr,kr->r", slopes, powers)
-            step = np.einsum("kr,kr->r", own, powers) / np.where(steep == 0.0, np.inf, steep)
-            here = np.minimum(np.maximum(here - step, low), high)
-            if not (np.abs(step) > 1e-9).any():
-                break
-        lost = np.abs(step) > 1e-5
-        if lost.any():
-            here[lost] = cells.newton(own[:, lost].T, here[lost], low[lost], high[lost])
-        found[some] = here
-    return found
+    slopes, step, here = np.empty_like(series), np.zeros_like(t), t
+    for first in range(0, t.size, _DESIGNS):
+        np.matmul(_DIFFERENTIATE, series[:, first : first + _DESIGNS], out=slopes[:, first : first + _DESIGNS])
+    for _ in range(5):
+        powers = cells.basis(here, ORDER).T
+        steep = np.einsum("kr,kr->r", slopes, powers)
+        step = np.einsum("kr,kr->r", series, powers) / np.where(steep == 0.0, np.inf, steep)
+        here = np.minimum(np.maximum(here - step, left), right)
+        if not (np.abs(step) > 1e-9).any():
+            break
+    lost = np.abs(step) > 1e-5
+    if lost.any():
+        here[lost] = cells.newton(series[:, lost].T, here[lost], left[lost], right[lost])
+    return here
 
 
 def _series(cycles: Cycles, factors: Array, which: Index, cell: Index, design: Index) -> Array:
