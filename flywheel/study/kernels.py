@@ -37,7 +37,7 @@ _WEIGHTS = np.ascontiguousarray(_FIT.T @ _MEAN)
 _HALF_ORDER = ORDER // 2
 _TINY = 1e-300
 Function = TypeVar("Function", bound=Callable[..., Any])
-_options: dict[str, Any] = {"nogil": True, "error_model": "numpy"}
+_options: dict[str, Any] = {"nogil": True, "error_model": "numpy", "fastmath": {"contract"}}
 
 
 def _compiled(function: Function) -> Function:
