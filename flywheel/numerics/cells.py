@@ -30,7 +30,7 @@ _DEGREES = np.arange(ORDER + 1)
 _OF_ROUNDING = 24  # units of rounding: what the fit of a constant has beside it, at most
 MOST_CELLS = 40_000
 _NARROW = 1e-12  # of the whole: no cell is halved that is narrower
-_SAME = 64 * ROUNDING  # of the largest: values that differ by less are as great
+SAME = 64 * ROUNDING  # of the largest: values that differ by less are as great
 _RESOLVED = 0.1  # error from which on a halving gains, or what is left is rounding
 _MANY = 200  # abscissas, at which doubling is faster than so many cosines
 GRID: Array = np.cos(np.pi * np.arange(2 * ORDER, -1, -1) / (2 * ORDER))  # where signs are looked at: both ends included
@@ -243,7 +243,7 @@ def peak(values: Array, places: Array) -> Index:
     >>> int(peak(np.array([1.0, 3.0, 3.0 - 1e-15]), np.array([2.0, 1.0, 0.0])))
     2
     """
-    same = _SAME * np.abs(values).max(axis=-1, keepdims=True)
+    same = SAME * np.abs(values).max(axis=-1, keepdims=True)
     return np.asarray(np.where(values >= values.max(axis=-1, keepdims=True) - same, places, np.inf).argmin(axis=-1))
 
 

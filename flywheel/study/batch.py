@@ -239,12 +239,14 @@ def extremes_of(cycles: Cycles, factors: Array, tails: Array, errors: Array, loo
     np.maximum.at(greatest, (which, design), at_roots)
     np.minimum.at(least, (which, design), at_roots)
     angles, moving, worst = [], [], np.zeros(count)
-    for row, extreme in ((FAST, greatest[FAST]), (SLOW, least[SLOW])):
-        edge = (at_edges[row] == extreme).argmax(axis=0)
+    for row, extreme, sign in ((FAST, greatest[FAST], 1.0), (SLOW, least[SLOW], -1.0)):
+        # of those that only rounding tells apart, the first by angle: an edge, or a root in a cell before it
+        enough = sign * extreme - cells.SAME * np.maximum(np.abs(greatest[row]), np.abs(least[row]))
+        reached = sign * at_edges[row] >= enough
+        edge = np.where(reached.any(axis=0), reached.argmax(axis=0), number)
         place, local = np.minimum(edge, number - 1), np.where(edge == number, 1.0, -1.0)
-        inside = at_edges[row, edge, np.arange(count)] != extreme
-        hit = np.flatnonzero((which == row) & inside[design])
-        hit = hit[at_roots[hit] == extreme[design[hit]]]
+        hit = np.flatnonzero((which == row) & (sign * at_roots >= enough[design]) & (cell < edge[design]))
+        hit = hit[np.lexsort((-t[hit], -cell[hit]))]  # the first by angle is written last
         place[design[hit]], local[design[hit]] = cell[hit], t[hit]
         angle, error = _places(cycles, -factors[row - FAST], loose, place, local)
         angles.append(angle)

@@ -23,7 +23,7 @@ import numpy as np
 
 from bondgraph.recording import Program
 from flywheel.numerics import cells
-from flywheel.numerics.cells import NODES, ORDER, ROUNDING, Array
+from flywheel.numerics.cells import NODES, ORDER, ROUNDING, SAME, Array
 from flywheel.study import batch
 from flywheel.study.batch import FAST, INERTIA, POINTS, SLOW, Givens, Pieces, Sums
 
@@ -613,7 +613,16 @@ def accumulated(cellwise: Any, where: Any, between: Any, found: int, rows: Any, 
 
 @_compiled
 def compared(
-    series: Any, cellwise: Any, factors: Any, where: Any, between: Any, found: int, state: Any, places: Any, out: Any
+    series: Any,
+    cellwise: Any,
+    factors: Any,
+    where: Any,
+    between: Any,
+    found: int,
+    state: Any,
+    places: Any,
+    doubt: Any,
+    out: Any,
 ) -> None:
     """The extremes of every function over edges and roots, the places of the fastest and the slowest point, those of I*."""
     number = series.shape[0]
@@ -652,6 +661,24 @@ def compared(
             inside, w = value_at(series, 2, cell, i, between[2, r]), cellwise[cell]
             w[_LOW // _L, i] = min(w[_LOW // _L, i], inside)
             w[_HIGH // _L, i] = max(w[_HIGH // _L, i], inside)
+    enough, reached = np.zeros(_L), np.zeros(_L)
+    for k in range(2):  # where rounding alone tells several extremes apart, which is the first is in doubt
+        function, sign = FAST + k, 1.0 - 2.0 * k
+        for i in range(_L):
+            greatest, least = out[_GREATEST + function, i], out[_LEAST + function, i]
+            enough[i] = (greatest if k == 0 else -least) - SAME * max(abs(greatest), abs(least))
+            reached[i] = 1.0 if enough[i] <= 0.0 else 0.0  # at the first edge
+        for cell in range(number):
+            for i in range(_L):
+                value = cellwise[cell, _STOP // _L, i] + factors[function, i] * cellwise[cell, _STOP // _L + 1, i]
+                reached[i] += 1.0 if sign * value >= enough[i] else 0.0
+        for r in range(found):
+            i = where[2, r]
+            if where[0, r] == function and sign * (state[r] + factors[function, i] * state[_ROOTS + r]) >= enough[i]:
+                reached[i] += 1.0
+        for i in range(_L):
+            if reached[i] > 1.0:
+                doubt[i] = 1.0
     for i in range(_L):
         out[_EXTENT, i], out[_EXTENT + 1, i] = np.inf, -np.inf
         out[_EXTENT + 2, i], out[_EXTENT + 3, i] = -np.inf, -np.inf
@@ -740,7 +767,7 @@ def cycles(values: Any, edges: Any, middle: Any, half: Any, factors: Any, unknow
         found = candidates(values[g], cellwise, factors[g], doubt, row, where, between)
         polished(series, factors[g], where, between, found, doubt, rows, state)
         accumulated(cellwise, where, between, found, rows, state)
-        compared(series, cellwise, factors[g], where, between, found, state, places, out[g])
+        compared(series, cellwise, factors[g], where, between, found, state, places, doubt, out[g])
         placed(values[g], series, cellwise, factors[g], places, doubt, out[g])
         for i in range(_L):
             out[g, _DOUBT, i] = doubt[i]
