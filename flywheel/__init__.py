@@ -30,6 +30,10 @@ if TYPE_CHECKING:
     from flywheel.components import press_work as two_speeds
     from flywheel.components import robot_arm as arm
     from flywheel.components import wheels as wheel
+    from flywheel.designs.optimum import Optimum, optimize
+    from flywheel.designs.sensitivities import Sensitivities, sensitivities
+    from flywheel.designs.sweep import Sweep, sweep
+    from flywheel.designs.tolerance import Tolerance, tolerance
     from flywheel.machine.machine import Machine
     from flywheel.mechanisms.linkages import lagrange as freedoms
     from flywheel.mechanisms.linkages import multibody
@@ -49,10 +53,6 @@ if TYPE_CHECKING:
     from flywheel.scene.scene import Scene
     from flywheel.sizing.results import Sizing, Sizings
     from flywheel.sizing.sizing import size
-    from flywheel.study.optimum import Optimum, optimize
-    from flywheel.study.sensitivities import Sensitivities, sensitivities
-    from flywheel.study.sweep import Sweep, sweep
-    from flywheel.study.tolerance import Tolerance, tolerance
     from flywheel.study.tradeoff import Tradeoff, tradeoff
     from flywheel.tables.explanation import Explanation, explain
 
@@ -64,14 +64,14 @@ _HOMES = {
     "Machine": "machine.machine",
     "MachineState": "regime.state",
     "Motion": "motions.simulation",
-    "Optimum": "study.optimum",
+    "Optimum": "designs.optimum",
     "Scene": "scene.scene",
     "SceneError": "numerics.faults",
-    "Sensitivities": "study.sensitivities",
+    "Sensitivities": "designs.sensitivities",
     "Sizing": "sizing.results",
     "Sizings": "sizing.results",
-    "Sweep": "study.sweep",
-    "Tolerance": "study.tolerance",
+    "Sweep": "designs.sweep",
+    "Tolerance": "designs.tolerance",
     "Tradeoff": "study.tradeoff",
     "Transient": "motions.transients",
     "along": "regime.state",
@@ -84,18 +84,18 @@ _HOMES = {
     "load": "reading.scenes",
     "load_linkage": "reading.scenes",
     "motion": "motions.kinematics",
-    "optimize": "study.optimum",
+    "optimize": "designs.optimum",
     "reduce": "regime.state",
     "run_down": "motions.transients",
     "run_up": "motions.transients",
-    "sensitivities": "study.sensitivities",
+    "sensitivities": "designs.sensitivities",
     "shares": "motions.kinetic_energy",
     "simulate": "motions.simulation",
     "size": "sizing.sizing",
     "stored_energy": "motions.kinetic_energy",
-    "sweep": "study.sweep",
+    "sweep": "designs.sweep",
     "time_along": "motions.transients",
-    "tolerance": "study.tolerance",
+    "tolerance": "designs.tolerance",
     "tradeoff": "study.tradeoff",
     "transient": "motions.transients",
 }

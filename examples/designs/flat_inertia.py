@@ -13,10 +13,10 @@ import sys
 from pathlib import Path
 
 import flywheel
+from flywheel.designs.optimum import Optimum
 from flywheel.numerics.units import columns
 from flywheel.pictures import designs as picture
 from flywheel.sizing.results import Sizing
-from flywheel.study.optimum import Optimum
 
 SCENE = Path(__file__).with_suffix(".toml")
 MASS, ROD = "mechanism.1.slider.mass", "mechanism.1.rod.length"

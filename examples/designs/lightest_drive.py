@@ -14,10 +14,10 @@ from math import pi
 from pathlib import Path
 
 import flywheel
+from flywheel.designs.optimum import Optimum
 from flywheel.numerics.faults import SceneError
 from flywheel.numerics.units import columns
 from flywheel.pictures import designs as picture
-from flywheel.study.optimum import Optimum
 
 SCENE = Path(__file__).with_suffix(".toml")
 MOTOR, IRREGULARITY = "drive.motor.power", "flywheel.irregularity"

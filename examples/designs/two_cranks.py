@@ -15,9 +15,9 @@ from pathlib import Path
 import numpy as np
 
 import flywheel
+from flywheel.designs.optimum import Optimum
 from flywheel.numerics.units import columns
 from flywheel.pictures import designs as picture
-from flywheel.study.optimum import Optimum
 
 SCENE = Path(__file__).with_suffix(".toml")
 PHASE, LOW, HIGH = "mechanism.1.phase", pi / 3, 5 * pi / 3  # rad

@@ -125,10 +125,10 @@ def sweep(
     table = None if csv_file in (None, "-") else Path(str(csv_file))
     spare(scene, table, plot, npz)
     with reported(scene):
+        from flywheel.designs import sweep as study
+        from flywheel.designs.sweep_files import csv_lines, write_csv
         from flywheel.numerics.faults import SceneError
         from flywheel.reading.paths import dotted
-        from flywheel.study import sweep as study
-        from flywheel.study.sweep_files import csv_lines, write_csv
         from flywheel.tables import sweeps
 
         given = loaded(scene)
@@ -231,9 +231,9 @@ def limits(context: click.Context, parameter: click.Parameter, texts: tuple[str,
 @contextmanager
 def _arguments(*options: dict[str, Any]) -> Iterator[None]:
     """What is wrong with arguments is told of these, not of a line of the scene."""
+    from flywheel.designs.variation import NAMES
     from flywheel.numerics.faults import SceneError
     from flywheel.reading.paths import dotted
-    from flywheel.study.variation import NAMES
 
     own = {dotted(name) for option in options for name in option} | {*_OWN, *NAMES}
     try:
@@ -269,8 +269,8 @@ def sensitivities(
     """
     spare(scene, plot)
     with reported(scene):
-        from flywheel.study import sensitivities as study
-        from flywheel.study.variation import figure_names
+        from flywheel.designs import sensitivities as study
+        from flywheel.designs.variation import figure_names
         from flywheel.tables import designs
         from flywheel.tables.rows import encoded
 
@@ -318,8 +318,8 @@ def tolerance(
     """
     spare(scene, plot)
     with reported(scene):
-        from flywheel.study import tolerance as study
-        from flywheel.study.variation import figure_names
+        from flywheel.designs import tolerance as study
+        from flywheel.designs.variation import figure_names
         from flywheel.tables import designs
         from flywheel.tables.rows import encoded
 
@@ -379,7 +379,7 @@ def optimize(
         raise click.UsageError("Give --minimize FIGURE or --maximize FIGURE.")
     spare(scene, plot)
     with reported(scene):
-        from flywheel.study import optimum as study
+        from flywheel.designs import optimum as study
         from flywheel.tables import designs
         from flywheel.tables.rows import encoded
 

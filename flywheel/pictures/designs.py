@@ -12,11 +12,11 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
+from flywheel.designs.figures import FIGURES
+from flywheel.designs.optimum import Optimum
+from flywheel.designs.sensitivities import Sensitivities
+from flywheel.designs.tolerance import QUANTILES, Tolerance
 from flywheel.pictures.figures import BLUE, GREEN, GREY, ORANGE, PALE, VERMILLION, figure, name_axes, save, told
-from flywheel.study.designs import FIGURES
-from flywheel.study.optimum import Optimum
-from flywheel.study.sensitivities import Sensitivities
-from flywheel.study.tolerance import QUANTILES, Tolerance
 from flywheel.tables.designs import change, shown
 from flywheel.tables.rows import printable
 from flywheel.tables.sweeps import short_names

@@ -20,6 +20,7 @@ from flywheel.tables.scene import parts
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
+    from flywheel.designs.sweep import Sweep
     from flywheel.machine.machine import Machine
     from flywheel.motions.joint_forces import JointForces
     from flywheel.motions.kinematics import Kinematics
@@ -28,7 +29,6 @@ if TYPE_CHECKING:
     from flywheel.regime.state import MachineState
     from flywheel.scene.scene import Scene
     from flywheel.sizing.results import Sizing, Sizings
-    from flywheel.study.sweep import Sweep
     from flywheel.study.tradeoff import Tradeoff
     from flywheel.tables.answers import Block
 

@@ -17,10 +17,10 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 from numpy.typing import NDArray
 
+from flywheel.designs.figures import FIGURES
+from flywheel.designs.sweep import Sweep
 from flywheel.pictures import current_form
 from flywheel.pictures.figures import BLUE, DPI, GREY, ORANGE, PALE, VERMILLION, figure, name_axes, save, told
-from flywheel.study.designs import FIGURES
-from flywheel.study.sweep import Sweep
 from flywheel.tables.rows import printable
 from flywheel.tables.sweeps import objective, short_names
 

@@ -6,11 +6,11 @@ from collections.abc import Iterable, Iterator, Sequence
 from math import degrees, isnan, pi
 from textwrap import wrap
 
+from flywheel.designs.figures import FIGURES
+from flywheel.designs.optimum import Limit, Optimum
+from flywheel.designs.sensitivities import Derivative, Sensitivities
+from flywheel.designs.tolerance import QUANTILES, Share, Tolerance
 from flywheel.numerics.units import columns, figure
-from flywheel.study.designs import FIGURES
-from flywheel.study.optimum import Limit, Optimum
-from flywheel.study.sensitivities import Derivative, Sensitivities
-from flywheel.study.tolerance import QUANTILES, Share, Tolerance
 from flywheel.tables.rows import page, printable
 from flywheel.tables.sweeps import WIDTH, short_names
 

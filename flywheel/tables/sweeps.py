@@ -10,9 +10,9 @@ from textwrap import wrap
 
 import numpy as np
 
+from flywheel.designs.figures import ALONE, FIGURES, REFINED, REFUSED, TRACED
+from flywheel.designs.sweep import Sweep
 from flywheel.numerics.units import aligned, columns, figure
-from flywheel.study.designs import ALONE, FIGURES, REFINED, REFUSED, TRACED
-from flywheel.study.sweep import Sweep
 from flywheel.tables.rows import Row, page, printable
 
 WIDTH = 80

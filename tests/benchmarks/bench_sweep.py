@@ -21,7 +21,8 @@ from concurrent.futures import ProcessPoolExecutor
 import numpy as np
 
 import flywheel
-from flywheel.study import batch, designs
+from flywheel.designs import batch
+from flywheel.designs import figures as designs
 
 PRESS = {
     "mechanism": {

@@ -14,7 +14,7 @@ import flywheel
 ROOT = Path(flywheel.__file__).parents[1]
 PRESS = "examples/machines/press.toml"
 DOORS = ("scipy", "sympy", "matplotlib", "flywheel.mechanisms.linkages", "flywheel.pictures")
-PARTS = ("flywheel.machine", "flywheel.sizing", "flywheel.study", "bondgraph")
+PARTS = ("flywheel.machine", "flywheel.sizing", "flywheel.study", "flywheel.designs", "bondgraph")
 
 
 def loaded(*steps: str) -> list[set[str]]:

@@ -8,8 +8,8 @@ import pytest
 from click.testing import CliRunner
 
 from flywheel.cli import main, studies
-from flywheel.study import designs
-from flywheel.study.sweep import sweep as sweep_of
+from flywheel.designs import figures as designs
+from flywheel.designs.sweep import sweep as sweep_of
 
 ROTOR = """
 title = "Rotor"

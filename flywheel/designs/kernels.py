@@ -22,10 +22,10 @@ import numba
 import numpy as np
 
 from bondgraph.recording import Program
+from flywheel.designs import batch
+from flywheel.designs.batch import FAST, INERTIA, POINTS, SLOW, Givens, Pieces, Sums
 from flywheel.numerics import cells
 from flywheel.numerics.cells import NODES, ORDER, ROUNDING, SAME, Array
-from flywheel.study import batch
-from flywheel.study.batch import FAST, INERTIA, POINTS, SLOW, Givens, Pieces, Sums
 
 LANES = 16
 _L = LANES

@@ -23,6 +23,8 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from flywheel.designs import figures as designs
+from flywheel.designs.figures import ALONE, ENGINES, FIGURES, MISSING, REFINED, REFUSED, TRACED, Batch
 from flywheel.machine.machine import Machine, balance_unit, scene_of
 from flywheel.numerics import notebook
 from flywheel.numerics.faults import Fault, SceneError, show, suggestion
@@ -32,8 +34,6 @@ from flywheel.scene.accuracy import rtol_faults
 from flywheel.scene.scene import Scene, read_only
 from flywheel.sizing.results import Sizing
 from flywheel.sizing.sizing import check_asked, size
-from flywheel.study import designs
-from flywheel.study.designs import ALONE, ENGINES, FIGURES, MISSING, REFINED, REFUSED, TRACED, Batch
 
 Array = NDArray[np.float64]
 
@@ -258,25 +258,25 @@ class Sweep:
 
     def to_csv(self, path: str | Path) -> None:
         """Write a table with a row for each design: its numbers, figures, errors, way and reason, SI throughout."""
-        from flywheel.study import sweep_files
+        from flywheel.designs import sweep_files
 
         sweep_files.write_csv(self, path)
 
     def to_npz(self, path: str | Path) -> None:
         """Write everything as arrays of NumPy, from which `sweep(..., file=path)` goes on."""
-        from flywheel.study import sweep_files
+        from flywheel.designs import sweep_files
 
         sweep_files.write_npz(self, path)
 
     def to_parquet(self, path: str | Path) -> None:
         """Write the table of `to_csv` as Parquet; needs pyarrow."""
-        from flywheel.study import sweep_files
+        from flywheel.designs import sweep_files
 
         sweep_files.write_parquet(self, path)
 
     def to_pandas(self) -> Any:
         """The table of `to_csv` as a data frame of pandas, errors under `error.exact`...."""
-        from flywheel.study import sweep_files
+        from flywheel.designs import sweep_files
 
         module: Any = needed("pandas", "to_pandas")
         return module.DataFrame(dict(sweep_files.table_of(self)))
@@ -494,7 +494,7 @@ class _Table:
     """The figures of a sweep as they come in, chunk by chunk, and the file that they are kept in."""
 
     def __init__(self, plan: Plan, file: Path | None) -> None:
-        from flywheel.study import sweep_files
+        from flywheel.designs import sweep_files
 
         self.plan, self.batch = plan, designs.empty(plan.total)
         self.keeper = None

@@ -15,9 +15,9 @@ import numpy as np
 import pytest
 
 import flywheel
+from flywheel.designs import figures as designs
+from flywheel.designs.sweep import ALONE, MISSING, REFUSED, Figures, front
 from flywheel.numerics.faults import SceneError
-from flywheel.study import designs
-from flywheel.study.sweep import ALONE, MISSING, REFUSED, Figures, front
 from tests.extras import extra
 from tests.scenes import press, rotor, yoke
 
@@ -264,7 +264,7 @@ def test_a_file_of_another_sweep_is_refused(rotors, whole, tmp_path):
 
 
 def test_a_file_of_another_version_is_refused(rotors, whole, tmp_path, monkeypatch):
-    from flywheel.study import sweep_files
+    from flywheel.designs import sweep_files
 
     whole.to_npz(tmp_path / "a.npz")
     monkeypatch.setattr(sweep_files, "version", lambda name: "99.0")
@@ -331,7 +331,7 @@ def test_arrays_of_a_sweep_cannot_be_written(whole):
 
 
 def test_a_library_that_is_missing_is_one_line(rotors, whole, tmp_path, monkeypatch):
-    from flywheel.study import sweep as module
+    from flywheel.designs import sweep as module
 
     monkeypatch.setattr(module, "find_spec", lambda name: None)
     with pytest.raises(

@@ -15,6 +15,8 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from flywheel.designs.figures import figures_of
+from flywheel.designs.variation import BY_NAME, NAMES, WITHOUT, Array, Variation, figure_name, quantity
 from flywheel.machine.machine import Machine, scene_of
 from flywheel.numerics import lattices, notebook
 from flywheel.numerics.arguments import refuse, require, shown
@@ -25,8 +27,6 @@ from flywheel.numerics.units import DIMENSIONS, figure
 from flywheel.reading.paths import with_numbers
 from flywheel.scene.scene import Scene
 from flywheel.sizing.results import Sizing
-from flywheel.study.designs import figures_of
-from flywheel.study.variation import BY_NAME, NAMES, WITHOUT, Array, Variation, figure_name, quantity
 
 _RTOL = 1e-11
 _SAMPLES, _STARTS = 64, 4

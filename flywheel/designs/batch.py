@@ -3,7 +3,7 @@
 Designs of one structure have the same number of cells in every smooth piece, so that one array holds the values of M*,
 dI*/dphi and I* at the nodes of them all. From these follow the series, what they accumulate, and every root of M* - z w²
 dI*/dphi/2: all lobes of all designs in one search. What a cycle comes to is one column of `Sums`; figures and errors follow
-from those alone (`flywheel.study.figures`), whichever engine has found them.
+from those alone (`flywheel.designs.batch.figures`), whichever engine has found them.
 """
 
 from __future__ import annotations
@@ -415,7 +415,7 @@ def sized(structure: Structure, columns: Array, rtol: float, engine: str = "nump
     count, sums_of, size = columns.shape[1], sums, _CELLS
     engine = engine if all(program.plain for _, program in structure.programs) else "numpy"
     if engine == "numba":
-        from flywheel.study import kernels  # an extra
+        from flywheel.designs import kernels  # an extra
 
         sums_of, size = kernels.sums, _LARGE
     threads = 1 if engine == "numpy" else threads or os.cpu_count() or 1

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import flywheel
-from flywheel.study import designs
+from flywheel.designs import figures as designs
 from tests.extras import extra
 
 PRESS = {

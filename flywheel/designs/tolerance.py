@@ -21,6 +21,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from flywheel.designs.variation import NAMES, Array, Variation, figure_name, figure_names, quantity
 from flywheel.machine.machine import Machine, scene_of
 from flywheel.numerics import lattices, notebook
 from flywheel.numerics.arguments import require, shown
@@ -28,7 +29,6 @@ from flywheel.numerics.differences import gradient
 from flywheel.numerics.faults import Fault, SceneError
 from flywheel.numerics.optima import minimum
 from flywheel.scene.scene import Scene
-from flywheel.study.variation import NAMES, Array, Variation, figure_name, figure_names, quantity
 
 QUANTILES = (0.01, 0.05, 0.5, 0.95, 0.99)
 SAMPLES = 512

@@ -11,13 +11,13 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from flywheel.designs import batch as cycles
+from flywheel.designs.structures import Structures
 from flywheel.numerics.faults import SceneError
 from flywheel.reading.paths import with_numbers
 from flywheel.scene.scene import Scene
 from flywheel.sizing.results import Estimate, Sizing, estimates, figure_errors
 from flywheel.sizing.sizing import size
-from flywheel.study import batch as cycles
-from flywheel.study.structures import Structures
 
 Array = NDArray[np.float64]
 

@@ -13,6 +13,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from flywheel.designs.variation import NAMES, RTOL, WITHOUT, Array, Variation, figure_name, figure_names, paths_of
 from flywheel.machine.machine import Machine, scene_of
 from flywheel.numerics import notebook
 from flywheel.numerics.differences import Slopes, slopes
@@ -20,7 +21,6 @@ from flywheel.numerics.faults import Fault, SceneError
 from flywheel.regime import wittenbauer
 from flywheel.scene.scene import Scene
 from flywheel.sizing.results import Sizing
-from flywheel.study.variation import NAMES, RTOL, WITHOUT, Array, Variation, figure_name, figure_names, paths_of
 
 _BESIDE = 1e-6  # of a number's scale: how far on both sides of a corner one looks for what makes it
 _SAME_ANGLE = 1e-2  # rad

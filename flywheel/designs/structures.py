@@ -21,6 +21,7 @@ from numpy.typing import NDArray
 
 from bondgraph.elements import Here
 from bondgraph.recording import NAMESPACE, Conditions, Program, Recorded, Recorder
+from flywheel.designs.batch import Givens
 from flywheel.machine.machine import WIDEST, Machine
 from flywheel.machine.recorded import RecordedMachine, UnrecordedError, deciders, plain
 from flywheel.numerics import cells, expressions
@@ -32,7 +33,6 @@ from flywheel.numerics.intervals import Interval
 from flywheel.numerics.switching import narrow
 from flywheel.reading.paths import with_numbers
 from flywheel.scene.scene import Scene
-from flywheel.study.batch import Givens
 
 Array = NDArray[np.float64]
 Index = NDArray[np.intp]

@@ -16,13 +16,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bondgraph.storage.files import RefusalError, check, replacement
+from flywheel.designs.figures import FIGURES, MISSING, REFUSED, Batch, empty
 from flywheel.numerics.expressions import Expression
 from flywheel.numerics.faults import Fault, SceneError
 from flywheel.scene.scene import Scene
-from flywheel.study.designs import FIGURES, MISSING, REFUSED, Batch, empty
 
 if TYPE_CHECKING:
-    from flywheel.study.sweep import Plan, Sweep
+    from flywheel.designs.sweep import Plan, Sweep
 
 _HEAD = "flywheel_sweep"  # the first array of a file: what it is a sweep of, as JSON
 _EVERY, _SHARE = 10.0, 10.0  # seconds between two times of writing, and so many times what writing takes
@@ -80,7 +80,7 @@ def _quoted(text: str) -> str:
 
 def write_parquet(found: Sweep, path: str | Path) -> None:
     """The same table as Parquet."""
-    from flywheel.study.sweep import needed
+    from flywheel.designs.sweep import needed
 
     arrow, parquet = needed("pyarrow", "to_parquet"), needed("pyarrow.parquet", "to_parquet")
     path, told = Path(path), {_HEAD: _told(found)}
@@ -103,7 +103,7 @@ def _parquet_head(parquet: Any, path: Path) -> str:
 
 def write_npz(found: Sweep, path: str | Path) -> None:
     """Everything, as a sweep that was interrupted or not; a file that is not this sweep's is left as it is."""
-    from flywheel.study.sweep import Plan
+    from flywheel.designs.sweep import Plan
 
     plan = Plan(found.scene, dict(found.columns), found.shape, found.rtol, found.engine)
     asked = np.where(np.isnan(found.error["needed"]), np.nan, found.values["needed"])
@@ -203,7 +203,7 @@ def head(plan: Plan) -> dict[str, Any]:
 
 
 def _told(found: Sweep) -> str:
-    from flywheel.study.sweep import Plan
+    from flywheel.designs.sweep import Plan
 
     told = head(Plan(found.scene, dict(found.columns), found.shape, found.rtol, found.engine))
     numbers = hashlib.sha256(b"".join(np.ascontiguousarray(column).tobytes() for column in found.columns.values()))

@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flywheel.components.wheels import ARMS, LIGHTEST, MEAN, choose
+from flywheel.designs.figures import ENGINES, FIGURES, Batch, figures_of, sized
 from flywheel.numerics.arguments import name_faults, refuse, shown
 from flywheel.numerics.cells import ROUNDING
 from flywheel.numerics.faults import Fault, SceneError, suggestion
@@ -22,7 +23,6 @@ from flywheel.scene.accuracy import rtol_faults
 from flywheel.scene.scene import Scene
 from flywheel.sizing.results import Sizing
 from flywheel.sizing.sizing import size
-from flywheel.study.designs import ENGINES, FIGURES, Batch, figures_of, sized
 
 Array = NDArray[np.float64]
 
