@@ -41,6 +41,7 @@ def test_sensitivities_as_data(scene):
     assert data["numbers"]["regime.speed"] == {"value": 30.0, "unit": "rad/s"}
 
 
+@pytest.mark.slow
 def test_tolerance_of_intervals_and_of_deviations(scene):
     result = run("tolerance", scene, "--vary", "regime.speed=29:31", "--samples", 64, "--of", "power")
     assert (result.exit_code, result.stderr) == (0, "")

@@ -148,6 +148,7 @@ def test_losses_in_meshes_are_said_to_be_left_out(tmp_path):
 
 
 @pytest.mark.parametrize("inductance", [pytest.param("", marks=pytest.mark.slow), "inductance = 0.02, "])
+@pytest.mark.slow
 def test_a_dc_motor_is_drawn_as_its_own_graph(tmp_path, inductance):
     motor = (
         f'motor = {{type = "dc", voltage = 110, resistance = 0.8, constant = 0.6, {inductance}friction = 1, inertia = 0.02}}'

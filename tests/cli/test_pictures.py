@@ -45,6 +45,7 @@ def test_animate_writes(scene: Path, tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize(("command", "name"), sample([("draw", "yoke.png"), ("animate", "yoke.gif")], 2))
+@pytest.mark.slow
 def test_a_file_of_the_scenes_name_is_written_once(
     command: str, name: str, scene: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -48,6 +48,7 @@ def test_curves_of_some_joints_are_listed_over_the_time(scene: Path) -> None:
     assert not any(line == "crank_pin" for line in lines)
 
 
+@pytest.mark.slow
 def test_a_motion_in_time_is_taken_as_simulate_takes_it(scene: Path, tmp_path: Path) -> None:
     picture = tmp_path / "forces.png"
     result = run(

@@ -137,6 +137,7 @@ def test_masses_and_windows_of_a_linkage_vary_together():
     assert found.exact[20] == pytest.approx(alone.flywheel.exact, rel=1e-9)
 
 
+@pytest.mark.slow
 def test_numbers_that_a_program_cannot_hold_are_the_same_in_it():
     """The lengths in a law's text: designs with equal ones are sized together, and where all differ the reason is told."""
     output = {"ram": {"x": "r*cos(phi)", "mass": 20}}

@@ -199,6 +199,7 @@ def test_a_rough_slider_crank_under_a_falling_torque(route):
     assert all((part <= 1e-12).all() for part in run.friction_work.values())
 
 
+@pytest.mark.slow
 def test_its_slider_turns_back_by_both_routes():
     """Past its inner dead centre, where its friction and the pins' loads jump."""
     options = {"gravity": GRAVITY, "drive": falling}

@@ -114,6 +114,7 @@ def test_the_solver_has_the_motion_and_the_inertia_of_the_closed_form(mechanism:
 
 
 @pytest.mark.parametrize("mechanism", [slowly(name, m, "drag-link") for name, m in NEARLY_LOCKED.items()])
+@pytest.mark.slow
 def test_close_to_a_lock_they_agree_as_far_as_lengths_are_known(mechanism: Mechanism) -> None:
     """To 1e-12, or to what one rounding of each length makes of g and g' where that is more."""
     family, q = build(mechanism), positions(mechanism)

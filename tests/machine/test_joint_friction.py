@@ -62,6 +62,7 @@ def rough() -> Machine:
     return machine_of(flywheel.load(crank_press(0.1)))
 
 
+@pytest.mark.slow
 def test_the_curve_is_kinetostatics_with_its_corners_where_a_normal_force_or_a_rate_is_zero() -> None:
     curve, scene = rough().friction, rough().scene
     assert curve is not None

@@ -203,6 +203,7 @@ def follows_by_hand(machine: SliderCrank, scene: dict[str, Any], phi: float, ome
     np.testing.assert_allclose(speed, states[1:-1, 1], atol=1e-8)
 
 
+@pytest.mark.slow
 def test_a_run_up_with_a_falling_torque_from_rest_through_a_change_of_sides() -> None:
     machine = SliderCrank(torque=lambda t, phi, omega: 30.0 - 1.5 * omega, wheel=0.5)
     follows_by_hand(machine, press(drive={"torque": "30 - 1.5*omega"}), 1.3, 0.0, 0.2)

@@ -86,6 +86,7 @@ def part(*, upto: int, step: int = 1) -> Reactions:
     return reactions_along(linkage, found().poses.q[few], 50.0, gravity=(0.0, -9.80665))
 
 
+@pytest.mark.slow
 def test_a_whole_turn_is_closed() -> None:
     of = part(upto=360, step=10)
     pin, panel, _ = drawn("A", "guide", of=of)
@@ -127,6 +128,7 @@ def test_a_force_that_is_left_open_is_said_to_be() -> None:
     assert "redundant constraints" in panel.texts[0].get_text()
 
 
+@pytest.mark.slow
 def test_gaps_stay_gaps() -> None:
     force = found().forces["A"].copy()
     force[:, 85:95] = np.nan

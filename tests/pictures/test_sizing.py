@@ -194,6 +194,7 @@ def test_tangents_touch_the_loop_and_meet_at_the_flywheel(kind: str) -> None:
     assert y == pytest.approx(loop.slope_slow * x + loop.intercept_slow, rel=1e-8, abs=1e-8 * scale)
 
 
+@pytest.mark.slow
 def test_the_loop_panel_names_its_points_and_tangents() -> None:
     """The yoke of p. 103: I = 353.52 kg m², so MN = 2 eps I, far from I* = 5 kg m²."""
     assert {"M", "N", "ψmax", "ψmin", "90°"} <= set(re.findall(">([^<]+)</text>", plots.panel(sized(yoke()), "wittenbauer")))
@@ -215,6 +216,7 @@ def test_a_constant_reduced_inertia_has_no_loop_but_a_sentence() -> None:
     assert f"− I* = {sizing.flywheel.exact:.5g} kg m²" in told
 
 
+@pytest.mark.slow
 def test_speed_stays_in_the_band_with_the_exact_flywheel_alone() -> None:
     sizing = sized(yoke(regime={"speed": 100}))
     panel = plots.draw(sizing).axes[4]
@@ -306,6 +308,7 @@ def test_what_drives_and_what_resists_are_drawn_beside_their_sum() -> None:
 # -- single panels -------------------------------------------------------------------------------------------------------
 
 
+@pytest.mark.slow
 def test_a_panel_stands_in_a_page_with_its_texts_as_texts() -> None:
     """Title and description are there for screen readers, ids are its own, and no letter is a path."""
     drawn = plots.panel(sized(yoke()), "moment", name="first")
@@ -330,6 +333,7 @@ def test_a_panel_stands_in_a_page_with_its_texts_as_texts() -> None:
     assert len(drawn) < 60_000
 
 
+@pytest.mark.slow
 def test_works_in_the_picture_are_those_of_the_table() -> None:
     sizing = sized(yoke())
     table = {line.split()[0]: line.split() for line in pages.text(sizing).splitlines() if re.match(r"  A\d", line)}
@@ -338,6 +342,7 @@ def test_works_in_the_picture_are_those_of_the_table() -> None:
     assert sorted(drawn) == sorted(written)
 
 
+@pytest.mark.slow
 def test_a_panel_for_print_has_no_colour_and_one_in_spanish_its_decimal_comma() -> None:
     with language.use("es"):
         drawn = plots.panel(sized(yoke()), "work", form="print")

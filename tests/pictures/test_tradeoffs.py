@@ -36,6 +36,7 @@ def drawn(request):
     return found, draw(found)
 
 
+@pytest.mark.slow
 def test_every_answer_has_a_label(drawn):
     found, made = drawn
     shown = [own.label for own in found.rows if own.error is not None]

@@ -31,6 +31,7 @@ def test_tiny_irregularities_are_confirmed_too(eps):
     assert result.simulation.irregularity == pytest.approx(eps, rel=1e-8)
 
 
+@pytest.mark.slow
 def test_thousands_of_pieces_are_not_stepped_and_that_is_said():
     sawtooth = scenes.rotor(load=[{"on": "crank", "torque": "abs(sin(400*phi))"}])
     sizing = flywheel.size(flywheel.load(sawtooth))

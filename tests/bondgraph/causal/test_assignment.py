@@ -128,6 +128,7 @@ def test_describe_lists_every_bond_and_all_that_was_found():
 
 @settings(max_examples=12, deadline=None, derandomize=True)
 @given(graphs())
+@pytest.mark.slow
 def test_trees_without_sources_and_with_a_resistor_everywhere_never_conflict(graph):
     found = causality(graph)
     assert found.conflicts == ()

@@ -44,6 +44,7 @@ def test_true_extents_of_all_texts_lie_inside_the_boxes_that_the_layout_kept_fre
 
 
 @pytest.mark.parametrize("name", SEVERAL)
+@pytest.mark.slow
 def test_everything_lies_inside_the_picture(name):
     figure = figure_of(name)
     axes, renderer = figure.axes[0], figure.canvas.get_renderer()

@@ -515,6 +515,7 @@ def test_a_small_state_that_is_no_rounding_keeps_its_own_scale():
 
 
 @pytest.mark.parametrize("method", ["DOP853", "LSODA"])
+@pytest.mark.slow
 def test_a_stiff_graph_is_handed_to_a_method_for_it(method):
     b = Builder().one("m", displacement="x")
     graph = b.on("m", I("M", 1e-3), C("k", stiffness=1e6), R("c", 1e3), Se("F", 5.0)).build()

@@ -128,6 +128,7 @@ def test_every_fault_of_a_tree_comes_at_once():
     assert [line.split(":")[0] for line in lines] == ["law[1]", "law[2]", "law[3]"]
 
 
+@pytest.mark.slow
 def test_endless_and_deep_trees_are_refused():
     deep: list = ["sin", 1]
     for _ in range(100_000):
