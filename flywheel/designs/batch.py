@@ -442,15 +442,17 @@ def _parts(which: Index, size: int, threads: int) -> list[Index]:
 
 def _put(found: Found, which: Index, values: dict[str, Array], errors: dict[str, Array], halvings: Array) -> Index:
     """Put the figures of a chunk of designs into what was found; the designs that miss rtol."""
-    good = halvings >= 0
-    known = which[good]
+    missed = which[halvings < 0]
+    good: Any = halvings >= 0 if missed.size else slice(None)
+    consecutive = not missed.size and which[-1] - which[0] == which.size - 1  # as they ascend
+    known: Any = slice(which[0], which[0] + which.size) if consecutive else which[good]
     found.halvings[known] = halvings[good]
     for into, given in ((found.values, values), (found.errors, errors)):
         for name, value in given.items():
             if name not in into:
                 into[name] = np.full(found.halvings.size, np.nan)
-            into[name][known] = np.broadcast_to(value, good.shape)[good]
-    return which[~good]
+            into[name][known] = np.broadcast_to(value, halvings.shape)[good]
+    return missed
 
 
 @np.errstate(all="ignore")

@@ -6,7 +6,7 @@ Errors are those of `size`: relative to the larger of the figure and its scale, 
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -89,11 +89,13 @@ def sized(scene: Scene, paths: tuple[str, ...], columns: Array, rtol: float, eng
     batch, by_structure = empty(columns.shape[1]), structures_of(scene, paths).sorted(columns)
     for structure, which in by_structure.groups:
         found = cycles.sized(structure, columns[:, which], rtol, engine)
-        known = found.halvings >= 0
-        batch.ways[which[known]] = np.where(found.halvings[known] > 0, REFINED, TRACED)
+        every = (found.halvings >= 0).all()
+        known: Any = slice(None) if every else found.halvings >= 0
+        place: Any = slice(None) if every and which.size == batch.ways.size else which[known]  # a structure's ascend
+        batch.ways[place] = np.where(found.halvings[known] > 0, REFINED, TRACED)
         for into, given in ((batch.values, found.values), (batch.errors, found.errors)):
             for name, value in given.items():
-                into[name][which[known]] = value[known]
+                into[name][place] = value[known]
     left = np.flatnonzero(batch.ways == MISSING)
     alone = one_by_one(scene, paths, columns[:, left], range(left.size), rtol)
     for into, given in ((batch.values, alone.values), (batch.errors, alone.errors)):

@@ -92,7 +92,7 @@ def middles(edges: Array, phi: Any) -> Any:
 def located(mesh: Cells, phi: Array) -> tuple[Index, Array]:
     """Cell and local abscissa of angles; those beyond the mesh are taken to its ends."""
     cell = mesh.edges[1:-1].searchsorted(phi, side="right")
-    t = (phi - mesh.middle[cell, 0]) / mesh.half[cell, 0]
+    t = (phi - mesh.middle.take(cell)) / mesh.half.take(cell)
     return cell, np.minimum(np.maximum(t, -1.0), 1.0)
 
 
@@ -294,8 +294,8 @@ class Crossings(NamedTuple):
 
     def angles(self, mesh: Cells) -> Array:
         """Angles (rad) of the crossings; exactly an edge where the function jumps there."""
-        inside = mesh.middle[self.cell, 0] + mesh.half[self.cell, 0] * self.t
-        return np.where(self.t == 1.0, mesh.edges[self.cell + 1], inside)
+        inside = mesh.middle.take(self.cell) + mesh.half.take(self.cell) * self.t
+        return np.where(self.t == 1.0, mesh.edges.take(self.cell + 1), inside)
 
 
 def crossings(series: Array, noise: Array) -> Crossings:
@@ -310,7 +310,7 @@ def crossings(series: Array, noise: Array) -> Crossings:
     size = np.abs(rows)
     wavy = ~(2.0 * size[:, 0] > size @ _ONES[:order] + level)
     looked = wavy.nonzero()[0]
-    grid = rows[looked] @ _ON_GRID[:order]
+    grid = rows.take(looked, axis=0) @ _ON_GRID[:order]
     # all values in one line, row after row: those on the grid, or the one of a row without
     lengths = np.where(wavy, GRID.size, 1)
     past = lengths.cumsum()
@@ -321,20 +321,20 @@ def crossings(series: Array, noise: Array) -> Crossings:
     if not signs.all():
         last = np.where(signs != 0.0, np.arange(signs.size), 0)
         last[starts] = starts
-        signs = signs[np.maximum.accumulate(last)]
+        signs = signs.take(np.maximum.accumulate(last))
     changes = signs[1:] * signs[:-1]
     changes[starts - 1] = 0.0
     at = (changes < 0.0).nonzero()[0]
     # Newton's method from the secant's root, kept inside the gap; jumps stay at t = 1
     row = past.searchsorted(at, side="right")
-    gap = GRID.size + at - past[row]
-    low, left, right = values[at], GRID[gap], GRID[np.minimum(gap + 1, GRID.size - 1)]
-    span = low - values[at + 1]
+    gap = GRID.size + at - past.take(row)
+    low, left, right = values.take(at), GRID.take(gap), GRID.take(gap + 1, mode="clip")
+    span = low - values.take(at + 1)
     share = low / np.where(span == 0.0, np.inf, span)
-    t, slope = _roots(rows[row], left + (right - left) * np.minimum(np.maximum(share, 0.0), 1.0), left, right)
+    t, slope = _roots(rows.take(row, axis=0), left + (right - left) * np.minimum(np.maximum(share, 0.0), 1.0), left, right)
     function, cell = np.divmod(row, number)
     found = Crossings(function, cell, t, slope)
-    hidden = _hidden(grid, level[looked])
+    hidden = _hidden(grid, level.take(looked))
     if hidden is None:
         return found
     both = zip(found, _inside_gaps(rows, looked[hidden[0]], hidden[1], number), strict=True)

@@ -329,8 +329,8 @@ def combined(cycle: Cycle, factors: Array) -> tuple[Extremes, Roots]:
     slopes = (factors @ cycle.series[:2].reshape(2, -1)).reshape(count, *shape)
     found = cells.crossings(slopes, np.abs(factors) @ cycle.noise)
     function, cell, powers = found.function, found.cell, cells.basis(found.t)
-    work, variation = cycle.start[:, cell] + (cycle.rising[:, cell] * powers).sum(axis=-1)
-    inertia = (cycle.series[2, cell] * powers[:, :ORDER]).sum(axis=-1)
+    work, variation = cycle.start.take(cell, axis=1) + (cycle.rising.take(cell, axis=1) * powers).sum(axis=-1)
+    inertia = (cycle.series[2].take(cell, axis=0) * powers[:, :ORDER]).sum(axis=-1)
     roots = Roots(found, found.angles(cycle.mesh), work, variation, inertia)
     # a row for every function and its negative: values at the edges, then at the roots, filled up with that at phi = 0
     edges, at_edges, first = cycle.mesh.edges, factors @ cycle.start, function.searchsorted(np.arange(count + 1))
@@ -339,7 +339,7 @@ def combined(cycle: Cycle, factors: Array) -> tuple[Extremes, Roots]:
     values[0] = at_edges[:, :1]
     values[0, :, : edges.size], places[:, : edges.size] = at_edges, edges
     column = np.arange(edges.size, edges.size + function.size) - first[function]
-    values[0, function, column] = factors[function, 0] * work + factors[function, 1] * variation
+    values[0, function, column] = factors[:, 0].take(function) * work + factors[:, 1].take(function) * variation
     places[function, column] = roots.angles
     values[1] = -values[0]
     every, (top, bottom) = np.arange(count), cells.peak(values, places)
@@ -525,7 +525,7 @@ def error_of_crossings(cycle: Cycle, roots: Roots) -> float:
     the moment on the way.
     """
     end, found = float(cycle.mesh.edges[-1]), roots.crossings
-    half, noise = cycle.mesh.half[found.cell, 0], cycle.noise[0, found.cell] + cycle.errors.work / end
+    half, noise = cycle.mesh.half.take(found.cell), cycle.noise[0].take(found.cell) + cycle.errors.work / end
     errors = half * np.minimum(noise / np.maximum(np.abs(found.slope), 1e-300), 2.0)
     error = 4 * ROUNDING * end + float(errors[found.t < _INSIDE].max(initial=0.0))
     if not cycle.errors.residual or not found.t.size:
@@ -550,7 +550,7 @@ def error_of_extremes(cycle: Cycle, motion: Run, *, sized: bool) -> float:
     factors = 0.5 * speeds**2
     known = sized and motion.inertia > 0.0 and motion.cycle is None
     loose = None if known else 2 * motion.error * motion.irregularity * speeds.mean() / np.maximum(speeds, 1e-300)
-    half = along.mesh.half[cell, 0]
+    half = along.mesh.half.take(cell)
     at_end = np.abs(t) >= _INSIDE - 8 * ROUNDING * along.mesh.edges[-1] / half  # rounding of t
     errors = [0.0]
     if not at_end.all():
@@ -588,7 +588,8 @@ def _root_errors(cycle: Cycle, cell: Index, t: Array, factor: Array, loose: Arra
 
     `loose` are the relative errors of the factors, where they have any.
     """
-    half, (moment, slope), (noise, slope_noise) = cycle.mesh.half[cell, 0], cycle.series[:2, cell], cycle.noise[:, cell]
+    half, (moment, slope) = cycle.mesh.half.take(cell), cycle.series[:2].take(cell, axis=1)
+    noise, slope_noise = cycle.noise.take(cell, axis=1)
     rows = moment - factor[:, None] * slope
     noise = noise + factor * slope_noise + cycle.errors.work / cycle.mesh.edges[-1]
     if loose is not None:
