@@ -14,7 +14,7 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from functools import partial
 from itertools import product
-from math import factorial, sqrt
+from math import factorial, isnan, sqrt
 from statistics import NormalDist
 from typing import Any, NamedTuple
 
@@ -200,6 +200,8 @@ def tolerance(
     kept = slice(2 * samples)
     lost = np.isnan(sample.values[chosen, kept]).any(axis=0)
     refused = (family.reasons.get(tuple(sample.points[:, k].tolist()), "") for k in np.flatnonzero(lost))
+    if lost.all():
+        raise SceneError([Fault("vary", "no sample that is a machine", "one at least", next(refused, ""))])
     return Tolerance(
         scene=scene,
         numbers=dict(zip(family.paths, family.nominal.tolist(), strict=True)),
@@ -358,15 +360,16 @@ def _spread(
         first, total = _shares(blocks[three], models[three], *of_model, variance)
         errors = _repeated(repeats)
         shares[path] = Share(min(max(first, 0.0), 1.0), float(errors[0]), max(total, 0.0), float(errors[1]))
-    further: Array = weights @ sample.many if known.all() else of_plain[known]
-    beside = model[: 2 * samples][known] if known.all() else np.full(int(known.sum()), np.inf)
-    quantiles, doubts = _quantiles(of_plain[known], beside, further)
+    if known.all():
+        quantiles, doubts = _quantiles(of_plain, model[: 2 * samples], weights @ sample.many)
+    else:
+        quantiles, doubts = _quantiles(of_plain[known], None, of_plain[known])
     wrong = _repeated(each)
     return Spread(
         nominal=nominal,
         mean=mean,
         mean_error=float(wrong[0]),
-        deviation=deviation if varies else 0.0,
+        deviation=deviation if varies or isnan(deviation) else 0.0,
         deviation_error=float(wrong[1]) / (2 * deviation) if varies else 0.0,
         quantiles=quantiles,
         quantile_errors=doubts,
@@ -380,7 +383,9 @@ def _moments(values: Array, model: Array, weights: Array) -> tuple[float, float]
     """Mean and variance of those values that there are."""
     known = np.isfinite(values)
     y, p, constant = values[known], model[known], float(weights[0])
-    mean = float((y - p).mean()) + constant if y.size else float("nan")
+    if not y.size:
+        return float("nan"), float("nan")
+    mean = float((y - p).mean()) + constant
     variance = float(((y - mean) ** 2 - (p - constant) ** 2).mean()) + float((weights[1:] ** 2).sum())
     return mean, variance
 
@@ -398,6 +403,8 @@ def _shares(
     `own` and `others` tell which terms of the model depend on the number, and on others.
     """
     known = np.isfinite(values).all(axis=0)
+    if not known.any():
+        return float("nan"), float("nan")
     (a, b, c), (model_a, model_b, model_c) = values[:, known], model[:, known]
     square = weights**2
     by_others = 0.5 * float(((b - c) ** 2 - (model_b - model_c) ** 2).mean()) + float(square[others].sum())
@@ -407,22 +414,28 @@ def _shares(
 
 def _repeated(rows: Array) -> Array:
     """The standard error of what independent repeats (the first axis) give together."""
+    if (np.isfinite(rows).sum(axis=0) < 2).any():
+        return np.full(rows.shape[1:], np.nan)
     return np.asarray(np.nanstd(rows, axis=0, ddof=1) / np.sqrt(len(rows)))
 
 
-def _quantiles(values: Array, model: Array, many: Array) -> tuple[tuple[float, ...], tuple[float, ...]]:
+def _quantiles(values: Array, model: Array | None, many: Array) -> tuple[tuple[float, ...], tuple[float, ...]]:
     """Quantiles of samples, with half the distance of those as many ranks beside them as chance makes.
 
-    They are those of the model at `many` points, moved by as many ranks as samples and model differ there in the mean.
+    They are those of the model at `many` points, moved by as many ranks as samples and model differ there in the mean;
+    without a model those of the samples.
     """
     count, found, doubts = values.size, [], []
     if count < 2:
         return (float("nan"),) * len(QUANTILES), (float("nan"),) * len(QUANTILES)
     ranked = np.sort(many)
     for q in QUANTILES:
-        at = np.quantile(ranked, q)
-        apart = (values <= at).astype(float) - (model <= at)
-        rank, doubt = q - float(apart.mean()), sqrt(float((apart**2).sum()) + 1.0) / count
+        if model is None:
+            rank, doubt = q, sqrt(count * q * (1.0 - q) + 1.0) / count
+        else:
+            at = np.quantile(ranked, q)
+            apart = (values <= at).astype(float) - (model <= at)
+            rank, doubt = q - float(apart.mean()), sqrt(float((apart**2).sum()) + 1.0) / count
         low, middle, high = np.quantile(ranked, np.clip([rank - doubt, rank, rank + doubt], 0.0, 1.0)).tolist()
         found.append(middle)
         doubts.append(0.5 * (high - low))

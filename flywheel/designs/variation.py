@@ -201,8 +201,9 @@ def quantity(value: object, dimension: str, path: str) -> float:
     >>> quantity("250 mm", "length", "mechanism.rod.length"), quantity(3, "number", "parameters.n")
     (0.25, 3.0)
     """
+    left_open = dimension == "number" and isinstance(value, str) and path.startswith(("parameters.", "subject_to "))
     try:
-        return parse_quantity(value, None if dimension == "number" and isinstance(value, str) else dimension)
+        return parse_quantity(value, None if left_open else dimension)
     except QuantityError as error:
         raise SceneError([Fault(path, error.found, error.expected, error.advice)]) from None
 

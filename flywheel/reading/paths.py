@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Iterator, Mapping
+from contextlib import suppress
 from typing import Any, NamedTuple
 
 from flywheel.numerics.expressions import shown
@@ -196,11 +197,33 @@ def parsed(scene: Scene, path: str, text: str) -> float:
     True
 
     """
-    number = numbers(scene).get(path)
-    if number is None or path.startswith("parameters."):
+    number, alone = numbers(scene).get(path), _bare(text)
+    if path.startswith("parameters."):
         value, parts = parse_quantity(text, None), split_quantity(text)
         unit = scene.units.get(path.removeprefix("parameters."))
         if parts is not None and parts[1] and unit is not None and parse_unit(parts[1], None).powers != unit.powers:
             raise QuantityError(show(text), f"a quantity in {shown(unit)}, as the parameter is one, or a bare number in SI")
         return value
-    return parse_quantity(text, number.dimension)
+    dimension = number.dimension if number is not None else _dimension_of_default(scene, path, text)
+    if alone is not None and dimension == "angle" and abs(alone) > 2 * math.pi:
+        raise QuantityError(show(text), "an angle with its unit, or a bare number in rad of at most one turn")
+    if alone is None:
+        return parse_quantity(text, dimension)
+    return parse_quantity(alone, dimension)
+
+
+def _bare(text: str) -> float | None:
+    """The number of a text without a unit."""
+    try:
+        return float(text)
+    except ValueError:
+        return None
+
+
+def _dimension_of_default(scene: Scene, path: str, text: str) -> str | None:
+    """The dimension of a number that a scene leaves to its default, as reading takes one in its place; None of no number."""
+    for value in (text, 0.0, 0.5, 5.0):
+        with suppress(SceneError):
+            read = {dotted(name): each for name, each in _document(scene.with_({path: value})).quantities.items()}
+            return read[path].dimension if path in read else None
+    return None

@@ -60,7 +60,7 @@ def sensitivities_text(found: Sensitivities, names: Sequence[str] = ()) -> str:
     short = short_names(found.numbers)
     head = [
         *_title(found.scene.title),
-        *_wrapped(f"Derivatives by {len(found.numbers)} numbers, from {found.designs} designs around this one"),
+        *_wrapped(f"Derivatives by {_numbers(len(found.numbers))}, from {found.designs} designs around this one"),
     ]
     blocks, reasons, worst = [], dict[str, list[str]](), 0.0
     for name in shown(found.derivatives, names):
@@ -117,7 +117,7 @@ def tolerance_text(found: Tolerance, names: Sequence[str] = ()) -> str:
     """What numbers vary by, what figures come to, and who causes it."""
     kept, count = shown(found.spreads, names), found.samples.shape[1]
     what = "intervals" if found.intervals else "standard deviations"
-    head = [*_title(found.scene.title), *_wrapped(f"Tolerance: {what} of {len(found.numbers)} numbers")]
+    head = [*_title(found.scene.title), *_wrapped(f"Tolerance: {what} of {_numbers(len(found.numbers))}")]
     rows = []
     for path, value in found.numbers.items():
         unit = found.units[path]
@@ -254,6 +254,10 @@ def _sentence(message: str) -> str:
 
 
 # -- lines -------------------------------------------------------------------------------------------------------------
+
+
+def _numbers(count: int) -> str:
+    return f"{count} number{'' if count == 1 else 's'}"
 
 
 def _title(title: str | None) -> list[str]:

@@ -37,7 +37,9 @@ def notes(found: Sweep) -> list[str]:
     refused = Counter(re.sub(r"\d[\d.e+-]*", "#", reason) for reason in found.reasons.values())
     if refused:
         said.append(f"{sum(refused.values())} of {_designs(len(found))} are refused, with nan in their place:")
-        said += [f"{count} x {kinds[kind]}" for kind, count in refused.most_common(_REASONS)]
+        said += [
+            f"{count} x {'' if count == 1 else 'such as '}{kinds[kind]}" for kind, count in refused.most_common(_REASONS)
+        ]
         if len(refused) > _REASONS:
             said.append(f"and {len(refused) - _REASONS} more reasons, in the last column of --csv")
     exact, approximate = found.values["exact"], found.values["approximate"]
@@ -51,8 +53,9 @@ def notes(found: Sweep) -> list[str]:
         )
     check = found.check
     if check is not None and not check.failed:
+        were = "was" if len(check.designs) == 1 else "were"
         said.append(
-            f"{_designs(len(check.designs))} were sized by size as well, at random and where estimates are largest: "
+            f"{_designs(len(check.designs))} {were} sized by size as well, at random and where estimates are largest: "
             f"figures differ by {figure(check.ratio, most=2)} of the sum of both estimates at most"
         )
     return said

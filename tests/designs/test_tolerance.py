@@ -71,6 +71,13 @@ def test_deviations_give_quantiles_with_their_sampling_errors():
     assert found.as_dict()["numbers"]["load.0.torque"]["deviation"] == 2.0
 
 
+def test_quantiles_of_designs_that_are_left_are_those_of_samples():
+    found = flywheel.tolerance(flywheel.load(ROTOR), {"regime.speed": 15}, samples=64)
+    assert found.refused > 0  # speeds below zero
+    speeds = found.samples[0][found.samples[0] > 0.0]
+    assert found["power"].quantiles == pytest.approx(np.quantile(50 * speeds, [0.01, 0.05, 0.5, 0.95, 0.99]))
+
+
 @pytest.mark.slow
 def test_designs_that_are_refused_are_counted():
     """An efficiency above 1 is no machine: half of a scatter about 1."""
