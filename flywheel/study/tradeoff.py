@@ -291,6 +291,7 @@ def _by_fluctuation(question: Question, sizing: Machine, torque: bool) -> float:
 
 
 def _sized(question: Question, rtol: float) -> float:
+    question.machine.on_meshes.clear()  # what another method evaluated is no help to this one
     return answer(size(question.machine, rtol, accuracy="normal"))
 
 
@@ -298,6 +299,7 @@ def _collocated(question: Question, rtol: float) -> float:
     """The periodic motion by Newton's method, as if its torques depended on speed."""
     scene, speed, start = question.machine.scene, question.machine.scene.speed or 0.0, question.given
     wanted = Demand(None if question.sized else start, scene.irregularity, speed)
+    question.machine.on_meshes.clear()
     motion = periodic_motion.own_motion(question.machine, speed, wanted, start, 0.0, rtol)
     return max(motion.inertia, 0.0) / question.crank if question.sized else motion.run.irregularity
 

@@ -134,6 +134,13 @@ def test_every_method_has_a_name_of_its_own(scene):
     } <= families
 
 
+def test_no_method_is_helped_by_what_another_evaluated():
+    found, _ = every_method(press())
+    again = [own for own in found if own.family == tradeoff.COLLOCATION]
+    first, second = (run.evaluations for run in tradeoff.measured([again[0], again[0]], 10.0).runs)
+    assert first == second > 0
+
+
 @pytest.mark.slow
 def test_torques_that_depend_on_speed_have_a_reference_in_time(monkeypatch):
     scene = {
