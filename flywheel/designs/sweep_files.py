@@ -59,6 +59,9 @@ def write_csv(found: Sweep, path: str | Path) -> None:
 def csv_lines(found: Sweep, rows: int | None = None) -> Iterator[str]:
     """The lines of the CSV; empty where a figure is not known."""
     units, table = found.units, dict(table_of(found))
+    if "needed" in table:  # of a design that is refused it is not known either
+        known = ~np.isnan(found.error["needed"])
+        table["needed"] = np.where(known, np.where(found.values["needed"], "1", "0"), "")
     yield ",".join(f"{name} [{units[name]}]" if units.get(name) else name for name in table) + "\n"
     for start in range(0, len(found) if rows is None else rows, _ROWS):
         part = [_cells(column[start : start + _ROWS]) for column in table.values()]

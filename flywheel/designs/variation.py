@@ -31,7 +31,7 @@ RTOL = 1e-12
 _SMALL = 1e-2  # of the largest number of a unit: below it, a number's own size says nothing of how it may vary
 _IRREGULARITY = "flywheel.irregularity"
 _WHEEL = tuple(f"flywheel.{key.name}" for key in WHEEL_KEYS)
-_EXCLUDED = ("accuracy", "areas")  # tables whose numbers are no part of a machine
+_EXCLUDED = ("accuracy.", "areas.values.")  # no part of a machine; areas close to zero together alone
 
 
 _CONTRACT = {  # names in the JSON contract of `size`, where they differ from those of a sweep
@@ -192,7 +192,7 @@ class Variation:
 
 def paths_of(scene: Scene) -> tuple[str, ...]:
     """The paths of all numbers of a scene's machine."""
-    return tuple(path for path in numbers(scene) if path.partition(".")[0] not in _EXCLUDED)
+    return tuple(path for path in numbers(scene) if not path.startswith(_EXCLUDED))
 
 
 def quantity(value: object, dimension: str, path: str) -> float:

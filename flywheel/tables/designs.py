@@ -20,6 +20,7 @@ _DIGITS = 6
 _DEGREE = pi / 180
 _LEAST_SHARE = 5e-5
 _LONG = 1e8  # from which on a number is written with a power of ten
+_ROUNDING = 1e-12  # share by which a figure that does not change may differ
 _WEAK = 1e-3  # per cent: a change whose derivative's error is not told
 
 
@@ -145,7 +146,8 @@ def _extremes(found: Tolerance, kept: Iterable[str]) -> list[str]:
             continue
         value = spread.nominal
         ends = [spread.least.value, spread.greatest.value]
-        shares = [f"{100 * (end / value - 1):+.3g} %" if value else "" for end in ends]
+        changes = [end / value - 1 if value else 0.0 for end in ends]
+        shares = [f"{100 * (change if abs(change) > _ROUNDING else 0.0):+.3g} %" if value else "" for change in changes]
         rows.append(
             (
                 name,

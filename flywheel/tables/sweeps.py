@@ -38,10 +38,11 @@ def notes(found: Sweep) -> list[str]:
     if refused:
         said.append(f"{sum(refused.values())} of {_designs(len(found))} are refused, with nan in their place:")
         said += [
-            f"{count} x {'' if count == 1 else 'such as '}{kinds[kind]}" for kind, count in refused.most_common(_REASONS)
+            f"{count} x{'' if count == 1 else ', such as'} {kinds[kind]}" for kind, count in refused.most_common(_REASONS)
         ]
         if len(refused) > _REASONS:
             said.append(f"and {len(refused) - _REASONS} more reasons, in the last column of --csv")
+    said += [f"{path} changes no figure of this scene" for path in _without_effect(found)]
     exact, approximate = found.values["exact"], found.values["approximate"]
     below = np.flatnonzero(exact - approximate > _NEAR * np.abs(exact))
     if below.size:
@@ -59,6 +60,21 @@ def notes(found: Sweep) -> list[str]:
             f"figures differ by {figure(check.ratio, most=2)} of the sum of both estimates at most"
         )
     return said
+
+
+def _without_effect(found: Sweep) -> list[str]:
+    """The numbers that vary, in a grid, while every figure stays as it is."""
+    if len(found.shape) != len(found.columns) or not np.isfinite(found.worst).any():
+        return []
+    idle = []
+    for axis, (path, column) in enumerate(found.columns.items()):
+        rows = [found.values[name].astype(float).reshape(found.shape) for name in found.names]
+        apart = [np.fmax.reduce(row, axis=axis) - np.fmin.reduce(row, axis=axis) for row in rows]
+        size = [np.fmax.reduce(np.abs(row), axis=None) for row in rows]
+        moved = any((each > _NEAR * most).any() for each, most in zip(apart, size, strict=True))
+        if np.ptp(column) > 0.0 and not moved:
+            idle.append(path)
+    return idle
 
 
 def _designs(count: int) -> str:
@@ -100,7 +116,8 @@ def _best(found: Sweep) -> list[str]:
     shown = [each for each in _OF_BEST if each in found.names]
     rows += [Row(FIGURES[each].about.partition(",")[0], _figure(found, each, k), units[each]) for each in shown]
     what = "flywheel" if name == "exact" else name
-    return [f"The least {what}: design {k}", *(line[:WIDTH].rstrip() for line in columns(rows))]
+    among = f", of the {_designs(len(found) - found.missing)} that are not missing" if found.missing else ""
+    return [f"The least {what}: design {k}{among}", *(line[:WIDTH].rstrip() for line in columns(rows))]
 
 
 def _figure(found: Sweep, name: str, k: int) -> str:
