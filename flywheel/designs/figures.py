@@ -5,7 +5,9 @@ Errors are those of `size`: relative to the larger of the figure and its scale, 
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+import sys
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -13,6 +15,7 @@ from numpy.typing import NDArray
 
 from flywheel.designs import batch as cycles
 from flywheel.designs.structures import Structures
+from flywheel.machine.machine import Machine
 from flywheel.numerics.faults import SceneError
 from flywheel.reading.paths import with_numbers
 from flywheel.scene.scene import Scene
@@ -60,6 +63,10 @@ ENGINES = ("numpy", "numba", "size")
 """What sizes designs: many at once by numpy or numba, or `size` one by one."""
 
 
+_FEW = 16  # designs that are finished before a bar could be read
+_MOST_MARKS = 64  # machines of which they are kept
+
+
 class Batch(NamedTuple):
     """Figures of designs by their names, their errors (designs,), reasons of those refused by index, how each was sized.
 
@@ -73,7 +80,9 @@ class Batch(NamedTuple):
     interrupted: bool = False
 
 
-def sized(scene: Scene, paths: tuple[str, ...], columns: Array, rtol: float, engine: str) -> Batch:
+def sized(
+    scene: Scene, paths: tuple[str, ...], columns: Array, rtol: float, engine: str, progress: bool | None = False
+) -> Batch:
     """The figures of designs whose numbers stand in columns.
 
     Args:
@@ -82,10 +91,11 @@ def sized(scene: Scene, paths: tuple[str, ...], columns: Array, rtol: float, eng
         columns: their values in SI (paths, designs).
         rtol: relative error asked of every figure.
         engine: one of `ENGINES`.
+        progress: whether to show a bar where many are sized one by one; None where standard error is a terminal.
 
     """
     if engine == "size":
-        return one_by_one(scene, paths, columns, range(columns.shape[1]), rtol)
+        return one_by_one(scene, paths, columns, range(columns.shape[1]), rtol, progress)
     batch, by_structure = empty(columns.shape[1]), structures_of(scene, paths).sorted(columns)
     for structure, which in by_structure.groups:
         found = cycles.sized(structure, columns[:, which], rtol, engine)
@@ -97,7 +107,7 @@ def sized(scene: Scene, paths: tuple[str, ...], columns: Array, rtol: float, eng
             for name, value in given.items():
                 into[name][place] = value[known]
     left = np.flatnonzero(batch.ways == MISSING)
-    alone = one_by_one(scene, paths, columns[:, left], range(left.size), rtol)
+    alone = one_by_one(scene, paths, columns[:, left], range(left.size), rtol, progress)
     for into, given in ((batch.values, alone.values), (batch.errors, alone.errors)):
         for name, value in given.items():
             into[name][left] = value
@@ -108,6 +118,7 @@ def sized(scene: Scene, paths: tuple[str, ...], columns: Array, rtol: float, eng
     return batch._replace(interrupted=alone.interrupted)
 
 
+_marks: dict[bytes, tuple[Array, Array]] = {}  # breakpoints and landmarks of the last machines, by what they follow from
 _recent: list[tuple[Scene, Structures]] = []
 
 
@@ -122,24 +133,63 @@ def structures_of(scene: Scene, paths: tuple[str, ...]) -> Structures:
     return found
 
 
-def one_by_one(scene: Scene, paths: tuple[str, ...], columns: Array, which: Iterable[int], rtol: float) -> Batch:
+def one_by_one(
+    scene: Scene, paths: tuple[str, ...], columns: Array, which: range, rtol: float, progress: bool | None = False
+) -> Batch:
     """The figures of some of the designs, by `size` one after the other; nan for the others, whose way is `MISSING`.
 
     Where the user interrupts it, those that are finished are returned.
     """
     batch = empty(columns.shape[1])
-    for k in which:
-        try:
-            found = size(with_numbers(scene, dict(zip(paths, columns[:, k].tolist(), strict=True))), rtol, accuracy="normal")
-        except SceneError as error:
-            batch.ways[k], batch.reasons[k] = REFUSED, "; ".join(map(str, error.faults))
-            continue
-        except KeyboardInterrupt:
-            return batch._replace(interrupted=True)
-        batch.ways[k] = ALONE
-        for name, (value, error_of) in figures_of(found).items():
-            batch.values[name][k], batch.errors[name][k] = value, error_of
+    with progress_bar(len(which) if len(which) > _FEW else 0, progress, "designs one by one") as told:
+        for k in which:
+            try:
+                design = with_numbers(scene, dict(zip(paths, columns[:, k].tolist(), strict=True)))
+                found = figures_of(size(_with_known_marks(design), rtol, accuracy="normal"))
+            except SceneError as error:
+                batch.ways[k], batch.reasons[k] = REFUSED, "; ".join(map(str, error.faults))
+            except KeyboardInterrupt:
+                return batch._replace(interrupted=True)
+            else:
+                batch.ways[k] = ALONE
+                for name, (value, error_of) in found.items():
+                    batch.values[name][k], batch.errors[name][k] = value, error_of
+            told(1)
     return batch
+
+
+def _with_known_marks(scene: Scene) -> Machine | Scene:
+    """The machine of a design, with breakpoints and landmarks that one before has found already; else these are kept.
+
+    To find them takes longer than the motion does where laws are long, and what drives the machine does not change them.
+    """
+    if not scene.depends_on_speed:
+        return scene
+    try:
+        with np.errstate(all="ignore"):
+            machine = Machine(scene)
+            key = machine.breaks
+            if key not in _marks:
+                if len(_marks) >= _MOST_MARKS:
+                    _marks.pop(next(iter(_marks)))
+                _marks[key] = machine.breakpoints, machine.landmarks
+    except (SceneError, ArithmeticError):  # `size` says what is wrong with it
+        return scene
+    machine.breakpoints, machine.landmarks = _marks[key]
+    return machine
+
+
+@contextmanager
+def progress_bar(count: int, progress: bool | None, label: str = "designs") -> Iterator[Callable[[int], object]]:
+    """What tells of finished designs: a bar on standard error where that is a terminal."""
+    shown = sys.stderr is not None and sys.stderr.isatty() if progress is None else progress
+    if not shown or not count:
+        yield lambda finished: None
+        return
+    import click
+
+    with click.progressbar(length=count, label=label, file=sys.stderr, show_pos=True) as bar:
+        yield bar.update
 
 
 def empty(count: int) -> Batch:

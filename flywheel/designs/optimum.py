@@ -479,7 +479,7 @@ def _optimum(problem: _Problem, best: Array, ends: list[Array], better: int) -> 
         around=2 * len(_AROUND) * len(best) + _SCATTERED,
         starts=reached,
         course=course,
-        messages=tuple(_messages(problem, best, at_bounds, limits, (reached, agree, better), rows)),
+        messages=(*_messages(problem, best, at_bounds, limits, (reached, agree, better), rows), *family.said),
         designs=family.count,
     )
 

@@ -277,9 +277,9 @@ def _check(scene: Scene) -> None:
     for found, what in (
         (scene.areas is not None, "a diagram of areas has no machine"),
         (scene.stroke is not None, "a stroke is no cycle"),
+        (scene.depends_on_speed, "torques depend on speed"),
         (scene.speed is None or not scene.has_flywheel, "no speed or no flywheel is given"),
         (scene.wheel is not None, "a wheel is to be chosen for each"),
-        (scene.depends_on_speed, "torques depend on speed"),
         (scene.rubs, "friction in joints follows from the motion"),
         (any(efficiency < 1.0 for efficiency in scene.efficiencies.values()), "meshes have losses"),
         (drive is not None and not isinstance(drive.law, float | int | None), "the drive's torque is no plain number"),

@@ -8,9 +8,8 @@ from __future__ import annotations
 
 import math
 import pickle
-import sys
 from collections import Counter
-from collections.abc import Callable, Generator, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Generator, Iterable, Iterator, Mapping, Sequence
 from concurrent.futures import FIRST_COMPLETED, BrokenExecutor, Executor, Future, wait
 from contextlib import ExitStack, contextmanager, suppress
 from dataclasses import dataclass
@@ -24,7 +23,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flywheel.designs import figures as designs
-from flywheel.designs.figures import ALONE, ENGINES, FIGURES, MISSING, REFINED, REFUSED, TRACED, Batch
+from flywheel.designs.figures import ALONE, ENGINES, FIGURES, MISSING, REFINED, REFUSED, TRACED, Batch, progress_bar
 from flywheel.machine.machine import Machine, balance_unit, scene_of
 from flywheel.numerics import notebook
 from flywheel.numerics.faults import Fault, SceneError, show, suggestion
@@ -528,7 +527,7 @@ def _swept(plan: Plan, executor: Any, file: Path | None, chunk: int | None, prog
     length = chunk or max(LEAST_CHUNK, min(_MOST_CHUNK, -(-missing.size // _CHUNKS)))
     pending = [missing[k : k + length] for k in range(0, missing.size, length)]
     try:
-        with _bar(missing.size, progress) as told, ExitStack() as stack:
+        with progress_bar(missing.size, progress) as told, ExitStack() as stack:
             for which, batch in _batches(plan, pending, executor, table.messages, stack):
                 table.add(which, batch)
                 told(which.size)
@@ -699,19 +698,6 @@ def _by_executor(
 def _cause(error: BaseException) -> str:
     first = str(error).strip().splitlines()
     return f"{type(error).__name__}: {first[0][:120]}" if first else type(error).__name__
-
-
-@contextmanager
-def _bar(count: int, progress: bool | None) -> Iterator[Callable[[int], object]]:
-    """What tells of finished designs: a bar on standard error where that is a terminal."""
-    shown = sys.stderr is not None and sys.stderr.isatty() if progress is None else progress
-    if not shown or not count:
-        yield lambda finished: None
-        return
-    import click
-
-    with click.progressbar(length=count, label="designs", file=sys.stderr, show_pos=True) as bar:
-        yield bar.update
 
 
 # -- the check ---------------------------------------------------------------------------------------------------------

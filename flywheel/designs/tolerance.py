@@ -81,7 +81,8 @@ class Tolerance:
     """How the figures of a design spread as its numbers do.
 
     `intervals` or `deviations` is what was given (SI). `samples` are the numbers (paths, designs) at which figures were
-    taken, `figures[name]` these; `refused` counts those of them that are no machine, with `reason` for one.
+    taken, `figures[name]` these; `refused` counts those of them that are no machine, with `reason` for one. `messages` tell
+    how designs were sized.
     """
 
     scene: Scene
@@ -96,6 +97,7 @@ class Tolerance:
     refused: int
     reason: str
     designs: int
+    messages: tuple[str, ...] = ()
 
     def __repr__(self) -> str:
         """What spreads, and by what."""
@@ -144,6 +146,7 @@ class Tolerance:
             "designs": self.designs,
             "refused": self.refused,
             "reason": self.reason or None,
+            "messages": list(self.messages),
         }
 
 
@@ -215,6 +218,7 @@ def tolerance(
         refused=int(lost.sum()),
         reason=next(refused, ""),
         designs=family.count,
+        messages=family.said,
     )
 
 

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flywheel.components.wheels import ARMS, LIGHTEST, MEAN, choose
-from flywheel.designs.figures import ENGINES, FIGURES, Batch, figures_of, sized
+from flywheel.designs.figures import ALONE, ENGINES, FIGURES, Batch, figures_of, sized
 from flywheel.numerics.arguments import name_faults, refuse, shown
 from flywheel.numerics.cells import ROUNDING
 from flywheel.numerics.faults import Fault, SceneError, suggestion
@@ -106,7 +106,8 @@ class Variation:
         self.bare = _without_wheel(scene) if self.engine != ENGINES[-1] else None
         self.exchanged = 0.0  # work (J) in a cycle, to which errors of areas are relative
         self.reasons: dict[tuple[float, ...], str] = {}
-        self.count = 0
+        self.count = self.alone = 0
+        self.why = ""
 
     def unit(self, figure: str) -> str:
         """The unit (SI) of a figure: that of a balance is the torque's, or left open where it is a parameter's."""
@@ -142,16 +143,29 @@ class Variation:
     def __call__(self, columns: Array) -> tuple[Array, Array]:
         """The figures of designs (paths, designs) and their absolute errors, both (figures, designs); NaN where refused."""
         if self.bare is None:
-            batch = sized(self.scene, self.paths, columns, self.rtol, self.engine)
+            batch = sized(self.scene, self.paths, columns, self.rtol, self.engine, progress=None)
         else:
             batch = self._with_wheels(self.bare, columns)
+        if batch.interrupted:
+            raise KeyboardInterrupt
         self.count += columns.shape[1]
+        alone = batch.ways == ALONE
+        self.alone += int(alone.sum())
         for k, reason in batch.reasons.items():
+            self.why = self.why or reason * bool(alone[k])
             self.reasons[tuple(columns[:, k].tolist())] = reason
         if self.scene.wheel is not None:  # a wheel that is not needed has no mass
             batch.values["mass"][batch.values["exact"] == 0.0] = 0.0
         values = np.array([batch.values[name] for name in NAMES])
         return values, np.array([self._error(name, batch) for name in NAMES])
+
+    @property
+    def said(self) -> tuple[str, ...]:
+        """What is to be said of how designs were sized."""
+        if not self.alone or self.engine == ENGINES[-1]:
+            return ()
+        were = "was" if self.alone == 1 else "were"
+        return (f"{self.alone} of {self.count} designs {were} sized one by one" + f": {self.why}" * bool(self.why),)
 
     def _with_wheels(self, bare: Scene, columns: Array) -> Batch:
         """Designs of a scene that is many at once without its wheel, and the wheel of each chosen as `size` does."""
@@ -159,7 +173,7 @@ class Variation:
         paths, given = tuple(self.paths[i] for i in others), columns[others]
         if not others:
             paths, given = (_IRREGULARITY,), np.full((1, columns.shape[1]), bare.irregularity)
-        batch = sized(bare, paths, given, self.rtol, self.engine)
+        batch = sized(bare, paths, given, self.rtol, self.engine, progress=None)
         same = not any(path in _WHEEL or path == _IRREGULARITY or path.startswith("shafts.") for path in self.paths)
         for k in np.flatnonzero(np.isfinite(batch.values["exact"])):
             inertia, speed = float(batch.values["exact"][k]), float(batch.values["speed"][k])

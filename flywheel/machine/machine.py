@@ -6,6 +6,7 @@ walked through the same bond graph; nothing is sampled. Only scenes with express
 
 from __future__ import annotations
 
+import pickle
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import replace
 from functools import cache, cached_property, partial
@@ -53,6 +54,7 @@ Array = NDArray[np.float64]
 FLYWHEEL = "the flywheel"  # whose part its inertia is
 FRICTION = "friction in joints"  # whose part its moment is
 SPEED = "speed of the driver"  # whose part its source is
+_POSITION = frozenset({"phi", "x", "v"})  # names by which a law reads where its place is, or which way it goes
 _MOTOR = "drive.motor"  # the name of its graph as a part
 
 WIDEST = TURN / 4  # of a cell, in the angle of the fastest mechanism: 21 nodes then resolve plain sines to rounding
@@ -602,7 +604,7 @@ class Machine:
         edges = self.breakpoints
         for effort in self.efforts:
             law, lo, hi = effort.load.law, edges[:-1], edges[1:]
-            if not isinstance(law, Expression):
+            if not isinstance(law, Expression) or not (_POSITION & law.names or self._infinite(effort)):
                 continue
             middle = 0.5 * (lo + hi)
             active = np.broadcast_to(effort.active(Here(effort.place.rate * middle, None, np)), lo.shape)
@@ -624,6 +626,29 @@ class Machine:
                 raise _unresolved(effort, error) from None
             edges = np.array(sorted({*edges.tolist(), *splits.tolist()}))
         return edges
+
+    @property
+    def breaks(self) -> bytes:
+        """What breakpoints and landmarks follow from, as bytes: machines for which these are alike have the same."""
+        scene = self.scene
+        parts: list[Any] = [scene.mechanisms, scene.shafts, scene.reduction_element, scene.cycle, scene.origin, scene.stroke]
+        for effort in self.efforts:
+            law = effort.load.law
+            if not isinstance(law, Expression):
+                parts.append(effort.load)
+            elif not _POSITION & law.names:
+                parts += [effort.load._replace(law=None, model=""), self._infinite(effort)]
+            else:
+                used = sorted((name, value) for name, value in effort.constants.items() if name in law.names)
+                speed = self.typical_speed if effort.uses_speed else None
+                parts += [effort.load._replace(law=None, model=""), law.tree, used, speed]
+        return pickle.dumps(parts)
+
+    def _infinite(self, effort: Effort) -> bool:
+        """Whether a law that reads no position is infinite at the machine's typical speed."""
+        names = self._names(effort)(0.0, 0.0, np)
+        with np.errstate(all="ignore"):
+            return bool(np.isinf(effort.load.law.evaluate(names, np, names)).any())  # type: ignore[union-attr]
 
     @cached_property
     def restarts(self) -> Array:

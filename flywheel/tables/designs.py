@@ -132,7 +132,7 @@ def tolerance_text(found: Tolerance, names: Sequence[str] = ()) -> str:
         blocks.append(["Least and greatest values within the intervals", *_extremes(found, kept)])
     blocks.append([f"Statistics of {count} samples, to the digits that sampling leaves", *_statistics(found, kept)])
     blocks += [_shares(found, name) for name in kept if found.spreads[name].shares]
-    said = []
+    said = [_sentence(message) for message in found.messages]
     if found.refused:
         said.append(f"{found.refused} of {count} samples are refused and left out, such as: {found.reason}")
     return page((*blocks, [line for sentence in said for line in _wrapped(sentence)]))

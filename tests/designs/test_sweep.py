@@ -46,6 +46,30 @@ def same(one, other):
     return figures and refused
 
 
+def test_designs_whose_loads_are_the_same_break_at_the_same_angles_and_others_at_their_own():
+    """Whatever varies, a design that is sized alone among others is, to its last digit, what `size` makes of it."""
+    raw = {
+        "parameters": {"start": 50.0, "slope": 2.5, "end": 2.0, "height": 30.0},
+        "load": [{"on": "crank", "torque": "-height*(phi < end)"}],
+        "drive": {"torque": "start - slope*omega"},
+        "flywheel": {"irregularity": 0.05},
+    }
+    scene = flywheel.load(raw)
+    columns = {
+        "parameters.start": np.array([50.0, 60.0, 50.0, 60.0]),
+        "parameters.end": np.array([2.0, 2.0, 2.5, 2.0]),
+        "parameters.height": np.array([30.0, 30.0, 30.0, 20.0]),
+    }
+    found = flywheel.sweep(scene, columns)
+    assert found.ways.tolist() == [ALONE] * 4
+    for k in range(4):
+        there = {name.partition(".")[2]: float(column[k]) for name, column in columns.items()}
+        alone = flywheel.size(flywheel.load({**raw, "parameters": {**raw["parameters"], **there}}), accuracy="normal")
+        assert found["exact"][k] == alone.flywheel.exact
+        assert found["energy_fluctuation"][k] == alone.energy_fluctuation
+    assert found.messages == ("4 of 4 designs were sized one by one: torques depend on speed",)
+
+
 def test_every_design_is_the_one_that_size_gives():
     scene = flywheel.load(press())
     columns = {
