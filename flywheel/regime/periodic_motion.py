@@ -499,7 +499,7 @@ class _Equations:
 
 # -- cells that are cut and halved in turns with the motion --------------------------------------------------------------
 
-MOST_WORK = 300_000
+MOST_WORK = 450_000
 """Nodes of Newton steps that the search for one motion may take, about a second: fifty times what a textbook's takes."""
 
 _ROUNDS = 120

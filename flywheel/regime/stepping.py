@@ -300,7 +300,10 @@ def through(
             return
         along = None
     first = min(1.1 * hint, until - t) if hint else None  # a little more, so that an equal piece takes one step too
-    method = runge_kutta.method(tolerance.relative)
+    switching = (
+        events is not None and events.clear is None
+    )  # which side it goes on to asks for states of the steps' own order
+    method = runge_kutta.ORDER_8 if switching else runge_kutta.method(tolerance.relative)
     solver = DormandPrince(rates, t, state.tolist(), until, tolerance.relative, tolerance.absolute.tolist(), first, method)
     taken = 0
     while solver.t < until:
