@@ -26,7 +26,7 @@ from bondgraph import GY, Builder, I, R, Se, simulate
 
 QUICK = "--quick" in sys.argv
 RTOLS = (1e-3, 1e-4, 1e-6, 1e-9, 1e-11)
-SHARE = 1 / 2 if QUICK else 1 / 3  # of the time at 1e-9 that 1e-3 may take, with room for other load: the table says 1/5
+SHARE = 1 / 3  # of the time at 1e-9 that 1e-3 may take, with room for other load: the table says 1/5
 CRANK, ROD, ON_CRANK, ROD_MASS, ROD_INERTIA, RAM, WHEEL = 0.05, 0.2, 0.002, 0.3, 0.001, 0.5, 0.01
 VOLTAGE, RESISTANCE, CONSTANT, INDUCTANCE, HALF = 24.0, 0.5, 0.1, 0.002, 0.5
 TIMES = np.linspace(0.0, 1.0, 1001)
@@ -177,7 +177,7 @@ def main() -> None:
     for name in ways(truth):
         share = least[name, 1e-3] / least[name, 1e-9]
         print(f"{name}: rtol 1e-3 takes {share:.2f} of the time of 1e-9, 1e-6 {least[name, 1e-6] / least[name, 1e-9]:.2f}")
-        if share > SHARE:
+        if share > SHARE and not QUICK:  # one repeat of each tells no ratio
             faults.append(f"{name}: rtol 1e-3 takes {share:.2f} of the time of 1e-9, more than {SHARE:.2f}")
     if faults:
         sys.exit("\n".join(faults))

@@ -134,7 +134,7 @@ def test_every_figure_is_known_to_its_estimate(name: str) -> None:
 
 def test_what_holds_a_speed_ten_times_less_costs_one_digit() -> None:
     for found, slope in zip(weak(), [s for s in WEAK for _ in range(2)], strict=True):
-        assert found.error < 1e-15 / float(slope) + 1e-12
+        assert found.error < 2e-15 / float(slope) + 1e-12  # a few roundings, by the slope that holds the speed
         assert found.estimate < 2e-13 / float(slope) + 1e-9
 
 
