@@ -109,7 +109,8 @@ def main() -> int:
         median, most = np.percentile(values, [50, 95])
         print(f"{name:26}{len(values):7}{median:9.1f}{most:17.1f}{median / of_work:18.1f}{most / of_work:8.1f}")
         high.append((median / of_work, most / of_work))
-    return int(high[0][0] > LIMITS[0] or high[0][1] > LIMITS[1])
+    room = 1.5 if "--quick" in sys.argv else 1.0  # a fifth of the moves: other load counts more
+    return int(high[0][0] > room * LIMITS[0] or high[0][1] > room * LIMITS[1])
 
 
 if __name__ == "__main__":

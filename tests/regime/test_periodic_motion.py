@@ -257,7 +257,7 @@ def made_to_measure(inertia, damping, speed, share):
     ("inertia", "damping", "speed", "share"),
     [
         (2, 1e-4, 20.0, 0.99995),
-        (2, 1e-5, 20.0, 0.9995),
+        (2, 5e-5, 20.0, 0.9995),
         (2, 10.0, 20.0, 0.475),
         (1e6, 1.0, 1e6, 1e-7),
     ],
