@@ -65,7 +65,9 @@ def test_without_a_speed_it_is_the_one_asked_for_or_that_of_zero_net_work():
     assert_allclose(asked.moment, given.moment)
     assert_allclose(asked.moment_parts["drive"], balance, rtol=1e-9)
     free = flywheel.reduce(flywheel.load(regimes.scene("section-c", inertia=0)), PHI)
-    assert_allclose(free.moment_parts["drive"], 10 - 2.387 * float(regimes.figures("section-c")["constant"]["speed"]), atol=1e-14)
+    assert_allclose(
+        free.moment_parts["drive"], 10 - 2.387 * float(regimes.figures("section-c")["constant"]["speed"]), atol=1e-14
+    )
 
 
 def test_a_branch_that_a_velocity_decides_is_taken_where_the_machine_stands():
