@@ -8,14 +8,10 @@ from those alone (`flywheel.designs.batch.figures`), whichever engine has found 
 
 from __future__ import annotations
 
-import os
 from collections.abc import Callable, Sequence
-from concurrent.futures import ThreadPoolExecutor
-from functools import partial
-from typing import Any, NamedTuple, Protocol
+from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from bondgraph.recording import Program
 from flywheel.numerics import cells
@@ -27,11 +23,8 @@ _READ = 4 * ROUNDING  # of a figure that is the scene's own
 _INSIDE = 1.0 - 1e-12
 _NO_EFFECT = 1e-9  # of what an unknown does over the cycle: below that it balances nothing
 _ENORMOUS = 1e150  # of works and inertias: their squares and products would leave the floating-point range
-_CELLS = 3_000  # of a chunk of designs: arrays of their values then stay in the processor's cache
-_DESIGNS = 110_000 // ORDER // ORDER * 2  # of a chunk, at most: greater products are split over threads, which costs more
-_LARGE = 24_000  # of one for machine code, which keeps little of it at a time
+DESIGNS = 110_000 // ORDER // ORDER * 2  # of a chunk, at most: greater products are split over threads, which costs more
 _NEWTON, _SETTLED = 20, 1e-14  # steps towards an irregularity, and the last one's size
-_HALVINGS = 3  # of the cells of designs that miss rtol; what is then left is sized one by one
 _SHARE = 1e-6  # of a row's size: a series that is cut off above it is looked at on the finer grid
 POINTS: Array = np.concatenate(([-1.0], NODES, [1.0]))  # of a cell, where signs are looked at
 _LAST = POINTS.size - 1
@@ -77,20 +70,6 @@ class Givens(NamedTuple):
         """Those of some designs."""
         asked: dict[str, Any] = self._asdict()
         return self._replace(**{name: value[which] for name, value in asked.items() if np.ndim(value)})
-
-
-class Structure(Protocol):
-    """Designs with the same smooth pieces: the edges of their cells, and the values in each piece by its program."""
-
-    def edges(self, columns: Array) -> Array:
-        """Edges of the cells (cells + 1, designs), rad."""
-
-    @property
-    def programs(self) -> Pieces:
-        """Consecutive cells with the program (phi, *columns) -> I*, dI*/dphi, M*, dM*/du, |M*|, |dI*/dphi|."""
-
-    def givens(self, columns: Array) -> Givens:
-        """Speed and irregularity of every design."""
 
 
 class Sums(NamedTuple):
@@ -331,8 +310,8 @@ def _near(cycles: Cycles, function: int, factors: Array, tails: Array) -> tuple[
 def _polished(series: Array, t: Array, left: Array, right: Array) -> Array:
     """Roots of series (ORDER, roots) from t within [left, right] by Newton's method; where that is lost as of one design."""
     slopes, step, here = np.empty_like(series), np.zeros_like(t), t
-    for first in range(0, t.size, _DESIGNS):
-        np.matmul(_DIFFERENTIATE, series[:, first : first + _DESIGNS], out=slopes[:, first : first + _DESIGNS])
+    for first in range(0, t.size, DESIGNS):
+        np.matmul(_DIFFERENTIATE, series[:, first : first + DESIGNS], out=slopes[:, first : first + DESIGNS])
     for _ in range(5):
         powers = cells.basis(here, ORDER).T
         steep = np.einsum("kr,kr->r", slopes, powers)
@@ -387,104 +366,10 @@ def _places(cycles: Cycles, factor: Array, loose: Array, cell: Index, t: Array) 
     return angle, error + 4 * ROUNDING * end
 
 
-# -- designs in chunks -----------------------------------------------------------------------------------------------------
+# -- the motion with an inertia --------------------------------------------------------------------------------------------
 
 
-class Found(NamedTuple):
-    """Figures of designs by their names with their errors, and how often their cells were halved; -1 where none is known."""
-
-    values: dict[str, Array]
-    errors: dict[str, Array]
-    halvings: NDArray[np.int8]
-
-
-def sized(structure: Structure, columns: Array, rtol: float, engine: str = "numpy", threads: int | None = None) -> Found:
-    """Figures of designs chunk by chunk, each on cells that are halved until the error is within rtol/2.
-
-    Not known are those of designs that this does not bring there, whose net work is left over, whose speed nothing varies,
-    or whose values are not finite.
-
-    Args:
-        structure: that the designs share.
-        columns: their numbers (paths, designs), SI.
-        rtol: relative error allowed.
-        engine: "numpy" or "numba"; numpy takes the structures whose programs hold more than numbers.
-        threads: of machine code; as many as there are processors if None. Numpy has one.
-
-    """
-    count, sums_of, size = columns.shape[1], sums, _CELLS
-    engine = engine if all(program.plain for _, program in structure.programs) else "numpy"
-    if engine == "numba":
-        from flywheel.designs import kernels  # an extra
-
-        sums_of, size = kernels.sums, _LARGE
-    threads = 1 if engine == "numpy" else threads or os.cpu_count() or 1
-    found = Found({}, {}, np.full(count, -1, np.int8))
-    left: Any = np.arange(count)
-    for halvings in range(_HALVINGS + 1):
-        most = size // structure.programs[-1][0].stop >> halvings
-        parts = _parts(left, min(most, _DESIGNS) if engine == "numpy" else most, threads)
-        chunk = partial(_chunk, structure, columns, halvings=halvings, rtol=rtol, sums_of=sums_of)
-        if threads == 1 or len(parts) < 2:
-            missed = [_put(found, part, *chunk(part)) for part in parts]
-        else:
-            with ThreadPoolExecutor(threads) as pool:
-                missed = [_put(found, part, *given) for part, given in zip(parts, pool.map(chunk, parts), strict=True)]
-        left = np.concatenate([*missed, left[:0]])
-    return found
-
-
-def _parts(which: Index, size: int, threads: int) -> list[Index]:
-    """Designs in chunks of a size, or less where every thread is to have one."""
-    size = max(1, min(size, -(-which.size // threads)))
-    return np.split(which, range(size, which.size, size)) if which.size else []
-
-
-def _put(found: Found, which: Index, values: dict[str, Array], errors: dict[str, Array], halvings: Array) -> Index:
-    """Put the figures of a chunk of designs into what was found; the designs that miss rtol."""
-    missed = which[halvings < 0]
-    good: Any = halvings >= 0 if missed.size else slice(None)
-    consecutive = not missed.size and which[-1] - which[0] == which.size - 1  # as they ascend
-    known: Any = slice(which[0], which[0] + which.size) if consecutive else which[good]
-    found.halvings[known] = halvings[good]
-    for into, given in ((found.values, values), (found.errors, errors)):
-        for name, value in given.items():
-            if name not in into:
-                into[name] = np.full(found.halvings.size, np.nan)
-            into[name][known] = np.broadcast_to(value, halvings.shape)[good]
-    return missed
-
-
-@np.errstate(all="ignore")
-def _chunk(structure: Structure, columns: Array, which: Index, *, halvings: int, rtol: float, sums_of: Engine) -> Any:
-    """Figures and errors of a chunk of designs, and how often their cells were halved; -1 where rtol is missed."""
-    columns = columns[:, which]
-    edges, givens = structure.edges(columns), structure.givens(columns)
-    for _ in range(halvings):
-        finer = np.empty((2 * edges.shape[0] - 1, edges.shape[1]))
-        finer[::2], finer[1::2] = edges, 0.5 * (edges[1:] + edges[:-1])
-        edges = finer
-    pieces = [(slice(piece.start << halvings, piece.stop << halvings), program) for piece, program in structure.programs]
-    if givens.inertia is not None:
-        given, inertia = givens._replace(irregularity=0.0 * givens.speed), givens.inertia * givens.ratio**2
-        sums, givens, error = _moved(lambda asked: sums_of(pieces, asked, columns, edges), given, inertia)
-        values, errors, missed = _of_cycle(sums, givens)
-        values["irregularity"], errors["irregularity"] = givens.irregularity, error
-        return values, errors, np.where(np.maximum(missed, error) <= 0.5 * rtol, halvings, -1)
-    sums = sums_of(pieces, givens, columns, edges)
-    values, errors, missed = figures(sums, givens)
-    alone = np.flatnonzero((values["needed"] == 0.0) & (missed <= 0.5 * rtol))
-    if alone.size:  # the machine runs without a flywheel, at its own irregularity
-        few, at = columns[:, alone], edges[:, alone]
-        moved, _, missed[alone] = _moved(
-            lambda asked: sums_of(pieces, asked, few, at), givens.of(alone), np.zeros(alone.size)
-        )
-        values["angle_speed_max"][alone], values["angle_speed_min"][alone] = moved.fastest, moved.slowest
-        errors["angle_speed_max"][alone] = errors["angle_speed_min"][alone] = moved.angle
-    return values, errors, np.where(missed <= 0.5 * rtol, halvings, -1)
-
-
-def _moved(engine: Callable[[Givens], Sums], givens: Givens, inertia: Array) -> tuple[Sums, Givens, Array]:
+def moved(engine: Callable[[Givens], Sums], givens: Givens, inertia: Array) -> tuple[Sums, Givens, Array]:
     """The motion with an inertia J on the crank (kg m²), by Newton's method on its irregularity eps; its relative error.
 
     max(W - z+ w²V/2) - min(W - z- w²V/2) = eps w² (J + I*(0)), V = I* - I*(0), z± = (1 ± eps/2)²: with this irregularity
@@ -544,7 +429,7 @@ def figures(sums: Sums, givens: Givens) -> tuple[dict[str, Array], dict[str, Arr
         return np.where(figure - sums.extent[0] < -whole, error, whole)
 
     ratio = givens.ratio**2
-    values, errors, missed = _of_cycle(sums, givens)
+    values, errors, missed = of_cycle(sums, givens)
     values |= {
         "exact": np.maximum(exact, 0.0) / ratio,
         "approximate": np.maximum(fluctuation - least, 0.0) / ratio,
@@ -569,7 +454,7 @@ def figures(sums: Sums, givens: Givens) -> tuple[dict[str, Array], dict[str, Arr
     return values, errors, missed
 
 
-def _of_cycle(sums: Sums, givens: Givens) -> tuple[dict[str, Array], dict[str, Array], Array]:
+def of_cycle(sums: Sums, givens: Givens) -> tuple[dict[str, Array], dict[str, Array], Array]:
     """Figures of the cycle itself, which do not tell what flywheel it needs; their errors, and the one to bring within rtol.
 
     That is infinite where nothing but rounding varies the speed, where net work is left over, and beyond all proportion.

@@ -5,17 +5,21 @@ Errors are those of `size`: relative to the larger of the figure and its scale, 
 
 from __future__ import annotations
 
+import os
 import sys
 from collections.abc import Callable, Iterator, Mapping
+from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager
+from functools import partial
 from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from flywheel.designs import batch as cycles
-from flywheel.designs.structures import Structures
+from flywheel.designs.structures import Structure, Structures
 from flywheel.machine.machine import Machine
+from flywheel.numerics.cells import Index
 from flywheel.numerics.faults import SceneError
 from flywheel.reading.paths import with_numbers
 from flywheel.scene.scene import Scene
@@ -63,6 +67,9 @@ ENGINES = ("numpy", "numba", "size")
 """What sizes designs: many at once by numpy or numba, or `size` one by one."""
 
 
+_CELLS = 3_000  # of a chunk of designs: arrays of their values then stay in the processor's cache
+_LARGE = 24_000  # of one for machine code, which keeps little of it at a time
+_HALVINGS = 3  # of the cells of designs that miss rtol; what is then left is sized one by one
 _FEW = 16  # designs that are finished before a bar could be read
 _MOST_MARKS = 64  # machines of which they are kept
 
@@ -98,7 +105,7 @@ def sized(
         return one_by_one(scene, paths, columns, range(columns.shape[1]), rtol, progress)
     batch, by_structure = empty(columns.shape[1]), structures_of(scene, paths).sorted(columns)
     for structure, which in by_structure.groups:
-        found = cycles.sized(structure, columns[:, which], rtol, engine)
+        found = at_once(structure, columns[:, which], rtol, engine)
         every = (found.halvings >= 0).all()
         known: Any = slice(None) if every else found.halvings >= 0
         place: Any = slice(None) if every and which.size == batch.ways.size else which[known]  # a structure's ascend
@@ -131,6 +138,106 @@ def structures_of(scene: Scene, paths: tuple[str, ...]) -> Structures:
     found = Structures(scene, paths)
     _recent[:] = [(scene, found)]
     return found
+
+
+# -- designs of one structure, chunk by chunk ------------------------------------------------------------------------------
+
+
+class Found(NamedTuple):
+    """Figures of designs by their names with their errors, and how often their cells were halved; -1 where none is known."""
+
+    values: dict[str, Array]
+    errors: dict[str, Array]
+    halvings: NDArray[np.int8]
+
+
+def at_once(structure: Structure, columns: Array, rtol: float, engine: str = "numpy", threads: int | None = None) -> Found:
+    """Figures of designs chunk by chunk, each on cells that are halved until the error is within rtol/2.
+
+    Not known are those of designs that this does not bring there, whose net work is left over, whose speed nothing varies,
+    or whose values are not finite.
+
+    Args:
+        structure: that the designs share.
+        columns: their numbers (paths, designs), SI.
+        rtol: relative error allowed.
+        engine: "numpy" or "numba"; numpy takes the structures whose programs hold more than numbers.
+        threads: of machine code; as many as there are processors if None. Numpy has one.
+
+    """
+    count, sums_of, size = columns.shape[1], cycles.sums, _CELLS
+    engine = engine if all(program.plain for _, program in structure.programs) else "numpy"
+    if engine == "numba":
+        from flywheel.designs import kernels  # an extra
+
+        sums_of, size = kernels.sums, _LARGE
+    threads = 1 if engine == "numpy" else threads or os.cpu_count() or 1
+    found = Found({}, {}, np.full(count, -1, np.int8))
+    left: Any = np.arange(count)
+    for halvings in range(_HALVINGS + 1):
+        most = size // structure.programs[-1][0].stop >> halvings
+        parts = _parts(left, min(most, cycles.DESIGNS) if engine == "numpy" else most, threads)
+        chunk = partial(_chunk, structure, columns, halvings=halvings, rtol=rtol, sums_of=sums_of)
+        if threads == 1 or len(parts) < 2:
+            missed = [_put(found, part, *chunk(part)) for part in parts]
+        else:
+            with ThreadPoolExecutor(threads) as pool:
+                missed = [_put(found, part, *given) for part, given in zip(parts, pool.map(chunk, parts), strict=True)]
+        left = np.concatenate([*missed, left[:0]])
+    return found
+
+
+def _parts(which: Index, size: int, threads: int) -> list[Index]:
+    """Designs in chunks of a size, or less where every thread is to have one."""
+    size = max(1, min(size, -(-which.size // threads)))
+    return np.split(which, range(size, which.size, size)) if which.size else []
+
+
+def _put(found: Found, which: Index, values: dict[str, Array], errors: dict[str, Array], halvings: Array) -> Index:
+    """Put the figures of a chunk of designs into what was found; the designs that miss rtol."""
+    missed = which[halvings < 0]
+    good: Any = halvings >= 0 if missed.size else slice(None)
+    consecutive = not missed.size and which[-1] - which[0] == which.size - 1  # as they ascend
+    known: Any = slice(which[0], which[0] + which.size) if consecutive else which[good]
+    found.halvings[known] = halvings[good]
+    for into, given in ((found.values, values), (found.errors, errors)):
+        for name, value in given.items():
+            if name not in into:
+                into[name] = np.full(found.halvings.size, np.nan)
+            into[name][known] = np.broadcast_to(value, halvings.shape)[good]
+    return missed
+
+
+@np.errstate(all="ignore")
+def _chunk(structure: Structure, columns: Array, which: Index, *, halvings: int, rtol: float, sums_of: cycles.Engine) -> Any:
+    """Figures and errors of a chunk of designs, and how often their cells were halved; -1 where rtol is missed."""
+    columns = columns[:, which]
+    edges, givens = structure.edges(columns), structure.givens(columns)
+    for _ in range(halvings):
+        finer = np.empty((2 * edges.shape[0] - 1, edges.shape[1]))
+        finer[::2], finer[1::2] = edges, 0.5 * (edges[1:] + edges[:-1])
+        edges = finer
+    pieces = [(slice(piece.start << halvings, piece.stop << halvings), program) for piece, program in structure.programs]
+    if givens.inertia is not None:
+        given, inertia = givens._replace(irregularity=0.0 * givens.speed), givens.inertia * givens.ratio**2
+        sums, givens, error = cycles.moved(lambda asked: sums_of(pieces, asked, columns, edges), given, inertia)
+        values, errors, missed = cycles.of_cycle(sums, givens)
+        values["irregularity"], errors["irregularity"] = givens.irregularity, error
+        return values, errors, np.where(np.maximum(missed, error) <= 0.5 * rtol, halvings, -1)
+    sums = sums_of(pieces, givens, columns, edges)
+    values, errors, missed = cycles.figures(sums, givens)
+    alone = np.flatnonzero((values["needed"] == 0.0) & (missed <= 0.5 * rtol))
+    if alone.size:  # the machine runs without a flywheel, at its own irregularity
+        few, at = columns[:, alone], edges[:, alone]
+        moved, _, missed[alone] = cycles.moved(
+            lambda asked: sums_of(pieces, asked, few, at), givens.of(alone), np.zeros(alone.size)
+        )
+        values["angle_speed_max"][alone], values["angle_speed_min"][alone] = moved.fastest, moved.slowest
+        errors["angle_speed_max"][alone] = errors["angle_speed_min"][alone] = moved.angle
+    return values, errors, np.where(missed <= 0.5 * rtol, halvings, -1)
+
+
+# -- one by one ------------------------------------------------------------------------------------------------------------
 
 
 def one_by_one(

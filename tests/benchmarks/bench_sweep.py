@@ -24,7 +24,6 @@ from concurrent.futures import ProcessPoolExecutor
 import numpy as np
 
 import flywheel
-from flywheel.designs import batch
 from flywheel.designs import figures as designs
 
 PRESS = {
@@ -140,7 +139,7 @@ def chunks(scene: flywheel.Scene, count: int, repeats: int) -> None:
     if has_numba():
         calls = {}
         for threads in (1, 2):
-            calls[f"{threads} threads"] = lambda threads=threads: batch.sized(
+            calls[f"{threads} threads"] = lambda threads=threads: designs.at_once(
                 designs.structures_of(scene, PATHS).sorted(many).groups[0][0], many, RTOL, "numba", threads
             )
         took = best(calls, 2 * repeats, time.perf_counter)
