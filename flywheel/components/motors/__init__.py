@@ -1,0 +1,21 @@
+"""Motors: torque against speed, current and heat of each kind; uses `numerics` alone."""
+
+from flywheel.components.motors.curve import Curve
+from flywheel.components.motors.direct_current import DC, dc_from_plate
+from flywheel.components.motors.engine import Engine
+from flywheel.components.motors.induction import Induction
+from flywheel.components.motors.motor import Constant, Line, Motor, Point, line_from_no_load, line_through
+
+__all__ = [
+    "DC",
+    "Constant",
+    "Curve",
+    "Engine",
+    "Induction",
+    "Line",
+    "Motor",
+    "Point",
+    "dc_from_plate",
+    "line_from_no_load",
+    "line_through",
+]

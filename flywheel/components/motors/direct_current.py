@@ -1,0 +1,208 @@
+"""DC motors: armature circuit, constants from the name plate."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+from typing import TYPE_CHECKING, Any, ClassVar
+
+from flywheel.components.motors.motor import EVERYWHERE, Line, Motor, Point, Span, wrong_numbers, wrong_point
+from flywheel.numerics.arguments import number_faults, refuse
+from flywheel.numerics.expressions import Expression
+from flywheel.numerics.faults import Fault, SceneError
+
+if TYPE_CHECKING:
+    from bondgraph import Part
+
+
+@dataclass(frozen=True, kw_only=True)
+class DC(Motor):
+    """A DC motor with constant field: L di/dt = U - R i - k omega, shaft torque T = k i - b omega.
+
+    Without inductance, or where speed changes slowly against the time constant L/R, the current follows the speed,
+    i = (U - k omega)/R, and torque is the straight line T = k U/R - (k²/R + b) omega; that is what `law` gives. With
+    inductance the current is a state of its own: `current_rate`, `torque_of_current` and `graph` have it.
+
+    Args:
+        voltage: U at the armature, V, above 0.
+        resistance: R of the armature with brushes, ohm, above 0.
+        constant: k, V s/rad = N m/A, above 0.
+        inductance: L of the armature, H.
+        friction: b, N m s/rad.
+        nameplate: the rated point, where the constants were derived from one.
+        inertia: of the rotor, kg m².
+
+    Raises:
+        SceneError: for values out of range.
+
+    Valid for permanent magnets or separate excitation at constant voltage (a shunt motor on a stiff supply too), without
+    saturation and armature reaction; for both directions of speed and of power. Source: Fitzgerald et al., Electric
+    Machinery, 6th ed., chapter 7; Chapman, Electric Machinery Fundamentals, 5th ed., chapter 8; Karnopp, Margolis and
+    Rosenberg, System Dynamics, 5th ed., chapter 4 (as a bond graph).
+
+    >>> motor = DC(voltage=48.0, resistance=0.4, constant=0.25, friction=0.002)
+    >>> round(motor.starting_torque, 9), round(motor.no_load_speed, 6)
+    (30.0, 189.57346)
+    >>> float(motor.current(96.0)), round(float(motor.torque(96.0)), 9)
+    (60.0, 14.808)
+
+    """
+
+    voltage: float
+    resistance: float
+    constant: float
+    inductance: float = 0.0
+    friction: float = 0.0
+    nameplate: Point | None = None
+    title: ClassVar[str] = "DC motor"
+
+    def __post_init__(self) -> None:
+        """Refuse values out of range."""
+        refuse(wrong_numbers(self, ("voltage", "resistance", "constant"), ("inductance", "friction")))
+
+    @cached_property
+    def quasi_static(self) -> Line:
+        """The straight line that torque follows where the current has no inertia."""
+        k = self.constant
+        return Line(at_rest=k * self.voltage / self.resistance, fall=k * k / self.resistance + self.friction)
+
+    def law(self) -> Expression:
+        """The torque on the shaft where the current follows the speed, N m."""
+        return self.quasi_static.law()
+
+    @property
+    def no_load_speed(self) -> float:
+        """Speed k U/(k² + b R), rad/s, at which the shaft gives nothing away."""
+        return self.quasi_static.no_load_speed
+
+    @property
+    def stable(self) -> Span:
+        """Every speed."""
+        return EVERYWHERE
+
+    @property
+    def rated(self) -> Point | None:
+        """The point of the name plate, where the constants were derived from one."""
+        return self.nameplate
+
+    def speed_at(self, torque: float) -> float:
+        """Steady speed at which the shaft gives a torque, rad/s."""
+        return self.quasi_static.speed_at(torque)
+
+    @property
+    def time_constant(self) -> float:
+        """Electrical time constant L/R, s."""
+        return self.inductance / self.resistance
+
+    def current(self, omega: Any) -> Any:
+        """Steady armature current (U - k omega)/R, A, at speeds omega (rad/s)."""
+        return (self.voltage - self.constant * omega) / self.resistance
+
+    def current_of_torque(self, omega: Any, torque: Any) -> Any:
+        """Current (T + b omega)/k, A, at speeds (rad/s) and torques on the shaft (N m), whether it is steady or not."""
+        return (torque + self.friction * omega) / self.constant
+
+    def copper_heat(self, current: Any) -> Any:
+        """Heat R i² in the armature, W, at currents (A)."""
+        return self.resistance * current * current
+
+    @property
+    def rated_current(self) -> float | None:
+        """Current at the rated point, A; None where the constants were not derived from one."""
+        return None if self.nameplate is None else float(self.current(self.nameplate.speed))
+
+    def current_rate(self, omega: Any, current: Any) -> Any:
+        """Rate of change of the current di/dt = (U - R i - k omega)/L, A/s, at speeds (rad/s) and currents (A).
+
+        Raises SceneError for a motor without inductance, whose current is no state.
+
+        >>> DC(voltage=48.0, resistance=0.4, constant=0.25, inductance=0.002).current_rate(96.0, 50.0)
+        2000.0
+        """
+        if self.inductance == 0:
+            raise SceneError([Fault("inductance", "0 H", "a value above 0", "without it the current follows the speed")])
+        return (self.voltage - self.resistance * current - self.constant * omega) / self.inductance
+
+    def torque_of_current(self, omega: Any, current: Any) -> Any:
+        """Torque on the shaft k i - b omega, N m, at speeds (rad/s) and currents (A)."""
+        return self.constant * current - self.friction * omega
+
+    def graph(self) -> Part:
+        """The motor as a part of a bond graph, open at the 1-junction `rotor` of its shaft.
+
+        Voltage Se, armature R, and I where there is inductance; gyrator GY; rotor I and friction R where there are any.
+
+        >>> print(*DC(voltage=48.0, resistance=0.4, constant=0.25, inertia=0.004).graph().elements)
+        armature rotor voltage resistance constant inertia
+        """
+        from bondgraph import GY, Builder, I, R, Se
+
+        b = Builder().one("armature", "electric").one("rotor", "rotation")
+        b.on("armature", Se("voltage", self.voltage), R("resistance", self.resistance))
+        if self.inductance:
+            b.port("armature", I("inductance", self.inductance))
+        b.add(GY("constant", self.constant))
+        b.bond("armature", "constant").bond("constant", "rotor")
+        if self.inertia:
+            b.port("rotor", I("inertia", self.inertia))
+        if self.friction:
+            b.port("rotor", R("friction", self.friction))
+        return b.part("rotor")
+
+
+def dc_from_plate(
+    voltage: float,
+    rated: Point,
+    current: float,
+    armature_share: float = 0.5,
+    inductance: float = 0.0,
+    inertia: float = 0.0,
+) -> DC:
+    """The constants of a DC motor from its name plate; it passes through the rated point at the rated current exactly.
+
+    The losses U I - P divide into those of the armature, a share a of them, R = a (U I - P)/I², and the rest, which is
+    taken for friction proportional to speed, b = (1 - a)(U I - P)/omega². Then k = (U - R I)/omega. At the load where
+    efficiency is greatest the losses that grow with the current squared equal those that do not, hence a = 1/2 unless more
+    is known.
+
+    Args:
+        voltage: U, V, above 0.
+        rated: speed omega (rad/s) and torque P/omega (N m), above 0.
+        current: I of the armature, A; from an efficiency eta, I = P/(eta U).
+        armature_share: a, above 0 and at most 1.
+        inductance: L, H.
+        inertia: of the rotor, kg m².
+
+    Raises:
+        SceneError: for values out of range, or a shaft power that is not below the electric one.
+
+    Valid where excitation takes nothing of the current (permanent magnets, or field current left out). R of a real armature
+    grows with its temperature. Source: power balance; Fitzgerald et al., Electric Machinery, 6th ed., chapter 7; Chapman,
+    Electric Machinery Fundamentals, 5th ed., chapter 8 (losses; maximum efficiency).
+
+    >>> motor = dc_from_plate(220.0, Point(150.0, 60.0), 45.0)
+    >>> motor.resistance, round(motor.constant, 6), motor.friction
+    (0.2222222222222222, 1.4, 0.02)
+    >>> round(float(motor.torque(150.0)), 9), round(motor.current(150.0), 9)
+    (60.0, 45.0)
+
+    """
+    share = number_faults("armature_share", armature_share, "a finite number above 0")
+    if not share and armature_share > 1:
+        share = [Fault("armature_share", f"{armature_share:g}", "a share of 1 at most")]
+    refuse(number_faults("voltage", voltage, "a finite number above 0") + wrong_point(rated) + share)
+    refuse(number_faults("current", current, "a finite number above 0"))
+    losses = voltage * current - rated.power
+    if losses <= 0:
+        found = f"{rated.power:.6g} W at the shaft of {voltage * current:.6g} W at the terminals"
+        raise SceneError([Fault("power", found, "less than voltage times current", "efficiency is below 1")])
+    resistance = armature_share * losses / current**2
+    return DC(
+        voltage=voltage,
+        resistance=resistance,
+        constant=(voltage - resistance * current) / rated.speed,
+        inductance=inductance,
+        friction=(1 - armature_share) * losses / rated.speed**2,
+        nameplate=rated,
+        inertia=inertia,
+    )
