@@ -51,6 +51,7 @@ if TYPE_CHECKING:
     from flywheel.reading.scenes import load, load_linkage
     from flywheel.regime.state import MachineState, along, reduce
     from flywheel.scene.scene import Scene
+    from flywheel.sizing.power_flow import PowerFlow, power_flow
     from flywheel.sizing.results import Sizing, Sizings
     from flywheel.sizing.sizing import size
     from flywheel.study.tradeoff import Tradeoff, tradeoff
@@ -65,6 +66,7 @@ _HOMES = {
     "MachineState": "regime.state",
     "Motion": "motions.simulation",
     "Optimum": "designs.optimum",
+    "PowerFlow": "sizing.power_flow",
     "Scene": "scene.scene",
     "SceneError": "numerics.faults",
     "Sensitivities": "designs.sensitivities",
@@ -85,6 +87,7 @@ _HOMES = {
     "load_linkage": "reading.scenes",
     "motion": "motions.kinematics",
     "optimize": "designs.optimum",
+    "power_flow": "sizing.power_flow",
     "reduce": "regime.state",
     "run_down": "motions.transients",
     "run_up": "motions.transients",
@@ -148,6 +151,7 @@ __all__ = [
     "MachineState",
     "Motion",
     "Optimum",
+    "PowerFlow",
     "Scene",
     "SceneError",
     "Sensitivities",
@@ -179,6 +183,7 @@ __all__ = [
     "multibody",
     "notebooks",
     "optimize",
+    "power_flow",
     "presses",
     "recovery",
     "reduce",

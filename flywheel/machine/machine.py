@@ -509,6 +509,19 @@ class Machine:
             for shaft, names in mine.items()
         )
 
+    @cached_property
+    def one_ports(self) -> dict[str, set[str]]:
+        """The names of the graph's inertias, sources, springs and dampers by the shaft that they hang on."""
+        shafts = {mechanism.name: mechanism.shaft for mechanism in self.scene.mechanisms}
+        found: dict[str, set[str]] = {}
+        for name, element in self.graph.elements.items():
+            if element.kind not in ("0", "1", "TF", "GY"):
+                bond = self.graph.bond_of(name)
+                junction = bond.tail if bond.head == name else bond.head
+                owner = junction.partition(".")[0]
+                found.setdefault(junction if junction in self.scene.shafts else shafts.get(owner, owner), set()).add(name)
+        return found
+
     def with_values(self, balance: float, flywheel: float, *, moved: bool = False) -> BondGraph:
         """The graph with a value (SI) for the scene's unknown, a flywheel (kg m²) on its shaft, and its motor's circuit.
 

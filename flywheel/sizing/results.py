@@ -36,6 +36,7 @@ if TYPE_CHECKING:
 
     from flywheel.components.motors import DC, Induction
     from flywheel.components.wheels import Wheel
+    from flywheel.sizing.power_flow import PowerFlow
 
 __all__ = [
     "Area",
@@ -312,6 +313,13 @@ class Sizing:
         return engine(self)
 
     @cached_property
+    def power_flow(self) -> PowerFlow | None:
+        """Every power from the drive's input to the loads, with all that is lost and stored; None for a scene of areas."""
+        from flywheel.sizing.power_flow import power_flow  # for who asks for it
+
+        return power_flow(self)
+
+    @cached_property
     def shafts(self) -> tuple[OnShaft, ...]:
         """The flywheel given or sized, and those that do the same on every other shaft, at the means of extremes.
 
@@ -390,6 +398,7 @@ class Sizing:
             and {**self.friction._asdict(), "constant_speed": self.friction.constant_speed._asdict()},
             "gd2": None if self.inertia is None else 4.0 * self.inertia,
             "shafts": [row.as_dict() for row in self.shafts],
+            "power_flow": self.power_flow and self.power_flow.as_dict(),
             "wheel": self.built and self.built.as_dict(),
             "certificate": self.flywheel.bracket and list(self.flywheel.bracket),
             "certificate_torque": self.flywheel.torque_bracket and list(self.flywheel.torque_bracket),
@@ -843,6 +852,7 @@ def estimates(sizing: Sizing) -> dict[str, Estimate]:
         "constant_speed": None if cyclic is None else _READ + (0.0 if scene.unknown else cyclic.constant_speed_error),
         "gd2": None if sizing.inertia is None else exact,
         "shafts": of_shafts if sizing.shafts else None,
+        "power_flow": None if sizing.power_flow is None else sizing.power_flow.error,
         "wheel": None if sizing.built is None or of_shafts is None else _wheel_error(sizing, of_shafts),
         **_certificate_errors(sizing, constant),
     }

@@ -1,0 +1,554 @@
+"""Power flow of a steady cycle: from the motor's input through every mesh to the loads, with every loss and every store.
+
+At each angle phi the crank turns at omega with the acceleration alpha. What hangs on shaft s, reduced to the crank, has the
+inertia I_s and the moment M_s, so that the moment which enters it is
+
+    tau_s = I_s alpha + ½ dI_s/dphi omega² - M_s + sum over the shafts c that mesh with s of k_c tau_c,
+
+where k_c = 1/eta_c while power goes outwards through that mesh (tau_c > 0), else eta_c, and tau = 0 at the crank. Every part
+of that, times omega, is a power: of loads, of the drive, of drags, dampers and friction, of what inertias, springs and
+weights store, of a mesh, (k_c - 1) tau_c omega. In a mesh of efficiency eta and slip s the share s of the power that enters
+is lost by slip, and (1 - s)(1 - eta) of it by friction of teeth or belt. Works are integrals over phi, mean powers works
+over the period; the mean of what is stored is zero.
+
+Sources: J. L. Meriam and L. G. Kraige, Engineering Mechanics: Dynamics, chapter 6 (power); Fitzgerald et al., Electric
+Machinery, 6th ed., chapters 6 and 7 (from the mains through a motor); M. Schmidt, The Sankey diagram in energy and material
+flow management, Journal of Industrial Ecology 12 (2008), for its picture.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from bondgraph.records import NamedTuple
+from bondgraph.reduction import Reduction
+from flywheel.machine.machine import FRICTION, Machine
+from flywheel.numerics import cells, notebook
+from flywheel.numerics.cells import MIDDLE, ROUNDING, Array, Cells, Coarse, wide
+from flywheel.regime import turning_moment
+from flywheel.scene.scene import Scene
+from flywheel.sizing.results import Sizing, speed_error_over_cycle
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+__all__ = ["HEATS", "PowerFlow", "ShaftFlow", "Stream", "power_flow"]
+
+HEATS = ("copper", "rotor", "windage")  # kinds of what a motor itself loses
+LOSSES = (*HEATS, "mesh", "slip", "drag", "damper", "friction", "resistance")  # kinds of all that is lost
+_MOST_CELLS = 2_000  # that powers are worth, beside those of the cycle itself
+_APART = 1e-6  # share by which the speed is changed to see what depends on it
+_RESISTANCES = "losses"  # how the model of a load begins that nothing is gained by
+_TIE = 1e-12  # of what is exchanged: less than that is none
+
+
+class Stream(NamedTuple):
+    """Power from one place to another over a steady cycle, positive from `source` to `target`.
+
+    kind: "input" (of the mains), "drive" (of the motor's shaft), "shaft" (what arrives through a mesh), "load", "stored" (by
+    inertias, springs, weights: 0 on the mean), or one of `LOSSES`, whose target is "heat". Places are "mains", "drive",
+    "shafts.NAME", "heat", and else where the scene has them ("load[0]", "spring", "flywheel", "gravity"); `name` is what it
+    is the power of, as such a path, and `on` the place in the machine where it is taken or given. `mean` (W) is over time,
+    `work` (J) of a cycle, `greatest` and `least` (W) the extremes within it.
+    """
+
+    source: str
+    target: str
+    kind: str
+    name: str
+    on: str
+    mean: float
+    work: float
+    greatest: float
+    least: float
+
+    @property
+    def lost(self) -> bool:
+        """Whether it is a loss."""
+        return self.kind in LOSSES
+
+
+class ShaftFlow(NamedTuple):
+    """A shaft in the steady cycle, and what its mesh with the shaft `on` carries; None for the crank, which has none.
+
+    `speed` is the mean of extremes, `speed_time_mean` that over time (rad/s). Torque (N m, on this shaft's side of the mesh)
+    and power (W) are positive towards `to`, the one of the two shafts that takes power on the mean.
+    """
+
+    shaft: str
+    on: str | None
+    to: str | None
+    ratio: float
+    speed: float
+    speed_time_mean: float
+    irregularity: float
+    torque_mean: float | None = None
+    torque_greatest: float | None = None
+    torque_rms: float | None = None
+    power_mean: float | None = None
+    power_greatest: float | None = None
+    power_rms: float | None = None
+
+
+@dataclass(frozen=True, repr=False)
+class PowerFlow:
+    """The power flow of a steady cycle: its streams, its shafts, and the balance of all that (W on the mean over time).
+
+    `input` is what comes from outside, of the mains where the motor's kind tells it, else of its shaft, and of loads that
+    drive; `output` what loads take, and a drive that brakes; `left` is input - output - losses. `error` is relative: of a
+    stream to the larger of its greatest power in size and `scale`, the work exchanged over the period.
+    """
+
+    scene: Scene
+    streams: tuple[Stream, ...]
+    shafts: tuple[ShaftFlow, ...]
+    period: float
+    input: float
+    output: float
+    losses: float
+    left: float
+    scale: float
+    error: float
+    mesh: Cells
+    series: Array
+
+    def __repr__(self) -> str:
+        """The balance, instead of every stream."""
+        title = notebook.quoted(self.scene.title)
+        return f"PowerFlow({title}{self.input:.6g} W in, {self.output:.6g} W out, {self.losses:.6g} W lost)"
+
+    @property
+    def efficiency(self) -> float | None:
+        """Share of the input that is put out; None without an input."""
+        return self.output / self.input if self.input > self.error * self.scale else None
+
+    def at(self, phi: float) -> tuple[float, ...]:
+        """The power (W) of every stream, in their order, at a crank angle (rad); a cycle repeats.
+
+        Just after the angle, where powers jump there.
+        """
+        end = float(self.mesh.edges[-1])
+        cell, t = cells.located(self.mesh, np.array([phi - end * np.floor(phi / end)]))
+        return tuple(cells.value(self.series[:, cell[0]], np.full(len(self.streams), t[0])).tolist())
+
+    def along(self, phi: Array) -> Array:
+        """The powers (streams, n) at crank angles (n,) within the cycle, rad."""
+        cell, t = cells.located(self.mesh, np.asarray(phi, dtype=float))
+        return np.asarray((self.series[:, cell] * cells.basis(t, cells.ORDER)).sum(axis=-1))
+
+    def as_dict(self, at: float | None = None) -> dict[str, Any]:
+        """For JSON, SI; with a crank angle (rad) also the `power` of every stream there."""
+        powers = (None,) * len(self.streams) if at is None else self.at(at)
+        found: dict[str, Any] = {
+            "period": self.period,
+            "input": self.input,
+            "output": self.output,
+            "losses": self.losses,
+            "efficiency": self.efficiency,
+            "left": self.left,
+            "scale": self.scale,
+        }
+        if at is not None:
+            found["at"] = at
+        found["streams"] = [
+            {
+                "from": stream.source,
+                "to": stream.target,
+                **{key: value for key, value in stream._asdict().items() if key not in ("source", "target")},
+                **({} if power is None else {"power": power}),
+            }
+            for stream, power in zip(self.streams, powers, strict=True)
+        ]
+        found["shafts"] = [row._asdict() for row in self.shafts]
+        return found
+
+    def plot(self, path: str | Path | None = None, *, at: float | None = None, style: str = "light") -> Figure | None:
+        """The Sankey diagram, over the mean or at a crank angle (rad): into a file (PNG, SVG or PDF), or as a figure.
+
+        Raises ValueError for another ending or style, OSError where the file cannot be written.
+        """
+        from importlib import import_module  # pictures stand above what they draw
+
+        picture = import_module("flywheel.pictures.power_flow")
+        if path is None:
+            return picture.figure(self, at=at, style=style)  # type: ignore[no-any-return]
+        picture.plot(self, Path(path), at=at, style=style)
+        return None
+
+
+class _Part(NamedTuple):
+    """One power: from where to where, and its moment on the crank (N m, cells and nodes)."""
+
+    source: str
+    target: str
+    kind: str
+    name: str
+    on: str
+    moment: Array
+
+
+class _Flows(NamedTuple):
+    """All powers on a mesh: of the shafts' meshes what enters each shaft (N m, on the crank), and what the crank misses."""
+
+    mesh: Cells
+    omega: Array
+    parts: list[_Part]
+    passed: dict[str, Array]
+    missing: Array
+    exchanged: Array
+
+    @property
+    def moments(self) -> Array:
+        """Of all of them, (parts, cells, nodes)."""
+        return np.array([part.moment for part in self.parts]).reshape(len(self.parts), *self.omega.shape)
+
+
+@np.errstate(all="ignore")  # a result asks for it after its sizing is over
+def power_flow(sizing: Sizing) -> PowerFlow | None:
+    """The power flow of a sizing or an analysis, along its steady motion; None for a scene of areas.
+
+    Powers are found at the nodes of the cells that the motion is known on, halved where works are not within its rtol yet.
+
+    >>> import flywheel
+    >>> press = {"shafts": {"motor": {"ratio": 8, "efficiency": 0.9}},
+    ...          "load": [{"on": "crank", "torque": "-90 N m", "from": 0, "to": "180 deg"}],
+    ...          "drive": {"on": "motor", "torque": "balance"}, "regime": {"speed": 10},
+    ...          "inertia": [{"on": "crank", "value": 0.5}], "flywheel": {"irregularity": 0.02}}
+    >>> flow = flywheel.power_flow(flywheel.size(flywheel.load(press), simulate=False))
+    >>> round(flow.efficiency, 9), [(stream.kind, round(stream.mean / flow.input, 6)) for stream in flow.streams[:3]]
+    (0.9, [('drive', 1.0), ('shaft', 0.9), ('mesh', 0.1)])
+    """
+    machine, cycle = sizing.machine, sizing.cycle
+    if machine is None or cycle is None:
+        return None
+    train = _Train(sizing, machine)
+
+    def evaluated(edges: Array) -> tuple[tuple[_Flows, float, float], float, Coarse]:
+        found = train.flows(cells.cells(edges))
+        half = found.mesh.half
+        rows = found.moments
+        exchanged = float(cells.integral(found.exchanged, half).sum()) or 1e-300
+        tails = cells.TAIL_OF_INTEGRAL * cells.tails(cells.fit(rows)) * half[:, 0]
+        shares = tails / np.maximum(cells.integral(np.abs(rows), half).sum(axis=-1), exchanged)[:, None]
+        worst = shares.max(axis=0, initial=0.0)
+        return (found, exchanged, float(worst.sum())), float(worst.sum()), cells.above(worst, 0.1)
+
+    first = cycle.mesh.edges
+    found, exchanged, missed = cells.refined(first, evaluated, sizing.rtol, max(_MOST_CELLS, 2 * first.size))
+    return _result(sizing, train, found, exchanged, missed)
+
+
+class _Train:
+    """The shafts of a machine with what hangs on each, and its steady motion."""
+
+    def __init__(self, sizing: Sizing, machine: Machine) -> None:
+        scene = machine.scene
+        self.sizing, self.machine, self.scene = sizing, machine, scene
+        self.unknown = sizing.cycle.balance or 0.0 if sizing.cycle is not None else 0.0
+        on_shafts = machine.one_ports
+        self.near = {name: near_of(scene, name) for name in scene.shafts if name != "crank"}
+        self.outwards = _outwards(self.near)
+        self.reductions = {
+            name: Reduction(machine.graph, scene.reduction_element, only=on_shafts[name])
+            for name in ("crank", *self.outwards)
+            if on_shafts.get(name)
+        }
+        inertia = 0.0 if sizing.run is None else sizing.run.inertia
+        self.flywheel = inertia
+        self.fixed = {
+            name: sum(item.value for item in scene.inertias if item.on == name) * ratio * ratio
+            for name, ratio in scene.shafts.items()
+        }
+        self.loads = {effort.path: effort.load for effort in machine.efforts}
+        self.springs = {spring.path: spring.on for spring in scene.springs}
+        self.dampers = {f"{damper.path} on {damper.on}": damper for damper in scene.dampers}
+
+    def motion(self, mesh: Cells) -> tuple[Array, Array]:
+        """Speed (rad/s) and acceleration (rad/s²) of the crank at the nodes."""
+        sizing, cycle = self.sizing, self.sizing.cycle
+        assert cycle is not None
+        if sizing.run is None:
+            return np.full(mesh.phi.shape, sizing.speed), np.zeros(mesh.phi.shape)
+        phi = mesh.phi.ravel()
+        omega = turning_moment.speed_over_cycle(cycle, sizing.speed, sizing.run, phi)
+        alpha = turning_moment.acceleration_over_cycle(cycle, sizing.run, phi, omega)
+        alpha = np.where(np.isfinite(alpha), alpha, 0.0)  # of a machine without inertia
+        return omega.reshape(mesh.phi.shape), alpha.reshape(mesh.phi.shape)
+
+    def flows(self, mesh: Cells, faster: float = 1.0) -> _Flows:
+        """All powers at the nodes, with the crank `faster` than it is by a factor close to 1."""
+        omega, alpha = self.motion(mesh)
+        omega = omega * faster
+        shape, none = omega.shape, np.zeros(omega.shape)
+        parts: list[_Part] = []
+        entering: dict[str, Array] = {}
+        missing, exchanged = none, none
+        for name in (*reversed(self.outwards), "crank"):  # farther ones first
+            place, own = f"shafts.{name}", none
+            for part in self._on(name, mesh, omega, alpha):
+                parts.append(part._replace(moment=wide(part.moment, shape)))
+                own = own + part.moment * ((part.source == place) - float(part.target == place))
+                if part.kind != "stored" and place in (part.source, part.target):
+                    exchanged = exchanged + np.abs(part.moment)
+            for other, near in self.near.items():
+                if near == name:
+                    own = own + self._meshed(other, entering[other]) * entering[other]
+            entering[name] = own
+            missing = own
+        for name in self.outwards:
+            parts += self._through(name, entering[name], mesh)
+        return _Flows(mesh, omega, parts, entering, missing, exchanged)
+
+    def _on(self, name: str, mesh: Cells, omega: Array, alpha: Array) -> Iterator[_Part]:
+        """What hangs on a shaft: moments that its loads take from it, its drive gives it, its inertias store."""
+        place, wheel = f"shafts.{name}", self.flywheel if self.scene.flywheel_on == name else 0.0
+        if wheel:
+            yield _Part(place, "flywheel", "stored", "flywheel", name, wheel * alpha)
+        reduction = self.reductions.get(name)
+        if reduction is None:
+            return
+        station = reduction.at(mesh.phi, mesh.anchor)
+        reduced, fixed = station.reduced, self.fixed[name]
+        if fixed:
+            yield _Part(place, f"{place}.inertia", "stored", f"{place}.inertia", name, fixed * alpha)
+        if self.scene.mechanisms:
+            moved = (reduced.inertia - fixed) * alpha + 0.5 * reduced.slope * omega * omega
+            if np.any(moved):
+                yield _Part(place, f"{place}.masses", "stored", f"{place}.masses", name, moved)
+        moments = station.moments(self.unknown, by_name=True)
+        middle = omega[:, MIDDLE : MIDDLE + 1]
+        for element, effort, factor in station.contributions(omega, 0.0, middle):
+            moments[element.name] = moments.get(element.name, 0.0) + effort + self.unknown * factor
+        weights: Any = 0.0
+        for path, moment in moments.items():
+            if path in self.loads:
+                yield from self._acting(path, place, moment, mesh, omega)
+            elif path == FRICTION:
+                yield _Part(place, "heat", "friction", FRICTION, name, -moment)
+            elif path in self.springs:
+                yield _Part(place, path, "stored", path, self.springs[path], -moment)
+            else:
+                weights = weights + moment
+        if np.any(weights):
+            yield _Part(place, "gravity", "stored", "gravity", name, -weights)
+        for label, resistance in station.resistances().items():
+            damper = self.dampers[label]
+            yield _Part(place, "heat", "damper", damper.path, damper.on, resistance * omega)
+
+    def _acting(self, path: str, place: str, moment: Any, mesh: Cells, omega: Array) -> Iterator[_Part]:
+        """A load, or the drive with what its motor takes from the mains."""
+        load = self.loads[path]
+        if load.path == "drive":
+            yield from self._drive(place, wide(moment, omega.shape), mesh, omega)
+        elif load.path == f"{place}.drag":
+            yield _Part(place, "heat", "drag", load.path, load.on, -moment)
+        elif load.model.startswith(_RESISTANCES):
+            yield _Part(place, "heat", "resistance", load.path, load.on, -moment)
+        else:
+            yield _Part(place, load.path, "load", load.path, load.on, -moment)
+
+    def _drive(self, place: str, moment: Array, mesh: Cells, omega: Array) -> Iterator[_Part]:
+        """The drive on its shaft; of a motor whose kind tells it also its heat, and what it takes from the mains."""
+        scene, run = self.scene, self.sizing.run
+        assert scene.drive is not None
+        ratio = scene.shafts[scene.drive.on]
+        if run is not None and run.current is not None and run.drive is not None and run.cycle is not None:
+            cell, t = cells.located(run.cycle.mesh, mesh.phi.ravel())  # the current is a state of its own
+            moment = cells.value(cells.fit(run.drive)[cell], t).reshape(omega.shape)
+        yield _Part("drive", place, "drive", "drive", scene.drive.on, moment)
+        found = motor_powers(scene, ratio * omega, moment / ratio)
+        taken = moment
+        for kind, power in found.items():
+            heat = power / omega
+            taken = taken + heat
+            target = "heat" if kind in HEATS else "drive.inductance"
+            yield _Part("drive", target, kind if kind in HEATS else "stored", f"drive.{kind}", scene.drive.on, heat)
+        if found:
+            yield _Part("mains", "drive", "input", "drive", scene.drive.on, taken)
+
+    def _meshed(self, name: str, entering: Array) -> Array | float:
+        """What the nearer shaft gives for each N m that enters this one, decided in the middle of each cell."""
+        efficiency = self.scene.efficiencies.get(name, 1.0)
+        if efficiency == 1.0:
+            return 1.0
+        return np.where(entering[:, MIDDLE : MIDDLE + 1] > 0.0, 1.0 / efficiency, efficiency)
+
+    def _through(self, name: str, entering: Array, mesh: Cells) -> Iterator[_Part]:
+        """What a shaft's mesh passes, from the shaft that gives on the mean to the one that takes, and what it loses."""
+        scene, here, there = self.scene, f"shafts.{name}", f"shafts.{self.near[name]}"
+        given = self._meshed(name, entering) * entering
+        lost = given - entering
+        inwards = float(cells.integral(given + entering, mesh.half).sum()) < 0.0
+        source, target, arriving = (here, there, -given) if inwards else (there, here, entering)
+        yield _Part(source, target, "shaft", here, name, arriving)
+        efficiency, slip = scene.efficiencies.get(name, 1.0), slip_of(scene, name)
+        by_slip = slip / (1.0 - efficiency) if slip else 0.0  # of what is lost: slip of what enters
+        if slip:
+            yield _Part(source, "heat", "slip", here, name, by_slip * lost)
+        if efficiency < 1.0 - slip * (1.0 + 4 * ROUNDING):
+            yield _Part(source, "heat", "mesh", here, name, (1.0 - by_slip) * lost)
+
+
+def near_of(scene: Scene, name: str) -> str:
+    """The shaft that a shaft meshes with."""
+    transmissions: Mapping[str, Any] = getattr(scene, "transmissions", {})
+    return str(transmissions[name].on) if name in transmissions else "crank"
+
+
+def slip_of(scene: Scene, name: str) -> float:
+    """Slip of the belt that a shaft is driven by, or drives."""
+    transmissions: Mapping[str, Any] = getattr(scene, "transmissions", {})
+    return float(transmissions[name].slip) if name in transmissions else 0.0
+
+
+def _outwards(near: Mapping[str, str]) -> list[str]:
+    """All shafts but the crank, nearer ones first."""
+    found: list[str] = []
+    ring = ["crank"]
+    while ring:
+        ring = [name for name, other in near.items() if other in ring]
+        found += ring
+    return found
+
+
+def motor_powers(scene: Scene, omega: Array, torque: Array) -> dict[str, Array]:
+    """What a motor takes beside its shaft's power (W), by kind, at its speeds (rad/s) and torques (N m).
+
+    Of a DC motor R i² in the armature ("copper"), b omega² ("windage") and L i di/dt ("inductance"); of an induction motor
+    T (omega_s - omega) ("rotor"). Empty for motors whose kind tells nothing of that.
+    """
+    if scene.motor is None:
+        return {}
+    from flywheel.components.motors import DC, Induction  # only machines with a motor pay for it
+
+    motor, found = scene.motor, {}
+    if isinstance(motor, DC):
+        current = motor.current_of_torque(omega, torque)
+        found["copper"] = motor.copper_heat(current)
+        if motor.friction:
+            found["windage"] = motor.friction * omega * omega
+        if motor.inductance:
+            found["inductance"] = motor.inductance * current * motor.current_rate(omega, current)
+    elif isinstance(motor, Induction):
+        found["rotor"] = motor.rotor_heat(omega)
+    return found
+
+
+# -- the result --------------------------------------------------------------------------------------------------------
+
+
+def _result(sizing: Sizing, train: _Train, found: _Flows, exchanged: float, missed: float) -> PowerFlow:
+    """Streams, shafts and the balance, from the powers at the nodes."""
+    mesh, omega, half = found.mesh, found.omega, found.mesh.half
+    period, of_period = _period(sizing)
+    rows = found.moments
+    works, sizes = (cells.integral(each, half).sum(axis=-1) for each in (rows, np.abs(rows)))
+    error = _error(sizing, train, found, exchanged, missed) + of_period
+    works = np.where(np.abs(works) > error * np.maximum(sizes, exchanged), works, 0.0)
+    series = cells.fit(rows * omega)
+    turned = [part.kind in ("load", "drive", "input") and w < 0.0 for part, w in zip(found.parts, works, strict=True)]
+    signs = np.where(turned, -1.0, 1.0)
+    works, series = signs * works, signs[:, None, None] * series
+    streams = []
+    for part, turn, work, one in zip(found.parts, turned, works.tolist(), series, strict=True):
+        source, target = (part.target, part.source) if turn else (part.source, part.target)
+        extremes = cells.greatest(one), -cells.greatest(-one)
+        streams.append(Stream(source, target, part.kind, part.name, part.on, work / period, work, *extremes))
+    order = sorted(range(len(streams)), key=lambda k: _rank(streams[k]))
+    streams = [streams[k] for k in order]
+    shafts = {f"shafts.{name}" for name in train.scene.shafts}
+    electric = any(stream.kind == "input" for stream in streams)
+    ends = [s for s in streams if s.kind in ("load", "input" if electric else "drive")]
+    given = sum(s.mean for s in ends if s.target in shafts or (s.kind == "input" and s.target == "drive"))
+    taken = sum(s.mean for s in ends) - given
+    losses = sum(s.mean for s in streams if s.lost)
+    scale = exchanged / period
+    return PowerFlow(
+        scene=train.scene,
+        streams=tuple(streams),
+        shafts=tuple(_shafts(sizing, train, found, period)),
+        period=period,
+        input=given,
+        output=taken,
+        losses=losses,
+        left=given - taken - losses,
+        scale=scale,
+        error=error,
+        mesh=mesh,
+        series=series[order],
+    )
+
+
+_ORDER = ("input", *HEATS, "drive", "shaft", "slip", "mesh", "drag", "damper", "friction", "resistance", "load", "stored")
+
+
+def _rank(stream: Stream) -> int:
+    return _ORDER.index(stream.kind)
+
+
+def _period(sizing: Sizing) -> tuple[float, float]:
+    """Time of a cycle (s), and its relative error."""
+    cycle = sizing.cycle
+    assert cycle is not None
+    if sizing.run is None:
+        return sizing.scene.cycle / sizing.speed, 4 * ROUNDING
+    return turning_moment.period(cycle, sizing.speed, sizing.run, sizing.rtol)
+
+
+def _shafts(sizing: Sizing, train: _Train, found: _Flows, period: float) -> Iterator[ShaftFlow]:
+    """Every shaft with its speed, and what its mesh carries on its own side."""
+    scene, half, omega = train.scene, found.mesh.half, found.omega
+    irregularity = 0.0 if sizing.run is None else sizing.run.irregularity
+    for name in ("crank", *train.outwards):
+        ratio = scene.shafts[name]
+        speeds = ratio * sizing.speed, ratio * scene.cycle / period, irregularity
+        if name == "crank":
+            yield ShaftFlow(name, None, None, ratio, *speeds)
+            continue
+        near, moment = train.near[name], found.passed[name]
+        inwards = float(cells.integral((train._meshed(name, moment) + 1.0) * moment, half).sum()) < 0.0
+        moment = -moment if inwards else moment
+        torque, power = moment / ratio, moment * omega
+        yield ShaftFlow(
+            name,
+            near,
+            near if inwards else name,
+            ratio,
+            *speeds,
+            torque_mean=float(cells.integral(torque / omega, half).sum()) / period,
+            torque_greatest=_peak(cells.fit(torque)),
+            torque_rms=float(np.sqrt(cells.integral(torque * torque / omega, half).sum() / period)),
+            power_mean=float(cells.integral(moment, half).sum()) / period,
+            power_greatest=_peak(cells.fit(power)),
+            power_rms=float(np.sqrt(cells.integral(power * moment, half).sum() / period)),
+        )
+
+
+def _peak(series: Array) -> float:
+    """The value that is largest in size, with its sign."""
+    high, low = cells.greatest(series), -cells.greatest(-series)
+    return high if high >= -low * (1 - _TIE) else low
+
+
+def _error(sizing: Sizing, train: _Train, found: _Flows, exchanged: float, missed: float) -> float:
+    """Relative error of all powers: by cells, rounding, what the crank misses of its balance, and the speed's own error."""
+    cycle, machine, half = sizing.cycle, train.machine, found.mesh.half
+    assert cycle is not None
+    off = cycle.errors.work + cycle.errors.residual + (0.0 if machine.friction is None else 2 * machine.friction.error)
+    off += float(cells.integral(np.abs(found.missing), half).sum())
+    rows = found.moments * found.omega
+    series = cells.fit(rows)
+    sizes = np.maximum(np.abs(rows).max(axis=(1, 2)), exchanged / sizing.scene.cycle * sizing.speed)
+    between = float((cells.tails(series).max(axis=-1) / np.maximum(sizes, 1e-300)).max(initial=0.0))
+    of_speed = speed_error_over_cycle(sizing)
+    error = missed + off / exchanged + between + 24 * ROUNDING + 3 * of_speed
+    if machine.depends_on_speed:
+        beside = train.flows(found.mesh, 1.0 + _APART)
+        moved = np.abs(beside.moments - found.moments) / _APART
+        error += float(((moved * found.omega).max(axis=(1, 2)) / np.maximum(sizes, 1e-300)).max(initial=0.0)) * of_speed
+    return error
