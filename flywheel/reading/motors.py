@@ -16,6 +16,7 @@ from flywheel.components.motors import (
     Induction,
     Line,
     Motor,
+    Plate,
     Point,
     dc_from_plate,
     line_from_no_load,
@@ -181,20 +182,31 @@ def _dc(item: Item, _: Path | None) -> Motor | None:
 
 
 _BREAKDOWN = Range(1.0, 100.0, True)
+_SHARE = Range(0.0, 1.0, True)
+_STATOR = "of the rated losses outside the rotor that arises in the stator's copper"
 _INDUCTION = (
     _POWER._replace(required=True),
     _RATED._replace(required=True),
     Key("poles", "number", "number of poles, twice that of pole pairs", None, Even(2.0, 1000.0), True, example="4"),
     Key("frequency", "frequency", "of the mains", None, POSITIVE, True),
     Key("breakdown_ratio", "number", "breakdown torque over rated torque", None, _BREAKDOWN, True, example="2.5"),
+    Key("voltage", "voltage", "between the lines", None, POSITIVE),
+    Key("current", "current", "of a line at rated load", None, POSITIVE),
+    Key("power_factor", "number", "at rated load", None, _SHARE, example="0.83"),
+    Key("efficiency", "number", "at rated load", None, Range(0.0, 1.0, True, True), example="87 %"),
+    Key("no_load_current", "current", "of a line without load", None, POSITIVE),
+    Key("starting_current", "number", "of the locked rotor, over the rated one", None, _BREAKDOWN, example="6.5"),
+    Key("starting_torque", "number", "of the locked rotor, over the rated one", None, POSITIVE, example="2.2"),
+    Key("stator_share", "number", _STATOR, 0.5, _SHARE, example="0.5"),
 )
 
 
 def _induction(item: Item, _: Path | None) -> Motor:
     """An induction motor; of a bare speed the fault tells that it is in rad/s, although name plates have rpm."""
     names, bare = ("power", "speed", "frequency", "breakdown_ratio", "inertia"), item.raw["speed"]
+    plate = Plate(**{name: item.fields[name] for name in Plate._fields})
     try:
-        return Induction(poles=int(item.number("poles")), **{name: item.fields[name] for name in names})
+        return Induction(poles=int(item.number("poles")), plate=plate, **{name: item.fields[name] for name in names})
     except SceneError as error:
         if isinstance(bare, str):
             raise

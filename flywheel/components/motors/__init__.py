@@ -3,7 +3,7 @@
 from flywheel.components.motors.curve import Curve
 from flywheel.components.motors.direct_current import DC, dc_from_plate
 from flywheel.components.motors.engine import Engine
-from flywheel.components.motors.induction import Induction
+from flywheel.components.motors.induction import Induction, Plate
 from flywheel.components.motors.motor import Constant, Line, Motor, Point, line_from_no_load, line_through
 
 __all__ = [
@@ -14,6 +14,7 @@ __all__ = [
     "Induction",
     "Line",
     "Motor",
+    "Plate",
     "Point",
     "dc_from_plate",
     "line_from_no_load",

@@ -6,7 +6,10 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import TYPE_CHECKING, Any, ClassVar
 
-from flywheel.components.motors.motor import EVERYWHERE, Line, Motor, Point, Span, wrong_numbers, wrong_point
+import numpy as np
+from numpy.typing import ArrayLike
+
+from flywheel.components.motors.motor import EVERYWHERE, Array, Line, Motor, Point, Span, wrong_numbers, wrong_point
 from flywheel.numerics.arguments import number_faults, refuse
 from flywheel.numerics.expressions import Expression
 from flywheel.numerics.faults import Fault, SceneError
@@ -110,6 +113,11 @@ class DC(Motor):
     def rated_current(self) -> float | None:
         """Current at the rated point, A; None where the constants were not derived from one."""
         return None if self.nameplate is None else float(self.current(self.nameplate.speed))
+
+    def current_share(self, omega: ArrayLike) -> Array | None:
+        """Steady armature current over the rated one, with its sign, at speeds omega (rad/s); None without a rated point."""
+        rated = self.rated_current
+        return None if rated is None else np.asarray(self.current(np.asarray(omega, dtype=float)) / rated)
 
     def current_rate(self, omega: Any, current: Any) -> Any:
         """Rate of change of the current di/dt = (U - R i - k omega)/L, A/s, at speeds (rad/s) and currents (A).

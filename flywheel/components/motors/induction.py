@@ -1,17 +1,22 @@
-"""Induction motors: Kloss's formula, heat of the rotor."""
+"""Induction motors: torque by Kloss's formula, current by the name plate, heat of rotor and stator.
+
+`Plate` is what a name plate says of the electric side, `line_currents` makes the parts of the line current of it, and
+`Induction` is the motor.
+"""
 
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import ClassVar
 
 import numpy as np
 from numpy.typing import ArrayLike
 
+from bondgraph.records import NamedTuple
 from flywheel.components.motors.motor import Array, Motor, Point, Span, wrong_numbers
-from flywheel.numerics.arguments import number_faults, refuse
+from flywheel.numerics.arguments import POSITIVE, number_faults, refuse
 from flywheel.numerics.expressions import Expression, expression_of, parse
 from flywheel.numerics.faults import Fault, SceneError
 
@@ -20,6 +25,152 @@ USUAL_SLIP = 0.13
 
 MOST_SLIP = 0.3
 """The greatest rated slip that is believed: a rotor's efficiency is at most 1 - slip, and wrong poles give more."""
+
+PLATE_ROUNDING = 0.05
+"""By which share efficiency, power factor, voltage and current may miss the rated power: plates give two or three digits."""
+
+
+class Plate(NamedTuple):
+    """What a name plate says of the electric side of an induction motor, as far as it does.
+
+    Args:
+        voltage: U between the lines, V.
+        current: I_n of a line at rated load, A.
+        power_factor: cos(phi) at rated load.
+        efficiency: eta at rated load.
+        no_load_current: I_0 of a line without load, A.
+        starting_current: of the locked rotor, over the rated one.
+        starting_torque: of the locked rotor, over the rated one.
+        stator_share: share of the rated losses outside the rotor that is the stator's copper; half of them is usual.
+
+    """
+
+    voltage: float | None = None
+    current: float | None = None
+    power_factor: float | None = None
+    efficiency: float | None = None
+    no_load_current: float | None = None
+    starting_current: float | None = None
+    starting_torque: float | None = None
+    stator_share: float = 0.5
+
+
+BARE = Plate()
+"""A plate that says nothing of the electric side."""
+
+
+class LineCurrent(NamedTuple):
+    """The line current at rated load in its parts, as shares of it: those with the voltage, and those behind it.
+
+    `active` is the load's part, which follows torque, and `losses` what the other losses need, the same at any load.
+    `magnetizing` flows at rated load, `idle` without load. `rated` is the current itself, A, `efficiency` the rated one
+    that goes with it, both None where they do not follow; `complete` tells whether the magnetizing current is known.
+    """
+
+    active: float
+    losses: float
+    magnetizing: float
+    idle: float
+    rated: float | None
+    efficiency: float | None
+    complete: bool
+
+
+def line_current(plate: Plate, power: float, rated_slip: float, breakdown_slip: float) -> LineCurrent:
+    """The parts of the line current that pass through the rated point of a plate exactly.
+
+    The rotor circuit that gives Kloss's torque, R/s + jX behind a stiff voltage with s_b = R/X, takes the active current
+    I_a = T omega_s/(sqrt(3) U) and, behind the voltage, I_a s/s_b. Beside it the motor takes what its other losses need,
+    I_w, and what magnetizes it, I_m. At the rated point I_a + I_w = I_n cos(phi) and I_a s_n/s_b + I_m = I_n sin(phi), and
+    the air gap's part of the input is eta/(1 - s_n). Where the no-load current is given, I_0² = I_w² + I_m² there, and the
+    magnetizing current goes from that to the rated one with the load. Without a power factor the losses count as none, and
+    without either the whole current is that of the rotor circuit: I/I_n = sqrt(T s/(T_n s_n)).
+
+    Args:
+        plate: as far as it goes.
+        power: P at the shaft, W.
+        rated_slip: s_n.
+        breakdown_slip: s_b of Kloss's formula.
+
+    Raises:
+        SceneError: for a plate that contradicts itself, with the numbers.
+
+    Valid where voltage is stiff and saturation the same at all loads. Source: Fischer, Elektrische Maschinen, 14th ed.,
+    chapter 5 (circle diagram with the stator's resistance neglected); Fitzgerald et al., Electric Machinery, 6th ed.,
+    chapter 6; IEC 60034-1 (what a plate says).
+
+    >>> plate = Plate(voltage=400.0, current=15.0, power_factor=0.83)
+    >>> found = line_current(plate, 7500.0, 1 / 30, 0.16)
+    >>> round(found.efficiency, 4), round(found.active + found.losses, 9), round(15.0 * found.magnetizing, 3)
+    (0.8695, 0.83, 6.033)
+
+    """
+    cosine, current, efficiency = _rated_triple(plate, power, rated_slip)
+    tilt = rated_slip / breakdown_slip
+    if plate.no_load_current is not None and current is None:
+        raise SceneError(
+            [Fault("no_load_current", f"{plate.no_load_current:.6g} A", "a current beside it", "its share of that counts")]
+        )
+    idle = None if plate.no_load_current is None or current is None else plate.no_load_current / current
+    if cosine is None:
+        magnetizing = idle or 0.0
+        square = 1.0 + tilt * tilt
+        if not magnetizing < 1:
+            raise SceneError([_idle_fault(plate, current, "below the rated current")])
+        active = (math.sqrt(square - magnetizing**2) - tilt * magnetizing) / square
+        return LineCurrent(active, 0.0, magnetizing, magnetizing, current, efficiency, idle is not None)
+    active = cosine * (1.0 if efficiency is None else efficiency / (1.0 - rated_slip))
+    losses, behind = cosine - active, math.sqrt((1.0 - cosine) * (1.0 + cosine))
+    magnetizing = behind - tilt * active
+    if magnetizing < 0:
+        highest = math.cos(math.atan(tilt * active / cosine))
+        expected = f"{highest:.3g} at most, as breakdown_ratio and speed have it"
+        advice = (
+            f"with a breakdown at a slip of {breakdown_slip:.3g} the load's reactive current alone is {tilt * active:.3g}"
+        )
+        raise SceneError([Fault("power_factor", f"{cosine:.4g}", expected, f"{advice} of the rated one")])
+    if idle is None or current is None:
+        return LineCurrent(active, losses, magnetizing, magnetizing, current, efficiency, True)
+    if not losses < idle < 1:
+        expected = f"between {losses * current:.4g} A, which the losses take, and the rated current"
+        raise SceneError([_idle_fault(plate, current, expected)])
+    return LineCurrent(active, losses, magnetizing, math.sqrt((idle - losses) * (idle + losses)), current, efficiency, True)
+
+
+def _idle_fault(plate: Plate, current: float | None, expected: str, advice: str = "") -> Fault:
+    beside = f" beside {current:.6g} A at rated load"
+    return Fault("no_load_current", f"{plate.no_load_current:.6g} A{beside}", expected, advice)
+
+
+def _rated_triple(plate: Plate, power: float, rated_slip: float) -> tuple[float | None, float | None, float | None]:
+    """Power factor, line current (A) and efficiency at rated load, each as far as the plate or the others tell it.
+
+    P = sqrt(3) U I cos(phi) eta; where all four stand on the plate, current and power factor count.
+    """
+    cosine, current, efficiency = plate.power_factor, plate.current, plate.efficiency
+    apparent = None if plate.voltage is None or current is None else math.sqrt(3.0) * plate.voltage * current
+    if apparent is not None and cosine is not None and efficiency is not None:
+        found = apparent * cosine * efficiency
+        if abs(found - power) > PLATE_ROUNDING * power:
+            product = f"{found:.5g} W of sqrt(3) voltage current power_factor efficiency"
+            advice = "check the voltage (between lines) and the current (of that connection)"
+            expected = f"the rated power of {power:.5g} W, but for rounding"
+            raise SceneError([Fault("efficiency", product, expected, advice)])
+    if apparent is not None and cosine is not None:
+        efficiency = power / (apparent * cosine)
+    elif apparent is not None and efficiency is not None:
+        cosine = power / (apparent * efficiency)
+        if not cosine < 1:
+            found_at, expected = f"{power / efficiency:.5g} W taken of {apparent:.5g} V A", "less power than sqrt(3) U I"
+            raise SceneError([Fault("current", found_at, expected, "power_factor is below 1")])
+    elif plate.voltage is not None and cosine is not None and efficiency is not None:
+        current = power / (math.sqrt(3.0) * plate.voltage * cosine * efficiency)
+    if efficiency is not None and not efficiency < 1.0 - rated_slip:
+        found_at = f"{efficiency:.4g}" if plate.efficiency is not None else f"an efficiency of {efficiency:.4g}"
+        expected = f"below {1.0 - rated_slip:.4g}, which a slip of {rated_slip:.3g} leaves of the power in the rotor"
+        where = "efficiency" if plate.efficiency is not None else "current"
+        raise SceneError([Fault(where, found_at, expected, "check power, voltage, current and power_factor")])
+    return cosine, current, efficiency
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -37,10 +188,16 @@ class Induction(Motor):
         poles: number of poles, 2, 4, 6...
         frequency: f of the mains, Hz.
         breakdown_ratio: lambda, breakdown torque over rated torque, above 1.
+        plate: what the name plate says of the electric side.
         inertia: of the rotor, kg m².
 
     Raises:
-        SceneError: for values out of range, and for a rated speed that does not go with poles and frequency.
+        SceneError: for values out of range, for a rated speed that does not go with poles and frequency, and for a plate
+            that contradicts itself.
+
+    Where the plate has a starting torque or current, the curve from breakdown down to rest comes to it: Kloss's value
+    there is raised by x²(3 - 2x) of what misses at rest, x = (omega_b - omega)/omega_b, so that it leaves the running
+    branch as it is and has no kink. Both between are an interpolation.
 
     Valid for slow changes (electrical transients die away within some periods of the mains) and slips up to about the
     breakdown slip: stator resistance is neglected. From rest to breakdown real motors give more torque than Kloss's formula,
@@ -62,6 +219,7 @@ class Induction(Motor):
     poles: int
     frequency: float
     breakdown_ratio: float
+    plate: Plate = BARE
     title: ClassVar[str] = "induction motor"
 
     def __post_init__(self) -> None:
@@ -83,6 +241,27 @@ class Induction(Motor):
             )
             advice = f"a motor of this speed has {2 * pairs} poles" if fitting else ""
             raise SceneError([Fault("speed", found, wanted, advice)])
+        self._check_plate()
+
+    def _check_plate(self) -> None:
+        """Refuse what the plate says where it is out of range, or contradicts the rest."""
+        given = {name: value for name, value in self.plate._asdict().items() if value is not None}
+        faults = [fault for name, value in given.items() for fault in number_faults(name, value, POSITIVE)]
+        shares = ("power_factor", "efficiency", "stator_share")
+        faults += [Fault(name, f"{given[name]:g}", "a share of 1 at most") for name in shares if not given.get(name, 0) <= 1]
+        refuse(faults)
+        start, current = self.plate.starting_torque, self.plate.starting_current
+        if (start is not None or current is not None) and not self.breakdown_slip < 1:
+            found = f"beside a breakdown at a slip of {self.breakdown_slip:.3g}, which lies beyond rest"
+            name = "starting_torque" if start is not None else "starting_current"
+            faults.append(Fault(name, found, "nothing: rest lies on the running branch", "leave it out, or check the speed"))
+        elif start is not None and start > self.breakdown_ratio:
+            expected = f"the breakdown_ratio of {self.breakdown_ratio:g} at most, which is the greatest"
+            faults.append(Fault("starting_torque", f"{start:g} of the rated torque", expected))
+        if current is not None and not current > 1:
+            faults.append(Fault("starting_current", f"{current:g} of the rated current", "more than 1; 4 to 8 is usual"))
+        refuse(faults)
+        _ = self.line_current
 
     @cached_property
     def synchronous_speed(self) -> float:
@@ -131,9 +310,95 @@ class Induction(Motor):
 
     def law(self) -> Expression:
         """The torque on the shaft, N m."""
-        reach = self.breakdown_slip * self.synchronous_speed
+        reach, plate = self.breakdown_slip * self.synchronous_speed, self.plate
         u = f"({expression_of(self.synchronous_speed)} - omega)"
-        return parse(f"{expression_of(2 * self.breakdown_torque * reach)}*{u}/({u}**2 + {expression_of(reach**2)})")
+        kloss = f"{expression_of(2 * self.breakdown_torque * reach)}*{u}/({u}**2 + {expression_of(reach**2)})"
+        if plate.starting_torque is None and plate.starting_current is None:
+            return parse(kloss)
+        least = self.synchronous_speed - reach  # a current that is corrected alone ends the pieces there, too
+        missing = (
+            0.0 if plate.starting_torque is None else plate.starting_torque * self.rated.torque - float(self._kloss(0.0))
+        )
+        x = f"(1 - omega/{expression_of(least)})"
+        raised, at_rest = (f"{kloss} + {expression_of(missing)}{shape}" for shape in (f"*{x}**2*(3 - 2*{x})", ""))
+        return parse(f"{kloss} if omega >= {expression_of(least)} else ({raised} if omega >= 0 else {at_rest})")
+
+    def _kloss(self, omega: ArrayLike) -> Array:
+        """Torque by Kloss's formula alone, N m."""
+        slip = self.slip(omega)
+        return np.asarray(2.0 * self.breakdown_torque * self.breakdown_slip * slip / (slip**2 + self.breakdown_slip**2))
+
+    def slip(self, omega: ArrayLike) -> Array:
+        """Slip s = (omega_s - omega)/omega_s at speeds omega (rad/s), of their shape."""
+        return np.asarray((self.synchronous_speed - np.asarray(omega, dtype=float)) / self.synchronous_speed)
+
+    @cached_property
+    def line_current(self) -> LineCurrent:
+        """The parts of the line current at rated load."""
+        return line_current(self.plate, self.power, self.rated_slip, self.breakdown_slip)
+
+    @property
+    def rated_current(self) -> float | None:
+        """Current of a line at rated load, A; None where the plate does not tell it."""
+        return self.line_current.rated
+
+    def current_share(self, omega: ArrayLike) -> Array:
+        """Line current over the rated one at speeds omega (rad/s), of their shape: its size, whichever way the power goes.
+
+        The parts of `line_current`: with the voltage I_a T/T_n + I_w, behind it I_a T/T_n s/s_b and the magnetizing current.
+        The load takes this from I_0m to I_0m + (I_m - I_0m) 2 q/(1 + q), q = T s/(T_n s_n).
+
+        >>> motor = Induction(power=7500.0, speed=1450 * math.pi / 30, poles=4, frequency=50.0, breakdown_ratio=2.5,
+        ...                   plate=Plate(voltage=400.0, current=15.0, power_factor=0.83, starting_current=6.5))
+        >>> motor.current_share([0.0, motor.speed, motor.synchronous_speed]).round(4).tolist()
+        [6.5, 1.0, 0.4105]
+        """
+        speeds, parts = np.asarray(omega, dtype=float), self.line_current
+        load, slip = parts.active * self._kloss(speeds) / self.rated.torque, self.slip(speeds)
+        heat = load * slip / (parts.active * self.rated_slip)  # of the rotor, over the rated one
+        magnetizing = parts.idle + (parts.magnetizing - parts.idle) * 2.0 * heat / (1.0 + heat)
+        found = np.hypot(load + parts.losses, load * slip / self.breakdown_slip + magnetizing)
+        if self.plate.starting_current is None:
+            return np.asarray(found)
+        missing = self.plate.starting_current - self._locked_share
+        x = np.clip(1.0 - speeds / self.stable[0], 0.0, 1.0)
+        return np.asarray(found + missing * x * x * (3.0 - 2.0 * x))
+
+    @cached_property
+    def _locked_share(self) -> float:
+        """Line current of the locked rotor over the rated one, by the circuit of Kloss's formula."""
+        return float(replace(self, plate=self.plate._replace(starting_current=None)).current_share(0.0))
+
+    def current(self, omega: ArrayLike) -> Array | None:
+        """Line current (A) at speeds omega (rad/s), of their shape; None where the rated one is not known."""
+        rated = self.rated_current
+        return None if rated is None else np.asarray(rated * self.current_share(omega))
+
+    @property
+    def rated_stator_heat(self) -> float | None:
+        """Copper heat of the stator at rated load, W: its share of P/eta - P/(1 - s_n); None without an efficiency."""
+        efficiency = self.line_current.efficiency
+        if efficiency is None:
+            return None
+        return self.plate.stator_share * self.power * (1.0 / efficiency - 1.0 / (1.0 - self.rated_slip))
+
+    @property
+    def constant_losses(self) -> float | None:
+        """The rated losses outside rotor and stator copper, W: iron, ventilation, friction; None without an efficiency."""
+        copper = self.rated_stator_heat
+        return None if copper is None else copper * (1.0 / self.plate.stator_share - 1.0)
+
+    def stator_heat(self, omega: ArrayLike) -> Array | None:
+        """Copper heat of the stator, W, at speeds omega (rad/s): the rated one times (I/I_n)²; None without an efficiency.
+
+        >>> motor = Induction(power=7500.0, speed=1450 * math.pi / 30, poles=4, frequency=50.0, breakdown_ratio=2.5,
+        ...                   plate=Plate(power_factor=0.83, efficiency=0.87))
+        >>> rated = float(motor.stator_heat(motor.speed)) + motor.constant_losses + float(motor.rotor_heat(motor.speed))
+        >>> round(rated, 9), round(7500.0 / 0.87 - 7500.0, 9)
+        (1120.689655172, 1120.689655172)
+        """
+        copper = self.rated_stator_heat
+        return None if copper is None else np.asarray(copper * self.current_share(omega) ** 2)
 
     def rotor_heat(self, omega: ArrayLike) -> Array:
         """Heat in the rotor, W, at speeds omega (rad/s), of their shape: torque times slip speed, T (omega_s - omega).
@@ -148,6 +413,16 @@ class Induction(Motor):
         """
         speeds = np.asarray(omega, dtype=float)
         return np.asarray(self.torque(speeds) * (self.synchronous_speed - speeds))
+
+    def electric_power(self, omega: ArrayLike) -> Array | None:
+        """Power taken from the mains, W, at speeds omega (rad/s): T omega_s, stator heat and constant losses.
+
+        None without an efficiency. At the rated point it is P/eta.
+        """
+        heat, constant = self.stator_heat(omega), self.constant_losses
+        if heat is None or constant is None:
+            return None
+        return np.asarray(self.torque(omega) * self.synchronous_speed + heat + constant)
 
     def speed_at(self, torque: float) -> float | None:
         """Speed on the running branch at which the motor gives a torque: s = s_b q/(1 + sqrt(1 - q²)), q = T/T_b."""

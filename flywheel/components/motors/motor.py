@@ -85,6 +85,15 @@ class Motor(ABC):
         return EVERYWHERE
 
     @property
+    def rated_current(self) -> float | None:
+        """Current at the rated point, A, of a stator's line or an armature; None where the data do not tell."""
+        return None
+
+    def current_share(self, omega: ArrayLike) -> Array | None:
+        """Current over the rated one at steady speeds omega (rad/s), of their shape; None where the kind does not tell."""
+        return None
+
+    @property
     def starting_torque(self) -> float:
         """Torque (N m) at rest."""
         return float(self.torque(0.0))
