@@ -3,10 +3,12 @@
 FLYWHEEL_BROWSER=/opt/chrome/chrome   the browser to take, before any that is found
 FLYWHEEL_BROWSER_TESTS=required       no browser, or no playwright, is a failure instead of a skip
 FLYWHEEL_SCREENSHOTS=/tmp/pictures    a folder in which tests leave pictures of what they saw, to be looked at
+FLYWHEEL_SLOWDOWN=6                   pages compute so many times slower: no test may hang on how fast they draw
 """
 
 from __future__ import annotations
 
+import inspect
 import os
 import re
 import shutil
@@ -14,7 +16,7 @@ import subprocess
 import sys
 import threading
 import time
-from collections.abc import Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from queue import Empty, Queue
@@ -22,11 +24,12 @@ from typing import TYPE_CHECKING, Any
 from urllib.parse import urlsplit
 
 if TYPE_CHECKING:
-    from playwright.sync_api import Browser, BrowserContext, BrowserType, Page
+    from playwright.sync_api import Browser, BrowserContext, BrowserType, Locator, LocatorAssertions, Page
 
 ROOT = Path(__file__).parents[2]
 EXAMPLES = ROOT / "examples"
 BROWSER, REQUIRED, PICTURES = "FLYWHEEL_BROWSER", "FLYWHEEL_BROWSER_TESTS", "FLYWHEEL_SCREENSHOTS"
+SLOWDOWN = "FLYWHEEL_SLOWDOWN"
 
 _NAMES = (
     *("chromium", "chromium-browser", "google-chrome", "google-chrome-stable", "chrome"),
@@ -188,6 +191,13 @@ class Watched:
         assert not self.complaints, f"told on the console: {self.complaints}"
 
 
+def slowed(page: Page) -> None:
+    """Have a page compute as slowly as the environment asks for."""
+    rate = float(os.environ.get(SLOWDOWN, "1"))
+    if rate > 1.0:
+        page.context.new_cdp_session(page).send("Emulation.setCPUThrottlingRate", {"rate": rate})
+
+
 def shown(page: Page, address: str) -> Page:
     """The page at an address, with its scene read; what is computed of it may still be coming."""
     page.goto(address)
@@ -207,12 +217,33 @@ def drawn(page: Page) -> Page:
     return page
 
 
-def until(page: Page, script: str, arg: Any = None, seconds: float = 60.0) -> None:
-    """Ask until `script` is true; the page forbids scripts from texts, so that none may wait inside it."""
+def until(page: Page, condition: str | Callable[[], object], arg: Any = None, seconds: float = 60.0) -> None:
+    """Ask until a script of the page, or a function here, is true: pages draw in frames of their own, after any action.
+
+    It asks from outside, as the page forbids scripts from texts: none may wait inside it.
+    """
     end = time.monotonic() + seconds
-    while not page.evaluate(script, arg):
-        assert time.monotonic() < end, f"not true after {seconds:g} s: {script}"
+    while not (page.evaluate(condition, arg) if isinstance(condition, str) else condition()):
+        assert time.monotonic() < end, f"not true after {seconds:g} s: {_written(condition)}"
         page.wait_for_timeout(50)
+
+
+def _written(condition: str | Callable[[], object]) -> str:
+    return condition if isinstance(condition, str) else inspect.getsource(condition).strip()
+
+
+def expected(part: Locator) -> LocatorAssertions:
+    """What a part of the page is to become within a minute: `expected(page.locator("#angle")).to_have_value("91")`."""
+    from playwright.sync_api import expect
+
+    expect.set_options(timeout=60_000)
+    return expect(part)
+
+
+def in_sight(page: Page) -> Page:
+    """The page once a frame has told its figures which of them are in sight."""
+    page.evaluate("() => new Promise((on) => requestAnimationFrame(() => requestAnimationFrame(() => setTimeout(on))))")
+    return page
 
 
 def picture(page: Page, name: str, **options: Any) -> None:

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 import pytest
 
-from tests.page.browsers import EXAMPLES, REQUIRED, Missing, Served, Watched, browser, served, shown
+from tests.page.browsers import EXAMPLES, REQUIRED, Missing, Served, Watched, browser, served, shown, slowed
 
 if TYPE_CHECKING:
     from playwright.sync_api import Browser, BrowserContext, Page
@@ -91,6 +91,7 @@ def window(chromium: Browser, watched: Watched) -> Iterator[Callable[..., Browse
             context.set_default_timeout(60_000)
             stack.callback(context.close)
             watched.watch(context)
+            context.on("page", slowed)
             return context
 
         yield begin

@@ -2,7 +2,7 @@
 
 import pytest
 
-from tests.page.browsers import answered, drawn, picture, shown, violations
+from tests.page.browsers import answered, drawn, picture, shown, until, violations
 
 pytestmark = pytest.mark.slow
 
@@ -24,7 +24,7 @@ def test_the_page(name, window, press):
     picture(page, f"axe-{name}-text")
     assert violations(page) == []
     if name.startswith("phone"):
-        assert page.evaluate("document.documentElement.scrollWidth") <= 360
+        until(page, "() => document.documentElement.scrollWidth <= 360")
 
 
 @pytest.mark.parametrize("scheme", ["light", "dark"])

@@ -15,7 +15,7 @@ def blank(window):
 def test_a_request_to_another_host_is_stopped_and_told(blank, watched):
     watched.expected.append("Failed to load resource")
     blank.evaluate("fetch('http://192.0.2.1/x').catch(() => null)")
-    assert watched.left == ["http://192.0.2.1/x"]
+    browsers.until(blank, lambda: watched.left == ["http://192.0.2.1/x"])
     watched.left.clear()
     watched.check()
 
@@ -23,11 +23,7 @@ def test_a_request_to_another_host_is_stopped_and_told(blank, watched):
 @pytest.mark.parametrize("script", ["console.error('torn')", "setTimeout(() => { throw new Error('torn') })"])
 def test_what_is_told_on_the_console_is_a_failure(blank, watched, script):
     blank.evaluate(script)
-    for _ in range(600):
-        blank.wait_for_timeout(50)
-        if watched.complaints:
-            break
-    assert [complaint for complaint in watched.complaints if "torn" in complaint]
+    browsers.until(blank, lambda: [complaint for complaint in watched.complaints if "torn" in complaint])
     watched.complaints.clear()
 
 

@@ -11,7 +11,7 @@ import pytest
 import flywheel
 from flywheel import language
 from flywheel.page import data
-from tests.page.browsers import answered, shown
+from tests.page.browsers import answered, expected, shown, until
 
 if TYPE_CHECKING:
     from playwright.sync_api import Page, Route
@@ -109,9 +109,9 @@ def test_a_crank_that_is_dragged_takes_the_cursor_along_in_every_figure(drawn: C
     page.mouse.move(pivot[0], pivot[1] - 40.0, steps=12)
     page.mouse.up()
     slider = page.locator("[role=slider]")
+    until(page, lambda: 70.0 < float(slider.get_attribute("aria-valuenow") or 0.0) < 110.0)
     angle = float(slider.get_attribute("aria-valuenow") or 0.0)
-    assert 70.0 < angle < 110.0
-    assert f"{angle:.1f}°" in (slider.get_attribute("aria-valuetext") or "")
+    expected(slider).to_have_attribute("aria-valuetext", re.compile(re.escape(f"{angle:.1f}°")))
     for figure in ("moment", "inertia", "wittenbauer", "speed", "motion"):
         told = next(float(words.rstrip(" °")) for words in readout(page, figure) if words.endswith("°"))
         assert told == pytest.approx(angle, abs=0.1)
@@ -122,10 +122,10 @@ def test_keys_turn_the_crank_and_both_values_of_a_jump_are_told(drawn: Callable[
     page = drawn("machines/press.toml")
     page.locator("[role=slider]").focus()
     page.keyboard.press("End")
-    assert page.locator("[role=slider]").get_attribute("aria-valuenow") == "359"
+    expected(page.locator("[role=slider]")).to_have_attribute("aria-valuenow", "359")
     for _ in range(19):
         page.keyboard.press("ArrowLeft")
-    assert page.locator("[role=slider]").get_attribute("aria-valuenow") == "340"
+    expected(page.locator("[role=slider]")).to_have_attribute("aria-valuenow", "340")
     values = readout(page, "moment")
     net = next(words for words in values if "→" in words)
     before, after = (float(part.split()[0].replace("−", "-")) for part in net.split("→"))
@@ -141,7 +141,7 @@ def test_a_curve_that_is_pointed_at_moves_the_mechanism(drawn: Callable[..., "Pa
     box = curve.bounding_box()
     assert box is not None
     curve.click(position={"x": box["width"] - 3.0, "y": box["height"] / 2})
-    assert page.locator("[role=slider]").get_attribute("aria-valuetext") == "190.0 mm"
+    expected(page.locator("[role=slider]")).to_have_attribute("aria-valuetext", "190.0 mm")
 
 
 @pytest.mark.slow
@@ -150,8 +150,8 @@ def test_a_curve_that_is_pointed_at_moves_the_mechanism(drawn: Callable[..., "Pa
 )
 def test_no_text_covers_another_or_leaves_its_figure_on_a_phone(drawn: Callable[..., "Page"], example: str) -> None:
     page = drawn(example, width=360, tongue="es")
+    until(page, "() => document.documentElement.scrollWidth <= innerWidth")
     assert page.evaluate(_CLASHES) == []
-    assert page.evaluate("document.documentElement.scrollWidth <= innerWidth")
     assert page.eval_on_selector_all("#panels svg", "all => all.every((each) => each.querySelector('title').textContent)")
 
 
@@ -176,5 +176,5 @@ def test_the_page_shows_them_and_another_mechanism_can_be_chosen(
     select = page.locator("[data-panel=reactions] select")
     select.select_option("plunger2")
     answered(page)
-    assert select.input_value() == "plunger2"
-    assert page.locator("[role=slider]").get_attribute("aria-valuenow") == "0"
+    expected(select).to_have_value("plunger2")
+    expected(page.locator("[role=slider]")).to_have_attribute("aria-valuenow", "0")

@@ -1,8 +1,10 @@
 """The scene and its file: saved only when asked for, never over what somebody else has written."""
 
+import re
+
 import pytest
 
-from tests.page.browsers import drawn, picture, shown, until
+from tests.page.browsers import drawn, expected, picture, shown, until
 
 pytestmark = pytest.mark.slow
 
@@ -38,7 +40,7 @@ def test_the_file_is_replaced_only_after_a_question(own):
     page.get_by_role("dialog").wait_for(state="detached")
     assert scene.read_text() == before
     page.click("#save")
-    assert page.locator(".differences").inner_text().count("85 mm") == 1
+    expected(page.locator(".differences li", has_text="85 mm")).to_have_count(1)
     press(page, "Save")
     page.locator("#unsaved:empty").wait_for(state="attached")
     assert scene.read_text() == before.replace('"80 mm"', '"85 mm"')
@@ -72,7 +74,7 @@ def test_a_name_elsewhere_is_refused(own, name):
     page.click("#save-as")
     page.locator("#file-name").fill(name)
     press(page, "Save")
-    page.get_by_role("dialog").or_(page.locator("#notices :text('not saved')")).first.wait_for()
+    page.locator("#notices", has_text="not saved").wait_for()
     assert not scene.parent.parent.joinpath("out.toml").exists()
     assert {path.suffix for path in scene.parent.iterdir()} <= {".toml", ".csv"}
 
@@ -89,7 +91,7 @@ def test_a_change_on_the_disk_is_told_and_not_overwritten(own):
     assert scene.read_text() == theirs
     press(page, "Cancel")
     page.locator("#notices").get_by_role("button", name="Take theirs").click()
-    assert page.locator("#text").input_value() == theirs
+    expected(page.locator("#text")).to_have_value(theirs)
     page.keyboard.press("Control+z")
     until(page, "() => document.getElementById('text').value.includes('\"85 mm\"')")
     assert scene.read_text() == theirs
@@ -110,7 +112,7 @@ def test_two_pages_on_one_scene_lose_nothing(own):
     press(other, "Save" if other.get_by_role("dialog").get_by_role("button", name="Save", exact=True).count() else "Cancel")
     other.locator("#notices", has_text="changed").or_(other.get_by_role("dialog")).first.wait_for()
     assert scene.read_text() == before.replace('"80 mm"', '"85 mm"')
-    assert '"500 mm"' in other.locator("#text").input_value()
+    expected(other.locator("#text")).to_have_value(re.compile('"500 mm"'))
 
 
 def test_edits_that_were_not_saved_come_back(own):
@@ -120,5 +122,5 @@ def test_edits_that_were_not_saved_come_back(own):
     page.reload()
     page.get_by_role("button", name="Bring them back").click()
     page.click("#as-text")
-    assert '"85 mm"' in page.locator("#text").input_value()
+    expected(page.locator("#text")).to_have_value(re.compile('"85 mm"'))
     assert '"80 mm"' in scene.read_text()

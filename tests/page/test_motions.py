@@ -2,7 +2,7 @@
 
 import pytest
 
-from tests.page.browsers import drawn, picture, shown, until
+from tests.page.browsers import answered, drawn, picture, shown, until
 
 pytestmark = pytest.mark.slow
 
@@ -14,8 +14,7 @@ CASES = {  # a body, a joint of it, a length and a mass that are typed
 
 def curve(page, title, before=None):
     """The curves of the motion, once their figure has a title and they are no longer those before."""
-    panel = page.locator('[data-panel="motion"]')
-    panel.scroll_into_view_if_needed()
+    page.locator('[data-panel="motion"]').scroll_into_view_if_needed()
     until(
         page,
         """([title, before]) => {
@@ -24,7 +23,8 @@ def curve(page, title, before=None):
         }""",
         [title, before],
     )
-    return panel.locator("svg").first.text_content()
+    answered(page)  # whose figures the last answer draws once more
+    return page.locator('[data-panel="motion"] svg').first.text_content()
 
 
 def typed(page, path, value):

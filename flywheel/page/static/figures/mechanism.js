@@ -56,6 +56,8 @@ export function mechanismIn(host, answer, tools) {
       "aria-valuemin": shown(driver, driver.least), "aria-valuemax": shown(driver, driver.greatest),
     });
     move(held.at);
+    if (held.grip && !views[held.grip.view]?.bodies[held.grip.at[0]]) held.grip = null;
+    if (held.grip) held.grip.points = held.views[held.grip.view].track(held.grip.at);
   }
 
   function move(at) {
@@ -88,15 +90,20 @@ export function mechanismIn(host, answer, tools) {
   svg.addEventListener("pointerdown", (event) => {
     if (event.button !== 0) return;
     const spot = placeIn(svg, held.width, event);
-    const view = held.views.find((each) => each.holds(spot)) ?? held.views[0];
-    held.grip = { view, ...view.grip(spot, event.target.dataset?.body, held.at) };
+    const view = Math.max(held.views.findIndex((each) => each.holds(spot)), 0);
+    const at = held.views[view].grip(spot, event.target.dataset?.body, held.at);
+    held.grip = { view, at, points: held.views[view].track(at) };
     svg.setPointerCapture(event.pointerId);
     svg.style.cursor = "grabbing";
     slider.focus({ preventScroll: true });
     event.preventDefault();
   });
   svg.addEventListener("pointermove", (event) => {
-    if (held.grip) go(held.grip.view.drag(held.grip, placeIn(svg, held.width, event), held.at));
+    if (!held.grip) return;
+    const { view, points } = held.grip;
+    const moves = event.getCoalescedEvents?.() ?? []; // on a slow machine a hand goes far between two frames
+    const spots = (moves.length ? moves : [event]).map((each) => placeIn(svg, held.width, each));
+    go(spots.reduce((at, spot) => held.views[view].drag(points, spot, at), held.at));
   });
   for (const ended of ["pointerup", "pointercancel", "lostpointercapture"]) {
     svg.addEventListener(ended, () => {
@@ -110,7 +117,6 @@ export function mechanismIn(host, answer, tools) {
     move,
     update(next) {
       held.answer = next;
-      held.grip = null;
       draw();
     },
     svg: () => standalone(svg),
@@ -136,7 +142,7 @@ function aboutOf(views, { text }) {
 
 // -- one mechanism ----------------------------------------------------------------------------------------------------
 
-/** One mechanism drawn at a place: `move`, and how a hand that holds one of its bodies moves the driver. */
+/** One mechanism drawn at a place: `move`; the point of a body that a hand grips, the point's track, where it is dragged to. */
 function drawnView(view, answer, tools, { left, top, width, alone }) {
   const phi = answer.phi;
   const driver = driverOf(answer, tools);
@@ -203,10 +209,10 @@ function drawnView(view, answer, tools, { left, top, width, alone }) {
       const pose = poseAt(view, phi, at)[held] ?? [0, 0, 0];
       const [dx, dy] = [box[0] + (x - X(box[0])) / scale - pose[0], box[1] + (Y(box[1]) - y) / scale - pose[1]];
       const [c, s] = [Math.cos(pose[2]), Math.sin(pose[2])];
-      const local = [held, dx * c + dy * s, dy * c - dx * s];
-      return { points: phi.map((_, k) => place(view, local, k)).map(([a, b]) => [X(a), Y(b)]) };
+      return [held, dx * c + dy * s, dy * c - dx * s];
     },
-    drag: ({ points }, spot, at) => nearestAlong(phi, points, spot, at, driver),
+    track: (spot) => phi.map((_, k) => place(view, spot, k)).map(([a, b]) => [X(a), Y(b)]),
+    drag: (points, spot, at) => nearestAlong(phi, points, spot, at, driver),
   };
 }
 
