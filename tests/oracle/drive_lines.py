@@ -221,6 +221,7 @@ class DriveLine:
 
             def law(phi: float, speed: float, unknown: float) -> float:
                 here = {"phi": phi, "omega": speed, "v": speed, "abs": abs, "max": max, "min": min}
+                here["sign"] = lambda x: math.copysign(1.0, x)
                 return float(eval(code, {"__builtins__": {}}, names | here | ({own: unknown} if own else {})))
 
             return law
@@ -264,7 +265,9 @@ class DriveLine:
             for edge in push.window or ():
                 turns = math.ceil(ratio * self.cycle / push.every) + 1
                 found |= {(edge - phase + k * push.every) / ratio for k in range(-turns, turns + 1)}
-        if any(p.sense for p in self.pushes):
+        if any(p.sense for p in self.pushes) or any(
+            "sign(v)" in str(row.get("force")) for row in self.scene.get("load", [])
+        ):
             ratio = self.shafts[self.slide_on].speed
             grid = np.linspace(0, self.cycle, 721)
             speeds = [self.body(ratio * a + self.phase)[3] for a in grid]
@@ -394,10 +397,12 @@ class DriveLine:
         def tau(at: float, dense: Any, k: int) -> float:
             return self.brought(*self.shafts_at(at, float(dense(at)[0]), *given), outwards)[1][k]
 
-        def wrong(at: float, dense: Any) -> int:
+        def wrong(at: float, dense: Any, known: set[int]) -> int:
             taus = self.brought(*self.shafts_at(at, float(dense(at)[0]), *given), outwards)[1]
             most = max(abs(t) for t in taus)
-            return next((k for k in lossy if (taus[k] > 0) != outwards[k] and abs(taus[k]) > 1e-13 * most), 0)
+            return next(
+                (k for k in lossy if k not in known and (taus[k] > 0) != outwards[k] and abs(taus[k]) > 1e-13 * most), 0
+            )
 
         solver = DOP853(rate, phi, [half], end, rtol=RTOL, atol=RTOL * half, max_step=self.cycle / STEPS)
         while solver.status == "running":
@@ -405,14 +410,13 @@ class DriveLine:
             if solver.status == "failed":
                 raise ArithmeticError("no step")
             dense, a, b = solver.dense_output(), solver.t_old, solver.t
-            crossed = None
+            crossed, low = None, max(a, phi + ahead)
             for at in (*(a + q * (b - a) for q in INSIDE), b) if lossy else ():
-                while (k := wrong(at, dense)) and (crossed is None or at < crossed):
-                    low = max(a, phi + ahead)
-                    if at <= low or (tau(low, dense, k) > 0) != outwards[k]:
-                        crossed = at = low if low < at else at
-                        break
-                    crossed = at = brentq(tau, low, at, (dense, k), xtol=1e-15, rtol=1e-15)
+                known: set[int] = set()
+                while at > low and (k := wrong(at, dense, known)):  # the first of those that reverse
+                    known.add(k)
+                    inside = (tau(low, dense, k) > 0) == outwards[k]
+                    crossed = at = brentq(tau, low, at, (dense, k), xtol=1e-15, rtol=1e-15) if inside else low
                 if crossed is not None:
                     break
             stop = b if crossed is None else crossed
@@ -468,8 +472,8 @@ class DriveLine:
             return [asked, 0.0]
         drive = next(p for p in self.pushes if p.drive)
         top = (self.synchronous or 1e4) / self.shafts[drive.shaft].speed
-        speeds = np.append(top * np.geomspace(1, 1e-4, 400), 0)
-        k = next(k for k in range(399) if self.constant_net(speeds[k + 1], 0.0) <= 0)
+        speeds = top * np.geomspace(1, 1e-4, 120)
+        k = next(k for k in range(119) if self.constant_net(speeds[k + 1], 0.0) <= 0)
         return [float(brentq(lambda s: self.constant_net(s, 0.0), speeds[k + 1], speeds[k], rtol=1e-6)), 0.0]
 
     def steady(self, inertia: float, start: Sequence[float], asked: float | None) -> tuple[list[float], tuple[Piece, ...]]:
@@ -549,67 +553,81 @@ class DriveLine:
 
     def figures(self, inertia: float, unknown: float, pieces: tuple[Piece, ...]) -> Regime:
         """All figures of a cycle that repeats, by Gauss on its steps."""
-        top, bottom = self.extremes(pieces, unknown, inertia)
-        n = len(self.shafts)
-        time, works, heat, square, sent = 0.0, np.zeros(len(self.pushes)), 0.0, 0.0, np.zeros((4, n))
-        least, most, greatest, peak = np.full(n, math.inf), np.full(n, -math.inf), 0.0, 0.0
-        drive = next((k for k, p in enumerate(self.pushes) if p.drive), None)
-        speeds = np.array([s.speed for s in self.shafts])
+        n, speeds = len(self.shafts), np.array([s.speed for s in self.shafts])
         shares, slips = np.array([s.share for s in self.shafts]), np.array([s.slip for s in self.shafts])
+        on = [q.shaft for q in self.pushes]
+        drive = next((k for k, p in enumerate(self.pushes) if p.drive), 0)
+        time, works, heat, square, sent = 0.0, np.zeros(len(self.pushes)), 0.0, 0.0, np.zeros((4, n))
+
+        def at(phi: float, p: Piece) -> tuple[float, Any, Any]:
+            """Speed of the crank, torques of the pushes and of the meshes, each on its own shaft."""
+            half = float(p.half(phi)[0])
+            omega = math.sqrt(2 * half)
+            taus = self.brought(*self.shafts_at(phi, half, unknown, inertia, p.active), p.outwards)[1]
+            return omega, np.array(self.torques(phi, omega, unknown, p.active)), np.array(taus)
+
         for p in pieces:
-            given = (unknown, inertia, p.active)
-
-            def at(phi: float, p: Piece = p, given: Any = given) -> tuple[float, Any, Any]:
-                half = float(p.half(phi)[0])
-                omega = math.sqrt(2 * half)
-                taus = self.brought(*self.shafts_at(phi, half, *given), p.outwards)[1]
-                return omega, np.array(self.torques(phi, omega, unknown, p.active)), np.array(taus)
-
             mid, wide = 0.5 * (p.start + p.end), 0.5 * (p.end - p.start)
             for node, weight in zip(NODES, WEIGHTS, strict=True):
-                omega, pushed, taus = at(mid + wide * node)
+                omega, pushed, taus = at(mid + wide * node, p)
                 dt = weight * wide / omega
                 time += dt
-                own = speeds[[q.shaft for q in self.pushes]] * omega
-                works += dt * pushed * own
+                works += dt * pushed * speeds[on] * omega
                 arrives = taus * speeds * omega
-                passes = np.where(arrives > 0, arrives / shares, arrives)  # what the sending side gives
-                sent += dt * np.array([arrives, taus**2, np.abs(passes) * (1 - shares), np.abs(passes) * slips])
-                if drive is not None:
-                    square += dt * pushed[drive] ** 2
-                    if self.synchronous:
-                        heat += dt * pushed[drive] * (self.synchronous - own[drive])
+                gives = np.abs(np.where(arrives > 0, arrives / shares, arrives))  # the side that sends
+                sent += dt * np.array([arrives, taus**2, gives * (1 - shares), gives * slips])
+                square += dt * pushed[drive] ** 2
+                if self.synchronous:
+                    heat += dt * pushed[drive] * (self.synchronous - speeds[on[drive]] * omega)
 
-            def refined(of: Callable[[float], float], p: Piece = p) -> float:
-                grid = np.linspace(p.start, p.end, 9)
-                values = [of(a) for a in grid]
-                k = int(np.argmax(values))
-                if k in (0, 8):
-                    return values[k]
-                found = minimize_scalar(
-                    lambda a: -of(a), bounds=(grid[k - 1], grid[k + 1]), method="bounded", options={"xatol": 1e-9}
-                )
-                return max(values[k], -float(found.fun))
+        def row(phi: float, p: Piece) -> Any:
+            """Powers into each shaft, the drive's power and torque, of which extremes are told."""
+            omega, pushed, taus = at(phi, p)
+            return np.array([*(taus * speeds * omega), pushed[drive] * speeds[on[drive]] * omega, pushed[drive]])
 
-            for k in range(1, n):
-                most[k] = max(most[k], refined(lambda a, k=k: at(a)[2][k] * speeds[k] * at(a)[0]))
-                least[k] = min(least[k], -refined(lambda a, k=k: -at(a)[2][k] * speeds[k] * at(a)[0]))
-            if drive is not None:
-                own = speeds[self.pushes[drive].shaft]
-                for sign in (1, -1):
-                    power = refined(lambda a, s=sign * own: s * at(a)[1][drive] * at(a)[0])
-                    peak = sign * power if power > abs(peak) else peak
-                greatest = max(greatest, refined(lambda a: abs(at(a)[1][drive])))
+        grids = [np.linspace(p.start, p.end, 7) for p in pieces]
+        values = np.array([[row(phi, p) for phi in grid] for p, grid in zip(pieces, grids, strict=True)])
+
+        def greatest(k: int, sign: int) -> float:
+            """The greatest value of a row, or of its negative."""
+            rows = sign * values[:, :, k]
+            best = rows.max()
+            for j in np.flatnonzero(rows.max(axis=1) > best - 0.05 * np.ptp(rows)):
+                i = int(rows[j].argmax())
+                if 0 < i < 6:
+                    ends = grids[j][i - 1], grids[j][i + 1]
+                    found = minimize_scalar(
+                        lambda phi, j=j: -sign * row(phi, pieces[j])[k],
+                        bounds=ends,
+                        method="bounded",
+                        options={"xatol": 1e-9},
+                    )
+                    best = max(best, -float(found.fun))
+            return float(best)
+
         flows = {
             s.name: Flow(
-                sent[0, k] / time, least[k], most[k], math.sqrt(sent[1, k] / time), sent[2, k] / time, sent[3, k] / time
+                sent[0, k] / time, -greatest(k, -1), greatest(k, 1), math.sqrt(sent[1, k] / time), *(sent[2:, k] / time)
             )
             for k, s in enumerate(self.shafts)
             if k
         }
-        work = works[drive] if drive is not None else 0.0
-        mean, spread = (top + bottom) / 2, 2 * (top - bottom) / (top + bottom)
+        top, bottom = self.extremes(pieces, unknown, inertia)
+        high, low = greatest(n, 1), -greatest(n, -1)
         return Regime(
-            inertia, unknown, mean, spread, top, bottom, time, work / time, peak, math.sqrt(square / time), greatest,
-            heat / time, {p.name: float(w) for p, w in zip(self.pushes, works, strict=True)}, flows, pieces,
-        )  # fmt: skip
+            inertia=inertia,
+            unknown=unknown,
+            speed=(top + bottom) / 2,
+            irregularity=2 * (top - bottom) / (top + bottom),
+            speed_max=top,
+            speed_min=bottom,
+            period=time,
+            mean_power=works[drive] / time,
+            peak_power=high if high >= -low else low,
+            rms_torque=math.sqrt(square / time),
+            greatest_torque=max(greatest(n + 1, 1), greatest(n + 1, -1)),
+            rotor_heat=heat / time,
+            works={p.name: float(w) for p, w in zip(self.pushes, works, strict=True)},
+            flows=flows,
+            pieces=pieces,
+        )

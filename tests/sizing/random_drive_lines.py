@@ -1,0 +1,237 @@
+"""Random drive lines beside the series equations of `tests.oracle.drive_lines`.
+
+    python -m tests.sizing.random_drive_lines 0 200          # seeds; a line for each figure that is off by more than it says
+
+Two to seven shafts in a tree, each on the crank or on another, with belts that slip, drags, meshes that lose from 1 % to a
+third, a slider-crank or a scotch yoke under a window of force, a branch with a fan or a damper, a motor far from the crank.
+"""
+
+from __future__ import annotations
+
+import math
+import sys
+import warnings
+from collections.abc import Iterator
+from typing import Any, NamedTuple
+
+import numpy as np
+
+import flywheel
+from tests.oracle.drive_lines import DriveLine, Regime
+
+RTOLS = (1e-3, 1e-6, 1e-9, 1e-11)
+FLOOR = 2e-11  # what the oracle itself may be off by
+
+
+def scene(seed: int) -> dict[str, Any]:
+    """A drive line with a given flywheel that leaves it an irregularity of some per cent."""
+    rng = np.random.default_rng(seed)
+    found = _machine(rng)
+    names = ["crank"]
+    shafts: dict[str, Any] = {}
+    for k in range(int(rng.integers(2, 8))):
+        on = names[-1] if rng.random() < 0.6 else str(rng.choice(names))
+        shaft: dict[str, Any] = {"ratio": _round(rng.uniform(0.5, 4.0))}
+        if on != "crank" or rng.random() < 0.3:
+            shaft["on"] = on
+        if rng.random() < 0.75:
+            shaft["efficiency"] = _round(1.0 - 10 ** rng.uniform(-2, -0.5))
+        if rng.random() < 0.4:
+            shaft["slip"] = f"{_round(rng.uniform(0.3, 5.0))} %"
+        name = f"s{k}"
+        shafts[name] = shaft
+        names.append(name)
+        if rng.random() < 0.8:
+            found["inertia"].append({"on": name, "value": _round(10 ** rng.uniform(-2.5, 0) / _speed(shafts, name) ** 2)})
+    found["shafts"] = shafts
+    end = _farthest(shafts)
+    mean = _of_loads(found)
+    _drive(rng, found, shafts, end, mean)
+    for name in shafts:
+        speed = _speed(shafts, name)
+        if rng.random() < 0.35:
+            shafts[name]["drag"] = _round(rng.uniform(0.01, 0.1) * mean / speed)
+    branch = str(rng.choice([n for n in names if n != end]))
+    if rng.random() < 0.4:
+        c = _round(rng.uniform(0.02, 0.1) * mean / found["pace"] / _speed(shafts, branch) ** 2)
+        found.setdefault("damper", []).append({"on": branch, "coefficient": c})
+    elif rng.random() < 0.5:
+        c = _round(rng.uniform(0.02, 0.1) * mean / found["pace"] ** 2 / _speed(shafts, branch) ** 3)
+        found["load"].append({"on": branch, "torque": f"-{c}*omega*abs(omega)"})
+    on = str(rng.choice(["crank", end, end, *names]))
+    wheel = rng.uniform(10.0, 60.0) * mean / found.pop("pace") ** 2 / _speed(shafts, on) ** 2
+    found["flywheel"] = {"on": on, "inertia": _round(wheel)}
+    return found
+
+
+def _round(value: float) -> float:
+    return float(f"{value:.4g}")
+
+
+def _speed(shafts: dict[str, Any], name: str) -> float:
+    """Speed over the crank's, slip aside."""
+    found = 1.0
+    while name != "crank":
+        found, name = found * shafts[name]["ratio"], shafts[name].get("on", "crank")
+    return found
+
+
+def _farthest(shafts: dict[str, Any]) -> str:
+    """The shaft through most meshes."""
+
+    def depth(name: str) -> int:
+        return 0 if name == "crank" else 1 + depth(shafts[name].get("on", "crank"))
+
+    return max(shafts, key=depth)
+
+
+def _machine(rng: np.random.Generator) -> dict[str, Any]:
+    """A crank with its mechanism, a window of force, sliding friction, perhaps weights."""
+    r = _round(rng.uniform(0.03, 0.2))
+    crank = {
+        "length": r,
+        "mass": _round(rng.uniform(1, 10)),
+        "inertia": _round(rng.uniform(0.05, 0.5)),
+        "com": _round(r / 5),
+    }
+    start = float(rng.integers(0, 300))
+    force = {"from": f"{start} deg", "to": f"{start + float(rng.integers(20, 80))} deg"}
+    size = _round(rng.uniform(2e3, 2e4))
+    slide: dict[str, Any] = {"mass": _round(rng.uniform(2, 40))}
+    if rng.random() < 0.6:
+        rod = {"length": _round(r * rng.uniform(3, 6)), "mass": _round(rng.uniform(1, 10)), "inertia": 0.05, "com": r}
+        if rng.random() < 0.4:
+            slide["offset"] = _round(0.2 * r)
+        kind = {"type": "slider-crank", "crank": crank, "rod": rod, "slider": slide}
+        port = "slider"
+    else:
+        kind = {"type": "scotch-yoke", "crank": crank, "yoke": slide, "block": {"mass": 1.0}}
+        port = "yoke"
+    forward = math.sin(math.radians(start + 20)) < 0  # the port moves towards its greatest displacement
+    load = [{"on": port, "force": -size if forward else size, **force}]
+    if rng.random() < 0.6:
+        load.append({"on": port, "force": f"-{_round(size / 30)}*sign(v)"})
+    if rng.random() < 0.4:
+        load.append({"on": "crank", "torque": _round(-size * r / 10), "from": "200 deg", "to": "320 deg"})
+    found = {"mechanism": kind, "load": load, "inertia": [], "pace": _round(rng.uniform(4, 20))}
+    return found | ({"gravity": {}} if rng.random() < 0.5 else {})
+
+
+def _of_loads(found: dict[str, Any]) -> float:
+    """A size of the mean torque on the crank (N m)."""
+    return (
+        0.15
+        * max(abs(row["force"]) for row in found["load"] if isinstance(row.get("force"), float))
+        * float(found["mechanism"]["crank"]["length"])
+    )
+
+
+def _drive(rng: np.random.Generator, found: dict[str, Any], shafts: dict[str, Any], end: str, mean: float) -> None:
+    """A balance at a speed, a straight line, an induction motor or a curve written out, at the end of the line."""
+    pace, speed = found["pace"], _speed(shafts, end)
+    share = 1.0
+    at = end
+    while at != "crank":
+        row = shafts[at]
+        share *= row.get("efficiency", 1.0) * (1 - float(str(row.get("slip", "0 %")).split()[0]) / 100)
+        at = row.get("on", "crank")
+    torque, omega = 1.5 * mean / share / speed, pace * speed
+    kind = rng.integers(0, 4)
+    if kind == 0:
+        found["drive"] = {"on": end, "torque": "balance"}
+        found["regime"] = {"speed": pace}
+    elif kind == 1:
+        motor = {"type": "line", "starting_torque": _round(10 * torque), "no_load_speed": _round(1.1 * omega)}
+        found["drive"] = {"on": end, "motor": motor}
+    elif kind == 2:
+        hertz = _round(1.05 * omega / math.pi)
+        rated = _round(0.96 * math.pi * hertz)
+        motor = {
+            "type": "induction",
+            "power": _round(torque * rated),
+            "speed": rated,
+            "poles": 2,
+            "frequency": f"{hertz} Hz",
+        }
+        inertia = _round(rng.uniform(0.02, 0.5) / speed**2)
+        found["drive"] = {"on": end, "motor": motor | {"breakdown_ratio": _round(rng.uniform(2.5, 4)), "inertia": inertia}}
+    else:
+        found["drive"] = {"on": end, "torque": f"{_round(2 * torque)} - {_round(torque / omega**2)}*omega*omega"}
+
+
+class Off(NamedTuple):
+    """A figure that is off by more than the result says: its value, the true one, the error said and the true one."""
+
+    figure: str
+    value: float
+    true: float
+    said: float
+    error: float
+
+
+def pairs(sizing: Any, true: Regime) -> Iterator[tuple[str, float, float, float, float]]:
+    """Figures of an analysis or a sizing with the true ones, the errors said of them, and what errors are relative to."""
+    found = sizing.as_dict()
+    error, motion, energy = found["error"], found["simulation"], found["energy"]
+    yield "speed", found["speed"], true.speed, error["speed"], true.speed
+    for key in ("irregularity", "speed_max", "speed_min", "period"):
+        yield key, motion[key], getattr(true, key), error["simulation"], getattr(true, key)
+    if found["balance"] is not None:
+        yield "balance", found["balance"]["value"], true.unknown, error["balance"], true.unknown
+    flow = sizing.power_flow if hasattr(sizing, "power_flow") else flywheel.power_flow(sizing)
+    scale = flow.scale
+    drive = true.rms_torque / true.mean_power * scale if true.mean_power else 1.0
+    for key, size in (("mean_power", scale), ("peak_power", scale), ("rms_torque", drive)):
+        yield key, energy[key], getattr(true, key), error["energy"], max(abs(getattr(true, key)), size)
+    if energy.get("rotor_heat") is not None and energy.get("rotor_heat_share") is not None:
+        yield "rotor_heat", energy["rotor_heat"], true.rotor_heat, error["rotor_heat"], true.rotor_heat
+    of = {(stream.kind, stream.name): stream.mean for stream in flow.streams}
+    for name, passed in true.flows.items():
+        lost = of.get(("mesh", f"shafts.{name}"), 0.0) + of.get(("slip", f"shafts.{name}"), 0.0)
+        yield f"lost {name}", lost, passed.lost, flow.error, scale
+        yield f"slip {name}", of.get(("slip", f"shafts.{name}"), 0.0), passed.slip, flow.error, scale
+    for row in flow.shafts:
+        if row.on is not None:
+            rms = true.flows[row.shaft].rms_torque
+            yield f"rms torque {row.shaft}", row.torque_rms, rms, flow.error, max(rms, scale / row.speed)
+    yield "in less out less losses", flow.left, 0.0, flow.error, scale
+
+
+def compared(table: dict[str, Any], true: Regime, rtol: float) -> list[Off]:
+    """What an analysis or a sizing gets wrong by more than it says, or, where it says that it reached what was asked, than that."""
+    sizing = flywheel.size(flywheel.load(table | {"accuracy": {"rtol": rtol}}), simulate=False)
+    found = []
+    for figure, value, exact, said, size in pairs(sizing, true):
+        error = abs(value - exact) / max(abs(size), 1e-300)
+        if error > said + FLOOR or (sizing.reached and error > rtol + FLOOR):
+            found.append(Off(figure, value, exact, said, error))
+    return found
+
+
+def main(first: int, last: int) -> None:
+    """Compare seeds, and print what is off."""
+    warnings.simplefilter("ignore")
+    for seed in range(first, last):
+        table = scene(seed)
+        try:
+            true = DriveLine(table).analysed(table["flywheel"]["inertia"])
+        except (ArithmeticError, StopIteration, ValueError) as error:
+            print(seed, "no regime by the oracle:", repr(error))
+            true = None
+        for rtol in RTOLS:
+            try:
+                if true is None:
+                    flywheel.size(flywheel.load(table), simulate=False)
+                    print(seed, "  but the toolkit finds one")
+                    break
+                for off in compared(table, true, rtol):
+                    print(seed, f"{rtol:g}", *off)
+            except flywheel.SceneError as error:
+                print(seed, f"{rtol:g}", "refused:", error.faults[0].where, error.faults[0].found[:150])
+                break
+        else:
+            print(seed, f"eps {true.irregularity:.4g}, {len(table['shafts'])} shafts, {len(true.pieces)} pieces", flush=True)
+
+
+if __name__ == "__main__":
+    main(*map(int, sys.argv[1:3]))
