@@ -34,7 +34,7 @@ from flywheel.scene.scene import Scene
 
 if TYPE_CHECKING:
     from bondgraph.recording import Program
-    from flywheel.components.motors import DC
+    from flywheel.components.motors.circuit import Circuit, States
     from flywheel.machine.passive_resistances import Coefficients, PassiveResistances
 
 Array = NDArray[np.float64]
@@ -48,14 +48,15 @@ class Rate(NamedTuple):
     """dE/dphi = F of the whole machine's kinetic energy (J/rad), at given speeds, on (cells, nodes).
 
     `by_speed` is dF/domega, `by_unknown` dF/du of the scene's balance, `by_inertia` dF/dJ of the flywheel's inertia (0 but
-    for losses), `by_current` dF/di of a motor's current. `exchanged` is the sum of |contributions|.
+    for losses), `by_states` that by each state of a motor's own, (states, cells, nodes). `exchanged` is the sum of
+    |contributions|.
     """
 
     moment: Array
     by_speed: Array
     by_unknown: Array
     by_inertia: Array
-    by_current: Array
+    by_states: Array
     exchanged: Array
 
 
@@ -79,7 +80,7 @@ class _Acting(NamedTuple):
     moment: Array
     by_speed: Array
     by_unknown: Array
-    by_current: Array
+    by_states: Array
     exchanged: Array
 
 
@@ -145,9 +146,12 @@ class Moments:
         found.local = True
         return found
 
-    def rate(self, omega: Array, unknown: float, inertia: float, current: Array | None = None) -> Rate:
-        """F at crank speeds omega (rad/s) on the mesh, for a value of the unknown and a flywheel (kg m², on the crank)."""
-        acting = [self._acting(part, omega, unknown, current) for part in self.parts]
+    def rate(self, omega: Array, unknown: float, inertia: float, states: States = ()) -> Rate:
+        """F at crank speeds omega (rad/s) on the mesh, for a value of the unknown and a flywheel (kg m², on the crank).
+
+        `states` are those of a motor's circuit, each on the mesh.
+        """
+        acting = [self._acting(part, omega, unknown, states) for part in self.parts]
         plain = _together(acting)
         if not self.lossy:
             return _lossless(plain)
@@ -169,7 +173,7 @@ class Moments:
             - loss([part.slope * omega - act.by_speed for part, act in zip(self.parts, acting, strict=True)]),
             by_unknown=plain.by_unknown - loss([-act.by_unknown for act in acting]),
             by_inertia=-loss([bend * part.stage.carries_flywheel for part in self.parts]),
-            by_current=plain.by_current - loss([-act.by_current for act in acting]),
+            by_states=plain.by_states - loss([-act.by_states for act in acting]),
             exchanged=exchanged,
         )
 
@@ -186,7 +190,7 @@ class Moments:
         efficiencies = [part.stage.efficiency for part in self.parts]
         factors = [np.where(tau > 0.0, 1.0 / eta, eta) for eta, tau in zip(efficiencies, transmitted, strict=True)]
         moment, by_unknown, exchanged = _felt(factors, acting, [0.5 * part.slope * omega**2 for part in self.parts])
-        return Rate(moment, plain.by_speed, by_unknown, np.zeros_like(omega), plain.by_current, exchanged)
+        return Rate(moment, plain.by_speed, by_unknown, np.zeros_like(omega), plain.by_states, exchanged)
 
     def net_work(self, speed: float | Array, unknown: float = 0.0) -> Array:
         """Net work (J) of a cycle run at a constant crank speed (rad/s), or at each of several (n,)."""
@@ -200,7 +204,7 @@ class Moments:
                 found = found + self._total(effort + unknown * factor)
             if self.circuit is not None and part.stage.drives:
                 turned = self.drive_ratio * speed
-                torque = self.circuit.torque_of_current(turned, self.steady_current(speed))
+                torque = self.circuit.torque(turned, self.steady_states(speed))
                 found = found + self.drive_ratio * torque * self.mesh.edges[-1]
         return np.asarray(found)
 
@@ -227,34 +231,34 @@ class Moments:
 
     def _unaccelerated(self, omega: Array, unknown: float) -> tuple[list[_Acting], list[Array]]:
         """What acts on every part at a constant speed, and what the crank transmits to each."""
-        current = None if self.circuit is None else self.steady_current(omega)
-        acting = [self._acting(part, omega, unknown, current) for part in self.parts]
+        states = self.steady_states(omega)
+        acting = [self._acting(part, omega, unknown, states) for part in self.parts]
         return acting, [0.5 * p.slope * omega**2 - act.moment for p, act in zip(self.parts, acting, strict=True)]
 
-    def steady_current(self, omega: Array) -> Array:
-        """The currents (A) that do not change at constant crank speeds (rad/s)."""
-        assert self.circuit is not None
-        return np.asarray(self.circuit.current(self.drive_ratio * omega))
+    def steady_states(self, omega: Any) -> tuple[Any, ...]:
+        """The states of a motor's circuit that do not change at constant crank speeds (rad/s); none without one."""
+        return () if self.circuit is None else self.circuit.steady(self.drive_ratio * omega)
 
-    def transmitted(self, omega: Array, unknown: float, inertia: float, current: Array | None = None) -> list[Array]:
+    def transmitted(self, omega: Array, unknown: float, inertia: float, states: States = ()) -> list[Array]:
         """What each lossy mesh transmits from the crank (N m, on the crank)."""
-        acting = [self._acting(part, omega, unknown, current) for part in self.parts]
+        acting = [self._acting(part, omega, unknown, states) for part in self.parts]
         return self._of_lossy(self._bend(acting, omega, inertia)[1])
 
     def _of_lossy(self, transmitted: Sequence[Array]) -> list[Array]:
         return [tau for part, tau in zip(self.parts, transmitted, strict=True) if part.stage.efficiency < 1.0]
 
-    def _acting(self, part: _Part, omega: Array, unknown: float, current: Array | None) -> _Acting:
+    def _acting(self, part: _Part, omega: Array, unknown: float, states: States) -> _Acting:
         moment = part.moment + unknown * part.per_unknown - part.resistance * omega
         by_speed, by_unknown = np.zeros_like(omega) - part.resistance, np.zeros_like(omega) + part.per_unknown
         exchanged = part.exchanged + np.abs(unknown * part.per_unknown) + part.resistance * omega
-        by_current: Array = np.zeros_like(omega)
-        if self.circuit is not None and part.stage.drives and current is not None:
+        by_states: Array = np.zeros((len(states), *omega.shape))
+        if self.circuit is not None and part.stage.drives and len(states):
             ratio, circuit = self.drive_ratio, self.circuit
-            driving = ratio * circuit.torque_of_current(ratio * omega, current)
-            by_current = np.full_like(omega, ratio * circuit.constant)
+            driving, slopes = ratio * circuit.torque(ratio * omega, states), circuit.slopes(ratio * omega, states)
+            for k, slope in enumerate(slopes.torque_by_states):
+                by_states[k] = ratio * slope
             moment, exchanged = moment + driving, exchanged + np.abs(driving)
-            by_speed = by_speed - ratio * ratio * circuit.friction
+            by_speed = by_speed + ratio * ratio * slopes.torque_by_speed
         for effort, factor in self._moving(part, Jet(omega, 1.0)):
             value, slope = _with_slope(effort, omega)
             factor_value, factor_slope = _with_slope(factor, omega)
@@ -262,7 +266,7 @@ class Moments:
             by_speed = by_speed + slope + unknown * factor_slope
             by_unknown = by_unknown + factor_value
             exchanged = exchanged + np.abs(value + unknown * factor_value)
-        return _Acting(moment, by_speed, by_unknown, by_current, exchanged)
+        return _Acting(moment, by_speed, by_unknown, by_states, exchanged)
 
     def _moving(self, part: _Part, omega: Any) -> list[tuple[Any, Any]]:
         """What depends on speed: moments, and their factors of the unknown, without those of a motor's circuit."""
@@ -287,11 +291,11 @@ class Moments:
 
         return _solved(inertias, bare, tuple(np.ones((*omega.shape[:-1], 1)) for _ in self.parts), fitting)
 
-    def drive(self, omega: Array, unknown: float, current: Array | None = None) -> Array:
+    def drive(self, omega: Array, unknown: float, states: States = ()) -> Array:
         """The drive's share of F (N m, on the crank), before losses."""
         zero = np.zeros_like(omega)
-        if self.circuit is not None and current is not None:
-            return np.asarray(zero + self.drive_ratio * self.circuit.torque_of_current(self.drive_ratio * omega, current))
+        if self.circuit is not None and len(states):
+            return np.asarray(zero + self.drive_ratio * self.circuit.torque(self.drive_ratio * omega, states))
         station = next(part.station for part in self.parts if part.stage.drives)
         still = station.moments(unknown).get("drive", 0.0)
         moving = station.contributions(omega, 0.0, self._deciding(omega), local=self.local)
@@ -326,14 +330,9 @@ def moments_on(machine: Machine, edges: Array, *, local: bool = False) -> Moment
     return found.locally if local else found
 
 
-def circuit_of(scene: Scene) -> DC | None:
-    """The drive's motor where its current is a state of its own."""
-    motor = scene.motor
-    if motor is None:
-        return None
-    from flywheel.components.motors import DC  # only machines with a motor pay for it
-
-    return motor if isinstance(motor, DC) and motor.inductance > 0.0 else None
+def circuit_of(scene: Scene) -> Circuit | None:
+    """The circuit of the drive's motor, where it has states of its own."""
+    return None if scene.motor is None else scene.motor.circuit
 
 
 def _together(acting: list[_Acting]) -> _Acting:
@@ -343,7 +342,7 @@ def _together(acting: list[_Acting]) -> _Acting:
 
 def _lossless(plain: _Acting) -> Rate:
     zero = np.zeros_like(plain.moment)
-    return Rate(plain.moment, plain.by_speed, plain.by_unknown, zero, plain.by_current, plain.exchanged)
+    return Rate(plain.moment, plain.by_speed, plain.by_unknown, zero, plain.by_states, plain.exchanged)
 
 
 def _felt(factors: Sequence[Array], acting: list[_Acting], moved: list[Array]) -> tuple[Array, Array, Array]:
@@ -379,7 +378,7 @@ _INSET = 1e-10  # of a piece: how far from its ends a law is read that is not de
 class Instant(NamedTuple):
     """What a machine does at one instant, at its crank: acceleration (rad/s²), moment M* less losses (N m), I* + J (kg m²).
 
-    `loss` is what the meshes take of the moment (N m), `current_rate` the rate of a motor's current (A/s). The energy of the
+    `loss` is what the meshes take of the moment (N m), `rates` those of a motor's own states (per second). The energy of the
     machine changes by moment * omega. `passed` is what the crank passes to every stage (N m), and `factors` what it gives
     for that: 1/efficiency where it drives, efficiency where it is driven. `friction` is that of rough joints: it is part of
     the moment; NaN where it leaves no motion.
@@ -389,7 +388,7 @@ class Instant(NamedTuple):
     moment: Any
     inertia: Any
     loss: Any
-    current_rate: Any = 0.0
+    rates: tuple[Any, ...] = ()
     passed: tuple[Any, ...] = ()
     factors: tuple[Any, ...] = ()
     friction: Rubbing | None = None
@@ -409,6 +408,9 @@ class Rubbing(NamedTuple):
     decisive: Array
     solutions: int = 1
     joint: str = ""
+
+
+PlainInstant = Callable[[float, float, float, Any], tuple[float, float, float, tuple[float, ...]]]
 
 
 class Hold(NamedTuple):
@@ -445,7 +447,7 @@ def _one(value: Any) -> float:
 class Dynamics:
     """A machine with a flywheel (kg m² at the crank) and a value of its unknown, at any position, speed and time.
 
-    `circuit` is the motor where its current is a state of its own, else None.
+    `circuit` is that of its motor where this has states of its own, such as a current, else None.
     """
 
     def __init__(self, machine: Machine, inertia: float, balance: float = 0.0) -> None:
@@ -476,7 +478,7 @@ class Dynamics:
         omega: float,
         time: float = 0.0,
         *,
-        current: float = 0.0,
+        states: States = (),
         ends: tuple[float, float] | None = None,
         anchor: Anchor | None = None,
     ) -> Instant:
@@ -488,30 +490,30 @@ class Dynamics:
         """
         place = anchor or Anchor(middle, None, None)
         phi, beyond = self._inside(phi)
-        parts, table = self._parts(phi, place, omega, time, current)
+        parts, table = self._parts(phi, place, omega, time, states)
         if ends is not None and not all(np.all(np.isfinite(part.moment)) for part in parts):
             low, high = _interior(ends)
             held = min(max(phi, low), high)
-            return self.at(held, middle, omega, time, current=current, anchor=anchor)
+            return self.at(held, middle, omega, time, states=states, anchor=anchor)
         if beyond:
             parts[0] = parts[0]._replace(inertia=parts[0].inertia + beyond * sum(part.slope for part in parts))
         if self.resistances is not None:
-            found = self._resisted(parts, table, np.array([phi]), place, np.array([omega]), current)
+            found = self._resisted(parts, table, np.array([phi]), place, np.array([omega]), states)
             return found._replace(
                 acceleration=_one(found.acceleration),
                 moment=_one(found.moment),
                 inertia=_one(found.inertia),
                 loss=_one(found.loss),
-                current_rate=_one(found.current_rate),
+                rates=tuple(map(_one, found.rates)),
                 passed=tuple(map(_one, found.passed)),
                 factors=tuple(map(_one, found.factors)),
             )
-        return self._instant(parts, omega, current, place.factors)
+        return self._instant(parts, omega, states, place.factors)
 
-    def plainly(self, anchor: Anchor) -> Callable[[float, float, float, float], tuple[float, float, float, float]] | None:
+    def plainly(self, anchor: Anchor) -> PlainInstant | None:
         """What `at` gives in the piece of an anchor, in plain numbers.
 
-        From phi, omega, t and current to acceleration, moment, inertia and the current's rate (see `Instant`). Where a law
+        From phi, omega, t and a motor's states to acceleration, moment, inertia and their rates (see `Instant`). Where a law
         is not defined it raises ValueError or ArithmeticError, or gives what is not finite. None where joints rub, on a
         stroke, where the anchor does not tell the sides of meshes, or where the walk cannot be recorded.
         """
@@ -524,16 +526,18 @@ class Dynamics:
         law, unknown, flywheel = self._compiled(program, "math"), self.balance, self.inertia
         driving = next((k for k, stage in enumerate(machine.stages) if stage.drives), 0)
 
-        def single(phi: float, omega: float, t: float, current: float) -> tuple[float, float, float, float]:
+        def single(phi: float, omega: float, t: float, states: States) -> tuple[float, float, float, tuple[float, ...]]:
             inertia, slope, moment = law(phi, omega, t, unknown)
-            inertia, rate = inertia + flywheel, 0.0
+            inertia += flywheel
+            rates: tuple[float, ...] = ()
             if circuit is not None:
-                moment += ratio * circuit.torque_of_current(ratio * omega, current)
-                rate = circuit.current_rate(ratio * omega, current)
-            return (moment - slope * (0.5 * omega * omega)) / inertia, moment, inertia, rate
+                moment += ratio * circuit.torque(ratio * omega, states)
+                rates = circuit.rates(ratio * omega, states)
+            return (moment - slope * (0.5 * omega * omega)) / inertia, moment, inertia, rates
 
-        def several(phi: float, omega: float, t: float, current: float) -> tuple[float, float, float, float]:
-            found, square, rate = law(phi, omega, t, unknown), 0.5 * omega * omega, 0.0
+        def several(phi: float, omega: float, t: float, states: States) -> tuple[float, float, float, tuple[float, ...]]:
+            found, square = law(phi, omega, t, unknown), 0.5 * omega * omega
+            rates: tuple[float, ...] = ()
             assert anchor.factors is not None
             total = weight = bare = moment = 0.0
             rows = []
@@ -541,15 +545,15 @@ class Dynamics:
                 inertia, slope, acting = found[3 * k : 3 * k + 3]
                 inertia += flywheel * stage.carries_flywheel
                 if circuit is not None and k == driving:
-                    acting += ratio * circuit.torque_of_current(ratio * omega, current)
-                    rate = circuit.current_rate(ratio * omega, current)
+                    acting += ratio * circuit.torque(ratio * omega, states)
+                    rates = circuit.rates(ratio * omega, states)
                 left = slope * square - acting
                 rows.append((factor, inertia, left))
                 total, moment = total + inertia, moment + acting
                 weight, bare = weight + factor * inertia, bare + factor * left
             acceleration = -bare / weight
             loss = sum((factor - 1.0) * (inertia * acceleration + left) for factor, inertia, left in rows)
-            return acceleration, moment - loss, total, rate
+            return acceleration, moment - loss, total, rates
 
         return single if len(machine.stages) == 1 else several
 
@@ -559,7 +563,7 @@ class Dynamics:
         anchor: Anchor,
         omega: Array,
         time: Array,
-        current: Any = 0.0,
+        states: States = (),
         ends: tuple[float, float] | None = None,
         *,
         watched: bool = False,
@@ -570,14 +574,14 @@ class Dynamics:
         branches of friction is told where it is `watched`.
         """
         phi = np.asarray(self._inside(phi)[0])
-        parts, table = self._parts(phi, anchor, omega, time, current)
+        parts, table = self._parts(phi, anchor, omega, time, states)
         if ends is not None and not all(np.isfinite(part.moment).all() for part in parts):
-            return self.along(np.clip(phi, *_interior(ends)), anchor, omega, time, current, watched=watched)
+            return self.along(np.clip(phi, *_interior(ends)), anchor, omega, time, states, watched=watched)
         factors = anchor.factors or tuple(1.0 for _ in parts)
         if self.resistances is not None:
-            found = self._resisted(parts, table, phi, anchor._replace(factors=factors), omega, current, watched)
+            found = self._resisted(parts, table, phi, anchor._replace(factors=factors), omega, states, watched)
         else:
-            found = self._instant(parts, omega, current, factors)
+            found = self._instant(parts, omega, states, factors)
         whole = partial(wide, shape=phi.shape)
         return found._replace(
             acceleration=whole(found.acceleration),
@@ -593,7 +597,7 @@ class Dynamics:
         anchor: Anchor,
         omega: Array,
         time: Array,
-        current: Any = 0.0,
+        states: States = (),
         now: Instant | None = None,
         *,
         rubbing: bool = True,
@@ -608,11 +612,11 @@ class Dynamics:
             station = stage.reduction.at(phi, anchor.phi)
             rows = [*station.moments(self.balance).items()]
             rows += [(part, -value * omega) for part, value in station.resistances().items()]
-            rows += self._moving(station, stage, anchor, omega, time, current)
+            rows += self._moving(station, stage, anchor, omega, time, states)
             for part, value in rows:
                 found[part] = found.get(part, 0.0) + value
         if self.resistances is not None and rubbing:
-            friction = (now or self.along(phi, anchor, omega, time, current)).friction
+            friction = (now or self.along(phi, anchor, omega, time, states)).friction
             assert friction is not None
             for k in np.flatnonzero(self.resistances.rubbing):
                 label = self.resistances.labels[k]
@@ -631,11 +635,11 @@ class Dynamics:
                     found += self._efforts[element.name].speed_switches(here, there)
         return found
 
-    def sides(self, phi: Array, anchor: Anchor, omega: Array, time: Array, current: Any = 0.0) -> list[Array]:
+    def sides(self, phi: Array, anchor: Anchor, omega: Array, time: Array, states: States = ()) -> list[Array]:
         """What changes its sign where a stretch of motion ends: switches, and what meshes with losses pass."""
         rows = [wide(value, phi.shape) for value in self.switches(phi, anchor, omega, time)]
         if anchor.factors is not None or self.resistances is not None:
-            now = self.along(phi, anchor, omega, time, current, watched=True)
+            now = self.along(phi, anchor, omega, time, states, watched=True)
             rows += now.passed[1:]
             if now.friction is not None:
                 rows += list(now.friction.decisive)
@@ -654,16 +658,16 @@ class Dynamics:
         return held, phi - held
 
     def _parts(
-        self, phi: Any, anchor: Anchor, omega: Any, time: Any, current: Any
+        self, phi: Any, anchor: Anchor, omega: Any, time: Any, states: States
     ) -> tuple[list[_Contribution], tuple[Coefficients, ...]]:
         """All parts of the machine; with rough joints also what their tables give, and the parts from these if they can."""
         resistances, stages = self.resistances, self.machine.stages
         if resistances is None:
-            recorded = self._recorded_parts(phi, anchor, omega, time, current)
-            return recorded or [self._part(stage, phi, anchor, omega, time, current) for stage in stages], ()
+            recorded = self._recorded_parts(phi, anchor, omega, time, states)
+            return recorded or [self._part(stage, phi, anchor, omega, time, states) for stage in stages], ()
         table = resistances.at(np.atleast_1d(phi))
         if not resistances.complete:
-            return [self._part(stage, phi, anchor, omega, time, current) for stage in stages], table
+            return [self._part(stage, phi, anchor, omega, time, states) for stage in stages], table
         counting.count(phi)
         acting = resistances.acting(table, np.atleast_1d(phi), anchor, omega, time, self.balance, self._of_circuit)
         rows = zip(stages, acting.inertia, acting.slope, acting.moment, strict=True)
@@ -673,11 +677,11 @@ class Dynamics:
         ]
         if self.circuit is not None:
             k = next(k for k, stage in enumerate(stages) if stage.drives)
-            torque = self.ratio * self.circuit.torque_of_current(self.ratio * omega, current)
+            torque = self.ratio * self.circuit.torque(self.ratio * omega, states)
             parts[k] = parts[k]._replace(moment=parts[k].moment + torque)
         return parts, table
 
-    def _recorded_parts(self, phi: Any, anchor: Anchor, omega: Any, time: Any, current: Any) -> list[_Contribution] | None:
+    def _recorded_parts(self, phi: Any, anchor: Anchor, omega: Any, time: Any, states: States) -> list[_Contribution] | None:
         """All parts by the recorded walk, in a piece that is asked for often enough; None where the walk itself serves."""
         if not (isinstance(anchor.phi, float) and isinstance(anchor.omega, float | None)):
             return None
@@ -697,7 +701,7 @@ class Dynamics:
         for k, stage in enumerate(self.machine.stages):
             inertia, slope, moment = found[3 * k : 3 * k + 3]
             if self.circuit is not None and stage.drives:
-                moment = moment + self.ratio * self.circuit.torque_of_current(self.ratio * omega, current)
+                moment = moment + self.ratio * self.circuit.torque(self.ratio * omega, states)
             parts.append(_Contribution(stage.efficiency, inertia + self.inertia * stage.carries_flywheel, slope, moment))
         return parts
 
@@ -708,11 +712,11 @@ class Dynamics:
             self._laws[key] = program, program.function(kind)
         return self._laws[key][1]
 
-    def _part(self, stage: Stage, phi: Any, anchor: Anchor, omega: Any, time: Any, current: Any) -> _Contribution:
+    def _part(self, stage: Stage, phi: Any, anchor: Anchor, omega: Any, time: Any, states: States) -> _Contribution:
         station = stage.reduction.at(phi, anchor.phi)
         reduced = station.reduced
         moment = reduced.moment + self.balance * reduced.per_unknown - reduced.resistance * omega
-        for _, value in self._moving(station, stage, anchor, omega, time, current):
+        for _, value in self._moving(station, stage, anchor, omega, time, states):
             moment = moment + value
         inertia = reduced.inertia + (self.inertia if stage.carries_flywheel else 0.0)
         pressing = None
@@ -721,11 +725,11 @@ class Dynamics:
         return _Contribution(stage.efficiency, inertia, reduced.slope, moment, pressing)
 
     def _moving(
-        self, station: Station, stage: Stage, anchor: Anchor, omega: Any, time: Any, current: Any
+        self, station: Station, stage: Stage, anchor: Anchor, omega: Any, time: Any, states: States
     ) -> Iterator[tuple[str, Any]]:
-        """Part and moment of what depends on speed, time or current."""
+        """Part and moment of what depends on speed, on time, or on a motor's own states."""
         if self.circuit is not None and stage.drives:
-            torque = self.circuit.torque_of_current(self.ratio * omega, current)
+            torque = self.circuit.torque(self.ratio * omega, states)
             yield "drive", self.ratio * torque
         if stage.reduction.moves:
             for element, effort, factor in station.contributions(omega, time, anchor.omega, anchor.time):
@@ -733,7 +737,7 @@ class Dynamics:
                     yield element.part or element.name, effort + self.balance * factor
 
     def _of_circuit(self, name: str) -> bool:
-        """Whether a source is the quasi-static law of a motor whose current is followed instead."""
+        """Whether a source is the quasi-static law of a motor whose own states are followed instead."""
         return self.circuit is not None and name.startswith(DRIVE)
 
     def _resisted(
@@ -743,7 +747,7 @@ class Dynamics:
         phi: Array,
         anchor: Anchor,
         omega: Array,
-        current: Any,
+        states: States,
         watched: bool = True,
     ) -> Instant:
         """The instants with friction in joints, at positions and speeds (n,): one linear system for each (see `Rubbing`).
@@ -775,7 +779,7 @@ class Dynamics:
                 part._replace(moment=moment + moved[:, resistances.stages == k].sum(axis=1))
                 for k, (part, moment) in enumerate(zip(parts, moments, strict=True))
             ]
-            instant = self._instant(rubbed, omega, current, anchor.factors, sense)
+            instant = self._instant(rubbed, omega, states, anchor.factors, sense)
             if (
                 len(parts) == 1
                 or anchor.factors is not None
@@ -804,7 +808,7 @@ class Dynamics:
             friction=Rubbing(moved, np.concatenate((sliding, signs, lines), axis=1), decisive, *solutions),
         )
 
-    def from_rest(self, phi: float, ahead: float, behind: float, times: Array, current: Any = 0.0) -> tuple[Array, Array]:
+    def from_rest(self, phi: float, ahead: float, behind: float, times: Array, states: States = ()) -> tuple[Array, Array]:
         """The acceleration (rad/s²) of a machine with rough joints at rest if it moved forwards, and if it moved backwards.
 
         At times (n,) it does the one where that is above 0, the other where that is below; `ahead` and `behind` lie in the
@@ -814,18 +818,18 @@ class Dynamics:
         for place, omega in ((ahead, onset), (behind, -onset)):
             if len(self.machine.stages) == 1:
                 anchor = Anchor(place, np.full(times.shape, omega), times)
-                one = self.along(np.full(times.shape, phi), anchor, anchor.omega, times, current).acceleration
+                one = self.along(np.full(times.shape, phi), anchor, anchor.omega, times, states).acceleration
             else:  # the sides of meshes are found one instant at a time
-                currents = np.broadcast_to(current, times.shape)
+                rows = np.array([np.broadcast_to(state, times.shape) for state in states]).reshape(len(states), times.size).T
                 each = [
-                    self.at(phi, place, omega, float(t), current=float(i), anchor=Anchor(place, omega, float(t)))
-                    for t, i in zip(times, currents, strict=True)
+                    self.at(phi, place, omega, float(t), states=row.tolist(), anchor=Anchor(place, omega, float(t)))
+                    for t, row in zip(times, rows, strict=True)
                 ]
                 one = np.array([now.acceleration for now in each])
             found.append(np.where(np.isfinite(one), one, 0.0))
         return found[0], found[1]
 
-    def hold(self, phi: float, ahead: float, behind: float, time: float, current: float = 0.0) -> Hold:
+    def hold(self, phi: float, ahead: float, behind: float, time: float, states: States = ()) -> Hold:
         """What keeps a machine with rough joints at rest, at a position between places ahead of it and behind."""
         resistances = self.resistances
         assert resistances is not None
@@ -833,7 +837,7 @@ class Dynamics:
         for sense, place in ((1.0, ahead), (-1.0, behind)):
             omega = sense * ONSET * self.machine.typical_speed
             anchor = Anchor(place, omega, time)
-            parts, table = self._parts(float(at[0]), anchor, omega, time, current)
+            parts, table = self._parts(float(at[0]), anchor, omega, time, states)
             moment = float(np.ravel(sum(part.moment for part in parts))[0])
             if sense * moment >= 0.0:
                 break
@@ -867,7 +871,7 @@ class Dynamics:
         self,
         parts: Sequence[_Contribution],
         omega: Any,
-        current: Any,
+        states: States,
         factors: tuple[Any, ...] | None,
         sense: Any = None,
     ) -> Instant:
@@ -893,7 +897,7 @@ class Dynamics:
             moment=sum(part.moment for part in parts) - loss,
             inertia=sum(part.inertia for part in parts),
             loss=loss,
-            current_rate=0.0 if self.circuit is None else self.circuit.current_rate(self.ratio * omega, current),
+            rates=() if self.circuit is None else self.circuit.rates(self.ratio * omega, states),
             passed=passed,
             factors=used,
         )

@@ -30,6 +30,7 @@ from flywheel.scene.linkage import PIN
 from flywheel.scene.scene import Scene
 
 if TYPE_CHECKING:
+    from flywheel.components.motors.circuit import States
     from flywheel.motions.transients import Transient
     from flywheel.sizing.results import Sizing
 
@@ -358,7 +359,7 @@ def along_run(
     gone, anchor = anchors_along(trail, owners)
     motion = MachineMotion(samples.phi + machine.scene.origin, samples.omega, samples.acceleration, times, gone, anchor)
     words = f"followed from {number(float(run.motion.omega[0]))} {_unit_of_speed(machine.scene)}: {run.ended}"
-    errors = _errors_along(run, motion, samples.current)
+    errors = _errors_along(run, motion, () if samples.states is None else np.array([*samples.states.values()]))
     return _found(machine, motion, errors, run.balance, words, inertia, friction)
 
 
@@ -366,7 +367,7 @@ def _unit_of_speed(scene: Scene) -> str:
     return "m/s" if scene.reduction_element == "slide" else "rad/s"
 
 
-def _errors_along(run: Transient, motion: MachineMotion, current: Array | None) -> MotionErrors:
+def _errors_along(run: Transient, motion: MachineMotion, states: States) -> MotionErrors:
     """What the error of a run makes of angle, speed and acceleration: the last found again with the others that far off."""
     trail, anchor, time = run.motion.trail, motion.anchor, motion.time
     assert trail is not None
@@ -375,11 +376,11 @@ def _errors_along(run: Transient, motion: MachineMotion, current: Array | None) 
     dynamics, machine = trail.dynamics, trail.dynamics.machine
     way = max(float(np.ptp(run.motion.phi)), machine.scene.cycle / (2 * np.pi))
     phi, omega = run.error * way, run.error * float(np.abs(run.motion.omega).max())
-    own, amperes = motion.own(machine), 0.0 if current is None else current
+    own = motion.own(machine)
 
     def acceleration(dphi: float, domega: float, share: float) -> Array:
         place = np.clip(own + dphi, 0.0, machine.scene.cycle)
-        found = dynamics.along(place, anchor, motion.omega + domega, time, np.multiply(amperes, 1.0 + share))
+        found = dynamics.along(place, anchor, motion.omega + domega, time, np.multiply(states, 1.0 + share))
         return np.asarray(found.acceleration)
 
     apart = [

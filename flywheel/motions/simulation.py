@@ -5,8 +5,9 @@ A machine with compliant shafts, which one angle does not describe, is followed 
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, fields, replace
+from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
@@ -61,8 +62,8 @@ class Motion(NamedTuple):
     difference to a run with up to ten times the tolerance and longer steps, doubled (in proportion beyond ten times).
     Where the speed at phi = 0 must return, each cycle starts from it anew: `drift` is the share of the kinetic energy by
     which stepping one cycle is off, which is so kept from adding up.
-    `current` is that of a motor with inductance (A). `trail` is the motion as it was stepped, `rough` the run before it and
-    `share` how much of the difference to that run may be left.
+    `states` are a motor's own by name, such as its `current` (A). `trail` is the motion as it was stepped, `rough` the run
+    before it and `share` how much of the difference to that run may be left.
     """
 
     t: Array
@@ -73,11 +74,16 @@ class Motion(NamedTuple):
     run: Run | None = None
     ended: str | None = None
     error: float = 0.0
-    current: Array | None = None
+    states: Mapping[str, Array] = MappingProxyType({})
     trail: Trail | None = None
     drift: float = 0.0
     rough: Trail | None = None
     share: float = 1.0
+
+    @property
+    def current(self) -> Array | None:
+        """The current of a motor with inductance, A."""
+        return self.states.get("current")
 
     def at(self, times: Any) -> tuple[Array, Array]:
         """Crank angle and speed at times (s), by dense output; on a stroke a SceneError for times after its end."""
@@ -114,12 +120,13 @@ def simulate(
     inertia: float | None = None,
     balance: float | None = None,
     rtol: float = 1e-10,
+    states: Mapping[str, float] = MappingProxyType({}),
     current: float = 0.0,
 ) -> Motion:
     """Motion of a machine from a given state for a given time, from (J + I*) alpha + ½ dI*/dphi omega² = M*(phi, omega, t).
 
     M* holds loads, drive and dampers, less what meshes with an efficiency lose. Stepping starts afresh at every breakpoint:
-    of position, of time, and where a law switches at a speed. A motor with inductance adds its current as a state.
+    of position, of time, and where a law switches at a speed. A motor adds the states of its own, such as its current.
     Friction in joints is found with the reactions of the same instant; at rest it holds the machine until something breaks
     it away, or for good, where the motion ends.
 
@@ -136,7 +143,8 @@ def simulate(
             what moves with the driver beside the machine: 0 if None, kg where it slides.
         balance: value (SI) of the scene's unknown; if None the one that balances the cycle (with rigid shafts).
         rtol: error allowed of the whole motion; the estimate of what was reached is its `error`.
-        current: of a motor with inductance at t = 0, A.
+        states: a motor's own at t = 0 by name (SI); 0 where they are not given.
+        current: of a motor with inductance at t = 0, A: that state.
 
     Raises:
         SceneError: if I* + J vanishes somewhere, so that the motion is not determined; if the machine starts outside its
@@ -159,8 +167,8 @@ def simulate(
     if faults:
         raise SceneError(faults)
     scene = machine.scene
-    if current and circuit_of(scene) is None:
-        raise SceneError([Fault("current", f"{current:g} A", "none: no motor with inductance drives the machine")])
+    given = {**states, "current": current} if current else dict(states)
+    start = Start(phi, omega, _own_states(scene, given))
     own = (scene.inertia or 0.0) if inertia is None else inertia
     total = own * scene.flywheel_ratio**2
     if balance is None and scene.unknown is not None:
@@ -173,14 +181,13 @@ def simulate(
         else:
             balance = turning_moment.balance_value(rigid)
     if scene.compliances:
-        run = graph_motion(machine, Start(phi, omega, current), until, own, balance or 0.0, rtol)
-        currents = None if circuit_of(scene) is None else run.flow("drive.motor.armature", run.t)
+        run = graph_motion(machine, start, until, own, balance or 0.0, rtol)
         figures = run.displacement("phi", run.t), run.flow("crank", run.t), run.audit.supplied, run.audit.energy
-        return Motion(run.t, *figures, run, error=run.error, current=currents)
+        return Motion(run.t, *figures, run, error=run.error, states=states_of_graph(scene, run))
     stroke = scene.stroke
     if stroke is not None:
-        phi = float(own_coordinate(scene, np.asarray(phi, dtype=float)))
-    motion = motion_from(Dynamics(machine, total, balance or 0.0), Start(phi, omega, current), until, rtol)
+        start = start._replace(phi=float(own_coordinate(scene, np.asarray(phi, dtype=float))))
+    motion = motion_from(Dynamics(machine, total, balance or 0.0), start, until, rtol)
     if stroke is None:
         return motion
     motion = motion._replace(phi=np.clip(motion.phi + stroke.start, stroke.start, stroke.end))  # there but for rounding
@@ -249,9 +256,9 @@ def motion_from(
     inside = np.clip(states[0], 0.0, cycle) if machine.scene.stroke is not None else states[0] % cycle
     kinetic = 0.5 * (dynamics.inertia + machine.reduce(inside).inertia + np.zeros_like(inside)) * states[1] ** 2
     residual = float(np.abs(kinetic - kinetic[0] - states[2]).max() / max(float(kinetic.max()), 1e-300))
-    current = states[3] if states.shape[0] > 3 else None
-    phi, omega, work = states[:3]
-    found = Motion(fine.t, phi, omega, work, residual, None, fine.stuck, error, current, fine, fine.drift)
+    phi, omega, work, *rows = states
+    own = {} if dynamics.circuit is None else dict(zip((one.name for one in dynamics.circuit.names), rows, strict=True))
+    found = Motion(fine.t, phi, omega, work, residual, None, fine.stuck, error, own, fine, fine.drift)
     return found._replace(rough=rough, share=SAFETY * share)
 
 
@@ -281,14 +288,40 @@ def _at_rest(trail: Trail) -> Fault:
     where = dynamics.machine.where(trail.start.phi)
     if dynamics.machine.scene.stroke is None:
         found, expected = trail.stuck or f"a machine that stays at rest at {where}", "a start from which it moves"
-        carries = "give the current that carries its load, or use flywheel.transient, which starts with that"
+        own = "" if dynamics.circuit is None else " and ".join(one.name.replace("_", " ") for one in dynamics.circuit.names)
+        carries = f"give the {own} that carries its load, or use flywheel.transient, which starts with that"
         return Fault("simulation", found, expected, "" if dynamics.circuit is None else carries)
     found = trail.stuck or f"a machine at {where}, the stroke's end, that moves on or is pushed out of it"
     return Fault("simulation", found, "a start from which it moves along its stroke")
 
 
+def _own_states(scene: Scene, given: Mapping[str, float]) -> tuple[float, ...]:
+    """A motor's own states at the start, those that are given and 0 for the others; a SceneError for unknown ones."""
+    circuit = circuit_of(scene)
+    names = [] if circuit is None else [one.name for one in circuit.names]
+    faults = []
+    for name, value in given.items():
+        if name not in names:
+            has = f"{', '.join(names)}: the states of its motor" if names else "none: its motor has no state of its own"
+            faults.append(Fault(name, f"{value:g}", has))
+        elif not np.isfinite(value):
+            faults.append(Fault(name, f"{value}", "a finite number"))
+    if faults:
+        raise SceneError(faults)
+    return tuple(float(given.get(name, 0.0)) for name in names)
+
+
+def states_of_graph(scene: Scene, run: Run, t: Array | None = None) -> dict[str, Array]:
+    """A motor's own states along the motion of the whole graph, of which it is a part, at times t (those of its steps)."""
+    circuit = circuit_of(scene)
+    if circuit is None:
+        return {}
+    states, rows = run.states(t), zip(circuit.names, circuit.in_graph, strict=True)
+    return {one.name: place.factor * states[f"{place.kind}_drive.motor.{place.name}"] for one, place in rows}
+
+
 def graph_motion(machine: Machine, start: Start, until: float, inertia: float, balance: float, rtol: float) -> Run:
-    """The motion of the whole graph without twist at first, from crank angle (rad), speed (rad/s) and current (A).
+    """The motion of the whole graph without twist at first, from crank angle (rad), speed (rad/s) and a motor's own states.
 
     Both sides of a compliant shaft need inertia: without it a side has no speed of its own to start with.
     """
@@ -307,8 +340,9 @@ def graph_motion(machine: Machine, start: Start, until: float, inertia: float, b
         )
     initial = {name: ratio * start.phi for name, ratio in angles}
     initial |= {name: scene.shafts[name] * start.omega for name in turning}
-    if circuit_of(scene) is not None:
-        initial["drive.motor.armature"] = start.current
+    if (circuit := circuit_of(scene)) is not None:
+        given = zip(circuit.in_graph, start.states, strict=True)
+        initial |= {f"drive.motor.{place.name}": value / place.factor for place, value in given}
     breaks = {name: (ratio * machine.breakpoints[:-1], ratio * scene.cycle) for name, ratio in angles}
     if machine.depends_on_time:
         breaks[TIME] = (np.array(SwitchingTimes(machine, until).every()), until)

@@ -194,9 +194,7 @@ def transient(
     messages = []
     if motion.error > rtol:
         messages.append(f"rtol {rtol:.1g} not reached: the motion is good to {motion.error:.2g} (estimated, relative)")
-    if begin.omega == 0.0 and begin.current > 0.0:
-        held = f"{begin.current:.6g} A, with which its motor carries the load at rest"
-        messages.append(f"held at rest until the current has risen to {held}; time counts from then on")
+    messages += _held_at_rest(setting.dynamics, begin)
     expected = scene.has_flywheel or goal.kind == "regime"
     if regime is None and scene.stroke is None and expected and not _is_driven_freely(scene):
         messages.append(f"no regime: {setting.no_regime}")
@@ -245,6 +243,19 @@ def run_down(
     """A machine with its drive off, from its regime to its stop, or to another end; as `transient` with `drive=False`."""
     given: Any = {"at": at, "inertia": inertia, "balance": balance, "rtol": rtol}
     return transient(machine, start=start, end=end, drive=False, **given)
+
+
+def _held_at_rest(dynamics: Dynamics, begin: Start) -> list[str]:
+    """What is to be said of a motor whose states are not those of one just switched on, where it starts from rest."""
+    circuit = dynamics.circuit
+    if circuit is None or begin.omega:
+        return []
+    if all(abs(state) <= 2 * _MORE * size for state, size in zip(begin.states, circuit.scales, strict=True)):
+        return []
+    if len(begin.states) == 1:
+        held = f"{begin.states[0]:.6g} {circuit.names[0].unit}, with which its motor carries the load at rest"
+        return [f"held at rest until the {circuit.names[0].name} has risen to {held}; time counts from then on"]
+    return ["held at rest until its motor's own states have settled: before, the load would turn it back; time counts then"]
 
 
 def _check(machine: Machine, goal: Until, start: float | str, rtol: float) -> None:
@@ -377,17 +388,16 @@ def _start(setting: Setting, start: float | str, at: float | None, goes_on: bool
         omega = float(speed_at(setting.needed().sizing, phi))
     else:
         omega = 0.0 if isinstance(start, str) else float(start)
-    current = circuit.current(dynamics.ratio * omega) if circuit is not None and omega else 0.0
-    begin = Start(phi, omega, float(current))
+    begin = Start(phi, omega, _own_states(setting, phi, omega, start == "regime"))
     if omega > 0.0:
         return begin
     if dynamics.resistances is not None:
         return _rough_start(setting, begin, goes_on)
-    locked = begin if circuit is None else begin._replace(current=float(circuit.current(0.0)))
+    locked = begin if circuit is None else begin._replace(states=circuit.steady(0.0))
     moment, scale = _moment_at_rest(dynamics, locked)
     if moment > _BALANCED * scale:
         unfed = moment if circuit is None else _moment_at_rest(dynamics, begin)[0]
-        return begin if unfed >= 0.0 else begin._replace(current=locked.current * (1 + _MORE) * unfed / (unfed - moment))
+        return begin if unfed > 0.0 else _carrying(dynamics, begin, locked, unfed / (unfed - moment))
     balanced = abs(moment) <= _BALANCED * scale
     if machine.depends_on_time and balanced:
         return begin
@@ -405,6 +415,26 @@ def _start(setting: Setting, start: float | str, at: float | None, goes_on: bool
     raise SceneError([Fault("from", found, "a moment that sets it going", advice)])
 
 
+def _own_states(setting: Setting, phi: float, omega: float, of_regime: bool) -> tuple[float, ...]:
+    """A motor's own states at the start: of one just switched on, or as steady as the speed (rad/s) is; the regime's own."""
+    dynamics, circuit = setting.dynamics, setting.dynamics.circuit
+    if circuit is None:
+        return ()
+    if of_regime and circuit.only_speed is not None:
+        return states_at(setting.needed().sizing, phi)
+    return tuple(float(state) for state in circuit.steady(dynamics.ratio * omega)) if omega else circuit.unfed
+
+
+def _carrying(dynamics: Dynamics, begin: Start, locked: Start, share: float) -> Start:
+    """The start with a little more of the states of a locked motor than carries the load at rest.
+
+    share: of those states which does so where torque grows with them evenly; with another torque, all of them.
+    """
+    if dynamics.circuit is not None and len(begin.states) > 1:
+        return locked
+    return begin._replace(states=tuple((1 + _MORE) * share * state or _MORE * state for state in locked.states))
+
+
 def _rough_start(setting: Setting, begin: Start, goes_on: bool) -> Start:
     """The start of a machine with rough joints, which may hold it until loads or its motor's current move it.
 
@@ -417,14 +447,14 @@ def _rough_start(setting: Setting, begin: Start, goes_on: bool) -> Start:
     least = _BALANCED * max(abs(forwards), abs(backwards))
     if forwards > least or machine.depends_on_time or (goes_on and backwards < -least):
         return begin
-    if circuit is not None and float(dynamics.from_rest(phi, *sides, now, circuit.current(0.0))[0][0]) > least:
+    if circuit is not None and float(dynamics.from_rest(phi, *sides, now, circuit.steady(0.0))[0][0]) > least:
         return begin
     where = machine.where(phi)
     if backwards < -least:
         found = f"a machine that goes back: at rest at {where} friction in its joints does not hold it"
         advice = 'start at another angle, with a larger drive, or follow it for a time: --until "5 s"'
     else:
-        found = f"a machine that does not start: at rest at {where} {held_by(dynamics, phi, 0.0, begin.current)}"
+        found = f"a machine that does not start: at rest at {where} {held_by(dynamics, phi, 0.0, begin.states)}"
         advice = "a larger drive, less friction, or a start at a speed"
     raise SceneError([Fault("from", found, "a moment that sets it going", advice)])
 
@@ -437,10 +467,10 @@ def _moment_at_rest(dynamics: Dynamics, begin: Start, t: float = 0.0) -> tuple[f
     machine = dynamics.machine
     phi = begin.phi if machine.scene.stroke is not None else begin.phi % machine.scene.cycle
     place = Anchor(float(machine.anchors(phi)), ONSET * machine.typical_speed, t, tuple(1.0 for _ in machine.stages))
-    parts = dynamics.moments(np.array([phi]), place, np.zeros(1), np.full(1, t), begin.current)
+    parts = dynamics.moments(np.array([phi]), place, np.zeros(1), np.full(1, t), begin.states)
     around = _around(machine)
     still = np.zeros_like(around)
-    over = dynamics.moments(around, place._replace(phi=machine.anchors(around)), still, still + t, begin.current)
+    over = dynamics.moments(around, place._replace(phi=machine.anchors(around)), still, still + t, begin.states)
     largest = sum(float(np.abs(part).max()) for part in over.values())
     return float(sum(part[0] for part in parts.values())), largest + float(sum(abs(part[0]) for part in parts.values()))
 
@@ -520,7 +550,7 @@ def _ending(setting: Setting, trail: Trail, motion: Motion, goal: Until, limit: 
             return "stop", f"stopped {at}, where its drive no longer pushes it on{why}"
         if why:
             return "stall", f"stalled {at}{why}"
-        stall = Start(float(states[0, 0]), 0.0, float(states[3, 0]) if states.shape[0] > 3 else 0.0)
+        stall = Start(float(states[0, 0]), 0.0, tuple(states[3:, 0].tolist()))
         moment, _ = _moment_at_rest(setting.dynamics, stall, last)
         lossy = any(stage.efficiency < 1.0 for stage in machine.stages)
         left = f"{effort} at rest is {moment:.6g} {unit_of_effort}"
@@ -546,12 +576,12 @@ def _ending(setting: Setting, trail: Trail, motion: Motion, goal: Until, limit: 
 
 def _rough_rest(dynamics: Dynamics, trail: Trail, state: Array, last: float) -> str:
     """What a machine with rough joints does at the end of its motion: friction holds it, or it would move."""
-    machine, current = dynamics.machine, float(state[3]) if state.size > 3 else 0.0
+    machine, own = dynamics.machine, state[3:].tolist()
     phi = float(state[0]) if machine.scene.stroke is not None else float(state[0]) % machine.scene.cycle
     sides = neighbours(machine, phi)
-    forwards, backwards = (float(one[0]) for one in dynamics.from_rest(phi, *sides, np.array([last]), current))
+    forwards, backwards = (float(one[0]) for one in dynamics.from_rest(phi, *sides, np.array([last]), own))
     if trail.stuck or not (forwards > 0.0 or backwards < 0.0):
-        return held_by(dynamics, phi, last, current)
+        return held_by(dynamics, phi, last, own)
     return f"friction in its joints does not hold it there, and it would {'move on' if forwards > 0.0 else 'turn back'}"
 
 
@@ -568,8 +598,8 @@ def _drive_acts(dynamics: Dynamics, trail: Trail, last: float) -> bool:
     phi, omega, time = (grid.ravel() for grid in np.meshgrid(*axes, indexing="ij"))
     onset = np.maximum(omega, ONSET * machine.typical_speed)
     place = Anchor(machine.anchors(phi), onset, time, tuple(1.0 for _ in machine.stages))
-    current = 0.0 if dynamics.circuit is None else dynamics.circuit.current(dynamics.ratio * omega)
-    drive = dynamics.moments(phi, place, omega, time, current).get(DRIVE, np.zeros(phi.size))
+    states = () if dynamics.circuit is None else dynamics.circuit.steady(dynamics.ratio * omega)
+    drive = dynamics.moments(phi, place, omega, time, states).get(DRIVE, np.zeros(phi.size))
     return bool(drive[time == last].max() > _OFF * max(float(drive.max()), 0.0))
 
 
@@ -733,7 +763,8 @@ class Samples(NamedTuple):
     """A motion at times t (s): phi (rad, not reduced), omega (rad/s), acceleration (rad/s²), moment M* less losses (N m).
 
     `drive` is the drive's torque at its own shaft (N m), `power` what it gives (W), `loss` what meshes lose (W), `kinetic`
-    the kinetic energy (J), `current` a motor's (A; None without a DC motor). On a stroke whose driver slides: m, m/s, N.
+    the kinetic energy (J), `current` a motor's (A; None where its kind does not tell it), `states` a motor's own by
+    name, None without any. On a stroke whose driver slides: m, m/s, N.
     """
 
     t: Array
@@ -746,6 +777,7 @@ class Samples(NamedTuple):
     loss: Array
     kinetic: Array
     current: Array | None
+    states: dict[str, Array] | None = None
 
 
 class _Here(NamedTuple):
@@ -755,24 +787,26 @@ class _Here(NamedTuple):
     anchor: Anchor
     omega: Array
     time: Array
-    current: Any
+    states: Array
 
 
 def _along(trail: Trail, times: Array, owners: Indices) -> Iterator[tuple[slice, Array, _Here, Array | None]]:
-    """Times in portions: which, their states, what laws need there, and the current (A) of a DC motor.
+    """Times in portions: which, their states, what laws need there, and a motor's current (A).
 
-    That current is a state of its own, or what the motor's speed makes it.
+    That current follows from states of the motor's own, or from its speed.
     """
     motor, ratio = trail.dynamics.machine.scene.motor, trail.dynamics.ratio
     for k in range(0, times.size, _TOGETHER):
         portion = slice(k, k + _TOGETHER)
         states = trail.states(times[portion], owners[portion])
         offset, anchor = anchors_along(trail, owners[portion])
-        stepped = states[3] if states.shape[0] > 3 else None
-        here = _Here(states[0] - offset, anchor, states[1], times[portion], 0.0 if stepped is None else stepped)
-        if stepped is None and isinstance(motor, DC):
-            stepped = np.asarray(motor.current(ratio * states[1]))
-        yield portion, states, here, stepped
+        here = _Here(states[0] - offset, anchor, states[1], times[portion], states[3:])
+        circuit, current = trail.dynamics.circuit, None
+        if circuit is not None:
+            current = circuit.current(ratio * states[1], states[3:])
+        elif isinstance(motor, DC):
+            current = np.asarray(motor.current(ratio * states[1]))
+        yield portion, states, here, current
 
 
 def anchors_along(trail: Trail, owners: Indices) -> tuple[Array, Anchor]:
@@ -792,15 +826,20 @@ def anchors_along(trail: Trail, owners: Indices) -> tuple[Array, Anchor]:
 
 def sampled(trail: Trail, times: Array, owners: Indices | None = None) -> Samples:
     """The motion at times within it; at an end of a stretch `owners` tell the side (the one before, where they are None)."""
-    dynamics, parts = trail.dynamics, []
+    dynamics, parts, own = trail.dynamics, list[Any](), list[Array]()
     for portion, states, here, current in _along(trail, times, trail.owners(times) if owners is None else owners):
         now, omega = dynamics.along(*here), states[1]
         drive = dynamics.moments(*here, now).get(DRIVE, np.zeros_like(omega))
         kinetic, shaft = 0.5 * now.inertia * omega**2, drive / dynamics.ratio
         figures = now.acceleration, now.moment, shaft, drive * omega, now.loss * omega, kinetic, current
-        parts.append(Samples(times[portion], states[0], omega, *figures))
+        parts.append((times[portion], states[0], omega, *figures))
+        own.append(states[3:])
     joined: list[Any] = [None if column[0] is None else np.concatenate(column) for column in zip(*parts, strict=True)]
-    return Samples._make(joined)
+    found = Samples._make([*joined, None])
+    if dynamics.circuit is None:
+        return found
+    rows = zip(dynamics.circuit.names, np.concatenate(own, axis=1), strict=True)
+    return found._replace(states={one.name: row for one, row in rows})
 
 
 def switching(trail: Trail) -> tuple[Array, Indices]:
@@ -1011,7 +1050,9 @@ def of_samples(transient: Transient, points: int) -> dict[str, float | None]:
     times = np.linspace(0.0, min(motion.trail.t[-1], rough.t[-1]), points)
     fine, before = sampled(motion.trail, times), sampled(rough, times)
     found: dict[str, float | None] = {"t": ROUNDING * float(times[-1])}
-    for name, now, then in zip(Samples._fields[1:], fine[1:], before[1:], strict=True):
+    columns = zip(Samples._fields[1:-1], fine[1:-1], before[1:-1], strict=True)
+    own = ((name, row, (before.states or {})[name]) for name, row in (fine.states or {}).items())
+    for name, now, then in (*columns, *own):
         found[name] = None
         if now is not None and then is not None:
             found[name] = motion.share * float(np.abs(now - then).max()) + 2 * motion.error * float(np.abs(now).max())
@@ -1074,6 +1115,15 @@ def speed_at(sizing: Sizing, phi: ArrayLike) -> Array:
     if cycle is None or run is None:
         raise SceneError([Fault("regime", "a sizing without a steady motion", "a machine that has inertia")])
     return turning_moment.speed_over_cycle(cycle, sizing.speed, run, np.asarray(phi, dtype=float) % sizing.scene.cycle)
+
+
+def states_at(sizing: Sizing, phi: float) -> tuple[float, ...]:
+    """A motor's own states in the steady cycle at a crank angle (rad); none where it has none."""
+    cycle, run = sizing.cycle, sizing.run
+    if cycle is None or run is None or run.along is None:
+        return ()
+    cell, t = cells.located(cycle.mesh, np.array([phi % sizing.scene.cycle]))
+    return tuple(float(cells.value(cells.fit(row)[cell], t)[0]) for row in run.along)
 
 
 def time_along(sizing: Sizing, phi: ArrayLike) -> Array:

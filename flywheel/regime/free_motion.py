@@ -23,7 +23,7 @@ import numpy as np
 from bondgraph.motion import runge_kutta
 from bondgraph.motion.stepping import instant
 from bondgraph.reduction import counting
-from flywheel.components.motors import DC
+from flywheel.components.motors.circuit import Circuit, States
 from flywheel.machine.dynamics import ONSET, Dynamics
 from flywheel.machine.machine import Anchor, Effort, Machine
 from flywheel.numerics.budget import BudgetError, count, counted, limited, spend
@@ -197,11 +197,11 @@ def straight(name: str, state: int, level: float, slope: float) -> Goal:
 
 
 class Start(NamedTuple):
-    """The state at t = 0: position (rad; on a stroke from its beginning), speed (rad/s) and current (A)."""
+    """The state at t = 0: position (rad; on a stroke from its beginning), speed (rad/s), and a motor's own states."""
 
     phi: float
     omega: float
-    current: float = 0.0
+    states: tuple[float, ...] = ()
 
 
 class Stretch(NamedTuple):
@@ -213,7 +213,7 @@ class Stretch(NamedTuple):
 
 
 class Trail(NamedTuple):
-    """A motion as it was stepped. States are rows: position, speed, the moment's work (J), and a motor's current (A).
+    """A motion as it was stepped. States are rows: position, speed, the moment's work (J), and a motor's own.
 
     `goal` names what it ended with, if that was not time; `stuck` says where it stands still for good; `cycles` is how often
     it came to the end of a cycle, `repeated` how many of these were taken as the one before; `drift` is the share by which
@@ -241,7 +241,7 @@ class Trail(NamedTuple):
     def states(self, times: Array, owners: Index | None = None) -> Array:
         """The states at times, by dense output: (states, times)."""
         which = self.owners(times) if owners is None else owners
-        found = np.empty((3 + (self.dynamics.circuit is not None), times.size))
+        found = np.empty((3 + len(self.start.states), times.size))
         steps = [stretch.step.dense for stretch in self.stretches]
         explicit = np.array([isinstance(step, runge_kutta.Step) for step in steps])[which]
         order = np.argsort(which, kind="stable")
@@ -270,19 +270,18 @@ class Trail(NamedTuple):
 
 
 class _Rest(NamedTuple):
-    """The states of a machine at rest from a time on: a motor's current alone goes on."""
+    """The states of a machine at rest from a time on: a motor's own alone go on."""
 
     time: float
     state: Array
-    circuit: DC | None
+    circuit: Circuit | None
 
     def at(self, t: Any) -> Array:
         """The states at times t."""
         times = np.asarray(t, dtype=float)
         found = np.broadcast_to(self.state.reshape(-1, *(1,) * times.ndim), (self.state.size, *times.shape)).copy()
         if self.circuit is not None:
-            final, rate = self.circuit.voltage / self.circuit.resistance, self.circuit.resistance / self.circuit.inductance
-            found[3] = final + (self.state[3] - final) * np.exp(-rate * (times - self.time))
+            found[3:] = self.circuit.standing(self.state[3:].tolist(), times - self.time)
         return found
 
 
@@ -297,10 +296,10 @@ def neighbours(machine: Machine, phi: float) -> tuple[float, float]:
     return places[0] + on, places[1] - back
 
 
-def held_by(dynamics: Dynamics, phi: float, t: float, current: float = 0.0) -> str:
+def held_by(dynamics: Dynamics, phi: float, t: float, states: States = ()) -> str:
     """Why a machine with rough joints stays at rest at a position within the cycle, in words."""
     machine = dynamics.machine
-    found = dynamics.hold(phi, *neighbours(machine, phi), t, current)
+    found = dynamics.hold(phi, *neighbours(machine, phi), t, states)
     unit = "N" if machine.scene.reduction_element == "slide" else "N m"
     if abs(found.moment) <= _BALANCED * min(found.friction, 1e300):
         return f"M* = 0 {unit}, so that nothing moves it"
@@ -356,13 +355,13 @@ class _Motion:
         self.once, self.cycle = self.machine.scene.stroke is not None, self.machine.scene.cycle
         self.offset = 0.0 if self.once else float(np.floor(start.phi / self.cycle)) * self.cycle
         self.typical = max(abs(start.omega), self.machine.typical_speed)
-        # of position, speed, work (which the steps do not have to follow) and current
+        # of position, speed, work (which the steps do not have to follow) and a motor's own states
         absolute, self.sizes = [rtol * self.cycle, rtol * _SLOW * self.typical, np.inf], [self.cycle, self.typical, 1.0]
         if (circuit := dynamics.circuit) is not None:
-            self.sizes.append(abs(circuit.voltage / circuit.resistance))
-            absolute.append(rtol * _SLOW * self.sizes[3])
+            self.sizes += circuit.scales
+            absolute += [rtol * _SLOW * scale for scale in circuit.scales]
         self.tolerance = Tolerance(rtol, np.array(absolute))
-        self.state = np.array([start.phi - self.offset, start.omega, 0.0, start.current])[: len(absolute)]
+        self.state = np.array([start.phi - self.offset, start.omega, 0.0, *start.states])
         self.t, self.stretches = 0.0, list[Stretch]()
         self.branching = dynamics.branching
         self.rough = 0 if dynamics.resistances is None else dynamics.resistances.curved.size  # passive actions in joints
@@ -449,19 +448,19 @@ class _Motion:
 
     # -- rough joints at rest --------------------------------------------------------------------------------------------
 
-    def _pushes(self, times: Array, currents: Any) -> Array:
+    def _pushes(self, times: Array, states: States) -> Array:
         """Accelerations (2, n) with which a machine with rough joints would leave its rest, forwards and backwards.
 
         Less what counts as none: it leaves where the first is above 0, or the second below.
         """
         phi = float(self.state[0])
-        found = np.array(self.dynamics.from_rest(phi, *neighbours(self.machine, phi), times, currents))
+        found = np.array(self.dynamics.from_rest(phi, *neighbours(self.machine, phi), times, states))
         least = _BALANCED * np.abs(found).max(axis=0)
         return np.asarray(found - np.array([[1.0], [-1.0]]) * least)
 
     def _sets_out(self) -> bool:
         """Whether a machine at rest moves on, one way or the other: `sense` is which."""
-        (forwards,), (backwards,) = self._pushes(np.array([self.t]), float(self.state[3]) if self.state.size > 3 else 0.0)
+        (forwards,), (backwards,) = self._pushes(np.array([self.t]), self.state[3:, None])
         if forwards > 0.0 and backwards < 0.0:
             raise SceneError([self._undecided("friction in its joints lets it start either way")])
         self.sense = 1.0 if forwards > 0.0 else -1.0 if backwards < 0.0 else 0.0
@@ -479,7 +478,7 @@ class _Motion:
 
         def pushes(times: Array) -> Array:
             """The accelerations less twice what counts as none, above 0 where it leaves: forwards, backwards."""
-            found = self._pushes(times, rest.at(times)[3] if self.state.size > 3 else 0.0)
+            found = self._pushes(times, rest.at(times)[3:])
             return np.asarray(found * np.array([[1.0], [-1.0]]))
 
         times = np.append(self.t, self.t + (stop - self.t) * _WAITED)
@@ -510,8 +509,8 @@ class _Motion:
         where = self.machine.where(float(self.state[0]))
         if abs(self.state[1]) <= _STILL * self.typical:
             stands = f"stands still at {where} after {self.t:.6g} s"
-            current = float(self.state[3]) if self.state.size > 3 else 0.0
-            return f"{stands}: {held_by(self.dynamics, float(self.state[0]), self.t, current)}" if self.rough else stands
+            own = self.state[3:].tolist()
+            return f"{stands}: {held_by(self.dynamics, float(self.state[0]), self.t, own)}" if self.rough else stands
         unit = "m/s" if self.machine.scene.reduction_element == "slide" else "rad/s"
         found = f"a motion that sticks at {where}, {self.state[1]:.6g} {unit}, {self.t:.6g} s: two laws drive it back"
         advice = "let the law pass over within a band, such as min(40, max(0, 4*(110 - omega)))"
@@ -573,26 +572,25 @@ class _Motion:
 
     def _along(self, ends: tuple[float, float], anchor: Anchor) -> RateField:
         """The same rates at many instants at once."""
-        dynamics, size = self.dynamics, self.state.size
+        dynamics = self.dynamics
 
         def rates(t: Array, states: Array) -> Array:
-            omega, current = states[1], states[3] if size > 3 else 0.0
-            now = dynamics.along(states[0], anchor, omega, t, current, ends)
+            omega = states[1]
+            now = dynamics.along(states[0], anchor, omega, t, states[3:], ends)
             if (now.inertia < self.light).any():
                 self._check_weighs(ends, anchor)
             acceleration = np.where(now.inertia > 0.0, now.acceleration, np.nan)
-            return np.array([omega, acceleration, now.moment * omega, now.current_rate][:size])
+            return np.array([omega, acceleration, now.moment * omega, *now.rates])
 
         return RateField(rates, np.array(self.sizes), stiffness(self.machine), dynamics.plainly(anchor) is not None)
 
     def _rates(self, ends: tuple[float, float] | None, anchor: Anchor) -> Rates:
-        """d(phi, omega, work, current)/dt within a stretch."""
+        """d(phi, omega, work, a motor's states)/dt within a stretch."""
         dynamics, size = self.dynamics, self.state.size
 
         def walked(t: float, state: Sequence[float]) -> tuple[float, ...]:
-            phi, omega, *rest = state
-            current = rest[1] if size > 3 else 0.0
-            now = dynamics.at(phi, anchor.phi, omega, t, current=current, ends=ends, anchor=anchor)
+            phi, omega, _, *own = state
+            now = dynamics.at(phi, anchor.phi, omega, t, states=own, ends=ends, anchor=anchor)
             if not now.inertia > 0.0 and self.once and ends is not None and not ends[0] <= phi <= ends[1]:
                 return (math.nan,) * size  # a step that tries beyond the stroke is too long
             if not now.inertia > 0.0:
@@ -601,16 +599,16 @@ class _Motion:
                 self._check_weighs(ends, anchor)
             if math.isfinite(phi * omega) and not math.isfinite(now.moment):
                 self.undefined = phi, omega, t
-            return (omega, now.acceleration, now.moment * omega, now.current_rate)[:size]
+            return (omega, now.acceleration, now.moment * omega, *now.rates)
 
         equation, tallied = dynamics.plainly(anchor), counting()
         if equation is None:
             return walked
 
-        def rates(t: float, state: Sequence[float]) -> tuple[float, ...]:
+        def plain(t: float, state: Sequence[float]) -> tuple[float, ...]:
             phi, omega = state[0], state[1]
             try:
-                acceleration, moment, inertia, current_rate = equation(phi, omega, t, state[3] if size > 3 else 0.0)
+                acceleration, moment, inertia, rates = equation(phi, omega, t, state[3:])
             except (ValueError, ArithmeticError):
                 return walked(t, state)
             work = moment * omega
@@ -618,9 +616,9 @@ class _Motion:
                 return walked(t, state)
             if tallied:
                 count(1)
-            return (omega, acceleration, work) if size == 3 else (omega, acceleration, work, current_rate)
+            return (omega, acceleration, work) if size == 3 else (omega, acceleration, work, *rates)
 
-        return rates
+        return plain
 
     def _check_weighs(self, ends: tuple[float, float], anchor: Anchor) -> None:
         """Refuse to run into a place where nothing weighs: the driver moves there while all masses stand."""
@@ -652,8 +650,8 @@ class _Motion:
         held = min(max(soon, low + _WITHIN * width), high - _WITHIN * width)
         coming = omega + ahead * acceleration or ONSET * self.typical  # from rest without a push yet: forwards
         anchor = Anchor(held, coming, self.t + ahead)
-        current = float(self.state[3] + ahead * rate[3]) if self.state.size > 3 else 0.0
-        now = self.dynamics.at(held, held, anchor.omega, anchor.time, current=current, ends=ends, anchor=anchor)
+        own = [float(value + ahead * change) for value, change in zip(self.state[3:], rate[3:], strict=True)]
+        now = self.dynamics.at(held, held, anchor.omega, anchor.time, states=own, ends=ends, anchor=anchor)
         if now.friction is None:
             return anchor._replace(factors=now.factors or None)
         if now.friction.solutions > 1:
@@ -666,14 +664,14 @@ class _Motion:
         """Goals, and what changes its sign where the stretch ends; meshes with losses also watch the speed's own sign."""
         goals, offset = self.goals, self.offset
 
-        def sides(phi: Array, omega: Array, t: Array, current: Any) -> list[Array]:
-            rows = self.dynamics.sides(phi, anchor, omega, t, current) if self.branching else []
+        def sides(phi: Array, omega: Array, t: Array, own: States) -> list[Array]:
+            rows = self.dynamics.sides(phi, anchor, omega, t, own) if self.branching else []
             return rows if anchor.factors is None and not self.rough else [*rows, omega]
 
         def values(t: Array, states: Array) -> Array:
-            phi, omega, current = states[0], states[1], states[3] if states.shape[0] > 3 else 0.0
+            phi, omega = states[0], states[1]
             return np.array(
-                [goal.value(t, phi + offset, omega) for goal in goals] + sides(phi, omega, t, current), dtype=float
+                [goal.value(t, phi + offset, omega) for goal in goals] + sides(phi, omega, t, states[3:]), dtype=float
             )
 
         def clear(step: runge_kutta.Step) -> bool:
@@ -688,8 +686,7 @@ class _Motion:
         if not (self.branching or goals):
             return None
         straight = not self.branching and all(goal.line is not None for goal in goals)
-        current = np.array([self.state[3] if self.state.size > 3 else 0.0])
-        here = np.array([anchor.phi]), np.array([anchor.omega]), np.array([anchor.time]), current
+        here = np.array([anchor.phi]), np.array([anchor.omega]), np.array([anchor.time]), self.state[3:, None]
         found = [1.0] * len(goals) + [1.0 if side[0] >= 0.0 else -1.0 for side in sides(*here)]
         return Events(values, np.array(found), clear if straight else None)
 
@@ -791,7 +788,7 @@ def outcome_of(machine: Machine, speed: float, inertia: float, balance: float, *
 
     goals = (straight(Outcome.STALLS.value, 1, 0.0, 1.0), straight(Outcome.RUNS_AWAY.value, 1, _FASTER * speed, -1.0))
     dynamics, until = Dynamics(machine, inertia, balance), 100 * _CYCLES * cycle / speed
-    current = 0.0 if dynamics.circuit is None else float(dynamics.circuit.current(dynamics.ratio * speed))
+    states = () if dynamics.circuit is None else dynamics.circuit.steady(dynamics.ratio * speed)
     each, known = 1 + len(machine.kinematics.graph.elements) // _ELEMENTS, 0
 
     def walked() -> None:
@@ -802,7 +799,7 @@ def outcome_of(machine: Machine, speed: float, inertia: float, balance: float, *
 
     try:
         with limited(_HURRIED if hurried else _WORK), counted(walked) as tally:
-            trail = follow(dynamics, Start(0.0, speed, current), until, _RTOL, goals, passing)
+            trail = follow(dynamics, Start(0.0, speed, states), until, _RTOL, goals, passing)
     except BudgetError:
         return Ending(Outcome.UNKNOWN)
     except SceneError as error:

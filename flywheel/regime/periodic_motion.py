@@ -13,6 +13,8 @@ Source: U. M. Ascher, R. M. M. Mattheij, R. D. Russell, Numerical Solution of Bo
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from bondgraph.records import NamedTuple
@@ -58,14 +60,19 @@ class Demand(NamedTuple):
 class State(NamedTuple):
     """The states over the cycle: at the nodes (cells, states, nodes), at the edges (cells + 1, states); J and the balance.
 
-    The first state is the kinetic energy less ½ (J + I*(0)) w² (J), w being the reference speed; the second, where a motor
-    has inductance, its current (A).
+    The first state is the kinetic energy less ½ (J + I*(0)) w² (J), w being the reference speed; the others are a motor's
+    own, such as its current (A).
     """
 
     nodes: Array
     edges: Array
     inertia: float
     unknown: float
+
+    @property
+    def of_circuit(self) -> Array:
+        """A motor's own states at the nodes: (states, cells, nodes)."""
+        return np.asarray(self.nodes[:, 1:].swapaxes(0, 1))
 
 
 class Extremes(NamedTuple):
@@ -177,15 +184,15 @@ def periodic(moments: Moments, reference: float, demand: Demand, start: State) -
     raise NoRegimeError(f"Newton's method has not settled in {_MOST_STEPS} steps")
 
 
-def first_guess(moments: Moments, reference: float, inertia: float, unknown: float, current: float = 0.0) -> State:
+def first_guess(moments: Moments, reference: float, inertia: float, unknown: float, own: Sequence[float] = ()) -> State:
     """The motion that torques taken at a constant speed would give, with that speed at phi = 0.
 
-    The work that they leave over in the cycle is spread evenly.
+    The work that they leave over in the cycle is spread evenly; a motor's own states are those given.
     """
     mesh = moments.mesh
     omega = np.full(mesh.phi.shape, reference)
-    currents = np.full(mesh.phi.shape, current)
-    force = moments.rate(omega, unknown, inertia, currents).moment
+    steady = [np.full(mesh.phi.shape, value) for value in own]
+    force = moments.rate(omega, unknown, inertia, steady).moment
     rising = cells.antiderivative(cells.fit(force), mesh.half)
     edges = cells.accumulated(rising)
     nodes = edges[:-1, None] + rising @ cells.basis(NODES).T
@@ -199,9 +206,8 @@ def first_guess(moments: Moments, reference: float, inertia: float, unknown: flo
     share = min(1.0, _LEAST_GUESS / max(float(np.ptp(s)), 1e-300))  # what is strongly damped varies far less
     nodes = still_nodes + share * (nodes + level - still_nodes)
     edges = still_edges + share * (edges + level - still_edges)
-    states = 1 if moments.circuit is None else 2
-    at_nodes = np.stack((nodes, currents)[:states], axis=1)
-    at_edges = np.stack((edges, np.full_like(edges, current))[:states], axis=1)
+    at_nodes = np.stack((nodes, *steady), axis=1)
+    at_edges = np.stack((edges, *(np.full_like(edges, value) for value in own)), axis=1)
     return State(at_nodes, at_edges, inertia, unknown)
 
 
@@ -288,13 +294,13 @@ class _Equations:
         if not (s.min() > -1.0 and total.min() > 0.0):
             raise NoRegimeError(_STOPS)
         omega = self.w * np.sqrt(1.0 + s)
-        current = state.nodes[:, 1, :] if self.moments.circuit is not None else None
-        rate = self.moments.rate(omega, state.unknown, state.inertia, current)
+        circuit, ratio = self.moments.circuit, self.moments.drive_ratio
+        rate = self.moments.rate(omega, state.unknown, state.inertia, state.of_circuit)
         if not np.isfinite(rate.moment).all():
             raise UndefinedError(turning_moment.undefined(self.moments.machine, self.mesh, rate.moment, omega))
         rates = [rate.moment]
-        if self.moments.circuit is not None and current is not None:
-            rates.append(self.moments.circuit.current_rate(self.moments.drive_ratio * omega, current) / omega)
+        if circuit is not None:
+            rates += [of_time / omega for of_time in circuit.rates(ratio * omega, state.of_circuit)]
         by_energy = 1.0 / (total * omega)
         return _Speeds(omega, rate, total, s, by_energy, -0.5 * self.w**2 * s / (total * omega), np.stack(rates, axis=1))
 
@@ -306,14 +312,15 @@ class _Equations:
         by_parameter = np.zeros((count, states, len(self.parameters), nodes))
         by_speed = [rate.by_speed]
         by_state[:, 0, 0] = rate.by_speed * here.by_energy
-        if self.moments.circuit is not None:  # di/dphi = (di/dt)/omega; di/dt is linear in speed and current
-            circuit, ratio, current_rate = self.moments.circuit, self.moments.drive_ratio, here.rates[:, 1]
-            at_rest = circuit.current_rate(0.0, 0.0)
-            by_omega = ratio * (circuit.current_rate(1.0, 0.0) - at_rest)
-            by_speed.append(by_omega / here.omega - current_rate / here.omega)
-            by_state[:, 0, 1] = rate.by_current
-            by_state[:, 1, 0] = by_speed[1] * here.by_energy
-            by_state[:, 1, 1] = (circuit.current_rate(0.0, 1.0) - at_rest) / here.omega
+        if self.moments.circuit is not None:  # dx/dphi = (dx/dt)/omega
+            ratio = self.moments.drive_ratio
+            slopes = self.moments.circuit.slopes(ratio * here.omega, state.of_circuit)
+            by_state[:, 0, 1:] = rate.by_states.swapaxes(0, 1)
+            for j, (by_omega, row) in enumerate(zip(slopes.rates_by_speed, slopes.rates_by_states, strict=True), 1):
+                by_speed.append(ratio * by_omega / here.omega - here.rates[:, j] / here.omega)
+                by_state[:, j, 0] = by_speed[j] * here.by_energy
+                for k, of_time in enumerate(row, 1):
+                    by_state[:, j, k] = of_time / here.omega
         for k, name in enumerate(self.parameters):
             if name == "unknown":
                 by_parameter[:, 0, k] = rate.by_unknown
@@ -660,8 +667,8 @@ class _Search(NamedTuple):
         """
         base, cuts = self.layers(self.machine.mesh, np.zeros(0), self.reference, inertia, unknown)
         moments = self.moments(base, cuts)
-        current = 0.0 if moments.circuit is None else float(moments.steady_current(np.array(self.reference)))
-        start = first_guess(moments, self.reference, inertia, unknown, current)
+        own = [float(value) for value in moments.steady_states(self.reference)]
+        start = first_guess(moments, self.reference, inertia, unknown, own)
         try:
             return self.refinement(periodic(moments, self.reference, self.demand, start), base, cuts)
         except NoRegimeError:
@@ -669,7 +676,7 @@ class _Search(NamedTuple):
                 raise
         base = self.machine.mesh
         moments = self.moments(base, cuts, local=True)
-        start = first_guess(moments, self.reference, inertia, unknown, current)
+        start = first_guess(moments, self.reference, inertia, unknown, own)
         rough = periodic(moments, self.reference, self.demand, start)
         cuts = _switching(rough)
         start = carried(rough, moments := self.moments(base, cuts))
@@ -814,8 +821,7 @@ def _switching(solved: Periodic) -> Array:
     mesh, known = moments.mesh, moments.machine.mesh
     deciding = moments.switches(solved.omega)
     if moments.lossy:
-        current = state.nodes[:, 1] if moments.circuit is not None else None
-        deciding += moments.transmitted(solved.omega, state.unknown, state.inertia, current)
+        deciding += moments.transmitted(solved.omega, state.unknown, state.inertia, state.of_circuit)
     found: list[float] = []
     for values in deciding:
         series = cells.fit(values)[None]
@@ -845,7 +851,6 @@ def _described(solved: Periodic, demand: Demand) -> OwnMotion:
     off += 2 * eps * (cycle.errors.inertia / least + 4 * ROUNDING)
     inside = mesh.middle[extremes.cell, 0] + mesh.half[extremes.cell, 0] * extremes.t
     angles = np.where(np.abs(extremes.t) < 1.0, inside, mesh.edges[extremes.cell + (extremes.t > 0.0)])
-    currents = state.nodes[:, 1] if moments.circuit is not None else None
     run = Run(
         inertia=state.inertia,
         irregularity=eps,
@@ -856,8 +861,9 @@ def _described(solved: Periodic, demand: Demand) -> OwnMotion:
         offset=float(state.edges[0, 0]) + 0.5 * start * (solved.reference**2 - solved.speed**2),
         error=off / eps if eps > 0.0 else 0.0,
         speed=solved.speed,
-        drive=moments.drive(solved.omega, state.unknown, currents),
-        current=None if currents is None else float(state.edges[0, 1]),
+        drive=moments.drive(solved.omega, state.unknown, state.of_circuit),
+        states=tuple(state.edges[0, 1:].tolist()),
+        along=state.of_circuit if state.of_circuit.size else None,
         level=level,
     )
     varying = 0.5 * eps * run.error  # what speeds may be off the level

@@ -28,7 +28,7 @@ from bondgraph.motion import runge_kutta
 from bondgraph.motion.runge_kutta import DormandPrince
 from bondgraph.motion.stepping import JUST_STARTED, instant, roots
 from bondgraph.records import NamedTuple
-from flywheel.machine.dynamics import Dynamics
+from flywheel.machine.dynamics import Dynamics, PlainInstant
 from flywheel.machine.machine import Anchor, Machine
 from flywheel.numerics.budget import count
 from flywheel.numerics.cells import ROUNDING, Array
@@ -488,6 +488,7 @@ _AHEAD = 1e-7  # of a piece: how far beyond a switch its side is looked up
 _MOST_STEPS, _MOST_CROSSINGS = 4_000, 500  # in a stretch, and in a cycle
 _FEW_STEPS = 1000  # in a stretch where switches are no longer looked for
 _TRIES = 8  # changes of side at one place, before they are no longer looked for
+_SLIGHT = 1e-3  # of the size of a motor's states: what is smaller need not be as exact
 
 
 class SlidingError(ValueError):
@@ -495,7 +496,7 @@ class SlidingError(ValueError):
 
 
 def one_cycle(dynamics: Dynamics, speed: float, scale: float, first: Array, tight: float) -> list[Step]:
-    """The steps of a cycle from a state at phi = 0: phi (rad), u, and the current (A) where a motor's is a state.
+    """The steps of a cycle from a state at phi = 0: phi (rad), u, and a motor's own states, such as its current.
 
     tau = w t and omega = w (1 + scale u). Stepping starts afresh at every breakpoint of position, and where a law switches
     at a speed or a mesh changes the side that drives.
@@ -515,7 +516,8 @@ def one_cycle(dynamics: Dynamics, speed: float, scale: float, first: Array, tigh
     """
     equations = _Scaled(dynamics, speed, scale)
     edges = dynamics.machine.restarts
-    tolerance = Tolerance(tight, tight * np.array([1.0, 1.0, *np.abs(first[2:])]))
+    own = () if dynamics.circuit is None else np.maximum(np.abs(first[2:]), _SLIGHT * np.array(dynamics.circuit.scales))
+    tolerance = Tolerance(tight, tight * np.array([1.0, 1.0, *own]))
     state, tau, found = first, 0.0, list[Step]()
     hint: float | None = None
     crossings = 0
@@ -549,16 +551,16 @@ class _Scaled(NamedTuple):
     scale: float
 
     def rates(self, ends: tuple[float, float], anchor: Anchor | None) -> Rates:
-        """d(phi, u, current)/dtau within a stretch."""
+        """d(phi, u, a motor's states)/dtau within a stretch."""
         dynamics, speed, scale = self
         middle = 0.5 * (ends[0] + ends[1]) if anchor is None else anchor.phi
 
         def rates(tau: float, state: Sequence[float]) -> Sequence[float]:
-            phi, u, *rest = state
+            phi, u, *own = state
             ratio = 1.0 + scale * u
-            at = dynamics.at(phi, middle, speed * ratio, current=rest[0] if rest else 0.0, ends=ends, anchor=anchor)
+            at = dynamics.at(phi, middle, speed * ratio, states=own, ends=ends, anchor=anchor)
             found = ratio, float(at.acceleration) / (speed * speed * scale)
-            return (*found, float(at.current_rate) / speed) if rest else found
+            return (*found, *(float(rate) / speed for rate in at.rates)) if own else found
 
         law = dynamics.plainly(anchor or Anchor(middle, None, None))
         if law is None:
@@ -566,18 +568,17 @@ class _Scaled(NamedTuple):
         self._check(law, ends, middle, anchor)
         return self._recorded(law, rates)
 
-    def _check(
-        self, law: Callable[..., tuple[float, ...]], ends: tuple[float, float], middle: float, anchor: Anchor | None
-    ) -> None:
+    def _check(self, law: PlainInstant, ends: tuple[float, float], middle: float, anchor: Anchor | None) -> None:
         """Refuse a recorded walk that is not the walk itself: the figures may rest on the recording too."""
         phi, omega = ends[0] + _CHECKED * (ends[1] - ends[0]), self.speed
         compared = self.dynamics.machine.traced.compared
         place = phi, None if anchor is None else (anchor.omega, anchor.factors)
         if place in compared:
             return
-        now = self.dynamics.at(phi, middle, omega, ends=ends, anchor=anchor)
+        own = () if (circuit := self.dynamics.circuit) is None else circuit.scales
+        now = self.dynamics.at(phi, middle, omega, states=own, ends=ends, anchor=anchor)
         try:
-            acceleration, moment, inertia, _ = law(phi, omega, 0.0, 0.0)
+            acceleration, moment, inertia, _ = law(phi, omega, 0.0, own)
         except (ValueError, ArithmeticError):
             return  # the walk itself is taken where a law is not defined
         allowed = _ALIKE * (abs(moment) + 0.01 * inertia * omega * omega)
@@ -591,7 +592,7 @@ class _Scaled(NamedTuple):
             raise StepError([Fault("simulation", found, "the walk of its bond graph", "report this")])
         compared.add(place)
 
-    def _recorded(self, law: Callable[..., tuple[float, ...]], walked: Rates) -> Rates:
+    def _recorded(self, law: PlainInstant, walked: Rates) -> Rates:
         """The same rates by the recorded walk; where a law is not defined, as the walk reads it."""
         speed, scale = self.speed, self.scale
         unit, calls = 1.0 / (speed * speed * scale), 0
@@ -602,16 +603,16 @@ class _Scaled(NamedTuple):
             if calls == _COUNTED:
                 count(calls)
                 calls = 0
-            phi, u, *rest = state
+            phi, u, *own = state
             ratio = 1.0 + scale * u
             try:
-                acceleration, _, _, rate = law(phi, speed * ratio, 0.0, rest[0] if rest else 0.0)
+                acceleration, _, _, changes = law(phi, speed * ratio, 0.0, own)
             except (ValueError, ArithmeticError):
                 acceleration = math.nan
             if acceleration - acceleration != 0.0:
                 found: Sequence[float] = walked(tau, state)
                 return found
-            return (ratio, acceleration * unit, rate / speed) if rest else (ratio, acceleration * unit)
+            return (ratio, acceleration * unit, *(rate / speed for rate in changes)) if own else (ratio, acceleration * unit)
 
         return rates
 
@@ -623,14 +624,12 @@ class _Scaled(NamedTuple):
         place, circuit = anchor or Anchor(0.5 * (ends[0] + ends[1]), None, None), dynamics.circuit
         sizes = [1.0, 1.0 / scale]
         if circuit is not None:
-            sizes.append(max(abs(float(state[2])), abs(circuit.voltage / circuit.resistance)))
+            sizes += [max(abs(float(value)), size) for value, size in zip(state[2:], circuit.scales, strict=True)]
 
         def rates(tau: Array, states: Array) -> Array:
             ratio = 1.0 + scale * states[1]
-            current = states[2] if circuit is not None else 0.0
-            at = dynamics.along(states[0], place, speed * ratio, np.zeros_like(tau), current, ends)
-            found = [ratio, at.acceleration / (speed * speed * scale)]
-            return np.array(found if circuit is None else [*found, at.current_rate / speed])
+            at = dynamics.along(states[0], place, speed * ratio, np.zeros_like(tau), states[2:], ends)
+            return np.array([ratio, at.acceleration / (speed * speed * scale), *(rate / speed for rate in at.rates)])
 
         return RateField(rates, np.array(sizes), stiffness(dynamics.machine))
 
@@ -644,8 +643,8 @@ class _Scaled(NamedTuple):
         held = min(max(phi + ahead * float(rate[0]), ends[0] + _AHEAD * width), ends[1] - 0.01 * _AHEAD * width)
         omega = self.speed * (1.0 + self.scale * float(state[1] + ahead * rate[1]))
         anchor = Anchor(held, omega, 0.0)
-        current = float(state[2] + ahead * rate[2]) if state.size > 2 else 0.0
-        now = self.dynamics.at(held, held, omega, current=current, ends=ends, anchor=anchor)
+        own = [float(value + ahead * change) for value, change in zip(state[2:], rate[2:], strict=True)]
+        now = self.dynamics.at(held, held, omega, states=own, ends=ends, anchor=anchor)
         return anchor._replace(factors=now.factors or None)
 
     def events(self, anchor: Anchor, state: Array) -> Events:
@@ -653,11 +652,9 @@ class _Scaled(NamedTuple):
         dynamics, speed, scale = self
 
         def values(tau: Array, states: Array) -> Array:
-            current = states[2] if states.shape[0] > 2 else 0.0
             omega = np.asarray(speed * (1.0 + scale * states[1]))
-            found = dynamics.sides(states[0], anchor, omega, np.zeros_like(tau), current)
+            found = dynamics.sides(states[0], anchor, omega, np.zeros_like(tau), states[2:])
             return np.array(found, dtype=float).reshape(len(found), tau.size)  # none where no load switches in this piece
 
-        current = state[2:3] if state.size > 2 else 0.0
-        here = np.array([anchor.phi]), anchor, np.array([anchor.omega]), np.zeros(1), current
+        here = np.array([anchor.phi]), anchor, np.array([anchor.omega]), np.zeros(1), state[2:, None]
         return Events(values, np.array([1.0 if side[0] >= 0.0 else -1.0 for side in dynamics.sides(*here)]))

@@ -356,7 +356,8 @@ class Run(NamedTuple):
     irregularity, 2 (w_max - w_min)/(w_max + w_min); `level` that of the energy as a whole, as a share of (J + I*(0)) w_a²,
     where the machine sets its own. Where torques depend on speed, `cycle` is the one along this motion and
     `speed` its own mean of extremes w_a; else they are those of the whole sizing. `drive` is then the drive's moment on the
-    crank (N m) at the cycle's nodes, `current` that of a motor with inductance at phi = 0 (A).
+    crank (N m) at the cycle's nodes, `states` a motor's own at phi = 0, such as its current (A), `along` the same at the
+    nodes (states, cells, nodes).
     """
 
     inertia: float
@@ -370,7 +371,8 @@ class Run(NamedTuple):
     cycle: Cycle | None = None
     speed: float | None = None
     drive: Array | None = None
-    current: float | None = None
+    states: tuple[float, ...] = ()
+    along: Array | None = None
     level: float = 0.0
 
     @property

@@ -172,7 +172,7 @@ def _cycle_in_time(machine: Machine, cycle: Cycle, speed: float, run: Run, rtol:
     # relative to the least speed; dense output, which finds the ends of pieces, is one order below the steps themselves
     tight = max(3e-5 * rtol * min(run.speed_min / speed, 1.0), TIGHTEST)
     dynamics = Dynamics(machine, run.inertia, cycle.balance or 0.0)
-    first = np.array([0.0, u] if run.current is None else [0.0, u, run.current])
+    first = np.array([0.0, u, *run.states])
 
     def stop() -> None:
         if tally.evaluations > _MOST:

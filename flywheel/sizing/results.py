@@ -574,9 +574,9 @@ class _MotorShaft:
         return turning_moment.speed_over_cycle(self.cycle, self.mean, self.run, mesh.phi.ravel()).reshape(mesh.phi.shape)
 
     def torque(self, mesh: Cells, omega: Array) -> Array:
-        """Torque of the motor on its shaft, N m: by its law, or that of the current where this is a state of its own."""
+        """Torque of the motor on its shaft, N m: by its law, or that of its own states where it has any."""
         assert self.motor is not None
-        if self.run.current is None or self.run.drive is None:
+        if not self.run.states or self.run.drive is None:
             return self.motor.torque(self.ratio * omega)
         cell, t = cells.located(self.cycle.mesh, mesh.phi.ravel())
         return cells.value(cells.fit(self.run.drive)[cell], t).reshape(mesh.phi.shape) / self.ratio
@@ -947,8 +947,7 @@ def _drive_errors(sizing: Sizing) -> _DriveErrors | None:
     if sizing.cyclic is not None and sizing.run is not None:
         moments, omega = moments_on(machine, cycle.mesh.edges, local=True), _omega(sizing, cycle)
         here, beside = (
-            moments.drive(w, cycle.balance or 0.0, None if moments.circuit is None else moments.steady_current(w))
-            for w in (omega, omega * (1.0 + _APART))
+            moments.drive(w, cycle.balance or 0.0, moments.steady_states(w)) for w in (omega, omega * (1.0 + _APART))
         )
         by_speed = np.abs(beside - here) / _APART * speed_error_over_cycle(sizing)
     tails = cells.tails(cells.fit(moment)) + by_speed.max(axis=-1)
@@ -995,11 +994,11 @@ def _multiplier_error(sizing: Sizing, speed: float | None) -> float | None:
 
     def growth(w: Array) -> Array:
         """dF/dE (1/rad) at speeds w."""
-        current = None if moments.circuit is None else moments.steady_current(w)
-        found = moments.rate(w, cycle.balance or 0.0, run.inertia, current).by_speed
-        if moments.circuit is not None:  # the current follows the speed
-            further = moments.drive(w * (1.0 + _APART), 0.0, moments.steady_current(w * (1.0 + _APART)))
-            found = found + (further - moments.drive(w, 0.0, current)) / (_APART * w)
+        states = moments.steady_states(w)
+        found = moments.rate(w, cycle.balance or 0.0, run.inertia, states).by_speed
+        if moments.circuit is not None:  # its states follow the speed
+            further = moments.drive(w * (1.0 + _APART), 0.0, moments.steady_states(w * (1.0 + _APART)))
+            found = found + (further - moments.drive(w, 0.0, states)) / (_APART * w)
         return np.asarray(found / ((run.inertia + moments.inertia) * w))
 
     here = growth(omega)

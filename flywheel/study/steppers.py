@@ -26,7 +26,7 @@ from flywheel.machine.machine import Anchor, Machine
 from flywheel.mechanisms.families import has_joints
 from flywheel.mechanisms.linkage import linkage_of
 from flywheel.mechanisms.linkages import multibody
-from flywheel.motions.simulation import graph_motion
+from flywheel.motions.simulation import graph_motion, states_of_graph
 from flywheel.regime import constant_speed
 from flywheel.regime.free_motion import Start
 from flywheel.regime.stepping import Step
@@ -124,7 +124,7 @@ class NoAnswerError(ValueError):
 
 
 class Trial(NamedTuple):
-    """A cycle to be run: flywheel (kg m² on the crank), the unknown's value (SI), speed (rad/s) and current (A) at phi = 0.
+    """A cycle to be run: flywheel (kg m² on the crank), the unknown's value (SI), speed (rad/s) and states of a motor.
 
     `period` is about how long it takes (s).
     """
@@ -132,15 +132,15 @@ class Trial(NamedTuple):
     inertia: float
     balance: float
     speed: float
-    current: float
+    states: tuple[float, ...]
     period: float
 
 
 class Revolution(NamedTuple):
-    """What a run of one cycle ends with: speed and current at its end, greatest and least speed on the way."""
+    """What a run of one cycle ends with: speed and a motor's own states at its end, greatest and least speed on the way."""
 
     speed: float
-    current: float
+    states: tuple[float, ...]
     greatest: float
     least: float
 
@@ -165,39 +165,41 @@ def by_shooting(question: Question, revolve: Revolve, tolerance: float) -> float
     inertia = max(_flywheel(samples, scene.irregularity or 0.0), 1e-3 * own) if question.sized else question.given
     omega = _speeds(samples, inertia)
     eps = (scene.irregularity or 0.0) if question.sized else max(_irregularity(omega.max(), omega.min()), 1e-12)
-    current = 0.0
+    own_states: tuple[float, ...] = ()
     if circuit is not None and scene.drive is not None:
-        current = float(circuit.current(scene.shafts[scene.drive.on] * samples.speed))
+        own_states = tuple(float(one) for one in circuit.steady(scene.shafts[scene.drive.on] * samples.speed))
     period = float(np.trapezoid(1.0 / np.maximum(omega, 1e-3 * samples.speed), samples.phi))
-    guess = Trial(inertia, samples.balance, float(omega[0]), current, period)
+    guess = Trial(inertia, samples.balance, float(omega[0]), own_states, period)
     scales = {"speed": eps * samples.speed}
     if question.sized:
         scales["inertia"] = inertia + own
     if balanced:
         by_work = samples.unit * eps * (inertia + own) * samples.speed**2
         scales["balance"] = by_work or eps * (abs(samples.balance) or 1.0)
-    if circuit is not None:
-        scales["current"] = max(abs(current), 1.0) * eps
+    sizes = [max(abs(state), 1.0) * eps for state in own_states]
 
     def trial(x: Array) -> Trial:
-        shares = zip(scales.items(), (x - 1.0).tolist(), strict=True)
-        return guess._replace(**{name: getattr(guess, name) + share * scale for (name, scale), share in shares})
+        count = len(scales)
+        shares = zip(scales.items(), (x[:count] - 1.0).tolist(), strict=True)
+        moved = {name: getattr(guess, name) + share * scale for (name, scale), share in shares}
+        rows = zip(own_states, sizes, (x[count:] - 1.0).tolist(), strict=True)
+        return guess._replace(**moved, states=tuple(state + share * size for state, size, share in rows))
 
     def lacking(x: Array) -> list[float]:
         start = trial(x)
         end = revolve(start) if start.speed > 0.0 else None
-        if end is None or not np.isfinite(end).all() or end.least <= 0.0:
-            return [_STOPS] * len(scales)
+        if end is None or not np.isfinite((end.speed, *end.states, end.greatest, end.least)).all() or end.least <= 0.0:
+            return [_STOPS] * (len(scales) + len(sizes))
         mean = 0.5 * (end.greatest + end.least)
         lacks = [(end.greatest - end.least) / (mean * eps) - 1.0] if question.sized else []
         if balanced or not machine.sets_its_speed:
             lacks.append((mean / (scene.speed or 1.0) - 1.0) / eps)
         if balanced or machine.sets_its_speed:
             lacks.append((end.speed - start.speed) / (mean * eps))
-        return lacks + ([] if circuit is None else [(end.current - start.current) / scales["current"]])
+        return lacks + [(a - b) / size for a, b, size in zip(end.states, start.states, sizes, strict=True)]
 
     options: Any = {"xtol": max(tolerance, 1e-14), "eps": _DIFFERENCE**2, "maxfev": _MOST_RUNS}
-    solution: Any = root(lacking, np.ones(len(scales)), method="hybr", options=options)
+    solution: Any = root(lacking, np.ones(len(scales) + len(sizes)), method="hybr", options=options)
     if not np.isfinite(solution.fun).all() or np.abs(solution.fun).max() > _OFF:
         raise NoAnswerError("its cycles come to no steady motion")
     last = trial(solution.x)
@@ -327,30 +329,29 @@ def adaptive(machine: Machine, name: str, rtol: float, restart: bool) -> Revolve
 
 
 def _stepped(machine: Machine, restart: bool, stretch_steps: StretchSteps) -> Revolve:
-    """Runs cycles stretch by stretch: the state is phi, omega and, with a circuit, its current."""
+    """Runs cycles stretch by stretch: the state is phi, omega, and a motor's own states."""
     stretches, cycle = stretches_of(machine, restart), machine.scene.cycle
 
     def rates(dynamics: Dynamics, stretch: Stretch, t: float, state: Array) -> Array:
-        (phi, omega), current = state[:2].tolist(), float(state[2]) if state.size > 2 else 0.0
+        phi, omega, *own = state.tolist()
         if stretch.middle is None:
             phi = phi % cycle
-            now = dynamics.at(phi, float(machine.anchors(phi)), omega, current=current)
+            now = dynamics.at(phi, float(machine.anchors(phi)), omega, states=own)
         else:
-            now = dynamics.at(phi, stretch.middle, omega, current=current, ends=(stretch.low, stretch.high))
-        return np.array([omega, float(now.acceleration), float(now.current_rate)][: state.size])
+            now = dynamics.at(phi, stretch.middle, omega, states=own, ends=(stretch.low, stretch.high))
+        return np.array([omega, float(now.acceleration), *map(float, now.rates)])
 
     def revolve(trial: Trial) -> Revolution:
         dynamics = Dynamics(machine, trial.inertia, trial.balance)
-        state = np.array([0.0, trial.speed] + ([trial.current] if dynamics.circuit is not None else []))
+        state = np.array([0.0, trial.speed, *trial.states])
         t, steps = 0.0, list[Step]()
         for stretch in stretches:
             steps += stretch_steps(partial(rates, dynamics, stretch), t, state, stretch, trial.period)
             t = steps[-1].end
             state = np.array(steps[-1].dense(t))
             state[0] = stretch.high
-        current = float(state[2]) if state.size > 2 else 0.0
         greatest, least = (extreme(_near(steps, sign), sign)[1] for sign in (1.0, -1.0))
-        return Revolution(float(state[1]), current, greatest, least)
+        return Revolution(float(state[1]), tuple(state[2:].tolist()), greatest, least)
 
     return revolve
 
@@ -368,7 +369,6 @@ def _near(steps: list[Step], sign: float) -> list[Step]:
 
 _LONGER = (1.02, 1.3, 3.0, 10.0)  # than the period expected: how long the whole graph is simulated, until the cycle is over
 _SLACK = (1.1, 1.5, 3.0, 10.0)  # the same of bodies with multipliers
-_ARMATURE = "drive.motor.armature"
 _ANGLES = 13  # at which the inertia beside the bodies' own is compared
 _SAME = 1e-9
 _STUCK = "the machine does not get through its cycle"
@@ -379,7 +379,7 @@ def by_bond_graph(machine: Machine, rtol: float) -> Revolve:
     scene = machine.scene
 
     def revolve(trial: Trial) -> Revolution:
-        start = Start(0.0, trial.speed, trial.current)
+        start = Start(0.0, trial.speed, trial.states)
         for longer in _LONGER:
             inertia = trial.inertia / scene.flywheel_ratio**2
             run = graph_motion(machine, start, longer * trial.period, inertia, trial.balance, rtol)
@@ -392,8 +392,8 @@ def by_bond_graph(machine: Machine, rtol: float) -> Revolve:
         else:
             raise NoAnswerError(_STUCK)
         end, greatest, least = _end_and_extremes(missing, lambda times: np.asarray(run.flow("crank", times)), run.t)
-        current = float(run.flow(_ARMATURE, np.array([end]))[0]) if circuit_of(scene) is not None else 0.0
-        return Revolution(float(run.flow("crank", np.array([end]))[0]), current, greatest, least)
+        own = tuple(float(row[0]) for row in states_of_graph(scene, run, np.array([end])).values())
+        return Revolution(float(run.flow("crank", np.array([end]))[0]), own, greatest, least)
 
     return revolve
 
@@ -444,7 +444,7 @@ def by_multipliers(machine: Machine, rtol: float, restart: bool) -> Revolve:
             end, *found = _end_and_extremes(missing, speed, run.t)
             omega = float(run.at(end)[1][0])
             extremes += found
-        return Revolution(omega, 0.0, max(extremes), min(extremes))
+        return Revolution(omega, (), max(extremes), min(extremes))
 
     return revolve
 

@@ -130,6 +130,10 @@ def table(transient: Transient, points: int, breaks: bool = False) -> Iterator[t
         yield from ((f"{kind} energy {name} [J]", energy) for name, energy in stores.items())
     if found.current is not None:
         yield "current [A]", found.current
+    circuit = transient.scene.motor.circuit if transient.scene.motor is not None else None
+    for name, unit, _ in () if circuit is None else circuit.names:
+        if found.states is not None and name != "current":
+            yield f"{name.replace('_', ' ')} [{unit}]", found.states[name]
 
 
 def _stores(transient: Transient, found: Samples, off: float = 0.0) -> StoredEnergy | None:
@@ -173,5 +177,6 @@ def json(transient: Transient, points: int, breaks: bool = False) -> str:
     errors = {**estimates(transient), "samples": of_samples(transient, points)}
     samples = evenly(transient, points, breaks)
     stores, errors["stores"] = _stored(transient, samples)
-    data = {**transient.as_dict(), "errors": errors, "samples": samples._asdict(), "stores": stores}
+    columns = {name: column for name, column in samples._asdict().items() if name != "states"} | (samples.states or {})
+    data = {**transient.as_dict(), "errors": errors, "samples": columns, "stores": stores}
     return written.encoded(data, indent=2)

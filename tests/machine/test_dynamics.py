@@ -45,25 +45,23 @@ def case(name):
     speed, unknown, current = KINDS[name]
     phi = moments.mesh.phi
     omega = speed * (1 + 0.05 * np.sin(phi) - 0.03 * np.cos(2 * phi))
-    return moments, omega, unknown, 2.5, None if current is None else current * (1 + 0.1 * np.cos(phi))
+    return moments, omega, unknown, 2.5, () if current is None else (current * (1 + 0.1 * np.cos(phi)),)
 
 
 @pytest.mark.parametrize("name", KINDS)
 def test_slopes_are_those_of_the_moment(name):
-    moments, omega, unknown, inertia, current = case(name)
-    found = moments.rate(omega, unknown, inertia, current)
+    moments, omega, unknown, inertia, states = case(name)
+    found = moments.rate(omega, unknown, inertia, states)
 
     def slope(*changed):
-        more, less = (moments.rate(*(a if b is None else a + s * b for a, b in changed)).moment for s in (1, -1))
+        rows = [[a if b is None else a + s * b for a, b in changed] for s in (1, -1)]
+        more, less = (moments.rate(*row[:3], row[3:]).moment for row in rows)
         return (more - less) / (2 * STEP)
 
     one = STEP * np.ones_like(omega)
-    state = [omega, unknown, inertia, current]
-    sizes = [found.by_speed, found.by_unknown, found.by_inertia, found.by_current]
-    for k, analytic in enumerate(sizes):
-        if state[k] is None:
-            assert not analytic.any()
-            continue
+    state = [omega, unknown, inertia, *states]
+    assert found.by_states.shape == (len(states), *omega.shape)
+    for k, analytic in enumerate([found.by_speed, found.by_unknown, found.by_inertia, *found.by_states]):
         changed = [(value, (one if np.ndim(value) else STEP) if j == k else None) for j, value in enumerate(state)]
         numeric = slope(*changed)
         assert_allclose(analytic, numeric, rtol=1e-6, atol=1e-6 * np.abs(found.moment).max())
@@ -72,14 +70,14 @@ def test_slopes_are_those_of_the_moment(name):
 
 @pytest.mark.parametrize("name", KINDS)
 def test_the_moment_is_that_of_time_stepping(name):
-    moments, omega, unknown, inertia, current = case(name)
-    found = moments.rate(omega, unknown, inertia, current)
+    moments, omega, unknown, inertia, states = case(name)
+    found = moments.rate(omega, unknown, inertia, states)
     dynamics = Dynamics(moments.machine, inertia, unknown)
     middle = cells.MIDDLE  # where the directions of meshes are decided
     for k in range(0, len(omega), 2):
         phi, anchor = float(moments.mesh.phi[k, middle]), float(moments.mesh.anchor[k, 0])
-        now = 0.0 if current is None else float(current[k, middle])
-        at = dynamics.at(phi, anchor, float(omega[k, middle]), current=now)
+        now = [float(state[k, middle]) for state in states]
+        at = dynamics.at(phi, anchor, float(omega[k, middle]), states=now)
         assert at.moment == pytest.approx(found.moment[k, middle], rel=1e-12, abs=1e-10)
         energy = at.inertia * at.acceleration + 0.5 * moments.slope[k, middle] * omega[k, middle] ** 2
         assert energy == pytest.approx(found.moment[k, middle], rel=1e-11, abs=1e-9)
@@ -109,8 +107,9 @@ def test_speeds_may_be_many_at_once():
         speeds = np.array([3.0, 8.0, 13.0])
         every = moments.constant(speeds, 0.0)
         for k, speed in enumerate(speeds.tolist()):
-            for all_of_them, one in zip(every, moments.constant(speed, 0.0), strict=True):
-                assert_allclose(all_of_them[k], one, rtol=1e-14)
+            for name, one in moments.constant(speed, 0.0)._asdict().items():
+                all_of_them = getattr(every, name)
+                assert_allclose(all_of_them[:, k] if name == "by_states" else all_of_them[k], one, rtol=1e-14)
 
 
 def test_at_a_constant_speed_nothing_is_accelerated():
@@ -127,7 +126,7 @@ def test_at_a_constant_speed_nothing_is_accelerated():
 
 def test_a_steady_current_is_that_of_the_line():
     moments = moments_of(regimes.scene("dc-inductance", inertia=0.1))
-    assert_allclose(moments.steady_current(np.array([0.0, 10.0])), [220 / 0.8, (220 - 1.5 * 100) / 0.8])
+    assert_allclose(moments.steady_states(np.array([0.0, 10.0]))[0], [220 / 0.8, (220 - 1.5 * 100) / 0.8])
     found = (
         moments.constant(10.0, 0.0).moment
         - moments.machine.reduction.moments(moments.mesh.phi, moments.mesh.anchor)["load[0] on slider-crank.slider"]
@@ -137,8 +136,8 @@ def test_a_steady_current_is_that_of_the_line():
 
 @pytest.mark.parametrize(("name", "torque"), [("section-c", lambda w: 10 - 2.387 * w), ("pump", lambda w: 50 + 0 * w)])
 def test_the_drives_share_is_its_own_torque(name, torque):
-    moments, omega, unknown, _, current = case(name)
-    assert_allclose(moments.drive(omega, unknown, current), torque(omega), rtol=1e-14)
+    moments, omega, unknown, _, states = case(name)
+    assert_allclose(moments.drive(omega, unknown, states), torque(omega), rtol=1e-14)
 
 
 def test_switches_are_what_decides_branches_at_a_speed():
@@ -229,10 +228,10 @@ def test_a_current_that_is_a_state_of_its_own_drives_in_place_of_the_steady_law(
     motor = {"type": "dc", "voltage": 48, "resistance": 0.4, "constant": 0.25, "inductance": 0.002, "friction": 0.002}
     scene = {"shafts": {"fast": {"ratio": 5}}, "drive": {"on": "fast", "motor": motor}, "flywheel": {"inertia": 2}}
     found = dynamics(scene, 2.0)
-    now = found.at(0.5, 3.0, 4.0, current=10.0)
+    now = found.at(0.5, 3.0, 4.0, states=(10.0,))
     same = DC(voltage=48, resistance=0.4, constant=0.25, inductance=0.002, friction=0.002)
     assert now.moment == pytest.approx(5 * same.torque_of_current(20.0, 10.0))
-    assert now.current_rate == pytest.approx(same.current_rate(20.0, 10.0))
+    assert now.rates[0] == pytest.approx(same.current_rate(20.0, 10.0))
 
 
 MOTOR = {"type": "dc", "voltage": 48, "resistance": 0.4, "constant": 0.3, "inductance": 0.02, "friction": 0.01}

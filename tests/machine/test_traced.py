@@ -236,11 +236,11 @@ LOSSY = {
 def test_instants_of_a_machine_with_losses_and_a_circuit_are_those_of_the_walk():
     dynamics = Dynamics(flywheel.Machine(flywheel.load(LOSSY)), 0.9)
     middle = float(dynamics.machine.anchors(4.0))
-    walked = [dynamics.at(phi, middle, 20.0, current=30.0) for phi in (3.9, 4.2)]
+    walked = [dynamics.at(phi, middle, 20.0, states=(30.0,)) for phi in (3.9, 4.2)]
     for _ in range(9):
-        recorded = [dynamics.at(phi, middle, 20.0, current=30.0) for phi in (3.9, 4.2)]
+        recorded = [dynamics.at(phi, middle, 20.0, states=(30.0,)) for phi in (3.9, 4.2)]
     for one, other in zip(walked, recorded, strict=True):
-        for name in ("acceleration", "moment", "inertia", "loss", "current_rate"):
+        for name in ("acceleration", "moment", "inertia", "loss", "rates"):
             assert getattr(one, name) == pytest.approx(getattr(other, name), rel=1e-13)
     assert motion_differences(dynamics.machine, Anchor(middle, None, None), np.linspace(3.9, 4.2, 5)) <= 1e-13
     assert dynamics.machine.traced.motion(Anchor(middle, None, None)) is not None

@@ -474,3 +474,16 @@ def test_what_weights_alone_move_swings_both_ways():
     assert found.peaks.speed.value == pytest.approx(math.sqrt(2.0) * slow, rel=1e-9)
     with pytest.raises(flywheel.SceneError, match="holds it or turns it back"):
         transient(scene, end="2 turns")
+
+
+def test_a_motor_with_inductance_starts_a_machine_that_nothing_holds():
+    """Its current, and so its torque, is 0 at first: two exponentials from rest."""
+    motor = {"type": "dc", "voltage": 48, "resistance": 0.4, "constant": 0.25, "inductance": 0.02}
+    found = run_up(rotor(0.1, drive={"motor": motor}), 0.3)
+    matrix = np.array([[0.0, 2.5], [-12.5, -20.0]])
+    steady = np.linalg.solve(matrix, [0.0, -2400.0])
+    values, vectors = np.linalg.eig(matrix)
+    omega, current = (steady - (vectors * np.exp(values * 0.3)) @ np.linalg.solve(vectors, steady)).real
+    assert found.omega == pytest.approx(omega, rel=1e-7)
+    assert found.motion.current[-1] == pytest.approx(current, rel=1e-7)
+    assert not found.messages

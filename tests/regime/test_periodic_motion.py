@@ -31,8 +31,8 @@ def fine(name, parts=3, **flywheel_):
 def solved(name, inertia, parts=3):
     moments, speed, unknown = fine(name, parts)
     held = speed if moments.machine.scene.unknown is not None else None
-    current = 0.0 if moments.circuit is None else float(moments.steady_current(np.array(speed)))
-    return periodic(moments, speed, Demand(inertia, None, held), first_guess(moments, speed, inertia, unknown, current))
+    states = [float(state) for state in moments.steady_states(speed)]
+    return periodic(moments, speed, Demand(inertia, None, held), first_guess(moments, speed, inertia, unknown, states))
 
 
 @pytest.mark.parametrize("name", ["section-c", "four-bar", "engine", "shaper", "two-speeds-fast", "pump", "brake"])

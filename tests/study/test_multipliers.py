@@ -16,9 +16,10 @@ def machine(scene):
 @pytest.mark.slow
 def test_they_agree_to_their_tolerance():
     built = machine(press(load=[{"on": "press.slider", "force": "-900*sin(phi)"}]))
-    trial = Trial(inertia=40.0, balance=10.0, speed=12.0, current=0.0, period=0.52)
+    trial = Trial(inertia=40.0, balance=10.0, speed=12.0, states=(), period=0.52)
     true = steppers.adaptive(built, "DOP853", 1e-8, True)(trial)
-    assert steppers.by_multipliers(built, 1e-5, True)(trial) == pytest.approx(true, rel=1e-5)
+    found = steppers.by_multipliers(built, 1e-5, True)(trial)
+    assert found._replace(states=0.0) == pytest.approx(true._replace(states=0.0), rel=1e-5)
 
 
 @pytest.mark.parametrize(

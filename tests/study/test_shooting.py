@@ -32,9 +32,9 @@ def by_energy(trial):
     half = trial.speed**2 + 2 * (trial.balance - 100) * pi / total
     end = half + 2 * trial.balance * pi / total
     if min(half, end) <= 0.0:
-        return Revolution(0.0, 0.0, trial.speed, 0.0)
+        return Revolution(0.0, (), trial.speed, 0.0)
     speeds = [trial.speed, sqrt(half), sqrt(end)]
-    return Revolution(speeds[-1], 0.0, max(speeds), min(speeds))
+    return Revolution(speeds[-1], (), max(speeds), min(speeds))
 
 
 def test_a_flywheel_is_found():
@@ -49,7 +49,7 @@ def test_an_irregularity_is_found():
 
 def test_no_motion_is_no_answer():
     with pytest.raises(NoAnswerError, match="no steady motion"):
-        by_shooting(asked({"irregularity": 0.01}), lambda trial: Revolution(1.0, 0.0, 1.0, -1.0), 1e-9)
+        by_shooting(asked({"irregularity": 0.01}), lambda trial: Revolution(1.0, (), 1.0, -1.0), 1e-9)
 
 
 def test_stretches_run_from_break_to_break():

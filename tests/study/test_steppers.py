@@ -14,7 +14,7 @@ from tests.scenes import yoke
 
 SMOOTH = yoke(load=[{"on": "yoke", "force": "400*sin(phi)"}])
 JUMP = yoke(load=[{"on": "yoke", "force": 1000, "from": "45 deg", "to": "180 deg"}])
-TRIAL = Trial(inertia=30.0, balance=20.0, speed=8.0, current=0.0, period=0.8)
+TRIAL = Trial(inertia=30.0, balance=20.0, speed=8.0, states=(), period=0.8)
 
 
 def machine(scene):
@@ -51,7 +51,7 @@ def test_a_jump_within_a_step_takes_the_order():
 def test_adaptive_rules_come_to_the_same_cycle(name):
     built, true = machine(JUMP), cycle(True)
     found = steppers.adaptive(built, name, 1e-8, True)(TRIAL)
-    assert found == pytest.approx(true, rel=1e-6)
+    assert found._replace(states=0.0) == pytest.approx(true._replace(states=0.0), rel=1e-6)
     assert found.least <= min(TRIAL.speed, found.speed) <= max(TRIAL.speed, found.speed) <= found.greatest
 
 

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any, ClassVar
 import numpy as np
 from numpy.typing import ArrayLike
 
+from flywheel.components.motors.circuit import Circuit, GraphState, Slopes, StateName, States
 from flywheel.components.motors.motor import EVERYWHERE, Array, Line, Motor, Point, Span, wrong_numbers, wrong_point
 from flywheel.numerics.arguments import number_faults, refuse
 from flywheel.numerics.expressions import Expression
@@ -129,11 +130,16 @@ class DC(Motor):
         """
         if self.inductance == 0:
             raise SceneError([Fault("inductance", "0 H", "a value above 0", "without it the current follows the speed")])
-        return (self.voltage - self.resistance * current - self.constant * omega) / self.inductance
+        return ArmatureCircuit(self).rates(omega, (current,))[0]
 
     def torque_of_current(self, omega: Any, current: Any) -> Any:
         """Torque on the shaft k i - b omega, N m, at speeds (rad/s) and currents (A)."""
-        return self.constant * current - self.friction * omega
+        return ArmatureCircuit(self).torque(omega, (current,))
+
+    @cached_property
+    def circuit(self) -> ArmatureCircuit | None:
+        """The armature's current as a state of its own, where it has inductance."""
+        return ArmatureCircuit(self) if self.inductance > 0.0 else None
 
     def graph(self) -> Part:
         """The motor as a part of a bond graph, open at the 1-junction `rotor` of its shaft.
@@ -156,6 +162,53 @@ class DC(Motor):
         if self.friction:
             b.port("rotor", R("friction", self.friction))
         return b.part("rotor")
+
+
+class ArmatureCircuit(Circuit):
+    """The current of a DC motor with inductance: T = k i - b omega, L di/dt = U - R i - k omega.
+
+    Source: as `DC`.
+
+    >>> circuit = DC(voltage=48.0, resistance=0.4, constant=0.25, inductance=0.002).circuit
+    >>> circuit.torque(96.0, (50.0,)), circuit.rates(96.0, (50.0,)), circuit.steady(96.0)
+    (12.5, (2000.0,), (60.0,))
+    """
+
+    names = (StateName("current", "A"),)
+    in_graph = (GraphState("f", "armature"),)
+
+    def __init__(self, motor: DC) -> None:
+        self.motor, self.scales = motor, (abs(motor.voltage / motor.resistance),)
+
+    def torque(self, omega: Any, states: States) -> Any:
+        """Torque on the shaft k i - b omega, N m."""
+        motor = self.motor
+        return motor.constant * states[0] - motor.friction * omega
+
+    def rates(self, omega: Any, states: States) -> tuple[Any]:
+        """Rate of the current, A/s."""
+        motor = self.motor
+        return ((motor.voltage - motor.resistance * states[0] - motor.constant * omega) / motor.inductance,)
+
+    def slopes(self, omega: Any, states: States) -> Slopes:
+        """Derivatives, all of them constant."""
+        motor = self.motor
+        by_speed, by_current = -motor.constant / motor.inductance, -motor.resistance / motor.inductance
+        return Slopes(-motor.friction, (motor.constant,), (by_speed,), ((by_current,),))
+
+    def steady(self, omega: Any) -> tuple[Any]:
+        """The current (U - k omega)/R, A."""
+        return (self.motor.current(omega),)
+
+    def current(self, omega: Any, states: States) -> Any:
+        """The current of the armature, A."""
+        return states[0]
+
+    def standing(self, states: States, time: Any) -> tuple[Any]:
+        """The current of a locked rotor, which comes to U/R with the time constant L/R."""
+        motor = self.motor
+        final, rate = motor.voltage / motor.resistance, motor.resistance / motor.inductance
+        return (final + (states[0] - final) * np.exp(-rate * time),)
 
 
 def dc_from_plate(

@@ -21,6 +21,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from bondgraph.records import NamedTuple
+from flywheel.components.motors.circuit import Circuit
 from flywheel.numerics.arguments import NOT_NEGATIVE, POSITIVE, number_faults, refuse
 from flywheel.numerics.expressions import Expression, expression_of, parse
 from flywheel.numerics.faults import Fault, SceneError
@@ -72,6 +73,11 @@ class Motor(ABC):
     @property
     def rated(self) -> Point | None:
         """The point of the name plate, where there is one."""
+        return None
+
+    @cached_property
+    def circuit(self) -> Circuit | None:
+        """States of its own, beside its shaft's; None where torque follows the speed at once."""
         return None
 
     @property
