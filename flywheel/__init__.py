@@ -51,6 +51,7 @@ if TYPE_CHECKING:
     from flywheel.reading.scenes import load, load_linkage
     from flywheel.regime.state import MachineState, along, reduce
     from flywheel.scene.scene import Scene
+    from flywheel.sizing import duty
     from flywheel.sizing.power_flow import PowerFlow, power_flow
     from flywheel.sizing.results import Sizing, Sizings
     from flywheel.sizing.sizing import size
@@ -108,6 +109,7 @@ _MODULES = {
     "arm.dynamics": "components.robot_arm",
     "arm.equations": "components.robot_arm",
     "arm.motion": "components.robot_arm",
+    "duty": "sizing.duty",
     "energy": "components.energy",
     "every_shaft": "components.gear_trains",
     "freedoms": "mechanisms.linkages.lagrange",
@@ -166,6 +168,7 @@ __all__ = [
     "arm",
     "cycle_shares",
     "draw",
+    "duty",
     "energy",
     "every_shaft",
     "explain",

@@ -280,6 +280,7 @@ def _check(scene: Scene) -> None:
         (scene.depends_on_speed, "torques depend on speed"),
         (scene.speed is None or not scene.has_flywheel, "no speed or no flywheel is given"),
         (scene.wheel is not None, "a wheel is to be chosen for each"),
+        (bool(scene.duty), "a duty has several phases"),
         (scene.rubs, "friction in joints follows from the motion"),
         (any(efficiency < 1.0 for efficiency in scene.efficiencies.values()), "meshes have losses"),
         (drive is not None and not isinstance(drive.law, float | int | None), "the drive's torque is no plain number"),

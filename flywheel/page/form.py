@@ -18,6 +18,7 @@ from flywheel.mechanisms import KINDS
 from flywheel.numerics.faults import Fault
 from flywheel.numerics.units import DIMENSIONS, QuantityError, parse_quantity, parse_unit, split_quantity
 from flywheel.page.places import places_of
+from flywheel.reading.duty import leaves
 from flywheel.reading.fields import child
 from flywheel.reading.load_models import LOAD_MODELS
 from flywheel.reading.motors import CURVE, MOTORS
@@ -392,6 +393,10 @@ class _Reader:
             if len(value) <= _MANY and not any(isinstance(item, (dict, list)) for item in value):
                 for i, item in enumerate(value):
                     yield self.item(f"{path}[{i}]", key, i, item)
+            return
+        if key.kind == "changes" and isinstance(value, Mapping):
+            for place, changed in leaves(value):
+                yield self.parameter(f"{path}.{place}", place, changed)
             return
         dimension = self.dimension(key, value, rotating)
         if dimension is not None:

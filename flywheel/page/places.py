@@ -64,6 +64,7 @@ class Places(NamedTuple):
             "drive": {"force": "100 N"} if self.sliding else {"torque": "balance"},
             "regime": {"speed": "60 rpm"},
             "flywheel": {"irregularity": "5 %"},
+            "duty": {"duration": "60 s"},
             "stroke": ends,
             "areas": {"values": [1, -1], "scale": "100 J"},
             "accuracy": {"rtol": 1e-9},

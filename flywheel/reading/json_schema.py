@@ -47,7 +47,14 @@ Schema = dict[str, Any]
 _QUANTITY = r"^\s*[-+−]?(\d|\.\d)"
 _NAME: Schema = {"type": "string", "maxLength": 100, "pattern": f"^{NAME_PATTERN}$"}
 _MODELS = {"motor": MOTORS, "model": LOAD_MODELS}
-_TYPES = {"text": "string", "unit": "string", "flag": "boolean", "index": ["string", "integer"], "law": ["string", "number"]}
+_TYPES = {
+    "text": "string",
+    "unit": "string",
+    "flag": "boolean",
+    "index": ["string", "integer"],
+    "law": ["string", "number"],
+    "changes": "object",
+}
 
 
 def json_schema() -> Schema:

@@ -5,11 +5,13 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Iterator, Mapping
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from bondgraph.records import NamedTuple
+from flywheel.numerics.expressions import Expression, Node, expression_of, numeral
 from flywheel.numerics.faults import show, told
 from flywheel.reading.fields import (
     TOLERANCE,
@@ -138,7 +140,22 @@ def _load(item: Item, place: Place | None, places: Places, setting: Setting) -> 
     if place is None or every is None or law is None or window is UNREAD:
         return None
     start, end = window or (None, None)
-    return Load(place.name, law, every, start, end, sense or 0, path, stroke is not None, model, piston)
+    factor = fields["factor"]
+    if "factor" in item.raw and factor is not None:
+        law = _multiplied(law, factor)
+    return Load(place.name, law, every, start, end, sense or 0, path, stroke is not None, model, piston, factor or 0.0)
+
+
+def _multiplied(law: Law, factor: float) -> Law:
+    """A law times a number."""
+    if isinstance(law, Table):
+        return replace(law, value=law.value * factor)
+    if factor == 0.0:
+        return 0.0
+    if not isinstance(law, Expression):
+        return law * factor
+    tree = Node("product", (numeral(factor), law.tree), signs=("*", "*"))
+    return Expression(f"{expression_of(factor)}*({law.text})", tree)
 
 
 def _law(

@@ -33,6 +33,7 @@ from flywheel.numerics.units import (
     quantity_text,
     split_quantity,
 )
+from flywheel.reading.duty import phases, read_duty
 from flywheel.reading.fields import (
     Faults,
     Fields,
@@ -385,10 +386,18 @@ def build_scene(mapping: Mapping[str, Any], folder: str | Path | None = None, fi
     if raw is None:
         raise SceneError(faults)
     scene = _scene(raw, None if folder is None else Path(folder), faults)
+    duty = read_duty(raw, faults)
     if faults or scene is None:
         raise SceneError(faults)
     scene = scene if file is None else replace(scene, file=Path(file))
-    return scene.with_document(raw, partial(build_scene, folder=folder, file=file), faults.quantities)
+    document = raw, partial(build_scene, folder=folder, file=file), faults.quantities
+    found = scene.with_document(*document)
+    if not duty:
+        return found
+    found = replace(found, duty=phases(found, duty, faults)).with_document(*document)
+    if faults:
+        raise SceneError(faults)
+    return found
 
 
 def file_text(file: Path) -> str:

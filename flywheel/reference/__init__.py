@@ -13,7 +13,20 @@ if TYPE_CHECKING:
 
 _BEFORE = ("overview", "quantities", "expressions", "parameters", "shafts", "mechanism")
 _AFTER = (
-    *("inertia", "load", "load-models", "tables", "spring", "gravity", "drive", "motor", "regime", "flywheel", "wheel"),
+    *(
+        "inertia",
+        "load",
+        "load-models",
+        "tables",
+        "spring",
+        "gravity",
+        "drive",
+        "motor",
+        "regime",
+        "flywheel",
+        "wheel",
+        "duty",
+    ),
     *(
         "stroke",
         "areas",

@@ -118,6 +118,7 @@ def _parts(scene: Scene, sizing: Sizing | None, given: Given, printed: Solution 
         wheel.every_shaft,
         regime.speeds,
         drive.power,
+        drive.duty,
         regime.holding,
         wheel.wheel,
         regime.check,

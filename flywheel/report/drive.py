@@ -9,6 +9,7 @@ from flywheel.language import text as _
 from flywheel.report.document import Cell, Formula, Note, Part, Section, Step, Table
 from flywheel.report.formulas import Quantity
 from flywheel.report.regime import Known, quantity
+from flywheel.sizing.duty import PhaseLoad
 from flywheel.tables.power import with_and_without
 
 _MOST_POINTS = 30  # of a curve that a table shows
@@ -266,6 +267,51 @@ def _verdict(share: float | None) -> str:
     if share > 1.0 + 1e-9:
         return _("That is {share} of the heat at the rated point: too hot for continuous running.", share=shown)
     return _("That is {share} of the heat at the rated point, which it is rated for.", share=shown)
+
+
+# -- a duty -----------------------------------------------------------------------------------------------------------
+
+
+def duty(known: Known) -> Section | None:
+    """What the machine does in turn, with one flywheel, and what its motor bears over all of it."""
+    found = known.sizing.duty
+    if found is None:
+        return None
+    rows = []
+    for row in found.phases:
+        figures = (Quantity("t_k", row.duration, "s"), *_phase(row))
+        rows.append((row.name, *figures))
+    head = (_("phase"), _("time"), _("speed"), _("irregularity"), _("mean power"), _("rms torque"), _("heat"))
+    caption = _(
+        "Phases of the duty, each in its own steady regime with the flywheel that {phase} asks for", phase=found.governing
+    )
+    parts: list[Part] = [Table(caption, head, tuple(rows))]
+    cooled = Quantity("t_c", found.cooled, "s")
+    if found.running != found.period:
+        told = _("Time that cools: running, and the share of standstill that counts")
+        parts.append(Step(told, "t_c = total(t_k, k)+total(c_k*t_k, k)", (), cooled))
+    if found.rms_torque is not None:
+        told = _("Root of the mean square of the drive's torque over the duty, starts included")
+        result = Quantity("T_rms", found.rms_torque, "N m")
+        parts.append(Step(told, "T_rms = sqrt(total(T_k**2*t_k, k)/t_c)", (), result))
+    if found.heat is not None:
+        told = _("Heat of the motor over the duty, starts included")
+        note = _verdict(found.heat_share)
+        parts.append(Step(told, "Q = total(Q_k*t_k, k)/t_c", (), Quantity("Q", found.heat, "W"), note=note))
+    left = _("What passes between the regimes of two phases is left out.")
+    return Section(_("The duty"), (*parts, Note(left, "left out")))
+
+
+def _phase(row: PhaseLoad) -> Iterator[Cell]:
+    """Speed, irregularity, power, torque and heat of a phase."""
+    for symbol, value, unit in (
+        ("omega_k", row.speed, "rpm"),
+        ("eps_k", row.irregularity, ""),
+        ("P_k", row.mean_power, "W"),
+        ("T_k", row.rms_torque, "N m"),
+        ("Q_k", row.heat, "W"),
+    ):
+        yield "" if value is None else Quantity(symbol, value, unit)
 
 
 # -- an engine's gas --------------------------------------------------------------------------------------------------

@@ -47,7 +47,7 @@ class Key(NamedTuple):
     kind: a dimension of `flywheel.numerics.units.DIMENSIONS`; two of them for a place that translates and one that rotates
     ("mass | inertia"); or "text", "name", "choice", "law" (quantity or expression), "position" (expression or table),
     "table", "numbers", "index", "unit", "tables" (a table of named tables), "list" (of tables, names or lengths), "flag",
-    "model" (a table whose keys depend on its type).
+    "model" (a table whose keys depend on its type), "changes" (values by paths of the scene).
     default: SI, or None where there is none. missing: advice where a required key is not there. example: of a value, where
     that of its dimension does not suit it. many_turns: an angle that may be any number of turns also where it is written
     without a unit.

@@ -155,6 +155,7 @@ class Load(NamedTuple):
     once: bool = False
     model: str = ""  # what a load of a known kind is, for reports: "press: 24.7 kJ over 15 mm"
     piston: float | None = None  # area (m²) on which a gas presses, where the force is that of one
+    factor: float = 1.0  # by which the law was multiplied
 
 
 class Spring(NamedTuple):
@@ -220,6 +221,24 @@ class Stroke(NamedTuple):
         return self.end - self.start
 
 
+class Phase(NamedTuple):
+    """A phase of a duty: the machine as it runs then, None where its motor is off and it stands still, and for how long.
+
+    One of `duration` (s) and `cycles` (of the machine) is set. `starts` are how often the machine starts from rest within
+    the phase; `cooling` is the share of its time by which a phase at rest counts for the motor's cooling; `loaded` is False
+    of a phase whose loads are taken off.
+    """
+
+    name: str
+    scene: Scene | None
+    duration: float | None = None
+    cycles: float | None = None
+    starts: int = 0
+    cooling: float = 1.0
+    loaded: bool = True
+    path: str = "duty[0]"
+
+
 class Document(NamedTuple):
     """What a scene was read from: the tables of its TOML text, and what reads a scene from such tables.
 
@@ -265,6 +284,7 @@ class Scene(Frozen):
     motor: Motor | None = None  # what the drive's law comes from, where it is a motor
     areas: Areas | None = None
     stroke: Stroke | None = None  # in place of cycle, speed and flywheel
+    duty: tuple[Phase, ...] = ()  # what the machine does in turn, for ever
     wheel: WheelAsked | None = None  # what the flywheel is made of and how large, where that is to be found
     rtol: float = DEFAULT_RTOL
     closure: float = 1e-9

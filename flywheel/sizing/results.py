@@ -36,6 +36,7 @@ if TYPE_CHECKING:
 
     from flywheel.components.motors import DC, Induction
     from flywheel.components.wheels import Wheel
+    from flywheel.sizing.duty import Duty
     from flywheel.sizing.power_flow import PowerFlow
 
 __all__ = [
@@ -209,6 +210,7 @@ class Sizing:
     `cycle` is the one along the motion, `constant` the one at a constant speed that areas and approximate figures are taken
     from, and `cyclic` tells how the motion holds itself; both are None elsewhere. `built` is the wheel, if asked for.
 
+    `duty` is what the machine does in turn, where the scene has a duty: the other figures are those of its hardest phase.
     `friction` tells of friction in joints, where there is any: it is that of the motion's own speeds and accelerations.
     `accuracy` is the level of accuracy, `left_out` what the sizing did not do there, `cost` what all this took.
     """
@@ -239,6 +241,7 @@ class Sizing:
     cyclic: Cyclic | None = None
     built: Built | None = None
     friction: JointFriction | None = None
+    duty: Duty | None = None
     accuracy: str = AUDIT
     left_out: tuple[str, ...] = ()
     cost: Cost = FREE
@@ -388,7 +391,11 @@ class Sizing:
             "reduced_inertia": {"min": least, "max": greatest, "mean": mean},
             "flywheel": {k: v for k, v in self.flywheel._asdict().items() if "bracket" not in k},
             "simulation": self.simulation and self.simulation._asdict(),
-            "error": {**estimates(self), **{key: energy and energy.errors.get(key) for key in _HEATING}},
+            "error": {
+                **estimates(self),
+                **{key: energy and energy.errors.get(key) for key in _HEATING},
+                "duty": self.duty and dict(self.duty.errors),
+            },
             "closure": self.closure,
             "energy": energy and energy.as_dict(),
             "engine": self.engine and self.engine.as_dict(),
@@ -396,6 +403,7 @@ class Sizing:
             "constant_speed": self.constant_speed,
             "friction": self.friction
             and {**self.friction._asdict(), "constant_speed": self.friction.constant_speed._asdict()},
+            "duty": self.duty and self.duty.as_dict(),
             "gd2": None if self.inertia is None else 4.0 * self.inertia,
             "shafts": [row.as_dict() for row in self.shafts],
             "power_flow": self.power_flow and self.power_flow.as_dict(),

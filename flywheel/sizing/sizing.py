@@ -92,6 +92,10 @@ def size(
     rtol = float(scene.rtol if rtol is None else rtol)
     if faults := levels.rtol_faults(rtol):
         raise SceneError(faults)
+    if scene.duty:
+        from flywheel.sizing import duty  # a sizing for each of its phases
+
+        return duty.sized(scene, partial(size, rtol=rtol, accuracy=level), partial(size, rtol=rtol, accuracy=levels.NORMAL))
     try:
         with np.errstate(all="ignore"), metered() as meter:  # values that are not finite are reported with their place
             if scene.areas is not None:

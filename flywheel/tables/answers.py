@@ -398,6 +398,8 @@ def _motor(sizing: Sizing, motor: Motor, energy: Energy, units: TradeUnits) -> I
         name = _("{motor}, {power} at {speed}", motor=title, power=units.read(rated.power, "power", 4), speed=speed)
         yield Row(_("motor"), name, "", _("mean {mean} %, peak {peak} %", mean=shares[0], peak=shares[1]))
     heat = power.heat_of(sizing, motor, energy)
+    if sizing.duty is not None and heat is not None:
+        return  # what it bears is told of all phases together
     if heat is None:
         unknown = _("not known: torque against speed alone does not tell what heats it")
         overloaded = rated is not None and energy.mean_power > rated.power * (1 + _TIE)
@@ -407,6 +409,33 @@ def _motor(sizing: Sizing, motor: Motor, energy: Energy, units: TradeUnits) -> I
             yield Row(_("motor's heat"), unknown)
         return
     yield Row(_("motor's heat"), *_watts(heat.heat), _heat_beside(heat, energy))
+
+
+def _duty(sizing: Sizing, units: TradeUnits) -> Block:
+    """What the motor bears over a duty, and which of its phases decides on the flywheel."""
+    found, motor = sizing.duty, sizing.scene.motor
+    if found is None:
+        return Block("duty")
+    loaded = few_digits(100 * found.cyclic_duration_factor, 3)
+    told = _(
+        "{n} phases in {time} s, loaded for {percent} %",
+        n=len(found.phases),
+        time=few_digits(found.period, 4),
+        percent=loaded,
+    )
+    hardest = _("hardest for the flywheel: {phase}", phase=printable(found.governing))
+    rows = [Row(_("duty"), told if found.type is None else f"{found.type}, {told}", "", hardest)]
+    if found.rms_torque is not None:
+        rated = found.rms_torque_share
+        note = "" if rated is None else _("{share} % of the rated one", share=few_digits(100 * rated, 3))
+        rows.append(Row(_("rms torque over it"), *units.shown(found.rms_torque, "torque"), note))
+    if found.heat is not None and motor is not None:
+        share, note = found.heat_share, _("what it may be is not known without a rated point")
+        if share is not None:
+            verdict = _("TOO HOT: choose a larger motor") if share > 1.0 + _TIE else _("within")
+            note = f"{_('{share} % of that at its rating', share=few_digits(100 * share, 3))}, {verdict}"
+        rows.append(Row(_("heat over it"), *_watts(found.heat), note))
+    return Block("duty", rows=tuple(rows))
 
 
 def _motor_name(motor: Motor) -> str:
@@ -518,7 +547,16 @@ def _notes(sizing: Sizing, units: TradeUnits) -> Block:
     return Block("notes", sentences=tuple(found))
 
 
-BLOCKS: tuple[Callable[[Sizing, TradeUnits], Block], ...] = (_title, _machine, _flywheel, _wheel, _drive, _run, _notes)
+BLOCKS: tuple[Callable[[Sizing, TradeUnits], Block], ...] = (
+    _title,
+    _machine,
+    _flywheel,
+    _wheel,
+    _drive,
+    _duty,
+    _run,
+    _notes,
+)
 """The blocks of the page in their order; one that has nothing to say is left out."""
 
 

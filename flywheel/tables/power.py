@@ -19,6 +19,7 @@ from flywheel.tables.trade_units import TradeUnits, few_digits
 
 if TYPE_CHECKING:
     from flywheel.components.motors import Motor
+    from flywheel.sizing.duty import Duty
 
 _HORSEPOWER = 745.6998715822702  # W: 550 ft lbf/s
 _METRIC_HORSEPOWER = 735.49875  # W: 75 kgf m/s
@@ -282,6 +283,61 @@ def warnings(sizing: Sizing, motor: Motor, units: TradeUnits | None = None) -> I
             known = _("but its data hold from {low} upwards", low=_rpm(low))
         runs = _("It runs from {least} to {greatest}", least=span["least"], greatest=span["greatest"])
         yield _("{runs}, {known}: its torque beyond is a guess.", runs=runs, known=known)
+
+
+# -- a duty ----------------------------------------------------------------------------------------------------------
+
+
+def duty(sizing: Sizing) -> list[str]:
+    """A duty phase by phase, and its motor's load over all of it."""
+    found = sizing.duty
+    if found is None:
+        return []
+    table = []
+    for row in found.phases:
+        if row.rest:
+            table.append((row.name, figure(row.duration, 0.0, 5), *("",) * 5))
+            continue
+        heat, share = row.heat, row.heat_share
+        table.append(
+            (
+                row.name,
+                figure(row.duration, row.errors.get("duration", 0.0), 5),
+                figure((row.speed or 0.0) * RPM, 0.0, 5),
+                "" if row.irregularity is None else figure(row.irregularity, 0.0, 4),
+                "" if row.mean_power is None else figure(row.mean_power, row.errors["mean_power"], 5),
+                "" if row.rms_torque is None else figure(row.rms_torque, row.errors["rms_torque"], 5),
+                "" if heat is None else figure(heat if share is None else 100 * share, 0.0, 4),
+            )
+        )
+    hot = "heat, W" if found.heat_share is None else "heat, %"
+    header = ("", "s", "rpm", "irregularity", "power, W", "rms, N m", hot)
+    kept = [k for k in range(len(header)) if k == 0 or any(row[k] for row in table)]
+    kind = "" if found.type is None else f", {found.type}"
+    percent = figure(100 * found.cyclic_duration_factor, 0.0, 4)
+    title = f"Duty of {figure(found.period, 0.0, 5)} s{kind}, loaded for {percent} % of it; the hardest: {found.governing}"
+    lines = [title, *columns([[row[k] for k in kept] for row in table], [header[k] for k in kept])]
+    return [*lines, *block("Over the duty", _over(found))[1:]]
+
+
+def _over(found: Duty) -> Iterator[Row]:
+    """The motor's load over a duty."""
+
+    def beside(share: float | None) -> str:
+        return "" if share is None else f", {figure(100 * share, 0.0, 4)} % of that at the rated point"
+
+    if found.mean_power is not None:
+        yield Row("mean power over the duty", figure(found.mean_power, 0.0, 6), "W")
+    if found.rms_torque is not None:
+        yield Row("rms torque over the duty", figure(found.rms_torque, 0.0, 6), f"N m{beside(found.rms_torque_share)}")
+    if found.current_rms is not None:
+        yield Row("rms current over the duty", figure(found.current_rms, 0.0, 6), "A")
+    if found.heat is not None:
+        yield Row("mean heat over the duty", figure(found.heat, 0.0, 6), f"W{beside(found.heat_share)}")
+    for row in found.phases:
+        if row.start_time is not None:
+            heat = "" if row.start_heat is None else f", heat {figure(row.start_heat, 0.0, 4)} J"
+            yield Row(f"a start into {row.name}", figure(row.start_time, 0.0, 4), f"s{heat}")
 
 
 def _revolutions(speed: float) -> str:

@@ -149,6 +149,8 @@ def _shaft(name: str, ratio: float, scene: Scene, units: TradeUnits) -> str:
 def _load(load: Load, scene: Scene, units: TradeUnits) -> str:
     """A load's law, and when it acts."""
     words = message(load.model) or _law(load.law, _turns(load.on, scene), units)
+    if load.model and load.factor != 1.0:
+        words += ", " + _("{n} times", n=number(figure(load.factor, most=_DIGITS)))
     if load.start is not None and load.end is not None:
         kind = "length" if load.once and scene.reduction_element == "slide" else "angle"
         start, end = (units.read(place, kind) for place in (load.start, load.end))

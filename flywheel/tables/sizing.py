@@ -317,6 +317,7 @@ BLOCKS: tuple[Callable[[Sizing], list[str]], ...] = (
     flywheels.every_shaft,
     power.torque_and_work,
     power.with_and_without,
+    power.duty,
     _speeds,
     _holding,
     _inertia,

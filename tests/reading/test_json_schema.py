@@ -25,7 +25,7 @@ from tests.limits import sample
 SCHEMA = json_schema()
 VALID = Draft7Validator(SCHEMA).is_valid
 SCENES = {base.name: tomllib.loads(base.text) for base in corpus()}
-FREE = ("parameters", "shafts", "outputs", "bodies", "points", "ports")
+FREE = ("parameters", "shafts", "outputs", "bodies", "points", "ports", "changes")
 """Tables whose keys are names that a scene chooses."""
 PUNCH = """
 regime.speed = 9
@@ -62,6 +62,8 @@ def test_no_key_may_be_misspelt_and_no_value_of_another_type(part):
     kinds = list(every_kind_of_place())
     assert len(kinds) > 300
     for name, scene, path in kinds[part::4]:
+        if "changes" in path[:-1]:
+            continue  # values by the paths of another scene
         value, tree = at(scene, path), copy.deepcopy(scene)
         table, key = at(tree, path[:-1]), path[-1]
         table[key] = True

@@ -24,7 +24,22 @@ from flywheel.reading.schema import (
 )
 
 OTHER_KINDS = {
-    *("text", "name", "choice", "law", "position", "table", "numbers", "index", "unit", "tables", "list", "flag", "model"),
+    *(
+        "text",
+        "name",
+        "choice",
+        "law",
+        "position",
+        "table",
+        "numbers",
+        "index",
+        "unit",
+        "tables",
+        "list",
+        "flag",
+        "model",
+        "changes",
+    ),
 }
 LISTS = [TOP, MECHANISM.keys, OUTPUT.keys, TABLE.keys, CURVE.keys]
 LISTS += [section.keys for section in (*SECTIONS.values(), *LINKAGE_SECTIONS, *LOAD_MODELS.values(), *MOTORS.values())]
