@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from flywheel.duty import Stretch, mean, root_mean_square
 from scipy.integrate import solve_ivp
+from scipy.optimize import newton
 
 import flywheel
 
@@ -55,13 +56,14 @@ def integrals(pulse, inertia):
         return [(6.5 * torque - load) / (whole * omega), 1 / omega, torque**2 / omega, heat / omega, 6.5 * torque]
 
     edges = np.radians([0.0, 40.0, 100.0, 360.0])
-    state, sums = np.array([24.0, 0, 0, 0, 0]), None
-    for _ in range(7):
-        state = np.array([state[0], 0.0, 0.0, 0.0, 0.0])
+
+    def cycle(omega):
+        state = np.array([omega, 0.0, 0.0, 0.0, 0.0])
         for low, high, load in zip(edges[:-1], edges[1:], (0.0, pulse, 0.0), strict=True):
             state = solve_ivp(rates, (low, high), state, "DOP853", rtol=1e-11, atol=1e-11, args=(load,)).y[:, -1]
-        sums = state[1:]
-    return sums
+        return state
+
+    return cycle(newton(lambda omega: cycle(omega)[0] - omega, 24.0, tol=1e-11))[1:]
 
 
 def test_every_phase_and_the_whole_duty_against_integrals_by_hand(punch):
