@@ -357,7 +357,7 @@ class _Train:
         scene, run = self.scene, self.sizing.run
         assert scene.drive is not None
         ratio = scene.shafts[scene.drive.on]
-        if run is not None and run.current is not None and run.drive is not None and run.cycle is not None:
+        if run is not None and run.states and run.drive is not None and run.cycle is not None:
             cell, t = cells.located(run.cycle.mesh, mesh.phi.ravel())  # the current is a state of its own
             moment = cells.value(cells.fit(run.drive)[cell], t).reshape(omega.shape)
         yield _Part("drive", place, "drive", "drive", scene.drive.on, moment)
