@@ -30,6 +30,7 @@ from flywheel.reading.schema import (
     FRAME_BODY,
     JOINT,
     JOINT_KEYS,
+    LIMITS,
     LINK,
     MECHANISM,
     OUTPUT,
@@ -81,7 +82,10 @@ OFFERED = {
     "number": ("", "%"),
 }
 """Units from which a drop-down chooses, by dimension; the unit of a value is among them besides."""
-SHARES = ("efficiency", "irregularity", "droop", "armature_share", "rim_share", "arm_share", "closure", "clearance")
+SHARES = (
+    *("efficiency", "irregularity", "droop", "armature_share", "rim_share", "arm_share", "closure", "clearance"),
+    *(key.name for key in LIMITS.keys),
+)
 """Numbers that may be written in per cent."""
 _MANY = 60  # fields of one list
 _COORDINATE = Key("coordinate", "length", "")
@@ -228,7 +232,7 @@ def title_of(name: str) -> str:
 @cache
 def translated() -> frozenset[str]:
     """Every text of forms that comes from the lists of keys: labels, titles, what keys and tables are about."""
-    sections = [*SECTIONS.values(), FRAME_BODY, LINK, JOINT, COUPLING, SIDE, POINT_PORT, OUTPUT, TABLE, CURVE]
+    sections = [*SECTIONS.values(), LIMITS, FRAME_BODY, LINK, JOINT, COUPLING, SIDE, POINT_PORT, OUTPUT, TABLE, CURVE]
     sections += [*MOTORS.values(), *LOAD_MODELS.values()]
     sections += [Section("", kind.about, kind.keys) for kind in KINDS.values()]
     sections += [Section("", part.about, part.keys) for kind in KINDS.values() for part in kind.parts]
@@ -339,7 +343,7 @@ class _Reader:
             yield from self.inner(child(path, key.name), key, table[key.name], level + 1)
 
     def inner(self, path: str, key: Key, table: Mapping[str, Any], level: int) -> Iterator[Group]:
-        """The group of a table within a table: a model, a motor, rows of numbers."""
+        """The group of a table within a table: a model, a motor, limits, rows of numbers."""
         if key.kind == "model":
             kinds = MOTORS if key.name == "motor" else LOAD_MODELS
             kind = table.get("type")
@@ -348,6 +352,8 @@ class _Reader:
                 type_key = next(iter(kinds.values())).keys[0]
                 section = Section(key.name, key.about, (type_key,))
             yield from self.table(path, title_of(key.name), section, table, removable=True, level=level)
+        elif key.name == "limits":
+            yield from self.table(path, title_of(key.name), LIMITS, table, removable=True, level=level)
         else:
             rows = CURVE if key.name == "full_load" else TABLE
             inner = table.get("table")

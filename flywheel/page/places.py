@@ -79,6 +79,8 @@ class Places(NamedTuple):
             if path.startswith("drive"):
                 begun = {"type": "constant", "torque": "40 N m"}
             return literal(begun), "table"
+        if key.name == "limits":
+            return literal({"irregularity": "5 %"}), "table"
         if key.kind in ("table", "position"):
             if key.kind == "position":
                 return "0.01*sin(phi)", "expression"

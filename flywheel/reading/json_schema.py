@@ -23,6 +23,7 @@ from flywheel.reading.schema import (
     FRAME_BODY,
     JOINT,
     JOINT_KEYS,
+    LIMITS,
     LINK,
     MACHINE,
     MECHANISM,
@@ -196,7 +197,9 @@ def _value(key: Key) -> Schema:
 
 
 def _inner(name: str) -> Schema:
-    """Tables and lists within a mechanism's own table."""
+    """Tables and lists within a mechanism's own table, or the flywheel's."""
+    if name == "limits":
+        return _table(LIMITS) | {"minProperties": 1}
     pair: Schema = {"type": "array", "minItems": 2, "maxItems": 2}
     place = pair | {"items": {"type": ["number", "string"], "pattern": _QUANTITY}}
     if name in ("com", "between", "teeth"):

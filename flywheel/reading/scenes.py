@@ -49,9 +49,9 @@ from flywheel.reading.fields import (
     read_item,
     whole,
 )
-from flywheel.reading.loads import read_dampers, read_drive, read_inertias, read_loads, read_springs
+from flywheel.reading.loads import Drive, read_dampers, read_drive, read_inertias, read_loads, read_springs
 from flywheel.reading.mechanisms import read_mechanisms, read_stroke
-from flywheel.reading.schema import AREAS_EXCLUDE, MACHINE, MATERIAL_KEYS, MECHANISM, SECTIONS, TOP, TURN, WHEEL_KEYS
+from flywheel.reading.schema import AREAS_EXCLUDE, LIMITS, MACHINE, MATERIAL_KEYS, MECHANISM, SECTIONS, TOP, TURN, WHEEL_KEYS
 from flywheel.reading.tables import is_utf16
 from flywheel.scene.scene import Areas, Compliance, Inertia, Scene, Stroke
 
@@ -501,7 +501,7 @@ def _scene(raw: Mapping[str, Any], folder: Path | None, faults: Faults) -> Scene
         for path in (*[driven] * drive.balance, *parts):
             faults.add(path, '"balance"', "a value", advice)
     shaft, speed = places.shaft(regime["on"], "regime.on", faults), regime["speed"]
-    asked = _flywheel(raw, places, faults) if stroke is None else {"flywheel_on": stroke.element}
+    asked = _flywheel(raw, places, drive, faults) if stroke is None else {"flywheel_on": stroke.element}
     accuracy = _section(raw, "accuracy", faults)
     gravity = None
     if "gravity" in raw:  # along x and y
@@ -630,8 +630,8 @@ def _check_balances(parameters: list[str], driven: bool, raw: Mapping[str, Any],
             faults.add(child("parameters", name), '"balance" that nothing uses', "a load or drive that depends on it")
 
 
-def _flywheel(raw: Mapping[str, Any], places: Places, faults: Faults) -> dict[str, Any]:
-    """Where the flywheel sits, and the one figure that is given."""
+def _flywheel(raw: Mapping[str, Any], places: Places, drive: Drive, faults: Faults) -> dict[str, Any]:
+    """Where the flywheel sits, and the one figure that is given, or the limits that it shall keep."""
     if "flywheel" not in raw:
         return {}
     table, section = as_table(raw["flywheel"], "flywheel", faults), SECTIONS["flywheel"]
@@ -644,7 +644,38 @@ def _flywheel(raw: Mapping[str, Any], places: Places, faults: Faults) -> dict[st
     written = [key.name for key in WHEEL_KEYS if key.name in table]
     if written and all(fields[name] is not None for name in written) and not table.keys() - fields.keys():
         wheel = _wheel(item, written)
-    return {"flywheel_on": on, "irregularity": fields["irregularity"], "inertia": inertia, "wheel": wheel}
+    asked = {"flywheel_on": on, "irregularity": fields["irregularity"], "inertia": inertia, "wheel": wheel}
+    if "limits" not in table:
+        return asked
+    limits = _limits(fields["limits"], raw, drive, faults)
+    return {**asked, "limits": limits, "irregularity": limits.get("irregularity", fields["irregularity"])}
+
+
+def _limits(written: object, raw: Mapping[str, Any], drive: Drive, faults: Faults) -> dict[str, float]:
+    """The limits that a flywheel shall keep; those of a motor need one whose rated figures tell what they are shares of."""
+    path = LIMITS.name
+    table = as_table(written, path, faults)
+    if table is None:
+        return {}
+    fields = read_fields(table, LIMITS.keys, path, faults)
+    if not table:
+        faults.add(path, "no limit", f"one at least of {', '.join(fields)}")
+    motor, driven = drive.motor, raw.get("drive")
+    faulty = motor is None and isinstance(driven, Mapping) and "motor" in driven  # which is told of already
+    for name in () if faulty else (name for name in table if name in fields and name != "irregularity"):
+        if motor is None:
+            advice = 'give [drive] a motor with a rated point, such as motor = {type = "induction", ...}'
+            faults.add(f"{path}.{name}", f"{name} without a motor", "a motor that it is a limit of", advice)
+        elif motor.rated is None:
+            advice = "give its speed with power or torque, or another type of motor"
+            faults.add(f"{path}.{name}", f"a {motor.title} without a rated point", "a motor with a name plate", advice)
+        elif name == "motor_heat" and not motor.tells_heat:
+            advice = "limit motor_rms, or give the motor as induction or dc"
+            faults.add(f"{path}.{name}", f"a {motor.title}, which does not tell what heats it", "one that does", advice)
+        elif name == "current_pulsation" and motor.current_share(motor.rated.speed) is None:
+            advice = "limit motor_torque, or give the motor as induction or dc"
+            faults.add(f"{path}.{name}", f"a {motor.title}, whose current is not known", "a motor with a current", advice)
+    return {name: value for name, value in fields.items() if value is not None}
 
 
 def _wheel(item: Item, written: list[str]) -> WheelAsked | None:

@@ -220,8 +220,9 @@ _SECTIONS = (
             Key("irregularity", "number", "of the speed: size the flywheel for it", None, Range(0.0, 2.0, True, True)),
             Key("inertia", "inertia", "of the given flywheel: analyse it", None, NOT_NEGATIVE),
             GD2,
+            Key("limits", "tables", "what the flywheel shall keep the motion and the motor to, instead"),
         ),
-        one_of=(("irregularity", "inertia", "gd2"),),
+        one_of=(("irregularity", "inertia", "gd2", "limits"),),
     ),
     Section(
         "duty",
@@ -288,6 +289,24 @@ _SECTIONS = (
 )
 
 SECTIONS = {section.name: section for section in _SECTIONS}
+
+
+def _limit(name: str, about: str, example: str) -> Key:
+    return Key(name, "number", about, None, Range(0.0, 10.0, low_open=True), example=example)
+
+
+LIMITS = Section(
+    "flywheel.limits",
+    "limits that the flywheel shall keep, all of those that are given: the smallest one is sized",
+    (
+        Key("irregularity", "number", "of the speed", None, Range(0.0, 2.0, True, True)),
+        _limit("motor_torque", "greatest torque of the motor in size, over the rated one", "150 %"),
+        _limit("motor_rms", "root of the torque's mean square over time, over the rated torque", "100 %"),
+        _limit("motor_heat", "mean heat of the motor over time, over that at its rated point", "100 %"),
+        _limit("current_pulsation", "of the motor's current, peak to peak, over the rated one", "40 %"),
+    ),
+)
+"""What `[flywheel.limits]` may hold, one at least."""
 
 TOP = (Key("title", "text", "what the machine is"), Key("source", "text", "where its data come from"))
 """Keys outside any table."""

@@ -599,6 +599,24 @@ def own_motion(machine: Machine, reference: float, demand: Demand, guess: float,
     return motion
 
 
+def own_motion_near(machine: Machine, other: OwnMotion, inertia: float, speed: float | None, rtol: float) -> OwnMotion:
+    """The steady motion with a given flywheel (kg m² on the crank), found from one with a flywheel near it.
+
+    Args:
+        machine: the machine.
+        other: the motion to begin with.
+        inertia: of the flywheel.
+        speed: mean of extremes (rad/s) that a balance holds; None where the machine sets its own.
+        rtol: relative error allowed in the irregularity.
+
+    Raises:
+        NoRegimeError: where there is no such motion, or it is too far off.
+
+    """
+    search = _Search(machine, other.solved.reference, Demand(inertia, None, speed), rtol)
+    return _checked(search.from_another(other))
+
+
 def _checked(motion: OwnMotion) -> OwnMotion:
     """The motion, with what the last digits u of the speed make of a stiff torque in its errors; refused if it cannot be.
 

@@ -258,12 +258,14 @@ class Scene(Frozen):
     where none is given: the machine's own steady speed, if it has one, is then to be found.
     `unknown` is the name of the balance: "drive", a parameter's name, or None.
     One of `irregularity` (size the flywheel) and `inertia` (analyse the given one, at its own shaft) is set, or neither
-    where the scene has no flywheel: such a machine can be moved and drawn, reduced and followed, but not sized.
+    where the scene has no flywheel: such a machine can be moved and drawn, reduced and followed, but not sized. Where the
+    flywheel is sized for `limits`, by their names in `[flywheel.limits]`, `irregularity` is the one among them, or None.
     """
 
     speed: float | None = None
     irregularity: float | None = None
     inertia: float | None = None
+    limits: Mapping[str, float] = field(default_factory=dict)
     flywheel_on: str = "crank"
     title: str | None = None
     source: str | None = None
@@ -361,7 +363,7 @@ class Scene(Frozen):
     @property
     def has_flywheel(self) -> bool:
         """Whether a flywheel is given, or to be sized."""
-        return self.irregularity is not None or self.inertia is not None
+        return self.irregularity is not None or self.inertia is not None or bool(self.limits)
 
     @property
     def depends_on_speed(self) -> bool:

@@ -6,8 +6,8 @@ and are worked out for JSON alone, as are the drive's energy, the engine and the
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
-from dataclasses import dataclass
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -34,7 +34,7 @@ from flywheel.scene.scene import Scene
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-    from flywheel.components.motors import DC, Induction
+    from flywheel.components.motors import DC, Induction, Motor
     from flywheel.components.wheels import Wheel
     from flywheel.sizing.duty import Duty
     from flywheel.sizing.power_flow import PowerFlow
@@ -47,6 +47,7 @@ __all__ = [
     "Cyclic",
     "Errors",
     "Flywheel",
+    "Limit",
     "ReducedInertia",
     "Sizing",
     "Sizings",
@@ -86,6 +87,26 @@ class Confirmation(NamedTuple):
     period: float | None
     closure: float | None = None
     route: str = "time"
+
+
+class Limit(NamedTuple):
+    """A limit of `[flywheel.limits]`, and what became of it; shares of the motor's rated figures, but for irregularity.
+
+    `asked`; `reached` with the exact flywheel; `alone` (kg m² at its own shaft) that it alone would need. `simulated` is
+    what the confirmation in time finds instead of `reached`, None without one. The errors are those of `reached`, relative
+    to it, and of `alone`, relative to it too, or where that is 0, to what decides that it is.
+    """
+
+    asked: float
+    reached: float
+    alone: float
+    simulated: float | None = None
+    reached_error: float = 0.0
+    alone_error: float = 0.0
+
+    def as_dict(self) -> dict[str, float | None]:
+        """For JSON; the errors stand with those of the other figures."""
+        return {name: value for name, value in self._asdict().items() if not name.endswith("_error")}
 
 
 class Cyclic(NamedTuple):
@@ -144,8 +165,10 @@ class Regime(NamedTuple):
     `figures` are those of the areas, at a constant speed where torques depend on it; `motion` is the one that they give, or
     that was solved for; `run` is the same, but None where nothing stores energy, and even where nothing varies the speed.
     `cycle` is the one along the motion, `speed` its mean of extremes (rad/s), `exact` the inertia on the crank (kg m²) that
-    its irregularity asks for, with its relative error, where torques depend on speed. `confirmed` is the motion of a machine
-    without inertia, `extremes_error` (rad) what the places of switches add to the error of the angles of extreme speed.
+    its irregularity asks for, or its limits, with its relative error, where torques depend on speed. `limits` are those of
+    the flywheel, and `binding` the one that decides it, where a motor's are among them. `confirmed` is the motion of a
+    machine without inertia, `extremes_error` (rad) what the places of switches add to the error of the angles of extreme
+    speed.
     """
 
     machine: Machine
@@ -159,6 +182,8 @@ class Regime(NamedTuple):
     exact: tuple[float, float] | None = None
     confirmed: Confirmed | None = None
     extremes_error: float = 0.0
+    limits: Mapping[str, Limit] = {}
+    binding: str | None = None
     messages: tuple[str, ...] = ()
 
     @property
@@ -211,6 +236,8 @@ class Sizing:
     from, and `cyclic` tells how the motion holds itself; both are None elsewhere. `built` is the wheel, if asked for.
 
     `duty` is what the machine does in turn, where the scene has a duty: the other figures are those of its hardest phase.
+    `limits` are those that the flywheel was sized for, by their names in `[flywheel.limits]`, and `binding` is the one that
+    decides it, None where none does; both are empty where an irregularity is asked for, or a flywheel given.
     `friction` tells of friction in joints, where there is any: it is that of the motion's own speeds and accelerations.
     `accuracy` is the level of accuracy, `left_out` what the sizing did not do there, `cost` what all this took.
     """
@@ -242,6 +269,8 @@ class Sizing:
     built: Built | None = None
     friction: JointFriction | None = None
     duty: Duty | None = None
+    limits: Mapping[str, Limit] = field(default_factory=dict)
+    binding: str | None = None
     accuracy: str = AUDIT
     left_out: tuple[str, ...] = ()
     cost: Cost = FREE
@@ -389,7 +418,11 @@ class Sizing:
             "angle_speed_max": self.angle_speed_max,
             "angle_speed_min": self.angle_speed_min,
             "reduced_inertia": {"min": least, "max": greatest, "mean": mean},
-            "flywheel": {k: v for k, v in self.flywheel._asdict().items() if "bracket" not in k},
+            "flywheel": {
+                **{k: v for k, v in self.flywheel._asdict().items() if "bracket" not in k},
+                "limits": {name: limit.as_dict() for name, limit in self.limits.items()} or None,
+                "binding": self.binding,
+            },
             "simulation": self.simulation and self.simulation._asdict(),
             "error": {
                 **estimates(self),
@@ -550,10 +583,11 @@ def energy(sizing: Sizing) -> Energy | None:
         return found
     from flywheel.components.motors import DC, Induction  # only machines with a motor pay for it
 
+    shaft = MotorShaft(scene, cycle, run, speed, sizing.rtol)
     if isinstance(scene.motor, DC):
-        return found._replace(**_copper_heat(scene.motor, _MotorShaft(sizing, cycle, run)))
+        return found._replace(**_copper_heat(scene.motor, shaft))
     if isinstance(scene.motor, Induction):
-        return found._replace(**_rotor_heat(scene.motor, _MotorShaft(sizing, cycle, run)))
+        return found._replace(**_rotor_heat(scene.motor, shaft))
     return found
 
 
@@ -568,13 +602,16 @@ def _peak(series: Array) -> float:
     return high if high >= -low * (1 - _TIE) else low
 
 
-class _MotorShaft:
-    """A motor's shaft along the steady motion: its speed and torque on any mesh, with the error of the speed."""
+class MotorShaft:
+    """A motor's shaft along the steady motion: its speed, torque and current on any mesh, with the error of the speed.
 
-    def __init__(self, sizing: Sizing, cycle: Cycle, run: Run) -> None:
-        scene = sizing.scene
-        self.motor, self.cycle, self.run, self.rtol = scene.motor, run.cycle or cycle, run, sizing.rtol
-        self.mean = run.speed or sizing.speed
+    `speed` (rad/s) is the mean of extremes of the crank, where the run does not bring its own; `rtol` what integrals and
+    extremes are found to.
+    """
+
+    def __init__(self, scene: Scene, cycle: Cycle, run: Run, speed: float, rtol: float) -> None:
+        self.motor, self.cycle, self.run, self.rtol = scene.motor, run.cycle or cycle, run, rtol
+        self.mean = run.speed or speed
         self.ratio = 1.0 if scene.drive is None else scene.shafts[scene.drive.on]
 
     def omega(self, mesh: Cells) -> Array:
@@ -588,6 +625,55 @@ class _MotorShaft:
             return self.motor.torque(self.ratio * omega)
         cell, t = cells.located(self.cycle.mesh, mesh.phi.ravel())
         return cells.value(cells.fit(self.run.drive)[cell], t).reshape(mesh.phi.shape) / self.ratio
+
+    @property
+    def torque_error(self) -> float:
+        """What the cells leave open of the torque (N m on the motor's shaft) where a current has its own equation."""
+        if self.run.current is None or self.run.drive is None:
+            return 0.0
+        return float(cells.tails(cells.fit(self.run.drive)).max()) / self.ratio
+
+    def torque_law(self, mesh: Cells, omega: Array) -> tuple[Array, Array]:
+        """Torque of the motor on its shaft (N m), and the size of its slope by the crank's speed."""
+        assert self.motor is not None
+        return self.torque(mesh, omega), self.ratio * np.abs(self.motor.slope_at(self.ratio * omega))
+
+    def current_law(self, mesh: Cells, omega: Array) -> tuple[Array, Array]:
+        """Current of the motor over the rated one, and the size of its slope by the crank's speed.
+
+        It is that of its torque where it is a state of its own.
+        """
+        from flywheel.components.motors import DC  # only machines with a motor pay for it
+
+        motor, speed = self.motor, self.ratio * omega
+        assert motor is not None
+        here, beside = motor.current_share(speed), motor.current_share(speed * (1.0 + _APART))
+        assert here is not None
+        assert beside is not None
+        slope = np.abs(beside - here) / (_APART * omega)
+        if isinstance(motor, DC) and self.run.current is not None and motor.rated_current is not None:
+            here = np.asarray(motor.current_of_torque(speed, self.torque(mesh, omega)) / motor.rated_current)
+        return here, slope
+
+    def extremes(self, law: Callable[[Cells, Array], tuple[Array, Array]]) -> tuple[float, float, float]:
+        """The least and the greatest value along the motion, and the error of either; `law` as in `mean_over_time`."""
+
+        def evaluated(edges: Array) -> tuple[tuple[float, float, float], float, Coarse]:
+            mesh = cells.cells(edges)
+            omega = self.omega(mesh)
+            value, slope = law(mesh, omega)
+            series = cells.fit(value)
+            least, most = cells.extents(series)
+            tails, size = cells.tails(series), float(np.abs(value).max()) or 1.0
+            off = float((slope * self.speed_error(omega)).max()) + 24 * ROUNDING * size
+            found = float(least.min()), float(most.max()), float(tails.max()) + off
+            # cells that hold neither extreme need not be fine
+            near = (most + tails >= most.max() - tails.max()) | (least - tails <= least.min() + tails.max())
+            worst = float(tails[near].max())
+            return (*found[:2], worst + off), worst / size, lambda share: near & (tails > share * worst)
+
+        first = self.cycle.mesh.edges
+        return cells.refined(first, evaluated, 0.1 * self.rtol, max(_MOST_CELLS, 2 * first.size))
 
     def speed_error(self, omega: Array) -> Array:
         """Error of the crank's speed, rad/s: of the level of energy, the more the slower it is, and of what varies."""
@@ -624,7 +710,33 @@ class _MotorShaft:
         return mean, error + 24 * ROUNDING * abs(mean), mesh
 
 
-def _rotor_heat(motor: Induction, shaft: _MotorShaft) -> dict[str, Any]:
+def heat_share(motor: Motor, shaft: MotorShaft) -> tuple[float, float]:
+    """The mean heat of a motor over time, over that at its rated point, and its absolute error.
+
+    Of a DC motor that of its armature, of an induction motor that of rotor and stator copper, or of the rotor alone where
+    its plate does not tell the stator's.
+    """
+    from flywheel.components.motors import DC, Induction  # only machines with a motor pay for it
+
+    if not isinstance(motor, Induction):
+        assert isinstance(motor, DC)
+        found = _copper_heat(motor, shaft)
+        share = found["copper_heat_share"]
+        return share, found["errors"]["copper_heat_share"] * max(share, ROUNDING)
+
+    def heat(speed: Array) -> Array:
+        stator = motor.stator_heat(speed)
+        return motor.rotor_heat(speed) if stator is None else motor.rotor_heat(speed) + stator
+
+    def law(mesh: Cells, omega: Array) -> tuple[Array, Array]:
+        here, beside = heat(shaft.ratio * omega), heat(shaft.ratio * omega * (1.0 + _APART))
+        return here, np.abs(beside - here) / (_APART * omega)
+
+    (mean, error, _), rated = shaft.mean_over_time(law), float(heat(np.array(motor.speed)))
+    return mean / rated, error / rated + 8 * ROUNDING * mean / rated / motor.rated_slip
+
+
+def _rotor_heat(motor: Induction, shaft: MotorShaft) -> dict[str, Any]:
     """Heat of an induction motor's rotor: the mean of T (omega_s - omega)."""
 
     def heat(mesh: Cells, omega: Array) -> tuple[Array, Array]:
@@ -639,7 +751,7 @@ def _rotor_heat(motor: Induction, shaft: _MotorShaft) -> dict[str, Any]:
     return {"rotor_heat": found, "rotor_heat_share": found / rated, "errors": errors}
 
 
-def _copper_heat(motor: DC, shaft: _MotorShaft) -> dict[str, Any]:
+def _copper_heat(motor: DC, shaft: MotorShaft) -> dict[str, Any]:
     """Current and heat of a DC motor's armature: the mean of R i²."""
 
     def current(mesh: Cells, omega: Array) -> Array:
@@ -856,6 +968,7 @@ def estimates(sizing: Sizing) -> dict[str, Estimate]:
         "closure": error.work,
         "energy": _energy_error(sizing, of_drive, speed),
         "engine": None,
+        "limits": {name: max(limit.reached_error, limit.alone_error) for name, limit in sizing.limits.items()} or None,
         "multiplier": _multiplier_error(sizing, speed),
         "constant_speed": None if cyclic is None else _READ + (0.0 if scene.unknown else cyclic.constant_speed_error),
         "gd2": None if sizing.inertia is None else exact,

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from functools import partial
 from typing import TYPE_CHECKING
 
@@ -28,6 +28,7 @@ from flywheel.sizing.results import (
     ConstantSpeed,
     Errors,
     JointFriction,
+    Limit,
     Regime,
     Sizing,
     drive_work,
@@ -152,6 +153,8 @@ def _of_machine(machine: Machine, rtol: float, level: str, meter: Meter) -> Sizi
     built, of_wheel = _wheel(scene, inertia or 0.0, speed, irregularity or 0.0, regime)
 
     # result
+    reached = scene.irregularity if flywheel.needed or regime.run is None else regime.run.irregularity
+    limits = regime.limits or _limits(scene, flywheel.exact, errors.exact, reached)
     balance = None
     if scene.unknown is not None and cycle.balance is not None:
         balance = Balance(scene.unknown, cycle.balance, cycle.balance_error)
@@ -191,6 +194,8 @@ def _of_machine(machine: Machine, rtol: float, level: str, meter: Meter) -> Sizi
         cyclic=regime.cyclic,
         built=built,
         friction=friction,
+        limits=limits,
+        binding=regime.binding if regime.limits else _binding(limits),
         accuracy=level,
         left_out=levels.left_out(confirmed.motion and confirmed.motion.route, moves=regime.run is not None),
         cost=meter.cost._replace(stages={"figures": of_figures, "simulation": of_confirmation}),
@@ -202,6 +207,10 @@ def _of_machine(machine: Machine, rtol: float, level: str, meter: Meter) -> Sizi
 
 def _regime(machine: Machine, rtol: float) -> tuple[Regime, dict[str, Cost]]:
     """The steady regime, by the cheapest formulation that the machine allows, and what its motion costs."""
+    if of_motor := [name for name in machine.scene.limits if name != "irregularity"]:
+        motor = machine.scene.motor
+        if motor is None or motor.rated is None or not machine.sets_its_speed:  # no scene that was read
+            raise SceneError([Fault(f"flywheel.limits.{of_motor[0]}", "no motor with a rated point", "one in [drive]")])
     if machine.sets_its_speed or machine.depends_on_time:
         from flywheel.sizing import speed_dependent  # Newton's method is for machines that set their own speed
 
@@ -305,7 +314,7 @@ def _flywheel(regime: Regime, even: bool) -> Flywheel:
     if even and scene.irregularity is not None:
         return Flywheel(scene.flywheel_on, None, 0.0, 0.0, 0.0, 0.0, 0.0, needed=False)
     found = wittenbauer.flywheel(regime.figures, scene)
-    if regime.exact is None or scene.irregularity is None:
+    if regime.exact is None or not (scene.irregularity is not None or scene.limits):
         return found
     exact = regime.exact[0] / scene.flywheel_ratio**2
     return found._replace(exact=exact, needed=exact > 0.0, bracket=None, torque_bracket=None)
@@ -359,6 +368,8 @@ def _errors(regime: Regime, confirmed: Confirmed, even: bool) -> Errors:
         exact = (wheels.exact if regime.exact is None else regime.exact[1]) + share
         approximate, torque = wheels.approximate + loose + share, wheels.inertia_torque + loose + share
         torque_flywheel = wheels.inertia_torque_flywheel + loose + share
+    elif regime.limits and regime.exact is not None:
+        exact = regime.exact[1] + share
     extremes = None
     if motion is not None:
         extremes = turning_moment.error_of_extremes(figures.cycle, motion, sized=wheels is not None) + regime.extremes_error
@@ -373,6 +384,18 @@ def _errors(regime: Regime, confirmed: Confirmed, even: bool) -> Errors:
         period=confirmed.period_error,
         extremes=extremes,
     )
+
+
+def _limits(scene: Scene, exact: float | None, error: float | None, reached: float | None) -> dict[str, Limit]:
+    """The irregularity where it is the only limit that is asked for: the exact flywheel is the one for it."""
+    if not scene.limits or exact is None or reached is None:
+        return {}
+    return {name: Limit(asked, reached, exact, None, error or 0.0, error or 0.0) for name, asked in scene.limits.items()}
+
+
+def _binding(limits: Mapping[str, Limit]) -> str | None:
+    """The limit that decides a flywheel, where there is one limit and a flywheel is needed."""
+    return next((name for name, limit in limits.items() if limit.alone > 0.0), None)
 
 
 def _missed(errors: Errors, rtol: float, remainder: str) -> Iterator[str]:
@@ -494,6 +517,7 @@ def _of_diagram(scene: Scene, rtol: float, level: str, meter: Meter) -> Sizing:
     remainder = f"{left:.3g} J of net work ({closure:.2g} of the swing)" if closure > 0.5 * error else ""
     inertia, irregularity = (scene.inertia or 0.0, given) if figure is None else (figure, eps or 0.0)
     built, of_wheel = _wheel(scene, inertia, scene.speed, irregularity, None, fluctuation, error)
+    limits = _limits(scene, figure, error, eps)
     return Sizing(
         scene=scene,
         speed=scene.speed,
@@ -524,6 +548,8 @@ def _of_diagram(scene: Scene, rtol: float, level: str, meter: Meter) -> Sizing:
         rtol=rtol,
         messages=(*_missed(errors, rtol, remainder), *of_wheel),
         built=built,
+        limits=limits,
+        binding=_binding(limits),
         accuracy=level,
         cost=meter.cost,
     )

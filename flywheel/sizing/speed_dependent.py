@@ -18,6 +18,7 @@ from flywheel.regime import constant_speed, periodic_motion, turning_moment, wit
 from flywheel.regime.periodic_motion import Demand, LostError, NoRegimeError, OwnMotion, UntoldError
 from flywheel.regime.turning_moment import Cycle, Run
 from flywheel.regime.wittenbauer import Figures
+from flywheel.sizing import limits
 from flywheel.sizing.results import Confirmation, Confirmed, Cyclic, Regime
 
 _LEAST_DAMPING = 1e-12  # 1 less the multiplier: below it nothing is left of what holds the speed but rounding
@@ -50,12 +51,20 @@ def regime(machine: Machine, rtol: float) -> tuple[Regime, dict[str, Cost]]:
     start = figures.cycle.balance if figures.cycle.balance is not None else unknown
     inertialess = float(np.abs(figures.cycle.series[2]).max()) <= figures.cycle.errors.inertia
     if inertialess and (balanced := _inertialess_run(machine, speed, start, rtol)) is not None:
-        return _inertialess_regime(machine, figures, *balanced, rtol, messages), {}
-    if inertialess and scene.inertia is None and figures.fluctuation <= 4 * figures.cycle.errors.work:
+        alone = _inertialess_regime(machine, figures, *balanced, rtol, messages)
+        if (kept := limits.kept_alone(alone)) is not None:
+            return alone._replace(limits=kept), {}
+    idle = inertialess and scene.inertia is None and figures.fluctuation <= 4 * figures.cycle.errors.work
+    if idle and not limits.of_motor(scene):
         return Regime(machine, rtol, figures, None, None, figures.cycle, figures.speed, messages=messages), {}
     with metered() as meter:
-        motion = _motion(machine, figures, start, rtol)
-    run, solved = motion.run, motion.solved
+        if limits.of_motor(scene):
+            motion, off, reached, binding, gaps = _smallest(machine, figures, start, rtol)
+        else:
+            motion = _motion(machine, figures, start, rtol)
+            off = motion.inertia_error if motion.inertia > 0.0 else motion.run.error
+            reached, binding, gaps = {}, None, ()
+    run, solved, messages = motion.run, motion.solved, (*messages, *gaps)
     growth = f"what a cycle changes grows {solved.multiplier:.6g} fold"
     if solved.damping < -_LEAST_DAMPING:
         if scene.unknown is None:
@@ -78,8 +87,10 @@ def regime(machine: Machine, rtol: float) -> tuple[Regime, dict[str, Cost]]:
         cycle=run.cycle or figures.cycle,
         speed=run.speed or figures.speed,
         cyclic=Cyclic(solved.multiplier, solved.damping, solved.steps, motion.level_error, figures.speed, loose),
-        exact=(max(motion.inertia, 0.0), motion.inertia_error if motion.inertia > 0.0 else run.error),
+        exact=(max(motion.inertia, 0.0), off),
         extremes_error=periodic_motion.error_of_cuts(motion),
+        limits=reached,
+        binding=binding,
         messages=messages,
     )
     return found, {"motion": meter.cost}
@@ -283,6 +294,16 @@ def _motion(machine: Machine, figures: Figures, unknown: float, rtol: float) -> 
         return solved(0.0, 0.0)
     except (NoRegimeError, BudgetError) as error:
         raise refused(0.0, 0.0, error) from None
+
+
+def _smallest(machine: Machine, figures: Figures, unknown: float, rtol: float) -> limits.Smallest:
+    """The motion with the smallest flywheel that keeps the limits of a scene."""
+    sized = None if machine.scene.irregularity is None else _motion(machine, figures, unknown, rtol)
+    try:
+        return limits.smallest(machine, figures, unknown, rtol, sized)
+    except (NoRegimeError, BudgetError) as error:
+        fault = _fault(machine, figures.speed, None, figures.scale, unknown, error)
+        raise SceneError([fault._replace(path="flywheel.limits")]) from None
 
 
 def _fault(

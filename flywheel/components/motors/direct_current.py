@@ -59,6 +59,7 @@ class DC(Motor):
     friction: float = 0.0
     nameplate: Point | None = None
     title: ClassVar[str] = "DC motor"
+    tells_heat: ClassVar[bool] = True
 
     def __post_init__(self) -> None:
         """Refuse values out of range."""

@@ -221,6 +221,7 @@ class Induction(Motor):
     breakdown_ratio: float
     plate: Plate = BARE
     title: ClassVar[str] = "induction motor"
+    tells_heat: ClassVar[bool] = True
 
     def __post_init__(self) -> None:
         """Refuse values out of range, and those that contradict each other."""

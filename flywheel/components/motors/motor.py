@@ -55,6 +55,8 @@ class Motor(ABC):
 
     inertia: float = 0.0
     title: ClassVar[str]
+    tells_heat: ClassVar[bool] = False
+    """Whether the kind tells what heats it."""
 
     @abstractmethod
     def law(self) -> Expression:

@@ -1,0 +1,445 @@
+"""The smallest flywheel that keeps limits: an irregularity, and shares of what a motor is rated for.
+
+Each limit's figure is taken along the steady periodic motion with a flywheel, the torque, heat and current of the motor at
+its own speeds. With more inertia a machine runs more evenly, and most figures fall towards those of a constant speed; but
+not all, and not always: a motor's current may swing with its rotor, and a load that grows with speed takes more of an even
+motion. No figure is taken to fall, therefore. All are looked at on a grid of inertias, from one that leaves an irregularity
+of about 0.001 down to the machine's own inertia and none, a few a decade; beside each hump and hollow of a figure its
+extreme is looked for; and what lies beyond is told by the figure at infinite inertia, to which it goes like 1/J. Between
+inertias on either side of a limit the crossing is found by Brent's method, at the error asked for.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from functools import cached_property, partial
+from itertools import pairwise
+
+import numpy as np
+
+from bondgraph.records import NamedTuple
+from flywheel.machine.machine import Machine
+from flywheel.numerics.budget import BudgetError, limited
+from flywheel.numerics.cells import ROUNDING, Array, Cells
+from flywheel.numerics.faults import Fault, SceneError
+from flywheel.numerics.units import figure
+from flywheel.regime import periodic_motion
+from flywheel.regime.periodic_motion import Demand, NoRegimeError, OwnMotion
+from flywheel.regime.wittenbauer import Figures
+from flywheel.scene.scene import Scene
+from flywheel.sizing.results import Limit, MotorShaft, Regime, heat_share
+
+IRREGULARITY = "irregularity"
+
+_COARSE = 1e-5  # error of motions that are only looked at
+_PER_DECADE = 4
+_LARGEST = 1e-3  # irregularity that the heaviest flywheel of the grid leaves, about
+_LIGHT = 1e-2  # of the machine's own inertia: the lightest one, besides none
+_HEAVY = 1e3  # times the heaviest of the grid: as good as infinite, up to what falls like 1/J
+_SECOND = 1e-2  # of what falls so: what may fall faster, at those inertias
+_LEAST = 1e-5  # of the heaviest: the lightest at the least, far below where such a machine stalls
+_OF_EXTREME = 1e-3  # of an inertia: how near an extreme of a figure is looked for
+_BESIDE = 1e-3  # of an inertia: how far off a slope is taken
+_FEW = 24  # halvings of a bracket, or widenings of it
+_EDGE = 1e-4  # of an inertia: how near the lightest one is found with which the machine keeps turning
+
+
+class Share(NamedTuple):
+    """A figure that is limited, and its absolute error."""
+
+    value: float
+    error: float
+
+
+class Kept(NamedTuple):
+    """Inertias (kg m² on the crank) from `first` to `last` with which a limit is kept; `error` of `first`, relative."""
+
+    first: float
+    last: float
+    error: float
+
+
+class Smallest(NamedTuple):
+    """The motion with the smallest flywheel that keeps all limits, its relative error, the limits, and which one binds."""
+
+    motion: OwnMotion
+    error: float
+    limits: Mapping[str, Limit]
+    binding: str | None
+    messages: tuple[str, ...] = ()
+
+
+def of_motor(scene: Scene) -> tuple[str, ...]:
+    """The limits of a scene that are those of its motor."""
+    return tuple(name for name in scene.limits if name != IRREGULARITY)
+
+
+# -- the figures along a motion ------------------------------------------------------------------------------------------
+
+
+def shares(names: Iterable[str], shaft: MotorShaft) -> dict[str, Share]:
+    """The figures that are limited, along a motion of the motor's shaft.
+
+    motor_torque       max |T|/T_n
+    motor_rms          sqrt((1/t) integral of T² dt)/T_n, over the period t of a cycle
+    motor_heat         the mean heat over time, over that at the rated point
+    current_pulsation  (max i - min i)/i_n
+
+    Source: API 618, 5th ed., 7.1.2 (current pulsation); IEC 60034-1, 4.2.1 (equivalent loads of duty types).
+    """
+    found: dict[str, Share] = {}
+    run, motor = shaft.run, shaft.motor
+    for name in names:
+        if name == IRREGULARITY:
+            found[name] = Share(run.irregularity, run.error * run.irregularity)
+            continue
+        assert motor is not None
+        assert motor.rated is not None
+        rated = motor.rated.torque
+        if name == "motor_torque":
+            least, most, error = shaft.extremes(shaft.torque_law)
+            found[name] = Share(max(most, -least) / rated, (error + shaft.torque_error) / rated)
+        elif name == "motor_rms":
+            square, error, _ = shaft.mean_over_time(partial(_squared, shaft.torque_law))
+            root = float(np.sqrt(max(square, 0.0)))
+            own = 0.5 * error / max(root, np.sqrt(error), 1e-300) + shaft.torque_error
+            found[name] = Share(root / rated, own / rated)
+        elif name == "motor_heat":
+            found[name] = Share(*heat_share(motor, shaft))
+        else:
+            least, most, error = shaft.extremes(shaft.current_law)
+            found[name] = Share(most - least, 2 * (error + shaft.torque_error / rated))  # a current is about as its torque
+    return found
+
+
+def _squared(law: Callable[[Cells, Array], tuple[Array, Array]], mesh: Cells, omega: Array) -> tuple[Array, Array]:
+    value, slope = law(mesh, omega)
+    return value * value, 2 * np.abs(value) * slope
+
+
+def shares_along(machine: Machine, motion: OwnMotion, rtol: float) -> dict[str, Share]:
+    """The figures of all limits of a machine's scene along a motion."""
+    shaft = MotorShaft(machine.scene, motion.cycle, motion.run, motion.speed, rtol)
+    return shares(machine.scene.limits, shaft)
+
+
+def kept_alone(regime: Regime) -> dict[str, Limit] | None:
+    """The limits of a scene where a machine without inertia keeps them without a flywheel; None where it does not."""
+    scene, run, names = regime.machine.scene, regime.motion, regime.machine.scene.limits
+    if not of_motor(scene):
+        return {}
+    assert run is not None
+    found = shares(names, MotorShaft(scene, regime.cycle, run, regime.speed, regime.rtol))
+    if any(share.value - share.error > names[name] for name, share in found.items()):
+        return None
+    return {name: _limit(names[name], share, Kept(0.0, np.inf, share.error / names[name])) for name, share in found.items()}
+
+
+def _limit(asked: float, share: Share, kept: Kept, square: float = 1.0) -> Limit:
+    """A limit with the figure that is reached; `square` is that of the speed of the flywheel's shaft over the crank's."""
+    return Limit(
+        asked=asked,
+        reached=share.value,
+        alone=kept.first / square,
+        reached_error=share.error / max(share.value, 1e-300),
+        alone_error=kept.error,
+    )
+
+
+# -- the search ----------------------------------------------------------------------------------------------------------
+
+
+class _Point(NamedTuple):
+    """A flywheel (kg m² on the crank) with its motion and figures; without, where no steady motion was found with it."""
+
+    inertia: float
+    motion: OwnMotion | None = None
+    shares: Mapping[str, Share] = {}
+
+    def beyond(self, name: str, asked: float) -> float:
+        """By how much a figure is beyond its limit: not above 0 where it is kept."""
+        if self.motion is None:
+            return np.inf
+        share = self.shares[name]
+        return 0.0 if abs(share.value - asked) <= share.error else share.value - asked
+
+
+class _Search:
+    """The figures of a machine over the inertia of its flywheel.
+
+    Args:
+        machine: the machine.
+        figures: those at a constant speed.
+        unknown: a first guess of the scene's unknown.
+        rtol: relative error asked of the inertia.
+
+    """
+
+    def __init__(self, machine: Machine, figures: Figures, unknown: float, rtol: float) -> None:
+        self.machine, self.unknown, self.rtol, self.speed = machine, unknown, rtol, figures.speed
+        self.names = of_motor(machine.scene)
+        self.held = figures.speed if machine.scene.unknown is not None else None
+        own, extent = figures.reduced_inertia.greatest, figures.extent
+        even = figures.fluctuation / (_LARGEST * figures.speed**2)
+        self.heaviest = max(even, 10.0 * own) or 1.0
+        self.lightest = max(_LIGHT * own, _LEAST * self.heaviest)
+        self.turns_alone = extent.least > extent.error
+        self.known: dict[float, _Point] = {}  # at the error asked for
+        self.grid = self._scanned()
+
+    def at(self, inertia: float, rtol: float, near: OwnMotion | None = None) -> _Point:
+        """The figures with a flywheel, whose motion is found from one with another flywheel, or else from nothing."""
+        try:
+            with limited(periodic_motion.MOST_WORK):
+                if near is None:
+                    wanted = Demand(inertia, None, self.held)
+                    motion = periodic_motion.own_motion(self.machine, self.speed, wanted, 0.0, self.unknown, rtol)
+                else:
+                    motion = periodic_motion.own_motion_near(self.machine, near, inertia, self.held, rtol)
+        except (NoRegimeError, BudgetError):
+            return _Point(inertia)
+        return _Point(inertia, motion, shares_along(self.machine, motion, rtol))
+
+    def closely(self, inertia: float) -> _Point:
+        """The figures with a flywheel at the error asked for."""
+        if inertia not in self.known:
+            others = [point for point in (*self.known.values(), *self.grid) if point.motion is not None]
+            nearest = min(others, key=lambda point: abs(self._scaled(point.inertia) - self._scaled(inertia)))
+            found = self.at(inertia, 0.5 * self.rtol, nearest.motion)
+            self.known[inertia] = found if found.motion is not None else self.at(inertia, 0.5 * self.rtol)
+        return self.known[inertia]
+
+    def _scaled(self, inertia: float) -> float:
+        return float(np.log(inertia + self.lightest))
+
+    def _inertia(self, scaled: float) -> float:
+        return max(float(np.exp(scaled)) - self.lightest, 0.0)
+
+    def _scanned(self) -> list[_Point]:
+        """Flywheels of the grid, the lightest first; those lighter than one that no motion was found with are left out."""
+        points = [self.at(self.heaviest, _COARSE)]
+        if points[0].motion is None:
+            raise NoRegimeError(f"no steady motion with a flywheel of {self.heaviest:.3g} kg m² on the crank")
+        count = round(_PER_DECADE * float(np.log10(self.heaviest / self.lightest)))
+        for inertia in np.geomspace(self.heaviest, self.lightest, count + 1).tolist()[1:]:
+            point = self._lighter(points[-1], inertia)
+            points.append(point)
+            if point.motion is None:
+                break
+        last = points[-1]
+        if last.motion is not None and last.inertia > 0.0:
+            points.append(self._lighter(last, 0.0) if self.turns_alone else _Point(0.0))
+        return points[::-1]
+
+    def _lighter(self, heavier: _Point, inertia: float) -> _Point:
+        """A lighter flywheel than one whose motion is known, if need be by way of one between."""
+        point = self.at(inertia, _COARSE, heavier.motion)
+        if point.motion is not None:
+            return point
+        between = self.at(
+            self._inertia(0.5 * (self._scaled(heavier.inertia) + self._scaled(inertia))), _COARSE, heavier.motion
+        )
+        return point if between.motion is None else self.at(inertia, _COARSE, between.motion)
+
+    @cached_property
+    def ultimate(self) -> dict[str, Share]:
+        """The figures at infinite inertia, from two that are nearly so: they go there like 1/J, or faster."""
+        light, heavy = (self.closely(factor * _HEAVY * self.heaviest).shares for factor in (1.0, 2.0))
+        found = {}
+        for name in self.names if light and heavy else ():
+            (first, first_error), (second, second_error) = light[name], heavy[name]
+            found[name] = Share(2 * second - first, _SECOND * abs(second - first) + first_error + 2 * second_error)
+        return found
+
+    # -- where a limit is kept
+
+    def kept(self, name: str, asked: float) -> list[Kept]:
+        """The ranges of inertia in which a limit is kept, ascending."""
+        found: list[Kept] = []
+        first: tuple[float, float] | None = None
+        points = self._with_extremes(name, asked)
+        if points[0].beyond(name, asked) <= 0.0:
+            first = points[0].inertia, points[0].shares[name].error / asked
+        for before, after in pairwise(points):
+            if first is None and after.beyond(name, asked) <= 0.0:
+                first = self._edge(before, after) if before.motion is None else self._crossing(name, asked, before, after)
+            elif first is not None and after.beyond(name, asked) > 0.0:
+                found.append(Kept(first[0], self._crossing(name, asked, before, after)[0], first[1]))
+                first = None
+        last = points[-1]
+        if first is not None:
+            rises = len(points) > 1 and last.shares[name].value > points[-2].shares[name].value
+            outlasted = rises and self._ultimately(name, asked) > 0.0
+            found.append(Kept(first[0], self._beyond(name, asked, last)[0] if outlasted else np.inf, first[1]))
+        elif self._ultimately(name, asked) < 0.0:
+            inertia, error = self._beyond(name, asked, last)
+            found.append(Kept(inertia, np.inf, error))
+        return found
+
+    def _ultimately(self, name: str, asked: float) -> float:
+        """By how much a figure is beyond its limit at infinite inertia; nothing where its error leaves it open."""
+        share = self.ultimate.get(name)
+        return 0.0 if share is None or abs(share.value - asked) <= share.error else share.value - asked
+
+    def _beyond(self, name: str, asked: float, last: _Point) -> tuple[float, float]:
+        """The crossing beyond the heaviest flywheel of the grid, and its relative error."""
+        share, ultimate = last.shares[name].value - asked, self._ultimately(name, asked)
+        far = 2.0 * last.inertia * abs((share - ultimate) / ultimate)  # as what falls like 1/J goes there
+        heavier = self.closely(max(far, 2.0 * last.inertia))
+        for _ in range(_FEW):
+            if (heavier.beyond(name, asked) > 0.0) != (share > 0.0):
+                break
+            heavier = self.closely(4.0 * heavier.inertia)
+        return self._crossing(name, asked, last, heavier)
+
+    def _crossing(self, name: str, asked: float, before: _Point, after: _Point) -> tuple[float, float]:
+        """The inertia (kg m² on the crank) between two at which a figure is at its limit, and its relative error."""
+        from scipy.optimize import brentq  # only scenes with limits pay for it
+
+        def off(scaled: float) -> float:
+            point = self.closely(self._inertia(scaled))
+            return np.inf if point.motion is None else point.shares[name].value - asked
+
+        low, high = self._scaled(before.inertia), self._scaled(after.inertia)
+        width, rising = high - low, before.beyond(name, asked) <= 0.0
+        for k in range(_FEW):  # what is looked at coarsely may lie on the other side by a little
+            good = [(off(low) < 0.0) == rising, (off(high) > 0.0) == rising]
+            if all(good):
+                break
+            low -= 0.0 if good[0] else 0.01 * width * 2**k
+            high += 0.0 if good[1] else 0.01 * width * 2**k
+        inertia = self._inertia(float(brentq(off, low, high, xtol=0.02 * self.rtol, rtol=4 * ROUNDING)))
+        here, beside = self.closely(inertia), self.closely(inertia * (1.0 + _BESIDE))
+        slope = abs(beside.shares[name].value - here.shares[name].value) / _BESIDE
+        missed = here.shares[name].error + abs(here.shares[name].value - asked)
+        return inertia, missed / max(slope, 1e-300) + 0.02 * self.rtol
+
+    def _edge(self, lost: _Point, found: _Point) -> tuple[float, float]:
+        """The lightest flywheel that a steady motion was found with, and how far on the next lighter one is, relative."""
+        light, heavy = lost.inertia, found
+        for _ in range(_FEW):
+            if heavy.inertia - light <= _EDGE * heavy.inertia:
+                break
+            middle = self.at(self._inertia(0.5 * (self._scaled(light) + self._scaled(heavy.inertia))), _COARSE, heavy.motion)
+            light, heavy = (middle.inertia, heavy) if middle.motion is None else (light, middle)
+        return heavy.inertia, (heavy.inertia - light) / heavy.inertia
+
+    def _with_extremes(self, name: str, asked: float) -> list[_Point]:
+        """The flywheels of the grid, with those at which the figure may pass its limit and come back between two of them."""
+        found = list(self.grid)
+        for low, middle, high in zip(self.grid, self.grid[1:], self.grid[2:], strict=False):
+            if low.motion is None or middle.motion is None or high.motion is None:
+                continue
+            values = np.array([point.shares[name].value - asked for point in (low, middle, high)])
+            sign = 1.0 if (values > 0.0).all() else -1.0 if (values <= 0.0).all() else 0.0
+            depth = (sign * (values[[0, 2]] - values[1])).min()
+            if sign and depth > 0.0 and np.abs(values[1]) <= np.abs(values[[0, 2]] - values[1]).max():
+                found.append(self._extreme(name, sign, low, middle, high))
+        return sorted(found, key=lambda point: point.inertia)
+
+    def _extreme(self, name: str, sign: float, low: _Point, middle: _Point, high: _Point) -> _Point:
+        """The flywheel between two with which a figure is least (sign +1) or greatest."""
+        from scipy.optimize import minimize_scalar  # only scenes with limits pay for it
+
+        def at(scaled: float) -> _Point:
+            return self.at(self._inertia(scaled), _COARSE, middle.motion)
+
+        def value(scaled: float) -> float:
+            point = at(scaled)
+            return np.inf if point.motion is None else sign * point.shares[name].value
+
+        ends = self._scaled(low.inertia), self._scaled(high.inertia)
+        return at(float(minimize_scalar(value, bounds=ends, method="bounded", options={"xatol": _OF_EXTREME}).x))
+
+    def best(self, name: str) -> tuple[float, float, float]:
+        """The least figure that any flywheel gives, its error, and that flywheel's inertia (kg m² on the crank)."""
+        found = [(*point.shares[name], point.inertia) for point in self.grid if point.motion is not None]
+        if name in self.ultimate:
+            found.append((*self.ultimate[name], np.inf))
+        return min(found)
+
+
+def smallest(machine: Machine, figures: Figures, unknown: float, rtol: float, by_irregularity: OwnMotion | None) -> Smallest:
+    """The motion with the smallest flywheel that keeps all limits of a scene.
+
+    Args:
+        machine: a machine whose torques depend on speed.
+        figures: those at a constant speed.
+        unknown: a first guess of the scene's unknown.
+        rtol: relative error asked of the inertia.
+        by_irregularity: the motion with the flywheel that the irregularity alone asks for, where one is limited.
+
+    Raises:
+        SceneError: for limits that no flywheel reaches, or that none keeps together.
+        NoRegimeError: where even a heavy flywheel leaves no steady motion.
+
+    """
+    scene, search = machine.scene, _Search(machine, figures, unknown, rtol)
+    kept = {name: search.kept(name, scene.limits[name]) for name in search.names}
+    if faults := [_unreached(search, name, scene.limits[name]) for name, ranges in kept.items() if not ranges]:
+        raise SceneError(faults)
+    if by_irregularity is not None:
+        off = by_irregularity.inertia_error if by_irregularity.inertia > 0.0 else by_irregularity.run.error
+        kept[IRREGULARITY] = [Kept(max(by_irregularity.inertia, 0.0), np.inf, off)]
+    kept = {name: kept[name] for name in scene.limits}
+    firsts = sorted((span.first, span.error, name) for name, ranges in kept.items() for span in ranges)
+    common = [first for first in firsts if all(_holds(ranges, first[0]) for ranges in kept.values())]
+    if not common:
+        raise SceneError([_apart(scene, kept)])
+    inertia, error, binding = common[0]
+    if by_irregularity is not None and inertia == kept[IRREGULARITY][0].first:
+        motion = by_irregularity
+    else:
+        closely = search.closely(inertia).motion
+        if closely is None:
+            raise NoRegimeError(f"no steady motion with the flywheel of {inertia:.6g} kg m² on the crank")
+        motion = closely
+    square = scene.flywheel_ratio**2
+    found = shares_along(machine, motion, rtol)
+    limits = {name: _limit(scene.limits[name], share, kept[name][0], square) for name, share in found.items()}
+    return Smallest(motion, error, limits, binding if inertia > 0.0 else None, tuple(_gaps(scene, kept, inertia)))
+
+
+def _holds(ranges: Sequence[Kept], inertia: float) -> bool:
+    return any(span.first <= inertia <= span.last for span in ranges)
+
+
+def _percent(share: float, error: float = 0.0) -> str:
+    return f"{figure(100 * share, 100 * error, 6)} %"
+
+
+def _unreached(search: _Search, name: str, asked: float) -> Fault:
+    """The fault of a limit that no flywheel reaches, with the best that there is."""
+    best, error, inertia = search.best(name)
+    square = search.machine.scene.flywheel_ratio**2
+    where = "at a constant speed" if inertia == np.inf else f"with a flywheel of {figure(inertia / square, most=5)} kg m^2"
+    found = f"{_percent(asked)}, which no flywheel reaches: at best, {where}, it is {_percent(best, error)}"
+    return Fault(f"flywheel.limits.{name}", found, "a limit above that", "give a larger motor, or allow it more")
+
+
+def _apart(scene: Scene, kept: Mapping[str, Sequence[Kept]]) -> Fault:
+    """The fault of limits that are kept each by some flywheels, but by none together."""
+    square = scene.flywheel_ratio**2
+    told = "; ".join(
+        f"{name} by {' or '.join(_range(span.first / square, span.last / square) for span in ranges)}"
+        for name, ranges in kept.items()
+    )
+    return Fault("flywheel.limits", f"limits that no flywheel keeps together: {told}", "limits that one keeps", "allow more")
+
+
+def _range(first: float, last: float) -> str:
+    if last == np.inf:
+        return f"{figure(first, most=5)} kg m^2 and more"
+    return f"{figure(first, most=5)} to {figure(last, most=5)} kg m^2"
+
+
+def _gaps(scene: Scene, kept: Mapping[str, Sequence[Kept]], inertia: float) -> Iterable[str]:
+    """What is to be said of heavier flywheels that keep a limit no longer."""
+    square = scene.flywheel_ratio**2
+    for name, ranges in kept.items():
+        rest = [span for span in ranges if span.last >= inertia]
+        ends = [*(span.first for span in rest[1:]), np.inf]
+        for span, further in zip(rest, ends, strict=True):
+            if span.last < np.inf:
+                gap = _range(span.last / square, further / square)
+                yield f"heavier flywheels of {gap} do not keep {name}: it is not that more inertia were always better"
