@@ -28,14 +28,16 @@ from flywheel.pictures.samples import Samples
 from flywheel.regime import turning_moment
 from flywheel.scene.linkage import FRAME, PIN, SLIDE
 from flywheel.scene.scene import Scene
+from flywheel.sizing.power_flow import power_flow
 from flywheel.sizing.results import Sizing
 from flywheel.sizing.sizing import size
 from flywheel.tables import answers
 from flywheel.tables.flywheels import candidates
+from flywheel.tables.power_flow import places, stream_name
 
 Array = NDArray[np.float64]
 
-PANELS = ("mechanism", "moment", "inertia", "wittenbauer", "speed", "reactions", "motion")
+PANELS = ("mechanism", "moment", "inertia", "wittenbauer", "speed", "power_flow", "reactions", "motion")
 QUANTITIES = ("position", "velocity", "acceleration", "reaction")
 _MOVING, _RESTING = 181, 361  # positions, evenly
 _MOST_JUMPS = 40  # breakpoints of a machine that all get both sides; of more, those at which M* jumps
@@ -535,6 +537,37 @@ def _confirmed(sizing: Sizing) -> dict[str, Any] | None:
     return {"irregularity": found.irregularity, "route": found.route, "error": sizing.error.simulation}
 
 
+# -- power flow --------------------------------------------------------------------------------------------------------
+
+
+def _power_flow(part: Part, forces: JointForces | str) -> dict[str, Any] | str:
+    """Every stream of power with its mean and its course over the cycle, in W."""
+    if part.scene.areas is not None:
+        return _("A diagram of areas tells nothing of where power goes.")
+    flow = None if part.sizing is None else power_flow(part.sizing)
+    if flow is None:
+        return _no_cycle(part)
+    powers = flow.along(np.clip(part.axis.taken, 0.0, part.scene.cycle))
+    streams = [
+        {
+            "from": stream.source,
+            "to": stream.target,
+            "kind": stream.kind,
+            "label": stream_name(stream, flow),
+            "lost": stream.lost,
+            "mean": stream.mean,
+            "greatest": stream.greatest,
+            "least": stream.least,
+            "powers": power,
+        }
+        for stream, power in zip(flow.streams, powers, strict=True)
+    ]
+    if not any(stream["mean"] or stream["greatest"] or stream["least"] for stream in streams):
+        return _("Nothing acts on the machine: no power flows.")
+    totals = {"input": flow.input, "output": flow.output, "losses": flow.losses, "efficiency": flow.efficiency}
+    return {"streams": streams, "places": places(flow), **totals}
+
+
 # -- reactions ---------------------------------------------------------------------------------------------------------
 
 
@@ -730,6 +763,7 @@ _MAKERS = {
     "inertia": _inertia,
     "wittenbauer": _wittenbauer,
     "speed": _speed,
+    "power_flow": _power_flow,
     "reactions": _reactions,
     "motion": _motion,
 }

@@ -1,6 +1,7 @@
 """The drawings of the page in a browser: dragged, pointed at, moved by keys; complete at 360 px; files that stand alone."""
 
 import json
+import math
 import re
 from collections.abc import Callable
 from pathlib import Path
@@ -142,6 +143,24 @@ def test_a_curve_that_is_pointed_at_moves_the_mechanism(drawn: Callable[..., "Pa
     assert box is not None
     curve.click(position={"x": box["width"] - 3.0, "y": box["height"] / 2})
     expected(page.locator("[role=slider]")).to_have_attribute("aria-valuetext", "190.0 mm")
+
+
+@pytest.mark.slow
+def test_bands_of_power_lead_out_or_back_as_it_flows_at_the_cursor(drawn: Callable[..., "Page"]) -> None:
+    page = drawn("machines/press.toml")
+    told = page.locator("[data-figure=power_flow] svg text", has_text="flywheel").locator("xpath=following-sibling::*[1]")
+    for degrees, sense in ((300, 1), (345, -1)):
+        value = page.evaluate(
+            """(least) => {
+              const k = answer.phi.findIndex((phi) => phi >= least);
+              figures.power_flow.move(answer.phi[k]);
+              return answer.power_flow.streams.find((stream) => stream.label === "flywheel").powers[k];
+            }""",
+            math.radians(degrees),
+        )
+        assert sense * value > 0.0
+        written, unit = (told.text_content() or "").replace("−", "-").split()
+        assert float(written) * {"W": 1.0, "kW": 1e3}[unit] == pytest.approx(value, rel=0.02)
 
 
 @pytest.mark.slow

@@ -5,12 +5,13 @@ import { inertia } from "./inertia.js";
 import { mechanismIn } from "./mechanism.js";
 import { moment } from "./moment.js";
 import { motion } from "./motion.js";
+import { powerFlow } from "./power_flow.js";
 import { reactionsIn } from "./reactions.js";
 import { speed } from "./speed.js";
 import { wittenbauer } from "./wittenbauer.js";
 import { text } from "../language.js";
 
-const KINDS = { moment, inertia, wittenbauer, speed, motion };
+const KINDS = { moment, inertia, wittenbauer, speed, motion, power_flow: powerFlow };
 
 /**
  * Every figure of an answer by its id and title; `why` tells why it cannot be drawn, null where it can; `later` that the
@@ -23,6 +24,7 @@ export function panels(answer) {
     inertia: text("Reduced inertia by body"),
     wittenbauer: text("Wittenbauer's diagram"),
     speed: text("Speed over the cycle"),
+    power_flow: text("Power flow"),
     reactions: text("Reactions in the joints"),
     motion: text("Motion"),
   };
