@@ -629,7 +629,7 @@ class MotorShaft:
     @property
     def torque_error(self) -> float:
         """What the cells leave open of the torque (N m on the motor's shaft) where a current has its own equation."""
-        if self.run.current is None or self.run.drive is None:
+        if not self.run.states or self.run.drive is None:
             return 0.0
         return float(cells.tails(cells.fit(self.run.drive)).max()) / self.ratio
 
@@ -651,7 +651,7 @@ class MotorShaft:
         assert here is not None
         assert beside is not None
         slope = np.abs(beside - here) / (_APART * omega)
-        if isinstance(motor, DC) and self.run.current is not None and motor.rated_current is not None:
+        if isinstance(motor, DC) and self.run.states and motor.rated_current is not None:
             here = np.asarray(motor.current_of_torque(speed, self.torque(mesh, omega)) / motor.rated_current)
         return here, slope
 
