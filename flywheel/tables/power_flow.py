@@ -14,7 +14,7 @@ def places(flow: PowerFlow) -> dict[str, str]:
     ...          "regime": {"speed": 10}, "flywheel": {"irregularity": 0.02}}
     >>> flow = flywheel.power_flow(flywheel.size(flywheel.load(scene), simulate=False))
     >>> places(flow), [stream_name(stream, flow) for stream in flow.streams]
-    ({'mains': 'mains', 'drive': 'drive', 'shafts.crank': 'crank'}, ['drive', 'load[0], crank', 'flywheel'])
+    ({'mains': 'mains', 'drive': 'drive', 'shafts.crank': 'crank'}, ['drive', 'load[0] (crank)', 'flywheel'])
     """
     drive = _("drive") if flow.scene.motor is None else _("motor")
     return {"mains": _("mains"), "drive": drive} | {f"shafts.{name}": shaft_name(name) for name in flow.scene.shafts}
@@ -50,4 +50,4 @@ def stream_name(stream: Stream, flow: PowerFlow) -> str:
         of_store = {"flywheel": _("flywheel"), "gravity": _("weights"), "inductance": _("inductance of the motor")}
         of_store |= {"inertia": _("inertia of {shaft}", shaft=shaft_name(on)), "masses": _("moving masses")}
         return of_store.get(end, _("spring on {place}", place=on) if name.startswith("spring") else name)
-    return f"{name}, {on}" if stream.kind == "load" and on else name
+    return f"{name} ({on})" if stream.kind == "load" and on else name

@@ -109,16 +109,16 @@ function diagramIn({ left, top, width, rows, courses, heading }, data, tools) {
     return { ...row, lines };
   });
   const most = courses.map((values) => Math.max(...values.map(Math.abs)));
-  const greatest = widestOf(rows, streams, courses);
+  const extent = extentOf(rows, streams, courses);
   const widest = (side) => Math.max(...rows.filter((row) => row.side === side).map((row) => wide(streams[row.k].label)), 60);
   const places = Math.max(...rows.filter((row) => row.place !== undefined).map((row) => wide(data.places[row.place] ?? row.place)));
   const leftRoom = Math.max(rows.some((row) => row.side === "left") ? widest("left") + REACH + HEAD + TURN + 10 : 0, 1.1 * places + 14);
   const across = Math.max(Math.min(0.3 * width, 100, width - leftRoom - widest("right") - REACH - HEAD - TURN - 18), 24);
-  const factor = across / greatest;
-  const begin = left + leftRoom;
+  const factor = across / Math.max(extent.left + extent.right, extent.most);
+  const begin = left + leftRoom + extent.left * factor;
   const heights = told.map((row) => (row.place === undefined ? Math.max(2 * LINE + 3, most[row.k] * factor + 2 * TURN + 4) : NAME));
   const height = 24 + heights.reduce((sum, one) => sum + one, 0) + 6;
-  const thick = (value) => (Math.abs(value) <= NOTHING * greatest ? 0 : Math.max(Math.abs(value) * factor, LEAST));
+  const thick = (value) => (Math.abs(value) <= NOTHING * extent.most ? 0 : Math.max(Math.abs(value) * factor, LEAST));
 
   function show(values, phi) {
     title.textContent = heading(phi);
@@ -171,18 +171,23 @@ function powerInto({ place, from }, streams, values) {
   return streams.reduce((sum, stream, k) => sum + values[k] * ((stream.from === place) - (stream.to === place)), 0);
 }
 
-/** The greatest power anywhere in the train, at any time. */
-function widestOf(rows, streams, courses) {
-  let most = 1e-300;
+/** How far the train reaches to the left and right of where it begins, and the greatest power in it, at any time (W). */
+function extentOf(rows, streams, courses) {
+  const found = { left: 0, right: 0, most: 1e-300 };
   for (let n = 0; n < Math.max(...courses.map((values) => values.length)); n++) {
     const values = courses.map((course) => course[n]);
-    let p = 0;
+    let [x, p] = [0, 0];
     for (const row of rows) {
-      p = row.place === undefined ? p - row.sign * values[row.k] : powerInto(row, streams, values);
-      most = Math.max(most, Math.abs(p), row.k === undefined ? 0 : Math.abs(values[row.k]));
+      const q = row.place === undefined ? p - row.sign * values[row.k] : powerInto(row, streams, values);
+      if (row.side === "left") x += Math.abs(p) - Math.abs(q);
+      if (row.from?.broken) x = 0;
+      p = q;
+      found.left = Math.max(found.left, -x);
+      found.right = Math.max(found.right, x + Math.abs(p));
+      found.most = Math.max(found.most, Math.abs(p), row.k === undefined ? 0 : Math.abs(values[row.k]));
     }
   }
-  return most;
+  return found;
 }
 
 /** Lines of a label, one under the other. */
